@@ -1,0 +1,56 @@
+//! The macros that write a declaration in both languages.
+
+/// The WGSL name of a Rust type that structs may hold.
+pub(crate) trait Wgsl {
+    const NAME: &'static str;
+}
+impl Wgsl for u32 {
+    const NAME: &'static str = "u32";
+}
+impl Wgsl for f32 {
+    const NAME: &'static str = "f32";
+}
+impl Wgsl for [f32; 4] {
+    const NAME: &'static str = "vec4<f32>";
+}
+
+/// Declares `u32` constants, with their WGSL lines in a slice of the given name.
+macro_rules! constants {
+    ($all:ident: $($(#[$doc:meta])* $name:ident = $value:expr;)*) => {
+        $($(#[$doc])* pub const $name: u32 = $value;)*
+        pub(crate) const $all: &[(&str, u32)] = &[$((stringify!($name), $name)),*];
+    };
+}
+
+/// Declares a `#[repr(C)]` Pod struct and the items of [`crate::Layout`] and WGSL text for it.
+macro_rules! shared_struct {
+    ($(#[$doc:meta])* $name:ident { $($(#[$field_doc:meta])* $field:ident: $type:ty,)* }) => {
+        $(#[$doc])*
+        #[repr(C)]
+        #[derive(Clone, Copy, Debug, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+        pub struct $name { $($(#[$field_doc])* pub $field: $type,)* }
+        impl $name {
+            /// Size and field offsets, for the test that asks naga for the same.
+            pub const LAYOUT: $crate::Layout = $crate::Layout {
+                name: stringify!($name),
+                size: size_of::<$name>(),
+                fields: &[$((stringify!($field), std::mem::offset_of!($name, $field))),*],
+            };
+            pub(crate) const FIELD_TYPES: &[&str] = &[$(<$type as $crate::declare::Wgsl>::NAME),*];
+        }
+    };
+}
+
+pub(crate) use {constants, shared_struct};
+
+/// The WGSL text of constants.
+pub(crate) fn constants_text(all: &[(&str, u32)]) -> String {
+    all.iter().map(|(name, value)| format!("const {name}: u32 = {value}u;\n")).collect()
+}
+
+/// The WGSL text of a struct.
+pub(crate) fn struct_text(layout: &crate::Layout, types: &[&str]) -> String {
+    let fields: String =
+        layout.fields.iter().zip(types).map(|((name, _), kind)| format!("    {name}: {kind},\n")).collect();
+    format!("struct {} {{\n{fields}}}\n", layout.name)
+}

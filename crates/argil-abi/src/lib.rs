@@ -1,0 +1,40 @@
+//! What Argil's CPU code and its WGSL both read, declared once.
+//!
+//! *Theory.* Two programs that share memory must agree on its layout. Here each struct and constant is written one
+//! time, as Rust; the WGSL text is made from the same tokens, so the two cannot drift apart.
+//!
+//! *Practice.* [`wgsl`] is that text. It is committed as `abi.wgsl` beside this file, for people who read shaders; a
+//! test makes it again and compares. Another test asks naga for every struct's offsets.
+
+mod declare;
+mod op;
+mod tables;
+
+pub use op::*;
+pub use tables::*;
+
+/// The WGSL declarations of everything in this crate.
+pub fn wgsl() -> String {
+    let mut text = "// Made from argil-abi by `cargo xtask generate`. Do not edit.\n".to_owned();
+    text += &declare::constants_text(op::OPCODES);
+    text += &declare::constants_text(op::FLAGS);
+    for (layout, types) in tables::STRUCTS {
+        text += &declare::struct_text(layout, types);
+    }
+    text
+}
+
+/// Every struct shared with WGSL.
+pub fn layouts() -> impl Iterator<Item = &'static Layout> {
+    tables::STRUCTS.iter().map(|(layout, _)| layout)
+}
+
+/// A struct shared with WGSL, for the test of layouts.
+pub struct Layout {
+    /// The struct's name in both languages.
+    pub name: &'static str,
+    /// Its size in bytes.
+    pub size: usize,
+    /// Each field's name and offset in bytes.
+    pub fields: &'static [(&'static str, usize)],
+}

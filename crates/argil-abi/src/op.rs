@@ -1,0 +1,131 @@
+//! Opcodes and flags of a field program. See `argil-field` for what each does to the interpreter's registers.
+
+use crate::declare::constants;
+
+constants! { OPCODES:
+    /// Combine a sphere with the accumulator; the shapes below alike.
+    OP_SPHERE = 0;
+    /// Ellipsoid.
+    OP_ELLIPSOID = 1;
+    /// Box with rounding.
+    OP_BOX = 2;
+    /// Box frame.
+    OP_BOX_FRAME = 3;
+    /// Torus.
+    OP_TORUS = 4;
+    /// Capped torus.
+    OP_CAPPED_TORUS = 5;
+    /// Link.
+    OP_LINK = 6;
+    /// Capsule.
+    OP_CAPSULE = 7;
+    /// Cylinder with rounding.
+    OP_CYLINDER = 8;
+    /// Cone.
+    OP_CONE = 9;
+    /// Capped cone.
+    OP_CAPPED_CONE = 10;
+    /// Round cone.
+    OP_ROUND_CONE = 11;
+    /// Plane.
+    OP_PLANE = 12;
+    /// Hexagonal prism.
+    OP_HEX_PRISM = 13;
+    /// Triangular prism.
+    OP_TRI_PRISM = 14;
+    /// Octahedron.
+    OP_OCTAHEDRON = 15;
+    /// Pyramid.
+    OP_PYRAMID = 16;
+    /// Cut sphere.
+    OP_CUT_SPHERE = 17;
+    /// Cut hollow sphere.
+    OP_CUT_HOLLOW_SPHERE = 18;
+    /// Solid angle.
+    OP_SOLID_ANGLE = 19;
+    /// Rhombus.
+    OP_RHOMBUS = 20;
+    /// Box whose four upright edges each have a radius.
+    OP_EXTRUDED_ROUNDED_BOX = 21;
+    /// Quadratic Bézier tube.
+    OP_BEZIER_TUBE = 22;
+    /// Outline turned about the y axis.
+    OP_LATHE = 23;
+    /// Outline extruded along z.
+    OP_EXTRUSION = 24;
+    /// One more than the last shape.
+    OP_SHAPES_END = 25;
+    /// Save the accumulator and start an empty one.
+    OP_PUSH_VALUE = 32;
+    /// Combine the saved accumulator with the current one.
+    OP_COMBINE = 33;
+    /// Save the point.
+    OP_PUSH_POINT = 34;
+    /// Bring the saved point back.
+    OP_POP_POINT = 35;
+    /// Map the point by an affine map.
+    OP_AFFINE = 36;
+    /// Fold the point into the positive side of some axes.
+    OP_MIRROR = 37;
+    /// Pull the point towards the middle by a half length an axis.
+    OP_ELONGATE = 38;
+    /// Begin a loop over the nearest cells of a grid of copies.
+    OP_REPEAT = 39;
+    /// Begin a loop over the nearest sectors of a ring of copies.
+    OP_RADIAL = 40;
+    /// End either loop.
+    OP_NEXT = 41;
+    /// Clamp the point into a box, then twist it about the y axis.
+    OP_TWIST = 42;
+    /// Clamp the point into a box, then bend it in the x–y plane.
+    OP_BEND = 43;
+    /// Undo the clamp of a twist or bend: add what the point lies outside its box.
+    OP_UNCLAMP = 44;
+    /// Move the surface outwards.
+    OP_ROUND = 45;
+    /// Keep a shell around the surface.
+    OP_SHELL = 46;
+    /// Add seeded value noise.
+    OP_DISPLACE = 47;
+}
+
+constants! { FLAGS:
+    /// How a combination works, the low three bits of the flags: `sr * (min(sa * a, sb * b) − blend)`.
+    COMBINE_SMOOTH = 0;
+    /// The same with a chamfer for the blend.
+    COMBINE_CHAMFER = 1;
+    /// Keep `a`, take the material of `b` where `b` is inside.
+    COMBINE_PAINT = 2;
+    /// `a + (b − a) * t`.
+    COMBINE_MORPH = 3;
+    /// The bits of the above.
+    COMBINE_MASK = 7;
+    /// The accumulator is `a` and the saved value `b`, not the other way round.
+    FLAG_SWAPPED = 8;
+    /// The material of `a` stays (a cut without a material of its own).
+    FLAG_KEEP_MATERIAL = 16;
+    /// The map from the point to the shape is a translation.
+    FLAG_TRANSLATION = 32;
+    /// Words before a shape's own parameters: 12 of an affine map, then scale, k, 1/(4k), sa, sb, sr.
+    BRUSH_HEADER_WORDS = 18;
+    /// Words a piece of an outline takes: kind, three points, one spare.
+    PIECE_WORDS = 8;
+    /// What to draw: shaded.
+    SHOW_SHADED = 0;
+    /// Normals as colours.
+    SHOW_NORMAL = 1;
+    /// Distance along the ray.
+    SHOW_DEPTH = 2;
+    /// Steps as blue → green → yellow → red.
+    SHOW_HEAT = 3;
+    /// What a ray found: nothing.
+    HIT_NONE = 0;
+    /// The surface, seen from outside.
+    HIT_OUTSIDE = 1;
+    /// The surface, seen from inside a solid.
+    HIT_INSIDE = 2;
+    /// The ground plane.
+    HIT_GROUND = 3;
+    /// Slots of the GPU interpreter's stacks of values and of points.
+    GPU_STACK_SLOTS = 32;
+}

@@ -1,0 +1,111 @@
+//! Structs that buffers hold.
+
+use crate::declare::shared_struct;
+use crate::Layout;
+
+shared_struct! {
+    /// One step of a field program.
+    Instr {
+        /// An `OP_…`.
+        op: u32,
+        /// `COMBINE_…` and `FLAG_…` bits.
+        flags: u32,
+        /// Where its words start in the table of parameters.
+        params: u32,
+        /// Index into the table of materials; for `OP_NEXT`, the instruction to go back to.
+        operand: u32,
+    }
+}
+
+shared_struct! {
+    /// What a surface looks like. Colours are linear, components in [0, 1] but for the emission.
+    MaterialWords {
+        /// Base colour, then roughness.
+        base_roughness: [f32; 4],
+        /// Emitted light, then metallic.
+        emission_metallic: [f32; 4],
+    }
+}
+
+shared_struct! {
+    /// What tracing and shading read: one frame, one sample of each pixel. Lengths in the world's unit.
+    Frame {
+        /// Where rays start, then the Lipschitz constant's reciprocal.
+        eye_step: [f32; 4],
+        /// The camera's x axis times the half width of the picture at distance 1.
+        right: [f32; 4],
+        /// The camera's y axis times the half height of the picture at distance 1.
+        up: [f32; 4],
+        /// The camera's viewing direction.
+        forward: [f32; 4],
+        /// Least corner of the box outside which nothing lies, then the distance under which a ray has hit.
+        box_min_epsilon: [f32; 4],
+        /// Greatest corner of that box, then the offset of the normal's central differences.
+        box_max_bias: [f32; 4],
+        /// Direction to the sun, then the scene's radius.
+        sun_radius: [f32; 4],
+        /// Height of the ground, 1 or 0 for whether there is one, a sample's offset in its pixel in x and y.
+        ground_jitter: [f32; 4],
+        /// Width in pixels.
+        width: u32,
+        /// Height in pixels.
+        height: u32,
+        /// The first row of this dispatch.
+        first_row: u32,
+        /// Most steps a ray takes.
+        max_steps: u32,
+        /// A `SHOW_…`.
+        show: u32,
+        /// Number of instructions.
+        instr_count: u32,
+        /// One over the number of samples a pixel.
+        sample_weight: f32,
+        /// Farthest length at which a ray may hit.
+        far: f32,
+    }
+}
+
+shared_struct! {
+    /// What a primary ray found.
+    Hit {
+        /// Unit normal towards the viewer, then the length of the ray. All zero where nothing was hit.
+        normal_t: [f32; 4],
+        /// A `HIT_…`.
+        kind: u32,
+        /// Field evaluations along the ray, the normal's apart.
+        steps: u32,
+        /// Zero.
+        pad0: u32,
+        /// Zero.
+        pad1: u32,
+    }
+}
+
+shared_struct! {
+    /// A point to evaluate the field at.
+    Query {
+        /// Position, then a spare word.
+        point: [f32; 4],
+    }
+}
+
+shared_struct! {
+    /// The field's answer at a point.
+    Answer {
+        /// Signed distance, three spare words.
+        distance: [f32; 4],
+        /// Base colour, then roughness.
+        base_roughness: [f32; 4],
+        /// Emitted light, then metallic.
+        emission_metallic: [f32; 4],
+    }
+}
+
+pub(crate) const STRUCTS: &[(Layout, &[&str])] = &[
+    (Instr::LAYOUT, Instr::FIELD_TYPES),
+    (MaterialWords::LAYOUT, MaterialWords::FIELD_TYPES),
+    (Frame::LAYOUT, Frame::FIELD_TYPES),
+    (Hit::LAYOUT, Hit::FIELD_TYPES),
+    (Query::LAYOUT, Query::FIELD_TYPES),
+    (Answer::LAYOUT, Answer::FIELD_TYPES),
+];

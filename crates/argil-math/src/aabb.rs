@@ -1,0 +1,126 @@
+use glam::{DAffine3, Vec3};
+
+/// An axis-aligned box, `min` and `max` in the same unit as the points it holds.
+///
+/// Bounds may be infinite: [`Aabb::ALL`] holds every point, [`Aabb::EMPTY`] none.
+///
+/// ```
+/// use argil_math::Aabb;
+/// use glam::Vec3;
+/// let unit = Aabb::new(Vec3::ZERO, Vec3::ONE);
+/// assert_eq!(unit.grown(1.0).size(), Vec3::splat(3.0));
+/// assert_eq!(unit.distance(Vec3::new(3.0, 0.5, 0.5)), 2.0);
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Aabb {
+    /// The corner of least coordinates.
+    pub min: Vec3,
+    /// The corner of greatest coordinates.
+    pub max: Vec3,
+}
+
+impl Aabb {
+    /// The box without points.
+    pub const EMPTY: Self = Self { min: Vec3::INFINITY, max: Vec3::NEG_INFINITY };
+    /// The box of all points.
+    pub const ALL: Self = Self { min: Vec3::NEG_INFINITY, max: Vec3::INFINITY };
+
+    /// The box between two corners; empty where a coordinate of `min` is above that of `max`.
+    pub const fn new(min: Vec3, max: Vec3) -> Self {
+        Self { min, max }
+    }
+
+    /// The box of half size `half` around the origin.
+    pub fn centered(half: Vec3) -> Self {
+        Self::new(-half, half)
+    }
+
+    /// The smallest box around some points.
+    pub fn around(points: impl IntoIterator<Item = Vec3>) -> Self {
+        points.into_iter().fold(Self::EMPTY, |b, p| Self::new(b.min.min(p), b.max.max(p)))
+    }
+
+    /// Whether no point lies in the box.
+    pub fn is_empty(self) -> bool {
+        self.min.cmpgt(self.max).any()
+    }
+
+    /// Whether the box is neither empty nor infinite.
+    pub fn is_finite(self) -> bool {
+        !self.is_empty() && self.min.is_finite() && self.max.is_finite()
+    }
+
+    /// The middle. Meaningful for a finite box only.
+    pub fn center(self) -> Vec3 {
+        (self.min + self.max) * 0.5
+    }
+
+    /// The lengths of the sides.
+    pub fn size(self) -> Vec3 {
+        self.max - self.min
+    }
+
+    /// Half of the diagonal: the radius of the sphere around the box.
+    pub fn half_diagonal(self) -> f32 {
+        0.5 * self.size().length()
+    }
+
+    /// The box moved outwards by `by` on all sides. An empty box stays empty.
+    pub fn grown(self, by: f32) -> Self {
+        if self.is_empty() { self } else { Self::new(self.min - by, self.max + by) }
+    }
+
+    /// The smallest box around both.
+    pub fn union(self, other: Self) -> Self {
+        Self::new(self.min.min(other.min), self.max.max(other.max))
+    }
+
+    /// The points in both.
+    pub fn intersection(self, other: Self) -> Self {
+        let both = Self::new(self.min.max(other.min), self.max.min(other.max));
+        if both.is_empty() { Self::EMPTY } else { both }
+    }
+
+    /// Whether a point lies in the box, its border included.
+    pub fn contains(self, point: Vec3) -> bool {
+        point.cmpge(self.min).all() && point.cmple(self.max).all()
+    }
+
+    /// The distance from a point to the box: 0 inside.
+    pub fn distance(self, point: Vec3) -> f32 {
+        (point - point.clamp(self.min, self.max)).length()
+    }
+
+    /// The eight corners.
+    pub fn corners(self) -> [Vec3; 8] {
+        std::array::from_fn(|i| {
+            Vec3::new(
+                if i & 1 == 0 { self.min.x } else { self.max.x },
+                if i & 2 == 0 { self.min.y } else { self.max.y },
+                if i & 4 == 0 { self.min.z } else { self.max.z },
+            )
+        })
+    }
+
+    /// A box around this one after an affine map. An infinite box that is turned becomes [`Aabb::ALL`].
+    pub fn mapped(self, to_from_self: &DAffine3) -> Self {
+        if self.is_empty() {
+            return self;
+        }
+        if !self.is_finite() {
+            let shift = to_from_self.translation.as_vec3();
+            let linear = to_from_self.matrix3;
+            let scale = linear.x_axis.x;
+            let uniform = glam::DMat3::from_diagonal(glam::DVec3::splat(scale));
+            return if scale > 0.0 && linear == uniform {
+                Self::new(self.min * scale as f32 + shift, self.max * scale as f32 + shift)
+            } else {
+                Self::ALL
+            };
+        }
+        // Corners in f64, then one step outwards for the rounding to f32.
+        let hull = Self::around(self.corners().map(|c| to_from_self.transform_point3(c.as_dvec3()).as_vec3()));
+        let slack = hull.min.abs().max(hull.max.abs()).max_element() * f32::EPSILON;
+        hull.grown(slack)
+    }
+}

@@ -1,0 +1,36 @@
+/// All values from `min` to `max`, both included.
+///
+/// ```
+/// use argil_math::Interval;
+/// let near = Interval::around(0.5, 0.2);
+/// assert!(near.is_positive() && near.contains(0.4));
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Interval {
+    /// The least value.
+    pub min: f32,
+    /// The greatest value.
+    pub max: f32,
+}
+
+impl Interval {
+    /// `center` ± `radius`.
+    pub fn around(center: f32, radius: f32) -> Self {
+        Self { min: center - radius, max: center + radius }
+    }
+
+    /// Whether a value lies in the interval.
+    pub fn contains(self, value: f32) -> bool {
+        self.min <= value && value <= self.max
+    }
+
+    /// Whether every value is above zero: of a distance, all of the region is outside.
+    pub fn is_positive(self) -> bool {
+        self.min > 0.0
+    }
+
+    /// Whether every value is below zero: of a distance, all of the region is inside.
+    pub fn is_negative(self) -> bool {
+        self.max < 0.0
+    }
+}

@@ -1,0 +1,301 @@
+//! Edits, their undoing, and the boxes they make dirty.
+
+use crate::extent::Extents;
+use crate::influence::influence;
+use crate::{Body, Entry, Fault, Modifier, Node, NodeId, Scene};
+use argil_math::Aabb;
+
+/// A change of a scene that can be undone.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Edit {
+    /// Put a brush or an empty group into a group, before what is at `index` now.
+    Insert {
+        /// The group.
+        parent: NodeId,
+        /// Where in the group, from 0 to its length.
+        index: usize,
+        /// What to put there.
+        entry: Entry,
+    },
+    /// Take a brush, or a group with all that it holds, out of the scene.
+    Remove {
+        /// Which.
+        node: NodeId,
+    },
+    /// Give a node another entry. A group stays a group and keeps what it holds.
+    Replace {
+        /// Which.
+        node: NodeId,
+        /// What it becomes.
+        entry: Entry,
+    },
+    /// Put a node elsewhere in the order, or into another group.
+    Move {
+        /// Which.
+        node: NodeId,
+        /// The group it goes to.
+        parent: NodeId,
+        /// Its index there, counted without the node itself.
+        index: usize,
+    },
+    /// Show or hide a node.
+    SetVisible {
+        /// Which.
+        node: NodeId,
+        /// Whether it takes part.
+        visible: bool,
+    },
+    /// Translate, rotate or scale a node once more. A second translation in a row adds to the first.
+    Transform {
+        /// Which.
+        node: NodeId,
+        /// A translate, rotate or scale modifier.
+        by: Modifier,
+    },
+}
+
+/// What an edit did.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Edited {
+    /// The node that was made or changed.
+    pub node: NodeId,
+    /// Outside this box no distance below the scene's [band](Scene::band) changed, nor did a material.
+    pub dirty_box: Aabb,
+}
+
+/// Why an edit was refused. The scene is as it was.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum EditError {
+    /// The node is not in the scene now.
+    #[error("node {0:?} is not in the scene")]
+    NoSuchNode(NodeId),
+    /// Something was to be put into a brush.
+    #[error("{0} is a brush: only a group can hold others")]
+    NotAGroup(String),
+    /// The index lies beyond the group's end.
+    #[error("index {index} lies beyond the end of the group, {len}")]
+    BadIndex {
+        /// The index asked for.
+        index: usize,
+        /// The group's length.
+        len: usize,
+    },
+    /// The group of everything was to be removed, moved or changed.
+    #[error("the root group cannot be removed, moved or replaced")]
+    Root,
+    /// A group was to be put into itself.
+    #[error("{0} cannot be moved into itself")]
+    IntoItself(String),
+    /// A brush was to become a group or the other way round.
+    #[error("{0} cannot change between brush and group: remove it and insert another")]
+    OtherKind(String),
+    /// A modifier that is not a translation, rotation or scale.
+    #[error("only translate, rotate and scale transform a node: replace its entry to change other modifiers")]
+    NotATransform,
+    /// The entry names a material that the scene does not have.
+    #[error("material: the scene has no material \"{0}\"")]
+    NoSuchMaterial(String),
+    /// A value in the entry cannot be used.
+    #[error(transparent)]
+    Fault(#[from] Fault),
+}
+
+/// A step that can be taken either way.
+#[derive(Clone, Debug)]
+enum Step {
+    Attach { node: NodeId, parent: NodeId, index: usize },
+    Detach { node: NodeId },
+    Set { node: NodeId, entry: Entry },
+    Move { node: NodeId, parent: NodeId, index: usize },
+}
+
+#[derive(Clone, Debug, Default)]
+pub(crate) struct History {
+    undo: Vec<Step>,
+    redo: Vec<Step>,
+}
+
+impl Scene {
+    /// Put a brush or an empty group at the end of the scene.
+    pub fn push(&mut self, entry: impl Into<Entry>) -> Result<Edited, EditError> {
+        self.push_into(Self::ROOT, entry)
+    }
+
+    /// Put a brush or an empty group at the end of a group.
+    pub fn push_into(&mut self, parent: NodeId, entry: impl Into<Entry>) -> Result<Edited, EditError> {
+        let index = self.nodes.get(parent.index()).ok_or(EditError::NoSuchNode(parent))?.children.len();
+        self.apply(Edit::Insert { parent, index, entry: entry.into() })
+    }
+
+    /// Do an edit. What was undone before can then not be redone.
+    pub fn apply(&mut self, edit: Edit) -> Result<Edited, EditError> {
+        let step = self.step(edit)?;
+        let (edited, inverse) = self.take(step);
+        self.history.undo.push(inverse);
+        self.history.redo.clear();
+        Ok(edited)
+    }
+
+    /// Take the last edit back. Whether there was one; [`Scene::undo_edit`] tells what changed.
+    pub fn undo(&mut self) -> bool {
+        self.undo_edit().is_some()
+    }
+
+    /// Do again what was undone last. Whether there was something.
+    pub fn redo(&mut self) -> bool {
+        self.redo_edit().is_some()
+    }
+
+    /// Take the last edit back, with the box that this makes dirty.
+    pub fn undo_edit(&mut self) -> Option<Edited> {
+        let step = self.history.undo.pop()?;
+        let (edited, inverse) = self.take(step);
+        self.history.redo.push(inverse);
+        Some(edited)
+    }
+
+    /// Do again what was undone last, with the box that this makes dirty.
+    pub fn redo_edit(&mut self) -> Option<Edited> {
+        let step = self.history.redo.pop()?;
+        let (edited, inverse) = self.take(step);
+        self.history.undo.push(inverse);
+        Some(edited)
+    }
+
+    /// Check an edit and turn it into a step.
+    fn step(&mut self, edit: Edit) -> Result<Step, EditError> {
+        Ok(match edit {
+            Edit::Insert { parent, index, entry } => {
+                self.check_entry(&entry)?;
+                self.check_place(parent, index)?;
+                let node = NodeId(self.nodes.len() as u32);
+                self.nodes.push(Node { entry, children: Vec::new(), parent: None });
+                Step::Attach { node, parent, index }
+            }
+            Edit::Remove { node } => {
+                self.check_inner(node)?;
+                Step::Detach { node }
+            }
+            Edit::Replace { node, entry } => {
+                self.check_inner(node)?;
+                self.check_entry(&entry)?;
+                let same = matches!(self.node(node).entry.body, Body::Group) == matches!(entry.body, Body::Group);
+                if !same {
+                    return Err(EditError::OtherKind(self.path(node)));
+                }
+                Step::Set { node, entry }
+            }
+            Edit::Move { node, parent, index } => {
+                self.check_inner(node)?;
+                let mut at = Some(parent);
+                while let Some(id) = at {
+                    if id == node {
+                        return Err(EditError::IntoItself(self.path(node)));
+                    }
+                    at = self.nodes.get(id.index()).ok_or(EditError::NoSuchNode(id))?.parent;
+                }
+                let own_place = usize::from(self.node(node).parent == Some(parent));
+                self.check_place(parent, index + own_place)?;
+                Step::Move { node, parent, index }
+            }
+            Edit::SetVisible { node, visible } => {
+                self.check_inner(node)?;
+                Step::Set { node, entry: Entry { visible, ..self.node(node).entry.clone() } }
+            }
+            Edit::Transform { node, by } => {
+                self.check_inner(node)?;
+                if by.affine().is_none() {
+                    return Err(EditError::NotATransform);
+                }
+                let mut entry = self.node(node).entry.clone();
+                match (entry.modifiers.last_mut(), &by) {
+                    (Some(Modifier::Translate { by: old }), Modifier::Translate { by: more }) => {
+                        *old = std::array::from_fn(|i| old[i] + more[i]);
+                    }
+                    _ => entry.modifiers.push(by),
+                }
+                self.check_entry(&entry)?;
+                Step::Set { node, entry }
+            }
+        })
+    }
+
+    /// Take a checked step; the step back.
+    fn take(&mut self, step: Step) -> (Edited, Step) {
+        let (Step::Attach { node, .. } | Step::Detach { node } | Step::Set { node, .. } | Step::Move { node, .. }) = step;
+        let before = self.dirty_box(node);
+        let inverse = match step {
+            Step::Attach { node, parent, index } => {
+                self.attach(node, parent, index);
+                Step::Detach { node }
+            }
+            Step::Detach { node } => {
+                let (parent, index) = self.detach(node);
+                Step::Attach { node, parent, index }
+            }
+            Step::Set { node, mut entry } => {
+                std::mem::swap(&mut self.nodes[node.index()].entry, &mut entry);
+                Step::Set { node, entry }
+            }
+            Step::Move { node, parent, index } => {
+                let (old_parent, old_index) = self.detach(node);
+                self.attach(node, parent, index);
+                Step::Move { node, parent: old_parent, index: old_index }
+            }
+        };
+        let dirty_box = before.union(self.dirty_box(node));
+        (Edited { node, dirty_box }, inverse)
+    }
+
+    fn dirty_box(&self, node: NodeId) -> Aabb {
+        influence(self, &mut Extents::of(self), node, self.band)
+    }
+
+    fn attach(&mut self, node: NodeId, parent: NodeId, index: usize) {
+        self.nodes[parent.index()].children.insert(index, node);
+        self.nodes[node.index()].parent = Some(parent);
+    }
+
+    fn detach(&mut self, node: NodeId) -> (NodeId, usize) {
+        let parent = self.nodes[node.index()].parent.take().unwrap_or(Self::ROOT);
+        let siblings = &mut self.nodes[parent.index()].children;
+        let index = siblings.iter().rposition(|&c| c == node).unwrap_or_default();
+        siblings.remove(index);
+        (parent, index)
+    }
+
+    /// Whether a node is in the tree, the root aside.
+    fn check_inner(&self, node: NodeId) -> Result<(), EditError> {
+        if node == Self::ROOT {
+            return Err(EditError::Root);
+        }
+        self.check_attached(node)
+    }
+
+    fn check_attached(&self, node: NodeId) -> Result<(), EditError> {
+        let mut at = node;
+        while at != Self::ROOT {
+            at = self.nodes.get(at.index()).and_then(|n| n.parent).ok_or(EditError::NoSuchNode(node))?;
+        }
+        Ok(())
+    }
+
+    fn check_place(&self, parent: NodeId, index: usize) -> Result<(), EditError> {
+        self.check_attached(parent)?;
+        let group = self.node(parent);
+        if !matches!(group.entry.body, Body::Group) {
+            return Err(EditError::NotAGroup(self.path(parent)));
+        }
+        let len = group.children.len();
+        if index > len { Err(EditError::BadIndex { index, len }) } else { Ok(()) }
+    }
+
+    pub(crate) fn check_entry(&self, entry: &Entry) -> Result<(), EditError> {
+        entry.check()?;
+        match &entry.material {
+            Some(name) if !self.materials.contains_key(name) => Err(EditError::NoSuchMaterial(name.clone())),
+            _ => Ok(()),
+        }
+    }
+}

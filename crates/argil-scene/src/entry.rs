@@ -1,0 +1,174 @@
+use crate::fault::Fault;
+use crate::{Modifier, Operator, OperatorKind, Profile, Shape};
+
+/// What a brush or a group is apart from its place in the scene.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Entry {
+    /// A name for people; may be empty, need not be unique.
+    pub name: String,
+    /// Whether it takes part.
+    pub visible: bool,
+    /// How it acts on what stands above it.
+    pub operator: Operator,
+    /// Changes of its solid, the first first.
+    pub modifiers: Vec<Modifier>,
+    /// The name of a material of the scene; without one, that of the group around it.
+    pub material: Option<String>,
+    /// A shape, or a group that holds others.
+    pub body: Body,
+}
+
+/// What an entry is made of.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Body {
+    /// A brush.
+    Shape(Shape),
+    /// A group; what it holds is asked of the scene.
+    Group,
+}
+
+impl Entry {
+    fn new(body: Body) -> Self {
+        Self {
+            name: String::new(),
+            visible: true,
+            operator: Operator::default(),
+            modifiers: Vec::new(),
+            material: None,
+            body,
+        }
+    }
+
+    /// Whether every value can be used; else the first that cannot.
+    pub fn check(&self) -> Result<(), Fault> {
+        self.operator.check()?;
+        for (i, modifier) in self.modifiers.iter().enumerate() {
+            modifier.check().map_err(|f| f.within(&format!("modifiers[{i}]")))?;
+        }
+        match &self.body {
+            Body::Shape(shape) => shape.check().map_err(|f| f.within("shape")),
+            Body::Group => Ok(()),
+        }
+    }
+}
+
+/// Methods that a brush and a group are built with.
+macro_rules! builder {
+    ($name:ident) => {
+        impl $name {
+            /// Give it a name.
+            pub fn named(mut self, name: impl Into<String>) -> Self {
+                self.0.name = name.into();
+                self
+            }
+
+            /// Append a modifier.
+            pub fn modify(mut self, modifier: Modifier) -> Self {
+                self.0.modifiers.push(modifier);
+                self
+            }
+
+            /// Move it.
+            pub fn at(self, position: [f32; 3]) -> Self {
+                self.modify(Modifier::Translate { by: position })
+            }
+
+            /// Turn it about an axis through the origin.
+            pub fn rotated(self, axis: [f32; 3], degrees: f32) -> Self {
+                self.modify(Modifier::Rotate { axis, degrees })
+            }
+
+            /// Scale it about the origin.
+            pub fn scaled(self, by: f32) -> Self {
+                self.modify(Modifier::Scale { by })
+            }
+
+            /// Act by an operator other than union.
+            pub fn operator(mut self, kind: OperatorKind) -> Self {
+                self.0.operator.kind = kind;
+                self
+            }
+
+            /// Take it away from what stands above.
+            pub fn subtract(self) -> Self {
+                self.operator(OperatorKind::Subtract)
+            }
+
+            /// Keep only what lies in it.
+            pub fn intersect(self) -> Self {
+                self.operator(OperatorKind::Intersect)
+            }
+
+            /// Give its material to what stands above.
+            pub fn paint(self) -> Self {
+                self.operator(OperatorKind::Paint)
+            }
+
+            /// Interpolate what stands above towards it, by `amount` from 0 to 1.
+            pub fn morph(mut self, amount: f32) -> Self {
+                self.0.operator.amount = amount;
+                self.operator(OperatorKind::Morph)
+            }
+
+            /// Blend the joint over a radius.
+            pub fn blend(mut self, radius: f32) -> Self {
+                self.0.operator.blend = radius;
+                self
+            }
+
+            /// Chamfer the joint over a radius.
+            pub fn chamfer(mut self, radius: f32) -> Self {
+                self.0.operator.profile = Profile::Chamfer;
+                self.blend(radius)
+            }
+
+            /// Use a material of the scene.
+            pub fn material(mut self, name: impl Into<String>) -> Self {
+                self.0.material = Some(name.into());
+                self
+            }
+
+            /// Take no part.
+            pub fn hidden(mut self) -> Self {
+                self.0.visible = false;
+                self
+            }
+        }
+
+        impl From<$name> for Entry {
+            fn from(value: $name) -> Self {
+                value.0
+            }
+        }
+    };
+}
+
+/// A brush to be put into a scene.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Brush(Entry);
+
+impl Brush {
+    /// A visible union of a shape at the origin.
+    pub fn new(shape: Shape) -> Self {
+        Self(Entry::new(Body::Shape(shape)))
+    }
+}
+builder!(Brush);
+
+/// An empty group to be put into a scene.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Group(Entry);
+
+impl Group {
+    /// A visible group that is a union.
+    pub fn new() -> Self {
+        Self(Entry::new(Body::Group))
+    }
+}
+
+impl Default for Group {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+builder!(Group);

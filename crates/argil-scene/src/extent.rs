@@ -1,0 +1,224 @@
+//! Boxes around brushes and groups, from the leaves up.
+
+use crate::modifier::NOISE_LIPSCHITZ;
+use crate::{Body, Exactness, Modifier, NodeId, OperatorKind, Scene, Shape, twist_stretch};
+use argil_math::Aabb;
+use glam::{Vec2, Vec3};
+use std::collections::HashMap;
+
+/// What is known of a distance without evaluating it, in the frame of whoever holds it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Extent {
+    /// A box around the solid.
+    pub aabb: Aabb,
+    /// A factor u ≥ 1: at a point, the distance is at least that to the box divided by u.
+    pub underestimate: f32,
+    /// By how much the distance outside can fall short of the Euclidean one; infinite where nothing is known.
+    pub shortfall: f32,
+}
+
+impl Extent {
+    /// Of nothing.
+    pub const EMPTY: Self = Self { aabb: Aabb::EMPTY, underestimate: 1.0, shortfall: 0.0 };
+
+    fn of_shape(shape: &Shape) -> Self {
+        let aabb = shape.aabb();
+        let shortfall = match shape.exactness() {
+            Exactness::Bound => 2.0 * aabb.half_diagonal(),
+            Exactness::Exact => 0.0,
+        };
+        Self { aabb, underestimate: 1.0, shortfall }
+    }
+
+    /// A surface moved outwards by at most `by`.
+    fn offset(self, by: f32) -> Self {
+        Self { aabb: self.aabb.grown(self.underestimate * by), ..self }
+    }
+
+    /// After one modifier.
+    pub(crate) fn modified(self, modifier: &Modifier) -> Self {
+        if self.aabb.is_empty() {
+            return self;
+        }
+        match *modifier {
+            Modifier::Round { radius } => self.offset(radius),
+            Modifier::Shell { thickness } => self.offset(thickness),
+            Modifier::Displace { amplitude, .. } => {
+                let moved = self.offset(2.0 * amplitude);
+                Self { underestimate: self.underestimate * stretch(modifier, self.aabb), shortfall: f32::INFINITY, ..moved }
+            }
+            Modifier::Twist { .. } | Modifier::Bend { .. } => {
+                Self { aabb: region_after(modifier, self.aabb, self.aabb), underestimate: 1.0, shortfall: f32::INFINITY }
+            }
+            Modifier::Scale { by } => {
+                Self { aabb: region_after(modifier, self.aabb, self.aabb), shortfall: self.shortfall * by, ..self }
+            }
+            Modifier::Elongate { by } => {
+                let shortfall = self.shortfall + 2.0 * Vec3::from(by).length();
+                Self { aabb: region_after(modifier, self.aabb, self.aabb), shortfall, ..self }
+            }
+            _ => Self { aabb: region_after(modifier, self.aabb, self.aabb), ..self },
+        }
+    }
+}
+
+/// The factor by which a modifier's distance must shrink to keep the Lipschitz constant of what it modifies, given
+/// the box of that.
+pub(crate) fn stretch(modifier: &Modifier, content: Aabb) -> f32 {
+    match *modifier {
+        // Each octave halves the amplitude and doubles the frequency: the same slope again.
+        Modifier::Displace { amplitude, frequency, octaves, .. } => {
+            1.0 + amplitude * frequency * NOISE_LIPSCHITZ * octaves as f32
+        }
+        _ => modifier.clamp_box(content).map_or(1.0, |b| twist_stretch(modifier, b)),
+    }
+}
+
+/// A box around the points that a modifier maps into `region`, which lies in the frame of what is modified; `content`
+/// is the box of that.
+pub(crate) fn region_after(modifier: &Modifier, region: Aabb, content: Aabb) -> Aabb {
+    if region.is_empty() {
+        return region;
+    }
+    if let Some(content_from_outer) = modifier.affine() {
+        return region.mapped(&content_from_outer.inverse());
+    }
+    let mut after = region;
+    match *modifier {
+        Modifier::Mirror { axes } => {
+            for axis in (0..3).filter(|&a| axes[a]) {
+                after.max[axis] = region.max[axis].max(0.0);
+                after.min[axis] = -after.max[axis];
+            }
+        }
+        Modifier::Repeat { spacing, count } => {
+            for axis in 0..3 {
+                let reach = match count {
+                    Some(count) => 0.5 * count[axis].saturating_sub(1) as f32 * spacing[axis],
+                    None if spacing[axis] > 0.0 => f32::INFINITY,
+                    None => 0.0,
+                };
+                after.min[axis] -= reach;
+                after.max[axis] += reach;
+            }
+        }
+        Modifier::RadialRepeat { .. } => {
+            let far = region.min.abs().max(region.max.abs());
+            let r = Vec2::new(far.x, far.z).length();
+            after = Aabb::new(Vec3::new(-r, region.min.y, -r), Vec3::new(r, region.max.y, r));
+        }
+        Modifier::Elongate { by } => {
+            after = Aabb::new(region.min - Vec3::from(by), region.max + Vec3::from(by));
+        }
+        Modifier::Twist { .. } | Modifier::Bend { .. } => {
+            let clamp_box = modifier.clamp_box(content).unwrap_or(Aabb::ALL);
+            after = modifier.clamp_box(region).unwrap_or(Aabb::ALL).intersection(clamp_box);
+        }
+        _ => {}
+    }
+    after
+}
+
+/// The extents of nodes, measured when first asked for.
+///
+/// Asking for the root measures everything, in time linear in the number of nodes; asking for a brush, only that
+/// brush, so that one edit among 100,000 brushes does not pay for all of them. No recursion: depth costs heap only.
+#[derive(Clone, Debug)]
+pub struct Extents<'a> {
+    scene: &'a Scene,
+    /// Of the shape or of what the group holds before its modifiers, and after them in the frame of the group around.
+    known: HashMap<NodeId, [Extent; 2]>,
+}
+
+impl<'a> Extents<'a> {
+    /// Of a scene, nothing measured yet.
+    pub fn of(scene: &'a Scene) -> Self {
+        Self { scene, known: HashMap::new() }
+    }
+
+    /// Before the node's modifiers, in its own frame.
+    pub fn content(&mut self, id: NodeId) -> Extent {
+        self.measure(id)[0]
+    }
+
+    /// After the node's modifiers, in the frame of the group around it.
+    pub fn outer(&mut self, id: NodeId) -> Extent {
+        self.measure(id)[1]
+    }
+
+    /// The extents of a node before its first modifier, before its second, …, after its last.
+    pub fn stages(&mut self, id: NodeId) -> Vec<Extent> {
+        let mut stages = vec![self.content(id)];
+        for modifier in &self.scene.node(id).entry.modifiers {
+            stages.push(stages[stages.len() - 1].modified(modifier));
+        }
+        stages
+    }
+
+    fn measure(&mut self, id: NodeId) -> [Extent; 2] {
+        if let Some(&known) = self.known.get(&id) {
+            return known;
+        }
+        let parents_first: Vec<NodeId> = self.scene.walk_from(id).collect();
+        for &id in parents_first.iter().rev() {
+            let node = self.scene.node(id);
+            let content = match &node.entry.body {
+                Body::Shape(shape) => Extent::of_shape(shape),
+                Body::Group => self.fold(&node.children),
+            };
+            let outer = node.entry.modifiers.iter().fold(content, |e, m| e.modified(m));
+            self.known.insert(id, [content, outer]);
+        }
+        self.known[&id]
+    }
+
+    /// The extent of a list of operands.
+    fn fold(&self, children: &[NodeId]) -> Extent {
+        let mut all = Extent::EMPTY;
+        // A chain of smooth unions stands out from its operands by the sum of the joints' bulges, and by no more than
+        // the greatest blend radius: where the result is that far below every operand, |a − b| ≥ k.
+        let (mut bulges, mut greatest) = (0.0f32, 0.0f32);
+        for &id in children {
+            let entry = &self.scene.node(id).entry;
+            let operand = self.known[&id][1];
+            if !entry.visible || operand.aabb.is_empty() {
+                continue;
+            }
+            let operator = &entry.operator;
+            let first = all.aabb.is_empty();
+            match operator.kind {
+                OperatorKind::Union if first => all = operand,
+                _ if first => continue,
+                OperatorKind::Paint => continue,
+                OperatorKind::Union => {
+                    bulges += operator.bulge();
+                    greatest = greatest.max(operator.blend);
+                    all.aabb = all.aabb.union(operand.aabb);
+                    all.shortfall = all.shortfall.max(operand.shortfall) + operator.bulge();
+                }
+                OperatorKind::Intersect => {
+                    let both = all.offset(bulges.min(greatest)).aabb.intersection(operand.aabb);
+                    (bulges, greatest) = (0.0, 0.0);
+                    all.aabb = if both.is_empty() { operand.aabb } else { both };
+                    // To the corner of two boxes that overlap it is up to √2 times as far as to either.
+                    all.underestimate *= std::f32::consts::SQRT_2;
+                    all.shortfall = f32::INFINITY;
+                }
+                OperatorKind::Subtract => all.shortfall = f32::INFINITY,
+                OperatorKind::Morph => {
+                    all.aabb = all.aabb.union(operand.aabb);
+                    all.shortfall = f32::INFINITY;
+                }
+            }
+            all.underestimate = all.underestimate.max(operand.underestimate);
+        }
+        all.offset(bulges.min(greatest))
+    }
+}
+
+impl Modifier {
+    /// The factor by which the distance must shrink, see the crate's `stretch`.
+    pub fn stretch(&self, content: Aabb) -> f32 {
+        stretch(self, content)
+    }
+}

@@ -1,0 +1,115 @@
+//! Scenes as JSON.
+//!
+//! *Theory.* Groups nest, thousands of levels where a tree was imported, so the document's skeleton is read token by
+//! token with a stack on the heap. What hangs on it (shapes, modifiers, materials) is small and shallow; each such part
+//! is copied out, at most [`MAX_PART_BYTES`] of it, and read by serde.
+//!
+//! *Practice.* A file is streamed: garbage is refused at its first wrong byte, however long it is. Every error knows
+//! its place: the reader's position, or, for a value that can be read but not used, the place that a second pass finds
+//! by the value's path.
+
+mod document;
+mod read;
+mod write;
+
+use crate::{EditError, Fault, Scene};
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+pub use document::schema;
+
+/// The version that this program writes, and the newest that it reads.
+pub const FORMAT_VERSION: u32 = 1;
+
+/// Deepest nesting of JSON values in a file; two levels make one level of groups.
+const MAX_DEPTH: u32 = 200_000;
+
+/// Longest part (a shape, a list of modifiers, a name) in bytes.
+const MAX_PART_BYTES: usize = 1 << 20;
+
+/// Why a scene file could not be read or written.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum FileError {
+    /// The file itself could not be opened, read or written.
+    #[error("{path}: {source}")]
+    Io {
+        /// Which file.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// What the file holds is not a scene.
+    #[error("{path}:{line}:{column}: {fault}")]
+    Content {
+        /// Which file.
+        path: PathBuf,
+        /// Line, from 1.
+        line: u64,
+        /// Column in characters, from 1.
+        column: u64,
+        /// The path in the document, and what is wrong there.
+        fault: Fault,
+    },
+    /// The file was written by a newer program.
+    #[error("{path}: format version {found} is newer than this program reads ({FORMAT_VERSION}): update argil")]
+    Newer {
+        /// Which file.
+        path: PathBuf,
+        /// Its version.
+        found: u64,
+    },
+}
+
+impl Scene {
+    /// Read a scene file.
+    pub fn open(path: impl AsRef<Path>) -> Result<Self, FileError> {
+        let path = path.as_ref();
+        let io = |source| FileError::Io { path: path.into(), source };
+        let open = || std::fs::File::open(path).map_err(io);
+        if std::fs::metadata(path).map_err(io)?.is_dir() {
+            return Err(io(std::io::Error::other("is a folder, not a scene file")));
+        }
+        read::read(path, open()?, open)
+    }
+
+    /// Read a scene from text. `path` stands in messages only.
+    pub fn from_json(json: &str, path: impl AsRef<Path>) -> Result<Self, FileError> {
+        read::read(path.as_ref(), json.as_bytes(), || Ok(json.as_bytes()))
+    }
+
+    /// The scene as the text of a file.
+    pub fn to_json(&self) -> String {
+        let mut text = Vec::new();
+        // A vector takes every byte, and every string here is UTF-8.
+        let _ = write::write(self, &mut text);
+        String::from_utf8_lossy(&text).into_owned()
+    }
+
+    /// Write a scene file, beside its place and then renamed into it, so that a failure leaves the old file whole.
+    pub fn save(&self, path: impl AsRef<Path>) -> Result<(), FileError> {
+        let path = path.as_ref();
+        let io = |source| FileError::Io { path: path.into(), source };
+        let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        let mut file = tempfile::Builder::new().prefix(".argil-").tempfile_in(folder).map_err(io)?;
+        let mut out = std::io::BufWriter::new(&mut file);
+        write::write(self, &mut out).map_err(io)?;
+        std::io::Write::flush(&mut out).map_err(io)?;
+        drop(out);
+        file.persist(path).map_err(|e| io(e.error))?;
+        Ok(())
+    }
+}
+
+/// A fault in an entry seen as a fault in the file.
+fn fault_of(error: EditError) -> Fault {
+    match error {
+        EditError::Fault(fault) => fault,
+        EditError::NoSuchMaterial(name) => Fault::new("material", format!("the scene has no material \"{name}\"")),
+        other => Fault::new("", other.to_string()),
+    }
+}
+
+/// Any reader of bytes.
+trait Source: Read {}
+impl<R: Read> Source for R {}

@@ -1,0 +1,125 @@
+//! The shape of a scene file, for the schema and for writing. Reading goes by [`super::read`].
+
+use crate::{Material, Modifier, Operator, OperatorKind, Profile, Shape, View};
+use schemars::JsonSchema;
+use serde::Serialize;
+use std::collections::BTreeMap;
+
+/// A scene file of Argil.
+#[derive(Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Document {
+    /// Version of the format; must come first.
+    #[schemars(range(min = 1, max = 1))]
+    pub argil: u32,
+    /// A name for people.
+    #[serde(default)]
+    pub name: String,
+    /// Where the scene or its parts come from.
+    #[serde(default)]
+    pub credit: String,
+    /// How the scene is meant to be looked at.
+    #[serde(default)]
+    pub view: View,
+    /// Materials by name; must come before the brushes that use them.
+    #[serde(default)]
+    pub materials: BTreeMap<String, Material>,
+    /// Brushes and groups in order.
+    pub brushes: Vec<Item>,
+}
+
+/// A brush, which has a shape, or a group, which has brushes.
+#[derive(Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Item {
+    /// A name for people.
+    #[serde(default)]
+    pub name: String,
+    /// Whether it takes part.
+    #[serde(default = "yes")]
+    pub visible: bool,
+    /// How it acts on what stands above it in its group.
+    #[serde(default)]
+    pub operator: OperatorKind,
+    /// Blend radius of the joint.
+    #[serde(default)]
+    pub blend: f32,
+    /// Outline of the joint.
+    #[serde(default)]
+    pub profile: Profile,
+    /// How far a morph goes, from 0 to 1.
+    #[serde(default)]
+    pub amount: f32,
+    /// The name of one of the scene's materials.
+    #[serde(default)]
+    pub material: Option<String>,
+    /// Changes of the solid, the first first.
+    #[serde(default)]
+    pub modifiers: Vec<Modifier>,
+    /// The shape of a brush.
+    #[serde(default)]
+    pub shape: Option<Shape>,
+    /// What a group holds, in order.
+    #[serde(default)]
+    pub brushes: Option<Vec<Item>>,
+}
+
+fn yes() -> bool {
+    true
+}
+
+/// The fields of an item other than `brushes`, as a file holds them: defaults are left out.
+#[derive(Serialize)]
+pub(super) struct Head<'a> {
+    #[serde(skip_serializing_if = "str::is_empty")]
+    pub name: &'a str,
+    #[serde(skip_serializing_if = "Clone::clone")]
+    pub visible: bool,
+    #[serde(skip_serializing_if = "is_default")]
+    pub operator: OperatorKind,
+    #[serde(skip_serializing_if = "is_positive_zero")]
+    pub blend: f32,
+    #[serde(skip_serializing_if = "is_default")]
+    pub profile: Profile,
+    #[serde(skip_serializing_if = "is_positive_zero")]
+    pub amount: f32,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub material: Option<&'a str>,
+    #[serde(skip_serializing_if = "<[Modifier]>::is_empty")]
+    pub modifiers: &'a [Modifier],
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub shape: Option<&'a Shape>,
+}
+
+impl<'a> Head<'a> {
+    pub fn of(entry: &'a crate::Entry) -> Self {
+        let Operator { kind, blend, profile, amount } = entry.operator;
+        let shape = if let crate::Body::Shape(shape) = &entry.body { Some(shape) } else { None };
+        Self {
+            name: &entry.name,
+            visible: entry.visible,
+            operator: kind,
+            blend,
+            profile,
+            amount,
+            material: entry.material.as_deref(),
+            modifiers: &entry.modifiers,
+            shape,
+        }
+    }
+}
+
+fn is_default<T: Default + PartialEq>(value: &T) -> bool {
+    *value == T::default()
+}
+
+/// −0 is written, so that what is read again is the same bit for bit.
+fn is_positive_zero(value: &f32) -> bool {
+    value.to_bits() == 0
+}
+
+/// The JSON schema of scene files, as text.
+pub fn schema() -> String {
+    let schema = schemars::schema_for!(Document);
+    serde_json::to_string_pretty(&schema).unwrap_or_default() + "\n"
+}

@@ -1,0 +1,130 @@
+//! Where a brush or group can matter.
+//!
+//! *Theory.* Say a change is worth noting where the scene's distance, clamped to ±band, differs. A change of an operand
+//! by a smooth union of radius k shows only where the operand lies below the other plus k, so the box of a change is
+//! the operand's own, grown by band + k. What stands below in the list carries changes further: if a value reaches the
+//! final band only through a later blend of radius k, it was at most k higher before. Those radii add up, over the
+//! operands that are near. They need not add up for ever: a blend that lowers a value by δ lets through at most
+//! (k − δ) / 2k of a change, so after a fall of 7 k in all, less than 2⁻²⁴ of it is left, and `f32` cannot show it.
+//!
+//! *Practice.* [`influence`] walks down from the root to the node, keeping the greatest distance of interest at each
+//! level, then maps the node's grown box up through its groups' modifiers.
+
+use crate::extent::region_after;
+use crate::{Extents, Modifier, NodeId, OperatorKind, Profile, Scene};
+use argil_math::Aabb;
+
+/// Falls, in greatest blend radii, after which nothing of a change is left: of smooth joints, and where a chamfer (which
+/// lets through 1/√2 of a change per joint) is among them.
+const SMOOTH_FALLS: f32 = 7.0;
+const CHAMFER_FALLS: f32 = 48.0;
+
+/// A box outside which the scene's distance, clamped to ±`band`, does not depend on a node.
+pub(crate) fn influence(scene: &Scene, extents: &mut Extents<'_>, node: NodeId, band: f32) -> Aabb {
+    // The first box counts every later blend; the second only those of operands near that box.
+    let coarse = grown_box(scene, extents, node, band, Aabb::ALL);
+    grown_box(scene, extents, node, band, coarse)
+}
+
+fn grown_box(scene: &Scene, extents: &mut Extents<'_>, node: NodeId, band: f32, near: Aabb) -> Aabb {
+    let mut chain = vec![node];
+    while let Some(parent) = scene.node(chain[chain.len() - 1]).parent {
+        chain.push(parent);
+    }
+    chain.reverse();
+    if chain[0] != Scene::ROOT || chain.iter().any(|&id| !scene.node(id).entry.visible) {
+        return Aabb::EMPTY;
+    }
+
+    // Down: the distance of interest at each level, and the modifiers passed on the way.
+    let mut interest = band;
+    let mut passed: Vec<(&Modifier, f32, Aabb)> = Vec::new();
+    let mut region = Aabb::EMPTY;
+    // Boxes of siblings can be compared with `near` only while their frame is the world's.
+    let mut in_world = true;
+    for pair in chain.windows(2) {
+        let (parent, child) = (pair[0], pair[1]);
+        let siblings = &scene.node(parent).children;
+        let index = siblings.iter().rposition(|&c| c == child).unwrap_or_default();
+        let entry = &scene.node(child).entry;
+        let outer = extents.outer(child);
+
+        let (falls, morphed) = later_falls(scene, extents, &siblings[index + 1..], interest, in_world.then_some(near));
+        interest += falls + blend_reach(&entry.operator, interest);
+        if morphed || matches!(entry.operator.kind, OperatorKind::Intersect | OperatorKind::Morph) {
+            // These act on all of the space that their list fills.
+            let everything = siblings.iter().filter(|&&s| scene.node(s).entry.visible).map(|&s| extents.outer(s));
+            region = everything.fold(Aabb::EMPTY, |b, e| b.union(e.aabb.grown(e.underestimate * interest)));
+            break;
+        }
+        region = outer.aabb.grown(outer.underestimate * interest);
+
+        if child != node && !entry.modifiers.is_empty() {
+            let stages = extents.stages(child);
+            for (modifier, content) in entry.modifiers.iter().zip(&stages).rev() {
+                passed.push((modifier, interest, content.aabb));
+                interest = interest_inside(modifier, interest, content.aabb);
+            }
+            in_world &= entry.modifiers.is_empty();
+        }
+    }
+
+    // Up: through the modifiers of the groups, innermost first.
+    for (modifier, interest, content) in passed.into_iter().rev() {
+        region = region_after(modifier, region, content);
+        if modifier.clamp_box(content).is_some() {
+            region = region.grown(interest);
+        }
+    }
+    region
+}
+
+/// How much further the operator's own joint reaches.
+fn blend_reach(operator: &crate::Operator, interest: f32) -> f32 {
+    match operator.profile {
+        Profile::Smooth => operator.blend,
+        // (a + b − k)/√2 < min(a, b) where |a − b| < k + (2 − √2)·|min|, and |min| is at most what is of interest.
+        Profile::Chamfer if operator.blend > 0.0 => operator.blend + 0.6 * interest,
+        Profile::Chamfer => 0.0,
+    }
+}
+
+/// How far values of interest can fall through the operands below, and whether one of these is a morph.
+fn later_falls(scene: &Scene, extents: &mut Extents<'_>, later: &[NodeId], interest: f32, near: Option<Aabb>) -> (f32, bool) {
+    let (mut sum, mut greatest, mut chamfered, mut morphed) = (0.0f32, 0.0f32, false, false);
+    for &id in later.iter().rev() {
+        let entry = &scene.node(id).entry;
+        if !entry.visible {
+            continue;
+        }
+        let operator = &entry.operator;
+        morphed |= operator.kind == OperatorKind::Morph;
+        let fall = blend_reach(operator, interest);
+        if fall == 0.0 || operator.kind == OperatorKind::Paint {
+            continue;
+        }
+        let outer = extents.outer(id);
+        let reach = outer.aabb.grown(outer.underestimate * (interest + sum + fall));
+        // Where an intersection's operand is not, it acts most.
+        let apart = operator.kind != OperatorKind::Intersect
+            && near.is_some_and(|near| near.intersection(reach).is_empty());
+        if apart {
+            continue;
+        }
+        sum += fall;
+        greatest = greatest.max(fall);
+        chamfered |= operator.profile == Profile::Chamfer;
+    }
+    (sum.min(greatest * if chamfered { CHAMFER_FALLS } else { SMOOTH_FALLS }), morphed)
+}
+
+/// The distance of interest before a modifier, given that after it.
+fn interest_inside(modifier: &Modifier, interest: f32, content: Aabb) -> f32 {
+    match *modifier {
+        Modifier::Scale { by } => interest / by,
+        Modifier::Round { radius } => interest + radius,
+        Modifier::Shell { thickness } => interest + thickness,
+        Modifier::Displace { amplitude, .. } => interest * modifier.stretch(content) + 2.0 * amplitude,
+        _ => interest * modifier.stretch(content),
+    }
+}

@@ -1,0 +1,213 @@
+use crate::fault::{Fault, coordinate, each, not_negative, positive, within};
+use argil_math::Aabb;
+use glam::{DAffine3, DQuat, DVec3, Vec2, Vec3};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// A change of a solid or of the space around it. A list of modifiers acts in its order: the first on the solid
+/// itself, the next on what that made.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(tag = "type", rename_all = "snake_case", deny_unknown_fields)]
+pub enum Modifier {
+    /// Move.
+    Translate {
+        /// By how much along each axis.
+        by: [f32; 3],
+    },
+    /// Turn about an axis through the origin, counter-clockwise when the axis points at the viewer.
+    Rotate {
+        /// The axis; any length but 0.
+        axis: [f32; 3],
+        /// The angle.
+        degrees: f32,
+    },
+    /// Scale about the origin, all axes alike.
+    Scale {
+        /// The factor, from 1e-4 to 1e4.
+        by: f32,
+    },
+    /// Keep the part on the positive side of the origin and add its mirror image, for each axis chosen.
+    Mirror {
+        /// Which axes change sign.
+        axes: [bool; 3],
+    },
+    /// Copies on a grid, centred on the origin. The solid should lie within its own cell; where it reaches beyond, up
+    /// to 125 copies are looked at.
+    Repeat {
+        /// Distance between copies along each axis; 0 for an axis without copies.
+        spacing: [f32; 3],
+        /// How many along each axis; without it, endlessly.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        count: Option<[u32; 3]>,
+    },
+    /// Copies turned about the y axis at equal angles. The solid belongs on the +x side.
+    RadialRepeat {
+        /// How many.
+        count: u32,
+    },
+    /// Cut the solid at the origin and pull the halves apart along each axis.
+    Elongate {
+        /// Half of the length put in, an axis.
+        by: [f32; 3],
+    },
+    /// Move the surface outwards; edges become round.
+    Round {
+        /// By how much.
+        radius: f32,
+    },
+    /// Keep only a shell around the surface.
+    Shell {
+        /// Half of the shell's thickness.
+        thickness: f32,
+    },
+    /// Turn about the y axis by an angle that grows with y.
+    Twist {
+        /// Degrees for a length of 1.
+        degrees_per_unit: f32,
+    },
+    /// Turn in the x–y plane by an angle that grows with x.
+    Bend {
+        /// Degrees for a length of 1.
+        degrees_per_unit: f32,
+    },
+    /// Move the surface in and out by seeded value noise, octave upon octave of half the amplitude and twice the
+    /// frequency.
+    Displace {
+        /// Greatest distance of the first octave.
+        amplitude: f32,
+        /// Cells of the first octave's lattice for a length of 1.
+        frequency: f32,
+        /// Which noise.
+        #[serde(default)]
+        seed: u32,
+        /// How many octaves, from 1 to 8.
+        #[serde(default = "one")]
+        octaves: u32,
+    },
+}
+
+fn one() -> u32 {
+    1
+}
+
+/// The steepest slope of value noise in [−1, 1] on a unit lattice with the fade 6t⁵ − 15t⁴ + 10t³: along a lattice
+/// edge between −1 and 1, twice the fade's slope of 15/8 in its middle.
+pub(crate) const NOISE_LIPSCHITZ: f32 = 3.75;
+
+impl Modifier {
+    /// Whether every parameter can be used; else the first that cannot.
+    pub fn check(&self) -> Result<(), Fault> {
+        match *self {
+            Self::Translate { by } => each("by", by, coordinate),
+            Self::Rotate { axis, degrees } => {
+                each("axis", axis, coordinate)?;
+                if Vec3::from(axis).length() < 1e-6 {
+                    return Err(Fault::new("axis", "[0, 0, 0] has no direction"));
+                }
+                coordinate("degrees", degrees)
+            }
+            Self::Scale { by } => within("by", by, 1e-4, 1e4),
+            Self::Mirror { .. } => Ok(()),
+            Self::Repeat { spacing, count } => {
+                each("spacing", spacing, not_negative)?;
+                for (axis, step) in spacing.into_iter().enumerate() {
+                    let many = count.map_or(step != 0.0, |c| c[axis] > 1);
+                    if many {
+                        positive(&format!("spacing[{axis}]"), step)?;
+                    }
+                    if let Some(0) | Some(1_000_001..) = count.map(|c| c[axis]) {
+                        let n = count.map_or(0, |c| c[axis]);
+                        return Err(Fault::new(format!("count[{axis}]"), format!("{n} is not from 1 to 1000000")));
+                    }
+                }
+                Ok(())
+            }
+            Self::RadialRepeat { count } if !(1..=10_000).contains(&count) => {
+                Err(Fault::new("count", format!("{count} is not from 1 to 10000")))
+            }
+            Self::RadialRepeat { .. } => Ok(()),
+            Self::Elongate { by } => each("by", by, not_negative),
+            Self::Round { radius } => not_negative("radius", radius),
+            Self::Shell { thickness } => positive("thickness", thickness),
+            Self::Twist { degrees_per_unit } | Self::Bend { degrees_per_unit } => {
+                within("degrees_per_unit", degrees_per_unit, -1e5, 1e5)
+            }
+            Self::Displace { amplitude, frequency, octaves, .. } => {
+                not_negative("amplitude", amplitude)?;
+                within("frequency", frequency, 1e-4, 1e4)?;
+                within("octaves", octaves as f32, 1.0, 8.0)
+            }
+        }
+    }
+
+    /// The map from the modified solid's frame to the solid's own, for translate, rotate and scale.
+    pub fn affine(&self) -> Option<DAffine3> {
+        match *self {
+            Self::Translate { by } => Some(DAffine3::from_translation(-Vec3::from(by).as_dvec3())),
+            Self::Rotate { axis, degrees } => {
+                let axis = Vec3::from(axis).as_dvec3().normalize();
+                Some(DAffine3::from_quat(DQuat::from_axis_angle(axis, -f64::from(degrees).to_radians())))
+            }
+            Self::Scale { by } => Some(DAffine3::from_scale(DVec3::splat(1.0 / f64::from(by)))),
+            _ => None,
+        }
+    }
+
+    /// The factor by which lengths grow: that of a scale, else 1.
+    pub fn scale(&self) -> f32 {
+        if let Self::Scale { by } = *self { by } else { 1.0 }
+    }
+
+    /// Where a twist or bend holds the points that it evaluates: a box around the deformed solid with a margin. `None`
+    /// for other modifiers.
+    pub fn clamp_box(&self, content: Aabb) -> Option<Aabb> {
+        let farthest = |a: f32, b: f32| a.abs().max(b.abs());
+        let (x, y, z) = (farthest(content.min.x, content.max.x), farthest(content.min.y, content.max.y), farthest(content.min.z, content.max.z));
+        let turned = match self {
+            Self::Twist { .. } => {
+                let r = Vec2::new(x, z).length();
+                Aabb::new(Vec3::new(-r, content.min.y, -r), Vec3::new(r, content.max.y, r))
+            }
+            Self::Bend { .. } => {
+                let r = Vec2::new(x, y).length();
+                Aabb::new(Vec3::new(-r, -r, content.min.z), Vec3::new(r, r, content.max.z))
+            }
+            _ => return None,
+        };
+        // Without a margin the distance would be 0 on the box's own faces where the solid touches them.
+        Some(turned.grown(0.05 * turned.half_diagonal()))
+    }
+}
+
+/// How much a twist or bend inside `clamp_box` can stretch space: the largest singular value of its Jacobian.
+///
+/// A twist shears a point at radius r by a = rate · r, and a shear's largest singular value is (a + √(a² + 4)) / 2; a
+/// bend's Jacobian is a rotation plus one column of length rate · r.
+pub fn twist_stretch(modifier: &Modifier, clamp_box: Aabb) -> f32 {
+    let far = clamp_box.min.abs().max(clamp_box.max.abs());
+    match *modifier {
+        Modifier::Twist { degrees_per_unit } => {
+            let a = degrees_per_unit.to_radians().abs() * Vec2::new(far.x, far.z).length();
+            0.5 * (a + (a * a + 4.0).sqrt())
+        }
+        Modifier::Bend { degrees_per_unit } => 1.0 + degrees_per_unit.to_radians().abs() * far.truncate().length(),
+        _ => 1.0,
+    }
+}
+
+/// Half of the angle about the y axis, measured from +x, that a box covers.
+pub fn angular_half_extent(content: Aabb) -> f32 {
+    if !content.is_finite() || content.min.x <= 0.0 {
+        return std::f32::consts::PI;
+    }
+    content.corners().map(|c| c.z.atan2(c.x).abs()).into_iter().fold(0.0, f32::max)
+}
+
+/// How many copies to look at along one axis (or ring) so that the nearest is among them, when the solid reaches to
+/// `extent` from its cell's centre: 2 where it stays within its cell, the own one and the nearest neighbour.
+///
+/// The nearest point of all copies lies in copy n only if, of the same point's images, n's is nearest; then
+/// |n · spacing| ≤ spacing / 2 + extent + spacing / 2.
+pub fn copies_needed(extent: f32, spacing: f32) -> u32 {
+    if extent <= 0.5 * spacing { 2 } else { 2 * (1.0 + extent / spacing).min(1e6) as u32 + 1 }
+}

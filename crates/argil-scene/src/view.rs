@@ -1,0 +1,85 @@
+use crate::fault::{Fault, coordinate, each, within};
+use argil_math::Aabb;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// How a scene is meant to be looked at.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct View {
+    /// Where the camera is.
+    pub camera: Placement,
+    /// The picture's vertical field of view in degrees, from 1 to 170.
+    pub field_of_view_degrees: f32,
+    /// Whether a ground plane lies under the scene.
+    pub ground: bool,
+    /// Least and greatest corner of what to look at; without it, the scene's own box.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub frame: Option<[[f32; 3]; 2]>,
+    /// Direction to the sun as azimuth and elevation in degrees.
+    pub sun_degrees: [f32; 2],
+}
+
+/// Where a camera stands.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum Placement {
+    /// Azimuth and elevation in degrees, and the distance in multiples of the radius of what is looked at.
+    Orbit([f32; 3]),
+    /// From a point to a point.
+    Look {
+        /// The camera.
+        eye: [f32; 3],
+        /// What is in the middle of the picture.
+        target: [f32; 3],
+    },
+}
+
+impl Default for View {
+    fn default() -> Self {
+        Self {
+            camera: Placement::Orbit([30.0, 20.0, 3.0]),
+            field_of_view_degrees: 35.0,
+            ground: false,
+            frame: None,
+            sun_degrees: [60.0, 50.0],
+        }
+    }
+}
+
+impl View {
+    pub(crate) fn check(&self) -> Result<(), Fault> {
+        self.camera.check().map_err(|f| f.within("camera"))?;
+        within("field_of_view_degrees", self.field_of_view_degrees, 1.0, 170.0)?;
+        each("sun_degrees", self.sun_degrees, coordinate)?;
+        if let Some([min, max]) = self.frame {
+            each("frame[0]", min, coordinate)?;
+            each("frame[1]", max, coordinate)?;
+            if Aabb::new(min.into(), max.into()).is_empty() {
+                return Err(Fault::new("frame", "the first corner is not below the second"));
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Placement {
+    /// Whether a camera can stand so.
+    pub fn check(&self) -> Result<(), Fault> {
+        match *self {
+            Self::Orbit([azimuth, elevation, distance]) => {
+                coordinate("orbit[0]", azimuth)?;
+                within("orbit[1]", elevation, -90.0, 90.0)?;
+                within("orbit[2]", distance, 0.0, 1e4)
+            }
+            Self::Look { eye, target } => {
+                each("look.eye", eye, coordinate)?;
+                each("look.target", target, coordinate)?;
+                if eye == target {
+                    return Err(Fault::new("look.target", "the camera looks at its own place"));
+                }
+                Ok(())
+            }
+        }
+    }
+}
