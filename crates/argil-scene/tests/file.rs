@@ -52,7 +52,7 @@ fn errors_name_line_column_path_and_reason() {
         (brush(&format!("{{{sphere}, \"modifiers\": [{{\"type\": \"scale\", \"by\": 0}}]}}")), "brushes[1].modifiers[0].by: 0 is not from"),
         (brush(&format!("{{{sphere}, \"modifiers\": [{{\"type\": \"scale\", \"by\": 2, \"to\": 0}}]}}")), "brushes[1].modifiers[0].to: unknown field `to`"),
         (brush(&format!("{{\"brushes\": [{{{sphere}, \"amount\": 2}}]}}")), "brushes[1].brushes[0].amount: 2 is not from 0 to 1"),
-        (brush(&format!("{{{sphere}, \"blend\": 1, \"blend\": 2}}")), "s.json:3:60: brushes[1].blend: this field stands twice"),
+        (brush(&format!("{{{sphere}, \"blend\": 1, \"blend\": 2}}")), "s.json:3:53: brushes[1].blend: this field stands twice"),
         ("{\"argil\": 1, \"brushes\": []} x".into(), "something follows"),
         ("{\"argil\": 1}".into(), "the field \"brushes\" is missing"),
         ("{\"argil\": 1, \"brushes\": [".into(), "cut off"),

@@ -362,7 +362,7 @@ fn enter_array<S: Source>(reader: &mut Tokens<S>, index: usize) -> Result<bool, 
     reader.has_next()
 }
 
-/// Enter the member of a name. The last of that name: of two, the second is the one at fault.
+/// Enter the first member of a name.
 fn enter_object<S: Source>(reader: &mut Tokens<S>, name: &str) -> Result<bool, ReaderError> {
     if reader.peek()? != ValueType::Object {
         return Ok(false);

@@ -1,0 +1,56 @@
+//! Operators; `combine.wgsl` is the twin.
+
+use crate::real::Real;
+
+/// The words of a combination.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Joint {
+    /// Blend radius.
+    pub k: f32,
+    /// One over four times that; 0 for a hard joint.
+    pub quarter: f32,
+    /// Signs: union +++, subtract −+−, intersect −−−.
+    pub sa: f32,
+    pub sb: f32,
+    pub sr: f32,
+    /// How far a morph goes.
+    pub amount: f32,
+}
+
+/// `sr · smin(sa · a, sb · b)` with the quadratic kernel.
+#[inline(always)]
+pub(crate) fn combine_smooth<R: Real>(a: R, b: R, j: &Joint) -> R {
+    let (a, b) = (a * j.sa, b * j.sb);
+    let h = (-(a - b).abs() + j.k).positive_part();
+    (a.min(b) - h * h * j.quarter) * j.sr
+}
+
+/// The same with a flat face across the joint.
+#[inline(always)]
+pub(crate) fn combine_chamfer<R: Real>(a: R, b: R, j: &Joint) -> R {
+    let (a, b) = (a * j.sa, b * j.sb);
+    let face = (a + b - j.k) * std::f32::consts::FRAC_1_SQRT_2;
+    let hard = a.min(b);
+    (if j.k > 0.0 { hard.min(face) } else { hard }) * j.sr
+}
+
+#[inline(always)]
+pub(crate) fn combine_morph<R: Real>(a: R, b: R, j: &Joint) -> R {
+    a + (b - a) * j.amount
+}
+
+/// The weight of b's material: that of b's distance in the quadratic kernel.
+#[inline(always)]
+pub(crate) fn weight_smooth(a: f32, b: f32, j: &Joint) -> f32 {
+    let (a, b) = (a * j.sa, b * j.sb);
+    let h = Real::positive_part(j.k - (a - b).abs()) * (2.0 * j.quarter);
+    if b < a { 1.0 - h } else { h }
+}
+
+/// The weight of a coat of paint: 1 inside, 0 outside, linear over the blend radius around the surface.
+#[inline(always)]
+pub(crate) fn weight_paint(b: f32, j: &Joint) -> f32 {
+    let soft = Real::clamp_to(0.5 - b * (4.0 * j.quarter), 0.0, 1.0);
+    let hard = if b < 0.0 { 1.0 } else { 0.0 };
+    if j.k > 0.0 { soft } else { hard }
+}

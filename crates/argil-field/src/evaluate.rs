@@ -1,0 +1,136 @@
+//! The ways into the interpreter.
+
+use crate::interpret::{Registers, run};
+use crate::real::{Dual, F32Lanes, LANES, Real};
+use crate::{FAR, Program, WORLD_LIMIT};
+use argil_abi::MaterialWords;
+use glam::Vec3;
+use multiversion::multiversion;
+use std::array;
+
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl", "x86_64+avx2"))]
+fn run_distances(program: &Program, registers: &mut Registers<f32>) {
+    run::<f32, false>(program, registers);
+}
+
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl", "x86_64+avx2"))]
+fn run_gradients(program: &Program, registers: &mut Registers<Dual>) {
+    run::<Dual, false>(program, registers);
+}
+
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl", "x86_64+avx2"))]
+fn run_materials(program: &Program, registers: &mut Registers<f32>) {
+    run::<f32, true>(program, registers);
+}
+
+/// Whether a point lies in the world: finite and within its limit.
+#[inline(always)]
+fn is_in_world(x: f32, y: f32, z: f32) -> bool {
+    x.abs() <= WORLD_LIMIT && y.abs() <= WORLD_LIMIT && z.abs() <= WORLD_LIMIT
+}
+
+/// Evaluates one program for one thread, batch after batch. Make one a thread and keep it: its stacks are allocated
+/// once.
+pub struct Evaluator<'a> {
+    program: &'a Program,
+    plain: Box<Registers<f32>>,
+    dual: Option<Box<Registers<Dual>>>,
+}
+
+impl<'a> Evaluator<'a> {
+    /// For a program.
+    pub fn new(program: &'a Program) -> Self {
+        Self { program, plain: Box::new(Registers::new()), dual: None }
+    }
+
+    /// Signed distances of the points (x[i], y[i], z[i]), at most [`LANES`] of them, into `out`.
+    ///
+    /// # Panics
+    /// If the slices differ in length or are longer than [`LANES`].
+    pub fn distances(&mut self, x: &[f32], y: &[f32], z: &[f32], out: &mut [f32]) {
+        let n = out.len();
+        for (lanes, from) in self.plain.point.iter_mut().zip([x, y, z]) {
+            load(lanes, from, n);
+        }
+        run_distances(self.program, &mut self.plain);
+        out.copy_from_slice(&self.plain.acc.0[..n]);
+        exile(x, y, z, out);
+    }
+
+    /// Distances as [`Evaluator::distances`] gives them, with their gradients along x, y and z.
+    ///
+    /// # Panics
+    /// As [`Evaluator::distances`].
+    pub fn gradients(&mut self, x: &[f32], y: &[f32], z: &[f32], out: &mut [f32], gradients: [&mut [f32]; 3]) {
+        let n = out.len();
+        let dual = self.dual.get_or_insert_with(|| Box::new(Registers::new()));
+        for (k, (lanes, from)) in dual.point.iter_mut().zip([x, y, z]).enumerate() {
+            *lanes = Dual::splat(0.0);
+            load(&mut lanes.0[0], from, n);
+            lanes.0[1 + k] = f32::splat(1.0);
+        }
+        run_gradients(self.program, dual);
+        out.copy_from_slice(&dual.acc.0[0].0[..n]);
+        for (k, gradient) in gradients.into_iter().enumerate() {
+            gradient.copy_from_slice(&dual.acc.0[1 + k].0[..n]);
+        }
+        exile(x, y, z, out);
+    }
+
+    /// Distances as [`Evaluator::distances`] gives them, with the materials there.
+    ///
+    /// # Panics
+    /// As [`Evaluator::distances`].
+    pub fn materials(&mut self, x: &[f32], y: &[f32], z: &[f32], out: &mut [f32], materials: &mut [MaterialWords]) {
+        let n = out.len();
+        for (lanes, from) in self.plain.point.iter_mut().zip([x, y, z]) {
+            load(lanes, from, n);
+        }
+        let first = self.program.materials[0];
+        for k in 0..4 {
+            self.plain.material[k] = f32::splat(first.base_roughness[k]);
+            self.plain.material[4 + k] = f32::splat(first.emission_metallic[k]);
+        }
+        run_materials(self.program, &mut self.plain);
+        out.copy_from_slice(&self.plain.acc.0[..n]);
+        for (i, material) in materials.iter_mut().enumerate() {
+            material.base_roughness = array::from_fn(|k| self.plain.material[k].0[i]);
+            material.emission_metallic = array::from_fn(|k| self.plain.material[4 + k].0[i]);
+        }
+        exile(x, y, z, out);
+    }
+}
+
+/// Fill lanes from a slice; the rest repeats its last value, so that no lane holds garbage.
+#[inline(always)]
+fn load(lanes: &mut F32Lanes, from: &[f32], n: usize) {
+    lanes.0[..n].copy_from_slice(from);
+    if n < LANES {
+        lanes.0[n..].fill(from.last().copied().unwrap_or(0.0));
+    }
+}
+
+/// Points that are not in the world are far from everything.
+#[inline(always)]
+fn exile(x: &[f32], y: &[f32], z: &[f32], out: &mut [f32]) {
+    for (i, d) in out.iter_mut().enumerate() {
+        *d = if is_in_world(x[i], y[i], z[i]) { *d } else { FAR };
+    }
+}
+
+impl Program {
+    /// The signed distance at one point. For many points, [`Evaluator`] is a hundred times as fast.
+    pub fn distance(&self, point: Vec3) -> f32 {
+        let mut out = [0.0];
+        Evaluator::new(self).distances(&[point.x], &[point.y], &[point.z], &mut out);
+        out[0]
+    }
+
+    /// The distance and its gradient at one point.
+    pub fn gradient(&self, point: Vec3) -> (f32, Vec3) {
+        let (mut d, mut g) = ([0.0], [[0.0]; 3]);
+        let [gx, gy, gz] = &mut g;
+        Evaluator::new(self).gradients(&[point.x], &[point.y], &[point.z], &mut d, [gx, gy, gz]);
+        (d[0], Vec3::new(g[0][0], g[1][0], g[2][0]))
+    }
+}

@@ -1,0 +1,134 @@
+//! A shape's parameters as the words that both interpreters read.
+
+use argil_abi as abi;
+use argil_scene::{Outline, Shape};
+use glam::Vec3;
+
+/// The shape's opcode; its words are appended to `words`.
+pub(crate) fn pack(shape: &Shape, words: &mut Vec<f32>) -> u32 {
+    let (op, own): (u32, Vec<f32>) = match *shape {
+        Shape::Sphere { radius } => (abi::OP_SPHERE, vec![radius]),
+        Shape::Ellipsoid { radii } => {
+            let r = Vec3::from(radii);
+            let mut own = radii.to_vec();
+            own.extend(r.recip().to_array());
+            own.extend([r.min_element(), r.max_element()]);
+            (abi::OP_ELLIPSOID, own)
+        }
+        Shape::Box { half_size: [x, y, z], rounding: r } => (abi::OP_BOX, vec![x - r, y - r, z - r, r]),
+        Shape::BoxFrame { half_size: [x, y, z], thickness } => (abi::OP_BOX_FRAME, vec![x, y, z, thickness]),
+        Shape::Torus { major_radius, minor_radius } => (abi::OP_TORUS, vec![major_radius, minor_radius]),
+        Shape::CappedTorus { major_radius, minor_radius, half_angle_degrees } => {
+            let (sin, cos) = half_angle_degrees.to_radians().sin_cos();
+            (abi::OP_CAPPED_TORUS, vec![sin, cos, major_radius, minor_radius])
+        }
+        Shape::Link { half_length, major_radius, minor_radius } => {
+            (abi::OP_LINK, vec![half_length, major_radius, minor_radius])
+        }
+        Shape::Capsule { from, to, radius } => {
+            let axis = Vec3::from(to) - Vec3::from(from);
+            let squared = axis.length_squared();
+            let reciprocal = if squared > 0.0 { 1.0 / squared } else { 0.0 };
+            (abi::OP_CAPSULE, [&from[..], &axis.to_array(), &[reciprocal, radius]].concat())
+        }
+        Shape::Cylinder { radius, half_height, rounding: r } => {
+            (abi::OP_CYLINDER, vec![radius - r, half_height - r, r])
+        }
+        Shape::Cone { radius, height } => {
+            (abi::OP_CONE, vec![radius, height, 1.0 / (radius * radius + height * height)])
+        }
+        Shape::CappedCone { half_height, bottom_radius, top_radius } => {
+            let slope = bottom_radius - top_radius;
+            let side = 1.0 / (slope * slope + 4.0 * half_height * half_height);
+            // The side runs from the top rim down: (slope, −2 · half height).
+            (abi::OP_CAPPED_CONE, vec![half_height, bottom_radius, top_radius, -slope, side])
+        }
+        Shape::RoundCone { bottom_radius, top_radius, height } => {
+            let sine = (bottom_radius - top_radius) / height;
+            (abi::OP_ROUND_CONE, vec![bottom_radius, top_radius, height, sine, (1.0 - sine * sine).sqrt()])
+        }
+        Shape::Plane { normal, offset } => {
+            let n = Vec3::from(normal).normalize();
+            (abi::OP_PLANE, vec![n.x, n.y, n.z, offset])
+        }
+        Shape::HexPrism { apothem, half_depth } => (abi::OP_HEX_PRISM, vec![apothem, half_depth]),
+        Shape::TriPrism { half_side, half_depth } => (abi::OP_TRI_PRISM, vec![half_side, half_depth]),
+        Shape::Octahedron { radius } => (abi::OP_OCTAHEDRON, vec![radius]),
+        Shape::Pyramid { base, height } => {
+            let half = 0.5 * base;
+            let slope = half.hypot(height);
+            (abi::OP_PYRAMID, vec![half, height, slope, half / slope, height / slope])
+        }
+        Shape::CutSphere { radius, cut } => (abi::OP_CUT_SPHERE, vec![radius, cut, rim(radius, cut)]),
+        Shape::CutHollowSphere { radius, cut, thickness } => {
+            (abi::OP_CUT_HOLLOW_SPHERE, vec![radius, cut, rim(radius, cut), thickness])
+        }
+        Shape::SolidAngle { radius, half_angle_degrees } => {
+            let (sin, cos) = half_angle_degrees.to_radians().sin_cos();
+            (abi::OP_SOLID_ANGLE, vec![sin, cos, radius])
+        }
+        Shape::Rhombus { half_length_x: x, half_length_z: z, half_height, rounding } => {
+            (abi::OP_RHOMBUS, vec![x, z, half_height, rounding, 1.0 / (x * x + z * z)])
+        }
+        Shape::ExtrudedRoundedBox { half_size, corner_radii, rounding } => {
+            (abi::OP_EXTRUDED_ROUNDED_BOX, [&half_size[..], &corner_radii, &rounding].concat())
+        }
+        Shape::BezierTube { from, control, to, from_radius, to_radius } => {
+            let (a, b, c) = (Vec3::from(from), Vec3::from(control), Vec3::from(to));
+            let (linear, quadratic) = ((b - a) * 2.0, a - 2.0 * b + c);
+            let radii = [from_radius, to_radius - from_radius];
+            (abi::OP_BEZIER_TUBE, [&from[..], &linear.to_array(), &quadratic.to_array(), &radii].concat())
+        }
+        Shape::Lathe { ref outline } => {
+            let mut own = vec![0.0, 0.0];
+            let count = pack_outline(outline, true, &mut own);
+            own[0] = count as f32;
+            (abi::OP_LATHE, own)
+        }
+        Shape::Extrusion { ref outline, half_depth } => {
+            let mut own = vec![0.0, half_depth];
+            let count = pack_outline(outline, false, &mut own);
+            own[0] = count as f32;
+            (abi::OP_EXTRUSION, own)
+        }
+    };
+    words.extend(own);
+    op
+}
+
+fn rim(radius: f32, cut: f32) -> f32 {
+    (radius * radius - cut * cut).max(0.0).sqrt()
+}
+
+/// Append the pieces, each as kind (0 a line, 1 a curve), start, control, end, spare. Curves are cut where they turn
+/// around in y, so that a horizontal line meets each at most once. Pieces on a lathe's axis are not part of its surface.
+fn pack_outline(outline: &Outline, is_lathe: bool, words: &mut Vec<f32>) -> usize {
+    let mut count = 0;
+    let mut push = |kind: f32, a: [f32; 2], b: [f32; 2], c: [f32; 2]| {
+        words.extend([kind, a[0], a[1], b[0], b[1], c[0], c[1], 0.0]);
+        count += 1;
+    };
+    for (a, control, c) in outline.segments() {
+        let Some(b) = control else {
+            let on_axis = is_lathe && a[0] == 0.0 && c[0] == 0.0;
+            if !on_axis {
+                push(0.0, a, a, c);
+            }
+            continue;
+        };
+        // y′ = 0 at t = (a − b) / (a − 2b + c).
+        let bend = a[1] - 2.0 * b[1] + c[1];
+        let turn = (a[1] - b[1]) / bend;
+        if turn > 0.0 && turn < 1.0 {
+            let mix = |p: [f32; 2], q: [f32; 2]| [p[0] + turn * (q[0] - p[0]), p[1] + turn * (q[1] - p[1])];
+            let (left, right) = (mix(a, b), mix(b, c));
+            let middle = mix(left, right);
+            // Flat at the turn: the controls' heights are exactly the turn's.
+            push(1.0, a, [left[0], middle[1]], middle);
+            push(1.0, middle, [right[0], middle[1]], c);
+        } else {
+            push(1.0, a, b, c);
+        }
+    }
+    count
+}

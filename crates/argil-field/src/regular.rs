@@ -1,0 +1,66 @@
+//! How regular a field is: its Lipschitz constant and its jumps.
+
+use argil_scene::{Body, Entry, Extents, Modifier, OperatorKind, Profile, Scene};
+use std::f32::consts::FRAC_1_SQRT_2;
+
+/// What can be said of |d(p) − d(q)| for points p and q: at most `lipschitz` · |p − q| + `slack`.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Regularity {
+    pub lipschitz: f32,
+    pub slack: f32,
+}
+
+const SMOOTH: Regularity = Regularity { lipschitz: 1.0, slack: 0.0 };
+
+/// Of a whole scene, its nodes from the leaves up.
+pub(crate) fn regularity(scene: &Scene, extents: &mut Extents<'_>) -> Regularity {
+    let mut all = vec![SMOOTH; scene.node_count()];
+    let parents_first: Vec<_> = scene.walk().collect();
+    for &id in parents_first.iter().rev() {
+        let entry = scene.node(id).entry();
+        let mut result = SMOOTH;
+        if matches!(entry.body, Body::Group) {
+            for &child in scene.node(id).children() {
+                let operand = &scene.node(child).entry();
+                if operand.visible {
+                    result = joined(result, all[child.index()], operand);
+                }
+            }
+        }
+        if !entry.modifiers.is_empty() {
+            let stages = extents.stages(id);
+            for (modifier, content) in entry.modifiers.iter().zip(&stages) {
+                result.slack *= modifier.scale();
+                result.slack += jump(modifier, content);
+            }
+        }
+        all[id.index()] = result;
+    }
+    all[Scene::ROOT.index()]
+}
+
+fn joined(a: Regularity, b: Regularity, operand: &Entry) -> Regularity {
+    let hard = Regularity { lipschitz: a.lipschitz.max(b.lipschitz), slack: a.slack.max(b.slack) };
+    let chamfered = operand.operator.profile == Profile::Chamfer && operand.operator.blend > 0.0;
+    if chamfered && !matches!(operand.operator.kind, OperatorKind::Paint | OperatorKind::Morph) {
+        // The face is (a + b − k) / √2.
+        Regularity {
+            lipschitz: hard.lipschitz.max((a.lipschitz + b.lipschitz) * FRAC_1_SQRT_2),
+            slack: hard.slack.max((a.slack + b.slack) * FRAC_1_SQRT_2),
+        }
+    } else {
+        hard
+    }
+}
+
+/// Where the set of nearest copies changes, the minimum over them can jump by what the solid's own distance falls short
+/// of the Euclidean one; that is at most the greatest distance between points of neighbouring cells.
+fn jump(modifier: &Modifier, content: &argil_scene::Extent) -> f32 {
+    let width = match *modifier {
+        Modifier::Repeat { spacing, .. } => glam::Vec3::from(spacing).length(),
+        Modifier::RadialRepeat { .. } => content.aabb.min.abs().max(content.aabb.max.abs()).length(),
+        _ => return 0.0,
+    };
+    let size = if content.aabb.is_finite() { 2.0 * content.aabb.half_diagonal() } else { 0.0 };
+    content.shortfall.min(width + size)
+}

@@ -1,0 +1,86 @@
+//! Changes of the point: folds, copies, deformations. `space.wgsl` is the twin.
+
+use crate::real::{LANES, Real};
+
+/// Words of a repetition: spacing, offset, least and greatest cell, candidates; each of three.
+pub(crate) const REPEAT_WORDS: usize = 15;
+/// Words of a radial repetition: copies, angle between them, candidates.
+pub(crate) const RADIAL_WORDS: usize = 3;
+/// Words of a clamp: least corner, greatest corner; then the angle for a length of 1, and the scale to the world.
+pub(crate) const TWIST_WORDS: usize = 8;
+
+/// Candidate `j` of `candidates` around a coordinate's own cell: with two, the own and the nearest neighbour; with
+/// more, as many to each side.
+#[inline(always)]
+pub(crate) fn nearby(own: f32, beyond: f32, j: f32, candidates: f32) -> f32 {
+    let side = if beyond < 0.0 { -j } else { j };
+    let offset = if candidates > 2.0 { j - 0.5 * (candidates - 1.0) } else { side };
+    own + offset
+}
+
+/// A coordinate relative to the centre of candidate cell `j`.
+#[inline(always)]
+pub(crate) fn repeat_axis<R: Real>(p: R, j: f32, w: &[f32; REPEAT_WORDS], axis: usize) -> R {
+    let (spacing, offset, low, high, candidates) = (w[axis], w[3 + axis], w[6 + axis], w[9 + axis], w[12 + axis]);
+    let shifted = p + offset;
+    let own = Real::clamp_to((shifted.value() / spacing + 0.5).floor(), low, high);
+    let cell = Real::clamp_to(nearby(own, shifted.value() - own * spacing, j, candidates), low, high);
+    shifted - cell * spacing
+}
+
+/// An angle's approximation, within 1e-4: enough to find a sector, whose exact turn is applied afterwards.
+#[inline(always)]
+pub(crate) fn rough_atan2(y: f32, x: f32) -> f32 {
+    let (ax, ay) = (x.abs(), y.abs());
+    let (high, low) = (Real::max(ax, ay), Real::min(ax, ay));
+    let a = low / Real::max(high, 1e-30);
+    let s = a * a;
+    let r = ((-0.046_496_475 * s + 0.159_314_22) * s - 0.327_622_76) * s * a + a;
+    let r = if ay > ax { 1.570_796_4 - r } else { r };
+    let r = if x < 0.0 { 3.141_592_7 - r } else { r };
+    if y < 0.0 { -r } else { r }
+}
+
+/// x and z turned back by candidate `j`'s angle.
+#[inline(always)]
+pub(crate) fn radial<R: Real>(x: R, z: R, j: f32, w: &[f32; RADIAL_WORDS]) -> (R, R) {
+    let angle = rough_atan2(z.value(), x.value());
+    let own = (angle / w[1] + 0.5).floor();
+    let sector = nearby(own, angle - own * w[1], j, w[2]);
+    let (s, c) = crate::real::sin_cos(sector * w[1]);
+    (x * c + z * s, z * c - x * s)
+}
+
+#[inline(always)]
+pub(crate) fn twist<R: Real>([x, y, z]: [R; 3], rate: f32) -> [R; 3] {
+    let (s, c) = (y * rate).sin_cos();
+    [c * x + s * z, y, c * z - s * x]
+}
+
+#[inline(always)]
+pub(crate) fn bend<R: Real>([x, y, z]: [R; 3], rate: f32) -> [R; 3] {
+    let (s, c) = (x * rate).sin_cos();
+    [c * x - s * y, s * x + c * y, z]
+}
+
+/// The distance from outside a clamp's box: that to the box and that within it are legs of a right-angled triangle at
+/// least.
+#[inline(always)]
+pub(crate) fn unclamp<R: Real>(d: R, p: [R; 3], w: &[f32; TWIST_WORDS]) -> R {
+    let gap = [0, 1, 2].map(|k| p[k] - p[k].clamp_to(w[k], w[3 + k]));
+    let outside = (gap[0] * gap[0] + gap[1] * gap[1] + gap[2] * gap[2]) * (w[7] * w[7]);
+    let h = d.positive_part();
+    if outside.value() > 0.0 { (outside + h * h).sqrt() } else { d }
+}
+
+/// Map every lane of a point by one function.
+#[inline(always)]
+pub(crate) fn map_point<R: Real>(p: &mut [R::Lanes; 3], f: impl Fn([R; 3]) -> [R; 3]) {
+    let [xs, ys, zs] = p;
+    for i in 0..LANES {
+        let [x, y, z] = f([R::get(xs, i), R::get(ys, i), R::get(zs, i)]);
+        R::set(xs, i, x);
+        R::set(ys, i, y);
+        R::set(zs, i, z);
+    }
+}
