@@ -104,7 +104,7 @@ constants! { FLAGS:
     FLAG_SWAPPED = 8;
     /// The material of `a` stays (a cut without a material of its own).
     FLAG_KEEP_MATERIAL = 16;
-    /// The map from the point to the shape is a translation.
+    /// The map from the point to the shape is a translation, and the scale is 1.
     FLAG_TRANSLATION = 32;
     /// Words before a shape's own parameters: 12 of an affine map, then scale, k, 1/(4k), sa, sb, sr.
     BRUSH_HEADER_WORDS = 18;

@@ -25,6 +25,13 @@ pub(crate) fn combine_smooth<R: Real>(a: R, b: R, j: &Joint) -> R {
     (a.min(b) - h * h * j.quarter) * j.sr
 }
 
+/// [`combine_smooth`] where every sign is +1; the same bits.
+#[inline(always)]
+pub(crate) fn union_smooth<R: Real>(a: R, b: R, j: &Joint) -> R {
+    let h = (-(a - b).abs() + j.k).positive_part();
+    a.min(b) - h * h * j.quarter
+}
+
 /// The same with a flat face across the joint.
 #[inline(always)]
 pub(crate) fn combine_chamfer<R: Real>(a: R, b: R, j: &Joint) -> R {

@@ -2,7 +2,7 @@
 
 use crate::interpret::{Registers, run};
 use crate::real::{Dual, F32Lanes, LANES, Real};
-use crate::{FAR, Program, WORLD_LIMIT};
+use crate::Program;
 use argil_abi::MaterialWords;
 use glam::Vec3;
 use multiversion::multiversion;
@@ -21,12 +21,6 @@ fn run_gradients(program: &Program, registers: &mut Registers<Dual>) {
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl", "x86_64+avx2"))]
 fn run_materials(program: &Program, registers: &mut Registers<f32>) {
     run::<f32, true>(program, registers);
-}
-
-/// Whether a point lies in the world: finite and within its limit.
-#[inline(always)]
-fn is_in_world(x: f32, y: f32, z: f32) -> bool {
-    x.abs() <= WORLD_LIMIT && y.abs() <= WORLD_LIMIT && z.abs() <= WORLD_LIMIT
 }
 
 /// Evaluates one program for one thread, batch after batch. Make one a thread and keep it: its stacks are allocated
@@ -54,7 +48,6 @@ impl<'a> Evaluator<'a> {
         }
         run_distances(self.program, &mut self.plain);
         out.copy_from_slice(&self.plain.acc.0[..n]);
-        exile(x, y, z, out);
     }
 
     /// Distances as [`Evaluator::distances`] gives them, with their gradients along x, y and z.
@@ -74,7 +67,6 @@ impl<'a> Evaluator<'a> {
         for (k, gradient) in gradients.into_iter().enumerate() {
             gradient.copy_from_slice(&dual.acc.0[1 + k].0[..n]);
         }
-        exile(x, y, z, out);
     }
 
     /// Distances as [`Evaluator::distances`] gives them, with the materials there.
@@ -97,7 +89,6 @@ impl<'a> Evaluator<'a> {
             material.base_roughness = array::from_fn(|k| self.plain.material[k].0[i]);
             material.emission_metallic = array::from_fn(|k| self.plain.material[4 + k].0[i]);
         }
-        exile(x, y, z, out);
     }
 }
 
@@ -107,14 +98,6 @@ fn load(lanes: &mut F32Lanes, from: &[f32], n: usize) {
     lanes.0[..n].copy_from_slice(from);
     if n < LANES {
         lanes.0[n..].fill(from.last().copied().unwrap_or(0.0));
-    }
-}
-
-/// Points that are not in the world are far from everything.
-#[inline(always)]
-fn exile(x: &[f32], y: &[f32], z: &[f32], out: &mut [f32]) {
-    for (i, d) in out.iter_mut().enumerate() {
-        *d = if is_in_world(x[i], y[i], z[i]) { *d } else { FAR };
     }
 }
 

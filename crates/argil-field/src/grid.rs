@@ -43,14 +43,14 @@ impl Program {
                 let (mut x, mut y) = ([0.0; LANES], [0.0; LANES]);
                 for (batch, out) in slab.chunks_mut(LANES).enumerate() {
                     let first = batch * LANES;
-                    let (mut i, mut j) = (first % nx, first / nx);
-                    for lane in 0..out.len() {
-                        x[lane] = xs[i];
-                        y[lane] = grid.min.y + grid.spacing.y * j as f32;
-                        i += 1;
-                        if i == nx {
-                            (i, j) = (0, j + 1);
-                        }
+                    // The batch may hold the end of one row, whole rows and the beginning of another.
+                    let mut lane = 0;
+                    while lane < out.len() {
+                        let (i, j) = ((first + lane) % nx, (first + lane) / nx);
+                        let run = (nx - i).min(out.len() - lane);
+                        x[lane..lane + run].copy_from_slice(&xs[i..i + run]);
+                        y[lane..lane + run].fill(grid.min.y + grid.spacing.y * j as f32);
+                        lane += run;
                     }
                     let n = out.len();
                     evaluator.distances(&x[..n], &y[..n], &z[..n], out);

@@ -1,10 +1,10 @@
 //! The interpreter on the CPU: one instruction at a time over [`LANES`] points. `interpret.wgsl` is the twin, one point
 //! at a time.
 
-use crate::combine::{Joint, combine_chamfer, combine_morph, combine_smooth, weight_paint, weight_smooth};
+use crate::combine::{Joint, combine_chamfer, combine_morph, combine_smooth, union_smooth, weight_paint, weight_smooth};
 use crate::real::{F32Lanes, LANES, Real};
 use crate::space::{RADIAL_WORDS, REPEAT_WORDS, TWIST_WORDS, bend, map_point, radial, repeat_axis, twist, unclamp};
-use crate::{FAR, Program, curves, noise, shapes};
+use crate::{FAR, Program, WORLD_LIMIT, curves, noise, shapes};
 use argil_abi as abi;
 
 /// Base colour, roughness, emission, metallic of each lane.
@@ -24,6 +24,7 @@ pub(crate) struct Registers<R: Real> {
     /// Candidates done of each open loop.
     loops: Vec<u32>,
     scratch: [R::Lanes; 3],
+    exiled: F32Lanes,
 }
 
 impl<R: Real> Registers<R> {
@@ -38,31 +39,32 @@ impl<R: Real> Registers<R> {
             materials: Vec::new(),
             loops: Vec::new(),
             scratch: [zero(), zero(), zero()],
+            exiled: f32::splat(0.0),
         }
     }
 }
 
 /// The first `N` words at an instruction's parameters. A program's tables agree, so the default is never used.
 #[inline(always)]
-fn words<const N: usize>(params: &[f32], at: usize) -> [f32; N] {
-    params.get(at..at + N).and_then(|w| w.try_into().ok()).unwrap_or([0.0; N])
+fn words<const N: usize>(params: &[f32], at: usize) -> &[f32; N] {
+    params.get(at..at + N).and_then(|w| w.try_into().ok()).unwrap_or(&[0.0; N])
 }
 
 const HEADER: usize = abi::BRUSH_HEADER_WORDS as usize;
 
 /// A brush's map from the point and its joint.
-struct Brush {
-    m: [f32; 12],
+struct Brush<'a> {
+    m: &'a [f32; 12],
     scale: f32,
     joint: Joint,
 }
 
-impl Brush {
+impl<'a> Brush<'a> {
     #[inline(always)]
-    fn read(params: &[f32], at: usize) -> Self {
-        let h: [f32; HEADER] = words(params, at);
+    fn read(params: &'a [f32], at: usize) -> Self {
+        let h: &[f32; HEADER] = words(params, at);
         Self {
-            m: words(&h, 0),
+            m: words(h, 0),
             scale: h[12],
             joint: Joint { k: h[13], quarter: h[14], sa: h[15], sb: h[16], sr: h[17], amount: 0.0 },
         }
@@ -83,40 +85,54 @@ fn mapped<R: Real>([x, y, z]: [R; 3], m: &[f32; 12]) -> [R; 3] {
     ]
 }
 
-/// The hot loop: place the points, measure, combine.
+/// The hot loop: place the points, measure, combine. The common case, a translated union, is spared the multiplications
+/// by a scale and signs of 1.
 #[inline(always)]
-fn brush<R: Real>(
+fn brush<R: Real, const N: usize>(
     point: &[R::Lanes; 3],
     acc: &mut R::Lanes,
-    b: &Brush,
+    b: &Brush<'_>,
     is_translation: bool,
-    shape: impl Fn([R; 3]) -> R,
+    w: &[f32; N],
+    shape: impl Fn([R; 3], &[f32; N]) -> R,
 ) {
     let [xs, ys, zs] = point;
-    if is_translation {
-        for i in 0..LANES {
-            let d = shape(translated([R::get(xs, i), R::get(ys, i), R::get(zs, i)], &b.m)) * b.scale;
-            R::set(acc, i, combine_smooth(R::get(acc, i), d, &b.joint));
+    // Copies: the optimiser then need not prove that the words lie apart from the lanes.
+    let (m, w) = (*b.m, *w);
+    let is_union = b.joint.sa > 0.0 && b.joint.sb > 0.0;
+    match (is_translation, is_union) {
+        (true, true) => {
+            for i in 0..LANES {
+                let d = shape(translated([R::get(xs, i), R::get(ys, i), R::get(zs, i)], &m), &w);
+                R::set(acc, i, union_smooth(R::get(acc, i), d, &b.joint));
+            }
         }
-    } else {
-        for i in 0..LANES {
-            let d = shape(mapped([R::get(xs, i), R::get(ys, i), R::get(zs, i)], &b.m)) * b.scale;
-            R::set(acc, i, combine_smooth(R::get(acc, i), d, &b.joint));
+        (true, false) => {
+            for i in 0..LANES {
+                let d = shape(translated([R::get(xs, i), R::get(ys, i), R::get(zs, i)], &m), &w);
+                R::set(acc, i, combine_smooth(R::get(acc, i), d, &b.joint));
+            }
+        }
+        (false, _) => {
+            for i in 0..LANES {
+                let d = shape(mapped([R::get(xs, i), R::get(ys, i), R::get(zs, i)], &m), &w) * b.scale;
+                R::set(acc, i, combine_smooth(R::get(acc, i), d, &b.joint));
+            }
         }
     }
 }
 
 /// A brush whose shape searches along curves: `best` and `other` are scratch.
 #[inline(always)]
-fn curve_brush<R: Real>(r: &mut Registers<R>, program: &Program, op: u32, b: &Brush, at: usize) {
+fn curve_brush<R: Real>(r: &mut Registers<R>, program: &Program, op: u32, b: &Brush<'_>, at: usize) {
     let mut local = r.point.clone();
-    map_point::<R>(&mut local, |p| mapped(p, &b.m));
+    map_point::<R>(&mut local, |p| mapped(p, b.m));
     let [best, other, depth] = &mut r.scratch;
     if op == abi::OP_BEZIER_TUBE {
         let [x, y, z] = &local;
-        curves::sd_bezier_tube::<R>([x, y, z], &words(&program.params, at), best, other);
+        curves::sd_bezier_tube::<R>([x, y, z], words(&program.params, at), best, other);
     } else {
-        let [count, half_depth]: [f32; 2] = words(&program.params, at);
+        let &[count, half_depth]: &[f32; 2] = words(&program.params, at);
         let end = at + 2 + count as usize * abi::PIECE_WORDS as usize;
         let pieces = program.params.get(at + 2..end).unwrap_or_default();
         let is_lathe = op == abi::OP_LATHE;
@@ -172,6 +188,7 @@ fn weights<R: Real>(a: &R::Lanes, b: &R::Lanes, j: &Joint, flags: u32) -> F32Lan
 #[inline(always)]
 pub(crate) fn run<R: Real, const MATERIALS: bool>(program: &Program, r: &mut Registers<R>) {
     r.acc = R::splat(FAR);
+    r.exiled = exile::<R>(&mut r.point);
     let params = &program.params[..];
     let mut pc = 0;
     while let Some(&abi::Instr { op, flags, params: at, operand }) = program.instrs.get(pc) {
@@ -206,7 +223,7 @@ pub(crate) fn run<R: Real, const MATERIALS: bool>(program: &Program, r: &mut Reg
                 }
             }
             abi::OP_COMBINE => {
-                let w: [f32; 6] = words(params, at);
+                let w: &[f32; 6] = words(params, at);
                 let j = Joint { k: w[0], quarter: w[1], sa: w[2], sb: w[3], sr: w[4], amount: w[5] };
                 let Some(mut saved) = r.values.pop() else { continue };
                 // From here `saved` is a and the accumulator b.
@@ -240,14 +257,14 @@ pub(crate) fn run<R: Real, const MATERIALS: bool>(program: &Program, r: &mut Reg
             }
             abi::OP_AFFINE => {
                 let m = words(params, at);
-                map_point::<R>(&mut r.point, |p| mapped(p, &m));
+                map_point::<R>(&mut r.point, |p| mapped(p, m));
             }
             abi::OP_MIRROR => {
-                let w: [f32; 3] = words(params, at);
+                let w: &[f32; 3] = words(params, at);
                 map_point::<R>(&mut r.point, |p| [0, 1, 2].map(|k| if w[k] > 0.0 { p[k].abs() } else { p[k] }));
             }
             abi::OP_ELONGATE => {
-                let w: [f32; 3] = words(params, at);
+                let w: &[f32; 3] = words(params, at);
                 map_point::<R>(&mut r.point, |p| [0, 1, 2].map(|k| p[k] - p[k].clamp_to(-w[k], w[k])));
             }
             abi::OP_REPEAT | abi::OP_RADIAL => {
@@ -292,39 +309,39 @@ pub(crate) fn run<R: Real, const MATERIALS: bool>(program: &Program, r: &mut Reg
             }
             abi::OP_TWIST | abi::OP_BEND => {
                 r.points.push(r.point.clone());
-                let w: [f32; TWIST_WORDS] = words(params, at);
+                let w: &[f32; TWIST_WORDS] = words(params, at);
                 map_point::<R>(&mut r.point, |p| {
                     let held = [0, 1, 2].map(|k| p[k].clamp_to(w[k], w[3 + k]));
                     if op == abi::OP_TWIST { twist(held, w[6]) } else { bend(held, w[6]) }
                 });
             }
             abi::OP_UNCLAMP => {
-                let w: [f32; TWIST_WORDS] = words(params, at);
+                let w: &[f32; TWIST_WORDS] = words(params, at);
                 if let Some(point) = r.points.pop() {
                     r.point = point;
                 }
                 let [xs, ys, zs] = &r.point;
                 for i in 0..LANES {
-                    let d = unclamp(R::get(&r.acc, i), [R::get(xs, i), R::get(ys, i), R::get(zs, i)], &w);
+                    let d = unclamp(R::get(&r.acc, i), [R::get(xs, i), R::get(ys, i), R::get(zs, i)], w);
                     R::set(&mut r.acc, i, d);
                 }
             }
             abi::OP_ROUND => {
-                let [radius]: [f32; 1] = words(params, at);
+                let &[radius]: &[f32; 1] = words(params, at);
                 for i in 0..LANES {
                     let d = R::get(&r.acc, i) - radius;
                     R::set(&mut r.acc, i, d);
                 }
             }
             abi::OP_SHELL => {
-                let [thickness]: [f32; 1] = words(params, at);
+                let &[thickness]: &[f32; 1] = words(params, at);
                 for i in 0..LANES {
                     let d = R::get(&r.acc, i).abs() - thickness;
                     R::set(&mut r.acc, i, d);
                 }
             }
             abi::OP_DISPLACE => {
-                let [amplitude, frequency]: [f32; 2] = words(params, at);
+                let &[amplitude, frequency]: &[f32; 2] = words(params, at);
                 let [xs, ys, zs] = &r.point;
                 for i in 0..LANES {
                     let p = [R::get(xs, i) * frequency, R::get(ys, i) * frequency, R::get(zs, i) * frequency];
@@ -335,15 +352,37 @@ pub(crate) fn run<R: Real, const MATERIALS: bool>(program: &Program, r: &mut Reg
             _ => {}
         }
     }
+    for i in 0..LANES {
+        let d = if r.exiled.0[i] > 0.0 { R::constant(FAR) } else { R::get(&r.acc, i) };
+        R::set(&mut r.acc, i, d);
+    }
+}
+
+/// Move the points that are not in the world to its origin, so that no arithmetic overflows; whether there were any is
+/// 1 in the answer, lane by lane.
+#[inline(always)]
+fn exile<R: Real>([xs, ys, zs]: &mut [R::Lanes; 3]) -> F32Lanes {
+    let mut exiled = f32::splat(0.0);
+    for i in 0..LANES {
+        let [x, y, z] = [R::get(xs, i), R::get(ys, i), R::get(zs, i)];
+        let is_in_world = |c: R| c.value().abs() <= WORLD_LIMIT;
+        let stays = is_in_world(x) & is_in_world(y) & is_in_world(z);
+        let keep = |c: R| if stays { c } else { R::constant(0.0) };
+        R::set(xs, i, keep(x));
+        R::set(ys, i, keep(y));
+        R::set(zs, i, keep(z));
+        exiled.0[i] = if stays { 0.0 } else { 1.0 };
+    }
+    exiled
 }
 
 /// How many copies a loop looks at.
 fn candidates(params: &[f32], op: u32, at: usize) -> u32 {
     if op == abi::OP_REPEAT {
-        let w: [f32; REPEAT_WORDS] = words(params, at);
+        let w: &[f32; REPEAT_WORDS] = words(params, at);
         (w[12] * w[13] * w[14]) as u32
     } else {
-        let w: [f32; RADIAL_WORDS] = words(params, at);
+        let w: &[f32; RADIAL_WORDS] = words(params, at);
         w[2] as u32
     }
 }
@@ -355,18 +394,18 @@ fn candidate<R: Real>(r: &mut Registers<R>, params: &[f32], op: u32, at: usize, 
     let [xs, ys, zs] = saved;
     let [px, py, pz] = &mut r.point;
     if op == abi::OP_REPEAT {
-        let w: [f32; REPEAT_WORDS] = words(params, at);
+        let w: &[f32; REPEAT_WORDS] = words(params, at);
         let (nx, ny) = (w[12] as u32, w[13] as u32);
         let (jx, jy, jz) = ((j % nx.max(1)) as f32, (j / nx.max(1) % ny.max(1)) as f32, (j / (nx * ny).max(1)) as f32);
         for i in 0..LANES {
-            R::set(px, i, repeat_axis(R::get(xs, i), jx, &w, 0));
-            R::set(py, i, repeat_axis(R::get(ys, i), jy, &w, 1));
-            R::set(pz, i, repeat_axis(R::get(zs, i), jz, &w, 2));
+            R::set(px, i, repeat_axis(R::get(xs, i), jx, w, 0));
+            R::set(py, i, repeat_axis(R::get(ys, i), jy, w, 1));
+            R::set(pz, i, repeat_axis(R::get(zs, i), jz, w, 2));
         }
     } else {
-        let w: [f32; RADIAL_WORDS] = words(params, at);
+        let w: &[f32; RADIAL_WORDS] = words(params, at);
         for i in 0..LANES {
-            let (x, z) = radial(R::get(xs, i), R::get(zs, i), j as f32, &w);
+            let (x, z) = radial(R::get(xs, i), R::get(zs, i), j as f32, w);
             R::set(px, i, x);
             R::set(pz, i, z);
         }
@@ -376,13 +415,13 @@ fn candidate<R: Real>(r: &mut Registers<R>, params: &[f32], op: u32, at: usize, 
 
 /// Combine one brush with the accumulator.
 #[inline(always)]
-fn measure<R: Real>(program: &Program, r: &mut Registers<R>, op: u32, flags: u32, b: &Brush, at: usize) {
+fn measure<R: Real>(program: &Program, r: &mut Registers<R>, op: u32, flags: u32, b: &Brush<'_>, at: usize) {
     let is_translation = flags & abi::FLAG_TRANSLATION != 0;
     let params = &program.params[..];
     macro_rules! shape {
         ($function:path) => {{
             let w = words(params, at);
-            brush::<R>(&r.point, &mut r.acc, b, is_translation, |p| $function(p, &w))
+            brush::<R, _>(&r.point, &mut r.acc, b, is_translation, w, $function)
         }};
     }
     match op {

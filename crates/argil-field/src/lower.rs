@@ -292,7 +292,7 @@ impl Lowering<'_> {
     fn shape(&mut self, entry: &Entry, frame: Frame, joint: [f32; 5]) {
         let Body::Shape(shape) = &entry.body else { return };
         let m = frame.own_from_point;
-        let is_translation = m.matrix3.abs_diff_eq(glam::DMat3::IDENTITY, 1e-12);
+        let is_translation = frame.scale == 1.0 && m.matrix3.abs_diff_eq(glam::DMat3::IDENTITY, 1e-12);
         let rows = affine_words(&m);
         let mut words = rows.to_vec();
         words.push(frame.scale as f32);

@@ -4,7 +4,7 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// Points evaluated together. 128 lanes of three coordinates fit the first-level cache many times over, and make the
 /// interpreter's dispatch cheap.
-pub const LANES: usize = 128;
+pub const LANES: usize = 256;
 
 /// A number, with arrays of [`LANES`] of it laid out for SIMD.
 pub(crate) trait Real:
@@ -27,10 +27,7 @@ pub(crate) trait Real:
     fn sqrt(self) -> Self;
     fn sin_cos(self) -> (Self, Self);
 
-    #[inline(always)]
-    fn abs(self) -> Self {
-        if self.value() < 0.0 { -self } else { self }
-    }
+    fn abs(self) -> Self;
     /// The lesser; `self` where either is NaN.
     #[inline(always)]
     fn min(self, other: Self) -> Self {
@@ -49,10 +46,6 @@ pub(crate) trait Real:
     #[inline(always)]
     fn clamp_to(self, min: f32, max: f32) -> Self {
         self.max(Self::constant(min)).min(Self::constant(max))
-    }
-    #[inline(always)]
-    fn squared(self) -> Self {
-        self * self
     }
     /// `self` with the sign of `sign`; positive where that is 0.
     #[inline(always)]
@@ -91,6 +84,10 @@ impl Real for f32 {
     #[inline(always)]
     fn sqrt(self) -> f32 {
         f32::sqrt(self)
+    }
+    #[inline(always)]
+    fn abs(self) -> f32 {
+        f32::abs(self)
     }
     #[inline(always)]
     fn sin_cos(self) -> (f32, f32) {
@@ -169,6 +166,10 @@ impl Real for Dual {
         // Where the root is 0 its slope has no limit; the surface has none there either.
         let slope = 0.5 / Real::max(root, 1e-18);
         Dual::with(root, |i| self.d[i] * slope)
+    }
+    #[inline(always)]
+    fn abs(self) -> Dual {
+        if self.v < 0.0 { -self } else { self }
     }
     #[inline(always)]
     fn sin_cos(self) -> (Dual, Dual) {
