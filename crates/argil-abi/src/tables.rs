@@ -60,8 +60,16 @@ shared_struct! {
         instr_count: u32,
         /// One over the number of samples a pixel.
         sample_weight: f32,
-        /// Farthest length at which a ray may hit.
+        /// Farthest length at which a ray may hit the ground.
         far: f32,
+        /// Depth that is drawn white.
+        depth_near: f32,
+        /// Depth that is drawn black.
+        depth_far: f32,
+        /// A pixel's width at distance 1.
+        pixel: f32,
+        /// Zero.
+        pad0: u32,
     }
 }
 

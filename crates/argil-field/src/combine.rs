@@ -32,6 +32,14 @@ pub(crate) fn union_smooth<R: Real>(a: R, b: R, j: &Joint) -> R {
     a.min(b) - h * h * j.quarter
 }
 
+/// Whether an operand whose distance is at least `least` can change the accumulated `a`: not a union with something
+/// farther than a + k, nor a cut by something farther than k − a.
+#[inline(always)]
+pub(crate) fn matters(a: f32, least: f32, j: &Joint) -> bool {
+    // sb is −1 for an intersection, which a far operand changes most.
+    j.sb < 0.0 || least < a * j.sa + j.k
+}
+
 /// The same with a flat face across the joint.
 #[inline(always)]
 pub(crate) fn combine_chamfer<R: Real>(a: R, b: R, j: &Joint) -> R {

@@ -6,15 +6,31 @@
 //! ray along +x crosses it an odd number of times; pieces rise or fall throughout, so each is crossed at most once and
 //! a half-open rule on its ends counts every crossing exactly once.
 //!
-//! *Practice.* Loops run pieces outside and lanes inside, so that the lanes become SIMD.
+//! *Practice.* Points come in blocks of [`BLOCK`], so that a search is left out where none of a block's points can be
+//! concerned: those of a brush that the accumulated distance already beats, and of a piece that another beats. Loops
+//! run pieces outside and points inside, so that the points become SIMD.
 
-use crate::real::{LANES, Real};
+use crate::real::Real;
 use argil_abi::PIECE_WORDS;
 
+/// Points searched together.
+pub(crate) const BLOCK: usize = 32;
 /// Newton steps after the samples.
 const NEWTON_STEPS: usize = 4;
 /// Intervals that a tube's curve is sampled at.
-const TUBE_SAMPLES: usize = 16;
+const TUBE_SAMPLES: usize = 8;
+
+/// One number for each point of a block.
+pub(crate) type Block<R> = [R; BLOCK];
+
+/// The distance from a point to a box, less what rounding may add to it: a lower bound of the distance to anything
+/// inside.
+#[inline(always)]
+pub(crate) fn box_distance(x: f32, y: f32, z: f32, w: &[f32; 6]) -> f32 {
+    let gap = |c: f32, k: usize| Real::max(Real::max(w[k] - c, c - w[3 + k]), 0.0);
+    let (gx, gy, gz) = (gap(x, 0), gap(y, 1), gap(z, 2));
+    f32::sqrt(gx * gx + gy * gy + gz * gz) * 0.9999
+}
 
 /// Squared distance from (x, y) to a quadratic curve at parameter t, with what a Newton step needs: q′·(q − p), and the
 /// slope of that, kept positive.
@@ -32,28 +48,48 @@ fn curve2<R: Real>(x: R, y: R, t: R, w: &[f32; 8]) -> (R, R, R) {
 
 /// One piece of an outline: lower `best`, the squared distance, and flip `sign` where a ray along +x crosses.
 #[inline(always)]
-fn piece<R: Real>(xs: &R::Lanes, ys: &R::Lanes, w: &[f32; 8], best: &mut R::Lanes, sign: &mut R::Lanes) {
+fn piece<R: Real>(xs: &Block<R>, ys: &Block<R>, w: &[f32; 8], best: &mut Block<R>, sign: &mut [f32; BLOCK]) {
     let (ax, ay, bx, by, cx, cy) = (w[1], w[2], w[3], w[4], w[5], w[6]);
     if w[0] == 0.0 {
         let (ex, ey) = (cx - ax, cy - ay);
         let reciprocal = 1.0 / (ex * ex + ey * ey);
         let slant = if ey == 0.0 { 0.0 } else { ex / ey };
-        for i in 0..LANES {
-            let (x, y) = (R::get(xs, i), R::get(ys, i));
+        for i in 0..BLOCK {
+            let (x, y) = (xs[i], ys[i]);
             let (px, py) = (x - ax, y - ay);
             let t = ((px * ex + py * ey) * reciprocal).clamp_to(0.0, 1.0);
             let (dx, dy) = (px - t * ex, py - t * ey);
-            R::set(best, i, R::get(best, i).min(dx * dx + dy * dy));
+            best[i] = best[i].min(dx * dx + dy * dy);
             let crosses = (ay <= y.value()) != (cy <= y.value()) && ax + py.value() * slant > x.value();
-            R::set(sign, i, R::get(sign, i) * if crosses { -1.0 } else { 1.0 });
+            sign[i] *= if crosses { -1.0 } else { 1.0 };
         }
         return;
     }
     let rising = if cy > ay { 1.0 } else { -1.0 };
     let (e1x, e1y) = (bx - ax, by - ay);
     let (e2x, e2y) = (ax - 2.0 * bx + cx, ay - 2.0 * by + cy);
-    for i in 0..LANES {
-        let (x, y) = (R::get(xs, i), R::get(ys, i));
+    // The curve lies in the box of its three points.
+    let (min_x, max_x) = (Real::min(ax, Real::min(bx, cx)), Real::max(ax, Real::max(bx, cx)));
+    let (min_y, max_y) = (Real::min(ay, cy), Real::max(ay, cy));
+    let mut concerned = 0u32;
+    for i in 0..BLOCK {
+        let (x, y) = (xs[i].value(), ys[i].value());
+        // Where the curve has the point's height: the root of a rising or falling parabola, free of cancellation.
+        let height = ay - y;
+        let root = f32::sqrt((e1y * e1y - e2y * height).positive_part());
+        let s = (-height / (e1y + rising * root)).clamp_to(0.0, 1.0);
+        let crossing = ax + s * (2.0 * e1x + s * e2x);
+        let crosses = (ay <= y) != (cy <= y) && crossing > x;
+        sign[i] *= if crosses { -1.0 } else { 1.0 };
+        let gap_x = Real::max(min_x - x, x - max_x).positive_part();
+        let gap_y = Real::max(min_y - y, y - max_y).positive_part();
+        concerned |= u32::from((gap_x * gap_x + gap_y * gap_y) * 0.9999 < best[i].value());
+    }
+    if concerned == 0 {
+        return;
+    }
+    for i in 0..BLOCK {
+        let (x, y) = (xs[i], ys[i]);
         let (d0, ..) = curve2(x, y, R::constant(0.0), w);
         let (d1, ..) = curve2(x, y, R::constant(0.5), w);
         let (d2, ..) = curve2(x, y, R::constant(1.0), w);
@@ -65,43 +101,34 @@ fn piece<R: Real>(xs: &R::Lanes, ys: &R::Lanes, w: &[f32; 8], best: &mut R::Lane
             t = (t - pull / slope).clamp_to(0.0, 1.0);
         }
         let (d, ..) = curve2(x, y, t, w);
-        R::set(best, i, R::get(best, i).min(d.min(d0.min(d2))));
-
-        // Where the curve has the point's height: the root of a rising or falling parabola, free of cancellation.
-        let height = ay - y.value();
-        let root = f32::sqrt((e1y * e1y - e2y * height).positive_part());
-        let s = (-height / (e1y + rising * root)).clamp_to(0.0, 1.0);
-        let crossing = ax + s * (2.0 * e1x + s * e2x);
-        let crosses = (ay <= y.value()) != (cy <= y.value()) && crossing > x.value();
-        R::set(sign, i, R::get(sign, i) * if crosses { -1.0 } else { 1.0 });
+        best[i] = best[i].min(d.min(d0.min(d2)));
     }
 }
 
-/// Signed distances of the points (xs, ys) to an outline, into `best`; `sign` is scratch.
+/// Signed distances of the points (xs, ys) to an outline.
 #[inline(always)]
-pub(crate) fn sd_outline<R: Real>(
-    xs: &R::Lanes,
-    ys: &R::Lanes,
-    pieces: &[f32],
-    best: &mut R::Lanes,
-    sign: &mut R::Lanes,
-) {
-    *best = R::splat(1e30);
-    *sign = R::splat(1.0);
+pub(crate) fn sd_outline<R: Real>(xs: &Block<R>, ys: &Block<R>, pieces: &[f32]) -> Block<R> {
+    let mut best = [R::constant(1e30); BLOCK];
+    let mut sign = [1.0; BLOCK];
     for words in pieces.chunks_exact(PIECE_WORDS as usize) {
         if let Ok(words) = words.try_into() {
-            piece::<R>(xs, ys, words, best, sign);
+            piece::<R>(xs, ys, words, &mut best, &mut sign);
         }
     }
-    for i in 0..LANES {
-        R::set(best, i, R::get(best, i).sqrt().signed_as(R::get(sign, i)));
+    for i in 0..BLOCK {
+        best[i] = best[i].sqrt() * sign[i];
     }
+    best
 }
 
 /// Offset from the point to the curve at t.
 #[inline(always)]
 fn curve3<R: Real>(p: [R; 3], t: R, w: &[f32; 11]) -> [R; 3] {
-    [0, 1, 2].map(|k| t * (t * w[6 + k] + w[3 + k]) + w[k] - p[k])
+    [
+        t * (t * w[6] + w[3]) + w[0] - p[0],
+        t * (t * w[7] + w[4]) + w[1] - p[1],
+        t * (t * w[8] + w[5]) + w[2] - p[2],
+    ]
 }
 
 /// Distance to the ball at t.
@@ -111,42 +138,36 @@ fn ball<R: Real>(p: [R; 3], t: R, w: &[f32; 11]) -> R {
     (x * x + y * y + z * z).sqrt() - (t * w[10] + w[9])
 }
 
-/// Signed distances to a tube, into `best`; `at` is scratch. `w`: the curve's constant, linear and quadratic
-/// coefficients, the radius at the start and what it gains.
+/// Signed distances to a tube. `w`: the curve's constant, linear and quadratic coefficients, the radius at the start
+/// and what it gains.
 #[inline(always)]
-pub(crate) fn sd_bezier_tube<R: Real>(
-    [xs, ys, zs]: [&R::Lanes; 3],
-    w: &[f32; 11],
-    best: &mut R::Lanes,
-    at: &mut R::Lanes,
-) {
+pub(crate) fn sd_bezier_tube<R: Real>([xs, ys, zs]: [&Block<R>; 3], w: &[f32; 11]) -> Block<R> {
     let step = 1.0 / TUBE_SAMPLES as f32;
-    let point = |i: usize| [R::get(xs, i), R::get(ys, i), R::get(zs, i)];
-    *best = R::splat(1e30);
-    *at = R::splat(0.0);
+    let mut best = [R::constant(1e30); BLOCK];
+    let mut at = [0.0; BLOCK];
     for sample in 0..=TUBE_SAMPLES {
-        let t = R::constant(sample as f32 * step);
-        for i in 0..LANES {
-            let d = ball(point(i), t, w);
-            let nearer = d.value() < R::get(best, i).value();
-            R::set(best, i, if nearer { d } else { R::get(best, i) });
-            R::set(at, i, if nearer { t } else { R::get(at, i) });
+        let t = sample as f32 * step;
+        for i in 0..BLOCK {
+            let d = ball([xs[i], ys[i], zs[i]], R::constant(t), w);
+            let nearer = d.value() < best[i].value();
+            best[i] = if nearer { d } else { best[i] };
+            at[i] = if nearer { t } else { at[i] };
         }
     }
-    for i in 0..LANES {
-        let p = point(i);
-        let sampled = R::get(at, i);
-        let (low, high) = ((sampled.value() - step).max(0.0), (sampled.value() + step).min(1.0));
-        let mut t = sampled;
+    for i in 0..BLOCK {
+        let p = [xs[i], ys[i], zs[i]];
+        let (low, high) = (Real::max(at[i] - step, 0.0), Real::min(at[i] + step, 1.0));
+        let mut t = R::constant(at[i]);
         for _ in 0..NEWTON_STEPS {
-            let q = curve3(p, t, w);
-            let v = [0, 1, 2].map(|k| t * (2.0 * w[6 + k]) + w[3 + k]);
-            let speed = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
-            let distance = (q[0] * q[0] + q[1] * q[1] + q[2] * q[2]).sqrt();
-            let pull = q[0] * v[0] + q[1] * v[1] + q[2] * v[2] - distance * w[10];
-            let slope = speed + (q[0] * (2.0 * w[6]) + q[1] * (2.0 * w[7]) + q[2] * (2.0 * w[8]));
+            let [qx, qy, qz] = curve3(p, t, w);
+            let (vx, vy, vz) = (t * (2.0 * w[6]) + w[3], t * (2.0 * w[7]) + w[4], t * (2.0 * w[8]) + w[5]);
+            let speed = vx * vx + vy * vy + vz * vz;
+            let distance = (qx * qx + qy * qy + qz * qz).sqrt();
+            let pull = qx * vx + qy * vy + qz * vz - distance * w[10];
+            let slope = speed + (qx * (2.0 * w[6]) + qy * (2.0 * w[7]) + qz * (2.0 * w[8]));
             t = (t - pull / slope.max(speed * 0.25 + 1e-12)).clamp_to(low, high);
         }
-        R::set(best, i, R::get(best, i).min(ball(p, t, w)));
+        best[i] = best[i].min(ball(p, t, w));
     }
+    best
 }

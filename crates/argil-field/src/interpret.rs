@@ -1,7 +1,8 @@
 //! The interpreter on the CPU: one instruction at a time over [`LANES`] points. `interpret.wgsl` is the twin, one point
 //! at a time.
 
-use crate::combine::{Joint, combine_chamfer, combine_morph, combine_smooth, union_smooth, weight_paint, weight_smooth};
+use crate::combine::{Joint, combine_chamfer, combine_morph, combine_smooth, matters, union_smooth, weight_paint, weight_smooth};
+use crate::curves::BLOCK;
 use crate::real::{F32Lanes, LANES, Real};
 use crate::space::{RADIAL_WORDS, REPEAT_WORDS, TWIST_WORDS, bend, map_point, radial, repeat_axis, twist, unclamp};
 use crate::{FAR, Program, WORLD_LIMIT, curves, noise, shapes};
@@ -23,7 +24,6 @@ pub(crate) struct Registers<R: Real> {
     materials: Vec<MaterialLanes>,
     /// Candidates done of each open loop.
     loops: Vec<u32>,
-    scratch: [R::Lanes; 3],
     exiled: F32Lanes,
 }
 
@@ -38,7 +38,6 @@ impl<R: Real> Registers<R> {
             points: Vec::new(),
             materials: Vec::new(),
             loops: Vec::new(),
-            scratch: [zero(), zero(), zero()],
             exiled: f32::splat(0.0),
         }
     }
@@ -122,39 +121,60 @@ fn brush<R: Real, const N: usize>(
     }
 }
 
-/// A brush whose shape searches along curves: `best` and `other` are scratch.
+/// A brush whose shape searches along curves, block by block, where it can matter: not where the distance to the
+/// shape's box already leaves the accumulator as it is.
 #[inline(always)]
 fn curve_brush<R: Real>(r: &mut Registers<R>, program: &Program, op: u32, b: &Brush<'_>, at: usize) {
-    let mut local = r.point.clone();
-    map_point::<R>(&mut local, |p| mapped(p, b.m));
-    let [best, other, depth] = &mut r.scratch;
+    let j = &b.joint;
+    let m = *b.m;
+    let bounds: [f32; 6] = *words(&program.params, at);
+    let [xs, ys, zs] = &r.point;
+    for first in (0..LANES).step_by(BLOCK) {
+        let zero = [R::constant(0.0); BLOCK];
+        let [mut x, mut y, mut z, mut a] = [zero; 4];
+        let mut concerned = 0u32;
+        for i in 0..BLOCK {
+            let lane = first + i;
+            [x[i], y[i], z[i]] = mapped([R::get(xs, lane), R::get(ys, lane), R::get(zs, lane)], &m);
+            a[i] = R::get(&r.acc, lane);
+            let least = curves::box_distance(x[i].value(), y[i].value(), z[i].value(), &bounds) * b.scale;
+            concerned |= u32::from(matters(a[i].value(), least, j));
+        }
+        if concerned == 0 {
+            continue;
+        }
+        let d = curve_shape::<R>(program, op, at + 6, [&mut x, &mut y, &mut z]);
+        for i in 0..BLOCK {
+            R::set(&mut r.acc, first + i, combine_smooth(a[i], d[i] * b.scale, j));
+        }
+    }
+}
+
+/// The distances of a block of points in the shape's frame.
+#[inline(always)]
+fn curve_shape<R: Real>(
+    program: &Program,
+    op: u32,
+    at: usize,
+    [x, y, z]: [&mut curves::Block<R>; 3],
+) -> curves::Block<R> {
     if op == abi::OP_BEZIER_TUBE {
-        let [x, y, z] = &local;
-        curves::sd_bezier_tube::<R>([x, y, z], words(&program.params, at), best, other);
-    } else {
-        let &[count, half_depth]: &[f32; 2] = words(&program.params, at);
-        let end = at + 2 + count as usize * abi::PIECE_WORDS as usize;
-        let pieces = program.params.get(at + 2..end).unwrap_or_default();
-        let is_lathe = op == abi::OP_LATHE;
-        *depth = local[2].clone();
-        if is_lathe {
-            for i in 0..LANES {
-                let q = shapes::length2(R::get(&local[0], i), R::get(&local[2], i));
-                R::set(&mut local[0], i, q);
-            }
-        }
-        curves::sd_outline::<R>(&local[0], &local[1], pieces, best, other);
-        if !is_lathe {
-            for i in 0..LANES {
-                let d = shapes::corner2(R::get(best, i), R::get(depth, i).abs() - half_depth);
-                R::set(best, i, d);
-            }
-        }
+        return curves::sd_bezier_tube::<R>([x, y, z], words(&program.params, at));
     }
-    for i in 0..LANES {
-        let d = combine_smooth(R::get(&r.acc, i), R::get(&r.scratch[0], i) * b.scale, &b.joint);
-        R::set(&mut r.acc, i, d);
+    let &[count, half_depth]: &[f32; 2] = words(&program.params, at);
+    let end = at + 2 + count as usize * abi::PIECE_WORDS as usize;
+    let pieces = program.params.get(at + 2..end).unwrap_or_default();
+    if op == abi::OP_LATHE {
+        for i in 0..BLOCK {
+            x[i] = shapes::length2(x[i], z[i]);
+        }
+        return curves::sd_outline::<R>(x, y, pieces);
     }
+    let mut d = curves::sd_outline::<R>(x, y, pieces);
+    for i in 0..BLOCK {
+        d[i] = shapes::corner2(d[i], z[i].abs() - half_depth);
+    }
+    d
 }
 
 /// `a` ← mix(a, b, weights).
@@ -261,11 +281,17 @@ pub(crate) fn run<R: Real, const MATERIALS: bool>(program: &Program, r: &mut Reg
             }
             abi::OP_MIRROR => {
                 let w: &[f32; 3] = words(params, at);
-                map_point::<R>(&mut r.point, |p| [0, 1, 2].map(|k| if w[k] > 0.0 { p[k].abs() } else { p[k] }));
+                map_point::<R>(&mut r.point, |[x, y, z]| {
+                    let fold = |c: R, on: f32| if on > 0.0 { c.abs() } else { c };
+                    [fold(x, w[0]), fold(y, w[1]), fold(z, w[2])]
+                });
             }
             abi::OP_ELONGATE => {
                 let w: &[f32; 3] = words(params, at);
-                map_point::<R>(&mut r.point, |p| [0, 1, 2].map(|k| p[k] - p[k].clamp_to(-w[k], w[k])));
+                map_point::<R>(&mut r.point, |[x, y, z]| {
+                    let pull = |c: R, by: f32| c - c.clamp_to(-by, by);
+                    [pull(x, w[0]), pull(y, w[1]), pull(z, w[2])]
+                });
             }
             abi::OP_REPEAT | abi::OP_RADIAL => {
                 r.points.push(r.point.clone());
@@ -311,7 +337,8 @@ pub(crate) fn run<R: Real, const MATERIALS: bool>(program: &Program, r: &mut Reg
                 r.points.push(r.point.clone());
                 let w: &[f32; TWIST_WORDS] = words(params, at);
                 map_point::<R>(&mut r.point, |p| {
-                    let held = [0, 1, 2].map(|k| p[k].clamp_to(w[k], w[3 + k]));
+                    let held =
+                        [p[0].clamp_to(w[0], w[3]), p[1].clamp_to(w[1], w[4]), p[2].clamp_to(w[2], w[5])];
                     if op == abi::OP_TWIST { twist(held, w[6]) } else { bend(held, w[6]) }
                 });
             }

@@ -25,8 +25,9 @@ pub(crate) fn lattice(x: i32, y: i32, z: i32, seed: u32) -> f32 {
 #[inline(always)]
 pub(crate) fn value_noise<R: Real>(p: [R; 3], seed: u32) -> R {
     // Beyond this the lattice is finer than f32; the clamp keeps the conversion to integers defined.
-    let floor = p.map(|c| Real::min(Real::max(c.value().floor(), -1e9), 1e9));
-    let [ix, iy, iz] = floor.map(|f| f as i32);
+    let cell = |c: R| Real::min(Real::max(c.value().floor(), -1e9), 1e9);
+    let floor = [cell(p[0]), cell(p[1]), cell(p[2])];
+    let (ix, iy, iz) = (floor[0] as i32, floor[1] as i32, floor[2] as i32);
     let fade = |k: usize| {
         let t = (p[k] - floor[k]).clamp_to(0.0, 1.0);
         t * t * t * (t * (t * 6.0 - 15.0) + 10.0)

@@ -77,23 +77,30 @@ pub(crate) fn pack(shape: &Shape, words: &mut Vec<f32>) -> u32 {
             let (a, b, c) = (Vec3::from(from), Vec3::from(control), Vec3::from(to));
             let (linear, quadratic) = ((b - a) * 2.0, a - 2.0 * b + c);
             let radii = [from_radius, to_radius - from_radius];
-            (abi::OP_BEZIER_TUBE, [&from[..], &linear.to_array(), &quadratic.to_array(), &radii].concat())
+            let curve = [&from[..], &linear.to_array(), &quadratic.to_array(), &radii].concat();
+            (abi::OP_BEZIER_TUBE, [box_words(shape), curve].concat())
         }
         Shape::Lathe { ref outline } => {
-            let mut own = vec![0.0, 0.0];
-            let count = pack_outline(outline, true, &mut own);
-            own[0] = count as f32;
+            let mut own = box_words(shape);
+            own.extend([0.0, 0.0]);
+            own[6] = pack_outline(outline, true, &mut own) as f32;
             (abi::OP_LATHE, own)
         }
         Shape::Extrusion { ref outline, half_depth } => {
-            let mut own = vec![0.0, half_depth];
-            let count = pack_outline(outline, false, &mut own);
-            own[0] = count as f32;
+            let mut own = box_words(shape);
+            own.extend([0.0, half_depth]);
+            own[6] = pack_outline(outline, false, &mut own) as f32;
             (abi::OP_EXTRUSION, own)
         }
     };
     words.extend(own);
     op
+}
+
+/// The box around a shape that is searched, so that the search can be left out where it cannot matter.
+fn box_words(shape: &Shape) -> Vec<f32> {
+    let b = shape.aabb();
+    [b.min.to_array(), b.max.to_array()].concat()
 }
 
 fn rim(radius: f32, cut: f32) -> f32 {

@@ -67,7 +67,7 @@ pub(crate) fn bend<R: Real>([x, y, z]: [R; 3], rate: f32) -> [R; 3] {
 /// least.
 #[inline(always)]
 pub(crate) fn unclamp<R: Real>(d: R, p: [R; 3], w: &[f32; TWIST_WORDS]) -> R {
-    let gap = [0, 1, 2].map(|k| p[k] - p[k].clamp_to(w[k], w[3 + k]));
+    let gap = [p[0] - p[0].clamp_to(w[0], w[3]), p[1] - p[1].clamp_to(w[1], w[4]), p[2] - p[2].clamp_to(w[2], w[5])];
     let outside = (gap[0] * gap[0] + gap[1] * gap[1] + gap[2] * gap[2]) * (w[7] * w[7]);
     let h = d.positive_part();
     if outside.value() > 0.0 { (outside + h * h).sqrt() } else { d }

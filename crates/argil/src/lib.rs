@@ -1,0 +1,35 @@
+//! Malleable environments made of signed distance fields.
+//!
+//! A [`Scene`] is an ordered list of brushes. An [`Engine`] runs on a GPU or on the CPU; a [`World`] is a scene that it
+//! has built, to be asked for distances and drawn.
+//!
+//! ```
+//! use argil::{Brush, Engine, Scene, Shape};
+//! let mut scene = Scene::new();
+//! scene.push(Brush::new(Shape::sphere(0.5)))?;
+//! scene.push(Brush::new(Shape::sphere(0.2)).at([0.0, 0.4, 0.0]).subtract().blend(0.05))?;
+//! let world = Engine::cpu().build(&scene)?;
+//! println!("{} from the surface", world.distance([1.0, 0.0, 0.0]));
+//! let picture = world.render(&world.camera(), [64, 48])?;
+//! # assert_eq!(picture.size, [64, 48]);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod engine;
+mod error;
+mod picture;
+mod world;
+
+pub use argil_field::{FAR, LowerError, Program};
+pub use argil_gpu::{DeviceInfo, DeviceKind};
+pub use argil_march::{Camera, Settings, Show, Spread, Statistics};
+pub use argil_math::{Aabb, Interval};
+pub use argil_scene::{
+    Body, Brush, Edit, EditError, Edited, Entry, Exactness, FileError, Group, ImportError, Material, Modifier, NodeId,
+    Operator, OperatorKind, Outline, Piece, Placement, Profile, Scene, Shape, View, schema,
+};
+pub use engine::{Backend, Engine};
+pub use error::{BuildError, EngineError, PictureError, RenderError};
+pub use glam;
+pub use picture::{Drawn, save_png};
+pub use world::{Orbit, World};

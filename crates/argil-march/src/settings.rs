@@ -1,0 +1,122 @@
+use crate::camera::{Camera, finite};
+use argil_abi::{self as abi, Frame};
+use argil_field::Program;
+use argil_math::Aabb;
+use glam::Vec3;
+
+/// What a picture shows.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Show {
+    /// Light on materials.
+    #[default]
+    Shaded,
+    /// Normals as colours: x, y, z from −1 to 1 as red, green, blue from 0 to 1.
+    Normal,
+    /// The length of each ray, near white and far black.
+    Depth,
+    /// The steps of each ray, 0 to 256 as blue → green → yellow → red.
+    Heat,
+}
+
+/// How to draw. Lengths in the scene's unit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings {
+    /// Width and height in pixels.
+    pub size: [u32; 2],
+    /// What to show.
+    pub show: Show,
+    /// Most steps a primary ray takes.
+    pub max_steps: u32,
+    /// The distance below which a ray has hit; without it, 1e-4 of the scene's radius.
+    pub epsilon: Option<f32>,
+    /// Half of the normal's central difference; without it, 5e-4 of the scene's radius.
+    pub normal_bias: Option<f32>,
+    /// Rays a pixel, from 1 to 64.
+    pub samples: u32,
+    /// Whether a ground plane lies under the scene.
+    pub ground: bool,
+    /// Direction to the sun as azimuth and elevation in degrees.
+    pub sun_degrees: [f32; 2],
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            size: [1280, 720],
+            show: Show::Shaded,
+            max_steps: 256,
+            epsilon: None,
+            normal_bias: None,
+            samples: 1,
+            ground: false,
+            sun_degrees: [60.0, 50.0],
+        }
+    }
+}
+
+/// The frame of each sample: what both devices read. `focus` is the box that is looked at; it sets the lengths that
+/// depend on the scene's size.
+pub fn frames(settings: &Settings, camera: &Camera, program: &Program, focus: Aabb) -> Vec<Frame> {
+    let (focus, radius) = finite(focus);
+    let [width, height] = settings.size;
+    let [right, up, forward] = camera.axes();
+    let half_height = (0.5 * camera.field_of_view_degrees).to_radians().tan();
+    let half_width = half_height * width as f32 / height as f32;
+    let epsilon = settings.epsilon.unwrap_or(1e-4 * radius);
+    let bias = settings.normal_bias.unwrap_or(5e-4 * radius);
+    let solid = program.aabb();
+    // The box of the solid, a little larger: a ray should not start within epsilon of a flat side. Nothing solid is a
+    // box that no ray meets.
+    let bounds = if solid.is_empty() { Aabb::new(Vec3::splat(1e8), Vec3::splat(1e8)) } else { solid.grown(4.0 * epsilon) };
+    let limit = Vec3::splat(argil_field::WORLD_LIMIT);
+    let (min, max) = (bounds.min.max(-limit), bounds.max.min(limit));
+    let [azimuth, elevation] = settings.sun_degrees.map(f32::to_radians);
+    let sun = [elevation.cos() * azimuth.sin(), elevation.sin(), elevation.cos() * azimuth.cos(), radius];
+    let floor = if solid.is_finite() { solid.min.y } else { focus.min.y };
+    let depth_far = focus.corners().map(|c| c.distance(camera.eye)).into_iter().fold(0.0, f32::max);
+    let show = match settings.show {
+        Show::Shaded => abi::SHOW_SHADED,
+        Show::Normal => abi::SHOW_NORMAL,
+        Show::Depth => abi::SHOW_DEPTH,
+        Show::Heat => abi::SHOW_HEAT,
+    };
+    let samples = settings.samples.clamp(1, 64);
+    let with = |v: Vec3, w: f32| [v.x, v.y, v.z, w];
+    (0..samples)
+        .map(|sample| {
+            let [jx, jy] = offset(sample, samples);
+            Frame {
+                eye_step: with(camera.eye, 1.0 / program.lipschitz()),
+                right: with(right * half_width, 0.0),
+                up: with(up * half_height, 0.0),
+                forward: with(forward, 0.0),
+                box_min_epsilon: with(min, epsilon),
+                box_max_bias: with(max, bias),
+                sun_radius: sun,
+                ground_jitter: [floor, if settings.ground { 1.0 } else { 0.0 }, jx, jy],
+                width,
+                height,
+                first_row: 0,
+                max_steps: settings.max_steps,
+                show,
+                instr_count: program.instrs().len() as u32,
+                sample_weight: 1.0 / samples as f32,
+                far: 60.0 * radius,
+                depth_near: focus.distance(camera.eye),
+                depth_far,
+                pixel: 2.0 * half_height / height as f32,
+                pad0: 0,
+            }
+        })
+        .collect()
+}
+
+/// Where in its pixel a sample lies: one in the middle; more along the R2 sequence (Roberts, "The unreasonable
+/// effectiveness of quasirandom sequences", 2018).
+fn offset(sample: u32, samples: u32) -> [f32; 2] {
+    if samples == 1 {
+        return [0.5, 0.5];
+    }
+    let n = sample as f32;
+    [(0.5 + n * 0.754_877_7).fract(), (0.5 + n * 0.569_840_3).fract()]
+}

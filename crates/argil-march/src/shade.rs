@@ -1,0 +1,309 @@
+//! Light; `shade.wgsl` is the twin.
+//!
+//! *Theory.* One sun and a sky. Direct light by a GGX lobe over a Lambertian body (Walter et al. 2007, with Schlick's
+//! Fresnel and Smith's visibility as Karis fits it, 2013). The sun's shadow is soft where the ray to it comes close to
+//! the surface (after Quilez, "Soft shadows in raymarched SDFs", 2010); the sky's light is dimmed by how much nearer
+//! the surface is than an open one along the normal (after Evans, "Fast approximations for global illumination on
+//! dynamic scenes", 2006). Tone curve: Narkowicz's fit of ACES (2015).
+
+use crate::camera::primary_ray;
+use crate::trace::{Points, Tile, TileScratch, Wave, bounds_of};
+use argil_abi::{self as abi, Frame, Hit, MaterialWords};
+use argil_field::{Evaluator, LANES};
+use argil_math::Ray;
+use glam::{Vec3, vec3};
+
+const SHADOW_STEPS: u32 = 64;
+/// One over the tangent of the penumbra's half angle.
+const SHADOW_SHARPNESS: f32 = 14.0;
+const OCCLUSION_TAPS: usize = 5;
+const SUN_LIGHT: Vec3 = vec3(3.3, 3.05, 2.65);
+const ZENITH: Vec3 = vec3(0.30, 0.45, 0.72);
+const HORIZON: Vec3 = vec3(0.80, 0.86, 0.92);
+const BELOW: Vec3 = vec3(0.30, 0.28, 0.26);
+const GROUND: MaterialWords =
+    MaterialWords { base_roughness: [0.46, 0.45, 0.43, 0.9], emission_metallic: [0.0, 0.0, 0.0, 0.0] };
+
+/// Buffers of this pass.
+#[derive(Default)]
+pub(crate) struct Scratch {
+    /// The tile's pixels that show a surface.
+    lit: Vec<u32>,
+    materials: Vec<MaterialWords>,
+    /// Of the solid's points alone.
+    found: Vec<MaterialWords>,
+    sun: Vec<f32>,
+    sky: Vec<f32>,
+    wave: Wave,
+}
+
+/// Add the colours of a tile's hits, times the frame's sample weight, to `out`: linear RGB after the tone curve, and
+/// coverage.
+///
+/// # Panics
+/// If `hits` or `out` is shorter than the tile's area.
+pub fn shade_tile(
+    frame: &Frame,
+    tile: Tile,
+    evaluator: &mut Evaluator<'_>,
+    scratch: &mut TileScratch,
+    hits: &[Hit],
+    out: &mut [[f32; 4]],
+) {
+    let TileScratch { points, shading, .. } = scratch;
+    if frame.show == abi::SHOW_SHADED {
+        shading.gather(frame, tile, evaluator, points, hits);
+    }
+    let mut next_lit = 0;
+    for (i, (hit, out)) in hits.iter().zip(out).enumerate().take(tile.area()) {
+        let (x, y) = tile.pixel(i);
+        let color = match frame.show {
+            abi::SHOW_NORMAL if hit.kind != abi::HIT_NONE => decode(vec3(hit.normal_t[0], hit.normal_t[1], hit.normal_t[2]) * 0.5 + 0.5),
+            abi::SHOW_DEPTH if hit.kind != abi::HIT_NONE => decode(Vec3::splat(depth(frame, hit.normal_t[3]))),
+            abi::SHOW_HEAT => decode(heat(hit.steps)),
+            abi::SHOW_SHADED => {
+                let ray = primary_ray(frame, x, y);
+                let light = if hit.kind == abi::HIT_NONE {
+                    sky(frame, ray.direction)
+                } else {
+                    let k = next_lit;
+                    next_lit += 1;
+                    lit(frame, ray, hit, &shading.materials[k], shading.sun[k], shading.sky[k])
+                };
+                tone(light)
+            }
+            _ => Vec3::ZERO,
+        };
+        let weight = frame.sample_weight;
+        let covered = if matches!(hit.kind, abi::HIT_OUTSIDE | abi::HIT_INSIDE) { 1.0 } else { 0.0 };
+        for (out, value) in out.iter_mut().zip([color.x, color.y, color.z, covered]) {
+            *out += value * weight;
+        }
+    }
+}
+
+impl Scratch {
+    /// Evaluate the field for all the tile's surfaces: materials, sun, sky.
+    fn gather(
+        &mut self,
+        frame: &Frame,
+        tile: Tile,
+        evaluator: &mut Evaluator<'_>,
+        points: &mut Points,
+        hits: &[Hit],
+    ) {
+        self.lit.clear();
+        self.lit.extend((0..tile.area() as u32).filter(|&i| hits[i as usize].kind != abi::HIT_NONE));
+        let surface = |i: u32| {
+            let hit = &hits[i as usize];
+            let (x, y) = tile.pixel(i as usize);
+            let position = primary_ray(frame, x, y).at(hit.normal_t[3]);
+            (position, vec3(hit.normal_t[0], hit.normal_t[1], hit.normal_t[2]))
+        };
+
+        // Materials at the solid's surface; the ground has its own.
+        let solid = |&i: &u32| hits[i as usize].kind != abi::HIT_GROUND;
+        points.clear();
+        self.lit.iter().filter(|i| solid(i)).for_each(|&i| points.push(surface(i).0));
+        points.d.resize(points.x.len(), 0.0);
+        self.found.resize(points.x.len(), GROUND);
+        for first in (0..points.x.len()).step_by(LANES) {
+            let r = first..(first + LANES).min(points.x.len());
+            let (d, m) = (&mut points.d[r.clone()], &mut self.found[r.clone()]);
+            evaluator.materials(&points.x[r.clone()], &points.y[r.clone()], &points.z[r], d, m);
+        }
+        let mut found = self.found.iter();
+        self.materials.clear();
+        for i in &self.lit {
+            let own = if solid(i) { found.next().copied() } else { None };
+            self.materials.push(own.unwrap_or(GROUND));
+        }
+
+        // The sky's share: how far the field rises along the normal. Ground far from the solid sees all of it.
+        let near = bounds_of(frame).grown(tap_height(frame, OCCLUSION_TAPS - 1));
+        let near_solid = |&i: &u32| solid(&i) || near.contains(surface(i).0);
+        points.clear();
+        for &i in self.lit.iter().filter(|i| near_solid(i)) {
+            let (p, n) = surface(i);
+            (0..OCCLUSION_TAPS).for_each(|tap| points.push(p + n * tap_height(frame, tap)));
+        }
+        points.measure(evaluator);
+        let mut taps = points.d.chunks_exact(OCCLUSION_TAPS);
+        self.sky.clear();
+        for i in &self.lit {
+            let own = if near_solid(i) { taps.next() } else { None };
+            let (p, n) = surface(*i);
+            self.sky.push(own.map_or(1.0, |taps| openness(frame, p, n, taps)));
+        }
+
+        self.shadows(frame, evaluator, surface);
+    }
+
+    /// The sun's share, by rays that march together as primary ones do.
+    fn shadows(&mut self, frame: &Frame, evaluator: &mut Evaluator<'_>, surface: impl Fn(u32) -> (Vec3, Vec3)) {
+        let sun = sun_direction(frame);
+        let bounds = bounds_of(frame);
+        let (epsilon, step_scale) = (frame.box_min_epsilon[3], frame.eye_step[3]);
+        let wave = &mut self.wave;
+        self.sun.clear();
+        self.sun.resize(self.lit.len(), 1.0);
+        wave.clear();
+        for (k, &i) in self.lit.iter().enumerate() {
+            let (p, n) = surface(i);
+            let origin = p + n * (8.0 * epsilon);
+            match (Ray { origin, direction: sun }).span(bounds) {
+                Some((near, far)) if n.dot(sun) > 0.0 => wave.push(k as u32, origin, (near, far)),
+                // The side away from the sun needs no ray, and one that misses the box meets nothing.
+                _ => {}
+            }
+        }
+        while wave.len() > 0 {
+            let (mut kept, count) = (0, wave.len());
+            for first in (0..count).step_by(LANES) {
+                let n = LANES.min(count - first);
+                let mut p = [[0.0f32; LANES]; 3];
+                let mut d = [0.0f32; LANES];
+                for (axis, p) in p.iter_mut().enumerate() {
+                    for (lane, p) in p[..n].iter_mut().enumerate() {
+                        // A shadow ray keeps its origin where a primary one keeps its direction.
+                        *p = wave.direction[axis][first + lane] + sun[axis] * wave.t[first + lane];
+                    }
+                }
+                evaluator.distances(&p[0][..n], &p[1][..n], &p[2][..n], &mut d[..n]);
+                for (lane, &d) in d[..n].iter().enumerate() {
+                    let i = first + lane;
+                    let k = wave.pixel[i] as usize;
+                    let t = wave.t[i];
+                    let share = (SHADOW_SHARPNESS * d / t.max(epsilon)).clamp(0.0, 1.0);
+                    self.sun[k] = self.sun[k].min(share);
+                    wave.steps[i] += 1;
+                    wave.t[i] = t + (d * step_scale).max(2.0 * epsilon);
+                    if share > 0.005 && wave.steps[i] < SHADOW_STEPS && wave.t[i] < wave.end[i] {
+                        wave.keep(i, kept);
+                        kept += 1;
+                    }
+                }
+            }
+            wave.truncate(kept);
+        }
+    }
+}
+
+fn sun_direction(frame: &Frame) -> Vec3 {
+    let [x, y, z, _] = frame.sun_radius;
+    vec3(x, y, z)
+}
+
+/// How far above the surface a tap of the occlusion is.
+fn tap_height(frame: &Frame, tap: usize) -> f32 {
+    let step = (tap + 1) as f32 / OCCLUSION_TAPS as f32;
+    frame.sun_radius[3] * 0.16 * step * step
+}
+
+/// How much of the sky a point sees, from the distances at its taps.
+fn openness(frame: &Frame, p: Vec3, n: Vec3, taps: &[f32]) -> f32 {
+    let (mut closed, mut weight) = (0.0, 1.0);
+    for (tap, &d) in taps.iter().enumerate() {
+        let height = tap_height(frame, tap);
+        let above_ground = p.y + n.y * height - frame.ground_jitter[0];
+        let d = if frame.ground_jitter[1] > 0.0 { d.min(above_ground) } else { d };
+        closed += weight * (height - d).max(0.0) / height;
+        weight *= 0.75;
+    }
+    (1.0 - 0.42 * closed).clamp(0.0, 1.0)
+}
+
+/// The sky's light from a direction.
+fn sky(frame: &Frame, direction: Vec3) -> Vec3 {
+    let up = direction.y;
+    let above = HORIZON.lerp(ZENITH, up.max(0.0).sqrt());
+    let below = HORIZON.lerp(BELOW, (-up * 4.0).clamp(0.0, 1.0));
+    let base = if up >= 0.0 { above } else { below };
+    // With a ground there is nothing below the horizon to see but haze.
+    let hazy = if frame.ground_jitter[1] > 0.0 && up < 0.0 { HORIZON } else { base };
+    let glow = direction.dot(sun_direction(frame)).max(0.0);
+    let glow2 = glow * glow;
+    let glow8 = glow2 * glow2 * glow2 * glow2;
+    hazy + vec3(0.25, 0.18, 0.08) * (glow8 * glow8)
+}
+
+/// The light that a surface sends towards the viewer.
+fn lit(frame: &Frame, ray: Ray, hit: &Hit, material: &MaterialWords, sun_share: f32, sky_share: f32) -> Vec3 {
+    let [r, g, b, roughness] = material.base_roughness;
+    let [er, eg, eb, metallic] = material.emission_metallic;
+    let base = vec3(r, g, b);
+    let n = vec3(hit.normal_t[0], hit.normal_t[1], hit.normal_t[2]);
+    let view = -ray.direction;
+    let sun = sun_direction(frame);
+    let facing = n.dot(view).max(1e-3);
+    let body = base * (1.0 - metallic);
+    let mirror = Vec3::splat(0.04).lerp(base, metallic);
+
+    // The sun.
+    let height = n.dot(sun);
+    let half = (sun + view).normalize_or_zero();
+    let alpha = (roughness * roughness).max(0.01);
+    let alpha2 = alpha * alpha;
+    let peak = n.dot(half).max(0.0);
+    let spread = peak * peak * (alpha2 - 1.0) + 1.0;
+    let lobe = alpha2 / (std::f32::consts::PI * spread * spread);
+    let k = (roughness + 1.0) * (roughness + 1.0) * 0.125;
+    let lit_height = height.max(0.0);
+    let visibility = 0.25 / ((facing * (1.0 - k) + k) * (lit_height * (1.0 - k) + k));
+    let fresnel = schlick(mirror, view.dot(half).max(0.0), 1.0);
+    let share = sun_share * sun_share * (3.0 - 2.0 * sun_share);
+    let direct = (body * std::f32::consts::FRAC_1_PI + fresnel * (lobe * visibility)) * SUN_LIGHT * (lit_height * share * std::f32::consts::FRAC_PI_2);
+
+    // The sky: its mean over the normal's half space for the body, along the reflection for the mirror.
+    let around = BELOW.lerp(ZENITH.lerp(HORIZON, 0.5), 0.5 + 0.5 * n.y);
+    let reflected = ray.direction - n * (2.0 * ray.direction.dot(n));
+    let gloss = 1.0 - roughness;
+    let environment = around.lerp(sky(frame, reflected), gloss * gloss);
+    let rim = schlick(mirror, facing, gloss);
+    let ambient = (body * around * 0.9 + rim * environment) * sky_share;
+
+    // Light thrown back from below.
+    let bounce = body * vec3(0.16, 0.14, 0.12) * ((0.5 - 0.5 * n.y) * sky_share);
+    let color = direct + ambient + bounce + vec3(er, eg, eb);
+    if hit.kind != abi::HIT_GROUND {
+        return color;
+    }
+    // The ground fades into the horizon.
+    let far = hit.normal_t[3] / frame.far;
+    color.lerp(sky(frame, ray.direction), (far * 2.2).clamp(0.0, 1.0))
+}
+
+/// Schlick's Fresnel term; a rough surface's rim is darker.
+fn schlick(mirror: Vec3, cosine: f32, gloss: f32) -> Vec3 {
+    let m = (1.0 - cosine).clamp(0.0, 1.0);
+    let m2 = m * m;
+    let rim = mirror.max(Vec3::splat(gloss));
+    mirror + (rim - mirror) * (m2 * m2 * m)
+}
+
+fn tone(c: Vec3) -> Vec3 {
+    let x = c * 0.72;
+    let y = x * (x * 2.51 + 0.03) / (x * (x * 2.43 + 0.59) + 0.14);
+    y.clamp(Vec3::ZERO, Vec3::ONE)
+}
+
+/// Brightness of a depth.
+fn depth(frame: &Frame, t: f32) -> f32 {
+    let range = (frame.depth_far - frame.depth_near).max(1e-6);
+    (1.0 - (t - frame.depth_near) / range).clamp(0.0, 1.0)
+}
+
+/// Blue → green → yellow → red over 0 to 256 steps.
+fn heat(steps: u32) -> Vec3 {
+    let s = (steps as f32 / 256.0).clamp(0.0, 1.0) * 3.0;
+    let red = (s - 1.0).clamp(0.0, 1.0);
+    let green = s.clamp(0.0, 1.0) - (s - 2.0).clamp(0.0, 1.0);
+    let blue = (1.0 - s).clamp(0.0, 1.0);
+    vec3(red, green, blue)
+}
+
+/// A value that is to appear in the file as it is: undo the encoding that follows.
+fn decode(v: Vec3) -> Vec3 {
+    let linear = |c: f32| if c <= 0.040_45 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) };
+    vec3(linear(v.x), linear(v.y), linear(v.z))
+}

@@ -1,0 +1,83 @@
+use crate::{BuildError, EngineError, Scene, World};
+use argil_gpu::{DeviceInfo, DeviceKind, Gpu};
+use std::sync::Arc;
+
+/// What to run on.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Backend {
+    /// A GPU where there is a real one, else the CPU.
+    #[default]
+    Auto,
+    /// The CPU, all its cores.
+    Cpu,
+    /// A GPU, a software one included; an error where there is none.
+    Gpu,
+}
+
+/// A device that worlds are built on. Cheap to clone.
+#[derive(Clone)]
+pub struct Engine {
+    pub(crate) gpu: Option<Arc<Gpu>>,
+    reason: String,
+}
+
+impl Engine {
+    /// A GPU where there is a real one, else the CPU.
+    pub fn auto() -> Result<Self, EngineError> {
+        Self::on(Backend::Auto)
+    }
+
+    /// The CPU.
+    pub fn cpu() -> Self {
+        Self { gpu: None, reason: "the CPU was asked for".into() }
+    }
+
+    /// The given back end, or why it is not there.
+    pub fn on(backend: Backend) -> Result<Self, EngineError> {
+        match backend {
+            Backend::Cpu => Ok(Self::cpu()),
+            Backend::Gpu => {
+                let gpu = Gpu::open()?;
+                Ok(Self { gpu: Some(Arc::new(gpu)), reason: "a GPU was asked for".into() })
+            }
+            Backend::Auto => {
+                let real = Self::devices().into_iter().find(|d| d.kind.is_real_gpu());
+                let Some(device) = real else {
+                    return Ok(Self { gpu: None, reason: "no hardware GPU was found".into() });
+                };
+                match Gpu::open() {
+                    Ok(gpu) => Ok(Self { gpu: Some(Arc::new(gpu)), reason: format!("{} is a GPU", device.name) }),
+                    Err(error) => Ok(Self { gpu: None, reason: format!("{} cannot be used: {error}", device.name) }),
+                }
+            }
+        }
+    }
+
+    /// The graphics devices of this machine, the best first; the CPU path is always there besides.
+    pub fn devices() -> Vec<DeviceInfo> {
+        argil_gpu::devices()
+    }
+
+    /// What the engine runs on, in words.
+    pub fn device(&self) -> String {
+        match &self.gpu {
+            Some(gpu) => format!("gpu: {}", gpu.info().name),
+            None => format!("cpu: {} threads", rayon::current_num_threads()),
+        }
+    }
+
+    /// Whether that is a GPU, and of which kind.
+    pub fn gpu_kind(&self) -> Option<DeviceKind> {
+        self.gpu.as_ref().map(|gpu| gpu.info().kind)
+    }
+
+    /// Why the engine runs on that.
+    pub fn reason(&self) -> &str {
+        &self.reason
+    }
+
+    /// Build a scene.
+    pub fn build(&self, scene: &Scene) -> Result<World, BuildError> {
+        World::new(self.clone(), scene)
+    }
+}
