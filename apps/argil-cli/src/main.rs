@@ -1,1 +1,30 @@
-fn main() {}
+//! The `argil` command. What scripts can rely on: names, flags, keys of `--json`, exit codes; see the README.
+
+mod args;
+mod devices;
+mod failure;
+mod import;
+mod info;
+mod output;
+mod render;
+mod schema;
+
+use args::{Arguments, Command};
+use clap::Parser;
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    // clap prints usage errors itself and exits with 2.
+    let arguments = Arguments::parse();
+    let result = match arguments.command {
+        Command::Render(options) => render::run(&options),
+        Command::Import(options) => import::run(&options),
+        Command::Info(options) => info::run(&options),
+        Command::Devices(options) => devices::run(&options),
+        Command::Schema => schema::run(),
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => failure::report(&error),
+    }
+}

@@ -1,0 +1,77 @@
+// Twin of combine.rs.
+
+struct Joint {
+    k: f32,
+    quarter: f32,
+    sa: f32,
+    sb: f32,
+    sr: f32,
+    amount: f32,
+}
+
+fn read_joint(w: u32) -> Joint {
+    return Joint(params[w], params[w + 1u], params[w + 2u], params[w + 3u], params[w + 4u], 0.0);
+}
+
+fn combine_smooth(a0: f32, b0: f32, j: Joint) -> f32 {
+    let a = a0 * j.sa;
+    let b = b0 * j.sb;
+    let h = max(-abs(a - b) + j.k, 0.0);
+    return (min(a, b) - h * h * j.quarter) * j.sr;
+}
+
+fn combine_chamfer(a0: f32, b0: f32, j: Joint) -> f32 {
+    let a = a0 * j.sa;
+    let b = b0 * j.sb;
+    let face = (a + b - j.k) * 0.70710677;
+    let hard = min(a, b);
+    return select(hard, min(hard, face), j.k > 0.0) * j.sr;
+}
+
+fn combine_morph(a: f32, b: f32, j: Joint) -> f32 {
+    return a + (b - a) * j.amount;
+}
+
+fn combine(a: f32, b: f32, j: Joint, flags: u32) -> f32 {
+    switch flags & COMBINE_MASK {
+        case COMBINE_CHAMFER: { return combine_chamfer(a, b, j); }
+        case COMBINE_PAINT: { return a; }
+        case COMBINE_MORPH: { return combine_morph(a, b, j); }
+        default: { return combine_smooth(a, b, j); }
+    }
+}
+
+fn matters(a: f32, least: f32, j: Joint) -> bool {
+    return j.sb < 0.0 || least < a * j.sa + j.k;
+}
+
+fn weight_smooth(a0: f32, b0: f32, j: Joint) -> f32 {
+    let a = a0 * j.sa;
+    let b = b0 * j.sb;
+    let h = max(j.k - abs(a - b), 0.0) * (2.0 * j.quarter);
+    return select(h, 1.0 - h, b < a);
+}
+
+fn weight_paint(b: f32, j: Joint) -> f32 {
+    let soft = clamp(0.5 - b * (4.0 * j.quarter), 0.0, 1.0);
+    return select(select(0.0, 1.0, b < 0.0), soft, j.k > 0.0);
+}
+
+// The weight of b's material.
+fn weight(a: f32, b: f32, j: Joint, flags: u32) -> f32 {
+    if (flags & FLAG_KEEP_MATERIAL) != 0u {
+        return 0.0;
+    }
+    switch flags & COMBINE_MASK {
+        case COMBINE_PAINT: { return weight_paint(b, j); }
+        case COMBINE_MORPH: { return j.amount; }
+        default: { return weight_smooth(a, b, j); }
+    }
+}
+
+fn mix_material(a: MaterialWords, b: MaterialWords, w: f32) -> MaterialWords {
+    return MaterialWords(
+        a.base_roughness + (b.base_roughness - a.base_roughness) * w,
+        a.emission_metallic + (b.emission_metallic - a.emission_metallic) * w,
+    );
+}

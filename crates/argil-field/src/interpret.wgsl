@@ -1,0 +1,183 @@
+// Twin of interpret.rs, one point at a time.
+
+var<private> field_material: MaterialWords;
+
+fn shape_distance(op: u32, p: vec3<f32>, w: u32) -> f32 {
+    switch op {
+        case OP_SPHERE: { return sd_sphere(p, w); }
+        case OP_ELLIPSOID: { return sd_ellipsoid(p, w); }
+        case OP_BOX: { return sd_box(p, w); }
+        case OP_BOX_FRAME: { return sd_box_frame(p, w); }
+        case OP_TORUS: { return sd_torus(p, w); }
+        case OP_CAPPED_TORUS: { return sd_capped_torus(p, w); }
+        case OP_LINK: { return sd_link(p, w); }
+        case OP_CAPSULE: { return sd_capsule(p, w); }
+        case OP_CYLINDER: { return sd_cylinder(p, w); }
+        case OP_CONE: { return sd_cone(p, w); }
+        case OP_CAPPED_CONE: { return sd_capped_cone(p, w); }
+        case OP_ROUND_CONE: { return sd_round_cone(p, w); }
+        case OP_PLANE: { return sd_plane(p, w); }
+        case OP_HEX_PRISM: { return sd_hex_prism(p, w); }
+        case OP_TRI_PRISM: { return sd_tri_prism(p, w); }
+        case OP_OCTAHEDRON: { return sd_octahedron(p, w); }
+        case OP_PYRAMID: { return sd_pyramid(p, w); }
+        case OP_CUT_SPHERE: { return sd_cut_sphere(p, w); }
+        case OP_CUT_HOLLOW_SPHERE: { return sd_cut_hollow_sphere(p, w); }
+        case OP_SOLID_ANGLE: { return sd_solid_angle(p, w); }
+        case OP_RHOMBUS: { return sd_rhombus(p, w); }
+        case OP_EXTRUDED_ROUNDED_BOX: { return sd_extruded_rounded_box(p, w); }
+        case OP_BEZIER_TUBE: { return sd_bezier_tube(p, w + 6u); }
+        case OP_LATHE: { return sd_lathe(p, w + 6u); }
+        case OP_EXTRUSION: { return sd_extrusion(p, w + 6u); }
+        default: { return FAR; }
+    }
+}
+
+// Combine a brush with the accumulated distance.
+fn brush(acc: f32, point: vec3<f32>, instr: Instr, with_material: bool) -> f32 {
+    let w = instr.params;
+    let j = read_joint(w + 13u);
+    let scale = params[w + 12u];
+    let own = w + BRUSH_HEADER_WORDS;
+    var p: vec3<f32>;
+    if (instr.flags & FLAG_TRANSLATION) != 0u && instr.op < OP_BEZIER_TUBE {
+        p = translated(point, w);
+    } else {
+        p = mapped(point, w);
+    }
+    // A search along curves is left out where it cannot matter.
+    if instr.op >= OP_BEZIER_TUBE && !matters(acc, box_distance(p, own) * scale, j) {
+        return acc;
+    }
+    let d = shape_distance(instr.op, p, own) * scale;
+    if with_material {
+        field_material = mix_material(field_material, materials[instr.operand], weight(acc, d, j, instr.flags));
+    }
+    return combine_smooth(acc, d, j);
+}
+
+// The signed distance at a point; with it, on demand, `field_material`.
+fn field(at: vec3<f32>, with_material: bool) -> f32 {
+    var values: array<f32, GPU_STACK_SLOTS>;
+    var points: array<vec3<f32>, GPU_STACK_SLOTS>;
+    var kept: array<MaterialWords, GPU_STACK_SLOTS>;
+    var loops: array<u32, GPU_STACK_SLOTS>;
+    var value_top = 0u;
+    var point_top = 0u;
+    var loop_top = 0u;
+    if !(is_in_world(at.x) && is_in_world(at.y) && is_in_world(at.z)) {
+        return FAR;
+    }
+    var point = at;
+    var acc = FAR;
+    field_material = materials[0];
+    var pc = 0u;
+    while pc < arrayLength(&instrs) {
+        let instr = instrs[pc];
+        let w = instr.params;
+        pc++;
+        if instr.op < OP_SHAPES_END {
+            acc = brush(acc, point, instr, with_material);
+            continue;
+        }
+        switch instr.op {
+            case OP_PUSH_VALUE: {
+                values[value_top] = acc;
+                kept[value_top] = field_material;
+                value_top++;
+                acc = FAR;
+            }
+            case OP_COMBINE: {
+                value_top--;
+                var j = read_joint(w);
+                j.amount = params[w + 5u];
+                let swapped = (instr.flags & FLAG_SWAPPED) != 0u;
+                let saved = values[value_top];
+                let a = select(saved, acc, swapped);
+                let b = select(acc, saved, swapped);
+                if with_material {
+                    let share = weight(a, b, j, instr.flags);
+                    if swapped {
+                        field_material = mix_material(field_material, kept[value_top], share);
+                    } else {
+                        field_material = mix_material(kept[value_top], field_material, share);
+                    }
+                }
+                acc = combine(a, b, j, instr.flags);
+            }
+            case OP_PUSH_POINT: {
+                points[point_top] = point;
+                point_top++;
+            }
+            case OP_POP_POINT: {
+                point_top--;
+                point = points[point_top];
+            }
+            case OP_AFFINE: { point = mapped(point, w); }
+            case OP_MIRROR: { point = mirrored(point, w); }
+            case OP_ELONGATE: { point = elongated(point, w); }
+            case OP_REPEAT, OP_RADIAL: {
+                points[point_top] = point;
+                point_top++;
+                values[value_top] = acc;
+                kept[value_top] = field_material;
+                value_top++;
+                loops[loop_top] = 0u;
+                loop_top++;
+                acc = FAR;
+                point = candidate(instr, point, 0u);
+            }
+            case OP_NEXT: {
+                let begin = instrs[instr.operand];
+                let done = loops[loop_top - 1u] + 1u;
+                loops[loop_top - 1u] = done;
+                // Keep the nearer of this copy and the nearest before it.
+                if acc < values[value_top - 1u] {
+                    values[value_top - 1u] = acc;
+                    kept[value_top - 1u] = field_material;
+                }
+                if done < candidates(begin) {
+                    acc = FAR;
+                    point = candidate(begin, points[point_top - 1u], done);
+                    pc = instr.operand + 1u;
+                } else {
+                    loop_top--;
+                    value_top--;
+                    point_top--;
+                    acc = values[value_top];
+                    field_material = kept[value_top];
+                    point = points[point_top];
+                }
+            }
+            case OP_TWIST: {
+                points[point_top] = point;
+                point_top++;
+                point = twist(point, w);
+            }
+            case OP_BEND: {
+                points[point_top] = point;
+                point_top++;
+                point = bend(point, w);
+            }
+            case OP_UNCLAMP: {
+                point_top--;
+                point = points[point_top];
+                acc = unclamp(acc, point, w);
+            }
+            case OP_ROUND: { acc -= params[w]; }
+            case OP_SHELL: { acc = abs(acc) - params[w]; }
+            case OP_DISPLACE: { acc += value_noise(point * params[w + 1u], instr.operand) * params[w]; }
+            default: {}
+        }
+    }
+    return acc;
+}
+
+fn field_distance(p: vec3<f32>) -> f32 {
+    return field(p, false);
+}
+
+// The distance, with the material there in `field_material`.
+fn field_surface(p: vec3<f32>) -> f32 {
+    return field(p, true);
+}

@@ -1,0 +1,27 @@
+// Twin of real.rs: what the shapes are written with.
+
+const FAR: f32 = 1e30;
+const WORLD_LIMIT: f32 = 1e7;
+
+// Sine and cosine by polynomials over a quarter turn.
+fn sin_cos(x: f32) -> vec2<f32> {
+    let turns = floor(x * 0.63661975 + 0.5);
+    let r = ((x - turns * 1.5703125) - turns * 4.837513e-4) - turns * 7.54979e-8;
+    let r2 = r * r;
+    let s = r + r * r2 * (-1.6666655e-1 + r2 * (8.332161e-3 - r2 * 1.9515296e-4));
+    let c = 1.0 - 0.5 * r2 + r2 * r2 * (4.1666646e-2 + r2 * (-1.3887316e-3 + r2 * 2.4433157e-5));
+    let quarter = turns - 4.0 * floor(turns * 0.25);
+    let odd = quarter == 1.0 || quarter == 3.0;
+    let sine = select(s, c, odd);
+    let cosine = select(c, s, odd);
+    return vec2(select(sine, -sine, quarter >= 2.0), select(cosine, -cosine, quarter == 1.0 || quarter == 2.0));
+}
+
+fn signed_as(value: f32, sign: f32) -> f32 {
+    return select(value, -value, sign < 0.0);
+}
+
+// Whether a coordinate is finite and within the world. By its bits: a shader may assume that no number is NaN.
+fn is_in_world(c: f32) -> bool {
+    return (bitcast<u32>(c) & 0x7fffffffu) <= bitcast<u32>(WORLD_LIMIT);
+}

@@ -1,0 +1,107 @@
+// Twin of space.rs: changes of the point.
+
+fn translated(p: vec3<f32>, w: u32) -> vec3<f32> {
+    return vec3(p.x + params[w + 3u], p.y + params[w + 7u], p.z + params[w + 11u]);
+}
+
+fn mapped(p: vec3<f32>, w: u32) -> vec3<f32> {
+    return vec3(
+        p.x * params[w] + p.y * params[w + 1u] + p.z * params[w + 2u] + params[w + 3u],
+        p.x * params[w + 4u] + p.y * params[w + 5u] + p.z * params[w + 6u] + params[w + 7u],
+        p.x * params[w + 8u] + p.y * params[w + 9u] + p.z * params[w + 10u] + params[w + 11u],
+    );
+}
+
+fn mirrored(p: vec3<f32>, w: u32) -> vec3<f32> {
+    return select(p, abs(p), vec3(params[w], params[w + 1u], params[w + 2u]) > vec3(0.0));
+}
+
+fn elongated(p: vec3<f32>, w: u32) -> vec3<f32> {
+    let by = vec3(params[w], params[w + 1u], params[w + 2u]);
+    return p - clamp(p, -by, by);
+}
+
+fn nearby(own: f32, beyond: f32, j: f32, candidates: f32) -> f32 {
+    let side = select(j, -j, beyond < 0.0);
+    return own + select(side, j - 0.5 * (candidates - 1.0), candidates > 2.0);
+}
+
+fn repeat_axis(p: f32, j: f32, w: u32) -> f32 {
+    let spacing = params[w];
+    let low = params[w + 6u];
+    let high = params[w + 9u];
+    let shifted = p + params[w + 3u];
+    let own = clamp(floor(shifted / spacing + 0.5), low, high);
+    let cell = clamp(nearby(own, shifted - own * spacing, j, params[w + 12u]), low, high);
+    return shifted - cell * spacing;
+}
+
+fn repeated(p: vec3<f32>, j: u32, w: u32) -> vec3<f32> {
+    let nx = max(u32(params[w + 12u]), 1u);
+    let ny = max(u32(params[w + 13u]), 1u);
+    return vec3(
+        repeat_axis(p.x, f32(j % nx), w),
+        repeat_axis(p.y, f32(j / nx % ny), w + 1u),
+        repeat_axis(p.z, f32(j / (nx * ny)), w + 2u),
+    );
+}
+
+fn rough_atan2(y: f32, x: f32) -> f32 {
+    let ax = abs(x);
+    let ay = abs(y);
+    let a = min(ax, ay) / max(max(ax, ay), 1e-30);
+    let s = a * a;
+    var r = ((-0.046496475 * s + 0.15931422) * s - 0.32762276) * s * a + a;
+    r = select(r, 1.5707964 - r, ay > ax);
+    r = select(r, 3.1415927 - r, x < 0.0);
+    return select(r, -r, y < 0.0);
+}
+
+fn radial(p: vec3<f32>, j: u32, w: u32) -> vec3<f32> {
+    let step = params[w + 1u];
+    let angle = rough_atan2(p.z, p.x);
+    let own = floor(angle / step + 0.5);
+    let sector = nearby(own, angle - own * step, f32(j), params[w + 2u]);
+    let sc = sin_cos(sector * step);
+    return vec3(p.x * sc.y + p.z * sc.x, p.y, p.z * sc.y - p.x * sc.x);
+}
+
+// Copy number `j` of a loop that begins at `begin`.
+fn candidate(begin: Instr, p: vec3<f32>, j: u32) -> vec3<f32> {
+    if begin.op == OP_REPEAT {
+        return repeated(p, j, begin.params);
+    }
+    return radial(p, j, begin.params);
+}
+
+fn candidates(begin: Instr) -> u32 {
+    let w = begin.params;
+    if begin.op == OP_REPEAT {
+        return u32(params[w + 12u] * params[w + 13u] * params[w + 14u]);
+    }
+    return u32(params[w + 2u]);
+}
+
+fn held(p: vec3<f32>, w: u32) -> vec3<f32> {
+    return clamp(p, vec3(params[w], params[w + 1u], params[w + 2u]), vec3(params[w + 3u], params[w + 4u], params[w + 5u]));
+}
+
+fn twist(p: vec3<f32>, w: u32) -> vec3<f32> {
+    let q = held(p, w);
+    let sc = sin_cos(q.y * params[w + 6u]);
+    return vec3(sc.y * q.x + sc.x * q.z, q.y, sc.y * q.z - sc.x * q.x);
+}
+
+fn bend(p: vec3<f32>, w: u32) -> vec3<f32> {
+    let q = held(p, w);
+    let sc = sin_cos(q.x * params[w + 6u]);
+    return vec3(sc.y * q.x - sc.x * q.y, sc.x * q.x + sc.y * q.y, q.z);
+}
+
+fn unclamp(d: f32, p: vec3<f32>, w: u32) -> f32 {
+    let gap = p - held(p, w);
+    let scale = params[w + 7u];
+    let outside = (gap.x * gap.x + gap.y * gap.y + gap.z * gap.z) * (scale * scale);
+    let h = max(d, 0.0);
+    return select(d, sqrt(outside + h * h), outside > 0.0);
+}

@@ -1,1 +1,161 @@
+//! WGSL for one fixed program: its instructions written out, in place of the interpreter.
+//!
+//! The numbers stay in the table of parameters, so that a brush can still be moved without a new shader; what is gone
+//! is the loop over instructions, the choice by opcode and the stacks.
 
+use crate::{Program, WGSL_COMMON};
+use argil_abi::{self as abi, Instr};
+use std::fmt::Write;
+
+/// Longest program that is written out: shader compilers take more than linear time.
+const MAX_INSTRUCTIONS: usize = 4096;
+
+impl Program {
+    /// The twin of [`crate::wgsl`] for this program alone; `None` where it is too long to be written out.
+    pub fn specialized_wgsl(&self) -> Option<String> {
+        (self.instrs.len() <= MAX_INSTRUCTIONS).then(|| [WGSL_COMMON, &write_field(self)].concat())
+    }
+}
+
+/// The function that measures a shape.
+fn function(op: u32) -> &'static str {
+    match op {
+        abi::OP_SPHERE => "sd_sphere",
+        abi::OP_ELLIPSOID => "sd_ellipsoid",
+        abi::OP_BOX => "sd_box",
+        abi::OP_BOX_FRAME => "sd_box_frame",
+        abi::OP_TORUS => "sd_torus",
+        abi::OP_CAPPED_TORUS => "sd_capped_torus",
+        abi::OP_LINK => "sd_link",
+        abi::OP_CAPSULE => "sd_capsule",
+        abi::OP_CYLINDER => "sd_cylinder",
+        abi::OP_CONE => "sd_cone",
+        abi::OP_CAPPED_CONE => "sd_capped_cone",
+        abi::OP_ROUND_CONE => "sd_round_cone",
+        abi::OP_PLANE => "sd_plane",
+        abi::OP_HEX_PRISM => "sd_hex_prism",
+        abi::OP_TRI_PRISM => "sd_tri_prism",
+        abi::OP_OCTAHEDRON => "sd_octahedron",
+        abi::OP_PYRAMID => "sd_pyramid",
+        abi::OP_CUT_SPHERE => "sd_cut_sphere",
+        abi::OP_CUT_HOLLOW_SPHERE => "sd_cut_hollow_sphere",
+        abi::OP_SOLID_ANGLE => "sd_solid_angle",
+        abi::OP_RHOMBUS => "sd_rhombus",
+        abi::OP_EXTRUDED_ROUNDED_BOX => "sd_extruded_rounded_box",
+        abi::OP_BEZIER_TUBE => "sd_bezier_tube",
+        abi::OP_LATHE => "sd_lathe",
+        _ => "sd_extrusion",
+    }
+}
+
+/// Depths of the stacks while writing: where the interpreter would index, the text has a variable of that number.
+#[derive(Default)]
+struct Depth {
+    value: usize,
+    point: usize,
+    loops: usize,
+}
+
+fn write_field(program: &Program) -> String {
+    let mut body = String::new();
+    let mut depth = Depth::default();
+    for instr in &program.instrs {
+        // Writing to a string does not fail.
+        let _ = write_instr(program, instr, &mut depth, &mut body);
+    }
+    let mut text = String::from("var<private> field_material: MaterialWords;\n\nfn field(at: vec3<f32>, with_material: bool) -> f32 {\n");
+    for i in 0..=program.value_slots {
+        text += &format!("    var a{i} = FAR;\n    var m{i} = materials[0];\n");
+    }
+    for i in 0..=program.point_slots {
+        text += &format!("    var p{i} = at;\n");
+    }
+    text += "    field_material = materials[0];\n";
+    text += "    if !(is_in_world(at.x) && is_in_world(at.y) && is_in_world(at.z)) {\n        return FAR;\n    }\n";
+    text += &body;
+    text += "    return a0;\n}\n\n";
+    text + "fn field_distance(p: vec3<f32>) -> f32 {\n    return field(p, false);\n}\n\nfn field_surface(p: vec3<f32>) -> f32 {\n    return field(p, true);\n}\n"
+}
+
+fn write_instr(program: &Program, instr: &Instr, depth: &mut Depth, out: &mut String) -> std::fmt::Result {
+    let Instr { op, flags, params: w, operand } = *instr;
+    let (v, q) = (depth.value, depth.point);
+    if op < abi::OP_SHAPES_END {
+        return write_brush(instr, v, q, out);
+    }
+    match op {
+        abi::OP_PUSH_VALUE => {
+            writeln!(out, "    m{v} = field_material;\n    a{} = FAR;", v + 1)?;
+            depth.value += 1;
+        }
+        abi::OP_COMBINE => {
+            depth.value -= 1;
+            let saved = v - 1;
+            let swapped = flags & abi::FLAG_SWAPPED != 0;
+            let (a, b) = if swapped { (v, saved) } else { (saved, v) };
+            let (ma, mb) = if swapped { ("field_material".into(), format!("m{saved}")) } else { (format!("m{saved}"), "field_material".into()) };
+            writeln!(out, "    {{ var j = read_joint({w}u); j.amount = params[{}u];", w + 5)?;
+            writeln!(out, "    field_material = mix_material({ma}, {mb}, weight(a{a}, a{b}, j, {flags}u));")?;
+            writeln!(out, "    a{saved} = combine(a{a}, a{b}, j, {flags}u); }}")?;
+        }
+        abi::OP_PUSH_POINT => {
+            writeln!(out, "    p{} = p{q};", q + 1)?;
+            depth.point += 1;
+        }
+        abi::OP_POP_POINT => depth.point -= 1,
+        abi::OP_AFFINE => writeln!(out, "    p{q} = mapped(p{q}, {w}u);")?,
+        abi::OP_MIRROR => writeln!(out, "    p{q} = mirrored(p{q}, {w}u);")?,
+        abi::OP_ELONGATE => writeln!(out, "    p{q} = elongated(p{q}, {w}u);")?,
+        abi::OP_REPEAT | abi::OP_RADIAL => {
+            let (n, next) = (depth.loops, v + 1);
+            let begin = format!("Instr({op}u, 0u, {w}u, 0u)");
+            writeln!(out, "    a{v} = FAR;\n    for (var i{n} = 0u; i{n} < candidates({begin}); i{n}++) {{")?;
+            writeln!(out, "    a{next} = FAR;\n    p{} = candidate({begin}, p{q}, i{n});", q + 1)?;
+            depth.value += 1;
+            depth.point += 1;
+            depth.loops += 1;
+        }
+        abi::OP_NEXT => {
+            depth.value -= 1;
+            depth.point -= 1;
+            depth.loops -= 1;
+            let least = v - 1;
+            writeln!(out, "    if a{v} < a{least} {{ a{least} = a{v}; m{least} = field_material; }} }}")?;
+            writeln!(out, "    field_material = m{least};")?;
+        }
+        abi::OP_TWIST | abi::OP_BEND => {
+            let name = if op == abi::OP_TWIST { "twist" } else { "bend" };
+            writeln!(out, "    p{} = {name}(p{q}, {w}u);", q + 1)?;
+            depth.point += 1;
+        }
+        abi::OP_UNCLAMP => {
+            depth.point -= 1;
+            writeln!(out, "    a{v} = unclamp(a{v}, p{}, {w}u);", q - 1)?;
+        }
+        abi::OP_ROUND => writeln!(out, "    a{v} -= params[{w}u];")?,
+        abi::OP_SHELL => writeln!(out, "    a{v} = abs(a{v}) - params[{w}u];")?,
+        abi::OP_DISPLACE => {
+            writeln!(out, "    a{v} += value_noise(p{q} * params[{}u], {operand}u) * params[{w}u];", w + 1)?;
+        }
+        _ => {}
+    }
+    debug_assert!(depth.value <= program.value_slots && depth.point <= program.point_slots);
+    Ok(())
+}
+
+fn write_brush(instr: &Instr, v: usize, q: usize, out: &mut String) -> std::fmt::Result {
+    let Instr { op, flags, params: w, operand } = *instr;
+    let own = w + abi::BRUSH_HEADER_WORDS;
+    let searched = op >= abi::OP_BEZIER_TUBE;
+    let map = if flags & abi::FLAG_TRANSLATION != 0 && !searched { "translated" } else { "mapped" };
+    writeln!(out, "    {{ let p = {map}(p{q}, {w}u); let j = read_joint({}u);", w + 13)?;
+    let words = if searched {
+        writeln!(out, "    if matters(a{v}, box_distance(p, {own}u) * params[{}u], j) {{", w + 12)?;
+        own + 6
+    } else {
+        own
+    };
+    writeln!(out, "    let d = {}(p, {words}u) * params[{}u];", function(op), w + 12)?;
+    writeln!(out, "    if with_material {{ field_material = mix_material(field_material, materials[{operand}u], weight(a{v}, d, j, {flags}u)); }}")?;
+    writeln!(out, "    a{v} = combine_smooth(a{v}, d, j); }}{}", if searched { " }" } else { "" })
+}

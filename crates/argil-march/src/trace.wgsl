@@ -1,0 +1,62 @@
+// Twin of trace.rs, one thread a pixel.
+
+fn surface_normal(p: vec3<f32>, side: f32) -> vec3<f32> {
+    let h = frame.box_max_bias.w;
+    let n = vec3(
+        (field_distance(p + vec3(h, 0.0, 0.0)) - field_distance(p - vec3(h, 0.0, 0.0))) * side,
+        (field_distance(p + vec3(0.0, h, 0.0)) - field_distance(p - vec3(0.0, h, 0.0))) * side,
+        (field_distance(p + vec3(0.0, 0.0, h)) - field_distance(p - vec3(0.0, 0.0, h))) * side,
+    );
+    let length = sqrt(n.x * n.x + n.y * n.y + n.z * n.z);
+    let scale = select(0.0, 1.0 / max(length, 1e-37), length > 0.0);
+    return n * scale;
+}
+
+@compute @workgroup_size(8, 8)
+fn trace(@builtin(global_invocation_id) id: vec3<u32>) {
+    let y = id.y + frame.first_row;
+    if id.x >= frame.width || y >= frame.height {
+        return;
+    }
+    let ray = primary_ray(id.x, y);
+    let epsilon = frame.box_min_epsilon.w;
+    let span = box_span(ray);
+    var t = span.x;
+    var side = 0.0;
+    var steps = 0u;
+    var kind = HIT_NONE;
+    // March until the ray has hit, left the box or spent its steps.
+    var going = span.x <= span.y;
+    while going {
+        let d = field_distance(ray.origin + ray.direction * t);
+        steps++;
+        if side == 0.0 {
+            side = select(1.0, -1.0, d < 0.0);
+        }
+        let gap = d * side;
+        let spent = steps >= frame.max_steps;
+        let reached = gap < epsilon || (spent && gap < frame.pixel * t);
+        t += gap * frame.eye_step.w;
+        if reached {
+            kind = select(HIT_OUTSIDE, HIT_INSIDE, side < 0.0);
+        }
+        going = !reached && !spent && t <= span.y;
+    }
+    var normal = vec3(0.0);
+    if kind != HIT_NONE {
+        normal = surface_normal(ray.origin + ray.direction * t, side);
+    } else {
+        t = 0.0;
+    }
+
+    // The ground, where it is nearer.
+    if frame.ground_jitter.y > 0.0 && ray.direction.y <= -1e-6 {
+        let g = (frame.ground_jitter.x - ray.origin.y) / ray.direction.y;
+        if g > 0.0 && g < frame.far && (kind == HIT_NONE || g < t) {
+            kind = HIT_GROUND;
+            normal = vec3(0.0, 1.0, 0.0);
+            t = g;
+        }
+    }
+    hits[y * frame.width + id.x] = Hit(vec4(normal, t), kind, steps, 0u, 0u);
+}

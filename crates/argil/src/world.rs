@@ -58,6 +58,11 @@ impl World {
         &self.program
     }
 
+    /// Bytes that the world holds: the program's tables, on the GPU too where there is one.
+    pub fn memory_bytes(&self) -> u64 {
+        self.program.memory_bytes() as u64 + self.gpu.as_ref().map_or(0, GpuField::memory_bytes)
+    }
+
     /// The engine that built the world.
     pub fn engine(&self) -> &Engine {
         &self.engine

@@ -1,0 +1,164 @@
+//! `argil render`.
+
+use crate::args::{Device, Render, Show};
+use crate::output;
+use anyhow::Context;
+use argil::{Backend, Camera, Drawn, Engine, Orbit, Scene, Settings, World};
+use indicatif::{ProgressBar, ProgressStyle};
+use serde_json::json;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+pub fn run(options: &Render) -> anyhow::Result<()> {
+    // Say what is wrong with the request before any work.
+    let picture = picture_path(options)?;
+    if let Some(path) = &picture {
+        output::check_folder(path)?;
+    }
+    if let Some(threads) = options.on.threads {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.into());
+        pool.build_global().map_err(|e| argil::EngineError::Threads(e.to_string()))?;
+    }
+    let engine = Engine::on(match options.on.device {
+        Device::Auto => Backend::Auto,
+        Device::Cpu => Backend::Cpu,
+        Device::Gpu => Backend::Gpu,
+    })?;
+    if options.specialize && engine.gpu_kind().is_none() {
+        anyhow::bail!("--specialize compiles a shader, and this runs on the CPU: add --device gpu");
+    }
+
+    let scene = Scene::open(&options.scene)?;
+    let start = Instant::now();
+    let mut world = engine.build(&scene).with_context(|| options.scene.display().to_string())?;
+    if options.specialize {
+        world.specialize()?;
+    }
+    let build_ms = start.elapsed().as_secs_f64() * 1e3;
+    let camera = options.camera.map_or_else(|| world.camera(), |placement| world.camera_at(placement));
+    let settings = settings(options, &world);
+
+    let (drawn, frame_ms) = match options.frames {
+        None => {
+            let drawn = world.draw(&camera, &settings)?;
+            if let Some(path) = &picture {
+                drawn.save(path)?;
+            }
+            let duration_ms = drawn.duration_ms;
+            (drawn, vec![duration_ms])
+        }
+        Some(count) => orbit(&world, camera, &settings, count, picture.as_deref())?,
+    };
+    report(options, &world, &drawn, build_ms, &frame_ms, picture.as_deref());
+    Ok(())
+}
+
+/// Where the picture goes; nowhere for an orbit without -o.
+fn picture_path(options: &Render) -> anyhow::Result<Option<PathBuf>> {
+    if let Some(path) = &options.output {
+        let is_png = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png"));
+        anyhow::ensure!(is_png, "{}: pictures are written as PNG; end the name with .png", path.display());
+        return Ok(Some(path.clone()));
+    }
+    if options.frames.is_some() {
+        return Ok(None);
+    }
+    let name = options.scene.file_stem().context("the scene's path names no file")?;
+    Ok(Some(Path::new(name).with_extension("png")))
+}
+
+fn settings(options: &Render, world: &World) -> Settings {
+    let show = match options.show {
+        Show::Shaded => argil::Show::Shaded,
+        Show::Normal => argil::Show::Normal,
+        Show::Depth => argil::Show::Depth,
+        Show::Heat => argil::Show::Heat,
+    };
+    let own = world.settings(options.size, show);
+    Settings {
+        max_steps: options.max_steps,
+        epsilon: options.epsilon,
+        normal_bias: options.normal_bias,
+        samples: options.samples.unwrap_or(own.samples),
+        ground: (own.ground || options.ground) && !options.no_ground,
+        ..own
+    }
+}
+
+/// Draw an orbit; the last frame and what each took.
+fn orbit(
+    world: &World,
+    camera: Camera,
+    settings: &Settings,
+    count: u32,
+    path: Option<&Path>,
+) -> anyhow::Result<(Drawn, Vec<f64>)> {
+    let style = ProgressStyle::with_template("{bar:40} frame {pos} of {len}, {eta} left")?;
+    let progress = ProgressBar::new(count.into()).with_style(style);
+    let mut times = Vec::new();
+    let mut last = None;
+    for (i, camera) in Orbit::around(camera, count).enumerate() {
+        let drawn = world.draw(&camera, settings)?;
+        times.push(drawn.duration_ms);
+        if let Some(path) = path {
+            drawn.save(numbered(path, i))?;
+        }
+        last = Some(drawn);
+        progress.inc(1);
+    }
+    progress.finish_and_clear();
+    Ok((last.context("no frame was drawn")?, times))
+}
+
+/// `pot.png` → `pot-0007.png`.
+fn numbered(path: &Path, i: usize) -> PathBuf {
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+    path.with_file_name(format!("{stem}-{i:04}.png"))
+}
+
+fn report(
+    options: &Render,
+    world: &World,
+    drawn: &Drawn,
+    build_ms: f64,
+    frame_ms: &[f64],
+    picture: Option<&Path>,
+) {
+    let engine = world.engine();
+    let memory_bytes = world.memory_bytes();
+    let times = output::times(frame_ms);
+    if options.json {
+        output::json(&json!({
+            "device": engine.device(),
+            "device_reason": engine.reason(),
+            "via": "field",
+            "size": drawn.size,
+            "brushes": world.program().brush_count(),
+            "build_ms": build_ms,
+            "frame_ms": times,
+            "frames": frame_ms.len(),
+            "steps": output::spread(drawn.statistics.steps),
+            "fetches": output::spread(drawn.statistics.steps),
+            "memory_bytes": memory_bytes,
+            "hit_pixels": drawn.hit_pixels,
+            "picture": picture.map(|p| p.display().to_string()),
+        }));
+        return;
+    }
+    let [w, h] = drawn.size;
+    let steps = drawn.statistics.steps;
+    if let Some(path) = picture {
+        output::line(&format!("{} ({w}x{h})", path.display()));
+    }
+    output::line(&format!("on {}: {}", engine.device(), engine.reason()));
+    let median = times["median"].as_f64().unwrap_or(0.0);
+    output::line(&format!(
+        "{} brushes, built in {build_ms:.1} ms, drawn in {median:.1} ms{}",
+        world.program().brush_count(),
+        if frame_ms.len() > 1 { format!(" (median of {} frames; min {:.1}, max {:.1})", frame_ms.len(), times["min"].as_f64().unwrap_or(0.0), times["max"].as_f64().unwrap_or(0.0)) } else { String::new() }
+    ));
+    output::line(&format!(
+        "{} pixels hit; steps a ray: mean {:.1}, p95 {}, max {}",
+        drawn.hit_pixels, steps.mean, steps.p95, steps.max
+    ));
+}

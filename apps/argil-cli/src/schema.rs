@@ -1,0 +1,6 @@
+//! `argil schema`.
+
+pub fn run() -> anyhow::Result<()> {
+    print!("{}", argil::schema());
+    Ok(())
+}

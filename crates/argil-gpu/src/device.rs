@@ -1,0 +1,161 @@
+use crate::GpuError;
+use std::fmt;
+
+/// What a graphics device is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DeviceKind {
+    /// A graphics card.
+    Discrete,
+    /// Graphics in the processor's package.
+    Integrated,
+    /// A virtual machine's.
+    Virtual,
+    /// Software on the CPU, such as Mesa's lavapipe.
+    Software,
+    /// Not known.
+    Other,
+}
+
+impl DeviceKind {
+    /// Whether the automatic choice takes it.
+    pub fn is_real_gpu(self) -> bool {
+        matches!(self, Self::Discrete | Self::Integrated | Self::Virtual)
+    }
+}
+
+impl fmt::Display for DeviceKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Discrete => "discrete GPU",
+            Self::Integrated => "integrated GPU",
+            Self::Virtual => "virtual GPU",
+            Self::Software => "software",
+            Self::Other => "other",
+        })
+    }
+}
+
+/// A graphics device.
+#[derive(Clone, Debug)]
+pub struct DeviceInfo {
+    /// Its name.
+    pub name: String,
+    /// What it is.
+    pub kind: DeviceKind,
+    /// The interface it is reached by, such as Vulkan.
+    pub backend: String,
+    /// The driver and its version.
+    pub driver: String,
+}
+
+impl DeviceInfo {
+    fn of(info: &wgpu::AdapterInfo) -> Self {
+        let kind = match info.device_type {
+            wgpu::DeviceType::DiscreteGpu => DeviceKind::Discrete,
+            wgpu::DeviceType::IntegratedGpu => DeviceKind::Integrated,
+            wgpu::DeviceType::VirtualGpu => DeviceKind::Virtual,
+            wgpu::DeviceType::Cpu => DeviceKind::Software,
+            wgpu::DeviceType::Other => DeviceKind::Other,
+        };
+        let driver = format!("{} {}", info.driver, info.driver_info).trim().to_owned();
+        Self { name: info.name.clone(), kind, backend: info.backend.to_string(), driver }
+    }
+}
+
+/// All adapters, the best first.
+fn adapters() -> Vec<(DeviceInfo, wgpu::Adapter)> {
+    let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle_from_env());
+    let found = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::PRIMARY));
+    let mut all: Vec<_> = found.into_iter().map(|a| (DeviceInfo::of(&a.get_info()), a)).collect();
+    let rank = |kind| match kind {
+        DeviceKind::Discrete => 0,
+        DeviceKind::Integrated => 1,
+        DeviceKind::Virtual => 2,
+        DeviceKind::Other => 3,
+        DeviceKind::Software => 4,
+    };
+    all.sort_by_key(|(info, _)| rank(info.kind));
+    all
+}
+
+/// The graphics devices of this machine, the best first.
+pub fn devices() -> Vec<DeviceInfo> {
+    adapters().into_iter().map(|(info, _)| info).collect()
+}
+
+/// A device that is open.
+pub struct Gpu {
+    pub(crate) device: wgpu::Device,
+    pub(crate) queue: wgpu::Queue,
+    pub(crate) info: DeviceInfo,
+    pub(crate) has_timestamps: bool,
+}
+
+impl Gpu {
+    /// Open the best device there is, a software one where there is no other.
+    pub fn open() -> Result<Self, GpuError> {
+        let (info, adapter) = adapters().into_iter().next().ok_or(GpuError::None)?;
+        let has_timestamps = adapter.features().contains(wgpu::Features::TIMESTAMP_QUERY);
+        let required_features = if has_timestamps { wgpu::Features::TIMESTAMP_QUERY } else { wgpu::Features::empty() };
+        let descriptor = wgpu::DeviceDescriptor {
+            label: Some("argil"),
+            required_features,
+            required_limits: adapter.limits(),
+            ..wgpu::DeviceDescriptor::default()
+        };
+        let opened = pollster::block_on(adapter.request_device(&descriptor));
+        let (device, queue) =
+            opened.map_err(|e| GpuError::Device { name: info.name.clone(), reason: e.to_string() })?;
+        Ok(Self { device, queue, info, has_timestamps })
+    }
+
+    /// Which device it is.
+    pub fn info(&self) -> &DeviceInfo {
+        &self.info
+    }
+
+    /// Run `work` and turn what wgpu objects to into an error.
+    pub(crate) fn checked<T>(&self, work: impl FnOnce() -> T) -> Result<T, GpuError> {
+        let memory = self.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
+        let validation = self.device.push_error_scope(wgpu::ErrorFilter::Validation);
+        let result = work();
+        let refused = pollster::block_on(validation.pop());
+        let exhausted = pollster::block_on(memory.pop());
+        match refused.or(exhausted) {
+            Some(error) => Err(GpuError::Refused { name: self.info.name.clone(), reason: error.to_string() }),
+            None => Ok(result),
+        }
+    }
+
+    /// Copy the first `bytes` of a buffer back and wait for them.
+    pub(crate) fn read_back(&self, buffer: &wgpu::Buffer, bytes: u64) -> Result<Vec<u8>, GpuError> {
+        let staging = self.checked(|| {
+            let staging = self.device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some("read-back"),
+                size: bytes,
+                usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
+                mapped_at_creation: false,
+            });
+            let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            encoder.copy_buffer_to_buffer(buffer, 0, &staging, 0, bytes);
+            self.queue.submit([encoder.finish()]);
+            staging
+        })?;
+        let (sender, receiver) = std::sync::mpsc::channel();
+        staging.slice(..).map_async(wgpu::MapMode::Read, move |result| {
+            // The receiver waits below.
+            let _ = sender.send(result);
+        });
+        self.wait()?;
+        let lost = |reason: String| GpuError::Lost(reason);
+        receiver.recv().map_err(|e| lost(e.to_string()))?.map_err(|e| lost(e.to_string()))?;
+        let view = staging.slice(..).get_mapped_range().map_err(|e| lost(e.to_string()))?;
+        Ok(view.to_vec())
+    }
+
+    /// Wait until all that was submitted is done.
+    pub(crate) fn wait(&self) -> Result<(), GpuError> {
+        let poll = wgpu::PollType::Wait { submission_index: None, timeout: None };
+        self.device.poll(poll).map(|_| ()).map_err(|e| GpuError::Lost(e.to_string()))
+    }
+}

@@ -1,0 +1,53 @@
+/// Why the GPU cannot be used.
+#[derive(Clone, Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum GpuError {
+    /// No adapter of any kind.
+    #[error(
+        "no GPU was found. A software one will do: on Debian and Ubuntu, apt-get install mesa-vulkan-drivers libvulkan1; \
+         or use --device cpu"
+    )]
+    None,
+    /// The adapter does not give a device.
+    #[error("{name}: {reason}")]
+    Device {
+        /// The adapter.
+        name: String,
+        /// What its driver said.
+        reason: String,
+    },
+    /// Something does not fit.
+    #[error("{what} takes {bytes} bytes, more than {name} allows in one buffer, {limit}: use --device cpu or a smaller size")]
+    TooLarge {
+        /// The adapter.
+        name: String,
+        /// The table or picture.
+        what: &'static str,
+        /// Asked for.
+        bytes: u64,
+        /// The most that is allowed.
+        limit: u64,
+    },
+    /// Folds, loops and joints nest too deep for the interpreter's fixed stacks.
+    #[error("the scene nests deeper than the GPU's {slots} slots: it needs {needed}. The CPU has no such limit: use --device cpu")]
+    TooDeep {
+        /// Slots there are.
+        slots: usize,
+        /// Slots needed.
+        needed: usize,
+    },
+    /// The program is too long to be written out as a shader.
+    #[error("the scene has too many brushes to be specialised into a shader: leave out --specialize")]
+    TooLongToSpecialize,
+    /// A shader did not compile or a command was refused.
+    #[error("{name}: {reason}")]
+    Refused {
+        /// The adapter.
+        name: String,
+        /// What wgpu said.
+        reason: String,
+    },
+    /// The device stopped.
+    #[error("the GPU stopped answering: {0}")]
+    Lost(String),
+}

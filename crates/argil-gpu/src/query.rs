@@ -1,0 +1,48 @@
+use crate::pass::{ANSWERS, INSTRS, MATERIALS, PARAMS, QUERIES, QUERY_WGSL, TABLES_WGSL, layout, pipelines};
+use crate::table::Table;
+use crate::{GpuError, GpuField};
+use argil_abi::{Answer, Query};
+
+/// Points of one workgroup, and workgroups in a row of a dispatch.
+const GROUP: u32 = 64;
+const ROW: u32 = 32_768;
+
+impl GpuField {
+    /// The field at points: distances and materials. Compiles its pass, so it is for tests and bulk queries.
+    pub fn evaluate(&self, points: &[[f32; 3]]) -> Result<Vec<Answer>, GpuError> {
+        if points.is_empty() {
+            return Ok(Vec::new());
+        }
+        let gpu = self.gpu();
+        let source = [&argil_abi::wgsl(), TABLES_WGSL, QUERY_WGSL, self.field_wgsl(), include_str!("query.wgsl")].concat();
+        let layout = gpu.checked(|| layout(gpu, "Query", &[INSTRS, PARAMS, MATERIALS, QUERIES, ANSWERS]))?;
+        let [pipeline] = pipelines(gpu, source, &layout, ["query"])?;
+        let queries: Vec<Query> = points.iter().map(|&[x, y, z]| Query { point: [x, y, z, 0.0] }).collect();
+        let mut query_table = Table::new("queries");
+        query_table.write(gpu, &queries)?;
+        let mut answers = Table::new("answers");
+        let bytes = (points.len() * size_of::<Answer>()) as u64;
+        answers.reserve(gpu, bytes)?;
+        let groups = (points.len() as u32).div_ceil(GROUP);
+        gpu.checked(|| {
+            let mut entries: Vec<_> = self.table_bindings().collect();
+            entries.extend(query_table.binding(QUERIES));
+            entries.extend(answers.binding(ANSWERS));
+            let bind_group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+                label: Some("Query"),
+                layout: &layout,
+                entries: &entries,
+            });
+            let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            let mut pass = encoder
+                .begin_compute_pass(&wgpu::ComputePassDescriptor { label: Some("Query::points"), timestamp_writes: None });
+            pass.set_pipeline(&pipeline);
+            pass.set_bind_group(0, &bind_group, &[]);
+            pass.dispatch_workgroups(groups.min(ROW), groups.div_ceil(ROW), 1);
+            drop(pass);
+            gpu.queue.submit([encoder.finish()]);
+        })?;
+        let buffer = answers.buffer().ok_or_else(|| GpuError::Lost("no answers".into()))?;
+        Ok(gpu.read_back(buffer, bytes)?.chunks_exact(size_of::<Answer>()).map(bytemuck::pod_read_unaligned).collect())
+    }
+}

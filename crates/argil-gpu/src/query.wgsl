@@ -1,0 +1,11 @@
+// The field at given points, one thread a point. What it holds is held by the interpreter's own twins.
+
+@compute @workgroup_size(64)
+fn query(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
+    let i = id.y * groups.x * 64u + id.x;
+    if i >= arrayLength(&queries) {
+        return;
+    }
+    let d = field_surface(queries[i].point.xyz);
+    answers[i] = Answer(vec4(d, 0.0, 0.0, 0.0), field_material.base_roughness, field_material.emission_metallic);
+}

@@ -1,0 +1,69 @@
+use crate::{Gpu, GpuError};
+use bytemuck::Pod;
+
+/// A storage buffer that grows when it must and is kept when it need not. What is bound is exactly what was written.
+pub(crate) struct Table {
+    what: &'static str,
+    buffer: Option<wgpu::Buffer>,
+    used: u64,
+}
+
+impl Table {
+    pub fn new(what: &'static str) -> Self {
+        Self { what, buffer: None, used: 0 }
+    }
+
+    /// Make room for `bytes`; whether the buffer is another than before.
+    pub fn reserve(&mut self, gpu: &Gpu, bytes: u64) -> Result<(), GpuError> {
+        let bytes = bytes.max(16).next_multiple_of(16);
+        let limits = gpu.device.limits();
+        let limit = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
+        if bytes > limit {
+            let name = gpu.info.name.clone();
+            return Err(GpuError::TooLarge { name, what: self.what, bytes, limit });
+        }
+        self.used = bytes;
+        if self.buffer.as_ref().is_none_or(|b| b.size() < bytes) {
+            // Some air, so that a scene which grows brush by brush does not need a new buffer each time.
+            let size = (bytes + bytes / 2).next_multiple_of(16).min(limit);
+            let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::COPY_SRC;
+            let descriptor =
+                wgpu::BufferDescriptor { label: Some(self.what), size, usage, mapped_at_creation: false };
+            self.buffer = Some(gpu.checked(|| gpu.device.create_buffer(&descriptor))?);
+        }
+        Ok(())
+    }
+
+    /// Hold exactly these rows.
+    pub fn write<T: Pod>(&mut self, gpu: &Gpu, rows: &[T]) -> Result<(), GpuError> {
+        let bytes: &[u8] = bytemuck::cast_slice(rows);
+        self.reserve(gpu, bytes.len() as u64)?;
+        if let Some(buffer) = &self.buffer
+            && !bytes.is_empty()
+        {
+            gpu.queue.write_buffer(buffer, 0, bytes);
+        }
+        // The binding must not show more rows than there are.
+        self.used = (bytes.len() as u64).max(16);
+        Ok(())
+    }
+
+    pub fn buffer(&self) -> Option<&wgpu::Buffer> {
+        self.buffer.as_ref()
+    }
+
+    /// Bytes on the device.
+    pub fn size(&self) -> u64 {
+        self.buffer.as_ref().map_or(0, wgpu::Buffer::size)
+    }
+
+    pub fn binding(&self, binding: u32) -> Option<wgpu::BindGroupEntry<'_>> {
+        let buffer = self.buffer.as_ref()?;
+        let resource = wgpu::BindingResource::Buffer(wgpu::BufferBinding {
+            buffer,
+            offset: 0,
+            size: std::num::NonZeroU64::new(self.used),
+        });
+        Some(wgpu::BindGroupEntry { binding, resource })
+    }
+}

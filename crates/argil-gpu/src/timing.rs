@@ -1,0 +1,58 @@
+use crate::{Gpu, GpuError};
+
+/// Time stamps at the beginning and end of each pass of a frame.
+pub(crate) struct Timing {
+    set: wgpu::QuerySet,
+    resolved: wgpu::Buffer,
+    capacity: u32,
+    used: u32,
+}
+
+impl Timing {
+    /// For `passes` passes; `None` where the device has no time stamps, or not that many in one set.
+    pub fn new(gpu: &Gpu, passes: u32) -> Result<Option<Self>, GpuError> {
+        let capacity = passes.saturating_mul(2);
+        if !gpu.has_timestamps || !(2..=wgpu::QUERY_SET_MAX_QUERIES).contains(&capacity) {
+            return Ok(None);
+        }
+        gpu.checked(|| {
+            let set = gpu.device.create_query_set(&wgpu::QuerySetDescriptor {
+                label: Some("Timing"),
+                ty: wgpu::QueryType::Timestamp,
+                count: capacity,
+            });
+            let resolved = gpu.device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some("Timing::resolved"),
+                size: u64::from(capacity) * 8,
+                usage: wgpu::BufferUsages::QUERY_RESOLVE | wgpu::BufferUsages::COPY_SRC,
+                mapped_at_creation: false,
+            });
+            Some(Self { set, resolved, capacity, used: 0 })
+        })
+    }
+
+    /// The stamps of the next pass; none once the set is full.
+    pub fn next(&mut self) -> Option<wgpu::ComputePassTimestampWrites<'_>> {
+        let begin = self.used;
+        if begin + 2 > self.capacity {
+            return None;
+        }
+        self.used += 2;
+        Some(wgpu::ComputePassTimestampWrites {
+            query_set: &self.set,
+            beginning_of_pass_write_index: Some(begin),
+            end_of_pass_write_index: Some(begin + 1),
+        })
+    }
+
+    /// The sum of the passes' durations.
+    pub fn total_ms(&self, gpu: &Gpu) -> Result<f64, GpuError> {
+        let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        encoder.resolve_query_set(&self.set, 0..self.used, &self.resolved, 0);
+        gpu.queue.submit([encoder.finish()]);
+        let bytes = gpu.read_back(&self.resolved, u64::from(self.used) * 8)?;
+        let stamps: Vec<u64> = bytes.chunks_exact(8).map(bytemuck::pod_read_unaligned).collect();
+        let ticks: u64 = stamps.chunks_exact(2).map(|pair| pair[1].saturating_sub(pair[0])).sum();
+        Ok(ticks as f64 * f64::from(gpu.queue.get_timestamp_period()) * 1e-6)
+    }
+}
