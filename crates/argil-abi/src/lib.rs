@@ -24,6 +24,11 @@ pub fn wgsl() -> String {
     text
 }
 
+/// The opcode of a name, `OP_SPHERE` and so on.
+pub fn opcode(name: &str) -> Option<u32> {
+    op::OPCODES.iter().find(|(known, _)| *known == name).map(|&(_, op)| op)
+}
+
 /// Every struct shared with WGSL.
 pub fn layouts() -> impl Iterator<Item = &'static Layout> {
     tables::STRUCTS.iter().map(|(layout, _)| layout)

@@ -2,6 +2,12 @@
 
 var<private> field_material: MaterialWords;
 
+// The stacks. In the module's scope, so that they are cleared once a thread and not once a call.
+var<private> values: array<f32, GPU_STACK_SLOTS>;
+var<private> points: array<vec3<f32>, GPU_STACK_SLOTS>;
+var<private> kept: array<MaterialWords, GPU_STACK_SLOTS>;
+var<private> loops: array<u32, GPU_STACK_SLOTS>;
+
 fn shape_distance(op: u32, p: vec3<f32>, w: u32) -> f32 {
     switch op {
         case OP_SPHERE: { return sd_sphere(p, w); }
@@ -58,10 +64,6 @@ fn brush(acc: f32, point: vec3<f32>, instr: Instr, with_material: bool) -> f32 {
 
 // The signed distance at a point; with it, on demand, `field_material`.
 fn field(at: vec3<f32>, with_material: bool) -> f32 {
-    var values: array<f32, GPU_STACK_SLOTS>;
-    var points: array<vec3<f32>, GPU_STACK_SLOTS>;
-    var kept: array<MaterialWords, GPU_STACK_SLOTS>;
-    var loops: array<u32, GPU_STACK_SLOTS>;
     var value_top = 0u;
     var point_top = 0u;
     var loop_top = 0u;

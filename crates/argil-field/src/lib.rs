@@ -41,12 +41,14 @@ mod regular;
 mod shapes;
 mod space;
 mod specialize;
+mod trim;
 
 pub use evaluate::Evaluator;
 pub use grid::Grid;
 pub use lower::LowerError;
 pub use program::Program;
 pub use real::LANES;
+pub use trim::Opcodes;
 
 /// The distance of nothing, and of points that are not in the world.
 pub const FAR: f32 = 1e30;

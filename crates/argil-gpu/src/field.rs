@@ -2,9 +2,9 @@ use crate::pass::{
     COLORS, FRAME, HITS, INSTRS, MATERIALS, PARAMS, PICTURE_WGSL, TABLES_WGSL, layout, pipelines,
 };
 use crate::table::Table;
-use crate::{Gpu, GpuError};
+use crate::{DeviceKind, Gpu, GpuError};
 use argil_abi::{GPU_STACK_SLOTS, Instr};
-use argil_field::Program;
+use argil_field::{Opcodes, Program};
 use std::sync::Arc;
 
 /// An instruction that does nothing: an empty program still needs a row to bind.
@@ -18,6 +18,8 @@ pub struct GpuField {
     materials: Table,
     /// Number of instructions, for how much a dispatch may take on.
     length: usize,
+    /// What a trimmed interpreter can run; `None` for one that runs everything.
+    trimmed_to: Option<Opcodes>,
     field_wgsl: String,
     pub(crate) layout: wgpu::BindGroupLayout,
     pub(crate) trace: wgpu::ComputePipeline,
@@ -27,22 +29,24 @@ pub struct GpuField {
 impl GpuField {
     /// Bring a program to a device and make the pipelines. `specialized`: for this program alone.
     pub fn new(gpu: Arc<Gpu>, program: &Program, specialized: bool) -> Result<Self, GpuError> {
-        let field_wgsl = if specialized {
-            program.specialized_wgsl().ok_or(GpuError::TooLongToSpecialize)?
+        let is_software = gpu.info().kind == DeviceKind::Software;
+        let opcodes = Opcodes::of(program);
+        let (interpreter, field_wgsl) = if specialized {
+            (None, program.specialized_wgsl().ok_or(GpuError::TooLongToSpecialize)?)
         } else {
             check_depth(program)?;
-            argil_field::wgsl()
+            // A software device pays for every case of the interpreter, used or not.
+            if is_software { (Some(opcodes), opcodes.wgsl()) } else { (None, argil_field::wgsl()) }
         };
-        let [camera, trace, shade] = argil_march::wgsl();
-        let source = [&argil_abi::wgsl(), TABLES_WGSL, PICTURE_WGSL, &field_wgsl, camera, trace, shade].concat();
         let layout = gpu.checked(|| layout(&gpu, "Picture", &[FRAME, INSTRS, PARAMS, MATERIALS, HITS, COLORS]))?;
-        let [trace, shade] = pipelines(&gpu, source, &layout, ["trace", "shade"])?;
+        let [trace, shade] = picture_pipelines(&gpu, &field_wgsl, &layout)?;
         let mut field = Self {
             gpu,
             instrs: Table::new("instructions"),
             params: Table::new("parameters"),
             materials: Table::new("materials"),
             length: 0,
+            trimmed_to: interpreter,
             field_wgsl,
             layout,
             trace,
@@ -52,9 +56,17 @@ impl GpuField {
         Ok(field)
     }
 
-    /// Take over another program. Compiles nothing; only for a field that was not specialised.
+    /// Take over another program; only for a field that was not specialised. Compiles nothing, but on a software device
+    /// whose trimmed interpreter lacks one of the program's opcodes.
     pub fn update(&mut self, program: &Program) -> Result<(), GpuError> {
         check_depth(program)?;
+        let opcodes = Opcodes::of(program);
+        if let Some(trimmed_to) = self.trimmed_to.filter(|t| !t.covers(opcodes)) {
+            let wider = trimmed_to.union(opcodes);
+            self.field_wgsl = wider.wgsl();
+            self.trimmed_to = Some(wider);
+            [self.trace, self.shade] = picture_pipelines(&self.gpu, &self.field_wgsl, &self.layout)?;
+        }
         self.upload(program)
     }
 
@@ -89,6 +101,16 @@ impl GpuField {
         let tables = [(&self.instrs, INSTRS), (&self.params, PARAMS), (&self.materials, MATERIALS)];
         tables.into_iter().filter_map(|(table, binding)| table.binding(binding))
     }
+}
+
+fn picture_pipelines(
+    gpu: &Gpu,
+    field_wgsl: &str,
+    layout: &wgpu::BindGroupLayout,
+) -> Result<[wgpu::ComputePipeline; 2], GpuError> {
+    let [camera, trace, shade] = argil_march::wgsl();
+    let source = [&argil_abi::wgsl(), TABLES_WGSL, PICTURE_WGSL, field_wgsl, camera, trace, shade].concat();
+    pipelines(gpu, source, layout, ["trace", "shade"])
 }
 
 fn check_depth(program: &Program) -> Result<(), GpuError> {

@@ -282,7 +282,7 @@ fn schlick(mirror: Vec3, cosine: f32, gloss: f32) -> Vec3 {
 }
 
 fn tone(c: Vec3) -> Vec3 {
-    let x = c * 0.72;
+    let x = c * 0.5;
     let y = x * (x * 2.51 + 0.03) / (x * (x * 2.43 + 0.59) + 0.14);
     y.clamp(Vec3::ZERO, Vec3::ONE)
 }

@@ -116,7 +116,7 @@ fn lit(ray: Ray, hit: Hit, material: MaterialWords, sunlit: f32, open: f32) -> v
 }
 
 fn tone(c: vec3<f32>) -> vec3<f32> {
-    let x = c * 0.72;
+    let x = c * 0.5;
     return clamp(x * (x * 2.51 + 0.03) / (x * (x * 2.43 + 0.59) + 0.14), vec3(0.0), vec3(1.0));
 }
 

@@ -258,7 +258,8 @@ fn transform(fields: &Map<String, Value>) -> Result<Vec<Modifier>, Fault> {
 
 /// The name of the scene's material for a node's colour.
 fn material(scene: &mut Scene, names: &mut HashMap<[u32; 3], String>, fields: &Map<String, Value>) -> Result<String, Fault> {
-    let color = floats::<3>(fields, "color")?.map(|c| c.clamp(0.0, 1.0));
+    // The files' colours are what their renderer shows; ours are linear.
+    let color = floats::<3>(fields, "color")?.map(|c| c.clamp(0.0, 1.0).powf(2.2));
     let next = format!("color_{}", names.len() + 1);
     let name = names.entry(color.map(f32::to_bits)).or_insert(next).clone();
     if !scene.materials.contains_key(&name) {
