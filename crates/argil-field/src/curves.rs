@@ -17,6 +17,8 @@ use argil_abi::PIECE_WORDS;
 pub(crate) const BLOCK: usize = 32;
 /// Newton steps after the samples.
 const NEWTON_STEPS: usize = 4;
+/// Intervals that a piece of an outline is sampled at.
+const PIECE_SAMPLES: usize = 4;
 /// Intervals that a tube's curve is sampled at.
 const TUBE_SAMPLES: usize = 8;
 
@@ -43,7 +45,7 @@ fn curve2<R: Real>(x: R, y: R, t: R, w: &[f32; 8]) -> (R, R, R) {
     let (vx, vy) = (t * (2.0 * e2x) + 2.0 * e1x, t * (2.0 * e2y) + 2.0 * e1y);
     let speed = vx * vx + vy * vy;
     let slope = speed + (qx * (2.0 * e2x) + qy * (2.0 * e2y));
-    (qx * qx + qy * qy, qx * vx + qy * vy, slope.max(speed * 0.25 + 1e-12))
+    (qx * qx + qy * qy, qx * vx + qy * vy, slope.max(speed * 0.05 + 1e-12))
 }
 
 /// One piece of an outline: lower `best`, the squared distance, and flip `sign` where a ray along +x crosses.
@@ -88,20 +90,30 @@ fn piece<R: Real>(xs: &Block<R>, ys: &Block<R>, w: &[f32; 8], best: &mut Block<R
     if concerned == 0 {
         return;
     }
-    for i in 0..BLOCK {
-        let (x, y) = (xs[i], ys[i]);
-        let (d0, ..) = curve2(x, y, R::constant(0.0), w);
-        let (d1, ..) = curve2(x, y, R::constant(0.5), w);
-        let (d2, ..) = curve2(x, y, R::constant(1.0), w);
-        let upper = if d2.value() < d1.value() { 1.0 } else { 0.5 };
-        let start = if d0.value() < d1.value() && d0.value() < d2.value() { 0.0 } else { upper };
-        let mut t = R::constant(start);
-        for _ in 0..NEWTON_STEPS {
-            let (_, pull, slope) = curve2(x, y, t, w);
-            t = (t - pull / slope).clamp_to(0.0, 1.0);
+    // The parameter needs no derivatives: at the nearest point a change of it changes nothing.
+    let mut t = [0.0; BLOCK];
+    let mut least = [f32::INFINITY; BLOCK];
+    let step = 1.0 / PIECE_SAMPLES as f32;
+    for sample in 0..=PIECE_SAMPLES {
+        let sampled = sample as f32 * step;
+        for i in 0..BLOCK {
+            let (d, ..) = curve2(xs[i].value(), ys[i].value(), sampled, w);
+            t[i] = if d < least[i] { sampled } else { t[i] };
+            least[i] = Real::min(least[i], d);
         }
-        let (d, ..) = curve2(x, y, t, w);
-        best[i] = best[i].min(d.min(d0.min(d2)));
+    }
+    let start = t;
+    for _ in 0..NEWTON_STEPS {
+        for i in 0..BLOCK {
+            let (_, pull, slope) = curve2(xs[i].value(), ys[i].value(), t[i], w);
+            let (low, high) = (Real::max(start[i] - step, 0.0), Real::min(start[i] + step, 1.0));
+            t[i] = Real::clamp_to(t[i] - pull / slope, low, high);
+        }
+    }
+    for i in 0..BLOCK {
+        let (refined, ..) = curve2(xs[i], ys[i], R::constant(t[i]), w);
+        let (sampled, ..) = curve2(xs[i], ys[i], R::constant(start[i]), w);
+        best[i] = best[i].min(refined.min(sampled));
     }
 }
 
@@ -154,20 +166,22 @@ pub(crate) fn sd_bezier_tube<R: Real>([xs, ys, zs]: [&Block<R>; 3], w: &[f32; 11
             at[i] = if nearer { t } else { at[i] };
         }
     }
-    for i in 0..BLOCK {
-        let p = [xs[i], ys[i], zs[i]];
-        let (low, high) = (Real::max(at[i] - step, 0.0), Real::min(at[i] + step, 1.0));
-        let mut t = R::constant(at[i]);
-        for _ in 0..NEWTON_STEPS {
-            let [qx, qy, qz] = curve3(p, t, w);
-            let (vx, vy, vz) = (t * (2.0 * w[6]) + w[3], t * (2.0 * w[7]) + w[4], t * (2.0 * w[8]) + w[5]);
+    // The parameter needs no derivatives: at the nearest ball a change of it changes nothing.
+    let mut t = at;
+    for _ in 0..NEWTON_STEPS {
+        for i in 0..BLOCK {
+            let [qx, qy, qz] = curve3([xs[i].value(), ys[i].value(), zs[i].value()], t[i], w);
+            let (vx, vy, vz) = (t[i] * (2.0 * w[6]) + w[3], t[i] * (2.0 * w[7]) + w[4], t[i] * (2.0 * w[8]) + w[5]);
             let speed = vx * vx + vy * vy + vz * vz;
-            let distance = (qx * qx + qy * qy + qz * qz).sqrt();
+            let distance = f32::sqrt(qx * qx + qy * qy + qz * qz);
             let pull = qx * vx + qy * vy + qz * vz - distance * w[10];
             let slope = speed + (qx * (2.0 * w[6]) + qy * (2.0 * w[7]) + qz * (2.0 * w[8]));
-            t = (t - pull / slope.max(speed * 0.25 + 1e-12)).clamp_to(low, high);
+            let (low, high) = (Real::max(at[i] - step, 0.0), Real::min(at[i] + step, 1.0));
+            t[i] = Real::clamp_to(t[i] - pull / Real::max(slope, speed * 0.05 + 1e-12), low, high);
         }
-        best[i] = best[i].min(ball(p, t, w));
+    }
+    for i in 0..BLOCK {
+        best[i] = best[i].min(ball([xs[i], ys[i], zs[i]], R::constant(t[i]), w));
     }
     best
 }

@@ -1,6 +1,7 @@
 // Twin of curves.rs, one point at a time.
 
 const NEWTON_STEPS: u32 = 4u;
+const PIECE_SAMPLES: u32 = 4u;
 const TUBE_SAMPLES: u32 = 8u;
 
 fn box_distance(p: vec3<f32>, w: u32) -> f32 {
@@ -22,7 +23,7 @@ fn curve2(x: f32, y: f32, t: f32, w: u32) -> vec3<f32> {
     let vy = t * (2.0 * e2y) + 2.0 * e1y;
     let speed = vx * vx + vy * vy;
     let slope = speed + (qx * (2.0 * e2x) + qy * (2.0 * e2y));
-    return vec3(qx * qx + qy * qy, qx * vx + qy * vy, max(slope, speed * 0.25 + 1e-12));
+    return vec3(qx * qx + qy * qy, qx * vx + qy * vy, max(slope, speed * 0.05 + 1e-12));
 }
 
 // One piece of an outline: the lower of `state.x`, the squared distance, and its own; `state.y` flips at a crossing.
@@ -66,15 +67,23 @@ fn piece(x: f32, y: f32, w: u32, state: vec2<f32>) -> vec2<f32> {
         return vec2(state.x, sign);
     }
 
-    let d0 = curve2(x, y, 0.0, w).x;
-    let d1 = curve2(x, y, 0.5, w).x;
-    let d2 = curve2(x, y, 1.0, w).x;
-    var t = select(select(0.5, 1.0, d2 < d1), 0.0, d0 < d1 && d0 < d2);
+    let step = 1.0 / f32(PIECE_SAMPLES);
+    var start = 0.0;
+    var least = 1e30;
+    for (var i = 0u; i <= PIECE_SAMPLES; i++) {
+        let sampled = f32(i) * step;
+        let d = curve2(x, y, sampled, w).x;
+        if d < least {
+            least = d;
+            start = sampled;
+        }
+    }
+    var t = start;
     for (var i = 0u; i < NEWTON_STEPS; i++) {
         let c = curve2(x, y, t, w);
-        t = clamp(t - c.y / c.z, 0.0, 1.0);
+        t = clamp(t - c.y / c.z, max(start - step, 0.0), min(start + step, 1.0));
     }
-    return vec2(min(state.x, min(curve2(x, y, t, w).x, min(d0, d2))), sign);
+    return vec2(min(state.x, min(curve2(x, y, t, w).x, least)), sign);
 }
 
 fn sd_outline(x: f32, y: f32, w: u32, count: u32) -> f32 {
@@ -123,7 +132,7 @@ fn sd_bezier_tube(p: vec3<f32>, w: u32) -> f32 {
         let pull = q.x * vx + q.y * vy + q.z * vz - distance * params[w + 10u];
         let slope = speed
             + (q.x * (2.0 * params[w + 6u]) + q.y * (2.0 * params[w + 7u]) + q.z * (2.0 * params[w + 8u]));
-        t = clamp(t - pull / max(slope, speed * 0.25 + 1e-12), low, high);
+        t = clamp(t - pull / max(slope, speed * 0.05 + 1e-12), low, high);
     }
     return min(best, ball(p, t, w));
 }

@@ -6,7 +6,7 @@ use glam::{DVec2 as V2, DVec3 as V3, Vec3};
 
 const NOTHING: f64 = crate::FAR as f64;
 /// Points that curves are sampled at.
-const SAMPLES: u32 = 4000;
+const SAMPLES: u32 = 20_000;
 
 /// The signed distance of a scene at a point.
 pub fn distance(scene: &Scene, point: Vec3) -> f64 {
@@ -147,17 +147,30 @@ fn segment(p: V2, a: V2, b: V2) -> f64 {
     p.distance(a + (b - a) * t)
 }
 
-/// Distance to a convex or star-shaped polygon around `inside`: by its sides, and the side of each.
+fn sides(corners: &[V2]) -> impl Iterator<Item = (V2, V2)> {
+    (0..corners.len()).map(|i| (corners[i], corners[(i + 1) % corners.len()]))
+}
+
+/// Whether a ray along +x crosses a polygon an odd number of times.
+fn is_inside(p: V2, corners: &[V2]) -> bool {
+    let crosses =
+        |(a, b): (V2, V2)| (a.y <= p.y) != (b.y <= p.y) && a.x + (p.y - a.y) * (b.x - a.x) / (b.y - a.y) > p.x;
+    sides(corners).filter(|&s| crosses(s)).count() % 2 == 1
+}
+
 fn polygon(p: V2, corners: &[V2]) -> f64 {
-    let sides = (0..corners.len()).map(|i| (corners[i], corners[(i + 1) % corners.len()]));
-    let d = sides.clone().map(|(a, b)| segment(p, a, b)).fold(f64::INFINITY, f64::min);
-    let crosses = |(a, b): (V2, V2)| (a.y <= p.y) != (b.y <= p.y) && a.x + (p.y - a.y) * (b.x - a.x) / (b.y - a.y) > p.x;
-    if sides.filter(|&s| crosses(s)).count() % 2 == 1 { -d } else { d }
+    let d = sides(corners).map(|(a, b)| segment(p, a, b)).fold(f64::INFINITY, f64::min);
+    if is_inside(p, corners) { -d } else { d }
 }
 
 /// A flat distance given a thickness along a further axis.
 fn extruded(flat: f64, along: f64, half: f64) -> f64 {
-    rect(V2::new(flat, along), V2::new(0.0, half))
+    corner(flat, along.abs() - half)
+}
+
+/// The distance to what lies behind two walls at a right angle.
+fn corner(a: f64, b: f64) -> f64 {
+    V2::new(a, b).max(V2::ZERO).length() + a.max(b).min(0.0)
 }
 
 fn bezier(a: V2, b: V2, c: V2, t: f64) -> V2 {
@@ -175,11 +188,9 @@ fn outline(o: &Outline, p: V2, is_lathe: bool) -> f64 {
             Some(b) => corners.extend((0..steps).map(|i| bezier(v(a), v(b), v(c), f64::from(i) / f64::from(steps)))),
         }
     }
-    let inside = polygon(p, &corners) < 0.0;
-    let sides = (0..corners.len()).map(|i| (corners[i], corners[(i + 1) % corners.len()]));
-    let kept = sides.filter(|(a, b)| !(is_lathe && a.x == 0.0 && b.x == 0.0));
+    let kept = sides(&corners).filter(|(a, b)| !(is_lathe && a.x == 0.0 && b.x == 0.0));
     let d = kept.map(|(a, b)| segment(p, a, b)).fold(f64::INFINITY, f64::min);
-    if inside { -d } else { d }
+    if is_inside(p, &corners) { -d } else { d }
 }
 
 /// A shape's signed distance at a point in its own frame.
@@ -294,11 +305,11 @@ pub fn shape(s: &Shape, p: V3) -> f64 {
             extruded(polygon(V2::new(p.x, p.z), &corners) - f(rounding), p.y, f(half_height))
         }
         Shape::ExtrudedRoundedBox { half_size, corner_radii, rounding } => {
-            let corner = usize::from(p.x <= 0.0) * 2 + usize::from(p.z <= 0.0);
-            let (h, r) = (d3(half_size), f(corner_radii[corner]));
+            let which = usize::from(p.x <= 0.0) * 2 + usize::from(p.z <= 0.0);
+            let (h, r) = (d3(half_size), f(corner_radii[which]));
             let flat = rect(V2::new(p.x, p.z), V2::new(h.x, h.z) - r) - r;
             let rim = f(rounding[usize::from(p.y <= 0.0)]);
-            rect(V2::new(flat, p.y), V2::new(-rim, h.y - rim)) - rim
+            corner(flat + rim, p.y.abs() - (h.y - rim)) - rim
         }
         Shape::BezierTube { from, control, to, from_radius, to_radius } => (0..=SAMPLES)
             .map(|i| f64::from(i) / f64::from(SAMPLES))

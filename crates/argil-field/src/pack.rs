@@ -2,7 +2,7 @@
 
 use argil_abi as abi;
 use argil_scene::{Outline, Shape};
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 
 /// The shape's opcode; its words are appended to `words`.
 pub(crate) fn pack(shape: &Shape, words: &mut Vec<f32>) -> u32 {
@@ -108,34 +108,56 @@ fn rim(radius: f32, cut: f32) -> f32 {
 }
 
 /// Append the pieces, each as kind (0 a line, 1 a curve), start, control, end, spare. Curves are cut where they turn
-/// around in y, so that a horizontal line meets each at most once. Pieces on a lathe's axis are not part of its surface.
+/// around in y, so that a horizontal line meets each at most once, and where they turn by more than half of a right
+/// angle, so that a point has one nearest point inside each at most. Pieces on a lathe's axis are not part of its
+/// surface.
 fn pack_outline(outline: &Outline, is_lathe: bool, words: &mut Vec<f32>) -> usize {
     let mut count = 0;
-    let mut push = |kind: f32, a: [f32; 2], b: [f32; 2], c: [f32; 2]| {
-        words.extend([kind, a[0], a[1], b[0], b[1], c[0], c[1], 0.0]);
+    let mut push = |kind: f32, [a, b, c]: [Vec2; 3]| {
+        words.extend([kind, a.x, a.y, b.x, b.y, c.x, c.y, 0.0]);
         count += 1;
     };
     for (a, control, c) in outline.segments() {
-        let Some(b) = control else {
-            let on_axis = is_lathe && a[0] == 0.0 && c[0] == 0.0;
+        let (a, c) = (Vec2::from(a), Vec2::from(c));
+        let Some(b) = control.map(Vec2::from) else {
+            let on_axis = is_lathe && a.x == 0.0 && c.x == 0.0;
             if !on_axis {
-                push(0.0, a, a, c);
+                push(0.0, [a, a, c]);
             }
             continue;
         };
         // y′ = 0 at t = (a − b) / (a − 2b + c).
-        let bend = a[1] - 2.0 * b[1] + c[1];
-        let turn = (a[1] - b[1]) / bend;
+        let turn = (a.y - b.y) / (a.y - 2.0 * b.y + c.y);
         if turn > 0.0 && turn < 1.0 {
-            let mix = |p: [f32; 2], q: [f32; 2]| [p[0] + turn * (q[0] - p[0]), p[1] + turn * (q[1] - p[1])];
-            let (left, right) = (mix(a, b), mix(b, c));
-            let middle = mix(left, right);
+            let [mut left, mut right] = cut([a, b, c], turn);
             // Flat at the turn: the controls' heights are exactly the turn's.
-            push(1.0, a, [left[0], middle[1]], middle);
-            push(1.0, middle, [right[0], middle[1]], c);
+            left[1].y = left[2].y;
+            right[1].y = left[2].y;
+            flatten(left, 0, &mut |curve| push(1.0, curve));
+            flatten(right, 0, &mut |curve| push(1.0, curve));
         } else {
-            push(1.0, a, b, c);
+            flatten([a, b, c], 0, &mut |curve| push(1.0, curve));
         }
     }
     count
+}
+
+/// Halve a curve until its ends' directions are less than 45 degrees apart, five times at most.
+fn flatten(curve: [Vec2; 3], depth: u32, push: &mut impl FnMut([Vec2; 3])) {
+    let [a, b, c] = curve;
+    let turned = (b - a).angle_to(c - b).abs();
+    if turned > std::f32::consts::FRAC_PI_4 && depth < 5 {
+        let [left, right] = cut(curve, 0.5);
+        flatten(left, depth + 1, push);
+        flatten(right, depth + 1, push);
+    } else {
+        push(curve);
+    }
+}
+
+/// De Casteljau's cut of a quadratic curve.
+fn cut([a, b, c]: [Vec2; 3], t: f32) -> [[Vec2; 3]; 2] {
+    let (left, right) = (a.lerp(b, t), b.lerp(c, t));
+    let middle = left.lerp(right, t);
+    [[a, left, middle], [middle, right, c]]
 }

@@ -67,9 +67,11 @@ pub(crate) fn sd_torus<R: Real>([x, y, z]: P<R>, w: &[f32; 2]) -> R {
 #[inline(always)]
 pub(crate) fn sd_capped_torus<R: Real>([x, y, z]: P<R>, w: &[f32; 4]) -> R {
     let x = x.abs();
+    // Beyond the arc's end its last point is nearest; else the ring.
     let beyond = w[1] * x.value() > w[0] * y.value();
-    let k = if beyond { x * w[0] + y * w[1] } else { length2(x, y) };
-    (x * x + y * y + z * z + (k * (-2.0 * w[2]) + w[2] * w[2])).positive_part().sqrt() - w[3]
+    let end = length3(x - w[0] * w[2], y - w[1] * w[2], z);
+    let ring = length2(length2(x, y) - w[2], z);
+    (if beyond { end } else { ring }) - w[3]
 }
 
 #[inline(always)]
@@ -206,7 +208,7 @@ pub(crate) fn sd_pyramid<R: Real>([x, y, z]: P<R>, w: &[f32; 5]) -> R {
     let over_edge = z.value() > half.value();
     let outside = if over_edge { edge } else { inner };
     let inside = out.max(-y);
-    let above = if inside.value() < 0.0 { inside } else { outside };
+    let above = if inside.value() <= 0.0 { inside } else { outside };
     if y.value() < 0.0 { below } else { above }
 }
 

@@ -48,9 +48,9 @@ fn sd_capped_torus(p: vec3<f32>, w: u32) -> f32 {
     let radius = params[w + 2u];
     let x = abs(p.x);
     let beyond = cosine * x > sine * p.y;
-    let k = select(length2(x, p.y), x * sine + p.y * cosine, beyond);
-    let squared = x * x + p.y * p.y + p.z * p.z + (k * (-2.0 * radius) + radius * radius);
-    return sqrt(max(squared, 0.0)) - params[w + 3u];
+    let end = length3(x - sine * radius, p.y - cosine * radius, p.z);
+    let ring = length2(length2(x, p.y) - radius, p.z);
+    return select(ring, end, beyond) - params[w + 3u];
 }
 
 fn sd_link(p: vec3<f32>, w: u32) -> f32 {
@@ -165,7 +165,7 @@ fn sd_pyramid(p: vec3<f32>, w: u32) -> f32 {
     let edge = length3(along - s * slope, out, z - (half_base - s * half_base));
     let outside = select(inner, edge, z > half_width);
     let inside = max(out, -p.y);
-    return select(select(outside, inside, inside < 0.0), below, p.y < 0.0);
+    return select(select(outside, inside, inside <= 0.0), below, p.y < 0.0);
 }
 
 fn sd_cut_sphere(p: vec3<f32>, w: u32) -> f32 {

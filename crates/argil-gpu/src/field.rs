@@ -1,11 +1,12 @@
 use crate::pass::{
     COLORS, FRAME, HITS, INSTRS, MATERIALS, PARAMS, PICTURE_WGSL, TABLES_WGSL, layout, pipelines,
 };
+use crate::query::QueryPass;
 use crate::table::Table;
 use crate::{DeviceKind, Gpu, GpuError};
 use argil_abi::{GPU_STACK_SLOTS, Instr};
 use argil_field::{Opcodes, Program};
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 /// An instruction that does nothing: an empty program still needs a row to bind.
 const IDLE: Instr = Instr { op: u32::MAX, flags: 0, params: 0, operand: 0 };
@@ -24,6 +25,7 @@ pub struct GpuField {
     pub(crate) layout: wgpu::BindGroupLayout,
     pub(crate) trace: wgpu::ComputePipeline,
     pub(crate) shade: wgpu::ComputePipeline,
+    pub(crate) query: OnceLock<QueryPass>,
 }
 
 impl GpuField {
@@ -51,6 +53,7 @@ impl GpuField {
             layout,
             trace,
             shade,
+            query: OnceLock::new(),
         };
         field.upload(program)?;
         Ok(field)
@@ -65,6 +68,7 @@ impl GpuField {
             let wider = trimmed_to.union(opcodes);
             self.field_wgsl = wider.wgsl();
             self.trimmed_to = Some(wider);
+            self.query = OnceLock::new();
             [self.trace, self.shade] = picture_pipelines(&self.gpu, &self.field_wgsl, &self.layout)?;
         }
         self.upload(program)

@@ -7,16 +7,24 @@ use argil_abi::{Answer, Query};
 const GROUP: u32 = 64;
 const ROW: u32 = 32_768;
 
+/// The pass's layout and pipeline.
+pub(crate) type QueryPass = (wgpu::BindGroupLayout, wgpu::ComputePipeline);
+
 impl GpuField {
-    /// The field at points: distances and materials. Compiles its pass, so it is for tests and bulk queries.
+    /// The field at points: distances and materials. The pass is compiled when first asked for.
     pub fn evaluate(&self, points: &[[f32; 3]]) -> Result<Vec<Answer>, GpuError> {
         if points.is_empty() {
             return Ok(Vec::new());
         }
         let gpu = self.gpu();
-        let source = [&argil_abi::wgsl(), TABLES_WGSL, QUERY_WGSL, self.field_wgsl(), include_str!("query.wgsl")].concat();
-        let layout = gpu.checked(|| layout(gpu, "Query", &[INSTRS, PARAMS, MATERIALS, QUERIES, ANSWERS]))?;
-        let [pipeline] = pipelines(gpu, source, &layout, ["query"])?;
+        let made;
+        let (layout, pipeline) = match self.query.get() {
+            Some(pass) => pass,
+            None => {
+                made = self.make_query()?;
+                self.query.get_or_init(|| made)
+            }
+        };
         let queries: Vec<Query> = points.iter().map(|&[x, y, z]| Query { point: [x, y, z, 0.0] }).collect();
         let mut query_table = Table::new("queries");
         query_table.write(gpu, &queries)?;
@@ -30,13 +38,13 @@ impl GpuField {
             entries.extend(answers.binding(ANSWERS));
             let bind_group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
                 label: Some("Query"),
-                layout: &layout,
+                layout,
                 entries: &entries,
             });
             let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
             let mut pass = encoder
                 .begin_compute_pass(&wgpu::ComputePassDescriptor { label: Some("Query::points"), timestamp_writes: None });
-            pass.set_pipeline(&pipeline);
+            pass.set_pipeline(pipeline);
             pass.set_bind_group(0, &bind_group, &[]);
             pass.dispatch_workgroups(groups.min(ROW), groups.div_ceil(ROW), 1);
             drop(pass);
@@ -44,5 +52,13 @@ impl GpuField {
         })?;
         let buffer = answers.buffer().ok_or_else(|| GpuError::Lost("no answers".into()))?;
         Ok(gpu.read_back(buffer, bytes)?.chunks_exact(size_of::<Answer>()).map(bytemuck::pod_read_unaligned).collect())
+    }
+
+    fn make_query(&self) -> Result<QueryPass, GpuError> {
+        let gpu = self.gpu();
+        let source = [&argil_abi::wgsl(), TABLES_WGSL, QUERY_WGSL, self.field_wgsl(), include_str!("query.wgsl")].concat();
+        let layout = gpu.checked(|| layout(gpu, "Query", &[INSTRS, PARAMS, MATERIALS, QUERIES, ANSWERS]))?;
+        let [pipeline] = pipelines(gpu, source, &layout, ["query"])?;
+        Ok((layout, pipeline))
     }
 }

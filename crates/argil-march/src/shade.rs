@@ -20,7 +20,7 @@ const OCCLUSION_TAPS: usize = 5;
 const SUN_LIGHT: Vec3 = vec3(3.3, 3.05, 2.65);
 const ZENITH: Vec3 = vec3(0.30, 0.45, 0.72);
 const HORIZON: Vec3 = vec3(0.80, 0.86, 0.92);
-const BELOW: Vec3 = vec3(0.30, 0.28, 0.26);
+const BELOW: Vec3 = vec3(0.44, 0.45, 0.47);
 const GROUND: MaterialWords =
     MaterialWords { base_roughness: [0.46, 0.45, 0.43, 0.9], emission_metallic: [0.0, 0.0, 0.0, 0.0] };
 

@@ -21,9 +21,16 @@ const CHAMFER_FALLS: f32 = 48.0;
 
 /// A box outside which the scene's distance, clamped to ±`band`, does not depend on a node.
 pub(crate) fn influence(scene: &Scene, extents: &mut Extents<'_>, node: NodeId, band: f32) -> Aabb {
-    // The first box counts every later blend; the second only those of operands near that box.
-    let coarse = grown_box(scene, extents, node, band, Aabb::ALL);
-    grown_box(scene, extents, node, band, coarse)
+    // The first box counts every later blend; the next ones only those of operands near the box before.
+    let mut found = Aabb::ALL;
+    for _ in 0..4 {
+        let tighter = grown_box(scene, extents, node, band, found);
+        if tighter == found {
+            break;
+        }
+        found = tighter;
+    }
+    found
 }
 
 fn grown_box(scene: &Scene, extents: &mut Extents<'_>, node: NodeId, band: f32, near: Aabb) -> Aabb {

@@ -259,10 +259,15 @@ pub enum Exactness {
 impl Shape {
     /// Whether the distance is Euclidean or a lower bound of it.
     pub fn exactness(&self) -> Exactness {
-        match self {
+        match *self {
             // The box frame's beams overlap, and the minimum of two inner distances is a bound; a tube's and an
             // outline's curves are searched, the ellipsoid has no closed form.
             Self::Ellipsoid { .. } | Self::BoxFrame { .. } | Self::BezierTube { .. } => Exactness::Bound,
+            // A rim rounder than an upright edge cuts that edge's corner, where the outline's distance is too small.
+            Self::ExtrudedRoundedBox { corner_radii, rounding, .. } => {
+                let sharpest = corner_radii.into_iter().fold(f32::INFINITY, f32::min);
+                if rounding.into_iter().all(|r| r <= sharpest) { Exactness::Exact } else { Exactness::Bound }
+            }
             _ => Exactness::Exact,
         }
     }

@@ -1,0 +1,109 @@
+// Made from argil-abi by `cargo xtask generate`. Do not edit.
+const OP_SPHERE: u32 = 0u;
+const OP_ELLIPSOID: u32 = 1u;
+const OP_BOX: u32 = 2u;
+const OP_BOX_FRAME: u32 = 3u;
+const OP_TORUS: u32 = 4u;
+const OP_CAPPED_TORUS: u32 = 5u;
+const OP_LINK: u32 = 6u;
+const OP_CAPSULE: u32 = 7u;
+const OP_CYLINDER: u32 = 8u;
+const OP_CONE: u32 = 9u;
+const OP_CAPPED_CONE: u32 = 10u;
+const OP_ROUND_CONE: u32 = 11u;
+const OP_PLANE: u32 = 12u;
+const OP_HEX_PRISM: u32 = 13u;
+const OP_TRI_PRISM: u32 = 14u;
+const OP_OCTAHEDRON: u32 = 15u;
+const OP_PYRAMID: u32 = 16u;
+const OP_CUT_SPHERE: u32 = 17u;
+const OP_CUT_HOLLOW_SPHERE: u32 = 18u;
+const OP_SOLID_ANGLE: u32 = 19u;
+const OP_RHOMBUS: u32 = 20u;
+const OP_EXTRUDED_ROUNDED_BOX: u32 = 21u;
+const OP_BEZIER_TUBE: u32 = 22u;
+const OP_LATHE: u32 = 23u;
+const OP_EXTRUSION: u32 = 24u;
+const OP_SHAPES_END: u32 = 25u;
+const OP_PUSH_VALUE: u32 = 32u;
+const OP_COMBINE: u32 = 33u;
+const OP_PUSH_POINT: u32 = 34u;
+const OP_POP_POINT: u32 = 35u;
+const OP_AFFINE: u32 = 36u;
+const OP_MIRROR: u32 = 37u;
+const OP_ELONGATE: u32 = 38u;
+const OP_REPEAT: u32 = 39u;
+const OP_RADIAL: u32 = 40u;
+const OP_NEXT: u32 = 41u;
+const OP_TWIST: u32 = 42u;
+const OP_BEND: u32 = 43u;
+const OP_UNCLAMP: u32 = 44u;
+const OP_ROUND: u32 = 45u;
+const OP_SHELL: u32 = 46u;
+const OP_DISPLACE: u32 = 47u;
+const COMBINE_SMOOTH: u32 = 0u;
+const COMBINE_CHAMFER: u32 = 1u;
+const COMBINE_PAINT: u32 = 2u;
+const COMBINE_MORPH: u32 = 3u;
+const COMBINE_MASK: u32 = 7u;
+const FLAG_SWAPPED: u32 = 8u;
+const FLAG_KEEP_MATERIAL: u32 = 16u;
+const FLAG_TRANSLATION: u32 = 32u;
+const BRUSH_HEADER_WORDS: u32 = 18u;
+const PIECE_WORDS: u32 = 8u;
+const SHOW_SHADED: u32 = 0u;
+const SHOW_NORMAL: u32 = 1u;
+const SHOW_DEPTH: u32 = 2u;
+const SHOW_HEAT: u32 = 3u;
+const HIT_NONE: u32 = 0u;
+const HIT_OUTSIDE: u32 = 1u;
+const HIT_INSIDE: u32 = 2u;
+const HIT_GROUND: u32 = 3u;
+const GPU_STACK_SLOTS: u32 = 32u;
+struct Instr {
+    op: u32,
+    flags: u32,
+    params: u32,
+    operand: u32,
+}
+struct MaterialWords {
+    base_roughness: vec4<f32>,
+    emission_metallic: vec4<f32>,
+}
+struct Frame {
+    eye_step: vec4<f32>,
+    right: vec4<f32>,
+    up: vec4<f32>,
+    forward: vec4<f32>,
+    box_min_epsilon: vec4<f32>,
+    box_max_bias: vec4<f32>,
+    sun_radius: vec4<f32>,
+    ground_jitter: vec4<f32>,
+    width: u32,
+    height: u32,
+    first_row: u32,
+    max_steps: u32,
+    show: u32,
+    instr_count: u32,
+    sample_weight: f32,
+    far: f32,
+    depth_near: f32,
+    depth_far: f32,
+    pixel: f32,
+    pad0: u32,
+}
+struct Hit {
+    normal_t: vec4<f32>,
+    kind: u32,
+    steps: u32,
+    pad0: u32,
+    pad1: u32,
+}
+struct Query {
+    point: vec4<f32>,
+}
+struct Answer {
+    distance: vec4<f32>,
+    base_roughness: vec4<f32>,
+    emission_metallic: vec4<f32>,
+}
