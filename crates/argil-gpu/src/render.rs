@@ -3,7 +3,7 @@ use crate::table::Table;
 use crate::timing::Timing;
 use crate::{GpuError, GpuField};
 use argil_abi::{Frame, Hit};
-use argil_march::{Picture, encode_srgb};
+use argil_march::Picture;
 use std::time::Instant;
 
 /// Instructions times pixels that one dispatch may take on: a fraction of a second even on a small GPU, so that no
@@ -17,7 +17,7 @@ impl GpuField {
     /// device's time stamps where it has them, else by the clock.
     pub fn render(&self, frames: &[Frame]) -> Result<(Picture, f64), GpuError> {
         let Some(first) = frames.first() else {
-            return Ok((Picture { size: [0, 0], rgb: Vec::new(), hits: Vec::new(), coverage: Vec::new() }, 0.0));
+            return Ok((Picture::empty(), 0.0));
         };
         let gpu = self.gpu();
         let pixels = u64::from(first.width) * u64::from(first.height);
@@ -72,9 +72,8 @@ impl GpuField {
         };
 
         let colors: Vec<[f32; 4]> = color_words.chunks_exact(16).map(bytemuck::pod_read_unaligned).collect();
-        let (rgb, coverage) = encode_srgb(&colors);
         let hits = hit_words.chunks_exact(size_of::<Hit>()).map(bytemuck::pod_read_unaligned).collect();
-        Ok((Picture { size: [first.width, first.height], rgb, hits, coverage }, duration_ms))
+        Ok((Picture::new(first, &colors, hits), duration_ms))
     }
 
     fn submit(

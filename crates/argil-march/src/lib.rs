@@ -18,12 +18,12 @@ mod statistics;
 mod trace;
 
 pub use camera::Camera;
-pub use picture::{Picture, encode_srgb};
+pub use picture::Picture;
 pub use render::{hit_pixels, render};
 pub use settings::{Settings, Show, frames};
 pub use shade::shade_tile;
 pub use statistics::{Spread, Statistics};
-pub use trace::{TILE, Tile, TileScratch, tiles, trace_tile};
+pub use trace::{Tile, TileScratch, tiles, trace_tile};
 
 /// The WGSL twins: `trace.wgsl` and `shade.wgsl`, with what they share.
 pub fn wgsl() -> [&'static str; 3] {

@@ -37,8 +37,8 @@ pub(crate) struct Scratch {
     wave: Wave,
 }
 
-/// Add the colours of a tile's hits, times the frame's sample weight, to `out`: linear RGB after the tone curve, and
-/// coverage.
+/// Add the colours of a tile's hits, times the frame's sample weight, to `out`: RGB and coverage. Shaded colours are linear,
+/// after the tone curve; other values are what the picture shows.
 ///
 /// # Panics
 /// If `hits` or `out` is shorter than the tile's area.
@@ -58,9 +58,11 @@ pub fn shade_tile(
     for (i, (hit, out)) in hits.iter().zip(out).enumerate().take(tile.area()) {
         let (x, y) = tile.pixel(i);
         let color = match frame.show {
-            abi::SHOW_NORMAL if hit.kind != abi::HIT_NONE => decode(vec3(hit.normal_t[0], hit.normal_t[1], hit.normal_t[2]) * 0.5 + 0.5),
-            abi::SHOW_DEPTH if hit.kind != abi::HIT_NONE => decode(Vec3::splat(depth(frame, hit.normal_t[3]))),
-            abi::SHOW_HEAT => decode(heat(hit.steps)),
+            abi::SHOW_NORMAL if hit.kind != abi::HIT_NONE => {
+                vec3(hit.normal_t[0], hit.normal_t[1], hit.normal_t[2]) * 0.5 + 0.5
+            },
+            abi::SHOW_DEPTH if hit.kind != abi::HIT_NONE => Vec3::splat(depth(frame, hit.normal_t[3])),
+            abi::SHOW_HEAT => heat(hit.steps),
             abi::SHOW_SHADED => {
                 let ray = primary_ray(frame, x, y);
                 let light = if hit.kind == abi::HIT_NONE {
@@ -157,34 +159,38 @@ impl Scratch {
                 _ => {}
             }
         }
-        while wave.len() > 0 {
-            let (mut kept, count) = (0, wave.len());
+        let mut steps = 0;
+        while wave.len() > 0 && steps < SHADOW_STEPS {
+            steps += 1;
+            let count = wave.len();
             for first in (0..count).step_by(LANES) {
                 let n = LANES.min(count - first);
                 let mut p = [[0.0f32; LANES]; 3];
                 let mut d = [0.0f32; LANES];
                 for (axis, p) in p.iter_mut().enumerate() {
-                    for (lane, p) in p[..n].iter_mut().enumerate() {
-                        // A shadow ray keeps its origin where a primary one keeps its direction.
-                        *p = wave.direction[axis][first + lane] + sun[axis] * wave.t[first + lane];
+                    // A shadow ray keeps its origin where a primary one keeps its direction.
+                    let (t, origin) = (&wave.t[first..first + n], &wave.direction[axis][first..first + n]);
+                    for (p, (t, origin)) in p.iter_mut().zip(t.iter().zip(origin)) {
+                        *p = origin + sun[axis] * t;
                     }
                 }
                 evaluator.distances(&p[0][..n], &p[1][..n], &p[2][..n], &mut d[..n]);
                 for (lane, &d) in d[..n].iter().enumerate() {
                     let i = first + lane;
-                    let k = wave.pixel[i] as usize;
+                    if !wave.is_under_way(i) {
+                        continue;
+                    }
                     let t = wave.t[i];
                     let share = (SHADOW_SHARPNESS * d / t.max(epsilon)).clamp(0.0, 1.0);
-                    self.sun[k] = self.sun[k].min(share);
-                    wave.steps[i] += 1;
+                    let least = &mut self.sun[wave.pixel[i] as usize];
+                    *least = least.min(share);
                     wave.t[i] = t + (d * step_scale).max(2.0 * epsilon);
-                    if share > 0.005 && wave.steps[i] < SHADOW_STEPS && wave.t[i] < wave.end[i] {
-                        wave.keep(i, kept);
-                        kept += 1;
+                    if share <= 0.005 || wave.t[i] >= wave.end[i] {
+                        wave.retire(i);
                     }
                 }
             }
-            wave.truncate(kept);
+            wave.compact();
         }
     }
 }
@@ -300,10 +306,4 @@ fn heat(steps: u32) -> Vec3 {
     let green = s.clamp(0.0, 1.0) - (s - 2.0).clamp(0.0, 1.0);
     let blue = (1.0 - s).clamp(0.0, 1.0);
     vec3(red, green, blue)
-}
-
-/// A value that is to appear in the file as it is: undo the encoding that follows.
-fn decode(v: Vec3) -> Vec3 {
-    let linear = |c: f32| if c <= 0.040_45 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) };
-    vec3(linear(v.x), linear(v.y), linear(v.z))
 }

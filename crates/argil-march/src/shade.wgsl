@@ -120,10 +120,6 @@ fn tone(c: vec3<f32>) -> vec3<f32> {
     return clamp(x * (x * 2.51 + 0.03) / (x * (x * 2.43 + 0.59) + 0.14), vec3(0.0), vec3(1.0));
 }
 
-fn decode(v: vec3<f32>) -> vec3<f32> {
-    return select(pow((v + 0.055) / 1.055, vec3(2.4)), v / 12.92, v <= vec3(0.04045));
-}
-
 fn heat(steps: u32) -> vec3<f32> {
     let s = clamp(f32(steps) / 256.0, 0.0, 1.0) * 3.0;
     return vec3(
@@ -168,16 +164,16 @@ fn shade(@builtin(global_invocation_id) id: vec3<u32>) {
         case SHOW_SHADED: { color = shaded(primary_ray(id.x, y), hit); }
         case SHOW_NORMAL: {
             if hit.kind != HIT_NONE {
-                color = decode(hit.normal_t.xyz * 0.5 + 0.5);
+                color = hit.normal_t.xyz * 0.5 + 0.5;
             }
         }
         case SHOW_DEPTH: {
             if hit.kind != HIT_NONE {
                 let range = max(frame.depth_far - frame.depth_near, 1e-6);
-                color = decode(vec3(clamp(1.0 - (hit.normal_t.w - frame.depth_near) / range, 0.0, 1.0)));
+                color = vec3(clamp(1.0 - (hit.normal_t.w - frame.depth_near) / range, 0.0, 1.0));
             }
         }
-        default: { color = decode(heat(hit.steps)); }
+        default: { color = heat(hit.steps); }
     }
     let covered = select(0.0, 1.0, hit.kind == HIT_OUTSIDE || hit.kind == HIT_INSIDE);
     colors[at] += vec4(color, covered) * frame.sample_weight;

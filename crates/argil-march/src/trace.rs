@@ -6,46 +6,40 @@ use argil_field::{Evaluator, LANES};
 use argil_math::{Aabb, Ray};
 use glam::Vec3;
 
-/// Pixels along a tile's side. A tile's rays march together.
-pub const TILE: u32 = 64;
+/// Rays of a tile, about: enough that the last few do not leave batches empty, few enough for the second-level cache.
+const TILE_RAYS: u32 = 8192;
 
-/// A rectangle of pixels.
+/// A band of full rows. A tile's rays march together.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Tile {
-    /// Left edge.
-    pub x: u32,
-    /// Upper edge.
-    pub y: u32,
-    /// Width, at most [`TILE`].
+    /// The first row.
+    pub first_row: u32,
+    /// Pixels in a row.
     pub width: u32,
-    /// Height, at most [`TILE`].
-    pub height: u32,
+    /// Number of rows.
+    pub rows: u32,
 }
 
 impl Tile {
     /// Number of pixels.
     pub fn area(&self) -> usize {
-        (self.width * self.height) as usize
+        (self.width * self.rows) as usize
     }
 
     /// The picture's coordinates of the tile's pixel `i`, row by row.
     #[inline]
     pub(crate) fn pixel(&self, i: usize) -> (u32, u32) {
-        (self.x + i as u32 % self.width, self.y + i as u32 / self.width)
+        (i as u32 % self.width, self.first_row + i as u32 / self.width)
     }
 }
 
-/// The tiles of a picture, row by row.
+/// The tiles of a picture, from the top.
 pub fn tiles(width: u32, height: u32) -> impl Iterator<Item = Tile> {
-    (0..height.div_ceil(TILE)).flat_map(move |row| {
-        (0..width.div_ceil(TILE)).map(move |column| {
-            let (x, y) = (column * TILE, row * TILE);
-            Tile { x, y, width: TILE.min(width - x), height: TILE.min(height - y) }
-        })
-    })
+    let rows = (TILE_RAYS / width.max(1)).max(1);
+    (0..height).step_by(rows as usize).map(move |first_row| Tile { first_row, width, rows: rows.min(height - first_row) })
 }
 
-/// Rays under way, one field an array.
+/// Rays under way, one field an array. They march together, so all have taken the same number of steps.
 #[derive(Default)]
 pub(crate) struct Wave {
     pub pixel: Vec<u32>,
@@ -54,12 +48,18 @@ pub(crate) struct Wave {
     pub end: Vec<f32>,
     /// 1 outside, −1 inside, 0 before the first step.
     pub side: Vec<f32>,
-    pub steps: Vec<u32>,
+    /// Empty places, and scratch to close them.
+    retired: usize,
+    places: Vec<u32>,
 }
+
+/// The end of a ray that is no longer under way.
+const RETIRED: f32 = -1.0;
 
 impl Wave {
     pub fn clear(&mut self) {
         self.truncate(0);
+        self.retired = 0;
     }
 
     pub fn truncate(&mut self, n: usize) {
@@ -68,7 +68,6 @@ impl Wave {
         self.t.truncate(n);
         self.end.truncate(n);
         self.side.truncate(n);
-        self.steps.truncate(n);
     }
 
     pub fn push(&mut self, pixel: u32, direction: Vec3, (t, end): (f32, f32)) {
@@ -79,20 +78,43 @@ impl Wave {
         self.t.push(t);
         self.end.push(end);
         self.side.push(0.0);
-        self.steps.push(0);
     }
 
-    /// Close a gap: the ray at `from` goes to `to`.
+    /// Take a ray out of the march. Its place stays until enough have gone.
     #[inline]
-    pub fn keep(&mut self, from: usize, to: usize) {
-        self.pixel[to] = self.pixel[from];
-        for k in 0..3 {
-            self.direction[k][to] = self.direction[k][from];
+    pub fn retire(&mut self, i: usize) {
+        self.end[i] = RETIRED;
+        self.retired += 1;
+    }
+
+    /// Close the gaps once an eighth of the places is empty: moving rays costs more than marching a few for nothing.
+    pub fn compact(&mut self) {
+        if 8 * self.retired < self.len() {
+            return;
         }
-        self.t[to] = self.t[from];
-        self.end[to] = self.end[from];
-        self.side[to] = self.side[from];
-        self.steps[to] = self.steps[from];
+        self.places.clear();
+        self.places.extend((0..self.len() as u32).filter(|&i| self.end[i as usize] != RETIRED));
+        let kept = self.places.len();
+        let close = |array: &mut Vec<f32>, places: &[u32]| {
+            for (to, &from) in places.iter().enumerate() {
+                array[to] = array[from as usize];
+            }
+        };
+        let [x, y, z] = &mut self.direction;
+        for array in [x, y, z, &mut self.t, &mut self.end, &mut self.side] {
+            close(array, &self.places);
+        }
+        for (to, &from) in self.places.iter().enumerate() {
+            self.pixel[to] = self.pixel[from as usize];
+        }
+        self.truncate(kept);
+        self.retired = 0;
+    }
+
+    /// Whether a place holds a ray.
+    #[inline]
+    pub fn is_under_way(&self, i: usize) -> bool {
+        self.end[i] != RETIRED
     }
 
     pub fn len(&self) -> usize {
@@ -170,44 +192,56 @@ pub fn trace_tile(frame: &Frame, tile: Tile, evaluator: &mut Evaluator<'_>, scra
     }
 
     // March until every ray has hit, left the box or spent its steps.
+    let mut steps = 0;
     while wave.len() > 0 {
-        let mut kept = 0;
+        steps += 1;
+        let spent = steps >= frame.max_steps;
         let count = wave.len();
         for first in (0..count).step_by(LANES) {
             let n = LANES.min(count - first);
+            let range = first..first + n;
             let mut p = [[0.0f32; LANES]; 3];
             let mut d = [0.0f32; LANES];
             for (k, p) in p.iter_mut().enumerate() {
-                let (t, direction) = (&wave.t[first..first + n], &wave.direction[k][first..first + n]);
+                let (t, direction) = (&wave.t[range.clone()], &wave.direction[k][range.clone()]);
                 for (p, (t, direction)) in p.iter_mut().zip(t.iter().zip(direction)) {
                     *p = eye[k] + direction * t;
                 }
             }
             evaluator.distances(&p[0][..n], &p[1][..n], &p[2][..n], &mut d[..n]);
-            for (lane, &d) in d[..n].iter().enumerate() {
-                let i = first + lane;
-                wave.steps[i] += 1;
-                if wave.side[i] == 0.0 {
-                    wave.side[i] = if d < 0.0 { -1.0 } else { 1.0 };
-                }
-                let gap = d * wave.side[i];
-                let spent = wave.steps[i] >= frame.max_steps;
-                // A ray that grazes the surface may run out of steps within a pixel of it.
-                let reached = gap < epsilon || (spent && gap < frame.pixel * wave.t[i]);
-                wave.t[i] += gap * step_scale;
-                let hit = &mut out[wave.pixel[i] as usize];
-                hit.steps = wave.steps[i];
-                if reached {
-                    hit.kind = if wave.side[i] < 0.0 { abi::HIT_INSIDE } else { abi::HIT_OUTSIDE };
-                    hit.normal_t[3] = wave.t[i];
-                    hits.push(wave.pixel[i]);
-                } else if !spent && wave.t[i] <= wave.end[i] {
-                    wave.keep(i, kept);
-                    kept += 1;
+            let (t, end) = (&mut wave.t[range.clone()], &wave.end[range.clone()]);
+            let side = &mut wave.side[range.clone()];
+            if steps == 1 {
+                for (side, &d) in side.iter_mut().zip(&d) {
+                    *side = if d < 0.0 { -1.0 } else { 1.0 };
                 }
             }
+
+            // One step for all; then look at those that end with it.
+            let (mut reached, mut alive) = ([false; LANES], [false; LANES]);
+            for i in 0..n {
+                let gap = d[i] * side[i];
+                // A ray that grazes the surface may run out of steps within a pixel of it.
+                reached[i] = gap < epsilon || (spent && gap < frame.pixel * t[i]);
+                t[i] += gap * step_scale;
+                alive[i] = !reached[i] & !spent & (t[i] <= end[i]);
+            }
+            for i in (0..n).filter(|&i| !alive[i]) {
+                let ray = first + i;
+                if !wave.is_under_way(ray) {
+                    continue;
+                }
+                let hit = &mut out[wave.pixel[ray] as usize];
+                hit.steps = steps;
+                if reached[i] {
+                    hit.kind = if wave.side[ray] < 0.0 { abi::HIT_INSIDE } else { abi::HIT_OUTSIDE };
+                    hit.normal_t[3] = wave.t[ray];
+                    hits.push(wave.pixel[ray]);
+                }
+                wave.retire(ray);
+            }
         }
-        wave.truncate(kept);
+        wave.compact();
     }
 
     // Normals by central differences.
