@@ -28,7 +28,10 @@ impl Numbers {
 
     /// From 0 to 1.
     pub fn unit(&mut self) -> f32 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        self.0 = self
+            .0
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
         (self.0 >> 40) as f32 / (1u64 << 24) as f32
     }
 
@@ -39,14 +42,21 @@ impl Numbers {
 
     /// A point of a cube around the origin.
     pub fn point(&mut self, half: f32) -> Vec3 {
-        Vec3::new(self.between(-half, half), self.between(-half, half), self.between(-half, half))
+        Vec3::new(
+            self.between(-half, half),
+            self.between(-half, half),
+            self.between(-half, half),
+        )
     }
 }
 
 /// A closed outline of lines and curves that is neither convex nor monotone.
 pub fn vase() -> Outline {
     let line = |to| Piece { control: None, to };
-    let curve = |control, to| Piece { control: Some(control), to };
+    let curve = |control, to| Piece {
+        control: Some(control),
+        to,
+    };
     Outline {
         start: [0.0, -0.6],
         pieces: vec![
@@ -64,38 +74,190 @@ pub fn shapes() -> Vec<(&'static str, Shape)> {
     let half_size = [0.5, 0.35, 0.4];
     vec![
         ("sphere", Shape::sphere(0.6)),
-        ("ellipsoid", Shape::Ellipsoid { radii: [0.7, 0.3, 0.45] }),
+        (
+            "ellipsoid",
+            Shape::Ellipsoid {
+                radii: [0.7, 0.3, 0.45],
+            },
+        ),
         ("box", Shape::cuboid(half_size)),
         ("rounded box", Shape::rounded_box(half_size, 0.1)),
-        ("box frame", Shape::BoxFrame { half_size, thickness: 0.06 }),
+        (
+            "box frame",
+            Shape::BoxFrame {
+                half_size,
+                thickness: 0.06,
+            },
+        ),
         ("torus", Shape::torus(0.5, 0.15)),
-        ("capped torus", Shape::CappedTorus { major_radius: 0.5, minor_radius: 0.12, half_angle_degrees: 70.0 }),
-        ("wide capped torus", Shape::CappedTorus { major_radius: 0.5, minor_radius: 0.12, half_angle_degrees: 150.0 }),
-        ("link", Shape::Link { half_length: 0.25, major_radius: 0.3, minor_radius: 0.08 }),
-        ("capsule", Shape::capsule([-0.4, -0.2, 0.1], [0.5, 0.3, -0.2], 0.2)),
-        ("capsule of length 0", Shape::capsule([0.1; 3], [0.1; 3], 0.2)),
+        (
+            "capped torus",
+            Shape::CappedTorus {
+                major_radius: 0.5,
+                minor_radius: 0.12,
+                half_angle_degrees: 70.0,
+            },
+        ),
+        (
+            "wide capped torus",
+            Shape::CappedTorus {
+                major_radius: 0.5,
+                minor_radius: 0.12,
+                half_angle_degrees: 150.0,
+            },
+        ),
+        (
+            "link",
+            Shape::Link {
+                half_length: 0.25,
+                major_radius: 0.3,
+                minor_radius: 0.08,
+            },
+        ),
+        (
+            "capsule",
+            Shape::capsule([-0.4, -0.2, 0.1], [0.5, 0.3, -0.2], 0.2),
+        ),
+        (
+            "capsule of length 0",
+            Shape::capsule([0.1; 3], [0.1; 3], 0.2),
+        ),
         ("cylinder", Shape::cylinder(0.4, 0.5)),
-        ("rounded cylinder", Shape::Cylinder { radius: 0.4, half_height: 0.5, rounding: 0.1 }),
-        ("cone", Shape::Cone { radius: 0.4, height: 0.9 }),
-        ("capped cone", Shape::CappedCone { half_height: 0.5, bottom_radius: 0.5, top_radius: 0.2 }),
-        ("pointed capped cone", Shape::CappedCone { half_height: 0.5, bottom_radius: 0.0, top_radius: 0.4 }),
-        ("round cone", Shape::RoundCone { bottom_radius: 0.4, top_radius: 0.15, height: 0.6 }),
-        ("plane", Shape::Plane { normal: [1.0, 2.0, -0.5], offset: 0.2 }),
-        ("hexagonal prism", Shape::HexPrism { apothem: 0.5, half_depth: 0.3 }),
-        ("triangular prism", Shape::TriPrism { half_side: 0.5, half_depth: 0.3 }),
+        (
+            "rounded cylinder",
+            Shape::Cylinder {
+                radius: 0.4,
+                half_height: 0.5,
+                rounding: 0.1,
+            },
+        ),
+        (
+            "cone",
+            Shape::Cone {
+                radius: 0.4,
+                height: 0.9,
+            },
+        ),
+        (
+            "capped cone",
+            Shape::CappedCone {
+                half_height: 0.5,
+                bottom_radius: 0.5,
+                top_radius: 0.2,
+            },
+        ),
+        (
+            "pointed capped cone",
+            Shape::CappedCone {
+                half_height: 0.5,
+                bottom_radius: 0.0,
+                top_radius: 0.4,
+            },
+        ),
+        (
+            "round cone",
+            Shape::RoundCone {
+                bottom_radius: 0.4,
+                top_radius: 0.15,
+                height: 0.6,
+            },
+        ),
+        (
+            "plane",
+            Shape::Plane {
+                normal: [1.0, 2.0, -0.5],
+                offset: 0.2,
+            },
+        ),
+        (
+            "hexagonal prism",
+            Shape::HexPrism {
+                apothem: 0.5,
+                half_depth: 0.3,
+            },
+        ),
+        (
+            "triangular prism",
+            Shape::TriPrism {
+                half_side: 0.5,
+                half_depth: 0.3,
+            },
+        ),
         ("octahedron", Shape::Octahedron { radius: 0.7 }),
-        ("pyramid", Shape::Pyramid { base: 0.9, height: 0.7 }),
-        ("flat pyramid", Shape::Pyramid { base: 1.2, height: 0.2 }),
-        ("cut sphere", Shape::CutSphere { radius: 0.6, cut: 0.2 }),
-        ("cut sphere below", Shape::CutSphere { radius: 0.6, cut: -0.25 }),
-        ("cut hollow sphere", Shape::CutHollowSphere { radius: 0.6, cut: 0.2, thickness: 0.05 }),
-        ("cut hollow sphere below", Shape::CutHollowSphere { radius: 0.6, cut: -0.3, thickness: 0.05 }),
-        ("solid angle", Shape::SolidAngle { radius: 0.7, half_angle_degrees: 40.0 }),
-        ("wide solid angle", Shape::SolidAngle { radius: 0.7, half_angle_degrees: 130.0 }),
-        ("rhombus", Shape::Rhombus { half_length_x: 0.6, half_length_z: 0.3, half_height: 0.2, rounding: 0.05 }),
+        (
+            "pyramid",
+            Shape::Pyramid {
+                base: 0.9,
+                height: 0.7,
+            },
+        ),
+        (
+            "flat pyramid",
+            Shape::Pyramid {
+                base: 1.2,
+                height: 0.2,
+            },
+        ),
+        (
+            "cut sphere",
+            Shape::CutSphere {
+                radius: 0.6,
+                cut: 0.2,
+            },
+        ),
+        (
+            "cut sphere below",
+            Shape::CutSphere {
+                radius: 0.6,
+                cut: -0.25,
+            },
+        ),
+        (
+            "cut hollow sphere",
+            Shape::CutHollowSphere {
+                radius: 0.6,
+                cut: 0.2,
+                thickness: 0.05,
+            },
+        ),
+        (
+            "cut hollow sphere below",
+            Shape::CutHollowSphere {
+                radius: 0.6,
+                cut: -0.3,
+                thickness: 0.05,
+            },
+        ),
+        (
+            "solid angle",
+            Shape::SolidAngle {
+                radius: 0.7,
+                half_angle_degrees: 40.0,
+            },
+        ),
+        (
+            "wide solid angle",
+            Shape::SolidAngle {
+                radius: 0.7,
+                half_angle_degrees: 130.0,
+            },
+        ),
+        (
+            "rhombus",
+            Shape::Rhombus {
+                half_length_x: 0.6,
+                half_length_z: 0.3,
+                half_height: 0.2,
+                rounding: 0.05,
+            },
+        ),
         (
             "extruded rounded box",
-            Shape::ExtrudedRoundedBox { half_size, corner_radii: [0.1, 0.3, 0.0, 0.2], rounding: [0.1, 0.05] },
+            Shape::ExtrudedRoundedBox {
+                half_size,
+                corner_radii: [0.1, 0.3, 0.0, 0.2],
+                rounding: [0.1, 0.05],
+            },
         ),
         (
             "Bézier tube",
@@ -108,14 +270,23 @@ pub fn shapes() -> Vec<(&'static str, Shape)> {
             },
         ),
         ("lathe", Shape::Lathe { outline: vase() }),
-        ("extrusion", Shape::Extrusion { outline: vase(), half_depth: 0.25 }),
+        (
+            "extrusion",
+            Shape::Extrusion {
+                outline: vase(),
+                half_depth: 0.25,
+            },
+        ),
     ]
 }
 
 fn one(name: &str, brush: Brush) -> Case {
     let mut scene = Scene::new();
     push(&mut scene, Scene::ROOT, brush);
-    Case { name: name.to_owned(), scene }
+    Case {
+        name: name.to_owned(),
+        scene,
+    }
 }
 
 fn push(scene: &mut Scene, group: NodeId, entry: impl Into<argil_scene::Entry>) -> NodeId {
@@ -124,14 +295,26 @@ fn push(scene: &mut Scene, group: NodeId, entry: impl Into<argil_scene::Entry>) 
 
 /// Each shape, moved and turned.
 pub fn shape_cases() -> Vec<Case> {
-    let placed = |(name, shape)| one(name, Brush::new(shape).rotated([0.3, 1.0, 0.2], 25.0).at([0.1, -0.05, 0.07]));
-    shapes().into_iter().map(placed).chain(shapes().into_iter().map(|(n, s)| one(n, Brush::new(s)))).collect()
+    let placed = |(name, shape)| {
+        one(
+            name,
+            Brush::new(shape)
+                .rotated([0.3, 1.0, 0.2], 25.0)
+                .at([0.1, -0.05, 0.07]),
+        )
+    };
+    shapes()
+        .into_iter()
+        .map(placed)
+        .chain(shapes().into_iter().map(|(n, s)| one(n, Brush::new(s))))
+        .collect()
 }
 
 /// Each operator with each joint, between a ball and a turned box.
 pub fn operator_cases() -> Vec<Case> {
     let mut all = Vec::new();
-    let operators: [(&str, fn(Brush) -> Brush); 5] = [
+    type Apply = fn(Brush) -> Brush;
+    let operators: [(&str, Apply); 5] = [
         ("union", |b| b),
         ("subtract", Brush::subtract),
         ("intersect", Brush::intersect),
@@ -139,15 +322,36 @@ pub fn operator_cases() -> Vec<Case> {
         ("morph", |b| b.morph(0.3)),
     ];
     for (name, operator) in operators {
-        for (joint, k, chamfer) in [("hard", 0.0, false), ("smooth", 0.2, false), ("chamfer", 0.2, true)] {
+        for (joint, k, chamfer) in [
+            ("hard", 0.0, false),
+            ("smooth", 0.2, false),
+            ("chamfer", 0.2, true),
+        ] {
             let mut scene = Scene::new();
-            scene.set_material("red", Material::colored([0.8, 0.1, 0.1])).expect("a valid material");
-            scene.set_material("blue", Material::colored([0.1, 0.1, 0.8])).expect("a valid material");
-            push(&mut scene, Scene::ROOT, Brush::new(Shape::sphere(0.5)).material("red"));
-            let second = Brush::new(Shape::cuboid([0.3; 3])).rotated([1.0, 1.0, 0.0], 30.0).at([0.4, 0.2, 0.0]);
-            let second = if chamfer { second.chamfer(k) } else { second.blend(k) };
+            scene
+                .set_material("red", Material::colored([0.8, 0.1, 0.1]))
+                .expect("a valid material");
+            scene
+                .set_material("blue", Material::colored([0.1, 0.1, 0.8]))
+                .expect("a valid material");
+            push(
+                &mut scene,
+                Scene::ROOT,
+                Brush::new(Shape::sphere(0.5)).material("red"),
+            );
+            let second = Brush::new(Shape::cuboid([0.3; 3]))
+                .rotated([1.0, 1.0, 0.0], 30.0)
+                .at([0.4, 0.2, 0.0]);
+            let second = if chamfer {
+                second.chamfer(k)
+            } else {
+                second.blend(k)
+            };
             push(&mut scene, Scene::ROOT, operator(second.material("blue")));
-            all.push(Case { name: format!("{joint} {name}"), scene });
+            all.push(Case {
+                name: format!("{joint} {name}"),
+                scene,
+            });
         }
     }
     all
@@ -156,37 +360,128 @@ pub fn operator_cases() -> Vec<Case> {
 /// Each modifier, on a brush and on a blended group, moved, turned and scaled around it.
 pub fn modifier_cases() -> Vec<Case> {
     let modifiers: Vec<(&str, Modifier)> = vec![
-        ("translate", Modifier::Translate { by: [0.2, -0.1, 0.3] }),
-        ("rotate", Modifier::Rotate { axis: [1.0, 0.5, -0.2], degrees: 40.0 }),
+        (
+            "translate",
+            Modifier::Translate {
+                by: [0.2, -0.1, 0.3],
+            },
+        ),
+        (
+            "rotate",
+            Modifier::Rotate {
+                axis: [1.0, 0.5, -0.2],
+                degrees: 40.0,
+            },
+        ),
         ("scale", Modifier::Scale { by: 0.6 }),
-        ("mirror", Modifier::Mirror { axes: [true, false, true] }),
-        ("repeat", Modifier::Repeat { spacing: [0.9, 0.7, 1.0], count: Some([3, 2, 4]) }),
-        ("repeat along x", Modifier::Repeat { spacing: [0.9, 0.0, 0.0], count: Some([3, 1, 1]) }),
-        ("endless repeat", Modifier::Repeat { spacing: [1.1, 0.0, 1.3], count: None }),
-        ("overlapping repeat", Modifier::Repeat { spacing: [0.4, 0.0, 0.0], count: Some([4, 1, 1]) }),
-        ("elongate", Modifier::Elongate { by: [0.2, 0.0, 0.1] }),
+        (
+            "mirror",
+            Modifier::Mirror {
+                axes: [true, false, true],
+            },
+        ),
+        (
+            "repeat",
+            Modifier::Repeat {
+                spacing: [0.9, 0.7, 1.0],
+                count: Some([3, 2, 4]),
+            },
+        ),
+        (
+            "repeat along x",
+            Modifier::Repeat {
+                spacing: [0.9, 0.0, 0.0],
+                count: Some([3, 1, 1]),
+            },
+        ),
+        (
+            "endless repeat",
+            Modifier::Repeat {
+                spacing: [1.1, 0.0, 1.3],
+                count: None,
+            },
+        ),
+        (
+            "overlapping repeat",
+            Modifier::Repeat {
+                spacing: [0.4, 0.0, 0.0],
+                count: Some([4, 1, 1]),
+            },
+        ),
+        (
+            "elongate",
+            Modifier::Elongate {
+                by: [0.2, 0.0, 0.1],
+            },
+        ),
         ("round", Modifier::Round { radius: 0.08 }),
         ("shell", Modifier::Shell { thickness: 0.04 }),
-        ("twist", Modifier::Twist { degrees_per_unit: 110.0 }),
-        ("bend", Modifier::Bend { degrees_per_unit: 50.0 }),
-        ("displace", Modifier::Displace { amplitude: 0.05, frequency: 4.0, seed: 7, octaves: 3 }),
+        (
+            "twist",
+            Modifier::Twist {
+                degrees_per_unit: 110.0,
+            },
+        ),
+        (
+            "bend",
+            Modifier::Bend {
+                degrees_per_unit: 50.0,
+            },
+        ),
+        (
+            "displace",
+            Modifier::Displace {
+                amplitude: 0.05,
+                frequency: 4.0,
+                seed: 7,
+                octaves: 3,
+            },
+        ),
     ];
     let mut all = Vec::new();
     let body = || Brush::new(Shape::rounded_box([0.3, 0.2, 0.25], 0.05)).at([0.06, 0.04, -0.03]);
     for (name, modifier) in modifiers {
         all.push(one(name, body().modify(modifier.clone())));
-        let around = body().modify(modifier.clone()).rotated([0.0, 1.0, 0.3], 35.0).scaled(1.3).at([0.1, 0.2, 0.0]);
+        let around = body()
+            .modify(modifier.clone())
+            .rotated([0.0, 1.0, 0.3], 35.0)
+            .scaled(1.3)
+            .at([0.1, 0.2, 0.0]);
         all.push(one(&format!("{name}, placed"), around));
         let mut scene = Scene::new();
-        let group = Group::new().modify(modifier).rotated([1.0, 0.0, 0.3], 20.0).scaled(0.8);
+        let group = Group::new()
+            .modify(modifier)
+            .rotated([1.0, 0.0, 0.3], 20.0)
+            .scaled(0.8);
         let group = push(&mut scene, Scene::ROOT, group);
         push(&mut scene, group, body());
-        push(&mut scene, group, Brush::new(Shape::sphere(0.18)).at([0.15, 0.15, 0.1]).blend(0.1));
-        all.push(Case { name: format!("{name}, group"), scene });
+        push(
+            &mut scene,
+            group,
+            Brush::new(Shape::sphere(0.18))
+                .at([0.15, 0.15, 0.1])
+                .blend(0.1),
+        );
+        all.push(Case {
+            name: format!("{name}, group"),
+            scene,
+        });
     }
-    for (name, count, x) in [("ring", 7, 0.7), ("ring around the axis", 5, 0.1), ("ring of one", 1, 0.5), ("ring of two", 2, 0.6)] {
-        let spoke = Brush::new(Shape::cuboid([0.2, 0.15, 0.12])).rotated([0.0, 1.0, 0.0], 15.0).at([x, 0.0, 0.05]);
-        all.push(one(name, spoke.modify(Modifier::RadialRepeat { count }).at([0.1, 0.0, 0.2])));
+    for (name, count, x) in [
+        ("ring", 7, 0.7),
+        ("ring around the axis", 5, 0.1),
+        ("ring of one", 1, 0.5),
+        ("ring of two", 2, 0.6),
+    ] {
+        let spoke = Brush::new(Shape::cuboid([0.2, 0.15, 0.12]))
+            .rotated([0.0, 1.0, 0.0], 15.0)
+            .at([x, 0.0, 0.05]);
+        all.push(one(
+            name,
+            spoke
+                .modify(Modifier::RadialRepeat { count })
+                .at([0.1, 0.0, 0.2]),
+        ));
     }
     all
 }
@@ -194,24 +489,38 @@ pub fn modifier_cases() -> Vec<Case> {
 /// Orders, nesting, cuts of nothing, things unseen.
 pub fn structure_cases() -> Vec<Case> {
     let ball = |x: f32, r: f32| Brush::new(Shape::sphere(r)).at([x, 0.0, 0.0]);
-    let mut all = vec![Case { name: "nothing".into(), scene: Scene::new() }];
+    let mut all = vec![Case {
+        name: "nothing".into(),
+        scene: Scene::new(),
+    }];
     all.push(one("a cut of nothing", ball(0.0, 0.5).subtract()));
     all.push(one("a hidden ball", ball(0.0, 0.5).hidden()));
 
     let mut scene = Scene::new();
     push(&mut scene, Scene::ROOT, ball(0.9, 0.3).subtract());
     push(&mut scene, Scene::ROOT, ball(0.0, 0.5));
-    push(&mut scene, Scene::ROOT, ball(0.2, 0.4).intersect().blend(0.1));
+    push(
+        &mut scene,
+        Scene::ROOT,
+        ball(0.2, 0.4).intersect().blend(0.1),
+    );
     push(&mut scene, Scene::ROOT, Group::new());
     push(&mut scene, Scene::ROOT, Group::new().subtract());
-    all.push(Case { name: "a cut first, empty groups last".into(), scene });
+    all.push(Case {
+        name: "a cut first, empty groups last".into(),
+        scene,
+    });
 
     // A right-deep chain: each group's second operand is a group. The needier operand goes first.
     let mut scene = Scene::new();
     let mut group = Scene::ROOT;
     for depth in 0..40 {
         let angle = depth as f32 * 0.7;
-        let at = [0.6 * angle.cos(), 0.02 * depth as f32 - 0.4, 0.6 * angle.sin()];
+        let at = [
+            0.6 * angle.cos(),
+            0.02 * depth as f32 - 0.4,
+            0.6 * angle.sin(),
+        ];
         push(&mut scene, group, Brush::new(Shape::sphere(0.12)).at(at));
         let next = match depth % 4 {
             0 => Group::new().blend(0.05),
@@ -222,26 +531,66 @@ pub fn structure_cases() -> Vec<Case> {
         group = push(&mut scene, group, next.rotated([0.0, 1.0, 0.0], 3.0));
     }
     push(&mut scene, group, ball(0.1, 0.2));
-    all.push(Case { name: "a chain of forty groups".into(), scene });
+    all.push(Case {
+        name: "a chain of forty groups".into(),
+        scene,
+    });
 
     // Loops in loops under deformations.
     let mut scene = Scene::new();
     let outer = Group::new()
-        .modify(Modifier::Repeat { spacing: [0.8, 0.0, 0.0], count: Some([2, 1, 1]) })
-        .modify(Modifier::Twist { degrees_per_unit: 40.0 })
+        .modify(Modifier::Repeat {
+            spacing: [0.8, 0.0, 0.0],
+            count: Some([2, 1, 1]),
+        })
+        .modify(Modifier::Twist {
+            degrees_per_unit: 40.0,
+        })
         .modify(Modifier::Shell { thickness: 0.03 });
     let outer = push(&mut scene, Scene::ROOT, outer);
-    let ring = push(&mut scene, outer, Group::new().modify(Modifier::RadialRepeat { count: 5 }));
-    push(&mut scene, ring, Brush::new(Shape::rounded_box([0.1, 0.2, 0.05], 0.02)).at([0.22, 0.0, 0.0]));
-    push(&mut scene, outer, Brush::new(Shape::sphere(0.15)).at([0.0, 0.2, 0.0]).blend(0.05));
-    push(&mut scene, Scene::ROOT, ball(0.0, 0.3).subtract().blend(0.05).modify(Modifier::Round { radius: 0.02 }));
-    all.push(Case { name: "loops in loops".into(), scene });
+    let ring = push(
+        &mut scene,
+        outer,
+        Group::new().modify(Modifier::RadialRepeat { count: 5 }),
+    );
+    push(
+        &mut scene,
+        ring,
+        Brush::new(Shape::rounded_box([0.1, 0.2, 0.05], 0.02)).at([0.22, 0.0, 0.0]),
+    );
+    push(
+        &mut scene,
+        outer,
+        Brush::new(Shape::sphere(0.15))
+            .at([0.0, 0.2, 0.0])
+            .blend(0.05),
+    );
+    push(
+        &mut scene,
+        Scene::ROOT,
+        ball(0.0, 0.3)
+            .subtract()
+            .blend(0.05)
+            .modify(Modifier::Round { radius: 0.02 }),
+    );
+    all.push(Case {
+        name: "loops in loops".into(),
+        scene,
+    });
     all
 }
 
 /// Everything above.
 pub fn all_cases() -> Vec<Case> {
-    [shape_cases(), operator_cases(), modifier_cases(), structure_cases()].into_iter().flatten().collect()
+    [
+        shape_cases(),
+        operator_cases(),
+        modifier_cases(),
+        structure_cases(),
+    ]
+    .into_iter()
+    .flatten()
+    .collect()
 }
 
 /// One scene with every opcode, for a GPU field that is compiled once and then runs any case.
@@ -267,9 +616,22 @@ fn copy(from: &Scene, id: NodeId, to: &mut Scene, group: NodeId) {
 /// Points in and around the cases, those on their planes of symmetry, and values that break arithmetic.
 pub fn points(count: usize, seed: u64) -> Vec<[f32; 3]> {
     let mut numbers = Numbers::new(seed);
-    let mut all: Vec<[f32; 3]> = (0..count).map(|i| numbers.point(if i % 8 == 0 { 6.0 } else { 1.2 }).to_array()).collect();
+    let mut all: Vec<[f32; 3]> = (0..count)
+        .map(|i| numbers.point(if i % 8 == 0 { 6.0 } else { 1.2 }).to_array())
+        .collect();
     // Values on which the code's own thresholds lie.
-    let marks = [0.0, -0.0, 0.5, -0.5, 0.35, 0.6, 0.7, 1e-7, f32::MIN_POSITIVE, f32::from_bits(1)];
+    let marks = [
+        0.0,
+        -0.0,
+        0.5,
+        -0.5,
+        0.35,
+        0.6,
+        0.7,
+        1e-7,
+        f32::MIN_POSITIVE,
+        f32::from_bits(1),
+    ];
     for (i, &x) in marks.iter().enumerate() {
         for (j, &y) in marks.iter().enumerate() {
             all.push([x, y, marks[(i + 3 * j) % marks.len()]]);
@@ -281,7 +643,9 @@ pub fn points(count: usize, seed: u64) -> Vec<[f32; 3]> {
 /// Points that are not in the world.
 pub fn poison() -> Vec<[f32; 3]> {
     let bad = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 1e8, -3e38];
-    bad.into_iter().flat_map(|v| [[v, 0.0, 0.0], [0.0, v, 0.1], [0.2, 0.0, v], [v, v, v]]).collect()
+    bad.into_iter()
+        .flat_map(|v| [[v, 0.0, 0.0], [0.0, v, 0.1], [0.2, 0.0, v], [v, v, v]])
+        .collect()
 }
 
 /// The GPU that tests run on. There is always one: `cargo xtask test` installs a software device where it can.

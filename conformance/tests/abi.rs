@@ -18,9 +18,14 @@ fn naga_agrees_on_every_offset() {
             .iter()
             .find(|(_, t)| t.name.as_deref() == Some(layout.name))
             .unwrap_or_else(|| panic!("{} is not in the WGSL", layout.name));
-        let TypeInner::Struct { members, span } = &found.inner else { panic!("{} is no struct", layout.name) };
+        let TypeInner::Struct { members, span } = &found.inner else {
+            panic!("{} is no struct", layout.name)
+        };
         assert_eq!(*span as usize, layout.size, "{}", layout.name);
-        let offsets: Vec<_> = members.iter().map(|m| (m.name.as_deref().unwrap_or(""), m.offset as usize)).collect();
+        let offsets: Vec<_> = members
+            .iter()
+            .map(|m| (m.name.as_deref().unwrap_or(""), m.offset as usize))
+            .collect();
         assert_eq!(offsets, layout.fields, "{}", layout.name);
         compared += offsets.len();
     }

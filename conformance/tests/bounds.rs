@@ -23,7 +23,11 @@ fn intervals_hold_the_oracles_distances() {
             let mut extremes = (f64::INFINITY, f64::NEG_INFINITY);
             for i in 0..24 {
                 let unit = Vec3::new(numbers.unit(), numbers.unit(), numbers.unit());
-                let p = if i < 8 { region.corners()[i] } else { region.min + region.size() * unit };
+                let p = if i < 8 {
+                    region.corners()[i]
+                } else {
+                    region.min + region.size() * unit
+                };
                 let d = naive::distance(&scene, p);
                 extremes = (extremes.0.min(d), extremes.1.max(d));
             }
@@ -31,10 +35,17 @@ fn intervals_hold_the_oracles_distances() {
                 continue;
             }
             let slack = f64::from(rounding(center.to_array()));
-            let holds = f64::from(interval.min) <= extremes.0 + slack && extremes.1 <= f64::from(interval.max) + slack;
-            assert!(holds, "{name}: {interval:?} over {region:?} does not hold {extremes:?}");
+            let holds = f64::from(interval.min) <= extremes.0 + slack
+                && extremes.1 <= f64::from(interval.max) + slack;
+            assert!(
+                holds,
+                "{name}: {interval:?} over {region:?} does not hold {extremes:?}"
+            );
             // Negative control: half of the width would not do.
-            let (middle, half) = (f64::from(interval.min + interval.max) / 2.0, f64::from(interval.max - interval.min) / 4.0);
+            let (middle, half) = (
+                f64::from(interval.min + interval.max) / 2.0,
+                f64::from(interval.max - interval.min) / 4.0,
+            );
             sharp += usize::from(extremes.0 < middle - half || extremes.1 > middle + half);
         }
     }
@@ -49,7 +60,10 @@ fn the_programs_box_holds_the_solid() {
         let mut numbers = Numbers::new(12);
         for _ in 0..3000 {
             let p = numbers.point(2.5);
-            assert!(bounds.contains(p) || naive::distance(&scene, p) > 0.0, "{name}: {p} is solid and outside of {bounds:?}");
+            assert!(
+                bounds.contains(p) || naive::distance(&scene, p) > 0.0,
+                "{name}: {p} is solid and outside of {bounds:?}"
+            );
         }
     }
 }
@@ -67,7 +81,9 @@ fn garden() -> (Scene, Vec<NodeId>) {
             2 => Shape::torus(0.25, 0.08),
             _ => Shape::capsule([-0.2, 0.0, 0.0], [0.2, 0.1, 0.0], 0.1),
         };
-        let brush = Brush::new(shape).rotated([1.0, 0.3, 0.2], 30.0 * i as f32).at(at);
+        let brush = Brush::new(shape)
+            .rotated([1.0, 0.3, 0.2], 30.0 * i as f32)
+            .at(at);
         let k = numbers.between(0.0, 0.15);
         match i % 5 {
             1 => brush.subtract().blend(k),
@@ -78,16 +94,45 @@ fn garden() -> (Scene, Vec<NodeId>) {
     for i in 0..12 {
         nodes.push(scene.push(brush(i)).expect("valid").node);
     }
-    let twisted = Group::new().modify(Modifier::Twist { degrees_per_unit: 60.0 }).at([0.3, 0.0, 0.2]).blend(0.1);
-    let mirrored = Group::new().modify(Modifier::Mirror { axes: [true, false, false] }).scaled(0.8).subtract().blend(0.05);
-    let repeated = Group::new().modify(Modifier::Repeat { spacing: [1.2, 0.0, 0.0], count: Some([2, 1, 1]) });
-    let rough = Modifier::Displace { amplitude: 0.03, frequency: 3.0, seed: 2, octaves: 2 };
-    let rounded = Group::new().modify(rough).modify(Modifier::Shell { thickness: 0.05 });
-    for (g, group) in [twisted, mirrored, repeated, rounded].into_iter().enumerate() {
+    let twisted = Group::new()
+        .modify(Modifier::Twist {
+            degrees_per_unit: 60.0,
+        })
+        .at([0.3, 0.0, 0.2])
+        .blend(0.1);
+    let mirrored = Group::new()
+        .modify(Modifier::Mirror {
+            axes: [true, false, false],
+        })
+        .scaled(0.8)
+        .subtract()
+        .blend(0.05);
+    let repeated = Group::new().modify(Modifier::Repeat {
+        spacing: [1.2, 0.0, 0.0],
+        count: Some([2, 1, 1]),
+    });
+    let rough = Modifier::Displace {
+        amplitude: 0.03,
+        frequency: 3.0,
+        seed: 2,
+        octaves: 2,
+    };
+    let rounded = Group::new()
+        .modify(rough)
+        .modify(Modifier::Shell { thickness: 0.05 });
+    for (g, group) in [twisted, mirrored, repeated, rounded]
+        .into_iter()
+        .enumerate()
+    {
         let group = scene.push(group).expect("valid").node;
         nodes.push(group);
         for i in 0..3 {
-            nodes.push(scene.push_into(group, brush(13 + 3 * g + i)).expect("valid").node);
+            nodes.push(
+                scene
+                    .push_into(group, brush(13 + 3 * g + i))
+                    .expect("valid")
+                    .node,
+            );
         }
     }
     for i in 30..34 {
@@ -97,14 +142,27 @@ fn garden() -> (Scene, Vec<NodeId>) {
 }
 
 /// How many sampled distances, clamped to the band, change outside and inside of a box.
-fn changes(before: &Program, after: &Program, dirty: Aabb, band: f32, numbers: &mut Numbers) -> (usize, usize) {
+fn changes(
+    before: &Program,
+    after: &Program,
+    dirty: Aabb,
+    band: f32,
+    numbers: &mut Numbers,
+) -> (usize, usize) {
     let (mut outside, mut inside) = (0, 0);
     for _ in 0..1500 {
         let p = numbers.point(1.8);
-        let (a, b) = (before.distance(p).clamp(-band, band), after.distance(p).clamp(-band, band));
+        let (a, b) = (
+            before.distance(p).clamp(-band, band),
+            after.distance(p).clamp(-band, band),
+        );
         // Removing an operand reorders nothing, so what does not depend on it keeps its bits; 2⁻²⁴ of a blend may stay.
         if (a - b).abs() > 1e-6 {
-            if dirty.contains(p) { inside += 1 } else { outside += 1 }
+            if dirty.contains(p) {
+                inside += 1
+            } else {
+                outside += 1
+            }
         }
     }
     (outside, inside)
@@ -115,15 +173,42 @@ fn edits(nodes: &[NodeId]) -> Vec<Edit> {
     for (i, &node) in nodes.iter().enumerate() {
         edits.push(match i % 5 {
             0 => Edit::Remove { node },
-            1 => Edit::Transform { node, by: Modifier::Translate { by: [0.1, -0.05, 0.08] } },
-            2 => Edit::SetVisible { node, visible: false },
-            3 => Edit::Move { node, parent: Scene::ROOT, index: 3 },
-            _ => Edit::Transform { node, by: Modifier::Rotate { axis: [0.0, 1.0, 0.0], degrees: 20.0 } },
+            1 => Edit::Transform {
+                node,
+                by: Modifier::Translate {
+                    by: [0.1, -0.05, 0.08],
+                },
+            },
+            2 => Edit::SetVisible {
+                node,
+                visible: false,
+            },
+            3 => Edit::Move {
+                node,
+                parent: Scene::ROOT,
+                index: 3,
+            },
+            _ => Edit::Transform {
+                node,
+                by: Modifier::Rotate {
+                    axis: [0.0, 1.0, 0.0],
+                    degrees: 20.0,
+                },
+            },
         });
     }
     let ball = || Brush::new(Shape::sphere(0.3)).at([0.2, 0.1, -0.3]);
-    for entry in [ball().blend(0.1), ball().subtract().blend(0.05), ball().intersect(), ball().morph(0.4)] {
-        edits.push(Edit::Insert { parent: Scene::ROOT, index: 5, entry: entry.into() });
+    for entry in [
+        ball().blend(0.1),
+        ball().subtract().blend(0.05),
+        ball().intersect(),
+        ball().morph(0.4),
+    ] {
+        edits.push(Edit::Insert {
+            parent: Scene::ROOT,
+            index: 5,
+            entry: entry.into(),
+        });
     }
     edits
 }
@@ -160,18 +245,36 @@ fn nothing_changes_outside_of_dirty_boxes_and_undo_restores() {
             scene.undo_edit().expect("one to undo");
         }
     }
-    assert!(seen > 1000 && smaller_would_miss > 100, "{seen}, {smaller_would_miss}");
+    assert!(
+        seen > 1000 && smaller_would_miss > 100,
+        "{seen}, {smaller_would_miss}"
+    );
 }
 
 #[test]
 fn a_dirty_box_is_no_larger_than_it_needs_to_be() {
     let mut scene = Scene::new();
     for i in 0..100 {
-        scene.push(Brush::new(Shape::sphere(0.2)).at([i as f32, 0.0, 0.0]).blend(0.1)).expect("valid");
+        scene
+            .push(
+                Brush::new(Shape::sphere(0.2))
+                    .at([i as f32, 0.0, 0.0])
+                    .blend(0.1),
+            )
+            .expect("valid");
     }
     scene.set_band(0.1);
     let node = scene.node(Scene::ROOT).children()[3];
-    let edited = scene.apply(Edit::SetVisible { node, visible: false }).expect("valid");
+    let edited = scene
+        .apply(Edit::SetVisible {
+            node,
+            visible: false,
+        })
+        .expect("valid");
     // 0.2 of radius, 0.1 of band, 0.1 of its own blend; its neighbours are too far to carry it on.
-    assert!(edited.dirty_box.size().max_element() < 2.0 * 0.401, "{:?}", edited.dirty_box);
+    assert!(
+        edited.dirty_box.size().max_element() < 2.0 * 0.401,
+        "{:?}",
+        edited.dirty_box
+    );
 }

@@ -28,11 +28,15 @@ fn cpu_distances_are_the_oracles() {
         let points = points(600, 1);
         for (p, d) in points.iter().zip(measure(&program, &points)) {
             let expected = naive::distance(&case.scene, Vec3::from(*p));
-            let error = (f64::from(d) - expected).abs() / f64::from(rounding(*p) * program.lipschitz());
+            let error =
+                (f64::from(d) - expected).abs() / f64::from(rounding(*p) * program.lipschitz());
             // FAR stands for nothing: all that counts is that nothing is near.
             let both_far = d > 0.1 * FAR && expected > 0.1 * f64::from(FAR);
             if error > worst.0 && !both_far {
-                worst = (error, format!("{} at {p:?}: {d}, the oracle says {expected}", case.name));
+                worst = (
+                    error,
+                    format!("{} at {p:?}: {d}, the oracle says {expected}", case.name),
+                );
             }
         }
     }
@@ -48,19 +52,28 @@ fn cpu_distances_are_not_another_fields() {
         let program = lower(&pair[0]);
         let points = points(100, 2);
         let differs = points.iter().zip(measure(&program, &points)).any(|(p, d)| {
-            (f64::from(d) - naive::distance(&pair[1].scene, Vec3::from(*p))).abs() > 2.0 * f64::from(rounding(*p))
+            (f64::from(d) - naive::distance(&pair[1].scene, Vec3::from(*p))).abs()
+                > 2.0 * f64::from(rounding(*p))
         });
         told_apart += usize::from(differs);
     }
     // Nothing, a cut of nothing and a hidden ball are the same field, so are a hard joint of a paint and its chamfer.
-    assert!(told_apart + 8 >= cases.len(), "{told_apart} of {}", cases.len());
+    assert!(
+        told_apart + 8 >= cases.len(),
+        "{told_apart} of {}",
+        cases.len()
+    );
 }
 
 #[test]
 fn points_outside_of_the_world_are_far_from_everything() {
     for case in all_cases() {
         let program = lower(&case);
-        assert!(measure(&program, &poison()).iter().all(|&d| d == FAR), "{}", case.name);
+        assert!(
+            measure(&program, &poison()).iter().all(|&d| d == FAR),
+            "{}",
+            case.name
+        );
     }
 }
 
@@ -71,7 +84,12 @@ fn a_batch_of_any_length_gives_the_same_bits() {
         let points = points(LANES - 1, 3);
         let together = measure(&program, &points);
         for i in [0, 1, 17, LANES - 2] {
-            assert_eq!(measure(&program, &points[i..=i])[0].to_bits(), together[i].to_bits(), "{}", case.name);
+            assert_eq!(
+                measure(&program, &points[i..=i])[0].to_bits(),
+                together[i].to_bits(),
+                "{}",
+                case.name
+            );
         }
     }
 }
@@ -85,7 +103,9 @@ fn gpu_distances_and_materials_are_the_cpus() {
     let cases = all_cases();
     for case in &cases {
         let program = lower(case);
-        field.update(&program).expect("a field that runs every case");
+        field
+            .update(&program)
+            .expect("a field that runs every case");
         let mut points = points(60, 4);
         points.extend(poison());
         let answers = field.evaluate(&points).expect("answers");
@@ -93,9 +113,17 @@ fn gpu_distances_and_materials_are_the_cpus() {
         for ((p, answer), &d) in points.iter().zip(&answers).zip(&expected) {
             let found = answer.distance[0];
             // A point that is not in the world has no length; nothing is rounded there.
-            let bound = if Vec3::from(*p).length() < 1e7 { rounding(*p) * program.lipschitz() } else { 0.0 };
+            let bound = if Vec3::from(*p).length() < 1e7 {
+                rounding(*p) * program.lipschitz()
+            } else {
+                0.0
+            };
             let both_far = found > 0.1 * FAR && d > 0.1 * FAR;
-            assert!(both_far || (found - d).abs() <= bound, "{} at {p:?}: gpu {found}, cpu {d}", case.name);
+            assert!(
+                both_far || (found - d).abs() <= bound,
+                "{} at {p:?}: gpu {found}, cpu {d}",
+                case.name
+            );
         }
 
         // Materials, where there is something to have one.
@@ -108,9 +136,18 @@ fn gpu_distances_and_materials_are_the_cpus() {
             if expected[i].abs() < 0.1 * FAR {
                 let found = [answer.base_roughness, answer.emission_metallic];
                 let expected = [words.base_roughness, words.emission_metallic];
-                let gap = found.iter().flatten().zip(expected.iter().flatten()).map(|(a, b)| (a - b).abs());
+                let gap = found
+                    .iter()
+                    .flatten()
+                    .zip(expected.iter().flatten())
+                    .map(|(a, b)| (a - b).abs());
                 // A weight is a difference of distances over 2 k, and k is 0.05 or more.
-                assert!(gap.fold(0.0, f32::max) <= 20.0 * rounding([1.0; 3]), "{} at {:?}", case.name, points[i]);
+                assert!(
+                    gap.fold(0.0, f32::max) <= 20.0 * rounding([1.0; 3]),
+                    "{} at {:?}",
+                    case.name,
+                    points[i]
+                );
             }
         }
 
@@ -119,7 +156,11 @@ fn gpu_distances_and_materials_are_the_cpus() {
         told_apart += usize::from(previous.is_some_and(|p| p != found));
         previous = Some(found);
     }
-    assert!(told_apart + 8 >= cases.len(), "{told_apart} of {}", cases.len());
+    assert!(
+        told_apart + 8 >= cases.len(),
+        "{told_apart} of {}",
+        cases.len()
+    );
 }
 
 /// The oracle's gradient, where it has one: where the differences ahead and behind agree.
@@ -142,14 +183,29 @@ fn gradients_are_the_oracles() {
         let program = lower(&case);
         let mut compared = 0;
         for p in points(60, 5).into_iter().take(60).map(Vec3::from) {
-            let Some(expected) = oracle_gradient(&case.scene, p) else { continue };
+            let Some(expected) = oracle_gradient(&case.scene, p) else {
+                continue;
+            };
             let (d, gradient) = program.gradient(p);
-            assert_eq!(d.to_bits(), program.distance(p).to_bits(), "{} at {p}", case.name);
+            assert_eq!(
+                d.to_bits(),
+                program.distance(p).to_bits(),
+                "{} at {p}",
+                case.name
+            );
             let error = (gradient.as_dvec3() - expected).length();
-            assert!(error < 2e-2, "{} at {p}: {gradient}, the oracle says {expected}", case.name);
+            assert!(
+                error < 2e-2,
+                "{} at {p}: {gradient}, the oracle says {expected}",
+                case.name
+            );
             compared += 1;
         }
-        assert!(compared >= 20, "{}: {compared} points have a gradient", case.name);
+        assert!(
+            compared >= 20,
+            "{}: {compared} points have a gradient",
+            case.name
+        );
     }
 }
 
@@ -159,10 +215,14 @@ fn exact_shapes_are_exact() {
     let mut inexact = 0;
     for (name, shape) in argil_conformance::shapes() {
         let mut scene = Scene::new();
-        scene.push(argil_scene::Brush::new(shape.clone())).expect("a valid shape");
+        scene
+            .push(argil_scene::Brush::new(shape.clone()))
+            .expect("a valid shape");
         let mut worst = 0.0f64;
         for p in points(300, 6).into_iter().map(Vec3::from) {
-            let Some(gradient) = oracle_gradient(&scene, p) else { continue };
+            let Some(gradient) = oracle_gradient(&scene, p) else {
+                continue;
+            };
             let d = naive::distance(&scene, p);
             let foot = p.as_dvec3() - gradient * d;
             let step = naive::distance(&scene, foot.as_vec3()).abs();

@@ -12,26 +12,67 @@ use glam::Vec3;
 /// Thin rods, a blend, a cut, a twist, two materials.
 fn scene() -> Scene {
     let mut scene = Scene::new();
-    scene.set_material("red", Material::colored([0.7, 0.1, 0.1])).expect("valid");
-    scene.set_material("gold", Material { metallic: 1.0, roughness: 0.3, ..Material::colored([0.8, 0.6, 0.2]) }).expect("valid");
+    scene
+        .set_material("red", Material::colored([0.7, 0.1, 0.1]))
+        .expect("valid");
+    scene
+        .set_material(
+            "gold",
+            Material {
+                metallic: 1.0,
+                roughness: 0.3,
+                ..Material::colored([0.8, 0.6, 0.2])
+            },
+        )
+        .expect("valid");
     let mut push = |b: Brush| scene.push(b).expect("valid");
     push(Brush::new(Shape::sphere(0.5)).material("red"));
-    push(Brush::new(Shape::cuboid([0.3, 0.3, 0.6])).rotated([0.0, 1.0, 0.0], 30.0).blend(0.1).material("gold"));
-    push(Brush::new(Shape::sphere(0.3)).at([0.0, 0.4, 0.2]).subtract().blend(0.05));
-    push(Brush::new(Shape::capsule([-0.9, -0.6, 0.0], [0.9, 0.8, 0.1], 0.004)));
-    push(Brush::new(Shape::rounded_box([0.1, 0.5, 0.1], 0.02)).modify(Modifier::Twist { degrees_per_unit: 120.0 }).at([0.7, 0.0, -0.3]));
+    push(
+        Brush::new(Shape::cuboid([0.3, 0.3, 0.6]))
+            .rotated([0.0, 1.0, 0.0], 30.0)
+            .blend(0.1)
+            .material("gold"),
+    );
+    push(
+        Brush::new(Shape::sphere(0.3))
+            .at([0.0, 0.4, 0.2])
+            .subtract()
+            .blend(0.05),
+    );
+    push(Brush::new(Shape::capsule(
+        [-0.9, -0.6, 0.0],
+        [0.9, 0.8, 0.1],
+        0.004,
+    )));
+    push(
+        Brush::new(Shape::rounded_box([0.1, 0.5, 0.1], 0.02))
+            .modify(Modifier::Twist {
+                degrees_per_unit: 120.0,
+            })
+            .at([0.7, 0.0, -0.3]),
+    );
     scene
 }
 
 const FOCUS: Aabb = Aabb::new(Vec3::splat(-1.0), Vec3::ONE);
 
 fn look(settings: &Settings, eye: Vec3, program: &Program) -> Vec<Frame> {
-    let camera = Camera { eye, target: Vec3::new(0.02, 0.01, 0.0), field_of_view_degrees: 45.0 };
+    let camera = Camera {
+        eye,
+        target: Vec3::new(0.02, 0.01, 0.0),
+        field_of_view_degrees: 45.0,
+    };
     frames(settings, &camera, program, FOCUS)
 }
 
 fn small(show: Show) -> Settings {
-    Settings { size: [72, 56], show, ground: show == Show::Shaded, samples: 2, ..Settings::default() }
+    Settings {
+        size: [72, 56],
+        show,
+        ground: show == Show::Shaded,
+        samples: 2,
+        ..Settings::default()
+    }
 }
 
 /// How far two hit buffers are apart: hits of another kind, and the greatest gap of length, normal and steps of others.
@@ -42,7 +83,11 @@ fn gap(a: &[Hit], b: &[Hit]) -> (usize, f32) {
         if a.kind != b.kind || a.steps.abs_diff(b.steps) > 1 {
             other_kind += 1;
         } else {
-            let gaps = a.normal_t.iter().zip(&b.normal_t).map(|(a, b)| (a - b).abs());
+            let gaps = a
+                .normal_t
+                .iter()
+                .zip(&b.normal_t)
+                .map(|(a, b)| (a - b).abs());
             greatest = gaps.fold(greatest, f32::max);
         }
     }
@@ -51,7 +96,9 @@ fn gap(a: &[Hit], b: &[Hit]) -> (usize, f32) {
 
 fn color_gap(a: &Picture, b: &Picture) -> (usize, u8) {
     let gaps = a.rgb.iter().zip(&b.rgb).map(|(a, b)| a.abs_diff(*b));
-    gaps.fold((0, 0), |(count, most), gap| (count + usize::from(gap > 2), most.max(gap)))
+    gaps.fold((0, 0), |(count, most), gap| {
+        (count + usize::from(gap > 2), most.max(gap))
+    })
 }
 
 /// Bounded. Where a ray just grazes or just reaches, a rounding decides, so a few in a thousand may differ in kind; the
@@ -74,10 +121,16 @@ fn gpu_pictures_are_the_cpus() {
             let (found, duration_ms) = field.render(&frames).expect("a picture");
             assert!(duration_ms > 0.0);
             let (other, greatest) = gap(&cpu.hits, &found.hits);
-            assert!(other <= cpu.hits.len() / 500, "{show:?}: {other} hits of another kind");
+            assert!(
+                other <= cpu.hits.len() / 500,
+                "{show:?}: {other} hits of another kind"
+            );
             assert!(greatest < 0.02, "{show:?}: {greatest}");
             let (differing, most) = color_gap(&cpu, &found);
-            assert!(differing <= cpu.rgb.len() / 200, "{show:?}: {differing} channels differ, by up to {most}");
+            assert!(
+                differing <= cpu.rgb.len() / 200,
+                "{show:?}: {differing} channels differ, by up to {most}"
+            );
 
             // Negative control: the camera moved by less than a pixel is another picture.
             let moved = look(&small(show), eye + Vec3::new(0.02, 0.0, 0.0), &program);
@@ -114,7 +167,11 @@ fn direction(frame: &Frame, x: u32, y: u32) -> Vec3 {
 fn rays_find_what_a_search_finds() {
     let scene = scene();
     let program = Program::lower(&scene).expect("valid");
-    let settings = Settings { size: [64, 64], max_steps: 1024, ..Settings::default() };
+    let settings = Settings {
+        size: [64, 64],
+        max_steps: 1024,
+        ..Settings::default()
+    };
     let mut numbers = Numbers::new(31);
     for (eye, kind) in [
         (Vec3::new(2.0, 0.9, 1.4), HIT_OUTSIDE),
@@ -127,7 +184,10 @@ fn rays_find_what_a_search_finds() {
         let hits = render(&program, &[frame]).hits;
         let (mut hit, mut missed, mut wrong) = (0, 0, 0);
         for _ in 0..700 {
-            let (x, y) = ((numbers.unit() * 64.0) as u32, (numbers.unit() * 64.0) as u32);
+            let (x, y) = (
+                (numbers.unit() * 64.0) as u32,
+                (numbers.unit() * 64.0) as u32,
+            );
             let found = &hits[(y * 64 + x) as usize];
             match first_crossing(&scene, eye, direction(&frame, x, y)) {
                 Some(t) => {
@@ -157,13 +217,30 @@ fn rays_find_what_a_search_finds() {
 #[test]
 fn thin_rods_are_not_lost() {
     let mut scene = Scene::new();
-    scene.push(Brush::new(Shape::capsule([-5.0, 0.0, 0.0], [5.0, 0.0, 0.0], 5e-4))).expect("valid");
+    scene
+        .push(Brush::new(Shape::capsule(
+            [-5.0, 0.0, 0.0],
+            [5.0, 0.0, 0.0],
+            5e-4,
+        )))
+        .expect("valid");
     let program = Program::lower(&scene).expect("valid");
     // An odd height: the middle row's rays go through the rod's axis.
-    let settings = Settings { size: [101, 51], ..Settings::default() };
-    let camera = Camera { eye: Vec3::new(0.0, 0.0, 3.0), target: Vec3::ZERO, field_of_view_degrees: 40.0 };
+    let settings = Settings {
+        size: [101, 51],
+        ..Settings::default()
+    };
+    let camera = Camera {
+        eye: Vec3::new(0.0, 0.0, 3.0),
+        target: Vec3::ZERO,
+        field_of_view_degrees: 40.0,
+    };
     let hits = render(&program, &frames(&settings, &camera, &program, FOCUS)).hits;
-    assert!(hits[25 * 101..26 * 101].iter().all(|h| h.kind == HIT_OUTSIDE));
+    assert!(
+        hits[25 * 101..26 * 101]
+            .iter()
+            .all(|h| h.kind == HIT_OUTSIDE)
+    );
     assert!(hits[..24 * 101].iter().all(|h| h.kind == HIT_NONE));
 }
 
@@ -174,7 +251,15 @@ fn an_empty_scene_is_sky_on_both_devices() {
     let program = Program::lower(&scene).expect("valid");
     let frames = look(&small(Show::Shaded), Vec3::new(0.0, 1.0, 3.0), &program);
     let cpu = render(&program, &frames);
-    let (found, _) = GpuField::new(gpu(), &program, false).expect("a field").render(&frames).expect("a picture");
-    assert!(cpu.coverage.iter().chain(&found.coverage).all(|&c| c == 0.0));
+    let (found, _) = GpuField::new(gpu(), &program, false)
+        .expect("a field")
+        .render(&frames)
+        .expect("a picture");
+    assert!(
+        cpu.coverage
+            .iter()
+            .chain(&found.coverage)
+            .all(|&c| c == 0.0)
+    );
     assert_eq!(color_gap(&cpu, &found).0, 0);
 }

@@ -17,7 +17,11 @@ fn main() -> anyhow::Result<()> {
         Some("generate") => generate(),
         Some("has-gpu") => {
             // For `test`: a question to a fresh process.
-            if argil_gpu::devices().is_empty() { bail!("no GPU") } else { Ok(()) }
+            if argil_gpu::devices().is_empty() {
+                bail!("no GPU")
+            } else {
+                Ok(())
+            }
         }
         _ => bail!(USAGE),
     }
@@ -30,9 +34,10 @@ fn root() -> PathBuf {
 }
 
 fn generate() -> anyhow::Result<()> {
-    for (path, text) in
-        [("scenes/argil.schema.json", argil_scene::schema()), ("crates/argil-abi/src/abi.wgsl", argil_abi::wgsl())]
-    {
+    for (path, text) in [
+        ("scenes/argil.schema.json", argil_scene::schema()),
+        ("crates/argil-abi/src/abi.wgsl", argil_abi::wgsl()),
+    ] {
         std::fs::write(root().join(path), text).with_context(|| path.to_owned())?;
         println!("{path}");
     }
@@ -42,7 +47,10 @@ fn generate() -> anyhow::Result<()> {
 /// Run a program in the workspace's folder; an error unless it succeeds.
 fn run(program: &str, arguments: &[&str]) -> anyhow::Result<()> {
     println!("\n> {program} {}", arguments.join(" "));
-    let status = Command::new(program).args(arguments).current_dir(root()).status();
+    let status = Command::new(program)
+        .args(arguments)
+        .current_dir(root())
+        .status();
     let status = status.with_context(|| format!("{program} could not be started"))?;
     if !status.success() {
         bail!("{program} {} failed", arguments.join(" "));

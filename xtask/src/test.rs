@@ -5,20 +5,57 @@ use anyhow::bail;
 use std::process::{Command, Stdio};
 
 fn run_quietly(program: &str, arguments: &[&str]) -> bool {
-    let command = Command::new(program).args(arguments).stdout(Stdio::null()).stderr(Stdio::null()).status();
+    let command = Command::new(program)
+        .args(arguments)
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .status();
     command.is_ok_and(|status| status.success())
 }
 
 pub fn run() -> anyhow::Result<()> {
     checked("cargo", &["fmt", "--all", "--check"])?;
-    checked("cargo", &["clippy", "--workspace", "--all-targets", "--locked", "--", "-D", "warnings"])?;
+    checked(
+        "cargo",
+        &[
+            "clippy",
+            "--workspace",
+            "--all-targets",
+            "--locked",
+            "--",
+            "-D",
+            "warnings",
+        ],
+    )?;
     ensure_gpu()?;
     ensure_nextest()?;
-    checked("cargo", &["nextest", "run", "--workspace", "--locked", "--no-fail-fast"])?;
+    checked(
+        "cargo",
+        &[
+            "nextest",
+            "run",
+            "--workspace",
+            "--locked",
+            "--no-fail-fast",
+        ],
+    )?;
     checked("cargo", &["test", "--workspace", "--locked", "--doc"])?;
     // Warnings are errors here, without changing the flags that everything else was compiled with.
-    for package in ["argil-abi", "argil-math", "argil-scene", "argil-field", "argil-march", "argil-gpu", "argil"] {
-        checked("cargo", &["rustdoc", "-p", package, "--locked", "--lib", "--", "-D", "warnings"])?;
+    for package in [
+        "argil-abi",
+        "argil-math",
+        "argil-scene",
+        "argil-field",
+        "argil-march",
+        "argil-gpu",
+        "argil",
+    ] {
+        checked(
+            "cargo",
+            &[
+                "rustdoc", "-p", package, "--locked", "--lib", "--", "-D", "warnings",
+            ],
+        )?;
     }
     println!("\nAll checks passed.");
     Ok(())
@@ -30,12 +67,19 @@ fn ensure_gpu() -> anyhow::Result<()> {
         return Ok(());
     }
     println!("\nNo GPU found: installing Mesa's software Vulkan device.");
-    let install = ["install", "-y", "--no-install-recommends", "mesa-vulkan-drivers", "libvulkan1"];
+    let install = [
+        "install",
+        "-y",
+        "--no-install-recommends",
+        "mesa-vulkan-drivers",
+        "libvulkan1",
+    ];
     let is_root = run_quietly("sh", &["-c", "[ \"$(id -u)\" = 0 ]"]);
     let installed = if is_root {
         run_quietly("apt-get", &["update"]) && checked("apt-get", &install).is_ok()
     } else if run_quietly("sudo", &["-n", "true"]) {
-        run_quietly("sudo", &["apt-get", "update"]) && checked("sudo", &[&["apt-get"][..], &install].concat()).is_ok()
+        run_quietly("sudo", &["apt-get", "update"])
+            && checked("sudo", &[&["apt-get"][..], &install].concat()).is_ok()
     } else {
         false
     };
@@ -51,7 +95,10 @@ fn ensure_gpu() -> anyhow::Result<()> {
 
 fn has_gpu() -> bool {
     // A process of its own: a loader that finds nothing remembers it.
-    run_quietly("cargo", &["run", "--locked", "--package", "xtask", "--", "has-gpu"])
+    run_quietly(
+        "cargo",
+        &["run", "--locked", "--package", "xtask", "--", "has-gpu"],
+    )
 }
 
 fn ensure_nextest() -> anyhow::Result<()> {

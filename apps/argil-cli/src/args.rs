@@ -141,7 +141,9 @@ pub enum Show {
 }
 
 fn size(text: &str) -> Result<[u32; 2], String> {
-    let sides = text.split_once(['x', 'X']).and_then(|(w, h)| Some([w.parse().ok()?, h.parse().ok()?]));
+    let sides = text
+        .split_once(['x', 'X'])
+        .and_then(|(w, h)| Some([w.parse().ok()?, h.parse().ok()?]));
     match sides {
         Some(sides) if sides.iter().all(|s| (1..=16_384).contains(s)) => Ok(sides),
         Some(_) => Err("both sides must be from 1 to 16384".into()),
@@ -150,7 +152,12 @@ fn size(text: &str) -> Result<[u32; 2], String> {
 }
 
 fn orbit(text: &str) -> Result<Placement, String> {
-    let numbers: Vec<f32> = text.split(',').map(str::trim).map(str::parse).collect::<Result<_, _>>().unwrap_or_default();
+    let numbers: Vec<f32> = text
+        .split(',')
+        .map(str::trim)
+        .map(str::parse)
+        .collect::<Result<_, _>>()
+        .unwrap_or_default();
     let Ok(orbit) = <[f32; 3]>::try_from(numbers) else {
         return Err("expected AZIMUTH,ELEVATION,DISTANCE, such as 30,20,3".into());
     };

@@ -23,11 +23,20 @@ pub fn run(options: &Devices) -> anyhow::Result<()> {
     }
     output::line(&Engine::cpu().device());
     for d in &devices {
-        output::line(&format!("gpu: {} ({}, {}, {})", d.name, d.kind, d.backend, d.driver));
+        output::line(&format!(
+            "gpu: {} ({}, {}, {})",
+            d.name, d.kind, d.backend, d.driver
+        ));
     }
     if devices.is_empty() {
-        output::line("gpu: none (for a software one on Debian or Ubuntu: apt-get install mesa-vulkan-drivers libvulkan1)");
+        output::line(
+            "gpu: none (for a software one on Debian or Ubuntu: apt-get install mesa-vulkan-drivers libvulkan1)",
+        );
     }
-    output::line(&format!("--device auto takes {}, because {}", chosen.device(), chosen.reason()));
+    output::line(&format!(
+        "--device auto takes {}, because {}",
+        chosen.device(),
+        chosen.reason()
+    ));
     Ok(())
 }

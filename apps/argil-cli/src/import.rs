@@ -9,7 +9,12 @@ use serde_json::json;
 pub fn run(options: &Import) -> anyhow::Result<()> {
     output::check_folder(&options.output)?;
     let mut scene = Scene::import_tree(&options.tree)?;
-    scene.name = options.tree.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    scene.name = options
+        .tree
+        .file_stem()
+        .unwrap_or_default()
+        .to_string_lossy()
+        .into_owned();
     // What cannot be lowered should be said now, not when it is drawn.
     argil::Program::lower(&scene).with_context(|| options.tree.display().to_string())?;
     scene.save(&options.output)?;

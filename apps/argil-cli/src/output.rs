@@ -23,7 +23,8 @@ pub fn times(samples: &[f64]) -> Value {
     let mut sorted = samples.to_vec();
     sorted.sort_by(f64::total_cmp);
     let at = |share: f64| {
-        let index = ((sorted.len() as f64 * share).ceil() as usize).clamp(1, sorted.len().max(1)) - 1;
+        let index =
+            ((sorted.len() as f64 * share).ceil() as usize).clamp(1, sorted.len().max(1)) - 1;
         sorted.get(index).copied().unwrap_or(0.0)
     };
     json!({ "min": at(0.0), "median": at(0.5), "p95": at(0.95), "max": at(1.0) })
@@ -31,9 +32,17 @@ pub fn times(samples: &[f64]) -> Value {
 
 /// Refuse a place that cannot be written before hours are spent on what goes there.
 pub fn check_folder(path: &std::path::Path) -> anyhow::Result<()> {
-    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(std::path::Path::new("."));
-    let found = std::fs::metadata(folder).with_context(|| format!("{}: the folder", folder.display()))?;
+    let folder = path
+        .parent()
+        .filter(|p| !p.as_os_str().is_empty())
+        .unwrap_or(std::path::Path::new("."));
+    let found =
+        std::fs::metadata(folder).with_context(|| format!("{}: the folder", folder.display()))?;
     anyhow::ensure!(found.is_dir(), "{}: not a folder", folder.display());
-    anyhow::ensure!(!path.is_dir(), "{}: is a folder; name a file", path.display());
+    anyhow::ensure!(
+        !path.is_dir(),
+        "{}: is a folder; name a file",
+        path.display()
+    );
     Ok(())
 }

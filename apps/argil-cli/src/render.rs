@@ -17,7 +17,8 @@ pub fn run(options: &Render) -> anyhow::Result<()> {
     }
     if let Some(threads) = options.on.threads {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.into());
-        pool.build_global().map_err(|e| argil::EngineError::Threads(e.to_string()))?;
+        pool.build_global()
+            .map_err(|e| argil::EngineError::Threads(e.to_string()))?;
     }
     let engine = Engine::on(match options.on.device {
         Device::Auto => Backend::Auto,
@@ -30,12 +31,16 @@ pub fn run(options: &Render) -> anyhow::Result<()> {
 
     let scene = Scene::open(&options.scene)?;
     let start = Instant::now();
-    let mut world = engine.build(&scene).with_context(|| options.scene.display().to_string())?;
+    let mut world = engine
+        .build(&scene)
+        .with_context(|| options.scene.display().to_string())?;
     if options.specialize {
         world.specialize()?;
     }
     let build_ms = start.elapsed().as_secs_f64() * 1e3;
-    let camera = options.camera.map_or_else(|| world.camera(), |placement| world.camera_at(placement));
+    let camera = options
+        .camera
+        .map_or_else(|| world.camera(), |placement| world.camera_at(placement));
     let settings = settings(options, &world);
 
     let (drawn, frame_ms) = match options.frames {
@@ -49,21 +54,37 @@ pub fn run(options: &Render) -> anyhow::Result<()> {
         }
         Some(count) => orbit(&world, camera, &settings, count, picture.as_deref())?,
     };
-    report(options, &world, &drawn, build_ms, &frame_ms, picture.as_deref());
+    report(
+        options,
+        &world,
+        &drawn,
+        build_ms,
+        &frame_ms,
+        picture.as_deref(),
+    );
     Ok(())
 }
 
 /// Where the picture goes; nowhere for an orbit without -o.
 fn picture_path(options: &Render) -> anyhow::Result<Option<PathBuf>> {
     if let Some(path) = &options.output {
-        let is_png = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png"));
-        anyhow::ensure!(is_png, "{}: pictures are written as PNG; end the name with .png", path.display());
+        let is_png = path
+            .extension()
+            .is_some_and(|e| e.eq_ignore_ascii_case("png"));
+        anyhow::ensure!(
+            is_png,
+            "{}: pictures are written as PNG; end the name with .png",
+            path.display()
+        );
         return Ok(Some(path.clone()));
     }
     if options.frames.is_some() {
         return Ok(None);
     }
-    let name = options.scene.file_stem().context("the scene's path names no file")?;
+    let name = options
+        .scene
+        .file_stem()
+        .context("the scene's path names no file")?;
     Ok(Some(Path::new(name).with_extension("png")))
 }
 
@@ -155,7 +176,16 @@ fn report(
     output::line(&format!(
         "{} brushes, built in {build_ms:.1} ms, drawn in {median:.1} ms{}",
         world.program().brush_count(),
-        if frame_ms.len() > 1 { format!(" (median of {} frames; min {:.1}, max {:.1})", frame_ms.len(), times["min"].as_f64().unwrap_or(0.0), times["max"].as_f64().unwrap_or(0.0)) } else { String::new() }
+        if frame_ms.len() > 1 {
+            format!(
+                " (median of {} frames; min {:.1}, max {:.1})",
+                frame_ms.len(),
+                times["min"].as_f64().unwrap_or(0.0),
+                times["max"].as_f64().unwrap_or(0.0)
+            )
+        } else {
+            String::new()
+        }
     ));
     output::line(&format!(
         "{} pixels hit; steps a ray: mean {:.1}, p95 {}, max {}",

@@ -4,7 +4,10 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 fn argil(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_argil")).args(arguments).output().expect("the command starts")
+    Command::new(env!("CARGO_BIN_EXE_argil"))
+        .args(arguments)
+        .output()
+        .expect("the command starts")
 }
 
 fn scene(name: &str) -> String {
@@ -20,7 +23,11 @@ fn text(path: &Path) -> String {
 }
 
 fn json(output: &Output) -> serde_json::Value {
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
     serde_json::from_slice(&output.stdout).expect("one JSON object and nothing else")
 }
 
@@ -36,20 +43,43 @@ fn fails(arguments: &[&str], code: i32, message: &str) {
 #[test]
 fn every_scene_that_ships_is_drawn_and_can_be_written_again() {
     let folder = folder();
-    let scenes: Vec<PathBuf> = std::fs::read_dir(format!("{}/../../scenes", env!("CARGO_MANIFEST_DIR")))
-        .expect("the scenes")
-        .map(|entry| entry.expect("an entry").path())
-        .filter(|path| path.extension().is_some_and(|e| e == "json") && !text(path).ends_with("schema.json"))
-        .collect();
+    let scenes: Vec<PathBuf> =
+        std::fs::read_dir(format!("{}/../../scenes", env!("CARGO_MANIFEST_DIR")))
+            .expect("the scenes")
+            .map(|entry| entry.expect("an entry").path())
+            .filter(|path| {
+                path.extension().is_some_and(|e| e == "json")
+                    && !text(path).ends_with("schema.json")
+            })
+            .collect();
     assert!(scenes.len() >= 9);
     for path in scenes {
         let png = folder.path().join("x.png");
-        let arguments = ["render", &text(&path), "-o", &text(&png), "--size", "64x40", "--device", "cpu", "--json"];
+        let arguments = [
+            "render",
+            &text(&path),
+            "-o",
+            &text(&png),
+            "--size",
+            "64x40",
+            "--device",
+            "cpu",
+            "--json",
+        ];
         let report = json(&argil(&arguments));
-        assert!(report["hit_pixels"].as_u64() > Some(150), "{path:?}: {report}");
-        assert_eq!(image::open(&png).expect("a PNG").to_rgb8().dimensions(), (64, 40));
+        assert!(
+            report["hit_pixels"].as_u64() > Some(150),
+            "{path:?}: {report}"
+        );
+        assert_eq!(
+            image::open(&png).expect("a PNG").to_rgb8().dimensions(),
+            (64, 40)
+        );
         let read = argil::Scene::open(&path).expect("a scene");
-        assert_eq!(argil::Scene::from_json(&read.to_json(), "again").expect("the same"), read);
+        assert_eq!(
+            argil::Scene::from_json(&read.to_json(), "again").expect("the same"),
+            read
+        );
     }
 }
 
@@ -61,10 +91,22 @@ fn json_has_the_promised_keys_and_the_devices_agree() {
         let png = folder.path().join(format!("{device}.png"));
         let (scene, png_text) = (scene("csg20"), text(&png));
         let size = ["--size", "96x64", "--samples", "1", "--json"];
-        let arguments = [&["render", &scene, "-o", &png_text, "--device", device][..], &size].concat();
+        let arguments = [
+            &["render", &scene, "-o", &png_text, "--device", device][..],
+            &size,
+        ]
+        .concat();
         let report = json(&argil(&arguments));
-        assert!(report["device"].as_str().expect("a name").starts_with(device));
-        assert_eq!((report["via"].as_str(), report["brushes"].as_u64()), (Some("field"), Some(20)));
+        assert!(
+            report["device"]
+                .as_str()
+                .expect("a name")
+                .starts_with(device)
+        );
+        assert_eq!(
+            (report["via"].as_str(), report["brushes"].as_u64()),
+            (Some("field"), Some(20))
+        );
         for key in ["build_ms", "memory_bytes", "hit_pixels"] {
             assert!(report[key].as_f64() > Some(0.0), "{key}");
         }
@@ -72,12 +114,23 @@ fn json_has_the_promised_keys_and_the_devices_agree() {
             assert!(report["frame_ms"][key].as_f64() > Some(0.0), "{key}");
         }
         for key in ["mean", "p95", "max"] {
-            assert!(report["steps"][key].is_number() && report["fetches"][key].is_number(), "{key}");
+            assert!(
+                report["steps"][key].is_number() && report["fetches"][key].is_number(),
+                "{key}"
+            );
         }
-        pictures.push((report["hit_pixels"].clone(), image::open(&png).expect("a PNG").to_rgb8()));
+        pictures.push((
+            report["hit_pixels"].clone(),
+            image::open(&png).expect("a PNG").to_rgb8(),
+        ));
     }
     assert_eq!(pictures[0].0, pictures[1].0);
-    let differ = pictures[0].1.iter().zip(pictures[1].1.iter()).filter(|(a, b)| a.abs_diff(**b) > 2).count();
+    let differ = pictures[0]
+        .1
+        .iter()
+        .zip(pictures[1].1.iter())
+        .filter(|(a, b)| a.abs_diff(**b) > 2)
+        .count();
     assert!(differ < 96 * 64 * 3 / 200, "{differ}");
 }
 
@@ -85,12 +138,29 @@ fn json_has_the_promised_keys_and_the_devices_agree() {
 fn an_orbit_is_timed_and_numbered() {
     let folder = folder();
     let png = text(&folder.path().join("o.png"));
-    let arguments =
-        ["render", &scene("brick"), "-o", &png, "--frames", "3", "--size", "32x32", "--show", "heat", "--json"];
+    let arguments = [
+        "render",
+        &scene("brick"),
+        "-o",
+        &png,
+        "--frames",
+        "3",
+        "--size",
+        "32x32",
+        "--show",
+        "heat",
+        "--json",
+    ];
     assert_eq!(json(&argil(&arguments))["frames"], 3);
-    let names: Vec<_> = (0..3).map(|i| folder.path().join(format!("o-{i:04}.png"))).collect();
+    let names: Vec<_> = (0..3)
+        .map(|i| folder.path().join(format!("o-{i:04}.png")))
+        .collect();
     assert!(names.iter().all(|n| n.exists()));
-    assert_eq!(std::fs::read_dir(folder.path()).expect("a folder").count(), 3, "nothing else is left behind");
+    assert_eq!(
+        std::fs::read_dir(folder.path()).expect("a folder").count(),
+        3,
+        "nothing else is left behind"
+    );
 }
 
 #[test]
@@ -103,37 +173,123 @@ fn faults_of_the_request_have_their_codes_and_remedies() {
     };
     let out = path("x.png");
     // 1: the input or the request.
-    fails(&["render", &path("none.json"), "-o", &out], 1, "none.json: No such file");
-    fails(&["render", &text(folder.path()), "-o", &out], 1, "is a folder");
-    let negative = write("a.json", r#"{"argil": 1, "brushes": [{"shape": {"type": "sphere", "radius": -1}}]}"#);
-    fails(&["render", &negative, "-o", &out], 1, "brushes[0].shape.radius: -1 is not positive");
+    fails(
+        &["render", &path("none.json"), "-o", &out],
+        1,
+        "none.json: No such file",
+    );
+    fails(
+        &["render", &text(folder.path()), "-o", &out],
+        1,
+        "is a folder",
+    );
+    let negative = write(
+        "a.json",
+        r#"{"argil": 1, "brushes": [{"shape": {"type": "sphere", "radius": -1}}]}"#,
+    );
+    fails(
+        &["render", &negative, "-o", &out],
+        1,
+        "brushes[0].shape.radius: -1 is not positive",
+    );
     let newer = write("b.json", r#"{"argil": 9, "whatever": []}"#);
-    fails(&["info", &newer], 1, "format version 9 is newer than this program reads (1): update argil");
-    fails(&["render", &write("c.json", "\u{0}garbage"), "-o", &out], 1, "c.json:1:1");
+    fails(
+        &["info", &newer],
+        1,
+        "format version 9 is newer than this program reads (1): update argil",
+    );
+    fails(
+        &["render", &write("c.json", "\u{0}garbage"), "-o", &out],
+        1,
+        "c.json:1:1",
+    );
     let endless = write(
         "d.json",
         r#"{"argil": 1, "brushes": [{"shape": {"type": "plane", "normal": [0, 1, 0]},
             "modifiers": [{"type": "twist", "degrees_per_unit": 10}]}]}"#,
     );
-    fails(&["render", &endless, "-o", &out], 1, "brushes[0]: a twist needs a solid of finite size");
+    fails(
+        &["render", &endless, "-o", &out],
+        1,
+        "brushes[0]: a twist needs a solid of finite size",
+    );
     let crowded = write(
         "e.json",
         r#"{"argil": 1, "brushes": [{"shape": {"type": "sphere", "radius": 9},
             "modifiers": [{"type": "repeat", "spacing": [0.01, 0.01, 0.01]}]}]}"#,
     );
     fails(&["info", &crowded], 1, "widen the spacing");
-    fails(&["render", &scene("brick"), "-o", &path("no/x.png")], 1, "no");
-    fails(&["render", &scene("brick"), "-o", &path("x.jpg")], 1, "end the name with .png");
-    fails(&["render", &scene("brick"), "-o", &out, "--epsilon=-1"], 1, "epsilon: -1 is not a positive number");
-    fails(&["render", &scene("brick"), "-o", &out, "--normal-bias", "nan"], 1, "normal_bias");
-    fails(&["render", &scene("brick"), "-o", &out, "--specialize", "--device", "cpu"], 1, "add --device gpu");
-    fails(&["import", &scene("brick"), "-o", &path("t.json")], 1, "nodeType: is missing");
+    fails(
+        &["render", &scene("brick"), "-o", &path("no/x.png")],
+        1,
+        "no",
+    );
+    fails(
+        &["render", &scene("brick"), "-o", &path("x.jpg")],
+        1,
+        "end the name with .png",
+    );
+    fails(
+        &["render", &scene("brick"), "-o", &out, "--epsilon=-1"],
+        1,
+        "epsilon: -1 is not a positive number",
+    );
+    fails(
+        &[
+            "render",
+            &scene("brick"),
+            "-o",
+            &out,
+            "--normal-bias",
+            "nan",
+        ],
+        1,
+        "normal_bias",
+    );
+    fails(
+        &[
+            "render",
+            &scene("brick"),
+            "-o",
+            &out,
+            "--specialize",
+            "--device",
+            "cpu",
+        ],
+        1,
+        "add --device gpu",
+    );
+    fails(
+        &["import", &scene("brick"), "-o", &path("t.json")],
+        1,
+        "nodeType: is missing",
+    );
     // 2: usage.
-    fails(&["render", &scene("brick"), "--size", "0x10"], 2, "both sides must be from 1 to 16384");
-    fails(&["render", &scene("brick"), "--size", "1000000x10"], 2, "16384");
-    fails(&["render", &scene("brick"), "--camera", "1,2"], 2, "AZIMUTH,ELEVATION,DISTANCE");
-    fails(&["render", &scene("brick"), "--camera", "0,nan,2"], 2, "is not from -90 to 90");
-    fails(&["render", &scene("brick"), "--via", "voxels"], 2, "invalid value");
+    fails(
+        &["render", &scene("brick"), "--size", "0x10"],
+        2,
+        "both sides must be from 1 to 16384",
+    );
+    fails(
+        &["render", &scene("brick"), "--size", "1000000x10"],
+        2,
+        "16384",
+    );
+    fails(
+        &["render", &scene("brick"), "--camera", "1,2"],
+        2,
+        "AZIMUTH,ELEVATION,DISTANCE",
+    );
+    fails(
+        &["render", &scene("brick"), "--camera", "0,nan,2"],
+        2,
+        "is not from -90 to 90",
+    );
+    fails(
+        &["render", &scene("brick"), "--via", "voxels"],
+        2,
+        "invalid value",
+    );
     fails(&["render"], 2, "required");
     assert!(!folder.path().join("x.png").exists());
 }
@@ -153,12 +309,30 @@ fn a_machine_without_a_gpu_says_so() {
     };
     let png = text(&folder.path().join("x.png"));
     let output = run(&["render", &scene("brick"), "-o", &png, "--device", "gpu"]);
-    assert_eq!(output.status.code(), Some(3), "{}", String::from_utf8_lossy(&output.stderr));
+    assert_eq!(
+        output.status.code(),
+        Some(3),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
     assert!(String::from_utf8_lossy(&output.stderr).contains("mesa-vulkan-drivers"));
     let listed = run(&["devices", "--json"]);
     assert_eq!(json(&listed)["devices"].as_array().map(Vec::len), Some(0));
-    let auto = run(&["render", &scene("brick"), "-o", &png, "--size", "32x32", "--json"]);
-    assert!(json(&auto)["device"].as_str().expect("a name").starts_with("cpu"));
+    let auto = run(&[
+        "render",
+        &scene("brick"),
+        "-o",
+        &png,
+        "--size",
+        "32x32",
+        "--json",
+    ]);
+    assert!(
+        json(&auto)["device"]
+            .as_str()
+            .expect("a name")
+            .starts_with("cpu")
+    );
 }
 
 /// A tree of `depth` operators, leaning to one side.
@@ -187,15 +361,32 @@ fn tree(depth: usize, left: bool) -> String {
 fn trees_thousands_of_levels_deep_are_imported_and_drawn() {
     let folder = folder();
     for left in [true, false] {
-        let (from, to) = (folder.path().join("tree.json"), folder.path().join("scene.json"));
+        let (from, to) = (
+            folder.path().join("tree.json"),
+            folder.path().join("scene.json"),
+        );
         std::fs::write(&from, tree(5000, left)).expect("a file");
-        let report = json(&argil(&["import", &text(&from), "-o", &text(&to), "--json"]));
+        let report = json(&argil(&[
+            "import",
+            &text(&from),
+            "-o",
+            &text(&to),
+            "--json",
+        ]));
         assert_eq!(report["brushes"], 5001);
         let info = json(&argil(&["info", &text(&to), "--json"]));
         // However deep, evaluation needs a handful of slots.
         assert!(info["stack_slots"][0].as_u64() < Some(4), "{info}");
         let png = text(&folder.path().join("x.png"));
-        let size = ["--size", "16x16", "--samples", "1", "--device", "cpu", "--json"];
+        let size = [
+            "--size",
+            "16x16",
+            "--samples",
+            "1",
+            "--device",
+            "cpu",
+            "--json",
+        ];
         let to = text(&to);
         let arguments = [&["render", &to, "-o", &png][..], &size].concat();
         assert!(json(&argil(&arguments))["hit_pixels"].as_u64() > Some(0));

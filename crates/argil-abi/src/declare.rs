@@ -45,12 +45,18 @@ pub(crate) use {constants, shared_struct};
 
 /// The WGSL text of constants.
 pub(crate) fn constants_text(all: &[(&str, u32)]) -> String {
-    all.iter().map(|(name, value)| format!("const {name}: u32 = {value}u;\n")).collect()
+    all.iter()
+        .map(|(name, value)| format!("const {name}: u32 = {value}u;\n"))
+        .collect()
 }
 
 /// The WGSL text of a struct.
 pub(crate) fn struct_text(layout: &crate::Layout, types: &[&str]) -> String {
-    let fields: String =
-        layout.fields.iter().zip(types).map(|((name, _), kind)| format!("    {name}: {kind},\n")).collect();
+    let fields: String = layout
+        .fields
+        .iter()
+        .zip(types)
+        .map(|((name, _), kind)| format!("    {name}: {kind},\n"))
+        .collect();
     format!("struct {} {{\n{fields}}}\n", layout.name)
 }

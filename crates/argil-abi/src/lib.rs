@@ -26,7 +26,10 @@ pub fn wgsl() -> String {
 
 /// The opcode of a name, `OP_SPHERE` and so on.
 pub fn opcode(name: &str) -> Option<u32> {
-    op::OPCODES.iter().find(|(known, _)| *known == name).map(|&(_, op)| op)
+    op::OPCODES
+        .iter()
+        .find(|(known, _)| *known == name)
+        .map(|&(_, op)| op)
 }
 
 /// Every struct shared with WGSL.

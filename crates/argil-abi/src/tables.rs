@@ -1,7 +1,7 @@
 //! Structs that buffers hold.
 
-use crate::declare::shared_struct;
 use crate::Layout;
+use crate::declare::shared_struct;
 
 shared_struct! {
     /// One step of a field program.

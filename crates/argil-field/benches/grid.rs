@@ -15,7 +15,10 @@ fn main() {
     let grid = Grid::spanning(Vec3::NEG_ONE, Vec3::ONE, 256);
     let mut out = vec![0.0f32; 256 * 256 * 256];
     for threads in [1, 2] {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .expect("threads");
         let mut times: Vec<f64> = (0..9)
             .map(|_| {
                 let start = Instant::now();
@@ -26,7 +29,10 @@ fn main() {
         times.sort_by(f64::total_cmp);
         let inside = out.iter().filter(|&&d| d < 0.0).count();
         assert_eq!(inside, EXPECTED_INSIDE);
-        println!("batches, {threads} threads: median {:.1} ms, min {:.1} ms, {inside} inside", times[4], times[0]);
+        println!(
+            "batches, {threads} threads: median {:.1} ms, min {:.1} ms, {inside} inside",
+            times[4], times[0]
+        );
     }
     // Gradients of a sixteenth of the points, for the cost of a dual number against a plain one.
     let mut evaluator = Evaluator::new(&program);
@@ -37,5 +43,8 @@ fn main() {
         let [gx, gy, gz] = &mut g;
         evaluator.gradients(&x, &y, &z, &mut d, [gx, gy, gz]);
     }
-    println!("gradients, 1 thread, 2^20 points: {:.1} ms", start.elapsed().as_secs_f64() * 1e3);
+    println!(
+        "gradients, 1 thread, 2^20 points: {:.1} ms",
+        start.elapsed().as_secs_f64() * 1e3
+    );
 }

@@ -13,13 +13,20 @@ impl Program {
         let center = region.center();
         let value = self.distance(center);
         let radius = self.lipschitz * region.half_diagonal();
-        Interval::around(value, radius * 1.000_01 + self.slack + self.rounding(region))
+        Interval::around(
+            value,
+            radius * 1.000_01 + self.slack + self.rounding(region),
+        )
     }
 
     /// How far `f32` arithmetic can take a distance within the box from the real one.
     fn rounding(&self, region: Aabb) -> f32 {
         let farthest = region.min.abs().max(region.max.abs()).max_element();
-        let sizes = if self.aabb.is_finite() { self.aabb.size().max_element() } else { 1.0 };
+        let sizes = if self.aabb.is_finite() {
+            self.aabb.size().max_element()
+        } else {
+            1.0
+        };
         64.0 * f32::EPSILON * (farthest + sizes)
     }
 }

@@ -45,12 +45,22 @@ fn curve2<R: Real>(x: R, y: R, t: R, w: &[f32; 8]) -> (R, R, R) {
     let (vx, vy) = (t * (2.0 * e2x) + 2.0 * e1x, t * (2.0 * e2y) + 2.0 * e1y);
     let speed = vx * vx + vy * vy;
     let slope = speed + (qx * (2.0 * e2x) + qy * (2.0 * e2y));
-    (qx * qx + qy * qy, qx * vx + qy * vy, slope.max(speed * 0.05 + 1e-12))
+    (
+        qx * qx + qy * qy,
+        qx * vx + qy * vy,
+        slope.max(speed * 0.05 + 1e-12),
+    )
 }
 
 /// One piece of an outline: lower `best`, the squared distance, and flip `sign` where a ray along +x crosses.
 #[inline(always)]
-fn piece<R: Real>(xs: &Block<R>, ys: &Block<R>, w: &[f32; 8], best: &mut Block<R>, sign: &mut [f32; BLOCK]) {
+fn piece<R: Real>(
+    xs: &Block<R>,
+    ys: &Block<R>,
+    w: &[f32; 8],
+    best: &mut Block<R>,
+    sign: &mut [f32; BLOCK],
+) {
     let (ax, ay, bx, by, cx, cy) = (w[1], w[2], w[3], w[4], w[5], w[6]);
     if w[0] == 0.0 {
         let (ex, ey) = (cx - ax, cy - ay);
@@ -62,7 +72,8 @@ fn piece<R: Real>(xs: &Block<R>, ys: &Block<R>, w: &[f32; 8], best: &mut Block<R
             let t = ((px * ex + py * ey) * reciprocal).clamp_to(0.0, 1.0);
             let (dx, dy) = (px - t * ex, py - t * ey);
             best[i] = best[i].min(dx * dx + dy * dy);
-            let crosses = (ay <= y.value()) != (cy <= y.value()) && ax + py.value() * slant > x.value();
+            let crosses =
+                (ay <= y.value()) != (cy <= y.value()) && ax + py.value() * slant > x.value();
             sign[i] *= if crosses { -1.0 } else { 1.0 };
         }
         return;
@@ -71,7 +82,10 @@ fn piece<R: Real>(xs: &Block<R>, ys: &Block<R>, w: &[f32; 8], best: &mut Block<R
     let (e1x, e1y) = (bx - ax, by - ay);
     let (e2x, e2y) = (ax - 2.0 * bx + cx, ay - 2.0 * by + cy);
     // The curve lies in the box of its three points.
-    let (min_x, max_x) = (Real::min(ax, Real::min(bx, cx)), Real::max(ax, Real::max(bx, cx)));
+    let (min_x, max_x) = (
+        Real::min(ax, Real::min(bx, cx)),
+        Real::max(ax, Real::max(bx, cx)),
+    );
     let (min_y, max_y) = (Real::min(ay, cy), Real::max(ay, cy));
     let mut concerned = 0u32;
     for i in 0..BLOCK {
@@ -106,7 +120,10 @@ fn piece<R: Real>(xs: &Block<R>, ys: &Block<R>, w: &[f32; 8], best: &mut Block<R
     for _ in 0..NEWTON_STEPS {
         for i in 0..BLOCK {
             let (_, pull, slope) = curve2(xs[i].value(), ys[i].value(), t[i], w);
-            let (low, high) = (Real::max(start[i] - step, 0.0), Real::min(start[i] + step, 1.0));
+            let (low, high) = (
+                Real::max(start[i] - step, 0.0),
+                Real::min(start[i] + step, 1.0),
+            );
             t[i] = Real::clamp_to(t[i] - pull / slope, low, high);
         }
     }
@@ -171,13 +188,21 @@ pub(crate) fn sd_bezier_tube<R: Real>([xs, ys, zs]: [&Block<R>; 3], w: &[f32; 11
     for _ in 0..NEWTON_STEPS {
         for i in 0..BLOCK {
             let [qx, qy, qz] = curve3([xs[i].value(), ys[i].value(), zs[i].value()], t[i], w);
-            let (vx, vy, vz) = (t[i] * (2.0 * w[6]) + w[3], t[i] * (2.0 * w[7]) + w[4], t[i] * (2.0 * w[8]) + w[5]);
+            let (vx, vy, vz) = (
+                t[i] * (2.0 * w[6]) + w[3],
+                t[i] * (2.0 * w[7]) + w[4],
+                t[i] * (2.0 * w[8]) + w[5],
+            );
             let speed = vx * vx + vy * vy + vz * vz;
             let distance = f32::sqrt(qx * qx + qy * qy + qz * qz);
             let pull = qx * vx + qy * vy + qz * vz - distance * w[10];
             let slope = speed + (qx * (2.0 * w[6]) + qy * (2.0 * w[7]) + qz * (2.0 * w[8]));
             let (low, high) = (Real::max(at[i] - step, 0.0), Real::min(at[i] + step, 1.0));
-            t[i] = Real::clamp_to(t[i] - pull / Real::max(slope, speed * 0.05 + 1e-12), low, high);
+            t[i] = Real::clamp_to(
+                t[i] - pull / Real::max(slope, speed * 0.05 + 1e-12),
+                low,
+                high,
+            );
         }
     }
     for i in 0..BLOCK {

@@ -1,8 +1,9 @@
 //! The ways into the interpreter.
 
+use crate::Program;
+use crate::curves::BLOCK;
 use crate::interpret::{Registers, run};
 use crate::real::{Dual, F32Lanes, LANES, Real};
-use crate::Program;
 use argil_abi::MaterialWords;
 use glam::Vec3;
 use multiversion::multiversion;
@@ -34,15 +35,20 @@ pub struct Evaluator<'a> {
 impl<'a> Evaluator<'a> {
     /// For a program.
     pub fn new(program: &'a Program) -> Self {
-        Self { program, plain: Box::new(Registers::new()), dual: None }
+        Self {
+            program,
+            plain: Box::new(Registers::new()),
+            dual: None,
+        }
     }
 
-    /// Signed distances of the points (x[i], y[i], z[i]), at most [`LANES`] of them, into `out`.
+    /// Signed distances of the points `(x[i], y[i], z[i])`, at most [`LANES`] of them, into `out`.
     ///
     /// # Panics
     /// If the slices differ in length or are longer than [`LANES`].
     pub fn distances(&mut self, x: &[f32], y: &[f32], z: &[f32], out: &mut [f32]) {
         let n = out.len();
+        self.plain.active = n.next_multiple_of(BLOCK);
         for (lanes, from) in self.plain.point.iter_mut().zip([x, y, z]) {
             load(lanes, from, n);
         }
@@ -54,9 +60,17 @@ impl<'a> Evaluator<'a> {
     ///
     /// # Panics
     /// As [`Evaluator::distances`].
-    pub fn gradients(&mut self, x: &[f32], y: &[f32], z: &[f32], out: &mut [f32], gradients: [&mut [f32]; 3]) {
+    pub fn gradients(
+        &mut self,
+        x: &[f32],
+        y: &[f32],
+        z: &[f32],
+        out: &mut [f32],
+        gradients: [&mut [f32]; 3],
+    ) {
         let n = out.len();
         let dual = self.dual.get_or_insert_with(|| Box::new(Registers::new()));
+        dual.active = n.next_multiple_of(BLOCK);
         for (k, (lanes, from)) in dual.point.iter_mut().zip([x, y, z]).enumerate() {
             *lanes = Dual::splat(0.0);
             load(&mut lanes.0[0], from, n);
@@ -73,8 +87,16 @@ impl<'a> Evaluator<'a> {
     ///
     /// # Panics
     /// As [`Evaluator::distances`].
-    pub fn materials(&mut self, x: &[f32], y: &[f32], z: &[f32], out: &mut [f32], materials: &mut [MaterialWords]) {
+    pub fn materials(
+        &mut self,
+        x: &[f32],
+        y: &[f32],
+        z: &[f32],
+        out: &mut [f32],
+        materials: &mut [MaterialWords],
+    ) {
         let n = out.len();
+        self.plain.active = n.next_multiple_of(BLOCK);
         for (lanes, from) in self.plain.point.iter_mut().zip([x, y, z]) {
             load(lanes, from, n);
         }

@@ -16,7 +16,11 @@ pub struct Grid {
 impl Grid {
     /// `n` points along each axis from `min` to `max`, both ends included.
     pub fn spanning(min: Vec3, max: Vec3, n: u32) -> Self {
-        Self { min, spacing: (max - min) / (n.max(2) - 1) as f32, size: UVec3::splat(n) }
+        Self {
+            min,
+            spacing: (max - min) / (n.max(2) - 1) as f32,
+            size: UVec3::splat(n),
+        }
     }
 }
 
@@ -27,12 +31,18 @@ impl Program {
     /// If `out` has another length than the grid has points.
     pub fn distances(&self, grid: &Grid, out: &mut [f32]) {
         let [nx, ny, nz] = grid.size.to_array().map(|n| n as usize);
-        assert_eq!(out.len(), nx * ny * nz, "one distance for each point of the grid");
+        assert_eq!(
+            out.len(),
+            nx * ny * nz,
+            "one distance for each point of the grid"
+        );
         if out.is_empty() {
             return;
         }
         let along = |n: usize, axis: usize| -> Vec<f32> {
-            (0..n).map(|i| grid.min[axis] + grid.spacing[axis] * i as f32).collect()
+            (0..n)
+                .map(|i| grid.min[axis] + grid.spacing[axis] * i as f32)
+                .collect()
         };
         let xs = along(nx, 0);
         // One slab of constant z at a time; within it, batches run on over the ends of rows.

@@ -1,10 +1,15 @@
 //! The interpreter on the CPU: one instruction at a time over [`LANES`] points. `interpret.wgsl` is the twin, one point
 //! at a time.
 
-use crate::combine::{Joint, combine_chamfer, combine_morph, combine_smooth, matters, union_smooth, weight_paint, weight_smooth};
+use crate::combine::{
+    Joint, combine_chamfer, combine_morph, combine_smooth, matters, union_smooth, weight_paint,
+    weight_smooth,
+};
 use crate::curves::BLOCK;
 use crate::real::{F32Lanes, LANES, Real};
-use crate::space::{RADIAL_WORDS, REPEAT_WORDS, TWIST_WORDS, bend, map_point, radial, repeat_axis, twist, unclamp};
+use crate::space::{
+    RADIAL_WORDS, REPEAT_WORDS, TWIST_WORDS, bend, map_point, radial, repeat_axis, twist, unclamp,
+};
 use crate::{FAR, Program, WORLD_LIMIT, curves, noise, shapes};
 use argil_abi as abi;
 
@@ -15,6 +20,8 @@ pub(crate) type MaterialLanes = [F32Lanes; 8];
 pub(crate) struct Registers<R: Real> {
     /// The points, changed along the way.
     pub point: [R::Lanes; 3],
+    /// Lanes in use, rounded up to whole blocks: what brushes are measured for.
+    pub active: usize,
     /// The accumulated distances, and after the run the answer.
     pub acc: R::Lanes,
     /// The accumulated materials.
@@ -32,6 +39,7 @@ impl<R: Real> Registers<R> {
         let zero = || R::splat(0.0);
         Self {
             point: [zero(), zero(), zero()],
+            active: LANES,
             acc: zero(),
             material: Box::new(std::array::from_fn(|_| f32::splat(0.0))),
             values: Vec::new(),
@@ -46,7 +54,10 @@ impl<R: Real> Registers<R> {
 /// The first `N` words at an instruction's parameters. A program's tables agree, so the default is never used.
 #[inline(always)]
 fn words<const N: usize>(params: &[f32], at: usize) -> &[f32; N] {
-    params.get(at..at + N).and_then(|w| w.try_into().ok()).unwrap_or(&[0.0; N])
+    params
+        .get(at..at + N)
+        .and_then(|w| w.try_into().ok())
+        .unwrap_or(&[0.0; N])
 }
 
 const HEADER: usize = abi::BRUSH_HEADER_WORDS as usize;
@@ -65,7 +76,14 @@ impl<'a> Brush<'a> {
         Self {
             m: words(h, 0),
             scale: h[12],
-            joint: Joint { k: h[13], quarter: h[14], sa: h[15], sb: h[16], sr: h[17], amount: 0.0 },
+            joint: Joint {
+                k: h[13],
+                quarter: h[14],
+                sa: h[15],
+                sb: h[16],
+                sr: h[17],
+                amount: 0.0,
+            },
         }
     }
 }
@@ -91,6 +109,7 @@ fn brush<R: Real, const N: usize>(
     point: &[R::Lanes; 3],
     acc: &mut R::Lanes,
     b: &Brush<'_>,
+    active: usize,
     is_translation: bool,
     w: &[f32; N],
     shape: impl Fn([R; 3], &[f32; N]) -> R,
@@ -98,23 +117,33 @@ fn brush<R: Real, const N: usize>(
     let [xs, ys, zs] = point;
     // Copies: the optimiser then need not prove that the words lie apart from the lanes.
     let (m, w) = (*b.m, *w);
+    let active = active.min(LANES);
     let is_union = b.joint.sa > 0.0 && b.joint.sb > 0.0;
     match (is_translation, is_union) {
         (true, true) => {
-            for i in 0..LANES {
-                let d = shape(translated([R::get(xs, i), R::get(ys, i), R::get(zs, i)], &m), &w);
+            for i in 0..active {
+                let d = shape(
+                    translated([R::get(xs, i), R::get(ys, i), R::get(zs, i)], &m),
+                    &w,
+                );
                 R::set(acc, i, union_smooth(R::get(acc, i), d, &b.joint));
             }
         }
         (true, false) => {
-            for i in 0..LANES {
-                let d = shape(translated([R::get(xs, i), R::get(ys, i), R::get(zs, i)], &m), &w);
+            for i in 0..active {
+                let d = shape(
+                    translated([R::get(xs, i), R::get(ys, i), R::get(zs, i)], &m),
+                    &w,
+                );
                 R::set(acc, i, combine_smooth(R::get(acc, i), d, &b.joint));
             }
         }
         (false, _) => {
-            for i in 0..LANES {
-                let d = shape(mapped([R::get(xs, i), R::get(ys, i), R::get(zs, i)], &m), &w) * b.scale;
+            for i in 0..active {
+                let d = shape(
+                    mapped([R::get(xs, i), R::get(ys, i), R::get(zs, i)], &m),
+                    &w,
+                ) * b.scale;
                 R::set(acc, i, combine_smooth(R::get(acc, i), d, &b.joint));
             }
         }
@@ -124,12 +153,18 @@ fn brush<R: Real, const N: usize>(
 /// A brush whose shape searches along curves, block by block, where it can matter: not where the distance to the
 /// shape's box already leaves the accumulator as it is.
 #[inline(always)]
-fn curve_brush<R: Real>(r: &mut Registers<R>, program: &Program, op: u32, b: &Brush<'_>, at: usize) {
+fn curve_brush<R: Real>(
+    r: &mut Registers<R>,
+    program: &Program,
+    op: u32,
+    b: &Brush<'_>,
+    at: usize,
+) {
     let j = &b.joint;
     let m = *b.m;
     let bounds: [f32; 6] = *words(&program.params, at);
     let [xs, ys, zs] = &r.point;
-    for first in (0..LANES).step_by(BLOCK) {
+    for first in (0..r.active.min(LANES)).step_by(BLOCK) {
         let zero = [R::constant(0.0); BLOCK];
         let [mut x, mut y, mut z, mut a] = [zero; 4];
         let mut concerned = 0u32;
@@ -137,7 +172,8 @@ fn curve_brush<R: Real>(r: &mut Registers<R>, program: &Program, op: u32, b: &Br
             let lane = first + i;
             [x[i], y[i], z[i]] = mapped([R::get(xs, lane), R::get(ys, lane), R::get(zs, lane)], &m);
             a[i] = R::get(&r.acc, lane);
-            let least = curves::box_distance(x[i].value(), y[i].value(), z[i].value(), &bounds) * b.scale;
+            let least =
+                curves::box_distance(x[i].value(), y[i].value(), z[i].value(), &bounds) * b.scale;
             concerned |= u32::from(matters(a[i].value(), least, j));
         }
         if concerned == 0 {
@@ -145,7 +181,11 @@ fn curve_brush<R: Real>(r: &mut Registers<R>, program: &Program, op: u32, b: &Br
         }
         let d = curve_shape::<R>(program, op, at + 6, [&mut x, &mut y, &mut z]);
         for i in 0..BLOCK {
-            R::set(&mut r.acc, first + i, combine_smooth(a[i], d[i] * b.scale, j));
+            R::set(
+                &mut r.acc,
+                first + i,
+                combine_smooth(a[i], d[i] * b.scale, j),
+            );
         }
     }
 }
@@ -211,7 +251,13 @@ pub(crate) fn run<R: Real, const MATERIALS: bool>(program: &Program, r: &mut Reg
     r.exiled = exile::<R>(&mut r.point);
     let params = &program.params[..];
     let mut pc = 0;
-    while let Some(&abi::Instr { op, flags, params: at, operand }) = program.instrs.get(pc) {
+    while let Some(&abi::Instr {
+        op,
+        flags,
+        params: at,
+        operand,
+    }) = program.instrs.get(pc)
+    {
         pc += 1;
         let at = at as usize;
         if op < abi::OP_SHAPES_END {
@@ -219,14 +265,27 @@ pub(crate) fn run<R: Real, const MATERIALS: bool>(program: &Program, r: &mut Reg
             let mut b = Brush::read(params, at);
             let joint = b.joint;
             if MATERIALS {
-                b.joint = Joint { k: 0.0, quarter: 0.0, sa: 1.0, sb: 1.0, sr: 1.0, amount: 0.0 };
+                b.joint = Joint {
+                    k: 0.0,
+                    quarter: 0.0,
+                    sa: 1.0,
+                    sb: 1.0,
+                    sr: 1.0,
+                    amount: 0.0,
+                };
                 r.values.push(std::mem::replace(&mut r.acc, R::splat(FAR)));
             }
             measure(program, r, op, flags, &b, at + HEADER);
             if MATERIALS && let Some(a) = r.values.pop() {
                 let w = weights::<R>(&a, &r.acc, &joint, flags);
                 let m = &program.materials[operand as usize];
-                let of = |k: usize| if k < 4 { m.base_roughness[k] } else { m.emission_metallic[k - 4] };
+                let of = |k: usize| {
+                    if k < 4 {
+                        m.base_roughness[k]
+                    } else {
+                        m.emission_metallic[k - 4]
+                    }
+                };
                 mix_materials(&mut r.material, |k, _| of(k), &w);
                 for i in 0..LANES {
                     let d = combine_smooth(R::get(&a, i), R::get(&r.acc, i), &joint);
@@ -244,8 +303,17 @@ pub(crate) fn run<R: Real, const MATERIALS: bool>(program: &Program, r: &mut Reg
             }
             abi::OP_COMBINE => {
                 let w: &[f32; 6] = words(params, at);
-                let j = Joint { k: w[0], quarter: w[1], sa: w[2], sb: w[3], sr: w[4], amount: w[5] };
-                let Some(mut saved) = r.values.pop() else { continue };
+                let j = Joint {
+                    k: w[0],
+                    quarter: w[1],
+                    sa: w[2],
+                    sb: w[3],
+                    sr: w[4],
+                    amount: w[5],
+                };
+                let Some(mut saved) = r.values.pop() else {
+                    continue;
+                };
                 // From here `saved` is a and the accumulator b.
                 if flags & abi::FLAG_SWAPPED != 0 {
                     std::mem::swap(&mut saved, &mut r.acc);
@@ -304,7 +372,9 @@ pub(crate) fn run<R: Real, const MATERIALS: bool>(program: &Program, r: &mut Reg
             }
             abi::OP_NEXT => {
                 let begin = program.instrs[operand as usize];
-                let (Some(done), Some(least)) = (r.loops.last_mut(), r.values.last_mut()) else { continue };
+                let (Some(done), Some(least)) = (r.loops.last_mut(), r.values.last_mut()) else {
+                    continue;
+                };
                 *done += 1;
                 let done = *done;
                 // Keep the nearer of this copy and the nearest before it.
@@ -312,9 +382,12 @@ pub(crate) fn run<R: Real, const MATERIALS: bool>(program: &Program, r: &mut Reg
                     let (a, b) = (R::get(least, i), R::get(&r.acc, i));
                     let nearer = b.value() < a.value();
                     R::set(least, i, if nearer { b } else { a });
-                    if MATERIALS && nearer && let Some(kept) = r.materials.last_mut() {
-                        for k in 0..8 {
-                            kept[k].0[i] = r.material[k].0[i];
+                    if MATERIALS
+                        && nearer
+                        && let Some(kept) = r.materials.last_mut()
+                    {
+                        for (kept, own) in kept.iter_mut().zip(r.material.iter()) {
+                            kept.0[i] = own.0[i];
                         }
                     }
                 }
@@ -337,9 +410,16 @@ pub(crate) fn run<R: Real, const MATERIALS: bool>(program: &Program, r: &mut Reg
                 r.points.push(r.point.clone());
                 let w: &[f32; TWIST_WORDS] = words(params, at);
                 map_point::<R>(&mut r.point, |p| {
-                    let held =
-                        [p[0].clamp_to(w[0], w[3]), p[1].clamp_to(w[1], w[4]), p[2].clamp_to(w[2], w[5])];
-                    if op == abi::OP_TWIST { twist(held, w[6]) } else { bend(held, w[6]) }
+                    let held = [
+                        p[0].clamp_to(w[0], w[3]),
+                        p[1].clamp_to(w[1], w[4]),
+                        p[2].clamp_to(w[2], w[5]),
+                    ];
+                    if op == abi::OP_TWIST {
+                        twist(held, w[6])
+                    } else {
+                        bend(held, w[6])
+                    }
                 });
             }
             abi::OP_UNCLAMP => {
@@ -349,7 +429,11 @@ pub(crate) fn run<R: Real, const MATERIALS: bool>(program: &Program, r: &mut Reg
                 }
                 let [xs, ys, zs] = &r.point;
                 for i in 0..LANES {
-                    let d = unclamp(R::get(&r.acc, i), [R::get(xs, i), R::get(ys, i), R::get(zs, i)], w);
+                    let d = unclamp(
+                        R::get(&r.acc, i),
+                        [R::get(xs, i), R::get(ys, i), R::get(zs, i)],
+                        w,
+                    );
                     R::set(&mut r.acc, i, d);
                 }
             }
@@ -371,7 +455,11 @@ pub(crate) fn run<R: Real, const MATERIALS: bool>(program: &Program, r: &mut Reg
                 let &[amplitude, frequency]: &[f32; 2] = words(params, at);
                 let [xs, ys, zs] = &r.point;
                 for i in 0..LANES {
-                    let p = [R::get(xs, i) * frequency, R::get(ys, i) * frequency, R::get(zs, i) * frequency];
+                    let p = [
+                        R::get(xs, i) * frequency,
+                        R::get(ys, i) * frequency,
+                        R::get(zs, i) * frequency,
+                    ];
                     let d = R::get(&r.acc, i) + noise::value_noise(p, operand) * amplitude;
                     R::set(&mut r.acc, i, d);
                 }
@@ -380,7 +468,11 @@ pub(crate) fn run<R: Real, const MATERIALS: bool>(program: &Program, r: &mut Reg
         }
     }
     for i in 0..LANES {
-        let d = if r.exiled.0[i] > 0.0 { R::constant(FAR) } else { R::get(&r.acc, i) };
+        let d = if r.exiled.0[i] > 0.0 {
+            R::constant(FAR)
+        } else {
+            R::get(&r.acc, i)
+        };
         R::set(&mut r.acc, i, d);
     }
 }
@@ -423,7 +515,11 @@ fn candidate<R: Real>(r: &mut Registers<R>, params: &[f32], op: u32, at: usize, 
     if op == abi::OP_REPEAT {
         let w: &[f32; REPEAT_WORDS] = words(params, at);
         let (nx, ny) = (w[12] as u32, w[13] as u32);
-        let (jx, jy, jz) = ((j % nx.max(1)) as f32, (j / nx.max(1) % ny.max(1)) as f32, (j / (nx * ny).max(1)) as f32);
+        let (jx, jy, jz) = (
+            (j % nx.max(1)) as f32,
+            (j / nx.max(1) % ny.max(1)) as f32,
+            (j / (nx * ny).max(1)) as f32,
+        );
         for i in 0..LANES {
             R::set(px, i, repeat_axis(R::get(xs, i), jx, w, 0));
             R::set(py, i, repeat_axis(R::get(ys, i), jy, w, 1));
@@ -442,13 +538,28 @@ fn candidate<R: Real>(r: &mut Registers<R>, params: &[f32], op: u32, at: usize, 
 
 /// Combine one brush with the accumulator.
 #[inline(always)]
-fn measure<R: Real>(program: &Program, r: &mut Registers<R>, op: u32, flags: u32, b: &Brush<'_>, at: usize) {
+fn measure<R: Real>(
+    program: &Program,
+    r: &mut Registers<R>,
+    op: u32,
+    flags: u32,
+    b: &Brush<'_>,
+    at: usize,
+) {
     let is_translation = flags & abi::FLAG_TRANSLATION != 0;
     let params = &program.params[..];
     macro_rules! shape {
         ($function:path) => {{
             let w = words(params, at);
-            brush::<R, _>(&r.point, &mut r.acc, b, is_translation, w, $function)
+            brush::<R, _>(
+                &r.point,
+                &mut r.acc,
+                b,
+                r.active,
+                is_translation,
+                w,
+                $function,
+            )
         }};
     }
     match op {

@@ -5,8 +5,8 @@ use crate::program::Program;
 use crate::regular::regularity;
 use argil_abi::{self as abi, Instr, MaterialWords};
 use argil_scene::{
-    Body, Entry, Extents, Material, Modifier, NodeId, Operator, OperatorKind, Profile, Scene, angular_half_extent,
-    copies_needed,
+    Body, Entry, Extents, Material, Modifier, NodeId, Operator, OperatorKind, Profile, Scene,
+    angular_half_extent, copies_needed,
 };
 use glam::{DAffine3, DVec3, Vec3};
 use std::collections::HashMap;
@@ -17,7 +17,9 @@ use std::f32::consts::TAU;
 #[non_exhaustive]
 pub enum LowerError {
     /// A twist or bend of something endless: distances far from its axis would be stretched without limit.
-    #[error("{path}: a {what} needs a solid of finite size: intersect it with a box, or limit its repetition")]
+    #[error(
+        "{path}: a {what} needs a solid of finite size: intersect it with a box, or limit its repetition"
+    )]
     Endless {
         /// The node, as in `brushes[3]`.
         path: String,
@@ -25,7 +27,9 @@ pub enum LowerError {
         what: &'static str,
     },
     /// Copies overlap so much, or loops nest so deep, that too many would be looked at for each point.
-    #[error("{path}: {count} copies would be looked at for each point, more than the limit, {MAX_COPIES}: widen the spacing")]
+    #[error(
+        "{path}: {count} copies would be looked at for each point, more than the limit, {MAX_COPIES}: widen the spacing"
+    )]
     TooManyCopies {
         /// The node.
         path: String,
@@ -33,7 +37,9 @@ pub enum LowerError {
         count: u64,
     },
     /// Nested scales multiply to something that `f32` distances cannot carry.
-    #[error("{path}: the scales of this node and its groups multiply to {scale:e}, beyond 1e-6 to 1e6")]
+    #[error(
+        "{path}: the scales of this node and its groups multiply to {scale:e}, beyond 1e-6 to 1e6"
+    )]
     Scale {
         /// The node.
         path: String,
@@ -60,14 +66,26 @@ struct Frame {
 /// What is still to be emitted, the next on top.
 enum Task {
     /// The first `count` operands of a group, into an empty accumulator.
-    List { group: NodeId, count: usize, frame: Frame },
+    List {
+        group: NodeId,
+        count: usize,
+        frame: Frame,
+    },
     /// A node with its modifiers, into an empty accumulator.
-    Solid { node: NodeId, frame: Frame },
+    Solid {
+        node: NodeId,
+        frame: Frame,
+    },
     /// A brush without folds or offsets, straight onto the accumulator.
-    Brush { node: NodeId, frame: Frame },
+    Brush {
+        node: NodeId,
+        frame: Frame,
+    },
     Emit(Instr),
     /// The end of the loop that begins at an instruction.
-    Next { begin: usize },
+    Next {
+        begin: usize,
+    },
 }
 
 struct Lowering<'a> {
@@ -126,7 +144,10 @@ impl Program {
 
 fn words_of(m: &Material) -> MaterialWords {
     let ([r, g, b], [er, eg, eb]) = (m.base_color, m.emission);
-    MaterialWords { base_roughness: [r, g, b, m.roughness], emission_metallic: [er, eg, eb, m.metallic] }
+    MaterialWords {
+        base_roughness: [r, g, b, m.roughness],
+        emission_metallic: [er, eg, eb, m.metallic],
+    }
 }
 
 /// Whether an entry is one instruction: a shape that is only moved, turned and scaled, with a smooth or hard joint.
@@ -134,13 +155,19 @@ fn is_single(entry: &Entry) -> bool {
     let smooth = entry.operator.profile == Profile::Smooth || entry.operator.blend == 0.0;
     matches!(entry.body, Body::Shape(_))
         && smooth
-        && !matches!(entry.operator.kind, OperatorKind::Paint | OperatorKind::Morph)
+        && !matches!(
+            entry.operator.kind,
+            OperatorKind::Paint | OperatorKind::Morph
+        )
         && entry.modifiers.iter().all(|m| m.affine().is_some())
 }
 
 /// Whether a modifier needs a loop, which keeps the nearest copy so far on the stack of values.
 fn is_loop(modifier: &Modifier) -> bool {
-    matches!(modifier, Modifier::Repeat { .. } | Modifier::RadialRepeat { .. })
+    matches!(
+        modifier,
+        Modifier::Repeat { .. } | Modifier::RadialRepeat { .. }
+    )
 }
 
 impl Lowering<'_> {
@@ -173,19 +200,36 @@ impl Lowering<'_> {
                 self.operands.insert(id, operands);
                 self.prefix_slots.insert(id, prefix);
             }
-            self.slots[id.index()] = need + node.entry().modifiers.iter().filter(|m| is_loop(m)).count() as u16;
+            self.slots[id.index()] =
+                need + node.entry().modifiers.iter().filter(|m| is_loop(m)).count() as u16;
         }
         self.program.value_slots = usize::from(self.slots[Scene::ROOT.index()]);
     }
 
     fn emit_all(&mut self) -> Result<(), LowerError> {
-        let frame = Frame { own_from_point: DAffine3::IDENTITY, scale: 1.0, material: 0, copies: 1 };
-        self.tasks.push(Task::Solid { node: Scene::ROOT, frame });
+        let frame = Frame {
+            own_from_point: DAffine3::IDENTITY,
+            scale: 1.0,
+            material: 0,
+            copies: 1,
+        };
+        self.tasks.push(Task::Solid {
+            node: Scene::ROOT,
+            frame,
+        });
         while let Some(task) = self.tasks.pop() {
             match task {
                 Task::Emit(instr) => self.emit(instr),
-                Task::Next { begin } => self.emit(Instr { op: abi::OP_NEXT, operand: begin as u32, ..Instr::default() }),
-                Task::List { group, count, frame } => self.list(group, count, frame),
+                Task::Next { begin } => self.emit(Instr {
+                    op: abi::OP_NEXT,
+                    operand: begin as u32,
+                    ..Instr::default()
+                }),
+                Task::List {
+                    group,
+                    count,
+                    frame,
+                } => self.list(group, count, frame),
                 Task::Solid { node, frame } => self.solid(node, frame)?,
                 Task::Brush { node, frame } => self.brush(node, frame)?,
             }
@@ -195,7 +239,9 @@ impl Lowering<'_> {
 
     fn emit(&mut self, instr: Instr) {
         match instr.op {
-            abi::OP_PUSH_POINT | abi::OP_REPEAT | abi::OP_RADIAL | abi::OP_TWIST | abi::OP_BEND => self.points += 1,
+            abi::OP_PUSH_POINT | abi::OP_REPEAT | abi::OP_RADIAL | abi::OP_TWIST | abi::OP_BEND => {
+                self.points += 1
+            }
             abi::OP_POP_POINT | abi::OP_NEXT | abi::OP_UNCLAMP => self.points -= 1,
             _ => {}
         }
@@ -207,18 +253,28 @@ impl Lowering<'_> {
     fn with(&mut self, op: u32, words: &[f32]) -> Instr {
         let params = self.program.params.len() as u32;
         self.program.params.extend_from_slice(words);
-        Instr { op, params, ..Instr::default() }
+        Instr {
+            op,
+            params,
+            ..Instr::default()
+        }
     }
 
     fn list(&mut self, group: NodeId, count: usize, frame: Frame) {
-        let Some(last) = count.checked_sub(1) else { return };
+        let Some(last) = count.checked_sub(1) else {
+            return;
+        };
         let node = self.operands[&group][last];
         if last == 0 {
             self.tasks.push(Task::Solid { node, frame });
             return;
         }
         let entry = self.scene.node(node).entry();
-        let before = Task::List { group, count: last, frame };
+        let before = Task::List {
+            group,
+            count: last,
+            frame,
+        };
         if is_single(entry) {
             self.tasks.push(Task::Brush { node, frame });
             self.tasks.push(before);
@@ -226,10 +282,18 @@ impl Lowering<'_> {
         }
         let swapped = self.slots[node.index()] > self.prefix_slots[&group][last - 1];
         let combine = self.combine(entry, frame, swapped);
-        let push = Task::Emit(Instr { op: abi::OP_PUSH_VALUE, ..Instr::default() });
+        let push = Task::Emit(Instr {
+            op: abi::OP_PUSH_VALUE,
+            ..Instr::default()
+        });
         let solid = Task::Solid { node, frame };
-        let (first, second) = if swapped { (solid, before) } else { (before, solid) };
-        self.tasks.extend([Task::Emit(combine), second, push, first]);
+        let (first, second) = if swapped {
+            (solid, before)
+        } else {
+            (before, solid)
+        };
+        self.tasks
+            .extend([Task::Emit(combine), second, push, first]);
     }
 
     /// k, 1/(4k) and the signs.
@@ -254,13 +318,20 @@ impl Lowering<'_> {
         let [k, quarter, a, b, r] = Self::joint(&entry.operator, frame.scale);
         let words = [k, quarter, a, b, r, entry.operator.amount];
         let flags = mode | keep(entry) | if swapped { abi::FLAG_SWAPPED } else { 0 };
-        Instr { flags, ..self.with(abi::OP_COMBINE, &words) }
+        Instr {
+            flags,
+            ..self.with(abi::OP_COMBINE, &words)
+        }
     }
 
     /// A node's frame from that of its group.
     fn enter(&self, entry: &Entry, frame: Frame) -> Frame {
         let material = match &entry.material {
-            Some(name) => self.material_index.get(name.as_str()).copied().unwrap_or(frame.material),
+            Some(name) => self
+                .material_index
+                .get(name.as_str())
+                .copied()
+                .unwrap_or(frame.material),
             None => frame.material,
         };
         Frame { material, ..frame }
@@ -272,7 +343,11 @@ impl Lowering<'_> {
         for modifier in entry.modifiers.iter().rev() {
             self.map(node, modifier, &mut frame)?;
         }
-        self.shape(entry, frame, Self::joint(&entry.operator, frame.scale / scale_of(entry)));
+        self.shape(
+            entry,
+            frame,
+            Self::joint(&entry.operator, frame.scale / scale_of(entry)),
+        );
         Ok(())
     }
 
@@ -282,7 +357,10 @@ impl Lowering<'_> {
             frame.own_from_point = map * frame.own_from_point;
             frame.scale *= f64::from(modifier.scale());
             if !(1e-6..=1e6).contains(&frame.scale) {
-                return Err(LowerError::Scale { path: self.scene.path(node), scale: frame.scale });
+                return Err(LowerError::Scale {
+                    path: self.scene.path(node),
+                    scale: frame.scale,
+                });
             }
         }
         Ok(())
@@ -290,16 +368,28 @@ impl Lowering<'_> {
 
     /// The instruction of a brush's shape.
     fn shape(&mut self, entry: &Entry, frame: Frame, joint: [f32; 5]) {
-        let Body::Shape(shape) = &entry.body else { return };
+        let Body::Shape(shape) = &entry.body else {
+            return;
+        };
         let m = frame.own_from_point;
-        let is_translation = frame.scale == 1.0 && m.matrix3.abs_diff_eq(glam::DMat3::IDENTITY, 1e-12);
+        let is_translation =
+            frame.scale == 1.0 && m.matrix3.abs_diff_eq(glam::DMat3::IDENTITY, 1e-12);
         let rows = affine_words(&m);
         let mut words = rows.to_vec();
         words.push(frame.scale as f32);
         words.extend(joint);
         let op = pack(shape, &mut words);
-        let flags = keep(entry) | if is_translation { abi::FLAG_TRANSLATION } else { 0 };
-        let instr = Instr { flags, operand: frame.material, ..self.with(op, &words) };
+        let flags = keep(entry)
+            | if is_translation {
+                abi::FLAG_TRANSLATION
+            } else {
+                0
+            };
+        let instr = Instr {
+            flags,
+            operand: frame.material,
+            ..self.with(op, &words)
+        };
         self.emit(instr);
         self.program.brushes += 1;
     }
@@ -318,12 +408,16 @@ impl Lowering<'_> {
             let content = content.aabb;
             match *modifier {
                 Modifier::Round { radius } => {
-                    let instr = self.with(abi::OP_ROUND, &[(f64::from(radius) * frame.scale) as f32]);
+                    let instr =
+                        self.with(abi::OP_ROUND, &[(f64::from(radius) * frame.scale) as f32]);
                     closing.push(Task::Emit(instr));
                     continue;
                 }
                 Modifier::Shell { thickness } => {
-                    let instr = self.with(abi::OP_SHELL, &[(f64::from(thickness) * frame.scale) as f32]);
+                    let instr = self.with(
+                        abi::OP_SHELL,
+                        &[(f64::from(thickness) * frame.scale) as f32],
+                    );
                     closing.push(Task::Emit(instr));
                     continue;
                 }
@@ -331,8 +425,14 @@ impl Lowering<'_> {
             }
 
             // Everything else works on the point in the node's own frame: save the outer one.
-            self.emit(Instr { op: abi::OP_PUSH_POINT, ..Instr::default() });
-            closing.push(Task::Emit(Instr { op: abi::OP_POP_POINT, ..Instr::default() }));
+            self.emit(Instr {
+                op: abi::OP_PUSH_POINT,
+                ..Instr::default()
+            });
+            closing.push(Task::Emit(Instr {
+                op: abi::OP_POP_POINT,
+                ..Instr::default()
+            }));
             if frame.own_from_point != DAffine3::IDENTITY {
                 let instr = self.with(abi::OP_AFFINE, &affine_words(&frame.own_from_point));
                 self.emit(instr);
@@ -340,7 +440,8 @@ impl Lowering<'_> {
             }
             match *modifier {
                 Modifier::Mirror { axes } => {
-                    let instr = self.with(abi::OP_MIRROR, &axes.map(|on| if on { 1.0 } else { 0.0 }));
+                    let instr =
+                        self.with(abi::OP_MIRROR, &axes.map(|on| if on { 1.0 } else { 0.0 }));
                     self.emit(instr);
                 }
                 Modifier::Elongate { by } => {
@@ -348,24 +449,46 @@ impl Lowering<'_> {
                     self.emit(instr);
                 }
                 Modifier::Repeat { spacing, count } => {
-                    let (words, copies) = repeat_words(spacing, count, content.min.abs().max(content.max.abs()));
-                    self.open_loop(node, abi::OP_REPEAT, &words, copies, &mut frame, &mut closing)?;
+                    let (words, copies) =
+                        repeat_words(spacing, count, content.min.abs().max(content.max.abs()));
+                    self.open_loop(
+                        node,
+                        abi::OP_REPEAT,
+                        &words,
+                        copies,
+                        &mut frame,
+                        &mut closing,
+                    )?;
                 }
                 Modifier::RadialRepeat { count } => {
                     let step = TAU / count as f32;
                     let copies = copies_needed(angular_half_extent(content), step).min(count);
                     let words = [count as f32, step, copies as f32];
-                    self.open_loop(node, abi::OP_RADIAL, &words, u64::from(copies), &mut frame, &mut closing)?;
+                    self.open_loop(
+                        node,
+                        abi::OP_RADIAL,
+                        &words,
+                        u64::from(copies),
+                        &mut frame,
+                        &mut closing,
+                    )?;
                 }
                 Modifier::Twist { degrees_per_unit } | Modifier::Bend { degrees_per_unit } => {
                     let is_twist = matches!(modifier, Modifier::Twist { .. });
-                    let (op, what) = if is_twist { (abi::OP_TWIST, "twist") } else { (abi::OP_BEND, "bend") };
+                    let (op, what) = if is_twist {
+                        (abi::OP_TWIST, "twist")
+                    } else {
+                        (abi::OP_BEND, "bend")
+                    };
                     if content.is_empty() {
                         continue;
                     }
                     let held = modifier.clamp_box(content).filter(|b| b.is_finite());
                     let Some(held) = held else {
-                        return Err(LowerError::Endless { path: self.scene.path(node), what });
+                        return Err(LowerError::Endless {
+                            path: self.scene.path(node),
+                            what,
+                        });
                     };
                     let mut words = [held.min.to_array(), held.max.to_array()].concat();
                     // The gap to the box is measured in the node's own unit, distances in the world's.
@@ -375,14 +498,22 @@ impl Lowering<'_> {
                     frame.scale /= f64::from(modifier.stretch(content));
                     closing.push(Task::Emit(self.with(abi::OP_UNCLAMP, &words)));
                 }
-                Modifier::Displace { amplitude, frequency, seed, octaves } => {
+                Modifier::Displace {
+                    amplitude,
+                    frequency,
+                    seed,
+                    octaves,
+                } => {
                     frame.scale /= f64::from(modifier.stretch(content));
                     for octave in (0..octaves).rev() {
                         let part = 0.5f64.powi(octave as i32);
                         let amplitude = (f64::from(amplitude) * part * frame.scale) as f32;
                         let words = [amplitude, (f64::from(frequency) / part) as f32];
                         let operand = seed.wrapping_add(octave);
-                        closing.push(Task::Emit(Instr { operand, ..self.with(abi::OP_DISPLACE, &words) }));
+                        closing.push(Task::Emit(Instr {
+                            operand,
+                            ..self.with(abi::OP_DISPLACE, &words)
+                        }));
                     }
                 }
                 _ => {}
@@ -394,7 +525,11 @@ impl Lowering<'_> {
             self.shape(entry, frame, Self::joint(&Operator::default(), 1.0));
         } else {
             let count = self.operands[&node].len();
-            self.tasks.push(Task::List { group: node, count, frame });
+            self.tasks.push(Task::List {
+                group: node,
+                count,
+                frame,
+            });
         }
         Ok(())
     }
@@ -410,10 +545,15 @@ impl Lowering<'_> {
     ) -> Result<(), LowerError> {
         frame.copies *= copies;
         if copies > MAX_COPIES_A_LOOP && op == abi::OP_REPEAT || frame.copies > MAX_COPIES {
-            return Err(LowerError::TooManyCopies { path: self.scene.path(node), count: copies.max(frame.copies) });
+            return Err(LowerError::TooManyCopies {
+                path: self.scene.path(node),
+                count: copies.max(frame.copies),
+            });
         }
         let instr = self.with(op, words);
-        closing.push(Task::Next { begin: self.program.instrs.len() });
+        closing.push(Task::Next {
+            begin: self.program.instrs.len(),
+        });
         self.emit(instr);
         Ok(())
     }
@@ -421,18 +561,41 @@ impl Lowering<'_> {
 
 /// The flag by which a cut without a material of its own leaves the material alone.
 fn keep(entry: &Entry) -> u32 {
-    let cuts = matches!(entry.operator.kind, OperatorKind::Subtract | OperatorKind::Intersect);
-    if cuts && entry.material.is_none() { abi::FLAG_KEEP_MATERIAL } else { 0 }
+    let cuts = matches!(
+        entry.operator.kind,
+        OperatorKind::Subtract | OperatorKind::Intersect
+    );
+    if cuts && entry.material.is_none() {
+        abi::FLAG_KEEP_MATERIAL
+    } else {
+        0
+    }
 }
 
 /// The product of an entry's own scales: its joint is in the unit of the group around it.
 fn scale_of(entry: &Entry) -> f64 {
-    entry.modifiers.iter().map(|m| f64::from(m.scale())).product()
+    entry
+        .modifiers
+        .iter()
+        .map(|m| f64::from(m.scale()))
+        .product()
 }
 
 fn affine_words(m: &DAffine3) -> [f32; 12] {
-    let (x, y, z, t) = (m.matrix3.x_axis, m.matrix3.y_axis, m.matrix3.z_axis, m.translation);
-    let row = |pick: fn(DVec3) -> f64| [pick(x) as f32, pick(y) as f32, pick(z) as f32, pick(t) as f32];
+    let (x, y, z, t) = (
+        m.matrix3.x_axis,
+        m.matrix3.y_axis,
+        m.matrix3.z_axis,
+        m.translation,
+    );
+    let row = |pick: fn(DVec3) -> f64| {
+        [
+            pick(x) as f32,
+            pick(y) as f32,
+            pick(z) as f32,
+            pick(t) as f32,
+        ]
+    };
     let rows = [row(|v| v.x), row(|v| v.y), row(|v| v.z)];
     std::array::from_fn(|i| rows[i / 4][i % 4])
 }
@@ -445,12 +608,23 @@ fn repeat_words(spacing: [f32; 3], count: Option<[u32; 3]>, reach: Vec3) -> ([f3
         let many = count.map_or(spacing[axis] > 0.0, |c| c[axis] > 1);
         let (offset, low, high) = match count {
             _ if !many => (0.0, 0.0, 0.0),
-            Some(c) => (0.5 * (c[axis] - 1) as f32 * spacing[axis], 0.0, (c[axis] - 1) as f32),
+            Some(c) => (
+                0.5 * (c[axis] - 1) as f32 * spacing[axis],
+                0.0,
+                (c[axis] - 1) as f32,
+            ),
             None => (0.0, -1e9, 1e9),
         };
-        let candidates = if many { u64::from(copies_needed(reach[axis], spacing[axis])) } else { 1 };
+        let candidates = if many {
+            u64::from(copies_needed(reach[axis], spacing[axis]))
+        } else {
+            1
+        };
         let step = if many { spacing[axis] } else { 1.0 };
-        for (slot, value) in [step, offset, low, high, candidates as f32].into_iter().enumerate() {
+        for (slot, value) in [step, offset, low, high, candidates as f32]
+            .into_iter()
+            .enumerate()
+        {
             words[3 * slot + axis] = value;
         }
         copies = copies.saturating_mul(candidates);

@@ -33,7 +33,14 @@ pub(crate) fn value_noise<R: Real>(p: [R; 3], seed: u32) -> R {
         t * t * t * (t * (t * 6.0 - 15.0) + 10.0)
     };
     let (u, v, w) = (fade(0), fade(1), fade(2));
-    let at = |dx, dy, dz| lattice(ix.wrapping_add(dx), iy.wrapping_add(dy), iz.wrapping_add(dz), seed);
+    let at = |dx, dy, dz| {
+        lattice(
+            ix.wrapping_add(dx),
+            iy.wrapping_add(dy),
+            iz.wrapping_add(dz),
+            seed,
+        )
+    };
     let along_x = |dy, dz| {
         let (a, b) = (at(0, dy, dz), at(1, dy, dz));
         u * (b - a) + a

@@ -15,65 +15,145 @@ pub(crate) fn pack(shape: &Shape, words: &mut Vec<f32>) -> u32 {
             own.extend([r.min_element(), r.max_element()]);
             (abi::OP_ELLIPSOID, own)
         }
-        Shape::Box { half_size: [x, y, z], rounding: r } => (abi::OP_BOX, vec![x - r, y - r, z - r, r]),
-        Shape::BoxFrame { half_size: [x, y, z], thickness } => (abi::OP_BOX_FRAME, vec![x, y, z, thickness]),
-        Shape::Torus { major_radius, minor_radius } => (abi::OP_TORUS, vec![major_radius, minor_radius]),
-        Shape::CappedTorus { major_radius, minor_radius, half_angle_degrees } => {
+        Shape::Box {
+            half_size: [x, y, z],
+            rounding: r,
+        } => (abi::OP_BOX, vec![x - r, y - r, z - r, r]),
+        Shape::BoxFrame {
+            half_size: [x, y, z],
+            thickness,
+        } => (abi::OP_BOX_FRAME, vec![x, y, z, thickness]),
+        Shape::Torus {
+            major_radius,
+            minor_radius,
+        } => (abi::OP_TORUS, vec![major_radius, minor_radius]),
+        Shape::CappedTorus {
+            major_radius,
+            minor_radius,
+            half_angle_degrees,
+        } => {
             let (sin, cos) = half_angle_degrees.to_radians().sin_cos();
-            (abi::OP_CAPPED_TORUS, vec![sin, cos, major_radius, minor_radius])
+            (
+                abi::OP_CAPPED_TORUS,
+                vec![sin, cos, major_radius, minor_radius],
+            )
         }
-        Shape::Link { half_length, major_radius, minor_radius } => {
-            (abi::OP_LINK, vec![half_length, major_radius, minor_radius])
-        }
+        Shape::Link {
+            half_length,
+            major_radius,
+            minor_radius,
+        } => (abi::OP_LINK, vec![half_length, major_radius, minor_radius]),
         Shape::Capsule { from, to, radius } => {
             let axis = Vec3::from(to) - Vec3::from(from);
             let squared = axis.length_squared();
             let reciprocal = if squared > 0.0 { 1.0 / squared } else { 0.0 };
-            (abi::OP_CAPSULE, [&from[..], &axis.to_array(), &[reciprocal, radius]].concat())
+            (
+                abi::OP_CAPSULE,
+                [&from[..], &axis.to_array(), &[reciprocal, radius]].concat(),
+            )
         }
-        Shape::Cylinder { radius, half_height, rounding: r } => {
-            (abi::OP_CYLINDER, vec![radius - r, half_height - r, r])
-        }
-        Shape::Cone { radius, height } => {
-            (abi::OP_CONE, vec![radius, height, 1.0 / (radius * radius + height * height)])
-        }
-        Shape::CappedCone { half_height, bottom_radius, top_radius } => {
+        Shape::Cylinder {
+            radius,
+            half_height,
+            rounding: r,
+        } => (abi::OP_CYLINDER, vec![radius - r, half_height - r, r]),
+        Shape::Cone { radius, height } => (
+            abi::OP_CONE,
+            vec![radius, height, 1.0 / (radius * radius + height * height)],
+        ),
+        Shape::CappedCone {
+            half_height,
+            bottom_radius,
+            top_radius,
+        } => {
             let slope = bottom_radius - top_radius;
             let side = 1.0 / (slope * slope + 4.0 * half_height * half_height);
             // The side runs from the top rim down: (slope, −2 · half height).
-            (abi::OP_CAPPED_CONE, vec![half_height, bottom_radius, top_radius, -slope, side])
+            (
+                abi::OP_CAPPED_CONE,
+                vec![half_height, bottom_radius, top_radius, -slope, side],
+            )
         }
-        Shape::RoundCone { bottom_radius, top_radius, height } => {
+        Shape::RoundCone {
+            bottom_radius,
+            top_radius,
+            height,
+        } => {
             let sine = (bottom_radius - top_radius) / height;
-            (abi::OP_ROUND_CONE, vec![bottom_radius, top_radius, height, sine, (1.0 - sine * sine).sqrt()])
+            (
+                abi::OP_ROUND_CONE,
+                vec![
+                    bottom_radius,
+                    top_radius,
+                    height,
+                    sine,
+                    (1.0 - sine * sine).sqrt(),
+                ],
+            )
         }
         Shape::Plane { normal, offset } => {
             let n = Vec3::from(normal).normalize();
             (abi::OP_PLANE, vec![n.x, n.y, n.z, offset])
         }
-        Shape::HexPrism { apothem, half_depth } => (abi::OP_HEX_PRISM, vec![apothem, half_depth]),
-        Shape::TriPrism { half_side, half_depth } => (abi::OP_TRI_PRISM, vec![half_side, half_depth]),
+        Shape::HexPrism {
+            apothem,
+            half_depth,
+        } => (abi::OP_HEX_PRISM, vec![apothem, half_depth]),
+        Shape::TriPrism {
+            half_side,
+            half_depth,
+        } => (abi::OP_TRI_PRISM, vec![half_side, half_depth]),
         Shape::Octahedron { radius } => (abi::OP_OCTAHEDRON, vec![radius]),
         Shape::Pyramid { base, height } => {
             let half = 0.5 * base;
             let slope = half.hypot(height);
-            (abi::OP_PYRAMID, vec![half, height, slope, half / slope, height / slope])
+            (
+                abi::OP_PYRAMID,
+                vec![half, height, slope, half / slope, height / slope],
+            )
         }
-        Shape::CutSphere { radius, cut } => (abi::OP_CUT_SPHERE, vec![radius, cut, rim(radius, cut)]),
-        Shape::CutHollowSphere { radius, cut, thickness } => {
-            (abi::OP_CUT_HOLLOW_SPHERE, vec![radius, cut, rim(radius, cut), thickness])
+        Shape::CutSphere { radius, cut } => {
+            (abi::OP_CUT_SPHERE, vec![radius, cut, rim(radius, cut)])
         }
-        Shape::SolidAngle { radius, half_angle_degrees } => {
+        Shape::CutHollowSphere {
+            radius,
+            cut,
+            thickness,
+        } => (
+            abi::OP_CUT_HOLLOW_SPHERE,
+            vec![radius, cut, rim(radius, cut), thickness],
+        ),
+        Shape::SolidAngle {
+            radius,
+            half_angle_degrees,
+        } => {
             let (sin, cos) = half_angle_degrees.to_radians().sin_cos();
             (abi::OP_SOLID_ANGLE, vec![sin, cos, radius])
         }
-        Shape::Rhombus { half_length_x: x, half_length_z: z, half_height, rounding } => {
-            (abi::OP_RHOMBUS, vec![x, z, half_height, rounding, 1.0 / (x * x + z * z)])
-        }
-        Shape::ExtrudedRoundedBox { half_size, corner_radii, rounding } => {
-            (abi::OP_EXTRUDED_ROUNDED_BOX, [&half_size[..], &corner_radii, &rounding].concat())
-        }
-        Shape::BezierTube { from, control, to, from_radius, to_radius } => {
+        Shape::Rhombus {
+            half_length_x: x,
+            half_length_z: z,
+            half_height,
+            rounding,
+        } => (
+            abi::OP_RHOMBUS,
+            vec![x, z, half_height, rounding, 1.0 / (x * x + z * z)],
+        ),
+        Shape::ExtrudedRoundedBox {
+            half_size,
+            corner_radii,
+            rounding,
+        } => (
+            abi::OP_EXTRUDED_ROUNDED_BOX,
+            [&half_size[..], &corner_radii, &rounding].concat(),
+        ),
+        Shape::BezierTube {
+            from,
+            control,
+            to,
+            from_radius,
+            to_radius,
+        } => {
             let (a, b, c) = (Vec3::from(from), Vec3::from(control), Vec3::from(to));
             let (linear, quadratic) = ((b - a) * 2.0, a - 2.0 * b + c);
             let radii = [from_radius, to_radius - from_radius];
@@ -86,7 +166,10 @@ pub(crate) fn pack(shape: &Shape, words: &mut Vec<f32>) -> u32 {
             own[6] = pack_outline(outline, true, &mut own) as f32;
             (abi::OP_LATHE, own)
         }
-        Shape::Extrusion { ref outline, half_depth } => {
+        Shape::Extrusion {
+            ref outline,
+            half_depth,
+        } => {
             let mut own = box_words(shape);
             own.extend([0.0, half_depth]);
             own[6] = pack_outline(outline, false, &mut own) as f32;

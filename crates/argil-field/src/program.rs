@@ -53,6 +53,8 @@ impl Program {
 
     /// Bytes held by the program's tables.
     pub fn memory_bytes(&self) -> usize {
-        size_of_val(&self.instrs[..]) + size_of_val(&self.params[..]) + size_of_val(&self.materials[..])
+        size_of_val(&self.instrs[..])
+            + size_of_val(&self.params[..])
+            + size_of_val(&self.materials[..])
     }
 }

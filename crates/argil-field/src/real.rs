@@ -31,17 +31,29 @@ pub(crate) trait Real:
     /// The lesser; `self` where either is NaN.
     #[inline(always)]
     fn min(self, other: Self) -> Self {
-        if other.value() < self.value() { other } else { self }
+        if other.value() < self.value() {
+            other
+        } else {
+            self
+        }
     }
     /// The greater; `self` where either is NaN.
     #[inline(always)]
     fn max(self, other: Self) -> Self {
-        if other.value() > self.value() { other } else { self }
+        if other.value() > self.value() {
+            other
+        } else {
+            self
+        }
     }
     /// Zero where negative or NaN.
     #[inline(always)]
     fn positive_part(self) -> Self {
-        if self.value() > 0.0 { self } else { Self::constant(0.0) }
+        if self.value() > 0.0 {
+            self
+        } else {
+            Self::constant(0.0)
+        }
     }
     #[inline(always)]
     fn clamp_to(self, min: f32, max: f32) -> Self {
@@ -105,13 +117,18 @@ pub(crate) fn sin_cos(x: f32) -> (f32, f32) {
     let r = ((x - turns * 1.570_312_5) - turns * 4.837_513e-4) - turns * 7.549_79e-8;
     let r2 = r * r;
     let s = r + r * r2 * (-1.666_665_5e-1 + r2 * (8.332_161e-3 - r2 * 1.951_529_6e-4));
-    let c = 1.0 - 0.5 * r2 + r2 * r2 * (4.166_664_6e-2 + r2 * (-1.388_731_6e-3 + r2 * 2.443_315_7e-5));
+    let c =
+        1.0 - 0.5 * r2 + r2 * r2 * (4.166_664_6e-2 + r2 * (-1.388_731_6e-3 + r2 * 2.443_315_7e-5));
     // The quarter, 0 to 3, without a conversion to integers.
     let quarter = turns - 4.0 * (turns * 0.25).floor();
     let odd = quarter == 1.0 || quarter == 3.0;
     let (sin, cos) = if odd { (c, s) } else { (s, c) };
     let sin = if quarter >= 2.0 { -sin } else { sin };
-    let cos = if quarter == 1.0 || quarter == 2.0 { -cos } else { cos };
+    let cos = if quarter == 1.0 || quarter == 2.0 {
+        -cos
+    } else {
+        cos
+    };
     (sin, cos)
 }
 
@@ -125,7 +142,10 @@ pub(crate) struct Dual {
 impl Dual {
     #[inline(always)]
     fn with(v: f32, d: impl Fn(usize) -> f32) -> Self {
-        Self { v, d: [d(0), d(1), d(2)] }
+        Self {
+            v,
+            d: [d(0), d(1), d(2)],
+        }
     }
 }
 
@@ -137,12 +157,20 @@ impl Real for Dual {
     type Lanes = DualLanes;
     #[inline(always)]
     fn splat(value: f32) -> DualLanes {
-        DualLanes([f32::splat(value), f32::splat(0.0), f32::splat(0.0), f32::splat(0.0)])
+        DualLanes([
+            f32::splat(value),
+            f32::splat(0.0),
+            f32::splat(0.0),
+            f32::splat(0.0),
+        ])
     }
     #[inline(always)]
     fn get(lanes: &DualLanes, i: usize) -> Dual {
         let [v, x, y, z] = &lanes.0;
-        Dual { v: v.0[i], d: [x.0[i], y.0[i], z.0[i]] }
+        Dual {
+            v: v.0[i],
+            d: [x.0[i], y.0[i], z.0[i]],
+        }
     }
     #[inline(always)]
     fn set(lanes: &mut DualLanes, i: usize, value: Dual) {
@@ -154,7 +182,10 @@ impl Real for Dual {
     }
     #[inline(always)]
     fn constant(value: f32) -> Dual {
-        Dual { v: value, d: [0.0; 3] }
+        Dual {
+            v: value,
+            d: [0.0; 3],
+        }
     }
     #[inline(always)]
     fn value(self) -> f32 {
@@ -174,7 +205,10 @@ impl Real for Dual {
     #[inline(always)]
     fn sin_cos(self) -> (Dual, Dual) {
         let (s, c) = sin_cos(self.v);
-        (Dual::with(s, |i| self.d[i] * c), Dual::with(c, |i| -self.d[i] * s))
+        (
+            Dual::with(s, |i| self.d[i] * c),
+            Dual::with(c, |i| -self.d[i] * s),
+        )
     }
 }
 
@@ -192,6 +226,10 @@ impl Sub for Dual {
         Self::with(self.v - o.v, |i| self.d[i] - o.d[i])
     }
 }
+#[allow(
+    clippy::suspicious_arithmetic_impl,
+    reason = "the product and quotient rules use every operation"
+)]
 impl Mul for Dual {
     type Output = Self;
     #[inline(always)]
@@ -199,6 +237,10 @@ impl Mul for Dual {
         Self::with(self.v * o.v, |i| self.d[i] * o.v + o.d[i] * self.v)
     }
 }
+#[allow(
+    clippy::suspicious_arithmetic_impl,
+    reason = "the product and quotient rules use every operation"
+)]
 impl Div for Dual {
     type Output = Self;
     #[inline(always)]
@@ -218,14 +260,20 @@ impl Add<f32> for Dual {
     type Output = Self;
     #[inline(always)]
     fn add(self, o: f32) -> Self {
-        Self { v: self.v + o, d: self.d }
+        Self {
+            v: self.v + o,
+            d: self.d,
+        }
     }
 }
 impl Sub<f32> for Dual {
     type Output = Self;
     #[inline(always)]
     fn sub(self, o: f32) -> Self {
-        Self { v: self.v - o, d: self.d }
+        Self {
+            v: self.v - o,
+            d: self.d,
+        }
     }
 }
 impl Mul<f32> for Dual {
@@ -244,7 +292,9 @@ mod tests {
         for i in -100_000..100_000 {
             let x = i as f32 * 0.01;
             let (s, c) = super::sin_cos(x);
-            worst = worst.max((f64::from(s) - f64::from(x).sin()).abs()).max((f64::from(c) - f64::from(x).cos()).abs());
+            worst = worst
+                .max((f64::from(s) - f64::from(x).sin()).abs())
+                .max((f64::from(c) - f64::from(x).cos()).abs());
         }
         assert!(worst < 2e-7, "{worst}");
     }

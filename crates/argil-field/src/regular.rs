@@ -10,7 +10,10 @@ pub(crate) struct Regularity {
     pub slack: f32,
 }
 
-const SMOOTH: Regularity = Regularity { lipschitz: 1.0, slack: 0.0 };
+const SMOOTH: Regularity = Regularity {
+    lipschitz: 1.0,
+    slack: 0.0,
+};
 
 /// Of a whole scene, its nodes from the leaves up.
 pub(crate) fn regularity(scene: &Scene, extents: &mut Extents<'_>) -> Regularity {
@@ -40,12 +43,22 @@ pub(crate) fn regularity(scene: &Scene, extents: &mut Extents<'_>) -> Regularity
 }
 
 fn joined(a: Regularity, b: Regularity, operand: &Entry) -> Regularity {
-    let hard = Regularity { lipschitz: a.lipschitz.max(b.lipschitz), slack: a.slack.max(b.slack) };
+    let hard = Regularity {
+        lipschitz: a.lipschitz.max(b.lipschitz),
+        slack: a.slack.max(b.slack),
+    };
     let chamfered = operand.operator.profile == Profile::Chamfer && operand.operator.blend > 0.0;
-    if chamfered && !matches!(operand.operator.kind, OperatorKind::Paint | OperatorKind::Morph) {
+    if chamfered
+        && !matches!(
+            operand.operator.kind,
+            OperatorKind::Paint | OperatorKind::Morph
+        )
+    {
         // The face is (a + b − k) / √2.
         Regularity {
-            lipschitz: hard.lipschitz.max((a.lipschitz + b.lipschitz) * FRAC_1_SQRT_2),
+            lipschitz: hard
+                .lipschitz
+                .max((a.lipschitz + b.lipschitz) * FRAC_1_SQRT_2),
             slack: hard.slack.max((a.slack + b.slack) * FRAC_1_SQRT_2),
         }
     } else {
@@ -58,9 +71,15 @@ fn joined(a: Regularity, b: Regularity, operand: &Entry) -> Regularity {
 fn jump(modifier: &Modifier, content: &argil_scene::Extent) -> f32 {
     let width = match *modifier {
         Modifier::Repeat { spacing, .. } => glam::Vec3::from(spacing).length(),
-        Modifier::RadialRepeat { .. } => content.aabb.min.abs().max(content.aabb.max.abs()).length(),
+        Modifier::RadialRepeat { .. } => {
+            content.aabb.min.abs().max(content.aabb.max.abs()).length()
+        }
         _ => return 0.0,
     };
-    let size = if content.aabb.is_finite() { 2.0 * content.aabb.half_diagonal() } else { 0.0 };
+    let size = if content.aabb.is_finite() {
+        2.0 * content.aabb.half_diagonal()
+    } else {
+        0.0
+    };
     content.shortfall.min(width + size)
 }

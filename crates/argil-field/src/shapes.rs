@@ -26,7 +26,8 @@ pub(crate) fn corner2<R: Real>(x: R, y: R) -> R {
 
 #[inline(always)]
 pub(crate) fn corner3<R: Real>(x: R, y: R, z: R) -> R {
-    x.max(y.max(z)).min(R::constant(0.0)) + length3(x.positive_part(), y.positive_part(), z.positive_part())
+    x.max(y.max(z)).min(R::constant(0.0))
+        + length3(x.positive_part(), y.positive_part(), z.positive_part())
 }
 
 #[inline(always)]
@@ -55,7 +56,9 @@ pub(crate) fn sd_box_frame<R: Real>([x, y, z]: P<R>, w: &[f32; 4]) -> R {
     let (px, py, pz) = (x.abs() - w[0], y.abs() - w[1], z.abs() - w[2]);
     let e = w[3];
     let (qx, qy, qz) = ((px + e).abs() - e, (py + e).abs() - e, (pz + e).abs() - e);
-    corner3(px, qy, qz).min(corner3(qx, py, qz)).min(corner3(qx, qy, pz))
+    corner3(px, qy, qz)
+        .min(corner3(qx, py, qz))
+        .min(corner3(qx, qy, pz))
 }
 
 #[inline(always)]
@@ -183,7 +186,11 @@ pub(crate) fn sd_octahedron<R: Real>([x, y, z]: P<R>, w: &[f32; 1]) -> R {
     };
     let k = ((qz - qy + w[0]) * 0.5).clamp_to(0.0, w[0]);
     let edge = length3(qx, qy - w[0] + k, qz - k);
-    if first || second || third { edge } else { m * 0.577_350_26 }
+    if first || second || third {
+        edge
+    } else {
+        m * 0.577_350_26
+    }
 }
 
 /// `w`: half base, height, length of a face's slope, its cosine and sine.
@@ -203,12 +210,17 @@ pub(crate) fn sd_pyramid<R: Real>([x, y, z]: P<R>, w: &[f32; 5]) -> R {
     let half = (R::constant(w[2]) - t) * (w[0] / w[2]);
     let inner = length3(along - t, out, (z - half).positive_part());
     // The slanted edge, from (along 0, z = half base) to (along slope, z = 0).
-    let s = ((along * w[2] - (z - w[0]) * w[0]) * (1.0 / (w[2] * w[2] + w[0] * w[0]))).clamp_to(0.0, 1.0);
+    let s = ((along * w[2] - (z - w[0]) * w[0]) * (1.0 / (w[2] * w[2] + w[0] * w[0])))
+        .clamp_to(0.0, 1.0);
     let edge = length3(along - s * w[2], out, z - (R::constant(w[0]) - s * w[0]));
     let over_edge = z.value() > half.value();
     let outside = if over_edge { edge } else { inner };
     let inside = out.max(-y);
-    let above = if inside.value() <= 0.0 { inside } else { outside };
+    let above = if inside.value() <= 0.0 {
+        inside
+    } else {
+        outside
+    };
     if y.value() < 0.0 { below } else { above }
 }
 
@@ -216,7 +228,8 @@ pub(crate) fn sd_pyramid<R: Real>([x, y, z]: P<R>, w: &[f32; 5]) -> R {
 #[inline(always)]
 pub(crate) fn sd_cut_sphere<R: Real>([x, y, z]: P<R>, w: &[f32; 3]) -> R {
     let q = length2(x, z);
-    let s = (q * q * (w[1] - w[0]) + (y * -2.0 + (w[1] + w[0])) * (w[2] * w[2])).max(q * w[1] - y * w[2]);
+    let s = (q * q * (w[1] - w[0]) + (y * -2.0 + (w[1] + w[0])) * (w[2] * w[2]))
+        .max(q * w[1] - y * w[2]);
     let ball = length2(q, y) - w[0];
     let disc = R::constant(w[1]) - y;
     let rim = length2(q - w[2], y - w[1]);
@@ -248,8 +261,12 @@ pub(crate) fn sd_solid_angle<R: Real>([x, y, z]: P<R>, w: &[f32; 3]) -> R {
 #[inline(always)]
 pub(crate) fn sd_rhombus<R: Real>([x, y, z]: P<R>, w: &[f32; 5]) -> R {
     let (x, y, z) = (x.abs(), y.abs(), z.abs());
-    let f = (((R::constant(w[0]) - x * 2.0) * w[0] - (R::constant(w[1]) - z * 2.0) * w[1]) * w[4]).clamp_to(-1.0, 1.0);
-    let (ax, az) = (x - (R::constant(1.0) - f) * (0.5 * w[0]), z - (f + 1.0) * (0.5 * w[1]));
+    let f = (((R::constant(w[0]) - x * 2.0) * w[0] - (R::constant(w[1]) - z * 2.0) * w[1]) * w[4])
+        .clamp_to(-1.0, 1.0);
+    let (ax, az) = (
+        x - (R::constant(1.0) - f) * (0.5 * w[0]),
+        z - (f + 1.0) * (0.5 * w[1]),
+    );
     let side = x * w[1] + z * w[0] - w[0] * w[1];
     corner2(length2(ax, az).signed_as(side) - w[3], y - w[2])
 }

@@ -14,17 +14,26 @@ pub(crate) const TWIST_WORDS: usize = 8;
 #[inline(always)]
 pub(crate) fn nearby(own: f32, beyond: f32, j: f32, candidates: f32) -> f32 {
     let side = if beyond < 0.0 { -j } else { j };
-    let offset = if candidates > 2.0 { j - 0.5 * (candidates - 1.0) } else { side };
+    let offset = if candidates > 2.0 {
+        j - 0.5 * (candidates - 1.0)
+    } else {
+        side
+    };
     own + offset
 }
 
 /// A coordinate relative to the centre of candidate cell `j`.
 #[inline(always)]
 pub(crate) fn repeat_axis<R: Real>(p: R, j: f32, w: &[f32; REPEAT_WORDS], axis: usize) -> R {
-    let (spacing, offset, low, high, candidates) = (w[axis], w[3 + axis], w[6 + axis], w[9 + axis], w[12 + axis]);
+    let (spacing, offset, low, high, candidates) =
+        (w[axis], w[3 + axis], w[6 + axis], w[9 + axis], w[12 + axis]);
     let shifted = p + offset;
     let own = Real::clamp_to((shifted.value() / spacing + 0.5).floor(), low, high);
-    let cell = Real::clamp_to(nearby(own, shifted.value() - own * spacing, j, candidates), low, high);
+    let cell = Real::clamp_to(
+        nearby(own, shifted.value() - own * spacing, j, candidates),
+        low,
+        high,
+    );
     shifted - cell * spacing
 }
 
@@ -36,8 +45,12 @@ pub(crate) fn rough_atan2(y: f32, x: f32) -> f32 {
     let a = low / Real::max(high, 1e-30);
     let s = a * a;
     let r = ((-0.046_496_475 * s + 0.159_314_22) * s - 0.327_622_76) * s * a + a;
-    let r = if ay > ax { 1.570_796_4 - r } else { r };
-    let r = if x < 0.0 { 3.141_592_7 - r } else { r };
+    let r = if ay > ax {
+        std::f32::consts::FRAC_PI_2 - r
+    } else {
+        r
+    };
+    let r = if x < 0.0 { std::f32::consts::PI - r } else { r };
     if y < 0.0 { -r } else { r }
 }
 
@@ -67,10 +80,18 @@ pub(crate) fn bend<R: Real>([x, y, z]: [R; 3], rate: f32) -> [R; 3] {
 /// least.
 #[inline(always)]
 pub(crate) fn unclamp<R: Real>(d: R, p: [R; 3], w: &[f32; TWIST_WORDS]) -> R {
-    let gap = [p[0] - p[0].clamp_to(w[0], w[3]), p[1] - p[1].clamp_to(w[1], w[4]), p[2] - p[2].clamp_to(w[2], w[5])];
+    let gap = [
+        p[0] - p[0].clamp_to(w[0], w[3]),
+        p[1] - p[1].clamp_to(w[1], w[4]),
+        p[2] - p[2].clamp_to(w[2], w[5]),
+    ];
     let outside = (gap[0] * gap[0] + gap[1] * gap[1] + gap[2] * gap[2]) * (w[7] * w[7]);
     let h = d.positive_part();
-    if outside.value() > 0.0 { (outside + h * h).sqrt() } else { d }
+    if outside.value() > 0.0 {
+        (outside + h * h).sqrt()
+    } else {
+        d
+    }
 }
 
 /// Map every lane of a point by one function.

@@ -63,7 +63,9 @@ fn write_field(program: &Program) -> String {
         // Writing to a string does not fail.
         let _ = write_instr(program, instr, &mut depth, &mut body);
     }
-    let mut text = String::from("var<private> field_material: MaterialWords;\n\nfn field(at: vec3<f32>, with_material: bool) -> f32 {\n");
+    let mut text = String::from(
+        "var<private> field_material: MaterialWords;\n\nfn field(at: vec3<f32>, with_material: bool) -> f32 {\n",
+    );
     for i in 0..=program.value_slots {
         text += &format!("    var a{i} = FAR;\n    var m{i} = materials[0];\n");
     }
@@ -77,8 +79,18 @@ fn write_field(program: &Program) -> String {
     text + "fn field_distance(p: vec3<f32>) -> f32 {\n    return field(p, false);\n}\n\nfn field_surface(p: vec3<f32>) -> f32 {\n    return field(p, true);\n}\n"
 }
 
-fn write_instr(program: &Program, instr: &Instr, depth: &mut Depth, out: &mut String) -> std::fmt::Result {
-    let Instr { op, flags, params: w, operand } = *instr;
+fn write_instr(
+    program: &Program,
+    instr: &Instr,
+    depth: &mut Depth,
+    out: &mut String,
+) -> std::fmt::Result {
+    let Instr {
+        op,
+        flags,
+        params: w,
+        operand,
+    } = *instr;
     let (v, q) = (depth.value, depth.point);
     if op < abi::OP_SHAPES_END {
         return write_brush(instr, v, q, out);
@@ -93,9 +105,20 @@ fn write_instr(program: &Program, instr: &Instr, depth: &mut Depth, out: &mut St
             let saved = v - 1;
             let swapped = flags & abi::FLAG_SWAPPED != 0;
             let (a, b) = if swapped { (v, saved) } else { (saved, v) };
-            let (ma, mb) = if swapped { ("field_material".into(), format!("m{saved}")) } else { (format!("m{saved}"), "field_material".into()) };
-            writeln!(out, "    {{ var j = read_joint({w}u); j.amount = params[{}u];", w + 5)?;
-            writeln!(out, "    field_material = mix_material({ma}, {mb}, weight(a{a}, a{b}, j, {flags}u));")?;
+            let (ma, mb) = if swapped {
+                ("field_material".into(), format!("m{saved}"))
+            } else {
+                (format!("m{saved}"), "field_material".into())
+            };
+            writeln!(
+                out,
+                "    {{ var j = read_joint({w}u); j.amount = params[{}u];",
+                w + 5
+            )?;
+            writeln!(
+                out,
+                "    field_material = mix_material({ma}, {mb}, weight(a{a}, a{b}, j, {flags}u));"
+            )?;
             writeln!(out, "    a{saved} = combine(a{a}, a{b}, j, {flags}u); }}")?;
         }
         abi::OP_PUSH_POINT => {
@@ -109,8 +132,15 @@ fn write_instr(program: &Program, instr: &Instr, depth: &mut Depth, out: &mut St
         abi::OP_REPEAT | abi::OP_RADIAL => {
             let (n, next) = (depth.loops, v + 1);
             let begin = format!("Instr({op}u, 0u, {w}u, 0u)");
-            writeln!(out, "    a{v} = FAR;\n    for (var i{n} = 0u; i{n} < candidates({begin}); i{n}++) {{")?;
-            writeln!(out, "    a{next} = FAR;\n    p{} = candidate({begin}, p{q}, i{n});", q + 1)?;
+            writeln!(
+                out,
+                "    a{v} = FAR;\n    for (var i{n} = 0u; i{n} < candidates({begin}); i{n}++) {{"
+            )?;
+            writeln!(
+                out,
+                "    a{next} = FAR;\n    p{} = candidate({begin}, p{q}, i{n});",
+                q + 1
+            )?;
             depth.value += 1;
             depth.point += 1;
             depth.loops += 1;
@@ -120,7 +150,10 @@ fn write_instr(program: &Program, instr: &Instr, depth: &mut Depth, out: &mut St
             depth.point -= 1;
             depth.loops -= 1;
             let least = v - 1;
-            writeln!(out, "    if a{v} < a{least} {{ a{least} = a{v}; m{least} = field_material; }} }}")?;
+            writeln!(
+                out,
+                "    if a{v} < a{least} {{ a{least} = a{v}; m{least} = field_material; }} }}"
+            )?;
             writeln!(out, "    field_material = m{least};")?;
         }
         abi::OP_TWIST | abi::OP_BEND => {
@@ -135,7 +168,11 @@ fn write_instr(program: &Program, instr: &Instr, depth: &mut Depth, out: &mut St
         abi::OP_ROUND => writeln!(out, "    a{v} -= params[{w}u];")?,
         abi::OP_SHELL => writeln!(out, "    a{v} = abs(a{v}) - params[{w}u];")?,
         abi::OP_DISPLACE => {
-            writeln!(out, "    a{v} += value_noise(p{q} * params[{}u], {operand}u) * params[{w}u];", w + 1)?;
+            writeln!(
+                out,
+                "    a{v} += value_noise(p{q} * params[{}u], {operand}u) * params[{w}u];",
+                w + 1
+            )?;
         }
         _ => {}
     }
@@ -144,18 +181,47 @@ fn write_instr(program: &Program, instr: &Instr, depth: &mut Depth, out: &mut St
 }
 
 fn write_brush(instr: &Instr, v: usize, q: usize, out: &mut String) -> std::fmt::Result {
-    let Instr { op, flags, params: w, operand } = *instr;
+    let Instr {
+        op,
+        flags,
+        params: w,
+        operand,
+    } = *instr;
     let own = w + abi::BRUSH_HEADER_WORDS;
     let searched = op >= abi::OP_BEZIER_TUBE;
-    let map = if flags & abi::FLAG_TRANSLATION != 0 && !searched { "translated" } else { "mapped" };
-    writeln!(out, "    {{ let p = {map}(p{q}, {w}u); let j = read_joint({}u);", w + 13)?;
+    let map = if flags & abi::FLAG_TRANSLATION != 0 && !searched {
+        "translated"
+    } else {
+        "mapped"
+    };
+    writeln!(
+        out,
+        "    {{ let p = {map}(p{q}, {w}u); let j = read_joint({}u);",
+        w + 13
+    )?;
     let words = if searched {
-        writeln!(out, "    if matters(a{v}, box_distance(p, {own}u) * params[{}u], j) {{", w + 12)?;
+        writeln!(
+            out,
+            "    if matters(a{v}, box_distance(p, {own}u) * params[{}u], j) {{",
+            w + 12
+        )?;
         own + 6
     } else {
         own
     };
-    writeln!(out, "    let d = {}(p, {words}u) * params[{}u];", function(op), w + 12)?;
-    writeln!(out, "    if with_material {{ field_material = mix_material(field_material, materials[{operand}u], weight(a{v}, d, j, {flags}u)); }}")?;
-    writeln!(out, "    a{v} = combine_smooth(a{v}, d, j); }}{}", if searched { " }" } else { "" })
+    writeln!(
+        out,
+        "    let d = {}(p, {words}u) * params[{}u];",
+        function(op),
+        w + 12
+    )?;
+    writeln!(
+        out,
+        "    if with_material {{ field_material = mix_material(field_material, materials[{operand}u], weight(a{v}, d, j, {flags}u)); }}"
+    )?;
+    writeln!(
+        out,
+        "    a{v} = combine_smooth(a{v}, d, j); }}{}",
+        if searched { " }" } else { "" }
+    )
 }

@@ -13,7 +13,12 @@ pub struct Opcodes(u64);
 impl Opcodes {
     /// Those of a program.
     pub fn of(program: &Program) -> Self {
-        Self(program.instrs.iter().fold(0, |set, instr| set | 1 << (instr.op & 63)))
+        Self(
+            program
+                .instrs
+                .iter()
+                .fold(0, |set, instr| set | 1 << (instr.op & 63)),
+        )
     }
 
     /// Whether the set has an opcode.
@@ -42,8 +47,14 @@ impl Opcodes {
                 skipping += balance;
                 continue;
             }
-            if let Some(names) = line.trim_start().strip_prefix("case ").and_then(|l| l.split_once(':')).map(|(n, _)| n)
-                && !names.split(", ").any(|name| abi::opcode(name).is_none_or(|op| self.contains(op)))
+            if let Some(names) = line
+                .trim_start()
+                .strip_prefix("case ")
+                .and_then(|l| l.split_once(':'))
+                .map(|(n, _)| n)
+                && !names
+                    .split(", ")
+                    .any(|name| abi::opcode(name).is_none_or(|op| self.contains(op)))
             {
                 skipping = balance;
                 continue;

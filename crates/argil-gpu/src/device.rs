@@ -57,16 +57,27 @@ impl DeviceInfo {
             wgpu::DeviceType::Cpu => DeviceKind::Software,
             wgpu::DeviceType::Other => DeviceKind::Other,
         };
-        let driver = format!("{} {}", info.driver, info.driver_info).trim().to_owned();
-        Self { name: info.name.clone(), kind, backend: info.backend.to_string(), driver }
+        let driver = format!("{} {}", info.driver, info.driver_info)
+            .trim()
+            .to_owned();
+        Self {
+            name: info.name.clone(),
+            kind,
+            backend: info.backend.to_string(),
+            driver,
+        }
     }
 }
 
 /// All adapters, the best first.
 fn adapters() -> Vec<(DeviceInfo, wgpu::Adapter)> {
-    let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle_from_env());
+    let instance =
+        wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle_from_env());
     let found = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::PRIMARY));
-    let mut all: Vec<_> = found.into_iter().map(|a| (DeviceInfo::of(&a.get_info()), a)).collect();
+    let mut all: Vec<_> = found
+        .into_iter()
+        .map(|a| (DeviceInfo::of(&a.get_info()), a))
+        .collect();
     let rank = |kind| match kind {
         DeviceKind::Discrete => 0,
         DeviceKind::Integrated => 1,
@@ -96,7 +107,11 @@ impl Gpu {
     pub fn open() -> Result<Self, GpuError> {
         let (info, adapter) = adapters().into_iter().next().ok_or(GpuError::None)?;
         let has_timestamps = adapter.features().contains(wgpu::Features::TIMESTAMP_QUERY);
-        let required_features = if has_timestamps { wgpu::Features::TIMESTAMP_QUERY } else { wgpu::Features::empty() };
+        let required_features = if has_timestamps {
+            wgpu::Features::TIMESTAMP_QUERY
+        } else {
+            wgpu::Features::empty()
+        };
         let descriptor = wgpu::DeviceDescriptor {
             label: Some("argil"),
             required_features,
@@ -104,9 +119,16 @@ impl Gpu {
             ..wgpu::DeviceDescriptor::default()
         };
         let opened = pollster::block_on(adapter.request_device(&descriptor));
-        let (device, queue) =
-            opened.map_err(|e| GpuError::Device { name: info.name.clone(), reason: e.to_string() })?;
-        Ok(Self { device, queue, info, has_timestamps })
+        let (device, queue) = opened.map_err(|e| GpuError::Device {
+            name: info.name.clone(),
+            reason: e.to_string(),
+        })?;
+        Ok(Self {
+            device,
+            queue,
+            info,
+            has_timestamps,
+        })
     }
 
     /// Which device it is.
@@ -122,7 +144,10 @@ impl Gpu {
         let refused = pollster::block_on(validation.pop());
         let exhausted = pollster::block_on(memory.pop());
         match refused.or(exhausted) {
-            Some(error) => Err(GpuError::Refused { name: self.info.name.clone(), reason: error.to_string() }),
+            Some(error) => Err(GpuError::Refused {
+                name: self.info.name.clone(),
+                reason: error.to_string(),
+            }),
             None => Ok(result),
         }
     }
@@ -136,26 +161,42 @@ impl Gpu {
                 usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
                 mapped_at_creation: false,
             });
-            let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            let mut encoder = self
+                .device
+                .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
             encoder.copy_buffer_to_buffer(buffer, 0, &staging, 0, bytes);
             self.queue.submit([encoder.finish()]);
             staging
         })?;
         let (sender, receiver) = std::sync::mpsc::channel();
-        staging.slice(..).map_async(wgpu::MapMode::Read, move |result| {
-            // The receiver waits below.
-            let _ = sender.send(result);
-        });
+        staging
+            .slice(..)
+            .map_async(wgpu::MapMode::Read, move |result| {
+                // The receiver waits below.
+                let _ = sender.send(result);
+            });
         self.wait()?;
         let lost = |reason: String| GpuError::Lost(reason);
-        receiver.recv().map_err(|e| lost(e.to_string()))?.map_err(|e| lost(e.to_string()))?;
-        let view = staging.slice(..).get_mapped_range().map_err(|e| lost(e.to_string()))?;
+        receiver
+            .recv()
+            .map_err(|e| lost(e.to_string()))?
+            .map_err(|e| lost(e.to_string()))?;
+        let view = staging
+            .slice(..)
+            .get_mapped_range()
+            .map_err(|e| lost(e.to_string()))?;
         Ok(view.to_vec())
     }
 
     /// Wait until all that was submitted is done.
     pub(crate) fn wait(&self) -> Result<(), GpuError> {
-        let poll = wgpu::PollType::Wait { submission_index: None, timeout: None };
-        self.device.poll(poll).map(|_| ()).map_err(|e| GpuError::Lost(e.to_string()))
+        let poll = wgpu::PollType::Wait {
+            submission_index: None,
+            timeout: None,
+        };
+        self.device
+            .poll(poll)
+            .map(|_| ())
+            .map_err(|e| GpuError::Lost(e.to_string()))
     }
 }

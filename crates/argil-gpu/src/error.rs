@@ -17,7 +17,9 @@ pub enum GpuError {
         reason: String,
     },
     /// Something does not fit.
-    #[error("{what} takes {bytes} bytes, more than {name} allows in one buffer, {limit}: use --device cpu or a smaller size")]
+    #[error(
+        "{what} takes {bytes} bytes, more than {name} allows in one buffer, {limit}: use --device cpu or a smaller size"
+    )]
     TooLarge {
         /// The adapter.
         name: String,
@@ -29,7 +31,9 @@ pub enum GpuError {
         limit: u64,
     },
     /// Folds, loops and joints nest too deep for the interpreter's fixed stacks.
-    #[error("the scene nests deeper than the GPU's {slots} slots: it needs {needed}. The CPU has no such limit: use --device cpu")]
+    #[error(
+        "the scene nests deeper than the GPU's {slots} slots: it needs {needed}. The CPU has no such limit: use --device cpu"
+    )]
     TooDeep {
         /// Slots there are.
         slots: usize,
@@ -37,7 +41,9 @@ pub enum GpuError {
         needed: usize,
     },
     /// The program is too long to be written out as a shader.
-    #[error("the scene has too many brushes to be specialised into a shader: leave out --specialize")]
+    #[error(
+        "the scene has too many brushes to be specialised into a shader: leave out --specialize"
+    )]
     TooLongToSpecialize,
     /// A shader did not compile or a command was refused.
     #[error("{name}: {reason}")]

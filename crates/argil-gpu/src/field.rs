@@ -9,7 +9,12 @@ use argil_field::{Opcodes, Program};
 use std::sync::{Arc, OnceLock};
 
 /// An instruction that does nothing: an empty program still needs a row to bind.
-const IDLE: Instr = Instr { op: u32::MAX, flags: 0, params: 0, operand: 0 };
+const IDLE: Instr = Instr {
+    op: u32::MAX,
+    flags: 0,
+    params: 0,
+    operand: 0,
+};
 
 /// A program on a GPU, ready to be drawn.
 pub struct GpuField {
@@ -34,13 +39,28 @@ impl GpuField {
         let is_software = gpu.info().kind == DeviceKind::Software;
         let opcodes = Opcodes::of(program);
         let (interpreter, field_wgsl) = if specialized {
-            (None, program.specialized_wgsl().ok_or(GpuError::TooLongToSpecialize)?)
+            (
+                None,
+                program
+                    .specialized_wgsl()
+                    .ok_or(GpuError::TooLongToSpecialize)?,
+            )
         } else {
             check_depth(program)?;
             // A software device pays for every case of the interpreter, used or not.
-            if is_software { (Some(opcodes), opcodes.wgsl()) } else { (None, argil_field::wgsl()) }
+            if is_software {
+                (Some(opcodes), opcodes.wgsl())
+            } else {
+                (None, argil_field::wgsl())
+            }
         };
-        let layout = gpu.checked(|| layout(&gpu, "Picture", &[FRAME, INSTRS, PARAMS, MATERIALS, HITS, COLORS]))?;
+        let layout = gpu.checked(|| {
+            layout(
+                &gpu,
+                "Picture",
+                &[FRAME, INSTRS, PARAMS, MATERIALS, HITS, COLORS],
+            )
+        })?;
         let [trace, shade] = picture_pipelines(&gpu, &field_wgsl, &layout)?;
         let mut field = Self {
             gpu,
@@ -69,13 +89,18 @@ impl GpuField {
             self.field_wgsl = wider.wgsl();
             self.trimmed_to = Some(wider);
             self.query = OnceLock::new();
-            [self.trace, self.shade] = picture_pipelines(&self.gpu, &self.field_wgsl, &self.layout)?;
+            [self.trace, self.shade] =
+                picture_pipelines(&self.gpu, &self.field_wgsl, &self.layout)?;
         }
         self.upload(program)
     }
 
     fn upload(&mut self, program: &Program) -> Result<(), GpuError> {
-        let instrs = if program.instrs().is_empty() { &[IDLE][..] } else { program.instrs() };
+        let instrs = if program.instrs().is_empty() {
+            &[IDLE][..]
+        } else {
+            program.instrs()
+        };
         self.instrs.write(&self.gpu, instrs)?;
         self.params.write(&self.gpu, program.params())?;
         self.materials.write(&self.gpu, program.materials())?;
@@ -102,8 +127,14 @@ impl GpuField {
     }
 
     pub(crate) fn table_bindings(&self) -> impl Iterator<Item = wgpu::BindGroupEntry<'_>> {
-        let tables = [(&self.instrs, INSTRS), (&self.params, PARAMS), (&self.materials, MATERIALS)];
-        tables.into_iter().filter_map(|(table, binding)| table.binding(binding))
+        let tables = [
+            (&self.instrs, INSTRS),
+            (&self.params, PARAMS),
+            (&self.materials, MATERIALS),
+        ];
+        tables
+            .into_iter()
+            .filter_map(|(table, binding)| table.binding(binding))
     }
 }
 
@@ -113,12 +144,25 @@ fn picture_pipelines(
     layout: &wgpu::BindGroupLayout,
 ) -> Result<[wgpu::ComputePipeline; 2], GpuError> {
     let [camera, trace, shade] = argil_march::wgsl();
-    let source = [&argil_abi::wgsl(), TABLES_WGSL, PICTURE_WGSL, field_wgsl, camera, trace, shade].concat();
+    let source = [
+        &argil_abi::wgsl(),
+        TABLES_WGSL,
+        PICTURE_WGSL,
+        field_wgsl,
+        camera,
+        trace,
+        shade,
+    ]
+    .concat();
     pipelines(gpu, source, layout, ["trace", "shade"])
 }
 
 fn check_depth(program: &Program) -> Result<(), GpuError> {
     let (values, points) = program.stack_slots();
     let (slots, needed) = (GPU_STACK_SLOTS as usize, values.max(points));
-    if needed > slots { Err(GpuError::TooDeep { slots, needed }) } else { Ok(()) }
+    if needed > slots {
+        Err(GpuError::TooDeep { slots, needed })
+    } else {
+        Ok(())
+    }
 }

@@ -1,4 +1,6 @@
-use crate::pass::{ANSWERS, INSTRS, MATERIALS, PARAMS, QUERIES, QUERY_WGSL, TABLES_WGSL, layout, pipelines};
+use crate::pass::{
+    ANSWERS, INSTRS, MATERIALS, PARAMS, QUERIES, QUERY_WGSL, TABLES_WGSL, layout, pipelines,
+};
 use crate::table::Table;
 use crate::{GpuError, GpuField};
 use argil_abi::{Answer, Query};
@@ -25,7 +27,12 @@ impl GpuField {
                 self.query.get_or_init(|| made)
             }
         };
-        let queries: Vec<Query> = points.iter().map(|&[x, y, z]| Query { point: [x, y, z, 0.0] }).collect();
+        let queries: Vec<Query> = points
+            .iter()
+            .map(|&[x, y, z]| Query {
+                point: [x, y, z, 0.0],
+            })
+            .collect();
         let mut query_table = Table::new("queries");
         query_table.write(gpu, &queries)?;
         let mut answers = Table::new("answers");
@@ -41,23 +48,41 @@ impl GpuField {
                 layout,
                 entries: &entries,
             });
-            let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-            let mut pass = encoder
-                .begin_compute_pass(&wgpu::ComputePassDescriptor { label: Some("Query::points"), timestamp_writes: None });
+            let mut encoder = gpu
+                .device
+                .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+                label: Some("Query::points"),
+                timestamp_writes: None,
+            });
             pass.set_pipeline(pipeline);
             pass.set_bind_group(0, &bind_group, &[]);
             pass.dispatch_workgroups(groups.min(ROW), groups.div_ceil(ROW), 1);
             drop(pass);
             gpu.queue.submit([encoder.finish()]);
         })?;
-        let buffer = answers.buffer().ok_or_else(|| GpuError::Lost("no answers".into()))?;
-        Ok(gpu.read_back(buffer, bytes)?.chunks_exact(size_of::<Answer>()).map(bytemuck::pod_read_unaligned).collect())
+        let buffer = answers
+            .buffer()
+            .ok_or_else(|| GpuError::Lost("no answers".into()))?;
+        Ok(gpu
+            .read_back(buffer, bytes)?
+            .chunks_exact(size_of::<Answer>())
+            .map(bytemuck::pod_read_unaligned)
+            .collect())
     }
 
     fn make_query(&self) -> Result<QueryPass, GpuError> {
         let gpu = self.gpu();
-        let source = [&argil_abi::wgsl(), TABLES_WGSL, QUERY_WGSL, self.field_wgsl(), include_str!("query.wgsl")].concat();
-        let layout = gpu.checked(|| layout(gpu, "Query", &[INSTRS, PARAMS, MATERIALS, QUERIES, ANSWERS]))?;
+        let source = [
+            &argil_abi::wgsl(),
+            TABLES_WGSL,
+            QUERY_WGSL,
+            self.field_wgsl(),
+            include_str!("query.wgsl"),
+        ]
+        .concat();
+        let layout =
+            gpu.checked(|| layout(gpu, "Query", &[INSTRS, PARAMS, MATERIALS, QUERIES, ANSWERS]))?;
         let [pipeline] = pipelines(gpu, source, &layout, ["query"])?;
         Ok((layout, pipeline))
     }

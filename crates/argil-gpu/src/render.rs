@@ -35,7 +35,10 @@ impl GpuField {
             })
         })?;
         let bind_group = gpu.checked(|| {
-            let frame = wgpu::BindGroupEntry { binding: FRAME, resource: uniform.as_entire_binding() };
+            let frame = wgpu::BindGroupEntry {
+                binding: FRAME,
+                resource: uniform.as_entire_binding(),
+            };
             let mut entries: Vec<_> = self.table_bindings().collect();
             entries.push(frame);
             entries.extend(hits.binding(HITS));
@@ -57,7 +60,10 @@ impl GpuField {
         let mut hit_words = Vec::new();
         for (sample, frame) in frames.iter().enumerate() {
             for band in 0..bands {
-                let frame = Frame { first_row: band * rows, ..*frame };
+                let frame = Frame {
+                    first_row: band * rows,
+                    ..*frame
+                };
                 gpu.checked(|| self.submit(&frame, rows, &uniform, &bind_group, timing.as_mut()))?;
             }
             if sample == 0 {
@@ -71,8 +77,14 @@ impl GpuField {
             None => clock_ms,
         };
 
-        let colors: Vec<[f32; 4]> = color_words.chunks_exact(16).map(bytemuck::pod_read_unaligned).collect();
-        let hits = hit_words.chunks_exact(size_of::<Hit>()).map(bytemuck::pod_read_unaligned).collect();
+        let colors: Vec<[f32; 4]> = color_words
+            .chunks_exact(16)
+            .map(bytemuck::pod_read_unaligned)
+            .collect();
+        let hits = hit_words
+            .chunks_exact(size_of::<Hit>())
+            .map(bytemuck::pod_read_unaligned)
+            .collect();
         Ok((Picture::new(first, &colors, hits), duration_ms))
     }
 
@@ -85,12 +97,17 @@ impl GpuField {
         mut timing: Option<&mut Timing>,
     ) {
         let gpu = self.gpu();
-        gpu.queue.write_buffer(uniform, 0, bytemuck::bytes_of(frame));
-        let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        gpu.queue
+            .write_buffer(uniform, 0, bytemuck::bytes_of(frame));
+        let mut encoder = gpu
+            .device
+            .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         for (label, pipeline) in [("Trace::rays", &self.trace), ("Shade::light", &self.shade)] {
             let timestamp_writes = timing.as_mut().and_then(|t| t.next());
-            let mut pass =
-                encoder.begin_compute_pass(&wgpu::ComputePassDescriptor { label: Some(label), timestamp_writes });
+            let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+                label: Some(label),
+                timestamp_writes,
+            });
             pass.set_pipeline(pipeline);
             pass.set_bind_group(0, bind_group, &[]);
             pass.dispatch_workgroups(frame.width.div_ceil(GROUP), rows.div_ceil(GROUP), 1);
@@ -100,6 +117,8 @@ impl GpuField {
 }
 
 fn read(field: &GpuField, table: &Table, bytes: u64) -> Result<Vec<u8>, GpuError> {
-    let buffer = table.buffer().ok_or_else(|| GpuError::Lost("no buffer".into()))?;
+    let buffer = table
+        .buffer()
+        .ok_or_else(|| GpuError::Lost("no buffer".into()))?;
     field.gpu().read_back(buffer, bytes)
 }

@@ -10,25 +10,42 @@ pub(crate) struct Table {
 
 impl Table {
     pub fn new(what: &'static str) -> Self {
-        Self { what, buffer: None, used: 0 }
+        Self {
+            what,
+            buffer: None,
+            used: 0,
+        }
     }
 
     /// Make room for `bytes`; whether the buffer is another than before.
     pub fn reserve(&mut self, gpu: &Gpu, bytes: u64) -> Result<(), GpuError> {
         let bytes = bytes.max(16).next_multiple_of(16);
         let limits = gpu.device.limits();
-        let limit = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
+        let limit = limits
+            .max_storage_buffer_binding_size
+            .min(limits.max_buffer_size);
         if bytes > limit {
             let name = gpu.info.name.clone();
-            return Err(GpuError::TooLarge { name, what: self.what, bytes, limit });
+            return Err(GpuError::TooLarge {
+                name,
+                what: self.what,
+                bytes,
+                limit,
+            });
         }
         self.used = bytes;
         if self.buffer.as_ref().is_none_or(|b| b.size() < bytes) {
             // Some air, so that a scene which grows brush by brush does not need a new buffer each time.
             let size = (bytes + bytes / 2).next_multiple_of(16).min(limit);
-            let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::COPY_SRC;
-            let descriptor =
-                wgpu::BufferDescriptor { label: Some(self.what), size, usage, mapped_at_creation: false };
+            let usage = wgpu::BufferUsages::STORAGE
+                | wgpu::BufferUsages::COPY_DST
+                | wgpu::BufferUsages::COPY_SRC;
+            let descriptor = wgpu::BufferDescriptor {
+                label: Some(self.what),
+                size,
+                usage,
+                mapped_at_creation: false,
+            };
             self.buffer = Some(gpu.checked(|| gpu.device.create_buffer(&descriptor))?);
         }
         Ok(())

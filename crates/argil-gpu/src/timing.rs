@@ -27,7 +27,12 @@ impl Timing {
                 usage: wgpu::BufferUsages::QUERY_RESOLVE | wgpu::BufferUsages::COPY_SRC,
                 mapped_at_creation: false,
             });
-            Some(Self { set, resolved, capacity, used: 0 })
+            Some(Self {
+                set,
+                resolved,
+                capacity,
+                used: 0,
+            })
         })
     }
 
@@ -47,12 +52,20 @@ impl Timing {
 
     /// The sum of the passes' durations.
     pub fn total_ms(&self, gpu: &Gpu) -> Result<f64, GpuError> {
-        let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        let mut encoder = gpu
+            .device
+            .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         encoder.resolve_query_set(&self.set, 0..self.used, &self.resolved, 0);
         gpu.queue.submit([encoder.finish()]);
         let bytes = gpu.read_back(&self.resolved, u64::from(self.used) * 8)?;
-        let stamps: Vec<u64> = bytes.chunks_exact(8).map(bytemuck::pod_read_unaligned).collect();
-        let ticks: u64 = stamps.chunks_exact(2).map(|pair| pair[1].saturating_sub(pair[0])).sum();
+        let stamps: Vec<u64> = bytes
+            .chunks_exact(8)
+            .map(bytemuck::pod_read_unaligned)
+            .collect();
+        let ticks: u64 = stamps
+            .chunks_exact(2)
+            .map(|pair| pair[1].saturating_sub(pair[0]))
+            .sum();
         Ok(ticks as f64 * f64::from(gpu.queue.get_timestamp_period()) * 1e-6)
     }
 }

@@ -19,12 +19,18 @@ fn main() {
     let program = Program::lower(&scene).expect("the scene can be lowered");
     let focus = Aabb::centered(Vec3::ONE);
     let camera = Camera::orbit(focus, [35.0, 35.0, 2.42], 35.0);
-    let settings = Settings { size: [SIDE, SIDE], ..Settings::default() };
+    let settings = Settings {
+        size: [SIDE, SIDE],
+        ..Settings::default()
+    };
     let frame = frames(&settings, &camera, &program, focus)[0];
     let bands: Vec<_> = tiles(SIDE, SIDE).collect();
     let mut hits = vec![Hit::default(); (SIDE * SIDE) as usize];
     for threads in [1, 2] {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .expect("threads");
         let mut times: Vec<f64> = (0..15)
             .map(|_| {
                 let start = Instant::now();
@@ -32,7 +38,9 @@ fn main() {
                 pool.install(|| {
                     bands.par_iter().zip(slices).for_each_init(
                         || (Evaluator::new(&program), TileScratch::default()),
-                        |(evaluator, scratch), (&tile, hits)| trace_tile(&frame, tile, evaluator, scratch, hits),
+                        |(evaluator, scratch), (&tile, hits)| {
+                            trace_tile(&frame, tile, evaluator, scratch, hits)
+                        },
                     );
                 });
                 start.elapsed().as_secs_f64() * 1e3
@@ -42,6 +50,9 @@ fn main() {
         let hit = hits.iter().filter(|h| h.kind != HIT_NONE).count();
         assert_eq!(hit, EXPECTED_HITS);
         let steps: f64 = hits.iter().map(|h| f64::from(h.steps)).sum::<f64>() / hits.len() as f64;
-        println!("{threads} threads: median {:.1} ms, min {:.1} ms, {hit} hits, {steps:.2} steps a ray", times[7], times[0]);
+        println!(
+            "{threads} threads: median {:.1} ms, min {:.1} ms, {hit} hits, {steps:.2} steps a ray",
+            times[7], times[0]
+        );
     }
 }

@@ -16,28 +16,48 @@ pub struct Camera {
 impl Camera {
     /// Around the middle of a box: azimuth about y from +z towards +x and elevation, in degrees, and the distance in
     /// multiples of the radius of the ball around the box.
-    pub fn orbit(around: Aabb, [azimuth, elevation, distance]: [f32; 3], field_of_view_degrees: f32) -> Self {
+    pub fn orbit(
+        around: Aabb,
+        [azimuth, elevation, distance]: [f32; 3],
+        field_of_view_degrees: f32,
+    ) -> Self {
         let (around, radius) = finite(around);
         let (azimuth, elevation) = (azimuth.to_radians(), elevation.to_radians());
-        let direction =
-            Vec3::new(elevation.cos() * azimuth.sin(), elevation.sin(), elevation.cos() * azimuth.cos());
+        let direction = Vec3::new(
+            elevation.cos() * azimuth.sin(),
+            elevation.sin(),
+            elevation.cos() * azimuth.cos(),
+        );
         let target = around.center();
         // A camera in its target has no direction: it looks along the orbit's from there.
         let eye = target + direction * (distance * radius).max(1e-4 * radius);
-        Self { eye, target, field_of_view_degrees }
+        Self {
+            eye,
+            target,
+            field_of_view_degrees,
+        }
     }
 
     /// The camera turned about the vertical axis through its target.
     pub fn turned(self, degrees: f32) -> Self {
         let turn = glam::Quat::from_rotation_y(degrees.to_radians());
-        Self { eye: self.target + turn * (self.eye - self.target), ..self }
+        Self {
+            eye: self.target + turn * (self.eye - self.target),
+            ..self
+        }
     }
 
     /// The axes to the right, up and forward, of length 1.
     pub(crate) fn axes(&self) -> [Vec3; 3] {
-        let forward = (self.target - self.eye).try_normalize().unwrap_or(Vec3::NEG_Z);
+        let forward = (self.target - self.eye)
+            .try_normalize()
+            .unwrap_or(Vec3::NEG_Z);
         // Straight up or down there is no horizon: keep x to the right.
-        let right = forward.cross(Vec3::Y).try_normalize().filter(|_| forward.y.abs() < 0.999_999).unwrap_or(Vec3::X);
+        let right = forward
+            .cross(Vec3::Y)
+            .try_normalize()
+            .filter(|_| forward.y.abs() < 0.999_999)
+            .unwrap_or(Vec3::X);
         [right, right.cross(forward), forward]
     }
 }
@@ -45,7 +65,11 @@ impl Camera {
 /// A box that can be looked at, with its radius: the box itself where it is finite, else one of size 2 around the
 /// origin.
 pub(crate) fn finite(b: Aabb) -> (Aabb, f32) {
-    let b = if b.is_finite() { b } else { Aabb::centered(Vec3::ONE) };
+    let b = if b.is_finite() {
+        b
+    } else {
+        Aabb::centered(Vec3::ONE)
+    };
     (b, b.half_diagonal().max(1e-4))
 }
 
@@ -58,5 +82,8 @@ pub(crate) fn primary_ray(frame: &Frame, x: u32, y: u32) -> Ray {
     let (dx, dy, dz) = (axis(0), axis(1), axis(2));
     let length = (dx * dx + dy * dy + dz * dz).sqrt();
     let [ex, ey, ez, _] = frame.eye_step;
-    Ray { origin: Vec3::new(ex, ey, ez), direction: Vec3::new(dx / length, dy / length, dz / length) }
+    Ray {
+        origin: Vec3::new(ex, ey, ez),
+        direction: Vec3::new(dx / length, dy / length, dz / length),
+    }
 }

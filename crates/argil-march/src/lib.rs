@@ -3,8 +3,8 @@
 //! *Theory.* Sphere tracing (Hart 1996): from a point, a ray can go as far as the distance there without crossing the
 //! surface. Divided by the field's Lipschitz constant, that holds for chamfered joints too.
 //!
-//! *Practice.* Two passes, each with a twin in WGSL: [`trace`](trace_tile) finds what each primary ray hits, [`shade`](
-//! shade_tile) colours it. On the CPU a tile's rays march together: each round evaluates the field in batches for the
+//! *Practice.* Two passes, each with a twin in WGSL: [`trace_tile`] finds what each primary ray hits, [`shade_tile`] colours
+//! it. On the CPU a tile's rays march together: each round evaluates the field in batches for the
 //! rays still under way and closes the gaps that the finished ones leave. [`render`] runs both over all tiles and
 //! samples. What differs from a textbook tracer: a ray that starts inside a solid marches to the surface from within,
 //! and rays are cut to the scene's box first, which costs nothing and saves the steps of those that miss it.
@@ -27,5 +27,9 @@ pub use trace::{Tile, TileScratch, tiles, trace_tile};
 
 /// The WGSL twins: `trace.wgsl` and `shade.wgsl`, with what they share.
 pub fn wgsl() -> [&'static str; 3] {
-    [include_str!("camera.wgsl"), include_str!("trace.wgsl"), include_str!("shade.wgsl")]
+    [
+        include_str!("camera.wgsl"),
+        include_str!("trace.wgsl"),
+        include_str!("shade.wgsl"),
+    ]
 }

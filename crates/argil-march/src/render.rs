@@ -17,18 +17,21 @@ pub fn render(program: &Program, frames: &[Frame]) -> Picture {
 
     // Each tile's part of the picture is one slice.
     let rows = all.first().map_or(1, |tile| tile.area());
-    all.par_iter().zip(hits.par_chunks_mut(rows)).zip(colors.par_chunks_mut(rows)).for_each_init(
-        || (Evaluator::new(program), TileScratch::default(), Vec::new()),
-        |(evaluator, scratch, sample), ((&tile, hits), colors)| {
-            for (i, frame) in frames.iter().enumerate() {
-                sample.resize(tile.area(), Hit::default());
-                // Only the first sample's hits are kept.
-                let found = if i == 0 { &mut *hits } else { &mut sample[..] };
-                trace_tile(frame, tile, evaluator, scratch, found);
-                shade_tile(frame, tile, evaluator, scratch, found, colors);
-            }
-        },
-    );
+    all.par_iter()
+        .zip(hits.par_chunks_mut(rows))
+        .zip(colors.par_chunks_mut(rows))
+        .for_each_init(
+            || (Evaluator::new(program), TileScratch::default(), Vec::new()),
+            |(evaluator, scratch, sample), ((&tile, hits), colors)| {
+                for (i, frame) in frames.iter().enumerate() {
+                    sample.resize(tile.area(), Hit::default());
+                    // Only the first sample's hits are kept.
+                    let found = if i == 0 { &mut *hits } else { &mut sample[..] };
+                    trace_tile(frame, tile, evaluator, scratch, found);
+                    shade_tile(frame, tile, evaluator, scratch, found, colors);
+                }
+            },
+        );
     Picture::new(first, &colors, hits)
 }
 

@@ -67,13 +67,30 @@ pub fn frames(settings: &Settings, camera: &Camera, program: &Program, focus: Aa
     let solid = program.aabb();
     // The box of the solid, a little larger: a ray should not start within epsilon of a flat side. Nothing solid is a
     // box that no ray meets.
-    let bounds = if solid.is_empty() { Aabb::new(Vec3::splat(1e8), Vec3::splat(1e8)) } else { solid.grown(4.0 * epsilon) };
+    let bounds = if solid.is_empty() {
+        Aabb::new(Vec3::splat(1e8), Vec3::splat(1e8))
+    } else {
+        solid.grown(4.0 * epsilon)
+    };
     let limit = Vec3::splat(argil_field::WORLD_LIMIT);
     let (min, max) = (bounds.min.max(-limit), bounds.max.min(limit));
     let [azimuth, elevation] = settings.sun_degrees.map(f32::to_radians);
-    let sun = [elevation.cos() * azimuth.sin(), elevation.sin(), elevation.cos() * azimuth.cos(), radius];
-    let floor = if solid.is_finite() { solid.min.y } else { focus.min.y };
-    let depth_far = focus.corners().map(|c| c.distance(camera.eye)).into_iter().fold(0.0, f32::max);
+    let sun = [
+        elevation.cos() * azimuth.sin(),
+        elevation.sin(),
+        elevation.cos() * azimuth.cos(),
+        radius,
+    ];
+    let floor = if solid.is_finite() {
+        solid.min.y
+    } else {
+        focus.min.y
+    };
+    let depth_far = focus
+        .corners()
+        .map(|c| c.distance(camera.eye))
+        .into_iter()
+        .fold(0.0, f32::max);
     let show = match settings.show {
         Show::Shaded => abi::SHOW_SHADED,
         Show::Normal => abi::SHOW_NORMAL,
@@ -118,5 +135,8 @@ fn offset(sample: u32, samples: u32) -> [f32; 2] {
         return [0.5, 0.5];
     }
     let n = sample as f32;
-    [(0.5 + n * 0.754_877_7).fract(), (0.5 + n * 0.569_840_3).fract()]
+    [
+        (0.5 + n * 0.754_877_7).fract(),
+        (0.5 + n * 0.569_840_3).fract(),
+    ]
 }

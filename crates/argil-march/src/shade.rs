@@ -21,8 +21,10 @@ const SUN_LIGHT: Vec3 = vec3(3.3, 3.05, 2.65);
 const ZENITH: Vec3 = vec3(0.30, 0.45, 0.72);
 const HORIZON: Vec3 = vec3(0.80, 0.86, 0.92);
 const BELOW: Vec3 = vec3(0.44, 0.45, 0.47);
-const GROUND: MaterialWords =
-    MaterialWords { base_roughness: [0.46, 0.45, 0.43, 0.9], emission_metallic: [0.0, 0.0, 0.0, 0.0] };
+const GROUND: MaterialWords = MaterialWords {
+    base_roughness: [0.46, 0.45, 0.43, 0.9],
+    emission_metallic: [0.0, 0.0, 0.0, 0.0],
+};
 
 /// Buffers of this pass.
 #[derive(Default)]
@@ -50,7 +52,9 @@ pub fn shade_tile(
     hits: &[Hit],
     out: &mut [[f32; 4]],
 ) {
-    let TileScratch { points, shading, .. } = scratch;
+    let TileScratch {
+        points, shading, ..
+    } = scratch;
     if frame.show == abi::SHOW_SHADED {
         shading.gather(frame, tile, evaluator, points, hits);
     }
@@ -60,8 +64,10 @@ pub fn shade_tile(
         let color = match frame.show {
             abi::SHOW_NORMAL if hit.kind != abi::HIT_NONE => {
                 vec3(hit.normal_t[0], hit.normal_t[1], hit.normal_t[2]) * 0.5 + 0.5
-            },
-            abi::SHOW_DEPTH if hit.kind != abi::HIT_NONE => Vec3::splat(depth(frame, hit.normal_t[3])),
+            }
+            abi::SHOW_DEPTH if hit.kind != abi::HIT_NONE => {
+                Vec3::splat(depth(frame, hit.normal_t[3]))
+            }
             abi::SHOW_HEAT => heat(hit.steps),
             abi::SHOW_SHADED => {
                 let ray = primary_ray(frame, x, y);
@@ -70,14 +76,25 @@ pub fn shade_tile(
                 } else {
                     let k = next_lit;
                     next_lit += 1;
-                    lit(frame, ray, hit, &shading.materials[k], shading.sun[k], shading.sky[k])
+                    lit(
+                        frame,
+                        ray,
+                        hit,
+                        &shading.materials[k],
+                        shading.sun[k],
+                        shading.sky[k],
+                    )
                 };
                 tone(light)
             }
             _ => Vec3::ZERO,
         };
         let weight = frame.sample_weight;
-        let covered = if matches!(hit.kind, abi::HIT_OUTSIDE | abi::HIT_INSIDE) { 1.0 } else { 0.0 };
+        let covered = if matches!(hit.kind, abi::HIT_OUTSIDE | abi::HIT_INSIDE) {
+            1.0
+        } else {
+            0.0
+        };
         for (out, value) in out.iter_mut().zip([color.x, color.y, color.z, covered]) {
             *out += value * weight;
         }
@@ -95,29 +112,46 @@ impl Scratch {
         hits: &[Hit],
     ) {
         self.lit.clear();
-        self.lit.extend((0..tile.area() as u32).filter(|&i| hits[i as usize].kind != abi::HIT_NONE));
+        self.lit
+            .extend((0..tile.area() as u32).filter(|&i| hits[i as usize].kind != abi::HIT_NONE));
         let surface = |i: u32| {
             let hit = &hits[i as usize];
             let (x, y) = tile.pixel(i as usize);
             let position = primary_ray(frame, x, y).at(hit.normal_t[3]);
-            (position, vec3(hit.normal_t[0], hit.normal_t[1], hit.normal_t[2]))
+            (
+                position,
+                vec3(hit.normal_t[0], hit.normal_t[1], hit.normal_t[2]),
+            )
         };
 
         // Materials at the solid's surface; the ground has its own.
         let solid = |&i: &u32| hits[i as usize].kind != abi::HIT_GROUND;
         points.clear();
-        self.lit.iter().filter(|i| solid(i)).for_each(|&i| points.push(surface(i).0));
+        self.lit
+            .iter()
+            .filter(|i| solid(i))
+            .for_each(|&i| points.push(surface(i).0));
         points.d.resize(points.x.len(), 0.0);
         self.found.resize(points.x.len(), GROUND);
         for first in (0..points.x.len()).step_by(LANES) {
             let r = first..(first + LANES).min(points.x.len());
             let (d, m) = (&mut points.d[r.clone()], &mut self.found[r.clone()]);
-            evaluator.materials(&points.x[r.clone()], &points.y[r.clone()], &points.z[r], d, m);
+            evaluator.materials(
+                &points.x[r.clone()],
+                &points.y[r.clone()],
+                &points.z[r],
+                d,
+                m,
+            );
         }
         let mut found = self.found.iter();
         self.materials.clear();
         for i in &self.lit {
-            let own = if solid(i) { found.next().copied() } else { None };
+            let own = if solid(i) {
+                found.next().copied()
+            } else {
+                None
+            };
             self.materials.push(own.unwrap_or(GROUND));
         }
 
@@ -135,14 +169,20 @@ impl Scratch {
         for i in &self.lit {
             let own = if near_solid(i) { taps.next() } else { None };
             let (p, n) = surface(*i);
-            self.sky.push(own.map_or(1.0, |taps| openness(frame, p, n, taps)));
+            self.sky
+                .push(own.map_or(1.0, |taps| openness(frame, p, n, taps)));
         }
 
         self.shadows(frame, evaluator, surface);
     }
 
     /// The sun's share, by rays that march together as primary ones do.
-    fn shadows(&mut self, frame: &Frame, evaluator: &mut Evaluator<'_>, surface: impl Fn(u32) -> (Vec3, Vec3)) {
+    fn shadows(
+        &mut self,
+        frame: &Frame,
+        evaluator: &mut Evaluator<'_>,
+        surface: impl Fn(u32) -> (Vec3, Vec3),
+    ) {
         let sun = sun_direction(frame);
         let bounds = bounds_of(frame);
         let (epsilon, step_scale) = (frame.box_min_epsilon[3], frame.eye_step[3]);
@@ -153,7 +193,12 @@ impl Scratch {
         for (k, &i) in self.lit.iter().enumerate() {
             let (p, n) = surface(i);
             let origin = p + n * (8.0 * epsilon);
-            match (Ray { origin, direction: sun }).span(bounds) {
+            match (Ray {
+                origin,
+                direction: sun,
+            })
+            .span(bounds)
+            {
                 Some((near, far)) if n.dot(sun) > 0.0 => wave.push(k as u32, origin, (near, far)),
                 // The side away from the sun needs no ray, and one that misses the box meets nothing.
                 _ => {}
@@ -169,7 +214,10 @@ impl Scratch {
                 let mut d = [0.0f32; LANES];
                 for (axis, p) in p.iter_mut().enumerate() {
                     // A shadow ray keeps its origin where a primary one keeps its direction.
-                    let (t, origin) = (&wave.t[first..first + n], &wave.direction[axis][first..first + n]);
+                    let (t, origin) = (
+                        &wave.t[first..first + n],
+                        &wave.direction[axis][first..first + n],
+                    );
                     for (p, (t, origin)) in p.iter_mut().zip(t.iter().zip(origin)) {
                         *p = origin + sun[axis] * t;
                     }
@@ -212,7 +260,11 @@ fn openness(frame: &Frame, p: Vec3, n: Vec3, taps: &[f32]) -> f32 {
     for (tap, &d) in taps.iter().enumerate() {
         let height = tap_height(frame, tap);
         let above_ground = p.y + n.y * height - frame.ground_jitter[0];
-        let d = if frame.ground_jitter[1] > 0.0 { d.min(above_ground) } else { d };
+        let d = if frame.ground_jitter[1] > 0.0 {
+            d.min(above_ground)
+        } else {
+            d
+        };
         closed += weight * (height - d).max(0.0) / height;
         weight *= 0.75;
     }
@@ -226,7 +278,11 @@ fn sky(frame: &Frame, direction: Vec3) -> Vec3 {
     let below = HORIZON.lerp(BELOW, (-up * 4.0).clamp(0.0, 1.0));
     let base = if up >= 0.0 { above } else { below };
     // With a ground there is nothing below the horizon to see but haze.
-    let hazy = if frame.ground_jitter[1] > 0.0 && up < 0.0 { HORIZON } else { base };
+    let hazy = if frame.ground_jitter[1] > 0.0 && up < 0.0 {
+        HORIZON
+    } else {
+        base
+    };
     let glow = direction.dot(sun_direction(frame)).max(0.0);
     let glow2 = glow * glow;
     let glow8 = glow2 * glow2 * glow2 * glow2;
@@ -234,7 +290,14 @@ fn sky(frame: &Frame, direction: Vec3) -> Vec3 {
 }
 
 /// The light that a surface sends towards the viewer.
-fn lit(frame: &Frame, ray: Ray, hit: &Hit, material: &MaterialWords, sun_share: f32, sky_share: f32) -> Vec3 {
+fn lit(
+    frame: &Frame,
+    ray: Ray,
+    hit: &Hit,
+    material: &MaterialWords,
+    sun_share: f32,
+    sky_share: f32,
+) -> Vec3 {
     let [r, g, b, roughness] = material.base_roughness;
     let [er, eg, eb, metallic] = material.emission_metallic;
     let base = vec3(r, g, b);
@@ -258,7 +321,9 @@ fn lit(frame: &Frame, ray: Ray, hit: &Hit, material: &MaterialWords, sun_share: 
     let visibility = 0.25 / ((facing * (1.0 - k) + k) * (lit_height * (1.0 - k) + k));
     let fresnel = schlick(mirror, view.dot(half).max(0.0), 1.0);
     let share = sun_share * sun_share * (3.0 - 2.0 * sun_share);
-    let direct = (body * std::f32::consts::FRAC_1_PI + fresnel * (lobe * visibility)) * SUN_LIGHT * (lit_height * share * std::f32::consts::FRAC_PI_2);
+    let direct = (body * std::f32::consts::FRAC_1_PI + fresnel * (lobe * visibility))
+        * SUN_LIGHT
+        * (lit_height * share * std::f32::consts::FRAC_PI_2);
 
     // The sky: its mean over the normal's half space for the body, along the reflection for the mirror.
     let around = BELOW.lerp(ZENITH.lerp(HORIZON, 0.5), 0.5 + 0.5 * n.y);

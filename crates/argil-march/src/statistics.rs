@@ -23,9 +23,19 @@ impl Statistics {
     pub fn of(hits: &[Hit]) -> Self {
         let mut steps: Vec<u32> = hits.iter().map(|h| h.steps).collect();
         steps.sort_unstable();
-        let at = |share: f64| steps.get(((steps.len() as f64 * share).ceil() as usize).saturating_sub(1)).copied();
+        let at = |share: f64| {
+            steps
+                .get(((steps.len() as f64 * share).ceil() as usize).saturating_sub(1))
+                .copied()
+        };
         let mean = steps.iter().map(|&s| f64::from(s)).sum::<f64>() / steps.len().max(1) as f64;
         let number = |v: Option<u32>| f64::from(v.unwrap_or(0));
-        Self { steps: Spread { mean, p95: number(at(0.95)), max: number(steps.last().copied()) } }
+        Self {
+            steps: Spread {
+                mean,
+                p95: number(at(0.95)),
+                max: number(steps.last().copied()),
+            },
+        }
     }
 }

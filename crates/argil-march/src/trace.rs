@@ -29,14 +29,23 @@ impl Tile {
     /// The picture's coordinates of the tile's pixel `i`, row by row.
     #[inline]
     pub(crate) fn pixel(&self, i: usize) -> (u32, u32) {
-        (i as u32 % self.width, self.first_row + i as u32 / self.width)
+        (
+            i as u32 % self.width,
+            self.first_row + i as u32 / self.width,
+        )
     }
 }
 
 /// The tiles of a picture, from the top.
 pub fn tiles(width: u32, height: u32) -> impl Iterator<Item = Tile> {
     let rows = (TILE_RAYS / width.max(1)).max(1);
-    (0..height).step_by(rows as usize).map(move |first_row| Tile { first_row, width, rows: rows.min(height - first_row) })
+    (0..height)
+        .step_by(rows as usize)
+        .map(move |first_row| Tile {
+            first_row,
+            width,
+            rows: rows.min(height - first_row),
+        })
 }
 
 /// Rays under way, one field an array. They march together, so all have taken the same number of steps.
@@ -87,13 +96,14 @@ impl Wave {
         self.retired += 1;
     }
 
-    /// Close the gaps once an eighth of the places is empty: moving rays costs more than marching a few for nothing.
+    /// Close the gaps once a quarter of the places is empty: moving rays costs more than marching a few for nothing.
     pub fn compact(&mut self) {
-        if 8 * self.retired < self.len() {
+        if 4 * self.retired < self.len() {
             return;
         }
         self.places.clear();
-        self.places.extend((0..self.len() as u32).filter(|&i| self.end[i as usize] != RETIRED));
+        self.places
+            .extend((0..self.len() as u32).filter(|&i| self.end[i as usize] != RETIRED));
         let kept = self.places.len();
         let close = |array: &mut Vec<f32>, places: &[u32]| {
             for (to, &from) in places.iter().enumerate() {
@@ -151,7 +161,12 @@ impl Points {
         for first in (0..self.x.len()).step_by(LANES) {
             let range = first..(first + LANES).min(self.x.len());
             let out = &mut self.d[range.clone()];
-            evaluator.distances(&self.x[range.clone()], &self.y[range.clone()], &self.z[range], out);
+            evaluator.distances(
+                &self.x[range.clone()],
+                &self.y[range.clone()],
+                &self.z[range],
+                out,
+            );
         }
     }
 }
@@ -165,6 +180,59 @@ pub struct TileScratch {
     pub(crate) shading: crate::shade::Scratch,
 }
 
+/// The rays of a stretch of a row with where they enter and leave the box: [`primary_ray`] and [`Ray::span`], the same
+/// operations in the same order, for [`LANES`] pixels at once.
+struct Starts {
+    x: [f32; LANES],
+    y: [f32; LANES],
+    z: [f32; LANES],
+    near: [f32; LANES],
+    far: [f32; LANES],
+}
+
+impl Default for Starts {
+    fn default() -> Self {
+        let zero = [0.0; LANES];
+        Self {
+            x: zero,
+            y: zero,
+            z: zero,
+            near: zero,
+            far: zero,
+        }
+    }
+}
+
+impl Starts {
+    fn fill(&mut self, frame: &Frame, bounds: Aabb, x: u32, y: u32) {
+        let v = 1.0 - (y as f32 + frame.ground_jitter[3]) / frame.height as f32 * 2.0;
+        let (jitter, width) = (frame.ground_jitter[2], frame.width as f32);
+        let (forward, right, up, eye) = (frame.forward, frame.right, frame.up, frame.eye_step);
+        let axis = |k: usize, u: f32| forward[k] + right[k] * u + up[k] * v;
+        let tiny = |d: f32| if d.abs() < 1e-20 { 1e-20 } else { d };
+        let low = |a: f32, b: f32| if b < a { b } else { a };
+        let high = |a: f32, b: f32| if b > a { b } else { a };
+        let slab = |d: f32, k: usize| {
+            let inverse = 1.0 / tiny(d);
+            let (a, c) = (
+                (bounds.min[k] - eye[k]) * inverse,
+                (bounds.max[k] - eye[k]) * inverse,
+            );
+            (low(a, c), high(a, c))
+        };
+        for i in 0..LANES {
+            let u = ((x + i as u32) as f32 + jitter) / width * 2.0 - 1.0;
+            let (dx, dy, dz) = (axis(0, u), axis(1, u), axis(2, u));
+            let length = (dx * dx + dy * dy + dz * dz).sqrt();
+            let (dx, dy, dz) = (dx / length, dy / length, dz / length);
+            let ((nx, fx), (ny, fy), (nz, fz)) = (slab(dx, 0), slab(dy, 1), slab(dz, 2));
+            (self.x[i], self.y[i], self.z[i]) = (dx, dy, dz);
+            self.near[i] = high(high(nx, high(ny, nz)), 0.0);
+            self.far[i] = low(fx, low(fy, fz));
+        }
+    }
+}
+
 /// Six points around one, two along each axis.
 const DIFFERENCES: usize = 6;
 
@@ -172,8 +240,16 @@ const DIFFERENCES: usize = 6;
 ///
 /// # Panics
 /// If `out` is shorter than the tile's area.
-pub fn trace_tile(frame: &Frame, tile: Tile, evaluator: &mut Evaluator<'_>, scratch: &mut TileScratch, out: &mut [Hit]) {
-    let TileScratch { wave, points, hits, .. } = scratch;
+pub fn trace_tile(
+    frame: &Frame,
+    tile: Tile,
+    evaluator: &mut Evaluator<'_>,
+    scratch: &mut TileScratch,
+    out: &mut [Hit],
+) {
+    let TileScratch {
+        wave, points, hits, ..
+    } = scratch;
     let [ex, ey, ez, step_scale] = frame.eye_step;
     let eye = Vec3::new(ex, ey, ez);
     let bounds = bounds_of(frame);
@@ -182,12 +258,21 @@ pub fn trace_tile(frame: &Frame, tile: Tile, evaluator: &mut Evaluator<'_>, scra
     // Start the rays that meet the box.
     wave.clear();
     hits.clear();
-    for (i, hit) in out.iter_mut().enumerate().take(tile.area()) {
-        let (x, y) = tile.pixel(i);
-        let ray = primary_ray(frame, x, y);
-        *hit = Hit::default();
-        if let Some(span) = ray.span(bounds) {
-            wave.push(i as u32, ray.direction, span);
+    out[..tile.area()].fill(Hit::default());
+    let mut starts = Starts::default();
+    for row in 0..tile.rows {
+        for x in (0..tile.width).step_by(LANES) {
+            starts.fill(frame, bounds, x, tile.first_row + row);
+            for i in 0..LANES.min((tile.width - x) as usize) {
+                if starts.near[i] <= starts.far[i] {
+                    let direction = Vec3::new(starts.x[i], starts.y[i], starts.z[i]);
+                    wave.push(
+                        row * tile.width + x + i as u32,
+                        direction,
+                        (starts.near[i], starts.far[i]),
+                    );
+                }
+            }
         }
     }
 
@@ -218,23 +303,25 @@ pub fn trace_tile(frame: &Frame, tile: Tile, evaluator: &mut Evaluator<'_>, scra
             }
 
             // One step for all; then look at those that end with it.
-            let (mut reached, mut alive) = ([false; LANES], [false; LANES]);
+            let (mut reached, mut ended) = ([0u8; LANES], [0u8; LANES]);
             for i in 0..n {
                 let gap = d[i] * side[i];
                 // A ray that grazes the surface may run out of steps within a pixel of it.
-                reached[i] = gap < epsilon || (spent && gap < frame.pixel * t[i]);
+                let arrives = (gap < epsilon) | (spent & (gap < frame.pixel * t[i]));
                 t[i] += gap * step_scale;
-                alive[i] = !reached[i] & !spent & (t[i] <= end[i]);
+                reached[i] = u8::from(arrives);
+                ended[i] = u8::from((end[i] != RETIRED) & (arrives | spent | (t[i] > end[i])));
             }
-            for i in (0..n).filter(|&i| !alive[i]) {
+            for i in flagged(&ended) {
                 let ray = first + i;
-                if !wave.is_under_way(ray) {
-                    continue;
-                }
                 let hit = &mut out[wave.pixel[ray] as usize];
                 hit.steps = steps;
-                if reached[i] {
-                    hit.kind = if wave.side[ray] < 0.0 { abi::HIT_INSIDE } else { abi::HIT_OUTSIDE };
+                if reached[i] != 0 {
+                    hit.kind = if wave.side[ray] < 0.0 {
+                        abi::HIT_INSIDE
+                    } else {
+                        abi::HIT_OUTSIDE
+                    };
                     hit.normal_t[3] = wave.t[ray];
                     hits.push(wave.pixel[ray]);
                 }
@@ -258,8 +345,16 @@ pub fn trace_tile(frame: &Frame, tile: Tile, evaluator: &mut Evaluator<'_>, scra
     points.measure(evaluator);
     for (&pixel, d) in hits.iter().zip(points.d.chunks_exact(DIFFERENCES)) {
         let hit = &mut out[pixel as usize];
-        let side = if hit.kind == abi::HIT_INSIDE { -1.0 } else { 1.0 };
-        let (nx, ny, nz) = ((d[0] - d[1]) * side, (d[2] - d[3]) * side, (d[4] - d[5]) * side);
+        let side = if hit.kind == abi::HIT_INSIDE {
+            -1.0
+        } else {
+            1.0
+        };
+        let (nx, ny, nz) = (
+            (d[0] - d[1]) * side,
+            (d[2] - d[3]) * side,
+            (d[4] - d[5]) * side,
+        );
         let length = (nx * nx + ny * ny + nz * nz).sqrt();
         let scale = if length > 0.0 { 1.0 / length } else { 0.0 };
         hit.normal_t = [nx * scale, ny * scale, nz * scale, hit.normal_t[3]];
@@ -277,6 +372,18 @@ pub fn trace_tile(frame: &Frame, tile: Tile, evaluator: &mut Evaluator<'_>, scra
             }
         }
     }
+}
+
+/// The indices of ones among zeros, eight at a look: few rays end with any one step.
+fn flagged(flags: &[u8; LANES]) -> impl Iterator<Item = usize> + '_ {
+    flags.chunks_exact(8).enumerate().flat_map(|(word, bytes)| {
+        let mut bits = u64::from_le_bytes(bytes.try_into().unwrap_or_default());
+        std::iter::from_fn(move || {
+            let bit = (bits != 0).then(|| bits.trailing_zeros() as usize)?;
+            bits &= bits - 1;
+            Some(8 * word + bit / 8)
+        })
+    })
 }
 
 pub(crate) fn bounds_of(frame: &Frame) -> Aabb {

@@ -21,9 +21,15 @@ pub struct Aabb {
 
 impl Aabb {
     /// The box without points.
-    pub const EMPTY: Self = Self { min: Vec3::INFINITY, max: Vec3::NEG_INFINITY };
+    pub const EMPTY: Self = Self {
+        min: Vec3::INFINITY,
+        max: Vec3::NEG_INFINITY,
+    };
     /// The box of all points.
-    pub const ALL: Self = Self { min: Vec3::NEG_INFINITY, max: Vec3::INFINITY };
+    pub const ALL: Self = Self {
+        min: Vec3::NEG_INFINITY,
+        max: Vec3::INFINITY,
+    };
 
     /// The box between two corners; empty where a coordinate of `min` is above that of `max`.
     pub const fn new(min: Vec3, max: Vec3) -> Self {
@@ -37,7 +43,9 @@ impl Aabb {
 
     /// The smallest box around some points.
     pub fn around(points: impl IntoIterator<Item = Vec3>) -> Self {
-        points.into_iter().fold(Self::EMPTY, |b, p| Self::new(b.min.min(p), b.max.max(p)))
+        points
+            .into_iter()
+            .fold(Self::EMPTY, |b, p| Self::new(b.min.min(p), b.max.max(p)))
     }
 
     /// Whether no point lies in the box.
@@ -67,7 +75,11 @@ impl Aabb {
 
     /// The box moved outwards by `by` on all sides. An empty box stays empty.
     pub fn grown(self, by: f32) -> Self {
-        if self.is_empty() { self } else { Self::new(self.min - by, self.max + by) }
+        if self.is_empty() {
+            self
+        } else {
+            Self::new(self.min - by, self.max + by)
+        }
     }
 
     /// The smallest box around both.
@@ -113,13 +125,19 @@ impl Aabb {
             let scale = linear.x_axis.x;
             let uniform = glam::DMat3::from_diagonal(glam::DVec3::splat(scale));
             return if scale > 0.0 && linear == uniform {
-                Self::new(self.min * scale as f32 + shift, self.max * scale as f32 + shift)
+                Self::new(
+                    self.min * scale as f32 + shift,
+                    self.max * scale as f32 + shift,
+                )
             } else {
                 Self::ALL
             };
         }
         // Corners in f64, then one step outwards for the rounding to f32.
-        let hull = Self::around(self.corners().map(|c| to_from_self.transform_point3(c.as_dvec3()).as_vec3()));
+        let hull = Self::around(
+            self.corners()
+                .map(|c| to_from_self.transform_point3(c.as_dvec3()).as_vec3()),
+        );
         let slack = hull.min.abs().max(hull.max.abs()).max_element() * f32::EPSILON;
         hull.grown(slack)
     }

@@ -16,7 +16,10 @@ pub struct Interval {
 impl Interval {
     /// `center` ± `radius`.
     pub fn around(center: f32, radius: f32) -> Self {
-        Self { min: center - radius, max: center + radius }
+        Self {
+            min: center - radius,
+            max: center + radius,
+        }
     }
 
     /// Whether a value lies in the interval.

@@ -22,7 +22,12 @@ impl Ray {
     /// `0 × ∞` arises.
     pub fn span(self, b: Aabb) -> Option<(f32, f32)> {
         let tiny = |d: f32| if d.abs() < 1e-20 { 1e-20 } else { d };
-        let inverse = Vec3::new(tiny(self.direction.x), tiny(self.direction.y), tiny(self.direction.z)).recip();
+        let inverse = Vec3::new(
+            tiny(self.direction.x),
+            tiny(self.direction.y),
+            tiny(self.direction.z),
+        )
+        .recip();
         let a = (b.min - self.origin) * inverse;
         let c = (b.max - self.origin) * inverse;
         let near = a.min(c).max_element().max(0.0);
@@ -38,7 +43,13 @@ mod tests {
     #[test]
     fn spans_of_rays_along_an_axis_inside_and_beside() {
         let unit = Aabb::centered(Vec3::ONE);
-        let ray = |o: [f32; 3], d: [f32; 3]| Ray { origin: o.into(), direction: d.into() }.span(unit);
+        let ray = |o: [f32; 3], d: [f32; 3]| {
+            Ray {
+                origin: o.into(),
+                direction: d.into(),
+            }
+            .span(unit)
+        };
         assert_eq!(ray([-3.0, 0.0, 0.0], [1.0, 0.0, 0.0]), Some((2.0, 4.0)));
         assert_eq!(ray([0.0, 0.0, 0.0], [0.0, 1.0, 0.0]), Some((0.0, 1.0)));
         assert_eq!(ray([3.0, 0.0, 0.0], [1.0, 0.0, 0.0]), None);

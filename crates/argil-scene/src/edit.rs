@@ -91,7 +91,9 @@ pub enum EditError {
     #[error("{0} cannot change between brush and group: remove it and insert another")]
     OtherKind(String),
     /// A modifier that is not a translation, rotation or scale.
-    #[error("only translate, rotate and scale transform a node: replace its entry to change other modifiers")]
+    #[error(
+        "only translate, rotate and scale transform a node: replace its entry to change other modifiers"
+    )]
     NotATransform,
     /// The entry names a material that the scene does not have.
     #[error("material: the scene has no material \"{0}\"")]
@@ -104,10 +106,23 @@ pub enum EditError {
 /// A step that can be taken either way.
 #[derive(Clone, Debug)]
 enum Step {
-    Attach { node: NodeId, parent: NodeId, index: usize },
-    Detach { node: NodeId },
-    Set { node: NodeId, entry: Entry },
-    Move { node: NodeId, parent: NodeId, index: usize },
+    Attach {
+        node: NodeId,
+        parent: NodeId,
+        index: usize,
+    },
+    Detach {
+        node: NodeId,
+    },
+    Set {
+        node: NodeId,
+        entry: Entry,
+    },
+    Move {
+        node: NodeId,
+        parent: NodeId,
+        index: usize,
+    },
 }
 
 #[derive(Clone, Debug, Default)]
@@ -123,9 +138,22 @@ impl Scene {
     }
 
     /// Put a brush or an empty group at the end of a group.
-    pub fn push_into(&mut self, parent: NodeId, entry: impl Into<Entry>) -> Result<Edited, EditError> {
-        let index = self.nodes.get(parent.index()).ok_or(EditError::NoSuchNode(parent))?.children.len();
-        self.apply(Edit::Insert { parent, index, entry: entry.into() })
+    pub fn push_into(
+        &mut self,
+        parent: NodeId,
+        entry: impl Into<Entry>,
+    ) -> Result<Edited, EditError> {
+        let index = self
+            .nodes
+            .get(parent.index())
+            .ok_or(EditError::NoSuchNode(parent))?
+            .children
+            .len();
+        self.apply(Edit::Insert {
+            parent,
+            index,
+            entry: entry.into(),
+        })
     }
 
     /// Do an edit. What was undone before can then not be redone.
@@ -166,12 +194,24 @@ impl Scene {
     /// Check an edit and turn it into a step.
     fn step(&mut self, edit: Edit) -> Result<Step, EditError> {
         Ok(match edit {
-            Edit::Insert { parent, index, entry } => {
+            Edit::Insert {
+                parent,
+                index,
+                entry,
+            } => {
                 self.check_entry(&entry)?;
                 self.check_place(parent, index)?;
                 let node = NodeId(self.nodes.len() as u32);
-                self.nodes.push(Node { entry, children: Vec::new(), parent: None });
-                Step::Attach { node, parent, index }
+                self.nodes.push(Node {
+                    entry,
+                    children: Vec::new(),
+                    parent: None,
+                });
+                Step::Attach {
+                    node,
+                    parent,
+                    index,
+                }
             }
             Edit::Remove { node } => {
                 self.check_inner(node)?;
@@ -180,28 +220,47 @@ impl Scene {
             Edit::Replace { node, entry } => {
                 self.check_inner(node)?;
                 self.check_entry(&entry)?;
-                let same = matches!(self.node(node).entry.body, Body::Group) == matches!(entry.body, Body::Group);
+                let same = matches!(self.node(node).entry.body, Body::Group)
+                    == matches!(entry.body, Body::Group);
                 if !same {
                     return Err(EditError::OtherKind(self.path(node)));
                 }
                 Step::Set { node, entry }
             }
-            Edit::Move { node, parent, index } => {
+            Edit::Move {
+                node,
+                parent,
+                index,
+            } => {
                 self.check_inner(node)?;
                 let mut at = Some(parent);
                 while let Some(id) = at {
                     if id == node {
                         return Err(EditError::IntoItself(self.path(node)));
                     }
-                    at = self.nodes.get(id.index()).ok_or(EditError::NoSuchNode(id))?.parent;
+                    at = self
+                        .nodes
+                        .get(id.index())
+                        .ok_or(EditError::NoSuchNode(id))?
+                        .parent;
                 }
                 let own_place = usize::from(self.node(node).parent == Some(parent));
                 self.check_place(parent, index + own_place)?;
-                Step::Move { node, parent, index }
+                Step::Move {
+                    node,
+                    parent,
+                    index,
+                }
             }
             Edit::SetVisible { node, visible } => {
                 self.check_inner(node)?;
-                Step::Set { node, entry: Entry { visible, ..self.node(node).entry.clone() } }
+                Step::Set {
+                    node,
+                    entry: Entry {
+                        visible,
+                        ..self.node(node).entry.clone()
+                    },
+                }
             }
             Edit::Transform { node, by } => {
                 self.check_inner(node)?;
@@ -223,25 +282,44 @@ impl Scene {
 
     /// Take a checked step; the step back.
     fn take(&mut self, step: Step) -> (Edited, Step) {
-        let (Step::Attach { node, .. } | Step::Detach { node } | Step::Set { node, .. } | Step::Move { node, .. }) = step;
+        let (Step::Attach { node, .. }
+        | Step::Detach { node }
+        | Step::Set { node, .. }
+        | Step::Move { node, .. }) = step;
         let before = self.dirty_box(node);
         let inverse = match step {
-            Step::Attach { node, parent, index } => {
+            Step::Attach {
+                node,
+                parent,
+                index,
+            } => {
                 self.attach(node, parent, index);
                 Step::Detach { node }
             }
             Step::Detach { node } => {
                 let (parent, index) = self.detach(node);
-                Step::Attach { node, parent, index }
+                Step::Attach {
+                    node,
+                    parent,
+                    index,
+                }
             }
             Step::Set { node, mut entry } => {
                 std::mem::swap(&mut self.nodes[node.index()].entry, &mut entry);
                 Step::Set { node, entry }
             }
-            Step::Move { node, parent, index } => {
+            Step::Move {
+                node,
+                parent,
+                index,
+            } => {
                 let (old_parent, old_index) = self.detach(node);
                 self.attach(node, parent, index);
-                Step::Move { node, parent: old_parent, index: old_index }
+                Step::Move {
+                    node,
+                    parent: old_parent,
+                    index: old_index,
+                }
             }
         };
         let dirty_box = before.union(self.dirty_box(node));
@@ -260,7 +338,10 @@ impl Scene {
     fn detach(&mut self, node: NodeId) -> (NodeId, usize) {
         let parent = self.nodes[node.index()].parent.take().unwrap_or(Self::ROOT);
         let siblings = &mut self.nodes[parent.index()].children;
-        let index = siblings.iter().rposition(|&c| c == node).unwrap_or_default();
+        let index = siblings
+            .iter()
+            .rposition(|&c| c == node)
+            .unwrap_or_default();
         siblings.remove(index);
         (parent, index)
     }
@@ -276,7 +357,11 @@ impl Scene {
     fn check_attached(&self, node: NodeId) -> Result<(), EditError> {
         let mut at = node;
         while at != Self::ROOT {
-            at = self.nodes.get(at.index()).and_then(|n| n.parent).ok_or(EditError::NoSuchNode(node))?;
+            at = self
+                .nodes
+                .get(at.index())
+                .and_then(|n| n.parent)
+                .ok_or(EditError::NoSuchNode(node))?;
         }
         Ok(())
     }
@@ -288,13 +373,19 @@ impl Scene {
             return Err(EditError::NotAGroup(self.path(parent)));
         }
         let len = group.children.len();
-        if index > len { Err(EditError::BadIndex { index, len }) } else { Ok(()) }
+        if index > len {
+            Err(EditError::BadIndex { index, len })
+        } else {
+            Ok(())
+        }
     }
 
     pub(crate) fn check_entry(&self, entry: &Entry) -> Result<(), EditError> {
         entry.check()?;
         match &entry.material {
-            Some(name) if !self.materials.contains_key(name) => Err(EditError::NoSuchMaterial(name.clone())),
+            Some(name) if !self.materials.contains_key(name) => {
+                Err(EditError::NoSuchMaterial(name.clone()))
+            }
             _ => Ok(()),
         }
     }

@@ -43,7 +43,9 @@ impl Entry {
     pub fn check(&self) -> Result<(), Fault> {
         self.operator.check()?;
         for (i, modifier) in self.modifiers.iter().enumerate() {
-            modifier.check().map_err(|f| f.within(&format!("modifiers[{i}]")))?;
+            modifier
+                .check()
+                .map_err(|f| f.within(&format!("modifiers[{i}]")))?;
         }
         match &self.body {
             Body::Shape(shape) => shape.check().map_err(|f| f.within("shape")),

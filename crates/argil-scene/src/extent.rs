@@ -19,7 +19,11 @@ pub struct Extent {
 
 impl Extent {
     /// Of nothing.
-    pub const EMPTY: Self = Self { aabb: Aabb::EMPTY, underestimate: 1.0, shortfall: 0.0 };
+    pub const EMPTY: Self = Self {
+        aabb: Aabb::EMPTY,
+        underestimate: 1.0,
+        shortfall: 0.0,
+    };
 
     fn of_shape(shape: &Shape) -> Self {
         let aabb = shape.aabb();
@@ -27,12 +31,19 @@ impl Extent {
             Exactness::Bound => 2.0 * aabb.half_diagonal(),
             Exactness::Exact => 0.0,
         };
-        Self { aabb, underestimate: 1.0, shortfall }
+        Self {
+            aabb,
+            underestimate: 1.0,
+            shortfall,
+        }
     }
 
     /// A surface moved outwards by at most `by`.
     fn offset(self, by: f32) -> Self {
-        Self { aabb: self.aabb.grown(self.underestimate * by), ..self }
+        Self {
+            aabb: self.aabb.grown(self.underestimate * by),
+            ..self
+        }
     }
 
     /// After one modifier.
@@ -45,19 +56,34 @@ impl Extent {
             Modifier::Shell { thickness } => self.offset(thickness),
             Modifier::Displace { amplitude, .. } => {
                 let moved = self.offset(2.0 * amplitude);
-                Self { underestimate: self.underestimate * stretch(modifier, self.aabb), shortfall: f32::INFINITY, ..moved }
+                Self {
+                    underestimate: self.underestimate * stretch(modifier, self.aabb),
+                    shortfall: f32::INFINITY,
+                    ..moved
+                }
             }
-            Modifier::Twist { .. } | Modifier::Bend { .. } => {
-                Self { aabb: region_after(modifier, self.aabb, self.aabb), underestimate: 1.0, shortfall: f32::INFINITY }
-            }
-            Modifier::Scale { by } => {
-                Self { aabb: region_after(modifier, self.aabb, self.aabb), shortfall: self.shortfall * by, ..self }
-            }
+            Modifier::Twist { .. } | Modifier::Bend { .. } => Self {
+                aabb: region_after(modifier, self.aabb, self.aabb),
+                underestimate: 1.0,
+                shortfall: f32::INFINITY,
+            },
+            Modifier::Scale { by } => Self {
+                aabb: region_after(modifier, self.aabb, self.aabb),
+                shortfall: self.shortfall * by,
+                ..self
+            },
             Modifier::Elongate { by } => {
                 let shortfall = self.shortfall + 2.0 * Vec3::from(by).length();
-                Self { aabb: region_after(modifier, self.aabb, self.aabb), shortfall, ..self }
+                Self {
+                    aabb: region_after(modifier, self.aabb, self.aabb),
+                    shortfall,
+                    ..self
+                }
             }
-            _ => Self { aabb: region_after(modifier, self.aabb, self.aabb), ..self },
+            _ => Self {
+                aabb: region_after(modifier, self.aabb, self.aabb),
+                ..self
+            },
         }
     }
 }
@@ -67,10 +93,15 @@ impl Extent {
 pub(crate) fn stretch(modifier: &Modifier, content: Aabb) -> f32 {
     match *modifier {
         // Each octave halves the amplitude and doubles the frequency: the same slope again.
-        Modifier::Displace { amplitude, frequency, octaves, .. } => {
-            1.0 + amplitude * frequency * NOISE_LIPSCHITZ * octaves as f32
-        }
-        _ => modifier.clamp_box(content).map_or(1.0, |b| twist_stretch(modifier, b)),
+        Modifier::Displace {
+            amplitude,
+            frequency,
+            octaves,
+            ..
+        } => 1.0 + amplitude * frequency * NOISE_LIPSCHITZ * octaves as f32,
+        _ => modifier
+            .clamp_box(content)
+            .map_or(1.0, |b| twist_stretch(modifier, b)),
     }
 }
 
@@ -105,14 +136,20 @@ pub(crate) fn region_after(modifier: &Modifier, region: Aabb, content: Aabb) -> 
         Modifier::RadialRepeat { .. } => {
             let far = region.min.abs().max(region.max.abs());
             let r = Vec2::new(far.x, far.z).length();
-            after = Aabb::new(Vec3::new(-r, region.min.y, -r), Vec3::new(r, region.max.y, r));
+            after = Aabb::new(
+                Vec3::new(-r, region.min.y, -r),
+                Vec3::new(r, region.max.y, r),
+            );
         }
         Modifier::Elongate { by } => {
             after = Aabb::new(region.min - Vec3::from(by), region.max + Vec3::from(by));
         }
         Modifier::Twist { .. } | Modifier::Bend { .. } => {
             let clamp_box = modifier.clamp_box(content).unwrap_or(Aabb::ALL);
-            after = modifier.clamp_box(region).unwrap_or(Aabb::ALL).intersection(clamp_box);
+            after = modifier
+                .clamp_box(region)
+                .unwrap_or(Aabb::ALL)
+                .intersection(clamp_box);
         }
         _ => {}
     }
@@ -133,7 +170,10 @@ pub struct Extents<'a> {
 impl<'a> Extents<'a> {
     /// Of a scene, nothing measured yet.
     pub fn of(scene: &'a Scene) -> Self {
-        Self { scene, known: HashMap::new() }
+        Self {
+            scene,
+            known: HashMap::new(),
+        }
     }
 
     /// Before the node's modifiers, in its own frame.
@@ -166,7 +206,11 @@ impl<'a> Extents<'a> {
                 Body::Shape(shape) => Extent::of_shape(shape),
                 Body::Group => self.fold(&node.children),
             };
-            let outer = node.entry.modifiers.iter().fold(content, |e, m| e.modified(m));
+            let outer = node
+                .entry
+                .modifiers
+                .iter()
+                .fold(content, |e, m| e.modified(m));
             self.known.insert(id, [content, outer]);
         }
         self.known[&id]
@@ -197,7 +241,10 @@ impl<'a> Extents<'a> {
                     all.shortfall = all.shortfall.max(operand.shortfall) + operator.bulge();
                 }
                 OperatorKind::Intersect => {
-                    let both = all.offset(bulges.min(greatest)).aabb.intersection(operand.aabb);
+                    let both = all
+                        .offset(bulges.min(greatest))
+                        .aabb
+                        .intersection(operand.aabb);
                     (bulges, greatest) = (0.0, 0.0);
                     all.aabb = if both.is_empty() { operand.aabb } else { both };
                     // To the corner of two boxes that overlap it is up to √2 times as far as to either.

@@ -16,7 +16,10 @@ pub struct Fault {
 
 impl Fault {
     pub(crate) fn new(path: impl Into<String>, reason: impl Into<String>) -> Self {
-        Self { path: path.into(), reason: reason.into() }
+        Self {
+            path: path.into(),
+            reason: reason.into(),
+        }
     }
 
     /// The same fault seen from the owner of the checked object.
@@ -33,7 +36,11 @@ impl Fault {
 
 impl fmt::Display for Fault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if self.path.is_empty() { f.write_str(&self.reason) } else { write!(f, "{}: {}", self.path, self.reason) }
+        if self.path.is_empty() {
+            f.write_str(&self.reason)
+        } else {
+            write!(f, "{}: {}", self.path, self.reason)
+        }
     }
 }
 
@@ -44,7 +51,10 @@ pub(crate) fn coordinate(path: &str, value: f32) -> Result<(), Fault> {
     if value.abs() <= MAX_LENGTH {
         Ok(())
     } else {
-        Err(Fault::new(path, format!("{value} is not a number from −{MAX_LENGTH} to {MAX_LENGTH}")))
+        Err(Fault::new(
+            path,
+            format!("{value} is not a number from −{MAX_LENGTH} to {MAX_LENGTH}"),
+        ))
     }
 }
 
@@ -54,7 +64,10 @@ pub(crate) fn positive(path: &str, value: f32) -> Result<(), Fault> {
     if value <= 0.0 {
         Err(Fault::new(path, format!("{value} is not positive")))
     } else if value < 1e-6 {
-        Err(Fault::new(path, format!("{value} is below the least length, 1e-6")))
+        Err(Fault::new(
+            path,
+            format!("{value} is below the least length, 1e-6"),
+        ))
     } else {
         Ok(())
     }
@@ -63,7 +76,11 @@ pub(crate) fn positive(path: &str, value: f32) -> Result<(), Fault> {
 /// A coordinate that is zero or more.
 pub(crate) fn not_negative(path: &str, value: f32) -> Result<(), Fault> {
     coordinate(path, value)?;
-    if value < 0.0 { Err(Fault::new(path, format!("{value} is negative"))) } else { Ok(()) }
+    if value < 0.0 {
+        Err(Fault::new(path, format!("{value} is negative")))
+    } else {
+        Ok(())
+    }
 }
 
 /// A value in a range, both ends included; NaN is refused.
@@ -71,13 +88,23 @@ pub(crate) fn within(path: &str, value: f32, min: f32, max: f32) -> Result<(), F
     if (min..=max).contains(&value) {
         Ok(())
     } else {
-        Err(Fault::new(path, format!("{value} is not from {min} to {max}")))
+        Err(Fault::new(
+            path,
+            format!("{value} is not from {min} to {max}"),
+        ))
     }
 }
 
 /// `value` ≤ `limit`, where `what` says what the limit is.
 pub(crate) fn at_most(path: &str, value: f32, limit: f32, what: &str) -> Result<(), Fault> {
-    if value <= limit { Ok(()) } else { Err(Fault::new(path, format!("{value} is more than {what}, {limit}"))) }
+    if value <= limit {
+        Ok(())
+    } else {
+        Err(Fault::new(
+            path,
+            format!("{value} is more than {what}, {limit}"),
+        ))
+    }
 }
 
 /// One check for each element of an array.
@@ -86,5 +113,8 @@ pub(crate) fn each<const N: usize>(
     values: [f32; N],
     check: fn(&str, f32) -> Result<(), Fault>,
 ) -> Result<(), Fault> {
-    values.into_iter().enumerate().try_for_each(|(i, v)| check(&format!("{path}[{i}]"), v))
+    values
+        .into_iter()
+        .enumerate()
+        .try_for_each(|(i, v)| check(&format!("{path}[{i}]"), v))
 }

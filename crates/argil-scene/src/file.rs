@@ -52,7 +52,9 @@ pub enum FileError {
         fault: Fault,
     },
     /// The file was written by a newer program.
-    #[error("{path}: format version {found} is newer than this program reads ({FORMAT_VERSION}): update argil")]
+    #[error(
+        "{path}: format version {found} is newer than this program reads ({FORMAT_VERSION}): update argil"
+    )]
     Newer {
         /// Which file.
         path: PathBuf,
@@ -65,7 +67,10 @@ impl Scene {
     /// Read a scene file.
     pub fn open(path: impl AsRef<Path>) -> Result<Self, FileError> {
         let path = path.as_ref();
-        let io = |source| FileError::Io { path: path.into(), source };
+        let io = |source| FileError::Io {
+            path: path.into(),
+            source,
+        };
         let open = || std::fs::File::open(path).map_err(io);
         if std::fs::metadata(path).map_err(io)?.is_dir() {
             return Err(io(std::io::Error::other("is a folder, not a scene file")));
@@ -89,23 +94,43 @@ impl Scene {
     /// Write a scene file, beside its place and then renamed into it, so that a failure leaves the old file whole.
     pub fn save(&self, path: impl AsRef<Path>) -> Result<(), FileError> {
         let path = path.as_ref();
-        let io = |source| FileError::Io { path: path.into(), source };
-        let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        let mut file = tempfile::Builder::new().prefix(".argil-").tempfile_in(folder).map_err(io)?;
-        let mut out = std::io::BufWriter::new(&mut file);
-        write::write(self, &mut out).map_err(io)?;
-        std::io::Write::flush(&mut out).map_err(io)?;
-        drop(out);
-        file.persist(path).map_err(|e| io(e.error))?;
-        Ok(())
+        replace_file(path, |out| write::write(self, out)).map_err(|source| FileError::Io {
+            path: path.into(),
+            source,
+        })
     }
+}
+
+/// Write a file beside its place and rename it into it, so that whoever looks finds the old file or the new one, whole.
+pub fn replace_file(
+    path: &Path,
+    write: impl FnOnce(&mut std::io::BufWriter<&mut std::fs::File>) -> std::io::Result<()>,
+) -> std::io::Result<()> {
+    let folder = path
+        .parent()
+        .filter(|p| !p.as_os_str().is_empty())
+        .unwrap_or(Path::new("."));
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".argil-");
+    // Like any file that a program makes: readable by others as far as the user's mask allows.
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    let mut file = builder.tempfile_in(folder)?;
+    let mut out = std::io::BufWriter::new(file.as_file_mut());
+    write(&mut out)?;
+    std::io::Write::flush(&mut out)?;
+    drop(out);
+    file.persist(path).map_err(|e| e.error)?;
+    Ok(())
 }
 
 /// A fault in an entry seen as a fault in the file.
 fn fault_of(error: EditError) -> Fault {
     match error {
         EditError::Fault(fault) => fault,
-        EditError::NoSuchMaterial(name) => Fault::new("material", format!("the scene has no material \"{name}\"")),
+        EditError::NoSuchMaterial(name) => {
+            Fault::new("material", format!("the scene has no material \"{name}\""))
+        }
         other => Fault::new("", other.to_string()),
     }
 }

@@ -8,7 +8,9 @@
 //! *Practice.* Trees may be thousands of levels deep: both passes, reading and turning into lists, keep their stack on
 //! the heap. What differs from the authors' renderer: a blend radius of less than 1e-6 is a hard joint.
 
-use crate::{Brush, Entry, Fault, Group, Material, Modifier, NodeId, OperatorKind, Placement, Scene, Shape};
+use crate::{
+    Brush, Entry, Fault, Group, Material, Modifier, NodeId, OperatorKind, Placement, Scene, Shape,
+};
 use glam::{DMat3, DQuat, DVec3, Vec3};
 use serde_json::{Map, Value};
 use std::collections::HashMap;
@@ -62,11 +64,17 @@ impl Scene {
     /// Read a scene in the tree format.
     pub fn import_tree(path: impl AsRef<Path>) -> Result<Self, ImportError> {
         let path = path.as_ref();
-        let io = |source| ImportError::Io { path: path.into(), source };
+        let io = |source| ImportError::Io {
+            path: path.into(),
+            source,
+        };
         let file = std::fs::File::open(path).map_err(io)?;
         let tree = read_tree(file).map_err(|error| match error {
             ReaderError::IoError { error, .. } => io(error),
-            other => ImportError::Syntax { path: path.into(), reason: other.to_string() },
+            other => ImportError::Syntax {
+                path: path.into(),
+                reason: other.to_string(),
+            },
         })?;
         to_scene(&tree).map_err(|(index, fault)| ImportError::Node {
             path: path.into(),
@@ -79,7 +87,11 @@ impl Scene {
 
 /// All nodes, each before its children; the first is the root.
 fn read_tree(source: impl std::io::Read) -> Result<Vec<TreeNode>, ReaderError> {
-    let settings = ReaderSettings { max_nesting_depth: Some(1_000_000), track_path: false, ..ReaderSettings::default() };
+    let settings = ReaderSettings {
+        max_nesting_depth: Some(1_000_000),
+        track_path: false,
+        ..ReaderSettings::default()
+    };
     let mut reader = JsonStreamReader::new_custom(source, settings);
     let mut tree: Vec<TreeNode> = Vec::new();
     let mut open: Vec<usize> = Vec::new();
@@ -87,9 +99,19 @@ fn read_tree(source: impl std::io::Read) -> Result<Vec<TreeNode>, ReaderError> {
     loop {
         // Begin a node.
         reader.begin_object()?;
-        let line = reader.current_position(false).line_pos.map_or(0, |p| p.line) + 1;
+        let line = reader
+            .current_position(false)
+            .line_pos
+            .map_or(0, |p| p.line)
+            + 1;
         open.push(tree.len());
-        tree.push(TreeNode { line, parent, fields: Map::new(), left: None, right: None });
+        tree.push(TreeNode {
+            line,
+            parent,
+            fields: Map::new(),
+            left: None,
+            right: None,
+        });
 
         // Read on to the next child; close what ends.
         parent = None;
@@ -102,8 +124,11 @@ fn read_tree(source: impl std::io::Read) -> Result<Vec<TreeNode>, ReaderError> {
             let key = reader.next_name_owned()?;
             if key == "leftChild" || key == "rightChild" {
                 let child = Some(tree.len());
-                let (slot, side) =
-                    if key == "leftChild" { (&mut tree[at].left, 'L') } else { (&mut tree[at].right, 'R') };
+                let (slot, side) = if key == "leftChild" {
+                    (&mut tree[at].left, 'L')
+                } else {
+                    (&mut tree[at].right, 'R')
+                };
                 *slot = child;
                 parent = Some((at, side));
                 break;
@@ -136,7 +161,16 @@ fn way_to(tree: &[TreeNode], index: usize) -> String {
     }
     way.push('/');
     let text: String = way.iter().rev().collect();
-    if text.len() <= 40 { text } else { format!("{}…{} ({} levels deep)", &text[..20], &text[text.len() - 16..], text.len()) }
+    if text.len() <= 40 {
+        text
+    } else {
+        format!(
+            "{}…{} ({} levels deep)",
+            &text[..20],
+            &text[text.len() - 16..],
+            text.len()
+        )
+    }
 }
 
 type Failure = (usize, Fault);
@@ -163,27 +197,45 @@ fn to_scene(tree: &[TreeNode]) -> Result<Scene, Failure> {
                 let mut entry: Entry = Brush::new(shape).into();
                 own.extend(modifiers);
                 (entry.operator, entry.modifiers) = (operand.operator, own);
-                entry.material = Some(material(&mut scene, &mut colors, &node.fields).map_err(failed)?);
+                entry.material =
+                    Some(material(&mut scene, &mut colors, &node.fields).map_err(failed)?);
                 entry.check().map_err(failed)?;
                 scene.append(parent, entry);
             }
             "binaryOperator" => {
-                let child = |child: Option<usize>, key: &str| child.ok_or(failed(Fault::new(key, "is missing")));
-                let (left, right) = (child(node.left, "leftChild")?, child(node.right, "rightChild")?);
+                let child = |child: Option<usize>, key: &str| {
+                    child.ok_or(failed(Fault::new(key, "is missing")))
+                };
+                let (left, right) = (
+                    child(node.left, "leftChild")?,
+                    child(node.right, "rightChild")?,
+                );
                 // The spine goes on in the same list where nothing stands there yet and nothing is transformed.
                 let first = scene.node(parent).children().is_empty();
                 let list = if first && modifiers.is_empty() {
                     parent
                 } else {
-                    scene.append(parent, Entry { modifiers, ..operand })
+                    scene.append(
+                        parent,
+                        Entry {
+                            modifiers,
+                            ..operand
+                        },
+                    )
                 };
                 let mut right_operand: Entry = Group::new().into();
-                right_operand.operator.kind = match text(&node.fields, "blendMode").map_err(failed)? {
-                    "union" => OperatorKind::Union,
-                    "sub" => OperatorKind::Subtract,
-                    "inter" => OperatorKind::Intersect,
-                    other => return Err(failed(Fault::new("blendMode", format!("\"{other}\" is not union, sub or inter")))),
-                };
+                right_operand.operator.kind =
+                    match text(&node.fields, "blendMode").map_err(failed)? {
+                        "union" => OperatorKind::Union,
+                        "sub" => OperatorKind::Subtract,
+                        "inter" => OperatorKind::Intersect,
+                        other => {
+                            return Err(failed(Fault::new(
+                                "blendMode",
+                                format!("\"{other}\" is not union, sub or inter"),
+                            )));
+                        }
+                    };
                 let blend = number(&node.fields, "blendRadius").map_err(failed)?;
                 right_operand.operator.blend = if blend.abs() < 1e-6 { 0.0 } else { blend };
                 right_operand.check().map_err(failed)?;
@@ -210,16 +262,27 @@ fn primitive(fields: &Map<String, Value>) -> Result<(Shape, Vec<Modifier>), Faul
             if corner_radii == [0.0; 4] && rounding == [0.0; 2] {
                 Shape::cuboid(half_size)
             } else {
-                Shape::ExtrudedRoundedBox { half_size, corner_radii, rounding }
+                Shape::ExtrudedRoundedBox {
+                    half_size,
+                    corner_radii,
+                    rounding,
+                }
             }
         }
         "cylinder" => Shape::cylinder(number(fields, "radius")?, 0.5 * number(fields, "height")?),
         "cone" => {
             let (radius, height) = (number(fields, "radius")?, number(fields, "height")?);
-            let raise = Modifier::Translate { by: [0.0, 0.5 * height, 0.0] };
+            let raise = Modifier::Translate {
+                by: [0.0, 0.5 * height, 0.0],
+            };
             return Ok((Shape::Cone { radius, height }, vec![raise]));
         }
-        other => return Err(Fault::new("primitiveType", format!("\"{other}\" is not sphere, box, cylinder or cone"))),
+        other => {
+            return Err(Fault::new(
+                "primitiveType",
+                format!("\"{other}\" is not sphere, box, cylinder or cone"),
+            ));
+        }
     };
     Ok((shape, Vec::new()))
 }
@@ -230,24 +293,34 @@ fn transform(fields: &Map<String, Value>) -> Result<Vec<Modifier>, Fault> {
         return Ok(Vec::new());
     }
     let m = floats::<12>(fields, "matrix")?.map(f64::from);
-    let rows = DMat3::from_cols(DVec3::new(m[0], m[1], m[2]), DVec3::new(m[4], m[5], m[6]), DVec3::new(m[8], m[9], m[10]));
+    let rows = DMat3::from_cols(
+        DVec3::new(m[0], m[1], m[2]),
+        DVec3::new(m[4], m[5], m[6]),
+        DVec3::new(m[8], m[9], m[10]),
+    );
     let own_from_parent = rows.transpose();
     let offset = DVec3::new(m[3], m[7], m[11]);
     let scale = own_from_parent.determinant().cbrt();
     let turned = own_from_parent * (1.0 / scale);
     let is_rotation = (turned * turned.transpose()).abs_diff_eq(DMat3::IDENTITY, 1e-3);
     if !(scale.is_finite() && scale > 1e-6 && is_rotation) {
-        let reason = "does more than rotate, move and scale alike along all axes: distances would be wrong";
+        let reason =
+            "does more than rotate, move and scale alike along all axes: distances would be wrong";
         return Err(Fault::new("matrix", reason));
     }
     let mut modifiers = Vec::new();
     if (scale - 1.0).abs() > 1e-6 {
-        modifiers.push(Modifier::Scale { by: (1.0 / scale) as f32 });
+        modifiers.push(Modifier::Scale {
+            by: (1.0 / scale) as f32,
+        });
     }
     let parent_from_own = DQuat::from_mat3(&turned.transpose()).normalize();
     let (axis, angle) = parent_from_own.to_axis_angle();
     if angle.abs() > 1e-7 {
-        modifiers.push(Modifier::Rotate { axis: axis.as_vec3().to_array(), degrees: angle.to_degrees() as f32 });
+        modifiers.push(Modifier::Rotate {
+            axis: axis.as_vec3().to_array(),
+            degrees: angle.to_degrees() as f32,
+        });
     }
     let by = (parent_from_own * (-offset / scale)).as_vec3();
     if by != Vec3::ZERO {
@@ -257,7 +330,11 @@ fn transform(fields: &Map<String, Value>) -> Result<Vec<Modifier>, Fault> {
 }
 
 /// The name of the scene's material for a node's colour.
-fn material(scene: &mut Scene, names: &mut HashMap<[u32; 3], String>, fields: &Map<String, Value>) -> Result<String, Fault> {
+fn material(
+    scene: &mut Scene,
+    names: &mut HashMap<[u32; 3], String>,
+    fields: &Map<String, Value>,
+) -> Result<String, Fault> {
     // The files' colours are what their renderer shows; ours are linear.
     let color = floats::<3>(fields, "color")?.map(|c| c.clamp(0.0, 1.0).powf(2.2));
     let next = format!("color_{}", names.len() + 1);
@@ -273,15 +350,23 @@ fn get<'a>(fields: &'a Map<String, Value>, key: &str) -> Result<&'a Value, Fault
 }
 
 fn text<'a>(fields: &'a Map<String, Value>, key: &str) -> Result<&'a str, Fault> {
-    get(fields, key)?.as_str().ok_or_else(|| Fault::new(key, "is not a string"))
+    get(fields, key)?
+        .as_str()
+        .ok_or_else(|| Fault::new(key, "is not a string"))
 }
 
 fn number(fields: &Map<String, Value>, key: &str) -> Result<f32, Fault> {
-    get(fields, key)?.as_f64().map(|v| v as f32).ok_or_else(|| Fault::new(key, "is not a number"))
+    get(fields, key)?
+        .as_f64()
+        .map(|v| v as f32)
+        .ok_or_else(|| Fault::new(key, "is not a number"))
 }
 
 fn floats<const N: usize>(fields: &Map<String, Value>, key: &str) -> Result<[f32; N], Fault> {
-    let values: Option<Vec<f32>> =
-        get(fields, key)?.as_array().and_then(|a| a.iter().map(|v| v.as_f64().map(|v| v as f32)).collect());
-    values.and_then(|v| v.try_into().ok()).ok_or_else(|| Fault::new(key, format!("is not a list of {N} numbers")))
+    let values: Option<Vec<f32>> = get(fields, key)?
+        .as_array()
+        .and_then(|a| a.iter().map(|v| v.as_f64().map(|v| v as f32)).collect());
+    values
+        .and_then(|v| v.try_into().ok())
+        .ok_or_else(|| Fault::new(key, format!("is not a list of {N} numbers")))
 }

@@ -33,7 +33,13 @@ pub(crate) fn influence(scene: &Scene, extents: &mut Extents<'_>, node: NodeId, 
     found
 }
 
-fn grown_box(scene: &Scene, extents: &mut Extents<'_>, node: NodeId, band: f32, near: Aabb) -> Aabb {
+fn grown_box(
+    scene: &Scene,
+    extents: &mut Extents<'_>,
+    node: NodeId,
+    band: f32,
+    near: Aabb,
+) -> Aabb {
     let mut chain = vec![node];
     while let Some(parent) = scene.node(chain[chain.len() - 1]).parent {
         chain.push(parent);
@@ -52,16 +58,35 @@ fn grown_box(scene: &Scene, extents: &mut Extents<'_>, node: NodeId, band: f32, 
     for pair in chain.windows(2) {
         let (parent, child) = (pair[0], pair[1]);
         let siblings = &scene.node(parent).children;
-        let index = siblings.iter().rposition(|&c| c == child).unwrap_or_default();
+        let index = siblings
+            .iter()
+            .rposition(|&c| c == child)
+            .unwrap_or_default();
         let entry = &scene.node(child).entry;
         let outer = extents.outer(child);
 
-        let (falls, morphed) = later_falls(scene, extents, &siblings[index + 1..], interest, in_world.then_some(near));
+        let (falls, morphed) = later_falls(
+            scene,
+            extents,
+            &siblings[index + 1..],
+            interest,
+            in_world.then_some(near),
+        );
         interest += falls + blend_reach(&entry.operator, interest);
-        if morphed || matches!(entry.operator.kind, OperatorKind::Intersect | OperatorKind::Morph) {
+        if morphed
+            || matches!(
+                entry.operator.kind,
+                OperatorKind::Intersect | OperatorKind::Morph
+            )
+        {
             // These act on all of the space that their list fills.
-            let everything = siblings.iter().filter(|&&s| scene.node(s).entry.visible).map(|&s| extents.outer(s));
-            region = everything.fold(Aabb::EMPTY, |b, e| b.union(e.aabb.grown(e.underestimate * interest)));
+            let everything = siblings
+                .iter()
+                .filter(|&&s| scene.node(s).entry.visible)
+                .map(|&s| extents.outer(s));
+            region = everything.fold(Aabb::EMPTY, |b, e| {
+                b.union(e.aabb.grown(e.underestimate * interest))
+            });
             break;
         }
         region = outer.aabb.grown(outer.underestimate * interest);
@@ -97,7 +122,13 @@ fn blend_reach(operator: &crate::Operator, interest: f32) -> f32 {
 }
 
 /// How far values of interest can fall through the operands below, and whether one of these is a morph.
-fn later_falls(scene: &Scene, extents: &mut Extents<'_>, later: &[NodeId], interest: f32, near: Option<Aabb>) -> (f32, bool) {
+fn later_falls(
+    scene: &Scene,
+    extents: &mut Extents<'_>,
+    later: &[NodeId],
+    interest: f32,
+    near: Option<Aabb>,
+) -> (f32, bool) {
     let (mut sum, mut greatest, mut chamfered, mut morphed) = (0.0f32, 0.0f32, false, false);
     for &id in later.iter().rev() {
         let entry = &scene.node(id).entry;
@@ -111,7 +142,9 @@ fn later_falls(scene: &Scene, extents: &mut Extents<'_>, later: &[NodeId], inter
             continue;
         }
         let outer = extents.outer(id);
-        let reach = outer.aabb.grown(outer.underestimate * (interest + sum + fall));
+        let reach = outer
+            .aabb
+            .grown(outer.underestimate * (interest + sum + fall));
         // Where an intersection's operand is not, it acts most.
         let apart = operator.kind != OperatorKind::Intersect
             && near.is_some_and(|near| near.intersection(reach).is_empty());
@@ -122,7 +155,17 @@ fn later_falls(scene: &Scene, extents: &mut Extents<'_>, later: &[NodeId], inter
         greatest = greatest.max(fall);
         chamfered |= operator.profile == Profile::Chamfer;
     }
-    (sum.min(greatest * if chamfered { CHAMFER_FALLS } else { SMOOTH_FALLS }), morphed)
+    (
+        sum.min(
+            greatest
+                * if chamfered {
+                    CHAMFER_FALLS
+                } else {
+                    SMOOTH_FALLS
+                },
+        ),
+        morphed,
+    )
 }
 
 /// The distance of interest before a modifier, given that after it.
@@ -131,7 +174,9 @@ fn interest_inside(modifier: &Modifier, interest: f32, content: Aabb) -> f32 {
         Modifier::Scale { by } => interest / by,
         Modifier::Round { radius } => interest + radius,
         Modifier::Shell { thickness } => interest + thickness,
-        Modifier::Displace { amplitude, .. } => interest * modifier.stretch(content) + 2.0 * amplitude,
+        Modifier::Displace { amplitude, .. } => {
+            interest * modifier.stretch(content) + 2.0 * amplitude
+        }
         _ => interest * modifier.stretch(content),
     }
 }

@@ -18,14 +18,22 @@ pub struct Material {
 
 impl Default for Material {
     fn default() -> Self {
-        Self { base_color: [0.62, 0.60, 0.57], roughness: 0.55, metallic: 0.0, emission: [0.0; 3] }
+        Self {
+            base_color: [0.62, 0.60, 0.57],
+            roughness: 0.55,
+            metallic: 0.0,
+            emission: [0.0; 3],
+        }
     }
 }
 
 impl Material {
     /// A dull dielectric of a colour.
     pub fn colored(base_color: [f32; 3]) -> Self {
-        Self { base_color, ..Self::default() }
+        Self {
+            base_color,
+            ..Self::default()
+        }
     }
 
     /// Whether every value is in its range.

@@ -117,14 +117,18 @@ impl Modifier {
                     }
                     if let Some(0) | Some(1_000_001..) = count.map(|c| c[axis]) {
                         let n = count.map_or(0, |c| c[axis]);
-                        return Err(Fault::new(format!("count[{axis}]"), format!("{n} is not from 1 to 1000000")));
+                        return Err(Fault::new(
+                            format!("count[{axis}]"),
+                            format!("{n} is not from 1 to 1000000"),
+                        ));
                     }
                 }
                 Ok(())
             }
-            Self::RadialRepeat { count } if !(1..=10_000).contains(&count) => {
-                Err(Fault::new("count", format!("{count} is not from 1 to 10000")))
-            }
+            Self::RadialRepeat { count } if !(1..=10_000).contains(&count) => Err(Fault::new(
+                "count",
+                format!("{count} is not from 1 to 10000"),
+            )),
             Self::RadialRepeat { .. } => Ok(()),
             Self::Elongate { by } => each("by", by, not_negative),
             Self::Round { radius } => not_negative("radius", radius),
@@ -132,7 +136,12 @@ impl Modifier {
             Self::Twist { degrees_per_unit } | Self::Bend { degrees_per_unit } => {
                 within("degrees_per_unit", degrees_per_unit, -1e5, 1e5)
             }
-            Self::Displace { amplitude, frequency, octaves, .. } => {
+            Self::Displace {
+                amplitude,
+                frequency,
+                octaves,
+                ..
+            } => {
                 not_negative("amplitude", amplitude)?;
                 within("frequency", frequency, 1e-4, 1e4)?;
                 within("octaves", octaves as f32, 1.0, 8.0)
@@ -146,7 +155,10 @@ impl Modifier {
             Self::Translate { by } => Some(DAffine3::from_translation(-Vec3::from(by).as_dvec3())),
             Self::Rotate { axis, degrees } => {
                 let axis = Vec3::from(axis).as_dvec3().normalize();
-                Some(DAffine3::from_quat(DQuat::from_axis_angle(axis, -f64::from(degrees).to_radians())))
+                Some(DAffine3::from_quat(DQuat::from_axis_angle(
+                    axis,
+                    -f64::from(degrees).to_radians(),
+                )))
             }
             Self::Scale { by } => Some(DAffine3::from_scale(DVec3::splat(1.0 / f64::from(by)))),
             _ => None,
@@ -155,22 +167,36 @@ impl Modifier {
 
     /// The factor by which lengths grow: that of a scale, else 1.
     pub fn scale(&self) -> f32 {
-        if let Self::Scale { by } = *self { by } else { 1.0 }
+        if let Self::Scale { by } = *self {
+            by
+        } else {
+            1.0
+        }
     }
 
     /// Where a twist or bend holds the points that it evaluates: a box around the deformed solid with a margin. `None`
     /// for other modifiers.
     pub fn clamp_box(&self, content: Aabb) -> Option<Aabb> {
         let farthest = |a: f32, b: f32| a.abs().max(b.abs());
-        let (x, y, z) = (farthest(content.min.x, content.max.x), farthest(content.min.y, content.max.y), farthest(content.min.z, content.max.z));
+        let (x, y, z) = (
+            farthest(content.min.x, content.max.x),
+            farthest(content.min.y, content.max.y),
+            farthest(content.min.z, content.max.z),
+        );
         let turned = match self {
             Self::Twist { .. } => {
                 let r = Vec2::new(x, z).length();
-                Aabb::new(Vec3::new(-r, content.min.y, -r), Vec3::new(r, content.max.y, r))
+                Aabb::new(
+                    Vec3::new(-r, content.min.y, -r),
+                    Vec3::new(r, content.max.y, r),
+                )
             }
             Self::Bend { .. } => {
                 let r = Vec2::new(x, y).length();
-                Aabb::new(Vec3::new(-r, -r, content.min.z), Vec3::new(r, r, content.max.z))
+                Aabb::new(
+                    Vec3::new(-r, -r, content.min.z),
+                    Vec3::new(r, r, content.max.z),
+                )
             }
             _ => return None,
         };
@@ -190,7 +216,9 @@ pub fn twist_stretch(modifier: &Modifier, clamp_box: Aabb) -> f32 {
             let a = degrees_per_unit.to_radians().abs() * Vec2::new(far.x, far.z).length();
             0.5 * (a + (a * a + 4.0).sqrt())
         }
-        Modifier::Bend { degrees_per_unit } => 1.0 + degrees_per_unit.to_radians().abs() * far.truncate().length(),
+        Modifier::Bend { degrees_per_unit } => {
+            1.0 + degrees_per_unit.to_radians().abs() * far.truncate().length()
+        }
         _ => 1.0,
     }
 }
@@ -200,7 +228,11 @@ pub fn angular_half_extent(content: Aabb) -> f32 {
     if !content.is_finite() || content.min.x <= 0.0 {
         return std::f32::consts::PI;
     }
-    content.corners().map(|c| c.z.atan2(c.x).abs()).into_iter().fold(0.0, f32::max)
+    content
+        .corners()
+        .map(|c| c.z.atan2(c.x).abs())
+        .into_iter()
+        .fold(0.0, f32::max)
 }
 
 /// How many copies to look at along one axis (or ring) so that the nearest is among them, when the solid reaches to
@@ -209,5 +241,9 @@ pub fn angular_half_extent(content: Aabb) -> f32 {
 /// The nearest point of all copies lies in copy n only if, of the same point's images, n's is nearest; then
 /// |n · spacing| ≤ spacing / 2 + extent + spacing / 2.
 pub fn copies_needed(extent: f32, spacing: f32) -> u32 {
-    if extent <= 0.5 * spacing { 2 } else { 2 * (1.0 + extent / spacing).min(1e6) as u32 + 1 }
+    if extent <= 0.5 * spacing {
+        2
+    } else {
+        2 * (1.0 + extent / spacing).min(1e6) as u32 + 1
+    }
 }

@@ -66,7 +66,11 @@ impl Scene {
     /// A scene with nothing in it.
     pub fn new() -> Self {
         Self {
-            nodes: vec![Node { entry: Group::new().into(), children: Vec::new(), parent: None }],
+            nodes: vec![Node {
+                entry: Group::new().into(),
+                children: Vec::new(),
+                parent: None,
+            }],
             materials: BTreeMap::new(),
             history: History::default(),
             band: 0.1,
@@ -92,7 +96,11 @@ impl Scene {
     }
 
     /// Add or change a material. Not part of the history.
-    pub fn set_material(&mut self, name: impl Into<String>, material: Material) -> Result<(), Fault> {
+    pub fn set_material(
+        &mut self,
+        name: impl Into<String>,
+        material: Material,
+    ) -> Result<(), Fault> {
         let name = name.into();
         material.check().map_err(|f| f.within(&name))?;
         self.materials.insert(name, material);
@@ -126,7 +134,9 @@ impl Scene {
 
     /// The number of brushes, hidden ones included.
     pub fn brush_count(&self) -> usize {
-        self.walk().filter(|&id| matches!(self.node(id).entry.body, Body::Shape(_))).count()
+        self.walk()
+            .filter(|&id| matches!(self.node(id).entry.body, Body::Shape(_)))
+            .count()
     }
 
     /// The path of a node as files and messages name it, `brushes[3].brushes[0]`; empty for the root.
@@ -134,7 +144,12 @@ impl Scene {
         let mut steps = Vec::new();
         let mut at = id;
         while let Some(parent) = self.node(at).parent {
-            let index = self.node(parent).children.iter().position(|&c| c == at).unwrap_or_default();
+            let index = self
+                .node(parent)
+                .children
+                .iter()
+                .position(|&c| c == at)
+                .unwrap_or_default();
             steps.push(format!("brushes[{index}]"));
             at = parent;
         }
@@ -145,7 +160,11 @@ impl Scene {
     /// Put an entry at the end of a group without a check or a step in the history.
     pub(crate) fn append(&mut self, parent: NodeId, entry: Entry) -> NodeId {
         let id = NodeId(self.nodes.len() as u32);
-        self.nodes.push(Node { entry, children: Vec::new(), parent: Some(parent) });
+        self.nodes.push(Node {
+            entry,
+            children: Vec::new(),
+            parent: Some(parent),
+        });
         self.nodes[parent.index()].children.push(id);
         id
     }
@@ -156,9 +175,14 @@ impl PartialEq for Scene {
     fn eq(&self, other: &Self) -> bool {
         let same_settings = (&self.name, &self.credit, &self.view, &self.materials)
             == (&other.name, &other.credit, &other.view, &other.materials);
-        let part = |scene: &Self, id: NodeId| (scene.node(id).entry.clone(), scene.node(id).children.len());
+        let part = |scene: &Self, id: NodeId| {
+            (scene.node(id).entry.clone(), scene.node(id).children.len())
+        };
         same_settings
             && self.walk().count() == other.walk().count()
-            && self.walk().zip(other.walk()).all(|(a, b)| part(self, a) == part(other, b))
+            && self
+                .walk()
+                .zip(other.walk())
+                .all(|(a, b)| part(self, a) == part(other, b))
     }
 }

@@ -239,11 +239,22 @@ impl Outline {
     /// Start, control and end point of each piece, the closing line included; a line has no control point.
     pub fn segments(&self) -> impl Iterator<Item = ([f32; 2], Option<[f32; 2]>, [f32; 2])> + '_ {
         let mut at = self.start;
-        let closing = Piece { control: None, to: self.start };
-        self.pieces.iter().copied().chain([closing]).filter_map(move |piece| {
-            let from = std::mem::replace(&mut at, piece.to);
-            (from != piece.to || piece.control.is_some()).then_some((from, piece.control, piece.to))
-        })
+        let closing = Piece {
+            control: None,
+            to: self.start,
+        };
+        self.pieces
+            .iter()
+            .copied()
+            .chain([closing])
+            .filter_map(move |piece| {
+                let from = std::mem::replace(&mut at, piece.to);
+                (from != piece.to || piece.control.is_some()).then_some((
+                    from,
+                    piece.control,
+                    piece.to,
+                ))
+            })
     }
 }
 
@@ -262,11 +273,21 @@ impl Shape {
         match *self {
             // The box frame's beams overlap, and the minimum of two inner distances is a bound; a tube's and an
             // outline's curves are searched, the ellipsoid has no closed form.
-            Self::Ellipsoid { .. } | Self::BoxFrame { .. } | Self::BezierTube { .. } => Exactness::Bound,
+            Self::Ellipsoid { .. } | Self::BoxFrame { .. } | Self::BezierTube { .. } => {
+                Exactness::Bound
+            }
             // A rim rounder than an upright edge cuts that edge's corner, where the outline's distance is too small.
-            Self::ExtrudedRoundedBox { corner_radii, rounding, .. } => {
+            Self::ExtrudedRoundedBox {
+                corner_radii,
+                rounding,
+                ..
+            } => {
                 let sharpest = corner_radii.into_iter().fold(f32::INFINITY, f32::min);
-                if rounding.into_iter().all(|r| r <= sharpest) { Exactness::Exact } else { Exactness::Bound }
+                if rounding.into_iter().all(|r| r <= sharpest) {
+                    Exactness::Exact
+                } else {
+                    Exactness::Bound
+                }
             }
             _ => Exactness::Exact,
         }
@@ -284,17 +305,26 @@ impl Shape {
 
     /// A box with sharp edges.
     pub fn cuboid(half_size: [f32; 3]) -> Self {
-        Self::Box { half_size, rounding: 0.0 }
+        Self::Box {
+            half_size,
+            rounding: 0.0,
+        }
     }
 
     /// A box with round edges, of the same half size.
     pub fn rounded_box(half_size: [f32; 3], rounding: f32) -> Self {
-        Self::Box { half_size, rounding }
+        Self::Box {
+            half_size,
+            rounding,
+        }
     }
 
     /// A ring about the y axis.
     pub fn torus(major_radius: f32, minor_radius: f32) -> Self {
-        Self::Torus { major_radius, minor_radius }
+        Self::Torus {
+            major_radius,
+            minor_radius,
+        }
     }
 
     /// A ball swept between two points.
@@ -304,6 +334,10 @@ impl Shape {
 
     /// A cylinder about y with sharp rims.
     pub fn cylinder(radius: f32, half_height: f32) -> Self {
-        Self::Cylinder { radius, half_height, rounding: 0.0 }
+        Self::Cylinder {
+            radius,
+            half_height,
+            rounding: 0.0,
+        }
     }
 }

@@ -50,13 +50,21 @@ impl Default for View {
 impl View {
     pub(crate) fn check(&self) -> Result<(), Fault> {
         self.camera.check().map_err(|f| f.within("camera"))?;
-        within("field_of_view_degrees", self.field_of_view_degrees, 1.0, 170.0)?;
+        within(
+            "field_of_view_degrees",
+            self.field_of_view_degrees,
+            1.0,
+            170.0,
+        )?;
         each("sun_degrees", self.sun_degrees, coordinate)?;
         if let Some([min, max]) = self.frame {
             each("frame[0]", min, coordinate)?;
             each("frame[1]", max, coordinate)?;
             if Aabb::new(min.into(), max.into()).is_empty() {
-                return Err(Fault::new("frame", "the first corner is not below the second"));
+                return Err(Fault::new(
+                    "frame",
+                    "the first corner is not below the second",
+                ));
             }
         }
         Ok(())
@@ -76,7 +84,10 @@ impl Placement {
                 each("look.eye", eye, coordinate)?;
                 each("look.target", target, coordinate)?;
                 if eye == target {
-                    return Err(Fault::new("look.target", "the camera looks at its own place"));
+                    return Err(Fault::new(
+                        "look.target",
+                        "the camera looks at its own place",
+                    ));
                 }
                 Ok(())
             }

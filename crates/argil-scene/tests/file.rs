@@ -10,64 +10,178 @@ fn parse(json: &str) -> Result<Scene, String> {
 fn a_scene_with_everything_survives_a_round_trip_bit_for_bit() {
     let mut scene = Scene::new();
     scene.name = "all \"sorts\"\n".into();
-    scene.set_material("glaze", Material { roughness: 0.1, ..Material::default() }).unwrap();
+    scene
+        .set_material(
+            "glaze",
+            Material {
+                roughness: 0.1,
+                ..Material::default()
+            },
+        )
+        .unwrap();
     let outline = Outline {
         start: [0.0, 0.0],
-        pieces: vec![Piece { control: None, to: [1.0, 0.0] }, Piece { control: Some([1.0, 1.0]), to: [0.0, 0.1] }],
+        pieces: vec![
+            Piece {
+                control: None,
+                to: [1.0, 0.0],
+            },
+            Piece {
+                control: Some([1.0, 1.0]),
+                to: [0.0, 0.1],
+            },
+        ],
     };
-    scene.push(Brush::new(Shape::Lathe { outline }).material("glaze").named("pot")).unwrap();
-    let group = scene.push(Group::new().modify(Modifier::Mirror { axes: [true, false, false] })).unwrap().node;
+    scene
+        .push(
+            Brush::new(Shape::Lathe { outline })
+                .material("glaze")
+                .named("pot"),
+        )
+        .unwrap();
+    let group = scene
+        .push(Group::new().modify(Modifier::Mirror {
+            axes: [true, false, false],
+        }))
+        .unwrap()
+        .node;
     // A decimal that has no short form, a denormal and a negative zero.
     let odd = [0.1f32 + 0.2, f32::from_bits(3), -0.0];
-    scene.push_into(group, Brush::new(Shape::sphere(1.0 / 3.0)).at(odd).chamfer(0.7).hidden()).unwrap();
-    scene.push(Brush::new(Shape::sphere(1.0)).morph(0.25)).unwrap();
+    scene
+        .push_into(
+            group,
+            Brush::new(Shape::sphere(1.0 / 3.0))
+                .at(odd)
+                .chamfer(0.7)
+                .hidden(),
+        )
+        .unwrap();
+    scene
+        .push(Brush::new(Shape::sphere(1.0)).morph(0.25))
+        .unwrap();
     let text = scene.to_json();
     let again = parse(&text).unwrap();
     assert_eq!(scene, again);
     assert_eq!(text, again.to_json());
-    let Modifier::Translate { by } = again.node(again.node(group).children()[0]).entry().modifiers[0] else {
+    let Modifier::Translate { by } = again
+        .node(again.node(group).children()[0])
+        .entry()
+        .modifiers[0]
+    else {
         panic!("no translation")
     };
     assert_eq!(by.map(f32::to_bits), odd.map(f32::to_bits));
     // Negative control: another radius is another scene.
-    assert_ne!(scene, parse(&text.replace("0.33333334", "0.33333337")).unwrap());
+    assert_ne!(
+        scene,
+        parse(&text.replace("0.33333334", "0.33333337")).unwrap()
+    );
 }
 
 #[test]
 fn errors_name_line_column_path_and_reason() {
-    let brush = |b: &str| format!("{{\"argil\": 1, \"brushes\": [\n{{\"shape\": {{\"type\": \"sphere\", \"radius\": 1}}}},\n{b}\n]}}");
+    let brush = |b: &str| {
+        format!(
+            "{{\"argil\": 1, \"brushes\": [\n{{\"shape\": {{\"type\": \"sphere\", \"radius\": 1}}}},\n{b}\n]}}"
+        )
+    };
     let sphere = "\"shape\": {\"type\": \"sphere\", \"radius\": 1}";
     for (json, message) in [
-        (brush(r#"{"shape": {"type": "sphere", "radius": -1}}"#), "s.json:3:40: brushes[1].shape.radius: -1 is not positive"),
-        (brush(r#"{"shape": {"type": "sphere", "radius": "big"}}"#), "s.json:3:40: brushes[1].shape.radius: invalid type: string \"big\", expected f32"),
-        (brush(r#"{"shape": {"type": "sphere", "radius": 1e39}}"#), "s.json:3:40: brushes[1].shape.radius: inf is not a number from −1000000 to 1000000"),
-        (brush(r#"{"shape": {"type": "ball", "radius": 1}}"#), "s.json:3:20: brushes[1].shape.type: unknown variant `ball`"),
-        (brush(r#"{"shape": {"type": "sphere", "radius": 1, "size": 2}}"#), "s.json:3:51: brushes[1].shape.size: unknown field `size`"),
-        (brush(r#"{"shape": {"type": "sphere"}}"#), "brushes[1].shape: missing field `radius`"),
+        (
+            brush(r#"{"shape": {"type": "sphere", "radius": -1}}"#),
+            "s.json:3:40: brushes[1].shape.radius: -1 is not positive",
+        ),
+        (
+            brush(r#"{"shape": {"type": "sphere", "radius": "big"}}"#),
+            "s.json:3:40: brushes[1].shape.radius: invalid type: string \"big\", expected f32",
+        ),
+        (
+            brush(r#"{"shape": {"type": "sphere", "radius": 1e39}}"#),
+            "s.json:3:40: brushes[1].shape.radius: inf is not a number from −1000000 to 1000000",
+        ),
+        (
+            brush(r#"{"shape": {"type": "ball", "radius": 1}}"#),
+            "s.json:3:20: brushes[1].shape.type: unknown variant `ball`",
+        ),
+        (
+            brush(r#"{"shape": {"type": "sphere", "radius": 1, "size": 2}}"#),
+            "s.json:3:51: brushes[1].shape.size: unknown field `size`",
+        ),
+        (
+            brush(r#"{"shape": {"type": "sphere"}}"#),
+            "brushes[1].shape: missing field `radius`",
+        ),
         (brush(&format!("{{{sphere}, \"colour\": 1}}")), "s.json:3:"),
-        (brush(&format!("{{{sphere}, \"blend\": -0.5}}")), "brushes[1].blend: -0.5 is negative"),
-        (brush(&format!("{{{sphere}, \"material\": \"tin\"}}")), "brushes[1].material: the scene has no material \"tin\""),
-        (brush(&format!("{{{sphere}, \"brushes\": []}}")), "this has both"),
-        (brush("{}"), "s.json:3:1: brushes[1]: neither a \"shape\" (a brush) nor \"brushes\""),
-        (brush(&format!("{{{sphere}, \"modifiers\": [{{\"type\": \"scale\", \"by\": 0}}]}}")), "brushes[1].modifiers[0].by: 0 is not from"),
-        (brush(&format!("{{{sphere}, \"modifiers\": [{{\"type\": \"scale\", \"by\": 2, \"to\": 0}}]}}")), "brushes[1].modifiers[0].to: unknown field `to`"),
-        (brush(&format!("{{\"brushes\": [{{{sphere}, \"amount\": 2}}]}}")), "brushes[1].brushes[0].amount: 2 is not from 0 to 1"),
-        (brush(&format!("{{{sphere}, \"blend\": 1, \"blend\": 2}}")), "s.json:3:53: brushes[1].blend: this field stands twice"),
-        ("{\"argil\": 1, \"brushes\": []} x".into(), "something follows"),
+        (
+            brush(&format!("{{{sphere}, \"blend\": -0.5}}")),
+            "brushes[1].blend: -0.5 is negative",
+        ),
+        (
+            brush(&format!("{{{sphere}, \"material\": \"tin\"}}")),
+            "brushes[1].material: the scene has no material \"tin\"",
+        ),
+        (
+            brush(&format!("{{{sphere}, \"brushes\": []}}")),
+            "this has both",
+        ),
+        (
+            brush("{}"),
+            "s.json:3:1: brushes[1]: neither a \"shape\" (a brush) nor \"brushes\"",
+        ),
+        (
+            brush(&format!(
+                "{{{sphere}, \"modifiers\": [{{\"type\": \"scale\", \"by\": 0}}]}}"
+            )),
+            "brushes[1].modifiers[0].by: 0 is not from",
+        ),
+        (
+            brush(&format!(
+                "{{{sphere}, \"modifiers\": [{{\"type\": \"scale\", \"by\": 2, \"to\": 0}}]}}"
+            )),
+            "brushes[1].modifiers[0].to: unknown field `to`",
+        ),
+        (
+            brush(&format!("{{\"brushes\": [{{{sphere}, \"amount\": 2}}]}}")),
+            "brushes[1].brushes[0].amount: 2 is not from 0 to 1",
+        ),
+        (
+            brush(&format!("{{{sphere}, \"blend\": 1, \"blend\": 2}}")),
+            "s.json:3:53: brushes[1].blend: this field stands twice",
+        ),
+        (
+            "{\"argil\": 1, \"brushes\": []} x".into(),
+            "something follows",
+        ),
         ("{\"argil\": 1}".into(), "the field \"brushes\" is missing"),
         ("{\"argil\": 1, \"brushes\": [".into(), "cut off"),
-        ("{\"argil\": 0, \"brushes\": []}".into(), "0 is not a version"),
+        (
+            "{\"argil\": 0, \"brushes\": []}".into(),
+            "0 is not a version",
+        ),
         ("{\"brushes\": []}".into(), "first field must be \"argil\""),
         ("[]".into(), "one JSON object"),
         ("".into(), "cut off"),
         ("\u{0}\u{0}garbage".into(), "not JSON here"),
-        ("{\"argil\": 1, \"materials\": {\"a\": {\"roughness\": 2}}, \"brushes\": []}".into(), "materials.a.roughness: 2 is not from 0 to 1"),
-        ("{\"argil\": 1, \"view\": {\"camera\": {\"orbit\": [0, 91, 1]}}, \"brushes\": []}".into(), "view.camera.orbit[1]: 91"),
+        (
+            "{\"argil\": 1, \"materials\": {\"a\": {\"roughness\": 2}}, \"brushes\": []}".into(),
+            "materials.a.roughness: 2 is not from 0 to 1",
+        ),
+        (
+            "{\"argil\": 1, \"view\": {\"camera\": {\"orbit\": [0, 91, 1]}}, \"brushes\": []}"
+                .into(),
+            "view.camera.orbit[1]: 91",
+        ),
     ] {
         let error = parse(&json).expect_err(&json);
-        assert!(error.contains(message), "{json}\n  gave {error}\n  not  {message}");
+        assert!(
+            error.contains(message),
+            "{json}\n  gave {error}\n  not  {message}"
+        );
     }
-    assert!(matches!(Scene::from_json("{\"argil\": 2, \"what\": 0}", "s"), Err(FileError::Newer { found: 2, .. })));
+    assert!(matches!(
+        Scene::from_json("{\"argil\": 2, \"what\": 0}", "s"),
+        Err(FileError::Newer { found: 2, .. })
+    ));
 }
 
 #[test]
@@ -88,18 +202,28 @@ fn groups_ten_thousand_levels_deep_are_read_and_written() {
 
 #[test]
 fn deep_and_long_parts_are_refused() {
-    let deep = format!("{{\"argil\": 1, \"brushes\": [{{\"shape\": {}", "[".repeat(100_000));
+    let deep = format!(
+        "{{\"argil\": 1, \"brushes\": [{{\"shape\": {}",
+        "[".repeat(100_000)
+    );
     assert!(parse(&deep).is_err());
     let long = format!("{{\"argil\": 1, \"name\": \"{}\"", "x".repeat(2 << 20));
     assert!(parse(&long).unwrap_err().contains("longer than the limit"));
-    let bottomless = "{\"argil\": 1, \"brushes\": [".to_owned() + &"{\"brushes\": [".repeat(300_000);
-    assert!(parse(&bottomless).unwrap_err().contains("deeper than the limit"));
+    let bottomless =
+        "{\"argil\": 1, \"brushes\": [".to_owned() + &"{\"brushes\": [".repeat(300_000);
+    assert!(
+        parse(&bottomless)
+            .unwrap_err()
+            .contains("deeper than the limit")
+    );
 }
 
 #[test]
 fn a_truncated_file_is_refused_at_every_length() {
     let mut scene = Scene::new();
-    scene.push(Brush::new(Shape::sphere(1.0)).at([1.0, 2.0, 3.0])).unwrap();
+    scene
+        .push(Brush::new(Shape::sphere(1.0)).at([1.0, 2.0, 3.0]))
+        .unwrap();
     let text = scene.to_json();
     for length in 0..text.trim_end().len() {
         assert!(parse(&text[..length]).is_err(), "{length}");
@@ -109,5 +233,8 @@ fn a_truncated_file_is_refused_at_every_length() {
 #[test]
 fn the_committed_schema_is_up_to_date() {
     let committed = include_str!("../../../scenes/argil.schema.json");
-    assert!(committed == argil_scene::schema(), "run `cargo xtask generate`");
+    assert!(
+        committed == argil_scene::schema(),
+        "run `cargo xtask generate`"
+    );
 }

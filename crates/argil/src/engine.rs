@@ -29,7 +29,10 @@ impl Engine {
 
     /// The CPU.
     pub fn cpu() -> Self {
-        Self { gpu: None, reason: "the CPU was asked for".into() }
+        Self {
+            gpu: None,
+            reason: "the CPU was asked for".into(),
+        }
     }
 
     /// The given back end, or why it is not there.
@@ -38,16 +41,28 @@ impl Engine {
             Backend::Cpu => Ok(Self::cpu()),
             Backend::Gpu => {
                 let gpu = Gpu::open()?;
-                Ok(Self { gpu: Some(Arc::new(gpu)), reason: "a GPU was asked for".into() })
+                Ok(Self {
+                    gpu: Some(Arc::new(gpu)),
+                    reason: "a GPU was asked for".into(),
+                })
             }
             Backend::Auto => {
                 let real = Self::devices().into_iter().find(|d| d.kind.is_real_gpu());
                 let Some(device) = real else {
-                    return Ok(Self { gpu: None, reason: "no hardware GPU was found".into() });
+                    return Ok(Self {
+                        gpu: None,
+                        reason: "no hardware GPU was found".into(),
+                    });
                 };
                 match Gpu::open() {
-                    Ok(gpu) => Ok(Self { gpu: Some(Arc::new(gpu)), reason: format!("{} is a GPU", device.name) }),
-                    Err(error) => Ok(Self { gpu: None, reason: format!("{} cannot be used: {error}", device.name) }),
+                    Ok(gpu) => Ok(Self {
+                        gpu: Some(Arc::new(gpu)),
+                        reason: format!("{} is a GPU", device.name),
+                    }),
+                    Err(error) => Ok(Self {
+                        gpu: None,
+                        reason: format!("{} cannot be used: {error}", device.name),
+                    }),
                 }
             }
         }

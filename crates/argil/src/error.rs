@@ -29,7 +29,10 @@ pub enum BuildError {
 #[non_exhaustive]
 pub enum RenderError {
     /// The size is zero or too large.
-    #[error("size {width}x{height}: both sides must be from 1 to {}", crate::world::MAX_SIDE)]
+    #[error(
+        "size {width}x{height}: both sides must be from 1 to {}",
+        crate::world::MAX_SIDE
+    )]
     Size {
         /// Asked for.
         width: u32,

@@ -25,8 +25,9 @@ pub use argil_gpu::{DeviceInfo, DeviceKind};
 pub use argil_march::{Camera, Settings, Show, Spread, Statistics};
 pub use argil_math::{Aabb, Interval};
 pub use argil_scene::{
-    Body, Brush, Edit, EditError, Edited, Entry, Exactness, FileError, Group, ImportError, Material, Modifier, NodeId,
-    Operator, OperatorKind, Outline, Piece, Placement, Profile, Scene, Shape, View, schema,
+    Body, Brush, Edit, EditError, Edited, Entry, Exactness, FileError, Group, ImportError,
+    Material, Modifier, NodeId, Operator, OperatorKind, Outline, Piece, Placement, Profile, Scene,
+    Shape, View, schema,
 };
 pub use engine::{Backend, Engine};
 pub use error::{BuildError, EngineError, PictureError, RenderError};

@@ -36,13 +36,19 @@ impl Drawn {
 
 /// Write 8-bit RGB as a PNG, beside its place and then renamed into it.
 pub fn save_png(path: &Path, [width, height]: [u32; 2], rgb: &[u8]) -> Result<(), PictureError> {
-    let fault = |reason: String| PictureError { path: path.into(), reason };
-    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let mut file =
-        tempfile::Builder::new().prefix(".argil-").tempfile_in(folder).map_err(|e| fault(e.to_string()))?;
-    let encoder = image::codecs::png::PngEncoder::new(std::io::BufWriter::new(&mut file));
-    image::ImageEncoder::write_image(encoder, rgb, width, height, image::ExtendedColorType::Rgb8)
-        .map_err(|e| fault(e.to_string()))?;
-    file.persist(path).map_err(|e| fault(e.error.to_string()))?;
-    Ok(())
+    let encode = |out: &mut std::io::BufWriter<&mut std::fs::File>| {
+        let encoder = image::codecs::png::PngEncoder::new(out);
+        image::ImageEncoder::write_image(
+            encoder,
+            rgb,
+            width,
+            height,
+            image::ExtendedColorType::Rgb8,
+        )
+        .map_err(std::io::Error::other)
+    };
+    argil_scene::replace_file(path, encode).map_err(|e| PictureError {
+        path: path.into(),
+        reason: e.to_string(),
+    })
 }

@@ -27,7 +27,14 @@ impl World {
             None => None,
         };
         let focus = focus(scene, &program);
-        Ok(Self { engine, program, gpu, specialized: false, focus, view: scene.view.clone() })
+        Ok(Self {
+            engine,
+            program,
+            gpu,
+            specialized: false,
+            focus,
+            view: scene.view.clone(),
+        })
     }
 
     /// Take over a scene that was edited. On a GPU nothing is compiled for it, unless the world is specialised.
@@ -99,9 +106,11 @@ impl World {
         let field_of_view_degrees = self.view.field_of_view_degrees;
         match placement {
             Placement::Orbit(orbit) => Camera::orbit(self.focus, orbit, field_of_view_degrees),
-            Placement::Look { eye, target } => {
-                Camera { eye: eye.into(), target: target.into(), field_of_view_degrees }
-            }
+            Placement::Look { eye, target } => Camera {
+                eye: eye.into(),
+                target: target.into(),
+                field_of_view_degrees,
+            },
         }
     }
 
@@ -160,14 +169,23 @@ fn check(camera: &Camera, settings: &Settings) -> Result<(), RenderError> {
     if !(1..=MAX_SIDE).contains(&width) || !(1..=MAX_SIDE).contains(&height) {
         return Err(RenderError::Size { width, height });
     }
-    let fault = |name, value: f32, expected| Err(RenderError::Setting { name, value: f64::from(value), expected });
+    let fault = |name, value: f32, expected| {
+        Err(RenderError::Setting {
+            name,
+            value: f64::from(value),
+            expected,
+        })
+    };
     if !(1..=100_000).contains(&settings.max_steps) {
         return fault("max_steps", settings.max_steps as f32, "from 1 to 100000");
     }
     if !(1..=64).contains(&settings.samples) {
         return fault("samples", settings.samples as f32, "from 1 to 64");
     }
-    for (name, value) in [("epsilon", settings.epsilon), ("normal_bias", settings.normal_bias)] {
+    for (name, value) in [
+        ("epsilon", settings.epsilon),
+        ("normal_bias", settings.normal_bias),
+    ] {
         if let Some(v) = value
             && !(v.is_finite() && v > 0.0)
         {
@@ -178,7 +196,11 @@ fn check(camera: &Camera, settings: &Settings) -> Result<(), RenderError> {
         return fault("camera", f32::NAN, "at finite coordinates");
     }
     if !(1.0..=170.0).contains(&camera.field_of_view_degrees) {
-        return fault("field_of_view_degrees", camera.field_of_view_degrees, "from 1 to 170");
+        return fault(
+            "field_of_view_degrees",
+            camera.field_of_view_degrees,
+            "from 1 to 170",
+        );
     }
     Ok(())
 }

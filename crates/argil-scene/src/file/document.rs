@@ -93,8 +93,17 @@ pub(super) struct Head<'a> {
 
 impl<'a> Head<'a> {
     pub fn of(entry: &'a crate::Entry) -> Self {
-        let Operator { kind, blend, profile, amount } = entry.operator;
-        let shape = if let crate::Body::Shape(shape) = &entry.body { Some(shape) } else { None };
+        let Operator {
+            kind,
+            blend,
+            profile,
+            amount,
+        } = entry.operator;
+        let shape = if let crate::Body::Shape(shape) = &entry.body {
+            Some(shape)
+        } else {
+            None
+        };
         Self {
             name: &entry.name,
             visible: entry.visible,

@@ -5,7 +5,10 @@ use crate::{Body, Entry, Fault, Group, NodeId, Scene};
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 use std::path::Path;
-use struson::reader::{JsonReader, JsonStreamReader, ReaderError, ReaderSettings, SyntaxErrorKind, TransferError, ValueType};
+use struson::reader::{
+    JsonReader, JsonStreamReader, ReaderError, ReaderSettings, SyntaxErrorKind, TransferError,
+    ValueType,
+};
 use struson::writer::{JsonStreamWriter, JsonWriter};
 
 /// What stopped the reading.
@@ -41,18 +44,37 @@ pub(super) fn read<R: Source, S: Source>(
     source: R,
     again: impl Fn() -> Result<S, FileError>,
 ) -> Result<Scene, FileError> {
-    let content = |line, column, fault| FileError::Content { path: path.into(), line, column, fault };
+    let content = |line, column, fault| FileError::Content {
+        path: path.into(),
+        line,
+        column,
+        fault,
+    };
     let mut reader = tokens(source, false);
     match document(&mut reader) {
         Ok(scene) => {
             let (line, column) = position(&reader);
-            let follows = |_| content(line, column, Fault::new("", "something follows the scene's closing brace"));
+            let follows = |_| {
+                content(
+                    line,
+                    column,
+                    Fault::new("", "something follows the scene's closing brace"),
+                )
+            };
             reader.consume_trailing_whitespace().map_err(follows)?;
             Ok(scene)
         }
-        Err(Stop::Newer(found)) => Err(FileError::Newer { path: path.into(), found }),
-        Err(Stop::Reader(ReaderError::IoError { error, .. })) if error.kind() != std::io::ErrorKind::InvalidData => {
-            Err(FileError::Io { path: path.into(), source: error })
+        Err(Stop::Newer(found)) => Err(FileError::Newer {
+            path: path.into(),
+            found,
+        }),
+        Err(Stop::Reader(ReaderError::IoError { error, .. }))
+            if error.kind() != std::io::ErrorKind::InvalidData =>
+        {
+            Err(FileError::Io {
+                path: path.into(),
+                source: error,
+            })
         }
         Err(Stop::Reader(error)) => {
             let (line, column) = position(&reader);
@@ -73,13 +95,21 @@ fn document<R: Source>(reader: &mut Tokens<R>) -> Result<Scene, Stop> {
     }
     reader.begin_object()?;
     if !reader.has_next()? || reader.next_name()? != "argil" {
-        return fault("", "not a scene: the first field must be \"argil\", the version of the format");
+        return fault(
+            "",
+            "not a scene: the first field must be \"argil\", the version of the format",
+        );
     }
     let version: Value = part(reader, "argil")?;
     match version.as_u64() {
         Some(n) if n > u64::from(super::FORMAT_VERSION) => return Err(Stop::Newer(n)),
         Some(1..) => {}
-        _ => return fault("argil", &format!("{version} is not a version of the format")),
+        _ => {
+            return fault(
+                "argil",
+                &format!("{version} is not a version of the format"),
+            );
+        }
     }
     let mut brushes_read = false;
     let mut seen: Vec<String> = Vec::new();
@@ -93,16 +123,24 @@ fn document<R: Source>(reader: &mut Tokens<R>) -> Result<Scene, Stop> {
             "credit" => scene.credit = part(reader, "credit")?,
             "view" => {
                 scene.view = part(reader, "view")?;
-                scene.view.check().map_err(|f| Stop::Fault(f.within("view")))?;
+                scene
+                    .view
+                    .check()
+                    .map_err(|f| Stop::Fault(f.within("view")))?;
             }
-            "materials" if brushes_read => return fault("materials", "materials must come before the brushes"),
+            "materials" if brushes_read => {
+                return fault("materials", "materials must come before the brushes");
+            }
             "materials" => materials(reader, &mut scene)?,
             "brushes" => {
                 brushes(reader, &mut scene)?;
                 brushes_read = true;
             }
             other => {
-                return fault(other, "unknown field, expected one of `name`, `credit`, `view`, `materials`, `brushes`");
+                return fault(
+                    other,
+                    "unknown field, expected one of `name`, `credit`, `view`, `materials`, `brushes`",
+                );
             }
         }
         seen.push(key);
@@ -120,10 +158,15 @@ fn materials<R: Source>(reader: &mut Tokens<R>, scene: &mut Scene) -> Result<(),
         let name = reader.next_name_owned()?;
         let path = format!("materials.{name}");
         if scene.materials.contains_key(&name) {
-            return Err(Stop::Fault(Fault::new(path, "a material of this name stands above")));
+            return Err(Stop::Fault(Fault::new(
+                path,
+                "a material of this name stands above",
+            )));
         }
         let material = part(reader, &path)?;
-        scene.set_material(name, material).map_err(|f| Stop::Fault(f.within("materials")))?;
+        scene
+            .set_material(name, material)
+            .map_err(|f| Stop::Fault(f.within("materials")))?;
     }
     Ok(reader.end_object()?)
 }
@@ -139,8 +182,18 @@ struct Open {
     seen: u32,
 }
 
-const FIELDS: [&str; 10] =
-    ["name", "visible", "operator", "blend", "profile", "amount", "material", "modifiers", "shape", "brushes"];
+const FIELDS: [&str; 10] = [
+    "name",
+    "visible",
+    "operator",
+    "blend",
+    "profile",
+    "amount",
+    "material",
+    "modifiers",
+    "shape",
+    "brushes",
+];
 
 fn brushes<R: Source>(reader: &mut Tokens<R>, scene: &mut Scene) -> Result<(), Stop> {
     reader.begin_array()?;
@@ -189,13 +242,23 @@ fn brushes<R: Source>(reader: &mut Tokens<R>, scene: &mut Scene) -> Result<(), S
 }
 
 /// Read one field of the item on top; whether it began a list of items.
-fn field<R: Source>(reader: &mut Tokens<R>, scene: &mut Scene, open: &mut [Open], key: &str) -> Result<bool, Stop> {
+fn field<R: Source>(
+    reader: &mut Tokens<R>,
+    scene: &mut Scene,
+    open: &mut [Open],
+    key: &str,
+) -> Result<bool, Stop> {
     let at = |open: &[Open]| format!("{}.{key}", path_of(open));
     let fault = |open: &[Open], reason: String| Err(Stop::Fault(Fault::new(at(open), reason)));
     let Some(number) = FIELDS.iter().position(|f| *f == key) else {
-        return fault(open, format!("unknown field, expected one of `{}`", FIELDS.join("`, `")));
+        return fault(
+            open,
+            format!("unknown field, expected one of `{}`", FIELDS.join("`, `")),
+        );
     };
-    let Some(item) = open.last_mut() else { return Ok(false) };
+    let Some(item) = open.last_mut() else {
+        return Ok(false);
+    };
     if item.seen & (1 << number) != 0 {
         return fault(open, "this field stands twice".into());
     }
@@ -230,8 +293,14 @@ fn field<R: Source>(reader: &mut Tokens<R>, scene: &mut Scene, open: &mut [Open]
 fn finish(scene: &mut Scene, item: &Open) -> Result<(), Fault> {
     scene.check_entry(&item.entry).map_err(fault_of)?;
     match (item.group, item.has_shape) {
-        (Some(_), true) => Err(Fault::new("", "a brush has a \"shape\" and a group has \"brushes\": this has both")),
-        (None, false) => Err(Fault::new("", "neither a \"shape\" (a brush) nor \"brushes\" (a group)")),
+        (Some(_), true) => Err(Fault::new(
+            "",
+            "a brush has a \"shape\" and a group has \"brushes\": this has both",
+        )),
+        (None, false) => Err(Fault::new(
+            "",
+            "neither a \"shape\" (a brush) nor \"brushes\" (a group)",
+        )),
         (Some(group), false) => {
             scene.nodes[group.index()].entry = item.entry.clone();
             Ok(())
@@ -244,7 +313,10 @@ fn finish(scene: &mut Scene, item: &Open) -> Result<(), Fault> {
 }
 
 fn path_of(open: &[Open]) -> String {
-    let steps: Vec<_> = open.iter().map(|o| format!("brushes[{}]", o.index)).collect();
+    let steps: Vec<_> = open
+        .iter()
+        .map(|o| format!("brushes[{}]", o.index))
+        .collect();
     steps.join(".")
 }
 
@@ -252,7 +324,12 @@ fn path_of(open: &[Open]) -> String {
 fn part<R: Source, T: DeserializeOwned>(reader: &mut Tokens<R>, path: &str) -> Result<T, Stop> {
     let mut text = Vec::new();
     let mut writer = JsonStreamWriter::new(Limited(&mut text));
-    let too_long = || Stop::Fault(Fault::new(path, format!("longer than the limit, {MAX_PART_BYTES} bytes")));
+    let too_long = || {
+        Stop::Fault(Fault::new(
+            path,
+            format!("longer than the limit, {MAX_PART_BYTES} bytes"),
+        ))
+    };
     match reader.transfer_to(&mut writer) {
         Ok(()) => {}
         Err(TransferError::ReaderError(error)) => return Err(error.into()),
@@ -290,12 +367,17 @@ fn explain<T: DeserializeOwned>(path: &str, text: &[u8], error: &serde_json::Err
     }
     match serde_json::from_slice(text) {
         Ok(Value::Object(members)) => {
-            fault.path = culprit(&members, |m| complaint::<T>(Value::Object(m))).unwrap_or_default();
+            fault.path =
+                culprit(&members, |m| complaint::<T>(Value::Object(m))).unwrap_or_default();
         }
         Ok(Value::Array(elements)) => {
             // The first element that cannot stand alone in a list.
             let alone = |v: Value| complaint::<T>(Value::Array(vec![v]));
-            if let Some((index, element)) = elements.into_iter().enumerate().find(|(_, v)| alone(v.clone()).is_some()) {
+            if let Some((index, element)) = elements
+                .into_iter()
+                .enumerate()
+                .find(|(_, v)| alone(v.clone()).is_some())
+            {
                 fault.reason = alone(element.clone()).unwrap_or_default();
                 if let Value::Object(members) = element
                     && !fault.reason.starts_with("missing field")
@@ -312,7 +394,9 @@ fn explain<T: DeserializeOwned>(path: &str, text: &[u8], error: &serde_json::Err
 
 /// What serde says against a value.
 fn complaint<T: DeserializeOwned>(value: Value) -> Option<String> {
-    serde_json::from_value::<T>(value).err().map(|e| e.to_string())
+    serde_json::from_value::<T>(value)
+        .err()
+        .map(|e| e.to_string())
 }
 
 /// The member without which there is no complaint, or only that it is missing.
@@ -325,8 +409,14 @@ fn culprit(
         rest.remove(key);
         complaint(rest)
     };
-    let missed = |key: &&String| without(key).is_some_and(|c| c.starts_with(&format!("missing field `{key}`")));
-    members.keys().find(|key| without(key).is_none()).or_else(|| members.keys().find(missed)).cloned()
+    let missed = |key: &&String| {
+        without(key).is_some_and(|c| c.starts_with(&format!("missing field `{key}`")))
+    };
+    members
+        .keys()
+        .find(|key| without(key).is_none())
+        .or_else(|| members.keys().find(missed))
+        .cloned()
 }
 
 /// Line and column, from 1, of the value at a path, or of the deepest part of the path that is there.
@@ -348,7 +438,10 @@ fn locate<S: Source>(source: S, path: &str) -> (u64, u64) {
 
 /// Line and column of the reader, from 1.
 fn position<S: Source>(reader: &Tokens<S>) -> (u64, u64) {
-    reader.current_position(false).line_pos.map_or((1, 1), |p| (p.line + 1, p.column + 1))
+    reader
+        .current_position(false)
+        .line_pos
+        .map_or((1, 1), |p| (p.line + 1, p.column + 1))
 }
 
 fn enter_array<S: Source>(reader: &mut Tokens<S>, index: usize) -> Result<bool, ReaderError> {
@@ -380,13 +473,17 @@ fn enter_object<S: Source>(reader: &mut Tokens<S>, name: &str) -> Result<bool, R
 fn describe(error: &ReaderError) -> String {
     match error {
         ReaderError::SyntaxError(e) => match e.kind {
-            SyntaxErrorKind::IncompleteDocument => "the file ends in the middle: it is cut off".to_owned(),
+            SyntaxErrorKind::IncompleteDocument => {
+                "the file ends in the middle: it is cut off".to_owned()
+            }
             kind => format!("not JSON here: {kind:?}"),
         },
-        ReaderError::UnexpectedValueType { expected, actual, .. } => {
-            format!("expected JSON of type {expected}, found {actual}").to_lowercase()
-        }
-        ReaderError::MaxNestingDepthExceeded { max_nesting_depth, .. } => {
+        ReaderError::UnexpectedValueType {
+            expected, actual, ..
+        } => format!("expected JSON of type {expected}, found {actual}").to_lowercase(),
+        ReaderError::MaxNestingDepthExceeded {
+            max_nesting_depth, ..
+        } => {
             format!("values nest deeper than the limit, {max_nesting_depth}")
         }
         ReaderError::IoError { error, .. } => error.to_string(),

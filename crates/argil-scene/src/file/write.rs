@@ -15,8 +15,17 @@ pub(super) fn write(scene: &Scene, out: &mut impl Write) -> io::Result<()> {
     if !scene.materials.is_empty() {
         out.write_all(b"  \"materials\": {\n")?;
         for (i, (name, material)) in scene.materials.iter().enumerate() {
-            let comma = if i + 1 < scene.materials.len() { "," } else { "" };
-            writeln!(out, "    {}: {}{comma}", serde_json::to_string(name)?, serde_json::to_string(material)?)?;
+            let comma = if i + 1 < scene.materials.len() {
+                ","
+            } else {
+                ""
+            };
+            writeln!(
+                out,
+                "    {}: {}{comma}",
+                serde_json::to_string(name)?,
+                serde_json::to_string(material)?
+            )?;
         }
         out.write_all(b"  },\n")?;
     }
