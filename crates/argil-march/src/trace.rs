@@ -337,10 +337,16 @@ pub fn trace_tile(
     for &pixel in hits.iter() {
         let (x, y) = tile.pixel(pixel as usize);
         let p = primary_ray(frame, x, y).at(out[pixel as usize].normal_t[3]);
-        for axis in [Vec3::X, Vec3::Y, Vec3::Z] {
-            points.push(p + axis * bias);
-            points.push(p - axis * bias);
-        }
+        let (low, high) = (p - bias, p + bias);
+        points
+            .x
+            .extend_from_slice(&[high.x, low.x, p.x, p.x, p.x, p.x]);
+        points
+            .y
+            .extend_from_slice(&[p.y, p.y, high.y, low.y, p.y, p.y]);
+        points
+            .z
+            .extend_from_slice(&[p.z, p.z, p.z, p.z, high.z, low.z]);
     }
     points.measure(evaluator);
     for (&pixel, d) in hits.iter().zip(points.d.chunks_exact(DIFFERENCES)) {

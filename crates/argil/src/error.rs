@@ -30,8 +30,9 @@ pub enum BuildError {
 pub enum RenderError {
     /// The size is zero or too large.
     #[error(
-        "size {width}x{height}: both sides must be from 1 to {}",
-        crate::world::MAX_SIDE
+        "size {width}x{height}: both sides must be from 1 to {} and their product at most {}",
+        crate::world::MAX_SIDE,
+        crate::world::MAX_PIXELS
     )]
     Size {
         /// Asked for.

@@ -9,6 +9,9 @@ use std::time::Instant;
 /// Longest side of a picture in pixels.
 pub const MAX_SIDE: u32 = 16_384;
 
+/// Most pixels of a picture: it takes 60 bytes a pixel while it is drawn.
+pub const MAX_PIXELS: u64 = 1 << 26;
+
 /// A scene that an engine has built: its exact field, on the engine's device.
 pub struct World {
     engine: Engine,
@@ -166,6 +169,9 @@ fn focus(scene: &Scene, program: &Program) -> Aabb {
 
 fn check(camera: &Camera, settings: &Settings) -> Result<(), RenderError> {
     let [width, height] = settings.size;
+    if u64::from(width) * u64::from(height) > MAX_PIXELS {
+        return Err(RenderError::Size { width, height });
+    }
     if !(1..=MAX_SIDE).contains(&width) || !(1..=MAX_SIDE).contains(&height) {
         return Err(RenderError::Size { width, height });
     }

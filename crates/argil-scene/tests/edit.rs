@@ -1,0 +1,178 @@
+//! Edits: what is refused, what can be undone, and that many of them stay quick.
+
+use argil_scene::{Brush, Edit, EditError, Group, Modifier, Scene, Shape};
+
+fn ball() -> Brush {
+    Brush::new(Shape::sphere(0.5))
+}
+
+#[test]
+fn edits_are_checked_and_leave_the_scene_as_it_was() {
+    let mut scene = Scene::new();
+    let brush = scene.push(ball().named("ball")).unwrap().node;
+    let group = scene.push(Group::new()).unwrap().node;
+    let inner = scene.push_into(group, Group::new()).unwrap().node;
+    let before = scene.to_json();
+    let entry = || ball().into();
+    let mut refused = |edit: Edit, expected: &str| {
+        let error = scene.apply(edit).expect_err(expected).to_string();
+        assert!(error.contains(expected), "{error} does not say {expected}");
+        assert_eq!(scene.to_json(), before);
+    };
+    refused(
+        Edit::Insert {
+            parent: brush,
+            index: 0,
+            entry: entry(),
+        },
+        "brushes[0] is a brush",
+    );
+    refused(
+        Edit::Insert {
+            parent: Scene::ROOT,
+            index: 3,
+            entry: entry(),
+        },
+        "index 3 lies beyond",
+    );
+    refused(Edit::Remove { node: Scene::ROOT }, "root");
+    refused(
+        Edit::Move {
+            node: group,
+            parent: inner,
+            index: 0,
+        },
+        "brushes[1] cannot be moved into itself",
+    );
+    refused(
+        Edit::Move {
+            node: brush,
+            parent: Scene::ROOT,
+            index: 2,
+        },
+        "index 3 lies beyond",
+    );
+    refused(
+        Edit::Replace {
+            node: group,
+            entry: entry(),
+        },
+        "cannot change between brush and group",
+    );
+    let shell = Modifier::Shell { thickness: 0.1 };
+    refused(
+        Edit::Transform {
+            node: brush,
+            by: shell,
+        },
+        "only translate, rotate and scale",
+    );
+    let nan = Modifier::Translate {
+        by: [f32::NAN, 0.0, 0.0],
+    };
+    refused(
+        Edit::Transform {
+            node: brush,
+            by: nan,
+        },
+        "modifiers[0].by[0]: NaN",
+    );
+    let gone = ball().material("gold").into();
+    refused(
+        Edit::Insert {
+            parent: group,
+            index: 0,
+            entry: gone,
+        },
+        "no material \"gold\"",
+    );
+    let flat = Brush::new(Shape::sphere(0.0)).into();
+    refused(
+        Edit::Replace {
+            node: brush,
+            entry: flat,
+        },
+        "shape.radius: 0 is not positive",
+    );
+
+    // What was removed cannot be edited until it is back.
+    scene.apply(Edit::Remove { node: group }).unwrap();
+    let hide = Edit::SetVisible {
+        node: inner,
+        visible: false,
+    };
+    assert_eq!(scene.apply(hide.clone()), Err(EditError::NoSuchNode(inner)));
+    assert!(scene.undo());
+    assert!(scene.apply(hide).is_ok());
+}
+
+#[test]
+fn undo_and_redo_walk_through_every_state() {
+    let mut scene = Scene::new();
+    let mut states = vec![scene.to_json()];
+    let a = scene.push(ball()).unwrap().node;
+    states.push(scene.to_json());
+    let group = scene.push(Group::new().subtract().blend(0.1)).unwrap().node;
+    states.push(scene.to_json());
+    for edit in [
+        Edit::Move {
+            node: a,
+            parent: group,
+            index: 0,
+        },
+        Edit::Transform {
+            node: a,
+            by: Modifier::Translate {
+                by: [1.0, 0.0, 0.0],
+            },
+        },
+        Edit::Transform {
+            node: a,
+            by: Modifier::Translate {
+                by: [0.0, 2.0, 0.0],
+            },
+        },
+        Edit::SetVisible {
+            node: group,
+            visible: false,
+        },
+        Edit::Replace {
+            node: a,
+            entry: Brush::new(Shape::torus(1.0, 0.1)).into(),
+        },
+        Edit::Remove { node: group },
+    ] {
+        scene.apply(edit).unwrap();
+        states.push(scene.to_json());
+    }
+    for state in states.iter().rev().skip(1) {
+        assert!(scene.undo());
+        assert_eq!(&scene.to_json(), state);
+    }
+    assert!(!scene.undo());
+    for state in states.iter().skip(1) {
+        assert!(scene.redo());
+        assert_eq!(&scene.to_json(), state);
+    }
+    assert!(!scene.redo());
+    // A new edit ends what could be redone.
+    scene.undo();
+    scene.push(ball()).unwrap();
+    assert!(!scene.redo());
+}
+
+/// Quadratic work would take minutes here.
+#[test]
+fn a_hundred_thousand_brushes_can_be_pushed_and_undone() {
+    let mut scene = Scene::new();
+    for i in 0..100_000 {
+        scene
+            .push(ball().at([i as f32, 0.0, 0.0]).blend(0.1))
+            .unwrap();
+    }
+    assert_eq!(scene.brush_count(), 100_000);
+    for _ in 0..1000 {
+        assert!(scene.undo());
+    }
+    assert_eq!(scene.brush_count(), 99_000);
+}
