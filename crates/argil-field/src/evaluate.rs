@@ -2,8 +2,9 @@
 
 use crate::Program;
 use crate::curves::BLOCK;
-use crate::interpret::{Registers, run};
+use crate::interpret::run;
 use crate::real::{Dual, F32Lanes, LANES, Real};
+use crate::registers::Registers;
 use argil_abi::MaterialWords;
 use glam::Vec3;
 use multiversion::multiversion;

@@ -26,6 +26,7 @@
 //! ```
 
 mod bounds;
+mod brush;
 mod combine;
 mod curves;
 mod evaluate;
@@ -37,6 +38,7 @@ mod noise;
 mod pack;
 mod program;
 mod real;
+mod registers;
 mod regular;
 mod shapes;
 mod space;

@@ -1,57 +1,22 @@
 //! A scene's list of brushes as a program.
 
+mod error;
+mod words;
+
 use crate::pack::pack;
 use crate::program::Program;
 use crate::regular::regularity;
-use argil_abi::{self as abi, Instr, MaterialWords};
+use argil_abi::{self as abi, Instr};
 use argil_scene::{
     Body, Entry, Extents, Material, Modifier, NodeId, Operator, OperatorKind, Profile, Scene,
     angular_half_extent, copies_needed,
 };
-use glam::{DAffine3, DVec3, Vec3};
+pub use error::LowerError;
+use error::{MAX_COPIES, MAX_COPIES_A_LOOP};
+use glam::DAffine3;
 use std::collections::HashMap;
 use std::f32::consts::TAU;
-
-/// Why a scene cannot be lowered.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum LowerError {
-    /// A twist or bend of something endless: distances far from its axis would be stretched without limit.
-    #[error(
-        "{path}: a {what} needs a solid of finite size: intersect it with a box, or limit its repetition"
-    )]
-    Endless {
-        /// The node, as in `brushes[3]`.
-        path: String,
-        /// Twist or bend.
-        what: &'static str,
-    },
-    /// Copies overlap so much, or loops nest so deep, that too many would be looked at for each point.
-    #[error(
-        "{path}: {count} copies would be looked at for each point, more than the limit, {MAX_COPIES}: widen the spacing"
-    )]
-    TooManyCopies {
-        /// The node.
-        path: String,
-        /// How many.
-        count: u64,
-    },
-    /// Nested scales multiply to something that `f32` distances cannot carry.
-    #[error(
-        "{path}: the scales of this node and its groups multiply to {scale:e}, beyond 1e-6 to 1e6"
-    )]
-    Scale {
-        /// The node.
-        path: String,
-        /// The product.
-        scale: f64,
-    },
-}
-
-/// Most copies that one point may be compared with, over all loops around a brush.
-const MAX_COPIES: u64 = 4096;
-/// Most of them in one loop.
-const MAX_COPIES_A_LOOP: u64 = 125;
+use words::{affine_words, is_loop, is_single, keep, repeat_words, scale_of, words_of};
 
 /// Where a node is evaluated: the map from the interpreter's point to the node's frame, the factor from its distances
 /// to the world's, its material, and the copies looked at around it.
@@ -140,34 +105,6 @@ impl Program {
         lowering.emit_all()?;
         Ok(lowering.program)
     }
-}
-
-fn words_of(m: &Material) -> MaterialWords {
-    let ([r, g, b], [er, eg, eb]) = (m.base_color, m.emission);
-    MaterialWords {
-        base_roughness: [r, g, b, m.roughness],
-        emission_metallic: [er, eg, eb, m.metallic],
-    }
-}
-
-/// Whether an entry is one instruction: a shape that is only moved, turned and scaled, with a smooth or hard joint.
-fn is_single(entry: &Entry) -> bool {
-    let smooth = entry.operator.profile == Profile::Smooth || entry.operator.blend == 0.0;
-    matches!(entry.body, Body::Shape(_))
-        && smooth
-        && !matches!(
-            entry.operator.kind,
-            OperatorKind::Paint | OperatorKind::Morph
-        )
-        && entry.modifiers.iter().all(|m| m.affine().is_some())
-}
-
-/// Whether a modifier needs a loop, which keeps the nearest copy so far on the stack of values.
-fn is_loop(modifier: &Modifier) -> bool {
-    matches!(
-        modifier,
-        Modifier::Repeat { .. } | Modifier::RadialRepeat { .. }
-    )
 }
 
 impl Lowering<'_> {
@@ -557,77 +494,4 @@ impl Lowering<'_> {
         self.emit(instr);
         Ok(())
     }
-}
-
-/// The flag by which a cut without a material of its own leaves the material alone.
-fn keep(entry: &Entry) -> u32 {
-    let cuts = matches!(
-        entry.operator.kind,
-        OperatorKind::Subtract | OperatorKind::Intersect
-    );
-    if cuts && entry.material.is_none() {
-        abi::FLAG_KEEP_MATERIAL
-    } else {
-        0
-    }
-}
-
-/// The product of an entry's own scales: its joint is in the unit of the group around it.
-fn scale_of(entry: &Entry) -> f64 {
-    entry
-        .modifiers
-        .iter()
-        .map(|m| f64::from(m.scale()))
-        .product()
-}
-
-fn affine_words(m: &DAffine3) -> [f32; 12] {
-    let (x, y, z, t) = (
-        m.matrix3.x_axis,
-        m.matrix3.y_axis,
-        m.matrix3.z_axis,
-        m.translation,
-    );
-    let row = |pick: fn(DVec3) -> f64| {
-        [
-            pick(x) as f32,
-            pick(y) as f32,
-            pick(z) as f32,
-            pick(t) as f32,
-        ]
-    };
-    let rows = [row(|v| v.x), row(|v| v.y), row(|v| v.z)];
-    std::array::from_fn(|i| rows[i / 4][i % 4])
-}
-
-/// The words of a repetition, and how many copies it looks at.
-fn repeat_words(spacing: [f32; 3], count: Option<[u32; 3]>, reach: Vec3) -> ([f32; 15], u64) {
-    let mut words = [0.0; 15];
-    let mut copies = 1u64;
-    for axis in 0..3 {
-        let many = count.map_or(spacing[axis] > 0.0, |c| c[axis] > 1);
-        let (offset, low, high) = match count {
-            _ if !many => (0.0, 0.0, 0.0),
-            Some(c) => (
-                0.5 * (c[axis] - 1) as f32 * spacing[axis],
-                0.0,
-                (c[axis] - 1) as f32,
-            ),
-            None => (0.0, -1e9, 1e9),
-        };
-        let candidates = if many {
-            u64::from(copies_needed(reach[axis], spacing[axis]))
-        } else {
-            1
-        };
-        let step = if many { spacing[axis] } else { 1.0 };
-        for (slot, value) in [step, offset, low, high, candidates as f32]
-            .into_iter()
-            .enumerate()
-        {
-            words[3 * slot + axis] = value;
-        }
-        copies = copies.saturating_mul(candidates);
-    }
-    (words, copies)
 }

@@ -87,3 +87,10 @@ pub(crate) fn primary_ray(frame: &Frame, x: u32, y: u32) -> Ray {
         direction: Vec3::new(dx / length, dy / length, dz / length),
     }
 }
+
+/// The box outside which nothing solid lies.
+pub(crate) fn bounds_of(frame: &Frame) -> Aabb {
+    let [ax, ay, az, _] = frame.box_min_epsilon;
+    let [bx, by, bz, _] = frame.box_max_bias;
+    Aabb::new(Vec3::new(ax, ay, az), Vec3::new(bx, by, bz))
+}

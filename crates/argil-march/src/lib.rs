@@ -12,18 +12,23 @@
 mod camera;
 mod picture;
 mod render;
+mod scratch;
 mod settings;
 mod shade;
 mod statistics;
+mod tile;
 mod trace;
+mod wave;
 
 pub use camera::Camera;
 pub use picture::Picture;
 pub use render::{hit_pixels, render};
+pub use scratch::TileScratch;
 pub use settings::{Settings, Show, frames};
 pub use shade::shade_tile;
 pub use statistics::{Spread, Statistics};
-pub use trace::{Tile, TileScratch, tiles, trace_tile};
+pub use tile::{Tile, tiles};
+pub use trace::trace_tile;
 
 /// The WGSL twins: `trace.wgsl` and `shade.wgsl`, with what they share.
 pub fn wgsl() -> [&'static str; 3] {

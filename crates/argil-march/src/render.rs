@@ -1,6 +1,8 @@
 use crate::picture::Picture;
+use crate::scratch::TileScratch;
 use crate::shade::shade_tile;
-use crate::trace::{TileScratch, tiles, trace_tile};
+use crate::tile::tiles;
+use crate::trace::trace_tile;
 use argil_abi::{Frame, Hit};
 use argil_field::{Evaluator, Program};
 use rayon::prelude::*;

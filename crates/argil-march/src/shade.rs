@@ -6,8 +6,10 @@
 //! the surface is than an open one along the normal (after Evans, "Fast approximations for global illumination on
 //! dynamic scenes", 2006). Tone curve: Narkowicz's fit of ACES (2015).
 
-use crate::camera::primary_ray;
-use crate::trace::{Points, Tile, TileScratch, Wave, bounds_of};
+use crate::camera::{bounds_of, primary_ray};
+use crate::scratch::{Shading, TileScratch};
+use crate::tile::Tile;
+use crate::wave::Points;
 use argil_abi::{self as abi, Frame, Hit, MaterialWords};
 use argil_field::{Evaluator, LANES};
 use argil_math::Ray;
@@ -25,19 +27,6 @@ const GROUND: MaterialWords = MaterialWords {
     base_roughness: [0.46, 0.45, 0.43, 0.9],
     emission_metallic: [0.0, 0.0, 0.0, 0.0],
 };
-
-/// Buffers of this pass.
-#[derive(Default)]
-pub(crate) struct Scratch {
-    /// The tile's pixels that show a surface.
-    lit: Vec<u32>,
-    materials: Vec<MaterialWords>,
-    /// Of the solid's points alone.
-    found: Vec<MaterialWords>,
-    sun: Vec<f32>,
-    sky: Vec<f32>,
-    wave: Wave,
-}
 
 /// Add the colours of a tile's hits, times the frame's sample weight, to `out`: RGB and coverage. Shaded colours are linear,
 /// after the tone curve; other values are what the picture shows.
@@ -101,7 +90,7 @@ pub fn shade_tile(
     }
 }
 
-impl Scratch {
+impl Shading {
     /// Evaluate the field for all the tile's surfaces: materials, sun, sky.
     fn gather(
         &mut self,

@@ -1,0 +1,50 @@
+//! What the interpreter works on.
+
+use crate::real::{F32Lanes, LANES, Real};
+
+/// Base colour, roughness, emission, metallic of each lane.
+pub(crate) type MaterialLanes = [F32Lanes; 8];
+
+/// What the interpreter works on. Allocated once, used for many batches.
+pub(crate) struct Registers<R: Real> {
+    /// The points, changed along the way.
+    pub point: [R::Lanes; 3],
+    /// Lanes in use, rounded up to whole blocks: what brushes are measured for.
+    pub active: usize,
+    /// The accumulated distances, and after the run the answer.
+    pub acc: R::Lanes,
+    /// The accumulated materials.
+    pub material: Box<MaterialLanes>,
+    pub values: Vec<R::Lanes>,
+    pub points: Vec<[R::Lanes; 3]>,
+    pub materials: Vec<MaterialLanes>,
+    /// Candidates done of each open loop.
+    pub loops: Vec<u32>,
+    pub exiled: F32Lanes,
+}
+
+impl<R: Real> Registers<R> {
+    pub fn new() -> Self {
+        let zero = || R::splat(0.0);
+        Self {
+            point: [zero(), zero(), zero()],
+            active: LANES,
+            acc: zero(),
+            material: Box::new(std::array::from_fn(|_| f32::splat(0.0))),
+            values: Vec::new(),
+            points: Vec::new(),
+            materials: Vec::new(),
+            loops: Vec::new(),
+            exiled: f32::splat(0.0),
+        }
+    }
+}
+
+/// The first `N` words at an instruction's parameters. A program's tables agree, so the default is never used.
+#[inline(always)]
+pub(crate) fn words<const N: usize>(params: &[f32], at: usize) -> &[f32; N] {
+    params
+        .get(at..at + N)
+        .and_then(|w| w.try_into().ok())
+        .unwrap_or(&[0.0; N])
+}
