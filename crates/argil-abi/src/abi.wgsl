@@ -59,6 +59,7 @@ const HIT_NONE: u32 = 0u;
 const HIT_OUTSIDE: u32 = 1u;
 const HIT_INSIDE: u32 = 2u;
 const HIT_GROUND: u32 = 3u;
+const HIT_UNDER_WAY: u32 = 4u;
 const GPU_STACK_SLOTS: u32 = 32u;
 struct Instr {
     op: u32,
@@ -90,14 +91,18 @@ struct Frame {
     depth_near: f32,
     depth_far: f32,
     pixel: f32,
+    first_step: u32,
+    step_count: u32,
     pad0: u32,
+    pad1: u32,
+    pad2: u32,
 }
 struct Hit {
     normal_t: vec4<f32>,
     kind: u32,
     steps: u32,
-    pad0: u32,
-    pad1: u32,
+    sun_share: f32,
+    sun_t: f32,
 }
 struct Query {
     point: vec4<f32>,

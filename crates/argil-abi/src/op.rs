@@ -126,6 +126,8 @@ constants! { FLAGS:
     HIT_INSIDE = 2;
     /// The ground plane.
     HIT_GROUND = 3;
+    /// Nothing yet: the GPU's march goes on in the next dispatch.
+    HIT_UNDER_WAY = 4;
     /// Slots of the GPU interpreter's stacks of values and of points.
     GPU_STACK_SLOTS = 32;
 }

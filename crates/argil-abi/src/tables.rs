@@ -68,8 +68,16 @@ shared_struct! {
         depth_far: f32,
         /// A pixel's width at distance 1.
         pixel: f32,
+        /// The first step of this dispatch: a march can be spread over several.
+        first_step: u32,
+        /// Most steps of this dispatch.
+        step_count: u32,
         /// Zero.
         pad0: u32,
+        /// Zero.
+        pad1: u32,
+        /// Zero.
+        pad2: u32,
     }
 }
 
@@ -82,10 +90,10 @@ shared_struct! {
         kind: u32,
         /// Field evaluations along the ray, the normal's apart.
         steps: u32,
-        /// Zero.
-        pad0: u32,
-        /// Zero.
-        pad1: u32,
+        /// On the GPU, how much of the sun the point sees; else 0.
+        sun_share: f32,
+        /// On the GPU, how far that search has come, negative once it is done; else 0.
+        sun_t: f32,
     }
 }
 

@@ -1,4 +1,4 @@
-use argil_abi::{Instr, MaterialWords};
+use argil_abi::{self as abi, Instr, MaterialWords};
 use argil_math::Aabb;
 
 /// A scene lowered to instructions. See the crate's page.
@@ -56,5 +56,34 @@ impl Program {
         size_of_val(&self.instrs[..])
             + size_of_val(&self.params[..])
             + size_of_val(&self.materials[..])
+    }
+
+    /// Loop iterations of one evaluation on the GPU, at most: one an instruction, those of copies and of searches along
+    /// curves besides.
+    pub fn iterations(&self) -> u64 {
+        let mut total = 0u64;
+        let mut copies = vec![1u64];
+        for instr in &self.instrs {
+            let times = copies.last().copied().unwrap_or(1);
+            let word = |i: u32| {
+                self.params
+                    .get((instr.params + i) as usize)
+                    .copied()
+                    .unwrap_or(0.0) as u64
+            };
+            let own = match instr.op {
+                abi::OP_BEZIER_TUBE => 16,
+                abi::OP_LATHE | abi::OP_EXTRUSION => 2 + 12 * word(abi::BRUSH_HEADER_WORDS + 6),
+                _ => 1,
+            };
+            total = total.saturating_add(times.saturating_mul(own));
+            match instr.op {
+                abi::OP_REPEAT => copies.push(times.saturating_mul(word(12) * word(13) * word(14))),
+                abi::OP_RADIAL => copies.push(times.saturating_mul(word(2))),
+                abi::OP_NEXT => drop(copies.pop()),
+                _ => {}
+            }
+        }
+        total
     }
 }

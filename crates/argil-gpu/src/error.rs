@@ -40,6 +40,18 @@ pub enum GpuError {
         /// Slots needed.
         needed: usize,
     },
+    /// A software device would cut the program's loops short.
+    #[error(
+        "{name}: one evaluation of the scene takes {iterations} loop iterations, and this software device allows {limit}: use --device cpu"
+    )]
+    TooLong {
+        /// The adapter.
+        name: String,
+        /// Of one evaluation.
+        iterations: u64,
+        /// The most that is allowed.
+        limit: u64,
+    },
     /// The program is too long to be written out as a shader.
     #[error(
         "the scene has too many brushes to be specialised into a shader: leave out --specialize"

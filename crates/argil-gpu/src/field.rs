@@ -28,8 +28,9 @@ pub struct GpuField {
     trimmed_to: Option<Opcodes>,
     field_wgsl: String,
     pub(crate) layout: wgpu::BindGroupLayout,
-    pub(crate) trace: wgpu::ComputePipeline,
-    pub(crate) shade: wgpu::ComputePipeline,
+    /// Most field evaluations that one thread may do in one dispatch.
+    pub(crate) budget: u32,
+    pub(crate) pipelines: PicturePipelines,
     pub(crate) query: OnceLock<QueryPass>,
 }
 
@@ -61,7 +62,7 @@ impl GpuField {
                 &[FRAME, INSTRS, PARAMS, MATERIALS, HITS, COLORS],
             )
         })?;
-        let [trace, shade] = picture_pipelines(&gpu, &field_wgsl, &layout)?;
+        let pipelines = picture_pipelines(&gpu, &field_wgsl, &layout)?;
         let mut field = Self {
             gpu,
             instrs: Table::new("instructions"),
@@ -71,8 +72,8 @@ impl GpuField {
             trimmed_to: interpreter,
             field_wgsl,
             layout,
-            trace,
-            shade,
+            budget: 0,
+            pipelines,
             query: OnceLock::new(),
         };
         field.upload(program)?;
@@ -89,8 +90,7 @@ impl GpuField {
             self.field_wgsl = wider.wgsl();
             self.trimmed_to = Some(wider);
             self.query = OnceLock::new();
-            [self.trace, self.shade] =
-                picture_pipelines(&self.gpu, &self.field_wgsl, &self.layout)?;
+            self.pipelines = picture_pipelines(&self.gpu, &self.field_wgsl, &self.layout)?;
         }
         self.upload(program)
     }
@@ -105,6 +105,7 @@ impl GpuField {
         self.params.write(&self.gpu, program.params())?;
         self.materials.write(&self.gpu, program.materials())?;
         self.length = instrs.len();
+        self.budget = budget(&self.gpu, program)?;
         Ok(())
     }
 
@@ -142,7 +143,7 @@ fn picture_pipelines(
     gpu: &Gpu,
     field_wgsl: &str,
     layout: &wgpu::BindGroupLayout,
-) -> Result<[wgpu::ComputePipeline; 2], GpuError> {
+) -> Result<PicturePipelines, GpuError> {
     let [camera, trace, shade] = argil_march::wgsl();
     let source = [
         &argil_abi::wgsl(),
@@ -154,7 +155,45 @@ fn picture_pipelines(
         shade,
     ]
     .concat();
-    pipelines(gpu, source, layout, ["trace", "shade"])
+    let [march, finish, shadow, shade] =
+        pipelines(gpu, source, layout, ["march", "finish", "shadow", "shade"])?;
+    Ok(PicturePipelines {
+        march,
+        finish,
+        shadow,
+        shade,
+    })
+}
+
+/// A picture's passes.
+pub(crate) struct PicturePipelines {
+    pub march: wgpu::ComputePipeline,
+    pub finish: wgpu::ComputePipeline,
+    pub shadow: wgpu::ComputePipeline,
+    pub shade: wgpu::ComputePipeline,
+}
+
+/// lavapipe ends all loops of a thread after 65,535 iterations, without a word; some are the passes' own.
+const SOFTWARE_ITERATIONS: u64 = 60_000;
+
+/// Evaluations that the longest pass does at once: six for a normal, a material and five taps for the light.
+const LEAST_BUDGET: u64 = 7;
+
+/// How many evaluations one thread may do in a dispatch: any number on hardware, which only the picture's size limits.
+fn budget(gpu: &Gpu, program: &Program) -> Result<u32, GpuError> {
+    if gpu.info().kind != DeviceKind::Software {
+        return Ok(u32::MAX);
+    }
+    let iterations = program.iterations().max(1);
+    let budget = SOFTWARE_ITERATIONS / (iterations + 1);
+    if budget < LEAST_BUDGET {
+        return Err(GpuError::TooLong {
+            name: gpu.info().name.clone(),
+            iterations,
+            limit: SOFTWARE_ITERATIONS / LEAST_BUDGET,
+        });
+    }
+    Ok(budget as u32)
 }
 
 fn check_depth(program: &Program) -> Result<(), GpuError> {

@@ -55,16 +55,24 @@ impl GpuField {
         let rows = u32::try_from(WORK_A_DISPATCH / row_work.max(1)).unwrap_or(u32::MAX);
         let rows = (rows.min(first.height) / GROUP * GROUP).max(GROUP);
         let bands = first.height.div_ceil(rows);
-        let mut timing = Timing::new(gpu, 2 * bands * frames.len() as u32)?;
+        let stages = self.stages(first);
+        let mut timing = Timing::new(gpu, stages.len() as u32 * bands * frames.len() as u32)?;
         let start = Instant::now();
         let mut hit_words = Vec::new();
         for (sample, frame) in frames.iter().enumerate() {
             for band in 0..bands {
-                let frame = Frame {
-                    first_row: band * rows,
-                    ..*frame
-                };
-                gpu.checked(|| self.submit(&frame, rows, &uniform, &bind_group, timing.as_mut()))?;
+                for stage in &stages {
+                    let (first_step, step_count) = (stage.first_step, stage.step_count);
+                    let frame = Frame {
+                        first_row: band * rows,
+                        first_step,
+                        step_count,
+                        ..*frame
+                    };
+                    gpu.checked(|| {
+                        self.submit(stage, &frame, rows, &uniform, &bind_group, timing.as_mut())
+                    })?;
+                }
             }
             if sample == 0 {
                 hit_words = read(self, &hits, hit_bytes)?;
@@ -88,13 +96,41 @@ impl GpuField {
         Ok((Picture::new(first, &colors, hits), duration_ms))
     }
 
+    /// The dispatches of one sample of one band: marches are cut into as many steps as a thread may do at once.
+    fn stages(&self, frame: &Frame) -> Vec<Stage<'_>> {
+        let pipelines = &self.pipelines;
+        let cut = |label, pipeline, steps: u32| {
+            let budget = self.budget.min(steps).max(1);
+            (0..steps)
+                .step_by(budget as usize)
+                .map(move |first_step| Stage {
+                    label,
+                    pipeline,
+                    first_step,
+                    step_count: budget.min(steps - first_step),
+                })
+        };
+        let mut stages: Vec<_> = cut("Trace::march", &pipelines.march, frame.max_steps).collect();
+        stages.extend(cut("Trace::finish", &pipelines.finish, 1));
+        if frame.show == argil_abi::SHOW_SHADED {
+            stages.extend(cut(
+                "Shade::shadow",
+                &pipelines.shadow,
+                argil_march::SHADOW_STEPS,
+            ));
+        }
+        stages.extend(cut("Shade::light", &pipelines.shade, 1));
+        stages
+    }
+
     fn submit(
         &self,
+        stage: &Stage<'_>,
         frame: &Frame,
         rows: u32,
         uniform: &wgpu::Buffer,
         bind_group: &wgpu::BindGroup,
-        mut timing: Option<&mut Timing>,
+        timing: Option<&mut Timing>,
     ) {
         let gpu = self.gpu();
         gpu.queue
@@ -102,18 +138,25 @@ impl GpuField {
         let mut encoder = gpu
             .device
             .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        for (label, pipeline) in [("Trace::rays", &self.trace), ("Shade::light", &self.shade)] {
-            let timestamp_writes = timing.as_mut().and_then(|t| t.next());
-            let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
-                label: Some(label),
-                timestamp_writes,
-            });
-            pass.set_pipeline(pipeline);
-            pass.set_bind_group(0, bind_group, &[]);
-            pass.dispatch_workgroups(frame.width.div_ceil(GROUP), rows.div_ceil(GROUP), 1);
-        }
+        let descriptor = wgpu::ComputePassDescriptor {
+            label: Some(stage.label),
+            timestamp_writes: timing.and_then(|t| t.next()),
+        };
+        let mut pass = encoder.begin_compute_pass(&descriptor);
+        pass.set_pipeline(stage.pipeline);
+        pass.set_bind_group(0, bind_group, &[]);
+        pass.dispatch_workgroups(frame.width.div_ceil(GROUP), rows.div_ceil(GROUP), 1);
+        drop(pass);
         gpu.queue.submit([encoder.finish()]);
     }
+}
+
+/// One dispatch.
+struct Stage<'a> {
+    label: &'static str,
+    pipeline: &'a wgpu::ComputePipeline,
+    first_step: u32,
+    step_count: u32,
 }
 
 fn read(field: &GpuField, table: &Table, bytes: u64) -> Result<Vec<u8>, GpuError> {

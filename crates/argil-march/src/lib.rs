@@ -25,7 +25,7 @@ pub use picture::Picture;
 pub use render::{hit_pixels, render};
 pub use scratch::TileScratch;
 pub use settings::{Settings, Show, frames};
-pub use shade::shade_tile;
+pub use shade::{SHADOW_STEPS, shade_tile};
 pub use statistics::{Spread, Statistics};
 pub use tile::{Tile, tiles};
 pub use trace::trace_tile;

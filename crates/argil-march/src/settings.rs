@@ -122,7 +122,11 @@ pub fn frames(settings: &Settings, camera: &Camera, program: &Program, focus: Aa
                 depth_near: focus.distance(camera.eye),
                 depth_far,
                 pixel: 2.0 * half_height / height as f32,
+                first_step: 0,
+                step_count: settings.max_steps,
                 pad0: 0,
+                pad1: 0,
+                pad2: 0,
             }
         })
         .collect()

@@ -15,7 +15,8 @@ use argil_field::{Evaluator, LANES};
 use argil_math::Ray;
 use glam::{Vec3, vec3};
 
-const SHADOW_STEPS: u32 = 64;
+/// Most steps of a ray to the sun.
+pub const SHADOW_STEPS: u32 = 64;
 /// One over the tangent of the penumbra's half angle.
 const SHADOW_SHARPNESS: f32 = 14.0;
 const OCCLUSION_TAPS: usize = 5;

@@ -1,6 +1,5 @@
 // Twin of shade.rs, one thread a pixel.
 
-const SHADOW_STEPS: u32 = 64u;
 const SHADOW_SHARPNESS: f32 = 14.0;
 const OCCLUSION_TAPS: u32 = 5u;
 const SUN_LIGHT = vec3<f32>(3.3, 3.05, 2.65);
@@ -30,26 +29,41 @@ fn openness(p: vec3<f32>, n: vec3<f32>) -> f32 {
     return clamp(1.0 - 0.42 * closed, 0.0, 1.0);
 }
 
-// The sun's share at a point.
-fn sun_share(p: vec3<f32>, n: vec3<f32>) -> f32 {
-    let epsilon = frame.box_min_epsilon.w;
-    let ray = Ray(p + n * (8.0 * epsilon), frame.sun_radius.xyz);
-    let span = box_span(ray);
-    var share = 1.0;
-    if dot(n, ray.direction) <= 0.0 || span.x > span.y {
-        return share;
+// The sun's share of each hit, in as many dispatches as its steps take.
+@compute @workgroup_size(8, 8)
+fn shadow(@builtin(global_invocation_id) id: vec3<u32>) {
+    let y = id.y + frame.first_row;
+    if id.x >= frame.width || y >= frame.height {
+        return;
     }
-    var t = span.x;
-    for (var step = 0u; step < SHADOW_STEPS; step++) {
+    let at = y * frame.width + id.x;
+    let hit = hits[at];
+    let n = hit.normal_t.xyz;
+    let view = primary_ray(id.x, y);
+    let epsilon = frame.box_min_epsilon.w;
+    let ray = Ray(view.origin + view.direction * hit.normal_t.w + n * (8.0 * epsilon), frame.sun_radius.xyz);
+    let span = box_span(ray);
+    var share = hit.sun_share;
+    var t = hit.sun_t;
+    if frame.first_step == 0u {
+        // The side away from the sun needs no ray, and one that misses the box meets nothing.
+        let dark = hit.kind == HIT_NONE || dot(n, ray.direction) <= 0.0 || span.x > span.y;
+        t = select(span.x, -1.0, dark);
+    }
+    for (var step = 0u; step < frame.step_count; step++) {
+        if t < 0.0 {
+            break;
+        }
         let d = field_distance(ray.origin + ray.direction * t);
         let own = clamp(SHADOW_SHARPNESS * d / max(t, epsilon), 0.0, 1.0);
         share = min(share, own);
         t += max(d * frame.eye_step.w, 2.0 * epsilon);
         if own <= 0.005 || t >= span.y {
-            break;
+            t = -1.0;
         }
     }
-    return share;
+    hits[at].sun_share = share;
+    hits[at].sun_t = t;
 }
 
 fn sky(direction: vec3<f32>) -> vec3<f32> {
@@ -148,7 +162,7 @@ fn shaded(ray: Ray, hit: Hit) -> vec3<f32> {
     if is_solid || (all(p >= low) && all(p <= high)) {
         open = openness(p, n);
     }
-    return tone(lit(ray, hit, material, sun_share(p, n), open));
+    return tone(lit(ray, hit, material, hit.sun_share, open));
 }
 
 @compute @workgroup_size(8, 8)

@@ -15,22 +15,33 @@ fn surface_normal(p: vec3<f32>, side: f32) -> vec3<f32> {
     return n * scale;
 }
 
+// March until the ray has hit, left the box or spent its steps, or this dispatch has spent its own. In between, a ray
+// keeps its side in the normal's x.
 @compute @workgroup_size(8, 8)
-fn trace(@builtin(global_invocation_id) id: vec3<u32>) {
+fn march(@builtin(global_invocation_id) id: vec3<u32>) {
     let y = id.y + frame.first_row;
     if id.x >= frame.width || y >= frame.height {
         return;
     }
+    let at = y * frame.width + id.x;
     let ray = primary_ray(id.x, y);
     let epsilon = frame.box_min_epsilon.w;
     let span = box_span(ray);
     var t = span.x;
     var side = 0.0;
     var steps = 0u;
-    var kind = HIT_NONE;
-    // March until the ray has hit, left the box or spent its steps.
-    var going = span.x <= span.y;
-    while going {
+    var kind = select(HIT_NONE, HIT_UNDER_WAY, span.x <= span.y);
+    if frame.first_step > 0u {
+        let hit = hits[at];
+        t = hit.normal_t.w;
+        side = hit.normal_t.x;
+        steps = hit.steps;
+        kind = hit.kind;
+    }
+    for (var i = 0u; i < frame.step_count; i++) {
+        if kind != HIT_UNDER_WAY {
+            break;
+        }
         let d = field_distance(ray.origin + ray.direction * t);
         steps++;
         if side == 0.0 {
@@ -42,17 +53,30 @@ fn trace(@builtin(global_invocation_id) id: vec3<u32>) {
         t += gap * frame.eye_step.w;
         if reached {
             kind = select(HIT_OUTSIDE, HIT_INSIDE, side < 0.0);
+        } else if spent || t > span.y {
+            kind = HIT_NONE;
         }
-        going = !reached && !spent && t <= span.y;
     }
-    var normal = vec3(0.0);
-    if kind != HIT_NONE {
-        normal = surface_normal(ray.origin + ray.direction * t, side);
-    } else {
-        t = 0.0;
-    }
+    hits[at] = Hit(vec4(side, 0.0, 0.0, t), kind, steps, 0.0, 0.0);
+}
 
-    // The ground, where it is nearer.
+// The normal, and the ground where it is nearer.
+@compute @workgroup_size(8, 8)
+fn finish(@builtin(global_invocation_id) id: vec3<u32>) {
+    let y = id.y + frame.first_row;
+    if id.x >= frame.width || y >= frame.height {
+        return;
+    }
+    let at = y * frame.width + id.x;
+    let hit = hits[at];
+    let ray = primary_ray(id.x, y);
+    var kind = hit.kind;
+    var normal = vec3(0.0);
+    var t = 0.0;
+    if kind != HIT_NONE {
+        t = hit.normal_t.w;
+        normal = surface_normal(ray.origin + ray.direction * t, hit.normal_t.x);
+    }
     if frame.ground_jitter.y > 0.0 && ray.direction.y <= -1e-6 {
         let g = (frame.ground_jitter.x - ray.origin.y) / ray.direction.y;
         if g > 0.0 && g < frame.far && (kind == HIT_NONE || g < t) {
@@ -61,5 +85,5 @@ fn trace(@builtin(global_invocation_id) id: vec3<u32>) {
             t = g;
         }
     }
-    hits[y * frame.width + id.x] = Hit(vec4(normal, t), kind, steps, 0u, 0u);
+    hits[at] = Hit(vec4(normal, t), kind, hit.steps, 1.0, 0.0);
 }

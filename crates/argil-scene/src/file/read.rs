@@ -422,14 +422,20 @@ fn culprit(
 /// Line and column, from 1, of the value at a path, or of the deepest part of the path that is there.
 fn locate<S: Source>(source: S, path: &str) -> (u64, u64) {
     let mut reader = tokens(source, false);
-    for step in path.replace('[', ".[").split('.').filter(|s| !s.is_empty()) {
-        let found = match step.strip_prefix('[').and_then(|s| s.strip_suffix(']')) {
-            Some(index) => enter_array(&mut reader, index.parse().unwrap_or(0)),
-            None => enter_object(&mut reader, step),
+    let mut rest = path;
+    while !rest.is_empty() {
+        let entered = match rest.strip_prefix('[').and_then(|r| r.split_once(']')) {
+            Some((index, after)) => {
+                rest = after;
+                enter_array(&mut reader, index.parse().unwrap_or(0))
+            }
+            None => enter_object(&mut reader, &mut rest),
         };
-        if !matches!(found, Ok(true)) {
-            break;
+        if !matches!(entered, Ok(true)) {
+            // Not further along the path: the place reached so far is near enough.
+            return position(&reader);
         }
+        rest = rest.strip_prefix('.').unwrap_or(rest);
     }
     // Peeking skips the blanks before the value.
     let _ = reader.peek();
@@ -455,14 +461,20 @@ fn enter_array<S: Source>(reader: &mut Tokens<S>, index: usize) -> Result<bool, 
     reader.has_next()
 }
 
-/// Enter the first member of a name.
-fn enter_object<S: Source>(reader: &mut Tokens<S>, name: &str) -> Result<bool, ReaderError> {
+/// Enter the first member whose name the path begins with, and take that off the path. Names may hold dots and brackets:
+/// what follows the name must be the path's end or a new step.
+fn enter_object<S: Source>(reader: &mut Tokens<S>, path: &mut &str) -> Result<bool, ReaderError> {
     if reader.peek()? != ValueType::Object {
         return Ok(false);
     }
     reader.begin_object()?;
     while reader.has_next()? {
-        if reader.next_name()? == name {
+        let name = reader.next_name()?;
+        if let Some(after) = path
+            .strip_prefix(name)
+            .filter(|a| a.is_empty() || a.starts_with(['.', '[']))
+        {
+            *path = after;
             return Ok(true);
         }
         reader.skip_value()?;
