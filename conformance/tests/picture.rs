@@ -263,3 +263,64 @@ fn an_empty_scene_is_sky_on_both_devices() {
     );
     assert_eq!(color_gap(&cpu, &found).0, 0);
 }
+
+/// Every scene that ships and one with a thousand brushes: long programs, loops and searches, in small pictures.
+#[test]
+fn shipped_scenes_and_long_programs_are_the_same_on_both_devices() {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../scenes");
+    let mut cases = Vec::new();
+    for name in [
+        "brick",
+        "csg20",
+        "dense-edgy-cubes",
+        "dense-spheres",
+        "edgy-cube",
+        "props",
+        "teapot",
+        "temple",
+        "trees",
+    ] {
+        cases.push((
+            name,
+            Scene::open(format!("{folder}/{name}.json")).expect("a scene"),
+        ));
+    }
+    let mut many = Scene::new();
+    let mut numbers = Numbers::new(32);
+    for _ in 0..1000 {
+        many.push(
+            Brush::new(Shape::sphere(0.12))
+                .at(numbers.point(1.0).to_array())
+                .blend(0.03),
+        )
+        .expect("valid");
+    }
+    cases.push(("a thousand balls", many));
+    let gpu = gpu();
+    for (name, scene) in cases {
+        let program = Program::lower(&scene).expect("a program");
+        let frame = scene.view.frame.unwrap_or([[-1.0; 3], [1.0; 3]]);
+        let focus = Aabb::new(frame[0].into(), frame[1].into());
+        let camera = Camera::orbit(focus, [40.0, 25.0, 3.0], 40.0);
+        let settings = Settings {
+            size: [24, 16],
+            show: Show::Normal,
+            ..Settings::default()
+        };
+        let frames = frames(&settings, &camera, &program, focus);
+        let cpu = render(&program, &frames);
+        let (found, _) = GpuField::new(gpu.clone(), &program, false)
+            .expect("a field")
+            .render(&frames)
+            .expect("a picture");
+        let (other, greatest) = gap(&cpu.hits, &found.hits);
+        assert!(
+            other <= 2 && greatest < 0.05,
+            "{name}: {other} hits of another kind, {greatest}"
+        );
+        assert!(
+            cpu.hits.iter().filter(|h| h.kind == HIT_OUTSIDE).count() > 20,
+            "{name}"
+        );
+    }
+}

@@ -15,7 +15,7 @@ pub fn run(options: &Devices) -> anyhow::Result<()> {
             .collect();
         output::json(&json!({
             "devices": list,
-            "cpu_threads": Engine::cpu().device(),
+            "cpu": Engine::cpu().device(),
             "auto": chosen.device(),
             "auto_reason": chosen.reason(),
         }));

@@ -7,7 +7,7 @@ use argil::Scene;
 use serde_json::json;
 
 pub fn run(options: &Import) -> anyhow::Result<()> {
-    output::check_folder(&options.output)?;
+    output::check_place(&options.output, &options.tree)?;
     let mut scene = Scene::import_tree(&options.tree)?;
     scene.name = options
         .tree

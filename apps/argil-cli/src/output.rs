@@ -5,9 +5,14 @@ use argil::Spread;
 use serde_json::{Value, json};
 use std::io::Write;
 
-/// One line on stdout. A reader that went away is no fault of ours.
+/// One line on stdout. A reader that went away is no fault of ours; a full disk is.
 pub fn line(text: &str) {
-    let _ = writeln!(std::io::stdout(), "{text}");
+    if let Err(error) = writeln!(std::io::stdout(), "{text}")
+        && error.kind() != std::io::ErrorKind::BrokenPipe
+    {
+        eprintln!("argil: stdout: {error}");
+        std::process::exit(1);
+    }
 }
 
 pub fn json(value: &Value) {
@@ -31,7 +36,8 @@ pub fn times(samples: &[f64]) -> Value {
 }
 
 /// Refuse a place that cannot be written before hours are spent on what goes there.
-pub fn check_folder(path: &std::path::Path) -> anyhow::Result<()> {
+/// Nor may the output be the input.
+pub fn check_place(path: &std::path::Path, input: &std::path::Path) -> anyhow::Result<()> {
     let folder = path
         .parent()
         .filter(|p| !p.as_os_str().is_empty())
@@ -42,6 +48,14 @@ pub fn check_folder(path: &std::path::Path) -> anyhow::Result<()> {
     anyhow::ensure!(
         !path.is_dir(),
         "{}: is a folder; name a file",
+        path.display()
+    );
+    let same = path
+        .canonicalize()
+        .is_ok_and(|p| input.canonicalize().is_ok_and(|i| i == p));
+    anyhow::ensure!(
+        !same,
+        "{}: this is the input; name another file",
         path.display()
     );
     Ok(())

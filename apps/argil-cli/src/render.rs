@@ -13,7 +13,7 @@ pub fn run(options: &Render) -> anyhow::Result<()> {
     // Say what is wrong with the request before any work.
     let picture = picture_path(options)?;
     if let Some(path) = &picture {
-        output::check_folder(path)?;
+        output::check_place(path, &options.scene)?;
     }
     if let Some(threads) = options.on.threads {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.into());

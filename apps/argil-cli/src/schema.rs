@@ -1,6 +1,6 @@
 //! `argil schema`.
 
 pub fn run() -> anyhow::Result<()> {
-    print!("{}", argil::schema());
+    crate::output::line(argil::schema().trim_end());
     Ok(())
 }

@@ -1,4 +1,4 @@
-//! csg20 at 256³ points, nothing pruned: scalar code, batches on one thread, batches on two.
+//! csg20 at 256³ points, nothing pruned: batches on one thread and on two.
 //! Every way must find 1,244,122 points inside.
 
 use argil_field::{Evaluator, Grid, LANES, Program};

@@ -59,9 +59,9 @@ struct Lowering<'a> {
     /// By group: its operands that take part.
     operands: HashMap<NodeId, Vec<NodeId>>,
     /// By node: stack slots to evaluate it into an empty accumulator.
-    slots: Vec<u16>,
+    slots: Vec<u32>,
     /// By group: slots to evaluate its first 1, 2, … operands.
-    prefix_slots: HashMap<NodeId, Vec<u16>>,
+    prefix_slots: HashMap<NodeId, Vec<u32>>,
     material_index: HashMap<&'a str, u32>,
     program: Program,
     points: usize,
@@ -117,7 +117,7 @@ impl Lowering<'_> {
             if matches!(node.entry().body, Body::Group) {
                 // What stands first has nothing to act on unless it adds.
                 let mut operands: Vec<NodeId> = Vec::new();
-                let mut prefix: Vec<u16> = Vec::new();
+                let mut prefix: Vec<u32> = Vec::new();
                 for &child in node.children() {
                     let entry = self.scene.node(child).entry();
                     let acts = !operands.is_empty() || entry.operator.kind == OperatorKind::Union;
@@ -138,9 +138,9 @@ impl Lowering<'_> {
                 self.prefix_slots.insert(id, prefix);
             }
             self.slots[id.index()] =
-                need + node.entry().modifiers.iter().filter(|m| is_loop(m)).count() as u16;
+                need + node.entry().modifiers.iter().filter(|m| is_loop(m)).count() as u32;
         }
-        self.program.value_slots = usize::from(self.slots[Scene::ROOT.index()]);
+        self.program.value_slots = self.slots[Scene::ROOT.index()] as usize;
     }
 
     fn emit_all(&mut self) -> Result<(), LowerError> {
@@ -361,6 +361,11 @@ impl Lowering<'_> {
                 _ => {}
             }
 
+            // One copy is no repetition.
+            if matches!(modifier, Modifier::Repeat { .. }) && !is_loop(modifier) {
+                continue;
+            }
+
             // Everything else works on the point in the node's own frame: save the outer one.
             self.emit(Instr {
                 op: abi::OP_PUSH_POINT,
@@ -480,7 +485,7 @@ impl Lowering<'_> {
         frame: &mut Frame,
         closing: &mut Vec<Task>,
     ) -> Result<(), LowerError> {
-        frame.copies *= copies;
+        frame.copies = frame.copies.saturating_mul(copies);
         if copies > MAX_COPIES_A_LOOP && op == abi::OP_REPEAT || frame.copies > MAX_COPIES {
             return Err(LowerError::TooManyCopies {
                 path: self.scene.path(node),

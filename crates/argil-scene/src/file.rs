@@ -9,7 +9,7 @@
 //! by the value's path.
 
 mod document;
-mod read;
+pub(crate) mod read;
 mod write;
 
 use crate::{EditError, Fault, Scene};
@@ -32,7 +32,7 @@ const MAX_PART_BYTES: usize = 1 << 20;
 #[non_exhaustive]
 pub enum FileError {
     /// The file itself could not be opened, read or written.
-    #[error("{path}: {source}")]
+    #[error("{path}")]
     Io {
         /// Which file.
         path: PathBuf,

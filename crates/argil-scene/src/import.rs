@@ -22,7 +22,7 @@ use struson::reader::{JsonReader, JsonStreamReader, ReaderError, ReaderSettings}
 #[non_exhaustive]
 pub enum ImportError {
     /// The file could not be opened or read.
-    #[error("{path}: {source}")]
+    #[error("{path}")]
     Io {
         /// Which file.
         path: PathBuf,
@@ -134,11 +134,17 @@ fn read_tree(source: impl std::io::Read) -> Result<Vec<TreeNode>, ReaderError> {
                 break;
             }
             let mut text = Vec::new();
-            let mut writer = struson::writer::JsonStreamWriter::new(&mut text);
+            let mut writer =
+                struson::writer::JsonStreamWriter::new(crate::file::read::Limited(&mut text));
             match reader.transfer_to(&mut writer) {
                 Ok(()) => {}
                 Err(struson::reader::TransferError::ReaderError(error)) => return Err(error),
-                Err(struson::reader::TransferError::WriterError(_)) => {}
+                Err(struson::reader::TransferError::WriterError(error)) => {
+                    return Err(ReaderError::IoError {
+                        error,
+                        location: reader.current_position(false),
+                    });
+                }
             }
             let _ = struson::writer::JsonWriter::finish_document(writer);
             // What is too deep for serde is of no use in a field of a node.
@@ -215,13 +221,12 @@ fn to_scene(tree: &[TreeNode]) -> Result<Scene, Failure> {
                 let list = if first && modifiers.is_empty() {
                     parent
                 } else {
-                    scene.append(
-                        parent,
-                        Entry {
-                            modifiers,
-                            ..operand
-                        },
-                    )
+                    let group = Entry {
+                        modifiers,
+                        ..operand
+                    };
+                    group.check().map_err(failed)?;
+                    scene.append(parent, group)
                 };
                 let mut right_operand: Entry = Group::new().into();
                 right_operand.operator.kind =

@@ -38,7 +38,7 @@ pub enum Placement {
 impl Default for View {
     fn default() -> Self {
         Self {
-            camera: Placement::Orbit([30.0, 20.0, 3.0]),
+            camera: Placement::Orbit([30.0, 20.0, 3.6]),
             field_of_view_degrees: 35.0,
             ground: false,
             frame: None,
@@ -60,7 +60,8 @@ impl View {
         if let Some([min, max]) = self.frame {
             each("frame[0]", min, coordinate)?;
             each("frame[1]", max, coordinate)?;
-            if Aabb::new(min.into(), max.into()).is_empty() {
+            let size = Aabb::new(min.into(), max.into()).size();
+            if size.min_element() < 0.0 || size.max_element() < 1e-6 {
                 return Err(Fault::new(
                     "frame",
                     "the first corner is not below the second",

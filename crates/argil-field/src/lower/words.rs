@@ -26,10 +26,15 @@ pub(super) fn is_single(entry: &Entry) -> bool {
 
 /// Whether a modifier needs a loop, which keeps the nearest copy so far on the stack of values.
 pub(super) fn is_loop(modifier: &Modifier) -> bool {
-    matches!(
-        modifier,
-        Modifier::Repeat { .. } | Modifier::RadialRepeat { .. }
-    )
+    match *modifier {
+        Modifier::Repeat { spacing, count } => (0..3).any(|axis| has_copies(spacing, count, axis)),
+        Modifier::RadialRepeat { .. } => true,
+        _ => false,
+    }
+}
+
+fn has_copies(spacing: [f32; 3], count: Option<[u32; 3]>, axis: usize) -> bool {
+    count.map_or(spacing[axis] > 0.0, |c| c[axis] > 1)
 }
 
 /// The flag by which a cut without a material of its own leaves the material alone.
@@ -82,7 +87,7 @@ pub(super) fn repeat_words(
     let mut words = [0.0; 15];
     let mut copies = 1u64;
     for axis in 0..3 {
-        let many = count.map_or(spacing[axis] > 0.0, |c| c[axis] > 1);
+        let many = has_copies(spacing, count, axis);
         let (offset, low, high) = match count {
             _ if !many => (0.0, 0.0, 0.0),
             Some(c) => (

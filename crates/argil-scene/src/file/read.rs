@@ -4,7 +4,10 @@ use super::{FileError, MAX_DEPTH, MAX_PART_BYTES, Source, fault_of};
 use crate::{Body, Entry, Fault, Group, NodeId, Scene};
 use serde::de::DeserializeOwned;
 use serde_json::Value;
+use std::cell::Cell;
+use std::io::Read;
 use std::path::Path;
+use std::rc::Rc;
 use struson::reader::{
     JsonReader, JsonStreamReader, ReaderError, ReaderSettings, SyntaxErrorKind, TransferError,
     ValueType,
@@ -26,16 +29,55 @@ impl From<ReaderError> for Stop {
     }
 }
 
-type Tokens<R> = JsonStreamReader<R>;
+type Tokens<R> = JsonStreamReader<Metered<R>>;
 
-fn tokens<R: Source>(source: R, track_path: bool) -> Tokens<R> {
+/// A source that refuses to give more than a part's length between two marks: names and numbers have no limit of their
+/// own.
+struct Metered<R> {
+    source: R,
+    meter: Option<Meter>,
+}
+
+/// Bytes since the last mark.
+#[derive(Clone, Default)]
+struct Meter(Rc<Cell<usize>>);
+
+impl Meter {
+    fn mark(&self) {
+        self.0.set(0);
+    }
+}
+
+impl<R: Read> Read for Metered<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
+        let count = self.source.read(buffer)?;
+        let Some(Meter(used)) = &self.meter else {
+            return Ok(count);
+        };
+        used.set(used.get() + count);
+        if used.get() > 2 * MAX_PART_BYTES {
+            let reason =
+                format!("a name or value is longer than the limit, {MAX_PART_BYTES} bytes");
+            return Err(std::io::Error::new(std::io::ErrorKind::InvalidData, reason));
+        }
+        Ok(count)
+    }
+}
+
+fn tokens<R: Source>(source: R, meter: Option<&Meter>) -> Tokens<R> {
     let settings = ReaderSettings {
         max_nesting_depth: Some(MAX_DEPTH),
         restrict_number_values: false,
-        track_path,
+        track_path: false,
         ..ReaderSettings::default()
     };
-    JsonStreamReader::new_custom(source, settings)
+    JsonStreamReader::new_custom(
+        Metered {
+            source,
+            meter: meter.cloned(),
+        },
+        settings,
+    )
 }
 
 /// Read from `source`; `again` opens it anew, to find the line of a fault.
@@ -50,8 +92,9 @@ pub(super) fn read<R: Source, S: Source>(
         column,
         fault,
     };
-    let mut reader = tokens(source, false);
-    match document(&mut reader) {
+    let meter = Meter::default();
+    let mut reader = tokens(source, Some(&meter));
+    match document(&mut reader, &meter) {
         Ok(scene) => {
             let (line, column) = position(&reader);
             let follows = |_| {
@@ -87,7 +130,7 @@ pub(super) fn read<R: Source, S: Source>(
     }
 }
 
-fn document<R: Source>(reader: &mut Tokens<R>) -> Result<Scene, Stop> {
+fn document<R: Source>(reader: &mut Tokens<R>, meter: &Meter) -> Result<Scene, Stop> {
     let mut scene = Scene::new();
     let fault = |path: &str, reason: &str| Err(Stop::Fault(Fault::new(path, reason)));
     if reader.peek()? != ValueType::Object {
@@ -114,6 +157,7 @@ fn document<R: Source>(reader: &mut Tokens<R>) -> Result<Scene, Stop> {
     let mut brushes_read = false;
     let mut seen: Vec<String> = Vec::new();
     while reader.has_next()? {
+        meter.mark();
         let key = reader.next_name_owned()?;
         if seen.contains(&key) {
             return fault(&key, "this field stands twice");
@@ -131,9 +175,9 @@ fn document<R: Source>(reader: &mut Tokens<R>) -> Result<Scene, Stop> {
             "materials" if brushes_read => {
                 return fault("materials", "materials must come before the brushes");
             }
-            "materials" => materials(reader, &mut scene)?,
+            "materials" => materials(reader, meter, &mut scene)?,
             "brushes" => {
-                brushes(reader, &mut scene)?;
+                brushes(reader, meter, &mut scene)?;
                 brushes_read = true;
             }
             other => {
@@ -152,9 +196,14 @@ fn document<R: Source>(reader: &mut Tokens<R>) -> Result<Scene, Stop> {
     Ok(scene)
 }
 
-fn materials<R: Source>(reader: &mut Tokens<R>, scene: &mut Scene) -> Result<(), Stop> {
+fn materials<R: Source>(
+    reader: &mut Tokens<R>,
+    meter: &Meter,
+    scene: &mut Scene,
+) -> Result<(), Stop> {
     reader.begin_object()?;
     while reader.has_next()? {
+        meter.mark();
         let name = reader.next_name_owned()?;
         let path = format!("materials.{name}");
         if scene.materials.contains_key(&name) {
@@ -195,12 +244,17 @@ const FIELDS: [&str; 10] = [
     "brushes",
 ];
 
-fn brushes<R: Source>(reader: &mut Tokens<R>, scene: &mut Scene) -> Result<(), Stop> {
+fn brushes<R: Source>(
+    reader: &mut Tokens<R>,
+    meter: &Meter,
+    scene: &mut Scene,
+) -> Result<(), Stop> {
     reader.begin_array()?;
     let mut open: Vec<Open> = Vec::new();
     // Whether the next token is in a list of items; else it is in the item on top.
     let mut in_list = true;
     loop {
+        meter.mark();
         if in_list {
             if reader.has_next()? {
                 // Begin the next item of the list.
@@ -340,7 +394,7 @@ fn part<R: Source, T: DeserializeOwned>(reader: &mut Tokens<R>, path: &str) -> R
 }
 
 /// A vector that refuses to grow beyond the limit.
-struct Limited<'a>(&'a mut Vec<u8>);
+pub(crate) struct Limited<'a>(pub &'a mut Vec<u8>);
 
 impl std::io::Write for Limited<'_> {
     fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
@@ -421,7 +475,8 @@ fn culprit(
 
 /// Line and column, from 1, of the value at a path, or of the deepest part of the path that is there.
 fn locate<S: Source>(source: S, path: &str) -> (u64, u64) {
-    let mut reader = tokens(source, false);
+    // The first pass has held this part of the file against the limits.
+    let mut reader = tokens(source, None);
     let mut rest = path;
     while !rest.is_empty() {
         let entered = match rest.strip_prefix('[').and_then(|r| r.split_once(']')) {
