@@ -64,34 +64,40 @@ fn brush<R: Real, const N: usize>(
     let [xs, ys, zs] = point;
     // Copies: the optimiser then need not prove that the words lie apart from the lanes.
     let (m, w) = (*b.m, *w);
-    let active = active.min(LANES);
+    let blocks = (active / BLOCK).min(LANES / BLOCK);
     let is_union = b.joint.sa > 0.0 && b.joint.sb > 0.0;
     match (is_translation, is_union) {
         (true, true) => {
-            for i in 0..active {
-                let d = shape(
-                    translated([R::get(xs, i), R::get(ys, i), R::get(zs, i)], &m),
-                    &w,
-                );
-                R::set(acc, i, union_smooth(R::get(acc, i), d, &b.joint));
+            for block in 0..blocks {
+                for i in block * BLOCK..(block + 1) * BLOCK {
+                    let d = shape(
+                        translated([R::get(xs, i), R::get(ys, i), R::get(zs, i)], &m),
+                        &w,
+                    );
+                    R::set(acc, i, union_smooth(R::get(acc, i), d, &b.joint));
+                }
             }
         }
         (true, false) => {
-            for i in 0..active {
-                let d = shape(
-                    translated([R::get(xs, i), R::get(ys, i), R::get(zs, i)], &m),
-                    &w,
-                );
-                R::set(acc, i, combine_smooth(R::get(acc, i), d, &b.joint));
+            for block in 0..blocks {
+                for i in block * BLOCK..(block + 1) * BLOCK {
+                    let d = shape(
+                        translated([R::get(xs, i), R::get(ys, i), R::get(zs, i)], &m),
+                        &w,
+                    );
+                    R::set(acc, i, combine_smooth(R::get(acc, i), d, &b.joint));
+                }
             }
         }
         (false, _) => {
-            for i in 0..active {
-                let d = shape(
-                    mapped([R::get(xs, i), R::get(ys, i), R::get(zs, i)], &m),
-                    &w,
-                ) * b.scale;
-                R::set(acc, i, combine_smooth(R::get(acc, i), d, &b.joint));
+            for block in 0..blocks {
+                for i in block * BLOCK..(block + 1) * BLOCK {
+                    let d = shape(
+                        mapped([R::get(xs, i), R::get(ys, i), R::get(zs, i)], &m),
+                        &w,
+                    ) * b.scale;
+                    R::set(acc, i, combine_smooth(R::get(acc, i), d, &b.joint));
+                }
             }
         }
     }
