@@ -44,7 +44,7 @@ fn weights<R: Real>(a: &R::Lanes, b: &R::Lanes, j: &Joint, flags: u32) -> F32Lan
 #[inline(always)]
 pub(crate) fn run<R: Real, const MATERIALS: bool>(program: &Program, r: &mut Registers<R>) {
     r.acc = R::splat(FAR);
-    r.exiled = exile::<R>(&mut r.point);
+    let any_exiled = exile::<R>(&mut r.point, &mut r.exiled);
     let params = &program.params[..];
     let mut pc = 0;
     while let Some(&abi::Instr {
@@ -263,24 +263,34 @@ pub(crate) fn run<R: Real, const MATERIALS: bool>(program: &Program, r: &mut Reg
             _ => {}
         }
     }
-    for i in 0..LANES {
-        let d = if r.exiled.0[i] > 0.0 {
-            R::constant(FAR)
-        } else {
-            R::get(&r.acc, i)
-        };
-        R::set(&mut r.acc, i, d);
+    if any_exiled {
+        for i in 0..LANES {
+            let d = if r.exiled.0[i] > 0.0 {
+                R::constant(FAR)
+            } else {
+                R::get(&r.acc, i)
+            };
+            R::set(&mut r.acc, i, d);
+        }
     }
 }
 
-/// Move the points that are not in the world to its origin, so that no arithmetic overflows; whether there were any is
-/// 1 in the answer, lane by lane.
+/// Move the points that are not in the world to its origin, so that no arithmetic overflows, and mark their lanes with 1;
+/// whether there are any. Most batches have none, and are only read.
 #[inline(always)]
-fn exile<R: Real>([xs, ys, zs]: &mut [R::Lanes; 3]) -> F32Lanes {
-    let mut exiled = f32::splat(0.0);
+fn exile<R: Real>([xs, ys, zs]: &mut [R::Lanes; 3], exiled: &mut F32Lanes) -> bool {
+    let is_in_world = |c: R| c.value().abs() <= WORLD_LIMIT;
+    let mut outside = 0u32;
+    for i in 0..LANES {
+        let stays =
+            is_in_world(R::get(xs, i)) & is_in_world(R::get(ys, i)) & is_in_world(R::get(zs, i));
+        outside |= u32::from(!stays);
+    }
+    if outside == 0 {
+        return false;
+    }
     for i in 0..LANES {
         let [x, y, z] = [R::get(xs, i), R::get(ys, i), R::get(zs, i)];
-        let is_in_world = |c: R| c.value().abs() <= WORLD_LIMIT;
         let stays = is_in_world(x) & is_in_world(y) & is_in_world(z);
         let keep = |c: R| if stays { c } else { R::constant(0.0) };
         R::set(xs, i, keep(x));
@@ -288,7 +298,7 @@ fn exile<R: Real>([xs, ys, zs]: &mut [R::Lanes; 3]) -> F32Lanes {
         R::set(zs, i, keep(z));
         exiled.0[i] = if stays { 0.0 } else { 1.0 };
     }
-    exiled
+    true
 }
 
 /// How many copies a loop looks at.
