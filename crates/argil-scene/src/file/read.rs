@@ -399,7 +399,9 @@ pub(crate) struct Limited<'a>(pub &'a mut Vec<u8>);
 impl std::io::Write for Limited<'_> {
     fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
         if self.0.len() + bytes.len() > MAX_PART_BYTES {
-            return Err(std::io::Error::other("too long"));
+            return Err(std::io::Error::other(format!(
+                "a value is longer than the limit, {MAX_PART_BYTES} bytes"
+            )));
         }
         self.0.extend_from_slice(bytes);
         Ok(bytes.len())
