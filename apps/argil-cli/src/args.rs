@@ -1,6 +1,6 @@
 //! The command line.
 
-use argil::Placement;
+use argil::{Bits, Placement};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use std::path::PathBuf;
 
@@ -16,9 +16,11 @@ pub struct Arguments {
 pub enum Command {
     /// Draw one picture, or with --frames an orbit that is timed
     Render(Render),
+    /// Build a volume from a scene's field, timed; with -o, write it
+    Bake(Bake),
     /// Read a scene in the tree format of "Lipschitz Pruning" (Barbier et al. 2025) and write it as a scene
     Import(Import),
-    /// Say what is in a scene
+    /// Say what is in a scene or a volume
     Info(Info),
     /// List what this machine can run on, and what --device auto takes
     Devices(Devices),
@@ -28,14 +30,16 @@ pub enum Command {
 
 #[derive(Args)]
 pub struct Render {
-    /// A scene file
+    /// A scene file, or a volume file that `argil bake` has written
     pub scene: PathBuf,
     /// Where the picture goes; without it the scene's name with .png, in this folder. With --frames, a number is added
     #[arg(short, long, value_name = "PNG")]
     pub output: Option<PathBuf>,
-    /// What is marched
-    #[arg(long, value_enum, default_value_t = Via::Field)]
-    pub via: Via,
+    /// What is marched; without it the field of a scene, and of a volume file what is in it
+    #[arg(long, value_enum)]
+    pub via: Option<Via>,
+    #[command(flatten)]
+    pub volume: VolumeFlags,
     #[command(flatten)]
     pub on: On,
     /// Size of the picture in pixels
@@ -53,13 +57,13 @@ pub struct Render {
     /// Rays a pixel; without it 4 for shaded pictures, else 1
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=64))]
     pub samples: Option<u32>,
-    /// Most steps of a primary ray
-    #[arg(long, value_name = "N", default_value_t = 256, value_parser = clap::value_parser!(u32).range(1..=100_000))]
-    pub max_steps: u32,
-    /// The distance below which a ray has hit, in the scene's unit; without it 1e-4 of its radius
+    /// Most steps of a primary ray; without it 256 through the field, 4096 through a volume
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    pub max_steps: Option<u32>,
+    /// The distance below which a ray has hit, in the scene's unit; without it 1e-4 of its radius, or 0.02 voxels
     #[arg(long, value_name = "LENGTH")]
     pub epsilon: Option<f32>,
-    /// Half of the normal's central difference, in the scene's unit; without it 5e-4 of its radius
+    /// Half of the normal's central difference, in the scene's unit; without it 5e-4 of its radius, or a voxel
     #[arg(long, value_name = "LENGTH")]
     pub normal_bias: Option<f32>,
     /// Lay a ground plane under the scene
@@ -71,6 +75,101 @@ pub struct Render {
     /// Compile the scene into the shader (GPU only): the ground truth for timings
     #[arg(long)]
     pub specialize: bool,
+    /// Print one JSON object on stdout and nothing else there
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// How a volume is built, and how an octree is marched.
+#[derive(Args, Clone, Default, PartialEq)]
+pub struct VolumeFlags {
+    /// Voxels along the longest side of the scene's box; without it 256
+    #[arg(long, value_name = "N")]
+    pub resolution: Option<u32>,
+    /// Dense: with mips, whose band doubles level by level
+    #[arg(long)]
+    pub mips: bool,
+    /// Bits of a stored distance, 8 or 16; without it 8
+    #[arg(long, value_name = "8|16", value_parser = bits)]
+    pub bits: Option<Bits>,
+    /// A stored 1.0 stands for so many voxels; without it 4
+    #[arg(long, value_name = "VOXELS", conflicts_with = "stride")]
+    pub band: Option<f32>,
+    /// A stored 1.0 stands for 256/N voxels: the 2023 study's texture stride, from 1 to 32
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=32))]
+    pub stride: Option<u32>,
+    /// Octree: voxels along a brick's side, 8, 16 or 32; without it 32
+    #[arg(long, value_name = "N")]
+    pub brick: Option<u32>,
+    /// Octree: levels of nodes; without it as many as are needed
+    #[arg(long, value_name = "N")]
+    pub depth: Option<u32>,
+    /// Octree: which bricks are kept; without it all in which the surface can be
+    #[arg(long, value_enum)]
+    pub keep: Option<Keep>,
+    /// Octree: where a ray's look-ups begin; without it at the root
+    #[arg(long, value_enum)]
+    pub descent: Option<Descent>,
+    /// Octree on a GPU: how bricks get into order; without it by counting
+    #[arg(long, value_enum)]
+    pub sort: Option<Sort>,
+    /// Dense on a GPU: how the texture is filled; without it by tiles
+    #[arg(long, value_enum)]
+    pub fill: Option<Fill>,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Keep {
+    /// All in which the surface can be
+    Conservative,
+    /// Those whose centre is within the band: the 2023 study's test, which loses some
+    Center,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Descent {
+    /// At the root for each cell, as in the 2023 study
+    Root,
+    /// At the deepest node that is shared with the cell before
+    Path,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Sort {
+    /// Bits in Morton order are counted
+    Counted,
+    /// The 2023 study's enumeration sort
+    Enumerated,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Fill {
+    /// A tile a group
+    Tiled,
+    /// One thread a group: the 2023 study's first way
+    Naive,
+}
+
+#[derive(Args)]
+pub struct Bake {
+    /// A scene file, or a volume file whose scene is built anew
+    pub scene: PathBuf,
+    /// Where the volume goes; without it, it is timed and dropped
+    #[arg(short, long, value_name = "VOLUME")]
+    pub output: Option<PathBuf>,
+    /// What is built
+    #[arg(long, value_enum, default_value_t = Via::Dense)]
+    pub via: Via,
+    #[command(flatten)]
+    pub volume: VolumeFlags,
+    #[command(flatten)]
+    pub on: On,
+    /// Build N times and time each
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    pub repeat: u32,
+    /// Octree: also count the bricks that are lost, which the conservative test would keep
+    #[arg(long)]
+    pub count_lost: bool,
     /// Print one JSON object on stdout and nothing else there
     #[arg(long)]
     pub json: bool,
@@ -101,7 +200,7 @@ pub struct Import {
 
 #[derive(Args)]
 pub struct Info {
-    /// A scene file
+    /// A scene or volume file
     pub scene: PathBuf,
     /// Print one JSON object on stdout and nothing else there
     #[arg(long)]
@@ -119,6 +218,10 @@ pub struct Devices {
 pub enum Via {
     /// The exact field
     Field,
+    /// One texture of distances
+    Dense,
+    /// Bricks of distances under a tree
+    Octree,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -138,6 +241,18 @@ pub enum Show {
     Depth,
     /// Steps a ray: 0 to 256 as blue, green, yellow, red
     Heat,
+    /// Octree: the first brick of each ray, each in a colour of its own
+    Bricks,
+    /// Octree: the node above the first brick of each ray
+    Nodes,
+}
+
+fn bits(text: &str) -> Result<Bits, String> {
+    match text {
+        "8" => Ok(Bits::Eight),
+        "16" => Ok(Bits::Sixteen),
+        _ => Err("a stored distance takes 8 or 16 bits".into()),
+    }
 }
 
 fn size(text: &str) -> Result<[u32; 2], String> {

@@ -3,10 +3,13 @@
 use crate::args::Info;
 use crate::output;
 use anyhow::Context;
-use argil::{Body, Engine, Scene};
+use argil::{Body, Engine, Scene, Stored};
 use serde_json::{Value, json};
 
 pub fn run(options: &Info) -> anyhow::Result<()> {
+    if Stored::is_volume_file(&options.scene) {
+        return of_volume(options);
+    }
     let scene = Scene::open(&options.scene)?;
     let world = Engine::cpu()
         .build(&scene)
@@ -38,17 +41,31 @@ pub fn run(options: &Info) -> anyhow::Result<()> {
         "stack_slots": program.stack_slots(),
         "memory_bytes": program.memory_bytes(),
     });
+    print(options, &report);
+    Ok(())
+}
+
+/// Of a volume file: what is stored, and the scene that it was made from.
+fn of_volume(options: &Info) -> anyhow::Result<()> {
+    let stored = Stored::open(&options.scene)?;
+    let scene = crate::input::scene_of(&stored, &options.scene)?;
+    let mut report = output::volume(&stored.volume);
+    if let Some(report) = report.as_object_mut() {
+        report.insert("scene".into(), json!(scene.name));
+        report.insert("brushes".into(), json!(scene.brush_count()));
+        let bytes = std::fs::metadata(&options.scene).map(|m| m.len());
+        report.insert("file_bytes".into(), json!(bytes.unwrap_or(0)));
+    }
+    print(options, &report);
+    Ok(())
+}
+
+fn print(options: &Info, report: &Value) {
     if options.json {
-        output::json(&report);
-        return Ok(());
+        output::json(report);
+        return;
     }
     for (key, value) in report.as_object().into_iter().flatten() {
-        let text = value
-            .as_str()
-            .map_or_else(|| value.to_string(), str::to_owned);
-        if !text.is_empty() {
-            output::line(&format!("{:17}{text}", key.replace('_', " ")));
-        }
+        output::pair(key, value);
     }
-    Ok(())
 }

@@ -1,10 +1,12 @@
 //! The `argil` command. What scripts can rely on: names, flags, keys of `--json`, exit codes; see the README.
 
 mod args;
+mod bake;
 mod devices;
 mod failure;
 mod import;
 mod info;
+mod input;
 mod output;
 mod render;
 mod schema;
@@ -18,6 +20,7 @@ fn main() -> ExitCode {
     let arguments = Arguments::parse();
     let result = match arguments.command {
         Command::Render(options) => render::run(&options),
+        Command::Bake(options) => bake::run(&options),
         Command::Import(options) => import::run(&options),
         Command::Info(options) => info::run(&options),
         Command::Devices(options) => devices::run(&options),

@@ -1,7 +1,7 @@
 //! What the commands print.
 
 use anyhow::Context;
-use argil::Spread;
+use argil::{BuildTimes, Spread, Via, Volume};
 use serde_json::{Value, json};
 use std::io::Write;
 
@@ -21,6 +21,72 @@ pub fn json(value: &Value) {
 
 pub fn spread(s: Spread) -> Value {
     json!({ "mean": s.mean, "p95": s.p95, "max": s.max })
+}
+
+/// A line of a report that people read.
+pub fn pair(key: &str, value: &Value) {
+    let text = value
+        .as_str()
+        .map_or_else(|| value.to_string(), str::to_owned);
+    if !text.is_empty() {
+        line(&format!("{:17}{text}", key.replace('_', " ")));
+    }
+}
+
+/// What a volume is.
+pub fn volume(volume: &Volume) -> Value {
+    let (lattice, encoding) = (volume.lattice(), volume.encoding());
+    let bounds = lattice.aabb();
+    let mut about = json!({
+        "via": match volume {
+            Volume::Dense(_) => "dense",
+            Volume::Octree(_) => "octree",
+        },
+        "resolution": lattice.size.to_array(),
+        "box": [bounds.min.to_array(), bounds.max.to_array()],
+        "voxel": lattice.voxel,
+        "bits": 8 * encoding.bits.bytes(),
+        "band_voxels": encoding.range.voxels(),
+        "memory_bytes": volume.memory_bytes(),
+    });
+    let own = match volume {
+        Volume::Dense(dense) => json!({ "levels": dense.levels().len() }),
+        Volume::Octree(octree) => json!({
+            "brick": octree.layout().brick,
+            "depth": octree.layout().depth,
+            "bricks": octree.tree().codes().len(),
+            "most_bricks": octree.layout().capacity(),
+            "nodes": octree.tree().nodes().len(),
+            "brick_bytes": octree.brick_bytes(),
+        }),
+    };
+    if let (Some(about), Value::Object(own)) = (about.as_object_mut(), own) {
+        about.extend(own);
+    }
+    about
+}
+
+/// How a world is kept, as `--via` names it.
+pub fn via(via: Via) -> &'static str {
+    match via {
+        Via::Field => "field",
+        Via::Dense(_) => "dense",
+        Via::Octree(_) => "octree",
+    }
+}
+
+/// What the stages of a build took.
+pub fn stages(times: &BuildTimes) -> Value {
+    let stages = times.stages_ms.iter();
+    Value::Object(
+        stages
+            .map(|(stage, ms)| (stage.to_string(), json!(ms)))
+            .collect(),
+    )
+}
+
+pub fn median(samples: &[f64]) -> f64 {
+    times(samples)["median"].as_f64().unwrap_or(0.0)
 }
 
 /// Least, median, 95th percentile and greatest of some durations.

@@ -1,9 +1,9 @@
 //! `argil render`.
 
-use crate::args::{Device, Render, Show};
-use crate::output;
+use crate::args::{Render, Show};
+use crate::{input, output};
 use anyhow::Context;
-use argil::{Backend, Camera, Drawn, Engine, Orbit, Scene, Settings, World};
+use argil::{Camera, Drawn, Orbit, Settings, Via, World};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::json;
 use std::path::{Path, PathBuf};
@@ -15,29 +15,24 @@ pub fn run(options: &Render) -> anyhow::Result<()> {
     if let Some(path) = &picture {
         output::check_place(path, &options.scene)?;
     }
-    if let Some(threads) = options.on.threads {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.into());
-        pool.build_global()
-            .map_err(|e| argil::EngineError::Threads(e.to_string()))?;
-    }
-    let engine = Engine::on(match options.on.device {
-        Device::Auto => Backend::Auto,
-        Device::Cpu => Backend::Cpu,
-        Device::Gpu => Backend::Gpu,
-    })?;
+    let engine = input::engine(&options.on)?;
     if options.specialize && engine.gpu_kind().is_none() {
         anyhow::bail!("--specialize compiles a shader, and this runs on the CPU: add --device gpu");
     }
 
-    let scene = Scene::open(&options.scene)?;
     let start = Instant::now();
-    let mut world = engine
-        .build(&scene)
-        .with_context(|| options.scene.display().to_string())?;
+    let (_, mut world) = input::world(&options.scene, &engine, options.via, &options.volume)?;
     if options.specialize {
+        anyhow::ensure!(
+            world.kept_via() == Via::Field,
+            "--specialize compiles the field: leave out --via"
+        );
         world.specialize()?;
     }
-    let build_ms = start.elapsed().as_secs_f64() * 1e3;
+    let build_ms = match world.kept_via() {
+        Via::Field => start.elapsed().as_secs_f64() * 1e3,
+        _ => world.build_times().duration_ms,
+    };
     let camera = options
         .camera
         .map_or_else(|| world.camera(), |placement| world.camera_at(placement));
@@ -61,8 +56,7 @@ pub fn run(options: &Render) -> anyhow::Result<()> {
         build_ms,
         &frame_ms,
         picture.as_deref(),
-    );
-    Ok(())
+    )
 }
 
 /// Where the picture goes; nowhere for an orbit without -o.
@@ -94,10 +88,12 @@ fn settings(options: &Render, world: &World) -> Settings {
         Show::Normal => argil::Show::Normal,
         Show::Depth => argil::Show::Depth,
         Show::Heat => argil::Show::Heat,
+        Show::Bricks => argil::Show::Bricks,
+        Show::Nodes => argil::Show::Nodes,
     };
     let own = world.settings(options.size, show);
     Settings {
-        max_steps: options.max_steps,
+        max_steps: options.max_steps.unwrap_or(own.max_steps),
         epsilon: options.epsilon,
         normal_bias: options.normal_bias,
         samples: options.samples.unwrap_or(own.samples),
@@ -144,15 +140,16 @@ fn report(
     build_ms: f64,
     frame_ms: &[f64],
     picture: Option<&Path>,
-) {
+) -> anyhow::Result<()> {
     let engine = world.engine();
     let memory_bytes = world.memory_bytes();
     let times = output::times(frame_ms);
+    let kept = world.kept_via();
     if options.json {
-        output::json(&json!({
+        let mut report = json!({
             "device": engine.device(),
             "device_reason": engine.reason(),
-            "via": "field",
+            "via": output::via(kept),
             "size": drawn.size,
             "brushes": world.program().brush_count(),
             "build_ms": build_ms,
@@ -163,8 +160,27 @@ fn report(
             "memory_bytes": memory_bytes,
             "hit_pixels": drawn.hit_pixels,
             "picture": picture.map(|p| p.display().to_string()),
-        }));
-        return;
+        });
+        if let Some(all) = report.as_object_mut()
+            && kept != Via::Field
+        {
+            let statistics = &drawn.statistics;
+            all.insert("resolution".into(), json!(world.resolution()));
+            all.insert("stages_ms".into(), output::stages(world.build_times()));
+            for (key, spread) in [
+                ("samples", statistics.samples),
+                ("descents", statistics.descents),
+                ("cells", statistics.cells),
+            ] {
+                all.insert(key.into(), output::spread(spread));
+            }
+            if let Some((bricks, nodes)) = world.tree_size()? {
+                all.insert("bricks".into(), json!(bricks));
+                all.insert("nodes".into(), json!(nodes));
+            }
+        }
+        output::json(&report);
+        return Ok(());
     }
     let [w, h] = drawn.size;
     let steps = drawn.statistics.steps;
@@ -191,4 +207,12 @@ fn report(
         "{} pixels hit; steps a ray: mean {:.1}, p95 {}, max {}",
         drawn.hit_pixels, steps.mean, steps.p95, steps.max
     ));
+    if matches!(kept, Via::Octree(_)) {
+        let counts = &drawn.statistics;
+        output::line(&format!(
+            "of them, means: {:.1} samples, {:.1} nodes, {:.1} cells",
+            counts.samples.mean, counts.descents.mean, counts.cells.mean
+        ));
+    }
+    Ok(())
 }

@@ -118,6 +118,10 @@ constants! { FLAGS:
     SHOW_DEPTH = 2;
     /// Steps as blue → green → yellow → red.
     SHOW_HEAT = 3;
+    /// The first brick of each ray.
+    SHOW_BRICKS = 4;
+    /// The first node above bricks of each ray.
+    SHOW_NODES = 5;
     /// What a ray found: nothing.
     HIT_NONE = 0;
     /// The surface, seen from outside.
@@ -130,4 +134,20 @@ constants! { FLAGS:
     HIT_UNDER_WAY = 4;
     /// Slots of the GPU interpreter's stacks of values and of points.
     GPU_STACK_SLOTS = 32;
+    /// Each look-up in the tree begins at the root.
+    DESCENT_ROOT = 0;
+    /// A look-up begins at the deepest node that it shares with the one before.
+    DESCENT_PATH = 1;
+    /// Most levels of nodes of an octree.
+    OCTREE_MAX_DEPTH = 8;
+    /// Words of the table that tells of a tree: the number of bricks.
+    TREE_BRICKS = 0;
+    /// The number of nodes.
+    TREE_NODES = 1;
+    /// The first of as many words as there are levels: where each begins among the nodes, the parents of bricks first.
+    TREE_LEVELS = 2;
+    /// All words of that table.
+    TREE_WORDS = 16;
+    /// Workgroups in a row of a dispatch over a list.
+    DISPATCH_ROW = 32768;
 }

@@ -72,8 +72,8 @@ shared_struct! {
         first_step: u32,
         /// Most steps of this dispatch.
         step_count: u32,
-        /// Zero.
-        pad0: u32,
+        /// How far above a surface its light is gathered.
+        lift: f32,
         /// Zero.
         pad1: u32,
         /// Zero.
@@ -88,12 +88,20 @@ shared_struct! {
         normal_t: [f32; 4],
         /// A `HIT_…`.
         kind: u32,
-        /// Field evaluations along the ray, the normal's apart.
+        /// Everything that the ray looked up: samples, nodes and cells. The normal's samples are not counted.
         steps: u32,
         /// On the GPU, how much of the sun the point sees; else 0.
         sun_share: f32,
         /// On the GPU, how far that search has come, negative once it is done; else 0.
         sun_t: f32,
+        /// Of the steps, nodes of a tree that were visited.
+        descents: u32,
+        /// Of the steps, cells of a grid that were walked through.
+        cells: u32,
+        /// What is shown as a colour: the Morton code of a brick, or of a node above bricks, and 1; else 0.
+        mark: u32,
+        /// Zero.
+        pad0: u32,
     }
 }
 
@@ -117,6 +125,87 @@ shared_struct! {
     }
 }
 
+shared_struct! {
+    /// A volume of stored distances over a box.
+    Volume {
+        /// Least corner of the box, then the length that a stored 1.0 stands for.
+        corner_range: [f32; 4],
+        /// Lengths of the box's sides, then the edge of a voxel.
+        extent_voxel: [f32; 4],
+        /// Texels along x.
+        size_x: u32,
+        /// Texels along y.
+        size_y: u32,
+        /// Texels along z.
+        size_z: u32,
+        /// Levels of detail, 1 without mips; each has twice the range of the one before.
+        levels: u32,
+        /// Bricks along x.
+        grid_x: u32,
+        /// Bricks along y.
+        grid_y: u32,
+        /// Bricks along z.
+        grid_z: u32,
+        /// Voxels along a brick's side.
+        brick: u32,
+        /// Levels of nodes above the bricks.
+        depth: u32,
+        /// Morton codes there are: 8 to the depth.
+        code_count: u32,
+        /// The stored integer of 1.0.
+        quanta: u32,
+        /// A `DESCENT_…`.
+        descent: u32,
+        /// A brick whose centre is no farther than this from the surface is kept.
+        reach: f32,
+        /// By how much a brick's texels can be nearer to the surface than its centre.
+        spread: f32,
+        /// Zero.
+        pad0: u32,
+        /// Zero.
+        pad1: u32,
+    }
+}
+
+shared_struct! {
+    /// What one dispatch samples of a level of a volume.
+    Fill {
+        /// Centre of the level's first texel, then what is taken off each distance to make it conservative.
+        first_bias: [f32; 4],
+        /// Between texels, then stored integers per unit of length.
+        spacing_scale: [f32; 4],
+        /// Texels along x.
+        size_x: u32,
+        /// Texels along y.
+        size_y: u32,
+        /// Texels along z.
+        size_z: u32,
+        /// The first layer of texels of each tile.
+        first_layer: u32,
+        /// Layers of each tile.
+        layer_count: u32,
+        /// Texels along a tile's side.
+        tile: u32,
+        /// The stored integer of 1.0.
+        quanta: u32,
+        /// Zero.
+        pad0: u32,
+    }
+}
+
+shared_struct! {
+    /// A node of an octree. Child `i` of a node of level `l` stands at the offset of the level below, plus
+    /// `child_offset`, plus the number of bits of `valid_mask` under `i`.
+    Node {
+        /// The first child's place in its level.
+        child_offset: u32,
+        /// A bit for each child that is there.
+        valid_mask: u32,
+        /// A bit for each child that is a brick.
+        leaf_mask: u32,
+    }
+}
+
 pub(crate) const STRUCTS: &[(Layout, &[&str])] = &[
     (Instr::LAYOUT, Instr::FIELD_TYPES),
     (MaterialWords::LAYOUT, MaterialWords::FIELD_TYPES),
@@ -124,4 +213,7 @@ pub(crate) const STRUCTS: &[(Layout, &[&str])] = &[
     (Hit::LAYOUT, Hit::FIELD_TYPES),
     (Query::LAYOUT, Query::FIELD_TYPES),
     (Answer::LAYOUT, Answer::FIELD_TYPES),
+    (Volume::LAYOUT, Volume::FIELD_TYPES),
+    (Fill::LAYOUT, Fill::FIELD_TYPES),
+    (Node::LAYOUT, Node::FIELD_TYPES),
 ];

@@ -13,10 +13,12 @@ impl Program {
         let center = region.center();
         let value = self.distance(center);
         let radius = self.lipschitz * region.half_diagonal();
-        Interval::around(
-            value,
-            radius * 1.000_01 + self.slack + self.rounding(region),
-        )
+        Interval::around(value, radius * 1.000_01 + self.bounds_slack(region))
+    }
+
+    /// What [`Program::bounds`] adds to the Lipschitz constant's share, for any box within the region.
+    pub fn bounds_slack(&self, region: Aabb) -> f32 {
+        self.slack + self.rounding(region)
     }
 
     /// How far `f32` arithmetic can take a distance within the box from the real one.

@@ -1,14 +1,17 @@
 use crate::{Evaluator, LANES, Program};
 use glam::{UVec3, Vec3};
 use rayon::prelude::*;
+use std::ops::Range;
 
-/// Points on a regular lattice: `min + spacing * (i, j, k)`, x fastest.
+/// Points on a regular lattice: `min + spacing * (begin + (i, j, k))`, x fastest.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Grid {
-    /// The first point.
+    /// The lattice's origin.
     pub min: Vec3,
     /// Between points.
     pub spacing: Vec3,
+    /// The first point, in steps from the origin: parts of one lattice have the same points to the bit.
+    pub begin: UVec3,
     /// Points along each axis.
     pub size: UVec3,
 }
@@ -19,7 +22,44 @@ impl Grid {
         Self {
             min,
             spacing: (max - min) / (n.max(2) - 1) as f32,
+            begin: UVec3::ZERO,
             size: UVec3::splat(n),
+        }
+    }
+
+    /// Points in a layer of constant z.
+    pub fn layer_len(&self) -> usize {
+        self.size.x as usize * self.size.y as usize
+    }
+
+    /// The distances of layer `k`, batch after batch: where in the layer each batch stands, and its values.
+    pub fn sweep_layer(
+        &self,
+        evaluator: &mut Evaluator<'_>,
+        k: u32,
+        mut emit: impl FnMut(Range<usize>, &[f32]),
+    ) {
+        let nx = self.size.x as usize;
+        let at = |axis: usize, i: usize| {
+            self.min[axis] + self.spacing[axis] * (self.begin[axis] + i as u32) as f32
+        };
+        let z = [at(2, k as usize); LANES];
+        let (mut x, mut y, mut d) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
+        for first in (0..self.layer_len()).step_by(LANES) {
+            let n = LANES.min(self.layer_len() - first);
+            // The batch may hold the end of one row, whole rows and the beginning of another.
+            let mut lane = 0;
+            while lane < n {
+                let (i, j) = ((first + lane) % nx, (first + lane) / nx);
+                let run = (nx - i).min(n - lane);
+                for (step, x) in x[lane..lane + run].iter_mut().enumerate() {
+                    *x = at(0, i + step);
+                }
+                y[lane..lane + run].fill(at(1, j));
+                lane += run;
+            }
+            evaluator.distances(&x[..n], &y[..n], &z[..n], &mut d[..n]);
+            emit(first..first + n, &d[..n]);
         }
     }
 }
@@ -30,42 +70,23 @@ impl Program {
     /// # Panics
     /// If `out` has another length than the grid has points.
     pub fn distances(&self, grid: &Grid, out: &mut [f32]) {
-        let [nx, ny, nz] = grid.size.to_array().map(|n| n as usize);
         assert_eq!(
             out.len(),
-            nx * ny * nz,
+            grid.layer_len() * grid.size.z as usize,
             "one distance for each point of the grid"
         );
         if out.is_empty() {
             return;
         }
-        let along = |n: usize, axis: usize| -> Vec<f32> {
-            (0..n)
-                .map(|i| grid.min[axis] + grid.spacing[axis] * i as f32)
-                .collect()
-        };
-        let xs = along(nx, 0);
-        // One slab of constant z at a time; within it, batches run on over the ends of rows.
-        out.par_chunks_mut(nx * ny).enumerate().for_each_init(
-            || Evaluator::new(self),
-            |evaluator, (k, slab)| {
-                let z = [grid.min.z + grid.spacing.z * k as f32; LANES];
-                let (mut x, mut y) = ([0.0; LANES], [0.0; LANES]);
-                for (batch, out) in slab.chunks_mut(LANES).enumerate() {
-                    let first = batch * LANES;
-                    // The batch may hold the end of one row, whole rows and the beginning of another.
-                    let mut lane = 0;
-                    while lane < out.len() {
-                        let (i, j) = ((first + lane) % nx, (first + lane) / nx);
-                        let run = (nx - i).min(out.len() - lane);
-                        x[lane..lane + run].copy_from_slice(&xs[i..i + run]);
-                        y[lane..lane + run].fill(grid.min.y + grid.spacing.y * j as f32);
-                        lane += run;
-                    }
-                    let n = out.len();
-                    evaluator.distances(&x[..n], &y[..n], &z[..n], out);
-                }
-            },
-        );
+        out.par_chunks_mut(grid.layer_len())
+            .enumerate()
+            .for_each_init(
+                || Evaluator::new(self),
+                |evaluator, (k, layer)| {
+                    grid.sweep_layer(evaluator, k as u32, |range, d| {
+                        layer[range].copy_from_slice(d);
+                    });
+                },
+            );
     }
 }

@@ -100,6 +100,8 @@ pub struct Gpu {
     pub(crate) queue: wgpu::Queue,
     pub(crate) info: DeviceInfo,
     pub(crate) has_timestamps: bool,
+    /// Whether shaders can write textures of 8 and of 16 bits, signed and normalised.
+    pub(crate) writes_snorm: [bool; 2],
 }
 
 impl Gpu {
@@ -107,11 +109,18 @@ impl Gpu {
     pub fn open() -> Result<Self, GpuError> {
         let (info, adapter) = adapters().into_iter().next().ok_or(GpuError::None)?;
         let has_timestamps = adapter.features().contains(wgpu::Features::TIMESTAMP_QUERY);
-        let required_features = if has_timestamps {
-            wgpu::Features::TIMESTAMP_QUERY
-        } else {
-            wgpu::Features::empty()
-        };
+        let writes_snorm =
+            [wgpu::TextureFormat::R8Snorm, wgpu::TextureFormat::R16Snorm].map(|format| {
+                let features = adapter.get_texture_format_features(format);
+                let needed =
+                    wgpu::TextureUsages::STORAGE_BINDING | wgpu::TextureUsages::TEXTURE_BINDING;
+                let filters = wgpu::TextureFormatFeatureFlags::FILTERABLE;
+                features.allowed_usages.contains(needed) && features.flags.contains(filters)
+            });
+        let wanted = wgpu::Features::TIMESTAMP_QUERY
+            | wgpu::Features::TEXTURE_ADAPTER_SPECIFIC_FORMAT_FEATURES
+            | wgpu::Features::TEXTURE_FORMAT_16BIT_NORM;
+        let required_features = adapter.features() & wanted;
         let descriptor = wgpu::DeviceDescriptor {
             label: Some("argil"),
             required_features,
@@ -128,6 +137,7 @@ impl Gpu {
             queue,
             info,
             has_timestamps,
+            writes_snorm,
         })
     }
 

@@ -57,6 +57,34 @@ pub enum GpuError {
         "the scene has too many brushes to be specialised into a shader: leave out --specialize"
     )]
     TooLongToSpecialize,
+    /// Volumes of that format cannot be written there.
+    #[error("{name}: shaders there cannot write and filter {bits}-bit textures of distances: use --device cpu")]
+    Format {
+        /// The adapter.
+        name: String,
+        /// What a distance takes.
+        bits: u32,
+    },
+    /// A volume is larger than a 3D texture can be.
+    #[error(
+        "{name}: a volume of {voxels} voxels along a side, and textures there have at most {limit}: use --device cpu or a smaller resolution"
+    )]
+    TooFine {
+        /// The adapter.
+        name: String,
+        /// Asked for.
+        voxels: u32,
+        /// The most that is allowed.
+        limit: u32,
+    },
+    /// The enumeration sort compares each brick with each other, in one thread a brick.
+    #[error("{codes} cells for the enumeration sort, which takes at most {limit}: take larger bricks, or the default way")]
+    TooManyToEnumerate {
+        /// Cells of the finest grid.
+        codes: u32,
+        /// The most that is allowed.
+        limit: u32,
+    },
     /// A shader did not compile or a command was refused.
     #[error("{name}: {reason}")]
     Refused {

@@ -1,11 +1,11 @@
-use crate::pass::{
-    COLORS, FRAME, HITS, INSTRS, MATERIALS, PARAMS, PICTURE_WGSL, TABLES_WGSL, layout, pipelines,
-};
+use crate::pass::{INSTRS, MATERIALS, PARAMS};
+use crate::picture::{PicturePass, Way};
 use crate::query::QueryPass;
 use crate::table::Table;
 use crate::{DeviceKind, Gpu, GpuError};
-use argil_abi::{GPU_STACK_SLOTS, Instr};
+use argil_abi::{Frame, GPU_STACK_SLOTS, Instr};
 use argil_field::{Opcodes, Program};
+use argil_march::Picture;
 use std::sync::{Arc, OnceLock};
 
 /// An instruction that does nothing: an empty program still needs a row to bind.
@@ -27,10 +27,9 @@ pub struct GpuField {
     /// What a trimmed interpreter can run; `None` for one that runs everything.
     trimmed_to: Option<Opcodes>,
     field_wgsl: String,
-    pub(crate) layout: wgpu::BindGroupLayout,
     /// Most field evaluations that one thread may do in one dispatch.
     pub(crate) budget: u32,
-    pub(crate) pipelines: PicturePipelines,
+    picture: PicturePass,
     pub(crate) query: OnceLock<QueryPass>,
 }
 
@@ -55,14 +54,7 @@ impl GpuField {
                 (None, argil_field::wgsl())
             }
         };
-        let layout = gpu.checked(|| {
-            layout(
-                &gpu,
-                "Picture",
-                &[FRAME, INSTRS, PARAMS, MATERIALS, HITS, COLORS],
-            )
-        })?;
-        let pipelines = picture_pipelines(&gpu, &field_wgsl, &layout)?;
+        let picture = PicturePass::new(&gpu, &field_wgsl, Way::Field)?;
         let mut field = Self {
             gpu,
             instrs: Table::new("instructions"),
@@ -71,9 +63,8 @@ impl GpuField {
             length: 0,
             trimmed_to: interpreter,
             field_wgsl,
-            layout,
             budget: 0,
-            pipelines,
+            picture,
             query: OnceLock::new(),
         };
         field.upload(program)?;
@@ -90,7 +81,7 @@ impl GpuField {
             self.field_wgsl = wider.wgsl();
             self.trimmed_to = Some(wider);
             self.query = OnceLock::new();
-            self.pipelines = picture_pipelines(&self.gpu, &self.field_wgsl, &self.layout)?;
+            self.picture = PicturePass::new(&self.gpu, &self.field_wgsl, Way::Field)?;
         }
         self.upload(program)
     }
@@ -107,6 +98,12 @@ impl GpuField {
         self.length = instrs.len();
         self.budget = budget(&self.gpu, program)?;
         Ok(())
+    }
+
+    /// Draw: `frames` as `argil_march::frames` makes them, one a sample. With the picture, what its passes took, by the
+    /// device's time stamps where it has them, else by the clock.
+    pub fn render(&self, frames: &[Frame]) -> Result<(Picture, f64), GpuError> {
+        self.picture.draw(self, &[], frames)
     }
 
     /// The device.
@@ -137,40 +134,6 @@ impl GpuField {
             .into_iter()
             .filter_map(|(table, binding)| table.binding(binding))
     }
-}
-
-fn picture_pipelines(
-    gpu: &Gpu,
-    field_wgsl: &str,
-    layout: &wgpu::BindGroupLayout,
-) -> Result<PicturePipelines, GpuError> {
-    let [camera, trace, shade] = argil_march::wgsl();
-    let source = [
-        &argil_abi::wgsl(),
-        TABLES_WGSL,
-        PICTURE_WGSL,
-        field_wgsl,
-        camera,
-        trace,
-        shade,
-    ]
-    .concat();
-    let [march, finish, shadow, shade] =
-        pipelines(gpu, source, layout, ["march", "finish", "shadow", "shade"])?;
-    Ok(PicturePipelines {
-        march,
-        finish,
-        shadow,
-        shade,
-    })
-}
-
-/// A picture's passes.
-pub(crate) struct PicturePipelines {
-    pub march: wgpu::ComputePipeline,
-    pub finish: wgpu::ComputePipeline,
-    pub shadow: wgpu::ComputePipeline,
-    pub shade: wgpu::ComputePipeline,
 }
 
 /// lavapipe ends all loops of a thread after 65,535 iterations, without a word; some are the passes' own.

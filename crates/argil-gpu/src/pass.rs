@@ -11,6 +11,17 @@ pub(crate) const HITS: u32 = 4;
 pub(crate) const COLORS: u32 = 5;
 pub(crate) const QUERIES: u32 = 6;
 pub(crate) const ANSWERS: u32 = 7;
+pub(crate) const VOLUME: u32 = 8;
+pub(crate) const STORED: u32 = 9;
+pub(crate) const LINEAR: u32 = 10;
+pub(crate) const NODES: u32 = 11;
+pub(crate) const TREE_WORDS: u32 = 12;
+pub(crate) const FILL: u32 = 13;
+pub(crate) const TEXELS: u32 = 14;
+pub(crate) const OCCUPIED: u32 = 15;
+pub(crate) const CENTERS: u32 = 16;
+pub(crate) const KEYS: u32 = 17;
+pub(crate) const ARGUMENTS: u32 = 18;
 
 pub(crate) const TABLES_WGSL: &str = "
 @group(0) @binding(1) var<storage, read> instrs: array<Instr>;
@@ -29,24 +40,74 @@ pub(crate) const QUERY_WGSL: &str = "
 @group(0) @binding(7) var<storage, read_write> answers: array<Answer>;
 ";
 
+pub(crate) const VOLUME_WGSL: &str = "
+@group(0) @binding(8) var<uniform> volume: Volume;
+@group(0) @binding(9) var stored: texture_3d<f32>;
+@group(0) @binding(10) var linear: sampler;
+";
+
+pub(crate) const TREE_WGSL: &str = "
+@group(0) @binding(11) var<storage, read> nodes: array<Node>;
+@group(0) @binding(12) var<storage, read> tree_words: array<u32>;
+";
+
+/// What a shader does with a binding.
+#[derive(Clone, Copy)]
+pub(crate) enum Bind {
+    Uniform(u32),
+    Read(u32),
+    Write(u32),
+    /// A 3D texture to be filtered.
+    Texture(u32),
+    Filter(u32),
+    /// A 3D texture to be written.
+    Target(u32, wgpu::TextureFormat),
+}
+
+/// The tables of a field.
+pub(crate) const FIELD_BINDS: [Bind; 3] =
+    [Bind::Read(INSTRS), Bind::Read(PARAMS), Bind::Read(MATERIALS)];
+
 /// A layout of the given bindings.
-pub(crate) fn layout(gpu: &Gpu, label: &str, bindings: &[u32]) -> wgpu::BindGroupLayout {
-    let entries: Vec<_> = bindings
+pub(crate) fn layout(gpu: &Gpu, label: &str, binds: &[Bind]) -> wgpu::BindGroupLayout {
+    let buffer = |ty| wgpu::BindingType::Buffer {
+        ty,
+        has_dynamic_offset: false,
+        min_binding_size: None,
+    };
+    let storage = |read_only| buffer(wgpu::BufferBindingType::Storage { read_only });
+    let entries: Vec<_> = binds
         .iter()
-        .map(|&binding| {
-            let ty = match binding {
-                FRAME => wgpu::BufferBindingType::Uniform,
-                HITS | COLORS | ANSWERS => wgpu::BufferBindingType::Storage { read_only: false },
-                _ => wgpu::BufferBindingType::Storage { read_only: true },
+        .map(|bind| {
+            let (binding, ty) = match *bind {
+                Bind::Uniform(at) => (at, buffer(wgpu::BufferBindingType::Uniform)),
+                Bind::Read(at) => (at, storage(true)),
+                Bind::Write(at) => (at, storage(false)),
+                Bind::Texture(at) => {
+                    let ty = wgpu::BindingType::Texture {
+                        sample_type: wgpu::TextureSampleType::Float { filterable: true },
+                        view_dimension: wgpu::TextureViewDimension::D3,
+                        multisampled: false,
+                    };
+                    (at, ty)
+                }
+                Bind::Filter(at) => {
+                    let ty = wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering);
+                    (at, ty)
+                }
+                Bind::Target(at, format) => {
+                    let ty = wgpu::BindingType::StorageTexture {
+                        access: wgpu::StorageTextureAccess::WriteOnly,
+                        format,
+                        view_dimension: wgpu::TextureViewDimension::D3,
+                    };
+                    (at, ty)
+                }
             };
             wgpu::BindGroupLayoutEntry {
                 binding,
                 visibility: wgpu::ShaderStages::COMPUTE,
-                ty: wgpu::BindingType::Buffer {
-                    ty,
-                    has_dynamic_offset: false,
-                    min_binding_size: None,
-                },
+                ty,
                 count: None,
             }
         })
@@ -58,11 +119,20 @@ pub(crate) fn layout(gpu: &Gpu, label: &str, bindings: &[u32]) -> wgpu::BindGrou
         })
 }
 
+/// A whole buffer as a binding.
+pub(crate) fn entry(binding: u32, buffer: &wgpu::Buffer) -> wgpu::BindGroupEntry<'_> {
+    wgpu::BindGroupEntry {
+        binding,
+        resource: buffer.as_entire_binding(),
+    }
+}
+
 /// One pipeline for each entry point of a module.
 pub(crate) fn pipelines<const N: usize>(
     gpu: &Gpu,
     source: String,
     layout: &wgpu::BindGroupLayout,
+    constants: &[(&str, f64)],
     entry_points: [&str; N],
 ) -> Result<[wgpu::ComputePipeline; N], GpuError> {
     gpu.checked(|| {
@@ -86,7 +156,10 @@ pub(crate) fn pipelines<const N: usize>(
                     layout: Some(&layout),
                     module: &module,
                     entry_point: Some(entry_point),
-                    compilation_options: wgpu::PipelineCompilationOptions::default(),
+                    compilation_options: wgpu::PipelineCompilationOptions {
+                        constants,
+                        ..Default::default()
+                    },
                     cache: None,
                 })
         })

@@ -1,5 +1,5 @@
 use crate::pass::{
-    ANSWERS, INSTRS, MATERIALS, PARAMS, QUERIES, QUERY_WGSL, TABLES_WGSL, layout, pipelines,
+    ANSWERS, Bind, FIELD_BINDS, QUERIES, QUERY_WGSL, TABLES_WGSL, layout, pipelines,
 };
 use crate::table::Table;
 use crate::{GpuError, GpuField};
@@ -81,9 +81,10 @@ impl GpuField {
             include_str!("query.wgsl"),
         ]
         .concat();
-        let layout =
-            gpu.checked(|| layout(gpu, "Query", &[INSTRS, PARAMS, MATERIALS, QUERIES, ANSWERS]))?;
-        let [pipeline] = pipelines(gpu, source, &layout, ["query"])?;
+        let mut binds = FIELD_BINDS.to_vec();
+        binds.extend([Bind::Read(QUERIES), Bind::Write(ANSWERS)]);
+        let layout = gpu.checked(|| layout(gpu, "Query", &binds))?;
+        let [pipeline] = pipelines(gpu, source, &layout, &[], ["query"])?;
         Ok((layout, pipeline))
     }
 }

@@ -50,8 +50,11 @@ impl Timing {
         })
     }
 
-    /// The sum of the passes' durations.
-    pub fn total_ms(&self, gpu: &Gpu) -> Result<f64, GpuError> {
+    /// What each pass took, in the order in which they were begun.
+    pub fn durations_ms(&self, gpu: &Gpu) -> Result<Vec<f64>, GpuError> {
+        if self.used == 0 {
+            return Ok(Vec::new());
+        }
         let mut encoder = gpu
             .device
             .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
@@ -62,10 +65,10 @@ impl Timing {
             .chunks_exact(8)
             .map(bytemuck::pod_read_unaligned)
             .collect();
-        let ticks: u64 = stamps
+        let tick_ms = f64::from(gpu.queue.get_timestamp_period()) * 1e-6;
+        Ok(stamps
             .chunks_exact(2)
-            .map(|pair| pair[1].saturating_sub(pair[0]))
-            .sum();
-        Ok(ticks as f64 * f64::from(gpu.queue.get_timestamp_period()) * 1e-6)
+            .map(|pair| pair[1].saturating_sub(pair[0]) as f64 * tick_ms)
+            .collect())
     }
 }

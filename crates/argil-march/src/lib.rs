@@ -1,4 +1,4 @@
-//! Pictures of a field: rays, normals, light.
+//! Pictures of fields and volumes: rays, normals, light.
 //!
 //! *Theory.* Sphere tracing (Hart 1996): from a point, a ray can go as far as the distance there without crossing the
 //! surface. Divided by the field's Lipschitz constant, that holds for chamfered joints too.
@@ -10,6 +10,8 @@
 //! and rays are cut to the scene's box first, which costs nothing and saves the steps of those that miss it.
 
 mod camera;
+mod dense;
+mod octree;
 mod picture;
 mod render;
 mod scratch;
@@ -18,11 +20,13 @@ mod shade;
 mod statistics;
 mod tile;
 mod trace;
+mod volume;
 mod wave;
 
 pub use camera::Camera;
 pub use picture::Picture;
-pub use render::{hit_pixels, render};
+pub use octree::Descent;
+pub use render::{Through, hit_pixels, render};
 pub use scratch::TileScratch;
 pub use settings::{Settings, Show, frames};
 pub use shade::{SHADOW_STEPS, shade_tile};
@@ -30,11 +34,18 @@ pub use statistics::{Spread, Statistics};
 pub use tile::{Tile, tiles};
 pub use trace::trace_tile;
 
-/// The WGSL twins: `trace.wgsl` and `shade.wgsl`, with what they share.
-pub fn wgsl() -> [&'static str; 3] {
-    [
-        include_str!("camera.wgsl"),
-        include_str!("trace.wgsl"),
-        include_str!("shade.wgsl"),
-    ]
+/// The WGSL twins. A module has the camera, one way to march, what finishes its hits, and the light.
+pub mod wgsl {
+    /// Primary rays.
+    pub const CAMERA: &str = include_str!("camera.wgsl");
+    /// Marching through the field.
+    pub const FIELD: &str = include_str!("trace.wgsl");
+    /// Marching through a dense volume.
+    pub const DENSE: &str = concat!(include_str!("volume.wgsl"), include_str!("dense.wgsl"));
+    /// Marching through an octree.
+    pub const OCTREE: &str = concat!(include_str!("volume.wgsl"), include_str!("octree.wgsl"));
+    /// Normals and the ground.
+    pub const FINISH: &str = include_str!("finish.wgsl");
+    /// Light and colours.
+    pub const SHADE: &str = include_str!("shade.wgsl");
 }

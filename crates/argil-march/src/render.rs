@@ -1,14 +1,30 @@
+use crate::dense::DenseRays;
+use crate::octree::{Descent, OctreeRays};
 use crate::picture::Picture;
 use crate::scratch::TileScratch;
 use crate::shade::shade_tile;
-use crate::tile::tiles;
+use crate::tile::{Tile, tiles};
 use crate::trace::trace_tile;
+use crate::volume::{Marched, trace_volume};
 use argil_abi::{Frame, Hit};
 use argil_field::{Evaluator, Program};
+use argil_volume::{Bits, Dense, Octree};
 use rayon::prelude::*;
 
-/// Draw on the CPU, on rayon's current threads: `frames` as [`crate::frames`] makes them, one a sample.
-pub fn render(program: &Program, frames: &[Frame]) -> Picture {
+/// What rays are marched through.
+#[derive(Clone, Copy)]
+pub enum Through<'a> {
+    /// The field itself.
+    Field,
+    /// A dense volume.
+    Dense(&'a Dense),
+    /// An octree of bricks.
+    Octree(&'a Octree, Descent),
+}
+
+/// Draw on the CPU, on rayon's current threads: `frames` as [`crate::frames`] makes them, one a sample. Primary rays and
+/// normals are what `through` gives; light and materials are the field's.
+pub fn render(program: &Program, through: Through<'_>, frames: &[Frame]) -> Picture {
     let Some(first) = frames.first() else {
         return Picture::empty();
     };
@@ -29,12 +45,42 @@ pub fn render(program: &Program, frames: &[Frame]) -> Picture {
                     sample.resize(tile.area(), Hit::default());
                     // Only the first sample's hits are kept.
                     let found = if i == 0 { &mut *hits } else { &mut sample[..] };
-                    trace_tile(frame, tile, evaluator, scratch, found);
+                    trace(frame, tile, through, evaluator, scratch, found);
                     shade_tile(frame, tile, evaluator, scratch, found, colors);
                 }
             },
         );
     Picture::new(first, &colors, hits)
+}
+
+fn trace(
+    frame: &Frame,
+    tile: Tile,
+    through: Through<'_>,
+    evaluator: &mut Evaluator<'_>,
+    scratch: &mut TileScratch,
+    out: &mut [Hit],
+) {
+    match through {
+        Through::Field => trace_tile(frame, tile, evaluator, scratch, out),
+        Through::Dense(dense) => match dense.encoding().bits {
+            Bits::Eight => trace_through(frame, tile, DenseRays::<i8>::new(dense), out),
+            Bits::Sixteen => trace_through(frame, tile, DenseRays::<i16>::new(dense), out),
+        },
+        Through::Octree(octree, descent) => match octree.layout().encoding.bits {
+            Bits::Eight => trace_through(frame, tile, OctreeRays::<i8>::new(octree, descent), out),
+            Bits::Sixteen => {
+                trace_through(frame, tile, OctreeRays::<i16>::new(octree, descent), out);
+            }
+        },
+    }
+}
+
+fn trace_through(frame: &Frame, tile: Tile, rays: Option<impl Marched>, out: &mut [Hit]) {
+    // A volume's texels are of the type that its encoding says; its constructors see to that.
+    if let Some(rays) = rays {
+        trace_volume(frame, tile, &rays, out);
+    }
 }
 
 /// Pixels of which at least half of the samples hit a solid.

@@ -2,6 +2,7 @@ use crate::camera::{Camera, finite};
 use argil_abi::{self as abi, Frame};
 use argil_field::Program;
 use argil_math::Aabb;
+use argil_volume::Lattice;
 use glam::Vec3;
 
 /// What a picture shows.
@@ -16,6 +17,10 @@ pub enum Show {
     Depth,
     /// The steps of each ray, 0 to 256 as blue → green → yellow → red.
     Heat,
+    /// The first brick that each ray meets, each in a colour of its own; of an octree only.
+    Bricks,
+    /// The first node above bricks that has a brick on the ray's way, likewise.
+    Nodes,
 }
 
 /// How to draw. Lengths in the scene's unit.
@@ -27,9 +32,9 @@ pub struct Settings {
     pub show: Show,
     /// Most steps a primary ray takes.
     pub max_steps: u32,
-    /// The distance below which a ray has hit; without it, 1e-4 of the scene's radius.
+    /// The distance below which a ray has hit; without it, 1e-4 of the scene's radius, or 0.02 voxels of a volume.
     pub epsilon: Option<f32>,
-    /// Half of the normal's central difference; without it, 5e-4 of the scene's radius.
+    /// Half of the normal's central difference; without it, 5e-4 of the scene's radius, or a voxel of a volume.
     pub normal_bias: Option<f32>,
     /// Rays a pixel, from 1 to 64.
     pub samples: u32,
@@ -54,23 +59,40 @@ impl Default for Settings {
     }
 }
 
-/// The frame of each sample: what both devices read. `focus` is the box that is looked at; it sets the lengths that
-/// depend on the scene's size.
-pub fn frames(settings: &Settings, camera: &Camera, program: &Program, focus: Aabb) -> Vec<Frame> {
+/// Around a volume's solid, in voxels: rays start there, where the stored distance is not yet negative.
+const MARGIN_VOXELS: f32 = 2.0;
+
+/// The frame of each sample: what both devices read. With a lattice, lengths are measured in its voxels and rays are cut
+/// to its box. `focus` is the box that is looked at; it sets the lengths that depend on the scene's size.
+pub fn frames(
+    settings: &Settings,
+    camera: &Camera,
+    program: &Program,
+    lattice: Option<&Lattice>,
+    focus: Aabb,
+) -> Vec<Frame> {
     let (focus, radius) = finite(focus);
     let [width, height] = settings.size;
     let [right, up, forward] = camera.axes();
     let half_height = (0.5 * camera.field_of_view_degrees).to_radians().tan();
     let half_width = half_height * width as f32 / height as f32;
-    let epsilon = settings.epsilon.unwrap_or(1e-4 * radius);
-    let bias = settings.normal_bias.unwrap_or(5e-4 * radius);
+    let own = |of_radius: f32, of_voxel: f32| {
+        lattice.map_or(of_radius * radius, |lattice| of_voxel * lattice.voxel)
+    };
+    let epsilon = settings.epsilon.unwrap_or(own(1e-4, 0.02));
+    let bias = settings.normal_bias.unwrap_or(own(5e-4, 1.0));
+    // Light is gathered off the surface; a volume's surface is not quite that of the field, which casts the shadows.
+    let lift = lattice.map_or(8.0 * epsilon, |lattice| 1.5 * lattice.voxel);
     let solid = program.aabb();
+    let margin = lattice.map_or(4.0 * epsilon, |lattice| MARGIN_VOXELS * lattice.voxel);
     // The box of the solid, a little larger: a ray should not start within epsilon of a flat side. Nothing solid is a
     // box that no ray meets.
     let bounds = if solid.is_empty() {
-        Aabb::new(Vec3::splat(1e8), Vec3::splat(1e8))
+        NOWHERE
     } else {
-        solid.grown(4.0 * epsilon)
+        let held = lattice.map_or(Aabb::ALL, Lattice::aabb);
+        let cut = solid.grown(margin).intersection(held);
+        if cut.is_empty() { NOWHERE } else { cut }
     };
     let limit = Vec3::splat(argil_field::WORLD_LIMIT);
     let (min, max) = (bounds.min.max(-limit), bounds.max.min(limit));
@@ -96,6 +118,8 @@ pub fn frames(settings: &Settings, camera: &Camera, program: &Program, focus: Aa
         Show::Normal => abi::SHOW_NORMAL,
         Show::Depth => abi::SHOW_DEPTH,
         Show::Heat => abi::SHOW_HEAT,
+        Show::Bricks => abi::SHOW_BRICKS,
+        Show::Nodes => abi::SHOW_NODES,
     };
     let samples = settings.samples.clamp(1, 64);
     let with = |v: Vec3, w: f32| [v.x, v.y, v.z, w];
@@ -124,13 +148,16 @@ pub fn frames(settings: &Settings, camera: &Camera, program: &Program, focus: Aa
                 pixel: 2.0 * half_height / height as f32,
                 first_step: 0,
                 step_count: settings.max_steps,
-                pad0: 0,
+                lift,
                 pad1: 0,
                 pad2: 0,
             }
         })
         .collect()
 }
+
+/// A box that no ray meets.
+const NOWHERE: Aabb = Aabb::new(Vec3::splat(1e8), Vec3::splat(1e8));
 
 /// Where in its pixel a sample lies: one in the middle; more along the R2 sequence (Roberts, "The unreasonable
 /// effectiveness of quasirandom sequences", 2018).

@@ -59,6 +59,7 @@ pub fn shade_tile(
                 Vec3::splat(depth(frame, hit.normal_t[3]))
             }
             abi::SHOW_HEAT => heat(hit.steps),
+            abi::SHOW_BRICKS | abi::SHOW_NODES if hit.mark != 0 => marked(hit),
             abi::SHOW_SHADED => {
                 let ray = primary_ray(frame, x, y);
                 let light = if hit.kind == abi::HIT_NONE {
@@ -182,7 +183,7 @@ impl Shading {
         wave.clear();
         for (k, &i) in self.lit.iter().enumerate() {
             let (p, n) = surface(i);
-            let origin = p + n * (8.0 * epsilon);
+            let origin = p + n * frame.lift;
             match (Ray {
                 origin,
                 direction: sun,
@@ -352,6 +353,15 @@ fn tone(c: Vec3) -> Vec3 {
 fn depth(frame: &Frame, t: f32) -> f32 {
     let range = (frame.depth_far - frame.depth_near).max(1e-6);
     (1.0 - (t - frame.depth_near) / range).clamp(0.0, 1.0)
+}
+
+/// A colour of a mark's own, darker on the sides that face x and z.
+fn marked(hit: &Hit) -> Vec3 {
+    let mixed = hit.mark.wrapping_mul(2_654_435_761);
+    let channel = |shift: u32| 0.25 + 0.75 * (mixed >> shift & 0xff) as f32 / 255.0;
+    let [nx, ny, nz, _] = hit.normal_t;
+    let light = 0.55 * nx.abs() + ny.abs() + 0.75 * nz.abs();
+    vec3(channel(8), channel(16), channel(24)) * light
 }
 
 /// Blue → green → yellow → red over 0 to 256 steps.

@@ -41,7 +41,7 @@ fn shadow(@builtin(global_invocation_id) id: vec3<u32>) {
     let n = hit.normal_t.xyz;
     let view = primary_ray(id.x, y);
     let epsilon = frame.box_min_epsilon.w;
-    let ray = Ray(view.origin + view.direction * hit.normal_t.w + n * (8.0 * epsilon), frame.sun_radius.xyz);
+    let ray = Ray(view.origin + view.direction * hit.normal_t.w + n * frame.lift, frame.sun_radius.xyz);
     let span = box_span(ray);
     var share = hit.sun_share;
     var t = hit.sun_t;
@@ -134,6 +134,13 @@ fn tone(c: vec3<f32>) -> vec3<f32> {
     return clamp(x * (x * 2.51 + 0.03) / (x * (x * 2.43 + 0.59) + 0.14), vec3(0.0), vec3(1.0));
 }
 
+fn marked(hit: Hit) -> vec3<f32> {
+    let mixed = hit.mark * 2654435761u;
+    let bytes = vec3<f32>((vec3(mixed) >> vec3(8u, 16u, 24u)) & vec3(255u));
+    let n = abs(hit.normal_t.xyz);
+    return (vec3(0.25) + 0.75 * bytes / 255.0) * (0.55 * n.x + n.y + 0.75 * n.z);
+}
+
 fn heat(steps: u32) -> vec3<f32> {
     let s = clamp(f32(steps) / 256.0, 0.0, 1.0) * 3.0;
     return vec3(
@@ -185,6 +192,11 @@ fn shade(@builtin(global_invocation_id) id: vec3<u32>) {
             if hit.kind != HIT_NONE {
                 let range = max(frame.depth_far - frame.depth_near, 1e-6);
                 color = vec3(clamp(1.0 - (hit.normal_t.w - frame.depth_near) / range, 0.0, 1.0));
+            }
+        }
+        case SHOW_BRICKS, SHOW_NODES: {
+            if hit.mark != 0u {
+                color = marked(hit);
             }
         }
         default: { color = heat(hit.steps); }

@@ -191,20 +191,33 @@ pub fn trace_tile(
             (d[4] - d[5]) * side,
         );
         let length = (nx * nx + ny * ny + nz * nz).sqrt();
-        let scale = if length > 0.0 { 1.0 / length } else { 0.0 };
-        hit.normal_t = [nx * scale, ny * scale, nz * scale, hit.normal_t[3]];
+        let t = hit.normal_t[3];
+        hit.normal_t = if length > 0.0 {
+            let scale = 1.0 / length;
+            [nx * scale, ny * scale, nz * scale, t]
+        } else {
+            // Where all differences are the same, towards the viewer.
+            let (x, y) = tile.pixel(pixel as usize);
+            let [x, y, z] = (-primary_ray(frame, x, y).direction).to_array();
+            [x, y, z, t]
+        };
     }
 
-    // The ground, where it is nearer.
-    if frame.ground_jitter[1] > 0.0 {
-        for (i, hit) in out.iter_mut().enumerate().take(tile.area()) {
-            let (x, y) = tile.pixel(i);
-            if let Some(t) = ground(frame, primary_ray(frame, x, y))
-                && (hit.kind == abi::HIT_NONE || t < hit.normal_t[3])
-            {
-                hit.kind = abi::HIT_GROUND;
-                hit.normal_t = [0.0, 1.0, 0.0, t];
-            }
+    lay_ground(frame, tile, out);
+}
+
+/// The ground, where it is nearer.
+pub(crate) fn lay_ground(frame: &Frame, tile: Tile, out: &mut [Hit]) {
+    if frame.ground_jitter[1] <= 0.0 {
+        return;
+    }
+    for (i, hit) in out.iter_mut().enumerate().take(tile.area()) {
+        let (x, y) = tile.pixel(i);
+        if let Some(t) = ground(frame, primary_ray(frame, x, y))
+            && (hit.kind == abi::HIT_NONE || t < hit.normal_t[3])
+        {
+            hit.kind = abi::HIT_GROUND;
+            hit.normal_t = [0.0, 1.0, 0.0, t];
         }
     }
 }

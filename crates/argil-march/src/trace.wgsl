@@ -57,33 +57,5 @@ fn march(@builtin(global_invocation_id) id: vec3<u32>) {
             kind = HIT_NONE;
         }
     }
-    hits[at] = Hit(vec4(side, 0.0, 0.0, t), kind, steps, 0.0, 0.0);
-}
-
-// The normal, and the ground where it is nearer.
-@compute @workgroup_size(8, 8)
-fn finish(@builtin(global_invocation_id) id: vec3<u32>) {
-    let y = id.y + frame.first_row;
-    if id.x >= frame.width || y >= frame.height {
-        return;
-    }
-    let at = y * frame.width + id.x;
-    let hit = hits[at];
-    let ray = primary_ray(id.x, y);
-    var kind = hit.kind;
-    var normal = vec3(0.0);
-    var t = 0.0;
-    if kind != HIT_NONE {
-        t = hit.normal_t.w;
-        normal = surface_normal(ray.origin + ray.direction * t, hit.normal_t.x);
-    }
-    if frame.ground_jitter.y > 0.0 && ray.direction.y <= -1e-6 {
-        let g = (frame.ground_jitter.x - ray.origin.y) / ray.direction.y;
-        if g > 0.0 && g < frame.far && (kind == HIT_NONE || g < t) {
-            kind = HIT_GROUND;
-            normal = vec3(0.0, 1.0, 0.0);
-            t = g;
-        }
-    }
-    hits[at] = Hit(vec4(normal, t), kind, hit.steps, 1.0, 0.0);
+    hits[at] = Hit(vec4(side, 0.0, 0.0, t), kind, steps, 0.0, 0.0, 0u, 0u, 0u, 0u);
 }

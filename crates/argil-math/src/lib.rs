@@ -1,9 +1,16 @@
-//! Boxes, intervals and rays: the small geometry that every other crate of Argil shares.
+//! Boxes, intervals, rays and Morton codes: the small geometry that every other crate of Argil shares.
 
 mod aabb;
 mod interval;
+mod morton;
 mod ray;
 
 pub use aabb::Aabb;
 pub use interval::Interval;
+pub use morton::{cell_of, morton};
 pub use ray::Ray;
+
+/// The WGSL twin of [`morton`] and [`cell_of`].
+pub fn morton_wgsl() -> &'static str {
+    include_str!("morton.wgsl")
+}

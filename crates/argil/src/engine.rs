@@ -1,4 +1,4 @@
-use crate::{BuildError, EngineError, Scene, World};
+use crate::{BuildError, EngineError, Scene, Stored, VolumeFileError, World};
 use argil_gpu::{DeviceInfo, DeviceKind, Gpu};
 use std::sync::Arc;
 
@@ -94,5 +94,14 @@ impl Engine {
     /// Build a scene.
     pub fn build(&self, scene: &Scene) -> Result<World, BuildError> {
         World::new(self.clone(), scene)
+    }
+
+    /// A world of what a volume file holds, drawn from there. `path` stands in messages.
+    pub fn load(
+        &self,
+        stored: Stored,
+        path: impl AsRef<std::path::Path>,
+    ) -> Result<(Scene, World), VolumeFileError> {
+        World::load(self.clone(), stored, path.as_ref())
     }
 }

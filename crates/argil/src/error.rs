@@ -22,6 +22,53 @@ pub enum BuildError {
     /// The GPU cannot hold it.
     #[error(transparent)]
     Gpu(#[from] argil_gpu::GpuError),
+    /// No volume has that many voxels.
+    #[error(transparent)]
+    Resolution(#[from] argil_volume::ResolutionError),
+    /// No octree can be like that.
+    #[error(transparent)]
+    Octree(#[from] argil_volume::OctreeError),
+    /// What 1.0 stands for makes no sense.
+    #[error("a band of {0} voxels: stored distances reach from 0.5 to 4096 voxels")]
+    Range(f32),
+    /// It would not fit into memory.
+    #[error(
+        "the volume takes {} MiB, and {} MiB of memory are free: take a smaller resolution",
+        needed >> 20,
+        available >> 20
+    )]
+    Memory {
+        /// Bytes that it takes.
+        needed: u64,
+        /// Bytes that are free.
+        available: u64,
+    },
+}
+
+/// Why a volume file could not be read or written.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum VolumeFileError {
+    /// The file cannot be read, or is not what it should be.
+    #[error(transparent)]
+    File(#[from] argil_volume::VolumeError),
+    /// The scene in it cannot be read.
+    #[error(transparent)]
+    Scene(#[from] argil_scene::FileError),
+    /// It cannot be built here.
+    #[error(transparent)]
+    Build(#[from] BuildError),
+    /// The world is its field: there is no volume to be written.
+    #[error("there is no volume: build one first")]
+    NoVolume,
+    /// It cannot be written.
+    #[error("{path}")]
+    Write {
+        /// Where to.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
 }
 
 /// Why a picture could not be drawn.
@@ -50,6 +97,9 @@ pub enum RenderError {
         /// What would be right.
         expected: &'static str,
     },
+    /// Bricks and nodes are an octree's.
+    #[error("bricks and nodes can be shown of an octree only: add --via octree")]
+    NoBricks,
     /// The GPU failed.
     #[error(transparent)]
     Gpu(#[from] argil_gpu::GpuError),

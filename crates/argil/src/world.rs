@@ -1,18 +1,41 @@
-use crate::{BuildError, Drawn, Engine, Placement, RenderError, Scene};
+use crate::representation::{Kept, build};
+use crate::{
+    BuildError, BuildTimes, DenseOptions, Drawn, Engine, OctreeOptions, Placement, RenderError,
+    Scene, Stored, Via, Volume, VolumeFileError,
+};
 use argil_field::Program;
-use argil_gpu::GpuField;
-use argil_march::{Camera, Settings, Show, frames};
+use argil_gpu::{GpuField, GpuVolume};
+use argil_march::{Camera, Descent, Settings, Show, Through, frames};
 use argil_math::{Aabb, Interval};
+use argil_volume::Lattice;
 use glam::Vec3;
+use std::borrow::Cow;
+use std::path::Path;
 use std::time::Instant;
 
 /// Longest side of a picture in pixels.
 pub const MAX_SIDE: u32 = 16_384;
 
-/// Most pixels of a picture: it takes 60 bytes a pixel while it is drawn.
+/// Most steps of a ray, unless it is asked for otherwise: through the field, and through a volume, where a step is short.
+const FIELD_STEPS: u32 = 256;
+const VOLUME_STEPS: u32 = 4096;
+
+/// Most pixels of a picture: it takes 76 bytes a pixel while it is drawn.
 pub const MAX_PIXELS: u64 = 1 << 26;
 
-/// A scene that an engine has built: its exact field, on the engine's device.
+/// A scene that an engine has built: its exact field on the engine's device and, once asked for, a volume of it.
+///
+/// ```
+/// use argil::{Brush, DenseOptions, Engine, Scene, Shape};
+/// let mut scene = Scene::new();
+/// scene.push(Brush::new(Shape::sphere(0.5)))?;
+/// let options = DenseOptions { resolution: 64, mips: true, ..Default::default() };
+/// let world = Engine::cpu().build(&scene)?.dense(&scene, options)?;
+/// assert_eq!(world.resolution(), Some([64, 64, 64]));
+/// let picture = world.render(&world.camera(), [64, 48])?;
+/// # assert!(picture.hit_pixels > 0);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub struct World {
     engine: Engine,
     program: Program,
@@ -20,6 +43,10 @@ pub struct World {
     specialized: bool,
     focus: Aabb,
     view: crate::View,
+    via: Via,
+    kept: Kept,
+    descent: Descent,
+    times: BuildTimes,
 }
 
 impl World {
@@ -37,10 +64,134 @@ impl World {
             specialized: false,
             focus,
             view: scene.view.clone(),
+            via: Via::Field,
+            kept: Kept::Field,
+            descent: Descent::default(),
+            times: BuildTimes::default(),
         })
     }
 
-    /// Take over a scene that was edited. On a GPU nothing is compiled for it, unless the world is specialised.
+    pub(crate) fn load(
+        engine: Engine,
+        stored: Stored,
+        path: &Path,
+    ) -> Result<(Scene, Self), VolumeFileError> {
+        let inside = format!("{}, its scene", path.display());
+        let scene = Scene::from_json(&stored.scene_json, inside)?;
+        let mut world = Self::new(engine, &scene)?;
+        world.via = match &stored.volume {
+            Volume::Dense(dense) => Via::Dense(DenseOptions {
+                resolution: dense.lattice().size.max_element(),
+                encoding: *dense.encoding(),
+                mips: dense.levels().len() > 1,
+                ..DenseOptions::default()
+            }),
+            Volume::Octree(octree) => Via::Octree(OctreeOptions {
+                resolution: octree.layout().lattice.size.max_element(),
+                settings: octree.settings(),
+                ..OctreeOptions::default()
+            }),
+        };
+        world.kept = match &world.gpu {
+            Some(gpu) => {
+                let volume = GpuVolume::upload(gpu, &stored.volume).map_err(BuildError::from)?;
+                Kept::Gpu(volume)
+            }
+            None => Kept::Cpu(stored.volume),
+        };
+        Ok((scene, world))
+    }
+
+    /// The same world kept as a dense volume. `scene` is the one that it was built from.
+    pub fn dense(self, scene: &Scene, options: DenseOptions) -> Result<Self, BuildError> {
+        self.via(scene, Via::Dense(options))
+    }
+
+    /// The same world kept as an octree of bricks. `scene` is the one that it was built from.
+    pub fn octree(self, scene: &Scene, options: OctreeOptions) -> Result<Self, BuildError> {
+        self.via(scene, Via::Octree(options))
+    }
+
+    /// The same world kept in some way. `scene` is the one that it was built from.
+    pub fn via(mut self, scene: &Scene, via: Via) -> Result<Self, BuildError> {
+        // What was there before is not needed while the new volume is made.
+        self.kept = Kept::Field;
+        let field = self.gpu.as_ref();
+        (self.kept, self.times) = build(&self.engine, field, scene, &self.program, via)?;
+        if let Via::Octree(options) = via {
+            self.descent = options.descent;
+        }
+        self.via = via;
+        Ok(self)
+    }
+
+    /// Where the look-ups of rays in an octree begin from now on.
+    pub fn set_descent(&mut self, descent: Descent) {
+        self.descent = descent;
+        if let Kept::Gpu(volume) = &mut self.kept {
+            volume.set_descent(descent);
+        }
+    }
+
+    /// How the world is kept.
+    pub fn kept_via(&self) -> Via {
+        self.via
+    }
+
+    /// What building the volume took.
+    pub fn build_times(&self) -> &BuildTimes {
+        &self.times
+    }
+
+    /// Voxels along each axis of the volume; `None` of a field.
+    pub fn resolution(&self) -> Option<[u32; 3]> {
+        self.lattice().map(|lattice| lattice.size.to_array())
+    }
+
+    /// The numbers of bricks and nodes of an octree.
+    pub fn tree_size(&self) -> Result<Option<(u64, u64)>, BuildError> {
+        match (&self.kept, &self.gpu) {
+            (Kept::Cpu(Volume::Octree(octree)), _) => {
+                let tree = octree.tree();
+                Ok(Some((tree.codes().len() as u64, tree.nodes().len() as u64)))
+            }
+            (Kept::Gpu(volume), Some(field)) => Ok(volume.tree_size(field.gpu())?),
+            _ => Ok(None),
+        }
+    }
+
+    fn lattice(&self) -> Option<Lattice> {
+        match &self.kept {
+            Kept::Field => None,
+            Kept::Cpu(volume) => Some(*volume.lattice()),
+            Kept::Gpu(volume) => Some(*volume.lattice()),
+        }
+    }
+
+    /// The volume, brought from the GPU where it is there; `None` of a field.
+    pub fn volume(&self) -> Result<Option<Cow<'_, Volume>>, BuildError> {
+        match (&self.kept, &self.gpu) {
+            (Kept::Cpu(volume), _) => Ok(Some(Cow::Borrowed(volume))),
+            (Kept::Gpu(volume), Some(field)) => Ok(Some(Cow::Owned(volume.read(field.gpu())?))),
+            _ => Ok(None),
+        }
+    }
+
+    /// Write the volume with the scene that it was built from, beside its place and then renamed into it.
+    pub fn save(&self, scene: &Scene, path: impl AsRef<Path>) -> Result<(), VolumeFileError> {
+        let path = path.as_ref();
+        let volume = self.volume()?.ok_or(VolumeFileError::NoVolume)?;
+        let scene_json = scene.to_json();
+        argil_scene::replace_file(path, |out| volume.write(&scene_json, out)).map_err(|source| {
+            VolumeFileError::Write {
+                path: path.into(),
+                source,
+            }
+        })
+    }
+
+    /// Take over a scene that was edited. On a GPU nothing is compiled for the field, unless the world is specialised. A
+    /// volume is built anew.
     pub fn apply(&mut self, scene: &Scene) -> Result<(), BuildError> {
         let program = Program::lower(scene)?;
         match &mut self.gpu {
@@ -51,6 +202,9 @@ impl World {
         self.focus = focus(scene, &program);
         self.view = scene.view.clone();
         self.program = program;
+        self.kept = Kept::Field;
+        let field = self.gpu.as_ref();
+        (self.kept, self.times) = build(&self.engine, field, scene, &self.program, self.via)?;
         Ok(())
     }
 
@@ -68,9 +222,17 @@ impl World {
         &self.program
     }
 
-    /// Bytes that the world holds: the program's tables, on the GPU too where there is one.
+    /// Bytes that the way in which the world is kept takes: a volume's texels and tables; of a field the program's
+    /// tables, on the GPU too where there is one.
     pub fn memory_bytes(&self) -> u64 {
-        self.program.memory_bytes() as u64 + self.gpu.as_ref().map_or(0, GpuField::memory_bytes)
+        match &self.kept {
+            Kept::Field => {
+                let on_gpu = self.gpu.as_ref().map_or(0, GpuField::memory_bytes);
+                self.program.memory_bytes() as u64 + on_gpu
+            }
+            Kept::Cpu(volume) => volume.memory_bytes(),
+            Kept::Gpu(volume) => volume.memory_bytes(),
+        }
     }
 
     /// The engine that built the world.
@@ -125,6 +287,10 @@ impl World {
             samples: if show == Show::Shaded { 4 } else { 1 },
             ground: self.view.ground && show == Show::Shaded,
             sun_degrees: self.view.sun_degrees,
+            max_steps: match self.via {
+                Via::Field => FIELD_STEPS,
+                _ => VOLUME_STEPS,
+            },
             ..Settings::default()
         }
     }
@@ -137,13 +303,33 @@ impl World {
     /// A picture by settings.
     pub fn draw(&self, camera: &Camera, settings: &Settings) -> Result<Drawn, RenderError> {
         check(camera, settings)?;
-        let frames = frames(settings, camera, &self.program, self.focus);
-        if let Some(gpu) = &self.gpu {
-            let (picture, duration_ms) = gpu.render(&frames)?;
+        if matches!(settings.show, Show::Bricks | Show::Nodes)
+            && !matches!(self.via, Via::Octree(_))
+        {
+            return Err(RenderError::NoBricks);
+        }
+        let lattice = self.lattice();
+        let frames = frames(
+            settings,
+            camera,
+            &self.program,
+            lattice.as_ref(),
+            self.focus,
+        );
+        if let Some(field) = &self.gpu {
+            let (picture, duration_ms) = match &self.kept {
+                Kept::Gpu(volume) => volume.render(field, &frames)?,
+                _ => field.render(&frames)?,
+            };
             return Ok(Drawn::new(picture, duration_ms));
         }
+        let through = match &self.kept {
+            Kept::Cpu(Volume::Dense(dense)) => Through::Dense(dense),
+            Kept::Cpu(Volume::Octree(octree)) => Through::Octree(octree, self.descent),
+            _ => Through::Field,
+        };
         let start = Instant::now();
-        let picture = argil_march::render(&self.program, &frames);
+        let picture = argil_march::render(&self.program, through, &frames);
         Ok(Drawn::new(picture, start.elapsed().as_secs_f64() * 1e3))
     }
 }

@@ -1,0 +1,108 @@
+//! `argil bake`.
+
+use crate::args::{Bake, Via};
+use crate::{input, output};
+use anyhow::{Context, ensure};
+use argil::{Volume, World};
+use serde_json::{Map, Value, json};
+
+pub fn run(options: &Bake) -> anyhow::Result<()> {
+    // Say what is wrong with the request before any work.
+    ensure!(
+        options.via != Via::Field,
+        "--via field: the field is what volumes are baked from; take dense or octree"
+    );
+    ensure!(
+        !options.count_lost || options.via == Via::Octree,
+        "--count-lost counts bricks: add --via octree"
+    );
+    if let Some(path) = &options.output {
+        output::check_place(path, &options.scene)?;
+    }
+    let via = input::representation(options.via, &options.volume)?;
+    let engine = input::engine(&options.on)?;
+    let scene = input::scene(&options.scene)?;
+
+    let place = || options.scene.display().to_string();
+    let mut world = engine.build(&scene).with_context(place)?;
+    let mut samples = Vec::new();
+    let mut stages: Vec<(&str, Vec<f64>)> = Vec::new();
+    for _ in 0..options.repeat {
+        world = world.via(&scene, via).with_context(place)?;
+        let times = world.build_times();
+        samples.push(times.duration_ms);
+        for &(stage, ms) in &times.stages_ms {
+            match stages.iter_mut().find(|(known, _)| *known == stage) {
+                Some((_, all)) => all.push(ms),
+                None => stages.push((stage, vec![ms])),
+            }
+        }
+    }
+    if let Some(path) = &options.output {
+        world.save(&scene, path)?;
+    }
+    report(options, &world, &samples, &stages)
+}
+
+fn report(
+    options: &Bake,
+    world: &World,
+    samples: &[f64],
+    stages: &[(&str, Vec<f64>)],
+) -> anyhow::Result<()> {
+    let stages_ms: Map<String, Value> = stages
+        .iter()
+        .map(|(stage, ms)| (stage.to_string(), json!(output::median(ms))))
+        .collect();
+    let build_ms = output::median(samples);
+    let mut report = json!({
+        "device": world.engine().device(),
+        "device_reason": world.engine().reason(),
+        "brushes": world.program().brush_count(),
+        "build_ms": build_ms,
+        "builds_ms": samples,
+        "stages_ms": stages_ms,
+        "memory_bytes": world.memory_bytes(),
+        "volume": options.output.as_ref().map(|p| p.display().to_string()),
+    });
+    let volume = world.volume()?.context("no volume was built")?;
+    let about = output::volume(&volume);
+    if let (Some(all), Some(own)) = (report.as_object_mut(), about.as_object()) {
+        for (key, value) in own {
+            all.entry(key.clone()).or_insert(value.clone());
+        }
+        if let (true, Volume::Octree(octree)) = (options.count_lost, &*volume) {
+            let lost = octree.lost_bricks(world.program());
+            all.insert("lost_bricks".into(), json!(lost));
+        }
+    }
+    if options.json {
+        output::json(&report);
+        return Ok(());
+    }
+    if let Some(path) = &options.output {
+        output::line(&path.display().to_string());
+    }
+    let engine = world.engine();
+    output::line(&format!("on {}: {}", engine.device(), engine.reason()));
+    let parts: Vec<_> = stages
+        .iter()
+        .map(|(stage, ms)| format!("{stage} {:.2}", output::median(ms)))
+        .collect();
+    let times = if samples.len() > 1 {
+        format!(" (median of {})", samples.len())
+    } else {
+        String::new()
+    };
+    output::line(&format!(
+        "built in {build_ms:.2} ms{times}: {} ms",
+        parts.join(", ")
+    ));
+    for (key, value) in about.as_object().into_iter().flatten() {
+        output::pair(key, value);
+    }
+    if let Some(lost) = report.get("lost_bricks") {
+        output::pair("lost_bricks", lost);
+    }
+    Ok(())
+}

@@ -1,0 +1,158 @@
+//! What a command is given: a scene or a volume, a device, a way to keep it.
+
+use crate::args::{self, Device, On, VolumeFlags};
+use anyhow::{Context, ensure};
+use argil::{
+    Backend, Bits, DenseFill, DenseOptions, Descent, Encoding, Engine, Keep, OctreeOptions, Order,
+    Range, Scene, Stored, Via, World,
+};
+use std::path::Path;
+
+/// The engine that was asked for, with as many threads.
+pub fn engine(on: &On) -> anyhow::Result<Engine> {
+    if let Some(threads) = on.threads {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.into());
+        pool.build_global()
+            .map_err(|e| argil::EngineError::Threads(e.to_string()))?;
+    }
+    Ok(Engine::on(match on.device {
+        Device::Auto => Backend::Auto,
+        Device::Cpu => Backend::Cpu,
+        Device::Gpu => Backend::Gpu,
+    })?)
+}
+
+/// A scene file's scene, or that of a volume file.
+pub fn scene(path: &Path) -> anyhow::Result<Scene> {
+    if Stored::is_volume_file(path) {
+        return scene_of(&Stored::open(path)?, path);
+    }
+    Ok(Scene::open(path)?)
+}
+
+/// The scene that a volume was made from.
+pub fn scene_of(stored: &Stored, path: &Path) -> anyhow::Result<Scene> {
+    let inside = format!("{}, its scene", path.display());
+    Ok(Scene::from_json(&stored.scene_json, inside)?)
+}
+
+/// What is to be drawn: a scene, kept as the flags say, or a volume as it was baked.
+pub fn world(
+    path: &Path,
+    engine: &Engine,
+    via: Option<args::Via>,
+    flags: &VolumeFlags,
+) -> anyhow::Result<(Scene, World)> {
+    if !Stored::is_volume_file(path) {
+        let scene = Scene::open(path)?;
+        let via = representation(via.unwrap_or(args::Via::Field), flags)?;
+        let build = || engine.build(&scene)?.via(&scene, via);
+        let world = build().with_context(|| path.display().to_string())?;
+        return Ok((scene, world));
+    }
+    let marching = VolumeFlags {
+        descent: flags.descent,
+        ..VolumeFlags::default()
+    };
+    ensure!(
+        via.is_none() && *flags == marching,
+        "{}: this volume is baked already, as `argil info` tells: leave out --via and what says how to build",
+        path.display()
+    );
+    let (scene, mut world) = engine.load(Stored::open(path)?, path)?;
+    if let Some(descent) = flags.descent {
+        ensure!(
+            matches!(world.kept_via(), Via::Octree(_)),
+            "--descent: {} is no octree",
+            path.display()
+        );
+        world.set_descent(descent_of(descent));
+    }
+    Ok((scene, world))
+}
+
+fn descent_of(descent: args::Descent) -> Descent {
+    match descent {
+        args::Descent::Root => Descent::Root,
+        args::Descent::Path => Descent::Path,
+    }
+}
+
+/// How the flags want a scene to be kept. A flag that would do nothing is refused.
+pub fn representation(via: args::Via, flags: &VolumeFlags) -> anyhow::Result<Via> {
+    let name = match via {
+        args::Via::Field => "field",
+        args::Via::Dense => "dense",
+        args::Via::Octree => "octree",
+    };
+    let of_volume = [
+        ("--resolution", flags.resolution.is_some()),
+        ("--bits", flags.bits.is_some()),
+        ("--band", flags.band.is_some()),
+        ("--stride", flags.stride.is_some()),
+    ];
+    let of_dense = [("--mips", flags.mips), ("--fill", flags.fill.is_some())];
+    let of_octree = [
+        ("--brick", flags.brick.is_some()),
+        ("--depth", flags.depth.is_some()),
+        ("--keep", flags.keep.is_some()),
+        ("--descent", flags.descent.is_some()),
+        ("--sort", flags.sort.is_some()),
+    ];
+    let idle = |all: &[(&'static str, bool)]| {
+        all.iter()
+            .find(|(_, given)| *given)
+            .map(|(flag, _)| *flag)
+    };
+    let idle = match via {
+        args::Via::Field => idle(&of_volume).or(idle(&of_dense)).or(idle(&of_octree)),
+        args::Via::Dense => idle(&of_octree),
+        args::Via::Octree => idle(&of_dense),
+    };
+    if let Some(flag) = idle {
+        anyhow::bail!("{flag} does nothing with --via {name}: leave it out, or take another --via");
+    }
+
+    let resolution = flags.resolution.unwrap_or(256);
+    let range = match (flags.band, flags.stride) {
+        (Some(voxels), _) => Range::Voxels(voxels),
+        (None, Some(stride)) => Range::Stride(stride),
+        (None, None) => Range::default(),
+    };
+    let encoding = Encoding {
+        bits: flags.bits.unwrap_or(Bits::Eight),
+        range,
+    };
+    Ok(match via {
+        args::Via::Field => Via::Field,
+        args::Via::Dense => Via::Dense(DenseOptions {
+            resolution,
+            encoding,
+            mips: flags.mips,
+            fill: match flags.fill {
+                Some(args::Fill::Naive) => DenseFill::Naive,
+                _ => DenseFill::Tiled,
+            },
+        }),
+        args::Via::Octree => {
+            let mut options = OctreeOptions {
+                resolution,
+                ..OctreeOptions::default()
+            };
+            let settings = &mut options.settings;
+            settings.encoding = encoding;
+            settings.brick = flags.brick.unwrap_or(settings.brick);
+            settings.depth = flags.depth;
+            if flags.keep == Some(args::Keep::Center) {
+                settings.keep = Keep::CenterInRange;
+            }
+            if flags.sort == Some(args::Sort::Enumerated) {
+                options.order = Order::Enumerated;
+            }
+            if let Some(descent) = flags.descent {
+                options.descent = descent_of(descent);
+            }
+            Via::Octree(options)
+        }
+    })
+}

@@ -1,0 +1,84 @@
+//! Running the passes of a build, with what each stage takes.
+
+use crate::timing::Timing;
+use crate::{Gpu, GpuError};
+use std::time::Instant;
+
+/// How many workgroups a pass has.
+#[derive(Clone, Copy)]
+pub(crate) enum Groups<'a> {
+    Direct([u32; 3]),
+    /// As a buffer says that a pass before has written.
+    Indirect(&'a wgpu::Buffer),
+}
+
+/// The passes of one build, timed by stage.
+pub(crate) struct Bake<'a> {
+    gpu: &'a Gpu,
+    timing: Option<Timing>,
+    /// The stage of each pass, and by the clock what it took where there are no time stamps.
+    passes: Vec<(&'static str, f64)>,
+}
+
+impl<'a> Bake<'a> {
+    /// For at most so many passes.
+    pub fn new(gpu: &'a Gpu, most_passes: u32) -> Result<Self, GpuError> {
+        Ok(Self {
+            gpu,
+            timing: Timing::new(gpu, most_passes)?,
+            passes: Vec::new(),
+        })
+    }
+
+    /// Submit one pass, after whatever was written to buffers so far.
+    pub fn pass(
+        &mut self,
+        stage: &'static str,
+        pipeline: &wgpu::ComputePipeline,
+        bind_group: &wgpu::BindGroup,
+        groups: Groups<'_>,
+    ) -> Result<(), GpuError> {
+        let start = Instant::now();
+        let (gpu, timing) = (self.gpu, &mut self.timing);
+        gpu.checked(|| {
+            let mut encoder = gpu
+                .device
+                .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+                label: Some(stage),
+                timestamp_writes: timing.as_mut().and_then(Timing::next),
+            });
+            pass.set_pipeline(pipeline);
+            pass.set_bind_group(0, bind_group, &[]);
+            match groups {
+                Groups::Direct([x, y, z]) => pass.dispatch_workgroups(x, y, z),
+                Groups::Indirect(buffer) => pass.dispatch_workgroups_indirect(buffer, 0),
+            }
+            drop(pass);
+            gpu.queue.submit([encoder.finish()]);
+        })?;
+        if self.timing.is_none() {
+            gpu.wait()?;
+        }
+        self.passes
+            .push((stage, start.elapsed().as_secs_f64() * 1e3));
+        Ok(())
+    }
+
+    /// Wait for all passes; each stage with what its passes took, in the order of their first.
+    pub fn finish(self) -> Result<Vec<(&'static str, f64)>, GpuError> {
+        self.gpu.wait()?;
+        let stamps = match &self.timing {
+            Some(timing) => timing.durations_ms(self.gpu)?,
+            None => self.passes.iter().map(|&(_, ms)| ms).collect(),
+        };
+        let mut stages: Vec<(&'static str, f64)> = Vec::new();
+        for (&(stage, _), ms) in self.passes.iter().zip(stamps) {
+            match stages.iter_mut().find(|(known, _)| *known == stage) {
+                Some((_, total)) => *total += ms,
+                None => stages.push((stage, ms)),
+            }
+        }
+        Ok(stages)
+    }
+}

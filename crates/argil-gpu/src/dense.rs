@@ -1,0 +1,171 @@
+//! `DenseFill`: sampling a field into a texture.
+
+use crate::bake::{Bake, Groups};
+use crate::pass::{
+    Bind, FIELD_BINDS, FILL, TABLES_WGSL, TEXELS, entry, layout, pipelines,
+};
+use crate::volume::{Kind, dense_words, format_of, texture, uniform_of};
+use crate::{Gpu, GpuError, GpuField, GpuVolume};
+use argil_abi::Fill;
+use argil_field::Program;
+use argil_volume::{Bits, Dense, Encoding, Lattice};
+
+/// Instructions times texels that one dispatch may take on.
+pub(crate) const WORK_A_DISPATCH: u64 = 4_000_000_000;
+/// Texels along the side of a dense tile.
+const TILE: u32 = 32;
+
+/// How the texture of a dense volume is filled.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum DenseFill {
+    /// A tile of 32³ texels a group, a column of 32 a thread.
+    #[default]
+    Tiled,
+    /// The 2023 study's first way: one thread a group, one texel a thread.
+    Naive,
+}
+
+impl GpuVolume {
+    /// Sample a field into a dense volume; what the stages took.
+    pub fn dense(
+        field: &GpuField,
+        program: &Program,
+        lattice: Lattice,
+        encoding: Encoding,
+        mips: bool,
+        way: DenseFill,
+    ) -> Result<(Self, Vec<(&'static str, f64)>), GpuError> {
+        let gpu = field.gpu();
+        let levels = Dense::level_count(&lattice, mips);
+        let texture = texture(gpu, &lattice, encoding.bits, levels)?;
+        let side = tile_side(gpu, TILE);
+        let source = [
+            &argil_abi::wgsl(),
+            TABLES_WGSL,
+            &target_wgsl(encoding.bits),
+            field.field_wgsl(),
+            argil_volume::wgsl::FILL,
+        ]
+        .concat();
+        let mut binds = FIELD_BINDS.to_vec();
+        binds.extend([
+            Bind::Uniform(FILL),
+            Bind::Target(TEXELS, format_of(encoding.bits).0),
+        ]);
+        let layout = gpu.checked(|| layout(gpu, "DenseFill", &binds))?;
+        let constants = [("TILE_SIDE", f64::from(side))];
+        let [tiled, naive] = pipelines(
+            gpu,
+            source,
+            &layout,
+            &constants,
+            ["fill_tiled", "fill_naive"],
+        )?;
+        let uniform = gpu.checked(|| uniform_of::<Fill>(gpu, "fill"))?;
+
+        // Each level, in as many dispatches as its work takes.
+        let mut bake = Bake::new(gpu, MOST_PASSES)?;
+        for level in 0..levels {
+            let stage = if level == 0 { "fill" } else { "mips" };
+            let view = texture.create_view(&wgpu::TextureViewDescriptor {
+                base_mip_level: level,
+                mip_level_count: Some(1),
+                ..wgpu::TextureViewDescriptor::default()
+            });
+            let bind_group = gpu.checked(|| {
+                let mut entries: Vec<_> = field.table_bindings().collect();
+                entries.push(entry(FILL, &uniform));
+                entries.push(wgpu::BindGroupEntry {
+                    binding: TEXELS,
+                    resource: wgpu::BindingResource::TextureView(&view),
+                });
+                gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+                    label: Some("DenseFill"),
+                    layout: &layout,
+                    entries: &entries,
+                })
+            })?;
+            let size = lattice.level_size(level);
+            let fill = Fill {
+                tile: TILE,
+                ..encoding.fill(program, &lattice, level)
+            };
+            let layer = u64::from(size.x) * u64::from(size.y) * field.length() as u64;
+            match way {
+                DenseFill::Tiled => {
+                    let tiles = size.to_array().map(|n| n.div_ceil(TILE));
+                    let work = layer * u64::from(tiles[2]);
+                    for (first, count) in layers(field, work, TILE, side) {
+                        let fill = Fill {
+                            first_layer: first,
+                            layer_count: count,
+                            ..fill
+                        };
+                        gpu.queue
+                            .write_buffer(&uniform, 0, bytemuck::bytes_of(&fill));
+                        bake.pass(stage, &tiled, &bind_group, Groups::Direct(tiles))?;
+                    }
+                }
+                DenseFill::Naive => {
+                    let count = (WORK_A_DISPATCH / layer.max(1)).clamp(1, u64::from(size.z)) as u32;
+                    for first in (0..size.z).step_by(count as usize) {
+                        let fill = Fill {
+                            first_layer: first,
+                            ..fill
+                        };
+                        gpu.queue
+                            .write_buffer(&uniform, 0, bytemuck::bytes_of(&fill));
+                        let groups = [size.x, size.y, count.min(size.z - first)];
+                        bake.pass(stage, &naive, &bind_group, Groups::Direct(groups))?;
+                    }
+                }
+            }
+        }
+        let stages = bake.finish()?;
+        let words = dense_words(&lattice, &encoding, levels);
+        let volume = Self::new(field, lattice, encoding, texture, words, Kind::Dense)?;
+        Ok((volume, stages))
+    }
+}
+
+/// More passes than this are not timed.
+pub(crate) const MOST_PASSES: u32 = 2000;
+
+/// The texture that a build writes.
+pub(crate) fn target_wgsl(bits: Bits) -> String {
+    let format = format_of(bits).1;
+    format!(
+        "@group(0) @binding(13) var<uniform> fill: Fill;\n\
+         @group(0) @binding(14) var texels: texture_storage_3d<{format}, write>;\n"
+    )
+}
+
+/// Threads along the side of the group that fills a tile.
+pub(crate) fn tile_side(gpu: &Gpu, tile: u32) -> u32 {
+    let limits = gpu.device.limits();
+    let most = limits
+        .max_compute_invocations_per_workgroup
+        .isqrt()
+        .min(limits.max_compute_workgroup_size_x)
+        .min(limits.max_compute_workgroup_size_y);
+    let fitting = [32, 16, 8].into_iter().find(|&s| s <= most && s <= tile);
+    fitting.unwrap_or(1)
+}
+
+/// The layers of a tile that each dispatch fills: as many as its work and the rounds of a thread's loops allow. `layer_work`
+/// is that of one layer of all tiles.
+pub(crate) fn layers(
+    field: &GpuField,
+    layer_work: u64,
+    tile: u32,
+    side: u32,
+) -> impl Iterator<Item = (u32, u32)> {
+    let columns = (tile / side) * (tile / side);
+    let by_work = (WORK_A_DISPATCH / layer_work.max(1)).min(u64::from(tile)) as u32;
+    // The loops over the columns themselves have rounds too.
+    let by_budget = field.budget / (columns + 1);
+    let count = by_work.min(by_budget).max(1);
+    (0..tile)
+        .step_by(count as usize)
+        .map(move |first| (first, count.min(tile - first)))
+}

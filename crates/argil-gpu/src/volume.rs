@@ -1,0 +1,436 @@
+//! Volumes on the device: what is kept of them, pictures, and the ways to and from the CPU.
+
+use crate::pass::{LINEAR, NODES, STORED, TREE_WORDS, VOLUME, entry};
+use crate::picture::{PicturePass, Way};
+use crate::table::Table;
+use crate::{Gpu, GpuError, GpuField};
+use argil_abi::{self as abi, Frame, Node, Volume as Words};
+use argil_march::Picture;
+use argil_volume::{Bits, Dense, Encoding, Lattice, Layout, Octree, Texels, Tree, Volume};
+
+/// Bytes that a row of texels takes in a buffer is a multiple of this.
+const ROW_ALIGNMENT: u32 = wgpu::COPY_BYTES_PER_ROW_ALIGNMENT;
+
+/// What a volume is, besides its texture.
+pub(crate) enum Kind {
+    Dense,
+    Octree(TreeTables),
+}
+
+/// An octree's tables.
+pub(crate) struct TreeTables {
+    pub layout: Layout,
+    pub keys: Table,
+    pub nodes: Table,
+    pub words: Table,
+}
+
+/// A volume on a device.
+pub struct GpuVolume {
+    lattice: Lattice,
+    encoding: Encoding,
+    texture: wgpu::Texture,
+    sampler: wgpu::Sampler,
+    words: Words,
+    uniform: wgpu::Buffer,
+    kind: Kind,
+    picture: PicturePass,
+}
+
+impl GpuVolume {
+    pub(crate) fn new(
+        field: &GpuField,
+        lattice: Lattice,
+        encoding: Encoding,
+        texture: wgpu::Texture,
+        words: Words,
+        kind: Kind,
+    ) -> Result<Self, GpuError> {
+        let gpu = field.gpu();
+        let way = match kind {
+            Kind::Dense => Way::Dense,
+            Kind::Octree(_) => Way::Octree,
+        };
+        let picture = PicturePass::new(gpu, field.field_wgsl(), way)?;
+        let (sampler, uniform) = gpu.checked(|| {
+            let sampler = gpu.device.create_sampler(&wgpu::SamplerDescriptor {
+                label: Some("stored distances"),
+                mag_filter: wgpu::FilterMode::Linear,
+                min_filter: wgpu::FilterMode::Linear,
+                ..wgpu::SamplerDescriptor::default()
+            });
+            (sampler, uniform_of::<Words>(gpu, "volume"))
+        })?;
+        Ok(Self {
+            lattice,
+            encoding,
+            texture,
+            sampler,
+            words,
+            uniform,
+            kind,
+            picture,
+        })
+    }
+
+    /// Bring a volume over. `field` is what it was made from: it gives the light.
+    pub fn upload(field: &GpuField, volume: &Volume) -> Result<Self, GpuError> {
+        let gpu = field.gpu();
+        match volume {
+            Volume::Dense(dense) => {
+                let (lattice, encoding) = (*dense.lattice(), *dense.encoding());
+                let levels = dense.levels().len() as u32;
+                let texture = texture(gpu, &lattice, encoding.bits, levels)?;
+                for (level, texels) in (0..).zip(dense.levels()) {
+                    upload(gpu, &texture, &lattice, level, texels)?;
+                }
+                let words = dense_words(&lattice, &encoding, levels);
+                Self::new(field, lattice, encoding, texture, words, Kind::Dense)
+            }
+            Volume::Octree(octree) => {
+                let layout = *octree.layout();
+                let texture = texture(gpu, &layout.lattice, layout.encoding.bits, 1)?;
+                upload(gpu, &texture, &layout.lattice, 0, octree.texels())?;
+                let tree = octree.tree();
+                let mut tables = TreeTables::new(layout);
+                let mut words = [0u32; abi::TREE_WORDS as usize];
+                words[abi::TREE_BRICKS as usize] = tree.codes().len() as u32;
+                words[abi::TREE_NODES as usize] = tree.nodes().len() as u32;
+                for (to, from) in words[abi::TREE_LEVELS as usize..]
+                    .iter_mut()
+                    .zip(tree.levels())
+                {
+                    *to = *from;
+                }
+                tables.words.write(gpu, &words)?;
+                tables.keys.write(gpu, tree.codes())?;
+                tables.nodes.write(gpu, tree.nodes())?;
+                let words = octree_words(&layout);
+                let kind = Kind::Octree(tables);
+                Self::new(field, layout.lattice, layout.encoding, texture, words, kind)
+            }
+        }
+    }
+
+    /// Draw as [`GpuField::render`] does, primary rays and normals through the volume.
+    pub fn render(&self, field: &GpuField, frames: &[Frame]) -> Result<(Picture, f64), GpuError> {
+        let gpu = field.gpu();
+        gpu.queue
+            .write_buffer(&self.uniform, 0, bytemuck::bytes_of(&self.words));
+        let view = self
+            .texture
+            .create_view(&wgpu::TextureViewDescriptor::default());
+        let mut own = vec![
+            entry(VOLUME, &self.uniform),
+            wgpu::BindGroupEntry {
+                binding: STORED,
+                resource: wgpu::BindingResource::TextureView(&view),
+            },
+            wgpu::BindGroupEntry {
+                binding: LINEAR,
+                resource: wgpu::BindingResource::Sampler(&self.sampler),
+            },
+        ];
+        if let Kind::Octree(tables) = &self.kind {
+            own.extend(tables.nodes.binding(NODES));
+            own.extend(tables.words.binding(TREE_WORDS));
+        }
+        self.picture.draw(field, &own, frames)
+    }
+
+    /// Where the voxels lie.
+    pub fn lattice(&self) -> &Lattice {
+        &self.lattice
+    }
+
+    /// Where an octree's look-ups begin from now on.
+    pub fn set_descent(&mut self, descent: argil_march::Descent) {
+        self.words.descent = match descent {
+            argil_march::Descent::Root => abi::DESCENT_ROOT,
+            argil_march::Descent::Path => abi::DESCENT_PATH,
+        };
+    }
+
+    /// The numbers of an octree's bricks and nodes.
+    pub fn tree_size(&self, gpu: &Gpu) -> Result<Option<(u64, u64)>, GpuError> {
+        let Kind::Octree(tables) = &self.kind else {
+            return Ok(None);
+        };
+        let words = tables.read_words(gpu)?;
+        let word = |i: u32| u64::from(words.get(i as usize).copied().unwrap_or(0));
+        Ok(Some((word(abi::TREE_BRICKS), word(abi::TREE_NODES))))
+    }
+
+    /// Bytes on the device: textures and tables.
+    pub fn memory_bytes(&self) -> u64 {
+        let texel = self.encoding.bits.bytes() as u64;
+        let texels: u64 = (0..self.texture.mip_level_count())
+            .map(|level| self.lattice.texel_count(level) * texel)
+            .sum();
+        let tables = match &self.kind {
+            Kind::Dense => 0,
+            Kind::Octree(t) => t.keys.size() + t.nodes.size() + t.words.size(),
+        };
+        texels + tables
+    }
+
+    /// Bring the volume back.
+    pub fn read(&self, gpu: &Gpu) -> Result<Volume, GpuError> {
+        let odd = || GpuError::Lost("the volume came back in parts that do not fit".into());
+        let level = |level| self.read_level(gpu, level);
+        match &self.kind {
+            Kind::Dense => {
+                let levels = (0..self.texture.mip_level_count())
+                    .map(level)
+                    .collect::<Result<_, _>>()?;
+                let dense = Dense::from_levels(self.lattice, self.encoding, levels);
+                Ok(Volume::Dense(dense.ok_or_else(odd)?))
+            }
+            Kind::Octree(tables) => {
+                let tree = tables.read(gpu)?;
+                let octree = Octree::from_parts(tables.layout, tree, level(0)?);
+                Ok(Volume::Octree(octree.ok_or_else(odd)?))
+            }
+        }
+    }
+
+    fn read_level(&self, gpu: &Gpu, level: u32) -> Result<Texels, GpuError> {
+        let size = self.lattice.level_size(level);
+        let bits = self.encoding.bits;
+        let row = size.x as usize * bits.bytes();
+        let padded = (row as u32).next_multiple_of(ROW_ALIGNMENT);
+        let layer_bytes = u64::from(padded) * u64::from(size.y);
+        let mut bytes = Vec::with_capacity(row * size.y as usize * size.z as usize);
+        // Some layers at a time: a buffer has its limits.
+        let layers = (STAGING_BYTES / layer_bytes).clamp(1, u64::from(size.z)) as u32;
+        for first in (0..size.z).step_by(layers as usize) {
+            let count = layers.min(size.z - first);
+            let staged = gpu.checked(|| {
+                let buffer = gpu.device.create_buffer(&wgpu::BufferDescriptor {
+                    label: Some("texels"),
+                    size: layer_bytes * u64::from(count),
+                    usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::COPY_SRC,
+                    mapped_at_creation: false,
+                });
+                let mut encoder = gpu
+                    .device
+                    .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+                encoder.copy_texture_to_buffer(
+                    wgpu::TexelCopyTextureInfo {
+                        texture: &self.texture,
+                        mip_level: level,
+                        origin: wgpu::Origin3d {
+                            x: 0,
+                            y: 0,
+                            z: first,
+                        },
+                        aspect: wgpu::TextureAspect::All,
+                    },
+                    wgpu::TexelCopyBufferInfo {
+                        buffer: &buffer,
+                        layout: wgpu::TexelCopyBufferLayout {
+                            offset: 0,
+                            bytes_per_row: Some(padded),
+                            rows_per_image: Some(size.y),
+                        },
+                    },
+                    extent(size.x, size.y, count),
+                );
+                gpu.queue.submit([encoder.finish()]);
+                buffer
+            })?;
+            let read = gpu.read_back(&staged, staged.size())?;
+            for line in read.chunks_exact(padded as usize) {
+                bytes.extend_from_slice(&line[..row]);
+            }
+        }
+        Texels::from_bytes(bits, bytes).ok_or_else(|| GpuError::Lost("half a texel".into()))
+    }
+}
+
+/// Most bytes of texels on their way from or to the device at once.
+const STAGING_BYTES: u64 = 64 << 20;
+
+impl TreeTables {
+    pub fn new(layout: Layout) -> Self {
+        Self {
+            layout,
+            keys: Table::new("bricks' codes"),
+            nodes: Table::new("nodes"),
+            words: Table::new("tree"),
+        }
+    }
+
+    fn read_words(&self, gpu: &Gpu) -> Result<Vec<u32>, GpuError> {
+        let bytes = read_table(gpu, &self.words, 4 * u64::from(abi::TREE_WORDS))?;
+        Ok(bytes
+            .chunks_exact(4)
+            .map(bytemuck::pod_read_unaligned)
+            .collect())
+    }
+
+    /// Bring the tree back.
+    pub fn read(&self, gpu: &Gpu) -> Result<Tree, GpuError> {
+        let words = self.read_words(gpu)?;
+        let word = |i: u32| words.get(i as usize).copied().unwrap_or(0);
+        let (bricks, nodes) = (word(abi::TREE_BRICKS), word(abi::TREE_NODES));
+        let codes = read_table(gpu, &self.keys, 4 * u64::from(bricks))?
+            .chunks_exact(4)
+            .map(bytemuck::pod_read_unaligned)
+            .collect();
+        let nodes = read_table(gpu, &self.nodes, size_of::<Node>() as u64 * u64::from(nodes))?
+            .chunks_exact(size_of::<Node>())
+            .map(bytemuck::pod_read_unaligned)
+            .collect();
+        let levels = (0..self.layout.depth)
+            .map(|level| word(abi::TREE_LEVELS + level))
+            .collect();
+        Ok(Tree::from_parts(codes, nodes, levels))
+    }
+}
+
+fn read_table(gpu: &Gpu, table: &Table, bytes: u64) -> Result<Vec<u8>, GpuError> {
+    let lost = || GpuError::Lost("a table is not there".into());
+    if bytes == 0 {
+        return Ok(Vec::new());
+    }
+    gpu.read_back(table.buffer().ok_or_else(lost)?, bytes)
+}
+
+pub(crate) fn dense_words(lattice: &Lattice, encoding: &Encoding, levels: u32) -> Words {
+    let [cx, cy, cz] = lattice.corner.to_array();
+    let [ex, ey, ez] = lattice.extent().to_array();
+    Words {
+        corner_range: [cx, cy, cz, encoding.range_length(lattice, 0)],
+        extent_voxel: [ex, ey, ez, lattice.voxel],
+        size_x: lattice.size.x,
+        size_y: lattice.size.y,
+        size_z: lattice.size.z,
+        levels,
+        quanta: encoding.bits.quanta(),
+        ..Words::default()
+    }
+}
+
+/// Words for marching, which needs nothing of the field.
+fn octree_words(layout: &Layout) -> Words {
+    Words {
+        grid_x: layout.grid.x,
+        grid_y: layout.grid.y,
+        grid_z: layout.grid.z,
+        brick: layout.brick,
+        depth: layout.depth,
+        code_count: layout.code_count(),
+        ..dense_words(&layout.lattice, &layout.encoding, 1)
+    }
+}
+
+pub(crate) fn uniform_of<T>(gpu: &Gpu, label: &str) -> wgpu::Buffer {
+    gpu.device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some(label),
+        size: size_of::<T>() as u64,
+        usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+        mapped_at_creation: false,
+    })
+}
+
+pub(crate) fn format_of(bits: Bits) -> (wgpu::TextureFormat, &'static str) {
+    match bits {
+        Bits::Eight => (wgpu::TextureFormat::R8Snorm, "r8snorm"),
+        Bits::Sixteen => (wgpu::TextureFormat::R16Snorm, "r16snorm"),
+    }
+}
+
+/// An empty texture that shaders can write and filter.
+pub(crate) fn texture(
+    gpu: &Gpu,
+    lattice: &Lattice,
+    bits: Bits,
+    levels: u32,
+) -> Result<wgpu::Texture, GpuError> {
+    let [eight, sixteen] = gpu.writes_snorm;
+    let can_write = match bits {
+        Bits::Eight => eight,
+        Bits::Sixteen => sixteen,
+    };
+    if !can_write {
+        return Err(GpuError::Format {
+            name: gpu.info.name.clone(),
+            bits: 8 * bits.bytes() as u32,
+        });
+    }
+    let (voxels, limit) = (
+        lattice.size.max_element(),
+        gpu.device.limits().max_texture_dimension_3d,
+    );
+    if voxels > limit {
+        return Err(GpuError::TooFine {
+            name: gpu.info.name.clone(),
+            voxels,
+            limit,
+        });
+    }
+    gpu.checked(|| {
+        gpu.device.create_texture(&wgpu::TextureDescriptor {
+            label: Some("volume"),
+            size: extent(lattice.size.x, lattice.size.y, lattice.size.z),
+            mip_level_count: levels,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D3,
+            format: format_of(bits).0,
+            usage: wgpu::TextureUsages::TEXTURE_BINDING
+                | wgpu::TextureUsages::STORAGE_BINDING
+                | wgpu::TextureUsages::COPY_SRC
+                | wgpu::TextureUsages::COPY_DST,
+            view_formats: &[],
+        })
+    })
+}
+
+fn extent(width: u32, height: u32, depth_or_array_layers: u32) -> wgpu::Extent3d {
+    wgpu::Extent3d {
+        width,
+        height,
+        depth_or_array_layers,
+    }
+}
+
+fn upload(
+    gpu: &Gpu,
+    texture: &wgpu::Texture,
+    lattice: &Lattice,
+    level: u32,
+    texels: &Texels,
+) -> Result<(), GpuError> {
+    let size = lattice.level_size(level);
+    let row = size.x as usize * texels.bits().bytes();
+    let layer_bytes = row * size.y as usize;
+    let layers = (STAGING_BYTES as usize / layer_bytes).clamp(1, size.z as usize);
+    for (i, part) in texels.bytes().chunks(layers * layer_bytes).enumerate() {
+        gpu.checked(|| {
+            gpu.queue.write_texture(
+                wgpu::TexelCopyTextureInfo {
+                    texture,
+                    mip_level: level,
+                    origin: wgpu::Origin3d {
+                        x: 0,
+                        y: 0,
+                        z: (i * layers) as u32,
+                    },
+                    aspect: wgpu::TextureAspect::All,
+                },
+                part,
+                wgpu::TexelCopyBufferLayout {
+                    offset: 0,
+                    bytes_per_row: Some(row as u32),
+                    rows_per_image: Some(size.y),
+                },
+                extent(size.x, size.y, (part.len() / layer_bytes) as u32),
+            );
+        })?;
+        // What is staged is freed once it has arrived.
+        gpu.queue.submit([]);
+        gpu.wait()?;
+    }
+    Ok(())
+}

@@ -1,0 +1,50 @@
+// Twin of dense.rs, one thread a pixel.
+
+const SATURATED: f32 = 0.99;
+const NEAR: f32 = 0.28;
+
+@compute @workgroup_size(8, 8)
+fn march(@builtin(global_invocation_id) id: vec3<u32>) {
+    let y = id.y + frame.first_row;
+    if id.x >= frame.width || y >= frame.height {
+        return;
+    }
+    let ray = primary_ray(id.x, y);
+    let span = box_span(ray);
+    let top = volume.levels - 1u;
+    var walk = Walk(span.x, 0.0, 0.0, false);
+    var level = 0u;
+    var kind = HIT_NONE;
+    var steps = 0u;
+    while span.x <= span.y && steps < frame.max_steps {
+        steps++;
+        let d = stored_distance(ray.origin + ray.direction * walk.t, level);
+        var range = volume.corner_range.w * f32(1u << level);
+        if level == 0u {
+            walk_step(&walk, span.x, d, steps == frame.max_steps);
+            if walk.reached {
+                kind = walk_kind(walk);
+                break;
+            }
+            if walk.gap >= SATURATED * range {
+                // How far the surface is when a ray begins is not known at all.
+                level = select(min(top, 1u), top, steps == 1u);
+            }
+        } else {
+            let gap = abs(d);
+            walk.t += gap * frame.eye_step.w;
+            if gap >= SATURATED * range {
+                level = min(top, level + 1u);
+            } else {
+                while level > 0u && gap < NEAR * range {
+                    level--;
+                    range *= 0.5;
+                }
+            }
+        }
+        if walk.t > span.y {
+            break;
+        }
+    }
+    hits[y * frame.width + id.x] = Hit(vec4(walk.side, 0.0, 0.0, walk.t), kind, steps, 0.0, 0.0, 0u, 0u, 0u, 0u);
+}

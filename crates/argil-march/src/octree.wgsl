@@ -1,0 +1,129 @@
+// Twin of octree.rs, one thread a pixel. `nodes` and `tree_words` are the bound tree.
+
+// The path of Tree::find_from in argil-volume: the nodes from the root to where the last look-up ended.
+var<private> path_nodes: array<u32, OCTREE_MAX_DEPTH>;
+var<private> path_code: u32;
+var<private> path_end: u32;
+
+struct Visit {
+    is_brick: bool,
+    nodes: u32,
+}
+
+fn first_level(code: u32) -> u32 {
+    let root = volume.depth - 1u;
+    if volume.descent == DESCENT_ROOT || path_end >= volume.depth {
+        return root;
+    }
+    let differing = 32u - countLeadingZeros(code ^ path_code);
+    let shared_level = max((differing + 2u) / 3u, 1u) - 1u;
+    return min(max(shared_level, path_end), root);
+}
+
+fn find_brick(cell: vec3<u32>) -> Visit {
+    let code = morton(cell);
+    let node_count = tree_words[TREE_NODES];
+    if node_count == 0u {
+        return Visit(false, 0u);
+    }
+    path_nodes[volume.depth - 1u] = node_count - 1u;
+    var level = first_level(code);
+    path_code = code;
+    var visited = 0u;
+    loop {
+        visited++;
+        let node = nodes[path_nodes[level]];
+        let bit = (code >> (3u * level)) & 7u;
+        path_end = level;
+        if ((node.valid_mask >> bit) & 1u) == 0u {
+            return Visit(false, visited);
+        }
+        if level == 0u {
+            return Visit(true, visited);
+        }
+        level--;
+        let before = countOneBits(node.valid_mask & ((1u << bit) - 1u));
+        path_nodes[level] = tree_words[TREE_LEVELS + level] + node.child_offset + before;
+    }
+    // Not reached: the loop goes down to level 0 at most.
+    return Visit(false, visited);
+}
+
+@compute @workgroup_size(8, 8)
+fn march(@builtin(global_invocation_id) id: vec3<u32>) {
+    let y = id.y + frame.first_row;
+    if id.x >= frame.width || y >= frame.height {
+        return;
+    }
+    let ray = primary_ray(id.x, y);
+    let span = box_span(ray);
+    let edge = f32(volume.brick) * volume.extent_voxel.w;
+    let grid = vec3<i32>(vec3(volume.grid_x, volume.grid_y, volume.grid_z));
+
+    // Set the walk up: the first cell, and where the ray meets the next plane of each axis.
+    let d = ray.direction;
+    let inverse = vec3(1.0 / not_zero(d.x), 1.0 / not_zero(d.y), 1.0 / not_zero(d.z));
+    let start = (ray.origin + d * span.x - volume.corner_range.xyz) / edge;
+    var cell = clamp(vec3<i32>(floor(start)), vec3(0), grid - 1);
+    let step = select(vec3(1), vec3(-1), inverse < vec3(0.0));
+    let ahead = vec3<f32>(max(step, vec3(0)));
+    let corner = volume.corner_range.xyz - ray.origin;
+
+    path_end = OCTREE_MAX_DEPTH;
+    var walk = Walk(span.x, 0.0, 0.0, false);
+    var entered = 3u;
+    var kind = HIT_NONE;
+    var steps = 0u;
+    var descents = 0u;
+    var cells = 0u;
+    var mark = 0u;
+    var normal = vec3(0.0);
+    while span.x <= span.y && steps < frame.max_steps {
+        let visit = find_brick(vec3<u32>(cell));
+        cells++;
+        descents += visit.nodes;
+        steps += 1u + visit.nodes;
+        let planes = (corner + (vec3<f32>(cell) + ahead) * edge) * inverse;
+        let leave = min(planes.x, min(planes.y, planes.z));
+        let end = min(leave, span.y);
+        if visit.is_brick {
+            if frame.show == SHOW_BRICKS || frame.show == SHOW_NODES {
+                let code = morton(vec3<u32>(cell));
+                mark = 1u + select(code, code >> 3u, frame.show == SHOW_NODES);
+                kind = HIT_OUTSIDE;
+                normal = -d;
+                if entered < 3u {
+                    normal = select(vec3(0.0), -vec3<f32>(step), vec3(0u, 1u, 2u) == vec3(entered));
+                }
+                break;
+            }
+            // March inside the brick.
+            while walk.t <= end && steps < frame.max_steps && !walk.reached {
+                steps++;
+                let stored_d = stored_distance(ray.origin + d * walk.t, 0u);
+                walk_step(&walk, span.x, stored_d, steps == frame.max_steps);
+            }
+            if walk.reached {
+                kind = walk_kind(walk);
+                break;
+            }
+        }
+        // On to the next cell.
+        walk.t = leave;
+        if planes.x <= planes.y && planes.x <= planes.z {
+            entered = 0u;
+        } else if planes.y <= planes.z {
+            entered = 1u;
+        } else {
+            entered = 2u;
+        }
+        cell[entered] += step[entered];
+        if leave > span.y || cell[entered] < 0 || cell[entered] >= grid[entered] {
+            break;
+        }
+    }
+    if mark == 0u {
+        normal = vec3(walk.side, 0.0, 0.0);
+    }
+    hits[y * frame.width + id.x] = Hit(vec4(normal, walk.t), kind, steps, 0.0, 0.0, descents, cells, mark, 0u);
+}

@@ -1,0 +1,39 @@
+// Twin of volume.rs. `volume` is the bound uniform, `stored` the texture of distances, `linear` its filter.
+
+fn stored_distance(p: vec3<f32>, level: u32) -> f32 {
+    let uvw = (p - volume.corner_range.xyz) / volume.extent_voxel.xyz;
+    return textureSampleLevel(stored, linear, uvw, f32(level)).x * (volume.corner_range.w * f32(1u << level));
+}
+
+struct Walk {
+    t: f32,
+    side: f32,
+    gap: f32,
+    reached: bool,
+}
+
+// Go by a stored distance. A ray that enters the volume through a solid's cut side has hit; one that starts within goes on.
+fn walk_step(walk: ptr<function, Walk>, near: f32, d: f32, is_last: bool) {
+    if (*walk).side == 0.0 {
+        (*walk).side = select(1.0, -1.0, d < 0.0 && near <= 0.0);
+    }
+    let gap = d * (*walk).side;
+    (*walk).gap = gap;
+    (*walk).reached = gap < frame.box_min_epsilon.w || (is_last && gap < frame.pixel * (*walk).t);
+    (*walk).t += gap * frame.eye_step.w;
+}
+
+fn walk_kind(walk: Walk) -> u32 {
+    return select(HIT_OUTSIDE, HIT_INSIDE, walk.side < 0.0);
+}
+
+fn surface_normal(p: vec3<f32>, side: f32) -> vec3<f32> {
+    let h = frame.box_max_bias.w;
+    let n = vec3(
+        stored_distance(p + vec3(h, 0.0, 0.0), 0u) - stored_distance(p - vec3(h, 0.0, 0.0), 0u),
+        stored_distance(p + vec3(0.0, h, 0.0), 0u) - stored_distance(p - vec3(0.0, h, 0.0), 0u),
+        stored_distance(p + vec3(0.0, 0.0, h), 0u) - stored_distance(p - vec3(0.0, 0.0, h), 0u),
+    ) * side;
+    let length = sqrt(n.x * n.x + n.y * n.y + n.z * n.z);
+    return n * select(0.0, 1.0 / max(length, 1e-37), length > 0.0);
+}

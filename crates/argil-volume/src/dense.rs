@@ -1,0 +1,141 @@
+//! One texture over the whole box, as Claybook has it (Aaltonen, "GPU-based clay simulation and ray-tracing tech in
+//! Claybook", 2018).
+//!
+//! *Theory.* A texel holds a distance clamped to a narrow band, so that a step of a ray is no longer than the band. On
+//! mips the band doubles level by level: far from the surface a coarse level gives long steps. A coarse level can hold
+//! less than the distance and never more (see [`Encoding::fill`]).
+//!
+//! *Practice.* [`Dense::bake`] samples every level from the field itself, layers in parallel, batches within a layer,
+//! straight into the texels. What differs from Claybook: it makes its mips from the finest level.
+
+use crate::encoding::encode;
+use crate::{Bits, Encoding, Lattice, Sampler, Texel, Texels};
+use argil_field::{Evaluator, Program};
+use glam::Vec3;
+use rayon::prelude::*;
+
+/// Fewest texels along the longest side of the coarsest mip.
+const COARSEST: u32 = 4;
+
+/// A dense volume.
+#[derive(Clone, PartialEq)]
+pub struct Dense {
+    lattice: Lattice,
+    encoding: Encoding,
+    levels: Vec<Texels>,
+}
+
+impl Dense {
+    /// Sample a field on all levels, on rayon's current threads.
+    pub fn bake(program: &Program, lattice: Lattice, encoding: Encoding, mips: bool) -> Self {
+        let levels = (0..Self::level_count(&lattice, mips))
+            .map(|level| match encoding.bits {
+                Bits::Eight => bake_level::<i8>(program, &lattice, &encoding, level),
+                Bits::Sixteen => bake_level::<i16>(program, &lattice, &encoding, level),
+            })
+            .collect();
+        Self {
+            lattice,
+            encoding,
+            levels,
+        }
+    }
+
+    /// From stored levels; `None` where there are none, or one has not the size that the lattice says.
+    pub fn from_levels(lattice: Lattice, encoding: Encoding, levels: Vec<Texels>) -> Option<Self> {
+        let fits = |(level, texels): (usize, &Texels)| {
+            let bytes = lattice.texel_count(level as u32) * encoding.bits.bytes() as u64;
+            texels.bits() == encoding.bits && texels.bytes().len() as u64 == bytes
+        };
+        (!levels.is_empty() && levels.iter().enumerate().all(fits)).then_some(Self {
+            lattice,
+            encoding,
+            levels,
+        })
+    }
+
+    /// Levels of detail of a volume: down to four texels along the longest side with mips, else one.
+    pub fn level_count(lattice: &Lattice, mips: bool) -> u32 {
+        let longest = lattice.size.max_element();
+        if mips {
+            (longest / COARSEST).max(1).ilog2() + 1
+        } else {
+            1
+        }
+    }
+
+    /// Bytes of all texels of a volume that is not there yet.
+    pub fn bytes_of(lattice: &Lattice, bits: Bits, mips: bool) -> u64 {
+        (0..Self::level_count(lattice, mips))
+            .map(|level| lattice.texel_count(level) * bits.bytes() as u64)
+            .sum()
+    }
+
+    /// Where the voxels lie.
+    pub fn lattice(&self) -> &Lattice {
+        &self.lattice
+    }
+
+    /// What texels mean.
+    pub fn encoding(&self) -> &Encoding {
+        &self.encoding
+    }
+
+    /// The texels of each level, the finest first.
+    pub fn levels(&self) -> &[Texels] {
+        &self.levels
+    }
+
+    /// Bytes of all texels.
+    pub fn memory_bytes(&self) -> u64 {
+        self.levels.iter().map(|t| t.bytes().len() as u64).sum()
+    }
+
+    /// Samplers of all levels; empty if the volume has texels of another type.
+    pub fn samplers<T: Texel>(&self) -> Vec<Sampler<'_, T>> {
+        self.levels
+            .iter()
+            .zip(0..)
+            .filter_map(|(t, level)| Sampler::new(t.of()?, &self.lattice, &self.encoding, level))
+            .collect()
+    }
+
+    /// The distance stored on a level at a point of the box; `None` for a level that is not there.
+    pub fn distance(&self, level: u32, point: Vec3) -> Option<f32> {
+        let texels = self.levels.get(level as usize)?;
+        let (lattice, encoding) = (&self.lattice, &self.encoding);
+        match encoding.bits {
+            Bits::Eight => {
+                let sampler = Sampler::<i8>::new(texels.of()?, lattice, encoding, level)?;
+                Some(sampler.distance(point))
+            }
+            Bits::Sixteen => {
+                let sampler = Sampler::<i16>::new(texels.of()?, lattice, encoding, level)?;
+                Some(sampler.distance(point))
+            }
+        }
+    }
+}
+
+fn bake_level<T: Texel>(
+    program: &Program,
+    lattice: &Lattice,
+    encoding: &Encoding,
+    level: u32,
+) -> Texels {
+    let fill = encoding.fill(program, lattice, level);
+    let grid = lattice.grid(level);
+    let mut texels = vec![T::default(); lattice.texel_count(level) as usize];
+    texels
+        .par_chunks_mut(grid.layer_len())
+        .enumerate()
+        .for_each_init(
+            || Evaluator::new(program),
+            |evaluator, (k, layer)| {
+                grid.sweep_layer(evaluator, k as u32, |range, d| {
+                    encode(d, &fill, &mut layer[range]);
+                });
+            },
+        );
+    Texels::from_vec(texels)
+}

@@ -1,0 +1,212 @@
+use crate::Lattice;
+use argil_abi::Fill;
+use argil_field::Program;
+use multiversion::multiversion;
+
+/// What a stored distance takes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Bits {
+    /// A signed byte: −127 … 127 stand for −1 … 1.
+    #[default]
+    Eight,
+    /// Two bytes: −32,767 … 32,767 stand for −1 … 1.
+    Sixteen,
+}
+
+impl Bits {
+    /// The stored integer of 1.0.
+    pub fn quanta(self) -> u32 {
+        match self {
+            Self::Eight => 127,
+            Self::Sixteen => 32_767,
+        }
+    }
+
+    /// Bytes of a texel.
+    pub fn bytes(self) -> usize {
+        match self {
+            Self::Eight => 1,
+            Self::Sixteen => 2,
+        }
+    }
+}
+
+/// What a stored 1.0 stands for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Range {
+    /// So many voxels.
+    Voxels(f32),
+    /// The 2023 study's texture stride, from 1 to 32: one voxel is `stride / 256` of what 1.0 stands for, a step from
+    /// 1/256 to 1/8 between texels. 1.0 is `256 / stride` voxels, from the whole of a 256³ volume down to 8 voxels.
+    Stride(u32),
+}
+
+impl Default for Range {
+    /// ±4 voxels, as in Claybook (Aaltonen 2018).
+    fn default() -> Self {
+        Self::Voxels(4.0)
+    }
+}
+
+impl Range {
+    /// In voxels of the finest level.
+    pub fn voxels(self) -> f32 {
+        match self {
+            Self::Voxels(n) => n,
+            Self::Stride(stride) => 256.0 / stride as f32,
+        }
+    }
+}
+
+/// How distances are stored: `round(quanta · clamp(d / range, −1, 1))`.
+///
+/// With 8 bits and the default of ±4 voxels, one step is 4/127 of a voxel. On level of detail `k` 1.0 stands for `2ᵏ`
+/// times the length.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Encoding {
+    /// What a texel takes.
+    pub bits: Bits,
+    /// What 1.0 stands for.
+    pub range: Range,
+}
+
+impl Encoding {
+    /// The length of 1.0 on a level.
+    pub fn range_length(&self, lattice: &Lattice, level: u32) -> f32 {
+        self.range.voxels() * lattice.voxel * (1u32 << level.min(31)) as f32
+    }
+
+    /// How a level is sampled; layers and tiles are left open.
+    ///
+    /// Level 0 holds distances as they are. On the others each is made smaller by what it can change between texels,
+    /// so that what is interpolated there is never more than the distance: half of a cell's diagonal times the
+    /// Lipschitz constant, with what rounding can do.
+    pub fn fill(&self, program: &Program, lattice: &Lattice, level: u32) -> Fill {
+        let grid = lattice.grid(level);
+        let bias = if level == 0 {
+            0.0
+        } else {
+            let cell = argil_math::Aabb::centered(grid.spacing * 0.5);
+            let slack = program.bounds_slack(lattice.aabb());
+            // A filter in hardware has weights of eight bits.
+            1.01 * program.lipschitz() * cell.half_diagonal() + slack
+        };
+        let [fx, fy, fz] = grid.min.to_array();
+        let [sx, sy, sz] = grid.spacing.to_array();
+        let quanta = self.bits.quanta();
+        Fill {
+            first_bias: [fx, fy, fz, bias],
+            spacing_scale: [sx, sy, sz, quanta as f32 / self.range_length(lattice, level)],
+            size_x: grid.size.x,
+            size_y: grid.size.y,
+            size_z: grid.size.z,
+            quanta,
+            ..Fill::default()
+        }
+    }
+}
+
+/// A stored distance. `encode` in `fill.wgsl` is the twin.
+pub trait Texel: bytemuck::Pod + Send + Sync + Default {
+    /// What an integer is stored as; it must be within the quanta.
+    fn stored(integer: f32) -> Self;
+    /// The integer.
+    fn integer(self) -> f32;
+    /// Of which width.
+    const BITS: Bits;
+}
+
+impl Texel for i8 {
+    const BITS: Bits = Bits::Eight;
+    #[inline(always)]
+    fn stored(integer: f32) -> Self {
+        integer as i32 as i8
+    }
+    #[inline(always)]
+    fn integer(self) -> f32 {
+        f32::from(self)
+    }
+}
+
+impl Texel for i16 {
+    const BITS: Bits = Bits::Sixteen;
+    #[inline(always)]
+    fn stored(integer: f32) -> Self {
+        integer as i32 as i16
+    }
+    #[inline(always)]
+    fn integer(self) -> f32 {
+        f32::from(self)
+    }
+}
+
+/// The integer that a distance is stored as: the nearest one, or, on a level with a bias, one that is no farther from 0.
+#[inline(always)]
+pub(crate) fn integer_of(d: f32, bias: f32, scale: f32, quanta: f32) -> f32 {
+    let low = |a: f32, b: f32| if b < a { b } else { a };
+    let high = |a: f32, b: f32| if b > a { b } else { a };
+    if bias == 0.0 {
+        let q = (low(high(d * scale, -quanta), quanta) + 0.5).floor();
+        // Halfway below −1 rounds back into the range.
+        high(q, -quanta)
+    } else {
+        let magnitude = high((if d < 0.0 { -d } else { d }) - bias, 0.0);
+        let q = low(magnitude * scale, quanta).floor();
+        if d < 0.0 { -q } else { q }
+    }
+}
+
+#[inline(always)]
+fn encode_all<T: Texel>(d: &[f32], fill: &Fill, out: &mut [T]) {
+    let (bias, scale, quanta) = (
+        fill.first_bias[3],
+        fill.spacing_scale[3],
+        fill.quanta as f32,
+    );
+    for (out, &d) in out.iter_mut().zip(d) {
+        *out = T::stored(integer_of(d, bias, scale, quanta));
+    }
+}
+
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl", "x86_64+avx2"))]
+fn encode_i8(d: &[f32], fill: &Fill, out: &mut [i8]) {
+    encode_all(d, fill, out);
+}
+
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl", "x86_64+avx2"))]
+fn encode_i16(d: &[f32], fill: &Fill, out: &mut [i16]) {
+    encode_all(d, fill, out);
+}
+
+/// Store a batch of distances.
+pub(crate) fn encode<T: Texel>(d: &[f32], fill: &Fill, out: &mut [T]) {
+    match T::BITS {
+        Bits::Eight => encode_i8(d, fill, bytemuck::cast_slice_mut(out)),
+        Bits::Sixteen => encode_i16(d, fill, bytemuck::cast_slice_mut(out)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn integers_are_the_nearest_and_biased_ones_the_nearer_to_zero() {
+        let near = |d| integer_of(d, 0.0, 127.0, 127.0);
+        assert_eq!([near(0.0), near(1.0), near(-1.0)], [0.0, 127.0, -127.0]);
+        assert_eq!([near(1e30), near(-1e30), near(-1.004)], [127.0, -127.0, -127.0]);
+        assert_eq!([near(0.6 / 127.0), near(-0.6 / 127.0)], [1.0, -1.0]);
+        let biased = |d| integer_of(d, 0.25, 127.0, 127.0);
+        assert_eq!([biased(0.2), biased(-0.2)], [0.0, 0.0]);
+        assert_eq!([biased(1e30), biased(-1e30)], [127.0, -127.0]);
+        assert!(biased(0.5) <= 0.25 * 127.0 && biased(0.5) > 0.25 * 127.0 - 1.0);
+        assert_eq!(biased(-0.5), -biased(0.5));
+    }
+
+    #[test]
+    fn strides_are_steps_between_texels() {
+        assert_eq!(Range::Stride(1).voxels(), 256.0);
+        assert_eq!(Range::Stride(32).voxels(), 8.0);
+        assert_eq!(Range::default().voxels(), 4.0);
+    }
+}

@@ -1,0 +1,227 @@
+//! Volumes as files.
+//!
+//! ```text
+//!   "ARGILVOL"  version  sections  crc of header and table  size of the file
+//!   table: name, crc, offset, size of each section
+//!   DESC  what the volume is        SCEN  the scene that it was made from, as JSON
+//!   CODE  codes of bricks           NODE  nodes           ROWS  where each level of nodes begins
+//!   TEX0  texels of level 0         TEX1  of level 1 …
+//! ```
+//!
+//! All numbers are little-endian, sections begin at multiples of 64 bytes, checksums are CRC-32 (IEEE). A file that is
+//! read is mapped into memory: its texels are not copied. A file must not be cut short by others while it is open.
+
+mod read;
+mod write;
+
+use crate::{Dense, Encoding, Lattice, Octree};
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+/// The version that this program writes, and the newest that it reads.
+pub const FORMAT_VERSION: u32 = 1;
+
+const MAGIC: [u8; 8] = *b"ARGILVOL";
+const HEADER_BYTES: usize = 32;
+const ENTRY_BYTES: usize = 32;
+const ALIGNMENT: u64 = 64;
+const MAX_SECTIONS: u32 = 32;
+
+/// A part of the file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Section {
+    /// The first bytes and the table of sections.
+    Header,
+    /// What the volume is.
+    Description,
+    /// The scene.
+    Scene,
+    /// Codes of bricks.
+    Codes,
+    /// Nodes above bricks.
+    Nodes,
+    /// Where levels of nodes begin.
+    Levels,
+    /// Texels of a level of detail.
+    Texels(u8),
+}
+
+impl Section {
+    fn name(self) -> [u8; 4] {
+        match self {
+            Self::Header => *b"HEAD",
+            Self::Description => *b"DESC",
+            Self::Scene => *b"SCEN",
+            Self::Codes => *b"CODE",
+            Self::Nodes => *b"NODE",
+            Self::Levels => *b"ROWS",
+            Self::Texels(level) => [b'T', b'E', b'X', b'0' + level],
+        }
+    }
+
+    fn of_name(name: [u8; 4]) -> Option<Self> {
+        let texels = (0..10).map(Self::Texels);
+        [
+            Self::Description,
+            Self::Scene,
+            Self::Codes,
+            Self::Nodes,
+            Self::Levels,
+        ]
+        .into_iter()
+        .chain(texels)
+        .find(|s| s.name() == name)
+    }
+}
+
+impl fmt::Display for Section {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let name = self.name();
+        let name = String::from_utf8_lossy(&name);
+        let what = match self {
+            Self::Header => "the header",
+            Self::Description => "what the volume is",
+            Self::Scene => "the scene",
+            Self::Codes => "the bricks' codes",
+            Self::Nodes => "the tree's nodes",
+            Self::Levels => "the tree's levels",
+            Self::Texels(_) => "texels",
+        };
+        write!(f, "section {name} ({what})")
+    }
+}
+
+/// Why a volume file could not be read.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum VolumeError {
+    /// The file could not be opened or read.
+    #[error("{path}")]
+    Io {
+        /// Which file.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// It is not a volume file at all.
+    #[error("{0}: not a volume file")]
+    Other(PathBuf),
+    /// It was written by a newer program.
+    #[error(
+        "{path}: format version {found} is newer than this program reads ({FORMAT_VERSION}): update argil"
+    )]
+    Newer {
+        /// Which file.
+        path: PathBuf,
+        /// Its version.
+        found: u32,
+    },
+    /// It ends too early.
+    #[error(
+        "{path}: {section} ends at byte {end}, and the file has {size}: it was cut short; bake it again"
+    )]
+    Truncated {
+        /// Which file.
+        path: PathBuf,
+        /// What is cut.
+        section: Section,
+        /// Where it should end.
+        end: u64,
+        /// Bytes there are.
+        size: u64,
+    },
+    /// A part is not what it should be.
+    #[error("{path}: {section}: {reason}; bake it again")]
+    Content {
+        /// Which file.
+        path: PathBuf,
+        /// Which part.
+        section: Section,
+        /// What is wrong.
+        reason: String,
+    },
+}
+
+/// A volume of any kind.
+#[derive(Clone, PartialEq)]
+pub enum Volume {
+    /// One texture.
+    Dense(Dense),
+    /// A tree of bricks.
+    Octree(Octree),
+}
+
+impl Volume {
+    /// Where the voxels lie.
+    pub fn lattice(&self) -> &Lattice {
+        match self {
+            Self::Dense(dense) => dense.lattice(),
+            Self::Octree(octree) => &octree.layout().lattice,
+        }
+    }
+
+    /// What texels mean.
+    pub fn encoding(&self) -> &Encoding {
+        match self {
+            Self::Dense(dense) => dense.encoding(),
+            Self::Octree(octree) => &octree.layout().encoding,
+        }
+    }
+
+    /// Write a file's bytes, with the scene that the volume was made from as a scene file's text.
+    pub fn write(&self, scene_json: &str, out: impl std::io::Write) -> std::io::Result<()> {
+        write::write(self, scene_json, out)
+    }
+
+    /// Bytes of everything that it holds.
+    pub fn memory_bytes(&self) -> u64 {
+        match self {
+            Self::Dense(dense) => dense.memory_bytes(),
+            Self::Octree(octree) => octree.memory_bytes(),
+        }
+    }
+}
+
+impl From<Dense> for Volume {
+    fn from(dense: Dense) -> Self {
+        Self::Dense(dense)
+    }
+}
+
+impl From<Octree> for Volume {
+    fn from(octree: Octree) -> Self {
+        Self::Octree(octree)
+    }
+}
+
+/// What a volume file holds.
+#[derive(Clone, PartialEq)]
+pub struct Stored {
+    /// The distances.
+    pub volume: Volume,
+    /// The scene that they were sampled from, as a scene file's text; may be empty.
+    pub scene_json: String,
+}
+
+impl Stored {
+    /// Whether a file begins as volume files do.
+    pub fn is_volume_file(path: &Path) -> bool {
+        let mut begin = [0; 8];
+        let read = std::fs::File::open(path)
+            .and_then(|mut f| std::io::Read::read_exact(&mut f, &mut begin));
+        read.is_ok() && begin == MAGIC
+    }
+
+    /// Read a file by mapping it into memory.
+    pub fn open(path: impl AsRef<Path>) -> Result<Self, VolumeError> {
+        read::open(path.as_ref())
+    }
+
+    /// Read a file's bytes. `path` stands in messages only.
+    pub fn from_bytes(bytes: &[u8], path: impl AsRef<Path>) -> Result<Self, VolumeError> {
+        read::copied(bytes, path.as_ref())
+    }
+}
+
+#[cfg(target_endian = "big")]
+compile_error!("volume files are mapped as they are, little-endian");

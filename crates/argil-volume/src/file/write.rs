@@ -1,0 +1,94 @@
+use super::{ALIGNMENT, ENTRY_BYTES, FORMAT_VERSION, HEADER_BYTES, MAGIC, Section, Volume};
+use crate::{Encoding, Lattice};
+use std::io::{self, Write};
+
+/// Words of the description: kind, bits, range in voxels, corner, voxel, size, levels, brick, depth.
+pub(super) const DESCRIPTION_WORDS: usize = 13;
+pub(super) const KIND_DENSE: u32 = 1;
+pub(super) const KIND_OCTREE: u32 = 2;
+
+pub(super) fn write(volume: &Volume, scene_json: &str, mut out: impl Write) -> io::Result<()> {
+    // Gather the sections; what is large is borrowed.
+    let description;
+    let mut sections: Vec<(Section, &[u8])> = Vec::new();
+    match volume {
+        Volume::Dense(dense) => {
+            let levels = dense.levels().len() as u32;
+            description = describe(KIND_DENSE, dense.encoding(), dense.lattice(), [levels, 0, 0]);
+            for (level, texels) in (0..).zip(dense.levels()) {
+                sections.push((Section::Texels(level), texels.bytes()));
+            }
+        }
+        Volume::Octree(octree) => {
+            let (layout, tree) = (octree.layout(), octree.tree());
+            let own = [1, layout.brick, layout.depth];
+            description = describe(KIND_OCTREE, &layout.encoding, &layout.lattice, own);
+            sections.push((Section::Codes, bytemuck::cast_slice(tree.codes())));
+            sections.push((Section::Nodes, bytemuck::cast_slice(tree.nodes())));
+            sections.push((Section::Levels, bytemuck::cast_slice(tree.levels())));
+            sections.push((Section::Texels(0), octree.texels().bytes()));
+        }
+    }
+    sections.insert(0, (Section::Description, &description));
+    sections.insert(1, (Section::Scene, scene_json.as_bytes()));
+
+    // Lay them out.
+    let mut table = Vec::new();
+    let mut at = (HEADER_BYTES + ENTRY_BYTES * sections.len()) as u64;
+    let mut offsets = Vec::new();
+    for (section, bytes) in &sections {
+        at = at.next_multiple_of(ALIGNMENT);
+        offsets.push(at);
+        table.extend(section.name());
+        table.extend(crc32fast::hash(bytes).to_le_bytes());
+        table.extend(at.to_le_bytes());
+        table.extend((bytes.len() as u64).to_le_bytes());
+        table.extend([0; 8]);
+        at += bytes.len() as u64;
+    }
+    let mut head = Vec::new();
+    head.extend(MAGIC);
+    head.extend(FORMAT_VERSION.to_le_bytes());
+    head.extend((sections.len() as u32).to_le_bytes());
+    head.extend(at.to_le_bytes());
+    let mut crc = crc32fast::Hasher::new();
+    crc.update(&head);
+    crc.update(&table);
+    head.extend(crc.finalize().to_le_bytes());
+    head.extend([0; 4]);
+
+    out.write_all(&head)?;
+    out.write_all(&table)?;
+    let mut written = (head.len() + table.len()) as u64;
+    for ((_, bytes), offset) in sections.iter().zip(offsets) {
+        let gap = [0; ALIGNMENT as usize];
+        out.write_all(&gap[..(offset - written) as usize])?;
+        out.write_all(bytes)?;
+        written = offset + bytes.len() as u64;
+    }
+    out.flush()
+}
+
+fn describe(kind: u32, encoding: &Encoding, lattice: &Lattice, own: [u32; 3]) -> Vec<u8> {
+    let [x, y, z] = lattice.corner.to_array().map(f32::to_bits);
+    let [nx, ny, nz] = lattice.size.to_array();
+    let range = encoding.range.voxels().to_bits();
+    let bits = 8 * encoding.bits.bytes() as u32;
+    let [levels, brick, depth] = own;
+    let words: [u32; DESCRIPTION_WORDS] = [
+        kind,
+        bits,
+        range,
+        x,
+        y,
+        z,
+        lattice.voxel.to_bits(),
+        nx,
+        ny,
+        nz,
+        levels,
+        brick,
+        depth,
+    ];
+    words.iter().flat_map(|w| w.to_le_bytes()).collect()
+}

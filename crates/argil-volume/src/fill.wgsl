@@ -1,0 +1,50 @@
+// Twin of dense.rs and of the bricks in octree/fill.rs: distances into a level's texture, `target`. `fill` is the bound
+// uniform.
+
+override TILE_SIDE: u32 = 16u;
+
+// Twin of integer_of in encoding.rs; what is stored is the integer over the quanta.
+fn encode(d: f32) -> vec4<f32> {
+    let quanta = f32(fill.quanta);
+    let bias = fill.first_bias.w;
+    let scale = fill.spacing_scale.w;
+    var q: f32;
+    if bias == 0.0 {
+        q = max(floor(clamp(d * scale, -quanta, quanta) + 0.5), -quanta);
+    } else {
+        let magnitude = floor(min(max(abs(d) - bias, 0.0) * scale, quanta));
+        q = select(magnitude, -magnitude, d < 0.0);
+    }
+    return vec4(q / quanta, 0.0, 0.0, 0.0);
+}
+
+fn fill_texel(texel: vec3<u32>) {
+    if texel.x >= fill.size_x || texel.y >= fill.size_y || texel.z >= fill.size_z {
+        return;
+    }
+    let d = field_distance(fill.first_bias.xyz + fill.spacing_scale.xyz * vec3<f32>(texel));
+    textureStore(texels, texel, encode(d));
+}
+
+// The study's first way: one thread a group, one texel a thread.
+@compute @workgroup_size(1)
+fn fill_naive(@builtin(workgroup_id) id: vec3<u32>) {
+    fill_texel(id + vec3(0u, 0u, fill.first_layer));
+}
+
+// A tile a group, a column of texels a thread.
+@compute @workgroup_size(TILE_SIDE, TILE_SIDE)
+fn fill_tiled(@builtin(workgroup_id) id: vec3<u32>, @builtin(local_invocation_id) local: vec3<u32>) {
+    fill_tile(id * fill.tile, local);
+}
+
+// Layers of a tile at a corner. A tile may be larger than its group.
+fn fill_tile(corner: vec3<u32>, local: vec3<u32>) {
+    for (var y = local.y; y < fill.tile; y += TILE_SIDE) {
+        for (var x = local.x; x < fill.tile; x += TILE_SIDE) {
+            for (var z = 0u; z < fill.layer_count; z++) {
+                fill_texel(corner + vec3(x, y, fill.first_layer + z));
+            }
+        }
+    }
+}

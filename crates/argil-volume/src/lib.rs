@@ -1,0 +1,55 @@
+//! Stored distances: dense volumes with mips, octrees of bricks, and their files.
+//!
+//! *Theory.* A field is exact and slow; a volume is its distances at regular points, clamped and rounded, with an error
+//! and a size. Between points they are interpolated.
+//!
+//! *Practice.* A [`Lattice`] says where voxels lie, an [`Encoding`] what a texel means; [`Dense`] and [`Octree`] hold
+//! texels and are built from an `argil_field::Program`. [`Stored`] is either, read from a file or written to one.
+//! `*.wgsl` beside the Rust files are the twins for the GPU, put together by [`wgsl`].
+//!
+//! ```
+//! use argil_field::Program;
+//! use argil_math::Aabb;
+//! use argil_scene::{Brush, Scene, Shape};
+//! use argil_volume::{Dense, Encoding, Lattice};
+//! let mut scene = Scene::new();
+//! scene.push(Brush::new(Shape::sphere(0.5))).unwrap();
+//! let program = Program::lower(&scene).unwrap();
+//! let lattice = Lattice::holding(program.aabb(), None, 64).unwrap();
+//! let volume = Dense::bake(&program, lattice, Encoding::default(), false);
+//! let d = volume.distance(0, [0.52, 0.0, 0.0].into()).unwrap();
+//! assert!((d - 0.02).abs() < 0.001);
+//! ```
+
+mod dense;
+mod encoding;
+mod file;
+mod lattice;
+mod octree;
+mod sample;
+mod texels;
+
+pub use dense::Dense;
+pub use encoding::{Bits, Encoding, Range, Texel};
+pub use file::{Section, Stored, Volume, VolumeError};
+pub use lattice::{Lattice, RESOLUTIONS, ResolutionError};
+pub use octree::{
+    Keep, Layout, Octree, OctreeError, OctreeSettings, Path, Selection, StagesMs, Tree, Visit,
+};
+pub use sample::Sampler;
+pub use texels::Texels;
+
+/// The WGSL twins of the passes that build a volume.
+pub mod wgsl {
+    /// Sampling a level of a texture: `fill_naive` and `fill_tiled`.
+    pub const FILL: &str = include_str!("fill.wgsl");
+    /// Choosing bricks: `select_bits` and `select_list`.
+    pub const SELECT: &str = include_str!("octree/select.wgsl");
+    /// Listing bricks in ascending order, `compact` and `rank`, and the tree above them, `build`.
+    pub const TREE: &str = concat!(
+        include_str!("octree/sort.wgsl"),
+        include_str!("octree/tree.wgsl")
+    );
+    /// Filling bricks and the cells without one: `fill_bricks` and `fill_vacant`.
+    pub const BRICKS: &str = include_str!("octree/fill.wgsl");
+}

@@ -1,0 +1,337 @@
+//! Bricks where the surface is, and a tree that finds them: the 2023 study's structure.
+//!
+//! *Theory.* The volume is cut into cubes of `brick` voxels. A brick is kept where the surface can be in it: the distance
+//! at its centre is at most the Lipschitz constant times half of its diagonal, half a voxel around the brick included,
+//! because interpolation at its border reads that far. Bricks are listed by ascending Morton code, so the eight
+//! children of a node are neighbours, and the tree is made bottom-up by looking at neighbours only (after Laine and
+//! Karras, "Efficient sparse voxel octrees", 2010, and the study's bottom-up construction).
+//!
+//! *Practice.* Three stages, each with a twin in WGSL: [`select`], [`fill`], [`tree`]. Bricks stand in the volume's
+//! texture where a dense volume would have them, as in the study, so that a brick needs no pointer and its neighbours'
+//! texels are where a filter looks for them.
+//!
+//! ```text
+//!   codes   ·  ·  ·  ·  ·  ·  ·     bricks, ascending
+//!   level 0 └──┬─┘  └─┬┘  └┬─┘      nodes above bricks: where their children begin, and which of the eight there are
+//!   level 1    └──┬───┘    │
+//!   level 2       └────┬───┘        the root, which comes last
+//! ```
+//!
+//! What differs from the study: its test of the centre alone loses bricks and is an option; a list in Morton order
+//! needs no sort, its enumeration sort is an option; and cells without a brick hold a distance that is never too large,
+//! where the study leaves texels as they were.
+
+mod fill;
+mod select;
+mod tree;
+
+use crate::{Bits, Encoding, Lattice, Texels};
+use argil_abi::{OCTREE_MAX_DEPTH, Volume};
+use argil_field::Program;
+use argil_math::{Aabb, cell_of, morton};
+use glam::{UVec3, Vec3};
+use std::time::Instant;
+
+pub use select::Selection;
+pub use tree::{Path, Tree, Visit};
+
+/// Which bricks are kept.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Keep {
+    /// All in which the surface can be.
+    #[default]
+    Conservative,
+    /// Those whose centre is no farther from the surface than the encoding's range: the study's test.
+    CenterInRange,
+}
+
+/// How to build an octree.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OctreeSettings {
+    /// How distances are stored.
+    pub encoding: Encoding,
+    /// Voxels along a brick's side: 8, 16 or 32.
+    pub brick: u32,
+    /// Levels of nodes above the bricks; as many as are needed without it.
+    pub depth: Option<u32>,
+    /// Which bricks are kept.
+    pub keep: Keep,
+}
+
+impl Default for OctreeSettings {
+    fn default() -> Self {
+        Self {
+            encoding: Encoding::default(),
+            brick: 32,
+            depth: None,
+            keep: Keep::Conservative,
+        }
+    }
+}
+
+/// Why an octree cannot be built.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum OctreeError {
+    /// No such size.
+    #[error("bricks of {0} voxels: a brick's side is 8, 16 or 32")]
+    Brick(u32),
+    /// The tree would not reach over the volume.
+    #[error(
+        "{depth} levels over bricks of {brick} voxels reach over {reach} voxels, and the volume has {longest}: {needed} levels are needed",
+        reach = u64::from(*brick) << depth
+    )]
+    Shallow {
+        /// Asked for.
+        depth: u32,
+        /// Voxels along a brick's side.
+        brick: u32,
+        /// Voxels along the volume's longest side.
+        longest: u32,
+        /// Levels that would do.
+        needed: u32,
+    },
+    /// Morton codes do not reach that far.
+    #[error("{depth} levels of nodes: at most {OCTREE_MAX_DEPTH} can be built; take larger bricks")]
+    Deep {
+        /// Asked for, or needed.
+        depth: u32,
+    },
+}
+
+/// Bricks along each axis, and how many levels of nodes there are above them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Layout {
+    /// Where the voxels lie.
+    pub lattice: Lattice,
+    /// What texels mean.
+    pub encoding: Encoding,
+    /// Voxels along a brick's side.
+    pub brick: u32,
+    /// Bricks along each axis; the last ones may reach over the volume's sides.
+    pub grid: UVec3,
+    /// Levels of nodes.
+    pub depth: u32,
+}
+
+impl Layout {
+    /// Check what was asked for.
+    pub fn new(lattice: Lattice, settings: &OctreeSettings) -> Result<Self, OctreeError> {
+        let brick = settings.brick;
+        if ![8, 16, 32].contains(&brick) {
+            return Err(OctreeError::Brick(brick));
+        }
+        let grid = UVec3::from_array(lattice.size.to_array().map(|n| n.div_ceil(brick)));
+        let needed = grid.max_element().next_power_of_two().ilog2().max(1);
+        let depth = settings.depth.unwrap_or(needed);
+        if depth > OCTREE_MAX_DEPTH {
+            return Err(OctreeError::Deep { depth });
+        }
+        if depth < needed {
+            return Err(OctreeError::Shallow {
+                depth,
+                brick,
+                longest: lattice.size.max_element(),
+                needed,
+            });
+        }
+        Ok(Self {
+            lattice,
+            encoding: settings.encoding,
+            brick,
+            grid,
+            depth,
+        })
+    }
+
+    /// Morton codes from 0 that a tree of this depth can have.
+    pub fn code_count(&self) -> u32 {
+        1 << (3 * self.depth)
+    }
+
+    /// Bricks that fit into the volume.
+    pub fn capacity(&self) -> u64 {
+        self.grid.to_array().map(u64::from).iter().product()
+    }
+
+    /// The edge of a brick.
+    pub fn brick_length(&self) -> f32 {
+        self.brick as f32 * self.lattice.voxel
+    }
+
+    /// A brick's box.
+    pub fn brick_box(&self, cell: UVec3) -> Aabb {
+        let min = self.lattice.corner + cell.as_vec3() * self.brick_length();
+        Aabb::new(min, min + self.brick_length())
+    }
+
+    /// Whether a cell holds voxels of the volume.
+    pub fn holds(&self, cell: UVec3) -> bool {
+        cell.cmplt(self.grid).all()
+    }
+
+    /// The cell's centre; `select.wgsl` does the same.
+    pub(crate) fn center(&self, cell: UVec3) -> Vec3 {
+        let (corner, length) = (self.lattice.corner, self.brick_length());
+        corner + (cell.as_vec3() + 0.5) * length
+    }
+
+    /// Words for shaders. `program` sets how far from the surface a brick's centre may be for the brick to be kept.
+    pub fn words(&self, program: &Program, keep: Keep) -> Volume {
+        let lattice = &self.lattice;
+        let range = self.encoding.range_length(lattice, 0);
+        let [cx, cy, cz] = lattice.corner.to_array();
+        let [ex, ey, ez] = lattice.extent().to_array();
+        // Around the brick with half a voxel more on each side, and around its outermost texels.
+        let half_diagonal = |voxels: f32| 0.5 * 3f32.sqrt() * voxels * lattice.voxel;
+        let slack = program.bounds_slack(lattice.aabb().grown(self.brick_length()));
+        let lipschitz = 1.000_01 * program.lipschitz();
+        let brick = self.brick as f32;
+        Volume {
+            corner_range: [cx, cy, cz, range],
+            extent_voxel: [ex, ey, ez, lattice.voxel],
+            size_x: lattice.size.x,
+            size_y: lattice.size.y,
+            size_z: lattice.size.z,
+            levels: 1,
+            grid_x: self.grid.x,
+            grid_y: self.grid.y,
+            grid_z: self.grid.z,
+            brick: self.brick,
+            depth: self.depth,
+            code_count: self.code_count(),
+            quanta: self.encoding.bits.quanta(),
+            reach: match keep {
+                Keep::Conservative => lipschitz * half_diagonal(brick + 1.0) + slack,
+                Keep::CenterInRange => range,
+            },
+            spread: lipschitz * half_diagonal(brick - 1.0) + slack,
+            ..Volume::default()
+        }
+    }
+}
+
+/// What the stages of a build took.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct StagesMs {
+    /// Choosing bricks.
+    pub select: f64,
+    /// Filling bricks, and the cells without one.
+    pub fill: f64,
+    /// Making the tree.
+    pub tree: f64,
+}
+
+/// An octree of bricks.
+#[derive(Clone, PartialEq)]
+pub struct Octree {
+    layout: Layout,
+    tree: Tree,
+    texels: Texels,
+}
+
+impl Octree {
+    /// Build from a field, on rayon's current threads.
+    pub fn bake(program: &Program, layout: Layout, keep: Keep) -> (Self, StagesMs) {
+        let start = Instant::now();
+        let selection = Selection::of(program, &layout, keep);
+        let selected = start.elapsed();
+        let tree = Tree::over(selection.codes, layout.depth);
+        let built = start.elapsed();
+        let fill = layout.encoding.fill(program, &layout.lattice, 0);
+        let words = layout.words(program, keep);
+        let texels = match layout.encoding.bits {
+            Bits::Eight => {
+                fill::bricks::<i8>(program, &layout, &words, &fill, &tree, &selection.centers)
+            }
+            Bits::Sixteen => {
+                fill::bricks::<i16>(program, &layout, &words, &fill, &tree, &selection.centers)
+            }
+        };
+        let ms = |d: std::time::Duration| d.as_secs_f64() * 1e3;
+        let stages = StagesMs {
+            select: ms(selected),
+            tree: ms(built - selected),
+            fill: ms(start.elapsed() - built),
+        };
+        (
+            Self {
+                layout,
+                tree,
+                texels,
+            },
+            stages,
+        )
+    }
+
+    /// From stored parts; `None` where they do not fit one another.
+    pub fn from_parts(layout: Layout, tree: Tree, texels: Texels) -> Option<Self> {
+        let bytes = layout.lattice.texel_count(0) * layout.encoding.bits.bytes() as u64;
+        let fits = texels.bits() == layout.encoding.bits
+            && texels.bytes().len() as u64 == bytes
+            && tree.check(&layout).is_none();
+        fits.then_some(Self {
+            layout,
+            tree,
+            texels,
+        })
+    }
+
+    /// What it would be built by; which bricks were kept is not known of a file.
+    pub fn settings(&self) -> OctreeSettings {
+        OctreeSettings {
+            encoding: self.layout.encoding,
+            brick: self.layout.brick,
+            depth: Some(self.layout.depth),
+            keep: Keep::Conservative,
+        }
+    }
+
+    /// Its measures.
+    pub fn layout(&self) -> &Layout {
+        &self.layout
+    }
+
+    /// Its bricks' codes and its nodes.
+    pub fn tree(&self) -> &Tree {
+        &self.tree
+    }
+
+    /// The volume's texels.
+    pub fn texels(&self) -> &Texels {
+        &self.texels
+    }
+
+    /// Bytes of everything: the texture, which has room for all bricks, the codes and the nodes.
+    pub fn memory_bytes(&self) -> u64 {
+        self.texels.bytes().len() as u64 + self.tree.memory_bytes()
+    }
+
+    /// Bytes of the texels of bricks alone.
+    pub fn brick_bytes(&self) -> u64 {
+        let side = u64::from(self.layout.brick);
+        let one = side * side * side * self.layout.encoding.bits.bytes() as u64;
+        one * self.tree.codes().len() as u64
+    }
+
+    /// The cells of the study's test that the conservative one would keep and it does not: bricks lost.
+    pub fn lost_bricks(&self, program: &Program) -> usize {
+        let whole = Selection::of(program, &self.layout, Keep::Conservative);
+        let own = self.tree.codes();
+        whole
+            .codes
+            .iter()
+            .filter(|code| own.binary_search(code).is_err())
+            .count()
+    }
+
+    /// Whether the brick of a cell is there.
+    pub fn has_brick(&self, cell: UVec3) -> bool {
+        self.layout.holds(cell) && self.tree.codes().binary_search(&morton(cell)).is_ok()
+    }
+
+    /// The cells of all bricks, in the order of their codes.
+    pub fn cells(&self) -> impl Iterator<Item = UVec3> + '_ {
+        self.tree.codes().iter().map(|&code| cell_of(code))
+    }
+}

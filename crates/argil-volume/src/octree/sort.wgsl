@@ -1,0 +1,87 @@
+// The list of bricks in ascending order: from their bits, or from a list in any order. One workgroup of 256 threads goes
+// over all of it, part by part.
+
+var<workgroup> sums: array<u32, 256>;
+var<workgroup> shared_word: u32;
+
+fn sum_round(local: u32, shift: u32) {
+    var left = 0u;
+    if local >= shift {
+        left = sums[local - shift];
+    }
+    workgroupBarrier();
+    sums[local] += left;
+    workgroupBarrier();
+}
+
+// The sum of the values of the threads before this one (Hillis and Steele 1986). The rounds are written out: a software
+// device counts those of loops.
+fn sum_before(local: u32, value: u32) -> u32 {
+    sums[local] = value;
+    workgroupBarrier();
+    sum_round(local, 1u);
+    sum_round(local, 2u);
+    sum_round(local, 4u);
+    sum_round(local, 8u);
+    sum_round(local, 16u);
+    sum_round(local, 32u);
+    sum_round(local, 64u);
+    sum_round(local, 128u);
+    return sums[local] - value;
+}
+
+// The sum of the values of all threads, after sum_before.
+fn sum_of_all(local: u32) -> u32 {
+    if local == 255u {
+        shared_word = sums[255];
+    }
+    return workgroupUniformLoad(&shared_word);
+}
+
+fn set_dispatch(bricks: u32) {
+    arguments[0] = min(bricks, DISPATCH_ROW);
+    arguments[1] = (bricks + DISPATCH_ROW - 1u) / DISPATCH_ROW;
+    arguments[2] = 1u;
+}
+
+// Bits to codes. Bits stand in Morton order, so counting those before each is all the sorting there is.
+@compute @workgroup_size(256)
+fn compact(@builtin(local_invocation_index) local: u32) {
+    let words = (volume.code_count + 31u) / 32u;
+    var total = 0u;
+    for (var first = 0u; first < words; first += 256u) {
+        var bits = 0u;
+        if first + local < words {
+            bits = atomicLoad(&occupied[first + local]);
+        }
+        var at = total + sum_before(local, countOneBits(bits));
+        total += sum_of_all(local);
+        while bits != 0u {
+            keys[at] = (first + local) * 32u + countTrailingZeros(bits);
+            at++;
+            bits &= bits - 1u;
+        }
+    }
+    if local == 0u {
+        atomicStore(&tree_words[TREE_BRICKS], total);
+        set_dispatch(total);
+    }
+}
+
+// The study's enumeration sort: a code's place is the number of lesser ones.
+@compute @workgroup_size(256)
+fn rank(@builtin(global_invocation_id) id: vec3<u32>) {
+    let count = atomicLoad(&tree_words[TREE_BRICKS]);
+    if id.x == 0u {
+        set_dispatch(count);
+    }
+    if id.x >= count {
+        return;
+    }
+    let code = atomicLoad(&occupied[id.x]);
+    var place = 0u;
+    for (var i = 0u; i < count; i++) {
+        place += u32(atomicLoad(&occupied[i]) < code);
+    }
+    keys[place] = code;
+}

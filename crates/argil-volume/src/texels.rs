@@ -1,0 +1,74 @@
+use crate::{Bits, Texel};
+use memmap2::Mmap;
+use std::ops::Range;
+use std::sync::Arc;
+
+/// Stored distances, in memory or in a file that is mapped into it; x fastest, then y.
+#[derive(Clone)]
+pub enum Texels {
+    /// Bytes.
+    Eight(Vec<i8>),
+    /// Two bytes each.
+    Sixteen(Vec<i16>),
+    /// Part of a file.
+    Mapped {
+        /// The file.
+        file: Arc<Mmap>,
+        /// The part, aligned to 64 bytes.
+        range: Range<usize>,
+        /// What a texel takes.
+        bits: Bits,
+    },
+}
+
+impl Texels {
+    /// The texels' bytes, little-endian.
+    pub fn bytes(&self) -> &[u8] {
+        match self {
+            Self::Eight(all) => bytemuck::cast_slice(all),
+            Self::Sixteen(all) => bytemuck::cast_slice(all),
+            Self::Mapped { file, range, .. } => &file[range.clone()],
+        }
+    }
+
+    /// What a texel takes.
+    pub fn bits(&self) -> Bits {
+        match self {
+            Self::Eight(_) => Bits::Eight,
+            Self::Sixteen(_) => Bits::Sixteen,
+            Self::Mapped { bits, .. } => *bits,
+        }
+    }
+
+    /// The texels, if they are of this type.
+    pub fn of<T: Texel>(&self) -> Option<&[T]> {
+        (self.bits() == T::BITS)
+            .then(|| bytemuck::try_cast_slice(self.bytes()).ok())
+            .flatten()
+    }
+
+    /// From bytes, little-endian; `None` where half a texel is left.
+    pub fn from_bytes(bits: Bits, bytes: Vec<u8>) -> Option<Self> {
+        match bits {
+            Bits::Eight => Some(Self::Eight(bytemuck::allocation::cast_vec(bytes))),
+            Bits::Sixteen => {
+                let (pairs, rest) = bytes.as_chunks::<2>();
+                rest.is_empty()
+                    .then(|| Self::Sixteen(pairs.iter().map(|&b| i16::from_le_bytes(b)).collect()))
+            }
+        }
+    }
+
+    pub(crate) fn from_vec<T: Texel>(all: Vec<T>) -> Self {
+        match T::BITS {
+            Bits::Eight => Self::Eight(bytemuck::allocation::cast_vec(all)),
+            Bits::Sixteen => Self::Sixteen(bytemuck::allocation::cast_vec(all)),
+        }
+    }
+}
+
+impl PartialEq for Texels {
+    fn eq(&self, other: &Self) -> bool {
+        self.bits() == other.bits() && self.bytes() == other.bytes()
+    }
+}

@@ -1,0 +1,183 @@
+//! How a world is kept, and building that on either device.
+
+use crate::{BuildError, Engine, Scene};
+use argil_field::Program;
+use argil_gpu::{DenseFill, GpuField, GpuVolume, Order};
+use argil_march::Descent;
+use argil_math::Aabb;
+use argil_volume::{Dense, Encoding, Keep, Lattice, Layout, Octree, OctreeSettings, Volume};
+use std::time::Instant;
+
+/// A dense volume to be built.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DenseOptions {
+    /// Voxels along the longest side.
+    pub resolution: u32,
+    /// How distances are stored.
+    pub encoding: Encoding,
+    /// Whether levels of detail are built whose band doubles.
+    pub mips: bool,
+    /// How a GPU fills it.
+    pub fill: DenseFill,
+}
+
+impl Default for DenseOptions {
+    fn default() -> Self {
+        Self {
+            resolution: 256,
+            encoding: Encoding::default(),
+            mips: false,
+            fill: DenseFill::default(),
+        }
+    }
+}
+
+/// An octree to be built.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OctreeOptions {
+    /// Voxels along the longest side.
+    pub resolution: u32,
+    /// Bricks, levels, encoding.
+    pub settings: OctreeSettings,
+    /// How a GPU puts bricks in order.
+    pub order: Order,
+    /// Where a ray's look-ups begin.
+    pub descent: Descent,
+}
+
+impl Default for OctreeOptions {
+    fn default() -> Self {
+        Self {
+            resolution: 256,
+            settings: OctreeSettings::default(),
+            order: Order::default(),
+            descent: Descent::default(),
+        }
+    }
+}
+
+/// How a world is kept.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Via {
+    /// As it is: every distance is evaluated when it is asked for.
+    #[default]
+    Field,
+    /// As one texture.
+    Dense(DenseOptions),
+    /// As bricks under a tree.
+    Octree(OctreeOptions),
+}
+
+/// What a build took.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct BuildTimes {
+    /// In all: on a GPU by its time stamps, compiling apart; on the CPU by the clock.
+    pub duration_ms: f64,
+    /// By stage.
+    pub stages_ms: Vec<(&'static str, f64)>,
+}
+
+impl BuildTimes {
+    fn of_stages(stages_ms: Vec<(&'static str, f64)>) -> Self {
+        Self {
+            duration_ms: stages_ms.iter().map(|(_, ms)| ms).sum(),
+            stages_ms,
+        }
+    }
+}
+
+/// Where the distances are.
+pub(crate) enum Kept {
+    Field,
+    Cpu(Volume),
+    Gpu(GpuVolume),
+}
+
+/// The lattice of a scene's volume.
+pub(crate) fn lattice_of(
+    scene: &Scene,
+    program: &Program,
+    resolution: u32,
+) -> Result<Lattice, BuildError> {
+    let frame = scene
+        .view
+        .frame
+        .map(|[min, max]| Aabb::new(min.into(), max.into()));
+    Ok(Lattice::holding(program.aabb(), frame, resolution)?)
+}
+
+/// Build on the engine's device.
+pub(crate) fn build(
+    engine: &Engine,
+    field: Option<&GpuField>,
+    scene: &Scene,
+    program: &Program,
+    via: Via,
+) -> Result<(Kept, BuildTimes), BuildError> {
+    match via {
+        Via::Field => Ok((Kept::Field, BuildTimes::default())),
+        Via::Dense(options) => {
+            let lattice = lattice_of(scene, program, options.resolution)?;
+            let encoding = checked(options.encoding)?;
+            let bytes = Dense::bytes_of(&lattice, encoding.bits, options.mips);
+            check_memory(engine, bytes)?;
+            if let Some(field) = field {
+                let (mips, fill) = (options.mips, options.fill);
+                let (volume, stages) =
+                    GpuVolume::dense(field, program, lattice, encoding, mips, fill)?;
+                return Ok((Kept::Gpu(volume), BuildTimes::of_stages(stages)));
+            }
+            let start = Instant::now();
+            let dense = Dense::bake(program, lattice, encoding, options.mips);
+            let ms = start.elapsed().as_secs_f64() * 1e3;
+            let times = BuildTimes::of_stages(vec![("fill", ms)]);
+            Ok((Kept::Cpu(dense.into()), times))
+        }
+        Via::Octree(options) => {
+            let lattice = lattice_of(scene, program, options.resolution)?;
+            checked(options.settings.encoding)?;
+            let layout = Layout::new(lattice, &options.settings)?;
+            let bits = layout.encoding.bits;
+            let cells = 12 * u64::from(layout.code_count());
+            check_memory(engine, Dense::bytes_of(&lattice, bits, false) + cells)?;
+            let keep: Keep = options.settings.keep;
+            if let Some(field) = field {
+                let (mut volume, stages) =
+                    GpuVolume::octree(field, program, layout, keep, options.order)?;
+                volume.set_descent(options.descent);
+                return Ok((Kept::Gpu(volume), BuildTimes::of_stages(stages)));
+            }
+            let (octree, stages) = Octree::bake(program, layout, keep);
+            let stages = vec![
+                ("select", stages.select),
+                ("fill", stages.fill),
+                ("tree", stages.tree),
+            ];
+            Ok((Kept::Cpu(octree.into()), BuildTimes::of_stages(stages)))
+        }
+    }
+}
+
+fn checked(encoding: Encoding) -> Result<Encoding, BuildError> {
+    let voxels = encoding.range.voxels();
+    if (0.5..=4096.0).contains(&voxels) {
+        Ok(encoding)
+    } else {
+        Err(BuildError::Range(voxels))
+    }
+}
+
+/// Refuse what the machine has no memory for before it is asked for.
+fn check_memory(engine: &Engine, needed: u64) -> Result<(), BuildError> {
+    if engine.gpu_kind().is_some_and(|kind| kind.is_real_gpu()) {
+        return Ok(());
+    }
+    let mut system = sysinfo::System::new();
+    system.refresh_memory();
+    let available = system.available_memory();
+    // Where the system does not tell, trust it.
+    if available > 0 && needed > available {
+        return Err(BuildError::Memory { needed, available });
+    }
+    Ok(())
+}
