@@ -5,7 +5,9 @@
 
 use argil_field::Program;
 use argil_gpu::{Gpu, GpuField};
+use argil_math::Aabb;
 use argil_scene::{Brush, Group, Material, Modifier, NodeId, Outline, Piece, Scene, Shape};
+use argil_volume::Lattice;
 use glam::Vec3;
 use std::sync::Arc;
 
@@ -577,7 +579,83 @@ pub fn structure_cases() -> Vec<Case> {
         name: "loops in loops".into(),
         scene,
     });
+
+    // Inside its own cut, a curve is as near as what it is cut from, though its box is 0 away.
+    let mut scene = Scene::new();
+    let lathe = || Brush::new(Shape::Lathe { outline: vase() });
+    push(&mut scene, Scene::ROOT, lathe());
+    for _ in 0..2 {
+        push(&mut scene, Scene::ROOT, lathe().subtract().blend(0.05));
+    }
+    all.push(Case {
+        name: "a curve cut from itself twice".into(),
+        scene,
+    });
     all
+}
+
+/// Random boxes and capsules, turned and blended: what loses bricks where bounds are not conservative.
+pub fn random_blends(seed: u64, brushes: usize) -> Case {
+    let mut numbers = Numbers::new(seed);
+    let mut scene = Scene::new();
+    for i in 0..brushes {
+        let size = [
+            numbers.between(0.03, 0.3),
+            numbers.between(0.02, 0.2),
+            numbers.between(0.01, 0.2),
+        ];
+        let shape = match i % 3 {
+            0 => Shape::rounded_box(size, 0.3 * size[2].min(size[1])),
+            1 => Shape::capsule([0.0; 3], [size[0], size[0], 0.0], size[2]),
+            _ => Shape::torus(size[0], 0.4 * size[0].min(size[1])),
+        };
+        let axis = numbers.point(1.0).to_array();
+        let turned = Brush::new(shape)
+            .rotated(axis, numbers.between(0.0, 360.0))
+            .at(numbers.point(0.6).to_array())
+            .blend(numbers.between(0.0, 0.15));
+        let brush = if i % 5 == 4 {
+            turned.subtract()
+        } else {
+            turned
+        };
+        push(&mut scene, Scene::ROOT, brush);
+    }
+    Case {
+        name: format!("random blends {seed}"),
+        scene,
+    }
+}
+
+/// The scenes that ship with the project.
+pub fn shipped() -> Vec<Case> {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../scenes");
+    [
+        "brick",
+        "csg20",
+        "dense-edgy-cubes",
+        "dense-spheres",
+        "edgy-cube",
+        "props",
+        "teapot",
+        "temple",
+        "trees",
+    ]
+    .into_iter()
+    .map(|name| Case {
+        name: name.into(),
+        scene: Scene::open(format!("{folder}/{name}.json")).expect("a scene"),
+    })
+    .collect()
+}
+
+/// The lattice of a case's volume.
+pub fn lattice(scene: &Scene, program: &Program, resolution: u32) -> Lattice {
+    let frame = scene
+        .view
+        .frame
+        .map(|[min, max]| Aabb::new(min.into(), max.into()));
+    Lattice::holding(program.aabb(), frame, resolution).expect("a lattice")
 }
 
 /// Everything above.

@@ -1,10 +1,10 @@
 //! Rays and light: the GPU's buffers against the CPU's, and the CPU's rays against a search in tiny steps.
 
 use argil_abi::{Frame, HIT_INSIDE, HIT_NONE, HIT_OUTSIDE, Hit};
-use argil_conformance::{Numbers, gpu};
+use argil_conformance::{Case, Numbers, gpu, shipped};
 use argil_field::{Program, naive};
 use argil_gpu::GpuField;
-use argil_march::{Camera, Picture, Settings, Show, frames, render};
+use argil_march::{Camera, Picture, Settings, Show, Through, frames, render};
 use argil_math::Aabb;
 use argil_scene::{Brush, Group, Material, Modifier, Scene, Shape};
 use glam::Vec3;
@@ -62,7 +62,7 @@ fn look(settings: &Settings, eye: Vec3, program: &Program) -> Vec<Frame> {
         target: Vec3::new(0.02, 0.01, 0.0),
         field_of_view_degrees: 45.0,
     };
-    frames(settings, &camera, program, FOCUS)
+    frames(settings, &camera, program, None, FOCUS)
 }
 
 fn small(show: Show) -> Settings {
@@ -117,7 +117,7 @@ fn gpu_pictures_are_the_cpus() {
             (Show::Heat, Vec3::new(0.05, -0.1, 0.02)),
         ] {
             let frames = look(&small(show), eye, &program);
-            let cpu = render(&program, &frames);
+            let cpu = render(&program, Through::Field, &frames);
             let (found, duration_ms) = field.render(&frames).expect("a picture");
             assert!(duration_ms > 0.0);
             let (other, greatest) = gap(&cpu.hits, &found.hits);
@@ -134,7 +134,7 @@ fn gpu_pictures_are_the_cpus() {
 
             // Negative control: the camera moved by less than a pixel is another picture.
             let moved = look(&small(show), eye + Vec3::new(0.02, 0.0, 0.0), &program);
-            let moved = render(&program, &moved);
+            let moved = render(&program, Through::Field, &moved);
             assert!(gap(&cpu.hits, &moved.hits).1 > 1e-4);
             assert_ne!(cpu.rgb, moved.rgb);
         }
@@ -181,7 +181,7 @@ fn rays_find_what_a_search_finds() {
     ] {
         let frame = look(&settings, eye, &program)[0];
         let epsilon = frame.box_min_epsilon[3];
-        let hits = render(&program, &[frame]).hits;
+        let hits = render(&program, Through::Field, &[frame]).hits;
         let (mut hit, mut missed, mut wrong) = (0, 0, 0);
         for _ in 0..700 {
             let (x, y) = (
@@ -235,7 +235,7 @@ fn thin_rods_are_not_lost() {
         target: Vec3::ZERO,
         field_of_view_degrees: 40.0,
     };
-    let hits = render(&program, &frames(&settings, &camera, &program, FOCUS)).hits;
+    let hits = render(&program, Through::Field, &frames(&settings, &camera, &program, None, FOCUS)).hits;
     assert!(
         hits[25 * 101..26 * 101]
             .iter()
@@ -250,7 +250,7 @@ fn an_empty_scene_is_sky_on_both_devices() {
     scene.push(Group::new()).expect("valid");
     let program = Program::lower(&scene).expect("valid");
     let frames = look(&small(Show::Shaded), Vec3::new(0.0, 1.0, 3.0), &program);
-    let cpu = render(&program, &frames);
+    let cpu = render(&program, Through::Field, &frames);
     let (found, _) = GpuField::new(gpu(), &program, false)
         .expect("a field")
         .render(&frames)
@@ -267,24 +267,7 @@ fn an_empty_scene_is_sky_on_both_devices() {
 /// Every scene that ships and one with a thousand brushes: long programs, loops and searches, in small pictures.
 #[test]
 fn shipped_scenes_and_long_programs_are_the_same_on_both_devices() {
-    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../scenes");
-    let mut cases = Vec::new();
-    for name in [
-        "brick",
-        "csg20",
-        "dense-edgy-cubes",
-        "dense-spheres",
-        "edgy-cube",
-        "props",
-        "teapot",
-        "temple",
-        "trees",
-    ] {
-        cases.push((
-            name,
-            Scene::open(format!("{folder}/{name}.json")).expect("a scene"),
-        ));
-    }
+    let mut cases = shipped();
     let mut many = Scene::new();
     let mut numbers = Numbers::new(32);
     for _ in 0..1000 {
@@ -295,9 +278,12 @@ fn shipped_scenes_and_long_programs_are_the_same_on_both_devices() {
         )
         .expect("valid");
     }
-    cases.push(("a thousand balls", many));
+    cases.push(Case {
+        name: "a thousand balls".into(),
+        scene: many,
+    });
     let gpu = gpu();
-    for (name, scene) in cases {
+    for Case { name, scene } in cases {
         let program = Program::lower(&scene).expect("a program");
         let frame = scene.view.frame.unwrap_or([[-1.0; 3], [1.0; 3]]);
         let focus = Aabb::new(frame[0].into(), frame[1].into());
@@ -307,8 +293,8 @@ fn shipped_scenes_and_long_programs_are_the_same_on_both_devices() {
             show: Show::Normal,
             ..Settings::default()
         };
-        let frames = frames(&settings, &camera, &program, focus);
-        let cpu = render(&program, &frames);
+        let frames = frames(&settings, &camera, &program, None, focus);
+        let cpu = render(&program, Through::Field, &frames);
         let (found, _) = GpuField::new(gpu.clone(), &program, false)
             .expect("a field")
             .render(&frames)

@@ -55,12 +55,22 @@ const SHOW_SHADED: u32 = 0u;
 const SHOW_NORMAL: u32 = 1u;
 const SHOW_DEPTH: u32 = 2u;
 const SHOW_HEAT: u32 = 3u;
+const SHOW_BRICKS: u32 = 4u;
+const SHOW_NODES: u32 = 5u;
 const HIT_NONE: u32 = 0u;
 const HIT_OUTSIDE: u32 = 1u;
 const HIT_INSIDE: u32 = 2u;
 const HIT_GROUND: u32 = 3u;
 const HIT_UNDER_WAY: u32 = 4u;
 const GPU_STACK_SLOTS: u32 = 32u;
+const DESCENT_ROOT: u32 = 0u;
+const DESCENT_PATH: u32 = 1u;
+const OCTREE_MAX_DEPTH: u32 = 8u;
+const TREE_BRICKS: u32 = 0u;
+const TREE_NODES: u32 = 1u;
+const TREE_LEVELS: u32 = 2u;
+const TREE_WORDS: u32 = 16u;
+const DISPATCH_ROW: u32 = 32768u;
 struct Instr {
     op: u32,
     flags: u32,
@@ -93,7 +103,7 @@ struct Frame {
     pixel: f32,
     first_step: u32,
     step_count: u32,
-    pad0: u32,
+    lift: f32,
     pad1: u32,
     pad2: u32,
 }
@@ -103,6 +113,10 @@ struct Hit {
     steps: u32,
     sun_share: f32,
     sun_t: f32,
+    descents: u32,
+    cells: u32,
+    mark: u32,
+    pad0: u32,
 }
 struct Query {
     point: vec4<f32>,
@@ -111,4 +125,41 @@ struct Answer {
     distance: vec4<f32>,
     base_roughness: vec4<f32>,
     emission_metallic: vec4<f32>,
+}
+struct Volume {
+    corner_range: vec4<f32>,
+    extent_voxel: vec4<f32>,
+    size_x: u32,
+    size_y: u32,
+    size_z: u32,
+    levels: u32,
+    grid_x: u32,
+    grid_y: u32,
+    grid_z: u32,
+    brick: u32,
+    depth: u32,
+    code_count: u32,
+    quanta: u32,
+    descent: u32,
+    reach: f32,
+    spread: f32,
+    pad0: u32,
+    pad1: u32,
+}
+struct Fill {
+    first_bias: vec4<f32>,
+    spacing_scale: vec4<f32>,
+    size_x: u32,
+    size_y: u32,
+    size_z: u32,
+    first_layer: u32,
+    layer_count: u32,
+    tile: u32,
+    quanta: u32,
+    pad0: u32,
+}
+struct Node {
+    child_offset: u32,
+    valid_mask: u32,
+    leaf_mask: u32,
 }

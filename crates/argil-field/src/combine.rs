@@ -32,12 +32,12 @@ pub(crate) fn union_smooth<R: Real>(a: R, b: R, j: &Joint) -> R {
     a.min(b) - h * h * j.quarter
 }
 
-/// Whether an operand whose distance is at least `least` can change the accumulated `a`: not a union with something
-/// farther than a + k, nor a cut by something farther than k − a.
+/// Whether an operand whose box is `least` away can change the accumulated `a`: not a union with something farther than
+/// a + k, nor a cut by something farther than k − a. In the box itself it can be anything.
 #[inline(always)]
 pub(crate) fn matters(a: f32, least: f32, j: &Joint) -> bool {
     // sb is −1 for an intersection, which a far operand changes most.
-    j.sb < 0.0 || least < a * j.sa + j.k
+    j.sb < 0.0 || least <= 0.0 || least < a * j.sa + j.k
 }
 
 /// The same with a flat face across the joint.

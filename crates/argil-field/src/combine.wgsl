@@ -42,7 +42,7 @@ fn combine(a: f32, b: f32, j: Joint, flags: u32) -> f32 {
 }
 
 fn matters(a: f32, least: f32, j: Joint) -> bool {
-    return j.sb < 0.0 || least < a * j.sa + j.k;
+    return j.sb < 0.0 || least <= 0.0 || least < a * j.sa + j.k;
 }
 
 fn weight_smooth(a0: f32, b0: f32, j: Joint) -> f32 {

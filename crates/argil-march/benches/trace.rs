@@ -23,7 +23,7 @@ fn main() {
         size: [SIDE, SIDE],
         ..Settings::default()
     };
-    let frame = frames(&settings, &camera, &program, focus)[0];
+    let frame = frames(&settings, &camera, &program, None, focus)[0];
     let bands: Vec<_> = tiles(SIDE, SIDE).collect();
     let mut hits = vec![Hit::default(); (SIDE * SIDE) as usize];
     for threads in [1, 2] {
