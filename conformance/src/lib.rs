@@ -605,7 +605,7 @@ pub fn random_blends(seed: u64, brushes: usize) -> Case {
             numbers.between(0.01, 0.2),
         ];
         let shape = match i % 3 {
-            0 => Shape::rounded_box(size, 0.3 * size[2].min(size[1])),
+            0 => Shape::rounded_box(size, 0.3 * size[0].min(size[1]).min(size[2])),
             1 => Shape::capsule([0.0; 3], [size[0], size[0], 0.0], size[2]),
             _ => Shape::torus(size[0], 0.4 * size[0].min(size[1])),
         };

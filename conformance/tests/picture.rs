@@ -235,7 +235,12 @@ fn thin_rods_are_not_lost() {
         target: Vec3::ZERO,
         field_of_view_degrees: 40.0,
     };
-    let hits = render(&program, Through::Field, &frames(&settings, &camera, &program, None, FOCUS)).hits;
+    let hits = render(
+        &program,
+        Through::Field,
+        &frames(&settings, &camera, &program, None, FOCUS),
+    )
+    .hits;
     assert!(
         hits[25 * 101..26 * 101]
             .iter()

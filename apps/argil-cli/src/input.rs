@@ -99,11 +99,8 @@ pub fn representation(via: args::Via, flags: &VolumeFlags) -> anyhow::Result<Via
         ("--descent", flags.descent.is_some()),
         ("--sort", flags.sort.is_some()),
     ];
-    let idle = |all: &[(&'static str, bool)]| {
-        all.iter()
-            .find(|(_, given)| *given)
-            .map(|(flag, _)| *flag)
-    };
+    let idle =
+        |all: &[(&'static str, bool)]| all.iter().find(|(_, given)| *given).map(|(flag, _)| *flag);
     let idle = match via {
         args::Via::Field => idle(&of_volume).or(idle(&of_dense)).or(idle(&of_octree)),
         args::Via::Dense => idle(&of_octree),

@@ -1,9 +1,7 @@
 //! `DenseFill`: sampling a field into a texture.
 
 use crate::bake::{Bake, Groups};
-use crate::pass::{
-    Bind, FIELD_BINDS, FILL, TABLES_WGSL, TEXELS, entry, layout, pipelines,
-};
+use crate::pass::{Bind, FIELD_BINDS, FILL, TABLES_WGSL, TEXELS, entry, layout, pipelines};
 use crate::volume::{Kind, dense_words, format_of, texture, uniform_of};
 use crate::{Gpu, GpuError, GpuField, GpuVolume};
 use argil_abi::Fill;

@@ -58,7 +58,9 @@ pub enum GpuError {
     )]
     TooLongToSpecialize,
     /// Volumes of that format cannot be written there.
-    #[error("{name}: shaders there cannot write and filter {bits}-bit textures of distances: use --device cpu")]
+    #[error(
+        "{name}: shaders there cannot write and filter {bits}-bit textures of distances: use --device cpu"
+    )]
     Format {
         /// The adapter.
         name: String,
@@ -78,7 +80,9 @@ pub enum GpuError {
         limit: u32,
     },
     /// The enumeration sort compares each brick with each other, in one thread a brick.
-    #[error("{codes} cells for the enumeration sort, which takes at most {limit}: take larger bricks, or the default way")]
+    #[error(
+        "{codes} cells for the enumeration sort, which takes at most {limit}: take larger bricks, or the default way"
+    )]
     TooManyToEnumerate {
         /// Cells of the finest grid.
         codes: u32,

@@ -76,9 +76,7 @@ impl GpuVolume {
             .map(|level| capacity.min(1 << (3 * (measures.depth - 1 - level))))
             .sum();
         let mut tables = TreeTables::new(measures);
-        tables
-            .words
-            .reserve(gpu, 4 * u64::from(abi::TREE_WORDS))?;
+        tables.words.reserve(gpu, 4 * u64::from(abi::TREE_WORDS))?;
         tables.keys.reserve(gpu, 4 * (capacity + node_capacity))?;
         tables
             .nodes

@@ -65,8 +65,11 @@ pub(crate) enum Bind {
 }
 
 /// The tables of a field.
-pub(crate) const FIELD_BINDS: [Bind; 3] =
-    [Bind::Read(INSTRS), Bind::Read(PARAMS), Bind::Read(MATERIALS)];
+pub(crate) const FIELD_BINDS: [Bind; 3] = [
+    Bind::Read(INSTRS),
+    Bind::Read(PARAMS),
+    Bind::Read(MATERIALS),
+];
 
 /// A layout of the given bindings.
 pub(crate) fn layout(gpu: &Gpu, label: &str, binds: &[Bind]) -> wgpu::BindGroupLayout {

@@ -150,7 +150,15 @@ impl PicturePass {
                         ..*frame
                     };
                     gpu.checked(|| {
-                        submit(gpu, stage, &frame, rows, &uniform, &bind_group, timing.as_mut());
+                        submit(
+                            gpu,
+                            stage,
+                            &frame,
+                            rows,
+                            &uniform,
+                            &bind_group,
+                            timing.as_mut(),
+                        );
                     })?;
                 }
             }

@@ -278,10 +278,14 @@ impl TreeTables {
             .chunks_exact(4)
             .map(bytemuck::pod_read_unaligned)
             .collect();
-        let nodes = read_table(gpu, &self.nodes, size_of::<Node>() as u64 * u64::from(nodes))?
-            .chunks_exact(size_of::<Node>())
-            .map(bytemuck::pod_read_unaligned)
-            .collect();
+        let nodes = read_table(
+            gpu,
+            &self.nodes,
+            size_of::<Node>() as u64 * u64::from(nodes),
+        )?
+        .chunks_exact(size_of::<Node>())
+        .map(bytemuck::pod_read_unaligned)
+        .collect();
         let levels = (0..self.layout.depth)
             .map(|level| word(abi::TREE_LEVELS + level))
             .collect();

@@ -56,7 +56,7 @@ impl<T: Texel> Marched for DenseRays<'_, T> {
                     level = if steps == 1 { top } else { top.min(1) };
                 }
             } else {
-                let gap = d.abs();
+                let gap = if d > 0.0 { d } else { 0.0 };
                 walk.t += gap * frame.eye_step[3];
                 if gap >= SATURATED * range {
                     level = top.min(level + 1);

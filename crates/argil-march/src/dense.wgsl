@@ -31,7 +31,7 @@ fn march(@builtin(global_invocation_id) id: vec3<u32>) {
                 level = select(min(top, 1u), top, steps == 1u);
             }
         } else {
-            let gap = abs(d);
+            let gap = max(d, 0.0);
             walk.t += gap * frame.eye_step.w;
             if gap >= SATURATED * range {
                 level = min(top, level + 1u);

@@ -24,8 +24,8 @@ mod volume;
 mod wave;
 
 pub use camera::Camera;
-pub use picture::Picture;
 pub use octree::Descent;
+pub use picture::Picture;
 pub use render::{Through, hit_pixels, render};
 pub use scratch::TileScratch;
 pub use settings::{Settings, Show, frames};

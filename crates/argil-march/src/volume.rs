@@ -37,17 +37,21 @@ impl Walk {
     /// Go by a stored distance; the gap, and whether the surface is reached.
     #[inline(always)]
     pub fn step(&mut self, frame: &Frame, d: f32, is_last: bool) -> (f32, bool) {
-        if self.side == 0.0 {
-            // A ray that enters the volume through a solid's cut side has hit; one that starts within goes on.
+        let is_first = self.side == 0.0;
+        if is_first {
             self.side = if d < 0.0 && self.near <= 0.0 {
                 -1.0
             } else {
                 1.0
             };
         }
-        let gap = d * self.side;
-        let reached =
-            gap < frame.box_min_epsilon[3] || (is_last && gap < frame.pixel * self.t);
+        // A ray that enters the volume through a solid's cut side has hit there.
+        let gap = if is_first && self.side > 0.0 && d < 0.0 {
+            0.0
+        } else {
+            d * self.side
+        };
+        let reached = gap < frame.box_min_epsilon[3] || (is_last && gap < frame.pixel * self.t);
         self.t += gap * frame.eye_step[3];
         (gap, reached)
     }
@@ -88,9 +92,8 @@ fn normal(frame: &Frame, ray: Ray, hit: &Hit, volume: &impl Marched) -> Vec3 {
     } else {
         1.0
     };
-    let difference = |axis: Vec3| {
-        (volume.distance(p + axis * bias) - volume.distance(p - axis * bias)) * side
-    };
+    let difference =
+        |axis: Vec3| (volume.distance(p + axis * bias) - volume.distance(p - axis * bias)) * side;
     let (x, y, z) = (
         difference(Vec3::X),
         difference(Vec3::Y),

@@ -12,12 +12,14 @@ struct Walk {
     reached: bool,
 }
 
-// Go by a stored distance. A ray that enters the volume through a solid's cut side has hit; one that starts within goes on.
+// Go by a stored distance.
 fn walk_step(walk: ptr<function, Walk>, near: f32, d: f32, is_last: bool) {
-    if (*walk).side == 0.0 {
+    let is_first = (*walk).side == 0.0;
+    if is_first {
         (*walk).side = select(1.0, -1.0, d < 0.0 && near <= 0.0);
     }
-    let gap = d * (*walk).side;
+    // A ray that enters the volume through a solid's cut side has hit there.
+    let gap = select(d * (*walk).side, 0.0, is_first && (*walk).side > 0.0 && d < 0.0);
     (*walk).gap = gap;
     (*walk).reached = gap < frame.box_min_epsilon.w || (is_last && gap < frame.pixel * (*walk).t);
     (*walk).t += gap * frame.eye_step.w;

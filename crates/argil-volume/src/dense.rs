@@ -2,8 +2,8 @@
 //! Claybook", 2018).
 //!
 //! *Theory.* A texel holds a distance clamped to a narrow band, so that a step of a ray is no longer than the band. On
-//! mips the band doubles level by level: far from the surface a coarse level gives long steps. A coarse level can hold
-//! less than the distance and never more (see [`Encoding::fill`]).
+//! mips the band doubles level by level: far from the surface a coarse level gives long steps. A coarse level tells
+//! how far the surface is at least (see [`Encoding::fill`]).
 //!
 //! *Practice.* [`Dense::bake`] samples every level from the field itself, layers in parallel, batches within a layer,
 //! straight into the texels. What differs from Claybook: it makes its mips from the finest level.
@@ -100,7 +100,8 @@ impl Dense {
             .collect()
     }
 
-    /// The distance stored on a level at a point of the box; `None` for a level that is not there.
+    /// What is stored on a level at a point of the box: the signed distance on level 0, on others a length that the
+    /// surface is away at least, where it is above 0. `None` for a level that is not there.
     pub fn distance(&self, level: u32, point: Vec3) -> Option<f32> {
         let texels = self.levels.get(level as usize)?;
         let (lattice, encoding) = (&self.lattice, &self.encoding);

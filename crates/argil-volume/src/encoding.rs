@@ -61,7 +61,7 @@ impl Range {
 /// How distances are stored: `round(quanta · clamp(d / range, −1, 1))`.
 ///
 /// With 8 bits and the default of ±4 voxels, one step is 4/127 of a voxel. On level of detail `k` 1.0 stands for `2ᵏ`
-/// times the length.
+/// times the length, and what is stored there is `|d|` less a bias, rounded down (see [`Encoding::fill`]).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Encoding {
     /// What a texel takes.
@@ -78,9 +78,10 @@ impl Encoding {
 
     /// How a level is sampled; layers and tiles are left open.
     ///
-    /// Level 0 holds distances as they are. On the others each is made smaller by what it can change between texels,
-    /// so that what is interpolated there is never more than the distance: half of a cell's diagonal times the
-    /// Lipschitz constant, with what rounding can do.
+    /// Level 0 holds signed distances as they are. The others hold how far from the surface a point is at least: the
+    /// distance without its sign, less what it can change between texels, half of a cell's diagonal times the Lipschitz
+    /// constant, with what rounding can do. Interpolated, that is never more than the distance; at or below 0 it tells
+    /// nothing.
     pub fn fill(&self, program: &Program, lattice: &Lattice, level: u32) -> Fill {
         let grid = lattice.grid(level);
         let bias = if level == 0 {
@@ -89,14 +90,25 @@ impl Encoding {
             let cell = argil_math::Aabb::centered(grid.spacing * 0.5);
             let slack = program.bounds_slack(lattice.aabb());
             // A filter in hardware has weights of eight bits.
-            1.01 * program.lipschitz() * cell.half_diagonal() + slack
+            let bias = 1.01 * program.lipschitz() * cell.half_diagonal() + slack;
+            // Clamped below, what is stored would be more than it should be: a level of so narrow a band tells nothing.
+            if bias < self.range_length(lattice, level) {
+                bias
+            } else {
+                f32::MAX
+            }
         };
         let [fx, fy, fz] = grid.min.to_array();
         let [sx, sy, sz] = grid.spacing.to_array();
         let quanta = self.bits.quanta();
         Fill {
             first_bias: [fx, fy, fz, bias],
-            spacing_scale: [sx, sy, sz, quanta as f32 / self.range_length(lattice, level)],
+            spacing_scale: [
+                sx,
+                sy,
+                sz,
+                quanta as f32 / self.range_length(lattice, level),
+            ],
             size_x: grid.size.x,
             size_y: grid.size.y,
             size_z: grid.size.z,
@@ -140,20 +152,18 @@ impl Texel for i16 {
     }
 }
 
-/// The integer that a distance is stored as: the nearest one, or, on a level with a bias, one that is no farther from 0.
+/// The integer that a distance is stored as: the nearest one, or, on a level with a bias, one that is not above what is
+/// left of the distance.
 #[inline(always)]
 pub(crate) fn integer_of(d: f32, bias: f32, scale: f32, quanta: f32) -> f32 {
     let low = |a: f32, b: f32| if b < a { b } else { a };
     let high = |a: f32, b: f32| if b > a { b } else { a };
-    if bias == 0.0 {
-        let q = (low(high(d * scale, -quanta), quanta) + 0.5).floor();
-        // Halfway below −1 rounds back into the range.
-        high(q, -quanta)
+    let (value, half) = if bias == 0.0 {
+        (d * scale, 0.5)
     } else {
-        let magnitude = high((if d < 0.0 { -d } else { d }) - bias, 0.0);
-        let q = low(magnitude * scale, quanta).floor();
-        if d < 0.0 { -q } else { q }
-    }
+        (((if d < 0.0 { -d } else { d }) - bias) * scale, 0.0)
+    };
+    (low(high(value, -quanta), quanta) + half).floor()
 }
 
 #[inline(always)]
@@ -191,16 +201,19 @@ mod tests {
     use super::*;
 
     #[test]
-    fn integers_are_the_nearest_and_biased_ones_the_nearer_to_zero() {
+    fn integers_are_the_nearest_and_biased_ones_are_rounded_down() {
         let near = |d| integer_of(d, 0.0, 127.0, 127.0);
         assert_eq!([near(0.0), near(1.0), near(-1.0)], [0.0, 127.0, -127.0]);
-        assert_eq!([near(1e30), near(-1e30), near(-1.004)], [127.0, -127.0, -127.0]);
+        assert_eq!(
+            [near(1e30), near(-1e30), near(-1.004)],
+            [127.0, -127.0, -127.0]
+        );
         assert_eq!([near(0.6 / 127.0), near(-0.6 / 127.0)], [1.0, -1.0]);
         let biased = |d| integer_of(d, 0.25, 127.0, 127.0);
-        assert_eq!([biased(0.2), biased(-0.2)], [0.0, 0.0]);
-        assert_eq!([biased(1e30), biased(-1e30)], [127.0, -127.0]);
+        assert_eq!([biased(0.2), biased(-0.2)], [-7.0, -7.0]);
+        assert_eq!([biased(1e30), biased(-1e30)], [127.0, 127.0]);
+        assert_eq!(integer_of(1.0, f32::MAX, 127.0, 127.0), -127.0);
         assert!(biased(0.5) <= 0.25 * 127.0 && biased(0.5) > 0.25 * 127.0 - 1.0);
-        assert_eq!(biased(-0.5), -biased(0.5));
     }
 
     #[test]

@@ -8,13 +8,9 @@ fn encode(d: f32) -> vec4<f32> {
     let quanta = f32(fill.quanta);
     let bias = fill.first_bias.w;
     let scale = fill.spacing_scale.w;
-    var q: f32;
-    if bias == 0.0 {
-        q = max(floor(clamp(d * scale, -quanta, quanta) + 0.5), -quanta);
-    } else {
-        let magnitude = floor(min(max(abs(d) - bias, 0.0) * scale, quanta));
-        q = select(magnitude, -magnitude, d < 0.0);
-    }
+    let is_signed = bias == 0.0;
+    let value = select((abs(d) - bias) * scale, d * scale, is_signed);
+    let q = floor(clamp(value, -quanta, quanta) + select(0.0, 0.5, is_signed));
     return vec4(q / quanta, 0.0, 0.0, 0.0);
 }
 

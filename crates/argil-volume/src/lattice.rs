@@ -82,10 +82,7 @@ impl Lattice {
         }
         // The margin's voxels count among the resolution.
         let voxel = whole.size().max_element() / (resolution as f32 - 2.0 * MARGIN_VOXELS);
-        Self::over(
-            frame.union(solid.grown(MARGIN_VOXELS * voxel)),
-            resolution,
-        )
+        Self::over(frame.union(solid.grown(MARGIN_VOXELS * voxel)), resolution)
     }
 
     /// Lengths of the box's sides.

@@ -47,7 +47,11 @@ impl<'a, T: Texel> Sampler<'a, T> {
             let u = (p[axis] - self.corner[axis]) * self.texels_per_unit[axis] - 0.5;
             // Not a number becomes 0.
             let u = if u > 0.0 { u } else { 0.0 };
-            let u = if u < self.last[axis] { u } else { self.last[axis] };
+            let u = if u < self.last[axis] {
+                u
+            } else {
+                self.last[axis]
+            };
             // SAFETY: u is from 0 to the greatest index, which is below 2¹³.
             let low: u32 = unsafe { u.to_int_unchecked() };
             let next = usize::from((low as f32) < self.last[axis]);

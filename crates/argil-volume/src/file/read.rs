@@ -182,7 +182,21 @@ impl<'a> Reader<'a> {
         let Ok(words) = <[u32; DESCRIPTION_WORDS]>::try_from(words) else {
             return Err(self.fault(about, "it has another length"));
         };
-        let [kind, bits, range, x, y, z, voxel, nx, ny, nz, levels, brick, depth] = words;
+        let [
+            kind,
+            bits,
+            range,
+            x,
+            y,
+            z,
+            voxel,
+            nx,
+            ny,
+            nz,
+            levels,
+            brick,
+            depth,
+        ] = words;
         let bits = match bits {
             8 => Bits::Eight,
             16 => Bits::Sixteen,

@@ -14,7 +14,12 @@ pub(super) fn write(volume: &Volume, scene_json: &str, mut out: impl Write) -> i
     match volume {
         Volume::Dense(dense) => {
             let levels = dense.levels().len() as u32;
-            description = describe(KIND_DENSE, dense.encoding(), dense.lattice(), [levels, 0, 0]);
+            description = describe(
+                KIND_DENSE,
+                dense.encoding(),
+                dense.lattice(),
+                [levels, 0, 0],
+            );
             for (level, texels) in (0..).zip(dense.levels()) {
                 sections.push((Section::Texels(level), texels.bytes()));
             }

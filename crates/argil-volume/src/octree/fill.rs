@@ -104,7 +104,10 @@ mod tests {
             ..Fill::default()
         };
         let at = |away| vacant(&words, &fill, away);
-        assert_eq!([at(9.0), at(-9.0), at(0.1), at(-0.1)], [127.0, -127.0, 1.0, -1.0]);
+        assert_eq!(
+            [at(9.0), at(-9.0), at(0.1), at(-0.1)],
+            [127.0, -127.0, 1.0, -1.0]
+        );
         assert_eq!(at(1.0), (0.5f32 * 127.0).floor());
     }
 }

@@ -85,8 +85,9 @@ impl Tree {
 
     /// Bytes of codes, nodes and levels.
     pub fn memory_bytes(&self) -> u64 {
-        (size_of_val(&self.codes[..]) + size_of_val(&self.nodes[..]) + size_of_val(&self.levels[..]))
-            as u64
+        (size_of_val(&self.codes[..])
+            + size_of_val(&self.nodes[..])
+            + size_of_val(&self.levels[..])) as u64
     }
 
     /// What is wrong with the tree, if anything: codes that do not ascend or lie outside of the volume, or nodes other
@@ -95,9 +96,8 @@ impl Tree {
         if !self.codes.is_sorted_by(|a, b| a < b) {
             return Some("codes do not ascend");
         }
-        let in_grid = |&code: &u32| {
-            code < layout.code_count() && layout.holds(argil_math::cell_of(code))
-        };
+        let in_grid =
+            |&code: &u32| code < layout.code_count() && layout.holds(argil_math::cell_of(code));
         if !self.codes.iter().all(in_grid) {
             return Some("a code lies outside of the volume");
         }

@@ -1,0 +1,517 @@
+//! Volumes at the buffer: the GPU's texels, codes and nodes against the CPU's, stored distances against the field, and
+//! rays through them on both devices.
+
+use argil_abi::{Frame, HIT_INSIDE, HIT_NONE, HIT_OUTSIDE, Hit};
+use argil_conformance::{Case, Numbers, all_cases, gpu, lattice, random_blends, shipped};
+use argil_field::Program;
+use argil_gpu::{DenseFill, GpuField, GpuVolume, Order};
+use argil_march::{Camera, Descent, Settings, Show, Through, frames, render};
+use argil_math::Aabb;
+use argil_scene::{Brush, Scene, Shape};
+use argil_volume::{
+    Bits, Dense, Encoding, Keep, Layout, Octree, OctreeSettings, Range, Texels, Volume,
+};
+use glam::Vec3;
+
+fn integers(texels: &Texels) -> Vec<i32> {
+    match texels.bits() {
+        Bits::Eight => texels.bytes().iter().map(|&b| i32::from(b as i8)).collect(),
+        Bits::Sixteen => {
+            let (pairs, _) = texels.bytes().as_chunks::<2>();
+            pairs
+                .iter()
+                .map(|&b| i32::from(i16::from_le_bytes(b)))
+                .collect()
+        }
+    }
+}
+
+/// How many texels differ, and by how many steps at most.
+fn gap(a: &Texels, b: &Texels) -> (usize, i32) {
+    let (a, b) = (integers(a), integers(b));
+    assert_eq!(a.len(), b.len());
+    let gaps = a.iter().zip(&b).map(|(a, b)| (a - b).abs());
+    gaps.fold((0, 0), |(count, most), gap| {
+        (count + usize::from(gap > 0), most.max(gap))
+    })
+}
+
+fn dense_of(volume: Volume) -> Dense {
+    match volume {
+        Volume::Dense(dense) => dense,
+        Volume::Octree(_) => panic!("a dense volume was read"),
+    }
+}
+
+fn octree_of(volume: Volume) -> Octree {
+    match volume {
+        Volume::Octree(octree) => octree,
+        Volume::Dense(_) => panic!("an octree was read"),
+    }
+}
+
+/// Steps by which rounding in `f32` can move a stored integer: one where it decides between two, more where the field
+/// itself rounds (`sin` and `cos`, long sums) by more than a step.
+fn steps_of(d: f32, encoding: &Encoding, range: f32) -> i32 {
+    let field = 2e-5 * (1.0 + d.abs());
+    1 + (field / range * encoding.bits.quanta() as f32).ceil() as i32
+}
+
+/// Bounded.
+#[test]
+fn gpu_dense_volumes_are_the_cpus() {
+    let gpu = gpu();
+    let eight = Encoding::default();
+    let sixteen = Encoding {
+        bits: Bits::Sixteen,
+        range: Range::Stride(8),
+    };
+    let mut cases = shipped();
+    cases.push(random_blends(1, 25));
+    for (i, case) in cases.iter().enumerate() {
+        let program = Program::lower(&case.scene).expect("a program");
+        let field = GpuField::new(gpu.clone(), &program, false).expect("a field");
+        for (encoding, mips, way) in [
+            (eight, true, DenseFill::Tiled),
+            (sixteen, false, DenseFill::Naive),
+        ] {
+            // A software device takes its time for a group of one thread.
+            let is_naive = way == DenseFill::Naive;
+            let resolution = if is_naive {
+                12 + i as u32
+            } else {
+                33 + i as u32
+            };
+            let lattice = self::lattice(&case.scene, &program, resolution);
+            let cpu = Dense::bake(&program, lattice, encoding, mips);
+            let (volume, stages) =
+                GpuVolume::dense(&field, &program, lattice, encoding, mips, way).expect("a volume");
+            assert!(stages.iter().all(|(_, ms)| *ms >= 0.0) && !stages.is_empty());
+            let found = dense_of(volume.read(&gpu).expect("a volume"));
+            assert_eq!(cpu.levels().len(), found.levels().len());
+            for (level, (a, b)) in cpu.levels().iter().zip(found.levels()).enumerate() {
+                let range = encoding.range_length(&lattice, level as u32);
+                let allowed = steps_of(range, &encoding, range);
+                let (count, most) = gap(a, b);
+                assert!(
+                    most <= allowed && count <= a.bytes().len() / 50 + 2,
+                    "{}, level {level}: {count} texels differ, by up to {most}",
+                    case.name
+                );
+            }
+            // Negative control: a lattice moved by a twentieth of a voxel is told apart.
+            let mut moved = lattice;
+            moved.corner += 0.05 * lattice.voxel;
+            let moved = Dense::bake(&program, moved, encoding, mips);
+            let (count, _) = gap(&cpu.levels()[0], &moved.levels()[0]);
+            assert!(
+                count > cpu.levels()[0].bytes().len() / 50 + 2,
+                "{}",
+                case.name
+            );
+        }
+    }
+}
+
+fn settings(brick: u32, depth: Option<u32>, keep: Keep) -> OctreeSettings {
+    OctreeSettings {
+        brick,
+        depth,
+        keep,
+        ..OctreeSettings::default()
+    }
+}
+
+/// Codes, nodes and levels exact; texels bounded.
+#[test]
+fn gpu_octrees_are_the_cpus() {
+    let gpu = gpu();
+    let mut cases = shipped();
+    cases.extend((2..6).map(|seed| random_blends(seed, 20)));
+    cases.push(Case {
+        name: "nothing".into(),
+        scene: Scene::new(),
+    });
+    let shapes = [
+        (50, settings(8, None, Keep::Conservative), Order::Counted),
+        (
+            53,
+            settings(16, None, Keep::Conservative),
+            Order::Enumerated,
+        ),
+        (
+            40,
+            settings(8, Some(4), Keep::CenterInRange),
+            Order::Enumerated,
+        ),
+        (
+            72,
+            settings(32, Some(3), Keep::CenterInRange),
+            Order::Counted,
+        ),
+    ];
+    for (i, case) in cases.iter().enumerate() {
+        let program = Program::lower(&case.scene).expect("a program");
+        let field = GpuField::new(gpu.clone(), &program, false).expect("a field");
+        // Two of the shapes each, so that every scene and every shape has its turn.
+        for (resolution, settings, order) in [shapes[i % 4], shapes[(i + 1) % 4]] {
+            let lattice = lattice(&case.scene, &program, resolution);
+            let layout = Layout::new(lattice, &settings).expect("a layout");
+            let (cpu, _) = Octree::bake(&program, layout, settings.keep);
+            let (volume, stages) =
+                GpuVolume::octree(&field, &program, layout, settings.keep, order)
+                    .expect("an octree");
+            assert_eq!(stages.len(), 5);
+            let size = volume.tree_size(&gpu).expect("a tree");
+            let found = octree_of(volume.read(&gpu).expect("an octree"));
+            assert_eq!(cpu.tree().codes(), found.tree().codes(), "{}", case.name);
+            assert_eq!(cpu.tree(), found.tree(), "{}", case.name);
+            let own = (found.tree().codes().len(), found.tree().nodes().len());
+            assert_eq!(size, Some((own.0 as u64, own.1 as u64)));
+            let range = layout.encoding.range_length(&lattice, 0);
+            let allowed = steps_of(range, &layout.encoding, range);
+            let (count, most) = gap(cpu.texels(), found.texels());
+            assert!(
+                most <= allowed && count <= cpu.texels().bytes().len() / 50,
+                "{}: {count} texels differ, by up to {most}",
+                case.name
+            );
+            if case.name != "nothing" && cpu.tree().codes().len() > 1 {
+                // Negative control: one brick less is another tree.
+                let mut fewer = cpu.tree().codes().to_vec();
+                fewer.remove(fewer.len() / 2);
+                assert_ne!(&argil_volume::Tree::over(fewer, layout.depth), found.tree());
+            }
+        }
+    }
+}
+
+/// A tree with thousands of bricks: many times what one workgroup holds, levels with more nodes than that.
+#[test]
+fn large_octrees_go_past_one_workgroup() {
+    let gpu = gpu();
+    let mut scene = Scene::new();
+    scene
+        .push(Brush::new(Shape::sphere(0.9)))
+        .expect("a valid brush");
+    let program = Program::lower(&scene).expect("a program");
+    let lattice = lattice(&scene, &program, 200);
+    let layout = Layout::new(lattice, &settings(8, None, Keep::Conservative)).expect("a layout");
+    let field = GpuField::new(gpu.clone(), &program, false).expect("a field");
+    let (cpu, _) = Octree::bake(&program, layout, Keep::Conservative);
+    assert!(
+        cpu.tree().codes().len() > 2000,
+        "{}",
+        cpu.tree().codes().len()
+    );
+    for order in [Order::Counted, Order::Enumerated] {
+        let (volume, _) = GpuVolume::octree(&field, &program, layout, Keep::Conservative, order)
+            .expect("an octree");
+        let found = octree_of(volume.read(&gpu).expect("an octree"));
+        assert_eq!(cpu.tree(), found.tree());
+    }
+}
+
+/// Conservative: no level above the finest tells more than the distance, the finest no more than interpolation can add.
+#[test]
+fn no_level_overstates_the_distance() {
+    let mut numbers = Numbers::new(41);
+    let mut over_finest = 0;
+    let mut cases = all_cases();
+    cases.extend(shipped());
+    cases.extend((7..10).map(|seed| random_blends(seed, 20)));
+    for case in &cases {
+        let program = Program::lower(&case.scene).expect("a program");
+        let lattice = lattice(&case.scene, &program, 48);
+        let encoding = Encoding::default();
+        let dense = Dense::bake(&program, lattice, encoding, true);
+        let held = lattice.aabb();
+        let slack = program.bounds_slack(held);
+        let between = 0.5 * 3f32.sqrt() * lattice.voxel * program.lipschitz();
+        let step = encoding.range_length(&lattice, 0) / encoding.bits.quanta() as f32;
+        for _ in 0..300 {
+            let share = Vec3::new(numbers.unit(), numbers.unit(), numbers.unit());
+            let p = held.min + held.size() * share;
+            let d = program.distance(p).abs();
+            for level in 0..dense.levels().len() as u32 {
+                let stored = dense.distance(level, p).expect("a level");
+                let stored = if level == 0 { stored.abs() } else { stored };
+                let allowed = if level == 0 {
+                    between + 0.5 * step + slack
+                } else {
+                    1e-6
+                };
+                assert!(
+                    stored <= d + allowed,
+                    "{}, level {level} at {p}: {stored} of {d}",
+                    case.name
+                );
+                // Negative control: without what is taken off, levels do overstate.
+                over_finest += usize::from(level == 0 && stored > d + 1e-6);
+            }
+        }
+    }
+    assert!(over_finest > 100, "{over_finest}");
+}
+
+const FOCUS: Aabb = Aabb::new(Vec3::splat(-1.0), Vec3::ONE);
+
+fn frame(program: &Program, volume: &Volume, eye: Vec3, show: Show) -> Vec<Frame> {
+    let camera = Camera {
+        eye,
+        target: Vec3::new(0.02, 0.01, 0.0),
+        field_of_view_degrees: 45.0,
+    };
+    let settings = Settings {
+        size: [96, 72],
+        show,
+        max_steps: 4096,
+        ..Settings::default()
+    };
+    frames(&settings, &camera, program, Some(volume.lattice()), FOCUS)
+}
+
+/// Hits of another kind or mark, or with counts that are far apart, and the greatest gaps of length and normal of others.
+fn hit_gap(a: &[Hit], b: &[Hit]) -> (usize, f32, f32) {
+    let mut other = 0;
+    let (mut length, mut normal) = (0.0f32, 0.0f32);
+    for (a, b) in a.iter().zip(b) {
+        let far = |x: u32, y: u32| x.abs_diff(y) > 4 + x / 20;
+        if a.kind != b.kind
+            || a.mark != b.mark
+            || a.cells.abs_diff(b.cells) > 1
+            || a.descents.abs_diff(b.descents) > 4
+            || far(a.steps, b.steps)
+        {
+            other += 1;
+        } else if a.kind != HIT_NONE {
+            length = length.max((a.normal_t[3] - b.normal_t[3]).abs());
+            for (a, b) in a.normal_t.iter().zip(&b.normal_t).take(3) {
+                normal = normal.max((a - b).abs());
+            }
+        }
+    }
+    (other, length, normal)
+}
+
+/// Bounded: a filter may round its weights to eight bits, which moves a hit by a small part of a voxel and turns a normal
+/// by a degree or two; where a ray grazes, that decides.
+#[test]
+fn rays_through_volumes_are_the_same_on_both_devices() {
+    let gpu = gpu();
+    let case = random_blends(11, 18);
+    let program = Program::lower(&case.scene).expect("a program");
+    let field = GpuField::new(gpu.clone(), &program, false).expect("a field");
+    let lattice = lattice(&case.scene, &program, 96);
+    let sixteen = Encoding {
+        bits: Bits::Sixteen,
+        ..Encoding::default()
+    };
+    let layout =
+        |brick| Layout::new(lattice, &settings(brick, None, Keep::Conservative)).expect("a layout");
+    let octree = |brick| Octree::bake(&program, layout(brick), Keep::Conservative).0;
+    let volumes: [(&str, Volume, Descent); 5] = [
+        (
+            "dense",
+            Dense::bake(&program, lattice, Encoding::default(), false).into(),
+            Descent::Root,
+        ),
+        (
+            "mips",
+            Dense::bake(&program, lattice, Encoding::default(), true).into(),
+            Descent::Root,
+        ),
+        (
+            "16 bits",
+            Dense::bake(&program, lattice, sixteen, true).into(),
+            Descent::Root,
+        ),
+        ("octree", octree(8).into(), Descent::Root),
+        ("octree by path", octree(16).into(), Descent::Path),
+    ];
+    for (name, volume, descent) in &volumes {
+        let mut on_gpu = GpuVolume::upload(&field, volume).expect("a volume");
+        on_gpu.set_descent(*descent);
+        assert!(on_gpu.read(&gpu).expect("a volume") == *volume, "{name}");
+        let through = match volume {
+            Volume::Dense(dense) => Through::Dense(dense),
+            Volume::Octree(octree) => Through::Octree(octree, *descent),
+        };
+        let mut views = vec![
+            (Vec3::new(1.6, 1.2, 2.2), Show::Normal),
+            (Vec3::new(-2.2, 0.3, 1.0), Show::Shaded),
+            (Vec3::new(0.05, -0.1, 0.02), Show::Heat),
+        ];
+        if matches!(volume, Volume::Octree(_)) {
+            views.push((Vec3::new(1.5, 0.9, 1.5), Show::Bricks));
+            views.push((Vec3::new(1.5, 0.9, -1.5), Show::Nodes));
+        }
+        for (eye, show) in views {
+            let frames = frame(&program, volume, eye, show);
+            let cpu = render(&program, through, &frames);
+            let (found, _) = on_gpu.render(&field, &frames).expect("a picture");
+            let (other, length, normal) = hit_gap(&cpu.hits, &found.hits);
+            assert!(
+                other <= cpu.hits.len() / 100,
+                "{name}, {show:?}: {other} hits are of another kind"
+            );
+            assert!(
+                length < 0.1 * lattice.voxel && normal < 0.1,
+                "{name}, {show:?}: lengths {length}, normals {normal} apart"
+            );
+            let differing = cpu.rgb.iter().zip(&found.rgb);
+            let differing = differing.filter(|(a, b)| a.abs_diff(**b) > 6).count();
+            assert!(
+                differing <= cpu.rgb.len() / 60,
+                "{name}, {show:?}: {differing} channels differ"
+            );
+            let hit = cpu.hits.iter().filter(|h| h.kind != HIT_NONE).count();
+            assert!(hit > 300, "{name}, {show:?}: {hit}");
+
+            // Negative control: a camera moved by a quarter of a voxel.
+            let moved = eye + Vec3::splat(0.25 * lattice.voxel);
+            let moved = render(&program, through, &frame(&program, volume, moved, show));
+            let (other, length, _) = hit_gap(&cpu.hits, &moved.hits);
+            assert!(
+                other > cpu.hits.len() / 100 || length >= 0.1 * lattice.voxel,
+                "{name}, {show:?}"
+            );
+        }
+    }
+}
+
+/// Where look-ups begin changes how many nodes are visited and nothing else.
+#[test]
+fn a_remembered_path_saves_descents_and_nothing_else() {
+    let case = random_blends(12, 18);
+    let program = Program::lower(&case.scene).expect("a program");
+    let lattice = lattice(&case.scene, &program, 128);
+    let layout = Layout::new(lattice, &settings(8, None, Keep::Conservative)).expect("a layout");
+    let (octree, _) = Octree::bake(&program, layout, Keep::Conservative);
+    let frames = frame(
+        &program,
+        &octree.clone().into(),
+        Vec3::new(1.6, 1.2, 2.2),
+        Show::Normal,
+    );
+    let root = render(&program, Through::Octree(&octree, Descent::Root), &frames);
+    let path = render(&program, Through::Octree(&octree, Descent::Path), &frames);
+    let descents = |hits: &[Hit]| hits.iter().map(|h| u64::from(h.descents)).sum::<u64>();
+    assert!(descents(&path.hits) < descents(&root.hits) * 3 / 4);
+    for (a, b) in root.hits.iter().zip(&path.hits) {
+        assert_eq!(
+            (a.kind, a.normal_t, a.cells, a.steps - a.descents),
+            (b.kind, b.normal_t, b.cells, b.steps - b.descents)
+        );
+    }
+}
+
+/// The study's figure 19: with bricks in the eight middle cells alone, the rays that show one are those that meet their
+/// box, and they meet it where it is.
+#[test]
+fn rays_meet_the_eight_middle_bricks_where_they_are() {
+    let mut scene = Scene::new();
+    scene.view.frame = Some([[-1.0; 3], [1.0; 3]]);
+    scene
+        .push(Brush::new(Shape::sphere(0.05)))
+        .expect("a valid brush");
+    let program = Program::lower(&scene).expect("a program");
+    let lattice = lattice(&scene, &program, 256);
+    // The study's test keeps a brick whose centre is within the range, here 0.25.
+    let mut settings = settings(32, None, Keep::CenterInRange);
+    settings.encoding.range = Range::Voxels(0.25 * 128.0);
+    let layout = Layout::new(lattice, &settings).expect("a layout");
+    let (octree, _) = Octree::bake(&program, layout, settings.keep);
+    assert_eq!(octree.tree().codes().len(), 8);
+    assert_eq!(octree.tree().nodes().len(), 8 + 8 + 1);
+    let volume: Volume = octree.clone().into();
+    let mut frames = frame(&program, &volume, Vec3::new(2.0, 1.4, 2.3), Show::Bricks);
+    // Rays go through the whole volume, not only near the ball.
+    frames[0].box_min_epsilon[..3].fill(-1.0);
+    frames[0].box_max_bias[..3].fill(1.0);
+    let hits = render(&program, Through::Octree(&octree, Descent::Root), &frames).hits;
+    let middle = Aabb::centered(Vec3::splat(0.25));
+    let field = GpuField::new(gpu(), &program, false).expect("a field");
+    let on_gpu = GpuVolume::upload(&field, &volume).expect("a volume");
+    let (found, _) = on_gpu.render(&field, &frames).expect("a picture");
+    let mut met = 0;
+    for (i, (hit, other)) in hits.iter().zip(&found.hits).enumerate() {
+        let span = primary(&frames[0], i as u32 % 96, i as u32 / 96).span(middle);
+        // A ray along an edge may be given to either side.
+        let is_clear = span.is_none_or(|(near, far)| far - near > 1e-3);
+        if is_clear {
+            assert_eq!(hit.mark != 0, span.is_some());
+            assert_eq!((hit.mark, hit.kind), (other.mark, other.kind));
+        }
+        if let (true, Some((near, _))) = (is_clear, span) {
+            met += 1;
+            assert!((hit.normal_t[3] - near).abs() < 1e-4);
+        }
+    }
+    assert!(met > 200 && met < hits.len() / 2, "{met}");
+}
+
+fn primary(frame: &Frame, x: u32, y: u32) -> argil_math::Ray {
+    let u = (x as f32 + frame.ground_jitter[2]) / frame.width as f32 * 2.0 - 1.0;
+    let v = 1.0 - (y as f32 + frame.ground_jitter[3]) / frame.height as f32 * 2.0;
+    let axis = |w: [f32; 4]| Vec3::new(w[0], w[1], w[2]);
+    argil_math::Ray {
+        origin: axis(frame.eye_step),
+        direction: (axis(frame.forward) + axis(frame.right) * u + axis(frame.up) * v).normalize(),
+    }
+}
+
+/// A camera inside a solid sees its wall from within; one outside sees a cut side where the volume ends in a solid.
+#[test]
+fn rays_that_start_inside_and_solids_that_are_cut() {
+    let mut scene = Scene::new();
+    scene.view.frame = Some([[-1.0; 3], [1.0; 3]]);
+    scene
+        .push(Brush::new(Shape::sphere(0.7)))
+        .expect("a valid brush");
+    let mut floor = Scene::new();
+    floor.view.frame = Some([[-1.0; 3], [1.0; 3]]);
+    floor
+        .push(Brush::new(Shape::Plane {
+            normal: [0.0, 1.0, 0.0],
+            offset: 0.0,
+        }))
+        .expect("a valid brush");
+    let gpu = gpu();
+    for (scene, eye, kind) in [
+        (&scene, Vec3::new(0.1, 0.0, 0.2), HIT_INSIDE),
+        (&floor, Vec3::new(0.0, -0.5, 3.0), HIT_OUTSIDE),
+    ] {
+        let program = Program::lower(scene).expect("a program");
+        let lattice = lattice(scene, &program, 64);
+        let layout =
+            Layout::new(lattice, &settings(8, None, Keep::Conservative)).expect("a layout");
+        let field = GpuField::new(gpu.clone(), &program, false).expect("a field");
+        let dense = Dense::bake(&program, lattice, Encoding::default(), true);
+        let octree = Octree::bake(&program, layout, Keep::Conservative).0;
+        for volume in [Volume::Dense(dense), Volume::Octree(octree)] {
+            let through = match &volume {
+                Volume::Dense(dense) => Through::Dense(dense),
+                Volume::Octree(octree) => Through::Octree(octree, Descent::Root),
+            };
+            let frames = frame(&program, &volume, eye, Show::Normal);
+            let on_gpu = GpuVolume::upload(&field, &volume).expect("a volume");
+            let (found, _) = on_gpu.render(&field, &frames).expect("a picture");
+            for hits in [&render(&program, through, &frames).hits, &found.hits] {
+                let middle = &hits[30 * 96 + 48 - 20..30 * 96 + 48 + 20];
+                let low = &hits[40 * 96 + 48 - 20..40 * 96 + 48 + 20];
+                let seen = if kind == HIT_INSIDE { middle } else { low };
+                for hit in seen {
+                    assert_eq!(hit.kind, kind);
+                    let t = hit.normal_t[3];
+                    if kind == HIT_INSIDE {
+                        assert!((0.4..0.95).contains(&t), "{t}");
+                    } else {
+                        // The volume's side is at z = 1, two away.
+                        assert!((1.99..2.3).contains(&t), "{t}");
+                    }
+                }
+            }
+        }
+    }
+}
