@@ -1,0 +1,197 @@
+//! Volume files: round trips, and everything that can be wrong with one.
+
+use argil_field::Program;
+use argil_scene::{Brush, Scene, Shape};
+use argil_volume::{
+    Bits, Dense, Encoding, Lattice, Layout, Octree, OctreeSettings, Range, Section, Stored, Volume,
+    VolumeError,
+};
+
+const SCENE: &str = "{\"argil\": 1, \"brushes\": []}";
+
+fn program() -> Program {
+    let mut scene = Scene::new();
+    for (x, r) in [(0.0, 0.4), (0.5, 0.2)] {
+        let ball = Brush::new(Shape::sphere(r)).at([x, 0.1, 0.0]).blend(0.1);
+        scene.push(ball).expect("a valid brush");
+    }
+    Program::lower(&scene).expect("a program")
+}
+
+fn volumes() -> Vec<Volume> {
+    let program = program();
+    let lattice = Lattice::holding(program.aabb(), None, 21).expect("a lattice");
+    let sixteen = Encoding {
+        bits: Bits::Sixteen,
+        range: Range::Voxels(6.0),
+    };
+    let layout = Layout::new(
+        lattice,
+        &OctreeSettings {
+            brick: 8,
+            ..OctreeSettings::default()
+        },
+    )
+    .expect("a layout");
+    vec![
+        Dense::bake(&program, lattice, Encoding::default(), true).into(),
+        Dense::bake(&program, lattice, sixteen, false).into(),
+        Octree::bake(&program, layout, OctreeSettings::default().keep)
+            .0
+            .into(),
+    ]
+}
+
+fn bytes_of(volume: &Volume) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    volume.write(SCENE, &mut bytes).expect("a vector takes all");
+    bytes
+}
+
+#[test]
+fn volumes_survive_a_round_trip_bit_for_bit() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for (i, volume) in volumes().into_iter().enumerate() {
+        let bytes = bytes_of(&volume);
+        let path = folder.path().join(format!("{i}.argil"));
+        std::fs::write(&path, &bytes).expect("a file");
+        assert!(Stored::is_volume_file(&path));
+        let mapped = Stored::open(&path).expect("a volume");
+        let copied = Stored::from_bytes(&bytes, "copy").expect("a volume");
+        for stored in [mapped, copied] {
+            assert!(stored.volume == volume);
+            assert_eq!(stored.scene_json, SCENE);
+            // What is read can be written again, and is the same file.
+            assert!(bytes_of(&stored.volume) == bytes);
+        }
+    }
+}
+
+#[test]
+fn a_truncated_file_is_refused_at_every_length_with_the_section_at_fault() {
+    for volume in volumes() {
+        let bytes = bytes_of(&volume);
+        let mut sections = Vec::new();
+        for length in 0..bytes.len() {
+            let error = Stored::from_bytes(&bytes[..length], "cut").err();
+            match error {
+                Some(VolumeError::Truncated {
+                    section, end, size, ..
+                }) => {
+                    assert!(end > size && size == length as u64);
+                    if sections.last() != Some(&section) {
+                        sections.push(section);
+                    }
+                }
+                Some(VolumeError::Other(_)) => assert!(length < 8),
+                other => panic!("{length} bytes: {:?}", other.map(|e| e.to_string())),
+            }
+        }
+        // From the header on, each section was the one at fault once.
+        assert!(sections.len() >= 4, "{sections:?}");
+        assert_eq!(sections[0], Section::Header);
+        assert!(Stored::from_bytes(&[&bytes[..], &[0]].concat(), "long").is_err());
+    }
+}
+
+#[test]
+fn no_changed_byte_goes_unnoticed_but_in_gaps() {
+    for volume in volumes() {
+        let bytes = bytes_of(&volume);
+        let mut unnoticed = 0;
+        for i in 0..bytes.len() {
+            let mut damaged = bytes.clone();
+            damaged[i] ^= 0x10;
+            match Stored::from_bytes(&damaged, "damaged") {
+                // Nothing is stored between sections.
+                Ok(stored) => {
+                    assert!(stored.volume == volume);
+                    unnoticed += 1;
+                }
+                Err(error) => assert!(error.to_string().starts_with("damaged: ")),
+            }
+        }
+        assert!(unnoticed < 64 * 12, "{unnoticed}");
+    }
+}
+
+#[test]
+fn newer_files_and_others_say_so() {
+    let mut bytes = bytes_of(&volumes()[0]);
+    bytes[8] = 2;
+    let error = Stored::from_bytes(&bytes, "new").err().expect("an error");
+    assert_eq!(
+        error.to_string(),
+        "new: format version 2 is newer than this program reads (1): update argil"
+    );
+    let error = Stored::from_bytes(b"PNG, or something else", "other").err();
+    assert_eq!(
+        error.expect("an error").to_string(),
+        "other: not a volume file"
+    );
+    assert!(Stored::open("/nowhere/at/all.argil").is_err());
+    assert!(Stored::open(".").is_err());
+}
+
+/// A file whose checksums are right and whose contents are not: what a fuzzer with a repaired checksum would find.
+#[test]
+fn contents_that_make_no_sense_are_refused_whatever_they_are() {
+    let mut refused = 0;
+    let mut state = 12345u32;
+    let mut next = || {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        state >> 8
+    };
+    for volume in volumes() {
+        let bytes = bytes_of(&volume);
+        for _ in 0..3000 {
+            let mut changed = bytes.clone();
+            // Descriptions, codes and nodes are small; hit them often.
+            for _ in 0..1 + next() % 4 {
+                let at = if next() % 2 == 0 {
+                    32 + next() as usize % 1200
+                } else {
+                    next() as usize % changed.len()
+                };
+                let at = at.min(changed.len() - 1);
+                changed[at] = [0, 1, 0x7f, 0x80, 0xff, next() as u8][next() as usize % 6];
+            }
+            repair(&mut changed);
+            match Stored::from_bytes(&changed, "fuzz") {
+                Ok(stored) => {
+                    // What is accepted can be used.
+                    let p = stored.volume.lattice().aabb().center();
+                    if let Volume::Dense(dense) = &stored.volume {
+                        assert!(dense.distance(0, p).is_some());
+                    }
+                    let _ = bytes_of(&stored.volume);
+                }
+                Err(_) => refused += 1,
+            }
+        }
+    }
+    assert!(refused > 1000, "{refused}");
+}
+
+/// Make all checksums right again.
+fn repair(bytes: &mut [u8]) {
+    let word = |b: &[u8], at: usize| u32::from_le_bytes([b[at], b[at + 1], b[at + 2], b[at + 3]]);
+    let count = (word(bytes, 12) as usize).min(32);
+    for entry in (0..count).map(|i| 32 + 32 * i) {
+        if entry + 32 > bytes.len() {
+            return;
+        }
+        let (offset, size) = (
+            word(bytes, entry + 8) as usize,
+            word(bytes, entry + 16) as usize,
+        );
+        if let Some(part) = bytes.get(offset..offset.saturating_add(size)) {
+            let crc = crc32fast::hash(part).to_le_bytes();
+            bytes[entry + 4..entry + 8].copy_from_slice(&crc);
+        }
+    }
+    let mut crc = crc32fast::Hasher::new();
+    crc.update(&bytes[..24]);
+    crc.update(&bytes[32..32 + 32 * count]);
+    bytes[24..28].copy_from_slice(&crc.finalize().to_le_bytes());
+}
