@@ -37,8 +37,9 @@ fn missed(program: &Program, octree: &Octree) -> (usize, usize) {
                     size,
                 };
                 let (mut inside, mut outside) = (false, false);
+                let xs = grid.xs();
                 for k in 0..size.z {
-                    grid.sweep_layer(&mut evaluator, k, |_, d| {
+                    grid.sweep_layer(&mut evaluator, &xs, k, |_, d| {
                         inside |= d.iter().any(|&d| d < 0.0);
                         outside |= d.iter().any(|&d| d >= 0.0);
                     });

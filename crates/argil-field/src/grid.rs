@@ -32,17 +32,31 @@ impl Grid {
         self.size.x as usize * self.size.y as usize
     }
 
-    /// The distances of layer `k`, batch after batch: where in the layer each batch stands, and its values.
+    /// The coordinates along x, for [`Grid::sweep_layer`].
+    pub fn xs(&self) -> Vec<f32> {
+        (0..self.size.x as usize).map(|i| self.at(0, i)).collect()
+    }
+
+    #[inline]
+    fn at(&self, axis: usize, i: usize) -> f32 {
+        self.min[axis] + self.spacing[axis] * (self.begin[axis] + i as u32) as f32
+    }
+
+    /// The distances of layer `k`, batch after batch: where in the layer each batch stands, and its values. `xs` are the
+    /// points' coordinates along x.
+    ///
+    /// # Panics
+    /// If `xs` is not as long as the grid is wide.
     pub fn sweep_layer(
         &self,
         evaluator: &mut Evaluator<'_>,
+        xs: &[f32],
         k: u32,
         mut emit: impl FnMut(Range<usize>, &[f32]),
     ) {
         let nx = self.size.x as usize;
-        let at = |axis: usize, i: usize| {
-            self.min[axis] + self.spacing[axis] * (self.begin[axis] + i as u32) as f32
-        };
+        assert_eq!(xs.len(), nx, "a coordinate for each point of a row");
+        let at = |axis: usize, i: usize| self.at(axis, i);
         let z = [at(2, k as usize); LANES];
         let (mut x, mut y, mut d) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
         for first in (0..self.layer_len()).step_by(LANES) {
@@ -52,9 +66,7 @@ impl Grid {
             while lane < n {
                 let (i, j) = ((first + lane) % nx, (first + lane) / nx);
                 let run = (nx - i).min(n - lane);
-                for (step, x) in x[lane..lane + run].iter_mut().enumerate() {
-                    *x = at(0, i + step);
-                }
+                x[lane..lane + run].copy_from_slice(&xs[i..i + run]);
                 y[lane..lane + run].fill(at(1, j));
                 lane += run;
             }
@@ -78,12 +90,13 @@ impl Program {
         if out.is_empty() {
             return;
         }
+        let xs = grid.xs();
         out.par_chunks_mut(grid.layer_len())
             .enumerate()
             .for_each_init(
                 || Evaluator::new(self),
                 |evaluator, (k, layer)| {
-                    grid.sweep_layer(evaluator, k as u32, |range, d| {
+                    grid.sweep_layer(evaluator, &xs, k as u32, |range, d| {
                         layer[range].copy_from_slice(d);
                     });
                 },

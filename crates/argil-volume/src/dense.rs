@@ -126,6 +126,7 @@ fn bake_level<T: Texel>(
 ) -> Texels {
     let fill = encoding.fill(program, lattice, level);
     let grid = lattice.grid(level);
+    let xs = grid.xs();
     let mut texels = vec![T::default(); lattice.texel_count(level) as usize];
     texels
         .par_chunks_mut(grid.layer_len())
@@ -133,7 +134,7 @@ fn bake_level<T: Texel>(
         .for_each_init(
             || Evaluator::new(program),
             |evaluator, (k, layer)| {
-                grid.sweep_layer(evaluator, k as u32, |range, d| {
+                grid.sweep_layer(evaluator, &xs, k as u32, |range, d| {
                     encode(d, &fill, &mut layer[range]);
                 });
             },

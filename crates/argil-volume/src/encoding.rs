@@ -120,8 +120,8 @@ impl Encoding {
 
 /// A stored distance. `encode` in `fill.wgsl` is the twin.
 pub trait Texel: bytemuck::Pod + Send + Sync + Default {
-    /// What an integer is stored as; it must be within the quanta.
-    fn stored(integer: f32) -> Self;
+    /// What an integer within the quanta is stored as.
+    fn stored(integer: i32) -> Self;
     /// The integer.
     fn integer(self) -> f32;
     /// Of which width.
@@ -131,8 +131,8 @@ pub trait Texel: bytemuck::Pod + Send + Sync + Default {
 impl Texel for i8 {
     const BITS: Bits = Bits::Eight;
     #[inline(always)]
-    fn stored(integer: f32) -> Self {
-        integer as i32 as i8
+    fn stored(integer: i32) -> Self {
+        integer as i8
     }
     #[inline(always)]
     fn integer(self) -> f32 {
@@ -143,8 +143,8 @@ impl Texel for i8 {
 impl Texel for i16 {
     const BITS: Bits = Bits::Sixteen;
     #[inline(always)]
-    fn stored(integer: f32) -> Self {
-        integer as i32 as i16
+    fn stored(integer: i32) -> Self {
+        integer as i16
     }
     #[inline(always)]
     fn integer(self) -> f32 {
@@ -155,15 +155,22 @@ impl Texel for i16 {
 /// The integer that a distance is stored as: the nearest one, or, on a level with a bias, one that is not above what is
 /// left of the distance.
 #[inline(always)]
-pub(crate) fn integer_of(d: f32, bias: f32, scale: f32, quanta: f32) -> f32 {
-    let low = |a: f32, b: f32| if b < a { b } else { a };
-    let high = |a: f32, b: f32| if b > a { b } else { a };
-    let (value, half) = if bias == 0.0 {
-        (d * scale, 0.5)
+pub(crate) fn integer_of(d: f32, bias: f32, scale: f32, quanta: f32) -> i32 {
+    if bias == 0.0 {
+        whole(d * scale, 0.5, quanta)
     } else {
-        (((if d < 0.0 { -d } else { d }) - bias) * scale, 0.0)
-    };
-    (low(high(value, -quanta), quanta) + half).floor()
+        whole(((if d < 0.0 { -d } else { d }) - bias) * scale, 0.0, quanta)
+    }
+}
+
+/// `floor(clamp(value, ±quanta) + half)`.
+#[inline(always)]
+fn whole(value: f32, half: f32, quanta: f32) -> i32 {
+    // Not a number becomes the least.
+    let value = if value > -quanta { value } else { -quanta };
+    let value = if value < quanta { value } else { quanta };
+    // SAFETY: at most `quanta`, which fits, and half more.
+    unsafe { (value + half).floor().to_int_unchecked() }
 }
 
 #[inline(always)]
@@ -173,8 +180,15 @@ fn encode_all<T: Texel>(d: &[f32], fill: &Fill, out: &mut [T]) {
         fill.spacing_scale[3],
         fill.quanta as f32,
     );
-    for (out, &d) in out.iter_mut().zip(d) {
-        *out = T::stored(integer_of(d, bias, scale, quanta));
+    if bias == 0.0 {
+        for (out, &d) in out.iter_mut().zip(d) {
+            *out = T::stored(integer_of(d, 0.0, scale, quanta));
+        }
+    } else {
+        for (out, &d) in out.iter_mut().zip(d) {
+            let value = ((if d < 0.0 { -d } else { d }) - bias) * scale;
+            *out = T::stored(whole(value, 0.0, quanta));
+        }
     }
 }
 
@@ -203,17 +217,15 @@ mod tests {
     #[test]
     fn integers_are_the_nearest_and_biased_ones_are_rounded_down() {
         let near = |d| integer_of(d, 0.0, 127.0, 127.0);
-        assert_eq!([near(0.0), near(1.0), near(-1.0)], [0.0, 127.0, -127.0]);
-        assert_eq!(
-            [near(1e30), near(-1e30), near(-1.004)],
-            [127.0, -127.0, -127.0]
-        );
-        assert_eq!([near(0.6 / 127.0), near(-0.6 / 127.0)], [1.0, -1.0]);
+        assert_eq!([near(0.0), near(1.0), near(-1.0)], [0, 127, -127]);
+        assert_eq!([near(1e30), near(-1e30), near(-1.004)], [127, -127, -127]);
+        assert_eq!([near(0.6 / 127.0), near(-0.6 / 127.0)], [1, -1]);
+        assert_eq!(near(f32::NAN), -127);
         let biased = |d| integer_of(d, 0.25, 127.0, 127.0);
-        assert_eq!([biased(0.2), biased(-0.2)], [-7.0, -7.0]);
-        assert_eq!([biased(1e30), biased(-1e30)], [127.0, 127.0]);
-        assert_eq!(integer_of(1.0, f32::MAX, 127.0, 127.0), -127.0);
-        assert!(biased(0.5) <= 0.25 * 127.0 && biased(0.5) > 0.25 * 127.0 - 1.0);
+        assert_eq!([biased(0.2), biased(-0.2)], [-7, -7]);
+        assert_eq!([biased(1e30), biased(-1e30)], [127, 127]);
+        assert_eq!(integer_of(1.0, f32::MAX, 127.0, 127.0), -127);
+        assert!(biased(0.5) <= 31 && biased(0.5) > 30);
     }
 
     #[test]

@@ -20,6 +20,7 @@ pub(super) fn bricks<T: Texel>(
     centers: &[f32],
 ) -> Texels {
     let all = layout.lattice.grid(0);
+    let xs = all.xs();
     let (size, brick, grid) = (layout.lattice.size, layout.brick, layout.grid);
     let mut texels = vec![T::default(); layout.lattice.texel_count(0) as usize];
     texels
@@ -44,7 +45,9 @@ pub(super) fn bricks<T: Texel>(
                         };
                         if tree.codes().binary_search(&code).is_ok() {
                             let mut out = [T::default(); argil_field::LANES];
-                            part.sweep_layer(evaluator, 0, |range, d| {
+                            let first = begin.x as usize;
+                            let xs = &xs[first..first + part.size.x as usize];
+                            part.sweep_layer(evaluator, xs, 0, |range, d| {
                                 encode(d, fill, &mut out[..d.len()]);
                                 store(range.start, &out[..d.len()]);
                             });
@@ -66,12 +69,11 @@ pub(super) fn bricks<T: Texel>(
 
 /// What is stored in all texels of a cell without a brick, whose centre is so far from the surface: the distance that
 /// none of them falls short of, at least one step so that the sign is kept.
-fn vacant(words: &Volume, fill: &Fill, away: f32) -> f32 {
+fn vacant(words: &Volume, fill: &Fill, away: f32) -> i32 {
     let low = |a: f32, b: f32| if b < a { b } else { a };
     let magnitude = away.abs() - words.spread;
     let quanta = fill.quanta as f32;
-    let integer = low(magnitude * fill.spacing_scale[3], quanta).floor();
-    let integer = if integer < 1.0 { 1.0 } else { integer };
+    let integer = (low(magnitude * fill.spacing_scale[3], quanta).floor() as i32).max(1);
     if away < 0.0 { -integer } else { integer }
 }
 
@@ -106,8 +108,8 @@ mod tests {
         let at = |away| vacant(&words, &fill, away);
         assert_eq!(
             [at(9.0), at(-9.0), at(0.1), at(-0.1)],
-            [127.0, -127.0, 1.0, -1.0]
+            [127, -127, 1, -1]
         );
-        assert_eq!(at(1.0), (0.5f32 * 127.0).floor());
+        assert_eq!(at(1.0), 63);
     }
 }

@@ -1,0 +1,43 @@
+//! Reading a volume file: whatever the bytes are, there is a volume or an error.
+//!
+//! Checksums are made right first, else nothing behind them would ever be reached.
+
+#![no_main]
+
+use argil_volume::{Stored, Volume};
+use libfuzzer_sys::fuzz_target;
+
+fuzz_target!(|bytes: &[u8]| {
+    let mut bytes = bytes.to_vec();
+    repair(&mut bytes);
+    let Ok(stored) = Stored::from_bytes(&bytes, "fuzz") else {
+        return;
+    };
+    let center = stored.volume.lattice().aabb().center();
+    match &stored.volume {
+        Volume::Dense(dense) => assert!(dense.distance(0, center).is_some()),
+        Volume::Octree(octree) => assert!(octree.tree().check(octree.layout()).is_none()),
+    }
+});
+
+fn repair(bytes: &mut [u8]) {
+    let word = |b: &[u8], at: usize| {
+        let four = b.get(at..at + 4).and_then(|b| b.try_into().ok());
+        u32::from_le_bytes(four.unwrap_or_default()) as usize
+    };
+    let count = word(bytes, 12).min(32);
+    if bytes.len() < 32 + 32 * count {
+        return;
+    }
+    for entry in (0..count).map(|i| 32 + 32 * i) {
+        let (offset, size) = (word(bytes, entry + 8), word(bytes, entry + 16));
+        if let Some(part) = bytes.get(offset..offset + size) {
+            let crc = crc32fast::hash(part).to_le_bytes();
+            bytes[entry + 4..entry + 8].copy_from_slice(&crc);
+        }
+    }
+    let mut crc = crc32fast::Hasher::new();
+    crc.update(&bytes[..24]);
+    crc.update(&bytes[32..32 + 32 * count]);
+    bytes[24..28].copy_from_slice(&crc.finalize().to_le_bytes());
+}
