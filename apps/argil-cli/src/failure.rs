@@ -1,6 +1,6 @@
 //! Errors and exit codes: 1 the input or the request, 3 the machine.
 
-use argil::{BuildError, EngineError, RenderError};
+use argil::{BuildError, EngineError, RenderError, VolumeFileError};
 use std::process::ExitCode;
 
 pub fn report(error: &anyhow::Error) -> ExitCode {
@@ -8,7 +8,13 @@ pub fn report(error: &anyhow::Error) -> ExitCode {
     let of_machine = error.chain().any(|cause| {
         cause.is::<EngineError>()
             || matches!(cause.downcast_ref(), Some(RenderError::Gpu(_)))
-            || matches!(cause.downcast_ref(), Some(BuildError::Gpu(_)))
+            || cause.downcast_ref().is_some_and(lacks)
+            || matches!(cause.downcast_ref(), Some(VolumeFileError::Build(e)) if lacks(e))
     });
     ExitCode::from(if of_machine { 3 } else { 1 })
+}
+
+/// Whether it is the machine that lacks something.
+fn lacks(error: &BuildError) -> bool {
+    matches!(error, BuildError::Gpu(_) | BuildError::Memory { .. })
 }

@@ -4,6 +4,9 @@ use crate::timing::Timing;
 use crate::{Gpu, GpuError};
 use std::time::Instant;
 
+/// Each stage of a build with its milliseconds.
+pub type StagesMs = Vec<(&'static str, f64)>;
+
 /// How many workgroups a pass has.
 #[derive(Clone, Copy)]
 pub(crate) enum Groups<'a> {
@@ -66,13 +69,13 @@ impl<'a> Bake<'a> {
     }
 
     /// Wait for all passes; each stage with what its passes took, in the order of their first.
-    pub fn finish(self) -> Result<Vec<(&'static str, f64)>, GpuError> {
+    pub fn finish(self) -> Result<StagesMs, GpuError> {
         self.gpu.wait()?;
         let stamps = match &self.timing {
             Some(timing) => timing.durations_ms(self.gpu)?,
             None => self.passes.iter().map(|&(_, ms)| ms).collect(),
         };
-        let mut stages: Vec<(&'static str, f64)> = Vec::new();
+        let mut stages = StagesMs::new();
         for (&(stage, _), ms) in self.passes.iter().zip(stamps) {
             match stages.iter_mut().find(|(known, _)| *known == stage) {
                 Some((_, total)) => *total += ms,

@@ -1,6 +1,6 @@
 //! `DenseFill`: sampling a field into a texture.
 
-use crate::bake::{Bake, Groups};
+use crate::bake::{Bake, Groups, StagesMs};
 use crate::pass::{Bind, FIELD_BINDS, FILL, TABLES_WGSL, TEXELS, entry, layout, pipelines};
 use crate::volume::{Kind, dense_words, format_of, texture, uniform_of};
 use crate::{Gpu, GpuError, GpuField, GpuVolume};
@@ -32,7 +32,7 @@ impl GpuVolume {
         encoding: Encoding,
         mips: bool,
         way: DenseFill,
-    ) -> Result<(Self, Vec<(&'static str, f64)>), GpuError> {
+    ) -> Result<(Self, StagesMs), GpuError> {
         let gpu = field.gpu();
         let levels = Dense::level_count(&lattice, mips);
         let texture = texture(gpu, &lattice, encoding.bits, levels)?;

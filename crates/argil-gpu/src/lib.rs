@@ -20,6 +20,7 @@ mod table;
 mod timing;
 mod volume;
 
+pub use bake::StagesMs;
 pub use dense::DenseFill;
 pub use device::{DeviceInfo, DeviceKind, Gpu, devices};
 pub use error::GpuError;

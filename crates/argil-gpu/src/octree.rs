@@ -1,6 +1,6 @@
 //! `Octree::select`, `Octree::sort`, `Octree::fill`, `Octree::build`: no step of it waits for the CPU.
 
-use crate::bake::{Bake, Groups};
+use crate::bake::{Bake, Groups, StagesMs};
 use crate::dense::{MOST_PASSES, layers, target_wgsl, tile_side};
 use crate::pass::{
     ARGUMENTS, Bind, CENTERS, FIELD_BINDS, FILL, KEYS, NODES, OCCUPIED, TABLES_WGSL, TEXELS,
@@ -58,7 +58,7 @@ impl GpuVolume {
         measures: Layout,
         keep: Keep,
         order: Order,
-    ) -> Result<(Self, Vec<(&'static str, f64)>), GpuError> {
+    ) -> Result<(Self, StagesMs), GpuError> {
         let gpu = field.gpu();
         let bits = measures.encoding.bits;
         let code_count = measures.code_count();
@@ -187,7 +187,7 @@ impl GpuVolume {
         bake.pass("tree", &build, &tree_group, Groups::Direct([1, 1, 1]))?;
         let stages = bake.finish()?;
         let (lattice, encoding) = (measures.lattice, measures.encoding);
-        let kind = Kind::Octree(tables);
+        let kind = Kind::Octree(Box::new(tables));
         let volume = Self::new(field, lattice, encoding, texture, words, kind)?;
         Ok((volume, stages))
     }

@@ -14,7 +14,7 @@ const ROW_ALIGNMENT: u32 = wgpu::COPY_BYTES_PER_ROW_ALIGNMENT;
 /// What a volume is, besides its texture.
 pub(crate) enum Kind {
     Dense,
-    Octree(TreeTables),
+    Octree(Box<TreeTables>),
 }
 
 /// An octree's tables.
@@ -106,7 +106,7 @@ impl GpuVolume {
                 tables.keys.write(gpu, tree.codes())?;
                 tables.nodes.write(gpu, tree.nodes())?;
                 let words = octree_words(&layout);
-                let kind = Kind::Octree(tables);
+                let kind = Kind::Octree(Box::new(tables));
                 Self::new(field, layout.lattice, layout.encoding, texture, words, kind)
             }
         }

@@ -4,88 +4,226 @@
 //! within the band: it climbs where a sample saturates and goes down again where the next finer level could tell as
 //! much. Levels above the finest never overstate the distance, so steps by them need no test; the surface is met on
 //! the finest alone.
+//!
+//! *Practice.* A tile's rays march together, as through the field; each has its own level.
 
-use crate::volume::{Marched, Walk};
-use argil_abi::{Frame, HIT_NONE, Hit};
-use argil_math::Ray;
-use argil_volume::{Dense, Sampler, Texel};
-use glam::Vec3;
+use crate::scratch::TileScratch;
+use crate::tile::Tile;
+use crate::trace::{around, flagged, lay_ground, set_normals, start_rays};
+use crate::wave::{RETIRED, Wave};
+use argil_abi::{self as abi, Frame, Hit};
+use argil_field::LANES;
+use argil_volume::{Bits, Dense, Levels, Texel};
+use multiversion::multiversion;
+use std::ops::Range;
 
 /// A sample of at least this share of the band is saturated.
 const SATURATED: f32 = 0.99;
 /// Below this share of the band, the level beneath, of half the band, tells the distance more closely.
 const NEAR: f32 = 0.28;
 
-pub(crate) struct DenseRays<'a, T> {
-    levels: Vec<Sampler<'a, T>>,
-    /// The length of 1.0 on the finest level.
-    range: f32,
+/// A dense volume, ready to be marched through.
+pub(crate) enum DenseRays<'a> {
+    Eight(Levels<'a, i8>, f32),
+    Sixteen(Levels<'a, i16>, f32),
 }
 
-impl<'a, T: Texel> DenseRays<'a, T> {
-    /// `None` if the texels are not of this type.
+impl<'a> DenseRays<'a> {
     pub fn new(dense: &'a Dense) -> Option<Self> {
-        let levels = dense.samplers();
-        (levels.len() == dense.levels().len()).then(|| Self {
-            levels,
-            range: dense.encoding().range_length(dense.lattice(), 0),
-        })
+        let range = dense.encoding().range_length(dense.lattice(), 0);
+        match dense.encoding().bits {
+            Bits::Eight => Levels::new(dense).map(|levels| Self::Eight(levels, range)),
+            Bits::Sixteen => Levels::new(dense).map(|levels| Self::Sixteen(levels, range)),
+        }
     }
 }
 
-impl<T: Texel> Marched for DenseRays<'_, T> {
-    #[inline]
-    fn march(&self, frame: &Frame, ray: Ray, near: f32, far: f32) -> Hit {
-        let top = self.levels.len() - 1;
-        let mut walk = Walk::from(near);
-        let mut level = 0;
-        let mut kind = HIT_NONE;
-        let mut steps = 0;
-        while steps < frame.max_steps {
-            steps += 1;
-            let d = self.levels[level].distance(ray.at(walk.t));
-            let range = self.range * (1u32 << level) as f32;
-            if level == 0 {
-                let (gap, reached) = walk.step(frame, d, steps == frame.max_steps);
-                if reached {
-                    kind = walk.kind();
-                    break;
+/// What a batch of rays finds with one step.
+struct Found {
+    reached: [u8; LANES],
+    ended: [u8; LANES],
+}
+
+/// What the primary ray of each pixel of a tile hits, row by row, into `out`.
+pub(crate) fn trace_dense(
+    frame: &Frame,
+    tile: Tile,
+    volume: &DenseRays<'_>,
+    scratch: &mut TileScratch,
+    out: &mut [Hit],
+) {
+    let TileScratch {
+        wave, points, hits, ..
+    } = scratch;
+    hits.clear();
+    start_rays(frame, tile, wave, out);
+
+    // March until every ray has hit, left the box or spent its steps.
+    let mut steps = 0;
+    while wave.len() > 0 {
+        steps += 1;
+        let count = wave.len();
+        for first in (0..count).step_by(LANES) {
+            let range = first..(first + LANES).min(count);
+            let mut found = Found {
+                reached: [0; LANES],
+                ended: [0; LANES],
+            };
+            match volume {
+                DenseRays::Eight(levels, length) => {
+                    step_i8(frame, levels, *length, steps, wave, range, &mut found);
                 }
-                if gap >= SATURATED * range {
-                    // How far the surface is when a ray begins is not known at all.
-                    level = if steps == 1 { top } else { top.min(1) };
-                }
-            } else {
-                let gap = if d > 0.0 { d } else { 0.0 };
-                walk.t += gap * frame.eye_step[3];
-                if gap >= SATURATED * range {
-                    level = top.min(level + 1);
-                } else {
-                    let mut range = range;
-                    while level > 0 && gap < NEAR * range {
-                        level -= 1;
-                        range *= 0.5;
-                    }
+                DenseRays::Sixteen(levels, length) => {
+                    step_i16(frame, levels, *length, steps, wave, range, &mut found);
                 }
             }
-            if walk.t > far {
-                break;
+            for i in flagged(&found.ended) {
+                let ray = first + i;
+                let hit = &mut out[wave.pixel[ray] as usize];
+                hit.steps = steps;
+                if found.reached[i] != 0 {
+                    hit.kind = if wave.side[ray] < 0.0 {
+                        abi::HIT_INSIDE
+                    } else {
+                        abi::HIT_OUTSIDE
+                    };
+                    hit.normal_t[3] = wave.t[ray];
+                    hits.push(wave.pixel[ray]);
+                }
+                wave.retire(ray);
             }
         }
-        Hit {
-            normal_t: if kind == HIT_NONE {
-                [0.0; 4]
-            } else {
-                [0.0, 0.0, 0.0, walk.t]
-            },
-            kind,
-            steps,
-            ..Hit::default()
-        }
+        wave.compact();
     }
 
-    #[inline]
-    fn distance(&self, point: Vec3) -> f32 {
-        self.levels[0].distance(point)
+    // Normals by central differences.
+    around(frame, tile, hits, points, out);
+    points.d.resize(points.x.len(), 0.0);
+    for first in (0..points.x.len()).step_by(LANES) {
+        let range = first..(first + LANES).min(points.x.len());
+        let (x, y, z) = (
+            &points.x[range.clone()],
+            &points.y[range.clone()],
+            &points.z[range.clone()],
+        );
+        let d = &mut points.d[range];
+        match volume {
+            DenseRays::Eight(levels, _) => measure_i8(levels, [x, y, z], d),
+            DenseRays::Sixteen(levels, _) => measure_i16(levels, [x, y, z], d),
+        }
     }
+    set_normals(frame, tile, hits, points, out);
+    lay_ground(frame, tile, out);
+}
+
+/// One step of a batch of rays.
+#[inline(always)]
+fn step<T: Texel>(
+    frame: &Frame,
+    levels: &Levels<'_, T>,
+    length: f32,
+    steps: u32,
+    wave: &mut Wave,
+    range: Range<usize>,
+    found: &mut Found,
+) {
+    let n = range.len();
+    let (epsilon, scale) = (frame.box_min_epsilon[3], frame.eye_step[3]);
+    let (is_first, is_last) = (steps == 1, steps >= frame.max_steps);
+    let top = levels.count() as u32 - 1;
+    // How far the surface is when a ray begins is not known at all.
+    let above_finest = if is_first { top } else { top.min(1) };
+    let mut p = [[0.0f32; LANES]; 3];
+    let mut d = [0.0f32; LANES];
+    for (k, p) in p.iter_mut().enumerate() {
+        let (t, direction) = (&wave.t[range.clone()], &wave.direction[k][range.clone()]);
+        for (p, (t, direction)) in p.iter_mut().zip(t.iter().zip(direction)) {
+            *p = frame.eye_step[k] + direction * t;
+        }
+    }
+    let (t, end) = (&mut wave.t[range.clone()], &wave.end[range.clone()]);
+    let side = &mut wave.side[range.clone()];
+    let level = &mut wave.level[range];
+    let points = [&p[0][..n], &p[1][..n], &p[2][..n]];
+    levels.distances(points, level, &mut d[..n]);
+    if is_first {
+        // A ray that enters the volume through a solid's cut side has hit there; one that starts within goes on.
+        for i in 0..n {
+            side[i] = if d[i] < 0.0 && t[i] <= 0.0 { -1.0 } else { 1.0 };
+            d[i] = if d[i] < 0.0 && t[i] > 0.0 { 0.0 } else { d[i] };
+        }
+    }
+    let mut gaps = [0.0f32; LANES];
+    let gaps = &mut gaps[..n];
+    for i in 0..n {
+        let is_finest = level[i] == 0;
+        let signed = d[i] * side[i];
+        let above = if d[i] > 0.0 { d[i] } else { 0.0 };
+        let gap = if is_finest { signed } else { above };
+        let arrives = is_finest & ((gap < epsilon) | (is_last & (gap < frame.pixel * t[i])));
+        t[i] += gap * scale;
+        gaps[i] = gap;
+        found.reached[i] = u8::from(arrives);
+        found.ended[i] = u8::from((end[i] != RETIRED) & (arrives | is_last | (t[i] > end[i])));
+    }
+    if top == 0 {
+        return;
+    }
+
+    // Up where the sample saturates, else down to where the distance is within the band.
+    let mut lower = [0u32; LANES];
+    let lower = &mut lower[..n];
+    for k in 1..=top {
+        let least = NEAR * length * (1u32 << k) as f32;
+        for i in 0..n {
+            let holds = (k <= level[i]) & (gaps[i] >= least);
+            lower[i] = if holds { k } else { lower[i] };
+        }
+    }
+    for i in 0..n {
+        let own = level[i];
+        let upper = if own == 0 {
+            above_finest
+        } else {
+            top.min(own + 1)
+        };
+        let is_saturated = gaps[i] >= SATURATED * length * (1u32 << own) as f32;
+        level[i] = if is_saturated { upper } else { lower[i] };
+    }
+}
+
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl", "x86_64+avx2"))]
+fn step_i8(
+    frame: &Frame,
+    levels: &Levels<'_, i8>,
+    length: f32,
+    steps: u32,
+    wave: &mut Wave,
+    range: Range<usize>,
+    found: &mut Found,
+) {
+    step(frame, levels, length, steps, wave, range, found);
+}
+
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl", "x86_64+avx2"))]
+fn step_i16(
+    frame: &Frame,
+    levels: &Levels<'_, i16>,
+    length: f32,
+    steps: u32,
+    wave: &mut Wave,
+    range: Range<usize>,
+    found: &mut Found,
+) {
+    step(frame, levels, length, steps, wave, range, found);
+}
+
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl", "x86_64+avx2"))]
+fn measure_i8(levels: &Levels<'_, i8>, points: [&[f32]; 3], out: &mut [f32]) {
+    levels.distances(points, &[0; LANES], out);
+}
+
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl", "x86_64+avx2"))]
+fn measure_i16(levels: &Levels<'_, i16>, points: [&[f32]; 3], out: &mut [f32]) {
+    levels.distances(points, &[0; LANES], out);
 }

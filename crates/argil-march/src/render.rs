@@ -1,4 +1,4 @@
-use crate::dense::DenseRays;
+use crate::dense::{DenseRays, trace_dense};
 use crate::octree::{Descent, OctreeRays};
 use crate::picture::Picture;
 use crate::scratch::TileScratch;
@@ -63,10 +63,11 @@ fn trace(
 ) {
     match through {
         Through::Field => trace_tile(frame, tile, evaluator, scratch, out),
-        Through::Dense(dense) => match dense.encoding().bits {
-            Bits::Eight => trace_through(frame, tile, DenseRays::<i8>::new(dense), out),
-            Bits::Sixteen => trace_through(frame, tile, DenseRays::<i16>::new(dense), out),
-        },
+        Through::Dense(dense) => {
+            if let Some(rays) = DenseRays::new(dense) {
+                trace_dense(frame, tile, &rays, scratch, out);
+            }
+        }
         Through::Octree(octree, descent) => match octree.layout().encoding.bits {
             Bits::Eight => trace_through(frame, tile, OctreeRays::<i8>::new(octree, descent), out),
             Bits::Sixteen => {

@@ -3,7 +3,7 @@
 use crate::camera::{bounds_of, primary_ray};
 use crate::scratch::TileScratch;
 use crate::tile::Tile;
-use crate::wave::RETIRED;
+use crate::wave::{Points, RETIRED, Wave};
 use argil_abi::{self as abi, Frame, Hit};
 use argil_field::{Evaluator, LANES};
 use argil_math::{Aabb, Ray};
@@ -81,29 +81,11 @@ pub fn trace_tile(
     } = scratch;
     let [ex, ey, ez, step_scale] = frame.eye_step;
     let eye = Vec3::new(ex, ey, ez);
-    let bounds = bounds_of(frame);
     let epsilon = frame.box_min_epsilon[3];
 
     // Start the rays that meet the box.
-    wave.clear();
     hits.clear();
-    out[..tile.area()].fill(Hit::default());
-    let mut starts = Starts::default();
-    for row in 0..tile.rows {
-        for x in (0..tile.width).step_by(LANES) {
-            starts.fill(frame, bounds, x, tile.first_row + row);
-            for i in 0..LANES.min((tile.width - x) as usize) {
-                if starts.near[i] <= starts.far[i] {
-                    let direction = Vec3::new(starts.x[i], starts.y[i], starts.z[i]);
-                    wave.push(
-                        row * tile.width + x + i as u32,
-                        direction,
-                        (starts.near[i], starts.far[i]),
-                    );
-                }
-            }
-        }
-    }
+    start_rays(frame, tile, wave, out);
 
     // March until every ray has hit, left the box or spent its steps.
     let mut steps = 0;
@@ -161,9 +143,40 @@ pub fn trace_tile(
     }
 
     // Normals by central differences.
+    around(frame, tile, hits, points, out);
+    points.measure(evaluator);
+    set_normals(frame, tile, hits, points, out);
+    lay_ground(frame, tile, out);
+}
+
+/// Take up the rays that meet the box.
+pub(crate) fn start_rays(frame: &Frame, tile: Tile, wave: &mut Wave, out: &mut [Hit]) {
+    let bounds = bounds_of(frame);
+    wave.clear();
+    out[..tile.area()].fill(Hit::default());
+    let mut starts = Starts::default();
+    for row in 0..tile.rows {
+        for x in (0..tile.width).step_by(LANES) {
+            starts.fill(frame, bounds, x, tile.first_row + row);
+            for i in 0..LANES.min((tile.width - x) as usize) {
+                if starts.near[i] <= starts.far[i] {
+                    let direction = Vec3::new(starts.x[i], starts.y[i], starts.z[i]);
+                    wave.push(
+                        row * tile.width + x + i as u32,
+                        direction,
+                        (starts.near[i], starts.far[i]),
+                    );
+                }
+            }
+        }
+    }
+}
+
+/// The points around each hit, two along each axis, whose distances make its normal.
+pub(crate) fn around(frame: &Frame, tile: Tile, hits: &[u32], points: &mut Points, out: &[Hit]) {
     let bias = frame.box_max_bias[3];
     points.clear();
-    for &pixel in hits.iter() {
+    for &pixel in hits {
         let (x, y) = tile.pixel(pixel as usize);
         let p = primary_ray(frame, x, y).at(out[pixel as usize].normal_t[3]);
         let (low, high) = (p - bias, p + bias);
@@ -177,7 +190,16 @@ pub fn trace_tile(
             .z
             .extend_from_slice(&[p.z, p.z, p.z, p.z, high.z, low.z]);
     }
-    points.measure(evaluator);
+}
+
+/// The normals of hits from the distances around them.
+pub(crate) fn set_normals(
+    frame: &Frame,
+    tile: Tile,
+    hits: &[u32],
+    points: &Points,
+    out: &mut [Hit],
+) {
     for (&pixel, d) in hits.iter().zip(points.d.chunks_exact(DIFFERENCES)) {
         let hit = &mut out[pixel as usize];
         let side = if hit.kind == abi::HIT_INSIDE {
@@ -202,8 +224,6 @@ pub fn trace_tile(
             [x, y, z, t]
         };
     }
-
-    lay_ground(frame, tile, out);
 }
 
 /// The ground, where it is nearer.
@@ -223,7 +243,7 @@ pub(crate) fn lay_ground(frame: &Frame, tile: Tile, out: &mut [Hit]) {
 }
 
 /// The indices of ones among zeros, eight at a look: few rays end with any one step.
-fn flagged(flags: &[u8; LANES]) -> impl Iterator<Item = usize> + '_ {
+pub(crate) fn flagged(flags: &[u8; LANES]) -> impl Iterator<Item = usize> + '_ {
     flags.chunks_exact(8).enumerate().flat_map(|(word, bytes)| {
         let mut bits = u64::from_le_bytes(bytes.try_into().unwrap_or_default());
         std::iter::from_fn(move || {

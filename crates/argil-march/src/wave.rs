@@ -12,6 +12,8 @@ pub(crate) struct Wave {
     pub end: Vec<f32>,
     /// 1 outside, −1 inside, 0 before the first step.
     pub side: Vec<f32>,
+    /// The level of detail that is read next.
+    pub level: Vec<u32>,
     /// Empty places, and scratch to close them.
     retired: usize,
     places: Vec<u32>,
@@ -32,6 +34,7 @@ impl Wave {
         self.t.truncate(n);
         self.end.truncate(n);
         self.side.truncate(n);
+        self.level.truncate(n);
     }
 
     pub fn push(&mut self, pixel: u32, direction: Vec3, (t, end): (f32, f32)) {
@@ -42,6 +45,7 @@ impl Wave {
         self.t.push(t);
         self.end.push(end);
         self.side.push(0.0);
+        self.level.push(0);
     }
 
     /// Take a ray out of the march. Its place stays until enough have gone.
@@ -71,6 +75,7 @@ impl Wave {
         }
         for (to, &from) in self.places.iter().enumerate() {
             self.pixel[to] = self.pixel[from as usize];
+            self.level[to] = self.level[from as usize];
         }
         self.truncate(kept);
         self.retired = 0;

@@ -21,6 +21,7 @@
 //! assert!((d - 0.02).abs() < 0.001);
 //! ```
 
+mod batch;
 mod dense;
 mod encoding;
 mod file;
@@ -29,6 +30,7 @@ mod octree;
 mod sample;
 mod texels;
 
+pub use batch::Levels;
 pub use dense::Dense;
 pub use encoding::{Bits, Encoding, Range, Texel};
 pub use file::{Section, Stored, Volume, VolumeError};

@@ -181,3 +181,15 @@ fn check_memory(engine: &Engine, needed: u64) -> Result<(), BuildError> {
     }
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_no_machine_has_is_refused() {
+        let refused = check_memory(&Engine::cpu(), u64::MAX);
+        assert!(matches!(refused, Err(BuildError::Memory { .. })));
+        assert!(check_memory(&Engine::cpu(), 1 << 20).is_ok());
+    }
+}

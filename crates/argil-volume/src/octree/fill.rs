@@ -106,10 +106,7 @@ mod tests {
             ..Fill::default()
         };
         let at = |away| vacant(&words, &fill, away);
-        assert_eq!(
-            [at(9.0), at(-9.0), at(0.1), at(-0.1)],
-            [127, -127, 1, -1]
-        );
+        assert_eq!([at(9.0), at(-9.0), at(0.1), at(-0.1)], [127, -127, 1, -1]);
         assert_eq!(at(1.0), 63);
     }
 }

@@ -1,0 +1,227 @@
+//! Volumes by the command: bake, draw, describe, and everything that can be asked for wrongly.
+
+use std::process::{Command, Output};
+
+fn argil(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_argil"))
+        .args(arguments)
+        .output()
+        .expect("the command starts")
+}
+
+fn scene(name: &str) -> String {
+    format!("{}/../../scenes/{name}.json", env!("CARGO_MANIFEST_DIR"))
+}
+
+fn json(output: &Output) -> serde_json::Value {
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+    serde_json::from_slice(&output.stdout).expect("one JSON object and nothing else")
+}
+
+#[track_caller]
+fn fails(arguments: &[&str], code: i32, message: &str) {
+    let output = argil(arguments);
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(code), "{arguments:?}: {errors}");
+    assert!(errors.contains(message), "{arguments:?}: {errors}");
+    assert!(output.stdout.is_empty());
+}
+
+/// Baked on one device, drawn on each; the picture is that of the volume which is built on the spot.
+#[test]
+fn volumes_are_baked_described_and_drawn_on_both_devices() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let place = |name: &str| folder.path().join(name).display().to_string();
+    let teapot = scene("teapot");
+    for (via, more, levels) in [
+        ("dense", &["--mips", "--resolution", "60"][..], 4),
+        ("octree", &["--brick", "8", "--resolution", "60"][..], 0),
+    ] {
+        let mut pixels = Vec::new();
+        for device in ["cpu", "gpu"] {
+            let volume = place(&format!("{via}-{device}.argil"));
+            let bake = ["bake", &teapot, "--via", via, "--device", device, "--json"];
+            let bake = [&bake[..], &["-o", &volume, "--repeat", "2"], more].concat();
+            let report = json(&argil(&bake));
+            assert_eq!(report["via"], via);
+            assert_eq!(report["resolution"][0], 60);
+            assert_eq!(report["builds_ms"].as_array().map(Vec::len), Some(2));
+            assert!(report["build_ms"].as_f64() > Some(0.0));
+            assert!(report["stages_ms"]["fill"].as_f64() > Some(0.0));
+            assert!(report["memory_bytes"].as_u64() > Some(60 * 30 * 30));
+            assert!(
+                report["device"]
+                    .as_str()
+                    .is_some_and(|d| d.starts_with(device))
+            );
+            if via == "octree" {
+                assert!(report["bricks"].as_u64() > Some(50));
+                assert!(report["nodes"].as_u64() > Some(10));
+                assert!(report["stages_ms"]["select"].as_f64() >= Some(0.0));
+            } else {
+                assert_eq!(report["levels"], levels);
+            }
+
+            let about = json(&argil(&["info", &volume, "--json"]));
+            assert_eq!(about["via"], via);
+            assert_eq!(about["scene"], "Teapot");
+            assert_eq!(about["resolution"], report["resolution"]);
+
+            for device in ["cpu", "gpu"] {
+                let png = place("x.png");
+                let size = ["--size", "96x64", "--show", "normal", "--json"];
+                let stored = ["render", &volume, "-o", &png, "--device", device];
+                let stored = json(&argil(&[&stored[..], &size].concat()));
+                assert_eq!(stored["via"], via);
+                assert_eq!(stored["resolution"], report["resolution"]);
+                let built = [
+                    "render", &teapot, "-o", &png, "--device", device, "--via", via,
+                ];
+                let built = json(&argil(&[&built[..], &size, more].concat()));
+                for report in [&stored, &built] {
+                    pixels.push(report["hit_pixels"].as_u64().expect("a number"));
+                    let mean = |key: &str| report[key]["mean"].as_f64().expect("a number");
+                    let sum = mean("samples") + mean("descents") + mean("cells");
+                    assert!((sum - mean("steps")).abs() < 1e-9);
+                    assert_eq!(report["fetches"], report["steps"]);
+                    assert_eq!(mean("descents") > 0.0, via == "octree");
+                }
+                assert_eq!(built["resolution"], report["resolution"]);
+            }
+        }
+        let (least, most) = (pixels.iter().min(), pixels.iter().max());
+        assert!(
+            most.zip(least).is_some_and(|(m, l)| m - l <= 3 && *l > 300),
+            "{pixels:?}"
+        );
+    }
+}
+
+#[test]
+fn a_volume_can_be_baked_anew_and_shown_as_bricks() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let place = |name: &str| folder.path().join(name).display().to_string();
+    let (first, second) = (place("first.argil"), place("second.argil"));
+    let small = ["--resolution", "40", "--device", "cpu"];
+    let bake = ["bake", &scene("edgy-cube"), "-o", &first];
+    assert!(argil(&[&bake[..], &small].concat()).status.success());
+    // From the volume's own scene, with another structure.
+    let bake = [
+        "bake", &first, "-o", &second, "--via", "octree", "--brick", "8",
+    ];
+    let more = ["--keep", "center", "--count-lost", "--json"];
+    let report = json(&argil(&[&bake[..], &small, &more].concat()));
+    assert!(report["lost_bricks"].as_u64() > Some(0));
+    for show in ["bricks", "nodes"] {
+        let png = place("bricks.png");
+        let draw = [
+            "render", &second, "-o", &png, "--show", show, "--size", "64x48",
+        ];
+        let more = ["--device", "cpu", "--descent", "path", "--json"];
+        let report = json(&argil(&[&draw[..], &more].concat()));
+        assert!(report["hit_pixels"].as_u64() > Some(100));
+        let colors: std::collections::HashSet<_> = image::open(&png)
+            .expect("a PNG")
+            .to_rgb8()
+            .pixels()
+            .copied()
+            .collect();
+        assert!(colors.len() > 8, "{show}: {}", colors.len());
+    }
+}
+
+#[test]
+fn requests_that_make_no_sense_say_what_would() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let place = |name: &str| folder.path().join(name).display().to_string();
+    let brick = scene("brick");
+    let cpu = ["--device", "cpu"];
+    let bake = |more: &[&str], code, message| {
+        fails(&[&["bake", &brick][..], &cpu, more].concat(), code, message);
+    };
+    bake(&["--via", "field"], 1, "take dense or octree");
+    bake(&["--resolution", "0"], 1, "from 8 to 4096");
+    bake(&["--resolution", "100000"], 1, "from 8 to 4096");
+    bake(&["--resolution", "-1"], 2, "unexpected argument");
+    bake(&["--bits", "12"], 2, "8 or 16 bits");
+    bake(&["--band", "NaN"], 1, "0.5 to 4096 voxels");
+    bake(&["--band", "1e9"], 1, "0.5 to 4096 voxels");
+    bake(&["--stride", "33"], 2, "1..=32");
+    bake(&["--stride", "4", "--band", "4"], 2, "cannot be used with");
+    bake(
+        &["--brick", "8"],
+        1,
+        "--brick does nothing with --via dense",
+    );
+    bake(&["--via", "octree", "--mips"], 1, "--mips does nothing");
+    bake(&["--via", "octree", "--brick", "7"], 1, "8, 16 or 32");
+    bake(
+        &["--via", "octree", "--depth", "2"],
+        1,
+        "3 levels are needed",
+    );
+    bake(&["--via", "octree", "--depth", "40"], 1, "at most 8");
+    bake(
+        &["--via", "octree", "--resolution", "4096", "--brick", "8"],
+        1,
+        "take larger bricks",
+    );
+    bake(&["--count-lost"], 1, "add --via octree");
+    bake(&["-o", "/nowhere/at/all.argil"], 1, "/nowhere/at");
+    bake(&["-o", &brick], 1, "this is the input");
+    fails(
+        &["render", &brick, "--mips"],
+        1,
+        "--mips does nothing with --via field",
+    );
+    let dense = [
+        "render",
+        &brick,
+        "--via",
+        "dense",
+        "--resolution",
+        "16",
+        "--show",
+        "bricks",
+    ];
+    fails(&[&dense[..], &cpu].concat(), 1, "add --via octree");
+
+    // Files: cut short, damaged, of another kind.
+    let volume = place("v.argil");
+    let small = ["--resolution", "16", "-o", &volume];
+    assert!(
+        argil(&[&["bake", &brick][..], &small, &cpu].concat())
+            .status
+            .success()
+    );
+    let bytes = std::fs::read(&volume).expect("a volume");
+    let cut = place("cut.argil");
+    std::fs::write(&cut, &bytes[..bytes.len() - 100]).expect("a file");
+    for command in ["render", "bake", "info"] {
+        fails(&[command, &cut], 1, "section TEX0 (texels) ends at byte");
+    }
+    let mut damaged = bytes.clone();
+    damaged[300] ^= 1;
+    std::fs::write(&cut, &damaged).expect("a file");
+    fails(&["info", &cut], 1, "checksum differs");
+    let mut newer = bytes.clone();
+    newer[8] = 9;
+    std::fs::write(&cut, &newer).expect("a file");
+    fails(&["info", &cut], 1, "update argil");
+    fails(&["render", &volume, "--via", "octree"], 1, "baked already");
+    fails(
+        &["render", &volume, "--resolution", "32"],
+        1,
+        "baked already",
+    );
+    fails(&["render", &volume, "--descent", "path"], 1, "is no octree");
+    // Nothing was left behind by what failed.
+    let left: Vec<_> = std::fs::read_dir(folder.path())
+        .expect("a folder")
+        .collect();
+    assert_eq!(left.len(), 2, "{left:?}");
+}
