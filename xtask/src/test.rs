@@ -46,6 +46,7 @@ pub fn run() -> anyhow::Result<()> {
         "argil-math",
         "argil-scene",
         "argil-field",
+        "argil-volume",
         "argil-march",
         "argil-gpu",
         "argil",
