@@ -57,6 +57,30 @@ fn missed(program: &Program, octree: &Octree) -> (usize, usize) {
     (missed, crossed)
 }
 
+/// Codes ascend; each level's masks count the level below, children follow one another, and there is one root.
+fn check_tree(octree: &Octree) {
+    let tree = octree.tree();
+    assert!(tree.codes().is_sorted_by(|a, b| a < b));
+    let mut below = tree.codes().len() as u32;
+    for (level, &begin) in tree.levels().iter().enumerate() {
+        let end = tree.levels().get(level + 1).copied();
+        let end = end.unwrap_or(tree.nodes().len() as u32);
+        let mut next = 0;
+        for node in &tree.nodes()[begin as usize..end as usize] {
+            assert_eq!(node.child_offset, next);
+            let leaves = if level == 0 { node.valid_mask } else { 0 };
+            assert_eq!(node.leaf_mask, leaves);
+            next += node.valid_mask.count_ones();
+        }
+        assert_eq!(next, below, "no orphan");
+        below = end - begin;
+    }
+    assert_eq!(below, 1);
+    for (i, cell) in octree.cells().enumerate() {
+        assert_eq!(tree.find(cell).brick, Some(i as u32));
+    }
+}
+
 fn octree_of(
     program: &Program,
     scene: &Scene,
@@ -89,6 +113,7 @@ fn no_brick_with_surface_is_lost() {
                 ..OctreeSettings::default()
             };
             let octree = octree_of(&program, &case.scene, resolution, settings);
+            check_tree(&octree);
             let (missed, crossed) = missed(&program, &octree);
             assert_eq!(missed, 0, "{}: of {crossed} bricks of {brick}", case.name);
             assert!(crossed > 5, "{}: {crossed}", case.name);

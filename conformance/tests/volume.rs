@@ -4,7 +4,7 @@
 use argil_abi::{Frame, HIT_INSIDE, HIT_NONE, HIT_OUTSIDE, Hit};
 use argil_conformance::{Case, Numbers, all_cases, gpu, lattice, random_blends, shipped};
 use argil_field::Program;
-use argil_gpu::{DenseFill, GpuField, GpuVolume, Order};
+use argil_gpu::{DenseFill, Gpu, GpuField, GpuVolume, Order};
 use argil_march::{Camera, Descent, Settings, Show, Through, frames, render};
 use argil_math::Aabb;
 use argil_scene::{Brush, Scene, Shape};
@@ -12,6 +12,7 @@ use argil_volume::{
     Bits, Dense, Encoding, Keep, Layout, Octree, OctreeSettings, Range, Texels, Volume,
 };
 use glam::Vec3;
+use std::sync::Arc;
 
 fn integers(texels: &Texels) -> Vec<i32> {
     match texels.bits() {
@@ -209,6 +210,43 @@ fn large_octrees_go_past_one_workgroup() {
             .expect("an octree");
         let found = octree_of(volume.read(&gpu).expect("an octree"));
         assert_eq!(cpu.tree(), found.tree());
+    }
+}
+
+/// With the limits of WebGPU: a group of 256 threads fills tiles of 32 by columns, and few tables are bound at once.
+#[test]
+fn the_limits_that_every_device_has_are_enough() {
+    let gpu = Arc::new(Gpu::open_portable().expect("a device"));
+    let case = random_blends(13, 20);
+    let program = Program::lower(&case.scene).expect("a program");
+    let field = GpuField::new(gpu.clone(), &program, false).expect("a field");
+    let lattice = lattice(&case.scene, &program, 70);
+    let encoding = Encoding::default();
+    let range = encoding.range_length(&lattice, 0);
+    let allowed = steps_of(range, &encoding, range);
+    let cpu = Dense::bake(&program, lattice, encoding, true);
+    let (volume, _) = GpuVolume::dense(&field, &program, lattice, encoding, true, DenseFill::Tiled)
+        .expect("a volume");
+    let found = dense_of(volume.read(&gpu).expect("a volume"));
+    for (a, b) in cpu.levels().iter().zip(found.levels()) {
+        assert!(gap(a, b).1 <= allowed);
+    }
+    let layout = Layout::new(lattice, &settings(32, None, Keep::Conservative)).expect("a layout");
+    let (cpu, _) = Octree::bake(&program, layout, Keep::Conservative);
+    for order in [Order::Counted, Order::Enumerated] {
+        let (volume, _) = GpuVolume::octree(&field, &program, layout, Keep::Conservative, order)
+            .expect("an octree");
+        let found = octree_of(volume.read(&gpu).expect("an octree"));
+        assert_eq!(cpu.tree(), found.tree());
+        assert!(gap(cpu.texels(), found.texels()).1 <= allowed);
+        let frames = frame(
+            &program,
+            &cpu.clone().into(),
+            Vec3::new(1.6, 1.2, 2.2),
+            Show::Shaded,
+        );
+        let (picture, _) = volume.render(&field, &frames).expect("a picture");
+        assert!(picture.hits.iter().filter(|h| h.kind != HIT_NONE).count() > 300);
     }
 }
 

@@ -107,6 +107,15 @@ pub struct Gpu {
 impl Gpu {
     /// Open the best device there is, a software one where there is no other.
     pub fn open() -> Result<Self, GpuError> {
+        Self::open_with(wgpu::Adapter::limits)
+    }
+
+    /// The same with no more than the limits that every WebGPU device has: what runs on it runs in a browser.
+    pub fn open_portable() -> Result<Self, GpuError> {
+        Self::open_with(|_| wgpu::Limits::default())
+    }
+
+    fn open_with(limits: impl FnOnce(&wgpu::Adapter) -> wgpu::Limits) -> Result<Self, GpuError> {
         let (info, adapter) = adapters().into_iter().next().ok_or(GpuError::None)?;
         let has_timestamps = adapter.features().contains(wgpu::Features::TIMESTAMP_QUERY);
         let writes_snorm =
@@ -124,7 +133,7 @@ impl Gpu {
         let descriptor = wgpu::DeviceDescriptor {
             label: Some("argil"),
             required_features,
-            required_limits: adapter.limits(),
+            required_limits: limits(&adapter),
             ..wgpu::DeviceDescriptor::default()
         };
         let opened = pollster::block_on(adapter.request_device(&descriptor));
