@@ -1,6 +1,6 @@
 //! The oracle of bricks and silhouettes: brute force, at four times a volume's resolution and ray by ray.
 
-use argil_abi::{Frame, HIT_NONE, Hit};
+use argil_abi::{Frame, HIT_INSIDE, HIT_NONE, Hit};
 use argil_conformance::{Case, lattice, random_blends, shipped};
 use argil_field::{Evaluator, Grid, LANES, Program};
 use argil_march::{Camera, Descent, Settings, Show, Through, frames, render};
@@ -8,6 +8,7 @@ use argil_math::{Aabb, Ray};
 use argil_scene::{Brush, Scene, Shape};
 use argil_volume::{Dense, Encoding, Keep, Lattice, Layout, Octree, OctreeSettings, Range};
 use glam::{UVec3, Vec3};
+use proptest::prelude::*;
 
 /// Samples along a voxel's edge.
 const FINER: u32 = 4;
@@ -133,6 +134,34 @@ fn no_brick_with_surface_is_lost() {
     );
 }
 
+/// The same at the study's size: bricks of 32 in 256³, so at 1024³ points.
+#[test]
+fn no_brick_with_surface_is_lost_at_the_studys_size() {
+    for name in ["csg20", "edgy-cube"] {
+        let case = shipped().into_iter().find(|case| case.name == name);
+        let case = case.expect("it ships");
+        let program = Program::lower(&case.scene).expect("a program");
+        let octree = octree_of(&program, &case.scene, 256, OctreeSettings::default());
+        let (missed, crossed) = missed(&program, &octree);
+        assert_eq!(missed, 0, "{name}: of {crossed}");
+        assert!(crossed > 50, "{name}: {crossed}");
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(24))]
+    /// Trees and bricks of scenes that nobody has chosen.
+    #[test]
+    fn trees_of_random_scenes_are_whole(seed in any::<u64>(), count in 1usize..40) {
+        let case = random_blends(seed, count);
+        let program = Program::lower(&case.scene).expect("a program");
+        let settings = OctreeSettings { brick: 8, ..OctreeSettings::default() };
+        let octree = octree_of(&program, &case.scene, 40, settings);
+        check_tree(&octree);
+        prop_assert_eq!(missed(&program, &octree).0, 0);
+    }
+}
+
 /// Rays that are wrong against the exact field: those that passed through solid, and those whose hit hangs in the air or
 /// lies in the solid. `lattice` sets what counts: between texels, interpolation is off by at most half of a voxel's
 /// diagonal (times the Lipschitz constant) and half a step of the encoding.
@@ -207,7 +236,7 @@ fn primary_ray(frame: &Frame, x: u32, y: u32) -> Ray {
 /// by, grazing and inside. What a picture misses of the exact one is what lies between texels.
 #[test]
 fn no_ray_passes_through_solid_or_stops_in_the_air() {
-    let (mut wrong_by_center, mut rays) = (0, 0);
+    let (mut wrong_by_center, mut rays, mut from_inside) = (0, 0, 0);
     for case in cases() {
         let program = Program::lower(&case.scene).expect("a program");
         let lattice = lattice(&case.scene, &program, 128);
@@ -252,6 +281,7 @@ fn no_ray_passes_through_solid_or_stops_in_the_air() {
                 ),
             ] {
                 rays += hits.len() / 11;
+                from_inside += hits.iter().filter(|h| h.kind == HIT_INSIDE).count() / 11;
                 assert_eq!(
                     wrong(&program, &lattice, &frames[0], &hits),
                     (0, 0),
@@ -265,7 +295,10 @@ fn no_ray_passes_through_solid_or_stops_in_the_air() {
             wrong_by_center += passed + stray;
         }
     }
-    assert!(rays > 100_000, "{rays}");
+    assert!(
+        rays > 100_000 && from_inside > 1000,
+        "{rays}, {from_inside}"
+    );
     assert!(wrong_by_center > 500, "{wrong_by_center}");
 }
 

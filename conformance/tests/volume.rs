@@ -55,7 +55,7 @@ fn octree_of(volume: Volume) -> Octree {
 /// itself rounds (`sin` and `cos`, long sums) by more than a step.
 fn steps_of(d: f32, encoding: &Encoding, range: f32) -> i32 {
     let field = 2e-5 * (1.0 + d.abs());
-    1 + (field / range * encoding.bits.quanta() as f32).ceil() as i32
+    1 + (field / range * encoding.bits.quanta() as f32) as i32
 }
 
 /// Bounded.
@@ -74,8 +74,12 @@ fn gpu_dense_volumes_are_the_cpus() {
         let field = GpuField::new(gpu.clone(), &program, false).expect("a field");
         for (encoding, mips, way) in [
             (eight, true, DenseFill::Tiled),
+            (sixteen, true, DenseFill::Tiled),
             (sixteen, false, DenseFill::Naive),
         ] {
+            if encoding == sixteen && way == DenseFill::Tiled && i % 4 != 0 {
+                continue;
+            }
             // A software device takes its time for a group of one thread.
             let is_naive = way == DenseFill::Naive;
             let resolution = if is_naive {
@@ -87,7 +91,7 @@ fn gpu_dense_volumes_are_the_cpus() {
             let cpu = Dense::bake(&program, lattice, encoding, mips);
             let (volume, stages) =
                 GpuVolume::dense(&field, &program, lattice, encoding, mips, way).expect("a volume");
-            assert!(stages.iter().all(|(_, ms)| *ms >= 0.0) && !stages.is_empty());
+            assert!(!stages.is_empty() && stages.iter().all(|(_, ms)| *ms > 0.0));
             let found = dense_of(volume.read(&gpu).expect("a volume"));
             assert_eq!(cpu.levels().len(), found.levels().len());
             for (level, (a, b)) in cpu.levels().iter().zip(found.levels()).enumerate() {
@@ -114,6 +118,16 @@ fn gpu_dense_volumes_are_the_cpus() {
     }
 }
 
+fn sixteen_bits(settings: OctreeSettings) -> OctreeSettings {
+    OctreeSettings {
+        encoding: Encoding {
+            bits: Bits::Sixteen,
+            ..settings.encoding
+        },
+        ..settings
+    }
+}
+
 fn settings(brick: u32, depth: Option<u32>, keep: Keep) -> OctreeSettings {
     OctreeSettings {
         brick,
@@ -133,13 +147,11 @@ fn gpu_octrees_are_the_cpus() {
         name: "nothing".into(),
         scene: Scene::new(),
     });
+    let counted = settings(8, None, Keep::Conservative);
+    let enumerated = settings(16, None, Keep::Conservative);
     let shapes = [
-        (50, settings(8, None, Keep::Conservative), Order::Counted),
-        (
-            53,
-            settings(16, None, Keep::Conservative),
-            Order::Enumerated,
-        ),
+        (50, counted, Order::Counted),
+        (53, sixteen_bits(enumerated), Order::Enumerated),
         (
             40,
             settings(8, Some(4), Keep::CenterInRange),
@@ -254,7 +266,7 @@ fn the_limits_that_every_device_has_are_enough() {
 #[test]
 fn no_level_overstates_the_distance() {
     let mut numbers = Numbers::new(41);
-    let mut over_finest = 0;
+    let mut over = 0;
     let mut cases = all_cases();
     cases.extend(shipped());
     cases.extend((7..10).map(|seed| random_blends(seed, 20)));
@@ -285,11 +297,12 @@ fn no_level_overstates_the_distance() {
                     case.name
                 );
                 // Negative control: without what is taken off, levels do overstate.
-                over_finest += usize::from(level == 0 && stored > d + 1e-6);
+                let bias = encoding.fill(&program, &lattice, level).first_bias[3];
+                over += usize::from(level > 0 && stored + bias > d + 2e-3);
             }
         }
     }
-    assert!(over_finest > 100, "{over_finest}");
+    assert!(over > 1000, "{over}");
 }
 
 const FOCUS: Aabb = Aabb::new(Vec3::splat(-1.0), Vec3::ONE);
@@ -527,6 +540,7 @@ fn rays_that_start_inside_and_solids_that_are_cut() {
         let field = GpuField::new(gpu.clone(), &program, false).expect("a field");
         let dense = Dense::bake(&program, lattice, Encoding::default(), true);
         let octree = Octree::bake(&program, layout, Keep::Conservative).0;
+        let mut shown: Vec<Vec<Hit>> = Vec::new();
         for volume in [Volume::Dense(dense), Volume::Octree(octree)] {
             let through = match &volume {
                 Volume::Dense(dense) => Through::Dense(dense),
@@ -535,7 +549,7 @@ fn rays_that_start_inside_and_solids_that_are_cut() {
             let frames = frame(&program, &volume, eye, Show::Normal);
             let on_gpu = GpuVolume::upload(&field, &volume).expect("a volume");
             let (found, _) = on_gpu.render(&field, &frames).expect("a picture");
-            for hits in [&render(&program, through, &frames).hits, &found.hits] {
+            for hits in [render(&program, through, &frames).hits, found.hits] {
                 let middle = &hits[30 * 96 + 48 - 20..30 * 96 + 48 + 20];
                 let low = &hits[40 * 96 + 48 - 20..40 * 96 + 48 + 20];
                 let seen = if kind == HIT_INSIDE { middle } else { low };
@@ -549,7 +563,18 @@ fn rays_that_start_inside_and_solids_that_are_cut() {
                         assert!((1.99..2.3).contains(&t), "{t}");
                     }
                 }
+                shown.push(hits);
             }
         }
+        // A whole picture of an octree is that of a dense volume, cut sides and all.
+        for hits in &shown[1..] {
+            let other = hits.iter().zip(&shown[0]);
+            let other = other.filter(|(a, b)| {
+                a.kind != b.kind || (a.normal_t[3] - b.normal_t[3]).abs() > lattice.voxel
+            });
+            assert!(other.count() <= 4);
+        }
+        let seen = shown[0].iter().filter(|h| h.kind == kind).count();
+        assert!(seen > 1500, "{seen}");
     }
 }

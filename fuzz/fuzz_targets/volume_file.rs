@@ -15,8 +15,17 @@ fuzz_target!(|bytes: &[u8]| {
     };
     let center = stored.volume.lattice().aabb().center();
     match &stored.volume {
-        Volume::Dense(dense) => assert!(dense.distance(0, center).is_some()),
-        Volume::Octree(octree) => assert!(octree.tree().check(octree.layout()).is_none()),
+        Volume::Dense(dense) => {
+            for level in 0..dense.levels().len() as u32 {
+                assert!(dense.distance(level, center).is_some());
+            }
+        }
+        Volume::Octree(octree) => {
+            assert!(octree.tree().check(octree.layout()).is_none());
+            for (i, cell) in octree.cells().enumerate() {
+                assert_eq!(octree.tree().find(cell).brick, Some(i as u32));
+            }
+        }
     }
 });
 

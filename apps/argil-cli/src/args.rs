@@ -57,7 +57,8 @@ pub struct Render {
     /// Rays a pixel; without it 4 for shaded pictures, else 1
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=64))]
     pub samples: Option<u32>,
-    /// Most steps of a primary ray; without it 256 through the field, 4096 through a volume
+    /// Most steps of a primary ray; without it 256 through the field, 4096 through a volume, where a look-up in a tree is
+    /// not cut short and a software GPU stops at 50000
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000))]
     pub max_steps: Option<u32>,
     /// The distance below which a ray has hit, in the scene's unit; without it 1e-4 of its radius, or 0.02 voxels

@@ -19,8 +19,12 @@ pub fn run(options: &Bake) -> anyhow::Result<()> {
     if let Some(path) = &options.output {
         output::check_place(path, &options.scene)?;
     }
-    let via = input::representation(options.via, &options.volume)?;
+    ensure!(
+        options.volume.descent.is_none(),
+        "--descent says how an octree is marched: give it to `argil render`"
+    );
     let engine = input::engine(&options.on)?;
+    let via = input::representation(options.via, &options.volume, &engine)?;
     let scene = input::scene(&options.scene)?;
 
     let place = || options.scene.display().to_string();
@@ -65,13 +69,14 @@ fn report(
         "memory_bytes": world.memory_bytes(),
         "volume": options.output.as_ref().map(|p| p.display().to_string()),
     });
-    let volume = world.volume()?.context("no volume was built")?;
-    let about = output::volume(&volume);
+    let about = output::volume(&world.volume_info()?.context("no volume was built")?);
     if let (Some(all), Some(own)) = (report.as_object_mut(), about.as_object()) {
         for (key, value) in own {
             all.entry(key.clone()).or_insert(value.clone());
         }
-        if let (true, Volume::Octree(octree)) = (options.count_lost, &*volume) {
+        if options.count_lost
+            && let Some(Volume::Octree(octree)) = world.volume()?.as_deref()
+        {
             let lost = octree.lost_bricks(world.program());
             all.insert("lost_bricks".into(), json!(lost));
         }

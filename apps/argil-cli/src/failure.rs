@@ -1,6 +1,6 @@
 //! Errors and exit codes: 1 the input or the request, 3 the machine.
 
-use argil::{BuildError, EngineError, RenderError, VolumeFileError};
+use argil::{BuildError, EngineError, GpuError, RenderError, VolumeFileError};
 use std::process::ExitCode;
 
 pub fn report(error: &anyhow::Error) -> ExitCode {
@@ -16,5 +16,12 @@ pub fn report(error: &anyhow::Error) -> ExitCode {
 
 /// Whether it is the machine that lacks something.
 fn lacks(error: &BuildError) -> bool {
-    matches!(error, BuildError::Gpu(_) | BuildError::Memory { .. })
+    match error {
+        // Limits of our own, for which the request has another way.
+        BuildError::Gpu(GpuError::TooManyToEnumerate { .. } | GpuError::TooLongToSpecialize) => {
+            false
+        }
+        BuildError::Gpu(_) | BuildError::Memory { .. } => true,
+        _ => false,
+    }
 }

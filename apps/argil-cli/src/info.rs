@@ -3,11 +3,11 @@
 use crate::args::Info;
 use crate::output;
 use anyhow::Context;
-use argil::{Body, Engine, Scene, Stored};
+use argil::{Body, Engine, Scene, Stored, VolumeInfo};
 use serde_json::{Value, json};
 
 pub fn run(options: &Info) -> anyhow::Result<()> {
-    if Stored::is_volume_file(&options.scene) {
+    if crate::input::is_volume(&options.scene)? {
         return of_volume(options);
     }
     let scene = Scene::open(&options.scene)?;
@@ -49,7 +49,7 @@ pub fn run(options: &Info) -> anyhow::Result<()> {
 fn of_volume(options: &Info) -> anyhow::Result<()> {
     let stored = Stored::open(&options.scene)?;
     let scene = crate::input::scene_of(&stored, &options.scene)?;
-    let mut report = output::volume(&stored.volume);
+    let mut report = output::volume(&VolumeInfo::of(&stored.volume));
     if let Some(report) = report.as_object_mut() {
         report.insert("scene".into(), json!(scene.name));
         report.insert("brushes".into(), json!(scene.brush_count()));

@@ -24,10 +24,20 @@ pub fn engine(on: &On) -> anyhow::Result<Engine> {
 
 /// A scene file's scene, or that of a volume file.
 pub fn scene(path: &Path) -> anyhow::Result<Scene> {
-    if Stored::is_volume_file(path) {
+    if is_volume(path)? {
         return scene_of(&Stored::open(path)?, path);
     }
     Ok(Scene::open(path)?)
+}
+
+/// Whether a file is a volume. One that is named so and is none is refused: as a scene it would make no sense.
+pub fn is_volume(path: &Path) -> anyhow::Result<bool> {
+    let is_volume = Stored::is_volume_file(path);
+    let is_named_so = path.extension().is_some_and(|e| e == "argil");
+    if is_named_so && !is_volume && path.is_file() {
+        return Err(argil::VolumeError::Other(path.into()).into());
+    }
+    Ok(is_volume)
 }
 
 /// The scene that a volume was made from.
@@ -43,9 +53,9 @@ pub fn world(
     via: Option<args::Via>,
     flags: &VolumeFlags,
 ) -> anyhow::Result<(Scene, World)> {
-    if !Stored::is_volume_file(path) {
+    if !is_volume(path)? {
         let scene = Scene::open(path)?;
-        let via = representation(via.unwrap_or(args::Via::Field), flags)?;
+        let via = representation(via.unwrap_or(args::Via::Field), flags, engine)?;
         let build = || engine.build(&scene)?.via(&scene, via);
         let world = build().with_context(|| path.display().to_string())?;
         return Ok((scene, world));
@@ -79,7 +89,7 @@ fn descent_of(descent: args::Descent) -> Descent {
 }
 
 /// How the flags want a scene to be kept. A flag that would do nothing is refused.
-pub fn representation(via: args::Via, flags: &VolumeFlags) -> anyhow::Result<Via> {
+pub fn representation(via: args::Via, flags: &VolumeFlags, engine: &Engine) -> anyhow::Result<Via> {
     let name = match via {
         args::Via::Field => "field",
         args::Via::Dense => "dense",
@@ -108,6 +118,14 @@ pub fn representation(via: args::Via, flags: &VolumeFlags) -> anyhow::Result<Via
     };
     if let Some(flag) = idle {
         anyhow::bail!("{flag} does nothing with --via {name}: leave it out, or take another --via");
+    }
+
+    let of_gpu = [
+        ("--fill", flags.fill.is_some()),
+        ("--sort", flags.sort.is_some()),
+    ];
+    if let (Some((flag, _)), None) = (of_gpu.iter().find(|(_, given)| *given), engine.gpu_kind()) {
+        anyhow::bail!("{flag} does nothing on the CPU: leave it out, or add --device gpu");
     }
 
     let resolution = flags.resolution.unwrap_or(256);

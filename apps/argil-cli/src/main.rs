@@ -18,6 +18,11 @@ use std::process::ExitCode;
 fn main() -> ExitCode {
     // clap prints usage errors itself and exits with 2.
     let arguments = Arguments::parse();
+    // Told to stop in the middle of writing, leave nothing behind. Without a handler the old file is whole all the same.
+    let _ = ctrlc::set_handler(|| {
+        argil::remove_unfinished_files();
+        std::process::exit(130);
+    });
     let result = match arguments.command {
         Command::Render(options) => render::run(&options),
         Command::Bake(options) => bake::run(&options),

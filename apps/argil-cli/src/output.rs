@@ -1,7 +1,7 @@
 //! What the commands print.
 
 use anyhow::Context;
-use argil::{BuildTimes, Spread, Via, Volume};
+use argil::{BuildTimes, Spread, Via, VolumeInfo};
 use serde_json::{Value, json};
 use std::io::Write;
 
@@ -34,31 +34,31 @@ pub fn pair(key: &str, value: &Value) {
 }
 
 /// What a volume is.
-pub fn volume(volume: &Volume) -> Value {
-    let (lattice, encoding) = (volume.lattice(), volume.encoding());
-    let bounds = lattice.aabb();
+pub fn volume(info: &VolumeInfo) -> Value {
+    let bounds = info.lattice.aabb();
     let mut about = json!({
-        "via": match volume {
-            Volume::Dense(_) => "dense",
-            Volume::Octree(_) => "octree",
-        },
-        "resolution": lattice.size.to_array(),
+        "via": if info.tree.is_some() { "octree" } else { "dense" },
+        "resolution": info.lattice.size.to_array(),
         "box": [bounds.min.to_array(), bounds.max.to_array()],
-        "voxel": lattice.voxel,
-        "bits": 8 * encoding.bits.bytes(),
-        "band_voxels": encoding.range.voxels(),
-        "memory_bytes": volume.memory_bytes(),
+        "voxel": info.lattice.voxel,
+        "bits": 8 * info.encoding.bits.bytes(),
+        "band_voxels": info.encoding.range.voxels(),
+        "memory_bytes": info.memory_bytes,
     });
-    let own = match volume {
-        Volume::Dense(dense) => json!({ "levels": dense.levels().len() }),
-        Volume::Octree(octree) => json!({
-            "brick": octree.layout().brick,
-            "depth": octree.layout().depth,
-            "bricks": octree.tree().codes().len(),
-            "most_bricks": octree.layout().capacity(),
-            "nodes": octree.tree().nodes().len(),
-            "brick_bytes": octree.brick_bytes(),
-        }),
+    let own = match &info.tree {
+        None => json!({ "levels": info.levels }),
+        Some(tree) => {
+            let side = u64::from(tree.layout.brick);
+            let texel = info.encoding.bits.bytes() as u64;
+            json!({
+                "brick": side,
+                "depth": tree.layout.depth,
+                "bricks": tree.bricks,
+                "most_bricks": tree.layout.capacity(),
+                "nodes": tree.nodes,
+                "brick_bytes": tree.bricks * side * side * side * texel,
+            })
+        }
     };
     if let (Some(about), Value::Object(own)) = (about.as_object_mut(), own) {
         about.extend(own);
@@ -114,6 +114,11 @@ pub fn check_place(path: &std::path::Path, input: &std::path::Path) -> anyhow::R
     anyhow::ensure!(
         !path.is_dir(),
         "{}: is a folder; name a file",
+        path.display()
+    );
+    anyhow::ensure!(
+        !path.exists() || path.is_file(),
+        "{}: is no ordinary file, and would be replaced by one; name another",
         path.display()
     );
     let same = path

@@ -25,7 +25,7 @@ pub fn run(options: &Render) -> anyhow::Result<()> {
     if options.specialize {
         anyhow::ensure!(
             world.kept_via() == Via::Field,
-            "--specialize compiles the field: leave out --via"
+            "--specialize compiles the field, and this is drawn from a volume: leave it out"
         );
         world.specialize()?;
     }
@@ -174,9 +174,9 @@ fn report(
             ] {
                 all.insert(key.into(), output::spread(spread));
             }
-            if let Some((bricks, nodes)) = world.tree_size()? {
-                all.insert("bricks".into(), json!(bricks));
-                all.insert("nodes".into(), json!(nodes));
+            if let Some(tree) = world.volume_info()?.and_then(|info| info.tree) {
+                all.insert("bricks".into(), json!(tree.bricks));
+                all.insert("nodes".into(), json!(tree.nodes));
             }
         }
         output::json(&report);

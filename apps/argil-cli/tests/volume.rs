@@ -170,6 +170,9 @@ fn requests_that_make_no_sense_say_what_would() {
         1,
         "take larger bricks",
     );
+    bake(&["--fill", "naive"], 1, "add --device gpu");
+    bake(&["--via", "octree", "--descent", "path"], 1, "argil render");
+    bake(&["-o", "/dev/null"], 1, "no ordinary file");
     bake(&["--count-lost"], 1, "add --via octree");
     bake(&["-o", "/nowhere/at/all.argil"], 1, "/nowhere/at");
     bake(&["-o", &brick], 1, "this is the input");
@@ -188,7 +191,7 @@ fn requests_that_make_no_sense_say_what_would() {
         "--show",
         "bricks",
     ];
-    fails(&[&dense[..], &cpu].concat(), 1, "add --via octree");
+    fails(&[&dense[..], &cpu].concat(), 1, "of an octree only");
 
     // Files: cut short, damaged, of another kind.
     let volume = place("v.argil");
@@ -212,6 +215,24 @@ fn requests_that_make_no_sense_say_what_would() {
     newer[8] = 9;
     std::fs::write(&cut, &newer).expect("a file");
     fails(&["info", &cut], 1, "update argil");
+    std::fs::write(&cut, &bytes[..5]).expect("a file");
+    fails(&["render", &cut], 1, "not a volume file");
+    let enumerated = [
+        "bake",
+        &brick,
+        "--via",
+        "octree",
+        "--brick",
+        "8",
+        "--resolution",
+        "512",
+    ];
+    let enumerated = [
+        &enumerated[..],
+        &["--sort", "enumerated", "--device", "gpu"],
+    ]
+    .concat();
+    fails(&enumerated, 1, "take larger bricks");
     fails(&["render", &volume, "--via", "octree"], 1, "baked already");
     fails(
         &["render", &volume, "--resolution", "32"],

@@ -7,6 +7,9 @@ use std::time::Instant;
 /// Each stage of a build with its milliseconds.
 pub type StagesMs = Vec<(&'static str, f64)>;
 
+/// Passes between two readings of time stamps.
+const PASSES_A_READING: u32 = 500;
+
 /// How many workgroups a pass has.
 #[derive(Clone, Copy)]
 pub(crate) enum Groups<'a> {
@@ -21,15 +24,18 @@ pub(crate) struct Bake<'a> {
     timing: Option<Timing>,
     /// The stage of each pass, and by the clock what it took where there are no time stamps.
     passes: Vec<(&'static str, f64)>,
+    /// By time stamps what each pass took, as far as they have been read.
+    stamps: Vec<f64>,
 }
 
 impl<'a> Bake<'a> {
-    /// For at most so many passes.
-    pub fn new(gpu: &'a Gpu, most_passes: u32) -> Result<Self, GpuError> {
+    /// For any number of passes.
+    pub fn new(gpu: &'a Gpu) -> Result<Self, GpuError> {
         Ok(Self {
             gpu,
-            timing: Timing::new(gpu, most_passes)?,
+            timing: Timing::new(gpu, PASSES_A_READING)?,
             passes: Vec::new(),
+            stamps: Vec::new(),
         })
     }
 
@@ -41,6 +47,9 @@ impl<'a> Bake<'a> {
         bind_group: &wgpu::BindGroup,
         groups: Groups<'_>,
     ) -> Result<(), GpuError> {
+        if self.timing.as_ref().is_some_and(Timing::is_full) {
+            self.collect()?;
+        }
         let start = Instant::now();
         let (gpu, timing) = (self.gpu, &mut self.timing);
         gpu.checked(|| {
@@ -68,11 +77,21 @@ impl<'a> Bake<'a> {
         Ok(())
     }
 
+    /// Read the time stamps so far, and make room for others.
+    fn collect(&mut self) -> Result<(), GpuError> {
+        if let Some(timing) = &mut self.timing {
+            self.stamps.extend(timing.durations_ms(self.gpu)?);
+            timing.restart();
+        }
+        Ok(())
+    }
+
     /// Wait for all passes; each stage with what its passes took, in the order of their first.
-    pub fn finish(self) -> Result<StagesMs, GpuError> {
+    pub fn finish(mut self) -> Result<StagesMs, GpuError> {
         self.gpu.wait()?;
+        self.collect()?;
         let stamps = match &self.timing {
-            Some(timing) => timing.durations_ms(self.gpu)?,
+            Some(_) => self.stamps,
             None => self.passes.iter().map(|&(_, ms)| ms).collect(),
         };
         let mut stages = StagesMs::new();

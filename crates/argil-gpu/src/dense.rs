@@ -34,7 +34,7 @@ impl GpuVolume {
         way: DenseFill,
     ) -> Result<(Self, StagesMs), GpuError> {
         let gpu = field.gpu();
-        let levels = Dense::level_count(&lattice, mips);
+        let levels = Dense::level_count(program, &lattice, &encoding, mips);
         let texture = texture(gpu, &lattice, encoding.bits, levels)?;
         let side = tile_side(gpu, TILE);
         let source = [
@@ -62,7 +62,7 @@ impl GpuVolume {
         let uniform = gpu.checked(|| uniform_of::<Fill>(gpu, "fill"))?;
 
         // Each level, in as many dispatches as its work takes.
-        let mut bake = Bake::new(gpu, MOST_PASSES)?;
+        let mut bake = Bake::new(gpu)?;
         for level in 0..levels {
             let stage = if level == 0 { "fill" } else { "mips" };
             let view = texture.create_view(&wgpu::TextureViewDescriptor {
@@ -125,9 +125,6 @@ impl GpuVolume {
         Ok((volume, stages))
     }
 }
-
-/// More passes than this are not timed.
-pub(crate) const MOST_PASSES: u32 = 2000;
 
 /// The texture that a build writes.
 pub(crate) fn target_wgsl(bits: Bits) -> String {

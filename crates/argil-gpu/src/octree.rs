@@ -1,7 +1,7 @@
 //! `Octree::select`, `Octree::sort`, `Octree::fill`, `Octree::build`: no step of it waits for the CPU.
 
 use crate::bake::{Bake, Groups, StagesMs};
-use crate::dense::{MOST_PASSES, layers, target_wgsl, tile_side};
+use crate::dense::{layers, target_wgsl, tile_side};
 use crate::pass::{
     ARGUMENTS, Bind, CENTERS, FIELD_BINDS, FILL, KEYS, NODES, OCCUPIED, TABLES_WGSL, TEXELS,
     TREE_WORDS, VOLUME, entry, layout, pipelines,
@@ -76,19 +76,23 @@ impl GpuVolume {
             .map(|level| capacity.min(1 << (3 * (measures.depth - 1 - level))))
             .sum();
         let mut tables = TreeTables::new(measures);
-        tables.words.reserve(gpu, 4 * u64::from(abi::TREE_WORDS))?;
-        tables.keys.reserve(gpu, 4 * (capacity + node_capacity))?;
+        tables
+            .words
+            .reserve_exact(gpu, 4 * u64::from(abi::TREE_WORDS))?;
+        tables
+            .keys
+            .reserve_exact(gpu, 4 * (capacity + node_capacity))?;
         tables
             .nodes
-            .reserve(gpu, size_of::<Node>() as u64 * node_capacity)?;
+            .reserve_exact(gpu, size_of::<Node>() as u64 * node_capacity)?;
         let mut occupied = crate::table::Table::new("occupied cells");
         let occupied_words = match order {
             Order::Counted => u64::from(code_count.div_ceil(32)),
             Order::Enumerated => capacity,
         };
-        occupied.reserve(gpu, 4 * occupied_words)?;
+        occupied.reserve_exact(gpu, 4 * occupied_words)?;
         let mut centers = crate::table::Table::new("distances of cells");
-        centers.reserve(gpu, 4 * u64::from(code_count))?;
+        centers.reserve_exact(gpu, 4 * u64::from(code_count))?;
         let (words_uniform, fill_uniform, arguments) = gpu.checked(|| {
             let arguments = gpu.device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some("bricks to fill"),
@@ -143,7 +147,7 @@ impl GpuVolume {
 
         // Select and sort.
         clear(gpu, [&tables.words, &tables.nodes, &occupied])?;
-        let mut bake = Bake::new(gpu, MOST_PASSES)?;
+        let mut bake = Bake::new(gpu)?;
         let groups = code_count.div_ceil(64);
         let groups = Groups::Direct([
             groups.min(abi::DISPATCH_ROW),

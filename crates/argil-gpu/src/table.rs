@@ -17,8 +17,18 @@ impl Table {
         }
     }
 
-    /// Make room for `bytes`; whether the buffer is another than before.
+    /// Make room for `bytes`, and some more if that takes a new buffer.
     pub fn reserve(&mut self, gpu: &Gpu, bytes: u64) -> Result<(), GpuError> {
+        // Some air, so that a scene which grows brush by brush does not need a new buffer each time.
+        self.reserve_with(gpu, bytes, bytes / 2)
+    }
+
+    /// Make room for `bytes`, no more.
+    pub fn reserve_exact(&mut self, gpu: &Gpu, bytes: u64) -> Result<(), GpuError> {
+        self.reserve_with(gpu, bytes, 0)
+    }
+
+    fn reserve_with(&mut self, gpu: &Gpu, bytes: u64, air: u64) -> Result<(), GpuError> {
         let bytes = bytes.max(16).next_multiple_of(16);
         let limits = gpu.device.limits();
         let limit = limits
@@ -35,8 +45,7 @@ impl Table {
         }
         self.used = bytes;
         if self.buffer.as_ref().is_none_or(|b| b.size() < bytes) {
-            // Some air, so that a scene which grows brush by brush does not need a new buffer each time.
-            let size = (bytes + bytes / 2).next_multiple_of(16).min(limit);
+            let size = (bytes + air).next_multiple_of(16).min(limit);
             let usage = wgpu::BufferUsages::STORAGE
                 | wgpu::BufferUsages::COPY_DST
                 | wgpu::BufferUsages::COPY_SRC;

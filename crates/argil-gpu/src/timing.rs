@@ -50,6 +50,16 @@ impl Timing {
         })
     }
 
+    /// Whether there are no stamps left.
+    pub fn is_full(&self) -> bool {
+        self.used + 2 > self.capacity
+    }
+
+    /// Use the stamps anew.
+    pub fn restart(&mut self) {
+        self.used = 0;
+    }
+
     /// What each pass took, in the order in which they were begun.
     pub fn durations_ms(&self, gpu: &Gpu) -> Result<Vec<f64>, GpuError> {
         if self.used == 0 {

@@ -143,6 +143,24 @@ impl GpuVolume {
         &self.lattice
     }
 
+    /// What texels mean.
+    pub fn encoding(&self) -> &Encoding {
+        &self.encoding
+    }
+
+    /// Levels of detail.
+    pub fn levels(&self) -> u32 {
+        self.texture.mip_level_count()
+    }
+
+    /// An octree's measures.
+    pub fn layout(&self) -> Option<&Layout> {
+        match &self.kind {
+            Kind::Dense => None,
+            Kind::Octree(tables) => Some(&tables.layout),
+        }
+    }
+
     /// Where an octree's look-ups begin from now on.
     pub fn set_descent(&mut self, descent: argil_march::Descent) {
         self.words.descent = match descent {

@@ -68,6 +68,17 @@ impl<T: Texel> Marched for OctreeRays<'_, T> {
         // The axis whose plane the ray entered the cell by.
         let mut entered = 3;
         let mut hit = Hit::default();
+        let shows_boxes = matches!(frame.show, abi::SHOW_BRICKS | abi::SHOW_NODES);
+        if near > 0.0 && !shows_boxes {
+            // A solid that the volume's box cuts is met at the cut, whether there is a brick or not.
+            hit.steps = 1;
+            let d = self.sampler.distance(ray.at(near));
+            if d < 0.0 && walk.step(frame, d, false).1 {
+                hit.kind = walk.kind();
+                hit.normal_t[3] = near;
+                return hit;
+            }
+        }
         while hit.steps < frame.max_steps {
             let visit = self.octree.tree().find_from(cell.as_uvec3(), &mut path);
             hit.cells += 1;
@@ -77,7 +88,7 @@ impl<T: Texel> Marched for OctreeRays<'_, T> {
             let leave = planes.min_element();
             let end = leave.min(far);
             if visit.brick.is_some() {
-                if matches!(frame.show, abi::SHOW_BRICKS | abi::SHOW_NODES) {
+                if shows_boxes {
                     let code = morton(cell.as_uvec3());
                     let is_node = frame.show == abi::SHOW_NODES;
                     hit.mark = 1 + if is_node { code >> 3 } else { code };

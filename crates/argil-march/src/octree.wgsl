@@ -78,7 +78,17 @@ fn march(@builtin(global_invocation_id) id: vec3<u32>) {
     var cells = 0u;
     var mark = 0u;
     var normal = vec3(0.0);
-    while span.x <= span.y && steps < frame.max_steps {
+    let shows_boxes = frame.show == SHOW_BRICKS || frame.show == SHOW_NODES;
+    if span.x <= span.y && span.x > 0.0 && !shows_boxes {
+        // A solid that the volume's box cuts is met at the cut, whether there is a brick or not.
+        steps = 1u;
+        let stored_d = stored_distance(ray.origin + d * span.x, 0u);
+        if stored_d < 0.0 {
+            walk_step(&walk, span.x, stored_d, false);
+            kind = select(HIT_NONE, walk_kind(walk), walk.reached);
+        }
+    }
+    while span.x <= span.y && steps < frame.max_steps && kind == HIT_NONE {
         let visit = find_brick(vec3<u32>(cell));
         cells++;
         descents += visit.nodes;
@@ -87,7 +97,7 @@ fn march(@builtin(global_invocation_id) id: vec3<u32>) {
         let leave = min(planes.x, min(planes.y, planes.z));
         let end = min(leave, span.y);
         if visit.is_brick {
-            if frame.show == SHOW_BRICKS || frame.show == SHOW_NODES {
+            if shows_boxes {
                 let code = morton(vec3<u32>(cell));
                 mark = 1u + select(code, code >> 3u, frame.show == SHOW_NODES);
                 kind = HIT_OUTSIDE;

@@ -15,6 +15,7 @@ mod write;
 use crate::{EditError, Fault, Scene};
 use std::io::Read;
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
 
 pub use document::schema;
 
@@ -116,12 +117,43 @@ pub fn replace_file(
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
     let mut file = builder.tempfile_in(folder)?;
+    let unfinished = Unfinished::note(file.path());
     let mut out = std::io::BufWriter::new(file.as_file_mut());
     write(&mut out)?;
     std::io::Write::flush(&mut out)?;
     drop(out);
     file.persist(path).map_err(|e| e.error)?;
+    drop(unfinished);
     Ok(())
+}
+
+/// Files that are being written beside their places.
+static UNFINISHED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+
+/// Remove what [`replace_file`] has not finished: for programs that are told to stop in the middle of it.
+pub fn remove_unfinished_files() {
+    let all = UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner);
+    for path in all.iter() {
+        // It may have been renamed this very moment.
+        let _ = std::fs::remove_file(path);
+    }
+}
+
+struct Unfinished(PathBuf);
+
+impl Unfinished {
+    fn note(path: &Path) -> Self {
+        let mut all = UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner);
+        all.push(path.into());
+        Self(path.into())
+    }
+}
+
+impl Drop for Unfinished {
+    fn drop(&mut self) {
+        let mut all = UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner);
+        all.retain(|path| *path != self.0);
+    }
 }
 
 /// A fault in an entry seen as a fault in the file.

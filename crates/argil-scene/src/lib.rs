@@ -37,7 +37,7 @@ pub use edit::{Edit, EditError, Edited};
 pub use entry::{Body, Brush, Entry, Group};
 pub use extent::{Extent, Extents};
 pub use fault::{Fault, MAX_LENGTH};
-pub use file::{FORMAT_VERSION, FileError, replace_file, schema};
+pub use file::{FORMAT_VERSION, FileError, remove_unfinished_files, replace_file, schema};
 pub use import::ImportError;
 pub use material::Material;
 pub use modifier::{Modifier, angular_half_extent, copies_needed, twist_stretch};

@@ -3,7 +3,7 @@
 //! *Practice.* Where each sample reads is computed for all lanes first; then the texels are fetched, two neighbours along x
 //! in one load; then all lanes interpolate. Only the loads are done lane by lane, and none waits for another.
 
-use crate::{Bits, Dense, Texel};
+use crate::{Bits, Dense, RESOLUTIONS, Texel};
 use argil_field::LANES;
 use std::borrow::Cow;
 
@@ -30,7 +30,8 @@ impl<'a, T: Texel> Levels<'a, T> {
     pub fn new(dense: &'a Dense) -> Option<Self> {
         let (lattice, encoding) = (dense.lattice(), dense.encoding());
         let count = dense.levels().len();
-        if count > MOST_LEVELS {
+        // Indices must be exact as `f32`.
+        if count > MOST_LEVELS || lattice.size.max_element() > *RESOLUTIONS.end() {
             return None;
         }
         let mut all = Self {

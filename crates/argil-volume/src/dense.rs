@@ -28,7 +28,7 @@ pub struct Dense {
 impl Dense {
     /// Sample a field on all levels, on rayon's current threads.
     pub fn bake(program: &Program, lattice: Lattice, encoding: Encoding, mips: bool) -> Self {
-        let levels = (0..Self::level_count(&lattice, mips))
+        let levels = (0..Self::level_count(program, &lattice, &encoding, mips))
             .map(|level| match encoding.bits {
                 Bits::Eight => bake_level::<i8>(program, &lattice, &encoding, level),
                 Bits::Sixteen => bake_level::<i16>(program, &lattice, &encoding, level),
@@ -54,19 +54,27 @@ impl Dense {
         })
     }
 
-    /// Levels of detail of a volume: down to four texels along the longest side with mips, else one.
-    pub fn level_count(lattice: &Lattice, mips: bool) -> u32 {
-        let longest = lattice.size.max_element();
-        if mips {
-            (longest / COARSEST).max(1).ilog2() + 1
-        } else {
-            1
-        }
+    /// Levels of detail of a volume: one, or with mips as many as tell something, down to four texels along the longest
+    /// side.
+    pub fn level_count(
+        program: &Program,
+        lattice: &Lattice,
+        encoding: &Encoding,
+        mips: bool,
+    ) -> u32 {
+        let most = if mips { Self::most_levels(lattice) } else { 1 };
+        let tells = |&level: &u32| encoding.fill(program, lattice, level).first_bias[3] < f32::MAX;
+        1 + (1..most).take_while(tells).count() as u32
     }
 
-    /// Bytes of all texels of a volume that is not there yet.
+    /// Levels of detail that a volume can have.
+    pub fn most_levels(lattice: &Lattice) -> u32 {
+        (lattice.size.max_element() / COARSEST).max(1).ilog2() + 1
+    }
+
+    /// Bytes of all texels of a volume that is not there yet, at most.
     pub fn bytes_of(lattice: &Lattice, bits: Bits, mips: bool) -> u64 {
-        (0..Self::level_count(lattice, mips))
+        (0..if mips { Self::most_levels(lattice) } else { 1 })
             .map(|level| lattice.texel_count(level) * bits.bytes() as u64)
             .sum()
     }

@@ -26,6 +26,8 @@ const HEADER_BYTES: usize = 32;
 const ENTRY_BYTES: usize = 32;
 const ALIGNMENT: u64 = 64;
 const MAX_SECTIONS: u32 = 32;
+/// One for each level of detail that a volume can have.
+const DIGITS: &[u8; 12] = b"0123456789AB";
 
 /// A part of the file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -55,12 +57,12 @@ impl Section {
             Self::Codes => *b"CODE",
             Self::Nodes => *b"NODE",
             Self::Levels => *b"ROWS",
-            Self::Texels(level) => [b'T', b'E', b'X', b'0' + level],
+            Self::Texels(level) => [b'T', b'E', b'X', DIGITS[usize::from(level) % DIGITS.len()]],
         }
     }
 
     fn of_name(name: [u8; 4]) -> Option<Self> {
-        let texels = (0..10).map(Self::Texels);
+        let texels = (0..DIGITS.len() as u8).map(Self::Texels);
         [
             Self::Description,
             Self::Scene,
@@ -206,6 +208,10 @@ pub struct Stored {
 impl Stored {
     /// Whether a file begins as volume files do.
     pub fn is_volume_file(path: &Path) -> bool {
+        // What is read from a pipe cannot be read again.
+        if !std::fs::metadata(path).is_ok_and(|m| m.is_file()) {
+            return false;
+        }
         let mut begin = [0; 8];
         let read = std::fs::File::open(path)
             .and_then(|mut f| std::io::Read::read_exact(&mut f, &mut begin));

@@ -307,13 +307,6 @@ impl Octree {
         self.texels.bytes().len() as u64 + self.tree.memory_bytes()
     }
 
-    /// Bytes of the texels of bricks alone.
-    pub fn brick_bytes(&self) -> u64 {
-        let side = u64::from(self.layout.brick);
-        let one = side * side * side * self.layout.encoding.bits.bytes() as u64;
-        one * self.tree.codes().len() as u64
-    }
-
     /// The cells of the study's test that the conservative one would keep and it does not: bricks lost.
     pub fn lost_bricks(&self, program: &Program) -> usize {
         let whole = Selection::of(program, &self.layout, Keep::Conservative);

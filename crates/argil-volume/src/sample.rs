@@ -1,6 +1,6 @@
 //! Trilinear interpolation between texels: what a linear filter with clamping at the border gives.
 
-use crate::{Encoding, Lattice, Texel};
+use crate::{Encoding, Lattice, RESOLUTIONS, Texel};
 use glam::Vec3;
 
 /// A level of a volume, ready to be sampled.
@@ -18,7 +18,7 @@ pub struct Sampler<'a, T> {
 }
 
 impl<'a, T: Texel> Sampler<'a, T> {
-    /// Over a level's texels; `None` if there are not as many as the lattice says.
+    /// Over a level's texels; `None` if there are not as many as the lattice says, or more along a side than a volume has.
     pub fn new(
         texels: &'a [T],
         lattice: &Lattice,
@@ -26,7 +26,9 @@ impl<'a, T: Texel> Sampler<'a, T> {
         level: u32,
     ) -> Option<Self> {
         let size = lattice.level_size(level);
-        if texels.is_empty() || texels.len() as u64 != lattice.texel_count(level) {
+        // Indices must be exact as `f32`.
+        let is_small = lattice.size.max_element() <= *RESOLUTIONS.end();
+        if !is_small || texels.is_empty() || texels.len() as u64 != lattice.texel_count(level) {
             return None;
         }
         let [nx, ny, _] = size.to_array().map(|n| n as usize);

@@ -67,6 +67,23 @@ fn volumes_survive_a_round_trip_bit_for_bit() {
     }
 }
 
+/// The longest volume there is, thin: as many levels as there can be.
+#[test]
+fn a_volume_with_the_most_levels_survives_too() {
+    let mut scene = Scene::new();
+    let rod = Brush::new(Shape::cuboid([1.0, 1e-3, 1e-3]));
+    scene.push(rod).expect("a valid brush");
+    let program = Program::lower(&scene).expect("a program");
+    let lattice = Lattice::holding(program.aabb(), None, 4096).expect("a lattice");
+    let volume: Volume = Dense::bake(&program, lattice, Encoding::default(), true).into();
+    let Volume::Dense(dense) = &volume else {
+        panic!("it is dense");
+    };
+    assert_eq!(dense.levels().len(), 11);
+    let stored = Stored::from_bytes(&bytes_of(&volume), "long").expect("a volume");
+    assert!(stored.volume == volume);
+}
+
 #[test]
 fn a_truncated_file_is_refused_at_every_length_with_the_section_at_fault() {
     for volume in volumes() {

@@ -98,7 +98,9 @@ pub enum RenderError {
         expected: &'static str,
     },
     /// Bricks and nodes are an octree's.
-    #[error("bricks and nodes can be shown of an octree only: add --via octree")]
+    #[error(
+        "bricks and nodes can be shown of an octree only, as --via octree builds it from a scene"
+    )]
     NoBricks,
     /// The GPU failed.
     #[error(transparent)]

@@ -86,6 +86,72 @@ impl BuildTimes {
     }
 }
 
+/// What a volume is, without its texels.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct VolumeInfo {
+    /// Where the voxels lie.
+    pub lattice: Lattice,
+    /// What texels mean.
+    pub encoding: Encoding,
+    /// Levels of detail.
+    pub levels: u32,
+    /// Bytes of everything that it holds.
+    pub memory_bytes: u64,
+    /// Of an octree, what its bricks are.
+    pub tree: Option<TreeInfo>,
+}
+
+/// What an octree's bricks are.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TreeInfo {
+    /// Bricks and levels of nodes.
+    pub layout: Layout,
+    /// Number of bricks.
+    pub bricks: u64,
+    /// Number of nodes.
+    pub nodes: u64,
+}
+
+impl VolumeInfo {
+    /// Of a volume in memory or in a file.
+    pub fn of(volume: &Volume) -> Self {
+        let (levels, tree) = match volume {
+            Volume::Dense(dense) => (dense.levels().len() as u32, None),
+            Volume::Octree(octree) => {
+                let tree = TreeInfo {
+                    layout: *octree.layout(),
+                    bricks: octree.tree().codes().len() as u64,
+                    nodes: octree.tree().nodes().len() as u64,
+                };
+                (1, Some(tree))
+            }
+        };
+        Self {
+            lattice: *volume.lattice(),
+            encoding: *volume.encoding(),
+            levels,
+            memory_bytes: volume.memory_bytes(),
+            tree,
+        }
+    }
+
+    pub(crate) fn of_gpu(volume: &GpuVolume, field: &GpuField) -> Result<Self, BuildError> {
+        let size = volume.tree_size(field.gpu())?;
+        let tree = volume.layout().zip(size);
+        Ok(Self {
+            lattice: *volume.lattice(),
+            encoding: *volume.encoding(),
+            levels: volume.levels(),
+            memory_bytes: volume.memory_bytes(),
+            tree: tree.map(|(layout, (bricks, nodes))| TreeInfo {
+                layout: *layout,
+                bricks,
+                nodes,
+            }),
+        })
+    }
+}
+
 /// Where the distances are.
 pub(crate) enum Kept {
     Field,
@@ -172,6 +238,8 @@ fn check_memory(engine: &Engine, needed: u64) -> Result<(), BuildError> {
     if engine.gpu_kind().is_some_and(|kind| kind.is_real_gpu()) {
         return Ok(());
     }
+    // A software GPU keeps its own in the same memory, beside what is brought back.
+    let needed = needed.saturating_mul(if engine.gpu_kind().is_some() { 2 } else { 1 });
     let mut system = sysinfo::System::new();
     system.refresh_memory();
     let available = system.available_memory();

@@ -1,7 +1,7 @@
 use crate::representation::{Kept, build};
 use crate::{
     BuildError, BuildTimes, DenseOptions, Drawn, Engine, OctreeOptions, Placement, RenderError,
-    Scene, Stored, Via, Volume, VolumeFileError,
+    Scene, Stored, Via, Volume, VolumeFileError, VolumeInfo,
 };
 use argil_field::Program;
 use argil_gpu::{GpuField, GpuVolume};
@@ -148,14 +148,11 @@ impl World {
         self.lattice().map(|lattice| lattice.size.to_array())
     }
 
-    /// The numbers of bricks and nodes of an octree.
-    pub fn tree_size(&self) -> Result<Option<(u64, u64)>, BuildError> {
+    /// What the volume is; `None` of a field.
+    pub fn volume_info(&self) -> Result<Option<VolumeInfo>, BuildError> {
         match (&self.kept, &self.gpu) {
-            (Kept::Cpu(Volume::Octree(octree)), _) => {
-                let tree = octree.tree();
-                Ok(Some((tree.codes().len() as u64, tree.nodes().len() as u64)))
-            }
-            (Kept::Gpu(volume), Some(field)) => Ok(volume.tree_size(field.gpu())?),
+            (Kept::Cpu(volume), _) => Ok(Some(VolumeInfo::of(volume))),
+            (Kept::Gpu(volume), Some(field)) => Ok(Some(VolumeInfo::of_gpu(volume, field)?)),
             _ => Ok(None),
         }
     }

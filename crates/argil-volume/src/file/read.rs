@@ -239,9 +239,9 @@ impl<'a> Reader<'a> {
         encoding: Encoding,
         levels: u32,
     ) -> Result<Dense, VolumeError> {
-        let all = [false, true].map(|mips| Dense::level_count(&lattice, mips));
-        if !all.contains(&levels) || levels > 10 {
-            let reason = format!("{levels} levels, and the volume's size makes {}", all[1]);
+        let most = Dense::most_levels(&lattice);
+        if !(1..=most).contains(&levels) {
+            let reason = format!("{levels} levels, and the volume's size makes {most} at most");
             return Err(self.fault(Section::Description, &reason));
         }
         let texels = (0..levels)
