@@ -2,27 +2,27 @@
 
 use crate::Program;
 use crate::curves::BLOCK;
-use crate::interpret::run;
+use crate::interpret::{MATERIALS, NOTHING, run};
 use crate::real::{Dual, F32Lanes, LANES, Real};
 use crate::registers::Registers;
-use argil_abi::MaterialWords;
+use argil_abi::{Instr, MaterialWords};
 use glam::Vec3;
 use multiversion::multiversion;
 use std::array;
 
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl", "x86_64+avx2"))]
-fn run_distances(program: &Program, registers: &mut Registers<f32>) {
-    run::<f32, false>(program, registers);
+fn run_distances(program: &Program, instrs: &[Instr], registers: &mut Registers<f32>) {
+    run::<f32, NOTHING>(program, instrs, registers);
 }
 
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl", "x86_64+avx2"))]
 fn run_gradients(program: &Program, registers: &mut Registers<Dual>) {
-    run::<Dual, false>(program, registers);
+    run::<Dual, NOTHING>(program, &program.instrs, registers);
 }
 
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl", "x86_64+avx2"))]
 fn run_materials(program: &Program, registers: &mut Registers<f32>) {
-    run::<f32, true>(program, registers);
+    run::<f32, MATERIALS>(program, &program.instrs, registers);
 }
 
 /// Evaluates one program for one thread, batch after batch. Make one a thread and keep it: its stacks are allocated
@@ -48,12 +48,27 @@ impl<'a> Evaluator<'a> {
     /// # Panics
     /// If the slices differ in length or are longer than [`LANES`].
     pub fn distances(&mut self, x: &[f32], y: &[f32], z: &[f32], out: &mut [f32]) {
+        self.distances_by(&self.program.instrs, x, y, z, out);
+    }
+
+    /// The same by a list of instructions that [`Pruner`](crate::Pruner) has left of the program's.
+    ///
+    /// # Panics
+    /// As [`Evaluator::distances`].
+    pub fn distances_by(
+        &mut self,
+        instrs: &[Instr],
+        x: &[f32],
+        y: &[f32],
+        z: &[f32],
+        out: &mut [f32],
+    ) {
         let n = out.len();
         self.plain.active = n.next_multiple_of(BLOCK);
         for (lanes, from) in self.plain.point.iter_mut().zip([x, y, z]) {
             load(lanes, from, n);
         }
-        run_distances(self.program, &mut self.plain);
+        run_distances(self.program, instrs, &mut self.plain);
         out.copy_from_slice(&self.plain.acc.0[..n]);
     }
 

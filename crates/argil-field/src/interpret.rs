@@ -5,6 +5,8 @@ use crate::brush::{Brush, HEADER, mapped, measure};
 use crate::combine::{
     Joint, combine_chamfer, combine_morph, combine_smooth, weight_paint, weight_smooth,
 };
+use crate::curves::BLOCK;
+use crate::prune::{Marks, losers};
 use crate::real::{F32Lanes, LANES, Real};
 use crate::registers::{MaterialLanes, Registers, words};
 use crate::space::{
@@ -40,9 +42,22 @@ fn weights<R: Real>(a: &R::Lanes, b: &R::Lanes, j: &Joint, flags: u32) -> F32Lan
     out
 }
 
-/// Run a program on the points in the registers. `MATERIALS`: whether to carry materials along.
+/// What a run carries along besides distances.
+pub(crate) const NOTHING: u8 = 0;
+/// The materials.
+pub(crate) const MATERIALS: u8 = 1;
+/// Which operand of each joint cannot matter around each lane's point: see `prune.rs`.
+pub(crate) const MARKS: u8 = 2;
+
+/// Run a list of a program's instructions on the points in the registers.
 #[inline(always)]
-pub(crate) fn run<R: Real, const MATERIALS: bool>(program: &Program, r: &mut Registers<R>) {
+pub(crate) fn run<R: Real, const CARRIED: u8>(
+    program: &Program,
+    instrs: &[abi::Instr],
+    r: &mut Registers<R>,
+) {
+    let materials = CARRIED == MATERIALS;
+    let apart = CARRIED != NOTHING;
     r.acc = R::splat(FAR);
     let any_exiled = exile::<R>(&mut r.point, &mut r.exiled);
     let params = &program.params[..];
@@ -52,15 +67,15 @@ pub(crate) fn run<R: Real, const MATERIALS: bool>(program: &Program, r: &mut Reg
         flags,
         params: at,
         operand,
-    }) = program.instrs.get(pc)
+    }) = instrs.get(pc)
     {
         pc += 1;
         let at = at as usize;
         if op < abi::OP_SHAPES_END {
-            // With materials the brush is measured alone first, then combined with its weight.
+            // What is carried wants the brush measured alone first, then combined.
             let mut b = Brush::read(params, at);
             let joint = b.joint;
-            if MATERIALS {
+            if apart {
                 b.joint = Joint {
                     k: 0.0,
                     quarter: 0.0,
@@ -72,17 +87,22 @@ pub(crate) fn run<R: Real, const MATERIALS: bool>(program: &Program, r: &mut Reg
                 r.values.push(std::mem::replace(&mut r.acc, R::splat(FAR)));
             }
             measure(program, r, op, flags, &b, at + HEADER);
-            if MATERIALS && let Some(a) = r.values.pop() {
-                let w = weights::<R>(&a, &r.acc, &joint, flags);
-                let m = &program.materials[operand as usize];
-                let of = |k: usize| {
-                    if k < 4 {
-                        m.base_roughness[k]
-                    } else {
-                        m.emission_metallic[k - 4]
-                    }
-                };
-                mix_materials(&mut r.material, |k, _| of(k), &w);
+            if apart && let Some(a) = r.values.pop() {
+                if CARRIED == MARKS {
+                    mark::<R>(r, pc - 1, &a, &joint, flags, false);
+                }
+                if materials {
+                    let w = weights::<R>(&a, &r.acc, &joint, flags);
+                    let m = &program.materials[operand as usize];
+                    let of = |k: usize| {
+                        if k < 4 {
+                            m.base_roughness[k]
+                        } else {
+                            m.emission_metallic[k - 4]
+                        }
+                    };
+                    mix_materials(&mut r.material, |k, _| of(k), &w);
+                }
                 for i in 0..LANES {
                     let d = combine_smooth(R::get(&a, i), R::get(&r.acc, i), &joint);
                     R::set(&mut r.acc, i, d);
@@ -93,7 +113,7 @@ pub(crate) fn run<R: Real, const MATERIALS: bool>(program: &Program, r: &mut Reg
         match op {
             abi::OP_PUSH_VALUE => {
                 r.values.push(std::mem::replace(&mut r.acc, R::splat(FAR)));
-                if MATERIALS {
+                if materials {
                     r.materials.push((*r.material).clone());
                 }
             }
@@ -114,13 +134,16 @@ pub(crate) fn run<R: Real, const MATERIALS: bool>(program: &Program, r: &mut Reg
                 if flags & abi::FLAG_SWAPPED != 0 {
                     std::mem::swap(&mut saved, &mut r.acc);
                 }
-                if MATERIALS && let Some(mut other) = r.materials.pop() {
+                if materials && let Some(mut other) = r.materials.pop() {
                     if flags & abi::FLAG_SWAPPED != 0 {
                         std::mem::swap(&mut other, &mut r.material);
                     }
                     let w = weights::<R>(&saved, &r.acc, &j, flags);
                     mix_materials(&mut other, |k, i| r.material[k].0[i], &w);
                     *r.material = other;
+                }
+                if CARRIED == MARKS {
+                    mark::<R>(r, pc - 1, &saved, &j, flags, true);
                 }
                 for i in 0..LANES {
                     let (a, b) = (R::get(&saved, i), R::get(&r.acc, i));
@@ -160,14 +183,14 @@ pub(crate) fn run<R: Real, const MATERIALS: bool>(program: &Program, r: &mut Reg
             abi::OP_REPEAT | abi::OP_RADIAL => {
                 r.points.push(r.point.clone());
                 r.values.push(std::mem::replace(&mut r.acc, R::splat(FAR)));
-                if MATERIALS {
+                if materials {
                     r.materials.push((*r.material).clone());
                 }
                 r.loops.push(0);
                 candidate(r, params, op, at, 0);
             }
             abi::OP_NEXT => {
-                let begin = program.instrs[operand as usize];
+                let begin = instrs[operand as usize];
                 let (Some(done), Some(least)) = (r.loops.last_mut(), r.values.last_mut()) else {
                     continue;
                 };
@@ -178,7 +201,7 @@ pub(crate) fn run<R: Real, const MATERIALS: bool>(program: &Program, r: &mut Reg
                     let (a, b) = (R::get(least, i), R::get(&r.acc, i));
                     let nearer = b.value() < a.value();
                     R::set(least, i, if nearer { b } else { a });
-                    if MATERIALS
+                    if materials
                         && nearer
                         && let Some(kept) = r.materials.last_mut()
                     {
@@ -194,7 +217,7 @@ pub(crate) fn run<R: Real, const MATERIALS: bool>(program: &Program, r: &mut Reg
                 } else {
                     r.loops.pop();
                     r.acc = r.values.pop().unwrap_or_else(|| R::splat(FAR));
-                    if MATERIALS && let Some(kept) = r.materials.pop() {
+                    if materials && let Some(kept) = r.materials.pop() {
                         *r.material = kept;
                     }
                     if let Some(point) = r.points.pop() {
@@ -272,6 +295,32 @@ pub(crate) fn run<R: Real, const MATERIALS: bool>(program: &Program, r: &mut Reg
             };
             R::set(&mut r.acc, i, d);
         }
+    }
+}
+
+/// Note which operand of the joint at `pc`, `a` or the accumulator, loses so clearly that it cannot matter.
+#[inline(always)]
+fn mark<R: Real>(
+    r: &mut Registers<R>,
+    pc: usize,
+    a: &R::Lanes,
+    j: &Joint,
+    flags: u32,
+    is_group: bool,
+) {
+    // Within a loop there is a distance for each copy: it stays whole.
+    if !r.loops.is_empty() {
+        return;
+    }
+    let mut marks = Marks::default();
+    for i in 0..BLOCK {
+        let (a, b) = (R::get(a, i).value(), R::get(&r.acc, i).value());
+        let (drop_a, drop_b) = losers(a, b, j, flags, is_group, r.margin);
+        marks.drop_a |= u64::from(drop_a) << i;
+        marks.drop_b |= u64::from(drop_b) << i;
+    }
+    if let Some(place) = r.marks.get_mut(pc) {
+        *place = marks;
     }
 }
 

@@ -12,6 +12,8 @@
 //! time; no fused multiply-add, so that all give the same bits. `*.wgsl` holds the twins for the GPU, put together by
 //! [`wgsl`]. [`naive`] is the oracle: scalar, double precision, straight from the scene.
 //!
+//! [`Pruner`] makes the lists of instructions that can matter in cells of space.
+//!
 //! A point that is not finite or farther than [`WORLD_LIMIT`] from the origin along an axis is outside of everything:
 //! its distance is [`FAR`].
 //!
@@ -37,6 +39,7 @@ pub mod naive;
 mod noise;
 mod pack;
 mod program;
+mod prune;
 mod real;
 mod registers;
 mod regular;
@@ -49,6 +52,7 @@ pub use evaluate::Evaluator;
 pub use grid::Grid;
 pub use lower::LowerError;
 pub use program::Program;
+pub use prune::{CELLS, Pruner};
 pub use real::LANES;
 pub use trim::Opcodes;
 

@@ -21,6 +21,10 @@ pub(crate) struct Registers<R: Real> {
     /// Candidates done of each open loop.
     pub loops: Vec<u32>,
     pub exiled: F32Lanes,
+    /// Of each instruction: who loses there.
+    pub marks: Vec<crate::prune::Marks>,
+    /// By how much a distance can come nearer to another within a cell.
+    pub margin: f32,
 }
 
 impl<R: Real> Registers<R> {
@@ -36,6 +40,8 @@ impl<R: Real> Registers<R> {
             materials: Vec::new(),
             loops: Vec::new(),
             exiled: f32::splat(0.0),
+            marks: Vec::new(),
+            margin: 0.0,
         }
     }
 }

@@ -1,0 +1,183 @@
+//! Pruned lists: in all of its cell a list gives the whole program's distances, to the bit.
+
+use argil_abi::Instr;
+use argil_conformance::{Case, Numbers, all_cases, random_blends, shipped};
+use argil_field::{CELLS, Evaluator, LANES, Program, Pruner};
+use argil_math::Aabb;
+use argil_scene::{Brush, Scene, Shape};
+use glam::Vec3;
+
+/// The eight halves of a box.
+fn halves(cell: Aabb) -> [Aabb; 8] {
+    let center = cell.center();
+    cell.corners()
+        .map(|corner| Aabb::new(corner.min(center), corner.max(center)))
+}
+
+fn sample(cell: Aabb, numbers: &mut Numbers) -> [[f32; LANES]; 3] {
+    let mut points = [[0.0; LANES]; 3];
+    for i in 0..LANES {
+        for (axis, lanes) in points.iter_mut().enumerate() {
+            lanes[i] = cell.min[axis] + cell.size()[axis] * numbers.unit();
+        }
+    }
+    // Corners and the middle too.
+    for (i, p) in cell
+        .corners()
+        .into_iter()
+        .chain([cell.center()])
+        .enumerate()
+    {
+        for (axis, lanes) in points.iter_mut().enumerate() {
+            lanes[i] = p[axis];
+        }
+    }
+    points
+}
+
+/// What a walk down a few random cells finds.
+struct Walk {
+    /// Instructions of the whole program, and of the lists at the end.
+    whole: usize,
+    left: usize,
+    cells: usize,
+}
+
+fn walk(case: &Case, depth: usize, walks: usize, numbers: &mut Numbers) -> Walk {
+    let program = Program::lower(&case.scene).expect("a program");
+    let region = if program.aabb().is_finite() {
+        program.aabb().grown(0.1)
+    } else {
+        Aabb::centered(Vec3::ONE)
+    };
+    let mut pruner = Pruner::new(&program);
+    let mut evaluator = Evaluator::new(&program);
+    let mut result = Walk {
+        whole: 0,
+        left: 0,
+        cells: 0,
+    };
+    for _ in 0..walks {
+        let mut list: Vec<Instr> = program.instrs().to_vec();
+        let mut cell = region;
+        for _ in 0..depth {
+            let cells = halves(cell);
+            let centers = cells.map(Aabb::center);
+            let mut d = [0.0; 8];
+            pruner.mark(&list, &centers, cells[0].half_diagonal(), &mut d);
+            let own = (numbers.unit() * 8.0) as usize % 8;
+            assert_eq!(d[own], program.distance(centers[own]), "{}", case.name);
+            let mut next = Vec::new();
+            pruner.list(&list, own, &mut next);
+            assert!(next.len() <= list.len());
+            (list, cell) = (next, cells[own]);
+            let [x, y, z] = sample(cell, numbers);
+            let (mut whole, mut pruned) = ([0.0; LANES], [0.0; LANES]);
+            evaluator.distances(&x, &y, &z, &mut whole);
+            evaluator.distances_by(&list, &x, &y, &z, &mut pruned);
+            assert!(
+                whole == pruned,
+                "{}: {} instructions of {} in {cell:?}",
+                case.name,
+                list.len(),
+                program.instrs().len()
+            );
+        }
+        result.whole += program.instrs().len();
+        result.left += list.len();
+        result.cells += 1;
+    }
+    result
+}
+
+/// Exact: every shape, operator, modifier and structure, shipped scenes, random blends.
+#[test]
+fn a_pruned_list_gives_the_whole_programs_bits_in_its_cell() {
+    let mut numbers = Numbers::new(51);
+    let mut cases = all_cases();
+    cases.extend(shipped());
+    cases.extend((40..52).map(|seed| random_blends(seed, 40)));
+    let (mut whole, mut left) = (0, 0);
+    for case in &cases {
+        let found = walk(case, 5, 24, &mut numbers);
+        whole += found.whole;
+        left += found.left;
+    }
+    // It does prune.
+    assert!(2 * left < whole, "{left} of {whole}");
+}
+
+/// A thousand balls: a small cell has a few of them.
+#[test]
+fn a_small_cell_has_a_short_list() {
+    let mut numbers = Numbers::new(52);
+    let mut scene = Scene::new();
+    for _ in 0..1000 {
+        let ball = Brush::new(Shape::sphere(0.08))
+            .at(numbers.point(1.0).to_array())
+            .blend(0.03);
+        scene.push(ball).expect("a valid brush");
+    }
+    let case = Case {
+        name: "a thousand balls".into(),
+        scene,
+    };
+    let found = walk(&case, 6, 60, &mut numbers);
+    let mean = found.left / found.cells;
+    assert!(mean < 20, "{mean} instructions on average");
+}
+
+/// Negative control: with a cell's list used in another cell, distances are wrong.
+#[test]
+fn a_list_is_wrong_outside_of_its_cell() {
+    let case = random_blends(53, 40);
+    let program = Program::lower(&case.scene).expect("a program");
+    let cells = halves(program.aabb());
+    let centers = cells.map(Aabb::center);
+    let mut pruner = Pruner::new(&program);
+    let mut d = [0.0; 8];
+    // A half diagonal that is far too small makes lists that are far too short.
+    pruner.mark(program.instrs(), &centers, 0.01, &mut d);
+    let mut list = Vec::new();
+    pruner.list(program.instrs(), 0, &mut list);
+    let mut numbers = Numbers::new(54);
+    let [x, y, z] = sample(cells[7], &mut numbers);
+    let mut evaluator = Evaluator::new(&program);
+    let (mut whole, mut pruned) = ([0.0; LANES], [0.0; LANES]);
+    evaluator.distances(&x, &y, &z, &mut whole);
+    evaluator.distances_by(&list, &x, &y, &z, &mut pruned);
+    assert_ne!(whole, pruned);
+}
+
+/// All cells of a full batch have lists of their own.
+#[test]
+fn a_full_batch_of_cells_is_told_apart() {
+    let case = random_blends(55, 40);
+    let program = Program::lower(&case.scene).expect("a program");
+    let region = program.aabb();
+    let edge = region.size() / 4.0;
+    let mut centers = Vec::new();
+    for i in 0..CELLS {
+        let at = Vec3::new((i % 4) as f32, (i / 4 % 4) as f32, (i / 16) as f32);
+        centers.push(region.min + edge * (at + 0.5));
+    }
+    let half_diagonal = 0.5 * edge.length();
+    let mut pruner = Pruner::new(&program);
+    let mut d = [0.0; CELLS];
+    pruner.mark(program.instrs(), &centers, half_diagonal, &mut d);
+    let mut evaluator = Evaluator::new(&program);
+    let mut numbers = Numbers::new(56);
+    let mut lengths = std::collections::HashSet::new();
+    for (i, &center) in centers.iter().enumerate() {
+        let mut list = Vec::new();
+        pruner.list(program.instrs(), i, &mut list);
+        let cell = Aabb::new(center - 0.5 * edge, center + 0.5 * edge);
+        let [x, y, z] = sample(cell, &mut numbers);
+        let (mut whole, mut pruned) = ([0.0; LANES], [0.0; LANES]);
+        evaluator.distances(&x, &y, &z, &mut whole);
+        evaluator.distances_by(&list, &x, &y, &z, &mut pruned);
+        assert_eq!(whole, pruned);
+        lengths.insert(list.len());
+    }
+    assert!(lengths.len() > 5);
+}

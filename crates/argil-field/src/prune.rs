@@ -1,0 +1,301 @@
+//! What of a program can matter in a cell.
+//!
+//! *Theory.* Distances change by no more than the Lipschitz constant times the way. In a ball of radius R around a point,
+//! an operand that loses there by more than 2·L·R and the blend radius loses everywhere, and the joint gives the winner
+//! to the bit (Barbier et al., "Lipschitz pruning: hierarchical simplification of primitive-based SDFs", 2025). What is
+//! left of a cell's list is the list of its children, and so on down.
+//!
+//! *Practice.* [`Pruner::mark`] measures up to [`CELLS`] cells that share a list, one a lane; [`Pruner::list`] writes what
+//! is left for one of them. What differs from the paper: the list is flat, with frames and groups in it. A frame that is
+//! left empty goes too. Loops over copies stay whole. A cut or an intersection never drops what it cuts, whose material
+//! may still show; a union drops either operand.
+
+use crate::Program;
+use crate::combine::Joint;
+use crate::curves::BLOCK;
+use crate::interpret::{MARKS, run};
+use crate::registers::Registers;
+use argil_abi::{self as abi, Instr};
+use argil_math::Aabb;
+use glam::Vec3;
+use multiversion::multiversion;
+
+/// Cells that are measured at once.
+pub const CELLS: usize = 64;
+
+const _: () = assert!(CELLS == BLOCK && CELLS == u64::BITS as usize);
+
+/// Which operands cannot matter: a bit for each cell.
+#[derive(Clone, Copy, Default)]
+pub(crate) struct Marks {
+    pub drop_a: u64,
+    pub drop_b: u64,
+}
+
+/// Whether `a`, and whether `b`, can be left out of a joint where distances come nearer to one another by at most
+/// `margin`.
+#[inline(always)]
+pub(crate) fn losers(
+    a: f32,
+    b: f32,
+    j: &Joint,
+    flags: u32,
+    is_group: bool,
+    margin: f32,
+) -> (bool, bool) {
+    // A brush on its own is never painted, morphed or chamfered.
+    let mode = if is_group {
+        flags & abi::COMBINE_MASK
+    } else {
+        abi::COMBINE_SMOOTH
+    };
+    let is_union = j.sa > 0.0 && j.sb > 0.0;
+    let (a, b) = (a * j.sa, b * j.sb);
+    let clear = margin + j.k;
+    match mode {
+        abi::COMBINE_MORPH => (false, false),
+        // Paint is taken where b is inside, or within its blend radius.
+        abi::COMBINE_PAINT => (false, b > clear),
+        abi::COMBINE_CHAMFER if j.k > 0.0 => {
+            // The face must be clear of the winner too; it is steeper by √2.
+            let face = (a + b - j.k) * std::f32::consts::FRAC_1_SQRT_2;
+            let steeper = 1.25 * margin;
+            (
+                is_union && a - b > clear && face - b > steeper,
+                b - a > clear && face - a > steeper,
+            )
+        }
+        _ => (is_union && a - b > clear, b - a > clear),
+    }
+}
+
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl", "x86_64+avx2"))]
+fn run_marks(program: &Program, instrs: &[Instr], registers: &mut Registers<f32>) {
+    run::<f32, MARKS>(program, instrs, registers);
+}
+
+/// Prunes a program for one thread. Make one a thread and keep it.
+pub struct Pruner<'a> {
+    program: &'a Program,
+    registers: Box<Registers<f32>>,
+    writer: Writer,
+}
+
+impl<'a> Pruner<'a> {
+    /// For a program.
+    pub fn new(program: &'a Program) -> Self {
+        Self {
+            program,
+            registers: Box::new(Registers::new()),
+            writer: Writer::default(),
+        }
+    }
+
+    /// Measure cells of one half diagonal that share a list: the distances at their centres into `out`.
+    ///
+    /// # Panics
+    /// If there are more than [`CELLS`] of them, or `out` is not as long.
+    pub fn mark(
+        &mut self,
+        instrs: &[Instr],
+        centers: &[Vec3],
+        half_diagonal: f32,
+        out: &mut [f32],
+    ) {
+        assert!(centers.len() <= CELLS && centers.len() == out.len());
+        let r = &mut *self.registers;
+        let Some(&last) = centers.last() else { return };
+        r.active = CELLS;
+        for (axis, lanes) in r.point.iter_mut().enumerate() {
+            lanes.0.fill(last[axis]);
+            for (lane, center) in lanes.0.iter_mut().zip(centers) {
+                *lane = center[axis];
+            }
+        }
+        let region = Aabb::around(centers.iter().copied()).grown(half_diagonal);
+        let change = self.program.lipschitz() * half_diagonal * 1.000_01;
+        r.margin = 2.0 * (change + self.program.bounds_slack(region));
+        r.marks.clear();
+        r.marks.resize(instrs.len(), Marks::default());
+        run_marks(self.program, instrs, r);
+        out.copy_from_slice(&r.acc.0[..centers.len()]);
+    }
+
+    /// Append what is left of the list that was marked last, for its cell `cell`. Its distances are those of the list
+    /// in all of the cell, to the bit.
+    ///
+    /// # Panics
+    /// If `instrs` is not the list that was marked.
+    pub fn list(&mut self, instrs: &[Instr], cell: usize, out: &mut Vec<Instr>) {
+        let marks = &self.registers.marks;
+        assert_eq!(marks.len(), instrs.len(), "the list that was marked");
+        let begin = out.len();
+        self.writer.clear(begin);
+        let mut rest = instrs.iter().zip(marks);
+        while let Some((instr, marks)) = rest.next() {
+            let drop_a = marks.drop_a >> cell & 1 != 0;
+            let drop_b = marks.drop_b >> cell & 1 != 0;
+            match instr.op {
+                abi::OP_REPEAT | abi::OP_RADIAL => {
+                    // A loop stays whole.
+                    let mut open = 1;
+                    out.push(*instr);
+                    while open > 0
+                        && let Some((inner, _)) = rest.next()
+                    {
+                        match inner.op {
+                            abi::OP_REPEAT | abi::OP_RADIAL => open += 1,
+                            abi::OP_NEXT => open -= 1,
+                            _ => {}
+                        }
+                        out.push(*inner);
+                    }
+                    self.writer.has_value();
+                }
+                op if op < abi::OP_SHAPES_END => self.writer.brush(*instr, drop_a, drop_b, out),
+                abi::OP_COMBINE => self.writer.combine(*instr, drop_a, drop_b, out),
+                abi::OP_PUSH_VALUE => self.writer.push_value(*instr, out),
+                abi::OP_PUSH_POINT | abi::OP_TWIST | abi::OP_BEND => self.writer.open(*instr, out),
+                abi::OP_POP_POINT | abi::OP_UNCLAMP => self.writer.close(*instr, out),
+                _ => out.push(*instr),
+            }
+        }
+        close_loops(&mut out[begin..]);
+    }
+}
+
+/// Point each end of a loop at its beginning, which has moved.
+fn close_loops(instrs: &mut [Instr]) {
+    let mut open = Vec::new();
+    for (at, instr) in instrs.iter_mut().enumerate() {
+        match instr.op {
+            abi::OP_REPEAT | abi::OP_RADIAL => open.push(at as u32),
+            abi::OP_NEXT => instr.operand = open.pop().unwrap_or(0),
+            _ => {}
+        }
+    }
+}
+
+/// Where a list is being written.
+#[derive(Default)]
+struct Writer {
+    /// Where what is in the accumulator begins.
+    segment: usize,
+    /// Of each value that is saved: where it begins, and where it was saved.
+    saved: Vec<(usize, usize)>,
+    /// Open frames: where each was opened, and whether anything was measured in it.
+    frames: Vec<(usize, bool)>,
+    /// Scratch of [`Writer::erase`].
+    kept: Vec<Instr>,
+}
+
+impl Writer {
+    fn clear(&mut self, begin: usize) {
+        self.segment = begin;
+        self.saved.clear();
+        self.frames.clear();
+    }
+
+    fn has_value(&mut self) {
+        if let Some((_, has_value)) = self.frames.last_mut() {
+            *has_value = true;
+        }
+    }
+
+    fn brush(&mut self, instr: Instr, drop_a: bool, drop_b: bool, out: &mut Vec<Instr>) {
+        if drop_b {
+            return;
+        }
+        if drop_a {
+            self.erase(self.segment, out.len(), out);
+        }
+        out.push(instr);
+        self.has_value();
+    }
+
+    fn push_value(&mut self, instr: Instr, out: &mut Vec<Instr>) {
+        self.saved.push((self.segment, out.len()));
+        out.push(instr);
+        self.segment = out.len();
+    }
+
+    fn combine(&mut self, instr: Instr, drop_a: bool, drop_b: bool, out: &mut Vec<Instr>) {
+        let Some((begin, pushed)) = self.saved.pop() else {
+            return;
+        };
+        let is_swapped = instr.flags & abi::FLAG_SWAPPED != 0;
+        let (drop_saved, drop_current) = if is_swapped {
+            (drop_b, drop_a)
+        } else {
+            (drop_a, drop_b)
+        };
+        if drop_current {
+            // All frames within it are closed.
+            out.truncate(pushed);
+        } else if drop_saved {
+            self.erase(begin, pushed + 1, out);
+        } else {
+            out.push(instr);
+        }
+        self.has_value();
+        self.segment = begin;
+    }
+
+    fn open(&mut self, instr: Instr, out: &mut Vec<Instr>) {
+        self.frames.push((out.len(), false));
+        out.push(instr);
+    }
+
+    fn close(&mut self, instr: Instr, out: &mut Vec<Instr>) {
+        match self.frames.pop() {
+            Some((begin, false)) => out.truncate(begin),
+            _ => {
+                out.push(instr);
+                self.has_value();
+            }
+        }
+    }
+
+    /// Take out what was measured in a stretch of the list. Frames that are still open stay, with what moves their point.
+    fn erase(&mut self, begin: usize, end: usize, out: &mut Vec<Instr>) {
+        self.kept.clear();
+        let mut closed = 0;
+        let mut frame = self.frames.len();
+        for at in (begin..end).rev() {
+            let instr = out[at];
+            let stays = match instr.op {
+                abi::OP_POP_POINT | abi::OP_UNCLAMP | abi::OP_NEXT => {
+                    closed += 1;
+                    false
+                }
+                abi::OP_PUSH_POINT
+                | abi::OP_TWIST
+                | abi::OP_BEND
+                | abi::OP_REPEAT
+                | abi::OP_RADIAL => {
+                    if closed > 0 {
+                        closed -= 1;
+                        false
+                    } else {
+                        // An open frame: it will be that many places from the stretch's new end.
+                        frame = frame.saturating_sub(1);
+                        if let Some(open) = self.frames.get_mut(frame) {
+                            *open = (self.kept.len(), false);
+                        }
+                        true
+                    }
+                }
+                abi::OP_AFFINE | abi::OP_MIRROR | abi::OP_ELONGATE => closed == 0,
+                _ => false,
+            };
+            if stays {
+                self.kept.push(instr);
+            }
+        }
+        let kept = self.kept.len();
+        for (at, _) in &mut self.frames[frame..] {
+            *at = begin + kept - 1 - *at;
+        }
+        out.splice(begin..end, self.kept.drain(..).rev());
+    }
+}
