@@ -118,6 +118,29 @@ fn gpu_dense_volumes_are_the_cpus() {
     }
 }
 
+/// Exact: pruning changes no texel, on any level, of any case.
+#[test]
+fn pruned_bakes_are_whole_bakes() {
+    let mut cases = all_cases();
+    cases.extend(shipped());
+    cases.extend((60..72).map(|seed| random_blends(seed, 40)));
+    for (i, case) in cases.iter().enumerate() {
+        let program = Program::lower(&case.scene).expect("a program");
+        let lattice = lattice(&case.scene, &program, 30 + i as u32 % 40);
+        let encoding = Encoding {
+            bits: if i % 2 == 0 {
+                Bits::Eight
+            } else {
+                Bits::Sixteen
+            },
+            ..Encoding::default()
+        };
+        let whole = Dense::bake_whole(&program, lattice, encoding, true);
+        let pruned = Dense::bake(&program, lattice, encoding, true);
+        assert!(whole == pruned, "{}", case.name);
+    }
+}
+
 fn sixteen_bits(settings: OctreeSettings) -> OctreeSettings {
     OctreeSettings {
         encoding: Encoding {

@@ -34,7 +34,13 @@ impl Grid {
 
     /// The coordinates along x, for [`Grid::sweep_layer`].
     pub fn xs(&self) -> Vec<f32> {
-        (0..self.size.x as usize).map(|i| self.at(0, i)).collect()
+        self.coordinates(0)
+    }
+
+    /// The points' coordinates along an axis.
+    pub fn coordinates(&self, axis: usize) -> Vec<f32> {
+        let n = self.size[axis] as usize;
+        (0..n).map(|i| self.at(axis, i)).collect()
     }
 
     #[inline]

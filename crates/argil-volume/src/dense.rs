@@ -9,7 +9,7 @@
 //! straight into the texels. What differs from Claybook: it makes its mips from the finest level.
 
 use crate::encoding::encode;
-use crate::{Bits, Encoding, Lattice, Sampler, Texel, Texels};
+use crate::{Bits, Encoding, Lattice, Sampler, Texel, Texels, cells};
 use argil_field::{Evaluator, Program};
 use glam::Vec3;
 use rayon::prelude::*;
@@ -26,12 +26,27 @@ pub struct Dense {
 }
 
 impl Dense {
-    /// Sample a field on all levels, on rayon's current threads.
+    /// Sample a field on all levels, on rayon's current threads, each cell with what can matter there.
     pub fn bake(program: &Program, lattice: Lattice, encoding: Encoding, mips: bool) -> Self {
+        Self::bake_with(program, lattice, encoding, mips, true)
+    }
+
+    /// The same texels with nothing pruned: what pruning is held against.
+    pub fn bake_whole(program: &Program, lattice: Lattice, encoding: Encoding, mips: bool) -> Self {
+        Self::bake_with(program, lattice, encoding, mips, false)
+    }
+
+    fn bake_with(
+        program: &Program,
+        lattice: Lattice,
+        encoding: Encoding,
+        mips: bool,
+        pruned: bool,
+    ) -> Self {
         let levels = (0..Self::level_count(program, &lattice, &encoding, mips))
             .map(|level| match encoding.bits {
-                Bits::Eight => bake_level::<i8>(program, &lattice, &encoding, level),
-                Bits::Sixteen => bake_level::<i16>(program, &lattice, &encoding, level),
+                Bits::Eight => bake_level::<i8>(program, &lattice, &encoding, level, pruned),
+                Bits::Sixteen => bake_level::<i16>(program, &lattice, &encoding, level, pruned),
             })
             .collect();
         Self {
@@ -131,9 +146,13 @@ fn bake_level<T: Texel>(
     lattice: &Lattice,
     encoding: &Encoding,
     level: u32,
+    pruned: bool,
 ) -> Texels {
     let fill = encoding.fill(program, lattice, level);
     let grid = lattice.grid(level);
+    if pruned {
+        return cells::sample::<T>(program, &grid, &fill);
+    }
     let xs = grid.xs();
     let mut texels = vec![T::default(); lattice.texel_count(level) as usize];
     texels

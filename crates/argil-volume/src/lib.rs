@@ -22,6 +22,7 @@
 //! ```
 
 mod batch;
+mod cells;
 mod dense;
 mod encoding;
 mod file;
