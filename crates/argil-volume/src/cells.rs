@@ -21,8 +21,16 @@ const COLUMN: u32 = 4;
 /// Layers of a cell that make a full batch.
 const BATCH_LAYERS: u32 = LANES as u32 / (SIDE * SIDE);
 
-/// Sample all points of a level's grid.
-pub(crate) fn sample<T: Texel>(program: &Program, grid: &Grid, fill: &Fill) -> Texels {
+/// What a cell holds that is not to be sampled, by its first point.
+pub(crate) type Vacant<'a, T> = &'a (dyn Fn(UVec3) -> Option<T> + Sync);
+
+/// Sample all points of a level's grid, but for the cells that are vacant.
+pub(crate) fn sample<T: Texel>(
+    program: &Program,
+    grid: &Grid,
+    fill: &Fill,
+    vacant: Vacant<'_, T>,
+) -> Texels {
     let size = grid.size;
     let layer = grid.layer_len();
     let mut texels = vec![T::default(); layer * size.z as usize];
@@ -30,17 +38,18 @@ pub(crate) fn sample<T: Texel>(program: &Program, grid: &Grid, fill: &Fill) -> T
         .par_chunks_mut(layer * SIDE as usize)
         .zip((0..size.z).into_par_iter().step_by(SIDE as usize))
         .for_each_init(
-            || Worker::new(program, grid, fill),
+            || Worker::new(program, grid, fill, vacant),
             |worker, (slab, z)| worker.slab(slab, z),
         );
     Texels::from_vec(texels)
 }
 
 /// What a thread keeps.
-struct Worker<'a> {
+struct Worker<'a, T> {
     program: &'a Program,
     grid: &'a Grid,
     fill: &'a Fill,
+    vacant: Vacant<'a, T>,
     pruner: Pruner<'a>,
     evaluator: Evaluator<'a>,
     /// What is left of the program for some columns, and of a column for its cells.
@@ -58,12 +67,13 @@ struct Parts {
     stretches: Vec<(UVec3, Range<usize>)>,
 }
 
-impl<'a> Worker<'a> {
-    fn new(program: &'a Program, grid: &'a Grid, fill: &'a Fill) -> Self {
+impl<'a, T: Texel> Worker<'a, T> {
+    fn new(program: &'a Program, grid: &'a Grid, fill: &'a Fill, vacant: Vacant<'a, T>) -> Self {
         Self {
             program,
             grid,
             fill,
+            vacant,
             pruner: Pruner::new(program),
             evaluator: Evaluator::new(program),
             columns: Parts::default(),
@@ -74,7 +84,7 @@ impl<'a> Worker<'a> {
     }
 
     /// Eight layers of the grid, from layer `z` on.
-    fn slab<T: Texel>(&mut self, texels: &mut [T], z: u32) {
+    fn slab(&mut self, texels: &mut [T], z: u32) {
         let edge = SIDE * COLUMN;
         let size = self.grid.size;
         let all: Vec<UVec3> = (0..size.y)
@@ -110,7 +120,7 @@ impl<'a> Worker<'a> {
     }
 
     /// Prune a list for cells of `size` points; those that are saturated are stored at once.
-    fn part<T: Texel>(
+    fn part(
         &mut self,
         instrs: &[Instr],
         begins: &[UVec3],
@@ -145,6 +155,12 @@ impl<'a> Worker<'a> {
                 self.store_saturated(begin, size, d, texels);
                 continue;
             }
+            if size == UVec3::splat(SIDE)
+                && let Some(value) = (self.vacant)(begin)
+            {
+                self.store(begin, value, texels);
+                continue;
+            }
             let from = parts.instrs.len();
             self.pruner.list(instrs, i, &mut parts.instrs);
             parts.stretches.push((begin, from..parts.instrs.len()));
@@ -156,15 +172,26 @@ impl<'a> Worker<'a> {
         (begin + size).min(self.grid.size) - begin
     }
 
-    /// A cell whose texels all hold the least or the greatest integer.
-    fn store_saturated<T: Texel>(&self, begin: UVec3, size: UVec3, d: f32, texels: &mut [T]) {
+    /// Cells whose texels all hold the least or the greatest integer.
+    fn store_saturated(&self, begin: UVec3, size: UVec3, d: f32, texels: &mut [T]) {
         let mut stored = [T::default()];
         encode(&[d], self.fill, &mut stored);
         let held = self.held(begin, size);
+        for j in (0..held.y).step_by(SIDE as usize) {
+            for i in (0..held.x).step_by(SIDE as usize) {
+                let cell = begin + uvec3(i, j, 0);
+                self.store(cell, (self.vacant)(cell).unwrap_or(stored[0]), texels);
+            }
+        }
+    }
+
+    /// A cell of one value.
+    fn store(&self, begin: UVec3, value: T, texels: &mut [T]) {
+        let held = self.held(begin, UVec3::splat(SIDE));
         for k in 0..held.z {
             for j in 0..held.y {
                 let row = self.row(begin, j, k);
-                texels[row..row + held.x as usize].fill(stored[0]);
+                texels[row..row + held.x as usize].fill(value);
             }
         }
     }
@@ -176,7 +203,7 @@ impl<'a> Worker<'a> {
     }
 
     /// A cell of [`SIDE`]³ points, by its own list.
-    fn evaluate<T: Texel>(&mut self, instrs: &[Instr], begin: UVec3, texels: &mut [T]) {
+    fn evaluate(&mut self, instrs: &[Instr], begin: UVec3, texels: &mut [T]) {
         let held = self.held(begin, UVec3::splat(SIDE));
         let [mut x, mut y, mut z, mut d] = [[0.0f32; LANES]; 4];
         let mut out = [T::default(); LANES];

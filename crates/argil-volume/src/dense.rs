@@ -5,8 +5,8 @@
 //! mips the band doubles level by level: far from the surface a coarse level gives long steps. A coarse level tells
 //! how far the surface is at least (see [`Encoding::fill`]).
 //!
-//! *Practice.* [`Dense::bake`] samples every level from the field itself, layers in parallel, batches within a layer,
-//! straight into the texels. What differs from Claybook: it makes its mips from the finest level.
+//! *Practice.* [`Dense::bake`] samples every level from the field itself, slabs in parallel, cells with what can matter in
+//! each (`cells.rs`), straight into the texels. [`Dense::bake_whole`] evaluates everything everywhere. What differs from Claybook: it makes its mips from the finest level.
 
 use crate::encoding::encode;
 use crate::{Bits, Encoding, Lattice, Sampler, Texel, Texels, cells};
@@ -151,7 +151,7 @@ fn bake_level<T: Texel>(
     let fill = encoding.fill(program, lattice, level);
     let grid = lattice.grid(level);
     if pruned {
-        return cells::sample::<T>(program, &grid, &fill);
+        return cells::sample::<T>(program, &grid, &fill, &|_| None);
     }
     let xs = grid.xs();
     let mut texels = vec![T::default(); lattice.texel_count(level) as usize];
