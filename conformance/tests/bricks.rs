@@ -38,7 +38,7 @@ fn missed(program: &Program, octree: &Octree) -> (usize, usize) {
                     size,
                 };
                 let (mut inside, mut outside) = (false, false);
-                let xs = grid.xs();
+                let xs = grid.coordinates(0);
                 for k in 0..size.z {
                     grid.sweep_layer(&mut evaluator, &xs, k, |_, d| {
                         inside |= d.iter().any(|&d| d < 0.0);

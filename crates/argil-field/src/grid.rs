@@ -32,11 +32,6 @@ impl Grid {
         self.size.x as usize * self.size.y as usize
     }
 
-    /// The coordinates along x, for [`Grid::sweep_layer`].
-    pub fn xs(&self) -> Vec<f32> {
-        self.coordinates(0)
-    }
-
     /// The points' coordinates along an axis.
     pub fn coordinates(&self, axis: usize) -> Vec<f32> {
         let n = self.size[axis] as usize;
@@ -49,7 +44,7 @@ impl Grid {
     }
 
     /// The distances of layer `k`, batch after batch: where in the layer each batch stands, and its values. `xs` are the
-    /// points' coordinates along x.
+    /// points' [`Grid::coordinates`] along x.
     ///
     /// # Panics
     /// If `xs` is not as long as the grid is wide.
@@ -96,7 +91,7 @@ impl Program {
         if out.is_empty() {
             return;
         }
-        let xs = grid.xs();
+        let xs = grid.coordinates(0);
         out.par_chunks_mut(grid.layer_len())
             .enumerate()
             .for_each_init(

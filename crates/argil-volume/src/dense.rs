@@ -153,7 +153,7 @@ fn bake_level<T: Texel>(
     if pruned {
         return cells::sample::<T>(program, &grid, &fill, &|_| None);
     }
-    let xs = grid.xs();
+    let xs = grid.coordinates(0);
     let mut texels = vec![T::default(); lattice.texel_count(level) as usize];
     texels
         .par_chunks_mut(grid.layer_len())
