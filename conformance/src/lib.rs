@@ -3,9 +3,10 @@
 //! The tests stand in `tests/`: each pass's contract, on every back end, at the buffer, with a negative control beside
 //! each comparison that shows that it can fail.
 
+use argil_abi::Frame;
 use argil_field::Program;
 use argil_gpu::{Gpu, GpuField};
-use argil_math::Aabb;
+use argil_math::{Aabb, Ray};
 use argil_scene::{Brush, Group, Material, Modifier, NodeId, Outline, Piece, Scene, Shape};
 use argil_volume::Lattice;
 use glam::Vec3;
@@ -647,6 +648,17 @@ pub fn shipped() -> Vec<Case> {
         scene: Scene::open(format!("{folder}/{name}.json")).expect("a scene"),
     })
     .collect()
+}
+
+/// The primary ray of a pixel, worked out once more for the tests.
+pub fn primary_ray(frame: &Frame, x: u32, y: u32) -> Ray {
+    let u = (x as f32 + frame.ground_jitter[2]) / frame.width as f32 * 2.0 - 1.0;
+    let v = 1.0 - (y as f32 + frame.ground_jitter[3]) / frame.height as f32 * 2.0;
+    let axis = |w: [f32; 4]| Vec3::new(w[0], w[1], w[2]);
+    Ray {
+        origin: axis(frame.eye_step),
+        direction: (axis(frame.forward) + axis(frame.right) * u + axis(frame.up) * v).normalize(),
+    }
 }
 
 /// The lattice of a case's volume.

@@ -1,10 +1,10 @@
 //! The oracle of bricks and silhouettes: brute force, at four times a volume's resolution and ray by ray.
 
 use argil_abi::{Frame, HIT_INSIDE, HIT_NONE, Hit};
-use argil_conformance::{Case, lattice, random_blends, shipped};
+use argil_conformance::{Case, lattice, primary_ray, random_blends, shipped};
 use argil_field::{Evaluator, Grid, LANES, Program};
 use argil_march::{Camera, Descent, Settings, Show, Through, frames, render};
-use argil_math::{Aabb, Ray};
+use argil_math::Aabb;
 use argil_scene::{Brush, Scene, Shape};
 use argil_volume::{Dense, Encoding, Keep, Lattice, Layout, Octree, OctreeSettings, Range};
 use glam::{UVec3, Vec3};
@@ -220,16 +220,6 @@ fn wrong(program: &Program, lattice: &Lattice, frame: &Frame, hits: &[Hit]) -> (
         stray += usize::from(is_stray && !is_cut);
     }
     (passed, stray)
-}
-
-fn primary_ray(frame: &Frame, x: u32, y: u32) -> Ray {
-    let u = (x as f32 + frame.ground_jitter[2]) / frame.width as f32 * 2.0 - 1.0;
-    let v = 1.0 - (y as f32 + frame.ground_jitter[3]) / frame.height as f32 * 2.0;
-    let axis = |w: [f32; 4]| Vec3::new(w[0], w[1], w[2]);
-    Ray {
-        origin: axis(frame.eye_step),
-        direction: (axis(frame.forward) + axis(frame.right) * u + axis(frame.up) * v).normalize(),
-    }
 }
 
 /// Rays through volumes against the exact field: none passes through solid, none stops in the air; from outside, close

@@ -1,7 +1,7 @@
 //! Rays and light: the GPU's buffers against the CPU's, and the CPU's rays against a search in tiny steps.
 
 use argil_abi::{Frame, HIT_INSIDE, HIT_NONE, HIT_OUTSIDE, Hit};
-use argil_conformance::{Case, Numbers, gpu, shipped};
+use argil_conformance::{Case, Numbers, gpu, primary_ray, shipped};
 use argil_field::{Program, naive};
 use argil_gpu::GpuField;
 use argil_march::{Camera, Picture, Settings, Show, Through, frames, render};
@@ -155,13 +155,6 @@ fn first_crossing(scene: &Scene, origin: Vec3, direction: Vec3) -> Option<f32> {
     None
 }
 
-fn direction(frame: &Frame, x: u32, y: u32) -> Vec3 {
-    let u = (x as f32 + frame.ground_jitter[2]) / frame.width as f32 * 2.0 - 1.0;
-    let v = 1.0 - (y as f32 + frame.ground_jitter[3]) / frame.height as f32 * 2.0;
-    let axis = |w: [f32; 4]| Vec3::new(w[0], w[1], w[2]);
-    (axis(frame.forward) + axis(frame.right) * u + axis(frame.up) * v).normalize()
-}
-
 /// Silhouettes, thin rods, cameras inside a solid and grazing ones: rays find what a search finds.
 #[test]
 fn rays_find_what_a_search_finds() {
@@ -189,19 +182,19 @@ fn rays_find_what_a_search_finds() {
                 (numbers.unit() * 64.0) as u32,
             );
             let found = &hits[(y * 64 + x) as usize];
-            match first_crossing(&scene, eye, direction(&frame, x, y)) {
+            match first_crossing(&scene, eye, primary_ray(&frame, x, y).direction) {
                 Some(t) => {
                     hit += 1;
                     // Within epsilon of the surface; along a grazing ray that is earlier by more.
                     let early = found.normal_t[3] <= t + 4.0 * epsilon;
-                    let p = eye + direction(&frame, x, y) * found.normal_t[3];
+                    let p = eye + primary_ray(&frame, x, y).direction * found.normal_t[3];
                     let near = naive::distance(&scene, p).abs() < 4.0 * f64::from(epsilon);
                     wrong += usize::from(found.kind != kind || !early || !near);
                 }
                 None => {
                     missed += 1;
                     // A ray that passes within epsilon may count as a hit.
-                    let p = eye + direction(&frame, x, y) * found.normal_t[3];
+                    let p = eye + primary_ray(&frame, x, y).direction * found.normal_t[3];
                     let near = naive::distance(&scene, p).abs() < 4.0 * f64::from(epsilon);
                     wrong += usize::from(found.kind != HIT_NONE && !near);
                 }

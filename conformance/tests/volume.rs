@@ -2,7 +2,9 @@
 //! rays through them on both devices.
 
 use argil_abi::{Frame, HIT_INSIDE, HIT_NONE, HIT_OUTSIDE, Hit};
-use argil_conformance::{Case, Numbers, all_cases, gpu, lattice, random_blends, shipped};
+use argil_conformance::{
+    Case, Numbers, all_cases, gpu, lattice, primary_ray, random_blends, shipped,
+};
 use argil_field::Program;
 use argil_gpu::{DenseFill, Gpu, GpuField, GpuVolume, Order};
 use argil_march::{Camera, Descent, Settings, Show, Through, frames, render};
@@ -510,7 +512,7 @@ fn rays_meet_the_eight_middle_bricks_where_they_are() {
     let (found, _) = on_gpu.render(&field, &frames).expect("a picture");
     let mut met = 0;
     for (i, (hit, other)) in hits.iter().zip(&found.hits).enumerate() {
-        let span = primary(&frames[0], i as u32 % 96, i as u32 / 96).span(middle);
+        let span = primary_ray(&frames[0], i as u32 % 96, i as u32 / 96).span(middle);
         // A ray along an edge may be given to either side.
         let is_clear = span.is_none_or(|(near, far)| far - near > 1e-3);
         if is_clear {
@@ -523,16 +525,6 @@ fn rays_meet_the_eight_middle_bricks_where_they_are() {
         }
     }
     assert!(met > 200 && met < hits.len() / 2, "{met}");
-}
-
-fn primary(frame: &Frame, x: u32, y: u32) -> argil_math::Ray {
-    let u = (x as f32 + frame.ground_jitter[2]) / frame.width as f32 * 2.0 - 1.0;
-    let v = 1.0 - (y as f32 + frame.ground_jitter[3]) / frame.height as f32 * 2.0;
-    let axis = |w: [f32; 4]| Vec3::new(w[0], w[1], w[2]);
-    argil_math::Ray {
-        origin: axis(frame.eye_step),
-        direction: (axis(frame.forward) + axis(frame.right) * u + axis(frame.up) * v).normalize(),
-    }
 }
 
 /// A camera inside a solid sees its wall from within; one outside sees a cut side where the volume ends in a solid.

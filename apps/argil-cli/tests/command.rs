@@ -1,18 +1,10 @@
 //! The command as a script uses it: exit codes, messages, JSON, files.
 
+mod common;
+
+use common::{argil, fails, json, scene};
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
-
-fn argil(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_argil"))
-        .args(arguments)
-        .output()
-        .expect("the command starts")
-}
-
-fn scene(name: &str) -> String {
-    format!("{}/../../scenes/{name}.json", env!("CARGO_MANIFEST_DIR"))
-}
+use std::process::Command;
 
 fn folder() -> tempfile::TempDir {
     tempfile::tempdir().expect("a folder")
@@ -20,24 +12,6 @@ fn folder() -> tempfile::TempDir {
 
 fn text(path: &Path) -> String {
     path.display().to_string()
-}
-
-fn json(output: &Output) -> serde_json::Value {
-    assert!(
-        output.status.success(),
-        "{}",
-        String::from_utf8_lossy(&output.stderr)
-    );
-    serde_json::from_slice(&output.stdout).expect("one JSON object and nothing else")
-}
-
-#[track_caller]
-fn fails(arguments: &[&str], code: i32, message: &str) {
-    let output = argil(arguments);
-    let errors = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(code), "{arguments:?}: {errors}");
-    assert!(errors.contains(message), "{arguments:?}: {errors}");
-    assert!(output.stdout.is_empty());
 }
 
 #[test]

@@ -1,35 +1,8 @@
 //! Volumes by the command: bake, draw, describe, and everything that can be asked for wrongly.
 
-use std::process::{Command, Output};
+mod common;
 
-fn argil(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_argil"))
-        .args(arguments)
-        .output()
-        .expect("the command starts")
-}
-
-fn scene(name: &str) -> String {
-    format!("{}/../../scenes/{name}.json", env!("CARGO_MANIFEST_DIR"))
-}
-
-fn json(output: &Output) -> serde_json::Value {
-    assert!(
-        output.status.success(),
-        "{}",
-        String::from_utf8_lossy(&output.stderr)
-    );
-    serde_json::from_slice(&output.stdout).expect("one JSON object and nothing else")
-}
-
-#[track_caller]
-fn fails(arguments: &[&str], code: i32, message: &str) {
-    let output = argil(arguments);
-    let errors = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(code), "{arguments:?}: {errors}");
-    assert!(errors.contains(message), "{arguments:?}: {errors}");
-    assert!(output.stdout.is_empty());
-}
+use common::{argil, fails, json, scene};
 
 /// Baked on one device, drawn on each; the picture is that of the volume which is built on the spot.
 #[test]

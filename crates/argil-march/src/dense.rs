@@ -9,9 +9,9 @@
 
 use crate::scratch::TileScratch;
 use crate::tile::Tile;
-use crate::trace::{around, flagged, lay_ground, set_normals, start_rays};
+use crate::trace::{Found, around, end_rays, lay_ground, set_normals, start_rays};
 use crate::wave::{RETIRED, Wave};
-use argil_abi::{self as abi, Frame, Hit};
+use argil_abi::{Frame, Hit};
 use argil_field::LANES;
 use argil_volume::{Bits, Dense, Levels, Texel};
 use multiversion::multiversion;
@@ -38,12 +38,6 @@ impl<'a> DenseRays<'a> {
     }
 }
 
-/// What a batch of rays finds with one step.
-struct Found {
-    reached: [u8; LANES],
-    ended: [u8; LANES],
-}
-
 /// What the primary ray of each pixel of a tile hits, row by row, into `out`.
 pub(crate) fn trace_dense(
     frame: &Frame,
@@ -65,10 +59,7 @@ pub(crate) fn trace_dense(
         let count = wave.len();
         for first in (0..count).step_by(LANES) {
             let range = first..(first + LANES).min(count);
-            let mut found = Found {
-                reached: [0; LANES],
-                ended: [0; LANES],
-            };
+            let mut found = Found::default();
             match volume {
                 DenseRays::Eight(levels, length) => {
                     step_i8(frame, levels, *length, steps, wave, range, &mut found);
@@ -77,21 +68,7 @@ pub(crate) fn trace_dense(
                     step_i16(frame, levels, *length, steps, wave, range, &mut found);
                 }
             }
-            for i in flagged(&found.ended) {
-                let ray = first + i;
-                let hit = &mut out[wave.pixel[ray] as usize];
-                hit.steps = steps;
-                if found.reached[i] != 0 {
-                    hit.kind = if wave.side[ray] < 0.0 {
-                        abi::HIT_INSIDE
-                    } else {
-                        abi::HIT_OUTSIDE
-                    };
-                    hit.normal_t[3] = wave.t[ray];
-                    hits.push(wave.pixel[ray]);
-                }
-                wave.retire(ray);
-            }
+            end_rays(wave, first, steps, &found, hits, out);
         }
         wave.compact();
     }
@@ -115,6 +92,8 @@ pub(crate) fn trace_dense(
     set_normals(frame, tile, hits, points, out);
     lay_ground(frame, tile, out);
 }
+
+// `multiversion` takes no generic functions: below, each has a wrapper for each type of texel.
 
 /// One step of a batch of rays.
 #[inline(always)]

@@ -5,7 +5,7 @@ use crate::scratch::TileScratch;
 use crate::shade::shade_tile;
 use crate::tile::{Tile, tiles};
 use crate::trace::trace_tile;
-use crate::volume::{Marched, trace_volume};
+use crate::volume::trace_volume;
 use argil_abi::{Frame, Hit};
 use argil_field::{Evaluator, Program};
 use argil_volume::{Bits, Dense, Octree};
@@ -32,6 +32,7 @@ pub fn render(program: &Program, through: Through<'_>, frames: &[Frame]) -> Pict
     let mut hits = vec![Hit::default(); width * height];
     let mut colors = vec![[0.0f32; 4]; width * height];
     let all: Vec<_> = tiles(first.width, first.height).collect();
+    let rays = Rays::new(through);
 
     // Each tile's part of the picture is one slice.
     let rows = all.first().map_or(1, |tile| tile.area());
@@ -45,7 +46,7 @@ pub fn render(program: &Program, through: Through<'_>, frames: &[Frame]) -> Pict
                     sample.resize(tile.area(), Hit::default());
                     // Only the first sample's hits are kept.
                     let found = if i == 0 { &mut *hits } else { &mut sample[..] };
-                    trace(frame, tile, through, evaluator, scratch, found);
+                    rays.trace(frame, tile, evaluator, scratch, found);
                     shade_tile(frame, tile, evaluator, scratch, found, colors);
                 }
             },
@@ -53,34 +54,44 @@ pub fn render(program: &Program, through: Through<'_>, frames: &[Frame]) -> Pict
     Picture::new(first, &colors, hits)
 }
 
-fn trace(
-    frame: &Frame,
-    tile: Tile,
-    through: Through<'_>,
-    evaluator: &mut Evaluator<'_>,
-    scratch: &mut TileScratch,
-    out: &mut [Hit],
-) {
-    match through {
-        Through::Field => trace_tile(frame, tile, evaluator, scratch, out),
-        Through::Dense(dense) => {
-            if let Some(rays) = DenseRays::new(dense) {
-                trace_dense(frame, tile, &rays, scratch, out);
-            }
-        }
-        Through::Octree(octree, descent) => match octree.layout().encoding.bits {
-            Bits::Eight => trace_through(frame, tile, OctreeRays::<i8>::new(octree, descent), out),
-            Bits::Sixteen => {
-                trace_through(frame, tile, OctreeRays::<i16>::new(octree, descent), out);
-            }
-        },
-    }
+/// What rays are marched through, made ready once a picture.
+enum Rays<'a> {
+    Field,
+    Dense(Box<DenseRays<'a>>),
+    Eight(OctreeRays<'a, i8>),
+    Sixteen(OctreeRays<'a, i16>),
+    /// Of a volume whose texels are not of the type that its encoding says; its constructors let none arise.
+    Nothing,
 }
 
-fn trace_through(frame: &Frame, tile: Tile, rays: Option<impl Marched>, out: &mut [Hit]) {
-    // A volume's texels are of the type that its encoding says; its constructors see to that.
-    if let Some(rays) = rays {
-        trace_volume(frame, tile, &rays, out);
+impl<'a> Rays<'a> {
+    fn new(through: Through<'a>) -> Self {
+        let rays = match through {
+            Through::Field => Some(Self::Field),
+            Through::Dense(dense) => DenseRays::new(dense).map(|rays| Self::Dense(Box::new(rays))),
+            Through::Octree(octree, descent) => match octree.layout().encoding.bits {
+                Bits::Eight => OctreeRays::new(octree, descent).map(Self::Eight),
+                Bits::Sixteen => OctreeRays::new(octree, descent).map(Self::Sixteen),
+            },
+        };
+        rays.unwrap_or(Self::Nothing)
+    }
+
+    fn trace(
+        &self,
+        frame: &Frame,
+        tile: Tile,
+        evaluator: &mut Evaluator<'_>,
+        scratch: &mut TileScratch,
+        out: &mut [Hit],
+    ) {
+        match self {
+            Self::Field => trace_tile(frame, tile, evaluator, scratch, out),
+            Self::Dense(rays) => trace_dense(frame, tile, rays, scratch, out),
+            Self::Eight(rays) => trace_volume(frame, tile, rays, out),
+            Self::Sixteen(rays) => trace_volume(frame, tile, rays, out),
+            Self::Nothing => {}
+        }
     }
 }
 

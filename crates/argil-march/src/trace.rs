@@ -114,30 +114,17 @@ pub fn trace_tile(
             }
 
             // One step for all; then look at those that end with it.
-            let (mut reached, mut ended) = ([0u8; LANES], [0u8; LANES]);
+            let mut found = Found::default();
             for i in 0..n {
                 let gap = d[i] * side[i];
                 // A ray that grazes the surface may run out of steps within a pixel of it.
                 let arrives = (gap < epsilon) | (spent & (gap < frame.pixel * t[i]));
                 t[i] += gap * step_scale;
-                reached[i] = u8::from(arrives);
-                ended[i] = u8::from((end[i] != RETIRED) & (arrives | spent | (t[i] > end[i])));
+                found.reached[i] = u8::from(arrives);
+                found.ended[i] =
+                    u8::from((end[i] != RETIRED) & (arrives | spent | (t[i] > end[i])));
             }
-            for i in flagged(&ended) {
-                let ray = first + i;
-                let hit = &mut out[wave.pixel[ray] as usize];
-                hit.steps = steps;
-                if reached[i] != 0 {
-                    hit.kind = if wave.side[ray] < 0.0 {
-                        abi::HIT_INSIDE
-                    } else {
-                        abi::HIT_OUTSIDE
-                    };
-                    hit.normal_t[3] = wave.t[ray];
-                    hits.push(wave.pixel[ray]);
-                }
-                wave.retire(ray);
-            }
+            end_rays(wave, first, steps, &found, hits, out);
         }
         wave.compact();
     }
@@ -169,6 +156,47 @@ pub(crate) fn start_rays(frame: &Frame, tile: Tile, wave: &mut Wave, out: &mut [
                 }
             }
         }
+    }
+}
+
+/// What a batch of rays finds with one step: a 1 for each that has hit, and for each whose march ends.
+pub(crate) struct Found {
+    pub reached: [u8; LANES],
+    pub ended: [u8; LANES],
+}
+
+impl Default for Found {
+    fn default() -> Self {
+        Self {
+            reached: [0; LANES],
+            ended: [0; LANES],
+        }
+    }
+}
+
+/// Write down what the rays found that end with this step, and take them out of the march.
+pub(crate) fn end_rays(
+    wave: &mut Wave,
+    first: usize,
+    steps: u32,
+    found: &Found,
+    hits: &mut Vec<u32>,
+    out: &mut [Hit],
+) {
+    for i in flagged(&found.ended) {
+        let ray = first + i;
+        let hit = &mut out[wave.pixel[ray] as usize];
+        hit.steps = steps;
+        if found.reached[i] != 0 {
+            hit.kind = if wave.side[ray] < 0.0 {
+                abi::HIT_INSIDE
+            } else {
+                abi::HIT_OUTSIDE
+            };
+            hit.normal_t[3] = wave.t[ray];
+            hits.push(wave.pixel[ray]);
+        }
+        wave.retire(ray);
     }
 }
 
@@ -243,7 +271,7 @@ pub(crate) fn lay_ground(frame: &Frame, tile: Tile, out: &mut [Hit]) {
 }
 
 /// The indices of ones among zeros, eight at a look: few rays end with any one step.
-pub(crate) fn flagged(flags: &[u8; LANES]) -> impl Iterator<Item = usize> + '_ {
+fn flagged(flags: &[u8; LANES]) -> impl Iterator<Item = usize> + '_ {
     flags.chunks_exact(8).enumerate().flat_map(|(word, bytes)| {
         let mut bits = u64::from_le_bytes(bytes.try_into().unwrap_or_default());
         std::iter::from_fn(move || {
