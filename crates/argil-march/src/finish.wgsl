@@ -1,4 +1,4 @@
-// What primary rays have in common once they are marched, one thread a pixel. `surface_normal` is the representation's.
+// Twin of set_normals and lay_ground in trace.rs: what primary rays have in common once they are marched, one thread a pixel. `surface_normal` is the representation's.
 
 // The normal, and the ground where it is nearer.
 @compute @workgroup_size(8, 8)

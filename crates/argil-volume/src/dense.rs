@@ -6,10 +6,10 @@
 //! how far the surface is at least (see [`Encoding::fill`]).
 //!
 //! *Practice.* [`Dense::bake`] samples every level from the field itself, slabs in parallel, cells with what can matter in
-//! each (`cells.rs`), straight into the texels. [`Dense::bake_whole`] evaluates everything everywhere. What differs from Claybook: it makes its mips from the finest level.
+//! each (`fill.rs`), straight into the texels. [`Dense::bake_whole`] evaluates everything everywhere. What differs from Claybook: it makes its mips from the finest level.
 
 use crate::encoding::encode;
-use crate::{Bits, Encoding, Lattice, Sampler, Texel, Texels, cells};
+use crate::{Bits, Encoding, Lattice, Sampler, Texel, Texels, fill};
 use argil_field::{Evaluator, Program};
 use glam::Vec3;
 use rayon::prelude::*;
@@ -148,10 +148,10 @@ fn bake_level<T: Texel>(
     level: u32,
     pruned: bool,
 ) -> Texels {
-    let fill = encoding.fill(program, lattice, level);
+    let words = encoding.fill(program, lattice, level);
     let grid = lattice.grid(level);
     if pruned {
-        return cells::sample::<T>(program, &grid, &fill, &|_| None);
+        return fill::sample::<T>(program, &grid, &words, &|_| None);
     }
     let xs = grid.coordinates(0);
     let mut texels = vec![T::default(); lattice.texel_count(level) as usize];
@@ -162,7 +162,7 @@ fn bake_level<T: Texel>(
             || Evaluator::new(program),
             |evaluator, (k, layer)| {
                 grid.sweep_layer(evaluator, &xs, k as u32, |range, d| {
-                    encode(d, &fill, &mut layer[range]);
+                    encode(d, &words, &mut layer[range]);
                 });
             },
         );

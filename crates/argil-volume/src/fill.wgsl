@@ -1,5 +1,4 @@
-// Twin of dense.rs and of the bricks in octree/fill.rs: distances into a level's texture, `target`. `fill` is the bound
-// uniform.
+// Twin of fill.rs: distances into a level's texture, `texels`. `fill` is the bound uniform.
 
 override TILE_SIDE: u32 = 16u;
 

@@ -22,10 +22,10 @@
 //! ```
 
 mod batch;
-mod cells;
 mod dense;
 mod encoding;
 mod file;
+mod fill;
 mod lattice;
 mod octree;
 mod sample;

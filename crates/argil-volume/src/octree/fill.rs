@@ -2,7 +2,7 @@
 //! the twins.
 
 use super::{Layout, Tree};
-use crate::{Texel, Texels, cells};
+use crate::{Texel, Texels, fill::sample};
 use argil_abi::{Fill, Volume};
 use argil_field::Program;
 use argil_math::morton;
@@ -23,7 +23,7 @@ pub(super) fn bricks<T: Texel>(
         let has_brick = tree.codes().binary_search(&code).is_ok();
         (!has_brick).then(|| T::stored(vacant(words, fill, away)))
     };
-    cells::sample(program, &layout.lattice.grid(0), fill, &vacant)
+    sample(program, &layout.lattice.grid(0), fill, &vacant)
 }
 
 /// What is stored in all texels of a cell without a brick, whose centre is so far from the surface: the distance that

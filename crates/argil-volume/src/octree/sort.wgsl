@@ -1,4 +1,5 @@
-// The list of bricks in ascending order: from their bits, or from a list in any order. One workgroup of 256 threads goes
+// No twin: select.rs lists bricks in ascending order as it goes. Here it is made
+// of what threads found in any order: from their bits, or from a list in any order. One workgroup of 256 threads goes
 // over all of it, part by part.
 
 var<workgroup> sums: array<u32, 256>;
