@@ -87,10 +87,14 @@ pub fn frames(
     let margin = lattice.map_or(4.0 * epsilon, |lattice| MARGIN_VOXELS * lattice.voxel);
     // The box of the solid, a little larger: a ray should not start within epsilon of a flat side. Nothing solid is a
     // box that no ray meets.
+    let held = lattice.map_or(Aabb::ALL, Lattice::aabb);
+    let shows_boxes = matches!(settings.show, Show::Bricks | Show::Nodes);
     let bounds = if solid.is_empty() {
         NOWHERE
+    } else if shows_boxes && lattice.is_some() {
+        // Bricks reach farther than what is in them.
+        held
     } else {
-        let held = lattice.map_or(Aabb::ALL, Lattice::aabb);
         let cut = solid.grown(margin).intersection(held);
         if cut.is_empty() { NOWHERE } else { cut }
     };
