@@ -3,7 +3,7 @@
 use argil_abi::{Frame, HIT_INSIDE, HIT_NONE, Hit};
 use argil_conformance::{Case, lattice, primary_ray, random_blends, shipped};
 use argil_field::{Evaluator, Grid, LANES, Program};
-use argil_march::{Camera, Descent, Settings, Show, Through, frames, render};
+use argil_march::{Camera, Descent, Settings, Show, Through, frames, render_with_hits};
 use argil_math::Aabb;
 use argil_scene::{Brush, Scene, Shape};
 use argil_volume::{Dense, Encoding, Keep, Lattice, Layout, Octree, OctreeSettings, Range};
@@ -257,7 +257,7 @@ fn no_ray_passes_through_solid_or_stops_in_the_air() {
                 ..Settings::default()
             };
             let frames = frames(&settings, &camera, &program, Some(&lattice), held);
-            let shown = |through| render(&program, through, &frames).hits;
+            let shown = |through| render_with_hits(&program, through, &frames).hits;
             for (name, hits) in [
                 ("dense", shown(Through::Dense(&dense))),
                 ("mips", shown(Through::Dense(&mips))),

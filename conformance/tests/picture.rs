@@ -4,7 +4,7 @@ use argil_abi::{Frame, HIT_INSIDE, HIT_NONE, HIT_OUTSIDE, Hit};
 use argil_conformance::{Case, Numbers, gpu, primary_ray, shipped};
 use argil_field::{Program, naive};
 use argil_gpu::GpuField;
-use argil_march::{Camera, Picture, Settings, Show, Through, frames, render};
+use argil_march::{Camera, Picture, Settings, Show, Through, frames, render_with_hits};
 use argil_math::Aabb;
 use argil_scene::{Brush, Group, Material, Modifier, Scene, Shape};
 use glam::Vec3;
@@ -117,7 +117,7 @@ fn gpu_pictures_are_the_cpus() {
             (Show::Heat, Vec3::new(0.05, -0.1, 0.02)),
         ] {
             let frames = look(&small(show), eye, &program);
-            let cpu = render(&program, Through::Field, &frames);
+            let cpu = render_with_hits(&program, Through::Field, &frames);
             let (found, duration_ms) = field.render(&frames).expect("a picture");
             assert!(duration_ms > 0.0);
             let (other, greatest) = gap(&cpu.hits, &found.hits);
@@ -134,7 +134,7 @@ fn gpu_pictures_are_the_cpus() {
 
             // Negative control: the camera moved by less than a pixel is another picture.
             let moved = look(&small(show), eye + Vec3::new(0.02, 0.0, 0.0), &program);
-            let moved = render(&program, Through::Field, &moved);
+            let moved = render_with_hits(&program, Through::Field, &moved);
             assert!(gap(&cpu.hits, &moved.hits).1 > 1e-4);
             assert_ne!(cpu.rgb, moved.rgb);
         }
@@ -174,7 +174,7 @@ fn rays_find_what_a_search_finds() {
     ] {
         let frame = look(&settings, eye, &program)[0];
         let epsilon = frame.box_min_epsilon[3];
-        let hits = render(&program, Through::Field, &[frame]).hits;
+        let hits = render_with_hits(&program, Through::Field, &[frame]).hits;
         let (mut hit, mut missed, mut wrong) = (0, 0, 0);
         for _ in 0..700 {
             let (x, y) = (
@@ -228,7 +228,7 @@ fn thin_rods_are_not_lost() {
         target: Vec3::ZERO,
         field_of_view_degrees: 40.0,
     };
-    let hits = render(
+    let hits = render_with_hits(
         &program,
         Through::Field,
         &frames(&settings, &camera, &program, None, FOCUS),
@@ -248,7 +248,7 @@ fn an_empty_scene_is_sky_on_both_devices() {
     scene.push(Group::new()).expect("valid");
     let program = Program::lower(&scene).expect("valid");
     let frames = look(&small(Show::Shaded), Vec3::new(0.0, 1.0, 3.0), &program);
-    let cpu = render(&program, Through::Field, &frames);
+    let cpu = render_with_hits(&program, Through::Field, &frames);
     let (found, _) = GpuField::new(gpu(), &program, false)
         .expect("a field")
         .render(&frames)
@@ -292,7 +292,7 @@ fn shipped_scenes_and_long_programs_are_the_same_on_both_devices() {
             ..Settings::default()
         };
         let frames = frames(&settings, &camera, &program, None, focus);
-        let cpu = render(&program, Through::Field, &frames);
+        let cpu = render_with_hits(&program, Through::Field, &frames);
         let (found, _) = GpuField::new(gpu.clone(), &program, false)
             .expect("a field")
             .render(&frames)

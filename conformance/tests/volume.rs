@@ -7,7 +7,7 @@ use argil_conformance::{
 };
 use argil_field::Program;
 use argil_gpu::{DenseFill, Gpu, GpuField, GpuVolume, Order};
-use argil_march::{Camera, Descent, Settings, Show, Through, frames, render};
+use argil_march::{Camera, Descent, Settings, Show, Through, frames, render_with_hits};
 use argil_math::Aabb;
 use argil_scene::{Brush, Scene, Shape};
 use argil_volume::{
@@ -424,7 +424,7 @@ fn rays_through_volumes_are_the_same_on_both_devices() {
         }
         for (eye, show) in views {
             let frames = frame(&program, volume, eye, show);
-            let cpu = render(&program, through, &frames);
+            let cpu = render_with_hits(&program, through, &frames);
             let (found, _) = on_gpu.render(&field, &frames).expect("a picture");
             let (other, length, normal) = hit_gap(&cpu.hits, &found.hits);
             assert!(
@@ -446,7 +446,7 @@ fn rays_through_volumes_are_the_same_on_both_devices() {
 
             // Negative control: a camera moved by a quarter of a voxel.
             let moved = eye + Vec3::splat(0.25 * lattice.voxel);
-            let moved = render(&program, through, &frame(&program, volume, moved, show));
+            let moved = render_with_hits(&program, through, &frame(&program, volume, moved, show));
             let (other, length, _) = hit_gap(&cpu.hits, &moved.hits);
             assert!(
                 other > cpu.hits.len() / 100 || length >= 0.1 * lattice.voxel,
@@ -470,8 +470,8 @@ fn a_remembered_path_saves_descents_and_nothing_else() {
         Vec3::new(1.6, 1.2, 2.2),
         Show::Normal,
     );
-    let root = render(&program, Through::Octree(&octree, Descent::Root), &frames);
-    let path = render(&program, Through::Octree(&octree, Descent::Path), &frames);
+    let root = render_with_hits(&program, Through::Octree(&octree, Descent::Root), &frames);
+    let path = render_with_hits(&program, Through::Octree(&octree, Descent::Path), &frames);
     let descents = |hits: &[Hit]| hits.iter().map(|h| u64::from(h.descents)).sum::<u64>();
     assert!(descents(&path.hits) < descents(&root.hits) * 3 / 4);
     for (a, b) in root.hits.iter().zip(&path.hits) {
@@ -502,7 +502,7 @@ fn rays_meet_the_eight_middle_bricks_where_they_are() {
     assert_eq!(octree.tree().nodes().len(), 8 + 8 + 1);
     let volume: Volume = octree.clone().into();
     let frames = frame(&program, &volume, Vec3::new(2.0, 1.4, 2.3), Show::Bricks);
-    let hits = render(&program, Through::Octree(&octree, Descent::Root), &frames).hits;
+    let hits = render_with_hits(&program, Through::Octree(&octree, Descent::Root), &frames).hits;
     let middle = Aabb::centered(Vec3::splat(0.25));
     let field = GpuField::new(gpu(), &program, false).expect("a field");
     let on_gpu = GpuVolume::upload(&field, &volume).expect("a volume");
@@ -561,7 +561,10 @@ fn rays_that_start_inside_and_solids_that_are_cut() {
             let frames = frame(&program, &volume, eye, Show::Normal);
             let on_gpu = GpuVolume::upload(&field, &volume).expect("a volume");
             let (found, _) = on_gpu.render(&field, &frames).expect("a picture");
-            for hits in [render(&program, through, &frames).hits, found.hits] {
+            for hits in [
+                render_with_hits(&program, through, &frames).hits,
+                found.hits,
+            ] {
                 let middle = &hits[30 * 96 + 48 - 20..30 * 96 + 48 + 20];
                 let low = &hits[40 * 96 + 48 - 20..40 * 96 + 48 + 20];
                 let seen = if kind == HIT_INSIDE { middle } else { low };

@@ -24,7 +24,7 @@ fn main() {
         ..Settings::default()
     };
     let frame = frames(&settings, &camera, &program, None, focus)[0];
-    let bands: Vec<_> = tiles(SIDE, SIDE).collect();
+    let all: Vec<_> = tiles(SIDE, SIDE).collect();
     let mut hits = vec![Hit::default(); (SIDE * SIDE) as usize];
     for threads in [1, 2] {
         let pool = rayon::ThreadPoolBuilder::new()
@@ -34,9 +34,9 @@ fn main() {
         let mut times: Vec<f64> = (0..15)
             .map(|_| {
                 let start = Instant::now();
-                let slices = hits.par_chunks_mut(bands[0].area());
+                let slices = hits.par_chunks_mut(all[0].area());
                 pool.install(|| {
-                    bands.par_iter().zip(slices).for_each_init(
+                    all.par_iter().zip(slices).for_each_init(
                         || (Evaluator::new(&program), TileScratch::default()),
                         |(evaluator, scratch), (&tile, hits)| {
                             trace_tile(&frame, tile, evaluator, scratch, hits)

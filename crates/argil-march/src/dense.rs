@@ -47,10 +47,14 @@ pub(crate) fn trace_dense(
     out: &mut [Hit],
 ) {
     let TileScratch {
-        wave, points, hits, ..
+        starts,
+        wave,
+        points,
+        hits,
+        ..
     } = scratch;
     hits.clear();
-    start_rays(frame, tile, wave, out);
+    start_rays(frame, tile, starts, wave, out);
 
     // March until every ray has hit, left the box or spent its steps.
     let mut steps = 0;

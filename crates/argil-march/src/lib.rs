@@ -26,7 +26,7 @@ mod wave;
 pub use camera::Camera;
 pub use octree::Descent;
 pub use picture::Picture;
-pub use render::{Through, hit_pixels, render};
+pub use render::{Through, render, render_with_hits};
 pub use scratch::TileScratch;
 pub use settings::{Settings, Show, frames};
 pub use shade::{SHADOW_STEPS, shade_tile};

@@ -1,5 +1,5 @@
+use crate::statistics::{Counts, Statistics};
 use argil_abi::{Frame, Hit, SHOW_SHADED};
-use rayon::prelude::*;
 
 /// A finished frame.
 #[derive(Clone, Debug)]
@@ -8,32 +8,27 @@ pub struct Picture {
     pub size: [u32; 2],
     /// RGB in sRGB, 8 bits a channel, row by row from the top.
     pub rgb: Vec<u8>,
-    /// What the first sample of each pixel hit, with its steps.
+    /// What the first sample of each pixel hit, with its steps; empty where that was not asked for.
     pub hits: Vec<Hit>,
-    /// The share of each pixel's samples that hit a solid.
-    pub coverage: Vec<f32>,
+    /// What the first sample of each pixel did.
+    pub statistics: Statistics,
+    /// Pixels of which at least half of the samples hit a solid.
+    pub hit_pixels: usize,
 }
 
 impl Picture {
     /// From a frame's accumulated colours with coverage, and the hits of its first sample.
     pub fn new(frame: &Frame, colors: &[[f32; 4]], hits: Vec<Hit>) -> Self {
-        let is_light = frame.show == SHOW_SHADED;
         let mut rgb = vec![0; 3 * colors.len()];
-        rgb.par_chunks_mut(3)
-            .with_min_len(4096)
-            .zip(colors)
-            .for_each(|(rgb, color)| {
-                for (byte, &c) in rgb.iter_mut().zip(color) {
-                    let shown = if is_light { srgb_from_linear(c) } else { c };
-                    *byte = (shown.clamp(0.0, 1.0) * 255.0 + 0.5) as u8;
-                }
-            });
-        let coverage = colors.iter().map(|c| c[3]).collect();
+        show(frame, colors, &mut rgb);
+        let mut counts = Counts::default();
+        counts.add(&hits);
         Self {
             size: [frame.width, frame.height],
             rgb,
             hits,
-            coverage,
+            statistics: counts.statistics(),
+            hit_pixels: covered(colors),
         }
     }
 
@@ -43,9 +38,26 @@ impl Picture {
             size: [0, 0],
             rgb: Vec::new(),
             hits: Vec::new(),
-            coverage: Vec::new(),
+            statistics: Counts::default().statistics(),
+            hit_pixels: 0,
         }
     }
+}
+
+/// Accumulated colours as bytes.
+pub(crate) fn show(frame: &Frame, colors: &[[f32; 4]], rgb: &mut [u8]) {
+    let is_light = frame.show == SHOW_SHADED;
+    for (rgb, color) in rgb.chunks_exact_mut(3).zip(colors) {
+        for (byte, &c) in rgb.iter_mut().zip(color) {
+            let shown = if is_light { srgb_from_linear(c) } else { c };
+            *byte = (shown.clamp(0.0, 1.0) * 255.0 + 0.5) as u8;
+        }
+    }
+}
+
+/// Pixels of which at least half of the samples hit a solid.
+pub(crate) fn covered(colors: &[[f32; 4]]) -> usize {
+    colors.iter().filter(|c| c[3] >= 0.499).count()
 }
 
 /// The sRGB transfer function (IEC 61966-2-1).

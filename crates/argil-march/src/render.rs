@@ -1,15 +1,19 @@
 use crate::dense::{DenseRays, trace_dense};
 use crate::octree::{Descent, OctreeRays};
-use crate::picture::Picture;
-use crate::scratch::TileScratch;
+use crate::picture::{Picture, covered, show};
+use crate::scratch::{TilePicture, TileScratch};
 use crate::shade::shade_tile;
-use crate::tile::{Tile, tiles};
+use crate::statistics::Counts;
+use crate::tile::{Tile, tile_rows, tiles};
 use crate::trace::trace_tile;
 use crate::volume::trace_volume;
 use argil_abi::{Frame, Hit};
 use argil_field::{Evaluator, Program};
 use argil_volume::{Bits, Dense, Octree};
 use rayon::prelude::*;
+use std::cell::RefCell;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// What rays are marched through.
 #[derive(Clone, Copy)]
@@ -22,36 +26,78 @@ pub enum Through<'a> {
     Octree(&'a Octree, Descent),
 }
 
+thread_local! {
+    /// Kept as long as the thread: a frame allocates nothing but its picture.
+    static SCRATCH: RefCell<(TileScratch, TilePicture)> = RefCell::default();
+}
+
 /// Draw on the CPU, on rayon's current threads: `frames` as [`crate::frames`] makes them, one a sample. Primary rays and
-/// normals are what `through` gives; light and materials are the field's.
+/// normals are what `through` gives; light and materials are the field's. The picture's hits are left out.
 pub fn render(program: &Program, through: Through<'_>, frames: &[Frame]) -> Picture {
+    draw(program, through, frames, false)
+}
+
+/// The same with what the first sample of each pixel hit.
+pub fn render_with_hits(program: &Program, through: Through<'_>, frames: &[Frame]) -> Picture {
+    draw(program, through, frames, true)
+}
+
+fn draw(program: &Program, through: Through<'_>, frames: &[Frame], keeps_hits: bool) -> Picture {
     let Some(first) = frames.first() else {
         return Picture::empty();
     };
-    let (width, height) = (first.width as usize, first.height as usize);
-    let mut hits = vec![Hit::default(); width * height];
-    let mut colors = vec![[0.0f32; 4]; width * height];
-    let all: Vec<_> = tiles(first.width, first.height).collect();
+    let (width, height) = (first.width, first.height);
+    let pixels = width as usize * height as usize;
+    let mut rgb = vec![0; 3 * pixels];
+    let mut hits = vec![Hit::default(); if keeps_hits { pixels } else { 0 }];
     let rays = Rays::new(through);
-
-    // Each tile's part of the picture is one slice.
-    let rows = all.first().map_or(1, |tile| tile.area());
+    let counts = Mutex::new(Counts::default());
+    let hit_pixels = AtomicUsize::new(0);
+    let mut hit_rows = tile_rows(&mut hits, width, 1);
+    let all: Vec<_> = tiles(width, height).collect();
+    hit_rows.resize_with(all.len(), Vec::new);
     all.par_iter()
-        .zip(hits.par_chunks_mut(rows))
-        .zip(colors.par_chunks_mut(rows))
+        .zip(tile_rows(&mut rgb, width, 3))
+        .zip(hit_rows)
         .for_each_init(
-            || (Evaluator::new(program), TileScratch::default(), Vec::new()),
-            |(evaluator, scratch, sample), ((&tile, hits), colors)| {
-                for (i, frame) in frames.iter().enumerate() {
-                    sample.resize(tile.area(), Hit::default());
-                    // Only the first sample's hits are kept.
-                    let found = if i == 0 { &mut *hits } else { &mut sample[..] };
-                    rays.trace(frame, tile, evaluator, scratch, found);
-                    shade_tile(frame, tile, evaluator, scratch, found, colors);
-                }
+            || Evaluator::new(program),
+            |evaluator, ((&tile, rgb_rows), mut hit_rows)| {
+                SCRATCH.with_borrow_mut(|(scratch, own)| {
+                    own.colors.clear();
+                    own.colors.resize(tile.area(), [0.0; 4]);
+                    own.hits.resize(tile.area(), Hit::default());
+                    for (i, frame) in frames.iter().enumerate() {
+                        rays.trace(frame, tile, evaluator, scratch, &mut own.hits);
+                        if i == 0 {
+                            own.counts.add(&own.hits);
+                            let rows = own.hits.chunks(tile.width as usize);
+                            for (to, from) in hit_rows.iter_mut().zip(rows) {
+                                to.copy_from_slice(from);
+                            }
+                        }
+                        shade_tile(frame, tile, evaluator, scratch, &own.hits, &mut own.colors);
+                    }
+                    own.rgb.resize(3 * tile.area(), 0);
+                    show(first, &own.colors, &mut own.rgb);
+                    let rows = own.rgb.chunks(3 * tile.width as usize);
+                    for (to, from) in rgb_rows.into_iter().zip(rows) {
+                        to.copy_from_slice(from);
+                    }
+                    hit_pixels.fetch_add(covered(&own.colors), Ordering::Relaxed);
+                    if let Ok(mut counts) = counts.lock() {
+                        counts.merge(&own.counts);
+                    }
+                    own.counts.clear();
+                });
             },
         );
-    Picture::new(first, &colors, hits)
+    Picture {
+        size: [width, height],
+        rgb,
+        hits,
+        statistics: counts.into_inner().unwrap_or_default().statistics(),
+        hit_pixels: hit_pixels.into_inner(),
+    }
 }
 
 /// What rays are marched through, made ready once a picture.
@@ -93,9 +139,4 @@ impl<'a> Rays<'a> {
             Self::Nothing => {}
         }
     }
-}
-
-/// Pixels of which at least half of the samples hit a solid.
-pub fn hit_pixels(picture: &Picture) -> usize {
-    picture.coverage.iter().filter(|&&c| c >= 0.499).count()
 }

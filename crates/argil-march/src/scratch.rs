@@ -1,15 +1,26 @@
 //! A thread's buffers.
 
-use crate::wave::{Points, Wave};
-use argil_abi::MaterialWords;
+use crate::statistics::Counts;
+use crate::wave::{Points, Starts, Wave};
+use argil_abi::{Hit, MaterialWords};
 
-/// A thread's buffers, kept from tile to tile.
+/// A thread's buffers, kept from tile to tile and from picture to picture.
 #[derive(Default)]
 pub struct TileScratch {
+    pub(crate) starts: Starts,
     pub(crate) wave: Wave,
     pub(crate) points: Points,
     pub(crate) hits: Vec<u32>,
     pub(crate) shading: Shading,
+}
+
+/// What a thread makes of a tile before it goes into the picture.
+#[derive(Default)]
+pub(crate) struct TilePicture {
+    pub hits: Vec<Hit>,
+    pub colors: Vec<[f32; 4]>,
+    pub rgb: Vec<u8>,
+    pub counts: Counts,
 }
 
 /// Buffers of the shading pass.

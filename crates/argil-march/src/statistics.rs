@@ -24,28 +24,92 @@ pub struct Statistics {
     pub cells: Spread,
 }
 
-impl Statistics {
-    /// Of the first sample of each pixel.
-    pub fn of(hits: &[Hit]) -> Self {
-        Self {
-            steps: spread(hits, |h| h.steps),
-            samples: spread(hits, |h| h.steps.saturating_sub(h.descents + h.cells)),
-            descents: spread(hits, |h| h.descents),
-            cells: spread(hits, |h| h.cells),
+/// How many rays did something so many times.
+#[derive(Clone, Default)]
+struct Histogram(Vec<u64>);
+
+impl Histogram {
+    fn add(&mut self, count: u32, rays: u64) {
+        let count = count as usize;
+        if self.0.len() <= count {
+            self.0.resize(count + 1, 0);
+        }
+        self.0[count] += rays;
+    }
+
+    fn merge(&mut self, other: &Self) {
+        for (count, &rays) in (0..).zip(&other.0) {
+            if rays > 0 {
+                self.add(count, rays);
+            }
+        }
+    }
+
+    fn spread(&self) -> Spread {
+        let rays: u64 = self.0.iter().sum();
+        let of = |(count, rays): (usize, &u64)| count as f64 * *rays as f64;
+        let total: f64 = self.0.iter().enumerate().map(of).sum();
+        let at = |share: f64| {
+            let place = (rays as f64 * share).ceil() as u64;
+            let mut seen = 0;
+            let found = self.0.iter().position(|rays| {
+                seen += rays;
+                seen >= place
+            });
+            found.unwrap_or(0) as f64
+        };
+        Spread {
+            mean: total / rays.max(1) as f64,
+            p95: at(0.95),
+            max: at(1.0),
         }
     }
 }
 
-fn spread(hits: &[Hit], count: impl Fn(&Hit) -> u32) -> Spread {
-    let mut counts: Vec<u32> = hits.iter().map(count).collect();
-    counts.sort_unstable();
-    let at = |share: f64| {
-        let place = ((counts.len() as f64 * share).ceil() as usize).saturating_sub(1);
-        f64::from(counts.get(place).copied().unwrap_or(0))
-    };
-    Spread {
-        mean: counts.iter().map(|&s| f64::from(s)).sum::<f64>() / counts.len().max(1) as f64,
-        p95: at(0.95),
-        max: at(1.0),
+/// What rays did, counted.
+#[derive(Clone, Default)]
+pub(crate) struct Counts {
+    steps: Histogram,
+    samples: Histogram,
+    descents: Histogram,
+    cells: Histogram,
+}
+
+impl Counts {
+    pub fn add(&mut self, hits: &[Hit]) {
+        for hit in hits {
+            self.steps.add(hit.steps, 1);
+            let other = hit.descents + hit.cells;
+            self.samples.add(hit.steps.saturating_sub(other), 1);
+            self.descents.add(hit.descents, 1);
+            self.cells.add(hit.cells, 1);
+        }
+    }
+
+    pub fn merge(&mut self, other: &Self) {
+        self.steps.merge(&other.steps);
+        self.samples.merge(&other.samples);
+        self.descents.merge(&other.descents);
+        self.cells.merge(&other.cells);
+    }
+
+    pub fn clear(&mut self) {
+        for histogram in [
+            &mut self.steps,
+            &mut self.samples,
+            &mut self.descents,
+            &mut self.cells,
+        ] {
+            histogram.0.clear();
+        }
+    }
+
+    pub fn statistics(&self) -> Statistics {
+        Statistics {
+            steps: self.steps.spread(),
+            samples: self.samples.spread(),
+            descents: self.descents.spread(),
+            cells: self.cells.spread(),
+        }
     }
 }

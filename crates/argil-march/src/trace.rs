@@ -1,66 +1,13 @@
 //! Primary rays; `trace.wgsl` is the twin.
 
-use crate::camera::{bounds_of, primary_ray};
+use crate::camera::primary_ray;
 use crate::scratch::TileScratch;
 use crate::tile::Tile;
-use crate::wave::{Points, RETIRED, Wave};
+use crate::wave::{Points, RETIRED, Starts, Wave};
 use argil_abi::{self as abi, Frame, Hit};
 use argil_field::{Evaluator, LANES};
-use argil_math::{Aabb, Ray};
+use argil_math::Ray;
 use glam::Vec3;
-
-/// The rays of a stretch of a row with where they enter and leave the box: [`primary_ray`] and [`Ray::span`], the same
-/// operations in the same order, for [`LANES`] pixels at once.
-struct Starts {
-    x: [f32; LANES],
-    y: [f32; LANES],
-    z: [f32; LANES],
-    near: [f32; LANES],
-    far: [f32; LANES],
-}
-
-impl Default for Starts {
-    fn default() -> Self {
-        let zero = [0.0; LANES];
-        Self {
-            x: zero,
-            y: zero,
-            z: zero,
-            near: zero,
-            far: zero,
-        }
-    }
-}
-
-impl Starts {
-    fn fill(&mut self, frame: &Frame, bounds: Aabb, x: u32, y: u32) {
-        let v = 1.0 - (y as f32 + frame.ground_jitter[3]) / frame.height as f32 * 2.0;
-        let (jitter, width) = (frame.ground_jitter[2], frame.width as f32);
-        let (forward, right, up, eye) = (frame.forward, frame.right, frame.up, frame.eye_step);
-        let axis = |k: usize, u: f32| forward[k] + right[k] * u + up[k] * v;
-        let tiny = |d: f32| if d.abs() < 1e-20 { 1e-20 } else { d };
-        let low = |a: f32, b: f32| if b < a { b } else { a };
-        let high = |a: f32, b: f32| if b > a { b } else { a };
-        let slab = |d: f32, k: usize| {
-            let inverse = 1.0 / tiny(d);
-            let (a, c) = (
-                (bounds.min[k] - eye[k]) * inverse,
-                (bounds.max[k] - eye[k]) * inverse,
-            );
-            (low(a, c), high(a, c))
-        };
-        for i in 0..LANES {
-            let u = ((x + i as u32) as f32 + jitter) / width * 2.0 - 1.0;
-            let (dx, dy, dz) = (axis(0, u), axis(1, u), axis(2, u));
-            let length = (dx * dx + dy * dy + dz * dz).sqrt();
-            let (dx, dy, dz) = (dx / length, dy / length, dz / length);
-            let ((nx, fx), (ny, fy), (nz, fz)) = (slab(dx, 0), slab(dy, 1), slab(dz, 2));
-            (self.x[i], self.y[i], self.z[i]) = (dx, dy, dz);
-            self.near[i] = high(high(nx, high(ny, nz)), 0.0);
-            self.far[i] = low(fx, low(fy, fz));
-        }
-    }
-}
 
 /// Six points around one, two along each axis.
 const DIFFERENCES: usize = 6;
@@ -77,7 +24,11 @@ pub fn trace_tile(
     out: &mut [Hit],
 ) {
     let TileScratch {
-        wave, points, hits, ..
+        starts,
+        wave,
+        points,
+        hits,
+        ..
     } = scratch;
     let [ex, ey, ez, step_scale] = frame.eye_step;
     let eye = Vec3::new(ex, ey, ez);
@@ -85,7 +36,7 @@ pub fn trace_tile(
 
     // Start the rays that meet the box.
     hits.clear();
-    start_rays(frame, tile, wave, out);
+    start_rays(frame, tile, starts, wave, out);
 
     // March until every ray has hit, left the box or spent its steps.
     let mut steps = 0;
@@ -137,24 +88,21 @@ pub fn trace_tile(
 }
 
 /// Take up the rays that meet the box.
-pub(crate) fn start_rays(frame: &Frame, tile: Tile, wave: &mut Wave, out: &mut [Hit]) {
-    let bounds = bounds_of(frame);
+pub(crate) fn start_rays(
+    frame: &Frame,
+    tile: Tile,
+    starts: &mut Starts,
+    wave: &mut Wave,
+    out: &mut [Hit],
+) {
     wave.clear();
     out[..tile.area()].fill(Hit::default());
-    let mut starts = Starts::default();
-    for row in 0..tile.rows {
-        for x in (0..tile.width).step_by(LANES) {
-            starts.fill(frame, bounds, x, tile.first_row + row);
-            for i in 0..LANES.min((tile.width - x) as usize) {
-                if starts.near[i] <= starts.far[i] {
-                    let direction = Vec3::new(starts.x[i], starts.y[i], starts.z[i]);
-                    wave.push(
-                        row * tile.width + x + i as u32,
-                        direction,
-                        (starts.near[i], starts.far[i]),
-                    );
-                }
-            }
+    starts.fill(frame, tile);
+    for i in 0..tile.area() {
+        if starts.near[i] <= starts.far[i] {
+            let [x, y, z] = &starts.direction;
+            let direction = Vec3::new(x[i], y[i], z[i]);
+            wave.push(i as u32, direction, (starts.near[i], starts.far[i]));
         }
     }
 }

@@ -1,7 +1,72 @@
 //! Rays that march together, and points that are measured together.
 
+use crate::camera::bounds_of;
+use crate::tile::Tile;
+use argil_abi::Frame;
 use argil_field::{Evaluator, LANES};
 use glam::Vec3;
+use multiversion::multiversion;
+
+/// The rays of a tile with where they enter and leave the box, row by row; a ray that misses it enters after it leaves.
+#[derive(Default)]
+pub(crate) struct Starts {
+    pub direction: [Vec<f32>; 3],
+    pub near: Vec<f32>,
+    pub far: Vec<f32>,
+}
+
+impl Starts {
+    pub fn fill(&mut self, frame: &Frame, tile: Tile) {
+        let [x, y, z] = &mut self.direction;
+        for lanes in [x, y, z, &mut self.near, &mut self.far] {
+            lanes.resize(tile.area(), 0.0);
+        }
+        for row in 0..tile.rows {
+            start_row(self, frame, tile, row);
+        }
+    }
+}
+
+/// `primary_ray` and `Ray::span`, the same operations in the same order, for all pixels of a row.
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl", "x86_64+avx2"))]
+fn start_row(starts: &mut Starts, frame: &Frame, tile: Tile, row: u32) {
+    let n = tile.width as usize;
+    let range = row as usize * n..(row as usize + 1) * n;
+    let bounds = bounds_of(frame);
+    let y = tile.first_row + row;
+    let v = 1.0 - (y as f32 + frame.ground_jitter[3]) / frame.height as f32 * 2.0;
+    let (jitter, width) = (frame.ground_jitter[2], frame.width as f32);
+    let (forward, right, up, eye) = (frame.forward, frame.right, frame.up, frame.eye_step);
+    let axis = |k: usize, u: f32| forward[k] + right[k] * u + up[k] * v;
+    let tiny = |d: f32| if d.abs() < 1e-20 { 1e-20 } else { d };
+    let low = |a: f32, b: f32| if b < a { b } else { a };
+    let high = |a: f32, b: f32| if b > a { b } else { a };
+    let slab = |d: f32, k: usize| {
+        let inverse = 1.0 / tiny(d);
+        let (a, c) = (
+            (bounds.min[k] - eye[k]) * inverse,
+            (bounds.max[k] - eye[k]) * inverse,
+        );
+        (low(a, c), high(a, c))
+    };
+    let [xs, ys, zs] = &mut starts.direction;
+    let (xs, ys, zs) = (
+        &mut xs[range.clone()],
+        &mut ys[range.clone()],
+        &mut zs[range.clone()],
+    );
+    let (near, far) = (&mut starts.near[range.clone()], &mut starts.far[range]);
+    for i in 0..n {
+        let u = ((tile.first_x + i as u32) as f32 + jitter) / width * 2.0 - 1.0;
+        let (dx, dy, dz) = (axis(0, u), axis(1, u), axis(2, u));
+        let length = (dx * dx + dy * dy + dz * dz).sqrt();
+        let (dx, dy, dz) = (dx / length, dy / length, dz / length);
+        let ((nx, fx), (ny, fy), (nz, fz)) = (slab(dx, 0), slab(dy, 1), slab(dz, 2));
+        (xs[i], ys[i], zs[i]) = (dx, dy, dz);
+        near[i] = high(high(nx, high(ny, nz)), 0.0);
+        far[i] = low(fx, low(fy, fz));
+    }
+}
 
 /// Rays under way, one field an array. They march together, so all have taken the same number of steps.
 #[derive(Default)]

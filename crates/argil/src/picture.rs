@@ -21,8 +21,8 @@ impl Drawn {
     pub(crate) fn new(picture: Picture, duration_ms: f64) -> Self {
         Self {
             size: picture.size,
-            statistics: Statistics::of(&picture.hits),
-            hit_pixels: argil_march::hit_pixels(&picture),
+            statistics: picture.statistics,
+            hit_pixels: picture.hit_pixels,
             rgb: picture.rgb,
             duration_ms,
         }
