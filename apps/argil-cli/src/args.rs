@@ -67,6 +67,9 @@ pub struct Render {
     /// Half of the normal's central difference, in the scene's unit; without it 5e-4 of its radius, or a voxel
     #[arg(long, value_name = "LENGTH")]
     pub normal_bias: Option<f32>,
+    /// Bricks: where normals come from; without it smooth
+    #[arg(long, value_enum)]
+    pub normals: Option<Normals>,
     /// Lay a ground plane under the scene
     #[arg(long, overrides_with = "no_ground")]
     pub ground: bool,
@@ -90,18 +93,21 @@ pub struct VolumeFlags {
     /// Dense: with mips, whose band doubles level by level
     #[arg(long)]
     pub mips: bool,
-    /// Bits of a stored distance, 8 or 16; without it 8
+    /// Bits of a stored distance, 8 or 16; without it 16 for bricks, else 8
     #[arg(long, value_name = "8|16", value_parser = bits)]
     pub bits: Option<Bits>,
-    /// A stored 1.0 stands for so many voxels; without it 4
+    /// A stored 1.0 stands for so many voxels; without it 16 for bricks of 16 bits, else 4
     #[arg(long, value_name = "VOXELS", conflicts_with = "stride")]
     pub band: Option<f32>,
     /// A stored 1.0 stands for 256/N voxels: the 2023 study's texture stride, from 1 to 32
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=32))]
     pub stride: Option<u32>,
-    /// Octree: voxels along a brick's side, 8, 16 or 32; without it 32
+    /// Voxels along a brick's side: bricks 4, 8 or 16, without it 8; octree 8, 16 or 32, without it 32
     #[arg(long, value_name = "N")]
     pub brick: Option<u32>,
+    /// Bricks: most memory that they may take, in MiB; without it what is free
+    #[arg(long, value_name = "MIB")]
+    pub memory_budget: Option<u32>,
     /// Octree: levels of nodes; without it as many as are needed
     #[arg(long, value_name = "N")]
     pub depth: Option<u32>,
@@ -117,6 +123,16 @@ pub struct VolumeFlags {
     /// Dense on a GPU: how the texture is filled; without it by tiles
     #[arg(long, value_enum)]
     pub fill: Option<Fill>,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Normals {
+    /// The gradient in the voxel that is hit; it jumps from voxel to voxel
+    Voxel,
+    /// Differences over a voxel's width around the hit
+    Smooth,
+    /// Differences of the exact field
+    Field,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -221,8 +237,10 @@ pub enum Via {
     Field,
     /// One texture of distances
     Dense,
-    /// Bricks of distances under a tree
+    /// Bricks of distances under a tree: the 2023 study's structure
     Octree,
+    /// Sparse bricks of distances: the product's own structure
+    Bricks,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]

@@ -10,7 +10,7 @@ pub fn run(options: &Bake) -> anyhow::Result<()> {
     // Say what is wrong with the request before any work.
     ensure!(
         options.via != Via::Field,
-        "--via field: the field is what volumes are baked from; take dense or octree"
+        "--via field: the field is what volumes are baked from; take dense, octree or bricks"
     );
     ensure!(
         !options.count_lost || options.via == Via::Octree,

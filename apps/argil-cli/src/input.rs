@@ -3,8 +3,8 @@
 use crate::args::{self, Device, On, VolumeFlags};
 use anyhow::{Context, ensure};
 use argil::{
-    Backend, Bits, DenseFill, DenseOptions, Descent, Encoding, Engine, Keep, OctreeOptions, Order,
-    Range, Scene, Stored, Via, World,
+    Backend, Bits, BricksOptions, DenseFill, DenseOptions, Descent, Encoding, Engine, Keep,
+    OctreeOptions, Order, Range, Scene, Stored, Via, World,
 };
 use std::path::Path;
 
@@ -94,6 +94,7 @@ pub fn representation(via: args::Via, flags: &VolumeFlags, engine: &Engine) -> a
         args::Via::Field => "field",
         args::Via::Dense => "dense",
         args::Via::Octree => "octree",
+        args::Via::Bricks => "bricks",
     };
     let of_volume = [
         ("--resolution", flags.resolution.is_some()),
@@ -103,18 +104,24 @@ pub fn representation(via: args::Via, flags: &VolumeFlags, engine: &Engine) -> a
     ];
     let of_dense = [("--mips", flags.mips), ("--fill", flags.fill.is_some())];
     let of_octree = [
-        ("--brick", flags.brick.is_some()),
         ("--depth", flags.depth.is_some()),
         ("--keep", flags.keep.is_some()),
         ("--descent", flags.descent.is_some()),
         ("--sort", flags.sort.is_some()),
     ];
+    let of_cut = [("--brick", flags.brick.is_some())];
+    let of_bricks = [("--memory-budget", flags.memory_budget.is_some())];
     let idle =
         |all: &[(&'static str, bool)]| all.iter().find(|(_, given)| *given).map(|(flag, _)| *flag);
     let idle = match via {
-        args::Via::Field => idle(&of_volume).or(idle(&of_dense)).or(idle(&of_octree)),
-        args::Via::Dense => idle(&of_octree),
-        args::Via::Octree => idle(&of_dense),
+        args::Via::Field => idle(&of_volume)
+            .or(idle(&of_dense))
+            .or(idle(&of_octree))
+            .or(idle(&of_cut))
+            .or(idle(&of_bricks)),
+        args::Via::Dense => idle(&of_octree).or(idle(&of_cut)).or(idle(&of_bricks)),
+        args::Via::Octree => idle(&of_dense).or(idle(&of_bricks)),
+        args::Via::Bricks => idle(&of_dense).or(idle(&of_octree)),
     };
     if let Some(flag) = idle {
         anyhow::bail!("{flag} does nothing with --via {name}: leave it out, or take another --via");
@@ -129,15 +136,18 @@ pub fn representation(via: args::Via, flags: &VolumeFlags, engine: &Engine) -> a
     }
 
     let resolution = flags.resolution.unwrap_or(256);
+    let own = match via {
+        args::Via::Bricks => BricksOptions::default().settings.encoding,
+        _ => Encoding::default(),
+    };
+    let bits = flags.bits.unwrap_or(own.bits);
     let range = match (flags.band, flags.stride) {
         (Some(voxels), _) => Range::Voxels(voxels),
         (None, Some(stride)) => Range::Stride(stride),
+        (None, None) if bits == own.bits => own.range,
         (None, None) => Range::default(),
     };
-    let encoding = Encoding {
-        bits: flags.bits.unwrap_or(Bits::Eight),
-        range,
-    };
+    let encoding = Encoding { bits, range };
     Ok(match via {
         args::Via::Field => Via::Field,
         args::Via::Dense => Via::Dense(DenseOptions {
@@ -149,6 +159,16 @@ pub fn representation(via: args::Via, flags: &VolumeFlags, engine: &Engine) -> a
                 _ => DenseFill::Tiled,
             },
         }),
+        args::Via::Bricks => {
+            let mut options = BricksOptions {
+                resolution,
+                memory_budget: flags.memory_budget.map(|mib| u64::from(mib) << 20),
+                ..BricksOptions::default()
+            };
+            options.settings.encoding = encoding;
+            options.settings.brick = flags.brick.unwrap_or(options.settings.brick);
+            Via::Bricks(options)
+        }
         args::Via::Octree => {
             let mut options = OctreeOptions {
                 resolution,

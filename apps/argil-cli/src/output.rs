@@ -37,7 +37,11 @@ pub fn pair(key: &str, value: &Value) {
 pub fn volume(info: &VolumeInfo) -> Value {
     let bounds = info.lattice.aabb();
     let mut about = json!({
-        "via": if info.tree.is_some() { "octree" } else { "dense" },
+        "via": match (&info.tree, &info.sparse) {
+            (Some(_), _) => "octree",
+            (None, Some(_)) => "bricks",
+            (None, None) => "dense",
+        },
         "resolution": info.lattice.size.to_array(),
         "box": [bounds.min.to_array(), bounds.max.to_array()],
         "voxel": info.lattice.voxel,
@@ -45,9 +49,18 @@ pub fn volume(info: &VolumeInfo) -> Value {
         "band_voxels": info.encoding.range.voxels(),
         "memory_bytes": info.memory_bytes,
     });
-    let own = match &info.tree {
-        None => json!({ "levels": info.levels }),
-        Some(tree) => {
+    let own = match (&info.tree, &info.sparse) {
+        (None, None) => json!({ "levels": info.levels }),
+        (None, Some(sparse)) => {
+            let cells = sparse.layout.grid.to_array().map(u64::from);
+            json!({
+                "brick": sparse.layout.brick,
+                "bricks": sparse.bricks,
+                "most_bricks": cells.iter().product::<u64>(),
+                "brick_bytes": sparse.bricks * sparse.layout.brick_bytes(),
+            })
+        }
+        (Some(tree), _) => {
             let side = u64::from(tree.layout.brick);
             let texel = info.encoding.bits.bytes() as u64;
             json!({
@@ -72,6 +85,7 @@ pub fn via(via: Via) -> &'static str {
         Via::Field => "field",
         Via::Dense(_) => "dense",
         Via::Octree(_) => "octree",
+        Via::Bricks(_) => "bricks",
     }
 }
 

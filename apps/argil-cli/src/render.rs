@@ -1,6 +1,6 @@
 //! `argil render`.
 
-use crate::args::{Render, Show};
+use crate::args::{Normals, Render, Show};
 use crate::{input, output};
 use anyhow::Context;
 use argil::{Camera, Drawn, Orbit, Settings, Via, World};
@@ -28,6 +28,12 @@ pub fn run(options: &Render) -> anyhow::Result<()> {
             "--specialize compiles the field, and this is drawn from a volume: leave it out"
         );
         world.specialize()?;
+    }
+    if options.normals.is_some() {
+        anyhow::ensure!(
+            matches!(world.kept_via(), Via::Bricks(_)),
+            "--normals says where bricks take normals from: leave it out, or add --via bricks"
+        );
     }
     let build_ms = match world.kept_via() {
         Via::Field => start.elapsed().as_secs_f64() * 1e3,
@@ -96,6 +102,11 @@ fn settings(options: &Render, world: &World) -> Settings {
         max_steps: options.max_steps.unwrap_or(own.max_steps),
         epsilon: options.epsilon,
         normal_bias: options.normal_bias,
+        normals: match options.normals {
+            Some(Normals::Voxel) => argil::Normals::Voxel,
+            Some(Normals::Field) => argil::Normals::Field,
+            Some(Normals::Smooth) | None => argil::Normals::Smooth,
+        },
         samples: options.samples.unwrap_or(own.samples),
         ground: (own.ground || options.ground) && !options.no_ground,
         ..own
@@ -174,9 +185,13 @@ fn report(
             ] {
                 all.insert(key.into(), output::spread(spread));
             }
-            if let Some(tree) = world.volume_info()?.and_then(|info| info.tree) {
+            let info = world.volume_info()?;
+            if let Some(tree) = info.and_then(|info| info.tree) {
                 all.insert("bricks".into(), json!(tree.bricks));
                 all.insert("nodes".into(), json!(tree.nodes));
+            }
+            if let Some(sparse) = info.and_then(|info| info.sparse) {
+                all.insert("bricks".into(), json!(sparse.bricks));
             }
         }
         output::json(&report);

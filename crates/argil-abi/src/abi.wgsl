@@ -57,6 +57,9 @@ const SHOW_DEPTH: u32 = 2u;
 const SHOW_HEAT: u32 = 3u;
 const SHOW_BRICKS: u32 = 4u;
 const SHOW_NODES: u32 = 5u;
+const NORMALS_VOXEL: u32 = 0u;
+const NORMALS_SMOOTH: u32 = 1u;
+const NORMALS_FIELD: u32 = 2u;
 const HIT_NONE: u32 = 0u;
 const HIT_OUTSIDE: u32 = 1u;
 const HIT_INSIDE: u32 = 2u;
@@ -104,7 +107,7 @@ struct Frame {
     first_step: u32,
     step_count: u32,
     lift: f32,
-    pad1: u32,
+    normals: u32,
     pad2: u32,
 }
 struct Hit {

@@ -122,6 +122,12 @@ constants! { FLAGS:
     SHOW_BRICKS = 4;
     /// The first node above bricks of each ray.
     SHOW_NODES = 5;
+    /// Normals of bricks: the gradient in the voxel.
+    NORMALS_VOXEL = 0;
+    /// Differences over a voxel's width.
+    NORMALS_SMOOTH = 1;
+    /// Those of the field.
+    NORMALS_FIELD = 2;
     /// What a ray found: nothing.
     HIT_NONE = 0;
     /// The surface, seen from outside.

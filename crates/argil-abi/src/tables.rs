@@ -74,8 +74,8 @@ shared_struct! {
         step_count: u32,
         /// How far above a surface its light is gathered.
         lift: f32,
-        /// Zero.
-        pad1: u32,
+        /// A `NORMALS_…`: how bricks give normals.
+        normals: u32,
         /// Zero.
         pad2: u32,
     }

@@ -18,7 +18,30 @@ impl Program {
 
     /// What [`Program::bounds`] adds to the Lipschitz constant's share, for any box within the region.
     pub fn bounds_slack(&self, region: Aabb) -> f32 {
-        self.slack + self.rounding(region)
+        self.slack + self.hidden_slack + self.rounding(region)
+    }
+
+    /// Beyond which distance at a point there is no surface within a length of it, for points of the region.
+    pub fn reach(&self, length: f32, region: Aabb) -> f32 {
+        let hidden = if length < self.isolation {
+            0.0
+        } else {
+            self.hidden_slack
+        };
+        1.000_01 * self.lipschitz * length + self.slack + hidden + self.rounding(region)
+    }
+
+    /// How far around a point of distance `d` there is no surface, for points of the region: `|d|` over the Lipschitz
+    /// constant, less what copies and rounding can do.
+    pub fn clear_radius(&self, d: f32, region: Aabb) -> f32 {
+        let d = d.abs() - self.slack - self.rounding(region);
+        let per_unit = 1.000_01 * self.lipschitz;
+        let plain = d / per_unit;
+        if plain <= self.isolation {
+            plain
+        } else {
+            self.isolation.max((d - self.hidden_slack) / per_unit)
+        }
     }
 
     /// How far `f32` arithmetic can take a distance within the box from the real one.

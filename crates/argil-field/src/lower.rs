@@ -94,6 +94,8 @@ impl Program {
                 aabb,
                 lipschitz: regular.lipschitz,
                 slack: regular.slack,
+                hidden_slack: regular.hidden,
+                isolation: regular.isolation,
                 value_slots: 0,
                 point_slots: 0,
                 brushes: 0,

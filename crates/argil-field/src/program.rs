@@ -10,6 +10,8 @@ pub struct Program {
     pub(crate) aabb: Aabb,
     pub(crate) lipschitz: f32,
     pub(crate) slack: f32,
+    pub(crate) hidden_slack: f32,
+    pub(crate) isolation: f32,
     pub(crate) value_slots: usize,
     pub(crate) point_slots: usize,
     pub(crate) brushes: usize,

@@ -3,17 +3,37 @@
 use argil_scene::{Body, Entry, Extents, Modifier, OperatorKind, Profile, Scene};
 use std::f32::consts::FRAC_1_SQRT_2;
 
-/// What can be said of |d(p) − d(q)| for points p and q: at most `lipschitz` · |p − q| + `slack`.
+/// What can be said of |d(p) − d(q)| for points p and q: at most `lipschitz` · |p − q| + `slack` + `hidden`.
+///
+/// Where copies are joined with others by hard operators alone, more can be said of the sign: a copy that the field does
+/// not look at is at least `isolation` away, so within that length the sign changes as if nothing jumped.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Regularity {
     pub lipschitz: f32,
     pub slack: f32,
+    /// Jumps that change no sign within `isolation`.
+    pub hidden: f32,
+    pub isolation: f32,
 }
 
 const SMOOTH: Regularity = Regularity {
     lipschitz: 1.0,
     slack: 0.0,
+    hidden: 0.0,
+    isolation: f32::INFINITY,
 };
+
+impl Regularity {
+    /// The same where values matter and not only signs.
+    fn by_value(self) -> Self {
+        Self {
+            slack: self.slack + self.hidden,
+            hidden: 0.0,
+            isolation: f32::INFINITY,
+            ..self
+        }
+    }
+}
 
 /// Of a whole scene, its nodes from the leaves up.
 pub(crate) fn regularity(scene: &Scene, extents: &mut Extents<'_>) -> Regularity {
@@ -33,8 +53,20 @@ pub(crate) fn regularity(scene: &Scene, extents: &mut Extents<'_>) -> Regularity
         if !entry.modifiers.is_empty() {
             let stages = extents.stages(id);
             for (modifier, content) in entry.modifiers.iter().zip(&stages) {
-                result.slack *= modifier.scale();
-                result.slack += jump(modifier, content);
+                let scale = modifier.scale();
+                result.slack *= scale;
+                result.hidden *= scale;
+                result.isolation *= scale;
+                if modifier.affine().is_some() {
+                    continue;
+                }
+                result = result.by_value();
+                let (jump, isolation) = (jump(modifier, content), isolation(modifier, content));
+                if isolation > 0.0 {
+                    (result.hidden, result.isolation) = (jump, isolation);
+                } else {
+                    result.slack += jump;
+                }
             }
         }
         all[id.index()] = result;
@@ -43,9 +75,21 @@ pub(crate) fn regularity(scene: &Scene, extents: &mut Extents<'_>) -> Regularity
 }
 
 fn joined(a: Regularity, b: Regularity, operand: &Entry) -> Regularity {
+    let is_boolean = operand.operator.blend == 0.0
+        && !matches!(
+            operand.operator.kind,
+            OperatorKind::Paint | OperatorKind::Morph
+        );
+    let (a, b) = if is_boolean {
+        (a, b)
+    } else {
+        (a.by_value(), b.by_value())
+    };
     let hard = Regularity {
         lipschitz: a.lipschitz.max(b.lipschitz),
         slack: a.slack.max(b.slack),
+        hidden: a.hidden.max(b.hidden),
+        isolation: a.isolation.min(b.isolation),
     };
     let chamfered = operand.operator.profile == Profile::Chamfer && operand.operator.blend > 0.0;
     if chamfered
@@ -60,6 +104,7 @@ fn joined(a: Regularity, b: Regularity, operand: &Entry) -> Regularity {
                 .lipschitz
                 .max((a.lipschitz + b.lipschitz) * FRAC_1_SQRT_2),
             slack: hard.slack.max((a.slack + b.slack) * FRAC_1_SQRT_2),
+            ..hard
         }
     } else {
         hard
@@ -82,4 +127,27 @@ fn jump(modifier: &Modifier, content: &argil_scene::Extent) -> f32 {
         0.0
     };
     content.shortfall.min(width + size)
+}
+
+/// How far the copies are, at least, that a point does not look at; 0 where that is not known.
+fn isolation(modifier: &Modifier, content: &argil_scene::Extent) -> f32 {
+    let Modifier::Repeat { spacing, count } = *modifier else {
+        return 0.0;
+    };
+    if !content.aabb.is_finite() {
+        return 0.0;
+    }
+    let half = content.aabb.min.abs().max(content.aabb.max.abs());
+    (0..3)
+        .filter(|&axis| count.is_none_or(|count| count[axis] != 1))
+        .map(|axis| {
+            // A point looks at its own copy and at the nearest neighbour, if not at more.
+            if half[axis] <= 0.5 * spacing[axis] {
+                spacing[axis] - half[axis]
+            } else {
+                0.0
+            }
+        })
+        .fold(f32::INFINITY, f32::min)
+        * 0.999
 }

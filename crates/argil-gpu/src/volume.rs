@@ -87,6 +87,7 @@ impl GpuVolume {
                 let words = dense_words(&lattice, &encoding, levels);
                 Self::new(field, lattice, encoding, texture, words, Kind::Dense)
             }
+            Volume::Bricks(_) => Err(GpuError::Lost("bricks".into())),
             Volume::Octree(octree) => {
                 let layout = *octree.layout();
                 let texture = texture(gpu, &layout.lattice, layout.encoding.bits, 1)?;
@@ -177,6 +178,11 @@ impl GpuVolume {
         let words = tables.read_words(gpu)?;
         let word = |i: u32| u64::from(words.get(i as usize).copied().unwrap_or(0));
         Ok(Some((word(abi::TREE_BRICKS), word(abi::TREE_NODES))))
+    }
+
+    /// What sparse bricks are, and how many.
+    pub fn sparse(&self, _gpu: &Gpu) -> Result<Option<(argil_volume::BrickLayout, u64)>, GpuError> {
+        Ok(None)
     }
 
     /// Bytes on the device: textures and tables.

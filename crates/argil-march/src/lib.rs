@@ -9,7 +9,9 @@
 //! samples. What differs from a textbook tracer: a ray that starts inside a solid marches to the surface from within,
 //! and rays are cut to the scene's box first, which costs nothing and saves the steps of those that miss it.
 
+mod bricks;
 mod camera;
+mod cones;
 mod dense;
 mod octree;
 mod picture;
@@ -28,7 +30,7 @@ pub use octree::Descent;
 pub use picture::Picture;
 pub use render::{Through, render, render_with_hits};
 pub use scratch::TileScratch;
-pub use settings::{Settings, Show, frames};
+pub use settings::{Normals, Settings, Show, frames};
 pub use shade::{SHADOW_STEPS, shade_tile};
 pub use statistics::{Spread, Statistics};
 pub use tile::{Tile, tiles};

@@ -1,3 +1,4 @@
+use crate::bricks::{BrickRays, trace_bricks};
 use crate::dense::{DenseRays, trace_dense};
 use crate::octree::{Descent, OctreeRays};
 use crate::picture::{Picture, covered, show};
@@ -9,7 +10,7 @@ use crate::trace::trace_tile;
 use crate::volume::trace_volume;
 use argil_abi::{Frame, Hit};
 use argil_field::{Evaluator, Program};
-use argil_volume::{Bits, Dense, Octree};
+use argil_volume::{Bits, Bricks, Dense, Octree};
 use rayon::prelude::*;
 use std::cell::RefCell;
 use std::sync::Mutex;
@@ -24,6 +25,8 @@ pub enum Through<'a> {
     Dense(&'a Dense),
     /// An octree of bricks.
     Octree(&'a Octree, Descent),
+    /// Sparse bricks.
+    Bricks(&'a Bricks),
 }
 
 thread_local! {
@@ -106,6 +109,7 @@ enum Rays<'a> {
     Dense(Box<DenseRays<'a>>),
     Eight(OctreeRays<'a, i8>),
     Sixteen(OctreeRays<'a, i16>),
+    Bricks(BrickRays<'a>),
     /// Of a volume whose texels are not of the type that its encoding says; its constructors let none arise.
     Nothing,
 }
@@ -115,6 +119,7 @@ impl<'a> Rays<'a> {
         let rays = match through {
             Through::Field => Some(Self::Field),
             Through::Dense(dense) => DenseRays::new(dense).map(|rays| Self::Dense(Box::new(rays))),
+            Through::Bricks(bricks) => BrickRays::new(bricks).map(Self::Bricks),
             Through::Octree(octree, descent) => match octree.layout().encoding.bits {
                 Bits::Eight => OctreeRays::new(octree, descent).map(Self::Eight),
                 Bits::Sixteen => OctreeRays::new(octree, descent).map(Self::Sixteen),
@@ -136,6 +141,7 @@ impl<'a> Rays<'a> {
             Self::Dense(rays) => trace_dense(frame, tile, rays, scratch, out),
             Self::Eight(rays) => trace_volume(frame, tile, rays, out),
             Self::Sixteen(rays) => trace_volume(frame, tile, rays, out),
+            Self::Bricks(rays) => trace_bricks(frame, tile, rays, evaluator, scratch, out),
             Self::Nothing => {}
         }
     }

@@ -1,5 +1,7 @@
 //! A thread's buffers.
 
+use crate::bricks::Near;
+use crate::cones::Cones;
 use crate::statistics::Counts;
 use crate::wave::{Points, Starts, Wave};
 use argil_abi::{Hit, MaterialWords};
@@ -9,6 +11,8 @@ use argil_abi::{Hit, MaterialWords};
 pub struct TileScratch {
     pub(crate) starts: Starts,
     pub(crate) wave: Wave,
+    pub(crate) cones: Cones,
+    pub(crate) near: Near,
     pub(crate) points: Points,
     pub(crate) hits: Vec<u32>,
     pub(crate) shading: Shading,

@@ -23,6 +23,18 @@ pub enum Show {
     Nodes,
 }
 
+/// Where bricks take normals from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Normals {
+    /// The gradient in the voxel that is hit; it jumps from voxel to voxel.
+    Voxel,
+    /// Differences over a voxel's width around the hit, which change without jumps.
+    #[default]
+    Smooth,
+    /// Differences of the exact field.
+    Field,
+}
+
 /// How to draw. Lengths in the scene's unit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
@@ -36,6 +48,8 @@ pub struct Settings {
     pub epsilon: Option<f32>,
     /// Half of the normal's central difference; without it, 5e-4 of the scene's radius, or a voxel of a volume.
     pub normal_bias: Option<f32>,
+    /// Where bricks take normals from.
+    pub normals: Normals,
     /// Rays a pixel, from 1 to 64.
     pub samples: u32,
     /// Whether a ground plane lies under the scene.
@@ -52,6 +66,7 @@ impl Default for Settings {
             max_steps: 256,
             epsilon: None,
             normal_bias: None,
+            normals: Normals::default(),
             samples: 1,
             ground: false,
             sun_degrees: [60.0, 50.0],
@@ -80,7 +95,12 @@ pub fn frames(
         lattice.map_or(of_radius * radius, |lattice| of_voxel * lattice.voxel)
     };
     let epsilon = settings.epsilon.unwrap_or(own(1e-4, 0.02));
-    let bias = settings.normal_bias.unwrap_or(own(5e-4, 1.0));
+    let bias = settings
+        .normal_bias
+        .unwrap_or_else(|| match settings.normals {
+            Normals::Field => 5e-4 * radius,
+            _ => own(5e-4, 1.0),
+        });
     // Light is gathered off the surface; a volume's surface is not quite that of the field, which casts the shadows.
     let lift = lattice.map_or(8.0 * epsilon, |lattice| 1.5 * lattice.voxel);
     let solid = program.aabb();
@@ -153,7 +173,11 @@ pub fn frames(
                 first_step: 0,
                 step_count: settings.max_steps,
                 lift,
-                pad1: 0,
+                normals: match settings.normals {
+                    Normals::Voxel => abi::NORMALS_VOXEL,
+                    Normals::Smooth => abi::NORMALS_SMOOTH,
+                    Normals::Field => abi::NORMALS_FIELD,
+                },
                 pad2: 0,
             }
         })

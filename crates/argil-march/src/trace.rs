@@ -219,7 +219,7 @@ pub(crate) fn lay_ground(frame: &Frame, tile: Tile, out: &mut [Hit]) {
 }
 
 /// The indices of ones among zeros, eight at a look: few rays end with any one step.
-fn flagged(flags: &[u8; LANES]) -> impl Iterator<Item = usize> + '_ {
+pub(crate) fn flagged(flags: &[u8; LANES]) -> impl Iterator<Item = usize> + '_ {
     flags.chunks_exact(8).enumerate().flat_map(|(word, bytes)| {
         let mut bits = u64::from_le_bytes(bytes.try_into().unwrap_or_default());
         std::iter::from_fn(move || {

@@ -79,6 +79,11 @@ pub(crate) struct Wave {
     pub side: Vec<f32>,
     /// The level of detail that is read next.
     pub level: Vec<u32>,
+    /// What the ray has looked up so far, where rays count for themselves.
+    pub samples: Vec<u32>,
+    pub cells: Vec<u32>,
+    /// How far the ray has gone beyond what was known to be free.
+    pub over: Vec<f32>,
     /// Empty places, and scratch to close them.
     retired: usize,
     places: Vec<u32>,
@@ -100,6 +105,9 @@ impl Wave {
         self.end.truncate(n);
         self.side.truncate(n);
         self.level.truncate(n);
+        self.samples.truncate(n);
+        self.cells.truncate(n);
+        self.over.truncate(n);
     }
 
     pub fn push(&mut self, pixel: u32, direction: Vec3, (t, end): (f32, f32)) {
@@ -111,6 +119,9 @@ impl Wave {
         self.end.push(end);
         self.side.push(0.0);
         self.level.push(0);
+        self.samples.push(0);
+        self.cells.push(0);
+        self.over.push(0.0);
     }
 
     /// Take a ray out of the march. Its place stays until enough have gone.
@@ -135,12 +146,15 @@ impl Wave {
             }
         };
         let [x, y, z] = &mut self.direction;
-        for array in [x, y, z, &mut self.t, &mut self.end, &mut self.side] {
+        let own = [&mut self.t, &mut self.end, &mut self.side, &mut self.over];
+        for array in [x, y, z].into_iter().chain(own) {
             close(array, &self.places);
         }
         for (to, &from) in self.places.iter().enumerate() {
             self.pixel[to] = self.pixel[from as usize];
             self.level[to] = self.level[from as usize];
+            self.samples[to] = self.samples[from as usize];
+            self.cells[to] = self.cells[from as usize];
         }
         self.truncate(kept);
         self.retired = 0;

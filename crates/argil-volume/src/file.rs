@@ -5,6 +5,7 @@
 //!   table: name, crc, offset, size of each section
 //!   DESC  what the volume is        SCEN  the scene that it was made from, as JSON
 //!   CODE  codes of bricks           NODE  nodes           ROWS  where each level of nodes begins
+//!   CELL  what is in each cell of sparse bricks, whose samples are TEX0
 //!   TEX0  texels of level 0         TEX1  of level 1 …
 //! ```
 //!
@@ -14,7 +15,7 @@
 mod read;
 mod write;
 
-use crate::{Dense, Encoding, Lattice, Octree};
+use crate::{Bricks, Dense, Encoding, Lattice, Octree};
 use std::fmt;
 use std::path::{Path, PathBuf};
 
@@ -44,7 +45,9 @@ pub enum Section {
     Nodes,
     /// Where levels of nodes begin.
     Levels,
-    /// Texels of a level of detail.
+    /// Words of cells.
+    Cells,
+    /// Texels of a level of detail, or the samples of bricks.
     Texels(u8),
 }
 
@@ -57,6 +60,7 @@ impl Section {
             Self::Codes => *b"CODE",
             Self::Nodes => *b"NODE",
             Self::Levels => *b"ROWS",
+            Self::Cells => *b"CELL",
             Self::Texels(level) => [b'T', b'E', b'X', DIGITS[usize::from(level) % DIGITS.len()]],
         }
     }
@@ -69,6 +73,7 @@ impl Section {
             Self::Codes,
             Self::Nodes,
             Self::Levels,
+            Self::Cells,
         ]
         .into_iter()
         .chain(texels)
@@ -87,6 +92,7 @@ impl fmt::Display for Section {
             Self::Codes => "the bricks' codes",
             Self::Nodes => "the tree's nodes",
             Self::Levels => "the tree's levels",
+            Self::Cells => "the cells",
             Self::Texels(_) => "texels",
         };
         write!(f, "section {name} ({what})")
@@ -151,6 +157,8 @@ pub enum Volume {
     Dense(Dense),
     /// A tree of bricks.
     Octree(Octree),
+    /// Sparse bricks.
+    Bricks(Bricks),
 }
 
 impl Volume {
@@ -159,6 +167,7 @@ impl Volume {
         match self {
             Self::Dense(dense) => dense.lattice(),
             Self::Octree(octree) => &octree.layout().lattice,
+            Self::Bricks(bricks) => &bricks.layout().lattice,
         }
     }
 
@@ -167,6 +176,7 @@ impl Volume {
         match self {
             Self::Dense(dense) => dense.encoding(),
             Self::Octree(octree) => &octree.layout().encoding,
+            Self::Bricks(bricks) => &bricks.layout().encoding,
         }
     }
 
@@ -180,6 +190,7 @@ impl Volume {
         match self {
             Self::Dense(dense) => dense.memory_bytes(),
             Self::Octree(octree) => octree.memory_bytes(),
+            Self::Bricks(bricks) => bricks.memory_bytes(),
         }
     }
 }
@@ -187,6 +198,12 @@ impl Volume {
 impl From<Dense> for Volume {
     fn from(dense: Dense) -> Self {
         Self::Dense(dense)
+    }
+}
+
+impl From<Bricks> for Volume {
+    fn from(bricks: Bricks) -> Self {
+        Self::Bricks(bricks)
     }
 }
 

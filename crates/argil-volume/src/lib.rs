@@ -22,6 +22,7 @@
 //! ```
 
 mod batch;
+mod bricks;
 mod dense;
 mod encoding;
 mod file;
@@ -32,6 +33,10 @@ mod sample;
 mod texels;
 
 pub use batch::Levels;
+pub use bricks::{
+    BLOCK_SIDE, Beyond, BrickLayout, BrickSampler, BrickSettings, BrickStagesMs, Bricks,
+    BricksError, Corners, Located, Slope, Word, distance_of, empty_word, is_brick, is_lonely,
+};
 pub use dense::Dense;
 pub use encoding::{Bits, Encoding, Range, Texel};
 pub use file::{Section, Stored, Volume, VolumeError};

@@ -184,7 +184,8 @@ impl Layout {
         let [ex, ey, ez] = lattice.extent().to_array();
         // Around the brick with half a voxel more on each side, and around its outermost texels.
         let half_diagonal = |voxels: f32| 0.5 * 3f32.sqrt() * voxels * lattice.voxel;
-        let slack = program.bounds_slack(lattice.aabb().grown(self.brick_length()));
+        let region = lattice.aabb().grown(self.brick_length());
+        let slack = program.bounds_slack(region);
         let lipschitz = 1.000_01 * program.lipschitz();
         let brick = self.brick as f32;
         Volume {
@@ -202,7 +203,7 @@ impl Layout {
             code_count: self.code_count(),
             quanta: self.encoding.bits.quanta(),
             reach: match keep {
-                Keep::Conservative => lipschitz * half_diagonal(brick + 1.0) + slack,
+                Keep::Conservative => program.reach(half_diagonal(brick + 1.0), region),
                 Keep::CenterInRange => range,
             },
             spread: lipschitz * half_diagonal(brick - 1.0) + slack,

@@ -28,6 +28,9 @@ pub enum BuildError {
     /// No octree can be like that.
     #[error(transparent)]
     Octree(#[from] argil_volume::OctreeError),
+    /// No sparse bricks can be like that, or they take more than they may.
+    #[error(transparent)]
+    Bricks(#[from] argil_volume::BricksError),
     /// What 1.0 stands for makes no sense.
     #[error("a band of {0} voxels: stored distances reach from 0.5 to 4096 voxels")]
     Range(f32),

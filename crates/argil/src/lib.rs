@@ -23,7 +23,7 @@ mod world;
 
 pub use argil_field::{FAR, LowerError, Program};
 pub use argil_gpu::{DenseFill, DeviceInfo, DeviceKind, GpuError, Order};
-pub use argil_march::{Camera, Descent, Settings, Show, Spread, Statistics};
+pub use argil_march::{Camera, Descent, Normals, Settings, Show, Spread, Statistics};
 pub use argil_math::{Aabb, Interval};
 pub use argil_scene::{
     Body, Brush, Edit, EditError, Edited, Entry, Exactness, FileError, Group, ImportError,
@@ -31,12 +31,15 @@ pub use argil_scene::{
     Shape, View, remove_unfinished_files, schema,
 };
 pub use argil_volume::{
-    Bits, Dense, Encoding, Keep, Lattice, Layout, Octree, OctreeError, OctreeSettings, Range,
-    ResolutionError, Section, Stored, Volume, VolumeError,
+    Bits, BrickLayout, BrickSettings, Bricks, BricksError, Dense, Encoding, Keep, Lattice, Layout,
+    Octree, OctreeError, OctreeSettings, Range, ResolutionError, Section, Stored, Volume,
+    VolumeError,
 };
 pub use engine::{Backend, Engine};
 pub use error::{BuildError, EngineError, PictureError, RenderError, VolumeFileError};
 pub use glam;
 pub use picture::{Drawn, save_png};
-pub use representation::{BuildTimes, DenseOptions, OctreeOptions, TreeInfo, Via, VolumeInfo};
+pub use representation::{
+    BricksOptions, BuildTimes, DenseOptions, OctreeOptions, SparseInfo, TreeInfo, Via, VolumeInfo,
+};
 pub use world::{Orbit, World};

@@ -5,7 +5,10 @@ use argil_field::Program;
 use argil_gpu::{DenseFill, GpuField, GpuVolume, Order};
 use argil_march::Descent;
 use argil_math::Aabb;
-use argil_volume::{Dense, Encoding, Keep, Lattice, Layout, Octree, OctreeSettings, Volume};
+use argil_volume::{
+    BrickLayout, BrickSettings, Bricks, Dense, Encoding, Keep, Lattice, Layout, Octree,
+    OctreeSettings, Volume,
+};
 use std::time::Instant;
 
 /// A dense volume to be built.
@@ -56,6 +59,27 @@ impl Default for OctreeOptions {
     }
 }
 
+/// Sparse bricks to be built.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BricksOptions {
+    /// Voxels along the longest side.
+    pub resolution: u32,
+    /// Bricks and encoding.
+    pub settings: BrickSettings,
+    /// Bytes that bricks and tables may take; as much as there is without it.
+    pub memory_budget: Option<u64>,
+}
+
+impl Default for BricksOptions {
+    fn default() -> Self {
+        Self {
+            resolution: 256,
+            settings: BrickSettings::default(),
+            memory_budget: None,
+        }
+    }
+}
+
 /// How a world is kept.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Via {
@@ -66,6 +90,8 @@ pub enum Via {
     Dense(DenseOptions),
     /// As bricks under a tree.
     Octree(OctreeOptions),
+    /// As sparse bricks.
+    Bricks(BricksOptions),
 }
 
 /// What a build took.
@@ -99,6 +125,17 @@ pub struct VolumeInfo {
     pub memory_bytes: u64,
     /// Of an octree, what its bricks are.
     pub tree: Option<TreeInfo>,
+    /// Of sparse bricks, what they are.
+    pub sparse: Option<SparseInfo>,
+}
+
+/// What sparse bricks are.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SparseInfo {
+    /// Cells and bricks.
+    pub layout: BrickLayout,
+    /// Number of bricks.
+    pub bricks: u64,
 }
 
 /// What an octree's bricks are.
@@ -115,8 +152,16 @@ pub struct TreeInfo {
 impl VolumeInfo {
     /// Of a volume in memory or in a file.
     pub fn of(volume: &Volume) -> Self {
+        let mut sparse = None;
         let (levels, tree) = match volume {
             Volume::Dense(dense) => (dense.levels().len() as u32, None),
+            Volume::Bricks(bricks) => {
+                sparse = Some(SparseInfo {
+                    layout: *bricks.layout(),
+                    bricks: bricks.len() as u64,
+                });
+                (1, None)
+            }
             Volume::Octree(octree) => {
                 let tree = TreeInfo {
                     layout: *octree.layout(),
@@ -132,6 +177,7 @@ impl VolumeInfo {
             levels,
             memory_bytes: volume.memory_bytes(),
             tree,
+            sparse,
         }
     }
 
@@ -148,6 +194,9 @@ impl VolumeInfo {
                 bricks,
                 nodes,
             }),
+            sparse: volume
+                .sparse(field.gpu())?
+                .map(|(layout, bricks)| SparseInfo { layout, bricks }),
         })
     }
 }
@@ -199,6 +248,24 @@ pub(crate) fn build(
             let times = BuildTimes::of_stages(vec![("fill", ms)]);
             Ok((Kept::Cpu(dense.into()), times))
         }
+        Via::Bricks(options) => {
+            let lattice = lattice_of(scene, program, options.resolution)?;
+            checked(options.settings.encoding)?;
+            let layout = BrickLayout::new(lattice, &options.settings)?;
+            check_memory(engine, layout.table_bytes())?;
+            let (bricks, stages) = Bricks::bake(program, layout, budget_of(&options))?;
+            let stages = vec![
+                ("prune", stages.prune),
+                ("fill", stages.fill),
+                ("settle", stages.settle),
+            ];
+            let times = BuildTimes::of_stages(stages);
+            let volume = bricks.into();
+            Ok(match field {
+                Some(field) => (Kept::Gpu(GpuVolume::upload(field, &volume)?), times),
+                None => (Kept::Cpu(volume), times),
+            })
+        }
         Via::Octree(options) => {
             let lattice = lattice_of(scene, program, options.resolution)?;
             checked(options.settings.encoding)?;
@@ -224,6 +291,15 @@ pub(crate) fn build(
     }
 }
 
+/// What is left of the budget and of the machine's memory.
+fn budget_of(options: &BricksOptions) -> Option<u64> {
+    let free = available_memory();
+    match (options.memory_budget, free) {
+        (Some(budget), Some(free)) => Some(budget.min(free)),
+        (budget, free) => budget.or(free),
+    }
+}
+
 fn checked(encoding: Encoding) -> Result<Encoding, BuildError> {
     let voxels = encoding.range.voxels();
     if (0.5..=4096.0).contains(&voxels) {
@@ -240,14 +316,17 @@ fn check_memory(engine: &Engine, needed: u64) -> Result<(), BuildError> {
     }
     // A software GPU keeps its own in the same memory, beside what is brought back.
     let needed = needed.saturating_mul(if engine.gpu_kind().is_some() { 2 } else { 1 });
+    match available_memory() {
+        Some(available) if needed > available => Err(BuildError::Memory { needed, available }),
+        // Where the system does not tell, trust it.
+        _ => Ok(()),
+    }
+}
+
+fn available_memory() -> Option<u64> {
     let mut system = sysinfo::System::new();
     system.refresh_memory();
-    let available = system.available_memory();
-    // Where the system does not tell, trust it.
-    if available > 0 && needed > available {
-        return Err(BuildError::Memory { needed, available });
-    }
-    Ok(())
+    Some(system.available_memory()).filter(|&bytes| bytes > 0)
 }
 
 #[cfg(test)]

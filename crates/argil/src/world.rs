@@ -1,13 +1,13 @@
 use crate::representation::{Kept, build};
 use crate::{
-    BuildError, BuildTimes, DenseOptions, Drawn, Engine, OctreeOptions, Placement, RenderError,
-    Scene, Stored, Via, Volume, VolumeFileError, VolumeInfo,
+    BricksOptions, BuildError, BuildTimes, DenseOptions, Drawn, Engine, OctreeOptions, Placement,
+    RenderError, Scene, Stored, Via, Volume, VolumeFileError, VolumeInfo,
 };
 use argil_field::Program;
 use argil_gpu::{GpuField, GpuVolume};
 use argil_march::{Camera, Descent, Settings, Show, Through, frames};
 use argil_math::{Aabb, Interval};
-use argil_volume::Lattice;
+use argil_volume::{BrickSettings, Lattice};
 use glam::Vec3;
 use std::borrow::Cow;
 use std::path::Path;
@@ -91,6 +91,14 @@ impl World {
                 settings: octree.settings(),
                 ..OctreeOptions::default()
             }),
+            Volume::Bricks(bricks) => Via::Bricks(BricksOptions {
+                resolution: bricks.layout().lattice.size.max_element(),
+                settings: BrickSettings {
+                    encoding: bricks.layout().encoding,
+                    brick: bricks.layout().brick,
+                },
+                ..BricksOptions::default()
+            }),
         };
         world.kept = match &world.gpu {
             Some(gpu) => {
@@ -110,6 +118,11 @@ impl World {
     /// The same world kept as an octree of bricks. `scene` is the one that it was built from.
     pub fn octree(self, scene: &Scene, options: OctreeOptions) -> Result<Self, BuildError> {
         self.via(scene, Via::Octree(options))
+    }
+
+    /// The same world kept as sparse bricks. `scene` is the one that it was built from.
+    pub fn bricks(self, scene: &Scene, options: BricksOptions) -> Result<Self, BuildError> {
+        self.via(scene, Via::Bricks(options))
     }
 
     /// The same world kept in some way. `scene` is the one that it was built from.
@@ -322,6 +335,7 @@ impl World {
         }
         let through = match &self.kept {
             Kept::Cpu(Volume::Dense(dense)) => Through::Dense(dense),
+            Kept::Cpu(Volume::Bricks(bricks)) => Through::Bricks(bricks),
             Kept::Cpu(Volume::Octree(octree)) => Through::Octree(octree, self.descent),
             _ => Through::Field,
         };

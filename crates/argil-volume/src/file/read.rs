@@ -1,11 +1,11 @@
-use super::write::{DESCRIPTION_WORDS, KIND_DENSE, KIND_OCTREE};
+use super::write::{DESCRIPTION_WORDS, KIND_BRICKS, KIND_DENSE, KIND_OCTREE};
 use super::{
     ALIGNMENT, ENTRY_BYTES, FORMAT_VERSION, HEADER_BYTES, MAGIC, MAX_SECTIONS, Section, Stored,
     Volume, VolumeError,
 };
 use crate::{
-    Bits, Dense, Encoding, Keep, Lattice, Layout, Octree, OctreeSettings, RESOLUTIONS, Range,
-    Texels, Tree,
+    Bits, BrickLayout, BrickSettings, Bricks, Dense, Encoding, Keep, Lattice, Layout, Octree,
+    OctreeSettings, RESOLUTIONS, Range, Texels, Tree,
 };
 use glam::{UVec3, Vec3};
 use memmap2::{Mmap, MmapMut};
@@ -225,6 +225,7 @@ impl<'a> Reader<'a> {
         let volume = match kind {
             KIND_DENSE => Volume::Dense(self.dense(lattice, encoding, levels)?),
             KIND_OCTREE => Volume::Octree(self.octree(lattice, encoding, brick, depth)?),
+            KIND_BRICKS => Volume::Bricks(self.bricks(lattice, encoding, brick)?),
             _ => return Err(self.fault(about, "a volume of an unknown kind")),
         };
         let Ok(scene_json) = String::from_utf8(self.bytes(Section::Scene)?.to_vec()) else {
@@ -249,6 +250,28 @@ impl<'a> Reader<'a> {
             .collect::<Result<_, _>>()?;
         Dense::from_levels(lattice, encoding, texels)
             .ok_or_else(|| self.fault(Section::Texels(0), "its size is another"))
+    }
+
+    fn bricks(
+        &self,
+        lattice: Lattice,
+        encoding: Encoding,
+        brick: u32,
+    ) -> Result<Bricks, VolumeError> {
+        let layout = BrickLayout::new(lattice, &BrickSettings { encoding, brick })
+            .map_err(|e| self.fault(Section::Description, &e.to_string()))?;
+        let samples = Section::Texels(0);
+        let range = self.range(samples)?;
+        if !(range.len() as u64).is_multiple_of(layout.brick_bytes()) {
+            return Err(self.fault(samples, "half a brick is left"));
+        }
+        let pool = Texels::Mapped {
+            file: self.map.clone(),
+            range,
+            bits: encoding.bits,
+        };
+        Bricks::from_parts(layout, self.words(Section::Cells)?, pool)
+            .map_err(|reason| self.fault(Section::Cells, reason))
     }
 
     fn octree(

@@ -6,6 +6,7 @@ use std::io::{self, Write};
 pub(super) const DESCRIPTION_WORDS: usize = 13;
 pub(super) const KIND_DENSE: u32 = 1;
 pub(super) const KIND_OCTREE: u32 = 2;
+pub(super) const KIND_BRICKS: u32 = 3;
 
 pub(super) fn write(volume: &Volume, scene_json: &str, mut out: impl Write) -> io::Result<()> {
     // Gather the sections; what is large is borrowed.
@@ -32,6 +33,13 @@ pub(super) fn write(volume: &Volume, scene_json: &str, mut out: impl Write) -> i
             sections.push((Section::Nodes, bytemuck::cast_slice(tree.nodes())));
             sections.push((Section::Levels, bytemuck::cast_slice(tree.levels())));
             sections.push((Section::Texels(0), octree.texels().bytes()));
+        }
+        Volume::Bricks(bricks) => {
+            let layout = bricks.layout();
+            let own = [1, layout.brick, 0];
+            description = describe(KIND_BRICKS, &layout.encoding, &layout.lattice, own);
+            sections.push((Section::Cells, bytemuck::cast_slice(bricks.words())));
+            sections.push((Section::Texels(0), bricks.pool().bytes()));
         }
     }
     sections.insert(0, (Section::Description, &description));

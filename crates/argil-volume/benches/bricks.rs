@@ -1,0 +1,60 @@
+//! Sparse bricks: what a bake takes and how large it is, for scenes named on the command line, or csg20. Of csg20 at 256³
+//! there must be 4,4xx bricks.
+//!
+//! `cargo bench -p argil-volume --bench bricks -- [SCENE.json …]`
+
+use argil_field::Program;
+use argil_math::Aabb;
+use argil_scene::Scene;
+use argil_volume::{Bits, BrickLayout, BrickSettings, BrickStagesMs, Bricks, Dense, Lattice};
+use std::time::Instant;
+
+fn main() {
+    let own = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes/csg20.json").to_owned();
+    let mut paths: Vec<String> = std::env::args()
+        .skip(1)
+        .filter(|a| !a.starts_with('-'))
+        .collect();
+    if paths.is_empty() {
+        paths.push(own);
+    }
+    for path in paths {
+        let scene = Scene::open(&path).expect("a scene");
+        let program = Program::lower(&scene).expect("the scene can be lowered");
+        let frame = scene
+            .view
+            .frame
+            .map(|[min, max]| Aabb::new(min.into(), max.into()));
+        for resolution in [256, 512, 1024] {
+            let lattice = Lattice::holding(program.aabb(), frame, resolution).expect("a lattice");
+            let dense = Dense::bytes_of(&lattice, Bits::Eight, false);
+            let settings = BrickSettings::default();
+            let layout = BrickLayout::new(lattice, &settings).expect("a layout");
+            let mut all: Vec<(f64, BrickStagesMs)> = Vec::new();
+            let mut kept = None;
+            for _ in 0..7 {
+                drop(kept.take());
+                let start = Instant::now();
+                let (bricks, stages) = Bricks::bake(&program, layout, None).expect("bricks");
+                all.push((start.elapsed().as_secs_f64() * 1e3, stages));
+                kept = Some(bricks);
+            }
+            all.sort_by(|a, b| a.0.total_cmp(&b.0));
+            let (ms, stages) = all[all.len() / 2];
+            let bricks = kept.expect("bricks");
+            let bytes = bricks.memory_bytes();
+            let narrow = bytes - bricks.pool().bytes().len() as u64 / 2;
+            println!(
+                "{path} {:?}: {ms:.2} ms ({:.2}, {:.2}, {:.2}), {} bricks, {:.2} MB: 1/{:.1} of dense, with 8 bits 1/{:.1}",
+                lattice.size.to_array(),
+                stages.prune,
+                stages.fill,
+                stages.settle,
+                bricks.len(),
+                bytes as f64 / 1e6,
+                dense as f64 / bytes as f64,
+                dense as f64 / narrow as f64,
+            );
+        }
+    }
+}

@@ -1,0 +1,165 @@
+//! Sparse bricks: the product's own representation.
+//!
+//! *Theory.* Only cells near the surface need samples; what a ray wants to know elsewhere is how far it can go. So a grid
+//! of cells holds, where there is no brick, a signed distance whose magnitude no point of the cell falls short of (what
+//! Barbier et al., "Lipschitz pruning", 2025, keep for far cells), and bricks are as small as caches like them (8³ cells,
+//! after Lumen and GigaVoxels, Crassin 2009).
+//!
+//! ```text
+//!   masks   one for each block of 4³ cells: a bit for each cell with a brick
+//!   words   one for each cell, block by block: a brick's place, or a distance and whether the whole block is empty
+//!   pool    (brick + 1)³ samples a brick, x fastest: its cells' corners, so that interpolation never leaves it
+//! ```
+//!
+//! *Practice.* Samples stand at voxels' corners, `corner + voxel · (i, j, k)`; neighbouring bricks have those of their
+//! common side both. `build.rs` bakes on the CPU, `batch.rs` reads for rays. What differs from the literature: a brick is
+//! dropped again where its own samples show that the surface cannot be in it, and the cell keeps the distance that they
+//! show. The tables hold the very resolution that was asked for.
+
+mod batch;
+mod build;
+mod layout;
+mod words;
+
+use crate::Texels;
+use argil_field::Program;
+use glam::{UVec3, Vec3};
+
+pub use batch::{Beyond, BrickSampler, Corners, Located, Slope};
+pub use build::BrickStagesMs;
+pub use layout::{BLOCK_SIDE, BrickLayout, BrickSettings, BricksError};
+pub use words::{Word, distance_of, empty_word, is_brick, is_lonely};
+
+/// A sparse volume of bricks.
+#[derive(Clone, PartialEq)]
+pub struct Bricks {
+    layout: BrickLayout,
+    /// A bit for each cell of a block that has a brick.
+    masks: Vec<u64>,
+    /// What is in each cell, block by block.
+    words: Vec<u32>,
+    /// Whose brick it is: the place of its cell's word.
+    owners: Vec<u32>,
+    pool: Texels,
+}
+
+impl Bricks {
+    /// Sample a field, on rayon's current threads; what the stages took.
+    ///
+    /// # Errors
+    /// If the bricks and tables would take more than `budget` bytes.
+    pub fn bake(
+        program: &Program,
+        layout: BrickLayout,
+        budget: Option<u64>,
+    ) -> Result<(Self, BrickStagesMs), BricksError> {
+        build::bake(program, layout, budget)
+    }
+
+    /// From stored parts; what is wrong with them where they do not fit one another.
+    pub fn from_parts(
+        layout: BrickLayout,
+        words: Vec<u32>,
+        pool: Texels,
+    ) -> Result<Self, &'static str> {
+        let samples = layout.brick_samples() as usize;
+        if pool.bits() != layout.encoding.bits {
+            return Err("the samples have another width");
+        }
+        let length = pool.bytes().len() / pool.bits().bytes();
+        if !length.is_multiple_of(samples) || length == 0 {
+            return Err("half a brick is left");
+        }
+        if words.len() as u64 != layout.word_count() {
+            return Err("there are not as many cells as the volume has");
+        }
+        let mut owners = vec![u32::MAX; length / samples];
+        let mut masks = vec![0u64; words.len() / 64];
+        for (at, &word) in words.iter().enumerate() {
+            if let Word::Brick(brick) = Word::of(word) {
+                match owners.get_mut(brick as usize) {
+                    Some(owner) if *owner == u32::MAX => *owner = at as u32,
+                    Some(_) => return Err("a brick is in two cells"),
+                    None => return Err("a cell's brick is not there"),
+                }
+                masks[at / 64] |= 1 << (at % 64);
+            }
+        }
+        if owners.len() > 1 && owners.contains(&u32::MAX) {
+            return Err("a brick is in no cell");
+        }
+        if owners == [u32::MAX] {
+            owners.clear();
+        }
+        Ok(Self {
+            layout,
+            masks,
+            words,
+            owners,
+            pool,
+        })
+    }
+
+    /// Its measures.
+    pub fn layout(&self) -> &BrickLayout {
+        &self.layout
+    }
+
+    /// What is in each cell, block by block.
+    pub fn words(&self) -> &[u32] {
+        &self.words
+    }
+
+    /// A bit for each cell with a brick, a mask for each block.
+    pub fn masks(&self) -> &[u64] {
+        &self.masks
+    }
+
+    /// The bricks' samples, brick by brick. Where there is no brick at all, there is one of zeros.
+    pub fn pool(&self) -> &Texels {
+        &self.pool
+    }
+
+    /// Number of bricks.
+    pub fn len(&self) -> usize {
+        self.owners.len()
+    }
+
+    /// Whether there is no brick.
+    pub fn is_empty(&self) -> bool {
+        self.owners.is_empty()
+    }
+
+    /// Bytes of everything.
+    pub fn memory_bytes(&self) -> u64 {
+        let tables = size_of_val(&self.masks[..])
+            + size_of_val(&self.words[..])
+            + size_of_val(&self.owners[..]);
+        tables as u64 + self.pool.bytes().len() as u64
+    }
+
+    /// What is in a cell of the grid.
+    ///
+    /// # Panics
+    /// If there is no such cell.
+    pub fn cell(&self, cell: UVec3) -> Word {
+        Word::of(self.words[self.layout.word_index(cell)])
+    }
+
+    /// What is stored for a point of the box: in a brick the interpolated distance, else one that is of its sign and never
+    /// longer.
+    pub fn distance(&self, point: Vec3) -> f32 {
+        let mut out = [0.0];
+        match self.layout.encoding.bits {
+            crate::Bits::Eight => self.sampled::<i8>(point, &mut out),
+            crate::Bits::Sixteen => self.sampled::<i16>(point, &mut out),
+        }
+        out[0]
+    }
+
+    fn sampled<T: crate::Texel>(&self, p: Vec3, out: &mut [f32; 1]) {
+        if let Some(sampler) = BrickSampler::<T>::new(self) {
+            sampler.distances([&[p.x], &[p.y], &[p.z]], 0.0, out);
+        }
+    }
+}

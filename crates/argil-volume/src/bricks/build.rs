@@ -1,0 +1,442 @@
+//! Baking bricks on the CPU.
+//!
+//! *Practice.* The grid is cut into 4³ parts, those into 4³ again, down to cells; each part has its own list of what can
+//! matter there. The 64 parts of a part are measured in one run of the interpreter. A part that is far is not cut
+//! further: its cells' distances follow from the one at its centre. In cells where the surface can be, the samples are
+//! evaluated, brick by brick, straight into the pool.
+
+use super::Bricks;
+use super::layout::{BLOCK_SIDE, BrickLayout, BricksError};
+use super::words::{Word, empty_word, lonely_word};
+use crate::encoding::encode;
+use crate::{Bits, Texel, Texels};
+use argil_abi::{Fill, Instr};
+use argil_field::{CELLS, Evaluator, LANES, Program, Pruner};
+use argil_math::Aabb;
+use glam::{UVec3, Vec3, uvec3};
+use multiversion::multiversion;
+use rayon::prelude::*;
+use std::ops::Range;
+use std::time::Instant;
+
+/// A part that is farther from the surface than this many of its half diagonals is not cut further.
+const FAR_RADII: f32 = 4.0;
+
+/// What the stages of a build took.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct BrickStagesMs {
+    /// Pruning, and choosing cells.
+    pub prune: f64,
+    /// Sampling bricks.
+    pub fill: f64,
+    /// Closing the gaps of bricks that were dropped again, and marking what is empty.
+    pub settle: f64,
+}
+
+/// Cubes of cells with a list of instructions each.
+#[derive(Default)]
+struct Level {
+    instrs: Vec<Instr>,
+    parts: Vec<(UVec3, Range<usize>)>,
+}
+
+/// Of a block: what its cells need.
+enum Block {
+    /// Far from the surface: the distance at the centre of a part that holds it.
+    Far(Vec3, f32),
+    /// The stretch of the last level's list.
+    Near(Range<usize>),
+}
+
+/// Cells of a block in which the surface can be, each with its stretch of a list.
+#[derive(Default)]
+struct Candidates {
+    block: usize,
+    cells: Vec<(u8, Range<usize>)>,
+    instrs: Vec<Instr>,
+}
+
+/// What of distances can be relied on.
+struct Bounds<'a> {
+    program: &'a Program,
+    region: Aabb,
+}
+
+impl Bounds<'_> {
+    /// The distance of which no point within `radius` falls short, with its sign; `None` where the surface can be there.
+    fn away(&self, d: f32, radius: f32) -> Option<f32> {
+        let left = (self.program.clear_radius(d, self.region) - radius) * self.program.lipschitz();
+        (left > 0.0).then_some(if d < 0.0 { -left } else { left })
+    }
+}
+
+pub(super) fn bake(
+    program: &Program,
+    layout: BrickLayout,
+    budget: Option<u64>,
+) -> Result<(Bricks, BrickStagesMs), BricksError> {
+    let start = Instant::now();
+    let end = (layout.blocks * BLOCK_SIDE).as_vec3() * layout.cell_length();
+    let bounds = Bounds {
+        program,
+        region: Aabb::new(layout.lattice.corner, layout.lattice.corner + end),
+    };
+
+    // Down to blocks, then to cells.
+    let (level, blocks) = blocks_of(program, &layout, &bounds);
+    let mut words = vec![0u32; layout.word_count() as usize];
+    let candidates: Vec<Candidates> = words
+        .par_chunks_mut(64)
+        .zip(&blocks)
+        .enumerate()
+        .with_min_len(8)
+        .map_init(
+            || Pruner::new(program),
+            |pruner, (at, (words, block))| {
+                let first = layout.cell_at(at * 64);
+                match block {
+                    Block::Far(center, d) => {
+                        far_block(&layout, &bounds, first, *center, *d, words);
+                        Candidates::default()
+                    }
+                    Block::Near(range) => {
+                        let instrs = &level.instrs[range.clone()];
+                        let mut found = near_block(&layout, &bounds, first, instrs, pruner, words);
+                        found.block = at;
+                        found
+                    }
+                }
+            },
+        )
+        .filter(|c| !c.cells.is_empty())
+        .collect();
+    let count: usize = candidates.iter().map(|c| c.cells.len()).sum();
+    let needed = layout.table_bytes() + count as u64 * (layout.brick_bytes() + 4);
+    if let Some(budget) = budget
+        && needed > budget
+    {
+        return Err(BricksError::Budget {
+            bricks: count as u64,
+            needed,
+            budget,
+        });
+    }
+    let pruned = start.elapsed();
+
+    // Fill, drop, close the gaps.
+    let (pool, owners, filled) = match layout.encoding.bits {
+        Bits::Eight => fill::<i8>(program, &layout, &bounds, &candidates, count, &mut words),
+        Bits::Sixteen => fill::<i16>(program, &layout, &bounds, &candidates, count, &mut words),
+    };
+    let masks: Vec<u64> = words
+        .par_chunks_mut(64)
+        .with_min_len(256)
+        .map(|words| {
+            let mut mask = 0u64;
+            for (i, &word) in words.iter().enumerate() {
+                mask |= u64::from(matches!(Word::of(word), Word::Brick(_))) << i;
+            }
+            if mask == 0 {
+                words.iter_mut().for_each(|word| *word = lonely_word(*word));
+            }
+            mask
+        })
+        .collect();
+    let ms = |d: std::time::Duration| d.as_secs_f64() * 1e3;
+    let stages = BrickStagesMs {
+        prune: ms(pruned),
+        fill: ms(filled.duration_since(start) - pruned),
+        settle: ms(filled.elapsed()),
+    };
+    let bricks = Bricks {
+        layout,
+        masks,
+        words,
+        owners,
+        pool,
+    };
+    Ok((bricks, stages))
+}
+
+/// Cut the grid down to blocks. The blocks' lists are stretches of the level's.
+fn blocks_of(program: &Program, layout: &BrickLayout, bounds: &Bounds<'_>) -> (Level, Vec<Block>) {
+    let mut side = BLOCK_SIDE;
+    while side < layout.grid.max_element() {
+        side *= 4;
+    }
+    let everything = layout.middle(UVec3::ZERO, side);
+    let mut blocks: Vec<Block> = Vec::new();
+    blocks.resize_with(layout.block_count() as usize, || {
+        Block::Far(everything, 0.0)
+    });
+    let mut level = Level {
+        instrs: program.instrs().to_vec(),
+        parts: vec![(UVec3::ZERO, 0..program.instrs().len())],
+    };
+    while side > BLOCK_SIDE {
+        side /= 4;
+        let parts: Vec<(Level, Vec<(UVec3, Vec3, f32)>)> = level
+            .parts
+            .par_iter()
+            .map_init(
+                || Pruner::new(program),
+                |pruner, (cell, range)| {
+                    let instrs = &level.instrs[range.clone()];
+                    cut(layout, bounds, *cell, side, instrs, pruner)
+                },
+            )
+            .collect();
+        let mut next = Level::default();
+        for (part, far) in parts {
+            let from = next.instrs.len();
+            next.instrs.extend_from_slice(&part.instrs);
+            let moved = |r: Range<usize>| from + r.start..from + r.end;
+            next.parts
+                .extend(part.parts.into_iter().map(|(cell, r)| (cell, moved(r))));
+            for (cell, center, d) in far {
+                let (first, end) = (
+                    cell / BLOCK_SIDE,
+                    ((cell + side) / BLOCK_SIDE).min(layout.blocks),
+                );
+                for z in first.z..end.z {
+                    for y in first.y..end.y {
+                        for x in first.x..end.x {
+                            let at = x + layout.blocks.x * (y + layout.blocks.y * z);
+                            blocks[at as usize] = Block::Far(center, d);
+                        }
+                    }
+                }
+            }
+        }
+        level = next;
+    }
+    for (cell, range) in &level.parts {
+        blocks[layout.word_index(*cell) / 64] = Block::Near(range.clone());
+    }
+    (level, blocks)
+}
+
+/// The 64 parts of `side` cells in a part, each with its own list, and those that are far.
+fn cut(
+    layout: &BrickLayout,
+    bounds: &Bounds<'_>,
+    cell: UVec3,
+    side: u32,
+    instrs: &[Instr],
+    pruner: &mut Pruner<'_>,
+) -> (Level, Vec<(UVec3, Vec3, f32)>) {
+    let inner: Vec<UVec3> = (0..CELLS as u32)
+        .map(|i| cell + side * uvec3(i % 4, i / 4 % 4, i / 16))
+        .filter(|c| c.cmplt(layout.grid).all())
+        .collect();
+    let centers: Vec<Vec3> = inner.iter().map(|&c| layout.middle(c, side)).collect();
+    let mut d = [0.0; CELLS];
+    let d = &mut d[..inner.len()];
+    let radius = layout.half_diagonal(side);
+    pruner.mark(instrs, &centers, radius, d);
+    let mut level = Level::default();
+    let mut far = Vec::new();
+    for (i, (&cell, &d)) in inner.iter().zip(d.iter()).enumerate() {
+        if bounds.away(d, FAR_RADII * radius).is_some() {
+            far.push((cell, centers[i], d));
+        } else {
+            let from = level.instrs.len();
+            pruner.list(instrs, i, &mut level.instrs);
+            level.parts.push((cell, from..level.instrs.len()));
+        }
+    }
+    (level, far)
+}
+
+/// The words of a block that is far, by what is known of a point.
+fn far_block(
+    layout: &BrickLayout,
+    bounds: &Bounds<'_>,
+    first: UVec3,
+    center: Vec3,
+    d: f32,
+    words: &mut [u32],
+) {
+    let radius = layout.half_diagonal(1);
+    for (i, word) in (0u32..).zip(words) {
+        let cell = first + uvec3(i % 4, i / 4 % 4, i / 16);
+        let way = layout.middle(cell, 1).distance(center);
+        *word = empty_word(bounds.away(d, 1.000_01 * way + radius).unwrap_or(0.0));
+    }
+}
+
+/// Measure a block's cells: the words of those that are empty, and the others.
+fn near_block(
+    layout: &BrickLayout,
+    bounds: &Bounds<'_>,
+    first: UVec3,
+    instrs: &[Instr],
+    pruner: &mut Pruner<'_>,
+    words: &mut [u32],
+) -> Candidates {
+    let cell = |i: usize| first + uvec3(i as u32 % 4, i as u32 / 4 % 4, i as u32 / 16);
+    let centers: [Vec3; CELLS] = std::array::from_fn(|i| layout.middle(cell(i), 1));
+    let mut d = [0.0; CELLS];
+    let radius = layout.half_diagonal(1);
+    pruner.mark(instrs, &centers, radius, &mut d);
+    let mut found = Candidates::default();
+    for (i, (word, &d)) in words.iter_mut().zip(&d).enumerate() {
+        if let Some(away) = bounds.away(d, radius) {
+            *word = empty_word(away);
+        } else if cell(i).cmplt(layout.grid).all() {
+            let from = found.instrs.len();
+            pruner.list(instrs, i, &mut found.instrs);
+            found.cells.push((i as u8, from..found.instrs.len()));
+        } else {
+            // Outside of the volume; no ray comes there.
+            *word = empty_word(0.0);
+        }
+    }
+    found
+}
+
+/// Sample all candidates' bricks; those in which no surface can be leave a distance in their cell.
+fn fill<T: Texel>(
+    program: &Program,
+    layout: &BrickLayout,
+    bounds: &Bounds<'_>,
+    candidates: &[Candidates],
+    count: usize,
+    words: &mut [u32],
+) -> (Texels, Vec<u32>, Instant) {
+    let samples = layout.brick_samples() as usize;
+    let fill = layout.encoding.fill(program, &layout.lattice, 0);
+    let mut pool = vec![T::default(); count.max(1) * samples];
+    let mut owners = vec![0u32; count];
+
+    // Each block's own parts of the pool and of the words.
+    let (mut pool_left, mut words_left, mut done) = (&mut pool[..], &mut *words, 0);
+    let mut owners_left = &mut owners[..];
+    let mut brick = 0u32;
+    let mut jobs = Vec::with_capacity(candidates.len());
+    for found in candidates {
+        let n = found.cells.len();
+        let (own_pool, rest) = pool_left.split_at_mut(n * samples);
+        pool_left = rest;
+        let (own_owners, rest) = owners_left.split_at_mut(n);
+        owners_left = rest;
+        let (_, rest) = words_left.split_at_mut((found.block - done) * 64);
+        let (own_words, rest) = rest.split_at_mut(64);
+        (words_left, done) = (rest, found.block + 1);
+        jobs.push((found, brick, own_pool, own_owners, own_words));
+        brick += n as u32;
+    }
+    jobs.into_par_iter().for_each_init(
+        || Filler::new(program, layout, &fill),
+        |filler, (found, first, pool, owners, words)| {
+            let corner = layout.cell_at(found.block * 64);
+            let bricks = pool.chunks_exact_mut(samples).zip(owners);
+            for ((k, (inner, range)), (out, owner)) in (0..).zip(&found.cells).zip(bricks) {
+                let i = u32::from(*inner);
+                let cell = corner + uvec3(i % 4, i / 4 % 4, i / 16);
+                let least = filler.brick(&found.instrs[range.clone()], cell, out);
+                // Half of a voxel's diagonal from a sample at most.
+                let reach = 0.5 * 3f32.sqrt() * layout.lattice.voxel;
+                *owner = u32::MAX;
+                words[usize::from(*inner)] = match bounds.away(least, reach) {
+                    Some(away) => empty_word(away),
+                    None => {
+                        *owner = (found.block * 64) as u32 + i;
+                        first + k
+                    }
+                };
+            }
+        },
+    );
+    let filled = Instant::now();
+    close_gaps(&mut pool, &mut owners, samples, words);
+    (Texels::from_vec(pool), owners, filled)
+}
+
+/// Move the last bricks into the places of those that were dropped.
+fn close_gaps<T: Texel>(
+    pool: &mut Vec<T>,
+    owners: &mut Vec<u32>,
+    samples: usize,
+    words: &mut [u32],
+) {
+    let mut gap = 0;
+    while gap < owners.len() {
+        if owners[gap] != u32::MAX {
+            gap += 1;
+            continue;
+        }
+        let last = owners.len() - 1;
+        if last > gap && owners[last] != u32::MAX {
+            pool.copy_within(last * samples..(last + 1) * samples, gap * samples);
+            owners[gap] = owners[last];
+            words[owners[gap] as usize] = gap as u32;
+            gap += 1;
+        }
+        owners.truncate(last);
+    }
+    pool.truncate(owners.len().max(1) * samples);
+    pool.shrink_to_fit();
+    owners.shrink_to_fit();
+}
+
+/// Evaluates bricks for one thread.
+struct Filler<'a> {
+    layout: &'a BrickLayout,
+    fill: &'a Fill,
+    evaluator: Evaluator<'a>,
+    /// Of each sample of a brick, in the order of the pool: its place along x, y and z.
+    places: [Vec<f32>; 3],
+    d: Vec<f32>,
+}
+
+impl<'a> Filler<'a> {
+    fn new(program: &'a Program, layout: &'a BrickLayout, fill: &'a Fill) -> Self {
+        let side = layout.brick + 1;
+        let of = |divisor: u32| -> Vec<f32> {
+            (0..layout.brick_samples())
+                .map(|i| (i / divisor % side) as f32)
+                .collect()
+        };
+        Self {
+            layout,
+            fill,
+            evaluator: Evaluator::new(program),
+            places: [of(1), of(side), of(side * side)],
+            d: vec![0.0; layout.brick_samples() as usize],
+        }
+    }
+
+    /// Sample a cell's brick; the distance that is nearest to the surface.
+    fn brick<T: Texel>(&mut self, instrs: &[Instr], cell: UVec3, out: &mut [T]) -> f32 {
+        let lattice = &self.layout.lattice;
+        let first = (cell * self.layout.brick).as_vec3();
+        let [mut x, mut y, mut z] = [[0.0f32; LANES]; 3];
+        for begin in (0..self.d.len()).step_by(LANES) {
+            let n = LANES.min(self.d.len() - begin);
+            for (axis, out) in [&mut x, &mut y, &mut z].into_iter().enumerate() {
+                let (corner, first) = (lattice.corner[axis], first[axis]);
+                let places = &self.places[axis][begin..begin + n];
+                for (out, place) in out[..n].iter_mut().zip(places) {
+                    *out = corner + lattice.voxel * (first + place);
+                }
+            }
+            let d = &mut self.d[begin..begin + n];
+            self.evaluator
+                .distances_by(instrs, &x[..n], &y[..n], &z[..n], d);
+        }
+        encode(&self.d, self.fill, out);
+        nearest(&self.d)
+    }
+}
+
+/// The value of least magnitude.
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl", "x86_64+avx2"))]
+fn nearest(d: &[f32]) -> f32 {
+    // Positive floats are ordered as their bits; the sign goes to the lowest bit.
+    let least = d
+        .iter()
+        .map(|d| d.to_bits().rotate_left(1))
+        .fold(u32::MAX, |a, b| if b < a { b } else { a });
+    f32::from_bits(least.rotate_right(1))
+}

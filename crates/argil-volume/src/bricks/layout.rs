@@ -1,0 +1,150 @@
+use crate::{Bits, Encoding, Lattice, Range};
+use argil_math::Aabb;
+use glam::{UVec3, Vec3};
+
+/// Cells along a block's side.
+pub const BLOCK_SIDE: u32 = 4;
+
+/// How to build bricks.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BrickSettings {
+    /// How distances are stored.
+    pub encoding: Encoding,
+    /// Voxels along a brick's side: 4, 8 or 16.
+    pub brick: u32,
+}
+
+impl Default for BrickSettings {
+    fn default() -> Self {
+        Self {
+            encoding: Encoding {
+                bits: Bits::Sixteen,
+                // Twice a brick's side: fine enough, and a ray need not stop in between.
+                range: Range::Voxels(16.0),
+            },
+            brick: 8,
+        }
+    }
+}
+
+/// Why bricks cannot be built.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum BricksError {
+    /// No such size.
+    #[error("bricks of {0} voxels: a sparse brick's side is 4, 8 or 16")]
+    Brick(u32),
+    /// They would take more memory than they may.
+    #[error(
+        "{bricks} bricks and their tables take up to {} MiB, and the budget is {} MiB: take a smaller resolution, fewer bits, or a larger --memory-budget",
+        needed >> 20,
+        budget >> 20
+    )]
+    Budget {
+        /// Bricks that there may be.
+        bricks: u64,
+        /// Bytes that they take.
+        needed: u64,
+        /// Bytes that they may take.
+        budget: u64,
+    },
+}
+
+/// Where cells and bricks lie.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BrickLayout {
+    /// Where the voxels lie.
+    pub lattice: Lattice,
+    /// What samples mean.
+    pub encoding: Encoding,
+    /// Voxels along a brick's side.
+    pub brick: u32,
+    /// Cells along each axis; the last ones may reach over the volume's sides.
+    pub grid: UVec3,
+    /// Blocks along each axis.
+    pub blocks: UVec3,
+}
+
+impl BrickLayout {
+    /// Check what was asked for.
+    pub fn new(lattice: Lattice, settings: &BrickSettings) -> Result<Self, BricksError> {
+        let brick = settings.brick;
+        if ![4, 8, 16].contains(&brick) {
+            return Err(BricksError::Brick(brick));
+        }
+        let grid = UVec3::from_array(lattice.size.to_array().map(|n| n.div_ceil(brick)));
+        let blocks = UVec3::from_array(grid.to_array().map(|n| n.div_ceil(BLOCK_SIDE)));
+        Ok(Self {
+            lattice,
+            encoding: settings.encoding,
+            brick,
+            grid,
+            blocks,
+        })
+    }
+
+    /// Number of blocks.
+    pub fn block_count(&self) -> u64 {
+        self.blocks.to_array().map(u64::from).iter().product()
+    }
+
+    /// Cells that have a word: those of all blocks.
+    pub fn word_count(&self) -> u64 {
+        64 * self.block_count()
+    }
+
+    /// Samples of a brick.
+    pub fn brick_samples(&self) -> u32 {
+        (self.brick + 1).pow(3)
+    }
+
+    /// Bytes of a brick's samples.
+    pub fn brick_bytes(&self) -> u64 {
+        u64::from(self.brick_samples()) * self.encoding.bits.bytes() as u64
+    }
+
+    /// Bytes of the tables, without bricks.
+    pub fn table_bytes(&self) -> u64 {
+        4 * self.word_count() + 8 * self.block_count()
+    }
+
+    /// The edge of a cell.
+    pub fn cell_length(&self) -> f32 {
+        self.brick as f32 * self.lattice.voxel
+    }
+
+    /// A cell's box.
+    pub fn cell_box(&self, cell: UVec3) -> Aabb {
+        let min = self.lattice.corner + cell.as_vec3() * self.cell_length();
+        Aabb::new(min, min + self.cell_length())
+    }
+
+    /// Where a cell's word stands.
+    #[inline]
+    pub fn word_index(&self, cell: UVec3) -> usize {
+        let (block, inner) = (cell / BLOCK_SIDE, cell % BLOCK_SIDE);
+        let place = block.x + self.blocks.x * (block.y + self.blocks.y * block.z);
+        place as usize * 64 + (inner.x + 4 * inner.y + 16 * inner.z) as usize
+    }
+
+    /// The cell whose word stands there.
+    pub fn cell_at(&self, index: usize) -> UVec3 {
+        let (block, inner) = ((index / 64) as u32, (index % 64) as u32);
+        let corner = UVec3::new(
+            block % self.blocks.x,
+            block / self.blocks.x % self.blocks.y,
+            block / self.blocks.x / self.blocks.y,
+        );
+        corner * BLOCK_SIDE + UVec3::new(inner % 4, inner / 4 % 4, inner / 16)
+    }
+
+    /// The middle of `side` cells from a cell on.
+    pub(crate) fn middle(&self, cell: UVec3, side: u32) -> Vec3 {
+        self.lattice.corner + (cell.as_vec3() + 0.5 * side as f32) * self.cell_length()
+    }
+
+    /// Half of the diagonal of `side` cells.
+    pub(crate) fn half_diagonal(&self, side: u32) -> f32 {
+        0.5 * 3f32.sqrt() * side as f32 * self.cell_length()
+    }
+}

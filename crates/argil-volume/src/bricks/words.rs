@@ -1,0 +1,91 @@
+//! What a cell's word means; `bricks/words.wgsl` is the twin.
+
+/// The top bit of a word without a brick.
+const EMPTY: u32 = 1 << 31;
+/// Of such a word: whether its whole block has no brick.
+const LONELY: u32 = 1;
+
+/// What is in a cell.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Word {
+    /// The brick's place in the pool.
+    Brick(u32),
+    /// No surface.
+    Empty {
+        /// Signed; no point of the cell is nearer to the surface.
+        distance: f32,
+        /// Whether no cell of the block has a brick.
+        lonely: bool,
+    },
+}
+
+impl Word {
+    /// What a word means.
+    #[inline(always)]
+    pub fn of(word: u32) -> Self {
+        if is_brick(word) {
+            Self::Brick(word)
+        } else {
+            Self::Empty {
+                distance: distance_of(word),
+                lonely: is_lonely(word),
+            }
+        }
+    }
+}
+
+/// The word of a cell without a brick: 22 bits of the distance's fraction are kept, so it never grows.
+#[inline(always)]
+pub fn empty_word(distance: f32) -> u32 {
+    EMPTY | (distance.to_bits() >> 1) & !LONELY
+}
+
+/// The same in a block without any brick.
+#[inline(always)]
+pub(crate) fn lonely_word(word: u32) -> u32 {
+    word | LONELY
+}
+
+/// Whether a cell has a brick.
+#[inline(always)]
+pub fn is_brick(word: u32) -> bool {
+    word & EMPTY == 0
+}
+
+/// Whether, of a cell without one, the whole block has none; of others, nothing.
+#[inline(always)]
+pub fn is_lonely(word: u32) -> bool {
+    word & LONELY != 0
+}
+
+/// The distance of a word without a brick.
+#[inline(always)]
+pub fn distance_of(word: u32) -> f32 {
+    f32::from_bits((word & !LONELY) << 1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn distances_keep_their_sign_and_never_grow() {
+        for d in [0.0, 1.0, -1.0, 0.1, -0.3, 1e-20, 1e30, -1e30, 1e-40] {
+            let Word::Empty { distance, lonely } = Word::of(empty_word(d)) else {
+                panic!("{d} became a brick");
+            };
+            assert!(distance.abs() <= d.abs() && distance.abs() >= d.abs() * 0.999_999 - 1e-44);
+            assert_eq!(distance.is_sign_negative(), d.is_sign_negative());
+            assert!(!lonely);
+            let lonely = Word::of(lonely_word(empty_word(d)));
+            assert_eq!(
+                lonely,
+                Word::Empty {
+                    distance,
+                    lonely: true
+                }
+            );
+        }
+        assert_eq!(Word::of(77), Word::Brick(77));
+    }
+}
