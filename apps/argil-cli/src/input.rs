@@ -3,7 +3,7 @@
 use crate::args::{self, Device, On, VolumeFlags};
 use anyhow::{Context, ensure};
 use argil::{
-    Backend, Bits, BricksOptions, DenseFill, DenseOptions, Descent, Encoding, Engine, Keep,
+    Backend, BricksOptions, DenseFill, DenseOptions, Descent, Encoding, Engine, Keep,
     OctreeOptions, Order, Range, Scene, Stored, Via, World,
 };
 use std::path::Path;

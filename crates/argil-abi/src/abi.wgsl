@@ -57,6 +57,9 @@ const SHOW_DEPTH: u32 = 2u;
 const SHOW_HEAT: u32 = 3u;
 const SHOW_BRICKS: u32 = 4u;
 const SHOW_NODES: u32 = 5u;
+const BLOCK_SIDE: u32 = 4u;
+const COUNTER_CANDIDATES: u32 = 0u;
+const COUNTER_BRICKS: u32 = 1u;
 const NORMALS_VOXEL: u32 = 0u;
 const NORMALS_SMOOTH: u32 = 1u;
 const NORMALS_FIELD: u32 = 2u;
@@ -132,6 +135,7 @@ struct Answer {
 struct Volume {
     corner_range: vec4<f32>,
     extent_voxel: vec4<f32>,
+    per_texel: vec4<f32>,
     size_x: u32,
     size_y: u32,
     size_z: u32,
@@ -146,8 +150,16 @@ struct Volume {
     descent: u32,
     reach: f32,
     spread: f32,
-    pad0: u32,
-    pad1: u32,
+    pool_x: u32,
+    pool_y: u32,
+    capacity: u32,
+    chunk: u32,
+    chunks: u32,
+    slack: f32,
+    hidden: f32,
+    isolation: f32,
+    lipschitz: f32,
+    steepness: f32,
 }
 struct Fill {
     first_bias: vec4<f32>,

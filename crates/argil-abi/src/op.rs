@@ -122,6 +122,12 @@ constants! { FLAGS:
     SHOW_BRICKS = 4;
     /// The first node above bricks of each ray.
     SHOW_NODES = 5;
+    /// Cells along the side of a block of sparse bricks' grid.
+    BLOCK_SIDE = 4;
+    /// Of a build of bricks: the counter of cells that the surface can be in.
+    COUNTER_CANDIDATES = 0;
+    /// The counter of bricks.
+    COUNTER_BRICKS = 1;
     /// Normals of bricks: the gradient in the voxel.
     NORMALS_VOXEL = 0;
     /// Differences over a voxel's width.

@@ -132,6 +132,8 @@ shared_struct! {
         corner_range: [f32; 4],
         /// Lengths of the box's sides, then the edge of a voxel.
         extent_voxel: [f32; 4],
+        /// Of sparse bricks: one over the pool's texels along each axis, then a spare word.
+        per_texel: [f32; 4],
         /// Texels along x.
         size_x: u32,
         /// Texels along y.
@@ -160,10 +162,26 @@ shared_struct! {
         reach: f32,
         /// By how much a brick's texels can be nearer to the surface than its centre.
         spread: f32,
-        /// Zero.
-        pad0: u32,
-        /// Zero.
-        pad1: u32,
+        /// Of sparse bricks: bricks of the pool along x.
+        pool_x: u32,
+        /// Bricks of the pool along y.
+        pool_y: u32,
+        /// Bricks that the pool has room for.
+        capacity: u32,
+        /// Bricks that a dispatch samples.
+        chunk: u32,
+        /// Dispatches that sample bricks.
+        chunks: u32,
+        /// What a distance can be off by.
+        slack: f32,
+        /// What copies can add to that where the surface is not within `isolation`.
+        hidden: f32,
+        /// A copy that a point does not look at is at least so far away.
+        isolation: f32,
+        /// The field's Lipschitz constant.
+        lipschitz: f32,
+        /// The same with room for rounding.
+        steepness: f32,
     }
 }
 

@@ -31,16 +31,13 @@ impl Program {
         1.000_01 * self.lipschitz * length + self.slack + hidden + self.rounding(region)
     }
 
-    /// How far around a point of distance `d` there is no surface, for points of the region: `|d|` over the Lipschitz
-    /// constant, less what copies and rounding can do.
-    pub fn clear_radius(&self, d: f32, region: Aabb) -> f32 {
-        let d = d.abs() - self.slack - self.rounding(region);
-        let per_unit = 1.000_01 * self.lipschitz;
-        let plain = d / per_unit;
-        if plain <= self.isolation {
-            plain
-        } else {
-            self.isolation.max((d - self.hidden_slack) / per_unit)
+    /// How far around points of a region there is no surface, given the distance there.
+    pub fn clear_terms(&self, region: Aabb) -> ClearTerms {
+        ClearTerms {
+            slack: self.slack + self.rounding(region),
+            hidden: self.hidden_slack,
+            isolation: self.isolation,
+            steepness: 1.000_01 * self.lipschitz,
         }
     }
 
@@ -53,5 +50,32 @@ impl Program {
             1.0
         };
         64.0 * f32::EPSILON * (farthest + sizes)
+    }
+}
+
+/// What tells how far around a point there is no surface. `away` in `bricks/build.wgsl` of argil-volume is the twin.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ClearTerms {
+    /// What a distance can be off by.
+    pub slack: f32,
+    /// What copies can add to that beyond the isolation.
+    pub hidden: f32,
+    /// A copy that a point does not look at is at least so far away.
+    pub isolation: f32,
+    /// The Lipschitz constant with room for rounding.
+    pub steepness: f32,
+}
+
+impl ClearTerms {
+    /// How far around a point of distance `d` there is no surface.
+    #[inline]
+    pub fn radius(&self, d: f32) -> f32 {
+        let left = d.abs() - self.slack;
+        let plain = left / self.steepness;
+        if plain <= self.isolation {
+            plain
+        } else {
+            self.isolation.max((left - self.hidden) / self.steepness)
+        }
     }
 }

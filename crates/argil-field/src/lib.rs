@@ -48,6 +48,7 @@ mod space;
 mod specialize;
 mod trim;
 
+pub use bounds::ClearTerms;
 pub use evaluate::Evaluator;
 pub use grid::Grid;
 pub use lower::LowerError;

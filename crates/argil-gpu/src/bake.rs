@@ -14,8 +14,8 @@ const PASSES_A_READING: u32 = 500;
 #[derive(Clone, Copy)]
 pub(crate) enum Groups<'a> {
     Direct([u32; 3]),
-    /// As a buffer says that a pass before has written.
-    Indirect(&'a wgpu::Buffer),
+    /// As a buffer says from a byte on, which a pass before has written.
+    Indirect(&'a wgpu::Buffer, u64),
 }
 
 /// The passes of one build, timed by stage.
@@ -64,7 +64,9 @@ impl<'a> Bake<'a> {
             pass.set_bind_group(0, bind_group, &[]);
             match groups {
                 Groups::Direct([x, y, z]) => pass.dispatch_workgroups(x, y, z),
-                Groups::Indirect(buffer) => pass.dispatch_workgroups_indirect(buffer, 0),
+                Groups::Indirect(buffer, offset) => {
+                    pass.dispatch_workgroups_indirect(buffer, offset);
+                }
             }
             drop(pass);
             gpu.queue.submit([encoder.finish()]);

@@ -30,6 +30,32 @@ pub enum GpuError {
         /// The most that is allowed.
         limit: u64,
     },
+    /// A pool of bricks would be larger than a texture can be.
+    #[error(
+        "{bricks} bricks, and the textures of {name} have room for {limit}: use --device cpu or a smaller resolution"
+    )]
+    TooManyBricks {
+        /// The adapter.
+        name: String,
+        /// Bricks that are needed.
+        bricks: u64,
+        /// Bricks there is room for.
+        limit: u64,
+    },
+    /// Bricks would take more memory than they may.
+    #[error(
+        "{bricks} bricks and their tables take {} MiB, and the budget is {} MiB: take a smaller resolution, fewer bits, or a larger --memory-budget",
+        needed >> 20,
+        budget >> 20
+    )]
+    Budget {
+        /// Bricks that are needed.
+        bricks: u64,
+        /// Bytes that they take.
+        needed: u64,
+        /// Bytes that they may take.
+        budget: u64,
+    },
     /// Folds, loops and joints nest too deep for the interpreter's fixed stacks.
     #[error(
         "the scene nests deeper than the GPU's {slots} slots: it needs {needed}. The CPU has no such limit: use --device cpu"

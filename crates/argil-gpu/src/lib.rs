@@ -8,6 +8,7 @@
 //! software device's trimmed interpreter lacks an opcode.
 
 mod bake;
+mod bricks;
 mod dense;
 mod device;
 mod error;

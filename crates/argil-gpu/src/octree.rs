@@ -181,7 +181,7 @@ impl GpuVolume {
             };
             gpu.queue
                 .write_buffer(&fill_uniform, 0, bytemuck::bytes_of(&fill));
-            let groups = Groups::Indirect(&arguments);
+            let groups = Groups::Indirect(&arguments, 0);
             bake.pass("fill", &fill_bricks, &bricks_group, groups)?;
         }
         let groups = Groups::Direct(measures.grid.to_array());

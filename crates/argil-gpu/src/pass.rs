@@ -22,6 +22,10 @@ pub(crate) const OCCUPIED: u32 = 15;
 pub(crate) const CENTERS: u32 = 16;
 pub(crate) const KEYS: u32 = 17;
 pub(crate) const ARGUMENTS: u32 = 18;
+pub(crate) const CELLS: u32 = 19;
+pub(crate) const CONES: u32 = 20;
+pub(crate) const CANDIDATES: u32 = 21;
+pub(crate) const COUNTERS: u32 = 22;
 
 pub(crate) const TABLES_WGSL: &str = "
 @group(0) @binding(1) var<storage, read> instrs: array<Instr>;
@@ -49,6 +53,11 @@ pub(crate) const VOLUME_WGSL: &str = "
 pub(crate) const TREE_WGSL: &str = "
 @group(0) @binding(11) var<storage, read> nodes: array<Node>;
 @group(0) @binding(12) var<storage, read> tree_words: array<u32>;
+";
+
+pub(crate) const CELLS_WGSL: &str = "
+@group(0) @binding(19) var<storage, read> cells: array<u32>;
+@group(0) @binding(20) var<storage, read_write> cones: array<vec2<f32>>;
 ";
 
 /// What a shader does with a binding.

@@ -1,8 +1,8 @@
 //! Pictures: marching, finishing and light, whatever the rays go through.
 
 use crate::pass::{
-    Bind, COLORS, FIELD_BINDS, FRAME, HITS, LINEAR, NODES, PICTURE_WGSL, STORED, TABLES_WGSL,
-    TREE_WGSL, TREE_WORDS, VOLUME, VOLUME_WGSL, entry, layout, pipelines,
+    Bind, CELLS, CELLS_WGSL, COLORS, CONES, FIELD_BINDS, FRAME, HITS, LINEAR, NODES, PICTURE_WGSL,
+    STORED, TABLES_WGSL, TREE_WGSL, TREE_WORDS, VOLUME, VOLUME_WGSL, entry, layout, pipelines,
 };
 use crate::table::Table;
 use crate::timing::Timing;
@@ -25,16 +25,20 @@ pub(crate) enum Way {
     Field,
     Dense,
     Octree,
+    Bricks,
 }
 
 /// The passes of a picture.
 pub(crate) struct PicturePass {
     way: Way,
     layout: wgpu::BindGroupLayout,
+    /// Of sparse bricks: the cones of 8×8 pixels, and the field's normals.
+    sparse: Option<[wgpu::ComputePipeline; 2]>,
     march: wgpu::ComputePipeline,
     finish: wgpu::ComputePipeline,
     shadow: wgpu::ComputePipeline,
     shade: wgpu::ComputePipeline,
+    show: wgpu::ComputePipeline,
 }
 
 impl PicturePass {
@@ -43,6 +47,10 @@ impl PicturePass {
         let (march, tables) = match way {
             Way::Field => (wgsl::FIELD, String::new()),
             Way::Dense => (wgsl::DENSE, VOLUME_WGSL.to_owned()),
+            Way::Bricks => {
+                let words = argil_volume::wgsl::WORDS;
+                (wgsl::BRICKS, [VOLUME_WGSL, CELLS_WGSL, words].concat())
+            }
             Way::Octree => {
                 let morton = argil_math::morton_wgsl();
                 (wgsl::OCTREE, [VOLUME_WGSL, TREE_WGSL, morton].concat())
@@ -72,16 +80,28 @@ impl PicturePass {
         if way == Way::Octree {
             binds.extend([Bind::Read(NODES), Bind::Read(TREE_WORDS)]);
         }
+        if way == Way::Bricks {
+            binds.extend([Bind::Read(CELLS), Bind::Write(CONES)]);
+        }
         let layout = gpu.checked(|| layout(gpu, "Picture", &binds))?;
-        let entry_points = ["march", "finish", "shadow", "shade"];
-        let [march, finish, shadow, shade] = pipelines(gpu, source, &layout, &[], entry_points)?;
+        let sparse = if way == Way::Bricks {
+            let entry_points = ["cone", "exact_normals"];
+            Some(pipelines(gpu, source.clone(), &layout, &[], entry_points)?)
+        } else {
+            None
+        };
+        let entry_points = ["march", "finish", "shadow", "shade", "show"];
+        let [march, finish, shadow, shade, show] =
+            pipelines(gpu, source, &layout, &[], entry_points)?;
         Ok(Self {
             way,
             layout,
+            sparse,
             march,
             finish,
             shadow,
             shade,
+            show,
         })
     }
 
@@ -102,6 +122,11 @@ impl PicturePass {
         hits.reserve(gpu, hit_bytes)?;
         let mut colors = Table::new("colors");
         colors.reserve(gpu, color_bytes)?;
+        let mut cones = Table::new("cones");
+        if self.sparse.is_some() {
+            let blocks = u64::from(first.width.div_ceil(GROUP) * first.height.div_ceil(GROUP));
+            cones.reserve(gpu, 8 * blocks)?;
+        }
         let uniform = gpu.checked(|| {
             gpu.device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some("frame"),
@@ -116,6 +141,7 @@ impl PicturePass {
             entries.extend_from_slice(own);
             entries.extend(hits.binding(HITS));
             entries.extend(colors.binding(COLORS));
+            entries.extend(cones.binding(CONES));
             gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
                 label: Some("Picture"),
                 layout: &self.layout,
@@ -169,7 +195,15 @@ impl PicturePass {
         let color_words = read(gpu, &colors, color_bytes)?;
         let clock_ms = start.elapsed().as_secs_f64() * 1e3;
         let duration_ms = match &timing {
-            Some(timing) => timing.durations_ms(gpu)?.iter().sum(),
+            Some(timing) => {
+                let all = timing.durations_ms(gpu)?;
+                eprintln!(
+                    "STAGES {:?} {:?}",
+                    stages.iter().map(|s| s.label).collect::<Vec<_>>(),
+                    all
+                );
+                all.iter().sum()
+            }
             None => clock_ms,
         };
 
@@ -200,24 +234,37 @@ impl PicturePass {
         let mut stages: Vec<_> = if self.way == Way::Field {
             cut("Trace::march", &self.march, frame.max_steps).collect()
         } else {
-            // A volume's march evaluates nothing: it is one dispatch.
+            // A volume's march evaluates nothing: it is one dispatch, after its cones where it has some.
+            let cones = self.sparse.as_ref().map(|[pipeline, _]| Stage {
+                label: CONE_STAGE,
+                pipeline,
+                first_step: 0,
+                step_count: frame.max_steps,
+            });
             let march = Stage {
                 label: "Trace::march",
                 pipeline: &self.march,
                 first_step: 0,
                 step_count: frame.max_steps,
             };
-            vec![march]
+            cones.into_iter().chain([march]).collect()
         };
         stages.extend(cut("Trace::finish", &self.finish, 1));
+        if frame.normals == argil_abi::NORMALS_FIELD
+            && let Some([_, exact]) = &self.sparse
+        {
+            stages.extend(cut("Trace::normals", exact, 1));
+        }
         if frame.show == argil_abi::SHOW_SHADED {
             stages.extend(cut(
                 "Shade::shadow",
                 &self.shadow,
                 argil_march::SHADOW_STEPS,
             ));
+            stages.extend(cut("Shade::light", &self.shade, 1));
+        } else {
+            stages.extend(cut("Shade::show", &self.show, 1));
         }
-        stages.extend(cut("Shade::light", &self.shade, 1));
         stages
     }
 }
@@ -243,10 +290,18 @@ fn submit(
     let mut pass = encoder.begin_compute_pass(&descriptor);
     pass.set_pipeline(stage.pipeline);
     pass.set_bind_group(0, bind_group, &[]);
-    pass.dispatch_workgroups(frame.width.div_ceil(GROUP), rows.div_ceil(GROUP), 1);
+    // A cone's thread has as many pixels as another's group.
+    let group = if stage.label == CONE_STAGE {
+        GROUP * GROUP
+    } else {
+        GROUP
+    };
+    pass.dispatch_workgroups(frame.width.div_ceil(group), rows.div_ceil(group), 1);
     drop(pass);
     gpu.queue.submit([encoder.finish()]);
 }
+
+const CONE_STAGE: &str = "Cones::march";
 
 /// One dispatch.
 struct Stage<'a> {

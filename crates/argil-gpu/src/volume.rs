@@ -1,12 +1,15 @@
 //! Volumes on the device: what is kept of them, pictures, and the ways to and from the CPU.
 
-use crate::pass::{LINEAR, NODES, STORED, TREE_WORDS, VOLUME, entry};
+use crate::bricks::{self, BrickTables};
+use crate::pass::{CELLS, LINEAR, NODES, STORED, TREE_WORDS, VOLUME, entry};
 use crate::picture::{PicturePass, Way};
 use crate::table::Table;
 use crate::{Gpu, GpuError, GpuField};
 use argil_abi::{self as abi, Frame, Node, Volume as Words};
 use argil_march::Picture;
-use argil_volume::{Bits, Dense, Encoding, Lattice, Layout, Octree, Texels, Tree, Volume};
+use argil_volume::{
+    Bits, BrickLayout, Dense, Encoding, Lattice, Layout, Octree, Texels, Tree, Volume,
+};
 
 /// Bytes that a row of texels takes in a buffer is a multiple of this.
 const ROW_ALIGNMENT: u32 = wgpu::COPY_BYTES_PER_ROW_ALIGNMENT;
@@ -15,6 +18,7 @@ const ROW_ALIGNMENT: u32 = wgpu::COPY_BYTES_PER_ROW_ALIGNMENT;
 pub(crate) enum Kind {
     Dense,
     Octree(Box<TreeTables>),
+    Bricks(Box<BrickTables>),
 }
 
 /// An octree's tables.
@@ -50,6 +54,7 @@ impl GpuVolume {
         let way = match kind {
             Kind::Dense => Way::Dense,
             Kind::Octree(_) => Way::Octree,
+            Kind::Bricks(_) => Way::Bricks,
         };
         let picture = PicturePass::new(gpu, field.field_wgsl(), way)?;
         let (sampler, uniform) = gpu.checked(|| {
@@ -87,7 +92,7 @@ impl GpuVolume {
                 let words = dense_words(&lattice, &encoding, levels);
                 Self::new(field, lattice, encoding, texture, words, Kind::Dense)
             }
-            Volume::Bricks(_) => Err(GpuError::Lost("bricks".into())),
+            Volume::Bricks(bricks) => Self::upload_bricks(field, bricks),
             Volume::Octree(octree) => {
                 let layout = *octree.layout();
                 let texture = texture(gpu, &layout.lattice, layout.encoding.bits, 1)?;
@@ -136,6 +141,9 @@ impl GpuVolume {
             own.extend(tables.nodes.binding(NODES));
             own.extend(tables.words.binding(TREE_WORDS));
         }
+        if let Kind::Bricks(tables) = &self.kind {
+            own.extend(tables.cells.binding(CELLS));
+        }
         self.picture.draw(field, &own, frames)
     }
 
@@ -157,8 +165,8 @@ impl GpuVolume {
     /// An octree's measures.
     pub fn layout(&self) -> Option<&Layout> {
         match &self.kind {
-            Kind::Dense => None,
             Kind::Octree(tables) => Some(&tables.layout),
+            _ => None,
         }
     }
 
@@ -181,19 +189,25 @@ impl GpuVolume {
     }
 
     /// What sparse bricks are, and how many.
-    pub fn sparse(&self, _gpu: &Gpu) -> Result<Option<(argil_volume::BrickLayout, u64)>, GpuError> {
-        Ok(None)
+    pub fn sparse(&self) -> Option<(BrickLayout, u64)> {
+        match &self.kind {
+            Kind::Bricks(tables) => Some((tables.layout, tables.count)),
+            _ => None,
+        }
     }
 
     /// Bytes on the device: textures and tables.
     pub fn memory_bytes(&self) -> u64 {
+        if let Kind::Bricks(tables) = &self.kind {
+            return tables.memory_bytes();
+        }
         let texel = self.encoding.bits.bytes() as u64;
         let texels: u64 = (0..self.texture.mip_level_count())
             .map(|level| self.lattice.texel_count(level) * texel)
             .sum();
         let tables = match &self.kind {
-            Kind::Dense => 0,
             Kind::Octree(t) => t.keys.size() + t.nodes.size() + t.words.size(),
+            _ => 0,
         };
         texels + tables
     }
@@ -210,6 +224,7 @@ impl GpuVolume {
                 let dense = Dense::from_levels(self.lattice, self.encoding, levels);
                 Ok(Volume::Dense(dense.ok_or_else(odd)?))
             }
+            Kind::Bricks(tables) => Ok(Volume::Bricks(bricks::read(gpu, &self.texture, tables)?)),
             Kind::Octree(tables) => {
                 let tree = tables.read(gpu)?;
                 let octree = Octree::from_parts(tables.layout, tree, level(0)?);
@@ -221,59 +236,74 @@ impl GpuVolume {
     fn read_level(&self, gpu: &Gpu, level: u32) -> Result<Texels, GpuError> {
         let size = self.lattice.level_size(level);
         let bits = self.encoding.bits;
-        let row = size.x as usize * bits.bytes();
-        let padded = (row as u32).next_multiple_of(ROW_ALIGNMENT);
-        let layer_bytes = u64::from(padded) * u64::from(size.y);
-        let mut bytes = Vec::with_capacity(row * size.y as usize * size.z as usize);
+        let layer_bytes = (size.x * size.y) as u64 * bits.bytes() as u64;
+        let mut bytes = Vec::with_capacity((layer_bytes * u64::from(size.z)) as usize);
         // Some layers at a time: a buffer has its limits.
         let layers = (STAGING_BYTES / layer_bytes).clamp(1, u64::from(size.z)) as u32;
         for first in (0..size.z).step_by(layers as usize) {
-            let count = layers.min(size.z - first);
-            let staged = gpu.checked(|| {
-                let buffer = gpu.device.create_buffer(&wgpu::BufferDescriptor {
-                    label: Some("texels"),
-                    size: layer_bytes * u64::from(count),
-                    usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::COPY_SRC,
-                    mapped_at_creation: false,
-                });
-                let mut encoder = gpu
-                    .device
-                    .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-                encoder.copy_texture_to_buffer(
-                    wgpu::TexelCopyTextureInfo {
-                        texture: &self.texture,
-                        mip_level: level,
-                        origin: wgpu::Origin3d {
-                            x: 0,
-                            y: 0,
-                            z: first,
-                        },
-                        aspect: wgpu::TextureAspect::All,
-                    },
-                    wgpu::TexelCopyBufferInfo {
-                        buffer: &buffer,
-                        layout: wgpu::TexelCopyBufferLayout {
-                            offset: 0,
-                            bytes_per_row: Some(padded),
-                            rows_per_image: Some(size.y),
-                        },
-                    },
-                    extent(size.x, size.y, count),
-                );
-                gpu.queue.submit([encoder.finish()]);
-                buffer
-            })?;
-            let read = gpu.read_back(&staged, staged.size())?;
-            for line in read.chunks_exact(padded as usize) {
-                bytes.extend_from_slice(&line[..row]);
-            }
+            let range = first..(first + layers).min(size.z);
+            let part = read_texels(gpu, &self.texture, level, bits, [size.x, size.y], range)?;
+            bytes.extend_from_slice(&part);
         }
         Texels::from_bytes(bits, bytes).ok_or_else(|| GpuError::Lost("half a texel".into()))
     }
 }
 
+/// The texels of some layers of a texture, without gaps.
+pub(crate) fn read_texels(
+    gpu: &Gpu,
+    texture: &wgpu::Texture,
+    mip_level: u32,
+    bits: Bits,
+    [width, height]: [u32; 2],
+    layers: std::ops::Range<u32>,
+) -> Result<Vec<u8>, GpuError> {
+    let row = width as usize * bits.bytes();
+    let padded = (row as u32).next_multiple_of(ROW_ALIGNMENT);
+    let staged = gpu.checked(|| {
+        let buffer = gpu.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("texels"),
+            size: u64::from(padded) * u64::from(height) * layers.len() as u64,
+            usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::COPY_SRC,
+            mapped_at_creation: false,
+        });
+        let mut encoder = gpu
+            .device
+            .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        encoder.copy_texture_to_buffer(
+            wgpu::TexelCopyTextureInfo {
+                texture,
+                mip_level,
+                origin: wgpu::Origin3d {
+                    x: 0,
+                    y: 0,
+                    z: layers.start,
+                },
+                aspect: wgpu::TextureAspect::All,
+            },
+            wgpu::TexelCopyBufferInfo {
+                buffer: &buffer,
+                layout: wgpu::TexelCopyBufferLayout {
+                    offset: 0,
+                    bytes_per_row: Some(padded),
+                    rows_per_image: Some(height),
+                },
+            },
+            extent(width, height, layers.len() as u32),
+        );
+        gpu.queue.submit([encoder.finish()]);
+        buffer
+    })?;
+    let read = gpu.read_back(&staged, staged.size())?;
+    let mut bytes = Vec::with_capacity(row * height as usize * layers.len());
+    for line in read.chunks_exact(padded as usize) {
+        bytes.extend_from_slice(&line[..row]);
+    }
+    Ok(bytes)
+}
+
 /// Most bytes of texels on their way from or to the device at once.
-const STAGING_BYTES: u64 = 64 << 20;
+pub(crate) const STAGING_BYTES: u64 = 64 << 20;
 
 impl TreeTables {
     pub fn new(layout: Layout) -> Self {
@@ -317,7 +347,7 @@ impl TreeTables {
     }
 }
 
-fn read_table(gpu: &Gpu, table: &Table, bytes: u64) -> Result<Vec<u8>, GpuError> {
+pub(crate) fn read_table(gpu: &Gpu, table: &Table, bytes: u64) -> Result<Vec<u8>, GpuError> {
     let lost = || GpuError::Lost("a table is not there".into());
     if bytes == 0 {
         return Ok(Vec::new());
@@ -369,10 +399,21 @@ pub(crate) fn format_of(bits: Bits) -> (wgpu::TextureFormat, &'static str) {
     }
 }
 
-/// An empty texture that shaders can write and filter.
+/// An empty texture for a lattice that shaders can write and filter.
 pub(crate) fn texture(
     gpu: &Gpu,
     lattice: &Lattice,
+    bits: Bits,
+    levels: u32,
+) -> Result<wgpu::Texture, GpuError> {
+    let size = extent(lattice.size.x, lattice.size.y, lattice.size.z);
+    texture_of(gpu, size, bits, levels)
+}
+
+/// An empty texture that shaders can write and filter.
+pub(crate) fn texture_of(
+    gpu: &Gpu,
+    size: wgpu::Extent3d,
     bits: Bits,
     levels: u32,
 ) -> Result<wgpu::Texture, GpuError> {
@@ -387,10 +428,8 @@ pub(crate) fn texture(
             bits: 8 * bits.bytes() as u32,
         });
     }
-    let (voxels, limit) = (
-        lattice.size.max_element(),
-        gpu.device.limits().max_texture_dimension_3d,
-    );
+    let voxels = size.width.max(size.height).max(size.depth_or_array_layers);
+    let limit = gpu.device.limits().max_texture_dimension_3d;
     if voxels > limit {
         return Err(GpuError::TooFine {
             name: gpu.info.name.clone(),
@@ -401,7 +440,7 @@ pub(crate) fn texture(
     gpu.checked(|| {
         gpu.device.create_texture(&wgpu::TextureDescriptor {
             label: Some("volume"),
-            size: extent(lattice.size.x, lattice.size.y, lattice.size.z),
+            size,
             mip_level_count: levels,
             sample_count: 1,
             dimension: wgpu::TextureDimension::D3,
@@ -415,7 +454,7 @@ pub(crate) fn texture(
     })
 }
 
-fn extent(width: u32, height: u32, depth_or_array_layers: u32) -> wgpu::Extent3d {
+pub(crate) fn extent(width: u32, height: u32, depth_or_array_layers: u32) -> wgpu::Extent3d {
     wgpu::Extent3d {
         width,
         height,

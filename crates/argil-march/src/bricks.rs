@@ -20,8 +20,7 @@ use argil_abi::{self as abi, Frame, Hit};
 use argil_field::{Evaluator, LANES};
 
 use argil_volume::{
-    BLOCK_SIDE, Beyond, Bits, BrickSampler, Bricks, Corners, Located, Texel, distance_of, is_brick,
-    is_lonely,
+    BLOCK_SIDE, Beyond, Bits, BrickSampler, Bricks, Corners, Located, Texel, is_brick, is_lonely,
 };
 use glam::Vec3;
 use multiversion::multiversion;
@@ -336,7 +335,7 @@ fn step<T: Texel>(
         gap[i] = if is_brick(word) {
             slope.value * quantum
         } else {
-            distance_of(word)
+            sampler.away(word)
         };
         approach[i] = slope.along * (quantum / voxel);
     }

@@ -17,7 +17,7 @@ fn finish(@builtin(global_invocation_id) id: vec3<u32>) {
         t = hit.normal_t.w;
         normal = hit.normal_t.xyz;
         if hit.mark == 0u {
-            normal = surface_normal(ray.origin + ray.direction * t, hit.normal_t.x);
+            normal = surface_normal(hit, ray.origin + ray.direction * t);
         }
         // Where all differences are the same, towards the viewer.
         if all(normal == vec3(0.0)) {

@@ -41,11 +41,18 @@ pub mod wgsl {
     /// Primary rays.
     pub const CAMERA: &str = include_str!("camera.wgsl");
     /// Marching through the field.
-    pub const FIELD: &str = include_str!("trace.wgsl");
+    pub const FIELD: &str = concat!(include_str!("normal.wgsl"), include_str!("trace.wgsl"));
     /// Marching through a dense volume.
     pub const DENSE: &str = concat!(include_str!("volume.wgsl"), include_str!("dense.wgsl"));
     /// Marching through an octree.
     pub const OCTREE: &str = concat!(include_str!("volume.wgsl"), include_str!("octree.wgsl"));
+    /// Marching through sparse bricks.
+    pub const BRICKS: &str = concat!(
+        include_str!("normal.wgsl"),
+        include_str!("exact.wgsl"),
+        include_str!("bricks.wgsl"),
+        include_str!("cones.wgsl")
+    );
     /// Normals and the ground.
     pub const FINISH: &str = include_str!("finish.wgsl");
     /// Light and colours.

@@ -172,6 +172,12 @@ fn shaded(ray: Ray, hit: Hit) -> vec3<f32> {
     return tone(lit(ray, hit, material, hit.sun_share, open));
 }
 
+fn put(at: u32, kind: u32, color: vec3<f32>) {
+    let covered = select(0.0, 1.0, kind == HIT_OUTSIDE || kind == HIT_INSIDE);
+    colors[at] += vec4(color, covered) * frame.sample_weight;
+}
+
+// Light on materials.
 @compute @workgroup_size(8, 8)
 fn shade(@builtin(global_invocation_id) id: vec3<u32>) {
     let y = id.y + frame.first_row;
@@ -180,9 +186,20 @@ fn shade(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let at = y * frame.width + id.x;
     let hit = hits[at];
+    put(at, hit.kind, shaded(primary_ray(id.x, y), hit));
+}
+
+// What pictures show that are not lit.
+@compute @workgroup_size(8, 8)
+fn show(@builtin(global_invocation_id) id: vec3<u32>) {
+    let y = id.y + frame.first_row;
+    if id.x >= frame.width || y >= frame.height {
+        return;
+    }
+    let at = y * frame.width + id.x;
+    let hit = hits[at];
     var color = vec3(0.0);
     switch frame.show {
-        case SHOW_SHADED: { color = shaded(primary_ray(id.x, y), hit); }
         case SHOW_NORMAL: {
             if hit.kind != HIT_NONE {
                 color = hit.normal_t.xyz * 0.5 + 0.5;
@@ -201,6 +218,5 @@ fn shade(@builtin(global_invocation_id) id: vec3<u32>) {
         }
         default: { color = heat(hit.steps); }
     }
-    let covered = select(0.0, 1.0, hit.kind == HIT_OUTSIDE || hit.kind == HIT_INSIDE);
-    colors[at] += vec4(color, covered) * frame.sample_weight;
+    put(at, hit.kind, color);
 }

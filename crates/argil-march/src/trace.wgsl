@@ -1,18 +1,7 @@
 // Twin of trace.rs, one thread a pixel.
 
-// By central differences. One call in a loop: each call's code is a copy of the whole field.
-fn surface_normal(p: vec3<f32>, side: f32) -> vec3<f32> {
-    let h = frame.box_max_bias.w;
-    var n = vec3(0.0);
-    for (var i = 0u; i < 6u; i++) {
-        let axis = vec3(f32(i < 2u), f32(i / 2u == 1u), f32(i >= 4u));
-        let sign = 1.0 - 2.0 * f32(i & 1u);
-        n += axis * (field_distance(p + axis * (h * sign)) * sign);
-    }
-    n *= side;
-    let length = sqrt(n.x * n.x + n.y * n.y + n.z * n.z);
-    let scale = select(0.0, 1.0 / max(length, 1e-37), length > 0.0);
-    return n * scale;
+fn surface_normal(hit: Hit, p: vec3<f32>) -> vec3<f32> {
+    return field_normal(p, select(1.0, -1.0, hit.kind == HIT_INSIDE));
 }
 
 // March until the ray has hit, left the box or spent its steps, or this dispatch has spent its own. In between, a ray

@@ -29,7 +29,8 @@ fn walk_kind(walk: Walk) -> u32 {
     return select(HIT_OUTSIDE, HIT_INSIDE, walk.side < 0.0);
 }
 
-fn surface_normal(p: vec3<f32>, side: f32) -> vec3<f32> {
+fn surface_normal(hit: Hit, p: vec3<f32>) -> vec3<f32> {
+    let side = select(1.0, -1.0, hit.kind == HIT_INSIDE);
     let h = frame.box_max_bias.w;
     let n = vec3(
         stored_distance(p + vec3(h, 0.0, 0.0), 0u) - stored_distance(p - vec3(h, 0.0, 0.0), 0u),

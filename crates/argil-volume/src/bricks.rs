@@ -1,9 +1,9 @@
 //! Sparse bricks: the product's own representation.
 //!
 //! *Theory.* Only cells near the surface need samples; what a ray wants to know elsewhere is how far it can go. So a grid
-//! of cells holds, where there is no brick, a signed distance whose magnitude no point of the cell falls short of (what
-//! Barbier et al., "Lipschitz pruning", 2025, keep for far cells), and bricks are as small as caches like them (8³ cells,
-//! after Lumen and GigaVoxels, Crassin 2009).
+//! of cells holds, where there is no brick, how far the surface is from the cell's centre at least (what Barbier et al.,
+//! "Lipschitz pruning", 2025, keep for far cells): less half of the cell's diagonal, no point of the cell falls short
+//! of it. Bricks are as small as caches like them (8³ cells, after Lumen and GigaVoxels, Crassin 2009).
 //!
 //! ```text
 //!   masks   one for each block of 4³ cells: a bit for each cell with a brick
@@ -13,8 +13,7 @@
 //!
 //! *Practice.* Samples stand at voxels' corners, `corner + voxel · (i, j, k)`; neighbouring bricks have those of their
 //! common side both. `build.rs` bakes on the CPU, `batch.rs` reads for rays. What differs from the literature: a brick is
-//! dropped again where its own samples show that the surface cannot be in it, and the cell keeps the distance that they
-//! show. The tables hold the very resolution that was asked for.
+//! dropped again where its own samples show that the surface cannot be in it. The tables hold the very resolution that was asked for.
 
 mod batch;
 mod build;
@@ -28,12 +27,14 @@ use glam::{UVec3, Vec3};
 pub use batch::{Beyond, BrickSampler, Corners, Located, Slope};
 pub use build::BrickStagesMs;
 pub use layout::{BLOCK_SIDE, BrickLayout, BrickSettings, BricksError};
-pub use words::{Word, distance_of, empty_word, is_brick, is_lonely};
+pub use words::{Word, center_of, empty_word, is_brick, is_lonely};
 
 /// A sparse volume of bricks.
 #[derive(Clone, PartialEq)]
 pub struct Bricks {
     layout: BrickLayout,
+    /// By how much distances can change over a length of 1.
+    lipschitz: f32,
     /// A bit for each cell of a block that has a brick.
     masks: Vec<u64>,
     /// What is in each cell, block by block.
@@ -59,9 +60,13 @@ impl Bricks {
     /// From stored parts; what is wrong with them where they do not fit one another.
     pub fn from_parts(
         layout: BrickLayout,
+        lipschitz: f32,
         words: Vec<u32>,
         pool: Texels,
     ) -> Result<Self, &'static str> {
+        if !(1.0..=1e6).contains(&lipschitz) {
+            return Err("its Lipschitz constant makes no sense");
+        }
         let samples = layout.brick_samples() as usize;
         if pool.bits() != layout.encoding.bits {
             return Err("the samples have another width");
@@ -93,6 +98,7 @@ impl Bricks {
         }
         Ok(Self {
             layout,
+            lipschitz,
             masks,
             words,
             owners,
@@ -103,6 +109,11 @@ impl Bricks {
     /// Its measures.
     pub fn layout(&self) -> &BrickLayout {
         &self.layout
+    }
+
+    /// By how much distances can change over a length of 1.
+    pub fn lipschitz(&self) -> f32 {
+        self.lipschitz
     }
 
     /// What is in each cell, block by block.

@@ -35,7 +35,7 @@ mod texels;
 pub use batch::Levels;
 pub use bricks::{
     BLOCK_SIDE, Beyond, BrickLayout, BrickSampler, BrickSettings, BrickStagesMs, Bricks,
-    BricksError, Corners, Located, Slope, Word, distance_of, empty_word, is_brick, is_lonely,
+    BricksError, Corners, Located, Slope, Word, center_of, empty_word, is_brick, is_lonely,
 };
 pub use dense::Dense;
 pub use encoding::{Bits, Encoding, Range, Texel};
@@ -58,6 +58,10 @@ pub mod wgsl {
         include_str!("octree/sort.wgsl"),
         include_str!("octree/tree.wgsl")
     );
+    /// What is in a cell of sparse bricks.
+    pub const WORDS: &str = include_str!("bricks/words.wgsl");
+    /// Building sparse bricks: `measure`, `plan`, `fill_bricks` and `settle`.
+    pub const SPARSE: &str = include_str!("bricks/build.wgsl");
     /// Filling bricks and the cells without one: `fill_bricks` and `fill_vacant`.
     pub const BRICKS: &str = include_str!("octree/fill.wgsl");
 }

@@ -195,7 +195,7 @@ impl VolumeInfo {
                 nodes,
             }),
             sparse: volume
-                .sparse(field.gpu())?
+                .sparse()
                 .map(|(layout, bricks)| SparseInfo { layout, bricks }),
         })
     }
@@ -253,6 +253,14 @@ pub(crate) fn build(
             checked(options.settings.encoding)?;
             let layout = BrickLayout::new(lattice, &options.settings)?;
             check_memory(engine, layout.table_bytes())?;
+            if let Some(field) = field {
+                let budget = match engine.gpu_kind() {
+                    Some(kind) if kind.is_real_gpu() => options.memory_budget,
+                    _ => budget_of(&options),
+                };
+                let (volume, stages) = GpuVolume::bricks(field, program, layout, budget)?;
+                return Ok((Kept::Gpu(volume), BuildTimes::of_stages(stages)));
+            }
             let (bricks, stages) = Bricks::bake(program, layout, budget_of(&options))?;
             let stages = vec![
                 ("prune", stages.prune),
@@ -260,11 +268,7 @@ pub(crate) fn build(
                 ("settle", stages.settle),
             ];
             let times = BuildTimes::of_stages(stages);
-            let volume = bricks.into();
-            Ok(match field {
-                Some(field) => (Kept::Gpu(GpuVolume::upload(field, &volume)?), times),
-                None => (Kept::Cpu(volume), times),
-            })
+            Ok((Kept::Cpu(bricks.into()), times))
         }
         Via::Octree(options) => {
             let lattice = lattice_of(scene, program, options.resolution)?;

@@ -3,7 +3,7 @@
 //! *Practice.* As in the crate's other batches, only loads are done lane by lane, and none waits for another. Lanes in empty
 //! cells load from the pool's first brick, which costs less than a branch.
 
-use super::words::{distance_of, is_brick};
+use super::words::{center_of, is_brick};
 use super::{BLOCK_SIDE, BrickLayout, Bricks};
 use crate::{Bits, Texel};
 use argil_field::LANES;
@@ -15,6 +15,8 @@ pub struct BrickSampler<'a, T> {
     layout: BrickLayout,
     /// The length that an integer of 1 stands for.
     quantum: f32,
+    /// By how much a cell's points can be nearer to the surface than its centre.
+    spread: f32,
 }
 
 /// Where points lie: their cell, its word, and the place in it in voxels.
@@ -101,8 +103,19 @@ impl<'a, T: Texel> BrickSampler<'a, T> {
             words: bricks.words(),
             pool: bricks.pool().of()?,
             quantum: encoding.range_length(&layout.lattice, 0) / encoding.bits.quanta() as f32,
+            spread: 1.000_01 * bricks.lipschitz() * layout.half_diagonal(1),
             layout,
         })
+    }
+
+    /// Of a cell without a brick, the signed distance that none of its points falls short of.
+    #[inline(always)]
+    pub fn away(&self, word: u32) -> f32 {
+        let center = center_of(word);
+        let left = center.abs() - self.spread;
+        // Never quite 0, so that the sign stays.
+        let left = if left > 1e-30 { left } else { 1e-30 };
+        if center < 0.0 { -left } else { left }
     }
 
     /// Where cells and bricks lie.
@@ -289,7 +302,7 @@ impl<'a, T: Texel> BrickSampler<'a, T> {
             out[i] = if is_brick(word) {
                 shorter
             } else {
-                distance_of(word)
+                self.away(word)
             };
         }
     }

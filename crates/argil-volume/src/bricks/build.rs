@@ -11,8 +11,7 @@ use super::words::{Word, empty_word, lonely_word};
 use crate::encoding::encode;
 use crate::{Bits, Texel, Texels};
 use argil_abi::{Fill, Instr};
-use argil_field::{CELLS, Evaluator, LANES, Program, Pruner};
-use argil_math::Aabb;
+use argil_field::{CELLS, ClearTerms, Evaluator, LANES, Program, Pruner};
 use glam::{UVec3, Vec3, uvec3};
 use multiversion::multiversion;
 use rayon::prelude::*;
@@ -57,16 +56,21 @@ struct Candidates {
 }
 
 /// What of distances can be relied on.
-struct Bounds<'a> {
-    program: &'a Program,
-    region: Aabb,
+struct Bounds {
+    terms: ClearTerms,
+    lipschitz: f32,
 }
 
-impl Bounds<'_> {
-    /// The distance of which no point within `radius` falls short, with its sign; `None` where the surface can be there.
-    fn away(&self, d: f32, radius: f32) -> Option<f32> {
-        let left = (self.program.clear_radius(d, self.region) - radius) * self.program.lipschitz();
-        (left > 0.0).then_some(if d < 0.0 { -left } else { left })
+impl Bounds {
+    /// Whether there is no surface within `radius`.
+    fn is_clear(&self, d: f32, radius: f32) -> bool {
+        self.terms.radius(d) > radius
+    }
+
+    /// What a cell keeps whose centre is so far, or `way` from a point that is.
+    fn center(&self, d: f32, way: f32) -> f32 {
+        let left = ((self.terms.radius(d) - way) * self.lipschitz).max(0.0);
+        if d < 0.0 { -left } else { left }
     }
 }
 
@@ -76,10 +80,9 @@ pub(super) fn bake(
     budget: Option<u64>,
 ) -> Result<(Bricks, BrickStagesMs), BricksError> {
     let start = Instant::now();
-    let end = (layout.blocks * BLOCK_SIDE).as_vec3() * layout.cell_length();
     let bounds = Bounds {
-        program,
-        region: Aabb::new(layout.lattice.corner, layout.lattice.corner + end),
+        terms: program.clear_terms(layout.region()),
+        lipschitz: program.lipschitz(),
     };
 
     // Down to blocks, then to cells.
@@ -150,6 +153,7 @@ pub(super) fn bake(
     };
     let bricks = Bricks {
         layout,
+        lipschitz: program.lipschitz(),
         masks,
         words,
         owners,
@@ -159,7 +163,7 @@ pub(super) fn bake(
 }
 
 /// Cut the grid down to blocks. The blocks' lists are stretches of the level's.
-fn blocks_of(program: &Program, layout: &BrickLayout, bounds: &Bounds<'_>) -> (Level, Vec<Block>) {
+fn blocks_of(program: &Program, layout: &BrickLayout, bounds: &Bounds) -> (Level, Vec<Block>) {
     let mut side = BLOCK_SIDE;
     while side < layout.grid.max_element() {
         side *= 4;
@@ -219,7 +223,7 @@ fn blocks_of(program: &Program, layout: &BrickLayout, bounds: &Bounds<'_>) -> (L
 /// The 64 parts of `side` cells in a part, each with its own list, and those that are far.
 fn cut(
     layout: &BrickLayout,
-    bounds: &Bounds<'_>,
+    bounds: &Bounds,
     cell: UVec3,
     side: u32,
     instrs: &[Instr],
@@ -237,7 +241,7 @@ fn cut(
     let mut level = Level::default();
     let mut far = Vec::new();
     for (i, (&cell, &d)) in inner.iter().zip(d.iter()).enumerate() {
-        if bounds.away(d, FAR_RADII * radius).is_some() {
+        if bounds.is_clear(d, FAR_RADII * radius) {
             far.push((cell, centers[i], d));
         } else {
             let from = level.instrs.len();
@@ -251,24 +255,23 @@ fn cut(
 /// The words of a block that is far, by what is known of a point.
 fn far_block(
     layout: &BrickLayout,
-    bounds: &Bounds<'_>,
+    bounds: &Bounds,
     first: UVec3,
     center: Vec3,
     d: f32,
     words: &mut [u32],
 ) {
-    let radius = layout.half_diagonal(1);
     for (i, word) in (0u32..).zip(words) {
         let cell = first + uvec3(i % 4, i / 4 % 4, i / 16);
         let way = layout.middle(cell, 1).distance(center);
-        *word = empty_word(bounds.away(d, 1.000_01 * way + radius).unwrap_or(0.0));
+        *word = empty_word(bounds.center(d, 1.000_01 * way));
     }
 }
 
 /// Measure a block's cells: the words of those that are empty, and the others.
 fn near_block(
     layout: &BrickLayout,
-    bounds: &Bounds<'_>,
+    bounds: &Bounds,
     first: UVec3,
     instrs: &[Instr],
     pruner: &mut Pruner<'_>,
@@ -281,15 +284,15 @@ fn near_block(
     pruner.mark(instrs, &centers, radius, &mut d);
     let mut found = Candidates::default();
     for (i, (word, &d)) in words.iter_mut().zip(&d).enumerate() {
-        if let Some(away) = bounds.away(d, radius) {
-            *word = empty_word(away);
-        } else if cell(i).cmplt(layout.grid).all() {
+        // Of a candidate, what stays if its brick is dropped.
+        *word = empty_word(bounds.center(d, 0.0));
+        if bounds.is_clear(d, radius) {
+            continue;
+        }
+        if cell(i).cmplt(layout.grid).all() {
             let from = found.instrs.len();
             pruner.list(instrs, i, &mut found.instrs);
             found.cells.push((i as u8, from..found.instrs.len()));
-        } else {
-            // Outside of the volume; no ray comes there.
-            *word = empty_word(0.0);
         }
     }
     found
@@ -299,7 +302,7 @@ fn near_block(
 fn fill<T: Texel>(
     program: &Program,
     layout: &BrickLayout,
-    bounds: &Bounds<'_>,
+    bounds: &Bounds,
     candidates: &[Candidates],
     count: usize,
     words: &mut [u32],
@@ -338,13 +341,10 @@ fn fill<T: Texel>(
                 // Half of a voxel's diagonal from a sample at most.
                 let reach = 0.5 * 3f32.sqrt() * layout.lattice.voxel;
                 *owner = u32::MAX;
-                words[usize::from(*inner)] = match bounds.away(least, reach) {
-                    Some(away) => empty_word(away),
-                    None => {
-                        *owner = (found.block * 64) as u32 + i;
-                        first + k
-                    }
-                };
+                if !bounds.is_clear(least, reach) {
+                    *owner = (found.block * 64) as u32 + i;
+                    words[usize::from(*inner)] = first + k;
+                }
             }
         },
     );

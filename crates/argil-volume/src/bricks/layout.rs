@@ -1,9 +1,11 @@
 use crate::{Bits, Encoding, Lattice, Range};
+use argil_abi::Volume;
+use argil_field::Program;
 use argil_math::Aabb;
 use glam::{UVec3, Vec3};
 
 /// Cells along a block's side.
-pub const BLOCK_SIDE: u32 = 4;
+pub const BLOCK_SIDE: u32 = argil_abi::BLOCK_SIDE;
 
 /// How to build bricks.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -138,13 +140,49 @@ impl BrickLayout {
         corner * BLOCK_SIDE + UVec3::new(inner % 4, inner / 4 % 4, inner / 16)
     }
 
+    /// Words for shaders. `program` sets what is known of distances.
+    pub fn words(&self, program: &Program) -> Volume {
+        let lattice = &self.lattice;
+        let [cx, cy, cz] = lattice.corner.to_array();
+        let [ex, ey, ez] = lattice.extent().to_array();
+        let terms = program.clear_terms(self.region());
+        Volume {
+            corner_range: [cx, cy, cz, self.encoding.range_length(lattice, 0)],
+            extent_voxel: [ex, ey, ez, lattice.voxel],
+            size_x: lattice.size.x,
+            size_y: lattice.size.y,
+            size_z: lattice.size.z,
+            levels: 1,
+            grid_x: self.grid.x,
+            grid_y: self.grid.y,
+            grid_z: self.grid.z,
+            brick: self.brick,
+            code_count: self.word_count() as u32,
+            quanta: self.encoding.bits.quanta(),
+            reach: self.half_diagonal(1),
+            spread: 0.5 * 3f32.sqrt() * lattice.voxel,
+            slack: terms.slack,
+            hidden: terms.hidden,
+            isolation: terms.isolation,
+            lipschitz: program.lipschitz(),
+            steepness: terms.steepness,
+            ..Volume::default()
+        }
+    }
+
+    /// The box of all blocks.
+    pub(crate) fn region(&self) -> Aabb {
+        let end = (self.blocks * BLOCK_SIDE).as_vec3() * self.cell_length();
+        Aabb::new(self.lattice.corner, self.lattice.corner + end)
+    }
+
     /// The middle of `side` cells from a cell on.
     pub(crate) fn middle(&self, cell: UVec3, side: u32) -> Vec3 {
         self.lattice.corner + (cell.as_vec3() + 0.5 * side as f32) * self.cell_length()
     }
 
     /// Half of the diagonal of `side` cells.
-    pub(crate) fn half_diagonal(&self, side: u32) -> f32 {
+    pub fn half_diagonal(&self, side: u32) -> f32 {
         0.5 * 3f32.sqrt() * side as f32 * self.cell_length()
     }
 }

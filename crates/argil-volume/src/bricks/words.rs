@@ -12,8 +12,8 @@ pub enum Word {
     Brick(u32),
     /// No surface.
     Empty {
-        /// Signed; no point of the cell is nearer to the surface.
-        distance: f32,
+        /// At the cell's centre: how far the surface is at least, with the sign of the side.
+        center: f32,
         /// Whether no cell of the block has a brick.
         lonely: bool,
     },
@@ -27,7 +27,7 @@ impl Word {
             Self::Brick(word)
         } else {
             Self::Empty {
-                distance: distance_of(word),
+                center: center_of(word),
                 lonely: is_lonely(word),
             }
         }
@@ -36,8 +36,8 @@ impl Word {
 
 /// The word of a cell without a brick: 22 bits of the distance's fraction are kept, so it never grows.
 #[inline(always)]
-pub fn empty_word(distance: f32) -> u32 {
-    EMPTY | (distance.to_bits() >> 1) & !LONELY
+pub fn empty_word(center: f32) -> u32 {
+    EMPTY | (center.to_bits() >> 1) & !LONELY
 }
 
 /// The same in a block without any brick.
@@ -58,9 +58,9 @@ pub fn is_lonely(word: u32) -> bool {
     word & LONELY != 0
 }
 
-/// The distance of a word without a brick.
+/// The distance at the centre of a cell without a brick.
 #[inline(always)]
-pub fn distance_of(word: u32) -> f32 {
+pub fn center_of(word: u32) -> f32 {
     f32::from_bits((word & !LONELY) << 1)
 }
 
@@ -71,17 +71,17 @@ mod tests {
     #[test]
     fn distances_keep_their_sign_and_never_grow() {
         for d in [0.0, 1.0, -1.0, 0.1, -0.3, 1e-20, 1e30, -1e30, 1e-40] {
-            let Word::Empty { distance, lonely } = Word::of(empty_word(d)) else {
+            let Word::Empty { center, lonely } = Word::of(empty_word(d)) else {
                 panic!("{d} became a brick");
             };
-            assert!(distance.abs() <= d.abs() && distance.abs() >= d.abs() * 0.999_999 - 1e-44);
-            assert_eq!(distance.is_sign_negative(), d.is_sign_negative());
+            assert!(center.abs() <= d.abs() && center.abs() >= d.abs() * 0.999_999 - 1e-44);
+            assert_eq!(center.is_sign_negative(), d.is_sign_negative());
             assert!(!lonely);
             let lonely = Word::of(lonely_word(empty_word(d)));
             assert_eq!(
                 lonely,
                 Word::Empty {
-                    distance,
+                    center,
                     lonely: true
                 }
             );

@@ -225,7 +225,7 @@ impl<'a> Reader<'a> {
         let volume = match kind {
             KIND_DENSE => Volume::Dense(self.dense(lattice, encoding, levels)?),
             KIND_OCTREE => Volume::Octree(self.octree(lattice, encoding, brick, depth)?),
-            KIND_BRICKS => Volume::Bricks(self.bricks(lattice, encoding, brick)?),
+            KIND_BRICKS => Volume::Bricks(self.bricks(lattice, encoding, brick, depth)?),
             _ => return Err(self.fault(about, "a volume of an unknown kind")),
         };
         let Ok(scene_json) = String::from_utf8(self.bytes(Section::Scene)?.to_vec()) else {
@@ -257,6 +257,7 @@ impl<'a> Reader<'a> {
         lattice: Lattice,
         encoding: Encoding,
         brick: u32,
+        lipschitz: u32,
     ) -> Result<Bricks, VolumeError> {
         let layout = BrickLayout::new(lattice, &BrickSettings { encoding, brick })
             .map_err(|e| self.fault(Section::Description, &e.to_string()))?;
@@ -270,8 +271,13 @@ impl<'a> Reader<'a> {
             range,
             bits: encoding.bits,
         };
-        Bricks::from_parts(layout, self.words(Section::Cells)?, pool)
-            .map_err(|reason| self.fault(Section::Cells, reason))
+        Bricks::from_parts(
+            layout,
+            f32::from_bits(lipschitz),
+            self.words(Section::Cells)?,
+            pool,
+        )
+        .map_err(|reason| self.fault(Section::Cells, reason))
     }
 
     fn octree(

@@ -2,7 +2,8 @@ use super::{ALIGNMENT, ENTRY_BYTES, FORMAT_VERSION, HEADER_BYTES, MAGIC, Section
 use crate::{Encoding, Lattice};
 use std::io::{self, Write};
 
-/// Words of the description: kind, bits, range in voxels, corner, voxel, size, levels, brick, depth.
+/// Words of the description: kind, bits, range in voxels, corner, voxel, size, levels, brick, depth or, of sparse bricks, the
+/// Lipschitz constant.
 pub(super) const DESCRIPTION_WORDS: usize = 13;
 pub(super) const KIND_DENSE: u32 = 1;
 pub(super) const KIND_OCTREE: u32 = 2;
@@ -36,7 +37,7 @@ pub(super) fn write(volume: &Volume, scene_json: &str, mut out: impl Write) -> i
         }
         Volume::Bricks(bricks) => {
             let layout = bricks.layout();
-            let own = [1, layout.brick, 0];
+            let own = [1, layout.brick, bricks.lipschitz().to_bits()];
             description = describe(KIND_BRICKS, &layout.encoding, &layout.lattice, own);
             sections.push((Section::Cells, bytemuck::cast_slice(bricks.words())));
             sections.push((Section::Texels(0), bricks.pool().bytes()));

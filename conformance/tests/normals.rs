@@ -1,0 +1,84 @@
+//! Normals of bricks against the exact field's.
+
+use argil_abi::{HIT_NONE, Hit};
+use argil_conformance::{lattice, primary_ray, shipped};
+use argil_field::{Evaluator, Program};
+use argil_march::{Camera, Normals, Settings, Show, Through, frames, render_with_hits};
+use argil_math::Aabb;
+use argil_volume::{BrickLayout, BrickSettings, Bricks};
+use glam::Vec3;
+
+/// Degrees between a picture's normals and the field's at the same points, ascending, away from silhouettes and creases.
+fn errors(program: &Program, frame: &argil_abi::Frame, hits: &[Hit], bias: f32) -> Vec<f32> {
+    let _ = Evaluator::new(program);
+    let (width, height) = (frame.width, frame.height);
+    let mut all = Vec::new();
+    for y in 1..height - 1 {
+        for x in 1..width - 1 {
+            let at = |x: u32, y: u32| &hits[(y * width + x) as usize];
+            let hit = at(x, y);
+            let around = [at(x - 1, y), at(x + 1, y), at(x, y - 1), at(x, y + 1)];
+            let t = hit.normal_t[3];
+            if hit.kind == HIT_NONE
+                || around
+                    .iter()
+                    .any(|h| h.kind == HIT_NONE || (h.normal_t[3] - t).abs() > 0.02 * t)
+            {
+                continue;
+            }
+            let ray = primary_ray(frame, x, y);
+            let p = ray.at(t);
+            let n = Vec3::new(hit.normal_t[0], hit.normal_t[1], hit.normal_t[2]);
+            let of =
+                |axis: Vec3| program.distance(p + axis * bias) - program.distance(p - axis * bias);
+            let exact = Vec3::new(of(Vec3::X), of(Vec3::Y), of(Vec3::Z)).normalize_or_zero();
+            if exact.dot(-ray.direction) < 0.2 {
+                continue;
+            }
+            all.push(n.angle_between(exact).to_degrees());
+        }
+    }
+    all.sort_by(f32::total_cmp);
+    all
+}
+
+#[test]
+fn normals_are_those_of_the_field() {
+    for case in shipped()
+        .iter()
+        .filter(|c| ["csg20", "teapot"].contains(&c.name.as_str()))
+    {
+        let program = Program::lower(&case.scene).expect("a program");
+        let lattice = lattice(&case.scene, &program, 512);
+        let layout = BrickLayout::new(lattice, &BrickSettings::default()).expect("a layout");
+        let (bricks, _) = Bricks::bake(&program, layout, None).expect("bricks");
+        let held = program.aabb().intersection(lattice.aabb());
+        let camera = Camera::orbit(held, [30.0, 20.0, 2.4], 40.0);
+        for normals in [Normals::Voxel, Normals::Smooth, Normals::Field] {
+            let settings = Settings {
+                size: [320, 240],
+                show: Show::Normal,
+                normals,
+                max_steps: 4096,
+                ..Settings::default()
+            };
+            let frames = frames(&settings, &camera, &program, Some(&lattice), held);
+            let hits = render_with_hits(&program, Through::Bricks(&bricks), &frames).hits;
+            let all = errors(
+                &program,
+                &frames[0],
+                &hits,
+                1e-4 * Aabb::half_diagonal(held),
+            );
+            let mean = all.iter().sum::<f32>() / all.len() as f32;
+            println!(
+                "{} {normals:?}: {} pixels, mean {mean:.3}, p50 {:.3} p95 {:.3} p99 {:.3}",
+                case.name,
+                all.len(),
+                all[all.len() / 2],
+                all[all.len() * 95 / 100],
+                all[all.len() * 99 / 100]
+            );
+        }
+    }
+}

@@ -1,0 +1,496 @@
+//! Sparse bricks on the device: building, bringing over and back. No step of a build waits for the CPU.
+//!
+//! The pool is one 3D texture, whole bricks along each side, so that a filter finds a brick's samples side by side and
+//! no binding's limit matters. It is made with room for as many bricks as a surface of the grid's size needs; a build that
+//! needs more says so when it is done, and is done again with a larger one.
+
+use crate::bake::{Bake, Groups, StagesMs};
+use crate::pass::{
+    ARGUMENTS, Bind, CANDIDATES, CELLS, COUNTERS, FIELD_BINDS, FILL, TABLES_WGSL, TEXELS, VOLUME,
+    entry, layout, pipelines,
+};
+use crate::table::Table;
+use crate::volume::{Kind, STAGING_BYTES, extent, format_of, read_table, texture_of, uniform_of};
+use crate::{Gpu, GpuError, GpuField, GpuVolume};
+use argil_abi::{self as abi, Fill, Volume as Words};
+use argil_field::Program;
+use argil_volume::{Bits, BrickLayout, Bricks, Texels, wgsl};
+
+/// Instructions times samples that one dispatch may take on.
+const WORK_A_DISPATCH: u64 = 4_000_000_000;
+/// Most bricks that one dispatch samples.
+const MOST_BRICKS_A_DISPATCH: u64 = 32_768;
+/// Threads that sample a brick.
+const BRICK_GROUP: u32 = 256;
+
+/// The bindings of a build, as the shader names them.
+const BINDS_WGSL: &str = "
+@group(0) @binding(8) var<uniform> volume: Volume;
+@group(0) @binding(18) var<storage, read_write> arguments: array<u32>;
+@group(0) @binding(19) var<storage, read_write> words: array<u32>;
+@group(0) @binding(21) var<storage, read_write> near_cells: array<u32>;
+@group(0) @binding(22) var<storage, read_write> counters: array<atomic<u32>>;
+";
+
+/// What there is of sparse bricks besides the pool's texture.
+pub(crate) struct BrickTables {
+    pub layout: BrickLayout,
+    pub cells: Table,
+    /// Bricks of the pool along each axis.
+    pub pool: [u32; 3],
+    pub count: u64,
+    pub lipschitz: f32,
+}
+
+impl BrickTables {
+    /// Bytes of the pool and the tables.
+    pub fn memory_bytes(&self) -> u64 {
+        let bricks: u64 = self.pool.map(u64::from).iter().product();
+        bricks * self.layout.brick_bytes() + self.cells.size()
+    }
+}
+
+/// Bricks along the sides of a pool that has room for `bricks`.
+fn pool_for(gpu: &Gpu, measures: &BrickLayout, bricks: u64) -> Result<[u32; 3], GpuError> {
+    let limit = gpu.device.limits().max_texture_dimension_3d;
+    let most = limit / (measures.brick + 1);
+    let bricks = bricks.max(1);
+    let side = ((bricks as f64).cbrt().ceil() as u32).clamp(1, most.max(1));
+    let depth = bricks.div_ceil(u64::from(side) * u64::from(side));
+    if depth > u64::from(most) {
+        return Err(GpuError::TooManyBricks {
+            name: gpu.info.name.clone(),
+            bricks,
+            limit: u64::from(most).pow(3),
+        });
+    }
+    Ok([side, side, depth as u32])
+}
+
+fn pool_texture(
+    gpu: &Gpu,
+    measures: &BrickLayout,
+    pool: [u32; 3],
+) -> Result<wgpu::Texture, GpuError> {
+    let [x, y, z] = pool.map(|n| n * (measures.brick + 1));
+    texture_of(gpu, extent(x, y, z), measures.encoding.bits, 1)
+}
+
+impl GpuVolume {
+    /// Build sparse bricks from a field; what the stages took.
+    ///
+    /// # Errors
+    /// If pool and tables would take more than `budget` bytes.
+    pub fn bricks(
+        field: &GpuField,
+        program: &Program,
+        measures: BrickLayout,
+        budget: Option<u64>,
+    ) -> Result<(Self, StagesMs), GpuError> {
+        let cells: u64 = measures.grid.to_array().map(u64::from).iter().product();
+        // A surface that goes through the grid twice along each axis.
+        let [x, y, z] = measures.grid.to_array().map(u64::from);
+        let guess = (2 * (x * y + y * z + x * z)).min(cells);
+        let most = budget.map_or(u64::MAX, |budget| {
+            budget.saturating_sub(measures.table_bytes()) / measures.brick_bytes()
+        });
+        let over = |bricks: u64| GpuError::Budget {
+            bricks,
+            needed: measures.table_bytes() + bricks * measures.brick_bytes(),
+            budget: budget.unwrap_or(0),
+        };
+        if most == 0 {
+            return Err(over(1));
+        }
+        let mut build = Build::new(field, program, measures)?;
+        let mut room = guess.min(most);
+        loop {
+            let (texture, stages) = build.run(room)?;
+            let count = build.bricks()?;
+            if count <= u64::from(build.words.capacity) {
+                return Ok((build.finish(texture, count)?, stages));
+            }
+            if count > most {
+                return Err(over(count));
+            }
+            room = count;
+        }
+    }
+
+    pub(crate) fn upload_bricks(field: &GpuField, bricks: &Bricks) -> Result<Self, GpuError> {
+        let gpu = field.gpu();
+        let measures = *bricks.layout();
+        let pool = pool_for(gpu, &measures, bricks.len() as u64)?;
+        let texture = pool_texture(gpu, &measures, pool)?;
+        let side = (measures.brick + 1) as usize;
+        let [width, height] = [pool[0] as usize * side, pool[1] as usize * side];
+        let bytes = measures.encoding.bits.bytes();
+        let per_layer = (pool[0] * pool[1]) as usize;
+        let samples = bricks.pool().bytes();
+        // A layer of bricks at a time.
+        let mut staged = vec![0u8; width * height * side * bytes];
+        for (z, layer) in samples.chunks(per_layer * side.pow(3) * bytes).enumerate() {
+            for (at, brick) in layer.chunks_exact(side.pow(3) * bytes).enumerate() {
+                let (bx, by) = (at % pool[0] as usize, at / pool[0] as usize);
+                for (row, line) in brick.chunks_exact(side * bytes).enumerate() {
+                    let (y, k) = (row % side, row / side);
+                    let to = ((k * height + by * side + y) * width + bx * side) * bytes;
+                    staged[to..to + line.len()].copy_from_slice(line);
+                }
+            }
+            gpu.checked(|| {
+                gpu.queue.write_texture(
+                    wgpu::TexelCopyTextureInfo {
+                        texture: &texture,
+                        mip_level: 0,
+                        origin: wgpu::Origin3d {
+                            x: 0,
+                            y: 0,
+                            z: (z * side) as u32,
+                        },
+                        aspect: wgpu::TextureAspect::All,
+                    },
+                    &staged,
+                    wgpu::TexelCopyBufferLayout {
+                        offset: 0,
+                        bytes_per_row: Some((width * bytes) as u32),
+                        rows_per_image: Some(height as u32),
+                    },
+                    extent(width as u32, height as u32, side as u32),
+                );
+            })?;
+            gpu.queue.submit([]);
+            gpu.wait()?;
+        }
+        let mut cells = Table::new("cells");
+        let words: Vec<u32> = bricks
+            .words()
+            .iter()
+            .map(|&word| packed(word, pool))
+            .collect();
+        cells.write(gpu, &words)?;
+        let tables = BrickTables {
+            layout: measures,
+            cells,
+            pool,
+            count: bricks.len() as u64,
+            lipschitz: bricks.lipschitz(),
+        };
+        let words = march_words(&measures, pool, bricks.lipschitz());
+        Self::of_bricks(field, texture, words, tables)
+    }
+
+    fn of_bricks(
+        field: &GpuField,
+        texture: wgpu::Texture,
+        words: Words,
+        tables: BrickTables,
+    ) -> Result<Self, GpuError> {
+        let (lattice, encoding) = (tables.layout.lattice, tables.layout.encoding);
+        let kind = Kind::Bricks(Box::new(tables));
+        Self::new(field, lattice, encoding, texture, words, kind)
+    }
+}
+
+/// Words for marching, which needs nothing of the field.
+fn march_words(measures: &BrickLayout, pool: [u32; 3], lipschitz: f32) -> Words {
+    let [x, y, z] = pool.map(|n| 1.0 / (n * (measures.brick + 1)) as f32);
+    Words {
+        per_texel: [x, y, z, 0.0],
+        spread: 1.000_01 * lipschitz * measures.half_diagonal(1),
+        grid_x: measures.grid.x,
+        grid_y: measures.grid.y,
+        grid_z: measures.grid.z,
+        brick: measures.brick,
+        pool_x: pool[0],
+        pool_y: pool[1],
+        ..crate::volume::dense_words(&measures.lattice, &measures.encoding, 1)
+    }
+}
+
+/// The passes of a build, and its tables.
+struct Build<'a> {
+    field: &'a GpuField,
+    measures: BrickLayout,
+    words: Words,
+    fill: Fill,
+    pool: [u32; 3],
+    layout: wgpu::BindGroupLayout,
+    plan_layout: wgpu::BindGroupLayout,
+    measure: wgpu::ComputePipeline,
+    plan: wgpu::ComputePipeline,
+    fill_bricks: wgpu::ComputePipeline,
+    settle: wgpu::ComputePipeline,
+    words_uniform: wgpu::Buffer,
+    fill_uniform: wgpu::Buffer,
+    arguments: wgpu::Buffer,
+    cells: Table,
+    candidates: Table,
+    counters: Table,
+}
+
+impl<'a> Build<'a> {
+    fn new(
+        field: &'a GpuField,
+        program: &Program,
+        measures: BrickLayout,
+    ) -> Result<Self, GpuError> {
+        let gpu = field.gpu();
+        let samples = u64::from(measures.brick_samples());
+        let each = samples.div_ceil(u64::from(BRICK_GROUP));
+        if u64::from(field.budget) < each {
+            return Err(GpuError::TooLong {
+                name: gpu.info.name.clone(),
+                iterations: u64::from(field.budget),
+                limit: each,
+            });
+        }
+        let cell_count: u64 = measures.grid.to_array().map(u64::from).iter().product();
+        let work = samples * field.length() as u64;
+        let chunk = (WORK_A_DISPATCH / work.max(1)).clamp(64, MOST_BRICKS_A_DISPATCH);
+        let chunks = cell_count.div_ceil(chunk);
+        let words = Words {
+            chunk: chunk as u32,
+            chunks: chunks as u32,
+            ..measures.words(program)
+        };
+        let bits = measures.encoding.bits;
+        let mut cells = Table::new("cells");
+        cells.reserve_exact(gpu, 4 * measures.word_count())?;
+        let mut candidates = Table::new("cells near the surface");
+        candidates.reserve_exact(gpu, 4 * cell_count)?;
+        let mut counters = Table::new("counters");
+        counters.reserve_exact(gpu, 16)?;
+        let (words_uniform, fill_uniform, arguments) = gpu.checked(|| {
+            let arguments = gpu.device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some("bricks to fill"),
+                size: (12 * chunks).next_multiple_of(16),
+                usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::INDIRECT,
+                mapped_at_creation: false,
+            });
+            let words = uniform_of::<Words>(gpu, "volume");
+            (words, uniform_of::<Fill>(gpu, "fill"), arguments)
+        })?;
+        let source = [
+            &argil_abi::wgsl(),
+            TABLES_WGSL,
+            &crate::dense::target_wgsl(bits),
+            BINDS_WGSL,
+            field.field_wgsl(),
+            wgsl::FILL,
+            wgsl::WORDS,
+            wgsl::SPARSE,
+        ]
+        .concat();
+        let mut binds = FIELD_BINDS.to_vec();
+        binds.extend([
+            Bind::Uniform(VOLUME),
+            Bind::Uniform(FILL),
+            Bind::Target(TEXELS, format_of(bits).0),
+            Bind::Write(CELLS),
+            Bind::Write(CANDIDATES),
+            Bind::Write(COUNTERS),
+        ]);
+        let layout = gpu.checked(|| self::layout(gpu, "Bricks::build", &binds))?;
+        let constants = [("BRICK_GROUP", f64::from(BRICK_GROUP))];
+        let entry_points = ["measure", "fill_bricks", "settle"];
+        let [measure, fill_bricks, settle] =
+            pipelines(gpu, source.clone(), &layout, &constants, entry_points)?;
+        // What says how much is dispatched is not bound where that is dispatched.
+        let binds = [
+            Bind::Uniform(VOLUME),
+            Bind::Write(ARGUMENTS),
+            Bind::Write(COUNTERS),
+        ];
+        let plan_layout = gpu.checked(|| self::layout(gpu, "Bricks::plan", &binds))?;
+        let [plan] = pipelines(gpu, source, &plan_layout, &[], ["plan"])?;
+        Ok(Self {
+            field,
+            measures,
+            words,
+            fill: measures.encoding.fill(program, &measures.lattice, 0),
+            pool: [1; 3],
+            layout,
+            plan_layout,
+            measure,
+            plan,
+            fill_bricks,
+            settle,
+            words_uniform,
+            fill_uniform,
+            arguments,
+            cells,
+            candidates,
+            counters,
+        })
+    }
+
+    /// Build into a pool with room for so many bricks.
+    fn run(&mut self, room: u64) -> Result<(wgpu::Texture, StagesMs), GpuError> {
+        let gpu = self.field.gpu();
+        self.pool = pool_for(gpu, &self.measures, room)?;
+        let texture = pool_texture(gpu, &self.measures, self.pool)?;
+        self.words.pool_x = self.pool[0];
+        self.words.pool_y = self.pool[1];
+        self.words.capacity = self.pool.iter().product();
+        gpu.queue
+            .write_buffer(&self.words_uniform, 0, bytemuck::bytes_of(&self.words));
+        let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
+        let bind_group = gpu.checked(|| {
+            let mut entries: Vec<_> = self.field.table_bindings().collect();
+            entries.push(entry(VOLUME, &self.words_uniform));
+            entries.push(entry(FILL, &self.fill_uniform));
+            entries.push(wgpu::BindGroupEntry {
+                binding: TEXELS,
+                resource: wgpu::BindingResource::TextureView(&view),
+            });
+            entries.extend(self.cells.binding(CELLS));
+            entries.extend(self.candidates.binding(CANDIDATES));
+            entries.extend(self.counters.binding(COUNTERS));
+            gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+                label: Some("Bricks::build"),
+                layout: &self.layout,
+                entries: &entries,
+            })
+        })?;
+        let plan_group = gpu.checked(|| {
+            let mut entries = vec![
+                entry(VOLUME, &self.words_uniform),
+                entry(ARGUMENTS, &self.arguments),
+            ];
+            entries.extend(self.counters.binding(COUNTERS));
+            gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+                label: Some("Bricks::plan"),
+                layout: &self.plan_layout,
+                entries: &entries,
+            })
+        })?;
+        gpu.checked(|| {
+            let mut encoder = gpu
+                .device
+                .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            if let Some(counters) = self.counters.buffer() {
+                encoder.clear_buffer(counters, 0, None);
+            }
+            gpu.queue.submit([encoder.finish()]);
+        })?;
+
+        let rows = |groups: u32| {
+            Groups::Direct([
+                groups.min(abi::DISPATCH_ROW),
+                groups.div_ceil(abi::DISPATCH_ROW),
+                1,
+            ])
+        };
+        let blocks = self.measures.block_count() as u32;
+        let mut bake = Bake::new(gpu)?;
+        bake.pass("measure", &self.measure, &bind_group, rows(blocks))?;
+        let groups = Groups::Direct([self.words.chunks.div_ceil(64), 1, 1]);
+        bake.pass("measure", &self.plan, &plan_group, groups)?;
+        for chunk in 0..self.words.chunks {
+            let fill = Fill {
+                first_layer: chunk * self.words.chunk,
+                ..self.fill
+            };
+            gpu.queue
+                .write_buffer(&self.fill_uniform, 0, bytemuck::bytes_of(&fill));
+            let groups = Groups::Indirect(&self.arguments, 12 * u64::from(chunk));
+            bake.pass("fill", &self.fill_bricks, &bind_group, groups)?;
+        }
+        let groups = rows(blocks.div_ceil(64));
+        bake.pass("settle", &self.settle, &bind_group, groups)?;
+        Ok((texture, bake.finish()?))
+    }
+
+    /// How many bricks the build has needed.
+    fn bricks(&self) -> Result<u64, GpuError> {
+        let counters = read_table(self.field.gpu(), &self.counters, 16)?;
+        let at = 4 * abi::COUNTER_BRICKS as usize;
+        let word = counters.get(at..at + 4).and_then(|w| w.try_into().ok());
+        Ok(u64::from(u32::from_le_bytes(word.unwrap_or_default())))
+    }
+
+    fn finish(self, texture: wgpu::Texture, count: u64) -> Result<GpuVolume, GpuError> {
+        let words = march_words(&self.measures, self.pool, self.words.lipschitz);
+        let tables = BrickTables {
+            layout: self.measures,
+            cells: self.cells,
+            pool: self.pool,
+            count,
+            lipschitz: self.words.lipschitz,
+        };
+        GpuVolume::of_bricks(self.field, texture, words, tables)
+    }
+}
+
+/// A brick's place in the pool along each axis, ten bits each: what the device's words hold.
+fn packed(word: u32, [x, y, _]: [u32; 3]) -> u32 {
+    if argil_volume::is_brick(word) {
+        word % x | (word / x % y) << 10 | (word / x / y) << 20
+    } else {
+        word
+    }
+}
+
+fn unpacked(word: u32, [x, y, _]: [u32; 3]) -> u32 {
+    if argil_volume::is_brick(word) {
+        (word & 1023) + x * ((word >> 10 & 1023) + y * (word >> 20))
+    } else {
+        word
+    }
+}
+
+/// Bring bricks back.
+pub(crate) fn read(
+    gpu: &Gpu,
+    texture: &wgpu::Texture,
+    tables: &BrickTables,
+) -> Result<Bricks, GpuError> {
+    let measures = tables.layout;
+    let side = (measures.brick + 1) as usize;
+    let bytes = measures.encoding.bits.bytes();
+    let [nx, ny, nz] = tables.pool;
+    let (width, height) = (nx as usize * side, ny as usize * side);
+    let layer_bytes = (width * height * side * bytes) as u64;
+    let layers = (STAGING_BYTES / layer_bytes).clamp(1, u64::from(nz)) as u32;
+    let mut samples = Vec::new();
+    let wanted = tables.count.max(1) as usize * side.pow(3) * bytes;
+    for first in (0..nz).step_by(layers as usize) {
+        if samples.len() >= wanted {
+            break;
+        }
+        let count = layers.min(nz - first);
+        let texels = crate::volume::read_texels(
+            gpu,
+            texture,
+            0,
+            measures.encoding.bits,
+            [width as u32, height as u32],
+            first * side as u32..(first + count) * side as u32,
+        )?;
+        for at in 0..(count * ny * nx) as usize {
+            let (bx, by, bz) = (
+                at % nx as usize,
+                at / nx as usize % ny as usize,
+                at / (nx * ny) as usize,
+            );
+            for row in 0..side * side {
+                let (y, k) = (row % side, row / side);
+                let from = (((bz * side + k) * height + by * side + y) * width + bx * side) * bytes;
+                samples.extend_from_slice(&texels[from..from + side * bytes]);
+            }
+        }
+    }
+    samples.truncate(wanted);
+    if tables.count == 0 {
+        samples.fill(0);
+    }
+    let bits: Bits = measures.encoding.bits;
+    let odd = |reason: &str| GpuError::Lost(format!("bricks came back wrong: {reason}"));
+    let pool = Texels::from_bytes(bits, samples).ok_or_else(|| odd("half a sample"))?;
+    let words = read_table(gpu, &tables.cells, 4 * measures.word_count())?
+        .chunks_exact(4)
+        .map(|word| unpacked(bytemuck::pod_read_unaligned(word), tables.pool))
+        .collect();
+    Bricks::from_parts(measures, tables.lipschitz, words, pool).map_err(odd)
+}

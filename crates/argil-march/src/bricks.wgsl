@@ -1,0 +1,285 @@
+// Twin of bricks.rs, one thread a pixel. `cells` is the bound table of words, `stored` the pool of bricks.
+
+const NEAR_VOXELS: f32 = 0.3;
+const RELAXATION: f32 = 0.9;
+const NUDGE_VOXELS: f32 = 1e-3;
+const NUDGE_SHARE: f32 = 5e-7;
+
+// Where a point lies: its cell, the cell's word, and the place in it in voxels.
+struct Located {
+    cell: vec3<f32>,
+    inner: vec3<f32>,
+    word: u32,
+}
+
+// In voxels from the volume's corner.
+fn in_voxels(p: vec3<f32>) -> vec3<f32> {
+    return (p - volume.corner_range.xyz) * (1.0 / volume.extent_voxel.w);
+}
+
+fn cell_of_voxels(u: vec3<f32>) -> vec3<f32> {
+    let held = clamp(u, vec3(0.0), vec3(f32(volume.size_x), f32(volume.size_y), f32(volume.size_z)));
+    let last = vec3(f32(volume.grid_x), f32(volume.grid_y), f32(volume.grid_z)) - 1.0;
+    return min(floor(held / f32(volume.brick)), last);
+}
+
+fn inner_of(u: vec3<f32>, cell: vec3<f32>) -> vec3<f32> {
+    let held = clamp(u, vec3(0.0), vec3(f32(volume.size_x), f32(volume.size_y), f32(volume.size_z)));
+    return clamp(held - cell * f32(volume.brick), vec3(0.0), vec3(f32(volume.brick)));
+}
+
+fn locate(u: vec3<f32>) -> Located {
+    let cell = cell_of_voxels(u);
+    return Located(cell, inner_of(u, cell), cells[word_index(vec3<u32>(cell))]);
+}
+
+// What is interpolated in a brick.
+fn brick_distance(origin: vec3<f32>, inner: vec3<f32>) -> f32 {
+    let uvw = (origin + inner) * volume.per_texel.xyz;
+    return textureSampleLevel(stored, linear, uvw, 0.0).x * volume.corner_range.w;
+}
+
+// Where a filter finds a brick's first sample, in texels.
+fn filter_origin(word: u32) -> vec3<f32> {
+    return vec3<f32>(brick_origin(word)) + 0.5;
+}
+
+// Twin of BrickSampler::away: of a cell without a brick, the signed distance that none of its points falls short of.
+fn away(word: u32) -> f32 {
+    let center = center_of(word);
+    let left = max(abs(center) - volume.spread, 1e-30);
+    return select(left, -left, center < 0.0);
+}
+
+// Around a point, how far the surface is at least, with the sign of the side.
+fn brick_clearance(p: vec3<f32>) -> f32 {
+    let at = locate(in_voxels(p));
+    if !is_brick(at.word) {
+        return away(at.word);
+    }
+    let d = brick_distance(filter_origin(at.word), at.inner);
+    let length = max(abs(d) - 0.8660254 * volume.extent_voxel.w, 0.0);
+    return select(length, -length, d < 0.0);
+}
+
+fn way_out(d: f32, f: f32) -> f32 {
+    let way = not_zero(d);
+    return select(-f, 1.0 - f, way > 0.0) / way;
+}
+
+struct Solved {
+    is_hit: bool,
+    t: f32,
+}
+
+// The first root of the cubic along the ray in the voxel of a brick that it is in, where `gap` is left to the surface.
+// Four of its values tell a cubic: the filter interpolates as the cubic does.
+fn solve(ray: Ray, t: f32, side: f32, gap: f32, origin: vec3<f32>, inner: vec3<f32>) -> Solved {
+    let voxel = min(floor(inner), vec3(f32(volume.brick) - 1.0));
+    let p = inner - voxel;
+    let way = ray.direction * (1.0 / volume.extent_voxel.w);
+    let leave = max(min(way_out(way.x, p.x), min(way_out(way.y, p.y), way_out(way.z, p.z))), 0.0);
+    let third = way * (leave * (1.0 / 3.0));
+    let f1 = brick_distance(origin, inner + third) * side;
+    let f2 = brick_distance(origin, inner + 2.0 * third) * side;
+    let f3 = brick_distance(origin, inner + 3.0 * third) * side;
+    let c0 = gap;
+    let c1 = 0.5 * (18.0 * f1 - 11.0 * gap - 9.0 * f2 + 2.0 * f3);
+    let c2 = 4.5 * (2.0 * gap - 5.0 * f1 + 4.0 * f2 - f3);
+    let c3 = 4.5 * (3.0 * f1 - gap - 3.0 * f2 + f3);
+
+    // It rises and falls at most twice: the first stretch that ends below 0 holds the first root.
+    let a = 3.0 * c3;
+    let root = sqrt(max(c2 * c2 - a * c1, 0.0));
+    let q = -(c2 + select(root, -root, c2 < 0.0));
+    let s1 = clamp(q / select(a, 1e-30, a == 0.0), 0.0, 1.0);
+    let s2 = clamp(c1 / select(q, 1e-30, q == 0.0), 0.0, 1.0);
+    let first = min(s1, s2);
+    let second = max(s1, s2);
+    let in_first = cubic(c3, c2, c1, c0, first) < 0.0;
+    let in_second = cubic(c3, c2, c1, c0, second) < 0.0;
+    let at_end = cubic(c3, c2, c1, c0, 1.0) < 0.0;
+    var begin = second;
+    var end = 1.0;
+    if in_first {
+        begin = 0.0;
+        end = first;
+    } else if in_second {
+        begin = first;
+        end = second;
+    }
+    var f_begin = cubic(c3, c2, c1, c0, begin);
+    var f_end = cubic(c3, c2, c1, c0, end);
+    // Regula falsi, Illinois: the end that stays counts half.
+    var share = end;
+    for (var i = 0u; i < 4u; i++) {
+        let span = f_begin - f_end;
+        share = begin + (end - begin) * (f_begin / select(span, 1.0, span == 0.0));
+        let f = cubic(c3, c2, c1, c0, share);
+        if f < 0.0 {
+            f_begin *= 0.5;
+            end = share;
+            f_end = f;
+        } else {
+            f_end *= 0.5;
+            begin = share;
+            f_begin = f;
+        }
+    }
+    let is_crossed = in_first || in_second || at_end;
+    let starts_below = c0 <= 0.0;
+    let is_close = c0 < max(frame.box_min_epsilon.w, 0.5 * frame.pixel * t);
+    if starts_below || !is_crossed {
+        share = 0.0;
+    }
+    if !(starts_below || is_crossed || is_close) {
+        return Solved(false, t + leave + NUDGE_VOXELS * volume.extent_voxel.w + NUDGE_SHARE * t);
+    }
+    return Solved(true, t + share * leave);
+}
+
+fn cubic(c3: f32, c2: f32, c1: f32, c0: f32, s: f32) -> f32 {
+    return ((c3 * s + c2) * s + c1) * s + c0;
+}
+
+// What is interpolated at a place that may be beyond a brick's end along an axis, and how far that is from `inner`: in the
+// neighbour's brick, or where there is none, at the brick's end. Without branches, which software devices walk both.
+fn brick_beside(at: Located, axis: u32, by: f32) -> vec2<f32> {
+    let side = f32(volume.brick);
+    var place = at.inner;
+    place[axis] += by;
+    let over = place[axis] - clamp(place[axis], 0.0, side);
+    var cell = vec3<i32>(at.cell);
+    cell[axis] += i32(over > 0.0) - i32(over < 0.0);
+    let last = vec3<i32>(vec3(volume.grid_x, volume.grid_y, volume.grid_z)) - 1;
+    let held = clamp(cell, vec3(0), last);
+    let word = cells[word_index(vec3<u32>(held))];
+    let is_there = is_brick(word) && all(held == cell);
+    let across = select(0.0, select(-side, side, over > 0.0), over != 0.0);
+    place[axis] -= select(over, across, is_there);
+    let d = brick_distance(filter_origin(select(at.word, word, is_there)), place);
+    return vec2(d, by - select(over, 0.0, is_there));
+}
+
+fn change_along(at: Located, axis: u32) -> f32 {
+    // Within a voxel the change is the same everywhere along the axis.
+    var low = -0.5;
+    var high = 0.5;
+    if frame.normals != NORMALS_SMOOTH {
+        var inner = at.inner;
+        let begin = min(floor(inner[axis]), f32(volume.brick) - 1.0);
+        low = begin - inner[axis];
+        high = begin + 1.0 - inner[axis];
+    }
+    let a = brick_beside(at, axis, low);
+    let b = brick_beside(at, axis, high);
+    return (b.x - a.x) / (b.y - a.y);
+}
+
+// The normal at a hit: differences over the voxel or, smooth, over a voxel's width around the hit.
+fn surface_normal(hit: Hit, p: vec3<f32>) -> vec3<f32> {
+    let at = locate(in_voxels(p));
+    if !is_brick(at.word) {
+        return vec3(0.0);
+    }
+    let n = vec3(change_along(at, 0u), change_along(at, 1u), change_along(at, 2u));
+    let length = sqrt(n.x * n.x + n.y * n.y + n.z * n.z);
+    let side = select(1.0, -1.0, hit.kind == HIT_INSIDE);
+    return n * select(0.0, side / max(length, 1e-37), length > 0.0);
+}
+
+@compute @workgroup_size(8, 8)
+fn march(@builtin(global_invocation_id) id: vec3<u32>) {
+    let y = id.y + frame.first_row;
+    if id.x >= frame.width || y >= frame.height {
+        return;
+    }
+    let at_pixel = y * frame.width + id.x;
+    let ray = primary_ray(id.x, y);
+    let span = box_span(ray);
+    let begin = cones[cone_place(id.x, y)];
+    let own_steps = select(0u, u32(begin.y), id.x % CONE_SIDE == 0u && y % CONE_SIDE == 0u);
+    let voxel = volume.extent_voxel.w;
+    let scale = frame.eye_step.w;
+    let brick = f32(volume.brick);
+    let block = f32(BLOCK_SIDE);
+    let d = vec3(not_zero(ray.direction.x), not_zero(ray.direction.y), not_zero(ray.direction.z));
+    let per_way = voxel / d;
+    // A ray's place in voxels at length t is u_begin + u_way · t.
+    let u_begin = in_voxels(ray.origin);
+    let u_way = ray.direction * (1.0 / voxel);
+    var t = max(span.x, begin.x);
+    var side = 0.0;
+    var kind = HIT_NONE;
+    var samples = 0u;
+    var looked_up = 0u;
+    var last_index = 0xffffffffu;
+    var is_there = true;
+    // Rounds of marching to the surface and solving there: what is in a branch costs every step on some devices.
+    while is_there {
+        var near = false;
+        var over = 0.0;
+        var last_gap = 0.0;
+        var last_way = 0.0;
+        var inner = vec3(0.0);
+        var origin = vec3(0.0);
+        var g = 0.0;
+        loop {
+            if t > span.y || samples + looked_up >= frame.max_steps {
+                is_there = false;
+                break;
+            }
+            let u = u_begin + u_way * t;
+            let cell = cell_of_voxels(u);
+            let index = word_index(vec3<u32>(cell));
+            let word = cells[index];
+            let in_brick = is_brick(word);
+            looked_up += u32(index != last_index);
+            last_index = index;
+            samples += u32(in_brick);
+            inner = clamp(u - cell * brick, vec3(0.0), vec3(brick));
+            origin = filter_origin(select(0u, word, in_brick));
+            let stored_d = select(away(word), brick_distance(origin, inner), in_brick);
+            if side == 0.0 {
+                side = select(1.0, -1.0, stored_d < 0.0 && span.x <= 0.0);
+            }
+            g = stored_d * side;
+            // Spheres that no longer touch: back to where the last one ended.
+            let too_far = over > 0.0 && g < over;
+            near = in_brick && !too_far && g < max(NEAR_VOXELS * voxel, 0.5 * frame.pixel * t);
+            if !in_brick && !too_far && g < 0.0 {
+                kind = select(HIT_OUTSIDE, HIT_INSIDE, side < 0.0);
+                is_there = false;
+            }
+            if near || !is_there {
+                break;
+            }
+            // Out of an empty cell, or block.
+            let lonely = is_lonely(word);
+            let first = select(cell, floor(cell * (1.0 / block)) * block, lonely);
+            let edge = select(1.0, block, lonely);
+            let ahead = select(first, first + edge, d > vec3(0.0));
+            let ways = (ahead * brick - u) * per_way;
+            let leave = min(ways.x, min(ways.y, ways.z)) + NUDGE_VOXELS * voxel + NUDGE_SHARE * t;
+            // Along a plane, spheres still touch with so much more than their radius between their centres.
+            let m = select(1.0, clamp((last_gap - g) / max(last_way, 1e-20), 0.0, 1.0), last_way > 0.0);
+            let beyond = select(0.0, RELAXATION * g * (1.0 - m) / (1.0 + m) * scale, in_brick && !too_far);
+            let way = select(max(g * scale, leave), g * scale + beyond, in_brick);
+            t += select(way, -over, too_far);
+            last_gap = g;
+            last_way = select(0.0, way, in_brick && !too_far);
+            over = beyond;
+        }
+        if !near {
+            break;
+        }
+        samples++;
+        let solved = solve(ray, t, side, g, origin, inner);
+        t = solved.t;
+        if solved.is_hit {
+            kind = select(HIT_OUTSIDE, HIT_INSIDE, side < 0.0);
+            is_there = false;
+        }
+    }
+    hits[at_pixel] = Hit(vec4(0.0, 0.0, 0.0, t), kind, samples + looked_up + own_steps, 0.0, 0.0, 0u, looked_up, 0u, 0u);
+}

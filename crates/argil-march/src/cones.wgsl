@@ -1,0 +1,70 @@
+// Twin of cones.rs, one thread a block of pixels: where its rays begin, and how many steps that took.
+
+const CONE_SIDE: u32 = 8u;
+const CONE_STEPS: u32 = 64u;
+const CONE_RADIUS: f32 = 5.7;
+const INFINITE: f32 = 3.0e38;
+
+fn cone_place(x: u32, y: u32) -> u32 {
+    let across = (frame.width + CONE_SIDE - 1u) / CONE_SIDE;
+    return y / CONE_SIDE * across + x / CONE_SIDE;
+}
+
+@compute @workgroup_size(8, 8)
+fn cone(@builtin(global_invocation_id) id: vec3<u32>) {
+    let x = id.x * CONE_SIDE;
+    let y = frame.first_row + id.y * CONE_SIDE;
+    if x >= frame.width || y >= frame.height {
+        return;
+    }
+    // The box's stretch of all rays of the block.
+    var begin = INFINITE;
+    var end = -INFINITE;
+    for (var i = 0u; i < CONE_SIDE * CONE_SIDE; i++) {
+        let px = x + i % CONE_SIDE;
+        let py = y + i / CONE_SIDE;
+        if px < frame.width && py < frame.height {
+            let span = box_span(primary_ray(px, py));
+            if span.x <= span.y {
+                begin = min(begin, span.x);
+                end = max(end, span.y);
+            }
+        }
+    }
+    let place = cone_place(x, y);
+    if begin > end {
+        cones[place] = vec2(INFINITE, 0.0);
+        return;
+    }
+    let u = (f32(x) + 0.5 * f32(CONE_SIDE)) / f32(frame.width) * 2.0 - 1.0;
+    let v = 1.0 - (f32(y) + 0.5 * f32(CONE_SIDE)) / f32(frame.height) * 2.0;
+    let direction = normalize(frame.forward.xyz + frame.right.xyz * u + frame.up.xyz * v);
+    let eye = frame.eye_step.xyz;
+    let starts_outside = any(eye < frame.box_min_epsilon.xyz) || any(eye > frame.box_max_bias.xyz);
+    let slope = CONE_RADIUS * frame.pixel;
+    let voxel = volume.extent_voxel.w;
+    var steps = 0u;
+    while steps < CONE_STEPS {
+        steps++;
+        let at = eye + direction * begin;
+        let held = clamp(at, volume.corner_range.xyz, volume.corner_range.xyz + volume.extent_voxel.xyz);
+        let beside = distance(at, held);
+        let d = brick_clearance(held);
+        var free = max(abs(d) * frame.eye_step.w - beside, beside);
+        if d < 0.0 && starts_outside {
+            free = 0.0;
+        }
+        let next = (begin + free) / (1.0 + slope);
+        let gain = next - begin;
+        let is_enough = gain > max(0.5 * voxel, 0.1 * slope * begin);
+        begin = max(begin, next);
+        if begin > end {
+            begin = INFINITE;
+            break;
+        }
+        if !is_enough {
+            break;
+        }
+    }
+    cones[place] = vec2(begin, f32(steps));
+}

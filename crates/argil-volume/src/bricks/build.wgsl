@@ -1,0 +1,123 @@
+// Twin of build.rs, without its pruning: every cell is measured, then the bricks that the surface can be in are sampled.
+
+// Cells a group measures, and threads that sample a brick.
+override BRICK_GROUP: u32 = 256u;
+
+// Twin of ClearTerms::radius: how far around a point of such a distance there is no surface.
+fn clear_radius(d: f32) -> f32 {
+    let left = abs(d) - volume.slack;
+    let plain = left / volume.steepness;
+    return select(max(volume.isolation, (left - volume.hidden) / volume.steepness), plain, plain <= volume.isolation);
+}
+
+fn group_index(id: vec3<u32>, count: vec3<u32>) -> u32 {
+    return id.x + count.x * id.y;
+}
+
+// The words of empty cells, and a list of the others.
+@compute @workgroup_size(64)
+fn measure(@builtin(workgroup_id) id: vec3<u32>, @builtin(num_workgroups) count: vec3<u32>, @builtin(local_invocation_index) local: u32) {
+    let at = group_index(id, count) * 64u + local;
+    if at >= volume.code_count {
+        return;
+    }
+    let cell = cell_at(at);
+    let edge = f32(volume.brick) * volume.extent_voxel.w;
+    if any(cell >= vec3(volume.grid_x, volume.grid_y, volume.grid_z)) {
+        words[at] = empty_word(0.0);
+        return;
+    }
+    let d = field_distance(volume.corner_range.xyz + (vec3<f32>(cell) + 0.5) * edge);
+    // Of a cell near the surface, what stays if its brick is dropped.
+    let clear = clear_radius(d);
+    let left = max(clear * volume.lipschitz, 0.0);
+    words[at] = empty_word(select(left, -left, d < 0.0));
+    if clear <= volume.reach {
+        let place = atomicAdd(&counters[COUNTER_CANDIDATES], 1u);
+        near_cells[place] = at;
+    }
+}
+
+// How many groups each dispatch of `fill_bricks` has.
+@compute @workgroup_size(64)
+fn plan(@builtin(global_invocation_id) id: vec3<u32>) {
+    if id.x >= volume.chunks {
+        return;
+    }
+    let found = atomicLoad(&counters[COUNTER_CANDIDATES]);
+    let first = id.x * volume.chunk;
+    arguments[3u * id.x] = clamp(found, first, first + volume.chunk) - first;
+    arguments[3u * id.x + 1u] = 1u;
+    arguments[3u * id.x + 2u] = 1u;
+}
+
+var<workgroup> nearest: atomic<u32>;
+var<workgroup> slot: u32;
+// The samples that a thread keeps while the group makes up its mind.
+var<private> own: array<f32, 20>;
+
+fn sample_point(cell: vec3<u32>, i: u32) -> vec3<f32> {
+    let side = volume.brick + 1u;
+    let place = vec3(i % side, i / side % side, i / side / side);
+    return volume.corner_range.xyz + volume.extent_voxel.w * (vec3<f32>(cell * volume.brick) + vec3<f32>(place));
+}
+
+// A brick a group, unless no surface can be in it.
+@compute @workgroup_size(BRICK_GROUP)
+fn fill_bricks(@builtin(workgroup_id) id: vec3<u32>, @builtin(local_invocation_index) local: u32) {
+    let at = near_cells[fill.first_layer + id.x];
+    let cell = cell_at(at);
+    let side = volume.brick + 1u;
+    let samples = side * side * side;
+    if local == 0u {
+        atomicStore(&nearest, 0xffffffffu);
+    }
+    workgroupBarrier();
+    var n = 0u;
+    for (var i = local; i < samples; i += BRICK_GROUP) {
+        let d = field_distance(sample_point(cell, i));
+        own[n] = d;
+        n++;
+        // Ordered by length, the sign in the lowest bit.
+        let bits = bitcast<u32>(d);
+        atomicMin(&nearest, (bits << 1u) | (bits >> 31u));
+    }
+    workgroupBarrier();
+    if local == 0u {
+        let bits = atomicLoad(&nearest);
+        let least = bitcast<f32>((bits >> 1u) | (bits << 31u));
+        slot = 0xffffffffu;
+        if clear_radius(least) <= volume.spread {
+            slot = atomicAdd(&counters[COUNTER_BRICKS], 1u);
+            words[at] = brick_word(slot);
+        }
+    }
+    workgroupBarrier();
+    if slot >= volume.capacity {
+        return;
+    }
+    let origin = brick_origin(words[at]);
+    n = 0u;
+    for (var i = local; i < samples; i += BRICK_GROUP) {
+        textureStore(texels, origin + vec3(i % side, i / side % side, i / side / side), encode(own[n]));
+        n++;
+    }
+}
+
+// Marks what is empty: one thread a block.
+@compute @workgroup_size(64)
+fn settle(@builtin(workgroup_id) id: vec3<u32>, @builtin(num_workgroups) count: vec3<u32>, @builtin(local_invocation_index) local: u32) {
+    let block = group_index(id, count) * 64u + local;
+    if block * 64u >= volume.code_count {
+        return;
+    }
+    var found = false;
+    for (var i = 0u; i < 64u; i++) {
+        found = found || is_brick(words[block * 64u + i]);
+    }
+    if !found {
+        for (var i = 0u; i < 64u; i++) {
+            words[block * 64u + i] |= WORD_LONELY;
+        }
+    }
+}
