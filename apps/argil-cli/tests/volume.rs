@@ -116,7 +116,7 @@ fn requests_that_make_no_sense_say_what_would() {
     let bake = |more: &[&str], code, message| {
         fails(&[&["bake", &brick][..], &cpu, more].concat(), code, message);
     };
-    bake(&["--via", "field"], 1, "take dense or octree");
+    bake(&["--via", "field"], 1, "take dense, octree or bricks");
     bake(&["--resolution", "0"], 1, "from 8 to 4096");
     bake(&["--resolution", "100000"], 1, "from 8 to 4096");
     bake(&["--resolution", "-1"], 2, "unexpected argument");

@@ -1,58 +1,112 @@
-//! csg20 at 1024²: length and normal of every primary ray, nothing pruned, on one thread and on two.
-//! Every way must hit the same number of pixels, 23.7 % of them.
+//! csg20 at 1024²: length and normal of every primary ray, on one thread and on two; with nothing pruned, then as
+//! pictures of normals through the field with pruning and through bricks of 512³.
+//!
+//! With nothing pruned 248,357 pixels must hit, 23.7 % of them, and as many but for a few in a thousand in the others.
+//!
+//! `cargo bench -p argil-march --bench trace -- [SCENE.json AZIMUTH ELEVATION DISTANCE FIELD_OF_VIEW SIDE]`
 
 use argil_abi::{HIT_NONE, Hit};
 use argil_field::{Evaluator, Program};
-use argil_march::{Camera, Settings, TileScratch, frames, tiles, trace_tile};
+use argil_march::{
+    Camera, Settings, Show, Through, TileScratch, frames, render, tiles, trace_tile,
+};
 use argil_math::Aabb;
 use argil_scene::Scene;
+use argil_volume::{BrickLayout, BrickSettings, Bricks, Lattice};
 use glam::Vec3;
 use rayon::prelude::*;
 use std::time::Instant;
 
 const EXPECTED_HITS: usize = 248_357;
-const SIDE: u32 = 1024;
+const ROUNDS: usize = 15;
+
+fn median(mut work: impl FnMut()) -> (f64, f64) {
+    let mut times: Vec<f64> = (0..ROUNDS)
+        .map(|_| {
+            let start = Instant::now();
+            work();
+            start.elapsed().as_secs_f64() * 1e3
+        })
+        .collect();
+    times.sort_by(f64::total_cmp);
+    (times[ROUNDS / 2], times[0])
+}
 
 fn main() {
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes/csg20.json");
-    let scene = Scene::open(path).expect("the scene ships with the project");
+    let own = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes/csg20.json");
+    let given: Vec<String> = std::env::args()
+        .skip(1)
+        .filter(|a| !a.starts_with("--"))
+        .collect();
+    let number = |i: usize, other: f32| given.get(i).and_then(|n| n.parse().ok()).unwrap_or(other);
+    let path = given.first().map_or(own, |path| path);
+    let scene = Scene::open(path).expect("a scene");
     let program = Program::lower(&scene).expect("the scene can be lowered");
     let focus = Aabb::centered(Vec3::ONE);
-    let camera = Camera::orbit(focus, [35.0, 35.0, 2.42], 35.0);
+    let orbit = [number(1, 35.0), number(2, 35.0), number(3, 2.42)];
+    let camera = Camera::orbit(focus, orbit, number(4, 35.0));
+    let side = number(5, 1024.0) as u32;
     let settings = Settings {
-        size: [SIDE, SIDE],
+        size: [side, side],
+        show: Show::Normal,
+        max_steps: 4096,
         ..Settings::default()
     };
-    let frame = frames(&settings, &camera, &program, None, focus)[0];
-    let all: Vec<_> = tiles(SIDE, SIDE).collect();
-    let mut hits = vec![Hit::default(); (SIDE * SIDE) as usize];
+    let of_field = Settings {
+        max_steps: 256,
+        ..settings
+    };
+    let frame = frames(&of_field, &camera, &program, None, focus);
+    let lattice = Lattice::over(focus, 512).expect("a lattice");
+    let layout = BrickLayout::new(lattice, &BrickSettings::default()).expect("a layout");
+    let (bricks, _) = Bricks::bake(&program, layout, None).expect("bricks");
+    let through_bricks = frames(&settings, &camera, &program, Some(&lattice), focus);
+
+    let all: Vec<_> = tiles(side, side).collect();
+    let mut hits = vec![Hit::default(); (side * side) as usize];
     for threads in [1, 2] {
         let pool = rayon::ThreadPoolBuilder::new()
             .num_threads(threads)
             .build()
             .expect("threads");
-        let mut times: Vec<f64> = (0..15)
-            .map(|_| {
-                let start = Instant::now();
+        if program.instrs().len() < 200 {
+            let whole = median(|| {
                 let slices = hits.par_chunks_mut(all[0].area());
                 pool.install(|| {
                     all.par_iter().zip(slices).for_each_init(
                         || (Evaluator::new(&program), TileScratch::default()),
                         |(evaluator, scratch), (&tile, hits)| {
-                            trace_tile(&frame, tile, evaluator, scratch, hits)
+                            trace_tile(&frame[0], tile, evaluator, scratch, hits)
                         },
                     );
                 });
-                start.elapsed().as_secs_f64() * 1e3
-            })
-            .collect();
-        times.sort_by(f64::total_cmp);
-        let hit = hits.iter().filter(|h| h.kind != HIT_NONE).count();
-        assert_eq!(hit, EXPECTED_HITS);
-        let steps: f64 = hits.iter().map(|h| f64::from(h.steps)).sum::<f64>() / hits.len() as f64;
-        println!(
-            "{threads} threads: median {:.1} ms, min {:.1} ms, {hit} hits, {steps:.2} steps a ray",
-            times[7], times[0]
-        );
+            });
+            let hit = hits.iter().filter(|h| h.kind != HIT_NONE).count();
+            if given.is_empty() {
+                assert_eq!(hit, EXPECTED_HITS);
+            }
+            println!(
+                "{threads} threads, nothing pruned: median {:.1} ms, min {:.1} ms, {hit} hits",
+                whole.0, whole.1
+            );
+        }
+        for (name, through, frames) in [
+            ("field", Through::Field, &frame),
+            ("bricks", Through::Bricks(&bricks), &through_bricks),
+        ] {
+            let mut picture = None;
+            let times = median(|| {
+                picture = Some(pool.install(|| render(&program, through, frames)));
+            });
+            let picture = picture.expect("it was drawn");
+            if given.is_empty() {
+                let off = picture.hit_pixels.abs_diff(EXPECTED_HITS);
+                assert!(off < EXPECTED_HITS / 100, "{name}: {}", picture.hit_pixels);
+            }
+            println!(
+                "{threads} threads, {name}: median {:.1} ms, min {:.1} ms, {} hits, {:.2} steps a ray",
+                times.0, times.1, picture.hit_pixels, picture.statistics.steps.mean
+            );
+        }
     }
 }

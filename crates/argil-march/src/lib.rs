@@ -19,6 +19,7 @@ mod render;
 mod scratch;
 mod settings;
 mod shade;
+mod slabs;
 mod statistics;
 mod tile;
 mod trace;

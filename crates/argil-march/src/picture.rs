@@ -48,6 +48,10 @@ impl Picture {
 pub(crate) fn show(frame: &Frame, colors: &[[f32; 4]], rgb: &mut [u8]) {
     let is_light = frame.show == SHOW_SHADED;
     for (rgb, color) in rgb.chunks_exact_mut(3).zip(colors) {
+        if *color == [0.0; 4] {
+            rgb.fill(0);
+            continue;
+        }
         for (byte, &c) in rgb.iter_mut().zip(color) {
             let shown = if is_light { srgb_from_linear(c) } else { c };
             *byte = (shown.clamp(0.0, 1.0) * 255.0 + 0.5) as u8;

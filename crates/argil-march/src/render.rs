@@ -4,9 +4,9 @@ use crate::octree::{Descent, OctreeRays};
 use crate::picture::{Picture, covered, show};
 use crate::scratch::{TilePicture, TileScratch};
 use crate::shade::shade_tile;
+use crate::slabs::{PrunedField, trace_pruned};
 use crate::statistics::Counts;
 use crate::tile::{Tile, tile_rows, tiles};
-use crate::trace::trace_tile;
 use crate::volume::trace_volume;
 use argil_abi::{Frame, Hit};
 use argil_field::{Evaluator, Program};
@@ -63,14 +63,14 @@ fn draw(program: &Program, through: Through<'_>, frames: &[Frame], keeps_hits: b
         .zip(tile_rows(&mut rgb, width, 3))
         .zip(hit_rows)
         .for_each_init(
-            || Evaluator::new(program),
-            |evaluator, ((&tile, rgb_rows), mut hit_rows)| {
+            || (Evaluator::new(program), PrunedField::new(program)),
+            |(evaluator, pruned), ((&tile, rgb_rows), mut hit_rows)| {
                 SCRATCH.with_borrow_mut(|(scratch, own)| {
                     own.colors.clear();
                     own.colors.resize(tile.area(), [0.0; 4]);
                     own.hits.resize(tile.area(), Hit::default());
                     for (i, frame) in frames.iter().enumerate() {
-                        rays.trace(frame, tile, evaluator, scratch, &mut own.hits);
+                        rays.trace(frame, tile, (pruned, evaluator), scratch, &mut own.hits);
                         if i == 0 {
                             own.counts.add(&own.hits);
                             let rows = own.hits.chunks(tile.width as usize);
@@ -132,12 +132,12 @@ impl<'a> Rays<'a> {
         &self,
         frame: &Frame,
         tile: Tile,
-        evaluator: &mut Evaluator<'_>,
+        (pruned, evaluator): (&mut PrunedField<'_>, &mut Evaluator<'_>),
         scratch: &mut TileScratch,
         out: &mut [Hit],
     ) {
         match self {
-            Self::Field => trace_tile(frame, tile, evaluator, scratch, out),
+            Self::Field => trace_pruned(frame, tile, pruned, evaluator, scratch, out),
             Self::Dense(rays) => trace_dense(frame, tile, rays, scratch, out),
             Self::Eight(rays) => trace_volume(frame, tile, rays, out),
             Self::Sixteen(rays) => trace_volume(frame, tile, rays, out),

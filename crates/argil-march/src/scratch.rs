@@ -2,6 +2,7 @@
 
 use crate::bricks::Near;
 use crate::cones::Cones;
+use crate::slabs::Slabs;
 use crate::statistics::Counts;
 use crate::wave::{Points, Starts, Wave};
 use argil_abi::{Hit, MaterialWords};
@@ -13,6 +14,7 @@ pub struct TileScratch {
     pub(crate) wave: Wave,
     pub(crate) cones: Cones,
     pub(crate) near: Near,
+    pub(crate) slabs: Slabs,
     pub(crate) points: Points,
     pub(crate) hits: Vec<u32>,
     pub(crate) shading: Shading,

@@ -77,7 +77,17 @@ pub(crate) struct Counts {
 
 impl Counts {
     pub fn add(&mut self, hits: &[Hit]) {
-        for hit in hits {
+        // Many rays do nothing.
+        let idle = hits.iter().filter(|hit| hit.steps == 0).count() as u64;
+        for histogram in [
+            &mut self.steps,
+            &mut self.samples,
+            &mut self.descents,
+            &mut self.cells,
+        ] {
+            histogram.add(0, idle);
+        }
+        for hit in hits.iter().filter(|hit| hit.steps > 0) {
             self.steps.add(hit.steps, 1);
             let other = hit.descents + hit.cells;
             self.samples.add(hit.steps.saturating_sub(other), 1);

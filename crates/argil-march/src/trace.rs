@@ -176,30 +176,42 @@ pub(crate) fn set_normals(
     points: &Points,
     out: &mut [Hit],
 ) {
-    for (&pixel, d) in hits.iter().zip(points.d.chunks_exact(DIFFERENCES)) {
-        let hit = &mut out[pixel as usize];
-        let side = if hit.kind == abi::HIT_INSIDE {
-            -1.0
-        } else {
-            1.0
-        };
-        let (nx, ny, nz) = (
-            (d[0] - d[1]) * side,
-            (d[2] - d[3]) * side,
-            (d[4] - d[5]) * side,
-        );
-        let length = (nx * nx + ny * ny + nz * nz).sqrt();
-        let t = hit.normal_t[3];
-        hit.normal_t = if length > 0.0 {
-            let scale = 1.0 / length;
-            [nx * scale, ny * scale, nz * scale, t]
-        } else {
-            // Where all differences are the same, towards the viewer.
-            let (x, y) = tile.pixel(pixel as usize);
-            let [x, y, z] = (-primary_ray(frame, x, y).direction).to_array();
-            [x, y, z, t]
-        };
+    for (&pixel, d) in hits.iter().zip(points.d.as_chunks::<DIFFERENCES>().0) {
+        set_normal(frame, tile, pixel, d, out);
     }
+}
+
+/// The normal of a hit from the distances around it, two along each axis.
+#[inline]
+pub(crate) fn set_normal(
+    frame: &Frame,
+    tile: Tile,
+    pixel: u32,
+    d: &[f32; DIFFERENCES],
+    out: &mut [Hit],
+) {
+    let hit = &mut out[pixel as usize];
+    let side = if hit.kind == abi::HIT_INSIDE {
+        -1.0
+    } else {
+        1.0
+    };
+    let (nx, ny, nz) = (
+        (d[0] - d[1]) * side,
+        (d[2] - d[3]) * side,
+        (d[4] - d[5]) * side,
+    );
+    let length = (nx * nx + ny * ny + nz * nz).sqrt();
+    let t = hit.normal_t[3];
+    hit.normal_t = if length > 0.0 {
+        let scale = 1.0 / length;
+        [nx * scale, ny * scale, nz * scale, t]
+    } else {
+        // Where all differences are the same, towards the viewer.
+        let (x, y) = tile.pixel(pixel as usize);
+        let [x, y, z] = (-primary_ray(frame, x, y).direction).to_array();
+        [x, y, z, t]
+    };
 }
 
 /// The ground, where it is nearer.
@@ -219,7 +231,7 @@ pub(crate) fn lay_ground(frame: &Frame, tile: Tile, out: &mut [Hit]) {
 }
 
 /// The indices of ones among zeros, eight at a look: few rays end with any one step.
-pub(crate) fn flagged(flags: &[u8; LANES]) -> impl Iterator<Item = usize> + '_ {
+pub(crate) fn flagged(flags: &[u8]) -> impl Iterator<Item = usize> + '_ {
     flags.chunks_exact(8).enumerate().flat_map(|(word, bytes)| {
         let mut bits = u64::from_le_bytes(bytes.try_into().unwrap_or_default());
         std::iter::from_fn(move || {
