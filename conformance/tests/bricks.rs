@@ -6,7 +6,10 @@ use argil_field::{Evaluator, Grid, LANES, Program};
 use argil_march::{Camera, Descent, Settings, Show, Through, frames, render_with_hits};
 use argil_math::Aabb;
 use argil_scene::{Brush, Scene, Shape};
-use argil_volume::{Dense, Encoding, Keep, Lattice, Layout, Octree, OctreeSettings, Range};
+use argil_volume::{
+    Bits, BrickLayout, BrickSettings, Bricks, Dense, Encoding, Keep, Lattice, Layout, Octree,
+    OctreeSettings, Range,
+};
 use glam::{UVec3, Vec3};
 use proptest::prelude::*;
 
@@ -165,7 +168,13 @@ proptest! {
 /// Rays that are wrong against the exact field: those that passed through solid, and those whose hit hangs in the air or
 /// lies in the solid. `lattice` sets what counts: between texels, interpolation is off by at most half of a voxel's
 /// diagonal (times the Lipschitz constant) and half a step of the encoding.
-fn wrong(program: &Program, lattice: &Lattice, frame: &Frame, hits: &[Hit]) -> (usize, usize) {
+fn wrong(
+    program: &Program,
+    lattice: &Lattice,
+    frame: &Frame,
+    hits: &[Hit],
+    footprint: f32,
+) -> (usize, usize) {
     let encoding = Encoding::default();
     let step = encoding.range_length(lattice, 0) / encoding.bits.quanta() as f32;
     let between = 0.5 * 3f32.sqrt() * lattice.voxel * program.lipschitz();
@@ -216,7 +225,8 @@ fn wrong(program: &Program, lattice: &Lattice, frame: &Frame, hits: &[Hit]) -> (
         // A solid that the volume's box cuts is met at the cut.
         let is_cut = near > 0.0 && d[0] < -bound && end - near < lattice.voxel;
         passed += usize::from(deepest < -bound && !is_cut);
-        let is_stray = hit.kind != HIT_NONE && d[count + 1].abs() > bound + epsilon;
+        let reach = epsilon.max(footprint * end);
+        let is_stray = hit.kind != HIT_NONE && d[count + 1].abs() > bound + reach;
         stray += usize::from(is_stray && !is_cut);
     }
     (passed, stray)
@@ -242,6 +252,15 @@ fn no_ray_passes_through_solid_or_stops_in_the_air() {
         };
         let octrees = [8, 32].map(|brick| with(brick, Keep::Conservative));
         let by_center = with(16, Keep::CenterInRange);
+        let sparse = [(8, Bits::Sixteen), (4, Bits::Eight)].map(|(brick, bits)| {
+            let encoding = Encoding {
+                bits,
+                ..Encoding::default()
+            };
+            let settings = BrickSettings { encoding, brick };
+            let layout = BrickLayout::new(lattice, &settings).expect("a layout");
+            Bricks::bake(&program, layout, None).expect("bricks").0
+        });
         let held = program.aabb().intersection(lattice.aabb());
         for orbit in [
             [30.0, 20.0, 2.4],
@@ -269,11 +288,19 @@ fn no_ray_passes_through_solid_or_stops_in_the_air() {
                     "octree of 32",
                     shown(Through::Octree(&octrees[1], Descent::Path)),
                 ),
+                ("bricks", shown(Through::Bricks(&sparse[0]))),
+                ("small bricks", shown(Through::Bricks(&sparse[1]))),
             ] {
+                // A ray through bricks has hit within half a pixel.
+                let footprint = if name.ends_with("bricks") {
+                    0.5 * frames[0].pixel
+                } else {
+                    0.0
+                };
                 rays += hits.len() / 11;
                 from_inside += hits.iter().filter(|h| h.kind == HIT_INSIDE).count() / 11;
                 assert_eq!(
-                    wrong(&program, &lattice, &frames[0], &hits),
+                    wrong(&program, &lattice, &frames[0], &hits, footprint),
                     (0, 0),
                     "{} by {name} from {orbit:?}: passed through solid, stopped elsewhere",
                     case.name
@@ -281,7 +308,7 @@ fn no_ray_passes_through_solid_or_stops_in_the_air() {
             }
             // Negative control: the study's test of the centre loses bricks, and rays pass through walls there.
             let hits = shown(Through::Octree(&by_center, Descent::Root));
-            let (passed, stray) = wrong(&program, &lattice, &frames[0], &hits);
+            let (passed, stray) = wrong(&program, &lattice, &frames[0], &hits, 0.0);
             wrong_by_center += passed + stray;
         }
     }

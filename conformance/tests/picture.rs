@@ -1,7 +1,7 @@
 //! Rays and light: the GPU's buffers against the CPU's, and the CPU's rays against a search in tiny steps.
 
 use argil_abi::{Frame, HIT_INSIDE, HIT_NONE, HIT_OUTSIDE, Hit};
-use argil_conformance::{Case, Numbers, gpu, primary_ray, shipped};
+use argil_conformance::{Case, Numbers, all_cases, gpu, primary_ray, random_blends, shipped};
 use argil_field::{Program, naive};
 use argil_gpu::GpuField;
 use argil_march::{Camera, Picture, Settings, Show, Through, frames, render_with_hits};
@@ -117,7 +117,7 @@ fn gpu_pictures_are_the_cpus() {
             (Show::Heat, Vec3::new(0.05, -0.1, 0.02)),
         ] {
             let frames = look(&small(show), eye, &program);
-            let cpu = render_with_hits(&program, Through::Field, &frames);
+            let cpu = render_with_hits(&program, Through::WholeField, &frames);
             let (found, duration_ms) = field.render(&frames).expect("a picture");
             assert!(duration_ms > 0.0);
             let (other, greatest) = gap(&cpu.hits, &found.hits);
@@ -134,7 +134,7 @@ fn gpu_pictures_are_the_cpus() {
 
             // Negative control: the camera moved by less than a pixel is another picture.
             let moved = look(&small(show), eye + Vec3::new(0.02, 0.0, 0.0), &program);
-            let moved = render_with_hits(&program, Through::Field, &moved);
+            let moved = render_with_hits(&program, Through::WholeField, &moved);
             assert!(gap(&cpu.hits, &moved.hits).1 > 1e-4);
             assert_ne!(cpu.rgb, moved.rgb);
         }
@@ -174,7 +174,7 @@ fn rays_find_what_a_search_finds() {
     ] {
         let frame = look(&settings, eye, &program)[0];
         let epsilon = frame.box_min_epsilon[3];
-        let hits = render_with_hits(&program, Through::Field, &[frame]).hits;
+        let hits = render_with_hits(&program, Through::WholeField, &[frame]).hits;
         let (mut hit, mut missed, mut wrong) = (0, 0, 0);
         for _ in 0..700 {
             let (x, y) = (
@@ -230,7 +230,7 @@ fn thin_rods_are_not_lost() {
     };
     let hits = render_with_hits(
         &program,
-        Through::Field,
+        Through::WholeField,
         &frames(&settings, &camera, &program, None, FOCUS),
     )
     .hits;
@@ -248,17 +248,12 @@ fn an_empty_scene_is_sky_on_both_devices() {
     scene.push(Group::new()).expect("valid");
     let program = Program::lower(&scene).expect("valid");
     let frames = look(&small(Show::Shaded), Vec3::new(0.0, 1.0, 3.0), &program);
-    let cpu = render_with_hits(&program, Through::Field, &frames);
+    let cpu = render_with_hits(&program, Through::WholeField, &frames);
     let (found, _) = GpuField::new(gpu(), &program, false)
         .expect("a field")
         .render(&frames)
         .expect("a picture");
-    assert!(
-        cpu.coverage
-            .iter()
-            .chain(&found.coverage)
-            .all(|&c| c == 0.0)
-    );
+    assert_eq!((cpu.hit_pixels, found.hit_pixels), (0, 0));
     assert_eq!(color_gap(&cpu, &found).0, 0);
 }
 
@@ -292,7 +287,7 @@ fn shipped_scenes_and_long_programs_are_the_same_on_both_devices() {
             ..Settings::default()
         };
         let frames = frames(&settings, &camera, &program, None, focus);
-        let cpu = render_with_hits(&program, Through::Field, &frames);
+        let cpu = render_with_hits(&program, Through::WholeField, &frames);
         let (found, _) = GpuField::new(gpu.clone(), &program, false)
             .expect("a field")
             .render(&frames)
@@ -307,4 +302,51 @@ fn shipped_scenes_and_long_programs_are_the_same_on_both_devices() {
             "{name}"
         );
     }
+}
+
+/// Bounded. Marching by what matters to each block of rays finds what marching by the whole program does: pruned distances
+/// are the same to the bit, but rays come to the surface by other steps.
+#[test]
+fn pruned_rays_find_what_whole_ones_do() {
+    let mut cases = shipped();
+    cases.extend(all_cases());
+    cases.extend((70..80).map(|seed| random_blends(seed, 40)));
+    let mut rays = 0;
+    for Case { name, scene } in cases {
+        let program = Program::lower(&scene).expect("a program");
+        let held = program
+            .aabb()
+            .intersection(Aabb::centered(Vec3::splat(3.0)));
+        for orbit in [[30.0, 20.0, 2.4], [200.0, -35.0, 0.8], [110.0, 3.0, 0.02]] {
+            let camera = Camera::orbit(held, orbit, 45.0);
+            let settings = Settings {
+                size: [90, 70],
+                show: Show::Normal,
+                max_steps: 2048,
+                ..Settings::default()
+            };
+            let frames = frames(&settings, &camera, &program, None, held);
+            let whole = render_with_hits(&program, Through::WholeField, &frames).hits;
+            let pruned = render_with_hits(&program, Through::Field, &frames).hits;
+            let epsilon = frames[0].box_min_epsilon[3];
+            let (mut other, mut away, mut turned) = (0, 0, 0);
+            for (a, b) in whole.iter().zip(&pruned) {
+                other += usize::from(a.kind != b.kind);
+                if a.kind != b.kind || a.kind == HIT_NONE {
+                    continue;
+                }
+                rays += 1;
+                // Both have come within epsilon; along a grazing ray that may be some way.
+                let (n, m) = (Vec3::from_slice(&a.normal_t), Vec3::from_slice(&b.normal_t));
+                away += usize::from((a.normal_t[3] - b.normal_t[3]).abs() > 20.0 * epsilon);
+                turned += usize::from(n.dot(m) < 0.99);
+            }
+            let allowed = whole.len() / 200;
+            assert!(
+                other <= allowed && away <= allowed && turned <= allowed,
+                "{name} from {orbit:?}: {other} of another kind, {away} elsewhere, {turned} turned"
+            );
+        }
+    }
+    assert!(rays > 100_000, "{rays}");
 }

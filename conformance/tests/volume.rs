@@ -11,7 +11,8 @@ use argil_march::{Camera, Descent, Settings, Show, Through, frames, render_with_
 use argil_math::Aabb;
 use argil_scene::{Brush, Scene, Shape};
 use argil_volume::{
-    Bits, Dense, Encoding, Keep, Layout, Octree, OctreeSettings, Range, Texels, Volume,
+    Bits, BrickLayout, BrickSettings, Bricks, Dense, Encoding, Keep, Layout, Octree,
+    OctreeSettings, Range, Texels, Volume,
 };
 use glam::Vec3;
 use std::sync::Arc;
@@ -42,14 +43,14 @@ fn gap(a: &Texels, b: &Texels) -> (usize, i32) {
 fn dense_of(volume: Volume) -> Dense {
     match volume {
         Volume::Dense(dense) => dense,
-        Volume::Octree(_) => panic!("a dense volume was read"),
+        _ => panic!("a dense volume was read"),
     }
 }
 
 fn octree_of(volume: Volume) -> Octree {
     match volume {
         Volume::Octree(octree) => octree,
-        Volume::Dense(_) => panic!("an octree was read"),
+        _ => panic!("an octree was read"),
     }
 }
 
@@ -385,8 +386,19 @@ fn rays_through_volumes_are_the_same_on_both_devices() {
     };
     let layout =
         |brick| Layout::new(lattice, &settings(brick, None, Keep::Conservative)).expect("a layout");
+    let bricks = |brick, bits| {
+        let settings = BrickSettings {
+            brick,
+            encoding: Encoding {
+                bits,
+                ..Encoding::default()
+            },
+        };
+        let layout = BrickLayout::new(lattice, &settings).expect("a layout");
+        Bricks::bake(&program, layout, None).expect("bricks").0
+    };
     let octree = |brick| Octree::bake(&program, layout(brick), Keep::Conservative).0;
-    let volumes: [(&str, Volume, Descent); 5] = [
+    let volumes: [(&str, Volume, Descent); 7] = [
         (
             "dense",
             Dense::bake(&program, lattice, Encoding::default(), false).into(),
@@ -404,6 +416,12 @@ fn rays_through_volumes_are_the_same_on_both_devices() {
         ),
         ("octree", octree(8).into(), Descent::Root),
         ("octree by path", octree(16).into(), Descent::Path),
+        ("bricks", bricks(8, Bits::Sixteen).into(), Descent::Root),
+        (
+            "small bricks of 8 bits",
+            bricks(4, Bits::Eight).into(),
+            Descent::Root,
+        ),
     ];
     for (name, volume, descent) in &volumes {
         let mut on_gpu = GpuVolume::upload(&field, volume).expect("a volume");
@@ -412,6 +430,7 @@ fn rays_through_volumes_are_the_same_on_both_devices() {
         let through = match volume {
             Volume::Dense(dense) => Through::Dense(dense),
             Volume::Octree(octree) => Through::Octree(octree, *descent),
+            Volume::Bricks(bricks) => Through::Bricks(bricks),
         };
         let mut views = vec![
             (Vec3::new(1.6, 1.2, 2.2), Show::Normal),
@@ -427,6 +446,25 @@ fn rays_through_volumes_are_the_same_on_both_devices() {
             let cpu = render_with_hits(&program, through, &frames);
             let (found, _) = on_gpu.render(&field, &frames).expect("a picture");
             let (other, length, normal) = hit_gap(&cpu.hits, &found.hits);
+            eprintln!(
+                "DBG {name} {show:?} {other} {length} {normal} {:?}",
+                cpu.hits
+                    .iter()
+                    .zip(&found.hits)
+                    .enumerate()
+                    .filter(|(_, (a, b))| a.kind != b.kind)
+                    .map(|(i, (a, b))| (
+                        i,
+                        a.kind,
+                        b.kind,
+                        a.normal_t[3],
+                        b.normal_t[3],
+                        a.steps,
+                        b.steps
+                    ))
+                    .take(6)
+                    .collect::<Vec<_>>()
+            );
             assert!(
                 other <= cpu.hits.len() / 100,
                 "{name}, {show:?}: {other} hits are of another kind"
@@ -557,6 +595,7 @@ fn rays_that_start_inside_and_solids_that_are_cut() {
             let through = match &volume {
                 Volume::Dense(dense) => Through::Dense(dense),
                 Volume::Octree(octree) => Through::Octree(octree, Descent::Root),
+                Volume::Bricks(bricks) => Through::Bricks(bricks),
             };
             let frames = frame(&program, &volume, eye, Show::Normal);
             let on_gpu = GpuVolume::upload(&field, &volume).expect("a volume");

@@ -160,7 +160,8 @@ shared_struct! {
         descent: u32,
         /// A brick whose centre is no farther than this from the surface is kept.
         reach: f32,
-        /// By how much a brick's texels can be nearer to the surface than its centre.
+        /// By how much a brick's texels can be nearer to the surface than its centre. Of sparse bricks: half of a voxel's
+        /// diagonal in a build, in a march what a distance can change by over a voxel's edge.
         spread: f32,
         /// Of sparse bricks: bricks of the pool along x.
         pool_x: u32,

@@ -197,7 +197,7 @@ fn march_words(measures: &BrickLayout, pool: [u32; 3], lipschitz: f32) -> Words 
     let [x, y, z] = pool.map(|n| 1.0 / (n * (measures.brick + 1)) as f32);
     Words {
         per_texel: [x, y, z, 0.0],
-        spread: 1.000_01 * lipschitz * measures.half_diagonal(1),
+        spread: 1.000_01 * lipschitz * measures.lattice.voxel,
         grid_x: measures.grid.x,
         grid_y: measures.grid.y,
         grid_z: measures.grid.z,

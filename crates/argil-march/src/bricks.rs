@@ -27,7 +27,7 @@ use multiversion::multiversion;
 use std::ops::Range;
 
 /// Nearer than this many voxels a ray looks for the surface in its voxel.
-const NEAR_VOXELS: f32 = 0.3;
+const NEAR_VOXELS: f32 = 0.2;
 /// A ray that leaves a cell or a voxel goes so many voxels farther, and so much of its length, to be in the next.
 /// How much of what spheres along a plane allow a ray goes beyond its own.
 const RELAXATION: f32 = 0.9;
@@ -318,7 +318,11 @@ fn step<T: Texel>(
         &mut wave.samples[range.clone()],
         &mut wave.cells[range.clone()],
     );
-    let over = &mut wave.over[range.clone()];
+    let (over, last_gap) = (
+        &mut wave.over[range.clone()],
+        &mut wave.last_gap[range.clone()],
+    );
+    let last_way = &mut wave.last_way[range.clone()];
     let last = &mut wave.level[range];
     let mut u = [[0.0f32; LANES]; 3];
     place(frame, sampler, direction, t, &mut u);
@@ -326,18 +330,16 @@ fn step<T: Texel>(
     sampler.locate([&u[0][..n], &u[1][..n], &u[2][..n]], &mut at);
     sampler.corners(&at, n, &mut corners);
 
-    let (mut gap, mut approach, mut leave) = ([0.0f32; LANES], [0.0f32; LANES], [0.0f32; LANES]);
-    let (gap, approach) = (&mut gap[..n], &mut approach[..n]);
+    let (mut gap, mut leave) = ([0.0f32; LANES], [0.0f32; LANES]);
+    let gap = &mut gap[..n];
     let quantum = sampler.quantum();
     for i in 0..n {
-        let slope = corners.slope::<T>(i, direction[0][i], direction[1][i], direction[2][i]);
         let word = at.word[i];
         gap[i] = if is_brick(word) {
-            slope.value * quantum
+            corners.value::<T>(i) * quantum
         } else {
-            sampler.away(word)
+            sampler.away(&at, i)
         };
-        approach[i] = slope.along * (quantum / voxel);
     }
     if is_first {
         // A ray that enters the volume through a solid's cut side has hit there; one that starts within goes on.
@@ -378,8 +380,10 @@ fn step<T: Texel>(
         let near = in_brick & (g < close) & !too_far;
         let reached = !in_brick & (g < 0.0) & !too_far;
         // Along a plane, spheres still touch with so much more than their radius between their centres.
-        let m = low(high(-approach[i] * side[i], 0.0), 1.0);
-        let more = RELAXATION * g * (1.0 - m) / (1.0 + m) * scale;
+        let (before, fell) = (last_way[i], high(last_gap[i] - g, 0.0));
+        let sum = before + fell;
+        let share = high((before - fell) / (if sum > 0.0 { sum } else { 1.0 }), 0.0);
+        let more = RELAXATION * g * share * scale;
         let beyond = if in_brick & !too_far { more } else { 0.0 };
         let moved = if in_brick {
             g * scale + beyond
@@ -389,6 +393,9 @@ fn step<T: Texel>(
         let moved = if too_far { -over[i] } else { moved };
         let stays = near | reached;
         over[i] = if stays { 0.0 } else { beyond };
+        let tells = in_brick & !too_far & !stays;
+        last_gap[i] = g;
+        last_way[i] = if tells { moved } else { 0.0 };
         t[i] += if stays { 0.0 } else { moved };
         let is_there = ends[i] != RETIRED;
         cells[i] += u32::from(last[i] != at.index[i]);

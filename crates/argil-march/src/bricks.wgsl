@@ -1,6 +1,6 @@
 // Twin of bricks.rs, one thread a pixel. `cells` is the bound table of words, `stored` the pool of bricks.
 
-const NEAR_VOXELS: f32 = 0.3;
+const NEAR_VOXELS: f32 = 0.2;
 const RELAXATION: f32 = 0.9;
 const NUDGE_VOXELS: f32 = 1e-3;
 const NUDGE_SHARE: f32 = 5e-7;
@@ -44,10 +44,11 @@ fn filter_origin(word: u32) -> vec3<f32> {
     return vec3<f32>(brick_origin(word)) + 0.5;
 }
 
-// Twin of BrickSampler::away: of a cell without a brick, the signed distance that none of its points falls short of.
-fn away(word: u32) -> f32 {
+// Twin of BrickSampler::away: of a place in a cell without a brick, the signed distance that it does not fall short of.
+fn away(word: u32, inner: vec3<f32>) -> f32 {
     let center = center_of(word);
-    let left = max(abs(center) - volume.spread, 1e-30);
+    let p = inner - 0.5 * f32(volume.brick);
+    let left = max(abs(center) - volume.spread * sqrt(p.x * p.x + p.y * p.y + p.z * p.z), 1e-30);
     return select(left, -left, center < 0.0);
 }
 
@@ -55,7 +56,7 @@ fn away(word: u32) -> f32 {
 fn brick_clearance(p: vec3<f32>) -> f32 {
     let at = locate(in_voxels(p));
     if !is_brick(at.word) {
-        return away(at.word);
+        return away(at.word, at.inner);
     }
     let d = brick_distance(filter_origin(at.word), at.inner);
     let length = max(abs(d) - 0.8660254 * volume.extent_voxel.w, 0.0);
@@ -239,7 +240,7 @@ fn march(@builtin(global_invocation_id) id: vec3<u32>) {
             samples += u32(in_brick);
             inner = clamp(u - cell * brick, vec3(0.0), vec3(brick));
             origin = filter_origin(select(0u, word, in_brick));
-            let stored_d = select(away(word), brick_distance(origin, inner), in_brick);
+            let stored_d = select(away(word, inner), brick_distance(origin, inner), in_brick);
             if side == 0.0 {
                 side = select(1.0, -1.0, stored_d < 0.0 && span.x <= 0.0);
             }
@@ -262,8 +263,10 @@ fn march(@builtin(global_invocation_id) id: vec3<u32>) {
             let ways = (ahead * brick - u) * per_way;
             let leave = min(ways.x, min(ways.y, ways.z)) + NUDGE_VOXELS * voxel + NUDGE_SHARE * t;
             // Along a plane, spheres still touch with so much more than their radius between their centres.
-            let m = select(1.0, clamp((last_gap - g) / max(last_way, 1e-20), 0.0, 1.0), last_way > 0.0);
-            let beyond = select(0.0, RELAXATION * g * (1.0 - m) / (1.0 + m) * scale, in_brick && !too_far);
+            let fell = max(last_gap - g, 0.0);
+            let sum = last_way + fell;
+            let share = max((last_way - fell) / select(1.0, sum, sum > 0.0), 0.0);
+            let beyond = select(0.0, RELAXATION * g * share * scale, in_brick && !too_far);
             let way = select(max(g * scale, leave), g * scale + beyond, in_brick);
             t += select(way, -over, too_far);
             last_gap = g;

@@ -7,6 +7,7 @@ use crate::shade::shade_tile;
 use crate::slabs::{PrunedField, trace_pruned};
 use crate::statistics::Counts;
 use crate::tile::{Tile, tile_rows, tiles};
+use crate::trace::trace_tile;
 use crate::volume::trace_volume;
 use argil_abi::{Frame, Hit};
 use argil_field::{Evaluator, Program};
@@ -21,6 +22,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 pub enum Through<'a> {
     /// The field itself.
     Field,
+    /// The field with nothing pruned, as a GPU marches through it: what pruning is held against.
+    WholeField,
     /// A dense volume.
     Dense(&'a Dense),
     /// An octree of bricks.
@@ -106,6 +109,7 @@ fn draw(program: &Program, through: Through<'_>, frames: &[Frame], keeps_hits: b
 /// What rays are marched through, made ready once a picture.
 enum Rays<'a> {
     Field,
+    WholeField,
     Dense(Box<DenseRays<'a>>),
     Eight(OctreeRays<'a, i8>),
     Sixteen(OctreeRays<'a, i16>),
@@ -118,6 +122,7 @@ impl<'a> Rays<'a> {
     fn new(through: Through<'a>) -> Self {
         let rays = match through {
             Through::Field => Some(Self::Field),
+            Through::WholeField => Some(Self::WholeField),
             Through::Dense(dense) => DenseRays::new(dense).map(|rays| Self::Dense(Box::new(rays))),
             Through::Bricks(bricks) => BrickRays::new(bricks).map(Self::Bricks),
             Through::Octree(octree, descent) => match octree.layout().encoding.bits {
@@ -138,6 +143,7 @@ impl<'a> Rays<'a> {
     ) {
         match self {
             Self::Field => trace_pruned(frame, tile, pruned, evaluator, scratch, out),
+            Self::WholeField => trace_tile(frame, tile, evaluator, scratch, out),
             Self::Dense(rays) => trace_dense(frame, tile, rays, scratch, out),
             Self::Eight(rays) => trace_volume(frame, tile, rays, out),
             Self::Sixteen(rays) => trace_volume(frame, tile, rays, out),

@@ -209,9 +209,12 @@ impl Slabs {
                 (tile.first_row + y) as f32 + middle,
             );
             block.slope = slope_of(frame, BLOCK);
+            if x >= tile.width {
+                continue;
+            }
             for py in y..(y + BLOCK).min(tile.rows) {
                 let from = (py * tile.width + x) as usize;
-                let row = from..from + BLOCK.min(tile.width.saturating_sub(x)) as usize;
+                let row = from..from + BLOCK.min(tile.width - x) as usize;
                 let (near, far) = (&starts.near[row.clone()], &starts.far[row.clone()]);
                 let mut meet = 0;
                 for (&near, &far) in near.iter().zip(far) {

@@ -84,6 +84,9 @@ pub(crate) struct Wave {
     pub cells: Vec<u32>,
     /// How far the ray has gone beyond what was known to be free.
     pub over: Vec<f32>,
+    /// Its last distance, and how far it went with that; 0 where that tells nothing.
+    pub last_gap: Vec<f32>,
+    pub last_way: Vec<f32>,
     /// Empty places, and scratch to close them.
     retired: usize,
     places: Vec<u32>,
@@ -108,6 +111,8 @@ impl Wave {
         self.samples.truncate(n);
         self.cells.truncate(n);
         self.over.truncate(n);
+        self.last_gap.truncate(n);
+        self.last_way.truncate(n);
     }
 
     pub fn push(&mut self, pixel: u32, direction: Vec3, (t, end): (f32, f32)) {
@@ -122,6 +127,8 @@ impl Wave {
         self.samples.push(0);
         self.cells.push(0);
         self.over.push(0.0);
+        self.last_gap.push(0.0);
+        self.last_way.push(0.0);
     }
 
     /// Take a ray out of the march. Its place stays until enough have gone.
@@ -146,7 +153,14 @@ impl Wave {
             }
         };
         let [x, y, z] = &mut self.direction;
-        let own = [&mut self.t, &mut self.end, &mut self.side, &mut self.over];
+        let own = [
+            &mut self.t,
+            &mut self.end,
+            &mut self.side,
+            &mut self.over,
+            &mut self.last_gap,
+            &mut self.last_way,
+        ];
         for array in [x, y, z].into_iter().chain(own) {
             close(array, &self.places);
         }

@@ -24,7 +24,7 @@ use crate::Texels;
 use argil_field::Program;
 use glam::{UVec3, Vec3};
 
-pub use batch::{Beyond, BrickSampler, Corners, Located, Slope};
+pub use batch::{Beyond, BrickSampler, Corners, Located};
 pub use build::BrickStagesMs;
 pub use layout::{BLOCK_SIDE, BrickLayout, BrickSettings, BricksError};
 pub use words::{Word, center_of, empty_word, is_brick, is_lonely};

@@ -35,7 +35,7 @@ mod texels;
 pub use batch::Levels;
 pub use bricks::{
     BLOCK_SIDE, Beyond, BrickLayout, BrickSampler, BrickSettings, BrickStagesMs, Bricks,
-    BricksError, Corners, Located, Slope, Word, center_of, empty_word, is_brick, is_lonely,
+    BricksError, Corners, Located, Word, center_of, empty_word, is_brick, is_lonely,
 };
 pub use dense::Dense;
 pub use encoding::{Bits, Encoding, Range, Texel};

@@ -15,8 +15,8 @@ pub struct BrickSampler<'a, T> {
     layout: BrickLayout,
     /// The length that an integer of 1 stands for.
     quantum: f32,
-    /// By how much a cell's points can be nearer to the surface than its centre.
-    spread: f32,
+    /// By how much a distance can change over a voxel's edge.
+    steepness: f32,
 }
 
 /// Where points lie: their cell, its word, and the place in it in voxels.
@@ -103,16 +103,23 @@ impl<'a, T: Texel> BrickSampler<'a, T> {
             words: bricks.words(),
             pool: bricks.pool().of()?,
             quantum: encoding.range_length(&layout.lattice, 0) / encoding.bits.quanta() as f32,
-            spread: 1.000_01 * bricks.lipschitz() * layout.half_diagonal(1),
+            steepness: 1.000_01 * bricks.lipschitz() * layout.lattice.voxel,
             layout,
         })
     }
 
-    /// Of a cell without a brick, the signed distance that none of its points falls short of.
+    /// Of a lane in a cell without a brick, the signed distance that it does not fall short of: that of the cell's centre,
+    /// less what it can be on the way.
     #[inline(always)]
-    pub fn away(&self, word: u32) -> f32 {
-        let center = center_of(word);
-        let left = center.abs() - self.spread;
+    pub fn away(&self, at: &Located, i: usize) -> f32 {
+        let center = center_of(at.word[i]);
+        let half = 0.5 * self.layout.brick as f32;
+        let (x, y, z) = (
+            at.inner[0][i] - half,
+            at.inner[1][i] - half,
+            at.inner[2][i] - half,
+        );
+        let left = center.abs() - self.steepness * (x * x + y * y + z * z).sqrt();
         // Never quite 0, so that the sign stays.
         let left = if left > 1e-30 { left } else { 1e-30 };
         if center < 0.0 { -left } else { left }
@@ -302,19 +309,10 @@ impl<'a, T: Texel> BrickSampler<'a, T> {
             out[i] = if is_brick(word) {
                 shorter
             } else {
-                self.away(word)
+                self.away(&at, i)
             };
         }
     }
-}
-
-/// Interpolated values and their change along a direction.
-#[derive(Clone, Copy)]
-pub struct Slope {
-    /// What is interpolated, in stored integers.
-    pub value: f32,
-    /// By how much it changes along the direction, a voxel's edge the unit.
-    pub along: f32,
 }
 
 impl Corners {
@@ -331,29 +329,16 @@ impl Corners {
     /// What is interpolated between a lane's corners.
     #[inline(always)]
     pub fn value<T: Texel>(&self, i: usize) -> f32 {
-        self.slope::<T>(i, 0.0, 0.0, 0.0).value
-    }
-
-    /// The same, and its change along a direction.
-    #[inline(always)]
-    pub fn slope<T: Texel>(&self, i: usize, dx: f32, dy: f32, dz: f32) -> Slope {
         let [a, b, c, d, e, f, g, h] = self.integers::<T>(i);
         let (x, y, z) = (
             self.fraction[0][i],
             self.fraction[1][i],
             self.fraction[2][i],
         );
-        let (ab, cd, ef, gh) = (b - a, d - c, f - e, h - g);
-        let (p, q, r, s) = (a + ab * x, c + cd * x, e + ef * x, g + gh * x);
-        let (pq, rs) = (q - p, s - r);
-        let (near, far) = (p + pq * y, r + rs * y);
-        let (near_x, far_x) = (ab + (cd - ab) * y, ef + (gh - ef) * y);
-        let along_x = near_x + (far_x - near_x) * z;
-        let along_y = pq + (rs - pq) * z;
-        Slope {
-            value: near + (far - near) * z,
-            along: along_x * dx + along_y * dy + (far - near) * dz,
-        }
+        let (p, q) = (a + (b - a) * x, c + (d - c) * x);
+        let (r, s) = (e + (f - e) * x, g + (h - g) * x);
+        let (near, far) = (p + (q - p) * y, r + (s - r) * y);
+        near + (far - near) * z
     }
 }
 

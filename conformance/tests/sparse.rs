@@ -1,0 +1,306 @@
+//! Sparse bricks at the buffer: cells and samples against the field, the GPU's against the CPU's.
+
+use argil_conformance::{Case, Numbers, gpu, lattice, random_blends, shipped};
+use argil_field::{Evaluator, Grid, Program};
+use argil_gpu::{GpuField, GpuVolume};
+use argil_math::Aabb;
+use argil_scene::{Brush, Scene, Shape};
+use argil_volume::{
+    Bits, BrickLayout, BrickSettings, Bricks, BricksError, Encoding, Texels, Volume, Word,
+};
+use glam::{UVec3, Vec3};
+
+/// Samples along a voxel's edge.
+const FINER: u32 = 4;
+
+fn layout_of(program: &Program, scene: &Scene, resolution: u32, brick: u32) -> BrickLayout {
+    let settings = BrickSettings {
+        brick,
+        ..BrickSettings::default()
+    };
+    BrickLayout::new(lattice(scene, program, resolution), &settings).expect("a layout")
+}
+
+fn bake(program: &Program, layout: BrickLayout) -> Bricks {
+    Bricks::bake(program, layout, None).expect("bricks").0
+}
+
+fn cases() -> Vec<Case> {
+    let mut cases = shipped();
+    cases.extend((20..32).map(|seed| random_blends(seed, 24)));
+    cases
+}
+
+fn cells(layout: &BrickLayout) -> impl Iterator<Item = UVec3> {
+    let [nx, ny, nz] = layout.grid.to_array();
+    (0..nz).flat_map(move |z| (0..ny).flat_map(move |y| (0..nx).map(move |x| UVec3::new(x, y, z))))
+}
+
+/// Whether points four to a voxel's edge in a cell's closed box have both signs.
+fn is_crossed(evaluator: &mut Evaluator<'_>, layout: &BrickLayout, cell: UVec3) -> bool {
+    let spacing = Vec3::splat(layout.lattice.voxel / FINER as f32);
+    let held = layout.cell_box(cell);
+    // What lies outside of the volume is not asked for.
+    let end = held.max.min(layout.lattice.aabb().max + 0.5 * spacing);
+    let most = UVec3::splat(layout.brick * FINER);
+    let grid = Grid {
+        min: held.min,
+        spacing,
+        begin: UVec3::ZERO,
+        size: ((end - held.min) / spacing).as_uvec3().min(most) + 1,
+    };
+    let (mut inside, mut outside) = (false, false);
+    let xs = grid.coordinates(0);
+    for k in 0..grid.size.z {
+        grid.sweep_layer(evaluator, &xs, k, |_, d| {
+            inside |= d.iter().any(|&d| d < 0.0);
+            outside |= d.iter().any(|&d| d >= 0.0);
+        });
+        if inside && outside {
+            return true;
+        }
+    }
+    false
+}
+
+/// Conservative: each cell with a change of sign at four times the resolution has its brick. A smaller reach would lose
+/// some: bricks that the distance at the centre and half of the diagonal's half keep.
+#[test]
+fn no_cell_with_surface_is_without_its_brick() {
+    let mut lost_by_less = 0;
+    for case in cases() {
+        let program = Program::lower(&case.scene).expect("a program");
+        let resolution = if case.name == "temple" { 32 } else { 48 };
+        for brick in [4, 8, 16] {
+            let layout = layout_of(&program, &case.scene, resolution, brick);
+            let bricks = bake(&program, layout);
+            let mut evaluator = Evaluator::new(&program);
+            let (mut missed, mut crossed) = (0, 0);
+            for cell in cells(&layout) {
+                if is_crossed(&mut evaluator, &layout, cell) {
+                    crossed += 1;
+                    let has_brick = matches!(bricks.cell(cell), Word::Brick(_));
+                    missed += usize::from(!has_brick);
+                    let d = program.distance(layout.cell_box(cell).center());
+                    let less = 0.5 * layout.half_diagonal(1);
+                    lost_by_less += usize::from(d.abs() > less);
+                }
+            }
+            assert_eq!(missed, 0, "{}: of {crossed} cells of {brick}", case.name);
+            assert!(crossed > 5, "{}: {crossed}", case.name);
+            assert!(bricks.len() >= crossed);
+        }
+    }
+    assert!(lost_by_less > 100, "{lost_by_less}");
+}
+
+/// Conservative: no point of a cell without a brick is nearer to the surface than the cell says, and all are on its side.
+/// Half a cell's diagonal more would be too much.
+#[test]
+fn empty_cells_never_overstate_the_distance() {
+    let (mut checked, mut too_much) = (0, 0);
+    for case in cases() {
+        let program = Program::lower(&case.scene).expect("a program");
+        let layout = layout_of(&program, &case.scene, 64, 8);
+        let bricks = bake(&program, layout);
+        let mut numbers = Numbers::new(7);
+        let spread = program.lipschitz() * layout.half_diagonal(1);
+        for cell in cells(&layout) {
+            let Word::Empty { center, lonely } = bricks.cell(cell) else {
+                continue;
+            };
+            let held = layout.cell_box(cell);
+            let mask = bricks.masks()[layout.word_index(cell) / 64];
+            assert_eq!(lonely, mask == 0);
+            let mut points = held.corners().to_vec();
+            let size = held.size();
+            points.extend((0..4).map(|_| held.min + size * (numbers.point(0.5) + 0.5)));
+            for p in points {
+                let d = program.distance(p);
+                let rounding = program.bounds_slack(held);
+                let away = (center.abs() - spread).max(0.0);
+                assert!(
+                    d.abs() >= away - rounding && (d < 0.0) == (center < 0.0),
+                    "{} {cell}: {d} at {p}, and the cell says {center}",
+                    case.name
+                );
+                checked += 1;
+                too_much += usize::from(d.abs() < away + spread);
+            }
+        }
+    }
+    assert!(checked > 50_000 && too_much > 1000, "{checked}, {too_much}");
+}
+
+fn integers(texels: &Texels) -> Vec<i32> {
+    match texels.bits() {
+        Bits::Eight => texels.bytes().iter().map(|&b| i32::from(b as i8)).collect(),
+        Bits::Sixteen => {
+            let (pairs, _) = texels.bytes().as_chunks::<2>();
+            pairs
+                .iter()
+                .map(|&b| i32::from(i16::from_le_bytes(b)))
+                .collect()
+        }
+    }
+}
+
+/// Exact: samples are the whole program's at the voxels' corners; neighbours have the same on their common side.
+#[test]
+fn samples_are_the_fields() {
+    for (i, case) in cases().into_iter().enumerate() {
+        let program = Program::lower(&case.scene).expect("a program");
+        let layout = layout_of(&program, &case.scene, 40 + i as u32, [8, 4, 16][i % 3]);
+        let bricks = bake(&program, layout);
+        let stored = integers(bricks.pool());
+        let (side, range) = (
+            layout.brick + 1,
+            layout.encoding.range_length(&layout.lattice, 0),
+        );
+        let quanta = layout.encoding.bits.quanta() as f32;
+        for cell in cells(&layout).step_by(3) {
+            let Word::Brick(brick) = bricks.cell(cell) else {
+                continue;
+            };
+            for at in (0..layout.brick_samples()).step_by(17) {
+                let place = UVec3::new(at % side, at / side % side, at / side / side);
+                let whole = (cell * layout.brick).as_vec3() + place.as_vec3();
+                let p = layout.lattice.corner + layout.lattice.voxel * whole;
+                let d = program.distance(p);
+                let expected = (d * (quanta / range)).clamp(-quanta, quanta) + 0.5;
+                let found = stored[(brick * layout.brick_samples() + at) as usize];
+                assert_eq!(
+                    found,
+                    expected.floor() as i32,
+                    "{} {cell} {place}",
+                    case.name
+                );
+            }
+        }
+    }
+}
+
+/// Set-equal: the same cells have bricks, wherever they stand in the pool; samples and distances bounded.
+#[test]
+fn gpu_bricks_are_the_cpus() {
+    let gpu = gpu();
+    let mut cases = shipped();
+    cases.extend((2..6).map(|seed| random_blends(seed, 20)));
+    cases.push(Case {
+        name: "nothing".into(),
+        scene: Scene::new(),
+    });
+    for (i, case) in cases.iter().enumerate() {
+        let program = Program::lower(&case.scene).expect("a program");
+        let field = GpuField::new(gpu.clone(), &program, false).expect("a field");
+        let mut layout = layout_of(&program, &case.scene, 44 + i as u32, [8, 4, 8, 16][i % 4]);
+        if i % 3 == 1 {
+            layout.encoding = Encoding::default();
+        }
+        let cpu = bake(&program, layout);
+        let (volume, stages) = GpuVolume::bricks(&field, &program, layout, None).expect("a volume");
+        assert!(stages.iter().all(|(_, ms)| *ms > 0.0));
+        let Volume::Bricks(found) = volume.read(&gpu).expect("a volume") else {
+            panic!("bricks were read");
+        };
+        let (mut differing, mut apart, mut texels) = (0, 0, 0);
+        let (a, b) = (integers(cpu.pool()), integers(found.pool()));
+        let samples = layout.brick_samples();
+        let range = layout.encoding.range_length(&layout.lattice, 0);
+        let step = layout.encoding.bits.quanta() as f32 / range;
+        for cell in cells(&layout) {
+            match (cpu.cell(cell), found.cell(cell)) {
+                (Word::Brick(own), Word::Brick(other)) => {
+                    let own = &a[(own * samples) as usize..][..samples as usize];
+                    let other = &b[(other * samples) as usize..][..samples as usize];
+                    for (own, other) in own.iter().zip(other) {
+                        // Rounding: of the field, and which of two integers is nearer.
+                        let allowed = 1 + (4e-5 * step * (1.0 + range)) as i32;
+                        apart += usize::from((own - other).abs() > allowed);
+                        texels += 1;
+                    }
+                }
+                (Word::Empty { center: own, .. }, Word::Empty { center: other, .. }) => {
+                    // The CPU knows less of cells that are far.
+                    let is_same = own.abs() <= other.abs() + 1e-4 && (own < 0.0) == (other < 0.0);
+                    let is_zero = own == 0.0 || other == 0.0;
+                    apart += usize::from(!is_same && !is_zero);
+                }
+                _ => differing += 1,
+            }
+        }
+        assert!(
+            differing <= 1 + cpu.len() / 500,
+            "{}: {differing} cells differ, of {}",
+            case.name,
+            cpu.len()
+        );
+        assert!(apart <= texels / 2000, "{}: {apart} of {texels}", case.name);
+        // Negative control: a volume moved by a tenth of a voxel.
+        let mut moved = layout;
+        moved.lattice.corner += 0.1 * layout.lattice.voxel;
+        if texels > 0 {
+            assert!(integers(bake(&program, moved).pool()) != a, "{}", case.name);
+        }
+        // There and back is the same to the bit.
+        let there = GpuVolume::upload(&field, &cpu.clone().into()).expect("a volume");
+        assert!(there.read(&gpu).expect("a volume") == Volume::Bricks(cpu));
+    }
+}
+
+/// A budget is kept on both devices, and says what is needed.
+#[test]
+fn a_budget_is_kept() {
+    let mut scene = Scene::new();
+    scene
+        .push(Brush::new(Shape::sphere(0.7)))
+        .expect("a valid brush");
+    let program = Program::lower(&scene).expect("a program");
+    let layout = layout_of(&program, &scene, 64, 8);
+    let bricks = bake(&program, layout);
+    let needed = bricks.memory_bytes();
+    let refused = Bricks::bake(&program, layout, Some(needed / 2));
+    assert!(matches!(refused, Err(BricksError::Budget { needed: n, .. }) if n >= needed));
+    let enough = needed * 3 / 2;
+    assert!(Bricks::bake(&program, layout, Some(enough)).is_ok());
+
+    let field = GpuField::new(gpu(), &program, false).expect("a field");
+    let refused = GpuVolume::bricks(&field, &program, layout, Some(needed / 2));
+    assert!(matches!(refused, Err(argil_gpu::GpuError::Budget { .. })));
+    assert!(GpuVolume::bricks(&field, &program, layout, Some(enough)).is_ok());
+}
+
+/// A pool that was guessed too small grows: all cells of a block of noise have bricks.
+#[test]
+fn a_pool_grows_to_what_is_needed() {
+    let case = shipped()
+        .into_iter()
+        .find(|c| c.name == "dense-edgy-cubes")
+        .expect("a scene that ships");
+    let program = Program::lower(&case.scene).expect("a program");
+    let layout = layout_of(&program, &case.scene, 96, 4);
+    let bricks = bake(&program, layout);
+    let [x, y, z] = layout.grid.to_array();
+    assert!(
+        bricks.len() as u32 > 2 * (x * y + y * z + x * z),
+        "{}",
+        bricks.len()
+    );
+    let field = GpuField::new(gpu(), &program, false).expect("a field");
+    let (volume, _) = GpuVolume::bricks(&field, &program, layout, None).expect("a volume");
+    let count = volume.sparse().expect("bricks").1;
+    assert!(count.abs_diff(bricks.len() as u64) <= bricks.len() as u64 / 100);
+}
+
+/// What was asked for is what there is.
+#[test]
+fn no_resolution_is_rounded() {
+    let solid = Aabb::new(Vec3::splat(-0.5), Vec3::new(0.5, 0.2, 0.1));
+    for resolution in [8, 37, 300, 1000] {
+        let lattice = argil_volume::Lattice::holding(solid, None, resolution).expect("a lattice");
+        let layout = BrickLayout::new(lattice, &BrickSettings::default()).expect("a layout");
+        assert_eq!(layout.lattice.size.max_element(), resolution);
+        let reach = layout.grid * layout.brick;
+        assert!(reach.cmpge(lattice.size).all() && (reach - lattice.size).max_element() < 8);
+    }
+}
