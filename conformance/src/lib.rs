@@ -3,6 +3,8 @@
 //! The tests stand in `tests/`: each pass's contract, on every back end, at the buffer, with a negative control beside
 //! each comparison that shows that it can fail.
 
+mod random;
+
 use argil_abi::Frame;
 use argil_field::Program;
 use argil_gpu::{Gpu, GpuField};
@@ -11,6 +13,8 @@ use argil_scene::{Brush, Group, Material, Modifier, NodeId, Outline, Piece, Scen
 use argil_volume::Lattice;
 use glam::Vec3;
 use std::sync::Arc;
+
+pub use random::random_scene;
 
 /// A scene with a name for messages.
 pub struct Case {

@@ -20,6 +20,9 @@ fuzz_target!(|bytes: &[u8]| {
                 assert!(dense.distance(level, center).is_some());
             }
         }
+        Volume::Bricks(bricks) => {
+            assert!(!bricks.distance(center).is_nan() || bricks.len() > 0);
+        }
         Volume::Octree(octree) => {
             assert!(octree.tree().check(octree.layout()).is_none());
             for (i, cell) in octree.cells().enumerate() {

@@ -13,6 +13,7 @@ fn volumes_are_baked_described_and_drawn_on_both_devices() {
     for (via, more, levels) in [
         ("dense", &["--mips", "--resolution", "60"][..], 4),
         ("octree", &["--brick", "8", "--resolution", "60"][..], 0),
+        ("bricks", &["--brick", "4", "--resolution", "60"][..], 0),
     ] {
         let mut pixels = Vec::new();
         for device in ["cpu", "gpu"] {
@@ -35,6 +36,9 @@ fn volumes_are_baked_described_and_drawn_on_both_devices() {
                 assert!(report["bricks"].as_u64() > Some(50));
                 assert!(report["nodes"].as_u64() > Some(10));
                 assert!(report["stages_ms"]["select"].as_f64() >= Some(0.0));
+            } else if via == "bricks" {
+                assert!(report["bricks"].as_u64() > Some(200));
+                assert_eq!(report["bits"], 16);
             } else {
                 assert_eq!(report["levels"], levels);
             }
@@ -142,6 +146,15 @@ fn requests_that_make_no_sense_say_what_would() {
         &["--via", "octree", "--resolution", "4096", "--brick", "8"],
         1,
         "take larger bricks",
+    );
+    bake(&["--via", "bricks", "--brick", "32"], 1, "4, 8 or 16");
+    bake(&["--via", "bricks", "--mips"], 1, "--mips does nothing");
+    let budget = ["--via", "bricks", "--memory-budget", "1"];
+    bake(&budget, 1, "a larger --memory-budget");
+    bake(
+        &["--memory-budget", "1"],
+        1,
+        "does nothing with --via dense",
     );
     bake(&["--fill", "naive"], 1, "add --device gpu");
     bake(&["--via", "octree", "--descent", "path"], 1, "argil render");

@@ -133,8 +133,12 @@ impl<'a> Pruner<'a> {
         self.writer.clear(begin);
         let mut rest = instrs.iter().zip(marks);
         while let Some((instr, marks)) = rest.next() {
-            let drop_a = marks.drop_a >> cell & 1 != 0;
             let drop_b = marks.drop_b >> cell & 1 != 0;
+            if drop_b && instr.op < abi::OP_SHAPES_END {
+                // Most of a long list.
+                continue;
+            }
+            let drop_a = marks.drop_a >> cell & 1 != 0;
             match instr.op {
                 abi::OP_REPEAT | abi::OP_RADIAL => {
                     // A loop stays whole.

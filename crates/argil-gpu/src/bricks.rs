@@ -426,7 +426,7 @@ impl<'a> Build<'a> {
 /// A brick's place in the pool along each axis, ten bits each: what the device's words hold.
 fn packed(word: u32, [x, y, _]: [u32; 3]) -> u32 {
     if argil_volume::is_brick(word) {
-        word % x | (word / x % y) << 10 | (word / x / y) << 20
+        (word % x) | ((word / x % y) << 10) | ((word / x / y) << 20)
     } else {
         word
     }
@@ -434,7 +434,7 @@ fn packed(word: u32, [x, y, _]: [u32; 3]) -> u32 {
 
 fn unpacked(word: u32, [x, y, _]: [u32; 3]) -> u32 {
     if argil_volume::is_brick(word) {
-        (word & 1023) + x * ((word >> 10 & 1023) + y * (word >> 20))
+        (word & 1023) + x * (((word >> 10) & 1023) + y * (word >> 20))
     } else {
         word
     }

@@ -195,15 +195,7 @@ impl PicturePass {
         let color_words = read(gpu, &colors, color_bytes)?;
         let clock_ms = start.elapsed().as_secs_f64() * 1e3;
         let duration_ms = match &timing {
-            Some(timing) => {
-                let all = timing.durations_ms(gpu)?;
-                eprintln!(
-                    "STAGES {:?} {:?}",
-                    stages.iter().map(|s| s.label).collect::<Vec<_>>(),
-                    all
-                );
-                all.iter().sum()
-            }
+            Some(timing) => timing.durations_ms(gpu)?.iter().sum(),
             None => clock_ms,
         };
 

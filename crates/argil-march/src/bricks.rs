@@ -11,6 +11,11 @@
 //! together in batches; those near the surface are gathered, and their voxels' cubics solved in batches of their own. The
 //! voxel's gradient is the normal.
 
+#![expect(
+    clippy::needless_range_loop,
+    reason = "a lane has its place in many arrays"
+)]
+
 use crate::cones::{CONE_SIDE, Cones};
 use crate::scratch::TileScratch;
 use crate::tile::Tile;

@@ -232,6 +232,10 @@ impl Slabs {
                 }
             }
         }
+        for block in &mut self.blocks {
+            // Places without a ray: none goes there.
+            block.t[block.count..].fill(f32::INFINITY);
+        }
         let middle = 0.5 * GROUP as f32;
         let axis = through(
             frame,

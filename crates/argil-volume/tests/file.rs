@@ -3,8 +3,8 @@
 use argil_field::Program;
 use argil_scene::{Brush, Scene, Shape};
 use argil_volume::{
-    Bits, Dense, Encoding, Lattice, Layout, Octree, OctreeSettings, Range, Section, Stored, Volume,
-    VolumeError,
+    Bits, BrickLayout, BrickSettings, Bricks, Dense, Encoding, Lattice, Layout, Octree,
+    OctreeSettings, Range, Section, Stored, Volume, VolumeError,
 };
 
 const SCENE: &str = "{\"argil\": 1, \"brushes\": []}";
@@ -33,12 +33,20 @@ fn volumes() -> Vec<Volume> {
         },
     )
     .expect("a layout");
+    let bricks = |bits| {
+        let encoding = Encoding { bits, ..sixteen };
+        let settings = BrickSettings { encoding, brick: 4 };
+        let layout = BrickLayout::new(lattice, &settings).expect("a layout");
+        Bricks::bake(&program, layout, None).expect("bricks").0
+    };
     vec![
         Dense::bake(&program, lattice, Encoding::default(), true).into(),
         Dense::bake(&program, lattice, sixteen, false).into(),
         Octree::bake(&program, layout, OctreeSettings::default().keep)
             .0
             .into(),
+        bricks(Bits::Sixteen).into(),
+        bricks(Bits::Eight).into(),
     ]
 }
 

@@ -103,7 +103,7 @@ impl World {
         world.kept = match &world.gpu {
             Some(gpu) => {
                 let volume = GpuVolume::upload(gpu, &stored.volume).map_err(BuildError::from)?;
-                Kept::Gpu(volume)
+                Kept::Gpu(Box::new(volume))
             }
             None => Kept::Cpu(stored.volume),
         };

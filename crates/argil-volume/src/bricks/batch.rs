@@ -3,6 +3,11 @@
 //! *Practice.* As in the crate's other batches, only loads are done lane by lane, and none waits for another. Lanes in empty
 //! cells load from the pool's first brick, which costs less than a branch.
 
+#![expect(
+    clippy::needless_range_loop,
+    reason = "a lane has its place in many arrays"
+)]
+
 use super::words::{center_of, is_brick};
 use super::{BLOCK_SIDE, BrickLayout, Bricks};
 use crate::{Bits, Texel};

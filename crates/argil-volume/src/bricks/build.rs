@@ -39,6 +39,9 @@ struct Level {
     parts: Vec<(UVec3, Range<usize>)>,
 }
 
+/// A part that is far: its first cell, its middle, and the distance there.
+type Far = (UVec3, Vec3, f32);
+
 /// Of a block: what its cells need.
 enum Block {
     /// Far from the surface: the distance at the centre of a part that holds it.
@@ -179,7 +182,7 @@ fn blocks_of(program: &Program, layout: &BrickLayout, bounds: &Bounds) -> (Level
     };
     while side > BLOCK_SIDE {
         side /= 4;
-        let parts: Vec<(Level, Vec<(UVec3, Vec3, f32)>)> = level
+        let parts: Vec<(Level, Vec<Far>)> = level
             .parts
             .par_iter()
             .map_init(
@@ -228,7 +231,7 @@ fn cut(
     side: u32,
     instrs: &[Instr],
     pruner: &mut Pruner<'_>,
-) -> (Level, Vec<(UVec3, Vec3, f32)>) {
+) -> (Level, Vec<Far>) {
     let inner: Vec<UVec3> = (0..CELLS as u32)
         .map(|i| cell + side * uvec3(i % 4, i / 4 % 4, i / 16))
         .filter(|c| c.cmplt(layout.grid).all())
