@@ -63,6 +63,14 @@ impl<'a> BrickRays<'a> {
         }
     }
 
+    /// The signed distances at points in the world, as nearly as they are known.
+    pub fn estimates(&self, points: [&[f32]; 3], out: &mut [f32]) {
+        match self {
+            Self::Eight(sampler) => estimates_i8(sampler, points, out),
+            Self::Sixteen(sampler) => estimates_i16(sampler, points, out),
+        }
+    }
+
     pub fn voxel(&self) -> f32 {
         match self {
             Self::Eight(sampler) => sampler.layout().lattice.voxel,
@@ -660,4 +668,14 @@ fn clearances_i16(
     out: &mut [f32],
 ) {
     sampler.distances(points, margin, out);
+}
+
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl", "x86_64+avx2"))]
+fn estimates_i8(sampler: &BrickSampler<'_, i8>, points: [&[f32]; 3], out: &mut [f32]) {
+    sampler.estimates(points, out);
+}
+
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl", "x86_64+avx2"))]
+fn estimates_i16(sampler: &BrickSampler<'_, i16>, points: [&[f32]; 3], out: &mut [f32]) {
+    sampler.estimates(points, out);
 }

@@ -286,3 +286,33 @@ fn march(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     hits[at_pixel] = Hit(vec4(0.0, 0.0, 0.0, t), kind, samples + looked_up + own_steps, 0.0, 0.0, 0u, looked_up, 0u, 0u);
 }
+
+// Twin of BrickSampler::at_center.
+fn at_center(cell: vec3<u32>) -> f32 {
+    let word = cells[word_index(cell)];
+    let in_brick = is_brick(word);
+    let stored_d = brick_distance(filter_origin(select(0u, word, in_brick)), vec3(f32(volume.brick / 2u)));
+    return select(center_of(word), stored_d, in_brick);
+}
+
+// Twin of BrickSampler::estimates: the distance at a point in the air, as nearly as it is known.
+fn air_distance(p: vec3<f32>) -> f32 {
+    let own = in_voxels(p);
+    let u = clamp(own, vec3(0.0), vec3(f32(volume.size_x), f32(volume.size_y), f32(volume.size_z)));
+    let beside = distance(own, u) * volume.extent_voxel.w;
+    let at = locate(u);
+    let in_brick = is_brick(at.word);
+    let stored_d = brick_distance(filter_origin(select(0u, at.word, in_brick)), at.inner);
+    let last = vec3(f32(volume.grid_x), f32(volume.grid_y), f32(volume.grid_z)) - 1.0;
+    let place = clamp(u * (1.0 / f32(volume.brick)) - 0.5, vec3(0.0), last);
+    let begin = min(floor(place), max(last - 1.0, vec3(0.0)));
+    let share = place - begin;
+    var total = 0.0;
+    for (var corner = 0u; corner < 8u; corner++) {
+        let far = vec3(corner & 1u, (corner >> 1u) & 1u, corner >> 2u);
+        let weights = select(1.0 - share, share, far != vec3(0u));
+        let cell = min(vec3<u32>(begin) + far, vec3<u32>(last));
+        total += weights.x * weights.y * weights.z * at_center(cell);
+    }
+    return select(total, stored_d, in_brick) + beside;
+}

@@ -3,7 +3,7 @@
 //! *Theory.* Sphere tracing (Hart 1996): from a point, a ray can go as far as the distance there without crossing the
 //! surface. Divided by the field's Lipschitz constant, that holds for chamfered joints too.
 //!
-//! *Practice.* Two passes, each with a twin in WGSL: [`trace_tile`] finds what each primary ray hits, [`shade_tile`] colours
+//! *Practice.* Two passes, each with a twin in WGSL: [`trace_tile`] finds what each primary ray hits, `shade_tile` colours
 //! it. On the CPU a tile's rays march together: each round evaluates the field in batches for the
 //! rays still under way and closes the gaps that the finished ones leave. [`render`] runs both over all tiles and
 //! samples. What differs from a textbook tracer: a ray that starts inside a solid marches to the surface from within,
@@ -32,7 +32,7 @@ pub use picture::Picture;
 pub use render::{Through, render, render_with_hits};
 pub use scratch::TileScratch;
 pub use settings::{Normals, Settings, Show, frames};
-pub use shade::{SHADOW_STEPS, shade_tile};
+pub use shade::SHADOW_STEPS;
 pub use statistics::{Spread, Statistics};
 pub use tile::{Tile, tiles};
 pub use trace::trace_tile;
@@ -42,11 +42,23 @@ pub mod wgsl {
     /// Primary rays.
     pub const CAMERA: &str = include_str!("camera.wgsl");
     /// Marching through the field.
-    pub const FIELD: &str = concat!(include_str!("normal.wgsl"), include_str!("trace.wgsl"));
+    pub const FIELD: &str = concat!(
+        include_str!("air.wgsl"),
+        include_str!("normal.wgsl"),
+        include_str!("trace.wgsl")
+    );
     /// Marching through a dense volume.
-    pub const DENSE: &str = concat!(include_str!("volume.wgsl"), include_str!("dense.wgsl"));
+    pub const DENSE: &str = concat!(
+        include_str!("air.wgsl"),
+        include_str!("volume.wgsl"),
+        include_str!("dense.wgsl")
+    );
     /// Marching through an octree.
-    pub const OCTREE: &str = concat!(include_str!("volume.wgsl"), include_str!("octree.wgsl"));
+    pub const OCTREE: &str = concat!(
+        include_str!("air.wgsl"),
+        include_str!("volume.wgsl"),
+        include_str!("octree.wgsl")
+    );
     /// Marching through sparse bricks.
     pub const BRICKS: &str = concat!(
         include_str!("normal.wgsl"),

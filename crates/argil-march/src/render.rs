@@ -3,7 +3,7 @@ use crate::dense::{DenseRays, trace_dense};
 use crate::octree::{Descent, OctreeRays};
 use crate::picture::{Picture, covered, show};
 use crate::scratch::{TilePicture, TileScratch};
-use crate::shade::shade_tile;
+use crate::shade::{Air, shade_tile};
 use crate::slabs::{PrunedField, trace_pruned};
 use crate::statistics::Counts;
 use crate::tile::{Tile, tile_rows, tiles};
@@ -38,7 +38,7 @@ thread_local! {
 }
 
 /// Draw on the CPU, on rayon's current threads: `frames` as [`crate::frames`] makes them, one a sample. Primary rays and
-/// normals are what `through` gives; light and materials are the field's. The picture's hits are left out.
+/// normals are what `through` gives, and of sparse bricks the light; materials are the field's, and so is other light. The picture's hits are left out.
 pub fn render(program: &Program, through: Through<'_>, frames: &[Frame]) -> Picture {
     draw(program, through, frames, false)
 }
@@ -81,7 +81,16 @@ fn draw(program: &Program, through: Through<'_>, frames: &[Frame], keeps_hits: b
                                 to.copy_from_slice(from);
                             }
                         }
-                        shade_tile(frame, tile, evaluator, scratch, &own.hits, &mut own.colors);
+                        let air = rays.air();
+                        shade_tile(
+                            frame,
+                            tile,
+                            evaluator,
+                            air,
+                            scratch,
+                            &own.hits,
+                            &mut own.colors,
+                        );
                     }
                     own.rgb.resize(3 * tile.area(), 0);
                     show(first, &own.colors, &mut own.rgb);
@@ -131,6 +140,14 @@ impl<'a> Rays<'a> {
             },
         };
         rays.unwrap_or(Self::Nothing)
+    }
+
+    /// What light is gathered by.
+    fn air(&self) -> Air<'_, 'a> {
+        match self {
+            Self::Bricks(bricks) => Air::Bricks(bricks),
+            _ => Air::Field,
+        }
     }
 
     fn trace(

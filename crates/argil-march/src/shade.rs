@@ -6,6 +6,7 @@
 //! the surface is than an open one along the normal (after Evans, "Fast approximations for global illumination on
 //! dynamic scenes", 2006). Tone curve: Narkowicz's fit of ACES (2015).
 
+use crate::bricks::BrickRays;
 use crate::camera::{bounds_of, primary_ray};
 use crate::scratch::{Shading, TileScratch};
 use crate::tile::Tile;
@@ -29,15 +30,34 @@ const GROUND: MaterialWords = MaterialWords {
     emission_metallic: [0.0, 0.0, 0.0, 0.0],
 };
 
+/// What tells how far the surface is from points in the air: light is gathered by it.
+#[derive(Clone, Copy)]
+pub(crate) enum Air<'a, 'b> {
+    /// The exact field.
+    Field,
+    /// Sparse bricks.
+    Bricks(&'a BrickRays<'b>),
+}
+
+impl Air<'_, '_> {
+    fn distances(self, evaluator: &mut Evaluator<'_>, points: [&[f32]; 3], out: &mut [f32]) {
+        match self {
+            Self::Field => evaluator.distances(points[0], points[1], points[2], out),
+            Self::Bricks(bricks) => bricks.estimates(points, out),
+        }
+    }
+}
+
 /// Add the colours of a tile's hits, times the frame's sample weight, to `out`: RGB and coverage. Shaded colours are linear,
 /// after the tone curve; other values are what the picture shows.
 ///
 /// # Panics
 /// If `hits` or `out` is shorter than the tile's area.
-pub fn shade_tile(
+pub(crate) fn shade_tile(
     frame: &Frame,
     tile: Tile,
     evaluator: &mut Evaluator<'_>,
+    air: Air<'_, '_>,
     scratch: &mut TileScratch,
     hits: &[Hit],
     out: &mut [[f32; 4]],
@@ -46,7 +66,7 @@ pub fn shade_tile(
         points, shading, ..
     } = scratch;
     if frame.show == abi::SHOW_SHADED {
-        shading.gather(frame, tile, evaluator, points, hits);
+        shading.gather(frame, tile, evaluator, air, points, hits);
     }
     let mut next_lit = 0;
     for (i, (hit, out)) in hits.iter().zip(out).enumerate().take(tile.area()) {
@@ -99,6 +119,7 @@ impl Shading {
         frame: &Frame,
         tile: Tile,
         evaluator: &mut Evaluator<'_>,
+        air: Air<'_, '_>,
         points: &mut Points,
         hits: &[Hit],
     ) {
@@ -154,7 +175,16 @@ impl Shading {
             let (p, n) = surface(i);
             (0..OCCLUSION_TAPS).for_each(|tap| points.push(p + n * tap_height(frame, tap)));
         }
-        points.measure(evaluator);
+        points.d.resize(points.x.len(), 0.0);
+        for first in (0..points.x.len()).step_by(LANES) {
+            let r = first..(first + LANES).min(points.x.len());
+            let p = [
+                &points.x[r.clone()],
+                &points.y[r.clone()],
+                &points.z[r.clone()],
+            ];
+            air.distances(evaluator, p, &mut points.d[r]);
+        }
         let mut taps = points.d.chunks_exact(OCCLUSION_TAPS);
         self.sky.clear();
         for i in &self.lit {
@@ -164,7 +194,7 @@ impl Shading {
                 .push(own.map_or(1.0, |taps| openness(frame, p, n, taps)));
         }
 
-        self.shadows(frame, evaluator, surface);
+        self.shadows(frame, evaluator, air, surface);
     }
 
     /// The sun's share, by rays that march together as primary ones do.
@@ -172,6 +202,7 @@ impl Shading {
         &mut self,
         frame: &Frame,
         evaluator: &mut Evaluator<'_>,
+        air: Air<'_, '_>,
         surface: impl Fn(u32) -> (Vec3, Vec3),
     ) {
         let sun = sun_direction(frame);
@@ -213,7 +244,7 @@ impl Shading {
                         *p = origin + sun[axis] * t;
                     }
                 }
-                evaluator.distances(&p[0][..n], &p[1][..n], &p[2][..n], &mut d[..n]);
+                air.distances(evaluator, [&p[0][..n], &p[1][..n], &p[2][..n]], &mut d[..n]);
                 for (lane, &d) in d[..n].iter().enumerate() {
                     let i = first + lane;
                     if !wave.is_under_way(i) {

@@ -19,7 +19,7 @@ fn openness(p: vec3<f32>, n: vec3<f32>) -> f32 {
     var weight = 1.0;
     for (var tap = 0u; tap < OCCLUSION_TAPS; tap++) {
         let height = tap_height(tap);
-        var d = field_distance(p + n * height);
+        var d = air_distance(p + n * height);
         if frame.ground_jitter.y > 0.0 {
             d = min(d, p.y + n.y * height - frame.ground_jitter.x);
         }
@@ -54,7 +54,7 @@ fn shadow(@builtin(global_invocation_id) id: vec3<u32>) {
         if t < 0.0 {
             break;
         }
-        let d = field_distance(ray.origin + ray.direction * t);
+        let d = air_distance(ray.origin + ray.direction * t);
         let own = clamp(SHADOW_SHARPNESS * d / max(t, epsilon), 0.0, 1.0);
         share = min(share, own);
         t += max(d * frame.eye_step.w, 2.0 * epsilon);

@@ -12,6 +12,7 @@ use super::words::{center_of, is_brick};
 use super::{BLOCK_SIDE, BrickLayout, Bricks};
 use crate::{Bits, Texel};
 use argil_field::LANES;
+use glam::UVec3;
 
 /// Bricks, ready to be sampled.
 pub struct BrickSampler<'a, T> {
@@ -284,6 +285,86 @@ impl<'a, T: Texel> BrickSampler<'a, T> {
         }
         let word = *self.words.get(self.layout.word_index(cell.into()))?;
         is_brick(word).then_some(word)
+    }
+
+    /// The signed distances at points in the world as nearly as they are known: interpolated in bricks, elsewhere between
+    /// cells' centres; beyond the box, as much more as the way to it. For light, not for steps.
+    ///
+    /// # Panics
+    /// If there are more points than [`LANES`], or the slices differ in length.
+    #[inline(always)]
+    pub fn estimates(&self, points: [&[f32]; 3], out: &mut [f32]) {
+        let n = out.len();
+        assert!(n <= LANES && points.iter().all(|p| p.len() == n));
+        let lattice = &self.layout.lattice;
+        let per_voxel = 1.0 / lattice.voxel;
+        let mut u = [[0.0f32; LANES]; 3];
+        let mut beside = [0.0f32; LANES];
+        for (axis, from) in points.into_iter().enumerate() {
+            let (corner, size) = (lattice.corner[axis], lattice.size[axis] as f32);
+            for i in 0..n {
+                let own = (from[i] - corner) * per_voxel;
+                let held = low(if own > 0.0 { own } else { 0.0 }, size);
+                u[axis][i] = held;
+                beside[i] += (own - held) * (own - held);
+            }
+        }
+        let (mut at, mut corners) = (Located::default(), Corners::default());
+        self.locate([&u[0][..n], &u[1][..n], &u[2][..n]], &mut at);
+        self.corners(&at, n, &mut corners);
+        for i in 0..n {
+            let d = if is_brick(at.word[i]) {
+                corners.value::<T>(i) * self.quantum
+            } else {
+                self.between_centers([u[0][i], u[1][i], u[2][i]])
+            };
+            out[i] = d + beside[i].sqrt() * lattice.voxel;
+        }
+    }
+
+    /// Interpolated between the centres of the eight nearest cells.
+    fn between_centers(&self, u: [f32; 3]) -> f32 {
+        let per_cell = 1.0 / self.layout.brick as f32;
+        let mut low_cell = [0u32; 3];
+        let mut share = [0.0f32; 3];
+        for axis in 0..3 {
+            let last = (self.layout.grid[axis] - 1) as f32;
+            let place = (u[axis] * per_cell - 0.5).clamp(0.0, last);
+            let begin = low(place.floor(), (last - 1.0).max(0.0));
+            low_cell[axis] = whole(begin);
+            share[axis] = place - begin;
+        }
+        let mut total = 0.0;
+        for corner in 0..8u32 {
+            let mut cell = low_cell;
+            let mut weight = 1.0;
+            for axis in 0..3 {
+                let is_far = corner >> axis & 1 != 0;
+                let last = self.layout.grid[axis] - 1;
+                cell[axis] = (cell[axis] + u32::from(is_far)).min(last);
+                weight *= if is_far {
+                    share[axis]
+                } else {
+                    1.0 - share[axis]
+                };
+            }
+            if weight > 0.0 {
+                total += weight * self.at_center(cell.into());
+            }
+        }
+        total
+    }
+
+    /// The distance at a cell's centre.
+    fn at_center(&self, cell: UVec3) -> f32 {
+        let word = self.words[self.layout.word_index(cell)];
+        if !is_brick(word) {
+            return center_of(word);
+        }
+        let (half, side) = (self.layout.brick / 2, self.layout.brick + 1);
+        let middle = half * (1 + side * (1 + side));
+        let sample = self.pool[(word * self.layout.brick_samples() + middle) as usize];
+        sample.integer() * self.quantum
     }
 
     /// The signed distances at points in the world: interpolated in bricks, elsewhere what is stored. `margin` is taken
