@@ -26,6 +26,7 @@ pub(crate) const CELLS: u32 = 19;
 pub(crate) const CONES: u32 = 20;
 pub(crate) const CANDIDATES: u32 = 21;
 pub(crate) const COUNTERS: u32 = 22;
+pub(crate) const LIVE: u32 = 23;
 
 pub(crate) const TABLES_WGSL: &str = "
 @group(0) @binding(1) var<storage, read> instrs: array<Instr>;
@@ -58,6 +59,14 @@ pub(crate) const TREE_WGSL: &str = "
 pub(crate) const CELLS_WGSL: &str = "
 @group(0) @binding(19) var<storage, read> cells: array<u32>;
 @group(0) @binding(20) var<storage, read_write> cones: array<vec2<f32>>;
+struct Live {
+    groups_x: atomic<u32>,
+    groups_y: u32,
+    groups_z: u32,
+    spare: u32,
+    blocks: array<u32>,
+}
+@group(0) @binding(23) var<storage, read_write> live: Live;
 ";
 
 /// What a shader does with a binding.

@@ -1,8 +1,10 @@
 //! Pictures: marching, finishing and light, whatever the rays go through.
 
+use crate::bake::Groups;
 use crate::pass::{
-    Bind, CELLS, CELLS_WGSL, COLORS, CONES, FIELD_BINDS, FRAME, HITS, LINEAR, NODES, PICTURE_WGSL,
-    STORED, TABLES_WGSL, TREE_WGSL, TREE_WORDS, VOLUME, VOLUME_WGSL, entry, layout, pipelines,
+    Bind, CELLS, CELLS_WGSL, COLORS, CONES, FIELD_BINDS, FRAME, HITS, LINEAR, LIVE, NODES,
+    PICTURE_WGSL, STORED, TABLES_WGSL, TREE_WGSL, TREE_WORDS, VOLUME, VOLUME_WGSL, entry, layout,
+    pipelines,
 };
 use crate::table::Table;
 use crate::timing::Timing;
@@ -81,7 +83,7 @@ impl PicturePass {
             binds.extend([Bind::Read(NODES), Bind::Read(TREE_WORDS)]);
         }
         if way == Way::Bricks {
-            binds.extend([Bind::Read(CELLS), Bind::Write(CONES)]);
+            binds.extend([Bind::Read(CELLS), Bind::Write(CONES), Bind::Write(LIVE)]);
         }
         let layout = gpu.checked(|| layout(gpu, "Picture", &binds))?;
         let sparse = if way == Way::Bricks {
@@ -122,11 +124,20 @@ impl PicturePass {
         hits.reserve(gpu, hit_bytes)?;
         let mut colors = Table::new("colors");
         colors.reserve(gpu, color_bytes)?;
-        let mut cones = Table::new("cones");
+        let (mut cones, mut live) = (Table::new("cones"), Table::new("blocks"));
         if self.sparse.is_some() {
             let blocks = u64::from(first.width.div_ceil(GROUP) * first.height.div_ceil(GROUP));
             cones.reserve(gpu, 8 * blocks)?;
+            live.reserve(gpu, 16 + 4 * blocks)?;
         }
+        let arguments = gpu.checked(|| {
+            gpu.device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some("blocks to march"),
+                size: 16,
+                usage: wgpu::BufferUsages::INDIRECT | wgpu::BufferUsages::COPY_DST,
+                mapped_at_creation: false,
+            })
+        })?;
         let uniform = gpu.checked(|| {
             gpu.device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some("frame"),
@@ -142,6 +153,7 @@ impl PicturePass {
             entries.extend(hits.binding(HITS));
             entries.extend(colors.binding(COLORS));
             entries.extend(cones.binding(CONES));
+            entries.extend(live.binding(LIVE));
             gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
                 label: Some("Picture"),
                 layout: &self.layout,
@@ -152,6 +164,9 @@ impl PicturePass {
         // Rows in bands, each a dispatch of both passes.
         let row_work = u64::from(first.width) * field.length() as u64;
         let rows = u32::try_from(WORK_A_DISPATCH / row_work.max(1)).unwrap_or(u32::MAX);
+        // As many blocks as a dispatch may have along one axis.
+        let most_rows = MOST_GROUPS / first.width.div_ceil(GROUP) * GROUP;
+        let rows = rows.min(most_rows);
         let rows = (rows.min(first.height) / GROUP * GROUP).max(GROUP);
         let bands = first.height.div_ceil(rows);
         let is_software = gpu.info.kind == DeviceKind::Software;
@@ -176,11 +191,12 @@ impl PicturePass {
                         ..*frame
                     };
                     gpu.checked(|| {
+                        let groups = groups_of(gpu, stage, &frame, rows, &live, &arguments);
                         submit(
                             gpu,
                             stage,
                             &frame,
-                            rows,
+                            groups,
                             &uniform,
                             &bind_group,
                             timing.as_mut(),
@@ -234,14 +250,21 @@ impl PicturePass {
                 step_count: frame.max_steps,
             });
             let march = Stage {
-                label: "Trace::march",
+                label: if self.sparse.is_some() {
+                    LIVE_STAGE
+                } else {
+                    "Trace::march"
+                },
                 pipeline: &self.march,
                 first_step: 0,
                 step_count: frame.max_steps,
             };
             cones.into_iter().chain([march]).collect()
         };
-        stages.extend(cut("Trace::finish", &self.finish, 1));
+        // Bricks have their normals already.
+        if self.sparse.is_none() || frame.ground_jitter[1] > 0.0 {
+            stages.extend(cut("Trace::finish", &self.finish, 1));
+        }
         if frame.normals == argil_abi::NORMALS_FIELD
             && let Some([_, exact]) = &self.sparse
         {
@@ -265,7 +288,7 @@ fn submit(
     gpu: &Gpu,
     stage: &Stage<'_>,
     frame: &Frame,
-    rows: u32,
+    groups: Groups<'_>,
     uniform: &wgpu::Buffer,
     bind_group: &wgpu::BindGroup,
     timing: Option<&mut Timing>,
@@ -282,18 +305,47 @@ fn submit(
     let mut pass = encoder.begin_compute_pass(&descriptor);
     pass.set_pipeline(stage.pipeline);
     pass.set_bind_group(0, bind_group, &[]);
-    // A cone's thread has as many pixels as another's group.
-    let group = if stage.label == CONE_STAGE {
-        GROUP * GROUP
-    } else {
-        GROUP
-    };
-    pass.dispatch_workgroups(frame.width.div_ceil(group), rows.div_ceil(group), 1);
+    match groups {
+        Groups::Direct([x, y, z]) => pass.dispatch_workgroups(x, y, z),
+        Groups::Indirect(buffer, offset) => pass.dispatch_workgroups_indirect(buffer, offset),
+    }
     drop(pass);
     gpu.queue.submit([encoder.finish()]);
 }
 
 const CONE_STAGE: &str = "Cones::march";
+const LIVE_STAGE: &str = "Bricks::march";
+/// Most workgroups along one axis that every device has.
+const MOST_GROUPS: u32 = 65_535;
+
+/// How many workgroups a stage has; before cones, the list of live blocks is emptied, and after them it is counted.
+fn groups_of<'a>(
+    gpu: &Gpu,
+    stage: &Stage<'_>,
+    frame: &Frame,
+    rows: u32,
+    live: &Table,
+    arguments: &'a wgpu::Buffer,
+) -> Groups<'a> {
+    let across = |group: u32| [frame.width.div_ceil(group), rows.div_ceil(group), 1];
+    match (stage.label, live.buffer()) {
+        (CONE_STAGE, Some(live)) => {
+            let none = [0u32, 1, 1, 0];
+            gpu.queue.write_buffer(live, 0, bytemuck::bytes_of(&none));
+            // A cone's thread has as many pixels as another's group.
+            Groups::Direct(across(GROUP * GROUP))
+        }
+        (LIVE_STAGE, Some(live)) => {
+            let mut encoder = gpu
+                .device
+                .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            encoder.copy_buffer_to_buffer(live, 0, arguments, 0, 12);
+            gpu.queue.submit([encoder.finish()]);
+            Groups::Indirect(arguments, 0)
+        }
+        _ => Groups::Direct(across(GROUP)),
+    }
+}
 
 /// One dispatch.
 struct Stage<'a> {

@@ -177,29 +177,36 @@ fn change_along(at: Located, axis: u32) -> f32 {
     return (b.x - a.x) / (b.y - a.y);
 }
 
-// The normal at a hit: differences over the voxel or, smooth, over a voxel's width around the hit.
-fn surface_normal(hit: Hit, p: vec3<f32>) -> vec3<f32> {
+// The normal at a point of the surface: differences over the voxel or, smooth, over a voxel's width around the point.
+fn brick_normal(p: vec3<f32>, side: f32) -> vec3<f32> {
     let at = locate(in_voxels(p));
-    if !is_brick(at.word) {
-        return vec3(0.0);
-    }
-    let n = vec3(change_along(at, 0u), change_along(at, 1u), change_along(at, 2u));
+    let in_brick = is_brick(at.word);
+    let held = Located(at.cell, at.inner, select(0u, at.word, in_brick));
+    let n = vec3(change_along(held, 0u), change_along(held, 1u), change_along(held, 2u));
     let length = sqrt(n.x * n.x + n.y * n.y + n.z * n.z);
-    let side = select(1.0, -1.0, hit.kind == HIT_INSIDE);
-    return n * select(0.0, side / max(length, 1e-37), length > 0.0);
+    return n * select(0.0, side / max(length, 1e-37), in_brick && length > 0.0);
 }
 
+// `march` has found it already.
+fn surface_normal(hit: Hit, p: vec3<f32>) -> vec3<f32> {
+    return hit.normal_t.xyz;
+}
+
+// A block of pixels a group: one of those that its cone has left.
 @compute @workgroup_size(8, 8)
-fn march(@builtin(global_invocation_id) id: vec3<u32>) {
-    let y = id.y + frame.first_row;
-    if id.x >= frame.width || y >= frame.height {
+fn march(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_id) local: vec3<u32>) {
+    let block_place = live.blocks[group.x];
+    let blocks_across = (frame.width + CONE_SIDE - 1u) / CONE_SIDE;
+    let x = block_place % blocks_across * CONE_SIDE + local.x;
+    let y = block_place / blocks_across * CONE_SIDE + local.y;
+    if x >= frame.width || y >= frame.height {
         return;
     }
-    let at_pixel = y * frame.width + id.x;
-    let ray = primary_ray(id.x, y);
+    let at_pixel = y * frame.width + x;
+    let ray = primary_ray(x, y);
     let span = box_span(ray);
-    let begin = cones[cone_place(id.x, y)];
-    let own_steps = select(0u, u32(begin.y), id.x % CONE_SIDE == 0u && y % CONE_SIDE == 0u);
+    let begin = cones[block_place];
+    let own_steps = select(0u, u32(begin.y), local.x == 0u && local.y == 0u);
     let voxel = volume.extent_voxel.w;
     let scale = frame.eye_step.w;
     let brick = f32(volume.brick);
@@ -284,7 +291,16 @@ fn march(@builtin(global_invocation_id) id: vec3<u32>) {
             is_there = false;
         }
     }
-    hits[at_pixel] = Hit(vec4(0.0, 0.0, 0.0, t), kind, samples + looked_up + own_steps, 0.0, 0.0, 0u, looked_up, 0u, 0u);
+    var normal = brick_normal(ray.origin + ray.direction * t, select(1.0, -1.0, kind == HIT_INSIDE));
+    // Where all differences are the same, towards the viewer.
+    if all(normal == vec3(0.0)) {
+        normal = -ray.direction;
+    }
+    if kind == HIT_NONE {
+        normal = vec3(0.0);
+        t = 0.0;
+    }
+    hits[at_pixel] = Hit(vec4(normal, t), kind, samples + looked_up + own_steps, 1.0, 0.0, 0u, looked_up, 0u, 0u);
 }
 
 // Twin of BrickSampler::at_center.

@@ -1,4 +1,5 @@
-// Twin of cones.rs, one thread a block of pixels: where its rays begin, and how many steps that took.
+// Twin of cones.rs, one thread a block of pixels: where its rays begin, and how many steps that took. Blocks that can hit
+// something are listed to be marched; the others have missed.
 
 const CONE_SIDE: u32 = 8u;
 const CONE_STEPS: u32 = 64u;
@@ -32,10 +33,7 @@ fn cone(@builtin(global_invocation_id) id: vec3<u32>) {
         }
     }
     let place = cone_place(x, y);
-    if begin > end {
-        cones[place] = vec2(INFINITE, 0.0);
-        return;
-    }
+    let meets = begin <= end;
     let u = (f32(x) + 0.5 * f32(CONE_SIDE)) / f32(frame.width) * 2.0 - 1.0;
     let v = 1.0 - (f32(y) + 0.5 * f32(CONE_SIDE)) / f32(frame.height) * 2.0;
     let direction = normalize(frame.forward.xyz + frame.right.xyz * u + frame.up.xyz * v);
@@ -44,7 +42,7 @@ fn cone(@builtin(global_invocation_id) id: vec3<u32>) {
     let slope = CONE_RADIUS * frame.pixel;
     let voxel = volume.extent_voxel.w;
     var steps = 0u;
-    while steps < CONE_STEPS {
+    while meets && steps < CONE_STEPS {
         steps++;
         let at = eye + direction * begin;
         let held = clamp(at, volume.corner_range.xyz, volume.corner_range.xyz + volume.extent_voxel.xyz);
@@ -67,4 +65,16 @@ fn cone(@builtin(global_invocation_id) id: vec3<u32>) {
         }
     }
     cones[place] = vec2(begin, f32(steps));
+    if meets && begin < INFINITE {
+        live.blocks[atomicAdd(&live.groups_x, 1u)] = place;
+        return;
+    }
+    for (var i = 0u; i < CONE_SIDE * CONE_SIDE; i++) {
+        let px = x + i % CONE_SIDE;
+        let py = y + i / CONE_SIDE;
+        if px < frame.width && py < frame.height {
+            let own_steps = select(0u, steps, i == 0u);
+            hits[py * frame.width + px] = Hit(vec4(0.0), HIT_NONE, own_steps, 1.0, 0.0, 0u, 0u, 0u, 0u);
+        }
+    }
 }
