@@ -1,0 +1,83 @@
+//! Bricks of either width, ready to be marched through.
+
+use argil_volume::{Bits, BrickSampler, Bricks};
+use multiversion::multiversion;
+
+/// Bricks, ready to be marched through.
+pub(crate) enum BrickRays<'a> {
+    Eight(BrickSampler<'a, i8>),
+    Sixteen(BrickSampler<'a, i16>),
+}
+
+impl<'a> BrickRays<'a> {
+    pub fn new(bricks: &'a Bricks) -> Option<Self> {
+        match bricks.layout().encoding.bits {
+            Bits::Eight => BrickSampler::new(bricks).map(Self::Eight),
+            Bits::Sixteen => BrickSampler::new(bricks).map(Self::Sixteen),
+        }
+    }
+
+    /// Around points in the world, how far the surface is at least, with the sign of the side. What is interpolated is off
+    /// by half of a voxel's diagonal at most.
+    pub fn clearances(&self, points: [&[f32]; 3], out: &mut [f32]) {
+        let margin = 0.5 * 3f32.sqrt() * self.voxel();
+        match self {
+            Self::Eight(sampler) => clearances_i8(sampler, points, margin, out),
+            Self::Sixteen(sampler) => clearances_i16(sampler, points, margin, out),
+        }
+    }
+
+    /// The signed distances at points in the world, as nearly as they are known.
+    pub fn estimates(&self, points: [&[f32]; 3], out: &mut [f32]) {
+        match self {
+            Self::Eight(sampler) => estimates_i8(sampler, points, out),
+            Self::Sixteen(sampler) => estimates_i16(sampler, points, out),
+        }
+    }
+
+    pub fn voxel(&self) -> f32 {
+        match self {
+            Self::Eight(sampler) => sampler.layout().lattice.voxel,
+            Self::Sixteen(sampler) => sampler.layout().lattice.voxel,
+        }
+    }
+
+    pub fn bounds(&self) -> argil_math::Aabb {
+        match self {
+            Self::Eight(sampler) => sampler.layout().lattice.aabb(),
+            Self::Sixteen(sampler) => sampler.layout().lattice.aabb(),
+        }
+    }
+}
+
+// `multiversion` takes no generic functions: each has a wrapper for each type of sample.
+
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl", "x86_64+avx2"))]
+fn clearances_i8(
+    sampler: &BrickSampler<'_, i8>,
+    points: [&[f32]; 3],
+    margin: f32,
+    out: &mut [f32],
+) {
+    sampler.distances(points, margin, out);
+}
+
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl", "x86_64+avx2"))]
+fn clearances_i16(
+    sampler: &BrickSampler<'_, i16>,
+    points: [&[f32]; 3],
+    margin: f32,
+    out: &mut [f32],
+) {
+    sampler.distances(points, margin, out);
+}
+
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl", "x86_64+avx2"))]
+fn estimates_i8(sampler: &BrickSampler<'_, i8>, points: [&[f32]; 3], out: &mut [f32]) {
+    sampler.estimates(points, out);
+}
+
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl", "x86_64+avx2"))]
+fn estimates_i16(sampler: &BrickSampler<'_, i16>, points: [&[f32]; 3], out: &mut [f32]) {
+    sampler.estimates(points, out);
+}

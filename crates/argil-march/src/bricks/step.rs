@@ -1,0 +1,200 @@
+//! One step of a batch of rays.
+
+#![expect(
+    clippy::needless_range_loop,
+    reason = "a lane has its place in many arrays"
+)]
+
+use crate::wave::{RETIRED, Wave};
+use argil_abi::Frame;
+use argil_field::LANES;
+use argil_volume::{BLOCK_SIDE, BrickSampler, Corners, Located, Texel, is_brick, is_lonely};
+use multiversion::multiversion;
+use std::ops::Range;
+
+/// Nearer than this many voxels a ray looks for the surface in its voxel.
+const NEAR_VOXELS: f32 = 0.2;
+/// A ray that leaves a cell or a voxel goes so many voxels farther, and so much of its length, to be in the next.
+/// How much of what spheres along a plane allow a ray goes beyond its own.
+const RELAXATION: f32 = 0.9;
+pub(super) const NUDGE_VOXELS: f32 = 1e-3;
+pub(super) const NUDGE_SHARE: f32 = 5e-7;
+
+/// What a step of a batch finds: a 1 for each ray.
+pub(super) struct Found {
+    pub near: [u8; LANES],
+    pub reached: [u8; LANES],
+    pub ended: [u8; LANES],
+}
+
+/// Rays at their lengths, in voxels from the volume's corner.
+#[inline(always)]
+pub(super) fn place<T: Texel>(
+    frame: &Frame,
+    sampler: &BrickSampler<'_, T>,
+    direction: [&[f32]; 3],
+    t: &[f32],
+    out: &mut [[f32; LANES]; 3],
+) {
+    let lattice = &sampler.layout().lattice;
+    let per_voxel = 1.0 / lattice.voxel;
+    for axis in 0..3 {
+        let (eye, corner) = (frame.eye_step[axis], lattice.corner[axis]);
+        for ((u, d), t) in out[axis].iter_mut().zip(direction[axis]).zip(t) {
+            *u = (eye + d * t - corner) * per_voxel;
+        }
+    }
+}
+
+#[inline(always)]
+pub(super) fn tiny(d: f32) -> f32 {
+    if d.abs() < 1e-20 { 1e-20 } else { d }
+}
+
+#[inline(always)]
+pub(super) fn low(a: f32, b: f32) -> f32 {
+    if b < a { b } else { a }
+}
+
+#[inline(always)]
+pub(super) fn high(a: f32, b: f32) -> f32 {
+    if b > a { b } else { a }
+}
+
+/// One step of a batch of rays.
+#[inline(always)]
+fn step<T: Texel>(
+    frame: &Frame,
+    sampler: &BrickSampler<'_, T>,
+    steps: u32,
+    wave: &mut Wave,
+    range: Range<usize>,
+    found: &mut Found,
+) {
+    let n = range.len();
+    let layout = sampler.layout();
+    let (voxel, brick) = (layout.lattice.voxel, layout.brick as f32);
+    let (scale, footprint) = (frame.eye_step[3], 0.5 * frame.pixel);
+    let (is_first, is_last) = (steps == 1, steps >= frame.max_steps);
+    let [dx, dy, dz] = &wave.direction;
+    let direction = [&dx[range.clone()], &dy[range.clone()], &dz[range.clone()]];
+    let (t, ends) = (&mut wave.t[range.clone()], &wave.end[range.clone()]);
+    let side = &mut wave.side[range.clone()];
+    let (samples, cells) = (
+        &mut wave.samples[range.clone()],
+        &mut wave.cells[range.clone()],
+    );
+    let (over, last_gap) = (
+        &mut wave.over[range.clone()],
+        &mut wave.last_gap[range.clone()],
+    );
+    let last_way = &mut wave.last_way[range.clone()];
+    let last = &mut wave.level[range];
+    let mut u = [[0.0f32; LANES]; 3];
+    place(frame, sampler, direction, t, &mut u);
+    let (mut at, mut corners) = (Located::default(), Corners::default());
+    sampler.locate([&u[0][..n], &u[1][..n], &u[2][..n]], &mut at);
+    sampler.corners(&at, n, &mut corners);
+
+    let (mut gap, mut leave) = ([0.0f32; LANES], [0.0f32; LANES]);
+    let gap = &mut gap[..n];
+    let quantum = sampler.quantum();
+    for i in 0..n {
+        let word = at.word[i];
+        gap[i] = if is_brick(word) {
+            corners.value::<T>(i) * quantum
+        } else {
+            sampler.away(&at, i)
+        };
+    }
+    if is_first {
+        // A ray that enters the volume through a solid's cut side has hit there; one that starts within goes on.
+        for i in 0..n {
+            let from_outside = side[i] > 1.0;
+            side[i] = if (gap[i] < 0.0) & !from_outside {
+                -1.0
+            } else {
+                1.0
+            };
+            last[i] = u32::MAX;
+        }
+    }
+    // To the end of the cell, or of the block.
+    leave[..n].fill(f32::MAX);
+    let block = BLOCK_SIDE as f32;
+    for axis in 0..3 {
+        let (cells, u, d) = (&at.cell[axis][..n], &u[axis][..n], &direction[axis][..n]);
+        for i in 0..n {
+            let cell = cells[i];
+            let of_block = (cell * (1.0 / block)).floor() * block;
+            let lonely = is_lonely(at.word[i]);
+            let begin = if lonely { of_block } else { cell };
+            let side = if lonely { block } else { 1.0 };
+            let d = tiny(d[i]);
+            let ahead = if d > 0.0 { begin + side } else { begin };
+            leave[i] = low(leave[i], (ahead * brick - u[i]) * voxel / d);
+        }
+    }
+    for i in 0..n {
+        let g = gap[i] * side[i];
+        let in_brick = is_brick(at.word[i]);
+        let nudge = NUDGE_VOXELS * voxel + NUDGE_SHARE * t[i];
+        let empty_way = high(g * scale, leave[i] + nudge);
+        let close = high(NEAR_VOXELS * voxel, footprint * t[i]);
+        // Spheres that no longer touch: back to where the last one ended.
+        let too_far = (over[i] > 0.0) & (g < over[i]);
+        let near = in_brick & (g < close) & !too_far;
+        let reached = !in_brick & (g < 0.0) & !too_far;
+        // Along a plane, spheres still touch with so much more than their radius between their centres.
+        let (before, fell) = (last_way[i], high(last_gap[i] - g, 0.0));
+        let sum = before + fell;
+        let share = high((before - fell) / (if sum > 0.0 { sum } else { 1.0 }), 0.0);
+        let more = RELAXATION * g * share * scale;
+        let beyond = if in_brick & !too_far { more } else { 0.0 };
+        let moved = if in_brick {
+            g * scale + beyond
+        } else {
+            empty_way
+        };
+        let moved = if too_far { -over[i] } else { moved };
+        let stays = near | reached;
+        over[i] = if stays { 0.0 } else { beyond };
+        let tells = in_brick & !too_far & !stays;
+        last_gap[i] = g;
+        last_way[i] = if tells { moved } else { 0.0 };
+        t[i] += if stays { 0.0 } else { moved };
+        let is_there = ends[i] != RETIRED;
+        cells[i] += u32::from(last[i] != at.index[i]);
+        last[i] = at.index[i];
+        samples[i] += u32::from(in_brick);
+        found.near[i] = u8::from(near);
+        found.reached[i] = u8::from(reached);
+        found.ended[i] = u8::from(is_there & (near | reached | is_last | (t[i] > ends[i])));
+    }
+}
+
+// `multiversion` takes no generic functions: each has a wrapper for each type of sample.
+
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl", "x86_64+avx2"))]
+pub(super) fn step_i8(
+    frame: &Frame,
+    sampler: &BrickSampler<'_, i8>,
+    steps: u32,
+    wave: &mut Wave,
+    range: Range<usize>,
+    found: &mut Found,
+) {
+    step(frame, sampler, steps, wave, range, found);
+}
+
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl", "x86_64+avx2"))]
+pub(super) fn step_i16(
+    frame: &Frame,
+    sampler: &BrickSampler<'_, i16>,
+    steps: u32,
+    wave: &mut Wave,
+    range: Range<usize>,
+    found: &mut Found,
+) {
+    step(frame, sampler, steps, wave, range, found);
+}
