@@ -1,5 +1,6 @@
 //! Sparse bricks at the buffer: cells and samples against the field, the GPU's against the CPU's.
 
+use argil_abi::MaterialWords;
 use argil_conformance::{Case, Numbers, gpu, lattice, random_blends, shipped};
 use argil_field::{Evaluator, Grid, Program};
 use argil_gpu::{GpuField, GpuVolume};
@@ -236,6 +237,20 @@ fn gpu_bricks_are_the_cpus() {
             cpu.len()
         );
         assert!(apart <= texels / 2000, "{}: {apart} of {texels}", case.name);
+
+        // What they look like, at the centre of each.
+        let palette = program.materials();
+        let (mut alike, mut unlike) = (0, 0);
+        for cell in cells(&layout) {
+            let p = layout.cell_box(cell).center();
+            if let (Some(own), Some(other)) = (cpu.material(p, palette), found.material(p, palette))
+            {
+                let is_like = material_gap(&own, &other) < 0.02;
+                alike += usize::from(is_like);
+                unlike += usize::from(!is_like);
+            }
+        }
+        assert!(unlike <= alike / 200, "{}: {unlike} of {alike}", case.name);
         // Negative control: a volume moved by a tenth of a voxel.
         let mut moved = layout;
         moved.lattice.corner += 0.1 * layout.lattice.voxel;
@@ -303,4 +318,61 @@ fn no_resolution_is_rounded() {
         let reach = layout.grid * layout.brick;
         assert!(reach.cmpge(lattice.size).all() && (reach - lattice.size).max_element() < 8);
     }
+}
+
+/// The greatest difference of two materials' words.
+fn material_gap(a: &MaterialWords, b: &MaterialWords) -> f32 {
+    let own = a.base_roughness.iter().chain(&a.emission_metallic);
+    let other = b.base_roughness.iter().chain(&b.emission_metallic);
+    own.zip(other)
+        .map(|(a, b)| (a - b).abs() / (1.0 + b))
+        .fold(0.0, f32::max)
+}
+
+/// Bounded: near the surface, stored materials are the field's but where two meet within a place's width. With another
+/// table of materials they are not.
+#[test]
+fn colours_and_blends_survive_baking() {
+    let mut mixed = 0;
+    for case in cases() {
+        let program = Program::lower(&case.scene).expect("a program");
+        let layout = layout_of(&program, &case.scene, 96, 8);
+        let bricks = bake(&program, layout);
+        mixed += bricks.mixed().len();
+        let mut numbers = Numbers::new(3);
+        let mut evaluator = Evaluator::new(&program);
+        let palette = program.materials();
+        let reversed: Vec<MaterialWords> = palette.iter().rev().copied().collect();
+        let (mut near, mut off, mut total, mut off_reversed) = (0, 0, 0.0, 0);
+        for cell in cells(&layout).filter(|&c| matches!(bricks.cell(c), Word::Brick(_))) {
+            for _ in 0..40 {
+                let held = layout.cell_box(cell);
+                let p = held.min + held.size() * (numbers.point(0.5) + 0.5);
+                let (mut d, mut exact) = ([0.0], [MaterialWords::default()]);
+                evaluator.materials(&[p.x], &[p.y], &[p.z], &mut d, &mut exact);
+                let stored = bricks.material(p, palette);
+                if d[0].abs() > 0.3 * layout.lattice.voxel {
+                    continue;
+                }
+                let stored = stored.expect("a brick is there");
+                let gap = material_gap(&stored, &exact[0]);
+                near += 1;
+                total += gap;
+                off += usize::from(gap > 0.15);
+                let other = bricks.material(p, &reversed).expect("a brick is there");
+                off_reversed += usize::from(material_gap(&other, &exact[0]) > 0.15);
+            }
+        }
+        let mean = total / near as f32;
+        assert!(near > 300, "{}: {near}", case.name);
+        assert!(
+            mean < 0.08 && off <= near / 6,
+            "{}: {mean} in the mean, {off} of {near} off",
+            case.name
+        );
+        if palette.len() > 1 && case.name == "props" {
+            assert!(off_reversed > near / 4, "{}: {off_reversed}", case.name);
+        }
+    }
+    assert!(mixed > 10_000, "{mixed}");
 }

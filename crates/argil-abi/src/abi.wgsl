@@ -57,6 +57,9 @@ const SHOW_DEPTH: u32 = 2u;
 const SHOW_HEAT: u32 = 3u;
 const SHOW_BRICKS: u32 = 4u;
 const SHOW_NODES: u32 = 5u;
+const MATERIAL_SIDE: u32 = 5u;
+const BRICK_MIXED: u32 = 2147483648u;
+const COUNTER_MIXED: u32 = 2u;
 const BLOCK_SIDE: u32 = 4u;
 const COUNTER_CANDIDATES: u32 = 0u;
 const COUNTER_BRICKS: u32 = 1u;
@@ -160,6 +163,10 @@ struct Volume {
     isolation: f32,
     lipschitz: f32,
     steepness: f32,
+    mixed: u32,
+    pad0: u32,
+    pad1: u32,
+    pad2: u32,
 }
 struct Fill {
     first_bias: vec4<f32>,

@@ -122,6 +122,12 @@ constants! { FLAGS:
     SHOW_BRICKS = 4;
     /// The first node above bricks of each ray.
     SHOW_NODES = 5;
+    /// Places along a mixed brick's side that have a material.
+    MATERIAL_SIDE = 5;
+    /// Of a brick's material: it is mixed.
+    BRICK_MIXED = 2147483648;
+    /// The counter of mixed bricks.
+    COUNTER_MIXED = 2;
     /// Cells along the side of a block of sparse bricks' grid.
     BLOCK_SIDE = 4;
     /// Of a build of bricks: the counter of cells that the surface can be in.

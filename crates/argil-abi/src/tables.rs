@@ -183,6 +183,14 @@ shared_struct! {
         lipschitz: f32,
         /// The same with room for rounding.
         steepness: f32,
+        /// Mixed bricks that there is room for.
+        mixed: u32,
+        /// Zero.
+        pad0: u32,
+        /// Zero.
+        pad1: u32,
+        /// Zero.
+        pad2: u32,
     }
 }
 

@@ -21,8 +21,8 @@ fn run_gradients(program: &Program, registers: &mut Registers<Dual>) {
 }
 
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl", "x86_64+avx2"))]
-fn run_materials(program: &Program, registers: &mut Registers<f32>) {
-    run::<f32, MATERIALS>(program, &program.instrs, registers);
+fn run_materials(program: &Program, instrs: &[Instr], registers: &mut Registers<f32>) {
+    run::<f32, MATERIALS>(program, instrs, registers);
 }
 
 /// Evaluates one program for one thread, batch after batch. Make one a thread and keep it: its stacks are allocated
@@ -41,6 +41,11 @@ impl<'a> Evaluator<'a> {
             plain: Box::new(Registers::new()),
             dual: None,
         }
+    }
+
+    /// What is evaluated.
+    pub fn program(&self) -> &'a Program {
+        self.program
     }
 
     /// Signed distances of the points `(x[i], y[i], z[i])`, at most [`LANES`] of them, into `out`.
@@ -111,6 +116,20 @@ impl<'a> Evaluator<'a> {
         out: &mut [f32],
         materials: &mut [MaterialWords],
     ) {
+        self.materials_by(&self.program.instrs, [x, y, z], out, materials);
+    }
+
+    /// The same by a list of instructions that [`Pruner`](crate::Pruner) has left of the program's.
+    ///
+    /// # Panics
+    /// As [`Evaluator::distances`].
+    pub fn materials_by(
+        &mut self,
+        instrs: &[Instr],
+        [x, y, z]: [&[f32]; 3],
+        out: &mut [f32],
+        materials: &mut [MaterialWords],
+    ) {
         let n = out.len();
         self.plain.active = n.next_multiple_of(BLOCK);
         for (lanes, from) in self.plain.point.iter_mut().zip([x, y, z]) {
@@ -121,7 +140,7 @@ impl<'a> Evaluator<'a> {
             self.plain.material[k] = f32::splat(first.base_roughness[k]);
             self.plain.material[4 + k] = f32::splat(first.emission_metallic[k]);
         }
-        run_materials(self.program, &mut self.plain);
+        run_materials(self.program, instrs, &mut self.plain);
         out.copy_from_slice(&self.plain.acc.0[..n]);
         for (i, material) in materials.iter_mut().enumerate() {
             material.base_roughness = array::from_fn(|k| self.plain.material[k].0[i]);

@@ -6,8 +6,8 @@
 
 use crate::bake::{Bake, Groups, StagesMs};
 use crate::pass::{
-    ARGUMENTS, Bind, CANDIDATES, CELLS, COUNTERS, FIELD_BINDS, FILL, TABLES_WGSL, TEXELS, VOLUME,
-    entry, layout, pipelines,
+    ARGUMENTS, BRICK_MATERIALS, Bind, CANDIDATES, CELLS, COUNTERS, FIELD_BINDS, FILL, TABLES_WGSL,
+    TEXELS, VOLUME, entry, layout, pipelines,
 };
 use crate::table::Table;
 use crate::volume::{Kind, STAGING_BYTES, extent, format_of, read_table, texture_of, uniform_of};
@@ -20,6 +20,8 @@ use argil_volume::{Bits, BrickLayout, Bricks, Texels, wgsl};
 const WORK_A_DISPATCH: u64 = 4_000_000_000;
 /// Most bricks that one dispatch samples.
 const MOST_BRICKS_A_DISPATCH: u64 = 32_768;
+/// Places of a mixed brick.
+const PLACES: u64 = (abi::MATERIAL_SIDE as u64).pow(3);
 /// Threads that sample a brick.
 const BRICK_GROUP: u32 = 256;
 
@@ -28,6 +30,7 @@ const BINDS_WGSL: &str = "
 @group(0) @binding(8) var<uniform> volume: Volume;
 @group(0) @binding(18) var<storage, read_write> arguments: array<u32>;
 @group(0) @binding(19) var<storage, read_write> words: array<u32>;
+@group(0) @binding(20) var<storage, read_write> brick_materials: array<u32>;
 @group(0) @binding(21) var<storage, read_write> near_cells: array<u32>;
 @group(0) @binding(22) var<storage, read_write> counters: array<atomic<u32>>;
 ";
@@ -36,6 +39,9 @@ const BINDS_WGSL: &str = "
 pub(crate) struct BrickTables {
     pub layout: BrickLayout,
     pub cells: Table,
+    /// What each brick of the pool looks like, then the materials of mixed ones.
+    pub materials: Table,
+    pub mixed: u64,
     /// Bricks of the pool along each axis.
     pub pool: [u32; 3],
     pub count: u64,
@@ -46,7 +52,7 @@ impl BrickTables {
     /// Bytes of the pool and the tables.
     pub fn memory_bytes(&self) -> u64 {
         let bricks: u64 = self.pool.map(u64::from).iter().product();
-        bricks * self.layout.brick_bytes() + self.cells.size()
+        bricks * self.layout.brick_bytes() + self.cells.size() + self.materials.size()
     }
 }
 
@@ -92,7 +98,7 @@ impl GpuVolume {
         let [x, y, z] = measures.grid.to_array().map(u64::from);
         let guess = (2 * (x * y + y * z + x * z)).min(cells);
         let most = budget.map_or(u64::MAX, |budget| {
-            budget.saturating_sub(measures.table_bytes()) / measures.brick_bytes()
+            budget.saturating_sub(measures.table_bytes()) / (measures.brick_bytes() + 8)
         });
         let over = |bricks: u64| GpuError::Budget {
             bricks,
@@ -104,16 +110,24 @@ impl GpuVolume {
         }
         let mut build = Build::new(field, program, measures)?;
         let mut room = guess.min(most);
+        // Where materials meet; a program of one has no such place.
+        let mut mixed_room = if program.materials().len() > 1 {
+            room / 4 + 16
+        } else {
+            0
+        };
         loop {
-            let (texture, stages) = build.run(room)?;
-            let count = build.bricks()?;
-            if count <= u64::from(build.words.capacity) {
-                return Ok((build.finish(texture, count)?, stages));
+            let (texture, stages) = build.run(room, mixed_room)?;
+            let [count, mixed] = build.counts()?;
+            let fits = mixed <= u64::from(build.words.mixed);
+            if count <= u64::from(build.words.capacity) && fits {
+                return Ok((build.finish(texture, count, mixed)?, stages));
             }
+            mixed_room = mixed_room.max(mixed);
             if count > most {
                 return Err(over(count));
             }
-            room = count;
+            room = room.max(count);
         }
     }
 
@@ -169,9 +183,16 @@ impl GpuVolume {
             .map(|&word| packed(word, pool))
             .collect();
         cells.write(gpu, &words)?;
+        let mut looks = bricks.materials().to_vec();
+        looks.resize(pool.iter().product::<u32>() as usize, 0);
+        looks.extend(bricks.mixed().iter().flatten());
+        let mut materials = Table::new("bricks' materials");
+        materials.write(gpu, &looks)?;
         let tables = BrickTables {
             layout: measures,
             cells,
+            materials,
+            mixed: (bricks.mixed().len() as u64) / PLACES,
             pool,
             count: bricks.len() as u64,
             lipschitz: bricks.lipschitz(),
@@ -204,6 +225,7 @@ fn march_words(measures: &BrickLayout, pool: [u32; 3], lipschitz: f32) -> Words 
         brick: measures.brick,
         pool_x: pool[0],
         pool_y: pool[1],
+        capacity: pool.iter().product(),
         ..crate::volume::dense_words(&measures.lattice, &measures.encoding, 1)
     }
 }
@@ -220,11 +242,13 @@ struct Build<'a> {
     measure: wgpu::ComputePipeline,
     plan: wgpu::ComputePipeline,
     fill_bricks: wgpu::ComputePipeline,
+    fill_materials: wgpu::ComputePipeline,
     settle: wgpu::ComputePipeline,
     words_uniform: wgpu::Buffer,
     fill_uniform: wgpu::Buffer,
     arguments: wgpu::Buffer,
     cells: Table,
+    materials: Table,
     candidates: Table,
     counters: Table,
 }
@@ -279,6 +303,7 @@ impl<'a> Build<'a> {
             field.field_wgsl(),
             wgsl::FILL,
             wgsl::WORDS,
+            wgsl::MATERIAL,
             wgsl::SPARSE,
         ]
         .concat();
@@ -290,11 +315,12 @@ impl<'a> Build<'a> {
             Bind::Write(CELLS),
             Bind::Write(CANDIDATES),
             Bind::Write(COUNTERS),
+            Bind::Write(BRICK_MATERIALS),
         ]);
         let layout = gpu.checked(|| self::layout(gpu, "Bricks::build", &binds))?;
         let constants = [("BRICK_GROUP", f64::from(BRICK_GROUP))];
-        let entry_points = ["measure", "fill_bricks", "settle"];
-        let [measure, fill_bricks, settle] =
+        let entry_points = ["measure", "fill_bricks", "fill_materials", "settle"];
+        let [measure, fill_bricks, fill_materials, settle] =
             pipelines(gpu, source.clone(), &layout, &constants, entry_points)?;
         // What says how much is dispatched is not bound where that is dispatched.
         let binds = [
@@ -315,24 +341,29 @@ impl<'a> Build<'a> {
             measure,
             plan,
             fill_bricks,
+            fill_materials,
             settle,
             words_uniform,
             fill_uniform,
             arguments,
             cells,
+            materials: Table::new("bricks' materials"),
             candidates,
             counters,
         })
     }
 
     /// Build into a pool with room for so many bricks.
-    fn run(&mut self, room: u64) -> Result<(wgpu::Texture, StagesMs), GpuError> {
+    fn run(&mut self, room: u64, mixed_room: u64) -> Result<(wgpu::Texture, StagesMs), GpuError> {
         let gpu = self.field.gpu();
         self.pool = pool_for(gpu, &self.measures, room)?;
         let texture = pool_texture(gpu, &self.measures, self.pool)?;
         self.words.pool_x = self.pool[0];
         self.words.pool_y = self.pool[1];
         self.words.capacity = self.pool.iter().product();
+        self.words.mixed = mixed_room as u32;
+        let bytes = 4 * u64::from(self.words.capacity) + 8 * PLACES * mixed_room;
+        self.materials.reserve_exact(gpu, bytes)?;
         gpu.queue
             .write_buffer(&self.words_uniform, 0, bytemuck::bytes_of(&self.words));
         let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
@@ -347,6 +378,7 @@ impl<'a> Build<'a> {
             entries.extend(self.cells.binding(CELLS));
             entries.extend(self.candidates.binding(CANDIDATES));
             entries.extend(self.counters.binding(COUNTERS));
+            entries.extend(self.materials.binding(BRICK_MATERIALS));
             gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
                 label: Some("Bricks::build"),
                 layout: &self.layout,
@@ -369,8 +401,10 @@ impl<'a> Build<'a> {
             let mut encoder = gpu
                 .device
                 .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-            if let Some(counters) = self.counters.buffer() {
-                encoder.clear_buffer(counters, 0, None);
+            for table in [&self.counters, &self.materials] {
+                if let Some(buffer) = table.buffer() {
+                    encoder.clear_buffer(buffer, 0, None);
+                }
             }
             gpu.queue.submit([encoder.finish()]);
         })?;
@@ -396,25 +430,33 @@ impl<'a> Build<'a> {
                 .write_buffer(&self.fill_uniform, 0, bytemuck::bytes_of(&fill));
             let groups = Groups::Indirect(&self.arguments, 12 * u64::from(chunk));
             bake.pass("fill", &self.fill_bricks, &bind_group, groups)?;
+            if mixed_room > 0 {
+                bake.pass("materials", &self.fill_materials, &bind_group, groups)?;
+            }
         }
         let groups = rows(blocks.div_ceil(64));
         bake.pass("settle", &self.settle, &bind_group, groups)?;
         Ok((texture, bake.finish()?))
     }
 
-    /// How many bricks the build has needed.
-    fn bricks(&self) -> Result<u64, GpuError> {
+    /// How many bricks the build has needed, and how many of them are mixed.
+    fn counts(&self) -> Result<[u64; 2], GpuError> {
         let counters = read_table(self.field.gpu(), &self.counters, 16)?;
-        let at = 4 * abi::COUNTER_BRICKS as usize;
-        let word = counters.get(at..at + 4).and_then(|w| w.try_into().ok());
-        Ok(u64::from(u32::from_le_bytes(word.unwrap_or_default())))
+        let count = |counter: u32| {
+            let at = 4 * counter as usize;
+            let word = counters.get(at..at + 4).and_then(|w| w.try_into().ok());
+            u64::from(u32::from_le_bytes(word.unwrap_or_default()))
+        };
+        Ok([abi::COUNTER_BRICKS, abi::COUNTER_MIXED].map(count))
     }
 
-    fn finish(self, texture: wgpu::Texture, count: u64) -> Result<GpuVolume, GpuError> {
+    fn finish(self, texture: wgpu::Texture, count: u64, mixed: u64) -> Result<GpuVolume, GpuError> {
         let words = march_words(&self.measures, self.pool, self.words.lipschitz);
         let tables = BrickTables {
             layout: self.measures,
             cells: self.cells,
+            materials: self.materials,
+            mixed,
             pool: self.pool,
             count,
             lipschitz: self.words.lipschitz,
@@ -492,5 +534,19 @@ pub(crate) fn read(
         .chunks_exact(4)
         .map(|word| unpacked(bytemuck::pod_read_unaligned(word), tables.pool))
         .collect();
-    Bricks::from_parts(measures, tables.lipschitz, words, pool).map_err(odd)
+    let capacity: u64 = tables.pool.map(u64::from).iter().product();
+    let looks = read_table(
+        gpu,
+        &tables.materials,
+        4 * capacity + 8 * PLACES * tables.mixed,
+    )?;
+    let mut looks: Vec<u32> = looks
+        .chunks_exact(4)
+        .map(bytemuck::pod_read_unaligned)
+        .collect();
+    let mixed = looks.split_off(capacity as usize);
+    let mixed = mixed.as_chunks::<2>().0.to_vec();
+    looks.truncate(tables.count as usize);
+    let materials = (looks, mixed);
+    Bricks::from_parts(measures, tables.lipschitz, words, materials, pool).map_err(odd)
 }

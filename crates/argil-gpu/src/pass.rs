@@ -23,7 +23,7 @@ pub(crate) const CENTERS: u32 = 16;
 pub(crate) const KEYS: u32 = 17;
 pub(crate) const ARGUMENTS: u32 = 18;
 pub(crate) const CELLS: u32 = 19;
-pub(crate) const CONES: u32 = 20;
+pub(crate) const BRICK_MATERIALS: u32 = 20;
 pub(crate) const CANDIDATES: u32 = 21;
 pub(crate) const COUNTERS: u32 = 22;
 pub(crate) const LIVE: u32 = 23;
@@ -58,13 +58,20 @@ pub(crate) const TREE_WGSL: &str = "
 
 pub(crate) const CELLS_WGSL: &str = "
 @group(0) @binding(19) var<storage, read> cells: array<u32>;
-@group(0) @binding(20) var<storage, read_write> cones: array<vec2<f32>>;
+@group(0) @binding(20) var<storage, read> brick_materials: array<u32>;
+// Of each block of pixels its cone; and a list of those that are left.
+struct PixelBlock {
+    begin: f32,
+    steps: u32,
+    place: u32,
+    spare: u32,
+}
 struct Live {
     groups_x: atomic<u32>,
     groups_y: u32,
     groups_z: u32,
     spare: u32,
-    blocks: array<u32>,
+    blocks: array<PixelBlock>,
 }
 @group(0) @binding(23) var<storage, read_write> live: Live;
 ";

@@ -2,9 +2,9 @@
 
 use crate::bake::Groups;
 use crate::pass::{
-    Bind, CELLS, CELLS_WGSL, COLORS, CONES, FIELD_BINDS, FRAME, HITS, LINEAR, LIVE, NODES,
-    PICTURE_WGSL, STORED, TABLES_WGSL, TREE_WGSL, TREE_WORDS, VOLUME, VOLUME_WGSL, entry, layout,
-    pipelines,
+    BRICK_MATERIALS, Bind, CELLS, CELLS_WGSL, COLORS, FIELD_BINDS, FRAME, HITS, LINEAR, LIVE,
+    NODES, PICTURE_WGSL, STORED, TABLES_WGSL, TREE_WGSL, TREE_WORDS, VOLUME, VOLUME_WGSL, entry,
+    layout, pipelines,
 };
 use crate::table::Table;
 use crate::timing::Timing;
@@ -50,8 +50,8 @@ impl PicturePass {
             Way::Field => (wgsl::FIELD, String::new()),
             Way::Dense => (wgsl::DENSE, VOLUME_WGSL.to_owned()),
             Way::Bricks => {
-                let words = argil_volume::wgsl::WORDS;
-                (wgsl::BRICKS, [VOLUME_WGSL, CELLS_WGSL, words].concat())
+                let words = [argil_volume::wgsl::WORDS, argil_volume::wgsl::MATERIAL].concat();
+                (wgsl::BRICKS, [VOLUME_WGSL, CELLS_WGSL, &words].concat())
             }
             Way::Octree => {
                 let morton = argil_math::morton_wgsl();
@@ -83,7 +83,11 @@ impl PicturePass {
             binds.extend([Bind::Read(NODES), Bind::Read(TREE_WORDS)]);
         }
         if way == Way::Bricks {
-            binds.extend([Bind::Read(CELLS), Bind::Write(CONES), Bind::Write(LIVE)]);
+            binds.extend([
+                Bind::Read(CELLS),
+                Bind::Read(BRICK_MATERIALS),
+                Bind::Write(LIVE),
+            ]);
         }
         let layout = gpu.checked(|| layout(gpu, "Picture", &binds))?;
         let sparse = if way == Way::Bricks {
@@ -124,11 +128,10 @@ impl PicturePass {
         hits.reserve(gpu, hit_bytes)?;
         let mut colors = Table::new("colors");
         colors.reserve(gpu, color_bytes)?;
-        let (mut cones, mut live) = (Table::new("cones"), Table::new("blocks"));
+        let mut live = Table::new("blocks of pixels");
         if self.sparse.is_some() {
             let blocks = u64::from(first.width.div_ceil(GROUP) * first.height.div_ceil(GROUP));
-            cones.reserve(gpu, 8 * blocks)?;
-            live.reserve(gpu, 16 + 4 * blocks)?;
+            live.reserve(gpu, 16 + 16 * blocks)?;
         }
         let arguments = gpu.checked(|| {
             gpu.device.create_buffer(&wgpu::BufferDescriptor {
@@ -152,7 +155,6 @@ impl PicturePass {
             entries.extend_from_slice(own);
             entries.extend(hits.binding(HITS));
             entries.extend(colors.binding(COLORS));
-            entries.extend(cones.binding(CONES));
             entries.extend(live.binding(LIVE));
             gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
                 label: Some("Picture"),

@@ -1,7 +1,7 @@
 //! Volumes on the device: what is kept of them, pictures, and the ways to and from the CPU.
 
 use crate::bricks::{self, BrickTables};
-use crate::pass::{CELLS, LINEAR, NODES, STORED, TREE_WORDS, VOLUME, entry};
+use crate::pass::{BRICK_MATERIALS, CELLS, LINEAR, NODES, STORED, TREE_WORDS, VOLUME, entry};
 use crate::picture::{PicturePass, Way};
 use crate::table::Table;
 use crate::{Gpu, GpuError, GpuField};
@@ -143,6 +143,7 @@ impl GpuVolume {
         }
         if let Kind::Bricks(tables) = &self.kind {
             own.extend(tables.cells.binding(CELLS));
+            own.extend(tables.materials.binding(BRICK_MATERIALS));
         }
         self.picture.draw(field, &own, frames)
     }

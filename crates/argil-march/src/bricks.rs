@@ -71,8 +71,8 @@ pub(crate) fn trace_bricks(
                 ended: [0; LANES],
             };
             match bricks {
-                BrickRays::Eight(s) => step_i8(frame, s, steps, wave, range, &mut found),
-                BrickRays::Sixteen(s) => step_i16(frame, s, steps, wave, range, &mut found),
+                BrickRays::Eight(s, _) => step_i8(frame, s, steps, wave, range, &mut found),
+                BrickRays::Sixteen(s, _) => step_i16(frame, s, steps, wave, range, &mut found),
             }
             for i in flagged(&found.ended) {
                 let ray = first + i;
@@ -166,8 +166,8 @@ fn settle(
             lanes.side[i] = wave.side[ray];
         }
         match bricks {
-            BrickRays::Eight(sampler) => solve_i8(frame, sampler, rays.len(), lanes),
-            BrickRays::Sixteen(sampler) => solve_i16(frame, sampler, rays.len(), lanes),
+            BrickRays::Eight(sampler, _) => solve_i8(frame, sampler, rays.len(), lanes),
+            BrickRays::Sixteen(sampler, _) => solve_i16(frame, sampler, rays.len(), lanes),
         }
         for (i, &ray) in rays.iter().enumerate() {
             let ray = ray as usize;

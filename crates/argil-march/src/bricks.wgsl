@@ -195,7 +195,7 @@ fn surface_normal(hit: Hit, p: vec3<f32>) -> vec3<f32> {
 // A block of pixels a group: one of those that its cone has left.
 @compute @workgroup_size(8, 8)
 fn march(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_id) local: vec3<u32>) {
-    let block_place = live.blocks[group.x];
+    let block_place = live.blocks[group.x].place;
     let blocks_across = (frame.width + CONE_SIDE - 1u) / CONE_SIDE;
     let x = block_place % blocks_across * CONE_SIDE + local.x;
     let y = block_place / blocks_across * CONE_SIDE + local.y;
@@ -205,8 +205,8 @@ fn march(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_id) 
     let at_pixel = y * frame.width + x;
     let ray = primary_ray(x, y);
     let span = box_span(ray);
-    let begin = cones[block_place];
-    let own_steps = select(0u, u32(begin.y), local.x == 0u && local.y == 0u);
+    let begin = live.blocks[block_place].begin;
+    let own_steps = select(0u, live.blocks[block_place].steps, local.x == 0u && local.y == 0u);
     let voxel = volume.extent_voxel.w;
     let scale = frame.eye_step.w;
     let brick = f32(volume.brick);
@@ -216,7 +216,7 @@ fn march(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_id) 
     // A ray's place in voxels at length t is u_begin + u_way · t.
     let u_begin = in_voxels(ray.origin);
     let u_way = ray.direction * (1.0 / voxel);
-    var t = max(span.x, begin.x);
+    var t = max(span.x, begin);
     var side = 0.0;
     var kind = HIT_NONE;
     var samples = 0u;
@@ -331,4 +331,34 @@ fn air_distance(p: vec3<f32>) -> f32 {
         total += weights.x * weights.y * weights.z * at_center(cell);
     }
     return select(total, stored_d, in_brick) + beside;
+}
+
+// Twin of Bricks::material; what bricks do not tell the field does.
+fn surface_material(p: vec3<f32>) -> MaterialWords {
+    let at = locate(in_voxels(p));
+    if !is_brick(at.word) {
+        field_surface(p);
+        return field_material;
+    }
+    let own = brick_materials[brick_number(at.word)];
+    if (own & BRICK_MIXED) == 0u {
+        return materials[min(own, arrayLength(&materials) - 1u)];
+    }
+    let steps = f32(MATERIAL_SIDE - 1u);
+    let place = clamp(at.inner * (steps / f32(volume.brick)), vec3(0.0), vec3(steps));
+    let begin = min(floor(place), vec3(steps - 1.0));
+    let share = place - begin;
+    let block = (own & ~BRICK_MIXED) * MATERIAL_SIDE * MATERIAL_SIDE * MATERIAL_SIDE;
+    var total = MaterialWords(vec4(0.0), vec4(0.0));
+    for (var corner = 0u; corner < 8u; corner++) {
+        let far = vec3(corner & 1u, (corner >> 1u) & 1u, corner >> 2u);
+        let index = vec3<u32>(begin) + far;
+        let word = volume.capacity + 2u * (block + index.x + MATERIAL_SIDE * (index.y + MATERIAL_SIDE * index.z));
+        let found = unpack_material(vec2(brick_materials[word], brick_materials[word + 1u]));
+        let weights = select(1.0 - share, share, far != vec3(0u));
+        let weight = weights.x * weights.y * weights.z;
+        total.base_roughness += weight * found.base_roughness;
+        total.emission_metallic += weight * found.emission_metallic;
+    }
+    return total;
 }

@@ -64,9 +64,10 @@ fn cone(@builtin(global_invocation_id) id: vec3<u32>) {
             break;
         }
     }
-    cones[place] = vec2(begin, f32(steps));
+    live.blocks[place].begin = begin;
+    live.blocks[place].steps = steps;
     if meets && begin < INFINITE {
-        live.blocks[atomicAdd(&live.groups_x, 1u)] = place;
+        live.blocks[atomicAdd(&live.groups_x, 1u)].place = place;
         return;
     }
     for (var i = 0u; i < CONE_SIDE * CONE_SIDE; i++) {

@@ -35,7 +35,8 @@ pub(crate) struct Shading {
     /// The tile's pixels that show a surface.
     pub lit: Vec<u32>,
     pub materials: Vec<MaterialWords>,
-    /// Of the solid's points alone.
+    /// Of the solid's points whose materials are evaluated: places among the materials, and what is found.
+    pub untold: Vec<u32>,
     pub found: Vec<MaterialWords>,
     pub sun: Vec<f32>,
     pub sky: Vec<f32>,

@@ -40,6 +40,14 @@ pub(crate) enum Air<'a, 'b> {
 }
 
 impl Air<'_, '_> {
+    /// What is stored of a point's material.
+    fn material(self, evaluator: &Evaluator<'_>, point: Vec3) -> Option<MaterialWords> {
+        match self {
+            Self::Field => None,
+            Self::Bricks(bricks) => bricks.material(point, evaluator.program().materials()),
+        }
+    }
+
     fn distances(self, evaluator: &mut Evaluator<'_>, points: [&[f32]; 3], out: &mut [f32]) {
         match self {
             Self::Field => evaluator.distances(points[0], points[1], points[2], out),
@@ -136,13 +144,25 @@ impl Shading {
             )
         };
 
-        // Materials at the solid's surface; the ground has its own.
+        // Materials at the solid's surface; the ground has its own. What bricks do not tell the field does.
         let solid = |&i: &u32| hits[i as usize].kind != abi::HIT_GROUND;
         points.clear();
-        self.lit
-            .iter()
-            .filter(|i| solid(i))
-            .for_each(|&i| points.push(surface(i).0));
+        self.materials.clear();
+        self.untold.clear();
+        for i in &self.lit {
+            let mut own = GROUND;
+            if solid(i) {
+                let p = surface(*i).0;
+                match air.material(evaluator, p) {
+                    Some(stored) => own = stored,
+                    None => {
+                        self.untold.push(self.materials.len() as u32);
+                        points.push(p);
+                    }
+                }
+            }
+            self.materials.push(own);
+        }
         points.d.resize(points.x.len(), 0.0);
         self.found.resize(points.x.len(), GROUND);
         for first in (0..points.x.len()).step_by(LANES) {
@@ -156,15 +176,8 @@ impl Shading {
                 m,
             );
         }
-        let mut found = self.found.iter();
-        self.materials.clear();
-        for i in &self.lit {
-            let own = if solid(i) {
-                found.next().copied()
-            } else {
-                None
-            };
-            self.materials.push(own.unwrap_or(GROUND));
+        for (&place, found) in self.untold.iter().zip(&self.found) {
+            self.materials[place as usize] = *found;
         }
 
         // The sky's share: how far the field rises along the normal. Ground far from the solid sees all of it.

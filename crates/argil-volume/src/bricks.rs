@@ -8,6 +8,7 @@
 //! ```text
 //!   masks   one for each block of 4³ cells: a bit for each cell with a brick
 //!   words   one for each cell, block by block: a brick's place, or a distance and whether the whole block is empty
+//!   materials, mixed   what bricks look like, see `material.rs`
 //!   pool    (brick + 1)³ samples a brick, x fastest: its cells' corners, so that interpolation never leaves it
 //! ```
 //!
@@ -18,9 +19,11 @@
 mod batch;
 mod build;
 mod layout;
+mod material;
 mod words;
 
 use crate::Texels;
+use argil_abi::BRICK_MIXED;
 use argil_field::Program;
 use glam::{UVec3, Vec3};
 
@@ -41,6 +44,10 @@ pub struct Bricks {
     words: Vec<u32>,
     /// Whose brick it is: the place of its cell's word.
     owners: Vec<u32>,
+    /// What each brick looks like.
+    materials: Vec<u32>,
+    /// The materials of mixed bricks.
+    mixed: Vec<[u32; 2]>,
     pool: Texels,
 }
 
@@ -62,6 +69,7 @@ impl Bricks {
         layout: BrickLayout,
         lipschitz: f32,
         words: Vec<u32>,
+        (materials, mixed): (Vec<u32>, Vec<[u32; 2]>),
         pool: Texels,
     ) -> Result<Self, &'static str> {
         if !(1.0..=1e6).contains(&lipschitz) {
@@ -96,7 +104,17 @@ impl Bricks {
         if owners == [u32::MAX] {
             owners.clear();
         }
+        if materials.len() != owners.len() || !mixed.len().is_multiple_of(material::PLACES) {
+            return Err("there are not as many materials as bricks");
+        }
+        let blocks = (mixed.len() / material::PLACES) as u32;
+        let is_beyond = |&m: &u32| m & BRICK_MIXED != 0 && m & !BRICK_MIXED >= blocks;
+        if materials.iter().any(is_beyond) {
+            return Err("a mixed brick's materials are not there");
+        }
         Ok(Self {
+            materials,
+            mixed,
             layout,
             lipschitz,
             masks,
@@ -145,7 +163,9 @@ impl Bricks {
     pub fn memory_bytes(&self) -> u64 {
         let tables = size_of_val(&self.masks[..])
             + size_of_val(&self.words[..])
-            + size_of_val(&self.owners[..]);
+            + size_of_val(&self.owners[..])
+            + size_of_val(&self.materials[..])
+            + size_of_val(&self.mixed[..]);
         tables as u64 + self.pool.bytes().len() as u64
     }
 

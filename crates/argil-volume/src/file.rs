@@ -6,6 +6,7 @@
 //!   DESC  what the volume is        SCEN  the scene that it was made from, as JSON
 //!   CODE  codes of bricks           NODE  nodes           ROWS  where each level of nodes begins
 //!   CELL  what is in each cell of sparse bricks, whose samples are TEX0
+//!   MATE  what each brick looks like        MIXD  the materials of mixed bricks
 //!   TEX0  texels of level 0         TEX1  of level 1 …
 //! ```
 //!
@@ -47,6 +48,10 @@ pub enum Section {
     Levels,
     /// Words of cells.
     Cells,
+    /// What bricks look like.
+    Materials,
+    /// The materials of mixed bricks.
+    Mixed,
     /// Texels of a level of detail, or the samples of bricks.
     Texels(u8),
 }
@@ -61,6 +66,8 @@ impl Section {
             Self::Nodes => *b"NODE",
             Self::Levels => *b"ROWS",
             Self::Cells => *b"CELL",
+            Self::Materials => *b"MATE",
+            Self::Mixed => *b"MIXD",
             Self::Texels(level) => [b'T', b'E', b'X', DIGITS[usize::from(level) % DIGITS.len()]],
         }
     }
@@ -74,6 +81,8 @@ impl Section {
             Self::Nodes,
             Self::Levels,
             Self::Cells,
+            Self::Materials,
+            Self::Mixed,
         ]
         .into_iter()
         .chain(texels)
@@ -93,6 +102,8 @@ impl fmt::Display for Section {
             Self::Nodes => "the tree's nodes",
             Self::Levels => "the tree's levels",
             Self::Cells => "the cells",
+            Self::Materials => "the bricks' materials",
+            Self::Mixed => "the materials of mixed bricks",
             Self::Texels(_) => "texels",
         };
         write!(f, "section {name} ({what})")

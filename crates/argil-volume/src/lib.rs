@@ -60,6 +60,8 @@ pub mod wgsl {
     );
     /// What is in a cell of sparse bricks.
     pub const WORDS: &str = include_str!("bricks/words.wgsl");
+    /// Materials of sparse bricks.
+    pub const MATERIAL: &str = include_str!("bricks/material.wgsl");
     /// Building sparse bricks: `measure`, `plan`, `fill_bricks` and `settle`.
     pub const SPARSE: &str = include_str!("bricks/build.wgsl");
     /// Filling bricks and the cells without one: `fill_bricks` and `fill_vacant`.

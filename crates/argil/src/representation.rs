@@ -205,7 +205,7 @@ impl VolumeInfo {
 pub(crate) enum Kept {
     Field,
     Cpu(Volume),
-    Gpu(Box<GpuVolume>),
+    Gpu(GpuVolume),
 }
 
 /// The lattice of a scene's volume.
@@ -240,7 +240,7 @@ pub(crate) fn build(
                 let (mips, fill) = (options.mips, options.fill);
                 let (volume, stages) =
                     GpuVolume::dense(field, program, lattice, encoding, mips, fill)?;
-                return Ok((Kept::Gpu(Box::new(volume)), BuildTimes::of_stages(stages)));
+                return Ok((Kept::Gpu(volume), BuildTimes::of_stages(stages)));
             }
             let start = Instant::now();
             let dense = Dense::bake(program, lattice, encoding, options.mips);
@@ -259,7 +259,7 @@ pub(crate) fn build(
                     _ => budget_of(&options),
                 };
                 let (volume, stages) = GpuVolume::bricks(field, program, layout, budget)?;
-                return Ok((Kept::Gpu(Box::new(volume)), BuildTimes::of_stages(stages)));
+                return Ok((Kept::Gpu(volume), BuildTimes::of_stages(stages)));
             }
             let (bricks, stages) = Bricks::bake(program, layout, budget_of(&options))?;
             let stages = vec![
@@ -282,7 +282,7 @@ pub(crate) fn build(
                 let (mut volume, stages) =
                     GpuVolume::octree(field, program, layout, keep, options.order)?;
                 volume.set_descent(options.descent);
-                return Ok((Kept::Gpu(Box::new(volume)), BuildTimes::of_stages(stages)));
+                return Ok((Kept::Gpu(volume), BuildTimes::of_stages(stages)));
             }
             let (octree, stages) = Octree::bake(program, layout, keep);
             let stages = vec![

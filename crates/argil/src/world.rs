@@ -103,7 +103,7 @@ impl World {
         world.kept = match &world.gpu {
             Some(gpu) => {
                 let volume = GpuVolume::upload(gpu, &stored.volume).map_err(BuildError::from)?;
-                Kept::Gpu(Box::new(volume))
+                Kept::Gpu(volume)
             }
             None => Kept::Cpu(stored.volume),
         };

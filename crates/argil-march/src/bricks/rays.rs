@@ -1,19 +1,21 @@
 //! Bricks of either width, ready to be marched through.
 
+use argil_abi::MaterialWords;
 use argil_volume::{Bits, BrickSampler, Bricks};
+use glam::Vec3;
 use multiversion::multiversion;
 
 /// Bricks, ready to be marched through.
 pub(crate) enum BrickRays<'a> {
-    Eight(BrickSampler<'a, i8>),
-    Sixteen(BrickSampler<'a, i16>),
+    Eight(BrickSampler<'a, i8>, &'a Bricks),
+    Sixteen(BrickSampler<'a, i16>, &'a Bricks),
 }
 
 impl<'a> BrickRays<'a> {
     pub fn new(bricks: &'a Bricks) -> Option<Self> {
         match bricks.layout().encoding.bits {
-            Bits::Eight => BrickSampler::new(bricks).map(Self::Eight),
-            Bits::Sixteen => BrickSampler::new(bricks).map(Self::Sixteen),
+            Bits::Eight => BrickSampler::new(bricks).map(|s| Self::Eight(s, bricks)),
+            Bits::Sixteen => BrickSampler::new(bricks).map(|s| Self::Sixteen(s, bricks)),
         }
     }
 
@@ -22,30 +24,36 @@ impl<'a> BrickRays<'a> {
     pub fn clearances(&self, points: [&[f32]; 3], out: &mut [f32]) {
         let margin = 0.5 * 3f32.sqrt() * self.voxel();
         match self {
-            Self::Eight(sampler) => clearances_i8(sampler, points, margin, out),
-            Self::Sixteen(sampler) => clearances_i16(sampler, points, margin, out),
+            Self::Eight(sampler, _) => clearances_i8(sampler, points, margin, out),
+            Self::Sixteen(sampler, _) => clearances_i16(sampler, points, margin, out),
         }
     }
 
     /// The signed distances at points in the world, as nearly as they are known.
     pub fn estimates(&self, points: [&[f32]; 3], out: &mut [f32]) {
         match self {
-            Self::Eight(sampler) => estimates_i8(sampler, points, out),
-            Self::Sixteen(sampler) => estimates_i16(sampler, points, out),
+            Self::Eight(sampler, _) => estimates_i8(sampler, points, out),
+            Self::Sixteen(sampler, _) => estimates_i16(sampler, points, out),
         }
+    }
+
+    /// What a point in a brick looks like.
+    pub fn material(&self, point: Vec3, palette: &[MaterialWords]) -> Option<MaterialWords> {
+        let (Self::Eight(_, bricks) | Self::Sixteen(_, bricks)) = self;
+        bricks.material(point, palette)
     }
 
     pub fn voxel(&self) -> f32 {
         match self {
-            Self::Eight(sampler) => sampler.layout().lattice.voxel,
-            Self::Sixteen(sampler) => sampler.layout().lattice.voxel,
+            Self::Eight(sampler, _) => sampler.layout().lattice.voxel,
+            Self::Sixteen(sampler, _) => sampler.layout().lattice.voxel,
         }
     }
 
     pub fn bounds(&self) -> argil_math::Aabb {
         match self {
-            Self::Eight(sampler) => sampler.layout().lattice.aabb(),
-            Self::Sixteen(sampler) => sampler.layout().lattice.aabb(),
+            Self::Eight(sampler, _) => sampler.layout().lattice.aabb(),
+            Self::Sixteen(sampler, _) => sampler.layout().lattice.aabb(),
         }
     }
 }

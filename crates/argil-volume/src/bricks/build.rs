@@ -7,10 +7,11 @@
 
 use super::Bricks;
 use super::layout::{BLOCK_SIDE, BrickLayout, BricksError};
+use super::material::{PLACES, packed};
 use super::words::{Word, empty_word, lonely_word};
 use crate::encoding::encode;
 use crate::{Bits, Texel, Texels};
-use argil_abi::{Fill, Instr};
+use argil_abi::{BRICK_MIXED, Fill, Instr, MATERIAL_SIDE, MaterialWords};
 use argil_field::{CELLS, ClearTerms, Evaluator, LANES, Program, Pruner};
 use glam::{UVec3, Vec3, uvec3};
 use multiversion::multiversion;
@@ -117,7 +118,7 @@ pub(super) fn bake(
         .filter(|c| !c.cells.is_empty())
         .collect();
     let count: usize = candidates.iter().map(|c| c.cells.len()).sum();
-    let needed = layout.table_bytes() + count as u64 * (layout.brick_bytes() + 4);
+    let needed = layout.table_bytes() + count as u64 * (layout.brick_bytes() + 8);
     if let Some(budget) = budget
         && needed > budget
     {
@@ -130,7 +131,7 @@ pub(super) fn bake(
     let pruned = start.elapsed();
 
     // Fill, drop, close the gaps.
-    let (pool, owners, filled) = match layout.encoding.bits {
+    let (filled, at) = match layout.encoding.bits {
         Bits::Eight => fill::<i8>(program, &layout, &bounds, &candidates, count, &mut words),
         Bits::Sixteen => fill::<i16>(program, &layout, &bounds, &candidates, count, &mut words),
     };
@@ -151,16 +152,18 @@ pub(super) fn bake(
     let ms = |d: std::time::Duration| d.as_secs_f64() * 1e3;
     let stages = BrickStagesMs {
         prune: ms(pruned),
-        fill: ms(filled.duration_since(start) - pruned),
-        settle: ms(filled.elapsed()),
+        fill: ms(at.duration_since(start) - pruned),
+        settle: ms(at.elapsed()),
     };
     let bricks = Bricks {
         layout,
         lipschitz: program.lipschitz(),
         masks,
         words,
-        owners,
-        pool,
+        owners: filled.owners,
+        materials: filled.materials,
+        mixed: filled.mixed,
+        pool: filled.pool,
     };
     Ok((bricks, stages))
 }
@@ -309,15 +312,17 @@ fn fill<T: Texel>(
     candidates: &[Candidates],
     count: usize,
     words: &mut [u32],
-) -> (Texels, Vec<u32>, Instant) {
+) -> (Filled, Instant) {
     let samples = layout.brick_samples() as usize;
     let fill = layout.encoding.fill(program, &layout.lattice, 0);
     let mut pool = vec![T::default(); count.max(1) * samples];
     let mut owners = vec![0u32; count];
+    let mut materials = vec![0u32; count];
 
     // Each block's own parts of the pool and of the words.
     let (mut pool_left, mut words_left, mut done) = (&mut pool[..], &mut *words, 0);
     let mut owners_left = &mut owners[..];
+    let mut materials_left = &mut materials[..];
     let mut brick = 0u32;
     let mut jobs = Vec::with_capacity(candidates.len());
     for found in candidates {
@@ -326,40 +331,83 @@ fn fill<T: Texel>(
         pool_left = rest;
         let (own_owners, rest) = owners_left.split_at_mut(n);
         owners_left = rest;
+        let (own_materials, rest) = materials_left.split_at_mut(n);
+        materials_left = rest;
         let (_, rest) = words_left.split_at_mut((found.block - done) * 64);
         let (own_words, rest) = rest.split_at_mut(64);
         (words_left, done) = (rest, found.block + 1);
-        jobs.push((found, brick, own_pool, own_owners, own_words));
+        jobs.push((
+            found,
+            brick,
+            own_pool,
+            (own_owners, own_materials),
+            own_words,
+        ));
         brick += n as u32;
     }
-    jobs.into_par_iter().for_each_init(
-        || Filler::new(program, layout, &fill),
-        |filler, (found, first, pool, owners, words)| {
-            let corner = layout.cell_at(found.block * 64);
-            let bricks = pool.chunks_exact_mut(samples).zip(owners);
-            for ((k, (inner, range)), (out, owner)) in (0..).zip(&found.cells).zip(bricks) {
-                let i = u32::from(*inner);
-                let cell = corner + uvec3(i % 4, i / 4 % 4, i / 16);
-                let least = filler.brick(&found.instrs[range.clone()], cell, out);
-                // Half of a voxel's diagonal from a sample at most.
-                let reach = 0.5 * 3f32.sqrt() * layout.lattice.voxel;
-                *owner = u32::MAX;
-                if !bounds.is_clear(least, reach) {
-                    *owner = (found.block * 64) as u32 + i;
-                    words[usize::from(*inner)] = first + k;
+    let mixed: Vec<Vec<[u32; 2]>> = jobs
+        .into_par_iter()
+        .map_init(
+            || Filler::new(program, layout, &fill),
+            |filler, (found, first, pool, (owners, materials), words)| {
+                let mut mixed = Vec::new();
+                let corner = layout.cell_at(found.block * 64);
+                let bricks = pool.chunks_exact_mut(samples).zip(owners).zip(materials);
+                for ((k, (inner, range)), ((out, owner), material)) in
+                    (0..).zip(&found.cells).zip(bricks)
+                {
+                    let i = u32::from(*inner);
+                    let cell = corner + uvec3(i % 4, i / 4 % 4, i / 16);
+                    let least = filler.brick(&found.instrs[range.clone()], cell, out);
+                    // Half of a voxel's diagonal from a sample at most.
+                    let reach = 0.5 * 3f32.sqrt() * layout.lattice.voxel;
+                    *owner = u32::MAX;
+                    if !bounds.is_clear(least, reach) {
+                        *owner = (found.block * 64) as u32 + i;
+                        words[usize::from(*inner)] = first + k;
+                        *material = filler.material(&found.instrs[range.clone()], cell, &mut mixed);
+                    }
                 }
+                mixed
+            },
+        )
+        .collect();
+
+    // Each block of cells has counted its mixed bricks from 0.
+    let (mut brick, mut before) = (0, 0);
+    for (found, own) in candidates.iter().zip(&mixed) {
+        for material in &mut materials[brick..brick + found.cells.len()] {
+            if *material & BRICK_MIXED != 0 {
+                *material += before;
             }
-        },
-    );
-    let filled = Instant::now();
-    close_gaps(&mut pool, &mut owners, samples, words);
-    (Texels::from_vec(pool), owners, filled)
+        }
+        brick += found.cells.len();
+        before += (own.len() / PLACES) as u32;
+    }
+    let at = Instant::now();
+    close_gaps(&mut pool, &mut owners, &mut materials, samples, words);
+    let filled = Filled {
+        pool: Texels::from_vec(pool),
+        owners,
+        materials,
+        mixed: mixed.concat(),
+    };
+    (filled, at)
+}
+
+/// Bricks as they were filled.
+struct Filled {
+    pool: Texels,
+    owners: Vec<u32>,
+    materials: Vec<u32>,
+    mixed: Vec<[u32; 2]>,
 }
 
 /// Move the last bricks into the places of those that were dropped.
 fn close_gaps<T: Texel>(
     pool: &mut Vec<T>,
     owners: &mut Vec<u32>,
+    materials: &mut Vec<u32>,
     samples: usize,
     words: &mut [u32],
 ) {
@@ -373,6 +421,7 @@ fn close_gaps<T: Texel>(
         if last > gap && owners[last] != u32::MAX {
             pool.copy_within(last * samples..(last + 1) * samples, gap * samples);
             owners[gap] = owners[last];
+            materials[gap] = materials[last];
             words[owners[gap] as usize] = gap as u32;
             gap += 1;
         }
@@ -381,10 +430,13 @@ fn close_gaps<T: Texel>(
     pool.truncate(owners.len().max(1) * samples);
     pool.shrink_to_fit();
     owners.shrink_to_fit();
+    materials.truncate(owners.len());
+    materials.shrink_to_fit();
 }
 
 /// Evaluates bricks for one thread.
 struct Filler<'a> {
+    program: &'a Program,
     layout: &'a BrickLayout,
     fill: &'a Fill,
     evaluator: Evaluator<'a>,
@@ -402,6 +454,7 @@ impl<'a> Filler<'a> {
                 .collect()
         };
         Self {
+            program,
             layout,
             fill,
             evaluator: Evaluator::new(program),
@@ -430,6 +483,44 @@ impl<'a> Filler<'a> {
         }
         encode(&self.d, self.fill, out);
         nearest(&self.d)
+    }
+
+    /// What a cell's brick looks like: one material, or a mixed brick's place among the block's.
+    fn material(&mut self, instrs: &[Instr], cell: UVec3, mixed: &mut Vec<[u32; 2]>) -> u32 {
+        let takes = |i: &&Instr| {
+            i.op < argil_abi::OP_SHAPES_END && i.flags & argil_abi::FLAG_KEEP_MATERIAL == 0
+        };
+        let mut all = instrs.iter().filter(takes).map(|i| i.operand);
+        let first = all.next().unwrap_or(0);
+        if all.all(|other| other == first) {
+            return first;
+        }
+        let lattice = &self.layout.lattice;
+        let begin = (cell * self.layout.brick).as_vec3();
+        let step = self.layout.brick as f32 / (MATERIAL_SIDE - 1) as f32;
+        let [mut x, mut y, mut z, mut d] = [[0.0f32; PLACES]; 4];
+        for i in 0..PLACES {
+            let place = i as u32;
+            let place = uvec3(
+                place % MATERIAL_SIDE,
+                place / MATERIAL_SIDE % MATERIAL_SIDE,
+                place / MATERIAL_SIDE / MATERIAL_SIDE,
+            );
+            let p = lattice.corner + lattice.voxel * (begin + step * place.as_vec3());
+            (x[i], y[i], z[i]) = (p.x, p.y, p.z);
+        }
+        let mut found = [MaterialWords::default(); PLACES];
+        self.evaluator
+            .materials_by(instrs, [&x, &y, &z], &mut d, &mut found);
+        let one = packed(&found[0]);
+        let palette = self.program.materials();
+        if found.iter().all(|m| packed(m) == one)
+            && let Some(place) = palette.iter().position(|m| packed(m) == one)
+        {
+            return place as u32;
+        }
+        mixed.extend(found.iter().map(packed));
+        BRICK_MIXED | (mixed.len() / PLACES - 1) as u32
     }
 }
 

@@ -104,6 +104,60 @@ fn fill_bricks(@builtin(workgroup_id) id: vec3<u32>, @builtin(local_invocation_i
     }
 }
 
+var<workgroup> first_packed: vec2<u32>;
+var<workgroup> differing: atomic<u32>;
+var<workgroup> look: u32;
+
+// What a brick looks like: a brick a group, a place a thread.
+@compute @workgroup_size(BRICK_GROUP)
+fn fill_materials(@builtin(workgroup_id) id: vec3<u32>, @builtin(local_invocation_index) local: u32) {
+    let at = near_cells[fill.first_layer + id.x];
+    let word = words[at];
+    let cell = cell_at(at);
+    let is_there = is_brick(word);
+    let is_place = is_there && local < MATERIAL_SIDE * MATERIAL_SIDE * MATERIAL_SIDE;
+    let place = vec3(local % MATERIAL_SIDE, local / MATERIAL_SIDE % MATERIAL_SIDE, local / MATERIAL_SIDE / MATERIAL_SIDE);
+    let inner = vec3<f32>(place) * (f32(volume.brick) / f32(MATERIAL_SIDE - 1u));
+    var mine = vec2(0u);
+    if is_place {
+        field_surface(volume.corner_range.xyz + volume.extent_voxel.w * (vec3<f32>(cell * volume.brick) + inner));
+        mine = pack_material(field_material);
+    }
+    if local == 0u {
+        first_packed = mine;
+        atomicStore(&differing, 0u);
+    }
+    workgroupBarrier();
+    if is_place && any(mine != first_packed) {
+        atomicStore(&differing, 1u);
+    }
+    workgroupBarrier();
+    if local == 0u && is_there {
+        look = BRICK_MIXED;
+        if atomicLoad(&differing) == 0u {
+            for (var i = 0u; i < arrayLength(&materials); i++) {
+                if look == BRICK_MIXED && all(pack_material(materials[i]) == mine) {
+                    look = i;
+                }
+            }
+        }
+        if look == BRICK_MIXED {
+            look = BRICK_MIXED | atomicAdd(&counters[COUNTER_MIXED], 1u);
+        }
+        let number = brick_number(word);
+        if number < volume.capacity {
+            brick_materials[number] = look;
+        }
+    }
+    workgroupBarrier();
+    let block = look & ~BRICK_MIXED;
+    if is_place && (look & BRICK_MIXED) != 0u && block < volume.mixed {
+        let to = volume.capacity + 2u * (block * MATERIAL_SIDE * MATERIAL_SIDE * MATERIAL_SIDE + local);
+        brick_materials[to] = mine.x;
+        brick_materials[to + 1u] = mine.y;
+    }
+}
+
 // Marks what is empty: one thread a block.
 @compute @workgroup_size(64)
 fn settle(@builtin(workgroup_id) id: vec3<u32>, @builtin(num_workgroups) count: vec3<u32>, @builtin(local_invocation_index) local: u32) {

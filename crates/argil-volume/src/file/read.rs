@@ -271,10 +271,16 @@ impl<'a> Reader<'a> {
             range,
             bits: encoding.bits,
         };
+        let mixed = self.words(Section::Mixed)?;
+        if !mixed.len().is_multiple_of(2) {
+            return Err(self.fault(Section::Mixed, "half a material is left"));
+        }
+        let mixed = mixed.as_chunks::<2>().0.to_vec();
         Bricks::from_parts(
             layout,
             f32::from_bits(lipschitz),
             self.words(Section::Cells)?,
+            (self.words(Section::Materials)?, mixed),
             pool,
         )
         .map_err(|reason| self.fault(Section::Cells, reason))

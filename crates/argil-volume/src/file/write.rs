@@ -40,6 +40,8 @@ pub(super) fn write(volume: &Volume, scene_json: &str, mut out: impl Write) -> i
             let own = [1, layout.brick, bricks.lipschitz().to_bits()];
             description = describe(KIND_BRICKS, &layout.encoding, &layout.lattice, own);
             sections.push((Section::Cells, bytemuck::cast_slice(bricks.words())));
+            sections.push((Section::Materials, bytemuck::cast_slice(bricks.materials())));
+            sections.push((Section::Mixed, bytemuck::cast_slice(bricks.mixed())));
             sections.push((Section::Texels(0), bricks.pool().bytes()));
         }
     }

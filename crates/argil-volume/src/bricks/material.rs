@@ -1,0 +1,110 @@
+//! What bricks look like; `material.wgsl` is the twin.
+//!
+//! A brick of one material keeps that material's place in the program's table. A brick of several, or of blends, keeps
+//! materials at 5³ places, from one end to the other along each axis, eight bytes each; between them they are
+//! interpolated.
+
+use super::Bricks;
+use argil_abi::{BRICK_MIXED, MATERIAL_SIDE, MaterialWords};
+use glam::Vec3;
+
+/// Places of a mixed brick.
+pub(crate) const PLACES: usize = MATERIAL_SIDE.pow(3) as usize;
+
+/// A material in eight bytes: the square roots of base colours, roughness; emission e as e / (1 + e), metallic.
+pub(crate) fn packed(m: &MaterialWords) -> [u32; 2] {
+    let byte = |v: f32| (v.clamp(0.0, 1.0) * 255.0 + 0.5) as u32;
+    let [r, g, b, roughness] = m.base_roughness;
+    let [er, eg, eb, metallic] = m.emission_metallic;
+    let root = |c: f32| byte(c.max(0.0).sqrt());
+    let light = |e: f32| byte(e.max(0.0) / (1.0 + e.max(0.0)));
+    [
+        root(r) | root(g) << 8 | root(b) << 16 | byte(roughness) << 24,
+        light(er) | light(eg) << 8 | light(eb) << 16 | byte(metallic) << 24,
+    ]
+}
+
+fn unpacked([a, b]: [u32; 2]) -> MaterialWords {
+    let byte = |word: u32, at: u32| (word >> (8 * at) & 255) as f32 * (1.0 / 255.0);
+    let square = |at: u32| byte(a, at) * byte(a, at);
+    let light = |at: u32| byte(b, at) / (1.0 - byte(b, at)).max(1.0 / 512.0);
+    MaterialWords {
+        base_roughness: [square(0), square(1), square(2), byte(a, 3)],
+        emission_metallic: [light(0), light(1), light(2), byte(b, 3)],
+    }
+}
+
+impl Bricks {
+    /// What a point in a brick looks like, of a program's table of materials; `None` where there is no brick.
+    pub fn material(&self, point: Vec3, palette: &[MaterialWords]) -> Option<MaterialWords> {
+        let lattice = &self.layout.lattice;
+        let u =
+            ((point - lattice.corner) / lattice.voxel).clamp(Vec3::ZERO, lattice.size.as_vec3());
+        let side = self.layout.brick as f32;
+        let cell = (u / side).floor().as_uvec3().min(self.layout.grid - 1);
+        let word = self.words[self.layout.word_index(cell)];
+        if !super::is_brick(word) {
+            return None;
+        }
+        let material = *self.materials.get(word as usize)?;
+        if material & BRICK_MIXED == 0 {
+            return palette.get(material as usize).or(palette.first()).copied();
+        }
+        let steps = (MATERIAL_SIDE - 1) as f32;
+        let place =
+            ((u - cell.as_vec3() * side) * (steps / side)).clamp(Vec3::ZERO, Vec3::splat(steps));
+        let begin = place.floor().min(Vec3::splat(steps - 1.0));
+        let share = place - begin;
+        let begin = begin.as_uvec3();
+        let block = (material & !BRICK_MIXED) as usize * PLACES;
+        let mut total = MaterialWords::default();
+        for corner in 0..8u32 {
+            let far = glam::uvec3(corner & 1, corner >> 1 & 1, corner >> 2);
+            let at = begin + far;
+            let index = at.x + MATERIAL_SIDE * (at.y + MATERIAL_SIDE * at.z);
+            let own = unpacked(*self.mixed.get(block + index as usize)?);
+            let of = |axis: usize| {
+                if far[axis] != 0 {
+                    share[axis]
+                } else {
+                    1.0 - share[axis]
+                }
+            };
+            let weight = of(0) * of(1) * of(2);
+            for k in 0..4 {
+                total.base_roughness[k] += weight * own.base_roughness[k];
+                total.emission_metallic[k] += weight * own.emission_metallic[k];
+            }
+        }
+        Some(total)
+    }
+
+    /// What each brick looks like: a place in the program's table, or with the top bit set that of a mixed brick.
+    pub fn materials(&self) -> &[u32] {
+        &self.materials
+    }
+
+    /// The materials of mixed bricks, 5³ each.
+    pub fn mixed(&self) -> &[[u32; 2]] {
+        &self.mixed
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn eight_bytes_hold_a_material_to_a_hundredth() {
+        let m = MaterialWords {
+            base_roughness: [0.75, 0.02, 0.31, 0.4],
+            emission_metallic: [0.0, 0.5, 4.0, 1.0],
+        };
+        let found = unpacked(packed(&m));
+        for k in 0..4 {
+            assert!((found.base_roughness[k] - m.base_roughness[k]).abs() < 0.01);
+            let e = m.emission_metallic[k];
+            assert!((found.emission_metallic[k] - e).abs() < 0.005 + 0.02 * e * (1.0 + e));
+        }
+    }
+}
