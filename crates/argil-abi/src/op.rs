@@ -123,7 +123,7 @@ constants! { FLAGS:
     /// The first node above bricks of each ray.
     SHOW_NODES = 5;
     /// Places along a mixed brick's side that have a material.
-    MATERIAL_SIDE = 5;
+    MATERIAL_SIDE = 4;
     /// Of a brick's material: it is mixed.
     BRICK_MIXED = 2147483648;
     /// The counter of mixed bricks.

@@ -17,9 +17,14 @@ use argil_abi as abi;
 
 /// `a` ← mix(a, b, weights).
 #[inline(always)]
-fn mix_materials(a: &mut MaterialLanes, b: impl Fn(usize, usize) -> f32, weights: &F32Lanes) {
+fn mix_materials(
+    a: &mut MaterialLanes,
+    active: usize,
+    b: impl Fn(usize, usize) -> f32,
+    weights: &F32Lanes,
+) {
     for (k, lanes) in a.iter_mut().enumerate() {
-        for i in 0..LANES {
+        for i in 0..active.min(LANES) {
             lanes.0[i] += (b(k, i) - lanes.0[i]) * weights.0[i];
         }
     }
@@ -101,7 +106,7 @@ pub(crate) fn run<R: Real, const CARRIED: u8>(
                             m.emission_metallic[k - 4]
                         }
                     };
-                    mix_materials(&mut r.material, |k, _| of(k), &w);
+                    mix_materials(&mut r.material, r.active, |k, _| of(k), &w);
                 }
                 for i in 0..LANES {
                     let d = combine_smooth(R::get(&a, i), R::get(&r.acc, i), &joint);
@@ -139,7 +144,7 @@ pub(crate) fn run<R: Real, const CARRIED: u8>(
                         std::mem::swap(&mut other, &mut r.material);
                     }
                     let w = weights::<R>(&saved, &r.acc, &j, flags);
-                    mix_materials(&mut other, |k, i| r.material[k].0[i], &w);
+                    mix_materials(&mut other, r.active, |k, i| r.material[k].0[i], &w);
                     *r.material = other;
                 }
                 if CARRIED == MARKS {

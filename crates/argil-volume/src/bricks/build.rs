@@ -512,9 +512,12 @@ impl<'a> Filler<'a> {
         let mut found = [MaterialWords::default(); PLACES];
         self.evaluator
             .materials_by(instrs, [&x, &y, &z], &mut d, &mut found);
-        let one = packed(&found[0]);
+        // Between places that are farther from the surface than the diagonal from one to the next, there is none.
+        let reach = 1.01 * self.program.lipschitz() * 3f32.sqrt() * step * lattice.voxel;
+        let mut near = found.iter().zip(&d).filter(|(_, d)| d.abs() <= reach);
         let palette = self.program.materials();
-        if found.iter().all(|m| packed(m) == one)
+        if let Some(one) = near.next().map(|(m, _)| packed(m))
+            && near.all(|(m, _)| packed(m) == one)
             && let Some(place) = palette.iter().position(|m| packed(m) == one)
         {
             return place as u32;

@@ -106,6 +106,7 @@ fn fill_bricks(@builtin(workgroup_id) id: vec3<u32>, @builtin(local_invocation_i
 
 var<workgroup> first_packed: vec2<u32>;
 var<workgroup> differing: atomic<u32>;
+var<workgroup> first_place: atomic<u32>;
 var<workgroup> look: u32;
 
 // What a brick looks like: a brick a group, a place a thread.
@@ -119,16 +120,29 @@ fn fill_materials(@builtin(workgroup_id) id: vec3<u32>, @builtin(local_invocatio
     let place = vec3(local % MATERIAL_SIDE, local / MATERIAL_SIDE % MATERIAL_SIDE, local / MATERIAL_SIDE / MATERIAL_SIDE);
     let inner = vec3<f32>(place) * (f32(volume.brick) / f32(MATERIAL_SIDE - 1u));
     var mine = vec2(0u);
+    var is_near = false;
     if is_place {
-        field_surface(volume.corner_range.xyz + volume.extent_voxel.w * (vec3<f32>(cell * volume.brick) + inner));
+        let d = field_surface(volume.corner_range.xyz + volume.extent_voxel.w * (vec3<f32>(cell * volume.brick) + inner));
         mine = pack_material(field_material);
+        // Between places that are farther from the surface than the diagonal from one to the next, there is none.
+        let step = f32(volume.brick) / f32(MATERIAL_SIDE - 1u);
+        is_near = abs(d) <= 1.01 * volume.lipschitz * 1.7320508 * step * volume.extent_voxel.w;
     }
     if local == 0u {
-        first_packed = mine;
+        atomicStore(&first_place, 0xffffffffu);
         atomicStore(&differing, 0u);
     }
     workgroupBarrier();
-    if is_place && any(mine != first_packed) {
+    if is_near {
+        atomicMin(&first_place, local);
+    }
+    workgroupBarrier();
+    let first = atomicLoad(&first_place);
+    if local == first {
+        first_packed = mine;
+    }
+    workgroupBarrier();
+    if first == 0xffffffffu || (is_near && any(mine != first_packed)) {
         atomicStore(&differing, 1u);
     }
     workgroupBarrier();
@@ -136,7 +150,7 @@ fn fill_materials(@builtin(workgroup_id) id: vec3<u32>, @builtin(local_invocatio
         look = BRICK_MIXED;
         if atomicLoad(&differing) == 0u {
             for (var i = 0u; i < arrayLength(&materials); i++) {
-                if look == BRICK_MIXED && all(pack_material(materials[i]) == mine) {
+                if look == BRICK_MIXED && all(pack_material(materials[i]) == first_packed) {
                     look = i;
                 }
             }

@@ -1,7 +1,7 @@
 //! What bricks look like; `material.wgsl` is the twin.
 //!
 //! A brick of one material keeps that material's place in the program's table. A brick of several, or of blends, keeps
-//! materials at 5³ places, from one end to the other along each axis, eight bytes each; between them they are
+//! materials at 4³ places, from one end to the other along each axis, eight bytes each; between them they are
 //! interpolated.
 
 use super::Bricks;
@@ -84,7 +84,7 @@ impl Bricks {
         &self.materials
     }
 
-    /// The materials of mixed bricks, 5³ each.
+    /// The materials of mixed bricks, 4³ each.
     pub fn mixed(&self) -> &[[u32; 2]] {
         &self.mixed
     }
