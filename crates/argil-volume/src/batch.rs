@@ -155,7 +155,7 @@ impl<'a, T: Texel> Levels<'a, T> {
 /// # Safety
 /// Both must be there.
 #[inline(always)]
-unsafe fn pair_at<T: Texel>(at: *const T) -> u32 {
+pub(crate) unsafe fn pair_at<T: Texel>(at: *const T) -> u32 {
     match T::BITS {
         // SAFETY: the caller's; u16 is two texels.
         Bits::Eight => u32::from(unsafe { at.cast::<u16>().read_unaligned() }),
@@ -166,7 +166,7 @@ unsafe fn pair_at<T: Texel>(at: *const T) -> u32 {
 
 /// The integers of a pair, the first in the low bits.
 #[inline(always)]
-fn unpacked<T: Texel>(pair: u32) -> (f32, f32) {
+pub(crate) fn unpacked<T: Texel>(pair: u32) -> (f32, f32) {
     let (low, high) = match T::BITS {
         Bits::Eight => ((pair << 24) as i32 >> 24, (pair << 16) as i32 >> 24),
         Bits::Sixteen => ((pair << 16) as i32 >> 16, pair as i32 >> 16),

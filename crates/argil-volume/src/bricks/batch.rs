@@ -10,7 +10,8 @@
 
 use super::words::{center_of, is_brick};
 use super::{BLOCK_SIDE, BrickLayout, Bricks};
-use crate::{Bits, Texel};
+use crate::Texel;
+use crate::batch::{pair_at, unpacked};
 use argil_field::LANES;
 use glam::UVec3;
 
@@ -426,28 +427,4 @@ impl Corners {
         let (near, far) = (p + (q - p) * y, r + (s - r) * y);
         near + (far - near) * z
     }
-}
-
-/// Two samples in one load.
-///
-/// # Safety
-/// Both must be there.
-#[inline(always)]
-unsafe fn pair_at<T: Texel>(at: *const T) -> u32 {
-    match T::BITS {
-        // SAFETY: the caller's; u16 is two samples.
-        Bits::Eight => u32::from(unsafe { at.cast::<u16>().read_unaligned() }),
-        // SAFETY: the caller's; u32 is two samples.
-        Bits::Sixteen => unsafe { at.cast::<u32>().read_unaligned() },
-    }
-}
-
-/// The integers of a pair, the first in the low bits.
-#[inline(always)]
-fn unpacked<T: Texel>(pair: u32) -> (f32, f32) {
-    let (low, high) = match T::BITS {
-        Bits::Eight => ((pair << 24) as i32 >> 24, (pair << 16) as i32 >> 24),
-        Bits::Sixteen => ((pair << 16) as i32 >> 16, pair as i32 >> 16),
-    };
-    (low as f32, high as f32)
 }
