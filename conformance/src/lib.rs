@@ -10,7 +10,7 @@ use argil_field::Program;
 use argil_gpu::{Gpu, GpuField};
 use argil_math::{Aabb, Ray};
 use argil_scene::{Brush, Group, Material, Modifier, NodeId, Outline, Piece, Scene, Shape};
-use argil_volume::Lattice;
+use argil_volume::{Bits, Lattice, Texels};
 use glam::Vec3;
 use std::sync::Arc;
 
@@ -662,6 +662,20 @@ pub fn primary_ray(frame: &Frame, x: u32, y: u32) -> Ray {
     Ray {
         origin: axis(frame.eye_step),
         direction: (axis(frame.forward) + axis(frame.right) * u + axis(frame.up) * v).normalize(),
+    }
+}
+
+/// What texels hold.
+pub fn stored_integers(texels: &Texels) -> Vec<i32> {
+    match texels.bits() {
+        Bits::Eight => texels.bytes().iter().map(|&b| i32::from(b as i8)).collect(),
+        Bits::Sixteen => {
+            let (pairs, _) = texels.bytes().as_chunks::<2>();
+            pairs
+                .iter()
+                .map(|&b| i32::from(i16::from_le_bytes(b)))
+                .collect()
+        }
     }
 }
 

@@ -1,14 +1,12 @@
 //! Sparse bricks at the buffer: cells and samples against the field, the GPU's against the CPU's.
 
 use argil_abi::MaterialWords;
-use argil_conformance::{Case, Numbers, gpu, lattice, random_blends, shipped};
+use argil_conformance::{Case, Numbers, gpu, lattice, random_blends, shipped, stored_integers};
 use argil_field::{Evaluator, Grid, Program};
 use argil_gpu::{GpuField, GpuVolume};
 use argil_math::Aabb;
 use argil_scene::{Brush, Scene, Shape};
-use argil_volume::{
-    Bits, BrickLayout, BrickSettings, Bricks, BricksError, Encoding, Texels, Volume, Word,
-};
+use argil_volume::{BrickLayout, BrickSettings, Bricks, BricksError, Encoding, Volume, Word};
 use glam::{UVec3, Vec3};
 
 /// Samples along a voxel's edge.
@@ -133,19 +131,6 @@ fn empty_cells_never_overstate_the_distance() {
     assert!(checked > 50_000 && too_much > 1000, "{checked}, {too_much}");
 }
 
-fn integers(texels: &Texels) -> Vec<i32> {
-    match texels.bits() {
-        Bits::Eight => texels.bytes().iter().map(|&b| i32::from(b as i8)).collect(),
-        Bits::Sixteen => {
-            let (pairs, _) = texels.bytes().as_chunks::<2>();
-            pairs
-                .iter()
-                .map(|&b| i32::from(i16::from_le_bytes(b)))
-                .collect()
-        }
-    }
-}
-
 /// Exact: samples are the whole program's at the voxels' corners; neighbours have the same on their common side.
 #[test]
 fn samples_are_the_fields() {
@@ -153,7 +138,7 @@ fn samples_are_the_fields() {
         let program = Program::lower(&case.scene).expect("a program");
         let layout = layout_of(&program, &case.scene, 40 + i as u32, [8, 4, 16][i % 3]);
         let bricks = bake(&program, layout);
-        let stored = integers(bricks.pool());
+        let stored = stored_integers(bricks.pool());
         let (side, range) = (
             layout.brick + 1,
             layout.encoding.range_length(&layout.lattice, 0),
@@ -205,7 +190,7 @@ fn gpu_bricks_are_the_cpus() {
             panic!("bricks were read");
         };
         let (mut differing, mut apart, mut texels) = (0, 0, 0);
-        let (a, b) = (integers(cpu.pool()), integers(found.pool()));
+        let (a, b) = (stored_integers(cpu.pool()), stored_integers(found.pool()));
         let samples = layout.brick_samples();
         let range = layout.encoding.range_length(&layout.lattice, 0);
         let step = layout.encoding.bits.quanta() as f32 / range;
@@ -255,7 +240,11 @@ fn gpu_bricks_are_the_cpus() {
         let mut moved = layout;
         moved.lattice.corner += 0.1 * layout.lattice.voxel;
         if texels > 0 {
-            assert!(integers(bake(&program, moved).pool()) != a, "{}", case.name);
+            assert!(
+                stored_integers(bake(&program, moved).pool()) != a,
+                "{}",
+                case.name
+            );
         }
         // There and back is the same to the bit.
         let there = GpuVolume::upload(&field, &cpu.clone().into()).expect("a volume");
@@ -283,6 +272,23 @@ fn a_budget_is_kept() {
     let refused = GpuVolume::bricks(&field, &program, layout, Some(needed / 2));
     assert!(matches!(refused, Err(argil_gpu::GpuError::Budget { .. })));
     assert!(GpuVolume::bricks(&field, &program, layout, Some(enough)).is_ok());
+}
+
+/// The materials of mixed bricks count: without room for them, the bricks alone would fit.
+#[test]
+fn a_budget_counts_materials() {
+    let mut cases = shipped().into_iter();
+    let case = cases
+        .find(|c| c.name == "csg20")
+        .expect("a scene that ships");
+    let program = Program::lower(&case.scene).expect("a program");
+    let layout = layout_of(&program, &case.scene, 64, 8);
+    let bricks = bake(&program, layout);
+    let of_mixed = size_of_val(bricks.mixed()) as u64;
+    // More than what the candidates that were dropped would have taken.
+    let budget = bricks.memory_bytes() - 1;
+    assert!(of_mixed > 10_000, "{of_mixed}");
+    assert!(Bricks::bake(&program, layout, Some(budget)).is_err());
 }
 
 /// A pool that was guessed too small grows: all cells of a block of noise have bricks.

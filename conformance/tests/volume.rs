@@ -3,7 +3,7 @@
 
 use argil_abi::{Frame, HIT_INSIDE, HIT_NONE, HIT_OUTSIDE, Hit};
 use argil_conformance::{
-    Case, Numbers, all_cases, gpu, lattice, primary_ray, random_blends, shipped,
+    Case, Numbers, all_cases, gpu, lattice, primary_ray, random_blends, shipped, stored_integers,
 };
 use argil_field::Program;
 use argil_gpu::{DenseFill, Gpu, GpuField, GpuVolume, Order};
@@ -17,22 +17,9 @@ use argil_volume::{
 use glam::Vec3;
 use std::sync::Arc;
 
-fn integers(texels: &Texels) -> Vec<i32> {
-    match texels.bits() {
-        Bits::Eight => texels.bytes().iter().map(|&b| i32::from(b as i8)).collect(),
-        Bits::Sixteen => {
-            let (pairs, _) = texels.bytes().as_chunks::<2>();
-            pairs
-                .iter()
-                .map(|&b| i32::from(i16::from_le_bytes(b)))
-                .collect()
-        }
-    }
-}
-
 /// How many texels differ, and by how many steps at most.
 fn gap(a: &Texels, b: &Texels) -> (usize, i32) {
-    let (a, b) = (integers(a), integers(b));
+    let (a, b) = (stored_integers(a), stored_integers(b));
     assert_eq!(a.len(), b.len());
     let gaps = a.iter().zip(&b).map(|(a, b)| (a - b).abs());
     gaps.fold((0, 0), |(count, most), gap| {

@@ -100,13 +100,15 @@ impl GpuVolume {
         let most = budget.map_or(u64::MAX, |budget| {
             budget.saturating_sub(measures.table_bytes()) / (measures.brick_bytes() + 8)
         });
-        let over = |bricks: u64| GpuError::Budget {
+        let over_bytes =
+            |bricks: u64| measures.table_bytes() + bricks * (measures.brick_bytes() + 8);
+        let over = |bricks: u64, of_mixed: u64| GpuError::Budget {
             bricks,
-            needed: measures.table_bytes() + bricks * measures.brick_bytes(),
+            needed: over_bytes(bricks) + of_mixed,
             budget: budget.unwrap_or(0),
         };
         if most == 0 {
-            return Err(over(1));
+            return Err(over(1, 0));
         }
         let mut build = Build::new(field, program, measures)?;
         let mut room = guess.min(most);
@@ -124,8 +126,10 @@ impl GpuVolume {
                 return Ok((build.finish(texture, count, mixed)?, stages));
             }
             mixed_room = mixed_room.max(mixed);
-            if count > most {
-                return Err(over(count));
+            let of_mixed = 8 * PLACES * mixed;
+            let left = budget.map_or(u64::MAX, |b| b.saturating_sub(of_mixed));
+            if count > most || over_bytes(count) > left {
+                return Err(over(count, of_mixed));
             }
             room = room.max(count);
         }

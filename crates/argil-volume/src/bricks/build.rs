@@ -165,6 +165,17 @@ pub(super) fn bake(
         mixed: filled.mixed,
         pool: filled.pool,
     };
+    // How many bricks are mixed was not known before.
+    let needed = bricks.memory_bytes();
+    if let Some(budget) = budget
+        && needed > budget
+    {
+        return Err(BricksError::Budget {
+            bricks: bricks.len() as u64,
+            needed,
+            budget,
+        });
+    }
     Ok((bricks, stages))
 }
 
