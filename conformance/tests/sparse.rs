@@ -1,7 +1,9 @@
 //! Sparse bricks at the buffer: cells and samples against the field, the GPU's against the CPU's.
 
 use argil_abi::MaterialWords;
-use argil_conformance::{Case, Numbers, gpu, lattice, random_blends, shipped, stored_integers};
+use argil_conformance::{
+    Case, Numbers, all_cases, gpu, lattice, random_blends, shipped, stored_integers,
+};
 use argil_field::{Evaluator, Grid, Program};
 use argil_gpu::{GpuField, GpuVolume};
 use argil_math::Aabb;
@@ -166,6 +168,38 @@ fn samples_are_the_fields() {
     }
 }
 
+/// Cells that only one has a brick for, then numbers that are apart, of so many samples.
+fn compare(cpu: &Bricks, found: &Bricks) -> (usize, usize, usize) {
+    let layout = cpu.layout();
+    let (mut differing, mut apart, mut texels) = (0, 0, 0);
+    let (a, b) = (stored_integers(cpu.pool()), stored_integers(found.pool()));
+    let samples = layout.brick_samples();
+    let range = layout.encoding.range_length(&layout.lattice, 0);
+    let step = layout.encoding.bits.quanta() as f32 / range;
+    for cell in cells(layout) {
+        match (cpu.cell(cell), found.cell(cell)) {
+            (Word::Brick(own), Word::Brick(other)) => {
+                let own = &a[(own * samples) as usize..][..samples as usize];
+                let other = &b[(other * samples) as usize..][..samples as usize];
+                for (own, other) in own.iter().zip(other) {
+                    // Rounding: of the field, and which of two integers is nearer.
+                    let allowed = 1 + (4e-5 * step * (1.0 + range)) as i32;
+                    apart += usize::from((own - other).abs() > allowed);
+                    texels += 1;
+                }
+            }
+            (Word::Empty { center: own, .. }, Word::Empty { center: other, .. }) => {
+                // The CPU knows less of cells that are far.
+                let is_same = own.abs() <= other.abs() + 1e-4 && (own < 0.0) == (other < 0.0);
+                let is_zero = own == 0.0 || other == 0.0;
+                apart += usize::from(!is_same && !is_zero);
+            }
+            _ => differing += 1,
+        }
+    }
+    (differing, apart, texels)
+}
+
 /// Set-equal: the same cells have bricks, wherever they stand in the pool; samples and distances bounded.
 #[test]
 fn gpu_bricks_are_the_cpus() {
@@ -189,32 +223,7 @@ fn gpu_bricks_are_the_cpus() {
         let Volume::Bricks(found) = volume.read(&gpu).expect("a volume") else {
             panic!("bricks were read");
         };
-        let (mut differing, mut apart, mut texels) = (0, 0, 0);
-        let (a, b) = (stored_integers(cpu.pool()), stored_integers(found.pool()));
-        let samples = layout.brick_samples();
-        let range = layout.encoding.range_length(&layout.lattice, 0);
-        let step = layout.encoding.bits.quanta() as f32 / range;
-        for cell in cells(&layout) {
-            match (cpu.cell(cell), found.cell(cell)) {
-                (Word::Brick(own), Word::Brick(other)) => {
-                    let own = &a[(own * samples) as usize..][..samples as usize];
-                    let other = &b[(other * samples) as usize..][..samples as usize];
-                    for (own, other) in own.iter().zip(other) {
-                        // Rounding: of the field, and which of two integers is nearer.
-                        let allowed = 1 + (4e-5 * step * (1.0 + range)) as i32;
-                        apart += usize::from((own - other).abs() > allowed);
-                        texels += 1;
-                    }
-                }
-                (Word::Empty { center: own, .. }, Word::Empty { center: other, .. }) => {
-                    // The CPU knows less of cells that are far.
-                    let is_same = own.abs() <= other.abs() + 1e-4 && (own < 0.0) == (other < 0.0);
-                    let is_zero = own == 0.0 || other == 0.0;
-                    apart += usize::from(!is_same && !is_zero);
-                }
-                _ => differing += 1,
-            }
-        }
+        let (differing, apart, texels) = compare(&cpu, &found);
         assert!(
             differing <= 1 + cpu.len() / 500,
             "{}: {differing} cells differ, of {}",
@@ -241,7 +250,7 @@ fn gpu_bricks_are_the_cpus() {
         moved.lattice.corner += 0.1 * layout.lattice.voxel;
         if texels > 0 {
             assert!(
-                stored_integers(bake(&program, moved).pool()) != a,
+                stored_integers(bake(&program, moved).pool()) != stored_integers(cpu.pool()),
                 "{}",
                 case.name
             );
@@ -249,6 +258,34 @@ fn gpu_bricks_are_the_cpus() {
         // There and back is the same to the bit.
         let there = GpuVolume::upload(&field, &cpu.clone().into()).expect("a volume");
         assert!(there.read(&gpu).expect("a volume") == Volume::Bricks(cpu));
+    }
+}
+
+/// The GPU prunes every operator, modifier and structure to what the CPU, which is held to the whole program in
+/// `prune.rs`, prunes it to: cell for cell, sample for sample. Copies, frames and groups are dropped there.
+#[test]
+fn the_gpu_prunes_as_the_cpu() {
+    let gpu = gpu();
+    for case in all_cases() {
+        let program = Program::lower(&case.scene).expect("a program");
+        if program.instrs().len() < 2 {
+            continue;
+        }
+        let field = GpuField::new(gpu.clone(), &program, false).expect("a field");
+        let layout = layout_of(&program, &case.scene, 32, 4);
+        let cpu = bake(&program, layout);
+        let (volume, _) = GpuVolume::bricks(&field, &program, layout, None).expect("a volume");
+        let Volume::Bricks(found) = volume.read(&gpu).expect("a volume") else {
+            panic!("bricks were read");
+        };
+        let (differing, apart, texels) = compare(&cpu, &found);
+        assert!(
+            differing <= 1 + cpu.len() / 500,
+            "{}: {differing} cells differ, of {}",
+            case.name,
+            cpu.len()
+        );
+        assert!(apart <= texels / 2000, "{}: {apart} of {texels}", case.name);
     }
 }
 

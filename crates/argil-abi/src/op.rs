@@ -132,6 +132,8 @@ constants! { FLAGS:
     BLOCK_SIDE = 4;
     /// Of a build of bricks: the counter of cells that the surface can be in.
     COUNTER_CANDIDATES = 0;
+    /// The counter of words that lists have taken.
+    COUNTER_LISTS = 3;
     /// The counter of bricks.
     COUNTER_BRICKS = 1;
     /// Normals of bricks: the gradient in the voxel.

@@ -221,6 +221,44 @@ shared_struct! {
 }
 
 shared_struct! {
+    /// Where the lists of a build of bricks stand, and of which parts of the grid a dispatch makes some.
+    Prune {
+        /// What the margin of two distances has besides the Lipschitz constant's share.
+        slack: f32,
+        /// Cells along a part's side.
+        side: u32,
+        /// Parts along x.
+        parts_x: u32,
+        /// Parts along y.
+        parts_y: u32,
+        /// Parts along z.
+        parts_z: u32,
+        /// Where their stretches stand.
+        first: u32,
+        /// Cells along the side of what the parts are parts of; 0 for everything.
+        outer_side: u32,
+        /// How many of those there are along x.
+        outer_x: u32,
+        /// The same along y.
+        outer_y: u32,
+        /// Where their stretches stand.
+        outer_first: u32,
+        /// Where those of blocks stand.
+        blocks_first: u32,
+        /// Where those of cells that the surface can be in stand.
+        cells_first: u32,
+        /// Where lists stand; first that of the whole program.
+        arena_first: u32,
+        /// Words that there are for them.
+        arena_words: u32,
+        /// How many cells can have a list of their own; the others have their block's.
+        cells_room: u32,
+        /// Zero.
+        pad0: u32,
+    }
+}
+
+shared_struct! {
     /// A node of an octree. Child `i` of a node of level `l` stands at the offset of the level below, plus
     /// `child_offset`, plus the number of bits of `valid_mask` under `i`.
     Node {
@@ -242,5 +280,6 @@ pub(crate) const STRUCTS: &[(Layout, &[&str])] = &[
     (Answer::LAYOUT, Answer::FIELD_TYPES),
     (Volume::LAYOUT, Volume::FIELD_TYPES),
     (Fill::LAYOUT, Fill::FIELD_TYPES),
+    (Prune::LAYOUT, Prune::FIELD_TYPES),
     (Node::LAYOUT, Node::FIELD_TYPES),
 ];

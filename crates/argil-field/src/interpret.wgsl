@@ -39,7 +39,8 @@ fn shape_distance(op: u32, p: vec3<f32>, w: u32) -> f32 {
     }
 }
 
-// Combine a brush with the accumulated distance.
+// Combine a brush with the accumulated distance. `listed`, `list_length` and `mark` are in whole.wgsl, which runs the
+// whole program, or in prune.wgsl.
 fn brush(acc: f32, point: vec3<f32>, instr: Instr, with_material: bool) -> f32 {
     let w = instr.params;
     let j = read_joint(w + 13u);
@@ -52,10 +53,11 @@ fn brush(acc: f32, point: vec3<f32>, instr: Instr, with_material: bool) -> f32 {
         p = mapped(point, w);
     }
     // A search along curves is left out where it cannot matter.
-    if instr.op >= OP_BEZIER_TUBE && !matters(acc, box_distance(p, own) * scale, j) {
+    if !MARKING && instr.op >= OP_BEZIER_TUBE && !matters(acc, box_distance(p, own) * scale, j) {
         return acc;
     }
     let d = shape_distance(instr.op, p, own) * scale;
+    mark(acc, d, j, instr.flags, false);
     if with_material {
         field_material = mix_material(field_material, materials[instr.operand], weight(acc, d, j, instr.flags));
     }
@@ -74,9 +76,11 @@ fn field(at: vec3<f32>, with_material: bool) -> f32 {
     var acc = FAR;
     field_material = materials[0];
     var pc = 0u;
-    while pc < arrayLength(&instrs) {
-        let instr = instrs[pc];
+    while pc < list_length() {
+        let own = listed(pc);
+        let instr = instrs[own];
         let w = instr.params;
+        mark_at(pc, loop_top);
         pc++;
         if instr.op < OP_SHAPES_END {
             acc = brush(acc, point, instr, with_material);
@@ -97,6 +101,7 @@ fn field(at: vec3<f32>, with_material: bool) -> f32 {
                 let saved = values[value_top];
                 let a = select(saved, acc, swapped);
                 let b = select(acc, saved, swapped);
+                mark(a, b, j, instr.flags, true);
                 if with_material {
                     let share = weight(a, b, j, instr.flags);
                     if swapped {
@@ -141,7 +146,8 @@ fn field(at: vec3<f32>, with_material: bool) -> f32 {
                 if done < candidates(begin) {
                     acc = FAR;
                     point = candidate(begin, points[point_top - 1u], done);
-                    pc = instr.operand + 1u;
+                    // A loop is listed whole.
+                    pc -= own - instr.operand;
                 } else {
                     loop_top--;
                     value_top--;

@@ -10,7 +10,7 @@
 //! *Practice.* [`Program::lower`] makes the program. [`Program::distances`] and its siblings evaluate points in batches
 //! of [`LANES`], each brush one plain loop over the batch, compiled for AVX-512, AVX2 and the baseline and chosen at run
 //! time; no fused multiply-add, so that all give the same bits. `*.wgsl` holds the twins for the GPU, put together by
-//! [`wgsl`]. [`naive`] is the oracle: scalar, double precision, straight from the scene.
+//! [`Opcodes::wgsl`]. [`naive`] is the oracle: scalar, double precision, straight from the scene.
 //!
 //! [`Pruner`] makes the lists of instructions that can matter in cells of space.
 //!
@@ -62,12 +62,6 @@ pub const FAR: f32 = 1e30;
 
 /// Points farther than this from the origin along an axis are not in the world.
 pub const WORLD_LIMIT: f32 = 1e7;
-
-/// The WGSL twins: shapes, operators and the interpreter, for a module that declares the tables
-/// `instrs: array<Instr>`, `params: array<f32>` and `materials: array<MaterialWords>`, and includes `argil_abi::wgsl`.
-pub fn wgsl() -> String {
-    [WGSL_COMMON, include_str!("interpret.wgsl")].concat()
-}
 
 pub(crate) const WGSL_COMMON: &str = concat!(
     include_str!("real.wgsl"),

@@ -11,7 +11,7 @@ use std::fmt::Write;
 const MAX_INSTRUCTIONS: usize = 4096;
 
 impl Program {
-    /// The twin of [`crate::wgsl`] for this program alone; `None` where it is too long to be written out.
+    /// The twin of [`crate::Opcodes::wgsl`] for this program alone; `None` where it is too long to be written out.
     pub fn specialized_wgsl(&self) -> Option<String> {
         (self.instrs.len() <= MAX_INSTRUCTIONS).then(|| [WGSL_COMMON, &write_field(self)].concat())
     }

@@ -11,6 +11,9 @@ use argil_abi as abi;
 pub struct Opcodes(u64);
 
 impl Opcodes {
+    /// All of them.
+    pub const ALL: Self = Self(u64::MAX);
+
     /// Those of a program.
     pub fn of(program: &Program) -> Self {
         Self(
@@ -36,8 +39,20 @@ impl Opcodes {
         self.0 & other.0 == other.0
     }
 
-    /// The twin of [`crate::wgsl`] that runs only programs of these opcodes.
+    /// The WGSL twins: shapes, operators and an interpreter of programs of these opcodes, for a module that declares the
+    /// tables `instrs: array<Instr>`, `params: array<f32>` and `materials: array<MaterialWords>`, and includes
+    /// `argil_abi::wgsl`.
     pub fn wgsl(self) -> String {
+        self.interpreter() + include_str!("whole.wgsl")
+    }
+
+    /// The same, and the twin of [`crate::Pruner`]: the interpreter runs the stretch `list` of `lists: array<u32>`, of
+    /// which `pruned` makes others. The module declares `prune: Prune` and `counters: array<atomic<u32>>` too.
+    pub fn pruning_wgsl(self) -> String {
+        self.interpreter() + include_str!("prune.wgsl")
+    }
+
+    fn interpreter(self) -> String {
         let mut text = WGSL_COMMON.to_owned();
         // While skipping: how many braces of the case are open.
         let mut skipping = 0i32;

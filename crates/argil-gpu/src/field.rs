@@ -24,8 +24,8 @@ pub struct GpuField {
     materials: Table,
     /// Number of instructions, for how much a dispatch may take on.
     length: usize,
-    /// What a trimmed interpreter can run; `None` for one that runs everything.
-    trimmed_to: Option<Opcodes>,
+    /// What an interpreter for the program can run.
+    pub(crate) opcodes: Opcodes,
     field_wgsl: String,
     /// Most field evaluations that one thread may do in one dispatch.
     pub(crate) budget: u32,
@@ -36,23 +36,19 @@ pub struct GpuField {
 impl GpuField {
     /// Bring a program to a device and make the pipelines. `specialized`: for this program alone.
     pub fn new(gpu: Arc<Gpu>, program: &Program, specialized: bool) -> Result<Self, GpuError> {
-        let is_software = gpu.info().kind == DeviceKind::Software;
-        let opcodes = Opcodes::of(program);
-        let (interpreter, field_wgsl) = if specialized {
-            (
-                None,
-                program
-                    .specialized_wgsl()
-                    .ok_or(GpuError::TooLongToSpecialize)?,
-            )
+        // A software device pays for every case of the interpreter, used or not.
+        let opcodes = if gpu.info().kind == DeviceKind::Software {
+            Opcodes::of(program)
+        } else {
+            Opcodes::ALL
+        };
+        let field_wgsl = if specialized {
+            program
+                .specialized_wgsl()
+                .ok_or(GpuError::TooLongToSpecialize)?
         } else {
             check_depth(program)?;
-            // A software device pays for every case of the interpreter, used or not.
-            if is_software {
-                (Some(opcodes), opcodes.wgsl())
-            } else {
-                (None, argil_field::wgsl())
-            }
+            opcodes.wgsl()
         };
         let picture = PicturePass::new(&gpu, &field_wgsl, Way::Field)?;
         let mut field = Self {
@@ -61,7 +57,7 @@ impl GpuField {
             params: Table::new("parameters"),
             materials: Table::new("materials"),
             length: 0,
-            trimmed_to: interpreter,
+            opcodes,
             field_wgsl,
             budget: 0,
             picture,
@@ -76,10 +72,9 @@ impl GpuField {
     pub fn update(&mut self, program: &Program) -> Result<(), GpuError> {
         check_depth(program)?;
         let opcodes = Opcodes::of(program);
-        if let Some(trimmed_to) = self.trimmed_to.filter(|t| !t.covers(opcodes)) {
-            let wider = trimmed_to.union(opcodes);
-            self.field_wgsl = wider.wgsl();
-            self.trimmed_to = Some(wider);
+        if !self.opcodes.covers(opcodes) {
+            self.opcodes = self.opcodes.union(opcodes);
+            self.field_wgsl = self.opcodes.wgsl();
             self.query = OnceLock::new();
             self.picture = PicturePass::new(&self.gpu, &self.field_wgsl, Way::Field)?;
         }
@@ -159,7 +154,7 @@ fn budget(gpu: &Gpu, program: &Program) -> Result<u32, GpuError> {
     Ok(budget as u32)
 }
 
-fn check_depth(program: &Program) -> Result<(), GpuError> {
+pub(crate) fn check_depth(program: &Program) -> Result<(), GpuError> {
     let (values, points) = program.stack_slots();
     let (slots, needed) = (GPU_STACK_SLOTS as usize, values.max(points));
     if needed > slots {

@@ -27,6 +27,8 @@ pub(crate) const BRICK_MATERIALS: u32 = 20;
 pub(crate) const CANDIDATES: u32 = 21;
 pub(crate) const COUNTERS: u32 = 22;
 pub(crate) const LIVE: u32 = 23;
+pub(crate) const LISTS: u32 = 24;
+pub(crate) const PRUNE: u32 = 25;
 
 pub(crate) const TABLES_WGSL: &str = "
 @group(0) @binding(1) var<storage, read> instrs: array<Instr>;

@@ -1,4 +1,5 @@
-// Twin of build.rs, without its pruning: every cell is measured, then the bricks that the surface can be in are sampled.
+// Twin of build.rs: the grid is cut into parts, each with its list, down to blocks; every cell is measured by its block's
+// list; then the bricks that the surface can be in are sampled by lists of their own.
 
 // Cells a group measures, and threads that sample a brick.
 override BRICK_GROUP: u32 = 256u;
@@ -14,6 +15,71 @@ fn group_index(id: vec3<u32>, count: vec3<u32>) -> u32 {
     return id.x + count.x * id.y;
 }
 
+fn stretch_at(at: u32) -> vec2<u32> {
+    return vec2(lists[at], lists[at + 1u]);
+}
+
+fn keep_stretch(at: u32, stretch: vec2<u32>) {
+    lists[at] = stretch.x;
+    lists[at + 1u] = stretch.y;
+}
+
+// That of the nth cell that the surface can be in.
+fn stretch_of(nth: u32) -> vec2<u32> {
+    if nth < prune.cells_room {
+        return stretch_at(prune.cells_first + 2u * nth);
+    }
+    return stretch_at(prune.blocks_first + 2u * (near_cells[nth] / 64u));
+}
+
+// What is left of a list in `side` cells from one on.
+fn pruned_in(cell: vec3<u32>, side: u32, whole: vec2<u32>) -> vec2<u32> {
+    let edge = f32(volume.brick) * volume.extent_voxel.w;
+    let center = volume.corner_range.xyz + (vec3<f32>(cell) + 0.5 * f32(side)) * edge;
+    let change = 1.00001 * volume.lipschitz * volume.reach * f32(side);
+    return pruned(center, whole, 2.0 * (change + prune.slack));
+}
+
+// The list of the whole program.
+@compute @workgroup_size(64)
+fn begin_lists(@builtin(workgroup_id) id: vec3<u32>, @builtin(num_workgroups) count: vec3<u32>, @builtin(local_invocation_index) local: u32) {
+    let at = group_index(id, count) * 64u + local;
+    if at < arrayLength(&instrs) {
+        lists[prune.arena_first + at] = at;
+    }
+    if at == 0u {
+        atomicStore(&counters[COUNTER_LISTS], arrayLength(&instrs));
+    }
+}
+
+// The lists of parts of the grid, from those of the greater parts that they are in.
+@compute @workgroup_size(64)
+fn prune_parts(@builtin(workgroup_id) id: vec3<u32>, @builtin(num_workgroups) count: vec3<u32>, @builtin(local_invocation_index) local: u32) {
+    let at = group_index(id, count) * 64u + local;
+    if at >= prune.parts_x * prune.parts_y * prune.parts_z {
+        return;
+    }
+    let part = vec3(at % prune.parts_x, at / prune.parts_x % prune.parts_y, at / prune.parts_x / prune.parts_y);
+    var whole = vec2(prune.arena_first, arrayLength(&instrs));
+    if prune.outer_side != 0u {
+        let outer = part * prune.side / prune.outer_side;
+        whole = stretch_at(prune.outer_first + 2u * (outer.x + prune.outer_x * (outer.y + prune.outer_y * outer.z)));
+    }
+    keep_stretch(prune.first + 2u * at, pruned_in(part * prune.side, prune.side, whole));
+}
+
+// The lists of cells that the surface can be in.
+@compute @workgroup_size(64)
+fn prune_cells(@builtin(workgroup_id) id: vec3<u32>, @builtin(local_invocation_index) local: u32) {
+    let nth = fill.first_layer + 64u * id.x + local;
+    if nth >= min(fill.first_layer + volume.chunk, atomicLoad(&counters[COUNTER_CANDIDATES])) || nth >= prune.cells_room {
+        return;
+    }
+    let at = near_cells[nth];
+    let whole = stretch_at(prune.blocks_first + 2u * (at / 64u));
+    keep_stretch(prune.cells_first + 2u * nth, pruned_in(cell_at(at), 1u, whole));
+}
+
 // The words of empty cells, and a list of the others.
 @compute @workgroup_size(64)
 fn measure(@builtin(workgroup_id) id: vec3<u32>, @builtin(num_workgroups) count: vec3<u32>, @builtin(local_invocation_index) local: u32) {
@@ -27,6 +93,7 @@ fn measure(@builtin(workgroup_id) id: vec3<u32>, @builtin(num_workgroups) count:
         words[at] = empty_word(0.0);
         return;
     }
+    list = stretch_at(prune.blocks_first + 2u * (at / 64u));
     let d = field_distance(volume.corner_range.xyz + (vec3<f32>(cell) + 0.5) * edge);
     // Of a cell near the surface, what stays if its brick is dropped.
     let clear = clear_radius(d);
@@ -38,7 +105,7 @@ fn measure(@builtin(workgroup_id) id: vec3<u32>, @builtin(num_workgroups) count:
     }
 }
 
-// How many groups each dispatch of `fill_bricks` has.
+// How many groups each dispatch of `fill_bricks` has, and of `prune_cells`.
 @compute @workgroup_size(64)
 fn plan(@builtin(global_invocation_id) id: vec3<u32>) {
     if id.x >= volume.chunks {
@@ -46,9 +113,14 @@ fn plan(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let found = atomicLoad(&counters[COUNTER_CANDIDATES]);
     let first = id.x * volume.chunk;
-    arguments[3u * id.x] = clamp(found, first, first + volume.chunk) - first;
-    arguments[3u * id.x + 1u] = 1u;
-    arguments[3u * id.x + 2u] = 1u;
+    let own = clamp(found, first, first + volume.chunk) - first;
+    let at = 6u * id.x;
+    arguments[at] = own;
+    arguments[at + 1u] = 1u;
+    arguments[at + 2u] = 1u;
+    arguments[at + 3u] = (own + 63u) / 64u;
+    arguments[at + 4u] = 1u;
+    arguments[at + 5u] = 1u;
 }
 
 var<workgroup> nearest: atomic<u32>;
@@ -66,6 +138,7 @@ fn sample_point(cell: vec3<u32>, i: u32) -> vec3<f32> {
 @compute @workgroup_size(BRICK_GROUP)
 fn fill_bricks(@builtin(workgroup_id) id: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     let at = near_cells[fill.first_layer + id.x];
+    list = stretch_of(fill.first_layer + id.x);
     let cell = cell_at(at);
     let side = volume.brick + 1u;
     let samples = side * side * side;
@@ -113,6 +186,7 @@ var<workgroup> look: u32;
 @compute @workgroup_size(BRICK_GROUP)
 fn fill_materials(@builtin(workgroup_id) id: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     let at = near_cells[fill.first_layer + id.x];
+    list = stretch_of(fill.first_layer + id.x);
     let word = words[at];
     let cell = cell_at(at);
     let is_there = is_brick(word);

@@ -171,7 +171,7 @@ impl BrickLayout {
     }
 
     /// The box of all blocks.
-    pub(crate) fn region(&self) -> Aabb {
+    pub fn region(&self) -> Aabb {
         let end = (self.blocks * BLOCK_SIDE).as_vec3() * self.cell_length();
         Aabb::new(self.lattice.corner, self.lattice.corner + end)
     }

@@ -1,0 +1,204 @@
+// Twin of prune.rs, one cell a thread. What is left for a cell is a stretch of `lists`: places in `instrs`.
+//
+// A joint's marks are two bits, which a walk from the list's end to its beginning turns into one that says what stays:
+// backwards it is known what takes the place of an operand before that operand comes.
+
+// Whether joints are marked while the field is evaluated.
+override MARKING: bool = false;
+
+const NOWHERE: u32 = 0xffffffffu;
+const DROP_A: u32 = 1u;
+const DROP_B: u32 = 2u;
+const STAYS: u32 = 1u;
+
+// The list that is run: where it begins, and its length.
+var<private> list: vec2<u32>;
+// Where its marks stand, sixteen a word; the joint that is at hand, by how much distances can come nearer to each other.
+var<private> marks_first: u32;
+var<private> joint_place: u32;
+var<private> joint_margin: f32;
+
+fn list_length() -> u32 {
+    return list.y;
+}
+
+fn listed(place: u32) -> u32 {
+    return lists[list.x + place];
+}
+
+fn mark_at(place: u32, loops: u32) {
+    // Within a loop there is a distance for each copy: it stays whole.
+    joint_place = select(NOWHERE, place, loops == 0u);
+}
+
+fn read_mark(place: u32) -> u32 {
+    return (lists[marks_first + place / 16u] >> (2u * (place % 16u))) & 3u;
+}
+
+fn write_mark(place: u32, mark: u32) {
+    let shift = 2u * (place % 16u);
+    let at = marks_first + place / 16u;
+    lists[at] = (lists[at] & ~(3u << shift)) | (mark << shift);
+}
+
+// Which operands can be left out. Twin of `losers`.
+fn losers(a0: f32, b0: f32, j: Joint, flags: u32, is_group: bool) -> u32 {
+    let a = a0 * j.sa;
+    let b = b0 * j.sb;
+    let clear = joint_margin + j.k;
+    let is_union = j.sa > 0.0 && j.sb > 0.0;
+    let mode = select(COMBINE_SMOOTH, flags & COMBINE_MASK, is_group);
+    if mode == COMBINE_MORPH {
+        return 0u;
+    }
+    var drops_a = is_union && a - b > clear;
+    var drops_b = b - a > clear;
+    if mode == COMBINE_PAINT {
+        drops_a = false;
+        drops_b = b > clear;
+    } else if mode == COMBINE_CHAMFER && j.k > 0.0 {
+        let face = (a + b - j.k) * 0.70710677;
+        let steeper = 1.25 * joint_margin;
+        drops_a = drops_a && face - b > steeper;
+        drops_b = drops_b && face - a > steeper;
+    }
+    return select(0u, DROP_A, drops_a) | select(0u, DROP_B, drops_b);
+}
+
+fn mark(a: f32, b: f32, j: Joint, flags: u32, is_group: bool) {
+    if MARKING && joint_place != NOWHERE {
+        write_mark(joint_place, losers(a, b, j, flags, is_group));
+    }
+}
+
+// Room for words of `lists`, or nowhere.
+fn reserve(words: u32) -> u32 {
+    // Looked at first, so that the counter cannot run over.
+    if words > prune.arena_words || atomicLoad(&counters[COUNTER_LISTS]) > prune.arena_words - words {
+        return NOWHERE;
+    }
+    let at = atomicAdd(&counters[COUNTER_LISTS], words);
+    return select(NOWHERE, prune.arena_first + at, at <= prune.arena_words - words);
+}
+
+// Groups that are open: whether the list stays in place of what was saved, and whether what is before goes.
+const GROUP_STAYS: u32 = 1u;
+const GROUP_WIPES: u32 = 2u;
+var<private> open_groups: array<u32, GPU_STACK_SLOTS>;
+// Frames that are open: where they end, and whether something was kept after, and whether all of it goes.
+const FRAME_BEFORE: u32 = 1u;
+const FRAME_GOES: u32 = 2u;
+var<private> open_frames: array<u32, GPU_STACK_SLOTS>;
+
+// Turn marks into what stays; how much that is.
+fn choose() -> u32 {
+    var groups = 0u;
+    var frames = 0u;
+    // Whether what is measured here is replaced by what comes after.
+    var wiped = false;
+    // Whether anything of the open frame stays.
+    var is_used = false;
+    var count = 0u;
+    // The open loops, all of which stay or go as one.
+    var loops = 0u;
+    var place = list.y;
+    while place > 0u {
+        place--;
+        let instr = instrs[listed(place)];
+        let own = read_mark(place);
+        var stays = false;
+        if loops > 0u || instr.op == OP_NEXT {
+            stays = !wiped;
+            is_used = is_used || stays;
+            if instr.op == OP_NEXT {
+                loops++;
+            } else if instr.op == OP_REPEAT || instr.op == OP_RADIAL {
+                loops--;
+            }
+        } else if instr.op < OP_SHAPES_END {
+            stays = !wiped && (own & DROP_B) == 0u;
+            is_used = is_used || stays;
+            wiped = wiped || (stays && (own & DROP_A) != 0u);
+        } else {
+            switch instr.op {
+                case OP_COMBINE: {
+                    let swapped = (instr.flags & FLAG_SWAPPED) != 0u;
+                    let drops_saved = (own & select(DROP_A, DROP_B, swapped)) != 0u;
+                    let drops_current = (own & select(DROP_B, DROP_A, swapped)) != 0u;
+                    if wiped {
+                        open_groups[groups] = GROUP_WIPES;
+                    } else if drops_current {
+                        open_groups[groups] = 0u;
+                        wiped = true;
+                    } else if drops_saved {
+                        open_groups[groups] = GROUP_WIPES;
+                    } else {
+                        open_groups[groups] = GROUP_STAYS;
+                        stays = true;
+                    }
+                    groups++;
+                }
+                case OP_PUSH_VALUE: {
+                    groups--;
+                    stays = (open_groups[groups] & GROUP_STAYS) != 0u;
+                    wiped = (open_groups[groups] & GROUP_WIPES) != 0u;
+                }
+                case OP_POP_POINT, OP_UNCLAMP: {
+                    open_frames[frames] = (place << 2u) | select(0u, FRAME_BEFORE, is_used) | select(0u, FRAME_GOES, wiped);
+                    frames++;
+                    stays = !wiped;
+                    is_used = false;
+                }
+                case OP_PUSH_POINT, OP_TWIST, OP_BEND: {
+                    frames--;
+                    let frame = open_frames[frames];
+                    stays = is_used;
+                    if !is_used {
+                        // Nothing was measured in it.
+                        for (var inner = place + 1u; inner <= frame >> 2u; inner++) {
+                            count -= read_mark(inner);
+                            write_mark(inner, 0u);
+                        }
+                    }
+                    is_used = is_used || (frame & FRAME_BEFORE) != 0u;
+                }
+                // These move the point for what is measured later in the frame too.
+                case OP_AFFINE, OP_MIRROR, OP_ELONGATE: {
+                    stays = frames == 0u || (open_frames[max(frames, 1u) - 1u] & FRAME_GOES) == 0u;
+                }
+                default: { stays = !wiped; }
+            }
+        }
+        write_mark(place, select(0u, STAYS, stays));
+        count += select(0u, 1u, stays);
+    }
+    return count;
+}
+
+// What of a list is left in a cell around a point: the list itself where there is no room for another.
+fn pruned(center: vec3<f32>, whole: vec2<u32>, margin: f32) -> vec2<u32> {
+    list = whole;
+    joint_margin = margin;
+    let words = (whole.y + 15u) / 16u;
+    marks_first = reserve(words);
+    if marks_first == NOWHERE {
+        return whole;
+    }
+    for (var i = 0u; i < words; i++) {
+        lists[marks_first + i] = 0u;
+    }
+    _ = field_distance(center);
+    let count = choose();
+    let first = reserve(count);
+    if first == NOWHERE {
+        return whole;
+    }
+    var to = first;
+    for (var place = 0u; place < whole.y; place++) {
+        if read_mark(place) == STAYS {
+            lists[to] = listed(place);
+            to++;
+        }
+    }
+    return vec2(first, count);
+}
