@@ -102,7 +102,13 @@ impl<'a> Build<'a> {
         candidates.reserve_exact(gpu, 4 * cell_count)?;
         let mut counters = Table::new("counters");
         counters.reserve_exact(gpu, 16)?;
-        let lists = Lists::new(gpu, program, field.length(), &measures, bricks)?;
+        let lists = Lists::new(
+            gpu,
+            program,
+            field.length(),
+            &measures,
+            cell_count.min(4 * bricks),
+        )?;
         let (words_uniform, fill_uniform, prune_uniform, arguments) = gpu.checked(|| {
             let arguments = gpu.device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some("bricks to fill"),

@@ -8,7 +8,9 @@ use argil_field::Program;
 use argil_volume::{BLOCK_SIDE, BrickLayout};
 
 /// Words for lists that a build sets aside: for each instruction, for each block, and for each cell with a surface.
-const WORDS: [u64; 3] = [16, 64, 64];
+const WORDS: [u64; 3] = [16, 64, 32];
+/// The least of them all.
+const LEAST_WORDS: u64 = 1 << 20;
 
 pub(super) struct Lists {
     pub table: Table,
@@ -17,13 +19,13 @@ pub(super) struct Lists {
 }
 
 impl Lists {
-    /// For a program of `length` instructions, and about `bricks` bricks.
+    /// For a program of `length` instructions, and so many cells with a list of their own.
     pub fn new(
         gpu: &Gpu,
         program: &Program,
         length: usize,
         measures: &BrickLayout,
-        bricks: u64,
+        cells: u64,
     ) -> Result<Self, GpuError> {
         let mut side = BLOCK_SIDE;
         while side < measures.grid.max_element() {
@@ -53,14 +55,19 @@ impl Lists {
         }
         let blocks_first = levels.last().map_or(0, |level| level.first);
         let cells_first = words as u32;
-        words += 2 * bricks;
+        words += 2 * cells;
 
         let limits = gpu.device.limits();
-        let limit = u64::from(limits.max_storage_buffer_binding_size).min(limits.max_buffer_size);
+        let limit = limits
+            .max_storage_buffer_binding_size
+            .min(limits.max_buffer_size);
         let length = length as u64;
         let [per_instr, per_block, per_cell] = WORDS;
-        let wanted = per_instr * length + per_block * measures.block_count() + per_cell * bricks;
-        let arena_words = wanted.min((limit / 4).saturating_sub(words)).max(length);
+        let wanted = per_instr * length + per_block * measures.block_count() + per_cell * cells;
+        let arena_words = wanted
+            .max(LEAST_WORDS)
+            .min((limit / 4).saturating_sub(words))
+            .max(length);
         let slack = program.bounds_slack(measures.region());
         for level in &mut levels {
             *level = Prune {
@@ -69,7 +76,7 @@ impl Lists {
                 cells_first,
                 arena_first: words as u32,
                 arena_words: arena_words as u32,
-                cells_room: bricks as u32,
+                cells_room: cells as u32,
                 ..*level
             };
         }
