@@ -2,12 +2,12 @@
 
 use argil_abi::MaterialWords;
 use argil_conformance::{
-    Case, Numbers, all_cases, gpu, lattice, random_blends, shipped, stored_integers,
+    Case, Numbers, all_cases, gpu, lattice, random_blends, random_scene, shipped, stored_integers,
 };
 use argil_field::{Evaluator, Grid, Program};
 use argil_gpu::{GpuField, GpuVolume};
 use argil_math::Aabb;
-use argil_scene::{Brush, Scene, Shape};
+use argil_scene::{Brush, Group, Scene, Shape};
 use argil_volume::{BrickLayout, BrickSettings, Bricks, BricksError, Encoding, Volume, Word};
 use glam::{UVec3, Vec3};
 
@@ -133,10 +133,37 @@ fn empty_cells_never_overstate_the_distance() {
     assert!(checked > 50_000 && too_much > 1000, "{checked}, {too_much}");
 }
 
+/// Groups in groups, each with a ball beside it.
+fn deep(levels: u32) -> Case {
+    let mut numbers = Numbers::new(57);
+    let mut scene = Scene::new();
+    let mut group = Scene::ROOT;
+    for _ in 0..levels {
+        let ball = Brush::new(Shape::sphere(0.05))
+            .at(numbers.point(0.9).to_array())
+            .blend(0.02);
+        scene.push_into(group, ball).expect("a valid brush");
+        let made = scene.push_into(group, Group::new()).expect("a group");
+        group = made.node;
+    }
+    scene
+        .push_into(group, Brush::new(Shape::sphere(0.2)))
+        .expect("a valid brush");
+    Case {
+        name: format!("{levels} levels"),
+        scene,
+    }
+}
+
 /// Exact: samples are the whole program's at the voxels' corners; neighbours have the same on their common side.
 #[test]
 fn samples_are_the_fields() {
-    for (i, case) in cases().into_iter().enumerate() {
+    let long = Case {
+        name: "twenty thousand brushes".into(),
+        scene: random_scene(20_000, 3),
+    };
+    let extremes = [deep(3_000), long];
+    for (i, case) in cases().into_iter().chain(extremes).enumerate() {
         let program = Program::lower(&case.scene).expect("a program");
         let layout = layout_of(&program, &case.scene, 40 + i as u32, [8, 4, 16][i % 3]);
         let bricks = bake(&program, layout);
@@ -150,7 +177,12 @@ fn samples_are_the_fields() {
             let Word::Brick(brick) = bricks.cell(cell) else {
                 continue;
             };
-            for at in (0..layout.brick_samples()).step_by(17) {
+            let stride = if program.instrs().len() > 1000 {
+                311
+            } else {
+                17
+            };
+            for at in (0..layout.brick_samples()).step_by(stride) {
                 let place = UVec3::new(at % side, at / side % side, at / side / side);
                 let whole = (cell * layout.brick).as_vec3() + place.as_vec3();
                 let p = layout.lattice.corner + layout.lattice.voxel * whole;
