@@ -62,6 +62,7 @@ const BRICK_MIXED: u32 = 2147483648u;
 const COUNTER_MIXED: u32 = 2u;
 const BLOCK_SIDE: u32 = 4u;
 const COUNTER_CANDIDATES: u32 = 0u;
+const COUNTER_LISTS: u32 = 3u;
 const COUNTER_BRICKS: u32 = 1u;
 const NORMALS_VOXEL: u32 = 0u;
 const NORMALS_SMOOTH: u32 = 1u;
@@ -164,7 +165,7 @@ struct Volume {
     lipschitz: f32,
     steepness: f32,
     mixed: u32,
-    pad0: u32,
+    far: f32,
     pad1: u32,
     pad2: u32,
 }
@@ -178,6 +179,24 @@ struct Fill {
     layer_count: u32,
     tile: u32,
     quanta: u32,
+    pad0: u32,
+}
+struct Prune {
+    slack: f32,
+    side: u32,
+    parts_x: u32,
+    parts_y: u32,
+    parts_z: u32,
+    first: u32,
+    outer_side: u32,
+    outer_x: u32,
+    outer_y: u32,
+    outer_first: u32,
+    blocks_first: u32,
+    cells_first: u32,
+    arena_first: u32,
+    arena_words: u32,
+    cells_room: u32,
     pad0: u32,
 }
 struct Node {

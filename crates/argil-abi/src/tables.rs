@@ -185,8 +185,8 @@ shared_struct! {
         steepness: f32,
         /// Mixed bricks that there is room for.
         mixed: u32,
-        /// Zero.
-        pad0: u32,
+        /// The greatest distance that a cell without a brick keeps.
+        far: f32,
         /// Zero.
         pad1: u32,
         /// Zero.

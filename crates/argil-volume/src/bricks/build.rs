@@ -63,6 +63,8 @@ struct Candidates {
 struct Bounds {
     terms: ClearTerms,
     lipschitz: f32,
+    /// The greatest distance that a cell keeps.
+    far: f32,
 }
 
 impl Bounds {
@@ -73,7 +75,7 @@ impl Bounds {
 
     /// What a cell keeps whose centre is so far, or `way` from a point that is.
     fn center(&self, d: f32, way: f32) -> f32 {
-        let left = ((self.terms.radius(d) - way) * self.lipschitz).max(0.0);
+        let left = ((self.terms.radius(d) - way) * self.lipschitz).clamp(0.0, self.far);
         if d < 0.0 { -left } else { left }
     }
 }
@@ -87,6 +89,7 @@ pub(super) fn bake(
     let bounds = Bounds {
         terms: program.clear_terms(layout.region()),
         lipschitz: program.lipschitz(),
+        far: layout.far_length(),
     };
 
     // Down to blocks, then to cells.

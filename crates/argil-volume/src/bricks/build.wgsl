@@ -97,7 +97,7 @@ fn measure(@builtin(workgroup_id) id: vec3<u32>, @builtin(num_workgroups) count:
     let d = field_distance(volume.corner_range.xyz + (vec3<f32>(cell) + 0.5) * edge);
     // Of a cell near the surface, what stays if its brick is dropped.
     let clear = clear_radius(d);
-    let left = max(clear * volume.lipschitz, 0.0);
+    let left = clamp(clear * volume.lipschitz, 0.0, volume.far);
     words[at] = empty_word(select(left, -left, d < 0.0));
     if clear <= volume.reach {
         let place = atomicAdd(&counters[COUNTER_CANDIDATES], 1u);

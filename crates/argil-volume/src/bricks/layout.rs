@@ -4,6 +4,10 @@ use argil_field::Program;
 use argil_math::Aabb;
 use glam::{UVec3, Vec3};
 
+/// Voxels up to which cells without a brick tell distances, at least: an edit changes nothing that is farther away. Rays
+/// take some 2 % more look-ups for it at 512³, as the cones before them step over what is empty.
+const FAR_VOXELS: f32 = 32.0;
+
 /// Cells along a block's side.
 pub const BLOCK_SIDE: u32 = argil_abi::BLOCK_SIDE;
 
@@ -110,6 +114,12 @@ impl BrickLayout {
         4 * self.word_count() + 8 * self.block_count()
     }
 
+    /// The greatest distance that a cell without a brick tells.
+    pub fn far_length(&self) -> f32 {
+        let range = self.encoding.range_length(&self.lattice, 0);
+        range.max(FAR_VOXELS * self.lattice.voxel)
+    }
+
     /// The edge of a cell.
     pub fn cell_length(&self) -> f32 {
         self.brick as f32 * self.lattice.voxel
@@ -166,6 +176,7 @@ impl BrickLayout {
             isolation: terms.isolation,
             lipschitz: program.lipschitz(),
             steepness: terms.steepness,
+            far: self.far_length(),
             ..Volume::default()
         }
     }
