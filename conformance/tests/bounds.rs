@@ -217,9 +217,16 @@ fn edits(nodes: &[NodeId]) -> Vec<Edit> {
 fn nothing_changes_outside_of_dirty_boxes_and_undo_restores() {
     let mut numbers = Numbers::new(22);
     let (mut seen, mut smaller_would_miss) = (0, 0);
-    for band in [0.05, 0.2] {
+    for (band, crowd) in [(0.05, 0), (0.2, 0), (0.1, 300)] {
         let (mut scene, nodes) = garden();
-        scene.set_band(band);
+        // So many operands that the box does not look at each of them.
+        for _ in 0..crowd {
+            let small = Brush::new(Shape::sphere(0.05))
+                .at(numbers.point(1.5).to_array())
+                .blend(0.02);
+            scene.push(small).expect("a valid brush");
+        }
+        scene.set_bands([band, 2.0 * band]);
         for edit in edits(&nodes) {
             let text = scene.to_json();
             let before = lower(&scene);
@@ -228,6 +235,9 @@ fn nothing_changes_outside_of_dirty_boxes_and_undo_restores() {
             let (outside, inside) = changes(&before, &after, edited.dirty_box, band, &mut numbers);
             assert_eq!(outside, 0, "{edit:?}: outside of {:?}", edited.dirty_box);
             seen += inside;
+            let change = scene.changes().last().expect("the edit's");
+            let (outside, _) = changes(&before, &after, change.far_box, 2.0 * band, &mut numbers);
+            assert_eq!(outside, 0, "{edit:?}: outside of {:?}", change.far_box);
             // Negative control: the box half as large misses changes.
             let b = edited.dirty_box;
             if b.is_finite() {
@@ -263,7 +273,7 @@ fn a_dirty_box_is_no_larger_than_it_needs_to_be() {
             )
             .expect("valid");
     }
-    scene.set_band(0.1);
+    scene.set_bands([0.1; 2]);
     let node = scene.node(Scene::ROOT).children()[3];
     let edited = scene
         .apply(Edit::SetVisible {

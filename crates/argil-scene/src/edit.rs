@@ -59,8 +59,30 @@ pub enum Edit {
 pub struct Edited {
     /// The node that was made or changed.
     pub node: NodeId,
-    /// Outside this box no distance below the scene's [band](Scene::band) changed, nor did a material.
+    /// Outside this box no distance below the first of the scene's [bands](Scene::bands) changed, nor did a material.
     pub dirty_box: Aabb,
+}
+
+/// What changed in a scene, for those that keep something made of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Change {
+    /// The operands of the root that are, or held, what changed, before and after; `None` where it was not in the scene.
+    pub operands: [Option<NodeId>; 2],
+    /// Outside this box no distance below the first of the scene's [bands](Scene::bands) changed, nor did a material.
+    pub dirty_box: Aabb,
+    /// Outside this box no distance below the second of them changed.
+    pub far_box: Aabb,
+}
+
+impl Change {
+    /// Of what everything can depend on.
+    pub(crate) fn of_everything() -> Self {
+        Self {
+            operands: [None; 2],
+            dirty_box: Aabb::ALL,
+            far_box: Aabb::ALL,
+        }
+    }
 }
 
 /// Why an edit was refused. The scene is as it was.
@@ -127,8 +149,16 @@ enum Step {
 
 #[derive(Clone, Debug, Default)]
 pub(crate) struct History {
-    undo: Vec<Step>,
-    redo: Vec<Step>,
+    undo: Vec<Vec<Step>>,
+    redo: Vec<Vec<Step>>,
+    /// Whether edits join the step before them.
+    is_stroke: bool,
+    pub changes: Vec<Change>,
+}
+
+/// Whether undoing `before` makes up for `step` too: both set the same node.
+fn is_covered(before: Option<&Step>, step: &Step) -> bool {
+    matches!((before, step), (Some(Step::Set { node: a, .. }), Step::Set { node: b, .. }) if a == b)
 }
 
 impl Scene {
@@ -160,9 +190,36 @@ impl Scene {
     pub fn apply(&mut self, edit: Edit) -> Result<Edited, EditError> {
         let step = self.step(edit)?;
         let (edited, inverse) = self.take(step);
-        self.history.undo.push(inverse);
-        self.history.redo.clear();
+        let history = &mut self.history;
+        history.redo.clear();
+        match history.undo.last_mut().filter(|_| history.is_stroke) {
+            // Of what a stroke changes again and again, what there was at first is enough.
+            Some(stroke) if is_covered(stroke.last(), &inverse) => {}
+            Some(stroke) => stroke.push(inverse),
+            None => history.undo.push(vec![inverse]),
+        }
         Ok(edited)
+    }
+
+    /// From here to [`Scene::end_stroke`] all edits are undone and redone as one.
+    pub fn begin_stroke(&mut self) {
+        self.end_stroke();
+        self.history.undo.push(Vec::new());
+        self.history.is_stroke = true;
+    }
+
+    /// End a stroke. One that has changed nothing leaves no step.
+    pub fn end_stroke(&mut self) {
+        let history = &mut self.history;
+        if std::mem::take(&mut history.is_stroke) && history.undo.last().is_some_and(Vec::is_empty)
+        {
+            history.undo.pop();
+        }
+    }
+
+    /// How many steps can be undone, and how many redone.
+    pub fn history_lengths(&self) -> [usize; 2] {
+        [self.history.undo.len(), self.history.redo.len()]
     }
 
     /// Take the last edit back. Whether there was one; [`Scene::undo_edit`] tells what changed.
@@ -177,18 +234,35 @@ impl Scene {
 
     /// Take the last edit back, with the box that this makes dirty.
     pub fn undo_edit(&mut self) -> Option<Edited> {
-        let step = self.history.undo.pop()?;
-        let (edited, inverse) = self.take(step);
+        self.end_stroke();
+        let steps = self.history.undo.pop()?;
+        let (edited, inverse) = self.take_all(steps)?;
         self.history.redo.push(inverse);
         Some(edited)
     }
 
     /// Do again what was undone last, with the box that this makes dirty.
     pub fn redo_edit(&mut self) -> Option<Edited> {
-        let step = self.history.redo.pop()?;
-        let (edited, inverse) = self.take(step);
+        self.end_stroke();
+        let steps = self.history.redo.pop()?;
+        let (edited, inverse) = self.take_all(steps)?;
         self.history.undo.push(inverse);
         Some(edited)
+    }
+
+    /// Take the steps of one undo or redo, the last first.
+    fn take_all(&mut self, steps: Vec<Step>) -> Option<(Edited, Vec<Step>)> {
+        let mut all: Option<Edited> = None;
+        let mut inverses = Vec::with_capacity(steps.len());
+        for step in steps.into_iter().rev() {
+            let (edited, inverse) = self.take(step);
+            inverses.push(inverse);
+            all = Some(Edited {
+                dirty_box: all.map_or(edited.dirty_box, |a| a.dirty_box.union(edited.dirty_box)),
+                ..edited
+            });
+        }
+        Some((all?, inverses))
     }
 
     /// Check an edit and turn it into a step.
@@ -286,7 +360,7 @@ impl Scene {
         | Step::Detach { node }
         | Step::Set { node, .. }
         | Step::Move { node, .. }) = step;
-        let before = self.dirty_box(node);
+        let before = self.boxes(node);
         let inverse = match step {
             Step::Attach {
                 node,
@@ -305,7 +379,9 @@ impl Scene {
                 }
             }
             Step::Set { node, mut entry } => {
+                self.count(node, false);
                 std::mem::swap(&mut self.nodes[node.index()].entry, &mut entry);
+                self.count(node, true);
                 Step::Set { node, entry }
             }
             Step::Move {
@@ -322,20 +398,34 @@ impl Scene {
                 }
             }
         };
-        let dirty_box = before.union(self.dirty_box(node));
+        let after = self.boxes(node);
+        let [dirty_box, far_box] = [0, 1].map(|i| before.1[i].union(after.1[i]));
+        self.history.changes.push(Change {
+            operands: [before.0, after.0],
+            dirty_box,
+            far_box,
+        });
         (Edited { node, dirty_box }, inverse)
     }
 
-    fn dirty_box(&self, node: NodeId) -> Aabb {
-        influence(self, &mut Extents::of(self), node, self.band)
+    /// The operand of the root that a node is in, and where it matters, within each of the bands.
+    fn boxes(&mut self, node: NodeId) -> (Option<NodeId>, [Aabb; 2]) {
+        self.count_crowds(node);
+        let mut extents = Extents::of(self);
+        let boxes = self
+            .bands
+            .map(|band| influence(self, &mut extents, node, band));
+        (self.operand_of(node), boxes)
     }
 
     fn attach(&mut self, node: NodeId, parent: NodeId, index: usize) {
         self.nodes[parent.index()].children.insert(index, node);
         self.nodes[node.index()].parent = Some(parent);
+        self.count(node, true);
     }
 
     fn detach(&mut self, node: NodeId) -> (NodeId, usize) {
+        self.count(node, false);
         let parent = self.nodes[node.index()].parent.take().unwrap_or(Self::ROOT);
         let siblings = &mut self.nodes[parent.index()].children;
         let index = siblings

@@ -10,6 +10,7 @@
 //! *Practice.* [`influence`] walks down from the root to the node, keeping the greatest distance of interest at each
 //! level, then maps the node's grown box up through its groups' modifiers.
 
+use crate::crowd::{CROWD, Crowd};
 use crate::extent::region_after;
 use crate::{Extents, Modifier, NodeId, OperatorKind, Profile, Scene};
 use argil_math::Aabb;
@@ -58,20 +59,20 @@ fn grown_box(
     for pair in chain.windows(2) {
         let (parent, child) = (pair[0], pair[1]);
         let siblings = &scene.node(parent).children;
-        let index = siblings
-            .iter()
-            .rposition(|&c| c == child)
-            .unwrap_or_default();
         let entry = &scene.node(child).entry;
         let outer = extents.outer(child);
 
-        let (falls, morphed) = later_falls(
-            scene,
-            extents,
-            &siblings[index + 1..],
-            interest,
-            in_world.then_some(near),
-        );
+        let (falls, morphed) = match scene.crowds.get(&parent) {
+            Some(crowd) if siblings.len() > CROWD => crowd_falls(crowd, interest),
+            _ => {
+                let index = siblings
+                    .iter()
+                    .rposition(|&c| c == child)
+                    .unwrap_or_default();
+                let near = in_world.then_some(near);
+                later_falls(scene, extents, &siblings[index + 1..], interest, near)
+            }
+        };
         interest += falls + blend_reach(&entry.operator, interest);
         if morphed
             || matches!(
@@ -119,6 +120,17 @@ fn blend_reach(operator: &crate::Operator, interest: f32) -> f32 {
         Profile::Chamfer if operator.blend > 0.0 => operator.blend + 0.6 * interest,
         Profile::Chamfer => 0.0,
     }
+}
+
+/// The same as `later_falls` for all operands of a large group, wherever they are.
+fn crowd_falls(crowd: &Crowd, interest: f32) -> (f32, bool) {
+    let mut greatest = crowd.greatest_blend();
+    let mut times = SMOOTH_FALLS;
+    if crowd.has_chamfers() {
+        greatest += 0.6 * interest;
+        times = CHAMFER_FALLS;
+    }
+    (greatest * times, crowd.has_morphs())
 }
 
 /// How far values of interest can fall through the operands below, and whether one of these is a morph.

@@ -18,6 +18,7 @@
 //! # Ok::<(), argil_scene::EditError>(())
 //! ```
 
+mod crowd;
 mod edit;
 mod entry;
 mod extent;
@@ -33,7 +34,7 @@ mod shape;
 mod shape_check;
 mod view;
 
-pub use edit::{Edit, EditError, Edited};
+pub use edit::{Change, Edit, EditError, Edited};
 pub use entry::{Body, Brush, Entry, Group};
 pub use extent::{Extent, Extents};
 pub use fault::{Fault, MAX_LENGTH};

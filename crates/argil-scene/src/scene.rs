@@ -1,6 +1,8 @@
-use crate::edit::History;
+use crate::crowd::Crowd;
+use crate::edit::{Change, History};
 use crate::{Body, Entry, Fault, Group, Material, View};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// The name of a brush or group within its scene. It stays with the node through all edits, undo and redo included.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -38,13 +40,32 @@ impl Node {
     }
 }
 
+/// A number that no other scene of the process has; a clone has its own.
+#[derive(Debug)]
+pub(crate) struct Identity(u64);
+
+impl Identity {
+    fn new() -> Self {
+        static NEXT: AtomicU64 = AtomicU64::new(1);
+        Self(NEXT.fetch_add(1, Ordering::Relaxed))
+    }
+}
+
+impl Clone for Identity {
+    fn clone(&self) -> Self {
+        Self::new()
+    }
+}
+
 /// An ordered list of brushes and groups, with materials and a way to look at them. See the crate's page.
 #[derive(Clone, Debug)]
 pub struct Scene {
     pub(crate) nodes: Vec<Node>,
     pub(crate) materials: BTreeMap<String, Material>,
     pub(crate) history: History,
-    pub(crate) band: f32,
+    pub(crate) bands: [f32; 2],
+    pub(crate) crowds: HashMap<NodeId, Crowd>,
+    pub(crate) identity: Identity,
     /// A name for people.
     pub name: String,
     /// Where the scene or its parts come from.
@@ -73,7 +94,9 @@ impl Scene {
             }],
             materials: BTreeMap::new(),
             history: History::default(),
-            band: 0.1,
+            bands: [0.1; 2],
+            crowds: HashMap::new(),
+            identity: Identity::new(),
             name: String::new(),
             credit: String::new(),
             view: View::default(),
@@ -103,18 +126,43 @@ impl Scene {
     ) -> Result<(), Fault> {
         let name = name.into();
         material.check().map_err(|f| f.within(&name))?;
-        self.materials.insert(name, material);
+        let old = self.materials.insert(name, material.clone());
+        if old != Some(material) {
+            self.history.changes.push(Change::of_everything());
+        }
         Ok(())
     }
 
-    /// The distance, in the scene's unit, below which the dirty boxes of edits promise to hold every change.
-    pub fn band(&self) -> f32 {
-        self.band
+    /// The distances, in the scene's unit, below which the dirty and the far boxes of edits promise to hold every change.
+    pub fn bands(&self) -> [f32; 2] {
+        self.bands
     }
 
-    /// Set the distance that dirty boxes allow for; a volume sets its narrow band.
-    pub fn set_band(&mut self, band: f32) {
-        self.band = band.max(0.0);
+    /// Set the distances that the boxes of edits allow for, a volume's narrow band and how far its empty cells see.
+    pub fn set_bands(&mut self, bands: [f32; 2]) {
+        self.bands = bands.map(|band| band.max(0.0));
+    }
+
+    /// A number that no other scene of this process has, its clones included.
+    pub fn identity(&self) -> u64 {
+        self.identity.0
+    }
+
+    /// All that was changed since the scene was made or read, undos and redos included, the oldest first.
+    pub fn changes(&self) -> &[Change] {
+        &self.history.changes
+    }
+
+    /// The operand of the root that a node is, or is in; `None` for the root and for what was removed.
+    pub fn operand_of(&self, node: NodeId) -> Option<NodeId> {
+        let mut at = node;
+        while let Some(parent) = self.node(at).parent {
+            if parent == Self::ROOT {
+                return Some(at);
+            }
+            at = parent;
+        }
+        None
     }
 
     /// All nodes in the tree, each before what it holds, in the file's order. No recursion: depth costs heap only.

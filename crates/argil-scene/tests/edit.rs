@@ -176,3 +176,68 @@ fn a_hundred_thousand_brushes_can_be_pushed_and_undone() {
     }
     assert_eq!(scene.brush_count(), 99_000);
 }
+
+#[test]
+fn a_stroke_is_one_step() {
+    let mut scene = Scene::new();
+    let brush = scene.push(ball()).unwrap().node;
+    let before = scene.to_json();
+    scene.begin_stroke();
+    for _ in 0..10_000 {
+        let by = Modifier::Translate {
+            by: [0.01, 0.0, 0.0],
+        };
+        scene.apply(Edit::Transform { node: brush, by }).unwrap();
+    }
+    scene.push(ball().at([9.0, 0.0, 0.0])).unwrap();
+    scene.end_stroke();
+    let after = scene.to_json();
+    assert_eq!(scene.history_lengths(), [2, 0]);
+    let undone = scene.undo_edit().unwrap();
+    assert_eq!(scene.to_json(), before);
+    // From where the brush was to where it went.
+    assert!(undone.dirty_box.contains([0.0; 3].into()));
+    assert!(undone.dirty_box.contains([100.0, 0.0, 0.0].into()));
+    scene.redo_edit().unwrap();
+    assert_eq!(scene.to_json(), after);
+    // A stroke that did nothing leaves no step; one that is under way ends with an undo.
+    scene.begin_stroke();
+    scene.end_stroke();
+    assert_eq!(scene.history_lengths(), [2, 0]);
+    scene.begin_stroke();
+    scene.push(ball()).unwrap();
+    assert!(scene.undo());
+    assert_eq!(scene.to_json(), after);
+}
+
+#[test]
+fn changes_name_the_operands_of_the_root() {
+    let mut scene = Scene::new();
+    let group = scene.push(Group::new()).unwrap().node;
+    let brush = scene.push_into(group, ball()).unwrap().node;
+    let other = scene.push(Group::new()).unwrap().node;
+    let seen = scene.changes().len();
+    let parent = other;
+    let index = 0;
+    scene
+        .apply(Edit::Move {
+            node: brush,
+            parent,
+            index,
+        })
+        .unwrap();
+    scene.apply(Edit::Remove { node: other }).unwrap();
+    scene.undo();
+    let operands: Vec<_> = scene.changes()[seen..].iter().map(|c| c.operands).collect();
+    let expected = [
+        [Some(group), Some(other)],
+        [Some(other), None],
+        [None, Some(other)],
+    ];
+    assert_eq!(operands, expected);
+    let stone = argil_scene::Material::default();
+    scene.set_material("stone", stone.clone()).unwrap();
+    scene.set_material("stone", stone).unwrap();
+    assert_eq!(scene.changes().len(), seen + 4);
+    assert_ne!(scene.clone().identity(), scene.identity());
+}
