@@ -44,12 +44,8 @@ impl Program {
     /// How far `f32` arithmetic can take a distance within the box from the real one.
     fn rounding(&self, region: Aabb) -> f32 {
         let farthest = region.min.abs().max(region.max.abs()).max_element();
-        let sizes = if self.aabb.is_finite() {
-            self.aabb.size().max_element()
-        } else {
-            1.0
-        };
-        64.0 * f32::EPSILON * (farthest + sizes)
+        // Operands within the region change nothing, so that edits of them do not change what is relied on elsewhere.
+        64.0 * f32::EPSILON * (farthest + 2.0 * self.magnitude.max(farthest))
     }
 }
 

@@ -29,11 +29,13 @@
 
 mod bounds;
 mod brush;
+mod by_node;
 mod combine;
 mod curves;
 mod evaluate;
 mod grid;
 mod interpret;
+mod live;
 mod lower;
 pub mod naive;
 mod noise;
@@ -51,6 +53,7 @@ mod trim;
 pub use bounds::ClearTerms;
 pub use evaluate::Evaluator;
 pub use grid::Grid;
+pub use live::{LiveProgram, Parts, Upset};
 pub use lower::LowerError;
 pub use program::Program;
 pub use prune::{CELLS, Pruner};

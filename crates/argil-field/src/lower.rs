@@ -3,10 +3,12 @@
 mod error;
 mod words;
 
+use crate::by_node::ByNode;
 use crate::pack::pack;
 use crate::program::Program;
 use crate::regular::regularity;
 use argil_abi::{self as abi, Instr};
+use argil_math::Aabb;
 use argil_scene::{
     Body, Entry, Extents, Material, Modifier, NodeId, Operator, OperatorKind, Profile, Scene,
     angular_half_extent, copies_needed,
@@ -59,7 +61,7 @@ struct Lowering<'a> {
     /// By group: its operands that take part.
     operands: HashMap<NodeId, Vec<NodeId>>,
     /// By node: stack slots to evaluate it into an empty accumulator.
-    slots: Vec<u32>,
+    slots: ByNode<u32>,
     /// By group: slots to evaluate its first 1, 2, … operands.
     prefix_slots: HashMap<NodeId, Vec<u32>>,
     material_index: HashMap<&'a str, u32>,
@@ -71,6 +73,73 @@ struct Lowering<'a> {
 impl Program {
     /// Lower a scene. Time and memory are linear in the number of its nodes.
     pub fn lower(scene: &Scene) -> Result<Self, LowerError> {
+        let mut lowering = Lowering::of(scene, Scene::ROOT);
+        let mut magnitude = 0.0f32;
+        for &operand in scene.node(Scene::ROOT).children() {
+            if scene.node(operand).entry().visible {
+                let own = lowering.extents.outer(operand).aabb;
+                magnitude = magnitude.max(magnitude_of(own));
+            }
+        }
+        lowering.program.magnitude = magnitude;
+        lowering.tasks.push(Task::Solid {
+            node: Scene::ROOT,
+            frame: Frame::OF_WORLD,
+        });
+        lowering.emit_all()?;
+        Ok(lowering.program)
+    }
+
+    /// Lower one operand of the root, onto whatever is in the accumulator: a program whose list can follow any other's.
+    pub(crate) fn lower_operand(scene: &Scene, node: NodeId) -> Result<Self, LowerError> {
+        let mut lowering = Lowering::of(scene, node);
+        lowering.program.magnitude = magnitude_of(lowering.program.aabb);
+        let frame = Frame::OF_WORLD;
+        let entry = scene.node(node).entry();
+        if is_single(entry) {
+            lowering.tasks.push(Task::Brush { node, frame });
+        } else {
+            lowering.program.value_slots += 1;
+            let combine = lowering.combine(entry, frame, false);
+            lowering.emit(Instr {
+                op: abi::OP_PUSH_VALUE,
+                ..Instr::default()
+            });
+            lowering.tasks.push(Task::Emit(combine));
+            lowering.tasks.push(Task::Solid { node, frame });
+        }
+        lowering.emit_all()?;
+        Ok(lowering.program)
+    }
+}
+
+/// The power of two that no finite coordinate of a box exceeds; 0 where there is none.
+fn magnitude_of(aabb: Aabb) -> f32 {
+    if aabb.is_empty() {
+        return 0.0;
+    }
+    let corners = aabb.min.to_array().into_iter().chain(aabb.max.to_array());
+    let finite = corners.filter(|c| c.is_finite());
+    let greatest = finite.map(f32::abs).fold(0.0, f32::max);
+    if greatest > 0.0 {
+        greatest.log2().ceil().exp2()
+    } else {
+        0.0
+    }
+}
+
+impl Frame {
+    const OF_WORLD: Self = Self {
+        own_from_point: DAffine3::IDENTITY,
+        scale: 1.0,
+        material: 0,
+        copies: 1,
+    };
+}
+
+impl<'a> Lowering<'a> {
+    /// Of a node and all that it holds; nothing is emitted yet.
+    fn of(scene: &'a Scene, root: NodeId) -> Self {
         let mut materials = vec![words_of(&Material::default())];
         let mut material_index = HashMap::new();
         for (name, material) in scene.materials() {
@@ -78,20 +147,22 @@ impl Program {
             materials.push(words_of(material));
         }
         let mut extents = Extents::of(scene);
-        let aabb = extents.outer(Scene::ROOT).aabb;
-        let regular = regularity(scene, &mut extents);
+        let aabb = extents.outer(root).aabb;
+        let parents_first: Vec<NodeId> = scene.walk_from(root).collect();
+        let regular = regularity(scene, &mut extents, &parents_first);
         let mut lowering = Lowering {
             scene,
             extents,
             operands: HashMap::new(),
-            slots: vec![0; scene.node_count()],
+            slots: ByNode::of(&parents_first, 0),
             prefix_slots: HashMap::new(),
             material_index,
-            program: Self {
+            program: Program {
                 instrs: Vec::new(),
                 params: Vec::new(),
                 materials,
                 aabb,
+                magnitude: 0.0,
                 lipschitz: regular.lipschitz,
                 slack: regular.slack,
                 hidden_slack: regular.hidden,
@@ -103,16 +174,12 @@ impl Program {
             points: 0,
             tasks: Vec::new(),
         };
-        lowering.measure();
-        lowering.emit_all()?;
-        Ok(lowering.program)
+        lowering.measure(&parents_first);
+        lowering
     }
-}
 
-impl Lowering<'_> {
     /// Which operands take part, and what of the stack each node needs, from the leaves up.
-    fn measure(&mut self) {
-        let parents_first: Vec<NodeId> = self.scene.walk().collect();
+    fn measure(&mut self, parents_first: &[NodeId]) {
         for &id in parents_first.iter().rev() {
             let node = self.scene.node(id);
             let mut need = 0;
@@ -126,7 +193,7 @@ impl Lowering<'_> {
                     if !entry.visible || !acts {
                         continue;
                     }
-                    let own = self.slots[child.index()];
+                    let own = self.slots[child];
                     need = match operands.is_empty() {
                         true => own,
                         false if is_single(entry) => need,
@@ -139,23 +206,15 @@ impl Lowering<'_> {
                 self.operands.insert(id, operands);
                 self.prefix_slots.insert(id, prefix);
             }
-            self.slots[id.index()] =
+            self.slots[id] =
                 need + node.entry().modifiers.iter().filter(|m| is_loop(m)).count() as u32;
         }
-        self.program.value_slots = self.slots[Scene::ROOT.index()] as usize;
+        if let Some(&root) = parents_first.first() {
+            self.program.value_slots = self.slots[root] as usize;
+        }
     }
 
     fn emit_all(&mut self) -> Result<(), LowerError> {
-        let frame = Frame {
-            own_from_point: DAffine3::IDENTITY,
-            scale: 1.0,
-            material: 0,
-            copies: 1,
-        };
-        self.tasks.push(Task::Solid {
-            node: Scene::ROOT,
-            frame,
-        });
         while let Some(task) = self.tasks.pop() {
             match task {
                 Task::Emit(instr) => self.emit(instr),
@@ -219,7 +278,7 @@ impl Lowering<'_> {
             self.tasks.push(before);
             return;
         }
-        let swapped = self.slots[node.index()] > self.prefix_slots[&group][last - 1];
+        let swapped = self.slots[node] > self.prefix_slots[&group][last - 1];
         let combine = self.combine(entry, frame, swapped);
         let push = Task::Emit(Instr {
             op: abi::OP_PUSH_VALUE,

@@ -8,6 +8,8 @@ pub struct Program {
     pub(crate) params: Vec<f32>,
     pub(crate) materials: Vec<MaterialWords>,
     pub(crate) aabb: Aabb,
+    /// A power of two that no finite coordinate of an operand's box exceeds.
+    pub(crate) magnitude: f32,
     pub(crate) lipschitz: f32,
     pub(crate) slack: f32,
     pub(crate) hidden_slack: f32,

@@ -1,13 +1,14 @@
 //! How regular a field is: its Lipschitz constant and its jumps.
 
-use argil_scene::{Body, Entry, Extents, Modifier, OperatorKind, Profile, Scene};
+use crate::by_node::ByNode;
+use argil_scene::{Body, Extents, Modifier, NodeId, Operator, OperatorKind, Profile, Scene};
 use std::f32::consts::FRAC_1_SQRT_2;
 
 /// What can be said of |d(p) − d(q)| for points p and q: at most `lipschitz` · |p − q| + `slack` + `hidden`.
 ///
 /// Where copies are joined with others by hard operators alone, more can be said of the sign: a copy that the field does
 /// not look at is at least `isolation` away, so within that length the sign changes as if nothing jumped.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Regularity {
     pub lipschitz: f32,
     pub slack: f32,
@@ -16,14 +17,14 @@ pub(crate) struct Regularity {
     pub isolation: f32,
 }
 
-const SMOOTH: Regularity = Regularity {
-    lipschitz: 1.0,
-    slack: 0.0,
-    hidden: 0.0,
-    isolation: f32::INFINITY,
-};
-
 impl Regularity {
+    pub const SMOOTH: Self = Self {
+        lipschitz: 1.0,
+        slack: 0.0,
+        hidden: 0.0,
+        isolation: f32::INFINITY,
+    };
+
     /// The same where values matter and not only signs.
     fn by_value(self) -> Self {
         Self {
@@ -35,18 +36,21 @@ impl Regularity {
     }
 }
 
-/// Of a whole scene, its nodes from the leaves up.
-pub(crate) fn regularity(scene: &Scene, extents: &mut Extents<'_>) -> Regularity {
-    let mut all = vec![SMOOTH; scene.node_count()];
-    let parents_first: Vec<_> = scene.walk().collect();
+/// Of the first of some nodes, which are it and all that it holds, each before what it holds.
+pub(crate) fn regularity(
+    scene: &Scene,
+    extents: &mut Extents<'_>,
+    parents_first: &[NodeId],
+) -> Regularity {
+    let mut all = ByNode::of(parents_first, Regularity::SMOOTH);
     for &id in parents_first.iter().rev() {
         let entry = scene.node(id).entry();
-        let mut result = SMOOTH;
+        let mut result = Regularity::SMOOTH;
         if matches!(entry.body, Body::Group) {
             for &child in scene.node(id).children() {
-                let operand = &scene.node(child).entry();
+                let operand = scene.node(child).entry();
                 if operand.visible {
-                    result = joined(result, all[child.index()], operand);
+                    result = joined(result, all[child], &operand.operator);
                 }
             }
         }
@@ -69,17 +73,16 @@ pub(crate) fn regularity(scene: &Scene, extents: &mut Extents<'_>) -> Regularity
                 }
             }
         }
-        all[id.index()] = result;
+        all[id] = result;
     }
-    all[Scene::ROOT.index()]
+    parents_first
+        .first()
+        .map_or(Regularity::SMOOTH, |&root| all[root])
 }
 
-fn joined(a: Regularity, b: Regularity, operand: &Entry) -> Regularity {
-    let is_boolean = operand.operator.blend == 0.0
-        && !matches!(
-            operand.operator.kind,
-            OperatorKind::Paint | OperatorKind::Morph
-        );
+pub(crate) fn joined(a: Regularity, b: Regularity, operator: &Operator) -> Regularity {
+    let is_boolean = operator.blend == 0.0
+        && !matches!(operator.kind, OperatorKind::Paint | OperatorKind::Morph);
     let (a, b) = if is_boolean {
         (a, b)
     } else {
@@ -91,13 +94,8 @@ fn joined(a: Regularity, b: Regularity, operand: &Entry) -> Regularity {
         hidden: a.hidden.max(b.hidden),
         isolation: a.isolation.min(b.isolation),
     };
-    let chamfered = operand.operator.profile == Profile::Chamfer && operand.operator.blend > 0.0;
-    if chamfered
-        && !matches!(
-            operand.operator.kind,
-            OperatorKind::Paint | OperatorKind::Morph
-        )
-    {
+    let chamfered = operator.profile == Profile::Chamfer && operator.blend > 0.0;
+    if chamfered && !matches!(operator.kind, OperatorKind::Paint | OperatorKind::Morph) {
         // The face is (a + b − k) / √2.
         Regularity {
             lipschitz: hard

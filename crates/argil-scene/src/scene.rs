@@ -126,7 +126,7 @@ impl Scene {
     ) -> Result<(), Fault> {
         let name = name.into();
         material.check().map_err(|f| f.within(&name))?;
-        let old = self.materials.insert(name, material.clone());
+        let old = self.materials.insert(name, material);
         if old != Some(material) {
             self.history.changes.push(Change::of_everything());
         }

@@ -236,7 +236,7 @@ fn changes_name_the_operands_of_the_root() {
     ];
     assert_eq!(operands, expected);
     let stone = argil_scene::Material::default();
-    scene.set_material("stone", stone.clone()).unwrap();
+    scene.set_material("stone", stone).unwrap();
     scene.set_material("stone", stone).unwrap();
     assert_eq!(scene.changes().len(), seen + 4);
     assert_ne!(scene.clone().identity(), scene.identity());

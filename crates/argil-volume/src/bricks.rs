@@ -18,8 +18,11 @@
 
 mod batch;
 mod build;
+mod edit;
+mod filler;
 mod layout;
 mod material;
+mod pool;
 mod words;
 
 use crate::Texels;
@@ -29,6 +32,7 @@ use glam::{UVec3, Vec3};
 
 pub use batch::{Beyond, BrickSampler, Corners, Located};
 pub use build::BrickStagesMs;
+pub use edit::BrickEdit;
 pub use layout::{BLOCK_SIDE, BrickLayout, BrickSettings, BricksError};
 pub use words::{Word, center_of, empty_word, is_brick, is_lonely};
 
@@ -48,6 +52,8 @@ pub struct Bricks {
     materials: Vec<u32>,
     /// The materials of mixed bricks.
     mixed: Vec<[u32; 2]>,
+    /// Which brick each of those is of.
+    mixed_owners: Vec<u32>,
     pool: Texels,
 }
 
@@ -113,6 +119,7 @@ impl Bricks {
             return Err("a mixed brick's materials are not there");
         }
         Ok(Self {
+            mixed_owners: pool::owners_of_mixed(&materials, &mixed),
             materials,
             mixed,
             layout,
@@ -165,7 +172,8 @@ impl Bricks {
             + size_of_val(&self.words[..])
             + size_of_val(&self.owners[..])
             + size_of_val(&self.materials[..])
-            + size_of_val(&self.mixed[..]);
+            + size_of_val(&self.mixed[..])
+            + size_of_val(&self.mixed_owners[..]);
         tables as u64 + self.pool.bytes().len() as u64
     }
 

@@ -34,7 +34,7 @@ mod texels;
 
 pub use batch::Levels;
 pub use bricks::{
-    BLOCK_SIDE, Beyond, BrickLayout, BrickSampler, BrickSettings, BrickStagesMs, Bricks,
+    BLOCK_SIDE, Beyond, BrickEdit, BrickLayout, BrickSampler, BrickSettings, BrickStagesMs, Bricks,
     BricksError, Corners, Located, Word, center_of, empty_word, is_brick, is_lonely,
 };
 pub use dense::Dense;

@@ -59,6 +59,15 @@ impl Texels {
         }
     }
 
+    /// The texels, copied if they are in a file; none where they are of another type.
+    pub(crate) fn into_vec<T: Texel>(self) -> Vec<T> {
+        match self {
+            Self::Eight(all) => bytemuck::allocation::try_cast_vec(all).unwrap_or_default(),
+            Self::Sixteen(all) => bytemuck::allocation::try_cast_vec(all).unwrap_or_default(),
+            Self::Mapped { .. } => self.of::<T>().map(<[T]>::to_vec).unwrap_or_default(),
+        }
+    }
+
     pub(crate) fn from_vec<T: Texel>(all: Vec<T>) -> Self {
         match T::BITS {
             Bits::Eight => Self::Eight(bytemuck::allocation::cast_vec(all)),

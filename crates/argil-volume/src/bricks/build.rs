@@ -6,15 +6,15 @@
 //! evaluated, brick by brick, straight into the pool.
 
 use super::Bricks;
+use super::filler::Filler;
 use super::layout::{BLOCK_SIDE, BrickLayout, BricksError};
-use super::material::{PLACES, packed};
+use super::material::PLACES;
+use super::pool::owners_of_mixed;
 use super::words::{Word, empty_word, lonely_word};
-use crate::encoding::encode;
 use crate::{Bits, Texel, Texels};
-use argil_abi::{BRICK_MIXED, Fill, Instr, MATERIAL_SIDE, MaterialWords};
-use argil_field::{CELLS, ClearTerms, Evaluator, LANES, Program, Pruner};
+use argil_abi::{BRICK_MIXED, Instr};
+use argil_field::{CELLS, ClearTerms, Program, Pruner};
 use glam::{UVec3, Vec3, uvec3};
-use multiversion::multiversion;
 use rayon::prelude::*;
 use std::ops::Range;
 use std::time::Instant;
@@ -53,14 +53,14 @@ enum Block {
 
 /// Cells of a block in which the surface can be, each with its stretch of a list.
 #[derive(Default)]
-struct Candidates {
+pub(super) struct Candidates {
     block: usize,
-    cells: Vec<(u8, Range<usize>)>,
-    instrs: Vec<Instr>,
+    pub cells: Vec<(u8, Range<usize>)>,
+    pub instrs: Vec<Instr>,
 }
 
 /// What of distances can be relied on.
-struct Bounds {
+pub(super) struct Bounds {
     terms: ClearTerms,
     lipschitz: f32,
     /// The greatest distance that a cell keeps.
@@ -68,13 +68,21 @@ struct Bounds {
 }
 
 impl Bounds {
+    pub fn new(program: &Program, layout: &BrickLayout) -> Self {
+        Self {
+            terms: program.clear_terms(layout.region()),
+            lipschitz: program.lipschitz(),
+            far: layout.far_length(),
+        }
+    }
+
     /// Whether there is no surface within `radius`.
-    fn is_clear(&self, d: f32, radius: f32) -> bool {
+    pub fn is_clear(&self, d: f32, radius: f32) -> bool {
         self.terms.radius(d) > radius
     }
 
     /// What a cell keeps whose centre is so far, or `way` from a point that is.
-    fn center(&self, d: f32, way: f32) -> f32 {
+    pub fn center(&self, d: f32, way: f32) -> f32 {
         let left = ((self.terms.radius(d) - way) * self.lipschitz).clamp(0.0, self.far);
         if d < 0.0 { -left } else { left }
     }
@@ -86,11 +94,7 @@ pub(super) fn bake(
     budget: Option<u64>,
 ) -> Result<(Bricks, BrickStagesMs), BricksError> {
     let start = Instant::now();
-    let bounds = Bounds {
-        terms: program.clear_terms(layout.region()),
-        lipschitz: program.lipschitz(),
-        far: layout.far_length(),
-    };
+    let bounds = Bounds::new(program, &layout);
 
     // Down to blocks, then to cells.
     let (level, blocks) = blocks_of(program, &layout, &bounds);
@@ -141,16 +145,7 @@ pub(super) fn bake(
     let masks: Vec<u64> = words
         .par_chunks_mut(64)
         .with_min_len(256)
-        .map(|words| {
-            let mut mask = 0u64;
-            for (i, &word) in words.iter().enumerate() {
-                mask |= u64::from(matches!(Word::of(word), Word::Brick(_))) << i;
-            }
-            if mask == 0 {
-                words.iter_mut().for_each(|word| *word = lonely_word(*word));
-            }
-            mask
-        })
+        .map(settle)
         .collect();
     let ms = |d: std::time::Duration| d.as_secs_f64() * 1e3;
     let stages = BrickStagesMs {
@@ -164,6 +159,7 @@ pub(super) fn bake(
         masks,
         words,
         owners: filled.owners,
+        mixed_owners: owners_of_mixed(&filled.materials, &filled.mixed),
         materials: filled.materials,
         mixed: filled.mixed,
         pool: filled.pool,
@@ -180,6 +176,18 @@ pub(super) fn bake(
         });
     }
     Ok((bricks, stages))
+}
+
+/// A block's mask; its words say whether it is empty.
+pub(super) fn settle(words: &mut [u32]) -> u64 {
+    let mut mask = 0u64;
+    for (i, &word) in words.iter().enumerate() {
+        mask |= u64::from(matches!(Word::of(word), Word::Brick(_))) << i;
+    }
+    if mask == 0 {
+        words.iter_mut().for_each(|word| *word = lonely_word(*word));
+    }
+    mask
 }
 
 /// Cut the grid down to blocks. The blocks' lists are stretches of the level's.
@@ -289,7 +297,7 @@ fn far_block(
 }
 
 /// Measure a block's cells: the words of those that are empty, and the others.
-fn near_block(
+pub(super) fn near_block(
     layout: &BrickLayout,
     bounds: &Bounds,
     first: UVec3,
@@ -446,108 +454,4 @@ fn close_gaps<T: Texel>(
     owners.shrink_to_fit();
     materials.truncate(owners.len());
     materials.shrink_to_fit();
-}
-
-/// Evaluates bricks for one thread.
-struct Filler<'a> {
-    program: &'a Program,
-    layout: &'a BrickLayout,
-    fill: &'a Fill,
-    evaluator: Evaluator<'a>,
-    /// Of each sample of a brick, in the order of the pool: its place along x, y and z.
-    places: [Vec<f32>; 3],
-    d: Vec<f32>,
-}
-
-impl<'a> Filler<'a> {
-    fn new(program: &'a Program, layout: &'a BrickLayout, fill: &'a Fill) -> Self {
-        let side = layout.brick + 1;
-        let of = |divisor: u32| -> Vec<f32> {
-            (0..layout.brick_samples())
-                .map(|i| (i / divisor % side) as f32)
-                .collect()
-        };
-        Self {
-            program,
-            layout,
-            fill,
-            evaluator: Evaluator::new(program),
-            places: [of(1), of(side), of(side * side)],
-            d: vec![0.0; layout.brick_samples() as usize],
-        }
-    }
-
-    /// Sample a cell's brick; the distance that is nearest to the surface.
-    fn brick<T: Texel>(&mut self, instrs: &[Instr], cell: UVec3, out: &mut [T]) -> f32 {
-        let lattice = &self.layout.lattice;
-        let first = (cell * self.layout.brick).as_vec3();
-        let [mut x, mut y, mut z] = [[0.0f32; LANES]; 3];
-        for begin in (0..self.d.len()).step_by(LANES) {
-            let n = LANES.min(self.d.len() - begin);
-            for (axis, out) in [&mut x, &mut y, &mut z].into_iter().enumerate() {
-                let (corner, first) = (lattice.corner[axis], first[axis]);
-                let places = &self.places[axis][begin..begin + n];
-                for (out, place) in out[..n].iter_mut().zip(places) {
-                    *out = corner + lattice.voxel * (first + place);
-                }
-            }
-            let d = &mut self.d[begin..begin + n];
-            self.evaluator
-                .distances_by(instrs, &x[..n], &y[..n], &z[..n], d);
-        }
-        encode(&self.d, self.fill, out);
-        nearest(&self.d)
-    }
-
-    /// What a cell's brick looks like: one material, or a mixed brick's place among the block's.
-    fn material(&mut self, instrs: &[Instr], cell: UVec3, mixed: &mut Vec<[u32; 2]>) -> u32 {
-        let takes = |i: &&Instr| {
-            i.op < argil_abi::OP_SHAPES_END && i.flags & argil_abi::FLAG_KEEP_MATERIAL == 0
-        };
-        let mut all = instrs.iter().filter(takes).map(|i| i.operand);
-        let first = all.next().unwrap_or(0);
-        if all.all(|other| other == first) {
-            return first;
-        }
-        let lattice = &self.layout.lattice;
-        let begin = (cell * self.layout.brick).as_vec3();
-        let step = self.layout.brick as f32 / (MATERIAL_SIDE - 1) as f32;
-        let [mut x, mut y, mut z, mut d] = [[0.0f32; PLACES]; 4];
-        for i in 0..PLACES {
-            let place = i as u32;
-            let place = uvec3(
-                place % MATERIAL_SIDE,
-                place / MATERIAL_SIDE % MATERIAL_SIDE,
-                place / MATERIAL_SIDE / MATERIAL_SIDE,
-            );
-            let p = lattice.corner + lattice.voxel * (begin + step * place.as_vec3());
-            (x[i], y[i], z[i]) = (p.x, p.y, p.z);
-        }
-        let mut found = [MaterialWords::default(); PLACES];
-        self.evaluator
-            .materials_by(instrs, [&x, &y, &z], &mut d, &mut found);
-        // Between places that are farther from the surface than the diagonal from one to the next, there is none.
-        let reach = 1.01 * self.program.lipschitz() * 3f32.sqrt() * step * lattice.voxel;
-        let mut near = found.iter().zip(&d).filter(|(_, d)| d.abs() <= reach);
-        let palette = self.program.materials();
-        if let Some(one) = near.next().map(|(m, _)| packed(m))
-            && near.all(|(m, _)| packed(m) == one)
-            && let Some(place) = palette.iter().position(|m| packed(m) == one)
-        {
-            return place as u32;
-        }
-        mixed.extend(found.iter().map(packed));
-        BRICK_MIXED | (mixed.len() / PLACES - 1) as u32
-    }
-}
-
-/// The value of least magnitude.
-#[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl", "x86_64+avx2"))]
-fn nearest(d: &[f32]) -> f32 {
-    // Positive floats are ordered as their bits; the sign goes to the lowest bit.
-    let least = d
-        .iter()
-        .map(|d| d.to_bits().rotate_left(1))
-        .fold(u32::MAX, |a, b| if b < a { b } else { a });
-    f32::from_bits(least.rotate_right(1))
 }

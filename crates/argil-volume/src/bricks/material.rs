@@ -84,6 +84,19 @@ impl Bricks {
         &self.materials
     }
 
+    /// What one brick looks like: the place of its material in the program's table, or its materials at 4³ places.
+    ///
+    /// # Panics
+    /// If there is no such brick.
+    pub fn look(&self, brick: u32) -> (u32, &[[u32; 2]]) {
+        let material = self.materials[brick as usize];
+        if material & BRICK_MIXED == 0 {
+            return (material, &[]);
+        }
+        let from = (material & !BRICK_MIXED) as usize * PLACES;
+        (BRICK_MIXED, &self.mixed[from..from + PLACES])
+    }
+
     /// The materials of mixed bricks, 4³ each.
     pub fn mixed(&self) -> &[[u32; 2]] {
         &self.mixed

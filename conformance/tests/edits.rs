@@ -1,0 +1,228 @@
+//! Edits in place: after any sequence of edits, undos and redos, bricks are those of a fresh bake, to the bit.
+
+use argil_conformance::{Numbers, lattice, random_blends, random_scene, shipped, stored_integers};
+use argil_field::{LiveProgram, Program};
+use argil_scene::{Brush, Edit, Entry, Group, Modifier, NodeId, Scene, Shape};
+use argil_volume::{BrickLayout, BrickSettings, Bricks, Encoding, Word};
+use glam::UVec3;
+
+/// Bricks that follow a scene.
+struct Clay {
+    layout: BrickLayout,
+    bricks: Bricks,
+    live: LiveProgram,
+    seen: usize,
+    /// How often everything had to be made again.
+    rebakes: usize,
+    filled: u64,
+}
+
+impl Clay {
+    fn of(scene: &mut Scene, resolution: u32, settings: &BrickSettings) -> Self {
+        let program = Program::lower(scene).expect("a program");
+        let layout = BrickLayout::new(lattice(scene, &program, resolution), settings);
+        let layout = layout.expect("a layout");
+        scene.set_bands(layout.bands(&program));
+        Self {
+            layout,
+            bricks: Bricks::bake(&program, layout, None).expect("bricks").0,
+            live: LiveProgram::new(scene, layout.parts(&program)).expect("a program"),
+            seen: scene.changes().len(),
+            rebakes: 0,
+            filled: 0,
+        }
+    }
+
+    fn follow(&mut self, scene: &mut Scene) {
+        let changes = &scene.changes()[self.seen..];
+        let upset = self.live.follow(scene, changes).expect("a program");
+        if upset.everything {
+            let (rebakes, filled) = (self.rebakes + 1, self.filled);
+            let program = Program::lower(scene).expect("a program");
+            scene.set_bands(self.layout.bands(&program));
+            self.bricks = Bricks::bake(&program, self.layout, None).expect("bricks").0;
+            self.live = LiveProgram::new(scene, self.layout.parts(&program)).expect("a program");
+            (self.rebakes, self.filled) = (rebakes, filled);
+        } else {
+            for change in changes {
+                let edit = self
+                    .bricks
+                    .edit(&self.live, change.dirty_box, change.far_box, None)
+                    .expect("bricks");
+                self.filled += edit.filled;
+            }
+        }
+        self.seen = scene.changes().len();
+    }
+
+    /// What differs from a fresh bake: cells, samples and materials.
+    fn differing(&self, scene: &Scene) -> [usize; 3] {
+        let program = Program::lower(scene).expect("a program");
+        let fresh = Bricks::bake(&program, self.layout, None).expect("bricks").0;
+        let (a, b) = (
+            stored_integers(self.bricks.pool()),
+            stored_integers(fresh.pool()),
+        );
+        let samples = self.layout.brick_samples() as usize;
+        let (mut cells, mut apart, mut unlike) = (0, 0, 0);
+        let [nx, ny, nz] = self.layout.grid.to_array();
+        for at in 0..nx * ny * nz {
+            let cell = UVec3::new(at % nx, at / nx % ny, at / nx / ny);
+            match (self.bricks.cell(cell), fresh.cell(cell)) {
+                (Word::Brick(own), Word::Brick(other)) => {
+                    let (own, other) = (own as usize, other as usize);
+                    let texels =
+                        |all: &[i32], brick: usize| all[brick * samples..][..samples].to_vec();
+                    apart += usize::from(texels(&a, own) != texels(&b, other));
+                    unlike += usize::from(self.bricks.look(own as u32) != fresh.look(other as u32));
+                }
+                (
+                    Word::Empty {
+                        center: own,
+                        lonely,
+                    },
+                    Word::Empty {
+                        center: other,
+                        lonely: as_lonely,
+                    },
+                ) => {
+                    cells += usize::from(
+                        lonely != as_lonely || (own < 0.0) != (other < 0.0) && own * other != 0.0,
+                    );
+                }
+                _ => cells += 1,
+            }
+        }
+        assert_eq!(self.bricks.len(), fresh.len());
+        assert_eq!(self.bricks.masks(), fresh.masks());
+        assert_eq!(self.bricks.mixed().len(), fresh.mixed().len());
+        [cells, apart, unlike]
+    }
+}
+
+/// A random edit of a random node, or an undo or redo.
+fn disturb(scene: &mut Scene, numbers: &mut Numbers, materials: &[String]) {
+    let nodes: Vec<NodeId> = scene.walk().filter(|&n| n != Scene::ROOT).collect();
+    let pick = |numbers: &mut Numbers, n: usize| (numbers.unit() * n as f32) as usize % n.max(1);
+    let Some(&node) = nodes.get(pick(numbers, nodes.len())) else {
+        scene.undo();
+        return;
+    };
+    let by = Modifier::Translate {
+        by: (numbers.point(1.0) * 0.1).to_array(),
+    };
+    let size = numbers.between(0.05, 0.25);
+    let edit = match pick(numbers, 9) {
+        0 => Edit::Remove { node },
+        1 | 2 => Edit::Transform { node, by },
+        3 => Edit::SetVisible {
+            node,
+            visible: !scene.node(node).entry().visible,
+        },
+        4 => {
+            let parent = scene.node(node).parent().unwrap_or(Scene::ROOT);
+            let count = scene.node(parent).children().len();
+            let index = pick(numbers, count);
+            Edit::Move {
+                node,
+                parent,
+                index,
+            }
+        }
+        5 | 6 => {
+            let mut brush = Brush::new(Shape::rounded_box(
+                [size, 0.7 * size, 0.5 * size],
+                0.1 * size,
+            ))
+            .rotated([0.3, 1.0, 0.2], 360.0 * numbers.unit())
+            .at(numbers.point(0.8).to_array())
+            .blend(0.2 * size);
+            if numbers.unit() < 0.4 {
+                brush = brush.subtract();
+            }
+            if !materials.is_empty() {
+                brush = brush.material(materials[pick(numbers, materials.len())].clone());
+            }
+            let children = scene.node(Scene::ROOT).children().len();
+            Edit::Insert {
+                parent: Scene::ROOT,
+                index: pick(numbers, children + 1),
+                entry: brush.into(),
+            }
+        }
+        7 => {
+            scene.undo();
+            return;
+        }
+        _ => {
+            scene.redo();
+            return;
+        }
+    };
+    // What is refused changes nothing.
+    let _ = scene.apply(edit);
+}
+
+/// How often everything was made again: where copies or chamfers come and go, which change what holds of all distances.
+fn sculpt(
+    name: &str,
+    scene: &mut Scene,
+    resolution: u32,
+    settings: &BrickSettings,
+    edits: usize,
+) -> usize {
+    let mut numbers = Numbers::new(91);
+    let materials: Vec<String> = scene.materials().keys().cloned().collect();
+    let mut clay = Clay::of(scene, resolution, settings);
+    assert_eq!(clay.differing(scene), [0; 3], "{name}");
+    for nth in 0..edits {
+        disturb(scene, &mut numbers, &materials);
+        clay.follow(scene);
+        if nth % 4 == 3 {
+            assert_eq!(clay.differing(scene), [0; 3], "{name}, edit {nth}");
+        }
+    }
+    // All the way back, and forth again.
+    while scene.undo() {}
+    clay.follow(scene);
+    assert_eq!(clay.differing(scene), [0; 3], "{name}, undone");
+    while scene.redo() {}
+    clay.follow(scene);
+    assert_eq!(clay.differing(scene), [0; 3], "{name}, done again");
+    clay.rebakes
+}
+
+#[test]
+fn edited_bricks_are_those_of_a_fresh_bake() {
+    for (i, mut case) in shipped().into_iter().enumerate() {
+        let settings = BrickSettings {
+            brick: [8, 4, 16][i % 3],
+            ..BrickSettings::default()
+        };
+        sculpt(&case.name, &mut case.scene, 96, &settings, 24);
+    }
+    for seed in 60..66 {
+        let mut case = random_blends(seed, 30);
+        let mut settings = BrickSettings::default();
+        if seed % 2 == 0 {
+            settings.encoding = Encoding::default();
+        }
+        let rebakes = sculpt(&case.name, &mut case.scene, 128, &settings, 40);
+        assert!(rebakes <= 3, "{}: {rebakes}", case.name);
+    }
+}
+
+#[test]
+fn many_small_brushes_and_groups_are_edited_in_place() {
+    let mut scene = random_scene(600, 5);
+    let group = scene.push(Group::new().blend(0.05)).expect("a group").node;
+    for i in 0..5 {
+        let ball: Entry = Brush::new(Shape::sphere(0.1))
+            .at([0.1 * i as f32 - 0.2, 0.9, 0.0])
+            .blend(0.04)
+            .into();
+        scene.push_into(group, ball).expect("a valid brush");
+    }
+    let settings = BrickSettings::default();
+    assert!(sculpt("six hundred", &mut scene, 160, &settings, 60) <= 3);
+}

@@ -1,0 +1,471 @@
+//! A program that follows a scene edit by edit, at the cost of what an edit touches.
+//!
+//! *Practice.* Each operand of the root is lowered on its own; its parameters stand in a table that all of them share. A
+//! coarse grid of parts knows which operands can matter in each, by their boxes grown as far as [dirty
+//! boxes](argil_scene::Change) reach: the list for a part is theirs, in the scene's order. In the part it gives the
+//! scene's distances, as far as those are below the live program's far length. What remains linear in the number of
+//! operands, with a small factor, is finding an operand's place in the order.
+
+use crate::program::Program;
+use crate::regular::{Regularity, joined};
+use crate::{ClearTerms, LowerError};
+use argil_abi::{self as abi, Instr};
+use argil_math::Aabb;
+use argil_scene::{Change, Extent, Extents, NodeId, Operator, OperatorKind, Profile, Scene};
+use glam::{UVec3, Vec3};
+use std::collections::{BTreeMap, HashMap};
+
+/// Ranks between neighbours, to begin with.
+const RANK_STEP: u64 = 1 << 32;
+
+/// How far values can fall through later blends, in greatest blend radii: as dirty boxes have it.
+const SMOOTH_FALLS: f32 = 7.0;
+const CHAMFER_FALLS: f32 = 48.0;
+
+/// Where lists are asked for: a grid of cubic parts over a region.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Parts {
+    /// The grid's least corner.
+    pub corner: Vec3,
+    /// The edge of a part.
+    pub edge: f32,
+    /// Parts along each axis.
+    pub count: UVec3,
+    /// The distance below which lists give the scene's.
+    pub far: f32,
+    /// Where distances are relied on.
+    pub region: Aabb,
+}
+
+/// An operand of the root.
+struct Operand {
+    /// Where it stands in the order.
+    rank: u64,
+    instrs: Vec<Instr>,
+    /// Its stretch of the parameters.
+    params: (u32, u32),
+    operator: Operator,
+    visible: bool,
+    extent: Extent,
+    regularity: Regularity,
+    magnitude: f32,
+    slots: (usize, usize),
+    brushes: usize,
+}
+
+impl Operand {
+    fn is_chamfered(&self) -> bool {
+        self.operator.profile == Profile::Chamfer && self.operator.blend > 0.0
+    }
+
+    /// Whether how regular the whole is cannot depend on it.
+    fn is_plain(&self) -> bool {
+        !self.visible || (self.regularity == Regularity::SMOOTH && !self.is_chamfered())
+    }
+}
+
+/// What an update could not keep.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Upset {
+    /// Distances everywhere are relied on in another way than before: all that was made of them is to be made again.
+    pub everything: bool,
+}
+
+/// A scene's program, operand by operand. See the module's page.
+pub struct LiveProgram {
+    /// The tables, and what holds of the whole; its list is not kept.
+    tables: Program,
+    parts: Parts,
+    operands: HashMap<NodeId, Operand>,
+    /// All operands in the scene's order.
+    order: BTreeMap<u64, NodeId>,
+    /// Of each part, the operands that can matter there, by rank.
+    near: Vec<Vec<(u64, NodeId)>>,
+    /// Those that matter wherever others do.
+    everywhere: BTreeMap<u64, NodeId>,
+    /// Stretches of the parameters that are free, by length.
+    free: HashMap<u32, Vec<u32>>,
+    /// By the bits of what they count: the visible operands' magnitudes and blend radii.
+    magnitudes: BTreeMap<u32, u32>,
+    blends: BTreeMap<u32, u32>,
+    chamfers: u32,
+    morphs: u32,
+    /// How far values can fall, as far as `near` allows for it.
+    falls: f32,
+}
+
+fn count(counts: &mut BTreeMap<u32, u32>, value: f32, is_there: bool) {
+    let bits = value.max(0.0).to_bits() & 0x7fff_ffff;
+    let own = counts.entry(bits).or_default();
+    if is_there {
+        *own += 1;
+    } else {
+        *own -= 1;
+        if *own == 0 {
+            counts.remove(&bits);
+        }
+    }
+}
+
+fn greatest(counts: &BTreeMap<u32, u32>) -> f32 {
+    counts
+        .last_key_value()
+        .map_or(0.0, |(&bits, _)| f32::from_bits(bits))
+}
+
+impl LiveProgram {
+    /// Of a scene as it is now.
+    ///
+    /// # Errors
+    /// As [`Program::lower`].
+    pub fn new(scene: &Scene, parts: Parts) -> Result<Self, LowerError> {
+        let tables = Program::lower(&Scene::new())?;
+        let mut live = Self {
+            tables,
+            parts,
+            operands: HashMap::new(),
+            order: BTreeMap::new(),
+            near: vec![Vec::new(); parts.count.element_product() as usize],
+            everywhere: BTreeMap::new(),
+            free: HashMap::new(),
+            magnitudes: BTreeMap::new(),
+            blends: BTreeMap::new(),
+            chamfers: 0,
+            morphs: 0,
+            falls: 0.0,
+        };
+        let mut extents = Extents::of(scene);
+        for (i, &node) in scene.node(Scene::ROOT).children().iter().enumerate() {
+            let rank = (i as u64 + 1) * RANK_STEP;
+            let operand = live.lowered(scene, &mut extents, node, rank)?;
+            live.insert(node, operand);
+        }
+        live.index_all();
+        live.settle();
+        live.tables.aabb = live.solid_box();
+        Ok(live)
+    }
+
+    /// The tables that lists point into, and what holds of the whole scene. It has no list of its own.
+    pub fn program(&self) -> &Program {
+        &self.tables
+    }
+
+    /// Follow a scene's changes since the last time.
+    ///
+    /// # Errors
+    /// As [`Program::lower`]; the scene is then not followed any more, and a new live program is to be made of it.
+    pub fn follow(&mut self, scene: &Scene, changes: &[Change]) -> Result<Upset, LowerError> {
+        let before = self.reliance();
+        let mut touched: Vec<NodeId> = changes
+            .iter()
+            .flat_map(|change| change.operands)
+            .flatten()
+            .collect();
+        touched.sort_unstable();
+        touched.dedup();
+        let mut plain = true;
+        for &node in &touched {
+            plain &= self.remove(node);
+        }
+        let mut extents = Extents::of(scene);
+        for &node in &touched {
+            if scene.operand_of(node) != Some(node) {
+                continue;
+            }
+            let rank = self.rank_for(scene, node);
+            let operand = self.lowered(scene, &mut extents, node, rank)?;
+            plain &= operand.is_plain();
+            self.tables.aabb = self.tables.aabb.union(if operand.visible {
+                operand.extent.aabb
+            } else {
+                Aabb::EMPTY
+            });
+            self.insert(node, operand);
+            self.index(node);
+        }
+        if self.needed_falls() > self.falls {
+            self.index_all();
+        }
+        if !plain || self.tables.hidden_slack > 0.0 {
+            self.settle();
+        }
+        self.tables.magnitude = greatest(&self.magnitudes);
+        let everything = before != self.reliance();
+        Ok(Upset { everything })
+    }
+
+    /// Append the instructions that can matter in a part.
+    ///
+    /// # Panics
+    /// If there is no such part.
+    pub fn list(&self, part: UVec3, out: &mut Vec<Instr>) {
+        let at = part.x + self.parts.count.x * (part.y + self.parts.count.y * part.z);
+        if self.morphs > 0 {
+            // A morph takes its share of everything; the first operand to act is one that adds.
+            let all = self.order.values().map(|node| &self.operands[node]);
+            let acting = all
+                .filter(|operand| operand.visible)
+                .skip_while(|operand| operand.operator.kind != OperatorKind::Union);
+            acting.for_each(|operand| append(operand, out));
+            return;
+        }
+        let mut others = self.everywhere.iter().map(|(&r, &n)| (r, n)).peekable();
+        for &(rank, node) in &self.near[at as usize] {
+            while let Some((_, other)) = others.next_if(|&(other, _)| other < rank) {
+                append(&self.operands[&other], out);
+            }
+            append(&self.operands[&node], out);
+        }
+        others.for_each(|(_, other)| append(&self.operands[&other], out));
+    }
+
+    /// The whole scene's program, as [`Program::lower`] gives it but for the order of what does not depend on order.
+    pub fn whole(&self) -> Program {
+        let mut whole = self.tables.clone();
+        let all = self.order.values().map(|node| &self.operands[node]);
+        let acting = all
+            .filter(|operand| operand.visible)
+            .skip_while(|operand| operand.operator.kind != OperatorKind::Union);
+        for operand in acting {
+            append(operand, &mut whole.instrs);
+            whole.value_slots = whole.value_slots.max(operand.slots.0);
+            whole.point_slots = whole.point_slots.max(operand.slots.1);
+            whole.brushes += operand.brushes;
+        }
+        whole
+    }
+
+    /// What decisions about distances rest on.
+    fn reliance(&self) -> (f32, ClearTerms) {
+        (
+            self.tables.lipschitz,
+            self.tables.clear_terms(self.parts.region),
+        )
+    }
+
+    fn lowered(
+        &mut self,
+        scene: &Scene,
+        extents: &mut Extents<'_>,
+        node: NodeId,
+        rank: u64,
+    ) -> Result<Operand, LowerError> {
+        let entry = scene.node(node).entry();
+        let mut own = Program::lower_operand(scene, node)?;
+        if self.tables.materials != own.materials {
+            self.tables.materials = std::mem::take(&mut own.materials);
+        }
+        let length = own.params.len() as u32;
+        let params = &mut self.tables.params;
+        let at = match self.free.get_mut(&length).and_then(Vec::pop) {
+            Some(at) => {
+                params[at as usize..(at + length) as usize].copy_from_slice(&own.params);
+                at
+            }
+            None => {
+                let at = params.len() as u32;
+                params.extend_from_slice(&own.params);
+                at
+            }
+        };
+        for instr in &mut own.instrs {
+            instr.params += at;
+        }
+        Ok(Operand {
+            rank,
+            instrs: own.instrs,
+            params: (at, length),
+            operator: entry.operator,
+            visible: entry.visible,
+            extent: extents.outer(node),
+            regularity: Regularity {
+                lipschitz: own.lipschitz,
+                slack: own.slack,
+                hidden: own.hidden_slack,
+                isolation: own.isolation,
+            },
+            magnitude: own.magnitude,
+            slots: (own.value_slots, own.point_slots),
+            brushes: own.brushes,
+        })
+    }
+
+    /// Take note of an operand; `near` is not touched.
+    fn insert(&mut self, node: NodeId, operand: Operand) {
+        self.order.insert(operand.rank, node);
+        self.count_in(&operand, true);
+        self.operands.insert(node, operand);
+    }
+
+    /// Forget an operand; whether it was plain, or not there.
+    fn remove(&mut self, node: NodeId) -> bool {
+        let Some(operand) = self.operands.remove(&node) else {
+            return true;
+        };
+        self.order.remove(&operand.rank);
+        self.everywhere.remove(&operand.rank);
+        for at in self.parts_of(&operand) {
+            let list = &mut self.near[at];
+            if let Ok(place) = list.binary_search_by_key(&operand.rank, |&(rank, _)| rank) {
+                list.remove(place);
+            }
+        }
+        self.count_in(&operand, false);
+        let (at, length) = operand.params;
+        self.free.entry(length).or_default().push(at);
+        operand.is_plain()
+    }
+
+    fn count_in(&mut self, operand: &Operand, is_there: bool) {
+        if !operand.visible {
+            return;
+        }
+        count(&mut self.magnitudes, operand.magnitude, is_there);
+        count(&mut self.blends, operand.operator.blend, is_there);
+        let by = |counter: &mut u32| {
+            if is_there {
+                *counter += 1;
+            } else {
+                *counter -= 1;
+            }
+        };
+        if operand.is_chamfered() {
+            by(&mut self.chamfers);
+        }
+        if operand.operator.kind == OperatorKind::Morph {
+            by(&mut self.morphs);
+        }
+    }
+
+    /// A rank between those of a node's neighbours in the scene.
+    fn rank_for(&mut self, scene: &Scene, node: NodeId) -> u64 {
+        let siblings = scene.node(Scene::ROOT).children();
+        let at = siblings.iter().rposition(|&n| n == node).unwrap_or(0);
+        let rank_of = |n: &NodeId| self.operands.get(n).map(|operand| operand.rank);
+        let before = siblings[..at].iter().rev().find_map(rank_of).unwrap_or(0);
+        let after = siblings[at + 1..].iter().find_map(rank_of);
+        let rank = match after {
+            Some(after) => before + (after - before) / 2,
+            None => before + RANK_STEP,
+        };
+        if rank > before {
+            return rank;
+        }
+        // No room: everyone moves.
+        self.order.clear();
+        self.everywhere.clear();
+        for (i, sibling) in siblings.iter().enumerate() {
+            if let Some(operand) = self.operands.get_mut(sibling) {
+                operand.rank = (i as u64 + 1) * RANK_STEP;
+                self.order.insert(operand.rank, *sibling);
+            }
+        }
+        self.index_all();
+        (at as u64 + 1) * RANK_STEP
+    }
+
+    /// How far values can fall through the joints of operands, before anything of a change is lost in rounding.
+    fn needed_falls(&self) -> f32 {
+        let blend = greatest(&self.blends);
+        if self.chamfers > 0 {
+            CHAMFER_FALLS * (blend + 0.6 * self.parts.far)
+        } else {
+            SMOOTH_FALLS * blend
+        }
+    }
+
+    /// The parts in which an operand can matter.
+    fn parts_of(&self, operand: &Operand) -> impl Iterator<Item = usize> + use<> {
+        let parts = self.parts;
+        let blend = operand.operator.blend;
+        let own = if operand.is_chamfered() {
+            blend + 0.6 * (parts.far + self.falls)
+        } else {
+            blend
+        };
+        let reach = 1.000_1 * operand.extent.underestimate * (parts.far + self.falls + own);
+        let grown = operand.extent.aabb.grown(reach);
+        let is_near = operand.visible
+            && operand.operator.kind != OperatorKind::Intersect
+            && !operand.extent.aabb.is_empty();
+        let last = parts.count.as_vec3() - 1.0;
+        let first = ((grown.min - parts.corner) / parts.edge).floor();
+        let end = ((grown.max - parts.corner) / parts.edge).floor();
+        let is_in = is_near && first.cmple(last).all() && end.cmpge(Vec3::ZERO).all();
+        let first = first.clamp(Vec3::ZERO, last).as_uvec3();
+        let end = if is_in {
+            end.clamp(Vec3::ZERO, last).as_uvec3() + 1
+        } else {
+            first
+        };
+        (first.z..end.z).flat_map(move |z| {
+            (first.y..end.y).flat_map(move |y| {
+                (first.x..end.x)
+                    .map(move |x| (x + parts.count.x * (y + parts.count.y * z)) as usize)
+            })
+        })
+    }
+
+    /// Enter an operand into the parts.
+    fn index(&mut self, node: NodeId) {
+        let operand = &self.operands[&node];
+        let rank = operand.rank;
+        if operand.visible && operand.operator.kind == OperatorKind::Intersect {
+            self.everywhere.insert(rank, node);
+        }
+        for at in self.parts_of(operand) {
+            let list = &mut self.near[at];
+            if let Err(place) = list.binary_search_by_key(&rank, |&(rank, _)| rank) {
+                list.insert(place, (rank, node));
+            }
+        }
+    }
+
+    /// Enter all operands anew.
+    fn index_all(&mut self) {
+        // With some room, so that a blend which grows does not do this each time.
+        self.falls = self.falls.max(1.25 * self.needed_falls());
+        self.near.iter_mut().for_each(Vec::clear);
+        self.everywhere.clear();
+        let all: Vec<NodeId> = self.order.values().copied().collect();
+        all.into_iter().for_each(|node| self.index(node));
+    }
+
+    /// How regular the whole is.
+    fn settle(&mut self) {
+        let mut all = Regularity::SMOOTH;
+        for node in self.order.values() {
+            let operand = &self.operands[node];
+            if operand.visible {
+                all = joined(all, operand.regularity, &operand.operator);
+            }
+        }
+        let tables = &mut self.tables;
+        tables.lipschitz = all.lipschitz;
+        tables.slack = all.slack;
+        tables.hidden_slack = all.hidden;
+        tables.isolation = all.isolation;
+        tables.magnitude = greatest(&self.magnitudes);
+    }
+
+    /// A box around everything that adds.
+    fn solid_box(&self) -> Aabb {
+        let visible = self.operands.values().filter(|operand| operand.visible);
+        let boxes = visible.fold(Aabb::EMPTY, |all, operand| all.union(operand.extent.aabb));
+        boxes.grown(greatest(&self.blends))
+    }
+}
+
+/// Append an operand's instructions; the ends of loops point at their beginnings.
+fn append(operand: &Operand, out: &mut Vec<Instr>) {
+    let begin = out.len() as u32;
+    out.extend(operand.instrs.iter().map(|&instr| Instr {
+        operand: if instr.op == abi::OP_NEXT {
+            instr.operand + begin
+        } else {
+            instr.operand
+        },
+        ..instr
+    }));
+}

@@ -1,0 +1,343 @@
+//! Changing bricks in place.
+//!
+//! *Practice.* An edit tells two boxes: outside of the first nothing changed within the stored band, outside of the
+//! second nothing within what empty cells tell. Blocks that the second touches are pruned and measured again, from the
+//! operands that can matter near them; of their cells, those that the first touches are sampled again. What was made is
+//! put into the pool at the end, so that nothing is changed if it does not fit.
+
+use super::build::{Bounds, Candidates, near_block, settle};
+use super::filler::Filler;
+use super::material::PLACES;
+use super::pool::Pool;
+use super::words::is_brick;
+use super::{BLOCK_SIDE, BrickLayout, Bricks, BricksError};
+use crate::{Bits, Texel};
+use argil_abi::{Fill, Instr};
+use argil_field::{CELLS, LiveProgram, Parts, Program, Pruner};
+use argil_math::Aabb;
+use glam::{UVec3, Vec3, uvec3};
+use rayon::prelude::*;
+use std::ops::Range;
+
+/// Blocks along the side of a part that shares a list.
+const PART_SIDE: u32 = 4;
+
+/// What an edit of bricks did.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct BrickEdit {
+    /// Bricks that were sampled again or anew.
+    pub filled: u64,
+    /// Bricks that there were not before.
+    pub added: u64,
+    /// Bricks that there are no more.
+    pub removed: u64,
+    /// Cells that were measured again.
+    pub cells: u64,
+}
+
+/// A block's new words and bricks.
+struct Made<T> {
+    block: usize,
+    words: [u32; CELLS],
+    /// Cells with a brick: which, and what it looks like.
+    bricks: Vec<(u8, u32)>,
+    texels: Vec<T>,
+    mixed: Vec<[u32; 2]>,
+}
+
+impl BrickLayout {
+    /// The parts in which a [`LiveProgram`] of these bricks tells lists.
+    pub fn parts(&self, program: &Program) -> Parts {
+        let side = PART_SIDE * BLOCK_SIDE;
+        Parts {
+            corner: self.lattice.corner,
+            edge: side as f32 * self.cell_length(),
+            count: UVec3::from_array(self.grid.to_array().map(|n| n.div_ceil(side))),
+            far: self.bands(program)[1],
+            region: self.region(),
+        }
+    }
+
+    /// The distances up to which edits must tell their boxes: what bricks hold, and what empty cells tell.
+    pub fn bands(&self, program: &Program) -> [f32; 2] {
+        let slack = program.bounds_slack(self.region());
+        let near = program.lipschitz() * self.half_diagonal(1) + slack;
+        let range = self.encoding.range_length(&self.lattice, 0);
+        [
+            1.1 * near.max(range),
+            1.1 * (self.far_length() + slack).max(near),
+        ]
+    }
+}
+
+impl Bricks {
+    /// Follow an edit, whose boxes are told for this layout's [bands](BrickLayout::bands): `dirty` for the first, `far`
+    /// for the second. On rayon's current threads.
+    ///
+    /// # Errors
+    /// If the bricks would take more than `budget` bytes; they are then as they were.
+    pub fn edit(
+        &mut self,
+        live: &LiveProgram,
+        dirty: Aabb,
+        far: Aabb,
+        budget: Option<u64>,
+    ) -> Result<BrickEdit, BricksError> {
+        match self.layout.encoding.bits {
+            Bits::Eight => self.edit_as::<i8>(live, dirty, far, budget),
+            Bits::Sixteen => self.edit_as::<i16>(live, dirty, far, budget),
+        }
+    }
+
+    fn edit_as<T: Texel>(
+        &mut self,
+        live: &LiveProgram,
+        dirty: Aabb,
+        far: Aabb,
+        budget: Option<u64>,
+    ) -> Result<BrickEdit, BricksError> {
+        let edit = Editing {
+            layout: self.layout,
+            live,
+            bounds: Bounds::new(live.program(), &self.layout),
+            fill: self
+                .layout
+                .encoding
+                .fill(live.program(), &self.layout.lattice, 0),
+            // What lies on a cell's side is in both.
+            dirty: dirty.grown(0.01 * self.layout.lattice.voxel),
+        };
+        let made: Vec<Made<T>> = edit
+            .parts(far)
+            .into_par_iter()
+            .flat_map_iter(|part| edit.blocks(part, far))
+            .collect::<Vec<_>>()
+            .into_par_iter()
+            .map_init(
+                || edit.worker(),
+                |worker, (block, instrs)| edit.make(worker, block, &instrs, &self.words),
+            )
+            .collect();
+        self.check_budget(&made, budget)?;
+
+        let mut result = BrickEdit::default();
+        let samples = self.layout.brick_samples() as usize;
+        let before = self.owners.len() as u64;
+        let mut pool = Pool::<T>::open(self);
+        // What is freed can then be taken.
+        for own in &made {
+            let first = own.block * CELLS;
+            for (i, &word) in own.words.iter().enumerate() {
+                if !is_brick(word) {
+                    let old = pool.bricks().words[first + i];
+                    result.removed += u64::from(is_brick(old));
+                    pool.clear((first + i) as u32, word);
+                }
+            }
+            result.cells += CELLS as u64;
+        }
+        for own in &made {
+            let mut mixed = own.mixed.chunks_exact(PLACES);
+            for (&(i, material), texels) in own.bricks.iter().zip(own.texels.chunks_exact(samples))
+            {
+                let own_mixed = if material & argil_abi::BRICK_MIXED != 0 {
+                    mixed.next().unwrap_or_default()
+                } else {
+                    &[]
+                };
+                pool.put(
+                    (own.block * CELLS) as u32 + u32::from(i),
+                    texels,
+                    material,
+                    own_mixed,
+                );
+            }
+            result.filled += own.bricks.len() as u64;
+        }
+        pool.close();
+        for own in &made {
+            let words = &mut self.words[own.block * CELLS..(own.block + 1) * CELLS];
+            self.masks[own.block] = settle(words);
+        }
+        result.added = (self.owners.len() as u64 + result.removed) - before;
+        Ok(result)
+    }
+
+    fn check_budget<T>(&self, made: &[Made<T>], budget: Option<u64>) -> Result<(), BricksError> {
+        let Some(budget) = budget else {
+            return Ok(());
+        };
+        let mut bricks = self.owners.len() as u64;
+        let mut mixed = 0;
+        for own in made {
+            let old = self.masks[own.block].count_ones();
+            let new = own.words.iter().filter(|&&word| is_brick(word)).count();
+            bricks = bricks + new as u64 - u64::from(old);
+            mixed += size_of_val(&own.mixed[..]) as u64;
+        }
+        let of_each = self.layout.brick_bytes() + 8;
+        let needed =
+            self.layout.table_bytes() + bricks * of_each + size_of_val(&self.mixed[..]) as u64;
+        if needed + mixed > budget && needed + mixed > self.memory_bytes() {
+            return Err(BricksError::Budget {
+                bricks,
+                needed: needed + mixed,
+                budget,
+            });
+        }
+        Ok(())
+    }
+}
+
+/// What all blocks of an edit share.
+struct Editing<'a> {
+    layout: BrickLayout,
+    live: &'a LiveProgram,
+    bounds: Bounds,
+    fill: Fill,
+    dirty: Aabb,
+}
+
+/// What a thread keeps.
+struct Worker<'a> {
+    pruner: Pruner<'a>,
+    filler: Filler<'a>,
+}
+
+impl Editing<'_> {
+    fn worker(&self) -> Worker<'_> {
+        Worker {
+            pruner: Pruner::new(self.live.program()),
+            filler: Filler::new(self.live.program(), &self.layout, &self.fill),
+        }
+    }
+
+    /// The blocks that a box touches.
+    fn touched(&self, region: Aabb) -> [UVec3; 2] {
+        let edge = self.layout.cell_length() * BLOCK_SIDE as f32;
+        let last = self.layout.blocks.as_vec3() - 1.0;
+        let first = ((region.min - self.layout.lattice.corner) / edge).floor();
+        let end = ((region.max - self.layout.lattice.corner) / edge).floor();
+        let is_in = !region.is_empty() && first.cmple(last).all() && end.cmpge(Vec3::ZERO).all();
+        if !is_in {
+            return [UVec3::ZERO; 2];
+        }
+        [
+            first.clamp(Vec3::ZERO, last).as_uvec3(),
+            end.clamp(Vec3::ZERO, last).as_uvec3() + 1,
+        ]
+    }
+
+    fn parts(&self, far: Aabb) -> Vec<UVec3> {
+        let [first, end] = self.touched(far);
+        if !first.cmplt(end).all() {
+            return Vec::new();
+        }
+        let (first, last) = (first / PART_SIDE, (end - 1) / PART_SIDE);
+        let mut all = Vec::new();
+        for z in first.z..=last.z {
+            for y in first.y..=last.y {
+                for x in first.x..=last.x {
+                    all.push(uvec3(x, y, z));
+                }
+            }
+        }
+        all
+    }
+
+    /// The touched blocks of a part, each with its list.
+    fn blocks(&self, part: UVec3, far: Aabb) -> Vec<(usize, Vec<Instr>)> {
+        let [first, end] = self.touched(far);
+        let from = (part * PART_SIDE).max(first);
+        let to = ((part + 1) * PART_SIDE).min(end);
+        let mut instrs = Vec::new();
+        self.live.list(part, &mut instrs);
+        let mut cells = Vec::new();
+        for z in from.z..to.z {
+            for y in from.y..to.y {
+                for x in from.x..to.x {
+                    cells.push(uvec3(x, y, z) * BLOCK_SIDE);
+                }
+            }
+        }
+        let centers: Vec<Vec3> = cells
+            .iter()
+            .map(|&cell| self.layout.middle(cell, BLOCK_SIDE))
+            .collect();
+        let mut d = [0.0; CELLS];
+        let mut pruner = Pruner::new(self.live.program());
+        let radius = self.layout.half_diagonal(BLOCK_SIDE);
+        pruner.mark(&instrs, &centers, radius, &mut d[..cells.len()]);
+        let lists = cells.iter().enumerate().map(|(i, &cell)| {
+            let mut list = Vec::new();
+            pruner.list(&instrs, i, &mut list);
+            (self.layout.word_index(cell) / CELLS, list)
+        });
+        lists.collect()
+    }
+
+    /// Measure a block's cells, and sample what is dirty.
+    fn make<T: Texel>(
+        &self,
+        worker: &mut Worker<'_>,
+        block: usize,
+        instrs: &[Instr],
+        old: &[u32],
+    ) -> Made<T> {
+        let first = self.layout.cell_at(block * CELLS);
+        let mut words = [0; CELLS];
+        let Worker { pruner, filler } = worker;
+        let found: Candidates = near_block(
+            &self.layout,
+            &self.bounds,
+            first,
+            instrs,
+            pruner,
+            &mut words,
+        );
+        let mut made = Made {
+            block,
+            words,
+            bricks: Vec::new(),
+            texels: Vec::new(),
+            mixed: Vec::new(),
+        };
+        let reach = 0.5 * 3f32.sqrt() * self.layout.lattice.voxel;
+        let samples = self.layout.brick_samples() as usize;
+        let old = &old[block * CELLS..(block + 1) * CELLS];
+        let mut next = found.cells.iter().peekable();
+        for i in 0..CELLS {
+            let list: Option<Range<usize>> = next
+                .next_if(|&&(inner, _)| usize::from(inner) == i)
+                .map(|(_, range)| range.clone());
+            let place = i as u32;
+            let cell = first + uvec3(place % 4, place / 4 % 4, place / 16);
+            let is_dirty = !self
+                .layout
+                .cell_box(cell)
+                .intersection(self.dirty)
+                .is_empty();
+            if !is_dirty {
+                // Nothing changed that a brick holds.
+                if is_brick(old[i]) {
+                    made.words[i] = old[i];
+                }
+                continue;
+            }
+            let Some(list) = list else { continue };
+            let list = &found.instrs[list];
+            let begin = made.texels.len();
+            made.texels.resize(begin + samples, T::default());
+            let least = filler.brick(list, cell, &mut made.texels[begin..]);
+            if self.bounds.is_clear(least, reach) {
+                made.texels.truncate(begin);
+                continue;
+            }
+            let material = filler.material(list, cell, &mut made.mixed);
+            made.bricks.push((i as u8, material));
+            // Any brick: which one is known when it is put into the pool.
+            made.words[i] = 0;
+        }
+        made
+    }
+}

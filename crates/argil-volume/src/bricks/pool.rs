@@ -1,0 +1,215 @@
+//! Bricks that come and go.
+//!
+//! A pool has no holes between edits: what an edit frees is taken by what it needs, then the last bricks move into what
+//! is left. So files and other devices see the same as after a bake, and an edit moves no more bricks than it freed.
+
+use super::Bricks;
+use super::material::PLACES;
+use crate::Texel;
+use crate::Texels;
+use argil_abi::BRICK_MIXED;
+
+/// Bricks that a pool grows by.
+const PAGE: usize = 1024;
+
+/// The pool of bricks while it is edited.
+pub(super) struct Pool<'a, T> {
+    bricks: &'a mut Bricks,
+    texels: Vec<T>,
+    samples: usize,
+    free: Vec<u32>,
+    /// Of each mixed brick's materials: whose they are.
+    mixed_owners: Vec<u32>,
+    mixed_free: Vec<u32>,
+}
+
+impl<'a, T: Texel> Pool<'a, T> {
+    pub fn open(bricks: &'a mut Bricks) -> Self {
+        let samples = bricks.layout.brick_samples() as usize;
+        let texels = std::mem::replace(&mut bricks.pool, Texels::from_vec(Vec::<T>::new()));
+        let mut texels = texels.into_vec::<T>();
+        // Of an empty volume the pool has one brick of zeros.
+        texels.truncate(bricks.owners.len() * samples);
+        let mixed_owners = std::mem::take(&mut bricks.mixed_owners);
+        Self {
+            bricks,
+            texels,
+            samples,
+            free: Vec::new(),
+            mixed_owners,
+            mixed_free: Vec::new(),
+        }
+    }
+
+    /// Put a brick into the cell of a word: over the one that is there, or into one of its own.
+    pub fn put(&mut self, at: u32, texels: &[T], material: u32, mixed: &[[u32; 2]]) {
+        let word = self.bricks.words[at as usize];
+        let brick = if super::is_brick(word) {
+            self.free_mixed(word);
+            word
+        } else {
+            self.take(at)
+        };
+        let to = brick as usize * self.samples;
+        self.texels[to..to + self.samples].copy_from_slice(texels);
+        self.bricks.materials[brick as usize] = if material & BRICK_MIXED == 0 {
+            material
+        } else {
+            BRICK_MIXED | self.put_mixed(brick, mixed)
+        };
+        self.bricks.words[at as usize] = brick;
+    }
+
+    /// Free the brick in the cell of a word, if there is one; the word is then whatever it is set to.
+    pub fn clear(&mut self, at: u32, word: u32) {
+        let old = std::mem::replace(&mut self.bricks.words[at as usize], word);
+        if super::is_brick(old) {
+            self.free_mixed(old);
+            self.bricks.owners[old as usize] = u32::MAX;
+            self.free.push(old);
+        }
+    }
+
+    /// A place for the brick of a word's cell.
+    fn take(&mut self, at: u32) -> u32 {
+        if let Some(brick) = self.free.pop() {
+            self.bricks.owners[brick as usize] = at;
+            return brick;
+        }
+        let brick = self.bricks.owners.len() as u32;
+        if self.texels.len() + self.samples > self.texels.capacity() {
+            self.texels.reserve_exact(PAGE * self.samples);
+            self.bricks.owners.reserve_exact(PAGE);
+            self.bricks.materials.reserve_exact(PAGE);
+        }
+        let length = self.texels.len() + self.samples;
+        self.texels.resize(length, T::default());
+        self.bricks.owners.push(at);
+        self.bricks.materials.push(0);
+        brick
+    }
+
+    fn put_mixed(&mut self, brick: u32, mixed: &[[u32; 2]]) -> u32 {
+        let block = match self.mixed_free.pop() {
+            Some(block) => block,
+            None => {
+                let all = &mut self.bricks.mixed;
+                if all.len() + PLACES > all.capacity() {
+                    all.reserve_exact(PAGE * PLACES / 4);
+                }
+                all.resize(all.len() + PLACES, [0; 2]);
+                self.mixed_owners.push(u32::MAX);
+                self.mixed_owners.len() as u32 - 1
+            }
+        };
+        let to = block as usize * PLACES;
+        self.bricks.mixed[to..to + PLACES].copy_from_slice(mixed);
+        self.mixed_owners[block as usize] = brick;
+        block
+    }
+
+    fn free_mixed(&mut self, brick: u32) {
+        let material = self.bricks.materials[brick as usize];
+        if material & BRICK_MIXED != 0 {
+            let block = material & !BRICK_MIXED;
+            self.mixed_owners[block as usize] = u32::MAX;
+            self.mixed_free.push(block);
+            self.bricks.materials[brick as usize] = 0;
+        }
+    }
+
+    /// Move the last bricks into what was freed and not taken.
+    pub fn close(self) {
+        let Self {
+            bricks,
+            mut texels,
+            samples,
+            mut free,
+            mut mixed_owners,
+            mut mixed_free,
+        } = self;
+        free.sort_unstable();
+        for &gap in &free {
+            while bricks.owners.last() == Some(&u32::MAX) {
+                bricks.owners.pop();
+            }
+            let (gap, last) = (gap as usize, bricks.owners.len().wrapping_sub(1));
+            if gap >= bricks.owners.len() {
+                break;
+            }
+            let from = last * samples;
+            texels.copy_within(from..from + samples, gap * samples);
+            let owner = bricks.owners[last];
+            bricks.owners[gap] = owner;
+            bricks.words[owner as usize] = gap as u32;
+            let material = bricks.materials[last];
+            bricks.materials[gap] = material;
+            if material & BRICK_MIXED != 0 {
+                mixed_owners[(material & !BRICK_MIXED) as usize] = gap as u32;
+            }
+            bricks.owners.pop();
+        }
+        while bricks.owners.last() == Some(&u32::MAX) {
+            bricks.owners.pop();
+        }
+        let count = bricks.owners.len();
+        bricks.materials.truncate(count);
+        texels.truncate(count * samples);
+
+        mixed_free.sort_unstable();
+        for &gap in &mixed_free {
+            while mixed_owners.last() == Some(&u32::MAX) {
+                mixed_owners.pop();
+            }
+            let (gap, last) = (gap as usize, mixed_owners.len().wrapping_sub(1));
+            if gap >= mixed_owners.len() {
+                break;
+            }
+            bricks
+                .mixed
+                .copy_within(last * PLACES..(last + 1) * PLACES, gap * PLACES);
+            let owner = mixed_owners[last];
+            mixed_owners[gap] = owner;
+            bricks.materials[owner as usize] = BRICK_MIXED | gap as u32;
+            mixed_owners.pop();
+        }
+        while mixed_owners.last() == Some(&u32::MAX) {
+            mixed_owners.pop();
+        }
+        bricks.mixed.truncate(mixed_owners.len() * PLACES);
+
+        // What a great edit took and gave back goes back too.
+        if texels.capacity() > texels.len() + 2 * PAGE * samples {
+            texels.shrink_to(texels.len() + PAGE * samples);
+            bricks.owners.shrink_to(count + PAGE);
+            bricks.materials.shrink_to(count + PAGE);
+        }
+        if bricks.mixed.capacity() > bricks.mixed.len() + PAGE * PLACES {
+            bricks
+                .mixed
+                .shrink_to(bricks.mixed.len() + PAGE * PLACES / 4);
+        }
+        if texels.is_empty() {
+            texels.resize(samples, T::default());
+        }
+        bricks.mixed_owners = mixed_owners;
+        bricks.pool = Texels::from_vec(texels);
+    }
+
+    pub fn bricks(&mut self) -> &mut Bricks {
+        self.bricks
+    }
+}
+
+/// Whose each mixed brick's materials are.
+pub(super) fn owners_of_mixed(materials: &[u32], mixed: &[[u32; 2]]) -> Vec<u32> {
+    let mut owners = vec![u32::MAX; mixed.len() / PLACES];
+    for (brick, &material) in (0..).zip(materials) {
+        if material & BRICK_MIXED != 0
+            && let Some(owner) = owners.get_mut((material & !BRICK_MIXED) as usize)
+        {
+            *owner = brick;
+        }
+    }
+    owners
+}
