@@ -1,11 +1,12 @@
 //! Normals of bricks against the exact field's.
 
 use argil_abi::{HIT_NONE, Hit};
-use argil_conformance::{lattice, primary_ray, shipped};
+use argil_conformance::{gpu, lattice, primary_ray, shipped};
 use argil_field::Program;
+use argil_gpu::{GpuField, GpuVolume};
 use argil_march::{Camera, Normals, Settings, Show, Through, frames, render_with_hits};
 use argil_math::Aabb;
-use argil_volume::{BrickLayout, BrickSettings, Bricks};
+use argil_volume::{BrickLayout, BrickSettings, Bricks, Encoding};
 use glam::Vec3;
 
 /// Degrees between a picture's normals and the field's at the same points, ascending, away from silhouettes and creases.
@@ -92,5 +93,48 @@ fn normals_are_those_of_the_field() {
                 );
             }
         }
+    }
+}
+
+/// Where half of a pixel is wider than what is stored, a ray still ends where its normal's samples are: 8 bits, ±4 voxels,
+/// and a picture so small that a pixel is some 13 voxels.
+#[test]
+fn a_small_picture_of_a_narrow_band_has_normals() {
+    let case = shipped().into_iter().find(|c| c.name == "csg20");
+    let case = case.expect("a scene that ships");
+    let program = Program::lower(&case.scene).expect("a program");
+    let lattice = lattice(&case.scene, &program, 512);
+    let settings = BrickSettings {
+        encoding: Encoding::default(),
+        ..BrickSettings::default()
+    };
+    let layout = BrickLayout::new(lattice, &settings).expect("a layout");
+    let (bricks, _) = Bricks::bake(&program, layout, None).expect("bricks");
+    let held = program.aabb().intersection(lattice.aabb());
+    let camera = Camera::orbit(held, [30.0, 20.0, 2.4], 40.0);
+    let settings = Settings {
+        size: [64, 48],
+        show: Show::Normal,
+        max_steps: 4096,
+        ..Settings::default()
+    };
+    let frames = frames(&settings, &camera, &program, Some(&lattice), held);
+    let pixel_voxels = frames[0].pixel * camera.eye.distance(held.center()) / lattice.voxel;
+    assert!(pixel_voxels > 9.0, "{pixel_voxels}");
+    let cpu = render_with_hits(&program, Through::Bricks(&bricks), &frames).hits;
+    let field = GpuField::new(gpu(), &program, false).expect("a field");
+    let on_gpu = GpuVolume::upload(&field, &bricks.into()).expect("a volume");
+    let gpu = on_gpu.render(&field, &frames).expect("a picture").0.hits;
+    for (device, hits) in [("cpu", cpu), ("gpu", gpu)] {
+        let bias = 1e-4 * Aabb::half_diagonal(held);
+        let all = errors(&program, &frames[0], &hits, bias);
+        let mean = all.iter().sum::<f32>() / all.len() as f32;
+        let far = all.iter().filter(|&&degrees| degrees > 20.0).count();
+        println!(
+            "{device}: {} pixels, mean {mean:.2} degrees, {far} off",
+            all.len()
+        );
+        assert!(all.len() > 100 && mean < 2.0, "{device}: {mean}");
+        assert!(far <= all.len() / 100, "{device}: {far}");
     }
 }

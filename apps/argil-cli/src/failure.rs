@@ -18,9 +18,11 @@ pub fn report(error: &anyhow::Error) -> ExitCode {
 fn lacks(error: &BuildError) -> bool {
     match error {
         // Limits of our own, for which the request has another way.
-        BuildError::Gpu(GpuError::TooManyToEnumerate { .. } | GpuError::TooLongToSpecialize) => {
-            false
-        }
+        BuildError::Gpu(
+            GpuError::TooManyToEnumerate { .. }
+            | GpuError::TooLongToSpecialize
+            | GpuError::Budget { .. },
+        ) => false,
         BuildError::Gpu(_) | BuildError::Memory { .. } => true,
         _ => false,
     }

@@ -98,7 +98,8 @@ shared_struct! {
         descents: u32,
         /// Of the steps, cells of a grid that were walked through.
         cells: u32,
-        /// What is shown as a colour: the Morton code of a brick, or of a node above bricks, and 1; else 0.
+        /// What is shown as a colour: 1 and the place of a sparse brick's word, or the Morton code of an octree's brick or of
+        /// a node above bricks; else 0.
         mark: u32,
         /// Zero.
         pad0: u32,

@@ -49,7 +49,7 @@ impl Program {
     }
 }
 
-/// What tells how far around a point there is no surface. `away` in `bricks/build.wgsl` of argil-volume is the twin.
+/// What tells how far around a point there is no surface. `clear_radius` in `bricks/build.wgsl` of argil-volume is the twin.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ClearTerms {
     /// What a distance can be off by.

@@ -1,8 +1,8 @@
-//! Sparse bricks on the device: building, bringing over and back. No step of a build waits for the CPU.
+//! Sparse bricks on the device: building, bringing over and back. The passes of a build do not wait for the CPU.
 //!
 //! The pool is one 3D texture, whole bricks along each side, so that a filter finds a brick's samples side by side and
-//! no binding's limit matters. It is made with room for as many bricks as a surface of the grid's size needs; a build that
-//! needs more says so when it is done, and is done again with a larger one.
+//! no binding's limit matters. It is made with room for as many bricks as a surface of the grid's size needs. When the
+//! build is done its counters are read: what is not needed is given back, and a build that needs more is done again.
 
 mod build;
 mod lists;
@@ -37,6 +37,22 @@ impl BrickTables {
     pub fn memory_bytes(&self) -> u64 {
         let bricks: u64 = self.pool.map(u64::from).iter().product();
         bricks * self.layout.brick_bytes() + self.cells.size() + self.materials.size()
+    }
+}
+
+/// Bytes of a pool, the tables, and the materials of so many mixed bricks.
+fn bytes_of(measures: &BrickLayout, pool: [u32; 3], mixed: u64) -> u64 {
+    let bricks: u64 = pool.map(u64::from).iter().product();
+    4 * measures.word_count() + bricks * (measures.brick_bytes() + 4) + 8 * PLACES * mixed
+}
+
+/// Add what the stages of another run took.
+fn add(stages: &mut StagesMs, took: &StagesMs) {
+    for &(stage, ms) in took {
+        match stages.iter_mut().find(|(known, _)| *known == stage) {
+            Some((_, total)) => *total += ms,
+            None => stages.push((stage, ms)),
+        }
     }
 }
 
@@ -81,41 +97,47 @@ impl GpuVolume {
         // A surface that goes through the grid twice along each axis.
         let [x, y, z] = measures.grid.to_array().map(u64::from);
         let guess = (2 * (x * y + y * z + x * z)).min(cells);
-        let most = budget.map_or(u64::MAX, |budget| {
-            budget.saturating_sub(measures.table_bytes()) / (measures.brick_bytes() + 8)
-        });
-        let over_bytes =
-            |bricks: u64| measures.table_bytes() + bricks * (measures.brick_bytes() + 8);
-        let over = |bricks: u64, of_mixed: u64| GpuError::Budget {
-            bricks,
-            needed: over_bytes(bricks) + of_mixed,
-            budget: budget.unwrap_or(0),
-        };
-        if most == 0 {
-            return Err(over(1, 0));
-        }
-        let mut build = Build::new(field, program, measures, guess)?;
-        let mut room = guess.min(most);
         // Where materials meet; a program of one has no such place.
-        let mut mixed_room = if program.materials().len() > 1 {
-            room / 4 + 16
-        } else {
-            0
+        let mixes = program.materials().len() > 1;
+        let mixed_for = |room: u64| if mixes { room / 4 + 16 } else { 0 };
+        let needed = |room: u64, mixed: u64| -> Result<u64, GpuError> {
+            let pool = pool_for(field.gpu(), &measures, room)?;
+            Ok(bytes_of(&measures, pool, mixed))
         };
+        let budget = budget.unwrap_or(u64::MAX);
+        let mut room = guess;
+        while room > 1 && needed(room, mixed_for(room))? > budget {
+            room = room * 7 / 8;
+        }
+        let mut mixed_room = mixed_for(room);
+        let check = |bricks: u64, mixed: u64| {
+            let needed = needed(bricks, mixed)?;
+            if needed <= budget {
+                return Ok(());
+            }
+            Err(GpuError::Budget {
+                bricks,
+                needed,
+                budget,
+            })
+        };
+        check(room, mixed_room.min(1))?;
+        let mut build = Build::new(field, program, measures, guess)?;
+        let mut stages = StagesMs::new();
         loop {
-            let (texture, stages) = build.run(room, mixed_room)?;
+            let (texture, took) = build.run(room, mixed_room)?;
+            add(&mut stages, &took);
             let [count, mixed] = build.counts()?;
             let fits = mixed <= u64::from(build.words.mixed);
             if count <= u64::from(build.words.capacity) && fits {
                 return Ok((build.finish(texture, count, mixed)?, stages));
             }
-            mixed_room = mixed_room.max(mixed);
-            let of_mixed = 8 * PLACES * mixed;
-            let left = budget.map_or(u64::MAX, |b| b.saturating_sub(of_mixed));
-            if count > most || over_bytes(count) > left {
-                return Err(over(count, of_mixed));
-            }
+            check(count, mixed)?;
             room = room.max(count);
+            mixed_room = mixed_room.max(mixed);
+            if needed(room, mixed_room)? > budget {
+                (room, mixed_room) = (count, mixed);
+            }
         }
     }
 

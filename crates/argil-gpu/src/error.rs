@@ -45,7 +45,7 @@ pub enum GpuError {
     /// Bricks would take more memory than they may.
     #[error(
         "{bricks} bricks and their tables take {} MiB, and the budget is {} MiB: take a smaller resolution, fewer bits, or a larger --memory-budget",
-        needed >> 20,
+        needed.div_ceil(1 << 20),
         budget >> 20
     )]
     Budget {

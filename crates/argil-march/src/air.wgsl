@@ -4,7 +4,7 @@ fn air_distance(p: vec3<f32>) -> f32 {
     return field_distance(p);
 }
 
-fn surface_material(p: vec3<f32>) -> MaterialWords {
+fn surface_material(p: vec3<f32>, outwards: vec3<f32>) -> MaterialWords {
     field_surface(p);
     return field_material;
 }

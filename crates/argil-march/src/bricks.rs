@@ -9,7 +9,7 @@
 //!
 //! *Practice.* Cones around 8×8 pixels go first (`cones.rs`); rays begin where theirs ended. A tile's rays march
 //! together in batches; those near the surface are gathered, and their voxels' cubics solved in batches of their own. The
-//! voxel's gradient is the normal.
+//! normal is by differences over a voxel's width around the point, or the voxel's gradient, or the field's.
 
 mod rays;
 mod solve;
@@ -83,6 +83,7 @@ pub(crate) fn trace_bricks(
                 let hit = end(wave, ray, out);
                 if found.reached[i] != 0 {
                     hit.kind = kind_of(wave.side[ray]);
+                    hit.mark = 1 + wave.level[ray];
                     // Where the box cuts a solid, or there is no brick: towards the viewer.
                     let [x, y, z] = [0, 1, 2].map(|axis: usize| -wave.direction[axis][ray]);
                     hit.normal_t = [x, y, z, wave.t[ray]];
@@ -176,6 +177,7 @@ fn settle(
             if lanes.hit[i] != 0 {
                 let hit = end(wave, ray, out);
                 hit.kind = kind_of(wave.side[ray]);
+                hit.mark = 1 + wave.level[ray];
                 let [x, y, z] = [0, 1, 2].map(|axis: usize| lanes.normal[axis][i]);
                 hit.normal_t = [x, y, z, lanes.t[i]];
                 wave.retire(ray);

@@ -1,6 +1,8 @@
 // Twin of bricks.rs, one thread a pixel. `cells` is the bound table of words, `stored` the pool of bricks.
 
 const NEAR_VOXELS: f32 = 0.2;
+const MARGIN_VOXELS: f32 = 2.5;
+const LEAST_WEIGHT: f32 = 1e-3;
 const RELAXATION: f32 = 0.9;
 const NUDGE_VOXELS: f32 = 1e-3;
 const NUDGE_SHARE: f32 = 5e-7;
@@ -61,6 +63,12 @@ fn brick_clearance(p: vec3<f32>) -> f32 {
     let d = brick_distance(filter_origin(at.word), at.inner);
     let length = max(abs(d) - 0.8660254 * volume.extent_voxel.w, 0.0);
     return select(length, -length, d < 0.0);
+}
+
+// Twin of step.rs: the distance at which a pixel's footprint ends a ray.
+fn footprint(t: f32) -> f32 {
+    let widest = max(volume.corner_range.w - MARGIN_VOXELS * volume.extent_voxel.w, 0.0);
+    return min(0.5 * frame.pixel * t, widest);
 }
 
 fn way_out(d: f32, f: f32) -> f32 {
@@ -129,7 +137,7 @@ fn solve(ray: Ray, t: f32, side: f32, gap: f32, origin: vec3<f32>, inner: vec3<f
     }
     let is_crossed = in_first || in_second || at_end;
     let starts_below = c0 <= 0.0;
-    let is_close = c0 < max(frame.box_min_epsilon.w, 0.5 * frame.pixel * t);
+    let is_close = c0 < max(frame.box_min_epsilon.w, footprint(t));
     if starts_below || !is_crossed {
         share = 0.0;
     }
@@ -254,7 +262,7 @@ fn march(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_id) 
             g = stored_d * side;
             // Spheres that no longer touch: back to where the last one ended.
             let too_far = over > 0.0 && g < over;
-            near = in_brick && !too_far && g < max(NEAR_VOXELS * voxel, 0.5 * frame.pixel * t);
+            near = in_brick && !too_far && g < max(NEAR_VOXELS * voxel, footprint(t));
             if !in_brick && !too_far && g < 0.0 {
                 kind = select(HIT_OUTSIDE, HIT_INSIDE, side < 0.0);
                 is_there = false;
@@ -300,7 +308,8 @@ fn march(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_id) 
         normal = vec3(0.0);
         t = 0.0;
     }
-    hits[at_pixel] = Hit(vec4(normal, t), kind, samples + looked_up + own_steps, 1.0, 0.0, 0u, looked_up, 0u, 0u);
+    let mark = select(last_index + 1u, 0u, kind == HIT_NONE);
+    hits[at_pixel] = Hit(vec4(normal, t), kind, samples + looked_up + own_steps, 1.0, 0.0, 0u, looked_up, mark, 0u);
 }
 
 // Twin of BrickSampler::at_center.
@@ -333,8 +342,14 @@ fn air_distance(p: vec3<f32>) -> f32 {
     return select(total, stored_d, in_brick) + beside;
 }
 
+// Where a place that has a material is, in voxels: at a sample.
+fn material_place(nth: vec3<u32>) -> vec3<u32> {
+    let steps = MATERIAL_SIDE - 1u;
+    return (2u * nth * volume.brick + steps) / (2u * steps);
+}
+
 // Twin of Bricks::material; what bricks do not tell the field does.
-fn surface_material(p: vec3<f32>) -> MaterialWords {
+fn surface_material(p: vec3<f32>, outwards: vec3<f32>) -> MaterialWords {
     let at = locate(in_voxels(p));
     if !is_brick(at.word) {
         field_surface(p);
@@ -349,16 +364,23 @@ fn surface_material(p: vec3<f32>) -> MaterialWords {
     let begin = min(floor(place), vec3(steps - 1.0));
     let share = place - begin;
     let block = (own & ~BRICK_MIXED) * MATERIAL_SIDE * MATERIAL_SIDE * MATERIAL_SIDE;
+    let per_voxel = volume.corner_range.w / volume.extent_voxel.w;
     var total = MaterialWords(vec4(0.0), vec4(0.0));
+    var sum = 0.0;
     for (var corner = 0u; corner < 8u; corner++) {
         let far = vec3(corner & 1u, (corner >> 1u) & 1u, corner >> 2u);
         let index = vec3<u32>(begin) + far;
+        let sample = material_place(index);
+        let d = textureLoad(stored, brick_origin(at.word) + sample, 0).x * per_voxel;
+        let from_plane = clamp(dot(vec3<f32>(sample) - at.inner, outwards), -per_voxel, per_voxel);
+        let beside = max(1.0 - abs(d - from_plane), 0.0);
         let word = volume.capacity + 2u * (block + index.x + MATERIAL_SIDE * (index.y + MATERIAL_SIDE * index.z));
         let found = unpack_material(vec2(brick_materials[word], brick_materials[word + 1u]));
         let weights = select(1.0 - share, share, far != vec3(0u));
-        let weight = weights.x * weights.y * weights.z;
+        let weight = weights.x * weights.y * weights.z * (LEAST_WEIGHT + beside * beside);
+        sum += weight;
         total.base_roughness += weight * found.base_roughness;
         total.emission_metallic += weight * found.emission_metallic;
     }
-    return total;
+    return MaterialWords(total.base_roughness / sum, total.emission_metallic / sum);
 }

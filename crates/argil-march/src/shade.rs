@@ -40,11 +40,18 @@ pub(crate) enum Air<'a, 'b> {
 }
 
 impl Air<'_, '_> {
-    /// What is stored of a point's material.
-    fn material(self, evaluator: &Evaluator<'_>, point: Vec3) -> Option<MaterialWords> {
+    /// What is stored of the material at a point of a surface, given the direction out of the solid.
+    fn material(
+        self,
+        evaluator: &Evaluator<'_>,
+        point: Vec3,
+        outwards: Vec3,
+    ) -> Option<MaterialWords> {
         match self {
             Self::Field => None,
-            Self::Bricks(bricks) => bricks.material(point, evaluator.program().materials()),
+            Self::Bricks(bricks) => {
+                bricks.material(point, outwards, evaluator.program().materials())
+            }
         }
     }
 
@@ -152,8 +159,9 @@ impl Shading {
         for i in &self.lit {
             let mut own = GROUND;
             if solid(i) {
-                let p = surface(*i).0;
-                match air.material(evaluator, p) {
+                let (p, n) = surface(*i);
+                let is_inside = hits[*i as usize].kind == abi::HIT_INSIDE;
+                match air.material(evaluator, p, if is_inside { -n } else { n }) {
                     Some(stored) => own = stored,
                     None => {
                         self.untold.push(self.materials.len() as u32);

@@ -159,7 +159,7 @@ fn shaded(ray: Ray, hit: Hit) -> vec3<f32> {
     let is_solid = hit.kind != HIT_GROUND;
     var material = MaterialWords(vec4(0.46, 0.45, 0.43, 0.9), vec4(0.0));
     if is_solid {
-        material = surface_material(p);
+        material = surface_material(p, select(n, -n, hit.kind == HIT_INSIDE));
     }
     let reach = tap_height(OCCLUSION_TAPS - 1u);
     let low = frame.box_min_epsilon.xyz - reach;

@@ -92,6 +92,9 @@ impl Bricks {
         if words.len() as u64 != layout.word_count() {
             return Err("there are not as many cells as the volume has");
         }
+        if layout.check_count((length / samples) as u64).is_err() {
+            return Err("it has more bricks than can be");
+        }
         let mut owners = vec![u32::MAX; length / samples];
         let mut masks = vec![0u64; words.len() / 64];
         for (at, &word) in words.iter().enumerate() {

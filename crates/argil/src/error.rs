@@ -100,10 +100,8 @@ pub enum RenderError {
         /// What would be right.
         expected: &'static str,
     },
-    /// Bricks and nodes are an octree's.
-    #[error(
-        "bricks and nodes can be shown of an octree only, as --via octree builds it from a scene"
-    )]
+    /// There is nothing of the kind to be shown.
+    #[error("bricks can be shown of --via bricks and --via octree, nodes of --via octree only")]
     NoBricks,
     /// The GPU failed.
     #[error(transparent)]

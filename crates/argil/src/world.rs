@@ -313,10 +313,10 @@ impl World {
     /// A picture by settings.
     pub fn draw(&self, camera: &Camera, settings: &Settings) -> Result<Drawn, RenderError> {
         check(camera, settings)?;
-        if matches!(settings.show, Show::Bricks | Show::Nodes)
-            && !matches!(self.via, Via::Octree(_))
-        {
-            return Err(RenderError::NoBricks);
+        match (settings.show, self.via) {
+            (Show::Bricks, Via::Octree(_) | Via::Bricks(_)) | (Show::Nodes, Via::Octree(_)) => {}
+            (Show::Bricks | Show::Nodes, _) => return Err(RenderError::NoBricks),
+            _ => {}
         }
         let lattice = self.lattice();
         let frames = frames(

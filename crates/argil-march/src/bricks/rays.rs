@@ -38,9 +38,14 @@ impl<'a> BrickRays<'a> {
     }
 
     /// What a point in a brick looks like.
-    pub fn material(&self, point: Vec3, palette: &[MaterialWords]) -> Option<MaterialWords> {
+    pub fn material(
+        &self,
+        point: Vec3,
+        outwards: Vec3,
+        palette: &[MaterialWords],
+    ) -> Option<MaterialWords> {
         let (Self::Eight(_, bricks) | Self::Sixteen(_, bricks)) = self;
-        bricks.material(point, palette)
+        bricks.material(point, outwards, palette)
     }
 
     pub fn voxel(&self) -> f32 {

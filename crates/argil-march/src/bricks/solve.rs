@@ -39,6 +39,7 @@ fn solve<T: Texel>(frame: &Frame, sampler: &BrickSampler<'_, T>, n: usize, lanes
     let per_voxel = 1.0 / voxel;
     let quantum = sampler.quantum();
     let (epsilon, footprint) = (frame.box_min_epsilon[3], 0.5 * frame.pixel);
+    let widest = super::step::widest_footprint(sampler);
     let mut u = [[0.0f32; LANES]; 3];
     let [dx, dy, dz] = &lanes.direction;
     let direction = [&dx[..n], &dy[..n], &dz[..n]];
@@ -144,7 +145,7 @@ fn solve<T: Texel>(frame: &Frame, sampler: &BrickSampler<'_, T>, n: usize, lanes
         let is_crossed = in_first | in_second | at_end;
         let t = lanes.t[i];
         let starts_below = c0 <= 0.0;
-        let is_close = c0 < high(epsilon, footprint * t);
+        let is_close = c0 < high(epsilon, super::step::low(footprint * t, widest));
         let s = if starts_below | !is_crossed { 0.0 } else { s };
         let hit = starts_below | is_crossed | is_close;
         let nudge = NUDGE_VOXELS * voxel + NUDGE_SHARE * t;

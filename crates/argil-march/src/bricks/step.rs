@@ -14,9 +14,11 @@ use std::ops::Range;
 
 /// Nearer than this many voxels a ray looks for the surface in its voxel.
 const NEAR_VOXELS: f32 = 0.2;
-/// A ray that leaves a cell or a voxel goes so many voxels farther, and so much of its length, to be in the next.
+/// A ray that a pixel's footprint ends is so many voxels within what is stored, at least.
+const MARGIN_VOXELS: f32 = 2.5;
 /// How much of what spheres along a plane allow a ray goes beyond its own.
 const RELAXATION: f32 = 0.9;
+/// A ray that leaves a cell or a voxel goes so many voxels farther, and so much of its length, to be in the next.
 pub(super) const NUDGE_VOXELS: f32 = 1e-3;
 pub(super) const NUDGE_SHARE: f32 = 5e-7;
 
@@ -61,6 +63,14 @@ pub(super) fn high(a: f32, b: f32) -> f32 {
     if b > a { b } else { a }
 }
 
+/// The greatest distance at which a pixel's footprint ends a ray: farther out the samples that a normal needs are beyond
+/// what is stored.
+pub(super) fn widest_footprint<T: Texel>(sampler: &BrickSampler<'_, T>) -> f32 {
+    let layout = sampler.layout();
+    let range = layout.encoding.range_length(&layout.lattice, 0);
+    high(range - MARGIN_VOXELS * layout.lattice.voxel, 0.0)
+}
+
 /// One step of a batch of rays.
 #[inline(always)]
 fn step<T: Texel>(
@@ -75,6 +85,7 @@ fn step<T: Texel>(
     let layout = sampler.layout();
     let (voxel, brick) = (layout.lattice.voxel, layout.brick as f32);
     let (scale, footprint) = (frame.eye_step[3], 0.5 * frame.pixel);
+    let widest = widest_footprint(sampler);
     let (is_first, is_last) = (steps == 1, steps >= frame.max_steps);
     let [dx, dy, dz] = &wave.direction;
     let direction = [&dx[range.clone()], &dy[range.clone()], &dz[range.clone()]];
@@ -140,7 +151,7 @@ fn step<T: Texel>(
         let in_brick = is_brick(at.word[i]);
         let nudge = NUDGE_VOXELS * voxel + NUDGE_SHARE * t[i];
         let empty_way = high(g * scale, leave[i] + nudge);
-        let close = high(NEAR_VOXELS * voxel, footprint * t[i]);
+        let close = high(NEAR_VOXELS * voxel, low(footprint * t[i], widest));
         // Spheres that no longer touch: back to where the last one ended.
         let too_far = (over[i] > 0.0) & (g < over[i]);
         let near = in_brick & (g < close) & !too_far;

@@ -94,6 +94,15 @@ pub(super) fn bake(
     budget: Option<u64>,
 ) -> Result<(Bricks, BrickStagesMs), BricksError> {
     let start = Instant::now();
+    let refuse = |bricks: usize, needed: u64| match budget {
+        Some(budget) if needed > budget => Err(BricksError::Budget {
+            bricks: bricks as u64,
+            needed,
+            budget,
+        }),
+        _ => Ok(()),
+    };
+    refuse(0, layout.table_bytes())?;
     let bounds = Bounds::new(program, &layout);
 
     // Down to blocks, then to cells.
@@ -126,15 +135,8 @@ pub(super) fn bake(
         .collect();
     let count: usize = candidates.iter().map(|c| c.cells.len()).sum();
     let needed = layout.table_bytes() + count as u64 * (layout.brick_bytes() + 8);
-    if let Some(budget) = budget
-        && needed > budget
-    {
-        return Err(BricksError::Budget {
-            bricks: count as u64,
-            needed,
-            budget,
-        });
-    }
+    refuse(count, needed)?;
+    layout.check_count(count as u64)?;
     let pruned = start.elapsed();
 
     // Fill, drop, close the gaps.
@@ -165,16 +167,7 @@ pub(super) fn bake(
         pool: filled.pool,
     };
     // How many bricks are mixed was not known before.
-    let needed = bricks.memory_bytes();
-    if let Some(budget) = budget
-        && needed > budget
-    {
-        return Err(BricksError::Budget {
-            bricks: bricks.len() as u64,
-            needed,
-            budget,
-        });
-    }
+    refuse(bricks.len(), bricks.memory_bytes())?;
     Ok((bricks, stages))
 }
 

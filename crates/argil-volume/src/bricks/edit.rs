@@ -164,9 +164,7 @@ impl Bricks {
     }
 
     fn check_budget<T>(&self, made: &[Made<T>], budget: Option<u64>) -> Result<(), BricksError> {
-        let Some(budget) = budget else {
-            return Ok(());
-        };
+        let budget = budget.unwrap_or(u64::MAX);
         let mut bricks = self.owners.len() as u64;
         let mut mixed = 0;
         for own in made {
@@ -175,6 +173,7 @@ impl Bricks {
             bricks = bricks + new as u64 - u64::from(old);
             mixed += size_of_val(&own.mixed[..]) as u64;
         }
+        self.layout.check_count(bricks)?;
         let of_each = self.layout.brick_bytes() + 8;
         let needed =
             self.layout.table_bytes() + bricks * of_each + size_of_val(&self.mixed[..]) as u64;
@@ -306,7 +305,7 @@ impl Editing<'_> {
         let samples = self.layout.brick_samples() as usize;
         let old = &old[block * CELLS..(block + 1) * CELLS];
         let mut next = found.cells.iter().peekable();
-        for i in 0..CELLS {
+        for (i, &old) in old.iter().enumerate() {
             let list: Option<Range<usize>> = next
                 .next_if(|&&(inner, _)| usize::from(inner) == i)
                 .map(|(_, range)| range.clone());
@@ -319,8 +318,8 @@ impl Editing<'_> {
                 .is_empty();
             if !is_dirty {
                 // Nothing changed that a brick holds.
-                if is_brick(old[i]) {
-                    made.words[i] = old[i];
+                if is_brick(old) {
+                    made.words[i] = old;
                 }
                 continue;
             }

@@ -34,16 +34,21 @@ impl Default for BrickSettings {
 }
 
 /// Why bricks cannot be built.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum BricksError {
     /// No such size.
     #[error("bricks of {0} voxels: a sparse brick's side is 4, 8 or 16")]
     Brick(u32),
+    /// A band in which no surface can be found.
+    #[error(
+        "a band of {0} voxels: sparse bricks need 2 at least, as a surface lies between their samples"
+    )]
+    Band(f32),
     /// They would take more memory than they may.
     #[error(
         "{bricks} bricks and their tables take up to {} MiB, and the budget is {} MiB: take a smaller resolution, fewer bits, or a larger --memory-budget",
-        needed >> 20,
+        needed.div_ceil(1 << 20),
         budget >> 20
     )]
     Budget {
@@ -53,6 +58,16 @@ pub enum BricksError {
         needed: u64,
         /// Bytes that they may take.
         budget: u64,
+    },
+    /// They have more samples than can be told apart.
+    #[error(
+        "{bricks} bricks, and there can be {limit} of this size: take a smaller resolution or a larger brick"
+    )]
+    TooMany {
+        /// Bricks that there may be.
+        bricks: u64,
+        /// Most that there can be.
+        limit: u64,
     },
 }
 
@@ -77,6 +92,10 @@ impl BrickLayout {
         let brick = settings.brick;
         if ![4, 8, 16].contains(&brick) {
             return Err(BricksError::Brick(brick));
+        }
+        let band = settings.encoding.range_length(&lattice, 0) / lattice.voxel;
+        if band.is_nan() || band < 2.0 {
+            return Err(BricksError::Band(band));
         }
         let grid = UVec3::from_array(lattice.size.to_array().map(|n| n.div_ceil(brick)));
         let blocks = UVec3::from_array(grid.to_array().map(|n| n.div_ceil(BLOCK_SIDE)));
@@ -107,6 +126,15 @@ impl BrickLayout {
     /// Bytes of a brick's samples.
     pub fn brick_bytes(&self) -> u64 {
         u64::from(self.brick_samples()) * self.encoding.bits.bytes() as u64
+    }
+
+    /// Whether so many bricks can be: their samples are counted in 32 bits.
+    pub(crate) fn check_count(&self, bricks: u64) -> Result<(), BricksError> {
+        let limit = u64::from(u32::MAX) / u64::from(self.brick_samples());
+        if bricks > limit {
+            return Err(BricksError::TooMany { bricks, limit });
+        }
+        Ok(())
     }
 
     /// Bytes of the tables, without bricks.

@@ -5,11 +5,21 @@
 //! interpolated.
 
 use super::Bricks;
+use crate::Bits;
 use argil_abi::{BRICK_MIXED, MATERIAL_SIDE, MaterialWords};
-use glam::Vec3;
+use glam::{UVec3, Vec3};
 
 /// Places of a mixed brick.
 pub(crate) const PLACES: usize = MATERIAL_SIDE.pow(3) as usize;
+
+/// The weight of a place on another surface, of 1.
+const LEAST_WEIGHT: f32 = 1e-3;
+
+/// The sample that stands at the nth place along a brick's side.
+pub(super) fn sample_of(nth: u32, brick: u32) -> u32 {
+    let steps = MATERIAL_SIDE - 1;
+    (2 * nth * brick + steps) / (2 * steps)
+}
 
 /// A material in eight bytes: the square roots of base colours, roughness; emission e as e / (1 + e), metallic.
 pub(crate) fn packed(m: &MaterialWords) -> [u32; 2] {
@@ -35,8 +45,16 @@ fn unpacked([a, b]: [u32; 2]) -> MaterialWords {
 }
 
 impl Bricks {
-    /// What a point in a brick looks like, of a program's table of materials; `None` where there is no brick.
-    pub fn material(&self, point: Vec3, palette: &[MaterialWords]) -> Option<MaterialWords> {
+    /// What a point of a surface in a brick looks like, of a program's table of materials; `None` where there is no brick.
+    ///
+    /// Of the places around the point those count that belong to the same surface: their distance is that to its
+    /// tangent plane, which is normal to `outwards`. What is behind a thin wall does not shine through it.
+    pub fn material(
+        &self,
+        point: Vec3,
+        outwards: Vec3,
+        palette: &[MaterialWords],
+    ) -> Option<MaterialWords> {
         let lattice = &self.layout.lattice;
         let u =
             ((point - lattice.corner) / lattice.voxel).clamp(Vec3::ZERO, lattice.size.as_vec3());
@@ -57,7 +75,9 @@ impl Bricks {
         let share = place - begin;
         let begin = begin.as_uvec3();
         let block = (material & !BRICK_MIXED) as usize * PLACES;
-        let mut total = MaterialWords::default();
+        let range = self.layout.encoding.range_length(lattice, 0) / lattice.voxel;
+        let inner = u - cell.as_vec3() * side;
+        let (mut total, mut sum) = (MaterialWords::default(), 0.0);
         for corner in 0..8u32 {
             let far = glam::uvec3(corner & 1, corner >> 1 & 1, corner >> 2);
             let at = begin + far;
@@ -70,13 +90,35 @@ impl Bricks {
                     1.0 - share[axis]
                 }
             };
-            let weight = of(0) * of(1) * of(2);
+            let sample =
+                UVec3::from_array(at.to_array().map(|nth| sample_of(nth, self.layout.brick)));
+            let d = self.stored(word, sample) * range;
+            let from_plane = (sample.as_vec3() - inner).dot(outwards);
+            let beside = (1.0 - (d - from_plane.clamp(-range, range)).abs()).max(0.0);
+            let weight = of(0) * of(1) * of(2) * (LEAST_WEIGHT + beside * beside);
+            sum += weight;
             for k in 0..4 {
                 total.base_roughness[k] += weight * own.base_roughness[k];
                 total.emission_metallic[k] += weight * own.emission_metallic[k];
             }
         }
+        for k in 0..4 {
+            total.base_roughness[k] /= sum;
+            total.emission_metallic[k] /= sum;
+        }
         Some(total)
+    }
+
+    /// What is stored at a sample of a brick, 1 for all of the range.
+    fn stored(&self, brick: u32, sample: UVec3) -> f32 {
+        let side = self.layout.brick as usize + 1;
+        let [x, y, z] = sample.to_array().map(|c| c as usize);
+        let at = brick as usize * side.pow(3) + x + side * (y + side * z);
+        let integer = match self.pool.bits() {
+            Bits::Eight => self.pool.of::<i8>().map_or(0.0, |all| f32::from(all[at])),
+            Bits::Sixteen => self.pool.of::<i16>().map_or(0.0, |all| f32::from(all[at])),
+        };
+        integer / self.pool.bits().quanta() as f32
     }
 
     /// What each brick looks like: a place in the program's table, or with the top bit set that of a mixed brick.
