@@ -44,13 +44,9 @@ impl Clay {
             self.live = LiveProgram::new(scene, self.layout.parts(&program)).expect("a program");
             (self.rebakes, self.filled) = (rebakes, filled);
         } else {
-            for change in changes {
-                let edit = self
-                    .bricks
-                    .edit(&self.live, change.dirty_box, change.far_box, None)
-                    .expect("bricks");
-                self.filled += edit.filled;
-            }
+            let boxes: Vec<_> = changes.iter().map(|c| [c.dirty_box, c.far_box]).collect();
+            let edit = self.bricks.edit(&self.live, &boxes, None).expect("bricks");
+            self.filled += edit.filled;
         }
         self.seen = scene.changes().len();
     }

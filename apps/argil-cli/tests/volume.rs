@@ -177,7 +177,11 @@ fn requests_that_make_no_sense_say_what_would() {
         "--show",
         "bricks",
     ];
-    fails(&[&dense[..], &cpu].concat(), 1, "of an octree only");
+    fails(
+        &[&dense[..], &cpu].concat(),
+        1,
+        "nodes of --via octree only",
+    );
 
     // Files: cut short, damaged, of another kind.
     let volume = place("v.argil");

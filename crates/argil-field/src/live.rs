@@ -6,6 +6,7 @@
 //! scene's distances, as far as those are below the live program's far length. What remains linear in the number of
 //! operands, with a small factor, is finding an operand's place in the order.
 
+use crate::lower::materials_of;
 use crate::program::Program;
 use crate::regular::{Regularity, joined};
 use crate::{ClearTerms, LowerError};
@@ -42,6 +43,8 @@ struct Operand {
     /// Where it stands in the order.
     rank: u64,
     instrs: Vec<Instr>,
+    /// Its parameters, until they have a place.
+    own_params: Vec<f32>,
     /// Its stretch of the parameters.
     params: (u32, u32),
     operator: Operator,
@@ -119,9 +122,8 @@ impl LiveProgram {
     /// # Errors
     /// As [`Program::lower`].
     pub fn new(scene: &Scene, parts: Parts) -> Result<Self, LowerError> {
-        let tables = Program::lower(&Scene::new())?;
         let mut live = Self {
-            tables,
+            tables: Program::default(),
             parts,
             operands: HashMap::new(),
             order: BTreeMap::new(),
@@ -137,9 +139,11 @@ impl LiveProgram {
         let mut extents = Extents::of(scene);
         for (i, &node) in scene.node(Scene::ROOT).children().iter().enumerate() {
             let rank = (i as u64 + 1) * RANK_STEP;
-            let operand = live.lowered(scene, &mut extents, node, rank)?;
+            let mut operand = lowered(scene, &mut extents, node)?;
+            operand.rank = rank;
             live.insert(node, operand);
         }
+        live.tables.materials = materials_of(scene);
         live.index_all();
         live.settle();
         live.tables.aabb = live.solid_box();
@@ -154,7 +158,7 @@ impl LiveProgram {
     /// Follow a scene's changes since the last time.
     ///
     /// # Errors
-    /// As [`Program::lower`]; the scene is then not followed any more, and a new live program is to be made of it.
+    /// As [`Program::lower`]; nothing is changed then.
     pub fn follow(&mut self, scene: &Scene, changes: &[Change]) -> Result<Upset, LowerError> {
         let before = self.reliance();
         let mut touched: Vec<NodeId> = changes
@@ -164,17 +168,19 @@ impl LiveProgram {
             .collect();
         touched.sort_unstable();
         touched.dedup();
+        let mut extents = Extents::of(scene);
+        let mut there = Vec::new();
+        for &node in &touched {
+            if scene.operand_of(node) == Some(node) {
+                there.push((node, lowered(scene, &mut extents, node)?));
+            }
+        }
         let mut plain = true;
         for &node in &touched {
             plain &= self.remove(node);
         }
-        let mut extents = Extents::of(scene);
-        for &node in &touched {
-            if scene.operand_of(node) != Some(node) {
-                continue;
-            }
-            let rank = self.rank_for(scene, node);
-            let operand = self.lowered(scene, &mut extents, node, rank)?;
+        for (node, mut operand) in there {
+            operand.rank = self.rank_for(scene, node);
             plain &= operand.is_plain();
             self.tables.aabb = self.tables.aabb.union(if operand.visible {
                 operand.extent.aabb
@@ -191,7 +197,11 @@ impl LiveProgram {
             self.settle();
         }
         self.tables.magnitude = greatest(&self.magnitudes);
-        let everything = before != self.reliance();
+        let of_everything = changes.iter().any(|change| change.far_box == Aabb::ALL);
+        if of_everything {
+            self.tables.materials = materials_of(scene);
+        }
+        let everything = of_everything || before != self.reliance();
         Ok(Upset { everything })
     }
 
@@ -236,6 +246,12 @@ impl LiveProgram {
         whole
     }
 
+    /// Whether what was made of a program's distances can be relied on as before.
+    pub fn relies_on_the_same_as(&self, program: &Program) -> bool {
+        let own = (program.lipschitz(), program.clear_terms(self.parts.region));
+        own == self.reliance() && program.materials() == self.tables.materials
+    }
+
     /// What decisions about distances rest on.
     fn reliance(&self) -> (f32, ClearTerms) {
         (
@@ -244,55 +260,26 @@ impl LiveProgram {
         )
     }
 
-    fn lowered(
-        &mut self,
-        scene: &Scene,
-        extents: &mut Extents<'_>,
-        node: NodeId,
-        rank: u64,
-    ) -> Result<Operand, LowerError> {
-        let entry = scene.node(node).entry();
-        let mut own = Program::lower_operand(scene, node)?;
-        if self.tables.materials != own.materials {
-            self.tables.materials = std::mem::take(&mut own.materials);
-        }
-        let length = own.params.len() as u32;
+    /// Take note of an operand and give its parameters a place; `near` is not touched.
+    fn insert(&mut self, node: NodeId, mut operand: Operand) {
+        let own = std::mem::take(&mut operand.own_params);
+        let length = own.len() as u32;
         let params = &mut self.tables.params;
         let at = match self.free.get_mut(&length).and_then(Vec::pop) {
             Some(at) => {
-                params[at as usize..(at + length) as usize].copy_from_slice(&own.params);
+                params[at as usize..(at + length) as usize].copy_from_slice(&own);
                 at
             }
             None => {
                 let at = params.len() as u32;
-                params.extend_from_slice(&own.params);
+                params.extend_from_slice(&own);
                 at
             }
         };
-        for instr in &mut own.instrs {
+        for instr in &mut operand.instrs {
             instr.params += at;
         }
-        Ok(Operand {
-            rank,
-            instrs: own.instrs,
-            params: (at, length),
-            operator: entry.operator,
-            visible: entry.visible,
-            extent: extents.outer(node),
-            regularity: Regularity {
-                lipschitz: own.lipschitz,
-                slack: own.slack,
-                hidden: own.hidden_slack,
-                isolation: own.isolation,
-            },
-            magnitude: own.magnitude,
-            slots: (own.value_slots, own.point_slots),
-            brushes: own.brushes,
-        })
-    }
-
-    /// Take note of an operand; `near` is not touched.
-    fn insert(&mut self, node: NodeId, operand: Operand) {
+        operand.params = (at, length);
         self.order.insert(operand.rank, node);
         self.count_in(&operand, true);
         self.operands.insert(node, operand);
@@ -455,6 +442,30 @@ impl LiveProgram {
         let boxes = visible.fold(Aabb::EMPTY, |all, operand| all.union(operand.extent.aabb));
         boxes.grown(greatest(&self.blends))
     }
+}
+
+/// Lower an operand; it has no rank yet, and its parameters no place.
+fn lowered(scene: &Scene, extents: &mut Extents<'_>, node: NodeId) -> Result<Operand, LowerError> {
+    let entry = scene.node(node).entry();
+    let own = Program::lower_operand(scene, node)?;
+    Ok(Operand {
+        rank: 0,
+        instrs: own.instrs,
+        own_params: own.params,
+        params: (0, 0),
+        operator: entry.operator,
+        visible: entry.visible,
+        extent: extents.outer(node),
+        regularity: Regularity {
+            lipschitz: own.lipschitz,
+            slack: own.slack,
+            hidden: own.hidden_slack,
+            isolation: own.isolation,
+        },
+        magnitude: own.magnitude,
+        slots: (own.value_slots, own.point_slots),
+        brushes: own.brushes,
+    })
 }
 
 /// Append an operand's instructions; the ends of loops point at their beginnings.

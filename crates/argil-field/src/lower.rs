@@ -7,7 +7,7 @@ use crate::by_node::ByNode;
 use crate::pack::pack;
 use crate::program::Program;
 use crate::regular::regularity;
-use argil_abi::{self as abi, Instr};
+use argil_abi::{self as abi, Instr, MaterialWords};
 use argil_math::Aabb;
 use argil_scene::{
     Body, Entry, Extents, Material, Modifier, NodeId, Operator, OperatorKind, Profile, Scene,
@@ -82,6 +82,7 @@ impl Program {
             }
         }
         lowering.program.magnitude = magnitude;
+        lowering.program.materials = materials_of(scene);
         lowering.tasks.push(Task::Solid {
             node: Scene::ROOT,
             frame: Frame::OF_WORLD,
@@ -113,6 +114,14 @@ impl Program {
     }
 }
 
+/// The table of a scene's materials: a material for what has none, then all by name.
+pub(crate) fn materials_of(scene: &Scene) -> Vec<MaterialWords> {
+    let own = scene.materials().values().map(words_of);
+    std::iter::once(words_of(&Material::default()))
+        .chain(own)
+        .collect()
+}
+
 /// The power of two that no finite coordinate of a box exceeds; 0 where there is none.
 fn magnitude_of(aabb: Aabb) -> f32 {
     if aabb.is_empty() {
@@ -140,12 +149,8 @@ impl Frame {
 impl<'a> Lowering<'a> {
     /// Of a node and all that it holds; nothing is emitted yet.
     fn of(scene: &'a Scene, root: NodeId) -> Self {
-        let mut materials = vec![words_of(&Material::default())];
-        let mut material_index = HashMap::new();
-        for (name, material) in scene.materials() {
-            material_index.insert(name.as_str(), materials.len() as u32);
-            materials.push(words_of(material));
-        }
+        let names = scene.materials().keys().map(String::as_str);
+        let material_index = names.zip(1..).collect();
         let mut extents = Extents::of(scene);
         let aabb = extents.outer(root).aabb;
         let parents_first: Vec<NodeId> = scene.walk_from(root).collect();
@@ -160,7 +165,7 @@ impl<'a> Lowering<'a> {
             program: Program {
                 instrs: Vec::new(),
                 params: Vec::new(),
-                materials,
+                materials: Vec::new(),
                 aabb,
                 magnitude: 0.0,
                 lipschitz: regular.lipschitz,

@@ -1,5 +1,7 @@
+use crate::lower::materials_of;
 use argil_abi::{self as abi, Instr, MaterialWords};
 use argil_math::Aabb;
+use argil_scene::Scene;
 
 /// A scene lowered to instructions. See the crate's page.
 #[derive(Clone, Debug)]
@@ -17,6 +19,26 @@ pub struct Program {
     pub(crate) value_slots: usize,
     pub(crate) point_slots: usize,
     pub(crate) brushes: usize,
+}
+
+impl Default for Program {
+    /// Of an empty scene.
+    fn default() -> Self {
+        Self {
+            instrs: Vec::new(),
+            params: Vec::new(),
+            materials: materials_of(&Scene::new()),
+            aabb: Aabb::EMPTY,
+            magnitude: 0.0,
+            lipschitz: 1.0,
+            slack: 0.0,
+            hidden_slack: 0.0,
+            isolation: f32::INFINITY,
+            value_slots: 0,
+            point_slots: 0,
+            brushes: 0,
+        }
+    }
 }
 
 impl Program {

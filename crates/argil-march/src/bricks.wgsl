@@ -287,6 +287,11 @@ fn march(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_id) 
             last_gap = g;
             last_way = select(0.0, way, in_brick && !too_far);
             over = beyond;
+            // Beyond the ray's end it goes no farther than is known to be free.
+            let pull = clamp(t - span.y, 0.0, over);
+            t -= pull;
+            over -= pull;
+            last_way = max(last_way - pull, 0.0);
         }
         if !near {
             break;

@@ -217,6 +217,10 @@ impl Scene {
         }
     }
 
+    pub(crate) fn is_stroke(&self) -> bool {
+        self.history.is_stroke
+    }
+
     /// How many steps can be undone, and how many redone.
     pub fn history_lengths(&self) -> [usize; 2] {
         [self.history.undo.len(), self.history.redo.len()]

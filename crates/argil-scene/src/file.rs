@@ -17,6 +17,7 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
+pub(crate) use document::Item;
 pub use document::schema;
 
 /// The version that this program writes, and the newest that it reads.
@@ -122,6 +123,8 @@ pub fn replace_file(
     write(&mut out)?;
     std::io::Write::flush(&mut out)?;
     drop(out);
+    // A name must not come to stand for what the disk does not hold yet.
+    file.as_file().sync_all()?;
     file.persist(path).map_err(|e| e.error)?;
     drop(unfinished);
     Ok(())

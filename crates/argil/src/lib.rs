@@ -17,6 +17,7 @@
 
 mod engine;
 mod error;
+mod live;
 mod picture;
 mod representation;
 mod world;
@@ -26,9 +27,9 @@ pub use argil_gpu::{DenseFill, DeviceInfo, DeviceKind, GpuError, Order};
 pub use argil_march::{Camera, Descent, Normals, Settings, Show, Spread, Statistics};
 pub use argil_math::{Aabb, Interval};
 pub use argil_scene::{
-    Body, Brush, Edit, EditError, Edited, Entry, Exactness, FileError, Group, ImportError,
-    Material, Modifier, NodeId, Operator, OperatorKind, Outline, Piece, Placement, Profile, Scene,
-    Shape, View, remove_unfinished_files, schema,
+    Body, Brush, Change, Edit, EditError, Edited, Entry, Exactness, FileError, Group, ImportError,
+    LogError, Material, Modifier, NodeId, Operator, OperatorKind, Outline, Piece, Placement,
+    Profile, Scene, Shape, View, remove_unfinished_files, schema,
 };
 pub use argil_volume::{
     Bits, BrickLayout, BrickSettings, Bricks, BricksError, Dense, Encoding, Keep, Lattice, Layout,
@@ -38,6 +39,7 @@ pub use argil_volume::{
 pub use engine::{Backend, Engine};
 pub use error::{BuildError, EngineError, PictureError, RenderError, VolumeFileError};
 pub use glam;
+pub use live::Applied;
 pub use picture::{Drawn, save_png};
 pub use representation::{
     BricksOptions, BuildTimes, DenseOptions, OctreeOptions, SparseInfo, TreeInfo, Via, VolumeInfo,

@@ -221,18 +221,23 @@ pub(crate) fn lattice_of(
     Ok(Lattice::holding(program.aabb(), frame, resolution)?)
 }
 
-/// Build on the engine's device.
+/// Build on the engine's device, on a lattice or on the scene's own.
 pub(crate) fn build(
     engine: &Engine,
     field: Option<&GpuField>,
     scene: &Scene,
     program: &Program,
     via: Via,
+    lattice: Option<Lattice>,
 ) -> Result<(Kept, BuildTimes), BuildError> {
+    let lattice_of = |resolution| match lattice {
+        Some(lattice) => Ok(lattice),
+        None => self::lattice_of(scene, program, resolution),
+    };
     match via {
         Via::Field => Ok((Kept::Field, BuildTimes::default())),
         Via::Dense(options) => {
-            let lattice = lattice_of(scene, program, options.resolution)?;
+            let lattice = lattice_of(options.resolution)?;
             let encoding = checked(options.encoding)?;
             let bytes = Dense::bytes_of(&lattice, encoding.bits, options.mips);
             check_memory(engine, bytes)?;
@@ -249,7 +254,7 @@ pub(crate) fn build(
             Ok((Kept::Cpu(dense.into()), times))
         }
         Via::Bricks(options) => {
-            let lattice = lattice_of(scene, program, options.resolution)?;
+            let lattice = lattice_of(options.resolution)?;
             checked(options.settings.encoding)?;
             let layout = BrickLayout::new(lattice, &options.settings)?;
             check_memory(engine, layout.table_bytes())?;
@@ -271,7 +276,7 @@ pub(crate) fn build(
             Ok((Kept::Cpu(bricks.into()), times))
         }
         Via::Octree(options) => {
-            let lattice = lattice_of(scene, program, options.resolution)?;
+            let lattice = lattice_of(options.resolution)?;
             checked(options.settings.encoding)?;
             let layout = Layout::new(lattice, &options.settings)?;
             let bits = layout.encoding.bits;
@@ -296,7 +301,7 @@ pub(crate) fn build(
 }
 
 /// What is left of the budget and of the machine's memory.
-fn budget_of(options: &BricksOptions) -> Option<u64> {
+pub(crate) fn budget_of(options: &BricksOptions) -> Option<u64> {
     let free = available_memory();
     match (options.memory_budget, free) {
         (Some(budget), Some(free)) => Some(budget.min(free)),

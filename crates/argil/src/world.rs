@@ -1,3 +1,4 @@
+use crate::live::{Applied, Live, bricks_of};
 use crate::representation::{Kept, build};
 use crate::{
     BricksOptions, BuildError, BuildTimes, DenseOptions, Drawn, Engine, OctreeOptions, Placement,
@@ -11,6 +12,7 @@ use argil_volume::{BrickSettings, Lattice};
 use glam::Vec3;
 use std::borrow::Cow;
 use std::path::Path;
+use std::sync::OnceLock;
 use std::time::Instant;
 
 /// Longest side of a picture in pixels.
@@ -38,7 +40,8 @@ pub const MAX_PIXELS: u64 = 1 << 26;
 /// ```
 pub struct World {
     engine: Engine,
-    program: Program,
+    program: OnceLock<Program>,
+    live: Live,
     gpu: Option<GpuField>,
     specialized: bool,
     focus: Aabb,
@@ -59,7 +62,8 @@ impl World {
         let focus = focus(scene, &program);
         Ok(Self {
             engine,
-            program,
+            program: program.into(),
+            live: Live::of(scene),
             gpu,
             specialized: false,
             focus,
@@ -130,7 +134,8 @@ impl World {
         // What was there before is not needed while the new volume is made.
         self.kept = Kept::Field;
         let field = self.gpu.as_ref();
-        (self.kept, self.times) = build(&self.engine, field, scene, &self.program, via)?;
+        (self.kept, self.times) = build(&self.engine, field, scene, self.program(), via, None)?;
+        self.live = Live::of(scene);
         if let Via::Octree(options) = via {
             self.descent = options.descent;
         }
@@ -200,28 +205,75 @@ impl World {
         })
     }
 
-    /// Take over a scene that was edited. On a GPU nothing is compiled for the field, unless the world is specialised. A
-    /// volume is built anew.
-    pub fn apply(&mut self, scene: &Scene) -> Result<(), BuildError> {
+    /// The distances up to which a scene's edits must tell their boxes to be followed in place: give them to
+    /// [`Scene::set_bands`] before editing. Nothing of a world that is not kept as bricks on the CPU.
+    pub fn bands(&self) -> [f32; 2] {
+        match &self.kept {
+            Kept::Cpu(Volume::Bricks(bricks)) => {
+                let program = self.live.tables().unwrap_or_else(|| self.program());
+                bricks.layout().bands(program)
+            }
+            _ => [0.0; 2],
+        }
+    }
+
+    /// Follow a scene that was edited. Sparse bricks on the CPU are changed in place, at the cost of what the edits touch,
+    /// if the scene is the one that the world was built from and its edits told boxes for the world's [bands](World::bands).
+    /// Otherwise, and where an edit changes what all distances are relied on for, everything is made again, on the same
+    /// lattice; the result is the same. On a GPU nothing is compiled, unless the world is specialised.
+    ///
+    /// # Errors
+    /// If the scene cannot be built; the world is then as it was before.
+    pub fn apply(&mut self, scene: &Scene) -> Result<Applied, BuildError> {
+        let start = Instant::now();
+        if let (Some(bricks), Via::Bricks(options)) = (bricks_of(&mut self.kept), self.via)
+            && let Some(applied) = self
+                .live
+                .follow(scene, bricks, self.program.get(), &options)?
+        {
+            self.program = OnceLock::new();
+            self.view = scene.view.clone();
+            return Ok(applied);
+        }
         let program = Program::lower(scene)?;
         match &mut self.gpu {
             Some(gpu) if !self.specialized => gpu.update(&program)?,
             Some(gpu) => *gpu = GpuField::new(gpu.gpu().clone(), &program, true)?,
             None => {}
         }
+        let lattice = self.lattice();
+        let (kept, times) = build(
+            &self.engine,
+            self.gpu.as_ref(),
+            scene,
+            &program,
+            self.via,
+            lattice,
+        )?;
+        (self.kept, self.times) = (kept, times);
         self.focus = focus(scene, &program);
         self.view = scene.view.clone();
-        self.program = program;
-        self.kept = Kept::Field;
-        let field = self.gpu.as_ref();
-        (self.kept, self.times) = build(&self.engine, field, scene, &self.program, self.via)?;
-        Ok(())
+        self.program = program.into();
+        self.live = Live::of(scene);
+        let bricks = self
+            .volume_info()?
+            .and_then(|info| info.sparse)
+            .map_or(0, |s| s.bricks);
+        Ok(Applied {
+            bricks,
+            added: 0,
+            removed: 0,
+            dirty_box: Aabb::ALL,
+            duration_ms: start.elapsed().as_secs_f64() * 1e3,
+            rebuilt: true,
+        })
     }
 
     /// Compile shaders for this very scene, in place of the interpreter. The CPU always interprets.
     pub fn specialize(&mut self) -> Result<(), BuildError> {
-        if let Some(gpu) = &mut self.gpu {
-            *gpu = GpuField::new(gpu.gpu().clone(), &self.program, true)?;
+        if let Some(gpu) = &self.gpu {
+            let specialized = GpuField::new(gpu.gpu().clone(), self.program(), true)?;
+            self.gpu = Some(specialized);
             self.specialized = true;
         }
         Ok(())
@@ -229,7 +281,9 @@ impl World {
 
     /// The program that the scene was lowered to.
     pub fn program(&self) -> &Program {
-        &self.program
+        // While edits are followed in place, it is put together when it is asked for.
+        self.program
+            .get_or_init(|| self.live.whole().unwrap_or_default())
     }
 
     /// Bytes that the way in which the world is kept takes: a volume's texels and tables; of a field the program's
@@ -238,7 +292,7 @@ impl World {
         match &self.kept {
             Kept::Field => {
                 let on_gpu = self.gpu.as_ref().map_or(0, GpuField::memory_bytes);
-                self.program.memory_bytes() as u64 + on_gpu
+                self.program().memory_bytes() as u64 + on_gpu
             }
             Kept::Cpu(volume) => volume.memory_bytes(),
             Kept::Gpu(volume) => volume.memory_bytes(),
@@ -257,18 +311,18 @@ impl World {
 
     /// The signed distance at a point, negative inside.
     pub fn distance(&self, point: [f32; 3]) -> f32 {
-        self.program.distance(point.into())
+        self.program().distance(point.into())
     }
 
     /// The distance and its gradient at a point.
     pub fn gradient(&self, point: [f32; 3]) -> (f32, [f32; 3]) {
-        let (d, g) = self.program.gradient(point.into());
+        let (d, g) = self.program().gradient(point.into());
         (d, g.to_array())
     }
 
     /// An interval that holds the distances of all points of a box.
     pub fn bounds(&self, min: [f32; 3], max: [f32; 3]) -> Interval {
-        self.program.bounds(Aabb::new(min.into(), max.into()))
+        self.program().bounds(Aabb::new(min.into(), max.into()))
     }
 
     /// The scene's own camera.
@@ -322,7 +376,7 @@ impl World {
         let frames = frames(
             settings,
             camera,
-            &self.program,
+            self.program(),
             lattice.as_ref(),
             self.focus,
         );
@@ -340,7 +394,7 @@ impl World {
             _ => Through::Field,
         };
         let start = Instant::now();
-        let picture = argil_march::render(&self.program, through, &frames);
+        let picture = argil_march::render(self.program(), through, &frames);
         Ok(Drawn::new(picture, start.elapsed().as_secs_f64() * 1e3))
     }
 }

@@ -174,6 +174,11 @@ fn step<T: Texel>(
         last_gap[i] = g;
         last_way[i] = if tells { moved } else { 0.0 };
         t[i] += if stays { 0.0 } else { moved };
+        // Beyond the ray's end it goes no farther than is known to be free, or what is at the end would be missed.
+        let pull = low(high(t[i] - ends[i], 0.0), over[i]);
+        t[i] -= pull;
+        over[i] -= pull;
+        last_way[i] = high(last_way[i] - pull, 0.0);
         let is_there = ends[i] != RETIRED;
         cells[i] += u32::from(last[i] != at.index[i]);
         last[i] = at.index[i];

@@ -2,7 +2,7 @@
 
 use crate::{Material, Modifier, Operator, OperatorKind, Profile, Shape, View};
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 /// A scene file of Argil.
@@ -29,38 +29,38 @@ pub(super) struct Document {
 }
 
 /// A brush, which has a shape, or a group, which has brushes.
-#[derive(Serialize, JsonSchema)]
+#[derive(Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub(super) struct Item {
+pub(crate) struct Item {
     /// A name for people.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "String::is_empty")]
     pub name: String,
     /// Whether it takes part.
-    #[serde(default = "yes")]
+    #[serde(default = "yes", skip_serializing_if = "Clone::clone")]
     pub visible: bool,
     /// How it acts on what stands above it in its group.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "is_default")]
     pub operator: OperatorKind,
     /// Blend radius of the joint.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "is_positive_zero")]
     pub blend: f32,
     /// Outline of the joint.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "is_default")]
     pub profile: Profile,
     /// How far a morph goes, from 0 to 1.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "is_positive_zero")]
     pub amount: f32,
     /// The name of one of the scene's materials.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub material: Option<String>,
     /// Changes of the solid, the first first.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub modifiers: Vec<Modifier>,
     /// The shape of a brush.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shape: Option<Shape>,
     /// What a group holds, in order.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub brushes: Option<Vec<Item>>,
 }
 

@@ -2,8 +2,8 @@
 //!
 //! *Practice.* An edit tells two boxes: outside of the first nothing changed within the stored band, outside of the
 //! second nothing within what empty cells tell. Blocks that the second touches are pruned and measured again, from the
-//! operands that can matter near them; of their cells, those that the first touches are sampled again. What was made is
-//! put into the pool at the end, so that nothing is changed if it does not fit.
+//! operands that can matter near them; of their cells, those that the first touches are sampled again. Any number of
+//! edits go in one pass. What was made is put into the pool at the end, so that nothing is changed if it does not fit.
 
 use super::build::{Bounds, Candidates, near_block, settle};
 use super::filler::Filler;
@@ -17,6 +17,7 @@ use argil_field::{CELLS, LiveProgram, Parts, Program, Pruner};
 use argil_math::Aabb;
 use glam::{UVec3, Vec3, uvec3};
 use rayon::prelude::*;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
 /// Blocks along the side of a part that shares a list.
@@ -71,7 +72,7 @@ impl BrickLayout {
 }
 
 impl Bricks {
-    /// Follow an edit, whose boxes are told for this layout's [bands](BrickLayout::bands): `dirty` for the first, `far`
+    /// Follow edits, whose boxes are told for this layout's [bands](BrickLayout::bands), of each that for the first and that
     /// for the second. On rayon's current threads.
     ///
     /// # Errors
@@ -79,23 +80,22 @@ impl Bricks {
     pub fn edit(
         &mut self,
         live: &LiveProgram,
-        dirty: Aabb,
-        far: Aabb,
+        boxes: &[[Aabb; 2]],
         budget: Option<u64>,
     ) -> Result<BrickEdit, BricksError> {
         match self.layout.encoding.bits {
-            Bits::Eight => self.edit_as::<i8>(live, dirty, far, budget),
-            Bits::Sixteen => self.edit_as::<i16>(live, dirty, far, budget),
+            Bits::Eight => self.edit_as::<i8>(live, boxes, budget),
+            Bits::Sixteen => self.edit_as::<i16>(live, boxes, budget),
         }
     }
 
     fn edit_as<T: Texel>(
         &mut self,
         live: &LiveProgram,
-        dirty: Aabb,
-        far: Aabb,
+        boxes: &[[Aabb; 2]],
         budget: Option<u64>,
     ) -> Result<BrickEdit, BricksError> {
+        let boxes = joined(boxes);
         let edit = Editing {
             layout: self.layout,
             live,
@@ -104,13 +104,12 @@ impl Bricks {
                 .layout
                 .encoding
                 .fill(live.program(), &self.layout.lattice, 0),
-            // What lies on a cell's side is in both.
-            dirty: dirty.grown(0.01 * self.layout.lattice.voxel),
+            boxes: &boxes,
         };
         let made: Vec<Made<T>> = edit
-            .parts(far)
+            .parts()
             .into_par_iter()
-            .flat_map_iter(|part| edit.blocks(part, far))
+            .flat_map_iter(|(part, blocks)| edit.lists(part, &blocks))
             .collect::<Vec<_>>()
             .into_par_iter()
             .map_init(
@@ -188,13 +187,36 @@ impl Bricks {
     }
 }
 
+/// Boxes of edits one after the other, as one where that is hardly larger: those of a drag.
+fn joined(boxes: &[[Aabb; 2]]) -> Vec<[Aabb; 2]> {
+    let volume = |b: Aabb| {
+        if b.is_empty() {
+            0.0
+        } else {
+            b.size().element_product()
+        }
+    };
+    let mut all: Vec<[Aabb; 2]> = Vec::new();
+    for &[dirty, far] in boxes {
+        if let Some([last_dirty, last_far]) = all.last_mut() {
+            let both = [last_dirty.union(dirty), last_far.union(far)];
+            if volume(both[1]) <= 1.1 * volume(*last_far).max(volume(far)) {
+                [*last_dirty, *last_far] = both;
+                continue;
+            }
+        }
+        all.push([dirty, far]);
+    }
+    all
+}
+
 /// What all blocks of an edit share.
 struct Editing<'a> {
     layout: BrickLayout,
     live: &'a LiveProgram,
     bounds: Bounds,
     fill: Fill,
-    dirty: Aabb,
+    boxes: &'a [[Aabb; 2]],
 }
 
 /// What a thread keeps.
@@ -227,38 +249,35 @@ impl Editing<'_> {
         ]
     }
 
-    fn parts(&self, far: Aabb) -> Vec<UVec3> {
-        let [first, end] = self.touched(far);
-        if !first.cmplt(end).all() {
-            return Vec::new();
-        }
-        let (first, last) = (first / PART_SIDE, (end - 1) / PART_SIDE);
-        let mut all = Vec::new();
-        for z in first.z..=last.z {
-            for y in first.y..=last.y {
-                for x in first.x..=last.x {
-                    all.push(uvec3(x, y, z));
+    /// The parts that are touched, each with the first cells of its touched blocks.
+    fn parts(&self) -> Vec<(UVec3, Vec<UVec3>)> {
+        let mut parts: BTreeMap<[u32; 3], BTreeSet<[u32; 3]>> = BTreeMap::new();
+        for [_, far] in self.boxes {
+            let [first, end] = self.touched(*far);
+            for z in first.z..end.z {
+                for y in first.y..end.y {
+                    for x in first.x..end.x {
+                        let block = uvec3(x, y, z);
+                        let part = (block / PART_SIDE).to_array();
+                        parts.entry(part).or_default().insert(block.to_array());
+                    }
                 }
             }
         }
-        all
+        let first_cell = |block: [u32; 3]| UVec3::from_array(block) * BLOCK_SIDE;
+        parts
+            .into_iter()
+            .map(|(part, blocks)| {
+                let cells = blocks.into_iter().map(first_cell).collect();
+                (UVec3::from_array(part), cells)
+            })
+            .collect()
     }
 
     /// The touched blocks of a part, each with its list.
-    fn blocks(&self, part: UVec3, far: Aabb) -> Vec<(usize, Vec<Instr>)> {
-        let [first, end] = self.touched(far);
-        let from = (part * PART_SIDE).max(first);
-        let to = ((part + 1) * PART_SIDE).min(end);
+    fn lists(&self, part: UVec3, cells: &[UVec3]) -> Vec<(usize, Vec<Instr>)> {
         let mut instrs = Vec::new();
         self.live.list(part, &mut instrs);
-        let mut cells = Vec::new();
-        for z in from.z..to.z {
-            for y in from.y..to.y {
-                for x in from.x..to.x {
-                    cells.push(uvec3(x, y, z) * BLOCK_SIDE);
-                }
-            }
-        }
         let centers: Vec<Vec3> = cells
             .iter()
             .map(|&cell| self.layout.middle(cell, BLOCK_SIDE))
@@ -304,6 +323,13 @@ impl Editing<'_> {
         let reach = 0.5 * 3f32.sqrt() * self.layout.lattice.voxel;
         let samples = self.layout.brick_samples() as usize;
         let old = &old[block * CELLS..(block + 1) * CELLS];
+        let last = self.layout.cell_box(first + (BLOCK_SIDE - 1));
+        let held = Aabb::new(self.layout.cell_box(first).min, last.max);
+        let held = held.grown(self.layout.lattice.voxel);
+        let near = self.boxes.iter().map(|[dirty, _]| *dirty);
+        let dirty: Vec<Aabb> = near
+            .filter(|dirty| !held.intersection(*dirty).is_empty())
+            .collect();
         let mut next = found.cells.iter().peekable();
         for (i, &old) in old.iter().enumerate() {
             let list: Option<Range<usize>> = next
@@ -311,12 +337,15 @@ impl Editing<'_> {
                 .map(|(_, range)| range.clone());
             let place = i as u32;
             let cell = first + uvec3(place % 4, place / 4 % 4, place / 16);
-            let is_dirty = !self
+            // What lies on a cell's side is in both.
+            let held = self
                 .layout
                 .cell_box(cell)
-                .intersection(self.dirty)
-                .is_empty();
-            if !is_dirty {
+                .grown(0.01 * self.layout.lattice.voxel);
+            if dirty
+                .iter()
+                .all(|dirty| held.intersection(*dirty).is_empty())
+            {
                 // Nothing changed that a brick holds.
                 if is_brick(old) {
                     made.words[i] = old;

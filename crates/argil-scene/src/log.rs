@@ -1,0 +1,265 @@
+//! Edits as lines of text: a log that can be replayed on the same scene, here or on another machine.
+//!
+//! Each line is one JSON object. Nodes are named by their paths at that moment, `brushes[3].brushes[0]`:
+//!
+//! ```text
+//! {"edit": "insert", "into": "brushes[2]", "index": 0, "entry": {"shape": {"type": "sphere", "radius": 0.1}}}
+//! {"edit": "transform", "node": "brushes[2].brushes[0]", "by": {"type": "translate", "by": [0.1, 0, 0]}}
+//! {"edit": "undo"}
+//! ```
+
+use crate::file::Item;
+use crate::{Body, Edit, EditError, Edited, Entry, Modifier, NodeId, Operator, Scene};
+use serde::{Deserialize, Serialize};
+
+/// A line of a log.
+#[derive(Serialize, Deserialize)]
+#[serde(tag = "edit", rename_all = "snake_case", deny_unknown_fields)]
+enum Line {
+    Insert {
+        /// The group; the root without it.
+        #[serde(default, skip_serializing_if = "String::is_empty")]
+        into: String,
+        /// At its end without it.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        index: Option<usize>,
+        entry: Box<Item>,
+    },
+    Remove {
+        node: String,
+    },
+    Replace {
+        node: String,
+        entry: Box<Item>,
+    },
+    Move {
+        node: String,
+        #[serde(default, skip_serializing_if = "String::is_empty")]
+        into: String,
+        index: usize,
+    },
+    SetVisible {
+        node: String,
+        visible: bool,
+    },
+    Transform {
+        node: String,
+        by: Modifier,
+    },
+    BeginStroke {},
+    EndStroke {},
+    Undo {},
+    Redo {},
+}
+
+/// Why a line of a log was refused. The scene is as it was.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum LogError {
+    /// It is not one of the lines that there are.
+    #[error("column {}: {}", .0.column(), reason(.0))]
+    Line(#[from] serde_json::Error),
+    /// It names a node that is not there.
+    #[error("the scene has no {0}")]
+    NoSuchPath(String),
+    /// The edit cannot be done.
+    #[error(transparent)]
+    Edit(#[from] EditError),
+    /// There is nothing to undo.
+    #[error("there is nothing to undo")]
+    NothingToUndo,
+    /// There is nothing to redo.
+    #[error("there is nothing to redo")]
+    NothingToRedo,
+}
+
+/// serde's message without the place, of which the line is always 1.
+fn reason(error: &serde_json::Error) -> String {
+    let text = error.to_string();
+    text.split(" at line ").next().unwrap_or(&text).to_owned()
+}
+
+impl Item {
+    fn into_entry(self) -> (Entry, Vec<Item>) {
+        let operator = Operator {
+            kind: self.operator,
+            blend: self.blend,
+            profile: self.profile,
+            amount: self.amount,
+        };
+        let entry = Entry {
+            name: self.name,
+            visible: self.visible,
+            operator,
+            modifiers: self.modifiers,
+            material: self.material,
+            body: self.shape.map_or(Body::Group, Body::Shape),
+        };
+        (entry, self.brushes.unwrap_or_default())
+    }
+
+    fn of(entry: &Entry) -> Self {
+        let (shape, brushes) = match &entry.body {
+            Body::Shape(shape) => (Some(shape.clone()), None),
+            Body::Group => (None, Some(Vec::new())),
+        };
+        Self {
+            name: entry.name.clone(),
+            visible: entry.visible,
+            operator: entry.operator.kind,
+            blend: entry.operator.blend,
+            profile: entry.operator.profile,
+            amount: entry.operator.amount,
+            material: entry.material.clone(),
+            modifiers: entry.modifiers.clone(),
+            shape,
+            brushes,
+        }
+    }
+}
+
+impl Scene {
+    /// The node of a path, as [`Scene::path`] writes it; the root's is empty.
+    pub fn find(&self, path: &str) -> Option<NodeId> {
+        let mut at = Self::ROOT;
+        for step in path.split('.').filter(|_| !path.is_empty()) {
+            let index = step.strip_prefix("brushes[")?.strip_suffix(']')?;
+            at = *self.node(at).children.get(index.parse::<usize>().ok()?)?;
+        }
+        Some(at)
+    }
+
+    /// Do what a line of a log says; what that did, of what changes something.
+    ///
+    /// # Errors
+    /// If the line cannot be read or done. Nothing is changed then.
+    pub fn replay(&mut self, line: &str) -> Result<Option<Edited>, LogError> {
+        let node_of = |scene: &Self, path: &str| {
+            scene
+                .find(path)
+                .ok_or_else(|| LogError::NoSuchPath(path.to_owned()))
+        };
+        let edit = match serde_json::from_str(line)? {
+            Line::Insert { into, index, entry } => {
+                let parent = node_of(self, &into)?;
+                return self.insert_all(parent, index, *entry).map(Some);
+            }
+            Line::Remove { node } => Edit::Remove {
+                node: node_of(self, &node)?,
+            },
+            Line::Replace { node, entry } => Edit::Replace {
+                node: node_of(self, &node)?,
+                entry: entry.into_entry().0,
+            },
+            Line::Move { node, into, index } => Edit::Move {
+                node: node_of(self, &node)?,
+                parent: node_of(self, &into)?,
+                index,
+            },
+            Line::SetVisible { node, visible } => Edit::SetVisible {
+                node: node_of(self, &node)?,
+                visible,
+            },
+            Line::Transform { node, by } => Edit::Transform {
+                node: node_of(self, &node)?,
+                by,
+            },
+            Line::BeginStroke {} => {
+                self.begin_stroke();
+                return Ok(None);
+            }
+            Line::EndStroke {} => {
+                self.end_stroke();
+                return Ok(None);
+            }
+            Line::Undo {} => return self.undo_edit().map(Some).ok_or(LogError::NothingToUndo),
+            Line::Redo {} => return self.redo_edit().map(Some).ok_or(LogError::NothingToRedo),
+        };
+        Ok(Some(self.apply(edit)?))
+    }
+
+    /// Insert a brush, or a group with all that it holds as one step.
+    fn insert_all(
+        &mut self,
+        parent: NodeId,
+        index: Option<usize>,
+        item: Item,
+    ) -> Result<Edited, LogError> {
+        let (entry, inner) = item.into_entry();
+        let index = index.unwrap_or(self.node(parent).children.len());
+        let insert = |entry, parent, index| Edit::Insert {
+            parent,
+            index,
+            entry,
+        };
+        if inner.is_empty() {
+            return Ok(self.apply(insert(entry, parent, index))?);
+        }
+        // Whether all of it can be done is known before any of it is.
+        let mut pending: Vec<&Item> = inner.iter().collect();
+        self.check_entry(&entry)?;
+        while let Some(item) = pending.pop() {
+            self.check_entry(&item.clone().into_entry().0)?;
+            pending.extend(item.brushes.iter().flatten());
+        }
+        let is_stroke = self.is_stroke();
+        if !is_stroke {
+            self.begin_stroke();
+        }
+        let made = self.apply(insert(entry, parent, index))?;
+        let mut all = made;
+        let mut open = vec![(made.node, inner)];
+        while let Some((group, items)) = open.pop() {
+            for (index, item) in items.into_iter().enumerate() {
+                let (entry, inner) = item.into_entry();
+                let own = self.apply(insert(entry, group, index))?;
+                all.dirty_box = all.dirty_box.union(own.dirty_box);
+                open.push((own.node, inner));
+            }
+        }
+        if !is_stroke {
+            self.end_stroke();
+        }
+        Ok(all)
+    }
+
+    /// An edit as a line of a log, without the line's end. To be asked before the edit is done, as it may move nodes.
+    pub fn log_line(&self, edit: &Edit) -> String {
+        let line = match edit {
+            Edit::Insert {
+                parent,
+                index,
+                entry,
+            } => Line::Insert {
+                into: self.path(*parent),
+                index: Some(*index),
+                entry: Box::new(Item::of(entry)),
+            },
+            Edit::Remove { node } => Line::Remove {
+                node: self.path(*node),
+            },
+            Edit::Replace { node, entry } => Line::Replace {
+                node: self.path(*node),
+                entry: Box::new(Item::of(entry)),
+            },
+            Edit::Move {
+                node,
+                parent,
+                index,
+            } => Line::Move {
+                node: self.path(*node),
+                into: self.path(*parent),
+                index: *index,
+            },
+            Edit::SetVisible { node, visible } => Line::SetVisible {
+                node: self.path(*node),
+                visible: *visible,
+            },
+            Edit::Transform { node, by } => Line::Transform {
+                node: self.path(*node),
+                by: by.clone(),
+            },
+        };
+        serde_json::to_string(&line).unwrap_or_default()
+    }
+}
