@@ -3,6 +3,7 @@
 //! The tests stand in `tests/`: each pass's contract, on every back end, at the buffer, with a negative control beside
 //! each comparison that shows that it can fail.
 
+mod clay;
 mod random;
 
 use argil_abi::Frame;
@@ -14,6 +15,7 @@ use argil_volume::{Bits, Lattice, Texels};
 use glam::Vec3;
 use std::sync::Arc;
 
+pub use clay::Clay;
 pub use random::random_scene;
 
 /// A scene with a name for messages.

@@ -18,6 +18,8 @@ pub enum Command {
     Render(Render),
     /// Build a volume from a scene's field, timed; with -o, write it
     Bake(Bake),
+    /// Replay edits on a built volume, timed one by one
+    Edit(Edit),
     /// Read a scene in the tree format of "Lipschitz Pruning" (Barbier et al. 2025) and write it as a scene
     Import(Import),
     /// Say what is in a scene or a volume
@@ -187,6 +189,35 @@ pub struct Bake {
     /// Octree: also count the bricks that are lost, which the conservative test would keep
     #[arg(long)]
     pub count_lost: bool,
+    /// Print one JSON object on stdout and nothing else there
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Args)]
+pub struct Edit {
+    /// A scene file, which is baked first, or a volume file
+    pub scene: PathBuf,
+    /// The edits, one JSON object a line: insert, remove, replace, move, set_visible, transform, undo, redo, begin_stroke
+    /// and end_stroke, as the README shows
+    #[arg(long, value_name = "FILE")]
+    pub edits: PathBuf,
+    /// Where the edited volume goes
+    #[arg(short, long, value_name = "VOLUME")]
+    pub output: Option<PathBuf>,
+    /// Where the edited scene goes
+    #[arg(long, value_name = "SCENE")]
+    pub scene_output: Option<PathBuf>,
+    /// What a scene is baked to; without it bricks, which are edited in place. Others are made again after each edit
+    #[arg(long, value_enum)]
+    pub via: Option<Via>,
+    #[command(flatten)]
+    pub volume: VolumeFlags,
+    #[command(flatten)]
+    pub on: On,
+    /// Compare the bricks at the end with a fresh bake: fails if a cell differs
+    #[arg(long)]
+    pub check: bool,
     /// Print one JSON object on stdout and nothing else there
     #[arg(long)]
     pub json: bool,

@@ -3,6 +3,7 @@
 mod args;
 mod bake;
 mod devices;
+mod edit;
 mod failure;
 mod import;
 mod info;
@@ -26,6 +27,7 @@ fn main() -> ExitCode {
     let result = match arguments.command {
         Command::Render(options) => render::run(&options),
         Command::Bake(options) => bake::run(&options),
+        Command::Edit(options) => edit::run(&options),
         Command::Import(options) => import::run(&options),
         Command::Info(options) => info::run(&options),
         Command::Devices(options) => devices::run(&options),

@@ -44,8 +44,13 @@ impl Program {
     /// How far `f32` arithmetic can take a distance within the box from the real one.
     fn rounding(&self, region: Aabb) -> f32 {
         let farthest = region.min.abs().max(region.max.abs()).max_element();
-        // Operands within the region change nothing, so that edits of them do not change what is relied on elsewhere.
-        64.0 * f32::EPSILON * (farthest + 2.0 * self.magnitude.max(farthest))
+        // Operands about the region change nothing, so that edits of them do not change what is relied on elsewhere.
+        let magnitude = if self.magnitude > 4.0 * farthest {
+            self.magnitude
+        } else {
+            farthest
+        };
+        64.0 * f32::EPSILON * (farthest + 2.0 * magnitude)
     }
 }
 

@@ -67,6 +67,15 @@ impl Operand {
     }
 }
 
+/// An operand where it can matter.
+#[derive(Clone, Copy)]
+struct Near {
+    rank: u64,
+    node: NodeId,
+    /// Of an operand of one instruction, that: most are, and their records lie all over memory.
+    instr: Option<Instr>,
+}
+
 /// What an update could not keep.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Upset {
@@ -83,7 +92,7 @@ pub struct LiveProgram {
     /// All operands in the scene's order.
     order: BTreeMap<u64, NodeId>,
     /// Of each part, the operands that can matter there, by rank.
-    near: Vec<Vec<(u64, NodeId)>>,
+    near: Vec<Vec<Near>>,
     /// Those that matter wherever others do.
     everywhere: BTreeMap<u64, NodeId>,
     /// Stretches of the parameters that are free, by length.
@@ -95,6 +104,21 @@ pub struct LiveProgram {
     morphs: u32,
     /// How far values can fall, as far as `near` allows for it.
     falls: f32,
+}
+
+/// Where along a curve through the parts' region a box's middle is.
+fn morton(aabb: Aabb, parts: &Parts) -> u64 {
+    if !aabb.is_finite() {
+        return 0;
+    }
+    let across = 1024.0 * (aabb.center() - parts.corner) / (parts.edge * parts.count.as_vec3());
+    let at = across.clamp(Vec3::ZERO, Vec3::splat(1023.0)).as_uvec3();
+    let spread = |c: u32| {
+        (0..10).fold(0u64, |code, bit| {
+            code | u64::from(c >> bit & 1) << (3 * bit)
+        })
+    };
+    spread(at.x) | spread(at.y) << 1 | spread(at.z) << 2
 }
 
 fn count(counts: &mut BTreeMap<u32, u32>, value: f32, is_there: bool) {
@@ -137,10 +161,16 @@ impl LiveProgram {
             falls: 0.0,
         };
         let mut extents = Extents::of(scene);
-        for (i, &node) in scene.node(Scene::ROOT).children().iter().enumerate() {
-            let rank = (i as u64 + 1) * RANK_STEP;
+        let nodes = scene.node(Scene::ROOT).children();
+        let mut all = Vec::with_capacity(nodes.len());
+        for (&node, nth) in nodes.iter().zip(1..) {
             let mut operand = lowered(scene, &mut extents, node)?;
-            operand.rank = rank;
+            operand.rank = nth * RANK_STEP;
+            all.push((node, operand));
+        }
+        // Parameters of neighbours stand side by side.
+        all.sort_by_cached_key(|(_, operand)| morton(operand.extent.aabb, &parts));
+        for (node, operand) in all {
             live.insert(node, operand);
         }
         live.tables.materials = materials_of(scene);
@@ -221,11 +251,14 @@ impl LiveProgram {
             return;
         }
         let mut others = self.everywhere.iter().map(|(&r, &n)| (r, n)).peekable();
-        for &(rank, node) in &self.near[at as usize] {
-            while let Some((_, other)) = others.next_if(|&(other, _)| other < rank) {
+        for own in &self.near[at as usize] {
+            while let Some((_, other)) = others.next_if(|&(other, _)| other < own.rank) {
                 append(&self.operands[&other], out);
             }
-            append(&self.operands[&node], out);
+            match own.instr {
+                Some(instr) => out.push(instr),
+                None => append(&self.operands[&own.node], out),
+            }
         }
         others.for_each(|(_, other)| append(&self.operands[&other], out));
     }
@@ -294,7 +327,7 @@ impl LiveProgram {
         self.everywhere.remove(&operand.rank);
         for at in self.parts_of(&operand) {
             let list = &mut self.near[at];
-            if let Ok(place) = list.binary_search_by_key(&operand.rank, |&(rank, _)| rank) {
+            if let Ok(place) = list.binary_search_by_key(&operand.rank, |near| near.rank) {
                 list.remove(place);
             }
         }
@@ -398,13 +431,18 @@ impl LiveProgram {
     fn index(&mut self, node: NodeId) {
         let operand = &self.operands[&node];
         let rank = operand.rank;
+        let instr = match operand.instrs[..] {
+            [only] => Some(only),
+            _ => None,
+        };
+        let own = Near { rank, node, instr };
         if operand.visible && operand.operator.kind == OperatorKind::Intersect {
             self.everywhere.insert(rank, node);
         }
         for at in self.parts_of(operand) {
             let list = &mut self.near[at];
-            if let Err(place) = list.binary_search_by_key(&rank, |&(rank, _)| rank) {
-                list.insert(place, (rank, node));
+            if let Err(place) = list.binary_search_by_key(&rank, |near| near.rank) {
+                list.insert(place, own);
             }
         }
     }

@@ -79,7 +79,12 @@ pub struct Pruner<'a> {
     program: &'a Program,
     registers: Box<Registers<f32>>,
     writer: Writer,
+    /// Of each [`RUN`] of instructions, the cells in which all of them are brushes that are dropped.
+    skipped: Vec<u64>,
 }
+
+/// Instructions that a cell skips at once: most of a long list is dropped.
+const RUN: usize = 8;
 
 impl<'a> Pruner<'a> {
     /// For a program.
@@ -88,6 +93,7 @@ impl<'a> Pruner<'a> {
             program,
             registers: Box::new(Registers::new()),
             writer: Writer::default(),
+            skipped: Vec::new(),
         }
     }
 
@@ -118,6 +124,15 @@ impl<'a> Pruner<'a> {
         r.marks.clear();
         r.marks.resize(instrs.len(), Marks::default());
         run_marks(self.program, instrs, r);
+        self.skipped.clear();
+        let runs = instrs.chunks(RUN).zip(r.marks.chunks(RUN));
+        self.skipped.extend(runs.map(|(instrs, marks)| {
+            let all = instrs.iter().zip(marks);
+            all.fold(u64::MAX, |skipped, (instr, marks)| {
+                let is_brush = instr.op < abi::OP_SHAPES_END;
+                skipped & if is_brush { marks.drop_b } else { 0 }
+            })
+        }));
         out.copy_from_slice(&r.acc.0[..centers.len()]);
     }
 
@@ -131,11 +146,15 @@ impl<'a> Pruner<'a> {
         assert_eq!(marks.len(), instrs.len(), "the list that was marked");
         let begin = out.len();
         self.writer.clear(begin);
-        let mut rest = instrs.iter().zip(marks);
-        while let Some((instr, marks)) = rest.next() {
+        let mut at = 0;
+        while let (Some(instr), Some(marks)) = (instrs.get(at), marks.get(at)) {
+            if at.is_multiple_of(RUN) && self.skipped[at / RUN] >> cell & 1 != 0 {
+                at += RUN;
+                continue;
+            }
+            at += 1;
             let drop_b = marks.drop_b >> cell & 1 != 0;
             if drop_b && instr.op < abi::OP_SHAPES_END {
-                // Most of a long list.
                 continue;
             }
             let drop_a = marks.drop_a >> cell & 1 != 0;
@@ -145,8 +164,9 @@ impl<'a> Pruner<'a> {
                     let mut open = 1;
                     out.push(*instr);
                     while open > 0
-                        && let Some((inner, _)) = rest.next()
+                        && let Some(inner) = instrs.get(at)
                     {
+                        at += 1;
                         match inner.op {
                             abi::OP_REPEAT | abi::OP_RADIAL => open += 1,
                             abi::OP_NEXT => open -= 1,

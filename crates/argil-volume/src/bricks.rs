@@ -29,6 +29,7 @@ use crate::Texels;
 use argil_abi::BRICK_MIXED;
 use argil_field::Program;
 use glam::{UVec3, Vec3};
+use std::ops::Range;
 
 pub use batch::{Beyond, BrickSampler, Corners, Located};
 pub use build::BrickStagesMs;
@@ -167,6 +168,28 @@ impl Bricks {
     /// Whether there is no brick.
     pub fn is_empty(&self) -> bool {
         self.owners.is_empty()
+    }
+
+    /// In how many cells other bricks of the same layout differ: whether there is a brick, its samples, what it looks like.
+    /// Where bricks stand in the pool makes no difference.
+    pub fn differing_cells(&self, other: &Self) -> u64 {
+        let bytes = self.layout.brick_bytes() as usize;
+        let samples = |bricks: &Self, brick: u32| -> Range<usize> {
+            let from = brick as usize * bytes;
+            from..(from + bytes).min(bricks.pool.bytes().len())
+        };
+        let differ = |own: u32, theirs: u32| match (Word::of(own), Word::of(theirs)) {
+            (Word::Brick(a), Word::Brick(b)) => {
+                self.pool.bytes()[samples(self, a)] != other.pool.bytes()[samples(other, b)]
+                    || self.look(a) != other.look(b)
+            }
+            (Word::Empty { .. }, Word::Empty { .. }) => false,
+            _ => true,
+        };
+        let words = self.words.iter().zip(&other.words);
+        words
+            .filter(|(own, theirs)| differ(**own, **theirs))
+            .count() as u64
     }
 
     /// Bytes of everything.

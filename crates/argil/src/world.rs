@@ -269,6 +269,21 @@ impl World {
         })
     }
 
+    /// In how many cells sparse bricks differ from those of a fresh bake of a scene on the same lattice: whether there is a
+    /// brick, its samples, its materials. Nothing of a world that is kept in another way.
+    ///
+    /// # Errors
+    /// If the scene cannot be baked.
+    pub fn differing_cells(&self, scene: &Scene) -> Result<Option<u64>, BuildError> {
+        let volume = self.volume()?;
+        let Some(Volume::Bricks(bricks)) = volume.as_deref() else {
+            return Ok(None);
+        };
+        let program = Program::lower(scene)?;
+        let (fresh, _) = argil_volume::Bricks::bake(&program, *bricks.layout(), None)?;
+        Ok(Some(bricks.differing_cells(&fresh)))
+    }
+
     /// Compile shaders for this very scene, in place of the interpreter. The CPU always interprets.
     pub fn specialize(&mut self) -> Result<(), BuildError> {
         if let Some(gpu) = &self.gpu {

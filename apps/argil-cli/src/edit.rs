@@ -1,0 +1,130 @@
+//! `argil edit`.
+
+use crate::args::{Edit, Via};
+use crate::{input, output};
+use anyhow::{Context, ensure};
+use argil::{Aabb, Applied, Scene, World};
+use serde_json::{Value, json};
+use std::io::BufRead;
+
+pub fn run(options: &Edit) -> anyhow::Result<()> {
+    if let Some(path) = &options.output {
+        output::check_place(path, &options.scene)?;
+    }
+    if let Some(path) = &options.scene_output {
+        output::check_place(path, &options.edits)?;
+    }
+    let engine = input::engine(&options.on)?;
+    // A volume file is what it is; a scene is baked first.
+    let via = (!input::is_volume(&options.scene)?).then_some(options.via.unwrap_or(Via::Bricks));
+    let (mut scene, mut world) = input::world(&options.scene, &engine, via, &options.volume)?;
+    scene.set_bands(world.bands());
+    let build_ms = world.build_times().duration_ms;
+    let applied = replay(options, &mut scene, &mut world)?;
+
+    let differing = if options.check {
+        let count = world.differing_cells(&scene)?;
+        Some(count.context("--check compares sparse bricks: take --via bricks")?)
+    } else {
+        None
+    };
+    if let Some(path) = &options.scene_output {
+        scene.save(path)?;
+    }
+    if let Some(path) = &options.output {
+        world.save(&scene, path)?;
+    }
+    report(options, &scene, &world, build_ms, &applied, differing);
+    ensure!(
+        differing.is_none_or(|count| count == 0),
+        "{} cells differ from a fresh bake",
+        differing.unwrap_or(0)
+    );
+    Ok(())
+}
+
+fn replay(options: &Edit, scene: &mut Scene, world: &mut World) -> anyhow::Result<Vec<Applied>> {
+    let path = options.edits.display();
+    let file = std::fs::File::open(&options.edits).with_context(|| path.to_string())?;
+    let mut applied = Vec::new();
+    for (nth, line) in std::io::BufReader::new(file).lines().enumerate() {
+        let place = || format!("{path}:{}", nth + 1);
+        let line = line.with_context(place)?;
+        if line.trim().is_empty() {
+            continue;
+        }
+        if scene.replay(&line).with_context(place)?.is_none() {
+            continue;
+        }
+        let own = world.apply(scene).with_context(place)?;
+        if own.rebuilt {
+            scene.set_bands(world.bands());
+        }
+        applied.push(own);
+    }
+    Ok(applied)
+}
+
+fn report(
+    options: &Edit,
+    scene: &Scene,
+    world: &World,
+    build_ms: f64,
+    applied: &[Applied],
+    differing: Option<u64>,
+) {
+    let mut sorted: Vec<f64> = applied.iter().map(|a| a.duration_ms).collect();
+    sorted.sort_by(f64::total_cmp);
+    let at = |share: f64| {
+        let last = sorted.len().saturating_sub(1) as f64;
+        sorted.get((share * last).round() as usize).copied()
+    };
+    let rebuilt = applied.iter().filter(|a| a.rebuilt).count();
+    let bricks: u64 = applied.iter().map(|a| a.bricks).sum();
+    if options.json {
+        let edits: Vec<Value> = applied.iter().map(edit).collect();
+        output::json(&json!({
+            "device": world.engine().device(),
+            "device_reason": world.engine().reason(),
+            "resolution": world.resolution(),
+            "brushes": scene.brush_count(),
+            "build_ms": build_ms,
+            "edits": edits,
+            "edit_ms": { "median": at(0.5), "p99": at(0.99), "max": at(1.0) },
+            "rebuilt": rebuilt,
+            "memory_bytes": world.memory_bytes(),
+            "differing_cells": differing,
+        }));
+        return;
+    }
+    let engine = world.engine();
+    output::line(&format!("on {}: {}", engine.device(), engine.reason()));
+    output::line(&format!("built in {build_ms:.2} ms"));
+    output::line(&format!(
+        "{} edits: median {:.3} ms, p99 {:.3}, max {:.3}; {bricks} bricks sampled",
+        applied.len(),
+        at(0.5).unwrap_or(0.0),
+        at(0.99).unwrap_or(0.0),
+        at(1.0).unwrap_or(0.0)
+    ));
+    if rebuilt > 0 {
+        output::line(&format!("{rebuilt} of them made everything again"));
+    }
+    if differing == Some(0) {
+        output::line("the same as a fresh bake");
+    }
+}
+
+fn edit(applied: &Applied) -> Value {
+    let Aabb { min, max } = applied.dirty_box;
+    // What is not finite has no number in JSON.
+    let held = applied.dirty_box.is_finite() && !applied.dirty_box.is_empty();
+    json!({
+        "duration_ms": applied.duration_ms,
+        "bricks": applied.bricks,
+        "added": applied.added,
+        "removed": applied.removed,
+        "rebuilt": applied.rebuilt,
+        "dirty_box": held.then(|| [min.to_array(), max.to_array()]),
+    })
+}
