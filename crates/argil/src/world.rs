@@ -269,8 +269,9 @@ impl World {
         })
     }
 
-    /// In how many cells sparse bricks differ from those of a fresh bake of a scene on the same lattice: whether there is a
-    /// brick, its samples, its materials. Nothing of a world that is kept in another way.
+    /// In how many cells sparse bricks differ from those of a fresh bake on the same device and lattice: whether there is a
+    /// brick, its samples, its materials. `scene` is the one that was applied last. Nothing of a world that is kept in
+    /// another way.
     ///
     /// # Errors
     /// If the scene cannot be baked.
@@ -280,8 +281,17 @@ impl World {
             return Ok(None);
         };
         let program = Program::lower(scene)?;
-        let (fresh, _) = argil_volume::Bricks::bake(&program, *bricks.layout(), None)?;
-        Ok(Some(bricks.differing_cells(&fresh)))
+        let (field, lattice) = (self.gpu.as_ref(), self.lattice());
+        let (fresh, _) = build(&self.engine, field, scene, &program, self.via, lattice)?;
+        let fresh = match (fresh, field) {
+            (Kept::Cpu(volume), _) => volume,
+            (Kept::Gpu(volume), Some(field)) => volume.read(field.gpu())?,
+            _ => return Ok(None),
+        };
+        Ok(match &fresh {
+            Volume::Bricks(fresh) => Some(bricks.differing_cells(fresh)),
+            _ => None,
+        })
     }
 
     /// Compile shaders for this very scene, in place of the interpreter. The CPU always interprets.

@@ -43,3 +43,63 @@ fn worlds_follow_their_scene() -> Result<(), Box<dyn std::error::Error>> {
     assert_eq!(hits[0], hits[1]);
     Ok(())
 }
+
+/// Bricks on the CPU are changed in place: what an edit does not touch is not made again, and nothing is lost by an edit
+/// that cannot be built.
+#[test]
+fn bricks_follow_their_scene_in_place() -> Result<(), Box<dyn std::error::Error>> {
+    let mut scene = Scene::open(TEAPOT)?;
+    let options = argil::BricksOptions {
+        resolution: 128,
+        ..Default::default()
+    };
+    let mut world = Engine::cpu().build(&scene)?.bricks(&scene, options)?;
+    scene.set_bands(world.bands());
+    let all = world.volume_info()?.and_then(|info| info.sparse);
+    let all = all.map_or(0, |sparse| sparse.bricks);
+    let dent = Brush::new(Shape::sphere(0.1)).at([0.3, 0.9, 0.9]);
+    scene.push(dent.subtract().blend(0.02))?;
+    let applied = world.apply(&scene)?;
+    assert!(!applied.rebuilt && applied.bricks > 0);
+    assert!(applied.bricks * 4 < all, "{} of {all}", applied.bricks);
+    assert!(applied.dirty_box.contains([0.3, 0.9, 0.9].into()));
+    assert_eq!(world.differing_cells(&scene)?, Some(0));
+
+    // Queries and pictures see it.
+    let mut before = world.render(&world.camera(), [48, 32])?.hit_pixels;
+    assert!(world.distance([0.3, 0.9, 0.9]) > 0.05);
+
+    // What cannot be built changes nothing, and can be taken back.
+    let node = scene.push(Brush::new(Shape::sphere(0.1)))?.node;
+    let tiny = argil::Modifier::Scale { by: 1e-4 };
+    for _ in 0..2 {
+        let by = tiny.clone();
+        scene.apply(argil::Edit::Transform { node, by })?;
+    }
+    assert!(world.apply(&scene).is_err());
+    assert_eq!(world.render(&world.camera(), [48, 32])?.hit_pixels, before);
+    for _ in 0..3 {
+        assert!(scene.undo());
+    }
+    assert!(!world.apply(&scene)?.rebuilt);
+    assert_eq!(world.differing_cells(&scene)?, Some(0));
+
+    // Nothing left, then everything again; and a clone, whose edits were not followed.
+    let nodes: Vec<_> = scene.walk().skip(1).collect();
+    for node in nodes {
+        let _ = scene.apply(argil::Edit::Remove { node });
+    }
+    world.apply(&scene)?;
+    assert_eq!(world.differing_cells(&scene)?, Some(0));
+    assert_eq!(world.render(&world.camera(), [48, 32])?.hit_pixels, 0);
+    while scene.undo() {}
+    world.apply(&scene)?;
+    assert_eq!(world.differing_cells(&scene)?, Some(0));
+    before = world.render(&world.camera(), [48, 32])?.hit_pixels;
+    assert!(before > 100, "{before}");
+    let mut other = scene.clone();
+    other.push(Brush::new(Shape::sphere(0.2)).at([1.0, 1.5, 0.0]))?;
+    assert!(world.apply(&other)?.rebuilt);
+    assert_eq!(world.differing_cells(&other)?, Some(0));
+    Ok(())
+}

@@ -1,0 +1,87 @@
+//! Edits by the command.
+
+mod common;
+
+use common::{argil, fails, json, scene};
+
+const EDITS: &str = r#"{"edit": "insert", "entry": {"operator": "subtract", "blend": 0.02, "shape": {"type": "sphere", "radius": 0.2}, "modifiers": [{"type": "translate", "by": [0.3, 0.9, 0.9]}]}}
+
+{"edit": "begin_stroke"}
+{"edit": "transform", "node": "brushes[0]", "by": {"type": "translate", "by": [0, 0.02, 0]}}
+{"edit": "transform", "node": "brushes[0]", "by": {"type": "translate", "by": [0, 0.02, 0]}}
+{"edit": "end_stroke"}
+{"edit": "undo"}
+{"edit": "redo"}
+{"edit": "set_visible", "node": "brushes[1]", "visible": false}
+{"edit": "undo"}
+"#;
+
+/// On both devices, from a scene and from a volume; the scene that is written bakes to the volume that is written.
+#[test]
+fn edits_are_replayed_timed_and_checked() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let place = |name: &str| folder.path().join(name).display().to_string();
+    let edits = place("edits.jsonl");
+    std::fs::write(&edits, EDITS).expect("a file");
+    let teapot = scene("teapot");
+    for device in ["cpu", "gpu"] {
+        let (volume, edited) = (place("v.argil"), place("edited.json"));
+        let run = ["edit", &teapot, "--edits", &edits, "--resolution", "64"];
+        let more = ["--device", device, "--check", "--json", "-o", &volume];
+        let report = json(&argil(
+            &[&run[..], &more, &["--scene-output", &edited]].concat(),
+        ));
+        let done = report["edits"].as_array().expect("a list");
+        assert_eq!(done.len(), 7);
+        assert!(done.iter().all(|e| e["duration_ms"].as_f64() > Some(0.0)));
+        assert_eq!(report["differing_cells"], 0);
+        if device == "cpu" {
+            assert_eq!(report["rebuilt"], 0);
+            let bricks = done[0]["bricks"].as_u64();
+            assert!(bricks > Some(5) && bricks < report["edits"][1]["bricks"].as_u64());
+            assert!(done[0]["dirty_box"][0][0].as_f64() < Some(0.3));
+        }
+        let about = json(&argil(&["info", &edited, "--json"]));
+        assert_eq!(about["brushes"], report["brushes"]);
+        // The volume goes on being edited, with the scene that it carries.
+        let again = ["edit", &volume, "--edits", &edits, "--device", device];
+        let again = json(&argil(&[&again[..], &["--check", "--json"]].concat()));
+        assert_eq!(
+            again["brushes"].as_u64(),
+            Some(report["brushes"].as_u64().unwrap_or(0) + 1)
+        );
+        assert_eq!(again["differing_cells"], 0);
+    }
+}
+
+#[test]
+fn edits_that_cannot_be_done_are_named() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let place = |name: &str| folder.path().join(name).display().to_string();
+    let teapot = scene("teapot");
+    let edits = place("edits.jsonl");
+    std::fs::write(
+        &edits,
+        format!("{EDITS}{{\"edit\": \"redo\"}}\n{{\"edit\": \"redo\"}}\n"),
+    )
+    .expect("a file");
+    let run = ["edit", &teapot, "--edits", &edits, "--resolution", "32"];
+    let volume = place("v.argil");
+    let run = [&run[..], &["--device", "cpu", "-o", &volume]].concat();
+    fails(&run, 1, "edits.jsonl:12: there is nothing to redo");
+    assert!(!std::path::Path::new(&volume).exists());
+    std::fs::write(&edits, "{\"edit\": \"remove\", \"node\": 3}\n").expect("a file");
+    fails(&run, 1, "edits.jsonl:1: column");
+    std::fs::write(&edits, [0xff, 0xfe, b'\n']).expect("a file");
+    fails(&run, 1, "edits.jsonl:1");
+    let gone = place("gone.jsonl");
+    fails(&["edit", &teapot, "--edits", &gone], 1, "gone.jsonl");
+    let dense = ["--via", "dense", "--check", "--device", "cpu"];
+    std::fs::write(&edits, "").expect("a file");
+    let run = ["edit", &teapot, "--edits", &edits, "--resolution", "16"];
+    fails(
+        &[&run[..], &dense].concat(),
+        1,
+        "--check compares sparse bricks",
+    );
+}

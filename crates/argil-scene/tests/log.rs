@@ -1,0 +1,150 @@
+//! Edits as lines of text.
+
+use argil_scene::{Brush, Edit, Entry, Group, Material, Modifier, Scene, Shape};
+
+fn ball(radius: f32) -> Brush {
+    Brush::new(Shape::sphere(radius)).blend(0.05)
+}
+
+/// Whatever is done to one scene and logged can be done to another that began alike.
+#[test]
+fn a_log_replays_on_another_scene() {
+    let mut scene = Scene::new();
+    scene.set_material("stone", Material::default()).unwrap();
+    let mut other = scene.clone();
+    let mut lines = Vec::new();
+    let mut done = |scene: &mut Scene, edit: Edit| {
+        lines.push(scene.log_line(&edit));
+        scene.apply(edit).unwrap().node
+    };
+    let insert = |parent, index, entry: Entry| Edit::Insert {
+        parent,
+        index,
+        entry,
+    };
+    let group = done(
+        &mut scene,
+        insert(Scene::ROOT, 0, Group::new().subtract().into()),
+    );
+    let a = done(
+        &mut scene,
+        insert(group, 0, ball(0.5).material("stone").into()),
+    );
+    let b = done(
+        &mut scene,
+        insert(Scene::ROOT, 0, ball(0.3).named("b").into()),
+    );
+    let by = Modifier::Rotate {
+        axis: [0.0, 1.0, 0.0],
+        degrees: 33.25,
+    };
+    done(&mut scene, Edit::Transform { node: a, by });
+    done(
+        &mut scene,
+        Edit::Move {
+            node: b,
+            parent: group,
+            index: 1,
+        },
+    );
+    done(
+        &mut scene,
+        Edit::SetVisible {
+            node: b,
+            visible: false,
+        },
+    );
+    let entry = ball(0.1).chamfer(0.02).hidden().into();
+    done(&mut scene, Edit::Replace { node: a, entry });
+    done(&mut scene, Edit::Remove { node: b });
+    for line in &lines {
+        assert!(other.replay(line).unwrap().is_some(), "{line}");
+    }
+    assert_eq!(other, scene);
+    assert_eq!(other.to_json(), scene.to_json());
+    // Undone and redone by lines too.
+    for line in [
+        "{\"edit\": \"undo\"}",
+        "{\"edit\": \"undo\"}",
+        "{\"edit\": \"redo\"}",
+    ] {
+        other.replay(line).unwrap();
+    }
+    scene.undo();
+    assert_eq!(other, scene);
+}
+
+/// A group comes with all that it holds, as one step.
+#[test]
+fn a_group_with_brushes_is_one_step() {
+    let mut scene = Scene::new();
+    let line = r#"{"edit": "insert", "entry": {"blend": 0.1, "brushes": [
+        {"shape": {"type": "sphere", "radius": 1}},
+        {"operator": "subtract", "brushes": [{"shape": {"type": "sphere", "radius": 0.5}}]}]}}"#;
+    let made = scene.replay(line).unwrap().unwrap();
+    assert_eq!(scene.brush_count(), 2);
+    assert_eq!(scene.path(made.node), "brushes[0]");
+    assert!(scene.find("brushes[0].brushes[1].brushes[0]").is_some());
+    assert!(scene.undo());
+    assert_eq!(scene.brush_count(), 0);
+    assert!(!scene.undo());
+}
+
+#[test]
+fn lines_that_cannot_be_done_say_why_and_change_nothing() {
+    let mut scene = Scene::new();
+    scene.push(ball(0.5)).unwrap();
+    let before = scene.to_json();
+    for (line, reason) in [
+        ("", "EOF"),
+        ("{", "column 1"),
+        ("[]", "column"),
+        ("{\"edit\": \"explode\"}", "unknown variant `explode`"),
+        (
+            "{\"edit\": \"undo\", \"twice\": 1}",
+            "unknown field `twice`",
+        ),
+        ("{\"edit\": \"remove\"}", "missing field `node`"),
+        (
+            "{\"edit\": \"remove\", \"node\": \"brushes[7]\"}",
+            "no brushes[7]",
+        ),
+        (
+            "{\"edit\": \"remove\", \"node\": \"brushes[0].x\"}",
+            "no brushes[0].x",
+        ),
+        ("{\"edit\": \"remove\", \"node\": \"\"}", "root group"),
+        (
+            "{\"edit\": \"insert\", \"into\": \"brushes[0]\", \"entry\": {\"brushes\": []}}",
+            "brushes[0] is a brush",
+        ),
+        (
+            "{\"edit\": \"insert\", \"entry\": {\"shape\": {\"type\": \"sphere\", \"radius\": 0}}}",
+            "shape.radius: 0 is not positive",
+        ),
+        (
+            "{\"edit\": \"insert\", \"entry\": {\"brushes\": [{\"shape\": {\"type\": \"sphere\", \"radius\": -1}}]}}",
+            "shape.radius: -1",
+        ),
+        (
+            "{\"edit\": \"insert\", \"index\": 9, \"entry\": {\"brushes\": []}}",
+            "index 9 lies beyond",
+        ),
+        (
+            "{\"edit\": \"transform\", \"node\": \"brushes[0]\", \"by\": {\"type\": \"translate\", \"by\": [1e999, 0, 0]}}",
+            "number out of range",
+        ),
+        (
+            "{\"edit\": \"transform\", \"node\": \"brushes[0]\", \"by\": {\"type\": \"translate\", \"by\": [NaN, 0, 0]}}",
+            "column",
+        ),
+        ("{\"edit\": \"redo\"}", "nothing to redo"),
+    ] {
+        let error = scene.replay(line).expect_err(line).to_string();
+        assert!(
+            error.contains(reason),
+            "{line}: {error} does not say {reason}"
+        );
+        assert_eq!(scene.to_json(), before, "{line}");
+    }
+}
