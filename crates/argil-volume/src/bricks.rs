@@ -211,6 +211,13 @@ impl Bricks {
         Word::of(self.words[self.layout.word_index(cell)])
     }
 
+    /// Whether a point lies in a cell with a brick.
+    pub fn has_brick(&self, point: Vec3) -> bool {
+        let at = ((point - self.layout.lattice.corner) / self.layout.cell_length()).floor();
+        let is_in = at.cmpge(Vec3::ZERO).all() && at.cmplt(self.layout.grid.as_vec3()).all();
+        is_in && matches!(self.cell(at.as_uvec3()), Word::Brick(_))
+    }
+
     /// What is stored for a point of the box: in a brick the interpolated distance, else one that is of its sign and never
     /// longer.
     pub fn distance(&self, point: Vec3) -> f32 {

@@ -19,6 +19,7 @@ mod engine;
 mod error;
 mod live;
 mod picture;
+mod query;
 mod representation;
 mod world;
 
@@ -41,6 +42,7 @@ pub use error::{BuildError, EngineError, PictureError, RenderError, VolumeFileEr
 pub use glam;
 pub use live::Applied;
 pub use picture::{Drawn, save_png};
+pub use query::{CastHit, Overlap, Query};
 pub use representation::{
     BricksOptions, BuildTimes, DenseOptions, OctreeOptions, SparseInfo, TreeInfo, Via, VolumeInfo,
 };

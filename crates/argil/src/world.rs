@@ -175,6 +175,13 @@ impl World {
         }
     }
 
+    pub(crate) fn volume_on_cpu(&self) -> Option<&Volume> {
+        match &self.kept {
+            Kept::Cpu(volume) => Some(volume),
+            _ => None,
+        }
+    }
+
     fn lattice(&self) -> Option<Lattice> {
         match &self.kept {
             Kept::Field => None,
