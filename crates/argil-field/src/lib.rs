@@ -53,7 +53,7 @@ mod trim;
 pub use bounds::ClearTerms;
 pub use evaluate::Evaluator;
 pub use grid::Grid;
-pub use live::{LiveProgram, Parts, Upset};
+pub use live::{LiveProgram, Parts, Touched, Upset};
 pub use lower::LowerError;
 pub use program::Program;
 pub use prune::{CELLS, Pruner};

@@ -14,7 +14,7 @@ use argil_abi::{self as abi, Instr};
 use argil_math::Aabb;
 use argil_scene::{Change, Extent, Extents, NodeId, Operator, OperatorKind, Profile, Scene};
 use glam::{UVec3, Vec3};
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, HashMap, HashSet};
 
 /// Ranks between neighbours, to begin with.
 const RANK_STEP: u64 = 1 << 32;
@@ -61,6 +61,35 @@ impl Operand {
         self.operator.profile == Profile::Chamfer && self.operator.blend > 0.0
     }
 
+    /// Whether another has the same instructions but for the values of parameters.
+    fn is_alike(&self, other: &Self) -> bool {
+        let relative = |operand: &Self, instr: &Instr| Instr {
+            params: instr.params - operand.params.0,
+            ..*instr
+        };
+        self.visible == other.visible
+            && self.params.1 == other.params.1
+            && self.instrs.len() == other.instrs.len()
+            && self
+                .instrs
+                .iter()
+                .zip(&other.instrs)
+                .all(|(a, b)| relative(self, a) == relative(other, b))
+    }
+
+    /// Where the words of each instruction begin and end among its own.
+    fn stretches(&self) -> Vec<(u32, u32)> {
+        let mut begins: Vec<u32> = self
+            .instrs
+            .iter()
+            .map(|i| i.params - self.params.0)
+            .collect();
+        begins.push(self.params.1);
+        begins.sort_unstable();
+        begins.dedup();
+        begins.windows(2).map(|pair| (pair[0], pair[1])).collect()
+    }
+
     /// Whether how regular the whole is cannot depend on it.
     fn is_plain(&self) -> bool {
         !self.visible || (self.regularity == Regularity::SMOOTH && !self.is_chamfered())
@@ -74,6 +103,35 @@ struct Near {
     node: NodeId,
     /// Of an operand of one instruction, that: most are, and their records lie all over memory.
     instr: Option<Instr>,
+}
+
+/// What the last update has touched, as it was and as it is: by instructions of either.
+#[derive(Default)]
+pub struct Touched {
+    /// Operands as they were; their parameters stand until the next update.
+    before: Vec<Operand>,
+    /// Those of each part.
+    near: HashMap<usize, Vec<usize>>,
+    /// Operands as they are.
+    after: HashSet<NodeId>,
+    /// Stretches of parameters, ascending.
+    stretches: Vec<(u32, u32)>,
+}
+
+impl Touched {
+    /// Whether an instruction was touched, or is as it was before it was.
+    pub fn has(&self, instr: &Instr) -> bool {
+        let at = self
+            .stretches
+            .partition_point(|&(begin, _)| begin <= instr.params);
+        let last = at.checked_sub(1).map(|last| self.stretches[last]);
+        last.is_some_and(|(_, end)| instr.params < end)
+    }
+
+    /// Whether a list has an instruction that was touched: without one it gives the same distances as before.
+    pub fn any(&self, list: &[Instr]) -> bool {
+        list.iter().any(|instr| self.has(instr))
+    }
 }
 
 /// What an update could not keep.
@@ -104,6 +162,11 @@ pub struct LiveProgram {
     morphs: u32,
     /// How far values can fall, as far as `near` allows for it.
     falls: f32,
+    touched: Option<Touched>,
+    /// Whether what was touched is known.
+    is_told: bool,
+    /// Whether ranks were given anew in this update.
+    renumbered: bool,
 }
 
 /// Where along a curve through the parts' region a box's middle is.
@@ -159,6 +222,9 @@ impl LiveProgram {
             chamfers: 0,
             morphs: 0,
             falls: 0.0,
+            touched: None,
+            is_told: false,
+            renumbered: false,
         };
         let mut extents = Extents::of(scene);
         let nodes = scene.node(Scene::ROOT).children();
@@ -205,13 +271,24 @@ impl LiveProgram {
                 there.push((node, lowered(scene, &mut extents, node)?));
             }
         }
-        let mut plain = true;
-        for &node in &touched {
-            plain &= self.remove(node);
+        for old in self.touched.take().unwrap_or_default().before {
+            let (at, length) = old.params;
+            self.free.entry(length).or_default().push(at);
         }
+        let mut plain = true;
+        let mut told = Touched::default();
+        let mut is_told = self.morphs == 0;
+        for &node in &touched {
+            if let Some(old) = self.remove(node) {
+                plain &= old.is_plain();
+                told.before.push(old);
+            }
+        }
+        self.renumbered = false;
         for (node, mut operand) in there {
             operand.rank = self.rank_for(scene, node);
             plain &= operand.is_plain();
+            told.after.insert(node);
             self.tables.aabb = self.tables.aabb.union(if operand.visible {
                 operand.extent.aabb
             } else {
@@ -223,6 +300,13 @@ impl LiveProgram {
         if self.needed_falls() > self.falls {
             self.index_all();
         }
+        is_told &= self.morphs == 0 && !self.renumbered;
+        if is_told {
+            self.tell(&mut told);
+        }
+        // Kept for their parameters, whether they are told of or not.
+        self.touched = Some(told);
+        self.is_told = is_told;
         if !plain || self.tables.hidden_slack > 0.0 {
             self.settle();
         }
@@ -247,20 +331,20 @@ impl LiveProgram {
             let acting = all
                 .filter(|operand| operand.visible)
                 .skip_while(|operand| operand.operator.kind != OperatorKind::Union);
-            acting.for_each(|operand| append(operand, out));
+            acting.for_each(|operand| append(&operand.instrs, out));
             return;
         }
         let mut others = self.everywhere.iter().map(|(&r, &n)| (r, n)).peekable();
         for own in &self.near[at as usize] {
             while let Some((_, other)) = others.next_if(|&(other, _)| other < own.rank) {
-                append(&self.operands[&other], out);
+                append(&self.operands[&other].instrs, out);
             }
             match own.instr {
                 Some(instr) => out.push(instr),
-                None => append(&self.operands[&own.node], out),
+                None => append(&self.operands[&own.node].instrs, out),
             }
         }
-        others.for_each(|(_, other)| append(&self.operands[&other], out));
+        others.for_each(|(_, other)| append(&self.operands[&other].instrs, out));
     }
 
     /// The whole scene's program, as [`Program::lower`] gives it but for the order of what does not depend on order.
@@ -271,7 +355,7 @@ impl LiveProgram {
             .filter(|operand| operand.visible)
             .skip_while(|operand| operand.operator.kind != OperatorKind::Union);
         for operand in acting {
-            append(operand, &mut whole.instrs);
+            append(&operand.instrs, &mut whole.instrs);
             whole.value_slots = whole.value_slots.max(operand.slots.0);
             whole.point_slots = whole.point_slots.max(operand.slots.1);
             whole.brushes += operand.brushes;
@@ -318,11 +402,9 @@ impl LiveProgram {
         self.operands.insert(node, operand);
     }
 
-    /// Forget an operand; whether it was plain, or not there.
-    fn remove(&mut self, node: NodeId) -> bool {
-        let Some(operand) = self.operands.remove(&node) else {
-            return true;
-        };
+    /// Take an operand out; its parameters stay.
+    fn remove(&mut self, node: NodeId) -> Option<Operand> {
+        let operand = self.operands.remove(&node)?;
         self.order.remove(&operand.rank);
         self.everywhere.remove(&operand.rank);
         for at in self.parts_of(&operand) {
@@ -332,9 +414,87 @@ impl LiveProgram {
             }
         }
         self.count_in(&operand, false);
-        let (at, length) = operand.params;
-        self.free.entry(length).or_default().push(at);
-        operand.is_plain()
+        Some(operand)
+    }
+
+    /// Find out what is touched, in which parts.
+    fn tell(&self, told: &mut Touched) {
+        let words = |operand: &Operand, begin: u32, end: u32| {
+            let at = operand.params.0;
+            &self.tables.params[(at + begin) as usize..(at + end) as usize]
+        };
+        let mut alike = HashSet::new();
+        for old in &told.before {
+            let there = self.order.get(&old.rank);
+            let now = there
+                .filter(|node| told.after.contains(node))
+                .map(|node| &self.operands[node]);
+            let now = now.filter(|now| old.is_alike(now));
+            alike.extend(now.map(|now| now.rank));
+            for (begin, end) in old.stretches() {
+                if let Some(now) = now {
+                    if words(old, begin, end) == words(now, begin, end) {
+                        continue;
+                    }
+                    told.stretches
+                        .push((now.params.0 + begin, now.params.0 + end));
+                }
+                told.stretches
+                    .push((old.params.0 + begin, old.params.0 + end));
+            }
+        }
+        for node in &told.after {
+            let now = &self.operands[node];
+            if !alike.contains(&now.rank) {
+                let (at, length) = now.params;
+                told.stretches.push((at, at + length));
+            }
+        }
+        told.stretches.sort_unstable();
+        for (nth, old) in told.before.iter().enumerate() {
+            for part in self.parts_of(old) {
+                told.near.entry(part).or_default().push(nth);
+            }
+        }
+    }
+
+    /// What the last update has touched; nothing where that may be anything.
+    pub fn touched(&self) -> Option<&Touched> {
+        self.touched.as_ref().filter(|_| self.is_told)
+    }
+
+    /// [`LiveProgram::list`] as it was before the last update, where what that touched is known.
+    ///
+    /// # Panics
+    /// If there is no such part.
+    pub fn list_before(&self, part: UVec3, out: &mut Vec<Instr>) {
+        let Some(touched) = self.touched() else {
+            return;
+        };
+        let at = part.x + self.parts.count.x * (part.y + self.parts.count.y * part.z);
+        let stays = |node: &NodeId| !touched.after.contains(node);
+        let is_everywhere =
+            |old: &&Operand| old.visible && old.operator.kind == OperatorKind::Intersect;
+        let own = touched.near.get(&(at as usize)).into_iter().flatten();
+        let own = own.map(|&nth| &touched.before[nth]);
+        let everywhere = self.everywhere.iter().filter(|(_, node)| stays(node));
+        let mut others: Vec<(u64, &Operand)> = own
+            .chain(touched.before.iter().filter(is_everywhere))
+            .map(|old| (old.rank, old))
+            .chain(everywhere.map(|(&rank, node)| (rank, &self.operands[node])))
+            .collect();
+        others.sort_by_key(|&(rank, _)| rank);
+        let mut others = others.into_iter().peekable();
+        for own in self.near[at as usize].iter().filter(|own| stays(&own.node)) {
+            while let Some((_, other)) = others.next_if(|&(other, _)| other < own.rank) {
+                append(&other.instrs, out);
+            }
+            match own.instr {
+                Some(instr) => out.push(instr),
+                None => append(&self.operands[&own.node].instrs, out),
+            }
+        }
+        others.for_each(|(_, other)| append(&other.instrs, out));
     }
 
     fn count_in(&mut self, operand: &Operand, is_there: bool) {
@@ -373,6 +533,7 @@ impl LiveProgram {
             return rank;
         }
         // No room: everyone moves.
+        self.renumbered = true;
         self.order.clear();
         self.everywhere.clear();
         for (i, sibling) in siblings.iter().enumerate() {
@@ -507,9 +668,9 @@ fn lowered(scene: &Scene, extents: &mut Extents<'_>, node: NodeId) -> Result<Ope
 }
 
 /// Append an operand's instructions; the ends of loops point at their beginnings.
-fn append(operand: &Operand, out: &mut Vec<Instr>) {
+fn append(instrs: &[Instr], out: &mut Vec<Instr>) {
     let begin = out.len() as u32;
-    out.extend(operand.instrs.iter().map(|&instr| Instr {
+    out.extend(instrs.iter().map(|&instr| Instr {
         operand: if instr.op == abi::OP_NEXT {
             instr.operand + begin
         } else {

@@ -136,6 +136,20 @@ impl<'a> Pruner<'a> {
         out.copy_from_slice(&r.acc.0[..centers.len()]);
     }
 
+    /// Of the list that was marked last, the cells in which one of some instructions may matter: a bit for each.
+    ///
+    /// # Panics
+    /// If `instrs` is not the list that was marked.
+    pub fn needed(&self, instrs: &[Instr], is_one: impl Fn(&Instr) -> bool) -> u64 {
+        let marks = &self.registers.marks;
+        assert_eq!(marks.len(), instrs.len(), "the list that was marked");
+        let ones = instrs.iter().zip(marks).filter(|(instr, _)| is_one(instr));
+        ones.fold(0, |needed, (instr, marks)| {
+            let is_brush = instr.op < abi::OP_SHAPES_END;
+            needed | if is_brush { !marks.drop_b } else { u64::MAX }
+        })
+    }
+
     /// Append what is left of the list that was marked last, for its cell `cell`. Its distances are those of the list
     /// in all of the cell, to the bit.
     ///

@@ -2,14 +2,16 @@
 //!
 //! *Practice.* An edit tells two boxes: outside of the first nothing changed within the stored band, outside of the
 //! second nothing within what empty cells tell. Blocks that the second touches are pruned and measured again, from the
-//! operands that can matter near them; of their cells, those that the first touches are sampled again. Any number of
+//! operands that can matter near them; of their cells, those that the first touches are sampled again. Where it is known
+//! which instructions were touched, a cell is left alone in whose pruned lists, as they are and as they were, there is none
+//! of those: it has the same distances, to the bit. That is far less than the boxes hold where blends are wide. Any number of
 //! edits go in one pass. What was made is put into the pool at the end, so that nothing is changed if it does not fit.
 
 use super::build::{Bounds, Candidates, near_block, settle};
 use super::filler::Filler;
 use super::material::PLACES;
 use super::pool::Pool;
-use super::words::is_brick;
+use super::words::{center_of, empty_word, is_brick};
 use super::{BLOCK_SIDE, BrickLayout, Bricks, BricksError};
 use crate::{Bits, Texel};
 use argil_abi::{Fill, Instr};
@@ -114,7 +116,7 @@ impl Bricks {
             .into_par_iter()
             .map_init(
                 || edit.worker(),
-                |worker, (block, instrs)| edit.make(worker, block, &instrs, &self.words),
+                |worker, lists| edit.make(worker, &lists, &self.words),
             )
             .collect();
         self.check_budget(&made, budget)?;
@@ -219,6 +221,14 @@ struct Editing<'a> {
     boxes: &'a [[Aabb; 2]],
 }
 
+/// What can matter in a block.
+struct Lists {
+    block: usize,
+    now: Vec<Instr>,
+    /// As it was, if it is known what was touched.
+    before: Option<Vec<Instr>>,
+}
+
 /// What a thread keeps.
 struct Worker<'a> {
     pruner: Pruner<'a>,
@@ -274,34 +284,78 @@ impl Editing<'_> {
             .collect()
     }
 
-    /// The touched blocks of a part, each with its list.
-    fn lists(&self, part: UVec3, cells: &[UVec3]) -> Vec<(usize, Vec<Instr>)> {
-        let mut instrs = Vec::new();
-        self.live.list(part, &mut instrs);
+    /// The blocks of a part that edits can have changed, each with its list, and with what that was before where it is known
+    /// what was touched: where nothing of that is in either list, distances are what they were.
+    fn lists(&self, part: UVec3, cells: &[UVec3]) -> Vec<Lists> {
         let centers: Vec<Vec3> = cells
             .iter()
             .map(|&cell| self.layout.middle(cell, BLOCK_SIDE))
             .collect();
-        let mut d = [0.0; CELLS];
-        let mut pruner = Pruner::new(self.live.program());
+        let block = |cell: UVec3| self.layout.word_index(cell) / CELLS;
+        let touched = self.live.touched();
+        let mut whole = Vec::new();
+        self.live.list(part, &mut whole);
         let radius = self.layout.half_diagonal(BLOCK_SIDE);
-        pruner.mark(&instrs, &centers, radius, &mut d[..cells.len()]);
-        let lists = cells.iter().enumerate().map(|(i, &cell)| {
+        let mut d = [0.0; CELLS];
+        let d = &mut d[..cells.len()];
+        let cut = |pruner: &mut Pruner<'_>, instrs: &[Instr], i: usize| {
             let mut list = Vec::new();
-            pruner.list(&instrs, i, &mut list);
-            (self.layout.word_index(cell) / CELLS, list)
-        });
-        lists.collect()
+            pruner.list(instrs, i, &mut list);
+            list
+        };
+        let mut pruner = Pruner::new(self.live.program());
+        let Some(touched) = touched else {
+            pruner.mark(&whole, &centers, radius, d);
+            let lists = (0..cells.len()).map(|i| Lists {
+                block: block(cells[i]),
+                now: cut(&mut pruner, &whole, i),
+                before: None,
+            });
+            return lists.collect();
+        };
+        let mut before = Vec::new();
+        self.live.list_before(part, &mut before);
+        if !touched.any(&whole) && !touched.any(&before) {
+            return Vec::new();
+        }
+        let mut old_pruner = Pruner::new(self.live.program());
+        pruner.mark(&whole, &centers, radius, d);
+        old_pruner.mark(&before, &centers, radius, d);
+        let is_one = |instr: &Instr| touched.has(instr);
+        let needed = pruner.needed(&whole, is_one) | old_pruner.needed(&before, is_one);
+        (0..cells.len())
+            .filter(|i| needed >> i & 1 != 0)
+            .map(|i| Lists {
+                block: block(cells[i]),
+                now: cut(&mut pruner, &whole, i),
+                before: Some(cut(&mut old_pruner, &before, i)),
+            })
+            .collect()
+    }
+
+    /// Which of a block's cells edits can have changed: a bit for each. The pruner has marked the cells by `lists.now`.
+    fn changed(&self, first: UVec3, lists: &Lists, pruner: &mut Pruner<'_>) -> u64 {
+        let (Some(before), Some(touched)) = (&lists.before, self.live.touched()) else {
+            return u64::MAX;
+        };
+        let is_one = |instr: &Instr| touched.has(instr);
+        let mut changed = pruner.needed(&lists.now, is_one);
+        if touched.any(before) {
+            let centers: [Vec3; CELLS] = std::array::from_fn(|i| {
+                let i = i as u32;
+                self.layout
+                    .middle(first + uvec3(i % 4, i / 4 % 4, i / 16), 1)
+            });
+            let mut d = [0.0; CELLS];
+            pruner.mark(before, &centers, self.layout.half_diagonal(1), &mut d);
+            changed |= pruner.needed(before, is_one);
+        }
+        changed
     }
 
     /// Measure a block's cells, and sample what is dirty.
-    fn make<T: Texel>(
-        &self,
-        worker: &mut Worker<'_>,
-        block: usize,
-        instrs: &[Instr],
-        old: &[u32],
-    ) -> Made<T> {
+    fn make<T: Texel>(&self, worker: &mut Worker<'_>, lists: &Lists, old: &[u32]) -> Made<T> {
+        let (block, instrs) = (lists.block, &lists.now);
         let first = self.layout.cell_at(block * CELLS);
         let mut words = [0; CELLS];
         let Worker { pruner, filler } = worker;
@@ -313,6 +367,7 @@ impl Editing<'_> {
             pruner,
             &mut words,
         );
+        let changed = self.changed(first, lists, pruner);
         let mut made = Made {
             block,
             words,
@@ -332,11 +387,21 @@ impl Editing<'_> {
             .collect();
         let mut next = found.cells.iter().peekable();
         for (i, &old) in old.iter().enumerate() {
+            let is_changed = changed >> i & 1 != 0;
             let list: Option<Range<usize>> = next
                 .next_if(|&&(inner, _)| usize::from(inner) == i)
                 .map(|(_, range)| range.clone());
             let place = i as u32;
             let cell = first + uvec3(place % 4, place / 4 % 4, place / 16);
+            if !is_changed {
+                // Whether the block is empty is found out anew.
+                made.words[i] = if is_brick(old) {
+                    old
+                } else {
+                    empty_word(center_of(old))
+                };
+                continue;
+            }
             // What lies on a cell's side is in both.
             let held = self
                 .layout
