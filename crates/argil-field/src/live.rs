@@ -246,6 +246,11 @@ impl LiveProgram {
         Ok(live)
     }
 
+    /// Where it tells lists.
+    pub fn parts(&self) -> &Parts {
+        &self.parts
+    }
+
     /// The tables that lists point into, and what holds of the whole scene. It has no list of its own.
     pub fn program(&self) -> &Program {
         &self.tables

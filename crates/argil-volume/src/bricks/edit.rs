@@ -22,8 +22,11 @@ use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
-/// Blocks along the side of a part that shares a list.
+/// Blocks along the side of a part that shares a list: where brushes are many, its list should not be of all of them.
 const PART_SIDE: u32 = 4;
+const SMALL_PART_SIDE: u32 = 2;
+/// More brushes than this are many.
+const MANY: usize = 500;
 
 /// What an edit of bricks did.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -51,7 +54,12 @@ struct Made<T> {
 impl BrickLayout {
     /// The parts in which a [`LiveProgram`] of these bricks tells lists.
     pub fn parts(&self, program: &Program) -> Parts {
-        let side = PART_SIDE * BLOCK_SIDE;
+        let blocks = if program.brush_count() > MANY {
+            SMALL_PART_SIDE
+        } else {
+            PART_SIDE
+        };
+        let side = blocks * BLOCK_SIDE;
         Parts {
             corner: self.lattice.corner,
             edge: side as f32 * self.cell_length(),
@@ -261,6 +269,8 @@ impl Editing<'_> {
 
     /// The parts that are touched, each with the first cells of its touched blocks.
     fn parts(&self) -> Vec<(UVec3, Vec<UVec3>)> {
+        let edge = self.layout.cell_length() * BLOCK_SIDE as f32;
+        let side = (self.live.parts().edge / edge).round() as u32;
         let mut parts: BTreeMap<[u32; 3], BTreeSet<[u32; 3]>> = BTreeMap::new();
         for [_, far] in self.boxes {
             let [first, end] = self.touched(*far);
@@ -268,7 +278,7 @@ impl Editing<'_> {
                 for y in first.y..end.y {
                     for x in first.x..end.x {
                         let block = uvec3(x, y, z);
-                        let part = (block / PART_SIDE).to_array();
+                        let part = (block / side).to_array();
                         parts.entry(part).or_default().insert(block.to_array());
                     }
                 }
