@@ -1,8 +1,12 @@
 //! How regular a field is: its Lipschitz constant and its jumps.
 
 use crate::by_node::ByNode;
-use argil_scene::{Body, Extents, Modifier, NodeId, Operator, OperatorKind, Profile, Scene};
-use std::f32::consts::FRAC_1_SQRT_2;
+use argil_math::Aabb;
+use argil_scene::{
+    Body, Extents, Modifier, NodeId, Operator, OperatorKind, Profile, Scene, angular_half_extent,
+};
+use glam::Vec2;
+use std::f32::consts::{FRAC_1_SQRT_2, FRAC_PI_2, TAU};
 
 /// What can be said of |d(p) − d(q)| for points p and q: at most `lipschitz` · |p − q| + `slack` + `hidden`.
 ///
@@ -109,6 +113,23 @@ pub(crate) fn joined(a: Regularity, b: Regularity, operator: &Operator) -> Regul
     }
 }
 
+/// A point looks at the copies of its own sector and of the nearest neighbour's, if not at more: the others are at least a
+/// step less half of a copy's angle away. Seen from the axis that is no length, but a copy begins some way from the axis;
+/// least is the greater of the two where they are equal.
+fn radial_isolation(count: u32, content: Aabb) -> f32 {
+    let step = TAU / count as f32;
+    let half = angular_half_extent(content);
+    if half > 0.5 * step {
+        return 0.0;
+    }
+    let sine = (step - half).min(FRAC_PI_2).sin();
+    let nearest = Vec2::ZERO.clamp(
+        Vec2::new(content.min.x, content.min.z),
+        Vec2::new(content.max.x, content.max.z),
+    );
+    0.999 * nearest.length() * sine / (1.0 + sine)
+}
+
 /// Where the set of nearest copies changes, the minimum over them can jump by what the solid's own distance falls short
 /// of the Euclidean one; that is at most the greatest distance between points of neighbouring cells.
 fn jump(modifier: &Modifier, content: &argil_scene::Extent) -> f32 {
@@ -129,12 +150,14 @@ fn jump(modifier: &Modifier, content: &argil_scene::Extent) -> f32 {
 
 /// How far the copies are, at least, that a point does not look at; 0 where that is not known.
 fn isolation(modifier: &Modifier, content: &argil_scene::Extent) -> f32 {
-    let Modifier::Repeat { spacing, count } = *modifier else {
-        return 0.0;
-    };
-    if !content.aabb.is_finite() {
+    if !content.aabb.is_finite() || content.aabb.is_empty() {
         return 0.0;
     }
+    let (spacing, count) = match *modifier {
+        Modifier::Repeat { spacing, count } => (spacing, count),
+        Modifier::RadialRepeat { count } => return radial_isolation(count, content.aabb),
+        _ => return 0.0,
+    };
     let half = content.aabb.min.abs().max(content.aabb.max.abs());
     (0..3)
         .filter(|&axis| count.is_none_or(|count| count[axis] != 1))
@@ -148,4 +171,49 @@ fn isolation(modifier: &Modifier, content: &argil_scene::Extent) -> f32 {
         })
         .fold(f32::INFINITY, f32::min)
         * 0.999
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::Vec3;
+
+    /// Conservative: of a ring of boxes, those that a point does not look at are no nearer than the isolation; and not much
+    /// farther at least.
+    #[test]
+    fn copies_that_are_not_looked_at_are_isolated() {
+        for (count, near, width) in [
+            (8, 0.44, 0.1),
+            (3, 0.2, 0.3),
+            (32, 0.6, 0.02),
+            (5, 0.05, 0.03),
+        ] {
+            let content = Aabb::new(
+                Vec3::new(near, -0.2, -width),
+                Vec3::new(near + 0.3, 0.2, width),
+            );
+            let isolation = radial_isolation(count, content);
+            assert!(isolation > 0.0, "{count}");
+            let step = TAU / count as f32;
+            let mut least = f32::INFINITY;
+            for i in 0..200 {
+                for k in 0..=100 {
+                    let r = 2.0 * near * (i as f32 / 100.0);
+                    let angle = 0.5 * step * (k as f32 / 100.0);
+                    for copy in (2..count).map(|copy| copy as f32) {
+                        let turned = angle - copy * step;
+                        let p = Vec3::new(r * turned.cos(), 0.0, r * turned.sin());
+                        least = least.min(p.distance(p.clamp(content.min, content.max)));
+                    }
+                }
+            }
+            assert!(least >= isolation, "{count}: {least} and {isolation}");
+            assert!(least <= 2.5 * isolation, "{count}: {least} and {isolation}");
+        }
+        // A box around the axis, or wider than its sector, tells nothing.
+        let around = Aabb::centered(Vec3::ONE);
+        assert_eq!(radial_isolation(4, around), 0.0);
+        let wide = Aabb::new(Vec3::new(0.1, -0.1, -1.0), Vec3::new(0.2, 0.1, 1.0));
+        assert_eq!(radial_isolation(4, wide), 0.0);
+    }
 }
