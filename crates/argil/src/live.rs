@@ -25,8 +25,12 @@ pub struct Applied {
     pub rebuilt: bool,
 }
 
+/// No scene's identity: what was followed is not what the bricks are.
+const LOST: u64 = 0;
+
 /// How far a world has followed its scene.
 pub(crate) struct Live {
+    /// The scene's, or [`LOST`].
     identity: u64,
     /// Changes of the scene that the world knows.
     seen: usize,
@@ -57,8 +61,8 @@ impl Live {
     /// Nothing where everything is to be made again.
     ///
     /// # Errors
-    /// If the scene cannot be lowered, or its bricks take too much; the bricks are then as they were, and the changes are
-    /// followed the next time.
+    /// If the scene cannot be lowered: nothing is changed then; or if its bricks take too much: they are then as they were, and
+    /// everything is to be made again the next time.
     pub fn follow(
         &mut self,
         scene: &Scene,
@@ -76,6 +80,7 @@ impl Live {
         let live = match &mut self.program {
             Some(live) => {
                 if live.follow(scene, changes)?.everything {
+                    self.identity = LOST;
                     return Ok(None);
                 }
                 live
@@ -92,7 +97,12 @@ impl Live {
             }
         };
         let boxes: Vec<[Aabb; 2]> = changes.iter().map(|c| [c.dirty_box, c.far_box]).collect();
-        let edit = bricks.edit(live, &boxes, budget_of(options))?;
+        let edit = bricks.edit(live, &boxes, budget_of(options));
+        if edit.is_err() {
+            // The program has gone ahead of the bricks.
+            self.identity = LOST;
+        }
+        let edit = edit?;
         self.seen = scene.changes().len();
         let dirty_box = boxes
             .iter()

@@ -230,7 +230,7 @@ impl World {
     /// lattice; the result is the same. On a GPU nothing is compiled, unless the world is specialised.
     ///
     /// # Errors
-    /// If the scene cannot be built; the world is then as it was before.
+    /// If the scene cannot be built; the volume is then as it was before, and the next scene that can be is followed from there.
     pub fn apply(&mut self, scene: &Scene) -> Result<Applied, BuildError> {
         let start = Instant::now();
         if let (Some(bricks), Via::Bricks(options)) = (bricks_of(&mut self.kept), self.via)

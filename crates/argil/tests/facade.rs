@@ -84,6 +84,31 @@ fn bricks_follow_their_scene_in_place() -> Result<(), Box<dyn std::error::Error>
     assert!(!world.apply(&scene)?.rebuilt);
     assert_eq!(world.differing_cells(&scene)?, Some(0));
 
+    // What takes too much memory changes no brick; what comes after is right all the same.
+    let tight = argil::BricksOptions {
+        memory_budget: Some(world.memory_bytes() * 5 / 4),
+        ..options
+    };
+    let mut tight = Engine::cpu().build(&scene)?.bricks(&scene, tight)?;
+    scene.push(Brush::new(Shape::sphere(0.05)).at([0.0, -0.02, 0.0]))?;
+    tight.apply(&scene)?;
+    for at in [[1.2, 1.2, 0.5], [-1.1, 1.2, -0.5]] {
+        scene.push(Brush::new(Shape::sphere(0.45)).at(at))?;
+    }
+    let refused = tight.apply(&scene);
+    assert!(refused.is_err(), "{refused:?}");
+    assert!(scene.undo());
+    tight.apply(&scene)?;
+    assert_eq!(tight.differing_cells(&scene)?, Some(0));
+    for _ in 0..2 {
+        assert!(scene.undo());
+    }
+    scene.push(Brush::new(Shape::sphere(0.06)).at([0.3, 0.9, 0.9]))?;
+    tight.apply(&scene)?;
+    assert_eq!(tight.differing_cells(&scene)?, Some(0));
+    assert!(scene.undo());
+    world.apply(&scene)?;
+
     // Nothing left, then everything again; and a clone, whose edits were not followed.
     let nodes: Vec<_> = scene.walk().skip(1).collect();
     for node in nodes {
