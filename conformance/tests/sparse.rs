@@ -269,6 +269,18 @@ fn compare(cpu: &Bricks, found: &Bricks) -> (usize, usize, usize) {
     (differing, apart, texels)
 }
 
+/// The same cells but for a few that rounding decides, and the same samples; how many of those.
+fn assert_alike(name: &str, cpu: &Bricks, found: &Bricks) -> usize {
+    let (differing, apart, texels) = compare(cpu, found);
+    assert!(
+        differing <= 1 + cpu.len() / 500,
+        "{name}: {differing} cells differ, of {}",
+        cpu.len()
+    );
+    assert!(apart <= texels / 2000, "{name}: {apart} of {texels}");
+    texels
+}
+
 /// Set-equal: the same cells have bricks, wherever they stand in the pool; samples and distances bounded.
 #[test]
 fn gpu_bricks_are_the_cpus() {
@@ -292,14 +304,7 @@ fn gpu_bricks_are_the_cpus() {
         let Volume::Bricks(found) = volume.read(&gpu).expect("a volume") else {
             panic!("bricks were read");
         };
-        let (differing, apart, texels) = compare(&cpu, &found);
-        assert!(
-            differing <= 1 + cpu.len() / 500,
-            "{}: {differing} cells differ, of {}",
-            case.name,
-            cpu.len()
-        );
-        assert!(apart <= texels / 2000, "{}: {apart} of {texels}", case.name);
+        let texels = assert_alike(&case.name, &cpu, &found);
 
         // What they look like, at the centre of each.
         let palette = program.materials();
@@ -349,14 +354,7 @@ fn the_gpu_prunes_as_the_cpu() {
         let Volume::Bricks(found) = volume.read(&gpu).expect("a volume") else {
             panic!("bricks were read");
         };
-        let (differing, apart, texels) = compare(&cpu, &found);
-        assert!(
-            differing <= 1 + cpu.len() / 500,
-            "{}: {differing} cells differ, of {}",
-            case.name,
-            cpu.len()
-        );
-        assert!(apart <= texels / 2000, "{}: {apart} of {texels}", case.name);
+        assert_alike(&case.name, &cpu, &found);
     }
 }
 

@@ -12,16 +12,15 @@ use crate::regular::{Regularity, joined};
 use crate::{ClearTerms, LowerError};
 use argil_abi::{self as abi, Instr};
 use argil_math::Aabb;
-use argil_scene::{Change, Extent, Extents, NodeId, Operator, OperatorKind, Profile, Scene};
+use argil_scene::{
+    Change, Extent, Extents, NodeId, Operator, OperatorKind, Profile, Scene, blend_reach,
+    greatest_fall,
+};
 use glam::{UVec3, Vec3};
 use std::collections::{BTreeMap, HashMap, HashSet};
 
 /// Ranks between neighbours, to begin with.
 const RANK_STEP: u64 = 1 << 32;
-
-/// How far values can fall through later blends, in greatest blend radii: as dirty boxes have it.
-const SMOOTH_FALLS: f32 = 7.0;
-const CHAMFER_FALLS: f32 = 48.0;
 
 /// Where lists are asked for: a grid of cubic parts over a region.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -553,24 +552,15 @@ impl LiveProgram {
 
     /// How far values can fall through the joints of operands, before anything of a change is lost in rounding.
     fn needed_falls(&self) -> f32 {
-        let blend = greatest(&self.blends);
-        if self.chamfers > 0 {
-            CHAMFER_FALLS * (blend + 0.6 * self.parts.far)
-        } else {
-            SMOOTH_FALLS * blend
-        }
+        greatest_fall(greatest(&self.blends), self.chamfers > 0, self.parts.far)
     }
 
     /// The parts in which an operand can matter.
     fn parts_of(&self, operand: &Operand) -> impl Iterator<Item = usize> + use<> {
         let parts = self.parts;
-        let blend = operand.operator.blend;
-        let own = if operand.is_chamfered() {
-            blend + 0.6 * (parts.far + self.falls)
-        } else {
-            blend
-        };
-        let reach = 1.000_1 * operand.extent.underestimate * (parts.far + self.falls + own);
+        let interest = parts.far + self.falls;
+        let interest = interest + blend_reach(&operand.operator, interest);
+        let reach = 1.000_1 * operand.extent.underestimate * interest;
         let grown = operand.extent.aabb.grown(reach);
         let is_near = operand.visible
             && operand.operator.kind != OperatorKind::Intersect

@@ -12,13 +12,23 @@
 
 use crate::crowd::{CROWD, Crowd};
 use crate::extent::region_after;
-use crate::{Extents, Modifier, NodeId, OperatorKind, Profile, Scene};
+use crate::{Extents, Modifier, NodeId, Operator, OperatorKind, Profile, Scene};
 use argil_math::Aabb;
 
 /// Falls, in greatest blend radii, after which nothing of a change is left: of smooth joints, and where a chamfer (which
 /// lets through 1/√2 of a change per joint) is among them.
 const SMOOTH_FALLS: f32 = 7.0;
 const CHAMFER_FALLS: f32 = 48.0;
+
+/// How far distances of interest can fall through any number of joints, of which the greatest blend radius is known and
+/// whether some are chamfered, before nothing of a change is left.
+pub fn greatest_fall(blend: f32, has_chamfers: bool, interest: f32) -> f32 {
+    if has_chamfers {
+        CHAMFER_FALLS * (blend + 0.6 * interest)
+    } else {
+        SMOOTH_FALLS * blend
+    }
+}
 
 /// A box outside which the scene's distance, clamped to ±`band`, does not depend on a node.
 pub(crate) fn influence(scene: &Scene, extents: &mut Extents<'_>, node: NodeId, band: f32) -> Aabb {
@@ -113,7 +123,7 @@ fn grown_box(
 }
 
 /// How much further the operator's own joint reaches.
-fn blend_reach(operator: &crate::Operator, interest: f32) -> f32 {
+pub fn blend_reach(operator: &Operator, interest: f32) -> f32 {
     match operator.profile {
         Profile::Smooth => operator.blend,
         // (a + b − k)/√2 < min(a, b) where |a − b| < k + (2 − √2)·|min|, and |min| is at most what is of interest.
@@ -124,13 +134,8 @@ fn blend_reach(operator: &crate::Operator, interest: f32) -> f32 {
 
 /// The same as `later_falls` for all operands of a large group, wherever they are.
 fn crowd_falls(crowd: &Crowd, interest: f32) -> (f32, bool) {
-    let mut greatest = crowd.greatest_blend();
-    let mut times = SMOOTH_FALLS;
-    if crowd.has_chamfers() {
-        greatest += 0.6 * interest;
-        times = CHAMFER_FALLS;
-    }
-    (greatest * times, crowd.has_morphs())
+    let fall = greatest_fall(crowd.greatest_blend(), crowd.has_chamfers(), interest);
+    (fall, crowd.has_morphs())
 }
 
 /// How far values of interest can fall through the operands below, and whether one of these is a morph.

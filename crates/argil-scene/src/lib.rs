@@ -41,6 +41,7 @@ pub use extent::{Extent, Extents};
 pub use fault::{Fault, MAX_LENGTH};
 pub use file::{FORMAT_VERSION, FileError, remove_unfinished_files, replace_file, schema};
 pub use import::ImportError;
+pub use influence::{blend_reach, greatest_fall};
 pub use log::LogError;
 pub use material::Material;
 pub use modifier::{Modifier, angular_half_extent, copies_needed, twist_stretch};
