@@ -78,7 +78,7 @@ fn crowds() {
             .collect();
         near.sort_by(|a, b| a.0.total_cmp(&b.0));
         let mut all = Vec::new();
-        let filled = clay.filled;
+        let filled = clay.done.filled;
         for &(_, node) in near.iter().take(24) {
             all.extend(nudge(&mut scene, &mut clay, node, 0.1, 20));
         }
@@ -89,9 +89,9 @@ fn crowds() {
         }
         println!(
             "{brushes} brushes at {resolution}³, {} bricks: an edit {:.3} ms, {:.1} bricks sampled, {:.2} times the first",
-            clay.bricks.len(),
+            clay.bricks().len(),
             median(&all),
-            (clay.filled - filled) as f64 / all.len() as f64,
+            (clay.done.filled - filled) as f64 / all.len() as f64,
             median(&all) / least
         );
     }
@@ -122,13 +122,13 @@ fn trees() {
         .blend(0.005);
     let node = scene.push(leaf).expect("a valid brush").node;
     clay.follow(&mut scene);
-    let before = clay.filled;
+    let before = clay.done.filled;
     let all = nudge(&mut scene, &mut clay, node, 0.004, 200);
     println!(
         "trees at 1024³, {count} bricks: bake {:.1} ms, an edit {:.3} ms, {} bricks sampled, 1/{:.0} of the bake",
         median(&bakes),
         median(&all),
-        (clay.filled - before) / 200,
+        (clay.done.filled - before) / 200,
         median(&bakes) / median(&all)
     );
 }
@@ -138,7 +138,7 @@ fn session() {
     let mut scene = case.expect("a scene that ships").scene;
     let mut clay = Clay::of(&mut scene, 256, &BrickSettings::default());
     let mut numbers = Numbers::new(8);
-    let at_first = clay.bricks.memory_bytes();
+    let at_first = clay.memory_bytes();
     let mut all = Vec::new();
     for nth in 0..1000 {
         let size = numbers.between(0.05, 0.08);
@@ -154,7 +154,7 @@ fn session() {
         all.push(start.elapsed().as_secs_f64() * 1e3);
     }
     all.sort_by(f64::total_cmp);
-    let grown = clay.bricks.memory_bytes();
+    let grown = clay.memory_bytes();
     while scene.history_lengths()[0] > 0 && scene.brush_count() > 20 {
         scene.undo();
         clay.follow(&mut scene);
@@ -166,7 +166,7 @@ fn session() {
         all[989],
         all[989] / median(&all),
         all[999],
-        clay.bricks.memory_bytes()
+        clay.memory_bytes()
     );
 }
 

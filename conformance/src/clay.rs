@@ -2,37 +2,78 @@
 
 use crate::lattice;
 use argil_field::{LiveProgram, Program};
+use argil_gpu::{Gpu, GpuField, GpuVolume};
 use argil_scene::Scene;
-use argil_volume::{BrickLayout, BrickSettings, Bricks, Word};
+use argil_volume::{BrickEdit, BrickLayout, BrickSettings, Bricks, EditWork, Volume, Word};
+use std::borrow::Cow;
+use std::sync::Arc;
+
+/// Bricks where they are.
+enum Kept {
+    Cpu(Bricks),
+    Gpu(Box<(GpuField, GpuVolume)>),
+}
+
+impl Kept {
+    fn bake(gpu: Option<&Arc<Gpu>>, program: &Program, layout: BrickLayout) -> Self {
+        let Some(gpu) = gpu else {
+            return Self::Cpu(Bricks::bake(program, layout, None).expect("bricks").0);
+        };
+        let field = GpuField::new(gpu.clone(), program, false).expect("a field");
+        let (volume, _) = GpuVolume::bricks(&field, program, layout, None).expect("bricks");
+        Self::Gpu(Box::new((field, volume)))
+    }
+
+    fn bricks(&self) -> Cow<'_, Bricks> {
+        match self {
+            Self::Cpu(bricks) => Cow::Borrowed(bricks),
+            Self::Gpu(gpu) => match gpu.1.read(gpu.0.gpu()) {
+                Ok(Volume::Bricks(bricks)) => Cow::Owned(bricks),
+                other => panic!("bricks come back: {:?}", other.err()),
+            },
+        }
+    }
+}
 
 /// Bricks that follow a scene.
 pub struct Clay {
     /// Where they lie.
     pub layout: BrickLayout,
-    /// They.
-    pub bricks: Bricks,
+    gpu: Option<Arc<Gpu>>,
+    kept: Kept,
     live: LiveProgram,
     seen: usize,
     /// How often everything had to be made again.
     pub rebakes: usize,
-    /// Bricks that edits have sampled.
-    pub filled: u64,
+    /// What edits did; of a GPU, once it was waited for.
+    pub done: BrickEdit,
 }
 
 impl Clay {
-    /// Bake a scene; its edits tell the boxes that the bricks need from now on.
+    /// Bake a scene on the CPU; its edits tell the boxes that the bricks need from now on.
     pub fn of(scene: &mut Scene, resolution: u32, settings: &BrickSettings) -> Self {
+        Self::on(None, scene, resolution, settings)
+    }
+
+    /// The same on a GPU where there is one.
+    pub fn on(
+        gpu: Option<Arc<Gpu>>,
+        scene: &mut Scene,
+        resolution: u32,
+        settings: &BrickSettings,
+    ) -> Self {
         let program = Program::lower(scene).expect("a program");
         let layout = BrickLayout::new(lattice(scene, &program, resolution), settings);
         let layout = layout.expect("a layout");
         scene.set_bands(layout.bands(&program));
         Self {
             layout,
-            bricks: Bricks::bake(&program, layout, None).expect("bricks").0,
+            kept: Kept::bake(gpu.as_ref(), &program, layout),
+            gpu,
             live: LiveProgram::new(scene, layout.parts(&program)).expect("a program"),
             seen: scene.changes().len(),
             rebakes: 0,
-            filled: 0,
+            done: BrickEdit::default(),
         }
     }
 
@@ -41,28 +82,68 @@ impl Clay {
         let changes = &scene.changes()[self.seen..];
         let upset = self.live.follow(scene, changes).expect("a program");
         if upset.everything {
-            let (rebakes, filled) = (self.rebakes + 1, self.filled);
             let program = Program::lower(scene).expect("a program");
             scene.set_bands(self.layout.bands(&program));
-            self.bricks = Bricks::bake(&program, self.layout, None).expect("bricks").0;
+            self.kept = Kept::bake(self.gpu.as_ref(), &program, self.layout);
             self.live = LiveProgram::new(scene, self.layout.parts(&program)).expect("a program");
-            (self.rebakes, self.filled) = (rebakes, filled);
+            self.rebakes += 1;
         } else {
             let boxes: Vec<_> = changes.iter().map(|c| [c.dirty_box, c.far_box]).collect();
-            let edit = self.bricks.edit(&self.live, &boxes, None).expect("bricks");
-            self.filled += edit.filled;
+            let mut work = EditWork::new(&self.layout, &self.live, &boxes);
+            match &mut self.kept {
+                Kept::Cpu(bricks) => {
+                    let edit = bricks.edit(&self.live, &mut work, None, None);
+                    self.done += edit.expect("bricks");
+                }
+                Kept::Gpu(gpu) => {
+                    let (field, volume) = &mut **gpu;
+                    field.follow(&self.live).expect("a field");
+                    let edit = volume.edit(field, &self.live, &mut work, None, None);
+                    edit.expect("an edit");
+                }
+            }
         }
         self.seen = scene.changes().len();
+    }
+
+    /// Wait for a GPU.
+    pub fn settle(&mut self) {
+        if let Kept::Gpu(gpu) = &mut self.kept {
+            let (field, volume) = &mut **gpu;
+            self.done += volume.settle(field.gpu()).expect("an answer");
+        }
+    }
+
+    /// Give back what room edits have left on a GPU.
+    pub fn trim(&mut self) {
+        if let Kept::Gpu(gpu) = &mut self.kept {
+            let (field, volume) = &mut **gpu;
+            volume.trim(field.gpu()).expect("room");
+        }
+    }
+
+    /// The bricks, brought back from a GPU.
+    pub fn bricks(&self) -> Cow<'_, Bricks> {
+        self.kept.bricks()
+    }
+
+    /// Bytes of everything.
+    pub fn memory_bytes(&self) -> u64 {
+        match &self.kept {
+            Kept::Cpu(bricks) => bricks.memory_bytes(),
+            Kept::Gpu(gpu) => gpu.1.memory_bytes(),
+        }
     }
 
     /// What differs from a fresh bake: cells, and entries of tables that are more or fewer.
     pub fn differing(&self, scene: &Scene) -> u64 {
         let program = Program::lower(scene).expect("a program");
-        let fresh = Bricks::bake(&program, self.layout, None).expect("bricks").0;
-        let tables = self.bricks.len().abs_diff(fresh.len())
-            + self.bricks.mixed().len().abs_diff(fresh.mixed().len())
-            + usize::from(self.bricks.masks() != fresh.masks());
-        let signs = self.bricks.words().iter().zip(fresh.words());
+        let fresh = Kept::bake(self.gpu.as_ref(), &program, self.layout);
+        let (own, fresh) = (self.bricks(), fresh.bricks());
+        let tables = own.len().abs_diff(fresh.len())
+            + own.mixed().len().abs_diff(fresh.mixed().len())
+            + usize::from(own.masks() != fresh.masks());
+        let signs = own.words().iter().zip(fresh.words());
         let wrong = signs.filter(|&(&own, &theirs)| match (Word::of(own), Word::of(theirs)) {
             (
                 Word::Empty { center, lonely },
@@ -73,6 +154,6 @@ impl Clay {
             ) => lonely != as_lonely || (center < 0.0) != (theirs < 0.0) && center * theirs != 0.0,
             _ => false,
         });
-        self.bricks.differing_cells(&fresh) + tables as u64 + wrong.count() as u64
+        own.differing_cells(&fresh) + tables as u64 + wrong.count() as u64
     }
 }

@@ -1,8 +1,10 @@
 //! Edits in place: after any sequence of edits, undos and redos, bricks are those of a fresh bake, to the bit.
 
-use argil_conformance::{Clay, Numbers, random_blends, random_scene, shipped};
+use argil_conformance::{Clay, Numbers, gpu, random_blends, random_scene, shipped};
+use argil_gpu::Gpu;
 use argil_scene::{Brush, Edit, Entry, Group, Modifier, NodeId, Scene, Shape};
 use argil_volume::{BrickSettings, Encoding};
+use std::sync::Arc;
 
 /// A random edit of a random node, or an undo or redo.
 fn disturb(scene: &mut Scene, numbers: &mut Numbers, materials: &[String]) {
@@ -67,7 +69,7 @@ fn disturb(scene: &mut Scene, numbers: &mut Numbers, materials: &[String]) {
     let _ = scene.apply(edit);
 }
 
-/// How often everything was made again: where copies or chamfers come and go, which change what holds of all distances.
+/// Sculpt on the CPU. How often everything was made again: where copies or chamfers come and go, which change what holds of all distances.
 fn sculpt(
     name: &str,
     scene: &mut Scene,
@@ -75,14 +77,26 @@ fn sculpt(
     settings: &BrickSettings,
     edits: usize,
 ) -> usize {
+    sculpt_on(None, name, scene, (resolution, settings), edits, 4)
+}
+
+/// The same on a GPU where there is one, compared with a fresh bake after every so many edits.
+fn sculpt_on(
+    gpu: Option<Arc<Gpu>>,
+    name: &str,
+    scene: &mut Scene,
+    (resolution, settings): (u32, &BrickSettings),
+    edits: usize,
+    period: usize,
+) -> usize {
     let mut numbers = Numbers::new(91);
     let materials: Vec<String> = scene.materials().keys().cloned().collect();
-    let mut clay = Clay::of(scene, resolution, settings);
+    let mut clay = Clay::on(gpu, scene, resolution, settings);
     assert_eq!(clay.differing(scene), 0, "{name}");
     for nth in 0..edits {
         disturb(scene, &mut numbers, &materials);
         clay.follow(scene);
-        if nth % 4 == 3 {
+        if nth % period == period - 1 {
             assert_eq!(clay.differing(scene), 0, "{name}, edit {nth}");
         }
     }
@@ -93,6 +107,8 @@ fn sculpt(
     while scene.redo() {}
     clay.follow(scene);
     assert_eq!(clay.differing(scene), 0, "{name}, done again");
+    clay.trim();
+    assert_eq!(clay.differing(scene), 0, "{name}, trimmed");
     clay.rebakes
 }
 
@@ -129,4 +145,26 @@ fn many_small_brushes_and_groups_are_edited_in_place() {
     }
     let settings = BrickSettings::default();
     assert!(sculpt("six hundred", &mut scene, 160, &settings, 60) <= 3);
+}
+
+/// On the GPU too, where bricks are taken from the pool and given back without the CPU.
+#[test]
+fn a_gpus_bricks_are_those_of_a_fresh_bake() {
+    let gpu = gpu();
+    // A software device runs every case of an interpreter for every sample: these have few.
+    let names = ["csg20", "props", "teapot"];
+    let cases = shipped().into_iter().filter(|c| names.contains(&&*c.name));
+    let cases = cases.chain((70..72).map(|seed| random_blends(seed, 12)));
+    for (i, mut case) in cases.enumerate() {
+        let mut settings = BrickSettings {
+            brick: [8, 4, 16][i % 3],
+            ..BrickSettings::default()
+        };
+        if i % 2 == 1 {
+            settings.encoding = Encoding::default();
+        }
+        let gpu = Some(gpu.clone());
+        let how = (64, &settings);
+        sculpt_on(gpu, &case.name, &mut case.scene, how, 16, 8);
+    }
 }

@@ -53,7 +53,11 @@ pub struct Render {
     /// Camera on an orbit: degrees, degrees, multiples of the scene's radius; without it, the scene's own
     #[arg(long, value_name = "AZIMUTH,ELEVATION,DISTANCE", value_parser = orbit, allow_hyphen_values = true)]
     pub camera: Option<Placement>,
-    /// Draw an orbit of N frames and time each; frames are written only where -o is given
+    /// The second at which what moves stands; without it 0, and with --frames the frames show it moving
+    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
+    pub time: Option<f32>,
+    /// Draw N frames and time each: an orbit, or where something has keyframes and no --time is given, what moves, from its
+    /// beginning to its end. Frames are written only where -o is given
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000))]
     pub frames: Option<u32>,
     /// Rays a pixel; without it 4 for shaded pictures, else 1
@@ -183,6 +187,9 @@ pub struct Bake {
     pub volume: VolumeFlags,
     #[command(flatten)]
     pub on: On,
+    /// The second at which what moves stands; without it 0
+    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
+    pub time: Option<f32>,
     /// Build N times and time each
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=10_000))]
     pub repeat: u32,
@@ -303,6 +310,14 @@ fn bits(text: &str) -> Result<Bits, String> {
         "16" => Ok(Bits::Sixteen),
         _ => Err("a stored distance takes 8 or 16 bits".into()),
     }
+}
+
+fn seconds(text: &str) -> Result<f32, String> {
+    let seconds = text.parse().ok();
+    let fits = |s: &f32| (0.0..=86_400.0).contains(s);
+    seconds
+        .filter(fits)
+        .ok_or_else(|| "expected seconds, from 0 to 86400".into())
 }
 
 fn size(text: &str) -> Result<[u32; 2], String> {

@@ -25,7 +25,8 @@ pub fn run(options: &Bake) -> anyhow::Result<()> {
     );
     let engine = input::engine(&options.on)?;
     let via = input::representation(options.via, &options.volume, &engine)?;
-    let scene = input::scene(&options.scene)?;
+    let mut scene = input::scene(&options.scene)?;
+    input::set_time(&mut scene, options.time, &options.scene)?;
 
     let place = || options.scene.display().to_string();
     let mut world = engine.build(&scene).with_context(place)?;

@@ -3,9 +3,10 @@
 use crate::args::{Edit, Via};
 use crate::{input, output};
 use anyhow::{Context, ensure};
-use argil::{Aabb, Applied, Scene, World};
+use argil::{Aabb, Applied, BrickEdit, Scene, World};
 use serde_json::{Value, json};
 use std::io::BufRead;
+use std::time::Instant;
 
 pub fn run(options: &Edit) -> anyhow::Result<()> {
     if let Some(path) = &options.output {
@@ -17,7 +18,7 @@ pub fn run(options: &Edit) -> anyhow::Result<()> {
     let engine = input::engine(&options.on)?;
     // A volume file is what it is; a scene is baked first.
     let via = (!input::is_volume(&options.scene)?).then_some(options.via.unwrap_or(Via::Bricks));
-    let (mut scene, mut world) = input::world(&options.scene, &engine, via, &options.volume)?;
+    let (mut scene, mut world) = input::world(&options.scene, &engine, via, &options.volume, None)?;
     scene.set_bands(world.bands());
     let build_ms = world.build_times().duration_ms;
     let applied = replay(options, &mut scene, &mut world)?;
@@ -43,7 +44,14 @@ pub fn run(options: &Edit) -> anyhow::Result<()> {
     Ok(())
 }
 
-fn replay(options: &Edit, scene: &mut Scene, world: &mut World) -> anyhow::Result<Vec<Applied>> {
+/// An edit that was followed.
+struct Done {
+    applied: Applied,
+    counts: BrickEdit,
+    duration_ms: f64,
+}
+
+fn replay(options: &Edit, scene: &mut Scene, world: &mut World) -> anyhow::Result<Vec<Done>> {
     let path = options.edits.display();
     let file = std::fs::File::open(&options.edits).with_context(|| path.to_string())?;
     let mut applied = Vec::new();
@@ -56,11 +64,18 @@ fn replay(options: &Edit, scene: &mut Scene, world: &mut World) -> anyhow::Resul
         if scene.replay(&line).with_context(place)?.is_none() {
             continue;
         }
+        let start = Instant::now();
         let own = world.apply(scene).with_context(place)?;
+        // A GPU is waited for, so that it is known what the edit took.
+        let finished = world.finish().with_context(place)?;
         if own.rebuilt {
             scene.set_bands(world.bands());
         }
-        applied.push(own);
+        applied.push(Done {
+            applied: own,
+            counts: own.counts.unwrap_or(finished),
+            duration_ms: start.elapsed().as_secs_f64() * 1e3,
+        });
     }
     Ok(applied)
 }
@@ -70,19 +85,19 @@ fn report(
     scene: &Scene,
     world: &World,
     build_ms: f64,
-    applied: &[Applied],
+    done: &[Done],
     differing: Option<u64>,
 ) {
-    let mut sorted: Vec<f64> = applied.iter().map(|a| a.duration_ms).collect();
+    let mut sorted: Vec<f64> = done.iter().map(|d| d.duration_ms).collect();
     sorted.sort_by(f64::total_cmp);
     let at = |share: f64| {
         let last = sorted.len().saturating_sub(1) as f64;
         sorted.get((share * last).round() as usize).copied()
     };
-    let rebuilt = applied.iter().filter(|a| a.rebuilt).count();
-    let bricks: u64 = applied.iter().map(|a| a.bricks).sum();
+    let rebuilt = done.iter().filter(|d| d.applied.rebuilt).count();
+    let bricks: u64 = done.iter().map(|d| d.counts.filled).sum();
     if options.json {
-        let edits: Vec<Value> = applied.iter().map(edit).collect();
+        let edits: Vec<Value> = done.iter().map(edit).collect();
         output::json(&json!({
             "device": world.engine().device(),
             "device_reason": world.engine().reason(),
@@ -102,7 +117,7 @@ fn report(
     output::line(&format!("built in {build_ms:.2} ms"));
     output::line(&format!(
         "{} edits: median {:.3} ms, p99 {:.3}, max {:.3}; {bricks} bricks sampled",
-        applied.len(),
+        done.len(),
         at(0.5).unwrap_or(0.0),
         at(0.99).unwrap_or(0.0),
         at(1.0).unwrap_or(0.0)
@@ -115,16 +130,17 @@ fn report(
     }
 }
 
-fn edit(applied: &Applied) -> Value {
-    let Aabb { min, max } = applied.dirty_box;
+fn edit(done: &Done) -> Value {
+    let dirty_box = done.applied.dirty_box;
+    let Aabb { min, max } = dirty_box;
     // What is not finite has no number in JSON.
-    let held = applied.dirty_box.is_finite() && !applied.dirty_box.is_empty();
+    let held = dirty_box.is_finite() && !dirty_box.is_empty();
     json!({
-        "duration_ms": applied.duration_ms,
-        "bricks": applied.bricks,
-        "added": applied.added,
-        "removed": applied.removed,
-        "rebuilt": applied.rebuilt,
+        "duration_ms": done.duration_ms,
+        "bricks": done.counts.filled,
+        "added": done.counts.added,
+        "removed": done.counts.removed,
+        "rebuilt": done.applied.rebuilt,
         "dirty_box": held.then(|| [min.to_array(), max.to_array()]),
     })
 }

@@ -52,9 +52,11 @@ pub fn world(
     engine: &Engine,
     via: Option<args::Via>,
     flags: &VolumeFlags,
+    time: Option<f32>,
 ) -> anyhow::Result<(Scene, World)> {
     if !is_volume(path)? {
-        let scene = Scene::open(path)?;
+        let mut scene = Scene::open(path)?;
+        set_time(&mut scene, time, path)?;
         let via = representation(via.unwrap_or(args::Via::Field), flags, engine)?;
         let build = || engine.build(&scene)?.via(&scene, via);
         let world = build().with_context(|| path.display().to_string())?;
@@ -69,7 +71,7 @@ pub fn world(
         "{}: this volume is baked already, as `argil info` tells: leave out --via and what says how to build",
         path.display()
     );
-    let (scene, mut world) = engine.load(Stored::open(path)?, path)?;
+    let (mut scene, mut world) = engine.load(Stored::open(path)?, path)?;
     if let Some(descent) = flags.descent {
         ensure!(
             matches!(world.kept_via(), Via::Octree(_)),
@@ -78,7 +80,25 @@ pub fn world(
         );
         world.set_descent(descent_of(descent));
     }
+    if time.is_some() {
+        scene.set_bands(world.bands());
+        set_time(&mut scene, time, path)?;
+        world.apply(&scene)?;
+    }
     Ok((scene, world))
+}
+
+/// Let what moves stand as at a time.
+pub fn set_time(scene: &mut Scene, time: Option<f32>, path: &Path) -> anyhow::Result<()> {
+    if let Some(time) = time {
+        ensure!(
+            scene.duration().is_some(),
+            "--time does nothing: {} has no keyframes; leave it out",
+            path.display()
+        );
+        scene.set_time(time);
+    }
+    Ok(())
 }
 
 fn descent_of(descent: args::Descent) -> Descent {

@@ -3,7 +3,7 @@
 use crate::args::{Normals, Render, Show};
 use crate::{input, output};
 use anyhow::Context;
-use argil::{Camera, Drawn, Orbit, Settings, Via, World};
+use argil::{Camera, Drawn, Orbit, Scene, Settings, Via, World};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::json;
 use std::path::{Path, PathBuf};
@@ -21,7 +21,13 @@ pub fn run(options: &Render) -> anyhow::Result<()> {
     }
 
     let start = Instant::now();
-    let (_, mut world) = input::world(&options.scene, &engine, options.via, &options.volume)?;
+    let (mut scene, mut world) = input::world(
+        &options.scene,
+        &engine,
+        options.via,
+        &options.volume,
+        options.time,
+    )?;
     if options.specialize {
         anyhow::ensure!(
             world.kept_via() == Via::Field,
@@ -44,6 +50,7 @@ pub fn run(options: &Render) -> anyhow::Result<()> {
         .map_or_else(|| world.camera(), |placement| world.camera_at(placement));
     let settings = settings(options, &world);
 
+    let mut edit_ms = Vec::new();
     let (drawn, frame_ms) = match options.frames {
         None => {
             let drawn = world.draw(&camera, &settings)?;
@@ -53,7 +60,21 @@ pub fn run(options: &Render) -> anyhow::Result<()> {
             let duration_ms = drawn.duration_ms;
             (drawn, vec![duration_ms])
         }
-        Some(count) => orbit(&world, camera, &settings, count, picture.as_deref())?,
+        Some(count) => {
+            let mut reel = Reel::new(&settings, count, picture.as_deref())?;
+            match scene.duration().filter(|_| options.time.is_none()) {
+                Some(duration) => {
+                    animate(&mut scene, &mut world, camera, duration, &mut reel)?;
+                }
+                None => {
+                    for camera in Orbit::around(camera, count) {
+                        reel.draw(&world, &camera)?;
+                    }
+                }
+            }
+            edit_ms = reel.edits;
+            (reel.last.context("no frame was drawn")?, reel.times)
+        }
     };
     report(
         options,
@@ -61,6 +82,7 @@ pub fn run(options: &Render) -> anyhow::Result<()> {
         &drawn,
         build_ms,
         &frame_ms,
+        &edit_ms,
         picture.as_deref(),
     )
 }
@@ -113,29 +135,67 @@ fn settings(options: &Render, world: &World) -> Settings {
     }
 }
 
-/// Draw an orbit; the last frame and what each took.
-fn orbit(
-    world: &World,
-    camera: Camera,
-    settings: &Settings,
-    count: u32,
-    path: Option<&Path>,
-) -> anyhow::Result<(Drawn, Vec<f64>)> {
-    let style = ProgressStyle::with_template("{bar:40} frame {pos} of {len}, {eta} left")?;
-    let progress = ProgressBar::new(count.into()).with_style(style);
-    let mut times = Vec::new();
-    let mut last = None;
-    for (i, camera) in Orbit::around(camera, count).enumerate() {
-        let drawn = world.draw(&camera, settings)?;
-        times.push(drawn.duration_ms);
-        if let Some(path) = path {
-            drawn.save(numbered(path, i))?;
-        }
-        last = Some(drawn);
-        progress.inc(1);
+/// Frames one after the other.
+struct Reel<'a> {
+    settings: &'a Settings,
+    path: Option<&'a Path>,
+    progress: ProgressBar,
+    times: Vec<f64>,
+    /// What it took to move what moves.
+    edits: Vec<f64>,
+    last: Option<Drawn>,
+}
+
+impl<'a> Reel<'a> {
+    fn new(settings: &'a Settings, count: u32, path: Option<&'a Path>) -> anyhow::Result<Self> {
+        let style = ProgressStyle::with_template("{bar:40} frame {pos} of {len}, {eta} left")?;
+        Ok(Self {
+            settings,
+            path,
+            progress: ProgressBar::new(count.into()).with_style(style),
+            times: Vec::new(),
+            edits: Vec::new(),
+            last: None,
+        })
     }
-    progress.finish_and_clear();
-    Ok((last.context("no frame was drawn")?, times))
+
+    fn draw(&mut self, world: &World, camera: &Camera) -> anyhow::Result<()> {
+        let drawn = world.draw(camera, self.settings)?;
+        if let Some(path) = self.path {
+            drawn.save(numbered(path, self.times.len()))?;
+        }
+        self.times.push(drawn.duration_ms);
+        self.last = Some(drawn);
+        self.progress.inc(1);
+        if self.progress.length() == Some(self.times.len() as u64) {
+            self.progress.finish_and_clear();
+        }
+        Ok(())
+    }
+}
+
+/// Draw a scene as it moves, from its beginning to its end.
+fn animate(
+    scene: &mut Scene,
+    world: &mut World,
+    camera: Camera,
+    duration: f32,
+    reel: &mut Reel<'_>,
+) -> anyhow::Result<()> {
+    let count = reel.progress.length().unwrap_or(1);
+    scene.set_bands(world.bands());
+    for i in 0..count {
+        let start = Instant::now();
+        scene.set_time(duration * i as f32 / count.saturating_sub(1).max(1) as f32);
+        let applied = world.apply(scene)?;
+        world.finish()?;
+        if applied.rebuilt {
+            scene.set_bands(world.bands());
+        }
+        reel.edits.push(start.elapsed().as_secs_f64() * 1e3);
+        reel.draw(world, &camera)?;
+    }
+    Ok(())
 }
 
 /// `pot.png` → `pot-0007.png`.
@@ -150,6 +210,7 @@ fn report(
     drawn: &Drawn,
     build_ms: f64,
     frame_ms: &[f64],
+    edit_ms: &[f64],
     picture: Option<&Path>,
 ) -> anyhow::Result<()> {
     let engine = world.engine();
@@ -166,6 +227,7 @@ fn report(
             "build_ms": build_ms,
             "frame_ms": times,
             "frames": frame_ms.len(),
+            "edit_ms": (!edit_ms.is_empty()).then(|| output::times(edit_ms)),
             "steps": output::spread(drawn.statistics.steps),
             "fetches": output::spread(drawn.statistics.steps),
             "memory_bytes": memory_bytes,
@@ -218,6 +280,13 @@ fn report(
             String::new()
         }
     ));
+    if !edit_ms.is_empty() {
+        output::line(&format!(
+            "moved in {:.2} ms (median of {} frames)",
+            output::median(edit_ms),
+            edit_ms.len()
+        ));
+    }
     output::line(&format!(
         "{} pixels hit; steps a ray: mean {:.1}, p95 {}, max {}",
         drawn.hit_pixels, steps.mean, steps.p95, steps.max

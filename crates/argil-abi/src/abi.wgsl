@@ -59,11 +59,24 @@ const SHOW_BRICKS: u32 = 4u;
 const SHOW_NODES: u32 = 5u;
 const MATERIAL_SIDE: u32 = 4u;
 const BRICK_MIXED: u32 = 2147483648u;
-const COUNTER_MIXED: u32 = 2u;
 const BLOCK_SIDE: u32 = 4u;
+const MAKE_ALL: u32 = 0u;
+const MAKE_SOME: u32 = 1u;
+const MAKE_NONE: u32 = 2u;
 const COUNTER_CANDIDATES: u32 = 0u;
-const COUNTER_LISTS: u32 = 3u;
 const COUNTER_BRICKS: u32 = 1u;
+const COUNTER_MIXED: u32 = 2u;
+const COUNTER_LISTS: u32 = 3u;
+const COUNTER_FREED: u32 = 4u;
+const COUNTER_FREED_MIXED: u32 = 5u;
+const COUNTER_FREE: u32 = 6u;
+const COUNTER_FREE_MIXED: u32 = 7u;
+const COUNTER_TOP: u32 = 8u;
+const COUNTER_TOP_MIXED: u32 = 9u;
+const COUNTER_FILLED: u32 = 10u;
+const COUNTER_ADDED: u32 = 11u;
+const COUNTER_REMOVED: u32 = 12u;
+const COUNTERS: u32 = 16u;
 const NORMALS_VOXEL: u32 = 0u;
 const NORMALS_SMOOTH: u32 = 1u;
 const NORMALS_FIELD: u32 = 2u;
@@ -197,7 +210,11 @@ struct Prune {
     arena_first: u32,
     arena_words: u32,
     cells_room: u32,
-    pad0: u32,
+    count: u32,
+    make: u32,
+    blocks_at: u32,
+    dirty_first: u32,
+    freed_first: u32,
 }
 struct Node {
     child_offset: u32,

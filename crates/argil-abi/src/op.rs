@@ -126,16 +126,42 @@ constants! { FLAGS:
     MATERIAL_SIDE = 4;
     /// Of a brick's material: it is mixed.
     BRICK_MIXED = 2147483648;
-    /// The counter of mixed bricks.
-    COUNTER_MIXED = 2;
     /// Cells along the side of a block of sparse bricks' grid.
     BLOCK_SIDE = 4;
-    /// Of a build of bricks: the counter of cells that the surface can be in.
+    /// Bricks are made in all blocks.
+    MAKE_ALL = 0;
+    /// In some blocks, in place of what was there.
+    MAKE_SOME = 1;
+    /// In none: it is counted what some blocks would need.
+    MAKE_NONE = 2;
+    /// Of what makes bricks: the counter of cells that the surface can be in.
     COUNTER_CANDIDATES = 0;
+    /// The counter of bricks that were taken from the pool.
+    COUNTER_BRICKS = 1;
+    /// The same of mixed ones.
+    COUNTER_MIXED = 2;
     /// The counter of words that lists have taken.
     COUNTER_LISTS = 3;
-    /// The counter of bricks.
-    COUNTER_BRICKS = 1;
+    /// The counter of bricks that are given back to the pool when all are made.
+    COUNTER_FREED = 4;
+    /// The same of mixed ones.
+    COUNTER_FREED_MIXED = 5;
+    /// Places of the pool that are free among those that were ever taken: as many are stacked behind the counters.
+    COUNTER_FREE = 6;
+    /// The same of mixed ones, which are stacked behind those.
+    COUNTER_FREE_MIXED = 7;
+    /// Places of the pool that were ever taken.
+    COUNTER_TOP = 8;
+    /// The same of mixed ones.
+    COUNTER_TOP_MIXED = 9;
+    /// Bricks that were ever sampled, modulo 2³².
+    COUNTER_FILLED = 10;
+    /// Bricks that ever came to be in cells without one.
+    COUNTER_ADDED = 11;
+    /// Bricks that were ever removed.
+    COUNTER_REMOVED = 12;
+    /// All counters.
+    COUNTERS = 16;
     /// Normals of bricks: the gradient in the voxel.
     NORMALS_VOXEL = 0;
     /// Differences over a voxel's width.

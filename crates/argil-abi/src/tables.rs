@@ -254,8 +254,16 @@ shared_struct! {
         arena_words: u32,
         /// How many cells can have a list of their own; the others have their block's.
         cells_room: u32,
-        /// Zero.
-        pad0: u32,
+        /// Blocks that are made.
+        count: u32,
+        /// A `MAKE_…`: all blocks of the grid, some of them, or what those would need.
+        make: u32,
+        /// Of some blocks: where their places in the grid stand.
+        blocks_at: u32,
+        /// Where it stands which of their cells are to be sampled, two words each.
+        dirty_first: u32,
+        /// Where among the cells near the surface the bricks stand that are freed; those of mixed ones as far on again.
+        freed_first: u32,
     }
 }
 

@@ -9,7 +9,7 @@
 use crate::lower::materials_of;
 use crate::program::Program;
 use crate::regular::{Regularity, joined};
-use crate::{ClearTerms, LowerError};
+use crate::{ClearTerms, LowerError, Opcodes};
 use argil_abi::{self as abi, Instr};
 use argil_math::Aabb;
 use argil_scene::{
@@ -53,6 +53,8 @@ struct Operand {
     magnitude: f32,
     slots: (usize, usize),
     brushes: usize,
+    opcodes: Opcodes,
+    iterations: u64,
 }
 
 impl Operand {
@@ -166,6 +168,12 @@ pub struct LiveProgram {
     is_told: bool,
     /// Whether ranks were given anew in this update.
     renumbered: bool,
+    /// Stretches of parameters that this update has written.
+    written: Vec<(u32, u32)>,
+    /// Instructions and iterations of all operands, seen or not; opcodes of all that there ever were.
+    length: usize,
+    iterations: u64,
+    opcodes: Opcodes,
 }
 
 /// Where along a curve through the parts' region a box's middle is.
@@ -224,6 +232,10 @@ impl LiveProgram {
             touched: None,
             is_told: false,
             renumbered: false,
+            written: Vec::new(),
+            length: 0,
+            iterations: 0,
+            opcodes: Opcodes::default(),
         };
         let mut extents = Extents::of(scene);
         let nodes = scene.node(Scene::ROOT).children();
@@ -238,6 +250,7 @@ impl LiveProgram {
         for (node, operand) in all {
             live.insert(node, operand);
         }
+        live.written.clear();
         live.tables.materials = materials_of(scene);
         live.index_all();
         live.settle();
@@ -253,6 +266,27 @@ impl LiveProgram {
     /// The tables that lists point into, and what holds of the whole scene. It has no list of its own.
     pub fn program(&self) -> &Program {
         &self.tables
+    }
+
+    /// Stretches of the parameters, each from one to before another, that the last update has written. Those that it has
+    /// appended are among them.
+    pub fn written(&self) -> &[(u32, u32)] {
+        &self.written
+    }
+
+    /// Instructions of the whole at most.
+    pub fn length(&self) -> usize {
+        self.length
+    }
+
+    /// [`Program::iterations`] of the whole at most.
+    pub fn iterations(&self) -> u64 {
+        self.iterations
+    }
+
+    /// Opcodes of the whole, and of what was there before.
+    pub fn opcodes(&self) -> Opcodes {
+        self.opcodes
     }
 
     /// Follow a scene's changes since the last time.
@@ -275,6 +309,7 @@ impl LiveProgram {
                 there.push((node, lowered(scene, &mut extents, node)?));
             }
         }
+        self.written.clear();
         for old in self.touched.take().unwrap_or_default().before {
             let (at, length) = old.params;
             self.free.entry(length).or_default().push(at);
@@ -360,8 +395,6 @@ impl LiveProgram {
             .skip_while(|operand| operand.operator.kind != OperatorKind::Union);
         for operand in acting {
             append(&operand.instrs, &mut whole.instrs);
-            whole.value_slots = whole.value_slots.max(operand.slots.0);
-            whole.point_slots = whole.point_slots.max(operand.slots.1);
             whole.brushes += operand.brushes;
         }
         whole
@@ -401,6 +434,13 @@ impl LiveProgram {
             instr.params += at;
         }
         operand.params = (at, length);
+        self.written.push((at, at + length));
+        self.length += operand.instrs.len();
+        self.iterations += operand.iterations;
+        self.opcodes = self.opcodes.union(operand.opcodes);
+        let slots = (&mut self.tables.value_slots, &mut self.tables.point_slots);
+        *slots.0 = operand.slots.0.max(*slots.0);
+        *slots.1 = operand.slots.1.max(*slots.1);
         self.order.insert(operand.rank, node);
         self.count_in(&operand, true);
         self.operands.insert(node, operand);
@@ -409,6 +449,8 @@ impl LiveProgram {
     /// Take an operand out; its parameters stay.
     fn remove(&mut self, node: NodeId) -> Option<Operand> {
         let operand = self.operands.remove(&node)?;
+        self.length -= operand.instrs.len();
+        self.iterations -= operand.iterations;
         self.order.remove(&operand.rank);
         self.everywhere.remove(&operand.rank);
         for at in self.parts_of(&operand) {
@@ -640,8 +682,9 @@ impl LiveProgram {
 
 /// Lower an operand; it has no rank yet, and its parameters no place.
 fn lowered(scene: &Scene, extents: &mut Extents<'_>, node: NodeId) -> Result<Operand, LowerError> {
-    let entry = scene.node(node).entry();
+    let entry = scene.node(node).acting();
     let own = Program::lower_operand(scene, node)?;
+    let (opcodes, iterations) = (Opcodes::of(&own), own.iterations());
     Ok(Operand {
         rank: 0,
         instrs: own.instrs,
@@ -659,6 +702,8 @@ fn lowered(scene: &Scene, extents: &mut Extents<'_>, node: NodeId) -> Result<Ope
         magnitude: own.magnitude,
         slots: (own.value_slots, own.point_slots),
         brushes: own.brushes,
+        opcodes,
+        iterations,
     })
 }
 

@@ -76,7 +76,7 @@ impl Program {
         let mut lowering = Lowering::of(scene, Scene::ROOT);
         let mut magnitude = 0.0f32;
         for &operand in scene.node(Scene::ROOT).children() {
-            if scene.node(operand).entry().visible {
+            if scene.node(operand).acting().visible {
                 let own = lowering.extents.outer(operand).aabb;
                 magnitude = magnitude.max(magnitude_of(own));
             }
@@ -96,7 +96,7 @@ impl Program {
         let mut lowering = Lowering::of(scene, node);
         lowering.program.magnitude = magnitude_of(lowering.program.aabb);
         let frame = Frame::OF_WORLD;
-        let entry = scene.node(node).entry();
+        let entry = scene.node(node).acting();
         if is_single(entry) {
             lowering.tasks.push(Task::Brush { node, frame });
         } else {
@@ -188,12 +188,12 @@ impl<'a> Lowering<'a> {
         for &id in parents_first.iter().rev() {
             let node = self.scene.node(id);
             let mut need = 0;
-            if matches!(node.entry().body, Body::Group) {
+            if matches!(node.acting().body, Body::Group) {
                 // What stands first has nothing to act on unless it adds.
                 let mut operands: Vec<NodeId> = Vec::new();
                 let mut prefix: Vec<u32> = Vec::new();
                 for &child in node.children() {
-                    let entry = self.scene.node(child).entry();
+                    let entry = self.scene.node(child).acting();
                     let acts = !operands.is_empty() || entry.operator.kind == OperatorKind::Union;
                     if !entry.visible || !acts {
                         continue;
@@ -211,8 +211,13 @@ impl<'a> Lowering<'a> {
                 self.operands.insert(id, operands);
                 self.prefix_slots.insert(id, prefix);
             }
-            self.slots[id] =
-                need + node.entry().modifiers.iter().filter(|m| is_loop(m)).count() as u32;
+            self.slots[id] = need
+                + node
+                    .acting()
+                    .modifiers
+                    .iter()
+                    .filter(|m| is_loop(m))
+                    .count() as u32;
         }
         if let Some(&root) = parents_first.first() {
             self.program.value_slots = self.slots[root] as usize;
@@ -272,7 +277,7 @@ impl<'a> Lowering<'a> {
             self.tasks.push(Task::Solid { node, frame });
             return;
         }
-        let entry = self.scene.node(node).entry();
+        let entry = self.scene.node(node).acting();
         let before = Task::List {
             group,
             count: last,
@@ -341,7 +346,7 @@ impl<'a> Lowering<'a> {
     }
 
     fn brush(&mut self, node: NodeId, frame: Frame) -> Result<(), LowerError> {
-        let entry = self.scene.node(node).entry();
+        let entry = self.scene.node(node).acting();
         let mut frame = self.enter(entry, frame);
         for modifier in entry.modifiers.iter().rev() {
             self.map(node, modifier, &mut frame)?;
@@ -398,7 +403,7 @@ impl<'a> Lowering<'a> {
     }
 
     fn solid(&mut self, node: NodeId, frame: Frame) -> Result<(), LowerError> {
-        let entry = self.scene.node(node).entry();
+        let entry = self.scene.node(node).acting();
         let mut frame = self.enter(entry, frame);
         let stages = self.extents.stages(node);
         // The modifiers from the outermost in: what opens now, and what closes after the content, innermost first.

@@ -17,12 +17,12 @@ pub fn distance(scene: &Scene, point: Vec3) -> f64 {
 }
 
 fn node(scene: &Scene, id: NodeId, p: V3) -> f64 {
-    modified(scene, id, scene.node(id).entry().modifiers.len(), p)
+    modified(scene, id, scene.node(id).acting().modifiers.len(), p)
 }
 
 /// A node after its first `count` modifiers.
 fn modified(scene: &Scene, id: NodeId, count: usize, p: V3) -> f64 {
-    let entry = scene.node(id).entry();
+    let entry = scene.node(id).acting();
     let Some(last) = count.checked_sub(1) else {
         return match &entry.body {
             Body::Shape(s) => shape(s, p),
@@ -108,7 +108,7 @@ fn modified(scene: &Scene, id: NodeId, count: usize, p: V3) -> f64 {
 fn group(scene: &Scene, id: NodeId, p: V3) -> f64 {
     let mut all: Option<f64> = None;
     for &child in scene.node(id).children() {
-        let entry = scene.node(child).entry();
+        let entry = scene.node(child).acting();
         if !entry.visible {
             continue;
         }

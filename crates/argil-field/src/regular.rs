@@ -48,11 +48,11 @@ pub(crate) fn regularity(
 ) -> Regularity {
     let mut all = ByNode::of(parents_first, Regularity::SMOOTH);
     for &id in parents_first.iter().rev() {
-        let entry = scene.node(id).entry();
+        let entry = scene.node(id).acting();
         let mut result = Regularity::SMOOTH;
         if matches!(entry.body, Body::Group) {
             for &child in scene.node(id).children() {
-                let operand = scene.node(child).entry();
+                let operand = scene.node(child).acting();
                 if operand.visible {
                     result = joined(result, all[child], &operand.operator);
                 }

@@ -22,6 +22,8 @@ pub(crate) enum Groups<'a> {
 pub(crate) struct Bake<'a> {
     gpu: &'a Gpu,
     timing: Option<Timing>,
+    /// Whether what passes take is to be known.
+    is_timed: bool,
     /// The stage of each pass, and by the clock what it took where there are no time stamps.
     passes: Vec<(&'static str, f64)>,
     /// By time stamps what each pass took, as far as they have been read.
@@ -34,9 +36,21 @@ impl<'a> Bake<'a> {
         Ok(Self {
             gpu,
             timing: Timing::new(gpu, PASSES_A_READING)?,
+            is_timed: true,
             passes: Vec::new(),
             stamps: Vec::new(),
         })
+    }
+
+    /// Without a wait, nor a look at what passes take.
+    pub fn untimed(gpu: &'a Gpu) -> Self {
+        Self {
+            gpu,
+            timing: None,
+            is_timed: false,
+            passes: Vec::new(),
+            stamps: Vec::new(),
+        }
     }
 
     /// Submit one pass, after whatever was written to buffers so far.
@@ -71,6 +85,9 @@ impl<'a> Bake<'a> {
             drop(pass);
             gpu.queue.submit([encoder.finish()]);
         })?;
+        if !self.is_timed {
+            return Ok(());
+        }
         if self.timing.is_none() {
             gpu.wait()?;
         }

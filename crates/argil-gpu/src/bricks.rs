@@ -5,16 +5,24 @@
 //! build is done its counters are read: what is not needed is given back, and a build that needs more is done again.
 
 mod build;
+mod edit;
 mod lists;
+mod passes;
+mod pool;
+mod repack;
 
 use self::build::Build;
+use self::edit::Making;
+pub(crate) use self::passes::BrickPasses;
+use self::pool::Ledger;
 use crate::bake::StagesMs;
 use crate::table::Table;
 use crate::volume::{Kind, STAGING_BYTES, extent, read_table, texture_of};
 use crate::{Gpu, GpuError, GpuField, GpuVolume};
 use argil_abi::{self as abi, Volume as Words};
 use argil_field::Program;
-use argil_volume::{Bits, BrickLayout, Bricks, Texels};
+use argil_volume::{Bits, BrickLayout, Bricks, Texels, is_brick};
+use std::collections::BTreeSet;
 
 /// Places of a mixed brick.
 const PLACES: u64 = (abi::MATERIAL_SIDE as u64).pow(3);
@@ -28,15 +36,24 @@ pub(crate) struct BrickTables {
     pub mixed: u64,
     /// Bricks of the pool along each axis.
     pub pool: [u32; 3],
-    pub count: u64,
+    ledger: Ledger,
     pub lipschitz: f32,
+    /// Once it was edited.
+    making: Option<Box<Making>>,
 }
 
 impl BrickTables {
     /// Bytes of the pool and the tables.
     pub fn memory_bytes(&self) -> u64 {
         let bricks: u64 = self.pool.map(u64::from).iter().product();
-        bricks * self.layout.brick_bytes() + self.cells.size() + self.materials.size()
+        let tables = self.cells.size() + self.materials.size() + self.ledger.counters.size();
+        let making = self.making.as_ref().map_or(0, |making| making.size());
+        bricks * self.layout.brick_bytes() + tables + making
+    }
+
+    /// Bricks that there are, after a wait for edits.
+    pub fn count(&self, gpu: &Gpu) -> Result<u64, GpuError> {
+        Ok(self.ledger.read(gpu)?.bricks())
     }
 }
 
@@ -204,8 +221,13 @@ impl GpuVolume {
             materials,
             mixed: (bricks.mixed().len() as u64) / PLACES,
             pool,
-            count: bricks.len() as u64,
+            ledger: Ledger::new(
+                gpu,
+                bricks.len() as u64,
+                bricks.mixed().len() as u64 / PLACES,
+            )?,
             lipschitz: bricks.lipschitz(),
+            making: None,
         };
         let words = march_words(&measures, pool, bricks.lipschitz());
         Self::of_bricks(field, texture, words, tables)
@@ -242,7 +264,7 @@ fn march_words(measures: &BrickLayout, pool: [u32; 3], lipschitz: f32) -> Words 
 
 /// A brick's place in the pool along each axis, ten bits each: what the device's words hold.
 fn packed(word: u32, [x, y, _]: [u32; 3]) -> u32 {
-    if argil_volume::is_brick(word) {
+    if is_brick(word) {
         (word % x) | ((word / x % y) << 10) | ((word / x / y) << 20)
     } else {
         word
@@ -250,7 +272,7 @@ fn packed(word: u32, [x, y, _]: [u32; 3]) -> u32 {
 }
 
 fn unpacked(word: u32, [x, y, _]: [u32; 3]) -> u32 {
-    if argil_volume::is_brick(word) {
+    if is_brick(word) {
         (word & 1023) + x * (((word >> 10) & 1023) + y * (word >> 20))
     } else {
         word
@@ -270,8 +292,20 @@ pub(crate) fn read(
     let (width, height) = (nx as usize * side, ny as usize * side);
     let layer_bytes = (width * height * side * bytes) as u64;
     let layers = (STAGING_BYTES / layer_bytes).clamp(1, u64::from(nz)) as u32;
+    let counted = tables.ledger.read(gpu)?;
+    let mut words: Vec<u32> = read_table(gpu, &tables.cells, 4 * measures.word_count())?
+        .chunks_exact(4)
+        .map(|word| unpacked(bytemuck::pod_read_unaligned(word), tables.pool))
+        .collect();
+    // Edits leave gaps.
+    let used: BTreeSet<u32> = words.iter().copied().filter(|&w| is_brick(w)).collect();
+    let used: Vec<u32> = used.into_iter().collect();
+    for word in words.iter_mut().filter(|word| is_brick(**word)) {
+        *word = used.binary_search(word).unwrap_or(0) as u32;
+    }
     let mut samples = Vec::new();
-    let wanted = tables.count.max(1) as usize * side.pow(3) * bytes;
+    let top = counted.get(abi::COUNTER_TOP);
+    let wanted = top.max(1) as usize * side.pow(3) * bytes;
     for first in (0..nz).step_by(layers as usize) {
         if samples.len() >= wanted {
             break;
@@ -298,17 +332,18 @@ pub(crate) fn read(
             }
         }
     }
-    samples.truncate(wanted);
-    if tables.count == 0 {
+    let each = side.pow(3) * bytes;
+    for (to, &from) in used.iter().enumerate() {
+        let from = from as usize * each;
+        samples.copy_within(from..from + each, to * each);
+    }
+    samples.truncate(used.len().max(1) * each);
+    if used.is_empty() {
         samples.fill(0);
     }
     let bits: Bits = measures.encoding.bits;
     let odd = |reason: &str| GpuError::Lost(format!("bricks came back wrong: {reason}"));
     let pool = Texels::from_bytes(bits, samples).ok_or_else(|| odd("half a sample"))?;
-    let words = read_table(gpu, &tables.cells, 4 * measures.word_count())?
-        .chunks_exact(4)
-        .map(|word| unpacked(bytemuck::pod_read_unaligned(word), tables.pool))
-        .collect();
     let capacity: u64 = tables.pool.map(u64::from).iter().product();
     let looks = read_table(
         gpu,
@@ -319,9 +354,23 @@ pub(crate) fn read(
         .chunks_exact(4)
         .map(bytemuck::pod_read_unaligned)
         .collect();
-    let mixed = looks.split_off(capacity as usize);
-    let mixed = mixed.as_chunks::<2>().0.to_vec();
-    looks.truncate(tables.count as usize);
+    let all_mixed = looks.split_off(capacity as usize);
+    let all_mixed = all_mixed.as_chunks::<2>().0;
+    let mut looks: Vec<u32> = used.iter().map(|&brick| looks[brick as usize]).collect();
+    let block_of = |look: u32| (look & abi::BRICK_MIXED != 0).then_some(look & !abi::BRICK_MIXED);
+    let blocks: BTreeSet<u32> = looks.iter().filter_map(|&look| block_of(look)).collect();
+    let blocks: Vec<u32> = blocks.into_iter().collect();
+    let mut mixed = Vec::new();
+    for &block in &blocks {
+        let from = block as usize * PLACES as usize;
+        let own = all_mixed.get(from..from + PLACES as usize);
+        mixed.extend_from_slice(own.ok_or_else(|| odd("a mixed brick's materials are not there"))?);
+    }
+    for look in &mut looks {
+        if let Some(block) = block_of(*look) {
+            *look = abi::BRICK_MIXED | blocks.binary_search(&block).unwrap_or(0) as u32;
+        }
+    }
     let materials = (looks, mixed);
     Bricks::from_parts(measures, tables.lipschitz, words, materials, pool).map_err(odd)
 }

@@ -1,20 +1,23 @@
+use crate::bricks::BrickPasses;
 use crate::pass::{INSTRS, MATERIALS, PARAMS};
 use crate::picture::{PicturePass, Way};
 use crate::query::QueryPass;
 use crate::table::Table;
 use crate::{DeviceKind, Gpu, GpuError};
 use argil_abi::{Frame, GPU_STACK_SLOTS, Instr};
-use argil_field::{Opcodes, Program};
+use argil_field::{LiveProgram, Opcodes, Program};
 use argil_march::Picture;
+use argil_volume::Bits;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, OnceLock};
 
 /// An instruction that does nothing: an empty program still needs a row to bind.
-const IDLE: Instr = Instr {
+pub(crate) const IDLE: &[Instr] = &[Instr {
     op: u32::MAX,
     flags: 0,
     params: 0,
     operand: 0,
-};
+}];
 
 /// A program on a GPU, ready to be drawn.
 pub struct GpuField {
@@ -29,8 +32,15 @@ pub struct GpuField {
     field_wgsl: String,
     /// Most field evaluations that one thread may do in one dispatch.
     pub(crate) budget: u32,
-    picture: PicturePass,
+    pictures: [OnceLock<Arc<PicturePass>>; Way::COUNT],
     pub(crate) query: OnceLock<QueryPass>,
+    /// For samples of 8 and of 16 bits.
+    brick_passes: [OnceLock<Arc<BrickPasses>>; 2],
+    is_specialized: bool,
+    /// Whether the parameters are a live program's.
+    is_live: bool,
+    /// Whether the instructions are those of the parameters.
+    is_whole: AtomicBool,
 }
 
 impl GpuField {
@@ -50,7 +60,6 @@ impl GpuField {
             check_depth(program)?;
             opcodes.wgsl()
         };
-        let picture = PicturePass::new(&gpu, &field_wgsl, Way::Field)?;
         let mut field = Self {
             gpu,
             instrs: Table::new("instructions"),
@@ -60,10 +69,15 @@ impl GpuField {
             opcodes,
             field_wgsl,
             budget: 0,
-            picture,
+            pictures: Default::default(),
             query: OnceLock::new(),
+            brick_passes: Default::default(),
+            is_specialized: specialized,
+            is_live: false,
+            is_whole: AtomicBool::new(true),
         };
         field.upload(program)?;
+        field.picture(Way::Field)?;
         Ok(field)
     }
 
@@ -71,34 +85,97 @@ impl GpuField {
     /// whose trimmed interpreter lacks one of the program's opcodes.
     pub fn update(&mut self, program: &Program) -> Result<(), GpuError> {
         check_depth(program)?;
-        let opcodes = Opcodes::of(program);
+        self.cover(Opcodes::of(program));
+        self.upload(program)
+    }
+
+    /// Follow a live program: what its last update wrote, or all of it the first time. Its instructions are brought over
+    /// when something is to be drawn through the field, by [`GpuField::complete`]. Only for a field that was not specialised.
+    ///
+    /// # Errors
+    /// If the device cannot run the program; the field is then as it was.
+    pub fn follow(&mut self, live: &LiveProgram) -> Result<(), GpuError> {
+        let program = live.program();
+        check_depth(program)?;
+        let budget = budget(&self.gpu, live.iterations())?;
+        self.instrs
+            .reserve(&self.gpu, (live.length() * size_of::<Instr>()) as u64)?;
+        self.cover(live.opcodes());
+        let params = program.params();
+        let written: usize = live.written().iter().map(|&(a, b)| (b - a) as usize).sum();
+        let has_room = self
+            .params
+            .buffer()
+            .is_some_and(|buffer| buffer.size() >= size_of_val(params) as u64);
+        if self.is_live && has_room && 4 * written < params.len() {
+            self.params.reserve(&self.gpu, size_of_val(params) as u64)?;
+            for (begin, end) in joined(live.written()) {
+                let words = &params[begin as usize..end as usize];
+                let at = u64::from(begin) * size_of::<f32>() as u64;
+                self.params
+                    .patch(&self.gpu, at, bytemuck::cast_slice(words));
+            }
+        } else {
+            self.params.write(&self.gpu, params)?;
+        }
+        self.materials.write(&self.gpu, program.materials())?;
+        self.length = live.length().max(1);
+        self.budget = budget;
+        self.is_live = true;
+        *self.is_whole.get_mut() = false;
+        Ok(())
+    }
+
+    /// Bring over the instructions of the program that is followed, if they are not there. `program` gives it.
+    pub fn complete<'a>(&self, program: impl FnOnce() -> &'a Program) {
+        if !self.is_whole.load(Ordering::Acquire) {
+            self.instrs.rewrite(&self.gpu, rows_of(program()));
+            self.is_whole.store(true, Ordering::Release);
+        }
+    }
+
+    /// Compile anew, when it is needed, if there are opcodes that could not be run so far.
+    fn cover(&mut self, opcodes: Opcodes) {
         if !self.opcodes.covers(opcodes) {
             self.opcodes = self.opcodes.union(opcodes);
             self.field_wgsl = self.opcodes.wgsl();
             self.query = OnceLock::new();
-            self.picture = PicturePass::new(&self.gpu, &self.field_wgsl, Way::Field)?;
+            self.pictures = Default::default();
+            self.brick_passes = Default::default();
         }
-        self.upload(program)
+    }
+
+    /// Whether its shaders are for one program alone.
+    pub fn is_specialized(&self) -> bool {
+        self.is_specialized
+    }
+
+    pub(crate) fn picture(&self, way: Way) -> Result<Arc<PicturePass>, GpuError> {
+        let make = || PicturePass::new(&self.gpu, &self.field_wgsl, way);
+        made_once(&self.pictures[way as usize], make)
+    }
+
+    pub(crate) fn brick_passes(&self, bits: Bits) -> Result<Arc<BrickPasses>, GpuError> {
+        let at = usize::from(bits == Bits::Sixteen);
+        made_once(&self.brick_passes[at], || BrickPasses::new(self, bits))
     }
 
     fn upload(&mut self, program: &Program) -> Result<(), GpuError> {
-        let instrs = if program.instrs().is_empty() {
-            &[IDLE][..]
-        } else {
-            program.instrs()
-        };
+        let instrs = rows_of(program);
         self.instrs.write(&self.gpu, instrs)?;
         self.params.write(&self.gpu, program.params())?;
         self.materials.write(&self.gpu, program.materials())?;
         self.length = instrs.len();
-        self.budget = budget(&self.gpu, program)?;
+        self.budget = budget(&self.gpu, program.iterations())?;
+        self.is_live = false;
+        *self.is_whole.get_mut() = true;
         Ok(())
     }
 
     /// Draw: `frames` as `argil_march::frames` makes them, one a sample. With the picture, what its passes took, by the
     /// device's time stamps where it has them, else by the clock.
     pub fn render(&self, frames: &[Frame]) -> Result<(Picture, f64), GpuError> {
-        self.picture.draw(self, &[], frames)
+        self.picture(Way::Field)?.draw(self, &[], frames)
     }
 
     /// The device.
@@ -120,8 +197,16 @@ impl GpuField {
     }
 
     pub(crate) fn table_bindings(&self) -> impl Iterator<Item = wgpu::BindGroupEntry<'_>> {
+        self.bindings_with(&self.instrs)
+    }
+
+    /// The tables with other instructions for the same parameters.
+    pub(crate) fn bindings_with<'a>(
+        &'a self,
+        instrs: &'a Table,
+    ) -> impl Iterator<Item = wgpu::BindGroupEntry<'a>> {
         let tables = [
-            (&self.instrs, INSTRS),
+            (instrs, INSTRS),
             (&self.params, PARAMS),
             (&self.materials, MATERIALS),
         ];
@@ -131,6 +216,39 @@ impl GpuField {
     }
 }
 
+/// What a program's table of instructions holds.
+fn rows_of(program: &Program) -> &[Instr] {
+    match program.instrs() {
+        [] => IDLE,
+        instrs => instrs,
+    }
+}
+
+fn made_once<T>(
+    place: &OnceLock<Arc<T>>,
+    make: impl FnOnce() -> Result<T, GpuError>,
+) -> Result<Arc<T>, GpuError> {
+    if let Some(made) = place.get() {
+        return Ok(made.clone());
+    }
+    let made = Arc::new(make()?);
+    Ok(place.get_or_init(|| made).clone())
+}
+
+/// Stretches in order, as one where one begins at another's end.
+fn joined(stretches: &[(u32, u32)]) -> Vec<(u32, u32)> {
+    let mut all = stretches.to_vec();
+    all.sort_unstable();
+    all.dedup_by(|next, last| {
+        let touches = next.0 <= last.1;
+        if touches {
+            last.1 = last.1.max(next.1);
+        }
+        touches
+    });
+    all
+}
+
 /// lavapipe ends all loops of a thread after 65,535 iterations, without a word; some are the passes' own.
 const SOFTWARE_ITERATIONS: u64 = 60_000;
 
@@ -138,11 +256,11 @@ const SOFTWARE_ITERATIONS: u64 = 60_000;
 const LEAST_BUDGET: u64 = 7;
 
 /// How many evaluations one thread may do in a dispatch: any number on hardware, which only the picture's size limits.
-fn budget(gpu: &Gpu, program: &Program) -> Result<u32, GpuError> {
+fn budget(gpu: &Gpu, iterations: u64) -> Result<u32, GpuError> {
     if gpu.info().kind != DeviceKind::Software {
         return Ok(u32::MAX);
     }
-    let iterations = program.iterations().max(1);
+    let iterations = iterations.max(1);
     let budget = SOFTWARE_ITERATIONS / (iterations + 1);
     if budget < LEAST_BUDGET {
         return Err(GpuError::TooLong {

@@ -29,6 +29,8 @@ pub(crate) const COUNTERS: u32 = 22;
 pub(crate) const LIVE: u32 = 23;
 pub(crate) const LISTS: u32 = 24;
 pub(crate) const PRUNE: u32 = 25;
+pub(crate) const OLD_MATERIALS: u32 = 26;
+pub(crate) const OLD_POOL: u32 = 27;
 
 pub(crate) const TABLES_WGSL: &str = "
 @group(0) @binding(1) var<storage, read> instrs: array<Instr>;

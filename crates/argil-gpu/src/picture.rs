@@ -30,6 +30,10 @@ pub(crate) enum Way {
     Bricks,
 }
 
+impl Way {
+    pub const COUNT: usize = 4;
+}
+
 /// The passes of a picture.
 pub(crate) struct PicturePass {
     way: Way,

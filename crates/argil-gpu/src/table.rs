@@ -1,11 +1,12 @@
 use crate::{Gpu, GpuError};
 use bytemuck::Pod;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// A storage buffer that grows when it must and is kept when it need not. What is bound is exactly what was written.
 pub(crate) struct Table {
     what: &'static str,
     buffer: Option<wgpu::Buffer>,
-    used: u64,
+    used: AtomicU64,
 }
 
 impl Table {
@@ -13,7 +14,7 @@ impl Table {
         Self {
             what,
             buffer: None,
-            used: 0,
+            used: AtomicU64::new(0),
         }
     }
 
@@ -43,7 +44,7 @@ impl Table {
                 limit,
             });
         }
-        self.used = bytes;
+        *self.used.get_mut() = bytes;
         if self.buffer.as_ref().is_none_or(|b| b.size() < bytes) {
             let size = (bytes + air).next_multiple_of(16).min(limit);
             let usage = wgpu::BufferUsages::STORAGE
@@ -62,16 +63,27 @@ impl Table {
 
     /// Hold exactly these rows.
     pub fn write<T: Pod>(&mut self, gpu: &Gpu, rows: &[T]) -> Result<(), GpuError> {
+        self.reserve(gpu, size_of_val(rows) as u64)?;
+        self.rewrite(gpu, rows);
+        Ok(())
+    }
+
+    /// The same where there is room for them.
+    pub fn rewrite<T: Pod>(&self, gpu: &Gpu, rows: &[T]) {
         let bytes: &[u8] = bytemuck::cast_slice(rows);
-        self.reserve(gpu, bytes.len() as u64)?;
+        self.patch(gpu, 0, bytes);
+        // The binding must not show more rows than there are.
+        let used = (bytes.len() as u64).max(16);
+        self.used.store(used, Ordering::Relaxed);
+    }
+
+    /// Replace some bytes, from one on.
+    pub fn patch(&self, gpu: &Gpu, at: u64, bytes: &[u8]) {
         if let Some(buffer) = &self.buffer
             && !bytes.is_empty()
         {
-            gpu.queue.write_buffer(buffer, 0, bytes);
+            gpu.queue.write_buffer(buffer, at, bytes);
         }
-        // The binding must not show more rows than there are.
-        self.used = (bytes.len() as u64).max(16);
-        Ok(())
     }
 
     pub fn buffer(&self) -> Option<&wgpu::Buffer> {
@@ -88,7 +100,7 @@ impl Table {
         let resource = wgpu::BindingResource::Buffer(wgpu::BufferBinding {
             buffer,
             offset: 0,
-            size: std::num::NonZeroU64::new(self.used),
+            size: std::num::NonZeroU64::new(self.used.load(Ordering::Relaxed)),
         });
         Some(wgpu::BindGroupEntry { binding, resource })
     }

@@ -2,7 +2,7 @@
 
 use crate::bricks::{self, BrickTables};
 use crate::pass::{BRICK_MATERIALS, CELLS, LINEAR, NODES, STORED, TREE_WORDS, VOLUME, entry};
-use crate::picture::{PicturePass, Way};
+use crate::picture::Way;
 use crate::table::Table;
 use crate::{Gpu, GpuError, GpuField};
 use argil_abi::{self as abi, Frame, Node, Volume as Words};
@@ -19,6 +19,16 @@ pub(crate) enum Kind {
     Dense,
     Octree(Box<TreeTables>),
     Bricks(Box<BrickTables>),
+}
+
+impl Kind {
+    fn way(&self) -> Way {
+        match self {
+            Self::Dense => Way::Dense,
+            Self::Octree(_) => Way::Octree,
+            Self::Bricks(_) => Way::Bricks,
+        }
+    }
 }
 
 /// An octree's tables.
@@ -38,7 +48,6 @@ pub struct GpuVolume {
     words: Words,
     uniform: wgpu::Buffer,
     kind: Kind,
-    picture: PicturePass,
 }
 
 impl GpuVolume {
@@ -51,12 +60,9 @@ impl GpuVolume {
         kind: Kind,
     ) -> Result<Self, GpuError> {
         let gpu = field.gpu();
-        let way = match kind {
-            Kind::Dense => Way::Dense,
-            Kind::Octree(_) => Way::Octree,
-            Kind::Bricks(_) => Way::Bricks,
-        };
-        let picture = PicturePass::new(gpu, field.field_wgsl(), way)?;
+        let way = kind.way();
+        // Compiled now, if it was not yet, and not when the first picture is wanted.
+        field.picture(way)?;
         let (sampler, uniform) = gpu.checked(|| {
             let sampler = gpu.device.create_sampler(&wgpu::SamplerDescriptor {
                 label: Some("stored distances"),
@@ -74,7 +80,6 @@ impl GpuVolume {
             words,
             uniform,
             kind,
-            picture,
         })
     }
 
@@ -145,7 +150,7 @@ impl GpuVolume {
             own.extend(tables.cells.binding(CELLS));
             own.extend(tables.materials.binding(BRICK_MATERIALS));
         }
-        self.picture.draw(field, &own, frames)
+        field.picture(self.kind.way())?.draw(field, &own, frames)
     }
 
     /// Where the voxels lie.
@@ -189,12 +194,31 @@ impl GpuVolume {
         Ok(Some((word(abi::TREE_BRICKS), word(abi::TREE_NODES))))
     }
 
-    /// What sparse bricks are, and how many.
-    pub fn sparse(&self) -> Option<(BrickLayout, u64)> {
+    /// What sparse bricks are, and how many, after a wait for edits.
+    pub fn sparse(&self, gpu: &Gpu) -> Result<Option<(BrickLayout, u64)>, GpuError> {
         match &self.kind {
-            Kind::Bricks(tables) => Some((tables.layout, tables.count)),
+            Kind::Bricks(tables) => Ok(Some((tables.layout, tables.count(gpu)?))),
+            _ => Ok(None),
+        }
+    }
+
+    /// How sparse bricks lie.
+    pub fn brick_layout(&self) -> Option<&BrickLayout> {
+        match &self.kind {
+            Kind::Bricks(tables) => Some(&tables.layout),
             _ => None,
         }
+    }
+
+    /// What edits of bricks change.
+    pub(crate) fn brick_parts(
+        &mut self,
+    ) -> (&mut Words, &mut wgpu::Texture, Option<&mut BrickTables>) {
+        let tables = match &mut self.kind {
+            Kind::Bricks(tables) => Some(&mut **tables),
+            _ => None,
+        };
+        (&mut self.words, &mut self.texture, tables)
     }
 
     /// Bytes on the device: textures and tables.

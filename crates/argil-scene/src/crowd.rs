@@ -19,7 +19,7 @@ impl Crowd {
     fn of(scene: &Scene, group: NodeId) -> Self {
         let mut crowd = Self::default();
         for &child in scene.node(group).children() {
-            crowd.add(scene.node(child).entry());
+            crowd.add(scene.node(child).acting());
         }
         crowd
     }
@@ -95,8 +95,8 @@ impl Scene {
         let own = &nodes[node.index()];
         let crowd = own.parent.and_then(|group| crowds.get_mut(&group));
         match crowd {
-            Some(crowd) if is_there => crowd.add(&own.entry),
-            Some(crowd) => crowd.remove(&own.entry),
+            Some(crowd) if is_there => crowd.add(own.acting()),
+            Some(crowd) => crowd.remove(own.acting()),
             None => {}
         }
     }

@@ -2,6 +2,7 @@
 
 use crate::extent::Extents;
 use crate::influence::influence;
+use crate::scene::pose_of;
 use crate::{Body, Entry, Fault, Modifier, Node, NodeId, Scene};
 use argil_math::Aabb;
 
@@ -280,11 +281,7 @@ impl Scene {
                 self.check_entry(&entry)?;
                 self.check_place(parent, index)?;
                 let node = NodeId(self.nodes.len() as u32);
-                self.nodes.push(Node {
-                    entry,
-                    children: Vec::new(),
-                    parent: None,
-                });
+                self.nodes.push(Node::new(entry, None, self.time));
                 Step::Attach {
                     node,
                     parent,
@@ -384,7 +381,9 @@ impl Scene {
             }
             Step::Set { node, mut entry } => {
                 self.count(node, false);
-                std::mem::swap(&mut self.nodes[node.index()].entry, &mut entry);
+                let own = &mut self.nodes[node.index()];
+                std::mem::swap(&mut own.entry, &mut entry);
+                own.posed = pose_of(&own.entry, self.time);
                 self.count(node, true);
                 Step::Set { node, entry }
             }
@@ -402,6 +401,21 @@ impl Scene {
                 }
             }
         };
+        let dirty_box = self.note(node, before);
+        (Edited { node, dirty_box }, inverse)
+    }
+
+    /// Let a node with keyframes act otherwise.
+    pub(crate) fn pose(&mut self, node: NodeId, posed: Entry) {
+        let before = self.boxes(node);
+        self.count(node, false);
+        self.nodes[node.index()].posed = Some(Box::new(posed));
+        self.count(node, true);
+        self.note(node, before);
+    }
+
+    /// Take note of a change, by what a node was before; the box that it makes dirty.
+    fn note(&mut self, node: NodeId, before: (Option<NodeId>, [Aabb; 2])) -> Aabb {
         let after = self.boxes(node);
         let [dirty_box, far_box] = [0, 1].map(|i| before.1[i].union(after.1[i]));
         self.history.changes.push(Change {
@@ -409,7 +423,7 @@ impl Scene {
             dirty_box,
             far_box,
         });
-        (Edited { node, dirty_box }, inverse)
+        dirty_box
     }
 
     /// The operand of the root that a node is in, and where it matters, within each of the bands.

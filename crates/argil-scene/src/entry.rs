@@ -1,4 +1,5 @@
 use crate::fault::Fault;
+use crate::keyframe::{self, Keyframe};
 use crate::{Modifier, Operator, OperatorKind, Profile, Shape};
 
 /// What a brush or a group is apart from its place in the scene.
@@ -14,6 +15,8 @@ pub struct Entry {
     pub modifiers: Vec<Modifier>,
     /// The name of a material of the scene; without one, that of the group around it.
     pub material: Option<String>,
+    /// Values that change with time, in its order.
+    pub keyframes: Vec<Keyframe>,
     /// A shape, or a group that holds others.
     pub body: Body,
 }
@@ -35,6 +38,7 @@ impl Entry {
             operator: Operator::default(),
             modifiers: Vec::new(),
             material: None,
+            keyframes: Vec::new(),
             body,
         }
     }
@@ -47,6 +51,7 @@ impl Entry {
                 .check()
                 .map_err(|f| f.within(&format!("modifiers[{i}]")))?;
         }
+        keyframe::check(&self.keyframes)?;
         match &self.body {
             Body::Shape(shape) => shape.check().map_err(|f| f.within("shape")),
             Body::Group => Ok(()),
@@ -127,6 +132,12 @@ macro_rules! builder {
             /// Use a material of the scene.
             pub fn material(mut self, name: impl Into<String>) -> Self {
                 self.0.material = Some(name.into());
+                self
+            }
+
+            /// Append a keyframe.
+            pub fn keyframe(mut self, keyframe: Keyframe) -> Self {
+                self.0.keyframes.push(keyframe);
                 self
             }
 

@@ -189,7 +189,7 @@ impl<'a> Extents<'a> {
     /// The extents of a node before its first modifier, before its second, …, after its last.
     pub fn stages(&mut self, id: NodeId) -> Vec<Extent> {
         let mut stages = vec![self.content(id)];
-        for modifier in &self.scene.node(id).entry.modifiers {
+        for modifier in &self.scene.node(id).acting().modifiers {
             stages.push(stages[stages.len() - 1].modified(modifier));
         }
         stages
@@ -202,12 +202,12 @@ impl<'a> Extents<'a> {
         let parents_first: Vec<NodeId> = self.scene.walk_from(id).collect();
         for &id in parents_first.iter().rev() {
             let node = self.scene.node(id);
-            let content = match &node.entry.body {
+            let content = match &node.acting().body {
                 Body::Shape(shape) => Extent::of_shape(shape),
                 Body::Group => self.fold(&node.children),
             };
             let outer = node
-                .entry
+                .acting()
                 .modifiers
                 .iter()
                 .fold(content, |e, m| e.modified(m));
@@ -223,7 +223,7 @@ impl<'a> Extents<'a> {
         // the greatest blend radius: where the result is that far below every operand, |a − b| ≥ k.
         let (mut bulges, mut greatest) = (0.0f32, 0.0f32);
         for &id in children {
-            let entry = &self.scene.node(id).entry;
+            let entry = self.scene.node(id).acting();
             let operand = self.known[&id][1];
             if !entry.visible || operand.aabb.is_empty() {
                 continue;

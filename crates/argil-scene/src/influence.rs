@@ -56,7 +56,7 @@ fn grown_box(
         chain.push(parent);
     }
     chain.reverse();
-    if chain[0] != Scene::ROOT || chain.iter().any(|&id| !scene.node(id).entry.visible) {
+    if chain[0] != Scene::ROOT || chain.iter().any(|&id| !scene.node(id).acting().visible) {
         return Aabb::EMPTY;
     }
 
@@ -69,7 +69,7 @@ fn grown_box(
     for pair in chain.windows(2) {
         let (parent, child) = (pair[0], pair[1]);
         let siblings = &scene.node(parent).children;
-        let entry = &scene.node(child).entry;
+        let entry = scene.node(child).acting();
         let outer = extents.outer(child);
 
         let (falls, morphed) = match scene.crowds.get(&parent) {
@@ -93,7 +93,7 @@ fn grown_box(
             // These act on all of the space that their list fills.
             let everything = siblings
                 .iter()
-                .filter(|&&s| scene.node(s).entry.visible)
+                .filter(|&&s| scene.node(s).acting().visible)
                 .map(|&s| extents.outer(s));
             region = everything.fold(Aabb::EMPTY, |b, e| {
                 b.union(e.aabb.grown(e.underestimate * interest))
@@ -148,7 +148,7 @@ fn later_falls(
 ) -> (f32, bool) {
     let (mut sum, mut greatest, mut chamfered, mut morphed) = (0.0f32, 0.0f32, false, false);
     for &id in later.iter().rev() {
-        let entry = &scene.node(id).entry;
+        let entry = scene.node(id).acting();
         if !entry.visible {
             continue;
         }

@@ -93,6 +93,7 @@ impl Item {
             operator,
             modifiers: self.modifiers,
             material: self.material,
+            keyframes: self.keyframes,
             body: self.shape.map_or(Body::Group, Body::Shape),
         };
         (entry, self.brushes.unwrap_or_default())
@@ -112,6 +113,7 @@ impl Item {
             amount: entry.operator.amount,
             material: entry.material.clone(),
             modifiers: entry.modifiers.clone(),
+            keyframes: entry.keyframes.clone(),
             shape,
             brushes,
         }

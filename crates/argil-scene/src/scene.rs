@@ -19,14 +19,32 @@ impl NodeId {
 #[derive(Clone, Debug)]
 pub struct Node {
     pub(crate) entry: Entry,
+    /// As it acts at the scene's time, if it has keyframes.
+    pub(crate) posed: Option<Box<Entry>>,
     pub(crate) children: Vec<NodeId>,
     pub(crate) parent: Option<NodeId>,
 }
 
 impl Node {
+    /// A node of its own at the scene's time.
+    pub(crate) fn new(entry: Entry, parent: Option<NodeId>, time: f32) -> Self {
+        let posed = pose_of(&entry, time);
+        Self {
+            entry,
+            posed,
+            children: Vec::new(),
+            parent,
+        }
+    }
+
     /// What the node is.
     pub fn entry(&self) -> &Entry {
         &self.entry
+    }
+
+    /// What it is at the scene's time: with the values of its keyframes in place of its own.
+    pub fn acting(&self) -> &Entry {
+        self.posed.as_deref().unwrap_or(&self.entry)
     }
 
     /// What a group holds, in order; nothing for a brush.
@@ -38,6 +56,11 @@ impl Node {
     pub fn parent(&self) -> Option<NodeId> {
         self.parent
     }
+}
+
+pub(crate) fn pose_of(entry: &Entry, time: f32) -> Option<Box<Entry>> {
+    let moves = !entry.keyframes.is_empty();
+    moves.then(|| Box::new(entry.posed(time)))
 }
 
 /// A number that no other scene of the process has; a clone has its own.
@@ -61,6 +84,7 @@ impl Clone for Identity {
 #[derive(Clone, Debug)]
 pub struct Scene {
     pub(crate) nodes: Vec<Node>,
+    pub(crate) time: f32,
     pub(crate) materials: BTreeMap<String, Material>,
     pub(crate) history: History,
     pub(crate) bands: [f32; 2],
@@ -87,11 +111,8 @@ impl Scene {
     /// A scene with nothing in it.
     pub fn new() -> Self {
         Self {
-            nodes: vec![Node {
-                entry: Group::new().into(),
-                children: Vec::new(),
-                parent: None,
-            }],
+            nodes: vec![Node::new(Group::new().into(), None, 0.0)],
+            time: 0.0,
             materials: BTreeMap::new(),
             history: History::default(),
             bands: [0.1; 2],
@@ -208,11 +229,7 @@ impl Scene {
     /// Put an entry at the end of a group without a check or a step in the history.
     pub(crate) fn append(&mut self, parent: NodeId, entry: Entry) -> NodeId {
         let id = NodeId(self.nodes.len() as u32);
-        self.nodes.push(Node {
-            entry,
-            children: Vec::new(),
-            parent: Some(parent),
-        });
+        self.nodes.push(Node::new(entry, Some(parent), self.time));
         self.nodes[parent.index()].children.push(id);
         id
     }

@@ -24,6 +24,7 @@ mod layout;
 mod material;
 mod pool;
 mod words;
+mod work;
 
 use crate::Texels;
 use argil_abi::BRICK_MIXED;
@@ -36,6 +37,7 @@ pub use build::BrickStagesMs;
 pub use edit::BrickEdit;
 pub use layout::{BLOCK_SIDE, BrickLayout, BrickSettings, BricksError};
 pub use words::{Word, center_of, empty_word, is_brick, is_lonely};
+pub use work::{EditWork, Unit};
 
 /// A sparse volume of bricks.
 #[derive(Clone, PartialEq)]

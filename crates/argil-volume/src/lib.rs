@@ -35,7 +35,8 @@ mod texels;
 pub use batch::Levels;
 pub use bricks::{
     BLOCK_SIDE, Beyond, BrickEdit, BrickLayout, BrickSampler, BrickSettings, BrickStagesMs, Bricks,
-    BricksError, Corners, Located, Word, center_of, empty_word, is_brick, is_lonely,
+    BricksError, Corners, EditWork, Located, Unit, Word, center_of, empty_word, is_brick,
+    is_lonely,
 };
 pub use dense::Dense;
 pub use encoding::{Bits, Encoding, Range, Texel};
@@ -62,8 +63,10 @@ pub mod wgsl {
     pub const WORDS: &str = include_str!("bricks/words.wgsl");
     /// Materials of sparse bricks.
     pub const MATERIAL: &str = include_str!("bricks/material.wgsl");
-    /// Building sparse bricks: `measure`, `plan`, `fill_bricks` and `settle`.
+    /// Making sparse bricks: lists, `measure`, `plan`, `fill_bricks`, `fill_materials`, `settle` and `give_back`.
     pub const SPARSE: &str = include_str!("bricks/build.wgsl");
+    /// Moving sparse bricks to another pool: `repack`.
+    pub const REPACK: &str = include_str!("bricks/repack.wgsl");
     /// Filling bricks and the cells without one: `fill_bricks` and `fill_vacant`.
     pub const BRICKS: &str = include_str!("octree/fill.wgsl");
 }

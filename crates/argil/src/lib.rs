@@ -17,6 +17,7 @@
 
 mod engine;
 mod error;
+mod listeners;
 mod live;
 mod picture;
 mod query;
@@ -28,19 +29,20 @@ pub use argil_gpu::{DenseFill, DeviceInfo, DeviceKind, GpuError, Order};
 pub use argil_march::{Camera, Descent, Normals, Settings, Show, Spread, Statistics};
 pub use argil_math::{Aabb, Interval};
 pub use argil_scene::{
-    Body, Brush, Change, Edit, EditError, Edited, Entry, Exactness, FileError, Group, ImportError,
-    LogError, Material, Modifier, NodeId, Operator, OperatorKind, Outline, Piece, Placement,
-    Profile, Scene, Shape, View, remove_unfinished_files, schema,
+    Body, Brush, Change, Ease, Edit, EditError, Edited, Entry, Exactness, FileError, Group,
+    ImportError, Keyframe, LogError, Material, Modifier, NodeId, Operator, OperatorKind, Outline,
+    Piece, Placement, Profile, Scene, Shape, Turn, View, remove_unfinished_files, schema,
 };
 pub use argil_volume::{
-    Bits, BrickLayout, BrickSettings, Bricks, BricksError, Dense, Encoding, Keep, Lattice, Layout,
-    Octree, OctreeError, OctreeSettings, Range, ResolutionError, Section, Stored, Volume,
-    VolumeError,
+    Bits, BrickEdit, BrickLayout, BrickSettings, Bricks, BricksError, Dense, Encoding, Keep,
+    Lattice, Layout, Octree, OctreeError, OctreeSettings, Range, ResolutionError, Section, Stored,
+    Volume, VolumeError,
 };
 pub use engine::{Backend, Engine};
 pub use error::{BuildError, EngineError, PictureError, RenderError, VolumeFileError};
 pub use glam;
-pub use live::Applied;
+pub use listeners::Listener;
+pub use live::{Applied, Pace};
 pub use picture::{Drawn, save_png};
 pub use query::{CastHit, Overlap, Query};
 pub use representation::{

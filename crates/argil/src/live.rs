@@ -1,25 +1,33 @@
 //! Following a scene in place.
 
-use crate::representation::{Kept, budget_of};
-use crate::{BricksOptions, BuildError, Scene};
+use crate::representation::{Kept, budget_on};
+use crate::{BricksOptions, BuildError, Engine, Scene};
 use argil_field::{LiveProgram, Program};
+use argil_gpu::{GpuField, GpuVolume};
 use argil_math::Aabb;
-use argil_volume::{Bricks, Volume};
-use std::time::Instant;
+use argil_volume::{BrickEdit, BrickLayout, Bricks, EditWork, Volume};
+use std::time::{Duration, Instant};
+
+/// How much of an edit is done at once, and what first.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pace {
+    /// Milliseconds that may be taken, about. A GPU takes on as much as it is expected to do in that time.
+    pub budget_ms: f64,
+    /// What is near to it comes first: the camera's eye.
+    pub eye: [f32; 3],
+}
 
 /// What following a scene's edits did to a world.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Applied {
-    /// Bricks that were sampled.
-    pub bricks: u64,
-    /// Bricks that there were not before.
-    pub added: u64,
-    /// Bricks that there are no more.
-    pub removed: u64,
+    /// What was done to bricks. Not known of a GPU, which is not waited for: see [`World::finish`](crate::World::finish).
+    pub counts: Option<BrickEdit>,
+    /// Blocks of 4³ cells that are left to be done, where a [`Pace`] was given: the next call goes on with them.
+    pub blocks_left: u64,
     /// Outside this box no distance within the stored band changed, nor did a material.
     pub dirty_box: Aabb,
-    /// Milliseconds.
+    /// Milliseconds; of a GPU, those of the CPU.
     pub duration_ms: f64,
     /// Whether everything was made again and not only what the edits touched.
     pub rebuilt: bool,
@@ -27,6 +35,34 @@ pub struct Applied {
 
 /// No scene's identity: what was followed is not what the bricks are.
 const LOST: u64 = 0;
+
+/// Bricks, wherever they are.
+pub(crate) enum Clay<'a> {
+    Cpu(&'a mut Bricks),
+    Gpu(&'a mut GpuVolume, &'a mut GpuField),
+}
+
+impl<'a> Clay<'a> {
+    /// Of a world; nothing where it is not kept as bricks, or its shaders are for one scene alone.
+    pub fn of(kept: &'a mut Kept, field: Option<&'a mut GpuField>) -> Option<Self> {
+        match (kept, field) {
+            (Kept::Cpu(Volume::Bricks(bricks)), _) => Some(Self::Cpu(bricks)),
+            (Kept::Gpu(volume), Some(field))
+                if volume.brick_layout().is_some() && !field.is_specialized() =>
+            {
+                Some(Self::Gpu(volume, field))
+            }
+            _ => None,
+        }
+    }
+
+    fn layout(&self) -> Option<BrickLayout> {
+        match self {
+            Self::Cpu(bricks) => Some(*bricks.layout()),
+            Self::Gpu(volume, _) => volume.brick_layout().copied(),
+        }
+    }
+}
 
 /// How far a world has followed its scene.
 pub(crate) struct Live {
@@ -36,6 +72,12 @@ pub(crate) struct Live {
     seen: usize,
     /// Made when it is first needed.
     program: Option<LiveProgram>,
+    /// What is left to be done.
+    work: EditWork,
+    /// The boxes of edits that are not done.
+    undone: Vec<Aabb>,
+    /// What was done on the CPU since it was last asked for.
+    done: BrickEdit,
 }
 
 impl Live {
@@ -44,6 +86,9 @@ impl Live {
             identity: scene.identity(),
             seen: scene.changes().len(),
             program: None,
+            work: EditWork::default(),
+            undone: Vec::new(),
+            done: BrickEdit::default(),
         }
     }
 
@@ -61,17 +106,20 @@ impl Live {
     /// Nothing where everything is to be made again.
     ///
     /// # Errors
-    /// If the scene cannot be lowered: nothing is changed then; or if its bricks take too much: they are then as they were, and
-    /// everything is to be made again the next time.
+    /// If the scene cannot be lowered: nothing is changed then; or if its bricks take too much: everything is to be made again
+    /// the next time.
     pub fn follow(
         &mut self,
         scene: &Scene,
-        bricks: &mut Bricks,
+        clay: Clay<'_>,
         before: Option<&Program>,
-        options: &BricksOptions,
+        (engine, options): (&Engine, &BricksOptions),
+        pace: Option<Pace>,
     ) -> Result<Option<Applied>, BuildError> {
         let start = Instant::now();
-        let layout = *bricks.layout();
+        let Some(layout) = clay.layout() else {
+            return Ok(None);
+        };
         let bands = self.tables().or(before).map(|tables| layout.bands(tables));
         if !bands.is_some_and(|bands| self.knows(scene, bands)) {
             return Ok(None);
@@ -96,25 +144,94 @@ impl Live {
                 self.program.insert(live)
             }
         };
-        let boxes: Vec<[Aabb; 2]> = changes.iter().map(|c| [c.dirty_box, c.far_box]).collect();
-        let edit = bricks.edit(live, &boxes, budget_of(options));
-        if edit.is_err() {
-            // The program has gone ahead of the bricks.
-            self.identity = LOST;
-        }
-        let edit = edit?;
         self.seen = scene.changes().len();
+        let boxes: Vec<[Aabb; 2]> = changes.iter().map(|c| [c.dirty_box, c.far_box]).collect();
+        let left = std::mem::take(&mut self.work);
+        self.work = EditWork::new(&layout, live, &boxes);
+        self.work.take_on(&layout, live, left);
+        self.undone.extend(boxes.iter().map(|[dirty, _]| *dirty));
+        if let Some(pace) = pace {
+            self.work.sort_by_distance(&layout, pace.eye.into());
+        }
+        let counts = match self.go_on(clay, (engine, options), pace, start) {
+            Ok(counts) => counts,
+            Err(error) => {
+                // The program has gone ahead of the bricks.
+                self.identity = LOST;
+                return Err(error);
+            }
+        };
         let dirty_box = boxes
             .iter()
             .fold(Aabb::EMPTY, |all, [own, _]| all.union(*own));
         Ok(Some(Applied {
-            bricks: edit.filled,
-            added: edit.added,
-            removed: edit.removed,
+            counts,
+            blocks_left: self.work.blocks(),
             dirty_box,
             duration_ms: start.elapsed().as_secs_f64() * 1e3,
             rebuilt: false,
         }))
+    }
+
+    /// Go on with what is left to be done.
+    fn go_on(
+        &mut self,
+        clay: Clay<'_>,
+        (engine, options): (&Engine, &BricksOptions),
+        pace: Option<Pace>,
+        start: Instant,
+    ) -> Result<Option<BrickEdit>, BuildError> {
+        let Some(live) = &self.program else {
+            return Ok(None);
+        };
+        let budget = budget_on(engine, options);
+        // A number that is none, or is no time, is the least there is.
+        let within = pace.map(|pace| {
+            let seconds = (pace.budget_ms * 1e-3).clamp(0.0, 1e6);
+            Duration::try_from_secs_f64(seconds).unwrap_or_default()
+        });
+        match clay {
+            Clay::Cpu(bricks) => {
+                let until = within.map(|within| start + within);
+                let edit = bricks.edit(live, &mut self.work, budget, until)?;
+                self.done += edit;
+                Ok(Some(edit))
+            }
+            Clay::Gpu(volume, field) => {
+                field.follow(live)?;
+                volume.edit(field, live, &mut self.work, budget, within)?;
+                Ok(None)
+            }
+        }
+    }
+
+    /// Do what is left to be done and wait for it; what edits did since this was last called.
+    pub fn finish(
+        &mut self,
+        mut clay: Clay<'_>,
+        machine: (&Engine, &BricksOptions),
+    ) -> Result<BrickEdit, BuildError> {
+        let again = match &mut clay {
+            Clay::Cpu(bricks) => Clay::Cpu(bricks),
+            Clay::Gpu(volume, field) => Clay::Gpu(volume, field),
+        };
+        if let Err(error) = self.go_on(again, machine, None, Instant::now()) {
+            self.identity = LOST;
+            return Err(error);
+        }
+        match clay {
+            Clay::Cpu(_) => Ok(std::mem::take(&mut self.done)),
+            Clay::Gpu(volume, field) => Ok(volume.settle(field.gpu())?),
+        }
+    }
+
+    /// The boxes of edits that are done by now and were not told.
+    pub fn told(&mut self) -> Vec<Aabb> {
+        if self.work.is_done() {
+            std::mem::take(&mut self.undone)
+        } else {
+            Vec::new()
+        }
     }
 
     /// What holds of the whole, and the tables, if the scene was followed.
@@ -125,13 +242,5 @@ impl Live {
     /// The whole program as it is now, if the scene was followed.
     pub fn whole(&self) -> Option<Program> {
         self.program.as_ref().map(LiveProgram::whole)
-    }
-}
-
-/// The bricks on the CPU, if the world is kept so.
-pub(crate) fn bricks_of(kept: &mut Kept) -> Option<&mut Bricks> {
-    match kept {
-        Kept::Cpu(Volume::Bricks(bricks)) => Some(bricks),
-        _ => None,
     }
 }

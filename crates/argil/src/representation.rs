@@ -195,7 +195,7 @@ impl VolumeInfo {
                 nodes,
             }),
             sparse: volume
-                .sparse()
+                .sparse(field.gpu())?
                 .map(|(layout, bricks)| SparseInfo { layout, bricks }),
         })
     }
@@ -218,7 +218,24 @@ pub(crate) fn lattice_of(
         .view
         .frame
         .map(|[min, max]| Aabb::new(min.into(), max.into()));
-    Ok(Lattice::holding(program.aabb(), frame, resolution)?)
+    Ok(Lattice::holding(reach(scene, program), frame, resolution)?)
+}
+
+/// Times at which it is looked how far an animated scene reaches.
+const LOOKS: u16 = 16;
+
+/// The box of the solid; of a scene that moves, of what it is at times of equal distance.
+pub(crate) fn reach(scene: &Scene, program: &Program) -> Aabb {
+    let Some(duration) = scene.duration() else {
+        return program.aabb();
+    };
+    let mut moved = scene.clone();
+    let boxes = (0..=LOOKS).filter_map(|look| {
+        moved.set_time(duration * f32::from(look) / f32::from(LOOKS));
+        // What cannot be lowered then is told when it is to be drawn.
+        Program::lower(&moved).ok().map(|program| program.aabb())
+    });
+    boxes.fold(program.aabb(), |all, own| all.union(own))
 }
 
 /// Build on the engine's device, on a lattice or on the scene's own.
@@ -259,14 +276,12 @@ pub(crate) fn build(
             let layout = BrickLayout::new(lattice, &options.settings)?;
             check_memory(engine, layout.table_bytes())?;
             if let Some(field) = field {
-                let budget = match engine.gpu_kind() {
-                    Some(kind) if kind.is_real_gpu() => options.memory_budget,
-                    _ => budget_of(&options),
-                };
+                let budget = budget_on(engine, &options);
                 let (volume, stages) = GpuVolume::bricks(field, program, layout, budget)?;
                 return Ok((Kept::Gpu(volume), BuildTimes::of_stages(stages)));
             }
-            let (bricks, stages) = Bricks::bake(program, layout, budget_of(&options))?;
+            let budget = budget_on(engine, &options);
+            let (bricks, stages) = Bricks::bake(program, layout, budget)?;
             let stages = vec![
                 ("prune", stages.prune),
                 ("fill", stages.fill),
@@ -300,8 +315,11 @@ pub(crate) fn build(
     }
 }
 
-/// What is left of the budget and of the machine's memory.
-pub(crate) fn budget_of(options: &BricksOptions) -> Option<u64> {
+/// What is left of the budget, and of the machine's memory where bricks are kept there.
+pub(crate) fn budget_on(engine: &Engine, options: &BricksOptions) -> Option<u64> {
+    if engine.gpu_kind().is_some_and(|kind| kind.is_real_gpu()) {
+        return options.memory_budget;
+    }
     let free = available_memory();
     match (options.memory_budget, free) {
         (Some(budget), Some(free)) => Some(budget.min(free)),

@@ -1,5 +1,6 @@
-use crate::live::{Applied, Live, bricks_of};
-use crate::representation::{Kept, build};
+use crate::listeners::{Listener, Listeners};
+use crate::live::{Applied, Clay, Live, Pace};
+use crate::representation::{Kept, build, reach};
 use crate::{
     BricksOptions, BuildError, BuildTimes, DenseOptions, Drawn, Engine, OctreeOptions, Placement,
     RenderError, Scene, Stored, Via, Volume, VolumeFileError, VolumeInfo,
@@ -8,7 +9,7 @@ use argil_field::Program;
 use argil_gpu::{GpuField, GpuVolume};
 use argil_march::{Camera, Descent, Settings, Show, Through, frames};
 use argil_math::{Aabb, Interval};
-use argil_volume::{BrickSettings, Lattice};
+use argil_volume::{BrickEdit, BrickSettings, Lattice};
 use glam::Vec3;
 use std::borrow::Cow;
 use std::path::Path;
@@ -43,7 +44,7 @@ pub struct World {
     program: OnceLock<Program>,
     live: Live,
     gpu: Option<GpuField>,
-    specialized: bool,
+    listeners: Listeners,
     focus: Aabb,
     view: crate::View,
     via: Via,
@@ -65,7 +66,7 @@ impl World {
             program: program.into(),
             live: Live::of(scene),
             gpu,
-            specialized: false,
+            listeners: Listeners::default(),
             focus,
             view: scene.view.clone(),
             via: Via::Field,
@@ -203,7 +204,12 @@ impl World {
     pub fn save(&self, scene: &Scene, path: impl AsRef<Path>) -> Result<(), VolumeFileError> {
         let path = path.as_ref();
         let volume = self.volume()?.ok_or(VolumeFileError::NoVolume)?;
-        let scene_json = scene.to_json();
+        // What is read again stands at time 0.
+        let scene_json = if scene.time() == 0.0 {
+            scene.to_json()
+        } else {
+            scene.frozen().to_json()
+        };
         argil_scene::replace_file(path, |out| volume.write(&scene_json, out)).map_err(|source| {
             VolumeFileError::Write {
                 path: path.into(),
@@ -213,38 +219,58 @@ impl World {
     }
 
     /// The distances up to which a scene's edits must tell their boxes to be followed in place: give them to
-    /// [`Scene::set_bands`] before editing. Nothing of a world that is not kept as bricks on the CPU.
+    /// [`Scene::set_bands`] before editing. Nothing of a world that is not kept as sparse bricks.
     pub fn bands(&self) -> [f32; 2] {
-        match &self.kept {
-            Kept::Cpu(Volume::Bricks(bricks)) => {
-                let program = self.live.tables().unwrap_or_else(|| self.program());
-                bricks.layout().bands(program)
-            }
-            _ => [0.0; 2],
-        }
+        let layout = match &self.kept {
+            Kept::Cpu(Volume::Bricks(bricks)) => Some(bricks.layout()),
+            Kept::Gpu(volume) => volume.brick_layout(),
+            _ => None,
+        };
+        layout.map_or([0.0; 2], |layout| {
+            let program = self.live.tables().unwrap_or_else(|| self.program());
+            layout.bands(program)
+        })
     }
 
-    /// Follow a scene that was edited. Sparse bricks on the CPU are changed in place, at the cost of what the edits touch,
-    /// if the scene is the one that the world was built from and its edits told boxes for the world's [bands](World::bands).
-    /// Otherwise, and where an edit changes what all distances are relied on for, everything is made again, on the same
-    /// lattice; the result is the same. On a GPU nothing is compiled, unless the world is specialised.
+    /// Follow a scene that was edited. Sparse bricks are changed in place, at the cost of what the edits touch, if the scene
+    /// is the one that the world was built from and its edits told boxes for the world's [bands](World::bands). Otherwise,
+    /// and where an edit changes what all distances are relied on for, everything is made again, on the same lattice; the
+    /// result is the same. On a GPU edits are submitted and not waited for, and nothing is compiled unless the world is
+    /// specialised, or a software device lacks an opcode.
     ///
     /// # Errors
-    /// If the scene cannot be built; the volume is then as it was before, and the next scene that can be is followed from there.
+    /// If the scene cannot be built, or takes too much; the next scene that can be is followed all the same.
     pub fn apply(&mut self, scene: &Scene) -> Result<Applied, BuildError> {
+        self.follow(scene, None)
+    }
+
+    /// The same at a pace: as much as there is time for, what is near to the eye first. What is left is told, and done by
+    /// calls that follow, or by [`World::finish`]. A picture in between shows each cell as it was or as it will be.
+    ///
+    /// # Errors
+    /// As [`World::apply`].
+    pub fn apply_at(&mut self, scene: &Scene, pace: Pace) -> Result<Applied, BuildError> {
+        self.follow(scene, Some(pace))
+    }
+
+    fn follow(&mut self, scene: &Scene, pace: Option<Pace>) -> Result<Applied, BuildError> {
         let start = Instant::now();
-        if let (Some(bricks), Via::Bricks(options)) = (bricks_of(&mut self.kept), self.via)
-            && let Some(applied) = self
-                .live
-                .follow(scene, bricks, self.program.get(), &options)?
+        if let (Some(clay), Via::Bricks(options)) =
+            (Clay::of(&mut self.kept, self.gpu.as_mut()), self.via)
         {
-            self.program = OnceLock::new();
-            self.view = scene.view.clone();
-            return Ok(applied);
+            let machine = (&self.engine, &options);
+            let before = self.program.get();
+            if let Some(applied) = self.live.follow(scene, clay, before, machine, pace)? {
+                self.program = OnceLock::new();
+                self.view = scene.view.clone();
+                let boxes = self.live.told();
+                self.listeners.tell(&boxes);
+                return Ok(applied);
+            }
         }
         let program = Program::lower(scene)?;
         match &mut self.gpu {
-            Some(gpu) if !self.specialized => gpu.update(&program)?,
+            Some(gpu) if !gpu.is_specialized() => gpu.update(&program)?,
             Some(gpu) => *gpu = GpuField::new(gpu.gpu().clone(), &program, true)?,
             None => {}
         }
@@ -262,18 +288,60 @@ impl World {
         self.view = scene.view.clone();
         self.program = program.into();
         self.live = Live::of(scene);
+        self.listeners.tell(&[Aabb::ALL]);
         let bricks = self
             .volume_info()?
             .and_then(|info| info.sparse)
             .map_or(0, |s| s.bricks);
         Ok(Applied {
-            bricks,
-            added: 0,
-            removed: 0,
+            counts: Some(BrickEdit {
+                filled: bricks,
+                ..BrickEdit::default()
+            }),
+            blocks_left: 0,
             dirty_box: Aabb::ALL,
             duration_ms: start.elapsed().as_secs_f64() * 1e3,
             rebuilt: true,
         })
+    }
+
+    /// Do what edits at a pace have left to be done, and wait for the device; what edits in place did since the last time.
+    ///
+    /// # Errors
+    /// As [`World::apply`].
+    pub fn finish(&mut self) -> Result<BrickEdit, BuildError> {
+        let (Some(clay), Via::Bricks(options)) =
+            (Clay::of(&mut self.kept, self.gpu.as_mut()), self.via)
+        else {
+            return Ok(BrickEdit::default());
+        };
+        let edit = self.live.finish(clay, (&self.engine, &options))?;
+        let boxes = self.live.told();
+        self.listeners.tell(&boxes);
+        Ok(edit)
+    }
+
+    /// Give back the room for bricks that edits have left on a GPU, after a wait. On the CPU none is left.
+    ///
+    /// # Errors
+    /// If the device does not do it.
+    pub fn trim(&mut self) -> Result<(), BuildError> {
+        if let (Kept::Gpu(volume), Some(field)) = (&mut self.kept, &self.gpu) {
+            volume.trim(field.gpu())?;
+        }
+        Ok(())
+    }
+
+    /// Call `listener` whenever edits are done, with the boxes outside of which no distance near a surface changed: the
+    /// box of everything where all was made again. It is called by the thread that applies edits, after they were applied;
+    /// of a GPU, after they were submitted.
+    pub fn listen(&mut self, listener: impl FnMut(&[Aabb]) + Send + Sync + 'static) -> Listener {
+        self.listeners.add(Box::new(listener))
+    }
+
+    /// Call a listener no more; whether it was there.
+    pub fn unlisten(&mut self, listener: Listener) -> bool {
+        self.listeners.remove(listener)
     }
 
     /// In how many cells sparse bricks differ from those of a fresh bake on the same device and lattice: whether there is a
@@ -306,7 +374,6 @@ impl World {
         if let Some(gpu) = &self.gpu {
             let specialized = GpuField::new(gpu.gpu().clone(), self.program(), true)?;
             self.gpu = Some(specialized);
-            self.specialized = true;
         }
         Ok(())
     }
@@ -413,6 +480,7 @@ impl World {
             self.focus,
         );
         if let Some(field) = &self.gpu {
+            field.complete(|| self.program());
             let (picture, duration_ms) = match &self.kept {
                 Kept::Gpu(volume) => volume.render(field, &frames)?,
                 _ => field.render(&frames)?,
@@ -443,10 +511,14 @@ impl Orbit {
 
 /// The view's frame, else the solid's box where it is finite, else what is finite of it.
 fn focus(scene: &Scene, program: &Program) -> Aabb {
-    match scene.view.frame {
-        Some([min, max]) => Aabb::new(min.into(), max.into()),
-        None if program.aabb().is_finite() => program.aabb(),
-        None => Aabb::centered(Vec3::ONE),
+    if let Some([min, max]) = scene.view.frame {
+        return Aabb::new(min.into(), max.into());
+    }
+    let reach = reach(scene, program);
+    if reach.is_finite() {
+        reach
+    } else {
+        Aabb::centered(Vec3::ONE)
     }
 }
 

@@ -1,6 +1,6 @@
 //! The shape of a scene file, for the schema and for writing. Reading goes by [`super::read`].
 
-use crate::{Material, Modifier, Operator, OperatorKind, Profile, Shape, View};
+use crate::{Keyframe, Material, Modifier, Operator, OperatorKind, Profile, Shape, View};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -56,6 +56,9 @@ pub(crate) struct Item {
     /// Changes of the solid, the first first.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub modifiers: Vec<Modifier>,
+    /// Values that change with time, in its order.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub keyframes: Vec<Keyframe>,
     /// The shape of a brush.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shape: Option<Shape>,
@@ -87,6 +90,8 @@ pub(super) struct Head<'a> {
     pub material: Option<&'a str>,
     #[serde(skip_serializing_if = "<[Modifier]>::is_empty")]
     pub modifiers: &'a [Modifier],
+    #[serde(skip_serializing_if = "<[Keyframe]>::is_empty")]
+    pub keyframes: &'a [Keyframe],
     #[serde(skip_serializing_if = "Option::is_none")]
     pub shape: Option<&'a Shape>,
 }
@@ -113,6 +118,7 @@ impl<'a> Head<'a> {
             amount,
             material: entry.material.as_deref(),
             modifiers: &entry.modifiers,
+            keyframes: &entry.keyframes,
             shape,
         }
     }

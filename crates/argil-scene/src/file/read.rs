@@ -1,6 +1,7 @@
 //! Reading: a walk over the document's tokens with a stack on the heap.
 
 use super::{FileError, MAX_DEPTH, MAX_PART_BYTES, Source, fault_of};
+use crate::scene::pose_of;
 use crate::{Body, Entry, Fault, Group, NodeId, Scene};
 use serde::de::DeserializeOwned;
 use serde_json::Value;
@@ -231,7 +232,7 @@ struct Open {
     seen: u32,
 }
 
-const FIELDS: [&str; 10] = [
+const FIELDS: [&str; 11] = [
     "name",
     "visible",
     "operator",
@@ -240,6 +241,7 @@ const FIELDS: [&str; 10] = [
     "amount",
     "material",
     "modifiers",
+    "keyframes",
     "shape",
     "brushes",
 ];
@@ -327,6 +329,7 @@ fn field<R: Source>(
         "amount" => part(reader, "").map(|v| item.entry.operator.amount = v),
         "material" => part(reader, "").map(|v| item.entry.material = Some(v)),
         "modifiers" => part(reader, "").map(|v| item.entry.modifiers = v),
+        "keyframes" => part(reader, "").map(|v| item.entry.keyframes = v),
         "shape" => part(reader, "").map(|v| {
             item.entry.body = Body::Shape(v);
             item.has_shape = true;
@@ -356,7 +359,9 @@ fn finish(scene: &mut Scene, item: &Open) -> Result<(), Fault> {
             "neither a \"shape\" (a brush) nor \"brushes\" (a group)",
         )),
         (Some(group), false) => {
-            scene.nodes[group.index()].entry = item.entry.clone();
+            let node = &mut scene.nodes[group.index()];
+            node.entry = item.entry.clone();
+            node.posed = pose_of(&node.entry, 0.0);
             Ok(())
         }
         (None, true) => {

@@ -1,5 +1,6 @@
-// Twin of build.rs: the grid is cut into parts, each with its list, down to blocks; every cell is measured by its block's
-// list; then the bricks that the surface can be in are sampled by lists of their own.
+// Twin of build.rs and edit.rs. All blocks are made: the grid is cut into parts, each with its list, down to blocks. Or some
+// are, by lists that come with them. Every cell of a block is measured by its list; then the bricks that the surface can be
+// in are sampled by lists of their own. What is freed is given back to the pool when all are made.
 
 // Cells a group measures, and threads that sample a brick.
 override BRICK_GROUP: u32 = 256u;
@@ -24,12 +25,68 @@ fn keep_stretch(at: u32, stretch: vec2<u32>) {
     lists[at + 1u] = stretch.y;
 }
 
-// That of the nth cell that the surface can be in.
+// The place in the grid of the nth block that is made.
+fn block_of(nth: u32) -> u32 {
+    if prune.make == MAKE_ALL {
+        return nth;
+    }
+    return lists[prune.blocks_at + nth];
+}
+
+// Of a cell that the surface can be in: which one it is of all that are measured, and what its word was.
+fn near_cell(nth: u32) -> vec2<u32> {
+    if prune.make == MAKE_ALL {
+        return vec2(near_cells[nth], WORD_EMPTY);
+    }
+    return vec2(near_cells[2u * nth], near_cells[2u * nth + 1u]);
+}
+
+// Its place in the grid.
+fn place_of(measured: u32) -> u32 {
+    return block_of(measured / 64u) * 64u + measured % 64u;
+}
+
+// The list of the nth.
 fn stretch_of(nth: u32) -> vec2<u32> {
     if nth < prune.cells_room {
         return stretch_at(prune.cells_first + 2u * nth);
     }
-    return stretch_at(prune.blocks_first + 2u * (near_cells[nth] / 64u));
+    return stretch_at(prune.blocks_first + 2u * (near_cell(nth).x / 64u));
+}
+
+// A place of the pool, and the same of a mixed brick's materials: free ones first.
+fn take_brick() -> u32 {
+    let nth = atomicAdd(&counters[COUNTER_BRICKS], 1u);
+    let free = atomicLoad(&counters[COUNTER_FREE]);
+    if nth < free {
+        return atomicLoad(&counters[COUNTERS + free - 1u - nth]);
+    }
+    return atomicLoad(&counters[COUNTER_TOP]) + nth - free;
+}
+
+fn take_mixed() -> u32 {
+    let nth = atomicAdd(&counters[COUNTER_MIXED], 1u);
+    let free = atomicLoad(&counters[COUNTER_FREE_MIXED]);
+    if nth < free {
+        return atomicLoad(&counters[COUNTERS + volume.capacity + free - 1u - nth]);
+    }
+    return atomicLoad(&counters[COUNTER_TOP_MIXED]) + nth - free;
+}
+
+// They are given back when all bricks are made.
+fn free_mixed(look: u32) {
+    if (look & BRICK_MIXED) != 0u {
+        let place = atomicAdd(&counters[COUNTER_FREED_MIXED], 1u);
+        near_cells[prune.freed_first + prune.count * 64u + place] = look & ~BRICK_MIXED;
+    }
+}
+
+fn free_brick(word: u32) {
+    let number = brick_number(word);
+    let place = atomicAdd(&counters[COUNTER_FREED], 1u);
+    near_cells[prune.freed_first + place] = number;
+    atomicAdd(&counters[COUNTER_REMOVED], 1u);
+    free_mixed(brick_materials[number]);
 }
 
 // What is left of a list in `side` cells from one on.
@@ -40,7 +97,7 @@ fn pruned_in(cell: vec3<u32>, side: u32, whole: vec2<u32>) -> vec2<u32> {
     return pruned(center, whole, 2.0 * (change + prune.slack));
 }
 
-// The list of the whole program.
+// The list of all instructions; nothing is counted yet.
 @compute @workgroup_size(64)
 fn begin_lists(@builtin(workgroup_id) id: vec3<u32>, @builtin(num_workgroups) count: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     let at = group_index(id, count) * 64u + local;
@@ -49,6 +106,11 @@ fn begin_lists(@builtin(workgroup_id) id: vec3<u32>, @builtin(num_workgroups) co
     }
     if at == 0u {
         atomicStore(&counters[COUNTER_LISTS], arrayLength(&instrs));
+        atomicStore(&counters[COUNTER_CANDIDATES], 0u);
+        atomicStore(&counters[COUNTER_BRICKS], 0u);
+        atomicStore(&counters[COUNTER_MIXED], 0u);
+        atomicStore(&counters[COUNTER_FREED], 0u);
+        atomicStore(&counters[COUNTER_FREED_MIXED], 0u);
     }
 }
 
@@ -68,6 +130,17 @@ fn prune_parts(@builtin(workgroup_id) id: vec3<u32>, @builtin(num_workgroups) co
     keep_stretch(prune.first + 2u * at, pruned_in(part * prune.side, prune.side, whole));
 }
 
+// The lists of some blocks, from those that came with them.
+@compute @workgroup_size(64)
+fn prune_blocks(@builtin(workgroup_id) id: vec3<u32>, @builtin(num_workgroups) count: vec3<u32>, @builtin(local_invocation_index) local: u32) {
+    let nth = group_index(id, count) * 64u + local;
+    if nth >= prune.count {
+        return;
+    }
+    let at = prune.blocks_first + 2u * nth;
+    keep_stretch(at, pruned_in(cell_at(block_of(nth) * 64u), BLOCK_SIDE, stretch_at(at)));
+}
+
 // The lists of cells that the surface can be in.
 @compute @workgroup_size(64)
 fn prune_cells(@builtin(workgroup_id) id: vec3<u32>, @builtin(local_invocation_index) local: u32) {
@@ -75,33 +148,59 @@ fn prune_cells(@builtin(workgroup_id) id: vec3<u32>, @builtin(local_invocation_i
     if nth >= min(fill.first_layer + volume.chunk, atomicLoad(&counters[COUNTER_CANDIDATES])) || nth >= prune.cells_room {
         return;
     }
-    let at = near_cells[nth];
-    let whole = stretch_at(prune.blocks_first + 2u * (at / 64u));
-    keep_stretch(prune.cells_first + 2u * nth, pruned_in(cell_at(at), 1u, whole));
+    let measured = near_cell(nth).x;
+    let whole = stretch_at(prune.blocks_first + 2u * (measured / 64u));
+    keep_stretch(prune.cells_first + 2u * nth, pruned_in(cell_at(place_of(measured)), 1u, whole));
 }
 
 // The words of empty cells, and a list of the others.
 @compute @workgroup_size(64)
 fn measure(@builtin(workgroup_id) id: vec3<u32>, @builtin(num_workgroups) count: vec3<u32>, @builtin(local_invocation_index) local: u32) {
-    let at = group_index(id, count) * 64u + local;
-    if at >= volume.code_count {
+    let nth = group_index(id, count);
+    if nth >= prune.count {
         return;
     }
+    let at = block_of(nth) * 64u + local;
     let cell = cell_at(at);
     let edge = f32(volume.brick) * volume.extent_voxel.w;
     if any(cell >= vec3(volume.grid_x, volume.grid_y, volume.grid_z)) {
         words[at] = empty_word(0.0);
         return;
     }
-    list = stretch_at(prune.blocks_first + 2u * (at / 64u));
+    list = stretch_at(prune.blocks_first + 2u * nth);
     let d = field_distance(volume.corner_range.xyz + (vec3<f32>(cell) + 0.5) * edge);
     // Of a cell near the surface, what stays if its brick is dropped.
     let clear = clear_radius(d);
     let left = clamp(clear * volume.lipschitz, 0.0, volume.far);
+    let is_near = clear <= volume.reach;
+    var before = WORD_EMPTY;
+    if prune.make != MAKE_ALL {
+        before = words[at];
+        if (lists[prune.dirty_first + 2u * nth + local / 32u] & (1u << (local % 32u))) == 0u {
+            // Nothing changed that a brick holds.
+            if !is_brick(before) && prune.make == MAKE_SOME {
+                words[at] = empty_word(select(left, -left, d < 0.0));
+            }
+            return;
+        }
+        if prune.make == MAKE_NONE {
+            if is_near && !is_brick(before) {
+                atomicAdd(&counters[COUNTER_CANDIDATES], 1u);
+            }
+            return;
+        }
+    }
     words[at] = empty_word(select(left, -left, d < 0.0));
-    if clear <= volume.reach {
+    if is_near {
         let place = atomicAdd(&counters[COUNTER_CANDIDATES], 1u);
-        near_cells[place] = at;
+        if prune.make == MAKE_ALL {
+            near_cells[place] = at;
+        } else {
+            near_cells[2u * place] = nth * 64u + local;
+            near_cells[2u * place + 1u] = before;
+        }
+    } else if is_brick(before) {
+        free_brick(before);
     }
 }
 
@@ -137,7 +236,8 @@ fn sample_point(cell: vec3<u32>, i: u32) -> vec3<f32> {
 // A brick a group, unless no surface can be in it.
 @compute @workgroup_size(BRICK_GROUP)
 fn fill_bricks(@builtin(workgroup_id) id: vec3<u32>, @builtin(local_invocation_index) local: u32) {
-    let at = near_cells[fill.first_layer + id.x];
+    let near = near_cell(fill.first_layer + id.x);
+    let at = place_of(near.x);
     list = stretch_of(fill.first_layer + id.x);
     let cell = cell_at(at);
     let side = volume.brick + 1u;
@@ -160,9 +260,20 @@ fn fill_bricks(@builtin(workgroup_id) id: vec3<u32>, @builtin(local_invocation_i
         let bits = atomicLoad(&nearest);
         let least = bitcast<f32>((bits >> 1u) | (bits << 31u));
         slot = 0xffffffffu;
+        let had_one = is_brick(near.y);
         if clear_radius(least) <= volume.spread {
-            slot = atomicAdd(&counters[COUNTER_BRICKS], 1u);
-            words[at] = brick_word(slot);
+            atomicAdd(&counters[COUNTER_FILLED], 1u);
+            if had_one {
+                slot = brick_number(near.y);
+            } else {
+                slot = take_brick();
+                atomicAdd(&counters[COUNTER_ADDED], 1u);
+            }
+            if slot < volume.capacity {
+                words[at] = brick_word(slot);
+            }
+        } else if had_one {
+            free_brick(near.y);
         }
     }
     workgroupBarrier();
@@ -185,7 +296,8 @@ var<workgroup> look: u32;
 // What a brick looks like: a brick a group, a place a thread.
 @compute @workgroup_size(BRICK_GROUP)
 fn fill_materials(@builtin(workgroup_id) id: vec3<u32>, @builtin(local_invocation_index) local: u32) {
-    let at = near_cells[fill.first_layer + id.x];
+    let near = near_cell(fill.first_layer + id.x);
+    let at = place_of(near.x);
     list = stretch_of(fill.first_layer + id.x);
     let word = words[at];
     let cell = cell_at(at);
@@ -229,13 +341,21 @@ fn fill_materials(@builtin(workgroup_id) id: vec3<u32>, @builtin(local_invocatio
                 }
             }
         }
-        if look == BRICK_MIXED {
-            look = BRICK_MIXED | atomicAdd(&counters[COUNTER_MIXED], 1u);
-        }
         let number = brick_number(word);
-        if number < volume.capacity {
-            brick_materials[number] = look;
+        var before = 0u;
+        if is_brick(near.y) {
+            before = brick_materials[number];
         }
+        if look == BRICK_MIXED {
+            if (before & BRICK_MIXED) != 0u {
+                look = before;
+            } else {
+                look = BRICK_MIXED | take_mixed();
+            }
+        } else {
+            free_mixed(before);
+        }
+        brick_materials[number] = look;
     }
     workgroupBarrier();
     let block = look & ~BRICK_MIXED;
@@ -249,10 +369,11 @@ fn fill_materials(@builtin(workgroup_id) id: vec3<u32>, @builtin(local_invocatio
 // Marks what is empty: one thread a block.
 @compute @workgroup_size(64)
 fn settle(@builtin(workgroup_id) id: vec3<u32>, @builtin(num_workgroups) count: vec3<u32>, @builtin(local_invocation_index) local: u32) {
-    let block = group_index(id, count) * 64u + local;
-    if block * 64u >= volume.code_count {
+    let nth = group_index(id, count) * 64u + local;
+    if nth >= prune.count {
         return;
     }
+    let block = block_of(nth);
     var found = false;
     for (var i = 0u; i < 64u; i++) {
         found = found || is_brick(words[block * 64u + i]);
@@ -261,5 +382,31 @@ fn settle(@builtin(workgroup_id) id: vec3<u32>, @builtin(num_workgroups) count: 
         for (var i = 0u; i < 64u; i++) {
             words[block * 64u + i] |= WORD_LONELY;
         }
+    }
+}
+
+// Bricks, or mixed ones: stack what was freed in place of what was taken; how many are free then.
+fn restack(kind: u32, local: u32) -> u32 {
+    let free = atomicLoad(&counters[COUNTER_FREE + kind]);
+    let freed = atomicLoad(&counters[COUNTER_FREED + kind]);
+    let left = free - min(atomicLoad(&counters[COUNTER_BRICKS + kind]), free);
+    let to = COUNTERS + kind * volume.capacity + left;
+    let begin = prune.freed_first + kind * prune.count * 64u;
+    for (var i = local; i < freed; i += 64u) {
+        atomicStore(&counters[to + i], near_cells[begin + i]);
+    }
+    return left + freed;
+}
+
+// What was taken from the pool is gone from it, and what was freed is there again: one group.
+@compute @workgroup_size(64)
+fn give_back(@builtin(local_invocation_index) local: u32) {
+    let free = vec2(restack(0u, local), restack(1u, local));
+    storageBarrier();
+    if local < 2u {
+        let taken = atomicLoad(&counters[COUNTER_BRICKS + local]);
+        let reused = min(taken, atomicLoad(&counters[COUNTER_FREE + local]));
+        atomicAdd(&counters[COUNTER_TOP + local], taken - reused);
+        atomicStore(&counters[COUNTER_FREE + local], free[local]);
     }
 }

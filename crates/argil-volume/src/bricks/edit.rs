@@ -12,15 +12,15 @@ use super::filler::Filler;
 use super::material::PLACES;
 use super::pool::Pool;
 use super::words::{center_of, empty_word, is_brick};
+use super::work::{EditWork, Unit};
 use super::{BLOCK_SIDE, BrickLayout, Bricks, BricksError};
 use crate::{Bits, Texel};
 use argil_abi::{Fill, Instr};
-use argil_field::{CELLS, LiveProgram, Parts, Program, Pruner};
-use argil_math::Aabb;
+use argil_field::{CELLS, LiveProgram, Parts, Program, Pruner, Touched};
 use glam::{UVec3, Vec3, uvec3};
 use rayon::prelude::*;
-use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
+use std::time::Instant;
 
 /// Blocks along the side of a part that shares a list: where brushes are many, its list should not be of all of them.
 const PART_SIDE: u32 = 4;
@@ -39,6 +39,15 @@ pub struct BrickEdit {
     pub removed: u64,
     /// Cells that were measured again.
     pub cells: u64,
+}
+
+impl std::ops::AddAssign for BrickEdit {
+    fn add_assign(&mut self, other: Self) {
+        self.filled += other.filled;
+        self.added += other.added;
+        self.removed += other.removed;
+        self.cells += other.cells;
+    }
 }
 
 /// A block's new words and bricks.
@@ -82,44 +91,66 @@ impl BrickLayout {
 }
 
 impl Bricks {
-    /// Follow edits, whose boxes are told for this layout's [bands](BrickLayout::bands), of each that for the first and that
-    /// for the second. On rayon's current threads.
+    /// Do what edits have left to be done, on rayon's current threads: all of it, or as much as can be done until a point in
+    /// time, and at least a little.
     ///
     /// # Errors
-    /// If the bricks would take more than `budget` bytes; they are then as they were.
+    /// If the bricks would take more than `budget` bytes; what was taken out of the work last is then not done.
     pub fn edit(
         &mut self,
         live: &LiveProgram,
-        boxes: &[[Aabb; 2]],
+        work: &mut EditWork,
         budget: Option<u64>,
+        until: Option<Instant>,
     ) -> Result<BrickEdit, BricksError> {
-        match self.layout.encoding.bits {
-            Bits::Eight => self.edit_as::<i8>(live, boxes, budget),
-            Bits::Sixteen => self.edit_as::<i16>(live, boxes, budget),
+        let mut done = BrickEdit::default();
+        let mut count = if until.is_some() {
+            2 * rayon::current_num_threads()
+        } else {
+            usize::MAX
+        };
+        while !work.is_done() {
+            let start = Instant::now();
+            let units = work.next(count);
+            done += match self.layout.encoding.bits {
+                Bits::Eight => self.do_units::<i8>(live, work, units, budget)?,
+                Bits::Sixteen => self.do_units::<i16>(live, work, units, budget)?,
+            };
+            if let Some(until) = until {
+                let now = Instant::now();
+                let left = until.saturating_duration_since(now).as_secs_f64();
+                if left == 0.0 {
+                    break;
+                }
+                // Half of what there seems to be time for: what comes next may be dearer.
+                let fits = 0.5 * left / (now - start).as_secs_f64().max(1e-6);
+                count = ((count as f64 * fits.min(4.0)) as usize).max(1);
+            }
         }
+        Ok(done)
     }
 
-    fn edit_as<T: Texel>(
+    fn do_units<T: Texel>(
         &mut self,
         live: &LiveProgram,
-        boxes: &[[Aabb; 2]],
+        work: &EditWork,
+        units: Vec<Unit>,
         budget: Option<u64>,
     ) -> Result<BrickEdit, BricksError> {
-        let boxes = joined(boxes);
         let edit = Editing {
             layout: self.layout,
             live,
+            touched: live.touched().filter(|_| work.is_latest()),
             bounds: Bounds::new(live.program(), &self.layout),
             fill: self
                 .layout
                 .encoding
                 .fill(live.program(), &self.layout.lattice, 0),
-            boxes: &boxes,
+            work,
         };
-        let made: Vec<Made<T>> = edit
-            .parts()
+        let made: Vec<Made<T>> = units
             .into_par_iter()
-            .flat_map_iter(|(part, blocks)| edit.lists(part, &blocks))
+            .flat_map_iter(|unit| edit.lists(unit.part, &unit.blocks))
             .collect::<Vec<_>>()
             .into_par_iter()
             .map_init(
@@ -197,36 +228,15 @@ impl Bricks {
     }
 }
 
-/// Boxes of edits one after the other, as one where that is hardly larger: those of a drag.
-fn joined(boxes: &[[Aabb; 2]]) -> Vec<[Aabb; 2]> {
-    let volume = |b: Aabb| {
-        if b.is_empty() {
-            0.0
-        } else {
-            b.size().element_product()
-        }
-    };
-    let mut all: Vec<[Aabb; 2]> = Vec::new();
-    for &[dirty, far] in boxes {
-        if let Some([last_dirty, last_far]) = all.last_mut() {
-            let both = [last_dirty.union(dirty), last_far.union(far)];
-            if volume(both[1]) <= 1.1 * volume(*last_far).max(volume(far)) {
-                [*last_dirty, *last_far] = both;
-                continue;
-            }
-        }
-        all.push([dirty, far]);
-    }
-    all
-}
-
 /// What all blocks of an edit share.
 struct Editing<'a> {
     layout: BrickLayout,
     live: &'a LiveProgram,
     bounds: Bounds,
     fill: Fill,
-    boxes: &'a [[Aabb; 2]],
+    /// What can have changed, where that is known.
+    touched: Option<&'a Touched>,
+    work: &'a EditWork,
 }
 
 /// What can matter in a block.
@@ -251,49 +261,6 @@ impl Editing<'_> {
         }
     }
 
-    /// The blocks that a box touches.
-    fn touched(&self, region: Aabb) -> [UVec3; 2] {
-        let edge = self.layout.cell_length() * BLOCK_SIDE as f32;
-        let last = self.layout.blocks.as_vec3() - 1.0;
-        let first = ((region.min - self.layout.lattice.corner) / edge).floor();
-        let end = ((region.max - self.layout.lattice.corner) / edge).floor();
-        let is_in = !region.is_empty() && first.cmple(last).all() && end.cmpge(Vec3::ZERO).all();
-        if !is_in {
-            return [UVec3::ZERO; 2];
-        }
-        [
-            first.clamp(Vec3::ZERO, last).as_uvec3(),
-            end.clamp(Vec3::ZERO, last).as_uvec3() + 1,
-        ]
-    }
-
-    /// The parts that are touched, each with the first cells of its touched blocks.
-    fn parts(&self) -> Vec<(UVec3, Vec<UVec3>)> {
-        let edge = self.layout.cell_length() * BLOCK_SIDE as f32;
-        let side = (self.live.parts().edge / edge).round() as u32;
-        let mut parts: BTreeMap<[u32; 3], BTreeSet<[u32; 3]>> = BTreeMap::new();
-        for [_, far] in self.boxes {
-            let [first, end] = self.touched(*far);
-            for z in first.z..end.z {
-                for y in first.y..end.y {
-                    for x in first.x..end.x {
-                        let block = uvec3(x, y, z);
-                        let part = (block / side).to_array();
-                        parts.entry(part).or_default().insert(block.to_array());
-                    }
-                }
-            }
-        }
-        let first_cell = |block: [u32; 3]| UVec3::from_array(block) * BLOCK_SIDE;
-        parts
-            .into_iter()
-            .map(|(part, blocks)| {
-                let cells = blocks.into_iter().map(first_cell).collect();
-                (UVec3::from_array(part), cells)
-            })
-            .collect()
-    }
-
     /// The blocks of a part that edits can have changed, each with its list, and with what that was before where it is known
     /// what was touched: where nothing of that is in either list, distances are what they were.
     fn lists(&self, part: UVec3, cells: &[UVec3]) -> Vec<Lists> {
@@ -302,7 +269,6 @@ impl Editing<'_> {
             .map(|&cell| self.layout.middle(cell, BLOCK_SIDE))
             .collect();
         let block = |cell: UVec3| self.layout.word_index(cell) / CELLS;
-        let touched = self.live.touched();
         let mut whole = Vec::new();
         self.live.list(part, &mut whole);
         let radius = self.layout.half_diagonal(BLOCK_SIDE);
@@ -314,7 +280,7 @@ impl Editing<'_> {
             list
         };
         let mut pruner = Pruner::new(self.live.program());
-        let Some(touched) = touched else {
+        let Some(touched) = self.touched else {
             pruner.mark(&whole, &centers, radius, d);
             let lists = (0..cells.len()).map(|i| Lists {
                 block: block(cells[i]),
@@ -345,7 +311,7 @@ impl Editing<'_> {
 
     /// Which of a block's cells edits can have changed: a bit for each. The pruner has marked the cells by `lists.now`.
     fn changed(&self, first: UVec3, lists: &Lists, pruner: &mut Pruner<'_>) -> u64 {
-        let (Some(before), Some(touched)) = (&lists.before, self.live.touched()) else {
+        let (Some(before), Some(touched)) = (&lists.before, self.touched) else {
             return u64::MAX;
         };
         let is_one = |instr: &Instr| touched.has(instr);
@@ -388,13 +354,7 @@ impl Editing<'_> {
         let reach = 0.5 * 3f32.sqrt() * self.layout.lattice.voxel;
         let samples = self.layout.brick_samples() as usize;
         let old = &old[block * CELLS..(block + 1) * CELLS];
-        let last = self.layout.cell_box(first + (BLOCK_SIDE - 1));
-        let held = Aabb::new(self.layout.cell_box(first).min, last.max);
-        let held = held.grown(self.layout.lattice.voxel);
-        let near = self.boxes.iter().map(|[dirty, _]| *dirty);
-        let dirty: Vec<Aabb> = near
-            .filter(|dirty| !held.intersection(*dirty).is_empty())
-            .collect();
+        let dirty = self.work.dirty_cells(&self.layout, first);
         let mut next = found.cells.iter().peekable();
         for (i, &old) in old.iter().enumerate() {
             let is_changed = changed >> i & 1 != 0;
@@ -412,15 +372,7 @@ impl Editing<'_> {
                 };
                 continue;
             }
-            // What lies on a cell's side is in both.
-            let held = self
-                .layout
-                .cell_box(cell)
-                .grown(0.01 * self.layout.lattice.voxel);
-            if dirty
-                .iter()
-                .all(|dirty| held.intersection(*dirty).is_empty())
-            {
+            if dirty >> i & 1 == 0 {
                 // Nothing changed that a brick holds.
                 if is_brick(old) {
                     made.words[i] = old;

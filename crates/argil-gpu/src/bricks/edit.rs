@@ -1,0 +1,237 @@
+//! Changing bricks in place, without a wait.
+//!
+//! *Practice.* The CPU knows which operands can matter in the parts that edits touch; their lists come over with the blocks,
+//! and the device prunes, measures, samples and stores as for a whole build. Everything is submitted in order, so that a
+//! picture shows all of what was submitted before it and nothing of what comes after. Only where an edit is so large that a
+//! brick for each of its cells would be far more than there is room for, it is counted first what it needs, and waited for.
+
+use super::lists::Blocks;
+use super::passes::{Order, Scratch, Site, check, chunks, make};
+use super::repack::RepackPass;
+use super::{BrickTables, march_words};
+use crate::bake::Bake;
+use crate::field::IDLE;
+use crate::table::Table;
+use crate::{Gpu, GpuError, GpuField, GpuVolume};
+use argil_abi::{self as abi, Prune, Volume as Words};
+use argil_field::LiveProgram;
+use argil_volume::{BrickEdit, EditWork, Unit};
+use std::time::Duration;
+
+/// Cells for which room is made without a look at how many of them have a surface.
+const FEW_CELLS: u64 = 4096;
+/// Cells that are sampled in a millisecond, before it is known.
+const CELLS_A_MS: f64 = 200.0;
+
+/// What edits write besides the volume, kept from one to the next.
+pub(super) struct Making {
+    scratch: Scratch,
+    instrs: Table,
+    repack: RepackPass,
+}
+
+impl Making {
+    fn new(gpu: &Gpu, tables: &BrickTables) -> Result<Self, GpuError> {
+        Ok(Self {
+            scratch: Scratch::new(gpu)?,
+            instrs: Table::new("instructions of lists"),
+            repack: RepackPass::new(gpu, tables.layout.encoding.bits)?,
+        })
+    }
+
+    /// Bytes on the device.
+    pub fn size(&self) -> u64 {
+        self.scratch.size() + self.instrs.size()
+    }
+}
+
+impl GpuVolume {
+    /// Submit what edits have left to be done, without waiting for it: all of it, or about as much as the device does in some
+    /// time. `live` is what `field` [follows](GpuField::follow). Nothing of a volume that is not sparse bricks.
+    ///
+    /// # Errors
+    /// If the bricks would take more than `budget` bytes; what was taken out of the work last is then not done.
+    pub fn edit(
+        &mut self,
+        field: &GpuField,
+        live: &LiveProgram,
+        work: &mut EditWork,
+        budget: Option<u64>,
+        within: Option<Duration>,
+    ) -> Result<(), GpuError> {
+        let (words, texture, Some(tables)) = self.brick_parts() else {
+            return Ok(());
+        };
+        check(field, live.program(), &tables.layout)?;
+        let gpu = field.gpu().clone();
+        tables.ledger.hear(&gpu)?;
+        let mut making = match tables.making.take() {
+            Some(making) => making,
+            None => Box::new(Making::new(&gpu, tables)?),
+        };
+        let edit = Editing {
+            field,
+            live,
+            budget: budget.unwrap_or(u64::MAX),
+        };
+        let mut left = within.map(|within| CELLS_A_MS * within.as_secs_f64() * 1e3);
+        let mut result = Ok(());
+        while !work.is_done() && result.is_ok() {
+            let count = if left.is_some() { 4 } else { usize::MAX };
+            let blocks = edit.gather(tables, work, |work| work.next(count));
+            result = edit.submit(tables, texture, &mut making, &blocks);
+            if let Some(left) = &mut left {
+                *left -= blocks.cells() as f64;
+                if *left <= 0.0 {
+                    break;
+                }
+            }
+        }
+        tables.making = Some(making);
+        *words = march_words(&tables.layout, tables.pool, tables.lipschitz);
+        result
+    }
+
+    /// Wait for edits; what they did since the last time.
+    pub fn settle(&mut self, gpu: &Gpu) -> Result<BrickEdit, GpuError> {
+        match self.brick_parts() {
+            (_, _, Some(tables)) => tables.ledger.settle(gpu),
+            _ => Ok(BrickEdit::default()),
+        }
+    }
+
+    /// Wait for edits, and give back the room that they have left.
+    pub fn trim(&mut self, gpu: &Gpu) -> Result<(), GpuError> {
+        let (words, texture, Some(tables)) = self.brick_parts() else {
+            return Ok(());
+        };
+        let counted = tables.ledger.read(gpu)?;
+        let pool = super::pool_for(gpu, &tables.layout, counted.bricks())?;
+        if let Some(making) = tables.making.take() {
+            *texture = tables.resize(gpu, &making.repack, texture, pool, counted.mixed())?;
+        }
+        *words = march_words(&tables.layout, tables.pool, tables.lipschitz);
+        Ok(())
+    }
+}
+
+struct Editing<'a> {
+    field: &'a GpuField,
+    live: &'a LiveProgram,
+    budget: u64,
+}
+
+impl Editing<'_> {
+    /// The blocks of some units, with their lists: of the parts where something changed that can matter.
+    fn gather(
+        &self,
+        tables: &BrickTables,
+        work: &mut EditWork,
+        take: impl FnOnce(&mut EditWork) -> Vec<Unit>,
+    ) -> Blocks {
+        let touched = self.live.touched().filter(|_| work.is_latest());
+        let mut blocks = Blocks::default();
+        let mut before = Vec::new();
+        for unit in take(work) {
+            let begin = blocks.instrs.len();
+            self.live.list(unit.part, &mut blocks.instrs);
+            let list = &blocks.instrs[begin..];
+            if let Some(touched) = touched
+                && !touched.any(list)
+            {
+                before.clear();
+                self.live.list_before(unit.part, &mut before);
+                if !touched.any(&before) {
+                    blocks.instrs.truncate(begin);
+                    continue;
+                }
+            }
+            let stretch = [begin as u32, (blocks.instrs.len() - begin) as u32];
+            for &first in &unit.blocks {
+                let place = tables.layout.word_index(first) / argil_field::CELLS;
+                blocks.places.push(place as u32);
+                blocks.dirty.push(work.dirty_cells(&tables.layout, first));
+                blocks.stretches.push(stretch);
+            }
+        }
+        blocks
+    }
+
+    fn submit(
+        &self,
+        tables: &mut BrickTables,
+        texture: &mut wgpu::Texture,
+        making: &mut Making,
+        blocks: &Blocks,
+    ) -> Result<(), GpuError> {
+        if blocks.places.is_empty() {
+            return Ok(());
+        }
+        let gpu = self.field.gpu();
+        let program = self.live.program();
+        let mixes = program.materials().len() > 1;
+        match blocks.instrs.is_empty() {
+            true => making.instrs.write(gpu, IDLE)?,
+            false => making.instrs.write(gpu, &blocks.instrs)?,
+        }
+        let lists = &mut making.scratch.lists;
+        let prune = blocks.write(gpu, lists, program, &tables.layout)?;
+        let candidates = 4 * 64 * 4 * u64::from(prune.count);
+        making.scratch.candidates.reserve(gpu, candidates)?;
+
+        let mut more = blocks.cells();
+        if more > FEW_CELLS.max(tables.ledger.known.bricks() / 4) {
+            let levels = [Prune {
+                make: abi::MAKE_NONE,
+                ..prune
+            }];
+            self.make(tables, texture, making, blocks, &levels)?;
+            tables.ledger.settle_known(gpu)?;
+            more = tables.ledger.known.get(abi::COUNTER_CANDIDATES);
+        }
+        let room = tables.make_room(gpu, &making.repack, texture, more, mixes, self.budget)?;
+        if let Some(moved) = room {
+            *texture = moved;
+        }
+        self.make(tables, texture, making, blocks, &[prune])?;
+        tables.ledger.spend(gpu, more)
+    }
+
+    fn make(
+        &self,
+        tables: &BrickTables,
+        texture: &wgpu::Texture,
+        making: &mut Making,
+        blocks: &Blocks,
+        levels: &[Prune],
+    ) -> Result<(), GpuError> {
+        let program = self.live.program();
+        let layout = &tables.layout;
+        let [chunk, chunks] = chunks(layout, blocks.longest(), blocks.cells());
+        let order = Order {
+            words: Words {
+                chunk,
+                // Without cells to sample there is one that is empty.
+                chunks: chunks.max(1),
+                pool_x: tables.pool[0],
+                pool_y: tables.pool[1],
+                capacity: tables.pool.iter().product(),
+                mixed: tables.mixed as u32,
+                ..layout.words(program)
+            },
+            fill: layout.encoding.fill(program, &layout.lattice, 0),
+            levels,
+            instrs: Some(&making.instrs),
+            length: blocks.instrs.len(),
+            mixes: program.materials().len() > 1,
+        };
+        let site = Site {
+            texture,
+            cells: &tables.cells,
+            materials: &tables.materials,
+            counters: &tables.ledger.counters,
+        };
+        let mut bake = Bake::untimed(self.field.gpu());
+        make(self.field, &mut making.scratch, &site, &order, &mut bake)
+    }
+}

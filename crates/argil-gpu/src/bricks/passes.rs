@@ -1,0 +1,352 @@
+//! The passes that make bricks, all of them or some, compiled once for a field and a width of samples.
+
+use crate::bake::{Bake, Groups};
+use crate::field::check_depth;
+use crate::pass::{
+    ARGUMENTS, BRICK_MATERIALS, Bind, CANDIDATES, CELLS, COUNTERS, FIELD_BINDS, FILL, LISTS, PRUNE,
+    TABLES_WGSL, TEXELS, VOLUME, entry, layout, pipelines,
+};
+use crate::table::Table;
+use crate::volume::{format_of, uniform_of};
+use crate::{Gpu, GpuError, GpuField};
+use argil_abi::{self as abi, Fill, Prune, Volume as Words};
+use argil_field::Program;
+use argil_volume::{Bits, BrickLayout, wgsl};
+
+/// Instructions times samples that one dispatch may take on.
+const WORK_A_DISPATCH: u64 = 4_000_000_000;
+/// Most bricks that one dispatch samples.
+const MOST_BRICKS_A_DISPATCH: u64 = 32_768;
+/// Threads that sample a brick.
+const BRICK_GROUP: u32 = 256;
+
+/// Evaluations that pruning takes as long as, with its walks along the list.
+const EVALUATIONS_TO_PRUNE: u64 = 4;
+
+/// The bindings, as the shader names them.
+const BINDS_WGSL: &str = "
+@group(0) @binding(8) var<uniform> volume: Volume;
+@group(0) @binding(18) var<storage, read_write> arguments: array<u32>;
+@group(0) @binding(19) var<storage, read_write> words: array<u32>;
+@group(0) @binding(20) var<storage, read_write> brick_materials: array<u32>;
+@group(0) @binding(21) var<storage, read_write> near_cells: array<u32>;
+@group(0) @binding(22) var<storage, read_write> counters: array<atomic<u32>>;
+@group(0) @binding(24) var<storage, read_write> lists: array<u32>;
+@group(0) @binding(25) var<uniform> prune: Prune;
+";
+
+/// The passes. See the module's page.
+pub(crate) struct BrickPasses {
+    layout: wgpu::BindGroupLayout,
+    plan_layout: wgpu::BindGroupLayout,
+    begin_lists: wgpu::ComputePipeline,
+    prune_parts: wgpu::ComputePipeline,
+    prune_blocks: wgpu::ComputePipeline,
+    prune_cells: wgpu::ComputePipeline,
+    measure: wgpu::ComputePipeline,
+    plan: wgpu::ComputePipeline,
+    fill_bricks: wgpu::ComputePipeline,
+    fill_materials: wgpu::ComputePipeline,
+    settle: wgpu::ComputePipeline,
+    give_back: wgpu::ComputePipeline,
+}
+
+impl BrickPasses {
+    pub fn new(field: &GpuField, bits: Bits) -> Result<Self, GpuError> {
+        let gpu = field.gpu();
+        let source = [
+            &argil_abi::wgsl(),
+            TABLES_WGSL,
+            &crate::dense::target_wgsl(bits),
+            BINDS_WGSL,
+            &field.opcodes.pruning_wgsl(),
+            wgsl::FILL,
+            wgsl::WORDS,
+            wgsl::MATERIAL,
+            wgsl::SPARSE,
+        ]
+        .concat();
+        let mut binds = FIELD_BINDS.to_vec();
+        binds.extend([
+            Bind::Uniform(VOLUME),
+            Bind::Uniform(FILL),
+            Bind::Target(TEXELS, format_of(bits).0),
+            Bind::Write(CELLS),
+            Bind::Write(CANDIDATES),
+            Bind::Write(COUNTERS),
+            Bind::Write(BRICK_MATERIALS),
+            Bind::Write(LISTS),
+            Bind::Uniform(PRUNE),
+        ]);
+        let layout = gpu.checked(|| self::layout(gpu, "Bricks::make", &binds))?;
+        let constants = [("BRICK_GROUP", f64::from(BRICK_GROUP))];
+        let entry_points = [
+            "begin_lists",
+            "measure",
+            "fill_bricks",
+            "fill_materials",
+            "settle",
+            "give_back",
+        ];
+        let [
+            begin_lists,
+            measure,
+            fill_bricks,
+            fill_materials,
+            settle,
+            give_back,
+        ] = pipelines(gpu, source.clone(), &layout, &constants, entry_points)?;
+        let marking = [constants[0], ("MARKING", 1.0)];
+        let entry_points = ["prune_parts", "prune_blocks", "prune_cells"];
+        let [prune_parts, prune_blocks, prune_cells] =
+            pipelines(gpu, source.clone(), &layout, &marking, entry_points)?;
+        // What says how much is dispatched is not bound where that is dispatched.
+        let binds = [
+            Bind::Uniform(VOLUME),
+            Bind::Write(ARGUMENTS),
+            Bind::Write(COUNTERS),
+        ];
+        let plan_layout = gpu.checked(|| self::layout(gpu, "Bricks::plan", &binds))?;
+        let [plan] = pipelines(gpu, source, &plan_layout, &[], ["plan"])?;
+        Ok(Self {
+            layout,
+            plan_layout,
+            begin_lists,
+            prune_parts,
+            prune_blocks,
+            prune_cells,
+            measure,
+            plan,
+            fill_bricks,
+            fill_materials,
+            settle,
+            give_back,
+        })
+    }
+}
+
+/// Refuse a program whose loops the device would cut short.
+pub(super) fn check(
+    field: &GpuField,
+    program: &Program,
+    layout: &BrickLayout,
+) -> Result<(), GpuError> {
+    check_depth(program)?;
+    let samples = u64::from(layout.brick_samples());
+    let each = samples
+        .div_ceil(u64::from(BRICK_GROUP))
+        .max(EVALUATIONS_TO_PRUNE);
+    if u64::from(field.budget) < each {
+        return Err(GpuError::TooLong {
+            name: field.gpu().info.name.clone(),
+            iterations: u64::from(field.budget),
+            limit: each,
+        });
+    }
+    Ok(())
+}
+
+/// How many of `cells` are sampled in a dispatch with lists of so many instructions, and in how many dispatches.
+pub(super) fn chunks(layout: &BrickLayout, length: usize, cells: u64) -> [u32; 2] {
+    let work = u64::from(layout.brick_samples()) * length as u64;
+    let chunk = (WORK_A_DISPATCH / work.max(1)).clamp(64, MOST_BRICKS_A_DISPATCH);
+    [chunk as u32, cells.div_ceil(chunk) as u32]
+}
+
+/// What the passes write besides the volume, and their uniforms.
+pub(super) struct Scratch {
+    pub lists: Table,
+    pub candidates: Table,
+    arguments: Table,
+    /// What is dispatched is read from another buffer than it is written to.
+    indirect: Option<wgpu::Buffer>,
+    words: wgpu::Buffer,
+    fill: wgpu::Buffer,
+    prune: wgpu::Buffer,
+}
+
+impl Scratch {
+    pub fn new(gpu: &Gpu) -> Result<Self, GpuError> {
+        let [words, fill, prune] = gpu.checked(|| {
+            [
+                uniform_of::<Words>(gpu, "volume"),
+                uniform_of::<Fill>(gpu, "fill"),
+                uniform_of::<Prune>(gpu, "prune"),
+            ]
+        })?;
+        Ok(Self {
+            lists: Table::new("lists"),
+            candidates: Table::new("cells near the surface"),
+            arguments: Table::new("bricks to fill"),
+            indirect: None,
+            words,
+            fill,
+            prune,
+        })
+    }
+
+    /// Bytes on the device.
+    pub fn size(&self) -> u64 {
+        let indirect = self.indirect.as_ref().map_or(0, wgpu::Buffer::size);
+        self.lists.size() + self.candidates.size() + self.arguments.size() + indirect
+    }
+
+    fn reserve_arguments(&mut self, gpu: &Gpu, chunks: u32) -> Result<(), GpuError> {
+        let bytes = (24 * u64::from(chunks)).next_multiple_of(16);
+        self.arguments.reserve_exact(gpu, bytes)?;
+        if self.indirect.as_ref().is_none_or(|b| b.size() < bytes) {
+            let buffer = gpu.checked(|| {
+                gpu.device.create_buffer(&wgpu::BufferDescriptor {
+                    label: Some("bricks to fill"),
+                    size: bytes,
+                    usage: wgpu::BufferUsages::INDIRECT | wgpu::BufferUsages::COPY_DST,
+                    mapped_at_creation: false,
+                })
+            })?;
+            self.indirect = Some(buffer);
+        }
+        Ok(())
+    }
+}
+
+/// The volume that bricks are made in.
+pub(crate) struct Site<'a> {
+    pub texture: &'a wgpu::Texture,
+    pub cells: &'a Table,
+    pub materials: &'a Table,
+    pub counters: &'a Table,
+}
+
+/// What is made.
+pub(super) struct Order<'a> {
+    pub words: Words,
+    pub fill: Fill,
+    /// Of all blocks, each level of parts down to them; of some, one level.
+    pub levels: &'a [Prune],
+    /// Of some blocks, the instructions that their lists are of.
+    pub instrs: Option<&'a Table>,
+    /// Number of instructions.
+    pub length: usize,
+    /// Whether there is more than one material.
+    pub mixes: bool,
+}
+
+/// Workgroups, row by row.
+fn rows(groups: u32) -> Groups<'static> {
+    Groups::Direct([
+        groups.min(abi::DISPATCH_ROW),
+        groups.div_ceil(abi::DISPATCH_ROW),
+        1,
+    ])
+}
+
+/// Submit all passes of an order.
+pub(super) fn make(
+    field: &GpuField,
+    scratch: &mut Scratch,
+    site: &Site<'_>,
+    order: &Order<'_>,
+    bake: &mut Bake<'_>,
+) -> Result<(), GpuError> {
+    let gpu = field.gpu();
+    let Some(last) = order.levels.last() else {
+        return Ok(());
+    };
+    let bits = match site.texture.format() {
+        wgpu::TextureFormat::R8Snorm => Bits::Eight,
+        _ => Bits::Sixteen,
+    };
+    let passes = field.brick_passes(bits)?;
+    scratch.reserve_arguments(gpu, order.words.chunks)?;
+    gpu.queue
+        .write_buffer(&scratch.words, 0, bytemuck::bytes_of(&order.words));
+    let view = site
+        .texture
+        .create_view(&wgpu::TextureViewDescriptor::default());
+    let (bind_group, plan_group) = gpu.checked(|| {
+        let mut entries: Vec<_> = match order.instrs {
+            Some(instrs) => field.bindings_with(instrs).collect(),
+            None => field.table_bindings().collect(),
+        };
+        entries.push(entry(VOLUME, &scratch.words));
+        entries.push(entry(FILL, &scratch.fill));
+        entries.push(entry(PRUNE, &scratch.prune));
+        entries.extend(scratch.lists.binding(LISTS));
+        entries.push(wgpu::BindGroupEntry {
+            binding: TEXELS,
+            resource: wgpu::BindingResource::TextureView(&view),
+        });
+        entries.extend(site.cells.binding(CELLS));
+        entries.extend(scratch.candidates.binding(CANDIDATES));
+        entries.extend(site.counters.binding(COUNTERS));
+        entries.extend(site.materials.binding(BRICK_MATERIALS));
+        let group = |label, layout, entries: &[wgpu::BindGroupEntry<'_>]| {
+            gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+                label: Some(label),
+                layout,
+                entries,
+            })
+        };
+        let bind_group = group("Bricks::make", &passes.layout, &entries);
+        let mut entries = vec![entry(VOLUME, &scratch.words)];
+        entries.extend(scratch.arguments.binding(ARGUMENTS));
+        entries.extend(site.counters.binding(COUNTERS));
+        let plan_group = group("Bricks::plan", &passes.plan_layout, &entries);
+        (bind_group, plan_group)
+    })?;
+
+    let prune = |level: &Prune| {
+        gpu.queue
+            .write_buffer(&scratch.prune, 0, bytemuck::bytes_of(level));
+    };
+    prune(&order.levels[0]);
+    let groups = rows((order.length as u32).div_ceil(64).max(1));
+    bake.pass("prune", &passes.begin_lists, &bind_group, groups)?;
+    for level in order.levels {
+        prune(level);
+        let (pipeline, parts) = if level.make == abi::MAKE_ALL {
+            let parts = level.parts_x * level.parts_y * level.parts_z;
+            (&passes.prune_parts, parts)
+        } else {
+            (&passes.prune_blocks, level.count)
+        };
+        bake.pass("prune", pipeline, &bind_group, rows(parts.div_ceil(64)))?;
+    }
+    bake.pass("measure", &passes.measure, &bind_group, rows(last.count))?;
+    if last.make == abi::MAKE_NONE {
+        return Ok(());
+    }
+    let groups = Groups::Direct([order.words.chunks.div_ceil(64), 1, 1]);
+    bake.pass("measure", &passes.plan, &plan_group, groups)?;
+    let (Some(arguments), Some(indirect)) = (scratch.arguments.buffer(), &scratch.indirect) else {
+        return Err(GpuError::Lost("no buffer".into()));
+    };
+    gpu.checked(|| {
+        let mut encoder = gpu
+            .device
+            .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        let bytes = 24 * u64::from(order.words.chunks);
+        encoder.copy_buffer_to_buffer(arguments, 0, indirect, 0, bytes);
+        gpu.queue.submit([encoder.finish()]);
+    })?;
+    for chunk in 0..order.words.chunks {
+        let fill = Fill {
+            first_layer: chunk * order.words.chunk,
+            ..order.fill
+        };
+        gpu.queue
+            .write_buffer(&scratch.fill, 0, bytemuck::bytes_of(&fill));
+        let groups = Groups::Indirect(indirect, 24 * u64::from(chunk) + 12);
+        bake.pass("prune", &passes.prune_cells, &bind_group, groups)?;
+        let groups = Groups::Indirect(indirect, 24 * u64::from(chunk));
+        bake.pass("fill", &passes.fill_bricks, &bind_group, groups)?;
+        if order.mixes {
+            bake.pass("materials", &passes.fill_materials, &bind_group, groups)?;
+        }
+    }
+    let groups = rows(last.count.div_ceil(64));
+    bake.pass("settle", &passes.settle, &bind_group, groups)?;
+    let groups = Groups::Direct([1, 1, 1]);
+    bake.pass("settle", &passes.give_back, &bind_group, groups)?;
+    Ok(())
+}

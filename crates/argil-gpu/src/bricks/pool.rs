@@ -1,0 +1,281 @@
+//! The pool on the device: its texture, what is free of it, and what the CPU knows of that without waiting.
+//!
+//! *Practice.* The device takes bricks and gives them back; a stack of free ones stands behind its counters. The CPU knows
+//! how many there can be at most: what was counted when it last heard of the counters, and a brick for each cell that edits
+//! can have sampled since. So there is room for all before an edit is submitted, and nobody waits. The counters are copied
+//! after edits, and heard of when they happen to have come.
+
+use super::passes::Site;
+use super::repack::RepackPass;
+use super::{BrickTables, PLACES, bytes_of, pool_for, pool_texture};
+use crate::table::Table;
+use crate::volume::read_table;
+use crate::{Gpu, GpuError};
+use argil_abi as abi;
+use argil_volume::BrickEdit;
+use std::sync::{Arc, OnceLock};
+
+/// What the device counts.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Counted([u32; abi::COUNTERS as usize]);
+
+impl Counted {
+    fn of(bytes: &[u8]) -> Self {
+        let mut counted = Self::default();
+        for (to, from) in counted.0.iter_mut().zip(bytes.chunks_exact(4)) {
+            *to = bytemuck::pod_read_unaligned(from);
+        }
+        counted
+    }
+
+    pub fn get(&self, counter: u32) -> u64 {
+        u64::from(self.0[counter as usize])
+    }
+
+    /// Bricks that there are.
+    pub fn bricks(&self) -> u64 {
+        self.get(abi::COUNTER_TOP)
+            .saturating_sub(self.get(abi::COUNTER_FREE))
+    }
+
+    /// Mixed ones among them.
+    pub fn mixed(&self) -> u64 {
+        self.get(abi::COUNTER_TOP_MIXED)
+            .saturating_sub(self.get(abi::COUNTER_FREE_MIXED))
+    }
+
+    /// What edits did between another time and this.
+    pub fn since(&self, before: &Self) -> BrickEdit {
+        let count = |counter: u32| {
+            let now = self.0[counter as usize];
+            u64::from(now.wrapping_sub(before.0[counter as usize]))
+        };
+        BrickEdit {
+            filled: count(abi::COUNTER_FILLED),
+            added: count(abi::COUNTER_ADDED),
+            removed: count(abi::COUNTER_REMOVED),
+            cells: 0,
+        }
+    }
+}
+
+/// Counters on their way.
+struct Letter {
+    buffer: wgpu::Buffer,
+    arrived: Arc<OnceLock<Result<(), wgpu::BufferAsyncError>>>,
+    /// Cells that edits after it can have sampled.
+    since: u64,
+}
+
+/// What the CPU knows of the counters.
+pub(super) struct Ledger {
+    pub counters: Table,
+    /// As they were when they were last heard of.
+    pub known: Counted,
+    /// As they were when edits were last told.
+    told: Counted,
+    /// Cells that edits can have sampled since.
+    since: u64,
+    letter: Option<Letter>,
+}
+
+impl Ledger {
+    /// Of a pool with so many bricks and mixed bricks, all of them in use.
+    pub fn new(gpu: &Gpu, bricks: u64, mixed: u64) -> Result<Self, GpuError> {
+        let mut known = Counted::default();
+        known.0[abi::COUNTER_TOP as usize] = bricks as u32;
+        known.0[abi::COUNTER_TOP_MIXED as usize] = mixed as u32;
+        let mut counters = Table::new("counters");
+        counters.write(gpu, &known.0)?;
+        Ok(Self {
+            counters,
+            known,
+            told: known,
+            since: 0,
+            letter: None,
+        })
+    }
+
+    /// The counters as they are, after a wait.
+    pub fn read(&self, gpu: &Gpu) -> Result<Counted, GpuError> {
+        let bytes = 4 * u64::from(abi::COUNTERS);
+        Ok(Counted::of(&read_table(gpu, &self.counters, bytes)?))
+    }
+
+    /// Hear of the counters as they are, after a wait; what edits did since they were last told.
+    pub fn settle(&mut self, gpu: &Gpu) -> Result<BrickEdit, GpuError> {
+        self.settle_known(gpu)?;
+        let edit = self.known.since(&self.told);
+        self.told = self.known;
+        Ok(edit)
+    }
+
+    /// Hear of the counters as they are, after a wait, and tell nobody.
+    pub fn settle_known(&mut self, gpu: &Gpu) -> Result<(), GpuError> {
+        self.known = self.read(gpu)?;
+        (self.since, self.letter) = (0, None);
+        Ok(())
+    }
+
+    /// Take note of an edit that can sample so many cells, and ask for the counters.
+    pub fn spend(&mut self, gpu: &Gpu, cells: u64) -> Result<(), GpuError> {
+        self.since += cells;
+        if let Some(letter) = &mut self.letter {
+            letter.since += cells;
+            return Ok(());
+        }
+        let Some(counters) = self.counters.buffer() else {
+            return Ok(());
+        };
+        let bytes = 4 * u64::from(abi::COUNTERS);
+        let buffer = gpu.checked(|| {
+            let buffer = gpu.device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some("counters"),
+                size: bytes,
+                usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
+                mapped_at_creation: false,
+            });
+            let mut encoder = gpu
+                .device
+                .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            encoder.copy_buffer_to_buffer(counters, 0, &buffer, 0, bytes);
+            gpu.queue.submit([encoder.finish()]);
+            buffer
+        })?;
+        let arrived = Arc::new(OnceLock::new());
+        let note = arrived.clone();
+        let arrive = move |result| {
+            // It is called once.
+            let _ = note.set(result);
+        };
+        buffer.slice(..).map_async(wgpu::MapMode::Read, arrive);
+        self.letter = Some(Letter {
+            buffer,
+            arrived,
+            since: 0,
+        });
+        Ok(())
+    }
+
+    /// Hear of the counters if they have come; the device is asked, and not waited for.
+    pub fn hear(&mut self, gpu: &Gpu) -> Result<(), GpuError> {
+        let lost = |reason: String| GpuError::Lost(reason);
+        let polled = gpu.device.poll(wgpu::PollType::Poll);
+        polled.map_err(|e| lost(e.to_string()))?;
+        let Some(letter) = &self.letter else {
+            return Ok(());
+        };
+        let Some(result) = letter.arrived.get() else {
+            return Ok(());
+        };
+        result.clone().map_err(|e| lost(e.to_string()))?;
+        let view = letter.buffer.slice(..).get_mapped_range();
+        self.known = Counted::of(&view.map_err(|e| lost(e.to_string()))?);
+        self.since = letter.since;
+        self.letter = None;
+        Ok(())
+    }
+
+    /// Bricks and mixed bricks that there can be at most.
+    fn most(&self) -> [u64; 2] {
+        [self.known.bricks(), self.known.mixed()].map(|known| known + self.since)
+    }
+}
+
+/// An eighth more than is needed, so that not every edit moves the pool.
+fn with_air(needed: u64) -> u64 {
+    needed + needed / 8 + 64
+}
+
+impl BrickTables {
+    /// Make room for as many more bricks, and as many mixed ones where there are any; the pool's texture if it was moved.
+    ///
+    /// # Errors
+    /// If they would take more than `budget` bytes, or there cannot be as many: nothing is changed then.
+    pub fn make_room(
+        &mut self,
+        gpu: &Gpu,
+        passes: &RepackPass,
+        texture: &wgpu::Texture,
+        more: u64,
+        mixes: bool,
+        budget: u64,
+    ) -> Result<Option<wgpu::Texture>, GpuError> {
+        let [bricks, mixed] = self.ledger.most().map(|most| most + more);
+        let mixed = if mixes { mixed } else { 0 };
+        let capacity: u64 = self.pool.map(u64::from).iter().product();
+        let has_stack = self.ledger.counters.size() > 4 * u64::from(abi::COUNTERS);
+        if bricks <= capacity && mixed <= self.mixed && has_stack {
+            return Ok(None);
+        }
+        let fit = |bricks: u64, mixed: u64| {
+            let pool = pool_for(gpu, &self.layout, bricks.max(capacity))?;
+            let mixed = mixed.max(self.mixed);
+            let needed = bytes_of(&self.layout, pool, mixed) + self.scratch_bytes();
+            Ok((pool, mixed, needed))
+        };
+        let (air, mixed_air) = (with_air(bricks), if mixes { with_air(mixed) } else { 0 });
+        let (mut pool, mut mixed_room, mut needed) = fit(air, mixed_air)?;
+        if needed > budget {
+            (pool, mixed_room, needed) = fit(bricks, mixed)?;
+        }
+        if needed > budget {
+            return Err(GpuError::Budget {
+                bricks,
+                needed,
+                budget,
+            });
+        }
+        self.resize(gpu, passes, texture, pool, mixed_room)
+            .map(Some)
+    }
+
+    /// Move everything to another pool, without gaps.
+    pub(super) fn resize(
+        &mut self,
+        gpu: &Gpu,
+        passes: &RepackPass,
+        texture: &wgpu::Texture,
+        pool: [u32; 3],
+        mixed: u64,
+    ) -> Result<wgpu::Texture, GpuError> {
+        let capacity: u64 = pool.map(u64::from).iter().product();
+        let moved = pool_texture(gpu, &self.layout, pool)?;
+        let mut materials = Table::new("bricks' materials");
+        materials.reserve_exact(gpu, 4 * capacity + 8 * PLACES * mixed)?;
+        let mut counters = Table::new("counters");
+        let head = 4 * u64::from(abi::COUNTERS);
+        counters.reserve_exact(gpu, head + 4 * (capacity + mixed))?;
+        gpu.checked(|| {
+            let mut encoder = gpu
+                .device
+                .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            // What was ever done is still that.
+            if let (Some(from), Some(to)) = (self.ledger.counters.buffer(), counters.buffer()) {
+                let first = 4 * u64::from(abi::COUNTER_FILLED);
+                encoder.copy_buffer_to_buffer(from, first, to, first, head - first);
+            }
+            gpu.queue.submit([encoder.finish()]);
+        })?;
+        let old = Site {
+            texture,
+            cells: &self.cells,
+            materials: &self.materials,
+            counters: &self.ledger.counters,
+        };
+        let new = Site {
+            texture: &moved,
+            cells: &self.cells,
+            materials: &materials,
+            counters: &counters,
+        };
+        passes.run(gpu, &self.layout, [self.pool, pool], &old, &new)?;
+        (self.pool, self.mixed, self.materials) = (pool, mixed, materials);
+        self.ledger.counters = counters;
+        Ok(moved)
+    }
+
+    fn scratch_bytes(&self) -> u64 {
+        self.making.as_ref().map_or(0, |making| making.size())
+    }
+}

@@ -1,0 +1,113 @@
+//! Moving bricks from one pool to another.
+
+use super::passes::Site;
+use crate::pass::{
+    BRICK_MATERIALS, Bind, CELLS, COUNTERS, OLD_MATERIALS, OLD_POOL, STORED, TEXELS, VOLUME, entry,
+    layout, pipelines,
+};
+use crate::volume::{format_of, uniform_of};
+use crate::{Gpu, GpuError};
+use argil_abi::{self as abi, Volume as Words};
+use argil_volume::{Bits, BrickLayout, wgsl};
+
+/// The bindings, as the shader names them.
+const BINDS_WGSL: &str = "
+@group(0) @binding(8) var<uniform> volume: Volume;
+@group(0) @binding(9) var old_texels: texture_3d<f32>;
+@group(0) @binding(19) var<storage, read_write> words: array<u32>;
+@group(0) @binding(20) var<storage, read_write> brick_materials: array<u32>;
+@group(0) @binding(22) var<storage, read_write> counters: array<atomic<u32>>;
+@group(0) @binding(26) var<storage, read> old_materials: array<u32>;
+@group(0) @binding(27) var<uniform> old: Repack;
+";
+
+/// The pass, compiled once for a width of samples.
+pub(crate) struct RepackPass {
+    layout: wgpu::BindGroupLayout,
+    repack: wgpu::ComputePipeline,
+}
+
+impl RepackPass {
+    pub fn new(gpu: &Gpu, bits: Bits) -> Result<Self, GpuError> {
+        let format = format_of(bits).1;
+        let target =
+            format!("@group(0) @binding(14) var texels: texture_storage_3d<{format}, write>;\n");
+        let source = [
+            &argil_abi::wgsl(),
+            BINDS_WGSL,
+            &target,
+            wgsl::WORDS,
+            wgsl::REPACK,
+        ]
+        .concat();
+        let binds = [
+            Bind::Uniform(VOLUME),
+            Bind::Texture(STORED),
+            Bind::Target(TEXELS, format_of(bits).0),
+            Bind::Write(CELLS),
+            Bind::Write(BRICK_MATERIALS),
+            Bind::Write(COUNTERS),
+            Bind::Read(OLD_MATERIALS),
+            Bind::Uniform(OLD_POOL),
+        ];
+        let layout = gpu.checked(|| self::layout(gpu, "Bricks::repack", &binds))?;
+        let [repack] = pipelines(gpu, source, &layout, &[], ["repack"])?;
+        Ok(Self { layout, repack })
+    }
+
+    /// Move all bricks from one pool to another; the cells are told where they are then.
+    pub fn run(
+        &self,
+        gpu: &Gpu,
+        measures: &BrickLayout,
+        [from, to]: [[u32; 3]; 2],
+        old: &Site<'_>,
+        new: &Site<'_>,
+    ) -> Result<(), GpuError> {
+        let words = Words {
+            code_count: measures.word_count() as u32,
+            ..super::march_words(measures, to, 1.0)
+        };
+        let before = [from[0], from[1], from.iter().product(), 0];
+        let [old_view, view] = [old.texture, new.texture]
+            .map(|texture| texture.create_view(&wgpu::TextureViewDescriptor::default()));
+        gpu.checked(|| {
+            let volume = uniform_of::<Words>(gpu, "volume");
+            let old_pool = uniform_of::<[u32; 4]>(gpu, "the pool before");
+            gpu.queue
+                .write_buffer(&volume, 0, bytemuck::bytes_of(&words));
+            gpu.queue
+                .write_buffer(&old_pool, 0, bytemuck::bytes_of(&before));
+            let texture = |binding, view| wgpu::BindGroupEntry {
+                binding,
+                resource: wgpu::BindingResource::TextureView(view),
+            };
+            let mut entries = vec![
+                entry(VOLUME, &volume),
+                entry(OLD_POOL, &old_pool),
+                texture(STORED, &old_view),
+                texture(TEXELS, &view),
+            ];
+            entries.extend(new.cells.binding(CELLS));
+            entries.extend(new.materials.binding(BRICK_MATERIALS));
+            entries.extend(new.counters.binding(COUNTERS));
+            entries.extend(old.materials.binding(OLD_MATERIALS));
+            let bind_group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+                label: Some("Bricks::repack"),
+                layout: &self.layout,
+                entries: &entries,
+            });
+            let mut encoder = gpu
+                .device
+                .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+            pass.set_pipeline(&self.repack);
+            pass.set_bind_group(0, &bind_group, &[]);
+            let blocks = measures.block_count() as u32;
+            let rows = blocks.div_ceil(abi::DISPATCH_ROW);
+            pass.dispatch_workgroups(blocks.min(abi::DISPATCH_ROW), rows, 1);
+            drop(pass);
+            gpu.queue.submit([encoder.finish()]);
+        })
+    }
+}

@@ -1,0 +1,180 @@
+//! What edits leave to be done: blocks that are to be measured again, and which of their cells are to be sampled.
+
+use super::{BLOCK_SIDE, BrickLayout};
+use argil_field::{CELLS, LiveProgram};
+use argil_math::Aabb;
+use glam::{UVec3, Vec3, uvec3};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// Most blocks that are done as one where work can be cut short.
+const SHORT_UNIT: usize = 8;
+
+/// Blocks of one part that are done as one.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Unit {
+    /// The part of a [`LiveProgram`] that they are in.
+    pub part: UVec3,
+    /// The first cell of each.
+    pub blocks: Vec<UVec3>,
+}
+
+/// What edits leave to be done, of a layout's blocks. Work that is cut short can be taken up later.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct EditWork {
+    /// Of each edit the boxes outside of which nothing changed within the stored band, and nothing in empty cells.
+    boxes: Vec<[Aabb; 2]>,
+    units: Vec<Unit>,
+    /// Whether all of it is of the program's last update, so that what that touched is all that can have changed.
+    is_latest: bool,
+}
+
+impl EditWork {
+    /// For the boxes of edits, told for a layout's [bands](BrickLayout::bands), that `live` has just followed.
+    pub fn new(layout: &BrickLayout, live: &LiveProgram, boxes: &[[Aabb; 2]]) -> Self {
+        let mut work = Self {
+            boxes: joined(boxes),
+            units: Vec::new(),
+            is_latest: true,
+        };
+        let blocks = work.touched_blocks(layout);
+        work.units = units(layout, live, blocks);
+        work
+    }
+
+    /// Take on what was left of earlier edits.
+    pub fn take_on(&mut self, layout: &BrickLayout, live: &LiveProgram, left: Self) {
+        if left.units.is_empty() {
+            return;
+        }
+        let all = self.units.iter().chain(&left.units);
+        let blocks = all.flat_map(|unit| unit.blocks.iter().map(|block| block.to_array()));
+        self.units = units(layout, live, blocks.collect());
+        self.boxes.extend(left.boxes);
+        self.is_latest = false;
+    }
+
+    /// Cut units small, and put what is near a point first.
+    pub fn sort_by_distance(&mut self, layout: &BrickLayout, eye: Vec3) {
+        let cut = |unit: &Unit| -> Vec<Unit> {
+            let few = unit.blocks.chunks(SHORT_UNIT);
+            let blocks = few.map(<[UVec3]>::to_vec);
+            let part = unit.part;
+            blocks.map(|blocks| Unit { part, blocks }).collect()
+        };
+        self.units = self.units.iter().flat_map(cut).collect();
+        let nearest = |unit: &Unit| {
+            let distances = unit.blocks.iter().map(|&block| {
+                let middle = layout.middle(block, BLOCK_SIDE);
+                middle.distance_squared(eye)
+            });
+            distances.fold(f32::INFINITY, f32::min)
+        };
+        self.units
+            .sort_by_cached_key(|unit| nearest(unit).max(0.0).to_bits());
+    }
+
+    /// Take out the first so many units.
+    pub fn next(&mut self, count: usize) -> Vec<Unit> {
+        self.units.drain(..count.min(self.units.len())).collect()
+    }
+
+    /// Whether nothing is left.
+    pub fn is_done(&self) -> bool {
+        self.units.is_empty()
+    }
+
+    /// Blocks that are left.
+    pub fn blocks(&self) -> u64 {
+        self.units.iter().map(|unit| unit.blocks.len() as u64).sum()
+    }
+
+    /// Whether what the program's last update touched is all that can have changed.
+    pub fn is_latest(&self) -> bool {
+        self.is_latest
+    }
+
+    /// Of the block with a first cell, those whose samples can have changed: a bit for each.
+    pub fn dirty_cells(&self, layout: &BrickLayout, first: UVec3) -> u64 {
+        let last = layout.cell_box(first + (BLOCK_SIDE - 1));
+        let block = Aabb::new(layout.cell_box(first).min, last.max);
+        let block = block.grown(layout.lattice.voxel);
+        let touches = |held: Aabb, dirty: &Aabb| !held.intersection(*dirty).is_empty();
+        let mut cells = 0;
+        for [dirty, _] in &self.boxes {
+            if !touches(block, dirty) || cells == u64::MAX {
+                continue;
+            }
+            for i in 0..CELLS as u32 {
+                let cell = first + uvec3(i % 4, i / 4 % 4, i / 16);
+                // What lies on a cell's side is in both.
+                let held = layout.cell_box(cell).grown(0.01 * layout.lattice.voxel);
+                cells |= u64::from(touches(held, dirty)) << i;
+            }
+        }
+        cells
+    }
+
+    fn touched_blocks(&self, layout: &BrickLayout) -> BTreeSet<[u32; 3]> {
+        let edge = layout.cell_length() * BLOCK_SIDE as f32;
+        let mut blocks = BTreeSet::new();
+        let last = layout.blocks.as_vec3() - 1.0;
+        for [_, far] in &self.boxes {
+            let first = ((far.min - layout.lattice.corner) / edge).floor();
+            let end = ((far.max - layout.lattice.corner) / edge).floor();
+            if far.is_empty() || !first.cmple(last).all() || !end.cmpge(Vec3::ZERO).all() {
+                continue;
+            }
+            let first = first.clamp(Vec3::ZERO, last).as_uvec3();
+            let end = end.clamp(Vec3::ZERO, last).as_uvec3();
+            for z in first.z..=end.z {
+                for y in first.y..=end.y {
+                    for x in first.x..=end.x {
+                        blocks.insert((uvec3(x, y, z) * BLOCK_SIDE).to_array());
+                    }
+                }
+            }
+        }
+        blocks
+    }
+}
+
+/// Blocks by their first cells, part by part.
+fn units(layout: &BrickLayout, live: &LiveProgram, blocks: BTreeSet<[u32; 3]>) -> Vec<Unit> {
+    let side = (live.parts().edge / layout.cell_length()).round() as u32;
+    let mut parts: BTreeMap<[u32; 3], Vec<UVec3>> = BTreeMap::new();
+    for block in blocks {
+        let block = UVec3::from_array(block);
+        parts
+            .entry((block / side).to_array())
+            .or_default()
+            .push(block);
+    }
+    let unit = |(part, blocks)| Unit {
+        part: UVec3::from_array(part),
+        blocks,
+    };
+    parts.into_iter().map(unit).collect()
+}
+
+/// Boxes of edits one after the other, as one where that is hardly larger: those of a drag.
+fn joined(boxes: &[[Aabb; 2]]) -> Vec<[Aabb; 2]> {
+    let volume = |b: Aabb| {
+        if b.is_empty() {
+            0.0
+        } else {
+            b.size().element_product()
+        }
+    };
+    let mut all: Vec<[Aabb; 2]> = Vec::new();
+    for &[dirty, far] in boxes {
+        if let Some([last_dirty, last_far]) = all.last_mut() {
+            let both = [last_dirty.union(dirty), last_far.union(far)];
+            if volume(both[1]) <= 1.1 * volume(*last_far).max(volume(far)) {
+                [*last_dirty, *last_far] = both;
+                continue;
+            }
+        }
+        all.push([dirty, far]);
+    }
+    all
+}
