@@ -164,7 +164,9 @@ fn a_gpus_bricks_are_those_of_a_fresh_bake() {
             settings.encoding = Encoding::default();
         }
         let gpu = Some(gpu.clone());
-        let how = (64, &settings);
+        // Among so many cells there are edits for which it is counted first what they need.
+        let resolution = if settings.brick == 4 { 96 } else { 64 };
+        let how = (resolution, &settings);
         sculpt_on(gpu, &case.name, &mut case.scene, how, 16, 8);
     }
 }

@@ -356,7 +356,12 @@ impl World {
             return Ok(None);
         };
         let program = Program::lower(scene)?;
-        let (field, lattice) = (self.gpu.as_ref(), self.lattice());
+        // The world's own field follows edits, with tables in another order.
+        let field = match &self.gpu {
+            Some(own) => Some(GpuField::new(own.gpu().clone(), &program, false)?),
+            None => None,
+        };
+        let (field, lattice) = (field.as_ref(), self.lattice());
         let (fresh, _) = build(&self.engine, field, scene, &program, self.via, lattice)?;
         let fresh = match (fresh, field) {
             (Kept::Cpu(volume), _) => volume,

@@ -188,6 +188,9 @@ impl Editing<'_> {
             self.make(tables, texture, making, blocks, &levels)?;
             tables.ledger.settle_known(gpu)?;
             more = tables.ledger.known.get(abi::COUNTER_CANDIDATES);
+            // Pruning has put other lists in place of those that came.
+            let lists = &mut making.scratch.lists;
+            blocks.write(gpu, lists, program, &tables.layout)?;
         }
         let room = tables.make_room(gpu, &making.repack, texture, more, mixes, self.budget)?;
         if let Some(moved) = room {
