@@ -10,14 +10,15 @@ use std::sync::Arc;
 
 /// Bricks where they are.
 enum Kept {
-    Cpu(Bricks),
+    Cpu(Box<Bricks>),
     Gpu(Box<(GpuField, GpuVolume)>),
 }
 
 impl Kept {
     fn bake(gpu: Option<&Arc<Gpu>>, program: &Program, layout: BrickLayout) -> Self {
         let Some(gpu) = gpu else {
-            return Self::Cpu(Bricks::bake(program, layout, None).expect("bricks").0);
+            let (bricks, _) = Bricks::bake(program, layout, None).expect("bricks");
+            return Self::Cpu(Box::new(bricks));
         };
         let field = GpuField::new(gpu.clone(), program, false).expect("a field");
         let (volume, _) = GpuVolume::bricks(&field, program, layout, None).expect("bricks");
@@ -26,7 +27,7 @@ impl Kept {
 
     fn bricks(&self) -> Cow<'_, Bricks> {
         match self {
-            Self::Cpu(bricks) => Cow::Borrowed(bricks),
+            Self::Cpu(bricks) => Cow::Borrowed(&**bricks),
             Self::Gpu(gpu) => match gpu.1.read(gpu.0.gpu()) {
                 Ok(Volume::Bricks(bricks)) => Cow::Owned(bricks),
                 other => panic!("bricks come back: {:?}", other.err()),

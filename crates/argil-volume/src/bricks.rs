@@ -17,6 +17,7 @@
 //! dropped again where its own samples show that the surface cannot be in it. The tables hold the very resolution that was asked for.
 
 mod batch;
+mod block_list;
 mod build;
 mod edit;
 mod filler;
@@ -33,6 +34,7 @@ use glam::{UVec3, Vec3};
 use std::ops::Range;
 
 pub use batch::{Beyond, BrickSampler, Corners, Located};
+pub use block_list::BlockList;
 pub use build::BrickStagesMs;
 pub use edit::BrickEdit;
 pub use layout::{BLOCK_SIDE, BrickLayout, BrickSettings, BricksError};

@@ -1,7 +1,7 @@
 //! Changing bricks in place, without a wait.
 //!
-//! *Practice.* The CPU knows which operands can matter in the parts that edits touch; their lists come over with the blocks,
-//! and the device prunes, measures, samples and stores as for a whole build. Everything is submitted in order, so that a
+//! *Practice.* The CPU knows which operands can matter in the blocks that edits touch; their lists come over with the blocks,
+//! and the device measures cells, prunes for them, samples and stores as for a whole build. Everything is submitted in order, so that a
 //! picture shows all of what was submitted before it and nothing of what comes after. Only where an edit is so large that a
 //! brick for each of its cells would be far more than there is room for, it is counted first what it needs, and waited for.
 
@@ -78,7 +78,8 @@ impl GpuVolume {
         let mut result = Ok(());
         while !work.is_done() && result.is_ok() {
             let count = if left.is_some() { 4 } else { usize::MAX };
-            let blocks = edit.gather(tables, work, |work| work.next(count));
+            let units = work.next(count);
+            let blocks = edit.gather(tables, work, units);
             result = edit.submit(tables, texture, &mut making, &blocks);
             if let Some(left) = &mut left {
                 *left -= blocks.cells() as f64;
@@ -122,37 +123,13 @@ struct Editing<'a> {
 }
 
 impl Editing<'_> {
-    /// The blocks of some units, with their lists: of the parts where something changed that can matter.
-    fn gather(
-        &self,
-        tables: &BrickTables,
-        work: &mut EditWork,
-        take: impl FnOnce(&mut EditWork) -> Vec<Unit>,
-    ) -> Blocks {
-        let touched = self.live.touched().filter(|_| work.is_latest());
+    /// The blocks of some units in which something can have changed, with their lists.
+    fn gather(&self, tables: &BrickTables, work: &EditWork, units: Vec<Unit>) -> Blocks {
+        let layout = &tables.layout;
         let mut blocks = Blocks::default();
-        let mut before = Vec::new();
-        for unit in take(work) {
-            let begin = blocks.instrs.len();
-            self.live.list(unit.part, &mut blocks.instrs);
-            let list = &blocks.instrs[begin..];
-            if let Some(touched) = touched
-                && !touched.any(list)
-            {
-                before.clear();
-                self.live.list_before(unit.part, &mut before);
-                if !touched.any(&before) {
-                    blocks.instrs.truncate(begin);
-                    continue;
-                }
-            }
-            let stretch = [begin as u32, (blocks.instrs.len() - begin) as u32];
-            for &first in &unit.blocks {
-                let place = tables.layout.word_index(first) / argil_field::CELLS;
-                blocks.places.push(place as u32);
-                blocks.dirty.push(work.dirty_cells(&tables.layout, first));
-                blocks.stretches.push(stretch);
-            }
+        for list in work.lists(layout, self.live, units) {
+            let first = layout.cell_at(list.block * argil_field::CELLS);
+            blocks.push(list.block, work.dirty_cells(layout, first), &list.now);
         }
         blocks
     }
@@ -179,18 +156,16 @@ impl Editing<'_> {
         let candidates = 4 * 64 * 4 * u64::from(prune.count);
         making.scratch.candidates.reserve(gpu, candidates)?;
 
-        let mut more = blocks.cells();
-        if more > FEW_CELLS.max(tables.ledger.known.bricks() / 4) {
+        let mut more = [blocks.cells(); 2];
+        if more[0] > FEW_CELLS.max(tables.ledger.known.bricks() / 4) {
             let levels = [Prune {
                 make: abi::MAKE_NONE,
                 ..prune
             }];
             self.make(tables, texture, making, blocks, &levels)?;
             tables.ledger.settle_known(gpu)?;
-            more = tables.ledger.known.get(abi::COUNTER_CANDIDATES);
-            // Pruning has put other lists in place of those that came.
-            let lists = &mut making.scratch.lists;
-            blocks.write(gpu, lists, program, &tables.layout)?;
+            more = [abi::COUNTER_BRICKS, abi::COUNTER_MIXED]
+                .map(|counter| tables.ledger.known.get(counter));
         }
         let room = tables.make_room(gpu, &making.repack, texture, more, mixes, self.budget)?;
         if let Some(moved) = room {

@@ -91,6 +91,23 @@ pub(super) struct Blocks {
 }
 
 impl Blocks {
+    /// Add a block.
+    pub fn push(&mut self, place: usize, dirty: u64, list: &[Instr]) {
+        let begin = self.instrs.len() as u32;
+        self.places.push(place as u32);
+        self.dirty.push(dirty);
+        self.stretches.push([begin, list.len() as u32]);
+        self.instrs.extend(list.iter().map(|&instr| Instr {
+            // The end of a loop points at its beginning.
+            operand: if instr.op == abi::OP_NEXT {
+                instr.operand + begin
+            } else {
+                instr.operand
+            },
+            ..instr
+        }));
+    }
+
     /// Cells that are to be sampled.
     pub fn cells(&self) -> u64 {
         let counts = self.dirty.iter().map(|mask| u64::from(mask.count_ones()));
@@ -113,16 +130,10 @@ impl Blocks {
     ) -> Result<Prune, GpuError> {
         let (count, cells) = (self.places.len() as u64, self.cells());
         let [per_instr, _, per_cell] = WORDS;
-        let listed: u64 = self.stretches.iter().map(|&[_, n]| u64::from(n)).sum();
         let head = 5 * count + 2 * cells;
         let room = Room {
             head,
-            // For each block a list, and marks, of what comes with it.
-            lists: per_instr * self.instrs.len() as u64
-                + listed
-                + listed / 8
-                + count
-                + per_cell * cells,
+            lists: per_instr * self.instrs.len() as u64 + per_cell * cells,
             length: self.instrs.len() as u64,
         };
         let (arena_first, arena_words) = room.reserve(gpu, table)?;

@@ -41,7 +41,6 @@ pub(crate) struct BrickPasses {
     plan_layout: wgpu::BindGroupLayout,
     begin_lists: wgpu::ComputePipeline,
     prune_parts: wgpu::ComputePipeline,
-    prune_blocks: wgpu::ComputePipeline,
     prune_cells: wgpu::ComputePipeline,
     measure: wgpu::ComputePipeline,
     plan: wgpu::ComputePipeline,
@@ -97,8 +96,8 @@ impl BrickPasses {
             give_back,
         ] = pipelines(gpu, source.clone(), &layout, &constants, entry_points)?;
         let marking = [constants[0], ("MARKING", 1.0)];
-        let entry_points = ["prune_parts", "prune_blocks", "prune_cells"];
-        let [prune_parts, prune_blocks, prune_cells] =
+        let entry_points = ["prune_parts", "prune_cells"];
+        let [prune_parts, prune_cells] =
             pipelines(gpu, source.clone(), &layout, &marking, entry_points)?;
         // What says how much is dispatched is not bound where that is dispatched.
         let binds = [
@@ -113,7 +112,6 @@ impl BrickPasses {
             plan_layout,
             begin_lists,
             prune_parts,
-            prune_blocks,
             prune_cells,
             measure,
             plan,
@@ -221,7 +219,7 @@ pub(crate) struct Site<'a> {
 pub(super) struct Order<'a> {
     pub words: Words,
     pub fill: Fill,
-    /// Of all blocks, each level of parts down to them; of some, one level.
+    /// Of all blocks, each level of parts down to them; of some, one level, with lists that came.
     pub levels: &'a [Prune],
     /// Of some blocks, the instructions that their lists are of.
     pub instrs: Option<&'a Table>,
@@ -302,15 +300,11 @@ pub(super) fn make(
     prune(&order.levels[0]);
     let groups = rows((order.length as u32).div_ceil(64).max(1));
     bake.pass("prune", &passes.begin_lists, &bind_group, groups)?;
-    for level in order.levels {
+    for level in order.levels.iter().filter(|l| l.make == abi::MAKE_ALL) {
         prune(level);
-        let (pipeline, parts) = if level.make == abi::MAKE_ALL {
-            let parts = level.parts_x * level.parts_y * level.parts_z;
-            (&passes.prune_parts, parts)
-        } else {
-            (&passes.prune_blocks, level.count)
-        };
-        bake.pass("prune", pipeline, &bind_group, rows(parts.div_ceil(64)))?;
+        let parts = level.parts_x * level.parts_y * level.parts_z;
+        let groups = rows(parts.div_ceil(64));
+        bake.pass("prune", &passes.prune_parts, &bind_group, groups)?;
     }
     bake.pass("measure", &passes.measure, &bind_group, rows(last.count))?;
     if last.make == abi::MAKE_NONE {

@@ -63,8 +63,8 @@ impl Counted {
 struct Letter {
     buffer: wgpu::Buffer,
     arrived: Arc<OnceLock<Result<(), wgpu::BufferAsyncError>>>,
-    /// Cells that edits after it can have sampled.
-    since: u64,
+    /// Bricks, and mixed ones, that edits after it can have taken.
+    since: [u64; 2],
 }
 
 /// What the CPU knows of the counters.
@@ -74,8 +74,8 @@ pub(super) struct Ledger {
     pub known: Counted,
     /// As they were when edits were last told.
     told: Counted,
-    /// Cells that edits can have sampled since.
-    since: u64,
+    /// Bricks, and mixed ones, that edits can have taken since.
+    since: [u64; 2],
     letter: Option<Letter>,
 }
 
@@ -86,12 +86,14 @@ impl Ledger {
         known.0[abi::COUNTER_TOP as usize] = bricks as u32;
         known.0[abi::COUNTER_TOP_MIXED as usize] = mixed as u32;
         let mut counters = Table::new("counters");
-        counters.write(gpu, &known.0)?;
+        // No more: with a stack it is larger.
+        counters.reserve_exact(gpu, size_of_val(&known.0) as u64)?;
+        counters.rewrite(gpu, &known.0);
         Ok(Self {
             counters,
             known,
             told: known,
-            since: 0,
+            since: [0; 2],
             letter: None,
         })
     }
@@ -113,15 +115,16 @@ impl Ledger {
     /// Hear of the counters as they are, after a wait, and tell nobody.
     pub fn settle_known(&mut self, gpu: &Gpu) -> Result<(), GpuError> {
         self.known = self.read(gpu)?;
-        (self.since, self.letter) = (0, None);
+        (self.since, self.letter) = ([0; 2], None);
         Ok(())
     }
 
-    /// Take note of an edit that can sample so many cells, and ask for the counters.
-    pub fn spend(&mut self, gpu: &Gpu, cells: u64) -> Result<(), GpuError> {
-        self.since += cells;
+    /// Take note of an edit that can take so many bricks, and mixed ones, and ask for the counters.
+    pub fn spend(&mut self, gpu: &Gpu, taken: [u64; 2]) -> Result<(), GpuError> {
+        let add = |to: &mut [u64; 2]| to.iter_mut().zip(taken).for_each(|(to, more)| *to += more);
+        add(&mut self.since);
         if let Some(letter) = &mut self.letter {
-            letter.since += cells;
+            add(&mut letter.since);
             return Ok(());
         }
         let Some(counters) = self.counters.buffer() else {
@@ -152,7 +155,7 @@ impl Ledger {
         self.letter = Some(Letter {
             buffer,
             arrived,
-            since: 0,
+            since: [0; 2],
         });
         Ok(())
     }
@@ -178,7 +181,8 @@ impl Ledger {
 
     /// Bricks and mixed bricks that there can be at most.
     fn most(&self) -> [u64; 2] {
-        [self.known.bricks(), self.known.mixed()].map(|known| known + self.since)
+        let known = [self.known.bricks(), self.known.mixed()];
+        [0, 1].map(|i| known[i] + self.since[i])
     }
 }
 
@@ -188,7 +192,7 @@ fn with_air(needed: u64) -> u64 {
 }
 
 impl BrickTables {
-    /// Make room for as many more bricks, and as many mixed ones where there are any; the pool's texture if it was moved.
+    /// Make room for so many more bricks, and mixed ones where there are any; the pool's texture if it was moved.
     ///
     /// # Errors
     /// If they would take more than `budget` bytes, or there cannot be as many: nothing is changed then.
@@ -197,14 +201,16 @@ impl BrickTables {
         gpu: &Gpu,
         passes: &RepackPass,
         texture: &wgpu::Texture,
-        more: u64,
+        more: [u64; 2],
         mixes: bool,
         budget: u64,
     ) -> Result<Option<wgpu::Texture>, GpuError> {
-        let [bricks, mixed] = self.ledger.most().map(|most| most + more);
+        let most = self.ledger.most();
+        let [bricks, mixed] = [0, 1].map(|i| most[i] + more[i]);
         let mixed = if mixes { mixed } else { 0 };
         let capacity: u64 = self.pool.map(u64::from).iter().product();
-        let has_stack = self.ledger.counters.size() > 4 * u64::from(abi::COUNTERS);
+        let with_stack = 4 * (u64::from(abi::COUNTERS) + capacity + self.mixed);
+        let has_stack = self.ledger.counters.size() >= with_stack;
         if bricks <= capacity && mixed <= self.mixed && has_stack {
             return Ok(None);
         }

@@ -1,5 +1,5 @@
 // Twin of build.rs and edit.rs. All blocks are made: the grid is cut into parts, each with its list, down to blocks. Or some
-// are, by lists that come with them. Every cell of a block is measured by its list; then the bricks that the surface can be
+// are, by lists that come with them and are as short. Every cell of a block is measured by its list; then the bricks that the surface can be
 // in are sampled by lists of their own. What is freed is given back to the pool when all are made.
 
 // Cells a group measures, and threads that sample a brick.
@@ -130,17 +130,6 @@ fn prune_parts(@builtin(workgroup_id) id: vec3<u32>, @builtin(num_workgroups) co
     keep_stretch(prune.first + 2u * at, pruned_in(part * prune.side, prune.side, whole));
 }
 
-// The lists of some blocks, from those that came with them.
-@compute @workgroup_size(64)
-fn prune_blocks(@builtin(workgroup_id) id: vec3<u32>, @builtin(num_workgroups) count: vec3<u32>, @builtin(local_invocation_index) local: u32) {
-    let nth = group_index(id, count) * 64u + local;
-    if nth >= prune.count {
-        return;
-    }
-    let at = prune.blocks_first + 2u * nth;
-    keep_stretch(at, pruned_in(cell_at(block_of(nth) * 64u), BLOCK_SIDE, stretch_at(at)));
-}
-
 // The lists of cells that the surface can be in.
 @compute @workgroup_size(64)
 fn prune_cells(@builtin(workgroup_id) id: vec3<u32>, @builtin(local_invocation_index) local: u32) {
@@ -184,8 +173,12 @@ fn measure(@builtin(workgroup_id) id: vec3<u32>, @builtin(num_workgroups) count:
             return;
         }
         if prune.make == MAKE_NONE {
-            if is_near && !is_brick(before) {
-                atomicAdd(&counters[COUNTER_CANDIDATES], 1u);
+            // Any brick that is sampled can become a mixed one.
+            if is_near {
+                atomicAdd(&counters[COUNTER_MIXED], 1u);
+                if !is_brick(before) {
+                    atomicAdd(&counters[COUNTER_BRICKS], 1u);
+                }
             }
             return;
         }

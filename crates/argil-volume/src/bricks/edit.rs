@@ -7,6 +7,7 @@
 //! of those: it has the same distances, to the bit. That is far less than the boxes hold where blends are wide. Any number of
 //! edits go in one pass. What was made is put into the pool at the end, so that nothing is changed if it does not fit.
 
+use super::block_list::BlockList;
 use super::build::{Bounds, Candidates, near_block, settle};
 use super::filler::Filler;
 use super::material::PLACES;
@@ -140,7 +141,7 @@ impl Bricks {
         let edit = Editing {
             layout: self.layout,
             live,
-            touched: live.touched().filter(|_| work.is_latest()),
+            touched: work.touched(live),
             bounds: Bounds::new(live.program(), &self.layout),
             fill: self
                 .layout
@@ -148,10 +149,8 @@ impl Bricks {
                 .fill(live.program(), &self.layout.lattice, 0),
             work,
         };
-        let made: Vec<Made<T>> = units
-            .into_par_iter()
-            .flat_map_iter(|unit| edit.lists(unit.part, &unit.blocks))
-            .collect::<Vec<_>>()
+        let made: Vec<Made<T>> = work
+            .lists(&self.layout, live, units)
             .into_par_iter()
             .map_init(
                 || edit.worker(),
@@ -239,14 +238,6 @@ struct Editing<'a> {
     work: &'a EditWork,
 }
 
-/// What can matter in a block.
-struct Lists {
-    block: usize,
-    now: Vec<Instr>,
-    /// As it was, if it is known what was touched.
-    before: Option<Vec<Instr>>,
-}
-
 /// What a thread keeps.
 struct Worker<'a> {
     pruner: Pruner<'a>,
@@ -261,56 +252,8 @@ impl Editing<'_> {
         }
     }
 
-    /// The blocks of a part that edits can have changed, each with its list, and with what that was before where it is known
-    /// what was touched: where nothing of that is in either list, distances are what they were.
-    fn lists(&self, part: UVec3, cells: &[UVec3]) -> Vec<Lists> {
-        let centers: Vec<Vec3> = cells
-            .iter()
-            .map(|&cell| self.layout.middle(cell, BLOCK_SIDE))
-            .collect();
-        let block = |cell: UVec3| self.layout.word_index(cell) / CELLS;
-        let mut whole = Vec::new();
-        self.live.list(part, &mut whole);
-        let radius = self.layout.half_diagonal(BLOCK_SIDE);
-        let mut d = [0.0; CELLS];
-        let d = &mut d[..cells.len()];
-        let cut = |pruner: &mut Pruner<'_>, instrs: &[Instr], i: usize| {
-            let mut list = Vec::new();
-            pruner.list(instrs, i, &mut list);
-            list
-        };
-        let mut pruner = Pruner::new(self.live.program());
-        let Some(touched) = self.touched else {
-            pruner.mark(&whole, &centers, radius, d);
-            let lists = (0..cells.len()).map(|i| Lists {
-                block: block(cells[i]),
-                now: cut(&mut pruner, &whole, i),
-                before: None,
-            });
-            return lists.collect();
-        };
-        let mut before = Vec::new();
-        self.live.list_before(part, &mut before);
-        if !touched.any(&whole) && !touched.any(&before) {
-            return Vec::new();
-        }
-        let mut old_pruner = Pruner::new(self.live.program());
-        pruner.mark(&whole, &centers, radius, d);
-        old_pruner.mark(&before, &centers, radius, d);
-        let is_one = |instr: &Instr| touched.has(instr);
-        let needed = pruner.needed(&whole, is_one) | old_pruner.needed(&before, is_one);
-        (0..cells.len())
-            .filter(|i| needed >> i & 1 != 0)
-            .map(|i| Lists {
-                block: block(cells[i]),
-                now: cut(&mut pruner, &whole, i),
-                before: Some(cut(&mut old_pruner, &before, i)),
-            })
-            .collect()
-    }
-
     /// Which of a block's cells edits can have changed: a bit for each. The pruner has marked the cells by `lists.now`.
-    fn changed(&self, first: UVec3, lists: &Lists, pruner: &mut Pruner<'_>) -> u64 {
+    fn changed(&self, first: UVec3, lists: &BlockList, pruner: &mut Pruner<'_>) -> u64 {
         let (Some(before), Some(touched)) = (&lists.before, self.touched) else {
             return u64::MAX;
         };
@@ -330,7 +273,7 @@ impl Editing<'_> {
     }
 
     /// Measure a block's cells, and sample what is dirty.
-    fn make<T: Texel>(&self, worker: &mut Worker<'_>, lists: &Lists, old: &[u32]) -> Made<T> {
+    fn make<T: Texel>(&self, worker: &mut Worker<'_>, lists: &BlockList, old: &[u32]) -> Made<T> {
         let (block, instrs) = (lists.block, &lists.now);
         let first = self.layout.cell_at(block * CELLS);
         let mut words = [0; CELLS];

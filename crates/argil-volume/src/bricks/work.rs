@@ -89,7 +89,7 @@ impl EditWork {
     }
 
     /// Whether what the program's last update touched is all that can have changed.
-    pub fn is_latest(&self) -> bool {
+    pub(crate) fn is_latest(&self) -> bool {
         self.is_latest
     }
 
