@@ -1,0 +1,247 @@
+//! A journal of a session's edits, written as they are made, from which a scene comes back after a crash with all its
+//! history.
+//!
+//! *Practice.* Its first line holds the scene as it was when the journal was begun, each further one an edit as a
+//! [log](crate::LogError) has it, with a checksum before it. A line is handed to the system at once and whole: when the
+//! process dies, all that was recorded is there, and at most the line in flight is torn, which is left out. When the machine
+//! dies, lines that the system had not written yet are lost too. Materials, name and view are those of the beginning: they
+//! are no edits.
+
+use crate::{Edit, EditError, Edited, FileError, LogError, Scene, replace_file};
+use serde::{Deserialize, Serialize};
+use std::fs::File;
+use std::io::{Read, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+
+/// Version of the format.
+const VERSION: u32 = 1;
+/// Hexadecimal digits of a checksum and a space.
+const SUM_BYTES: usize = 9;
+
+#[derive(Serialize, Deserialize)]
+struct Head {
+    journal: u32,
+    scene: String,
+}
+
+/// Why a journal could not be written or read.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum JournalError {
+    /// The file could not be written or read.
+    #[error("{path}")]
+    Io {
+        /// Which file.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// It does not begin as a journal does.
+    #[error("{0} is no journal of edits, or its beginning is damaged")]
+    NoJournal(PathBuf),
+    /// A newer program wrote it.
+    #[error(
+        "{path}: journal version {found} is newer than this program reads ({VERSION}): update argil"
+    )]
+    Newer {
+        /// Which file.
+        path: PathBuf,
+        /// Its version.
+        found: u32,
+    },
+    /// The scene at its beginning cannot be read.
+    #[error(transparent)]
+    Scene(#[from] FileError),
+    /// An edit that is whole cannot be done.
+    #[error("{path}:{line}")]
+    Line {
+        /// Which file.
+        path: PathBuf,
+        /// The line, from 1.
+        line: usize,
+        /// Why not.
+        source: LogError,
+    },
+    /// The edit itself was refused; nothing was recorded.
+    #[error(transparent)]
+    Edit(#[from] EditError),
+    /// A line to replay was refused; nothing was recorded.
+    #[error(transparent)]
+    Replay(LogError),
+}
+
+/// A journal that is being written.
+#[derive(Debug)]
+pub struct Journal {
+    path: PathBuf,
+    file: File,
+    /// Bytes that are whole.
+    length: u64,
+}
+
+/// What came back from a journal.
+#[derive(Debug)]
+pub struct Recovered {
+    /// The scene, with its history.
+    pub scene: Scene,
+    /// The journal, to go on with.
+    pub journal: Journal,
+    /// Lines that were replayed.
+    pub edits: usize,
+    /// Bytes of a line that was not whole and is left out.
+    pub torn_bytes: u64,
+}
+
+impl Journal {
+    /// Begin a journal of a scene's edits. What was in its place is replaced at once and whole.
+    ///
+    /// # Errors
+    /// If it cannot be written.
+    pub fn begin(path: impl AsRef<Path>, scene: &Scene) -> Result<Self, JournalError> {
+        let path = path.as_ref().to_path_buf();
+        let head = Head {
+            journal: VERSION,
+            scene: scene.to_json(),
+        };
+        let line = summed(&serde_json::to_string(&head).unwrap_or_default());
+        replace_file(&path, |out| out.write_all(line.as_bytes()))
+            .and_then(|()| Self::open(&path, line.len() as u64))
+            .map_err(|source| JournalError::Io { path, source })
+    }
+
+    /// Bring a scene back, and go on with its journal. A torn end is cut off.
+    ///
+    /// # Errors
+    /// If it cannot be read, or something other than its end is damaged.
+    pub fn recover(path: impl AsRef<Path>) -> Result<Recovered, JournalError> {
+        let path = path.as_ref();
+        let io = |source| JournalError::Io {
+            path: path.into(),
+            source,
+        };
+        let mut bytes = Vec::new();
+        let read = |bytes| File::open(path)?.read_to_end(bytes);
+        read(&mut bytes).map_err(io)?;
+        let mut lines = bytes.split_inclusive(|&byte| byte == b'\n');
+        let head = lines.next().and_then(whole);
+        let head: Option<Head> = head.and_then(|text| serde_json::from_str(text).ok());
+        let head = head.ok_or_else(|| JournalError::NoJournal(path.into()))?;
+        if head.journal > VERSION {
+            return Err(JournalError::Newer {
+                path: path.into(),
+                found: head.journal,
+            });
+        }
+        let inside = format!("{}, its scene", path.display());
+        let mut scene = Scene::from_json(&head.scene, inside)?;
+        let mut length = bytes
+            .iter()
+            .position(|&b| b == b'\n')
+            .map_or(0, |at| at + 1);
+        let mut edits = 0;
+        for line in lines {
+            // What comes after damage cannot be relied on either.
+            let Some(text) = whole(line) else { break };
+            let replayed = scene.replay(text);
+            replayed.map_err(|source| JournalError::Line {
+                path: path.into(),
+                line: edits + 2,
+                source,
+            })?;
+            length += line.len();
+            edits += 1;
+        }
+        let torn_bytes = (bytes.len() - length) as u64;
+        let journal = Self::open(path, length as u64).map_err(io)?;
+        Ok(Recovered {
+            scene,
+            journal,
+            edits,
+            torn_bytes,
+        })
+    }
+
+    fn open(path: &Path, length: u64) -> std::io::Result<Self> {
+        let mut file = File::options().write(true).open(path)?;
+        file.set_len(length)?;
+        file.seek(SeekFrom::End(0))?;
+        Ok(Self {
+            path: path.into(),
+            file,
+            length,
+        })
+    }
+
+    /// Where it is.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Do an edit and record it.
+    ///
+    /// # Errors
+    /// If the edit is refused: nothing is recorded then. Or if it cannot be written: the edit is done all the same, and the
+    /// journal is as it was, so that what comes after can be recorded only once this was made up for by a new journal.
+    pub fn apply(&mut self, scene: &mut Scene, edit: Edit) -> Result<Edited, JournalError> {
+        let line = scene.log_line(&edit);
+        let edited = scene.apply(edit)?;
+        self.record(&line)?;
+        Ok(edited)
+    }
+
+    /// Do what a line of a log says and record it: edits, undo and redo, the beginnings and ends of strokes.
+    ///
+    /// # Errors
+    /// As [`Journal::apply`].
+    pub fn replay(
+        &mut self,
+        scene: &mut Scene,
+        line: &str,
+    ) -> Result<Option<Edited>, JournalError> {
+        let edited = scene.replay(line).map_err(JournalError::Replay)?;
+        // A journal's line has no end within it.
+        let line = line.replace(['\n', '\r'], " ");
+        self.record(&line)?;
+        Ok(edited)
+    }
+
+    fn record(&mut self, line: &str) -> Result<(), JournalError> {
+        let line = summed(line);
+        let written = self.file.write_all(line.as_bytes());
+        written.map_err(|source| {
+            // Half a line would hide what comes after it; if this fails too, the next line's checksum tells.
+            let _ = self.file.set_len(self.length);
+            let _ = self.file.seek(SeekFrom::Start(self.length));
+            JournalError::Io {
+                path: self.path.clone(),
+                source,
+            }
+        })?;
+        self.length += line.len() as u64;
+        Ok(())
+    }
+
+    /// Remove it: the scene is saved, and nothing is left to bring back.
+    ///
+    /// # Errors
+    /// If it cannot be removed.
+    pub fn remove(self) -> Result<(), JournalError> {
+        let Self { path, file, .. } = self;
+        drop(file);
+        std::fs::remove_file(&path).map_err(|source| JournalError::Io { path, source })
+    }
+}
+
+/// A line with its checksum and end.
+fn summed(text: &str) -> String {
+    format!("{:08x} {text}\n", crc32fast::hash(text.as_bytes()))
+}
+
+/// What a line says, if it is whole.
+fn whole(line: &[u8]) -> Option<&str> {
+    let line = line.strip_suffix(b"\n")?;
+    let (sum, text) = line.split_at_checked(SUM_BYTES)?;
+    let sum = std::str::from_utf8(sum).ok()?.strip_suffix(' ')?;
+    let is_whole = u32::from_str_radix(sum, 16).ok()? == crc32fast::hash(text);
+    is_whole.then(|| std::str::from_utf8(text).ok())?
+}

@@ -1,0 +1,203 @@
+//! A session comes back from its journal after its process was killed at any moment.
+
+use argil_scene::{Brush, Edit, Journal, JournalError, Modifier, Scene, Shape};
+use std::io::{Read, Write};
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::time::Duration;
+
+/// The variable that tells a process of this program to be killed where its journal goes.
+const VICTIM: &str = "ARGIL_TEST_JOURNAL";
+
+fn beginning() -> Scene {
+    let mut scene = Scene::new();
+    scene.name = "two lines\nin a name".into();
+    let ball = Brush::new(Shape::sphere(0.5));
+    scene.push(ball).expect("a valid brush");
+    scene
+}
+
+/// The nth line of a session: insertions, transforms, strokes, undos and redos, always the same ones.
+fn line(scene: &Scene, nth: u64) -> String {
+    let random = nth.wrapping_mul(0x9e37_79b9_7f4a_7c15).rotate_left(23);
+    let count = scene.node(Scene::ROOT).children().len();
+    let node = random as usize % count.max(1);
+    let [undos, redos] = scene.history_lengths();
+    match random >> 32 & 15 {
+        0..=4 => {
+            let radius = 0.01 + (random % 97) as f32 * 1e-3;
+            format!(
+                r#"{{"edit":"insert","index":{node},"entry":{{"shape":{{"type":"sphere","radius":{radius}}}}}}}"#
+            )
+        }
+        5..=8 if count > 0 => format!(
+            r#"{{"edit":"transform","node":"brushes[{node}]","by":{{"type":"translate","by":[0.01,0,0]}}}}"#
+        ),
+        9 if count > 3 => format!(r#"{{"edit":"remove","node":"brushes[{node}]"}}"#),
+        10 => r#"{"edit":"begin_stroke"}"#.into(),
+        11 => r#"{"edit":"end_stroke"}"#.into(),
+        12 | 13 if undos > 0 => r#"{"edit":"undo"}"#.into(),
+        14 if redos > 0 => r#"{"edit":"redo"}"#.into(),
+        _ => r#"{"edit":"insert","entry":{"shape":{"type":"sphere","radius":0.2}}}"#.into(),
+    }
+}
+
+/// Not a test: what the test below starts, and kills.
+#[test]
+fn victim() {
+    let Some(path) = std::env::var_os(VICTIM) else {
+        return;
+    };
+    let path = Path::new(&path);
+    let mut scene = beginning();
+    let mut journal = Journal::begin(path, &scene).expect("a journal");
+    let mut out = std::io::stdout();
+    for nth in 0.. {
+        let line = line(&scene, nth);
+        journal.replay(&mut scene, &line).expect("a valid edit");
+        // Told only when it is recorded.
+        writeln!(out, "recorded {}", nth + 1).expect("a pipe");
+        out.flush().expect("a pipe");
+        if nth % 16 == 15 {
+            scene
+                .save(path.with_extension("json"))
+                .expect("a saved scene");
+        }
+    }
+}
+
+#[test]
+fn killed_at_any_moment_all_but_the_edit_in_flight_comes_back() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("session.journal");
+    let program = std::env::current_exe().expect("this program");
+    let (mut most, mut torn, mut saved) = (0, 0, 0);
+    for kill in 0..200u64 {
+        let mut victim = Command::new(&program)
+            .args(["--exact", "victim", "--nocapture"])
+            .env(VICTIM, &path)
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn()
+            .expect("a process");
+        // From before it has begun to many edits later.
+        let micros = kill.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 40;
+        std::thread::sleep(Duration::from_micros(micros % 40_000));
+        victim.kill().expect("it can be killed");
+        let mut said = String::new();
+        let mut out = victim.stdout.take().expect("a pipe");
+        out.read_to_string(&mut said).expect("text");
+        victim.wait().expect("it is gone");
+        let whole = said.split_inclusive('\n').filter(|l| l.ends_with('\n'));
+        let told = whole
+            .filter_map(|l| l.trim().rsplit_once("recorded ")?.1.parse().ok())
+            .max()
+            .unwrap_or(0usize);
+
+        // The scene's own file is whole, whenever it was saved.
+        let scene_path = path.with_extension("json");
+        if scene_path.exists() {
+            Scene::open(&scene_path).expect("a whole scene");
+            std::fs::remove_file(&scene_path).expect("removed");
+            saved += 1;
+        }
+        if !path.exists() {
+            assert_eq!(told, 0, "edits were recorded nowhere");
+            continue;
+        }
+        let found = Journal::recover(&path).expect("a journal");
+        assert!(
+            (told..=told + 1).contains(&found.edits),
+            "{told} edits were recorded, {} came back",
+            found.edits
+        );
+        most = most.max(found.edits);
+        torn += usize::from(found.torn_bytes > 0);
+        let mut expected = beginning();
+        for nth in 0..found.edits as u64 {
+            let line = line(&expected, nth);
+            expected.replay(&line).expect("a valid edit");
+        }
+        let mut scene = found.scene;
+        assert!(scene == expected, "after {} edits", found.edits);
+        // The history is there to its beginning.
+        assert_eq!(scene.history_lengths(), expected.history_lengths());
+        while scene.undo() {}
+        assert!(scene == beginning());
+        std::fs::remove_file(&path).expect("removed");
+    }
+    assert!(
+        most > 50 && saved > 20,
+        "the kills came too early: {most} {saved}"
+    );
+    println!("{most} edits at most, {torn} torn lines, {saved} saved scenes");
+}
+
+#[test]
+fn a_journal_cut_anywhere_gives_what_was_whole() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("cut.journal");
+    let mut scene = beginning();
+    let mut states = vec![scene.clone()];
+    let mut journal = Journal::begin(&path, &scene).expect("a journal");
+    let head = std::fs::metadata(&path).expect("a file").len() as usize;
+    for nth in 0..6 {
+        let line = line(&scene, nth);
+        journal.replay(&mut scene, &line).expect("a valid edit");
+        states.push(scene.clone());
+    }
+    let bytes = std::fs::read(&path).expect("a file");
+    for length in 0..bytes.len() {
+        std::fs::write(&path, &bytes[..length]).expect("written");
+        match Journal::recover(&path) {
+            Ok(found) => {
+                assert!(length >= head);
+                assert!(found.scene == states[found.edits], "{length}");
+                // It goes on after the cut.
+                let (mut scene, mut journal) = (found.scene, found.journal);
+                let node = scene.node(Scene::ROOT).children()[0];
+                let by = Modifier::Scale { by: 2.0 };
+                let edit = Edit::Transform { node, by };
+                journal.apply(&mut scene, edit).expect("an edit");
+                let again = Journal::recover(&path).expect("a journal");
+                assert!(again.scene == scene && again.torn_bytes == 0);
+            }
+            Err(JournalError::NoJournal(_)) => assert!(length < head, "{length}"),
+            Err(other) => panic!("{length}: {other}"),
+        }
+    }
+    // Damage in the middle ends what comes back; nothing wrong does.
+    for at in (head..bytes.len()).step_by(7) {
+        let mut damaged = bytes.clone();
+        damaged[at] ^= 1;
+        std::fs::write(&path, &damaged).expect("written");
+        let found = Journal::recover(&path).expect("a journal");
+        assert!(
+            found.scene == states[found.edits] && found.torn_bytes > 0,
+            "{at}"
+        );
+    }
+}
+
+#[test]
+fn what_is_refused_is_not_recorded() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("refused.journal");
+    let mut scene = beginning();
+    let mut journal = Journal::begin(&path, &scene).expect("a journal");
+    let root = Edit::Remove { node: Scene::ROOT };
+    assert!(matches!(
+        journal.apply(&mut scene, root),
+        Err(JournalError::Edit(_))
+    ));
+    for line in ["", "{", r#"{"edit":"redo"}"#] {
+        let refused = journal.replay(&mut scene, line);
+        assert!(matches!(refused, Err(JournalError::Replay(_))), "{line}");
+    }
+    assert_eq!(Journal::recover(&path).expect("a journal").edits, 0);
+    journal.remove().expect("removed");
+    assert!(matches!(
+        Journal::recover(&path),
+        Err(JournalError::Io { .. })
+    ));
+}
