@@ -14,12 +14,14 @@ pub struct Arguments {
 
 #[derive(Subcommand)]
 pub enum Command {
-    /// Draw one picture, or with --frames an orbit that is timed
+    /// Draw one picture, or with --frames an orbit or what moves, timed
     Render(Render),
     /// Build a volume from a scene's field, timed; with -o, write it
     Bake(Bake),
     /// Replay edits on a built volume, timed one by one
     Edit(Edit),
+    /// Bring back a scene whose edits were journalled, after a crash
+    Recover(Recover),
     /// Read a scene in the tree format of "Lipschitz Pruning" (Barbier et al. 2025) and write it as a scene
     Import(Import),
     /// Say what is in a scene or a volume
@@ -215,6 +217,9 @@ pub struct Edit {
     /// Where the edited scene goes
     #[arg(long, value_name = "SCENE")]
     pub scene_output: Option<PathBuf>,
+    /// Record each edit there when it is done, for `argil recover` after a crash; removed once --scene-output is written
+    #[arg(long, value_name = "JOURNAL")]
+    pub journal: Option<PathBuf>,
     /// What a scene is baked to; without it bricks, which are edited in place. Others are made again after each edit
     #[arg(long, value_enum)]
     pub via: Option<Via>,
@@ -225,6 +230,18 @@ pub struct Edit {
     /// Compare the bricks at the end with a fresh bake: fails if a cell differs
     #[arg(long)]
     pub check: bool,
+    /// Print one JSON object on stdout and nothing else there
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Args)]
+pub struct Recover {
+    /// What `argil edit --journal` has left
+    pub journal: PathBuf,
+    /// Where the scene goes
+    #[arg(short, long, value_name = "SCENE")]
+    pub output: PathBuf,
     /// Print one JSON object on stdout and nothing else there
     #[arg(long)]
     pub json: bool,

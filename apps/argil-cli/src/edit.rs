@@ -3,7 +3,7 @@
 use crate::args::{Edit, Via};
 use crate::{input, output};
 use anyhow::{Context, ensure};
-use argil::{Aabb, Applied, BrickEdit, Scene, World};
+use argil::{Aabb, Applied, BrickEdit, Journal, Scene, World};
 use serde_json::{Value, json};
 use std::io::BufRead;
 use std::time::Instant;
@@ -15,13 +15,27 @@ pub fn run(options: &Edit) -> anyhow::Result<()> {
     if let Some(path) = &options.scene_output {
         output::check_place(path, &options.edits)?;
     }
+    if let Some(path) = &options.journal {
+        output::check_place(path, &options.edits)?;
+    }
     let engine = input::engine(&options.on)?;
     // A volume file is what it is; a scene is baked first.
     let via = (!input::is_volume(&options.scene)?).then_some(options.via.unwrap_or(Via::Bricks));
     let (mut scene, mut world) = input::world(&options.scene, &engine, via, &options.volume, None)?;
     scene.set_bands(world.bands());
     let build_ms = world.build_times().duration_ms;
-    let applied = replay(options, &mut scene, &mut world)?;
+    let mut journal = match &options.journal {
+        Some(path) => {
+            ensure!(
+                !path.exists(),
+                "{}: there is a journal already: bring its edits back with `argil recover`, or remove it",
+                path.display()
+            );
+            Some(Journal::begin(path, &scene)?)
+        }
+        None => None,
+    };
+    let applied = replay(options, &mut scene, &mut world, journal.as_mut())?;
 
     let differing = if options.check {
         let count = world.differing_cells(&scene)?;
@@ -31,6 +45,9 @@ pub fn run(options: &Edit) -> anyhow::Result<()> {
     };
     if let Some(path) = &options.scene_output {
         scene.save(path)?;
+        if let Some(journal) = journal {
+            journal.remove()?;
+        }
     }
     if let Some(path) = &options.output {
         world.save(&scene, path)?;
@@ -51,7 +68,12 @@ struct Done {
     duration_ms: f64,
 }
 
-fn replay(options: &Edit, scene: &mut Scene, world: &mut World) -> anyhow::Result<Vec<Done>> {
+fn replay(
+    options: &Edit,
+    scene: &mut Scene,
+    world: &mut World,
+    mut journal: Option<&mut Journal>,
+) -> anyhow::Result<Vec<Done>> {
     let path = options.edits.display();
     let file = std::fs::File::open(&options.edits).with_context(|| path.to_string())?;
     let mut applied = Vec::new();
@@ -61,7 +83,11 @@ fn replay(options: &Edit, scene: &mut Scene, world: &mut World) -> anyhow::Resul
         if line.trim().is_empty() {
             continue;
         }
-        if scene.replay(&line).with_context(place)?.is_none() {
+        let edited = match &mut journal {
+            Some(journal) => journal.replay(scene, &line).with_context(place)?,
+            None => scene.replay(&line).with_context(place)?,
+        };
+        if edited.is_none() {
             continue;
         }
         let start = Instant::now();

@@ -9,6 +9,7 @@ mod import;
 mod info;
 mod input;
 mod output;
+mod recover;
 mod render;
 mod schema;
 
@@ -28,6 +29,7 @@ fn main() -> ExitCode {
         Command::Render(options) => render::run(&options),
         Command::Bake(options) => bake::run(&options),
         Command::Edit(options) => edit::run(&options),
+        Command::Recover(options) => recover::run(&options),
         Command::Import(options) => import::run(&options),
         Command::Info(options) => info::run(&options),
         Command::Devices(options) => devices::run(&options),

@@ -35,8 +35,8 @@ fn edits_are_replayed_timed_and_checked() {
         assert_eq!(done.len(), 7);
         assert!(done.iter().all(|e| e["duration_ms"].as_f64() > Some(0.0)));
         assert_eq!(report["differing_cells"], 0);
-        if device == "cpu" {
-            assert_eq!(report["rebuilt"], 0);
+        assert_eq!(report["rebuilt"], 0);
+        {
             let bricks = done[0]["bricks"].as_u64();
             assert!(bricks > Some(5) && bricks < report["edits"][1]["bricks"].as_u64());
             assert!(done[0]["dirty_box"][0][0].as_f64() < Some(0.3));
@@ -52,6 +52,41 @@ fn edits_are_replayed_timed_and_checked() {
         );
         assert_eq!(again["differing_cells"], 0);
     }
+}
+
+/// A journal is there until the scene is written, and not written over.
+#[test]
+fn a_journal_brings_edits_back() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let place = |name: &str| folder.path().join(name).display().to_string();
+    let [edits, bad, journal, found, edited] =
+        ["e.jsonl", "bad.jsonl", "j", "found.json", "edited.json"].map(place);
+    std::fs::write(&edits, EDITS).expect("a file");
+    let third = EDITS.lines().take(3).collect::<Vec<_>>().join("\n");
+    std::fs::write(&bad, third + "\nno edit").expect("a file");
+    let teapot = scene("teapot");
+    let run = |edits| {
+        let journal: &str = &journal;
+        [
+            "edit",
+            &teapot,
+            "--edits",
+            edits,
+            "--resolution",
+            "32",
+            "--journal",
+            journal,
+        ]
+    };
+    // It stops half way; what was done is not lost.
+    fails(&run(&bad), 1, "bad.jsonl:4");
+    let report = json(&argil(&["recover", &journal, "-o", &found, "--json"]));
+    assert_eq!(report["edits"], 2);
+    fails(&run(&edits), 1, "argil recover");
+    std::fs::remove_file(&journal).expect("removed");
+    argil(&[&run(&edits)[..], &["--scene-output", &edited]].concat());
+    assert!(!std::path::Path::new(&journal).exists());
+    fails(&["recover", &edited, "-o", &found], 1, "no journal");
 }
 
 #[test]

@@ -36,6 +36,9 @@ pub enum JournalError {
         /// What the system said.
         source: std::io::Error,
     },
+    /// The scene was edited already: what is undone later could not be replayed.
+    #[error("a journal is to be begun before the first edit: this scene has {0} already")]
+    TooLate(usize),
     /// It does not begin as a journal does.
     #[error("{0} is no journal of edits, or its beginning is damaged")]
     NoJournal(PathBuf),
@@ -96,8 +99,12 @@ impl Journal {
     /// Begin a journal of a scene's edits. What was in its place is replaced at once and whole.
     ///
     /// # Errors
-    /// If it cannot be written.
+    /// If it cannot be written, or the scene has a history.
     pub fn begin(path: impl AsRef<Path>, scene: &Scene) -> Result<Self, JournalError> {
+        let edits: usize = scene.history_lengths().iter().sum();
+        if edits > 0 {
+            return Err(JournalError::TooLate(edits));
+        }
         let path = path.as_ref().to_path_buf();
         let head = Head {
             journal: VERSION,

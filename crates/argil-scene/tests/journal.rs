@@ -14,7 +14,8 @@ fn beginning() -> Scene {
     scene.name = "two lines\nin a name".into();
     let ball = Brush::new(Shape::sphere(0.5));
     scene.push(ball).expect("a valid brush");
-    scene
+    // As it is read from a file: without a history.
+    Scene::from_json(&scene.to_json(), "beginning").expect("a scene")
 }
 
 /// The nth line of a session: insertions, transforms, strokes, undos and redos, always the same ones.
@@ -196,6 +197,9 @@ fn what_is_refused_is_not_recorded() {
     }
     assert_eq!(Journal::recover(&path).expect("a journal").edits, 0);
     journal.remove().expect("removed");
+    scene.push(Brush::new(Shape::sphere(0.1))).expect("an edit");
+    let late = Journal::begin(&path, &scene);
+    assert!(matches!(late, Err(JournalError::TooLate(1))));
     assert!(matches!(
         Journal::recover(&path),
         Err(JournalError::Io { .. })

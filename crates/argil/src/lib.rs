@@ -30,8 +30,9 @@ pub use argil_march::{Camera, Descent, Normals, Settings, Show, Spread, Statisti
 pub use argil_math::{Aabb, Interval};
 pub use argil_scene::{
     Body, Brush, Change, Ease, Edit, EditError, Edited, Entry, Exactness, FileError, Group,
-    ImportError, Keyframe, LogError, Material, Modifier, NodeId, Operator, OperatorKind, Outline,
-    Piece, Placement, Profile, Scene, Shape, Turn, View, remove_unfinished_files, schema,
+    ImportError, Journal, JournalError, Keyframe, LogError, Material, Modifier, NodeId, Operator,
+    OperatorKind, Outline, Piece, Placement, Profile, Recovered, Scene, Shape, Turn, View,
+    remove_unfinished_files, schema,
 };
 pub use argil_volume::{
     Bits, BrickEdit, BrickLayout, BrickSettings, Bricks, BricksError, Dense, Encoding, Keep,

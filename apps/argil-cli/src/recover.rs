@@ -1,0 +1,33 @@
+//! `argil recover`.
+
+use crate::args::Recover;
+use crate::output;
+use argil::Journal;
+use serde_json::json;
+
+pub fn run(options: &Recover) -> anyhow::Result<()> {
+    output::check_place(&options.output, &options.journal)?;
+    let found = Journal::recover(&options.journal)?;
+    found.scene.save(&options.output)?;
+    if options.json {
+        output::json(&json!({
+            "edits": found.edits,
+            "torn_bytes": found.torn_bytes,
+            "brushes": found.scene.brush_count(),
+            "scene": options.output.display().to_string(),
+        }));
+        return Ok(());
+    }
+    output::line(&format!(
+        "{}: {} brushes after {} edits{}",
+        options.output.display(),
+        found.scene.brush_count(),
+        found.edits,
+        if found.torn_bytes > 0 {
+            "; the one in flight was not whole and is left out"
+        } else {
+            ""
+        }
+    ));
+    Ok(())
+}
