@@ -37,7 +37,7 @@ pub use argil_scene::{
 pub use argil_volume::{
     Bits, BrickEdit, BrickLayout, BrickSettings, Bricks, BricksError, Dense, Encoding, Keep,
     Lattice, Layout, Octree, OctreeError, OctreeSettings, Range, ResolutionError, Section, Stored,
-    Volume, VolumeError,
+    Volume, VolumeError, Word,
 };
 pub use engine::{Backend, Engine};
 pub use error::{BuildError, EngineError, PictureError, RenderError, VolumeFileError};

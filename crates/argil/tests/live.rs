@@ -1,0 +1,235 @@
+//! Worlds that follow their scenes.
+
+use argil::{
+    Aabb, Backend, BricksOptions, Brush, Edit, Engine, Modifier, Pace, Scene, Shape, Volume, Word,
+    World,
+};
+use std::sync::{Arc, Mutex};
+
+type Outcome = Result<(), Box<dyn std::error::Error>>;
+
+fn shipped(name: &str) -> String {
+    format!(
+        "{}/../../scenes/{name}.json",
+        std::path::Path::new(env!("CARGO_MANIFEST_DIR")).display()
+    )
+}
+
+fn world_of(engine: Engine, scene: &mut Scene, resolution: u32) -> World {
+    let mut options = BricksOptions {
+        resolution,
+        ..BricksOptions::default()
+    };
+    // So that a small volume has many blocks.
+    options.settings.brick = 4;
+    let world = engine.build(scene).and_then(|w| w.bricks(scene, options));
+    let world = world.expect("a world");
+    scene.set_bands(world.bands());
+    world
+}
+
+fn moved(scene: &mut Scene, nth: usize, by: [f32; 3]) {
+    let node = scene.node(Scene::ROOT).children()[nth];
+    let by = Modifier::Translate { by };
+    scene.apply(Edit::Transform { node, by }).expect("an edit");
+}
+
+/// What a cell holds: the samples and the look of its brick.
+fn cells(world: &World) -> Vec<Option<Vec<u8>>> {
+    let volume = world.volume().expect("a volume").expect("a volume");
+    let Volume::Bricks(bricks) = &*volume else {
+        panic!("bricks are kept");
+    };
+    let bytes = bricks.layout().brick_bytes() as usize;
+    let held = |&word: &u32| match Word::of(word) {
+        Word::Brick(brick) => {
+            let from = brick as usize * bytes;
+            Some(bricks.pool().bytes()[from..from + bytes].to_vec())
+        }
+        Word::Empty { .. } => None,
+    };
+    bricks.words().iter().map(held).collect()
+}
+
+/// A large edit is done bit by bit, what is near to the eye first, and no cell is ever anything but what it was or will be.
+#[test]
+fn edits_keep_to_a_budget() -> Outcome {
+    for engine in [Engine::cpu(), Engine::on(Backend::Gpu)?] {
+        let is_gpu = engine.gpu_kind().is_some();
+        let resolution = if is_gpu { 96 } else { 256 };
+        let mut scene = Scene::open(shipped("csg20"))?;
+        let mut world = world_of(engine, &mut scene, resolution);
+        let told = Arc::new(Mutex::new(Vec::<Aabb>::new()));
+        let heard = told.clone();
+        let listener = world.listen(move |boxes| heard.lock().expect("a lock").extend(boxes));
+        let before = cells(&world);
+        moved(&mut scene, 16, [0.2, 0.1, 0.0]);
+        let mut fresh = scene.clone();
+        let after = cells(&world_of(world.engine().clone(), &mut fresh, resolution));
+
+        let pace = Pace {
+            budget_ms: 0.1,
+            eye: [3.0, 0.0, 0.0],
+        };
+        let mut left = u64::MAX;
+        let (mut calls, mut halves) = (0, 0);
+        while left > 0 {
+            let applied = world.apply_at(&scene, pace)?;
+            assert!(!applied.rebuilt && applied.blocks_left < left);
+            left = applied.blocks_left;
+            calls += 1;
+            assert_eq!(told.lock().expect("a lock").is_empty(), left > 0);
+            if calls % 3 == 1 {
+                let now = cells(&world);
+                let all = now.iter().zip(before.iter().zip(&after));
+                let (mut news, mut olds) = (0, 0);
+                for (now, (before, after)) in all {
+                    assert!(now == before || now == after);
+                    news += usize::from(before != after && now == after);
+                    olds += usize::from(before != after && now == before);
+                }
+                halves += usize::from(news > 0 && olds > 0);
+            }
+        }
+        assert!(calls > 3 && halves > 0, "{calls} calls, {halves}");
+        assert!(told.lock().expect("a lock")[0].contains([0.1, 0.0, 0.0].into()));
+        assert_eq!(world.differing_cells(&scene)?, Some(0));
+
+        // Edits go on while others are not done.
+        moved(&mut scene, 16, [-0.3, 0.0, 0.1]);
+        assert!(world.apply_at(&scene, pace)?.blocks_left > 0);
+        moved(&mut scene, 3, [0.0, 0.1, 0.0]);
+        let dent = Brush::new(Shape::sphere(0.1)).at([0.5, 0.0, 0.2]);
+        scene.push(dent.subtract().blend(0.03))?;
+        assert!(world.apply_at(&scene, pace)?.blocks_left > 0);
+        assert!(world.unlisten(listener) && !world.unlisten(listener));
+        let count = told.lock().expect("a lock").len();
+        world.finish()?;
+        assert_eq!(told.lock().expect("a lock").len(), count);
+        assert_eq!(world.differing_cells(&scene)?, Some(0));
+    }
+    Ok(())
+}
+
+/// On a GPU as on the CPU; and what edits leave there can be given back.
+#[test]
+fn odd_edits_are_right_or_refused() -> Outcome {
+    for engine in [Engine::cpu(), Engine::on(Backend::Gpu)?] {
+        let mut scene = Scene::new();
+        scene.push(Brush::new(Shape::sphere(0.8)))?;
+        scene.view.frame = Some([[-1.0; 3], [1.0; 3]]);
+        let mut world = world_of(engine, &mut scene, 64);
+        let bytes = world.memory_bytes();
+        let check = |world: &mut World, scene: &Scene| -> Outcome {
+            let applied = world.apply(scene)?;
+            assert!(!applied.rebuilt);
+            world.finish()?;
+            assert_eq!(world.differing_cells(scene)?, Some(0));
+            Ok(())
+        };
+        // Outside the box, over its side, and far away.
+        for at in [[3.5, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, -1.5]] {
+            scene.push(Brush::new(Shape::sphere(0.3)).at(at))?;
+            check(&mut world, &scene)?;
+        }
+        // So far away that distances are rounded otherwise everywhere, and back.
+        scene.push(Brush::new(Shape::sphere(0.3)).at([0.0, 9e5, 0.0]))?;
+        assert!(world.apply(&scene)?.rebuilt);
+        assert_eq!(world.differing_cells(&scene)?, Some(0));
+        scene.undo();
+        assert!(world.apply(&scene)?.rebuilt);
+        scene.set_bands(world.bands());
+        // What is no number is refused, and nothing changes.
+        let lengths = scene.history_lengths();
+        for wrong in [f32::NAN, f32::INFINITY, 1e30] {
+            let ball = Brush::new(Shape::sphere(0.1)).at([0.0, wrong, 0.0]);
+            assert!(scene.push(ball).is_err());
+            assert!(scene.push(Brush::new(Shape::sphere(wrong))).is_err());
+        }
+        assert_eq!(scene.history_lengths(), lengths);
+        assert_eq!(world.apply(&scene)?.dirty_box, Aabb::EMPTY);
+
+        // Everything is removed, and comes back.
+        for _ in 0..4 {
+            let node = scene.node(Scene::ROOT).children()[0];
+            scene.apply(Edit::Remove { node })?;
+        }
+        check(&mut world, &scene)?;
+        assert_eq!(
+            world
+                .volume_info()?
+                .and_then(|i| i.sparse)
+                .map(|s| s.bricks),
+            Some(0)
+        );
+        assert_eq!(world.render(&world.camera(), [16, 16])?.hit_pixels, 0);
+        while scene.undo() {}
+        scene.redo();
+        check(&mut world, &scene)?;
+        world.trim()?;
+        assert_eq!(world.differing_cells(&scene)?, Some(0));
+        if world.engine().gpu_kind().is_none() {
+            assert_eq!(world.memory_bytes(), bytes);
+        }
+    }
+    Ok(())
+}
+
+/// One step of the history, one pass, and what a fresh bake gives.
+#[test]
+fn a_stroke_of_ten_thousand_points_is_one_step() -> Outcome {
+    let mut scene = Scene::new();
+    scene.push(Brush::new(Shape::sphere(0.8)))?;
+    scene.view.frame = Some([[-1.0; 3], [1.0; 3]]);
+    let mut world = world_of(Engine::cpu(), &mut scene, 128);
+    let before = cells(&world);
+    scene.begin_stroke();
+    for i in 0..10_000 {
+        let t = i as f32 * 1e-3;
+        let [x, z] = [(3.0 * t).cos(), (3.0 * t).sin()];
+        let y = 0.1 * t - 0.5;
+        let ball = Brush::new(Shape::sphere(0.03)).at([0.8 * x, y, 0.8 * z]);
+        scene.push(ball.subtract().blend(0.01))?;
+    }
+    scene.end_stroke();
+    let applied = world.apply(&scene)?;
+    assert!(!applied.rebuilt);
+    assert_eq!(world.differing_cells(&scene)?, Some(0));
+    assert_eq!(scene.history_lengths()[0], 2);
+    assert!(scene.undo());
+    assert!(!world.apply(&scene)?.rebuilt);
+    assert!(cells(&world) == before);
+    Ok(())
+}
+
+/// What moves is followed in place, and stands as its frozen scene does.
+#[test]
+fn moving_scenes_are_followed() -> Outcome {
+    for name in ["morph", "melting"] {
+        let mut scene = Scene::open(shipped(name))?;
+        let duration = scene.duration().expect("something moves");
+        let mut world = world_of(Engine::cpu(), &mut scene, 96);
+        let at_first = cells(&world);
+        for share in [0.3, 0.5, 0.51, 1.0] {
+            scene.set_time(share * duration);
+            let applied = world.apply(&scene)?;
+            if applied.rebuilt {
+                scene.set_bands(world.bands());
+            }
+            assert_eq!(world.differing_cells(&scene)?, Some(0), "{name} at {share}");
+            let frozen = Engine::cpu().build(&scene.frozen())?;
+            for i in 0..50 {
+                let p = [0.02 * i as f32 - 0.5, 0.5, 0.01 * i as f32];
+                assert_eq!(frozen.distance(p), world.distance(p), "{name} at {share}");
+            }
+        }
+        assert!(cells(&world) != at_first);
+        // No step of the history, and back at the beginning everything is as it was.
+        assert_eq!(scene.history_lengths(), [0, 0]);
+        scene.set_time(f32::NAN);
+        assert_eq!(scene.time(), 0.0);
+        world.apply(&scene)?;
+        assert!(cells(&world) == at_first, "{name}");
+    }
+    Ok(())
+}
