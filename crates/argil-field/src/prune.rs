@@ -136,18 +136,32 @@ impl<'a> Pruner<'a> {
         out.copy_from_slice(&r.acc.0[..centers.len()]);
     }
 
-    /// Of the list that was marked last, the cells in which one of some instructions may matter: a bit for each.
+    /// Of the list that was marked last, the cells in which one of some instructions may matter: a bit for each. Where none
+    /// does in two lists that differ in nothing else, both give the same, to the bit: either it does not come in, or a brush
+    /// that stands after it in both takes the place of all before, and joints are monotone in what is before them.
     ///
     /// # Panics
     /// If `instrs` is not the list that was marked.
     pub fn needed(&self, instrs: &[Instr], is_one: impl Fn(&Instr) -> bool) -> u64 {
         let marks = &self.registers.marks;
         assert_eq!(marks.len(), instrs.len(), "the list that was marked");
-        let ones = instrs.iter().zip(marks).filter(|(instr, _)| is_one(instr));
-        ones.fold(0, |needed, (instr, marks)| {
-            let is_brush = instr.op < abi::OP_SHAPES_END;
-            needed | if is_brush { !marks.drop_b } else { u64::MAX }
-        })
+        // Cells in which a brush that comes takes the place of what was before it in the same group.
+        let mut wiped = 0;
+        let mut needed = 0;
+        for (instr, marks) in instrs.iter().zip(marks).rev() {
+            if instr.op >= abi::OP_SHAPES_END {
+                wiped = 0;
+                if is_one(instr) {
+                    return u64::MAX;
+                }
+                continue;
+            }
+            if is_one(instr) {
+                needed |= !(marks.drop_b | wiped);
+            }
+            wiped |= marks.drop_a & !marks.drop_b;
+        }
+        needed
     }
 
     /// Append what is left of the list that was marked last, for its cell `cell`. Its distances are those of the list

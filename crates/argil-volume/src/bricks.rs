@@ -23,6 +23,7 @@ mod edit;
 mod filler;
 mod layout;
 mod material;
+mod octants;
 mod pool;
 mod words;
 mod work;

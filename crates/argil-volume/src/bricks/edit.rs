@@ -9,8 +9,9 @@
 
 use super::block_list::BlockList;
 use super::build::{Bounds, Candidates, near_block, settle};
-use super::filler::Filler;
+use super::filler::{Filler, only_material};
 use super::material::PLACES;
+use super::octants::{self, OCTANTS};
 use super::pool::Pool;
 use super::words::{center_of, empty_word, is_brick};
 use super::work::{EditWork, Unit};
@@ -26,6 +27,8 @@ use std::time::Instant;
 /// Blocks along the side of a part that shares a list: where brushes are many, its list should not be of all of them.
 const PART_SIDE: u32 = 4;
 const SMALL_PART_SIDE: u32 = 2;
+/// A brick of which more octants changed is sampled as a whole: an octant's samples are more than an eighth of a brick's.
+const MOST_OCTANTS: u32 = 5;
 /// More brushes than this are many.
 const MANY: usize = 500;
 
@@ -59,6 +62,8 @@ struct Made<T> {
     bricks: Vec<(u8, u32)>,
     texels: Vec<T>,
     mixed: Vec<[u32; 2]>,
+    /// Bricks among them of which anything was sampled.
+    sampled: u64,
 }
 
 impl BrickLayout {
@@ -149,12 +154,13 @@ impl Bricks {
                 .fill(live.program(), &self.layout.lattice, 0),
             work,
         };
+        let bricks = &*self;
         let made: Vec<Made<T>> = work
             .lists(&self.layout, live, units)
             .into_par_iter()
             .map_init(
                 || edit.worker(),
-                |worker, lists| edit.make(worker, &lists, &self.words),
+                |worker, lists| edit.make(worker, &lists, bricks),
             )
             .collect();
         self.check_budget(&made, budget)?;
@@ -191,7 +197,7 @@ impl Bricks {
                     own_mixed,
                 );
             }
-            result.filled += own.bricks.len() as u64;
+            result.filled += own.sampled;
         }
         pool.close();
         for own in &made {
@@ -272,8 +278,51 @@ impl Editing<'_> {
         changed
     }
 
+    /// Of some cells of a block that have a brick and are near the surface, which octants edits can have changed: a bit for
+    /// each. All of them elsewhere.
+    fn octants(
+        &self,
+        first: UVec3,
+        lists: &BlockList,
+        some: u64,
+        (found, old): (&Candidates, &[u32]),
+        pruner: &mut Pruner<'_>,
+    ) -> [u8; CELLS] {
+        let mut octants = [u8::MAX; CELLS];
+        if let (Some(before), Some(touched)) = (&lists.before, self.touched) {
+            let has_brick = |i: &usize| some >> i & 1 != 0 && is_brick(old[*i]);
+            let near = found.cells.iter().map(|&(i, _)| usize::from(i));
+            let places: Vec<usize> = near.filter(has_brick).collect();
+            let cell = |&i: &usize| {
+                let i = i as u32;
+                first + uvec3(i % 4, i / 4 % 4, i / 16)
+            };
+            let cells: Vec<UVec3> = places.iter().map(cell).collect();
+            let both = [&lists.now[..], before];
+            let changed = octants::changed(&self.layout, pruner, touched, both, &cells);
+            for (i, changed) in places.into_iter().zip(changed) {
+                octants[i] = changed;
+            }
+        }
+        octants
+    }
+
+    /// Whether a brick whose samples and places of materials cannot have changed looks as before. A list that has one
+    /// material gives that, else the places tell, which a mixed brick has kept.
+    fn looks_the_same(&self, list: &[Instr], look: u32) -> bool {
+        match only_material(list) {
+            Some(only) => only == look,
+            None => look & argil_abi::BRICK_MIXED != 0,
+        }
+    }
+
     /// Measure a block's cells, and sample what is dirty.
-    fn make<T: Texel>(&self, worker: &mut Worker<'_>, lists: &BlockList, old: &[u32]) -> Made<T> {
+    fn make<T: Texel>(
+        &self,
+        worker: &mut Worker<'_>,
+        lists: &BlockList,
+        bricks: &Bricks,
+    ) -> Made<T> {
         let (block, instrs) = (lists.block, &lists.now);
         let first = self.layout.cell_at(block * CELLS);
         let mut words = [0; CELLS];
@@ -293,11 +342,20 @@ impl Editing<'_> {
             bricks: Vec::new(),
             texels: Vec::new(),
             mixed: Vec::new(),
+            sampled: 0,
         };
         let reach = 0.5 * 3f32.sqrt() * self.layout.lattice.voxel;
         let samples = self.layout.brick_samples() as usize;
-        let old = &old[block * CELLS..(block + 1) * CELLS];
+        let old = &bricks.words[block * CELLS..(block + 1) * CELLS];
+        let pool = bricks.pool.of::<T>().unwrap_or_default();
         let dirty = self.work.dirty_cells(&self.layout, first);
+        let octants = self.octants(first, lists, changed & dirty, (&found, old), pruner);
+        // No more bricks than that, so that they are moved once.
+        let near = found.cells.iter().filter(|&&(i, _)| {
+            let i = usize::from(i);
+            (changed & dirty) >> i & 1 != 0 && octants[i] != 0
+        });
+        made.texels.reserve_exact(near.count() * samples);
         let mut next = found.cells.iter().peekable();
         for (i, &old) in old.iter().enumerate() {
             let is_changed = changed >> i & 1 != 0;
@@ -324,13 +382,36 @@ impl Editing<'_> {
             }
             let Some(list) = list else { continue };
             let list = &found.instrs[list];
-            let begin = made.texels.len();
-            made.texels.resize(begin + samples, T::default());
-            let least = filler.brick(list, cell, &mut made.texels[begin..]);
-            if self.bounds.is_clear(least, reach) {
-                made.texels.truncate(begin);
+            if octants[i] == 0 && self.looks_the_same(list, bricks.materials[old as usize]) {
+                made.words[i] = old;
                 continue;
             }
+            let begin = made.texels.len();
+            let old = is_brick(old).then(|| &pool[old as usize * samples..][..samples]);
+            let changed = octants[i];
+            let stays = match old {
+                Some(old) if changed.count_ones() <= MOST_OCTANTS => {
+                    made.texels.extend_from_slice(old);
+                    let out = &mut made.texels[begin..];
+                    let again = (0..OCTANTS).filter(|octant| changed >> octant & 1 != 0);
+                    // What is near enough in a part is near enough in the whole.
+                    changed == 0
+                        || again.fold(false, |stays, octant| {
+                            let least = filler.octant(list, cell, octant, out);
+                            stays | !self.bounds.is_clear(least, reach)
+                        })
+                }
+                _ => false,
+            };
+            if !stays {
+                made.texels.resize(begin + samples, T::default());
+                let least = filler.brick(list, cell, &mut made.texels[begin..]);
+                if self.bounds.is_clear(least, reach) {
+                    made.texels.truncate(begin);
+                    continue;
+                }
+            }
+            made.sampled += u64::from(changed != 0);
             let material = filler.material(list, cell, &mut made.mixed);
             made.bricks.push((i as u8, material));
             // Any brick: which one is known when it is put into the pool.

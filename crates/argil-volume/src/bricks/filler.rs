@@ -2,11 +2,12 @@
 
 use super::BrickLayout;
 use super::material::{PLACES, packed};
+use super::octants::place_of;
 use crate::Texel;
 use crate::encoding::encode;
 use argil_abi::{BRICK_MIXED, Fill, Instr, MATERIAL_SIDE, MaterialWords};
 use argil_field::{Evaluator, LANES, Program};
-use glam::{UVec3, uvec3};
+use glam::{UVec3, Vec3, uvec3};
 use multiversion::multiversion;
 
 /// Evaluates bricks for one thread.
@@ -17,58 +18,81 @@ pub(super) struct Filler<'a> {
     evaluator: Evaluator<'a>,
     /// Of each sample of a brick, in the order of the pool: its place along x, y and z.
     places: [Vec<f32>; 3],
+    /// The same of an octant.
+    octant_places: [Vec<f32>; 3],
     d: Vec<f32>,
 }
 
 impl<'a> Filler<'a> {
     pub fn new(program: &'a Program, layout: &'a BrickLayout, fill: &'a Fill) -> Self {
-        let side = layout.brick + 1;
-        let of = |divisor: u32| -> Vec<f32> {
-            (0..layout.brick_samples())
-                .map(|i| (i / divisor % side) as f32)
-                .collect()
+        let places = |side: u32| {
+            [1, side, side * side].map(|divisor| -> Vec<f32> {
+                (0..side.pow(3))
+                    .map(|i| (i / divisor % side) as f32)
+                    .collect()
+            })
         };
         Self {
             program,
             layout,
             fill,
             evaluator: Evaluator::new(program),
-            places: [of(1), of(side), of(side * side)],
+            places: places(layout.brick + 1),
+            octant_places: places(layout.brick / 2 + 1),
             d: vec![0.0; layout.brick_samples() as usize],
         }
     }
 
     /// Sample a cell's brick; the distance that is nearest to the surface.
     pub fn brick<T: Texel>(&mut self, instrs: &[Instr], cell: UVec3, out: &mut [T]) -> f32 {
-        let lattice = &self.layout.lattice;
         let first = (cell * self.layout.brick).as_vec3();
-        let [mut x, mut y, mut z] = [[0.0f32; LANES]; 3];
-        for begin in (0..self.d.len()).step_by(LANES) {
-            let n = LANES.min(self.d.len() - begin);
-            for (axis, out) in [&mut x, &mut y, &mut z].into_iter().enumerate() {
-                let (corner, first) = (lattice.corner[axis], first[axis]);
-                let places = &self.places[axis][begin..begin + n];
-                for (out, place) in out[..n].iter_mut().zip(places) {
-                    *out = corner + lattice.voxel * (first + place);
-                }
-            }
-            let d = &mut self.d[begin..begin + n];
-            self.evaluator
-                .distances_by(instrs, &x[..n], &y[..n], &z[..n], d);
+        let Self { places, d, .. } = self;
+        sample(self.layout, &mut self.evaluator, instrs, first, places, d);
+        encode(d, self.fill, out);
+        nearest(d)
+    }
+
+    /// Sample an octant of a cell's brick again; the same of its distances.
+    pub fn octant<T: Texel>(
+        &mut self,
+        instrs: &[Instr],
+        cell: UVec3,
+        octant: usize,
+        out: &mut [T],
+    ) -> f32 {
+        let half = self.layout.brick / 2;
+        let corner = place_of(octant) * half;
+        let first = (cell * self.layout.brick).as_vec3() + corner.as_vec3();
+        let count = (half + 1).pow(3) as usize;
+        let d = &mut self.d[..count];
+        let evaluator = &mut self.evaluator;
+        sample(
+            self.layout,
+            evaluator,
+            instrs,
+            first,
+            &self.octant_places,
+            d,
+        );
+        // No brick has more.
+        let mut texels = [T::default(); 729];
+        encode(d, self.fill, &mut texels[..count]);
+        let (row, side) = (half as usize + 1, self.layout.brick as usize + 1);
+        for (line, texels) in texels[..count].chunks_exact(row).enumerate() {
+            let (y, z) = (
+                corner.y as usize + line % row,
+                corner.z as usize + line / row,
+            );
+            let to = (z * side + y) * side + corner.x as usize;
+            out[to..to + row].copy_from_slice(texels);
         }
-        encode(&self.d, self.fill, out);
-        nearest(&self.d)
+        nearest(d)
     }
 
     /// What a cell's brick looks like: one material, or a mixed brick's place among the block's.
     pub fn material(&mut self, instrs: &[Instr], cell: UVec3, mixed: &mut Vec<[u32; 2]>) -> u32 {
-        let takes = |i: &&Instr| {
-            i.op < argil_abi::OP_SHAPES_END && i.flags & argil_abi::FLAG_KEEP_MATERIAL == 0
-        };
-        let mut all = instrs.iter().filter(takes).map(|i| i.operand);
-        let first = all.next().unwrap_or(0);
-        if all.all(|other| other == first) {
-            return first;
+        if let Some(only) = only_material(instrs) {
+            return only;
         }
         let lattice = &self.layout.lattice;
         let begin = (cell * self.layout.brick).as_vec3();
@@ -91,14 +115,58 @@ impl<'a> Filler<'a> {
         let reach = 1.01 * self.program.lipschitz() * 3f32.sqrt() * step * lattice.voxel;
         let mut near = found.iter().zip(&d).filter(|(_, d)| d.abs() <= reach);
         let palette = self.program.materials();
-        if let Some(one) = near.next().map(|(m, _)| packed(m))
-            && near.all(|(m, _)| packed(m) == one)
-            && let Some(place) = palette.iter().position(|m| packed(m) == one)
-        {
-            return place as u32;
+        if let Some((one, _)) = near.next() {
+            let own = packed(one);
+            if near.all(|(m, _)| m == one || packed(m) == own)
+                && let Some(place) = palette.iter().position(|m| packed(m) == own)
+            {
+                return place as u32;
+            }
         }
-        mixed.extend(found.iter().map(packed));
+        // Neighbours often are of one material.
+        let (mut last, mut word) = (&found[0], packed(&found[0]));
+        mixed.extend(found.iter().map(|m| {
+            if m != last {
+                (last, word) = (m, packed(m));
+            }
+            word
+        }));
         BRICK_MIXED | (mixed.len() / PLACES - 1) as u32
+    }
+}
+
+/// The material of a list that has no more than one.
+pub(super) fn only_material(instrs: &[Instr]) -> Option<u32> {
+    let takes = |i: &&Instr| {
+        i.op < argil_abi::OP_SHAPES_END && i.flags & argil_abi::FLAG_KEEP_MATERIAL == 0
+    };
+    let mut all = instrs.iter().filter(takes).map(|i| i.operand);
+    let first = all.next().unwrap_or(0);
+    all.all(|other| other == first).then_some(first)
+}
+
+/// Distances at places from a first sample on, as many as there are.
+fn sample(
+    layout: &BrickLayout,
+    evaluator: &mut Evaluator<'_>,
+    instrs: &[Instr],
+    first: Vec3,
+    places: &[Vec<f32>; 3],
+    d: &mut [f32],
+) {
+    let lattice = &layout.lattice;
+    let [mut x, mut y, mut z] = [[0.0f32; LANES]; 3];
+    for begin in (0..d.len()).step_by(LANES) {
+        let n = LANES.min(d.len() - begin);
+        for (axis, out) in [&mut x, &mut y, &mut z].into_iter().enumerate() {
+            let (corner, first) = (lattice.corner[axis], first[axis]);
+            let places = &places[axis][begin..begin + n];
+            for (out, place) in out[..n].iter_mut().zip(places) {
+                *out = corner + lattice.voxel * (first + place);
+            }
+        }
+        let d = &mut d[begin..begin + n];
+        evaluator.distances_by(instrs, &x[..n], &y[..n], &z[..n], d);
     }
 }
 
