@@ -644,6 +644,8 @@ pub fn shipped() -> Vec<Case> {
         "dense-spheres",
         "edgy-cube",
         "props",
+        "melting",
+        "morph",
         "teapot",
         "temple",
         "trees",
