@@ -439,6 +439,16 @@ impl Scene {
     fn attach(&mut self, node: NodeId, parent: NodeId, index: usize) {
         self.nodes[parent.index()].children.insert(index, node);
         self.nodes[node.index()].parent = Some(parent);
+        // Time may have gone on while it was away.
+        let time = self.time;
+        let moving: Vec<NodeId> = self
+            .walk_from(node)
+            .filter(|&id| !self.node(id).entry.keyframes.is_empty())
+            .collect();
+        for id in moving {
+            let own = &mut self.nodes[id.index()];
+            own.posed = pose_of(&own.entry, time);
+        }
         self.count(node, true);
     }
 

@@ -275,6 +275,36 @@ mod tests {
     }
 
     #[test]
+    fn what_comes_back_stands_as_at_the_time() {
+        let mut scene = Scene::new();
+        let mut ball = crate::Brush::new(crate::Shape::sphere(0.1));
+        for (time, x) in [(0.0, 0.0), (2.0, 1.0)] {
+            ball = ball.keyframe(Keyframe {
+                time,
+                translate: Some([x, 0.0, 0.0]),
+                ..Keyframe::default()
+            });
+        }
+        let node = scene.push(ball).expect("a valid brush").node;
+        let own = scene.node(node).acting().clone();
+        scene
+            .apply(crate::Edit::Remove { node })
+            .expect("it is there");
+        scene.set_time(1.0);
+        assert!(scene.undo());
+        let there = scene.node(node).acting();
+        assert_ne!(*there, own);
+        assert_eq!(
+            there.modifiers,
+            [Modifier::Translate {
+                by: [0.5, 0.0, 0.0]
+            }]
+        );
+        assert_eq!(scene.duration(), Some(2.0));
+        assert_eq!(scene.frozen().duration(), None);
+    }
+
+    #[test]
     fn turns_about_one_axis_keep_their_rounds() {
         let turn = |axis, degrees| Turn { axis, degrees };
         let y = [0.0, 1.0, 0.0];

@@ -155,11 +155,7 @@ impl Live {
         }
         let counts = match self.go_on(clay, (engine, options), pace, start) {
             Ok(counts) => counts,
-            Err(error) => {
-                // The program has gone ahead of the bricks.
-                self.identity = LOST;
-                return Err(error);
-            }
+            Err(error) => return Err(self.lost(error)),
         };
         let dirty_box = boxes
             .iter()
@@ -205,6 +201,14 @@ impl Live {
         }
     }
 
+    /// The program has gone ahead of the bricks: everything is to be made again the next time.
+    fn lost(&mut self, error: BuildError) -> BuildError {
+        self.identity = LOST;
+        self.work = EditWork::default();
+        self.undone.clear();
+        error
+    }
+
     /// Do what is left to be done and wait for it; what edits did since this was last called.
     pub fn finish(
         &mut self,
@@ -216,8 +220,7 @@ impl Live {
             Clay::Gpu(volume, field) => Clay::Gpu(volume, field),
         };
         if let Err(error) = self.go_on(again, machine, None, Instant::now()) {
-            self.identity = LOST;
-            return Err(error);
+            return Err(self.lost(error));
         }
         match clay {
             Clay::Cpu(_) => Ok(std::mem::take(&mut self.done)),

@@ -134,6 +134,15 @@ impl World {
     pub fn via(mut self, scene: &Scene, via: Via) -> Result<Self, BuildError> {
         // What was there before is not needed while the new volume is made.
         self.kept = Kept::Field;
+        // Edits that were followed have left tables in an order of their own.
+        let program = self
+            .program
+            .get_or_init(|| self.live.whole().unwrap_or_default());
+        if let Some(gpu) = &mut self.gpu
+            && !gpu.is_specialized()
+        {
+            gpu.update(program)?;
+        }
         let field = self.gpu.as_ref();
         (self.kept, self.times) = build(&self.engine, field, scene, self.program(), via, None)?;
         self.live = Live::of(scene);
@@ -260,7 +269,12 @@ impl World {
         {
             let machine = (&self.engine, &options);
             let before = self.program.get();
-            if let Some(applied) = self.live.follow(scene, clay, before, machine, pace)? {
+            let applied = self.live.follow(scene, clay, before, machine, pace);
+            // The field on a GPU has the parameters of what was followed, even where bricks could not be.
+            if self.gpu.is_some() && self.live.tables().is_some() {
+                self.program = OnceLock::new();
+            }
+            if let Some(applied) = applied? {
                 self.program = OnceLock::new();
                 self.view = scene.view.clone();
                 let boxes = self.live.told();

@@ -3,7 +3,8 @@
 //! *Practice.* The CPU knows which operands can matter in the blocks that edits touch; their lists come over with the blocks,
 //! and the device measures cells, prunes for them, samples and stores as for a whole build. Everything is submitted in order, so that a
 //! picture shows all of what was submitted before it and nothing of what comes after. Only where an edit is so large that a
-//! brick for each of its cells would be far more than there is room for, it is counted first what it needs, and waited for.
+//! brick for each of its cells would be far more than there is room for, or than there may be, it is counted first what it
+//! needs, and waited for.
 
 use super::lists::Blocks;
 use super::passes::{Order, Scratch, Site, check, chunks, make};
@@ -157,17 +158,24 @@ impl Editing<'_> {
         making.scratch.candidates.reserve(gpu, candidates)?;
 
         let mut more = [blocks.cells(); 2];
-        if more[0] > FEW_CELLS.max(tables.ledger.known.bricks() / 4) {
-            let levels = [Prune {
-                make: abi::MAKE_NONE,
-                ..prune
-            }];
-            self.make(tables, texture, making, blocks, &levels)?;
-            tables.ledger.settle_known(gpu)?;
-            more = [abi::COUNTER_BRICKS, abi::COUNTER_MIXED]
-                .map(|counter| tables.ledger.known.get(counter));
-        }
-        let room = tables.make_room(gpu, &making.repack, texture, more, mixes, self.budget)?;
+        let few = FEW_CELLS.max(tables.ledger.known.bricks() / 4);
+        let repack = &making.repack;
+        let room = (more[0] <= few)
+            .then(|| tables.make_room(gpu, repack, texture, more, mixes, self.budget));
+        let room = match room {
+            None | Some(Err(GpuError::Budget { .. })) => {
+                let levels = [Prune {
+                    make: abi::MAKE_NONE,
+                    ..prune
+                }];
+                self.make(tables, texture, making, blocks, &levels)?;
+                tables.ledger.settle_known(gpu)?;
+                more = [abi::COUNTER_BRICKS, abi::COUNTER_MIXED]
+                    .map(|counter| tables.ledger.known.get(counter));
+                tables.make_room(gpu, &making.repack, texture, more, mixes, self.budget)?
+            }
+            Some(room) => room?,
+        };
         if let Some(moved) = room {
             *texture = moved;
         }

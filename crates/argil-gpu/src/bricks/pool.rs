@@ -217,7 +217,7 @@ impl BrickTables {
         let fit = |bricks: u64, mixed: u64| {
             let pool = pool_for(gpu, &self.layout, bricks.max(capacity))?;
             let mixed = mixed.max(self.mixed);
-            let needed = bytes_of(&self.layout, pool, mixed) + self.scratch_bytes();
+            let needed = bytes_of(&self.layout, pool, mixed);
             Ok((pool, mixed, needed))
         };
         let (air, mixed_air) = (with_air(bricks), if mixes { with_air(mixed) } else { 0 });
@@ -279,9 +279,5 @@ impl BrickTables {
         (self.pool, self.mixed, self.materials) = (pool, mixed, materials);
         self.ledger.counters = counters;
         Ok(moved)
-    }
-
-    fn scratch_bytes(&self) -> u64 {
-        self.making.as_ref().map_or(0, |making| making.size())
     }
 }
