@@ -147,6 +147,51 @@ fn many_small_brushes_and_groups_are_edited_in_place() {
     assert!(sculpt("six hundred", &mut scene, 160, &settings, 60) <= 3);
 }
 
+/// A brush that takes away, and one after it that takes the place of all before only where that is: without the first, the
+/// second is hidden.
+#[test]
+fn what_stands_in_a_hole_is_lost_and_found_with_it() {
+    for gpu in [None, Some(gpu())] {
+        let mut scene = Scene::new();
+        let solid = scene.push(Brush::new(Shape::rounded_box([1.0; 3], 0.0)));
+        let solid = solid.expect("a brush").node;
+        let inner = Brush::new(Shape::sphere(0.15)).at([0.0, 0.0, 0.7]);
+        scene.push(inner).expect("a brush");
+        let settings = BrickSettings {
+            brick: 4,
+            ..BrickSettings::default()
+        };
+        let resolution = if gpu.is_some() { 192 } else { 256 };
+        let mut clay = Clay::on(gpu, &mut scene, resolution, &settings);
+        let by = Modifier::Translate {
+            by: [0.0, 0.01, 0.0],
+        };
+        let nudge = Edit::Transform { node: solid, by };
+        scene.apply(nudge).expect("an edit");
+        clay.follow(&mut scene);
+        let hole = Brush::new(Shape::sphere(0.7)).at([0.0, 0.0, 1.0]);
+        let insert = Edit::Insert {
+            parent: Scene::ROOT,
+            index: 1,
+            entry: hole.subtract().into(),
+        };
+        scene.apply(insert).expect("an edit");
+        for nth in 0..2 {
+            clay.follow(&mut scene);
+            assert_eq!(clay.differing(&scene), 0, "{nth}, done {:?}", clay.rebakes);
+            assert!(scene.undo());
+            clay.follow(&mut scene);
+            assert_eq!(
+                clay.differing(&scene),
+                0,
+                "{nth}, undone {:?}",
+                clay.rebakes
+            );
+            assert!(scene.redo());
+        }
+    }
+}
+
 /// On the GPU too, where bricks are taken from the pool and given back without the CPU.
 #[test]
 fn a_gpus_bricks_are_those_of_a_fresh_bake() {

@@ -6,17 +6,36 @@ use anyhow::{Context, ensure};
 use argil::{Aabb, Applied, BrickEdit, Journal, Scene, World};
 use serde_json::{Value, json};
 use std::io::BufRead;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 pub fn run(options: &Edit) -> anyhow::Result<()> {
-    if let Some(path) = &options.output {
-        output::check_place(path, &options.scene)?;
-    }
-    if let Some(path) = &options.scene_output {
+    let outputs = [&options.output, &options.scene_output, &options.journal];
+    let outputs: Vec<&Path> = outputs
+        .into_iter()
+        .flatten()
+        .map(PathBuf::as_path)
+        .collect();
+    for (nth, path) in outputs.iter().enumerate() {
         output::check_place(path, &options.edits)?;
+        // A scene can be written back to its own file, but nothing else.
+        if options.scene_output.as_deref() != Some(*path) {
+            output::check_place(path, &options.scene)?;
+        }
+        for other in &outputs[..nth] {
+            ensure!(
+                !output::is_same_place(path, other),
+                "{}: two outputs would be written there: name another",
+                path.display()
+            );
+        }
     }
     if let Some(path) = &options.journal {
-        output::check_place(path, &options.edits)?;
+        ensure!(
+            !path.exists(),
+            "{}: there is a journal already: bring its edits back with `argil recover`, or remove it",
+            path.display()
+        );
     }
     let engine = input::engine(&options.on)?;
     // A volume file is what it is; a scene is baked first.
@@ -25,14 +44,7 @@ pub fn run(options: &Edit) -> anyhow::Result<()> {
     scene.set_bands(world.bands());
     let build_ms = world.build_times().duration_ms;
     let mut journal = match &options.journal {
-        Some(path) => {
-            ensure!(
-                !path.exists(),
-                "{}: there is a journal already: bring its edits back with `argil recover`, or remove it",
-                path.display()
-            );
-            Some(Journal::begin(path, &scene)?)
-        }
+        Some(path) => Some(Journal::begin(path, &scene)?),
         None => None,
     };
     let applied = replay(options, &mut scene, &mut world, journal.as_mut())?;

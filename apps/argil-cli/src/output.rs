@@ -117,6 +117,18 @@ pub fn times(samples: &[f64]) -> Value {
 
 /// Refuse a place that cannot be written before hours are spent on what goes there.
 /// Nor may the output be the input.
+/// Whether two paths would be one file, there or not.
+pub fn is_same_place(a: &std::path::Path, b: &std::path::Path) -> bool {
+    let place = |path: &std::path::Path| {
+        let folder = path
+            .parent()
+            .filter(|p| !p.as_os_str().is_empty())
+            .unwrap_or(std::path::Path::new("."));
+        Some((folder.canonicalize().ok()?, path.file_name()?.to_owned()))
+    };
+    place(a).is_some_and(|a| place(b) == Some(a))
+}
+
 pub fn check_place(path: &std::path::Path, input: &std::path::Path) -> anyhow::Result<()> {
     let folder = path
         .parent()

@@ -87,6 +87,11 @@ fn a_journal_brings_edits_back() {
     argil(&[&run(&edits)[..], &["--scene-output", &edited]].concat());
     assert!(!std::path::Path::new(&journal).exists());
     fails(&["recover", &edited, "-o", &found], 1, "no journal");
+    // No output replaces another, or what is read.
+    let both = [&run(&edits)[..], &["--scene-output", &journal]].concat();
+    fails(&both, 1, "two outputs");
+    let read = [&run(&edits)[..], &["-o", &edits]].concat();
+    fails(&read, 1, "this is the input");
 }
 
 #[test]

@@ -11,6 +11,7 @@
 //! may still show; a union drops either operand.
 
 use crate::Program;
+use crate::brush::Brush;
 use crate::combine::Joint;
 use crate::curves::BLOCK;
 use crate::interpret::{MARKS, run};
@@ -137,31 +138,62 @@ impl<'a> Pruner<'a> {
     }
 
     /// Of the list that was marked last, the cells in which one of some instructions may matter: a bit for each. Where none
-    /// does in two lists that differ in nothing else, both give the same, to the bit: either it does not come in, or a brush
-    /// that stands after it in both takes the place of all before, and joints are monotone in what is before them.
+    /// does in two lists that differ in nothing else, both give the same, to the bit: either it does not come in, or it adds,
+    /// and a brush that stands after it takes the place of all before. As joints are monotone in what is before them, that
+    /// brush does so in the other list too, where what is before is no nearer. What takes away is no excuse: without it,
+    /// what is before is nearer.
     ///
     /// # Panics
     /// If `instrs` is not the list that was marked.
     pub fn needed(&self, instrs: &[Instr], is_one: impl Fn(&Instr) -> bool) -> u64 {
+        let mut needed = 0;
+        self.each_needed(instrs, is_one, |cells| needed |= cells);
+        needed
+    }
+
+    /// How many of them may matter in a cell.
+    ///
+    /// # Panics
+    /// If `instrs` is not the list that was marked.
+    pub fn needed_in(
+        &self,
+        instrs: &[Instr],
+        cell: usize,
+        is_one: impl Fn(&Instr) -> bool,
+    ) -> usize {
+        let mut count = 0;
+        self.each_needed(instrs, is_one, |cells| {
+            count += (cells >> cell & 1) as usize
+        });
+        count
+    }
+
+    /// Of each of some instructions, the cells in which it may matter.
+    fn each_needed(
+        &self,
+        instrs: &[Instr],
+        is_one: impl Fn(&Instr) -> bool,
+        mut tell: impl FnMut(u64),
+    ) {
         let marks = &self.registers.marks;
         assert_eq!(marks.len(), instrs.len(), "the list that was marked");
         // Cells in which a brush that comes takes the place of what was before it in the same group.
         let mut wiped = 0;
-        let mut needed = 0;
         for (instr, marks) in instrs.iter().zip(marks).rev() {
             if instr.op >= abi::OP_SHAPES_END {
                 wiped = 0;
                 if is_one(instr) {
-                    return u64::MAX;
+                    tell(u64::MAX);
                 }
                 continue;
             }
             if is_one(instr) {
-                needed |= !(marks.drop_b | wiped);
+                let joint = Brush::read(&self.program.params, instr.params as usize).joint;
+                let adds = joint.sa > 0.0 && joint.sb > 0.0;
+                tell(!(marks.drop_b | if adds { wiped } else { 0 }));
             }
             wiped |= marks.drop_a & !marks.drop_b;
         }
-        needed
     }
 
     /// Append what is left of the list that was marked last, for its cell `cell`. Its distances are those of the list

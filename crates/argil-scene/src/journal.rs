@@ -55,6 +55,16 @@ pub enum JournalError {
     /// The scene at its beginning cannot be read.
     #[error(transparent)]
     Scene(#[from] FileError),
+    /// A line that is not the last is damaged.
+    #[error(
+        "{path}:{line}: this line is damaged, and others come after it: what is before it comes back from a copy that is cut there"
+    )]
+    Damaged {
+        /// Which file.
+        path: PathBuf,
+        /// The line, from 1.
+        line: usize,
+    },
     /// An edit that is whole cannot be done.
     #[error("{path}:{line}")]
     Line {
@@ -80,6 +90,8 @@ pub struct Journal {
     file: File,
     /// Bytes that are whole.
     length: u64,
+    /// Lines that could not be written yet.
+    unwritten: String,
 }
 
 /// What came back from a journal.
@@ -87,12 +99,25 @@ pub struct Journal {
 pub struct Recovered {
     /// The scene, with its history.
     pub scene: Scene,
-    /// The journal, to go on with.
-    pub journal: Journal,
     /// Lines that were replayed.
     pub edits: usize,
     /// Bytes of a line that was not whole and is left out.
     pub torn_bytes: u64,
+    path: PathBuf,
+    length: u64,
+}
+
+impl Recovered {
+    /// Go on with the journal, whose torn end is cut off.
+    ///
+    /// # Errors
+    /// If it cannot be written.
+    pub fn go_on(self) -> Result<(Scene, Journal), JournalError> {
+        let Self { path, .. } = self;
+        let journal = Journal::open(&path, self.length);
+        let journal = journal.map_err(|source| JournalError::Io { path, source })?;
+        Ok((self.scene, journal))
+    }
 }
 
 impl Journal {
@@ -116,7 +141,7 @@ impl Journal {
             .map_err(|source| JournalError::Io { path, source })
     }
 
-    /// Bring a scene back, and go on with its journal. A torn end is cut off.
+    /// Bring a scene back. The file is left as it is.
     ///
     /// # Errors
     /// If it cannot be read, or something other than its end is damaged.
@@ -147,8 +172,15 @@ impl Journal {
             .map_or(0, |at| at + 1);
         let mut edits = 0;
         for line in lines {
-            // What comes after damage cannot be relied on either.
-            let Some(text) = whole(line) else { break };
+            let Some(text) = whole(line) else {
+                if length + line.len() < bytes.len() {
+                    return Err(JournalError::Damaged {
+                        path: path.into(),
+                        line: edits + 2,
+                    });
+                }
+                break;
+            };
             let replayed = scene.replay(text);
             replayed.map_err(|source| JournalError::Line {
                 path: path.into(),
@@ -159,12 +191,12 @@ impl Journal {
             edits += 1;
         }
         let torn_bytes = (bytes.len() - length) as u64;
-        let journal = Self::open(path, length as u64).map_err(io)?;
         Ok(Recovered {
             scene,
-            journal,
             edits,
             torn_bytes,
+            path: path.into(),
+            length: length as u64,
         })
     }
 
@@ -176,6 +208,7 @@ impl Journal {
             path: path.into(),
             file,
             length,
+            unwritten: String::new(),
         })
     }
 
@@ -187,8 +220,8 @@ impl Journal {
     /// Do an edit and record it.
     ///
     /// # Errors
-    /// If the edit is refused: nothing is recorded then. Or if it cannot be written: the edit is done all the same, and the
-    /// journal is as it was, so that what comes after can be recorded only once this was made up for by a new journal.
+    /// If the edit is refused: nothing is recorded then. Or if it cannot be written: the edit is done all the same, the file
+    /// is as it was, and the next edit's line is written together with this one.
     pub fn apply(&mut self, scene: &mut Scene, edit: Edit) -> Result<Edited, JournalError> {
         let line = scene.log_line(&edit);
         let edited = scene.apply(edit)?;
@@ -213,8 +246,8 @@ impl Journal {
     }
 
     fn record(&mut self, line: &str) -> Result<(), JournalError> {
-        let line = summed(line);
-        let written = self.file.write_all(line.as_bytes());
+        self.unwritten.push_str(&summed(line));
+        let written = self.file.write_all(self.unwritten.as_bytes());
         written.map_err(|source| {
             // Half a line would hide what comes after it; if this fails too, the next line's checksum tells.
             let _ = self.file.set_len(self.length);
@@ -224,7 +257,8 @@ impl Journal {
                 source,
             }
         })?;
-        self.length += line.len() as u64;
+        self.length += self.unwritten.len() as u64;
+        self.unwritten.clear();
         Ok(())
     }
 

@@ -65,6 +65,11 @@ pub enum LogError {
     /// The edit cannot be done.
     #[error(transparent)]
     Edit(#[from] EditError),
+    /// A replaced group would have other contents.
+    #[error(
+        "\"brushes\": a group that is replaced keeps what it holds: leave them out, or remove it and insert another"
+    )]
+    Inner,
     /// There is nothing to undo.
     #[error("there is nothing to undo")]
     NothingToUndo,
@@ -149,10 +154,14 @@ impl Scene {
             Line::Remove { node } => Edit::Remove {
                 node: node_of(self, &node)?,
             },
-            Line::Replace { node, entry } => Edit::Replace {
-                node: node_of(self, &node)?,
-                entry: entry.into_entry().0,
-            },
+            Line::Replace { node, entry } => {
+                let node = node_of(self, &node)?;
+                let (entry, inner) = entry.into_entry();
+                if !inner.is_empty() {
+                    return Err(LogError::Inner);
+                }
+                Edit::Replace { node, entry }
+            }
             Line::Move { node, into, index } => Edit::Move {
                 node: node_of(self, &node)?,
                 parent: node_of(self, &into)?,

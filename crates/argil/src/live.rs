@@ -92,6 +92,11 @@ impl Live {
         }
     }
 
+    /// Whether a scene is the one that was built, and nothing changed that the world does not know.
+    pub fn has_seen_all(&self, scene: &Scene) -> bool {
+        self.identity == scene.identity() && self.seen == scene.changes().len()
+    }
+
     /// Whether a scene is the one that was built, with boxes as large as the bricks need them.
     fn knows(&self, scene: &Scene, bands: [f32; 2]) -> bool {
         let is_told = scene

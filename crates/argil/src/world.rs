@@ -130,14 +130,19 @@ impl World {
         self.via(scene, Via::Bricks(options))
     }
 
-    /// The same world kept in some way. `scene` is the one that it was built from.
+    /// The same world kept in some way. `scene` is the one that it was built from, as it is now.
     pub fn via(mut self, scene: &Scene, via: Via) -> Result<Self, BuildError> {
         // What was there before is not needed while the new volume is made.
         self.kept = Kept::Field;
-        // Edits that were followed have left tables in an order of their own.
+        if !self.live.has_seen_all(scene) {
+            self.program = Program::lower(scene)?.into();
+            self.view = scene.view.clone();
+        }
         let program = self
             .program
             .get_or_init(|| self.live.whole().unwrap_or_default());
+        self.focus = focus(scene, program);
+        // Edits that were followed have left tables in an order of their own.
         if let Some(gpu) = &mut self.gpu
             && !gpu.is_specialized()
         {
@@ -390,6 +395,7 @@ impl World {
 
     /// Compile shaders for this very scene, in place of the interpreter. The CPU always interprets.
     pub fn specialize(&mut self) -> Result<(), BuildError> {
+        self.finish()?;
         if let Some(gpu) = &self.gpu {
             let specialized = GpuField::new(gpu.gpu().clone(), self.program(), true)?;
             self.gpu = Some(specialized);

@@ -237,6 +237,28 @@ fn a_pool_that_is_full_refuses() -> Outcome {
     Ok(())
 }
 
+/// What changed between building a world and keeping it in some way is in it.
+#[test]
+fn a_scene_can_change_before_it_is_kept() -> Outcome {
+    for engine in [Engine::cpu(), Engine::on(Backend::Gpu)?] {
+        let mut scene = Scene::open(shipped("melting"))?;
+        let world = engine.build(&scene)?;
+        scene.set_time(2.0);
+        scene.push(Brush::new(Shape::sphere(0.2)).at([0.6, 0.3, 0.0]))?;
+        let options = BricksOptions {
+            resolution: 48,
+            ..BricksOptions::default()
+        };
+        let mut world = world.bricks(&scene, options)?;
+        scene.set_bands(world.bands());
+        assert!(world.distance([0.6, 0.3, 0.0]) < -0.1);
+        assert_eq!(world.differing_cells(&scene)?, Some(0));
+        assert!(!world.apply(&scene)?.rebuilt);
+        assert_eq!(world.differing_cells(&scene)?, Some(0));
+    }
+    Ok(())
+}
+
 /// One step of the history, one pass, and what a fresh bake gives.
 #[test]
 fn a_stroke_of_ten_thousand_points_is_one_step() -> Outcome {

@@ -14,7 +14,8 @@ pub struct BlockList {
     pub block: usize,
     /// The instructions.
     pub now: Vec<Instr>,
-    /// As they were, if it is known what was touched.
+    /// As they were, if it is known what was touched, and what of that may matter in the block is in these lists: what takes
+    /// the place of all before it takes that out of a list too.
     pub before: Option<Vec<Instr>>,
 }
 
@@ -78,10 +79,17 @@ impl EditWork {
         let needed = pruner.needed(&whole, is_one) | old_pruner.needed(&before, is_one);
         (0..count)
             .filter(|i| needed >> i & 1 != 0)
-            .map(|i| BlockList {
-                block: block(i),
-                now: cut(&mut pruner, &whole, i),
-                before: Some(cut(&mut old_pruner, &before, i)),
+            .map(|i| {
+                let now = cut(&mut pruner, &whole, i);
+                let then = cut(&mut old_pruner, &before, i);
+                let count = |list: &[Instr]| list.iter().filter(|instr| is_one(instr)).count();
+                let are_there = count(&now) >= pruner.needed_in(&whole, i, is_one)
+                    && count(&then) >= old_pruner.needed_in(&before, i, is_one);
+                BlockList {
+                    block: block(i),
+                    now,
+                    before: are_there.then_some(then),
+                }
             })
             .collect()
     }
