@@ -119,7 +119,7 @@ impl Clay {
     pub fn trim(&mut self) {
         if let Kept::Gpu(gpu) = &mut self.kept {
             let (field, volume) = &mut **gpu;
-            volume.trim(field.gpu()).expect("room");
+            volume.trim(field).expect("room");
         }
     }
 

@@ -60,7 +60,9 @@ impl BrickTables {
 /// Bytes of a pool, the tables, and the materials of so many mixed bricks.
 fn bytes_of(measures: &BrickLayout, pool: [u32; 3], mixed: u64) -> u64 {
     let bricks: u64 = pool.map(u64::from).iter().product();
-    4 * measures.word_count() + bricks * (measures.brick_bytes() + 4) + 8 * PLACES * mixed
+    // With a stack of what is free.
+    let of_mixed = (8 * PLACES + 4) * mixed;
+    4 * measures.word_count() + bricks * (measures.brick_bytes() + 8) + of_mixed
 }
 
 /// Add what the stages of another run took.
@@ -147,7 +149,7 @@ impl GpuVolume {
             let [count, mixed] = build.counts()?;
             let fits = mixed <= u64::from(build.words.mixed);
             if count <= u64::from(build.words.capacity) && fits {
-                return Ok((build.finish(texture, count, mixed)?, stages));
+                return Ok((build.finish(&texture, count, mixed)?, stages));
             }
             check(count, mixed)?;
             room = room.max(count);

@@ -286,3 +286,30 @@ fn whole(line: &[u8]) -> Option<&str> {
     let is_whole = u32::from_str_radix(sum, 16).ok()? == crc32fast::hash(text);
     is_whole.then(|| std::str::from_utf8(text).ok())?
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_could_not_be_written_is_written_with_the_next() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("full.journal");
+        let mut scene = Scene::new();
+        let mut journal = Journal::begin(&path, &scene).expect("a journal");
+        let insert = r#"{"edit":"insert","entry":{"shape":{"type":"sphere","radius":0.1}}}"#;
+        // A file that is open for reading takes no line.
+        let read_only = File::open(&path).expect("a file");
+        let writable = std::mem::replace(&mut journal.file, read_only);
+        for _ in 0..2 {
+            let refused = journal.replay(&mut scene, insert);
+            assert!(matches!(refused, Err(JournalError::Io { .. })));
+        }
+        assert_eq!(Journal::recover(&path).expect("a journal").edits, 0);
+        journal.file = writable;
+        journal.replay(&mut scene, insert).expect("room");
+        let found = Journal::recover(&path).expect("a journal");
+        assert_eq!((found.edits, found.torn_bytes), (3, 0));
+        assert!(found.scene == scene);
+    }
+}

@@ -116,7 +116,7 @@ impl Live {
     pub fn follow(
         &mut self,
         scene: &Scene,
-        clay: Clay<'_>,
+        mut clay: Clay<'_>,
         before: Option<&Program>,
         (engine, options): (&Engine, &BricksOptions),
         pace: Option<Pace>,
@@ -150,6 +150,11 @@ impl Live {
             }
         };
         self.seen = scene.changes().len();
+        if let Clay::Gpu(_, field) = &mut clay
+            && let Err(error) = field.follow(live)
+        {
+            return Err(self.lost(error.into()));
+        }
         let boxes: Vec<[Aabb; 2]> = changes.iter().map(|c| [c.dirty_box, c.far_box]).collect();
         let left = std::mem::take(&mut self.work);
         self.work = EditWork::new(&layout, live, &boxes);
@@ -199,7 +204,6 @@ impl Live {
                 Ok(Some(edit))
             }
             Clay::Gpu(volume, field) => {
-                field.follow(live)?;
                 volume.edit(field, live, &mut self.work, budget, within)?;
                 Ok(None)
             }

@@ -346,7 +346,7 @@ impl World {
     /// If the device does not do it.
     pub fn trim(&mut self) -> Result<(), BuildError> {
         if let (Kept::Gpu(volume), Some(field)) = (&mut self.kept, &self.gpu) {
-            volume.trim(field.gpu())?;
+            volume.trim(field)?;
         }
         Ok(())
     }

@@ -34,6 +34,18 @@ fn moved(scene: &mut Scene, nth: usize, by: [f32; 3]) {
     scene.apply(Edit::Transform { node, by }).expect("an edit");
 }
 
+/// How far the middles of some of a world's cells are from a point, on average.
+fn distance_of(world: &World, cells: &[usize], eye: [f32; 3]) -> f32 {
+    let volume = world.volume().expect("a volume").expect("a volume");
+    let Volume::Bricks(bricks) = &*volume else {
+        panic!("bricks are kept");
+    };
+    let layout = bricks.layout();
+    let middle = |&at: &usize| layout.cell_box(layout.cell_at(at)).center();
+    let all = cells.iter().map(|at| middle(at).distance(eye.into()));
+    all.sum::<f32>() / cells.len() as f32
+}
+
 /// What a cell holds: the samples and the look of its brick.
 fn cells(world: &World) -> Vec<Option<Vec<u8>>> {
     let volume = world.volume().expect("a volume").expect("a volume");
@@ -81,14 +93,20 @@ fn edits_keep_to_a_budget() -> Outcome {
             assert_eq!(told.lock().expect("a lock").is_empty(), left > 0);
             if calls % 3 == 1 {
                 let now = cells(&world);
-                let all = now.iter().zip(before.iter().zip(&after));
-                let (mut news, mut olds) = (0, 0);
-                for (now, (before, after)) in all {
+                let all = now.iter().zip(before.iter().zip(&after)).enumerate();
+                let (mut news, mut olds) = (Vec::new(), Vec::new());
+                for (at, (now, (before, after))) in all {
                     assert!(now == before || now == after);
-                    news += usize::from(before != after && now == after);
-                    olds += usize::from(before != after && now == before);
+                    if before != after {
+                        let side = if now == after { &mut news } else { &mut olds };
+                        side.push(at);
+                    }
                 }
-                halves += usize::from(news > 0 && olds > 0);
+                if !news.is_empty() && !olds.is_empty() {
+                    halves += 1;
+                    let [done, left] = [news, olds].map(|c| distance_of(&world, &c, pace.eye));
+                    assert!(done < left, "{done} {left}");
+                }
             }
         }
         assert!(calls > 3 && halves > 0, "{calls} calls, {halves}");

@@ -121,64 +121,25 @@ impl<'a> Build<'a> {
         Ok(counters.map(|counter| self.ledger.known.get(counter)))
     }
 
-    fn shrink(
-        &mut self,
-        texture: wgpu::Texture,
-        count: u64,
-        mixed: u64,
-    ) -> Result<wgpu::Texture, GpuError> {
-        let gpu = self.field.gpu();
-        let [x, y, z] = self.pool;
-        let layers = count.div_ceil(u64::from(x) * u64::from(y)).max(1) as u32;
-        if layers >= z && mixed >= u64::from(self.words.mixed) {
-            return Ok(texture);
-        }
-        let pool = [x, y, layers];
-        let smaller = pool_texture(gpu, &self.layout, pool)?;
-        let capacity: u64 = pool.map(u64::from).iter().product();
-        let looks = 4 * capacity;
-        let of_mixed = 8 * PLACES * mixed;
-        let mut materials = Table::new("bricks' materials");
-        materials.reserve_exact(gpu, looks + of_mixed)?;
-        let from_mixed = 4 * u64::from(self.words.capacity);
-        gpu.checked(|| {
-            let mut encoder = gpu
-                .device
-                .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-            encoder.copy_texture_to_texture(
-                texture.as_image_copy(),
-                smaller.as_image_copy(),
-                smaller.size(),
-            );
-            if let (Some(from), Some(to)) = (self.materials.buffer(), materials.buffer()) {
-                encoder.copy_buffer_to_buffer(from, 0, to, 0, looks);
-                encoder.copy_buffer_to_buffer(from, from_mixed, to, looks, of_mixed);
-            }
-            gpu.queue.submit([encoder.finish()]);
-        })?;
-        (self.pool, self.materials) = (pool, materials);
-        Ok(smaller)
-    }
-
     /// What was built, without the room that it does not need.
     pub fn finish(
-        mut self,
-        texture: wgpu::Texture,
+        self,
+        texture: &wgpu::Texture,
         count: u64,
         mixed: u64,
     ) -> Result<GpuVolume, GpuError> {
-        let texture = self.shrink(texture, count, mixed)?;
-        let words = march_words(&self.layout, self.pool, self.words.lipschitz);
-        let tables = BrickTables {
+        let mut tables = BrickTables {
             layout: self.layout,
             cells: self.cells,
             materials: self.materials,
-            mixed,
+            mixed: u64::from(self.words.mixed),
             pool: self.pool,
             ledger: self.ledger,
             lipschitz: self.words.lipschitz,
             making: None,
         };
+        let texture = tables.fit(self.field, texture, count, mixed)?;
+        let words = march_words(&self.layout, tables.pool, tables.lipschitz);
         GpuVolume::of_bricks(self.field, texture, words, tables)
     }
 }

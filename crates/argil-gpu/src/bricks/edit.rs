@@ -8,7 +8,6 @@
 
 use super::lists::Blocks;
 use super::passes::{Order, Scratch, Site, check, chunks, make};
-use super::repack::RepackPass;
 use super::{BrickTables, march_words};
 use crate::bake::Bake;
 use crate::field::IDLE;
@@ -24,19 +23,20 @@ const FEW_CELLS: u64 = 4096;
 /// Cells that are sampled in a millisecond, before it is known.
 const CELLS_A_MS: f64 = 200.0;
 
+/// Units, of 64 blocks at most, that one run makes: its tables have their limits.
+const MOST_UNITS: usize = 512;
+
 /// What edits write besides the volume, kept from one to the next.
 pub(super) struct Making {
     scratch: Scratch,
     instrs: Table,
-    repack: RepackPass,
 }
 
 impl Making {
-    fn new(gpu: &Gpu, tables: &BrickTables) -> Result<Self, GpuError> {
+    fn new(gpu: &Gpu) -> Result<Self, GpuError> {
         Ok(Self {
             scratch: Scratch::new(gpu)?,
             instrs: Table::new("instructions of lists"),
-            repack: RepackPass::new(gpu, tables.layout.encoding.bits)?,
         })
     }
 
@@ -68,7 +68,7 @@ impl GpuVolume {
         tables.ledger.hear(&gpu)?;
         let mut making = match tables.making.take() {
             Some(making) => making,
-            None => Box::new(Making::new(&gpu, tables)?),
+            None => Box::new(Making::new(&gpu)?),
         };
         let edit = Editing {
             field,
@@ -78,7 +78,7 @@ impl GpuVolume {
         let mut left = within.map(|within| CELLS_A_MS * within.as_secs_f64() * 1e3);
         let mut result = Ok(());
         while !work.is_done() && result.is_ok() {
-            let count = if left.is_some() { 4 } else { usize::MAX };
+            let count = if left.is_some() { 4 } else { MOST_UNITS };
             let units = work.next(count);
             let blocks = edit.gather(tables, work, units);
             result = edit.submit(tables, texture, &mut making, &blocks);
@@ -103,15 +103,13 @@ impl GpuVolume {
     }
 
     /// Wait for edits, and give back the room that they have left.
-    pub fn trim(&mut self, gpu: &Gpu) -> Result<(), GpuError> {
+    pub fn trim(&mut self, field: &GpuField) -> Result<(), GpuError> {
         let (words, texture, Some(tables)) = self.brick_parts() else {
             return Ok(());
         };
-        let counted = tables.ledger.read(gpu)?;
-        let pool = super::pool_for(gpu, &tables.layout, counted.bricks())?;
-        if let Some(making) = tables.making.take() {
-            *texture = tables.resize(gpu, &making.repack, texture, pool, counted.mixed())?;
-        }
+        let counted = tables.ledger.read(field.gpu())?;
+        tables.making = None;
+        *texture = tables.fit(field, texture, counted.bricks(), counted.mixed())?;
         *words = march_words(&tables.layout, tables.pool, tables.lipschitz);
         Ok(())
     }
@@ -148,10 +146,12 @@ impl Editing<'_> {
         let gpu = self.field.gpu();
         let program = self.live.program();
         let mixes = program.materials().len() > 1;
-        match blocks.instrs.is_empty() {
-            true => making.instrs.write(gpu, IDLE)?,
-            false => making.instrs.write(gpu, &blocks.instrs)?,
-        }
+        let instrs = if blocks.instrs.is_empty() {
+            IDLE
+        } else {
+            &blocks.instrs
+        };
+        making.instrs.write(gpu, instrs)?;
         let lists = &mut making.scratch.lists;
         let prune = blocks.write(gpu, lists, program, &tables.layout)?;
         let candidates = 4 * 64 * 4 * u64::from(prune.count);
@@ -159,9 +159,8 @@ impl Editing<'_> {
 
         let mut more = [blocks.cells(); 2];
         let few = FEW_CELLS.max(tables.ledger.known.bricks() / 4);
-        let repack = &making.repack;
         let room = (more[0] <= few)
-            .then(|| tables.make_room(gpu, repack, texture, more, mixes, self.budget));
+            .then(|| tables.make_room(self.field, texture, more, mixes, self.budget));
         let room = match room {
             None | Some(Err(GpuError::Budget { .. })) => {
                 let levels = [Prune {
@@ -172,7 +171,7 @@ impl Editing<'_> {
                 tables.ledger.settle_known(gpu)?;
                 more = [abi::COUNTER_BRICKS, abi::COUNTER_MIXED]
                     .map(|counter| tables.ledger.known.get(counter));
-                tables.make_room(gpu, &making.repack, texture, more, mixes, self.budget)?
+                tables.make_room(self.field, texture, more, mixes, self.budget)?
             }
             Some(room) => room?,
         };

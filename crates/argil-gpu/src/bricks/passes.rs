@@ -1,5 +1,6 @@
 //! The passes that make bricks, all of them or some, compiled once for a field and a width of samples.
 
+use super::repack::RepackPass;
 use crate::bake::{Bake, Groups};
 use crate::field::check_depth;
 use crate::pass::{
@@ -48,6 +49,8 @@ pub(crate) struct BrickPasses {
     fill_materials: wgpu::ComputePipeline,
     settle: wgpu::ComputePipeline,
     give_back: wgpu::ComputePipeline,
+    /// Moving bricks from one pool to another.
+    pub(super) repack: RepackPass,
 }
 
 impl BrickPasses {
@@ -119,6 +122,7 @@ impl BrickPasses {
             fill_materials,
             settle,
             give_back,
+            repack: RepackPass::new(gpu, bits)?,
         })
     }
 }

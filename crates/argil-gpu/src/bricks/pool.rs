@@ -6,11 +6,10 @@
 //! after edits, and heard of when they happen to have come.
 
 use super::passes::Site;
-use super::repack::RepackPass;
 use super::{BrickTables, PLACES, bytes_of, pool_for, pool_texture};
 use crate::table::Table;
 use crate::volume::read_table;
-use crate::{Gpu, GpuError};
+use crate::{Gpu, GpuError, GpuField};
 use argil_abi as abi;
 use argil_volume::BrickEdit;
 use std::sync::{Arc, OnceLock};
@@ -198,20 +197,18 @@ impl BrickTables {
     /// If they would take more than `budget` bytes, or there cannot be as many: nothing is changed then.
     pub fn make_room(
         &mut self,
-        gpu: &Gpu,
-        passes: &RepackPass,
+        field: &GpuField,
         texture: &wgpu::Texture,
         more: [u64; 2],
         mixes: bool,
         budget: u64,
     ) -> Result<Option<wgpu::Texture>, GpuError> {
+        let gpu = field.gpu();
         let most = self.ledger.most();
         let [bricks, mixed] = [0, 1].map(|i| most[i] + more[i]);
         let mixed = if mixes { mixed } else { 0 };
         let capacity: u64 = self.pool.map(u64::from).iter().product();
-        let with_stack = 4 * (u64::from(abi::COUNTERS) + capacity + self.mixed);
-        let has_stack = self.ledger.counters.size() >= with_stack;
-        if bricks <= capacity && mixed <= self.mixed && has_stack {
+        if bricks <= capacity && mixed <= self.mixed && self.has_stack() {
             return Ok(None);
         }
         let fit = |bricks: u64, mixed: u64| {
@@ -232,19 +229,41 @@ impl BrickTables {
                 budget,
             });
         }
-        self.resize(gpu, passes, texture, pool, mixed_room)
-            .map(Some)
+        self.resize(field, texture, pool, mixed_room).map(Some)
+    }
+
+    /// Whether there is room for a stack of free places.
+    fn has_stack(&self) -> bool {
+        let capacity: u64 = self.pool.map(u64::from).iter().product();
+        let with_stack = 4 * (u64::from(abi::COUNTERS) + capacity + self.mixed);
+        self.ledger.counters.size() >= with_stack
+    }
+
+    /// A pool with no more room than so many bricks and mixed ones need: the texture.
+    pub fn fit(
+        &mut self,
+        field: &GpuField,
+        texture: &wgpu::Texture,
+        bricks: u64,
+        mixed: u64,
+    ) -> Result<wgpu::Texture, GpuError> {
+        let pool = pool_for(field.gpu(), &self.layout, bricks)?;
+        if (pool, mixed) == (self.pool, self.mixed) && self.has_stack() {
+            return Ok(texture.clone());
+        }
+        self.resize(field, texture, pool, mixed)
     }
 
     /// Move everything to another pool, without gaps.
-    pub(super) fn resize(
+    fn resize(
         &mut self,
-        gpu: &Gpu,
-        passes: &RepackPass,
+        field: &GpuField,
         texture: &wgpu::Texture,
         pool: [u32; 3],
         mixed: u64,
     ) -> Result<wgpu::Texture, GpuError> {
+        let gpu = field.gpu();
+        let passes = field.brick_passes(self.layout.encoding.bits)?;
         let capacity: u64 = pool.map(u64::from).iter().product();
         let moved = pool_texture(gpu, &self.layout, pool)?;
         let mut materials = Table::new("bricks' materials");
@@ -275,7 +294,9 @@ impl BrickTables {
             materials: &materials,
             counters: &counters,
         };
-        passes.run(gpu, &self.layout, [self.pool, pool], &old, &new)?;
+        passes
+            .repack
+            .run(gpu, &self.layout, [self.pool, pool], &old, &new)?;
         (self.pool, self.mixed, self.materials) = (pool, mixed, materials);
         self.ledger.counters = counters;
         Ok(moved)
