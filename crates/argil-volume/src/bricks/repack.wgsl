@@ -1,4 +1,4 @@
-// Bricks move to another pool, side by side: a block of cells a group.
+// Bricks move to another pool, side by side: a block of cells a group. On the CPU pool.rs fills gaps as they come.
 
 struct Repack {
     // Of the pool as it was: bricks along x and y, and how many in all.
