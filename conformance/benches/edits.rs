@@ -9,7 +9,8 @@ use argil_scene::{Brush, Edit, Modifier, NodeId, Scene, Shape};
 use argil_volume::BrickSettings;
 use std::time::Instant;
 
-/// Brushes about as large as the gaps between them, in a box whose volume is as many times theirs.
+/// Brushes about as large as the gaps between them, in a box whose volume is as many times theirs. They are in shells
+/// around the middle, so that a larger crowd has a smaller one inside and the same edit can be made in both.
 fn crowd(brushes: usize) -> (Scene, f32) {
     let mut numbers = Numbers::new(1);
     let mut scene = Scene::new();
@@ -24,7 +25,7 @@ fn crowd(brushes: usize) -> (Scene, f32) {
         };
         let mut brush = Brush::new(shape)
             .rotated([0.3, 1.0, 0.2], numbers.between(0.0, 360.0))
-            .at(numbers.point(half).to_array())
+            .at(on_shell(&mut numbers, 0.5 * (i as f32 + 0.5).cbrt()))
             .blend(0.05);
         if i % 5 == 4 {
             brush = brush.subtract();
@@ -32,6 +33,14 @@ fn crowd(brushes: usize) -> (Scene, f32) {
         scene.push(brush).expect("a valid brush");
     }
     (scene, 2.0 * half)
+}
+
+/// A point on a face of the cube of this half side.
+fn on_shell(numbers: &mut Numbers, half: f32) -> [f32; 3] {
+    let mut point = numbers.point(half).to_array();
+    let face = (numbers.between(0.0, 6.0) as usize).min(5);
+    point[face / 2] = if face.is_multiple_of(2) { half } else { -half };
+    point
 }
 
 /// Move a brush a little and back, so many times; milliseconds of each, with the scene's own share.

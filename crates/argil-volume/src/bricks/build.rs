@@ -6,7 +6,7 @@
 //! evaluated, brick by brick, straight into the pool.
 
 use super::Bricks;
-use super::filler::Filler;
+use super::filler::{Filler, Places};
 use super::layout::{BLOCK_SIDE, BrickLayout, BricksError};
 use super::material::PLACES;
 use super::pool::owners_of_mixed;
@@ -360,10 +360,11 @@ fn fill<T: Texel>(
         ));
         brick += n as u32;
     }
+    let places = Places::new(layout);
     let mixed: Vec<Vec<[u32; 2]>> = jobs
         .into_par_iter()
         .map_init(
-            || Filler::new(program, layout, &fill),
+            || Filler::new(program, layout, &fill, &places),
             |filler, (found, first, pool, (owners, materials), words)| {
                 let mut mixed = Vec::new();
                 let corner = layout.cell_at(found.block * 64);

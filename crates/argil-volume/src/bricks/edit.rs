@@ -9,7 +9,7 @@
 
 use super::block_list::BlockList;
 use super::build::{Bounds, Candidates, near_block, settle};
-use super::filler::{Filler, only_material};
+use super::filler::{Filler, Places, only_material};
 use super::material::PLACES;
 use super::octants::{self, OCTANTS};
 use super::pool::Pool;
@@ -152,6 +152,7 @@ impl Bricks {
                 .layout
                 .encoding
                 .fill(live.program(), &self.layout.lattice, 0),
+            places: Places::new(&self.layout),
             work,
         };
         let bricks = &*self;
@@ -239,6 +240,7 @@ struct Editing<'a> {
     live: &'a LiveProgram,
     bounds: Bounds,
     fill: Fill,
+    places: Places,
     /// What can have changed, where that is known.
     touched: Option<&'a Touched>,
     work: &'a EditWork,
@@ -254,7 +256,7 @@ impl Editing<'_> {
     fn worker(&self) -> Worker<'_> {
         Worker {
             pruner: Pruner::new(self.live.program()),
-            filler: Filler::new(self.live.program(), &self.layout, &self.fill),
+            filler: Filler::new(self.live.program(), &self.layout, &self.fill, &self.places),
         }
     }
 

@@ -10,22 +10,15 @@ use argil_field::{Evaluator, LANES, Program};
 use glam::{UVec3, Vec3, uvec3};
 use multiversion::multiversion;
 
-/// Evaluates bricks for one thread.
-pub(super) struct Filler<'a> {
-    program: &'a Program,
-    layout: &'a BrickLayout,
-    fill: &'a Fill,
-    evaluator: Evaluator<'a>,
-    /// Of each sample of a brick, in the order of the pool: its place along x, y and z.
-    places: [Vec<f32>; 3],
-    /// The same of an octant.
-    octant_places: [Vec<f32>; 3],
-    d: Vec<f32>,
+/// Of each sample of a brick, and of one of its octants, in the order of the pool: its place along x, y and z.
+pub(super) struct Places {
+    brick: [Vec<f32>; 3],
+    octant: [Vec<f32>; 3],
 }
 
-impl<'a> Filler<'a> {
-    pub fn new(program: &'a Program, layout: &'a BrickLayout, fill: &'a Fill) -> Self {
-        let places = |side: u32| {
+impl Places {
+    pub fn new(layout: &BrickLayout) -> Self {
+        let of = |side: u32| {
             [1, side, side * side].map(|divisor| -> Vec<f32> {
                 (0..side.pow(3))
                     .map(|i| (i / divisor % side) as f32)
@@ -33,12 +26,35 @@ impl<'a> Filler<'a> {
             })
         };
         Self {
+            brick: of(layout.brick + 1),
+            octant: of(layout.brick / 2 + 1),
+        }
+    }
+}
+
+/// Evaluates bricks for one thread.
+pub(super) struct Filler<'a> {
+    program: &'a Program,
+    layout: &'a BrickLayout,
+    fill: &'a Fill,
+    evaluator: Evaluator<'a>,
+    places: &'a Places,
+    d: Vec<f32>,
+}
+
+impl<'a> Filler<'a> {
+    pub fn new(
+        program: &'a Program,
+        layout: &'a BrickLayout,
+        fill: &'a Fill,
+        places: &'a Places,
+    ) -> Self {
+        Self {
             program,
             layout,
             fill,
             evaluator: Evaluator::new(program),
-            places: places(layout.brick + 1),
-            octant_places: places(layout.brick / 2 + 1),
+            places,
             d: vec![0.0; layout.brick_samples() as usize],
         }
     }
@@ -47,6 +63,7 @@ impl<'a> Filler<'a> {
     pub fn brick<T: Texel>(&mut self, instrs: &[Instr], cell: UVec3, out: &mut [T]) -> f32 {
         let first = (cell * self.layout.brick).as_vec3();
         let Self { places, d, .. } = self;
+        let places = &places.brick;
         sample(self.layout, &mut self.evaluator, instrs, first, places, d);
         encode(d, self.fill, out);
         nearest(d)
@@ -71,7 +88,7 @@ impl<'a> Filler<'a> {
             evaluator,
             instrs,
             first,
-            &self.octant_places,
+            &self.places.octant,
             d,
         );
         // No brick has more.
