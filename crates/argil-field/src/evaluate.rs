@@ -16,8 +16,8 @@ fn run_distances(program: &Program, instrs: &[Instr], registers: &mut Registers<
 }
 
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl", "x86_64+avx2"))]
-fn run_gradients(program: &Program, registers: &mut Registers<Dual>) {
-    run::<Dual, NOTHING>(program, &program.instrs, registers);
+fn run_gradients(program: &Program, instrs: &[Instr], registers: &mut Registers<Dual>) {
+    run::<Dual, NOTHING>(program, instrs, registers);
 }
 
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl", "x86_64+avx2"))]
@@ -89,6 +89,20 @@ impl<'a> Evaluator<'a> {
         out: &mut [f32],
         gradients: [&mut [f32]; 3],
     ) {
+        self.gradients_by(&self.program.instrs, [x, y, z], out, gradients);
+    }
+
+    /// The same by a list of instructions that [`Pruner`](crate::Pruner) has left of the program's.
+    ///
+    /// # Panics
+    /// As [`Evaluator::distances`].
+    pub fn gradients_by(
+        &mut self,
+        instrs: &[Instr],
+        [x, y, z]: [&[f32]; 3],
+        out: &mut [f32],
+        gradients: [&mut [f32]; 3],
+    ) {
         let n = out.len();
         let dual = self.dual.get_or_insert_with(|| Box::new(Registers::new()));
         dual.active = n.next_multiple_of(BLOCK);
@@ -97,7 +111,7 @@ impl<'a> Evaluator<'a> {
             load(&mut lanes.0[0], from, n);
             lanes.0[1 + k] = f32::splat(1.0);
         }
-        run_gradients(self.program, dual);
+        run_gradients(self.program, instrs, dual);
         out.copy_from_slice(&dual.acc.0[0].0[..n]);
         for (k, gradient) in gradients.into_iter().enumerate() {
             gradient.copy_from_slice(&dual.acc.0[1 + k].0[..n]);

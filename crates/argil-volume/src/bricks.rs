@@ -19,6 +19,7 @@
 mod batch;
 mod block_list;
 mod build;
+mod cell_lists;
 mod edit;
 mod filler;
 mod layout;
@@ -37,6 +38,7 @@ use std::ops::Range;
 pub use batch::{Beyond, BrickSampler, Corners, Located};
 pub use block_list::BlockList;
 pub use build::BrickStagesMs;
+pub use cell_lists::CellLists;
 pub use edit::BrickEdit;
 pub use layout::{BLOCK_SIDE, BrickLayout, BrickSettings, BricksError};
 pub use words::{Word, center_of, empty_word, is_brick, is_lonely};
@@ -73,6 +75,18 @@ impl Bricks {
         layout: BrickLayout,
         budget: Option<u64>,
     ) -> Result<(Self, BrickStagesMs), BricksError> {
+        build::bake(program, layout, budget).map(|(bricks, _, stages)| (bricks, stages))
+    }
+
+    /// The same, with the lists of what can matter in cells near the surface, which a bake makes anyway.
+    ///
+    /// # Errors
+    /// As [`Bricks::bake`].
+    pub fn bake_with_lists(
+        program: &Program,
+        layout: BrickLayout,
+        budget: Option<u64>,
+    ) -> Result<(Self, CellLists, BrickStagesMs), BricksError> {
         build::bake(program, layout, budget)
     }
 
@@ -158,6 +172,11 @@ impl Bricks {
     /// A bit for each cell with a brick, a mask for each block.
     pub fn masks(&self) -> &[u64] {
         &self.masks
+    }
+
+    /// Whose each brick is: the place of its cell's word.
+    pub fn owners(&self) -> &[u32] {
+        &self.owners
     }
 
     /// The bricks' samples, brick by brick. Where there is no brick at all, there is one of zeros.

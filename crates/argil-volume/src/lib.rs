@@ -35,8 +35,8 @@ mod texels;
 pub use batch::Levels;
 pub use bricks::{
     BLOCK_SIDE, Beyond, BlockList, BrickEdit, BrickLayout, BrickSampler, BrickSettings,
-    BrickStagesMs, Bricks, BricksError, Corners, EditWork, Located, Unit, Word, center_of,
-    empty_word, is_brick, is_lonely,
+    BrickStagesMs, Bricks, BricksError, CellLists, Corners, EditWork, Located, Unit, Word,
+    center_of, empty_word, is_brick, is_lonely,
 };
 pub use dense::Dense;
 pub use encoding::{Bits, Encoding, Range, Texel};

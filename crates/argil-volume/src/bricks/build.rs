@@ -6,6 +6,7 @@
 //! evaluated, brick by brick, straight into the pool.
 
 use super::Bricks;
+use super::cell_lists::CellLists;
 use super::filler::{Filler, Places};
 use super::layout::{BLOCK_SIDE, BrickLayout, BricksError};
 use super::material::PLACES;
@@ -54,7 +55,7 @@ enum Block {
 /// Cells of a block in which the surface can be, each with its stretch of a list.
 #[derive(Default)]
 pub(super) struct Candidates {
-    block: usize,
+    pub block: usize,
     pub cells: Vec<(u8, Range<usize>)>,
     pub instrs: Vec<Instr>,
 }
@@ -92,7 +93,7 @@ pub(super) fn bake(
     program: &Program,
     layout: BrickLayout,
     budget: Option<u64>,
-) -> Result<(Bricks, BrickStagesMs), BricksError> {
+) -> Result<(Bricks, CellLists, BrickStagesMs), BricksError> {
     let start = Instant::now();
     let refuse = |bricks: usize, needed: u64| match budget {
         Some(budget) if needed > budget => Err(BricksError::Budget {
@@ -105,40 +106,12 @@ pub(super) fn bake(
     refuse(0, layout.table_bytes())?;
     let bounds = Bounds::new(program, &layout);
 
-    // Down to blocks, then to cells.
-    let (level, blocks) = blocks_of(program, &layout, &bounds);
-    let mut words = vec![0u32; layout.word_count() as usize];
-    let candidates: Vec<Candidates> = words
-        .par_chunks_mut(64)
-        .zip(&blocks)
-        .enumerate()
-        .with_min_len(8)
-        .map_init(
-            || Pruner::new(program),
-            |pruner, (at, (words, block))| {
-                let first = layout.cell_at(at * 64);
-                match block {
-                    Block::Far(center, d) => {
-                        far_block(&layout, &bounds, first, *center, *d, words);
-                        Candidates::default()
-                    }
-                    Block::Near(range) => {
-                        let instrs = &level.instrs[range.clone()];
-                        let mut found = near_block(&layout, &bounds, first, instrs, pruner, words);
-                        found.block = at;
-                        found
-                    }
-                }
-            },
-        )
-        .filter(|c| !c.cells.is_empty())
-        .collect();
+    let (candidates, mut words) = candidates(program, &layout, &bounds);
     let count: usize = candidates.iter().map(|c| c.cells.len()).sum();
     let needed = layout.table_bytes() + count as u64 * (layout.brick_bytes() + 8);
     refuse(count, needed)?;
     layout.check_count(count as u64)?;
     let pruned = start.elapsed();
-
     // Fill, drop, close the gaps.
     let (filled, at) = match layout.encoding.bits {
         Bits::Eight => fill::<i8>(program, &layout, &bounds, &candidates, count, &mut words),
@@ -168,7 +141,44 @@ pub(super) fn bake(
     };
     // How many bricks are mixed was not known before.
     refuse(bricks.len(), bricks.memory_bytes())?;
-    Ok((bricks, stages))
+    Ok((bricks, CellLists { layout, candidates }, stages))
+}
+
+/// The cells in which the surface can be, each with its list, and the words of those in which it cannot.
+pub(super) fn candidates(
+    program: &Program,
+    layout: &BrickLayout,
+    bounds: &Bounds,
+) -> (Vec<Candidates>, Vec<u32>) {
+    // Down to blocks, then to cells.
+    let (level, blocks) = blocks_of(program, layout, bounds);
+    let mut words = vec![0u32; layout.word_count() as usize];
+    let candidates = words
+        .par_chunks_mut(64)
+        .zip(&blocks)
+        .enumerate()
+        .with_min_len(8)
+        .map_init(
+            || Pruner::new(program),
+            |pruner, (at, (words, block))| {
+                let first = layout.cell_at(at * 64);
+                match block {
+                    Block::Far(center, d) => {
+                        far_block(layout, bounds, first, *center, *d, words);
+                        Candidates::default()
+                    }
+                    Block::Near(range) => {
+                        let instrs = &level.instrs[range.clone()];
+                        let mut found = near_block(layout, bounds, first, instrs, pruner, words);
+                        found.block = at;
+                        found
+                    }
+                }
+            },
+        )
+        .filter(|c| !c.cells.is_empty())
+        .collect();
+    (candidates, words)
 }
 
 /// A block's mask; its words say whether it is empty.

@@ -1,0 +1,6 @@
+//! Marching cubes (Lorensen and Cline 1987): one vertex an edge of the grid on which the sign changes, shared by all that
+//! meet there.
+
+pub mod bricks;
+pub mod dense;
+pub mod table;

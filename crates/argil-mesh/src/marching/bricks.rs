@@ -1,0 +1,416 @@
+//! Marching cubes over sparse bricks.
+//!
+//! *Practice.* A vertex is the brick's at whose low sides its edge lies; what lies at a brick's high sides is its
+//! neighbour's, where there is one. Bricks are counted, then each writes its own vertices and triangles; a neighbour's
+//! vertices are found by counting the bits before them. No cell without a brick is looked at, as no surface is there.
+
+use super::dense::part;
+use super::table::cases;
+use crate::Mesh;
+use argil_volume::{Bits, Bricks, Texel, Word};
+use glam::{UVec3, Vec3, uvec3};
+use rayon::prelude::*;
+use wide::{i8x16, i16x8};
+
+/// The vertices of a brick: `begin` to `ends[0]` lie on edges along x, from there to `ends[1]` along y, to `ends[2]` along z.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Group {
+    /// The brick's cell.
+    pub cell: UVec3,
+    /// The first vertex.
+    pub begin: u32,
+    /// Where those of each axis end.
+    pub ends: [u32; 3],
+}
+
+/// A surface with where its vertices come from.
+#[derive(Clone, Debug, Default)]
+pub struct Marched {
+    /// The surface, without normals.
+    pub mesh: Mesh,
+    /// Which vertices are of which brick.
+    pub groups: Vec<Group>,
+    /// Of each vertex, the distances stored at the beginning and the end of its edge.
+    pub spans: Vec<[f32; 2]>,
+}
+
+/// The surface that bricks hold.
+pub fn march(bricks: &Bricks) -> Marched {
+    if bricks.is_empty() {
+        return Marched::default();
+    }
+    match bricks.layout().encoding.bits {
+        Bits::Eight => march_of::<i8>(bricks),
+        Bits::Sixteen => march_of::<i16>(bricks),
+    }
+}
+
+fn march_of<T: Texel>(bricks: &Bricks) -> Marched {
+    let Some(pool) = bricks.pool().of::<T>() else {
+        return Marched::default();
+    };
+    let mut all = All::<T>::new(bricks, pool);
+    let (mut vertices, mut triangles) = (0u32, 0u32);
+    let mut groups = Vec::with_capacity(all.own.len());
+    for own in &mut all.own {
+        let counts = own.counts;
+        own.begin = [vertices, triangles];
+        let [x, y, z, own_triangles] = counts;
+        groups.push(Group {
+            cell: own.cell,
+            begin: vertices,
+            ends: [vertices + x, vertices + x + y, vertices + x + y + z],
+        });
+        vertices += x + y + z;
+        triangles += own_triangles;
+    }
+
+    let mut mesh = Mesh {
+        positions: vec![Vec3::ZERO; vertices as usize],
+        triangles: vec![[0; 3]; triangles as usize],
+        ..Mesh::default()
+    };
+    let mut spans = vec![[0.0; 2]; vertices as usize];
+    let (mut positions, mut left) = (&mut mesh.positions[..], &mut spans[..]);
+    let mut triangles = &mut mesh.triangles[..];
+    let mut jobs = Vec::with_capacity(all.own.len());
+    for (brick, own) in all.own.iter().enumerate() {
+        let [x, y, z, count] = own.counts;
+        let count_own = (x + y + z) as usize;
+        let (own_positions, rest) = positions.split_at_mut(count_own);
+        positions = rest;
+        let (own_spans, rest) = left.split_at_mut(count_own);
+        left = rest;
+        let (own_triangles, rest) = triangles.split_at_mut(count as usize);
+        triangles = rest;
+        jobs.push((brick, own_positions, own_spans, own_triangles));
+    }
+    jobs.into_par_iter().with_min_len(16).for_each_init(
+        || vec![0u32; 3 * all.rows * all.points],
+        |ids, (brick, positions, spans, triangles)| {
+            if !triangles.is_empty() {
+                all.vertices(brick, ids, positions, spans);
+                all.triangles(brick, ids, triangles);
+            }
+        },
+    );
+    Marched {
+        mesh,
+        groups,
+        spans,
+    }
+}
+
+/// The signs of samples, as a stream of bits.
+fn signs<T: Texel>(samples: &[T], out: &mut [u64]) {
+    out.fill(0);
+    let mut put = |i: usize, bits: u32| out[i / 64] |= u64::from(bits) << (i % 64);
+    match T::BITS {
+        Bits::Eight => {
+            for (i, part) in bytemuck::cast_slice(samples).chunks(16).enumerate() {
+                let mut lanes = [0i8; 16];
+                lanes[..part.len()].copy_from_slice(part);
+                put(16 * i, i8x16::from(lanes).to_bitmask());
+            }
+        }
+        Bits::Sixteen => {
+            for (i, part) in bytemuck::cast_slice(samples).chunks(8).enumerate() {
+                let mut lanes = [0i16; 8];
+                lanes[..part.len()].copy_from_slice(part);
+                put(8 * i, i16x8::from(lanes).to_bitmask());
+            }
+        }
+    }
+}
+
+/// What a brick has.
+#[derive(Clone, Copy)]
+struct Own {
+    cell: UVec3,
+    /// Bricks beside it: by 1 towards x, 2 towards y, 4 towards z, and by sums of those. Itself where there is none.
+    beside: [u32; 8],
+    /// Whether an edge at those of its high sides is its own.
+    has: [bool; 8],
+    /// Vertices on edges along x, y and z, and triangles.
+    counts: [u32; 4],
+    /// The first vertex and the first triangle.
+    begin: [u32; 2],
+}
+
+impl Own {
+    fn new(brick: usize, cell: UVec3, beside: [u32; 8]) -> Self {
+        let mut own = Self {
+            cell,
+            beside,
+            has: [false; 8],
+            counts: [0; 4],
+            begin: [0; 2],
+        };
+        own.has = std::array::from_fn(|sides| own.owner(brick, sides).0 == brick);
+        own
+    }
+
+    /// Whose an edge is that lies at some of a brick's high sides, and at which of those sides the owner has it still.
+    fn owner(&self, brick: usize, sides: usize) -> (usize, usize) {
+        // Of two sides: both, that of the higher axis, that of the lower.
+        let high = if sides == 0 { 0 } else { 1 << sides.ilog2() };
+        for d in [sides, high, sides & !high] {
+            let other = self.beside[d] as usize;
+            if other != brick {
+                return (other, sides & !d);
+            }
+        }
+        (brick, sides)
+    }
+}
+
+struct All<'a, T> {
+    bricks: &'a Bricks,
+    pool: &'a [T],
+    /// Voxels along a brick's side, and samples.
+    side: usize,
+    points: usize,
+    /// Rows of samples in a brick.
+    rows: usize,
+    own: Vec<Own>,
+    /// Of each row of each brick, which samples are inside.
+    bits: Vec<u32>,
+    /// How many of a brick's vertices come before a row's: for edges along x, y and z.
+    before: Vec<u16>,
+}
+
+impl<'a, T: Texel> All<'a, T> {
+    fn new(bricks: &'a Bricks, pool: &'a [T]) -> Self {
+        let layout = bricks.layout();
+        let side = layout.brick as usize;
+        let points = side + 1;
+        let rows = points * points;
+        let own: Vec<Own> = bricks
+            .owners()
+            .par_iter()
+            .enumerate()
+            .with_min_len(64)
+            .map(|(brick, &owner)| {
+                let cell = layout.cell_at(owner as usize);
+                let beside = std::array::from_fn(|d| {
+                    let d = d as u32;
+                    let other = cell + uvec3(d & 1, d >> 1 & 1, d >> 2);
+                    let is_there = other.cmplt(layout.grid).all();
+                    match is_there.then(|| bricks.cell(other)) {
+                        Some(Word::Brick(other)) => other,
+                        _ => brick as u32,
+                    }
+                });
+                Own::new(brick, cell, beside)
+            })
+            .collect();
+        let mut all = Self {
+            bricks,
+            pool,
+            side,
+            points,
+            rows,
+            bits: vec![0; rows * own.len()],
+            before: vec![0; 3 * rows * own.len()],
+            own,
+        };
+        let samples = rows * points;
+        all.bits
+            .par_chunks_exact_mut(rows)
+            .zip(pool.par_chunks_exact(samples))
+            .with_min_len(16)
+            .for_each_init(
+                || vec![0u64; samples.div_ceil(64) + 1],
+                |stream, (bits, samples)| {
+                    signs(samples, stream);
+                    for (row, bits) in bits.iter_mut().enumerate() {
+                        let (word, shift) = (row * points / 64, row * points % 64);
+                        let both = u128::from(stream[word]) | u128::from(stream[word + 1]) << 64;
+                        *bits = (both >> shift) as u32 & ((1 << points) - 1);
+                    }
+                },
+            );
+        let mut before = std::mem::take(&mut all.before);
+        let counts: Vec<[u32; 4]> = before
+            .par_chunks_exact_mut(3 * rows)
+            .enumerate()
+            .with_min_len(16)
+            .map(|(brick, before)| all.count(brick, before))
+            .collect();
+        all.before = before;
+        for (own, counts) in all.own.iter_mut().zip(counts) {
+            own.counts = counts;
+        }
+        all
+    }
+
+    fn bits(&self, brick: usize) -> &[u32] {
+        &self.bits[brick * self.rows..(brick + 1) * self.rows]
+    }
+
+    /// The edges along an axis that begin in a row and are crossed: a bit for each.
+    fn crossed(&self, bits: &[u32], axis: usize, row: usize) -> u32 {
+        match axis {
+            0 => (bits[row] ^ bits[row] >> 1) & ((1 << self.side) - 1),
+            1 if row % self.points < self.side => bits[row] ^ bits[row + 1],
+            2 if row / self.points < self.side => bits[row] ^ bits[row + self.points],
+            _ => 0,
+        }
+    }
+
+    /// At which high sides but its axis's the edges of a row lie, without that of x.
+    fn sides(&self, axis: usize, row: usize) -> usize {
+        let y = usize::from(axis != 1 && row % self.points == self.side) << 1;
+        let z = usize::from(axis != 2 && row / self.points == self.side) << 2;
+        y | z
+    }
+
+    /// Of those, the brick's own.
+    fn owned(&self, own: &Own, axis: usize, row: usize, crossed: u32) -> u32 {
+        let mut edges = crossed;
+        let sides = self.sides(axis, row);
+        if !own.has[sides] {
+            edges &= 1 << self.side;
+        }
+        if axis != 0 && !own.has[sides | 1] {
+            edges &= !(1 << self.side);
+        }
+        edges
+    }
+
+    fn count(&self, brick: usize, before: &mut [u16]) -> [u32; 4] {
+        let bits = self.bits(brick);
+        let mut counts = [0; 4];
+        let mut all = 0u32;
+        for axis in 0..3 {
+            for row in 0..self.rows {
+                before[axis * self.rows + row] = all as u16;
+                let crossed = self.crossed(bits, axis, row);
+                if crossed != 0 {
+                    let own = self
+                        .owned(&self.own[brick], axis, row, crossed)
+                        .count_ones();
+                    counts[axis] += own;
+                    all += own;
+                }
+            }
+        }
+        self.cells(bits, |_, case| {
+            counts[3] += u32::from(cases()[case].count);
+        });
+        counts
+    }
+
+    /// The active cells, each by its place and case.
+    fn cells(&self, bits: &[u32], mut emit: impl FnMut([usize; 3], usize)) {
+        for z in 0..self.side {
+            for y in 0..self.side {
+                let row = z * self.points + y;
+                let rows = [row, row + 1, row + self.points, row + self.points + 1];
+                let rows = rows.map(|row| bits[row]);
+                let any = rows.iter().fold(0, |a, b| a | b);
+                let every = rows.iter().fold(u32::MAX, |a, b| a & b);
+                let cells = (1 << self.side) - 1;
+                let mut active = (any | any >> 1) & !(every & every >> 1) & cells;
+                while active != 0 {
+                    let x = active.trailing_zeros();
+                    active &= active - 1;
+                    let mut case = 0;
+                    for (k, row) in rows.iter().enumerate() {
+                        case |= (row >> x & 3) << (2 * k);
+                    }
+                    emit([x as usize, y, z], case as usize);
+                }
+            }
+        }
+    }
+
+    /// Write a brick's own vertices, and which one is on each edge that is crossed: `ids` has room for an edge along each axis
+    /// from each sample.
+    fn vertices(
+        &self,
+        brick: usize,
+        ids: &mut [u32],
+        positions: &mut [Vec3],
+        spans: &mut [[f32; 2]],
+    ) {
+        let bits = self.bits(brick);
+        let layout = self.bricks.layout();
+        let lattice = &layout.lattice;
+        let unit = layout.encoding.range_length(lattice, 0) / layout.encoding.bits.quanta() as f32;
+        let length = self.rows * self.points;
+        let samples = &self.pool[brick * length..][..length];
+        let own = &self.own[brick];
+        let first = (own.cell * self.side as u32).as_vec3();
+        let mut next = 0;
+        for axis in 0..3 {
+            let step = [1, self.points, self.rows][axis];
+            for row in 0..self.rows {
+                let mut edges = self.crossed(bits, axis, row);
+                if edges == 0 {
+                    continue;
+                }
+                let owned = self.owned(own, axis, row, edges);
+                let [y, z] = [row % self.points, row / self.points];
+                while edges != 0 {
+                    let x = edges.trailing_zeros() as usize;
+                    edges &= edges - 1;
+                    let at = row * self.points + x;
+                    let id = &mut ids[axis * length + at];
+                    if owned >> x & 1 == 0 {
+                        let at_end = usize::from(axis != 0 && x == self.side);
+                        let sides = self.sides(axis, row) | at_end;
+                        *id = self.id(brick, axis, row, x, sides);
+                        continue;
+                    }
+                    let (a, b) = (samples[at].integer(), samples[at + step].integer());
+                    let mut place = Vec3::new(x as f32, y as f32, z as f32);
+                    place[axis] += part(a, b, 0.0);
+                    positions[next] = lattice.corner + lattice.voxel * (first + place);
+                    spans[next] = [a * unit, b * unit];
+                    *id = own.begin[0] + next as u32;
+                    next += 1;
+                }
+            }
+        }
+    }
+
+    /// Write a brick's triangles, by the vertices on its edges.
+    fn triangles(&self, brick: usize, ids: &[u32], out: &mut [[u32; 3]]) {
+        // From a cell's first sample to the edges around it.
+        let places: [usize; 12] = std::array::from_fn(|edge| {
+            let (axis, low, high) = (edge / 4, edge & 1, edge >> 1 & 1);
+            let [x, y, z] = match axis {
+                0 => [0, low, high],
+                1 => [low, 0, high],
+                _ => [low, high, 0],
+            };
+            ((axis * self.points + z) * self.points + y) * self.points + x
+        });
+        let mut out = out.iter_mut();
+        self.cells(self.bits(brick), |[x, y, z], case| {
+            let from = (z * self.points + y) * self.points + x;
+            for triangle in cases()[case].triangles() {
+                if let Some(out) = out.next() {
+                    *out = triangle.map(|edge| ids[from + places[usize::from(edge)]]);
+                }
+            }
+        });
+    }
+
+    /// The vertex on an edge that is crossed, and lies at some high sides.
+    fn id(&self, brick: usize, axis: usize, row: usize, x: usize, sides: usize) -> u32 {
+        let (owner, left) = self.own[brick].owner(brick, sides);
+        // What was at a high side is at the owner's low side.
+        let gone = sides & !left;
+        let x = if gone & 1 != 0 { 0 } else { x };
+        let y = if gone & 2 != 0 { 0 } else { row % self.points };
+        let z = if gone & 4 != 0 { 0 } else { row / self.points };
+        let row = z * self.points + y;
+        let crossed = self.crossed(self.bits(owner), axis, row);
+        let edges = self.owned(&self.own[owner], axis, row, crossed);
+        let before = self.before[(owner * 3 + axis) * self.rows + row];
+        let below = (edges & ((1 << x) - 1)).count_ones();
+        self.own[owner].begin[0] + u32::from(before) + below
+    }
+}

@@ -1,0 +1,58 @@
+use argil_abi::MaterialWords;
+use argil_math::Aabb;
+use glam::Vec3;
+
+/// Triangles, counterclockwise as seen from outside.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Mesh {
+    /// Corners.
+    pub positions: Vec<Vec3>,
+    /// A unit normal for each corner, or none.
+    pub normals: Vec<Vec3>,
+    /// A material for each corner, or none.
+    pub materials: Vec<MaterialWords>,
+    /// The corners of each triangle.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+impl Mesh {
+    /// The box of all corners; empty without any.
+    pub fn aabb(&self) -> Aabb {
+        Aabb::around(self.positions.iter().copied())
+    }
+
+    /// A triangle's corners.
+    ///
+    /// # Panics
+    /// If there is no such triangle.
+    pub fn corners(&self, triangle: usize) -> [Vec3; 3] {
+        self.triangles[triangle].map(|i| self.positions[i as usize])
+    }
+
+    /// Bytes of everything.
+    pub fn memory_bytes(&self) -> u64 {
+        (size_of_val(&self.positions[..])
+            + size_of_val(&self.normals[..])
+            + size_of_val(&self.materials[..])
+            + size_of_val(&self.triangles[..])) as u64
+    }
+
+    /// The same triangles with three corners each that are theirs alone, and the faces' own normals: the 2023 study's true
+    /// normals. Triangles without an area get a zero normal.
+    pub fn unshared(&self) -> Self {
+        let of = |i: u32| self.positions[i as usize];
+        let mut out = Self::default();
+        for (nth, triangle) in (0..).zip(&self.triangles) {
+            let [a, b, c] = triangle.map(of);
+            out.positions.extend([a, b, c]);
+            out.normals
+                .extend([(b - a).cross(c - a).normalize_or_zero(); 3]);
+            if !self.materials.is_empty() {
+                out.materials
+                    .extend(triangle.map(|i| self.materials[i as usize]));
+            }
+            out.triangles.push([3 * nth, 3 * nth + 1, 3 * nth + 2]);
+        }
+        out
+    }
+}

@@ -1,0 +1,180 @@
+//! Meshes of fields: closed, the same from a dense grid and from bricks, and where the surface is.
+
+use argil_field::{Grid, Program};
+use argil_mesh::marching::bricks::{self, Marched};
+use argil_mesh::marching::dense;
+use argil_mesh::{Mesh, Report};
+use argil_scene::{Brush, Scene, Shape};
+use argil_volume::{BrickLayout, BrickSettings, Bricks, Lattice};
+use glam::{UVec3, Vec3};
+
+fn blend() -> Program {
+    let mut scene = Scene::new();
+    for brush in [
+        Brush::new(Shape::rounded_box([0.5, 0.3, 0.4], 0.05)).rotated([0.3, 1.0, 0.2], 25.0),
+        Brush::new(Shape::torus(0.5, 0.12))
+            .at([0.1, 0.2, 0.0])
+            .blend(0.1),
+        Brush::new(Shape::sphere(0.25))
+            .at([0.3, 0.2, 0.3])
+            .subtract()
+            .blend(0.02),
+    ] {
+        scene.push(brush).expect("a brush");
+    }
+    Program::lower(&scene).expect("a program")
+}
+
+/// The samples of bricks' lattice, at voxels' corners.
+fn corners(program: &Program, lattice: &Lattice) -> (Grid, Vec<f32>) {
+    let grid = Grid {
+        min: lattice.corner,
+        spacing: Vec3::splat(lattice.voxel),
+        begin: UVec3::ZERO,
+        size: lattice.size + 1,
+    };
+    let mut d = vec![0.0; grid.layer_len() * grid.size.z as usize];
+    let mut evaluator = argil_field::Evaluator::new(program);
+    let xs = grid.coordinates(0);
+    for (k, layer) in (0..).zip(d.chunks_mut(grid.layer_len())) {
+        grid.sweep_layer(&mut evaluator, &xs, k, |range, d| {
+            layer[range].copy_from_slice(d)
+        });
+    }
+    (grid, d)
+}
+
+fn baked(program: &Program, resolution: u32, brick: u32) -> Bricks {
+    let lattice = Lattice::holding(program.aabb(), None, resolution).expect("a lattice");
+    let settings = BrickSettings {
+        brick,
+        ..BrickSettings::default()
+    };
+    let layout = BrickLayout::new(lattice, &settings).expect("a layout");
+    Bricks::bake(program, layout, None).expect("bricks").0
+}
+
+/// Triangles as their corners' places, in order.
+fn places(mesh: &Mesh, voxel: f32) -> Vec<[[i64; 3]; 3]> {
+    let mut all: Vec<_> = (0..mesh.triangles.len())
+        .map(|i| {
+            let mut corners = mesh
+                .corners(i)
+                .map(|p| (p / (0.001 * voxel)).to_array().map(|c| c.round() as i64));
+            let first = (0..3).min_by_key(|&k| corners[k]).unwrap_or(0);
+            corners.rotate_left(first);
+            corners
+        })
+        .collect();
+    all.sort_unstable();
+    all
+}
+
+#[test]
+fn bricks_and_a_dense_grid_have_the_same_surface() {
+    let program = blend();
+    for (resolution, brick) in [(61, 8), (96, 8), (50, 4), (100, 16)] {
+        let bricks = baked(&program, resolution, brick);
+        let layout = bricks.layout();
+        let (grid, mut d) = corners(&program, &layout.lattice);
+        // Rounded as bricks are: what is within half a step from 0 is 0.
+        let step =
+            layout.encoding.range_length(&layout.lattice, 0) / layout.encoding.bits.quanta() as f32;
+        d.iter_mut().for_each(|d| *d = (*d / step).round());
+        let whole = dense::march(&d, &grid, 0.0, true);
+        let Marched {
+            mesh: sparse,
+            groups,
+            ..
+        } = bricks::march(&bricks);
+        let report = Report::of(&whole);
+        assert!(report.is_watertight(), "{resolution}: {report:?}");
+        assert_eq!(
+            Report::of(&sparse).is_watertight(),
+            true,
+            "{resolution}: {:?}",
+            Report::of(&sparse)
+        );
+        assert_eq!(sparse.positions.len(), whole.positions.len());
+        assert_eq!(sparse.triangles.len(), whole.triangles.len());
+        let last = groups.last().expect("bricks");
+        assert_eq!(last.ends[2] as usize, sparse.positions.len());
+        let (a, b) = (
+            places(&whole, bricks.layout().lattice.voxel),
+            places(&sparse, bricks.layout().lattice.voxel),
+        );
+        let off = a.iter().zip(&b).filter(|(a, b)| a != b).count();
+        assert!(off * 1000 < a.len(), "{off} of {}", a.len());
+        assert_eq!(report.euler, Report::of(&sparse).euler);
+    }
+}
+
+#[test]
+fn normals_and_triangles_point_outwards() {
+    let program = blend();
+    let lattice = Lattice::holding(program.aabb(), None, 80).expect("a lattice");
+    let (grid, d) = corners(&program, &lattice);
+    let mesh = dense::march(&d, &grid, 0.0, true);
+    let report = Report::of(&mesh);
+    assert!(report.volume > 0.1, "{report:?}");
+    for (&p, &n) in mesh.positions.iter().zip(&mesh.normals) {
+        let (d, gradient) = program.gradient(p);
+        assert!(d.abs() < 0.3 * lattice.voxel, "{d} at {p}");
+        assert!(gradient.normalize().dot(n) > 0.6, "{gradient} {n} at {p}");
+    }
+}
+
+#[test]
+fn noise_of_any_kind_gives_a_closed_surface() {
+    // Random signs have all 256 cases, with all ambiguous faces.
+    let n = 40usize;
+    let mut state = 1u32;
+    let d: Vec<f32> = (0..n * n * n)
+        .map(|i| {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            let (x, y, z) = (i % n, i / n % n, i / n / n);
+            let is_rim = [x, y, z].iter().any(|&c| c == 0 || c == n - 1);
+            if is_rim {
+                1.0
+            } else {
+                (state >> 8) as f32 / (1 << 23) as f32 - 1.0
+            }
+        })
+        .collect();
+    let grid = Grid::spanning(Vec3::ZERO, Vec3::ONE, n as u32);
+    let report = Report::of(&dense::march(&d, &grid, 0.0, false));
+    assert!(report.is_watertight(), "{report:?}");
+    assert!(report.triangles > 100_000);
+}
+
+#[test]
+fn rows_of_any_length() {
+    for n in [2u32, 3, 63, 64, 65, 128, 129, 130] {
+        let size = UVec3::new(n, 5, 6);
+        let grid = Grid {
+            min: Vec3::ZERO,
+            spacing: Vec3::ONE,
+            begin: UVec3::ZERO,
+            size,
+        };
+        // A slab whose normal is x: two triangles a square.
+        let half = 0.5 * (n - 1) as f32;
+        let d: Vec<f32> = (0..n * 30).map(|i| (i % n) as f32 - half + 0.25).collect();
+        let mesh = dense::march(&d, &grid, 0.0, true);
+        assert_eq!(mesh.positions.len(), 30, "{n}");
+        assert_eq!(mesh.triangles.len(), 40, "{n}");
+        assert!(
+            mesh.positions
+                .iter()
+                .all(|p| (p.x - half + 0.25).abs() < 1e-4)
+        );
+        assert!(mesh.normals.iter().all(|&n| n.dot(Vec3::X) > 0.99));
+        let out = |t: usize| {
+            let [a, b, c] = mesh.corners(t);
+            (b - a).cross(c - a).x
+        };
+        assert!((0..40).all(|t| out(t) > 0.0), "{n}");
+        let all_in = vec![-1.0; (n * 30) as usize];
+        assert_eq!(dense::march(&all_in, &grid, 0.0, true), Mesh::default());
+    }
+}
