@@ -18,6 +18,8 @@ pub enum Command {
     Render(Render),
     /// Build a volume from a scene's field, timed; with -o, write it
     Bake(Bake),
+    /// Turn a scene or a volume into triangles; with -o, write them as GLB, OBJ, PLY or STL
+    Mesh(Mesh),
     /// Replay edits on a built volume, timed one by one
     Edit(Edit),
     /// Bring back a scene whose edits were journalled, after a crash
@@ -201,6 +203,84 @@ pub struct Bake {
     /// Print one JSON object on stdout and nothing else there
     #[arg(long)]
     pub json: bool,
+}
+
+#[derive(Args)]
+pub struct Mesh {
+    /// A scene file, or a volume file that `argil bake` has written
+    pub scene: PathBuf,
+    /// Where the triangles go: .glb, .obj, .ply or .stl; without it they are counted, timed and dropped
+    #[arg(short, long, value_name = "FILE")]
+    pub output: Option<PathBuf>,
+    /// What is meshed: field, dense or bricks; without it the field of a scene, and of a volume file what is in it
+    #[arg(long, value_enum)]
+    pub via: Option<Via>,
+    #[command(flatten)]
+    pub volume: VolumeFlags,
+    #[command(flatten)]
+    pub on: On,
+    /// The distance from the solid at which the surface is taken, in the scene's unit
+    #[arg(
+        long,
+        value_name = "LENGTH",
+        default_value_t = 0.0,
+        allow_negative_numbers = true
+    )]
+    pub iso: f32,
+    /// Where normals come from
+    #[arg(long, value_enum, default_value_t = MeshNormals::Field)]
+    pub normals: MeshNormals,
+    /// Give each triangle corners of its own, as the 2023 study did
+    #[arg(long)]
+    pub unshared: bool,
+    /// Which way is up in the file, and which hand its axes are; without it y-up, which .glb always is
+    #[arg(long, value_enum)]
+    pub axes: Option<MeshAxes>,
+    /// The file's unit, where the scene's is a metre; without it metres, which .glb always is in
+    #[arg(long, value_enum)]
+    pub unit: Option<MeshUnit>,
+    /// The second at which what moves stands; without it 0
+    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
+    pub time: Option<f32>,
+    /// Print one JSON object on stdout and nothing else there
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum MeshNormals {
+    /// The exact field's gradient at each corner: the 2023 study's false normals
+    Field,
+    /// Central differences of what is stored
+    Gradient,
+    /// Each triangle's own: the study's true normals
+    Face,
+    /// None
+    None,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum MeshAxes {
+    /// Right-handed, y up: glTF, Maya, Godot
+    YUp,
+    /// Right-handed, z up: Blender, CAD, printers
+    ZUp,
+    /// Left-handed, y up: Unity
+    YUpLeftHanded,
+    /// Left-handed, z up: Unreal
+    ZUpLeftHanded,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum MeshUnit {
+    /// Metres
+    M,
+    /// Centimetres
+    Cm,
+    /// Millimetres
+    Mm,
+    /// Inches
+    In,
 }
 
 #[derive(Args)]

@@ -8,6 +8,7 @@ mod failure;
 mod import;
 mod info;
 mod input;
+mod mesh;
 mod output;
 mod recover;
 mod render;
@@ -28,6 +29,7 @@ fn main() -> ExitCode {
     let result = match arguments.command {
         Command::Render(options) => render::run(&options),
         Command::Bake(options) => bake::run(&options),
+        Command::Mesh(options) => mesh::run(&options),
         Command::Edit(options) => edit::run(&options),
         Command::Recover(options) => recover::run(&options),
         Command::Import(options) => import::run(&options),

@@ -2,6 +2,7 @@
 
 use crate::Mesh;
 use crate::marching::bricks::{Group, Marched};
+use crate::marching::dense::{clamp, part};
 use argil_abi::{Instr, MaterialWords};
 use argil_field::{Evaluator, LANES, Program};
 use argil_volume::CellLists;
@@ -45,14 +46,14 @@ pub fn refine(program: &Program, lists: &CellLists, marched: &mut Marched) {
 
 /// By how much of an edge a vertex moves at which the distance is `d`, and which was set between two stored ones.
 fn correction([a, b]: [f32; 2], d: f32) -> f32 {
-    let t = crate::marching::dense::part(a, b, 0.0);
+    let t = part(a, b, 0.0);
     // The part of the edge on which the sign changes.
-    let step = if (d < 0.0) == (a < 0.0) {
-        (1.0 - t) * crate::marching::dense::part(d, b, 0.0)
+    let to = if (d < 0.0) == (a < 0.0) {
+        t + (1.0 - t) * d / (d - b)
     } else {
-        -t * (1.0 - crate::marching::dense::part(a, d, 0.0))
+        t * a / (a - d)
     };
-    if step.is_finite() { step } else { 0.0 }
+    if to.is_finite() { clamp(to) - t } else { 0.0 }
 }
 
 fn look(
@@ -90,34 +91,100 @@ fn split<'a, T>(
     jobs
 }
 
+/// Give the vertices the field's gradient as normals.
+pub fn normals(program: &Program, lists: &CellLists, mesh: &mut Mesh) {
+    let positions = &mesh.positions;
+    mesh.normals = each(program, lists, positions, |evaluator, list, positions| {
+        let mut room = Box::new([[0.0; LANES]; 7]);
+        look(evaluator, list, positions, &mut room);
+        let [_, _, _, _, x, y, z] = &*room;
+        let unit = |i| Vec3::new(x[i], y[i], z[i]).normalize_or_zero();
+        (0..positions.len()).map(unit).collect()
+    });
+}
+
 /// Give the vertices the field's materials.
-pub fn materials(program: &Program, lists: &CellLists, marched: &mut Marched) {
-    let Marched { mesh, groups, .. } = marched;
-    let Mesh {
-        positions,
-        materials,
-        ..
-    } = mesh;
-    *materials = vec![MaterialWords::default(); positions.len()];
+pub fn materials(program: &Program, lists: &CellLists, mesh: &mut Mesh) {
+    let positions = &mesh.positions;
     if let [only] = program.materials() {
-        materials.fill(*only);
+        mesh.materials = vec![*only; positions.len()];
         return;
     }
-    let jobs = split(groups, positions, materials);
-    jobs.into_par_iter().with_min_len(8).for_each_init(
-        || (Evaluator::new(program), Box::new([[0.0; LANES]; 4])),
-        |(evaluator, room), (group, positions, materials)| {
-            let list = lists.list(group.cell).unwrap_or(program.instrs());
-            let parts = positions.chunks(LANES).zip(materials.chunks_mut(LANES));
-            for (positions, materials) in parts {
-                let n = positions.len();
-                let [x, y, z, d] = &mut **room;
-                for (i, p) in positions.iter().enumerate() {
-                    (x[i], y[i], z[i]) = (p.x, p.y, p.z);
-                }
-                let places = [&x[..n], &y[..n], &z[..n]];
-                evaluator.materials_by(list, places, &mut d[..n], materials);
+    mesh.materials = each(program, lists, positions, |evaluator, list, positions| {
+        let n = positions.len();
+        let mut lanes = [[0.0; LANES]; 4];
+        let [x, y, z, d] = &mut lanes;
+        for (i, p) in positions.iter().enumerate() {
+            (x[i], y[i], z[i]) = (p.x, p.y, p.z);
+        }
+        let mut found = vec![MaterialWords::default(); n];
+        evaluator.materials_by(list, [&x[..n], &y[..n], &z[..n]], &mut d[..n], &mut found);
+        found
+    });
+}
+
+/// The signed distances of a mesh's vertices: how far they are off.
+pub fn distances(program: &Program, lists: &CellLists, mesh: &Mesh) -> Vec<f32> {
+    each(
+        program,
+        lists,
+        &mesh.positions,
+        |evaluator, list, positions| {
+            let n = positions.len();
+            let mut lanes = [[0.0; LANES]; 3];
+            let [x, y, z] = &mut lanes;
+            for (i, p) in positions.iter().enumerate() {
+                (x[i], y[i], z[i]) = (p.x, p.y, p.z);
             }
+            let mut d = vec![0.0; n];
+            evaluator.distances_by(list, &x[..n], &y[..n], &z[..n], &mut d);
+            d
         },
-    );
+    )
+}
+
+/// What the field says of points, batches of one cell at a time with what can matter there.
+fn each<T: Copy + Default + Send>(
+    program: &Program,
+    lists: &CellLists,
+    points: &[Vec3],
+    ask: impl Fn(&mut Evaluator<'_>, &[Instr], &[Vec3]) -> Vec<T> + Sync,
+) -> Vec<T> {
+    let layout = lists.layout();
+    let cell = |p: Vec3| {
+        let at = (p - layout.lattice.corner) / layout.cell_length();
+        let is_in = at.cmpge(Vec3::ZERO).all() && at.cmplt(layout.grid.as_vec3()).all();
+        is_in.then(|| at.as_uvec3())
+    };
+    let mut order: Vec<(u32, u32)> = (0u32..)
+        .zip(points)
+        .map(|(i, &p)| {
+            let place = cell(p).map_or(u32::MAX, |cell| layout.word_index(cell) as u32);
+            (place, i)
+        })
+        .collect();
+    order.par_sort_unstable();
+    let runs: Vec<&[(u32, u32)]> = order
+        .chunk_by(|a, b| a.0 == b.0)
+        .flat_map(|run| run.chunks(LANES))
+        .collect();
+    let found: Vec<Vec<T>> = runs
+        .par_iter()
+        .with_min_len(8)
+        .map_init(
+            || Evaluator::new(program),
+            |evaluator, run| {
+                let own: Vec<Vec3> = run.iter().map(|&(_, i)| points[i as usize]).collect();
+                let list = cell(own[0]).and_then(|cell| lists.list(cell));
+                ask(evaluator, list.unwrap_or(program.instrs()), &own)
+            },
+        )
+        .collect();
+    let mut out = vec![T::default(); points.len()];
+    for (run, found) in runs.iter().zip(found) {
+        for (&(_, i), found) in run.iter().zip(found) {
+            out[i as usize] = found;
+        }
+    }
+    out
 }

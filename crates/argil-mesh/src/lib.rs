@@ -4,6 +4,8 @@ pub mod exact;
 pub mod marching;
 mod mesh;
 mod report;
+mod write;
 
 pub use mesh::Mesh;
 pub use report::Report;
+pub use write::{Axes, Format, WriteOptions, write};

@@ -37,16 +37,21 @@ impl Mesh {
             + size_of_val(&self.triangles[..])) as u64
     }
 
-    /// The same triangles with three corners each that are theirs alone, and the faces' own normals: the 2023 study's true
-    /// normals. Triangles without an area get a zero normal.
-    pub fn unshared(&self) -> Self {
+    /// The same triangles with three corners each that are theirs alone; with the faces' own normals, the 2023 study's true
+    /// ones, if asked for. Triangles without an area get a zero normal.
+    pub fn unshared(&self, face_normals: bool) -> Self {
         let of = |i: u32| self.positions[i as usize];
         let mut out = Self::default();
         for (nth, triangle) in (0..).zip(&self.triangles) {
             let [a, b, c] = triangle.map(of);
             out.positions.extend([a, b, c]);
-            out.normals
-                .extend([(b - a).cross(c - a).normalize_or_zero(); 3]);
+            if face_normals {
+                out.normals
+                    .extend([(b - a).cross(c - a).normalize_or_zero(); 3]);
+            } else if !self.normals.is_empty() {
+                out.normals
+                    .extend(triangle.map(|i| self.normals[i as usize]));
+            }
             if !self.materials.is_empty() {
                 out.materials
                     .extend(triangle.map(|i| self.materials[i as usize]));

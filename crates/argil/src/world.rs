@@ -197,6 +197,11 @@ impl World {
         }
     }
 
+    /// How the scene is looked at.
+    pub fn view(&self) -> &crate::View {
+        &self.view
+    }
+
     fn lattice(&self) -> Option<Lattice> {
         match &self.kept {
             Kept::Field => None,

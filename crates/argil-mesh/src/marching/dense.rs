@@ -391,11 +391,20 @@ impl<'a, T: Sample> Field<'a, T> {
     }
 }
 
+/// No vertex is nearer to a sample than this part of its edge, so that those around a sample on the surface stay apart and
+/// every triangle has an area.
+const NEAREST: f32 = 1.0 / 256.0;
+
 /// Where between two samples the value is reached: from 0 to 1.
 #[inline]
 pub(crate) fn part(a: f32, b: f32, iso: f32) -> f32 {
     let t = (iso - a) / (b - a);
-    if t.is_nan() { 0.5 } else { t.clamp(0.0, 1.0) }
+    if t.is_nan() { 0.5 } else { clamp(t) }
+}
+
+#[inline]
+pub(crate) fn clamp(t: f32) -> f32 {
+    t.clamp(NEAREST, 1.0 - NEAREST)
 }
 
 /// A bit for each of up to 64 samples.

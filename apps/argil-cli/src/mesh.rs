@@ -1,0 +1,156 @@
+//! `argil mesh`.
+
+use crate::args::{self, Mesh, MeshAxes, MeshNormals, MeshUnit};
+use crate::{input, output};
+use anyhow::{Context, ensure};
+use argil::{Axes, Format, MeshOptions, Meshed, World, WriteOptions, save_mesh};
+use serde_json::json;
+
+pub fn run(options: &Mesh) -> anyhow::Result<()> {
+    // Say what is wrong with the request before any work.
+    let format = match &options.output {
+        Some(path) => {
+            let format = Format::of(path);
+            let format = format.with_context(|| {
+                format!(
+                    "{}: meshes are written as .glb, .obj, .ply or .stl",
+                    path.display()
+                )
+            })?;
+            output::check_place(path, &options.scene)?;
+            Some((path, format))
+        }
+        None => None,
+    };
+    let how = write_options(options, format.map(|(_, format)| format))?;
+    ensure!(
+        options.via != Some(args::Via::Octree),
+        "--via octree: an octree is not meshed; take field, dense or bricks"
+    );
+    let engine = input::engine(&options.on)?;
+    // The field takes its resolution with the mesh, not before.
+    let is_field =
+        options.via.is_none_or(|via| via == args::Via::Field) && !input::is_volume(&options.scene)?;
+    let resolution = options.volume.resolution;
+    let mut flags = options.volume.clone();
+    if is_field {
+        flags.resolution = None;
+    }
+    let (_, world) = input::world(&options.scene, &engine, options.via, &flags, options.time)?;
+    let settings = MeshOptions {
+        resolution: resolution.unwrap_or(256),
+        iso: options.iso,
+        normals: match options.normals {
+            MeshNormals::Field => argil::MeshNormals::Field,
+            MeshNormals::Gradient => argil::MeshNormals::Gradient,
+            MeshNormals::Face => argil::MeshNormals::Face,
+            MeshNormals::None => argil::MeshNormals::None,
+        },
+        materials: format.is_some_and(|(_, format)| format != Format::Stl),
+        unshared: options.unshared,
+    };
+    let place = || options.scene.display().to_string();
+    let meshed = world.mesh(&settings).with_context(place)?;
+    let report = meshed.report;
+    if let Some((path, format)) = format {
+        ensure!(
+            report.triangles > 0,
+            "{}: no surface at this iso level lies in its box, so nothing is written",
+            options.scene.display()
+        );
+        save_mesh(&meshed.mesh, format, &how, path)?;
+    }
+    tell(options, &world, &meshed);
+    Ok(())
+}
+
+fn write_options(options: &Mesh, format: Option<Format>) -> anyhow::Result<WriteOptions> {
+    let axes = match options.axes {
+        None | Some(MeshAxes::YUp) => Axes::YUp,
+        Some(MeshAxes::ZUp) => Axes::ZUp,
+        Some(MeshAxes::YUpLeftHanded) => Axes::YUpLeftHanded,
+        Some(MeshAxes::ZUpLeftHanded) => Axes::ZUpLeftHanded,
+    };
+    let scale = match options.unit {
+        None | Some(MeshUnit::M) => 1.0,
+        Some(MeshUnit::Cm) => 100.0,
+        Some(MeshUnit::Mm) => 1000.0,
+        Some(MeshUnit::In) => 1.0 / 0.0254,
+    };
+    if format == Some(Format::Glb) {
+        ensure!(
+            axes == Axes::YUp && scale == 1.0,
+            "--axes, --unit: glTF is right-handed with y up and in metres, and what reads it turns it; leave them out, or write .obj, .ply or .stl"
+        );
+    }
+    ensure!(
+        format.is_some() || (options.axes.is_none() && options.unit.is_none()),
+        "--axes and --unit say how a file is written: add -o"
+    );
+    Ok(WriteOptions { axes, scale })
+}
+
+fn tell(options: &Mesh, world: &World, meshed: &Meshed) {
+    let report = &meshed.report;
+    let stages = meshed.stages_ms.iter();
+    let stages: serde_json::Map<_, _> = stages
+        .map(|(stage, ms)| (stage.to_string(), json!(ms)))
+        .collect();
+    let build_ms = world.build_times().duration_ms;
+    let bounds = report.aabb;
+    let whole = json!({
+        "device": world.engine().device(),
+        "via": output::via(world.kept_via()),
+        "resolution": meshed.lattice.size.to_array(),
+        "voxel": meshed.lattice.voxel,
+        "brushes": world.program().brush_count(),
+        "build_ms": build_ms,
+        "mesh_ms": meshed.duration_ms,
+        "stages_ms": stages,
+        "triangles": report.triangles,
+        "vertices": meshed.mesh.positions.len(),
+        "watertight": report.is_watertight(),
+        "euler": report.euler,
+        "open_edges": report.open_edges,
+        "non_manifold_edges": report.non_manifold_edges,
+        "flipped_edges": report.flipped_edges,
+        "degenerate_triangles": report.degenerate,
+        "area": report.area,
+        "enclosed_volume": report.volume,
+        "box": (report.triangles > 0).then(|| [bounds.min.to_array(), bounds.max.to_array()]),
+        "off_voxels": { "rms": meshed.off_voxels[0], "max": meshed.off_voxels[1] },
+        "memory_bytes": meshed.mesh.memory_bytes(),
+        "mesh": options.output.as_ref().map(|p| p.display().to_string()),
+    });
+    if options.json {
+        output::json(&whole);
+        return;
+    }
+    if let Some(path) = &options.output {
+        output::line(&path.display().to_string());
+    }
+    output::line(&format!(
+        "{} triangles, {} vertices, {} in {:.1} ms",
+        report.triangles,
+        meshed.mesh.positions.len(),
+        if report.is_watertight() {
+            "watertight,"
+        } else {
+            "not watertight,"
+        },
+        build_ms + meshed.duration_ms
+    ));
+    for key in [
+        "resolution",
+        "euler",
+        "open_edges",
+        "non_manifold_edges",
+        "flipped_edges",
+        "area",
+        "enclosed_volume",
+        "off_voxels",
+        "memory_bytes",
+    ] {
+        output::pair(key, &whole[key]);
+    }
+}

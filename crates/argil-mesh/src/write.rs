@@ -1,0 +1,138 @@
+//! Mesh files.
+//!
+//! *Practice.* What a mesh is in memory is right-handed with y up, as glTF has it. Other files can have other axes and
+//! another unit. GLB is always as its specification says: y up, right-handed, in metres.
+
+mod glb;
+mod obj;
+mod ply;
+mod stl;
+
+use crate::Mesh;
+use glam::Vec3;
+use std::io::{self, Write};
+
+/// A kind of mesh file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Format {
+    /// glTF 2.0 in one binary file: normals, materials as metal and roughness, colours of vertices.
+    Glb,
+    /// Wavefront: text; normals, colours of vertices after their places, as many programs read them.
+    Obj,
+    /// Stanford triangles, binary and little-endian: normals, colours of vertices.
+    Ply,
+    /// Stereolithography, binary: triangles alone.
+    Stl,
+}
+
+impl Format {
+    /// By the ending of a file's name.
+    pub fn of(path: &std::path::Path) -> Option<Self> {
+        let ending = path.extension()?.to_str()?.to_ascii_lowercase();
+        match ending.as_str() {
+            "glb" => Some(Self::Glb),
+            "obj" => Some(Self::Obj),
+            "ply" => Some(Self::Ply),
+            "stl" => Some(Self::Stl),
+            _ => None,
+        }
+    }
+}
+
+/// Which way is up, and whether the axes are a right or a left hand's.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Axes {
+    /// y up, right-handed: Argil, glTF, Maya, Godot.
+    #[default]
+    YUp,
+    /// z up, right-handed: Blender, CAD, printers.
+    ZUp,
+    /// y up, left-handed: Unity, Direct3D.
+    YUpLeftHanded,
+    /// z up, left-handed: Unreal.
+    ZUpLeftHanded,
+}
+
+impl Axes {
+    /// A point or direction as it stands in these axes.
+    pub fn turn(self, v: Vec3) -> Vec3 {
+        match self {
+            Self::YUp => v,
+            Self::ZUp => Vec3::new(v.x, -v.z, v.y),
+            Self::YUpLeftHanded => Vec3::new(v.x, v.y, -v.z),
+            Self::ZUpLeftHanded => Vec3::new(v.x, v.z, v.y),
+        }
+    }
+
+    /// Whether triangles must be turned over, so that they run counterclockwise as seen from outside.
+    pub fn is_left_handed(self) -> bool {
+        matches!(self, Self::YUpLeftHanded | Self::ZUpLeftHanded)
+    }
+}
+
+/// How a mesh is written.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WriteOptions {
+    /// Which way is up.
+    pub axes: Axes,
+    /// Lengths are multiplied by this.
+    pub scale: f32,
+}
+
+impl Default for WriteOptions {
+    fn default() -> Self {
+        Self {
+            axes: Axes::default(),
+            scale: 1.0,
+        }
+    }
+}
+
+/// Write a mesh.
+///
+/// # Errors
+/// If `out` does not take it, or the format cannot hold it.
+pub fn write(
+    mesh: &Mesh,
+    format: Format,
+    options: &WriteOptions,
+    out: &mut dyn Write,
+) -> io::Result<()> {
+    let turned = turned(mesh, options);
+    let mut out = io::BufWriter::with_capacity(1 << 20, out);
+    match format {
+        Format::Glb => glb::write(&turned, &mut out)?,
+        Format::Obj => obj::write(&turned, &mut out)?,
+        Format::Ply => ply::write(&turned, &mut out)?,
+        Format::Stl => stl::write(&turned, &mut out)?,
+    }
+    out.flush()
+}
+
+fn turned(mesh: &Mesh, options: &WriteOptions) -> Mesh {
+    let WriteOptions { axes, scale } = *options;
+    let mut out = mesh.clone();
+    for p in &mut out.positions {
+        *p = scale * axes.turn(*p);
+    }
+    for n in &mut out.normals {
+        *n = axes.turn(*n);
+    }
+    if axes.is_left_handed() {
+        for [_, b, c] in &mut out.triangles {
+            std::mem::swap(b, c);
+        }
+    }
+    out
+}
+
+/// A linear colour component as a byte of sRGB.
+pub(crate) fn srgb(linear: f32) -> u8 {
+    let c = linear.clamp(0.0, 1.0);
+    let c = if c <= 0.003_130_8 {
+        12.92 * c
+    } else {
+        1.055 * c.powf(1.0 / 2.4) - 0.055
+    };
+    (255.0 * c + 0.5) as u8
+}

@@ -1,0 +1,231 @@
+//! glTF 2.0, binary.
+//!
+//! *Practice.* Triangles are sorted by their corners' roughness, metal and emission, in steps; the colour is the vertices' own, so that blends between colours come through.
+
+use crate::Mesh;
+use argil_abi::MaterialWords;
+use glam::Vec3;
+use gltf::binary::{Glb, Header};
+use serde_json::{Value, json};
+use std::borrow::Cow;
+use std::collections::{BTreeMap, HashMap};
+use std::io::{self, Write};
+
+const FLOAT: u32 = 5126;
+const UNSIGNED: u32 = 5125;
+const SHORT: u32 = 5123;
+
+const VERTICES: u32 = 34962;
+const INDICES: u32 = 34963;
+
+/// What is not a colour, in steps: roughness, metal, and emission in red, green and blue.
+type Finish = [u32; 5];
+
+const STEPS: f32 = 64.0;
+
+/// Most materials of a file.
+const MOST_FINISHES: usize = 16;
+
+/// What a mesh without materials has.
+const PLAIN: MaterialWords = MaterialWords {
+    base_roughness: [1.0, 1.0, 1.0, 0.55],
+    emission_metallic: [0.0; 4],
+};
+
+fn finish(material: &MaterialWords) -> Finish {
+    let [_, _, _, roughness] = material.base_roughness;
+    let [r, g, b, metallic] = material.emission_metallic;
+    [roughness, metallic, r, g, b].map(|value| (STEPS * value).round() as u32)
+}
+
+pub fn write(mesh: &Mesh, out: &mut impl Write) -> io::Result<()> {
+    if mesh.triangles.is_empty() {
+        let reason = "there are no triangles, and glTF has no empty meshes";
+        return Err(io::Error::new(io::ErrorKind::InvalidInput, reason));
+    }
+    let groups = groups(mesh);
+    let mut parts = Parts::default();
+    let mut primitives = Vec::new();
+    let mut materials = Vec::new();
+    let mut is_strong = false;
+    for (finish, triangles) in &groups {
+        // Readers give each primitive corners of its own, so that shared ones would be multiplied.
+        let mut primitive = primitive(&mut parts, &compact(mesh, triangles));
+        primitive["material"] = json!(materials.len());
+        primitives.push(primitive);
+        let material = material(finish);
+        is_strong |= material.get("extensions").is_some();
+        materials.push(material);
+    }
+    let mut root = json!({
+        "asset": { "version": "2.0", "generator": "Argil" },
+        "scene": 0,
+        "scenes": [{ "nodes": [0] }],
+        "nodes": [{ "mesh": 0 }],
+        "meshes": [{ "primitives": primitives }],
+        "materials": materials,
+        "accessors": parts.accessors,
+        "bufferViews": parts.views,
+        "buffers": [{ "byteLength": parts.bytes.len() }],
+    });
+    if is_strong {
+        root["extensionsUsed"] = json!(["KHR_materials_emissive_strength"]);
+    }
+    let glb = Glb {
+        // The length is set by what writes it.
+        header: Header {
+            magic: *b"glTF",
+            version: 2,
+            length: 0,
+        },
+        json: Cow::Owned(serde_json::to_vec(&root).map_err(io::Error::other)?),
+        bin: Some(Cow::Owned(parts.bytes)),
+    };
+    glb.to_writer(out).map_err(io::Error::other)
+}
+
+fn primitive(parts: &mut Parts, mesh: &Mesh) -> Value {
+    let count = mesh.positions.len();
+    let mut attributes = json!({});
+    let bounds = mesh.aabb();
+    attributes["POSITION"] = parts.accessor(
+        bytemuck::cast_slice(&mesh.positions),
+        json!({
+            "componentType": FLOAT, "count": count, "type": "VEC3",
+            "min": bounds.min.to_array(), "max": bounds.max.to_array(),
+        }),
+    );
+    if !mesh.normals.is_empty() {
+        // Where the field has no gradient there is none; glTF wants unit vectors.
+        let unit = |n: &Vec3| {
+            if n.length_squared() > 0.5 {
+                *n
+            } else {
+                Vec3::Y
+            }
+        };
+        let normals: Vec<Vec3> = mesh.normals.iter().map(unit).collect();
+        let about = json!({ "componentType": FLOAT, "count": count, "type": "VEC3" });
+        attributes["NORMAL"] = parts.accessor(bytemuck::cast_slice(&normals), about);
+    }
+    if !mesh.materials.is_empty() {
+        let step = |c: f32| (65535.0 * c.clamp(0.0, 1.0) + 0.5) as u16;
+        let color = |m: &MaterialWords| {
+            let [r, g, b, _] = m.base_roughness;
+            [step(r), step(g), step(b), u16::MAX]
+        };
+        let colors: Vec<[u16; 4]> = mesh.materials.iter().map(color).collect();
+        let about = json!({
+            "componentType": SHORT, "normalized": true, "count": count, "type": "VEC4",
+        });
+        attributes["COLOR_0"] = parts.accessor(bytemuck::cast_slice(&colors), about);
+    }
+    let about = json!({
+        "componentType": UNSIGNED, "count": 3 * mesh.triangles.len(), "type": "SCALAR",
+    });
+    let indices = parts.accessor(bytemuck::cast_slice(&mesh.triangles), about);
+    json!({ "attributes": attributes, "indices": indices })
+}
+
+/// The file's one buffer, and what is where in it.
+#[derive(Default)]
+struct Parts {
+    bytes: Vec<u8>,
+    views: Vec<Value>,
+    accessors: Vec<Value>,
+}
+
+impl Parts {
+    /// Add bytes, whose length is a multiple of four, and the accessor that reads them; its number.
+    fn accessor(&mut self, bytes: &[u8], mut about: Value) -> Value {
+        let is_index = about["type"] == "SCALAR";
+        let target = if is_index { INDICES } else { VERTICES };
+        about["bufferView"] = json!(self.views.len());
+        self.views.push(json!({
+            "buffer": 0, "byteOffset": self.bytes.len(), "byteLength": bytes.len(), "target": target,
+        }));
+        self.bytes.extend_from_slice(bytes);
+        self.accessors.push(about);
+        json!(self.accessors.len() - 1)
+    }
+}
+
+/// The triangles of each finish. There are few finishes: one that few corners have, as in a blend between two materials,
+/// is taken for the nearest of the others.
+fn groups(mesh: &Mesh) -> BTreeMap<Finish, Vec<[u32; 3]>> {
+    let mut groups: BTreeMap<Finish, Vec<[u32; 3]>> = BTreeMap::new();
+    if mesh.materials.is_empty() {
+        groups.insert(finish(&PLAIN), mesh.triangles.clone());
+        return groups;
+    }
+    let mut own: Vec<Finish> = mesh.materials.iter().map(finish).collect();
+    let mut counts: HashMap<Finish, usize> = HashMap::new();
+    for finish in &own {
+        *counts.entry(*finish).or_default() += 1;
+    }
+    let mut common: Vec<(usize, Finish)> = counts.iter().map(|(&f, &n)| (n, f)).collect();
+    common.sort_unstable_by(|a, b| b.cmp(a));
+    let enough = own.len() / 100;
+    let kept = common.iter().take_while(|(n, _)| *n > enough).count();
+    common.truncate(kept.clamp(1, MOST_FINISHES));
+    let nearest = |finish: &Finish| {
+        let way = |other: &Finish| -> u32 {
+            let pairs = finish.iter().zip(other);
+            pairs.map(|(a, b)| a.abs_diff(*b)).sum()
+        };
+        let best = common.iter().min_by_key(|(_, other)| way(other));
+        best.map_or(*finish, |(_, other)| *other)
+    };
+    let snapped: HashMap<Finish, Finish> = counts.keys().map(|f| (*f, nearest(f))).collect();
+    for finish in &mut own {
+        *finish = snapped[finish];
+    }
+    for &triangle in &mesh.triangles {
+        // That which two corners have, else the middle one.
+        let mut finishes = triangle.map(|i| own[i as usize]);
+        finishes.sort_unstable();
+        groups.entry(finishes[1]).or_default().push(triangle);
+    }
+    groups
+}
+
+/// The corners that some triangles use, and the triangles by those.
+fn compact(mesh: &Mesh, triangles: &[[u32; 3]]) -> Mesh {
+    let mut place = vec![u32::MAX; mesh.positions.len()];
+    let mut own = Mesh::default();
+    for triangle in triangles {
+        own.triangles.push(triangle.map(|i| {
+            let i = i as usize;
+            if place[i] == u32::MAX {
+                place[i] = own.positions.len() as u32;
+                own.positions.push(mesh.positions[i]);
+                own.normals.extend(mesh.normals.get(i));
+                own.materials.extend(mesh.materials.get(i));
+            }
+            place[i]
+        }));
+    }
+    own
+}
+
+fn material(finish: &Finish) -> Value {
+    let [roughness, metallic, r, g, b] = finish.map(|step| step as f32 / STEPS);
+    let mut material = json!({
+        "pbrMetallicRoughness": {
+            "baseColorFactor": [1, 1, 1, 1],
+            "metallicFactor": metallic.min(1.0),
+            "roughnessFactor": roughness.min(1.0),
+        },
+    });
+    let strongest = r.max(g).max(b);
+    if strongest > 0.0 {
+        let scale = 1.0 / strongest.max(1.0);
+        material["emissiveFactor"] = json!([r * scale, g * scale, b * scale]);
+        if strongest > 1.0 {
+            material["extensions"] = json!({
+                "KHR_materials_emissive_strength": { "emissiveStrength": strongest },
+            });
+        }
+    }
+    material
+}

@@ -1,0 +1,354 @@
+//! Triangles of a world.
+
+use crate::representation::budget_on;
+use crate::{BricksOptions, BuildError, World};
+use argil_field::{Evaluator, Grid, Program};
+use argil_math::Aabb;
+use argil_mesh::marching::bricks::Marched;
+use argil_mesh::{Format, Mesh, Report, WriteOptions, exact, marching, write};
+use argil_volume::{Bits, BrickLayout, BrickSettings, Bricks, CellLists, Dense, Lattice, Volume};
+use glam::Vec3;
+use rayon::prelude::*;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+/// Most samples of a grid that is made for a mesh alone.
+const MOST_SAMPLES: u64 = 1 << 31;
+
+/// Where a mesh's normals come from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum MeshNormals {
+    /// The exact field's gradient at each corner: the 2023 study's false normals.
+    #[default]
+    Field,
+    /// The gradient of what is stored, by central differences.
+    Gradient,
+    /// The triangles' own, with corners that are not shared: the study's true normals.
+    Face,
+    /// There are none.
+    None,
+}
+
+/// How a mesh is made.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MeshOptions {
+    /// Voxels along the longest side, where the world is not kept as a volume.
+    pub resolution: u32,
+    /// The distance at which the surface is taken, in the scene's unit: above 0 it is outside of the solid.
+    pub iso: f32,
+    /// Where normals come from.
+    pub normals: MeshNormals,
+    /// Whether corners get materials.
+    pub materials: bool,
+    /// Whether each triangle has corners of its own, as in the 2023 study.
+    pub unshared: bool,
+}
+
+impl Default for MeshOptions {
+    fn default() -> Self {
+        Self {
+            resolution: 256,
+            iso: 0.0,
+            normals: MeshNormals::default(),
+            materials: true,
+            unshared: false,
+        }
+    }
+}
+
+/// A mesh, and what it took.
+#[derive(Clone, Debug)]
+pub struct Meshed {
+    /// The mesh.
+    pub mesh: Mesh,
+    /// Where the voxels lie.
+    pub lattice: Lattice,
+    /// What it is like, before corners were given to triangles of their own.
+    pub report: Report,
+    /// In all, by the clock.
+    pub duration_ms: f64,
+    /// By stage.
+    pub stages_ms: Vec<(&'static str, f64)>,
+    /// How far corners are from the exact surface: the root of the mean square, and the most, in voxels.
+    pub off_voxels: [f64; 2],
+}
+
+/// Why there is no mesh.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum MeshError {
+    /// The world cannot be sampled.
+    #[error(transparent)]
+    Build(#[from] BuildError),
+    /// Bricks hold one surface.
+    #[error(
+        "bricks hold the surface at distance 0 alone: leave out the iso level, or mesh the field or a dense volume"
+    )]
+    Iso,
+    /// Beyond the band.
+    #[error(
+        "an iso level of {iso}, and the volume tells distances up to {band}: take a wider band, or mesh the field"
+    )]
+    Band {
+        /// Asked for.
+        iso: f32,
+        /// What is stored.
+        band: f32,
+    },
+    /// An octree's empty bricks are not filled.
+    #[error("an octree is not meshed: take the field, a dense volume or bricks")]
+    Octree,
+    /// Not a length.
+    #[error("an iso level of {0}: it is a length in the scene's unit, from -1e6 to 1e6")]
+    NotALength(f32),
+    /// It would not fit.
+    #[error(
+        "{0} samples: another iso level than 0 takes a dense grid, of 2^31 samples at most; take a smaller resolution"
+    )]
+    TooMany(u64),
+    /// The file cannot be written.
+    #[error("{}: {source}", path.display())]
+    Write {
+        /// Which.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+}
+
+impl World {
+    /// The world's surface as triangles: of the field by marching cubes over sparse bricks that are made for it, its corners
+    /// moved to where the exact distance is 0; of a dense volume or bricks of what they store, brought from the GPU if it is
+    /// there.
+    ///
+    /// # Errors
+    /// If there is no mesh of what the world is kept as.
+    pub fn mesh(&self, options: &MeshOptions) -> Result<Meshed, MeshError> {
+        let iso = options.iso;
+        if !(-1e6..=1e6).contains(&iso) {
+            return Err(MeshError::NotALength(iso));
+        }
+        let start = Instant::now();
+        let mut stages = Stages::default();
+        let program = self.program();
+        let volume = self.volume()?;
+        let mut made = None;
+        let (mut mesh, lattice, lists) = match volume.as_deref() {
+            None if iso == 0.0 => self.of_field(options, &mut made, &mut stages)?,
+            None => self.of_level(options, &mut stages)?,
+            Some(Volume::Octree(_)) => return Err(MeshError::Octree),
+            Some(Volume::Bricks(_)) if iso != 0.0 => return Err(MeshError::Iso),
+            Some(Volume::Bricks(bricks)) => {
+                let mesh = marching::bricks::march(bricks).mesh;
+                stages.done("march");
+                (mesh, bricks.layout().lattice, None)
+            }
+            Some(Volume::Dense(dense)) => {
+                let mesh = of_dense(dense, options)?;
+                stages.done("march");
+                (mesh, *dense.lattice(), None)
+            }
+        };
+        let needs_normals = mesh.normals.is_empty() && options.normals != MeshNormals::None;
+        let needs_normals = needs_normals && options.normals != MeshNormals::Face;
+        let lists = match lists {
+            Some(lists) => lists,
+            None => CellLists::of(program, &layout_of(lattice)?),
+        };
+        if needs_normals && options.normals == MeshNormals::Field {
+            exact::normals(program, &lists, &mut mesh);
+            stages.done("normals");
+        } else if needs_normals {
+            let bricks = match volume.as_deref() {
+                Some(Volume::Bricks(bricks)) => Some(bricks),
+                _ => made.as_ref(),
+            };
+            if let Some(bricks) = bricks {
+                stored_normals(&mut mesh, bricks);
+            }
+            stages.done("normals");
+        }
+        if options.materials {
+            exact::materials(program, &lists, &mut mesh);
+            stages.done("materials");
+        }
+        let duration_ms = start.elapsed().as_secs_f64() * 1e3;
+        let report = Report::of(&mesh);
+        let off = exact::distances(program, &lists, &mesh);
+        if options.normals == MeshNormals::Face || options.unshared {
+            let shared = std::mem::take(&mut mesh);
+            mesh = shared.unshared(options.normals == MeshNormals::Face);
+        }
+        if options.normals == MeshNormals::None {
+            mesh.normals = Vec::new();
+        }
+        let voxels = |d: f32| f64::from((d - iso).abs() / lattice.voxel);
+        let square: f64 = off.iter().map(|&d| voxels(d).powi(2)).sum();
+        let most = off.iter().map(|&d| voxels(d)).fold(0.0, f64::max);
+        Ok(Meshed {
+            off_voxels: [(square / off.len().max(1) as f64).sqrt(), most],
+            mesh,
+            report,
+            lattice,
+            duration_ms,
+            stages_ms: stages.all,
+        })
+    }
+
+    fn own_lattice(&self, resolution: u32, iso: f32) -> Result<Lattice, BuildError> {
+        let frame = self.view().frame;
+        let frame = frame.map(|[min, max]| Aabb::new(min.into(), max.into()));
+        let solid = self.program().aabb().grown(iso.max(0.0));
+        Ok(Lattice::holding(solid, frame, resolution)?)
+    }
+
+    fn of_field(
+        &self,
+        options: &MeshOptions,
+        made: &mut Option<Bricks>,
+        stages: &mut Stages,
+    ) -> Result<(Mesh, Lattice, Option<CellLists>), MeshError> {
+        let program = self.program();
+        let lattice = self.own_lattice(options.resolution, 0.0)?;
+        let layout = layout_of(lattice)?;
+        let budget = budget_on(self.engine(), &BricksOptions::default());
+        let baked = Bricks::bake_with_lists(program, layout, budget);
+        let (bricks, lists, _) = baked.map_err(BuildError::from)?;
+        stages.done("bake");
+        let mut marched: Marched = marching::bricks::march(&bricks);
+        stages.done("march");
+        exact::refine(program, &lists, &mut marched);
+        stages.done("refine");
+        if options.normals != MeshNormals::Field {
+            marched.mesh.normals = Vec::new();
+        }
+        *made = Some(bricks);
+        Ok((marched.mesh, lattice, Some(lists)))
+    }
+
+    /// Another iso level of the field: a dense grid of it.
+    fn of_level(
+        &self,
+        options: &MeshOptions,
+        stages: &mut Stages,
+    ) -> Result<(Mesh, Lattice, Option<CellLists>), MeshError> {
+        let lattice = self.own_lattice(options.resolution, options.iso)?;
+        let grid = Grid {
+            min: lattice.corner,
+            spacing: Vec3::splat(lattice.voxel),
+            begin: glam::UVec3::ZERO,
+            size: lattice.size + 1,
+        };
+        let count = grid.size.to_array().map(u64::from).iter().product::<u64>();
+        if count > MOST_SAMPLES {
+            return Err(MeshError::TooMany(count));
+        }
+        let samples = sample(self.program(), &grid);
+        stages.done("sample");
+        let gradient = options.normals == MeshNormals::Gradient;
+        let mesh = marching::dense::march(&samples, &grid, options.iso, gradient);
+        stages.done("march");
+        Ok((mesh, lattice, None))
+    }
+}
+
+/// Central differences over a voxel's width of what bricks store.
+fn stored_normals(mesh: &mut Mesh, bricks: &Bricks) {
+    let half = 0.5 * bricks.layout().lattice.voxel;
+    let at = |p: Vec3| bricks.distance(p);
+    mesh.normals = mesh
+        .positions
+        .par_iter()
+        .map(|&p| {
+            let along = |axis: Vec3| at(p + half * axis) - at(p - half * axis);
+            Vec3::new(along(Vec3::X), along(Vec3::Y), along(Vec3::Z)).normalize_or_zero()
+        })
+        .collect();
+}
+
+/// Write a mesh beside its place, and rename it into it.
+///
+/// # Errors
+/// If the file cannot be written, or its format does not hold the mesh.
+pub fn save_mesh(
+    mesh: &Mesh,
+    format: Format,
+    options: &WriteOptions,
+    path: impl AsRef<Path>,
+) -> Result<(), MeshError> {
+    let path = path.as_ref();
+    argil_scene::replace_file(path, |out| write(mesh, format, options, out)).map_err(|source| {
+        MeshError::Write {
+            path: path.into(),
+            source,
+        }
+    })
+}
+
+/// Cells of bricks over a lattice.
+fn layout_of(lattice: Lattice) -> Result<BrickLayout, BuildError> {
+    Ok(BrickLayout::new(lattice, &BrickSettings::default())?)
+}
+
+fn of_dense(dense: &Dense, options: &MeshOptions) -> Result<Mesh, MeshError> {
+    let (lattice, encoding) = (dense.lattice(), dense.encoding());
+    let band = encoding.range_length(lattice, 0);
+    if options.iso.abs() >= band {
+        let iso = options.iso;
+        return Err(MeshError::Band { iso, band });
+    }
+    let iso = options.iso / band * encoding.bits.quanta() as f32;
+    let grid = lattice.grid(0);
+    let normals = options.normals == MeshNormals::Gradient;
+    let texels = &dense.levels()[0];
+    Ok(match encoding.bits {
+        Bits::Eight => {
+            let samples = texels.of::<i8>().unwrap_or_default();
+            marching::dense::march(samples, &grid, iso, normals)
+        }
+        Bits::Sixteen => {
+            let samples = texels.of::<i16>().unwrap_or_default();
+            marching::dense::march(samples, &grid, iso, normals)
+        }
+    })
+}
+
+fn sample(program: &Program, grid: &Grid) -> Vec<f32> {
+    let mut samples = vec![0.0; grid.layer_len() * grid.size.z as usize];
+    let xs = grid.coordinates(0);
+    samples
+        .par_chunks_mut(grid.layer_len())
+        .enumerate()
+        .for_each_init(
+            || Evaluator::new(program),
+            |evaluator, (k, layer)| {
+                grid.sweep_layer(evaluator, &xs, k as u32, |range, d| {
+                    layer[range].copy_from_slice(d);
+                });
+            },
+        );
+    samples
+}
+
+struct Stages {
+    last: Instant,
+    all: Vec<(&'static str, f64)>,
+}
+
+impl Default for Stages {
+    fn default() -> Self {
+        Self {
+            last: Instant::now(),
+            all: Vec::new(),
+        }
+    }
+}
+
+impl Stages {
+    fn done(&mut self, stage: &'static str) {
+        let now = Instant::now();
+        self.all
+            .push((stage, (now - self.last).as_secs_f64() * 1e3));
+        self.last = now;
+    }
+}
