@@ -10,7 +10,9 @@ use argil_abi::Frame;
 use argil_field::Program;
 use argil_gpu::{Gpu, GpuField};
 use argil_math::{Aabb, Ray};
-use argil_scene::{Brush, Group, Material, Modifier, NodeId, Outline, Piece, Scene, Shape};
+use argil_scene::{
+    Brush, Group, Material, MeshGrid, Modifier, NodeId, Outline, Piece, SampledGrid, Scene, Shape,
+};
 use argil_volume::{Bits, Lattice, Texels};
 use glam::Vec3;
 use std::sync::Arc;
@@ -75,6 +77,24 @@ pub fn vase() -> Outline {
             line([0.3, 0.7]),
             curve([0.05, 0.4], [0.0, 0.35]),
         ],
+    }
+}
+
+/// A cut ring between samples, as a mesh of it would be.
+pub fn sampled() -> Shape {
+    let measure = |points: &[Vec3], out: &mut [f32]| {
+        for (p, out) in points.iter().zip(out) {
+            let ring = glam::vec2(glam::vec2(p.x, p.z).length() - 0.5, p.y).length() - 0.2;
+            *out = ring.max(p.x + 0.2 * p.y - 0.3);
+        }
+    };
+    let solid = Aabb::new(Vec3::new(-0.7, -0.2, -0.7), Vec3::new(0.36, 0.2, 0.7));
+    let cells = glam::uvec3(5, 3, 6);
+    let grid = SampledGrid::sample(Vec3::new(-0.8, -0.4, -0.8), 0.27, cells, solid, &measure);
+    Shape::Mesh {
+        path: "cut ring.obj".into(),
+        resolution: 48,
+        grid: MeshGrid(Some(Arc::new(grid))),
     }
 }
 
@@ -286,6 +306,7 @@ pub fn shapes() -> Vec<(&'static str, Shape)> {
                 half_depth: 0.25,
             },
         ),
+        ("mesh", sampled()),
     ]
 }
 

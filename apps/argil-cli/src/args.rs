@@ -24,7 +24,7 @@ pub enum Command {
     Edit(Edit),
     /// Bring back a scene whose edits were journalled, after a crash
     Recover(Recover),
-    /// Read a scene in the tree format of "Lipschitz Pruning" (Barbier et al. 2025) and write it as a scene
+    /// Make a scene of a triangle mesh, or of a file in the tree format of "Lipschitz Pruning" (Barbier et al. 2025)
     Import(Import),
     /// Say what is in a scene or a volume
     Info(Info),
@@ -333,6 +333,9 @@ pub struct On {
     /// auto takes a hardware GPU where there is one, else the CPU
     #[arg(long, value_enum, default_value_t = Device::Auto)]
     pub device: Device,
+    /// Load meshes that a scene names from outside of its folder
+    #[arg(long)]
+    pub allow_outside: bool,
     /// Threads of the CPU path; without it, all cores
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub threads: Option<u16>,
@@ -340,11 +343,17 @@ pub struct On {
 
 #[derive(Args)]
 pub struct Import {
-    /// A tree file
-    pub tree: PathBuf,
+    /// A tree file, or a mesh: .obj, .glb, .ply or .stl
+    pub file: PathBuf,
     /// Where the scene goes
     #[arg(short, long, value_name = "SCENE")]
     pub output: PathBuf,
+    /// Mesh: samples along the longest side of its box, from 16 to 512; without it 128
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(16..=512))]
+    pub resolution: Option<u32>,
+    /// Mesh: let the scene name a file outside of its folder; whatever reads the scene then needs this flag too
+    #[arg(long)]
+    pub allow_outside: bool,
     /// Print one JSON object on stdout and nothing else there
     #[arg(long)]
     pub json: bool,
@@ -352,8 +361,11 @@ pub struct Import {
 
 #[derive(Args)]
 pub struct Info {
-    /// A scene or volume file
+    /// A scene, volume or mesh file
     pub scene: PathBuf,
+    /// Load meshes that a scene names from outside of its folder
+    #[arg(long)]
+    pub allow_outside: bool,
     /// Print one JSON object on stdout and nothing else there
     #[arg(long)]
     pub json: bool,

@@ -25,7 +25,7 @@ pub fn run(options: &Bake) -> anyhow::Result<()> {
     );
     let engine = input::engine(&options.on)?;
     let via = input::representation(options.via, &options.volume, &engine)?;
-    let mut scene = input::scene(&options.scene)?;
+    let mut scene = input::scene(&options.scene, options.on.allow_outside)?;
     input::set_time(&mut scene, options.time, &options.scene)?;
 
     let place = || options.scene.display().to_string();

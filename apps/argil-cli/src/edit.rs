@@ -40,7 +40,9 @@ pub fn run(options: &Edit) -> anyhow::Result<()> {
     let engine = input::engine(&options.on)?;
     // A volume file is what it is; a scene is baked first.
     let via = (!input::is_volume(&options.scene)?).then_some(options.via.unwrap_or(Via::Bricks));
-    let (mut scene, mut world) = input::world(&options.scene, &engine, via, &options.volume, None)?;
+    let about = (None, options.on.allow_outside);
+    let (mut scene, mut world) =
+        input::world(&options.scene, &engine, via, &options.volume, about)?;
     scene.set_bands(world.bands());
     let build_ms = world.build_times().duration_ms;
     let mut journal = match &options.journal {

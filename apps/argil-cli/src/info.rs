@@ -3,14 +3,17 @@
 use crate::args::Info;
 use crate::output;
 use anyhow::Context;
-use argil::{Body, Engine, Scene, Stored, VolumeInfo};
+use argil::{Body, Engine, Format, Report, Stored, VolumeInfo};
 use serde_json::{Value, json};
 
 pub fn run(options: &Info) -> anyhow::Result<()> {
     if crate::input::is_volume(&options.scene)? {
         return of_volume(options);
     }
-    let scene = Scene::open(&options.scene)?;
+    if Format::of(&options.scene).is_some() {
+        return of_mesh(options);
+    }
+    let scene = crate::input::scene(&options.scene, options.allow_outside)?;
     let world = Engine::cpu()
         .build(&scene)
         .with_context(|| options.scene.display().to_string())?;
@@ -42,6 +45,32 @@ pub fn run(options: &Info) -> anyhow::Result<()> {
         "memory_bytes": program.memory_bytes(),
     });
     print(options, &report);
+    Ok(())
+}
+
+/// Of a mesh file: its triangles as they are, corners at one place taken for one.
+fn of_mesh(options: &Info) -> anyhow::Result<()> {
+    let mesh = argil::read_mesh(&options.scene)?;
+    let corners = mesh.positions.len();
+    let report = Report::of(&mesh.welded());
+    let bounds = report.aabb;
+    print(
+        options,
+        &json!({
+            "vertices": corners,
+            "places": report.vertices,
+            "triangles": report.triangles,
+            "watertight": report.is_watertight(),
+            "euler": report.euler,
+            "open_edges": report.open_edges,
+            "non_manifold_edges": report.non_manifold_edges,
+            "flipped_edges": report.flipped_edges,
+            "degenerate_triangles": report.degenerate,
+            "area": report.area,
+            "enclosed_volume": report.volume,
+            "box": (report.triangles > 0).then(|| [bounds.min.to_array(), bounds.max.to_array()]),
+        }),
+    );
     Ok(())
 }
 

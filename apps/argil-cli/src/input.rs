@@ -23,11 +23,25 @@ pub fn engine(on: &On) -> anyhow::Result<Engine> {
 }
 
 /// A scene file's scene, or that of a volume file.
-pub fn scene(path: &Path) -> anyhow::Result<Scene> {
-    if is_volume(path)? {
-        return scene_of(&Stored::open(path)?, path);
-    }
-    Ok(Scene::open(path)?)
+pub fn scene(path: &Path, outside: bool) -> anyhow::Result<Scene> {
+    let mut scene = if is_volume(path)? {
+        scene_of(&Stored::open(path)?, path)?
+    } else {
+        Scene::open(path)?
+    };
+    load_meshes(&mut scene, path, outside)?;
+    Ok(scene)
+}
+
+/// Load what a scene's file names.
+pub fn load_meshes(
+    scene: &mut Scene,
+    path: &Path,
+    outside: bool,
+) -> anyhow::Result<Vec<argil::LoadedMesh>> {
+    let folder = path.parent().unwrap_or(Path::new("."));
+    let loaded = argil::load_meshes(scene, folder, outside);
+    loaded.with_context(|| path.display().to_string())
 }
 
 /// Whether a file is a volume. One that is named so and is none is refused: as a scene it would make no sense.
@@ -52,10 +66,10 @@ pub fn world(
     engine: &Engine,
     via: Option<args::Via>,
     flags: &VolumeFlags,
-    time: Option<f32>,
+    (time, outside): (Option<f32>, bool),
 ) -> anyhow::Result<(Scene, World)> {
     if !is_volume(path)? {
-        let mut scene = Scene::open(path)?;
+        let mut scene = scene(path, outside)?;
         set_time(&mut scene, time, path)?;
         let via = representation(via.unwrap_or(args::Via::Field), flags, engine)?;
         let build = || engine.build(&scene)?.via(&scene, via);
@@ -71,7 +85,11 @@ pub fn world(
         "{}: this volume is baked already, as `argil info` tells: leave out --via and what says how to build",
         path.display()
     );
-    let (mut scene, mut world) = engine.load(Stored::open(path)?, path)?;
+    let (mut scene, mut world) = if outside {
+        engine.load_with_meshes_outside(Stored::open(path)?, path)?
+    } else {
+        engine.load(Stored::open(path)?, path)?
+    };
     if let Some(descent) = flags.descent {
         ensure!(
             matches!(world.kept_via(), Via::Octree(_)),

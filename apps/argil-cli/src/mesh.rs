@@ -36,7 +36,8 @@ pub fn run(options: &Mesh) -> anyhow::Result<()> {
     if is_field {
         flags.resolution = None;
     }
-    let (_, world) = input::world(&options.scene, &engine, options.via, &flags, options.time)?;
+    let about = (options.time, options.on.allow_outside);
+    let (_, world) = input::world(&options.scene, &engine, options.via, &flags, about)?;
     let settings = MeshOptions {
         resolution: resolution.unwrap_or(256),
         iso: options.iso,

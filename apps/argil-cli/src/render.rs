@@ -26,7 +26,7 @@ pub fn run(options: &Render) -> anyhow::Result<()> {
         &engine,
         options.via,
         &options.volume,
-        options.time,
+        (options.time, options.on.allow_outside),
     )?;
     if options.specialize {
         anyhow::ensure!(

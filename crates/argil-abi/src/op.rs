@@ -53,8 +53,10 @@ constants! { OPCODES:
     OP_LATHE = 23;
     /// Outline extruded along z.
     OP_EXTRUSION = 24;
+    /// Distances between samples.
+    OP_SAMPLED = 25;
     /// One more than the last shape.
-    OP_SHAPES_END = 25;
+    OP_SHAPES_END = 26;
     /// Save the accumulator and start an empty one.
     OP_PUSH_VALUE = 32;
     /// Combine the saved accumulator with the current one.
@@ -110,6 +112,10 @@ constants! { FLAGS:
     BRUSH_HEADER_WORDS = 18;
     /// Words a piece of an outline takes: kind, three points, one spare.
     PIECE_WORDS = 8;
+    /// Words of a sampled grid before its table of cells.
+    SAMPLED_HEADER = 8;
+    /// Samples' intervals along the side of a cell that has fine ones.
+    SAMPLED_SIDE = 8;
     /// What to draw: shaded.
     SHOW_SHADED = 0;
     /// Normals as colours.

@@ -4,7 +4,7 @@ use crate::combine::{Joint, combine_smooth, matters, union_smooth};
 use crate::curves::BLOCK;
 use crate::real::{LANES, Real};
 use crate::registers::{Registers, words};
-use crate::{Program, curves, shapes};
+use crate::{Program, curves, sampled, shapes};
 use argil_abi as abi;
 
 pub(crate) const HEADER: usize = abi::BRUSH_HEADER_WORDS as usize;
@@ -153,6 +153,10 @@ fn curve_shape<R: Real>(
 ) -> curves::Block<R> {
     if op == abi::OP_BEZIER_TUBE {
         return curves::sd_bezier_tube::<R>([x, y, z], words(&program.params, at));
+    }
+    if op == abi::OP_SAMPLED {
+        let words = program.params.get(at..).unwrap_or_default();
+        return sampled::sd_sampled::<R>([x, y, z], words);
     }
     let &[count, half_depth]: &[f32; 2] = words(&program.params, at);
     let end = at + 2 + count as usize * abi::PIECE_WORDS as usize;

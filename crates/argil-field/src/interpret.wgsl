@@ -35,6 +35,7 @@ fn shape_distance(op: u32, p: vec3<f32>, w: u32) -> f32 {
         case OP_BEZIER_TUBE: { return sd_bezier_tube(p, w + 6u); }
         case OP_LATHE: { return sd_lathe(p, w + 6u); }
         case OP_EXTRUSION: { return sd_extrusion(p, w + 6u); }
+        case OP_SAMPLED: { return sd_sampled(p, w + 6u); }
         default: { return FAR; }
     }
 }

@@ -45,6 +45,7 @@ mod prune;
 mod real;
 mod registers;
 mod regular;
+mod sampled;
 mod shapes;
 mod space;
 mod specialize;
@@ -70,6 +71,7 @@ pub(crate) const WGSL_COMMON: &str = concat!(
     include_str!("real.wgsl"),
     include_str!("shapes.wgsl"),
     include_str!("curves.wgsl"),
+    include_str!("sampled.wgsl"),
     include_str!("noise.wgsl"),
     include_str!("combine.wgsl"),
     include_str!("space.wgsl"),

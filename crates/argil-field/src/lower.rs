@@ -11,7 +11,7 @@ use argil_abi::{self as abi, Instr, MaterialWords};
 use argil_math::Aabb;
 use argil_scene::{
     Body, Entry, Extents, Material, Modifier, NodeId, Operator, OperatorKind, Profile, Scene,
-    angular_half_extent, copies_needed,
+    Shape, angular_half_extent, copies_needed,
 };
 pub use error::LowerError;
 use error::{MAX_COPIES, MAX_COPIES_A_LOOP};
@@ -351,12 +351,8 @@ impl<'a> Lowering<'a> {
         for modifier in entry.modifiers.iter().rev() {
             self.map(node, modifier, &mut frame)?;
         }
-        self.shape(
-            entry,
-            frame,
-            Self::joint(&entry.operator, frame.scale / scale_of(entry)),
-        );
-        Ok(())
+        let joint = Self::joint(&entry.operator, frame.scale / scale_of(entry));
+        self.shape(node, frame, joint)
     }
 
     /// A translate, rotate or scale.
@@ -375,10 +371,19 @@ impl<'a> Lowering<'a> {
     }
 
     /// The instruction of a brush's shape.
-    fn shape(&mut self, entry: &Entry, frame: Frame, joint: [f32; 5]) {
+    fn shape(&mut self, node: NodeId, frame: Frame, joint: [f32; 5]) -> Result<(), LowerError> {
+        let entry = self.scene.node(node).acting();
         let Body::Shape(shape) = &entry.body else {
-            return;
+            return Ok(());
         };
+        if let Shape::Mesh { path, grid, .. } = shape
+            && grid.0.is_none()
+        {
+            return Err(LowerError::NotLoaded {
+                path: self.scene.path(node),
+                file: path.clone(),
+            });
+        }
         let m = frame.own_from_point;
         let is_translation =
             frame.scale == 1.0 && m.matrix3.abs_diff_eq(glam::DMat3::IDENTITY, 1e-12);
@@ -400,6 +405,7 @@ impl<'a> Lowering<'a> {
         };
         self.emit(instr);
         self.program.brushes += 1;
+        Ok(())
     }
 
     fn solid(&mut self, node: NodeId, frame: Frame) -> Result<(), LowerError> {
@@ -535,7 +541,7 @@ impl<'a> Lowering<'a> {
         self.tasks.extend(closing);
         if matches!(entry.body, Body::Shape(_)) {
             // Onto an empty accumulator, by a hard union.
-            self.shape(entry, frame, Self::joint(&Operator::default(), 1.0));
+            self.shape(node, frame, Self::joint(&Operator::default(), 1.0))?;
         } else {
             let count = self.operands[&node].len();
             self.tasks.push(Task::List {

@@ -175,6 +175,17 @@ pub(crate) fn pack(shape: &Shape, words: &mut Vec<f32>) -> u32 {
             own[6] = pack_outline(outline, false, &mut own) as f32;
             (abi::OP_EXTRUSION, own)
         }
+        Shape::Mesh { ref grid, .. } => {
+            let Some(grid) = &grid.0 else {
+                // Lowering has refused it.
+                return abi::OP_SHAPES_END;
+            };
+            // Distances are those of the grid's box at least, not of the solid's: they lie between samples.
+            let region = grid.region();
+            words.extend([region.min.to_array(), region.max.to_array()].concat());
+            words.extend_from_slice(grid.words());
+            return abi::OP_SAMPLED;
+        }
     };
     words.extend(own);
     op

@@ -50,6 +50,9 @@ pub(crate) fn regularity(
     for &id in parents_first.iter().rev() {
         let entry = scene.node(id).acting();
         let mut result = Regularity::SMOOTH;
+        if let Body::Shape(shape) = &entry.body {
+            result.lipschitz = shape.lipschitz();
+        }
         if matches!(entry.body, Body::Group) {
             for &child in scene.node(id).children() {
                 let operand = scene.node(child).acting();

@@ -43,6 +43,7 @@ fn function(op: u32) -> &'static str {
         abi::OP_RHOMBUS => "sd_rhombus",
         abi::OP_EXTRUDED_ROUNDED_BOX => "sd_extruded_rounded_box",
         abi::OP_BEZIER_TUBE => "sd_bezier_tube",
+        abi::OP_SAMPLED => "sd_sampled",
         abi::OP_LATHE => "sd_lathe",
         _ => "sd_extrusion",
     }

@@ -3,9 +3,15 @@
 pub mod exact;
 pub mod marching;
 mod mesh;
+mod read;
+mod repair;
 mod report;
+mod solid;
 mod write;
 
 pub use mesh::Mesh;
+pub use read::{MeshInput, bytes, from_bytes, read};
+pub use repair::{Repairs, repair};
 pub use report::Report;
+pub use solid::Solid;
 pub use write::{Axes, Format, WriteOptions, write};

@@ -37,6 +37,12 @@ impl Mesh {
             + size_of_val(&self.triangles[..])) as u64
     }
 
+    /// The same triangles, with corners at one place taken for one; without normals and materials, and without those that a
+    /// corner is no number of.
+    pub fn welded(&self) -> Self {
+        crate::repair::weld(self).0
+    }
+
     /// The same triangles with three corners each that are theirs alone; with the faces' own normals, the 2023 study's true
     /// ones, if asked for. Triangles without an area get a zero normal.
     pub fn unshared(&self, face_normals: bool) -> Self {

@@ -64,7 +64,8 @@ impl Axes {
         }
     }
 
-    /// Whether triangles must be turned over, so that they run counterclockwise as seen from outside.
+    /// Whether triangles are turned over: the cross product of their sides' numbers then points out as before, which is
+    /// clockwise as a left-handed program sees it.
     pub fn is_left_handed(self) -> bool {
         matches!(self, Self::YUpLeftHanded | Self::ZUpLeftHanded)
     }

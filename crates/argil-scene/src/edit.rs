@@ -276,9 +276,10 @@ impl Scene {
             Edit::Insert {
                 parent,
                 index,
-                entry,
+                mut entry,
             } => {
                 self.check_entry(&entry)?;
+                self.load(&mut entry);
                 self.check_place(parent, index)?;
                 let node = NodeId(self.nodes.len() as u32);
                 self.nodes.push(Node::new(entry, None, self.time));
@@ -292,9 +293,10 @@ impl Scene {
                 self.check_inner(node)?;
                 Step::Detach { node }
             }
-            Edit::Replace { node, entry } => {
+            Edit::Replace { node, mut entry } => {
                 self.check_inner(node)?;
                 self.check_entry(&entry)?;
+                self.load(&mut entry);
                 let same = matches!(self.node(node).entry.body, Body::Group)
                     == matches!(entry.body, Body::Group);
                 if !same {

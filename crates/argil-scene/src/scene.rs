@@ -1,7 +1,8 @@
 use crate::crowd::Crowd;
 use crate::edit::{Change, History};
-use crate::{Body, Entry, Fault, Group, Material, View};
+use crate::{Body, Entry, Fault, Group, Material, SampledGrid, Shape, View};
 use std::collections::{BTreeMap, HashMap};
+use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// The name of a brush or group within its scene. It stays with the node through all edits, undo and redo included.
@@ -86,6 +87,8 @@ pub struct Scene {
     pub(crate) nodes: Vec<Node>,
     pub(crate) time: f32,
     pub(crate) materials: BTreeMap<String, Material>,
+    /// Of meshes, by path and resolution.
+    pub(crate) grids: BTreeMap<(String, u32), Arc<SampledGrid>>,
     pub(crate) history: History,
     pub(crate) bands: [f32; 2],
     pub(crate) crowds: HashMap<NodeId, Crowd>,
@@ -114,6 +117,7 @@ impl Scene {
             nodes: vec![Node::new(Group::new().into(), None, 0.0)],
             time: 0.0,
             materials: BTreeMap::new(),
+            grids: BTreeMap::new(),
             history: History::default(),
             bands: [0.1; 2],
             crowds: HashMap::new(),
@@ -152,6 +156,52 @@ impl Scene {
             self.history.changes.push(Change::of_everything());
         }
         Ok(())
+    }
+
+    /// The meshes that have no distances yet: path and resolution of each.
+    pub fn missing_meshes(&self) -> Vec<(String, u32)> {
+        let mut missing: Vec<(String, u32)> = self
+            .walk()
+            .filter_map(|id| match &self.node(id).entry.body {
+                Body::Shape(Shape::Mesh {
+                    path,
+                    resolution,
+                    grid,
+                }) if grid.0.is_none() => Some((path.clone(), *resolution)),
+                _ => None,
+            })
+            .collect();
+        missing.sort_unstable();
+        missing.dedup();
+        missing
+    }
+
+    /// The distances of a mesh, for all brushes that name it, those of later edits included. Not part of the history: do it
+    /// before anything is built.
+    pub fn set_mesh(&mut self, path: impl Into<String>, resolution: u32, grid: Arc<SampledGrid>) {
+        self.grids.insert((path.into(), resolution), grid);
+        for i in 0..self.nodes.len() {
+            let mut entry = std::mem::replace(&mut self.nodes[i].entry, Group::new().into());
+            self.load(&mut entry);
+            self.nodes[i].posed = pose_of(&entry, self.time);
+            self.nodes[i].entry = entry;
+        }
+        self.crowds.clear();
+        self.history.changes.push(Change::of_everything());
+    }
+
+    /// Give a mesh its distances, where they are known.
+    pub(crate) fn load(&self, entry: &mut Entry) {
+        if let Body::Shape(Shape::Mesh {
+            path,
+            resolution,
+            grid,
+        }) = &mut entry.body
+            && grid.0.is_none()
+        {
+            // A name is made for the look-up alone; meshes are few.
+            grid.0 = self.grids.get(&(path.clone(), *resolution)).cloned();
+        }
     }
 
     /// The distances, in the scene's unit, below which the dirty and the far boxes of edits promise to hold every change.

@@ -1,5 +1,7 @@
+use crate::SampledGrid;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use std::sync::Arc;
 
 /// A solid around the origin, in the scene's length unit. Names and placements follow Inigo Quilez's catalogue
 /// of distance functions (<https://iquilezles.org/articles/distfunctions/>); what "up" is, is y.
@@ -211,6 +213,31 @@ pub enum Shape {
         /// Half of the length along z.
         half_depth: f32,
     },
+    /// Triangles of a file, as a solid: sampled when the scene is loaded, holes closed.
+    Mesh {
+        /// An OBJ, GLB, PLY or STL file; relative to the scene's.
+        path: String,
+        /// Samples along the longest side of its box, from 16 to 512.
+        #[serde(default = "mesh_resolution")]
+        resolution: u32,
+        /// Its distances, once it is loaded.
+        #[serde(skip)]
+        grid: MeshGrid,
+    },
+}
+
+/// The distances of a mesh, where it is loaded. Any two are equal: what they are follows from the file's name.
+#[derive(Clone, Debug, Default)]
+pub struct MeshGrid(pub Option<Arc<SampledGrid>>);
+
+impl PartialEq for MeshGrid {
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
+}
+
+fn mesh_resolution() -> u32 {
+    128
 }
 
 /// A closed outline in 2D, of lines and quadratic Bézier curves. A line closes it where the last piece ends elsewhere
@@ -258,7 +285,7 @@ impl Outline {
     }
 }
 
-/// How far to trust a shape's distance. Every shape's distance has the Lipschitz constant 1.
+/// How far to trust a shape's distance, divided by its Lipschitz constant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Exactness {
     /// The Euclidean distance, inside and outside.
@@ -273,9 +300,10 @@ impl Shape {
         match *self {
             // The box frame's beams overlap, and the minimum of two inner distances is a bound; a tube's and an
             // outline's curves are searched, the ellipsoid has no closed form.
-            Self::Ellipsoid { .. } | Self::BoxFrame { .. } | Self::BezierTube { .. } => {
-                Exactness::Bound
-            }
+            Self::Ellipsoid { .. }
+            | Self::BoxFrame { .. }
+            | Self::BezierTube { .. }
+            | Self::Mesh { .. } => Exactness::Bound,
             // A rim rounder than an upright edge cuts that edge's corner, where the outline's distance is too small.
             Self::ExtrudedRoundedBox {
                 corner_radii,
@@ -293,9 +321,22 @@ impl Shape {
         }
     }
 
-    /// By how much the distance can change over a length of 1. No shape exceeds 1.
+    /// By how much the distance can change over a length of 1: 1, and of what lies between samples of a mesh's edges and
+    /// corners up to √3.
     pub fn lipschitz(&self) -> f32 {
-        1.0
+        match self {
+            Self::Mesh { grid, .. } => grid.0.as_ref().map_or(1.0, |grid| grid.lipschitz()),
+            _ => 1.0,
+        }
+    }
+
+    /// The triangles of a file, with 128 samples along the longest side, to be loaded.
+    pub fn mesh(path: impl Into<String>) -> Self {
+        Self::Mesh {
+            path: path.into(),
+            resolution: mesh_resolution(),
+            grid: MeshGrid::default(),
+        }
     }
 
     /// A ball.

@@ -230,6 +230,22 @@ impl Shape {
                 check_outline(outline)?;
                 positive("half_depth", half_depth)
             }
+            Self::Mesh {
+                ref path,
+                resolution,
+                ..
+            } => {
+                if path.is_empty() {
+                    return Err(Fault::new("path", "names no file"));
+                }
+                if !(16..=512).contains(&resolution) {
+                    return Err(Fault::new(
+                        "resolution",
+                        format!("{resolution} is not from 16 to 512"),
+                    ));
+                }
+                Ok(())
+            }
         }
     }
 
@@ -359,6 +375,11 @@ impl Shape {
                 let (min, max) = outline_bounds(outline);
                 Aabb::new(min.extend(-half_depth), max.extend(half_depth))
             }
+            // Between samples a distance can fall short by a part of what lies between them.
+            Self::Mesh { ref grid, .. } => grid
+                .0
+                .as_ref()
+                .map_or(Aabb::EMPTY, |grid| grid.solid().grown(grid.spacing())),
         }
     }
 }

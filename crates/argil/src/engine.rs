@@ -102,6 +102,15 @@ impl Engine {
         stored: Stored,
         path: impl AsRef<std::path::Path>,
     ) -> Result<(Scene, World), VolumeFileError> {
-        World::load(self.clone(), stored, path.as_ref())
+        World::load(self.clone(), stored, path.as_ref(), false)
+    }
+
+    /// The same, where the scene's meshes may be anywhere.
+    pub fn load_with_meshes_outside(
+        &self,
+        stored: Stored,
+        path: impl AsRef<std::path::Path>,
+    ) -> Result<(Scene, World), VolumeFileError> {
+        World::load(self.clone(), stored, path.as_ref(), true)
     }
 }

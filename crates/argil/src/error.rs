@@ -58,6 +58,9 @@ pub enum VolumeFileError {
     /// The scene in it cannot be read.
     #[error(transparent)]
     Scene(#[from] argil_scene::FileError),
+    /// A mesh that the scene names cannot be loaded.
+    #[error(transparent)]
+    Mesh(#[from] crate::MeshFileError),
     /// It cannot be built here.
     #[error(transparent)]
     Build(#[from] BuildError),

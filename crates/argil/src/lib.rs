@@ -20,6 +20,7 @@ mod error;
 mod listeners;
 mod live;
 mod mesh;
+mod meshes;
 mod picture;
 mod query;
 mod representation;
@@ -29,7 +30,9 @@ pub use argil_field::{FAR, LowerError, Program};
 pub use argil_gpu::{DenseFill, DeviceInfo, DeviceKind, GpuError, Order};
 pub use argil_march::{Camera, Descent, Normals, Settings, Show, Spread, Statistics};
 pub use argil_math::{Aabb, Interval};
-pub use argil_mesh::{Axes, Format, Mesh, Report, WriteOptions};
+pub use argil_mesh::{
+    Axes, Format, Mesh, MeshInput, Repairs, Report, WriteOptions, read as read_mesh,
+};
 pub use argil_scene::{
     Body, Brush, Change, Ease, Edit, EditError, Edited, Entry, Exactness, FileError, Group,
     ImportError, Journal, JournalError, Keyframe, LogError, Material, Modifier, NodeId, Operator,
@@ -47,6 +50,7 @@ pub use glam;
 pub use listeners::Listener;
 pub use live::{Applied, Pace};
 pub use mesh::{MeshError, MeshNormals, MeshOptions, Meshed, save_mesh};
+pub use meshes::{LoadedMesh, MeshFileError, load_meshes};
 pub use picture::{Drawn, save_png};
 pub use query::{CastHit, Overlap, Query};
 pub use representation::{

@@ -80,9 +80,12 @@ impl World {
         engine: Engine,
         stored: Stored,
         path: &Path,
+        outside: bool,
     ) -> Result<(Scene, Self), VolumeFileError> {
         let inside = format!("{}, its scene", path.display());
-        let scene = Scene::from_json(&stored.scene_json, inside)?;
+        let mut scene = Scene::from_json(&stored.scene_json, inside)?;
+        let folder = path.parent().unwrap_or(Path::new("."));
+        crate::load_meshes(&mut scene, folder, outside)?;
         let mut world = Self::new(engine, &scene)?;
         world.via = match &stored.volume {
             Volume::Dense(dense) => Via::Dense(DenseOptions {

@@ -22,6 +22,14 @@ pub enum LowerError {
         /// How many.
         count: u64,
     },
+    /// A mesh that was not loaded.
+    #[error("{path}: the mesh \"{file}\" is not loaded")]
+    NotLoaded {
+        /// The node.
+        path: String,
+        /// The mesh's file.
+        file: String,
+    },
     /// Nested scales multiply to something that `f32` distances cannot carry.
     #[error(
         "{path}: the scales of this node and its groups multiply to {scale:e}, beyond 1e-6 to 1e6"

@@ -334,7 +334,41 @@ pub fn shape(s: &Shape, p: V3) -> f64 {
             outline: ref o,
             half_depth,
         } => extruded(outline(o, V2::new(p.x, p.y), false), p.z, f(half_depth)),
+        Shape::Mesh { ref grid, .. } => grid.0.as_ref().map_or(1e30, |grid| sampled(p, grid)),
     }
+}
+
+/// What lies between the samples around a point; beyond their box, the hypotenuse over the way there.
+fn sampled(p: V3, grid: &argil_scene::SampledGrid) -> f64 {
+    let w = grid.words();
+    let n = [4, 5, 6].map(|i| w[i] as usize);
+    let region = grid.region();
+    let held = p.clamp(region.min.as_dvec3(), region.max.as_dvec3());
+    let mut at = (held - region.min.as_dvec3()) * f64::from(w[3]);
+    let least = |c: f64, most: usize| (c.max(0.0) as usize).min(most - 1);
+    let place = [least(at.x, n[0]), least(at.y, n[1]), least(at.z, n[2])];
+    let coarse = 8 + n[0] * n[1] * n[2];
+    let (mut first, mut side) = (coarse, n.map(|n| n + 1));
+    let mut place_in = place;
+    let own = w[8 + (place[2] * n[1] + place[1]) * n[0] + place[0]];
+    if own > 0.0 {
+        first += side[0] * side[1] * side[2] + (own as usize - 1) * 729;
+        side = [9; 3];
+        at = (at - V3::from_array(place.map(|c| c as f64))) * 8.0;
+        place_in = [least(at.x, 8), least(at.y, 8), least(at.z, 8)];
+    }
+    let t = at - V3::from_array(place_in.map(|c| c as f64));
+    let mut d = 0.0;
+    for corner in 0..8 {
+        let bits = [corner & 1, corner >> 1 & 1, corner >> 2];
+        let share: f64 = (0..3)
+            .map(|k| if bits[k] == 1 { t[k] } else { 1.0 - t[k] })
+            .product();
+        let [x, y, z] = [0, 1, 2].map(|k| place_in[k] + bits[k]);
+        d += share * f64::from(w[first + (z * side[1] + y) * side[0] + x]);
+    }
+    let gap = p.distance(held);
+    if gap > 0.0 { gap.hypot(d.max(0.0)) } else { d }
 }
 
 /// The distance to a triangle: its plane where the foot lies within, else its sides.

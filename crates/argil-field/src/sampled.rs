@@ -1,0 +1,80 @@
+//! Distances that are interpolated between samples: see `argil_scene::SampledGrid` for what the words are. Twin:
+//! `sampled.wgsl`.
+
+use crate::curves::{BLOCK, Block};
+use crate::real::Real;
+use argil_scene::{SAMPLED_HEADER, SAMPLED_SIDE};
+
+const _: () = assert!(
+    argil_abi::SAMPLED_HEADER as usize == SAMPLED_HEADER && argil_abi::SAMPLED_SIDE == SAMPLED_SIDE,
+    "both interpreters read what the scene holds"
+);
+
+/// The distances of a block of points. Beyond the grid's box it is the hypotenuse over the way there and what is told at
+/// its side, which no point of the solid is nearer than.
+#[inline(always)]
+pub(crate) fn sd_sampled<R: Real>([x, y, z]: [&Block<R>; 3], w: &[f32]) -> Block<R> {
+    let mut out = [R::constant(0.0); BLOCK];
+    for i in 0..BLOCK {
+        out[i] = sampled([x[i], y[i], z[i]], w);
+    }
+    out
+}
+
+#[inline(always)]
+fn sampled<R: Real>(p: [R; 3], w: &[f32]) -> R {
+    let (nx, ny, nz) = (w[4] as usize, w[5] as usize, w[6] as usize);
+    let mut gap = R::constant(0.0);
+    let mut at = [R::constant(0.0); 3];
+    let mut place = [0usize; 3];
+    for axis in 0..3 {
+        let count = w[4 + axis];
+        let whole = (p[axis] - w[axis]) * w[3];
+        let inside = whole.clamp_to(0.0, count);
+        let beyond = whole - inside;
+        gap = gap + beyond * beyond;
+        let least = Real::min(inside.value().floor(), count - 1.0);
+        place[axis] = least as usize;
+        at[axis] = inside - least;
+    }
+    let [i, j, k] = place;
+    let table = SAMPLED_HEADER;
+    let coarse = table + nx * ny * nz;
+    let own = w[table + (k * ny + j) * nx + i];
+    let d = if own == 0.0 {
+        let (row, layer) = (nx + 1, (nx + 1) * (ny + 1));
+        interpolate(at, &w[coarse + k * layer + j * row + i..], row, layer)
+    } else {
+        let side = SAMPLED_SIDE as usize + 1;
+        let mut inner = [0usize; 3];
+        for axis in 0..3 {
+            let fine = at[axis] * SAMPLED_SIDE as f32;
+            let least = Real::min(fine.value().floor(), SAMPLED_SIDE as f32 - 1.0);
+            inner[axis] = least as usize;
+            at[axis] = fine - least;
+        }
+        let fine =
+            coarse + (nx + 1) * (ny + 1) * (nz + 1) + (own as usize - 1) * side * side * side;
+        let first = fine + (inner[2] * side + inner[1]) * side + inner[0];
+        interpolate(at, &w[first..], side, side * side)
+    };
+    if gap.value() > 0.0 {
+        let h = d.positive_part();
+        // The gap is in cells.
+        let cell = 1.0 / w[3];
+        (gap * (cell * cell) + h * h).sqrt()
+    } else {
+        d
+    }
+}
+
+#[inline(always)]
+fn interpolate<R: Real>(t: [R; 3], v: &[f32], row: usize, layer: usize) -> R {
+    let x = |i: usize| t[0] * (v[i + 1] - v[i]) + v[i];
+    let y = |i: usize| {
+        let (a, b) = (x(i), x(i + row));
+        t[1] * (b - a) + a
+    };
+    let (a, b) = (y(0), y(layer));
+    t[2] * (b - a) + a
+}

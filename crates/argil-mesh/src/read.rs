@@ -1,0 +1,293 @@
+//! Mesh files in.
+
+use crate::{Format, Mesh};
+use glam::{Mat4, Vec3};
+use ply_rs_bw::parser::{Parser, Reader};
+use ply_rs_bw::ply::{Property, PropertyAccess, PropertyAccessResult};
+use std::io::{BufReader, Cursor};
+use std::path::{Path, PathBuf};
+
+/// Largest mesh file in bytes.
+const MOST_BYTES: u64 = 4 << 30;
+
+/// Most triangles of a mesh.
+const MOST_TRIANGLES: usize = 50_000_000;
+
+/// What is wrong with a mesh that was to be read.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum MeshInput {
+    /// The file cannot be read.
+    #[error("{}", path.display())]
+    Io {
+        /// Which.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// Its name says nothing of what it holds.
+    #[error("{}: meshes are read from .obj, .glb, .ply and .stl", .0.display())]
+    Unknown(PathBuf),
+    /// It is not what its name says.
+    #[error("{}: this is no {kind} file, or it is damaged: {reason}", path.display())]
+    Damaged {
+        /// Which.
+        path: PathBuf,
+        /// What it should be.
+        kind: &'static str,
+        /// What its reader says.
+        reason: String,
+    },
+    /// There is too much of it.
+    #[error("{}: {what}", path.display())]
+    TooMuch {
+        /// Which.
+        path: PathBuf,
+        /// Of what.
+        what: String,
+    },
+    /// No triangle has an area.
+    #[error("there is no triangle with an area in it")]
+    Nothing,
+}
+
+/// Read a mesh file's triangles: all objects of it, polygons cut to fans, normals and materials left out.
+///
+/// # Errors
+/// If the file cannot be read or is not what its name says.
+pub fn read(path: &Path) -> Result<Mesh, MeshInput> {
+    let format = Format::of(path).ok_or_else(|| MeshInput::Unknown(path.into()))?;
+    from_bytes(&bytes(path)?, format, path)
+}
+
+/// A mesh file's bytes.
+///
+/// # Errors
+/// If the file cannot be read, or is too large.
+pub fn bytes(path: &Path) -> Result<Vec<u8>, MeshInput> {
+    let io = |source| MeshInput::Io {
+        path: path.into(),
+        source,
+    };
+    let about = std::fs::metadata(path).map_err(io)?;
+    if about.is_dir() {
+        return Err(io(std::io::Error::other("is a folder, not a mesh file")));
+    }
+    if about.len() > MOST_BYTES {
+        let what = format!("{} bytes, and {MOST_BYTES} can be read", about.len());
+        return Err(MeshInput::TooMuch {
+            path: path.into(),
+            what,
+        });
+    }
+    std::fs::read(path).map_err(io)
+}
+
+/// The same of a file's bytes. `path` stands in messages only.
+///
+/// # Errors
+/// As [`read`].
+pub fn from_bytes(bytes: &[u8], format: Format, path: &Path) -> Result<Mesh, MeshInput> {
+    let (kind, found) = match format {
+        Format::Obj => ("OBJ", obj(bytes)),
+        Format::Glb => ("GLB", glb(bytes)),
+        Format::Ply => ("PLY", ply(bytes)),
+        Format::Stl => ("STL", stl(bytes)),
+    };
+    let damaged = |reason| MeshInput::Damaged {
+        path: path.into(),
+        kind,
+        reason,
+    };
+    let mesh = found.map_err(damaged)?;
+    if mesh.triangles.len() > MOST_TRIANGLES {
+        let what = format!(
+            "{} triangles, and {MOST_TRIANGLES} can be read",
+            mesh.triangles.len()
+        );
+        return Err(MeshInput::TooMuch {
+            path: path.into(),
+            what,
+        });
+    }
+    let count = mesh.positions.len() as u32;
+    if mesh.triangles.iter().flatten().any(|&i| i >= count) {
+        return Err(damaged("a triangle has a corner that there is not".into()));
+    }
+    Ok(mesh)
+}
+
+fn obj(bytes: &[u8]) -> Result<Mesh, String> {
+    let options = tobj::LoadOptions {
+        triangulate: true,
+        ignore_points: true,
+        ignore_lines: true,
+        ..tobj::LoadOptions::default()
+    };
+    let mut text = BufReader::new(Cursor::new(bytes));
+    // Materials stand in another file, and are left out.
+    let found = tobj::load_obj_buf(&mut text, &options, |_| Ok(Default::default()));
+    let (models, _) = found.map_err(|e| e.to_string())?;
+    let mut mesh = Mesh::default();
+    for model in models {
+        let base = mesh.positions.len() as u32;
+        let (places, rest) = model.mesh.positions.as_chunks::<3>();
+        if !rest.is_empty() {
+            return Err("half a corner is left".into());
+        }
+        mesh.positions.extend(places.iter().map(|&p| Vec3::from(p)));
+        let (triangles, _) = model.mesh.indices.as_chunks::<3>();
+        mesh.triangles
+            .extend(triangles.iter().map(|t| t.map(|i| base + i)));
+    }
+    Ok(mesh)
+}
+
+fn glb(bytes: &[u8]) -> Result<Mesh, String> {
+    let gltf = gltf::Gltf::from_slice(bytes).map_err(|e| e.to_string())?;
+    let blob = gltf.blob.as_deref();
+    let mut mesh = Mesh::default();
+    let scenes: Vec<_> = match gltf.default_scene() {
+        Some(scene) => vec![scene],
+        None => gltf.scenes().collect(),
+    };
+    let mut todo: Vec<(gltf::Node<'_>, Mat4)> = scenes
+        .iter()
+        .flat_map(|scene| scene.nodes())
+        .map(|node| (node, Mat4::IDENTITY))
+        .collect();
+    while let Some((node, parent)) = todo.pop() {
+        let map = parent * Mat4::from_cols_array_2d(&node.transform().matrix());
+        todo.extend(node.children().map(|child| (child, map)));
+        let Some(own) = node.mesh() else { continue };
+        for primitive in own.primitives() {
+            if primitive.mode() != gltf::mesh::Mode::Triangles {
+                continue;
+            }
+            let reader = primitive.reader(|buffer| match buffer.source() {
+                gltf::buffer::Source::Bin => blob,
+                // Only what is in the file itself is read.
+                gltf::buffer::Source::Uri(_) => None,
+            });
+            let Some(places) = reader.read_positions() else {
+                return Err("the corners of a part are not in the file itself".into());
+            };
+            let base = mesh.positions.len() as u32;
+            mesh.positions
+                .extend(places.map(|p| map.transform_point3(p.into())));
+            let indices: Vec<u32> = match reader.read_indices() {
+                Some(indices) => indices.into_u32().collect(),
+                None => (0..mesh.positions.len() as u32 - base).collect(),
+            };
+            let (triangles, _) = indices.as_chunks::<3>();
+            let is_mirrored = map.determinant() < 0.0;
+            mesh.triangles.extend(triangles.iter().map(|&[a, b, c]| {
+                let [b, c] = if is_mirrored { [c, b] } else { [b, c] };
+                [a, b, c].map(|i| base.saturating_add(i))
+            }));
+        }
+    }
+    Ok(mesh)
+}
+
+fn stl(bytes: &[u8]) -> Result<Mesh, String> {
+    let found = stl_io::read_stl(&mut Cursor::new(bytes)).map_err(|e| e.to_string())?;
+    Ok(Mesh {
+        positions: found.vertices.iter().map(|v| Vec3::from(v.0)).collect(),
+        triangles: found
+            .faces
+            .iter()
+            .map(|face| face.vertices.map(|i| i as u32))
+            .collect(),
+        ..Mesh::default()
+    })
+}
+
+/// A corner or a polygon of a PLY file, whichever its element is; other properties are passed over.
+struct PlyPart {
+    place: Vec3,
+    corners: Vec<u32>,
+}
+
+impl PropertyAccess for PlyPart {
+    fn new() -> Self {
+        Self {
+            place: Vec3::NAN,
+            corners: Vec::new(),
+        }
+    }
+
+    fn set_property(&mut self, name: &str, property: Property) -> PropertyAccessResult {
+        // What is no index becomes one that there is not.
+        fn all<T: TryInto<u32>>(list: Vec<T>) -> Vec<u32> {
+            let index = |i: T| i.try_into().unwrap_or(u32::MAX);
+            list.into_iter().map(index).collect()
+        }
+        let number = match property {
+            Property::Float(v) => v,
+            Property::Double(v) => v as f32,
+            Property::Int(v) => v as f32,
+            Property::UInt(v) => v as f32,
+            Property::Short(v) => v.into(),
+            Property::UShort(v) => v.into(),
+            Property::Char(v) => v.into(),
+            Property::UChar(v) => v.into(),
+            list => {
+                if !matches!(name, "vertex_indices" | "vertex_index") {
+                    return PropertyAccessResult::Ignored;
+                }
+                self.corners = match list {
+                    Property::ListChar(v) => all(v),
+                    Property::ListUChar(v) => all(v),
+                    Property::ListShort(v) => all(v),
+                    Property::ListUShort(v) => all(v),
+                    Property::ListInt(v) => all(v),
+                    Property::ListUInt(v) => v,
+                    _ => return PropertyAccessResult::Ignored,
+                };
+                return PropertyAccessResult::Set;
+            }
+        };
+        match name {
+            "x" => self.place.x = number,
+            "y" => self.place.y = number,
+            "z" => self.place.z = number,
+            _ => return PropertyAccessResult::Ignored,
+        }
+        PropertyAccessResult::Set
+    }
+}
+
+fn ply(bytes: &[u8]) -> Result<Mesh, String> {
+    let parser = Parser::<PlyPart>::new();
+    let mut file = Reader::new(bytes);
+    let header = parser.read_header(&mut file).map_err(|e| e.to_string())?;
+    let mut mesh = Mesh::default();
+    for element in header.elements.values() {
+        // No element takes less than a byte.
+        if element.count > bytes.len() {
+            return Err(format!(
+                "{} times \"{}\" are announced, and the file has {} bytes",
+                element.count,
+                element.name,
+                bytes.len()
+            ));
+        }
+        let parts = parser
+            .read_payload_for_element(&mut file, element, &header)
+            .map_err(|e| e.to_string())?;
+        match element.name.as_str() {
+            "vertex" => mesh.positions = parts.iter().map(|part| part.place).collect(),
+            "face" => {
+                for part in parts {
+                    for i in 2..part.corners.len() {
+                        let [a, b, c] = [0, i - 1, i].map(|k| part.corners[k]);
+                        mesh.triangles.push([a, b, c]);
+                    }
+                }
+            }
+            _ => {}
+        }
+    }
+    Ok(mesh)
+}

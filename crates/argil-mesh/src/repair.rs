@@ -1,0 +1,248 @@
+//! Making a solid of whatever triangles a file holds.
+
+use crate::Mesh;
+use glam::{DVec3, Vec3};
+use std::collections::HashMap;
+
+/// What had to be done to triangles so that they enclose something.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Repairs {
+    /// Corners that stood at the same place as another.
+    pub welded: u64,
+    /// Triangles that were left out: without an area, or with a corner that is no number.
+    pub dropped: u64,
+    /// Triangles that were turned over to agree with their neighbours.
+    pub turned: u64,
+    /// Parts that were turned inside out as a whole.
+    pub parts_turned: u64,
+    /// Holes that were closed.
+    pub holes: u64,
+    /// Parts that hang together.
+    pub parts: u64,
+}
+
+/// Triangles that can be taken for the surface of a solid, and what was done to them.
+///
+/// *Practice.* Corners at one place become one. Triangles across an edge come to run along it in opposite directions, from
+/// each part's first triangle on; where more than two meet, each is left as it is. Rings of edges that have one triangle are
+/// closed by a fan around their middle. A part whose volume is negative is turned over, unless it lies in another: then it
+/// is a cavity.
+pub fn repair(mesh: &Mesh) -> (Mesh, Repairs) {
+    let mut repairs = Repairs::default();
+    let count = mesh.triangles.len();
+    let (mut mesh, welded) = weld(mesh);
+    drop_flat(&mut mesh);
+    repairs.welded = welded;
+    repairs.dropped = (count - mesh.triangles.len()) as u64;
+    let part_of = orient(&mut mesh, &mut repairs);
+    let part_of = close(&mut mesh, part_of, &mut repairs);
+    turn_parts(&mut mesh, &part_of, &mut repairs);
+    (mesh, repairs)
+}
+
+/// Take corners at one place for one; how many that were. Triangles without an area stay, those with a corner that is no
+/// number do not.
+pub(crate) fn weld(mesh: &Mesh) -> (Mesh, u64) {
+    let mut places: HashMap<[u32; 3], u32> = HashMap::with_capacity(mesh.positions.len());
+    let mut out = Mesh::default();
+    let mut welded = 0;
+    let index: Vec<Option<u32>> = mesh
+        .positions
+        .iter()
+        .map(|p| {
+            // −0 and 0 are one place.
+            let p = *p + Vec3::ZERO;
+            if !p.is_finite() {
+                return None;
+            }
+            let new = out.positions.len() as u32;
+            let place = *places.entry(p.to_array().map(f32::to_bits)).or_insert(new);
+            if place == new {
+                out.positions.push(p);
+            } else {
+                welded += 1;
+            }
+            Some(place)
+        })
+        .collect();
+    for triangle in &mesh.triangles {
+        let corners = triangle.map(|i| index.get(i as usize).copied().flatten());
+        if let [Some(a), Some(b), Some(c)] = corners {
+            out.triangles.push([a, b, c]);
+        }
+    }
+    (out, welded)
+}
+
+/// Drop triangles without an area.
+fn drop_flat(mesh: &mut Mesh) {
+    let Mesh {
+        positions,
+        triangles,
+        ..
+    } = mesh;
+    triangles.retain(|&[a, b, c]| {
+        let [p, q, r] = [a, b, c].map(|i| positions[i as usize].as_dvec3());
+        a != b && b != c && c != a && (q - p).cross(r - p).length_squared() > 0.0
+    });
+}
+
+fn edges([a, b, c]: [u32; 3]) -> [(u32, u32); 3] {
+    [(a, b), (b, c), (c, a)]
+}
+
+fn undirected((a, b): (u32, u32)) -> (u32, u32) {
+    (a.min(b), a.max(b))
+}
+
+/// Let neighbours agree; the part that each triangle is of.
+fn orient(mesh: &mut Mesh, repairs: &mut Repairs) -> Vec<u32> {
+    let mut beside: HashMap<(u32, u32), Vec<u32>> = HashMap::new();
+    for (i, triangle) in (0..).zip(&mesh.triangles) {
+        for edge in edges(*triangle) {
+            beside.entry(undirected(edge)).or_default().push(i);
+        }
+    }
+    let mut part_of = vec![u32::MAX; mesh.triangles.len()];
+    let mut parts = 0;
+    for first in 0..mesh.triangles.len() {
+        if part_of[first] != u32::MAX {
+            continue;
+        }
+        part_of[first] = parts;
+        let (mut todo, mut own, mut turned) = (vec![first as u32], 0u64, Vec::new());
+        while let Some(i) = todo.pop() {
+            own += 1;
+            for edge in edges(mesh.triangles[i as usize]) {
+                let [one, other] = beside[&undirected(edge)][..] else {
+                    continue;
+                };
+                let next = if one == i { other } else { one };
+                if part_of[next as usize] != u32::MAX {
+                    continue;
+                }
+                part_of[next as usize] = parts;
+                let triangle = &mut mesh.triangles[next as usize];
+                if edges(*triangle).contains(&edge) {
+                    triangle.swap(1, 2);
+                    turned.push(next);
+                }
+                todo.push(next);
+            }
+        }
+        // The fewer were wrong.
+        repairs.turned += (turned.len() as u64).min(own - turned.len() as u64);
+        parts += 1;
+    }
+    repairs.parts = u64::from(parts);
+    part_of
+}
+
+/// Close rings of open edges.
+fn close(mesh: &mut Mesh, mut part_of: Vec<u32>, repairs: &mut Repairs) -> Vec<u32> {
+    let mut all: HashMap<(u32, u32), (u32, i32)> = HashMap::new();
+    for (i, triangle) in (0..).zip(&mesh.triangles) {
+        for edge in edges(*triangle) {
+            all.entry(undirected(edge)).or_insert((i, 0)).1 += 1;
+        }
+    }
+    // Along a hole the way back of each open edge. Ascending, so that the result is the same each time.
+    let mut next: HashMap<u32, Vec<(u32, u32)>> = HashMap::new();
+    let mut open: Vec<(u32, u32, u32)> = Vec::new();
+    for triangle in &mesh.triangles {
+        for (a, b) in edges(*triangle) {
+            if let Some(&(i, 1)) = all.get(&undirected((a, b))) {
+                next.entry(b).or_default().push((a, part_of[i as usize]));
+                open.push((b, a, part_of[i as usize]));
+            }
+        }
+    }
+    open.sort_unstable();
+    for (from, to, part) in open {
+        let mut take = |at: u32, wanted: Option<u32>| -> Option<u32> {
+            let ways = next.get_mut(&at)?;
+            let place = ways
+                .iter()
+                .position(|&(to, own)| own == part && wanted.is_none_or(|w| w == to))?;
+            Some(ways.swap_remove(place).0)
+        };
+        // An edge of a ring that is closed already is gone.
+        let Some(mut at) = take(from, Some(to)) else {
+            continue;
+        };
+        let mut ring = vec![from];
+        while at != from {
+            ring.push(at);
+            match take(at, None) {
+                Some(to) => at = to,
+                None => break,
+            }
+        }
+        if at == from && ring.len() > 2 {
+            fan(mesh, &ring);
+            part_of.resize(mesh.triangles.len(), part);
+            repairs.holes += 1;
+        }
+    }
+    part_of
+}
+
+fn fan(mesh: &mut Mesh, ring: &[u32]) {
+    if let &[a, b, c] = ring {
+        mesh.triangles.push([a, b, c]);
+        return;
+    }
+    let place = |i: u32| mesh.positions[i as usize].as_dvec3();
+    let sum: DVec3 = ring.iter().map(|&i| place(i)).sum();
+    let middle = mesh.positions.len() as u32;
+    mesh.positions.push((sum / ring.len() as f64).as_vec3());
+    for (k, &a) in ring.iter().enumerate() {
+        let b = ring[(k + 1) % ring.len()];
+        mesh.triangles.push([a, b, middle]);
+    }
+}
+
+/// Turn parts over whose inside is out.
+fn turn_parts(mesh: &mut Mesh, part_of: &[u32], repairs: &mut Repairs) {
+    let count = repairs.parts as usize;
+    let mut volumes = vec![0.0; count];
+    let mut a_corner = vec![Vec3::ZERO; count];
+    let origin = mesh.aabb().center().as_dvec3();
+    for (triangle, &part) in mesh.triangles.iter().zip(part_of) {
+        let [a, b, c] = triangle.map(|i| mesh.positions[i as usize].as_dvec3() - origin);
+        volumes[part as usize] += a.dot(b.cross(c));
+        a_corner[part as usize] = mesh.positions[triangle[0] as usize];
+    }
+    let mut turn = vec![false; count];
+    let negative: Vec<usize> = (0..count).filter(|&part| volumes[part] < 0.0).collect();
+    // Whether a part lies in others is looked up one by one; of a mesh of countless scraps it is not asked.
+    let few = negative.len().saturating_mul(mesh.triangles.len()) < 1 << 28;
+    for &part in &negative {
+        let mut around = 0.0;
+        if few && count > 1 {
+            let p = a_corner[part].as_dvec3();
+            for (triangle, &own) in mesh.triangles.iter().zip(part_of) {
+                if own as usize != part {
+                    let corners = triangle.map(|i| mesh.positions[i as usize].as_dvec3() - p);
+                    let sign = volumes[own as usize].signum();
+                    around += sign * solid_angle(corners);
+                }
+            }
+        }
+        turn[part] = around < std::f64::consts::TAU;
+        repairs.parts_turned += u64::from(turn[part]);
+    }
+    for (triangle, &part) in mesh.triangles.iter_mut().zip(part_of) {
+        if turn[part as usize] {
+            triangle.swap(1, 2);
+        }
+    }
+}
+
+/// The signed solid angle of a triangle as seen from the origin (van Oosterom and Strackee 1983).
+pub(crate) fn solid_angle([a, b, c]: [DVec3; 3]) -> f64 {
+    let (la, lb, lc) = (a.length(), b.length(), c.length());
+    let over = a.dot(b.cross(c));
+    let under = la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
+    2.0 * over.atan2(under)
+}

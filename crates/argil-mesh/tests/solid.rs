@@ -1,0 +1,275 @@
+//! Distances to triangles: those of the shape they were made of, and solids of meshes that are none.
+
+use argil_field::{Grid, Program};
+use argil_mesh::marching::dense;
+use argil_mesh::{Format, Mesh, MeshInput, Report, Solid, WriteOptions, from_bytes, repair, write};
+use argil_scene::{Brush, MeshGrid, Scene, Shape};
+use glam::Vec3;
+use std::path::Path;
+use std::sync::Arc;
+
+fn field(p: Vec3) -> f32 {
+    let ring = glam::vec2(glam::vec2(p.x, p.z).length() - 0.5, p.y).length() - 0.2;
+    ring.min(p.distance(Vec3::new(0.9, 0.0, 0.0)) - 0.25)
+}
+
+/// Triangles of the field at so many samples.
+fn mesh(n: u32) -> Mesh {
+    let grid = Grid::spanning(Vec3::splat(-1.2), Vec3::splat(1.2), n);
+    let at = |i: u32, axis: usize| grid.min[axis] + grid.spacing[axis] * i as f32;
+    let d: Vec<f32> = (0..n.pow(3))
+        .map(|i| field(Vec3::new(at(i % n, 0), at(i / n % n, 1), at(i / n / n, 2))))
+        .collect();
+    dense::march(&d, &grid, 0.0, false)
+}
+
+fn points() -> Vec<Vec3> {
+    let mut state = 7u32;
+    let mut number = || {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        (state >> 8) as f32 / (1 << 23) as f32 - 1.0
+    };
+    (0..3000)
+        .map(|_| Vec3::new(number(), number(), number()))
+        .collect()
+}
+
+/// The distance by looking at every triangle, and the sign by all solid angles.
+fn slow(mesh: &Mesh, p: Vec3) -> f64 {
+    let (mut best, mut turns) = (f64::INFINITY, 0.0);
+    for i in 0..mesh.triangles.len() {
+        let [a, b, c] = mesh.corners(i).map(|c| (c - p).as_dvec3());
+        let n = (b - a).cross(c - a);
+        let within = [(a, b), (b, c), (c, a)]
+            .iter()
+            .all(|&(u, v)| (v - u).cross(n).dot(-u) <= 0.0);
+        let side = |u: glam::DVec3, v: glam::DVec3| {
+            let t = ((-u).dot(v - u) / (v - u).length_squared()).clamp(0.0, 1.0);
+            (u + (v - u) * t).length()
+        };
+        let d = if within {
+            a.dot(n.normalize()).abs()
+        } else {
+            side(a, b).min(side(b, c)).min(side(c, a))
+        };
+        best = best.min(d);
+        let (la, lb, lc) = (a.length(), b.length(), c.length());
+        let under = la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
+        turns += 2.0 * a.dot(b.cross(c)).atan2(under);
+    }
+    if turns > std::f64::consts::TAU {
+        -best
+    } else {
+        best
+    }
+}
+
+#[test]
+fn the_tree_finds_what_looking_at_all_finds() {
+    let mesh = mesh(24);
+    let solid = Solid::new(&mesh).expect("a solid");
+    let points = points();
+    let mut d = vec![0.0; points.len()];
+    solid.distances(&points, &mut d);
+    for (&p, &d) in points.iter().zip(&d) {
+        let right = slow(&mesh, p);
+        assert!(
+            (f64::from(d) - right).abs() < 1e-5,
+            "{d} and {right} at {p}"
+        );
+        // One by one, without the point before.
+        assert!((solid.distance(p) - d).abs() < 1e-6);
+    }
+}
+
+#[test]
+fn flipped_split_and_open_meshes_come_out_solid() {
+    let whole = mesh(40);
+    let solid = Solid::new(&whole).expect("a solid");
+    let points = points();
+    let mut right = vec![0.0; points.len()];
+    solid.distances(&points, &mut right);
+    let same = |mesh: &Mesh, tolerance: f32| {
+        let solid = Solid::new(mesh).expect("a solid");
+        let mut d = vec![0.0; points.len()];
+        solid.distances(&points, &mut d);
+        for ((&a, &b), p) in right.iter().zip(&d).zip(&points) {
+            assert!((a - b).abs() <= tolerance, "{a} and {b} at {p}");
+        }
+        *solid.repairs()
+    };
+
+    // Inside out as a whole; here and there; with corners of its own for each triangle, as STL has it.
+    let mut turned = whole.clone();
+    turned.triangles.iter_mut().for_each(|t| t.swap(1, 2));
+    assert!(same(&turned, 1e-6).parts_turned > 0);
+    let mut some = whole.clone();
+    some.triangles
+        .iter_mut()
+        .step_by(7)
+        .for_each(|t| t.swap(1, 2));
+    assert!(same(&some, 1e-6).turned > 100);
+    let unshared = whole.unshared(false);
+    assert!(same(&unshared, 1e-6).welded > 1000);
+
+    // Without a patch of triangles.
+    let mut open = whole.clone();
+    let far = Vec3::new(0.0, 0.2, -0.5);
+    open.triangles.retain(|t| {
+        t.iter()
+            .all(|&i| whole.positions[i as usize].distance(far) > 0.08)
+    });
+    assert!(!Report::of(&open).is_watertight());
+    let repairs = same(&open, 0.02);
+    assert_eq!(repairs.holes, 1);
+    let (closed, _) = repair(&open);
+    assert!(Report::of(&closed).is_watertight());
+}
+
+#[test]
+fn a_cavity_stays_hollow_and_crossing_parts_are_one_solid() {
+    let ball = |radius: f32, at: Vec3, inwards: bool| {
+        let grid = Grid::spanning(Vec3::splat(-1.2), Vec3::splat(1.2), 30);
+        let n = 30;
+        let place = |i: u32, axis: usize| grid.min[axis] + grid.spacing[axis] * i as f32;
+        let d: Vec<f32> = (0..27_000u32)
+            .map(|i| {
+                Vec3::new(place(i % n, 0), place(i / n % n, 1), place(i / n / n, 2)).distance(at)
+                    - radius
+            })
+            .collect();
+        let mut mesh = dense::march(&d, &grid, 0.0, false);
+        if inwards {
+            mesh.triangles.iter_mut().for_each(|t| t.swap(1, 2));
+        }
+        mesh
+    };
+    let joined = |mut a: Mesh, b: Mesh| {
+        let base = a.positions.len() as u32;
+        a.positions.extend(b.positions);
+        a.triangles
+            .extend(b.triangles.iter().map(|t| t.map(|i| base + i)));
+        Solid::new(&a).expect("a solid")
+    };
+    let hollow = joined(ball(0.9, Vec3::ZERO, false), ball(0.5, Vec3::ZERO, true));
+    assert!(hollow.distance(Vec3::ZERO) > 0.45 && hollow.distance(Vec3::X * 0.7) < -0.15);
+    // A part that is turned over and lies in no other is not a cavity.
+    let both = joined(
+        ball(0.4, Vec3::X * 0.25, false),
+        ball(0.4, Vec3::X * -0.25, true),
+    );
+    for x in [-0.5, 0.0, 0.5] {
+        assert!(both.distance(Vec3::X * x) < 0.0, "{x}");
+    }
+    assert_eq!(both.repairs().parts_turned, 1);
+}
+
+#[test]
+fn samples_follow_the_triangles() {
+    let mesh = mesh(60);
+    let solid = Solid::new(&mesh).expect("a solid");
+    let grid = solid.sample(96);
+    assert!(grid.lipschitz() <= 1.74, "{}", grid.lipschitz());
+    let spacing = grid.spacing();
+    let mut scene = Scene::new();
+    let shape = Shape::Mesh {
+        path: "ring.obj".into(),
+        resolution: 96,
+        grid: MeshGrid(Some(Arc::new(grid))),
+    };
+    scene.push(Brush::new(shape)).expect("a brush");
+    let program = Program::lower(&scene).expect("a program");
+    for p in points() {
+        let (d, right) = (program.distance(p), solid.distance(p));
+        assert_eq!(
+            d < 0.0 && right < -0.6 * spacing,
+            right < -0.6 * spacing,
+            "{d} {right} at {p}"
+        );
+        assert!(
+            d.signum() == right.signum() || right.abs() < 0.6 * spacing,
+            "{d} {right} at {p}"
+        );
+        if right.abs() < spacing {
+            assert!((d - right).abs() < 0.6 * spacing, "{d} {right} at {p}");
+        }
+    }
+}
+
+#[test]
+fn files_come_back_as_they_were_written() {
+    let mesh = mesh(30);
+    let own = Report::of(&mesh);
+    for format in [Format::Glb, Format::Obj, Format::Ply, Format::Stl] {
+        let mut bytes = Vec::new();
+        write(&mesh, format, &WriteOptions::default(), &mut bytes).expect("a file");
+        let back = from_bytes(&bytes, format, Path::new("mesh"))
+            .expect("a mesh")
+            .welded();
+        let report = Report::of(&back);
+        assert!(report.is_watertight(), "{format:?} {report:?}");
+        assert_eq!(
+            (report.vertices, report.triangles, report.euler),
+            (own.vertices, own.triangles, own.euler)
+        );
+        assert!((report.volume - own.volume).abs() < 1e-6, "{format:?}");
+
+        // Cut short anywhere: an error or a smaller mesh, never a panic.
+        for cut in (0..bytes.len()).step_by(bytes.len() / 97 + 1) {
+            let _ = from_bytes(&bytes[..cut], format, Path::new("mesh"));
+        }
+        // Damaged anywhere.
+        for at in (0..bytes.len()).step_by(bytes.len() / 211 + 1) {
+            let mut damaged = bytes.clone();
+            damaged[at] ^= 0x55;
+            let _ = from_bytes(&damaged, format, Path::new("mesh"))
+                .map(|mesh| Solid::new(&mesh).map(|s| s.triangles()));
+        }
+    }
+}
+
+#[test]
+fn axes_and_units() {
+    use argil_mesh::Axes;
+    let mesh = mesh(20);
+    for axes in [
+        Axes::YUp,
+        Axes::ZUp,
+        Axes::YUpLeftHanded,
+        Axes::ZUpLeftHanded,
+    ] {
+        let options = WriteOptions { axes, scale: 100.0 };
+        let mut bytes = Vec::new();
+        write(&mesh, Format::Ply, &options, &mut bytes).expect("a file");
+        let back = from_bytes(&bytes, Format::Ply, Path::new("mesh")).expect("a mesh");
+        let volume = Report::of(&back).volume;
+        // The cross product of two sides points out.
+        assert!(
+            (volume / (Report::of(&mesh).volume * 1e6) - 1.0).abs() < 1e-4,
+            "{axes:?} {volume}"
+        );
+        let first = axes.turn(mesh.positions[0]) * 100.0;
+        assert!(back.positions[0].distance(first) < 1e-3);
+    }
+}
+
+#[test]
+fn what_is_no_mesh_is_told() {
+    let nothing = from_bytes(b"", Format::Obj, Path::new("empty.obj"))
+        .map(|mesh| Solid::new(&mesh).map(|_| ()));
+    assert!(matches!(nothing, Ok(Err(MeshInput::Nothing)) | Err(_)));
+    let flat = b"v 0 0 0\nv 1 0 0\nv 2 0 0\nv nan 0 1\nf 1 2 3\nf 1 2 4\n";
+    let flat = from_bytes(flat, Format::Obj, Path::new("flat.obj")).expect("a mesh");
+    assert!(matches!(Solid::new(&flat), Err(MeshInput::Nothing)));
+    for format in [Format::Glb, Format::Ply, Format::Stl] {
+        let error =
+            from_bytes(b"solid nonsense", format, Path::new("x")).map(|m| m.triangles.len());
+        assert!(!matches!(error, Ok(1..)), "{format:?} {error:?}");
+    }
+    let beyond = from_bytes(
+        b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n",
+        Format::Obj,
+        Path::new("x.obj"),
+    );
+    assert!(beyond.is_err());
+}

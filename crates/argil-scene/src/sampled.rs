@@ -1,0 +1,265 @@
+//! Distances at points of a grid, of what has no formula: triangles, or a stored volume.
+//!
+//! *Theory.* Samples are fine near the surface and coarse elsewhere (adaptively sampled distance fields, Frisken et al.
+//! 2000), and interpolated linearly along each axis. Away from the surface the fine ones fade into what the coarse ones
+//! tell, so that the distance has no jump where fine meets coarse. Its gradient in a cell is a mean of those at the corners, which are differences along
+//! edges: the greatest of them is its Lipschitz constant.
+
+use argil_math::Aabb;
+use glam::{UVec3, Vec3, uvec3};
+use rayon::prelude::*;
+use std::fmt;
+
+/// Samples' intervals along the side of a cell that has fine ones.
+pub const SAMPLED_SIDE: u32 = 8;
+
+/// Words before the table of cells: corner, reciprocal of a cell's edge, cells along each axis, 0.
+pub const SAMPLED_HEADER: usize = 8;
+
+/// Samples of a cell that has fine ones.
+const FINE: usize = 729;
+
+/// Fine samples are the distance up to so many intervals from the surface.
+const NEAR: f32 = 2.0;
+
+/// From there on, fine samples are what the coarse ones tell; all cells that the surface is nearer to have some.
+const FAR: f32 = 8.0;
+
+/// A distance that is interpolated between samples.
+#[derive(Clone, PartialEq)]
+pub struct SampledGrid {
+    /// What interpreters read, all numbers: the header, of each cell 0 or one more than the place of its fine samples, the
+    /// coarse samples at cells' corners, the fine ones cell by cell; x fastest.
+    words: Vec<f32>,
+    corner: Vec3,
+    cell: f32,
+    cells: UVec3,
+    solid: Aabb,
+    lipschitz: f32,
+}
+
+impl fmt::Debug for SampledGrid {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "SampledGrid({} cells, {} words)",
+            self.cells,
+            self.words.len()
+        )
+    }
+}
+
+impl SampledGrid {
+    /// Sample a distance in cells from `corner` on. `measure` gives the signed distances of points that lie near one another,
+    /// and may be asked from many threads; `solid` is a box around the solid.
+    pub fn sample(
+        corner: Vec3,
+        cell: f32,
+        cells: UVec3,
+        solid: Aabb,
+        measure: &(dyn Fn(&[Vec3], &mut [f32]) + Sync),
+    ) -> Self {
+        let points = cells + 1;
+        let at = |place: Vec3| corner + cell * place;
+        let mut coarse = vec![0.0; volume(points)];
+        coarse
+            .par_chunks_mut(points.x as usize)
+            .enumerate()
+            .for_each(|(row, out)| {
+                let (y, z) = (row as u32 % points.y, row as u32 / points.y);
+                let places: Vec<Vec3> = (0..points.x)
+                    .map(|x| at(uvec3(x, y, z).as_vec3()))
+                    .collect();
+                measure(&places, out);
+            });
+        // The surface is no nearer to a cell's middle than a corner tells.
+        let half = 0.5 * 3f32.sqrt() * cell;
+        let step = cell / SAMPLED_SIDE as f32;
+        let far = FAR * step;
+        let is_fine = |place: UVec3| {
+            let known = corners(place).map(|p| coarse[index(p, points)].abs());
+            if known.into_iter().fold(f32::INFINITY, f32::min) > 2.0 * half + far {
+                return false;
+            }
+            let mut d = [0.0];
+            measure(&[at(place.as_vec3() + 0.5)], &mut d);
+            d[0].abs() <= half + far
+        };
+        let fine_cells: Vec<UVec3> = (0..volume(cells))
+            .into_par_iter()
+            .map(|i| place_of(i, cells))
+            .filter(|&place| is_fine(place))
+            .collect();
+        let mut table = vec![0.0f32; volume(cells)];
+        for (i, &place) in fine_cells.iter().enumerate() {
+            table[index(place, cells)] = (i + 1) as f32;
+        }
+        let mut fine = vec![0.0; fine_cells.len() * FINE];
+        fine.par_chunks_mut(FINE)
+            .zip(&fine_cells)
+            .for_each(|(out, &place)| {
+                let own = corners(place).map(|p| coarse[index(p, points)]);
+                let part = |i: usize| {
+                    let inner = place_of(i, UVec3::splat(SAMPLED_SIDE + 1));
+                    inner.as_vec3() / SAMPLED_SIDE as f32
+                };
+                let mut places = [Vec3::ZERO; FINE];
+                for (i, p) in places.iter_mut().enumerate() {
+                    *p = at(place.as_vec3() + part(i));
+                }
+                measure(&places, out);
+                for (i, out) in out.iter_mut().enumerate() {
+                    *out = faded(*out, interpolate(own, part(i)), step);
+                }
+            });
+        let mut words = vec![0.0; SAMPLED_HEADER];
+        words[..3].copy_from_slice(&corner.to_array());
+        words[3] = 1.0 / cell;
+        words[4..7].copy_from_slice(&cells.as_vec3().to_array());
+        words.extend_from_slice(&table);
+        words.extend_from_slice(&coarse);
+        words.extend_from_slice(&fine);
+        Self::of(words, corner, cell, cells, solid)
+    }
+
+    fn of(words: Vec<f32>, corner: Vec3, cell: f32, cells: UVec3, solid: Aabb) -> Self {
+        let mut grid = Self {
+            words,
+            corner,
+            cell,
+            cells,
+            solid,
+            lipschitz: 1.0,
+        };
+        grid.lipschitz = grid.steepest().max(1.0);
+        grid
+    }
+
+    /// From words that were kept; `None` where they make no grid.
+    pub fn from_words(words: Vec<f32>, solid: Aabb) -> Option<Self> {
+        let head = words.get(..SAMPLED_HEADER)?;
+        let corner = Vec3::from_slice(head);
+        let cell = 1.0 / head[3];
+        let is_count = |n: &f32| (1.0..=512.0).contains(n) && n.fract() == 0.0;
+        let is_fine = words.iter().all(|w| w.is_finite()) && cell > 0.0 && solid.is_finite();
+        if !is_fine || !head[4..7].iter().all(is_count) {
+            return None;
+        }
+        let cells = Vec3::from_slice(&head[4..7]).as_uvec3();
+        let table = words.get(SAMPLED_HEADER..SAMPLED_HEADER + volume(cells))?;
+        let mut count = 0;
+        for &word in table {
+            if word != 0.0 {
+                count += 1;
+                if word != count as f32 {
+                    return None;
+                }
+            }
+        }
+        let length = SAMPLED_HEADER + volume(cells) + volume(cells + 1) + count * FINE;
+        (words.len() == length).then(|| Self::of(words, corner, cell, cells, solid))
+    }
+
+    /// What interpreters read.
+    pub fn words(&self) -> &[f32] {
+        &self.words
+    }
+
+    /// A box around the solid.
+    pub fn solid(&self) -> Aabb {
+        self.solid
+    }
+
+    /// The box in which distances are stored.
+    pub fn region(&self) -> Aabb {
+        Aabb::new(self.corner, self.corner + self.cell * self.cells.as_vec3())
+    }
+
+    /// By how much the distance can change over a length of 1.
+    pub fn lipschitz(&self) -> f32 {
+        self.lipschitz
+    }
+
+    /// Between fine samples.
+    pub fn spacing(&self) -> f32 {
+        self.cell / SAMPLED_SIDE as f32
+    }
+
+    /// Cells with fine samples.
+    pub fn fine_cells(&self) -> usize {
+        let fixed = SAMPLED_HEADER + volume(self.cells) + volume(self.cells + 1);
+        (self.words.len() - fixed) / FINE
+    }
+
+    /// The greatest gradient in any cell.
+    fn steepest(&self) -> f32 {
+        let table = &self.words[SAMPLED_HEADER..][..volume(self.cells)];
+        let coarse = &self.words[SAMPLED_HEADER + volume(self.cells)..];
+        let fine = &coarse[volume(self.cells + 1)..];
+        let mut greatest = 0.0f32;
+        for (i, &word) in table.iter().enumerate() {
+            if word == 0.0 {
+                let place = place_of(i, self.cells);
+                let own = corners(place).map(|p| coarse[index(p, self.cells + 1)]);
+                greatest = greatest.max(steepest(own) / self.cell);
+                continue;
+            }
+            let own = &fine[(word as usize - 1) * FINE..][..FINE];
+            let side = UVec3::splat(SAMPLED_SIDE + 1);
+            for z in 0..SAMPLED_SIDE {
+                for y in 0..SAMPLED_SIDE {
+                    for x in 0..SAMPLED_SIDE {
+                        let own = corners(uvec3(x, y, z)).map(|p| own[index(p, side)]);
+                        greatest = greatest.max(steepest(own) / self.spacing());
+                    }
+                }
+            }
+        }
+        // Rounding of the samples themselves.
+        greatest * 1.0001
+    }
+}
+
+/// The longest gradient at a corner, of samples a length of 1 apart.
+fn steepest(v: [f32; 8]) -> f32 {
+    let mut greatest = 0.0f32;
+    for c in 0..8 {
+        let along = |axis: usize| v[c | 1 << axis] - v[c & !(1 << axis)];
+        let [x, y, z] = [along(0), along(1), along(2)];
+        greatest = greatest.max(x * x + y * y + z * z);
+    }
+    greatest.sqrt()
+}
+
+/// What a fine sample holds: the distance near the surface, more and more of what the coarse samples tell farther off, and
+/// that alone from where cells without fine samples may begin. It keeps its sign.
+fn faded(d: f32, coarse: f32, step: f32) -> f32 {
+    let share = ((d.abs() / step - NEAR) / (FAR - NEAR)).clamp(0.0, 1.0);
+    let own = coarse * d.signum();
+    let told = own.max(0.5 * d.abs());
+    d.signum() * (d.abs() + (told - d.abs()) * share)
+}
+
+fn interpolate(v: [f32; 8], t: Vec3) -> f32 {
+    let along = |a: f32, b: f32, t: f32| a + (b - a) * t;
+    let row = |i: usize| along(v[i], v[i + 1], t.x);
+    along(along(row(0), row(2), t.y), along(row(4), row(6), t.y), t.z)
+}
+
+fn volume(n: UVec3) -> usize {
+    n.x as usize * n.y as usize * n.z as usize
+}
+
+fn index(p: UVec3, n: UVec3) -> usize {
+    (p.z as usize * n.y as usize + p.y as usize) * n.x as usize + p.x as usize
+}
+
+fn place_of(i: usize, n: UVec3) -> UVec3 {
+    let i = i as u32;
+    uvec3(i % n.x, i / n.x % n.y, i / n.x / n.y)
+}
+
+/// A cell's corners, x fastest.
+fn corners(place: UVec3) -> [UVec3; 8] {
+    std::array::from_fn(|c| place + uvec3(c as u32 & 1, c as u32 >> 1 & 1, c as u32 >> 2))
+}

@@ -1,0 +1,248 @@
+//! The meshes that scenes name: found, checked, sampled, and kept for the next time.
+
+use argil_math::Aabb;
+use argil_mesh::{Format, MeshInput, Repairs, Solid, from_bytes};
+use argil_scene::{SAMPLED_HEADER, SampledGrid, Scene};
+use std::collections::HashMap;
+use std::path::{Component, Path, PathBuf};
+use std::sync::Arc;
+
+/// What kept samples begin with; another number for another way of sampling.
+const MAGIC: [u8; 8] = *b"argilm01";
+
+/// Words of a kept file before the samples: the box, triangles, and what was repaired.
+const HEAD: usize = 6 + 7;
+
+/// A mesh that a scene names, loaded.
+#[derive(Clone, Debug)]
+pub struct LoadedMesh {
+    /// As the scene names it.
+    pub path: String,
+    /// Samples along the longest side.
+    pub resolution: u32,
+    /// Its distances.
+    pub grid: Arc<SampledGrid>,
+    /// Triangles, those that close holes included.
+    pub triangles: u64,
+    /// What was done to them.
+    pub repairs: Repairs,
+    /// Whether its samples were kept from another time.
+    pub was_kept: bool,
+}
+
+/// Why a mesh that a scene names is not loaded.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum MeshFileError {
+    /// Its file cannot be read.
+    #[error(transparent)]
+    Input(#[from] MeshInput),
+    /// The file holds no solid.
+    #[error("{}", path.display())]
+    Empty {
+        /// Which.
+        path: PathBuf,
+        /// Why.
+        source: MeshInput,
+    },
+    /// It is elsewhere.
+    #[error(
+        "the mesh \"{path}\" is not in the folder of the scene that names it, {}: put it there, or allow files outside (--allow-outside)",
+        folder.display()
+    )]
+    Outside {
+        /// As the scene names it.
+        path: String,
+        /// Where the scene is.
+        folder: PathBuf,
+    },
+}
+
+/// Load the meshes that a scene names and that are not loaded yet, from the folder of its file; with `outside`, from anywhere
+/// that their paths lead to. What was sampled is kept in the user's cache folder, by the hash of the file's bytes.
+///
+/// # Errors
+/// If a file is elsewhere, cannot be read, or holds no triangles.
+pub fn load_meshes(
+    scene: &mut Scene,
+    folder: &Path,
+    outside: bool,
+) -> Result<Vec<LoadedMesh>, MeshFileError> {
+    let mut loaded = Vec::new();
+    // The same file at another resolution is read once.
+    let mut solids: HashMap<PathBuf, Solid> = HashMap::new();
+    for (path, resolution) in scene.missing_meshes() {
+        let place = place_of(&path, folder, outside)?;
+        let mesh = load(&path, &place, resolution, &mut solids)?;
+        scene.set_mesh(path, resolution, mesh.grid.clone());
+        loaded.push(mesh);
+    }
+    Ok(loaded)
+}
+
+/// Where a mesh's file is.
+fn place_of(path: &str, folder: &Path, outside: bool) -> Result<PathBuf, MeshFileError> {
+    let folder = if folder.as_os_str().is_empty() {
+        Path::new(".")
+    } else {
+        folder
+    };
+    let place = folder.join(path);
+    if outside {
+        return Ok(place);
+    }
+    let refuse = || MeshFileError::Outside {
+        path: path.to_owned(),
+        folder: folder.into(),
+    };
+    let plain = |part: Component<'_>| matches!(part, Component::Normal(_) | Component::CurDir);
+    if !Path::new(path).components().all(plain) {
+        return Err(refuse());
+    }
+    // A link may lead out, too. What is not there is told when it is read.
+    match (place.canonicalize(), folder.canonicalize()) {
+        (Ok(place), Ok(folder)) if !place.starts_with(&folder) => Err(refuse()),
+        _ => Ok(place),
+    }
+}
+
+fn load(
+    path: &str,
+    place: &Path,
+    resolution: u32,
+    solids: &mut HashMap<PathBuf, Solid>,
+) -> Result<LoadedMesh, MeshFileError> {
+    let format = Format::of(place).ok_or_else(|| MeshInput::Unknown(place.into()))?;
+    let bytes = argil_mesh::bytes(place)?;
+    let hash = blake3::hash(&bytes).to_hex();
+    let kept = cache_folder().map(|f| f.join(format!("{hash}-{resolution}.{MAGIC_TEXT}")));
+    let done = |grid,
+                [
+        triangles,
+        welded,
+        dropped,
+        turned,
+        parts_turned,
+        holes,
+        parts,
+    ]: [u64; 7],
+                was_kept| LoadedMesh {
+        path: path.to_owned(),
+        resolution,
+        grid: Arc::new(grid),
+        triangles,
+        repairs: Repairs {
+            welded,
+            dropped,
+            turned,
+            parts_turned,
+            holes,
+            parts,
+        },
+        was_kept,
+    };
+    if let Some((grid, counts)) = kept.as_deref().and_then(read_kept) {
+        return Ok(done(grid, counts, true));
+    }
+    if !solids.contains_key(place) {
+        let mesh = from_bytes(&bytes, format, place)?;
+        let solid = Solid::new(&mesh).map_err(|source| MeshFileError::Empty {
+            path: place.into(),
+            source,
+        })?;
+        solids.insert(place.into(), solid);
+    }
+    let solid = &solids[place];
+    let grid = solid.sample(resolution);
+    let r = solid.repairs();
+    let counts = [
+        solid.triangles() as u64,
+        r.welded,
+        r.dropped,
+        r.turned,
+        r.parts_turned,
+        r.holes,
+        r.parts,
+    ];
+    if let Some(kept) = kept {
+        // A cache that cannot be written costs time, nothing else.
+        let _ = write_kept(&kept, &grid, counts);
+    }
+    Ok(done(grid, counts, false))
+}
+
+/// The ending of kept files' names.
+const MAGIC_TEXT: &str = "grid01";
+
+fn cache_folder() -> Option<PathBuf> {
+    Some(dirs::cache_dir()?.join("argil").join("meshes"))
+}
+
+fn write_kept(path: &Path, grid: &SampledGrid, counts: [u64; 7]) -> std::io::Result<()> {
+    if let Some(folder) = path.parent() {
+        std::fs::create_dir_all(folder)?;
+    }
+    let mut words: Vec<f32> = Vec::with_capacity(HEAD + grid.words().len());
+    let solid = grid.solid();
+    words.extend(solid.min.to_array());
+    words.extend(solid.max.to_array());
+    // Counts of up to 2³², as bits.
+    words.extend(counts.map(|n| f32::from_bits(n.min(u32::MAX.into()) as u32)));
+    words.extend_from_slice(grid.words());
+    let bytes: &[u8] = bytemuck::cast_slice(&words);
+    argil_scene::replace_file(path, |out| {
+        use std::io::Write;
+        out.write_all(&MAGIC)?;
+        out.write_all(blake3::hash(bytes).as_bytes())?;
+        out.write_all(bytes)
+    })
+}
+
+/// What was kept, if it is whole.
+fn read_kept(path: &Path) -> Option<(SampledGrid, [u64; 7])> {
+    let all = std::fs::read(path).ok()?;
+    let (magic, rest) = all.split_at_checked(MAGIC.len())?;
+    let (hash, bytes) = rest.split_at_checked(32)?;
+    if magic != MAGIC || blake3::hash(bytes).as_bytes() != hash {
+        return None;
+    }
+    let words: Vec<f32> = bytes
+        .as_chunks::<4>()
+        .0
+        .iter()
+        .map(|&b| f32::from_le_bytes(b))
+        .collect();
+    if words.len() < HEAD + SAMPLED_HEADER {
+        return None;
+    }
+    let corner = |at: usize| glam::Vec3::from_slice(&words[at..]);
+    let solid = Aabb::new(corner(0), corner(3));
+    let counts = std::array::from_fn(|i| u64::from(words[6 + i].to_bits()));
+    Some((
+        SampledGrid::from_words(words[HEAD..].to_vec(), solid)?,
+        counts,
+    ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn paths_that_lead_out_are_refused() {
+        let here = tempfile::tempdir().expect("a folder");
+        let inner = here.path().join("scene");
+        std::fs::create_dir(&inner).expect("a folder");
+        std::fs::write(here.path().join("secret.obj"), "").expect("a file");
+        let refused = |path: &str| place_of(path, &inner, false).is_err();
+        assert!(refused("../secret.obj") && refused("/etc/passwd.obj") && refused("a/../../b.obj"));
+        assert!(!refused("a.obj") && !refused("sub/a.obj") && !refused("./a.obj"));
+        assert!(place_of("../secret.obj", &inner, true).is_ok());
+        #[cfg(unix)]
+        {
+            let link = inner.join("link.obj");
+            std::os::unix::fs::symlink(here.path().join("secret.obj"), link).expect("a link");
+            assert!(refused("link.obj"));
+        }
+    }
+}
