@@ -219,6 +219,9 @@ pub struct Mesh {
     pub volume: VolumeFlags,
     #[command(flatten)]
     pub on: On,
+    /// How triangles are found
+    #[arg(long, value_enum, default_value_t = MeshMethod::Mc)]
+    pub method: MeshMethod,
     /// The distance from the solid at which the surface is taken, in the scene's unit
     #[arg(
         long,
@@ -245,6 +248,14 @@ pub struct Mesh {
     /// Print one JSON object on stdout and nothing else there
     #[arg(long)]
     pub json: bool,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum MeshMethod {
+    /// Marching cubes: corners on the edges of the grid
+    Mc,
+    /// Dual contouring of the exact field: edges of solids come out sharp
+    Dc,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]

@@ -1,6 +1,6 @@
 //! `argil mesh`.
 
-use crate::args::{self, Mesh, MeshAxes, MeshNormals, MeshUnit};
+use crate::args::{self, Mesh, MeshAxes, MeshMethod, MeshNormals, MeshUnit};
 use crate::{input, output};
 use anyhow::{Context, ensure};
 use argil::{Axes, Format, MeshOptions, Meshed, World, WriteOptions, save_mesh};
@@ -39,6 +39,10 @@ pub fn run(options: &Mesh) -> anyhow::Result<()> {
     let about = (options.time, options.on.allow_outside);
     let (_, world) = input::world(&options.scene, &engine, options.via, &flags, about)?;
     let settings = MeshOptions {
+        method: match options.method {
+            MeshMethod::Mc => argil::MeshMethod::MarchingCubes,
+            MeshMethod::Dc => argil::MeshMethod::DualContouring,
+        },
         resolution: resolution.unwrap_or(256),
         iso: options.iso,
         normals: match options.normals {

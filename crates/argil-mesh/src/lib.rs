@@ -1,5 +1,6 @@
 //! Triangles out of fields and volumes, and triangles in.
 
+pub mod dual;
 pub mod exact;
 pub mod marching;
 mod mesh;

@@ -3,7 +3,7 @@
 use argil_field::{Grid, Program};
 use argil_mesh::marching::bricks::{self, Marched};
 use argil_mesh::marching::dense;
-use argil_mesh::{Mesh, Report};
+use argil_mesh::{Mesh, Report, dual, exact};
 use argil_scene::{Brush, Scene, Shape};
 use argil_volume::{BrickLayout, BrickSettings, Bricks, Lattice};
 use glam::{UVec3, Vec3};
@@ -122,6 +122,87 @@ fn normals_and_triangles_point_outwards() {
         assert!(d.abs() < 0.3 * lattice.voxel, "{d} at {p}");
         assert!(gradient.normalize().dot(n) > 0.6, "{gradient} {n} at {p}");
     }
+}
+
+#[test]
+fn edges_and_corners_come_out_sharp() {
+    let half = Vec3::new(0.5, 0.35, 0.42);
+    let (axis, degrees) = ([0.3, 1.0, 0.2], 27.0);
+    let mut scene = Scene::new();
+    let shape = Shape::cuboid(half.to_array());
+    scene
+        .push(Brush::new(shape).rotated(axis, degrees))
+        .expect("a brush");
+    let program = Program::lower(&scene).expect("a program");
+    let lattice = Lattice::holding(program.aabb(), None, 48).expect("a lattice");
+    let layout = BrickLayout::new(lattice, &BrickSettings::default()).expect("a layout");
+    let (bricks, lists, _) = Bricks::bake_with_lists(&program, layout, None).expect("bricks");
+    let (mut marched, rings) = bricks::march_with_rings(&bricks);
+    exact::refine(&program, &lists, &mut marched);
+    let dual = dual::contour(&lattice, &marched, &rings);
+
+    let (soft, sharp) = (Report::of(&marched.mesh), Report::of(&dual));
+    assert!(sharp.is_watertight() && sharp.euler == 2, "{sharp:?}");
+    let size = f64::from(8.0 * half.element_product());
+    let missing = |report: &Report| (1.0 - report.volume / size).abs();
+    // Where an edge passes by the grid's own without crossing one, nothing tells of it.
+    assert!(missing(&sharp) < 3e-4, "{} of {size}", sharp.volume);
+    // Marching cubes cut the edges off.
+    assert!(
+        missing(&soft) > 4.0 * missing(&sharp),
+        "{} of {size}",
+        soft.volume
+    );
+    // Nearly all of the area lies in the sides.
+    let back = glam::Quat::from_axis_angle(Vec3::from(axis).normalize(), f32::to_radians(-degrees));
+    let beveled = |mesh: &Mesh| {
+        let mut area = 0.0;
+        for t in 0..mesh.triangles.len() {
+            let [a, b, c] = mesh.corners(t);
+            let cross = back * (b - a).cross(c - a);
+            if cross.normalize_or_zero().abs().max_element() < 0.999 {
+                area += 0.5 * cross.length();
+            }
+        }
+        area
+    };
+    assert!(
+        beveled(&dual) < 0.1 * beveled(&marched.mesh),
+        "{} {}",
+        beveled(&dual),
+        beveled(&marched.mesh)
+    );
+}
+
+#[test]
+fn dual_meshes_of_noise_close() {
+    // Balls that overlap at random, a voxel or two large: many cells with more than one sheet.
+    let mut scene = Scene::new();
+    let mut state = 3u32;
+    let mut number = || {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        (state >> 8) as f32 / (1 << 23) as f32 - 1.0
+    };
+    for _ in 0..400 {
+        let brush = Brush::new(Shape::sphere(0.07 + 0.03 * number()));
+        scene
+            .push(brush.at([number(), number(), number()]))
+            .expect("a brush");
+    }
+    let program = Program::lower(&scene).expect("a program");
+    let lattice = Lattice::holding(program.aabb(), None, 60).expect("a lattice");
+    let layout = BrickLayout::new(lattice, &BrickSettings::default()).expect("a layout");
+    let (bricks, lists, _) = Bricks::bake_with_lists(&program, layout, None).expect("bricks");
+    let (mut marched, rings) = bricks::march_with_rings(&bricks);
+    exact::refine(&program, &lists, &mut marched);
+    let report = Report::of(&dual::contour(&lattice, &marched, &rings));
+    let soft = Report::of(&marched.mesh);
+    assert!(
+        soft.is_watertight() && report.open_edges == 0,
+        "{soft:?} {report:?}"
+    );
+    assert_eq!(report.euler, soft.euler);
+    assert!((report.volume / soft.volume - 1.0).abs() < 0.03);
 }
 
 #[test]

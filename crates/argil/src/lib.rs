@@ -49,7 +49,7 @@ pub use error::{BuildError, EngineError, PictureError, RenderError, VolumeFileEr
 pub use glam;
 pub use listeners::Listener;
 pub use live::{Applied, Pace};
-pub use mesh::{MeshError, MeshNormals, MeshOptions, Meshed, save_mesh};
+pub use mesh::{MeshError, MeshMethod, MeshNormals, MeshOptions, Meshed, save_mesh};
 pub use meshes::{LoadedMesh, MeshFileError, load_meshes};
 pub use picture::{Drawn, save_png};
 pub use query::{CastHit, Overlap, Query};

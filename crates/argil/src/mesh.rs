@@ -4,8 +4,8 @@ use crate::representation::budget_on;
 use crate::{BricksOptions, BuildError, World};
 use argil_field::{Evaluator, Grid, Program};
 use argil_math::Aabb;
-use argil_mesh::marching::bricks::Marched;
-use argil_mesh::{Format, Mesh, Report, WriteOptions, exact, marching, write};
+use argil_mesh::marching::bricks::Rings;
+use argil_mesh::{Format, Mesh, Report, WriteOptions, dual, exact, marching, write};
 use argil_volume::{Bits, BrickLayout, BrickSettings, Bricks, CellLists, Dense, Lattice, Volume};
 use glam::Vec3;
 use rayon::prelude::*;
@@ -29,9 +29,21 @@ pub enum MeshNormals {
     None,
 }
 
+/// How triangles are found.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum MeshMethod {
+    /// Marching cubes: corners on the grid's edges.
+    #[default]
+    MarchingCubes,
+    /// Dual contouring: corners in the grid's cells, where the exact surface's planes meet; edges of solids come out sharp.
+    DualContouring,
+}
+
 /// How a mesh is made.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MeshOptions {
+    /// How triangles are found.
+    pub method: MeshMethod,
     /// Voxels along the longest side, where the world is not kept as a volume.
     pub resolution: u32,
     /// The distance at which the surface is taken, in the scene's unit: above 0 it is outside of the solid.
@@ -47,6 +59,7 @@ pub struct MeshOptions {
 impl Default for MeshOptions {
     fn default() -> Self {
         Self {
+            method: MeshMethod::default(),
             resolution: 256,
             iso: 0.0,
             normals: MeshNormals::default(),
@@ -95,6 +108,11 @@ pub enum MeshError {
         /// What is stored.
         band: f32,
     },
+    /// What is stored has no normals on the grid's edges.
+    #[error(
+        "dual contouring takes normals from the exact field, at iso level 0: mesh the field of a scene, or take marching cubes"
+    )]
+    Dual,
     /// An octree's empty bricks are not filled.
     #[error("an octree is not meshed: take the field, a dense volume or bricks")]
     Octree,
@@ -133,6 +151,10 @@ impl World {
         let program = self.program();
         let volume = self.volume()?;
         let mut made = None;
+        let is_dual = options.method == MeshMethod::DualContouring;
+        if is_dual && (volume.is_some() || iso != 0.0) {
+            return Err(MeshError::Dual);
+        }
         let (mut mesh, lattice, lists) = match volume.as_deref() {
             None if iso == 0.0 => self.of_field(options, &mut made, &mut stages)?,
             None => self.of_level(options, &mut stages)?,
@@ -215,10 +237,19 @@ impl World {
         let baked = Bricks::bake_with_lists(program, layout, budget);
         let (bricks, lists, _) = baked.map_err(BuildError::from)?;
         stages.done("bake");
-        let mut marched: Marched = marching::bricks::march(&bricks);
+        let is_dual = options.method == MeshMethod::DualContouring;
+        let (mut marched, rings) = if is_dual {
+            marching::bricks::march_with_rings(&bricks)
+        } else {
+            (marching::bricks::march(&bricks), Rings::default())
+        };
         stages.done("march");
         exact::refine(program, &lists, &mut marched);
         stages.done("refine");
+        if is_dual {
+            marched.mesh = dual::contour(&lattice, &marched, &rings);
+            stages.done("contour");
+        }
         if options.normals != MeshNormals::Field {
             marched.mesh.normals = Vec::new();
         }

@@ -5,11 +5,12 @@
 //! vertices are found by counting the bits before them. No cell without a brick is looked at, as no surface is there.
 
 use super::dense::part;
-use super::table::cases;
+use super::table::{cases, rings};
 use crate::Mesh;
 use argil_volume::{Bits, Bricks, Texel, Word};
 use glam::{UVec3, Vec3, uvec3};
 use rayon::prelude::*;
+use std::collections::HashMap;
 use wide::{i8x16, i16x8};
 
 /// The vertices of a brick: `begin` to `ends[0]` lie on edges along x, from there to `ends[1]` along y, to `ends[2]` along z.
@@ -36,18 +37,44 @@ pub struct Marched {
 
 /// The surface that bricks hold.
 pub fn march(bricks: &Bricks) -> Marched {
+    march_with(bricks, false).0
+}
+
+/// The loops in which the surface goes through cells.
+#[derive(Clone, Debug, Default)]
+pub struct Rings {
+    /// Of each loop: its cell, in voxels from the lattice's corner.
+    pub cells: Vec<UVec3>,
+    /// Where each loop's vertices begin and end among `vertices`.
+    pub bounds: Vec<[u32; 2]>,
+    /// The vertices of all loops.
+    pub vertices: Vec<u32>,
+    /// Of each vertex, the loops that go through its edge: by where the cell lies along the first of the other axes, 1 for
+    /// before, and along the second, 2. `u32::MAX` where there is none.
+    pub around: Vec<[u32; 4]>,
+}
+
+/// The surface, and its loops, for the dual mesh.
+pub fn march_with_rings(bricks: &Bricks) -> (Marched, Rings) {
+    march_with(bricks, true)
+}
+
+fn march_with(bricks: &Bricks, with_rings: bool) -> (Marched, Rings) {
     if bricks.is_empty() {
-        return Marched::default();
+        return <(Marched, Rings)>::default();
     }
     match bricks.layout().encoding.bits {
-        Bits::Eight => march_of::<i8>(bricks),
-        Bits::Sixteen => march_of::<i16>(bricks),
+        Bits::Eight => march_of::<i8>(bricks, with_rings),
+        Bits::Sixteen => march_of::<i16>(bricks, with_rings),
     }
 }
 
-fn march_of<T: Texel>(bricks: &Bricks) -> Marched {
+/// What one brick's loops are: the cell, and the vertices with their places in [`Rings::around`].
+type Ring = (UVec3, Vec<(u32, u8)>);
+
+fn march_of<T: Texel>(bricks: &Bricks, with_rings: bool) -> (Marched, Rings) {
     let Some(pool) = bricks.pool().of::<T>() else {
-        return Marched::default();
+        return <(Marched, Rings)>::default();
     };
     let mut all = All::<T>::new(bricks, pool);
     let (mut vertices, mut triangles) = (0u32, 0u32);
@@ -85,19 +112,141 @@ fn march_of<T: Texel>(bricks: &Bricks) -> Marched {
         triangles = rest;
         jobs.push((brick, own_positions, own_spans, own_triangles));
     }
-    jobs.into_par_iter().with_min_len(16).for_each_init(
-        || vec![0u32; 3 * all.rows * all.points],
-        |ids, (brick, positions, spans, triangles)| {
-            if !triangles.is_empty() {
-                all.vertices(brick, ids, positions, spans);
-                all.triangles(brick, ids, triangles);
-            }
-        },
-    );
-    Marched {
+    let found: Vec<Vec<Ring>> = jobs
+        .into_par_iter()
+        .with_min_len(16)
+        .map_init(
+            || vec![0u32; 3 * all.rows * all.points],
+            |ids, (brick, positions, spans, triangles)| {
+                let mut rings = Vec::new();
+                if !triangles.is_empty() {
+                    all.vertices(brick, ids, positions, spans);
+                    all.triangles(brick, ids, triangles);
+                    if with_rings {
+                        all.rings(brick, ids, &mut rings);
+                    }
+                }
+                rings
+            },
+        )
+        .collect();
+    let marched = Marched {
         mesh,
         groups,
         spans,
+    };
+    let rings = if with_rings {
+        gathered(found, marched.mesh.positions.len())
+    } else {
+        Rings::default()
+    };
+    (marched, rings)
+}
+
+/// All bricks' loops, one after the other.
+fn gathered(found: Vec<Vec<Ring>>, vertices: usize) -> Rings {
+    let mut rings = Rings {
+        around: vec![[u32::MAX; 4]; vertices],
+        ..Rings::default()
+    };
+    for (cell, edges) in found.into_iter().flatten() {
+        let own = rings.cells.len() as u32;
+        rings.cells.push(cell);
+        let begin = rings.vertices.len() as u32;
+        rings.bounds.push([begin, begin + edges.len() as u32]);
+        for (vertex, place) in edges {
+            rings.vertices.push(vertex);
+            rings.around[vertex as usize][usize::from(place)] = own;
+        }
+    }
+    rings.part();
+    rings
+}
+
+impl Rings {
+    /// A loop's vertices, in order.
+    pub fn of(&self, ring: usize) -> &[u32] {
+        let [begin, end] = self.bounds[ring];
+        &self.vertices[begin as usize..end as usize]
+    }
+
+    /// Where two loops in neighbouring cells share both segments of a face, their dual vertices would have four triangles on
+    /// one edge: on that face the segments are joined the other way round, which makes two loops of each (Wenger, "Isosurfaces",
+    /// 2013).
+    fn part(&mut self) {
+        // Both segments, and at least two more vertices.
+        const SHORTEST: usize = 6;
+        let mut owner: HashMap<(u32, u32), usize> = HashMap::new();
+        let long: Vec<usize> = (0..self.cells.len())
+            .filter(|&ring| self.of(ring).len() >= SHORTEST)
+            .collect();
+        for &ring in &long {
+            let own = self.of(ring);
+            for (i, &from) in own.iter().enumerate() {
+                owner.insert((from, own[(i + 1) % own.len()]), ring);
+            }
+        }
+        for &ring in &long {
+            let Some((other, own, theirs)) = self.twice_beside(ring, &owner) else {
+                continue;
+            };
+            self.split(ring, own);
+            self.split(other, theirs);
+        }
+    }
+
+    /// The loop that shares two segments with one, and at which places those begin in both.
+    fn twice_beside(
+        &self,
+        ring: usize,
+        owner: &HashMap<(u32, u32), usize>,
+    ) -> Option<(usize, [usize; 2], [usize; 2])> {
+        let own = self.of(ring);
+        let mut seen: Vec<(usize, usize)> = Vec::new();
+        for i in 0..own.len() {
+            let (from, to) = (own[i], own[(i + 1) % own.len()]);
+            let Some(&other) = owner.get(&(to, from)) else {
+                continue;
+            };
+            let Some(&(_, first)) = seen.iter().find(|(known, _)| *known == other) else {
+                seen.push((other, i));
+                continue;
+            };
+            // Either may have been split since it was noted.
+            let theirs = self.of(other);
+            let at = |k: usize| theirs.iter().position(|&v| v == own[(k + 1) % own.len()]);
+            let (mut a, mut b) = (at(first)?, at(i)?);
+            let goes_on = |a: usize, k: usize| theirs[(a + 1) % theirs.len()] == own[k];
+            if !goes_on(a, first) || !goes_on(b, i) {
+                continue;
+            }
+            if a > b {
+                std::mem::swap(&mut a, &mut b);
+            }
+            return Some((other, [first, i], [a, b]));
+        }
+        None
+    }
+
+    /// Cut a loop behind two of its places: what is between them becomes one of its own.
+    fn split(&mut self, ring: usize, [first, second]: [usize; 2]) {
+        let [begin, end] = self.bounds[ring].map(|i| i as usize);
+        let own = &mut self.vertices[begin..end];
+        // What is between comes last.
+        own.rotate_left(second + 1);
+        let between = second - first;
+        let cut = end - between;
+        self.bounds[ring] = [begin as u32, cut as u32];
+        let new = self.cells.len() as u32;
+        self.cells.push(self.cells[ring]);
+        self.bounds.push([cut as u32, end as u32]);
+        for &vertex in &self.vertices[cut..end] {
+            for slot in &mut self.around[vertex as usize] {
+                if *slot == ring as u32 {
+                    *slot = new;
+                }
+            }
+        }
     }
 }
 
@@ -375,10 +524,9 @@ impl<'a, T: Texel> All<'a, T> {
         }
     }
 
-    /// Write a brick's triangles, by the vertices on its edges.
-    fn triangles(&self, brick: usize, ids: &[u32], out: &mut [[u32; 3]]) {
-        // From a cell's first sample to the edges around it.
-        let places: [usize; 12] = std::array::from_fn(|edge| {
+    /// From a cell's first sample to the edges around it.
+    fn edge_places(&self) -> [usize; 12] {
+        std::array::from_fn(|edge| {
             let (axis, low, high) = (edge / 4, edge & 1, edge >> 1 & 1);
             let [x, y, z] = match axis {
                 0 => [0, low, high],
@@ -386,7 +534,28 @@ impl<'a, T: Texel> All<'a, T> {
                 _ => [low, high, 0],
             };
             ((axis * self.points + z) * self.points + y) * self.points + x
+        })
+    }
+
+    /// A brick's loops, by the vertices on its edges.
+    fn rings(&self, brick: usize, ids: &[u32], out: &mut Vec<Ring>) {
+        let places = self.edge_places();
+        let first = self.own[brick].cell * self.side as u32;
+        self.cells(self.bits(brick), |[x, y, z], case| {
+            let from = (z * self.points + y) * self.points + x;
+            for ring in &rings()[case] {
+                let edges = ring
+                    .iter()
+                    .map(|&edge| (ids[from + places[usize::from(edge)]], edge % 4));
+                let cell = first + uvec3(x as u32, y as u32, z as u32);
+                out.push((cell, edges.collect()));
+            }
         });
+    }
+
+    /// Write a brick's triangles, by the vertices on its edges.
+    fn triangles(&self, brick: usize, ids: &[u32], out: &mut [[u32; 3]]) {
+        let places = self.edge_places();
         let mut out = out.iter_mut();
         self.cells(self.bits(brick), |[x, y, z], case| {
             let from = (z * self.points + y) * self.points + x;

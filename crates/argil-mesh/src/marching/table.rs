@@ -38,6 +38,12 @@ pub fn cases() -> &'static [Case; 256] {
     CASES.get_or_init(|| std::array::from_fn(|case| make(case as u8)))
 }
 
+/// The loops of each case: the edges that each goes through, in order.
+pub fn rings() -> &'static [Vec<Vec<u8>>; 256] {
+    static RINGS: OnceLock<[Vec<Vec<u8>>; 256]> = OnceLock::new();
+    RINGS.get_or_init(|| std::array::from_fn(|case| loops(case as u8)))
+}
+
 /// The two corners of an edge, the lower first.
 pub fn corners(edge: u8) -> [u8; 2] {
     let (axis, place) = (edge / 4, edge % 4);
