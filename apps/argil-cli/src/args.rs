@@ -230,6 +230,12 @@ pub struct Mesh {
         allow_negative_numbers = true
     )]
     pub iso: f32,
+    /// Leave out triangles until there are N, or as few as keep the surface closed
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(4..))]
+    pub triangles: Option<u32>,
+    /// Write N coarser meshes besides, each of a quarter of the triangles of the one before, as NAME-1.glb and so on
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=16), requires = "output")]
+    pub lods: Option<u32>,
     /// Where normals come from
     #[arg(long, value_enum, default_value_t = MeshNormals::Field)]
     pub normals: MeshNormals,

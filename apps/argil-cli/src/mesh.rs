@@ -5,6 +5,7 @@ use crate::{input, output};
 use anyhow::{Context, ensure};
 use argil::{Axes, Format, MeshOptions, Meshed, World, WriteOptions, save_mesh};
 use serde_json::json;
+use std::path::PathBuf;
 
 pub fn run(options: &Mesh) -> anyhow::Result<()> {
     // Say what is wrong with the request before any work.
@@ -51,12 +52,14 @@ pub fn run(options: &Mesh) -> anyhow::Result<()> {
             MeshNormals::Face => argil::MeshNormals::Face,
             MeshNormals::None => argil::MeshNormals::None,
         },
+        most_triangles: options.triangles.map(|n| n as usize),
         materials: format.is_some_and(|(_, format)| format != Format::Stl),
         unshared: options.unshared,
     };
     let place = || options.scene.display().to_string();
     let meshed = world.mesh(&settings).with_context(place)?;
     let report = meshed.report;
+    let mut lods = Vec::new();
     if let Some((path, format)) = format {
         ensure!(
             report.triangles > 0,
@@ -64,8 +67,21 @@ pub fn run(options: &Mesh) -> anyhow::Result<()> {
             options.scene.display()
         );
         save_mesh(&meshed.mesh, format, &how, path)?;
+        for lod in 1..=options.lods.unwrap_or(0) {
+            let most = report.triangles as usize >> (2 * lod).min(60);
+            let coarser = MeshOptions {
+                most_triangles: Some(most.max(4)),
+                ..settings
+            };
+            let coarser = world.mesh(&coarser).with_context(place)?;
+            let name = path.file_stem().unwrap_or_default().to_string_lossy();
+            let ending = path.extension().unwrap_or_default().to_string_lossy();
+            let beside = path.with_file_name(format!("{name}-{lod}.{ending}"));
+            save_mesh(&coarser.mesh, format, &how, &beside)?;
+            lods.push((beside, coarser));
+        }
     }
-    tell(options, &world, &meshed);
+    tell(options, &world, &meshed, &lods);
     Ok(())
 }
 
@@ -95,7 +111,7 @@ fn write_options(options: &Mesh, format: Option<Format>) -> anyhow::Result<Write
     Ok(WriteOptions { axes, scale })
 }
 
-fn tell(options: &Mesh, world: &World, meshed: &Meshed) {
+fn tell(options: &Mesh, world: &World, meshed: &Meshed, lods: &[(PathBuf, Meshed)]) {
     let report = &meshed.report;
     let stages = meshed.stages_ms.iter();
     let stages: serde_json::Map<_, _> = stages
@@ -124,6 +140,17 @@ fn tell(options: &Mesh, world: &World, meshed: &Meshed) {
         "enclosed_volume": report.volume,
         "box": (report.triangles > 0).then(|| [bounds.min.to_array(), bounds.max.to_array()]),
         "off_voxels": { "rms": meshed.off_voxels[0], "max": meshed.off_voxels[1] },
+        "simplified_by": meshed.simplified_by,
+        "lods": lods.iter().map(|(path, lod)| json!({
+            "mesh": path.display().to_string(),
+            "triangles": lod.report.triangles,
+            "vertices": lod.mesh.positions.len(),
+            "watertight": lod.report.is_watertight(),
+            "open_edges": lod.report.open_edges,
+            "non_manifold_edges": lod.report.non_manifold_edges,
+            "simplified_by": lod.simplified_by,
+            "off_voxels": { "rms": lod.off_voxels[0], "max": lod.off_voxels[1] },
+        })).collect::<Vec<_>>(),
         "memory_bytes": meshed.mesh.memory_bytes(),
         "mesh": options.output.as_ref().map(|p| p.display().to_string()),
     });
@@ -157,5 +184,18 @@ fn tell(options: &Mesh, world: &World, meshed: &Meshed) {
         "memory_bytes",
     ] {
         output::pair(key, &whole[key]);
+    }
+    for (path, lod) in lods {
+        output::line(&format!(
+            "{}: {} triangles, off by {:.4} at most, {}",
+            path.display(),
+            lod.report.triangles,
+            lod.simplified_by,
+            if lod.report.open_edges == 0 {
+                "closed"
+            } else {
+                "open"
+            },
+        ));
     }
 }

@@ -7,6 +7,7 @@ mod mesh;
 mod read;
 mod repair;
 mod report;
+mod simplify;
 mod solid;
 mod write;
 
@@ -14,5 +15,6 @@ pub use mesh::Mesh;
 pub use read::{MeshInput, bytes, from_bytes, read};
 pub use repair::{Repairs, repair};
 pub use report::Report;
+pub use simplify::simplify;
 pub use solid::Solid;
 pub use write::{Axes, Format, WriteOptions, write};

@@ -43,6 +43,28 @@ impl Mesh {
         crate::repair::weld(self).0
     }
 
+    /// Some triangles, with the corners that they use.
+    ///
+    /// # Panics
+    /// If one has a corner that there is not.
+    pub fn part(&self, triangles: &[[u32; 3]]) -> Self {
+        let mut place = vec![u32::MAX; self.positions.len()];
+        let mut own = Self::default();
+        for triangle in triangles {
+            own.triangles.push(triangle.map(|i| {
+                let i = i as usize;
+                if place[i] == u32::MAX {
+                    place[i] = own.positions.len() as u32;
+                    own.positions.push(self.positions[i]);
+                    own.normals.extend(self.normals.get(i));
+                    own.materials.extend(self.materials.get(i));
+                }
+                place[i]
+            }));
+        }
+        own
+    }
+
     /// The same triangles with three corners each that are theirs alone; with the faces' own normals, the 2023 study's true
     /// ones, if asked for. Triangles without an area get a zero normal.
     pub fn unshared(&self, face_normals: bool) -> Self {

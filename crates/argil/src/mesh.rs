@@ -5,7 +5,7 @@ use crate::{BricksOptions, BuildError, World};
 use argil_field::{Evaluator, Grid, Program};
 use argil_math::Aabb;
 use argil_mesh::marching::bricks::Rings;
-use argil_mesh::{Format, Mesh, Report, WriteOptions, dual, exact, marching, write};
+use argil_mesh::{Format, Mesh, Report, WriteOptions, dual, exact, marching, simplify, write};
 use argil_volume::{Bits, BrickLayout, BrickSettings, Bricks, CellLists, Dense, Lattice, Volume};
 use glam::Vec3;
 use rayon::prelude::*;
@@ -50,6 +50,8 @@ pub struct MeshOptions {
     pub iso: f32,
     /// Where normals come from.
     pub normals: MeshNormals,
+    /// Most triangles; as many as there are without it.
+    pub most_triangles: Option<usize>,
     /// Whether corners get materials.
     pub materials: bool,
     /// Whether each triangle has corners of its own, as in the 2023 study.
@@ -63,6 +65,7 @@ impl Default for MeshOptions {
             resolution: 256,
             iso: 0.0,
             normals: MeshNormals::default(),
+            most_triangles: None,
             materials: true,
             unshared: false,
         }
@@ -82,6 +85,8 @@ pub struct Meshed {
     pub duration_ms: f64,
     /// By stage.
     pub stages_ms: Vec<(&'static str, f64)>,
+    /// How far leaving triangles out may have moved the surface, in the scene's unit.
+    pub simplified_by: f32,
     /// How far corners are from the exact surface: the root of the mean square, and the most, in voxels.
     pub off_voxels: [f64; 2],
 }
@@ -116,6 +121,9 @@ pub enum MeshError {
     /// An octree's empty bricks are not filled.
     #[error("an octree is not meshed: take the field, a dense volume or bricks")]
     Octree,
+    /// There are too many corners to leave some out.
+    #[error("simplifying: {0}")]
+    Simplify(String),
     /// Not a length.
     #[error("an iso level of {0}: it is a length in the scene's unit, from -1e6 to 1e6")]
     NotALength(f32),
@@ -171,6 +179,11 @@ impl World {
                 (mesh, *dense.lattice(), None)
             }
         };
+        let mut simplified_by = 0.0;
+        if let Some(most) = options.most_triangles {
+            (mesh, simplified_by) = simplify(&mesh, most).map_err(MeshError::Simplify)?;
+            stages.done("simplify");
+        }
         let needs_normals = mesh.normals.is_empty() && options.normals != MeshNormals::None;
         let needs_normals = needs_normals && options.normals != MeshNormals::Face;
         let lists = match lists {
@@ -211,6 +224,7 @@ impl World {
             off_voxels: [(square / off.len().max(1) as f64).sqrt(), most],
             mesh,
             report,
+            simplified_by,
             lattice,
             duration_ms,
             stages_ms: stages.all,

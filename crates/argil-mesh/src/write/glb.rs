@@ -50,7 +50,7 @@ pub fn write(mesh: &Mesh, out: &mut impl Write) -> io::Result<()> {
     let mut is_strong = false;
     for (finish, triangles) in &groups {
         // Readers give each primitive corners of its own, so that shared ones would be multiplied.
-        let mut primitive = primitive(&mut parts, &compact(mesh, triangles));
+        let mut primitive = primitive(&mut parts, &mesh.part(triangles));
         primitive["material"] = json!(materials.len());
         primitives.push(primitive);
         let material = material(finish);
@@ -187,25 +187,6 @@ fn groups(mesh: &Mesh) -> BTreeMap<Finish, Vec<[u32; 3]>> {
         groups.entry(finishes[1]).or_default().push(triangle);
     }
     groups
-}
-
-/// The corners that some triangles use, and the triangles by those.
-fn compact(mesh: &Mesh, triangles: &[[u32; 3]]) -> Mesh {
-    let mut place = vec![u32::MAX; mesh.positions.len()];
-    let mut own = Mesh::default();
-    for triangle in triangles {
-        own.triangles.push(triangle.map(|i| {
-            let i = i as usize;
-            if place[i] == u32::MAX {
-                place[i] = own.positions.len() as u32;
-                own.positions.push(mesh.positions[i]);
-                own.normals.extend(mesh.normals.get(i));
-                own.materials.extend(mesh.materials.get(i));
-            }
-            place[i]
-        }));
-    }
-    own
 }
 
 fn material(finish: &Finish) -> Value {
