@@ -5,6 +5,8 @@ use std::process::{Command, Output};
 pub fn argil(arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_argil"))
         .args(arguments)
+        // What is kept for the next time is not the user's.
+        .env("XDG_CACHE_HOME", env!("CARGO_TARGET_TMPDIR"))
         .output()
         .expect("the command starts")
 }

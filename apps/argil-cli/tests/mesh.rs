@@ -1,0 +1,361 @@
+//! Triangles by the command: out of scenes and volumes, and in.
+
+mod common;
+
+use argil::{Format, Report};
+use common::{argil, fails, json, scene};
+use std::path::Path;
+
+fn read(path: &str) -> argil::Mesh {
+    argil::read_mesh(Path::new(path)).expect("a mesh file")
+}
+
+#[test]
+fn every_format_comes_back_closed() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for ending in ["glb", "obj", "ply", "stl"] {
+        let file = folder
+            .path()
+            .join(format!("out.{ending}"))
+            .display()
+            .to_string();
+        let report = json(&argil(&[
+            "mesh",
+            &scene("csg20"),
+            "--resolution",
+            "64",
+            "-o",
+            &file,
+            "--json",
+        ]));
+        assert_eq!(report["watertight"], true, "{report}");
+        assert_eq!(report["non_manifold_edges"], 0);
+        assert!(
+            report["off_voxels"]["rms"].as_f64() < Some(0.02),
+            "{report}"
+        );
+        let own = Report::of(&read(&file).welded());
+        assert!(own.is_watertight(), "{ending} {own:?}");
+        assert_eq!(report["triangles"], own.triangles, "{ending}");
+        assert_eq!(report["euler"], own.euler, "{ending}");
+        let info = json(&argil(&["info", &file, "--json"]));
+        assert_eq!(info["watertight"], true);
+    }
+}
+
+#[test]
+fn the_ways_to_a_mesh_agree() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let volume = folder.path().join("v.argil").display().to_string();
+    let own = scene("csg20");
+    json(&argil(&[
+        "bake",
+        &own,
+        "--via",
+        "bricks",
+        "--resolution",
+        "96",
+        "-o",
+        &volume,
+        "--json",
+    ]));
+    let ways: [&[&str]; 7] = [
+        &[&own, "--resolution", "96"],
+        &[&own, "--resolution", "96", "--via", "bricks"],
+        &[
+            &own,
+            "--resolution",
+            "96",
+            "--via",
+            "bricks",
+            "--device",
+            "gpu",
+        ],
+        &[
+            &own,
+            "--resolution",
+            "96",
+            "--via",
+            "dense",
+            "--bits",
+            "16",
+            "--normals",
+            "gradient",
+        ],
+        &[&volume],
+        &[&own, "--resolution", "96", "--method", "dc"],
+        &[&own, "--resolution", "96", "--iso", "0.0001"],
+    ];
+    let mut volumes = Vec::new();
+    for way in ways {
+        let report = json(&argil(&[&["mesh"], way, &["--json"]].concat()));
+        assert_eq!(report["watertight"], true, "{way:?} {report}");
+        assert_eq!(report["euler"], -24, "{way:?} {report}");
+        volumes.push(report["enclosed_volume"].as_f64().expect("a number"));
+    }
+    for volume in &volumes {
+        assert!((volume / volumes[0] - 1.0).abs() < 0.01, "{volumes:?}");
+    }
+    // A larger iso level is a larger solid.
+    let at = |iso: &str| {
+        let run = ["mesh", &own, "--resolution", "64", "--json", "--iso", iso];
+        json(&argil(&run))["enclosed_volume"].as_f64()
+    };
+    assert!(at("0.05") > at("0.02") && at("0.02") > at("-0.02"));
+    // The study's triangles share no corners.
+    let run = [
+        "mesh",
+        &own,
+        "--resolution",
+        "64",
+        "--normals",
+        "face",
+        "--json",
+    ];
+    let report = json(&argil(&run));
+    assert_eq!(
+        report["vertices"].as_u64(),
+        report["triangles"].as_u64().map(|n| 3 * n)
+    );
+}
+
+#[test]
+fn fewer_triangles_and_levels_of_detail() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("out.obj").display().to_string();
+    let run = ["mesh", &scene("props"), "--resolution", "128", "--json"];
+    let report = json(&argil(
+        &[
+            &run[..],
+            &["--triangles", "9000", "-o", &file, "--lods", "3"],
+        ]
+        .concat(),
+    ));
+    assert!(report["triangles"].as_u64() <= Some(9000));
+    assert!(report["simplified_by"].as_f64() > Some(0.0));
+    let lods = report["lods"].as_array().expect("a list");
+    assert_eq!(lods.len(), 3);
+    let mut before = report["triangles"].as_u64();
+    for lod in lods {
+        assert_eq!(lod["open_edges"], 0, "{lod}");
+        assert!(lod["triangles"].as_u64() < before);
+        before = lod["triangles"].as_u64();
+        let own = read(lod["mesh"].as_str().expect("a path"));
+        assert_eq!(Some(own.triangles.len() as u64), before);
+    }
+}
+
+#[test]
+fn meshes_become_scenes() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let place = |name: &str| folder.path().join(name).display().to_string();
+    let suzanne = format!("{}/../../scenes/suzanne.obj", env!("CARGO_MANIFEST_DIR"));
+    std::fs::copy(suzanne, place("suzanne.obj")).expect("a copy");
+    let report = json(&argil(&[
+        "import",
+        &place("suzanne.obj"),
+        "-o",
+        &place("s.json"),
+        "--resolution",
+        "48",
+        "--json",
+    ]));
+    // The eyes are open, and so is where they lie.
+    assert_eq!(report["holes_closed"], 4, "{report}");
+    assert_eq!(report["mesh"], "suzanne.obj");
+    let text = std::fs::read_to_string(place("s.json")).expect("a scene");
+    assert!(
+        text.contains("\"suzanne.obj\"") && !text.contains(&place("")),
+        "{text}"
+    );
+
+    let mut hits = Vec::new();
+    for more in [
+        &["--device", "cpu"][..],
+        &["--device", "gpu"],
+        &["--via", "bricks", "--resolution", "96"],
+    ] {
+        let run = [
+            "render",
+            &place("s.json"),
+            "-o",
+            &place("p.png"),
+            "--size",
+            "96x72",
+            "--show",
+            "normal",
+            "--json",
+        ];
+        hits.push(
+            json(&argil(&[&run[..], more].concat()))["hit_pixels"]
+                .as_f64()
+                .expect("a number"),
+        );
+    }
+    // At so few pixels the bricks' half voxel tells.
+    assert!(
+        hits[0] > 500.0 && hits[0] == hits[1] && (hits[2] / hits[0] - 1.0).abs() < 0.15,
+        "{hits:?}"
+    );
+
+    // It is a solid: its mesh is closed.
+    let report = json(&argil(&[
+        "mesh",
+        &place("s.json"),
+        "--resolution",
+        "96",
+        "-o",
+        &place("back.stl"),
+        "--json",
+    ]));
+    assert_eq!(report["watertight"], true, "{report}");
+    assert!(Format::of(Path::new(&place("back.stl"))).is_some());
+
+    // A scene elsewhere names it by a path that leads out.
+    std::fs::create_dir(place("sub")).expect("a folder");
+    let out = place("sub/s.json");
+    fails(
+        &["import", &place("suzanne.obj"), "-o", &out],
+        1,
+        "--allow-outside",
+    );
+    json(&argil(&[
+        "import",
+        &place("suzanne.obj"),
+        "-o",
+        &out,
+        "--allow-outside",
+        "--resolution",
+        "32",
+        "--json",
+    ]));
+    fails(&["info", &out], 1, "../suzanne.obj");
+    json(&argil(&["info", &out, "--allow-outside", "--json"]));
+}
+
+#[test]
+fn what_cannot_be_is_refused() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let place = |name: &str| folder.path().join(name).display().to_string();
+    let own = scene("csg20");
+    fails(
+        &["mesh", &own, "-o", &place("x.fbx")],
+        1,
+        ".glb, .obj, .ply or .stl",
+    );
+    fails(
+        &["mesh", &own, "-o", &place("x.glb"), "--axes", "z-up"],
+        1,
+        "leave them out",
+    );
+    fails(&["mesh", &own, "--axes", "z-up"], 1, "add -o");
+    fails(&["mesh", &own, "--via", "octree"], 1, "octree");
+    fails(
+        &[
+            "mesh",
+            &own,
+            "--via",
+            "bricks",
+            "--iso",
+            "0.1",
+            "--resolution",
+            "64",
+        ],
+        1,
+        "iso",
+    );
+    fails(&["mesh", &own, "--iso", "nan"], 1, "iso");
+    fails(
+        &[
+            "mesh",
+            &own,
+            "--via",
+            "dense",
+            "--iso",
+            "5",
+            "--resolution",
+            "64",
+        ],
+        1,
+        "band",
+    );
+    fails(
+        &["mesh", &own, "--method", "dc", "--via", "dense"],
+        1,
+        "dual contouring",
+    );
+    fails(
+        &[
+            "mesh",
+            &own,
+            "--iso",
+            "-5",
+            "--resolution",
+            "32",
+            "-o",
+            &place("x.obj"),
+        ],
+        1,
+        "no surface",
+    );
+    fails(&["mesh", &own, "--lods", "2"], 2, "--output");
+    fails(&["mesh", &own, "--resolution", "100000"], 1, "4096");
+    assert!(!Path::new(&place("x.obj")).exists());
+
+    for (name, content, message) in [
+        ("empty.obj", "", "no triangle"),
+        (
+            "nan.obj",
+            "v nan 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n",
+            "no triangle",
+        ),
+        (
+            "flat.obj",
+            "v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n",
+            "no triangle",
+        ),
+        (
+            "beyond.obj",
+            "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 7\n",
+            "damaged",
+        ),
+        ("cut.glb", "glTF", "damaged"),
+        (
+            "cut.ply",
+            "ply\nformat ascii 1.0\nelement vertex 4000000000\nproperty float x\nend_header\n",
+            "damaged",
+        ),
+        ("cut.stl", "solid\nfacet", "damaged"),
+    ] {
+        std::fs::write(place(name), content).expect("a file");
+        fails(
+            &["import", &place(name), "-o", &place("x.json")],
+            1,
+            message,
+        );
+        assert!(!Path::new(&place("x.json")).exists());
+    }
+    fails(
+        &["import", &place("none.obj"), "-o", &place("x.json")],
+        1,
+        "none.obj",
+    );
+    let missing = r#"{"argil": 1, "brushes": [{"shape": {"type": "mesh", "path": "gone.obj"}}]}"#;
+    std::fs::write(place("missing.json"), missing).expect("a file");
+    fails(
+        &["render", &place("missing.json"), "-o", &place("x.png")],
+        1,
+        "gone.obj",
+    );
+    let absolute =
+        r#"{"argil": 1, "brushes": [{"shape": {"type": "mesh", "path": "/etc/hostname.obj"}}]}"#;
+    std::fs::write(place("absolute.json"), absolute).expect("a file");
+    fails(
+        &["render", &place("absolute.json"), "-o", &place("x.png")],
+        1,
+        "--allow-outside",
+    );
+    let coarse = r#"{"argil": 1, "brushes": [{"shape": {"type": "mesh", "path": "a.obj", "resolution": 9}}]}"#;
+    std::fs::write(place("coarse.json"), coarse).expect("a file");
+    fails(&["info", &place("coarse.json")], 1, "from 16 to 512");
+}
