@@ -130,6 +130,12 @@ pub struct VolumeFlags {
     /// Octree on a GPU: how bricks get into order; without it by counting
     #[arg(long, value_enum)]
     pub sort: Option<Sort>,
+    /// Mesh: how triangles are found; without it mc
+    #[arg(long, value_enum)]
+    pub method: Option<MeshMethod>,
+    /// Mesh: draw each triangle with its own normal, as the 2023 study did
+    #[arg(long)]
+    pub flat: bool,
     /// Dense on a GPU: how the texture is filled; without it by tiles
     #[arg(long, value_enum)]
     pub fill: Option<Fill>,
@@ -219,9 +225,6 @@ pub struct Mesh {
     pub volume: VolumeFlags,
     #[command(flatten)]
     pub on: On,
-    /// How triangles are found
-    #[arg(long, value_enum, default_value_t = MeshMethod::Mc)]
-    pub method: MeshMethod,
     /// The distance from the solid at which the surface is taken, in the scene's unit
     #[arg(
         long,
@@ -405,6 +408,8 @@ pub enum Via {
     Octree,
     /// Sparse bricks of distances: the product's own structure
     Bricks,
+    /// Triangles, drawn in the order of their depth
+    Mesh,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]

@@ -13,6 +13,10 @@ pub fn run(options: &Bake) -> anyhow::Result<()> {
         "--via field: the field is what volumes are baked from; take dense, octree or bricks"
     );
     ensure!(
+        options.via != Via::Mesh,
+        "--via mesh: `argil mesh` makes triangles; bake takes dense, octree or bricks"
+    );
+    ensure!(
         !options.count_lost || options.via == Via::Octree,
         "--count-lost counts bricks: add --via octree"
     );

@@ -38,6 +38,10 @@ pub fn run(options: &Edit) -> anyhow::Result<()> {
         );
     }
     let engine = input::engine(&options.on)?;
+    ensure!(
+        options.via != Some(Via::Mesh),
+        "--via mesh: edits are replayed on volumes; take bricks, dense or octree, and `argil mesh` the result"
+    );
     // A volume file is what it is; a scene is baked first.
     let via = (!input::is_volume(&options.scene)?).then_some(options.via.unwrap_or(Via::Bricks));
     let about = (None, options.on.allow_outside);

@@ -3,8 +3,8 @@
 use crate::args::{self, Device, On, VolumeFlags};
 use anyhow::{Context, ensure};
 use argil::{
-    Backend, BricksOptions, DenseFill, DenseOptions, Descent, Encoding, Engine, Keep,
-    OctreeOptions, Order, Range, Scene, Stored, Via, World,
+    Backend, BricksOptions, DenseFill, DenseOptions, Descent, Encoding, Engine, Keep, MeshMethod,
+    MeshViaOptions, OctreeOptions, Order, Range, Scene, Stored, Via, World,
 };
 use std::path::Path;
 
@@ -119,6 +119,14 @@ pub fn set_time(scene: &mut Scene, time: Option<f32>, path: &Path) -> anyhow::Re
     Ok(())
 }
 
+/// How triangles are found.
+pub fn method_of(method: Option<args::MeshMethod>) -> MeshMethod {
+    match method {
+        None | Some(args::MeshMethod::Mc) => MeshMethod::MarchingCubes,
+        Some(args::MeshMethod::Dc) => MeshMethod::DualContouring,
+    }
+}
+
 fn descent_of(descent: args::Descent) -> Descent {
     match descent {
         args::Descent::Root => Descent::Root,
@@ -133,6 +141,7 @@ pub fn representation(via: args::Via, flags: &VolumeFlags, engine: &Engine) -> a
         args::Via::Dense => "dense",
         args::Via::Octree => "octree",
         args::Via::Bricks => "bricks",
+        args::Via::Mesh => "mesh",
     };
     let of_volume = [
         ("--resolution", flags.resolution.is_some()),
@@ -149,6 +158,12 @@ pub fn representation(via: args::Via, flags: &VolumeFlags, engine: &Engine) -> a
     ];
     let of_cut = [("--brick", flags.brick.is_some())];
     let of_bricks = [("--memory-budget", flags.memory_budget.is_some())];
+    let of_mesh = [("--method", flags.method.is_some()), ("--flat", flags.flat)];
+    let of_stored = [
+        ("--bits", flags.bits.is_some()),
+        ("--band", flags.band.is_some()),
+        ("--stride", flags.stride.is_some()),
+    ];
     let idle =
         |all: &[(&'static str, bool)]| all.iter().find(|(_, given)| *given).map(|(flag, _)| *flag);
     let idle = match via {
@@ -156,10 +171,19 @@ pub fn representation(via: args::Via, flags: &VolumeFlags, engine: &Engine) -> a
             .or(idle(&of_dense))
             .or(idle(&of_octree))
             .or(idle(&of_cut))
+            .or(idle(&of_bricks))
+            .or(idle(&of_mesh)),
+        args::Via::Dense => idle(&of_octree)
+            .or(idle(&of_cut))
+            .or(idle(&of_bricks))
+            .or(idle(&of_mesh)),
+        args::Via::Octree => idle(&of_dense).or(idle(&of_bricks)).or(idle(&of_mesh)),
+        args::Via::Bricks => idle(&of_dense).or(idle(&of_octree)).or(idle(&of_mesh)),
+        args::Via::Mesh => idle(&of_stored)
+            .or(idle(&of_dense))
+            .or(idle(&of_octree))
+            .or(idle(&of_cut))
             .or(idle(&of_bricks)),
-        args::Via::Dense => idle(&of_octree).or(idle(&of_cut)).or(idle(&of_bricks)),
-        args::Via::Octree => idle(&of_dense).or(idle(&of_bricks)),
-        args::Via::Bricks => idle(&of_dense).or(idle(&of_octree)),
     };
     if let Some(flag) = idle {
         anyhow::bail!("{flag} does nothing with --via {name}: leave it out, or take another --via");
@@ -188,6 +212,11 @@ pub fn representation(via: args::Via, flags: &VolumeFlags, engine: &Engine) -> a
     let encoding = Encoding { bits, range };
     Ok(match via {
         args::Via::Field => Via::Field,
+        args::Via::Mesh => Via::Mesh(MeshViaOptions {
+            resolution,
+            method: method_of(flags.method),
+            flat: flags.flat,
+        }),
         args::Via::Dense => Via::Dense(DenseOptions {
             resolution,
             encoding,

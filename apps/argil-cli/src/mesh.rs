@@ -1,6 +1,6 @@
 //! `argil mesh`.
 
-use crate::args::{self, Mesh, MeshAxes, MeshMethod, MeshNormals, MeshUnit};
+use crate::args::{self, Mesh, MeshAxes, MeshNormals, MeshUnit};
 use crate::{input, output};
 use anyhow::{Context, ensure};
 use argil::{Axes, Format, MeshOptions, Meshed, World, WriteOptions, save_mesh};
@@ -25,6 +25,10 @@ pub fn run(options: &Mesh) -> anyhow::Result<()> {
     };
     let how = write_options(options, format.map(|(_, format)| format))?;
     ensure!(
+        options.via != Some(args::Via::Mesh) && !options.volume.flat,
+        "--via mesh, --flat: they say how a picture is drawn; leave them out, or take --normals face"
+    );
+    ensure!(
         options.via != Some(args::Via::Octree),
         "--via octree: an octree is not meshed; take field, dense or bricks"
     );
@@ -36,14 +40,12 @@ pub fn run(options: &Mesh) -> anyhow::Result<()> {
     let mut flags = options.volume.clone();
     if is_field {
         flags.resolution = None;
+        flags.method = None;
     }
     let about = (options.time, options.on.allow_outside);
     let (_, world) = input::world(&options.scene, &engine, options.via, &flags, about)?;
     let settings = MeshOptions {
-        method: match options.method {
-            MeshMethod::Mc => argil::MeshMethod::MarchingCubes,
-            MeshMethod::Dc => argil::MeshMethod::DualContouring,
-        },
+        method: input::method_of(options.volume.method),
         resolution: resolution.unwrap_or(256),
         iso: options.iso,
         normals: match options.normals {

@@ -86,6 +86,7 @@ pub fn via(via: Via) -> &'static str {
         Via::Dense(_) => "dense",
         Via::Octree(_) => "octree",
         Via::Bricks(_) => "bricks",
+        Via::Mesh(_) => "mesh",
     }
 }
 

@@ -234,6 +234,46 @@ fn meshes_become_scenes() {
 }
 
 #[test]
+fn a_mesh_is_drawn_on_both_devices() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let png = folder.path().join("p.png").display().to_string();
+    let own = scene("csg20");
+    let run = [
+        "render", &own, "-o", &png, "--size", "96x72", "--show", "normal", "--json",
+    ];
+    let hits = |more: &[&str]| json(&argil(&[&run[..], more].concat()))["hit_pixels"].as_f64();
+    let field = hits(&["--device", "cpu"]).expect("a number");
+    for more in [
+        &["--via", "mesh", "--resolution", "128"][..],
+        &["--via", "mesh", "--resolution", "128", "--device", "gpu"],
+        &[
+            "--via",
+            "mesh",
+            "--resolution",
+            "128",
+            "--method",
+            "dc",
+            "--flat",
+        ],
+    ] {
+        let own = hits(more).expect("a number");
+        assert!(
+            (own / field - 1.0).abs() < 0.01,
+            "{own} and {field}: {more:?}"
+        );
+    }
+    let bits = ["render", &own, "-o", &png, "--via", "mesh", "--bits", "8"];
+    fails(&bits, 1, "--bits does nothing");
+    fails(
+        &["render", &own, "-o", &png, "--via", "bricks", "--flat"],
+        1,
+        "--flat does nothing",
+    );
+    fails(&["bake", &own, "--via", "mesh"], 1, "argil mesh");
+    fails(&["mesh", &own, "--via", "mesh"], 1, "--normals face");
+}
+
+#[test]
 fn what_cannot_be_is_refused() {
     let folder = tempfile::tempdir().expect("a folder");
     let place = |name: &str| folder.path().join(name).display().to_string();
@@ -282,7 +322,7 @@ fn what_cannot_be_is_refused() {
     fails(
         &["mesh", &own, "--method", "dc", "--via", "dense"],
         1,
-        "dual contouring",
+        "--method does nothing",
     );
     fails(
         &[

@@ -31,6 +31,7 @@ pub(crate) const LISTS: u32 = 24;
 pub(crate) const PRUNE: u32 = 25;
 pub(crate) const OLD_MATERIALS: u32 = 26;
 pub(crate) const OLD_POOL: u32 = 27;
+pub(crate) const DRAWN: u32 = 28;
 
 pub(crate) const TABLES_WGSL: &str = "
 @group(0) @binding(1) var<storage, read> instrs: array<Instr>;
@@ -80,6 +81,10 @@ struct Live {
 @group(0) @binding(23) var<storage, read_write> live: Live;
 ";
 
+pub(crate) const DRAWN_WGSL: &str = "
+@group(0) @binding(28) var drawn: texture_2d<f32>;
+";
+
 /// What a shader does with a binding.
 #[derive(Clone, Copy)]
 pub(crate) enum Bind {
@@ -89,6 +94,8 @@ pub(crate) enum Bind {
     /// A 3D texture to be filtered.
     Texture(u32),
     Filter(u32),
+    /// A picture whose texels are read as they are.
+    Picture(u32),
     /// A 3D texture to be written.
     Target(u32, wgpu::TextureFormat),
 }
@@ -119,6 +126,14 @@ pub(crate) fn layout(gpu: &Gpu, label: &str, binds: &[Bind]) -> wgpu::BindGroupL
                     let ty = wgpu::BindingType::Texture {
                         sample_type: wgpu::TextureSampleType::Float { filterable: true },
                         view_dimension: wgpu::TextureViewDimension::D3,
+                        multisampled: false,
+                    };
+                    (at, ty)
+                }
+                Bind::Picture(at) => {
+                    let ty = wgpu::BindingType::Texture {
+                        sample_type: wgpu::TextureSampleType::Float { filterable: false },
+                        view_dimension: wgpu::TextureViewDimension::D2,
                         multisampled: false,
                     };
                     (at, ty)

@@ -2,9 +2,9 @@
 
 use crate::bake::Groups;
 use crate::pass::{
-    BRICK_MATERIALS, Bind, CELLS, CELLS_WGSL, COLORS, FIELD_BINDS, FRAME, HITS, LINEAR, LIVE,
-    NODES, PICTURE_WGSL, STORED, TABLES_WGSL, TREE_WGSL, TREE_WORDS, VOLUME, VOLUME_WGSL, entry,
-    layout, pipelines,
+    BRICK_MATERIALS, Bind, CELLS, CELLS_WGSL, COLORS, DRAWN, DRAWN_WGSL, FIELD_BINDS, FRAME, HITS,
+    LINEAR, LIVE, NODES, PICTURE_WGSL, STORED, TABLES_WGSL, TREE_WGSL, TREE_WORDS, VOLUME,
+    VOLUME_WGSL, entry, layout, pipelines,
 };
 use crate::table::Table;
 use crate::timing::Timing;
@@ -28,11 +28,16 @@ pub(crate) enum Way {
     Dense,
     Octree,
     Bricks,
+    /// What was drawn.
+    Mesh,
 }
 
 impl Way {
-    pub const COUNT: usize = 4;
+    pub const COUNT: usize = 5;
 }
+
+/// What a sample begins with.
+pub(crate) type Before<'a> = dyn FnMut(&Frame, Option<&mut Timing>) -> Result<(), GpuError> + 'a;
 
 /// The passes of a picture.
 pub(crate) struct PicturePass {
@@ -52,6 +57,7 @@ impl PicturePass {
     pub fn new(gpu: &Gpu, field_wgsl: &str, way: Way) -> Result<Self, GpuError> {
         let (march, tables) = match way {
             Way::Field => (wgsl::FIELD, String::new()),
+            Way::Mesh => (wgsl::MESH, DRAWN_WGSL.to_owned()),
             Way::Dense => (wgsl::DENSE, VOLUME_WGSL.to_owned()),
             Way::Bricks => {
                 let words = [argil_volume::wgsl::WORDS, argil_volume::wgsl::MATERIAL].concat();
@@ -76,7 +82,9 @@ impl PicturePass {
         .concat();
         let mut binds = FIELD_BINDS.to_vec();
         binds.extend([Bind::Uniform(FRAME), Bind::Write(HITS), Bind::Write(COLORS)]);
-        if way != Way::Field {
+        if way == Way::Mesh {
+            binds.push(Bind::Picture(DRAWN));
+        } else if way != Way::Field {
             binds.extend([
                 Bind::Uniform(VOLUME),
                 Bind::Texture(STORED),
@@ -121,6 +129,17 @@ impl PicturePass {
         field: &GpuField,
         own: &[wgpu::BindGroupEntry<'_>],
         frames: &[Frame],
+    ) -> Result<(Picture, f64), GpuError> {
+        self.draw_after(field, own, frames, &mut |_, _| Ok(()))
+    }
+
+    /// The same, after something that each sample begins with, in one pass at most.
+    pub fn draw_after(
+        &self,
+        field: &GpuField,
+        own: &[wgpu::BindGroupEntry<'_>],
+        frames: &[Frame],
+        before: &mut Before<'_>,
     ) -> Result<(Picture, f64), GpuError> {
         let Some(first) = frames.first() else {
             return Ok((Picture::empty(), 0.0));
@@ -182,10 +201,11 @@ impl PicturePass {
             u32::MAX
         };
         let stages = self.stages(field, first);
-        let mut timing = Timing::new(gpu, stages.len() as u32 * bands * frames.len() as u32)?;
+        let mut timing = Timing::new(gpu, (stages.len() as u32 * bands + 1) * frames.len() as u32)?;
         let start = Instant::now();
         let mut hit_words = Vec::new();
         for (sample, frame) in frames.iter().enumerate() {
+            before(frame, timing.as_mut())?;
             for band in 0..bands {
                 for stage in &stages {
                     let (first_step, step_count) = (stage.first_step, stage.step_count);

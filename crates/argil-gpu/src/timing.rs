@@ -50,6 +50,16 @@ impl Timing {
         })
     }
 
+    /// The same of a pass that draws.
+    pub fn next_render(&mut self) -> Option<wgpu::RenderPassTimestampWrites<'_>> {
+        let compute = self.next()?;
+        Some(wgpu::RenderPassTimestampWrites {
+            query_set: compute.query_set,
+            beginning_of_pass_write_index: compute.beginning_of_pass_write_index,
+            end_of_pass_write_index: compute.end_of_pass_write_index,
+        })
+    }
+
     /// Whether there are no stamps left.
     pub fn is_full(&self) -> bool {
         self.used + 2 > self.capacity

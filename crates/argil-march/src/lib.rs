@@ -15,6 +15,7 @@ mod cones;
 mod dense;
 mod octree;
 mod picture;
+mod raster;
 mod render;
 mod scratch;
 mod settings;
@@ -29,6 +30,7 @@ mod wave;
 pub use camera::Camera;
 pub use octree::Descent;
 pub use picture::Picture;
+pub use raster::Triangles;
 pub use render::{Through, render, render_with_hits};
 pub use scratch::TileScratch;
 pub use settings::{Normals, Settings, Show, frames};
@@ -65,6 +67,14 @@ pub mod wgsl {
         include_str!("exact.wgsl"),
         include_str!("bricks.wgsl"),
         include_str!("cones.wgsl")
+    );
+    /// Drawing triangles: `place` and `nearest`, for a module of their own.
+    pub const DRAW: &str = include_str!("draw.wgsl");
+    /// What was drawn as hits.
+    pub const MESH: &str = concat!(
+        include_str!("air.wgsl"),
+        include_str!("normal.wgsl"),
+        include_str!("raster.wgsl")
     );
     /// Normals and the ground.
     pub const FINISH: &str = include_str!("finish.wgsl");

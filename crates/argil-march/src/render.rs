@@ -2,6 +2,7 @@ use crate::bricks::{BrickRays, trace_bricks};
 use crate::dense::{DenseRays, trace_dense};
 use crate::octree::{Descent, OctreeRays};
 use crate::picture::{Picture, covered, show};
+use crate::raster::{Raster, Triangles};
 use crate::scratch::{TilePicture, TileScratch};
 use crate::shade::{Air, shade_tile};
 use crate::slabs::{PrunedField, trace_pruned};
@@ -30,6 +31,8 @@ pub enum Through<'a> {
     Octree(&'a Octree, Descent),
     /// Sparse bricks.
     Bricks(&'a Bricks),
+    /// Not marched but drawn: triangles. Light and materials are the field's.
+    Mesh(Triangles<'a>),
 }
 
 thread_local! {
@@ -56,7 +59,7 @@ fn draw(program: &Program, through: Through<'_>, frames: &[Frame], keeps_hits: b
     let pixels = width as usize * height as usize;
     let mut rgb = vec![0; 3 * pixels];
     let mut hits = vec![Hit::default(); if keeps_hits { pixels } else { 0 }];
-    let rays = Rays::new(through);
+    let rays = Rays::new(through, first);
     let counts = Mutex::new(Counts::default());
     let hit_pixels = AtomicUsize::new(0);
     let mut hit_rows = tile_rows(&mut hits, width, 1);
@@ -123,17 +126,19 @@ enum Rays<'a> {
     Eight(OctreeRays<'a, i8>),
     Sixteen(OctreeRays<'a, i16>),
     Bricks(BrickRays<'a>),
+    Mesh(Raster<'a>),
     /// Of a volume whose texels are not of the type that its encoding says; its constructors let none arise.
     Nothing,
 }
 
 impl<'a> Rays<'a> {
-    fn new(through: Through<'a>) -> Self {
+    fn new(through: Through<'a>, first: &Frame) -> Self {
         let rays = match through {
             Through::Field => Some(Self::Field),
             Through::WholeField => Some(Self::WholeField),
             Through::Dense(dense) => DenseRays::new(dense).map(|rays| Self::Dense(Box::new(rays))),
             Through::Bricks(bricks) => BrickRays::new(bricks).map(Self::Bricks),
+            Through::Mesh(mesh) => Some(Self::Mesh(Raster::new(mesh, first))),
             Through::Octree(octree, descent) => match octree.layout().encoding.bits {
                 Bits::Eight => OctreeRays::new(octree, descent).map(Self::Eight),
                 Bits::Sixteen => OctreeRays::new(octree, descent).map(Self::Sixteen),
@@ -165,6 +170,7 @@ impl<'a> Rays<'a> {
             Self::Eight(rays) => trace_volume(frame, tile, rays, out),
             Self::Sixteen(rays) => trace_volume(frame, tile, rays, out),
             Self::Bricks(rays) => trace_bricks(frame, tile, rays, evaluator, scratch, out),
+            Self::Mesh(raster) => raster.draw(frame, tile, &mut scratch.directions, out),
             Self::Nothing => {}
         }
     }

@@ -6,6 +6,7 @@ use crate::slabs::Slabs;
 use crate::statistics::Counts;
 use crate::wave::{Points, Starts, Wave};
 use argil_abi::{Hit, MaterialWords};
+use glam::Vec3;
 
 /// A thread's buffers, kept from tile to tile and from picture to picture.
 #[derive(Default)]
@@ -17,6 +18,8 @@ pub struct TileScratch {
     pub(crate) slabs: Slabs,
     pub(crate) points: Points,
     pub(crate) hits: Vec<u32>,
+    /// Of each pixel, where triangles are drawn.
+    pub(crate) directions: Vec<Vec3>,
     pub(crate) shading: Shading,
 }
 

@@ -54,6 +54,7 @@ pub use meshes::{LoadedMesh, MeshFileError, load_meshes};
 pub use picture::{Drawn, save_png};
 pub use query::{CastHit, Overlap, Query};
 pub use representation::{
-    BricksOptions, BuildTimes, DenseOptions, OctreeOptions, SparseInfo, TreeInfo, Via, VolumeInfo,
+    BricksOptions, BuildTimes, DenseOptions, MeshViaOptions, OctreeOptions, SparseInfo, TreeInfo,
+    Via, VolumeInfo,
 };
 pub use world::{Orbit, World};

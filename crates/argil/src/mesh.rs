@@ -1,7 +1,7 @@
 //! Triangles of a world.
 
 use crate::representation::budget_on;
-use crate::{BricksOptions, BuildError, World};
+use crate::{BricksOptions, BuildError, Engine, World};
 use argil_field::{Evaluator, Grid, Program};
 use argil_math::Aabb;
 use argil_mesh::marching::bricks::Rings;
@@ -244,31 +244,20 @@ impl World {
         made: &mut Option<Bricks>,
         stages: &mut Stages,
     ) -> Result<(Mesh, Lattice, Option<CellLists>), MeshError> {
-        let program = self.program();
         let lattice = self.own_lattice(options.resolution, 0.0)?;
-        let layout = layout_of(lattice)?;
-        let budget = budget_on(self.engine(), &BricksOptions::default());
-        let baked = Bricks::bake_with_lists(program, layout, budget);
-        let (bricks, lists, _) = baked.map_err(BuildError::from)?;
-        stages.done("bake");
-        let is_dual = options.method == MeshMethod::DualContouring;
-        let (mut marched, rings) = if is_dual {
-            marching::bricks::march_with_rings(&bricks)
-        } else {
-            (marching::bricks::march(&bricks), Rings::default())
-        };
-        stages.done("march");
-        exact::refine(program, &lists, &mut marched);
-        stages.done("refine");
-        if is_dual {
-            marched.mesh = dual::contour(&lattice, &marched, &rings);
-            stages.done("contour");
-        }
+        let own = field_mesh(
+            self.engine(),
+            self.program(),
+            lattice,
+            options.method,
+            stages,
+        )?;
+        let mut mesh = own.mesh;
         if options.normals != MeshNormals::Field {
-            marched.mesh.normals = Vec::new();
+            mesh.normals = Vec::new();
         }
-        *made = Some(bricks);
-        Ok((marched.mesh, lattice, Some(lists)))
+        *made = Some(own.bricks);
+        Ok((mesh, lattice, Some(own.lists)))
     }
 
     /// Another iso level of the field: a dense grid of it.
@@ -295,6 +284,47 @@ impl World {
         stages.done("march");
         Ok((mesh, lattice, None))
     }
+}
+
+/// A field's mesh with what it was made by.
+pub(crate) struct FieldMesh {
+    /// With the field's normals if it is marching cubes', else without.
+    pub mesh: Mesh,
+    pub bricks: Bricks,
+    pub lists: CellLists,
+}
+
+/// Triangles of the field: of bricks that are made for it, corners moved to where the exact distance is 0.
+pub(crate) fn field_mesh(
+    engine: &Engine,
+    program: &Program,
+    lattice: Lattice,
+    method: MeshMethod,
+    stages: &mut Stages,
+) -> Result<FieldMesh, BuildError> {
+    let layout = layout_of(lattice)?;
+    let budget = budget_on(engine, &BricksOptions::default());
+    let (bricks, lists, _) = Bricks::bake_with_lists(program, layout, budget)?;
+    stages.done("bake");
+    let is_dual = method == MeshMethod::DualContouring;
+    let (mut marched, rings) = if is_dual {
+        marching::bricks::march_with_rings(&bricks)
+    } else {
+        (marching::bricks::march(&bricks), Rings::default())
+    };
+    stages.done("march");
+    exact::refine(program, &lists, &mut marched);
+    stages.done("refine");
+    if is_dual {
+        marched.mesh = dual::contour(&lattice, &marched, &rings);
+        stages.done("contour");
+    }
+    let mesh = marched.mesh;
+    Ok(FieldMesh {
+        mesh,
+        bricks,
+        lists,
+    })
 }
 
 /// Central differences over a voxel's width of what bricks store.
@@ -375,9 +405,9 @@ fn sample(program: &Program, grid: &Grid) -> Vec<f32> {
     samples
 }
 
-struct Stages {
+pub(crate) struct Stages {
     last: Instant,
-    all: Vec<(&'static str, f64)>,
+    pub all: Vec<(&'static str, f64)>,
 }
 
 impl Default for Stages {
@@ -390,7 +420,7 @@ impl Default for Stages {
 }
 
 impl Stages {
-    fn done(&mut self, stage: &'static str) {
+    pub fn done(&mut self, stage: &'static str) {
         let now = Instant::now();
         self.all
             .push((stage, (now - self.last).as_secs_f64() * 1e3));

@@ -1,10 +1,12 @@
 //! How a world is kept, and building that on either device.
 
+use crate::mesh::{MeshMethod, Stages, field_mesh};
 use crate::{BuildError, Engine, Scene};
 use argil_field::Program;
-use argil_gpu::{DenseFill, GpuField, GpuVolume, Order};
-use argil_march::Descent;
+use argil_gpu::{DenseFill, GpuField, GpuMesh, GpuVolume, Order};
+use argil_march::{Descent, Triangles};
 use argil_math::Aabb;
+use argil_mesh::{Mesh, exact};
 use argil_volume::{
     BrickLayout, BrickSettings, Bricks, Dense, Encoding, Keep, Lattice, Layout, Octree,
     OctreeSettings, Volume,
@@ -80,6 +82,36 @@ impl Default for BricksOptions {
     }
 }
 
+/// Triangles to be drawn.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MeshViaOptions {
+    /// Voxels along the longest side.
+    pub resolution: u32,
+    /// How triangles are found.
+    pub method: MeshMethod,
+    /// Whether each has its own normal, the 2023 study's true ones; else corners have the exact field's.
+    pub flat: bool,
+}
+
+impl Default for MeshViaOptions {
+    fn default() -> Self {
+        Self {
+            resolution: 256,
+            method: MeshMethod::default(),
+            flat: false,
+        }
+    }
+}
+
+/// A mesh as it is drawn.
+pub(crate) fn triangles(mesh: &Mesh) -> Triangles<'_> {
+    Triangles {
+        positions: &mesh.positions,
+        normals: &mesh.normals,
+        triangles: &mesh.triangles,
+    }
+}
+
 /// How a world is kept.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Via {
@@ -92,6 +124,8 @@ pub enum Via {
     Octree(OctreeOptions),
     /// As sparse bricks.
     Bricks(BricksOptions),
+    /// As triangles.
+    Mesh(MeshViaOptions),
 }
 
 /// What a build took.
@@ -206,6 +240,14 @@ pub(crate) enum Kept {
     Field,
     Cpu(Volume),
     Gpu(GpuVolume),
+    Mesh(Drawable),
+}
+
+/// Triangles, and where their voxels lay.
+pub(crate) struct Drawable {
+    pub mesh: Mesh,
+    pub lattice: Lattice,
+    pub on_gpu: Option<GpuMesh>,
 }
 
 /// The lattice of a scene's volume.
@@ -289,6 +331,30 @@ pub(crate) fn build(
             ];
             let times = BuildTimes::of_stages(stages);
             Ok((Kept::Cpu(bricks.into()), times))
+        }
+        Via::Mesh(options) => {
+            let lattice = lattice_of(options.resolution)?;
+            let mut stages = Stages::default();
+            let made = field_mesh(engine, program, lattice, options.method, &mut stages)?;
+            let mut mesh = made.mesh;
+            if options.flat {
+                mesh = mesh.unshared(true);
+                stages.done("unshare");
+            } else if mesh.normals.is_empty() {
+                exact::normals(program, &made.lists, &mut mesh);
+                stages.done("normals");
+            }
+            let on_gpu = match field {
+                Some(field) => Some(GpuMesh::upload(field, triangles(&mesh))?),
+                None => None,
+            };
+            let times = BuildTimes::of_stages(stages.all);
+            let drawable = Drawable {
+                mesh,
+                lattice,
+                on_gpu,
+            };
+            Ok((Kept::Mesh(drawable), times))
         }
         Via::Octree(options) => {
             let lattice = lattice_of(options.resolution)?;

@@ -1,6 +1,6 @@
 use crate::listeners::{Listener, Listeners};
 use crate::live::{Applied, Clay, Live, Pace};
-use crate::representation::{Kept, build, reach};
+use crate::representation::{Drawable, Kept, build, reach, triangles};
 use crate::{
     BricksOptions, BuildError, BuildTimes, DenseOptions, Drawn, Engine, OctreeOptions, Placement,
     RenderError, Scene, Stored, Via, Volume, VolumeFileError, VolumeInfo,
@@ -210,6 +210,7 @@ impl World {
             Kept::Field => None,
             Kept::Cpu(volume) => Some(*volume.lattice()),
             Kept::Gpu(volume) => Some(*volume.lattice()),
+            Kept::Mesh(drawable) => Some(drawable.lattice),
         }
     }
 
@@ -428,6 +429,10 @@ impl World {
             }
             Kept::Cpu(volume) => volume.memory_bytes(),
             Kept::Gpu(volume) => volume.memory_bytes(),
+            Kept::Mesh(drawable) => match &drawable.on_gpu {
+                Some(mesh) => mesh.memory_bytes(),
+                None => drawable.mesh.memory_bytes(),
+            },
         }
     }
 
@@ -516,6 +521,9 @@ impl World {
             field.complete(|| self.program());
             let (picture, duration_ms) = match &self.kept {
                 Kept::Gpu(volume) => volume.render(field, &frames)?,
+                Kept::Mesh(Drawable {
+                    on_gpu: Some(mesh), ..
+                }) => mesh.render(field, &frames)?,
                 _ => field.render(&frames)?,
             };
             return Ok(Drawn::new(picture, duration_ms));
@@ -524,6 +532,7 @@ impl World {
             Kept::Cpu(Volume::Dense(dense)) => Through::Dense(dense),
             Kept::Cpu(Volume::Bricks(bricks)) => Through::Bricks(bricks),
             Kept::Cpu(Volume::Octree(octree)) => Through::Octree(octree, self.descent),
+            Kept::Mesh(drawable) => Through::Mesh(triangles(&drawable.mesh)),
             _ => Through::Field,
         };
         let start = Instant::now();

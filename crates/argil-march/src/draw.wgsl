@@ -1,0 +1,35 @@
+// Triangles, by the device's own depth test: the normal towards the viewer and the length of the ray, negative where the
+// surface is seen from inside. `frame` is the bound uniform.
+
+// The least depth that is drawn; a pixel's depth is this over the distance along the view, so that it is exact far away.
+const NEAR: f32 = 1e-4;
+
+struct Drawn {
+    @builtin(position) place: vec4<f32>,
+    @location(0) way: vec3<f32>,
+    @location(1) normal: vec3<f32>,
+}
+
+@vertex
+fn place(@location(0) position: vec3<f32>, @location(1) normal: vec3<f32>) -> Drawn {
+    let way = position - frame.eye_step.xyz;
+    let forward = frame.forward.xyz;
+    let depth = dot(way, forward) / dot(forward, forward);
+    // Pixels are sampled in their middle; the ray begins elsewhere in them.
+    let shift = (vec2(0.5) - frame.ground_jitter.zw) * 2.0 / vec2(f32(frame.width), f32(frame.height));
+    let u = dot(way, frame.right.xyz) / dot(frame.right.xyz, frame.right.xyz) + shift.x * depth;
+    let v = dot(way, frame.up.xyz) / dot(frame.up.xyz, frame.up.xyz) - shift.y * depth;
+    return Drawn(vec4(u, v, NEAR, depth), way, normal);
+}
+
+@fragment
+fn nearest(drawn: Drawn, @builtin(front_facing) is_front: bool) -> @location(0) vec4<f32> {
+    let length = sqrt(dot(drawn.way, drawn.way));
+    let sign = select(-1.0, 1.0, is_front);
+    let square = dot(drawn.normal, drawn.normal);
+    var normal = -drawn.way / length;
+    if square > 0.0 {
+        normal = drawn.normal * (sign / sqrt(square));
+    }
+    return vec4(normal, length * sign);
+}

@@ -1,0 +1,24 @@
+// Triangles that were drawn become hits, one thread a pixel. Twin of raster.rs, with draw.wgsl.
+
+// Hits have their normals already.
+fn surface_normal(hit: Hit, p: vec3<f32>) -> vec3<f32> {
+    return hit.normal_t.xyz;
+}
+
+@compute @workgroup_size(8, 8)
+fn march(@builtin(global_invocation_id) id: vec3<u32>) {
+    let y = id.y + frame.first_row;
+    if id.x >= frame.width || y >= frame.height {
+        return;
+    }
+    let nearest = textureLoad(drawn, vec2<i32>(vec2(id.x, y)), 0);
+    var kind = HIT_NONE;
+    if nearest.w > 0.0 {
+        kind = HIT_OUTSIDE;
+    } else if nearest.w < 0.0 {
+        kind = HIT_INSIDE;
+    }
+    hits[y * frame.width + id.x] = Hit(
+        vec4(nearest.xyz, abs(nearest.w)), kind, select(0u, 1u, kind != HIT_NONE), 0.0, 0.0, 0u, 0u, 0u, 0u,
+    );
+}
