@@ -48,7 +48,7 @@ pub fn run(options: &Bake) -> anyhow::Result<()> {
         }
     }
     if let Some(path) = &options.output {
-        world.save(&scene, path)?;
+        world.save(&input::moved(&scene, &options.scene, path)?, path)?;
     }
     report(options, &world, &samples, &stages)
 }

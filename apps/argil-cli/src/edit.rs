@@ -62,13 +62,13 @@ pub fn run(options: &Edit) -> anyhow::Result<()> {
         None
     };
     if let Some(path) = &options.scene_output {
-        scene.save(path)?;
+        input::moved(&scene, &options.scene, path)?.save(path)?;
         if let Some(journal) = journal {
             journal.remove()?;
         }
     }
     if let Some(path) = &options.output {
-        world.save(&scene, path)?;
+        world.save(&input::moved(&scene, &options.scene, path)?, path)?;
     }
     report(options, &scene, &world, build_ms, &applied, differing);
     ensure!(

@@ -1,6 +1,6 @@
 //! Errors and exit codes: 1 the input or the request, 3 the machine.
 
-use argil::{BuildError, EngineError, GpuError, RenderError, VolumeFileError};
+use argil::{BuildError, EngineError, GpuError, MeshError, RenderError, VolumeFileError};
 use std::process::ExitCode;
 
 pub fn report(error: &anyhow::Error) -> ExitCode {
@@ -10,6 +10,7 @@ pub fn report(error: &anyhow::Error) -> ExitCode {
             || matches!(cause.downcast_ref(), Some(RenderError::Gpu(_)))
             || cause.downcast_ref().is_some_and(lacks)
             || matches!(cause.downcast_ref(), Some(VolumeFileError::Build(e)) if lacks(e))
+            || matches!(cause.downcast_ref(), Some(MeshError::Build(e)) if lacks(e))
     });
     ExitCode::from(if of_machine { 3 } else { 1 })
 }

@@ -5,7 +5,6 @@ use crate::{input, output};
 use anyhow::{Context, ensure};
 use argil::{Brush, Format, LoadedMesh, Scene, Shape};
 use serde_json::{Value, json};
-use std::path::{Path, PathBuf};
 
 pub fn run(options: &Import) -> anyhow::Result<()> {
     output::check_place(&options.output, &options.file)?;
@@ -51,7 +50,7 @@ pub fn run(options: &Import) -> anyhow::Result<()> {
 
 /// A scene of one mesh.
 fn mesh(options: &Import) -> anyhow::Result<(Scene, Option<LoadedMesh>)> {
-    let path = from_folder(&options.file, &options.output)?;
+    let path = input::from_folder(&options.file, &options.output)?;
     let mut shape = Shape::mesh(path);
     if let (Shape::Mesh { resolution, .. }, Some(wanted)) = (&mut shape, options.resolution) {
         *resolution = wanted;
@@ -62,32 +61,6 @@ fn mesh(options: &Import) -> anyhow::Result<(Scene, Option<LoadedMesh>)> {
         .with_context(|| options.file.display().to_string())?;
     let mut loaded = input::load_meshes(&mut scene, &options.output, options.allow_outside)?;
     Ok((scene, loaded.pop()))
-}
-
-/// A file's path as a scene in a folder names it, with `/` between its parts.
-fn from_folder(file: &Path, scene: &Path) -> anyhow::Result<String> {
-    let place = |path: &Path| -> anyhow::Result<PathBuf> {
-        let path = if path.as_os_str().is_empty() {
-            Path::new(".")
-        } else {
-            path
-        };
-        path.canonicalize()
-            .with_context(|| path.display().to_string())
-    };
-    let file = place(file)?;
-    let folder = place(scene.parent().unwrap_or(Path::new(".")))?;
-    let common = file
-        .components()
-        .zip(folder.components())
-        .take_while(|(a, b)| a == b)
-        .count();
-    let up = folder.components().skip(common).map(|_| "..".into());
-    let down = file.components().skip(common);
-    let parts: Vec<String> = up
-        .chain(down.map(|part| part.as_os_str().to_string_lossy().into_owned()))
-        .collect();
-    Ok(parts.join("/"))
 }
 
 /// What a mesh is, and what was done to it.

@@ -6,7 +6,7 @@ use argil::{
     Backend, BricksOptions, DenseFill, DenseOptions, Descent, Encoding, Engine, Keep, MeshMethod,
     MeshViaOptions, OctreeOptions, Order, Range, Scene, Stored, Via, World,
 };
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// The engine that was asked for, with as many threads.
 pub fn engine(on: &On) -> anyhow::Result<Engine> {
@@ -257,4 +257,41 @@ pub fn representation(via: args::Via, flags: &VolumeFlags, engine: &Engine) -> a
             Via::Octree(options)
         }
     })
+}
+
+/// A file's path as a scene in a folder names it, with `/` between its parts.
+pub fn from_folder(file: &Path, scene: &Path) -> anyhow::Result<String> {
+    let place = |path: &Path| -> anyhow::Result<PathBuf> {
+        let path = if path.as_os_str().is_empty() {
+            Path::new(".")
+        } else {
+            path
+        };
+        path.canonicalize()
+            .with_context(|| path.display().to_string())
+    };
+    let file = place(file)?;
+    let folder = place(scene.parent().unwrap_or(Path::new(".")))?;
+    let common = file
+        .components()
+        .zip(folder.components())
+        .take_while(|(a, b)| a == b)
+        .count();
+    let up = folder.components().skip(common).map(|_| "..".into());
+    let down = file.components().skip(common);
+    let parts: Vec<String> = up
+        .chain(down.map(|part| part.as_os_str().to_string_lossy().into_owned()))
+        .collect();
+    Ok(parts.join("/"))
+}
+
+/// A scene as it is written to another file: the paths of its meshes start from there.
+pub fn moved(scene: &Scene, from: &Path, to: &Path) -> anyhow::Result<Scene> {
+    let mut moved = scene.clone();
+    let folder = from.parent().unwrap_or(Path::new("."));
+    for path in scene.mesh_paths() {
+        let named = from_folder(&folder.join(&path), to)?;
+        moved.rename_mesh(&path, &named);
+    }
+    Ok(moved)
 }

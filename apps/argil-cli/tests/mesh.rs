@@ -198,6 +198,32 @@ fn meshes_become_scenes() {
         "{hits:?}"
     );
 
+    // A volume elsewhere names the mesh by the way from there, and is drawn by its light.
+    std::fs::create_dir(place("elsewhere")).expect("a folder");
+    let volume = place("elsewhere/v.argil");
+    let bake = [
+        "bake",
+        &place("s.json"),
+        "--via",
+        "bricks",
+        "--resolution",
+        "48",
+        "-o",
+        &volume,
+    ];
+    json(&argil(&[&bake[..], &["--json"]].concat()));
+    let run = [
+        "render",
+        &volume,
+        "-o",
+        &place("p.png"),
+        "--size",
+        "96x72",
+        "--json",
+    ];
+    fails(&run, 1, "../suzanne.obj");
+    json(&argil(&[&run[..], &["--allow-outside"]].concat()));
+
     // It is a solid: its mesh is closed.
     let report = json(&argil(&[
         "mesh",

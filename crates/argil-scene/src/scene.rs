@@ -176,6 +176,34 @@ impl Scene {
         missing
     }
 
+    /// The files of all meshes.
+    pub fn mesh_paths(&self) -> Vec<String> {
+        let mut paths: Vec<String> = self
+            .walk()
+            .filter_map(|id| match &self.node(id).entry.body {
+                Body::Shape(Shape::Mesh { path, .. }) => Some(path.clone()),
+                _ => None,
+            })
+            .collect();
+        paths.sort_unstable();
+        paths.dedup();
+        paths
+    }
+
+    /// Name a mesh's file by another path, as from another folder; what is loaded stays. Not part of the history.
+    pub fn rename_mesh(&mut self, from: &str, to: &str) {
+        for node in &mut self.nodes {
+            let posed = node.posed.as_deref_mut();
+            for entry in std::iter::once(&mut node.entry).chain(posed) {
+                if let Body::Shape(Shape::Mesh { path, .. }) = &mut entry.body
+                    && path == from
+                {
+                    *path = to.to_owned();
+                }
+            }
+        }
+    }
+
     /// The distances of a mesh, for all brushes that name it, those of later edits included. Not part of the history: do it
     /// before anything is built.
     pub fn set_mesh(&mut self, path: impl Into<String>, resolution: u32, grid: Arc<SampledGrid>) {
