@@ -225,6 +225,9 @@ pub struct Mesh {
     pub volume: VolumeFlags,
     #[command(flatten)]
     pub on: On,
+    /// The edge of a voxel in the scene's unit, in place of --resolution: the 2023 study's grid stride
+    #[arg(long, value_name = "LENGTH", conflicts_with = "resolution")]
+    pub voxel: Option<f32>,
     /// The distance from the solid at which the surface is taken, in the scene's unit
     #[arg(
         long,

@@ -36,6 +36,16 @@ pub fn run(options: &Mesh) -> anyhow::Result<()> {
     // The field takes its resolution with the mesh, not before.
     let is_field =
         options.via.is_none_or(|via| via == args::Via::Field) && !input::is_volume(&options.scene)?;
+    ensure!(
+        options.voxel.is_none() || is_field,
+        "--voxel: a volume has its voxels; leave it out, or mesh the field of a scene"
+    );
+    ensure!(
+        options
+            .voxel
+            .is_none_or(|voxel| voxel > 0.0 && voxel.is_finite()),
+        "--voxel: the edge of a voxel is a length above 0"
+    );
     let resolution = options.volume.resolution;
     let mut flags = options.volume.clone();
     if is_field {
@@ -47,6 +57,7 @@ pub fn run(options: &Mesh) -> anyhow::Result<()> {
     let settings = MeshOptions {
         method: input::method_of(options.volume.method),
         resolution: resolution.unwrap_or(256),
+        voxel: options.voxel,
         iso: options.iso,
         normals: match options.normals {
             MeshNormals::Field => argil::MeshNormals::Field,

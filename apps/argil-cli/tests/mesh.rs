@@ -102,6 +102,11 @@ fn the_ways_to_a_mesh_agree() {
         json(&argil(&run))["enclosed_volume"].as_f64()
     };
     assert!(at("0.05") > at("0.02") && at("0.02") > at("-0.02"));
+    // Voxels of a size.
+    let run = ["mesh", &own, "--voxel", "0.02", "--json"];
+    let report = json(&argil(&run));
+    assert!((report["voxel"].as_f64().expect("a number") - 0.02).abs() < 1e-6);
+    assert_eq!(report["watertight"], true, "{report}");
     // The study's triangles share no corners.
     let run = [
         "mesh",
@@ -365,6 +370,18 @@ fn what_cannot_be_is_refused() {
         "no surface",
     );
     fails(&["mesh", &own, "--lods", "2"], 2, "--output");
+    fails(
+        &["mesh", &own, "--voxel", "0.1", "--resolution", "64"],
+        2,
+        "--voxel",
+    );
+    fails(&["mesh", &own, "--voxel", "0"], 1, "above 0");
+    fails(&["mesh", &own, "--voxel", "1e-9"], 1, "4096");
+    fails(
+        &["mesh", &own, "--voxel", "0.1", "--via", "dense"],
+        1,
+        "--voxel",
+    );
     fails(&["mesh", &own, "--resolution", "100000"], 1, "4096");
     assert!(!Path::new(&place("x.obj")).exists());
 

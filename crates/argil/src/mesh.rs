@@ -6,7 +6,10 @@ use argil_field::{Evaluator, Grid, Program};
 use argil_math::Aabb;
 use argil_mesh::marching::bricks::Rings;
 use argil_mesh::{Format, Mesh, Report, WriteOptions, dual, exact, marching, simplify, write};
-use argil_volume::{Bits, BrickLayout, BrickSettings, Bricks, CellLists, Dense, Lattice, Volume};
+use argil_volume::{
+    Bits, BrickLayout, BrickSettings, Bricks, CellLists, Dense, Lattice, RESOLUTIONS,
+    ResolutionError, Volume,
+};
 use glam::Vec3;
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
@@ -46,6 +49,8 @@ pub struct MeshOptions {
     pub method: MeshMethod,
     /// Voxels along the longest side, where the world is not kept as a volume.
     pub resolution: u32,
+    /// The edge of a voxel in the scene's unit, in place of that: the 2023 study's grid stride.
+    pub voxel: Option<f32>,
     /// The distance at which the surface is taken, in the scene's unit: above 0 it is outside of the solid.
     pub iso: f32,
     /// Where normals come from.
@@ -63,6 +68,7 @@ impl Default for MeshOptions {
         Self {
             method: MeshMethod::default(),
             resolution: 256,
+            voxel: None,
             iso: 0.0,
             normals: MeshNormals::default(),
             most_triangles: None,
@@ -231,11 +237,26 @@ impl World {
         })
     }
 
-    fn own_lattice(&self, resolution: u32, iso: f32) -> Result<Lattice, BuildError> {
+    fn own_lattice(&self, options: &MeshOptions) -> Result<Lattice, BuildError> {
         let frame = self.view().frame;
         let frame = frame.map(|[min, max]| Aabb::new(min.into(), max.into()));
-        let solid = self.program().aabb().grown(iso.max(0.0));
-        Ok(Lattice::holding(solid, frame, resolution)?)
+        let solid = self.program().aabb().grown(options.iso.max(0.0));
+        let Some(voxel) = options.voxel else {
+            return Ok(Lattice::holding(solid, frame, options.resolution)?);
+        };
+        // As many voxels of that size as hold what a lattice of any resolution does.
+        let region = Lattice::holding(solid, frame, 256)?.aabb();
+        let count = (region.size() / voxel - 1e-3).ceil();
+        let most = count.max_element();
+        if !RESOLUTIONS.contains(&(most as u32)) || most.is_nan() {
+            return Err(ResolutionError(most as u32).into());
+        }
+        let size = count.as_uvec3().max(glam::UVec3::ONE);
+        Ok(Lattice {
+            corner: region.center() - size.as_vec3() * (0.5 * voxel),
+            voxel,
+            size,
+        })
     }
 
     fn of_field(
@@ -244,7 +265,7 @@ impl World {
         made: &mut Option<Bricks>,
         stages: &mut Stages,
     ) -> Result<(Mesh, Lattice, Option<CellLists>), MeshError> {
-        let lattice = self.own_lattice(options.resolution, 0.0)?;
+        let lattice = self.own_lattice(options)?;
         let own = field_mesh(
             self.engine(),
             self.program(),
@@ -266,7 +287,7 @@ impl World {
         options: &MeshOptions,
         stages: &mut Stages,
     ) -> Result<(Mesh, Lattice, Option<CellLists>), MeshError> {
-        let lattice = self.own_lattice(options.resolution, options.iso)?;
+        let lattice = self.own_lattice(options)?;
         let grid = Grid {
             min: lattice.corner,
             spacing: Vec3::splat(lattice.voxel),
