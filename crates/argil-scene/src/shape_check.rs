@@ -375,11 +375,10 @@ impl Shape {
                 let (min, max) = outline_bounds(outline);
                 Aabb::new(min.extend(-half_depth), max.extend(half_depth))
             }
-            // Between samples a distance can fall short by a part of what lies between them.
-            Self::Mesh { ref grid, .. } => grid
-                .0
-                .as_ref()
-                .map_or(Aabb::EMPTY, |grid| grid.solid().grown(grid.spacing())),
+            // Beyond the samples' box it is told how far that is at least, not how far the solid is.
+            Self::Mesh { ref grid, .. } => {
+                grid.0.as_ref().map_or(Aabb::EMPTY, |grid| grid.region())
+            }
         }
     }
 }
