@@ -4,7 +4,7 @@
 //! * the scene at 256³ by bricks: bake, march, refine, materials.
 
 use argil_conformance::shipped;
-use argil_field::{Evaluator, Grid, Program};
+use argil_field::{Grid, Program};
 use argil_mesh::{Report, exact, marching};
 use argil_volume::{BrickLayout, BrickSettings, Bricks, Lattice};
 use glam::Vec3;
@@ -29,13 +29,7 @@ fn main() {
 
     let grid = Grid::spanning(Vec3::splat(-1.0), Vec3::ONE, 256);
     let mut d = vec![0.0; 256 * 256 * 256];
-    let mut evaluator = Evaluator::new(&program);
-    let xs = grid.coordinates(0);
-    for (k, layer) in (0..).zip(d.chunks_mut(grid.layer_len())) {
-        grid.sweep_layer(&mut evaluator, &xs, k, |range, d| {
-            layer[range].copy_from_slice(d);
-        });
-    }
+    program.distances(&grid, &mut d);
     for (threads, normals) in [(1, false), (1, true), (2, false), (2, true)] {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
         pool.expect("threads").install(|| {

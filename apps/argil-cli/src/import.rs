@@ -30,10 +30,8 @@ pub fn run(options: &Import) -> anyhow::Result<()> {
     scene.save(&options.output)?;
     let brushes = scene.brush_count();
     let mut report = json!({ "scene": options.output.display().to_string(), "brushes": brushes });
-    if let (Some(report), Some(loaded)) = (report.as_object_mut(), &loaded)
-        && let Value::Object(own) = about(loaded)
-    {
-        report.extend(own);
+    if let Some(loaded) = &loaded {
+        output::extend(&mut report, about(loaded));
     }
     if options.json {
         output::json(&report);

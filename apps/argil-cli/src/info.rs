@@ -51,26 +51,11 @@ pub fn run(options: &Info) -> anyhow::Result<()> {
 /// Of a mesh file: its triangles as they are, corners at one place taken for one.
 fn of_mesh(options: &Info) -> anyhow::Result<()> {
     let mesh = argil::read_mesh(&options.scene)?;
-    let corners = mesh.positions.len();
     let report = Report::of(&mesh.welded());
-    let bounds = report.aabb;
-    print(
-        options,
-        &json!({
-            "vertices": corners,
-            "places": report.vertices,
-            "triangles": report.triangles,
-            "watertight": report.is_watertight(),
-            "euler": report.euler,
-            "open_edges": report.open_edges,
-            "non_manifold_edges": report.non_manifold_edges,
-            "flipped_edges": report.flipped_edges,
-            "degenerate_triangles": report.degenerate,
-            "area": report.area,
-            "enclosed_volume": report.volume,
-            "box": (report.triangles > 0).then(|| [bounds.min.to_array(), bounds.max.to_array()]),
-        }),
-    );
+    let mut about = output::mesh(&report);
+    let own = json!({ "vertices": mesh.positions.len(), "places": report.vertices });
+    output::extend(&mut about, own);
+    print(options, &about);
     Ok(())
 }
 

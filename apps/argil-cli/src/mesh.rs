@@ -131,8 +131,7 @@ fn tell(options: &Mesh, world: &World, meshed: &Meshed, lods: &[(PathBuf, Meshed
         .map(|(stage, ms)| (stage.to_string(), json!(ms)))
         .collect();
     let build_ms = world.build_times().duration_ms;
-    let bounds = report.aabb;
-    let whole = json!({
+    let mut whole = json!({
         "device": world.engine().device(),
         "via": output::via(world.kept_via()),
         "resolution": meshed.lattice.size.to_array(),
@@ -141,17 +140,7 @@ fn tell(options: &Mesh, world: &World, meshed: &Meshed, lods: &[(PathBuf, Meshed
         "build_ms": build_ms,
         "mesh_ms": meshed.duration_ms,
         "stages_ms": stages,
-        "triangles": report.triangles,
         "vertices": meshed.mesh.positions.len(),
-        "watertight": report.is_watertight(),
-        "euler": report.euler,
-        "open_edges": report.open_edges,
-        "non_manifold_edges": report.non_manifold_edges,
-        "flipped_edges": report.flipped_edges,
-        "degenerate_triangles": report.degenerate,
-        "area": report.area,
-        "enclosed_volume": report.volume,
-        "box": (report.triangles > 0).then(|| [bounds.min.to_array(), bounds.max.to_array()]),
         "off_voxels": { "rms": meshed.off_voxels[0], "max": meshed.off_voxels[1] },
         "simplified_by": meshed.simplified_by,
         "lods": lods.iter().map(|(path, lod)| json!({
@@ -167,6 +156,7 @@ fn tell(options: &Mesh, world: &World, meshed: &Meshed, lods: &[(PathBuf, Meshed
         "memory_bytes": meshed.mesh.memory_bytes(),
         "mesh": options.output.as_ref().map(|p| p.display().to_string()),
     });
+    output::extend(&mut whole, output::mesh(report));
     if options.json {
         output::json(&whole);
         return;

@@ -1,7 +1,7 @@
 //! What the commands print.
 
 use anyhow::Context;
-use argil::{BuildTimes, Spread, Via, VolumeInfo};
+use argil::{BuildTimes, Report, Spread, Via, VolumeInfo};
 use serde_json::{Value, json};
 use std::io::Write;
 
@@ -73,10 +73,32 @@ pub fn volume(info: &VolumeInfo) -> Value {
             })
         }
     };
-    if let (Some(about), Value::Object(own)) = (about.as_object_mut(), own) {
-        about.extend(own);
-    }
+    extend(&mut about, own);
     about
+}
+
+/// What a mesh is like.
+pub fn mesh(report: &Report) -> Value {
+    let bounds = report.aabb;
+    json!({
+        "triangles": report.triangles,
+        "watertight": report.is_watertight(),
+        "euler": report.euler,
+        "open_edges": report.open_edges,
+        "non_manifold_edges": report.non_manifold_edges,
+        "flipped_edges": report.flipped_edges,
+        "degenerate_triangles": report.degenerate,
+        "area": report.area,
+        "enclosed_volume": report.volume,
+        "box": (report.triangles > 0).then(|| [bounds.min.to_array(), bounds.max.to_array()]),
+    })
+}
+
+/// Add the keys of one report to another's.
+pub fn extend(report: &mut Value, own: Value) {
+    if let (Some(report), Value::Object(own)) = (report.as_object_mut(), own) {
+        report.extend(own);
+    }
 }
 
 /// How a world is kept, as `--via` names it.

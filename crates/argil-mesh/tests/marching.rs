@@ -34,13 +34,7 @@ fn corners(program: &Program, lattice: &Lattice) -> (Grid, Vec<f32>) {
         size: lattice.size + 1,
     };
     let mut d = vec![0.0; grid.layer_len() * grid.size.z as usize];
-    let mut evaluator = argil_field::Evaluator::new(program);
-    let xs = grid.coordinates(0);
-    for (k, layer) in (0..).zip(d.chunks_mut(grid.layer_len())) {
-        grid.sweep_layer(&mut evaluator, &xs, k, |range, d| {
-            layer[range].copy_from_slice(d)
-        });
-    }
+    program.distances(&grid, &mut d);
     (grid, d)
 }
 

@@ -2,7 +2,7 @@
 
 use crate::representation::budget_on;
 use crate::{BricksOptions, BuildError, Engine, World};
-use argil_field::{Evaluator, Grid, Program};
+use argil_field::{Grid, Program};
 use argil_math::Aabb;
 use argil_mesh::marching::bricks::Rings;
 use argil_mesh::{Format, Mesh, Report, WriteOptions, dual, exact, marching, simplify, write};
@@ -298,7 +298,8 @@ impl World {
         if count > MOST_SAMPLES {
             return Err(MeshError::TooMany(count));
         }
-        let samples = sample(self.program(), &grid);
+        let mut samples = vec![0.0; count as usize];
+        self.program().distances(&grid, &mut samples);
         stages.done("sample");
         let gradient = options.normals == MeshNormals::Gradient;
         let mesh = marching::dense::march(&samples, &grid, options.iso, gradient);
@@ -407,23 +408,6 @@ fn of_dense(dense: &Dense, options: &MeshOptions) -> Result<Mesh, MeshError> {
             marching::dense::march(samples, &grid, iso, normals)
         }
     })
-}
-
-fn sample(program: &Program, grid: &Grid) -> Vec<f32> {
-    let mut samples = vec![0.0; grid.layer_len() * grid.size.z as usize];
-    let xs = grid.coordinates(0);
-    samples
-        .par_chunks_mut(grid.layer_len())
-        .enumerate()
-        .for_each_init(
-            || Evaluator::new(program),
-            |evaluator, (k, layer)| {
-                grid.sweep_layer(evaluator, &xs, k as u32, |range, d| {
-                    layer[range].copy_from_slice(d);
-                });
-            },
-        );
-    samples
 }
 
 pub(crate) struct Stages {
