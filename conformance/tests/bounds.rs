@@ -288,3 +288,29 @@ fn a_dirty_box_is_no_larger_than_it_needs_to_be() {
         edited.dirty_box
     );
 }
+
+/// What boxes of edits rest on: outside of its box no shape is nearer than the box.
+#[test]
+fn no_shape_is_nearer_than_its_box() {
+    for (name, shape) in argil_conformance::shapes() {
+        let bounds = shape.aabb();
+        if !bounds.is_finite() {
+            continue;
+        }
+        let mut scene = Scene::new();
+        scene.push(Brush::new(shape)).expect("a valid brush");
+        let program = Program::lower(&scene).expect("a program");
+        for p in argil_conformance::points(4000, 11) {
+            let p = 2.0 * Vec3::from(p);
+            let way = p.distance(p.clamp(bounds.min, bounds.max));
+            if way == 0.0 {
+                continue;
+            }
+            let d = program.distance(p);
+            assert!(
+                d >= 0.999 * way - 1e-5,
+                "{name}: {d} at {p}, and the box is {way} away"
+            );
+        }
+    }
+}
