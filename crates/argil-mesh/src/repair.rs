@@ -5,7 +5,8 @@ use glam::{DVec3, Vec3};
 use std::collections::HashMap;
 
 /// What had to be done to triangles so that they enclose something.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
 pub struct Repairs {
     /// Corners that stood at the same place as another.
     pub welded: u64,

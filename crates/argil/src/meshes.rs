@@ -8,10 +8,10 @@ use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
 
 /// What kept samples begin with; another number for another way of sampling.
-const MAGIC: [u8; 8] = *b"argilm01";
+const MAGIC: [u8; 8] = *b"argilm02";
 
-/// Words of a kept file before the samples: the box, triangles, and what was repaired.
-const HEAD: usize = 6 + 7;
+/// Words of a kept file before the samples: the box.
+const HEAD: usize = 6;
 
 /// A mesh that a scene names, loaded.
 #[derive(Clone, Debug)]
@@ -116,29 +116,12 @@ fn load(
     let bytes = argil_mesh::bytes(place)?;
     let hash = blake3::hash(&bytes).to_hex();
     let kept = cache_folder().map(|f| f.join(format!("{hash}-{resolution}.{MAGIC_TEXT}")));
-    let done = |grid,
-                [
-        triangles,
-        welded,
-        dropped,
-        turned,
-        parts_turned,
-        holes,
-        parts,
-    ]: [u64; 7],
-                was_kept| LoadedMesh {
+    let done = |grid, (triangles, repairs), was_kept| LoadedMesh {
         path: path.to_owned(),
         resolution,
         grid: Arc::new(grid),
         triangles,
-        repairs: Repairs {
-            welded,
-            dropped,
-            turned,
-            parts_turned,
-            holes,
-            parts,
-        },
+        repairs,
         was_kept,
     };
     if let Some((grid, counts)) = kept.as_deref().and_then(read_kept) {
@@ -154,16 +137,7 @@ fn load(
     }
     let solid = &solids[place];
     let grid = solid.sample(resolution);
-    let r = solid.repairs();
-    let counts = [
-        solid.triangles() as u64,
-        r.welded,
-        r.dropped,
-        r.turned,
-        r.parts_turned,
-        r.holes,
-        r.parts,
-    ];
+    let counts = (solid.triangles() as u64, *solid.repairs());
     if let Some(kept) = kept {
         // A cache that cannot be written costs time, nothing else.
         let _ = write_kept(&kept, &grid, counts);
@@ -172,13 +146,17 @@ fn load(
 }
 
 /// The ending of kept files' names.
-const MAGIC_TEXT: &str = "grid01";
+const MAGIC_TEXT: &str = "grid02";
 
 fn cache_folder() -> Option<PathBuf> {
     Some(dirs::cache_dir()?.join("argil").join("meshes"))
 }
 
-fn write_kept(path: &Path, grid: &SampledGrid, counts: [u64; 7]) -> std::io::Result<()> {
+fn write_kept(
+    path: &Path,
+    grid: &SampledGrid,
+    (triangles, repairs): (u64, Repairs),
+) -> std::io::Result<()> {
     if let Some(folder) = path.parent() {
         std::fs::create_dir_all(folder)?;
     }
@@ -186,24 +164,30 @@ fn write_kept(path: &Path, grid: &SampledGrid, counts: [u64; 7]) -> std::io::Res
     let solid = grid.solid();
     words.extend(solid.min.to_array());
     words.extend(solid.max.to_array());
-    // Counts of up to 2³², as bits.
-    words.extend(counts.map(|n| f32::from_bits(n.min(u32::MAX.into()) as u32)));
     words.extend_from_slice(grid.words());
     let bytes: &[u8] = bytemuck::cast_slice(&words);
+    let head = [&triangles.to_le_bytes(), bytemuck::bytes_of(&repairs)].concat();
     argil_scene::replace_file(path, |out| {
         use std::io::Write;
         out.write_all(&MAGIC)?;
-        out.write_all(blake3::hash(bytes).as_bytes())?;
+        out.write_all(hash_of(&head, bytes).as_bytes())?;
+        out.write_all(&head)?;
         out.write_all(bytes)
     })
 }
 
+/// Of what is kept besides the samples, and of those.
+fn hash_of(head: &[u8], bytes: &[u8]) -> blake3::Hash {
+    blake3::Hasher::new().update(head).update(bytes).finalize()
+}
+
 /// What was kept, if it is whole.
-fn read_kept(path: &Path) -> Option<(SampledGrid, [u64; 7])> {
+fn read_kept(path: &Path) -> Option<(SampledGrid, (u64, Repairs))> {
     let all = std::fs::read(path).ok()?;
     let (magic, rest) = all.split_at_checked(MAGIC.len())?;
-    let (hash, bytes) = rest.split_at_checked(32)?;
-    if magic != MAGIC || blake3::hash(bytes).as_bytes() != hash {
+    let (hash, rest) = rest.split_at_checked(32)?;
+    let (head, bytes) = rest.split_at_checked(8 + size_of::<Repairs>())?;
+    if magic != MAGIC || hash_of(head, bytes).as_bytes() != hash {
         return None;
     }
     let words: Vec<f32> = bytes
@@ -217,7 +201,11 @@ fn read_kept(path: &Path) -> Option<(SampledGrid, [u64; 7])> {
     }
     let corner = |at: usize| glam::Vec3::from_slice(&words[at..]);
     let solid = Aabb::new(corner(0), corner(3));
-    let counts = std::array::from_fn(|i| u64::from(words[6 + i].to_bits()));
+    let (triangles, repairs) = head.split_first_chunk()?;
+    let counts = (
+        u64::from_le_bytes(*triangles),
+        bytemuck::pod_read_unaligned(repairs),
+    );
     Some((
         SampledGrid::from_words(words[HEAD..].to_vec(), solid)?,
         counts,
@@ -243,6 +231,36 @@ mod tests {
             let link = inner.join("link.obj");
             std::os::unix::fs::symlink(here.path().join("secret.obj"), link).expect("a link");
             assert!(refused("link.obj"));
+        }
+    }
+
+    #[test]
+    fn what_was_kept_comes_back_whole_or_not_at_all() {
+        let here = tempfile::tempdir().expect("a folder");
+        let path = here.path().join("sub").join("kept");
+        let ball = |points: &[glam::Vec3], out: &mut [f32]| {
+            for (p, out) in points.iter().zip(out) {
+                *out = p.length() - 0.5;
+            }
+        };
+        let solid = Aabb::centered(glam::Vec3::splat(0.5));
+        let corner = glam::Vec3::splat(-0.75);
+        let grid = SampledGrid::sample(corner, 0.5, glam::UVec3::splat(3), solid, &ball);
+        let repairs = Repairs {
+            holes: 3,
+            parts: 1,
+            ..Repairs::default()
+        };
+        write_kept(&path, &grid, (77, repairs)).expect("a file");
+        assert_eq!(read_kept(&path), Some((grid, (77, repairs))));
+        let whole = std::fs::read(&path).expect("a file");
+        for at in (0..whole.len()).step_by(whole.len() / 50) {
+            let mut damaged = whole.clone();
+            damaged[at] ^= 1;
+            std::fs::write(&path, &damaged).expect("a file");
+            assert_eq!(read_kept(&path), None, "{at}");
+            std::fs::write(&path, &whole[..at]).expect("a file");
+            assert_eq!(read_kept(&path), None, "cut at {at}");
         }
     }
 }
