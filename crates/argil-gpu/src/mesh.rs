@@ -1,6 +1,6 @@
 //! Triangles on the device, drawn with a depth buffer.
 
-use crate::pass::{DRAWN, FRAME, PICTURE_WGSL, entry};
+use crate::pass::{DRAWN, FRAME, FRAME_WGSL, entry};
 use crate::picture::Way;
 use crate::timing::Timing;
 use crate::{Gpu, GpuError, GpuField};
@@ -193,10 +193,7 @@ fn pipeline(gpu: &Gpu) -> (wgpu::BindGroupLayout, wgpu::RenderPipeline) {
                 count: None,
             }],
         });
-    let frame = PICTURE_WGSL
-        .lines()
-        .find(|line| line.contains("frame: Frame"));
-    let source = [&argil_abi::wgsl(), frame.unwrap_or_default(), wgsl::DRAW].concat();
+    let source = [&argil_abi::wgsl(), FRAME_WGSL, wgsl::DRAW].concat();
     let module = gpu
         .device
         .create_shader_module(wgpu::ShaderModuleDescriptor {

@@ -39,8 +39,11 @@ pub(crate) const TABLES_WGSL: &str = "
 @group(0) @binding(3) var<storage, read> materials: array<MaterialWords>;
 ";
 
-pub(crate) const PICTURE_WGSL: &str = "
+pub(crate) const FRAME_WGSL: &str = "
 @group(0) @binding(0) var<uniform> frame: Frame;
+";
+
+pub(crate) const PICTURE_WGSL: &str = "
 @group(0) @binding(4) var<storage, read_write> hits: array<Hit>;
 @group(0) @binding(5) var<storage, read_write> colors: array<vec4<f32>>;
 ";

@@ -2,9 +2,9 @@
 
 use crate::bake::Groups;
 use crate::pass::{
-    BRICK_MATERIALS, Bind, CELLS, CELLS_WGSL, COLORS, DRAWN, DRAWN_WGSL, FIELD_BINDS, FRAME, HITS,
-    LINEAR, LIVE, NODES, PICTURE_WGSL, STORED, TABLES_WGSL, TREE_WGSL, TREE_WORDS, VOLUME,
-    VOLUME_WGSL, entry, layout, pipelines,
+    BRICK_MATERIALS, Bind, CELLS, CELLS_WGSL, COLORS, DRAWN, DRAWN_WGSL, FIELD_BINDS, FRAME,
+    FRAME_WGSL, HITS, LINEAR, LIVE, NODES, PICTURE_WGSL, STORED, TABLES_WGSL, TREE_WGSL,
+    TREE_WORDS, VOLUME, VOLUME_WGSL, entry, layout, pipelines,
 };
 use crate::table::Table;
 use crate::timing::Timing;
@@ -71,6 +71,7 @@ impl PicturePass {
         let source = [
             &argil_abi::wgsl(),
             TABLES_WGSL,
+            FRAME_WGSL,
             PICTURE_WGSL,
             &tables,
             field_wgsl,
