@@ -3,13 +3,14 @@
 use argil_abi::{Frame, HIT_INSIDE, HIT_NONE, HIT_OUTSIDE, Hit};
 use argil_conformance::{gpu, shipped};
 use argil_field::Program;
-use argil_gpu::{GpuField, GpuMesh};
+use argil_gpu::{GpuField, GpuMesh, GpuVolume, MarchNormals, MarchOptions};
 use argil_march::{Camera, Settings, Show, Through, Triangles, frames, render_with_hits};
 use argil_math::Aabb;
-use argil_mesh::{Mesh, exact, marching};
+use argil_mesh::{Mesh, Report, exact, marching};
 use argil_scene::{Brush, Scene, Shape};
-use argil_volume::{BrickLayout, BrickSettings, Bricks, Lattice};
+use argil_volume::{Bits, BrickLayout, BrickSettings, Bricks, Dense, Encoding, Lattice};
 use glam::Vec3;
+use std::collections::BTreeMap;
 
 fn mesh(program: &Program, resolution: u32) -> (Mesh, Lattice) {
     let lattice = Lattice::holding(program.aabb(), None, resolution).expect("a lattice");
@@ -116,4 +117,229 @@ fn no_ray_slips_through_between_triangles() {
         let gaps = picture.hits.iter().filter(|h| h.kind != HIT_INSIDE).count();
         assert_eq!(gaps, 0, "from {eye}");
     }
+}
+
+/// Triangles by the edges that their corners lie on, which no rounding changes: of each coordinate, twice the sample's place, or
+/// the odd number between two.
+fn by_edges(mesh: &Mesh, first: Vec3, voxel: f32) -> BTreeMap<[[i32; 3]; 3], [Vec3; 3]> {
+    let key = |p: Vec3| {
+        let at = (p - first) / voxel;
+        at.to_array().map(|x| {
+            let near = x.round();
+            // No vertex is nearer to a sample than 1/256 of its edge.
+            if (x - near).abs() < 1e-3 {
+                2 * near as i32
+            } else {
+                2 * x.floor() as i32 + 1
+            }
+        })
+    };
+    let of = |i: usize| {
+        let corners = mesh.corners(i);
+        let keys = corners.map(key);
+        // The least corner first, in the same sense.
+        let turn = (0..3).min_by_key(|&k| keys[k]).unwrap_or(0);
+        let turned = |k: usize| (turn + k) % 3;
+        let keys = [0, 1, 2].map(|k| keys[turned(k)]);
+        (keys, [0, 1, 2].map(|k| corners[turned(k)]))
+    };
+    let all: BTreeMap<_, _> = (0..mesh.triangles.len()).map(of).collect();
+    assert_eq!(
+        all.len(),
+        mesh.triangles.len(),
+        "no triangle is there twice"
+    );
+    all
+}
+
+/// The same triangles, with corners no farther apart than `tolerance`.
+fn assert_same(own: &Mesh, theirs: &Mesh, first: Vec3, voxel: f32, tolerance: f32) {
+    let (own, theirs) = (by_edges(own, first, voxel), by_edges(theirs, first, voxel));
+    assert!(own.keys().eq(theirs.keys()), "other triangles");
+    let off = own
+        .values()
+        .zip(theirs.values())
+        .flat_map(|(a, b)| (0..3).map(move |k| (a[k] - b[k]).length()));
+    let off = off.fold(0.0, f32::max);
+    assert!(off <= tolerance * voxel, "{} voxels apart", off / voxel);
+}
+
+fn csg20() -> Program {
+    let case = shipped().into_iter().find(|case| case.name == "csg20");
+    Program::lower(&case.expect("a scene that ships").scene).expect("a program")
+}
+
+#[test]
+fn the_gpu_marches_bricks_as_the_cpu_does() {
+    let program = csg20();
+    let field = GpuField::new(gpu(), &program, false).expect("a field");
+    for (brick, bits) in [
+        (4, Bits::Sixteen),
+        (8, Bits::Sixteen),
+        (8, Bits::Eight),
+        (16, Bits::Sixteen),
+    ] {
+        // A frame that cuts the solid, so that there are bricks without neighbours.
+        let cut = Aabb::new(Vec3::new(-0.3, -0.4, -0.5), Vec3::new(0.6, 0.5, 0.45));
+        for frame in [None, Some(cut)] {
+            let lattice = match frame {
+                Some(cut) => Lattice {
+                    corner: cut.min,
+                    voxel: 0.9 / 61.0,
+                    size: glam::UVec3::new(61, 61, 64),
+                },
+                None => Lattice::holding(program.aabb(), None, 61).expect("a lattice"),
+            };
+            let mut settings = BrickSettings {
+                brick,
+                ..BrickSettings::default()
+            };
+            settings.encoding.bits = bits;
+            let layout = BrickLayout::new(lattice, &settings).expect("a layout");
+            let bricks = Bricks::bake(&program, layout, None).expect("bricks").0;
+            let own = marching::bricks::march(&bricks).mesh;
+            let volume = GpuVolume::upload(&field, &bricks.into()).expect("a volume");
+            let options = MarchOptions {
+                normals: MarchNormals::Gradient,
+                ..MarchOptions::default()
+            };
+            let (mesh, _) = volume.march(&field, &options).expect("triangles");
+            let theirs = mesh.read(field.gpu()).expect("triangles");
+            assert!(own.triangles.len() > 3000, "{}", own.triangles.len());
+            assert_eq!(
+                own.positions.len(),
+                theirs.positions.len(),
+                "shared as well"
+            );
+            assert_same(&own, &theirs, lattice.corner, lattice.voxel, 1e-4);
+            assert!(facing(&theirs) * 100 > 97 * theirs.triangles.len());
+        }
+    }
+}
+
+/// How many triangles have normals on their side.
+fn facing(mesh: &Mesh) -> usize {
+    let faces = |t: &usize| {
+        let [a, b, c] = mesh.corners(*t);
+        let sum: Vec3 = mesh.triangles[*t]
+            .iter()
+            .map(|&i| mesh.normals[i as usize])
+            .sum();
+        (b - a).cross(c - a).dot(sum) > 0.0
+    };
+    (0..mesh.triangles.len()).filter(faces).count()
+}
+
+#[test]
+fn the_gpu_marches_dense_volumes_as_the_cpu_does() {
+    let program = csg20();
+    let field = GpuField::new(gpu(), &program, false).expect("a field");
+    for (resolution, bits, iso) in [
+        (61, Bits::Sixteen, 0.0),
+        (65, Bits::Eight, 0.0),
+        (61, Bits::Sixteen, 0.02),
+    ] {
+        let lattice = Lattice::holding(program.aabb(), None, resolution).expect("a lattice");
+        let encoding = Encoding {
+            bits,
+            ..Encoding::default()
+        };
+        let dense = Dense::bake(&program, lattice, encoding, false);
+        let level = iso / encoding.range_length(&lattice, 0) * encoding.bits.quanta() as f32;
+        let grid = lattice.grid(0);
+        let texels = &dense.levels()[0];
+        let own = match bits {
+            Bits::Eight => {
+                marching::dense::march(texels.of::<i8>().expect("bytes"), &grid, level, true)
+            }
+            Bits::Sixteen => {
+                marching::dense::march(texels.of::<i16>().expect("words"), &grid, level, true)
+            }
+        };
+        let volume = GpuVolume::upload(&field, &dense.into()).expect("a volume");
+        let options = MarchOptions {
+            iso,
+            normals: MarchNormals::Gradient,
+            ..MarchOptions::default()
+        };
+        let (mesh, _) = volume.march(&field, &options).expect("triangles");
+        let theirs = mesh.read(field.gpu()).expect("triangles");
+        assert!(own.triangles.len() > 3000, "{}", own.triangles.len());
+        assert_eq!(own.positions.len(), theirs.positions.len());
+        assert_same(&own, &theirs, grid.min, lattice.voxel, 1e-4);
+        assert!(facing(&theirs) * 100 > 97 * theirs.triangles.len());
+        // Triangles with corners of their own are the same ones, with their own normals.
+        let unshared = MarchOptions {
+            is_unshared: true,
+            normals: MarchNormals::Face,
+            ..options
+        };
+        let (mesh, _) = volume.march(&field, &unshared).expect("triangles");
+        let spread = mesh.read(field.gpu()).expect("triangles");
+        assert_eq!(spread.positions.len(), 3 * theirs.triangles.len());
+        assert_same(&own, &spread, grid.min, lattice.voxel, 1e-4);
+        assert_eq!(facing(&spread), spread.triangles.len());
+        assert!(mesh.memory_bytes() >= 72 * spread.triangles.len() as u64);
+    }
+
+    // The comparison can fail: another level.
+    let lattice = Lattice::holding(program.aabb(), None, 61).expect("a lattice");
+    let dense = Dense::bake(&program, lattice, Encoding::default(), false);
+    let volume = GpuVolume::upload(&field, &dense.into()).expect("a volume");
+    let march = |iso: f32| {
+        let options = MarchOptions {
+            iso,
+            ..MarchOptions::default()
+        };
+        let (mesh, _) = volume.march(&field, &options).expect("triangles");
+        mesh.read(field.gpu()).expect("triangles")
+    };
+    let first = lattice.grid(0).min;
+    let (one, other) = (
+        by_edges(&march(0.0), first, lattice.voxel),
+        by_edges(&march(0.01), first, lattice.voxel),
+    );
+    assert!(!one.keys().eq(other.keys()));
+}
+
+#[test]
+fn vertices_that_the_gpu_moves_are_on_the_exact_surface() {
+    let program = csg20();
+    let (own, lattice) = mesh(&program, 96);
+    let field = GpuField::new(gpu(), &program, false).expect("a field");
+    let layout = BrickLayout::new(lattice, &BrickSettings::default()).expect("a layout");
+    let (volume, _) = GpuVolume::bricks(&field, &program, layout, None).expect("bricks");
+    let rms = |mesh: &Mesh| {
+        let squares = mesh
+            .positions
+            .iter()
+            .map(|&p| f64::from(program.distance(p)).powi(2));
+        (squares.sum::<f64>() / mesh.positions.len() as f64).sqrt() / f64::from(lattice.voxel)
+    };
+    let march = |is_moved: bool| {
+        let options = MarchOptions {
+            is_moved,
+            ..MarchOptions::default()
+        };
+        let (mesh, stages) = volume.march(&field, &options).expect("triangles");
+        assert!(stages.iter().any(|(stage, _)| *stage == "refine"));
+        mesh.read(field.gpu()).expect("triangles")
+    };
+    let (moved, left) = (march(true), march(false));
+    assert!(
+        rms(&moved) < 0.005 && rms(&left) > 2.0 * rms(&moved),
+        "{} {}",
+        rms(&moved),
+        rms(&left)
+    );
+    assert_same(&own, &moved, lattice.corner, lattice.voxel, 0.02);
+    assert!(Report::of(&moved).is_watertight());
+    let turned = |a: &Vec3| program.gradient(*a).1.normalize_or_zero();
+    let off = moved
+        .positions
+        .iter()
+        .zip(&moved.normals)
+        .filter(|(p, n)| turned(p).dot(**n) < 0.99);
+    // At creases the two sides differ.
+    assert!(off.count() * 20 < moved.positions.len());
 }

@@ -96,6 +96,10 @@ const TREE_BRICKS: u32 = 0u;
 const TREE_NODES: u32 = 1u;
 const TREE_LEVELS: u32 = 2u;
 const TREE_WORDS: u32 = 16u;
+const MARCH_NONE: u32 = 0u;
+const MARCH_GRADIENT: u32 = 1u;
+const MARCH_FIELD: u32 = 2u;
+const MARCH_FACE: u32 = 3u;
 const DISPATCH_ROW: u32 = 32768u;
 struct Instr {
     op: u32,
@@ -218,6 +222,21 @@ struct Prune {
     blocks_at: u32,
     dirty_first: u32,
     freed_first: u32,
+}
+struct Marching {
+    first_voxel: vec4<f32>,
+    iso: f32,
+    quantum: f32,
+    bias: f32,
+    units: u32,
+    side: u32,
+    normals: u32,
+    is_moved: u32,
+    vertices: u32,
+    triangles: u32,
+    first_vertex: u32,
+    pad1: u32,
+    pad2: u32,
 }
 struct Node {
     child_offset: u32,

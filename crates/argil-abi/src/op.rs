@@ -200,6 +200,14 @@ constants! { FLAGS:
     TREE_LEVELS = 2;
     /// All words of that table.
     TREE_WORDS = 16;
+    /// Vertices of a march have no normals.
+    MARCH_NONE = 0;
+    /// They have the samples' gradient.
+    MARCH_GRADIENT = 1;
+    /// The field's.
+    MARCH_FIELD = 2;
+    /// Triangles with vertices of their own have theirs.
+    MARCH_FACE = 3;
     /// Workgroups in a row of a dispatch over a list.
     DISPATCH_ROW = 32768;
 }

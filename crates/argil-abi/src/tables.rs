@@ -268,6 +268,38 @@ shared_struct! {
 }
 
 shared_struct! {
+    /// How the surface of a volume is cut into triangles.
+    Marching {
+        /// Where the first sample lies, then a voxel's edge.
+        first_voxel: [f32; 4],
+        /// The level of the surface, in stored integers.
+        iso: f32,
+        /// The length that one of those stands for.
+        quantum: f32,
+        /// How far to the sides the field is asked for normals.
+        bias: f32,
+        /// Bricks, or parts of a dense volume.
+        units: u32,
+        /// Cells along the side of one.
+        side: u32,
+        /// A `MARCH_…`.
+        normals: u32,
+        /// 1 where vertices go to the exact surface of the field, else 0.
+        is_moved: u32,
+        /// Vertices that there are.
+        vertices: u32,
+        /// Triangles that there are.
+        triangles: u32,
+        /// The first vertex that a dispatch moves.
+        first_vertex: u32,
+        /// Zero.
+        pad1: u32,
+        /// Zero.
+        pad2: u32,
+    }
+}
+
+shared_struct! {
     /// A node of an octree. Child `i` of a node of level `l` stands at the offset of the level below, plus
     /// `child_offset`, plus the number of bits of `valid_mask` under `i`.
     Node {
@@ -290,5 +322,6 @@ pub(crate) const STRUCTS: &[(Layout, &[&str])] = &[
     (Volume::LAYOUT, Volume::FIELD_TYPES),
     (Fill::LAYOUT, Fill::FIELD_TYPES),
     (Prune::LAYOUT, Prune::FIELD_TYPES),
+    (Marching::LAYOUT, Marching::FIELD_TYPES),
     (Node::LAYOUT, Node::FIELD_TYPES),
 ];

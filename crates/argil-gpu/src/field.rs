@@ -1,4 +1,5 @@
 use crate::bricks::BrickPasses;
+use crate::marching::MarchPasses;
 use crate::pass::{INSTRS, MATERIALS, PARAMS};
 use crate::picture::{PicturePass, Way};
 use crate::query::QueryPass;
@@ -36,6 +37,8 @@ pub struct GpuField {
     pub(crate) query: OnceLock<QueryPass>,
     /// For samples of 8 and of 16 bits.
     brick_passes: [OnceLock<Arc<BrickPasses>>; 2],
+    /// Over dense volumes and over bricks.
+    march_passes: [OnceLock<Arc<MarchPasses>>; 2],
     is_specialized: bool,
     /// Whether the parameters are a live program's.
     is_live: bool,
@@ -72,6 +75,7 @@ impl GpuField {
             pictures: Default::default(),
             query: OnceLock::new(),
             brick_passes: Default::default(),
+            march_passes: Default::default(),
             is_specialized: specialized,
             is_live: false,
             is_whole: AtomicBool::new(true),
@@ -142,6 +146,7 @@ impl GpuField {
             self.query = OnceLock::new();
             self.pictures = Default::default();
             self.brick_passes = Default::default();
+            self.march_passes = Default::default();
         }
     }
 
@@ -158,6 +163,11 @@ impl GpuField {
     pub(crate) fn brick_passes(&self, bits: Bits) -> Result<Arc<BrickPasses>, GpuError> {
         let at = usize::from(bits == Bits::Sixteen);
         made_once(&self.brick_passes[at], || BrickPasses::new(self, bits))
+    }
+
+    pub(crate) fn march_passes(&self, of_bricks: bool) -> Result<Arc<MarchPasses>, GpuError> {
+        let make = || MarchPasses::new(self, of_bricks);
+        made_once(&self.march_passes[usize::from(of_bricks)], make)
     }
 
     fn upload(&mut self, program: &Program) -> Result<(), GpuError> {

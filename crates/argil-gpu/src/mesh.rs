@@ -2,10 +2,13 @@
 
 use crate::pass::{DRAWN, FRAME, FRAME_WGSL, entry};
 use crate::picture::Way;
+use crate::table::Table;
 use crate::timing::Timing;
+use crate::volume::read_table;
 use crate::{Gpu, GpuError, GpuField};
 use argil_abi::Frame;
 use argil_march::{Picture, Triangles, wgsl};
+use argil_mesh::Mesh;
 use glam::Vec3;
 
 const DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
@@ -14,9 +17,12 @@ const NEAREST: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
 
 /// Triangles on a device.
 pub struct GpuMesh {
-    vertices: wgpu::Buffer,
-    indices: wgpu::Buffer,
-    count: u32,
+    /// Positions and normals.
+    vertices: Table,
+    /// None where each triangle has corners of its own.
+    indices: Option<Table>,
+    triangles: u32,
+    corners: u32,
     pipeline: wgpu::RenderPipeline,
     layout: wgpu::BindGroupLayout,
 }
@@ -26,30 +32,70 @@ impl GpuMesh {
     /// from: it gives the light.
     pub fn upload(field: &GpuField, mesh: Triangles<'_>) -> Result<Self, GpuError> {
         let gpu = field.gpu();
-        field.picture(Way::Mesh)?;
         let vertices: Vec<[Vec3; 2]> = mesh
             .positions
             .iter()
             .enumerate()
             .map(|(i, &p)| [p, mesh.normals.get(i).copied().unwrap_or(Vec3::ZERO)])
             .collect();
-        let bytes: &[u8] = bytemuck::cast_slice(&vertices);
-        let indices: &[u8] = bytemuck::cast_slice(mesh.triangles);
-        let vertices = buffer(gpu, "corners", bytes, wgpu::BufferUsages::VERTEX)?;
-        let indices = buffer(gpu, "triangles", indices, wgpu::BufferUsages::INDEX)?;
+        let mut corners = Table::drawn("corners");
+        corners.write(gpu, &vertices)?;
+        let mut indices = Table::drawn("triangles");
+        indices.write(gpu, mesh.triangles)?;
+        let counts = [mesh.positions.len(), mesh.triangles.len()];
+        Self::of_tables(field, corners, Some(indices), counts.map(|n| n as u32))
+    }
+
+    pub(crate) fn of_tables(
+        field: &GpuField,
+        vertices: Table,
+        indices: Option<Table>,
+        [corners, triangles]: [u32; 2],
+    ) -> Result<Self, GpuError> {
+        let gpu = field.gpu();
+        field.picture(Way::Mesh)?;
         let (layout, pipeline) = gpu.checked(|| pipeline(gpu))?;
         Ok(Self {
             vertices,
             indices,
-            count: 3 * mesh.triangles.len() as u32,
+            triangles,
+            corners,
             pipeline,
             layout,
         })
     }
 
+    /// Number of triangles.
+    pub fn triangles(&self) -> u32 {
+        self.triangles
+    }
+
+    /// Bring the triangles back, without materials; normals are zero where there are none.
+    pub fn read(&self, gpu: &Gpu) -> Result<Mesh, GpuError> {
+        let vertices = read_table(gpu, &self.vertices, 24 * u64::from(self.corners))?;
+        let of = |at: usize, bytes: &[u8]| -> Vec3 {
+            Vec3::from_array(bytemuck::pod_read_unaligned(&bytes[12 * at..12 * at + 12]))
+        };
+        let triangles = match &self.indices {
+            Some(indices) => read_table(gpu, indices, 12 * u64::from(self.triangles))?
+                .chunks_exact(12)
+                .map(bytemuck::pod_read_unaligned)
+                .collect(),
+            None => (0..self.triangles)
+                .map(|i| [3 * i, 3 * i + 1, 3 * i + 2])
+                .collect(),
+        };
+        Ok(Mesh {
+            positions: vertices.chunks_exact(24).map(|v| of(0, v)).collect(),
+            normals: vertices.chunks_exact(24).map(|v| of(1, v)).collect(),
+            materials: Vec::new(),
+            triangles,
+        })
+    }
+
     /// Bytes on the device.
     pub fn memory_bytes(&self) -> u64 {
-        self.vertices.size() + self.indices.size()
+        self.vertices.size() + self.indices.as_ref().map_or(0, Table::size)
     }
 
     /// Draw as [`GpuField::render`] does, what is nearest by the device's depth test.
@@ -138,43 +184,23 @@ impl GpuMesh {
             timestamp_writes: timing.and_then(|timing| timing.next_render()),
             ..wgpu::RenderPassDescriptor::default()
         });
-        if self.count > 0 {
+        if let Some(vertices) = self.vertices.buffer()
+            && self.triangles > 0
+        {
             pass.set_pipeline(&self.pipeline);
             pass.set_bind_group(0, bind_group, &[]);
-            pass.set_vertex_buffer(0, self.vertices.slice(..));
-            pass.set_index_buffer(self.indices.slice(..), wgpu::IndexFormat::Uint32);
-            pass.draw_indexed(0..self.count, 0, 0..1);
+            pass.set_vertex_buffer(0, vertices.slice(..));
+            match self.indices.as_ref().and_then(Table::buffer) {
+                Some(indices) => {
+                    pass.set_index_buffer(indices.slice(..), wgpu::IndexFormat::Uint32);
+                    pass.draw_indexed(0..3 * self.triangles, 0, 0..1);
+                }
+                None => pass.draw(0..3 * self.triangles, 0..1),
+            }
         }
         drop(pass);
         gpu.queue.submit([encoder.finish()]);
     }
-}
-
-fn buffer(
-    gpu: &Gpu,
-    label: &'static str,
-    bytes: &[u8],
-    usage: wgpu::BufferUsages,
-) -> Result<wgpu::Buffer, GpuError> {
-    let limit = gpu.device.limits().max_buffer_size;
-    if bytes.len() as u64 > limit {
-        return Err(GpuError::TooLarge {
-            what: label,
-            bytes: bytes.len() as u64,
-            name: gpu.info.name.clone(),
-            limit,
-        });
-    }
-    let buffer = gpu.checked(|| {
-        gpu.device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some(label),
-            size: bytes.len().max(4) as u64,
-            usage: usage | wgpu::BufferUsages::COPY_DST,
-            mapped_at_creation: false,
-        })
-    })?;
-    gpu.queue.write_buffer(&buffer, 0, bytes);
-    Ok(buffer)
 }
 
 fn pipeline(gpu: &Gpu) -> (wgpu::BindGroupLayout, wgpu::RenderPipeline) {

@@ -32,6 +32,16 @@ pub(crate) const PRUNE: u32 = 25;
 pub(crate) const OLD_MATERIALS: u32 = 26;
 pub(crate) const OLD_POOL: u32 = 27;
 pub(crate) const DRAWN: u32 = 28;
+pub(crate) const MARCHING: u32 = 29;
+pub(crate) const CASES: u32 = 30;
+pub(crate) const OWNERS: u32 = 31;
+pub(crate) const UNITS: u32 = 32;
+pub(crate) const UNIT_GROUPS: u32 = 33;
+pub(crate) const EDGE_ROWS: u32 = 34;
+pub(crate) const VERTICES: u32 = 35;
+pub(crate) const TRIANGLES: u32 = 36;
+pub(crate) const SPANS: u32 = 37;
+pub(crate) const SPREAD: u32 = 38;
 
 pub(crate) const TABLES_WGSL: &str = "
 @group(0) @binding(1) var<storage, read> instrs: array<Instr>;

@@ -7,6 +7,8 @@ pub(crate) struct Table {
     what: &'static str,
     buffer: Option<wgpu::Buffer>,
     used: AtomicU64,
+    /// Besides being a table.
+    usage: wgpu::BufferUsages,
 }
 
 impl Table {
@@ -15,6 +17,15 @@ impl Table {
             what,
             buffer: None,
             used: AtomicU64::new(0),
+            usage: wgpu::BufferUsages::empty(),
+        }
+    }
+
+    /// One that triangles are drawn from.
+    pub fn drawn(what: &'static str) -> Self {
+        Self {
+            usage: wgpu::BufferUsages::VERTEX | wgpu::BufferUsages::INDEX,
+            ..Self::new(what)
         }
     }
 
@@ -47,7 +58,8 @@ impl Table {
         *self.used.get_mut() = bytes;
         if self.buffer.as_ref().is_none_or(|b| b.size() < bytes) {
             let size = (bytes + air).next_multiple_of(16).min(limit);
-            let usage = wgpu::BufferUsages::STORAGE
+            let usage = self.usage
+                | wgpu::BufferUsages::STORAGE
                 | wgpu::BufferUsages::COPY_DST
                 | wgpu::BufferUsages::COPY_SRC;
             let descriptor = wgpu::BufferDescriptor {
@@ -90,6 +102,11 @@ impl Table {
         self.buffer.as_ref()
     }
 
+    /// Bytes that are bound.
+    pub fn used(&self) -> u64 {
+        self.used.load(Ordering::Relaxed)
+    }
+
     /// Bytes on the device.
     pub fn size(&self) -> u64 {
         self.buffer.as_ref().map_or(0, wgpu::Buffer::size)
@@ -100,7 +117,7 @@ impl Table {
         let resource = wgpu::BindingResource::Buffer(wgpu::BufferBinding {
             buffer,
             offset: 0,
-            size: std::num::NonZeroU64::new(self.used.load(Ordering::Relaxed)),
+            size: std::num::NonZeroU64::new(self.used()),
         });
         Some(wgpu::BindGroupEntry { binding, resource })
     }

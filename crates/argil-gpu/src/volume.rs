@@ -210,6 +210,15 @@ impl GpuVolume {
         }
     }
 
+    /// What marching reads: the texture, the words, and of bricks the cells' table.
+    pub(crate) fn march_parts(&self) -> (&wgpu::Texture, &Words, Option<&Table>) {
+        let cells = match &self.kind {
+            Kind::Bricks(tables) => Some(&tables.cells),
+            _ => None,
+        };
+        (&self.texture, &self.words, cells)
+    }
+
     /// What edits of bricks change.
     pub(crate) fn brick_parts(
         &mut self,

@@ -34,6 +34,24 @@ mod simplify;
 mod solid;
 mod write;
 
+/// Shader text, to be put after `argil_abi::wgsl()`, the bindings that it names, and `argil_volume::wgsl::WORDS` for bricks.
+pub mod wgsl {
+    /// Marching cubes over the units of a dense volume.
+    pub const DENSE: &str = concat!(
+        include_str!("marching/march.wgsl"),
+        include_str!("marching/dense.wgsl")
+    );
+    /// Marching cubes over bricks.
+    pub const BRICKS: &str = concat!(
+        include_str!("marching/march.wgsl"),
+        include_str!("marching/bricks.wgsl")
+    );
+    /// Moving vertices to the surface of a field.
+    pub const EXACT: &str = include_str!("exact.wgsl");
+    /// Triangles with corners of their own.
+    pub const UNSHARED: &str = include_str!("unshared.wgsl");
+}
+
 pub use mesh::Mesh;
 pub use read::{MeshInput, bytes, from_bytes, read};
 pub use repair::{Repairs, repair};

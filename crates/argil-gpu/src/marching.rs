@@ -1,0 +1,468 @@
+//! Marching cubes on the device: units of cells are counted, the counts added up, then vertices and triangles written. The
+//! totals are waited for, as they say how large the tables are.
+
+use crate::bake::{Bake, Groups, StagesMs};
+use crate::pass::{
+    Bind, CASES, CELLS, EDGE_ROWS, FIELD_BINDS, MARCHING, OWNERS, SPANS, SPREAD, STORED,
+    TABLES_WGSL, TRIANGLES, UNIT_GROUPS, UNITS, VERTICES, VOLUME, entry, layout, pipelines,
+};
+use crate::table::Table;
+use crate::volume::{read_table, uniform_of};
+use crate::{Gpu, GpuError, GpuField, GpuMesh, GpuVolume};
+use argil_abi::{self as abi, Marching, Volume as Words};
+use argil_mesh::{marching::table::cases, wgsl};
+use glam::UVec3;
+
+/// Cells along the side of a dense volume's units.
+const DENSE_SIDE: u32 = 8;
+/// Units whose counts one workgroup adds up.
+const UNITS_A_GROUP: u32 = 256;
+/// Instructions times evaluations that one dispatch may take on.
+const WORK_A_DISPATCH: u64 = 4_000_000_000;
+/// Evaluations a vertex: its distance, and six for its normal.
+const EVALUATIONS: u64 = 7;
+
+/// The bindings, as the shaders name them.
+const BINDS_WGSL: &str = "
+@group(0) @binding(8) var<uniform> volume: Volume;
+@group(0) @binding(9) var stored: texture_3d<f32>;
+@group(0) @binding(29) var<uniform> marching: Marching;
+@group(0) @binding(30) var<uniform> cases: array<vec4<u32>, 128>;
+@group(0) @binding(32) var<storage, read_write> units: array<Unit>;
+@group(0) @binding(33) var<storage, read_write> groups: array<vec4<u32>>;
+@group(0) @binding(34) var<storage, read_write> rows: array<vec4<u32>>;
+";
+const OUT_WGSL: &str = "
+@group(0) @binding(29) var<uniform> marching: Marching;
+";
+const MESH_WGSL: &str = "
+@group(0) @binding(35) var<storage, read_write> vertices: array<f32>;
+@group(0) @binding(36) var<storage, read_write> triangles: array<u32>;
+";
+const SPANS_WGSL: &str = "
+@group(0) @binding(37) var<storage, read_write> spans: array<vec4<f32>>;
+";
+const CELLS_WGSL: &str = "
+@group(0) @binding(19) var<storage, read> cells: array<u32>;
+@group(0) @binding(31) var<storage, read_write> owners: array<u32>;
+";
+const SPREAD_WGSL: &str = "
+@group(0) @binding(38) var<storage, read_write> spread: array<f32>;
+";
+/// Exact vertices need those and no triangles.
+const EXACT_WGSL: &str = "
+@group(0) @binding(35) var<storage, read_write> vertices: array<f32>;
+";
+
+/// Where vertices' normals come from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum MarchNormals {
+    /// They have none.
+    None,
+    /// The samples' gradient, by central differences.
+    Gradient,
+    /// The field's, by central differences.
+    #[default]
+    Field,
+    /// The triangles' own; only of corners that are not shared.
+    Face,
+}
+
+/// How a volume is cut into triangles.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct MarchOptions {
+    /// The distance at which the surface is taken.
+    pub iso: f32,
+    /// Where normals come from.
+    pub normals: MarchNormals,
+    /// Whether vertices go to the exact surface of the field.
+    pub is_moved: bool,
+    /// Whether each triangle has corners of its own.
+    pub is_unshared: bool,
+}
+
+/// The passes, compiled once for a field and a kind of volume.
+pub(crate) struct MarchPasses {
+    layout: wgpu::BindGroupLayout,
+    find_owners: Option<wgpu::ComputePipeline>,
+    march: [wgpu::ComputePipeline; 5],
+    exact_layout: wgpu::BindGroupLayout,
+    refine: wgpu::ComputePipeline,
+    unshared_layout: wgpu::BindGroupLayout,
+    unshare: wgpu::ComputePipeline,
+    cases: wgpu::Buffer,
+}
+
+impl MarchPasses {
+    pub fn new(field: &GpuField, of_bricks: bool) -> Result<Self, GpuError> {
+        let gpu = field.gpu();
+        let (own, march) = if of_bricks {
+            let own = [CELLS_WGSL, argil_volume::wgsl::WORDS].concat();
+            (own, wgsl::BRICKS)
+        } else {
+            (String::new(), wgsl::DENSE)
+        };
+        let abi = argil_abi::wgsl();
+        let source = [&abi, BINDS_WGSL, MESH_WGSL, SPANS_WGSL, &own, march].concat();
+        let mut binds = vec![
+            Bind::Uniform(VOLUME),
+            Bind::Texture(STORED),
+            Bind::Uniform(MARCHING),
+            Bind::Uniform(CASES),
+        ];
+        binds.extend([UNITS, UNIT_GROUPS, EDGE_ROWS].map(Bind::Write));
+        binds.extend([VERTICES, TRIANGLES, SPANS].map(Bind::Write));
+        if of_bricks {
+            binds.extend([Bind::Read(CELLS), Bind::Write(OWNERS)]);
+        }
+        let layout = gpu.checked(|| layout(gpu, "March", &binds))?;
+        let entry_points = [
+            "count_units",
+            "add_units",
+            "add_groups",
+            "place_rows",
+            "emit",
+        ];
+        let march = pipelines(gpu, source.clone(), &layout, &[], entry_points)?;
+        let find_owners = if of_bricks {
+            let [pass] = pipelines(gpu, source, &layout, &[], ["find_owners"])?;
+            Some(pass)
+        } else {
+            None
+        };
+
+        let source = [
+            &abi,
+            TABLES_WGSL,
+            OUT_WGSL,
+            EXACT_WGSL,
+            SPANS_WGSL,
+            field.field_wgsl(),
+            wgsl::EXACT,
+        ];
+        let mut binds = FIELD_BINDS.to_vec();
+        binds.push(Bind::Uniform(MARCHING));
+        binds.extend([VERTICES, SPANS].map(Bind::Write));
+        let exact_layout = gpu.checked(|| self::layout(gpu, "March::refine", &binds))?;
+        let [refine] = pipelines(gpu, source.concat(), &exact_layout, &[], ["refine"])?;
+
+        let source = [&abi, OUT_WGSL, MESH_WGSL, SPREAD_WGSL, wgsl::UNSHARED];
+        let mut binds = vec![Bind::Uniform(MARCHING)];
+        binds.extend([VERTICES, TRIANGLES, SPREAD].map(Bind::Write));
+        let unshared_layout = gpu.checked(|| self::layout(gpu, "March::unshare", &binds))?;
+        let [unshare] = pipelines(gpu, source.concat(), &unshared_layout, &[], ["unshare"])?;
+
+        let cases = gpu.checked(|| {
+            let cases = uniform_of::<[u64; 256]>(gpu, "cases");
+            let packed = cases_packed();
+            gpu.queue
+                .write_buffer(&cases, 0, bytemuck::cast_slice(&packed));
+            cases
+        })?;
+        Ok(Self {
+            layout,
+            find_owners,
+            march,
+            exact_layout,
+            refine,
+            unshared_layout,
+            unshare,
+            cases,
+        })
+    }
+}
+
+/// Each case's edges, four bits each, and above them how many triangles they make.
+fn cases_packed() -> Vec<u64> {
+    let pack = |case: &argil_mesh::marching::table::Case| {
+        let edges = case.triangles().iter().flatten();
+        let words = edges.enumerate().fold(0, |words, (nth, &edge)| {
+            words | u64::from(edge) << (4 * nth)
+        });
+        words | u64::from(case.count) << 60
+    };
+    cases().iter().map(pack).collect()
+}
+
+/// Workgroups for so many things.
+fn groups(count: u32, each: u32) -> Groups<'static> {
+    let count = count.div_ceil(each).max(1);
+    let rows = count.div_ceil(abi::DISPATCH_ROW);
+    Groups::Direct([count.min(abi::DISPATCH_ROW), rows, 1])
+}
+
+/// What the passes write.
+struct Tables {
+    owners: Table,
+    units: Table,
+    groups: Table,
+    rows: Table,
+    vertices: Table,
+    triangles: Table,
+    spans: Table,
+}
+
+impl Tables {
+    fn new(gpu: &Gpu, units: u32) -> Result<Self, GpuError> {
+        let mut tables = Self {
+            owners: Table::new("bricks' cells"),
+            units: Table::new("units"),
+            groups: Table::new("groups of units"),
+            rows: Table::new("rows of edges"),
+            vertices: Table::drawn("corners"),
+            triangles: Table::drawn("triangles"),
+            spans: Table::new("distances at edges' ends"),
+        };
+        let units = u64::from(units);
+        tables.owners.reserve_exact(gpu, 4 * units)?;
+        tables.units.reserve_exact(gpu, 16 * units)?;
+        let groups = units.div_ceil(u64::from(UNITS_A_GROUP)) + 1;
+        tables.groups.reserve_exact(gpu, 16 * groups)?;
+        // Bound, and not used until it is known how large they are.
+        for table in [
+            &mut tables.rows,
+            &mut tables.vertices,
+            &mut tables.triangles,
+            &mut tables.spans,
+        ] {
+            table.reserve_exact(gpu, 16)?;
+        }
+        Ok(tables)
+    }
+
+    fn all(&self) -> [(&Table, u32); 6] {
+        [
+            (&self.units, UNITS),
+            (&self.groups, UNIT_GROUPS),
+            (&self.rows, EDGE_ROWS),
+            (&self.vertices, VERTICES),
+            (&self.triangles, TRIANGLES),
+            (&self.spans, SPANS),
+        ]
+    }
+}
+
+impl GpuVolume {
+    /// The surface that a dense volume or bricks hold, as triangles, and what the stages took. `field` is what the volume was
+    /// made from.
+    ///
+    /// # Errors
+    /// If the device has no room for it, or the volume is an octree.
+    pub fn march(
+        &self,
+        field: &GpuField,
+        options: &MarchOptions,
+    ) -> Result<(GpuMesh, StagesMs), GpuError> {
+        if self.layout().is_some() {
+            return Err(GpuError::Lost("an octree is not marched".into()));
+        }
+        let gpu = field.gpu();
+        let (texture, words, cells) = self.march_parts();
+        let passes = field.march_passes(cells.is_some())?;
+        let (words, marching) = measures(self, words, cells.is_some(), options);
+        let mut tables = Tables::new(gpu, marching.units)?;
+        let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
+        let [volume, uniform] = gpu.checked(|| {
+            let uniforms = [
+                uniform_of::<Words>(gpu, "volume"),
+                uniform_of::<Marching>(gpu, "marching"),
+            ];
+            gpu.queue
+                .write_buffer(&uniforms[0], 0, bytemuck::bytes_of(&words));
+            gpu.queue
+                .write_buffer(&uniforms[1], 0, bytemuck::bytes_of(&marching));
+            uniforms
+        })?;
+        let bind = |tables: &Tables| {
+            gpu.checked(|| {
+                let mut entries = vec![
+                    entry(VOLUME, &volume),
+                    wgpu::BindGroupEntry {
+                        binding: STORED,
+                        resource: wgpu::BindingResource::TextureView(&view),
+                    },
+                    entry(MARCHING, &uniform),
+                    entry(CASES, &passes.cases),
+                ];
+                let own = tables.all();
+                entries.extend(own.iter().filter_map(|(table, at)| table.binding(*at)));
+                if let Some(cells) = cells {
+                    entries.extend(cells.binding(CELLS));
+                    entries.extend(tables.owners.binding(OWNERS));
+                }
+                gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+                    label: Some("March"),
+                    layout: &passes.layout,
+                    entries: &entries,
+                })
+            })
+        };
+
+        let mut bake = Bake::new(gpu)?;
+        let [count_units, add_units, add_groups, place_rows, emit] = &passes.march;
+        let counting = bind(&tables)?;
+        if let (Some(find), Some(cells), Some(owners)) =
+            (&passes.find_owners, cells, tables.owners.buffer())
+        {
+            gpu.checked(|| {
+                let mut encoder = gpu
+                    .device
+                    .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+                encoder.clear_buffer(owners, 0, None);
+                gpu.queue.submit([encoder.finish()]);
+            })?;
+            let words = (cells.used() / 4) as u32;
+            bake.pass("count", find, &counting, groups(words, 64))?;
+        }
+        let each = groups(marching.units, 1);
+        bake.pass("count", count_units, &counting, each)?;
+        let sums = groups(marching.units, UNITS_A_GROUP);
+        bake.pass("scan", add_units, &counting, sums)?;
+        bake.pass("scan", add_groups, &counting, groups(1, 1))?;
+        let [vertices, triangles, places] = totals(gpu, &tables.groups)?;
+
+        let marching = Marching {
+            vertices,
+            triangles,
+            ..marching
+        };
+        let rows = u64::from((marching.side + 1).pow(2));
+        tables
+            .rows
+            .reserve_exact(gpu, 16 * rows * u64::from(places))?;
+        let corners = u64::from(vertices);
+        tables.vertices.reserve_exact(gpu, 24 * corners)?;
+        tables
+            .triangles
+            .reserve_exact(gpu, 12 * u64::from(triangles))?;
+        if options.is_moved {
+            tables.spans.reserve_exact(gpu, 16 * corners)?;
+        }
+        if vertices > 0 {
+            let emitting = bind(&tables)?;
+            bake.pass("emit", place_rows, &emitting, each)?;
+            bake.pass("emit", emit, &emitting, each)?;
+        }
+        if vertices > 0 && (options.is_moved || options.normals == MarchNormals::Field) {
+            refine(field, &passes, &tables, &uniform, &marching, &mut bake)?;
+        }
+        let mut indices = Some(tables.triangles);
+        let mut corners = [vertices, triangles];
+        let mut out = tables.vertices;
+        if options.is_unshared && triangles > 0 {
+            let mut spread = Table::drawn("corners");
+            spread.reserve_exact(gpu, 72 * u64::from(triangles))?;
+            let bind_group = gpu.checked(|| {
+                gpu.queue
+                    .write_buffer(&uniform, 0, bytemuck::bytes_of(&marching));
+                let mut entries = vec![entry(MARCHING, &uniform)];
+                entries.extend(out.binding(VERTICES));
+                entries.extend(indices.as_ref().and_then(|t| t.binding(TRIANGLES)));
+                entries.extend(spread.binding(SPREAD));
+                gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+                    label: Some("March::unshare"),
+                    layout: &passes.unshared_layout,
+                    entries: &entries,
+                })
+            })?;
+            let each = groups(triangles, 64);
+            bake.pass("unshare", &passes.unshare, &bind_group, each)?;
+            (out, indices, corners[0]) = (spread, None, 3 * triangles);
+        }
+        let stages = bake.finish()?;
+        Ok((GpuMesh::of_tables(field, out, indices, corners)?, stages))
+    }
+}
+
+/// What the shaders are told of a volume.
+fn measures(
+    volume: &GpuVolume,
+    words: &Words,
+    of_bricks: bool,
+    options: &MarchOptions,
+) -> (Words, Marching) {
+    let (lattice, encoding) = (volume.lattice(), volume.encoding());
+    let quantum = encoding.range_length(lattice, 0) / encoding.bits.quanta() as f32;
+    let mut words = *words;
+    // Bricks have samples at voxels' corners, dense volumes in their middle.
+    let mut first = lattice.corner;
+    if !of_bricks {
+        first += 0.5 * lattice.voxel;
+        let grid = (lattice.size - 1).max(UVec3::ONE).to_array();
+        let [x, y, z] = grid.map(|n| n.div_ceil(DENSE_SIDE));
+        (words.grid_x, words.grid_y, words.grid_z) = (x, y, z);
+        words.brick = DENSE_SIDE;
+    }
+    let units = if of_bricks {
+        words.capacity
+    } else {
+        words.grid_x * words.grid_y * words.grid_z
+    };
+    let marching = Marching {
+        first_voxel: first.extend(lattice.voxel).to_array(),
+        iso: options.iso / quantum,
+        quantum,
+        bias: (0.05 * lattice.voxel).max(1e-4 * lattice.extent().max_element()),
+        units,
+        side: words.brick,
+        normals: match options.normals {
+            MarchNormals::None => abi::MARCH_NONE,
+            MarchNormals::Gradient => abi::MARCH_GRADIENT,
+            MarchNormals::Field => abi::MARCH_FIELD,
+            MarchNormals::Face => abi::MARCH_FACE,
+        },
+        is_moved: u32::from(options.is_moved),
+        ..Marching::default()
+    };
+    (words, marching)
+}
+
+/// Vertices, triangles and units with vertices.
+fn totals(gpu: &Gpu, groups: &Table) -> Result<[u32; 3], GpuError> {
+    let read = read_table(gpu, groups, groups.used())?;
+    let words: Vec<u32> = read
+        .chunks_exact(4)
+        .map(bytemuck::pod_read_unaligned)
+        .collect();
+    match words[..] {
+        [.., vertices, triangles, places, _] => Ok([vertices, triangles, places]),
+        _ => Err(GpuError::Lost("the counts did not come back".into())),
+    }
+}
+
+/// Move vertices to the field's surface, or give them its normals.
+fn refine(
+    field: &GpuField,
+    passes: &MarchPasses,
+    tables: &Tables,
+    uniform: &wgpu::Buffer,
+    marching: &Marching,
+    bake: &mut Bake<'_>,
+) -> Result<(), GpuError> {
+    let gpu = field.gpu();
+    let bind_group = gpu.checked(|| {
+        let mut entries: Vec<_> = field.table_bindings().collect();
+        entries.push(entry(MARCHING, uniform));
+        entries.extend(tables.vertices.binding(VERTICES));
+        entries.extend(tables.spans.binding(SPANS));
+        gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("March::refine"),
+            layout: &passes.exact_layout,
+            entries: &entries,
+        })
+    })?;
+    let work = EVALUATIONS * field.length() as u64;
+    let chunk = (WORK_A_DISPATCH / work).clamp(64, u64::from(u32::MAX)) as u32;
+    for first_vertex in (0..marching.vertices).step_by(chunk as usize) {
+        let marching = Marching {
+            first_vertex,
+            vertices: marching.vertices.min(first_vertex.saturating_add(chunk)),
+            ..*marching
+        };
+        gpu.queue
+            .write_buffer(uniform, 0, bytemuck::bytes_of(&marching));
+        let count = marching.vertices - first_vertex;
+        bake.pass("refine", &passes.refine, &bind_group, groups(count, 64))?;
+    }
+    Ok(())
+}

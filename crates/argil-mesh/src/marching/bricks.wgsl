@@ -1,0 +1,66 @@
+// Units of sparse bricks: the pool's places, with those that hold none.
+
+// Which cell has which place of the pool; counted from 1, as 0 is none.
+@compute @workgroup_size(64)
+fn find_owners(@builtin(workgroup_id) id: vec3<u32>, @builtin(num_workgroups) count: vec3<u32>, @builtin(local_invocation_index) local: u32) {
+    let at = group_index(id, count) * 64u + local;
+    if at < arrayLength(&cells) && is_brick(cells[at]) {
+        owners[unit_of(cells[at])] = at + 1u;
+    }
+}
+
+fn unit_of(word: u32) -> u32 {
+    return (word & 1023u) + volume.pool_x * (((word >> 10u) & 1023u) + volume.pool_y * (word >> 20u));
+}
+
+fn cell_of_unit(unit: u32) -> vec3<u32> {
+    return cell_at(owners[unit] - 1u);
+}
+
+fn is_unit(unit: u32) -> bool {
+    return unit < marching.units && owners[unit] != 0u;
+}
+
+// The unit that lies so far on; the same where there is none.
+fn unit_beside(unit: u32, way: vec3<u32>) -> u32 {
+    let cell = cell_of_unit(unit) + way;
+    if any(cell >= vec3(volume.grid_x, volume.grid_y, volume.grid_z)) {
+        return unit;
+    }
+    let word = cells[word_index(cell)];
+    return select(unit, unit_of(word), is_brick(word));
+}
+
+// The first sample of a unit, from the volume's first on.
+fn origin_of(unit: u32) -> vec3<u32> {
+    return cell_of_unit(unit) * marching.side;
+}
+
+// The greatest place of a sample in a unit.
+fn last_of(unit: u32) -> vec3<u32> {
+    return vec3(marching.side);
+}
+
+// What is stored there, in quanta.
+fn stored_at(unit: u32, place: vec3<u32>) -> f32 {
+    return round(textureLoad(stored, brick_origin(brick_word(unit)) + place, 0).x * f32(volume.quanta));
+}
+
+// The same of a place that may be in a neighbour; then whether there is any.
+fn stored_beyond(unit: u32, place: vec3<i32>) -> vec2<f32> {
+    let side = i32(marching.side);
+    let way = vec3<i32>(place > vec3(side)) - vec3<i32>(place < vec3(0));
+    if all(way == vec3(0)) {
+        return vec2(stored_at(unit, vec3<u32>(place)), 1.0);
+    }
+    let cell = vec3<i32>(cell_of_unit(unit)) + way;
+    let grid = vec3<i32>(vec3(volume.grid_x, volume.grid_y, volume.grid_z));
+    if any(cell < vec3(0)) || any(cell >= grid) {
+        return vec2(0.0);
+    }
+    let word = cells[word_index(vec3<u32>(cell))];
+    if !is_brick(word) {
+        return vec2(0.0);
+    }
+    return vec2(stored_at(unit_of(word), vec3<u32>(place - way * side)), 1.0);
+}

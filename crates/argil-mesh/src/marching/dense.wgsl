@@ -1,0 +1,47 @@
+// Units of a dense volume: parts of its cells, side by side.
+
+fn grid_of() -> vec3<u32> {
+    return vec3(volume.grid_x, volume.grid_y, volume.grid_z);
+}
+
+fn is_unit(unit: u32) -> bool {
+    return unit < marching.units;
+}
+
+fn unit_place(unit: u32) -> vec3<u32> {
+    let grid = grid_of();
+    return vec3(unit % grid.x, unit / grid.x % grid.y, unit / grid.x / grid.y);
+}
+
+// The unit that lies so far on; the same where there is none.
+fn unit_beside(unit: u32, way: vec3<u32>) -> u32 {
+    let grid = grid_of();
+    let place = unit_place(unit) + way;
+    return select(unit, place.x + grid.x * (place.y + grid.y * place.z), all(place < grid));
+}
+
+// The first sample of a unit, from the volume's first on.
+fn origin_of(unit: u32) -> vec3<u32> {
+    return unit_place(unit) * marching.side;
+}
+
+// The greatest place of a sample in a unit.
+fn last_of(unit: u32) -> vec3<u32> {
+    let size = vec3(volume.size_x, volume.size_y, volume.size_z);
+    return min(size - 1u - origin_of(unit), vec3(marching.side));
+}
+
+// What is stored there, in quanta.
+fn stored_at(unit: u32, place: vec3<u32>) -> f32 {
+    return round(textureLoad(stored, origin_of(unit) + place, 0).x * f32(volume.quanta));
+}
+
+// The same of a place that may not be in the unit; then whether there is any.
+fn stored_beyond(unit: u32, place: vec3<i32>) -> vec2<f32> {
+    let at = vec3<i32>(origin_of(unit)) + place;
+    let size = vec3<i32>(vec3(volume.size_x, volume.size_y, volume.size_z));
+    if any(at < vec3(0)) || any(at >= size) {
+        return vec2(0.0);
+    }
+    return vec2(round(textureLoad(stored, at, 0).x * f32(volume.quanta)), 1.0);
+}
