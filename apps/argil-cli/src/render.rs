@@ -255,6 +255,10 @@ fn report(
             if let Some(sparse) = info.and_then(|info| info.sparse) {
                 all.insert("bricks".into(), json!(sparse.bricks));
             }
+            if let Some([triangles, vertices]) = world.triangle_counts() {
+                all.insert("triangles".into(), json!(triangles));
+                all.insert("vertices".into(), json!(vertices));
+            }
         }
         output::json(&report);
         return Ok(());

@@ -65,9 +65,9 @@ impl GpuMesh {
         })
     }
 
-    /// Number of triangles.
-    pub fn triangles(&self) -> u32 {
-        self.triangles
+    /// Numbers of triangles and of corners.
+    pub fn counts(&self) -> [u64; 2] {
+        [self.triangles, self.corners].map(u64::from)
     }
 
     /// Bring the triangles back, without materials; normals are zero where there are none.

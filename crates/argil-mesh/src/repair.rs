@@ -2,6 +2,7 @@
 
 use crate::Mesh;
 use glam::{DVec3, Vec3};
+use rayon::prelude::*;
 use std::collections::HashMap;
 
 /// What had to be done to triangles so that they enclose something.
@@ -35,8 +36,9 @@ pub fn repair(mesh: &Mesh) -> (Mesh, Repairs) {
     drop_flat(&mut mesh);
     repairs.welded = welded;
     repairs.dropped = (count - mesh.triangles.len()) as u64;
-    let part_of = orient(&mut mesh, &mut repairs);
-    let part_of = close(&mut mesh, part_of, &mut repairs);
+    let mut beside = neighbours(&mesh.triangles);
+    let part_of = orient(&mut mesh, &mut beside, &mut repairs);
+    let part_of = close(&mut mesh, &beside, part_of, &mut repairs);
     turn_parts(&mut mesh, &part_of, &mut repairs);
     (mesh, repairs)
 }
@@ -96,14 +98,40 @@ fn undirected((a, b): (u32, u32)) -> (u32, u32) {
     (a.min(b), a.max(b))
 }
 
-/// Let neighbours agree; the part that each triangle is of.
-fn orient(mesh: &mut Mesh, repairs: &mut Repairs) -> Vec<u32> {
-    let mut beside: HashMap<(u32, u32), Vec<u32>> = HashMap::new();
-    for (i, triangle) in (0..).zip(&mesh.triangles) {
-        for edge in edges(*triangle) {
-            beside.entry(undirected(edge)).or_default().push(i);
+/// Across an edge is no other triangle.
+const OPEN: u32 = u32::MAX;
+/// There are several.
+const SEVERAL: u32 = u32::MAX - 1;
+
+/// The triangle across each edge of each triangle.
+fn neighbours(triangles: &[[u32; 3]]) -> Vec<[u32; 3]> {
+    let mut all: Vec<((u32, u32), u32, u8)> = Vec::with_capacity(3 * triangles.len());
+    for (i, triangle) in (0..).zip(triangles) {
+        for (k, edge) in (0..).zip(edges(*triangle)) {
+            all.push((undirected(edge), i, k));
         }
     }
+    all.par_sort_unstable();
+    let mut beside = vec![[OPEN; 3]; triangles.len()];
+    for run in all.chunk_by(|a, b| a.0 == b.0) {
+        let mut set = |at: usize, other: u32| {
+            let (_, i, k) = run[at];
+            beside[i as usize][usize::from(k)] = other;
+        };
+        match run {
+            [_] => {}
+            [one, other] => {
+                set(0, other.1);
+                set(1, one.1);
+            }
+            _ => (0..run.len()).for_each(|at| set(at, SEVERAL)),
+        }
+    }
+    beside
+}
+
+/// Let neighbours agree; the part that each triangle is of.
+fn orient(mesh: &mut Mesh, beside: &mut [[u32; 3]], repairs: &mut Repairs) -> Vec<u32> {
     let mut part_of = vec![u32::MAX; mesh.triangles.len()];
     let mut parts = 0;
     for first in 0..mesh.triangles.len() {
@@ -114,18 +142,16 @@ fn orient(mesh: &mut Mesh, repairs: &mut Repairs) -> Vec<u32> {
         let (mut todo, mut own, mut turned) = (vec![first as u32], 0u64, Vec::new());
         while let Some(i) = todo.pop() {
             own += 1;
-            for edge in edges(mesh.triangles[i as usize]) {
-                let [one, other] = beside[&undirected(edge)][..] else {
-                    continue;
-                };
-                let next = if one == i { other } else { one };
-                if part_of[next as usize] != u32::MAX {
+            let across = beside[i as usize];
+            for (edge, next) in edges(mesh.triangles[i as usize]).into_iter().zip(across) {
+                if next == OPEN || next == SEVERAL || part_of[next as usize] != u32::MAX {
                     continue;
                 }
                 part_of[next as usize] = parts;
                 let triangle = &mut mesh.triangles[next as usize];
                 if edges(*triangle).contains(&edge) {
                     triangle.swap(1, 2);
+                    beside[next as usize].swap(0, 2);
                     turned.push(next);
                 }
                 todo.push(next);
@@ -140,21 +166,20 @@ fn orient(mesh: &mut Mesh, repairs: &mut Repairs) -> Vec<u32> {
 }
 
 /// Close rings of open edges.
-fn close(mesh: &mut Mesh, mut part_of: Vec<u32>, repairs: &mut Repairs) -> Vec<u32> {
-    let mut all: HashMap<(u32, u32), (u32, i32)> = HashMap::new();
-    for (i, triangle) in (0..).zip(&mesh.triangles) {
-        for edge in edges(*triangle) {
-            all.entry(undirected(edge)).or_insert((i, 0)).1 += 1;
-        }
-    }
+fn close(
+    mesh: &mut Mesh,
+    beside: &[[u32; 3]],
+    mut part_of: Vec<u32>,
+    repairs: &mut Repairs,
+) -> Vec<u32> {
     // Along a hole the way back of each open edge. Ascending, so that the result is the same each time.
     let mut next: HashMap<u32, Vec<(u32, u32)>> = HashMap::new();
     let mut open: Vec<(u32, u32, u32)> = Vec::new();
-    for triangle in &mesh.triangles {
-        for (a, b) in edges(*triangle) {
-            if let Some(&(i, 1)) = all.get(&undirected((a, b))) {
-                next.entry(b).or_default().push((a, part_of[i as usize]));
-                open.push((b, a, part_of[i as usize]));
+    for ((triangle, across), &part) in mesh.triangles.iter().zip(beside).zip(&part_of) {
+        for ((a, b), other) in edges(*triangle).into_iter().zip(*across) {
+            if other == OPEN {
+                next.entry(b).or_default().push((a, part));
+                open.push((b, a, part));
             }
         }
     }

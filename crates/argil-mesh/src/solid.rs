@@ -7,10 +7,12 @@
 //!
 //! *Practice.* Leaves hold up to [`WIDE`] triangles side by side, so that all are measured at once.
 
+mod block;
+
 use crate::repair::{Repairs, repair, solid_angle};
 use crate::{Mesh, MeshInput};
 use argil_math::Aabb;
-use argil_scene::{SAMPLED_SIDE, SampledGrid};
+use argil_scene::{Measure, SAMPLED_SIDE, SampledBlock, SampledGrid};
 use glam::{DVec3, UVec3, Vec3};
 use multiversion::multiversion;
 use std::f64::consts::TAU;
@@ -52,6 +54,8 @@ pub struct Solid {
     corners: Vec<[Vec3; 3]>,
     /// Where each leaf's triangles begin among those.
     begins: Vec<(u32, u32)>,
+    /// The box around each leaf.
+    boxes: Vec<[Vec3; 2]>,
     aabb: Aabb,
     repairs: Repairs,
 }
@@ -71,6 +75,7 @@ impl Solid {
             leaves: Vec::new(),
             corners: (0..mesh.triangles.len()).map(|i| mesh.corners(i)).collect(),
             begins: Vec::new(),
+            boxes: Vec::new(),
             aabb: mesh.aabb(),
             repairs,
         };
@@ -105,6 +110,7 @@ impl Solid {
                 node.first = self.leaves.len() as u32;
                 self.leaves.push(leaf(own));
                 self.begins.push((begin as u32, end as u32));
+                self.boxes.push([node.low, node.high]);
             } else {
                 let middles = Aabb::around(own.iter().map(|c| c[0] + c[1] + c[2]));
                 let size = middles.size().to_array();
@@ -129,8 +135,15 @@ impl Solid {
     /// The unsigned distance, and the leaf where it is; a leaf that is near is looked at first.
     #[inline(always)]
     fn nearest(&self, p: Vec3, hint: u32, stack: &mut Vec<(f32, u32)>) -> (f32, u32) {
-        let mut best = leaf_square(&self.leaves[hint as usize], p);
-        let mut at_best = hint;
+        let best = leaf_square(&self.leaves[hint as usize], p);
+        let (square, leaf) = self.nearer(p, (best, hint), stack);
+        (square.sqrt(), leaf)
+    }
+
+    /// The least square of a distance, and the leaf where it is, of one that is known and all that are less.
+    #[inline(always)]
+    fn nearer(&self, p: Vec3, known: (f32, u32), stack: &mut Vec<(f32, u32)>) -> (f32, u32) {
+        let (mut best, mut at_best) = known;
         stack.clear();
         stack.push((box_square(&self.nodes[0], p), 0));
         while let Some((square, at)) = stack.pop() {
@@ -153,7 +166,7 @@ impl Solid {
                 stack.extend([a, b]);
             }
         }
-        (best.sqrt(), at_best)
+        (best, at_best)
     }
 
     /// How often the surface winds around a point.
@@ -237,10 +250,27 @@ impl Solid {
         let region = self.aabb.grown(2.0 * spacing);
         let cells = (region.size() / cell).ceil().as_uvec3().max(UVec3::ONE);
         let corner = region.center() - 0.5 * cell * cells.as_vec3();
-        SampledGrid::sample(corner, cell, cells, self.aabb, &|points, out| {
-            self.distances(points, out);
-        })
+        SampledGrid::sample(corner, cell, cells, self.aabb, self)
     }
+}
+
+impl Measure for Solid {
+    fn distances(&self, points: &[Vec3], out: &mut [f32]) {
+        Solid::distances(self, points, out);
+    }
+
+    fn length(&self, point: Vec3) -> f32 {
+        self.nearest(point, 0, &mut Vec::new()).0
+    }
+
+    fn block(&self, block: &SampledBlock, out: &mut [f32]) {
+        measure_block(self, block, out);
+    }
+}
+
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl", "x86_64+avx2"))]
+fn measure_block(solid: &Solid, block: &SampledBlock, out: &mut [f32]) {
+    block::measure(solid, block, out);
 }
 
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl", "x86_64+avx2"))]
@@ -297,7 +327,12 @@ fn leaf(triangles: &[[Vec3; 3]]) -> Leaf {
 
 #[inline(always)]
 fn box_square(node: &Node, p: Vec3) -> f32 {
-    let gap = (node.low - p).max(p - node.high).max(Vec3::ZERO);
+    gap_square(node.low, node.high, p)
+}
+
+#[inline(always)]
+fn gap_square(low: Vec3, high: Vec3, p: Vec3) -> f32 {
+    let gap = (low - p).max(p - high).max(Vec3::ZERO);
     gap.length_squared()
 }
 

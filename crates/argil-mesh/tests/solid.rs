@@ -3,7 +3,7 @@
 use argil_field::{Grid, Program};
 use argil_mesh::marching::dense;
 use argil_mesh::{Format, Mesh, MeshInput, Report, Solid, WriteOptions, from_bytes, repair, write};
-use argil_scene::{Brush, MeshGrid, Scene, Shape};
+use argil_scene::{Brush, Measure, MeshGrid, SampledBlock, Scene, Shape};
 use glam::Vec3;
 use std::path::Path;
 use std::sync::Arc;
@@ -272,4 +272,61 @@ fn what_is_no_mesh_is_told() {
         Path::new("x.obj"),
     );
     assert!(beyond.is_err());
+}
+
+/// A ring, and needles that are thinner than what lies between samples and end between those that are searched for.
+#[test]
+fn blocks_of_samples_are_exact_near_the_surface() {
+    let mut mesh = mesh(60);
+    for k in 0..40 {
+        let turn = 0.7 * k as f32;
+        let foot = Vec3::new(turn.cos(), 0.3 * turn.sin(), turn.sin()) * 0.8;
+        let tip = foot + 0.1 * Vec3::new((3.0 * turn).sin(), turn.cos(), 0.3);
+        let first = mesh.positions.len() as u32;
+        let side = 0.004 * Vec3::new(1.0, -0.5, 0.2);
+        let other = 0.004 * Vec3::new(0.3, 0.8, -0.4);
+        mesh.positions
+            .extend([foot, foot + side, foot + other, tip]);
+        let own = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
+        mesh.triangles
+            .extend(own.map(|t: [u32; 3]| t.map(|i| first + i)));
+    }
+    let solid = Solid::new(&mesh).expect("a solid");
+    let step = 0.02;
+    let (near, far) = (2.0 * step, 8.0 * step);
+    let (mut nears, mut fars) = (0, 0);
+    for p in points().into_iter().take(150) {
+        let first = p - 4.0 * step;
+        let corner = |c: usize| {
+            let at = glam::uvec3(c as u32 & 1, c as u32 >> 1 & 1, c as u32 >> 2);
+            solid.distance(first + 8.0 * step * at.as_vec3())
+        };
+        let block = SampledBlock {
+            first,
+            step,
+            corners: std::array::from_fn(corner),
+            near,
+            far,
+        };
+        let mut told = vec![0.0; 729];
+        solid.block(&block, &mut told);
+        for (i, &d) in told.iter().enumerate() {
+            let right = solid.distance(block.place(i));
+            if right.abs() > 1e-6 {
+                assert_eq!(d < 0.0, right < 0.0, "{d} {right}");
+            }
+            let (d, right) = (d.abs(), right.abs());
+            if right < near {
+                nears += 1;
+                assert!((d - right).abs() < 1e-6, "{d} {right}");
+            } else if right < far {
+                // Never less; what is told for more is a triangle's distance, too.
+                assert!(d > right - 1e-6 && d < right + 3.0 * step, "{d} {right}");
+            } else {
+                fars += 1;
+                assert!(d >= far - 1e-6, "{d} {right}");
+            }
+        }
+    }
+    assert!(nears > 5000 && fars > 5000, "{nears} {fars}");
 }

@@ -51,7 +51,7 @@ pub use log::LogError;
 pub use material::Material;
 pub use modifier::{Modifier, angular_half_extent, copies_needed, twist_stretch};
 pub use operator::{Operator, OperatorKind, Profile};
-pub use sampled::{SAMPLED_HEADER, SAMPLED_SIDE, SampledGrid};
+pub use sampled::{Measure, SAMPLED_HEADER, SAMPLED_SIDE, SampledBlock, SampledGrid};
 pub use scene::{Node, NodeId, Scene};
 pub use shape::{Exactness, MeshGrid, Outline, Piece, Shape};
 pub use view::{Placement, View};

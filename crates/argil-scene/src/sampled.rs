@@ -25,6 +25,55 @@ const NEAR: f32 = 2.0;
 /// From there on, fine samples are what the coarse ones tell; all cells that the surface is nearer to have some.
 const FAR: f32 = 8.0;
 
+/// What a grid is sampled from.
+pub trait Measure: Sync {
+    /// The signed distances of points that lie near one another.
+    fn distances(&self, points: &[Vec3], out: &mut [f32]);
+
+    /// The distance of a point, without its sign.
+    fn length(&self, point: Vec3) -> f32 {
+        let mut out = [0.0];
+        self.distances(&[point], &mut out);
+        out[0].abs()
+    }
+
+    /// Those of a block's points, x fastest.
+    fn block(&self, block: &SampledBlock, out: &mut [f32]) {
+        let places: Vec<Vec3> = (0..FINE).map(|i| block.place(i)).collect();
+        self.distances(&places, out);
+    }
+}
+
+impl<F: Fn(&[Vec3], &mut [f32]) + Sync> Measure for F {
+    fn distances(&self, points: &[Vec3], out: &mut [f32]) {
+        self(points, out);
+    }
+}
+
+/// 9³ points, and what is wanted of them.
+#[derive(Clone, Copy, Debug)]
+pub struct SampledBlock {
+    /// The first point.
+    pub first: Vec3,
+    /// Between points.
+    pub step: f32,
+    /// The signed distances at the block's corners, x fastest.
+    pub corners: [f32; 8],
+    /// Distances up to here are told exactly.
+    pub near: f32,
+    /// From here on, only that they are so long is used of distances. In between they may be somewhat longer than they are.
+    pub far: f32,
+}
+
+impl SampledBlock {
+    /// Where the nth point is.
+    #[inline]
+    pub fn place(&self, nth: usize) -> Vec3 {
+        let inner = place_of(nth, UVec3::splat(SAMPLED_SIDE + 1));
+        self.first + self.step * inner.as_vec3()
+    }
+}
+
 /// A distance that is interpolated between samples.
 #[derive(Clone, PartialEq)]
 pub struct SampledGrid {
@@ -50,14 +99,13 @@ impl fmt::Debug for SampledGrid {
 }
 
 impl SampledGrid {
-    /// Sample a distance in cells from `corner` on. `measure` gives the signed distances of points that lie near one another,
-    /// and may be asked from many threads; `solid` is a box around the solid.
+    /// Sample a distance in cells from `corner` on; `solid` is a box around the solid.
     pub fn sample(
         corner: Vec3,
         cell: f32,
         cells: UVec3,
         solid: Aabb,
-        measure: &(dyn Fn(&[Vec3], &mut [f32]) + Sync),
+        measure: &dyn Measure,
     ) -> Self {
         let points = cells + 1;
         let at = |place: Vec3| corner + cell * place;
@@ -70,7 +118,7 @@ impl SampledGrid {
                 let places: Vec<Vec3> = (0..points.x)
                     .map(|x| at(uvec3(x, y, z).as_vec3()))
                     .collect();
-                measure(&places, out);
+                measure.distances(&places, out);
             });
         // The surface is no nearer to a cell's middle than a corner tells.
         let half = 0.5 * 3f32.sqrt() * cell;
@@ -81,9 +129,7 @@ impl SampledGrid {
             if known.into_iter().fold(f32::INFINITY, f32::min) > 2.0 * half + far {
                 return false;
             }
-            let mut d = [0.0];
-            measure(&[at(place.as_vec3() + 0.5)], &mut d);
-            d[0].abs() <= half + far
+            measure.length(at(place.as_vec3() + 0.5)) <= half + far
         };
         let fine_cells: Vec<UVec3> = (0..volume(cells))
             .into_par_iter()
@@ -103,11 +149,14 @@ impl SampledGrid {
                     let inner = place_of(i, UVec3::splat(SAMPLED_SIDE + 1));
                     inner.as_vec3() / SAMPLED_SIDE as f32
                 };
-                let mut places = [Vec3::ZERO; FINE];
-                for (i, p) in places.iter_mut().enumerate() {
-                    *p = at(place.as_vec3() + part(i));
-                }
-                measure(&places, out);
+                let block = SampledBlock {
+                    first: at(place.as_vec3()),
+                    step,
+                    corners: own,
+                    near: NEAR * step,
+                    far,
+                };
+                measure.block(&block, out);
                 for (i, out) in out.iter_mut().enumerate() {
                     *out = faded(*out, interpolate(own, part(i)), step);
                 }
@@ -196,14 +245,13 @@ impl SampledGrid {
         let table = &self.words[SAMPLED_HEADER..][..volume(self.cells)];
         let coarse = &self.words[SAMPLED_HEADER + volume(self.cells)..];
         let fine = &coarse[volume(self.cells + 1)..];
-        let mut greatest = 0.0f32;
-        for (i, &word) in table.iter().enumerate() {
+        let in_cell = |(i, &word): (usize, &f32)| {
             if word == 0.0 {
                 let place = place_of(i, self.cells);
                 let own = corners(place).map(|p| coarse[index(p, self.cells + 1)]);
-                greatest = greatest.max(steepest(own) / self.cell);
-                continue;
+                return steepest(own) / self.cell;
             }
+            let mut greatest = 0.0f32;
             let own = &fine[(word as usize - 1) * FINE..][..FINE];
             let side = UVec3::splat(SAMPLED_SIDE + 1);
             for z in 0..SAMPLED_SIDE {
@@ -214,9 +262,11 @@ impl SampledGrid {
                     }
                 }
             }
-        }
+            greatest
+        };
+        let all = table.par_iter().enumerate().map(in_cell);
         // Rounding of the samples themselves.
-        greatest * 1.0001
+        all.reduce(|| 0.0, f32::max) * 1.0001
     }
 }
 

@@ -1,8 +1,9 @@
 //! Triangles of a world.
 
-use crate::representation::budget_on;
+use crate::representation::{Kept, budget_on};
 use crate::{BricksOptions, BuildError, Engine, World};
 use argil_field::{Grid, Program};
+use argil_gpu::{GpuField, GpuMesh, GpuVolume, MarchNormals, MarchOptions, StagesMs};
 use argil_math::Aabb;
 use argil_mesh::marching::bricks::Rings;
 use argil_mesh::{Format, Mesh, Report, WriteOptions, dual, exact, marching, simplify, write};
@@ -150,8 +151,8 @@ pub enum MeshError {
 
 impl World {
     /// The world's surface as triangles: of the field by marching cubes over sparse bricks that are made for it, its corners
-    /// moved to where the exact distance is 0; of a dense volume or bricks of what they store, brought from the GPU if it is
-    /// there.
+    /// moved to where the exact distance is 0; of a dense volume or bricks of what they store. Where the world is on a GPU it
+    /// is marched there, and triangles alone are brought back.
     ///
     /// # Errors
     /// If there is no mesh of what the world is kept as.
@@ -163,27 +164,34 @@ impl World {
         let start = Instant::now();
         let mut stages = Stages::default();
         let program = self.program();
-        let volume = self.volume()?;
         let mut made = None;
         let is_dual = options.method == MeshMethod::DualContouring;
-        if is_dual && (volume.is_some() || iso != 0.0) {
+        let is_volume = matches!(self.kept(), Kept::Cpu(_) | Kept::Gpu(_));
+        if is_dual && (is_volume || iso != 0.0) {
             return Err(MeshError::Dual);
         }
-        let (mut mesh, lattice, lists) = match volume.as_deref() {
-            None if iso == 0.0 => self.of_field(options, &mut made, &mut stages)?,
-            None => self.of_level(options, &mut stages)?,
-            Some(Volume::Octree(_)) => return Err(MeshError::Octree),
-            Some(Volume::Bricks(_)) if iso != 0.0 => return Err(MeshError::Iso),
-            Some(Volume::Bricks(bricks)) => {
+        let (mut mesh, lattice, lists) = match (self.kept(), self.field_on_gpu()) {
+            (Kept::Gpu(volume), Some(field)) => {
+                let mesh = of_gpu(volume, field, options, &mut stages)?;
+                (mesh, *volume.lattice(), None)
+            }
+            (Kept::Cpu(Volume::Octree(_)), _) => return Err(MeshError::Octree),
+            (Kept::Cpu(Volume::Bricks(_)), _) if iso != 0.0 => return Err(MeshError::Iso),
+            (Kept::Cpu(Volume::Bricks(bricks)), _) => {
                 let mesh = marching::bricks::march(bricks).mesh;
                 stages.done("march");
                 (mesh, bricks.layout().lattice, None)
             }
-            Some(Volume::Dense(dense)) => {
+            (Kept::Cpu(Volume::Dense(dense)), _) => {
                 let mesh = of_dense(dense, options)?;
                 stages.done("march");
                 (mesh, *dense.lattice(), None)
             }
+            (_, Some(field)) if iso == 0.0 && !is_dual => {
+                self.of_field_on_gpu(field, options, &mut stages)?
+            }
+            _ if iso == 0.0 => self.of_field(options, &mut made, &mut stages)?,
+            _ => self.of_level(options, &mut stages)?,
         };
         let mut simplified_by = 0.0;
         if let Some(most) = options.most_triangles {
@@ -200,7 +208,7 @@ impl World {
             exact::normals(program, &lists, &mut mesh);
             stages.done("normals");
         } else if needs_normals {
-            let bricks = match volume.as_deref() {
+            let bricks = match self.volume_on_cpu() {
                 Some(Volume::Bricks(bricks)) => Some(bricks),
                 _ => made.as_ref(),
             };
@@ -281,6 +289,33 @@ impl World {
         Ok((mesh, lattice, Some(own.lists)))
     }
 
+    /// The same on a GPU: bricks are built, marched and given up there.
+    fn of_field_on_gpu(
+        &self,
+        field: &GpuField,
+        options: &MeshOptions,
+        stages: &mut Stages,
+    ) -> Result<(Mesh, Lattice, Option<CellLists>), MeshError> {
+        let lattice = self.own_lattice(options)?;
+        field.complete(|| self.program());
+        let normals = match options.normals {
+            MeshNormals::Field => MarchNormals::Field,
+            MeshNormals::Gradient => MarchNormals::Gradient,
+            MeshNormals::Face | MeshNormals::None => MarchNormals::None,
+        };
+        let made = field_mesh_on_gpu(
+            self.engine(),
+            field,
+            self.program(),
+            lattice,
+            normals,
+            false,
+        )?;
+        let (mesh, took) = made;
+        stages.all.extend(took);
+        Ok((brought(&mesh, field, stages)?, lattice, None))
+    }
+
     /// Another iso level of the field: a dense grid of it.
     fn of_level(
         &self,
@@ -349,6 +384,68 @@ pub(crate) fn field_mesh(
     })
 }
 
+/// The same, built, marched and left on a GPU; what the stages took.
+pub(crate) fn field_mesh_on_gpu(
+    engine: &Engine,
+    field: &GpuField,
+    program: &Program,
+    lattice: Lattice,
+    normals: MarchNormals,
+    is_unshared: bool,
+) -> Result<(GpuMesh, StagesMs), BuildError> {
+    let budget = budget_on(engine, &BricksOptions::default());
+    let (volume, mut stages) = GpuVolume::bricks(field, program, layout_of(lattice)?, budget)?;
+    let options = MarchOptions {
+        iso: 0.0,
+        normals,
+        is_moved: true,
+        is_unshared,
+    };
+    let (mesh, took) = volume.march(field, &options)?;
+    stages.extend(took);
+    Ok((mesh, stages))
+}
+
+/// Triangles of a volume on a GPU.
+fn of_gpu(
+    volume: &GpuVolume,
+    field: &GpuField,
+    options: &MeshOptions,
+    stages: &mut Stages,
+) -> Result<Mesh, MeshError> {
+    let iso = options.iso;
+    if volume.layout().is_some() {
+        return Err(MeshError::Octree);
+    }
+    if volume.brick_layout().is_some() && iso != 0.0 {
+        return Err(MeshError::Iso);
+    }
+    check_level(iso, volume.encoding().range_length(volume.lattice(), 0))?;
+    let options = MarchOptions {
+        iso,
+        normals: match options.normals {
+            MeshNormals::Gradient => MarchNormals::Gradient,
+            // The exact ones are the CPU's, as those of a volume on the CPU are.
+            _ => MarchNormals::None,
+        },
+        ..MarchOptions::default()
+    };
+    let (mesh, took) = volume.march(field, &options).map_err(BuildError::from)?;
+    stages.all.extend(took);
+    brought(&mesh, field, stages)
+}
+
+/// A mesh on the CPU; without normals where they are all zero.
+fn brought(mesh: &GpuMesh, field: &GpuField, stages: &mut Stages) -> Result<Mesh, MeshError> {
+    stages.restart();
+    let mut mesh = mesh.read(field.gpu()).map_err(BuildError::from)?;
+    if mesh.normals.iter().all(|&n| n == Vec3::ZERO) {
+        mesh.normals = Vec::new();
+    }
+    stages.done("bring back");
+    Ok(mesh)
+}
+
 /// Central differences over a voxel's width of what bricks store.
 fn stored_normals(mesh: &mut Mesh, bricks: &Bricks) {
     let half = 0.5 * bricks.layout().lattice.voxel;
@@ -387,13 +484,18 @@ fn layout_of(lattice: Lattice) -> Result<BrickLayout, BuildError> {
     Ok(BrickLayout::new(lattice, &BrickSettings::default())?)
 }
 
+/// Refuse a level that what is stored does not reach.
+fn check_level(iso: f32, band: f32) -> Result<(), MeshError> {
+    if iso.abs() >= band {
+        return Err(MeshError::Band { iso, band });
+    }
+    Ok(())
+}
+
 fn of_dense(dense: &Dense, options: &MeshOptions) -> Result<Mesh, MeshError> {
     let (lattice, encoding) = (dense.lattice(), dense.encoding());
     let band = encoding.range_length(lattice, 0);
-    if options.iso.abs() >= band {
-        let iso = options.iso;
-        return Err(MeshError::Band { iso, band });
-    }
+    check_level(options.iso, band)?;
     let iso = options.iso / band * encoding.bits.quanta() as f32;
     let grid = lattice.grid(0);
     let normals = options.normals == MeshNormals::Gradient;
@@ -425,6 +527,11 @@ impl Default for Stages {
 }
 
 impl Stages {
+    /// What was done since is counted elsewhere.
+    pub fn restart(&mut self) {
+        self.last = Instant::now();
+    }
+
     pub fn done(&mut self, stage: &'static str) {
         let now = Instant::now();
         self.all

@@ -1,9 +1,9 @@
 //! How a world is kept, and building that on either device.
 
-use crate::mesh::{MeshMethod, Stages, field_mesh};
+use crate::mesh::{MeshMethod, Stages, field_mesh, field_mesh_on_gpu};
 use crate::{BuildError, Engine, Scene};
 use argil_field::Program;
-use argil_gpu::{DenseFill, GpuField, GpuMesh, GpuVolume, Order};
+use argil_gpu::{DenseFill, GpuField, GpuMesh, GpuVolume, MarchNormals, Order};
 use argil_march::{Descent, Triangles};
 use argil_math::Aabb;
 use argil_mesh::{Mesh, exact};
@@ -245,9 +245,14 @@ pub(crate) enum Kept {
 
 /// Triangles, and where their voxels lay.
 pub(crate) struct Drawable {
-    pub mesh: Mesh,
+    pub mesh: Triangulated,
     pub lattice: Lattice,
-    pub on_gpu: Option<GpuMesh>,
+}
+
+/// Triangles on either device.
+pub(crate) enum Triangulated {
+    Cpu(Mesh),
+    Gpu(GpuMesh),
 }
 
 /// The lattice of a scene's volume.
@@ -334,6 +339,20 @@ pub(crate) fn build(
         }
         Via::Mesh(options) => {
             let lattice = lattice_of(options.resolution)?;
+            if let Some(field) = field
+                && options.method == MeshMethod::MarchingCubes
+            {
+                let normals = if options.flat {
+                    MarchNormals::Face
+                } else {
+                    MarchNormals::Field
+                };
+                let (mesh, stages) =
+                    field_mesh_on_gpu(engine, field, program, lattice, normals, options.flat)?;
+                let mesh = Triangulated::Gpu(mesh);
+                let times = BuildTimes::of_stages(stages);
+                return Ok((Kept::Mesh(Drawable { mesh, lattice }), times));
+            }
             let mut stages = Stages::default();
             let made = field_mesh(engine, program, lattice, options.method, &mut stages)?;
             let mut mesh = made.mesh;
@@ -344,17 +363,12 @@ pub(crate) fn build(
                 exact::normals(program, &made.lists, &mut mesh);
                 stages.done("normals");
             }
-            let on_gpu = match field {
-                Some(field) => Some(GpuMesh::upload(field, triangles(&mesh))?),
-                None => None,
+            let mesh = match field {
+                Some(field) => Triangulated::Gpu(GpuMesh::upload(field, triangles(&mesh))?),
+                None => Triangulated::Cpu(mesh),
             };
             let times = BuildTimes::of_stages(stages.all);
-            let drawable = Drawable {
-                mesh,
-                lattice,
-                on_gpu,
-            };
-            Ok((Kept::Mesh(drawable), times))
+            Ok((Kept::Mesh(Drawable { mesh, lattice }), times))
         }
         Via::Octree(options) => {
             let lattice = lattice_of(options.resolution)?;

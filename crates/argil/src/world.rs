@@ -1,6 +1,6 @@
 use crate::listeners::{Listener, Listeners};
 use crate::live::{Applied, Clay, Live, Pace};
-use crate::representation::{Drawable, Kept, build, reach, triangles};
+use crate::representation::{Drawable, Kept, Triangulated, build, reach, triangles};
 use crate::{
     BricksOptions, BuildError, BuildTimes, DenseOptions, Drawn, Engine, OctreeOptions, Placement,
     RenderError, Scene, Stored, Via, Volume, VolumeFileError, VolumeInfo,
@@ -191,6 +191,27 @@ impl World {
             (Kept::Gpu(volume), Some(field)) => Ok(Some(VolumeInfo::of_gpu(volume, field)?)),
             _ => Ok(None),
         }
+    }
+
+    pub(crate) fn kept(&self) -> &Kept {
+        &self.kept
+    }
+
+    pub(crate) fn field_on_gpu(&self) -> Option<&GpuField> {
+        self.gpu.as_ref()
+    }
+
+    /// Numbers of triangles and of their corners, where that is how the world is kept.
+    pub fn triangle_counts(&self) -> Option<[u64; 2]> {
+        let Kept::Mesh(drawable) = &self.kept else {
+            return None;
+        };
+        Some(match &drawable.mesh {
+            Triangulated::Cpu(mesh) => {
+                [mesh.triangles.len(), mesh.positions.len()].map(|n| n as u64)
+            }
+            Triangulated::Gpu(mesh) => mesh.counts(),
+        })
     }
 
     pub(crate) fn volume_on_cpu(&self) -> Option<&Volume> {
@@ -429,9 +450,9 @@ impl World {
             }
             Kept::Cpu(volume) => volume.memory_bytes(),
             Kept::Gpu(volume) => volume.memory_bytes(),
-            Kept::Mesh(drawable) => match &drawable.on_gpu {
-                Some(mesh) => mesh.memory_bytes(),
-                None => drawable.mesh.memory_bytes(),
+            Kept::Mesh(drawable) => match &drawable.mesh {
+                Triangulated::Gpu(mesh) => mesh.memory_bytes(),
+                Triangulated::Cpu(mesh) => mesh.memory_bytes(),
             },
         }
     }
@@ -522,7 +543,8 @@ impl World {
             let (picture, duration_ms) = match &self.kept {
                 Kept::Gpu(volume) => volume.render(field, &frames)?,
                 Kept::Mesh(Drawable {
-                    on_gpu: Some(mesh), ..
+                    mesh: Triangulated::Gpu(mesh),
+                    ..
                 }) => mesh.render(field, &frames)?,
                 _ => field.render(&frames)?,
             };
@@ -532,7 +554,10 @@ impl World {
             Kept::Cpu(Volume::Dense(dense)) => Through::Dense(dense),
             Kept::Cpu(Volume::Bricks(bricks)) => Through::Bricks(bricks),
             Kept::Cpu(Volume::Octree(octree)) => Through::Octree(octree, self.descent),
-            Kept::Mesh(drawable) => Through::Mesh(triangles(&drawable.mesh)),
+            Kept::Mesh(Drawable {
+                mesh: Triangulated::Cpu(mesh),
+                ..
+            }) => Through::Mesh(triangles(mesh)),
             _ => Through::Field,
         };
         let start = Instant::now();
