@@ -1,0 +1,62 @@
+//! Structural similarity.
+
+use crate::window::Plane;
+use crate::{SizesDiffer, check_sizes};
+use image::RgbImage;
+
+/// Pixels from the middle of the window to its border.
+const REACH: usize = 5;
+/// The window's standard deviation in pixels.
+const SIGMA: f32 = 1.5;
+
+/// The mean structural similarity index (Wang, Bovik, Sheikh, Simoncelli 2004): 1 for equal pictures. Each channel of 8-bit sRGB as stored by itself,
+/// then their mean; a Gaussian window of 11×11 pixels with a standard deviation of 1.5; K₁ = 0.01, K₂ = 0.03. Windows that
+/// reach over the border are left out.
+///
+/// # Errors
+/// If the sizes differ.
+pub fn ssim(a: &RgbImage, b: &RgbImage) -> Result<f64, SizesDiffer> {
+    check_sizes(a, b)?;
+    let channels = (0..3).map(|channel| of_channel(a, b, channel));
+    Ok(channels.sum::<f64>() / 3.0)
+}
+
+fn of_channel(a: &RgbImage, b: &RgbImage, channel: usize) -> f64 {
+    let (width, height) = (a.width() as usize, a.height() as usize);
+    let mut weights: Vec<f32> = (0..=2 * REACH)
+        .map(|i| (-0.5 * ((i as f32 - REACH as f32) / SIGMA).powi(2)).exp())
+        .collect();
+    let sum: f32 = weights.iter().sum();
+    weights.iter_mut().for_each(|w| *w /= sum);
+    // About the middle of the range, so that variances are not lost in rounding.
+    let value = |picture: &RgbImage, i: usize| f32::from(picture.as_raw()[3 * i + channel]) - 128.0;
+    let mean = |of: &(dyn Fn(f32, f32) -> f32 + Sync + Send)| {
+        Plane::from_fn(width, height, |i| of(value(a, i), value(b, i)))
+            .filtered(&weights, &weights)
+            .values
+    };
+    let (mean_a, mean_b) = (mean(&|a, _| a), mean(&|_, b| b));
+    let (square_a, square_b) = (mean(&|a, _| a * a), mean(&|_, b| b * b));
+    let product = mean(&|a, b| a * b);
+    let (c1, c2) = ((0.01f64 * 255.0).powi(2), (0.03f64 * 255.0).powi(2));
+    let mut sum = 0.0;
+    let mut count = 0;
+    for y in REACH..height.saturating_sub(REACH) {
+        for x in REACH..width.saturating_sub(REACH) {
+            let i = y * width + x;
+            let [ma, mb, aa, bb, ab] =
+                [mean_a[i], mean_b[i], square_a[i], square_b[i], product[i]].map(f64::from);
+            let (var_a, var_b, covariance) = (aa - ma * ma, bb - mb * mb, ab - ma * mb);
+            let (ma, mb) = (ma + 128.0, mb + 128.0);
+            let above = (2.0 * ma * mb + c1) * (2.0 * covariance + c2);
+            sum += above / ((ma * ma + mb * mb + c1) * (var_a + var_b + c2));
+            count += 1;
+        }
+    }
+    // A picture smaller than a window has nothing that could differ in structure.
+    if count == 0 {
+        1.0
+    } else {
+        sum / f64::from(count)
+    }
+}

@@ -1,0 +1,77 @@
+//! Distances between surfaces.
+//!
+//! *Theory.* Points spread evenly over one surface are measured to the other, and the other way round. The Hausdorff distance
+//! is the greatest of all those, the Chamfer distance the sum of both means.
+
+use crate::Spread;
+use glam::Vec3;
+use serde::{Deserialize, Serialize};
+
+/// Points on triangles, as many a unit of area everywhere: `count` in all, by area from a low-discrepancy sequence (Roberts'
+/// R₃, 2018), so that they are the same each time. Triangles without an area get none.
+pub fn points_on(triangles: &[[Vec3; 3]], count: usize) -> Vec<Vec3> {
+    let area = |[a, b, c]: &[Vec3; 3]| f64::from(0.5 * (*b - *a).cross(*c - *a).length());
+    let mut ends = Vec::with_capacity(triangles.len());
+    let mut total = 0.0;
+    for triangle in triangles {
+        total += area(triangle);
+        ends.push(total);
+    }
+    if total <= 0.0 || !total.is_finite() {
+        return Vec::new();
+    }
+    // The root of g⁴ = g + 1: the golden ratio's of three dimensions.
+    const G: f64 = 1.220_744_084_605_759_5;
+    let step = [1.0 / G, 1.0 / (G * G), 1.0 / (G * G * G)];
+    (0..count)
+        .map(|i| {
+            let [s, u, v] = step.map(|a| (0.5 + a * (i + 1) as f64).fract());
+            let at = ends
+                .partition_point(|&end| end <= s * total)
+                .min(ends.len() - 1);
+            let [a, b, c] = triangles[at];
+            // Fold the square's other half over.
+            let (u, v) = if u + v > 1.0 {
+                (1.0 - u, 1.0 - v)
+            } else {
+                (u, v)
+            };
+            a + (b - a) * u as f32 + (c - a) * v as f32
+        })
+        .collect()
+}
+
+/// How far two surfaces are apart.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Apart {
+    /// From points of the first to the second.
+    pub forth: Spread,
+    /// From points of the second to the first.
+    pub back: Spread,
+}
+
+impl Apart {
+    /// Of points of two surfaces, and the distances that each surface tells of a point.
+    pub fn of(
+        first: (&[Vec3], &dyn Fn(Vec3) -> f32),
+        second: (&[Vec3], &dyn Fn(Vec3) -> f32),
+    ) -> Self {
+        let from = |points: &[Vec3], to: &dyn Fn(Vec3) -> f32| {
+            Spread::of(points.iter().map(|&p| f64::from(to(p))))
+        };
+        Self {
+            forth: from(first.0, second.1),
+            back: from(second.0, first.1),
+        }
+    }
+
+    /// The Hausdorff distance.
+    pub fn hausdorff(&self) -> f64 {
+        self.forth.max.max(self.back.max)
+    }
+
+    /// The Chamfer distance.
+    pub fn chamfer(&self) -> f64 {
+        self.forth.mean + self.back.mean
+    }
+}
