@@ -2,6 +2,7 @@
 
 mod args;
 mod bake;
+mod compare;
 mod devices;
 mod edit;
 mod failure;
@@ -33,6 +34,7 @@ fn main() -> ExitCode {
         Command::Edit(options) => edit::run(&options),
         Command::Recover(options) => recover::run(&options),
         Command::Import(options) => import::run(&options),
+        Command::Compare(options) => compare::run(&options),
         Command::Info(options) => info::run(&options),
         Command::Devices(options) => devices::run(&options),
         Command::Schema => schema::run(),

@@ -29,7 +29,7 @@ pub fn pair(key: &str, value: &Value) {
         .as_str()
         .map_or_else(|| value.to_string(), str::to_owned);
     if !text.is_empty() {
-        line(&format!("{:17}{text}", key.replace('_', " ")));
+        line(&format!("{:16} {text}", key.replace('_', " ")));
     }
 }
 

@@ -5,9 +5,10 @@ use crate::{
     BricksOptions, BuildError, BuildTimes, DenseOptions, Drawn, Engine, OctreeOptions, Placement,
     RenderError, Scene, Stored, Via, Volume, VolumeFileError, VolumeInfo,
 };
+use argil_abi::{HIT_INSIDE, HIT_OUTSIDE, Hit};
 use argil_field::Program;
 use argil_gpu::{GpuField, GpuVolume};
-use argil_march::{Camera, Descent, Settings, Show, Through, frames};
+use argil_march::{Camera, Descent, Picture, Settings, Show, Through, frames};
 use argil_math::{Aabb, Interval};
 use argil_volume::{BrickEdit, BrickSettings, Lattice};
 use glam::Vec3;
@@ -524,6 +525,27 @@ impl World {
 
     /// A picture by settings.
     pub fn draw(&self, camera: &Camera, settings: &Settings) -> Result<Drawn, RenderError> {
+        let (picture, duration_ms) = self.picture(camera, settings, false)?;
+        Ok(Drawn::new(picture, duration_ms))
+    }
+
+    /// How far the ray of each pixel goes until it hits a solid, row by row from the top, of the first sample where there are
+    /// several; infinite where it hits none.
+    pub fn lengths(&self, camera: &Camera, settings: &Settings) -> Result<Vec<f32>, RenderError> {
+        let (picture, _) = self.picture(camera, settings, true)?;
+        let length = |hit: &Hit| match hit.kind {
+            HIT_OUTSIDE | HIT_INSIDE => hit.normal_t[3],
+            _ => f32::INFINITY,
+        };
+        Ok(picture.hits.iter().map(length).collect())
+    }
+
+    fn picture(
+        &self,
+        camera: &Camera,
+        settings: &Settings,
+        with_hits: bool,
+    ) -> Result<(Picture, f64), RenderError> {
         check(camera, settings)?;
         match (settings.show, self.via) {
             (Show::Bricks, Via::Octree(_) | Via::Bricks(_)) | (Show::Nodes, Via::Octree(_)) => {}
@@ -548,7 +570,7 @@ impl World {
                 }) => mesh.render(field, &frames)?,
                 _ => field.render(&frames)?,
             };
-            return Ok(Drawn::new(picture, duration_ms));
+            return Ok((picture, duration_ms));
         }
         let through = match &self.kept {
             Kept::Cpu(Volume::Dense(dense)) => Through::Dense(dense),
@@ -561,8 +583,13 @@ impl World {
             _ => Through::Field,
         };
         let start = Instant::now();
-        let picture = argil_march::render(self.program(), through, &frames);
-        Ok(Drawn::new(picture, start.elapsed().as_secs_f64() * 1e3))
+        let draw = if with_hits {
+            argil_march::render_with_hits
+        } else {
+            argil_march::render
+        };
+        let picture = draw(self.program(), through, &frames);
+        Ok((picture, start.elapsed().as_secs_f64() * 1e3))
     }
 }
 

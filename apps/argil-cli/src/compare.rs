@@ -1,0 +1,91 @@
+//! `argil compare`.
+
+use crate::args::Compare;
+use crate::output;
+use anyhow::{Context, ensure};
+use argil_metrics::flip::{FlipMap, flip};
+use argil_metrics::{differing_pixels, laplacian, psnr, ssim};
+use image::{Rgb, RgbImage};
+use serde_json::json;
+use std::path::Path;
+
+pub fn run(options: &Compare) -> anyhow::Result<()> {
+    for place in [&options.flip, &options.laplacian].into_iter().flatten() {
+        for input in [&options.a, &options.b] {
+            output::check_place(place, input)?;
+        }
+        let is_png = place
+            .extension()
+            .is_some_and(|e| e.eq_ignore_ascii_case("png"));
+        ensure!(is_png, "{}: maps are written as .png", place.display());
+    }
+    ensure!(
+        options.flip.is_none() || options.flip != options.laplacian,
+        "--flip, --laplacian: two maps, and one file for both"
+    );
+    let (a, b) = (picture(&options.a)?, picture(&options.b)?);
+    let place = || format!("{} and {}", options.a.display(), options.b.display());
+    let psnr = psnr(&a, &b).with_context(place)?;
+    let ssim = ssim(&a, &b)?;
+    let seen = flip(&a, &b, options.pixels_per_degree)?;
+    let difference = laplacian::difference(&a, &b)?;
+    let report = json!({
+        "size": [a.width(), a.height()],
+        // JSON has no infinity: equal pictures have none.
+        "psnr_db": psnr.is_finite().then_some(psnr),
+        "ssim": ssim,
+        "flip_mean": seen.mean(),
+        "differing_pixels": differing_pixels(&a, &b)?,
+        "laplacian_equal_pixels": difference.equal_pixels,
+        "laplacian_mean_abs": difference.mean_abs,
+        "laplacian_histogram": difference.histogram.to_vec(),
+    });
+    if let Some(path) = &options.flip {
+        save(path, &map(&seen))?;
+    }
+    if let Some(path) = &options.laplacian {
+        save(path, &difference.picture)?;
+    }
+    if options.json {
+        output::json(&report);
+        return Ok(());
+    }
+    for key in [
+        "size",
+        "psnr_db",
+        "ssim",
+        "flip_mean",
+        "differing_pixels",
+        "laplacian_equal_pixels",
+        "laplacian_mean_abs",
+    ] {
+        output::pair(key, &report[key]);
+    }
+    Ok(())
+}
+
+/// A picture in 8-bit sRGB.
+fn picture(path: &Path) -> anyhow::Result<RgbImage> {
+    let place = || path.display().to_string();
+    let reader = image::ImageReader::open(path).with_context(place)?;
+    // What a file is, its first bytes say.
+    let reader = reader.with_guessed_format().with_context(place)?;
+    let picture = reader
+        .decode()
+        .with_context(|| format!("{}: it is read as a PNG picture", path.display()))?;
+    Ok(picture.to_rgb8())
+}
+
+fn save(path: &Path, map: &RgbImage) -> anyhow::Result<()> {
+    Ok(argil::save_png(path, map.dimensions().into(), map)?)
+}
+
+/// A map of differences, from black over red and yellow to white.
+fn map(seen: &FlipMap) -> RgbImage {
+    let [width, height] = seen.size;
+    RgbImage::from_fn(width, height, |x, y| {
+        let v = 3.0 * seen.values[(y * width + x) as usize].sqrt();
+        let part = |from: f32| ((v - from).clamp(0.0, 1.0) * 255.0).round() as u8;
+        Rgb([part(0.0), part(1.0), part(2.0)])
+    })
+}
