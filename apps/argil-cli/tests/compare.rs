@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{argil, fails, json};
+use common::{argil, fails, json, scene};
 use std::path::Path;
 
 fn data(name: &str) -> String {
