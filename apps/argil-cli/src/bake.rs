@@ -31,6 +31,8 @@ pub fn run(options: &Bake) -> anyhow::Result<()> {
     let via = input::representation(options.via, &options.volume, &engine)?;
     let mut scene = input::scene(&options.scene, options.on.allow_outside)?;
     input::set_time(&mut scene, options.time, &options.scene)?;
+    let outputs = options.output.as_deref();
+    input::spare_meshes(&scene, &options.scene, outputs)?;
 
     let place = || options.scene.display().to_string();
     let mut world = engine.build(&scene).with_context(place)?;

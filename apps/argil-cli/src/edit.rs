@@ -47,6 +47,7 @@ pub fn run(options: &Edit) -> anyhow::Result<()> {
     let about = (None, options.on.allow_outside);
     let (mut scene, mut world) =
         input::world(&options.scene, &engine, via, &options.volume, about)?;
+    input::spare_meshes(&scene, &options.scene, outputs)?;
     scene.set_bands(world.bands());
     let build_ms = world.build_times().duration_ms;
     let mut journal = match &options.journal {

@@ -51,6 +51,11 @@ pub fn run(options: &Info) -> anyhow::Result<()> {
 /// Of a mesh file: its triangles as they are, corners at one place taken for one.
 fn of_mesh(options: &Info) -> anyhow::Result<()> {
     let mesh = argil::read_mesh(&options.scene)?;
+    anyhow::ensure!(
+        !mesh.triangles.is_empty(),
+        "{}: there is no triangle in it",
+        options.scene.display()
+    );
     let report = Report::of(&mesh.welded());
     let mut about = output::mesh(&report);
     let own = json!({ "vertices": mesh.positions.len(), "places": report.vertices });

@@ -24,6 +24,11 @@ pub fn engine(on: &On) -> anyhow::Result<Engine> {
 
 /// A scene file's scene, or that of a volume file.
 pub fn scene(path: &Path, outside: bool) -> anyhow::Result<Scene> {
+    ensure!(
+        argil::Format::of(path).is_none() || is_volume(path)?,
+        "{}: this is a mesh, not a scene: `argil import {0} -o scene.json` makes one of it",
+        path.display()
+    );
     let mut scene = if is_volume(path)? {
         scene_of(&Stored::open(path)?, path)?
     } else {
@@ -42,6 +47,22 @@ pub fn load_meshes(
     let folder = path.parent().unwrap_or(Path::new("."));
     let loaded = argil::load_meshes(scene, folder, outside);
     loaded.with_context(|| path.display().to_string())
+}
+
+/// Refuse an output that would replace a mesh which the scene is made of.
+pub fn spare_meshes<'a>(
+    scene: &Scene,
+    place: &Path,
+    outputs: impl IntoIterator<Item = &'a Path>,
+) -> anyhow::Result<()> {
+    let folder = place.parent().unwrap_or(Path::new("."));
+    let meshes: Vec<PathBuf> = scene.mesh_paths().iter().map(|p| folder.join(p)).collect();
+    for output in outputs {
+        for mesh in &meshes {
+            crate::output::check_place(output, mesh)?;
+        }
+    }
+    Ok(())
 }
 
 /// Whether a file is a volume. One that is named so and is none is refused: as a scene it would make no sense.

@@ -14,6 +14,7 @@ mod output;
 mod recover;
 mod render;
 mod schema;
+mod study;
 
 use args::{Arguments, Command};
 use clap::Parser;
@@ -36,6 +37,7 @@ fn main() -> ExitCode {
         Command::Import(options) => import::run(&options),
         Command::Compare(options) => compare::run(&options),
         Command::Info(options) => info::run(&options),
+        Command::Study(options) => study::run(&options),
         Command::Devices(options) => devices::run(&options),
         Command::Schema => schema::run(),
     };

@@ -3,9 +3,9 @@
 use crate::args::{self, Mesh, MeshAxes, MeshNormals, MeshUnit};
 use crate::{input, output};
 use anyhow::{Context, ensure};
-use argil::{Axes, Format, MeshOptions, Meshed, World, WriteOptions, save_mesh};
+use argil::{Axes, Format, MeshOptions, Meshed, Report, World, WriteOptions, save_mesh};
 use serde_json::json;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 pub fn run(options: &Mesh) -> anyhow::Result<()> {
     // Say what is wrong with the request before any work.
@@ -44,7 +44,7 @@ pub fn run(options: &Mesh) -> anyhow::Result<()> {
         options
             .voxel
             .is_none_or(|voxel| voxel > 0.0 && voxel.is_finite()),
-        "--voxel: the edge of a voxel is a length above 0"
+        "--voxel: the edge of a voxel is a length above 0, in the scene's unit"
     );
     let resolution = options.volume.resolution;
     let mut flags = options.volume.clone();
@@ -53,7 +53,18 @@ pub fn run(options: &Mesh) -> anyhow::Result<()> {
         flags.method = None;
     }
     let about = (options.time, options.on.allow_outside);
-    let (_, world) = input::world(&options.scene, &engine, options.via, &flags, about)?;
+    let (scene, world) = input::world(&options.scene, &engine, options.via, &flags, about)?;
+    let lods: Vec<PathBuf> = match format {
+        Some((path, _)) => (1..=options.lods.unwrap_or(0))
+            .map(|lod| lod_path(path, lod.into()))
+            .collect(),
+        None => Vec::new(),
+    };
+    for path in &lods {
+        output::check_place(path, &options.scene)?;
+    }
+    let outputs = options.output.iter().chain(&lods);
+    input::spare_meshes(&scene, &options.scene, outputs.map(PathBuf::as_path))?;
     let settings = MeshOptions {
         method: input::method_of(options.volume.method),
         resolution: resolution.unwrap_or(256),
@@ -72,7 +83,7 @@ pub fn run(options: &Mesh) -> anyhow::Result<()> {
     let place = || options.scene.display().to_string();
     let meshed = world.mesh(&settings).with_context(place)?;
     let report = meshed.report;
-    let mut lods = Vec::new();
+    let mut coarser = Vec::new();
     if let Some((path, format)) = format {
         ensure!(
             report.triangles > 0,
@@ -80,22 +91,43 @@ pub fn run(options: &Mesh) -> anyhow::Result<()> {
             options.scene.display()
         );
         save_mesh(&meshed.mesh, format, &how, path)?;
-        for lod in 1..=options.lods.unwrap_or(0) {
+        let mut before = report.triangles;
+        for (lod, beside) in (1u32..).zip(lods) {
             let most = report.triangles as usize >> (2 * lod).min(60);
-            let coarser = MeshOptions {
+            let fewer = MeshOptions {
                 most_triangles: Some(most.max(4)),
                 ..settings
             };
-            let coarser = world.mesh(&coarser).with_context(place)?;
-            let name = path.file_stem().unwrap_or_default().to_string_lossy();
-            let ending = path.extension().unwrap_or_default().to_string_lossy();
-            let beside = path.with_file_name(format!("{name}-{lod}.{ending}"));
-            save_mesh(&coarser.mesh, format, &how, &beside)?;
-            lods.push((beside, coarser));
+            let fewer = world.mesh(&fewer).with_context(place)?;
+            // No more can be left out.
+            if fewer.report.triangles == before {
+                break;
+            }
+            before = fewer.report.triangles;
+            save_mesh(&fewer.mesh, format, &how, &beside)?;
+            coarser.push((beside, fewer));
         }
     }
-    tell(options, &world, &meshed, &lods);
+    tell(options, &world, &meshed, &coarser);
     Ok(())
+}
+
+/// `pot.glb` → `pot-2.glb`.
+fn lod_path(path: &Path, lod: u32) -> PathBuf {
+    let name = path.file_stem().unwrap_or_default().to_string_lossy();
+    let ending = path.extension().unwrap_or_default().to_string_lossy();
+    path.with_file_name(format!("{name}-{lod}.{ending}"))
+}
+
+/// Whether a surface is closed, and each edge between two triangles, in words.
+fn kind(report: &Report) -> &'static str {
+    if report.is_watertight() {
+        "watertight"
+    } else if report.open_edges == 0 {
+        "closed, not manifold"
+    } else {
+        "not watertight"
+    }
 }
 
 fn write_options(options: &Mesh, format: Option<Format>) -> anyhow::Result<WriteOptions> {
@@ -165,14 +197,10 @@ fn tell(options: &Mesh, world: &World, meshed: &Meshed, lods: &[(PathBuf, Meshed
         output::line(&path.display().to_string());
     }
     output::line(&format!(
-        "{} triangles, {} vertices, {} in {:.1} ms",
+        "{} triangles, {} vertices, {}, in {:.1} ms",
         report.triangles,
         meshed.mesh.positions.len(),
-        if report.is_watertight() {
-            "watertight,"
-        } else {
-            "not watertight,"
-        },
+        kind(report),
         build_ms + meshed.duration_ms
     ));
     for key in [
@@ -194,11 +222,7 @@ fn tell(options: &Mesh, world: &World, meshed: &Meshed, lods: &[(PathBuf, Meshed
             path.display(),
             lod.report.triangles,
             lod.simplified_by,
-            if lod.report.open_edges == 0 {
-                "closed"
-            } else {
-                "open"
-            },
+            kind(&lod.report),
         ));
     }
 }

@@ -138,8 +138,6 @@ pub fn times(samples: &[f64]) -> Value {
     json!({ "min": at(0.0), "median": at(0.5), "p95": at(0.95), "max": at(1.0) })
 }
 
-/// Refuse a place that cannot be written before hours are spent on what goes there.
-/// Nor may the output be the input.
 /// Whether two paths would be one file, there or not.
 pub fn is_same_place(a: &std::path::Path, b: &std::path::Path) -> bool {
     let place = |path: &std::path::Path| {
@@ -152,6 +150,8 @@ pub fn is_same_place(a: &std::path::Path, b: &std::path::Path) -> bool {
     place(a).is_some_and(|a| place(b) == Some(a))
 }
 
+/// Refuse a place that cannot be written before hours are spent on what goes there.
+/// Nor may the output be the input.
 pub fn check_place(path: &std::path::Path, input: &std::path::Path) -> anyhow::Result<()> {
     let folder = path
         .parent()

@@ -264,6 +264,39 @@ fn meshes_become_scenes() {
     json(&argil(&["info", &out, "--allow-outside", "--json"]));
 }
 
+/// What a scene is made of is not written over by what is made of the scene, nor are a folder's names.
+#[test]
+fn a_scenes_own_meshes_are_spared() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let place = |name: &str| folder.path().join(name).display().to_string();
+    std::fs::copy(scene("suzanne").replace(".json", ".obj"), place("own.obj")).expect("a file");
+    std::fs::copy(place("own.obj"), place("more-1.obj")).expect("a file");
+    let text = r#"{"argil": 1, "brushes": [
+        {"shape": {"type": "mesh", "path": "own.obj", "resolution": 16}},
+        {"shape": {"type": "mesh", "path": "more-1.obj", "resolution": 16}}]}"#;
+    std::fs::write(place("s.json"), text).expect("a file");
+    let before = std::fs::read(place("own.obj")).expect("a file");
+    let run = |more: &[&str]| {
+        let own = place("s.json");
+        let all = [&["mesh", &own, "--resolution", "16"][..], more].concat();
+        fails(&all, 1, "input");
+    };
+    run(&["-o", &place("own.obj")]);
+    run(&["-o", &place("more.obj"), "--lods", "2"]);
+    fails(
+        &["bake", &place("s.json"), "-o", &place("own.obj")],
+        1,
+        "input",
+    );
+    assert_eq!(std::fs::read(place("own.obj")).expect("a file"), before);
+    assert!(!Path::new(&place("more.obj")).exists());
+    std::fs::create_dir(place("lod-1.glb")).expect("a folder");
+    let own = place("s.json");
+    let lods = ["mesh", &own, "-o", &place("lod.glb"), "--lods", "1"];
+    fails(&lods, 1, "is a folder");
+    assert!(!Path::new(&place("lod.glb")).exists());
+}
+
 #[test]
 fn a_mesh_is_drawn_on_both_devices() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -418,6 +451,12 @@ fn what_cannot_be_is_refused() {
         );
         assert!(!Path::new(&place("x.json")).exists());
     }
+    let sheet = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n";
+    std::fs::write(place("sheet.obj"), sheet).expect("a file");
+    let made = ["import", &place("sheet.obj"), "-o", &place("x.json")];
+    fails(&made, 1, "enclose nothing");
+    fails(&["info", &place("empty.obj")], 1, "no triangle");
+    fails(&["mesh", &place("sheet.obj")], 1, "argil import");
     fails(
         &["import", &place("none.obj"), "-o", &place("x.json")],
         1,

@@ -8,7 +8,7 @@ fn main() {
     let read = start.elapsed();
     let solid = argil_mesh::Solid::new(&mesh).expect("a solid");
     let built = start.elapsed();
-    let grid = solid.sample(resolution);
+    let grid = solid.sample(resolution).expect("an inside");
     println!(
         "{} triangles: read {read:.1?}, tree {:.1?}, sampled {:.1?}; {grid:?}, {} fine cells, Lipschitz {:.3}, {:?}",
         solid.triangles(),

@@ -36,12 +36,19 @@ pub fn refine(program: &Program, lists: &CellLists, marched: &mut Marched) {
                     let axis = group.ends.iter().position(|&end| at < end as usize);
                     let axis = axis.unwrap_or(0);
                     positions[i][axis] += voxel * correction(spans[at], d[i]);
-                    normals[i] = Vec3::new(gx[i], gy[i], gz[i]).normalize_or_zero();
+                    let normal = Vec3::new(gx[i], gy[i], gz[i]).normalize_or_zero();
+                    normals[i] = outwards(normal, axis, spans[at]);
                     at += 1;
                 }
             }
         },
     );
+}
+
+/// A normal on the side of its edge that is outside: at a crease the gradient can be that of a surface which is not seen.
+fn outwards(mut normal: Vec3, axis: usize, [a, b]: [f32; 2]) -> Vec3 {
+    normal[axis] = normal[axis].abs().copysign(b - a);
+    normal
 }
 
 /// By how much of an edge a vertex moves at which the distance is `d`, and which was set between two stored ones.

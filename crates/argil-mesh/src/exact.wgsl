@@ -38,6 +38,9 @@ fn refine(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups)
     }
     if marching.is_moved != 0u {
         let span = spans[at];
+        // Twin of outwards.
+        let along = abs(n[u32(span.z)]);
+        n[u32(span.z)] = select(along, -along, span.y < span.x);
         let k = 6u * at + u32(span.z);
         vertices[k] += marching.first_voxel.w * correction(span.x, span.y, d);
     }

@@ -46,6 +46,24 @@ pub enum MeshInput {
         /// Of what.
         what: String,
     },
+    /// It is too small, too large, or too far away to be measured.
+    #[error(
+        "its box is {size} long and {away} from the origin: both are taken from 1e-4 to 1e5 and up to 1e5; scale or move it where it was made"
+    )]
+    Extent {
+        /// The longest side.
+        size: f32,
+        /// The farthest corner.
+        away: f32,
+    },
+    /// No sample is inside.
+    #[error(
+        "its triangles enclose nothing that {resolution} samples find: it may be flat, open or thin; give it a thickness, or take a larger resolution"
+    )]
+    Hollow {
+        /// Samples along its longest side.
+        resolution: u32,
+    },
     /// No triangle has an area.
     #[error("there is no triangle with an area in it")]
     Nothing,
@@ -151,18 +169,40 @@ fn glb(bytes: &[u8]) -> Result<Mesh, String> {
         Some(scene) => vec![scene],
         None => gltf.scenes().collect(),
     };
+    let mut seen = vec![false; gltf.nodes().len()];
     let mut todo: Vec<(gltf::Node<'_>, Mat4)> = scenes
         .iter()
         .flat_map(|scene| scene.nodes())
         .map(|node| (node, Mat4::IDENTITY))
         .collect();
     while let Some((node, parent)) = todo.pop() {
+        if std::mem::replace(&mut seen[node.index()], true) {
+            return Err(format!(
+                "node {} is there twice, and nodes make a tree",
+                node.index()
+            ));
+        }
         let map = parent * Mat4::from_cols_array_2d(&node.transform().matrix());
         todo.extend(node.children().map(|child| (child, map)));
         let Some(own) = node.mesh() else { continue };
         for primitive in own.primitives() {
             if primitive.mode() != gltf::mesh::Mode::Triangles {
                 continue;
+            }
+            if let Some(places) = primitive.get(&gltf::Semantic::Positions) {
+                let (floats, vectors) = (
+                    gltf::accessor::DataType::F32,
+                    gltf::accessor::Dimensions::Vec3,
+                );
+                let is_right = places.data_type() == floats && places.dimensions() == vectors;
+                check_accessor(&places, is_right, blob)?;
+            }
+            if let Some(indices) = primitive.indices() {
+                use gltf::accessor::{DataType, Dimensions};
+                let whole = [DataType::U8, DataType::U16, DataType::U32];
+                let is_right = whole.contains(&indices.data_type())
+                    && indices.dimensions() == Dimensions::Scalar;
+                check_accessor(&indices, is_right, blob)?;
             }
             let reader = primitive.reader(|buffer| match buffer.source() {
                 gltf::buffer::Source::Bin => blob,
@@ -185,9 +225,39 @@ fn glb(bytes: &[u8]) -> Result<Mesh, String> {
                 let [b, c] = if is_mirrored { [c, b] } else { [b, c] };
                 [a, b, c].map(|i| base.saturating_add(i))
             }));
+            if mesh.triangles.len() > MOST_TRIANGLES {
+                return Err(format!("more than {MOST_TRIANGLES} triangles"));
+            }
         }
     }
     Ok(mesh)
+}
+
+/// Refuse numbers of another kind than they must be, or that are not all in the file: the reader trusts both.
+fn check_accessor(
+    accessor: &gltf::Accessor<'_>,
+    is_right: bool,
+    blob: Option<&[u8]>,
+) -> Result<(), String> {
+    let fault = |what: &str| Err(format!("accessor {}: {what}", accessor.index()));
+    if !is_right {
+        return fault("its numbers are of another kind than corners or indices are");
+    }
+    let Some(view) = accessor.view().filter(|_| accessor.sparse().is_none()) else {
+        return fault("sparse numbers are not read");
+    };
+    let stride = view.stride().unwrap_or(accessor.size());
+    let last = accessor.count().saturating_sub(1);
+    let own = last
+        .checked_mul(stride)
+        .and_then(|n| n.checked_add(accessor.offset() + accessor.size()));
+    let end = view.offset().checked_add(view.length());
+    let is_held = own.is_some_and(|own| own <= view.length())
+        && end.is_some_and(|end| blob.is_some_and(|blob| end <= blob.len()));
+    if stride < accessor.size() || !is_held {
+        return fault("its numbers are not where it says");
+    }
+    Ok(())
 }
 
 fn stl(bytes: &[u8]) -> Result<Mesh, String> {

@@ -11,7 +11,7 @@ use std::collections::HashMap;
 pub struct Repairs {
     /// Corners that stood at the same place as another.
     pub welded: u64,
-    /// Triangles that were left out: without an area, or with a corner that is no number.
+    /// Triangles that were left out: without an area, with a corner that is no number, or there twice.
     pub dropped: u64,
     /// Triangles that were turned over to agree with their neighbours.
     pub turned: u64,
@@ -27,13 +27,14 @@ pub struct Repairs {
 ///
 /// *Practice.* Corners at one place become one. Triangles across an edge come to run along it in opposite directions, from
 /// each part's first triangle on; where more than two meet, each is left as it is. Rings of edges that have one triangle are
-/// closed by a fan around their middle. A part whose volume is negative is turned over, unless it lies in another: then it
+/// closed by triangles over half of them, a quarter, and so on. A part whose volume is negative is turned over, unless it lies in another: then it
 /// is a cavity.
 pub fn repair(mesh: &Mesh) -> (Mesh, Repairs) {
     let mut repairs = Repairs::default();
     let count = mesh.triangles.len();
     let (mut mesh, welded) = weld(mesh);
     drop_flat(&mut mesh);
+    drop_doubles(&mut mesh);
     repairs.welded = welded;
     repairs.dropped = (count - mesh.triangles.len()) as u64;
     let mut beside = neighbours(&mesh.triangles);
@@ -88,6 +89,28 @@ fn drop_flat(mesh: &mut Mesh) {
         let [p, q, r] = [a, b, c].map(|i| positions[i as usize].as_dvec3());
         a != b && b != c && c != a && (q - p).cross(r - p).length_squared() > 0.0
     });
+}
+
+/// Of triangles on the same three corners, either way round, keep the first: files have surfaces with two sides, and a solid
+/// has one.
+fn drop_doubles(mesh: &mut Mesh) {
+    let mut all: Vec<([u32; 3], u32)> = (0..)
+        .zip(&mesh.triangles)
+        .map(|(i, &triangle)| {
+            let mut corners = triangle;
+            corners.sort_unstable();
+            (corners, i)
+        })
+        .collect();
+    all.par_sort_unstable();
+    let mut keep = vec![true; mesh.triangles.len()];
+    for pair in all.windows(2) {
+        if pair[0].0 == pair[1].0 {
+            keep[pair[1].1 as usize] = false;
+        }
+    }
+    let mut kept = keep.into_iter();
+    mesh.triangles.retain(|_| kept.next().unwrap_or(true));
 }
 
 fn edges([a, b, c]: [u32; 3]) -> [(u32, u32); 3] {
@@ -205,7 +228,7 @@ fn close(
             }
         }
         if at == from && ring.len() > 2 {
-            fan(mesh, &ring);
+            cap(mesh, &ring);
             part_of.resize(mesh.triangles.len(), part);
             repairs.holes += 1;
         }
@@ -213,18 +236,17 @@ fn close(
     part_of
 }
 
-fn fan(mesh: &mut Mesh, ring: &[u32]) {
-    if let &[a, b, c] = ring {
-        mesh.triangles.push([a, b, c]);
-        return;
-    }
-    let place = |i: u32| mesh.positions[i as usize].as_dvec3();
-    let sum: DVec3 = ring.iter().map(|&i| place(i)).sum();
-    let middle = mesh.positions.len() as u32;
-    mesh.positions.push((sum / ring.len() as f64).as_vec3());
-    for (k, &a) in ring.iter().enumerate() {
-        let b = ring[(k + 1) % ring.len()];
-        mesh.triangles.push([a, b, middle]);
+/// Close a ring: a triangle over its first, last and middle corner, and so on in both halves. Few triangles are long, and none
+/// has a corner that the ring has not.
+fn cap(mesh: &mut Mesh, ring: &[u32]) {
+    let mut todo = vec![(0, ring.len() - 1)];
+    while let Some((first, last)) = todo.pop() {
+        if last - first < 2 {
+            continue;
+        }
+        let middle = first.midpoint(last);
+        mesh.triangles.push([ring[first], ring[middle], ring[last]]);
+        todo.extend([(first, middle), (middle, last)]);
     }
 }
 

@@ -20,6 +20,10 @@ use std::f64::consts::TAU;
 /// Triangles of a leaf.
 const WIDE: usize = 8;
 
+/// The longest side of a solid's box: squares of squares of its triangles' sides are numbers still.
+const SHORTEST: f32 = 1e-4;
+const LONGEST: f32 = 1e5;
+
 /// A node counts as one plate for points that are farther than so many of its radii.
 const FAR_RADII: f32 = 2.3;
 
@@ -64,11 +68,17 @@ impl Solid {
     /// Of triangles, which are repaired first.
     ///
     /// # Errors
-    /// If none is left that has an area.
+    /// If none is left that has an area, or their box is too small or large to be measured in single precision.
     pub fn new(mesh: &Mesh) -> Result<Self, MeshInput> {
         let (mesh, repairs) = repair(mesh);
         if mesh.triangles.is_empty() {
             return Err(MeshInput::Nothing);
+        }
+        let bounds = mesh.aabb();
+        let size = bounds.size().max_element();
+        let away = bounds.min.abs().max(bounds.max.abs()).max_element();
+        if !(SHORTEST..=LONGEST).contains(&size) || away > LONGEST {
+            return Err(MeshInput::Extent { size, away });
         }
         let mut solid = Self {
             nodes: Vec::new(),
@@ -244,13 +254,21 @@ impl Solid {
     }
 
     /// Its distances in a box with room around it, `resolution` samples along the longest side of its own box.
-    pub fn sample(&self, resolution: u32) -> SampledGrid {
+    ///
+    /// # Errors
+    /// If no sample is inside.
+    pub fn sample(&self, resolution: u32) -> Result<SampledGrid, MeshInput> {
         let spacing = self.aabb.size().max_element().max(1e-6) / resolution as f32;
         let cell = spacing * SAMPLED_SIDE as f32;
         let region = self.aabb.grown(2.0 * spacing);
         let cells = (region.size() / cell).ceil().as_uvec3().max(UVec3::ONE);
         let corner = region.center() - 0.5 * cell * cells.as_vec3();
-        SampledGrid::sample(corner, cell, cells, self.aabb, self)
+        let grid = SampledGrid::sample(corner, cell, cells, self.aabb, self);
+        if grid.has_inside() {
+            Ok(grid)
+        } else {
+            Err(MeshInput::Hollow { resolution })
+        }
     }
 }
 

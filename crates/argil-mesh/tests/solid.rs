@@ -168,7 +168,7 @@ fn a_cavity_stays_hollow_and_crossing_parts_are_one_solid() {
 fn samples_follow_the_triangles() {
     let mesh = mesh(60);
     let solid = Solid::new(&mesh).expect("a solid");
-    let grid = solid.sample(96);
+    let grid = solid.sample(96).expect("an inside");
     assert!(grid.lipschitz() <= 1.74, "{}", grid.lipschitz());
     let spacing = grid.spacing();
     let mut scene = Scene::new();
@@ -329,4 +329,127 @@ fn blocks_of_samples_are_exact_near_the_surface() {
         }
     }
     assert!(nears > 5000 && fars > 5000, "{nears} {fars}");
+}
+
+/// A GLB of one tetrahedron, after its JSON was changed.
+fn glb_with(change: impl Fn(&mut serde_json::Value)) -> Result<Mesh, MeshInput> {
+    let tetrahedron = Mesh {
+        positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::Z],
+        triangles: vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]],
+        ..Mesh::default()
+    };
+    let mut bytes = std::io::Cursor::new(Vec::new());
+    write(
+        &tetrahedron,
+        Format::Glb,
+        &WriteOptions::default(),
+        &mut bytes,
+    )
+    .expect("a file");
+    let file = gltf::binary::Glb::from_slice(bytes.get_ref()).expect("a GLB");
+    let mut root: serde_json::Value = serde_json::from_slice(&file.json).expect("JSON");
+    change(&mut root);
+    let changed = gltf::binary::Glb {
+        json: serde_json::to_vec(&root).expect("JSON").into(),
+        ..file
+    };
+    let bytes = changed.to_vec().expect("a GLB");
+    from_bytes(&bytes, Format::Glb, Path::new("changed.glb"))
+}
+
+#[test]
+fn senseless_glbs_are_refused_and_end() {
+    use serde_json::json;
+    assert_eq!(glb_with(|_| {}).map(|m| m.triangles.len()).ok(), Some(4));
+    let damaged = |change: &dyn Fn(&mut serde_json::Value)| {
+        let found = glb_with(change).map(|mesh| mesh.triangles.len());
+        assert!(matches!(found, Err(MeshInput::Damaged { .. })), "{found:?}");
+    };
+    // Nodes in a circle, or twice.
+    damaged(&|root| root["nodes"][0]["children"] = json!([0]));
+    damaged(&|root| {
+        root["nodes"] = json!([{ "children": [1, 1] }, { "mesh": 0 }]);
+    });
+    let accessors = |root: &serde_json::Value| {
+        let primitive = &root["meshes"][0]["primitives"][0];
+        let of = |value: &serde_json::Value| value.as_u64().expect("an index") as usize;
+        [
+            of(&primitive["attributes"]["POSITION"]),
+            of(&primitive["indices"]),
+        ]
+    };
+    for (which, key, value) in [
+        (0, "type", json!("VEC2")),
+        (0, "count", json!(4_000_000_000_u64)),
+        (0, "byteOffset", json!(1_000_000)),
+        (1, "componentType", json!(5126)),
+        (1, "type", json!("VEC3")),
+    ] {
+        damaged(&|root| {
+            let at = accessors(root)[which];
+            root["accessors"][at][key] = value.clone();
+        });
+    }
+    damaged(&|root| {
+        let at = accessors(root)[0];
+        let view = root["accessors"][at]["bufferView"]
+            .as_u64()
+            .expect("a view") as usize;
+        root["bufferViews"][view]["byteStride"] = json!(4);
+    });
+    damaged(&|root| {
+        let at = accessors(root)[0];
+        let view = root["accessors"][at]["bufferView"]
+            .as_u64()
+            .expect("a view") as usize;
+        root["bufferViews"][view]["byteOffset"] = json!(1_000_000);
+    });
+}
+
+#[test]
+fn surfaces_with_two_sides_come_out_solid() {
+    let whole = mesh(40);
+    let solid = Solid::new(&whole).expect("a solid");
+    for turned in [false, true] {
+        let mut both = whole.clone();
+        let again =
+            whole
+                .triangles
+                .iter()
+                .map(|&[a, b, c]| if turned { [a, c, b] } else { [b, c, a] });
+        both.triangles.extend(again);
+        let own = Solid::new(&both).expect("a solid");
+        assert_eq!(own.triangles(), whole.triangles.len());
+        assert_eq!(own.repairs().parts, solid.repairs().parts);
+        for p in points().into_iter().take(500) {
+            assert!((own.distance(p) - solid.distance(p)).abs() < 1e-6, "{p}");
+        }
+    }
+}
+
+#[test]
+fn what_encloses_nothing_or_cannot_be_measured_is_told() {
+    let square = Mesh {
+        positions: vec![Vec3::ZERO, Vec3::X, Vec3::X + Vec3::Y, Vec3::Y],
+        triangles: vec![[0, 1, 2], [0, 2, 3]],
+        ..Mesh::default()
+    };
+    let flat = Solid::new(&square).expect("triangles").sample(64);
+    assert!(matches!(flat, Err(MeshInput::Hollow { resolution: 64 })));
+    for scale in [1e-30, 1e-6, 1e7, 1e30, 3e38] {
+        let mut scaled = mesh(20);
+        scaled.positions.iter_mut().for_each(|p| *p *= scale);
+        let found = Solid::new(&scaled).map(|solid| solid.triangles());
+        assert!(found.is_err(), "{scale}: {found:?}");
+    }
+    for scale in [1e-3, 1e4] {
+        let mut scaled = mesh(20);
+        scaled.positions.iter_mut().for_each(|p| *p *= scale);
+        let solid = Solid::new(&scaled).expect("a solid");
+        let d = solid.distance(Vec3::X * (0.5 * scale)) / scale;
+        assert!((d + 0.2).abs() < 0.02, "{scale}: {d}");
+    }
+    let mut away = mesh(20);
+    away.positions.iter_mut().for_each(|p| p.x += 1e6);
+    assert!(matches!(Solid::new(&away), Err(MeshInput::Extent { .. })));
 }

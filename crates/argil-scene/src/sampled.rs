@@ -229,6 +229,12 @@ impl SampledGrid {
         self.lipschitz
     }
 
+    /// Whether any sample is inside.
+    pub fn has_inside(&self) -> bool {
+        let fixed = SAMPLED_HEADER + volume(self.cells);
+        self.words[fixed..].iter().any(|&d| d < 0.0)
+    }
+
     /// Between fine samples.
     pub fn spacing(&self) -> f32 {
         self.cell / SAMPLED_SIDE as f32

@@ -31,7 +31,7 @@ pub use argil_gpu::{DenseFill, DeviceInfo, DeviceKind, GpuError, Order};
 pub use argil_march::{Camera, Descent, Normals, Settings, Show, Spread, Statistics};
 pub use argil_math::{Aabb, Interval};
 pub use argil_mesh::{
-    Axes, Format, Mesh, MeshInput, Repairs, Report, WriteOptions, read as read_mesh,
+    Axes, Format, Mesh, MeshInput, Repairs, Report, Solid, WriteOptions, read as read_mesh,
 };
 pub use argil_scene::{
     Body, Brush, Change, Ease, Edit, EditError, Edited, Entry, Exactness, FileError, Group,

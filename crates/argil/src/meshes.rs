@@ -8,7 +8,7 @@ use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
 
 /// What kept samples begin with; another number for another way of sampling.
-const MAGIC: [u8; 8] = *b"argilm02";
+const MAGIC: [u8; 8] = *b"argilm03";
 
 /// Words of a kept file before the samples: the box.
 const HEAD: usize = 6;
@@ -115,7 +115,8 @@ fn load(
     let format = Format::of(place).ok_or_else(|| MeshInput::Unknown(place.into()))?;
     let bytes = argil_mesh::bytes(place)?;
     let hash = blake3::hash(&bytes).to_hex();
-    let kept = cache_folder().map(|f| f.join(format!("{hash}-{resolution}.{MAGIC_TEXT}")));
+    let kept =
+        cache_folder().map(|f| f.join(format!("{hash}-{format:?}-{resolution}.{MAGIC_TEXT}")));
     let done = |grid, (triangles, repairs), was_kept| LoadedMesh {
         path: path.to_owned(),
         resolution,
@@ -136,7 +137,12 @@ fn load(
         solids.insert(place.into(), solid);
     }
     let solid = &solids[place];
-    let grid = solid.sample(resolution);
+    let grid = solid
+        .sample(resolution)
+        .map_err(|source| MeshFileError::Empty {
+            path: place.into(),
+            source,
+        })?;
     let counts = (solid.triangles() as u64, *solid.repairs());
     if let Some(kept) = kept {
         // A cache that cannot be written costs time, nothing else.
@@ -146,7 +152,7 @@ fn load(
 }
 
 /// The ending of kept files' names.
-const MAGIC_TEXT: &str = "grid02";
+const MAGIC_TEXT: &str = "grid03";
 
 fn cache_folder() -> Option<PathBuf> {
     Some(dirs::cache_dir()?.join("argil").join("meshes"))

@@ -57,6 +57,10 @@ pub fn write(mesh: &Mesh, out: &mut impl Write) -> io::Result<()> {
         is_strong |= material.get("extensions").is_some();
         materials.push(material);
     }
+    if u32::try_from(parts.bytes.len() + (1 << 20)).is_err() {
+        let reason = "a GLB holds 4 GiB at most: take fewer triangles, or write .ply or .stl";
+        return Err(io::Error::new(io::ErrorKind::InvalidInput, reason));
+    }
     let mut root = json!({
         "asset": { "version": "2.0", "generator": "Argil" },
         "scene": 0,

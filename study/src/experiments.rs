@@ -1,0 +1,471 @@
+//! All experiments: the 2023 study's, and those past its limits.
+
+use crate::case::{Case, Experiment, Eye, Look, Plan, Task};
+use crate::scenes::OF_THE_STUDY;
+use crate::way::{BRICKS, DENSE, Kind, MESH, MIPPED, STUDY_OCTREE, Way};
+use argil::{Bits, Normals, Show};
+
+/// In the order of the report.
+pub const ALL: &[Experiment] = &[
+    Experiment {
+        name: "construction",
+        title: "Building what is needed",
+        question: "How does the time to build an octree grow with the number of bricks, and which stage takes it?",
+        study: "Figures 21 and 22: spheres in 1 to 512 bricks of 32³, 256³ voxels of 8 bits, mean of 4 runs. All 512 bricks took about 72 µs on a Radeon RX 6800 XT; extrapolated to 1024×1024×512 voxels, 2.3 ms.",
+        cases: construction,
+    },
+    Experiment {
+        name: "dense-fill",
+        title: "Filling everything",
+        question: "What does a dense volume cost, filled a thread a group as the study did first, and by tiles?",
+        study: "Section 3.4.1: the first way was about 130 % slower than tiles, and was left out.",
+        cases: dense_fill,
+    },
+    Experiment {
+        name: "frames",
+        title: "Frames around five scenes",
+        question: "How long does a frame take through each representation, and how much does it vary?",
+        study: "Figures 23 and 24: 250 frames of each scene, octree against dense; the octree was slower and varied more. The teapot by function took 2,405.88 µs on average.",
+        cases: frames,
+    },
+    Experiment {
+        name: "heat",
+        title: "Steps, as colours",
+        question: "How many steps does a ray take, and of which kind?",
+        study: "Figure 25: both ways ended at about 128 to 134 steps at most; with dense scenes the octree took fewer.",
+        cases: heat,
+    },
+    Experiment {
+        name: "fidelity",
+        title: "How like the field's the pictures are",
+        question: "Which is nearer to the field: triangles, or stored distances that are marched?",
+        study: "Figures 26 to 31, teapot alone: 1,769,333 zero pixels for the marched volume against 1,768,520 for triangles, at 1080p (the text counts them the other way round); the normals decided it. 68,440 triangles, 205,320 vertices, built in 17.137 ms.",
+        cases: fidelity,
+    },
+    Experiment {
+        name: "normals",
+        title: "Where normals come from",
+        question: "How far does the choice of the normal decide what a picture is like?",
+        study: "Section 5.4: a change of the normal's bias alone gave smoother pictures; figures 8 and 9 show false and true normals of triangles.",
+        cases: normals,
+    },
+    Experiment {
+        name: "strides",
+        title: "What 8 bits stand for",
+        question: "How does the length that a stored step stands for change the error and the picture?",
+        study: "Section 3.4: a texture stride from 1 to 32, steps of 1/256 to 1/8 of the range between texels.",
+        cases: strides,
+    },
+    Experiment {
+        name: "center",
+        title: "Only the middle",
+        question: "Are the bricks where they should be?",
+        study: "Figure 19: an octree with the 8 nodes in the middle filled.",
+        cases: center,
+    },
+    Experiment {
+        name: "sweep",
+        title: "Brick size and depth",
+        question: "Is it the bricks or the tree that costs?",
+        study: "Section 5.4 names it as a limit: neither could be varied.",
+        cases: sweep,
+    },
+    Experiment {
+        name: "cameras",
+        title: "From outside, inside and along the surface",
+        question: "Does what is fast from outside stay fast elsewhere?",
+        study: "Section 5.4 names it as a limit: nearly all was measured from outside.",
+        cases: cameras,
+    },
+    Experiment {
+        name: "edits",
+        title: "Edits",
+        question: "What does an edit take, against the number of brushes, the resolution and the volume that it touches?",
+        study: "None were measured; its conclusion is that easy edits and fast frames cannot both be had.",
+        cases: edits,
+    },
+    Experiment {
+        name: "memory",
+        title: "Bytes",
+        question: "What does each representation hold, all of it, at which resolution?",
+        study: "Not measured: estimated to be saved.",
+        cases: memory,
+    },
+    Experiment {
+        name: "stored",
+        title: "Errors of stored distances",
+        question: "How far are stored distances from exact ones, within four voxels of the surface?",
+        study: "Not measured.",
+        cases: stored,
+    },
+    Experiment {
+        name: "triangles",
+        title: "Triangles against the exact surface",
+        question: "How far are triangles from the surface, and what do shared corners save?",
+        study: "Section 3.3: an unshared list, stride 0.05, 100³: 68,440 triangles and 205,320 vertices.",
+        cases: triangles,
+    },
+    Experiment {
+        name: "lost",
+        title: "Bricks that are missed",
+        question: "Does the test of a brick's centre lose surface, and does ours?",
+        study: "Section 3.5.1: a brick is kept where its centre is near; not checked there.",
+        cases: lost,
+    },
+];
+
+fn construction(plan: &Plan) -> Vec<Case> {
+    let runs = plan.pick(2, 4, 8);
+    let sides: &[u32] = plan.pick(
+        &[1, 4, 8],
+        &[1, 2, 3, 4, 5, 6, 7, 8],
+        &[1, 2, 3, 4, 5, 6, 7, 8],
+    );
+    let mut all = Vec::new();
+    for &side in sides {
+        let count = f64::from(side.pow(3));
+        let scene = format!("spheres-{side}");
+        let mut ways = vec![STUDY_OCTREE];
+        if plan.is_gpu {
+            ways.push(Kind::Octree {
+                brick: 32,
+                center: true,
+                path: false,
+                enumerated: true,
+            });
+        }
+        for kind in ways {
+            let case = Case::new(&scene, Way::of(kind, 256), Task::Build(runs));
+            all.push(case.expect("bricks", count, count));
+        }
+        all.push(Case::new(&scene, Way::of(BRICKS, 256), Task::Build(runs)));
+    }
+    all.push(Case::new(
+        "spheres-8",
+        Way::of(DENSE, 256),
+        Task::Build(runs),
+    ));
+    all
+}
+
+fn dense_fill(plan: &Plan) -> Vec<Case> {
+    let runs = plan.pick(1, 4, 8);
+    let resolution = plan.pick(64, 256, 256);
+    let mut all = Vec::new();
+    for scene in ["brick", "teapot"] {
+        let ways: &[bool] = if plan.is_gpu {
+            &[false, true]
+        } else {
+            &[false]
+        };
+        for &naive in ways {
+            let way = Way::of(Kind::Dense { mips: false, naive }, resolution);
+            all.push(Case::new(scene, way, Task::Build(runs)));
+        }
+        all.push(Case::new(
+            scene,
+            Way::of(STUDY_OCTREE, resolution),
+            Task::Build(runs),
+        ));
+        all.push(Case::new(
+            scene,
+            Way::of(BRICKS, resolution),
+            Task::Build(runs),
+        ));
+    }
+    all
+}
+
+/// Those that are compared frame by frame.
+fn ways(resolution: u32) -> Vec<Way> {
+    let all = [Kind::Field, DENSE, MIPPED, STUDY_OCTREE, BRICKS, MESH];
+    all.map(|kind| Way::of(kind, resolution)).to_vec()
+}
+
+fn scenes(plan: &Plan) -> Vec<&'static str> {
+    // On a software GPU, building the last takes minutes.
+    plan.pick(
+        OF_THE_STUDY[..4].to_vec(),
+        OF_THE_STUDY.to_vec(),
+        [&OF_THE_STUDY[..], &["csg20", "props", "temple", "trees"]].concat(),
+    )
+}
+
+fn frames(plan: &Plan) -> Vec<Case> {
+    let mut all = Vec::new();
+    for scene in scenes(plan) {
+        for way in ways(plan.resolution()) {
+            let case = Case::new(scene, way, Task::Frames(plan.frames(), Eye::Outside));
+            all.push(case.expect("hit_pixels", 1.0, f64::INFINITY));
+        }
+    }
+    all
+}
+
+fn heat(plan: &Plan) -> Vec<Case> {
+    let look = Look {
+        show: Show::Heat,
+        is_compared: false,
+        ..Look::default()
+    };
+    let kinds = [DENSE, MIPPED, STUDY_OCTREE, BRICKS];
+    let mut all = Vec::new();
+    for scene in OF_THE_STUDY.into_iter().take(plan.pick(3, 5, 5)) {
+        for kind in kinds {
+            let way = Way::of(kind, plan.resolution());
+            all.push(Case::new(scene, way, Task::Picture(look)));
+        }
+    }
+    all
+}
+
+fn fidelity(plan: &Plan) -> Vec<Case> {
+    let mut all = Vec::new();
+    let normal = Task::Picture(Look::default());
+    for scene in scenes(plan) {
+        let resolution = plan.resolution();
+        let flat = Kind::Mesh {
+            dual: false,
+            flat: true,
+        };
+        let dual = Kind::Mesh {
+            dual: true,
+            flat: false,
+        };
+        all.extend([
+            Case::new(scene, Way::of(Kind::Field, 0), normal),
+            Case::new(scene, Way::of(DENSE, resolution), normal),
+            Case::new(
+                scene,
+                Way::of(DENSE, resolution).bits(Bits::Sixteen),
+                normal,
+            ),
+            Case::new(scene, Way::of(STUDY_OCTREE, resolution), normal),
+            Case::new(scene, Way::of(BRICKS, resolution), normal),
+            // The study's 100³ of triangles with their own normals, then of the volume's resolution.
+            Case::new(scene, Way::of(flat, plan.pick(48, 100, 100)), normal),
+            Case::new(scene, Way::of(flat, resolution), normal),
+            Case::new(scene, Way::of(MESH, resolution), normal),
+            Case::new(scene, Way::of(dual, resolution), normal),
+        ]);
+    }
+    all
+}
+
+fn normals(plan: &Plan) -> Vec<Case> {
+    let mut all = Vec::new();
+    let resolution = plan.resolution();
+    let biases: &[f32] = plan.pick(
+        &[1.0],
+        &[0.25, 0.5, 1.0, 2.0],
+        &[0.1, 0.25, 0.5, 1.0, 2.0, 4.0],
+    );
+    for &bias in biases {
+        let look = Look {
+            bias_voxels: Some(bias),
+            ..Look::default()
+        };
+        all.push(Case::new(
+            "teapot",
+            Way::of(DENSE, resolution),
+            Task::Picture(look),
+        ));
+    }
+    for normals in [Normals::Voxel, Normals::Smooth, Normals::Field] {
+        let look = Look {
+            normals,
+            ..Look::default()
+        };
+        all.push(Case::new(
+            "teapot",
+            Way::of(BRICKS, resolution),
+            Task::Picture(look),
+        ));
+    }
+    // The study's strides of 0.05 and 0.01 in its box of 5.
+    let sizes: &[u32] = plan.pick(&[48], &[100, 500], &[100, 500]);
+    for &resolution in sizes {
+        for flat in [false, true] {
+            let way = Way::of(Kind::Mesh { dual: false, flat }, resolution);
+            all.push(Case::new("teapot", way, Task::Picture(Look::default())));
+        }
+    }
+    all
+}
+
+fn strides(plan: &Plan) -> Vec<Case> {
+    let mut all = Vec::new();
+    for stride in [1, 2, 4, 8, 16, 32] {
+        let way = Way::of(DENSE, plan.resolution()).stride(stride);
+        all.push(Case::new("teapot", way, Task::Picture(Look::default())));
+        if !plan.is_gpu {
+            all.push(Case::new("teapot", way, Task::Stored(400_000)));
+        }
+    }
+    all
+}
+
+fn center(plan: &Plan) -> Vec<Case> {
+    let look = Look {
+        show: Show::Bricks,
+        is_compared: false,
+        ..Look::default()
+    };
+    let way = Way::of(STUDY_OCTREE, plan.pick(128, 256, 256));
+    let count = plan.pick(8.0, 8.0, 8.0);
+    let case = Case::new("center", way, Task::Picture(look));
+    vec![case.expect("bricks", count, count)]
+}
+
+fn sweep(plan: &Plan) -> Vec<Case> {
+    let mut all = Vec::new();
+    let resolutions: &[u32] = plan.pick(&[64], &[128, 256], &[128, 256, 512]);
+    for &resolution in resolutions {
+        for brick in [8, 16, 32] {
+            for path in [false, true] {
+                let kind = Kind::Octree {
+                    brick,
+                    center: false,
+                    path,
+                    enumerated: false,
+                };
+                let way = Way::of(kind, resolution);
+                let task = Task::Frames(plan.pick(2, 8, 20), Eye::Outside);
+                all.push(Case::new("teapot", way, task));
+            }
+        }
+        for brick in [4, 8, 16] {
+            let way = Way::of(Kind::Bricks { brick }, resolution);
+            let task = Task::Frames(plan.pick(2, 8, 20), Eye::Outside);
+            all.push(Case::new("teapot", way, task));
+        }
+    }
+    all
+}
+
+fn cameras(plan: &Plan) -> Vec<Case> {
+    let mut all = Vec::new();
+    for scene in plan.pick(
+        vec!["teapot"],
+        vec!["teapot", "props"],
+        vec!["teapot", "props", "temple"],
+    ) {
+        for eye in [Eye::Outside, Eye::Inside, Eye::Grazing] {
+            for kind in [Kind::Field, MIPPED, STUDY_OCTREE, BRICKS] {
+                let way = Way::of(kind, plan.resolution());
+                let task = Task::Frames(plan.pick(2, 8, 20), eye);
+                all.push(Case::new(scene, way, task));
+            }
+            let way = Way::of(BRICKS, plan.resolution());
+            let look = Look {
+                eye,
+                ..Look::default()
+            };
+            all.push(Case::new(scene, way, Task::Picture(look)));
+        }
+    }
+    all
+}
+
+fn edits(plan: &Plan) -> Vec<Case> {
+    let mut all = Vec::new();
+    let count = plan.pick(4, 40, 200);
+    let mut add = |scene: &str, kind: Kind, resolution: u32, radius: f32| {
+        let count = if kind == BRICKS { count } else { count.min(5) };
+        let task = Task::Edits(count, radius);
+        all.push(Case::new(scene, Way::of(kind, resolution), task));
+    };
+    let crowds: &[&str] = plan.pick(
+        &["crowd-10"],
+        &["crowd-100", "crowd-1000", "crowd-10000"],
+        &["crowd-100", "crowd-1000", "crowd-10000", "crowd-100000"],
+    );
+    for scene in crowds {
+        add(scene, BRICKS, plan.pick(64, 256, 512), 0.02);
+    }
+    let resolutions: &[u32] = plan.pick(&[64], &[128, 256, 512], &[128, 256, 512, 1024]);
+    for &resolution in resolutions {
+        add("csg20", BRICKS, resolution, 0.02);
+    }
+    for radius in [0.01, 0.04, 0.08] {
+        add("csg20", BRICKS, plan.resolution(), radius);
+    }
+    for kind in [STUDY_OCTREE, DENSE] {
+        add("csg20", kind, plan.resolution(), 0.02);
+    }
+    all
+}
+
+fn memory(plan: &Plan) -> Vec<Case> {
+    let mut all = Vec::new();
+    let resolutions: &[u32] = plan.pick(&[64], &[256, 512], &[256, 512, 1024]);
+    for scene in ["teapot", "csg20"] {
+        for &resolution in resolutions {
+            for kind in [DENSE, MIPPED, STUDY_OCTREE, BRICKS] {
+                all.push(Case::new(scene, Way::of(kind, resolution), Task::Build(1)));
+            }
+            let eight = Way::of(BRICKS, resolution).bits(Bits::Eight);
+            all.push(Case::new(scene, eight, Task::Build(1)));
+        }
+    }
+    all
+}
+
+fn stored(plan: &Plan) -> Vec<Case> {
+    let mut all = Vec::new();
+    if plan.is_gpu {
+        return all;
+    }
+    for scene in ["teapot", "csg20", "edgy-cube"] {
+        for kind in [DENSE, BRICKS] {
+            for bits in [Bits::Eight, Bits::Sixteen] {
+                let way = Way::of(kind, plan.resolution()).bits(bits);
+                all.push(Case::new(scene, way, Task::Stored(1_000_000)));
+            }
+        }
+    }
+    all
+}
+
+fn triangles(plan: &Plan) -> Vec<Case> {
+    let mut all = Vec::new();
+    if plan.is_software_gpu {
+        return all;
+    }
+    let resolutions: &[u32] = plan.pick(&[48], &[50, 100, 200], &[50, 100, 200, 400]);
+    for scene in ["teapot", "csg20", "edgy-cube"] {
+        for &resolution in resolutions {
+            for (dual, flat) in [(false, false), (false, true), (true, false)] {
+                let way = Way::of(Kind::Mesh { dual, flat }, resolution);
+                all.push(Case::new(scene, way, Task::Surface(20_000)));
+            }
+        }
+    }
+    all
+}
+
+fn lost(plan: &Plan) -> Vec<Case> {
+    let mut all = Vec::new();
+    if plan.is_gpu {
+        return all;
+    }
+    for scene in scenes(plan) {
+        for center in [false, true] {
+            let kind = Kind::Octree {
+                brick: 32,
+                center,
+                path: false,
+                enumerated: false,
+            };
+            let case = Case::new(scene, Way::of(kind, 256), Task::Lost);
+            all.push(if center {
+                case
+            } else {
+                case.expect("lost_bricks", 0.0, 0.0)
+            });
+        }
+        let case = Case::new(scene, Way::of(BRICKS, 256), Task::Lost);
+        all.push(case.expect("lost_bricks", 0.0, 0.0));
+    }
+    all
+}

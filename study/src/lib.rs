@@ -1,0 +1,209 @@
+//! The evaluation of the 2023 study, made again and gone past.
+//!
+//! *Practice.* Experiments ([`experiments`]) are data: questions, and cases of a scene, a representation and a task. Each
+//! case is done by itself and becomes a [`Record`]; a case that fails is one that says why. The [`report`](fn@report) is a function of
+//! records and nothing else: tables, plots, pictures, and what the records say of the study's claims.
+
+pub mod case;
+mod claims;
+pub mod experiments;
+mod machine;
+mod perform;
+mod record;
+mod report;
+mod scenes;
+pub mod way;
+
+use anyhow::Context;
+use argil::{DeviceKind, Engine};
+use case::{Case, Experiment, Plan};
+pub use record::{Check, Machine, Record, Store};
+pub use report::report;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::Path;
+use std::time::Instant;
+
+/// What is measured.
+#[derive(Clone, Debug, Default)]
+pub struct Options {
+    /// All that there is, in place of what a quarter of an hour allows.
+    pub full: bool,
+    /// Names of experiments; all without any.
+    pub only: Vec<String>,
+}
+
+/// Told as a study goes on.
+pub trait Progress {
+    /// So many cases there are in all, and so many were done in an earlier run.
+    fn begins(&mut self, cases: usize, done: usize);
+    /// A case begins.
+    fn case(&mut self, device: &str, experiment: &str, case: &str);
+    /// It is done; with what went wrong.
+    fn done(&mut self, error: Option<&str>);
+}
+
+/// What a study came to.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Summary {
+    /// Cases that were done now.
+    pub done: usize,
+    /// Those that failed.
+    pub failed: usize,
+    /// Checks that did not hold.
+    pub broken: usize,
+}
+
+/// Measure on some engines, one after the other, into a folder; what is there already is not measured again.
+///
+/// # Errors
+/// If the folder cannot be read or written, or there is no experiment of a name.
+pub fn study(
+    engines: &[Engine],
+    options: &Options,
+    folder: &Path,
+    progress: &mut dyn Progress,
+) -> anyhow::Result<Summary> {
+    for name in &options.only {
+        let known = || experiments::ALL.iter().map(|e| e.name).collect::<Vec<_>>();
+        anyhow::ensure!(
+            known().contains(&name.as_str()),
+            "{name}: no experiment; there are {}",
+            known().join(", ")
+        );
+    }
+    let mut store = Store::open(folder)?;
+    let mut todo = Vec::new();
+    let mut known = 0;
+    for engine in engines {
+        let machine = machine::machine(engine, options.full);
+        let plan = plan(engine, options.full);
+        for experiment in experiments::ALL {
+            if !options.only.is_empty() && !options.only.iter().any(|n| n == experiment.name) {
+                continue;
+            }
+            for case in (experiment.cases)(&plan) {
+                let record = blank(experiment, &case, &plan, &machine);
+                if store.has(&record) {
+                    known += 1;
+                } else {
+                    todo.push((engine, plan, case, record));
+                }
+            }
+        }
+    }
+    progress.begins(todo.len() + known, known);
+    let mut summary = Summary::default();
+    for (engine, plan, case, record) in todo {
+        progress.case(&record.machine.device, &record.experiment, &record.case);
+        let (record, pictures) = run(&case, engine, &plan, record);
+        summary.done += 1;
+        summary.failed += usize::from(record.error.is_some());
+        summary.broken += record.checks.iter().filter(|check| !check.passed).count();
+        progress.done(record.error.as_deref());
+        store.add(record, &pictures)?;
+    }
+    Ok(summary)
+}
+
+fn plan(engine: &Engine, full: bool) -> Plan {
+    Plan {
+        full,
+        is_software_gpu: engine.gpu_kind() == Some(DeviceKind::Software),
+        is_gpu: engine.gpu_kind().is_some(),
+    }
+}
+
+/// A case's record before anything is known.
+fn blank(experiment: &Experiment, case: &Case, plan: &Plan, machine: &Machine) -> Record {
+    let parameters = case.parameters().into_iter();
+    let mut parameters: std::collections::BTreeMap<_, _> = parameters
+        .map(|(key, value)| (key.to_owned(), value))
+        .collect();
+    let size = plan.size();
+    parameters.insert("size".into(), serde_json::json!(size));
+    Record {
+        experiment: experiment.name.into(),
+        case: format!("{}/{}", case.name(), task_word(case)),
+        scene: case.scene.clone(),
+        via: case.way.word().into(),
+        parameters,
+        command: perform::command(case, plan),
+        machine: machine.clone(),
+        ..Record::default()
+    }
+}
+
+fn task_word(case: &Case) -> &'static str {
+    use case::Task;
+    match case.task {
+        Task::Build(_) => "build",
+        Task::Frames(..) => "frames",
+        Task::Picture(_) => "picture",
+        Task::Stored(_) => "stored",
+        Task::Surface(_) => "surface",
+        Task::Edits(..) => "edits",
+        Task::Lost => "lost",
+    }
+}
+
+type Pictures = Vec<(String, image::RgbImage)>;
+
+fn run(case: &Case, engine: &Engine, plan: &Plan, mut record: Record) -> (Record, Pictures) {
+    let start = Instant::now();
+    // What goes wrong in one case is that case's.
+    let result = catch_unwind(AssertUnwindSafe(|| perform::perform(case, engine, plan)));
+    let result = result.unwrap_or_else(|panic| {
+        let text = panic.downcast_ref::<String>().cloned();
+        let text = text.or_else(|| panic.downcast_ref::<&str>().map(|s| (*s).to_owned()));
+        Err(anyhow::anyhow!(
+            "a fault in Argil: {}",
+            text.unwrap_or_default()
+        ))
+    });
+    record.seconds = start.elapsed().as_secs_f64();
+    let mut pictures = Vec::new();
+    match result.with_context(|| record.case.clone()) {
+        Err(error) => record.error = Some(format!("{error:#}")),
+        Ok(outcome) => {
+            record.samples = outcome.samples;
+            record.values = outcome.values;
+            for expect in &case.expect {
+                let found = record.value(expect.value).unwrap_or(f64::NAN);
+                record.checks.push(Check {
+                    value: expect.value.into(),
+                    expected: if expect.least == expect.most {
+                        format!("= {}", expect.least)
+                    } else {
+                        format!("from {} to {}", expect.least, expect.most)
+                    },
+                    found,
+                    passed: (expect.least..=expect.most).contains(&found),
+                });
+            }
+            for (name, picture) in outcome.pictures {
+                let file = file_name(&record, &name);
+                record.pictures.insert(name, file.clone());
+                pictures.push((file, picture));
+            }
+        }
+    }
+    (record, pictures)
+}
+
+/// A picture's own name on any system.
+fn file_name(record: &Record, name: &str) -> String {
+    let text = format!(
+        "{}-{}-{}-{name}",
+        record.machine.device, record.experiment, record.case
+    );
+    let plain = |c: char| {
+        if c.is_ascii_alphanumeric() {
+            c.to_ascii_lowercase()
+        } else {
+            '-'
+        }
+    };
+    let mut name: String = text.chars().map(plain).collect();
+    name.push_str(".png");
+    name
+}

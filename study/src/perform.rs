@@ -1,0 +1,385 @@
+//! Doing what a case asks for.
+
+use crate::case::{Case, Eye, Look, Plan, Task};
+use crate::scenes::{Numbers, is_shipped, scene};
+use crate::way::{Kind, Way};
+use anyhow::Context;
+use argil::glam::Vec3;
+use argil::{
+    Brush, Camera, Drawn, Engine, MeshMethod, MeshNormals, MeshOptions, Orbit, Placement, Scene,
+    Settings, Shape, Show, Via, Volume, World,
+};
+use argil_metrics::surface::{Apart, points_on};
+use argil_metrics::{Spread, depth, flip, laplacian, psnr, ssim};
+use image::RgbImage;
+use std::collections::BTreeMap;
+use std::time::Instant;
+
+/// What came out of a case.
+#[derive(Default)]
+pub struct Outcome {
+    /// See [`crate::Record`].
+    pub samples: BTreeMap<String, Vec<f64>>,
+    /// See [`crate::Record`].
+    pub values: BTreeMap<String, f64>,
+    /// Pictures by their names.
+    pub pictures: Vec<(String, RgbImage)>,
+}
+
+impl Outcome {
+    fn set(&mut self, name: &str, value: f64) {
+        self.values.insert(name.into(), value);
+    }
+
+    fn add(&mut self, name: &str, sample: f64) {
+        self.samples.entry(name.into()).or_default().push(sample);
+    }
+
+    fn spread(&mut self, name: &str, spread: &Spread, unit: f64) {
+        self.set(&format!("{name}_mean"), spread.mean / unit);
+        self.set(&format!("{name}_rms"), spread.rms / unit);
+        self.set(&format!("{name}_max"), spread.max / unit);
+    }
+
+    /// What a world's representation is.
+    fn about(&mut self, world: &World) -> anyhow::Result<()> {
+        self.set("memory_bytes", world.memory_bytes() as f64);
+        let info = world.volume_info()?;
+        if let Some(tree) = info.and_then(|info| info.tree) {
+            self.set("bricks", tree.bricks as f64);
+            self.set("nodes", tree.nodes as f64);
+        }
+        if let Some(sparse) = info.and_then(|info| info.sparse) {
+            self.set("bricks", sparse.bricks as f64);
+        }
+        if let Some([triangles, vertices]) = world.triangle_counts() {
+            self.set("triangles", triangles as f64);
+            self.set("vertices", vertices as f64);
+        }
+        Ok(())
+    }
+}
+
+/// Do it.
+///
+/// # Errors
+/// If it cannot be done.
+pub fn perform(case: &Case, engine: &Engine, plan: &Plan) -> anyhow::Result<Outcome> {
+    let scene = scene(&case.scene)?;
+    let mut out = Outcome::default();
+    let build =
+        || -> anyhow::Result<World> { Ok(engine.build(&scene)?.via(&scene, case.way.via())?) };
+    match case.task {
+        Task::Build(runs) => {
+            // What is compiled, and memory that is touched for the first time, is no part of a build.
+            let mut world = build()?;
+            for _ in 0..runs {
+                world = world.via(&scene, case.way.via())?;
+                let times = world.build_times();
+                out.add("build_ms", times.duration_ms);
+                for (stage, ms) in &times.stages_ms {
+                    out.add(&format!("{stage}_ms"), *ms);
+                }
+            }
+            out.about(&world)?;
+        }
+        Task::Frames(count, eye) => frames(&build()?, plan, (count, eye), &mut out)?,
+        Task::Picture(look) => picture(&build()?, case, plan, look, &mut out)?,
+        Task::Stored(count) => stored(&build()?, count, &mut out)?,
+        Task::Surface(count) => surface(&engine.build(&scene)?, case.way, count, &mut out)?,
+        Task::Edits(count, radius) => edits(build()?, scene, (count, radius), &mut out)?,
+        Task::Lost => lost(&build()?, &mut out)?,
+    }
+    Ok(out)
+}
+
+fn camera(world: &World, eye: Eye) -> Camera {
+    match eye {
+        Eye::Outside => world.camera(),
+        Eye::Inside => world.camera_at(Placement::Orbit([25.0, 10.0, 0.3])),
+        Eye::Grazing => world.camera_at(Placement::Orbit([70.0, 3.0, 0.9])),
+    }
+}
+
+fn frames(
+    world: &World,
+    plan: &Plan,
+    (count, eye): (u32, Eye),
+    out: &mut Outcome,
+) -> anyhow::Result<()> {
+    let settings = Settings {
+        samples: 1,
+        ground: false,
+        ..world.settings(plan.size(), Show::Normal)
+    };
+    let first = camera(world, eye);
+    // The first is slower than those after it.
+    world.draw(&first, &settings)?;
+    let mut hit_pixels = 0;
+    for camera in Orbit::around(first, count) {
+        let drawn = world.draw(&camera, &settings)?;
+        out.add("frame_ms", drawn.duration_ms);
+        let statistics = &drawn.statistics;
+        for (name, spread) in [
+            ("steps", statistics.steps),
+            ("samples", statistics.samples),
+            ("descents", statistics.descents),
+            ("cells", statistics.cells),
+        ] {
+            out.add(&format!("{name}_mean"), spread.mean);
+            if name == "steps" {
+                out.add("steps_p95", f64::from(spread.p95));
+                out.add("steps_max", f64::from(spread.max));
+            }
+        }
+        hit_pixels += drawn.hit_pixels;
+    }
+    out.set("hit_pixels", hit_pixels as f64);
+    out.about(world)
+}
+
+fn settings(world: &World, plan: &Plan, look: &Look) -> Settings {
+    let own = world.settings(plan.size(), look.show);
+    let voxel = world.volume_info().ok().flatten();
+    let voxel = voxel.map(|info| info.lattice.voxel);
+    Settings {
+        samples: 1,
+        ground: false,
+        normals: look.normals,
+        normal_bias: look.bias_voxels.zip(voxel).map(|(n, voxel)| n * voxel),
+        // The study's limit, which its colours stand for.
+        max_steps: if look.show == Show::Heat {
+            256
+        } else {
+            own.max_steps
+        },
+        ..own
+    }
+}
+
+fn image(drawn: Drawn) -> anyhow::Result<RgbImage> {
+    let [width, height] = drawn.size;
+    RgbImage::from_raw(width, height, drawn.rgb).context("a picture of another size")
+}
+
+fn picture(
+    world: &World,
+    case: &Case,
+    plan: &Plan,
+    look: Look,
+    out: &mut Outcome,
+) -> anyhow::Result<()> {
+    let (camera, settings) = (camera(world, look.eye), settings(world, plan, &look));
+    let drawn = world.draw(&camera, &settings)?;
+    out.add("frame_ms", drawn.duration_ms);
+    out.set("hit_pixels", drawn.hit_pixels as f64);
+    for (name, spread) in [
+        ("steps", drawn.statistics.steps),
+        ("descents", drawn.statistics.descents),
+    ] {
+        out.set(&format!("{name}_mean"), spread.mean);
+        out.set(&format!("{name}_p95"), f64::from(spread.p95));
+        out.set(&format!("{name}_max"), f64::from(spread.max));
+    }
+    out.about(world)?;
+    let own = image(drawn)?;
+    if look.is_compared && case.way.kind != Kind::Field {
+        // The reference is the field, drawn by the same device.
+        let scene = scene(&case.scene)?;
+        let reference = world.engine().build(&scene)?;
+        let exact = Settings {
+            samples: 1,
+            ground: false,
+            ..reference.settings(plan.size(), look.show)
+        };
+        let right = image(reference.draw(&camera, &exact)?)?;
+        out.set("psnr_db", psnr(&right, &own)?.min(200.0));
+        out.set("ssim", ssim(&right, &own)?);
+        let seen = flip::flip(&right, &own, flip::PIXELS_A_DEGREE)?;
+        out.set("flip_mean", seen.mean());
+        let edges = laplacian::difference(&right, &own)?;
+        out.set("laplacian_equal_pixels", edges.equal_pixels as f64);
+        out.set("laplacian_mean_abs", edges.mean_abs);
+        let histogram = edges.histogram.iter().map(|&n| n as f64).collect();
+        out.samples.insert("laplacian_histogram".into(), histogram);
+        let depths = depth::compare(
+            &reference.lengths(&camera, &exact)?,
+            &world.lengths(&camera, &settings)?,
+        );
+        let radius = f64::from(world.focus().half_diagonal());
+        out.spread("depth", &depths.both, radius);
+        out.set("missed_pixels", depths.missed as f64);
+        out.set("added_pixels", depths.added as f64);
+        out.pictures.push(("laplacian".into(), edges.picture));
+    }
+    out.pictures.push(("picture".into(), own));
+    Ok(())
+}
+
+/// Points all over the box that is looked at, and their exact distances.
+fn points(world: &World, count: u32) -> (Vec<[f32; 3]>, Vec<f32>) {
+    let focus = world.focus();
+    let mut numbers = Numbers::new(7);
+    let mut place = || {
+        let part = Vec3::from([(); 3].map(|()| numbers.next()));
+        (focus.min + part * focus.size()).to_array()
+    };
+    let points: Vec<[f32; 3]> = (0..count).map(|_| place()).collect();
+    let mut exact = vec![0.0; points.len()];
+    world.query().distances(&points, &mut exact);
+    (points, exact)
+}
+
+/// Points of the exact surface.
+fn surface_points(world: &World, count: u32) -> Vec<[f32; 3]> {
+    let (all, exact) = points(world, 200 * count);
+    let near = 0.03 * world.focus().half_diagonal();
+    let close = all.into_iter().zip(exact).filter(|(_, d)| d.abs() < near);
+    let close: Vec<[f32; 3]> = close.map(|(p, _)| p).take(count as usize).collect();
+    let found = world.query().closest_points(&close, 2.0 * near);
+    found.into_iter().flatten().collect()
+}
+
+fn stored(world: &World, count: u32, out: &mut Outcome) -> anyhow::Result<()> {
+    let info = world.volume_info()?.context("no volume")?;
+    let band = info.encoding.range.voxels() * info.lattice.voxel;
+    let (all, exact) = points(world, count);
+    let volume = world
+        .query_volume()
+        .context("no distances are asked of it")?;
+    let mut own = vec![0.0; all.len()];
+    volume.distances(&all, &mut own);
+    // Four voxels for all, so that they are compared at the same places.
+    let near = band.min(4.0 * info.lattice.voxel);
+    let errors = Spread::within_band(&own, &exact, 0.99 * near);
+    out.set("points", errors.count as f64);
+    out.spread("error_voxels", &errors, f64::from(info.lattice.voxel));
+    out.about(world)
+}
+
+fn surface(world: &World, way: Way, count: u32, out: &mut Outcome) -> anyhow::Result<()> {
+    let Via::Mesh(via) = way.via() else {
+        anyhow::bail!("a surface is compared of triangles");
+    };
+    let meshed = world.mesh(&MeshOptions {
+        method: via.method,
+        resolution: via.resolution,
+        normals: if via.flat {
+            MeshNormals::Face
+        } else {
+            MeshNormals::Field
+        },
+        materials: false,
+        unshared: via.flat && via.method == MeshMethod::MarchingCubes,
+        ..MeshOptions::default()
+    })?;
+    out.add("mesh_ms", meshed.duration_ms);
+    out.set("triangles", meshed.report.triangles as f64);
+    out.set("vertices", meshed.mesh.positions.len() as f64);
+    out.set("memory_bytes", meshed.mesh.memory_bytes() as f64);
+    let watertight = meshed.report.is_watertight();
+    out.set("watertight", f64::from(u8::from(watertight)));
+    let mesh = meshed.mesh;
+    let corners: Vec<[Vec3; 3]> = (0..mesh.triangles.len()).map(|i| mesh.corners(i)).collect();
+    let own = points_on(&corners, count as usize);
+    let exact: Vec<Vec3> = surface_points(world, count / 4)
+        .into_iter()
+        .map(Vec3::from)
+        .collect();
+    let solid = argil::Solid::new(&mesh).context("triangles without an area")?;
+    let apart = Apart::of(
+        (&own, &|p: Vec3| solid.distance(p)),
+        (&exact, &|p: Vec3| world.distance(p.to_array())),
+    );
+    let voxel = f64::from(meshed.lattice.voxel);
+    out.set("hausdorff_voxels", apart.hausdorff() / voxel);
+    out.set("chamfer_voxels", apart.chamfer() / voxel);
+    out.set("off_rms_voxels", meshed.off_voxels[0]);
+    Ok(())
+}
+
+fn edits(
+    mut world: World,
+    mut scene: Scene,
+    (count, radius): (u32, f32),
+    out: &mut Outcome,
+) -> anyhow::Result<()> {
+    let places = surface_points(&world, count);
+    let radius = radius * world.focus().size().max_element();
+    scene.set_bands(world.bands());
+    for place in places {
+        scene.push(Brush::new(Shape::sphere(radius)).at(place).subtract())?;
+        let start = Instant::now();
+        let applied = world.apply(&scene)?;
+        world.finish()?;
+        let ms = start.elapsed().as_secs_f64() * 1e3;
+        out.add("edit_ms", ms);
+        if let Some(counts) = applied.counts {
+            out.add("edited_bricks", counts.filled as f64);
+        }
+        out.add(
+            "dirty_volume",
+            f64::from(applied.dirty_box.size().element_product()),
+        );
+        if applied.rebuilt {
+            scene.set_bands(world.bands());
+        }
+    }
+    out.set("brushes", world.program().brush_count() as f64);
+    out.about(&world)
+}
+
+fn lost(world: &World, out: &mut Outcome) -> anyhow::Result<()> {
+    out.about(world)?;
+    let missing = match world.volume()?.as_deref() {
+        Some(Volume::Octree(octree)) => octree.lost_bricks(world.program()),
+        Some(Volume::Bricks(bricks)) => surface_points(world, 5000)
+            .into_iter()
+            .filter(|&p| !bricks.has_brick(p.into()))
+            .count(),
+        _ => anyhow::bail!("bricks are looked for where there are some"),
+    };
+    out.set("lost_bricks", missing as f64);
+    Ok(())
+}
+
+/// The command that shows what a case does; none of scenes that are no files.
+pub fn command(case: &Case, plan: &Plan) -> Option<String> {
+    if !is_shipped(&case.scene) {
+        return None;
+    }
+    let flags = case.way.flags(plan.is_gpu);
+    let device = if plan.is_gpu { "gpu" } else { "cpu" };
+    let scene = format!("scenes/{}.json", case.scene);
+    let [width, height] = plan.size();
+    Some(match case.task {
+        Task::Build(_) | Task::Lost | Task::Stored(_) if case.way.kind != Kind::Field => {
+            format!("argil bake {scene}{flags} --device {device}")
+        }
+        Task::Frames(count, _) => format!(
+            "argil render {scene}{flags} --device {device} --size {width}x{height} --show normal --no-ground --frames {count}"
+        ),
+        Task::Surface(_) => {
+            let flags = flags
+                .replace("--via mesh ", "")
+                .replace("--flat", "--normals face");
+            format!("argil mesh {scene}{flags} --device {device}")
+        }
+        Task::Picture(look) => {
+            let show = case.parameters();
+            let show = show.iter().find(|(key, _)| *key == "show");
+            let show = show
+                .and_then(|(_, value)| value.as_str())
+                .unwrap_or("shaded");
+            let from = match look.eye {
+                Eye::Outside => "",
+                Eye::Inside => " --camera 25,10,0.3",
+                Eye::Grazing => " --camera 70,3,0.9",
+            };
+            format!(
+                "argil render {scene}{flags} --device {device} --size {width}x{height} --show {show} --samples 1 --no-ground{from}"
+            )
+        }
+        _ => return None,
+    })
+}

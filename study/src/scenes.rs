@@ -1,0 +1,114 @@
+//! The scenes that are measured. They are in the program, so that the study runs from anywhere.
+
+use anyhow::Context;
+use argil::{Brush, Modifier, Scene, Shape};
+
+/// The scenes that ship, by name.
+const SHIPPED: [(&str, &str); 9] = [
+    ("brick", include_str!("../../scenes/brick.json")),
+    ("teapot", include_str!("../../scenes/teapot.json")),
+    ("edgy-cube", include_str!("../../scenes/edgy-cube.json")),
+    (
+        "dense-spheres",
+        include_str!("../../scenes/dense-spheres.json"),
+    ),
+    (
+        "dense-edgy-cubes",
+        include_str!("../../scenes/dense-edgy-cubes.json"),
+    ),
+    ("csg20", include_str!("../../scenes/csg20.json")),
+    ("props", include_str!("../../scenes/props.json")),
+    ("temple", include_str!("../../scenes/temple.json")),
+    ("trees", include_str!("../../scenes/trees.json")),
+];
+
+/// The five of the 2023 study.
+pub const OF_THE_STUDY: [&str; 5] = [
+    "brick",
+    "teapot",
+    "edgy-cube",
+    "dense-spheres",
+    "dense-edgy-cubes",
+];
+
+/// Bricks along a side of the study's volume.
+const BRICKS: u32 = 8;
+
+/// A scene by name: one that ships; `spheres-N`, N³ spheres in as many bricks of the study's 8³; `center`, one around which
+/// those in the middle are; `crowd-N`, N balls.
+pub fn scene(name: &str) -> anyhow::Result<Scene> {
+    if let Some((name, text)) = SHIPPED.iter().find(|(own, _)| *own == name) {
+        return Ok(Scene::from_json(text, format!("scenes/{name}.json"))?);
+    }
+    let number = |text: &str| text.parse().with_context(|| format!("{name}: no scene"));
+    if let Some(count) = name.strip_prefix("spheres-") {
+        return spheres(number(count)?);
+    }
+    if let Some(count) = name.strip_prefix("crowd-") {
+        return crowd(number(count)?);
+    }
+    anyhow::ensure!(name == "center", "{name}: no scene");
+    let mut scene = framed();
+    scene.push(Brush::new(Shape::sphere(0.125)))?;
+    Ok(scene)
+}
+
+/// Whether a name is of a file that users have.
+pub fn is_shipped(name: &str) -> bool {
+    SHIPPED.iter().any(|(own, _)| *own == name)
+}
+
+fn framed() -> Scene {
+    let mut scene = Scene::new();
+    scene.view.frame = Some([[-1.0; 3], [1.0; 3]]);
+    scene
+}
+
+/// A sphere in the middle of each of `side`³ bricks, by repetition.
+fn spheres(side: u32) -> anyhow::Result<Scene> {
+    let edge = 2.0 / BRICKS as f32;
+    let mut scene = framed();
+    let repeat = Modifier::Repeat {
+        spacing: [edge; 3],
+        count: Some([side; 3]),
+    };
+    let mut brush = Brush::new(Shape::sphere(0.3 * edge)).modify(repeat);
+    if side % 2 == 1 {
+        // Bricks' middles are off the origin.
+        brush = brush.at([0.5 * edge; 3]);
+    }
+    scene.push(brush)?;
+    Ok(scene)
+}
+
+/// Numbers from 0 to 1, the same each time.
+pub struct Numbers(u64);
+
+impl Numbers {
+    /// From a seed on.
+    pub fn new(seed: u64) -> Self {
+        Self(seed.wrapping_mul(2).wrapping_add(1))
+    }
+
+    /// The next one.
+    pub fn next(&mut self) -> f32 {
+        self.0 = self
+            .0
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 40) as f32 / (1 << 24) as f32
+    }
+}
+
+/// Balls all over a box, the smaller the more there are.
+fn crowd(count: u32) -> anyhow::Result<Scene> {
+    let mut scene = framed();
+    let mut numbers = Numbers::new(1);
+    let radius = 0.5 / (count as f32).cbrt();
+    for _ in 0..count {
+        let at = [(); 3].map(|()| 1.8 * (numbers.next() - 0.5));
+        let own = radius * (0.5 + numbers.next());
+        scene.push(Brush::new(Shape::sphere(own)).at(at))?;
+    }
+    Ok(scene)
+}
