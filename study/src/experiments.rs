@@ -125,17 +125,20 @@ fn construction(plan: &Plan) -> Vec<Case> {
     for &side in sides {
         let count = f64::from(side.pow(3));
         let scene = format!("spheres-{side}");
-        let mut ways = vec![STUDY_OCTREE];
-        if plan.is_gpu {
-            ways.push(Kind::Octree {
+        // A range of half a brick, in which the middles of those around a sphere are not.
+        let sorts: &[bool] = if plan.is_gpu {
+            &[false, true]
+        } else {
+            &[false]
+        };
+        for &enumerated in sorts {
+            let kind = Kind::Octree {
                 brick: 32,
                 center: true,
                 path: false,
-                enumerated: true,
-            });
-        }
-        for kind in ways {
-            let case = Case::new(&scene, Way::of(kind, 256), Task::Build(runs));
+                enumerated,
+            };
+            let case = Case::new(&scene, Way::of(kind, 256).stride(16), Task::Build(runs));
             all.push(case.expect("bricks", count, count));
         }
         all.push(Case::new(&scene, Way::of(BRICKS, 256), Task::Build(runs)));

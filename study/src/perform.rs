@@ -128,8 +128,8 @@ fn frames(
         ] {
             out.add(&format!("{name}_mean"), spread.mean);
             if name == "steps" {
-                out.add("steps_p95", f64::from(spread.p95));
-                out.add("steps_max", f64::from(spread.max));
+                out.add("steps_p95", spread.p95);
+                out.add("steps_max", spread.max);
             }
         }
         hit_pixels += drawn.hit_pixels;
@@ -178,8 +178,8 @@ fn picture(
         ("descents", drawn.statistics.descents),
     ] {
         out.set(&format!("{name}_mean"), spread.mean);
-        out.set(&format!("{name}_p95"), f64::from(spread.p95));
-        out.set(&format!("{name}_max"), f64::from(spread.max));
+        out.set(&format!("{name}_p95"), spread.p95);
+        out.set(&format!("{name}_max"), spread.max);
     }
     out.about(world)?;
     let own = image(drawn)?;
@@ -232,12 +232,29 @@ fn points(world: &World, count: u32) -> (Vec<[f32; 3]>, Vec<f32>) {
 
 /// Points of the exact surface.
 fn surface_points(world: &World, count: u32) -> Vec<[f32; 3]> {
-    let (all, exact) = points(world, 200 * count);
-    let near = 0.03 * world.focus().half_diagonal();
-    let close = all.into_iter().zip(exact).filter(|(_, d)| d.abs() < near);
-    let close: Vec<[f32; 3]> = close.map(|(p, _)| p).take(count as usize).collect();
-    let found = world.query().closest_points(&close, 2.0 * near);
-    found.into_iter().flatten().collect()
+    let (all, exact) = points(world, 100 * count);
+    let radius = world.focus().half_diagonal();
+    let close = all
+        .into_iter()
+        .zip(exact)
+        .filter(|(_, d)| d.abs() < 0.05 * radius);
+    let mut close: Vec<[f32; 3]> = close.map(|(p, _)| p).take(count as usize).collect();
+    // Down the gradient, a few times, as distances may fall short.
+    let mut found = vec![(0.0, [0.0; 3]); close.len()];
+    for _ in 0..12 {
+        world.query().gradients(&close, &mut found);
+        for (p, (d, g)) in close.iter_mut().zip(&found) {
+            let g = Vec3::from(*g).normalize_or_zero();
+            *p = (Vec3::from(*p) - *d * g).to_array();
+        }
+    }
+    let mut left = vec![0.0; close.len()];
+    world.query().distances(&close, &mut left);
+    let there = close.into_iter().zip(left);
+    there
+        .filter(|(_, d)| d.abs() < 1e-4 * radius)
+        .map(|(p, _)| p)
+        .collect()
 }
 
 fn stored(world: &World, count: u32, out: &mut Outcome) -> anyhow::Result<()> {

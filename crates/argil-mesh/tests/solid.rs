@@ -412,11 +412,10 @@ fn surfaces_with_two_sides_come_out_solid() {
     let solid = Solid::new(&whole).expect("a solid");
     for turned in [false, true] {
         let mut both = whole.clone();
-        let again =
-            whole
-                .triangles
-                .iter()
-                .map(|&[a, b, c]| if turned { [a, c, b] } else { [b, c, a] });
+        let again = whole
+            .triangles
+            .iter()
+            .map(|&[a, b, c]| if turned { [a, c, b] } else { [b, c, a] });
         both.triangles.extend(again);
         let own = Solid::new(&both).expect("a solid");
         assert_eq!(own.triangles(), whole.triangles.len());
