@@ -132,7 +132,18 @@ impl Case {
     pub fn name(&self) -> String {
         let mut name = format!("{}/{}", self.scene, self.way.name());
         for (key, value) in self.parameters() {
-            if !["resolution", "bits", "stride", "brick"].contains(&key) {
+            let in_name = [
+                "resolution",
+                "bits",
+                "stride",
+                "brick",
+                "keep",
+                "descent",
+                "sort",
+                "fill",
+            ];
+            let in_name = in_name.contains(&key) || value == "face";
+            if !in_name {
                 name += &format!("/{key}={}", value.to_string().trim_matches('"'));
             }
         }
@@ -149,6 +160,27 @@ impl Case {
         if let Kind::Octree { brick, .. } | Kind::Bricks { brick } = self.way.kind {
             all.push(("brick", brick.into()));
         }
+        let own = match self.way.kind {
+            Kind::Octree {
+                center,
+                path,
+                enumerated,
+                ..
+            } => [
+                (center, "keep", "center"),
+                (path, "descent", "path"),
+                (enumerated, "sort", "enumerated"),
+            ],
+            Kind::Dense { naive, .. } => {
+                [(naive, "fill", "naive"), (false, "", ""), (false, "", "")]
+            }
+            Kind::Mesh { flat, .. } => {
+                [(flat, "normals", "face"), (false, "", ""), (false, "", "")]
+            }
+            _ => [(false, "", ""); 3],
+        };
+        let own = own.into_iter().filter(|(is, _, _)| *is);
+        all.extend(own.map(|(_, key, value)| (key, Value::from(value))));
         if let Some(bits) = self.way.bits {
             all.push(("bits", (8 * bits.bytes()).into()));
         }
@@ -180,7 +212,10 @@ impl Case {
                 }
             }
             Task::Frames(_, eye) => all.push(("eye", eye.word().into())),
-            Task::Edits(_, radius) => all.push(("radius", radius.into())),
+            Task::Edits(_, radius) => {
+                let rounded = (f64::from(radius) * 1e6).round() / 1e6;
+                all.push(("radius", rounded.into()));
+            }
             _ => {}
         }
         all

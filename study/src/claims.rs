@@ -1,1 +1,454 @@
-//! claims
+//! What the 2023 study supposed and found, held against records.
+
+use crate::record::{Record, quantile};
+
+/// What records say of a claim.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    /// All that was measured agrees.
+    Confirmed,
+    /// All that was measured disagrees.
+    Refuted,
+    /// Some agrees and some does not, or nothing was measured.
+    Undecided,
+}
+
+impl Verdict {
+    /// In one word.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Confirmed => "confirmed",
+            Self::Refuted => "refuted",
+            Self::Undecided => "undecided",
+        }
+    }
+}
+
+/// A claim, and how it is judged.
+pub struct Claim {
+    /// Where it stands.
+    pub place: &'static str,
+    /// What it says.
+    pub text: &'static str,
+    /// What records say of it.
+    pub judge: fn(&[&Record]) -> (Verdict, String),
+}
+
+/// In the study's order.
+pub const ALL: &[Claim] = &[
+    Claim {
+        place: "§1.4",
+        text: "Building only what holds the surface is faster than building everything.",
+        judge: |all| {
+            let ratios = ratios(
+                all,
+                "dense-fill",
+                "build_ms",
+                |r| r.via == "octree",
+                is_tiled,
+            );
+            told(
+                &ratios,
+                |r| r < 1.0,
+                "of a dense build's time, an octree's is",
+            )
+        },
+    },
+    Claim {
+        place: "§1.4",
+        text: "An octree makes frames slower.",
+        judge: |all| {
+            let ratios = ratios(
+                all,
+                "frames",
+                "frame_ms",
+                |r| r.via == "octree",
+                |r| r.via == "dense",
+            );
+            told(
+                &ratios,
+                |r| r > 1.0,
+                "of a frame through a dense volume without mips, one through the octree takes",
+            )
+        },
+    },
+    Claim {
+        place: "§1.4",
+        text: "It saves memory, as what it does not refer to need not be stored.",
+        judge: |all| {
+            let octree = ratios(
+                all,
+                "memory",
+                "memory_bytes",
+                |r| r.via == "octree",
+                |r| r.via == "dense",
+            );
+            let (verdict, why) = told(
+                &octree,
+                |r| r < 1.0,
+                "of a dense volume's bytes, the study's octree, whose bricks lie where a dense volume has them, holds",
+            );
+            let bricks = ratios(all, "memory", "memory_bytes", is_plain_bricks, |r| {
+                r.via == "dense"
+            });
+            let (_, own) = told(
+                &bricks,
+                |r| r < 1.0,
+                "sparse bricks, with twice the bits and materials, hold",
+            );
+            (verdict, format!("{why}; {own}"))
+        },
+    },
+    Claim {
+        place: "§1.4",
+        text: "It reduces the number of steps.",
+        judge: |all| {
+            let ratios = ratios(
+                all,
+                "frames",
+                "samples_mean",
+                |r| r.via == "octree",
+                |r| r.via == "dense",
+            );
+            let (verdict, why) = told(
+                &ratios,
+                |r| r < 1.0,
+                "of the samples through a dense volume, a ray through the octree takes",
+            );
+            let all_steps = self::ratios(
+                all,
+                "frames",
+                "steps_mean",
+                |r| r.via == "octree",
+                |r| r.via == "dense",
+            );
+            let (_, steps) = told(&all_steps, |r| r < 1.0, "with nodes and cells counted");
+            (verdict, format!("{why}; {steps}"))
+        },
+    },
+    Claim {
+        place: "§1.4",
+        text: "The pictures remain comparable to those of a finely tessellated mesh.",
+        judge: |all| {
+            let ratios = ratios(all, "fidelity", "flip_mean", is_dense8, is_fine_faces);
+            told(
+                &ratios,
+                |r| r < 2.0,
+                "of the FLIP error of triangles of the same resolution with their own normals, a dense volume of 8 bits has",
+            )
+        },
+    },
+    Claim {
+        place: "§5.1.2",
+        text: "Building the tree takes the same time whatever the number of bricks; filling grows with it.",
+        judge: tree_is_constant,
+    },
+    Claim {
+        place: "§5.2",
+        text: "Frames through the octree vary more.",
+        judge: |all| {
+            let spread = |r: &Record| -> Option<f64> {
+                let samples = r.samples.get("frame_ms")?;
+                Some(quantile(samples, 0.95)? / quantile(samples, 0.05)?)
+            };
+            let mut pairs = Vec::new();
+            for octree in of(all, "frames").filter(|r| r.via == "octree") {
+                let twin = of(all, "frames").find(|r| r.via == "dense" && same_place(r, octree));
+                if let Some((a, b)) = twin.and_then(|twin| spread(octree).zip(spread(twin))) {
+                    pairs.push(a / b);
+                }
+            }
+            told(
+                &pairs,
+                |r| r > 1.0,
+                "of how far the slowest of 20 frames is from the fastest through a dense volume, through the octree it is",
+            )
+        },
+    },
+    Claim {
+        place: "§5.2.1",
+        text: "No ray takes more than 128 to 134 steps, through either.",
+        judge: |all| {
+            let most = |via: &str| {
+                let own = of(all, "heat").filter(|r| r.via == via);
+                own.filter_map(|r| r.value("steps_max"))
+                    .fold(f64::NAN, f64::max)
+            };
+            let (dense, octree) = (most("dense"), most("octree"));
+            if dense.is_nan() || octree.is_nan() {
+                return nothing();
+            }
+            let holds = dense <= 134.0 && octree <= 134.0;
+            let verdict = if holds {
+                Verdict::Confirmed
+            } else {
+                Verdict::Refuted
+            };
+            (
+                verdict,
+                format!(
+                    "with 256 allowed, rays took up to {dense:.0} through dense volumes of ±4 voxels and {octree:.0} through octrees, nodes and cells counted"
+                ),
+            )
+        },
+    },
+    Claim {
+        place: "§5.2.1",
+        text: "Mips would halve the number of steps.",
+        judge: |all| {
+            let ratios = ratios(
+                all,
+                "frames",
+                "steps_mean",
+                |r| r.via == "dense, mips",
+                |r| r.via == "dense",
+            );
+            told(
+                &ratios,
+                |r| r <= 0.6,
+                "of a ray's steps without mips, with them it takes",
+            )
+        },
+    },
+    Claim {
+        place: "§5.3",
+        text: "Triangles are nearer to the field than the marched volume, by pixels whose Laplacians are equal.",
+        judge: |all| {
+            let ratios = ratios(
+                all,
+                "fidelity",
+                "laplacian_equal_pixels",
+                is_coarse_faces,
+                is_dense8,
+            );
+            told(
+                &ratios,
+                |r| r > 1.0,
+                "of the dense volume's equal pixels, triangles at 100 voxels with their own normals have",
+            )
+        },
+    },
+    Claim {
+        place: "§5.4",
+        text: "The normal decides the result: another bias alone makes pictures smoother.",
+        judge: |all| {
+            let own: Vec<f64> = of(all, "normals")
+                .filter(|r| r.via == "dense")
+                .filter_map(|r| r.value("laplacian_mean_abs"))
+                .collect();
+            let (least, most) = own
+                .iter()
+                .fold((f64::INFINITY, 0.0f64), |(a, b), &v| (a.min(v), b.max(v)));
+            if own.len() < 2 {
+                return nothing();
+            }
+            let verdict = if most > 1.5 * least {
+                Verdict::Confirmed
+            } else {
+                Verdict::Refuted
+            };
+            (
+                verdict,
+                format!(
+                    "over the biases that were tried, the mean difference of Laplacians goes from {least:.2} to {most:.2} of 255"
+                ),
+            )
+        },
+    },
+    Claim {
+        place: "§5.5",
+        text: "A sparse structure is either easily edited or fast to march.",
+        judge: both_at_once,
+    },
+    Claim {
+        place: "§6",
+        text: "Bricks need not be larger than 8³.",
+        judge: |all| {
+            let ratios = ratios(
+                all,
+                "sweep",
+                "frame_ms",
+                |r| r.via == "bricks" && r.parameter("brick") == Some(8.0),
+                |r| r.via == "bricks" && r.parameter("brick") == Some(16.0),
+            );
+            told(
+                &ratios,
+                |r| r < 1.1,
+                "of a frame through sparse bricks of 16³, one through 8³ takes",
+            )
+        },
+    },
+];
+
+fn nothing() -> (Verdict, String) {
+    (Verdict::Undecided, "not measured".into())
+}
+
+fn of<'a>(all: &'a [&Record], experiment: &'a str) -> impl Iterator<Item = &'a Record> {
+    let own = move |r: &&Record| r.experiment == experiment && r.error.is_none();
+    all.iter().copied().filter(own)
+}
+
+fn is_tiled(r: &Record) -> bool {
+    r.via == "dense" && !r.parameters.contains_key("fill")
+}
+
+fn is_plain_bricks(r: &Record) -> bool {
+    r.via == "bricks" && !r.parameters.contains_key("bits")
+}
+
+fn is_dense8(r: &Record) -> bool {
+    r.via == "dense" && r.parameter("bits").is_none_or(|bits| bits == 8.0)
+}
+
+fn has_faces(r: &Record) -> bool {
+    r.via == "mesh" && r.parameters.contains_key("normals")
+}
+
+fn is_coarse_faces(r: &Record) -> bool {
+    has_faces(r) && r.parameter("resolution").is_some_and(|n| n <= 100.0)
+}
+
+fn is_fine_faces(r: &Record) -> bool {
+    has_faces(r) && r.parameter("resolution").is_some_and(|n| n > 100.0)
+}
+
+/// Of one scene, seen alike, by one device.
+fn same_place(a: &Record, b: &Record) -> bool {
+    a.scene == b.scene
+        && a.machine.device == b.machine.device
+        && a.machine.processor == b.machine.processor
+        && a.parameters.get("eye") == b.parameters.get("eye")
+        && a.parameters.get("size") == b.parameters.get("size")
+}
+
+/// A value of some records over that of others of the same place; the resolution is the same where more than one of the
+/// latter is of that place.
+fn ratios(
+    all: &[&Record],
+    experiment: &str,
+    value: &str,
+    above: impl Fn(&Record) -> bool,
+    below: impl Fn(&Record) -> bool,
+) -> Vec<f64> {
+    let mut found = Vec::new();
+    for a in of(all, experiment).filter(|r| above(r)) {
+        let twins: Vec<&Record> = of(all, experiment)
+            .filter(|r| below(r) && same_place(r, a))
+            .collect();
+        let alike = |r: &&&Record| r.parameter("resolution") == a.parameter("resolution");
+        let twin = twins.iter().find(alike).or(twins.first());
+        let Some(b) = twin.filter(|_| twins.len() == 1 || twins.iter().any(|r| alike(&r))) else {
+            continue;
+        };
+        if let (Some(a), Some(b)) = (a.value(value), b.value(value))
+            && b > 0.0
+        {
+            found.push(a / b);
+        }
+    }
+    found
+}
+
+/// A verdict on ratios, with their range.
+fn told(ratios: &[f64], holds: impl Fn(f64) -> bool, what: &str) -> (Verdict, String) {
+    if ratios.is_empty() {
+        return nothing();
+    }
+    let count = ratios.iter().filter(|r| holds(**r)).count();
+    let verdict = if count == ratios.len() {
+        Verdict::Confirmed
+    } else if count == 0 {
+        Verdict::Refuted
+    } else {
+        Verdict::Undecided
+    };
+    let (least, most) = ratios
+        .iter()
+        .fold((f64::INFINITY, 0.0f64), |(a, b), &v| (a.min(v), b.max(v)));
+    let number = super::report::number;
+    let range = if ratios.len() == 1 {
+        number(least)
+    } else {
+        format!("{} to {}", number(least), number(most))
+    };
+    let held = format!("{count} of {} agree", ratios.len());
+    (verdict, format!("{what} {range} ({held})"))
+}
+
+fn tree_is_constant(all: &[&Record]) -> (Verdict, String) {
+    let own: Vec<&Record> = of(all, "construction")
+        .filter(|r| r.via == "octree" && !r.parameters.contains_key("sort"))
+        .collect();
+    let ends = |device: &str, name: &str| -> Option<f64> {
+        let of_device = || own.iter().filter(|r| r.machine.device == device);
+        let bricks = |r: &&&Record| r.value("bricks").unwrap_or(0.0) as u64;
+        let (few, many) = (
+            of_device().min_by_key(bricks)?,
+            of_device().max_by_key(bricks)?,
+        );
+        Some(many.value(name)? / few.value(name)?.max(1e-6))
+    };
+    let mut devices: Vec<&str> = own.iter().map(|r| r.machine.device.as_str()).collect();
+    devices.dedup();
+    let mut told = Vec::new();
+    let mut holds = Vec::new();
+    for device in devices {
+        if let Some((tree, fill)) = ends(device, "tree_ms").zip(ends(device, "fill_ms")) {
+            told.push(format!(
+                "on {device}, from the fewest bricks to the most, the tree takes {tree:.1} times as long and filling {fill:.1} times"
+            ));
+            holds.push(tree < 2.0 && fill > 2.0);
+        }
+    }
+    if holds.is_empty() {
+        return nothing();
+    }
+    let verdict = if holds.iter().all(|h| *h) {
+        Verdict::Confirmed
+    } else if holds.iter().any(|h| *h) {
+        Verdict::Undecided
+    } else {
+        Verdict::Refuted
+    };
+    (verdict, told.join("; "))
+}
+
+/// Fast to march: no slower than the dense volume with mips. Easily edited: an edit takes less than a frame.
+fn both_at_once(all: &[&Record]) -> (Verdict, String) {
+    let frames = ratios(
+        all,
+        "frames",
+        "frame_ms",
+        |r| r.via == "bricks",
+        |r| r.via == "dense, mips",
+    );
+    let edits: Vec<f64> = of(all, "edits")
+        .filter(|r| r.via == "bricks")
+        .filter_map(|r| r.value("edit_ms"))
+        .collect();
+    if frames.is_empty() || edits.is_empty() {
+        return nothing();
+    }
+    let (_, marched) = told(
+        &frames,
+        |r| r <= 1.0,
+        "of a frame through a dense volume with mips, one through sparse bricks takes",
+    );
+    let (least, most) = edits
+        .iter()
+        .fold((f64::INFINITY, 0.0f64), |(a, b), &v| (a.min(v), b.max(v)));
+    let slow = frames.iter().filter(|r| **r > 1.0).count();
+    // The claim falls where both are had.
+    let verdict = if slow == 0 {
+        Verdict::Refuted
+    } else if slow == frames.len() {
+        Verdict::Confirmed
+    } else {
+        Verdict::Undecided
+    };
+    (
+        verdict,
+        format!("{marched}, and an edit of them takes {least:.2} to {most:.2} ms (medians)"),
+    )
+}

@@ -18,7 +18,7 @@ use anyhow::Context;
 use argil::{DeviceKind, Engine};
 use case::{Case, Experiment, Plan};
 pub use record::{Check, Machine, Record, Store};
-pub use report::report;
+pub use report::{findings, report};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::time::Instant;
@@ -168,7 +168,7 @@ fn run(case: &Case, engine: &Engine, plan: &Plan, mut record: Record) -> (Record
             record.samples = outcome.samples;
             record.values = outcome.values;
             for expect in &case.expect {
-                let found = record.value(expect.value).unwrap_or(f64::NAN);
+                let found = record.value(expect.value);
                 record.checks.push(Check {
                     value: expect.value.into(),
                     expected: if expect.least == expect.most {
@@ -177,7 +177,7 @@ fn run(case: &Case, engine: &Engine, plan: &Plan, mut record: Record) -> (Record
                         format!("from {} to {}", expect.least, expect.most)
                     },
                     found,
-                    passed: (expect.least..=expect.most).contains(&found),
+                    passed: found.is_some_and(|n| (expect.least..=expect.most).contains(&n)),
                 });
             }
             for (name, picture) in outcome.pictures {

@@ -27,12 +27,18 @@ pub struct Outcome {
 }
 
 impl Outcome {
+    /// Keep a value. One that is no finite number is none, and a check that asks for it fails.
     fn set(&mut self, name: &str, value: f64) {
-        self.values.insert(name.into(), value);
+        if value.is_finite() {
+            self.values.insert(name.into(), value);
+        }
     }
 
+    /// Keep one of several samples, if it is a finite number.
     fn add(&mut self, name: &str, sample: f64) {
-        self.samples.entry(name.into()).or_default().push(sample);
+        if sample.is_finite() {
+            self.samples.entry(name.into()).or_default().push(sample);
+        }
     }
 
     fn spread(&mut self, name: &str, spread: &Spread, unit: f64) {
@@ -331,7 +337,7 @@ fn edits(
         world.finish()?;
         let ms = start.elapsed().as_secs_f64() * 1e3;
         out.add("edit_ms", ms);
-        if let Some(counts) = applied.counts {
+        if let Some(counts) = applied.counts.filter(|_| !applied.rebuilt) {
             out.add("edited_bricks", counts.filled as f64);
         }
         out.add(
@@ -371,6 +377,9 @@ pub fn command(case: &Case, plan: &Plan) -> Option<String> {
     let [width, height] = plan.size();
     Some(match case.task {
         Task::Build(_) | Task::Lost | Task::Stored(_) if case.way.kind != Kind::Field => {
+            let flags = flags
+                .replace(" --descent root", "")
+                .replace(" --descent path", "");
             format!("argil bake {scene}{flags} --device {device}")
         }
         Task::Frames(count, _) => format!(

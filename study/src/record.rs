@@ -42,8 +42,8 @@ pub struct Check {
     pub value: String,
     /// Such as `= 512`.
     pub expected: String,
-    /// What it was.
-    pub found: f64,
+    /// What it was, if it was there.
+    pub found: Option<f64>,
     /// Whether that is as expected.
     pub passed: bool,
 }

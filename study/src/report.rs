@@ -1,6 +1,131 @@
-//! report
+//! The report: one page that needs nothing else.
+//!
+//! *Practice.* A function of records and pictures. What is said in words is derived from them as well ([`crate::claims`], and
+//! the sentences of [`sections`]), so that a report of other records says other things.
+
+mod page;
+mod plot;
+mod sections;
+mod table;
+
+use crate::claims;
+use crate::record::{Record, Store};
+use anyhow::Context;
 use std::path::{Path, PathBuf};
-/// x
-pub fn report(_places: &[PathBuf], _out: &Path) -> anyhow::Result<()> {
+
+/// Records of all places, with where their pictures are.
+pub(crate) struct Source {
+    /// What was found there.
+    pub record: Record,
+    /// The folder of its pictures.
+    pub pictures: PathBuf,
+}
+
+/// Make a page of records, of several machines side by side.
+///
+/// # Errors
+/// If a place holds no records, or the page cannot be written.
+pub fn report(places: &[PathBuf], out: &Path) -> anyhow::Result<()> {
+    let mut all = Vec::new();
+    for place in places {
+        let pictures = Store::pictures_of(place);
+        for record in Store::read(place)? {
+            all.push(Source {
+                record,
+                pictures: pictures.clone(),
+            });
+        }
+    }
+    let text = page::page(&all);
+    if let Some(folder) = out.parent().filter(|p| !p.as_os_str().is_empty()) {
+        std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
+    }
+    let beside = out.with_extension("html.part");
+    std::fs::write(&beside, text).with_context(|| beside.display().to_string())?;
+    std::fs::rename(&beside, out).with_context(|| out.display().to_string())?;
     Ok(())
+}
+
+/// The findings for readers, as Markdown: what is asked, what was found, and which claims hold.
+///
+/// # Errors
+/// If a place holds no records.
+pub fn findings(places: &[PathBuf]) -> anyhow::Result<String> {
+    let mut all = Vec::new();
+    for place in places {
+        all.extend(Store::read(place)?);
+    }
+    let mut text = String::from(
+        "# What the study found\n\nMade by `cargo xtask findings` of the records in `study/records`; the numbers are theirs.\n",
+    );
+    for line in page::machines(&all.iter().collect::<Vec<_>>()) {
+        text += &format!("\n* {line}");
+    }
+    text += "\n\n## Its claims\n\n| the 2023 study | says | our records |\n| --- | --- | --- |\n";
+    let borrowed: Vec<&Record> = all.iter().collect();
+    for claim in claims::ALL {
+        let (verdict, why) = (claim.judge)(&borrowed);
+        text += &format!(
+            "| {} | {} | **{}**: {why} |\n",
+            claim.place,
+            claim.text,
+            verdict.word()
+        );
+    }
+    for experiment in crate::experiments::ALL {
+        let own: Vec<&Record> = borrowed
+            .iter()
+            .copied()
+            .filter(|r| r.experiment == experiment.name)
+            .collect();
+        if own.is_empty() {
+            continue;
+        }
+        text += &format!(
+            "\n## {}\n\n{}\n\n*There:* {}\n",
+            experiment.title, experiment.question, experiment.study
+        );
+        for sentence in sections::sentences(experiment.name, &own) {
+            text += &format!("\n* {sentence}");
+        }
+        text += "\n";
+    }
+    Ok(text)
+}
+
+/// Text as HTML has it.
+pub(crate) fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;")
+        .replace('<', "&lt;")
+        .replace('>', "&gt;")
+        .replace('"', "&quot;")
+}
+
+/// A number with as many digits as tell something.
+pub(crate) fn number(value: f64) -> String {
+    if !value.is_finite() {
+        return "–".into();
+    }
+    let size = value.abs();
+    if size >= 1000.0 || value == value.trunc() {
+        let whole = format!("{:.0}", value.abs());
+        let mut grouped = String::new();
+        for (i, digit) in whole.chars().enumerate() {
+            if i > 0 && (whole.len() - i).is_multiple_of(3) {
+                grouped.push(',');
+            }
+            grouped.push(digit);
+        }
+        return format!("{}{grouped}", if value < 0.0 { "−" } else { "" });
+    }
+    let digits = if size >= 100.0 {
+        0
+    } else if size >= 10.0 {
+        1
+    } else if size >= 0.1 {
+        2
+    } else {
+        4
+    };
+    format!("{value:.digits$}")
 }

@@ -56,7 +56,7 @@ pub fn run(options: &Mesh) -> anyhow::Result<()> {
     let (scene, world) = input::world(&options.scene, &engine, options.via, &flags, about)?;
     let lods: Vec<PathBuf> = match format {
         Some((path, _)) => (1..=options.lods.unwrap_or(0))
-            .map(|lod| lod_path(path, lod.into()))
+            .map(|lod| lod_path(path, lod))
             .collect(),
         None => Vec::new(),
     };

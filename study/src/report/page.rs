@@ -1,0 +1,155 @@
+//! The page around it all.
+
+use super::{Source, escaped, sections};
+use crate::claims;
+use crate::experiments::ALL;
+use crate::record::Record;
+use base64::Engine as _;
+use base64::engine::general_purpose::STANDARD;
+use std::io::Cursor;
+
+/// Pixels along a picture's longer side in the page.
+const SHOWN: u32 = 400;
+
+const STYLE: &str = include_str!("page.css");
+const SCRIPT: &str = include_str!("page.js");
+
+/// What was measured where, a line each.
+pub fn machines(records: &[&Record]) -> Vec<String> {
+    let mut all: Vec<String> = Vec::new();
+    for record in records {
+        let m = &record.machine;
+        let device = if m.driver.is_empty() {
+            format!(
+                "{} threads of {} at {} MHz",
+                m.threads, m.processor, m.clock_mhz
+            )
+        } else {
+            format!("{} ({}), beside {}", m.device, m.driver, m.processor)
+        };
+        let line = format!(
+            "{device}; {}; Argil {} at {}, preset {}",
+            m.system, m.version, m.commit, m.preset
+        );
+        if !all.contains(&line) {
+            all.push(line);
+        }
+    }
+    all
+}
+
+/// The whole page.
+pub fn page(all: &[Source]) -> String {
+    let records: Vec<&Record> = all.iter().map(|source| &source.record).collect();
+    let devices = {
+        let mut all: Vec<&str> = records.iter().map(|r| r.machine.device.as_str()).collect();
+        all.sort_unstable();
+        all.dedup();
+        all.len()
+    };
+    let mut text = format!(
+        "<!doctype html><html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"><title>Argil: the study</title><style>{STYLE}</style></head><body><main><h1>Sparse signed distance fields: built, edited, drawn</h1><p>How do sparse structures for signed distance fields change the time and the likeness of building and drawing worlds that can be edited at will? A study of 2023 asked this; here all that it measured is measured again, and what it left out.</p>"
+    );
+    text += "<ul>";
+    for line in machines(&records) {
+        text += &format!("<li>{}</li>", escaped(&line));
+    }
+    text += "</ul><nav><a href=\"#claims\">Its claims</a>";
+    let has = |name: &str| records.iter().any(|r| r.experiment == name);
+    for experiment in ALL.iter().filter(|e| has(e.name)) {
+        text += &format!(
+            " <a href=\"#{}\">{}</a>",
+            experiment.name,
+            escaped(experiment.title)
+        );
+    }
+    text += "</nav><section id=\"claims\"><h2>Its claims, one by one</h2><div class=\"wide\"><table><thead><tr><th>where</th><th>what it says</th><th></th><th>our records</th></tr></thead><tbody>";
+    for claim in claims::ALL {
+        let (verdict, why) = (claim.judge)(&records);
+        text += &format!(
+            "<tr><td>{}</td><td>{}</td><td class=\"{word}\">{word}</td><td>{}</td></tr>",
+            claim.place,
+            escaped(claim.text),
+            escaped(&why),
+            word = verdict.word()
+        );
+    }
+    text += "</tbody></table></div></section>";
+    for experiment in ALL {
+        let own: Vec<&Source> = all
+            .iter()
+            .filter(|source| source.record.experiment == experiment.name)
+            .collect();
+        if own.is_empty() {
+            continue;
+        }
+        let rows: Vec<&Record> = own.iter().map(|source| &source.record).collect();
+        text += &format!(
+            "<section id=\"{}\"><h2>{}</h2><p class=\"question\">{}</p><p><b>The study:</b> {}</p>",
+            experiment.name,
+            escaped(experiment.title),
+            escaped(experiment.question),
+            escaped(experiment.study)
+        );
+        for sentence in sections::sentences(experiment.name, &rows) {
+            text += &format!("<p><b>Here:</b> {}</p>", escaped(&sentence));
+        }
+        for plot in sections::plots(experiment.name, &rows) {
+            text += &format!("<figure>{plot}</figure>");
+        }
+        let shown = sections::pictures(experiment.name, &own);
+        if !shown.is_empty() {
+            text += "<div class=\"pictures\">";
+            for one in &shown {
+                text += &picture(one);
+            }
+            text += "</div>";
+        }
+        text += &format!(
+            "<details><summary>All rows ({})</summary>{}</details></section>",
+            rows.len(),
+            sections::table_of(experiment.name, &rows, devices > 1)
+        );
+    }
+    text += &format!("</main><script>{SCRIPT}</script></body></html>\n");
+    text
+}
+
+/// A picture in the page, or why it is not there.
+fn picture(shown: &sections::Shown<'_>) -> String {
+    let record = &shown.source.record;
+    let caption = format!(
+        "{}{}",
+        escaped(&shown.text),
+        if record.machine.device == "cpu" {
+            String::new()
+        } else {
+            format!(" ({})", escaped(&record.machine.device))
+        }
+    );
+    let command = record.command.as_deref().unwrap_or_default();
+    let place = record
+        .pictures
+        .get(shown.name)
+        .map(|file| shown.source.pictures.join(file));
+    let encoded = place.and_then(|place| {
+        let picture = image::open(place).ok()?.to_rgb8();
+        let small = image::DynamicImage::from(picture).resize(
+            SHOWN,
+            SHOWN,
+            image::imageops::FilterType::Triangle,
+        );
+        let mut bytes = Cursor::new(Vec::new());
+        small.write_to(&mut bytes, image::ImageFormat::Png).ok()?;
+        Some(STANDARD.encode(bytes.into_inner()))
+    });
+    match encoded {
+        Some(data) => format!(
+            "<figure title=\"{}\"><img loading=\"lazy\" alt=\"{caption}\" src=\"data:image/png;base64,{data}\"><figcaption>{caption}</figcaption></figure>",
+            escaped(command)
+        ),
+        None => format!(
+            "<figure><figcaption>{caption}: the picture is not beside the records</figcaption></figure>"
+        ),
+    }
+}

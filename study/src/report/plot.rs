@@ -1,0 +1,287 @@
+//! Plots as SVG, drawn in the page's own colours.
+
+use plotters::coord::Shift;
+use plotters::prelude::*;
+
+/// Width and height in pixels.
+const SIZE: (u32, u32) = (720, 360);
+
+/// Told apart by most eyes, on light and on dark (Okabe and Ito 2008).
+const COLORS: [RGBColor; 7] = [
+    RGBColor(0, 114, 178),
+    RGBColor(213, 94, 0),
+    RGBColor(0, 158, 115),
+    RGBColor(204, 121, 167),
+    RGBColor(230, 159, 0),
+    RGBColor(86, 180, 233),
+    RGBColor(128, 128, 128),
+];
+
+/// What stands for the page's own colour until it is put in its place.
+const INK: RGBColor = RGBColor(1, 2, 3);
+
+/// Named points.
+pub type Series = (String, Vec<(f64, f64)>);
+
+/// What a plot says around its data.
+#[derive(Clone, Copy)]
+pub struct Axes<'a> {
+    /// Of the plot.
+    pub title: &'a str,
+    /// Along x.
+    pub x: &'a str,
+    /// Along y.
+    pub y: &'a str,
+    /// Whether y is by powers of ten.
+    pub log_y: bool,
+    /// The same of x.
+    pub log_x: bool,
+}
+
+type Drawn = Result<(), Box<dyn std::error::Error>>;
+
+fn color(nth: usize) -> RGBColor {
+    COLORS[nth % COLORS.len()]
+}
+
+fn drawn(title: &str, draw: impl FnOnce(DrawingArea<SVGBackend<'_>, Shift>) -> Drawn) -> String {
+    let mut svg = String::new();
+    let area = SVGBackend::with_string(&mut svg, SIZE).into_drawing_area();
+    if let Err(error) = draw(area) {
+        return format!(
+            "<p class=\"fault\">no plot: {}</p>",
+            super::escaped(&error.to_string())
+        );
+    }
+    // It scales with the page, and has its ink.
+    let open = format!(
+        "<svg role=\"img\" aria-label=\"{}\" viewBox=\"0 0 {} {}\" ",
+        super::escaped(title),
+        SIZE.0,
+        SIZE.1
+    );
+    let svg = svg.replacen(
+        &format!(
+            "<svg width=\"{}\" height=\"{}\" viewBox=\"0 0 {} {}\" ",
+            SIZE.0, SIZE.1, SIZE.0, SIZE.1
+        ),
+        &open,
+        1,
+    );
+    svg.replace("#010203", "currentColor")
+}
+
+/// The least and the greatest of some numbers, with room around them; from 0 where it is no power of ten.
+fn range(numbers: impl Iterator<Item = f64>, log: bool) -> (f64, f64) {
+    let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+    for n in numbers.filter(|n| n.is_finite() && (!log || *n > 0.0)) {
+        (low, high) = (low.min(n), high.max(n));
+    }
+    if low > high {
+        return (if log { 0.1 } else { 0.0 }, 1.0);
+    }
+    if log {
+        (low / 1.5, high * 1.5)
+    } else {
+        (low.min(0.0), if high > 0.0 { high * 1.08 } else { 1.0 })
+    }
+}
+
+macro_rules! framed {
+    ($area:expr, $axes:expr, $x:expr, $y:expr) => {{
+        let mut chart = ChartBuilder::on(&$area)
+            .margin(8)
+            .caption($axes.title, ("sans-serif", 15, &INK))
+            .x_label_area_size(38)
+            .y_label_area_size(64)
+            .build_cartesian_2d($x, $y)?;
+        chart
+            .configure_mesh()
+            .x_desc($axes.x)
+            .y_desc($axes.y)
+            .axis_style(INK)
+            .label_style(("sans-serif", 12, &INK))
+            .axis_desc_style(("sans-serif", 13, &INK))
+            .bold_line_style(INK.mix(0.15))
+            .light_line_style(TRANSPARENT)
+            .draw()?;
+        chart
+    }};
+}
+
+macro_rules! with_lines {
+    ($chart:expr, $series:expr) => {{
+        let mut chart = $chart;
+        for (nth, (name, points)) in $series.iter().enumerate() {
+            let color = color(nth);
+            chart
+                .draw_series(LineSeries::new(
+                    points.iter().copied(),
+                    color.stroke_width(2),
+                ))?
+                .label(name)
+                .legend(move |(x, y)| {
+                    PathElement::new([(x, y), (x + 16, y)], color.stroke_width(3))
+                });
+            chart.draw_series(points.iter().map(|&p| Circle::new(p, 3, color.filled())))?;
+        }
+        chart
+            .configure_series_labels()
+            .position(SeriesLabelPosition::UpperLeft)
+            .label_font(("sans-serif", 12, &INK))
+            .border_style(INK.mix(0.2))
+            .draw()?;
+        Ok(())
+    }};
+}
+
+/// Lines through points.
+pub fn lines(axes: Axes<'_>, series: &[Series]) -> String {
+    let all = || series.iter().flat_map(|(_, points)| points);
+    let x = range(all().map(|p| p.0), axes.log_x);
+    let y = range(all().map(|p| p.1), axes.log_y);
+    drawn(axes.title, |area| match (axes.log_x, axes.log_y) {
+        (false, false) => with_lines!(framed!(area, axes, x.0..x.1, y.0..y.1), series),
+        (true, false) => {
+            with_lines!(
+                framed!(area, axes, (x.0..x.1).log_scale(), y.0..y.1),
+                series
+            )
+        }
+        (false, true) => {
+            with_lines!(
+                framed!(area, axes, x.0..x.1, (y.0..y.1).log_scale()),
+                series
+            )
+        }
+        (true, true) => {
+            let (x, y) = ((x.0..x.1).log_scale(), (y.0..y.1).log_scale());
+            with_lines!(framed!(area, axes, x, y), series)
+        }
+    })
+}
+
+/// A bar: how high it is, and from where to where its samples reach.
+#[derive(Clone, Copy, Debug)]
+pub struct Bar {
+    /// Its height.
+    pub value: f64,
+    /// Where its whisker begins and ends.
+    pub reach: (f64, f64),
+}
+
+/// Groups of bars, one of each series in a group; or, stacked, one bar a group.
+pub fn bars(
+    axes: Axes<'_>,
+    groups: &[String],
+    series: &[(String, Vec<Option<Bar>>)],
+    stacked: bool,
+) -> String {
+    let heights = || series.iter().flat_map(|(_, bars)| bars.iter().flatten());
+    let most = if stacked {
+        let sum = |group: usize| {
+            let own = series
+                .iter()
+                .filter_map(|(_, bars)| bars.get(group).copied().flatten());
+            own.map(|bar| bar.value).sum::<f64>()
+        };
+        (0..groups.len()).map(sum).fold(0.0, f64::max)
+    } else {
+        heights()
+            .map(|bar| bar.reach.1.max(bar.value))
+            .fold(0.0, f64::max)
+    };
+    let least = heights()
+        .map(|bar| bar.value)
+        .filter(|v| *v > 0.0)
+        .fold(f64::INFINITY, f64::min);
+    let floor = if axes.log_y && least.is_finite() {
+        least / 2.0
+    } else {
+        0.0
+    };
+    let ceiling = if most > 0.0 { 1.1 * most } else { 1.0 };
+    let wide = groups.len() as f64;
+    drawn(axes.title, |area| {
+        let name = |x: &f64| {
+            let at = x.floor();
+            let is_middle = (x - at - 0.5).abs() < 0.01;
+            groups
+                .get(at as usize)
+                .filter(|_| is_middle)
+                .cloned()
+                .unwrap_or_default()
+        };
+        macro_rules! draw {
+            ($y:expr) => {{
+                let mut chart = ChartBuilder::on(&area)
+                    .margin(8)
+                    .caption(axes.title, ("sans-serif", 15, &INK))
+                    .x_label_area_size(38)
+                    .y_label_area_size(64)
+                    .build_cartesian_2d(0.0..wide, $y)?;
+                chart
+                    .configure_mesh()
+                    .disable_x_mesh()
+                    .x_labels(2 * groups.len() + 1)
+                    .x_label_formatter(&name)
+                    .x_desc(axes.x)
+                    .y_desc(axes.y)
+                    .axis_style(INK)
+                    .label_style(("sans-serif", 12, &INK))
+                    .axis_desc_style(("sans-serif", 13, &INK))
+                    .bold_line_style(INK.mix(0.15))
+                    .light_line_style(TRANSPARENT)
+                    .draw()?;
+                let each = 0.84 / series.len().max(1) as f64;
+                let mut under = vec![0.0; groups.len()];
+                for (nth, (name, own)) in series.iter().enumerate() {
+                    let color = color(nth);
+                    let mut boxes = Vec::new();
+                    let mut whiskers = Vec::new();
+                    for (group, bar) in own.iter().enumerate() {
+                        let Some(bar) = bar else { continue };
+                        let (left, right, low) = if stacked {
+                            let low = under[group];
+                            under[group] += bar.value;
+                            (group as f64 + 0.15, group as f64 + 0.85, low)
+                        } else {
+                            let left = group as f64 + 0.08 + each * nth as f64;
+                            (left, left + 0.92 * each, floor)
+                        };
+                        boxes.push(Rectangle::new(
+                            [
+                                (left, low),
+                                (right, low + bar.value - if stacked { 0.0 } else { floor }),
+                            ],
+                            color.filled(),
+                        ));
+                        if !stacked && bar.reach.1 > bar.reach.0 {
+                            let middle = 0.5 * (left + right);
+                            whiskers.push(PathElement::new(
+                                [(middle, bar.reach.0.max(floor)), (middle, bar.reach.1)],
+                                INK.mix(0.7),
+                            ));
+                        }
+                    }
+                    chart.draw_series(boxes)?.label(name).legend(move |(x, y)| {
+                        Rectangle::new([(x, y - 5), (x + 12, y + 5)], color.filled())
+                    });
+                    chart.draw_series(whiskers)?;
+                }
+                chart
+                    .configure_series_labels()
+                    .position(SeriesLabelPosition::UpperLeft)
+                    .label_font(("sans-serif", 12, &INK))
+                    .border_style(INK.mix(0.2))
+                    .draw()?;
+            }};
+        }
+        if axes.log_y {
+            draw!((floor.max(1e-9)..ceiling).log_scale());
+        } else {
+            draw!(floor..ceiling);
+        }
+        Ok(())
+    })
+}

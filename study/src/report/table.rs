@@ -1,0 +1,138 @@
+//! Tables that can be sorted.
+
+use super::{escaped, number};
+use crate::record::{Record, quantile};
+
+/// A column: its head, and the value's name with what it is divided by.
+pub struct Column {
+    /// What stands above.
+    pub head: &'static str,
+    /// Which value.
+    pub value: &'static str,
+    /// Its unit, in those of the record.
+    pub unit: f64,
+}
+
+/// A column of a value as it is.
+pub const fn column(head: &'static str, value: &'static str) -> Column {
+    Column {
+        head,
+        value,
+        unit: 1.0,
+    }
+}
+
+/// A column of bytes, in MB.
+pub const fn megabytes(head: &'static str, value: &'static str) -> Column {
+    Column {
+        head,
+        value,
+        unit: 1e6,
+    }
+}
+
+/// What is varied in a record besides scene and representation.
+pub fn varied(record: &Record) -> String {
+    let left_out = ["size", "show", "eye"];
+    let all = record.parameters.iter();
+    let all = all.filter(|(key, value)| {
+        !left_out.contains(&key.as_str()) || (*key == "eye" && *value != "outside")
+    });
+    let words: Vec<String> = all
+        .map(|(key, value)| {
+            let value = value
+                .as_str()
+                .map_or_else(|| value.to_string(), str::to_owned);
+            match key.as_str() {
+                "resolution" => format!("{value}³"),
+                "eye" => value,
+                "brick" => format!("bricks of {value}³"),
+                "bits" => format!("{value} bits"),
+                _ => format!("{} {value}", key.replace('_', " ")),
+            }
+        })
+        .collect();
+    words.join(", ")
+}
+
+/// A row a record.
+pub fn table(records: &[&Record], columns: &[Column], several: bool) -> String {
+    let columns: Vec<&Column> = columns
+        .iter()
+        .filter(|c| records.iter().any(|r| r.value(c.value).is_some()))
+        .collect();
+    let mut text = String::from("<div class=\"wide\"><table class=\"sortable\"><thead><tr>");
+    let mut heads = vec!["scene", "representation", "varied"];
+    if several {
+        heads.push("device");
+    }
+    heads.extend(columns.iter().map(|c| c.head));
+    heads.push("made by");
+    for head in heads {
+        text += &format!("<th><button>{}</button></th>", escaped(head));
+    }
+    text += "</tr></thead><tbody>";
+    for record in records {
+        text += &format!(
+            "<tr><td>{}</td><td>{}</td><td>{}</td>",
+            escaped(&record.scene),
+            escaped(&record.via),
+            escaped(&varied(record))
+        );
+        if several {
+            text += &format!("<td>{}</td>", escaped(&record.machine.device));
+        }
+        if let Some(error) = &record.error {
+            text += &format!(
+                "<td class=\"fault\" colspan=\"{}\">failed: {}</td>",
+                columns.len() + 1,
+                escaped(error)
+            );
+            text += "</tr>";
+            continue;
+        }
+        for column in &columns {
+            let Some(value) = record.value(column.value) else {
+                text += "<td></td>";
+                continue;
+            };
+            let shown = number(value / column.unit);
+            let reach = record.samples.get(column.value).filter(|s| s.len() > 1);
+            let title = reach.and_then(|samples| {
+                let [low, high] = [0.0, 0.95].map(|part| quantile(samples, part));
+                let text = format!(
+                    "{} samples, least {}, 95 % up to {}",
+                    samples.len(),
+                    number(low? / column.unit),
+                    number(high? / column.unit)
+                );
+                Some(format!(" title=\"{text}\""))
+            });
+            text += &format!(
+                "<td data-value=\"{value}\"{}>{shown}</td>",
+                title.unwrap_or_default()
+            );
+        }
+        let command = record
+            .command
+            .as_deref()
+            .map(|c| format!("<code>{}</code>", escaped(c)));
+        text += &format!(
+            "<td class=\"command\">{}</td></tr>",
+            command.unwrap_or_default()
+        );
+    }
+    text += "</tbody></table></div>";
+    for record in records {
+        for check in record.checks.iter().filter(|check| !check.passed) {
+            text += &format!(
+                "<p class=\"fault\">{}: {} should be {}, and is {}</p>",
+                escaped(&record.case),
+                escaped(&check.value),
+                escaped(&check.expected),
+                check.found.map_or("not there".into(), number)
+            );
+        }
+    }
+    text
+}
