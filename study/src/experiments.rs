@@ -115,37 +115,39 @@ pub const ALL: &[Experiment] = &[
 ];
 
 fn construction(plan: &Plan) -> Vec<Case> {
-    let runs = plan.pick(2, 4, 8);
-    let sides: &[u32] = plan.pick(
-        &[1, 4, 8],
-        &[1, 2, 3, 4, 5, 6, 7, 8],
-        &[1, 2, 3, 4, 5, 6, 7, 8],
-    );
+    let runs = plan.pick(1, 4, 8);
+    let all_sides = &[1, 2, 3, 4, 5, 6, 7, 8][..];
+    let sides = plan.pick(&[1, 3, 6][..], all_sides, all_sides);
+    // The study's 32³, and as many bricks of less where 256³ voxels take minutes.
+    let brick = plan.pick(16, 32, 32);
+    let resolution = 8 * brick;
     let mut all = Vec::new();
     for &side in sides {
+        let side: u32 = side;
         let count = f64::from(side.pow(3));
         let scene = format!("spheres-{side}");
         // A range of half a brick, in which the middles of those around a sphere are not.
-        let sorts: &[bool] = if plan.is_gpu {
-            &[false, true]
-        } else {
-            &[false]
-        };
-        for &enumerated in sorts {
+        let stride = 512 / brick;
+        let sorts = plan.is_gpu.then_some(true);
+        for enumerated in [false].into_iter().chain(sorts) {
             let kind = Kind::Octree {
-                brick: 32,
+                brick,
                 center: true,
                 path: false,
                 enumerated,
             };
-            let case = Case::new(&scene, Way::of(kind, 256).stride(16), Task::Build(runs));
+            let way = Way::of(kind, resolution).stride(stride);
+            let case = Case::new(&scene, way, Task::Build(runs));
             all.push(case.expect("bricks", count, count));
         }
-        all.push(Case::new(&scene, Way::of(BRICKS, 256), Task::Build(runs)));
+        let way = Way::of(BRICKS, resolution);
+        all.push(Case::new(&scene, way, Task::Build(runs)));
     }
+    let dense = Way::of(DENSE, resolution);
+    let last = sides.last().copied().unwrap_or(8);
     all.push(Case::new(
-        "spheres-8",
-        Way::of(DENSE, 256),
+        format!("spheres-{last}"),
+        dense,
         Task::Build(runs),
     ));
     all

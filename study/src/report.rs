@@ -36,11 +36,17 @@ pub fn report(places: &[PathBuf], out: &Path) -> anyhow::Result<()> {
             });
         }
     }
-    let text = page::page(&all);
+    save(&page::page(&all), out)
+}
+
+/// Write a text beside its place, and rename it into it.
+fn save(text: &str, out: &Path) -> anyhow::Result<()> {
     if let Some(folder) = out.parent().filter(|p| !p.as_os_str().is_empty()) {
         std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
     }
-    let beside = out.with_extension("html.part");
+    let mut name = out.file_name().context("a file's name")?.to_owned();
+    name.push(".part");
+    let beside = out.with_file_name(name);
     std::fs::write(&beside, text).with_context(|| beside.display().to_string())?;
     std::fs::rename(&beside, out).with_context(|| out.display().to_string())?;
     Ok(())
@@ -49,14 +55,14 @@ pub fn report(places: &[PathBuf], out: &Path) -> anyhow::Result<()> {
 /// The findings for readers, as Markdown: what is asked, what was found, and which claims hold.
 ///
 /// # Errors
-/// If a place holds no records.
-pub fn findings(places: &[PathBuf]) -> anyhow::Result<String> {
+/// If a place holds no records, or the page cannot be written.
+pub fn findings(places: &[PathBuf], out: &Path) -> anyhow::Result<()> {
     let mut all = Vec::new();
     for place in places {
         all.extend(Store::read(place)?);
     }
     let mut text = String::from(
-        "# What the study found\n\nMade by `cargo xtask findings` of the records in `study/records`; the numbers are theirs.\n",
+        "# What the study found\n\nMade of records by `argil study findings`; every number is theirs.\n",
     );
     for line in page::machines(&all.iter().collect::<Vec<_>>()) {
         text += &format!("\n* {line}");
@@ -90,7 +96,7 @@ pub fn findings(places: &[PathBuf]) -> anyhow::Result<String> {
         }
         text += "\n";
     }
-    Ok(text)
+    save(&text, out)
 }
 
 /// Text as HTML has it.

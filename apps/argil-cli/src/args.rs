@@ -451,6 +451,15 @@ pub enum StudyCommand {
         #[arg(short, long, value_name = "HTML", default_value = "report.html")]
         output: PathBuf,
     },
+    /// Write what records say as a page of Markdown
+    Findings {
+        /// Folders that a study has written, or their records.jsonl
+        #[arg(required = true)]
+        records: Vec<PathBuf>,
+        /// Where the page goes
+        #[arg(short, long, value_name = "MD", default_value = "findings.md")]
+        output: PathBuf,
+    },
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]

@@ -8,10 +8,18 @@ use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::json;
 
 pub fn run(options: &Study) -> anyhow::Result<()> {
-    if let Some(StudyCommand::Report { records, output }) = &options.command {
-        argil_study::report(records, output)?;
-        output::line(&output.display().to_string());
-        return Ok(());
+    match &options.command {
+        Some(StudyCommand::Report { records, output }) => {
+            argil_study::report(records, output)?;
+            output::line(&output.display().to_string());
+            return Ok(());
+        }
+        Some(StudyCommand::Findings { records, output }) => {
+            argil_study::findings(records, output)?;
+            output::line(&output.display().to_string());
+            return Ok(());
+        }
+        None => {}
     }
     let engines = engines(options.device)?;
     let what = Options {

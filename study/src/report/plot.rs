@@ -99,6 +99,8 @@ macro_rules! framed {
             .configure_mesh()
             .x_desc($axes.x)
             .y_desc($axes.y)
+            .x_label_formatter(&|x| super::number(*x))
+            .y_label_formatter(&|y| super::number(*y))
             .axis_style(INK)
             .label_style(("sans-serif", 12, &INK))
             .axis_desc_style(("sans-serif", 13, &INK))
@@ -123,16 +125,29 @@ macro_rules! with_lines {
                 .legend(move |(x, y)| {
                     PathElement::new([(x, y), (x + 16, y)], color.stroke_width(3))
                 });
-            chart.draw_series(points.iter().map(|&p| Circle::new(p, 3, color.filled())))?;
+            // Points that are many are told apart by nobody.
+            let apart = points.iter().filter(|_| points.len() <= 40);
+            chart.draw_series(apart.map(|&p| Circle::new(p, 3, color.filled())))?;
         }
         chart
             .configure_series_labels()
-            .position(SeriesLabelPosition::UpperLeft)
+            .position(beside($series))
             .label_font(("sans-serif", 12, &INK))
             .border_style(INK.mix(0.2))
             .draw()?;
         Ok(())
     }};
+}
+
+/// Where the names stand: where the first line is low.
+fn beside(series: &[Series]) -> SeriesLabelPosition {
+    let ends = series
+        .first()
+        .and_then(|(_, points)| points.first().zip(points.last()));
+    match ends {
+        Some((first, last)) if first.1 > last.1 => SeriesLabelPosition::UpperRight,
+        _ => SeriesLabelPosition::UpperLeft,
+    }
 }
 
 /// Lines through points.
@@ -227,6 +242,7 @@ pub fn bars(
                     .x_label_formatter(&name)
                     .x_desc(axes.x)
                     .y_desc(axes.y)
+                    .y_label_formatter(&|y| super::number(*y))
                     .axis_style(INK)
                     .label_style(("sans-serif", 12, &INK))
                     .axis_desc_style(("sans-serif", 13, &INK))

@@ -1,0 +1,196 @@
+//! A small study from beginning to end: measured, kept, gone on with, reported.
+
+use argil::Engine;
+use argil_study::{Options, Progress, Record, Store, findings, report, study};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+#[derive(Default)]
+struct Seen {
+    all: usize,
+    known: usize,
+    cases: Vec<String>,
+}
+
+impl Progress for Seen {
+    fn begins(&mut self, cases: usize, done: usize) {
+        (self.all, self.known) = (cases, done);
+    }
+
+    fn case(&mut self, _: &str, experiment: &str, case: &str) {
+        self.cases.push(format!("{experiment}: {case}"));
+    }
+
+    fn done(&mut self, error: Option<&str>) {
+        assert_eq!(error, None);
+    }
+}
+
+fn options(only: &[&str]) -> Options {
+    Options {
+        full: false,
+        only: only.iter().map(|name| (*name).to_owned()).collect(),
+    }
+}
+
+fn measured(folder: &Path, only: &[&str]) -> Seen {
+    let mut seen = Seen::default();
+    let summary = study(&[Engine::cpu()], &options(only), folder, &mut seen).expect("a study");
+    assert_eq!((summary.failed, summary.broken), (0, 0));
+    assert_eq!(summary.done, seen.cases.len());
+    seen
+}
+
+#[test]
+fn a_study_is_gone_on_with_and_reported() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let place = folder.path().join("out");
+    let first = measured(&place, &["center"]);
+    assert_eq!((first.all, first.known), (1, 0));
+    let second = measured(&place, &["center", "dense-fill"]);
+    assert_eq!(second.known, 1);
+    assert!(
+        second
+            .cases
+            .iter()
+            .all(|case| case.starts_with("dense-fill"))
+    );
+    let records = Store::read(&place).expect("records");
+    assert_eq!(records.len(), second.all);
+    let center = &records[0];
+    assert_eq!(center.value("bricks"), Some(8.0));
+    assert!(center.checks.len() == 1 && center.checks[0].passed);
+    assert!(
+        place
+            .join("pictures")
+            .join(&center.pictures["picture"])
+            .is_file()
+    );
+    let build = records.iter().find(|r| r.via == "bricks").expect("a build");
+    assert_eq!(build.samples["build_ms"].len(), 4);
+    let command = build.command.as_deref().expect("a command");
+    assert!(command.starts_with("argil bake scenes/"), "{command}");
+
+    // A line that was cut in the middle is lost alone, and measured again.
+    let file = place.join("records.jsonl");
+    let text = fs::read_to_string(&file).expect("lines");
+    fs::write(&file, &text[..text.len() - 30]).expect("a file");
+    let third = measured(&place, &["center", "dense-fill"]);
+    assert_eq!(third.cases.len(), 1);
+    assert_eq!(Store::read(&place).expect("records").len(), second.all);
+    // Any other line that is none is told with its place.
+    fs::write(&file, format!("{{\n{text}")).expect("a file");
+    let error = format!("{:#}", Store::read(&place).expect_err("no record"));
+    assert!(error.contains("records.jsonl:1"), "{error}");
+    fs::write(&file, &text).expect("a file");
+
+    let page = folder.path().join("report.html");
+    report(std::slice::from_ref(&place), &page).expect("a report");
+    let page = fs::read_to_string(page).expect("a page");
+    for part in [
+        "Only the middle",
+        "Filling everything",
+        "data:image/png;base64,",
+        "<svg",
+        "argil bake scenes/teapot.json",
+        "8 bricks are there",
+        "undecided",
+    ] {
+        assert!(page.contains(part), "{part}");
+    }
+    // Nothing is fetched.
+    assert!(!page.contains("src=\"http") && !page.contains("href=\"http"));
+    // Of what was not measured nothing is said.
+    assert!(!page.contains("Bricks that are missed"));
+}
+
+#[test]
+fn failures_are_reported_in_their_place() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let lines = [
+        Record {
+            experiment: "frames".into(),
+            case: "teapot/field/frames".into(),
+            scene: "teapot".into(),
+            via: "field".into(),
+            error: Some("no room for <it>".into()),
+            ..Record::default()
+        },
+        Record {
+            experiment: "frames".into(),
+            case: "teapot/dense/frames".into(),
+            scene: "teapot".into(),
+            via: "dense".into(),
+            samples: [("frame_ms".to_owned(), vec![1.5, 2.5, 3.5])].into(),
+            checks: vec![argil_study::Check {
+                value: "hit_pixels".into(),
+                expected: "from 1 to inf".into(),
+                found: None,
+                passed: false,
+            }],
+            ..Record::default()
+        },
+    ];
+    let file = folder.path().join("records.jsonl");
+    let text: String = lines
+        .iter()
+        .map(|r| serde_json::to_string(r).expect("JSON") + "\n")
+        .collect();
+    fs::write(&file, text).expect("a file");
+    let out = folder.path().join("r.html");
+    report(&[file], &out).expect("a report");
+    let page = fs::read_to_string(out).expect("a page");
+    for part in [
+        "failed: no room for &lt;it&gt;",
+        "1 cases failed",
+        "hit_pixels should be from 1 to inf",
+        "3 samples, least 1.50",
+    ] {
+        assert!(page.contains(part), "{part}");
+    }
+}
+
+#[test]
+fn what_cannot_be_is_told() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let wrong = study(
+        &[Engine::cpu()],
+        &options(&["nonsense"]),
+        folder.path(),
+        &mut Seen::default(),
+    );
+    let error = format!("{:#}", wrong.expect_err("no experiment"));
+    assert!(
+        error.contains("nonsense") && error.contains("construction"),
+        "{error}"
+    );
+    let out = folder.path().join("r.html");
+    let error = format!(
+        "{:#}",
+        report(&["gone".into()], &out).expect_err("no records")
+    );
+    assert!(error.contains("gone"), "{error}");
+    fs::write(folder.path().join("records.jsonl"), "").expect("a file");
+    assert!(report(&[folder.path().into()], &out).is_err() && !out.exists());
+}
+
+/// `docs/findings.md` is what the committed records say.
+#[test]
+fn the_findings_are_up_to_date() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let mut places: Vec<PathBuf> = fs::read_dir(root.join("records"))
+        .expect("records")
+        .map(|entry| entry.expect("an entry").path())
+        .collect();
+    places.sort();
+    assert!(!places.is_empty());
+    let folder = tempfile::tempdir().expect("a folder");
+    let out = folder.path().join("findings.md");
+    findings(&places, &out).expect("findings");
+    let committed = fs::read_to_string(root.join("../docs/findings.md")).expect("a page");
+    let made = fs::read_to_string(out).expect("a page");
+    assert!(
+        committed == made,
+        "run `cargo run --release -- study findings study/records/* -o docs/findings.md`"
+    );
+}
