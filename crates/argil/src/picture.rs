@@ -13,7 +13,7 @@ pub struct Drawn {
     pub statistics: Statistics,
     /// Pixels of which at least half of the samples hit a solid.
     pub hit_pixels: usize,
-    /// What the device took: on a GPU its own time stamps, on the CPU the clock.
+    /// What the device took: by a GPU's own time stamps, by the clock on the CPU and on a GPU in software, whose stamps tell nothing.
     pub duration_ms: f64,
 }
 

@@ -131,7 +131,7 @@ pub enum Via {
 /// What a build took.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct BuildTimes {
-    /// In all: on a GPU by its time stamps, compiling apart; on the CPU by the clock.
+    /// In all: on a GPU by its time stamps, compiling apart; on the CPU, or a GPU in software, by the clock.
     pub duration_ms: f64,
     /// By stage.
     pub stages_ms: Vec<(&'static str, f64)>,
