@@ -154,7 +154,7 @@ impl Case {
     pub fn parameters(&self) -> Vec<(&'static str, Value)> {
         use crate::way::Kind;
         let mut all: Vec<(&'static str, Value)> = Vec::new();
-        if self.way.kind != Kind::Field {
+        if !self.way.is_field() {
             all.push(("resolution", self.way.resolution.into()));
         }
         if let Kind::Octree { brick, .. } | Kind::Bricks { brick } = self.way.kind {

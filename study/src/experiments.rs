@@ -203,6 +203,15 @@ fn frames(plan: &Plan) -> Vec<Case> {
             let case = Case::new(scene, way, Task::Frames(plan.frames(), Eye::Outside));
             all.push(case.expect("hit_pixels", 1.0, f64::INFINITY));
         }
+        // The study's functional renderer had its scene in its shader.
+        if plan.is_gpu && scene == "teapot" {
+            let way = Way::of(Kind::Compiled, 0);
+            all.push(Case::new(
+                scene,
+                way,
+                Task::Frames(plan.frames(), Eye::Outside),
+            ));
+        }
     }
     all
 }
@@ -252,6 +261,7 @@ fn fidelity(plan: &Plan) -> Vec<Case> {
             Case::new(scene, Way::of(flat, resolution), normal),
             Case::new(scene, Way::of(MESH, resolution), normal),
             Case::new(scene, Way::of(dual, resolution), normal),
+            Case::new(scene, Way::of(Kind::MeshAsLarge, resolution), normal),
         ]);
     }
     all

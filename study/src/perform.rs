@@ -2,7 +2,7 @@
 
 use crate::case::{Case, Eye, Look, Plan, Task};
 use crate::scenes::{Numbers, is_shipped, scene};
-use crate::way::{Kind, Way};
+use crate::way::{DENSE, Kind, MESH, Way};
 use anyhow::Context;
 use argil::glam::Vec3;
 use argil::{
@@ -73,14 +73,20 @@ impl Outcome {
 pub fn perform(case: &Case, engine: &Engine, plan: &Plan) -> anyhow::Result<Outcome> {
     let scene = scene(&case.scene)?;
     let mut out = Outcome::default();
-    let build =
-        || -> anyhow::Result<World> { Ok(engine.build(&scene)?.via(&scene, case.way.via())?) };
+    let way = resolved(case.way, engine, &scene)?;
+    let build = || -> anyhow::Result<World> {
+        let mut world = engine.build(&scene)?.via(&scene, way.via())?;
+        if way.kind == Kind::Compiled {
+            world.specialize()?;
+        }
+        Ok(world)
+    };
     match case.task {
         Task::Build(runs) => {
             // What is compiled, and memory that is touched for the first time, is no part of a build.
             let mut world = build()?;
             for _ in 0..runs {
-                world = world.via(&scene, case.way.via())?;
+                world = world.via(&scene, way.via())?;
                 let times = world.build_times();
                 out.add("build_ms", times.duration_ms);
                 for (stage, ms) in &times.stages_ms {
@@ -92,11 +98,28 @@ pub fn perform(case: &Case, engine: &Engine, plan: &Plan) -> anyhow::Result<Outc
         Task::Frames(count, eye) => frames(&build()?, plan, (count, eye), &mut out)?,
         Task::Picture(look) => picture(&build()?, case, plan, look, &mut out)?,
         Task::Stored(count) => stored(&build()?, count, &mut out)?,
-        Task::Surface(count) => surface(&engine.build(&scene)?, case.way, count, &mut out)?,
+        Task::Surface(count) => surface(&engine.build(&scene)?, way, count, &mut out)?,
         Task::Edits(count, radius) => edits(build()?, scene, (count, radius), &mut out)?,
         Task::Lost => lost(&build()?, &mut out)?,
     }
     Ok(out)
+}
+
+/// A way whose resolution follows from what another takes.
+fn resolved(way: Way, engine: &Engine, scene: &Scene) -> anyhow::Result<Way> {
+    if way.kind != Kind::MeshAsLarge {
+        return Ok(way);
+    }
+    let bytes = |way: Way| -> anyhow::Result<f64> {
+        let world = engine.build(scene)?.via(scene, way.via())?;
+        Ok(world.memory_bytes() as f64)
+    };
+    const TRIED: u32 = 64;
+    // Triangles grow as the square.
+    let target = bytes(Way::of(DENSE, way.resolution))?;
+    let ratio = target / bytes(Way::of(MESH, TRIED))?.max(1.0);
+    let resolution = f64::from(TRIED) * ratio.sqrt();
+    Ok(Way::of(MESH, resolution.clamp(16.0, 1024.0) as u32))
 }
 
 fn camera(world: &World, eye: Eye) -> Camera {
@@ -217,6 +240,13 @@ fn picture(
         out.set("missed_pixels", depths.missed as f64);
         out.set("added_pixels", depths.added as f64);
         out.pictures.push(("laplacian".into(), edges.picture));
+    }
+    if look.is_compared && case.way.kind == Kind::Field {
+        // The study's figure 29: what a blank picture differs by.
+        let edges = laplacian::laplacian(&own);
+        let equal = edges.pixels().filter(|p| p.0 == [0; 3]).count();
+        out.set("laplacian_equal_pixels", equal as f64);
+        out.pictures.push(("laplacian".into(), edges));
     }
     out.pictures.push(("picture".into(), own));
     Ok(())
@@ -368,7 +398,7 @@ fn lost(world: &World, out: &mut Outcome) -> anyhow::Result<()> {
 
 /// The command that shows what a case does; none of scenes that are no files.
 pub fn command(case: &Case, plan: &Plan) -> Option<String> {
-    if !is_shipped(&case.scene) {
+    if !is_shipped(&case.scene) || case.way.kind == Kind::MeshAsLarge {
         return None;
     }
     let flags = case.way.flags(plan.is_gpu);
@@ -376,7 +406,7 @@ pub fn command(case: &Case, plan: &Plan) -> Option<String> {
     let scene = format!("scenes/{}.json", case.scene);
     let [width, height] = plan.size();
     Some(match case.task {
-        Task::Build(_) | Task::Lost | Task::Stored(_) if case.way.kind != Kind::Field => {
+        Task::Build(_) | Task::Lost | Task::Stored(_) if !case.way.is_field() => {
             let flags = flags
                 .replace(" --descent root", "")
                 .replace(" --descent path", "");

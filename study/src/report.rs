@@ -71,6 +71,7 @@ pub fn findings(places: &[PathBuf], out: &Path) -> anyhow::Result<()> {
     let borrowed: Vec<&Record> = all.iter().collect();
     for claim in claims::ALL {
         let (verdict, why) = (claim.judge)(&borrowed);
+        let why = claims::with_reason(claim, verdict, why);
         text += &format!(
             "| {} | {} | **{}**: {why} |\n",
             claim.place,

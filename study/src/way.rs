@@ -24,6 +24,8 @@ pub enum Kind {
     /// The exact field.
     #[default]
     Field,
+    /// The same, compiled into a GPU's shader.
+    Compiled,
     /// One texture.
     Dense {
         /// With mips.
@@ -47,6 +49,8 @@ pub enum Kind {
         /// Voxels along a brick's side.
         brick: u32,
     },
+    /// As many triangles as take the bytes of a dense volume of 8 bits at the resolution.
+    MeshAsLarge,
     /// Triangles.
     Mesh {
         /// By dual contouring.
@@ -121,7 +125,12 @@ impl Way {
     pub fn via(&self) -> Via {
         let resolution = self.resolution;
         match self.kind {
-            Kind::Field => Via::Field,
+            Kind::Field | Kind::Compiled => Via::Field,
+            // It is resolved before it is built.
+            Kind::MeshAsLarge => Via::Mesh(MeshViaOptions {
+                resolution,
+                ..MeshViaOptions::default()
+            }),
             Kind::Dense { mips, naive } => Via::Dense(DenseOptions {
                 resolution,
                 encoding: self.encoding(Encoding::default()),
@@ -174,10 +183,17 @@ impl Way {
         }
     }
 
+    /// Whether nothing is stored.
+    pub fn is_field(&self) -> bool {
+        matches!(self.kind, Kind::Field | Kind::Compiled)
+    }
+
     /// The representation in one word.
     pub fn word(&self) -> &'static str {
         match self.kind {
             Kind::Field => "field",
+            Kind::Compiled => "field, compiled",
+            Kind::MeshAsLarge => "mesh as large as dense",
             Kind::Dense { mips: false, .. } => "dense",
             Kind::Dense { .. } => "dense, mips",
             Kind::Octree { .. } => "octree",
@@ -189,8 +205,8 @@ impl Way {
 
     /// The same with everything that is varied, as a name.
     pub fn name(&self) -> String {
-        let mut name = self.word().replace(", ", "-");
-        if self.kind != Kind::Field {
+        let mut name = self.word().replace(", ", "-").replace(' ', "-");
+        if !self.is_field() {
             name += &format!("-{}", self.resolution);
         }
         match self.kind {
@@ -228,6 +244,11 @@ impl Way {
         };
         match self.kind {
             Kind::Field => return flags,
+            Kind::Compiled => {
+                add("--specialize");
+                return flags;
+            }
+            Kind::MeshAsLarge => add("--via mesh"),
             Kind::Dense { mips, naive } => {
                 add("--via dense");
                 if mips {

@@ -36,8 +36,7 @@ pub fn refine(program: &Program, lists: &CellLists, marched: &mut Marched) {
                     let axis = group.ends.iter().position(|&end| at < end as usize);
                     let axis = axis.unwrap_or(0);
                     positions[i][axis] += voxel * correction(spans[at], d[i]);
-                    let normal = Vec3::new(gx[i], gy[i], gz[i]).normalize_or_zero();
-                    normals[i] = outwards(normal, axis, spans[at]);
+                    normals[i] = Vec3::new(gx[i], gy[i], gz[i]).normalize_or_zero();
                     at += 1;
                 }
             }
@@ -45,10 +44,23 @@ pub fn refine(program: &Program, lists: &CellLists, marched: &mut Marched) {
     );
 }
 
-/// A normal on the side of its edge that is outside: at a crease the gradient can be that of a surface which is not seen.
-fn outwards(mut normal: Vec3, axis: usize, [a, b]: [f32; 2]) -> Vec3 {
-    normal[axis] = normal[axis].abs().copysign(b - a);
-    normal
+/// Turn normals to the side of their edges that is outside: at a crease the gradient can be that of a surface which is not seen,
+/// and light would come from within. Planes for dual contouring are gradients as they are.
+pub fn outwards(marched: &mut Marched) {
+    let Marched {
+        mesh,
+        groups,
+        spans,
+    } = marched;
+    for group in groups {
+        for at in group.begin..group.ends[2] {
+            let axis = group.ends.iter().position(|&end| at < end).unwrap_or(0);
+            let [a, b] = spans[at as usize];
+            if let Some(normal) = mesh.normals.get_mut(at as usize) {
+                normal[axis] = normal[axis].abs().copysign(b - a);
+            }
+        }
+    }
 }
 
 /// By how much of an edge a vertex moves at which the distance is `d`, and which was set between two stored ones.

@@ -260,3 +260,42 @@ fn rows_of_any_length() {
         assert_eq!(dense::march(&all_in, &grid, 0.0, true), Mesh::default());
     }
 }
+
+/// Where a gradient at a crease is that of the side which is not seen, its normal is turned to the outside.
+#[test]
+fn normals_at_creases_are_turned_outwards() {
+    let mut scene = Scene::new();
+    let slab = |degrees: f32| {
+        let shape = Shape::cuboid([0.8, 0.05, 0.8]);
+        Brush::new(shape).rotated([1.0, 0.2, 0.1], degrees)
+    };
+    scene.push(slab(10.0)).expect("a brush");
+    scene.push(slab(24.0)).expect("a brush");
+    scene.push(slab(70.0).subtract()).expect("a brush");
+    let program = Program::lower(&scene).expect("a program");
+    let lattice = Lattice::holding(program.aabb(), None, 48).expect("a lattice");
+    let layout = BrickLayout::new(lattice, &BrickSettings::default()).expect("a layout");
+    let (bricks, lists, _) = Bricks::bake_with_lists(&program, layout, None).expect("bricks");
+    let mut marched = bricks::march(&bricks);
+    exact::refine(&program, &lists, &mut marched);
+    let against = |marched: &bricks::Marched| {
+        let of = |group: &bricks::Group| {
+            let ends = group.ends;
+            (group.begin..ends[2])
+                .filter(|at| {
+                    let axis = ends.iter().position(|end| at < end).expect("an axis");
+                    let [a, b] = marched.spans[*at as usize];
+                    marched.mesh.normals[*at as usize][axis] * (b - a) < 0.0
+                })
+                .count()
+        };
+        marched.groups.iter().map(of).sum::<usize>()
+    };
+    assert!(against(&marched) > 0);
+    let lengths = |marched: &bricks::Marched| -> f32 {
+        marched.mesh.normals.iter().map(|n| n.length()).sum()
+    };
+    let before = lengths(&marched);
+    exact::outwards(&mut marched);
+    assert_eq!((against(&marched), lengths(&marched)), (0, before));
+}

@@ -391,6 +391,8 @@ pub(crate) fn field_mesh(
     if is_dual {
         marched.mesh = dual::contour(&lattice, &marched, &rings);
         stages.done("contour");
+    } else {
+        exact::outwards(&mut marched);
     }
     let mesh = marched.mesh;
     Ok(FieldMesh {

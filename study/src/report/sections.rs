@@ -734,7 +734,11 @@ pub fn pictures<'a>(name: &str, sources: &[&'a Source]) -> Vec<Shown<'a>> {
                     text += &format!(", {more}");
                 }
                 if part == "laplacian" {
-                    text += ": difference of Laplacians";
+                    text += if record.via == "field" {
+                        ": its Laplacian, the difference from a blank picture"
+                    } else {
+                        ": difference of Laplacians"
+                    };
                 }
                 if let Some(steps) = record.value("steps_mean").filter(|_| name == "heat") {
                     text += &format!(": {} steps a ray", number(steps));
