@@ -250,7 +250,8 @@ fn check_accessor(
     let last = accessor.count().saturating_sub(1);
     let own = last
         .checked_mul(stride)
-        .and_then(|n| n.checked_add(accessor.offset() + accessor.size()));
+        .and_then(|n| n.checked_add(accessor.offset()))
+        .and_then(|n| n.checked_add(accessor.size()));
     let end = view.offset().checked_add(view.length());
     let is_held = own.is_some_and(|own| own <= view.length())
         && end.is_some_and(|end| blob.is_some_and(|blob| end <= blob.len()));

@@ -382,6 +382,7 @@ fn senseless_glbs_are_refused_and_end() {
         (0, "type", json!("VEC2")),
         (0, "count", json!(4_000_000_000_u64)),
         (0, "byteOffset", json!(1_000_000)),
+        (0, "byteOffset", json!(u64::MAX)),
         (1, "componentType", json!(5126)),
         (1, "type", json!("VEC3")),
     ] {
