@@ -20,7 +20,6 @@ struct Unit {
 
 var<workgroup> bits: array<u32, MOST_ROWS>;
 var<workgroup> beside: array<u32, 8>;
-var<workgroup> sums: array<u32, GROUP>;
 var<workgroup> totals: array<vec3<u32>, GROUP>;
 var<workgroup> carried: vec3<u32>;
 
@@ -164,20 +163,20 @@ fn triangles_in(row: u32, last: vec3<u32>) -> u32 {
     return count;
 }
 
-// From a number for each thread to how much the threads before it have.
-fn scanned(own: u32, local: u32) -> u32 {
-    sums[local] = own;
+// From a triple for each thread to how much the threads before it have.
+fn scanned(own: vec3<u32>, local: u32) -> vec3<u32> {
+    totals[local] = own;
     workgroupBarrier();
     for (var step = 1u; step < GROUP; step *= 2u) {
-        var before = 0u;
+        var before = vec3(0u);
         if local >= step {
-            before = sums[local - step];
+            before = totals[local - step];
         }
         workgroupBarrier();
-        sums[local] += before;
+        totals[local] += before;
         workgroupBarrier();
     }
-    let sum = sums[local];
+    let sum = totals[local];
     workgroupBarrier();
     return sum - own;
 }
@@ -203,30 +202,11 @@ fn count_units(@builtin(workgroup_id) id: vec3<u32>, @builtin(num_workgroups) co
             triangles_here += triangles_in(cell_row(nth), last);
         }
     }
-    let vertices_before = scanned(vertices, local);
-    let triangles_before = scanned(triangles_here, local);
+    let own = vec3(vertices, triangles_here, 0u);
+    let sum = scanned(own, local) + own;
     if local == GROUP - 1u {
-        let sum = vertices_before + vertices;
-        units[unit] = Unit(sum, triangles_before + triangles_here, select(0u, 1u, sum > 0u), 0u);
+        units[unit] = Unit(sum.x, sum.y, select(0u, 1u, sum.x > 0u), 0u);
     }
-}
-
-// From a triple for each thread to how much the threads before it have.
-fn scanned_triples(own: vec3<u32>, local: u32) -> vec3<u32> {
-    totals[local] = own;
-    workgroupBarrier();
-    for (var step = 1u; step < GROUP; step *= 2u) {
-        var before = vec3(0u);
-        if local >= step {
-            before = totals[local - step];
-        }
-        workgroupBarrier();
-        totals[local] += before;
-        workgroupBarrier();
-    }
-    let sum = totals[local];
-    workgroupBarrier();
-    return sum - own;
 }
 
 // What units have before them, of those that a workgroup adds up, and what those have.
@@ -239,7 +219,7 @@ fn add_units(@builtin(workgroup_id) id: vec3<u32>, @builtin(num_workgroups) coun
     for (var unit = first; unit < end; unit++) {
         own += vec3(units[unit].vertices, units[unit].triangles, units[unit].place);
     }
-    var before = scanned_triples(own, local);
+    var before = scanned(own, local);
     for (var unit = first; unit < end; unit++) {
         let counts = vec3(units[unit].vertices, units[unit].triangles, units[unit].place);
         // What it has stays known by the flag of its place.
@@ -265,7 +245,7 @@ fn add_groups(@builtin(local_invocation_index) local: u32) {
         if at < count {
             own = groups[at].xyz;
         }
-        let before = scanned_triples(own, local) + carried;
+        let before = scanned(own, local) + carried;
         workgroupBarrier();
         if at < count {
             groups[at] = vec4(before, 0u);
@@ -307,7 +287,7 @@ fn place_rows(@builtin(workgroup_id) id: vec3<u32>, @builtin(num_workgroups) cou
             }
         }
     }
-    var before = scanned(own, local);
+    var before = scanned(vec3(own, 0u, 0u), local).x;
     if is_there {
         let begin = first_of(unit).z * row_count();
         for (var row = first; row < end; row++) {
@@ -418,7 +398,7 @@ fn emit(@builtin(workgroup_id) id: vec3<u32>, @builtin(num_workgroups) count: ve
             own += triangles_in(cell_row(nth), last);
         }
     }
-    let before = scanned(own, local);
+    let before = scanned(vec3(own, 0u, 0u), local).x;
     let first = first_of(unit);
     if units[unit].spare != 0u {
         for (var row = local; row < row_count(); row += GROUP) {
