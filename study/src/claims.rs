@@ -151,7 +151,7 @@ pub const ALL: &[Claim] = &[
             for octree in of(all, "frames").filter(|r| r.via == "octree") {
                 let twin = of(all, "frames").find(|r| r.via == "dense" && same_place(r, octree));
                 if let Some((a, b)) = twin.and_then(|twin| spread(octree).zip(spread(twin))) {
-                    pairs.push(a / b);
+                    pairs.push((octree.machine.device.clone(), a / b));
                 }
             }
             told(
@@ -308,6 +308,9 @@ fn same_place(a: &Record, b: &Record) -> bool {
         && a.parameters.get("size") == b.parameters.get("size")
 }
 
+/// Of a device.
+type Ratio = (String, f64);
+
 /// A value of some records over that of others of the same place; the resolution is the same where more than one of the
 /// latter is of that place.
 fn ratios(
@@ -316,7 +319,7 @@ fn ratios(
     value: &str,
     above: impl Fn(&Record) -> bool,
     below: impl Fn(&Record) -> bool,
-) -> Vec<f64> {
+) -> Vec<Ratio> {
     let mut found = Vec::new();
     for a in of(all, experiment).filter(|r| above(r)) {
         let twins: Vec<&Record> = of(all, experiment)
@@ -327,39 +330,65 @@ fn ratios(
         let Some(b) = twin.filter(|_| twins.len() == 1 || twins.iter().any(|r| alike(&r))) else {
             continue;
         };
+        let device = a.machine.device.clone();
         if let (Some(a), Some(b)) = (a.value(value), b.value(value))
             && b > 0.0
         {
-            found.push(a / b);
+            found.push((device, a / b));
         }
     }
     found
 }
 
-/// A verdict on ratios, with their range.
-fn told(ratios: &[f64], holds: impl Fn(f64) -> bool, what: &str) -> (Verdict, String) {
+/// A verdict on ratios, with their range on each device.
+fn told(ratios: &[Ratio], holds: impl Fn(f64) -> bool, what: &str) -> (Verdict, String) {
     if ratios.is_empty() {
         return nothing();
     }
-    let count = ratios.iter().filter(|r| holds(**r)).count();
-    let verdict = if count == ratios.len() {
+    let all: Vec<bool> = ratios.iter().map(|(_, r)| holds(*r)).collect();
+    let range = ranges(ratios, "");
+    let held = format!(
+        "{} of {} agree",
+        all.iter().filter(|h| **h).count(),
+        all.len()
+    );
+    (verdict(&all), format!("{what} {range} ({held})"))
+}
+
+/// Of what holds and what does not.
+fn verdict(held: &[bool]) -> Verdict {
+    if held.iter().all(|h| *h) {
         Verdict::Confirmed
-    } else if count == 0 {
-        Verdict::Refuted
-    } else {
+    } else if held.iter().any(|h| *h) {
         Verdict::Undecided
-    };
-    let (least, most) = ratios
-        .iter()
-        .fold((f64::INFINITY, 0.0f64), |(a, b), &v| (a.min(v), b.max(v)));
-    let number = super::report::number;
-    let range = if ratios.len() == 1 {
-        number(least)
     } else {
-        format!("{} to {}", number(least), number(most))
+        Verdict::Refuted
+    }
+}
+
+/// From the least to the greatest of each device, which is named where there are several.
+fn ranges(all: &[Ratio], unit: &str) -> String {
+    let mut devices: Vec<(&str, f64, f64)> = Vec::new();
+    for (device, value) in all {
+        match devices.iter_mut().find(|(known, _, _)| known == device) {
+            Some((_, least, most)) => (*least, *most) = (least.min(*value), most.max(*value)),
+            None => devices.push((device, *value, *value)),
+        }
+    }
+    let number = super::report::number;
+    let one = |(device, least, most): &(&str, f64, f64)| {
+        let range = if least == most {
+            format!("{}{unit}", number(*least))
+        } else {
+            format!("{} to {}{unit}", number(*least), number(*most))
+        };
+        if devices.len() == 1 {
+            range
+        } else {
+            format!("{range} on {device}")
+        }
     };
-    let held = format!("{count} of {} agree", ratios.len());
-    (verdict, format!("{what} {range} ({held})"))
+    devices.iter().map(one).collect::<Vec<_>>().join(", ")
 }
 
 /// With few of its bricks full, and with all.
@@ -429,14 +458,7 @@ fn tree_is_constant(all: &[&Record]) -> (Verdict, String) {
     if holds.is_empty() {
         return nothing();
     }
-    let verdict = if holds.iter().all(|h| *h) {
-        Verdict::Confirmed
-    } else if holds.iter().any(|h| *h) {
-        Verdict::Undecided
-    } else {
-        Verdict::Refuted
-    };
-    (verdict, told.join("; "))
+    (verdict(&holds), told.join("; "))
 }
 
 /// How far the likeness goes over the biases, on each device.
@@ -457,21 +479,14 @@ fn biases_matter(all: &[&Record]) -> (Verdict, String) {
     if devices.is_empty() {
         return nothing();
     }
-    let count = devices
+    let held: Vec<bool> = devices
         .iter()
-        .filter(|(_, least, most)| *most > 1.5 * least)
-        .count();
-    let verdict = if count == devices.len() {
-        Verdict::Confirmed
-    } else if count == 0 {
-        Verdict::Refuted
-    } else {
-        Verdict::Undecided
-    };
+        .map(|(_, least, most)| *most > 1.5 * least)
+        .collect();
     let told = devices.iter().map(|(device, least, most)| {
         format!("on {device}, over the biases that were tried, the mean difference of Laplacians goes from {least:.2} to {most:.2} of 255")
     });
-    (verdict, told.collect::<Vec<_>>().join("; "))
+    (verdict(&held), told.collect::<Vec<_>>().join("; "))
 }
 
 /// Fast to march: no slower than the dense volume with mips. Easily edited: an edit takes less than a frame.
@@ -483,9 +498,9 @@ fn both_at_once(all: &[&Record]) -> (Verdict, String) {
         |r| r.via == "bricks",
         |r| r.via == "dense, mips",
     );
-    let edits: Vec<f64> = of(all, "edits")
+    let edits: Vec<Ratio> = of(all, "edits")
         .filter(|r| r.via == "bricks")
-        .filter_map(|r| r.value("edit_ms"))
+        .filter_map(|r| Some((r.machine.device.clone(), r.value("edit_ms")?)))
         .collect();
     if frames.is_empty() || edits.is_empty() {
         return nothing();
@@ -495,20 +510,11 @@ fn both_at_once(all: &[&Record]) -> (Verdict, String) {
         |r| r <= 1.0,
         "of a frame through a dense volume with mips, one through sparse bricks takes",
     );
-    let (least, most) = edits
-        .iter()
-        .fold((f64::INFINITY, 0.0f64), |(a, b), &v| (a.min(v), b.max(v)));
-    let slow = frames.iter().filter(|r| **r > 1.0).count();
     // The claim falls where both are had.
-    let verdict = if slow == 0 {
-        Verdict::Refuted
-    } else if slow == frames.len() {
-        Verdict::Confirmed
-    } else {
-        Verdict::Undecided
-    };
+    let slow: Vec<bool> = frames.iter().map(|(_, r)| *r > 1.0).collect();
+    let edits = ranges(&edits, " ms");
     (
-        verdict,
-        format!("{marched}, and an edit of them takes {least:.2} to {most:.2} ms (medians)"),
+        verdict(&slow),
+        format!("{marched}, and an edit of them takes {edits} (medians)"),
     )
 }

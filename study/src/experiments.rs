@@ -65,8 +65,8 @@ pub const ALL: &[Experiment] = &[
     },
     Experiment {
         name: "sweep",
-        title: "Brick size and depth",
-        question: "Is it the bricks or the tree that costs?",
+        title: "Brick size, depth and branching",
+        question: "Is it the bricks or the tree that costs? A node of an octree has 2³ children, and its depth follows from resolution and brick; a block of sparse bricks has 4³ cells and no depth.",
         study: "Section 5.4 names it as a limit: neither could be varied.",
         cases: sweep,
     },

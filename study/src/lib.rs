@@ -167,6 +167,9 @@ fn run(case: &Case, engine: &Engine, plan: &Plan, mut record: Record) -> (Record
         Ok(outcome) => {
             record.samples = outcome.samples;
             record.values = outcome.values;
+            if let Some(clock) = machine::gpu_clock_mhz(&record.machine.device) {
+                record.values.insert("gpu_clock_mhz".into(), clock);
+            }
             for expect in &case.expect {
                 let found = record.value(expect.value);
                 record.checks.push(Check {

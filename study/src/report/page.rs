@@ -14,6 +14,19 @@ const SHOWN: u32 = 400;
 const STYLE: &str = include_str!("page.css");
 const SCRIPT: &str = include_str!("page.js");
 
+/// What a GPU ran at after its cases.
+fn clocks(records: &[&Record], device: &str) -> String {
+    let own = records.iter().filter(|r| r.machine.device == device);
+    let (least, most) = own
+        .filter_map(|r| r.value("gpu_clock_mhz"))
+        .fold((f64::INFINITY, 0.0f64), |(a, b), c| (a.min(c), b.max(c)));
+    if most == 0.0 {
+        String::new()
+    } else {
+        format!(", {least} to {most} MHz")
+    }
+}
+
 /// What was measured where, a line each.
 pub fn machines(records: &[&Record]) -> Vec<String> {
     let mut all: Vec<String> = Vec::new();
@@ -25,7 +38,11 @@ pub fn machines(records: &[&Record]) -> Vec<String> {
                 m.threads, m.processor, m.clock_mhz
             )
         } else {
-            format!("{} ({}), beside {}", m.device, m.driver, m.processor)
+            let clocks = clocks(records, &m.device);
+            format!(
+                "{} ({}{clocks}), beside {}",
+                m.device, m.driver, m.processor
+            )
         };
         let line = format!(
             "{device}; {}; Argil {} at {}, preset {}",
