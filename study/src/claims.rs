@@ -377,10 +377,11 @@ fn ranges(all: &[Ratio], unit: &str) -> String {
     }
     let number = super::report::number;
     let one = |(device, least, most): &(&str, f64, f64)| {
+        let [least, most] = [least, most].map(|v| number(*v));
         let range = if least == most {
-            format!("{}{unit}", number(*least))
+            format!("{least}{unit}")
         } else {
-            format!("{} to {}{unit}", number(*least), number(*most))
+            format!("{least} to {most}{unit}")
         };
         if devices.len() == 1 {
             range

@@ -80,7 +80,7 @@ pub fn page(all: &[Source]) -> String {
             escaped(experiment.title)
         );
     }
-    text += "</nav><section id=\"claims\"><h2>Its claims, one by one</h2><div class=\"wide\"><table><thead><tr><th>where</th><th>what it says</th><th></th><th>our records</th></tr></thead><tbody>";
+    text += "</nav><section id=\"claims\"><h2>Its claims, one by one</h2><div class=\"wide\"><table class=\"claims\"><thead><tr><th>where</th><th>what it says</th><th></th><th>our records</th></tr></thead><tbody>";
     for claim in claims::ALL {
         let (verdict, why) = (claim.judge)(&records);
         let why = claims::with_reason(claim, verdict, why);
