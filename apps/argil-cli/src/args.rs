@@ -32,6 +32,8 @@ pub enum Command {
     Info(Info),
     /// Measure all that the 2023 study did and more, and write a report; goes on where it was interrupted
     Study(Study),
+    /// Open the editor
+    Studio(Studio),
     /// List what this machine can run on, and what --device auto takes
     Devices(Devices),
     /// Print the JSON schema of scene files
@@ -466,6 +468,14 @@ pub enum StudyCommand {
 pub enum Preset {
     Quick,
     Full,
+}
+
+#[derive(Args)]
+pub struct Studio {
+    /// A scene to open; without one, a sample
+    pub scene: Option<PathBuf>,
+    #[command(flatten)]
+    pub on: On,
 }
 
 #[derive(Args)]

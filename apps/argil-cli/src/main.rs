@@ -14,6 +14,7 @@ mod output;
 mod recover;
 mod render;
 mod schema;
+mod studio;
 mod study;
 
 use args::{Arguments, Command};
@@ -38,6 +39,7 @@ fn main() -> ExitCode {
         Command::Compare(options) => compare::run(&options),
         Command::Info(options) => info::run(&options),
         Command::Study(options) => study::run(&options),
+        Command::Studio(options) => studio::run(&options),
         Command::Devices(options) => devices::run(&options),
         Command::Schema => schema::run(),
     };

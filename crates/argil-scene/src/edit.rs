@@ -3,7 +3,7 @@
 use crate::extent::Extents;
 use crate::influence::influence;
 use crate::scene::pose_of;
-use crate::{Body, Entry, Fault, Modifier, Node, NodeId, Scene};
+use crate::{Body, Entry, Fault, Material, Modifier, Node, NodeId, Scene};
 use argil_math::Aabb;
 
 /// A change of a scene that can be undone.
@@ -52,6 +52,13 @@ pub enum Edit {
         node: NodeId,
         /// A translate, rotate or scale modifier.
         by: Modifier,
+    },
+    /// Add or change a material, or take one away that no brush uses.
+    SetMaterial {
+        /// Its name.
+        name: String,
+        /// What it becomes; nothing to take it away.
+        material: Option<Material>,
     },
 }
 
@@ -121,6 +128,14 @@ pub enum EditError {
     /// The entry names a material that the scene does not have.
     #[error("material: the scene has no material \"{0}\"")]
     NoSuchMaterial(String),
+    /// A material that is used was to be taken away.
+    #[error("material: {user} uses \"{name}\": give it another first")]
+    MaterialInUse {
+        /// The material.
+        name: String,
+        /// Who uses it.
+        user: String,
+    },
     /// A value in the entry cannot be used.
     #[error(transparent)]
     Fault(#[from] Fault),
@@ -146,6 +161,10 @@ enum Step {
         parent: NodeId,
         index: usize,
     },
+    SetMaterial {
+        name: String,
+        material: Option<Material>,
+    },
 }
 
 #[derive(Clone, Debug, Default)]
@@ -159,7 +178,11 @@ pub(crate) struct History {
 
 /// Whether undoing `before` makes up for `step` too: both set the same node.
 fn is_covered(before: Option<&Step>, step: &Step) -> bool {
-    matches!((before, step), (Some(Step::Set { node: a, .. }), Step::Set { node: b, .. }) if a == b)
+    match (before, step) {
+        (Some(Step::Set { node: a, .. }), Step::Set { node: b, .. }) => a == b,
+        (Some(Step::SetMaterial { name: a, .. }), Step::SetMaterial { name: b, .. }) => a == b,
+        _ => false,
+    }
 }
 
 impl Scene {
@@ -354,15 +377,39 @@ impl Scene {
                 self.check_entry(&entry)?;
                 Step::Set { node, entry }
             }
+            Edit::SetMaterial { name, material } => {
+                match &material {
+                    Some(material) => material.check()?,
+                    None => self.check_unused(&name)?,
+                }
+                Step::SetMaterial { name, material }
+            }
         })
+    }
+
+    fn check_unused(&self, name: &str) -> Result<(), EditError> {
+        if !self.materials.contains_key(name) {
+            return Err(EditError::NoSuchMaterial(name.into()));
+        }
+        let uses = |id: &NodeId| self.node(*id).entry.material.as_deref() == Some(name);
+        match self.walk().find(uses) {
+            Some(user) => Err(EditError::MaterialInUse {
+                name: name.into(),
+                user: self.path(user),
+            }),
+            None => Ok(()),
+        }
     }
 
     /// Take a checked step; the step back.
     fn take(&mut self, step: Step) -> (Edited, Step) {
-        let (Step::Attach { node, .. }
-        | Step::Detach { node }
-        | Step::Set { node, .. }
-        | Step::Move { node, .. }) = step;
+        let node = match step {
+            Step::Attach { node, .. }
+            | Step::Detach { node }
+            | Step::Set { node, .. }
+            | Step::Move { node, .. } => node,
+            Step::SetMaterial { .. } => Self::ROOT,
+        };
         let before = self.boxes(node);
         let inverse = match step {
             Step::Attach {
@@ -402,9 +449,27 @@ impl Scene {
                     index: old_index,
                 }
             }
+            Step::SetMaterial { name, material } => return self.take_material(name, material),
         };
         let dirty_box = self.note(node, before);
         (Edited { node, dirty_box }, inverse)
+    }
+
+    fn take_material(&mut self, name: String, material: Option<Material>) -> (Edited, Step) {
+        let before = match material {
+            Some(material) => self.materials.insert(name.clone(), material),
+            None => self.materials.remove(&name),
+        };
+        self.history.changes.push(Change::of_everything());
+        let edited = Edited {
+            node: Self::ROOT,
+            dirty_box: Aabb::ALL,
+        };
+        let inverse = Step::SetMaterial {
+            name,
+            material: before,
+        };
+        (edited, inverse)
     }
 
     /// Let a node with keyframes act otherwise.

@@ -4,8 +4,7 @@
 //! *Practice.* Its first line holds the scene as it was when the journal was begun, each further one an edit as a
 //! [log](crate::LogError) has it, with a checksum before it. A line is handed to the system at once and whole: when the
 //! process dies, all that was recorded is there, and at most the line in flight is torn, which is left out. When the machine
-//! dies, lines that the system had not written yet are lost too. Materials, name and view are those of the beginning: they
-//! are no edits.
+//! dies, lines that the system had not written yet are lost too. Name and view are those of the beginning: they are no edits.
 
 use crate::{Edit, EditError, Edited, FileError, LogError, Scene, replace_file};
 use serde::{Deserialize, Serialize};
@@ -245,7 +244,11 @@ impl Journal {
         Ok(edited)
     }
 
-    fn record(&mut self, line: &str) -> Result<(), JournalError> {
+    /// Record a line that was done already, by [`Scene::replay`].
+    ///
+    /// # Errors
+    /// If it cannot be written; it is written together with the next one then.
+    pub fn record(&mut self, line: &str) -> Result<(), JournalError> {
         self.unwritten.push_str(&summed(line));
         let written = self.file.write_all(self.unwritten.as_bytes());
         written.map_err(|source| {

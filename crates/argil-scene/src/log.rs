@@ -9,7 +9,7 @@
 //! ```
 
 use crate::file::Item;
-use crate::{Body, Edit, EditError, Edited, Entry, Modifier, NodeId, Operator, Scene};
+use crate::{Body, Edit, EditError, Edited, Entry, Material, Modifier, NodeId, Operator, Scene};
 use serde::{Deserialize, Serialize};
 
 /// A line of a log.
@@ -45,6 +45,12 @@ enum Line {
     Transform {
         node: String,
         by: Modifier,
+    },
+    SetMaterial {
+        name: String,
+        /// Nothing takes it away.
+        #[serde(default)]
+        material: Option<Material>,
     },
     BeginStroke {},
     EndStroke {},
@@ -175,6 +181,7 @@ impl Scene {
                 node: node_of(self, &node)?,
                 by,
             },
+            Line::SetMaterial { name, material } => Edit::SetMaterial { name, material },
             Line::BeginStroke {} => {
                 self.begin_stroke();
                 return Ok(None);
@@ -269,6 +276,10 @@ impl Scene {
             Edit::Transform { node, by } => Line::Transform {
                 node: self.path(*node),
                 by: by.clone(),
+            },
+            Edit::SetMaterial { name, material } => Line::SetMaterial {
+                name: name.clone(),
+                material: *material,
             },
         };
         serde_json::to_string(&line).unwrap_or_default()

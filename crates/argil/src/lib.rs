@@ -36,8 +36,8 @@ pub use argil_mesh::{
 pub use argil_scene::{
     Body, Brush, Change, Ease, Edit, EditError, Edited, Entry, Exactness, FileError, Group,
     ImportError, Journal, JournalError, Keyframe, LogError, Material, Modifier, NodeId, Operator,
-    OperatorKind, Outline, Piece, Placement, Profile, Recovered, Scene, Shape, Turn, View,
-    remove_unfinished_files, schema,
+    OperatorKind, Outline, Piece, Placement, Profile, Recovered, SampledGrid, Scene, Shape, Turn,
+    View, remove_unfinished_files, schema,
 };
 pub use argil_volume::{
     Bits, BrickEdit, BrickLayout, BrickSettings, Bricks, BricksError, Dense, Encoding, Keep,

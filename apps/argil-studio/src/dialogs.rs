@@ -1,0 +1,276 @@
+//! What is asked or shown over the window.
+
+use crate::app::Studio;
+use crate::commands::{self, Command};
+use crate::recovery::{self, Left};
+use eframe::egui::{self, Key, KeyboardShortcut};
+use std::path::PathBuf;
+
+/// Over the window there is at most one.
+pub enum Dialog {
+    /// Something is not saved.
+    Unsaved(Then),
+    /// A session before has left something.
+    Recover(Vec<Left>),
+    /// Commands by parts of their names.
+    Palette {
+        /// What is typed.
+        text: String,
+        /// Which of those that are found is chosen.
+        at: usize,
+    },
+    /// All shortcuts; and the command that is given another.
+    Help(Option<Command>),
+}
+
+/// What comes after the question whether to save.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Then {
+    /// Something new.
+    New,
+    /// The file that is asked for.
+    Ask,
+    /// A file.
+    Open(PathBuf),
+    /// One of the scenes that come with the editor.
+    Sample(&'static str),
+    /// The end.
+    Quit,
+}
+
+impl Studio {
+    /// Show the dialog that there is.
+    pub(crate) fn dialogs(&mut self, ctx: &egui::Context) {
+        let Some(dialog) = self.dialog.take() else {
+            return;
+        };
+        let stays;
+        let dialog = match dialog {
+            Dialog::Unsaved(then) => {
+                stays = self.unsaved(ctx, &then);
+                Dialog::Unsaved(then)
+            }
+            Dialog::Recover(mut left) => {
+                stays = self.left_over(ctx, &mut left);
+                Dialog::Recover(left)
+            }
+            Dialog::Palette { mut text, mut at } => {
+                stays = self.palette(ctx, &mut text, &mut at);
+                Dialog::Palette { text, at }
+            }
+            Dialog::Help(mut bound) => {
+                stays = self.help(ctx, &mut bound);
+                Dialog::Help(bound)
+            }
+        };
+        // What was chosen may have opened another.
+        if stays && self.dialog.is_none() {
+            self.dialog = Some(dialog);
+        }
+    }
+
+    fn unsaved(&mut self, ctx: &egui::Context, then: &Then) -> bool {
+        let title = self.document.title();
+        let mut stays = true;
+        let modal = egui::Modal::new(egui::Id::unique("unsaved")).show(ctx, |ui| {
+            ui.heading(format!("{title} has changes that are not saved"));
+            ui.horizontal(|ui| {
+                if ui.button("Save").clicked() && self.save_scene(false) {
+                    stays = false;
+                    self.go_on(ctx, then.clone());
+                }
+                if ui.button("Do not save").clicked() {
+                    stays = false;
+                    self.document.has_saved();
+                    self.go_on(ctx, then.clone());
+                }
+                if ui.button("Cancel").clicked() {
+                    stays = false;
+                }
+            });
+        });
+        stays && !modal.should_close()
+    }
+
+    /// What was put off until it was known whether to save.
+    pub(crate) fn go_on(&mut self, ctx: &egui::Context, then: Then) {
+        match then {
+            Then::New => self.show(argil::Scene::new(), None),
+            Then::Ask => self.ask_to_open(),
+            Then::Open(path) => self.open(&path),
+            Then::Sample(name) => {
+                if let Some(scene) = crate::samples::sample(name) {
+                    self.show(scene, None);
+                }
+            }
+            Then::Quit => {
+                self.may_close = true;
+                ctx.send_viewport_cmd(egui::ViewportCommand::Close);
+            }
+        }
+    }
+
+    fn left_over(&mut self, ctx: &egui::Context, left: &mut Vec<Left>) -> bool {
+        let mut stays = true;
+        egui::Modal::new(egui::Id::unique("recover")).show(ctx, |ui| {
+            ui.heading("A session ended before it was saved");
+            let mut chosen = None;
+            for (i, own) in left.iter().enumerate() {
+                ui.horizontal(|ui| {
+                    let name = match &own.scene {
+                        Some(path) => path.display().to_string(),
+                        None => "Untitled".into(),
+                    };
+                    ui.label(name);
+                    if ui.button("Bring it back").clicked() {
+                        chosen = Some((i, true));
+                    }
+                    if ui.button("Discard").clicked() {
+                        chosen = Some((i, false));
+                    }
+                });
+            }
+            if let Some((i, back)) = chosen {
+                let own = left.remove(i);
+                if back {
+                    stays = false;
+                    self.attempt(|s| s.recover(own));
+                } else {
+                    recovery::discard(&own);
+                }
+            }
+            if ui.button("Later").clicked() {
+                stays = false;
+            }
+        });
+        stays && !left.is_empty()
+    }
+
+    fn palette(&mut self, ctx: &egui::Context, text: &mut String, at: &mut usize) -> bool {
+        let mut run = None;
+        let modal = egui::Modal::new(egui::Id::unique("palette")).show(ctx, |ui| {
+            ui.set_width(340.0);
+            let field = egui::TextEdit::singleline(text).hint_text("Find a command");
+            let response = ui.add(field.desired_width(f32::INFINITY));
+            response.request_focus();
+            if response.changed() {
+                *at = 0;
+            }
+            let words: Vec<String> = text.split_whitespace().map(str::to_lowercase).collect();
+            let fits = |e: &&commands::Entry| {
+                let name = format!("{} {}", e.menu, e.name).to_lowercase();
+                words.iter().all(|word| name.contains(word))
+            };
+            let found: Vec<_> = commands::ALL.iter().filter(fits).collect();
+            let (up, down, enter) = ui.input(|i| {
+                (
+                    i.key_pressed(Key::ArrowUp),
+                    i.key_pressed(Key::ArrowDown),
+                    i.key_pressed(Key::Enter),
+                )
+            });
+            let last = found.len().saturating_sub(1);
+            if down {
+                *at = (*at + 1).min(last);
+            }
+            if up {
+                *at = at.saturating_sub(1);
+            }
+            if enter {
+                run = found.get(*at).map(|e| e.command);
+            }
+            egui::ScrollArea::vertical()
+                .max_height(320.0)
+                .show(ui, |ui| {
+                    for (i, entry) in found.iter().enumerate() {
+                        let shortcut = self.preferences.shortcut(entry);
+                        let shortcut = shortcut.map(|s| ui.ctx().format_shortcut(&s));
+                        let button = egui::Button::selectable(i == *at, entry.name)
+                            .shortcut_text(shortcut.unwrap_or_default())
+                            .min_size(egui::vec2(ui.available_width(), 0.0));
+                        let response = ui.add(button);
+                        if i == *at && (up || down) {
+                            response.scroll_to_me(None);
+                        }
+                        if response.clicked() {
+                            run = Some(entry.command);
+                        }
+                    }
+                });
+        });
+        if let Some(command) = run {
+            self.run(command, ctx);
+            return false;
+        }
+        !modal.should_close()
+    }
+
+    fn help(&mut self, ctx: &egui::Context, bound: &mut Option<Command>) -> bool {
+        let mut closes = false;
+        let modal = egui::Modal::new(egui::Id::unique("help")).show(ctx, |ui| {
+            ui.heading("Shortcuts");
+            ui.label("In the view: drag to turn, Shift-drag to shift, scroll to come nearer, right-drag to look and fly with W A S D Q E. Shift-drag a handle to duplicate. Type a number while dragging a handle to say by how much.");
+            if let Some(command) = *bound {
+                let name = commands::info(command).name;
+                ui.strong(format!("Press the keys for “{name}”; Backspace for none."));
+                if let Some(shortcut) = pressed(ui) {
+                    let none = shortcut.logical_key == Key::Backspace;
+                    self.preferences.bind(command, (!none).then_some(shortcut));
+                    *bound = None;
+                }
+            }
+            egui::ScrollArea::vertical()
+                .max_height(0.6 * ui.ctx().content_rect().height())
+                .show(ui, |ui| {
+                    egui::Grid::new("shortcuts").striped(true).show(ui, |ui| {
+                        for entry in commands::ALL {
+                            ui.label(entry.menu);
+                            ui.label(entry.name);
+                            let shortcut = self.preferences.shortcut(entry);
+                            let text = shortcut.map(|s| ui.ctx().format_shortcut(&s));
+                            let button = ui.button(text.unwrap_or_else(|| "–".into()));
+                            let name = entry.name;
+                            button.widget_info(|| {
+                                let text = format!("Shortcut of {name}");
+                                egui::WidgetInfo::labeled(egui::Role::Button, true, text)
+                            });
+                            if button.on_hover_text("Give it another").clicked() {
+                                *bound = Some(entry.command);
+                            }
+                            ui.end_row();
+                        }
+                    });
+                });
+            ui.horizontal(|ui| {
+                closes = ui.button("Close").clicked();
+                if ui.button("All as they were").clicked() {
+                    self.preferences.shortcuts.clear();
+                }
+            });
+        });
+        // Escape may be what is bound.
+        !closes && (bound.is_some() || !modal.should_close())
+    }
+}
+
+/// The keys that are pressed, if some are.
+fn pressed(ui: &egui::Ui) -> Option<KeyboardShortcut> {
+    ui.input(|i| {
+        i.events.iter().find_map(|event| match event {
+            egui::Event::Key {
+                key,
+                pressed: true,
+                modifiers,
+                ..
+            } => {
+                let own = egui::Modifiers {
+                    ctrl: false,
+                    mac_cmd: false,
+                    ..*modifiers
+                };
+                Some(KeyboardShortcut::new(own, *key))
+            }
+            _ => None,
+        })
+    })
+}

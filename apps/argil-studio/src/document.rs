@@ -1,0 +1,353 @@
+//! The scene that is open, with its file, its journal, what is selected, and the names of its history.
+//!
+//! *Practice.* Every change is a line of a log ([`argil::LogError`]): the journal writes it, so that it comes back after a
+//! crash, and what draws the scene elsewhere follows by the same line. Nodes have the same ids there.
+
+use crate::recovery::Recovery;
+use anyhow::Context;
+use argil::{Edit, Edited, Entry, Material, NodeId, SampledGrid, Scene};
+use serde_json::{Value, json};
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// See the module's page.
+pub struct Document {
+    scene: Scene,
+    path: Option<PathBuf>,
+    recovery: Recovery,
+    /// Lines that were not handed on yet.
+    lines: Vec<String>,
+    /// Of every step that can be undone or redone.
+    names: Vec<String>,
+    /// How many steps were done when it was saved; none where what was saved cannot be come back to.
+    saved: Option<usize>,
+    stroke: Option<usize>,
+    /// What is selected, in the order of choosing.
+    pub selection: Vec<NodeId>,
+    /// What cannot be picked or moved.
+    pub locked: BTreeSet<NodeId>,
+}
+
+impl Document {
+    /// Of a scene that nothing was changed of; nothing is journalled where `recovery` is off.
+    pub fn new(scene: Scene, path: Option<PathBuf>, mut recovery: Recovery) -> Self {
+        recovery.begin(&scene, path.as_deref());
+        let steps = scene.history_lengths();
+        Self {
+            path,
+            recovery,
+            lines: Vec::new(),
+            names: vec!["Edit".into(); steps.iter().sum()],
+            saved: Some(0),
+            stroke: None,
+            selection: Vec::new(),
+            locked: BTreeSet::new(),
+            scene,
+        }
+    }
+
+    /// Of what a journal brought back: it is not saved.
+    pub fn recovered(scene: Scene, path: Option<PathBuf>, recovery: Recovery) -> Self {
+        let mut document = Self::new(Scene::new(), path, Recovery::off());
+        document.names = vec!["Edit".into(); scene.history_lengths().iter().sum()];
+        (document.scene, document.recovery, document.saved) = (scene, recovery, None);
+        document
+    }
+
+    /// The scene.
+    pub fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    /// Where it was opened from or saved to.
+    pub fn path(&self) -> Option<&Path> {
+        self.path.as_deref()
+    }
+
+    /// What to call it.
+    pub fn title(&self) -> String {
+        let file = self.path.as_deref().and_then(Path::file_name);
+        match file {
+            Some(name) => name.to_string_lossy().into_owned(),
+            None if self.scene.name.is_empty() => "Untitled".into(),
+            None => self.scene.name.clone(),
+        }
+    }
+
+    /// Whether there is something to lose.
+    pub fn is_changed(&self) -> bool {
+        self.saved != Some(self.scene.history_lengths()[0])
+    }
+
+    /// What was done since the last time, for those that follow.
+    pub fn take_lines(&mut self) -> Vec<String> {
+        std::mem::take(&mut self.lines)
+    }
+
+    /// Do an edit under a name.
+    ///
+    /// # Errors
+    /// If it cannot be done.
+    pub fn edit(&mut self, name: &str, edit: &Edit) -> anyhow::Result<Edited> {
+        let line = self.scene.log_line(edit);
+        let edited = self.line(name, line)?;
+        edited.context("an edit that changes nothing")
+    }
+
+    /// Give a node another entry.
+    ///
+    /// # Errors
+    /// If a value in it cannot be used.
+    pub fn replace(&mut self, name: &str, node: NodeId, entry: Entry) -> anyhow::Result<()> {
+        self.edit(name, &Edit::Replace { node, entry }).map(drop)
+    }
+
+    /// Add or change a material, or take one away.
+    ///
+    /// # Errors
+    /// If a value in it cannot be used, or it is to be taken away and is used.
+    pub fn set_material(
+        &mut self,
+        name: &str,
+        material: &str,
+        value: Option<Material>,
+    ) -> anyhow::Result<()> {
+        let edit = Edit::SetMaterial {
+            name: material.into(),
+            material: value,
+        };
+        self.edit(name, &edit).map(drop)
+    }
+
+    /// Have a mesh's distances, for a brush that is put in after.
+    pub fn know_mesh(&mut self, path: &str, resolution: u32, grid: Arc<SampledGrid>) {
+        self.scene.set_mesh(path, resolution, grid);
+    }
+
+    /// Insert what an item of a scene's file says, with all that it holds.
+    ///
+    /// # Errors
+    /// If it is no item.
+    pub fn insert_item(
+        &mut self,
+        name: &str,
+        (parent, index): (NodeId, usize),
+        item: &Value,
+    ) -> anyhow::Result<NodeId> {
+        let into = self.scene.path(parent);
+        let line = json!({"edit": "insert", "into": into, "index": index, "entry": item});
+        self.line(name, line.to_string())?;
+        // The first that was inserted is the one at the place.
+        let children = self.scene.node(parent).children();
+        children.get(index).copied().context("nothing was inserted")
+    }
+
+    /// What a node is in a scene's file, with all that it holds.
+    pub fn item(&self, node: NodeId) -> Option<Value> {
+        let all: Value = serde_json::from_str(&self.scene.to_json()).ok()?;
+        let pointer = self.scene.path(node);
+        let pointer = pointer.replace('[', "/").replace(']', "").replace('.', "/");
+        all.pointer(&format!("/{pointer}")).cloned()
+    }
+
+    fn line(&mut self, name: &str, line: String) -> anyhow::Result<Option<Edited>> {
+        let before = self.scene.history_lengths()[0];
+        let edited = self.scene.replay(&line)?;
+        self.recovery.record(&line);
+        self.lines.push(line);
+        if self.stroke.is_none() {
+            self.named(before, name);
+        }
+        Ok(edited)
+    }
+
+    /// A step came after so many others.
+    fn named(&mut self, before: usize, name: &str) {
+        if self.saved.is_some_and(|saved| saved > before) {
+            self.saved = None;
+        }
+        self.names.truncate(before);
+        self.names.push(name.into());
+    }
+
+    fn control(&mut self, word: &str) {
+        let line = json!({"edit": word}).to_string();
+        if self.scene.replay(&line).is_ok() {
+            self.recovery.record(&line);
+            self.lines.push(line);
+        }
+    }
+
+    /// From here to its end all edits are one step.
+    pub fn begin_stroke(&mut self, name: &str) {
+        self.end_stroke();
+        let before = self.scene.history_lengths()[0];
+        self.control("begin_stroke");
+        self.stroke = Some(before);
+        self.named(before, name);
+    }
+
+    /// See [`Document::begin_stroke`].
+    pub fn end_stroke(&mut self) {
+        let Some(before) = self.stroke.take() else {
+            return;
+        };
+        self.control("end_stroke");
+        // One that has changed nothing is no step.
+        self.names
+            .truncate(self.scene.history_lengths()[0].max(before));
+    }
+
+    /// Whether a stroke is going on.
+    pub fn is_in_stroke(&self) -> bool {
+        self.stroke.is_some()
+    }
+
+    /// Take the last step back.
+    pub fn undo(&mut self) {
+        self.end_stroke();
+        if self.scene.history_lengths()[0] > 0 {
+            self.control("undo");
+            self.forget_removed();
+        }
+    }
+
+    /// Do again what was undone last.
+    pub fn redo(&mut self) {
+        self.end_stroke();
+        if self.scene.history_lengths()[1] > 0 {
+            self.control("redo");
+            self.forget_removed();
+        }
+    }
+
+    /// The names of all steps, and how many of them are done.
+    pub fn history(&self) -> (&[String], usize) {
+        (&self.names, self.scene.history_lengths()[0])
+    }
+
+    /// Undo or redo until so many steps are done.
+    pub fn go_to(&mut self, steps: usize) {
+        while self.scene.history_lengths()[0] > steps {
+            self.undo();
+        }
+        while self.scene.history_lengths()[0] < steps && self.scene.history_lengths()[1] > 0 {
+            self.redo();
+        }
+    }
+
+    /// Whether a node is in the scene.
+    pub fn has(&self, node: NodeId) -> bool {
+        let mut at = node;
+        while let Some(parent) = self.scene.node(at).parent() {
+            at = parent;
+        }
+        at == Scene::ROOT
+    }
+
+    fn forget_removed(&mut self) {
+        let mut selection = std::mem::take(&mut self.selection);
+        selection.retain(|&node| self.has(node));
+        self.selection = selection;
+    }
+
+    /// The node that was selected last.
+    pub fn active(&self) -> Option<NodeId> {
+        self.selection.last().copied()
+    }
+
+    /// Select one node alone, or with `also`, besides those that are.
+    pub fn select(&mut self, node: Option<NodeId>, also: bool) {
+        if !also {
+            self.selection.clear();
+        }
+        let Some(node) = node else { return };
+        match self.selection.iter().position(|&n| n == node) {
+            Some(at) => drop(self.selection.remove(at)),
+            None => self.selection.push(node),
+        }
+    }
+
+    /// Those that are selected and within no other that is, in the scene's order.
+    pub fn outermost(&self) -> Vec<NodeId> {
+        let is_within = |node: NodeId| {
+            let mut at = self.scene.node(node).parent();
+            while let Some(parent) = at {
+                if self.selection.contains(&parent) {
+                    return true;
+                }
+                at = self.scene.node(parent).parent();
+            }
+            false
+        };
+        let chosen = |node: &NodeId| self.selection.contains(node) && !is_within(*node);
+        self.scene.walk().filter(chosen).collect()
+    }
+
+    /// Whether a node, or a group around it, is locked.
+    pub fn is_locked(&self, node: NodeId) -> bool {
+        let mut at = Some(node);
+        while let Some(n) = at {
+            if self.locked.contains(&n) {
+                return true;
+            }
+            at = self.scene.node(n).parent();
+        }
+        false
+    }
+
+    /// What to call a node.
+    pub fn name_of(&self, node: NodeId) -> String {
+        name_of(self.scene.node(node).entry())
+    }
+
+    /// Write the scene to a file, its own from now on.
+    ///
+    /// # Errors
+    /// If it cannot be written; what is there stays.
+    pub fn save(&mut self, path: &Path) -> anyhow::Result<()> {
+        self.end_stroke();
+        self.scene.save(path)?;
+        self.path = Some(path.into());
+        self.has_saved();
+        Ok(())
+    }
+
+    /// It was kept elsewhere, as it is.
+    pub fn has_saved(&mut self) {
+        self.saved = Some(self.scene.history_lengths()[0]);
+    }
+
+    /// Put it away: nothing is to be brought back.
+    pub fn close(&mut self) {
+        self.recovery.end();
+    }
+}
+
+/// An entry's name, or what it is.
+pub fn name_of(entry: &Entry) -> String {
+    if !entry.name.is_empty() {
+        return entry.name.clone();
+    }
+    match &entry.body {
+        argil::Body::Group => "Group".into(),
+        argil::Body::Shape(shape) => shape_name(shape),
+    }
+}
+
+/// What a shape is, such as `Round cone`.
+pub fn shape_name(shape: &argil::Shape) -> String {
+    let value = serde_json::to_value(shape).unwrap_or_default();
+    spoken(value["type"].as_str().unwrap_or("shape"))
+}
+
+/// A key such as `half_size` in words.
+pub fn spoken(key: &str) -> String {
+    let text = key.replace('_', " ");
+    let mut letters = text.chars();
+    match letters.next() {
+        Some(first) => first.to_uppercase().chain(letters).collect(),
+        None => text,
+    }
+}

@@ -1,0 +1,423 @@
+//! Handles at what is selected: moved, rotated, scaled by dragging.
+
+use crate::app::{Studio, Tool};
+use crate::eye::{on_line, on_plane};
+use crate::picker::off_segment;
+use crate::pose::Pose;
+use argil::NodeId;
+use argil::glam::{DQuat, Quat, Vec2, Vec3};
+use eframe::egui::{self, Color32, Pos2, Rect, Stroke};
+
+/// A part of the gizmo that can be dragged.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Handle {
+    /// Along or about an axis.
+    Axis(usize),
+    /// In the picture's plane, or about its normal; of a scale, all of it.
+    Free,
+}
+
+/// A drag that is going on.
+#[derive(Clone, Debug)]
+pub struct Drag {
+    handle: Handle,
+    /// Where it began.
+    start: Vec2,
+    pivot: Vec3,
+    axes: [Vec3; 3],
+    /// What is dragged: its place in the world when it began, and that of the groups around it.
+    nodes: Vec<(NodeId, Pose, Pose)>,
+    /// What is typed for it.
+    typed: String,
+}
+
+/// Handles are as long as this, in points.
+const LENGTH: f32 = 80.0;
+/// So near is on a handle.
+const NEAR: f32 = 7.0;
+const COLORS: [Color32; 3] = [
+    Color32::from_rgb(230, 70, 70),
+    Color32::from_rgb(90, 190, 70),
+    Color32::from_rgb(70, 120, 240),
+];
+const HELD: Color32 = Color32::from_rgb(255, 210, 60);
+const RING: usize = 48;
+
+/// The viewport's rectangle, with the eye, as the gizmo needs them.
+struct Screen<'a> {
+    eye: &'a crate::eye::Eye,
+    rect: Rect,
+}
+
+impl Screen<'_> {
+    fn size(&self) -> Vec2 {
+        Vec2::new(self.rect.width(), self.rect.height())
+    }
+
+    fn at(&self, point: Vec3) -> Option<Vec2> {
+        let at = self.eye.project(point, self.size())?;
+        Some(at + Vec2::new(self.rect.left(), self.rect.top()))
+    }
+
+    fn ray(&self, at: Vec2) -> [Vec3; 2] {
+        let own = at - Vec2::new(self.rect.left(), self.rect.top());
+        self.eye.ray(own, self.size())
+    }
+
+    /// A length in points at a place, in the world.
+    fn length(&self, points: f32, at: Vec3) -> f32 {
+        points / self.eye.pixels_a_unit(at, self.size())
+    }
+
+    fn ring(&self, pivot: Vec3, axis: Vec3, radius: f32) -> Vec<Option<Vec2>> {
+        let (u, v) = axis.any_orthonormal_pair();
+        (0..=RING)
+            .map(|i| {
+                let a = std::f32::consts::TAU * i as f32 / RING as f32;
+                self.at(pivot + radius * (a.cos() * u + a.sin() * v))
+            })
+            .collect()
+    }
+}
+
+fn pos(v: Vec2) -> Pos2 {
+    Pos2::new(v.x, v.y)
+}
+
+impl Studio {
+    /// What a gizmo would drag: selected, shown, and not locked.
+    fn movable(&self) -> Vec<NodeId> {
+        let mut all = self.document.outermost();
+        all.retain(|&node| !self.document.is_locked(node));
+        all
+    }
+
+    /// Where the gizmo is, and its axes.
+    fn frame_of(&self, nodes: &[NodeId]) -> Option<(Vec3, [Vec3; 3])> {
+        let scene = self.document.scene();
+        let poses: Vec<Pose> = nodes
+            .iter()
+            .map(|&n| Pose::of(scene.node(n).entry()).and(&Pose::around(scene, n)))
+            .collect();
+        let last = poses.last()?;
+        let pivot = poses.iter().map(|p| p.shift.as_vec3()).sum::<Vec3>() / poses.len() as f32;
+        let axes = [Vec3::X, Vec3::Y, Vec3::Z];
+        let axes = if self.is_local {
+            axes.map(|a| last.turn.as_quat() * a)
+        } else {
+            axes
+        };
+        Some((pivot, axes))
+    }
+
+    /// Draw the gizmo and let it be dragged; whether it has the pointer.
+    pub(crate) fn gizmo(&mut self, ui: &egui::Ui, rect: Rect, response: &egui::Response) -> bool {
+        if !matches!(self.tool, Tool::Move | Tool::Rotate | Tool::Scale) {
+            self.viewport.drag = None;
+            return false;
+        }
+        let nodes = self.movable();
+        let Some((pivot, axes)) = self.frame_of(&nodes) else {
+            self.viewport.drag = None;
+            return false;
+        };
+        let eye = self.eye;
+        let screen = Screen { eye: &eye, rect };
+        let pointer = ui
+            .input(|i| i.pointer.latest_pos())
+            .map(|p| Vec2::new(p.x, p.y));
+        let over = pointer.filter(|_| response.hovered() || self.viewport.drag.is_some());
+        let hovered = over.and_then(|at| self.handle_at(&screen, at, pivot, axes));
+        let held = self.viewport.drag.as_ref().map(|d| d.handle);
+        self.draw_gizmo(ui, &screen, pivot, axes, held.or(hovered));
+
+        if response.drag_started_by(egui::PointerButton::Primary) {
+            let start = ui.input(|i| i.pointer.press_origin());
+            let start = start.map(|p| Vec2::new(p.x, p.y));
+            let handle = start.and_then(|at| self.handle_at(&screen, at, pivot, axes));
+            if let (Some(start), Some(handle)) = (start, handle) {
+                let copies = ui.input(|i| i.modifiers.shift);
+                self.begin_drag(handle, start, (pivot, axes), nodes, copies);
+            }
+        }
+        if let Some(mut drag) = self.viewport.drag.take() {
+            type_into(ui, &mut drag.typed);
+            if let Some(at) = pointer {
+                let snaps = self.preferences.snap != ui.input(|i| i.modifiers.command);
+                let told = self.drag_to(&screen, &drag, at, snaps);
+                let place = pos(at) + egui::vec2(16.0, -16.0);
+                label(ui, place, &told);
+            }
+            if response.dragged_by(egui::PointerButton::Primary) {
+                self.viewport.drag = Some(drag);
+            } else {
+                self.document.end_stroke();
+            }
+            return true;
+        }
+        hovered.is_some()
+    }
+
+    fn handle_at(
+        &self,
+        screen: &Screen<'_>,
+        at: Vec2,
+        pivot: Vec3,
+        axes: [Vec3; 3],
+    ) -> Option<Handle> {
+        let length = screen.length(LENGTH, pivot);
+        let middle = screen.at(pivot)?;
+        let mut best: Option<(f32, Handle)> = None;
+        let mut try_one = |off: f32, handle: Handle| {
+            if off < NEAR && best.is_none_or(|(least, _)| off < least) {
+                best = Some((off, handle));
+            }
+        };
+        for (i, axis) in axes.into_iter().enumerate() {
+            if self.tool == Tool::Rotate {
+                let ring = screen.ring(pivot, axis, length);
+                for pair in ring.windows(2) {
+                    if let [Some(a), Some(b)] = *pair {
+                        try_one(off_segment(at, [a, b]), Handle::Axis(i));
+                    }
+                }
+            } else if let Some(end) = screen.at(pivot + length * axis) {
+                // The middle is another handle's.
+                let from = middle + 0.2 * (end - middle);
+                try_one(off_segment(at, [from, end]), Handle::Axis(i));
+            }
+        }
+        if self.tool == Tool::Rotate {
+            let off = (at.distance(middle) - 1.2 * LENGTH).abs();
+            try_one(off, Handle::Free);
+        } else {
+            try_one(at.distance(middle) - 4.0, Handle::Free);
+        }
+        best.map(|(_, handle)| handle)
+    }
+
+    fn draw_gizmo(
+        &self,
+        ui: &egui::Ui,
+        screen: &Screen<'_>,
+        pivot: Vec3,
+        axes: [Vec3; 3],
+        lit: Option<Handle>,
+    ) {
+        let painter = ui.painter_at(screen.rect);
+        let Some(middle) = screen.at(pivot) else {
+            return;
+        };
+        let length = screen.length(LENGTH, pivot);
+        for (i, axis) in axes.into_iter().enumerate() {
+            let is_lit = lit == Some(Handle::Axis(i));
+            let stroke = Stroke::new(2.5, if is_lit { HELD } else { COLORS[i] });
+            if self.tool == Tool::Rotate {
+                for pair in screen.ring(pivot, axis, length).windows(2) {
+                    if let [Some(a), Some(b)] = *pair {
+                        painter.line_segment([pos(a), pos(b)], stroke);
+                    }
+                }
+                continue;
+            }
+            let Some(end) = screen.at(pivot + length * axis) else {
+                continue;
+            };
+            painter.line_segment([pos(middle), pos(end)], stroke);
+            if self.tool == Tool::Scale {
+                let square = Rect::from_center_size(pos(end), egui::Vec2::splat(8.0));
+                painter.rect_filled(square, 1.0, stroke.color);
+            } else {
+                let along = (end - middle).normalize_or_zero() * 10.0;
+                let across = along.perp() * 0.45;
+                let tip = vec![pos(end + along), pos(end + across), pos(end - across)];
+                painter.add(egui::Shape::convex_polygon(tip, stroke.color, Stroke::NONE));
+            }
+        }
+        let color = if lit == Some(Handle::Free) {
+            HELD
+        } else {
+            Color32::from_gray(230)
+        };
+        if self.tool == Tool::Rotate {
+            painter.circle_stroke(pos(middle), 1.2 * LENGTH, Stroke::new(1.5, color));
+        } else {
+            painter.circle(
+                pos(middle),
+                6.0,
+                color.gamma_multiply(0.6),
+                Stroke::new(1.5, color),
+            );
+        }
+    }
+
+    fn begin_drag(
+        &mut self,
+        handle: Handle,
+        start: Vec2,
+        (pivot, axes): (Vec3, [Vec3; 3]),
+        nodes: Vec<NodeId>,
+        copies: bool,
+    ) {
+        let name = match self.tool {
+            Tool::Rotate => "Rotate",
+            Tool::Scale => "Scale",
+            _ => "Move",
+        };
+        self.document
+            .begin_stroke(if copies { "Duplicate" } else { name });
+        let nodes = if copies {
+            match self.duplicate_within_stroke() {
+                Ok(made) => made,
+                Err(error) => {
+                    self.fail(&error);
+                    nodes
+                }
+            }
+        } else {
+            nodes
+        };
+        let scene = self.document.scene();
+        let pose = |&n: &NodeId| {
+            let outer = Pose::around(scene, n);
+            (n, Pose::of(scene.node(n).entry()).and(&outer), outer)
+        };
+        let nodes = nodes.iter().map(pose).collect();
+        self.viewport.drag = Some(Drag {
+            handle,
+            start,
+            pivot,
+            axes,
+            nodes,
+            typed: String::new(),
+        });
+    }
+
+    /// Have what is dragged where the pointer is; what to say of it.
+    fn drag_to(&mut self, screen: &Screen<'_>, drag: &Drag, at: Vec2, snaps: bool) -> String {
+        let typed: Option<f32> = drag.typed.parse().ok().filter(|v: &f32| v.is_finite());
+        let step = |value: f32, by: f32| {
+            if snaps {
+                (value / by).round() * by
+            } else {
+                value
+            }
+        };
+        let (pivot, axes) = (drag.pivot, drag.axes);
+        let told;
+        let change: Box<dyn Fn(&Pose) -> Pose>;
+        match (self.tool, drag.handle) {
+            (Tool::Rotate, handle) => {
+                let axis = match handle {
+                    Handle::Axis(i) => axes[i],
+                    Handle::Free => self.eye.backward(),
+                };
+                let Some(middle) = screen.at(pivot) else {
+                    return String::new();
+                };
+                let turn = (drag.start - middle).angle_to(at - middle).to_degrees();
+                // On the screen y goes down; what is seen from behind turns the other way.
+                let faces = if axis.dot(self.eye.backward()) < 0.0 {
+                    1.0
+                } else {
+                    -1.0
+                };
+                let degrees =
+                    typed.unwrap_or_else(|| step(faces * turn, self.preferences.snap_degrees));
+                told = format!("{degrees:.1}°");
+                let turn = Quat::from_axis_angle(axis, degrees.to_radians()).as_dquat();
+                change = Box::new(move |pose| turned(pose, pivot, turn));
+            }
+            (Tool::Scale, _) => {
+                let Some(middle) = screen.at(pivot) else {
+                    return String::new();
+                };
+                let factor = at.distance(middle).max(1.0) / drag.start.distance(middle).max(8.0);
+                let factor = typed.unwrap_or_else(|| step(factor, 0.1)).clamp(1e-3, 1e3);
+                told = format!("× {factor:.3}");
+                change = Box::new(move |pose| {
+                    let from = pose.shift - pivot.as_dvec3();
+                    Pose {
+                        scale: pose.scale * f64::from(factor),
+                        shift: pivot.as_dvec3() + f64::from(factor) * from,
+                        ..*pose
+                    }
+                });
+            }
+            (_, handle) => {
+                let [before, now] = [drag.start, at].map(|p| screen.ray(p));
+                let by = match handle {
+                    Handle::Axis(i) => {
+                        let along = |ray| on_line(ray, pivot, axes[i]);
+                        let Some((from, to)) = along(before).zip(along(now)) else {
+                            return String::new();
+                        };
+                        let length = self.preferences.snap_length;
+                        axes[i] * typed.unwrap_or_else(|| step(to - from, length))
+                    }
+                    Handle::Free => {
+                        let plane = |ray| on_plane(ray, pivot, self.eye.backward());
+                        let Some((from, to)) = plane(before).zip(plane(now)) else {
+                            return String::new();
+                        };
+                        let length = self.preferences.snap_length;
+                        Vec3::from((to - from).to_array().map(|v| step(v, length)))
+                    }
+                };
+                told = format!("{:.3}, {:.3}, {:.3}", by.x, by.y, by.z);
+                change = Box::new(move |pose| Pose {
+                    shift: pose.shift + by.as_dvec3(),
+                    ..*pose
+                });
+            }
+        }
+        for (node, pose, outer) in &drag.nodes {
+            let mut entry = self.document.scene().node(*node).entry().clone();
+            change(pose).within(outer).write(&mut entry);
+            if entry != *self.document.scene().node(*node).entry() {
+                self.attempt(|s| s.document.replace("Move", *node, entry));
+            }
+        }
+        told
+    }
+}
+
+fn turned(pose: &Pose, pivot: Vec3, turn: DQuat) -> Pose {
+    let pivot = pivot.as_dvec3();
+    Pose {
+        turn: (turn * pose.turn).normalize(),
+        shift: pivot + turn * (pose.shift - pivot),
+        ..*pose
+    }
+}
+
+/// Digits that are typed while something is dragged say by how much.
+fn type_into(ui: &egui::Ui, typed: &mut String) {
+    ui.input(|i| {
+        for event in &i.events {
+            match event {
+                egui::Event::Text(text) => {
+                    typed.extend(text.chars().filter(|c| "0123456789.-".contains(*c)));
+                }
+                egui::Event::Key {
+                    key: egui::Key::Backspace,
+                    pressed: true,
+                    ..
+                } => drop(typed.pop()),
+                _ => {}
+            }
+        }
+    });
+}
+
+/// Text over the picture.
+pub(crate) fn label(ui: &egui::Ui, at: Pos2, text: &str) {
+    let font = egui::TextStyle::Monospace.resolve(ui.style());
+    let galley = ui
+        .painter()
+        .layout_no_wrap(text.to_owned(), font, Color32::WHITE);
+    let behind = Rect::from_min_size(at, galley.size()).expand(4.0);
+    ui.painter()
+        .rect_filled(behind, 3.0, Color32::from_black_alpha(160));
+    ui.painter().galley(at, galley, Color32::WHITE);
+}

@@ -1,0 +1,62 @@
+//! Argil Studio: the editor, in a window and on a web page.
+//!
+//! *Practice.* The [`Studio`] owns a document: a scene whose every change is a line of a log. The journal keeps the lines, so
+//! that a session comes back after a crash; the painter, on a thread of its own, follows them with worlds of the pipelines
+//! that are looked at; the window asks it for one picture at a time and shows the last. Nothing waits for anything.
+
+mod app;
+mod commands;
+mod dialogs;
+mod document;
+mod eye;
+mod files;
+mod gallery;
+mod gizmo;
+mod icon;
+mod inspector;
+mod jobs;
+mod list;
+mod menus;
+mod painter;
+mod picker;
+mod pose;
+mod preferences;
+mod recovery;
+mod renderer;
+mod run;
+mod samples;
+mod sculpt;
+mod viewport;
+
+pub use app::{Options, Studio};
+pub use document::Document;
+pub use files::{Ask, Files};
+
+/// Open the window, and come back when it is closed.
+///
+/// # Errors
+/// If there is none, or no graphics device to draw it with.
+#[cfg(not(target_arch = "wasm32"))]
+pub fn run(engine: argil::Engine, scene: Option<std::path::PathBuf>) -> anyhow::Result<()> {
+    use eframe::egui::ViewportBuilder;
+    let options = eframe::NativeOptions {
+        viewport: ViewportBuilder::default()
+            .with_title("Argil Studio")
+            .with_app_id("argil-studio")
+            .with_inner_size([1280.0, 800.0])
+            .with_min_inner_size([640.0, 400.0])
+            .with_drag_and_drop(true),
+        ..eframe::NativeOptions::default()
+    };
+    let begin = move |cc: &eframe::CreationContext<'_>| -> Result<Box<dyn eframe::App>, _> {
+        let own = Options {
+            engine,
+            scene,
+            recovery: dirs::data_local_dir().map(|d| d.join("argil-studio").join("sessions")),
+            files: Box::new(files::Native),
+        };
+        Ok(Box::new(Studio::new(cc, own)))
+    };
+    eframe::run_native("argil-studio", options, Box::new(begin))
+        .map_err(|error| anyhow::anyhow!("no window can be opened: {error}"))
+}

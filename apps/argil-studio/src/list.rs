@@ -1,0 +1,332 @@
+//! The list of brushes and groups, in the order in which they act.
+
+use crate::app::Studio;
+use crate::commands::Command;
+use crate::document::name_of;
+use crate::icon::{self, Icon};
+use argil::{Body, Edit, NodeId, OperatorKind, Scene};
+use eframe::egui::{self, Align, Layout, RichText, Sense, Vec2};
+
+/// A row of the list.
+struct Row {
+    node: NodeId,
+    depth: usize,
+}
+
+/// Where something that is dragged is let go.
+enum Place {
+    Before,
+    Into,
+    After,
+}
+
+impl Studio {
+    /// The panel on the left.
+    pub(crate) fn left(&mut self, ui: &mut egui::Ui) {
+        let below = 210.0f32.min(0.4 * ui.available_height());
+        egui::Panel::bottom("gallery")
+            .resizable(true)
+            .default_size(below)
+            .show(ui, |ui| {
+                ui.strong("Shapes");
+                egui::ScrollArea::vertical()
+                    .auto_shrink(false)
+                    .show(ui, |ui| self.gallery(ui));
+            });
+        ui.horizontal(|ui| {
+            ui.strong("Brushes");
+            ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+                ui.weak(format!("{}", self.document.scene().brush_count()));
+            });
+        });
+        self.list(ui);
+        if self.shows_history {
+            self.history(ui);
+        }
+    }
+
+    fn rows(&self) -> Vec<Row> {
+        fn within(scene: &Scene, group: NodeId, depth: usize, own: &Studio, out: &mut Vec<Row>) {
+            for &node in scene.node(group).children() {
+                out.push(Row { node, depth });
+                if !own.collapsed.contains(&node) {
+                    within(scene, node, depth + 1, own, out);
+                }
+            }
+        }
+        let mut out = Vec::new();
+        within(self.document.scene(), Scene::ROOT, 0, self, &mut out);
+        out
+    }
+
+    fn list(&mut self, ui: &mut egui::Ui) {
+        let rows = self.rows();
+        let height = ui.spacing().interact_size.y;
+        let most = if self.shows_history {
+            0.5 * ui.available_height()
+        } else {
+            f32::INFINITY
+        };
+        egui::ScrollArea::vertical()
+            .id_salt("list")
+            .auto_shrink(false)
+            .max_height(most)
+            .show_rows(ui, height, rows.len(), |ui, range| {
+                for row in &rows[range] {
+                    self.row(ui, row, &rows);
+                }
+            });
+    }
+
+    fn row(&mut self, ui: &mut egui::Ui, row: &Row, rows: &[Row]) {
+        let node = row.node;
+        let entry = self.document.scene().node(node).entry().clone();
+        let is_group = matches!(entry.body, Body::Group);
+        let name = name_of(&entry);
+        ui.push_id(node.index(), |ui| {
+            ui.horizontal(|ui| {
+                ui.add_space(12.0 * row.depth as f32);
+                if is_group {
+                    let is_open = !self.collapsed.contains(&node);
+                    let icon = if is_open { Icon::Down } else { Icon::Right };
+                    let button = icon::button(ui, icon, true, &format!("Open or close {name}"));
+                    if button.clicked() && !self.collapsed.remove(&node) {
+                        self.collapsed.insert(node);
+                    }
+                }
+                let is_renamed = matches!(&self.renaming, Some((n, _)) if *n == node);
+                if is_renamed {
+                    self.rename(ui);
+                    return;
+                }
+                ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+                    self.row_switches(ui, node, entry.visible, &name);
+                    let response = self.row_name(ui, node, &entry);
+                    self.drag_and_drop(ui, row, is_group, &response);
+                    if response.double_clicked() {
+                        self.renaming = Some((node, entry.name.clone()));
+                    } else if response.clicked() {
+                        let held = ui.input(|i| i.modifiers);
+                        self.choose(node, held, rows);
+                    }
+                    response.context_menu(|ui| self.row_menu(ui, node));
+                });
+            });
+        });
+    }
+
+    fn row_switches(&mut self, ui: &mut egui::Ui, node: NodeId, visible: bool, name: &str) {
+        let is_locked = self.document.locked.contains(&node);
+        let words = format!("Lock or unlock {name}");
+        let button = icon::button(ui, Icon::Lock(is_locked), true, &words);
+        if button.clicked() && !self.document.locked.remove(&node) {
+            self.document.locked.insert(node);
+        }
+        let words = format!("Hide or show {name}");
+        if icon::button(ui, Icon::Eye(visible), true, &words).clicked() {
+            let word = if visible { "Hide" } else { "Show" };
+            let edit = Edit::SetVisible {
+                node,
+                visible: !visible,
+            };
+            self.attempt(|s| s.document.edit(word, &edit).map(drop));
+        }
+    }
+
+    fn row_name(&self, ui: &mut egui::Ui, node: NodeId, entry: &argil::Entry) -> egui::Response {
+        let sign = match entry.operator.kind {
+            OperatorKind::Union => "+",
+            OperatorKind::Subtract => "−",
+            OperatorKind::Intersect => "&",
+            OperatorKind::Paint => "•",
+            OperatorKind::Morph => "~",
+        };
+        let name = name_of(entry);
+        let mut text = RichText::new(format!("{sign} {name}"));
+        if !entry.visible {
+            text = text.weak();
+        }
+        let is_selected = self.document.selection.contains(&node);
+        let button = egui::Button::selectable(is_selected, text)
+            .truncate()
+            .sense(Sense::click_and_drag());
+        let size = Vec2::new(ui.available_width(), ui.spacing().interact_size.y);
+        let left = Layout::left_to_right(Align::Center).with_main_justify(true);
+        let response = ui
+            .allocate_ui_with_layout(size, left.with_main_align(Align::Min), |ui| ui.add(button))
+            .inner;
+        response.widget_info(|| {
+            egui::WidgetInfo::selected(egui::Role::Button, true, is_selected, name.clone())
+        });
+        response
+    }
+
+    fn choose(&mut self, node: NodeId, held: egui::Modifiers, rows: &[Row]) {
+        if !held.shift {
+            self.document.select(Some(node), held.command);
+            return;
+        }
+        // From the one that was chosen last to this one.
+        let at = |n: NodeId| rows.iter().position(|r| r.node == n);
+        let (Some(to), Some(from)) = (at(node), self.document.active().and_then(at)) else {
+            self.document.select(Some(node), false);
+            return;
+        };
+        for row in &rows[from.min(to)..=from.max(to)] {
+            if !self.document.selection.contains(&row.node) {
+                self.document.selection.push(row.node);
+            }
+        }
+    }
+
+    fn drag_and_drop(
+        &mut self,
+        ui: &egui::Ui,
+        row: &Row,
+        is_group: bool,
+        response: &egui::Response,
+    ) {
+        response.dnd_set_drag_payload(row.node);
+        let place = || {
+            let at = ui.input(|i| i.pointer.interact_pos())?;
+            let part = (at.y - response.rect.top()) / response.rect.height();
+            Some(match part {
+                p if p < 0.3 || (!is_group && p < 0.5) => Place::Before,
+                p if p > 0.7 || !is_group => Place::After,
+                _ => Place::Into,
+            })
+        };
+        if response.dnd_hover_payload::<NodeId>().is_some()
+            && let Some(place) = place()
+        {
+            let rect = response.rect;
+            let stroke = ui.visuals().selection.stroke;
+            match place {
+                Place::Before => drop(ui.painter().hline(rect.x_range(), rect.top(), stroke)),
+                Place::After => drop(ui.painter().hline(rect.x_range(), rect.bottom(), stroke)),
+                Place::Into => {
+                    let inside = egui::StrokeKind::Inside;
+                    ui.painter().rect_stroke(rect, 2.0, stroke, inside);
+                }
+            }
+        }
+        if let Some(dragged) = response.dnd_release_payload::<NodeId>()
+            && let Some(place) = place()
+        {
+            self.attempt(|s| s.drop_at(*dragged, row.node, &place));
+        }
+    }
+
+    /// Put what was dragged, and what else is selected with it, before, into or behind a node.
+    fn drop_at(&mut self, dragged: NodeId, target: NodeId, place: &Place) -> anyhow::Result<()> {
+        let mut all = if self.document.selection.contains(&dragged) {
+            self.document.outermost()
+        } else {
+            vec![dragged]
+        };
+        all.retain(|&n| n != target);
+        self.document.begin_stroke("Reorder");
+        for (i, node) in all.into_iter().enumerate() {
+            let scene = self.document.scene();
+            let around = scene.node(target).parent().unwrap_or(Scene::ROOT);
+            let (parent, mut index) = match place {
+                Place::Into => (target, scene.node(target).children().len()),
+                Place::Before | Place::After => {
+                    let own = scene.node(around).children();
+                    let at = own.iter().position(|&n| n == target).unwrap_or(0);
+                    let behind = usize::from(matches!(place, Place::After));
+                    (around, at + behind * (1 + i))
+                }
+            };
+            // It is counted without itself.
+            let own = scene.node(parent).children();
+            if let Some(before) = own.iter().position(|&n| n == node)
+                && before < index
+            {
+                index -= 1;
+            }
+            let edit = Edit::Move {
+                node,
+                parent,
+                index,
+            };
+            let moved = self.document.edit("Reorder", &edit);
+            if moved.is_err() {
+                self.document.end_stroke();
+            }
+            moved?;
+        }
+        self.document.end_stroke();
+        Ok(())
+    }
+
+    fn rename(&mut self, ui: &mut egui::Ui) {
+        let Some((node, mut text)) = self.renaming.take() else {
+            return;
+        };
+        let response = ui.text_edit_singleline(&mut text);
+        response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::TextInput, true, "Name"));
+        if response.lost_focus() {
+            let is_given_up = ui.input(|i| i.key_pressed(egui::Key::Escape));
+            let mut entry = self.document.scene().node(node).entry().clone();
+            if !is_given_up && entry.name != text {
+                entry.name = text;
+                self.attempt(|s| s.document.replace("Rename", node, entry));
+            }
+            return;
+        }
+        response.request_focus();
+        self.renaming = Some((node, text));
+    }
+
+    fn row_menu(&mut self, ui: &mut egui::Ui, node: NodeId) {
+        if !self.document.selection.contains(&node) {
+            self.document.select(Some(node), false);
+        }
+        for command in [
+            Command::Rename,
+            Command::Duplicate,
+            Command::Group,
+            Command::Ungroup,
+            Command::Hide,
+            Command::Lock,
+            Command::FrameSelection,
+            Command::Delete,
+        ] {
+            self.command_button(ui, command);
+        }
+    }
+
+    fn history(&mut self, ui: &mut egui::Ui) {
+        ui.separator();
+        ui.strong("History");
+        let (names, done) = self.document.history();
+        let names = names.to_vec();
+        let mut go_to = None;
+        let height = ui.spacing().interact_size.y;
+        egui::ScrollArea::vertical()
+            .id_salt("history")
+            .auto_shrink(false)
+            .stick_to_bottom(true)
+            .show_rows(ui, height, names.len() + 1, |ui, range| {
+                for i in range {
+                    let name = if i == 0 {
+                        "As it was opened"
+                    } else {
+                        &names[i - 1]
+                    };
+                    let text = if i > done {
+                        RichText::new(name).weak()
+                    } else {
+                        RichText::new(name)
+                    };
+                    if ui.selectable_label(i == done, text).clicked() {
+                        go_to = Some(i);
+                    }
+                }
+            });
+        if let Some(steps) = go_to {
+            self.document.go_to(steps);
+        }
+    }
+}

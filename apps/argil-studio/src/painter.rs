@@ -1,0 +1,333 @@
+//! What draws the scene: a copy of it that follows the document line by line, and a world of each pipeline that is looked at.
+
+use anyhow::Context;
+use argil::{
+    BricksOptions, Camera, DenseOptions, Drawn, Engine, MeshViaOptions, OctreeOptions, Scene,
+    Settings, Show, Spread, Via, World,
+};
+use serde::{Deserialize, Serialize};
+use web_time::Instant;
+
+/// How a scene is kept and drawn.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub enum Pipeline {
+    /// As it is.
+    Field,
+    /// One texture.
+    Dense,
+    /// The 2023 study's tree of bricks.
+    Octree,
+    /// Sparse bricks.
+    #[default]
+    Bricks,
+    /// Triangles.
+    Mesh,
+}
+
+impl Pipeline {
+    /// All of them.
+    pub const ALL: [Self; 5] = [
+        Self::Field,
+        Self::Dense,
+        Self::Octree,
+        Self::Bricks,
+        Self::Mesh,
+    ];
+
+    /// In a word.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Field => "Field",
+            Self::Dense => "Dense",
+            Self::Octree => "Octree",
+            Self::Bricks => "Bricks",
+            Self::Mesh => "Mesh",
+        }
+    }
+
+    /// Whether there are bricks to be shown.
+    pub fn has_bricks(self) -> bool {
+        matches!(self, Self::Octree | Self::Bricks)
+    }
+
+    /// As the engine says it.
+    pub fn via(self, resolution: u32) -> Via {
+        match self {
+            Self::Field => Via::Field,
+            Self::Dense => Via::Dense(DenseOptions {
+                resolution,
+                mips: true,
+                ..DenseOptions::default()
+            }),
+            Self::Octree => Via::Octree(OctreeOptions {
+                resolution,
+                ..OctreeOptions::default()
+            }),
+            Self::Bricks => Via::Bricks(BricksOptions {
+                resolution,
+                ..BricksOptions::default()
+            }),
+            Self::Mesh => Via::Mesh(MeshViaOptions {
+                resolution,
+                ..MeshViaOptions::default()
+            }),
+        }
+    }
+}
+
+/// What is shown of it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub enum Display {
+    /// Lit.
+    #[default]
+    Shaded,
+    /// Normals as colours.
+    Normal,
+    /// Near white, far black.
+    Depth,
+    /// Steps of each ray, blue to red.
+    Heat,
+    /// Each brick in a colour.
+    Bricks,
+}
+
+impl Display {
+    /// All of them.
+    pub const ALL: [Self; 5] = [
+        Self::Shaded,
+        Self::Normal,
+        Self::Depth,
+        Self::Heat,
+        Self::Bricks,
+    ];
+
+    /// In a word.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Shaded => "Shaded",
+            Self::Normal => "Normal",
+            Self::Depth => "Depth",
+            Self::Heat => "Heat",
+            Self::Bricks => "Bricks",
+        }
+    }
+
+    /// As the engine says it.
+    pub fn show(self) -> Show {
+        match self {
+            Self::Shaded => Show::Shaded,
+            Self::Normal => Show::Normal,
+            Self::Depth => Show::Depth,
+            Self::Heat => Show::Heat,
+            Self::Bricks => Show::Bricks,
+        }
+    }
+}
+
+/// What is to be drawn.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Request {
+    /// One, or two to be compared.
+    pub pipelines: Vec<Pipeline>,
+    /// What of them.
+    pub display: Display,
+    /// Voxels along the longest side.
+    pub resolution: u32,
+    /// From where.
+    pub camera: Camera,
+    /// Pixels.
+    pub size: [u32; 2],
+    /// Whether it is the last word, or something moves still.
+    pub is_still: bool,
+    /// Lines of the document that it knows of.
+    pub version: u64,
+}
+
+/// A picture with what it took.
+#[derive(Clone, Debug)]
+pub struct Picture {
+    /// Which.
+    pub pipeline: Pipeline,
+    /// Width and height in pixels.
+    pub size: [u32; 2],
+    /// RGB in sRGB.
+    pub rgb: Vec<u8>,
+    /// What the device took to draw it.
+    pub frame_ms: f64,
+    /// What following the edits took since the picture before, in all; none where there were none.
+    pub edit_ms: Option<f64>,
+    /// Steps of the primary rays.
+    pub steps: Spread,
+    /// What the representation holds.
+    pub memory_bytes: u64,
+    /// Bricks, of what has some.
+    pub bricks: Option<u64>,
+    /// Triangles, of a mesh.
+    pub triangles: Option<u64>,
+}
+
+/// What came of a request.
+#[derive(Debug)]
+pub struct Answer {
+    /// The request.
+    pub request: Request,
+    /// Its pictures, or why there are none.
+    pub pictures: Result<Vec<Picture>, String>,
+    /// From taking the request to the pictures.
+    pub duration_ms: f64,
+}
+
+struct Kept {
+    pipeline: Pipeline,
+    resolution: u32,
+    world: World,
+    /// Lines of the replica that it follows.
+    version: u64,
+}
+
+/// See the module's page.
+pub struct Painter {
+    engine: Engine,
+    scene: Scene,
+    version: u64,
+    kept: Vec<Kept>,
+}
+
+/// As many worlds are kept at most: two that are compared, and one to go back to.
+const MOST_KEPT: usize = 3;
+
+impl Painter {
+    /// Of nothing.
+    pub fn new(engine: Engine) -> Self {
+        Self {
+            engine,
+            scene: Scene::new(),
+            version: 0,
+            kept: Vec::new(),
+        }
+    }
+
+    /// Another scene.
+    pub fn load(&mut self, scene: Scene, version: u64) {
+        (self.scene, self.version) = (scene, version);
+        self.kept.clear();
+    }
+
+    /// Follow the document.
+    pub fn follow(&mut self, lines: &[String]) {
+        for line in lines {
+            // What the document did can be done here.
+            let _ = self.scene.replay(line);
+            self.version += 1;
+        }
+    }
+
+    /// Draw.
+    pub fn draw(&mut self, request: Request) -> Answer {
+        let start = Instant::now();
+        let mut pictures = Ok(Vec::new());
+        for &pipeline in &request.pipelines {
+            match (self.picture(pipeline, &request), &mut pictures) {
+                (Ok(picture), Ok(all)) => all.push(picture),
+                (Err(error), _) => {
+                    pictures = Err(format!("{error:#}"));
+                    break;
+                }
+                _ => {}
+            }
+        }
+        Answer {
+            request,
+            pictures,
+            duration_ms: start.elapsed().as_secs_f64() * 1e3,
+        }
+    }
+
+    fn picture(&mut self, pipeline: Pipeline, request: &Request) -> anyhow::Result<Picture> {
+        let edit_ms = self.bring_up(pipeline, request.resolution)?;
+        let kept = self.kept.last().context("a world was made")?;
+        let world = &kept.world;
+        let settings = settings(world, request);
+        let drawn: Drawn = world.draw(&request.camera, &settings)?;
+        let info = world.volume_info()?;
+        let bricks = info.and_then(|info| {
+            let tree = info.tree.map(|tree| tree.bricks);
+            tree.or(info.sparse.map(|sparse| sparse.bricks))
+        });
+        Ok(Picture {
+            pipeline,
+            size: drawn.size,
+            rgb: drawn.rgb,
+            frame_ms: drawn.duration_ms,
+            edit_ms,
+            steps: drawn.statistics.steps,
+            memory_bytes: world.memory_bytes(),
+            bricks,
+            triangles: world.triangle_counts().map(|[triangles, _]| triangles),
+        })
+    }
+
+    /// Have a pipeline's world be of the scene as it is, the last of those that are kept; what following edits took.
+    fn bring_up(&mut self, pipeline: Pipeline, resolution: u32) -> anyhow::Result<Option<f64>> {
+        let is_it = |k: &Kept| k.pipeline == pipeline && k.resolution == resolution;
+        let Some(at) = self.kept.iter().position(is_it) else {
+            self.kept.retain(|k| k.pipeline != pipeline);
+            if self.kept.len() >= MOST_KEPT {
+                self.kept.remove(0);
+            }
+            let world = self.engine.build(&self.scene)?;
+            let world = world.via(&self.scene, pipeline.via(resolution))?;
+            self.kept.push(Kept {
+                pipeline,
+                resolution,
+                world,
+                version: self.version,
+            });
+            self.widen();
+            return Ok(None);
+        };
+        let mut kept = self.kept.remove(at);
+        let start = Instant::now();
+        let is_behind = kept.version != self.version;
+        if is_behind {
+            // A world that cannot follow is made again at the next request.
+            kept.world.apply(&self.scene)?;
+            kept.world.finish()?;
+            kept.version = self.version;
+        }
+        self.kept.push(kept);
+        if is_behind {
+            self.widen();
+        }
+        Ok(is_behind.then(|| start.elapsed().as_secs_f64() * 1e3))
+    }
+
+    /// Let edits tell boxes that serve all worlds.
+    fn widen(&mut self) {
+        let bands = self.kept.iter().map(|k| k.world.bands());
+        let widest = bands.fold([0.0f32; 2], |a, b| [a[0].max(b[0]), a[1].max(b[1])]);
+        if widest != self.scene.bands() {
+            self.scene.set_bands(widest);
+        }
+    }
+}
+
+fn settings(world: &World, request: &Request) -> Settings {
+    let show = if request.display == Display::Bricks
+        && !request.pipelines.iter().all(|p| p.has_bricks())
+    {
+        Show::Normal
+    } else {
+        request.display.show()
+    };
+    let own = world.settings(request.size, show);
+    Settings {
+        samples: if request.is_still { own.samples } else { 1 },
+        max_steps: if show == Show::Heat {
+            256
+        } else {
+            own.max_steps
+        },
+        ..own
+    }
+}

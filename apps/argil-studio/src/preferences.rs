@@ -1,0 +1,149 @@
+//! What is kept from one session to the next.
+
+use crate::commands::{self, Command, Entry};
+use crate::painter::{Display, Pipeline};
+use eframe::egui::{KeyboardShortcut, ThemePreference};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+/// See the module's page.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Preferences {
+    /// Scenes that were opened or saved, the last first.
+    pub recent: Vec<PathBuf>,
+    /// Other shortcuts than those at first, by the command's name; empty for none.
+    pub shortcuts: BTreeMap<String, String>,
+    /// Whether the interface is dark; as the system has it without.
+    pub is_dark: Option<bool>,
+    /// How large the interface is.
+    pub zoom: f32,
+    /// What is looked at.
+    pub pipeline: Pipeline,
+    /// What of it.
+    pub display: Display,
+    /// Voxels along the longest side.
+    pub resolution: u32,
+    /// Whether the grid is drawn.
+    pub grid: bool,
+    /// Whether readings are shown.
+    pub readings: bool,
+    /// Whether gizmos snap.
+    pub snap: bool,
+    /// To multiples of, in the scene's unit.
+    pub snap_length: f32,
+    /// To multiples of, in degrees.
+    pub snap_degrees: f32,
+}
+
+const MOST_RECENT: usize = 10;
+
+impl Default for Preferences {
+    fn default() -> Self {
+        Self {
+            recent: Vec::new(),
+            shortcuts: BTreeMap::new(),
+            is_dark: None,
+            zoom: 1.0,
+            pipeline: Pipeline::default(),
+            display: Display::default(),
+            resolution: 128,
+            grid: true,
+            readings: true,
+            snap: false,
+            snap_length: 0.1,
+            snap_degrees: 15.0,
+        }
+    }
+}
+
+impl Preferences {
+    /// What was kept may be of another version, or changed by hand.
+    pub fn mended(mut self) -> Self {
+        let usual = Self::default();
+        let within = |value: f32, least: f32, most: f32, usual: f32| {
+            if (least..=most).contains(&value) {
+                value
+            } else {
+                usual
+            }
+        };
+        self.zoom = within(self.zoom, 0.5, 3.0, usual.zoom);
+        self.snap_length = within(self.snap_length, 1e-4, 1e3, usual.snap_length);
+        self.snap_degrees = within(self.snap_degrees, 0.1, 180.0, usual.snap_degrees);
+        if !(16..=1024).contains(&self.resolution) {
+            self.resolution = usual.resolution;
+        }
+        self.recent.truncate(MOST_RECENT);
+        self
+    }
+
+    /// A file was opened or saved.
+    pub fn remember(&mut self, path: &Path) {
+        let path = std::path::absolute(path).unwrap_or_else(|_| path.into());
+        self.recent.retain(|known| *known != path);
+        self.recent.insert(0, path);
+        self.recent.truncate(MOST_RECENT);
+    }
+
+    /// A command's shortcut.
+    pub fn shortcut(&self, entry: &Entry) -> Option<KeyboardShortcut> {
+        match self.shortcuts.get(entry.name) {
+            Some(text) => commands::parse(text),
+            None => entry.shortcut,
+        }
+    }
+
+    /// Give a command another shortcut, taken from whichever has it; without one, none.
+    pub fn bind(&mut self, command: Command, shortcut: Option<KeyboardShortcut>) {
+        if let Some(shortcut) = shortcut {
+            for other in commands::ALL {
+                if other.command != command && self.shortcut(other) == Some(shortcut) {
+                    self.shortcuts.insert(other.name.into(), String::new());
+                }
+            }
+        }
+        let text = shortcut.as_ref().map(commands::written);
+        let name = commands::info(command).name.into();
+        self.shortcuts.insert(name, text.unwrap_or_default());
+    }
+
+    /// As egui says it.
+    pub fn theme(&self) -> ThemePreference {
+        match self.is_dark {
+            None => ThemePreference::System,
+            Some(true) => ThemePreference::Dark,
+            Some(false) => ThemePreference::Light,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use eframe::egui::{Key, Modifiers};
+
+    #[test]
+    fn a_shortcut_belongs_to_one_command() {
+        let mut own = Preferences::default();
+        let undo = commands::info(Command::Undo);
+        let theirs = own.shortcut(undo).expect("there is one");
+        own.bind(Command::Delete, Some(theirs));
+        assert_eq!(own.shortcut(undo), None);
+        assert_eq!(own.shortcut(commands::info(Command::Delete)), Some(theirs));
+        let other = KeyboardShortcut::new(Modifiers::ALT, Key::U);
+        own.bind(Command::Undo, Some(other));
+        let text = serde_json::to_string(&own).expect("text");
+        let again: Preferences = serde_json::from_str(&text).expect("the same");
+        assert_eq!(again.shortcut(undo), Some(other));
+    }
+
+    #[test]
+    fn what_is_kept_is_mended() {
+        let bad: Preferences =
+            serde_json::from_str(r#"{"zoom": 1e30, "resolution": 0}"#).expect("numbers");
+        let mended = bad.mended();
+        assert_eq!((mended.zoom, mended.resolution), (1.0, 128));
+    }
+}

@@ -1,0 +1,135 @@
+//! Journals of what is being edited, from which it comes back after a crash.
+
+use argil::{Journal, Scene};
+use std::path::{Path, PathBuf};
+use web_time::{SystemTime, UNIX_EPOCH};
+
+/// The journal of one document: a file in a folder of its own, removed when the document is closed.
+#[derive(Debug, Default)]
+pub struct Recovery {
+    folder: Option<PathBuf>,
+    journal: Option<Journal>,
+    /// Why nothing is journalled.
+    pub fault: Option<String>,
+}
+
+/// What a session that ended badly has left.
+#[derive(Debug)]
+pub struct Left {
+    /// The journal.
+    pub journal: PathBuf,
+    /// The scene's own file, if it had one.
+    pub scene: Option<PathBuf>,
+}
+
+const ENDING: &str = "journal";
+/// Beside a journal: where its scene is from.
+const ORIGIN: &str = "origin";
+
+impl Recovery {
+    /// In a folder.
+    pub fn within(folder: PathBuf) -> Self {
+        Self {
+            folder: Some(folder),
+            ..Self::default()
+        }
+    }
+
+    /// Nothing is kept.
+    pub fn off() -> Self {
+        Self::default()
+    }
+
+    /// Go on with a journal that was brought back.
+    pub fn of(journal: Journal) -> Self {
+        let folder = journal.path().parent().map(Path::to_path_buf);
+        Self {
+            folder,
+            journal: Some(journal),
+            fault: None,
+        }
+    }
+
+    /// Begin with a scene, in place of what was journalled before.
+    pub fn begin(&mut self, scene: &Scene, path: Option<&Path>) {
+        self.end();
+        let Some(folder) = &self.folder else { return };
+        let since = SystemTime::now().duration_since(UNIX_EPOCH);
+        let stamp = since.map_or(0, |since| since.as_nanos());
+        let file = folder.join(format!("{}-{stamp}.{ENDING}", std::process::id()));
+        let made = std::fs::create_dir_all(folder)
+            .and_then(|()| match path {
+                // Relative ones mean nothing to a session that begins elsewhere.
+                Some(path) => std::fs::write(
+                    file.with_extension(ORIGIN),
+                    std::path::absolute(path)?.to_string_lossy().as_bytes(),
+                ),
+                None => Ok(()),
+            })
+            .map_err(|e| e.to_string())
+            .and_then(|()| Journal::begin(&file, scene).map_err(|e| e.to_string()));
+        match made {
+            Ok(journal) => self.journal = Some(journal),
+            Err(error) => self.fault = Some(format!("{}: {error}", file.display())),
+        }
+    }
+
+    /// Write what was done.
+    pub fn record(&mut self, line: &str) {
+        if let Some(journal) = &mut self.journal
+            && let Err(error) = journal.record(line)
+        {
+            self.fault = Some(error.to_string());
+        }
+    }
+
+    /// Nothing is to be brought back.
+    pub fn end(&mut self) {
+        if let Some(journal) = self.journal.take() {
+            let path = journal.path().to_path_buf();
+            let _ = journal.remove();
+            let _ = std::fs::remove_file(path.with_extension(ORIGIN));
+        }
+    }
+}
+
+/// What sessions that are over have left in a folder, the newest first.
+pub fn left_in(folder: &Path) -> Vec<Left> {
+    let Ok(files) = std::fs::read_dir(folder) else {
+        return Vec::new();
+    };
+    let mut all: Vec<(SystemTime, Left)> = Vec::new();
+    for file in files.flatten() {
+        let path = file.path();
+        if path.extension().is_none_or(|e| e != ENDING) || is_alive(&path) {
+            continue;
+        }
+        let time = file.metadata().and_then(|m| m.modified());
+        let scene = std::fs::read_to_string(path.with_extension(ORIGIN)).ok();
+        let left = Left {
+            journal: path,
+            scene: scene.map(PathBuf::from),
+        };
+        all.push((time.unwrap_or(UNIX_EPOCH), left));
+    }
+    all.sort_by_key(|(time, _)| std::cmp::Reverse(*time));
+    all.into_iter().map(|(_, left)| left).collect()
+}
+
+/// Forget what was left.
+pub fn discard(left: &Left) {
+    let _ = std::fs::remove_file(&left.journal);
+    let _ = std::fs::remove_file(left.journal.with_extension(ORIGIN));
+}
+
+/// Whether the process that writes a journal is this one, or one that still runs.
+fn is_alive(journal: &Path) -> bool {
+    let stem = journal.file_stem().unwrap_or_default().to_string_lossy();
+    let Some(id) = stem.split('-').next().and_then(|id| id.parse::<u32>().ok()) else {
+        return false;
+    };
+    let id = sysinfo::Pid::from_u32(id);
+    let mut system = sysinfo::System::new();
+    system.refresh_processes(sysinfo::ProcessesToUpdate::Some(&[id]), true);
+    system.process(id).is_some()
+}

@@ -1,0 +1,522 @@
+//! The picture, what is drawn over it, and what the pointer does in it.
+
+use crate::app::{Studio, Tool};
+use crate::gizmo::{Drag, label};
+use crate::painter::{Answer, Picture, Pipeline, Request};
+use crate::picker::Picked;
+use argil::glam::{Vec2, Vec3};
+use argil::{NodeId, OperatorKind, Shape};
+use eframe::egui::{
+    self, Color32, ColorImage, PointerButton, Pos2, Rect, Sense, Stroke, TextureHandle,
+    TextureOptions,
+};
+use std::time::Duration;
+use web_time::Instant;
+
+/// A picture that is shown.
+struct Shown {
+    texture: TextureHandle,
+    picture: Picture,
+}
+
+/// See the module's page.
+#[derive(Default)]
+pub struct Viewport {
+    shown: Vec<Shown>,
+    difference: Option<TextureHandle>,
+    /// What was drawn last.
+    last: Option<Request>,
+    /// What edits took the last time that there were some.
+    edit_ms: Option<f64>,
+    /// When something moved last.
+    moved: Option<Instant>,
+    /// Points of the picture.
+    size: Vec2,
+    pixels_per_point: f32,
+    /// Whether what is shown is what there is, in full.
+    pub is_settled: bool,
+    /// Whether two pipelines are compared, and which is the second.
+    pub split: Option<Pipeline>,
+    /// Where the divider is, from 0 to 1.
+    pub divider: f32,
+    /// Whether their difference is shown in place of both.
+    pub shows_difference: bool,
+    /// A gizmo's drag.
+    pub drag: Option<Drag>,
+    hovered: Option<NodeId>,
+    /// What it took for each pixel of the last moving picture.
+    ms_a_pixel: Option<f64>,
+    fault: Option<String>,
+}
+
+/// So long nothing must move before the picture is drawn in full.
+const REST: Duration = Duration::from_millis(150);
+/// A picture that moves is to take no longer.
+const MOVING_MS: f64 = 50.0;
+/// Outlines of more than this are not drawn.
+const MOST_OUTLINED: usize = 12;
+
+impl Viewport {
+    /// Another document.
+    pub fn forget(&mut self) {
+        self.last = None;
+        self.drag = None;
+        self.hovered = None;
+        self.is_settled = false;
+    }
+
+    fn scale(&self, pixels: f64) -> f64 {
+        match self.ms_a_pixel {
+            Some(ms) => (MOVING_MS / (ms * pixels)).sqrt().clamp(0.2, 1.0),
+            None => 0.5,
+        }
+    }
+}
+
+impl Studio {
+    /// The picture's part of the window.
+    pub(crate) fn view(&mut self, ui: &mut egui::Ui) {
+        let (rect, response) = ui.allocate_exact_size(ui.available_size(), Sense::click_and_drag());
+        response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, "Viewport"));
+        self.viewport.size = Vec2::new(rect.width(), rect.height());
+        self.viewport.pixels_per_point = ui.ctx().pixels_per_point();
+        self.take_answer(ui.ctx());
+        self.draw_pictures(ui, rect);
+        if self.preferences.grid {
+            self.draw_grid(ui, rect);
+            self.draw_triad(ui, rect);
+        }
+        self.draw_outlines(ui, rect);
+        let divides = self.divide(ui, rect);
+        let has_gizmo = !divides && self.gizmo(ui, rect, &response);
+        self.point(ui, rect, &response, divides || has_gizmo);
+        self.keys(ui, &response);
+        if self.preferences.readings {
+            self.draw_readings(ui, rect);
+        }
+        if let Some(fault) = &self.viewport.fault {
+            let at = rect.left_center() + egui::vec2(20.0, 0.0);
+            label(ui, at, &format!("Nothing can be drawn: {fault}"));
+        }
+    }
+
+    fn take_answer(&mut self, ctx: &egui::Context) {
+        let Some(answer) = self.renderer.answer() else {
+            return;
+        };
+        let Answer {
+            request,
+            pictures,
+            duration_ms,
+        } = answer;
+        let pixels = f64::from(request.size[0] * request.size[1]);
+        let pictures = match pictures {
+            Ok(pictures) => pictures,
+            Err(error) => {
+                self.viewport.fault = Some(error);
+                self.viewport.last = Some(request);
+                return;
+            }
+        };
+        self.viewport.fault = None;
+        if !request.is_still {
+            self.viewport.ms_a_pixel = Some(duration_ms / pixels.max(1.0));
+        }
+        self.viewport.difference = match &pictures[..] {
+            [a, b] => {
+                let image = difference(a, b);
+                Some(ctx.load_texture("difference", image, TextureOptions::LINEAR))
+            }
+            _ => None,
+        };
+        self.viewport.shown = pictures
+            .into_iter()
+            .map(|picture| {
+                let size = picture.size.map(|n| n as usize);
+                let image = ColorImage::from_rgb(size, &picture.rgb);
+                let name = picture.pipeline.word();
+                let texture = ctx.load_texture(name, image, TextureOptions::LINEAR);
+                Shown { texture, picture }
+            })
+            .collect();
+        let edits = self.viewport.shown.iter().filter_map(|s| s.picture.edit_ms);
+        if let Some(ms) = edits.reduce(f64::max) {
+            self.viewport.edit_ms = Some(ms);
+        }
+        self.viewport.last = Some(request);
+    }
+
+    /// Ask for a picture where the last is of something else.
+    pub(crate) fn ask_for_picture(&mut self, ctx: &egui::Context) {
+        let view = &self.viewport;
+        let pixels = view.size * view.pixels_per_point;
+        if pixels.min_element() < 1.0 {
+            return;
+        }
+        let mut pipelines = vec![self.preferences.pipeline];
+        pipelines.extend(view.split.filter(|p| *p != self.preferences.pipeline));
+        let full = [pixels.x, pixels.y].map(|n| (n as u32).clamp(1, 4096));
+        let request = |size: [u32; 2], is_still: bool| Request {
+            pipelines: pipelines.clone(),
+            display: self.preferences.display,
+            resolution: self.preferences.resolution,
+            camera: self.eye.camera(),
+            size,
+            is_still,
+            version: self.version,
+        };
+        let wanted = request(full, true);
+        if view.last.as_ref() == Some(&wanted) {
+            self.viewport.is_settled = true;
+            return;
+        }
+        let is_other = view.last.as_ref().is_none_or(|last| {
+            Request {
+                size: full,
+                is_still: true,
+                ..last.clone()
+            } != wanted
+        });
+        if is_other && view.is_settled || view.moved.is_none() {
+            self.viewport.moved = Some(Instant::now());
+        }
+        self.viewport.is_settled = false;
+        if self.renderer.is_busy() {
+            return;
+        }
+        if is_other && self.viewport.last.is_some() {
+            self.viewport.moved = Some(Instant::now());
+            let scale = self.viewport.scale(f64::from(full[0]) * f64::from(full[1]));
+            let size = full.map(|n| ((f64::from(n) * scale) as u32).max(1));
+            self.renderer.draw(request(size, false));
+            return;
+        }
+        let rested = self.viewport.moved.map_or(REST, |at| at.elapsed());
+        if rested >= REST || self.viewport.last.is_none() {
+            self.renderer.draw(wanted);
+        } else {
+            ctx.request_repaint_after(REST - rested);
+        }
+    }
+
+    fn draw_pictures(&self, ui: &egui::Ui, rect: Rect) {
+        let painter = ui.painter_at(rect);
+        painter.rect_filled(rect, 0.0, Color32::from_gray(40));
+        let whole = Rect::from_min_max(Pos2::ZERO, Pos2::new(1.0, 1.0));
+        let view = &self.viewport;
+        if let Some(texture) = view.difference.as_ref().filter(|_| view.shows_difference) {
+            painter.image(texture.id(), rect, whole, Color32::WHITE);
+            return;
+        }
+        for (i, shown) in view.shown.iter().enumerate() {
+            let clip = if i == 0 {
+                rect
+            } else {
+                rect.with_min_x(rect.left() + view.divider * rect.width())
+            };
+            ui.painter_at(clip)
+                .image(shown.texture.id(), rect, whole, Color32::WHITE);
+        }
+    }
+
+    /// The divider of a split view; whether it has the pointer.
+    fn divide(&mut self, ui: &egui::Ui, rect: Rect) -> bool {
+        if self.viewport.shown.len() < 2 || self.viewport.shows_difference {
+            return false;
+        }
+        let x = rect.left() + self.viewport.divider * rect.width();
+        let grip = Rect::from_x_y_ranges(x - 5.0..=x + 5.0, rect.y_range());
+        let response = ui.interact(grip, ui.scope_id().with("divider"), Sense::drag());
+        response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Slider, true, "Divider"));
+        if response.dragged()
+            && let Some(at) = response.interact_pointer_pos()
+        {
+            self.viewport.divider = ((at.x - rect.left()) / rect.width()).clamp(0.02, 0.98);
+        }
+        let is_held = response.hovered() || response.dragged();
+        let width = if is_held { 3.0 } else { 1.5 };
+        let painter = ui.painter_at(rect);
+        painter.vline(x, rect.y_range(), Stroke::new(width, Color32::WHITE));
+        if is_held {
+            ui.ctx().set_cursor_icon(egui::CursorIcon::ResizeHorizontal);
+        }
+        for (shown, left) in self.viewport.shown.iter().zip([x - 80.0, x + 12.0]) {
+            let at = Pos2::new(left, rect.bottom() - 30.0);
+            label(ui, at, shown.picture.pipeline.word());
+        }
+        is_held
+    }
+
+    fn to_screen(&self, rect: Rect, point: Vec3) -> Option<Pos2> {
+        let at = self.eye.project(point, self.viewport.size)?;
+        Some(rect.min + egui::vec2(at.x, at.y))
+    }
+
+    fn draw_grid(&self, ui: &egui::Ui, rect: Rect) {
+        let painter = ui.painter_at(rect);
+        // Ten lines or so to the picture's height, a power of ten apart.
+        let spacing = 10.0f32.powf((self.eye.half_height() * 0.4).log10().floor());
+        let count = 20i32;
+        let line = |a: Vec3, b: Vec3, color: Color32| {
+            // In pieces, so that what is behind the camera is left out.
+            let mut before: Option<Pos2> = None;
+            for i in 0..=16 {
+                let at = self.to_screen(rect, a.lerp(b, i as f32 / 16.0));
+                if let (Some(p), Some(q)) = (before, at) {
+                    painter.line_segment([p, q], Stroke::new(1.0, color));
+                }
+                before = at;
+            }
+        };
+        let reach = count as f32 * spacing;
+        for i in -count..=count {
+            let at = i as f32 * spacing;
+            let color = if i % 10 == 0 {
+                Color32::from_white_alpha(40)
+            } else {
+                Color32::from_white_alpha(14)
+            };
+            let x = if i == 0 {
+                Color32::from_rgba_unmultiplied(230, 70, 70, 130)
+            } else {
+                color
+            };
+            let z = if i == 0 {
+                Color32::from_rgba_unmultiplied(70, 120, 240, 130)
+            } else {
+                color
+            };
+            line(Vec3::new(-reach, 0.0, at), Vec3::new(reach, 0.0, at), x);
+            line(Vec3::new(at, 0.0, -reach), Vec3::new(at, 0.0, reach), z);
+        }
+    }
+
+    fn draw_triad(&self, ui: &egui::Ui, rect: Rect) {
+        let middle = rect.right_top() + egui::vec2(-45.0, 45.0);
+        let [right, up] = self.eye.axes();
+        let mut axes = [
+            (Vec3::X, "x", Color32::from_rgb(230, 70, 70)),
+            (Vec3::Y, "y", Color32::from_rgb(90, 190, 70)),
+            (Vec3::Z, "z", Color32::from_rgb(70, 120, 240)),
+        ];
+        // Those in front last.
+        let depth = |a: Vec3| a.dot(self.eye.backward());
+        axes.sort_by(|a, b| depth(a.0).total_cmp(&depth(b.0)));
+        let painter = ui.painter_at(rect);
+        for (axis, name, color) in axes {
+            let end = middle + 26.0 * egui::vec2(axis.dot(right), -axis.dot(up));
+            painter.line_segment([middle, end], Stroke::new(2.0, color));
+            let font = egui::TextStyle::Small.resolve(ui.style());
+            painter.circle_filled(end, 7.0, color);
+            painter.text(end, egui::Align2::CENTER_CENTER, name, font, Color32::WHITE);
+        }
+    }
+
+    /// What is selected and what the pointer is over, whether it adds or takes away.
+    fn draw_outlines(&mut self, ui: &egui::Ui, rect: Rect) {
+        let mut all: Vec<(NodeId, bool)> =
+            self.document.selection.iter().map(|&n| (n, true)).collect();
+        let is_sculpting = self.tool == Tool::Sculpt;
+        if let Some(node) = self.viewport.hovered.filter(|_| !is_sculpting) {
+            all.push((node, false));
+        }
+        if all.len() > MOST_OUTLINED || self.sculpting.is_going() {
+            return;
+        }
+        let stands = self.eye.camera().eye;
+        for (node, is_selected) in all {
+            let scene = self.document.scene();
+            if !self.document.has(node) {
+                continue;
+            }
+            let takes_away = scene.node(node).entry().operator.kind == OperatorKind::Subtract;
+            let color = match (takes_away, is_selected) {
+                (true, _) => Color32::from_rgb(255, 110, 90),
+                (false, true) => Color32::from_rgb(255, 200, 60),
+                (false, false) => Color32::from_rgb(160, 210, 255),
+            };
+            let stroke = Stroke::new(if is_selected { 1.5 } else { 1.0 }, color);
+            let Some(outline) = self.picker.outline(scene, node) else {
+                continue;
+            };
+            let painter = ui.painter_at(rect);
+            for [a, b] in outline.seen_from(stands) {
+                let at = |p| {
+                    let at = self.eye.project(p, self.viewport.size)?;
+                    Some(rect.min + egui::vec2(at.x, at.y))
+                };
+                if let (Some(a), Some(b)) = (at(a), at(b)) {
+                    painter.line_segment([a, b], stroke);
+                }
+            }
+        }
+    }
+
+    fn ray_at(&self, rect: Rect, at: Pos2) -> [Vec3; 2] {
+        let own = at - rect.min;
+        self.eye.ray(Vec2::new(own.x, own.y), self.viewport.size)
+    }
+
+    fn picked(&mut self, rect: Rect, at: Pos2) -> Option<Picked> {
+        let ray = self.ray_at(rect, at);
+        let document = &self.document;
+        let may = |node| !document.is_locked(node);
+        self.picker.pick((document.scene(), self.version), ray, may)
+    }
+
+    /// What the pointer does where neither a gizmo nor the divider has it.
+    fn point(&mut self, ui: &egui::Ui, rect: Rect, response: &egui::Response, is_taken: bool) {
+        let (held, delta, at) = ui.input(|i| {
+            let delta = i.pointer.delta();
+            let at = i.pointer.latest_pos();
+            (i.modifiers, Vec2::new(delta.x, delta.y), at)
+        });
+        // A shape of the gallery that is let go over the surface is put there.
+        if let Some(shape) = response.dnd_release_payload::<Shape>()
+            && let Some(at) = at
+        {
+            let ray = self.ray_at(rect, at);
+            let scene = (self.document.scene(), self.version);
+            let place = match self.picker.cast(scene, ray) {
+                Some(hit) => Vec3::from(hit.point),
+                None => ray[0] + ray[1] * self.eye.distance,
+            };
+            self.attempt(|s| s.add_shape((*shape).clone(), place));
+        }
+        if response.contains_pointer() {
+            let (scroll, zoom) = ui.input(|i| (i.smooth_scroll_delta().y, i.zoom_delta()));
+            if scroll != 0.0 || zoom != 1.0 {
+                self.eye.zoom((-0.003 * scroll).exp() / zoom);
+            }
+        }
+        let sculpts = self.tool == Tool::Sculpt && !held.alt;
+        if sculpts && !is_taken {
+            self.sculpt_at(ui, rect, response, at);
+        }
+        let height = rect.height().max(1.0);
+        let primary = response.dragged_by(PointerButton::Primary)
+            && !is_taken
+            && self.viewport.drag.is_none()
+            && !self.sculpting.is_going()
+            && (!sculpts || held.alt);
+        let middle = response.dragged_by(PointerButton::Middle);
+        let secondary = response.dragged_by(PointerButton::Secondary);
+        if held.shift && (primary || middle || secondary) {
+            self.eye.pan(delta / height);
+        } else if secondary {
+            self.eye.look(Vec2::new(0.15 * delta.x, 0.15 * delta.y));
+        } else if primary || middle {
+            self.eye.orbit(Vec2::new(-0.4 * delta.x, 0.4 * delta.y));
+        }
+        if response.clicked() && !is_taken && !sculpts {
+            let found = at.and_then(|at| self.picked(rect, at));
+            let node = found.map(|found| found.node);
+            self.document.select(node, held.command || held.shift);
+        }
+        // What is under a pointer that rests is looked up when it has come to rest.
+        let is_calm = delta == Vec2::ZERO && !ui.input(|i| i.pointer.any_down());
+        if !response.hovered() || is_taken {
+            self.viewport.hovered = None;
+        } else if is_calm && ui.input(|i| i.pointer.time_since_last_movement()) < 0.5 {
+            self.viewport.hovered = at.and_then(|at| self.picked(rect, at)).map(|f| f.node);
+        }
+    }
+
+    fn sculpt_at(
+        &mut self,
+        ui: &egui::Ui,
+        rect: Rect,
+        response: &egui::Response,
+        at: Option<Pos2>,
+    ) {
+        let pressure = ui.input(|i| {
+            i.events.iter().rev().find_map(|event| match event {
+                egui::Event::Touch { force, .. } => *force,
+                _ => None,
+            })
+        });
+        let is_down = response.is_pointer_button_down_on()
+            && ui.input(|i| i.pointer.button_down(PointerButton::Primary));
+        let Some(at) = at.filter(|_| response.contains_pointer() || is_down) else {
+            self.end_sculpting();
+            return;
+        };
+        let ray = self.ray_at(rect, at);
+        let scene = (self.document.scene(), self.version);
+        let hit = self.picker.cast(scene, ray);
+        if let Some(hit) = &hit {
+            let point = Vec3::from(hit.point);
+            let pixels = self.eye.pixels_a_unit(point, self.viewport.size);
+            let radius = self.sculpting.radius * pixels;
+            let painter = ui.painter_at(rect);
+            painter.circle_stroke(at, radius, Stroke::new(1.5, Color32::from_white_alpha(180)));
+        }
+        if !is_down {
+            self.end_sculpting();
+        } else if let Some(hit) = hit {
+            let (point, normal) = (Vec3::from(hit.point), Vec3::from(hit.normal));
+            self.attempt(|s| s.sculpt(point, normal, pressure.unwrap_or(1.0)));
+        }
+    }
+
+    /// Flying, while the right button is held.
+    fn keys(&mut self, ui: &egui::Ui, response: &egui::Response) {
+        if !response.dragged_by(PointerButton::Secondary) {
+            return;
+        }
+        let (by, dt) = ui.input(|i| {
+            let down = |key| f32::from(u8::from(i.key_down(key)));
+            let by = Vec3::new(
+                down(egui::Key::D) - down(egui::Key::A),
+                down(egui::Key::E) - down(egui::Key::Q),
+                down(egui::Key::W) - down(egui::Key::S),
+            );
+            (by, i.stable_dt.min(0.1))
+        });
+        if by != Vec3::ZERO {
+            self.eye.fly(by * dt * self.eye.distance);
+            ui.ctx().request_repaint();
+        }
+    }
+
+    fn draw_readings(&self, ui: &egui::Ui, rect: Rect) {
+        let mut lines = vec![self.renderer.device().to_owned()];
+        for shown in &self.viewport.shown {
+            let p = &shown.picture;
+            lines.push(format!(
+                "{} · {}×{} · frame {:.1} ms",
+                p.pipeline.word(),
+                p.size[0],
+                p.size[1],
+                p.frame_ms
+            ));
+            lines.push(format!(
+                "steps {:.1} · p95 {:.0} · max {:.0}",
+                p.steps.mean, p.steps.p95, p.steps.max
+            ));
+            let mut held = format!("{:.1} MiB", p.memory_bytes as f64 / f64::from(1 << 20));
+            if let Some(bricks) = p.bricks {
+                held += &format!(" · {bricks} bricks");
+            }
+            if let Some(triangles) = p.triangles {
+                held += &format!(" · {triangles} triangles");
+            }
+            lines.push(held);
+        }
+        if let Some(ms) = self.viewport.edit_ms {
+            lines.push(format!("last edit {ms:.1} ms"));
+        }
+        label(ui, rect.min + egui::vec2(10.0, 10.0), &lines.join("\n"));
+    }
+}
+
+/// How far two pictures are apart, four times as bright.
+fn difference(a: &Picture, b: &Picture) -> ColorImage {
+    let rgb: Vec<u8> = a
+        .rgb
+        .iter()
+        .zip(&b.rgb)
+        .map(|(a, b)| a.abs_diff(*b).saturating_mul(4))
+        .collect();
+    ColorImage::from_rgb(a.size.map(|n| n as usize), &rgb)
+}

@@ -1,0 +1,171 @@
+//! The editor, driven as a person would.
+
+use argil::{Engine, Scene};
+use argil_studio::{Ask, Files, Options, Studio};
+use eframe::egui::{self, Modifiers, PointerButton, Pos2, Vec2};
+use egui_kittest::Harness;
+use egui_kittest::kittest::{NodeT, Queryable};
+use std::cell::RefCell;
+use std::path::PathBuf;
+use std::rc::Rc;
+use std::time::{Duration, Instant};
+
+/// What is answered when a file is asked for, and what was.
+pub type Answers = Rc<RefCell<Vec<PathBuf>>>;
+
+struct Scripted(Answers);
+
+impl Files for Scripted {
+    fn ask(&mut self, _: Ask, _: &str) -> Option<PathBuf> {
+        self.0.borrow_mut().pop()
+    }
+}
+
+/// The editor in a window that is none.
+pub struct Desk {
+    pub window: Harness<'static, Studio>,
+    pub answers: Answers,
+}
+
+/// How to begin.
+#[derive(Default)]
+pub struct Begin {
+    pub scene: Option<PathBuf>,
+    pub recovery: Option<PathBuf>,
+    pub is_drawn: bool,
+}
+
+impl Desk {
+    pub fn new(begin: Begin) -> Self {
+        let answers = Answers::default();
+        let options = Options {
+            engine: Engine::cpu(),
+            scene: begin.scene,
+            recovery: begin.recovery,
+            files: Box::new(Scripted(answers.clone())),
+        };
+        let mut builder = Harness::builder()
+            .with_size(Vec2::new(1280.0, 800.0))
+            .with_max_steps(64);
+        if begin.is_drawn {
+            builder = builder.wgpu();
+        }
+        let window = builder.build_eframe(|cc| Studio::new(cc, options));
+        Self { window, answers }
+    }
+
+    pub fn studio(&self) -> &Studio {
+        self.window.state()
+    }
+
+    pub fn scene(&self) -> &Scene {
+        self.studio().document().scene()
+    }
+
+    /// A few frames.
+    pub fn step(&mut self) {
+        self.window.run_steps(4);
+    }
+
+    /// Until the picture is of what there is.
+    pub fn settle(&mut self) {
+        let start = Instant::now();
+        loop {
+            self.window.run_steps(2);
+            if self.studio().is_settled() {
+                return;
+            }
+            assert!(
+                start.elapsed() < Duration::from_secs(120),
+                "no picture came"
+            );
+            std::thread::sleep(Duration::from_millis(5));
+        }
+    }
+
+    /// Until something is told that has a word in it.
+    pub fn until_told(&mut self, word: &str) {
+        let start = Instant::now();
+        while !self.studio().note().is_some_and(|note| note.contains(word)) {
+            self.window.run_steps(1);
+            let note = self.studio().note();
+            assert!(
+                start.elapsed() < Duration::from_secs(120),
+                "{word}: {note:?}"
+            );
+            std::thread::sleep(Duration::from_millis(5));
+        }
+    }
+
+    pub fn click(&mut self, label: &str) {
+        self.node(label).click();
+        self.step();
+    }
+
+    /// Through a menu.
+    pub fn choose(&mut self, menu: &str, item: &str) {
+        self.click(menu);
+        self.click(item);
+    }
+
+    pub fn press(&mut self, modifiers: Modifiers, key: egui::Key) {
+        self.window.key_press_modifiers(modifiers, key);
+        self.step();
+    }
+
+    pub fn type_text(&mut self, text: &str) {
+        self.window.event(egui::Event::Text(text.into()));
+        self.step();
+    }
+
+    /// The middle of something.
+    pub fn place_of(&self, label: &str) -> Pos2 {
+        self.node(label).rect().center()
+    }
+
+    /// What is called so and can be pressed or dragged; text that says the same is not meant.
+    fn node<'a>(&'a self, label: &'a str) -> egui_kittest::Node<'a> {
+        let text = egui::accesskit::Role::Label;
+        let mut all = self.window.query_all_by_label(label);
+        let found = all.find(|node| node.accesskit_node().role() != text);
+        found.unwrap_or_else(|| panic!("there is no {label}"))
+    }
+
+    fn button(&mut self, at: Pos2, button: PointerButton, pressed: bool, modifiers: Modifiers) {
+        self.window.event(egui::Event::ModifiersChanged(modifiers));
+        self.window.event(egui::Event::PointerButton {
+            pos: at,
+            button,
+            pressed,
+            modifiers,
+        });
+    }
+
+    pub fn click_at(&mut self, at: Pos2, modifiers: Modifiers) {
+        self.window.event(egui::Event::PointerMoved(at));
+        self.step();
+        self.button(at, PointerButton::Primary, true, modifiers);
+        self.window.run_steps(1);
+        self.button(at, PointerButton::Primary, false, modifiers);
+        self.step();
+        self.window
+            .event(egui::Event::ModifiersChanged(Modifiers::NONE));
+    }
+
+    /// Press, move over a few places, let go.
+    pub fn drag(&mut self, from: Pos2, to: Pos2, modifiers: Modifiers) {
+        self.window.event(egui::Event::PointerMoved(from));
+        self.step();
+        self.button(from, PointerButton::Primary, true, modifiers);
+        self.window.run_steps(1);
+        for i in 1..=8 {
+            let at = from + (to - from) * (i as f32 / 8.0);
+            self.window.event(egui::Event::PointerMoved(at));
+            self.window.run_steps(1);
+        }
+        self.button(to, PointerButton::Primary, false, modifiers);
+        self.step();
+        self.window
+            .event(egui::Event::ModifiersChanged(Modifiers::NONE));
+    }
+}

@@ -1,0 +1,292 @@
+//! What a person does, from pressing and dragging to what is in the scene.
+
+mod common;
+
+use argil::{Body, Scene, Shape};
+use common::{Begin, Desk};
+use eframe::egui::{Key, Modifiers, Vec2};
+
+fn desk() -> Desk {
+    Desk::new(Begin::default())
+}
+
+/// With nothing in it but a ball of radius 0.5 or so in the middle, selected.
+fn with_a_ball() -> Desk {
+    let mut desk = desk();
+    desk.step();
+    desk.choose("File", "New");
+    desk.click("Add Sphere");
+    desk
+}
+
+fn count(desk: &Desk) -> usize {
+    desk.scene().brush_count()
+}
+
+fn names(desk: &Desk) -> Vec<String> {
+    let scene = desk.scene();
+    scene
+        .walk()
+        .filter(|&n| n != Scene::ROOT)
+        .map(|n| desk.studio().document().name_of(n))
+        .collect()
+}
+
+#[test]
+fn a_shape_is_added_moved_and_taken_back() {
+    let mut desk = desk();
+    desk.step();
+    desk.choose("File", "New");
+    assert_eq!(count(&desk), 0);
+    desk.click("Add Sphere");
+    assert_eq!(count(&desk), 1);
+    let before = desk.scene().to_json();
+    desk.click("Move");
+    let middle = desk.place_of("Viewport");
+    desk.drag(middle, middle + Vec2::new(80.0, 20.0), Modifiers::NONE);
+    let moved = desk.scene().to_json();
+    assert_ne!(moved, before);
+    let (names, done) = desk.studio().document().history();
+    assert_eq!(
+        (names, done),
+        (&["Add shape".to_owned(), "Move".to_owned()][..], 2)
+    );
+    desk.press(Modifiers::COMMAND, Key::Z);
+    assert_eq!(desk.scene().to_json(), before);
+    desk.press(Modifiers::COMMAND | Modifiers::SHIFT, Key::Z);
+    assert_eq!(desk.scene().to_json(), moved);
+    desk.choose("Edit", "Undo");
+    desk.choose("Edit", "Undo");
+    assert_eq!(count(&desk), 0);
+}
+
+#[test]
+fn handles_duplicate_rotate_and_scale() {
+    let mut desk = with_a_ball();
+    let middle = desk.place_of("Viewport");
+    desk.click("Move");
+    desk.drag(middle, middle + Vec2::new(90.0, 0.0), Modifiers::SHIFT);
+    assert_eq!(count(&desk), 2);
+    desk.press(Modifiers::COMMAND, Key::Z);
+    assert_eq!(count(&desk), 1);
+    desk.click("Sphere");
+    desk.click("Scale");
+    desk.drag(middle, middle + Vec2::new(0.0, 60.0), Modifiers::NONE);
+    desk.click("Rotate");
+    // The outer ring turns about the line of sight.
+    let right = middle + Vec2::new(96.0, 0.0);
+    desk.drag(right, middle + Vec2::new(0.0, 96.0), Modifiers::NONE);
+    let (names, _) = desk.studio().document().history();
+    assert_eq!(names[1..], ["Scale", "Rotate"]);
+}
+
+#[test]
+fn brushes_are_picked_hidden_locked_renamed_and_grouped() {
+    let mut desk = with_a_ball();
+    let middle = desk.place_of("Viewport");
+    desk.press(Modifiers::NONE, Key::Escape);
+    assert!(desk.studio().document().selection.is_empty());
+    desk.click_at(middle, Modifiers::NONE);
+    assert_eq!(desk.studio().document().selection.len(), 1);
+    // What is locked cannot be picked.
+    desk.click("Lock or unlock Sphere");
+    desk.press(Modifiers::NONE, Key::Escape);
+    desk.click_at(middle, Modifiers::NONE);
+    assert!(desk.studio().document().selection.is_empty());
+    desk.click("Lock or unlock Sphere");
+    desk.click("Hide or show Sphere");
+    desk.click_at(middle, Modifiers::NONE);
+    assert!(desk.studio().document().selection.is_empty());
+    desk.click("Hide or show Sphere");
+    desk.click("Sphere");
+    desk.press(Modifiers::NONE, Key::F2);
+    desk.type_text("head");
+    desk.press(Modifiers::NONE, Key::Enter);
+    assert_eq!(names(&desk), ["head"]);
+    desk.press(Modifiers::COMMAND, Key::D);
+    desk.press(Modifiers::COMMAND, Key::A);
+    desk.press(Modifiers::COMMAND, Key::G);
+    assert_eq!(names(&desk), ["Group", "head", "head"]);
+    desk.press(Modifiers::COMMAND | Modifiers::SHIFT, Key::G);
+    assert_eq!(names(&desk), ["head", "head"]);
+    desk.press(Modifiers::NONE, Key::Delete);
+    assert_eq!(count(&desk), 0);
+}
+
+#[test]
+fn a_subtractive_brush_is_picked_where_it_has_carved() {
+    let mut desk = Desk::new(Begin::default());
+    desk.step();
+    desk.choose("File", "New");
+    desk.click("Add Box");
+    desk.click("Add Sphere");
+    // The ball, half as large again, in front of the box and taken away.
+    let scene = desk.scene();
+    let ball = scene.node(Scene::ROOT).children()[1];
+    let mut entry = scene.node(ball).entry().clone();
+    entry.operator.kind = argil::OperatorKind::Subtract;
+    entry.modifiers.push(argil::Modifier::Translate {
+        by: [0.1, 0.1, 0.25],
+    });
+    desk.window
+        .state_mut()
+        .document_mut()
+        .replace("Carve", ball, entry)
+        .expect("an entry");
+    desk.press(Modifiers::NONE, Key::Escape);
+    desk.press(Modifiers::NONE, Key::Home);
+    let middle = desk.place_of("Viewport");
+    desk.click_at(middle, Modifiers::NONE);
+    assert_eq!(desk.studio().document().selection, [ball]);
+}
+
+#[test]
+fn a_dragged_value_is_one_step_and_lists_are_reordered() {
+    let mut desk = with_a_ball();
+    let value = desk.place_of("Sphere radius");
+    desk.drag(value, value + Vec2::new(40.0, 0.0), Modifiers::NONE);
+    let radius = |desk: &Desk| {
+        let node = desk.scene().node(Scene::ROOT).children()[0];
+        match &desk.scene().node(node).entry().body {
+            Body::Shape(Shape::Sphere { radius }) => *radius,
+            _ => panic!("a ball"),
+        }
+    };
+    assert!(radius(&desk) > 0.5, "{}", radius(&desk));
+    let (names_of_steps, _) = desk.studio().document().history();
+    assert_eq!(names_of_steps, ["Add shape", "Change sphere"]);
+    desk.click("Add Torus");
+    assert_eq!(names(&desk), ["Sphere", "Torus"]);
+    let (from, to) = (desk.place_of("Torus"), desk.place_of("Sphere"));
+    desk.drag(from, to - Vec2::new(0.0, 8.0), Modifiers::NONE);
+    assert_eq!(names(&desk), ["Torus", "Sphere"]);
+    desk.press(Modifiers::COMMAND, Key::Z);
+    assert_eq!(names(&desk), ["Sphere", "Torus"]);
+}
+
+#[test]
+fn strokes_add_carve_smooth_and_are_one_step_each() {
+    let mut desk = with_a_ball();
+    desk.press(Modifiers::NONE, Key::Home);
+    let middle = desk.place_of("Viewport");
+    for (i, key) in [Key::Num1, Key::Num2].into_iter().enumerate() {
+        desk.press(Modifiers::NONE, key);
+        let at = middle + Vec2::new(0.0, 60.0 * i as f32);
+        desk.drag(
+            at - Vec2::new(60.0, 0.0),
+            at + Vec2::new(60.0, 0.0),
+            Modifiers::NONE,
+        );
+    }
+    let (steps, done) = desk.studio().document().history();
+    assert_eq!(steps, ["Add shape", "Add stroke", "Carve stroke"]);
+    assert_eq!(done, 3);
+    assert!(count(&desk) > 4, "{}", count(&desk));
+    desk.press(Modifiers::NONE, Key::Num3);
+    desk.drag(middle - Vec2::new(60.0, 0.0), middle, Modifiers::NONE);
+    let (steps, _) = desk.studio().document().history();
+    assert_eq!(steps.last().map(String::as_str), Some("Smooth stroke"));
+    for _ in 0..3 {
+        desk.press(Modifiers::COMMAND, Key::Z);
+    }
+    assert_eq!(count(&desk), 1);
+}
+
+#[test]
+fn commands_are_found_and_shortcuts_given_anew() {
+    let mut desk = with_a_ball();
+    desk.press(Modifiers::COMMAND, Key::K);
+    desk.type_text("dupl");
+    desk.press(Modifiers::NONE, Key::Enter);
+    assert_eq!(count(&desk), 2);
+    desk.press(Modifiers::NONE, Key::F1);
+    desk.click("Shortcut of Duplicate");
+    desk.press(Modifiers::ALT, Key::U);
+    desk.click("Close");
+    desk.press(Modifiers::ALT, Key::U);
+    assert_eq!(count(&desk), 3);
+}
+
+#[test]
+fn scenes_are_saved_and_opened_and_nothing_is_lost_unasked() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("ball.json");
+    let mut desk = with_a_ball();
+    desk.choose("File", "New");
+    // There is something to lose.
+    desk.click("Cancel");
+    assert_eq!(count(&desk), 1);
+    desk.choose("File", "New");
+    desk.answers.borrow_mut().push(file.clone());
+    desk.click("Save");
+    assert_eq!(count(&desk), 0);
+    assert_eq!(Scene::open(&file).expect("a scene").brush_count(), 1);
+    desk.answers.borrow_mut().push(file.clone());
+    desk.press(Modifiers::COMMAND, Key::O);
+    assert_eq!(count(&desk), 1);
+    assert!(!desk.studio().document().is_changed());
+    // What cannot be read leaves what is there.
+    std::fs::write(&file, "{").expect("a file");
+    desk.answers.borrow_mut().push(file.clone());
+    desk.press(Modifiers::COMMAND, Key::O);
+    assert_eq!(count(&desk), 1);
+    assert!(
+        desk.studio()
+            .note()
+            .is_some_and(|n| n.contains("ball.json"))
+    );
+}
+
+#[test]
+fn meshes_are_exported_and_imported_beside_the_window() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let mesh = folder.path().join("ball.obj");
+    let mut desk = with_a_ball();
+    desk.answers.borrow_mut().push(mesh.clone());
+    desk.press(Modifiers::COMMAND, Key::E);
+    desk.until_told("written");
+    assert!(mesh.exists());
+    desk.answers.borrow_mut().push(mesh);
+    desk.press(Modifiers::COMMAND, Key::I);
+    desk.until_told("is in the scene");
+    assert_eq!(names(&desk), ["Sphere", "ball"]);
+    let picture = folder.path().join("ball.png");
+    desk.answers.borrow_mut().push(picture.clone());
+    desk.press(Modifiers::COMMAND, Key::P);
+    desk.until_told("ball.png");
+    assert!(picture.exists());
+}
+
+#[test]
+fn what_was_not_saved_comes_back_after_a_crash() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let begin = || Begin {
+        recovery: Some(folder.path().into()),
+        ..Begin::default()
+    };
+    let mut desk = Desk::new(begin());
+    desk.step();
+    desk.choose("File", "New");
+    desk.click("Add Sphere");
+    desk.click("Add Torus");
+    let before = desk.scene().to_json();
+    // Its process is gone: a journal of another is left.
+    let left = std::fs::read_dir(folder.path()).expect("a folder");
+    let journal = left
+        .flatten()
+        .map(|file| file.path())
+        .find(|path| path.extension().is_some_and(|e| e == "journal"))
+        .expect("a journal");
+    let other = folder.path().join("4294967294-1.journal");
+    std::fs::copy(journal, &other).expect("a copy");
+    drop(desk);
+    let mut desk = Desk::new(begin());
+    desk.step();
+    desk.click("Bring it back");
+    assert_eq!(desk.scene().to_json(), before);
+    assert!(desk.studio().document().is_changed());
+    desk.press(Modifiers::COMMAND, Key::Z);
+    assert_eq!(count(&desk), 1);
+    desk.press(Modifiers::COMMAND, Key::Z);
+    assert_eq!(count(&desk), 0);
+}
