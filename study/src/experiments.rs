@@ -345,13 +345,13 @@ fn sweep(plan: &Plan) -> Vec<Case> {
                     enumerated: false,
                 };
                 let way = Way::of(kind, resolution);
-                let task = Task::Frames(plan.pick(2, 8, 20), Eye::Outside);
+                let task = Task::Frames(plan.pick(3, 8, 20), Eye::Outside);
                 all.push(Case::new("teapot", way, task));
             }
         }
         for brick in [4, 8, 16] {
             let way = Way::of(Kind::Bricks { brick }, resolution);
-            let task = Task::Frames(plan.pick(2, 8, 20), Eye::Outside);
+            let task = Task::Frames(plan.pick(3, 8, 20), Eye::Outside);
             all.push(Case::new("teapot", way, task));
         }
     }
@@ -368,7 +368,7 @@ fn cameras(plan: &Plan) -> Vec<Case> {
         for eye in [Eye::Outside, Eye::Inside, Eye::Grazing] {
             for kind in [Kind::Field, MIPPED, STUDY_OCTREE, BRICKS] {
                 let way = Way::of(kind, plan.resolution());
-                let task = Task::Frames(plan.pick(2, 8, 20), eye);
+                let task = Task::Frames(plan.pick(3, 8, 20), eye);
                 all.push(Case::new(scene, way, task));
             }
             let way = Way::of(BRICKS, plan.resolution());

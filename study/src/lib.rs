@@ -184,6 +184,9 @@ fn run(case: &Case, engine: &Engine, plan: &Plan, mut record: Record) -> (Record
                 });
             }
             for (name, picture) in outcome.pictures {
+                if !report::is_shown(&record, &name) {
+                    continue;
+                }
                 let file = file_name(&record, &name);
                 record.pictures.insert(name, file.clone());
                 pictures.push((file, picture));

@@ -6,8 +6,8 @@ use crate::way::{DENSE, Kind, MESH, Way};
 use anyhow::Context;
 use argil::glam::Vec3;
 use argil::{
-    Brush, Camera, Drawn, Engine, MeshMethod, MeshNormals, MeshOptions, Orbit, Placement, Scene,
-    Settings, Shape, Show, Via, Volume, World,
+    Brush, Camera, Drawn, Engine, MeshMethod, MeshNormals, MeshOptions, Normals, Orbit, Placement,
+    Scene, Settings, Shape, Show, Via, Volume, World,
 };
 use argil_metrics::surface::{Apart, points_on};
 use argil_metrics::{Spread, depth, flip, laplacian, psnr, ssim};
@@ -114,12 +114,16 @@ fn resolved(way: Way, engine: &Engine, scene: &Scene) -> anyhow::Result<Way> {
         let world = engine.build(scene)?.via(scene, way.via())?;
         Ok(world.memory_bytes() as f64)
     };
-    const TRIED: u32 = 64;
-    // Triangles grow as the square.
     let target = bytes(Way::of(DENSE, way.resolution))?;
-    let ratio = target / bytes(Way::of(MESH, TRIED))?.max(1.0);
-    let resolution = f64::from(TRIED) * ratio.sqrt();
-    Ok(Way::of(MESH, resolution.clamp(16.0, 1024.0) as u32))
+    let mut resolution = 64.0;
+    // Triangles grow as the square, nearly: less where what is thin appears only then.
+    for _ in 0..3 {
+        let own = bytes(Way::of(MESH, resolution as u32))?.max(1.0);
+        resolution = (resolution * (target / own).sqrt())
+            .clamp(16.0, 1024.0)
+            .round();
+    }
+    Ok(Way::of(MESH, resolution as u32))
 }
 
 fn camera(world: &World, eye: Eye) -> Camera {
@@ -302,6 +306,15 @@ fn stored(world: &World, count: u32, out: &mut Outcome) -> anyhow::Result<()> {
     let volume = world
         .query_volume()
         .context("no distances are asked of it")?;
+    // What cells without a brick tell is a bound, and not stored.
+    let (all, exact): (Vec<_>, Vec<_>) = match world.volume()?.as_deref() {
+        Some(Volume::Bricks(bricks)) => all
+            .into_iter()
+            .zip(exact)
+            .filter(|(p, _)| bricks.has_brick((*p).into()))
+            .unzip(),
+        _ => (all, exact),
+    };
     let mut own = vec![0.0; all.len()];
     volume.distances(&all, &mut own);
     // Four voxels for all, so that they are compared at the same places.
@@ -316,7 +329,7 @@ fn surface(world: &World, way: Way, count: u32, out: &mut Outcome) -> anyhow::Re
     let Via::Mesh(via) = way.via() else {
         anyhow::bail!("a surface is compared of triangles");
     };
-    let meshed = world.mesh(&MeshOptions {
+    let options = MeshOptions {
         method: via.method,
         resolution: via.resolution,
         normals: if via.flat {
@@ -327,8 +340,15 @@ fn surface(world: &World, way: Way, count: u32, out: &mut Outcome) -> anyhow::Re
         materials: false,
         unshared: via.flat && via.method == MeshMethod::MarchingCubes,
         ..MeshOptions::default()
-    })?;
+    };
+    let mesh = || world.mesh(&options);
+    let meshed = mesh()?;
     out.add("mesh_ms", meshed.duration_ms);
+    // The first had memory to touch and lists to make.
+    out.samples.clear();
+    for _ in 0..3 {
+        out.add("mesh_ms", mesh()?.duration_ms);
+    }
     out.set("triangles", meshed.report.triangles as f64);
     out.set("vertices", meshed.mesh.positions.len() as f64);
     out.set("memory_bytes", meshed.mesh.memory_bytes() as f64);
@@ -398,6 +418,22 @@ fn lost(world: &World, out: &mut Outcome) -> anyhow::Result<()> {
     Ok(())
 }
 
+/// Where a camera is, as the command has it.
+fn placed(eye: Eye) -> &'static str {
+    match eye {
+        Eye::Outside => "",
+        Eye::Inside => " --camera 25,10,0.3",
+        Eye::Grazing => " --camera 70,3,0.9",
+    }
+}
+
+/// The length of a voxel.
+fn bias_unit(name: &str, way: Way) -> Option<f32> {
+    let scene = scene(name).ok()?;
+    let world = Engine::cpu().build(&scene).ok()?;
+    Some(world.focus().size().max_element() / way.resolution as f32)
+}
+
 /// The command that shows what a case does; none of scenes that are no files.
 pub fn command(case: &Case, plan: &Plan) -> Option<String> {
     if !is_shipped(&case.scene) || case.way.kind == Kind::MeshAsLarge {
@@ -414,8 +450,9 @@ pub fn command(case: &Case, plan: &Plan) -> Option<String> {
                 .replace(" --descent path", "");
             format!("argil bake {scene}{flags} --device {device}")
         }
-        Task::Frames(count, _) => format!(
-            "argil render {scene}{flags} --device {device} --size {width}x{height} --show normal --no-ground --frames {count}"
+        Task::Frames(count, eye) => format!(
+            "argil render {scene}{flags} --device {device} --size {width}x{height} --show normal --no-ground --frames {count}{}",
+            placed(eye)
         ),
         Task::Surface(_) => {
             let flags = flags
@@ -429,13 +466,21 @@ pub fn command(case: &Case, plan: &Plan) -> Option<String> {
             let show = show
                 .and_then(|(_, value)| value.as_str())
                 .unwrap_or("shaded");
-            let from = match look.eye {
-                Eye::Outside => "",
-                Eye::Inside => " --camera 25,10,0.3",
-                Eye::Grazing => " --camera 70,3,0.9",
-            };
+            let mut more = placed(look.eye).to_owned();
+            if look.show == Show::Heat {
+                more += " --max-steps 256";
+            }
+            match look.normals {
+                Normals::Voxel => more += " --normals voxel",
+                Normals::Field => more += " --normals field",
+                _ => {}
+            }
+            if let Some(voxels) = look.bias_voxels {
+                let length = voxels * bias_unit(&case.scene, case.way)?;
+                more += &format!(" --normal-bias {length}");
+            }
             format!(
-                "argil render {scene}{flags} --device {device} --size {width}x{height} --show {show} --samples 1 --no-ground{from}"
+                "argil render {scene}{flags} --device {device} --size {width}x{height} --show {show} --samples 1 --no-ground{more}"
             )
         }
         _ => return None,

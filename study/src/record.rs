@@ -3,6 +3,7 @@
 //! *Practice.* A record is a line of JSON, written whole when its case is done, so that a run which is cut short loses one
 //! case at most. Pictures lie beside, by the names that records give them. Reports are made of nothing else.
 
+use crate::report;
 use anyhow::Context;
 use image::RgbImage;
 use serde::{Deserialize, Serialize};
@@ -98,14 +99,57 @@ impl Record {
             && self.case == other.case
             && self.machine.device == other.machine.device
             && self.machine.processor == other.machine.processor
+            && self.machine.preset == other.machine.preset
     }
 }
 
-/// The middle one; `None` of nothing.
+/// Give what was measured on different machines, or by different presets, devices of different names: a CPU is `cpu` on any.
+/// What is there twice is left out.
+pub fn told_apart(records: &mut Vec<Record>) {
+    let mut seen: Vec<Record> = Vec::new();
+    records.retain(|r| {
+        let is_new = !seen.contains(r);
+        if is_new {
+            seen.push(r.clone());
+        }
+        is_new
+    });
+    type Key = [String; 3];
+    let key = |m: &Machine| [&m.processor, &m.system, &m.preset].map(String::clone);
+    let mut places: Vec<(String, Vec<Key>)> = Vec::new();
+    for record in records.iter() {
+        let m = &record.machine;
+        let at = match places.iter().position(|(device, _)| *device == m.device) {
+            Some(at) => at,
+            None => {
+                places.push((m.device.clone(), Vec::new()));
+                places.len() - 1
+            }
+        };
+        if !places[at].1.contains(&key(m)) {
+            places[at].1.push(key(m));
+        }
+    }
+    for record in records.iter_mut() {
+        let m = &mut record.machine;
+        let Some((_, keys)) = places.iter().find(|(device, _)| *device == m.device) else {
+            continue;
+        };
+        let own = key(m);
+        let differs = |&i: &usize| keys.iter().any(|k| k[i] != own[i]);
+        let parts: Vec<&str> = (0..3).filter(differs).map(|i| own[i].as_str()).collect();
+        if !parts.is_empty() {
+            m.device = format!("{} ({})", m.device, parts.join(", "));
+        }
+    }
+}
+
+/// The middle one, of an even count the mean of both; `None` of nothing.
 pub fn median(samples: &[f64]) -> Option<f64> {
     let mut all = samples.to_vec();
     all.sort_by(f64::total_cmp);
-    all.get(all.len() / 2).copied()
+    let last = all.len().checked_sub(1)?;
+    Some(0.5 * (all[last / 2] + all[last.div_ceil(2)]))
 }
 
 /// The sample that a part of all is no greater than.
@@ -143,6 +187,11 @@ impl Store {
         }
         let text = fs::read_to_string(&file).with_context(|| file.display().to_string())?;
         let (records, whole) = parse(&text, &file)?;
+        anyhow::ensure!(
+            whole > 0 || text.is_empty() || text.starts_with("{\"experiment\""),
+            "{}: no records are in it, and it would be replaced; take another folder",
+            file.display()
+        );
         store.records = records;
         if whole < text.len() {
             let handle = fs::OpenOptions::new().write(true).open(&file);
@@ -157,11 +206,7 @@ impl Store {
     /// # Errors
     /// If there are none.
     pub fn read(place: &Path) -> anyhow::Result<Vec<Record>> {
-        let file = if place.is_dir() {
-            place.join(FILE)
-        } else {
-            place.into()
-        };
+        let file = Self::file_of(place);
         let text = fs::read_to_string(&file).with_context(|| {
             format!(
                 "{}: a folder that `argil study` has written, or its {FILE}",
@@ -171,6 +216,15 @@ impl Store {
         let (records, _) = parse(&text, &file)?;
         anyhow::ensure!(!records.is_empty(), "{}: no record in it", file.display());
         Ok(records)
+    }
+
+    /// The file of a place's records.
+    pub fn file_of(place: &Path) -> PathBuf {
+        if place.is_dir() {
+            place.join(FILE)
+        } else {
+            place.into()
+        }
     }
 
     /// The folder of a place's pictures.
@@ -205,7 +259,8 @@ impl Store {
     pub fn add(&mut self, record: Record, pictures: &[(String, RgbImage)]) -> anyhow::Result<()> {
         for (name, picture) in pictures {
             let path = self.folder.join(PICTURES).join(name);
-            argil::save_png(&path, picture.dimensions().into(), picture)?;
+            let small = report::shown(picture);
+            argil::save_png(&path, small.dimensions().into(), &small)?;
         }
         let file = self.folder.join(FILE);
         let mut line = serde_json::to_string(&record)?;

@@ -8,8 +8,10 @@ mod plot;
 mod sections;
 mod table;
 
+pub(crate) use sections::is_shown;
+
 use crate::claims;
-use crate::record::{Record, Store};
+use crate::record::{Record, Store, told_apart};
 use anyhow::Context;
 use std::path::{Path, PathBuf};
 
@@ -26,17 +28,52 @@ pub(crate) struct Source {
 /// # Errors
 /// If a place holds no records, or the page cannot be written.
 pub fn report(places: &[PathBuf], out: &Path) -> anyhow::Result<()> {
+    let all = read(places, out)?;
+    let pictures: Vec<PathBuf> = places.iter().map(|p| Store::pictures_of(p)).collect();
+    let all: Vec<Source> = all
+        .into_iter()
+        .map(|record| Source {
+            // A picture's name is its record's own.
+            pictures: pictures
+                .iter()
+                .find(|folder| {
+                    record
+                        .pictures
+                        .values()
+                        .any(|name| folder.join(name).exists())
+                })
+                .or(pictures.first())
+                .cloned()
+                .unwrap_or_default(),
+            record,
+        })
+        .collect();
+    save(&page::page(&all), out)
+}
+
+/// The records of some places, none of which is where something is to be written.
+fn read(places: &[PathBuf], out: &Path) -> anyhow::Result<Vec<Record>> {
     let mut all = Vec::new();
     for place in places {
-        let pictures = Store::pictures_of(place);
-        for record in Store::read(place)? {
-            all.push(Source {
-                record,
-                pictures: pictures.clone(),
-            });
-        }
+        let file = Store::file_of(place);
+        let is_same = |p: &Path| {
+            let [a, b] = [p, out].map(Path::canonicalize);
+            a.is_ok_and(|a| b.is_ok_and(|b| a == b))
+        };
+        anyhow::ensure!(
+            !is_same(&file),
+            "{}: these are the records; name another file",
+            out.display()
+        );
+        all.extend(Store::read(place)?);
     }
-    save(&page::page(&all), out)
+    anyhow::ensure!(
+        !out.exists() || out.is_file(),
+        "{}: is no ordinary file; name another",
+        out.display()
+    );
+    told_apart(&mut all);
+    Ok(all)
 }
 
 /// Write a text beside its place, and rename it into it.
@@ -57,10 +94,7 @@ fn save(text: &str, out: &Path) -> anyhow::Result<()> {
 /// # Errors
 /// If a place holds no records, or the page cannot be written.
 pub fn findings(places: &[PathBuf], out: &Path) -> anyhow::Result<()> {
-    let mut all = Vec::new();
-    for place in places {
-        all.extend(Store::read(place)?);
-    }
+    let all = read(places, out)?;
     let mut text = String::from(
         "# What the study found\n\nMade of records by `argil study findings`; every number is theirs.\n",
     );
@@ -98,6 +132,20 @@ pub fn findings(places: &[PathBuf], out: &Path) -> anyhow::Result<()> {
         text += "\n";
     }
     save(&text, out)
+}
+
+/// Pixels along a picture's longer side, as it is kept and shown.
+const SHOWN: u32 = 400;
+
+/// A picture as it is kept and shown.
+pub(crate) fn shown(picture: &image::RgbImage) -> image::RgbImage {
+    if picture.width().max(picture.height()) <= SHOWN {
+        return picture.clone();
+    }
+    let filter = image::imageops::FilterType::Triangle;
+    image::DynamicImage::from(picture.clone())
+        .resize(SHOWN, SHOWN, filter)
+        .to_rgb8()
 }
 
 /// Text as HTML has it.

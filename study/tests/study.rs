@@ -194,3 +194,27 @@ fn the_findings_are_up_to_date() {
         "run `cargo run --release -- study findings study/records/* -o docs/findings.md`"
     );
 }
+
+/// A CPU is `cpu` on any machine; what was measured by two is not mixed.
+#[test]
+fn machines_are_told_apart() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let [a, b] = ["a", "b"].map(|name| folder.path().join(name));
+    measured(&a, &["center"]);
+    let mut record: Record = Store::read(&a).expect("records").remove(0);
+    record.machine.processor = "another".into();
+    fs::create_dir_all(&b).expect("a folder");
+    let line = serde_json::to_string(&record).expect("text") + "\n";
+    fs::write(b.join("records.jsonl"), line).expect("a file");
+    let page = folder.path().join("both.html");
+    // The same folder twice is that folder.
+    report(&[a.clone(), b, a.clone()], &page).expect("a page");
+    let text = fs::read_to_string(&page).expect("a page");
+    assert!(text.contains("cpu (another)"), "the other is named");
+    assert!(text.contains("All rows (2)"), "a row each");
+    // Records are no place for a report.
+    let own = a.join("records.jsonl");
+    let before = fs::read(&own).expect("records");
+    assert!(report(&[a], &own).is_err());
+    assert_eq!(fs::read(&own).expect("records"), before);
+}

@@ -19,8 +19,11 @@ pub fn run(options: &Compare) -> anyhow::Result<()> {
             .is_some_and(|e| e.eq_ignore_ascii_case("png"));
         ensure!(is_png, "{}: maps are written as .png", place.display());
     }
+    let full = |place: &Option<std::path::PathBuf>| {
+        place.as_deref().and_then(|p| std::path::absolute(p).ok())
+    };
     ensure!(
-        options.flip.is_none() || options.flip != options.laplacian,
+        options.flip.is_none() || full(&options.flip) != full(&options.laplacian),
         "--flip, --laplacian: two maps, and one file for both"
     );
     let (a, b) = (picture(&options.a)?, picture(&options.b)?);
@@ -73,6 +76,13 @@ fn picture(path: &Path) -> anyhow::Result<RgbImage> {
     let picture = reader
         .decode()
         .with_context(|| format!("{}: it is read as a PNG picture", path.display()))?;
+    let color = picture.color();
+    if color.has_alpha() || color.bytes_per_pixel() > color.channel_count() {
+        eprintln!(
+            "argil: {}: 8 bits of red, green and blue are compared; alpha and finer steps are left out",
+            path.display()
+        );
+    }
     Ok(picture.to_rgb8())
 }
 

@@ -31,6 +31,12 @@ pub fn run(options: &Study) -> anyhow::Result<()> {
     bar.bar.finish_and_clear();
     let report = options.output.join("report.html");
     argil_study::report(std::slice::from_ref(&options.output), &report)?;
+    let failed = (summary.failed > 0).then(|| {
+        anyhow::anyhow!(
+            "{} cases failed: the report says why, in their rows",
+            summary.failed
+        )
+    });
     if options.json {
         output::json(&json!({
             "report": report.display().to_string(),
@@ -38,14 +44,14 @@ pub fn run(options: &Study) -> anyhow::Result<()> {
             "failed": summary.failed,
             "broken_checks": summary.broken,
         }));
-        return Ok(());
+        return failed.map_or(Ok(()), Err);
     }
     output::line(&report.display().to_string());
     output::line(&format!(
         "{} cases, {} of them failed, {} checks did not hold",
         summary.done, summary.failed, summary.broken
     ));
-    Ok(())
+    failed.map_or(Ok(()), Err)
 }
 
 /// The devices that are measured: without a wish, all that there are.
@@ -88,6 +94,12 @@ impl Progress for Bar {
     fn case(&mut self, device: &str, experiment: &str, case: &str) {
         self.bar
             .set_message(format!("{experiment} {case} on {device}"));
+        // Where no bar is drawn, a line tells how far it is.
+        let at = self.bar.position();
+        if self.bar.is_hidden() && at.is_multiple_of(20) {
+            let all = self.bar.length().unwrap_or(0);
+            eprintln!("{at} of {all}: {experiment} on {device}");
+        }
     }
 
     fn done(&mut self, error: Option<&str>) {

@@ -9,8 +9,13 @@ use argil_volume::CellLists;
 use glam::Vec3;
 use rayon::prelude::*;
 
+/// How far outside of the surface it is looked at the field, in edges: where a distance is nearly 0, its gradient is the
+/// rounding of a point less its nearest one.
+const OUT: f32 = 0.05;
+
 /// Move the vertices of a mesh along their edges to where the exact field is 0, and give them its gradients as normals. One
-/// look at the field, between the stored samples: false position, so that no vertex leaves its edge.
+/// look at the field, beside where the stored samples have the surface: a step along the gradient, or by false position where
+/// that would leave the part of the edge on which the sign changes.
 pub fn refine(program: &Program, lists: &CellLists, marched: &mut Marched) {
     let Marched {
         mesh,
@@ -30,13 +35,21 @@ pub fn refine(program: &Program, lists: &CellLists, marched: &mut Marched) {
             let parts = positions.chunks_mut(LANES).zip(normals.chunks_mut(LANES));
             for (positions, normals) in parts {
                 let n = positions.len();
+                let axis_of = |at: usize| {
+                    let axis = group.ends.iter().position(|&end| at < end as usize);
+                    axis.unwrap_or(0)
+                };
+                for (i, position) in positions.iter_mut().enumerate() {
+                    position[axis_of(at + i)] += voxel * step_out(spans[at + i]);
+                }
                 look(evaluator, list, positions, room);
                 let [_, _, _, d, gx, gy, gz] = &**room;
                 for i in 0..n {
-                    let axis = group.ends.iter().position(|&end| at < end as usize);
-                    let axis = axis.unwrap_or(0);
-                    positions[i][axis] += voxel * correction(spans[at], d[i]);
-                    normals[i] = Vec3::new(gx[i], gy[i], gz[i]).normalize_or_zero();
+                    let axis = axis_of(at);
+                    let gradient = Vec3::new(gx[i], gy[i], gz[i]);
+                    let slope = voxel * gradient[axis];
+                    positions[i][axis] += voxel * correction(spans[at], d[i], slope);
+                    normals[i] = gradient.normalize_or_zero();
                     at += 1;
                 }
             }
@@ -63,14 +76,32 @@ pub fn outwards(marched: &mut Marched) {
     }
 }
 
-/// By how much of an edge a vertex moves at which the distance is `d`, and which was set between two stored ones.
-fn correction([a, b]: [f32; 2], d: f32) -> f32 {
+/// By how much of an edge a vertex that was set between two stored distances is moved out, to look at the field there; in,
+/// where the edge ends.
+fn step_out([a, b]: [f32; 2]) -> f32 {
     let t = part(a, b, 0.0);
-    // The part of the edge on which the sign changes.
-    let to = if (d < 0.0) == (a < 0.0) {
-        t + (1.0 - t) * d / (d - b)
+    let out = OUT.copysign(b - a);
+    if (0.0..=1.0).contains(&(t + out)) {
+        out
     } else {
-        t * a / (a - d)
+        -out
+    }
+}
+
+/// By how much of an edge a vertex that was moved out moves on, where the distance is `d` and grows by `slope` over the edge.
+fn correction([a, b]: [f32; 2], d: f32, slope: f32) -> f32 {
+    let t = part(a, b, 0.0) + step_out([a, b]);
+    // The part of the edge on which the sign changes.
+    let (from, to, guess) = if (d < 0.0) == (a < 0.0) {
+        (t, 1.0, t + (1.0 - t) * d / (d - b))
+    } else {
+        (0.0, t, t * a / (a - d))
+    };
+    let newton = t - d / slope;
+    let to = if (from..=to).contains(&newton) {
+        newton
+    } else {
+        guess
     };
     if to.is_finite() { clamp(to) - t } else { 0.0 }
 }
@@ -110,15 +141,21 @@ fn split<'a, T>(
     jobs
 }
 
-/// Give the vertices the field's gradient as normals.
+/// Give the vertices the field's gradient as normals: taken a little off the surface, as in [`refine`].
 pub fn normals(program: &Program, lists: &CellLists, mesh: &mut Mesh) {
     let positions = &mesh.positions;
+    let voxel = lists.layout().lattice.voxel;
     mesh.normals = each(program, lists, positions, |evaluator, list, positions| {
         let mut room = Box::new([[0.0; LANES]; 7]);
+        let unit = |room: &[[f32; LANES]; 7], i: usize| {
+            Vec3::from([4, 5, 6].map(|k| room[k][i])).normalize_or_zero()
+        };
         look(evaluator, list, positions, &mut room);
-        let [_, _, _, _, x, y, z] = &*room;
-        let unit = |i| Vec3::new(x[i], y[i], z[i]).normalize_or_zero();
-        (0..positions.len()).map(unit).collect()
+        let off = OUT * voxel;
+        let beside = |(i, &p): (usize, &Vec3)| p + off * unit(&room, i);
+        let beside: Vec<Vec3> = positions.iter().enumerate().map(beside).collect();
+        look(evaluator, list, &beside, &mut room);
+        (0..positions.len()).map(|i| unit(&room, i)).collect()
     });
 }
 

@@ -11,7 +11,7 @@ const SIGMA: f32 = 1.5;
 
 /// The mean structural similarity index (Wang, Bovik, Sheikh, Simoncelli 2004): 1 for equal pictures. Each channel of 8-bit sRGB as stored by itself,
 /// then their mean; a Gaussian window of 11×11 pixels with a standard deviation of 1.5; K₁ = 0.01, K₂ = 0.03. Windows that
-/// reach over the border are left out.
+/// reach over the border are left out; of a picture that is smaller than a window, all windows count, and beyond the border its pixels come again.
 ///
 /// # Errors
 /// If the sizes differ.
@@ -41,8 +41,15 @@ fn of_channel(a: &RgbImage, b: &RgbImage, channel: usize) -> f64 {
     let (c1, c2) = ((0.01f64 * 255.0).powi(2), (0.03f64 * 255.0).powi(2));
     let mut sum = 0.0;
     let mut count = 0;
-    for y in REACH..height.saturating_sub(REACH) {
-        for x in REACH..width.saturating_sub(REACH) {
+    let within = |length: usize| {
+        if length > 2 * REACH {
+            REACH..length - REACH
+        } else {
+            0..length
+        }
+    };
+    for y in within(height) {
+        for x in within(width) {
             let i = y * width + x;
             let [ma, mb, aa, bb, ab] =
                 [mean_a[i], mean_b[i], square_a[i], square_b[i], product[i]].map(f64::from);
@@ -53,7 +60,7 @@ fn of_channel(a: &RgbImage, b: &RgbImage, channel: usize) -> f64 {
             count += 1;
         }
     }
-    // A picture smaller than a window has nothing that could differ in structure.
+    // A picture without a pixel.
     if count == 0 {
         1.0
     } else {

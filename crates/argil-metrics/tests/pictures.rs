@@ -91,6 +91,8 @@ fn sizes_must_be_one_and_may_be_small() {
     assert!(psnr(&a, &b).is_err() && ssim(&a, &b).is_err());
     assert!(flip::flip(&a, &b, 67.0).is_err() && laplacian::difference(&a, &b).is_err());
     assert_eq!(ssim(&a, &a), Ok(1.0));
+    let white = RgbImage::from_pixel(4, 3, image::Rgb([255; 3]));
+    assert!(ssim(&a, &white).expect("one size") < 0.01);
     let none = RgbImage::new(0, 0);
     assert_eq!(
         flip::flip(&none, &none, 67.0).expect("one size").mean(),

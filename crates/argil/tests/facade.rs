@@ -129,3 +129,32 @@ fn bricks_follow_their_scene_in_place() -> Result<(), Box<dyn std::error::Error>
     assert_eq!(world.differing_cells(&other)?, Some(0));
     Ok(())
 }
+
+/// Where a corner is nearly on the surface, a distance's gradient is the rounding of two points.
+#[test]
+fn normals_of_fine_meshes_are_the_fields() {
+    let text = include_str!("../../../scenes/teapot.json");
+    let scene = Scene::from_json(text, "teapot.json").expect("a scene");
+    let world = Engine::cpu().build(&scene).expect("a world");
+    let options = argil::MeshOptions {
+        resolution: 400,
+        materials: false,
+        ..argil::MeshOptions::default()
+    };
+    let mesh = world.mesh(&options).expect("a mesh").mesh;
+    let h = 1e-3 * world.focus().half_diagonal();
+    let is_off = |i: &usize| {
+        let (p, own) = (mesh.positions[*i], mesh.normals[*i]);
+        let by = [0, 1, 2].map(|axis| {
+            let mut step = argil::glam::Vec3::ZERO;
+            step[axis] = h;
+            world.distance((p + step).to_array()) - world.distance((p - step).to_array())
+        });
+        argil::glam::Vec3::from(by).normalize_or_zero().dot(own) < 0.95
+    };
+    let looked_at = (0..mesh.positions.len()).step_by(7);
+    let count = looked_at.len();
+    let off = looked_at.filter(is_off).count();
+    // At creases both are right, and differ.
+    assert!(off * 100 < count, "{off} of {count}");
+}

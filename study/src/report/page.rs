@@ -8,9 +8,6 @@ use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use std::io::Cursor;
 
-/// Pixels along a picture's longer side in the page.
-const SHOWN: u32 = 400;
-
 const STYLE: &str = include_str!("page.css");
 const SCRIPT: &str = include_str!("page.js");
 
@@ -34,8 +31,8 @@ pub fn machines(records: &[&Record]) -> Vec<String> {
         let m = &record.machine;
         let device = if m.driver.is_empty() {
             format!(
-                "{} threads of {} at {} MHz",
-                m.threads, m.processor, m.clock_mhz
+                "{}: {} threads of {} at {} MHz",
+                m.device, m.threads, m.processor, m.clock_mhz
             )
         } else {
             let clocks = clocks(records, &m.device);
@@ -113,7 +110,10 @@ pub fn page(all: &[Source]) -> String {
             text += &format!("<p><b>Here:</b> {}</p>", escaped(&sentence));
         }
         for plot in sections::plots(experiment.name, &rows) {
-            text += &format!("<figure>{plot}</figure>");
+            text += &format!(
+                "<figure class=\"plot\">{plot}<figcaption class=\"command\">made by <code>argil study --only {}</code></figcaption></figure>",
+                experiment.name
+            );
         }
         let shown = sections::pictures(experiment.name, &own);
         if !shown.is_empty() {
@@ -145,25 +145,22 @@ fn picture(shown: &sections::Shown<'_>) -> String {
             format!(" ({})", escaped(&record.machine.device))
         }
     );
-    let command = record.command.as_deref().unwrap_or_default();
+    let own = format!("argil study --only {}", record.experiment);
+    let command = record.command.as_deref().unwrap_or(&own);
     let place = record
         .pictures
         .get(shown.name)
         .map(|file| shown.source.pictures.join(file));
     let encoded = place.and_then(|place| {
         let picture = image::open(place).ok()?.to_rgb8();
-        let small = image::DynamicImage::from(picture).resize(
-            SHOWN,
-            SHOWN,
-            image::imageops::FilterType::Triangle,
-        );
+        let small = super::shown(&picture);
         let mut bytes = Cursor::new(Vec::new());
         small.write_to(&mut bytes, image::ImageFormat::Png).ok()?;
         Some(STANDARD.encode(bytes.into_inner()))
     });
     match encoded {
         Some(data) => format!(
-            "<figure title=\"{}\"><img loading=\"lazy\" alt=\"{caption}\" src=\"data:image/png;base64,{data}\"><figcaption>{caption}</figcaption></figure>",
+            "<figure><img loading=\"lazy\" alt=\"{caption}\" src=\"data:image/png;base64,{data}\"><figcaption>{caption}<details class=\"command\"><summary>made by</summary><code>{}</code></details></figcaption></figure>",
             escaped(command)
         ),
         None => format!(

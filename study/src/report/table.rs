@@ -113,13 +113,11 @@ pub fn table(records: &[&Record], columns: &[Column], several: bool) -> String {
                 title.unwrap_or_default()
             );
         }
-        let command = record
-            .command
-            .as_deref()
-            .map(|c| format!("<code>{}</code>", escaped(c)));
+        let own = format!("argil study --only {}", record.experiment);
+        let command = record.command.as_deref().unwrap_or(&own);
         text += &format!(
-            "<td class=\"command\">{}</td></tr>",
-            command.unwrap_or_default()
+            "<td class=\"command\"><code>{}</code></td></tr>",
+            escaped(command)
         );
     }
     text += "</tbody></table></div>";
