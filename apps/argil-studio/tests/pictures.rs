@@ -1,23 +1,85 @@
-//! The window as it looks.
+//! The window as it looks, against pictures that were looked at. `UPDATE_PICTURES=1` takes what there is now in their place.
 
 mod common;
 
+use argil_metrics::flip::{PIXELS_A_DEGREE, flip};
 use common::{Begin, Desk};
+use eframe::egui::{Key, Modifiers, Vec2};
+use image::RgbImage;
+use std::path::PathBuf;
 
-fn keep(desk: &mut Desk, name: &str) {
-    let picture = desk.window.render().expect("a device to draw windows with");
-    let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR"));
-    picture
-        .save(folder.join(format!("{name}.png")))
-        .expect("a file");
-}
-
-#[test]
-fn the_window_shows_the_scene() {
+fn desk() -> Desk {
     let mut desk = Desk::new(Begin {
         is_drawn: true,
         ..Begin::default()
     });
+    // Times are not the same twice.
+    desk.press(Modifiers::NONE, Key::I);
+    desk
+}
+
+fn looks_as_before(desk: &mut Desk, name: &str) {
     desk.settle();
-    keep(&mut desk, "window");
+    let picture = desk.window.render().expect("a device to draw windows with");
+    let own = image::DynamicImage::from(picture).to_rgb8();
+    let file = PathBuf::from(env!("CARGO_MANIFEST_DIR"))
+        .join("tests/pictures")
+        .join(format!("{name}.png"));
+    if std::env::var_os("UPDATE_PICTURES").is_some() {
+        own.save(&file).expect("a file");
+    }
+    let before = image::open(&file).expect("a picture").to_rgb8();
+    let seen = flip(&before, &own, PIXELS_A_DEGREE)
+        .expect("one size")
+        .mean();
+    if seen > 0.01 {
+        let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR"));
+        let found = folder.join(format!("{name}.png"));
+        own.save(&found).expect("a file");
+        panic!("{name}: FLIP {seen:.4}, see {}", found.display());
+    }
+}
+
+fn is_other(desk: &mut Desk, name: &str) {
+    let file = PathBuf::from(env!("CARGO_MANIFEST_DIR"))
+        .join("tests/pictures")
+        .join(format!("{name}.png"));
+    desk.settle();
+    let own = desk.window.render().expect("a device to draw windows with");
+    let own: RgbImage = image::DynamicImage::from(own).to_rgb8();
+    let before = image::open(&file).expect("a picture").to_rgb8();
+    let seen = flip(&before, &own, PIXELS_A_DEGREE)
+        .expect("one size")
+        .mean();
+    assert!(seen > 0.01, "{seen}");
+}
+
+#[test]
+fn a_brush_is_selected_and_inspected() {
+    let mut desk = desk();
+    desk.click("belly");
+    desk.click("Move");
+    looks_as_before(&mut desk, "selected");
+    // The other way round: what has changed is seen.
+    desk.press(Modifiers::NONE, Key::Delete);
+    is_other(&mut desk, "selected");
+}
+
+#[test]
+fn two_pipelines_are_compared() {
+    let mut desk = desk();
+    desk.press(Modifiers::NONE, Key::V);
+    desk.settle();
+    let middle = desk.place_of("Divider");
+    desk.drag(middle, middle + Vec2::new(-120.0, 0.0), Modifiers::NONE);
+    desk.click("Heat");
+    looks_as_before(&mut desk, "split");
+}
+
+#[test]
+fn bricks_are_seen_from_above() {
+    let mut desk = desk();
+    desk.click("Brick colors");
+    desk.press(Modifiers::NONE, Key::F7);
+    looks_as_before(&mut desk, "top");
 }

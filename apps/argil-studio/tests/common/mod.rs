@@ -1,4 +1,5 @@
 //! The editor, driven as a person would.
+#![allow(dead_code, reason = "not every test does everything")]
 
 use argil::{Engine, Scene};
 use argil_studio::{Ask, Files, Options, Studio};
