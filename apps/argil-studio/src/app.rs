@@ -125,9 +125,12 @@ impl Studio {
             studio.show(scene, None);
             return studio;
         }
-        match options.scene {
-            Some(path) => studio.open(&path),
-            None => studio.show(crate::samples::first(), None),
+        if let Some(path) = &options.scene {
+            studio.open(path);
+        }
+        // Where none was asked for, and where it cannot be opened.
+        if studio.document.path().is_none() {
+            studio.show(crate::samples::first(), None);
         }
         if let Some(folder) = &studio.recovery_folder {
             let left = recovery::left_in(folder);
@@ -151,6 +154,16 @@ impl Studio {
     /// What was told last.
     pub fn note(&self) -> Option<&str> {
         self.note.as_ref().map(|note| note.text.as_str())
+    }
+
+    /// What is shown: after how many lines of the document, whether in full, and what it took in milliseconds.
+    pub fn shown(&self) -> Option<(u64, bool, f64)> {
+        self.viewport.shown_request()
+    }
+
+    /// Lines of the document so far.
+    pub fn version(&self) -> u64 {
+        self.version
     }
 
     /// Whether the picture is of what is there now, in full.

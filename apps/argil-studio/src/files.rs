@@ -104,9 +104,6 @@ impl Studio {
             s.tell(format!("{} is open", path.display()));
             Ok(())
         });
-        if self.document.path().is_none() && self.document.scene().brush_count() == 0 {
-            self.show(crate::samples::first(), None);
-        }
     }
 
     /// A file that was dropped on the window.
@@ -182,6 +179,8 @@ impl Studio {
         self.document.know_mesh(&path, resolution, grid);
         // The copy that is drawn is to know it too.
         self.version += 1000;
+        // What was done in this frame is in the scene already.
+        drop(self.document.take_lines());
         self.renderer.load(self.document.scene(), self.version);
         self.picker.forget();
         let node = scene.node(Scene::ROOT).children()[0];

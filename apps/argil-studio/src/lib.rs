@@ -32,12 +32,19 @@ pub use app::{Options, Studio};
 pub use document::Document;
 pub use files::{Ask, Files};
 
+/// The machine has no screen, or nothing to draw a window with.
+#[derive(Debug, thiserror::Error)]
+#[error(
+    "no window can be opened: {0}. It takes a screen, and a device for Vulkan, Metal or Direct3D 12, of software if need be (on Debian and Ubuntu: mesa-vulkan-drivers)"
+)]
+pub struct NoWindow(String);
+
 /// Open the window, and come back when it is closed.
 ///
 /// # Errors
 /// If there is none, or no graphics device to draw it with.
 #[cfg(not(target_arch = "wasm32"))]
-pub fn run(engine: argil::Engine, scene: Option<std::path::PathBuf>) -> anyhow::Result<()> {
+pub fn run(engine: argil::Engine, scene: Option<std::path::PathBuf>) -> Result<(), NoWindow> {
     use eframe::egui::ViewportBuilder;
     let options = eframe::NativeOptions {
         viewport: ViewportBuilder::default()
@@ -58,5 +65,5 @@ pub fn run(engine: argil::Engine, scene: Option<std::path::PathBuf>) -> anyhow::
         Ok(Box::new(Studio::new(cc, own)))
     };
     eframe::run_native("argil-studio", options, Box::new(begin))
-        .map_err(|error| anyhow::anyhow!("no window can be opened: {error}"))
+        .map_err(|error| NoWindow(error.to_string()))
 }

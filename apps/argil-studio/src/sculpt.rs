@@ -116,6 +116,14 @@ impl Studio {
                 last: None,
             });
         }
+        // A mirror keeps what is on the positive side.
+        let [mut point, mut normal] = [point, normal];
+        for (axis, &is_mirrored) in self.sculpting.mirror.iter().enumerate() {
+            if is_mirrored && point[axis] < 0.0 {
+                point[axis] = -point[axis];
+                normal[axis] = -normal[axis];
+            }
+        }
         let radius = self.sculpting.radius * pressure.clamp(0.05, 1.0);
         let strength = self.sculpting.strength;
         let last = self.sculpting.stroke.as_ref().and_then(|s| s.last);

@@ -47,6 +47,8 @@ pub struct Viewport {
     /// What it took for each pixel of the last moving picture.
     ms_a_pixel: Option<f64>,
     fault: Option<String>,
+    /// What the last answer took.
+    duration_ms: f64,
 }
 
 /// So long nothing must move before the picture is drawn in full.
@@ -63,6 +65,12 @@ impl Viewport {
         self.drag = None;
         self.hovered = None;
         self.is_settled = false;
+    }
+
+    /// See [`Studio::shown`].
+    pub fn shown_request(&self) -> Option<(u64, bool, f64)> {
+        let last = self.last.as_ref()?;
+        Some((last.version, last.is_still, self.duration_ms))
     }
 
     fn scale(&self, pixels: f64) -> f64 {
@@ -119,6 +127,7 @@ impl Studio {
             }
         };
         self.viewport.fault = None;
+        self.viewport.duration_ms = duration_ms;
         if !request.is_still {
             self.viewport.ms_a_pixel = Some(duration_ms / pixels.max(1.0));
         }

@@ -14,8 +14,8 @@ use rayon::prelude::*;
 const OUT: f32 = 0.05;
 
 /// Move the vertices of a mesh along their edges to where the exact field is 0, and give them its gradients as normals. One
-/// look at the field, beside where the stored samples have the surface: a step along the gradient, or by false position where
-/// that would leave the part of the edge on which the sign changes.
+/// look at its distances, between the stored samples: false position, so that no vertex leaves its edge. Then one at its
+/// gradients, beside the surface.
 pub fn refine(program: &Program, lists: &CellLists, marched: &mut Marched) {
     let Marched {
         mesh,
@@ -39,19 +39,22 @@ pub fn refine(program: &Program, lists: &CellLists, marched: &mut Marched) {
                     let axis = group.ends.iter().position(|&end| at < end as usize);
                     axis.unwrap_or(0)
                 };
-                for (i, position) in positions.iter_mut().enumerate() {
-                    position[axis_of(at + i)] += voxel * step_out(spans[at + i]);
-                }
-                look(evaluator, list, positions, room);
-                let [_, _, _, d, gx, gy, gz] = &**room;
+                measure(evaluator, list, positions, room);
                 for i in 0..n {
-                    let axis = axis_of(at);
-                    let gradient = Vec3::new(gx[i], gy[i], gz[i]);
-                    let slope = voxel * gradient[axis];
-                    positions[i][axis] += voxel * correction(spans[at], d[i], slope);
-                    normals[i] = gradient.normalize_or_zero();
-                    at += 1;
+                    let axis = axis_of(at + i);
+                    let span = spans[at + i];
+                    let by = correction(span, room[3][i]);
+                    positions[i][axis] += voxel * by;
+                    // Where it is looked at the gradient, kept in the normal's place.
+                    normals[i] = positions[i];
+                    normals[i][axis] += voxel * step_out(span, by);
                 }
+                look(evaluator, list, normals, room);
+                let [_, _, _, _, gx, gy, gz] = &**room;
+                for i in 0..n {
+                    normals[i] = Vec3::new(gx[i], gy[i], gz[i]).normalize_or_zero();
+                }
+                at += n;
             }
         },
     );
@@ -76,10 +79,21 @@ pub fn outwards(marched: &mut Marched) {
     }
 }
 
-/// By how much of an edge a vertex that was set between two stored distances is moved out, to look at the field there; in,
-/// where the edge ends.
-fn step_out([a, b]: [f32; 2]) -> f32 {
+/// By how much of an edge a vertex moves at which the distance is `d`, and which was set between two stored ones.
+fn correction([a, b]: [f32; 2], d: f32) -> f32 {
     let t = part(a, b, 0.0);
+    // The part of the edge on which the sign changes.
+    let to = if (d < 0.0) == (a < 0.0) {
+        t + (1.0 - t) * d / (d - b)
+    } else {
+        t * a / (a - d)
+    };
+    if to.is_finite() { clamp(to) - t } else { 0.0 }
+}
+
+/// By how much of an edge beside a vertex that has moved it is looked at the gradient: outside, or inside where the edge ends.
+fn step_out([a, b]: [f32; 2], moved: f32) -> f32 {
+    let t = part(a, b, 0.0) + moved;
     let out = OUT.copysign(b - a);
     if (0.0..=1.0).contains(&(t + out)) {
         out
@@ -88,22 +102,19 @@ fn step_out([a, b]: [f32; 2]) -> f32 {
     }
 }
 
-/// By how much of an edge a vertex that was moved out moves on, where the distance is `d` and grows by `slope` over the edge.
-fn correction([a, b]: [f32; 2], d: f32, slope: f32) -> f32 {
-    let t = part(a, b, 0.0) + step_out([a, b]);
-    // The part of the edge on which the sign changes.
-    let (from, to, guess) = if (d < 0.0) == (a < 0.0) {
-        (t, 1.0, t + (1.0 - t) * d / (d - b))
-    } else {
-        (0.0, t, t * a / (a - d))
-    };
-    let newton = t - d / slope;
-    let to = if (from..=to).contains(&newton) {
-        newton
-    } else {
-        guess
-    };
-    if to.is_finite() { clamp(to) - t } else { 0.0 }
+/// The distances alone.
+fn measure(
+    evaluator: &mut Evaluator<'_>,
+    list: &[Instr],
+    positions: &[Vec3],
+    room: &mut [[f32; LANES]; 7],
+) {
+    let n = positions.len();
+    let [x, y, z, d, ..] = room;
+    for (i, p) in positions.iter().enumerate() {
+        (x[i], y[i], z[i]) = (p.x, p.y, p.z);
+    }
+    evaluator.distances_by(list, &x[..n], &y[..n], &z[..n], &mut d[..n]);
 }
 
 fn look(
