@@ -40,14 +40,14 @@ pub fn refine(program: &Program, lists: &CellLists, marched: &mut Marched) {
                     axis.unwrap_or(0)
                 };
                 measure(evaluator, list, positions, room);
-                for i in 0..n {
+                for (i, (position, beside)) in positions.iter_mut().zip(&mut *normals).enumerate() {
                     let axis = axis_of(at + i);
                     let span = spans[at + i];
                     let by = correction(span, room[3][i]);
-                    positions[i][axis] += voxel * by;
+                    position[axis] += voxel * by;
                     // Where it is looked at the gradient, kept in the normal's place.
-                    normals[i] = positions[i];
-                    normals[i][axis] += voxel * step_out(span, by);
+                    *beside = *position;
+                    beside[axis] += voxel * step_out(span, by);
                 }
                 look(evaluator, list, normals, room);
                 let [_, _, _, _, gx, gy, gz] = &**room;
