@@ -199,8 +199,8 @@ fn run(case: &Case, engine: &Engine, plan: &Plan, mut record: Record) -> (Record
 /// A picture's own name on any system.
 fn file_name(record: &Record, name: &str) -> String {
     let text = format!(
-        "{}-{}-{}-{name}",
-        record.machine.device, record.experiment, record.case
+        "{}-{}-{}-{}-{name}",
+        record.machine.preset, record.machine.device, record.experiment, record.case
     );
     let plain = |c: char| {
         if c.is_ascii_alphanumeric() {

@@ -6,8 +6,8 @@ use crate::way::{DENSE, Kind, MESH, Way};
 use anyhow::Context;
 use argil::glam::Vec3;
 use argil::{
-    Brush, Camera, Drawn, Engine, MeshMethod, MeshNormals, MeshOptions, Normals, Orbit, Placement,
-    Scene, Settings, Shape, Show, Via, Volume, World,
+    Aabb, Brush, Camera, Drawn, Engine, Lattice, MeshMethod, MeshNormals, MeshOptions, Normals,
+    Orbit, Placement, Scene, Settings, Shape, Show, Via, Volume, World,
 };
 use argil_metrics::surface::{Apart, points_on};
 use argil_metrics::{Spread, depth, flip, laplacian, psnr, ssim};
@@ -428,10 +428,12 @@ fn placed(eye: Eye) -> &'static str {
 }
 
 /// The length of a voxel.
-fn bias_unit(name: &str, way: Way) -> Option<f32> {
+fn voxel(name: &str, way: Way) -> Option<f32> {
     let scene = scene(name).ok()?;
     let world = Engine::cpu().build(&scene).ok()?;
-    Some(world.focus().size().max_element() / way.resolution as f32)
+    let frame = scene.view.frame.map(|[a, b]| Aabb::new(a.into(), b.into()));
+    let lattice = Lattice::holding(world.program().aabb(), frame, way.resolution);
+    Some(lattice.ok()?.voxel)
 }
 
 /// The command that shows what a case does; none of scenes that are no files.
@@ -476,7 +478,7 @@ pub fn command(case: &Case, plan: &Plan) -> Option<String> {
                 _ => {}
             }
             if let Some(voxels) = look.bias_voxels {
-                let length = voxels * bias_unit(&case.scene, case.way)?;
+                let length = voxels * voxel(&case.scene, case.way)?;
                 more += &format!(" --normal-bias {length}");
             }
             format!(

@@ -103,47 +103,6 @@ impl Record {
     }
 }
 
-/// Give what was measured on different machines, or by different presets, devices of different names: a CPU is `cpu` on any.
-/// What is there twice is left out.
-pub fn told_apart(records: &mut Vec<Record>) {
-    let mut seen: Vec<Record> = Vec::new();
-    records.retain(|r| {
-        let is_new = !seen.contains(r);
-        if is_new {
-            seen.push(r.clone());
-        }
-        is_new
-    });
-    type Key = [String; 3];
-    let key = |m: &Machine| [&m.processor, &m.system, &m.preset].map(String::clone);
-    let mut places: Vec<(String, Vec<Key>)> = Vec::new();
-    for record in records.iter() {
-        let m = &record.machine;
-        let at = match places.iter().position(|(device, _)| *device == m.device) {
-            Some(at) => at,
-            None => {
-                places.push((m.device.clone(), Vec::new()));
-                places.len() - 1
-            }
-        };
-        if !places[at].1.contains(&key(m)) {
-            places[at].1.push(key(m));
-        }
-    }
-    for record in records.iter_mut() {
-        let m = &mut record.machine;
-        let Some((_, keys)) = places.iter().find(|(device, _)| *device == m.device) else {
-            continue;
-        };
-        let own = key(m);
-        let differs = |&i: &usize| keys.iter().any(|k| k[i] != own[i]);
-        let parts: Vec<&str> = (0..3).filter(differs).map(|i| own[i].as_str()).collect();
-        if !parts.is_empty() {
-            m.device = format!("{} ({})", m.device, parts.join(", "));
-        }
-    }
-}
-
 /// The middle one, of an even count the mean of both; `None` of nothing.
 pub fn median(samples: &[f64]) -> Option<f64> {
     let mut all = samples.to_vec();

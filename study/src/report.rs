@@ -11,8 +11,9 @@ mod table;
 pub(crate) use sections::is_shown;
 
 use crate::claims;
-use crate::record::{Record, Store, told_apart};
+use crate::record::{Machine, Record, Store};
 use anyhow::Context;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// Records of all places, with where their pictures are.
@@ -28,32 +29,12 @@ pub(crate) struct Source {
 /// # Errors
 /// If a place holds no records, or the page cannot be written.
 pub fn report(places: &[PathBuf], out: &Path) -> anyhow::Result<()> {
-    let all = read(places, out)?;
-    let pictures: Vec<PathBuf> = places.iter().map(|p| Store::pictures_of(p)).collect();
-    let all: Vec<Source> = all
-        .into_iter()
-        .map(|record| Source {
-            // A picture's name is its record's own.
-            pictures: pictures
-                .iter()
-                .find(|folder| {
-                    record
-                        .pictures
-                        .values()
-                        .any(|name| folder.join(name).exists())
-                })
-                .or(pictures.first())
-                .cloned()
-                .unwrap_or_default(),
-            record,
-        })
-        .collect();
-    save(&page::page(&all), out)
+    save(&page::page(&read(places, out)?), out)
 }
 
 /// The records of some places, none of which is where something is to be written.
-fn read(places: &[PathBuf], out: &Path) -> anyhow::Result<Vec<Record>> {
-    let mut all = Vec::new();
+fn read(places: &[PathBuf], out: &Path) -> anyhow::Result<Vec<Source>> {
+    let mut all: Vec<Source> = Vec::new();
     for place in places {
         let file = Store::file_of(place);
         let is_same = |p: &Path| {
@@ -65,15 +46,42 @@ fn read(places: &[PathBuf], out: &Path) -> anyhow::Result<Vec<Record>> {
             "{}: these are the records; name another file",
             out.display()
         );
-        all.extend(Store::read(place)?);
+        for record in Store::read(place)? {
+            // The same folder twice is that folder.
+            if all.iter().all(|known| known.record != record) {
+                let pictures = Store::pictures_of(place);
+                all.push(Source { record, pictures });
+            }
+        }
     }
     anyhow::ensure!(
         !out.exists() || out.is_file(),
         "{}: is no ordinary file; name another",
         out.display()
     );
-    told_apart(&mut all);
+    tell_apart(&mut all);
     Ok(all)
+}
+
+/// Give what was measured on different machines, or by different presets, devices of different names: a CPU is `cpu` on any.
+fn tell_apart(all: &mut [Source]) {
+    type Key = [String; 3];
+    let key = |m: &Machine| [&m.processor, &m.system, &m.preset].map(String::clone);
+    let mut places: BTreeMap<String, Vec<Key>> = BTreeMap::new();
+    for source in all.iter() {
+        let m = &source.record.machine;
+        places.entry(m.device.clone()).or_default().push(key(m));
+    }
+    for source in all {
+        let m = &mut source.record.machine;
+        let own = key(m);
+        let keys = places.get(&m.device).map_or(&[][..], Vec::as_slice);
+        let differs = |&i: &usize| keys.iter().any(|k| k[i] != own[i]);
+        let parts: Vec<&str> = (0..3).filter(differs).map(|i| own[i].as_str()).collect();
+        if !parts.is_empty() {
+            m.device = format!("{} ({})", m.device, parts.join(", "));
+        }
+    }
 }
 
 /// Write a text beside its place, and rename it into it.
@@ -98,11 +106,11 @@ pub fn findings(places: &[PathBuf], out: &Path) -> anyhow::Result<()> {
     let mut text = String::from(
         "# What the study found\n\nMade of records by `argil study findings`; every number is theirs.\n",
     );
-    for line in page::machines(&all.iter().collect::<Vec<_>>()) {
+    let borrowed: Vec<&Record> = all.iter().map(|source| &source.record).collect();
+    for line in page::machines(&borrowed) {
         text += &format!("\n* {line}");
     }
     text += "\n\n## Its claims\n\n| the 2023 study | says | our records |\n| --- | --- | --- |\n";
-    let borrowed: Vec<&Record> = all.iter().collect();
     for claim in claims::ALL {
         let (verdict, why) = (claim.judge)(&borrowed);
         let why = claims::with_reason(claim, verdict, why);

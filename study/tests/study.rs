@@ -211,6 +211,9 @@ fn machines_are_told_apart() {
     report(&[a.clone(), b, a.clone()], &page).expect("a page");
     let text = fs::read_to_string(&page).expect("a page");
     assert!(text.contains("cpu (another)"), "the other is named");
+    // The other's picture was not copied, and the first one's is not its.
+    assert_eq!(text.matches("data:image/png").count(), 1);
+    assert_eq!(text.matches("not beside the records").count(), 1);
     assert!(text.contains("All rows (2)"), "a row each");
     // Records are no place for a report.
     let own = a.join("records.jsonl");
