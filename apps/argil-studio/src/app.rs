@@ -14,7 +14,7 @@ use crate::recovery::{self, Recovery};
 use crate::renderer::Renderer;
 use crate::sculpt::Sculpting;
 use crate::viewport::Viewport;
-use argil::{Engine, Scene};
+use argil::{Engine, Scene, Show};
 use eframe::egui;
 use std::path::PathBuf;
 
@@ -56,6 +56,7 @@ pub struct Studio {
     pub(crate) eye: Eye,
     pub(crate) tool: Tool,
     pub(crate) is_local: bool,
+    pub(crate) show: Show,
     pub(crate) sculpting: Sculpting,
     pub(crate) viewport: Viewport,
     pub(crate) gallery: Gallery,
@@ -103,6 +104,7 @@ impl Studio {
             eye: Eye::default(),
             tool: Tool::default(),
             is_local: false,
+            show: Show::default(),
             sculpting: Sculpting::default(),
             viewport: Viewport::default(),
             gallery: Gallery::default(),
@@ -122,7 +124,7 @@ impl Studio {
         if let Some(text) = cc.storage.and_then(|s| s.get_string(SCENE))
             && let Ok(scene) = Scene::from_json(&text, "the page's storage")
         {
-            studio.show(scene, None);
+            studio.replace_scene(scene, None);
             return studio;
         }
         if let Some(path) = &options.scene {
@@ -130,7 +132,7 @@ impl Studio {
         }
         // Where none was asked for, and where it cannot be opened.
         if studio.document.path().is_none() {
-            studio.show(crate::samples::first(), None);
+            studio.replace_scene(crate::samples::first(), None);
         }
         if let Some(folder) = &studio.recovery_folder {
             let left = recovery::left_in(folder);
@@ -172,7 +174,7 @@ impl Studio {
     }
 
     /// Have a scene in place of the one that is open.
-    pub(crate) fn show(&mut self, scene: Scene, path: Option<PathBuf>) {
+    pub(crate) fn replace_scene(&mut self, scene: Scene, path: Option<PathBuf>) {
         self.document.close();
         let recovery = match &self.recovery_folder {
             Some(folder) => Recovery::within(folder.clone()),

@@ -95,12 +95,12 @@ impl Studio {
     /// What was put off until it was known whether to save.
     pub(crate) fn go_on(&mut self, ctx: &egui::Context, then: Then) {
         match then {
-            Then::New => self.show(argil::Scene::new(), None),
+            Then::New => self.replace_scene(argil::Scene::new(), None),
             Then::Ask => self.ask_to_open(),
             Then::Open(path) => self.open(&path),
             Then::Sample(name) => {
                 if let Some(scene) = crate::samples::sample(name) {
-                    self.show(scene, None);
+                    self.replace_scene(scene, None);
                 }
             }
             Then::Quit => {

@@ -99,7 +99,7 @@ impl Studio {
             // Meshes that lie elsewhere are read for scenes that were saved or opened here before.
             let known = std::path::absolute(path).is_ok_and(|p| s.preferences.recent.contains(&p));
             load_meshes(&mut scene, folder_of(path), known)?;
-            s.show(scene, Some(path.into()));
+            s.replace_scene(scene, Some(path.into()));
             s.preferences.remember(path);
             s.tell(format!("{} is open", path.display()));
             Ok(())

@@ -3,8 +3,9 @@
 use crate::app::{Studio, Tool};
 use crate::commands::{self, Command, MENUS};
 use crate::dialogs::Then;
-use crate::painter::{Display, Pipeline};
+use crate::painter::{Pipeline, SHOWS};
 use crate::samples;
+use argil::Show;
 use eframe::egui::{self, Align, Color32, Layout};
 
 impl Studio {
@@ -129,24 +130,16 @@ impl Studio {
                     ui.selectable_value(own, pipeline, pipeline.word());
                 }
                 ui.separator();
-                for display in Display::ALL {
-                    let has = display != Display::Bricks || self.preferences.pipeline.has_bricks();
-                    let is_on = self.preferences.display == display;
-                    let text = if display == Display::Bricks {
-                        // The pipeline is called so too.
-                        "Brick colors"
-                    } else {
-                        display.word()
-                    };
-                    let button = egui::Button::selectable(is_on, text);
+                let has_bricks = self.preferences.pipeline.has_bricks();
+                for (show, word) in SHOWS {
+                    let has = show != Show::Bricks || has_bricks;
+                    let button = egui::Button::selectable(self.show == show, word);
                     if ui.add_enabled(has, button).clicked() {
-                        self.preferences.display = display;
+                        self.show = show;
                     }
                 }
-                if self.preferences.display == Display::Bricks
-                    && !self.preferences.pipeline.has_bricks()
-                {
-                    self.preferences.display = Display::Shaded;
+                if self.show == Show::Bricks && !has_bricks {
+                    self.show = Show::Shaded;
                 }
                 ui.separator();
                 self.resolution(ui);

@@ -75,54 +75,15 @@ impl Pipeline {
     }
 }
 
-/// What is shown of it.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
-pub enum Display {
-    /// Lit.
-    #[default]
-    Shaded,
-    /// Normals as colours.
-    Normal,
-    /// Near white, far black.
-    Depth,
-    /// Steps of each ray, blue to red.
-    Heat,
-    /// Each brick in a colour.
-    Bricks,
-}
-
-impl Display {
-    /// All of them.
-    pub const ALL: [Self; 5] = [
-        Self::Shaded,
-        Self::Normal,
-        Self::Depth,
-        Self::Heat,
-        Self::Bricks,
-    ];
-
-    /// In a word.
-    pub fn word(self) -> &'static str {
-        match self {
-            Self::Shaded => "Shaded",
-            Self::Normal => "Normal",
-            Self::Depth => "Depth",
-            Self::Heat => "Heat",
-            Self::Bricks => "Bricks",
-        }
-    }
-
-    /// As the engine says it.
-    pub fn show(self) -> Show {
-        match self {
-            Self::Shaded => Show::Shaded,
-            Self::Normal => Show::Normal,
-            Self::Depth => Show::Depth,
-            Self::Heat => Show::Heat,
-            Self::Bricks => Show::Bricks,
-        }
-    }
-}
+/// What can be shown of it, and what it is called.
+pub const SHOWS: [(Show, &str); 5] = [
+    (Show::Shaded, "Shaded"),
+    (Show::Normal, "Normal"),
+    (Show::Depth, "Depth"),
+    (Show::Heat, "Heat"),
+    // A pipeline is called bricks too.
+    (Show::Bricks, "Brick colors"),
+];
 
 /// What is to be drawn.
 #[derive(Clone, Debug, PartialEq)]
@@ -130,7 +91,7 @@ pub struct Request {
     /// One, or two to be compared.
     pub pipelines: Vec<Pipeline>,
     /// What of them.
-    pub display: Display,
+    pub show: Show,
     /// Voxels along the longest side.
     pub resolution: u32,
     /// From where.
@@ -313,12 +274,10 @@ impl Painter {
 }
 
 fn settings(world: &World, request: &Request) -> Settings {
-    let show = if request.display == Display::Bricks
-        && !request.pipelines.iter().all(|p| p.has_bricks())
-    {
-        Show::Normal
-    } else {
-        request.display.show()
+    let has_bricks = request.pipelines.iter().all(|p| p.has_bricks());
+    let show = match request.show {
+        Show::Bricks if !has_bricks => Show::Normal,
+        show => show,
     };
     let own = world.settings(request.size, show);
     Settings {

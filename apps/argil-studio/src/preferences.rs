@@ -1,7 +1,7 @@
 //! What is kept from one session to the next.
 
 use crate::commands::{self, Command, Entry};
-use crate::painter::{Display, Pipeline};
+use crate::painter::Pipeline;
 use eframe::egui::{KeyboardShortcut, ThemePreference};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -21,8 +21,6 @@ pub struct Preferences {
     pub zoom: f32,
     /// What is looked at.
     pub pipeline: Pipeline,
-    /// What of it.
-    pub display: Display,
     /// Voxels along the longest side.
     pub resolution: u32,
     /// Whether the grid is drawn.
@@ -47,7 +45,6 @@ impl Default for Preferences {
             is_dark: None,
             zoom: 1.0,
             pipeline: Pipeline::default(),
-            display: Display::default(),
             resolution: 128,
             grid: true,
             readings: true,

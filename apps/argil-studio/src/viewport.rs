@@ -167,7 +167,7 @@ impl Studio {
         let full = [pixels.x, pixels.y].map(|n| (n as u32).clamp(1, 4096));
         let request = |size: [u32; 2], is_still: bool| Request {
             pipelines: pipelines.clone(),
-            display: self.preferences.display,
+            show: self.show,
             resolution: self.preferences.resolution,
             camera: self.eye.camera(),
             size,

@@ -102,32 +102,28 @@ fn step_out([a, b]: [f32; 2], moved: f32) -> f32 {
     }
 }
 
+/// Lanes of coordinates, distances and gradients.
+type Room = [[f32; LANES]; 7];
+
+fn fill(positions: &[Vec3], room: &mut Room) {
+    for (i, p) in positions.iter().enumerate() {
+        (room[0][i], room[1][i], room[2][i]) = (p.x, p.y, p.z);
+    }
+}
+
 /// The distances alone.
-fn measure(
-    evaluator: &mut Evaluator<'_>,
-    list: &[Instr],
-    positions: &[Vec3],
-    room: &mut [[f32; LANES]; 7],
-) {
+fn measure(evaluator: &mut Evaluator<'_>, list: &[Instr], positions: &[Vec3], room: &mut Room) {
+    fill(positions, room);
     let n = positions.len();
     let [x, y, z, d, ..] = room;
-    for (i, p) in positions.iter().enumerate() {
-        (x[i], y[i], z[i]) = (p.x, p.y, p.z);
-    }
     evaluator.distances_by(list, &x[..n], &y[..n], &z[..n], &mut d[..n]);
 }
 
-fn look(
-    evaluator: &mut Evaluator<'_>,
-    list: &[Instr],
-    positions: &[Vec3],
-    room: &mut [[f32; LANES]; 7],
-) {
+/// The distances and their gradients.
+fn look(evaluator: &mut Evaluator<'_>, list: &[Instr], positions: &[Vec3], room: &mut Room) {
+    fill(positions, room);
     let n = positions.len();
     let [x, y, z, d, gx, gy, gz] = room;
-    for (i, p) in positions.iter().enumerate() {
-        (x[i], y[i], z[i]) = (p.x, p.y, p.z);
-    }
     let gradients = [&mut gx[..n], &mut gy[..n], &mut gz[..n]];
     evaluator.gradients_by(list, [&x[..n], &y[..n], &z[..n]], &mut d[..n], gradients);
 }
@@ -158,9 +154,8 @@ pub fn normals(program: &Program, lists: &CellLists, mesh: &mut Mesh) {
     let voxel = lists.layout().lattice.voxel;
     mesh.normals = each(program, lists, positions, |evaluator, list, positions| {
         let mut room = Box::new([[0.0; LANES]; 7]);
-        let unit = |room: &[[f32; LANES]; 7], i: usize| {
-            Vec3::from([4, 5, 6].map(|k| room[k][i])).normalize_or_zero()
-        };
+        let unit =
+            |room: &Room, i: usize| Vec3::from([4, 5, 6].map(|k| room[k][i])).normalize_or_zero();
         look(evaluator, list, positions, &mut room);
         let off = OUT * voxel;
         let beside = |(i, &p): (usize, &Vec3)| p + off * unit(&room, i);
