@@ -290,3 +290,55 @@ fn settings(world: &World, request: &Request) -> Settings {
         ..own
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::eye::Eye;
+    use crate::samples::first;
+
+    fn request(pipeline: Pipeline) -> Request {
+        Request {
+            pipelines: vec![pipeline],
+            show: Show::Normal,
+            resolution: 48,
+            camera: Eye::default().camera(),
+            size: [80, 60],
+            is_still: true,
+            version: 0,
+        }
+    }
+
+    fn picture(painter: &mut Painter, pipeline: Pipeline) -> Vec<u8> {
+        let answer = painter.draw(request(pipeline));
+        answer.pictures.expect("a picture").remove(0).rgb
+    }
+
+    #[test]
+    fn what_is_drawn_follows_the_document() {
+        let edit = r#"{"edit":"insert","entry":{"shape":{"type":"sphere","radius":0.3},"modifiers":[{"type":"translate","by":[0.3,0.6,0.5]}]}}"#;
+        let mut edited = first();
+        edited.replay(edit).expect("an edit");
+        for pipeline in Pipeline::ALL {
+            let mut painter = Painter::new(Engine::cpu());
+            painter.load(first(), 0);
+            let before = picture(&mut painter, pipeline);
+            painter.follow(&[edit.into()]);
+            let after = picture(&mut painter, pipeline);
+            let apart = |a: &[u8], b: &[u8]| a.iter().zip(b).filter(|(a, b)| a != b).count();
+            let shown = apart(&before, &after);
+            assert!(shown > 100, "{pipeline:?}: {shown}");
+            let mut fresh = Painter::new(Engine::cpu());
+            fresh.load(edited.clone(), 0);
+            let off = apart(&picture(&mut fresh, pipeline), &after);
+            // Its lattice may lie otherwise.
+            assert!(8 * off < shown, "{pipeline:?}: {off} of {shown}");
+            painter.follow(&[r#"{"edit":"undo"}"#.into()]);
+            let off = apart(&picture(&mut painter, pipeline), &before);
+            assert!(
+                20 * off < shown,
+                "{pipeline:?}: {off} of {shown} after undo"
+            );
+        }
+    }
+}
