@@ -1,5 +1,6 @@
 //! Bricks that are edited, for tests and benchmarks.
 
+use crate::Wait;
 use crate::lattice;
 use argil_field::{LiveProgram, Program};
 use argil_gpu::{Gpu, GpuField, GpuVolume};
@@ -21,14 +22,16 @@ impl Kept {
             return Self::Cpu(Box::new(bricks));
         };
         let field = GpuField::new(gpu.clone(), program, false).expect("a field");
-        let (volume, _) = GpuVolume::bricks(&field, program, layout, None).expect("bricks");
+        let (volume, _) = GpuVolume::bricks(&field, program, layout, None)
+            .wait()
+            .expect("bricks");
         Self::Gpu(Box::new((field, volume)))
     }
 
     fn bricks(&self) -> Cow<'_, Bricks> {
         match self {
             Self::Cpu(bricks) => Cow::Borrowed(&**bricks),
-            Self::Gpu(gpu) => match gpu.1.read(gpu.0.gpu()) {
+            Self::Gpu(gpu) => match gpu.1.read(gpu.0.gpu()).wait() {
                 Ok(Volume::Bricks(bricks)) => Cow::Owned(bricks),
                 other => panic!("bricks come back: {:?}", other.err()),
             },
@@ -99,7 +102,7 @@ impl Clay {
                 Kept::Gpu(gpu) => {
                     let (field, volume) = &mut **gpu;
                     field.follow(&self.live).expect("a field");
-                    let edit = volume.edit(field, &self.live, &mut work, None, None);
+                    let edit = volume.edit(field, &self.live, &mut work, None, None).wait();
                     edit.expect("an edit");
                 }
             }
@@ -111,7 +114,7 @@ impl Clay {
     pub fn settle(&mut self) {
         if let Kept::Gpu(gpu) = &mut self.kept {
             let (field, volume) = &mut **gpu;
-            self.done += volume.settle(field.gpu()).expect("an answer");
+            self.done += volume.settle(field.gpu()).wait().expect("an answer");
         }
     }
 
@@ -119,7 +122,7 @@ impl Clay {
     pub fn trim(&mut self) {
         if let Kept::Gpu(gpu) = &mut self.kept {
             let (field, volume) = &mut **gpu;
-            volume.trim(field).expect("room");
+            volume.trim(field).wait().expect("room");
         }
     }
 

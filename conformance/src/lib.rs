@@ -781,9 +781,23 @@ pub fn poison() -> Vec<[f32; 3]> {
         .collect()
 }
 
+/// Waiting for what a device does, in place.
+pub trait Wait: Future + Sized {
+    /// What comes of it.
+    fn wait(self) -> Self::Output {
+        pollster::block_on(self)
+    }
+}
+
+impl<F: Future> Wait for F {}
+
 /// The GPU that tests run on. There is always one: `cargo xtask test` installs a software device where it can.
 pub fn gpu() -> Arc<Gpu> {
-    Arc::new(Gpu::open().expect("a GPU, or Mesa's lavapipe: `cargo xtask test` says how to get it"))
+    Arc::new(
+        Gpu::open()
+            .wait()
+            .expect("a GPU, or Mesa's lavapipe: `cargo xtask test` says how to get it"),
+    )
 }
 
 /// A field on the GPU that can run every case.

@@ -1,9 +1,9 @@
 //! Edits in place: after any sequence of edits, undos and redos, bricks are those of a fresh bake, to the bit.
 
-use argil_conformance::{Clay, Numbers, gpu, random_blends, random_scene, shipped};
+use argil_conformance::{Clay, Numbers, Wait, gpu, random_blends, random_scene, shipped};
 use argil_gpu::Gpu;
 use argil_scene::{Brush, Edit, Entry, Group, Modifier, NodeId, Scene, Shape};
-use argil_volume::{BrickSettings, Encoding};
+use argil_volume::{Bits, BrickSettings, Encoding};
 use std::sync::Arc;
 
 /// A random edit of a random node, or an undo or redo.
@@ -110,6 +110,25 @@ fn sculpt_on(
     clay.trim();
     assert_eq!(clay.differing(scene), 0, "{name}, trimmed");
     clay.rebakes
+}
+
+/// With the limits and textures of every WebGPU device: edits in a browser.
+#[test]
+fn edits_are_the_same_on_the_least_device() {
+    let gpu = Arc::new(Gpu::open_portable().wait().expect("a device"));
+    for bits in [Bits::Eight, Bits::Sixteen] {
+        let mut case = random_blends(71, 20);
+        let usual = BrickSettings::default();
+        let settings = BrickSettings {
+            encoding: Encoding {
+                bits,
+                ..usual.encoding
+            },
+            ..usual
+        };
+        let on = Some(gpu.clone());
+        sculpt_on(on, &case.name, &mut case.scene, (64, &settings), 16, 4);
+    }
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! The field: the batched CPU evaluator against the oracle, the GPU's interpreter against the CPU.
 
+use argil_conformance::Wait;
 use argil_conformance::{Case, all_cases, gpu_field, points, poison, rounding};
 use argil_field::{Evaluator, FAR, LANES, Program, naive};
 use argil_scene::{Exactness, Scene};
@@ -108,7 +109,7 @@ fn gpu_distances_and_materials_are_the_cpus() {
             .expect("a field that runs every case");
         let mut points = points(60, 4);
         points.extend(poison());
-        let answers = field.evaluate(&points).expect("answers");
+        let answers = field.evaluate(&points).wait().expect("answers");
         let expected = measure(&program, &points);
         for ((p, answer), &d) in points.iter().zip(&answers).zip(&expected) {
             let found = answer.distance[0];

@@ -1,6 +1,7 @@
 //! Triangles drawn on both devices: each other's hits, and the field's.
 
 use argil_abi::{Frame, HIT_INSIDE, HIT_NONE, HIT_OUTSIDE, Hit};
+use argil_conformance::Wait;
 use argil_conformance::{gpu, shipped};
 use argil_field::Program;
 use argil_gpu::{GpuField, GpuMesh, GpuVolume, MarchNormals, MarchOptions};
@@ -70,7 +71,7 @@ fn both_devices_draw_the_same_triangles_and_they_are_the_surface() {
     for eye in [Vec3::new(1.2, 0.8, 2.0), Vec3::new(0.05, 0.02, 0.9), inside] {
         let frames = look(&program, &lattice, eye);
         let own = render_with_hits(&program, Through::Mesh(triangles(&mesh)), &frames);
-        let theirs = on_gpu.render(&field, &frames).expect("a picture").0;
+        let theirs = on_gpu.render(&field, &frames).wait().expect("a picture").0;
         let count = own.hits.iter().filter(|h| h.kind != HIT_NONE).count();
         assert!(count > 2000, "{count} from {eye}");
         // Pixels on the edge between two triangles can be either's.
@@ -199,13 +200,15 @@ fn the_gpu_marches_bricks_as_the_cpu_does() {
             let layout = BrickLayout::new(lattice, &settings).expect("a layout");
             let bricks = Bricks::bake(&program, layout, None).expect("bricks").0;
             let own = marching::bricks::march(&bricks).mesh;
-            let volume = GpuVolume::upload(&field, &bricks.into()).expect("a volume");
+            let volume = GpuVolume::upload(&field, &bricks.into())
+                .wait()
+                .expect("a volume");
             let options = MarchOptions {
                 normals: MarchNormals::Gradient,
                 ..MarchOptions::default()
             };
-            let (mesh, _) = volume.march(&field, &options).expect("triangles");
-            let theirs = mesh.read(field.gpu()).expect("triangles");
+            let (mesh, _) = volume.march(&field, &options).wait().expect("triangles");
+            let theirs = mesh.read(field.gpu()).wait().expect("triangles");
             assert!(own.triangles.len() > 3000, "{}", own.triangles.len());
             assert_eq!(
                 own.positions.len(),
@@ -257,14 +260,16 @@ fn the_gpu_marches_dense_volumes_as_the_cpu_does() {
                 marching::dense::march(texels.of::<i16>().expect("words"), &grid, level, true)
             }
         };
-        let volume = GpuVolume::upload(&field, &dense.into()).expect("a volume");
+        let volume = GpuVolume::upload(&field, &dense.into())
+            .wait()
+            .expect("a volume");
         let options = MarchOptions {
             iso,
             normals: MarchNormals::Gradient,
             ..MarchOptions::default()
         };
-        let (mesh, _) = volume.march(&field, &options).expect("triangles");
-        let theirs = mesh.read(field.gpu()).expect("triangles");
+        let (mesh, _) = volume.march(&field, &options).wait().expect("triangles");
+        let theirs = mesh.read(field.gpu()).wait().expect("triangles");
         assert!(own.triangles.len() > 3000, "{}", own.triangles.len());
         assert_eq!(own.positions.len(), theirs.positions.len());
         assert_same(&own, &theirs, grid.min, lattice.voxel, 1e-4);
@@ -275,8 +280,8 @@ fn the_gpu_marches_dense_volumes_as_the_cpu_does() {
             normals: MarchNormals::Face,
             ..options
         };
-        let (mesh, _) = volume.march(&field, &unshared).expect("triangles");
-        let spread = mesh.read(field.gpu()).expect("triangles");
+        let (mesh, _) = volume.march(&field, &unshared).wait().expect("triangles");
+        let spread = mesh.read(field.gpu()).wait().expect("triangles");
         assert_eq!(spread.positions.len(), 3 * theirs.triangles.len());
         assert_same(&own, &spread, grid.min, lattice.voxel, 1e-4);
         assert_eq!(facing(&spread), spread.triangles.len());
@@ -286,14 +291,16 @@ fn the_gpu_marches_dense_volumes_as_the_cpu_does() {
     // The comparison can fail: another level.
     let lattice = Lattice::holding(program.aabb(), None, 61).expect("a lattice");
     let dense = Dense::bake(&program, lattice, Encoding::default(), false);
-    let volume = GpuVolume::upload(&field, &dense.into()).expect("a volume");
+    let volume = GpuVolume::upload(&field, &dense.into())
+        .wait()
+        .expect("a volume");
     let march = |iso: f32| {
         let options = MarchOptions {
             iso,
             ..MarchOptions::default()
         };
-        let (mesh, _) = volume.march(&field, &options).expect("triangles");
-        mesh.read(field.gpu()).expect("triangles")
+        let (mesh, _) = volume.march(&field, &options).wait().expect("triangles");
+        mesh.read(field.gpu()).wait().expect("triangles")
     };
     let first = lattice.grid(0).min;
     let (one, other) = (
@@ -309,7 +316,9 @@ fn vertices_that_the_gpu_moves_are_on_the_exact_surface() {
     let (own, lattice) = mesh(&program, 96);
     let field = GpuField::new(gpu(), &program, false).expect("a field");
     let layout = BrickLayout::new(lattice, &BrickSettings::default()).expect("a layout");
-    let (volume, _) = GpuVolume::bricks(&field, &program, layout, None).expect("bricks");
+    let (volume, _) = GpuVolume::bricks(&field, &program, layout, None)
+        .wait()
+        .expect("bricks");
     let rms = |mesh: &Mesh| {
         let squares = mesh
             .positions
@@ -322,9 +331,9 @@ fn vertices_that_the_gpu_moves_are_on_the_exact_surface() {
             is_moved,
             ..MarchOptions::default()
         };
-        let (mesh, stages) = volume.march(&field, &options).expect("triangles");
+        let (mesh, stages) = volume.march(&field, &options).wait().expect("triangles");
         assert!(stages.iter().any(|(stage, _)| *stage == "refine"));
-        mesh.read(field.gpu()).expect("triangles")
+        mesh.read(field.gpu()).wait().expect("triangles")
     };
     let (moved, left) = (march(true), march(false));
     assert!(

@@ -1,6 +1,7 @@
 //! Normals of bricks against the exact field's.
 
 use argil_abi::{HIT_NONE, Hit};
+use argil_conformance::Wait;
 use argil_conformance::{gpu, lattice, primary_ray, shipped};
 use argil_field::Program;
 use argil_gpu::{GpuField, GpuVolume};
@@ -123,8 +124,15 @@ fn a_small_picture_of_a_narrow_band_has_normals() {
     assert!(pixel_voxels > 9.0, "{pixel_voxels}");
     let cpu = render_with_hits(&program, Through::Bricks(&bricks), &frames).hits;
     let field = GpuField::new(gpu(), &program, false).expect("a field");
-    let on_gpu = GpuVolume::upload(&field, &bricks.into()).expect("a volume");
-    let gpu = on_gpu.render(&field, &frames).expect("a picture").0.hits;
+    let on_gpu = GpuVolume::upload(&field, &bricks.into())
+        .wait()
+        .expect("a volume");
+    let gpu = on_gpu
+        .render(&field, &frames)
+        .wait()
+        .expect("a picture")
+        .0
+        .hits;
     for (device, hits) in [("cpu", cpu), ("gpu", gpu)] {
         let bias = 1e-4 * Aabb::half_diagonal(held);
         let all = errors(&program, &frames[0], &hits, bias);

@@ -1,6 +1,7 @@
 //! Rays and light: the GPU's buffers against the CPU's, and the CPU's rays against a search in tiny steps.
 
 use argil_abi::{Frame, HIT_INSIDE, HIT_NONE, HIT_OUTSIDE, Hit};
+use argil_conformance::Wait;
 use argil_conformance::{Case, Numbers, all_cases, gpu, primary_ray, random_blends, shipped};
 use argil_field::{Program, naive};
 use argil_gpu::GpuField;
@@ -118,7 +119,7 @@ fn gpu_pictures_are_the_cpus() {
         ] {
             let frames = look(&small(show), eye, &program);
             let cpu = render_with_hits(&program, Through::WholeField, &frames);
-            let (found, duration_ms) = field.render(&frames).expect("a picture");
+            let (found, duration_ms) = field.render(&frames).wait().expect("a picture");
             assert!(duration_ms > 0.0);
             let (other, greatest) = gap(&cpu.hits, &found.hits);
             assert!(
@@ -252,6 +253,7 @@ fn an_empty_scene_is_sky_on_both_devices() {
     let (found, _) = GpuField::new(gpu(), &program, false)
         .expect("a field")
         .render(&frames)
+        .wait()
         .expect("a picture");
     assert_eq!((cpu.hit_pixels, found.hit_pixels), (0, 0));
     assert_eq!(color_gap(&cpu, &found).0, 0);
@@ -291,6 +293,7 @@ fn shipped_scenes_and_long_programs_are_the_same_on_both_devices() {
         let (found, _) = GpuField::new(gpu.clone(), &program, false)
             .expect("a field")
             .render(&frames)
+            .wait()
             .expect("a picture");
         let (other, greatest) = gap(&cpu.hits, &found.hits);
         assert!(

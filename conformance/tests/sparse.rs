@@ -1,6 +1,7 @@
 //! Sparse bricks at the buffer: cells and samples against the field, the GPU's against the CPU's.
 
 use argil_abi::MaterialWords;
+use argil_conformance::Wait;
 use argil_conformance::{
     Case, Numbers, all_cases, gpu, lattice, random_blends, random_scene, shipped, stored_integers,
 };
@@ -158,8 +159,10 @@ fn gpu_bricks_are_conservative_too() {
         let program = Program::lower(&case.scene).expect("a program");
         let field = GpuField::new(gpu.clone(), &program, false).expect("a field");
         let layout = layout_of(&program, &case.scene, 56, 4);
-        let (volume, _) = GpuVolume::bricks(&field, &program, layout, None).expect("a volume");
-        let Volume::Bricks(bricks) = volume.read(&gpu).expect("a volume") else {
+        let (volume, _) = GpuVolume::bricks(&field, &program, layout, None)
+            .wait()
+            .expect("a volume");
+        let Volume::Bricks(bricks) = volume.read(&gpu).wait().expect("a volume") else {
             panic!("bricks were read");
         };
         let (own, missed, _) = crossings(&program, &bricks);
@@ -299,9 +302,11 @@ fn gpu_bricks_are_the_cpus() {
             layout.encoding = Encoding::default();
         }
         let cpu = bake(&program, layout);
-        let (volume, stages) = GpuVolume::bricks(&field, &program, layout, None).expect("a volume");
+        let (volume, stages) = GpuVolume::bricks(&field, &program, layout, None)
+            .wait()
+            .expect("a volume");
         assert!(stages.iter().all(|(_, ms)| *ms > 0.0));
-        let Volume::Bricks(found) = volume.read(&gpu).expect("a volume") else {
+        let Volume::Bricks(found) = volume.read(&gpu).wait().expect("a volume") else {
             panic!("bricks were read");
         };
         let texels = assert_alike(&case.name, &cpu, &found);
@@ -332,8 +337,10 @@ fn gpu_bricks_are_the_cpus() {
             );
         }
         // There and back is the same to the bit.
-        let there = GpuVolume::upload(&field, &cpu.clone().into()).expect("a volume");
-        assert!(there.read(&gpu).expect("a volume") == Volume::Bricks(cpu));
+        let there = GpuVolume::upload(&field, &cpu.clone().into())
+            .wait()
+            .expect("a volume");
+        assert!(there.read(&gpu).wait().expect("a volume") == Volume::Bricks(cpu));
     }
 }
 
@@ -350,8 +357,10 @@ fn the_gpu_prunes_as_the_cpu() {
         let field = GpuField::new(gpu.clone(), &program, false).expect("a field");
         let layout = layout_of(&program, &case.scene, 32, 4);
         let cpu = bake(&program, layout);
-        let (volume, _) = GpuVolume::bricks(&field, &program, layout, None).expect("a volume");
-        let Volume::Bricks(found) = volume.read(&gpu).expect("a volume") else {
+        let (volume, _) = GpuVolume::bricks(&field, &program, layout, None)
+            .wait()
+            .expect("a volume");
+        let Volume::Bricks(found) = volume.read(&gpu).wait().expect("a volume") else {
             panic!("bricks were read");
         };
         assert_alike(&case.name, &cpu, &found);
@@ -375,9 +384,13 @@ fn a_budget_is_kept() {
     assert!(Bricks::bake(&program, layout, Some(enough)).is_ok());
 
     let field = GpuField::new(gpu(), &program, false).expect("a field");
-    let refused = GpuVolume::bricks(&field, &program, layout, Some(needed / 2));
+    let refused = GpuVolume::bricks(&field, &program, layout, Some(needed / 2)).wait();
     assert!(matches!(refused, Err(argil_gpu::GpuError::Budget { .. })));
-    assert!(GpuVolume::bricks(&field, &program, layout, Some(enough)).is_ok());
+    assert!(
+        GpuVolume::bricks(&field, &program, layout, Some(enough))
+            .wait()
+            .is_ok()
+    );
     // Tables alone can be too much: nothing is made first.
     let layout = layout_of(&program, &scene, 4096, 4);
     let refused = Bricks::bake(&program, layout, Some(1 << 20));
@@ -408,7 +421,7 @@ fn a_budget_counts_materials() {
     let mut kept = 0;
     for share in [11, 12, 14, 20, 40] {
         let budget = bricks.memory_bytes() * share / 10;
-        if let Ok((volume, _)) = GpuVolume::bricks(&field, &program, layout, Some(budget)) {
+        if let Ok((volume, _)) = GpuVolume::bricks(&field, &program, layout, Some(budget)).wait() {
             assert!(volume.memory_bytes() <= budget, "{share}");
             kept += 1;
         }
@@ -433,8 +446,10 @@ fn a_pool_grows_to_what_is_needed() {
         bricks.len()
     );
     let field = GpuField::new(gpu(), &program, false).expect("a field");
-    let (volume, _) = GpuVolume::bricks(&field, &program, layout, None).expect("a volume");
-    let sparse = volume.sparse(field.gpu()).expect("an answer");
+    let (volume, _) = GpuVolume::bricks(&field, &program, layout, None)
+        .wait()
+        .expect("a volume");
+    let sparse = volume.sparse(field.gpu()).wait().expect("an answer");
     let count = sparse.expect("bricks").1;
     assert!(count.abs_diff(bricks.len() as u64) <= bricks.len() as u64 / 100);
 }

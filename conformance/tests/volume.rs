@@ -2,6 +2,7 @@
 //! rays through them on both devices.
 
 use argil_abi::{Frame, HIT_INSIDE, HIT_NONE, HIT_OUTSIDE, Hit};
+use argil_conformance::Wait;
 use argil_conformance::{
     Case, Numbers, all_cases, gpu, lattice, primary_ray, random_blends, shipped, stored_integers,
 };
@@ -79,10 +80,11 @@ fn gpu_dense_volumes_are_the_cpus() {
             };
             let lattice = self::lattice(&case.scene, &program, resolution);
             let cpu = Dense::bake(&program, lattice, encoding, mips);
-            let (volume, stages) =
-                GpuVolume::dense(&field, &program, lattice, encoding, mips, way).expect("a volume");
+            let (volume, stages) = GpuVolume::dense(&field, &program, lattice, encoding, mips, way)
+                .wait()
+                .expect("a volume");
             assert!(!stages.is_empty() && stages.iter().all(|(_, ms)| *ms > 0.0));
-            let found = dense_of(volume.read(&gpu).expect("a volume"));
+            let found = dense_of(volume.read(&gpu).wait().expect("a volume"));
             assert_eq!(cpu.levels().len(), found.levels().len());
             for (level, (a, b)) in cpu.levels().iter().zip(found.levels()).enumerate() {
                 let range = encoding.range_length(&lattice, level as u32);
@@ -186,10 +188,11 @@ fn gpu_octrees_are_the_cpus() {
             let (cpu, _) = Octree::bake(&program, layout, settings.keep);
             let (volume, stages) =
                 GpuVolume::octree(&field, &program, layout, settings.keep, order)
+                    .wait()
                     .expect("an octree");
             assert_eq!(stages.len(), 5);
-            let size = volume.tree_size(&gpu).expect("a tree");
-            let found = octree_of(volume.read(&gpu).expect("an octree"));
+            let size = volume.tree_size(&gpu).wait().expect("a tree");
+            let found = octree_of(volume.read(&gpu).wait().expect("an octree"));
             assert_eq!(cpu.tree().codes(), found.tree().codes(), "{}", case.name);
             assert_eq!(cpu.tree(), found.tree(), "{}", case.name);
             let own = (found.tree().codes().len(), found.tree().nodes().len());
@@ -232,8 +235,9 @@ fn large_octrees_go_past_one_workgroup() {
     );
     for order in [Order::Counted, Order::Enumerated] {
         let (volume, _) = GpuVolume::octree(&field, &program, layout, Keep::Conservative, order)
+            .wait()
             .expect("an octree");
-        let found = octree_of(volume.read(&gpu).expect("an octree"));
+        let found = octree_of(volume.read(&gpu).wait().expect("an octree"));
         assert_eq!(cpu.tree(), found.tree());
     }
 }
@@ -241,7 +245,7 @@ fn large_octrees_go_past_one_workgroup() {
 /// With the limits of WebGPU: a group of 256 threads fills tiles of 32 by columns, and few tables are bound at once.
 #[test]
 fn the_limits_that_every_device_has_are_enough() {
-    let gpu = Arc::new(Gpu::open_portable().expect("a device"));
+    let gpu = Arc::new(Gpu::open_portable().wait().expect("a device"));
     let case = random_blends(13, 20);
     let program = Program::lower(&case.scene).expect("a program");
     let field = GpuField::new(gpu.clone(), &program, false).expect("a field");
@@ -251,8 +255,9 @@ fn the_limits_that_every_device_has_are_enough() {
     let allowed = steps_of(range, &encoding, range);
     let cpu = Dense::bake(&program, lattice, encoding, true);
     let (volume, _) = GpuVolume::dense(&field, &program, lattice, encoding, true, DenseFill::Tiled)
+        .wait()
         .expect("a volume");
-    let found = dense_of(volume.read(&gpu).expect("a volume"));
+    let found = dense_of(volume.read(&gpu).wait().expect("a volume"));
     for (a, b) in cpu.levels().iter().zip(found.levels()) {
         assert!(gap(a, b).1 <= allowed);
     }
@@ -260,8 +265,9 @@ fn the_limits_that_every_device_has_are_enough() {
     let (cpu, _) = Octree::bake(&program, layout, Keep::Conservative);
     for order in [Order::Counted, Order::Enumerated] {
         let (volume, _) = GpuVolume::octree(&field, &program, layout, Keep::Conservative, order)
+            .wait()
             .expect("an octree");
-        let found = octree_of(volume.read(&gpu).expect("an octree"));
+        let found = octree_of(volume.read(&gpu).wait().expect("an octree"));
         assert_eq!(cpu.tree(), found.tree());
         assert!(gap(cpu.texels(), found.texels()).1 <= allowed);
         let frames = frame(
@@ -270,9 +276,57 @@ fn the_limits_that_every_device_has_are_enough() {
             Vec3::new(1.6, 1.2, 2.2),
             Show::Shaded,
         );
-        let (picture, _) = volume.render(&field, &frames).expect("a picture");
+        let (picture, _) = volume.render(&field, &frames).wait().expect("a picture");
         assert!(picture.hits.iter().filter(|h| h.kind != HIT_NONE).count() > 300);
     }
+}
+
+/// Bricks of half floats, where shaders write no other textures that hold 16 bits: as on the CPU but for rounding, and drawn
+/// alike, whether they are built there or brought over.
+#[test]
+fn bricks_on_the_least_device_are_the_same_but_for_rounding() {
+    let gpu = Arc::new(Gpu::open_portable().wait().expect("a device"));
+    let case = random_blends(29, 20);
+    let program = Program::lower(&case.scene).expect("a program");
+    let field = GpuField::new(gpu.clone(), &program, false).expect("a field");
+    let lattice = lattice(&case.scene, &program, 70);
+    let layout = BrickLayout::new(lattice, &BrickSettings::default()).expect("a layout");
+    let (cpu, _) = Bricks::bake(&program, layout, None).expect("bricks");
+    let (built, _) = GpuVolume::bricks(&field, &program, layout, None)
+        .wait()
+        .expect("bricks");
+    let cpu: Volume = cpu.into();
+    let brought = GpuVolume::upload(&field, &cpu).wait().expect("bricks");
+    assert_eq!(built.memory_bytes() / 4, brought.memory_bytes() / 4);
+    let Volume::Bricks(own) = &cpu else {
+        panic!("bricks");
+    };
+    let own: &[i16] = own.pool().of().expect("16 bits");
+    for volume in [&built, &brought] {
+        let Volume::Bricks(found) = volume.read(&gpu).wait().expect("bricks") else {
+            panic!("bricks");
+        };
+        let found: &[i16] = found.pool().of().expect("16 bits");
+        assert_eq!(found.len(), own.len());
+        let mut most = 0.0f32;
+        for (&a, &b) in own.iter().zip(found) {
+            let off = f32::from(a) - f32::from(b);
+            // Half a step of 11 bits, one for rounding, and what the device's arithmetic makes.
+            let allowed = 1.5 + f32::from(a).abs() / 2048.0;
+            most = most.max(off.abs() / allowed);
+        }
+        assert!(most <= 1.0, "{most}");
+        assert!(most > 0.0, "half floats do not hold 16 bits");
+    }
+    let frames = frame(&program, &cpu, Vec3::new(1.6, 1.2, 2.2), Show::Normal);
+    let [a, b] = [&built, &brought].map(|v| v.render(&field, &frames).wait().expect("a picture").0);
+    assert!(a.hits.iter().filter(|h| h.kind != HIT_NONE).count() > 300);
+    let unlike = a
+        .rgb
+        .iter()
+        .zip(&b.rgb)
+        .filter(|(a, b)| a.abs_diff(**b) > 3);
+    assert!(unlike.count() <= a.rgb.len() / 200);
 }
 
 /// Conservative: no level above the finest tells more than the distance, the finest no more than interpolation can add.
@@ -411,9 +465,12 @@ fn rays_through_volumes_are_the_same_on_both_devices() {
         ),
     ];
     for (name, volume, descent) in &volumes {
-        let mut on_gpu = GpuVolume::upload(&field, volume).expect("a volume");
+        let mut on_gpu = GpuVolume::upload(&field, volume).wait().expect("a volume");
         on_gpu.set_descent(*descent);
-        assert!(on_gpu.read(&gpu).expect("a volume") == *volume, "{name}");
+        assert!(
+            on_gpu.read(&gpu).wait().expect("a volume") == *volume,
+            "{name}"
+        );
         let through = match volume {
             Volume::Dense(dense) => Through::Dense(dense),
             Volume::Octree(octree) => Through::Octree(octree, *descent),
@@ -434,7 +491,7 @@ fn rays_through_volumes_are_the_same_on_both_devices() {
         for (eye, show) in views {
             let frames = frame(&program, volume, eye, show);
             let cpu = render_with_hits(&program, through, &frames);
-            let (found, _) = on_gpu.render(&field, &frames).expect("a picture");
+            let (found, _) = on_gpu.render(&field, &frames).wait().expect("a picture");
             let (other, length, normal) = hit_gap(&cpu.hits, &found.hits);
             assert!(
                 other <= cpu.hits.len() / 100,
@@ -514,8 +571,8 @@ fn rays_meet_the_eight_middle_bricks_where_they_are() {
     let hits = render_with_hits(&program, Through::Octree(&octree, Descent::Root), &frames).hits;
     let middle = Aabb::centered(Vec3::splat(0.25));
     let field = GpuField::new(gpu(), &program, false).expect("a field");
-    let on_gpu = GpuVolume::upload(&field, &volume).expect("a volume");
-    let (found, _) = on_gpu.render(&field, &frames).expect("a picture");
+    let on_gpu = GpuVolume::upload(&field, &volume).wait().expect("a volume");
+    let (found, _) = on_gpu.render(&field, &frames).wait().expect("a picture");
     let mut met = 0;
     for (i, (hit, other)) in hits.iter().zip(&found.hits).enumerate() {
         let span = primary_ray(&frames[0], i as u32 % 96, i as u32 / 96).span(middle);
@@ -569,8 +626,8 @@ fn rays_that_start_inside_and_solids_that_are_cut() {
                 Volume::Bricks(bricks) => Through::Bricks(bricks),
             };
             let frames = frame(&program, &volume, eye, Show::Normal);
-            let on_gpu = GpuVolume::upload(&field, &volume).expect("a volume");
-            let (found, _) = on_gpu.render(&field, &frames).expect("a picture");
+            let on_gpu = GpuVolume::upload(&field, &volume).wait().expect("a volume");
+            let (found, _) = on_gpu.render(&field, &frames).wait().expect("a picture");
             for hits in [
                 render_with_hits(&program, through, &frames).hits,
                 found.hits,

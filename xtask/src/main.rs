@@ -1,6 +1,9 @@
-//! The project's chores, one command each: `cargo xtask test`, `cargo xtask generate`.
+//! The project's chores, one command each: `cargo xtask test`, `cargo xtask web`, `cargo xtask generate`.
 
+mod debian;
+mod page;
 mod test;
+mod web;
 
 use anyhow::{Context, bail};
 use std::path::{Path, PathBuf};
@@ -8,16 +11,29 @@ use std::process::Command;
 
 const USAGE: &str = "usage: cargo xtask COMMAND
 
-  test      format, lint, test, document: everything that CI checks; installs what GPU tests need where it can
+  test      format, lint, test, document: everything that CI checks; installs what GPU tests and the page need where it can
+  web       build the editor's page into target/page; with `serve [PORT]`, hand it out on this machine; with `test`, drive it in Chromium
   generate  write the files that are made from code: the schema of scenes, the WGSL of shared structs";
 
 fn main() -> anyhow::Result<()> {
     match std::env::args().nth(1).as_deref() {
         Some("test") => test::run(),
+        Some("web") => {
+            web::build()?;
+            match std::env::args().nth(2).as_deref() {
+                None => Ok(()),
+                Some("serve") => {
+                    let port = std::env::args().nth(3).map_or(Ok(8080), |p| p.parse());
+                    web::serve(port.context("a port is a number up to 65535")?)
+                }
+                Some("test") => page::test(),
+                _ => bail!(USAGE),
+            }
+        }
         Some("generate") => generate(),
         Some("has-gpu") => {
             // For `test`: a question to a fresh process.
-            if argil_gpu::devices().is_empty() {
+            if pollster::block_on(argil_gpu::devices()).is_empty() {
                 bail!("no GPU")
             } else {
                 Ok(())

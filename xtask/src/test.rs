@@ -1,17 +1,8 @@
 //! `cargo xtask test`.
 
+use crate::debian::{install, quietly};
 use crate::run as checked;
 use anyhow::bail;
-use std::process::{Command, Stdio};
-
-fn run_quietly(program: &str, arguments: &[&str]) -> bool {
-    let command = Command::new(program)
-        .args(arguments)
-        .stdout(Stdio::null())
-        .stderr(Stdio::null())
-        .status();
-    command.is_ok_and(|status| status.success())
-}
 
 pub fn run() -> anyhow::Result<()> {
     checked("cargo", &["fmt", "--all", "--check"])?;
@@ -49,7 +40,11 @@ pub fn run() -> anyhow::Result<()> {
         "argil-volume",
         "argil-march",
         "argil-gpu",
+        "argil-mesh",
+        "argil-metrics",
         "argil",
+        "argil-studio",
+        "argil-study",
     ] {
         checked(
             "cargo",
@@ -58,6 +53,8 @@ pub fn run() -> anyhow::Result<()> {
             ],
         )?;
     }
+    crate::web::build()?;
+    crate::page::test()?;
     println!("\nAll checks passed.");
     Ok(())
 }
@@ -68,22 +65,7 @@ fn ensure_gpu() -> anyhow::Result<()> {
         return Ok(());
     }
     println!("\nNo GPU found: installing Mesa's software Vulkan device.");
-    let install = [
-        "install",
-        "-y",
-        "--no-install-recommends",
-        "mesa-vulkan-drivers",
-        "libvulkan1",
-    ];
-    let is_root = run_quietly("sh", &["-c", "[ \"$(id -u)\" = 0 ]"]);
-    let installed = if is_root {
-        run_quietly("apt-get", &["update"]) && checked("apt-get", &install).is_ok()
-    } else if run_quietly("sudo", &["-n", "true"]) {
-        run_quietly("sudo", &["apt-get", "update"])
-            && checked("sudo", &[&["apt-get"][..], &install].concat()).is_ok()
-    } else {
-        false
-    };
+    let installed = install(&["mesa-vulkan-drivers", "libvulkan1"]);
     if !installed || !has_gpu() {
         bail!(
             "the GPU tests need a Vulkan, Metal or Direct3D 12 device. On Debian and Ubuntu: \
@@ -96,14 +78,14 @@ fn ensure_gpu() -> anyhow::Result<()> {
 
 fn has_gpu() -> bool {
     // A process of its own: a loader that finds nothing remembers it.
-    run_quietly(
+    quietly(
         "cargo",
         &["run", "--locked", "--package", "xtask", "--", "has-gpu"],
     )
 }
 
 fn ensure_nextest() -> anyhow::Result<()> {
-    if run_quietly("cargo", &["nextest", "--version"]) {
+    if quietly("cargo", &["nextest", "--version"]) {
         return Ok(());
     }
     checked("cargo", &["install", "cargo-nextest", "--locked"])

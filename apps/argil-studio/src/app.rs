@@ -4,7 +4,7 @@ use crate::commands::Command;
 use crate::dialogs::Dialog;
 use crate::document::Document;
 use crate::eye::Eye;
-use crate::files::Files;
+use crate::files::{Files, IS_PAGE};
 use crate::gallery::Gallery;
 use crate::inspector::Docs;
 use crate::jobs::Jobs;
@@ -69,9 +69,13 @@ pub struct Studio {
     /// The last thing that went wrong, or was done.
     pub(crate) note: Option<Note>,
     pub(crate) jobs: Jobs,
+    /// What exported pictures are drawn on.
+    pub(crate) export_engine: Engine,
     pub(crate) files: Box<dyn Files>,
     pub(crate) recovery_folder: Option<PathBuf>,
     pub(crate) may_close: bool,
+    #[cfg(target_arch = "wasm32")]
+    keeper: crate::page::Keeper,
 }
 
 /// Something to be told.
@@ -83,9 +87,6 @@ pub struct Note {
 }
 
 const PREFERENCES: &str = "preferences";
-/// The scene, where there are no files.
-#[cfg(target_arch = "wasm32")]
-const SCENE: &str = "scene";
 
 impl Studio {
     /// Begin.
@@ -99,6 +100,12 @@ impl Studio {
         let mut studio = Self {
             document: Document::new(Scene::new(), None, Recovery::off()),
             version: 0,
+            // Beside the window, which has the GPU; but a page has one thread, and the GPU spares it.
+            export_engine: if IS_PAGE {
+                options.engine.clone()
+            } else {
+                Engine::cpu()
+            },
             renderer: Renderer::new(options.engine, wake),
             picker: Picker::new(),
             eye: Eye::default(),
@@ -119,12 +126,15 @@ impl Studio {
             files: options.files,
             recovery_folder: options.recovery,
             may_close: false,
+            #[cfg(target_arch = "wasm32")]
+            keeper: crate::page::Keeper::new(),
         };
         #[cfg(target_arch = "wasm32")]
-        if let Some(text) = cc.storage.and_then(|s| s.get_string(SCENE))
+        if let Some(text) = crate::page::Keeper::found()
             && let Ok(scene) = Scene::from_json(&text, "the page's storage")
         {
             studio.replace_scene(scene, None);
+            studio.tell_missing();
             return studio;
         }
         if let Some(path) = &options.scene {
@@ -227,6 +237,14 @@ impl Studio {
         let lines = self.document.take_lines();
         self.version += lines.len() as u64;
         self.renderer.follow(lines);
+        #[cfg(target_arch = "wasm32")]
+        {
+            let scene = self.document.scene();
+            let kept = self.keeper.keep(ctx, self.version, || scene.to_json());
+            if let Err(error) = kept {
+                self.fail(&error);
+            }
+        }
     }
 
     fn shortcuts(&mut self, ctx: &egui::Context) {
@@ -273,11 +291,26 @@ impl Studio {
         }
     }
 
+    #[cfg(not(target_arch = "wasm32"))]
     fn dropped(&mut self, ctx: &egui::Context) {
         let files = ctx.input(|i| i.raw.dropped_files.clone());
         for file in files {
             let path = file.path().to_path_buf();
             self.open_or_import(&path);
+        }
+    }
+
+    #[cfg(target_arch = "wasm32")]
+    fn dropped(&mut self, ctx: &egui::Context) {
+        let files = ctx.input(|i| i.raw.dropped_files.clone());
+        if !files.is_empty() {
+            crate::page::read_dropped(ctx, files);
+        }
+        for files in crate::page::arrived() {
+            match files {
+                Ok(files) => self.open_bytes(files),
+                Err(error) => self.fail(&error),
+            }
         }
     }
 }
@@ -302,12 +335,12 @@ impl eframe::App for Studio {
         self.dialogs(&ctx);
         self.follow(&ctx);
         self.ask_for_picture(&ctx);
+        #[cfg(target_arch = "wasm32")]
+        crate::page::note_settled(self.is_settled());
     }
 
     fn save(&mut self, storage: &mut dyn eframe::Storage) {
         eframe::set_value(storage, PREFERENCES, &self.preferences);
-        #[cfg(target_arch = "wasm32")]
-        storage.set_string(SCENE, self.document.scene().to_json());
     }
 
     fn auto_save_interval(&self) -> std::time::Duration {

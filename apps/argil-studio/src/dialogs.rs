@@ -32,6 +32,9 @@ pub enum Then {
     Ask,
     /// A file.
     Open(PathBuf),
+    /// A scene's name and text, with meshes.
+    #[cfg(target_arch = "wasm32")]
+    Given(crate::given::Given, Vec<crate::given::Given>),
     /// One of the scenes that come with the editor.
     Sample(&'static str),
     /// The end.
@@ -98,6 +101,8 @@ impl Studio {
             Then::New => self.replace_scene(argil::Scene::new(), None),
             Then::Ask => self.ask_to_open(),
             Then::Open(path) => self.open(&path),
+            #[cfg(target_arch = "wasm32")]
+            Then::Given(scene, meshes) => self.open_given(&scene, &meshes),
             Then::Sample(name) => {
                 if let Some(scene) = crate::samples::sample(name) {
                     self.replace_scene(scene, None);

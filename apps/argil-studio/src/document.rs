@@ -308,7 +308,8 @@ impl Document {
     /// If it cannot be written; what is there stays.
     pub fn save(&mut self, path: &Path) -> anyhow::Result<()> {
         self.end_stroke();
-        self.scene.save(path)?;
+        let text = self.scene.to_json();
+        crate::place::put(path, |out| out.write_all(text.as_bytes()))?;
         self.path = Some(path.into());
         self.has_saved();
         Ok(())

@@ -3,11 +3,18 @@
 use crate::app::Studio;
 use crate::dialogs::{Dialog, Then};
 use crate::document::Document;
+use crate::jobs::How;
 use crate::recovery::{Left, Recovery};
 use anyhow::Context;
+#[cfg(not(target_arch = "wasm32"))]
+use argil::Format;
 use argil::glam::Vec3;
-use argil::{Brush, Format, Journal, Scene, Shape, load_meshes};
+use argil::{Brush, Journal, SampledGrid, Scene, Shape, load_meshes};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// Whether it runs in a browser, which has no files: those that are opened are read whole, those that are written are downloads.
+pub const IS_PAGE: bool = cfg!(target_arch = "wasm32");
 
 /// What a file is asked for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -36,6 +43,7 @@ impl Ask {
             Self::Import => ("Mesh", &["obj", "glb", "ply", "stl"]),
             Self::Mesh => ("Mesh", &["glb", "obj", "ply", "stl"]),
             Self::Picture => ("PNG picture", &["png"]),
+            Self::Turntable if IS_PAGE => ("Archive", &["zip"]),
             Self::Turntable => ("Folder", &[]),
             Self::Volume => ("Volume", &["argil"]),
         }
@@ -44,7 +52,8 @@ impl Ask {
 
 /// How files are asked for.
 pub trait Files {
-    /// A place; none where the asking was given up. `name` is what is proposed.
+    /// A place; none where the asking was given up, or where what was chosen comes later, as bytes, by
+    /// themselves. `name` is what is proposed.
     fn ask(&mut self, what: Ask, name: &str) -> Option<PathBuf>;
 }
 
@@ -107,6 +116,7 @@ impl Studio {
     }
 
     /// A file that was dropped on the window.
+    #[cfg(not(target_arch = "wasm32"))]
     pub(crate) fn open_or_import(&mut self, path: &Path) {
         if Format::of(path).is_some() {
             self.attempt(|s| s.import(path));
@@ -129,7 +139,9 @@ impl Studio {
         let Some(path) = path else { return false };
         self.attempt(|s| {
             s.document.save(&path)?;
-            s.preferences.remember(&path);
+            if !IS_PAGE {
+                s.preferences.remember(&path);
+            }
             s.tell(format!("{} is saved", path.display()));
             Ok(())
         });
@@ -156,11 +168,24 @@ impl Studio {
             .unwrap_or(&absolute);
         let named = named.to_string_lossy().replace('\\', "/");
         let folder = own.unwrap_or(Path::new(".")).to_path_buf();
-        let mut scene = Scene::new();
-        let stem = path.file_stem().unwrap_or_default().to_string_lossy();
-        scene.push(Brush::new(Shape::mesh(named)).named(stem))?;
-        self.jobs.import(path, scene, folder);
+        let scene = mesh_brush(path, named)?;
+        self.jobs
+            .import(&path.display().to_string(), scene, move |scene| {
+                load_meshes(scene, &folder, true)?;
+                Ok(())
+            });
         Ok(())
+    }
+
+    /// Have a mesh's distances, here and where it is drawn.
+    pub(crate) fn have_mesh(&mut self, path: &str, resolution: u32, grid: Arc<SampledGrid>) {
+        self.document.know_mesh(path, resolution, grid);
+        // The copy that is drawn is to know it too.
+        self.version += 1000;
+        // What was done in this frame is in the scene already.
+        drop(self.document.take_lines());
+        self.renderer.load(self.document.scene(), self.version);
+        self.picker.forget();
     }
 
     /// A mesh has been sampled: put it in, as large as what is there.
@@ -176,13 +201,7 @@ impl Studio {
                 _ => None,
             });
         let (path, resolution, grid) = grids.context("the mesh has no samples")?;
-        self.document.know_mesh(&path, resolution, grid);
-        // The copy that is drawn is to know it too.
-        self.version += 1000;
-        // What was done in this frame is in the scene already.
-        drop(self.document.take_lines());
-        self.renderer.load(self.document.scene(), self.version);
-        self.picker.forget();
+        self.have_mesh(&path, resolution, grid);
         let node = scene.node(Scene::ROOT).children()[0];
         let entry = scene.node(node).entry().clone();
         self.add_entry("Import mesh", entry)?;
@@ -205,9 +224,13 @@ impl Studio {
         let stem = title.strip_suffix(".json").unwrap_or(&title);
         let ending = what.kind().1.first().copied().unwrap_or("");
         if let Some(path) = self.files.ask(what, &format!("{stem}.{ending}")) {
-            let resolution = self.preferences.resolution;
+            let how = How {
+                engine: self.export_engine.clone(),
+                resolution: self.preferences.resolution,
+                eye: self.eye,
+            };
             let scene = self.document.scene().clone();
-            self.jobs.export(what, scene, path, (resolution, self.eye));
+            self.jobs.export(what, scene, path, how);
         }
     }
 
@@ -229,6 +252,14 @@ impl Studio {
         self.tell(format!("{edits} edits came back"));
         Ok(())
     }
+}
+
+/// A scene of one brush: a mesh that is named so.
+pub(crate) fn mesh_brush(path: &Path, named: String) -> anyhow::Result<Scene> {
+    let mut scene = Scene::new();
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+    scene.push(Brush::new(Shape::mesh(named)).named(stem))?;
+    Ok(scene)
 }
 
 /// The folder of a file.

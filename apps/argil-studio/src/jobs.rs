@@ -2,10 +2,11 @@
 
 use crate::eye::Eye;
 use crate::files::Ask;
+use crate::place;
 use anyhow::Context;
 use argil::{
     BricksOptions, Engine, Format, MeshOptions, Orbit, Scene, Settings, Show, Via, WriteOptions,
-    load_meshes, save_mesh,
+    write_mesh, write_png,
 };
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -100,19 +101,21 @@ impl Jobs {
     fn start(
         &mut self,
         name: String,
-        work: impl FnOnce(&Progress) -> anyhow::Result<Done> + Send + 'static,
+        work: impl AsyncFnOnce(&Progress) -> anyhow::Result<Done> + Send + 'static,
     ) {
         let progress = Arc::new(Progress::default());
         let (sender, result) = channel();
         let own = progress.clone();
-        let run = move || {
-            // Who asked may be gone.
-            let _ = sender.send(work(&own));
-        };
         #[cfg(not(target_arch = "wasm32"))]
-        std::thread::spawn(run);
+        std::thread::spawn(move || {
+            // Who asked may be gone.
+            let _ = sender.send(pollster::block_on(work(&own)));
+        });
         #[cfg(target_arch = "wasm32")]
-        run();
+        wasm_bindgen_futures::spawn_local(async move {
+            breathe().await;
+            let _ = sender.send(work(&own).await);
+        });
         self.0.push(Job {
             name,
             progress,
@@ -121,75 +124,109 @@ impl Jobs {
     }
 
     /// Sample the meshes of a scene.
-    pub fn import(&mut self, path: &Path, mut scene: Scene, folder: PathBuf) {
-        let name = format!("Importing {}", path.display());
-        self.start(name, move |_| {
-            load_meshes(&mut scene, &folder, true)?;
+    pub fn import(
+        &mut self,
+        name: &str,
+        mut scene: Scene,
+        load: impl FnOnce(&mut Scene) -> anyhow::Result<()> + Send + 'static,
+    ) {
+        self.start(format!("Importing {name}"), async move |_| {
+            load(&mut scene)?;
             Ok(Done::Imported(Box::new(scene)))
         });
     }
 
     /// Write what was asked for.
-    pub fn export(&mut self, what: Ask, scene: Scene, path: PathBuf, how: (u32, Eye)) {
+    pub fn export(&mut self, what: Ask, scene: Scene, path: PathBuf, how: How) {
         let name = format!("Exporting {}", path.display());
-        self.start(name, move |progress| {
-            export(what, &scene, &path, how, progress)
+        self.start(name, async move |progress| {
+            export(what, &scene, &path, how, progress).await
         });
     }
 }
 
-fn export(
+/// How something is exported.
+pub struct How {
+    /// What pictures are drawn on.
+    pub engine: Engine,
+    /// Voxels along the longest side.
+    pub resolution: u32,
+    /// From where it is looked at.
+    pub eye: Eye,
+}
+
+/// Let what waits go on: in a browser there is one thread for everything.
+async fn breathe() {
+    #[cfg(target_arch = "wasm32")]
+    crate::page::breathe().await;
+}
+
+async fn export(
     what: Ask,
     scene: &Scene,
     path: &Path,
-    (resolution, eye): (u32, Eye),
+    how: How,
     progress: &Progress,
 ) -> anyhow::Result<Done> {
-    let world = Engine::cpu().build(scene)?;
     let mut written = path.display().to_string();
     match what {
         Ask::Mesh => {
+            let world = Engine::cpu().build(scene)?;
             let meshed = world.mesh(&MeshOptions {
-                resolution,
+                resolution: how.resolution,
                 ..MeshOptions::default()
             })?;
+            breathe().await;
             if progress.set(0.5) {
                 return Ok(Done::Cancelled);
             }
             let counts = meshed.report.triangles;
             let format = Format::of(path).context("the name ends in .glb, .obj, .ply or .stl")?;
-            save_mesh(&meshed.mesh, format, &WriteOptions::default(), path)?;
+            place::put(path, |out| {
+                write_mesh(&meshed.mesh, format, &WriteOptions::default(), out)
+            })?;
             written += &format!(", {counts} triangles");
         }
         Ask::Volume => {
             let options = BricksOptions {
-                resolution,
+                resolution: how.resolution,
                 ..BricksOptions::default()
             };
+            let world = Engine::cpu().build(scene)?;
             let world = world.via(scene, Via::Bricks(options))?;
+            breathe().await;
             if progress.set(0.5) {
                 return Ok(Done::Cancelled);
             }
-            world.save(scene, path)?;
+            let bytes = world.to_bytes(scene)?;
+            place::put(path, |out| out.write_all(&bytes))?;
         }
         Ask::Turntable => {
-            std::fs::create_dir_all(path).with_context(|| path.display().to_string())?;
+            let world = how.engine.build(scene)?;
             let settings = settings(&world);
-            for (i, camera) in Orbit::around(eye.camera(), FRAMES).enumerate() {
+            let mut folder = place::Folder::new(path)?;
+            for (i, camera) in Orbit::around(how.eye.camera(), FRAMES).enumerate() {
+                breathe().await;
                 if progress.set(i as f32 / FRAMES as f32) {
                     return Ok(Done::Cancelled);
                 }
-                let drawn = world.draw(&camera, &settings)?;
-                drawn.save(path.join(format!("frame-{i:03}.png")))?;
+                let drawn = world.draw_async(&camera, &settings).await?;
+                folder.put(&format!("frame-{i:03}.png"), |out| {
+                    write_png(drawn.size, &drawn.rgb, out)
+                })?;
             }
+            folder.close()?;
             written += &format!(", {FRAMES} pictures");
         }
         _ => {
-            let drawn = world.draw(&eye.camera(), &settings(&world))?;
+            let world = how.engine.build(scene)?;
+            let drawn = world
+                .draw_async(&how.eye.camera(), &settings(&world))
+                .await?;
             if progress.set(0.9) {
                 return Ok(Done::Cancelled);
             }
-            drawn.save(path)?;
+            place::put(path, |out| write_png(drawn.size, &drawn.rgb, out))?;
         }
     }
     Ok(Done::Written(format!("{written}: written")))

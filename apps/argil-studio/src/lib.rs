@@ -11,14 +11,19 @@ mod document;
 mod eye;
 mod files;
 mod gallery;
+#[cfg(target_arch = "wasm32")]
+mod given;
 mod gizmo;
 mod icon;
 mod inspector;
 mod jobs;
 mod list;
 mod menus;
+#[cfg(target_arch = "wasm32")]
+mod page;
 mod painter;
 mod picker;
+mod place;
 mod pose;
 mod preferences;
 mod recovery;
@@ -31,6 +36,9 @@ mod viewport;
 pub use app::{Options, Studio};
 pub use document::Document;
 pub use files::{Ask, Files};
+
+#[cfg(target_arch = "wasm32")]
+pub use page::{is_settled, place_of, start};
 
 /// The machine has no screen, or nothing to draw a window with.
 #[derive(Debug, thiserror::Error)]

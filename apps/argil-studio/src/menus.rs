@@ -3,6 +3,7 @@
 use crate::app::{Studio, Tool};
 use crate::commands::{self, Command, MENUS};
 use crate::dialogs::Then;
+use crate::files::IS_PAGE;
 use crate::painter::{Pipeline, SHOWS};
 use crate::samples;
 use argil::Show;
@@ -30,6 +31,10 @@ impl Studio {
 
     fn menu(&mut self, ui: &mut egui::Ui, menu: &str) {
         for entry in commands::ALL.iter().filter(|e| e.menu == menu) {
+            // A page is closed with its tab.
+            if IS_PAGE && entry.command == Command::Quit {
+                continue;
+            }
             self.command_button(ui, entry.command);
             if entry.command == Command::Open {
                 self.recent(ui);
@@ -38,6 +43,23 @@ impl Studio {
     }
 
     fn recent(&mut self, ui: &mut egui::Ui) {
+        if !IS_PAGE {
+            self.recent_files(ui);
+        }
+        ui.menu_button("Open sample", |ui| {
+            for (name, _) in samples::ALL {
+                if ui.button(*name).clicked() {
+                    ui.close();
+                    let ctx = ui.ctx().clone();
+                    if self.may_leave(Then::Sample(name)) {
+                        self.go_on(&ctx, Then::Sample(name));
+                    }
+                }
+            }
+        });
+    }
+
+    fn recent_files(&mut self, ui: &mut egui::Ui) {
         ui.menu_button("Open recent", |ui| {
             if self.preferences.recent.is_empty() {
                 ui.weak("Nothing yet");
@@ -47,17 +69,6 @@ impl Studio {
                     ui.close();
                     if self.may_leave(Then::Open(path.clone())) {
                         self.open(&path);
-                    }
-                }
-            }
-        });
-        ui.menu_button("Open sample", |ui| {
-            for (name, _) in samples::ALL {
-                if ui.button(*name).clicked() {
-                    ui.close();
-                    let ctx = ui.ctx().clone();
-                    if self.may_leave(Then::Sample(name)) {
-                        self.go_on(&ctx, Then::Sample(name));
                     }
                 }
             }

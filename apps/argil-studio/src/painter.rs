@@ -184,11 +184,11 @@ impl Painter {
     }
 
     /// Draw.
-    pub fn draw(&mut self, request: Request) -> Answer {
+    pub async fn draw(&mut self, request: Request) -> Answer {
         let start = Instant::now();
         let mut pictures = Ok(Vec::new());
         for &pipeline in &request.pipelines {
-            match (self.picture(pipeline, &request), &mut pictures) {
+            match (self.picture(pipeline, &request).await, &mut pictures) {
                 (Ok(picture), Ok(all)) => all.push(picture),
                 (Err(error), _) => {
                     pictures = Err(format!("{error:#}"));
@@ -204,13 +204,13 @@ impl Painter {
         }
     }
 
-    fn picture(&mut self, pipeline: Pipeline, request: &Request) -> anyhow::Result<Picture> {
-        let edit_ms = self.bring_up(pipeline, request.resolution)?;
+    async fn picture(&mut self, pipeline: Pipeline, request: &Request) -> anyhow::Result<Picture> {
+        let edit_ms = self.bring_up(pipeline, request.resolution).await?;
         let kept = self.kept.last().context("a world was made")?;
         let world = &kept.world;
         let settings = settings(world, request);
-        let drawn: Drawn = world.draw(&request.camera, &settings)?;
-        let info = world.volume_info()?;
+        let drawn: Drawn = world.draw_async(&request.camera, &settings).await?;
+        let info = world.volume_info_async().await?;
         let bricks = info.and_then(|info| {
             let tree = info.tree.map(|tree| tree.bricks);
             tree.or(info.sparse.map(|sparse| sparse.bricks))
@@ -229,7 +229,11 @@ impl Painter {
     }
 
     /// Have a pipeline's world be of the scene as it is, the last of those that are kept; what following edits took.
-    fn bring_up(&mut self, pipeline: Pipeline, resolution: u32) -> anyhow::Result<Option<f64>> {
+    async fn bring_up(
+        &mut self,
+        pipeline: Pipeline,
+        resolution: u32,
+    ) -> anyhow::Result<Option<f64>> {
         let is_it = |k: &Kept| k.pipeline == pipeline && k.resolution == resolution;
         let Some(at) = self.kept.iter().position(is_it) else {
             self.kept.retain(|k| k.pipeline != pipeline);
@@ -237,7 +241,9 @@ impl Painter {
                 self.kept.remove(0);
             }
             let world = self.engine.build(&self.scene)?;
-            let world = world.via(&self.scene, pipeline.via(resolution))?;
+            let world = world
+                .via_async(&self.scene, pipeline.via(resolution))
+                .await?;
             self.kept.push(Kept {
                 pipeline,
                 resolution,
@@ -252,8 +258,8 @@ impl Painter {
         let is_behind = kept.version != self.version;
         if is_behind {
             // A world that cannot follow is made again at the next request.
-            kept.world.apply(&self.scene)?;
-            kept.world.finish()?;
+            kept.world.apply_async(&self.scene).await?;
+            kept.world.finish_async().await?;
             kept.version = self.version;
         }
         self.kept.push(kept);
@@ -310,7 +316,7 @@ mod tests {
     }
 
     fn picture(painter: &mut Painter, pipeline: Pipeline) -> Vec<u8> {
-        let answer = painter.draw(request(pipeline));
+        let answer = pollster::block_on(painter.draw(request(pipeline)));
         answer.pictures.expect("a picture").remove(0).rgb
     }
 

@@ -2,7 +2,7 @@
 
 use argil::{Journal, Scene};
 use std::path::{Path, PathBuf};
-use web_time::{SystemTime, UNIX_EPOCH};
+use std::time::{SystemTime, UNIX_EPOCH};
 
 /// The journal of one document: a file in a folder of its own, removed when the document is closed.
 #[derive(Debug, Default)]
@@ -128,6 +128,17 @@ fn is_alive(journal: &Path) -> bool {
     let Some(id) = stem.split('-').next().and_then(|id| id.parse::<u32>().ok()) else {
         return false;
     };
+    is_running(id)
+}
+
+/// A browser has no processes, nor journals.
+#[cfg(target_arch = "wasm32")]
+fn is_running(_: u32) -> bool {
+    false
+}
+
+#[cfg(not(target_arch = "wasm32"))]
+fn is_running(id: u32) -> bool {
     let id = sysinfo::Pid::from_u32(id);
     let mut system = sysinfo::System::new();
     system.refresh_processes(sysinfo::ProcessesToUpdate::Some(&[id]), true);

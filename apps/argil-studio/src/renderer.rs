@@ -1,4 +1,4 @@
-//! The painter beside the window: on a thread of its own, or where there are none, between two frames.
+//! The painter beside the window: on a thread of its own, or in a browser, where there is none, while it waits for the GPU.
 
 use crate::painter::{Answer, Painter, Request};
 use argil::{Engine, Scene};
@@ -9,11 +9,11 @@ enum Message {
     Draw(Box<Request>),
 }
 
-fn take(painter: &mut Painter, message: Message) -> Option<Answer> {
+async fn take(painter: &mut Painter, message: Message) -> Option<Answer> {
     match message {
         Message::Load(scene, version) => painter.load(*scene, version),
         Message::Follow(lines) => painter.follow(&lines),
-        Message::Draw(request) => return Some(painter.draw(*request)),
+        Message::Draw(request) => return Some(painter.draw(*request).await),
     }
     None
 }
@@ -35,7 +35,7 @@ mod place {
             let (outbox, answers) = channel();
             std::thread::spawn(move || {
                 for message in inbox {
-                    if let Some(answer) = take(&mut painter, message) {
+                    if let Some(answer) = pollster::block_on(take(&mut painter, message)) {
                         if outbox.send(answer).is_err() {
                             return;
                         }
@@ -60,32 +60,62 @@ mod place {
 #[cfg(target_arch = "wasm32")]
 mod place {
     use super::{Answer, Message, Painter, take};
+    use std::cell::RefCell;
+    use std::collections::VecDeque;
+    use std::rc::Rc;
 
-    /// A painter that is asked at once.
+    /// A painter that goes on whenever the GPU has answered.
     pub struct Place {
-        painter: Painter,
-        answer: Option<Answer>,
-        wake: Box<dyn Fn()>,
+        inner: Rc<RefCell<Inner>>,
+        wake: Rc<dyn Fn()>,
+    }
+
+    struct Inner {
+        /// Not here while it paints.
+        painter: Option<Painter>,
+        messages: VecDeque<Message>,
+        answers: VecDeque<Answer>,
     }
 
     impl Place {
         pub fn new(painter: Painter, wake: impl Fn() + Send + 'static) -> Self {
+            let inner = Inner {
+                painter: Some(painter),
+                messages: VecDeque::new(),
+                answers: VecDeque::new(),
+            };
             Self {
-                painter,
-                answer: None,
-                wake: Box::new(wake),
+                inner: Rc::new(RefCell::new(inner)),
+                wake: Rc::new(wake),
             }
         }
 
         pub fn send(&mut self, message: Message) {
-            if let Some(answer) = take(&mut self.painter, message) {
-                self.answer = Some(answer);
-                (self.wake)();
+            let mut inner = self.inner.borrow_mut();
+            inner.messages.push_back(message);
+            if let Some(painter) = inner.painter.take() {
+                let (inner, wake) = (self.inner.clone(), self.wake.clone());
+                wasm_bindgen_futures::spawn_local(paint(inner, wake, painter));
             }
         }
 
         pub fn answer(&mut self) -> Option<Answer> {
-            self.answer.take()
+            self.inner.borrow_mut().answers.pop_front()
+        }
+    }
+
+    /// Take all messages, then put the painter back.
+    async fn paint(inner: Rc<RefCell<Inner>>, wake: Rc<dyn Fn()>, mut painter: Painter) {
+        loop {
+            let message = inner.borrow_mut().messages.pop_front();
+            let Some(message) = message else {
+                inner.borrow_mut().painter = Some(painter);
+                return;
+            };
+            if let Some(answer) = take(&mut painter, message).await {
+                inner.borrow_mut().answers.push_back(answer);
+                wake();
+            }
         }
     }
 }

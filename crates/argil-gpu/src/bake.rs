@@ -2,13 +2,17 @@
 
 use crate::timing::Timing;
 use crate::{Gpu, GpuError};
-use std::time::Instant;
+use web_time::Instant;
 
 /// Each stage of a build with its milliseconds.
 pub type StagesMs = Vec<(&'static str, f64)>;
 
 /// Passes between two readings of time stamps.
 const PASSES_A_READING: u32 = 500;
+
+/// Whether each pass is waited for, to take the clock, where there are no time stamps. In a browser all of a build counts as
+/// its last stage then.
+pub(crate) const CAN_WAIT: bool = cfg!(not(target_arch = "wasm32"));
 
 /// How many workgroups a pass has.
 #[derive(Clone, Copy)]
@@ -24,6 +28,7 @@ pub(crate) struct Bake<'a> {
     timing: Option<Timing>,
     /// Whether what passes take is to be known.
     is_timed: bool,
+    start: Instant,
     /// The stage of each pass, and by the clock what it took where there are no time stamps.
     passes: Vec<(&'static str, f64)>,
     /// By time stamps what each pass took, as far as they have been read.
@@ -37,6 +42,7 @@ impl<'a> Bake<'a> {
             gpu,
             timing: Timing::new(gpu, PASSES_A_READING)?,
             is_timed: true,
+            start: Instant::now(),
             passes: Vec::new(),
             stamps: Vec::new(),
         })
@@ -48,13 +54,14 @@ impl<'a> Bake<'a> {
             gpu,
             timing: None,
             is_timed: false,
+            start: Instant::now(),
             passes: Vec::new(),
             stamps: Vec::new(),
         }
     }
 
     /// Submit one pass, after whatever was written to buffers so far.
-    pub fn pass(
+    pub async fn pass(
         &mut self,
         stage: &'static str,
         pipeline: &wgpu::ComputePipeline,
@@ -62,7 +69,7 @@ impl<'a> Bake<'a> {
         groups: Groups<'_>,
     ) -> Result<(), GpuError> {
         if self.timing.as_ref().is_some_and(Timing::is_full) {
-            self.collect()?;
+            self.collect().await?;
         }
         let start = Instant::now();
         let (gpu, timing) = (self.gpu, &mut self.timing);
@@ -88,8 +95,8 @@ impl<'a> Bake<'a> {
         if !self.is_timed {
             return Ok(());
         }
-        if self.timing.is_none() {
-            gpu.wait()?;
+        if self.timing.is_none() && CAN_WAIT {
+            gpu.wait().await?;
         }
         self.passes
             .push((stage, start.elapsed().as_secs_f64() * 1e3));
@@ -97,18 +104,24 @@ impl<'a> Bake<'a> {
     }
 
     /// Read the time stamps so far, and make room for others.
-    fn collect(&mut self) -> Result<(), GpuError> {
+    async fn collect(&mut self) -> Result<(), GpuError> {
         if let Some(timing) = &mut self.timing {
-            self.stamps.extend(timing.durations_ms(self.gpu)?);
+            self.stamps.extend(timing.durations_ms(self.gpu).await?);
             timing.restart();
         }
         Ok(())
     }
 
     /// Wait for all passes; each stage with what its passes took, in the order of their first.
-    pub fn finish(mut self) -> Result<StagesMs, GpuError> {
-        self.gpu.wait()?;
-        self.collect()?;
+    pub async fn finish(mut self) -> Result<StagesMs, GpuError> {
+        self.gpu.wait().await?;
+        self.collect().await?;
+        if self.timing.is_none()
+            && !CAN_WAIT
+            && let Some((_, ms)) = self.passes.last_mut()
+        {
+            *ms += self.start.elapsed().as_secs_f64() * 1e3;
+        }
         let stamps = match &self.timing {
             Some(_) => self.stamps,
             None => self.passes.iter().map(|&(_, ms)| ms).collect(),

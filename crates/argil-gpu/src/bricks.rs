@@ -44,25 +44,26 @@ pub(crate) struct BrickTables {
 
 impl BrickTables {
     /// Bytes of the pool and the tables.
-    pub fn memory_bytes(&self) -> u64 {
+    pub fn memory_bytes(&self, texel_bytes: u64) -> u64 {
         let bricks: u64 = self.pool.map(u64::from).iter().product();
         let tables = self.cells.size() + self.materials.size() + self.ledger.counters.size();
         let making = self.making.as_ref().map_or(0, |making| making.size());
-        bricks * self.layout.brick_bytes() + tables + making
+        bricks * u64::from(self.layout.brick_samples()) * texel_bytes + tables + making
     }
 
     /// Bricks that there are, after a wait for edits.
-    pub fn count(&self, gpu: &Gpu) -> Result<u64, GpuError> {
-        Ok(self.ledger.read(gpu)?.bricks())
+    pub async fn count(&self, gpu: &Gpu) -> Result<u64, GpuError> {
+        Ok(self.ledger.read(gpu).await?.bricks())
     }
 }
 
 /// Bytes of a pool, the tables, and the materials of so many mixed bricks.
-fn bytes_of(measures: &BrickLayout, pool: [u32; 3], mixed: u64) -> u64 {
+fn bytes_of(gpu: &Gpu, measures: &BrickLayout, pool: [u32; 3], mixed: u64) -> u64 {
     let bricks: u64 = pool.map(u64::from).iter().product();
     // With a stack of what is free.
     let of_mixed = (8 * PLACES + 4) * mixed;
-    4 * measures.word_count() + bricks * (measures.brick_bytes() + 8) + of_mixed
+    let brick = gpu.texture_bytes(measures.encoding.bits, measures.brick_bytes());
+    4 * measures.word_count() + bricks * (brick + 8) + of_mixed
 }
 
 /// Add what the stages of another run took.
@@ -106,7 +107,7 @@ impl GpuVolume {
     ///
     /// # Errors
     /// If pool and tables would take more than `budget` bytes.
-    pub fn bricks(
+    pub async fn bricks(
         field: &GpuField,
         program: &Program,
         measures: BrickLayout,
@@ -121,7 +122,7 @@ impl GpuVolume {
         let mixed_for = |room: u64| if mixes { room / 4 + 16 } else { 0 };
         let needed = |room: u64, mixed: u64| -> Result<u64, GpuError> {
             let pool = pool_for(field.gpu(), &measures, room)?;
-            Ok(bytes_of(&measures, pool, mixed))
+            Ok(bytes_of(field.gpu(), &measures, pool, mixed))
         };
         let budget = budget.unwrap_or(u64::MAX);
         let mut room = guess;
@@ -144,9 +145,9 @@ impl GpuVolume {
         let mut build = Build::new(field, program, measures, guess)?;
         let mut stages = StagesMs::new();
         loop {
-            let (texture, took) = build.run(room, mixed_room)?;
+            let (texture, took) = build.run(room, mixed_room).await?;
             add(&mut stages, &took);
-            let [count, mixed] = build.counts()?;
+            let [count, mixed] = build.counts().await?;
             let fits = mixed <= u64::from(build.words.mixed);
             if count <= u64::from(build.words.capacity) && fits {
                 return Ok((build.finish(&texture, count, mixed)?, stages));
@@ -160,7 +161,7 @@ impl GpuVolume {
         }
     }
 
-    pub(crate) fn upload_bricks(field: &GpuField, bricks: &Bricks) -> Result<Self, GpuError> {
+    pub(crate) async fn upload_bricks(field: &GpuField, bricks: &Bricks) -> Result<Self, GpuError> {
         let gpu = field.gpu();
         let measures = *bricks.layout();
         let pool = pool_for(gpu, &measures, bricks.len() as u64)?;
@@ -170,6 +171,7 @@ impl GpuVolume {
         let bytes = measures.encoding.bits.bytes();
         let per_layer = (pool[0] * pool[1]) as usize;
         let samples = bricks.pool().bytes();
+        let format = gpu.texels(measures.encoding.bits);
         // A layer of bricks at a time.
         let mut staged = vec![0u8; width * height * side * bytes];
         for (z, layer) in samples.chunks(per_layer * side.pow(3) * bytes).enumerate() {
@@ -193,17 +195,17 @@ impl GpuVolume {
                         },
                         aspect: wgpu::TextureAspect::All,
                     },
-                    &staged,
+                    &format.texels_of(&staged),
                     wgpu::TexelCopyBufferLayout {
                         offset: 0,
-                        bytes_per_row: Some((width * bytes) as u32),
+                        bytes_per_row: Some((width * format.bytes()) as u32),
                         rows_per_image: Some(height as u32),
                     },
                     extent(width as u32, height as u32, side as u32),
                 );
             })?;
             gpu.queue.submit([]);
-            gpu.wait()?;
+            gpu.wait().await?;
         }
         let mut cells = Table::new("cells");
         let words: Vec<u32> = bricks
@@ -282,7 +284,7 @@ fn unpacked(word: u32, [x, y, _]: [u32; 3]) -> u32 {
 }
 
 /// Bring bricks back.
-pub(crate) fn read(
+pub(crate) async fn read(
     gpu: &Gpu,
     texture: &wgpu::Texture,
     tables: &BrickTables,
@@ -294,8 +296,9 @@ pub(crate) fn read(
     let (width, height) = (nx as usize * side, ny as usize * side);
     let layer_bytes = (width * height * side * bytes) as u64;
     let layers = (STAGING_BYTES / layer_bytes).clamp(1, u64::from(nz)) as u32;
-    let counted = tables.ledger.read(gpu)?;
-    let mut words: Vec<u32> = read_table(gpu, &tables.cells, 4 * measures.word_count())?
+    let counted = tables.ledger.read(gpu).await?;
+    let mut words: Vec<u32> = read_table(gpu, &tables.cells, 4 * measures.word_count())
+        .await?
         .chunks_exact(4)
         .map(|word| unpacked(bytemuck::pod_read_unaligned(word), tables.pool))
         .collect();
@@ -320,7 +323,8 @@ pub(crate) fn read(
             measures.encoding.bits,
             [width as u32, height as u32],
             first * side as u32..(first + count) * side as u32,
-        )?;
+        )
+        .await?;
         for at in 0..(count * ny * nx) as usize {
             let (bx, by, bz) = (
                 at % nx as usize,
@@ -351,7 +355,8 @@ pub(crate) fn read(
         gpu,
         &tables.materials,
         4 * capacity + 8 * PLACES * tables.mixed,
-    )?;
+    )
+    .await?;
     let mut looks: Vec<u32> = looks
         .chunks_exact(4)
         .map(bytemuck::pod_read_unaligned)

@@ -2,11 +2,12 @@
 
 use crate::bake::{Bake, Groups, StagesMs};
 use crate::pass::{Bind, FIELD_BINDS, FILL, TABLES_WGSL, TEXELS, entry, layout, pipelines};
-use crate::volume::{Kind, dense_words, format_of, texture, uniform_of};
+use crate::texels::TexelFormat;
+use crate::volume::{Kind, dense_words, texture, uniform_of};
 use crate::{Gpu, GpuError, GpuField, GpuVolume};
 use argil_abi::Fill;
 use argil_field::Program;
-use argil_volume::{Bits, Dense, Encoding, Lattice};
+use argil_volume::{Dense, Encoding, Lattice};
 
 /// Instructions times texels that one dispatch may take on.
 pub(crate) const WORK_A_DISPATCH: u64 = 4_000_000_000;
@@ -25,7 +26,7 @@ pub enum DenseFill {
 
 impl GpuVolume {
     /// Sample a field into a dense volume; what the stages took.
-    pub fn dense(
+    pub async fn dense(
         field: &GpuField,
         program: &Program,
         lattice: Lattice,
@@ -40,7 +41,7 @@ impl GpuVolume {
         let source = [
             &argil_abi::wgsl(),
             TABLES_WGSL,
-            &target_wgsl(encoding.bits),
+            &target_wgsl(gpu.texels(encoding.bits)),
             field.field_wgsl(),
             argil_volume::wgsl::FILL,
         ]
@@ -48,7 +49,7 @@ impl GpuVolume {
         let mut binds = FIELD_BINDS.to_vec();
         binds.extend([
             Bind::Uniform(FILL),
-            Bind::Target(TEXELS, format_of(encoding.bits).0),
+            Bind::Target(TEXELS, gpu.texels(encoding.bits).format()),
         ]);
         let layout = gpu.checked(|| layout(gpu, "DenseFill", &binds))?;
         let constants = [("TILE_SIDE", f64::from(side))];
@@ -101,7 +102,8 @@ impl GpuVolume {
                         };
                         gpu.queue
                             .write_buffer(&uniform, 0, bytemuck::bytes_of(&fill));
-                        bake.pass(stage, &tiled, &bind_group, Groups::Direct(tiles))?;
+                        bake.pass(stage, &tiled, &bind_group, Groups::Direct(tiles))
+                            .await?;
                     }
                 }
                 DenseFill::Naive => {
@@ -114,12 +116,13 @@ impl GpuVolume {
                         gpu.queue
                             .write_buffer(&uniform, 0, bytemuck::bytes_of(&fill));
                         let groups = [size.x, size.y, count.min(size.z - first)];
-                        bake.pass(stage, &naive, &bind_group, Groups::Direct(groups))?;
+                        bake.pass(stage, &naive, &bind_group, Groups::Direct(groups))
+                            .await?;
                     }
                 }
             }
         }
-        let stages = bake.finish()?;
+        let stages = bake.finish().await?;
         let words = dense_words(&lattice, &encoding, levels);
         let volume = Self::new(field, lattice, encoding, texture, words, Kind::Dense)?;
         Ok((volume, stages))
@@ -127,8 +130,8 @@ impl GpuVolume {
 }
 
 /// The texture that a build writes.
-pub(crate) fn target_wgsl(bits: Bits) -> String {
-    let format = format_of(bits).1;
+pub(crate) fn target_wgsl(texels: TexelFormat) -> String {
+    let format = texels.wgsl();
     format!(
         "@group(0) @binding(13) var<uniform> fill: Fill;\n\
          @group(0) @binding(14) var texels: texture_storage_3d<{format}, write>;\n"

@@ -60,8 +60,14 @@ impl DeviceInfo {
         let driver = format!("{} {}", info.driver, info.driver_info)
             .trim()
             .to_owned();
+        // Browsers may keep it to themselves.
+        let name = if info.name.is_empty() {
+            "unnamed device".into()
+        } else {
+            info.name.clone()
+        };
         Self {
-            name: info.name.clone(),
+            name,
             kind,
             backend: info.backend.to_string(),
             driver,
@@ -69,11 +75,20 @@ impl DeviceInfo {
     }
 }
 
-/// All adapters, the best first.
-fn adapters() -> Vec<(DeviceInfo, wgpu::Adapter)> {
+/// All adapters, the best first; in a browser, the one that it gives.
+async fn adapters() -> Vec<(DeviceInfo, wgpu::Adapter)> {
     let instance =
         wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle_from_env());
-    let found = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::PRIMARY));
+    #[cfg(not(target_arch = "wasm32"))]
+    let found = instance.enumerate_adapters(wgpu::Backends::PRIMARY).await;
+    #[cfg(target_arch = "wasm32")]
+    let found = {
+        let wanted = wgpu::RequestAdapterOptions {
+            power_preference: wgpu::PowerPreference::HighPerformance,
+            ..wgpu::RequestAdapterOptions::default()
+        };
+        instance.request_adapter(&wanted).await.ok()
+    };
     let mut all: Vec<_> = found
         .into_iter()
         .map(|a| (DeviceInfo::of(&a.get_info()), a))
@@ -90,8 +105,9 @@ fn adapters() -> Vec<(DeviceInfo, wgpu::Adapter)> {
 }
 
 /// The graphics devices of this machine, the best first.
-pub fn devices() -> Vec<DeviceInfo> {
-    adapters().into_iter().map(|(info, _)| info).collect()
+pub async fn devices() -> Vec<DeviceInfo> {
+    let all = adapters().await;
+    all.into_iter().map(|(info, _)| info).collect()
 }
 
 /// A device that is open.
@@ -103,43 +119,56 @@ pub struct Gpu {
     pub(crate) has_timestamps: bool,
     /// Whether shaders can write textures of 8 and of 16 bits, signed and normalised.
     pub(crate) writes_snorm: [bool; 2],
+    /// What the device objected to and nothing has waited for, as there is no waiting in a browser.
+    #[cfg(target_arch = "wasm32")]
+    faults: std::sync::Arc<std::sync::Mutex<Option<String>>>,
 }
 
 impl Gpu {
-    /// Open the best device there is, a software one where there is no other.
-    pub fn open() -> Result<Self, GpuError> {
-        Self::open_with(wgpu::Adapter::limits)
+    /// Open the best device there is, a software one where there is no other; in a browser, within the limits and features
+    /// that every WebGPU device has.
+    pub async fn open() -> Result<Self, GpuError> {
+        if cfg!(target_arch = "wasm32") {
+            return Self::open_portable().await;
+        }
+        let specific = wgpu::Features::TEXTURE_ADAPTER_SPECIFIC_FORMAT_FEATURES
+            | wgpu::Features::TEXTURE_FORMAT_16BIT_NORM;
+        Self::open_with(wgpu::Adapter::limits, specific).await
     }
 
-    /// The same with no more than the limits that every WebGPU device has: what runs on it runs in a browser.
-    pub fn open_portable() -> Result<Self, GpuError> {
-        Self::open_with(|_| wgpu::Limits::default())
+    /// The same with no more than the limits and the formats that every WebGPU device has: what runs on it runs in a browser.
+    pub async fn open_portable() -> Result<Self, GpuError> {
+        Self::open_with(|_| wgpu::Limits::default(), wgpu::Features::empty()).await
     }
 
-    fn open_with(limits: impl FnOnce(&wgpu::Adapter) -> wgpu::Limits) -> Result<Self, GpuError> {
-        let (info, adapter) = adapters().into_iter().next().ok_or(GpuError::None)?;
+    async fn open_with(
+        limits: impl FnOnce(&wgpu::Adapter) -> wgpu::Limits,
+        specific: wgpu::Features,
+    ) -> Result<Self, GpuError> {
+        let (info, adapter) = adapters().await.into_iter().next().ok_or(GpuError::None)?;
         // Lavapipe's tell nothing once something was rasterised: both stamps of a pass are then taken when it is flushed.
         let has_timestamps = adapter.features().contains(wgpu::Features::TIMESTAMP_QUERY)
             && info.kind != DeviceKind::Software;
+        let required_features = adapter.features() & (specific | wgpu::Features::TIMESTAMP_QUERY);
+        let may_differ =
+            required_features.contains(wgpu::Features::TEXTURE_ADAPTER_SPECIFIC_FORMAT_FEATURES);
         let writes_snorm =
             [wgpu::TextureFormat::R8Snorm, wgpu::TextureFormat::R16Snorm].map(|format| {
                 let features = adapter.get_texture_format_features(format);
                 let needed =
                     wgpu::TextureUsages::STORAGE_BINDING | wgpu::TextureUsages::TEXTURE_BINDING;
                 let filters = wgpu::TextureFormatFeatureFlags::FILTERABLE;
-                features.allowed_usages.contains(needed) && features.flags.contains(filters)
+                may_differ
+                    && features.allowed_usages.contains(needed)
+                    && features.flags.contains(filters)
             });
-        let wanted = wgpu::Features::TIMESTAMP_QUERY
-            | wgpu::Features::TEXTURE_ADAPTER_SPECIFIC_FORMAT_FEATURES
-            | wgpu::Features::TEXTURE_FORMAT_16BIT_NORM;
-        let required_features = adapter.features() & wanted;
         let descriptor = wgpu::DeviceDescriptor {
             label: Some("argil"),
             required_features,
             required_limits: limits(&adapter),
             ..wgpu::DeviceDescriptor::default()
         };
-        let opened = pollster::block_on(adapter.request_device(&descriptor));
+        let opened = adapter.request_device(&descriptor).await;
         let (device, queue) = opened.map_err(|e| GpuError::Device {
             name: info.name.clone(),
             reason: e.to_string(),
@@ -150,6 +179,8 @@ impl Gpu {
             info,
             has_timestamps,
             writes_snorm,
+            #[cfg(target_arch = "wasm32")]
+            faults: Default::default(),
         })
     }
 
@@ -158,14 +189,27 @@ impl Gpu {
         &self.info
     }
 
-    /// Run `work` and turn what wgpu objects to into an error.
+    /// Run `work` and turn what wgpu objects to into an error; in a browser that is known, and told, by the next
+    /// [`Gpu::wait`] only.
     pub(crate) fn checked<T>(&self, work: impl FnOnce() -> T) -> Result<T, GpuError> {
         let memory = self.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
         let validation = self.device.push_error_scope(wgpu::ErrorFilter::Validation);
         let result = work();
-        let refused = pollster::block_on(validation.pop());
-        let exhausted = pollster::block_on(memory.pop());
-        match refused.or(exhausted) {
+        let (refused, exhausted) = (validation.pop(), memory.pop());
+        #[cfg(target_arch = "wasm32")]
+        {
+            let faults = self.faults.clone();
+            wasm_bindgen_futures::spawn_local(async move {
+                if let Some(error) = refused.await.or(exhausted.await)
+                    && let Ok(mut fault) = faults.lock()
+                {
+                    fault.get_or_insert(error.to_string());
+                }
+            });
+            Ok(result)
+        }
+        #[cfg(not(target_arch = "wasm32"))]
+        match pollster::block_on(refused).or(pollster::block_on(exhausted)) {
             Some(error) => Err(GpuError::Refused {
                 name: self.info.name.clone(),
                 reason: error.to_string(),
@@ -175,7 +219,11 @@ impl Gpu {
     }
 
     /// Copy the first `bytes` of a buffer back and wait for them.
-    pub(crate) fn read_back(&self, buffer: &wgpu::Buffer, bytes: u64) -> Result<Vec<u8>, GpuError> {
+    pub(crate) async fn read_back(
+        &self,
+        buffer: &wgpu::Buffer,
+        bytes: u64,
+    ) -> Result<Vec<u8>, GpuError> {
         let staging = self.checked(|| {
             let staging = self.device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some("read-back"),
@@ -190,19 +238,20 @@ impl Gpu {
             self.queue.submit([encoder.finish()]);
             staging
         })?;
-        let (sender, receiver) = std::sync::mpsc::channel();
+        let (sender, receiver) = futures_channel::oneshot::channel();
         staging
             .slice(..)
             .map_async(wgpu::MapMode::Read, move |result| {
                 // The receiver waits below.
                 let _ = sender.send(result);
             });
-        self.wait()?;
+        self.turn()?;
         let lost = |reason: String| GpuError::Lost(reason);
         receiver
-            .recv()
+            .await
             .map_err(|e| lost(e.to_string()))?
-            .map_err(|e| lost(e.to_string()))?;
+            .map_err(|e| self.fault().unwrap_or(lost(e.to_string())))?;
+        self.fault().map_or(Ok(()), Err)?;
         let view = staging
             .slice(..)
             .get_mapped_range()
@@ -211,7 +260,22 @@ impl Gpu {
     }
 
     /// Wait until all that was submitted is done.
-    pub(crate) fn wait(&self) -> Result<(), GpuError> {
+    pub(crate) async fn wait(&self) -> Result<(), GpuError> {
+        self.turn()?;
+        #[cfg(target_arch = "wasm32")]
+        {
+            let (sender, receiver) = futures_channel::oneshot::channel();
+            self.queue.on_submitted_work_done(move || {
+                // The receiver waits below.
+                let _ = sender.send(());
+            });
+            receiver.await.map_err(|e| GpuError::Lost(e.to_string()))?;
+        }
+        self.fault().map_or(Ok(()), Err)
+    }
+
+    /// Have the device do what was submitted, and call back. A browser does so by itself, once it is given the time.
+    fn turn(&self) -> Result<(), GpuError> {
         let poll = wgpu::PollType::Wait {
             submission_index: None,
             timeout: None,
@@ -220,5 +284,17 @@ impl Gpu {
             .poll(poll)
             .map(|_| ())
             .map_err(|e| GpuError::Lost(e.to_string()))
+    }
+
+    /// What the device objected to since this was last asked.
+    fn fault(&self) -> Option<GpuError> {
+        #[cfg(target_arch = "wasm32")]
+        if let Ok(mut fault) = self.faults.lock() {
+            return fault.take().map(|reason| GpuError::Refused {
+                name: self.info.name.clone(),
+                reason,
+            });
+        }
+        None
     }
 }

@@ -83,16 +83,6 @@ pub enum GpuError {
         "the scene has too many brushes to be specialised into a shader: leave out --specialize"
     )]
     TooLongToSpecialize,
-    /// Volumes of that format cannot be written there.
-    #[error(
-        "{name}: shaders there cannot write and filter {bits}-bit textures of distances: use --device cpu"
-    )]
-    Format {
-        /// The adapter.
-        name: String,
-        /// What a distance takes.
-        bits: u32,
-    },
     /// A volume is larger than a 3D texture can be.
     #[error(
         "{name}: a volume of {voxels} voxels along a side, and textures there have at most {limit}: use --device cpu or a smaller resolution"

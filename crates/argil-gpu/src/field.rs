@@ -184,8 +184,8 @@ impl GpuField {
 
     /// Draw: `frames` as `argil_march::frames` makes them, one a sample. With the picture, what its passes took, by the
     /// device's time stamps where it has them, else by the clock.
-    pub fn render(&self, frames: &[Frame]) -> Result<(Picture, f64), GpuError> {
-        self.picture(Way::Field)?.draw(self, &[], frames)
+    pub async fn render(&self, frames: &[Frame]) -> Result<(Picture, f64), GpuError> {
+        self.picture(Way::Field)?.draw(self, &[], frames).await
     }
 
     /// The device.

@@ -20,6 +20,7 @@ mod pass;
 mod picture;
 mod query;
 mod table;
+mod texels;
 mod timing;
 mod volume;
 

@@ -248,7 +248,7 @@ impl GpuVolume {
     ///
     /// # Errors
     /// If the device has no room for it, or the volume is an octree.
-    pub fn march(
+    pub async fn march(
         &self,
         field: &GpuField,
         options: &MarchOptions,
@@ -312,14 +312,16 @@ impl GpuVolume {
                 gpu.queue.submit([encoder.finish()]);
             })?;
             let words = (cells.used() / 4) as u32;
-            bake.pass("count", find, &counting, groups(words, 64))?;
+            bake.pass("count", find, &counting, groups(words, 64))
+                .await?;
         }
         let each = groups(marching.units, 1);
-        bake.pass("count", count_units, &counting, each)?;
+        bake.pass("count", count_units, &counting, each).await?;
         let sums = groups(marching.units, UNITS_A_GROUP);
-        bake.pass("scan", add_units, &counting, sums)?;
-        bake.pass("scan", add_groups, &counting, groups(1, 1))?;
-        let [vertices, triangles, places] = totals(gpu, &tables.groups)?;
+        bake.pass("scan", add_units, &counting, sums).await?;
+        bake.pass("scan", add_groups, &counting, groups(1, 1))
+            .await?;
+        let [vertices, triangles, places] = totals(gpu, &tables.groups).await?;
 
         let marching = Marching {
             vertices,
@@ -340,11 +342,11 @@ impl GpuVolume {
         }
         if vertices > 0 {
             let emitting = bind(&tables)?;
-            bake.pass("emit", place_rows, &emitting, each)?;
-            bake.pass("emit", emit, &emitting, each)?;
+            bake.pass("emit", place_rows, &emitting, each).await?;
+            bake.pass("emit", emit, &emitting, each).await?;
         }
         if vertices > 0 && (options.is_moved || options.normals == MarchNormals::Field) {
-            refine(field, &passes, &tables, &uniform, &marching, &mut bake)?;
+            refine(field, &passes, &tables, &uniform, &marching, &mut bake).await?;
         }
         let mut indices = Some(tables.triangles);
         let mut corners = [vertices, triangles];
@@ -366,10 +368,11 @@ impl GpuVolume {
                 })
             })?;
             let each = groups(triangles, 64);
-            bake.pass("unshare", &passes.unshare, &bind_group, each)?;
+            bake.pass("unshare", &passes.unshare, &bind_group, each)
+                .await?;
             (out, indices, corners[0]) = (spread, None, 3 * triangles);
         }
-        let stages = bake.finish()?;
+        let stages = bake.finish().await?;
         Ok((GpuMesh::of_tables(field, out, indices, corners)?, stages))
     }
 }
@@ -418,8 +421,8 @@ fn measures(
 }
 
 /// Vertices, triangles and units with vertices.
-fn totals(gpu: &Gpu, groups: &Table) -> Result<[u32; 3], GpuError> {
-    let read = read_table(gpu, groups, groups.used())?;
+async fn totals(gpu: &Gpu, groups: &Table) -> Result<[u32; 3], GpuError> {
+    let read = read_table(gpu, groups, groups.used()).await?;
     let words: Vec<u32> = read
         .chunks_exact(4)
         .map(bytemuck::pod_read_unaligned)
@@ -431,7 +434,7 @@ fn totals(gpu: &Gpu, groups: &Table) -> Result<[u32; 3], GpuError> {
 }
 
 /// Move vertices to the field's surface, or give them its normals.
-fn refine(
+async fn refine(
     field: &GpuField,
     passes: &MarchPasses,
     tables: &Tables,
@@ -462,7 +465,8 @@ fn refine(
         gpu.queue
             .write_buffer(uniform, 0, bytemuck::bytes_of(&marching));
         let count = marching.vertices - first_vertex;
-        bake.pass("refine", &passes.refine, &bind_group, groups(count, 64))?;
+        bake.pass("refine", &passes.refine, &bind_group, groups(count, 64))
+            .await?;
     }
     Ok(())
 }

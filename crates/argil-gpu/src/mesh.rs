@@ -71,13 +71,14 @@ impl GpuMesh {
     }
 
     /// Bring the triangles back, without materials; normals are zero where there are none.
-    pub fn read(&self, gpu: &Gpu) -> Result<Mesh, GpuError> {
-        let vertices = read_table(gpu, &self.vertices, 24 * u64::from(self.corners))?;
+    pub async fn read(&self, gpu: &Gpu) -> Result<Mesh, GpuError> {
+        let vertices = read_table(gpu, &self.vertices, 24 * u64::from(self.corners)).await?;
         let of = |at: usize, bytes: &[u8]| -> Vec3 {
             Vec3::from_array(bytemuck::pod_read_unaligned(&bytes[12 * at..12 * at + 12]))
         };
         let triangles = match &self.indices {
-            Some(indices) => read_table(gpu, indices, 12 * u64::from(self.triangles))?
+            Some(indices) => read_table(gpu, indices, 12 * u64::from(self.triangles))
+                .await?
                 .chunks_exact(12)
                 .map(bytemuck::pod_read_unaligned)
                 .collect(),
@@ -99,7 +100,11 @@ impl GpuMesh {
     }
 
     /// Draw as [`GpuField::render`] does, what is nearest by the device's depth test.
-    pub fn render(&self, field: &GpuField, frames: &[Frame]) -> Result<(Picture, f64), GpuError> {
+    pub async fn render(
+        &self,
+        field: &GpuField,
+        frames: &[Frame],
+    ) -> Result<(Picture, f64), GpuError> {
         let Some(first) = frames.first() else {
             return Ok((Picture::empty(), 0.0));
         };
@@ -150,6 +155,7 @@ impl GpuMesh {
         field
             .picture(Way::Mesh)?
             .draw_after(field, &own, frames, &mut before)
+            .await
     }
 
     fn submit(

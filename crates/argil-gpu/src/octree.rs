@@ -6,7 +6,7 @@ use crate::pass::{
     ARGUMENTS, Bind, CENTERS, FIELD_BINDS, FILL, KEYS, NODES, OCCUPIED, TABLES_WGSL, TEXELS,
     TREE_WORDS, VOLUME, entry, layout, pipelines,
 };
-use crate::volume::{Kind, TreeTables, format_of, texture, uniform_of};
+use crate::volume::{Kind, TreeTables, texture, uniform_of};
 use crate::{Gpu, GpuError, GpuField, GpuVolume};
 use argil_abi::{self as abi, Fill, Node, Volume as Words};
 use argil_field::Program;
@@ -52,7 +52,7 @@ type Passes<const N: usize> = (wgpu::BindGroupLayout, [wgpu::ComputePipeline; N]
 
 impl GpuVolume {
     /// Build an octree from a field; what the stages took.
-    pub fn octree(
+    pub async fn octree(
         field: &GpuField,
         program: &Program,
         measures: Layout,
@@ -156,13 +156,17 @@ impl GpuVolume {
         ]);
         match order {
             Order::Counted => {
-                bake.pass("select", &select_bits, &select_group, groups)?;
-                bake.pass("sort", &compact, &tree_group, Groups::Direct([1, 1, 1]))?;
+                bake.pass("select", &select_bits, &select_group, groups)
+                    .await?;
+                bake.pass("sort", &compact, &tree_group, Groups::Direct([1, 1, 1]))
+                    .await?;
             }
             Order::Enumerated => {
-                bake.pass("select", &select_list, &select_group, groups)?;
+                bake.pass("select", &select_list, &select_group, groups)
+                    .await?;
                 let groups = (capacity as u32).div_ceil(256);
-                bake.pass("sort", &rank, &tree_group, Groups::Direct([groups, 1, 1]))?;
+                bake.pass("sort", &rank, &tree_group, Groups::Direct([groups, 1, 1]))
+                    .await?;
             }
         }
 
@@ -182,14 +186,17 @@ impl GpuVolume {
             gpu.queue
                 .write_buffer(&fill_uniform, 0, bytemuck::bytes_of(&fill));
             let groups = Groups::Indirect(&arguments, 0);
-            bake.pass("fill", &fill_bricks, &bricks_group, groups)?;
+            bake.pass("fill", &fill_bricks, &bricks_group, groups)
+                .await?;
         }
         let groups = Groups::Direct(measures.grid.to_array());
-        bake.pass("vacant", &fill_vacant, &bricks_group, groups)?;
+        bake.pass("vacant", &fill_vacant, &bricks_group, groups)
+            .await?;
 
         // Build.
-        bake.pass("tree", &build, &tree_group, Groups::Direct([1, 1, 1]))?;
-        let stages = bake.finish()?;
+        bake.pass("tree", &build, &tree_group, Groups::Direct([1, 1, 1]))
+            .await?;
+        let stages = bake.finish().await?;
         let (lattice, encoding) = (measures.lattice, measures.encoding);
         let kind = Kind::Octree(Box::new(tables));
         let volume = Self::new(field, lattice, encoding, texture, words, kind)?;
@@ -243,7 +250,7 @@ fn bricks_passes(
     let source = [
         &argil_abi::wgsl(),
         TABLES_WGSL,
-        &target_wgsl(bits),
+        &target_wgsl(gpu.texels(bits)),
         BRICKS_BINDS_WGSL,
         field.field_wgsl(),
         argil_math::morton_wgsl(),
@@ -255,7 +262,7 @@ fn bricks_passes(
     binds.extend([
         Bind::Uniform(VOLUME),
         Bind::Uniform(FILL),
-        Bind::Target(TEXELS, format_of(bits).0),
+        Bind::Target(TEXELS, gpu.texels(bits).format()),
         Bind::Read(TREE_WORDS),
         Bind::Read(CENTERS),
         Bind::Read(KEYS),

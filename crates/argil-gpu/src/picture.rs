@@ -1,6 +1,6 @@
 //! Pictures: marching, finishing and light, whatever the rays go through.
 
-use crate::bake::Groups;
+use crate::bake::{CAN_WAIT, Groups};
 use crate::pass::{
     BRICK_MATERIALS, Bind, CELLS, CELLS_WGSL, COLORS, DRAWN, DRAWN_WGSL, FIELD_BINDS, FRAME,
     FRAME_WGSL, HITS, LINEAR, LIVE, NODES, PICTURE_WGSL, STORED, TABLES_WGSL, TREE_WGSL,
@@ -11,7 +11,7 @@ use crate::timing::Timing;
 use crate::{DeviceKind, Gpu, GpuError, GpuField};
 use argil_abi::{Frame, Hit};
 use argil_march::{Picture, wgsl};
-use std::time::Instant;
+use web_time::Instant;
 
 /// Instructions times pixels that one dispatch may take on: a fraction of a second even on a small GPU, so that no
 /// driver takes it for hung.
@@ -125,17 +125,18 @@ impl PicturePass {
     }
 
     /// Draw with a field's tables, and what else the way to march reads. With the picture, what its passes took.
-    pub fn draw(
+    pub async fn draw(
         &self,
         field: &GpuField,
         own: &[wgpu::BindGroupEntry<'_>],
         frames: &[Frame],
     ) -> Result<(Picture, f64), GpuError> {
         self.draw_after(field, own, frames, &mut |_, _| Ok(()))
+            .await
     }
 
     /// The same, after something that each sample begins with, in one pass at most.
-    pub fn draw_after(
+    pub async fn draw_after(
         &self,
         field: &GpuField,
         own: &[wgpu::BindGroupEntry<'_>],
@@ -206,8 +207,8 @@ impl PicturePass {
         // Without time stamps, by the clock: passes alone, not what is read back.
         let mut clock_ms = 0.0;
         let mut hit_words = Vec::new();
+        let mut start = Instant::now();
         for (sample, frame) in frames.iter().enumerate() {
-            let start = Instant::now();
             before(frame, timing.as_mut())?;
             for band in 0..bands {
                 for stage in &stages {
@@ -233,17 +234,21 @@ impl PicturePass {
                     })?;
                 }
             }
-            if timing.is_none() {
-                gpu.wait()?;
+            let is_last = sample + 1 == frames.len();
+            if timing.is_none() && (CAN_WAIT || is_last) {
+                gpu.wait().await?;
                 clock_ms += start.elapsed().as_secs_f64() * 1e3;
             }
             if sample == 0 {
-                hit_words = read(gpu, &hits, hit_bytes)?;
+                hit_words = read(gpu, &hits, hit_bytes).await?;
+            }
+            if CAN_WAIT {
+                start = Instant::now();
             }
         }
-        let color_words = read(gpu, &colors, color_bytes)?;
+        let color_words = read(gpu, &colors, color_bytes).await?;
         let duration_ms = match &timing {
-            Some(timing) => timing.durations_ms(gpu)?.iter().sum(),
+            Some(timing) => timing.durations_ms(gpu).await?.iter().sum(),
             None => clock_ms,
         };
 
@@ -387,9 +392,9 @@ struct Stage<'a> {
     step_count: u32,
 }
 
-fn read(gpu: &Gpu, table: &Table, bytes: u64) -> Result<Vec<u8>, GpuError> {
+async fn read(gpu: &Gpu, table: &Table, bytes: u64) -> Result<Vec<u8>, GpuError> {
     let buffer = table
         .buffer()
         .ok_or_else(|| GpuError::Lost("no buffer".into()))?;
-    gpu.read_back(buffer, bytes)
+    gpu.read_back(buffer, bytes).await
 }

@@ -14,7 +14,7 @@ pub(crate) type QueryPass = (wgpu::BindGroupLayout, wgpu::ComputePipeline);
 
 impl GpuField {
     /// The field at points: distances and materials. The pass is compiled when first asked for.
-    pub fn evaluate(&self, points: &[[f32; 3]]) -> Result<Vec<Answer>, GpuError> {
+    pub async fn evaluate(&self, points: &[[f32; 3]]) -> Result<Vec<Answer>, GpuError> {
         if points.is_empty() {
             return Ok(Vec::new());
         }
@@ -65,7 +65,8 @@ impl GpuField {
             .buffer()
             .ok_or_else(|| GpuError::Lost("no answers".into()))?;
         Ok(gpu
-            .read_back(buffer, bytes)?
+            .read_back(buffer, bytes)
+            .await?
             .chunks_exact(size_of::<Answer>())
             .map(bytemuck::pod_read_unaligned)
             .collect())

@@ -71,7 +71,7 @@ impl Timing {
     }
 
     /// What each pass took, in the order in which they were begun.
-    pub fn durations_ms(&self, gpu: &Gpu) -> Result<Vec<f64>, GpuError> {
+    pub async fn durations_ms(&self, gpu: &Gpu) -> Result<Vec<f64>, GpuError> {
         if self.used == 0 {
             return Ok(Vec::new());
         }
@@ -80,7 +80,9 @@ impl Timing {
             .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         encoder.resolve_query_set(&self.set, 0..self.used, &self.resolved, 0);
         gpu.queue.submit([encoder.finish()]);
-        let bytes = gpu.read_back(&self.resolved, u64::from(self.used) * 8)?;
+        let bytes = gpu
+            .read_back(&self.resolved, u64::from(self.used) * 8)
+            .await?;
         let stamps: Vec<u64> = bytes
             .chunks_exact(8)
             .map(bytemuck::pod_read_unaligned)

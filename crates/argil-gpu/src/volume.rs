@@ -4,6 +4,7 @@ use crate::bricks::{self, BrickTables};
 use crate::pass::{BRICK_MATERIALS, CELLS, LINEAR, NODES, STORED, TREE_WORDS, VOLUME, entry};
 use crate::picture::Way;
 use crate::table::Table;
+use crate::texels::TexelFormat;
 use crate::{Gpu, GpuError, GpuField};
 use argil_abi::{self as abi, Frame, Node, Volume as Words};
 use argil_march::Picture;
@@ -84,7 +85,7 @@ impl GpuVolume {
     }
 
     /// Bring a volume over. `field` is what it was made from: it gives the light.
-    pub fn upload(field: &GpuField, volume: &Volume) -> Result<Self, GpuError> {
+    pub async fn upload(field: &GpuField, volume: &Volume) -> Result<Self, GpuError> {
         let gpu = field.gpu();
         match volume {
             Volume::Dense(dense) => {
@@ -92,16 +93,16 @@ impl GpuVolume {
                 let levels = dense.levels().len() as u32;
                 let texture = texture(gpu, &lattice, encoding.bits, levels)?;
                 for (level, texels) in (0..).zip(dense.levels()) {
-                    upload(gpu, &texture, &lattice, level, texels)?;
+                    upload(gpu, &texture, &lattice, level, texels).await?;
                 }
                 let words = dense_words(&lattice, &encoding, levels);
                 Self::new(field, lattice, encoding, texture, words, Kind::Dense)
             }
-            Volume::Bricks(bricks) => Self::upload_bricks(field, bricks),
+            Volume::Bricks(bricks) => Self::upload_bricks(field, bricks).await,
             Volume::Octree(octree) => {
                 let layout = *octree.layout();
                 let texture = texture(gpu, &layout.lattice, layout.encoding.bits, 1)?;
-                upload(gpu, &texture, &layout.lattice, 0, octree.texels())?;
+                upload(gpu, &texture, &layout.lattice, 0, octree.texels()).await?;
                 let tree = octree.tree();
                 let mut tables = TreeTables::new(layout);
                 let mut words = [0u32; abi::TREE_WORDS as usize];
@@ -124,7 +125,11 @@ impl GpuVolume {
     }
 
     /// Draw as [`GpuField::render`] does, primary rays and normals through the volume.
-    pub fn render(&self, field: &GpuField, frames: &[Frame]) -> Result<(Picture, f64), GpuError> {
+    pub async fn render(
+        &self,
+        field: &GpuField,
+        frames: &[Frame],
+    ) -> Result<(Picture, f64), GpuError> {
         let gpu = field.gpu();
         gpu.queue
             .write_buffer(&self.uniform, 0, bytemuck::bytes_of(&self.words));
@@ -150,7 +155,10 @@ impl GpuVolume {
             own.extend(tables.cells.binding(CELLS));
             own.extend(tables.materials.binding(BRICK_MATERIALS));
         }
-        field.picture(self.kind.way())?.draw(field, &own, frames)
+        field
+            .picture(self.kind.way())?
+            .draw(field, &own, frames)
+            .await
     }
 
     /// Where the voxels lie.
@@ -185,19 +193,19 @@ impl GpuVolume {
     }
 
     /// The numbers of an octree's bricks and nodes.
-    pub fn tree_size(&self, gpu: &Gpu) -> Result<Option<(u64, u64)>, GpuError> {
+    pub async fn tree_size(&self, gpu: &Gpu) -> Result<Option<(u64, u64)>, GpuError> {
         let Kind::Octree(tables) = &self.kind else {
             return Ok(None);
         };
-        let words = tables.read_words(gpu)?;
+        let words = tables.read_words(gpu).await?;
         let word = |i: u32| u64::from(words.get(i as usize).copied().unwrap_or(0));
         Ok(Some((word(abi::TREE_BRICKS), word(abi::TREE_NODES))))
     }
 
     /// What sparse bricks are, and how many, after a wait for edits.
-    pub fn sparse(&self, gpu: &Gpu) -> Result<Option<(BrickLayout, u64)>, GpuError> {
+    pub async fn sparse(&self, gpu: &Gpu) -> Result<Option<(BrickLayout, u64)>, GpuError> {
         match &self.kind {
-            Kind::Bricks(tables) => Ok(Some((tables.layout, tables.count(gpu)?))),
+            Kind::Bricks(tables) => Ok(Some((tables.layout, tables.count(gpu).await?))),
             _ => Ok(None),
         }
     }
@@ -232,10 +240,10 @@ impl GpuVolume {
 
     /// Bytes on the device: textures and tables.
     pub fn memory_bytes(&self) -> u64 {
+        let texel = TexelFormat::of(self.texture.format()).bytes() as u64;
         if let Kind::Bricks(tables) = &self.kind {
-            return tables.memory_bytes();
+            return tables.memory_bytes(texel);
         }
-        let texel = self.encoding.bits.bytes() as u64;
         let texels: u64 = (0..self.texture.mip_level_count())
             .map(|level| self.lattice.texel_count(level) * texel)
             .sum();
@@ -247,27 +255,30 @@ impl GpuVolume {
     }
 
     /// Bring the volume back.
-    pub fn read(&self, gpu: &Gpu) -> Result<Volume, GpuError> {
+    pub async fn read(&self, gpu: &Gpu) -> Result<Volume, GpuError> {
         let odd = || GpuError::Lost("the volume came back in parts that do not fit".into());
-        let level = |level| self.read_level(gpu, level);
         match &self.kind {
             Kind::Dense => {
-                let levels = (0..self.texture.mip_level_count())
-                    .map(level)
-                    .collect::<Result<_, _>>()?;
+                let mut levels = Vec::new();
+                for level in 0..self.texture.mip_level_count() {
+                    levels.push(self.read_level(gpu, level).await?);
+                }
                 let dense = Dense::from_levels(self.lattice, self.encoding, levels);
                 Ok(Volume::Dense(dense.ok_or_else(odd)?))
             }
-            Kind::Bricks(tables) => Ok(Volume::Bricks(bricks::read(gpu, &self.texture, tables)?)),
+            Kind::Bricks(tables) => Ok(Volume::Bricks(
+                bricks::read(gpu, &self.texture, tables).await?,
+            )),
             Kind::Octree(tables) => {
-                let tree = tables.read(gpu)?;
-                let octree = Octree::from_parts(tables.layout, tree, level(0)?);
+                let tree = tables.read(gpu).await?;
+                let octree =
+                    Octree::from_parts(tables.layout, tree, self.read_level(gpu, 0).await?);
                 Ok(Volume::Octree(octree.ok_or_else(odd)?))
             }
         }
     }
 
-    fn read_level(&self, gpu: &Gpu, level: u32) -> Result<Texels, GpuError> {
+    async fn read_level(&self, gpu: &Gpu, level: u32) -> Result<Texels, GpuError> {
         let size = self.lattice.level_size(level);
         let bits = self.encoding.bits;
         let layer_bytes = (size.x * size.y) as u64 * bits.bytes() as u64;
@@ -276,7 +287,8 @@ impl GpuVolume {
         let layers = (STAGING_BYTES / layer_bytes).clamp(1, u64::from(size.z)) as u32;
         for first in (0..size.z).step_by(layers as usize) {
             let range = first..(first + layers).min(size.z);
-            let part = read_texels(gpu, &self.texture, level, bits, [size.x, size.y], range)?;
+            let part =
+                read_texels(gpu, &self.texture, level, bits, [size.x, size.y], range).await?;
             bytes.extend_from_slice(&part);
         }
         Texels::from_bytes(bits, bytes).ok_or_else(|| GpuError::Lost("half a texel".into()))
@@ -284,7 +296,7 @@ impl GpuVolume {
 }
 
 /// The texels of some layers of a texture, without gaps.
-pub(crate) fn read_texels(
+pub(crate) async fn read_texels(
     gpu: &Gpu,
     texture: &wgpu::Texture,
     mip_level: u32,
@@ -292,7 +304,8 @@ pub(crate) fn read_texels(
     [width, height]: [u32; 2],
     layers: std::ops::Range<u32>,
 ) -> Result<Vec<u8>, GpuError> {
-    let row = width as usize * bits.bytes();
+    let texels = gpu.texels(bits);
+    let row = width as usize * texels.bytes();
     let padded = (row as u32).next_multiple_of(ROW_ALIGNMENT);
     let staged = gpu.checked(|| {
         let buffer = gpu.device.create_buffer(&wgpu::BufferDescriptor {
@@ -328,10 +341,11 @@ pub(crate) fn read_texels(
         gpu.queue.submit([encoder.finish()]);
         buffer
     })?;
-    let read = gpu.read_back(&staged, staged.size())?;
-    let mut bytes = Vec::with_capacity(row * height as usize * layers.len());
+    let read = gpu.read_back(&staged, staged.size()).await?;
+    let samples = width as usize * height as usize * layers.len();
+    let mut bytes = Vec::with_capacity(samples * bits.bytes());
     for line in read.chunks_exact(padded as usize) {
-        bytes.extend_from_slice(&line[..row]);
+        texels.samples_into(&line[..row], &mut bytes);
     }
     Ok(bytes)
 }
@@ -349,8 +363,8 @@ impl TreeTables {
         }
     }
 
-    fn read_words(&self, gpu: &Gpu) -> Result<Vec<u32>, GpuError> {
-        let bytes = read_table(gpu, &self.words, 4 * u64::from(abi::TREE_WORDS))?;
+    async fn read_words(&self, gpu: &Gpu) -> Result<Vec<u32>, GpuError> {
+        let bytes = read_table(gpu, &self.words, 4 * u64::from(abi::TREE_WORDS)).await?;
         Ok(bytes
             .chunks_exact(4)
             .map(bytemuck::pod_read_unaligned)
@@ -358,11 +372,12 @@ impl TreeTables {
     }
 
     /// Bring the tree back.
-    pub fn read(&self, gpu: &Gpu) -> Result<Tree, GpuError> {
-        let words = self.read_words(gpu)?;
+    pub async fn read(&self, gpu: &Gpu) -> Result<Tree, GpuError> {
+        let words = self.read_words(gpu).await?;
         let word = |i: u32| words.get(i as usize).copied().unwrap_or(0);
         let (bricks, nodes) = (word(abi::TREE_BRICKS), word(abi::TREE_NODES));
-        let codes = read_table(gpu, &self.keys, 4 * u64::from(bricks))?
+        let codes = read_table(gpu, &self.keys, 4 * u64::from(bricks))
+            .await?
             .chunks_exact(4)
             .map(bytemuck::pod_read_unaligned)
             .collect();
@@ -370,7 +385,8 @@ impl TreeTables {
             gpu,
             &self.nodes,
             size_of::<Node>() as u64 * u64::from(nodes),
-        )?
+        )
+        .await?
         .chunks_exact(size_of::<Node>())
         .map(bytemuck::pod_read_unaligned)
         .collect();
@@ -381,12 +397,12 @@ impl TreeTables {
     }
 }
 
-pub(crate) fn read_table(gpu: &Gpu, table: &Table, bytes: u64) -> Result<Vec<u8>, GpuError> {
+pub(crate) async fn read_table(gpu: &Gpu, table: &Table, bytes: u64) -> Result<Vec<u8>, GpuError> {
     let lost = || GpuError::Lost("a table is not there".into());
     if bytes == 0 {
         return Ok(Vec::new());
     }
-    gpu.read_back(table.buffer().ok_or_else(lost)?, bytes)
+    gpu.read_back(table.buffer().ok_or_else(lost)?, bytes).await
 }
 
 pub(crate) fn dense_words(lattice: &Lattice, encoding: &Encoding, levels: u32) -> Words {
@@ -426,13 +442,6 @@ pub(crate) fn uniform_of<T>(gpu: &Gpu, label: &str) -> wgpu::Buffer {
     })
 }
 
-pub(crate) fn format_of(bits: Bits) -> (wgpu::TextureFormat, &'static str) {
-    match bits {
-        Bits::Eight => (wgpu::TextureFormat::R8Snorm, "r8snorm"),
-        Bits::Sixteen => (wgpu::TextureFormat::R16Snorm, "r16snorm"),
-    }
-}
-
 /// An empty texture for a lattice that shaders can write and filter.
 pub(crate) fn texture(
     gpu: &Gpu,
@@ -451,17 +460,7 @@ pub(crate) fn texture_of(
     bits: Bits,
     levels: u32,
 ) -> Result<wgpu::Texture, GpuError> {
-    let [eight, sixteen] = gpu.writes_snorm;
-    let can_write = match bits {
-        Bits::Eight => eight,
-        Bits::Sixteen => sixteen,
-    };
-    if !can_write {
-        return Err(GpuError::Format {
-            name: gpu.info.name.clone(),
-            bits: 8 * bits.bytes() as u32,
-        });
-    }
+    let format = gpu.texels(bits).format();
     let voxels = size.width.max(size.height).max(size.depth_or_array_layers);
     let limit = gpu.device.limits().max_texture_dimension_3d;
     if voxels > limit {
@@ -478,7 +477,7 @@ pub(crate) fn texture_of(
             mip_level_count: levels,
             sample_count: 1,
             dimension: wgpu::TextureDimension::D3,
-            format: format_of(bits).0,
+            format,
             usage: wgpu::TextureUsages::TEXTURE_BINDING
                 | wgpu::TextureUsages::STORAGE_BINDING
                 | wgpu::TextureUsages::COPY_SRC
@@ -496,7 +495,7 @@ pub(crate) fn extent(width: u32, height: u32, depth_or_array_layers: u32) -> wgp
     }
 }
 
-fn upload(
+async fn upload(
     gpu: &Gpu,
     texture: &wgpu::Texture,
     lattice: &Lattice,
@@ -507,6 +506,8 @@ fn upload(
     let row = size.x as usize * texels.bits().bytes();
     let layer_bytes = row * size.y as usize;
     let layers = (STAGING_BYTES as usize / layer_bytes).clamp(1, size.z as usize);
+    let format = gpu.texels(texels.bits());
+    let texel_row = size.x as usize * format.bytes();
     for (i, part) in texels.bytes().chunks(layers * layer_bytes).enumerate() {
         gpu.checked(|| {
             gpu.queue.write_texture(
@@ -520,10 +521,10 @@ fn upload(
                     },
                     aspect: wgpu::TextureAspect::All,
                 },
-                part,
+                &format.texels_of(part),
                 wgpu::TexelCopyBufferLayout {
                     offset: 0,
-                    bytes_per_row: Some(row as u32),
+                    bytes_per_row: Some(texel_row as u32),
                     rows_per_image: Some(size.y),
                 },
                 extent(size.x, size.y, (part.len() / layer_bytes) as u32),
@@ -531,7 +532,7 @@ fn upload(
         })?;
         // What is staged is freed once it has arrived.
         gpu.queue.submit([]);
-        gpu.wait()?;
+        gpu.wait().await?;
     }
     Ok(())
 }

@@ -1,5 +1,4 @@
 use crate::Mesh;
-use meshopt::{SimplifyOptions, VertexDataAdapter};
 
 /// A mesh of fewer triangles, and how far its surface may be from the whole one's, in the scene's unit: edges are collapsed in
 /// the order of the squared distances to the planes around them (Garland and Heckbert 1997, by meshoptimizer). Corners that are
@@ -7,11 +6,22 @@ use meshopt::{SimplifyOptions, VertexDataAdapter};
 /// can be more triangles than asked for, where fewer would open the surface.
 ///
 /// # Errors
-/// If there are more corners than the simplifier counts.
+/// If there are more corners than the simplifier counts; in a browser, for which its C++ is not compiled, always.
 pub fn simplify(mesh: &Mesh, triangles: usize) -> Result<(Mesh, f32), String> {
     if mesh.triangles.len() <= triangles {
         return Ok((mesh.clone(), 0.0));
     }
+    fewer(mesh, triangles)
+}
+
+#[cfg(target_arch = "wasm32")]
+fn fewer(_: &Mesh, _: usize) -> Result<(Mesh, f32), String> {
+    Err("triangles are not left out in a browser: take a smaller resolution".into())
+}
+
+#[cfg(not(target_arch = "wasm32"))]
+fn fewer(mesh: &Mesh, triangles: usize) -> Result<(Mesh, f32), String> {
+    use meshopt::{SimplifyOptions, VertexDataAdapter};
     let indices: &[u32] = bytemuck::cast_slice(&mesh.triangles);
     let places: &[u8] = bytemuck::cast_slice(&mesh.positions);
     let vertices =

@@ -103,8 +103,23 @@ impl Scene {
     }
 }
 
-/// Write a file beside its place and rename it into it, so that whoever looks finds the old file or the new one, whole.
+/// Write a file beside its place and rename it into it, so that whoever looks finds the old file or the new one, whole. In a
+/// browser there are no files, and that is the error.
 pub fn replace_file(
+    path: &Path,
+    write: impl FnOnce(&mut std::io::BufWriter<&mut std::fs::File>) -> std::io::Result<()>,
+) -> std::io::Result<()> {
+    #[cfg(target_arch = "wasm32")]
+    {
+        let mut file = std::fs::File::create(path)?;
+        write(&mut std::io::BufWriter::new(&mut file))
+    }
+    #[cfg(not(target_arch = "wasm32"))]
+    replace(path, write)
+}
+
+#[cfg(not(target_arch = "wasm32"))]
+fn replace(
     path: &Path,
     write: impl FnOnce(&mut std::io::BufWriter<&mut std::fs::File>) -> std::io::Result<()>,
 ) -> std::io::Result<()> {
@@ -142,8 +157,10 @@ pub fn remove_unfinished_files() {
     }
 }
 
+#[cfg(not(target_arch = "wasm32"))]
 struct Unfinished(PathBuf);
 
+#[cfg(not(target_arch = "wasm32"))]
 impl Unfinished {
     fn note(path: &Path) -> Self {
         let mut all = UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner);
@@ -152,6 +169,7 @@ impl Unfinished {
     }
 }
 
+#[cfg(not(target_arch = "wasm32"))]
 impl Drop for Unfinished {
     fn drop(&mut self) {
         let mut all = UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner);

@@ -30,7 +30,7 @@ use argil_abi::{OCTREE_MAX_DEPTH, Volume};
 use argil_field::Program;
 use argil_math::{Aabb, cell_of, morton};
 use glam::{UVec3, Vec3};
-use std::time::Instant;
+use web_time::Instant;
 
 pub use select::Selection;
 pub use tree::{Path, Tree, Visit};

@@ -1,3 +1,4 @@
+use crate::wait::wait;
 use crate::{BuildError, EngineError, Scene, Stored, VolumeFileError, World};
 use argil_gpu::{DeviceInfo, DeviceKind, Gpu};
 use std::sync::Arc;
@@ -37,24 +38,30 @@ impl Engine {
 
     /// The given back end, or why it is not there.
     pub fn on(backend: Backend) -> Result<Self, EngineError> {
+        wait(Self::on_async(backend))
+    }
+
+    /// The same in a browser, where nothing can be waited for in place.
+    pub async fn on_async(backend: Backend) -> Result<Self, EngineError> {
         match backend {
             Backend::Cpu => Ok(Self::cpu()),
             Backend::Gpu => {
-                let gpu = Gpu::open()?;
+                let gpu = Gpu::open().await?;
                 Ok(Self {
                     gpu: Some(Arc::new(gpu)),
                     reason: "a GPU was asked for".into(),
                 })
             }
             Backend::Auto => {
-                let real = Self::devices().into_iter().find(|d| d.kind.is_real_gpu());
+                let all = argil_gpu::devices().await;
+                let real = all.into_iter().find(|d| d.kind.is_real_gpu());
                 let Some(device) = real else {
                     return Ok(Self {
                         gpu: None,
                         reason: "no hardware GPU was found".into(),
                     });
                 };
-                match Gpu::open() {
+                match Gpu::open().await {
                     Ok(gpu) => Ok(Self {
                         gpu: Some(Arc::new(gpu)),
                         reason: format!("{} is a GPU", device.name),
@@ -70,7 +77,7 @@ impl Engine {
 
     /// The graphics devices of this machine, the best first; the CPU path is always there besides.
     pub fn devices() -> Vec<DeviceInfo> {
-        argil_gpu::devices()
+        wait(argil_gpu::devices())
     }
 
     /// What the engine runs on, in words.

@@ -24,6 +24,7 @@ mod meshes;
 mod picture;
 mod query;
 mod representation;
+mod wait;
 mod world;
 
 pub use argil_field::{FAR, LowerError, Program};
@@ -32,12 +33,13 @@ pub use argil_march::{Camera, Descent, Normals, Settings, Show, Spread, Statisti
 pub use argil_math::{Aabb, Interval};
 pub use argil_mesh::{
     Axes, Format, Mesh, MeshInput, Repairs, Report, Solid, WriteOptions, read as read_mesh,
+    write as write_mesh,
 };
 pub use argil_scene::{
     Body, Brush, Change, Ease, Edit, EditError, Edited, Entry, Exactness, FileError, Group,
     ImportError, Journal, JournalError, Keyframe, LogError, Material, Modifier, NodeId, Operator,
     OperatorKind, Outline, Piece, Placement, Profile, Recovered, SampledGrid, Scene, Shape, Turn,
-    View, remove_unfinished_files, schema,
+    View, remove_unfinished_files, replace_file, schema,
 };
 pub use argil_volume::{
     Bits, BrickEdit, BrickLayout, BrickSettings, Bricks, BricksError, Dense, Encoding, Keep,
@@ -50,8 +52,8 @@ pub use glam;
 pub use listeners::Listener;
 pub use live::{Applied, Pace};
 pub use mesh::{MeshError, MeshMethod, MeshNormals, MeshOptions, Meshed, save_mesh};
-pub use meshes::{LoadedMesh, MeshFileError, load_meshes};
-pub use picture::{Drawn, save_png};
+pub use meshes::{LoadedMesh, MeshFileError, load_meshes, load_meshes_of};
+pub use picture::{Drawn, save_png, write_png};
 pub use query::{CastHit, Overlap, Query};
 pub use representation::{
     BricksOptions, BuildTimes, DenseOptions, MeshViaOptions, OctreeOptions, SparseInfo, TreeInfo,

@@ -6,7 +6,7 @@ use argil_field::{LiveProgram, Program};
 use argil_gpu::{GpuField, GpuVolume};
 use argil_math::Aabb;
 use argil_volume::{BrickEdit, BrickLayout, Bricks, EditWork, Volume};
-use std::time::{Duration, Instant};
+use web_time::{Duration, Instant};
 
 /// How much of an edit is done at once, and what first.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -113,7 +113,7 @@ impl Live {
     /// # Errors
     /// If the scene cannot be lowered: nothing is changed then; or if its bricks take too much: everything is to be made again
     /// the next time.
-    pub fn follow(
+    pub async fn follow(
         &mut self,
         scene: &Scene,
         mut clay: Clay<'_>,
@@ -163,7 +163,7 @@ impl Live {
         if let Some(pace) = pace {
             self.work.sort_by_distance(&layout, pace.eye.into());
         }
-        let counts = match self.go_on(clay, (engine, options), pace, start) {
+        let counts = match self.go_on(clay, (engine, options), pace, start).await {
             Ok(counts) => counts,
             Err(error) => return Err(self.lost(error)),
         };
@@ -180,7 +180,7 @@ impl Live {
     }
 
     /// Go on with what is left to be done.
-    fn go_on(
+    async fn go_on(
         &mut self,
         clay: Clay<'_>,
         (engine, options): (&Engine, &BricksOptions),
@@ -204,7 +204,9 @@ impl Live {
                 Ok(Some(edit))
             }
             Clay::Gpu(volume, field) => {
-                volume.edit(field, live, &mut self.work, budget, within)?;
+                volume
+                    .edit(field, live, &mut self.work, budget, within)
+                    .await?;
                 Ok(None)
             }
         }
@@ -219,7 +221,7 @@ impl Live {
     }
 
     /// Do what is left to be done and wait for it; what edits did since this was last called.
-    pub fn finish(
+    pub async fn finish(
         &mut self,
         mut clay: Clay<'_>,
         machine: (&Engine, &BricksOptions),
@@ -228,12 +230,12 @@ impl Live {
             Clay::Cpu(bricks) => Clay::Cpu(bricks),
             Clay::Gpu(volume, field) => Clay::Gpu(volume, field),
         };
-        if let Err(error) = self.go_on(again, machine, None, Instant::now()) {
+        if let Err(error) = self.go_on(again, machine, None, Instant::now()).await {
             return Err(self.lost(error));
         }
         match clay {
             Clay::Cpu(_) => Ok(std::mem::take(&mut self.done)),
-            Clay::Gpu(volume, field) => Ok(volume.settle(field.gpu())?),
+            Clay::Gpu(volume, field) => Ok(volume.settle(field.gpu()).await?),
         }
     }
 

@@ -1,6 +1,7 @@
 //! Triangles of a world.
 
 use crate::representation::{Kept, budget_on};
+use crate::wait::wait;
 use crate::{BricksOptions, BuildError, Engine, World};
 use argil_field::{Grid, Program};
 use argil_gpu::{GpuField, GpuMesh, GpuVolume, MarchNormals, MarchOptions, StagesMs};
@@ -13,7 +14,7 @@ use argil_volume::{
 use glam::Vec3;
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
-use std::time::Instant;
+use web_time::Instant;
 
 /// Most samples of a grid that is made for a mesh alone.
 const MOST_SAMPLES: u64 = 1 << 31;
@@ -319,14 +320,14 @@ impl World {
             MeshNormals::Gradient => MarchNormals::Gradient,
             MeshNormals::Face | MeshNormals::None => MarchNormals::None,
         };
-        let made = field_mesh_on_gpu(
+        let made = wait(field_mesh_on_gpu(
             self.engine(),
             field,
             self.program(),
             lattice,
             normals,
             false,
-        )?;
+        ))?;
         let (mesh, took) = made;
         stages.all.extend(took);
         Ok((brought(&mesh, field, stages)?, lattice, None))
@@ -403,7 +404,7 @@ pub(crate) fn field_mesh(
 }
 
 /// The same, built, marched and left on a GPU; what the stages took.
-pub(crate) fn field_mesh_on_gpu(
+pub(crate) async fn field_mesh_on_gpu(
     engine: &Engine,
     field: &GpuField,
     program: &Program,
@@ -412,14 +413,15 @@ pub(crate) fn field_mesh_on_gpu(
     is_unshared: bool,
 ) -> Result<(GpuMesh, StagesMs), BuildError> {
     let budget = budget_on(engine, &BricksOptions::default());
-    let (volume, mut stages) = GpuVolume::bricks(field, program, layout_of(lattice)?, budget)?;
+    let (volume, mut stages) =
+        GpuVolume::bricks(field, program, layout_of(lattice)?, budget).await?;
     let options = MarchOptions {
         iso: 0.0,
         normals,
         is_moved: true,
         is_unshared,
     };
-    let (mesh, took) = volume.march(field, &options)?;
+    let (mesh, took) = volume.march(field, &options).await?;
     stages.extend(took);
     Ok((mesh, stages))
 }
@@ -448,7 +450,7 @@ fn of_gpu(
         },
         ..MarchOptions::default()
     };
-    let (mesh, took) = volume.march(field, &options).map_err(BuildError::from)?;
+    let (mesh, took) = wait(volume.march(field, &options)).map_err(BuildError::from)?;
     stages.all.extend(took);
     brought(&mesh, field, stages)
 }
@@ -456,7 +458,7 @@ fn of_gpu(
 /// A mesh on the CPU; without normals where they are all zero.
 fn brought(mesh: &GpuMesh, field: &GpuField, stages: &mut Stages) -> Result<Mesh, MeshError> {
     stages.restart();
-    let mut mesh = mesh.read(field.gpu()).map_err(BuildError::from)?;
+    let mut mesh = wait(mesh.read(field.gpu())).map_err(BuildError::from)?;
     if mesh.normals.iter().all(|&n| n == Vec3::ZERO) {
         mesh.normals = Vec::new();
     }

@@ -80,6 +80,55 @@ pub fn load_meshes(
     Ok(loaded)
 }
 
+/// The same of files whose bytes are at hand, found by their names without folders; those that are not there stay missing.
+/// Nothing is kept.
+///
+/// # Errors
+/// If a file holds no mesh.
+pub fn load_meshes_of(
+    scene: &mut Scene,
+    files: &[(String, Vec<u8>)],
+) -> Result<Vec<LoadedMesh>, MeshFileError> {
+    let mut loaded = Vec::new();
+    for (path, resolution) in scene.missing_meshes() {
+        let name = Path::new(&path).file_name().unwrap_or_default();
+        let Some((own, bytes)) = files.iter().find(|(own, _)| name == own.as_str()) else {
+            continue;
+        };
+        let place = Path::new(own);
+        let format = Format::of(place).ok_or_else(|| MeshInput::Unknown(place.into()))?;
+        let solid = solid_of(bytes, format, place)?;
+        let mesh = LoadedMesh {
+            grid: Arc::new(sampled(&solid, resolution, place)?),
+            resolution,
+            triangles: solid.triangles() as u64,
+            repairs: *solid.repairs(),
+            was_kept: false,
+            path,
+        };
+        scene.set_mesh(mesh.path.clone(), resolution, mesh.grid.clone());
+        loaded.push(mesh);
+    }
+    Ok(loaded)
+}
+
+fn solid_of(bytes: &[u8], format: Format, place: &Path) -> Result<Solid, MeshFileError> {
+    let mesh = from_bytes(bytes, format, place)?;
+    Solid::new(&mesh).map_err(|source| MeshFileError::Empty {
+        path: place.into(),
+        source,
+    })
+}
+
+fn sampled(solid: &Solid, resolution: u32, place: &Path) -> Result<SampledGrid, MeshFileError> {
+    solid
+        .sample(resolution)
+        .map_err(|source| MeshFileError::Empty {
+            path: place.into(),
+            source,
+        })
+}
+
 /// Where a mesh's file is.
 fn place_of(path: &str, folder: &Path, outside: bool) -> Result<PathBuf, MeshFileError> {
     let folder = if folder.as_os_str().is_empty() {
@@ -129,20 +178,10 @@ fn load(
         return Ok(done(grid, counts, true));
     }
     if !solids.contains_key(place) {
-        let mesh = from_bytes(&bytes, format, place)?;
-        let solid = Solid::new(&mesh).map_err(|source| MeshFileError::Empty {
-            path: place.into(),
-            source,
-        })?;
-        solids.insert(place.into(), solid);
+        solids.insert(place.into(), solid_of(&bytes, format, place)?);
     }
     let solid = &solids[place];
-    let grid = solid
-        .sample(resolution)
-        .map_err(|source| MeshFileError::Empty {
-            path: place.into(),
-            source,
-        })?;
+    let grid = sampled(solid, resolution, place)?;
     let counts = (solid.triangles() as u64, *solid.repairs());
     if let Some(kept) = kept {
         // A cache that cannot be written costs time, nothing else.
@@ -155,6 +194,9 @@ fn load(
 const MAGIC_TEXT: &str = "grid03";
 
 fn cache_folder() -> Option<PathBuf> {
+    #[cfg(target_arch = "wasm32")]
+    return None;
+    #[cfg(not(target_arch = "wasm32"))]
     Some(dirs::cache_dir()?.join("argil").join("meshes"))
 }
 

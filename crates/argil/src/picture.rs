@@ -35,20 +35,23 @@ impl Drawn {
 }
 
 /// Write 8-bit RGB as a PNG, beside its place and then renamed into it.
-pub fn save_png(path: &Path, [width, height]: [u32; 2], rgb: &[u8]) -> Result<(), PictureError> {
-    let encode = |out: &mut std::io::BufWriter<&mut std::fs::File>| {
-        let encoder = image::codecs::png::PngEncoder::new(out);
-        image::ImageEncoder::write_image(
-            encoder,
-            rgb,
-            width,
-            height,
-            image::ExtendedColorType::Rgb8,
-        )
-        .map_err(std::io::Error::other)
-    };
-    argil_scene::replace_file(path, encode).map_err(|e| PictureError {
+pub fn save_png(path: &Path, size: [u32; 2], rgb: &[u8]) -> Result<(), PictureError> {
+    argil_scene::replace_file(path, |out| write_png(size, rgb, out)).map_err(|e| PictureError {
         path: path.into(),
         reason: e.to_string(),
     })
+}
+
+/// Write 8-bit RGB as a PNG.
+///
+/// # Errors
+/// If `out` does not take it, or there are not as many bytes as pixels take.
+pub fn write_png(
+    [width, height]: [u32; 2],
+    rgb: &[u8],
+    out: &mut dyn std::io::Write,
+) -> std::io::Result<()> {
+    let encoder = image::codecs::png::PngEncoder::new(out);
+    image::ImageEncoder::write_image(encoder, rgb, width, height, image::ExtendedColorType::Rgb8)
+        .map_err(std::io::Error::other)
 }

@@ -11,7 +11,7 @@ use argil_volume::{
     BrickLayout, BrickSettings, Bricks, Dense, Encoding, Keep, Lattice, Layout, Octree,
     OctreeSettings, Volume,
 };
-use std::time::Instant;
+use web_time::Instant;
 
 /// A dense volume to be built.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -215,8 +215,8 @@ impl VolumeInfo {
         }
     }
 
-    pub(crate) fn of_gpu(volume: &GpuVolume, field: &GpuField) -> Result<Self, BuildError> {
-        let size = volume.tree_size(field.gpu())?;
+    pub(crate) async fn of_gpu(volume: &GpuVolume, field: &GpuField) -> Result<Self, BuildError> {
+        let size = volume.tree_size(field.gpu()).await?;
         let tree = volume.layout().zip(size);
         Ok(Self {
             lattice: *volume.lattice(),
@@ -229,7 +229,8 @@ impl VolumeInfo {
                 nodes,
             }),
             sparse: volume
-                .sparse(field.gpu())?
+                .sparse(field.gpu())
+                .await?
                 .map(|(layout, bricks)| SparseInfo { layout, bricks }),
         })
     }
@@ -286,7 +287,7 @@ pub(crate) fn reach(scene: &Scene, program: &Program) -> Aabb {
 }
 
 /// Build on the engine's device, on a lattice or on the scene's own.
-pub(crate) fn build(
+pub(crate) async fn build(
     engine: &Engine,
     field: Option<&GpuField>,
     scene: &Scene,
@@ -308,7 +309,7 @@ pub(crate) fn build(
             if let Some(field) = field {
                 let (mips, fill) = (options.mips, options.fill);
                 let (volume, stages) =
-                    GpuVolume::dense(field, program, lattice, encoding, mips, fill)?;
+                    GpuVolume::dense(field, program, lattice, encoding, mips, fill).await?;
                 return Ok((Kept::Gpu(volume), BuildTimes::of_stages(stages)));
             }
             let start = Instant::now();
@@ -324,7 +325,7 @@ pub(crate) fn build(
             check_memory(engine, layout.table_bytes())?;
             if let Some(field) = field {
                 let budget = budget_on(engine, &options);
-                let (volume, stages) = GpuVolume::bricks(field, program, layout, budget)?;
+                let (volume, stages) = GpuVolume::bricks(field, program, layout, budget).await?;
                 return Ok((Kept::Gpu(volume), BuildTimes::of_stages(stages)));
             }
             let budget = budget_on(engine, &options);
@@ -348,7 +349,8 @@ pub(crate) fn build(
                     MarchNormals::Field
                 };
                 let (mesh, stages) =
-                    field_mesh_on_gpu(engine, field, program, lattice, normals, options.flat)?;
+                    field_mesh_on_gpu(engine, field, program, lattice, normals, options.flat)
+                        .await?;
                 let mesh = Triangulated::Gpu(mesh);
                 let times = BuildTimes::of_stages(stages);
                 return Ok((Kept::Mesh(Drawable { mesh, lattice }), times));
@@ -380,7 +382,7 @@ pub(crate) fn build(
             let keep: Keep = options.settings.keep;
             if let Some(field) = field {
                 let (mut volume, stages) =
-                    GpuVolume::octree(field, program, layout, keep, options.order)?;
+                    GpuVolume::octree(field, program, layout, keep, options.order).await?;
                 volume.set_descent(options.descent);
                 return Ok((Kept::Gpu(volume), BuildTimes::of_stages(stages)));
             }
@@ -430,7 +432,16 @@ fn check_memory(engine: &Engine, needed: u64) -> Result<(), BuildError> {
     }
 }
 
+/// Bytes of memory that are free; not known in a browser.
 fn available_memory() -> Option<u64> {
+    #[cfg(target_arch = "wasm32")]
+    return None;
+    #[cfg(not(target_arch = "wasm32"))]
+    free_memory()
+}
+
+#[cfg(not(target_arch = "wasm32"))]
+fn free_memory() -> Option<u64> {
     let mut system = sysinfo::System::new();
     system.refresh_memory();
     Some(system.available_memory()).filter(|&bytes| bytes > 0)

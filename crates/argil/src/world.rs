@@ -1,6 +1,7 @@
 use crate::listeners::{Listener, Listeners};
 use crate::live::{Applied, Clay, Live, Pace};
 use crate::representation::{Drawable, Kept, Triangulated, build, reach, triangles};
+use crate::wait::wait;
 use crate::{
     BricksOptions, BuildError, BuildTimes, DenseOptions, Drawn, Engine, OctreeOptions, Placement,
     RenderError, Scene, Stored, Via, Volume, VolumeFileError, VolumeInfo,
@@ -15,7 +16,7 @@ use glam::Vec3;
 use std::borrow::Cow;
 use std::path::Path;
 use std::sync::OnceLock;
-use std::time::Instant;
+use web_time::Instant;
 
 /// Longest side of a picture in pixels.
 pub const MAX_SIDE: u32 = 16_384;
@@ -111,7 +112,8 @@ impl World {
         };
         world.kept = match &world.gpu {
             Some(gpu) => {
-                let volume = GpuVolume::upload(gpu, &stored.volume).map_err(BuildError::from)?;
+                let volume =
+                    wait(GpuVolume::upload(gpu, &stored.volume)).map_err(BuildError::from)?;
                 Kept::Gpu(volume)
             }
             None => Kept::Cpu(stored.volume),
@@ -135,7 +137,15 @@ impl World {
     }
 
     /// The same world kept in some way. `scene` is the one that it was built from, as it is now.
-    pub fn via(mut self, scene: &Scene, via: Via) -> Result<Self, BuildError> {
+    pub fn via(self, scene: &Scene, via: Via) -> Result<Self, BuildError> {
+        wait(self.via_async(scene, via))
+    }
+
+    /// [`World::via`] where a GPU cannot be waited for in place: in a browser.
+    ///
+    /// # Errors
+    /// As there.
+    pub async fn via_async(mut self, scene: &Scene, via: Via) -> Result<Self, BuildError> {
         // What was there before is not needed while the new volume is made.
         self.kept = Kept::Field;
         if !self.live.has_seen_all(scene) {
@@ -153,7 +163,8 @@ impl World {
             gpu.update(program)?;
         }
         let field = self.gpu.as_ref();
-        (self.kept, self.times) = build(&self.engine, field, scene, self.program(), via, None)?;
+        (self.kept, self.times) =
+            build(&self.engine, field, scene, self.program(), via, None).await?;
         self.live = Live::of(scene);
         if let Via::Octree(options) = via {
             self.descent = options.descent;
@@ -187,9 +198,17 @@ impl World {
 
     /// What the volume is; `None` of a field.
     pub fn volume_info(&self) -> Result<Option<VolumeInfo>, BuildError> {
+        wait(self.volume_info_async())
+    }
+
+    /// [`World::volume_info`] in a browser.
+    ///
+    /// # Errors
+    /// As there.
+    pub async fn volume_info_async(&self) -> Result<Option<VolumeInfo>, BuildError> {
         match (&self.kept, &self.gpu) {
             (Kept::Cpu(volume), _) => Ok(Some(VolumeInfo::of(volume))),
-            (Kept::Gpu(volume), Some(field)) => Ok(Some(VolumeInfo::of_gpu(volume, field)?)),
+            (Kept::Gpu(volume), Some(field)) => Ok(Some(VolumeInfo::of_gpu(volume, field).await?)),
             _ => Ok(None),
         }
     }
@@ -240,7 +259,9 @@ impl World {
     pub fn volume(&self) -> Result<Option<Cow<'_, Volume>>, BuildError> {
         match (&self.kept, &self.gpu) {
             (Kept::Cpu(volume), _) => Ok(Some(Cow::Borrowed(volume))),
-            (Kept::Gpu(volume), Some(field)) => Ok(Some(Cow::Owned(volume.read(field.gpu())?))),
+            (Kept::Gpu(volume), Some(field)) => {
+                Ok(Some(Cow::Owned(wait(volume.read(field.gpu()))?)))
+            }
             _ => Ok(None),
         }
     }
@@ -249,18 +270,25 @@ impl World {
     pub fn save(&self, scene: &Scene, path: impl AsRef<Path>) -> Result<(), VolumeFileError> {
         let path = path.as_ref();
         let volume = self.volume()?.ok_or(VolumeFileError::NoVolume)?;
-        // What is read again stands at time 0.
-        let scene_json = if scene.time() == 0.0 {
-            scene.to_json()
-        } else {
-            scene.frozen().to_json()
-        };
+        let scene_json = at_time_0(scene);
         argil_scene::replace_file(path, |out| volume.write(&scene_json, out)).map_err(|source| {
             VolumeFileError::Write {
                 path: path.into(),
                 source,
             }
         })
+    }
+
+    /// What [`World::save`] writes, as bytes.
+    ///
+    /// # Errors
+    /// If there is no volume.
+    pub fn to_bytes(&self, scene: &Scene) -> Result<Vec<u8>, VolumeFileError> {
+        let volume = self.volume()?.ok_or(VolumeFileError::NoVolume)?;
+        let mut bytes = Vec::new();
+        // A vector takes every byte.
+        let _ = volume.write(&at_time_0(scene), &mut bytes);
+        Ok(bytes)
     }
 
     /// The distances up to which a scene's edits must tell their boxes to be followed in place: give them to
@@ -286,7 +314,15 @@ impl World {
     /// # Errors
     /// If the scene cannot be built, or takes too much; the next scene that can be is followed all the same.
     pub fn apply(&mut self, scene: &Scene) -> Result<Applied, BuildError> {
-        self.follow(scene, None)
+        wait(self.follow(scene, None))
+    }
+
+    /// [`World::apply`] in a browser.
+    ///
+    /// # Errors
+    /// As there.
+    pub async fn apply_async(&mut self, scene: &Scene) -> Result<Applied, BuildError> {
+        self.follow(scene, None).await
     }
 
     /// The same at a pace: as much as there is time for, what is near to the eye first. What is left is told, and done by
@@ -295,17 +331,17 @@ impl World {
     /// # Errors
     /// As [`World::apply`].
     pub fn apply_at(&mut self, scene: &Scene, pace: Pace) -> Result<Applied, BuildError> {
-        self.follow(scene, Some(pace))
+        wait(self.follow(scene, Some(pace)))
     }
 
-    fn follow(&mut self, scene: &Scene, pace: Option<Pace>) -> Result<Applied, BuildError> {
+    async fn follow(&mut self, scene: &Scene, pace: Option<Pace>) -> Result<Applied, BuildError> {
         let start = Instant::now();
         if let (Some(clay), Via::Bricks(options)) =
             (Clay::of(&mut self.kept, self.gpu.as_mut()), self.via)
         {
             let machine = (&self.engine, &options);
             let before = self.program.get();
-            let applied = self.live.follow(scene, clay, before, machine, pace);
+            let applied = self.live.follow(scene, clay, before, machine, pace).await;
             // The field on a GPU has the parameters of what was followed, even where bricks could not be.
             if self.gpu.is_some() && self.live.tables().is_some() {
                 self.program = OnceLock::new();
@@ -332,7 +368,8 @@ impl World {
             &program,
             self.via,
             lattice,
-        )?;
+        )
+        .await?;
         (self.kept, self.times) = (kept, times);
         self.focus = focus(scene, &program);
         self.view = scene.view.clone();
@@ -340,7 +377,8 @@ impl World {
         self.live = Live::of(scene);
         self.listeners.tell(&[Aabb::ALL]);
         let bricks = self
-            .volume_info()?
+            .volume_info_async()
+            .await?
             .and_then(|info| info.sparse)
             .map_or(0, |s| s.bricks);
         Ok(Applied {
@@ -360,12 +398,20 @@ impl World {
     /// # Errors
     /// As [`World::apply`].
     pub fn finish(&mut self) -> Result<BrickEdit, BuildError> {
+        wait(self.finish_async())
+    }
+
+    /// [`World::finish`] in a browser.
+    ///
+    /// # Errors
+    /// As there.
+    pub async fn finish_async(&mut self) -> Result<BrickEdit, BuildError> {
         let (Some(clay), Via::Bricks(options)) =
             (Clay::of(&mut self.kept, self.gpu.as_mut()), self.via)
         else {
             return Ok(BrickEdit::default());
         };
-        let edit = self.live.finish(clay, (&self.engine, &options))?;
+        let edit = self.live.finish(clay, (&self.engine, &options)).await?;
         let boxes = self.live.told();
         self.listeners.tell(&boxes);
         Ok(edit)
@@ -377,7 +423,7 @@ impl World {
     /// If the device does not do it.
     pub fn trim(&mut self) -> Result<(), BuildError> {
         if let (Kept::Gpu(volume), Some(field)) = (&mut self.kept, &self.gpu) {
-            volume.trim(field)?;
+            wait(volume.trim(field))?;
         }
         Ok(())
     }
@@ -412,10 +458,17 @@ impl World {
             None => None,
         };
         let (field, lattice) = (field.as_ref(), self.lattice());
-        let (fresh, _) = build(&self.engine, field, scene, &program, self.via, lattice)?;
+        let (fresh, _) = wait(build(
+            &self.engine,
+            field,
+            scene,
+            &program,
+            self.via,
+            lattice,
+        ))?;
         let fresh = match (fresh, field) {
             (Kept::Cpu(volume), _) => volume,
-            (Kept::Gpu(volume), Some(field)) => volume.read(field.gpu())?,
+            (Kept::Gpu(volume), Some(field)) => wait(volume.read(field.gpu()))?,
             _ => return Ok(None),
         };
         Ok(match &fresh {
@@ -525,14 +578,26 @@ impl World {
 
     /// A picture by settings.
     pub fn draw(&self, camera: &Camera, settings: &Settings) -> Result<Drawn, RenderError> {
-        let (picture, duration_ms) = self.picture(camera, settings, false)?;
+        wait(self.draw_async(camera, settings))
+    }
+
+    /// [`World::draw`] in a browser.
+    ///
+    /// # Errors
+    /// As there.
+    pub async fn draw_async(
+        &self,
+        camera: &Camera,
+        settings: &Settings,
+    ) -> Result<Drawn, RenderError> {
+        let (picture, duration_ms) = self.picture(camera, settings, false).await?;
         Ok(Drawn::new(picture, duration_ms))
     }
 
     /// How far the ray of each pixel goes until it hits a solid, row by row from the top, of the first sample where there are
     /// several; infinite where it hits none.
     pub fn lengths(&self, camera: &Camera, settings: &Settings) -> Result<Vec<f32>, RenderError> {
-        let (picture, _) = self.picture(camera, settings, true)?;
+        let (picture, _) = wait(self.picture(camera, settings, true))?;
         let length = |hit: &Hit| match hit.kind {
             HIT_OUTSIDE | HIT_INSIDE => hit.normal_t[3],
             _ => f32::INFINITY,
@@ -540,7 +605,7 @@ impl World {
         Ok(picture.hits.iter().map(length).collect())
     }
 
-    fn picture(
+    async fn picture(
         &self,
         camera: &Camera,
         settings: &Settings,
@@ -563,12 +628,12 @@ impl World {
         if let Some(field) = &self.gpu {
             field.complete(|| self.program());
             let (picture, duration_ms) = match &self.kept {
-                Kept::Gpu(volume) => volume.render(field, &frames)?,
+                Kept::Gpu(volume) => volume.render(field, &frames).await?,
                 Kept::Mesh(Drawable {
                     mesh: Triangulated::Gpu(mesh),
                     ..
-                }) => mesh.render(field, &frames)?,
-                _ => field.render(&frames)?,
+                }) => mesh.render(field, &frames).await?,
+                _ => field.render(&frames).await?,
             };
             return Ok((picture, duration_ms));
         }
@@ -600,6 +665,15 @@ impl Orbit {
     /// `count` cameras around `camera`'s target.
     pub fn around(camera: Camera, count: u32) -> impl Iterator<Item = Camera> {
         (0..count).map(move |i| camera.turned(360.0 * i as f32 / count as f32))
+    }
+}
+
+/// A scene's text for a file: what is read again stands at time 0.
+fn at_time_0(scene: &Scene) -> String {
+    if scene.time() == 0.0 {
+        scene.to_json()
+    } else {
+        scene.frozen().to_json()
     }
 }
 

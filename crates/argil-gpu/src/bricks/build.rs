@@ -71,7 +71,7 @@ impl<'a> Build<'a> {
     }
 
     /// Build into a pool with room for so many bricks.
-    pub fn run(
+    pub async fn run(
         &mut self,
         room: u64,
         mixed_room: u64,
@@ -110,13 +110,13 @@ impl<'a> Build<'a> {
             mixes: self.mixes,
         };
         let mut bake = Bake::new(gpu)?;
-        make(self.field, &mut self.scratch, &site, &order, &mut bake)?;
-        Ok((texture, bake.finish()?))
+        make(self.field, &mut self.scratch, &site, &order, &mut bake).await?;
+        Ok((texture, bake.finish().await?))
     }
 
     /// How many bricks the build has needed, and how many of them are mixed.
-    pub fn counts(&mut self) -> Result<[u64; 2], GpuError> {
-        self.ledger.settle(self.field.gpu())?;
+    pub async fn counts(&mut self) -> Result<[u64; 2], GpuError> {
+        self.ledger.settle(self.field.gpu()).await?;
         let counters = [abi::COUNTER_TOP, abi::COUNTER_TOP_MIXED];
         Ok(counters.map(|counter| self.ledger.known.get(counter)))
     }

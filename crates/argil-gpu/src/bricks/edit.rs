@@ -16,7 +16,7 @@ use crate::{Gpu, GpuError, GpuField, GpuVolume};
 use argil_abi::{self as abi, Prune, Volume as Words};
 use argil_field::LiveProgram;
 use argil_volume::{BrickEdit, EditWork, Unit};
-use std::time::Duration;
+use web_time::Duration;
 
 /// Cells for which room is made without a look at how many of them have a surface.
 const FEW_CELLS: u64 = 4096;
@@ -52,7 +52,7 @@ impl GpuVolume {
     ///
     /// # Errors
     /// If the bricks would take more than `budget` bytes; what was taken out of the work last is then not done.
-    pub fn edit(
+    pub async fn edit(
         &mut self,
         field: &GpuField,
         live: &LiveProgram,
@@ -81,7 +81,7 @@ impl GpuVolume {
             let count = if left.is_some() { 4 } else { MOST_UNITS };
             let units = work.next(count);
             let blocks = edit.gather(tables, work, units);
-            result = edit.submit(tables, texture, &mut making, &blocks);
+            result = edit.submit(tables, texture, &mut making, &blocks).await;
             if let Some(left) = &mut left {
                 *left -= blocks.cells() as f64;
                 if *left <= 0.0 {
@@ -95,19 +95,19 @@ impl GpuVolume {
     }
 
     /// Wait for edits; what they did since the last time.
-    pub fn settle(&mut self, gpu: &Gpu) -> Result<BrickEdit, GpuError> {
+    pub async fn settle(&mut self, gpu: &Gpu) -> Result<BrickEdit, GpuError> {
         match self.brick_parts() {
-            (_, _, Some(tables)) => tables.ledger.settle(gpu),
+            (_, _, Some(tables)) => tables.ledger.settle(gpu).await,
             _ => Ok(BrickEdit::default()),
         }
     }
 
     /// Wait for edits, and give back the room that they have left.
-    pub fn trim(&mut self, field: &GpuField) -> Result<(), GpuError> {
+    pub async fn trim(&mut self, field: &GpuField) -> Result<(), GpuError> {
         let (words, texture, Some(tables)) = self.brick_parts() else {
             return Ok(());
         };
-        let counted = tables.ledger.read(field.gpu())?;
+        let counted = tables.ledger.read(field.gpu()).await?;
         tables.making = None;
         *texture = tables.fit(field, texture, counted.bricks(), counted.mixed())?;
         *words = march_words(&tables.layout, tables.pool, tables.lipschitz);
@@ -133,7 +133,7 @@ impl Editing<'_> {
         blocks
     }
 
-    fn submit(
+    async fn submit(
         &self,
         tables: &mut BrickTables,
         texture: &mut wgpu::Texture,
@@ -167,8 +167,8 @@ impl Editing<'_> {
                     make: abi::MAKE_NONE,
                     ..prune
                 }];
-                self.make(tables, texture, making, blocks, &levels)?;
-                tables.ledger.settle_known(gpu)?;
+                self.make(tables, texture, making, blocks, &levels).await?;
+                tables.ledger.settle_known(gpu).await?;
                 more = [abi::COUNTER_BRICKS, abi::COUNTER_MIXED]
                     .map(|counter| tables.ledger.known.get(counter));
                 tables.make_room(self.field, texture, more, mixes, self.budget)?
@@ -178,11 +178,11 @@ impl Editing<'_> {
         if let Some(moved) = room {
             *texture = moved;
         }
-        self.make(tables, texture, making, blocks, &[prune])?;
+        self.make(tables, texture, making, blocks, &[prune]).await?;
         tables.ledger.spend(gpu, more)
     }
 
-    fn make(
+    async fn make(
         &self,
         tables: &BrickTables,
         texture: &wgpu::Texture,
@@ -217,6 +217,6 @@ impl Editing<'_> {
             counters: &tables.ledger.counters,
         };
         let mut bake = Bake::untimed(self.field.gpu());
-        make(self.field, &mut making.scratch, &site, &order, &mut bake)
+        make(self.field, &mut making.scratch, &site, &order, &mut bake).await
     }
 }

@@ -8,7 +8,8 @@ use crate::pass::{
     TABLES_WGSL, TEXELS, VOLUME, entry, layout, pipelines,
 };
 use crate::table::Table;
-use crate::volume::{format_of, uniform_of};
+use crate::texels::TexelFormat;
+use crate::volume::uniform_of;
 use crate::{Gpu, GpuError, GpuField};
 use argil_abi::{self as abi, Fill, Prune, Volume as Words};
 use argil_field::Program;
@@ -59,7 +60,7 @@ impl BrickPasses {
         let source = [
             &argil_abi::wgsl(),
             TABLES_WGSL,
-            &crate::dense::target_wgsl(bits),
+            &crate::dense::target_wgsl(gpu.texels(bits)),
             BINDS_WGSL,
             &field.opcodes.pruning_wgsl(),
             wgsl::FILL,
@@ -72,7 +73,7 @@ impl BrickPasses {
         binds.extend([
             Bind::Uniform(VOLUME),
             Bind::Uniform(FILL),
-            Bind::Target(TEXELS, format_of(bits).0),
+            Bind::Target(TEXELS, gpu.texels(bits).format()),
             Bind::Write(CELLS),
             Bind::Write(CANDIDATES),
             Bind::Write(COUNTERS),
@@ -243,7 +244,7 @@ fn rows(groups: u32) -> Groups<'static> {
 }
 
 /// Submit all passes of an order.
-pub(super) fn make(
+pub(super) async fn make(
     field: &GpuField,
     scratch: &mut Scratch,
     site: &Site<'_>,
@@ -254,10 +255,7 @@ pub(super) fn make(
     let Some(last) = order.levels.last() else {
         return Ok(());
     };
-    let bits = match site.texture.format() {
-        wgpu::TextureFormat::R8Snorm => Bits::Eight,
-        _ => Bits::Sixteen,
-    };
+    let bits = TexelFormat::of(site.texture.format()).bits();
     let passes = field.brick_passes(bits)?;
     scratch.reserve_arguments(gpu, order.words.chunks)?;
     gpu.queue
@@ -303,19 +301,23 @@ pub(super) fn make(
     };
     prune(&order.levels[0]);
     let groups = rows((order.length as u32).div_ceil(64).max(1));
-    bake.pass("prune", &passes.begin_lists, &bind_group, groups)?;
+    bake.pass("prune", &passes.begin_lists, &bind_group, groups)
+        .await?;
     for level in order.levels.iter().filter(|l| l.make == abi::MAKE_ALL) {
         prune(level);
         let parts = level.parts_x * level.parts_y * level.parts_z;
         let groups = rows(parts.div_ceil(64));
-        bake.pass("prune", &passes.prune_parts, &bind_group, groups)?;
+        bake.pass("prune", &passes.prune_parts, &bind_group, groups)
+            .await?;
     }
-    bake.pass("measure", &passes.measure, &bind_group, rows(last.count))?;
+    bake.pass("measure", &passes.measure, &bind_group, rows(last.count))
+        .await?;
     if last.make == abi::MAKE_NONE {
         return Ok(());
     }
     let groups = Groups::Direct([order.words.chunks.div_ceil(64), 1, 1]);
-    bake.pass("measure", &passes.plan, &plan_group, groups)?;
+    bake.pass("measure", &passes.plan, &plan_group, groups)
+        .await?;
     let (Some(arguments), Some(indirect)) = (scratch.arguments.buffer(), &scratch.indirect) else {
         return Err(GpuError::Lost("no buffer".into()));
     };
@@ -335,16 +337,21 @@ pub(super) fn make(
         gpu.queue
             .write_buffer(&scratch.fill, 0, bytemuck::bytes_of(&fill));
         let groups = Groups::Indirect(indirect, 24 * u64::from(chunk) + 12);
-        bake.pass("prune", &passes.prune_cells, &bind_group, groups)?;
+        bake.pass("prune", &passes.prune_cells, &bind_group, groups)
+            .await?;
         let groups = Groups::Indirect(indirect, 24 * u64::from(chunk));
-        bake.pass("fill", &passes.fill_bricks, &bind_group, groups)?;
+        bake.pass("fill", &passes.fill_bricks, &bind_group, groups)
+            .await?;
         if order.mixes {
-            bake.pass("materials", &passes.fill_materials, &bind_group, groups)?;
+            bake.pass("materials", &passes.fill_materials, &bind_group, groups)
+                .await?;
         }
     }
     let groups = rows(last.count.div_ceil(64));
-    bake.pass("settle", &passes.settle, &bind_group, groups)?;
+    bake.pass("settle", &passes.settle, &bind_group, groups)
+        .await?;
     let groups = Groups::Direct([1, 1, 1]);
-    bake.pass("settle", &passes.give_back, &bind_group, groups)?;
+    bake.pass("settle", &passes.give_back, &bind_group, groups)
+        .await?;
     Ok(())
 }

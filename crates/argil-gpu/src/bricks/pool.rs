@@ -98,22 +98,22 @@ impl Ledger {
     }
 
     /// The counters as they are, after a wait.
-    pub fn read(&self, gpu: &Gpu) -> Result<Counted, GpuError> {
+    pub async fn read(&self, gpu: &Gpu) -> Result<Counted, GpuError> {
         let bytes = 4 * u64::from(abi::COUNTERS);
-        Ok(Counted::of(&read_table(gpu, &self.counters, bytes)?))
+        Ok(Counted::of(&read_table(gpu, &self.counters, bytes).await?))
     }
 
     /// Hear of the counters as they are, after a wait; what edits did since they were last told.
-    pub fn settle(&mut self, gpu: &Gpu) -> Result<BrickEdit, GpuError> {
-        self.settle_known(gpu)?;
+    pub async fn settle(&mut self, gpu: &Gpu) -> Result<BrickEdit, GpuError> {
+        self.settle_known(gpu).await?;
         let edit = self.known.since(&self.told);
         self.told = self.known;
         Ok(edit)
     }
 
     /// Hear of the counters as they are, after a wait, and tell nobody.
-    pub fn settle_known(&mut self, gpu: &Gpu) -> Result<(), GpuError> {
-        self.known = self.read(gpu)?;
+    pub async fn settle_known(&mut self, gpu: &Gpu) -> Result<(), GpuError> {
+        self.known = self.read(gpu).await?;
         (self.since, self.letter) = ([0; 2], None);
         Ok(())
     }
@@ -214,7 +214,7 @@ impl BrickTables {
         let fit = |bricks: u64, mixed: u64| {
             let pool = pool_for(gpu, &self.layout, bricks.max(capacity))?;
             let mixed = mixed.max(self.mixed);
-            let needed = bytes_of(&self.layout, pool, mixed);
+            let needed = bytes_of(gpu, &self.layout, pool, mixed);
             Ok((pool, mixed, needed))
         };
         let (air, mixed_air) = (with_air(bricks), if mixes { with_air(mixed) } else { 0 });

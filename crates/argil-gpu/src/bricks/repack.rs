@@ -5,7 +5,7 @@ use crate::pass::{
     BRICK_MATERIALS, Bind, CELLS, COUNTERS, OLD_MATERIALS, OLD_POOL, STORED, TEXELS, VOLUME, entry,
     layout, pipelines,
 };
-use crate::volume::{format_of, uniform_of};
+use crate::volume::uniform_of;
 use crate::{Gpu, GpuError};
 use argil_abi::{self as abi, Volume as Words};
 use argil_volume::{Bits, BrickLayout, wgsl};
@@ -29,7 +29,7 @@ pub(crate) struct RepackPass {
 
 impl RepackPass {
     pub fn new(gpu: &Gpu, bits: Bits) -> Result<Self, GpuError> {
-        let format = format_of(bits).1;
+        let format = gpu.texels(bits).wgsl();
         let target =
             format!("@group(0) @binding(14) var texels: texture_storage_3d<{format}, write>;\n");
         let source = [
@@ -43,7 +43,7 @@ impl RepackPass {
         let binds = [
             Bind::Uniform(VOLUME),
             Bind::Texture(STORED),
-            Bind::Target(TEXELS, format_of(bits).0),
+            Bind::Target(TEXELS, gpu.texels(bits).format()),
             Bind::Write(CELLS),
             Bind::Write(BRICK_MATERIALS),
             Bind::Write(COUNTERS),

@@ -18,7 +18,7 @@ use argil_field::{CELLS, ClearTerms, Program, Pruner};
 use glam::{UVec3, Vec3, uvec3};
 use rayon::prelude::*;
 use std::ops::Range;
-use std::time::Instant;
+use web_time::Instant;
 
 /// A part that is farther from the surface than this many of its half diagonals is not cut further.
 const FAR_RADII: f32 = 4.0;

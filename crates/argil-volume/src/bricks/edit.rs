@@ -22,7 +22,7 @@ use argil_field::{CELLS, LiveProgram, Parts, Program, Pruner, Touched};
 use glam::{UVec3, Vec3, uvec3};
 use rayon::prelude::*;
 use std::ops::Range;
-use std::time::Instant;
+use web_time::Instant;
 
 /// Blocks along the side of a part that shares a list: where brushes are many, its list should not be of all of them.
 const PART_SIDE: u32 = 4;

@@ -1,0 +1,177 @@
+// Drives the page in Chromium as a person would: `node test.mjs URL CHROMIUM [FOLDER FOR PICTURES]`.
+import assert from "node:assert/strict";
+import { mkdirSync, readFileSync } from "node:fs";
+import { chromium } from "playwright-core";
+
+const [url, executablePath, pictures] = process.argv.slice(2);
+const software = [
+  "--no-sandbox",
+  "--enable-unsafe-webgpu",
+  "--use-webgpu-adapter=swiftshader",
+  "--enable-features=Vulkan",
+  "--use-vulkan=swiftshader",
+  "--use-angle=swiftshader",
+  "--ignore-gpu-blocklist",
+  "--disable-quic",
+  "--no-first-run",
+  "--disable-background-networking",
+  "--disable-component-update",
+  "--disable-sync",
+];
+const browser = await chromium.launch({ executablePath, args: software });
+const context = await browser.newContext({ viewport: { width: 960, height: 640 }, acceptDownloads: true });
+const page = await context.newPage();
+const complaints = [];
+page.on("pageerror", (error) => complaints.push(String(error)));
+page.on("console", (message) => {
+  if (message.type() === "error") complaints.push(message.text());
+});
+
+const pause = (ms) => new Promise((done) => setTimeout(done, ms));
+// Try until it holds.
+const until = async (what, check, seconds = 120) => {
+  const end = Date.now() + 1000 * seconds;
+  for (;;) {
+    const found = await check();
+    if (found) return found;
+    assert.ok(Date.now() < end, `${what} did not come about; the page says: ${complaints.join("\n")}`);
+    await pause(100);
+  }
+};
+// Nothing is asked of the page while it draws: without a GPU that takes it seconds.
+const settled = async () => {
+  const ask = () => page.evaluate(() => globalThis.argil?.is_settled() ?? false);
+  await pause(250);
+  await until("a picture at rest", ask);
+};
+const placeOf = (label) => page.evaluate((l) => globalThis.argil?.place_of(l)?.join(), label);
+const middleOf = async (label) => {
+  const found = await until(`“${label}”`, () => placeOf(label));
+  const [x, y, width, height] = found.split(",").map(Number);
+  return { x: x + width / 2, y: y + height / 2, width, height };
+};
+const click = async (label) => {
+  await settled();
+  const { x, y } = await middleOf(label);
+  await page.mouse.move(x, y);
+  await pause(150);
+  await page.mouse.click(x, y, { delay: 100 });
+  await pause(150);
+};
+const drag = async (from, to) => {
+  await settled();
+  await page.mouse.move(from.x, from.y);
+  await pause(200);
+  await page.mouse.down();
+  await pause(100);
+  for (let i = 1; i <= 8; i++) {
+    await page.mouse.move(from.x + ((to.x - from.x) * i) / 8, from.y + ((to.y - from.y) * i) / 8);
+    await pause(60);
+  }
+  await page.mouse.up();
+  await page.mouse.move(2, 2);
+};
+const kept = () => page.evaluate(() => localStorage.getItem("argil-scene"));
+const entries = async () => JSON.parse((await kept()) ?? "{}").brushes ?? [];
+// The picture without the readings over it, in full.
+const picture = async () => {
+  await settled();
+  const { x, y, width, height } = await middleOf("Viewport");
+  const clip = { x: x - width / 4, y: y - height / 4, width: width / 2, height: height / 2 };
+  return page.screenshot({ clip });
+};
+const show = async (name) => {
+  if (!pictures) return;
+  mkdirSync(pictures, { recursive: true });
+  await page.screenshot({ path: `${pictures}/${name}.png` });
+};
+const download = async (menu, item) => {
+  const waiting = page.waitForEvent("download", { timeout: 180_000 });
+  await click(menu);
+  await click(item);
+  const file = await waiting;
+  return { name: file.suggestedFilename(), bytes: readFileSync(await file.path()) };
+};
+const step = (what) => console.log(`  ${what}`);
+
+await page.goto(url);
+await middleOf("Viewport");
+const first = await picture();
+await show("page");
+step("opened, and drew a scene");
+
+await click("File");
+await click("New");
+await until("an empty scene", async () => (await kept()) && (await entries()).length === 0);
+const empty = await picture();
+assert.ok(!empty.equals(first), "the empty scene looks like the one before");
+await click("Add Sphere");
+await until("a brush", async () => (await entries()).length === 1);
+const added = await picture();
+assert.ok(!added.equals(empty), "the brush is not drawn");
+step("added a brush");
+
+const [before] = await entries();
+await click("Move");
+const middle = await middleOf("Viewport");
+await drag(middle, { x: middle.x + 90, y: middle.y + 25 });
+await until("a moved brush", async () => JSON.stringify(await entries()) !== JSON.stringify([before]));
+const [moved] = await entries();
+assert.equal(moved.shape.type, "sphere");
+const there = await picture();
+assert.ok(!there.equals(added), "the brush is drawn where it was");
+step("dragged it");
+
+await page.keyboard.press("Control+z");
+await until("the brush where it was", async () => JSON.stringify(await entries()) === JSON.stringify([before]));
+await page.keyboard.press("Control+Shift+z");
+await until("the drag again", async () => JSON.stringify(await entries()) === JSON.stringify([moved]));
+step("undid it, and did it again");
+
+const scene = await download("File", "Save as…");
+assert.deepEqual(JSON.parse(scene.bytes).brushes, [moved]);
+const mesh = await download("File", "Export mesh…");
+assert.match(mesh.name, /\.glb$/);
+assert.equal(mesh.bytes.toString("latin1", 0, 4), "glTF");
+assert.equal(mesh.bytes.readUInt32LE(8), mesh.bytes.length);
+const png = await download("File", "Export picture…");
+assert.match(png.name, /\.png$/);
+assert.equal(png.bytes.toString("latin1", 1, 4), "PNG");
+assert.deepEqual([png.bytes.readUInt32BE(16), png.bytes.readUInt32BE(20)], [1920, 1080]);
+step("exported the scene, a mesh and a picture");
+
+// What the pipelines draw is nearly the same; what they say is not.
+for (const pipeline of ["Field", "Dense", "Octree", "Mesh", "Bricks"]) {
+  await click(pipeline);
+  await picture();
+  assert.equal(await placeOf("Nothing can be drawn"), undefined);
+}
+step("drew it by all five pipelines");
+
+await page.reload();
+await middleOf("Viewport");
+assert.deepEqual(await entries(), [moved]);
+const again = await picture();
+assert.ok(!again.equals(empty), "nothing is drawn after the page was loaded again");
+assert.deepEqual(await entries(), [moved]);
+step("found it again after loading the page anew");
+
+const choosing = page.waitForEvent("filechooser");
+await click("File");
+await click("Open…");
+const chooser = await choosing;
+const ball = { ...moved, name: "Ball" };
+const text = JSON.stringify({ argil: 1, brushes: [ball, before] });
+await chooser.setFiles({ name: "two.json", mimeType: "application/json", buffer: Buffer.from(text) });
+await click("Do not save").catch(() => {});
+await until("the file's brushes", async () => (await entries()).length === 2);
+step("opened a file");
+
+const bare = await context.newPage();
+await bare.addInitScript(() => Object.defineProperty(navigator, "gpu", { value: undefined }));
+await bare.goto(url);
+await bare.getByText("This browser has no WebGPU.").waitFor();
+step("said so where there is no WebGPU");
+
+assert.deepEqual(complaints, []);
+await browser.close();

@@ -1,0 +1,283 @@
+//! The editor on a page: how it begins, and what a browser has in place of files.
+
+use crate::app::{Options, Studio};
+use crate::files::{Ask, Files};
+use anyhow::Context;
+use argil::{Backend, Engine};
+use eframe::egui;
+use std::cell::{Cell, RefCell};
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+use wasm_bindgen::prelude::*;
+use wasm_bindgen_futures::{JsFuture, spawn_local};
+use web_sys::{Blob, File, HtmlAnchorElement, HtmlCanvasElement, HtmlInputElement, Url};
+
+/// Files with what is in them, or why there are none.
+type Arrived = anyhow::Result<Vec<(String, Vec<u8>)>>;
+
+thread_local! {
+    static ARRIVED: RefCell<Vec<Arrived>> = const { RefCell::new(Vec::new()) };
+    static SETTLED: Cell<bool> = const { Cell::new(false) };
+    static PLACES: RefCell<HashMap<String, [f32; 4]>> = RefCell::default();
+}
+
+/// Run the editor in a canvas.
+///
+/// # Errors
+/// If the browser has no WebGPU device.
+#[wasm_bindgen]
+pub async fn start(canvas: HtmlCanvasElement) -> Result<(), JsValue> {
+    let engine = Engine::on_async(Backend::Gpu)
+        .await
+        .map_err(|error| JsValue::from_str(&error.to_string()))?;
+    let begin = move |cc: &eframe::CreationContext<'_>| -> Result<Box<dyn eframe::App>, _> {
+        cc.egui_ctx.enable_accesskit();
+        cc.egui_ctx.add_plugin(Places);
+        let ctx = cc.egui_ctx.clone();
+        let own = Options {
+            engine,
+            scene: None,
+            recovery: None,
+            files: Box::new(Browser { ctx }),
+        };
+        Ok(Box::new(Studio::new(cc, own)) as Box<dyn eframe::App>)
+    };
+    let options = eframe::WebOptions::default();
+    let runner = eframe::WebRunner::new();
+    runner.start(canvas, options, Box::new(begin)).await
+}
+
+/// The rectangle of what is labelled so, in points of the canvas: left, top, width, height. For programs that drive the page.
+#[wasm_bindgen]
+pub fn place_of(label: &str) -> Option<Vec<f32>> {
+    PLACES.with_borrow(|places| places.get(label).map(|place| place.to_vec()))
+}
+
+/// Whether the picture is of what there is, in full.
+#[wasm_bindgen]
+pub fn is_settled() -> bool {
+    SETTLED.get()
+}
+
+/// Take note for [`is_settled`].
+pub fn note_settled(settled: bool) {
+    SETTLED.set(settled);
+}
+
+/// Notes where things are, as screen readers are told.
+struct Places;
+
+impl egui::Plugin for Places {
+    fn debug_name(&self) -> &'static str {
+        "places"
+    }
+
+    fn output_hook(&mut self, ctx: &egui::Context, output: &mut egui::FullOutput) {
+        let Some(update) = &output.platform_output.accesskit_update else {
+            return;
+        };
+        let pixels = f64::from(ctx.pixels_per_point());
+        PLACES.with_borrow_mut(|places| {
+            places.clear();
+            for (_, node) in &update.nodes {
+                let is_text = node.role() == egui::accesskit::Role::Label;
+                let label = node.label().or(node.value());
+                if let (Some(label), Some(place), false) = (label, node.bounds(), is_text) {
+                    let own = [place.x0, place.y0, place.width(), place.height()];
+                    let points = own.map(|v| (v / pixels) as f32);
+                    places.entry(label.to_owned()).or_insert(points);
+                }
+            }
+        });
+    }
+}
+
+/// Files that were chosen or dropped since the last time.
+pub fn arrived() -> Vec<Arrived> {
+    ARRIVED.with_borrow_mut(std::mem::take)
+}
+
+fn arrive(ctx: &egui::Context, files: Arrived) {
+    ARRIVED.with_borrow_mut(|all| all.push(files));
+    ctx.request_repaint();
+}
+
+/// Read files that were dropped on the page.
+pub fn read_dropped(ctx: &egui::Context, files: Vec<egui::DroppedFileHandle>) {
+    let ctx = ctx.clone();
+    spawn_local(async move {
+        let mut read = Vec::new();
+        for file in files {
+            let name = file.path().to_string_lossy().into_owned();
+            match file.bytes_async().await {
+                Ok(bytes) => read.push((name, bytes)),
+                Err(error) => {
+                    let error = anyhow::anyhow!("{name}: {error}");
+                    return arrive(&ctx, Err(error));
+                }
+            }
+        }
+        arrive(&ctx, Ok(read));
+    });
+}
+
+/// The browser's own picker, and its downloads.
+struct Browser {
+    ctx: egui::Context,
+}
+
+impl Files for Browser {
+    fn ask(&mut self, what: Ask, name: &str) -> Option<PathBuf> {
+        if !matches!(what, Ask::Open | Ask::Import) {
+            return Some(name.into());
+        }
+        // Scenes are opened with the meshes that they name.
+        let meshes = Ask::Import.kind().1;
+        let endings = what.kind().1.iter().chain(meshes);
+        let accepted: Vec<String> = endings.map(|ending| format!(".{ending}")).collect();
+        if let Err(error) = pick(&self.ctx, &accepted.join(",")) {
+            arrive(&self.ctx, Err(told(&error)));
+        }
+        None
+    }
+}
+
+fn told(error: &JsValue) -> anyhow::Error {
+    anyhow::anyhow!("the browser says: {error:?}")
+}
+
+fn document() -> Result<web_sys::Document, JsValue> {
+    let document = web_sys::window().and_then(|window| window.document());
+    document.ok_or_else(|| JsValue::from_str("there is no page"))
+}
+
+fn pick(ctx: &egui::Context, accepted: &str) -> Result<(), JsValue> {
+    let input: HtmlInputElement = document()?.create_element("input")?.dyn_into()?;
+    input.set_type("file");
+    input.set_multiple(true);
+    input.set_accept(accepted);
+    let (own, ctx) = (input.clone(), ctx.clone());
+    let chosen = Closure::once_into_js(move || {
+        let files: Vec<File> = own
+            .files()
+            .map(|list| (0..list.length()).filter_map(|i| list.get(i)).collect())
+            .unwrap_or_default();
+        spawn_local(async move {
+            let mut read = Vec::new();
+            for file in files {
+                match JsFuture::from(file.array_buffer()).await {
+                    Ok(buffer) => {
+                        read.push((file.name(), js_sys::Uint8Array::new(&buffer).to_vec()));
+                    }
+                    Err(error) => {
+                        let error = told(&error).context(file.name());
+                        return arrive(&ctx, Err(error));
+                    }
+                }
+            }
+            arrive(&ctx, Ok(read));
+        });
+    });
+    input.set_onchange(Some(chosen.unchecked_ref()));
+    input.click();
+    Ok(())
+}
+
+/// Give bytes to the browser to be kept under a name.
+///
+/// # Errors
+/// If it does not take them.
+pub fn download(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let give = || -> Result<(), JsValue> {
+        let parts = js_sys::Array::of1(&js_sys::Uint8Array::from(bytes));
+        let url = Url::create_object_url_with_blob(&Blob::new_with_u8_array_sequence(&parts)?)?;
+        let link: HtmlAnchorElement = document()?.create_element("a")?.dyn_into()?;
+        link.set_href(&url);
+        link.set_download(&name);
+        link.click();
+        Url::revoke_object_url(&url)
+    };
+    give().map_err(|error| std::io::Error::other(told(&error)))
+}
+
+/// Let the page do what waits, and come back.
+pub async fn breathe() {
+    let turn = js_sys::Promise::new(&mut |done, _| {
+        if let Some(window) = web_sys::window() {
+            // Without a timer there is no coming back: go on at once then.
+            if window.set_timeout_with_callback(&done).is_err() {
+                let _ = done.call0(&JsValue::NULL);
+            }
+        }
+    });
+    let _ = JsFuture::from(turn).await;
+}
+
+/// The scene, from one visit of the page to the next.
+pub struct Keeper {
+    /// What is kept, by the document's lines.
+    kept: u64,
+    changed: Option<(u64, web_time::Instant)>,
+}
+
+const KEY: &str = "argil-scene";
+/// So long nothing must change before a scene is kept.
+const REST: std::time::Duration = std::time::Duration::from_millis(400);
+
+impl Keeper {
+    /// Of nothing.
+    pub fn new() -> Self {
+        Self {
+            kept: 0,
+            changed: None,
+        }
+    }
+
+    /// What was kept by another visit.
+    pub fn found() -> Option<String> {
+        storage()?.get_item(KEY).ok()?
+    }
+
+    /// Keep a scene once it rests.
+    ///
+    /// # Errors
+    /// If the browser does not take it.
+    pub fn keep(
+        &mut self,
+        ctx: &egui::Context,
+        version: u64,
+        text: impl FnOnce() -> String,
+    ) -> anyhow::Result<()> {
+        if self.kept == version {
+            return Ok(());
+        }
+        let now = web_time::Instant::now();
+        match self.changed {
+            Some((changed, since)) if changed == version => {
+                let rested = now - since;
+                if rested < REST {
+                    ctx.request_repaint_after(REST - rested);
+                    return Ok(());
+                }
+            }
+            _ => {
+                self.changed = Some((version, now));
+                ctx.request_repaint_after(REST);
+                return Ok(());
+            }
+        }
+        (self.kept, self.changed) = (version, None);
+        let storage =
+            storage().context("the browser keeps nothing for this page: save the scene")?;
+        storage.set_item(KEY, &text()).map_err(|_| {
+            anyhow::anyhow!(
+                "the scene is larger than what the browser keeps for a page, some 5 MB: save it before you leave"
+            )
+        })
+    }
+}
+
+fn storage() -> Option<web_sys::Storage> {
+    web_sys::window()?.local_storage().ok()?
+}

@@ -1,0 +1,233 @@
+//! `cargo xtask web`: the editor as a page.
+
+use crate::debian::{install, quietly};
+use crate::{root, run};
+use anyhow::{Context, bail};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+const TARGET: &str = "wasm32-unknown-unknown";
+/// Bytes that all of the page may take, compressed.
+const MOST_BYTES: usize = 7 << 19;
+
+/// How Rust is compiled for browsers here.
+enum Toolchain {
+    /// With the target that rustup brings.
+    Rustup,
+    /// With Debian's compiler, which comes without the standard library for it, and a linker's path.
+    Debian(PathBuf),
+}
+
+/// The folder of the page.
+pub fn folder() -> PathBuf {
+    root().join("target").join("page")
+}
+
+/// Build the page, and say what it weighs.
+pub fn build() -> anyhow::Result<()> {
+    let toolchain = toolchain()?;
+    let compiled = root().join("target").join("web");
+    let mut arguments = vec![
+        "rustc",
+        "--package",
+        "argil-studio",
+        "--lib",
+        "--crate-type",
+        "cdylib",
+        "--profile",
+        "page",
+        "--locked",
+        "--target",
+        TARGET,
+        "--target-dir",
+        "target/web",
+    ];
+    let mut command = match &toolchain {
+        Toolchain::Rustup => Command::new("cargo"),
+        Toolchain::Debian(linker) => {
+            arguments.push("-Zbuild-std=std,panic_abort");
+            let mut command = Command::new("/usr/bin/cargo");
+            // Cargo runs the compiler that is found first. Its library comes as source, which takes unstable flags.
+            command
+                .env("PATH", "/usr/bin:/bin")
+                .env("RUSTC_BOOTSTRAP", "1")
+                .env("RUSTFLAGS", format!("-Clinker={}", linker.display()))
+                .env_remove("RUSTC")
+                .env_remove("RUSTUP_TOOLCHAIN")
+                .env_remove("CARGO");
+            command
+        }
+    };
+    println!("\n> cargo {}", arguments.join(" "));
+    let status = command.args(&arguments).current_dir(root()).status();
+    if !status.context("cargo could not be started")?.success() {
+        bail!("the editor could not be compiled for the browser");
+    }
+    let wasm = compiled.join(TARGET).join("page").join("argil_studio.wasm");
+    let out = folder();
+    let text = |path: &Path| path.display().to_string();
+    let bindgen = bindgen()?;
+    let named = [
+        "--target",
+        "web",
+        "--no-typescript",
+        "--remove-name-section",
+        "--remove-producers-section",
+        "--out-name",
+        "argil",
+    ];
+    let places = ["--out-dir".to_owned(), text(&out), text(&wasm)];
+    let arguments: Vec<&str> = named
+        .into_iter()
+        .chain(places.iter().map(String::as_str))
+        .collect();
+    run(&text(&bindgen), &arguments)?;
+    let index = root().join("apps/argil-studio/page/index.html");
+    std::fs::copy(&index, out.join("index.html")).with_context(|| text(&index))?;
+    weigh(&out)
+}
+
+/// Say what each file weighs; an error if all of them are too much.
+fn weigh(out: &Path) -> anyhow::Result<()> {
+    let mut total = 0;
+    println!("\n{}", out.display());
+    for name in ["index.html", "argil.js", "argil_bg.wasm"] {
+        let path = out.join(name);
+        let bytes = std::fs::read(&path).with_context(|| path.display().to_string())?;
+        let mut packed = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::best());
+        packed.write_all(&bytes)?;
+        let packed = packed.finish()?.len();
+        total += packed;
+        println!("  {name:14} {:>9} bytes, {packed:>9} gzipped", bytes.len());
+    }
+    println!(
+        "  all: {:.2} MiB gzipped",
+        total as f64 / f64::from(1 << 20)
+    );
+    if total > MOST_BYTES {
+        bail!("the page is to be no more than {MOST_BYTES} bytes, gzipped");
+    }
+    Ok(())
+}
+
+/// What compiles for browsers, installed where it is missing and that is possible.
+fn toolchain() -> anyhow::Result<Toolchain> {
+    if has_target() || quietly("rustup", &["target", "add", TARGET]) && has_target() {
+        return Ok(Toolchain::Rustup);
+    }
+    if let Some(linker) = debian() {
+        return Ok(Toolchain::Debian(linker));
+    }
+    println!("\nNo Rust for browsers found: installing Debian's.");
+    install(&["rustc-web", "cargo-web", "rust-web-src", "lld-22"]);
+    match debian() {
+        Some(linker) => Ok(Toolchain::Debian(linker)),
+        None => bail!(
+            "Rust cannot compile for browsers here: rustup target add {TARGET}; or on Debian, apt-get install rustc-web cargo-web rust-web-src lld-22"
+        ),
+    }
+}
+
+/// Whether the compiler has the standard library for browsers.
+fn has_target() -> bool {
+    let found = Command::new("rustc")
+        .args(["--print", "target-libdir", "--target", TARGET])
+        .output();
+    found.is_ok_and(|out| {
+        let path = String::from_utf8_lossy(&out.stdout).trim().to_owned();
+        out.status.success() && Path::new(&path).is_dir()
+    })
+}
+
+/// The linker of Debian's compiler for browsers, if both are there with the library's source.
+fn debian() -> Option<PathBuf> {
+    let source = Path::new("/usr/lib/rustlib/src/rust/library/std/Cargo.toml");
+    let is_there = source.is_file() && Path::new("/usr/bin/cargo").is_file();
+    let linkers = std::fs::read_dir("/usr/bin").ok()?.flatten();
+    let mut linkers: Vec<(u32, PathBuf)> = linkers
+        .filter_map(|file| {
+            let name = file.file_name();
+            let version = name.to_str()?.strip_prefix("wasm-ld-")?.parse().ok()?;
+            Some((version, file.path()))
+        })
+        .collect();
+    linkers.sort();
+    let (_, newest) = linkers.pop()?;
+    is_there.then_some(newest)
+}
+
+/// wasm-bindgen's program, of the very version that the library has.
+fn bindgen() -> anyhow::Result<PathBuf> {
+    let lock = std::fs::read_to_string(root().join("Cargo.lock"))?;
+    let version = lock
+        .split("[[package]]")
+        .find(|p| p.contains("\nname = \"wasm-bindgen\"\n"))
+        .and_then(|p| p.split("version = \"").nth(1)?.split('"').next())
+        .context("Cargo.lock says nothing of wasm-bindgen")?;
+    let is_it = |path: &Path| {
+        let found = Command::new(path).arg("--version").output();
+        found.is_ok_and(|out| {
+            String::from_utf8_lossy(&out.stdout)
+                .trim()
+                .ends_with(version)
+        })
+    };
+    let usual = PathBuf::from("wasm-bindgen");
+    if is_it(&usual) {
+        return Ok(usual);
+    }
+    let own = root().join("target/tools/bin/wasm-bindgen");
+    if !is_it(&own) {
+        let version = format!("={version}");
+        let root = root().join("target/tools").display().to_string();
+        let crate_name = "wasm-bindgen-cli";
+        let arguments = [
+            "install",
+            crate_name,
+            "--version",
+            &version,
+            "--locked",
+            "--root",
+            &root,
+        ];
+        run("cargo", &arguments)?;
+    }
+    Ok(own)
+}
+
+/// Hand out the page's files on this machine, until the program ends.
+pub fn serve(port: u16) -> anyhow::Result<()> {
+    let server = server(port)?;
+    println!("\nhttp://{}/ until Ctrl-C", server.server_addr());
+    answer(&server);
+    Ok(())
+}
+
+/// What hands out the page's files; any port for 0.
+pub fn server(port: u16) -> anyhow::Result<tiny_http::Server> {
+    let place = format!("127.0.0.1:{port}");
+    tiny_http::Server::http(&place).map_err(|error| anyhow::anyhow!("{place}: {error}"))
+}
+
+/// Answer all requests that come.
+pub fn answer(server: &tiny_http::Server) {
+    for request in server.incoming_requests() {
+        let path = request.url().split('?').next().unwrap_or("/");
+        let kind = match path {
+            "/" | "/index.html" => ("index.html", "text/html; charset=utf-8"),
+            "/argil.js" => ("argil.js", "text/javascript"),
+            "/argil_bg.wasm" => ("argil_bg.wasm", "application/wasm"),
+            _ => ("", ""),
+        };
+        let header = tiny_http::Header::from_bytes("Content-Type", kind.1);
+        let file = std::fs::File::open(folder().join(kind.0));
+        // Who asked may be gone by now.
+        let _ = match (file, header) {
+            (Ok(file), Ok(header)) if !kind.0.is_empty() => {
+                request.respond(tiny_http::Response::from_file(file).with_header(header))
+            }
+            _ => request.respond(tiny_http::Response::empty(404)),
+        };
+    }
+}
