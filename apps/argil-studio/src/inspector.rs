@@ -77,9 +77,13 @@ fn modifier_name(modifier: &Modifier) -> String {
     spoken(value["type"].as_str().unwrap_or("modifier"))
 }
 
-/// The unit that a key stands for.
-fn suffix(key: &str) -> &'static str {
-    if key.contains("degrees_per_unit") {
+/// The unit that a key stands for, under the name that it is shown by.
+fn suffix(name: &str, key: &str) -> &'static str {
+    if name.starts_with("Scale") {
+        "×"
+    } else if key == "frequency" {
+        " /u"
+    } else if key.contains("degrees_per_unit") {
         "°/u"
     } else if key.contains("degrees") {
         "°"
@@ -104,7 +108,7 @@ fn number(ui: &mut egui::Ui, name: &str, key: &str, value: &mut f32) -> bool {
         DragValue::new(value)
             .speed(speed)
             .max_decimals(4)
-            .suffix(suffix(key)),
+            .suffix(suffix(name, key)),
     );
     let name = name.to_owned();
     let current = f64::from(*value);

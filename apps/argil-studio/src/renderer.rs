@@ -124,6 +124,7 @@ mod place {
 pub struct Renderer {
     place: place::Place,
     device: String,
+    most_pixels: u64,
     /// What is being drawn.
     waiting: bool,
 }
@@ -131,10 +132,11 @@ pub struct Renderer {
 impl Renderer {
     /// On an engine; `wake` is called when there is an answer.
     pub fn new(engine: Engine, wake: impl Fn() + Send + 'static) -> Self {
-        let device = engine.device();
+        let (device, most_pixels) = (engine.device(), engine.most_pixels());
         Self {
             place: place::Place::new(Painter::new(engine), wake),
             device,
+            most_pixels,
             waiting: false,
         }
     }
@@ -142,6 +144,11 @@ impl Renderer {
     /// What it draws on.
     pub fn device(&self) -> &str {
         &self.device
+    }
+
+    /// Pixels of the largest picture.
+    pub fn most_pixels(&self) -> u64 {
+        self.most_pixels
     }
 
     /// Another scene, as it is after so many lines.

@@ -164,7 +164,10 @@ impl Studio {
         }
         let mut pipelines = vec![self.preferences.pipeline];
         pipelines.extend(view.split.filter(|p| *p != self.preferences.pipeline));
-        let full = [pixels.x, pixels.y].map(|n| (n as u32).clamp(1, 4096));
+        // A screen may have more pixels than a device draws at once.
+        let most = self.renderer.most_pixels() as f32;
+        let fits = (most / (pixels.x * pixels.y)).sqrt().min(1.0);
+        let full = [pixels.x, pixels.y].map(|n| ((fits * n) as u32).clamp(1, 4096));
         let request = |size: [u32; 2], is_still: bool| Request {
             pipelines: pipelines.clone(),
             show: self.show,

@@ -189,6 +189,15 @@ impl Gpu {
         &self.info
     }
 
+    /// Pixels of the largest picture that is drawn at once.
+    pub fn most_pixels(&self) -> u64 {
+        let limits = self.device.limits();
+        let bytes = limits
+            .max_storage_buffer_binding_size
+            .min(limits.max_buffer_size);
+        bytes / size_of::<argil_abi::Hit>() as u64
+    }
+
     /// Run `work` and turn what wgpu objects to into an error; in a browser that is known, and told, by the next
     /// [`Gpu::wait`] only.
     pub(crate) fn checked<T>(&self, work: impl FnOnce() -> T) -> Result<T, GpuError> {

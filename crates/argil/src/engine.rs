@@ -93,6 +93,14 @@ impl Engine {
         self.gpu.as_ref().map(|gpu| gpu.info().kind)
     }
 
+    /// Pixels of the largest picture that it draws: a device's buffers have their limits.
+    pub fn most_pixels(&self) -> u64 {
+        let of_gpu = self.gpu.as_ref().map(|gpu| gpu.most_pixels());
+        of_gpu.map_or(crate::world::MAX_PIXELS, |most| {
+            most.min(crate::world::MAX_PIXELS)
+        })
+    }
+
     /// Why the engine runs on that.
     pub fn reason(&self) -> &str {
         &self.reason
