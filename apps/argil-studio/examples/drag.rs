@@ -70,6 +70,13 @@ fn main() -> anyhow::Result<()> {
     let view = window.get_by_label("Viewport").rect();
     println!("a view of {:.0}×{:.0}", view.width(), view.height());
 
+    let scene = window.state().document().scene();
+    let node = scene.node(argil::Scene::ROOT).children()[2];
+    window.state_mut().document_mut().select(Some(node), false);
+    window.key_press(egui::Key::F);
+    window.key_press(egui::Key::W);
+    window.run_steps(4);
+    settle(&mut window);
     let mut still = Vec::new();
     for i in 0..8 {
         // A key turns the view: the picture after it is a still one.
@@ -81,20 +88,13 @@ fn main() -> anyhow::Result<()> {
     }
     let still = median(&mut still);
 
-    let scene = window.state().document().scene();
-    let node = scene.node(argil::Scene::ROOT).children()[2];
-    window.state_mut().document_mut().select(Some(node), false);
-    window.key_press(egui::Key::F);
-    window.key_press(egui::Key::W);
-    window.run_steps(4);
-    settle(&mut window);
     let middle = window.get_by_label("Viewport").rect().center();
     window.event(egui::Event::PointerMoved(middle));
     window.run_steps(2);
     press(&window, middle, true);
     window.run_steps(1);
     let mut moving = Vec::new();
-    for i in 1..=40 {
+    for i in 1..=20 {
         let before = window.state().version();
         let start = Instant::now();
         window.event(egui::Event::PointerMoved(
@@ -114,11 +114,12 @@ fn main() -> anyhow::Result<()> {
     }
     press(&window, middle, false);
     window.run_steps(2);
-    let last = moving.last().copied().context("a drag")?;
+    let worst = moving.iter().copied().reduce(f64::max).context("a drag")?;
     let moving = median(&mut moving);
     println!(
-        "a still picture takes {still:.1} ms, from input to picture {moving:.1} ms (the last {last:.1}): {:.2}",
-        moving / still
+        "a still picture takes {still:.1} ms, from input to picture {moving:.1} ms: {:.2}; at worst {worst:.1} ms: {:.2}",
+        moving / still,
+        worst / still
     );
     println!("expected: no more than 1.5");
     Ok(())

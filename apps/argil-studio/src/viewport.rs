@@ -130,6 +130,8 @@ impl Studio {
         self.viewport.duration_ms = duration_ms;
         if !request.is_still {
             self.viewport.ms_a_pixel = Some(duration_ms / pixels.max(1.0));
+            // However long it took: a whole picture that is begun now would keep the next move waiting.
+            self.viewport.moved = Some(Instant::now());
         }
         self.viewport.difference = match &pictures[..] {
             [a, b] => {
