@@ -432,12 +432,12 @@ fn a_budget_counts_materials() {
 /// A pool that was guessed too small grows: all cells of a block of noise have bricks.
 #[test]
 fn a_pool_grows_to_what_is_needed() {
-    let case = shipped()
-        .into_iter()
-        .find(|c| c.name == "dense-edgy-cubes")
-        .expect("a scene that ships");
-    let program = Program::lower(&case.scene).expect("a program");
-    let layout = layout_of(&program, &case.scene, 96, 4);
+    // Balls everywhere: a surface in nearly every cell, of a field that costs little.
+    let balls = r#"{"argil":1,"brushes":[{"shape":{"type":"sphere","radius":0.03},
+        "modifiers":[{"type":"repeat","spacing":[0.08,0.08,0.08],"count":[13,13,13]}]}]}"#;
+    let scene = Scene::from_json(balls, "balls").expect("a scene");
+    let program = Program::lower(&scene).expect("a program");
+    let layout = layout_of(&program, &scene, 96, 4);
     let bricks = bake(&program, layout);
     let [x, y, z] = layout.grid.to_array();
     assert!(

@@ -1,11 +1,12 @@
 //! `cargo xtask web`: the editor as a page.
 
 use crate::debian::{install, quietly};
-use crate::{root, run};
+use crate::root;
 use anyhow::{Context, bail};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use wasm_bindgen_cli_support::Bindgen;
 
 const TARGET: &str = "wasm32-unknown-unknown";
 /// Bytes that all of the page may take, compressed.
@@ -66,25 +67,18 @@ pub fn build() -> anyhow::Result<()> {
     }
     let wasm = compiled.join(TARGET).join("page").join("argil_studio.wasm");
     let out = folder();
-    let text = |path: &Path| path.display().to_string();
-    let bindgen = bindgen()?;
-    let named = [
-        "--target",
-        "web",
-        "--no-typescript",
-        "--remove-name-section",
-        "--remove-producers-section",
-        "--out-name",
-        "argil",
-    ];
-    let places = ["--out-dir".to_owned(), text(&out), text(&wasm)];
-    let arguments: Vec<&str> = named
-        .into_iter()
-        .chain(places.iter().map(String::as_str))
-        .collect();
-    run(&text(&bindgen), &arguments)?;
+    Bindgen::new()
+        .input_path(&wasm)
+        .out_name("argil")
+        .typescript(false)
+        .remove_name_section(true)
+        .remove_producers_section(true)
+        .omit_default_module_path(false)
+        .web(true)?
+        .generate(&out)
+        .with_context(|| wasm.display().to_string())?;
     let index = root().join("apps/argil-studio/page/index.html");
-    std::fs::copy(&index, out.join("index.html")).with_context(|| text(&index))?;
+    std::fs::copy(&index, out.join("index.html")).with_context(|| index.display().to_string())?;
     weigh(&out)
 }
 
@@ -155,45 +149,6 @@ fn debian() -> Option<PathBuf> {
     linkers.sort();
     let (_, newest) = linkers.pop()?;
     is_there.then_some(newest)
-}
-
-/// wasm-bindgen's program, of the very version that the library has.
-fn bindgen() -> anyhow::Result<PathBuf> {
-    let lock = std::fs::read_to_string(root().join("Cargo.lock"))?;
-    let version = lock
-        .split("[[package]]")
-        .find(|p| p.contains("\nname = \"wasm-bindgen\"\n"))
-        .and_then(|p| p.split("version = \"").nth(1)?.split('"').next())
-        .context("Cargo.lock says nothing of wasm-bindgen")?;
-    let is_it = |path: &Path| {
-        let found = Command::new(path).arg("--version").output();
-        found.is_ok_and(|out| {
-            String::from_utf8_lossy(&out.stdout)
-                .trim()
-                .ends_with(version)
-        })
-    };
-    let usual = PathBuf::from("wasm-bindgen");
-    if is_it(&usual) {
-        return Ok(usual);
-    }
-    let own = root().join("target/tools/bin/wasm-bindgen");
-    if !is_it(&own) {
-        let version = format!("={version}");
-        let root = root().join("target/tools").display().to_string();
-        let crate_name = "wasm-bindgen-cli";
-        let arguments = [
-            "install",
-            crate_name,
-            "--version",
-            &version,
-            "--locked",
-            "--root",
-            &root,
-        ];
-        run("cargo", &arguments)?;
-    }
-    Ok(own)
 }
 
 /// Hand out the page's files on this machine, until the program ends.

@@ -34,7 +34,10 @@ const until = async (what, check, seconds = 120) => {
   for (;;) {
     const found = await check();
     if (found) return found;
-    assert.ok(Date.now() < end, `${what} did not come about; the page says: ${complaints.join("\n")}`);
+    if (Date.now() >= end) {
+      const told = await page.evaluate(() => document.getElementById("told").innerText);
+      assert.fail(`${what} did not come about; the page says: ${[told, ...complaints].join("\n")}`);
+    }
     await pause(100);
   }
 };
