@@ -133,8 +133,7 @@ impl Studio {
         if let Some(text) = crate::page::Keeper::found()
             && let Ok(scene) = Scene::from_json(&text, "the page's storage")
         {
-            studio.replace_scene(scene, None);
-            studio.tell_missing();
+            studio.open_kept(scene);
             return studio;
         }
         if let Some(path) = &options.scene {

@@ -29,6 +29,9 @@ impl Studio {
                 s.have_mesh(&mesh.path, mesh.resolution, mesh.grid.clone());
                 s.tell(format!("{} is there again", mesh.path));
             }
+            for given in &meshes {
+                s.attempt(|_| crate::page::keep_mesh(given));
+            }
             for (name, bytes) in meshes {
                 let is_name = |path: &str| Path::new(path).file_name() == Some(name.as_ref());
                 if !found.iter().any(|mesh| is_name(&mesh.path)) {
@@ -49,6 +52,9 @@ impl Studio {
             let text = std::str::from_utf8(text).with_context(|| format!("{name} is no text"))?;
             let mut scene = Scene::from_json(text, name)?;
             load_meshes_of(&mut scene, meshes)?;
+            for given in meshes {
+                s.attempt(|_| crate::page::keep_mesh(given));
+            }
             s.replace_scene(scene, Some(name.into()));
             s.tell(format!("{name} is open"));
             s.tell_missing();
@@ -56,8 +62,21 @@ impl Studio {
         });
     }
 
+    /// Open what another visit of the page has left.
+    pub(crate) fn open_kept(&mut self, mut scene: Scene) {
+        let missing = scene.missing_meshes();
+        let is_named = |name: &str| {
+            let mut files = missing.iter().map(|(path, _)| Path::new(path).file_name());
+            files.any(|own| own == Some(name.as_ref()))
+        };
+        let meshes = crate::page::kept_meshes(is_named);
+        self.attempt(|_| Ok(drop(load_meshes_of(&mut scene, &meshes)?)));
+        self.replace_scene(scene, None);
+        self.tell_missing();
+    }
+
     /// Say which meshes are not there.
-    pub(crate) fn tell_missing(&mut self) {
+    fn tell_missing(&mut self) {
         let missing = self.document.scene().missing_meshes();
         if let Some((path, _)) = missing.first() {
             self.fail(&anyhow::anyhow!(

@@ -19,6 +19,7 @@ mod inspector;
 mod jobs;
 mod list;
 mod menus;
+mod mirrors;
 #[cfg(target_arch = "wasm32")]
 mod page;
 mod painter;

@@ -2,22 +2,27 @@
 
 use crate::app::{Options, Studio};
 use crate::files::{Ask, Files};
+use crate::given::Given;
 use anyhow::Context;
 use argil::{Backend, Engine};
+use base64::prelude::{BASE64_STANDARD, Engine as _};
 use eframe::egui;
 use std::cell::{Cell, RefCell};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use wasm_bindgen::prelude::*;
 use wasm_bindgen_futures::{JsFuture, spawn_local};
-use web_sys::{Blob, File, HtmlAnchorElement, HtmlCanvasElement, HtmlInputElement, Url};
+use web_sys::{
+    Blob, File, HtmlAnchorElement, HtmlCanvasElement, HtmlInputElement, PointerEvent, Url,
+};
 
 /// Files with what is in them, or why there are none.
-type Arrived = anyhow::Result<Vec<(String, Vec<u8>)>>;
+type Arrived = anyhow::Result<Vec<Given>>;
 
 thread_local! {
     static ARRIVED: RefCell<Vec<Arrived>> = const { RefCell::new(Vec::new()) };
     static SETTLED: Cell<bool> = const { Cell::new(false) };
+    static PRESSURE: Cell<Option<f32>> = const { Cell::new(None) };
     static PLACES: RefCell<HashMap<String, [f32; 4]>> = RefCell::default();
 }
 
@@ -30,6 +35,7 @@ pub async fn start(canvas: HtmlCanvasElement) -> Result<(), JsValue> {
     let engine = Engine::on_async(Backend::Gpu)
         .await
         .map_err(|error| JsValue::from_str(&error.to_string()))?;
+    listen_to_pens(&canvas)?;
     let begin = move |cc: &eframe::CreationContext<'_>| -> Result<Box<dyn eframe::App>, _> {
         cc.egui_ctx.enable_accesskit();
         cc.egui_ctx.add_plugin(Places);
@@ -45,6 +51,25 @@ pub async fn start(canvas: HtmlCanvasElement) -> Result<(), JsValue> {
     let options = eframe::WebOptions::default();
     let runner = eframe::WebRunner::new();
     runner.start(canvas, options, Box::new(begin)).await
+}
+
+/// Take note of how hard a pen presses, which the toolkit does not tell.
+fn listen_to_pens(canvas: &HtmlCanvasElement) -> Result<(), JsValue> {
+    let note = Closure::<dyn Fn(PointerEvent)>::new(|event: PointerEvent| {
+        let is_pen = event.pointer_type() == "pen";
+        PRESSURE.set(is_pen.then(|| event.pressure()));
+    });
+    for what in ["pointerdown", "pointermove"] {
+        canvas.add_event_listener_with_callback(what, note.as_ref().unchecked_ref())?;
+    }
+    // As long as the page is there.
+    note.forget();
+    Ok(())
+}
+
+/// How hard a pen presses, from 0 to 1, where it is a pen.
+pub fn pen_pressure() -> Option<f32> {
+    PRESSURE.get()
 }
 
 /// The rectangle of what is labelled so, in points of the canvas: left, top, width, height. For programs that drive the page.
@@ -276,6 +301,46 @@ impl Keeper {
             )
         })
     }
+}
+
+/// What the keys of kept meshes begin with.
+const MESH: &str = "argil-mesh:";
+
+/// Keep a mesh's file beside the scene.
+///
+/// # Errors
+/// If the browser does not take it.
+pub fn keep_mesh((name, bytes): &Given) -> anyhow::Result<()> {
+    let text = BASE64_STANDARD.encode(bytes);
+    let kept = storage().map(|s| s.set_item(&format!("{MESH}{name}"), &text));
+    if matches!(kept, Some(Ok(()))) {
+        return Ok(());
+    }
+    anyhow::bail!(
+        "{name} is larger than what the browser keeps for a page, some 5 MB in all: after a reload it is to be opened again"
+    )
+}
+
+/// The meshes that were kept and that something names; the others are let go.
+pub fn kept_meshes(is_named: impl Fn(&str) -> bool) -> Vec<Given> {
+    let Some(storage) = storage() else {
+        return Vec::new();
+    };
+    let keys = (0..storage.length().unwrap_or(0)).filter_map(|i| storage.key(i).ok()?);
+    let keys: Vec<String> = keys.filter(|key| key.starts_with(MESH)).collect();
+    let mut all = Vec::new();
+    for key in keys {
+        let name = key[MESH.len()..].to_owned();
+        if !is_named(&name) {
+            // It is in nobody's way but another mesh's.
+            let _ = storage.remove_item(&key);
+        } else if let Ok(Some(text)) = storage.get_item(&key)
+            && let Ok(bytes) = BASE64_STANDARD.decode(text)
+        {
+            all.push((name, bytes));
+        }
+    }
+    all
 }
 
 fn storage() -> Option<web_sys::Storage> {

@@ -27,9 +27,13 @@ impl Default for Pose {
 impl Pose {
     /// Of an entry: all that stands behind its last modifier of another kind.
     pub fn of(entry: &Entry) -> Self {
-        let start = entry.modifiers.len() - own_length(entry);
+        Self::behind(entry, entry.modifiers.len() - own_length(entry))
+    }
+
+    /// Of what stands behind so many modifiers of an entry; those of other kinds are passed over.
+    pub fn behind(entry: &Entry, count: usize) -> Self {
         let mut pose = Self::default();
-        for modifier in &entry.modifiers[start..] {
+        for modifier in entry.modifiers.iter().skip(count) {
             pose.then(modifier);
         }
         pose

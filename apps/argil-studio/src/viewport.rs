@@ -95,6 +95,7 @@ impl Studio {
             self.draw_triad(ui, rect);
         }
         self.draw_outlines(ui, rect);
+        self.draw_mirrors(ui, rect);
         let divides = self.divide(ui, rect);
         let has_gizmo = !divides && self.gizmo(ui, rect, &response);
         self.point(ui, rect, &response, divides || has_gizmo);
@@ -449,6 +450,8 @@ impl Studio {
                 _ => None,
             })
         });
+        #[cfg(target_arch = "wasm32")]
+        let pressure = pressure.or_else(crate::page::pen_pressure);
         let is_down = response.is_pointer_button_down_on()
             && ui.input(|i| i.pointer.button_down(PointerButton::Primary));
         let Some(at) = at.filter(|_| response.contains_pointer() || is_down) else {
