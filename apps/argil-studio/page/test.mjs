@@ -159,16 +159,42 @@ assert.ok(!again.equals(empty), "nothing is drawn after the page was loaded agai
 assert.deepEqual(await entries(), [moved]);
 step("found it again after loading the page anew");
 
-const choosing = page.waitForEvent("filechooser");
-await click("File");
-await click("Open…");
-const chooser = await choosing;
+const told = () => page.evaluate(() => globalThis.argil?.told() ?? "");
+const choose = async (item, file) => {
+  const choosing = page.waitForEvent("filechooser");
+  await click("File");
+  await click(item);
+  await (await choosing).setFiles(file);
+};
+const corners = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]].map((v) => `v ${v.join(" ")}`);
+const faces = ["1 3 2", "1 2 4", "1 4 3", "2 3 4"].map((f) => `f ${f}`);
+const obj = Buffer.from([...corners, ...faces].join("\n"));
+await choose("Import mesh…", { name: "tetra.obj", mimeType: "model/obj", buffer: obj });
+await until("the mesh", async () => (await entries()).length === 2);
+const withMesh = await entries();
+assert.equal(withMesh[1].shape.path, "tetra.obj");
+await page.reload();
+await middleOf("Viewport");
+await settled();
+assert.deepEqual(await entries(), withMesh);
+assert.equal(await told(), "", "the mesh was kept too");
+await choose("Import mesh…", { name: "flat.obj", mimeType: "model/obj", buffer: Buffer.from("v 0 0 nan\nf 1 1 1") });
+await until("a word on the file", async () => /flat\.obj/.test(await told()));
+assert.deepEqual(await entries(), withMesh);
+step("imported a mesh, kept it, and refused one that is none");
+
 const ball = { ...moved, name: "Ball" };
 const text = JSON.stringify({ argil: 1, brushes: [ball, before] });
-await chooser.setFiles({ name: "two.json", mimeType: "application/json", buffer: Buffer.from(text) });
-await click("Do not save").catch(() => {});
-await until("the file's brushes", async () => (await entries()).length === 2);
+await choose("Open…", { name: "two.json", mimeType: "application/json", buffer: Buffer.from(text) });
+await until("the file's brushes", async () => (await entries())[0]?.name === "Ball");
 step("opened a file");
+
+await page.evaluate(() => localStorage.setItem("argil-scene", '{"argil":1,"brushes":[{'));
+await page.reload();
+await middleOf("Viewport");
+await until("a word on what was kept", async () => /what the browser kept/.test(await told()));
+assert.match(await page.evaluate(() => localStorage.getItem("argil-scene-unreadable")), /^\{"argil"/);
+step("said so where what was kept cannot be read");
 
 const bare = await context.newPage();
 await bare.addInitScript(() => Object.defineProperty(navigator, "gpu", { value: undefined }));

@@ -130,10 +130,15 @@ impl Studio {
             keeper: crate::page::Keeper::new(),
         };
         #[cfg(target_arch = "wasm32")]
-        if let Some(text) = crate::page::Keeper::found()
-            && let Ok(scene) = Scene::from_json(&text, "the page's storage")
-        {
-            studio.open_kept(scene);
+        if let Some(text) = crate::page::Keeper::found() {
+            match Scene::from_json(&text, "what the browser kept") {
+                Ok(scene) => studio.open_kept(scene),
+                Err(error) => {
+                    crate::page::set_aside(&text);
+                    studio.replace_scene(crate::samples::first(), None);
+                    studio.fail(&error.into());
+                }
+            }
             return studio;
         }
         if let Some(path) = &options.scene {
@@ -335,7 +340,7 @@ impl eframe::App for Studio {
         self.follow(&ctx);
         self.ask_for_picture(&ctx);
         #[cfg(target_arch = "wasm32")]
-        crate::page::note_settled(self.is_settled());
+        crate::page::note(self.is_settled(), self.note());
     }
 
     fn save(&mut self, storage: &mut dyn eframe::Storage) {

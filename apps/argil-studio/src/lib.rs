@@ -39,7 +39,7 @@ pub use document::Document;
 pub use files::{Ask, Files};
 
 #[cfg(target_arch = "wasm32")]
-pub use page::{is_settled, place_of, start};
+pub use page::{is_settled, place_of, start, told};
 
 /// The machine has no screen, or nothing to draw a window with.
 #[derive(Debug, thiserror::Error)]

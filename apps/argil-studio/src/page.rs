@@ -22,6 +22,7 @@ type Arrived = anyhow::Result<Vec<Given>>;
 thread_local! {
     static ARRIVED: RefCell<Vec<Arrived>> = const { RefCell::new(Vec::new()) };
     static SETTLED: Cell<bool> = const { Cell::new(false) };
+    static TOLD: RefCell<String> = RefCell::default();
     static PRESSURE: Cell<Option<f32>> = const { Cell::new(None) };
     static PLACES: RefCell<HashMap<String, [f32; 4]>> = RefCell::default();
 }
@@ -84,9 +85,20 @@ pub fn is_settled() -> bool {
     SETTLED.get()
 }
 
-/// Take note for [`is_settled`].
-pub fn note_settled(settled: bool) {
+/// What was told last, below the picture.
+#[wasm_bindgen]
+pub fn told() -> String {
+    TOLD.with_borrow(String::clone)
+}
+
+/// Take note for [`is_settled`] and [`told`].
+pub fn note(settled: bool, note: Option<&str>) {
     SETTLED.set(settled);
+    TOLD.with_borrow_mut(|told| {
+        if told != note.unwrap_or_default() {
+            *told = note.unwrap_or_default().to_owned();
+        }
+    });
 }
 
 /// Notes where things are, as screen readers are told.
@@ -161,13 +173,13 @@ impl Files for Browser {
         let endings = what.kind().1.iter().chain(meshes);
         let accepted: Vec<String> = endings.map(|ending| format!(".{ending}")).collect();
         if let Err(error) = pick(&self.ctx, &accepted.join(",")) {
-            arrive(&self.ctx, Err(told(&error)));
+            arrive(&self.ctx, Err(said(&error)));
         }
         None
     }
 }
 
-fn told(error: &JsValue) -> anyhow::Error {
+fn said(error: &JsValue) -> anyhow::Error {
     anyhow::anyhow!("the browser says: {error:?}")
 }
 
@@ -195,7 +207,7 @@ fn pick(ctx: &egui::Context, accepted: &str) -> Result<(), JsValue> {
                         read.push((file.name(), js_sys::Uint8Array::new(&buffer).to_vec()));
                     }
                     Err(error) => {
-                        let error = told(&error).context(file.name());
+                        let error = said(&error).context(file.name());
                         return arrive(&ctx, Err(error));
                     }
                 }
@@ -223,7 +235,7 @@ pub fn download(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
         link.click();
         Url::revoke_object_url(&url)
     };
-    give().map_err(|error| std::io::Error::other(told(&error)))
+    give().map_err(|error| std::io::Error::other(said(&error)))
 }
 
 /// Let the page do what waits, and come back.
@@ -300,6 +312,14 @@ impl Keeper {
                 "the scene is larger than what the browser keeps for a page, some 5 MB: save it before you leave"
             )
         })
+    }
+}
+
+/// Keep a scene that cannot be read where it is not written over, for whoever can mend it.
+pub fn set_aside(text: &str) {
+    if let Some(storage) = storage() {
+        // Where there is no room for it twice, it is lost.
+        let _ = storage.set_item("argil-scene-unreadable", text);
     }
 }
 
