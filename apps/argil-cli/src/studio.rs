@@ -10,5 +10,9 @@ pub fn run(options: &Studio) -> anyhow::Result<()> {
         Scene::open(path)?;
     }
     let engine = input::engine(&options.on)?;
-    Ok(argil_studio::run(engine, options.scene.clone())?)
+    Ok(argil_studio::run(
+        engine,
+        options.scene.clone(),
+        options.on.allow_outside,
+    )?)
 }

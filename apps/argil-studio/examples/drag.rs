@@ -57,6 +57,7 @@ fn main() -> anyhow::Result<()> {
     let options = Options {
         engine,
         scene: Some("scenes/csg20.json".into()),
+        outside: false,
         recovery: None,
         files: Box::new(NoFiles),
     };

@@ -157,6 +157,10 @@ assert.deepEqual(await entries(), [moved]);
 const again = await picture();
 assert.ok(!again.equals(empty), "nothing is drawn after the page was loaded again");
 assert.deepEqual(await entries(), [moved]);
+await click("File");
+await click("New");
+await click("Cancel");
+assert.deepEqual(await entries(), [moved], "what is saved nowhere is not put away unasked");
 step("found it again after loading the page anew");
 
 const told = () => page.evaluate(() => globalThis.argil?.told() ?? "");
@@ -185,7 +189,9 @@ step("imported a mesh, kept it, and refused one that is none");
 
 const ball = { ...moved, name: "Ball" };
 const text = JSON.stringify({ argil: 1, brushes: [ball, before] });
-await choose("Open…", { name: "two.json", mimeType: "application/json", buffer: Buffer.from(text) });
+const opened = choose("Open…", { name: "two.json", mimeType: "application/json", buffer: Buffer.from(text) });
+await opened;
+await click("Do not save");
 await until("the file's brushes", async () => (await entries())[0]?.name === "Ball");
 step("opened a file");
 

@@ -40,6 +40,8 @@ pub struct Options {
     pub engine: Engine,
     /// A scene to open.
     pub scene: Option<PathBuf>,
+    /// Whether its meshes may be anywhere.
+    pub outside: bool,
     /// Where journals are kept; nothing is brought back without.
     pub recovery: Option<PathBuf>,
     /// How files are asked for.
@@ -142,7 +144,7 @@ impl Studio {
             return studio;
         }
         if let Some(path) = &options.scene {
-            studio.open(path);
+            studio.open_with(path, options.outside);
         }
         // Where none was asked for, and where it cannot be opened.
         if studio.document.path().is_none() {
@@ -241,10 +243,17 @@ impl Studio {
         let lines = self.document.take_lines();
         self.version += lines.len() as u64;
         self.renderer.follow(lines);
+        if let Some(fault) = self.document.take_fault() {
+            self.fail(&anyhow::anyhow!(
+                "after a crash nothing would come back: {fault}"
+            ));
+        }
         #[cfg(target_arch = "wasm32")]
         {
             let scene = self.document.scene();
-            let kept = self.keeper.keep(ctx, self.version, || scene.to_json());
+            let is_changed = self.document.is_changed();
+            let what = (self.version, is_changed);
+            let kept = self.keeper.keep(ctx, what, || scene.to_json());
             if let Err(error) = kept {
                 self.fail(&error);
             }
@@ -253,6 +262,10 @@ impl Studio {
 
     fn shortcuts(&mut self, ctx: &egui::Context) {
         if self.dialog.is_some() || ctx.text_edit_focused() {
+            return;
+        }
+        // What is held goes to its end first: keys are numbers for a handle then, or fly.
+        if ctx.input(|i| i.pointer.any_down()) {
             return;
         }
         // egui takes these keys and gives events in their place.
@@ -345,6 +358,15 @@ impl eframe::App for Studio {
 
     fn save(&mut self, storage: &mut dyn eframe::Storage) {
         eframe::set_value(storage, PREFERENCES, &self.preferences);
+        // The page may be about to go.
+        #[cfg(target_arch = "wasm32")]
+        {
+            let scene = self.document.scene();
+            let what = (self.version, self.document.is_changed());
+            if let Err(error) = self.keeper.keep_now(what, || scene.to_json()) {
+                self.fail(&error);
+            }
+        }
     }
 
     fn auto_save_interval(&self) -> std::time::Duration {

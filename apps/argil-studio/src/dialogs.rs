@@ -84,7 +84,6 @@ impl Studio {
                 }
                 if ui.button("Do not save").clicked() {
                     stays = false;
-                    self.document.has_saved();
                     self.go_on(ctx, then.clone());
                 }
                 if ui.button("Cancel").clicked() {

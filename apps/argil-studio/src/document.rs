@@ -90,6 +90,20 @@ impl Document {
     /// # Errors
     /// If it cannot be done.
     pub fn edit(&mut self, name: &str, edit: &Edit) -> anyhow::Result<Edited> {
+        // A log says where a node is, and one that is gone is nowhere.
+        let is_there = match *edit {
+            Edit::Insert { parent, .. } => self.has(parent),
+            Edit::Move { node, parent, .. } => self.has(node) && self.has(parent),
+            Edit::Remove { node }
+            | Edit::Replace { node, .. }
+            | Edit::SetVisible { node, .. }
+            | Edit::Transform { node, .. } => self.has(node),
+            _ => true,
+        };
+        anyhow::ensure!(
+            is_there,
+            "what is to be edited is not in the scene any more"
+        );
         let line = self.scene.log_line(edit);
         let edited = self.line(name, line)?;
         edited.context("an edit that changes nothing")
@@ -143,12 +157,15 @@ impl Document {
         children.get(index).copied().context("nothing was inserted")
     }
 
-    /// What a node is in a scene's file, with all that it holds.
-    pub fn item(&self, node: NodeId) -> Option<Value> {
-        let all: Value = serde_json::from_str(&self.scene.to_json()).ok()?;
-        let pointer = self.scene.path(node);
-        let pointer = pointer.replace('[', "/").replace(']', "").replace('.', "/");
-        all.pointer(&format!("/{pointer}")).cloned()
+    /// What nodes are in a scene's file, with all that they hold.
+    pub fn items(&self, nodes: &[NodeId]) -> Vec<Value> {
+        let all: Value = serde_json::from_str(&self.scene.to_json()).unwrap_or_default();
+        let item = |&node: &NodeId| {
+            let pointer = self.scene.path(node);
+            let pointer = pointer.replace('[', "/").replace(']', "").replace('.', "/");
+            all.pointer(&format!("/{pointer}")).cloned()
+        };
+        nodes.iter().filter_map(item).collect()
     }
 
     fn line(&mut self, name: &str, line: String) -> anyhow::Result<Option<Edited>> {
@@ -271,17 +288,23 @@ impl Document {
 
     /// Those that are selected and within no other that is, in the scene's order.
     pub fn outermost(&self) -> Vec<NodeId> {
+        let selected: BTreeSet<NodeId> = self.selection.iter().copied().collect();
         let is_within = |node: NodeId| {
             let mut at = self.scene.node(node).parent();
             while let Some(parent) = at {
-                if self.selection.contains(&parent) {
+                if selected.contains(&parent) {
                     return true;
                 }
                 at = self.scene.node(parent).parent();
             }
             false
         };
-        let chosen = |node: &NodeId| self.selection.contains(node) && !is_within(*node);
+        let chosen = |node: &NodeId| selected.contains(node) && !is_within(*node);
+        if let [one] = self.selection[..]
+            && self.has(one)
+        {
+            return vec![one];
+        }
         self.scene.walk().filter(chosen).collect()
     }
 
@@ -312,12 +335,24 @@ impl Document {
         crate::place::put(path, |out| out.write_all(text.as_bytes()))?;
         self.path = Some(path.into());
         self.has_saved();
+        // What is to be brought back from now on is what comes after.
+        self.recovery.begin(&self.scene, self.path.as_deref());
         Ok(())
     }
 
-    /// It was kept elsewhere, as it is.
-    pub fn has_saved(&mut self) {
+    fn has_saved(&mut self) {
         self.saved = Some(self.scene.history_lengths()[0]);
+    }
+
+    /// It was not saved when it was kept.
+    #[cfg(target_arch = "wasm32")]
+    pub fn is_unsaved(&mut self) {
+        self.saved = None;
+    }
+
+    /// Why nothing is journalled, once.
+    pub fn take_fault(&mut self) -> Option<String> {
+        self.recovery.fault.take()
     }
 
     /// Put it away: nothing is to be brought back.

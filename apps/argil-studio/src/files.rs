@@ -75,13 +75,27 @@ impl Files for Native {
             _ => {
                 let path = dialog.set_file_name(name).save_file()?;
                 // Some dialogs leave the ending out.
-                Some(match (path.extension(), endings.first()) {
-                    (None, Some(ending)) => path.with_extension(ending),
-                    _ => path,
-                })
+                match (path.extension(), endings.first()) {
+                    (None, Some(ending)) => may_replace(path.with_extension(ending)),
+                    _ => Some(path),
+                }
             }
         }
     }
+}
+
+/// A place of another name than the dialog has asked about.
+#[cfg(not(target_arch = "wasm32"))]
+fn may_replace(path: PathBuf) -> Option<PathBuf> {
+    if !path.exists() {
+        return Some(path);
+    }
+    let answer = rfd::MessageDialog::new()
+        .set_title("Argil Studio")
+        .set_description(format!("{} is there. Replace it?", path.display()))
+        .set_buttons(rfd::MessageButtons::YesNo)
+        .show();
+    (answer == rfd::MessageDialogResult::Yes).then_some(path)
 }
 
 impl Studio {
@@ -103,11 +117,16 @@ impl Studio {
 
     /// Open a scene's file.
     pub(crate) fn open(&mut self, path: &Path) {
+        self.open_with(path, false);
+    }
+
+    /// The same, with its meshes anywhere if so.
+    pub(crate) fn open_with(&mut self, path: &Path, outside: bool) {
         self.attempt(|s| {
             let mut scene = Scene::open(path)?;
             // Meshes that lie elsewhere are read for scenes that were saved or opened here before.
             let known = std::path::absolute(path).is_ok_and(|p| s.preferences.recent.contains(&p));
-            load_meshes(&mut scene, folder_of(path), known)?;
+            load_meshes(&mut scene, folder_of(path), known || outside)?;
             s.replace_scene(scene, Some(path.into()));
             s.preferences.remember(path);
             s.tell(format!("{} is open", path.display()));

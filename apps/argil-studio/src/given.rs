@@ -72,6 +72,9 @@ impl Studio {
         let meshes = crate::page::kept_meshes(is_named);
         self.attempt(|_| Ok(drop(load_meshes_of(&mut scene, &meshes)?)));
         self.replace_scene(scene, None);
+        if crate::page::Keeper::is_unsaved() {
+            self.document.is_unsaved();
+        }
         self.tell_missing();
     }
 

@@ -108,6 +108,8 @@ fn number(ui: &mut egui::Ui, name: &str, key: &str, value: &mut f32) -> bool {
         DragValue::new(value)
             .speed(speed)
             .max_decimals(4)
+            // What is typed counts when it is whole.
+            .update_while_editing(false)
             .suffix(suffix(name, key)),
     );
     let name = name.to_owned();
@@ -321,7 +323,12 @@ impl Studio {
         };
         let kind = map["type"].as_str().unwrap_or_default().to_owned();
         let name = spoken(&kind);
-        if !fields(ui, &name, &mut map, |key| self.docs.of("Shape", &kind, key)) {
+        // A mesh of another file or resolution is to be sampled first: it is imported anew.
+        let is_sampled = kind == "mesh";
+        let own = |ui: &mut egui::Ui| {
+            fields(ui, &name, &mut map, |key| self.docs.of("Shape", &kind, key))
+        };
+        if !ui.add_enabled_ui(!is_sampled, own).inner {
             return false;
         }
         match serde_json::from_value(Value::Object(map)) {

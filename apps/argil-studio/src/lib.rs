@@ -48,12 +48,16 @@ pub use page::{is_settled, place_of, start, told};
 )]
 pub struct NoWindow(String);
 
-/// Open the window, and come back when it is closed.
+/// Open the window, and come back when it is closed; with `outside`, the scene's meshes may be anywhere.
 ///
 /// # Errors
 /// If there is none, or no graphics device to draw it with.
 #[cfg(not(target_arch = "wasm32"))]
-pub fn run(engine: argil::Engine, scene: Option<std::path::PathBuf>) -> Result<(), NoWindow> {
+pub fn run(
+    engine: argil::Engine,
+    scene: Option<std::path::PathBuf>,
+    outside: bool,
+) -> Result<(), NoWindow> {
     use eframe::egui::ViewportBuilder;
     let options = eframe::NativeOptions {
         viewport: ViewportBuilder::default()
@@ -68,6 +72,7 @@ pub fn run(engine: argil::Engine, scene: Option<std::path::PathBuf>) -> Result<(
         let own = Options {
             engine,
             scene,
+            outside,
             recovery: dirs::data_local_dir().map(|d| d.join("argil-studio").join("sessions")),
             files: Box::new(files::Native),
         };

@@ -13,7 +13,8 @@ use std::path::{Path, PathBuf};
 use wasm_bindgen::prelude::*;
 use wasm_bindgen_futures::{JsFuture, spawn_local};
 use web_sys::{
-    Blob, File, HtmlAnchorElement, HtmlCanvasElement, HtmlInputElement, PointerEvent, Url,
+    Blob, File, HtmlAnchorElement, HtmlCanvasElement, HtmlInputElement, KeyboardEvent,
+    PointerEvent, StorageEvent, Url,
 };
 
 /// Files with what is in them, or why there are none.
@@ -22,6 +23,7 @@ type Arrived = anyhow::Result<Vec<Given>>;
 thread_local! {
     static ARRIVED: RefCell<Vec<Arrived>> = const { RefCell::new(Vec::new()) };
     static SETTLED: Cell<bool> = const { Cell::new(false) };
+    static OTHERS: Cell<bool> = const { Cell::new(false) };
     static TOLD: RefCell<String> = RefCell::default();
     static PRESSURE: Cell<Option<f32>> = const { Cell::new(None) };
     static PLACES: RefCell<HashMap<String, [f32; 4]>> = RefCell::default();
@@ -37,6 +39,8 @@ pub async fn start(canvas: HtmlCanvasElement) -> Result<(), JsValue> {
         .await
         .map_err(|error| JsValue::from_str(&error.to_string()))?;
     listen_to_pens(&canvas)?;
+    listen_to_others()?;
+    hold_keys()?;
     let begin = move |cc: &eframe::CreationContext<'_>| -> Result<Box<dyn eframe::App>, _> {
         cc.egui_ctx.enable_accesskit();
         cc.egui_ctx.add_plugin(Places);
@@ -44,6 +48,7 @@ pub async fn start(canvas: HtmlCanvasElement) -> Result<(), JsValue> {
         let own = Options {
             engine,
             scene: None,
+            outside: false,
             recovery: None,
             files: Box::new(Browser { ctx }),
         };
@@ -253,12 +258,16 @@ pub async fn breathe() {
 
 /// The scene, from one visit of the page to the next.
 pub struct Keeper {
-    /// What is kept, by the document's lines.
-    kept: u64,
-    changed: Option<(u64, web_time::Instant)>,
+    /// What is kept: the document's lines, and whether they are saved.
+    kept: (u64, bool),
+    changed: Option<((u64, bool), web_time::Instant)>,
+    /// Whether it was told that another page keeps another scene.
+    has_told: bool,
 }
 
 const KEY: &str = "argil-scene";
+/// There where the kept scene is saved nowhere else.
+const UNSAVED: &str = "argil-scene-unsaved";
 /// So long nothing must change before a scene is kept.
 const REST: std::time::Duration = std::time::Duration::from_millis(400);
 
@@ -266,8 +275,9 @@ impl Keeper {
     /// Of nothing.
     pub fn new() -> Self {
         Self {
-            kept: 0,
+            kept: (0, false),
             changed: None,
+            has_told: false,
         }
     }
 
@@ -276,43 +286,105 @@ impl Keeper {
         storage()?.get_item(KEY).ok()?
     }
 
+    /// Whether that is saved nowhere else.
+    pub fn is_unsaved() -> bool {
+        let found = storage().and_then(|s| s.get_item(UNSAVED).ok()?);
+        found.is_some()
+    }
+
     /// Keep a scene once it rests.
     ///
     /// # Errors
-    /// If the browser does not take it.
+    /// If the browser does not take it, or another page keeps one.
     pub fn keep(
         &mut self,
         ctx: &egui::Context,
-        version: u64,
+        what: (u64, bool),
         text: impl FnOnce() -> String,
     ) -> anyhow::Result<()> {
-        if self.kept == version {
+        if self.kept == what {
             return Ok(());
         }
         let now = web_time::Instant::now();
         match self.changed {
-            Some((changed, since)) if changed == version => {
+            Some((changed, since)) if changed == what => {
                 let rested = now - since;
-                if rested < REST {
-                    ctx.request_repaint_after(REST - rested);
-                    return Ok(());
+                if rested >= REST {
+                    return self.keep_now(what, text);
                 }
+                ctx.request_repaint_after(REST - rested);
             }
             _ => {
-                self.changed = Some((version, now));
+                self.changed = Some((what, now));
                 ctx.request_repaint_after(REST);
-                return Ok(());
             }
         }
-        (self.kept, self.changed) = (version, None);
+        Ok(())
+    }
+
+    /// Keep a scene, as the page may be about to go.
+    ///
+    /// # Errors
+    /// As [`Keeper::keep`].
+    pub fn keep_now(
+        &mut self,
+        what: (u64, bool),
+        text: impl FnOnce() -> String,
+    ) -> anyhow::Result<()> {
+        if self.kept == what || OTHERS.get() && self.has_told {
+            return Ok(());
+        }
+        if OTHERS.get() {
+            self.has_told = true;
+            anyhow::bail!(
+                "another tab has opened Argil Studio, and the browser keeps its scene: what is done here from now on is to be saved"
+            );
+        }
+        (self.kept, self.changed) = (what, None);
         let storage =
             storage().context("the browser keeps nothing for this page: save the scene")?;
-        storage.set_item(KEY, &text()).map_err(|_| {
+        let mark = if what.1 {
+            storage.set_item(UNSAVED, "1")
+        } else {
+            storage.remove_item(UNSAVED)
+        };
+        mark.and_then(|()| storage.set_item(KEY, &text())).map_err(|_| {
             anyhow::anyhow!(
                 "the scene is larger than what the browser keeps for a page, some 5 MB: save it before you leave"
             )
         })
     }
+}
+
+/// Take note of other pages that keep a scene of theirs.
+fn listen_to_others() -> Result<(), JsValue> {
+    let note = Closure::<dyn Fn(StorageEvent)>::new(|event: StorageEvent| {
+        if event.key().as_deref() == Some(KEY) {
+            OTHERS.set(true);
+        }
+    });
+    let window = web_sys::window().ok_or_else(|| JsValue::from_str("there is no window"))?;
+    window.add_event_listener_with_callback("storage", note.as_ref().unchecked_ref())?;
+    // As long as the page is there.
+    note.forget();
+    Ok(())
+}
+
+/// Have what browsers do by keys left to the editor, where it has something for them: reading them is not enough.
+fn hold_keys() -> Result<(), JsValue> {
+    let hold = Closure::<dyn Fn(KeyboardEvent)>::new(|event: KeyboardEvent| {
+        let key = event.key();
+        let is_held = event.ctrl_key() || event.meta_key();
+        let is_function = ["F1", "F2", "F5", "F6", "F7"].contains(&key.as_str());
+        let is_letter = ["d", "e", "g", "h", "i", "k"].contains(&key.as_str());
+        if is_function || is_held && is_letter {
+            event.prevent_default();
+        }
+    });
+    document()?.add_event_listener_with_callback("keydown", hold.as_ref().unchecked_ref())?;
+    // As long as the page is there.
+    hold.forget();
+    Ok(())
 }
 
 /// Keep a scene that cannot be read where it is not written over, for whoever can mend it.

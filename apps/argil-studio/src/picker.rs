@@ -23,17 +23,25 @@ struct Alone {
 /// A brush's surface, coarse, to draw its outline.
 pub struct Outline {
     corners: Vec<Vec3>,
-    /// Two corners, and the normals of the triangles on both sides.
-    edges: Vec<([u32; 2], [Vec3; 2])>,
+    normals: Vec<Vec3>,
+    triangles: Vec<[u32; 3]>,
 }
 
 impl Outline {
-    /// Where it turns away from what looks at it.
+    /// Where it turns away from what looks at it: the zeros of the angle between the field's normals and the line of sight, between
+    /// corners, triangle by triangle (Hertzmann and Zorin 2000).
     pub fn seen_from(&self, eye: Vec3) -> impl Iterator<Item = [Vec3; 2]> + '_ {
-        self.edges.iter().filter_map(move |(ends, normals)| {
-            let [a, b] = ends.map(|i| self.corners[i as usize]);
-            let side = |n: Vec3| n.dot(a - eye) > 0.0;
-            (side(normals[0]) != side(normals[1])).then_some([a, b])
+        let place = move |i: u32| {
+            let (corner, normal) = (self.corners[i as usize], self.normals[i as usize]);
+            (corner, normal.dot(corner - eye))
+        };
+        self.triangles.iter().filter_map(move |triangle| {
+            let corners = triangle.map(place);
+            let mut ends = [0, 1, 2].into_iter().filter_map(|k| {
+                let [(p, s), (q, t)] = [corners[k], corners[(k + 1) % 3]];
+                ((s > 0.0) != (t > 0.0)).then(|| p.lerp(q, s / (s - t)))
+            });
+            Some([ends.next()?, ends.next()?])
         })
     }
 }
@@ -260,23 +268,10 @@ fn outline(world: &World) -> Option<Outline> {
         ..MeshOptions::default()
     });
     let mesh = meshed.ok()?.mesh;
-    let mut half: HashMap<[u32; 2], Vec3> = HashMap::new();
-    let mut edges = Vec::new();
-    for (i, triangle) in mesh.triangles.iter().enumerate() {
-        let [a, b, c] = mesh.corners(i);
-        let normal = (b - a).cross(c - a).normalize_or_zero();
-        for k in 0..3 {
-            let [from, to] = [triangle[k], triangle[(k + 1) % 3]];
-            let key = [from.min(to), from.max(to)];
-            match half.remove(&key) {
-                Some(other) => edges.push((key, [normal, other])),
-                None => drop(half.insert(key, normal)),
-            }
-        }
-    }
     Some(Outline {
-        corners: mesh.positions.clone(),
-        edges,
+        corners: mesh.positions,
+        normals: mesh.normals,
+        triangles: mesh.triangles,
     })
 }
 

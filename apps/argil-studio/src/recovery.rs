@@ -104,6 +104,9 @@ pub fn left_in(folder: &Path) -> Vec<Left> {
         if path.extension().is_none_or(|e| e != ENDING) || is_alive(&path) {
             continue;
         }
+        if !has_edits(&path) {
+            continue;
+        }
         let time = file.metadata().and_then(|m| m.modified());
         let scene = std::fs::read_to_string(path.with_extension(ORIGIN)).ok();
         let left = Left {
@@ -114,6 +117,16 @@ pub fn left_in(folder: &Path) -> Vec<Left> {
     }
     all.sort_by_key(|(time, _)| std::cmp::Reverse(*time));
     all.into_iter().map(|(_, left)| left).collect()
+}
+
+/// Whether there is something to be brought back: a line after the first, which is the scene.
+fn has_edits(journal: &Path) -> bool {
+    let Ok(file) = std::fs::File::open(journal) else {
+        return false;
+    };
+    std::io::BufRead::lines(std::io::BufReader::new(file))
+        .nth(1)
+        .is_some()
 }
 
 /// Forget what was left.

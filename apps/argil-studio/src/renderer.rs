@@ -27,13 +27,14 @@ mod place {
     pub struct Place {
         messages: Sender<Message>,
         answers: Receiver<Answer>,
+        thread: std::thread::JoinHandle<()>,
     }
 
     impl Place {
         pub fn new(mut painter: Painter, wake: impl Fn() + Send + 'static) -> Self {
             let (messages, inbox) = channel();
             let (outbox, answers) = channel();
-            std::thread::spawn(move || {
+            let thread = std::thread::spawn(move || {
                 for message in inbox {
                     if let Some(answer) = pollster::block_on(take(&mut painter, message)) {
                         if outbox.send(answer).is_err() {
@@ -43,7 +44,11 @@ mod place {
                     }
                 }
             });
-            Self { messages, answers }
+            Self {
+                messages,
+                answers,
+                thread,
+            }
         }
 
         pub fn send(&mut self, message: Message) {
@@ -53,6 +58,11 @@ mod place {
 
         pub fn answer(&mut self) -> Option<Answer> {
             self.answers.try_recv().ok()
+        }
+
+        /// Whether it has ended by a fault.
+        pub fn is_gone(&self) -> bool {
+            self.thread.is_finished()
         }
     }
 }
@@ -101,6 +111,11 @@ mod place {
 
         pub fn answer(&mut self) -> Option<Answer> {
             self.inner.borrow_mut().answers.pop_front()
+        }
+
+        /// A page ends as a whole.
+        pub fn is_gone(&self) -> bool {
+            false
         }
     }
 
@@ -173,6 +188,11 @@ impl Renderer {
     pub fn draw(&mut self, request: Request) {
         self.waiting = true;
         self.place.send(Message::Draw(Box::new(request)));
+    }
+
+    /// Whether no picture will come any more.
+    pub fn is_gone(&self) -> bool {
+        self.place.is_gone()
     }
 
     /// What came, if something did.

@@ -4,7 +4,7 @@ use crate::app::{Studio, Tool};
 use crate::commands::Command;
 use crate::dialogs::{Dialog, Then};
 use crate::eye::Side;
-use crate::files::Ask;
+use crate::files::{Ask, IS_PAGE};
 use crate::jobs::Done;
 use crate::painter::Pipeline;
 use crate::sculpt::Kind;
@@ -93,6 +93,8 @@ impl Studio {
                 self.attempt(|s| s.delete("Cut"));
             }
             Command::Copy => self.copy(ctx),
+            // A page is not given what was copied but by the keys.
+            Command::Paste if IS_PAGE => self.tell("To paste, press Ctrl+V, or ⌘V"),
             Command::Paste => ctx.send_viewport_cmd(egui::ViewportCommand::RequestPaste),
             Command::Duplicate => self.attempt(|s| s.duplicate()),
             Command::Delete => self.attempt(|s| s.delete("Delete")),
@@ -196,12 +198,7 @@ impl Studio {
     }
 
     fn copy(&mut self, ctx: &egui::Context) {
-        let items: Vec<_> = self
-            .document
-            .outermost()
-            .into_iter()
-            .filter_map(|node| self.document.item(node))
-            .collect();
+        let items = self.document.items(&self.document.outermost());
         if let Ok(text) = serde_json::to_string_pretty(&items) {
             ctx.copy_text(text);
         }
@@ -249,19 +246,19 @@ impl Studio {
     /// Put a copy of each that is selected behind it, and select the copies.
     pub(crate) fn duplicate_within_stroke(&mut self) -> anyhow::Result<Vec<NodeId>> {
         let mut made = Vec::new();
-        for node in self.document.outermost() {
+        let nodes = self.document.outermost();
+        let items = self.document.items(&nodes);
+        for (node, item) in nodes.into_iter().zip(items) {
             let scene = self.document.scene();
             let Some(parent) = scene.node(node).parent() else {
                 continue;
             };
             let own = scene.node(parent).children();
             let index = own.iter().position(|&n| n == node).unwrap_or(0) + 1;
-            if let Some(item) = self.document.item(node) {
-                let copy = self
-                    .document
-                    .insert_item("Duplicate", (parent, index), &item);
-                made.push(copy?);
-            }
+            let copy = self
+                .document
+                .insert_item("Duplicate", (parent, index), &item);
+            made.push(copy?);
         }
         self.document.selection = made.clone();
         Ok(made)

@@ -110,6 +110,10 @@ impl Studio {
     }
 
     fn take_answer(&mut self, ctx: &egui::Context) {
+        if self.renderer.is_gone() {
+            let fault = "by a fault in Argil. Save the scene, and start again";
+            self.viewport.fault = Some(fault.into());
+        }
         let Some(answer) = self.renderer.answer() else {
             return;
         };

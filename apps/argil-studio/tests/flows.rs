@@ -296,3 +296,61 @@ fn what_was_not_saved_comes_back_after_a_crash() {
     desk.press(Modifiers::COMMAND, Key::Z);
     assert_eq!(count(&desk), 0);
 }
+
+#[test]
+fn keys_wait_until_the_pointer_lets_go() {
+    let mut desk = with_a_ball();
+    let middle = desk.place_of("Viewport");
+    let before = desk.scene().to_json();
+    desk.click("Sculpt");
+    desk.hold(middle);
+    desk.move_to(middle + Vec2::new(20.0, 0.0));
+    // Undo and other tools would pull the stroke from under the hand.
+    desk.press(Modifiers::COMMAND, Key::Z);
+    desk.press(Modifiers::NONE, Key::W);
+    desk.press(Modifiers::NONE, Key::Delete);
+    desk.move_to(middle + Vec2::new(40.0, 10.0));
+    desk.let_go(middle + Vec2::new(40.0, 10.0));
+    let (names, done) = desk.studio().document().history();
+    assert_eq!((names.len(), done), (2, 2), "{names:?}");
+    let children = desk.scene().node(Scene::ROOT).children().len();
+    assert_eq!(children, 2, "the ball, and the stroke's group");
+    desk.press(Modifiers::COMMAND, Key::Z);
+    assert_eq!(desk.scene().to_json(), before);
+}
+
+#[test]
+fn what_is_not_saved_stays_unsaved_until_it_is_put_away() {
+    let mut desk = with_a_ball();
+    desk.press(Modifiers::COMMAND, Key::O);
+    desk.window.run_steps(20);
+    // The dialog is answered by nothing: it was given up.
+    desk.click("Do not save");
+    assert_eq!(count(&desk), 1);
+    assert!(desk.studio().document().is_changed());
+    // So is what cannot be opened.
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("cut.json");
+    std::fs::write(&path, "{\"argil\": 1, ").expect("a file");
+    desk.answers.borrow_mut().push(path);
+    desk.press(Modifiers::COMMAND, Key::O);
+    desk.window.run_steps(20);
+    desk.click("Do not save");
+    assert_eq!(count(&desk), 1);
+    assert!(desk.studio().document().is_changed());
+}
+
+#[test]
+fn a_node_that_is_gone_is_not_edited() {
+    let mut desk = with_a_ball();
+    desk.click("Add Torus");
+    let node = desk.scene().node(Scene::ROOT).children()[1];
+    let entry = desk.scene().node(node).entry().clone();
+    let document = desk.window.state_mut().document_mut();
+    document
+        .edit("Delete", &argil::Edit::Remove { node })
+        .expect("an edit");
+    let before = document.scene().to_json();
+    assert!(document.replace("Move", node, entry).is_err());
+    assert_eq!(document.scene().to_json(), before);
+}

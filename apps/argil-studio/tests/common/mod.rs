@@ -42,6 +42,7 @@ impl Desk {
         let options = Options {
             engine: Engine::cpu(),
             scene: begin.scene,
+            outside: false,
             recovery: begin.recovery,
             files: Box::new(Scripted(answers.clone())),
         };
@@ -140,6 +141,25 @@ impl Desk {
             pressed,
             modifiers,
         });
+    }
+
+    /// Press and stay.
+    pub fn hold(&mut self, at: Pos2) {
+        self.window.event(egui::Event::PointerMoved(at));
+        self.step();
+        self.button(at, PointerButton::Primary, true, Modifiers::NONE);
+        self.window.run_steps(1);
+    }
+
+    pub fn move_to(&mut self, at: Pos2) {
+        self.window.event(egui::Event::PointerMoved(at));
+        self.step();
+    }
+
+    /// Let go of what is held.
+    pub fn let_go(&mut self, at: Pos2) {
+        self.button(at, PointerButton::Primary, false, Modifiers::NONE);
+        self.step();
     }
 
     pub fn click_at(&mut self, at: Pos2, modifiers: Modifiers) {
