@@ -69,7 +69,8 @@ impl Studio {
                 }
             }
             Command::Open => {
-                if self.may_leave(Then::Ask) {
+                // A page asks when it has read what was chosen.
+                if IS_PAGE || self.may_leave(Then::Ask) {
                     self.ask_to_open();
                 }
             }
