@@ -344,12 +344,14 @@ fn what_is_not_saved_stays_unsaved_until_it_is_put_away() {
 fn a_node_that_is_gone_is_not_edited() {
     let mut desk = with_a_ball();
     desk.click("Add Torus");
-    let node = desk.scene().node(Scene::ROOT).children()[1];
+    desk.press(Modifiers::COMMAND, Key::G);
+    let group = desk.scene().node(Scene::ROOT).children()[1];
+    let node = desk.scene().node(group).children()[0];
     let entry = desk.scene().node(node).entry().clone();
     let document = desk.window.state_mut().document_mut();
-    document
-        .edit("Delete", &argil::Edit::Remove { node })
-        .expect("an edit");
+    let removal = argil::Edit::Remove { node: group };
+    document.edit("Delete", &removal).expect("an edit");
+    // Where it was in its group, there is the ball in the scene.
     let before = document.scene().to_json();
     assert!(document.replace("Move", node, entry).is_err());
     assert_eq!(document.scene().to_json(), before);
