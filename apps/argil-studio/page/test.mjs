@@ -20,6 +20,8 @@ const software = [
 ];
 const browser = await chromium.launch({ executablePath, args: software });
 const context = await browser.newContext({ viewport: { width: 960, height: 640 }, acceptDownloads: true });
+// A machine without a GPU, with other work, takes its time.
+context.setDefaultTimeout(180_000);
 const page = await context.newPage();
 const complaints = [];
 page.on("pageerror", (error) => complaints.push(String(error)));
