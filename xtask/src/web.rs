@@ -114,11 +114,17 @@ fn toolchain() -> anyhow::Result<Toolchain> {
         return Ok(Toolchain::Debian(linker));
     }
     println!("\nNo Rust for browsers found: installing Debian's.");
-    install(&["rustc-web", "cargo-web", "rust-web-src", "lld-22"]);
+    install(&[
+        "rustc-web",
+        "cargo-web",
+        "rust-web-src",
+        "rust-web-llvm",
+        "lld-22",
+    ]);
     match debian() {
         Some(linker) => Ok(Toolchain::Debian(linker)),
         None => bail!(
-            "Rust cannot compile for browsers here: rustup target add {TARGET}; or on Debian, apt-get install rustc-web cargo-web rust-web-src lld-22"
+            "Rust cannot compile for browsers here: rustup target add {TARGET}; or on Debian, apt-get install rustc-web cargo-web rust-web-src rust-web-llvm lld-22"
         ),
     }
 }
