@@ -198,8 +198,7 @@ async fn export(
             if progress.set(0.5) {
                 return Ok(Done::Cancelled);
             }
-            let bytes = world.to_bytes(scene)?;
-            place::put(path, |out| out.write_all(&bytes))?;
+            place::put(path, |out| world.write(scene, out))?;
         }
         Ask::Turntable => {
             let world = how.engine.build(scene)?;

@@ -279,16 +279,14 @@ impl World {
         })
     }
 
-    /// What [`World::save`] writes, as bytes.
+    /// Write what [`World::save`] does, wherever it goes.
     ///
     /// # Errors
-    /// If there is no volume.
-    pub fn to_bytes(&self, scene: &Scene) -> Result<Vec<u8>, VolumeFileError> {
-        let volume = self.volume()?.ok_or(VolumeFileError::NoVolume)?;
-        let mut bytes = Vec::new();
-        // A vector takes every byte.
-        let _ = volume.write(&at_time_0(scene), &mut bytes);
-        Ok(bytes)
+    /// If there is no volume, or `out` does not take it.
+    pub fn write(&self, scene: &Scene, out: &mut dyn std::io::Write) -> std::io::Result<()> {
+        let volume = self.volume().map_err(std::io::Error::other)?;
+        let volume = volume.ok_or_else(|| std::io::Error::other(VolumeFileError::NoVolume))?;
+        volume.write(&at_time_0(scene), out)
     }
 
     /// The distances up to which a scene's edits must tell their boxes to be followed in place: give them to
