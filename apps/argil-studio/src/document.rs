@@ -335,8 +335,8 @@ impl Document {
         crate::place::put(path, |out| out.write_all(text.as_bytes()))?;
         self.path = Some(path.into());
         self.has_saved();
-        // What is to be brought back from now on is what comes after.
-        self.recovery.begin(&self.scene, self.path.as_deref());
+        // The journal goes on: a later undo may go back beyond this.
+        self.recovery.note_saved(path);
         Ok(())
     }
 

@@ -25,6 +25,8 @@ pub struct Left {
 const ENDING: &str = "journal";
 /// Beside a journal: where its scene is from.
 const ORIGIN: &str = "origin";
+/// Beside a journal: how many lines it had when its scene was saved last.
+const SAVED: &str = "saved";
 
 impl Recovery {
     /// In a folder.
@@ -74,6 +76,21 @@ impl Recovery {
         }
     }
 
+    /// The scene was saved to a file: what was done so far need not be brought back.
+    pub fn note_saved(&mut self, path: &Path) {
+        let Some(journal) = &self.journal else { return };
+        let file = journal.path();
+        let noted = std::path::absolute(path)
+            .and_then(|path| {
+                let origin = path.to_string_lossy().into_owned();
+                std::fs::write(file.with_extension(ORIGIN), origin)
+            })
+            .and_then(|()| std::fs::write(file.with_extension(SAVED), lines_of(file).to_string()));
+        if let Err(error) = noted {
+            self.fault = Some(format!("{}: {error}", file.display()));
+        }
+    }
+
     /// Write what was done.
     pub fn record(&mut self, line: &str) {
         if let Some(journal) = &mut self.journal
@@ -88,7 +105,7 @@ impl Recovery {
         if let Some(journal) = self.journal.take() {
             let path = journal.path().to_path_buf();
             let _ = journal.remove();
-            let _ = std::fs::remove_file(path.with_extension(ORIGIN));
+            remove_beside(&path);
         }
     }
 }
@@ -119,20 +136,30 @@ pub fn left_in(folder: &Path) -> Vec<Left> {
     all.into_iter().map(|(_, left)| left).collect()
 }
 
-/// Whether there is something to be brought back: a line after the first, which is the scene.
+/// Whether something was done since the scene, which is the first line, or since it was saved.
 fn has_edits(journal: &Path) -> bool {
-    let Ok(file) = std::fs::File::open(journal) else {
-        return false;
-    };
-    std::io::BufRead::lines(std::io::BufReader::new(file))
-        .nth(1)
-        .is_some()
+    let saved = std::fs::read_to_string(journal.with_extension(SAVED)).ok();
+    let known = saved.and_then(|text| text.parse().ok()).unwrap_or(1);
+    lines_of(journal) > known
+}
+
+/// Lines of a file, none where it cannot be read.
+fn lines_of(path: &Path) -> usize {
+    let file = std::fs::File::open(path).map(std::io::BufReader::new);
+    file.map_or(0, |file| std::io::BufRead::split(file, b'\n').count())
+}
+
+fn remove_beside(journal: &Path) {
+    for ending in [ORIGIN, SAVED] {
+        // It need not be there.
+        let _ = std::fs::remove_file(journal.with_extension(ending));
+    }
 }
 
 /// Forget what was left.
 pub fn discard(left: &Left) {
     let _ = std::fs::remove_file(&left.journal);
-    let _ = std::fs::remove_file(left.journal.with_extension(ORIGIN));
+    remove_beside(&left.journal);
 }
 
 /// Whether the process that writes a journal is this one, or one that still runs.

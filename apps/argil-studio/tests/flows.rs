@@ -356,3 +356,57 @@ fn a_node_that_is_gone_is_not_edited() {
     assert!(document.replace("Move", node, entry).is_err());
     assert_eq!(document.scene().to_json(), before);
 }
+
+#[test]
+fn a_crash_after_a_save_brings_back_what_came_after() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let sessions = folder.path().join("sessions");
+    let begin = || Begin {
+        recovery: Some(sessions.clone()),
+        ..Begin::default()
+    };
+    // What was saved is left as by another process, which is gone.
+    let crash = || {
+        let files = std::fs::read_dir(&sessions).expect("a folder").flatten();
+        let own = files
+            .map(|file| file.path())
+            .find(|path| {
+                let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+                path.with_extension("saved").exists() && !stem.starts_with("4294967294")
+            })
+            .expect("a journal");
+        let other = sessions.join("4294967294-1");
+        for ending in ["journal", "origin", "saved"] {
+            let copied = std::fs::copy(own.with_extension(ending), other.with_extension(ending));
+            copied.expect("a copy");
+        }
+    };
+    let mut desk = Desk::new(begin());
+    desk.step();
+    desk.choose("File", "New");
+    desk.click("Add Sphere");
+    desk.click("Add Torus");
+    let saved = folder.path().join("two.json");
+    desk.answers.borrow_mut().push(saved.clone());
+    desk.press(Modifiers::COMMAND, Key::S);
+    assert!(!desk.studio().document().is_changed());
+    crash();
+    let left = argil::Journal::recover(sessions.join("4294967294-1.journal"));
+    assert_eq!(left.expect("a journal").edits, 2);
+    let mut another = Desk::new(begin());
+    another.step();
+    assert!(!another.asks_to_bring_back(), "all of it is saved");
+    drop(another);
+    // Back beyond what was saved.
+    desk.press(Modifiers::COMMAND, Key::Z);
+    desk.press(Modifiers::COMMAND, Key::Z);
+    desk.click("Add Link");
+    let after = desk.scene().to_json();
+    crash();
+    drop(desk);
+    let mut desk = Desk::new(begin());
+    desk.step();
+    desk.click("Bring it back");
+    assert_eq!(desk.scene().to_json(), after);
+    assert_eq!(desk.studio().document().path(), Some(saved.as_path()));
+}

@@ -64,6 +64,12 @@ impl Desk {
         self.studio().document().scene()
     }
 
+    /// Whether it offers what a session before has left.
+    pub fn asks_to_bring_back(&self) -> bool {
+        let mut all = self.window.query_all_by_label("Bring it back");
+        all.next().is_some()
+    }
+
     /// A few frames.
     pub fn step(&mut self) {
         self.window.run_steps(4);
