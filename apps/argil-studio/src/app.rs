@@ -67,7 +67,11 @@ pub struct Studio {
     pub(crate) dialog: Option<Dialog>,
     pub(crate) shows_history: bool,
     pub(crate) renaming: Option<(argil::NodeId, String)>,
+    /// A material that is given another name, and what is typed.
+    pub(crate) naming: Option<(String, String)>,
     pub(crate) collapsed: std::collections::BTreeSet<argil::NodeId>,
+    /// Whose row the list is to show.
+    pub(crate) revealed: Option<argil::NodeId>,
     /// The last thing that went wrong, or was done.
     pub(crate) note: Option<Note>,
     pub(crate) jobs: Jobs,
@@ -86,6 +90,8 @@ pub struct Note {
     pub text: String,
     /// Whether it went wrong.
     pub is_fault: bool,
+    /// When.
+    pub told: web_time::Instant,
 }
 
 const PREFERENCES: &str = "preferences";
@@ -122,7 +128,9 @@ impl Studio {
             dialog: None,
             shows_history: false,
             renaming: None,
+            naming: None,
             collapsed: Default::default(),
+            revealed: None,
             note: None,
             jobs: Jobs::default(),
             files: options.files,
@@ -214,17 +222,19 @@ impl Studio {
     }
 
     pub(crate) fn tell(&mut self, text: impl Into<String>) {
-        let text = text.into();
-        self.note = Some(Note {
-            text,
-            is_fault: false,
-        });
+        self.say(text.into(), false);
     }
 
     pub(crate) fn fail(&mut self, error: &anyhow::Error) {
+        self.say(format!("{error:#}"), true);
+    }
+
+    fn say(&mut self, text: String, is_fault: bool) {
+        let told = web_time::Instant::now();
         self.note = Some(Note {
-            text: format!("{error:#}"),
-            is_fault: true,
+            text,
+            is_fault,
+            told,
         });
     }
 
@@ -235,14 +245,19 @@ impl Studio {
         }
     }
 
+    /// Hand on what was done.
+    pub(crate) fn hand_on(&mut self) {
+        let lines = self.document.take_lines();
+        self.version += lines.len() as u64;
+        self.renderer.follow(lines);
+    }
+
     /// Hand on what was done, and end what ends with the pointer.
     fn follow(&mut self, ctx: &egui::Context) {
         if self.document.is_in_stroke() && !ctx.input(|i| i.pointer.any_down()) {
             self.document.end_stroke();
         }
-        let lines = self.document.take_lines();
-        self.version += lines.len() as u64;
-        self.renderer.follow(lines);
+        self.hand_on();
         if let Some(fault) = self.document.take_fault() {
             self.fail(&anyhow::anyhow!(
                 "after a crash nothing would come back: {fault}"
@@ -305,6 +320,9 @@ impl Studio {
         if self.document.is_changed() {
             ctx.send_viewport_cmd(egui::ViewportCommand::CancelClose);
             self.dialog = Some(Dialog::Unsaved(crate::dialogs::Then::Quit));
+        } else if !self.jobs.all().is_empty() {
+            ctx.send_viewport_cmd(egui::ViewportCommand::CancelClose);
+            self.dialog = Some(Dialog::Unfinished);
         }
     }
 
@@ -342,11 +360,14 @@ impl eframe::App for Studio {
         self.menu_bar(ui);
         self.tool_bar(ui);
         self.status_bar(ui);
+        self.time_bar(ui);
         egui::Panel::left("brushes")
             .default_size(230.0)
+            .min_size(180.0)
             .show(ui, |ui| self.left(ui));
         egui::Panel::right("inspector")
             .default_size(270.0)
+            .min_size(220.0)
             .show(ui, |ui| self.right(ui));
         egui::CentralPanel::no_frame().show(ui, |ui| self.view(ui));
         self.dialogs(&ctx);

@@ -10,6 +10,8 @@ use std::path::PathBuf;
 pub enum Dialog {
     /// Something is not saved.
     Unsaved(Then),
+    /// Something is not finished, and the window is to be closed.
+    Unfinished,
     /// A session before has left something.
     Recover(Vec<Left>),
     /// Commands by parts of their names.
@@ -52,6 +54,10 @@ impl Studio {
             Dialog::Unsaved(then) => {
                 stays = self.unsaved(ctx, &then);
                 Dialog::Unsaved(then)
+            }
+            Dialog::Unfinished => {
+                stays = self.unfinished(ctx);
+                Dialog::Unfinished
             }
             Dialog::Recover(mut left) => {
                 stays = self.left_over(ctx, &mut left);
@@ -107,11 +113,39 @@ impl Studio {
                     self.replace_scene(scene, None);
                 }
             }
-            Then::Quit => {
-                self.may_close = true;
-                ctx.send_viewport_cmd(egui::ViewportCommand::Close);
-            }
+            Then::Quit if !self.jobs.all().is_empty() => self.dialog = Some(Dialog::Unfinished),
+            Then::Quit => self.close(ctx),
         }
+    }
+
+    fn close(&mut self, ctx: &egui::Context) {
+        self.may_close = true;
+        ctx.send_viewport_cmd(egui::ViewportCommand::Close);
+    }
+
+    /// Wait for what runs, and close then.
+    fn unfinished(&mut self, ctx: &egui::Context) -> bool {
+        if self.jobs.all().is_empty() {
+            self.close(ctx);
+            return false;
+        }
+        let mut stays = true;
+        let modal = egui::Modal::new(egui::Id::unique("unfinished")).show(ctx, |ui| {
+            ui.heading("Argil Studio closes when this is done");
+            for job in self.jobs.all() {
+                ui.label(&job.name);
+            }
+            ui.horizontal(|ui| {
+                if ui.button("Close now").clicked() {
+                    stays = false;
+                    self.close(ctx);
+                }
+                if ui.button("Do not close").clicked() {
+                    stays = false;
+                }
+            });
+        });
+        stays && !modal.should_close()
     }
 
     fn left_over(&mut self, ctx: &egui::Context, left: &mut Vec<Left>) -> bool {

@@ -3,13 +3,15 @@
 //! *Practice.* Every change is a line of a log ([`argil::LogError`]): the journal writes it, so that it comes back after a
 //! crash, and what draws the scene elsewhere follows by the same line. Nodes have the same ids there.
 
+use crate::meshes::{Named, moved_paths, nothing};
 use crate::recovery::Recovery;
 use anyhow::Context;
-use argil::{Edit, Edited, Entry, Material, NodeId, SampledGrid, Scene};
+use argil::{Body, Edit, Edited, Entry, Material, NodeId, SampledGrid, Scene, Shape};
 use serde_json::{Value, json};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// See the module's page.
 pub struct Document {
@@ -23,6 +25,10 @@ pub struct Document {
     /// How many steps were done when it was saved; none where what was saved cannot be come back to.
     saved: Option<usize>,
     stroke: Option<usize>,
+    /// Meshes for which nothing stands in.
+    missing: Vec<Named>,
+    /// Of this document and no other.
+    id: u64,
     /// What is selected, in the order of choosing.
     pub selection: Vec<NodeId>,
     /// What cannot be picked or moved.
@@ -31,7 +37,8 @@ pub struct Document {
 
 impl Document {
     /// Of a scene that nothing was changed of; nothing is journalled where `recovery` is off.
-    pub fn new(scene: Scene, path: Option<PathBuf>, mut recovery: Recovery) -> Self {
+    pub fn new(mut scene: Scene, path: Option<PathBuf>, mut recovery: Recovery) -> Self {
+        let missing = stand_in(&mut scene);
         recovery.begin(&scene, path.as_deref());
         let steps = scene.history_lengths();
         Self {
@@ -41,6 +48,8 @@ impl Document {
             names: vec!["Edit".into(); steps.iter().sum()],
             saved: Some(0),
             stroke: None,
+            missing,
+            id: NEXT.fetch_add(1, Ordering::Relaxed),
             selection: Vec::new(),
             locked: BTreeSet::new(),
             scene,
@@ -48,8 +57,9 @@ impl Document {
     }
 
     /// Of what a journal brought back: it is not saved.
-    pub fn recovered(scene: Scene, path: Option<PathBuf>, recovery: Recovery) -> Self {
+    pub fn recovered(mut scene: Scene, path: Option<PathBuf>, recovery: Recovery) -> Self {
         let mut document = Self::new(Scene::new(), path, Recovery::off());
+        document.missing = stand_in(&mut scene);
         document.names = vec!["Edit".into(); scene.history_lengths().iter().sum()];
         (document.scene, document.recovery, document.saved) = (scene, recovery, None);
         document
@@ -134,9 +144,37 @@ impl Document {
         self.edit(name, &edit).map(drop)
     }
 
-    /// Have a mesh's distances, for a brush that is put in after.
+    /// Have a mesh's distances, for brushes that are there and that are put in after.
     pub fn know_mesh(&mut self, path: &str, resolution: u32, grid: Arc<SampledGrid>) {
         self.scene.set_mesh(path, resolution, grid);
+        self.missing
+            .retain(|(own, size)| (own.as_str(), *size) != (path, resolution));
+    }
+
+    /// Have what has keyframes be as it is at a time, in seconds. It is no step, and nothing of it is saved.
+    pub fn set_time(&mut self, time: f32) {
+        self.scene.set_time(time);
+    }
+
+    /// Meshes that the scene names and whose distances are not there, or not yet.
+    pub fn missing_meshes(&self) -> Vec<Named> {
+        let is_named = |(path, resolution): &&Named| {
+            let names = |node: NodeId| match &self.scene.node(node).entry().body {
+                Body::Shape(Shape::Mesh {
+                    path: own,
+                    resolution: size,
+                    ..
+                }) => own == path && size == resolution,
+                _ => false,
+            };
+            self.scene.walk().any(names)
+        };
+        self.missing.iter().filter(is_named).cloned().collect()
+    }
+
+    /// Which document it is.
+    pub fn id(&self) -> u64 {
+        self.id
     }
 
     /// Insert what an item of a scene's file says, with all that it holds.
@@ -214,6 +252,15 @@ impl Document {
         // One that has changed nothing is no step.
         self.names
             .truncate(self.scene.history_lengths()[0].max(before));
+    }
+
+    /// The same, and take back what it did.
+    pub fn give_up_stroke(&mut self) {
+        let Some(before) = self.stroke else { return };
+        self.end_stroke();
+        if self.scene.history_lengths()[0] > before {
+            self.undo();
+        }
     }
 
     /// Whether a stroke is going on.
@@ -325,19 +372,37 @@ impl Document {
         name_of(self.scene.node(node).entry())
     }
 
-    /// Write the scene to a file, its own from now on.
+    /// Write the scene to a file, its own from now on; whether meshes are named from another folder for that.
     ///
     /// # Errors
     /// If it cannot be written; what is there stays.
-    pub fn save(&mut self, path: &Path) -> anyhow::Result<()> {
+    pub fn save(&mut self, path: &Path) -> anyhow::Result<bool> {
         self.end_stroke();
+        let moved = moved_paths(self, path);
+        if !moved.is_empty() {
+            let mut scene = self.scene.clone();
+            rename(&mut scene, &moved);
+            let text = scene.to_json();
+            crate::place::put(path, |out| out.write_all(text.as_bytes()))?;
+            self.scene = scene;
+            self.path = Some(path.into());
+            for (from, to) in &moved {
+                for (own, _) in self.missing.iter_mut().filter(|(own, _)| own == from) {
+                    own.clone_from(to);
+                }
+            }
+            self.has_saved();
+            // No line says what became of the paths.
+            self.recovery.begin(&self.scene, Some(path));
+            return Ok(true);
+        }
         let text = self.scene.to_json();
         crate::place::put(path, |out| out.write_all(text.as_bytes()))?;
         self.path = Some(path.into());
         self.has_saved();
         // The journal goes on: a later undo may go back beyond this.
         self.recovery.note_saved(path);
-        Ok(())
+        Ok(false)
     }
 
     fn has_saved(&mut self) {
@@ -361,19 +426,36 @@ impl Document {
     }
 }
 
+static NEXT: AtomicU64 = AtomicU64::new(0);
+
+/// Have nothing in place of meshes that are not there; which those are.
+fn stand_in(scene: &mut Scene) -> Vec<Named> {
+    let missing = scene.missing_meshes();
+    for (path, resolution) in &missing {
+        scene.set_mesh(path.clone(), *resolution, nothing());
+    }
+    missing
+}
+
+fn rename(scene: &mut Scene, paths: &[(String, String)]) {
+    for (from, to) in paths {
+        scene.rename_mesh(from, to);
+    }
+}
+
 /// An entry's name, or what it is.
 pub fn name_of(entry: &Entry) -> String {
     if !entry.name.is_empty() {
         return entry.name.clone();
     }
     match &entry.body {
-        argil::Body::Group => "Group".into(),
-        argil::Body::Shape(shape) => shape_name(shape),
+        Body::Group => "Group".into(),
+        Body::Shape(shape) => shape_name(shape),
     }
 }
 
 /// What a shape is, such as `Round cone`.
-pub fn shape_name(shape: &argil::Shape) -> String {
+pub fn shape_name(shape: &Shape) -> String {
     let value = serde_json::to_value(shape).unwrap_or_default();
     spoken(value["type"].as_str().unwrap_or("shape"))
 }

@@ -3,15 +3,14 @@
 use crate::app::Studio;
 use crate::dialogs::{Dialog, Then};
 use crate::document::Document;
-use crate::jobs::How;
+use crate::jobs::{Aim, How};
+use crate::meshes::{Load, folder_of, from_files, usual_resolution};
 use crate::recovery::{Left, Recovery};
-use anyhow::Context;
 #[cfg(not(target_arch = "wasm32"))]
 use argil::Format;
 use argil::glam::Vec3;
-use argil::{Brush, Journal, SampledGrid, Scene, Shape, load_meshes};
+use argil::{Brush, Journal, NodeId, Scene, Shape};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 /// Whether it runs in a browser, which has no files: those that are opened are read whole, those that are written are downloads.
 pub const IS_PAGE: bool = cfg!(target_arch = "wasm32");
@@ -55,30 +54,57 @@ pub trait Files {
     /// A place; none where the asking was given up, or where what was chosen comes later, as bytes, by
     /// themselves. `name` is what is proposed.
     fn ask(&mut self, what: Ask, name: &str) -> Option<PathBuf>;
+
+    /// Why nobody was asked the last time, once.
+    fn take_fault(&mut self) -> Option<String> {
+        None
+    }
 }
 
 /// The system's own dialogs.
 #[cfg(not(target_arch = "wasm32"))]
-pub struct Native;
+#[derive(Default)]
+pub struct Native {
+    fault: Option<String>,
+}
+
+/// Nobody gives a dialog up so fast: there was none.
+#[cfg(not(target_arch = "wasm32"))]
+const UNSEEN: std::time::Duration = std::time::Duration::from_millis(100);
 
 #[cfg(not(target_arch = "wasm32"))]
 impl Files for Native {
     fn ask(&mut self, what: Ask, name: &str) -> Option<PathBuf> {
-        let (kind, endings) = what.kind();
-        let mut dialog = rfd::FileDialog::new();
-        if !endings.is_empty() {
-            dialog = dialog.add_filter(kind, endings);
+        let start = std::time::Instant::now();
+        let path = dialog(what, name);
+        if path.is_none() && start.elapsed() < UNSEEN {
+            let fault = "the system shows no dialog for files: on Linux that takes a desktop portal or zenity (on Debian and Ubuntu: xdg-desktop-portal-gtk, or zenity)";
+            self.fault = Some(fault.into());
         }
-        match what {
-            Ask::Open | Ask::Import => dialog.pick_file(),
-            Ask::Turntable => dialog.pick_folder(),
-            _ => {
-                let path = dialog.set_file_name(name).save_file()?;
-                // Some dialogs leave the ending out.
-                match (path.extension(), endings.first()) {
-                    (None, Some(ending)) => may_replace(path.with_extension(ending)),
-                    _ => Some(path),
-                }
+        path
+    }
+
+    fn take_fault(&mut self) -> Option<String> {
+        self.fault.take()
+    }
+}
+
+#[cfg(not(target_arch = "wasm32"))]
+fn dialog(what: Ask, name: &str) -> Option<PathBuf> {
+    let (kind, endings) = what.kind();
+    let mut dialog = rfd::FileDialog::new();
+    if !endings.is_empty() {
+        dialog = dialog.add_filter(kind, endings);
+    }
+    match what {
+        Ask::Open | Ask::Import => dialog.pick_file(),
+        Ask::Turntable => dialog.pick_folder(),
+        _ => {
+            let path = dialog.set_file_name(name).save_file()?;
+            // Some dialogs leave the ending out.
+            match (path.extension(), endings.first()) {
+                (None, Some(ending)) => may_replace(path.with_extension(ending)),
+                _ => Some(path),
             }
         }
     }
@@ -110,7 +136,7 @@ impl Studio {
 
     /// Ask for a scene and open it.
     pub(crate) fn ask_to_open(&mut self) {
-        if let Some(path) = self.files.ask(Ask::Open, "") {
+        if let Some(path) = self.ask(Ask::Open, "") {
             self.open(&path);
         }
     }
@@ -123,11 +149,11 @@ impl Studio {
     /// The same, with its meshes anywhere if so.
     pub(crate) fn open_with(&mut self, path: &Path, outside: bool) {
         self.attempt(|s| {
-            let mut scene = Scene::open(path)?;
+            let scene = Scene::open(path)?;
             // Meshes that lie elsewhere are read for scenes that were saved or opened here before.
             let known = std::path::absolute(path).is_ok_and(|p| s.preferences.recent.contains(&p));
-            load_meshes(&mut scene, folder_of(path), known || outside)?;
             s.replace_scene(scene, Some(path.into()));
+            s.load_missing(from_files(folder_of(path).into(), known || outside));
             s.preferences.remember(path);
             s.tell(format!("{} is open", path.display()));
             Ok(())
@@ -152,12 +178,14 @@ impl Studio {
             None => {
                 let title = self.document.title();
                 let name = title.strip_suffix(".json").unwrap_or(&title).to_owned();
-                self.files.ask(Ask::Save, &format!("{name}.json"))
+                self.ask(Ask::Save, &format!("{name}.json"))
             }
         };
         let Some(path) = path else { return false };
         self.attempt(|s| {
-            s.document.save(&path)?;
+            if s.document.save(&path)? {
+                s.reload();
+            }
             if !IS_PAGE {
                 s.preferences.remember(&path);
             }
@@ -169,63 +197,42 @@ impl Studio {
 
     /// Ask for a mesh and import it.
     pub(crate) fn ask_to_import(&mut self) {
-        if let Some(path) = self.files.ask(Ask::Import, "") {
+        if let Some(path) = self.ask(Ask::Import, "") {
             self.attempt(|s| s.import(&path));
         }
     }
 
     /// Put a mesh into the scene, sampled beside the window.
     pub(crate) fn import(&mut self, path: &Path) -> anyhow::Result<()> {
-        let own = self.document.path().and_then(Path::parent);
-        let absolute = std::path::absolute(path)?;
-        let named = own
-            .and_then(|folder| {
-                absolute
-                    .strip_prefix(std::path::absolute(folder).ok()?)
-                    .ok()
-            })
-            .unwrap_or(&absolute);
-        let named = named.to_string_lossy().replace('\\', "/");
-        let folder = own.unwrap_or(Path::new(".")).to_path_buf();
-        let scene = mesh_brush(path, named)?;
+        let load = from_files(self.mesh_folder(), true);
+        self.import_by(path, self.mesh_name(path)?, load)
+    }
+
+    /// The same, however it is read.
+    pub(crate) fn import_by(
+        &mut self,
+        path: &Path,
+        named: String,
+        load: Load,
+    ) -> anyhow::Result<()> {
+        let stem = path.file_stem().unwrap_or_default();
+        let aim = Aim::New(stem.to_string_lossy().into_owned());
+        let job = format!("Importing {}", path.display());
+        let own = self.document.id();
         self.jobs
-            .import(&path.display().to_string(), scene, move |scene| {
-                load_meshes(scene, &folder, true)?;
+            .load(job, vec![(named, usual_resolution())], load, (own, aim));
+        Ok(())
+    }
+
+    /// Choose the file of a brush that is a mesh.
+    pub(crate) fn relocate(&mut self, node: NodeId, resolution: u32) {
+        if let Some(path) = self.ask(Ask::Import, "") {
+            self.attempt(|s| {
+                let named = (s.mesh_name(&path)?, resolution);
+                s.resample(node, named, from_files(s.mesh_folder(), true));
                 Ok(())
             });
-        Ok(())
-    }
-
-    /// Have a mesh's distances, here and where it is drawn.
-    pub(crate) fn have_mesh(&mut self, path: &str, resolution: u32, grid: Arc<SampledGrid>) {
-        self.document.know_mesh(path, resolution, grid);
-        // The copy that is drawn is to know it too.
-        self.version += 1000;
-        // What was done in this frame is in the scene already.
-        drop(self.document.take_lines());
-        self.renderer.load(self.document.scene(), self.version);
-        self.picker.forget();
-    }
-
-    /// A mesh has been sampled: put it in, as large as what is there.
-    pub(crate) fn imported(&mut self, scene: &Scene) -> anyhow::Result<()> {
-        let grids = scene
-            .walk()
-            .find_map(|n| match &scene.node(n).entry().body {
-                argil::Body::Shape(Shape::Mesh {
-                    path,
-                    resolution,
-                    grid,
-                }) => Some((path.clone(), *resolution, grid.0.clone()?)),
-                _ => None,
-            });
-        let (path, resolution, grid) = grids.context("the mesh has no samples")?;
-        self.have_mesh(&path, resolution, grid);
-        let node = scene.node(Scene::ROOT).children()[0];
-        let entry = scene.node(node).entry().clone();
-        self.add_entry("Import mesh", entry)?;
-        self.tell(format!("{path} is in the scene"));
-        Ok(())
+        }
     }
 
     /// Put a shape where it is to be.
@@ -239,54 +246,50 @@ impl Studio {
 
     /// Ask for a place and export to it.
     pub(crate) fn export(&mut self, what: Ask) {
+        if let Err(error) = self.ensure_whole() {
+            return self.fail(&error);
+        }
         let title = self.document.title();
         let stem = title.strip_suffix(".json").unwrap_or(&title);
-        let ending = what.kind().1.first().copied().unwrap_or("");
-        if let Some(path) = self.files.ask(what, &format!("{stem}.{ending}")) {
-            let how = How {
-                engine: self.export_engine.clone(),
-                resolution: self.preferences.resolution,
-                eye: self.eye,
-            };
-            let scene = self.document.scene().clone();
-            self.jobs.export(what, scene, path, how);
+        let endings = what.kind().1;
+        let ending = endings.first().copied().unwrap_or("");
+        let Some(path) = self.ask(what, &format!("{stem}.{ending}")) else {
+            return;
+        };
+        let own = path.extension().unwrap_or_default().to_string_lossy();
+        if !endings.is_empty() && !endings.contains(&own.to_ascii_lowercase().as_str()) {
+            let known = endings.join(", .");
+            let path = path.display();
+            return self.fail(&anyhow::anyhow!("{path}: the name is to end in .{known}"));
         }
+        let how = How {
+            engine: self.export_engine.clone(),
+            resolution: self.preferences.resolution,
+            eye: self.eye,
+        };
+        let scene = self.document.scene().clone();
+        self.jobs.export(what, scene, path, how);
+    }
+
+    /// Ask for a file, and say so where no dialog came.
+    fn ask(&mut self, what: Ask, name: &str) -> Option<PathBuf> {
+        let path = self.files.ask(what, name);
+        if let Some(fault) = self.files.take_fault() {
+            self.fail(&anyhow::anyhow!(fault));
+        }
+        path
     }
 
     /// Bring back what a session left.
     pub(crate) fn recover(&mut self, left: Left) -> anyhow::Result<()> {
         let recovered = Journal::recover(&left.journal)?;
         let edits = recovered.edits;
-        let (mut scene, journal) = recovered.go_on()?;
-        if !scene.missing_meshes().is_empty() {
-            let beside = left.scene.as_deref().map_or(Path::new("."), folder_of);
-            load_meshes(&mut scene, beside, true)?;
-        }
+        let (scene, journal) = recovered.go_on()?;
         self.document.close();
-        self.take_in(Document::recovered(
-            scene,
-            left.scene,
-            Recovery::of(journal),
-        ));
+        let journal = Recovery::of(journal);
+        self.take_in(Document::recovered(scene, left.scene, journal));
+        self.load_missing(from_files(self.mesh_folder(), true));
         self.tell(format!("{edits} edits came back"));
         Ok(())
-    }
-}
-
-/// A scene of one brush: a mesh that is named so.
-pub(crate) fn mesh_brush(path: &Path, named: String) -> anyhow::Result<Scene> {
-    let mut scene = Scene::new();
-    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
-    scene.push(Brush::new(Shape::mesh(named)).named(stem))?;
-    Ok(scene)
-}
-
-/// The folder of a file.
-fn folder_of(path: &Path) -> &Path {
-    let folder = path.parent().unwrap_or(Path::new("."));
-    if folder.as_os_str().is_empty() {
-        Path::new(".")
-    } else {
-        folder
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::app::Studio;
 use crate::dialogs::Then;
-use crate::files::mesh_brush;
+use crate::meshes::Load;
 use anyhow::Context;
 use argil::{Format, Scene, load_meshes_of};
 use std::path::Path;
@@ -23,24 +23,19 @@ impl Studio {
             return;
         }
         self.attempt(|s| {
-            let mut scene = s.document.scene().clone();
-            let found = load_meshes_of(&mut scene, &meshes)?;
-            for mesh in &found {
-                s.have_mesh(&mesh.path, mesh.resolution, mesh.grid.clone());
-                s.tell(format!("{} is there again", mesh.path));
-            }
+            let missing = s.document.missing_meshes();
+            let is_missing = |name: &str| missing.iter().any(|(path, _)| is_file(path, name));
             for given in &meshes {
                 s.attempt(|_| crate::page::keep_mesh(given));
             }
-            for (name, bytes) in meshes {
-                let is_name = |path: &str| Path::new(path).file_name() == Some(name.as_ref());
-                if !found.iter().any(|mesh| is_name(&mesh.path)) {
-                    let mesh = mesh_brush(Path::new(&name), name.clone())?;
-                    s.jobs.import(&name.clone(), mesh, move |scene| {
-                        load_meshes_of(scene, &[(name, bytes)])?;
-                        Ok(())
-                    });
-                }
+            let (found, new): (Vec<_>, Vec<_>) =
+                meshes.into_iter().partition(|(name, _)| is_missing(name));
+            if !found.is_empty() {
+                s.load_missing(from_bytes(found));
+            }
+            for (name, bytes) in new {
+                let load = from_bytes(vec![(name.clone(), bytes)]);
+                s.import_by(Path::new(&name), name.clone(), load)?;
             }
             Ok(())
         });
@@ -50,41 +45,36 @@ impl Studio {
     pub(crate) fn open_given(&mut self, (name, text): &Given, meshes: &[Given]) {
         self.attempt(|s| {
             let text = std::str::from_utf8(text).with_context(|| format!("{name} is no text"))?;
-            let mut scene = Scene::from_json(text, name)?;
-            load_meshes_of(&mut scene, meshes)?;
+            let scene = Scene::from_json(text, name)?;
             for given in meshes {
                 s.attempt(|_| crate::page::keep_mesh(given));
             }
             s.replace_scene(scene, Some(name.into()));
             s.tell(format!("{name} is open"));
-            s.tell_missing();
+            s.load_missing(from_bytes(meshes.to_vec()));
             Ok(())
         });
     }
 
     /// Open what another visit of the page has left.
-    pub(crate) fn open_kept(&mut self, mut scene: Scene) {
+    pub(crate) fn open_kept(&mut self, scene: Scene) {
         let missing = scene.missing_meshes();
-        let is_named = |name: &str| {
-            let mut files = missing.iter().map(|(path, _)| Path::new(path).file_name());
-            files.any(|own| own == Some(name.as_ref()))
-        };
+        let is_named = |name: &str| missing.iter().any(|(path, _)| is_file(path, name));
         let meshes = crate::page::kept_meshes(is_named);
-        self.attempt(|_| Ok(drop(load_meshes_of(&mut scene, &meshes)?)));
         self.replace_scene(scene, None);
         if crate::page::Keeper::is_unsaved() {
             self.document.is_unsaved();
         }
-        self.tell_missing();
+        self.load_missing(from_bytes(meshes));
     }
+}
 
-    /// Say which meshes are not there.
-    fn tell_missing(&mut self) {
-        let missing = self.document.scene().missing_meshes();
-        if let Some((path, _)) = missing.first() {
-            self.fail(&anyhow::anyhow!(
-                "the mesh {path} is not there: open it too, or drop it on the page"
-            ));
-        }
-    }
+/// Whether a path is of a file of a name.
+fn is_file(path: &str, name: &str) -> bool {
+    Path::new(path).file_name() == Some(name.as_ref())
+}
+
+/// From files that are at hand.
+pub fn from_bytes(files: Vec<Given>) -> Load {
+    Box::new(move |scene| load_meshes_of(scene, &files))
 }

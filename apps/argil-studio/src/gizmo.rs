@@ -29,6 +29,8 @@ pub struct Drag {
     nodes: Vec<(NodeId, Pose, Pose)>,
     /// What is typed for it.
     typed: String,
+    /// Whether it was taken back while it was held.
+    is_given_up: bool,
 }
 
 /// Handles are as long as this, in points.
@@ -85,15 +87,15 @@ fn pos(v: Vec2) -> Pos2 {
 }
 
 impl Studio {
-    /// What a gizmo would drag: selected, shown, and not locked.
-    fn movable(&self) -> Vec<NodeId> {
+    /// What is selected and not locked.
+    pub(crate) fn movable(&self) -> Vec<NodeId> {
         let mut all = self.document.outermost();
         all.retain(|&node| !self.document.is_locked(node));
         all
     }
 
     /// Where the gizmo is, and its axes.
-    fn frame_of(&self, nodes: &[NodeId]) -> Option<(Vec3, [Vec3; 3])> {
+    pub(crate) fn frame_of(&self, nodes: &[NodeId]) -> Option<(Vec3, [Vec3; 3])> {
         let scene = self.document.scene();
         let poses: Vec<Pose> = nodes
             .iter()
@@ -142,7 +144,11 @@ impl Studio {
         }
         if let Some(mut drag) = self.viewport.drag.take() {
             type_into(ui, &mut drag.typed);
-            if let Some(at) = pointer {
+            if !drag.is_given_up && ui.input(|i| i.key_pressed(egui::Key::Escape)) {
+                drag.is_given_up = true;
+                self.document.give_up_stroke();
+            }
+            if let Some(at) = pointer.filter(|_| !drag.is_given_up) {
                 let snaps = self.preferences.snap != ui.input(|i| i.modifiers.command);
                 let told = self.drag_to(&screen, &drag, at, snaps);
                 let place = pos(at) + egui::vec2(16.0, -16.0);
@@ -150,7 +156,7 @@ impl Studio {
             }
             if response.dragged_by(egui::PointerButton::Primary) {
                 self.viewport.drag = Some(drag);
-            } else {
+            } else if !drag.is_given_up {
                 self.document.end_stroke();
             }
             return true;
@@ -290,6 +296,7 @@ impl Studio {
             axes,
             nodes,
             typed: String::new(),
+            is_given_up: false,
         });
     }
 

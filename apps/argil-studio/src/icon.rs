@@ -19,9 +19,14 @@ pub enum Icon {
     Cross,
 }
 
+/// How wide and high a button is.
+pub fn side(ui: &egui::Ui) -> f32 {
+    ui.spacing().icon_width + 2.0
+}
+
 /// A button with a drawing, called by its label.
 pub fn button(ui: &mut egui::Ui, icon: Icon, enabled: bool, label: &str) -> egui::Response {
-    let side = ui.spacing().icon_width + 2.0;
+    let side = side(ui);
     let sense = if enabled {
         Sense::click()
     } else {

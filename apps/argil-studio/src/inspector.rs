@@ -3,10 +3,14 @@
 //! *Practice.* Shapes and modifiers are shown by what they are in a file, value by value, with what the file's schema says
 //! of each: a new shape needs nothing here.
 
+use crate::alike::changed_alike;
 use crate::app::Studio;
+use crate::choice::choice;
 use crate::document::{name_of, shape_name, spoken};
+use crate::files::IS_PAGE;
 use crate::icon::{self, Icon};
-use argil::{Body, Entry, Exactness, Material, Modifier, NodeId, OperatorKind, Profile, Shape};
+use crate::keyframes::keyframes;
+use argil::{Body, Entry, Exactness, Modifier, NodeId, OperatorKind, Profile, Shape};
 use eframe::egui::{self, DragValue, RichText};
 use serde_json::{Map, Value};
 
@@ -81,6 +85,8 @@ fn modifier_name(modifier: &Modifier) -> String {
 fn suffix(name: &str, key: &str) -> &'static str {
     if name.starts_with("Scale") {
         "×"
+    } else if key == "time" {
+        " s"
     } else if key == "frequency" {
         " /u"
     } else if key.contains("degrees_per_unit") {
@@ -98,7 +104,7 @@ fn suffix(name: &str, key: &str) -> &'static str {
 }
 
 /// A number to be dragged or typed.
-fn number(ui: &mut egui::Ui, name: &str, key: &str, value: &mut f32) -> bool {
+pub(crate) fn number(ui: &mut egui::Ui, name: &str, key: &str, value: &mut f32) -> bool {
     let speed = if key.contains("degrees") {
         0.5
     } else {
@@ -240,25 +246,96 @@ impl Studio {
         });
         let count = self.document.selection.len();
         if count > 1 {
-            ui.weak(format!("{count} are selected; this is the last of them."));
+            ui.weak(format!(
+                "{count} are selected. This is the last of them; what is changed is changed of all."
+            ));
+        }
+        let is_locked = self.document.is_locked(node);
+        if is_locked {
+            ui.weak("It is locked.");
         }
         let mut done: Option<String> = None;
-        self.operator(ui, &mut entry, &mut done);
-        if let Body::Shape(shape) = &mut entry.body {
-            ui.separator();
-            if self.shape(ui, shape) {
-                done = Some(format!("Change {}", shape_name(shape).to_lowercase()));
+        ui.add_enabled_ui(!is_locked, |ui| {
+            self.operator(ui, &mut entry, &mut done);
+            if let Body::Shape(shape) = &mut entry.body {
+                ui.separator();
+                if matches!(shape, Shape::Mesh { .. }) {
+                    self.mesh(ui, node, shape);
+                } else if self.shape(ui, shape) {
+                    done = Some(format!("Change {}", shape_name(shape).to_lowercase()));
+                }
             }
-        }
-        ui.separator();
-        self.modifiers(ui, &mut entry, &mut done);
+            ui.separator();
+            self.modifiers(ui, &mut entry, &mut done);
+            ui.separator();
+            keyframes(ui, &mut entry, &mut done);
+        });
         if let Some(what) = done
             && entry != before
         {
-            if ui.input(|i| i.pointer.any_down()) && !self.document.is_in_stroke() {
-                self.document.begin_stroke(&what);
+            let is_held = ui.input(|i| i.pointer.any_down());
+            self.change(&what, node, (&before, entry), is_held);
+        }
+    }
+
+    /// Change an entry, and those that are selected with it alike; with `is_held`, until the pointer is let go it is one step.
+    fn change(
+        &mut self,
+        what: &str,
+        node: NodeId,
+        (before, after): (&Entry, Entry),
+        is_held: bool,
+    ) {
+        if !self.document.is_in_stroke() {
+            self.document.begin_stroke(what);
+        }
+        for other in self.document.selection.clone() {
+            if other == node || self.document.is_locked(other) {
+                continue;
             }
-            self.attempt(|s| s.document.replace(&what, node, entry));
+            let own = self.document.scene().node(other).entry();
+            let changed = changed_alike(before, &after, own);
+            if changed != *own {
+                self.attempt(|s| s.document.replace(what, other, changed));
+            }
+        }
+        self.attempt(|s| s.document.replace(what, node, after));
+        if !is_held {
+            self.document.end_stroke();
+        }
+    }
+
+    /// The file of a mesh and how finely it is sampled, which takes a while.
+    fn mesh(&mut self, ui: &mut egui::Ui, node: NodeId, shape: &Shape) {
+        let Shape::Mesh {
+            path, resolution, ..
+        } = shape
+        else {
+            return;
+        };
+        let named = (path.clone(), *resolution);
+        ui.horizontal(|ui| {
+            ui.label("File");
+            if !IS_PAGE && ui.button("Choose…").clicked() {
+                self.relocate(node, *resolution);
+            }
+            ui.add(egui::Label::new(path).truncate());
+        });
+        if self.document.missing_meshes().contains(&named) {
+            ui.label("It is not there, or not yet: nothing stands in for it.");
+        }
+        let mut chosen = *resolution;
+        ui.horizontal(|ui| {
+            let text = self.docs.of("Shape", "mesh", "resolution");
+            ui.label("Resolution").on_hover_text(text.unwrap_or(""));
+            let all = [16, 32, 64, 96, 128, 192, 256, 384, 512];
+            choice(ui, "Mesh resolution", &mut chosen, all, |n| {
+                format!("{n} samples")
+            });
+        });
+        if chosen != *resolution {
+            let load = self.load_again(path);
+            self.resample(node, (named.0, chosen), load);
         }
     }
 
@@ -274,14 +351,12 @@ impl Studio {
                 (OperatorKind::Paint, "Paint"),
                 (OperatorKind::Morph, "Morph"),
             ];
-            let shown = kinds.iter().find(|(k, _)| *k == operator.kind);
-            egui::ComboBox::from_id_salt("operator")
-                .selected_text(shown.map_or("", |(_, word)| word))
-                .show_ui(ui, |ui| {
-                    for (kind, word) in kinds {
-                        ui.selectable_value(&mut operator.kind, kind, word);
-                    }
-                });
+            let all = kinds.map(|(kind, _)| kind);
+            let word = |kind: &OperatorKind| {
+                let known = kinds.iter().find(|(own, _)| own == kind);
+                known.map_or("", |(_, word)| word).to_owned()
+            };
+            choice(ui, "Operator", &mut operator.kind, all, word);
         });
         ui.horizontal(|ui| {
             ui.label("Blend radius");
@@ -301,16 +376,8 @@ impl Studio {
         }
         ui.horizontal(|ui| {
             ui.label("Material");
-            let shown = entry.material.clone().unwrap_or_else(|| "–".into());
             let before = entry.material.clone();
-            egui::ComboBox::from_id_salt("material")
-                .selected_text(shown)
-                .show_ui(ui, |ui| {
-                    ui.selectable_value(&mut entry.material, None, "–");
-                    for name in self.document.scene().materials().keys() {
-                        ui.selectable_value(&mut entry.material, Some(name.clone()), name);
-                    }
-                });
+            self.material_choice(ui, "Material", &mut entry.material);
             if entry.material != before {
                 *done = Some("Change material".into());
             }
@@ -323,12 +390,7 @@ impl Studio {
         };
         let kind = map["type"].as_str().unwrap_or_default().to_owned();
         let name = spoken(&kind);
-        // A mesh of another file or resolution is to be sampled first: it is imported anew.
-        let is_sampled = kind == "mesh";
-        let own = |ui: &mut egui::Ui| {
-            fields(ui, &name, &mut map, |key| self.docs.of("Shape", &kind, key))
-        };
-        if !ui.add_enabled_ui(!is_sampled, own).inner {
+        if !fields(ui, &name, &mut map, |key| self.docs.of("Shape", &kind, key)) {
             return false;
         }
         match serde_json::from_value(Value::Object(map)) {
@@ -396,67 +458,6 @@ impl Studio {
         if let Some(i) = gone {
             entry.modifiers.remove(i);
             *done = Some("Remove modifier".into());
-        }
-    }
-
-    fn materials(&mut self, ui: &mut egui::Ui) {
-        ui.horizontal(|ui| {
-            ui.strong("Materials");
-            if ui.button("New material").clicked() {
-                let known = self.document.scene().materials();
-                let name = (1..)
-                    .map(|i| format!("material {i}"))
-                    .find(|name| !known.contains_key(name));
-                if let Some(name) = name {
-                    let material = Some(Material::default());
-                    self.attempt(|s| s.document.set_material("Add material", &name, material));
-                }
-            }
-        });
-        let all: Vec<(String, Material)> = self
-            .document
-            .scene()
-            .materials()
-            .iter()
-            .map(|(name, material)| (name.clone(), *material))
-            .collect();
-        for (name, before) in all {
-            let mut own = before;
-            egui::CollapsingHeader::new(&name)
-                .id_salt(("material", &name))
-                .show(ui, |ui| {
-                    ui.horizontal(|ui| {
-                        ui.label("Color");
-                        ui.color_edit_button_rgb(&mut own.base_color);
-                    });
-                    for (label, value) in [
-                        ("Roughness", &mut own.roughness),
-                        ("Metallic", &mut own.metallic),
-                    ] {
-                        ui.add(egui::Slider::new(value, 0.0..=1.0).text(label));
-                    }
-                    ui.horizontal(|ui| {
-                        ui.label("Emission");
-                        for (axis, value) in ["red", "green", "blue"].iter().zip(&mut own.emission)
-                        {
-                            number(ui, &format!("Emission {axis}"), "amount", value);
-                            *value = value.clamp(0.0, 1000.0);
-                        }
-                    });
-                    if let Some(node) = self.document.active()
-                        && ui.button("Use for the selection").clicked()
-                    {
-                        let mut entry = self.document.scene().node(node).entry().clone();
-                        entry.material = Some(name.clone());
-                        self.attempt(|s| s.document.replace("Change material", node, entry));
-                    }
-                });
-            if own != before {
-                if ui.input(|i| i.pointer.any_down()) && !self.document.is_in_stroke() {
-                    self.document.begin_stroke("Change material");
-                }
-                self.attempt(|s| s.document.set_material("Change material", &name, Some(own)));
-            }
         }
     }
 }

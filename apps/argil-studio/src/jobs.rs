@@ -2,12 +2,14 @@
 
 use crate::eye::Eye;
 use crate::files::Ask;
+use crate::meshes::{Load, Named, scene_of};
 use crate::place;
 use anyhow::Context;
 use argil::{
-    BricksOptions, Engine, Format, MeshOptions, Orbit, Scene, Settings, Show, Via, WriteOptions,
-    write_mesh, write_png,
+    BricksOptions, Engine, Format, LoadedMesh, MeshOptions, NodeId, Orbit, Scene, Settings, Show,
+    Via, WriteOptions, write_mesh, write_png,
 };
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
@@ -17,10 +19,32 @@ use std::sync::mpsc::{Receiver, channel};
 pub enum Done {
     /// Something was written.
     Written(String),
-    /// A mesh was sampled.
-    Imported(Box<Scene>),
+    /// Meshes were sampled.
+    Loaded(Loaded),
     /// It was told to end.
     Cancelled,
+}
+
+/// What meshes are sampled for.
+pub enum Aim {
+    /// For brushes that name them.
+    Known,
+    /// To be what a brush is.
+    Brush(NodeId),
+    /// To be put in, under a name.
+    New(String),
+}
+
+/// Meshes that were sampled.
+pub struct Loaded {
+    /// Those that could be.
+    pub meshes: Vec<LoadedMesh>,
+    /// Why the others could not.
+    pub faults: Vec<anyhow::Error>,
+    /// The document that they are for.
+    pub document: u64,
+    /// What they are for.
+    pub aim: Aim,
 }
 
 /// How far it is, seen from both sides.
@@ -34,7 +58,26 @@ impl Progress {
     fn set(&self, part: f32) -> bool {
         let part = (1000.0 * part) as u32;
         self.thousandths.store(part, Ordering::Relaxed);
+        self.is_cancelled()
+    }
+
+    fn is_cancelled(&self) -> bool {
         self.is_cancelled.load(Ordering::Relaxed)
+    }
+
+    /// Write a file, unless it is told to end before it is in its place.
+    fn put(
+        &self,
+        path: &Path,
+        write: impl FnOnce(&mut dyn Write) -> std::io::Result<()>,
+    ) -> anyhow::Result<()> {
+        place::put(path, |out| {
+            write(out)?;
+            if self.is_cancelled() {
+                return Err(std::io::ErrorKind::Interrupted.into());
+            }
+            Ok(())
+        })
     }
 }
 
@@ -52,14 +95,9 @@ impl Job {
         self.progress.thousandths.load(Ordering::Relaxed) as f32 / 1000.0
     }
 
-    /// Let it end soon, with nothing done.
+    /// Nothing comes of it any more. The step that it is in goes on to its end, beside everything.
     pub fn cancel(&self) {
         self.progress.is_cancelled.store(true, Ordering::Relaxed);
-    }
-
-    /// Whether it was told to end.
-    pub fn is_cancelled(&self) -> bool {
-        self.progress.is_cancelled.load(Ordering::Relaxed)
     }
 }
 
@@ -81,7 +119,7 @@ impl Jobs {
     pub fn finished(&mut self) -> Vec<anyhow::Result<Done>> {
         let mut done = Vec::new();
         self.0.retain(|job| match job.result.try_recv() {
-            Ok(_) if job.is_cancelled() => {
+            _ if job.progress.is_cancelled() => {
                 done.push(Ok(Done::Cancelled));
                 false
             }
@@ -123,16 +161,33 @@ impl Jobs {
         });
     }
 
-    /// Sample the meshes of a scene.
-    pub fn import(
+    /// Sample meshes for a document, one after another.
+    pub fn load(
         &mut self,
-        name: &str,
-        mut scene: Scene,
-        load: impl FnOnce(&mut Scene) -> anyhow::Result<()> + Send + 'static,
+        name: String,
+        wanted: Vec<Named>,
+        mut load: Load,
+        (document, aim): (u64, Aim),
     ) {
-        self.start(format!("Importing {name}"), async move |_| {
-            load(&mut scene)?;
-            Ok(Done::Imported(Box::new(scene)))
+        self.start(name, async move |progress| {
+            let (mut meshes, mut faults) = (Vec::new(), Vec::new());
+            for (i, named) in wanted.iter().enumerate() {
+                breathe().await;
+                if progress.set(i as f32 / wanted.len() as f32) {
+                    return Ok(Done::Cancelled);
+                }
+                match load(&mut scene_of(named)?) {
+                    Ok(loaded) if loaded.is_empty() => faults.push(not_given(named)),
+                    Ok(loaded) => meshes.extend(loaded),
+                    Err(error) => faults.push(error.into()),
+                }
+            }
+            Ok(Done::Loaded(Loaded {
+                meshes,
+                faults,
+                document,
+                aim,
+            }))
         });
     }
 
@@ -182,7 +237,7 @@ async fn export(
             }
             let counts = meshed.report.triangles;
             let format = Format::of(path).context("the name ends in .glb, .obj, .ply or .stl")?;
-            place::put(path, |out| {
+            progress.put(path, |out| {
                 write_mesh(&meshed.mesh, format, &WriteOptions::default(), out)
             })?;
             written += &format!(", {counts} triangles");
@@ -198,7 +253,7 @@ async fn export(
             if progress.set(0.5) {
                 return Ok(Done::Cancelled);
             }
-            place::put(path, |out| world.write(scene, out))?;
+            progress.put(path, |out| world.write(scene, out))?;
         }
         Ask::Turntable => {
             let world = how.engine.build(scene)?;
@@ -207,6 +262,7 @@ async fn export(
             for (i, camera) in Orbit::around(how.eye.camera(), FRAMES).enumerate() {
                 breathe().await;
                 if progress.set(i as f32 / FRAMES as f32) {
+                    folder.discard();
                     return Ok(Done::Cancelled);
                 }
                 let drawn = world.draw_async(&camera, &settings).await?;
@@ -225,12 +281,51 @@ async fn export(
             if progress.set(0.9) {
                 return Ok(Done::Cancelled);
             }
-            place::put(path, |out| write_png(drawn.size, &drawn.rgb, out))?;
+            progress.put(path, |out| write_png(drawn.size, &drawn.rgb, out))?;
         }
     }
     Ok(Done::Written(format!("{written}: written")))
 }
 
+fn not_given((path, _): &Named) -> anyhow::Error {
+    anyhow::anyhow!("the mesh {path} is not there: open its file too, or drop it on the page")
+}
+
 fn settings(world: &argil::World) -> Settings {
     world.settings(PICTURE, Show::Shaded)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_cancelled_writes_nothing_over() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("mesh.obj");
+        let write = |text: &'static str| move |out: &mut dyn Write| out.write_all(text.as_bytes());
+        let progress = Progress::default();
+        progress.put(&path, write("before")).expect("a file");
+        progress.is_cancelled.store(true, Ordering::Relaxed);
+        assert!(progress.put(&path, write("after")).is_err());
+        assert_eq!(std::fs::read_to_string(&path).expect("a file"), "before");
+        let left = std::fs::read_dir(folder.path()).expect("a folder").count();
+        assert_eq!(left, 1);
+    }
+
+    #[test]
+    fn what_is_cancelled_is_over_at_once() {
+        let mut jobs = Jobs::default();
+        let (hold, held) = channel::<()>();
+        jobs.start("Waiting".into(), async move |_| {
+            // Until the test has seen what it came for.
+            let _ = held.recv();
+            Ok(Done::Written("late".into()))
+        });
+        assert!(jobs.finished().is_empty());
+        jobs.all()[0].cancel();
+        assert!(matches!(jobs.finished()[..], [Ok(Done::Cancelled)]));
+        assert!(jobs.all().is_empty());
+        drop(hold);
+    }
 }

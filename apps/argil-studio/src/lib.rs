@@ -4,7 +4,9 @@
 //! that a session comes back after a crash; the painter, on a thread of its own, follows them with worlds of the pipelines
 //! that are looked at; the window asks it for one picture at a time and shows the last. Nothing waits for anything.
 
+mod alike;
 mod app;
+mod choice;
 mod commands;
 mod dialogs;
 mod document;
@@ -17,8 +19,11 @@ mod gizmo;
 mod icon;
 mod inspector;
 mod jobs;
+mod keyframes;
 mod list;
+mod materials;
 mod menus;
+mod meshes;
 mod mirrors;
 #[cfg(target_arch = "wasm32")]
 mod page;
@@ -74,7 +79,7 @@ pub fn run(
             scene,
             outside,
             recovery: dirs::data_local_dir().map(|d| d.join("argil-studio").join("sessions")),
-            files: Box::new(files::Native),
+            files: Box::new(files::Native::default()),
         };
         Ok(Box::new(Studio::new(cc, own)))
     };

@@ -45,6 +45,21 @@ impl Studio {
         }
     }
 
+    /// Have a node's row in sight: with the groups around it opened, or that of the closed group that it is in.
+    pub(crate) fn reveal(&mut self, node: NodeId, opens: bool) {
+        let mut shown = node;
+        let mut around = self.document.scene().node(node).parent();
+        while let Some(group) = around {
+            if opens {
+                self.collapsed.remove(&group);
+            } else if self.collapsed.contains(&group) {
+                shown = group;
+            }
+            around = self.document.scene().node(group).parent();
+        }
+        self.revealed = Some(shown);
+    }
+
     fn rows(&self) -> Vec<Row> {
         fn within(scene: &Scene, group: NodeId, depth: usize, own: &Studio, out: &mut Vec<Row>) {
             for &node in scene.node(group).children() {
@@ -67,15 +82,22 @@ impl Studio {
         } else {
             f32::INFINITY
         };
-        egui::ScrollArea::vertical()
+        let mut area = egui::ScrollArea::vertical()
             .id_salt("list")
             .auto_shrink(false)
-            .max_height(most)
-            .show_rows(ui, height, rows.len(), |ui, range| {
-                for row in &rows[range] {
-                    self.row(ui, row, &rows);
-                }
-            });
+            .max_height(most);
+        if let Some(node) = self.revealed.take()
+            && let Some(at) = rows.iter().position(|row| row.node == node)
+        {
+            let pitch = height + ui.spacing().item_spacing.y;
+            let above = 0.5 * ui.available_height().min(most);
+            area = area.vertical_scroll_offset((at as f32 * pitch - above).max(0.0));
+        }
+        area.show_rows(ui, height, rows.len(), |ui, range| {
+            for row in &rows[range] {
+                self.row(ui, row, &rows);
+            }
+        });
     }
 
     fn row(&mut self, ui: &mut egui::Ui, row: &Row, rows: &[Row]) {
@@ -93,6 +115,8 @@ impl Studio {
                     if button.clicked() && !self.collapsed.remove(&node) {
                         self.collapsed.insert(node);
                     }
+                } else {
+                    ui.add_space(icon::side(ui) + ui.spacing().item_spacing.x);
                 }
                 let is_renamed = matches!(&self.renaming, Some((n, _)) if *n == node);
                 if is_renamed {
@@ -186,7 +210,9 @@ impl Studio {
         is_group: bool,
         response: &egui::Response,
     ) {
-        response.dnd_set_drag_payload(row.node);
+        if !self.document.is_locked(row.node) {
+            response.dnd_set_drag_payload(row.node);
+        }
         let place = || {
             let at = ui.input(|i| i.pointer.interact_pos())?;
             let part = (at.y - response.rect.top()) / response.rect.height();
@@ -220,7 +246,7 @@ impl Studio {
     /// Put what was dragged, and what else is selected with it, before, into or behind a node.
     fn drop_at(&mut self, dragged: NodeId, target: NodeId, place: &Place) -> anyhow::Result<()> {
         let mut all = if self.document.selection.contains(&dragged) {
-            self.document.outermost()
+            self.movable()
         } else {
             vec![dragged]
         };

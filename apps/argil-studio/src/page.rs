@@ -413,6 +413,12 @@ pub fn keep_mesh((name, bytes): &Given) -> anyhow::Result<()> {
     )
 }
 
+/// A mesh that was kept.
+pub fn kept_mesh(name: &str) -> Option<Given> {
+    let text = storage()?.get_item(&format!("{MESH}{name}")).ok()??;
+    Some((name.into(), BASE64_STANDARD.decode(text).ok()?))
+}
+
 /// The meshes that were kept and that something names; the others are let go.
 pub fn kept_meshes(is_named: impl Fn(&str) -> bool) -> Vec<Given> {
     let Some(storage) = storage() else {
@@ -426,10 +432,8 @@ pub fn kept_meshes(is_named: impl Fn(&str) -> bool) -> Vec<Given> {
         if !is_named(&name) {
             // It is in nobody's way but another mesh's.
             let _ = storage.remove_item(&key);
-        } else if let Ok(Some(text)) = storage.get_item(&key)
-            && let Ok(bytes) = BASE64_STANDARD.decode(text)
-        {
-            all.push((name, bytes));
+        } else {
+            all.extend(kept_mesh(&name));
         }
     }
     all

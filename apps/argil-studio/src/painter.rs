@@ -6,6 +6,8 @@ use argil::{
     Settings, Show, Spread, Via, World,
 };
 use serde::{Deserialize, Serialize};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use web_time::Instant;
 
 /// How a scene is kept and drawn.
@@ -150,8 +152,11 @@ struct Kept {
 pub struct Painter {
     engine: Engine,
     scene: Scene,
+    /// Changes so far.
     version: u64,
     kept: Vec<Kept>,
+    /// Whether a world is being made, which may take long.
+    is_building: Arc<AtomicBool>,
 }
 
 /// As many worlds are kept at most: two that are compared, and one to go back to.
@@ -165,7 +170,13 @@ impl Painter {
             scene: Scene::new(),
             version: 0,
             kept: Vec::new(),
+            is_building: Arc::default(),
         }
+    }
+
+    /// Whether a world is being made; to be looked at from elsewhere.
+    pub fn is_building(&self) -> Arc<AtomicBool> {
+        self.is_building.clone()
     }
 
     /// Another scene.
@@ -181,6 +192,12 @@ impl Painter {
             let _ = self.scene.replay(line);
             self.version += 1;
         }
+    }
+
+    /// What has keyframes is as it is at a time.
+    pub fn set_time(&mut self, time: f32) {
+        self.scene.set_time(time);
+        self.version += 1;
     }
 
     /// Draw.
@@ -240,10 +257,10 @@ impl Painter {
             if self.kept.len() >= MOST_KEPT {
                 self.kept.remove(0);
             }
-            let world = self.engine.build(&self.scene)?;
-            let world = world
-                .via_async(&self.scene, pipeline.via(resolution))
-                .await?;
+            self.is_building.store(true, Ordering::Relaxed);
+            let world = self.build(pipeline, resolution).await;
+            self.is_building.store(false, Ordering::Relaxed);
+            let world = world?;
             self.kept.push(Kept {
                 pipeline,
                 resolution,
@@ -267,6 +284,12 @@ impl Painter {
             self.widen();
         }
         Ok(is_behind.then(|| start.elapsed().as_secs_f64() * 1e3))
+    }
+
+    async fn build(&self, pipeline: Pipeline, resolution: u32) -> anyhow::Result<World> {
+        let world = self.engine.build(&self.scene)?;
+        let via = pipeline.via(resolution);
+        Ok(world.via_async(&self.scene, via).await?)
     }
 
     /// Let edits tell boxes that serve all worlds.

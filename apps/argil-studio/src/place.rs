@@ -25,6 +25,9 @@ pub fn put(
 /// Several files in a folder, or in a browser in an archive.
 pub struct Folder {
     path: std::path::PathBuf,
+    /// What was not there before.
+    #[cfg(not(target_arch = "wasm32"))]
+    made: Vec<std::path::PathBuf>,
     #[cfg(target_arch = "wasm32")]
     archive: zip::ZipWriter<std::io::Cursor<Vec<u8>>>,
 }
@@ -39,6 +42,8 @@ impl Folder {
         std::fs::create_dir_all(path).with_context(|| path.display().to_string())?;
         Ok(Self {
             path: path.into(),
+            #[cfg(not(target_arch = "wasm32"))]
+            made: Vec::new(),
             #[cfg(target_arch = "wasm32")]
             archive: zip::ZipWriter::new(Default::default()),
         })
@@ -63,7 +68,22 @@ impl Folder {
             Ok(())
         }
         #[cfg(not(target_arch = "wasm32"))]
-        put(&self.path.join(name), write)
+        {
+            let path = self.path.join(name);
+            let is_new = !path.exists();
+            put(&path, write)?;
+            self.made.extend(is_new.then_some(path));
+            Ok(())
+        }
+    }
+
+    /// It is not wanted any more: take out what was written. What was written over stays as it is now.
+    pub fn discard(self) {
+        #[cfg(not(target_arch = "wasm32"))]
+        for path in self.made {
+            // Who has taken it out already has done the same.
+            let _ = std::fs::remove_file(path);
+        }
     }
 
     /// Everything is in it.

@@ -39,12 +39,13 @@ impl Pose {
         pose
     }
 
-    /// Of all groups around a node; modifiers of other kinds are passed over.
+    /// Of a node's keyframes as the scene stands, and of all groups around it; modifiers of other kinds are passed over.
     pub fn around(scene: &Scene, node: NodeId) -> Self {
-        let mut pose = Self::default();
-        let mut at = scene.node(node).parent();
+        let own = scene.node(node);
+        let mut pose = Self::behind(own.acting(), own.entry().modifiers.len());
+        let mut at = own.parent();
         while let Some(group) = at {
-            for modifier in &scene.node(group).entry().modifiers {
+            for modifier in &scene.node(group).acting().modifiers {
                 pose.then(modifier);
             }
             at = scene.node(group).parent();
@@ -156,6 +157,29 @@ mod tests {
             assert!((pose.apply(point) - p).length() < 1e-6);
             assert!((Pose::of(&again).apply(point) - p).length() < 1e-5);
             assert!((pose.unapply(p) - point).length() < 1e-6);
+        }
+    }
+
+    #[test]
+    fn keyframes_are_around_what_they_move() {
+        let mut scene = Scene::new();
+        let mut entry: Entry = Brush::new(Shape::sphere(1.0)).at([1.0, 0.0, 0.0]).into();
+        let key = |time, x| argil::Keyframe {
+            time,
+            translate: Some([x, 0.0, 0.0]),
+            scale: Some(2.0),
+            ..Default::default()
+        };
+        entry.keyframes = vec![key(0.0, 0.0), key(1.0, 4.0)];
+        let brush = scene.push(entry).expect("a brush").node;
+        for (time, x) in [(0.0, 2.0), (0.5, 4.0), (1.0, 6.0)] {
+            scene.set_time(time);
+            let own = Pose::of(scene.node(brush).entry());
+            let all = own.and(&Pose::around(&scene, brush));
+            assert!(
+                (all.shift - DVec3::new(x, 0.0, 0.0)).length() < 1e-6,
+                "{time}"
+            );
         }
     }
 

@@ -2,10 +2,15 @@
 
 use crate::painter::{Answer, Painter, Request};
 use argil::{Engine, Scene};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+use web_time::Instant;
 
 enum Message {
     Load(Box<Scene>, u64),
     Follow(Vec<String>),
+    Time(f32),
     Draw(Box<Request>),
 }
 
@@ -13,6 +18,7 @@ async fn take(painter: &mut Painter, message: Message) -> Option<Answer> {
     match message {
         Message::Load(scene, version) => painter.load(*scene, version),
         Message::Follow(lines) => painter.follow(&lines),
+        Message::Time(time) => painter.set_time(time),
         Message::Draw(request) => return Some(painter.draw(*request).await),
     }
     None
@@ -137,33 +143,46 @@ mod place {
 
 /// See the module's page.
 pub struct Renderer {
+    engine: Engine,
     place: place::Place,
-    device: String,
-    most_pixels: u64,
-    /// What is being drawn.
-    waiting: bool,
+    wake: Arc<dyn Fn() + Send + Sync>,
+    is_building: Arc<AtomicBool>,
+    /// What is being drawn, and since when.
+    waiting: Option<(Request, Instant)>,
 }
 
 impl Renderer {
     /// On an engine; `wake` is called when there is an answer.
-    pub fn new(engine: Engine, wake: impl Fn() + Send + 'static) -> Self {
-        let (device, most_pixels) = (engine.device(), engine.most_pixels());
+    pub fn new(engine: Engine, wake: impl Fn() + Send + Sync + 'static) -> Self {
+        Self::with(engine, Arc::new(wake))
+    }
+
+    fn with(engine: Engine, wake: Arc<dyn Fn() + Send + Sync>) -> Self {
+        let painter = Painter::new(engine.clone());
+        let own = wake.clone();
         Self {
-            place: place::Place::new(Painter::new(engine), wake),
-            device,
-            most_pixels,
-            waiting: false,
+            engine,
+            is_building: painter.is_building(),
+            place: place::Place::new(painter, move || own()),
+            wake,
+            waiting: None,
         }
     }
 
+    /// Begin anew with a scene: nothing comes any more of what is being drawn. It goes on to its end, beside everything.
+    pub fn abandon(&mut self, scene: &Scene, version: u64) {
+        *self = Self::with(self.engine.clone(), self.wake.clone());
+        self.load(scene, version);
+    }
+
     /// What it draws on.
-    pub fn device(&self) -> &str {
-        &self.device
+    pub fn device(&self) -> String {
+        self.engine.device()
     }
 
     /// Pixels of the largest picture.
     pub fn most_pixels(&self) -> u64 {
-        self.most_pixels
+        self.engine.most_pixels()
     }
 
     /// Another scene, as it is after so many lines.
@@ -179,14 +198,26 @@ impl Renderer {
         }
     }
 
+    /// What has keyframes is as it is at a time.
+    pub fn set_time(&mut self, time: f32) {
+        self.place.send(Message::Time(time));
+    }
+
     /// Whether a request is on its way.
     pub fn is_busy(&self) -> bool {
-        self.waiting
+        self.waiting.is_some()
+    }
+
+    /// What is waited for while a world is being made for it, and for how long.
+    pub fn is_building(&self) -> Option<(&Request, Duration)> {
+        let (request, since) = self.waiting.as_ref()?;
+        let is_building = self.is_building.load(Ordering::Relaxed);
+        is_building.then(|| (request, since.elapsed()))
     }
 
     /// Draw; to be asked when it is not busy.
     pub fn draw(&mut self, request: Request) {
-        self.waiting = true;
+        self.waiting = Some((request.clone(), Instant::now()));
         self.place.send(Message::Draw(Box::new(request)));
     }
 
@@ -198,7 +229,47 @@ impl Renderer {
     /// What came, if something did.
     pub fn answer(&mut self) -> Option<Answer> {
         let answer = self.place.answer();
-        self.waiting &= answer.is_none();
+        if answer.is_some() {
+            self.waiting = None;
+        }
         answer
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::eye::Eye;
+    use crate::painter::Pipeline;
+    use crate::samples::first;
+    use argil::Show;
+
+    #[test]
+    fn nothing_comes_of_what_is_abandoned() {
+        let request = |pipeline, resolution| Request {
+            pipelines: vec![pipeline],
+            show: Show::Normal,
+            resolution,
+            camera: Eye::default().camera(),
+            size: [40, 30],
+            is_still: true,
+            version: 0,
+        };
+        let mut renderer = Renderer::new(Engine::cpu(), || {});
+        renderer.load(&first(), 0);
+        renderer.draw(request(Pipeline::Dense, 256));
+        renderer.abandon(&first(), 0);
+        assert!(!renderer.is_busy());
+        let wanted = request(Pipeline::Field, 32);
+        renderer.draw(wanted.clone());
+        let answer = loop {
+            match renderer.answer() {
+                Some(answer) => break answer,
+                None => std::thread::sleep(Duration::from_millis(2)),
+            }
+        };
+        assert_eq!(answer.request, wanted);
+        assert_eq!(answer.pictures.expect("a picture").len(), 1);
+        assert!(!renderer.is_busy() && renderer.answer().is_none());
     }
 }

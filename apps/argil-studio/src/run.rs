@@ -7,7 +7,9 @@ use crate::eye::Side;
 use crate::files::{Ask, IS_PAGE};
 use crate::jobs::Done;
 use crate::painter::Pipeline;
+use crate::pose::Pose;
 use crate::sculpt::Kind;
+use argil::glam::Vec3;
 use argil::{Body, Edit, Entry, Group, Modifier, NodeId, Scene};
 use eframe::egui;
 
@@ -31,6 +33,12 @@ impl Studio {
             | Command::MirrorX
             | Command::MirrorY
             | Command::MirrorZ
+            | Command::NudgeLeft
+            | Command::NudgeRight
+            | Command::NudgeUp
+            | Command::NudgeDown
+            | Command::NudgeNearer
+            | Command::NudgeFarther
             | Command::SelectNone
             | Command::FrameSelection => has_selection,
             Command::Difference => self.viewport.split.is_some(),
@@ -107,6 +115,7 @@ impl Studio {
                 if let Some(node) = self.document.active() {
                     let name = self.document.scene().node(node).entry().name.clone();
                     self.renaming = Some((node, name));
+                    self.reveal(node, true);
                 }
             }
             Command::SelectAll => {
@@ -117,6 +126,12 @@ impl Studio {
             Command::MirrorX => self.attempt(|s| s.mirror([true, false, false])),
             Command::MirrorY => self.attempt(|s| s.mirror([false, true, false])),
             Command::MirrorZ => self.attempt(|s| s.mirror([false, false, true])),
+            Command::NudgeLeft => self.attempt(|s| s.nudge(-Vec3::X)),
+            Command::NudgeRight => self.attempt(|s| s.nudge(Vec3::X)),
+            Command::NudgeUp => self.attempt(|s| s.nudge(Vec3::Y)),
+            Command::NudgeDown => self.attempt(|s| s.nudge(-Vec3::Y)),
+            Command::NudgeNearer => self.attempt(|s| s.nudge(Vec3::Z)),
+            Command::NudgeFarther => self.attempt(|s| s.nudge(-Vec3::Z)),
             Command::Select => self.tool = Tool::Select,
             Command::Move => self.tool = Tool::Move,
             Command::Rotate => self.tool = Tool::Rotate,
@@ -186,12 +201,18 @@ impl Studio {
         Ok(())
     }
 
+    /// What is selected and not locked.
+    fn unlocked(&self) -> anyhow::Result<Vec<NodeId>> {
+        let nodes = self.movable();
+        anyhow::ensure!(!nodes.is_empty(), "what is selected is locked");
+        Ok(nodes)
+    }
+
     fn delete(&mut self, name: &str) -> anyhow::Result<()> {
+        let nodes = self.unlocked()?;
         self.document.begin_stroke(name);
-        for node in self.document.outermost() {
-            if !self.document.is_locked(node) {
-                self.document.edit(name, &Edit::Remove { node })?;
-            }
+        for node in nodes {
+            self.document.edit(name, &Edit::Remove { node })?;
         }
         self.document.end_stroke();
         self.document.selection.clear();
@@ -266,7 +287,7 @@ impl Studio {
     }
 
     fn group(&mut self) -> anyhow::Result<()> {
-        let nodes = self.document.outermost();
+        let nodes = self.unlocked()?;
         let Some(&first) = nodes.first() else {
             return Ok(());
         };
@@ -297,9 +318,10 @@ impl Studio {
 
     /// Put what groups hold in their place. Groups that do more than hold are told of.
     fn ungroup(&mut self) -> anyhow::Result<()> {
+        let groups = self.unlocked()?;
         self.document.begin_stroke("Ungroup");
         let mut freed = Vec::new();
-        for group in self.document.outermost() {
+        for group in groups {
             let scene = self.document.scene();
             let entry = scene.node(group).entry().clone();
             if !matches!(entry.body, Body::Group) {
@@ -371,11 +393,39 @@ impl Studio {
     }
 
     fn mirror(&mut self, axes: [bool; 3]) -> anyhow::Result<()> {
+        let nodes = self.unlocked()?;
         self.document.begin_stroke("Mirror");
-        for node in self.document.outermost() {
+        for node in nodes {
             let mut entry = self.document.scene().node(node).entry().clone();
             entry.modifiers.push(Modifier::Mirror { axes });
             self.document.replace("Mirror", node, entry)?;
+        }
+        self.document.end_stroke();
+        Ok(())
+    }
+
+    /// Shift what is selected by a step of the snap along the axis that is nearest to a direction of the picture.
+    fn nudge(&mut self, seen: Vec3) -> anyhow::Result<()> {
+        let nodes = self.unlocked()?;
+        let Some((_, axes)) = self.frame_of(&nodes) else {
+            return Ok(());
+        };
+        let [right, up] = self.eye.axes();
+        let along = seen.x * right + seen.y * up + seen.z * self.eye.backward();
+        let steepest = |a: &Vec3, b: &Vec3| a.dot(along).abs().total_cmp(&b.dot(along).abs());
+        let Some(axis) = axes.into_iter().max_by(steepest) else {
+            return Ok(());
+        };
+        let by = axis * self.preferences.snap_length.copysign(axis.dot(along));
+        self.document.begin_stroke("Nudge");
+        for node in nodes {
+            let scene = self.document.scene();
+            let mut entry = scene.node(node).entry().clone();
+            let outer = Pose::around(scene, node);
+            let mut pose = Pose::of(&entry).and(&outer);
+            pose.shift += by.as_dvec3();
+            pose.within(&outer).write(&mut entry);
+            self.document.replace("Nudge", node, entry)?;
         }
         self.document.end_stroke();
         Ok(())
@@ -402,9 +452,14 @@ impl Studio {
         for result in self.jobs.finished() {
             match result {
                 Ok(Done::Written(text)) => self.tell(text),
-                Ok(Done::Imported(scene)) => self.attempt(|s| s.imported(&scene)),
+                Ok(Done::Loaded(loaded)) => self.attempt(|s| s.have_meshes(loaded)),
                 Ok(Done::Cancelled) => self.tell("Cancelled"),
-                Err(error) => self.fail(&error),
+                Err(error) => {
+                    self.fail(&error);
+                    // It is not to be closed upon that unread.
+                    self.dialog
+                        .take_if(|dialog| matches!(dialog, Dialog::Unfinished));
+                }
             }
         }
         if !self.jobs.all().is_empty() {

@@ -51,6 +51,8 @@ pub struct Sculpting {
     /// What is painted with.
     pub material: Option<String>,
     stroke: Option<Stroke>,
+    /// Whether the last stroke was taken back and the pointer is held still.
+    is_given_up: bool,
 }
 
 #[derive(Debug)]
@@ -68,14 +70,20 @@ impl Default for Sculpting {
             mirror: [false; 3],
             material: None,
             stroke: None,
+            is_given_up: false,
         }
     }
 }
 
 impl Sculpting {
-    /// Whether a stroke is being made.
+    /// Whether a stroke is being made, or was until it was taken back and the pointer is still held.
     pub fn is_going(&self) -> bool {
-        self.stroke.is_some()
+        self.stroke.is_some() || self.is_given_up
+    }
+
+    /// Whether nothing is done until the pointer is let go.
+    pub fn is_given_up(&self) -> bool {
+        self.is_given_up
     }
 
     fn group(&self) -> Entry {
@@ -216,8 +224,25 @@ impl Studio {
         Ok(())
     }
 
+    /// Strokes have no material that is not there any more.
+    pub(crate) fn forget_material(&mut self) {
+        let known = self.document.scene().materials();
+        self.sculpting
+            .material
+            .take_if(|own| !known.contains_key(own));
+    }
+
+    /// Take the stroke back that is being made; nothing is done until the pointer is let go.
+    pub(crate) fn give_up_sculpting(&mut self) {
+        if self.sculpting.stroke.take().is_some() {
+            self.sculpting.is_given_up = true;
+            self.document.give_up_stroke();
+        }
+    }
+
     /// The pointer is let go.
     pub(crate) fn end_sculpting(&mut self) {
+        self.sculpting.is_given_up = false;
         if self.sculpting.stroke.take().is_some() {
             self.document.end_stroke();
         }
@@ -245,20 +270,9 @@ impl Studio {
         });
         ui.horizontal(|ui| {
             ui.label("With");
-            let shown = self
-                .sculpting
-                .material
-                .clone()
-                .unwrap_or_else(|| "–".into());
-            egui::ComboBox::from_id_salt("sculpt material")
-                .selected_text(shown)
-                .show_ui(ui, |ui| {
-                    ui.selectable_value(&mut self.sculpting.material, None, "–");
-                    for name in self.document.scene().materials().keys() {
-                        let own = Some(name.clone());
-                        ui.selectable_value(&mut self.sculpting.material, own, name);
-                    }
-                });
+            let mut material = self.sculpting.material.take();
+            self.material_choice(ui, "Material of strokes", &mut material);
+            self.sculpting.material = material;
         });
     }
 

@@ -67,6 +67,19 @@ impl Viewport {
         self.is_settled = false;
     }
 
+    /// Ask for a picture anew.
+    pub fn forget_request(&mut self) {
+        self.last = None;
+        self.is_settled = false;
+    }
+
+    /// The pipelines that are shown, and at what resolution.
+    pub fn last_shown(&self) -> Option<([Option<Pipeline>; 2], u32)> {
+        let last = self.last.as_ref()?;
+        let pipelines = [0, 1].map(|i| last.pipelines.get(i).copied());
+        Some((pipelines, last.resolution))
+    }
+
     /// See [`Studio::shown`].
     pub fn shown_request(&self) -> Option<(u64, bool, f64)> {
         let last = self.last.as_ref()?;
@@ -431,6 +444,9 @@ impl Studio {
             let found = at.and_then(|at| self.picked(rect, at));
             let node = found.map(|found| found.node);
             self.document.select(node, held.command || held.shift);
+            if let Some(node) = node {
+                self.reveal(node, false);
+            }
         }
         // What is under a pointer that rests is looked up when it has come to rest.
         let is_calm = delta == Vec2::ZERO && !ui.input(|i| i.pointer.any_down());
@@ -456,6 +472,7 @@ impl Studio {
         });
         #[cfg(target_arch = "wasm32")]
         let pressure = pressure.or_else(crate::page::pen_pressure);
+        self.forget_material();
         let is_down = response.is_pointer_button_down_on()
             && ui.input(|i| i.pointer.button_down(PointerButton::Primary));
         let Some(at) = at.filter(|_| response.contains_pointer() || is_down) else {
@@ -472,9 +489,12 @@ impl Studio {
             let painter = ui.painter_at(rect);
             painter.circle_stroke(at, radius, Stroke::new(1.5, Color32::from_white_alpha(180)));
         }
+        if ui.input(|i| i.key_pressed(egui::Key::Escape)) {
+            self.give_up_sculpting();
+        }
         if !is_down {
             self.end_sculpting();
-        } else if let Some(hit) = hit {
+        } else if let Some(hit) = hit.filter(|_| !self.sculpting.is_given_up()) {
             let (point, normal) = (Vec3::from(hit.point), Vec3::from(hit.normal));
             self.attempt(|s| s.sculpt(point, normal, pressure.unwrap_or(1.0)));
         }
@@ -501,7 +521,7 @@ impl Studio {
     }
 
     fn draw_readings(&self, ui: &egui::Ui, rect: Rect) {
-        let mut lines = vec![self.renderer.device().to_owned()];
+        let mut lines = vec![self.renderer.device()];
         for shown in &self.viewport.shown {
             let p = &shown.picture;
             lines.push(format!(

@@ -429,6 +429,8 @@ impl Scene {
                 }
             }
             Step::Set { node, mut entry } => {
+                // It may be from before its mesh was there.
+                self.load(&mut entry);
                 self.count(node, false);
                 let own = &mut self.nodes[node.index()];
                 std::mem::swap(&mut own.entry, &mut entry);

@@ -204,8 +204,8 @@ impl Scene {
         }
     }
 
-    /// The distances of a mesh, for all brushes that name it, those of later edits included. Not part of the history: do it
-    /// before anything is built.
+    /// The distances of a mesh, for all brushes that name it, in place of what they had, and those of later edits included. Not
+    /// part of the history: undo does not bring back what was there. What was built before has to be built anew.
     pub fn set_mesh(&mut self, path: impl Into<String>, resolution: u32, grid: Arc<SampledGrid>) {
         self.grids.insert((path.into(), resolution), grid);
         for i in 0..self.nodes.len() {
@@ -225,10 +225,10 @@ impl Scene {
             resolution,
             grid,
         }) = &mut entry.body
-            && grid.0.is_none()
-        {
             // A name is made for the look-up alone; meshes are few.
-            grid.0 = self.grids.get(&(path.clone(), *resolution)).cloned();
+            && let Some(known) = self.grids.get(&(path.clone(), *resolution))
+        {
+            grid.0 = Some(known.clone());
         }
     }
 

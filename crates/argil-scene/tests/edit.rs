@@ -1,6 +1,6 @@
 //! Edits: what is refused, what can be undone, and that many of them stay quick.
 
-use argil_scene::{Brush, Edit, EditError, Group, Modifier, Scene, Shape};
+use argil_scene::{Body, Brush, Edit, EditError, Group, Modifier, Scene, Shape};
 
 fn ball() -> Brush {
     Brush::new(Shape::sphere(0.5))
@@ -240,4 +240,35 @@ fn changes_name_the_operands_of_the_root() {
     scene.set_material("stone", stone).unwrap();
     assert_eq!(scene.changes().len(), seen + 4);
     assert_ne!(scene.clone().identity(), scene.identity());
+}
+
+/// A grid of one cell, as far from everything as is said.
+fn grid(distance: f32) -> std::sync::Arc<argil_scene::SampledGrid> {
+    use argil_math::Aabb;
+    use glam::{UVec3, Vec3};
+    let same = move |_: &[Vec3], out: &mut [f32]| out.fill(distance);
+    let solid = Aabb::new(Vec3::ZERO, Vec3::ONE);
+    argil_scene::SampledGrid::sample(Vec3::ZERO, 1.0, UVec3::ONE, solid, &same).into()
+}
+
+#[test]
+fn a_mesh_given_anew_is_that_of_what_undo_brings_back() {
+    let mut scene = Scene::new();
+    let mesh = Brush::new(Shape::mesh("a.obj"));
+    let Shape::Mesh { resolution, .. } = Shape::mesh("a.obj") else {
+        panic!("a mesh")
+    };
+    let node = scene.push(mesh.clone()).expect("a mesh").node;
+    let has = |scene: &Scene, wanted: f32| match &scene.node(node).entry().body {
+        Body::Shape(Shape::Mesh { grid: own, .. }) => own.0.as_deref() == Some(&*grid(wanted)),
+        _ => false,
+    };
+    scene.set_mesh("a.obj", resolution, grid(2.0));
+    assert!(has(&scene, 2.0));
+    let entry = mesh.at([1.0, 0.0, 0.0]).into();
+    scene.apply(Edit::Replace { node, entry }).expect("an edit");
+    scene.set_mesh("a.obj", resolution, grid(3.0));
+    assert!(has(&scene, 3.0));
+    scene.undo();
+    assert!(has(&scene, 3.0), "not what it was when it was moved");
 }

@@ -32,6 +32,7 @@ pub struct Desk {
 #[derive(Default)]
 pub struct Begin {
     pub scene: Option<PathBuf>,
+    pub outside: bool,
     pub recovery: Option<PathBuf>,
     pub is_drawn: bool,
 }
@@ -42,7 +43,7 @@ impl Desk {
         let options = Options {
             engine: Engine::cpu(),
             scene: begin.scene,
-            outside: false,
+            outside: begin.outside,
             recovery: begin.recovery,
             files: Box::new(Scripted(answers.clone())),
         };

@@ -1,0 +1,30 @@
+//! A choice of a few.
+
+use eframe::egui;
+
+/// Let one of `all` be chosen, under a name that screen readers are told.
+pub fn choice<T: PartialEq>(
+    ui: &mut egui::Ui,
+    name: &str,
+    value: &mut T,
+    all: impl IntoIterator<Item = T>,
+    word: impl Fn(&T) -> String,
+) -> egui::Response {
+    let response = egui::ComboBox::from_id_salt(name)
+        .width(70.0)
+        .selected_text(word(value))
+        .show_ui(ui, |ui| {
+            for own in all {
+                let word = word(&own);
+                ui.selectable_value(value, own, word);
+            }
+        })
+        .response;
+    let shown = word(value);
+    response.widget_info(|| {
+        let mut info = egui::WidgetInfo::labeled(egui::Role::ComboBox, true, name);
+        info.current_text_value = Some(shown.clone());
+        info
+    });
+    response
+}

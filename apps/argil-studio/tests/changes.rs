@@ -1,0 +1,302 @@
+//! What is changed of brushes, meshes and materials, and work that goes on beside the window.
+
+mod common;
+
+use argil::{Body, Entry, Modifier, Scene, Shape};
+use common::{Begin, Desk};
+use eframe::egui::{Key, Modifiers, Pos2, Vec2};
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+fn desk() -> Desk {
+    let mut desk = Desk::new(Begin::default());
+    desk.step();
+    desk.choose("File", "New");
+    desk
+}
+
+fn entries(desk: &Desk) -> Vec<Entry> {
+    let scene = desk.scene();
+    let nodes = scene.node(Scene::ROOT).children().iter();
+    nodes.map(|&n| scene.node(n).entry().clone()).collect()
+}
+
+fn steps(desk: &Desk) -> Vec<String> {
+    desk.studio().document().history().0.to_vec()
+}
+
+fn until(desk: &mut Desk, what: &str, is_so: impl Fn(&Desk) -> bool) {
+    let start = Instant::now();
+    while !is_so(desk) {
+        desk.step();
+        assert!(start.elapsed() < Duration::from_secs(120), "{what}");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+}
+
+fn middle(desk: &Desk) -> Pos2 {
+    desk.place_of("Viewport")
+}
+
+#[test]
+fn escape_takes_a_drag_and_a_stroke_back() {
+    let mut desk = desk();
+    desk.click("Add Sphere");
+    let before = desk.scene().to_json();
+    let at = middle(&desk);
+    for tool in ["Move", "Sculpt"] {
+        desk.click(tool);
+        desk.hold(at);
+        desk.move_to(at + Vec2::new(30.0, 0.0));
+        desk.move_to(at + Vec2::new(60.0, 0.0));
+        assert_ne!(desk.scene().to_json(), before, "{tool}");
+        desk.press(Modifiers::NONE, Key::Escape);
+        assert_eq!(desk.scene().to_json(), before, "{tool}");
+        // What is held does nothing any more.
+        desk.move_to(at + Vec2::new(40.0, 30.0));
+        desk.let_go(at + Vec2::new(40.0, 30.0));
+        assert_eq!(desk.scene().to_json(), before, "{tool}");
+        assert_eq!(desk.studio().document().selection.len(), 1);
+        assert_eq!(desk.studio().document().history().1, 1);
+    }
+    // The next does as ever.
+    desk.drag(at, at + Vec2::new(40.0, 0.0), Modifiers::NONE);
+    assert_ne!(desk.scene().to_json(), before);
+}
+
+#[test]
+fn what_is_selected_is_nudged_along_axes() {
+    let mut desk = desk();
+    desk.click("Add Sphere");
+    desk.choose("View", "Front or back");
+    let place = |desk: &Desk| match entries(desk)[0].modifiers.last() {
+        Some(&Modifier::Translate { by }) => by,
+        _ => [0.0; 3],
+    };
+    let from = place(&desk);
+    let shift = Modifiers::SHIFT;
+    desk.press(shift, Key::ArrowRight);
+    desk.press(shift, Key::ArrowUp);
+    desk.press(shift, Key::ArrowUp);
+    desk.press(shift, Key::PageUp);
+    let to = place(&desk);
+    for (axis, by) in [0.1, 0.2, -0.1].into_iter().enumerate() {
+        let moved = to[axis] - from[axis];
+        assert!((moved - by).abs() < 1e-5, "{axis}: {moved}");
+    }
+    assert_eq!(steps(&desk).len(), 5);
+}
+
+#[test]
+fn all_that_are_selected_are_changed_alike() {
+    let mut desk = desk();
+    desk.click("Add Sphere");
+    desk.click("Add Sphere");
+    desk.click("Add Box");
+    desk.click("Lock or unlock Box");
+    desk.press(Modifiers::COMMAND, Key::A);
+    // The one that is inspected is the last; it is to be a ball.
+    desk.window.state_mut().document_mut().selection.reverse();
+    desk.step();
+    let value = desk.place_of("Sphere radius");
+    desk.drag(value, value + Vec2::new(40.0, 0.0), Modifiers::NONE);
+    let value = desk.place_of("Blend radius");
+    desk.drag(value, value + Vec2::new(40.0, 0.0), Modifiers::NONE);
+    let all = entries(&desk);
+    assert!(all[0].operator.blend > 0.0);
+    assert_eq!(all[0], all[1]);
+    assert!(matches!(all[0].body, Body::Shape(Shape::Sphere { radius }) if radius > 0.5));
+    assert_eq!(all[2].operator.blend, 0.0, "it is locked");
+    assert_eq!(steps(&desk)[3..], ["Change sphere", "Change operator"]);
+    desk.press(Modifiers::COMMAND, Key::Z);
+    assert!(entries(&desk).iter().all(|e| e.operator.blend == 0.0));
+}
+
+#[test]
+fn what_is_locked_stays_as_it_is() {
+    let mut desk = desk();
+    desk.click("Add Sphere");
+    desk.press(Modifiers::NONE, Key::L);
+    let before = desk.scene().to_json();
+    for (modifiers, key) in [
+        (Modifiers::NONE, Key::Delete),
+        (Modifiers::COMMAND, Key::G),
+        (Modifiers::SHIFT, Key::ArrowLeft),
+    ] {
+        desk.press(modifiers, key);
+        assert_eq!(desk.scene().to_json(), before, "{key:?}");
+        assert_eq!(desk.studio().note(), Some("what is selected is locked"));
+    }
+    let value = desk.place_of("Sphere radius");
+    desk.drag(value, value + Vec2::new(40.0, 0.0), Modifiers::NONE);
+    assert_eq!(desk.scene().to_json(), before);
+}
+
+#[test]
+fn materials_are_named_given_and_taken_away() {
+    let mut desk = desk();
+    desk.click("Add Sphere");
+    desk.click("New material");
+    desk.click("material 1");
+    desk.window.run_steps(20);
+    desk.click("Use for the selection");
+    assert_eq!(entries(&desk)[0].material.as_deref(), Some("material 1"));
+    desk.click("Name");
+    desk.press(Modifiers::COMMAND, Key::A);
+    desk.type_text("clay");
+    desk.press(Modifiers::NONE, Key::Enter);
+    assert_eq!(entries(&desk)[0].material.as_deref(), Some("clay"));
+    let names: Vec<&String> = desk.scene().materials().keys().collect();
+    assert_eq!(names, ["clay"]);
+    desk.press(Modifiers::COMMAND, Key::Z);
+    assert_eq!(entries(&desk)[0].material.as_deref(), Some("material 1"));
+    desk.window.run_steps(20);
+    desk.click("Remove");
+    assert_eq!(entries(&desk)[0].material, None);
+    assert!(desk.scene().materials().is_empty());
+}
+
+#[test]
+fn keyframes_are_added_and_looked_at() {
+    let mut desk = desk();
+    desk.click("Add Sphere");
+    desk.click("Add keyframe");
+    desk.click("Add keyframe");
+    let own = entries(&desk).remove(0).keyframes;
+    assert_eq!(own.iter().map(|k| k.time).collect::<Vec<_>>(), [0.0, 1.0]);
+    let value = desk.place_of("Keyframe translate x");
+    desk.drag(value, value + Vec2::new(60.0, 0.0), Modifiers::NONE);
+    let own = entries(&desk).remove(0).keyframes;
+    let far = own[0].translate.expect("a place")[0];
+    assert!(far > 0.05, "{far}");
+    desk.settle();
+    let (version, ..) = desk.studio().shown().expect("a picture");
+    let time = desk.place_of("Time");
+    desk.drag(time, time + Vec2::new(30.0, 0.0), Modifiers::NONE);
+    assert!(desk.scene().time() > 0.0);
+    desk.settle();
+    assert!(desk.studio().shown().expect("a picture").0 > version);
+    desk.click("Remove keyframe 2");
+    assert_eq!(entries(&desk)[0].keyframes.len(), 1);
+}
+
+/// A square pyramid.
+fn pyramid(path: &Path) {
+    let text = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0.5 0.5 1\n\
+        f 4 3 2 1\nf 1 2 5\nf 2 3 5\nf 3 4 5\nf 4 1 5\n";
+    std::fs::write(path, text).expect("a file");
+}
+
+fn mesh_of(desk: &Desk) -> (String, u32) {
+    match &entries(desk)[0].body {
+        Body::Shape(Shape::Mesh {
+            path, resolution, ..
+        }) => (path.clone(), *resolution),
+        other => panic!("a mesh: {other:?}"),
+    }
+}
+
+#[test]
+fn a_scene_whose_mesh_is_gone_opens_and_is_mended() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let scene = folder.path().join("scene.json");
+    let text = r#"{"argil": 1, "brushes": [
+        {"name": "thing", "shape": {"type": "mesh", "path": "gone.obj"}},
+        {"shape": {"type": "sphere", "radius": 0.5}}]}"#;
+    std::fs::write(&scene, text).expect("a file");
+    let mut desk = desk();
+    desk.answers.borrow_mut().push(scene.clone());
+    desk.press(Modifiers::COMMAND, Key::O);
+    desk.until_told("gone.obj");
+    assert_eq!(desk.scene().brush_count(), 2);
+    assert_eq!(desk.studio().document().missing_meshes().len(), 1);
+    // The ball is drawn and picked.
+    desk.settle();
+    desk.press(Modifiers::NONE, Key::Home);
+    let at = middle(&desk);
+    desk.click_at(at, Modifiers::NONE);
+    assert_eq!(desk.studio().document().selection.len(), 1);
+    // What would leave the mesh out is not done.
+    desk.press(Modifiers::COMMAND, Key::E);
+    desk.until_told("is not there");
+    let mesh = folder.path().join("there.obj");
+    pyramid(&mesh);
+    desk.click("thing");
+    desk.answers.borrow_mut().push(mesh);
+    desk.click("Choose…");
+    until(&mut desk, "the mesh", |desk| mesh_of(desk).0 == "there.obj");
+    let exported = folder.path().join("all.glb");
+    desk.answers.borrow_mut().push(exported.clone());
+    desk.press(Modifiers::COMMAND, Key::E);
+    desk.until_told("written");
+    assert!(exported.exists());
+    // A finer one, and back.
+    desk.click("Mesh resolution");
+    desk.window.run_steps(20);
+    desk.click("32 samples");
+    until(&mut desk, "the mesh", |desk| mesh_of(desk).1 == 32);
+    desk.settle();
+    desk.press(Modifiers::COMMAND, Key::Z);
+    assert_eq!(mesh_of(&desk).1, 128);
+    desk.settle();
+}
+
+#[test]
+fn a_scene_saved_elsewhere_names_its_meshes_from_there() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (here, there) = (folder.path().join("here"), folder.path().join("there"));
+    for folder in [&here, &there] {
+        std::fs::create_dir(folder).expect("a folder");
+    }
+    pyramid(&here.join("own.obj"));
+    let mut desk = desk();
+    desk.answers.borrow_mut().push(here.join("scene.json"));
+    desk.press(Modifiers::COMMAND, Key::S);
+    desk.answers.borrow_mut().push(here.join("own.obj"));
+    desk.press(Modifiers::COMMAND, Key::I);
+    desk.until_told("is in the scene");
+    assert_eq!(mesh_of(&desk).0, "own.obj");
+    desk.answers.borrow_mut().push(there.join("scene.json"));
+    desk.press(Modifiers::COMMAND | Modifiers::SHIFT, Key::S);
+    assert!(!desk.studio().document().is_changed());
+    let named = here.join("own.obj").to_string_lossy().replace('\\', "/");
+    assert_eq!(mesh_of(&desk).0, named);
+    desk.settle();
+    let mut other = Desk::new(Begin {
+        scene: Some(there.join("scene.json")),
+        outside: true,
+        ..Begin::default()
+    });
+    until(&mut other, "the mesh", |desk| {
+        desk.studio().document().missing_meshes().is_empty()
+    });
+}
+
+#[test]
+fn names_that_no_file_can_have_are_refused_before_the_work() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut desk = desk();
+    desk.click("Add Sphere");
+    desk.answers
+        .borrow_mut()
+        .push(folder.path().join("ball.fbx"));
+    desk.press(Modifiers::COMMAND, Key::E);
+    let told = desk.studio().note().map(str::to_owned).unwrap_or_default();
+    assert!(told.contains("ball.fbx") && told.contains(".glb"), "{told}");
+}
+
+#[test]
+fn closing_waits_for_what_runs_and_what_is_cancelled_leaves_nothing() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut desk = desk();
+    desk.answers.borrow_mut().push(folder.path().into());
+    desk.choose("File", "Export turntable…");
+    desk.press(Modifiers::COMMAND, Key::Q);
+    desk.window.run_steps(20);
+    desk.click("Do not close");
+    let count = || std::fs::read_dir(folder.path()).expect("a folder").count();
+    until(&mut desk, "a picture", |_| count() > 0);
+    desk.click("Cancel");
+    assert_eq!(desk.studio().note(), Some("Cancelled"));
+    until(&mut desk, "an empty folder", |_| count() == 0);
+}
