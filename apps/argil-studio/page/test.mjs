@@ -137,6 +137,11 @@ await press("Control+Shift+z");
 await until("the drag again", async () => JSON.stringify(await entries()) === JSON.stringify([moved]));
 step("undid it, and did it again");
 
+await press("Tab");
+const spoken = () => page.evaluate(() => document.getElementById("spoken").textContent);
+await until("what the keyboard is at", async () => /, \w+/.test(await spoken()));
+step(`had it said what the keyboard is at: ${await spoken()}`);
+
 const scene = await download("File", "Save as…");
 assert.deepEqual(JSON.parse(scene.bytes).brushes, [moved]);
 const mesh = await download("File", "Export mesh…");
@@ -192,6 +197,14 @@ await choose("Import mesh…", { name: "flat.obj", mimeType: "model/obj", buffer
 await until("a word on the file", async () => /flat\.obj/.test(await told()));
 assert.deepEqual(await entries(), withMesh);
 step("imported a mesh, kept it, and refused one that is none");
+
+await click("tetra");
+await click("Mesh resolution");
+await click("32 samples");
+await until("a coarser mesh", async () => (await entries())[1].shape.resolution === 32);
+await settled();
+assert.equal(await placeOf("Nothing can be drawn"), undefined);
+step("sampled it anew, from what the browser keeps");
 
 const ball = { ...moved, name: "Ball" };
 const text = JSON.stringify({ argil: 1, brushes: [ball, before] });

@@ -247,7 +247,7 @@ impl Studio {
         let mut closes = false;
         let modal = egui::Modal::new(egui::Id::unique("help")).show(ctx, |ui| {
             ui.heading("Shortcuts");
-            ui.label("In the view: drag to turn, Shift-drag to shift, scroll to come nearer, right-drag to look and fly with W A S D Q E. Shift-drag a handle to duplicate. Type a number while dragging a handle to say by how much.");
+            ui.label("In the view: drag to turn, Shift-drag to shift, scroll to come nearer, right-drag to look and fly with W A S D Q E. Shift-drag a handle to duplicate. Type a number while dragging a handle to say by how much; Escape takes a drag or a stroke back.");
             if let Some(command) = *bound {
                 let name = commands::info(command).name;
                 ui.strong(format!("Press the keys for “{name}”; Backspace for none."));

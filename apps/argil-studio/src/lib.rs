@@ -16,6 +16,7 @@ mod gallery;
 #[cfg(target_arch = "wasm32")]
 mod given;
 mod gizmo;
+mod grid;
 mod icon;
 mod inspector;
 mod jobs;

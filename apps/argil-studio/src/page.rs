@@ -25,6 +25,7 @@ thread_local! {
     static SETTLED: Cell<bool> = const { Cell::new(false) };
     static OTHERS: Cell<bool> = const { Cell::new(false) };
     static TOLD: RefCell<String> = RefCell::default();
+    static FOCUSED: RefCell<String> = RefCell::default();
     static PRESSURE: Cell<Option<f32>> = const { Cell::new(None) };
     static PLACES: RefCell<HashMap<String, [f32; 4]>> = RefCell::default();
 }
@@ -102,11 +103,34 @@ pub fn note(settled: bool, note: Option<&str>) {
     TOLD.with_borrow_mut(|told| {
         if told != note.unwrap_or_default() {
             *told = note.unwrap_or_default().to_owned();
+            speak(told);
         }
     });
 }
 
-/// Notes where things are, as screen readers are told.
+/// Have a screen reader say something.
+fn speak(text: &str) {
+    let place = document().ok().and_then(|d| d.get_element_by_id("spoken"));
+    if let Some(place) = place
+        && place.text_content().as_deref() != Some(text)
+    {
+        place.set_text_content(Some(text));
+    }
+}
+
+/// What has the keyboard, in words: its name, what it is, and its value.
+fn words_of(node: &egui::accesskit::Node) -> Option<String> {
+    let name = node.label().or(node.value())?;
+    let mut words = vec![name.to_owned(), format!("{:?}", node.role()).to_lowercase()];
+    words.extend(node.numeric_value().map(|value| value.to_string()));
+    words.extend(node.toggled().map(|is| match is {
+        egui::accesskit::Toggled::True => "on".into(),
+        _ => "off".into(),
+    }));
+    Some(words.join(", "))
+}
+
+/// Notes where things are, and has what the keyboard is at said, as the toolkit gives screen readers nothing on a page.
 struct Places;
 
 impl egui::Plugin for Places {
@@ -118,6 +142,15 @@ impl egui::Plugin for Places {
         let Some(update) = &output.platform_output.accesskit_update else {
             return;
         };
+        let focused = update.nodes.iter().find(|(id, _)| *id == update.focus);
+        if let Some(text) = focused.and_then(|(_, node)| words_of(node)) {
+            FOCUSED.with_borrow_mut(|before| {
+                if *before != text {
+                    speak(&text);
+                    *before = text;
+                }
+            });
+        }
         let pixels = f64::from(ctx.pixels_per_point());
         PLACES.with_borrow_mut(|places| {
             places.clear();

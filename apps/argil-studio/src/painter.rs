@@ -127,6 +127,8 @@ pub struct Picture {
     pub bricks: Option<u64>,
     /// Triangles, of a mesh.
     pub triangles: Option<u64>,
+    /// How far each pixel's ray goes to a solid, infinite where it meets none.
+    pub lengths: Vec<f32>,
 }
 
 /// What came of a request.
@@ -226,7 +228,8 @@ impl Painter {
         let kept = self.kept.last().context("a world was made")?;
         let world = &kept.world;
         let settings = settings(world, request);
-        let drawn: Drawn = world.draw_async(&request.camera, &settings).await?;
+        let drawn = world.draw_with_lengths_async(&request.camera, &settings);
+        let (drawn, lengths): (Drawn, _) = drawn.await?;
         let info = world.volume_info_async().await?;
         let bricks = info.and_then(|info| {
             let tree = info.tree.map(|tree| tree.bricks);
@@ -242,6 +245,7 @@ impl Painter {
             memory_bytes: world.memory_bytes(),
             bricks,
             triangles: world.triangle_counts().map(|[triangles, _]| triangles),
+            lengths,
         })
     }
 

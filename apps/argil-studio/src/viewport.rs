@@ -55,6 +55,8 @@ pub struct Viewport {
 const REST: Duration = Duration::from_millis(150);
 /// A picture that moves is to take no longer.
 const MOVING_MS: f64 = 50.0;
+/// One that is still, with one sample, is begun with where it takes longer.
+const LONG_MS: f64 = 150.0;
 /// Outlines of more than this are not drawn.
 const MOST_OUTLINED: usize = 12;
 
@@ -80,10 +82,30 @@ impl Viewport {
         Some((pipelines, last.resolution))
     }
 
+    /// How far the ray through a part of the picture goes to a solid.
+    pub fn length_at(&self, part: Vec2) -> Option<f32> {
+        let is_left = part.x < self.divider;
+        let shown = match &self.shown[..] {
+            [_, second] if !is_left => second,
+            [first, ..] => first,
+            [] => return None,
+        };
+        let [width, height] = shown.picture.size;
+        let x = (part.x * width as f32) as usize;
+        let y = (part.y * height as f32) as usize;
+        let all = &shown.picture.lengths;
+        all.get(y.min(height as usize) * width as usize + x)
+            .copied()
+    }
+
     /// See [`Studio::shown`].
     pub fn shown_request(&self) -> Option<(u64, bool, f64)> {
         let last = self.last.as_ref()?;
         Some((last.version, last.is_still, self.duration_ms))
+    }
+
+    fn is_long(&self, pixels: f64) -> bool {
+        self.ms_a_pixel.is_some_and(|ms| ms * pixels > LONG_MS)
     }
 
     fn scale(&self, pixels: f64) -> f64 {
@@ -225,7 +247,13 @@ impl Studio {
         }
         let rested = self.viewport.moved.map_or(REST, |at| at.elapsed());
         if rested >= REST || self.viewport.last.is_none() {
-            self.renderer.draw(wanted);
+            // What takes long is drawn with one sample first: who moves on then is not kept waiting for all of them.
+            let is_long = self
+                .viewport
+                .is_long(f64::from(full[0]) * f64::from(full[1]));
+            let is_sharp = self.viewport.last.as_ref().is_none_or(|l| l.size == full);
+            let is_last = is_sharp || !is_long;
+            self.renderer.draw(request(full, is_last));
         } else {
             ctx.request_repaint_after(REST - rested);
         }
@@ -277,71 +305,6 @@ impl Studio {
             label(ui, at, shown.picture.pipeline.word());
         }
         is_held
-    }
-
-    fn to_screen(&self, rect: Rect, point: Vec3) -> Option<Pos2> {
-        let at = self.eye.project(point, self.viewport.size)?;
-        Some(rect.min + egui::vec2(at.x, at.y))
-    }
-
-    fn draw_grid(&self, ui: &egui::Ui, rect: Rect) {
-        let painter = ui.painter_at(rect);
-        // Ten lines or so to the picture's height, a power of ten apart.
-        let spacing = 10.0f32.powf((self.eye.half_height() * 0.4).log10().floor());
-        let count = 20i32;
-        let line = |a: Vec3, b: Vec3, color: Color32| {
-            // In pieces, so that what is behind the camera is left out.
-            let mut before: Option<Pos2> = None;
-            for i in 0..=16 {
-                let at = self.to_screen(rect, a.lerp(b, i as f32 / 16.0));
-                if let (Some(p), Some(q)) = (before, at) {
-                    painter.line_segment([p, q], Stroke::new(1.0, color));
-                }
-                before = at;
-            }
-        };
-        let reach = count as f32 * spacing;
-        for i in -count..=count {
-            let at = i as f32 * spacing;
-            let color = if i % 10 == 0 {
-                Color32::from_white_alpha(40)
-            } else {
-                Color32::from_white_alpha(14)
-            };
-            let x = if i == 0 {
-                Color32::from_rgba_unmultiplied(230, 70, 70, 130)
-            } else {
-                color
-            };
-            let z = if i == 0 {
-                Color32::from_rgba_unmultiplied(70, 120, 240, 130)
-            } else {
-                color
-            };
-            line(Vec3::new(-reach, 0.0, at), Vec3::new(reach, 0.0, at), x);
-            line(Vec3::new(at, 0.0, -reach), Vec3::new(at, 0.0, reach), z);
-        }
-    }
-
-    fn draw_triad(&self, ui: &egui::Ui, rect: Rect) {
-        let middle = rect.right_top() + egui::vec2(-45.0, 45.0);
-        let [right, up] = self.eye.axes();
-        let mut axes = [
-            (Vec3::X, "x", Color32::from_rgb(230, 70, 70)),
-            (Vec3::Y, "y", Color32::from_rgb(90, 190, 70)),
-            (Vec3::Z, "z", Color32::from_rgb(70, 120, 240)),
-        ];
-        // Those in front last.
-        let depth = |a: Vec3| a.dot(self.eye.backward());
-        axes.sort_by(|a, b| depth(a.0).total_cmp(&depth(b.0)));
-        let painter = ui.painter_at(rect);
-        for (axis, name, color) in axes {
-            let end = middle + 26.0 * egui::vec2(axis.dot(right), -axis.dot(up));
-            painter.line_segment([middle, end], Stroke::new(2.0, color));
-            let font = egui::TextStyle::Small.resolve(ui.style());
-            painter.circle_filled(end, 7.0, color);
-            painter.text(end, egui::Align2::CENTER_CENTER, name, font, Color32::WHITE);
-        }
     }
 
     /// What is selected and what the pointer is over, whether it adds or takes away.

@@ -595,12 +595,26 @@ impl World {
     /// How far the ray of each pixel goes until it hits a solid, row by row from the top, of the first sample where there are
     /// several; infinite where it hits none.
     pub fn lengths(&self, camera: &Camera, settings: &Settings) -> Result<Vec<f32>, RenderError> {
-        let (picture, _) = wait(self.picture(camera, settings, true))?;
+        let (_, lengths) = wait(self.draw_with_lengths_async(camera, settings))?;
+        Ok(lengths)
+    }
+
+    /// [`World::draw_async`] and [`World::lengths`] in one.
+    ///
+    /// # Errors
+    /// As there.
+    pub async fn draw_with_lengths_async(
+        &self,
+        camera: &Camera,
+        settings: &Settings,
+    ) -> Result<(Drawn, Vec<f32>), RenderError> {
+        let (picture, duration_ms) = self.picture(camera, settings, true).await?;
         let length = |hit: &Hit| match hit.kind {
             HIT_OUTSIDE | HIT_INSIDE => hit.normal_t[3],
             _ => f32::INFINITY,
         };
-        Ok(picture.hits.iter().map(length).collect())
+        let lengths = picture.hits.iter().map(length).collect();
+        Ok((Drawn::new(picture, duration_ms), lengths))
     }
 
     async fn picture(
