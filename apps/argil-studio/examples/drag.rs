@@ -66,7 +66,7 @@ fn main() -> anyhow::Result<()> {
         .with_size(Vec2::new(1780.0, 795.0))
         .build_eframe(|cc| Studio::new(cc, options));
     settle(&mut window);
-    click(&mut window, "Voxels along the longest side");
+    click(&mut window, "Resolution");
     click(&mut window, "256 voxels");
     let view = window.get_by_label("Viewport").rect();
     println!("a view of {:.0}×{:.0}", view.width(), view.height());
