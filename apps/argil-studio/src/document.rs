@@ -31,8 +31,6 @@ pub struct Document {
     id: u64,
     /// What is selected, in the order of choosing.
     pub selection: Vec<NodeId>,
-    /// What cannot be picked or moved.
-    pub locked: BTreeSet<NodeId>,
 }
 
 impl Document {
@@ -51,7 +49,6 @@ impl Document {
             missing,
             id: NEXT.fetch_add(1, Ordering::Relaxed),
             selection: Vec::new(),
-            locked: BTreeSet::new(),
             scene,
         }
     }
@@ -195,13 +192,17 @@ impl Document {
         children.get(index).copied().context("nothing was inserted")
     }
 
-    /// What nodes are in a scene's file, with all that they hold.
+    /// What nodes are in a scene's file, with all that they hold, for copies, which are not locked.
     pub fn items(&self, nodes: &[NodeId]) -> Vec<Value> {
         let all: Value = serde_json::from_str(&self.scene.to_json()).unwrap_or_default();
         let item = |&node: &NodeId| {
             let pointer = self.scene.path(node);
             let pointer = pointer.replace('[', "/").replace(']', "").replace('.', "/");
-            all.pointer(&format!("/{pointer}")).cloned()
+            let mut item = all.pointer(&format!("/{pointer}")).cloned();
+            if let Some(Value::Object(own)) = &mut item {
+                own.remove("locked");
+            }
+            item
         };
         nodes.iter().filter_map(item).collect()
     }
@@ -355,11 +356,27 @@ impl Document {
         self.scene.walk().filter(chosen).collect()
     }
 
+    /// Have nodes that cannot be picked or changed, or can again.
+    ///
+    /// # Errors
+    /// If one is not in the scene any more.
+    pub fn lock(&mut self, nodes: &[NodeId], locked: bool) -> anyhow::Result<()> {
+        let word = if locked { "Lock" } else { "Unlock" };
+        self.begin_stroke(word);
+        for &node in nodes {
+            let mut entry = self.scene.node(node).entry().clone();
+            entry.locked = locked;
+            self.replace(word, node, entry)?;
+        }
+        self.end_stroke();
+        Ok(())
+    }
+
     /// Whether a node, or a group around it, is locked.
     pub fn is_locked(&self, node: NodeId) -> bool {
         let mut at = Some(node);
         while let Some(n) = at {
-            if self.locked.contains(&n) {
+            if self.scene.node(n).entry().locked {
                 return true;
             }
             at = self.scene.node(n).parent();

@@ -140,11 +140,10 @@ impl Studio {
     }
 
     fn row_switches(&mut self, ui: &mut egui::Ui, node: NodeId, visible: bool, name: &str) {
-        let is_locked = self.document.locked.contains(&node);
+        let is_locked = self.document.scene().node(node).entry().locked;
         let words = format!("Lock or unlock {name}");
-        let button = icon::button(ui, Icon::Lock(is_locked), true, &words);
-        if button.clicked() && !self.document.locked.remove(&node) {
-            self.document.locked.insert(node);
+        if icon::button(ui, Icon::Lock(is_locked), true, &words).clicked() {
+            self.attempt(|s| s.document.lock(&[node], !is_locked));
         }
         let words = format!("Hide or show {name}");
         if icon::button(ui, Icon::Eye(visible), true, &words).clicked() {

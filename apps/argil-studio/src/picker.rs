@@ -199,6 +199,7 @@ fn plain(entry: &Entry) -> Entry {
     Entry {
         name: String::new(),
         visible: true,
+        locked: false,
         operator: Operator::default(),
         material: None,
         keyframes: Vec::new(),

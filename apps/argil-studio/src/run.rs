@@ -110,7 +110,7 @@ impl Studio {
             Command::Group => self.attempt(Self::group),
             Command::Ungroup => self.attempt(Self::ungroup),
             Command::Hide => self.attempt(Self::hide),
-            Command::Lock => self.lock(),
+            Command::Lock => self.attempt(Self::lock),
             Command::Rename => {
                 if let Some(node) = self.document.active() {
                     let name = self.document.scene().node(node).entry().name.clone();
@@ -380,16 +380,11 @@ impl Studio {
         Ok(())
     }
 
-    fn lock(&mut self) {
-        let own = &mut self.document;
-        let locks = own.selection.iter().any(|n| !own.locked.contains(n));
-        for node in own.selection.clone() {
-            if locks {
-                own.locked.insert(node);
-            } else {
-                own.locked.remove(&node);
-            }
-        }
+    fn lock(&mut self) -> anyhow::Result<()> {
+        let nodes = self.document.selection.clone();
+        let is_open = |&node: &NodeId| !self.document.scene().node(node).entry().locked;
+        let locked = nodes.iter().any(is_open);
+        self.document.lock(&nodes, locked)
     }
 
     fn mirror(&mut self, axes: [bool; 3]) -> anyhow::Result<()> {

@@ -107,7 +107,10 @@ fn all_that_are_selected_are_changed_alike() {
     assert_eq!(all[0], all[1]);
     assert!(matches!(all[0].body, Body::Shape(Shape::Sphere { radius }) if radius > 0.5));
     assert_eq!(all[2].operator.blend, 0.0, "it is locked");
-    assert_eq!(steps(&desk)[3..], ["Change sphere", "Change operator"]);
+    assert_eq!(
+        steps(&desk)[3..],
+        ["Lock", "Change sphere", "Change operator"]
+    );
     desk.press(Modifiers::COMMAND, Key::Z);
     assert!(entries(&desk).iter().all(|e| e.operator.blend == 0.0));
 }
@@ -130,6 +133,16 @@ fn what_is_locked_stays_as_it_is() {
     let value = desk.place_of("Sphere radius");
     desk.drag(value, value + Vec2::new(40.0, 0.0), Modifiers::NONE);
     assert_eq!(desk.scene().to_json(), before);
+    // A copy is not, and the lock itself is a step.
+    desk.press(Modifiers::COMMAND, Key::D);
+    assert_eq!(
+        entries(&desk).iter().map(|e| e.locked).collect::<Vec<_>>(),
+        [true, false]
+    );
+    desk.press(Modifiers::COMMAND, Key::Z);
+    desk.press(Modifiers::COMMAND, Key::Z);
+    assert!(!entries(&desk)[0].locked);
+    assert_eq!(steps(&desk), ["Add shape", "Lock", "Duplicate"]);
 }
 
 #[test]

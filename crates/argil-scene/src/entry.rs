@@ -9,6 +9,8 @@ pub struct Entry {
     pub name: String,
     /// Whether it takes part.
     pub visible: bool,
+    /// Whether editors leave it as it is.
+    pub locked: bool,
     /// How it acts on what stands above it.
     pub operator: Operator,
     /// Changes of its solid, the first first.
@@ -35,6 +37,7 @@ impl Entry {
         Self {
             name: String::new(),
             visible: true,
+            locked: false,
             operator: Operator::default(),
             modifiers: Vec::new(),
             material: None,

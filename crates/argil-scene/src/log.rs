@@ -101,6 +101,7 @@ impl Item {
         let entry = Entry {
             name: self.name,
             visible: self.visible,
+            locked: self.locked,
             operator,
             modifiers: self.modifiers,
             material: self.material,
@@ -118,6 +119,7 @@ impl Item {
         Self {
             name: entry.name.clone(),
             visible: entry.visible,
+            locked: entry.locked,
             operator: entry.operator.kind,
             blend: entry.operator.blend,
             profile: entry.operator.profile,

@@ -59,6 +59,9 @@ fn a_scene_with_everything_survives_a_round_trip_bit_for_bit() {
     scene
         .push(Brush::new(Shape::sphere(1.0)).morph(0.25))
         .unwrap();
+    let mut locked: argil_scene::Entry = Brush::new(Shape::sphere(2.0)).into();
+    locked.locked = true;
+    scene.push(locked).unwrap();
     let text = scene.to_json();
     let again = parse(&text).unwrap();
     assert_eq!(scene, again);

@@ -38,6 +38,9 @@ pub(crate) struct Item {
     /// Whether it takes part.
     #[serde(default = "yes", skip_serializing_if = "Clone::clone")]
     pub visible: bool,
+    /// Whether editors leave it as it is.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub locked: bool,
     /// How it acts on what stands above it in its group.
     #[serde(default, skip_serializing_if = "is_default")]
     pub operator: OperatorKind,
@@ -79,6 +82,8 @@ pub(super) struct Head<'a> {
     #[serde(skip_serializing_if = "Clone::clone")]
     pub visible: bool,
     #[serde(skip_serializing_if = "is_default")]
+    pub locked: bool,
+    #[serde(skip_serializing_if = "is_default")]
     pub operator: OperatorKind,
     #[serde(skip_serializing_if = "is_positive_zero")]
     pub blend: f32,
@@ -112,6 +117,7 @@ impl<'a> Head<'a> {
         Self {
             name: &entry.name,
             visible: entry.visible,
+            locked: entry.locked,
             operator: kind,
             blend,
             profile,

@@ -232,9 +232,10 @@ struct Open {
     seen: u32,
 }
 
-const FIELDS: [&str; 11] = [
+const FIELDS: [&str; 12] = [
     "name",
     "visible",
+    "locked",
     "operator",
     "blend",
     "profile",
@@ -323,6 +324,7 @@ fn field<R: Source>(
     let result = match key {
         "name" => part(reader, "").map(|v| item.entry.name = v),
         "visible" => part(reader, "").map(|v| item.entry.visible = v),
+        "locked" => part(reader, "").map(|v| item.entry.locked = v),
         "operator" => part(reader, "").map(|v| item.entry.operator.kind = v),
         "blend" => part(reader, "").map(|v| item.entry.operator.blend = v),
         "profile" => part(reader, "").map(|v| item.entry.operator.profile = v),
