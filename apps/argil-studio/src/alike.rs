@@ -119,7 +119,8 @@ mod tests {
 
     #[test]
     fn only_what_is_changed_is_changed() {
-        let (before, other) = (ball(1.0), ball(2.0));
+        let (before, mut other) = (ball(1.0), ball(2.0));
+        other.operator.blend = 0.3;
         let mut after = before.clone();
         after.operator.kind = OperatorKind::Subtract;
         after.modifiers = vec![Modifier::Translate {
@@ -129,7 +130,8 @@ mod tests {
         let moved = [Modifier::Translate {
             by: [2.0, 5.0, 0.0],
         }];
-        assert_eq!(own.operator, after.operator);
+        assert_eq!(own.operator.kind, OperatorKind::Subtract);
+        assert_eq!(own.operator.blend, 0.3);
         assert_eq!((own.body, own.modifiers), (other.body, moved.to_vec()));
         let own = changed_alike(&before, &ball(3.0), &ball(2.0));
         assert_eq!(own.body, ball(3.0).body);
