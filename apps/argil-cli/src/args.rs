@@ -316,8 +316,8 @@ pub enum MeshUnit {
 pub struct Edit {
     /// A scene file, which is baked first, or a volume file
     pub scene: PathBuf,
-    /// The edits, one JSON object a line: insert, remove, replace, move, set_visible, transform, undo, redo, begin_stroke
-    /// and end_stroke, as the README shows
+    /// The edits, one JSON object a line: insert, remove, replace, move, set_visible, transform, set_material, undo, redo,
+    /// begin_stroke and end_stroke, as the README shows
     #[arg(long, value_name = "FILE")]
     pub edits: PathBuf,
     /// Where the edited volume goes

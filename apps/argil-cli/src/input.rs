@@ -6,6 +6,7 @@ use argil::{
     Backend, BricksOptions, DenseFill, DenseOptions, Descent, Encoding, Engine, Keep, MeshMethod,
     MeshViaOptions, OctreeOptions, Order, Range, Scene, Stored, Via, World,
 };
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// The engine that was asked for, with as many threads.
@@ -310,9 +311,11 @@ pub fn from_folder(file: &Path, scene: &Path) -> anyhow::Result<String> {
 pub fn moved(scene: &Scene, from: &Path, to: &Path) -> anyhow::Result<Scene> {
     let mut moved = scene.clone();
     let folder = from.parent().unwrap_or(Path::new("."));
+    let mut paths = BTreeMap::new();
     for path in scene.mesh_paths() {
         let named = from_folder(&folder.join(&path), to)?;
-        moved.rename_mesh(&path, &named);
+        paths.insert(path, named);
     }
+    moved.rename_meshes(&paths);
     Ok(moved)
 }

@@ -49,14 +49,16 @@ fn modifiers(before: &[Modifier], after: &[Modifier], own: &mut Vec<Modifier>) {
         own.remove(gone.unwrap_or(after.len()));
         return;
     }
-    let is_moved = kinds(before) != kinds(after);
-    match before.iter().zip(after).position(|(b, a)| b != a) {
-        Some(at) if is_moved && at + 1 < own.len() => own.swap(at, at + 1),
-        _ => {
-            for ((before, after), own) in before.iter().zip(after).zip(own) {
-                merge(before, after, own);
-            }
-        }
+    let swapped = (1..before.len()).find(|&at| {
+        let mut own = before.to_vec();
+        own.swap(at - 1, at);
+        own == after
+    });
+    if let Some(at) = swapped {
+        return own.swap(at - 1, at);
+    }
+    for ((before, after), own) in before.iter().zip(after).zip(own) {
+        merge(before, after, own);
     }
 }
 
@@ -90,6 +92,7 @@ fn merge_values(before: &Value, after: &Value, own: &mut Value) {
             for (key, after) in after {
                 match (before.get(key), own.get_mut(key)) {
                     (Some(before), Some(own)) => merge_values(before, after, own),
+                    (before, _) if before == Some(after) => {}
                     _ => drop(own.insert(key.clone(), after.clone())),
                 }
             }
@@ -138,6 +141,19 @@ mod tests {
     }
 
     #[test]
+    fn what_only_one_has_stays_its_own() {
+        let repeat = |x: f32, count: Option<[u32; 3]>| {
+            let spacing = [x, 0.0, 0.0];
+            let mut entry = ball(1.0);
+            entry.modifiers = vec![Modifier::Repeat { spacing, count }];
+            entry
+        };
+        let count = Some([3, 1, 1]);
+        let own = changed_alike(&repeat(1.0, count), &repeat(2.0, count), &repeat(1.0, None));
+        assert_eq!(own, repeat(2.0, None));
+    }
+
+    #[test]
     fn what_is_of_another_kind_stays() {
         let cube: Entry = Brush::new(Shape::rounded_box([1.0; 3], 0.1))
             .modify(Modifier::Round { radius: 0.1 })
@@ -160,6 +176,15 @@ mod tests {
         swapped.modifiers.swap(0, 1);
         let moved = changed_alike(&after, &swapped, &own);
         assert_eq!(moved.modifiers, [twist.clone(), own.modifiers[0].clone()]);
+        // Two of a kind change places, too, not their values.
+        let moved = |x: f32| Modifier::Translate { by: [x, 0.0, 0.0] };
+        let two = |x: f32, y: f32| {
+            let mut entry = ball(1.0);
+            entry.modifiers = vec![moved(x), moved(y)];
+            entry
+        };
+        let other = changed_alike(&two(1.0, 2.0), &two(2.0, 1.0), &two(5.0, 6.0));
+        assert_eq!(other, two(6.0, 5.0));
         let gone = changed_alike(&after, &before, &own);
         assert_eq!(gone, ball(2.0));
         let mut first_gone = after.clone();

@@ -75,6 +75,10 @@ pub struct Studio {
     /// The last thing that went wrong, or was done.
     pub(crate) note: Option<Note>,
     pub(crate) jobs: Jobs,
+    /// Meshes that were read since it was begun, as scenes name them.
+    pub(crate) read_meshes: std::collections::BTreeSet<String>,
+    /// Whether text had the keyboard when the last frame ended.
+    was_typing: bool,
     /// What exported pictures are drawn on.
     pub(crate) export_engine: Engine,
     pub(crate) files: Box<dyn Files>,
@@ -133,6 +137,8 @@ impl Studio {
             revealed: None,
             note: None,
             jobs: Jobs::default(),
+            read_meshes: Default::default(),
+            was_typing: false,
             files: options.files,
             recovery_folder: options.recovery,
             may_close: false,
@@ -180,6 +186,11 @@ impl Studio {
     /// What was told last.
     pub fn note(&self) -> Option<&str> {
         self.note.as_ref().map(|note| note.text.as_str())
+    }
+
+    /// Why nothing can be drawn.
+    pub fn fault(&self) -> Option<&str> {
+        self.viewport.fault()
     }
 
     /// What is shown: after how many lines of the document, whether in full, and what it took in milliseconds.
@@ -247,6 +258,7 @@ impl Studio {
 
     /// Hand on what was done.
     pub(crate) fn hand_on(&mut self) {
+        self.load_wanted();
         let lines = self.document.take_lines();
         self.version += lines.len() as u64;
         self.renderer.follow(lines);
@@ -276,7 +288,8 @@ impl Studio {
     }
 
     fn shortcuts(&mut self, ctx: &egui::Context) {
-        if self.dialog.is_some() || ctx.text_edit_focused() {
+        // Escape has taken the keyboard from what was typed by now, and is not to take more.
+        if self.dialog.is_some() || ctx.text_edit_focused() || self.was_typing {
             return;
         }
         // What is held goes to its end first: keys are numbers for a handle then, or fly.
@@ -322,7 +335,7 @@ impl Studio {
             self.dialog = Some(Dialog::Unsaved(crate::dialogs::Then::Quit));
         } else if !self.jobs.all().is_empty() {
             ctx.send_viewport_cmd(egui::ViewportCommand::CancelClose);
-            self.dialog = Some(Dialog::Unfinished);
+            self.wait_to_close();
         }
     }
 
@@ -371,6 +384,7 @@ impl eframe::App for Studio {
             .show(ui, |ui| self.right(ui));
         egui::CentralPanel::no_frame().show(ui, |ui| self.view(ui));
         self.dialogs(&ctx);
+        self.was_typing = ctx.text_edit_focused();
         self.follow(&ctx);
         self.ask_for_picture(&ctx);
         #[cfg(target_arch = "wasm32")]

@@ -10,8 +10,8 @@ use std::path::PathBuf;
 pub enum Dialog {
     /// Something is not saved.
     Unsaved(Then),
-    /// Something is not finished, and the window is to be closed.
-    Unfinished,
+    /// Something is not finished, and the window is to be closed; how many steps there were then.
+    Unfinished(usize),
     /// A session before has left something.
     Recover(Vec<Left>),
     /// Commands by parts of their names.
@@ -55,9 +55,9 @@ impl Studio {
                 stays = self.unsaved(ctx, &then);
                 Dialog::Unsaved(then)
             }
-            Dialog::Unfinished => {
-                stays = self.unfinished(ctx);
-                Dialog::Unfinished
+            Dialog::Unfinished(steps) => {
+                stays = self.unfinished(ctx, steps);
+                Dialog::Unfinished(steps)
             }
             Dialog::Recover(mut left) => {
                 stays = self.left_over(ctx, &mut left);
@@ -113,7 +113,7 @@ impl Studio {
                     self.replace_scene(scene, None);
                 }
             }
-            Then::Quit if !self.jobs.all().is_empty() => self.dialog = Some(Dialog::Unfinished),
+            Then::Quit if !self.jobs.all().is_empty() => self.wait_to_close(),
             Then::Quit => self.close(ctx),
         }
     }
@@ -123,10 +123,25 @@ impl Studio {
         ctx.send_viewport_cmd(egui::ViewportCommand::Close);
     }
 
-    /// Wait for what runs, and close then.
-    fn unfinished(&mut self, ctx: &egui::Context) -> bool {
+    /// Close when what runs is done.
+    pub(crate) fn wait_to_close(&mut self) {
+        self.dialog = Some(Dialog::Unfinished(self.document.history().1));
+    }
+
+    /// Something went wrong of what was waited for: it is not to be closed upon that unread.
+    pub(crate) fn stay_open(&mut self) {
+        self.dialog
+            .take_if(|dialog| matches!(dialog, Dialog::Unfinished(_)));
+    }
+
+    fn unfinished(&mut self, ctx: &egui::Context, steps: usize) -> bool {
         if self.jobs.all().is_empty() {
-            self.close(ctx);
+            // What came of it may be an edit, which was not there when it was asked what is to be saved.
+            if self.document.history().1 == steps {
+                self.close(ctx);
+            } else {
+                self.dialog = Some(Dialog::Unsaved(Then::Quit));
+            }
             return false;
         }
         let mut stays = true;

@@ -24,41 +24,56 @@ pub struct Document {
     names: Vec<String>,
     /// How many steps were done when it was saved; none where what was saved cannot be come back to.
     saved: Option<usize>,
-    stroke: Option<usize>,
+    stroke: Option<Stroke>,
     /// Meshes for which nothing stands in.
     missing: Vec<Named>,
+    /// Those of them that nobody was asked for yet.
+    wanted: Vec<Named>,
+    /// Whether meshes are read wherever their paths lead.
+    pub reads_anywhere: bool,
     /// Of this document and no other.
     id: u64,
     /// What is selected, in the order of choosing.
     pub selection: Vec<NodeId>,
 }
 
+/// Edits that are one step.
+struct Stroke {
+    /// Steps before it.
+    before: usize,
+    /// What it is called, until it has changed something: one that changes nothing is no step.
+    name: Option<String>,
+}
+
 impl Document {
     /// Of a scene that nothing was changed of; nothing is journalled where `recovery` is off.
-    pub fn new(mut scene: Scene, path: Option<PathBuf>, mut recovery: Recovery) -> Self {
-        let missing = stand_in(&mut scene);
+    pub fn new(scene: Scene, path: Option<PathBuf>, mut recovery: Recovery) -> Self {
         recovery.begin(&scene, path.as_deref());
         let steps = scene.history_lengths();
-        Self {
+        let mut document = Self {
             path,
             recovery,
             lines: Vec::new(),
             names: vec!["Edit".into(); steps.iter().sum()],
             saved: Some(0),
             stroke: None,
-            missing,
+            missing: Vec::new(),
+            wanted: Vec::new(),
+            reads_anywhere: false,
             id: NEXT.fetch_add(1, Ordering::Relaxed),
             selection: Vec::new(),
             scene,
-        }
+        };
+        document.stand_in();
+        document
     }
 
     /// Of what a journal brought back: it is not saved.
-    pub fn recovered(mut scene: Scene, path: Option<PathBuf>, recovery: Recovery) -> Self {
+    pub fn recovered(scene: Scene, path: Option<PathBuf>, recovery: Recovery) -> Self {
         let mut document = Self::new(Scene::new(), path, Recovery::off());
-        document.missing = stand_in(&mut scene);
         document.names = vec!["Edit".into(); scene.history_lengths().iter().sum()];
         (document.scene, document.recovery, document.saved) = (scene, recovery, None);
+        document.stand_in();
         document
     }
 
@@ -169,6 +184,20 @@ impl Document {
         self.missing.iter().filter(is_named).cloned().collect()
     }
 
+    /// Have nothing in place of meshes that are not there.
+    fn stand_in(&mut self) {
+        for named in self.scene.missing_meshes() {
+            self.scene.set_mesh(named.0.clone(), named.1, nothing());
+            self.missing.push(named.clone());
+            self.wanted.push(named);
+        }
+    }
+
+    /// Meshes that came to be missing since the last time.
+    pub fn take_wanted(&mut self) -> Vec<Named> {
+        std::mem::take(&mut self.wanted)
+    }
+
     /// Which document it is.
     pub fn id(&self) -> u64 {
         self.id
@@ -210,10 +239,21 @@ impl Document {
     fn line(&mut self, name: &str, line: String) -> anyhow::Result<Option<Edited>> {
         let before = self.scene.history_lengths()[0];
         let edited = self.scene.replay(&line)?;
+        let has_mesh = line.contains("\"mesh\"");
         self.recovery.record(&line);
         self.lines.push(line);
-        if self.stroke.is_none() {
-            self.named(before, name);
+        match &mut self.stroke {
+            None => self.named(before, name),
+            Some(Stroke { before, name }) => {
+                if let Some(name) = name.take() {
+                    let before = *before;
+                    self.named(before, &name);
+                }
+            }
+        }
+        // Looking through the scene takes a while where it is large.
+        if has_mesh {
+            self.stand_in();
         }
         Ok(edited)
     }
@@ -228,7 +268,11 @@ impl Document {
     }
 
     fn control(&mut self, word: &str) {
-        let line = json!({"edit": word}).to_string();
+        self.say(json!({"edit": word}).to_string());
+    }
+
+    /// A line that is no edit.
+    fn say(&mut self, line: String) {
         if self.scene.replay(&line).is_ok() {
             self.recovery.record(&line);
             self.lines.push(line);
@@ -240,24 +284,22 @@ impl Document {
         self.end_stroke();
         let before = self.scene.history_lengths()[0];
         self.control("begin_stroke");
-        self.stroke = Some(before);
-        self.named(before, name);
+        let name = Some(name.to_owned());
+        self.stroke = Some(Stroke { before, name });
     }
 
     /// See [`Document::begin_stroke`].
     pub fn end_stroke(&mut self) {
-        let Some(before) = self.stroke.take() else {
-            return;
-        };
-        self.control("end_stroke");
-        // One that has changed nothing is no step.
-        self.names
-            .truncate(self.scene.history_lengths()[0].max(before));
+        if self.stroke.take().is_some() {
+            self.control("end_stroke");
+        }
     }
 
     /// The same, and take back what it did.
     pub fn give_up_stroke(&mut self) {
-        let Some(before) = self.stroke else { return };
+        let Some(before) = self.stroke.as_ref().map(|stroke| stroke.before) else {
+            return;
+        };
         self.end_stroke();
         if self.scene.history_lengths()[0] > before {
             self.undo();
@@ -274,6 +316,7 @@ impl Document {
         self.end_stroke();
         if self.scene.history_lengths()[0] > 0 {
             self.control("undo");
+            self.stand_in();
             self.forget_removed();
         }
     }
@@ -283,6 +326,7 @@ impl Document {
         self.end_stroke();
         if self.scene.history_lengths()[1] > 0 {
             self.control("redo");
+            self.stand_in();
             self.forget_removed();
         }
     }
@@ -389,37 +433,35 @@ impl Document {
         name_of(self.scene.node(node).entry())
     }
 
-    /// Write the scene to a file, its own from now on; whether meshes are named from another folder for that.
+    /// Write the scene to a file, its own from now on. In another folder its meshes are named from there.
     ///
     /// # Errors
     /// If it cannot be written; what is there stays.
-    pub fn save(&mut self, path: &Path) -> anyhow::Result<bool> {
+    pub fn save(&mut self, path: &Path) -> anyhow::Result<()> {
         self.end_stroke();
         let moved = moved_paths(self, path);
-        if !moved.is_empty() {
+        let text = if moved.is_empty() {
+            self.scene.to_json()
+        } else {
             let mut scene = self.scene.clone();
-            rename(&mut scene, &moved);
-            let text = scene.to_json();
-            crate::place::put(path, |out| out.write_all(text.as_bytes()))?;
-            self.scene = scene;
-            self.path = Some(path.into());
-            for (from, to) in &moved {
-                for (own, _) in self.missing.iter_mut().filter(|(own, _)| own == from) {
+            scene.rename_meshes(&moved);
+            scene.to_json()
+        };
+        crate::place::put(path, |out| out.write_all(text.as_bytes()))?;
+        if !moved.is_empty() {
+            let line = json!({"edit": "rename_meshes", "paths": moved});
+            self.say(line.to_string());
+            for (own, _) in &mut self.missing {
+                if let Some(to) = moved.get(own) {
                     own.clone_from(to);
                 }
             }
-            self.has_saved();
-            // No line says what became of the paths.
-            self.recovery.begin(&self.scene, Some(path));
-            return Ok(true);
         }
-        let text = self.scene.to_json();
-        crate::place::put(path, |out| out.write_all(text.as_bytes()))?;
         self.path = Some(path.into());
         self.has_saved();
         // The journal goes on: a later undo may go back beyond this.
         self.recovery.note_saved(path);
-        Ok(false)
+        Ok(())
     }
 
     fn has_saved(&mut self) {
@@ -444,21 +486,6 @@ impl Document {
 }
 
 static NEXT: AtomicU64 = AtomicU64::new(0);
-
-/// Have nothing in place of meshes that are not there; which those are.
-fn stand_in(scene: &mut Scene) -> Vec<Named> {
-    let missing = scene.missing_meshes();
-    for (path, resolution) in &missing {
-        scene.set_mesh(path.clone(), *resolution, nothing());
-    }
-    missing
-}
-
-fn rename(scene: &mut Scene, paths: &[(String, String)]) {
-    for (from, to) in paths {
-        scene.rename_mesh(from, to);
-    }
-}
 
 /// An entry's name, or what it is.
 pub fn name_of(entry: &Entry) -> String {

@@ -4,7 +4,7 @@ use crate::app::Studio;
 use crate::dialogs::{Dialog, Then};
 use crate::document::Document;
 use crate::jobs::{Aim, How};
-use crate::meshes::{Load, folder_of, from_files, usual_resolution};
+use crate::meshes::{Load, folder_of, from_files, moved_paths, usual_resolution};
 use crate::recovery::{Left, Recovery};
 #[cfg(not(target_arch = "wasm32"))]
 use argil::Format;
@@ -153,7 +153,9 @@ impl Studio {
             // Meshes that lie elsewhere are read for scenes that were saved or opened here before.
             let known = std::path::absolute(path).is_ok_and(|p| s.preferences.recent.contains(&p));
             s.replace_scene(scene, Some(path.into()));
-            s.load_missing(from_files(folder_of(path).into(), known || outside));
+            s.document.reads_anywhere = known || outside;
+            let wanted = s.document.take_wanted();
+            s.load_missing(wanted, from_files(folder_of(path).into(), known || outside));
             s.preferences.remember(path);
             s.tell(format!("{} is open", path.display()));
             Ok(())
@@ -183,9 +185,12 @@ impl Studio {
         };
         let Some(path) = path else { return false };
         self.attempt(|s| {
-            if s.document.save(&path)? {
-                s.reload();
-            }
+            let is_elsewhere = !moved_paths(&s.document, &path).is_empty();
+            anyhow::ensure!(
+                !(is_elsewhere && s.jobs.are_meshes_read()),
+                "meshes are being read from the folder that the scene is in: wait until that is done, or cancel it"
+            );
+            s.document.save(&path)?;
             if !IS_PAGE {
                 s.preferences.remember(&path);
             }
@@ -282,13 +287,14 @@ impl Studio {
 
     /// Bring back what a session left.
     pub(crate) fn recover(&mut self, left: Left) -> anyhow::Result<()> {
+        let left = left.claim()?;
         let recovered = Journal::recover(&left.journal)?;
         let edits = recovered.edits;
         let (scene, journal) = recovered.go_on()?;
         self.document.close();
         let journal = Recovery::of(journal);
         self.take_in(Document::recovered(scene, left.scene, journal));
-        self.load_missing(from_files(self.mesh_folder(), true));
+        self.document.reads_anywhere = true;
         self.tell(format!("{edits} edits came back"));
         Ok(())
     }

@@ -25,13 +25,17 @@ impl Studio {
         self.attempt(|s| {
             let missing = s.document.missing_meshes();
             let is_missing = |name: &str| missing.iter().any(|(path, _)| is_file(path, name));
+            let meshes: Vec<Given> = meshes.into_iter().map(|own| s.own_name(own)).collect();
             for given in &meshes {
                 s.attempt(|_| crate::page::keep_mesh(given));
             }
             let (found, new): (Vec<_>, Vec<_>) =
                 meshes.into_iter().partition(|(name, _)| is_missing(name));
             if !found.is_empty() {
-                s.load_missing(from_bytes(found));
+                let wanted = missing.into_iter();
+                let wanted =
+                    wanted.filter(|(path, _)| found.iter().any(|(name, _)| is_file(path, name)));
+                s.load_missing(wanted.collect(), from_bytes(found.clone()));
             }
             for (name, bytes) in new {
                 let load = from_bytes(vec![(name.clone(), bytes)]);
@@ -51,7 +55,8 @@ impl Studio {
             }
             s.replace_scene(scene, Some(name.into()));
             s.tell(format!("{name} is open"));
-            s.load_missing(from_bytes(meshes.to_vec()));
+            let wanted = s.document.take_wanted();
+            s.load_missing(wanted, from_bytes(meshes.to_vec()));
             Ok(())
         });
     }
@@ -65,7 +70,28 @@ impl Studio {
         if crate::page::Keeper::is_unsaved() {
             self.document.is_unsaved();
         }
-        self.load_missing(from_bytes(meshes));
+        let wanted = self.document.take_wanted();
+        self.load_missing(wanted, from_bytes(meshes));
+    }
+
+    /// A mesh under a name that no other mesh of the scene has: files come without their folders.
+    fn own_name(&self, (name, bytes): Given) -> Given {
+        let scene = self.document.scene();
+        let missing = self.document.missing_meshes();
+        let is_free = |name: &str| {
+            let is_known = scene.known_mesh_paths().any(|path| is_file(path, name));
+            let is_missing = missing.iter().any(|(path, _)| is_file(path, name));
+            let is_same = || crate::page::kept_mesh(name).is_some_and(|(_, own)| own == bytes);
+            !is_known || is_missing || is_same()
+        };
+        let path = Path::new(&name);
+        let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+        let ending = path.extension().unwrap_or_default().to_string_lossy();
+        let others = (2..).map(|i| format!("{stem}-{i}.{ending}"));
+        let free = std::iter::once(name.clone())
+            .chain(others)
+            .find(|name| is_free(name));
+        (free.unwrap_or(name), bytes)
     }
 }
 

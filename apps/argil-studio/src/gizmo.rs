@@ -29,6 +29,8 @@ pub struct Drag {
     nodes: Vec<(NodeId, Pose, Pose)>,
     /// What is typed for it.
     typed: String,
+    /// What was selected before.
+    selection: Vec<NodeId>,
     /// Whether it was taken back while it was held.
     is_given_up: bool,
 }
@@ -147,6 +149,7 @@ impl Studio {
             if !drag.is_given_up && ui.input(|i| i.key_pressed(egui::Key::Escape)) {
                 drag.is_given_up = true;
                 self.document.give_up_stroke();
+                self.document.selection.clone_from(&drag.selection);
             }
             if let Some(at) = pointer.filter(|_| !drag.is_given_up) {
                 let snaps = self.preferences.snap != ui.input(|i| i.modifiers.command);
@@ -270,6 +273,7 @@ impl Studio {
             Tool::Scale => "Scale",
             _ => "Move",
         };
+        let selection = self.document.selection.clone();
         self.document
             .begin_stroke(if copies { "Duplicate" } else { name });
         let nodes = if copies {
@@ -296,6 +300,7 @@ impl Studio {
             axes,
             nodes,
             typed: String::new(),
+            selection,
             is_given_up: false,
         });
     }

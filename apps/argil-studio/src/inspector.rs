@@ -247,7 +247,7 @@ impl Studio {
         let count = self.document.selection.len();
         if count > 1 {
             ui.weak(format!(
-                "{count} are selected. This is the last of them; what is changed is changed of all."
+                "{count} are selected. This is the last of them; what is changed is changed of all, but for keyframes."
             ));
         }
         let is_locked = self.document.is_locked(node);
@@ -334,7 +334,7 @@ impl Studio {
             });
         });
         if chosen != *resolution {
-            let load = self.load_again(path);
+            let load = self.load_again(std::iter::once(path.as_str()));
             self.resample(node, (named.0, chosen), load);
         }
     }

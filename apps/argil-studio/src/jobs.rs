@@ -85,6 +85,8 @@ impl Progress {
 pub struct Job {
     /// In words.
     pub name: String,
+    /// Whether it reads meshes, and for which brush if it is for one.
+    reads: Option<Option<NodeId>>,
     progress: Arc<Progress>,
     result: Receiver<anyhow::Result<Done>>,
 }
@@ -115,6 +117,11 @@ impl Jobs {
         &self.0
     }
 
+    /// Whether some read meshes.
+    pub fn are_meshes_read(&self) -> bool {
+        self.0.iter().any(|job| job.reads.is_some())
+    }
+
     /// What is done now.
     pub fn finished(&mut self) -> Vec<anyhow::Result<Done>> {
         let mut done = Vec::new();
@@ -139,6 +146,7 @@ impl Jobs {
     fn start(
         &mut self,
         name: String,
+        reads: Option<Option<NodeId>>,
         work: impl AsyncFnOnce(&Progress) -> anyhow::Result<Done> + Send + 'static,
     ) {
         let progress = Arc::new(Progress::default());
@@ -156,6 +164,7 @@ impl Jobs {
         });
         self.0.push(Job {
             name,
+            reads,
             progress,
             result,
         });
@@ -169,7 +178,15 @@ impl Jobs {
         mut load: Load,
         (document, aim): (u64, Aim),
     ) {
-        self.start(name, async move |progress| {
+        let brush = match aim {
+            Aim::Brush(node) => Some(node),
+            _ => None,
+        };
+        if brush.is_some() {
+            // What was wanted before for the same brush is not any more.
+            self.0.retain(|job| job.reads != Some(brush));
+        }
+        self.start(name, Some(brush), async move |progress| {
             let (mut meshes, mut faults) = (Vec::new(), Vec::new());
             for (i, named) in wanted.iter().enumerate() {
                 breathe().await;
@@ -194,7 +211,7 @@ impl Jobs {
     /// Write what was asked for.
     pub fn export(&mut self, what: Ask, scene: Scene, path: PathBuf, how: How) {
         let name = format!("Exporting {}", path.display());
-        self.start(name, async move |progress| {
+        self.start(name, None, async move |progress| {
             export(what, &scene, &path, how, progress).await
         });
     }
@@ -314,10 +331,29 @@ mod tests {
     }
 
     #[test]
+    fn what_is_wanted_last_of_a_brush_is_what_comes() {
+        let mut jobs = Jobs::default();
+        let node = Scene::new().push(argil::Group::new()).expect("a node").node;
+        for resolution in [512, 32] {
+            let load = Box::new(|_: &mut Scene| Ok(Vec::new()));
+            let named = ("a.obj".to_owned(), resolution);
+            jobs.load(
+                format!("{resolution}"),
+                vec![named],
+                load,
+                (0, Aim::Brush(node)),
+            );
+        }
+        let names: Vec<&str> = jobs.all().iter().map(|job| job.name.as_str()).collect();
+        assert_eq!(names, ["32"]);
+        assert!(jobs.are_meshes_read());
+    }
+
+    #[test]
     fn what_is_cancelled_is_over_at_once() {
         let mut jobs = Jobs::default();
         let (hold, held) = channel::<()>();
-        jobs.start("Waiting".into(), async move |_| {
+        jobs.start("Waiting".into(), None, async move |_| {
             // Until the test has seen what it came for.
             let _ = held.recv();
             Ok(Done::Written("late".into()))

@@ -250,6 +250,9 @@ impl Studio {
             vec![dragged]
         };
         all.retain(|&n| n != target);
+        if all.is_empty() {
+            return Ok(());
+        }
         self.document.begin_stroke("Reorder");
         for (i, node) in all.into_iter().enumerate() {
             let scene = self.document.scene();

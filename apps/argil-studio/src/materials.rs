@@ -74,9 +74,13 @@ impl Studio {
             self.attempt(|s| s.document.set_material("Change material", name, Some(own)));
         }
         if !self.document.selection.is_empty() && ui.button("Use for the selection").clicked() {
-            let nodes = self.document.selection.clone();
+            let mut nodes = self.document.selection.clone();
+            nodes.retain(|&node| !self.document.is_locked(node));
             let name = Some(name.to_owned());
-            self.attempt(|s| s.give_material("Change material", &nodes, &name));
+            self.attempt(|s| {
+                anyhow::ensure!(!nodes.is_empty(), "what is selected is locked");
+                s.give_material("Change material", &nodes, &name)
+            });
         }
         self.material_name(ui, name);
         if ui.button("Remove").clicked() {

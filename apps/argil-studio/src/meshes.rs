@@ -9,6 +9,7 @@ use argil::{
     Aabb, Body, Brush, Entry, LoadedMesh, MeshFileError, NodeId, SampledGrid, Scene, Shape,
     load_meshes,
 };
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -87,22 +88,38 @@ impl Studio {
         Ok(named.replace('\\', "/"))
     }
 
-    /// What reads a mesh of the scene once more.
+    /// What reads meshes of the scene once more.
     #[cfg(not(target_arch = "wasm32"))]
-    pub(crate) fn load_again(&self, _: &str) -> Load {
+    pub(crate) fn load_again<'a>(&self, _: impl Iterator<Item = &'a str>) -> Load {
         from_files(self.mesh_folder(), true)
     }
 
     /// The same, from what the browser has kept.
     #[cfg(target_arch = "wasm32")]
-    pub(crate) fn load_again(&self, path: &str) -> Load {
-        let name = path.rsplit('/').next().unwrap_or(path);
-        crate::given::from_bytes(crate::page::kept_mesh(name).into_iter().collect())
+    pub(crate) fn load_again<'a>(&self, paths: impl Iterator<Item = &'a str>) -> Load {
+        let name = |path: &'a str| path.rsplit('/').next().unwrap_or(path);
+        let kept = paths.filter_map(|path| crate::page::kept_mesh(name(path)));
+        crate::given::from_bytes(kept.collect())
     }
 
-    /// Sample the meshes that are waited for.
-    pub(crate) fn load_missing(&mut self, load: Load) {
-        let wanted = self.document.missing_meshes();
+    /// Sample meshes that came to be missing, by an undo or as something was pasted, and have nothing stand in for them.
+    pub(crate) fn load_wanted(&mut self) {
+        let wanted = self.document.take_wanted();
+        if wanted.is_empty() {
+            return;
+        }
+        self.reload();
+        let is_read = |(path, _): &Named| self.read_meshes.contains(path);
+        let load = if self.document.reads_anywhere || wanted.iter().all(is_read) {
+            self.load_again(wanted.iter().map(|(path, _)| path.as_str()))
+        } else {
+            from_files(self.mesh_folder(), false)
+        };
+        self.load_missing(wanted, load);
+    }
+
+    /// Sample meshes that are missing.
+    pub(crate) fn load_missing(&mut self, wanted: Vec<Named>, load: Load) {
         if !wanted.is_empty() {
             let name = format!("Reading {}", self.document.title());
             self.jobs
@@ -129,6 +146,7 @@ impl Studio {
             return Ok(());
         }
         for mesh in &meshes {
+            self.read_meshes.insert(mesh.path.clone());
             self.document
                 .know_mesh(&mesh.path, mesh.resolution, mesh.grid.clone());
         }
@@ -137,6 +155,7 @@ impl Studio {
         }
         for fault in &faults {
             self.fail(fault);
+            self.stay_open();
         }
         let Some(mesh) = meshes.into_iter().next() else {
             return Ok(());
@@ -144,6 +163,10 @@ impl Studio {
         match aim {
             Aim::Known => {}
             Aim::Brush(node) => {
+                anyhow::ensure!(
+                    !self.document.is_locked(node),
+                    "what is to be changed is locked"
+                );
                 let mut entry = self.document.scene().node(node).entry().clone();
                 entry.body = Body::Shape(shape_of(&mesh));
                 self.document.replace("Change mesh", node, entry)?;
@@ -206,27 +229,27 @@ fn shape_of(mesh: &LoadedMesh) -> Shape {
 }
 
 /// Give the paths of a scene's meshes as they are to be from another folder.
-pub fn moved_paths(document: &Document, to: &Path) -> Vec<(String, String)> {
+pub fn moved_paths(document: &Document, to: &Path) -> BTreeMap<String, String> {
     let Some(from) = document.path().map(folder_of) else {
-        return Vec::new();
+        return BTreeMap::new();
     };
     let (Ok(from), Ok(to)) = (
         std::path::absolute(from),
         std::path::absolute(folder_of(to)),
     ) else {
-        return Vec::new();
+        return BTreeMap::new();
     };
     if from == to {
-        return Vec::new();
+        return BTreeMap::new();
     }
-    let paths = document.scene().mesh_paths().into_iter();
+    let paths = document.scene().known_mesh_paths();
     paths
         .filter(|path| Path::new(path).is_relative())
         .map(|path| {
-            let place = from.join(&path);
+            let place = from.join(path);
             let named = place.strip_prefix(&to).unwrap_or(&place);
             let named = named.to_string_lossy().replace('\\', "/");
-            (path, named)
+            (path.to_owned(), named)
         })
         .collect()
 }

@@ -1,5 +1,6 @@
 //! Journals of what is being edited, from which it comes back after a crash.
 
+use anyhow::Context;
 use argil::{Journal, Scene};
 use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
@@ -20,6 +21,34 @@ pub struct Left {
     pub journal: PathBuf,
     /// The scene's own file, if it had one.
     pub scene: Option<PathBuf>,
+}
+
+impl Left {
+    /// Have it be this process's, so that no other is offered it.
+    ///
+    /// # Errors
+    /// If it is another's by now.
+    pub fn claim(self) -> anyhow::Result<Self> {
+        let folder = self.journal.parent().unwrap_or(Path::new("."));
+        let journal = folder.join(own_name());
+        std::fs::rename(&self.journal, &journal)
+            .with_context(|| format!("{}: another window may have it", self.journal.display()))?;
+        for ending in [ORIGIN, SAVED] {
+            // It need not be there.
+            let _ = std::fs::rename(
+                self.journal.with_extension(ending),
+                journal.with_extension(ending),
+            );
+        }
+        Ok(Self { journal, ..self })
+    }
+}
+
+/// The name of a journal of this process that begins now.
+fn own_name() -> String {
+    let since = SystemTime::now().duration_since(UNIX_EPOCH);
+    let stamp = since.map_or(0, |since| since.as_nanos());
+    format!("{}-{stamp}.{ENDING}", std::process::id())
 }
 
 const ENDING: &str = "journal";
@@ -56,9 +85,7 @@ impl Recovery {
     pub fn begin(&mut self, scene: &Scene, path: Option<&Path>) {
         self.end();
         let Some(folder) = &self.folder else { return };
-        let since = SystemTime::now().duration_since(UNIX_EPOCH);
-        let stamp = since.map_or(0, |since| since.as_nanos());
-        let file = folder.join(format!("{}-{stamp}.{ENDING}", std::process::id()));
+        let file = folder.join(own_name());
         let made = std::fs::create_dir_all(folder)
             .and_then(|()| match path {
                 // Relative ones mean nothing to a session that begins elsewhere.

@@ -318,15 +318,15 @@ impl Studio {
 
     /// Put what groups hold in their place. Groups that do more than hold are told of.
     fn ungroup(&mut self) -> anyhow::Result<()> {
-        let groups = self.unlocked()?;
+        let mut groups = self.unlocked()?;
+        let scene = self.document.scene();
+        groups.retain(|&node| matches!(scene.node(node).entry().body, Body::Group));
+        anyhow::ensure!(!groups.is_empty(), "no group is selected");
         self.document.begin_stroke("Ungroup");
         let mut freed = Vec::new();
         for group in groups {
             let scene = self.document.scene();
             let entry = scene.node(group).entry().clone();
-            if !matches!(entry.body, Body::Group) {
-                continue;
-            }
             let plain: Entry = Group::new().into();
             let does_more = entry.operator != plain.operator
                 || entry.modifiers.iter().any(|m| m.affine().is_none());
@@ -444,16 +444,20 @@ impl Studio {
 
     /// Take in what jobs have come to.
     pub(crate) fn work(&mut self, ctx: &egui::Context) {
-        for result in self.jobs.finished() {
+        // What comes of work is a step of its own, and waits for the hand.
+        let finished = if self.document.is_in_stroke() {
+            Vec::new()
+        } else {
+            self.jobs.finished()
+        };
+        for result in finished {
             match result {
                 Ok(Done::Written(text)) => self.tell(text),
                 Ok(Done::Loaded(loaded)) => self.attempt(|s| s.have_meshes(loaded)),
                 Ok(Done::Cancelled) => self.tell("Cancelled"),
                 Err(error) => {
                     self.fail(&error);
-                    // It is not to be closed upon that unread.
-                    self.dialog
-                        .take_if(|dialog| matches!(dialog, Dialog::Unfinished));
+                    self.stay_open();
                 }
             }
         }

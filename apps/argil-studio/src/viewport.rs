@@ -69,6 +69,11 @@ impl Viewport {
         self.is_settled = false;
     }
 
+    /// Why there is no picture.
+    pub fn fault(&self) -> Option<&str> {
+        self.fault.as_deref()
+    }
+
     /// Ask for a picture anew.
     pub fn forget_request(&mut self) {
         self.last = None;

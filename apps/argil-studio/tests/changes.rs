@@ -59,6 +59,16 @@ fn escape_takes_a_drag_and_a_stroke_back() {
         assert_eq!(desk.studio().document().selection.len(), 1);
         assert_eq!(desk.studio().document().history().1, 1);
     }
+    // Copies go, and what was selected is again.
+    desk.click("Move");
+    let selection = desk.studio().document().selection.clone();
+    desk.hold_with(at, Modifiers::SHIFT);
+    desk.move_to(at + Vec2::new(40.0, 0.0));
+    assert_ne!(desk.studio().document().selection, selection);
+    desk.press(Modifiers::NONE, Key::Escape);
+    desk.let_go(at);
+    assert_eq!(desk.scene().to_json(), before);
+    assert_eq!(desk.studio().document().selection, selection);
     // The next does as ever.
     desk.drag(at, at + Vec2::new(40.0, 0.0), Modifiers::NONE);
     assert_ne!(desk.scene().to_json(), before);
@@ -262,7 +272,14 @@ fn a_scene_saved_elsewhere_names_its_meshes_from_there() {
         std::fs::create_dir(folder).expect("a folder");
     }
     pyramid(&here.join("own.obj"));
-    let mut desk = desk();
+    let sessions = folder.path().join("sessions");
+    let begin = || Begin {
+        recovery: Some(sessions.clone()),
+        ..Begin::default()
+    };
+    let mut desk = Desk::new(begin());
+    desk.step();
+    desk.choose("File", "New");
     desk.answers.borrow_mut().push(here.join("scene.json"));
     desk.press(Modifiers::COMMAND, Key::S);
     desk.answers.borrow_mut().push(here.join("own.obj"));
@@ -274,7 +291,29 @@ fn a_scene_saved_elsewhere_names_its_meshes_from_there() {
     assert!(!desk.studio().document().is_changed());
     let named = here.join("own.obj").to_string_lossy().replace('\\', "/");
     assert_eq!(mesh_of(&desk).0, named);
+    // What is done after finds the mesh, and what is undone too.
+    desk.press(Modifiers::SHIFT, Key::ArrowRight);
+    desk.press(Modifiers::COMMAND, Key::Z);
+    assert_eq!(mesh_of(&desk).0, named);
+    desk.press(Modifiers::SHIFT, Key::ArrowRight);
     desk.settle();
+    assert_eq!(desk.fault(), None);
+    assert!(desk.studio().document().missing_meshes().is_empty());
+    // The journal has gone on.
+    let after = desk.scene().to_json();
+    desk.crash(&sessions);
+    let mut again = Desk::new(begin());
+    again.step();
+    again.click("Bring it back");
+    assert_eq!(again.scene().to_json(), after);
+    until(&mut again, "the mesh", |desk| {
+        desk.studio().document().missing_meshes().is_empty()
+    });
+    // It is nobody else's now.
+    let mut third = Desk::new(begin());
+    third.step();
+    assert!(!third.asks_to_bring_back());
+    drop(again);
     let mut other = Desk::new(Begin {
         scene: Some(there.join("scene.json")),
         outside: true,
@@ -312,4 +351,102 @@ fn closing_waits_for_what_runs_and_what_is_cancelled_leaves_nothing() {
     desk.click("Cancel");
     assert_eq!(desk.studio().note(), Some("Cancelled"));
     until(&mut desk, "an empty folder", |_| count() == 0);
+}
+
+#[test]
+fn what_changes_nothing_leaves_what_can_be_redone() {
+    let mut desk = desk();
+    for shape in ["Add Sphere", "Add Box", "Add Torus"] {
+        desk.click(shape);
+    }
+    let all = desk.scene().to_json();
+    desk.press(Modifiers::COMMAND, Key::Z);
+    desk.press(Modifiers::COMMAND, Key::Z);
+    desk.click("Sphere");
+    let document = desk.window.state_mut().document_mut();
+    document.begin_stroke("Nothing");
+    document.end_stroke();
+    desk.press(Modifiers::COMMAND | Modifiers::SHIFT, Key::G);
+    assert_eq!(desk.studio().document().selection.len(), 1);
+    assert_eq!(steps(&desk).len(), 3);
+    desk.press(Modifiers::COMMAND | Modifiers::SHIFT, Key::Z);
+    desk.press(Modifiers::COMMAND | Modifiers::SHIFT, Key::Z);
+    assert_eq!(desk.scene().to_json(), all);
+}
+
+#[test]
+fn what_is_given_up_keeps_the_selection() {
+    let mut desk = desk();
+    desk.click("Add Sphere");
+    desk.press(Modifiers::NONE, Key::F2);
+    desk.type_text("head");
+    desk.press(Modifiers::NONE, Key::Escape);
+    assert_eq!(desk.studio().document().selection.len(), 1);
+    assert_eq!(entries(&desk)[0].name, "");
+    desk.press(Modifiers::NONE, Key::Escape);
+    assert!(desk.studio().document().selection.is_empty());
+}
+
+/// A wavy sheet with a bottom, of many triangles.
+fn landscape(path: &Path) {
+    let (n, mut text) = (120, String::new());
+    for i in 0..=n {
+        for k in 0..=n {
+            let y = (0.3 * i as f32).sin() * (0.2 * k as f32).cos();
+            text += &format!("v {} {} {}\n", 0.1 * i as f32, y, 0.1 * k as f32);
+        }
+    }
+    for i in 0..n {
+        for k in 0..n {
+            let at = i * (n + 1) + k + 1;
+            text += &format!("f {} {} {} {}\n", at, at + 1, at + n + 2, at + n + 1);
+        }
+    }
+    std::fs::write(path, text).expect("a file");
+}
+
+#[test]
+fn what_is_imported_while_it_closes_is_asked_about() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let mesh = folder.path().join("hills.obj");
+    landscape(&mesh);
+    let mut desk = desk();
+    desk.answers.borrow_mut().push(mesh);
+    desk.press(Modifiers::COMMAND, Key::I);
+    desk.press(Modifiers::COMMAND, Key::Q);
+    until(&mut desk, "the question", |desk| desk.has("Do not save"));
+    assert_eq!(entries(&desk).len(), 1);
+}
+
+#[test]
+fn meshes_that_are_pasted_are_read_where_that_is_allowed() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let mesh = folder.path().join("own.obj");
+    pyramid(&mesh);
+    let named = mesh.to_string_lossy().replace('\\', "/");
+    let text = serde_json::json!([{"shape": {"type": "mesh", "path": named}}]).to_string();
+    let mut desk = desk();
+    let paste = |desk: &mut Desk| {
+        let event = eframe::egui::Event::Paste(text.clone());
+        desk.window.event(event);
+        desk.step();
+    };
+    paste(&mut desk);
+    desk.until_told("--allow-outside");
+    desk.settle();
+    assert_eq!(desk.fault(), None);
+    assert_eq!(desk.studio().document().missing_meshes().len(), 1);
+    // What the person has chosen is read again.
+    desk.answers.borrow_mut().push(mesh);
+    desk.press(Modifiers::COMMAND, Key::I);
+    desk.until_told("is in the scene");
+    desk.choose("File", "New");
+    desk.window.run_steps(20);
+    desk.click("Do not save");
+    paste(&mut desk);
+    until(&mut desk, "the mesh", |desk| {
+        desk.studio().document().missing_meshes().is_empty() && entries(desk).len() == 1
+    });
+    desk.settle();
+    assert_eq!(desk.fault(), None);
 }

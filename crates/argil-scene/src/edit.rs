@@ -176,6 +176,17 @@ pub(crate) struct History {
     pub changes: Vec<Change>,
 }
 
+impl History {
+    /// The entries that undo and redo would bring back.
+    pub fn entries(&mut self) -> impl Iterator<Item = &mut Entry> {
+        let all = self.undo.iter_mut().chain(&mut self.redo).flatten();
+        all.filter_map(|step| match step {
+            Step::Set { entry, .. } => Some(entry),
+            _ => None,
+        })
+    }
+}
+
 /// Whether undoing `before` makes up for `step` too: both set the same node.
 fn is_covered(before: Option<&Step>, step: &Step) -> bool {
     match (before, step) {

@@ -11,6 +11,7 @@
 use crate::file::Item;
 use crate::{Body, Edit, EditError, Edited, Entry, Material, Modifier, NodeId, Operator, Scene};
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 
 /// A line of a log.
 #[derive(Serialize, Deserialize)]
@@ -51,6 +52,10 @@ enum Line {
         /// Nothing takes it away.
         #[serde(default)]
         material: Option<Material>,
+    },
+    /// See [`Scene::rename_meshes`].
+    RenameMeshes {
+        paths: BTreeMap<String, String>,
     },
     BeginStroke {},
     EndStroke {},
@@ -184,6 +189,10 @@ impl Scene {
                 by,
             },
             Line::SetMaterial { name, material } => Edit::SetMaterial { name, material },
+            Line::RenameMeshes { paths } => {
+                self.rename_meshes(&paths);
+                return Ok(None);
+            }
             Line::BeginStroke {} => {
                 self.begin_stroke();
                 return Ok(None);

@@ -190,18 +190,33 @@ impl Scene {
         paths
     }
 
-    /// Name a mesh's file by another path, as from another folder; what is loaded stays. Not part of the history.
-    pub fn rename_mesh(&mut self, from: &str, to: &str) {
-        for node in &mut self.nodes {
-            let posed = node.posed.as_deref_mut();
-            for entry in std::iter::once(&mut node.entry).chain(posed) {
-                if let Body::Shape(Shape::Mesh { path, .. }) = &mut entry.body
-                    && path == from
-                {
-                    *path = to.to_owned();
-                }
+    /// The files of all meshes that it has had distances of, those that undo would bring back included.
+    pub fn known_mesh_paths(&self) -> impl Iterator<Item = &str> {
+        self.grids.keys().map(|(path, _)| path.as_str())
+    }
+
+    /// Name meshes' files by other paths, as from another folder, all at once; what is loaded stays. It is no step of the history,
+    /// and what undo brings back has the new names too.
+    pub fn rename_meshes(&mut self, paths: &BTreeMap<String, String>) {
+        let rename = |entry: &mut Entry| {
+            if let Body::Shape(Shape::Mesh { path, .. }) = &mut entry.body
+                && let Some(to) = paths.get(path)
+            {
+                path.clone_from(to);
             }
+        };
+        for node in &mut self.nodes {
+            rename(&mut node.entry);
+            node.posed.as_deref_mut().map(rename);
         }
+        self.history.entries().for_each(rename);
+        let grids = std::mem::take(&mut self.grids).into_iter();
+        self.grids = grids
+            .map(|((path, resolution), grid)| {
+                let path = paths.get(&path).cloned().unwrap_or(path);
+                ((path, resolution), grid)
+            })
+            .collect();
     }
 
     /// The distances of a mesh, for all brushes that name it, in place of what they had, and those of later edits included. Not

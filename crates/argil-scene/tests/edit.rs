@@ -272,3 +272,36 @@ fn a_mesh_given_anew_is_that_of_what_undo_brings_back() {
     scene.undo();
     assert!(has(&scene, 3.0), "not what it was when it was moved");
 }
+
+#[test]
+fn meshes_are_named_anew_all_at_once_in_what_is_undone_too() {
+    let mut scene = Scene::new();
+    let Shape::Mesh { resolution, .. } = Shape::mesh("") else {
+        panic!("a mesh")
+    };
+    for path in ["a.obj", "b.obj"] {
+        scene.push(Brush::new(Shape::mesh(path))).expect("a mesh");
+        scene.set_mesh(path, resolution, grid(2.0));
+    }
+    let node = scene.node(Scene::ROOT).children()[0];
+    let entry = Brush::new(Shape::mesh("a.obj")).at([1.0, 0.0, 0.0]).into();
+    scene.apply(Edit::Replace { node, entry }).expect("an edit");
+    let line = r#"{"edit": "rename_meshes", "paths": {"a.obj": "b.obj", "b.obj": "c.obj"}}"#;
+    let mut other = scene.clone();
+    assert_eq!(other.replay(line).expect("a line"), None);
+    assert_eq!(other.mesh_paths(), ["b.obj", "c.obj"]);
+    // It was no step: what is undone is the edit before it.
+    assert_eq!(other.history_lengths(), scene.history_lengths());
+    other.undo();
+    assert_eq!(other.mesh_paths(), ["b.obj", "c.obj"]);
+    assert!(other.node(node).entry().modifiers.is_empty());
+    // What is put in by its new name is known.
+    other
+        .push(Brush::new(Shape::mesh("c.obj")))
+        .expect("a mesh");
+    assert!(other.missing_meshes().is_empty());
+    other
+        .push(Brush::new(Shape::mesh("a.obj")))
+        .expect("a mesh");
+    assert_eq!(other.missing_meshes(), [("a.obj".to_owned(), resolution)]);
+}

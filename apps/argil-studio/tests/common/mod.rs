@@ -7,7 +7,7 @@ use eframe::egui::{self, Modifiers, PointerButton, Pos2, Vec2};
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
 use std::cell::RefCell;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::rc::Rc;
 use std::time::{Duration, Instant};
 
@@ -65,10 +65,34 @@ impl Desk {
         self.studio().document().scene()
     }
 
+    /// Whether something is called so.
+    pub fn has(&self, label: &str) -> bool {
+        self.window.query_all_by_label(label).next().is_some()
+    }
+
     /// Whether it offers what a session before has left.
     pub fn asks_to_bring_back(&self) -> bool {
-        let mut all = self.window.query_all_by_label("Bring it back");
-        all.next().is_some()
+        self.has("Bring it back")
+    }
+
+    /// Why nothing is drawn.
+    pub fn fault(&self) -> Option<&str> {
+        self.studio().fault()
+    }
+
+    /// Leave the session in a folder as by another process, which is gone.
+    pub fn crash(self, sessions: &Path) {
+        let files = std::fs::read_dir(sessions).expect("a folder").flatten();
+        let own = files
+            .map(|file| file.path())
+            .find(|path| path.extension().is_some_and(|e| e == "journal"))
+            .expect("a journal");
+        for ending in ["journal", "origin", "saved"] {
+            let other = sessions.join("4294967294-1").with_extension(ending);
+            if own.with_extension(ending).exists() {
+                std::fs::copy(own.with_extension(ending), other).expect("a copy");
+            }
+        }
     }
 
     /// A few frames.
@@ -152,9 +176,13 @@ impl Desk {
 
     /// Press and stay.
     pub fn hold(&mut self, at: Pos2) {
+        self.hold_with(at, Modifiers::NONE);
+    }
+
+    pub fn hold_with(&mut self, at: Pos2, modifiers: Modifiers) {
         self.window.event(egui::Event::PointerMoved(at));
         self.step();
-        self.button(at, PointerButton::Primary, true, Modifiers::NONE);
+        self.button(at, PointerButton::Primary, true, modifiers);
         self.window.run_steps(1);
     }
 
