@@ -3,6 +3,7 @@
 
 use crate::app::Studio;
 use crate::document::Document;
+use crate::files::IS_PAGE;
 use crate::jobs::{Aim, Loaded};
 use argil::glam::{UVec3, Vec3};
 use argil::{
@@ -110,7 +111,8 @@ impl Studio {
         }
         self.reload();
         let is_read = |(path, _): &Named| self.read_meshes.contains(path);
-        let load = if self.document.reads_anywhere || wanted.iter().all(is_read) {
+        let may = self.document.reads_anywhere || wanted.iter().all(is_read);
+        let load = if IS_PAGE || may {
             self.load_again(wanted.iter().map(|(path, _)| path.as_str()))
         } else {
             from_files(self.mesh_folder(), false)
@@ -146,7 +148,10 @@ impl Studio {
             return Ok(());
         }
         for mesh in &meshes {
-            self.read_meshes.insert(mesh.path.clone());
+            // Others mean other files in other folders.
+            if Path::new(&mesh.path).is_absolute() {
+                self.read_meshes.insert(mesh.path.clone());
+            }
             self.document
                 .know_mesh(&mesh.path, mesh.resolution, mesh.grid.clone());
         }
