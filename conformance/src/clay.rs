@@ -4,8 +4,10 @@ use crate::Wait;
 use crate::lattice;
 use argil_field::{LiveProgram, Program};
 use argil_gpu::{Gpu, GpuField, GpuVolume};
+use argil_math::Aabb;
 use argil_scene::Scene;
 use argil_volume::{BrickEdit, BrickLayout, BrickSettings, Bricks, EditWork, Volume, Word};
+use glam::IVec3;
 use std::borrow::Cow;
 use std::sync::Arc;
 
@@ -85,26 +87,43 @@ impl Clay {
     pub fn follow(&mut self, scene: &mut Scene) {
         let changes = &scene.changes()[self.seen..];
         let upset = self.live.follow(scene, changes).expect("a program");
-        if upset.everything {
-            let program = Program::lower(scene).expect("a program");
+        let boxes: Vec<_> = changes.iter().flat_map(|c| c.boxes()).collect();
+        let program = Program::lower(scene).expect("a program");
+        let solid = program.aabb();
+        let is_cut = !solid.is_finite() && !solid.is_empty();
+        let turns = is_cut != self.layout.lattice.is_cut;
+        if turns {
+            let lattice = self.layout.lattice.over_again(solid, frame_of(scene));
+            self.layout.lattice = lattice.expect("a lattice");
+        } else {
+            self.layout = self.layout.grown_to(solid).expect("a layout");
+            match &mut self.kept {
+                Kept::Cpu(bricks) => bricks.grow(self.layout),
+                Kept::Gpu(gpu) => {
+                    let (field, volume) = &mut **gpu;
+                    volume.grow(field.gpu(), self.layout).expect("room");
+                }
+            }
+        }
+        let work = EditWork::new(&self.layout, &self.live, &boxes);
+        let Some(mut work) = work.filter(|_| !upset.everything && !turns) else {
             scene.set_bands(self.layout.bands(&program));
             self.kept = Kept::bake(self.gpu.as_ref(), &program, self.layout);
             self.live = LiveProgram::new(scene, self.layout.parts(&program)).expect("a program");
             self.rebakes += 1;
-        } else {
-            let boxes: Vec<_> = changes.iter().map(|c| [c.dirty_box, c.far_box]).collect();
-            let mut work = EditWork::new(&self.layout, &self.live, &boxes);
-            match &mut self.kept {
-                Kept::Cpu(bricks) => {
-                    let edit = bricks.edit(&self.live, &mut work, None, None);
-                    self.done += edit.expect("bricks");
-                }
-                Kept::Gpu(gpu) => {
-                    let (field, volume) = &mut **gpu;
-                    field.follow(&self.live).expect("a field");
-                    let edit = volume.edit(field, &self.live, &mut work, None, None).wait();
-                    edit.expect("an edit");
-                }
+            self.seen = scene.changes().len();
+            return;
+        };
+        match &mut self.kept {
+            Kept::Cpu(bricks) => {
+                let edit = bricks.edit(&self.live, &mut work, None, None);
+                self.done += edit.expect("bricks");
+            }
+            Kept::Gpu(gpu) => {
+                let (field, volume) = &mut **gpu;
+                field.follow(&self.live).expect("a field");
+                let edit = volume.edit(field, &self.live, &mut work, None, None).wait();
+                edit.expect("an edit");
             }
         }
         self.seen = scene.changes().len();
@@ -139,25 +158,47 @@ impl Clay {
         }
     }
 
-    /// What differs from a fresh bake: cells, and entries of tables that are more or fewer.
+    /// What differs from a fresh bake whose box is found anew: cells, entries of tables that are more or fewer, and blocks that
+    /// should have been given back.
     pub fn differing(&self, scene: &Scene) -> u64 {
         let program = Program::lower(scene).expect("a program");
-        let fresh = Kept::bake(self.gpu.as_ref(), &program, self.layout);
+        let lattice = self.layout.lattice;
+        let lattice = lattice.over_again(program.aabb(), frame_of(scene));
+        let layout = BrickLayout {
+            lattice: lattice.expect("a lattice"),
+            ..self.layout
+        };
+        let fresh = Kept::bake(self.gpu.as_ref(), &program, layout);
         let (own, fresh) = (self.bricks(), fresh.bricks());
-        let tables = own.len().abs_diff(fresh.len())
-            + own.mixed().len().abs_diff(fresh.mixed().len())
-            + usize::from(own.masks() != fresh.masks());
-        let signs = own.words().iter().zip(fresh.words());
-        let wrong = signs.filter(|&(&own, &theirs)| match (Word::of(own), Word::of(theirs)) {
-            (
-                Word::Empty { center, lonely },
-                Word::Empty {
-                    center: theirs,
-                    lonely: as_lonely,
-                },
-            ) => lonely != as_lonely || (center < 0.0) != (theirs < 0.0) && center * theirs != 0.0,
-            _ => false,
-        });
-        own.differing_cells(&fresh) + tables as u64 + wrong.count() as u64
+        let tables =
+            own.len().abs_diff(fresh.len()) + own.mixed().len().abs_diff(fresh.mixed().len());
+        let (blocks, most) = (own.table().len(), fresh.table().len());
+        let kept = blocks.saturating_sub(most + most / 4 + 8);
+        let mut wrong = 0;
+        for (_, block) in own.table().blocks().chain(fresh.table().blocks()) {
+            for nth in 0..64 {
+                let inner = IVec3::new(nth % 4, nth / 4 % 4, nth / 16);
+                let cell = 4 * block + inner;
+                wrong += u64::from(match (own.cell(cell), fresh.cell(cell)) {
+                    (
+                        Word::Empty { center, lonely },
+                        Word::Empty {
+                            center: theirs,
+                            lonely: as_lonely,
+                        },
+                    ) => {
+                        lonely != as_lonely
+                            || (center < 0.0) != (theirs < 0.0) && center * theirs != 0.0
+                    }
+                    _ => false,
+                });
+            }
+        }
+        own.differing_cells(&fresh) + (tables + kept) as u64 + wrong
     }
+}
+
+fn frame_of(scene: &Scene) -> Option<Aabb> {
+    let frame = scene.view.frame;
+    frame.map(|[min, max]| Aabb::new(min.into(), max.into()))
 }

@@ -188,7 +188,9 @@ fn the_gpu_marches_bricks_as_the_cpu_does() {
                 Some(cut) => Lattice {
                     corner: cut.min,
                     voxel: 0.9 / 61.0,
+                    begin: glam::IVec3::ZERO,
                     size: glam::UVec3::new(61, 61, 64),
+                    is_cut: true,
                 },
                 None => Lattice::holding(program.aabb(), None, 61).expect("a lattice"),
             };

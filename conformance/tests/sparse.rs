@@ -10,7 +10,7 @@ use argil_gpu::{GpuField, GpuVolume};
 use argil_math::Aabb;
 use argil_scene::{Brush, Group, Scene, Shape};
 use argil_volume::{BrickLayout, BrickSettings, Bricks, BricksError, Encoding, Volume, Word};
-use glam::{UVec3, Vec3};
+use glam::{IVec3, UVec3, Vec3};
 
 /// Samples along a voxel's edge.
 const FINER: u32 = 4;
@@ -33,13 +33,15 @@ fn cases() -> Vec<Case> {
     cases
 }
 
-fn cells(layout: &BrickLayout) -> impl Iterator<Item = UVec3> {
-    let [nx, ny, nz] = layout.grid.to_array();
-    (0..nz).flat_map(move |z| (0..ny).flat_map(move |y| (0..nx).map(move |x| UVec3::new(x, y, z))))
+fn cells(layout: &BrickLayout) -> impl Iterator<Item = IVec3> {
+    let (low, high) = (layout.low(), layout.high());
+    (low.z..high.z).flat_map(move |z| {
+        (low.y..high.y).flat_map(move |y| (low.x..high.x).map(move |x| IVec3::new(x, y, z)))
+    })
 }
 
 /// Whether points four to a voxel's edge in a cell's closed box have both signs.
-fn is_crossed(evaluator: &mut Evaluator<'_>, layout: &BrickLayout, cell: UVec3) -> bool {
+fn is_crossed(evaluator: &mut Evaluator<'_>, layout: &BrickLayout, cell: IVec3) -> bool {
     let spacing = Vec3::splat(layout.lattice.voxel / FINER as f32);
     let held = layout.cell_box(cell);
     // What lies outside of the volume is not asked for.
@@ -115,7 +117,7 @@ fn check_empty_cells(name: &str, program: &Program, bricks: &Bricks) -> (usize, 
             continue;
         };
         let held = layout.cell_box(cell);
-        let mask = bricks.masks()[layout.word_index(cell) / 64];
+        let mask = bricks.masks()[bricks.word_index(cell) / 64];
         assert_eq!(lonely, mask == 0);
         let mut points = held.corners().to_vec();
         let size = held.size();
@@ -224,7 +226,7 @@ fn samples_are_the_fields() {
             };
             for at in (0..layout.brick_samples()).step_by(stride) {
                 let place = UVec3::new(at % side, at / side % side, at / side / side);
-                let whole = (cell * layout.brick).as_vec3() + place.as_vec3();
+                let whole = (cell * layout.brick as i32).as_vec3() + place.as_vec3();
                 let p = layout.lattice.corner + layout.lattice.voxel * whole;
                 let d = program.distance(p);
                 let expected = (d * (quanta / range)).clamp(-quanta, quanta) + 0.5;
@@ -439,7 +441,7 @@ fn a_pool_grows_to_what_is_needed() {
     let program = Program::lower(&scene).expect("a program");
     let layout = layout_of(&program, &scene, 96, 4);
     let bricks = bake(&program, layout);
-    let [x, y, z] = layout.grid.to_array();
+    let [x, y, z] = layout.grid().to_array();
     assert!(
         bricks.len() as u32 > 2 * (x * y + y * z + x * z),
         "{}",
@@ -462,7 +464,7 @@ fn no_resolution_is_rounded() {
         let lattice = argil_volume::Lattice::holding(solid, None, resolution).expect("a lattice");
         let layout = BrickLayout::new(lattice, &BrickSettings::default()).expect("a layout");
         assert_eq!(layout.lattice.size.max_element(), resolution);
-        let reach = layout.grid * layout.brick;
+        let reach = layout.grid() * layout.brick;
         assert!(reach.cmpge(lattice.size).all() && (reach - lattice.size).max_element() < 8);
     }
 }

@@ -52,7 +52,7 @@ pub fn volume(info: &VolumeInfo) -> Value {
     let own = match (&info.tree, &info.sparse) {
         (None, None) => json!({ "levels": info.levels }),
         (None, Some(sparse)) => {
-            let cells = sparse.layout.grid.to_array().map(u64::from);
+            let cells = sparse.layout.grid().to_array().map(u64::from);
             json!({
                 "brick": sparse.layout.brick,
                 "bricks": sparse.bricks,

@@ -63,9 +63,8 @@ const SHOW_NODES: u32 = 5u;
 const MATERIAL_SIDE: u32 = 4u;
 const BRICK_MIXED: u32 = 2147483648u;
 const BLOCK_SIDE: u32 = 4u;
-const MAKE_ALL: u32 = 0u;
-const MAKE_SOME: u32 = 1u;
-const MAKE_NONE: u32 = 2u;
+const MAKE_SOME: u32 = 0u;
+const MAKE_NONE: u32 = 1u;
 const COUNTER_CANDIDATES: u32 = 0u;
 const COUNTER_BRICKS: u32 = 1u;
 const COUNTER_MIXED: u32 = 2u;
@@ -186,8 +185,28 @@ struct Volume {
     steepness: f32,
     mixed: u32,
     far: f32,
+    begin_x: i32,
+    begin_y: i32,
+    begin_z: i32,
     pad1: u32,
-    pad2: u32,
+    low_x: i32,
+    low_y: i32,
+    low_z: i32,
+    high_x: i32,
+    high_y: i32,
+    high_z: i32,
+    tree_x: i32,
+    tree_y: i32,
+    tree_z: i32,
+    top_x: u32,
+    top_y: u32,
+    top_z: u32,
+    tree_levels: u32,
+    slots_at: u32,
+    words_at: u32,
+    is_cut: u32,
+    base: f32,
+    place_rounding: f32,
 }
 struct Fill {
     first_bias: vec4<f32>,
@@ -203,15 +222,6 @@ struct Fill {
 }
 struct Prune {
     slack: f32,
-    side: u32,
-    parts_x: u32,
-    parts_y: u32,
-    parts_z: u32,
-    first: u32,
-    outer_side: u32,
-    outer_x: u32,
-    outer_y: u32,
-    outer_first: u32,
     blocks_first: u32,
     cells_first: u32,
     arena_first: u32,
@@ -222,6 +232,7 @@ struct Prune {
     blocks_at: u32,
     dirty_first: u32,
     freed_first: u32,
+    pad0: u32,
 }
 struct Marching {
     first_voxel: vec4<f32>,

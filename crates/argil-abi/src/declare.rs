@@ -7,6 +7,9 @@ pub(crate) trait Wgsl {
 impl Wgsl for u32 {
     const NAME: &'static str = "u32";
 }
+impl Wgsl for i32 {
+    const NAME: &'static str = "i32";
+}
 impl Wgsl for f32 {
     const NAME: &'static str = "f32";
 }

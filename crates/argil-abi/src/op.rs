@@ -134,12 +134,10 @@ constants! { FLAGS:
     BRICK_MIXED = 2147483648;
     /// Cells along the side of a block of sparse bricks' grid.
     BLOCK_SIDE = 4;
-    /// Bricks are made in all blocks.
-    MAKE_ALL = 0;
-    /// In some blocks, in place of what was there.
-    MAKE_SOME = 1;
+    /// Bricks are made in some blocks, in place of what was there.
+    MAKE_SOME = 0;
     /// In none: it is counted what some blocks would need.
-    MAKE_NONE = 2;
+    MAKE_NONE = 1;
     /// Of what makes bricks: the counter of cells that the surface can be in.
     COUNTER_CANDIDATES = 0;
     /// The counter of bricks that were taken from the pool.

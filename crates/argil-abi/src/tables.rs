@@ -188,10 +188,50 @@ shared_struct! {
         mixed: u32,
         /// The greatest distance that a cell without a brick keeps.
         far: f32,
+        /// Of sparse bricks: the first voxel of the box along x.
+        begin_x: i32,
+        /// Of sparse bricks: the first voxel of the box along y.
+        begin_y: i32,
+        /// Of sparse bricks: the first voxel of the box along z.
+        begin_z: i32,
         /// Zero.
         pad1: u32,
-        /// Zero.
-        pad2: u32,
+        /// Of sparse bricks: the first cell of the box along x.
+        low_x: i32,
+        /// Of sparse bricks: the first cell of the box along y.
+        low_y: i32,
+        /// Of sparse bricks: the first cell of the box along z.
+        low_z: i32,
+        /// Of sparse bricks: the cell behind the last of the box along x.
+        high_x: i32,
+        /// Of sparse bricks: the cell behind the last of the box along y.
+        high_y: i32,
+        /// Of sparse bricks: the cell behind the last of the box along z.
+        high_z: i32,
+        /// The first block of the top of the tree of blocks along x.
+        tree_x: i32,
+        /// The first block of the top of the tree of blocks along y.
+        tree_y: i32,
+        /// The first block of the top of the tree of blocks along z.
+        tree_z: i32,
+        /// Entries of the top along x.
+        top_x: u32,
+        /// Entries of the top along y.
+        top_y: u32,
+        /// Entries of the top along z.
+        top_z: u32,
+        /// Levels of nodes below the top.
+        tree_levels: u32,
+        /// Where the first cells of slots stand among the cells' words, three each.
+        slots_at: u32,
+        /// Where the words of slots stand.
+        words_at: u32,
+        /// 1 if there are no bricks outside of the box.
+        is_cut: u32,
+        /// A usual length of the world.
+        base: f32,
+        /// What of a coordinate beyond that a distance can be off by.
+        place_rounding: f32,
     }
 }
 
@@ -222,28 +262,10 @@ shared_struct! {
 }
 
 shared_struct! {
-    /// Where the lists of a build of bricks stand, and of which parts of the grid a dispatch makes some.
+    /// Where the lists stand by which bricks are made, and in which blocks that is.
     Prune {
         /// What the margin of two distances has besides the Lipschitz constant's share.
         slack: f32,
-        /// Cells along a part's side.
-        side: u32,
-        /// Parts along x.
-        parts_x: u32,
-        /// Parts along y.
-        parts_y: u32,
-        /// Parts along z.
-        parts_z: u32,
-        /// Where their stretches stand.
-        first: u32,
-        /// Cells along the side of what the parts are parts of; 0 for everything.
-        outer_side: u32,
-        /// How many of those there are along x.
-        outer_x: u32,
-        /// The same along y.
-        outer_y: u32,
-        /// Where their stretches stand.
-        outer_first: u32,
         /// Where those of blocks stand.
         blocks_first: u32,
         /// Where those of cells that the surface can be in stand.
@@ -256,14 +278,16 @@ shared_struct! {
         cells_room: u32,
         /// Blocks that are made.
         count: u32,
-        /// A `MAKE_…`: all blocks of the grid, some of them, or what those would need.
+        /// A `MAKE_…`: blocks, or what they would need.
         make: u32,
-        /// Of some blocks: where their places in the grid stand.
+        /// Where the slots of the blocks stand.
         blocks_at: u32,
         /// Where it stands which of their cells are to be sampled, two words each.
         dirty_first: u32,
         /// Where among the cells near the surface the bricks stand that are freed; those of mixed ones as far on again.
         freed_first: u32,
+        /// Zero.
+        pad0: u32,
     }
 }
 

@@ -41,14 +41,36 @@ impl Program {
         }
     }
 
+    /// [`Program::bounds_slack`] for points with coordinates as great as `farthest` that are near the surface, in a world where
+    /// `base` is a usual length.
+    pub fn slack_at(&self, base: f32, farthest: f32) -> f32 {
+        self.clear_terms_about(base).at(base, farthest).slack + self.hidden_slack
+    }
+
+    /// The same as [`Program::clear_terms`] for points near the origin and the surface, in a world where `base` is a usual length: see
+    /// [`ClearTerms::at`] for others.
+    pub fn clear_terms_about(&self, base: f32) -> ClearTerms {
+        ClearTerms {
+            slack: self.slack + self.rounding_about(base, base),
+            hidden: self.hidden_slack,
+            isolation: self.isolation,
+            steepness: 1.000_01 * self.lipschitz,
+        }
+    }
+
     /// How far `f32` arithmetic can take a distance within the box from the real one.
     fn rounding(&self, region: Aabb) -> f32 {
         let farthest = region.min.abs().max(region.max.abs()).max_element();
-        // Operands about the region change nothing, so that edits of them do not change what is relied on elsewhere.
-        let magnitude = if self.magnitude > 4.0 * farthest {
+        self.rounding_about(farthest, farthest)
+    }
+
+    fn rounding_about(&self, farthest: f32, base: f32) -> f32 {
+        // Operands no larger than a few base lengths change nothing, so that edits of them do not change what is relied on
+        // elsewhere.
+        let magnitude = if self.magnitude > 4.0 * base {
             self.magnitude
         } else {
-            farthest
+            base
         };
         64.0 * f32::EPSILON * (farthest + 2.0 * magnitude)
     }
@@ -67,7 +89,26 @@ pub struct ClearTerms {
     pub steepness: f32,
 }
 
+/// What of a coordinate an affine map into an operand's own space can lose: the rounding of its products and sums.
+pub const PLACE_ROUNDING: f32 = 4.0 * f32::EPSILON;
+
 impl ClearTerms {
+    /// For points with coordinates as great as `farthest`, where those of [`Program::clear_terms_about`] a base length are
+    /// known. Only mapping a point into the space of an operand near it loses more far from the origin: what comes after
+    /// that is as near as anywhere.
+    #[inline]
+    pub fn at(self, base: f32, farthest: f32) -> Self {
+        let beyond = if farthest > base {
+            farthest - base
+        } else {
+            0.0
+        };
+        Self {
+            slack: self.slack + PLACE_ROUNDING * beyond,
+            ..self
+        }
+    }
+
     /// How far around a point of distance `d` there is no surface.
     #[inline]
     pub fn radius(&self, d: f32) -> f32 {

@@ -51,7 +51,7 @@ mod space;
 mod specialize;
 mod trim;
 
-pub use bounds::ClearTerms;
+pub use bounds::{ClearTerms, PLACE_ROUNDING};
 pub use evaluate::Evaluator;
 pub use grid::Grid;
 pub use live::{LiveProgram, Parts, Touched, Upset};

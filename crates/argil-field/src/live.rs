@@ -16,26 +16,34 @@ use argil_scene::{
     Change, Extent, Extents, NodeId, Operator, OperatorKind, Profile, Scene, blend_reach,
     greatest_fall,
 };
-use glam::{UVec3, Vec3};
+use glam::{IVec3, Vec3};
+use rustc_hash::FxHashMap;
+use std::borrow::Cow;
 use std::collections::{BTreeMap, HashMap, HashSet};
+
+/// Most parts of a level that an operand is entered in; a larger one goes to a level whose parts are four times as long.
+const MOST_PARTS: f32 = 512.0;
+/// Levels of parts. What is larger still is everywhere.
+const LEVELS: u32 = 12;
 
 /// Ranks between neighbours, to begin with.
 const RANK_STEP: u64 = 1 << 32;
 
-/// Where lists are asked for: a grid of cubic parts over a region.
+/// Where lists are asked for: a grid of cubic parts, without bounds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Parts {
-    /// The grid's least corner.
+    /// The least corner of part 0.
     pub corner: Vec3,
     /// The edge of a part.
     pub edge: f32,
-    /// Parts along each axis.
-    pub count: UVec3,
     /// The distance below which lists give the scene's.
     pub far: f32,
-    /// Where distances are relied on.
-    pub region: Aabb,
+    /// The usual length of the world, see [`Program::clear_terms_about`].
+    pub base: f32,
 }
+
+/// A part of a level.
+type Part = (u32, IVec3);
 
 /// An operand of the root.
 struct Operand {
@@ -60,6 +68,22 @@ struct Operand {
 impl Operand {
     fn is_chamfered(&self) -> bool {
         self.operator.profile == Profile::Chamfer && self.operator.blend > 0.0
+    }
+
+    /// Whether something can be solid where it is.
+    fn adds(&self) -> bool {
+        self.visible
+            && matches!(
+                self.operator.kind,
+                OperatorKind::Union | OperatorKind::Morph
+            )
+    }
+
+    /// Whether it is endless, or cuts what is.
+    fn ends(&self) -> bool {
+        let is_endless =
+            self.adds() && !self.extent.aabb.is_empty() && !self.extent.aabb.is_finite();
+        is_endless || (self.visible && self.operator.kind == OperatorKind::Intersect)
     }
 
     /// Whether another has the same instructions but for the values of parameters.
@@ -112,7 +136,7 @@ pub struct Touched {
     /// Operands as they were; their parameters stand until the next update.
     before: Vec<Operand>,
     /// Those of each part.
-    near: HashMap<usize, Vec<usize>>,
+    near: FxHashMap<Part, Vec<usize>>,
     /// Operands as they are.
     after: HashSet<NodeId>,
     /// Stretches of parameters, ascending.
@@ -151,7 +175,9 @@ pub struct LiveProgram {
     /// All operands in the scene's order.
     order: BTreeMap<u64, NodeId>,
     /// Of each part, the operands that can matter there, by rank.
-    near: Vec<Vec<Near>>,
+    near: FxHashMap<Part, Vec<Near>>,
+    /// Levels that have any.
+    levels: u32,
     /// Those that matter wherever others do.
     everywhere: BTreeMap<u64, NodeId>,
     /// Stretches of the parameters that are free, by length.
@@ -170,6 +196,9 @@ pub struct LiveProgram {
     renumbered: bool,
     /// Stretches of parameters that this update has written.
     written: Vec<(u32, u32)>,
+    /// The boxes of what the last update put in, with room for blends, and whether it touched what is endless or cuts.
+    put: Aabb,
+    touched_ends: bool,
     /// Instructions and iterations of all operands, seen or not; opcodes of all that there ever were.
     length: usize,
     iterations: u64,
@@ -181,7 +210,8 @@ fn morton(aabb: Aabb, parts: &Parts) -> u64 {
     if !aabb.is_finite() {
         return 0;
     }
-    let across = 1024.0 * (aabb.center() - parts.corner) / (parts.edge * parts.count.as_vec3());
+    // An eighth of a part is as fine as need be.
+    let across = 8.0 * (aabb.center() - parts.corner) / parts.edge + 512.0;
     let at = across.clamp(Vec3::ZERO, Vec3::splat(1023.0)).as_uvec3();
     let spread = |c: u32| {
         (0..10).fold(0u64, |code, bit| {
@@ -221,7 +251,8 @@ impl LiveProgram {
             parts,
             operands: HashMap::new(),
             order: BTreeMap::new(),
-            near: vec![Vec::new(); parts.count.element_product() as usize],
+            near: FxHashMap::default(),
+            levels: 1,
             everywhere: BTreeMap::new(),
             free: HashMap::new(),
             magnitudes: BTreeMap::new(),
@@ -233,6 +264,8 @@ impl LiveProgram {
             is_told: false,
             renumbered: false,
             written: Vec::new(),
+            put: Aabb::EMPTY,
+            touched_ends: false,
             length: 0,
             iterations: 0,
             opcodes: Opcodes::default(),
@@ -272,6 +305,12 @@ impl LiveProgram {
     /// appended are among them.
     pub fn written(&self) -> &[(u32, u32)] {
         &self.written
+    }
+
+    /// A box of what the last update put into the scene, and whether how far the scene reaches may have changed elsewhere too:
+    /// if that touched what is endless, or what cuts the rest.
+    pub fn put(&self) -> (Aabb, bool) {
+        (self.put, self.touched_ends)
     }
 
     /// Instructions of the whole at most.
@@ -315,11 +354,13 @@ impl LiveProgram {
             self.free.entry(length).or_default().push(at);
         }
         let mut plain = true;
+        (self.put, self.touched_ends) = (Aabb::EMPTY, false);
         let mut told = Touched::default();
         let mut is_told = self.morphs == 0;
         for &node in &touched {
             if let Some(old) = self.remove(node) {
                 plain &= old.is_plain();
+                self.touched_ends |= old.ends();
                 told.before.push(old);
             }
         }
@@ -328,14 +369,16 @@ impl LiveProgram {
             operand.rank = self.rank_for(scene, node);
             plain &= operand.is_plain();
             told.after.insert(node);
-            self.tables.aabb = self.tables.aabb.union(if operand.visible {
-                operand.extent.aabb
-            } else {
-                Aabb::EMPTY
-            });
+            self.touched_ends |= operand.ends();
+            if operand.adds() {
+                self.put = self.put.union(operand.extent.aabb);
+            }
             self.insert(node, operand);
             self.index(node);
         }
+        // Blends swell what they join.
+        self.put = self.put.grown(greatest(&self.blends));
+        self.tables.aabb = self.tables.aabb.union(self.put);
         if self.needed_falls() > self.falls {
             self.index_all();
         }
@@ -359,11 +402,7 @@ impl LiveProgram {
     }
 
     /// Append the instructions that can matter in a part.
-    ///
-    /// # Panics
-    /// If there is no such part.
-    pub fn list(&self, part: UVec3, out: &mut Vec<Instr>) {
-        let at = part.x + self.parts.count.x * (part.y + self.parts.count.y * part.z);
+    pub fn list(&self, part: IVec3, out: &mut Vec<Instr>) {
         if self.morphs > 0 {
             // A morph takes its share of everything; the first operand to act is one that adds.
             let all = self.order.values().map(|node| &self.operands[node]);
@@ -374,7 +413,7 @@ impl LiveProgram {
             return;
         }
         let mut others = self.everywhere.iter().map(|(&r, &n)| (r, n)).peekable();
-        for own in &self.near[at as usize] {
+        for own in self.near_in(part).iter() {
             while let Some((_, other)) = others.next_if(|&(other, _)| other < own.rank) {
                 append(&self.operands[&other].instrs, out);
             }
@@ -384,6 +423,23 @@ impl LiveProgram {
             }
         }
         others.for_each(|(_, other)| append(&self.operands[&other].instrs, out));
+    }
+
+    /// The operands that are entered in a part, or in one of another level that holds it, by rank.
+    fn near_in(&self, part: IVec3) -> Cow<'_, [Near]> {
+        let mut all = Cow::Borrowed(&[][..]);
+        for level in 0..self.levels {
+            let own = self.near.get(&(level, part >> (2 * level)));
+            let own = own.map_or(&[][..], Vec::as_slice);
+            if all.is_empty() {
+                all = Cow::Borrowed(own);
+            } else if !own.is_empty() {
+                let joined = all.to_mut();
+                joined.extend_from_slice(own);
+                joined.sort_unstable_by_key(|near| near.rank);
+            }
+        }
+        all
     }
 
     /// The whole scene's program, as [`Program::lower`] gives it but for the order of what does not depend on order.
@@ -402,7 +458,10 @@ impl LiveProgram {
 
     /// Whether what was made of a program's distances can be relied on as before.
     pub fn relies_on_the_same_as(&self, program: &Program) -> bool {
-        let own = (program.lipschitz(), program.clear_terms(self.parts.region));
+        let own = (
+            program.lipschitz(),
+            program.clear_terms_about(self.parts.base),
+        );
         own == self.reliance() && program.materials() == self.tables.materials
     }
 
@@ -410,7 +469,7 @@ impl LiveProgram {
     fn reliance(&self) -> (f32, ClearTerms) {
         (
             self.tables.lipschitz,
-            self.tables.clear_terms(self.parts.region),
+            self.tables.clear_terms_about(self.parts.base),
         )
     }
 
@@ -454,9 +513,14 @@ impl LiveProgram {
         self.order.remove(&operand.rank);
         self.everywhere.remove(&operand.rank);
         for at in self.parts_of(&operand) {
-            let list = &mut self.near[at];
+            let Some(list) = self.near.get_mut(&at) else {
+                continue;
+            };
             if let Ok(place) = list.binary_search_by_key(&operand.rank, |near| near.rank) {
                 list.remove(place);
+            }
+            if list.is_empty() {
+                self.near.remove(&at);
             }
         }
         self.count_in(&operand, false);
@@ -510,28 +574,29 @@ impl LiveProgram {
     }
 
     /// [`LiveProgram::list`] as it was before the last update, where what that touched is known.
-    ///
-    /// # Panics
-    /// If there is no such part.
-    pub fn list_before(&self, part: UVec3, out: &mut Vec<Instr>) {
+    pub fn list_before(&self, part: IVec3, out: &mut Vec<Instr>) {
         let Some(touched) = self.touched() else {
             return;
         };
-        let at = part.x + self.parts.count.x * (part.y + self.parts.count.y * part.z);
         let stays = |node: &NodeId| !touched.after.contains(node);
-        let is_everywhere =
-            |old: &&Operand| old.visible && old.operator.kind == OperatorKind::Intersect;
-        let own = touched.near.get(&(at as usize)).into_iter().flatten();
-        let own = own.map(|&nth| &touched.before[nth]);
+        let mut own: Vec<usize> = (0..LEVELS)
+            .filter_map(|level| touched.near.get(&(level, part >> (2 * level))))
+            .flatten()
+            .copied()
+            .collect();
+        own.sort_unstable();
+        own.dedup();
+        let own = own.into_iter().map(|nth| &touched.before[nth]);
         let everywhere = self.everywhere.iter().filter(|(_, node)| stays(node));
+        let was_everywhere = |old: &&Operand| self.is_everywhere(old);
         let mut others: Vec<(u64, &Operand)> = own
-            .chain(touched.before.iter().filter(is_everywhere))
+            .chain(touched.before.iter().filter(was_everywhere))
             .map(|old| (old.rank, old))
             .chain(everywhere.map(|(&rank, node)| (rank, &self.operands[node])))
             .collect();
         others.sort_by_key(|&(rank, _)| rank);
         let mut others = others.into_iter().peekable();
-        for own in self.near[at as usize].iter().filter(|own| stays(&own.node)) {
+        for own in self.near_in(part).iter().filter(|own| stays(&own.node)) {
             while let Some((_, other)) = others.next_if(|&(other, _)| other < own.rank) {
                 append(&other.instrs, out);
             }
@@ -597,30 +662,51 @@ impl LiveProgram {
         greatest_fall(greatest(&self.blends), self.chamfers > 0, self.parts.far)
     }
 
-    /// The parts in which an operand can matter.
-    fn parts_of(&self, operand: &Operand) -> impl Iterator<Item = usize> + use<> {
-        let parts = self.parts;
-        let interest = parts.far + self.falls;
+    /// The box in which an operand can matter where it is not everywhere that others do.
+    fn grown_box(&self, operand: &Operand) -> Aabb {
+        let interest = self.parts.far + self.falls;
         let interest = interest + blend_reach(&operand.operator, interest);
         let reach = 1.000_1 * operand.extent.underestimate * interest;
-        let grown = operand.extent.aabb.grown(reach);
+        operand.extent.aabb.grown(reach)
+    }
+
+    /// The level at which a box is in few parts, with the first and the last of them; nothing where there is none.
+    fn level_of(&self, held: Aabb) -> Option<(u32, IVec3, IVec3)> {
+        let parts = &self.parts;
+        let mut edge = parts.edge;
+        for level in 0..LEVELS {
+            let first = ((held.min - parts.corner) / edge).floor();
+            let last = ((held.max - parts.corner) / edge).floor();
+            let count = last - first + 1.0;
+            if count.element_product() <= MOST_PARTS {
+                let is_near = first.abs().max(last.abs()).max_element() < 1e9;
+                return is_near.then(|| (level, first.as_ivec3(), last.as_ivec3()));
+            }
+            edge *= 4.0;
+        }
+        None
+    }
+
+    fn is_everywhere(&self, operand: &Operand) -> bool {
+        let acts = operand.visible && !operand.extent.aabb.is_empty();
+        let is_intersection = operand.operator.kind == OperatorKind::Intersect;
+        (operand.visible && is_intersection)
+            || (acts && self.level_of(self.grown_box(operand)).is_none())
+    }
+
+    /// The parts in which an operand can matter.
+    fn parts_of(&self, operand: &Operand) -> impl Iterator<Item = Part> + use<> {
         let is_near = operand.visible
             && operand.operator.kind != OperatorKind::Intersect
             && !operand.extent.aabb.is_empty();
-        let last = parts.count.as_vec3() - 1.0;
-        let first = ((grown.min - parts.corner) / parts.edge).floor();
-        let end = ((grown.max - parts.corner) / parts.edge).floor();
-        let is_in = is_near && first.cmple(last).all() && end.cmpge(Vec3::ZERO).all();
-        let first = first.clamp(Vec3::ZERO, last).as_uvec3();
-        let end = if is_in {
-            end.clamp(Vec3::ZERO, last).as_uvec3() + 1
-        } else {
-            first
-        };
-        (first.z..end.z).flat_map(move |z| {
-            (first.y..end.y).flat_map(move |y| {
-                (first.x..end.x)
-                    .map(move |x| (x + parts.count.x * (y + parts.count.y * z)) as usize)
+        let found = is_near
+            .then(|| self.level_of(self.grown_box(operand)))
+            .flatten();
+        found.into_iter().flat_map(|(level, first, last)| {
+            (first.z..=last.z).flat_map(move |z| {
+                (first.y..=last.y).flat_map(move |y| {
+                    (first.x..=last.x).map(move |x| (level, IVec3::new(x, y, z)))
+                })
             })
         })
     }
@@ -634,11 +720,12 @@ impl LiveProgram {
             _ => None,
         };
         let own = Near { rank, node, instr };
-        if operand.visible && operand.operator.kind == OperatorKind::Intersect {
+        if self.is_everywhere(operand) {
             self.everywhere.insert(rank, node);
         }
         for at in self.parts_of(operand) {
-            let list = &mut self.near[at];
+            self.levels = self.levels.max(at.0 + 1);
+            let list = self.near.entry(at).or_default();
             if let Err(place) = list.binary_search_by_key(&rank, |near| near.rank) {
                 list.insert(place, own);
             }
@@ -649,7 +736,7 @@ impl LiveProgram {
     fn index_all(&mut self) {
         // With some room, so that a blend which grows does not do this each time.
         self.falls = self.falls.max(1.25 * self.needed_falls());
-        self.near.iter_mut().for_each(Vec::clear);
+        self.near.clear();
         self.everywhere.clear();
         let all: Vec<NodeId> = self.order.values().copied().collect();
         all.into_iter().for_each(|node| self.index(node));
@@ -674,8 +761,8 @@ impl LiveProgram {
 
     /// A box around everything that adds.
     fn solid_box(&self) -> Aabb {
-        let visible = self.operands.values().filter(|operand| operand.visible);
-        let boxes = visible.fold(Aabb::EMPTY, |all, operand| all.union(operand.extent.aabb));
+        let adding = self.operands.values().filter(|operand| operand.adds());
+        let boxes = adding.fold(Aabb::EMPTY, |all, operand| all.union(operand.extent.aabb));
         boxes.grown(greatest(&self.blends))
     }
 }

@@ -122,14 +122,14 @@ pub(crate) fn materials_of(scene: &Scene) -> Vec<MaterialWords> {
         .collect()
 }
 
-/// The power of two that no finite coordinate of a box exceeds; 0 where there is none.
+/// The power of two that no finite side of a box exceeds; 0 where there is none. Where the box is does not matter: a point near
+/// its surface has coordinates as great.
 fn magnitude_of(aabb: Aabb) -> f32 {
     if aabb.is_empty() {
         return 0.0;
     }
-    let corners = aabb.min.to_array().into_iter().chain(aabb.max.to_array());
-    let finite = corners.filter(|c| c.is_finite());
-    let greatest = finite.map(f32::abs).fold(0.0, f32::max);
+    let sides = aabb.size().to_array().into_iter();
+    let greatest = sides.filter(|side| side.is_finite()).fold(0.0, f32::max);
     if greatest > 0.0 {
         greatest.log2().ceil().exp2()
     } else {

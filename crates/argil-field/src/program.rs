@@ -10,7 +10,7 @@ pub struct Program {
     pub(crate) params: Vec<f32>,
     pub(crate) materials: Vec<MaterialWords>,
     pub(crate) aabb: Aabb,
-    /// A power of two that no finite coordinate of an operand's box exceeds.
+    /// A power of two that no finite side of an operand's box exceeds.
     pub(crate) magnitude: f32,
     pub(crate) lipschitz: f32,
     pub(crate) slack: f32,

@@ -5,6 +5,7 @@
 //! build is done its counters are read: what is not needed is given back, and a build that needs more is done again.
 
 mod build;
+mod cells;
 mod edit;
 mod lists;
 mod passes;
@@ -12,6 +13,7 @@ mod pool;
 mod repack;
 
 use self::build::Build;
+use self::cells::Cells;
 use self::edit::Making;
 pub(crate) use self::passes::BrickPasses;
 use self::pool::Ledger;
@@ -21,7 +23,7 @@ use crate::volume::{Kind, STAGING_BYTES, extent, read_table, texture_of};
 use crate::{Gpu, GpuError, GpuField, GpuVolume};
 use argil_abi::{self as abi, Volume as Words};
 use argil_field::Program;
-use argil_volume::{Bits, BrickLayout, Bricks, Texels, is_brick};
+use argil_volume::{Bits, BrickLayout, Bricks, Texels, empty_word, is_brick};
 use std::collections::BTreeSet;
 
 /// Places of a mixed brick.
@@ -30,7 +32,7 @@ const PLACES: u64 = (abi::MATERIAL_SIDE as u64).pow(3);
 /// What there is of sparse bricks besides the pool's texture.
 pub(crate) struct BrickTables {
     pub layout: BrickLayout,
-    pub cells: Table,
+    pub cells: Cells,
     /// What each brick of the pool looks like, then the materials of mixed ones.
     pub materials: Table,
     pub mixed: u64,
@@ -46,7 +48,8 @@ impl BrickTables {
     /// Bytes of the pool and the tables.
     pub fn memory_bytes(&self, texel_bytes: u64) -> u64 {
         let bricks: u64 = self.pool.map(u64::from).iter().product();
-        let tables = self.cells.size() + self.materials.size() + self.ledger.counters.size();
+        let tables =
+            self.cells.memory_bytes() + self.materials.size() + self.ledger.counters.size();
         let making = self.making.as_ref().map_or(0, |making| making.size());
         bricks * u64::from(self.layout.brick_samples()) * texel_bytes + tables + making
     }
@@ -58,12 +61,12 @@ impl BrickTables {
 }
 
 /// Bytes of a pool, the tables, and the materials of so many mixed bricks.
-fn bytes_of(gpu: &Gpu, measures: &BrickLayout, pool: [u32; 3], mixed: u64) -> u64 {
+fn bytes_of(gpu: &Gpu, measures: &BrickLayout, cells: &Cells, pool: [u32; 3], mixed: u64) -> u64 {
     let bricks: u64 = pool.map(u64::from).iter().product();
     // With a stack of what is free.
     let of_mixed = (8 * PLACES + 4) * mixed;
     let brick = gpu.texture_bytes(measures.encoding.bits, measures.brick_bytes());
-    4 * measures.word_count() + bricks * (brick + 8) + of_mixed
+    cells.memory_bytes() + bricks * (brick + 8) + of_mixed
 }
 
 /// Add what the stages of another run took.
@@ -113,25 +116,23 @@ impl GpuVolume {
         measures: BrickLayout,
         budget: Option<u64>,
     ) -> Result<(Self, StagesMs), GpuError> {
-        let cells: u64 = measures.grid.to_array().map(u64::from).iter().product();
-        // A surface that goes through the grid twice along each axis.
-        let [x, y, z] = measures.grid.to_array().map(u64::from);
-        let guess = (2 * (x * y + y * z + x * z)).min(cells);
+        let budget = budget.unwrap_or(u64::MAX);
+        let mut build = Build::new(field, program, measures, budget)?;
+        let guess = build.guess();
         // Where materials meet; a program of one has no such place.
         let mixes = program.materials().len() > 1;
         let mixed_for = |room: u64| if mixes { room / 4 + 16 } else { 0 };
-        let needed = |room: u64, mixed: u64| -> Result<u64, GpuError> {
+        let needed = |build: &Build<'_>, room: u64, mixed: u64| -> Result<u64, GpuError> {
             let pool = pool_for(field.gpu(), &measures, room)?;
-            Ok(bytes_of(field.gpu(), &measures, pool, mixed))
+            Ok(bytes_of(field.gpu(), &measures, build.cells(), pool, mixed))
         };
-        let budget = budget.unwrap_or(u64::MAX);
         let mut room = guess;
-        while room > 1 && needed(room, mixed_for(room))? > budget {
+        while room > 1 && needed(&build, room, mixed_for(room))? > budget {
             room = room * 7 / 8;
         }
         let mut mixed_room = mixed_for(room);
-        let check = |bricks: u64, mixed: u64| {
-            let needed = needed(bricks, mixed)?;
+        let check = |build: &Build<'_>, bricks: u64, mixed: u64| {
+            let needed = needed(build, bricks, mixed)?;
             if needed <= budget {
                 return Ok(());
             }
@@ -141,21 +142,19 @@ impl GpuVolume {
                 budget,
             })
         };
-        check(room, mixed_room.min(1))?;
-        let mut build = Build::new(field, program, measures, guess)?;
+        check(&build, room, mixed_room.min(1))?;
         let mut stages = StagesMs::new();
         loop {
             let (texture, took) = build.run(room, mixed_room).await?;
             add(&mut stages, &took);
             let [count, mixed] = build.counts().await?;
-            let fits = mixed <= u64::from(build.words.mixed);
-            if count <= u64::from(build.words.capacity) && fits {
+            if build.has_room_for(count, mixed) {
                 return Ok((build.finish(&texture, count, mixed)?, stages));
             }
-            check(count, mixed)?;
+            check(&build, count, mixed)?;
             room = room.max(count);
             mixed_room = mixed_room.max(mixed);
-            if needed(room, mixed_room)? > budget {
+            if needed(&build, room, mixed_room)? > budget {
                 (room, mixed_room) = (count, mixed);
             }
         }
@@ -207,13 +206,13 @@ impl GpuVolume {
             gpu.queue.submit([]);
             gpu.wait().await?;
         }
-        let mut cells = Table::new("cells");
         let words: Vec<u32> = bricks
             .words()
             .iter()
             .map(|&word| packed(word, pool))
             .collect();
-        cells.write(gpu, &words)?;
+        let table = bricks.table().clone();
+        let cells = Cells::new(gpu, table, measures.far_length(), Some(&words))?;
         let mut looks = bricks.materials().to_vec();
         looks.resize(pool.iter().product::<u32>() as usize, 0);
         looks.extend(bricks.mixed().iter().flatten());
@@ -233,7 +232,7 @@ impl GpuVolume {
             lipschitz: bricks.lipschitz(),
             making: None,
         };
-        let words = march_words(&measures, pool, bricks.lipschitz());
+        let words = march_words(&measures, &tables.cells, pool, bricks.lipschitz());
         Self::of_bricks(field, texture, words, tables)
     }
 
@@ -250,20 +249,28 @@ impl GpuVolume {
 }
 
 /// Words for marching, which needs nothing of the field.
-fn march_words(measures: &BrickLayout, pool: [u32; 3], lipschitz: f32) -> Words {
+fn march_words(measures: &BrickLayout, cells: &Cells, pool: [u32; 3], lipschitz: f32) -> Words {
     let [x, y, z] = pool.map(|n| 1.0 / (n * (measures.brick + 1)) as f32);
-    Words {
+    let [low, high] = [measures.low(), measures.high()];
+    let begin = measures.lattice.begin;
+    cells.described(Words {
         per_texel: [x, y, z, 0.0],
         spread: 1.000_01 * lipschitz * measures.lattice.voxel,
-        grid_x: measures.grid.x,
-        grid_y: measures.grid.y,
-        grid_z: measures.grid.z,
+        begin_x: begin.x,
+        begin_y: begin.y,
+        begin_z: begin.z,
+        low_x: low.x,
+        low_y: low.y,
+        low_z: low.z,
+        high_x: high.x,
+        high_y: high.y,
+        high_z: high.z,
         brick: measures.brick,
         pool_x: pool[0],
         pool_y: pool[1],
         capacity: pool.iter().product(),
         ..crate::volume::dense_words(&measures.lattice, &measures.encoding, 1)
-    }
+    })
 }
 
 /// A brick's place in the pool along each axis, ten bits each: what the device's words hold.
@@ -297,11 +304,21 @@ pub(crate) async fn read(
     let layer_bytes = (width * height * side * bytes) as u64;
     let layers = (STAGING_BYTES / layer_bytes).clamp(1, u64::from(nz)) as u32;
     let counted = tables.ledger.read(gpu).await?;
-    let mut words: Vec<u32> = read_table(gpu, &tables.cells, 4 * measures.word_count())
-        .await?
-        .chunks_exact(4)
-        .map(|word| unpacked(bytemuck::pod_read_unaligned(word), tables.pool))
-        .collect();
+    let mut words = tables.cells.read(gpu).await?;
+    // What a slot that is free holds means nothing.
+    let mut is_there = vec![false; tables.cells.table.slots()];
+    for (slot, _) in tables.cells.table.blocks() {
+        is_there[slot] = true;
+    }
+    for (words, is_there) in words.chunks_exact_mut(64).zip(is_there) {
+        for word in words {
+            *word = if is_there || !is_brick(*word) {
+                unpacked(*word, tables.pool)
+            } else {
+                empty_word(0.0)
+            };
+        }
+    }
     // Edits leave gaps.
     let used: BTreeSet<u32> = words.iter().copied().filter(|&w| is_brick(w)).collect();
     let used: Vec<u32> = used.into_iter().collect();
@@ -379,5 +396,6 @@ pub(crate) async fn read(
         }
     }
     let materials = (looks, mixed);
-    Bricks::from_parts(measures, tables.lipschitz, words, materials, pool).map_err(odd)
+    let cells = (tables.cells.table.clone(), words);
+    Bricks::from_parts(measures, tables.lipschitz, cells, materials, pool).map_err(odd)
 }

@@ -301,9 +301,7 @@ impl GpuVolume {
         let mut bake = Bake::new(gpu)?;
         let [count_units, add_units, add_groups, place_rows, emit] = &passes.march;
         let counting = bind(&tables)?;
-        if let (Some(find), Some(cells), Some(owners)) =
-            (&passes.find_owners, cells, tables.owners.buffer())
-        {
+        if let (Some(find), Some(owners)) = (&passes.find_owners, tables.owners.buffer()) {
             gpu.checked(|| {
                 let mut encoder = gpu
                     .device
@@ -311,8 +309,7 @@ impl GpuVolume {
                 encoder.clear_buffer(owners, 0, None);
                 gpu.queue.submit([encoder.finish()]);
             })?;
-            let words = (cells.used() / 4) as u32;
-            bake.pass("count", find, &counting, groups(words, 64))
+            bake.pass("count", find, &counting, groups(words.code_count, 64))
                 .await?;
         }
         let each = groups(marching.units, 1);
@@ -377,6 +374,9 @@ impl GpuVolume {
     }
 }
 
+/// Voxels of a side for which rounding is allowed for.
+const MOST_SIDE: f32 = 4096.0;
+
 /// What the shaders are told of a volume.
 fn measures(
     volume: &GpuVolume,
@@ -405,7 +405,13 @@ fn measures(
         first_voxel: first.extend(lattice.voxel).to_array(),
         iso: options.iso / quantum,
         quantum,
-        bias: (0.05 * lattice.voxel).max(1e-4 * lattice.extent().max_element()),
+        // No more than rounding asks for: a world may be wide.
+        bias: (0.05 * lattice.voxel).max(
+            1e-4 * lattice
+                .extent()
+                .max_element()
+                .min(MOST_SIDE * lattice.voxel),
+        ),
         units,
         side: words.brick,
         normals: match options.normals {

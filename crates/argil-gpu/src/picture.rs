@@ -30,10 +30,16 @@ pub(crate) enum Way {
     Bricks,
     /// What was drawn.
     Mesh,
+    /// Bricks of a world so wide that the table of their blocks has levels.
+    WideBricks,
 }
 
 impl Way {
-    pub const COUNT: usize = 5;
+    pub const COUNT: usize = 6;
+
+    fn is_sparse(self) -> bool {
+        matches!(self, Self::Bricks | Self::WideBricks)
+    }
 }
 
 /// What a sample begins with.
@@ -59,7 +65,7 @@ impl PicturePass {
             Way::Field => (wgsl::FIELD, String::new()),
             Way::Mesh => (wgsl::MESH, DRAWN_WGSL.to_owned()),
             Way::Dense => (wgsl::DENSE, VOLUME_WGSL.to_owned()),
-            Way::Bricks => {
+            Way::Bricks | Way::WideBricks => {
                 let words = [argil_volume::wgsl::WORDS, argil_volume::wgsl::MATERIAL].concat();
                 (wgsl::BRICKS, [VOLUME_WGSL, CELLS_WGSL, &words].concat())
             }
@@ -95,7 +101,7 @@ impl PicturePass {
         if way == Way::Octree {
             binds.extend([Bind::Read(NODES), Bind::Read(TREE_WORDS)]);
         }
-        if way == Way::Bricks {
+        if way.is_sparse() {
             binds.extend([
                 Bind::Read(CELLS),
                 Bind::Read(BRICK_MATERIALS),
@@ -103,15 +109,18 @@ impl PicturePass {
             ]);
         }
         let layout = gpu.checked(|| layout(gpu, "Picture", &binds))?;
-        let sparse = if way == Way::Bricks {
+        // What no table has costs nothing.
+        let flat = [("HAS_LEVELS", 0.0)];
+        let constants: &[(&str, f64)] = if way == Way::Bricks { &flat } else { &[] };
+        let sparse = if way.is_sparse() {
             let entry_points = ["cone", "exact_normals"];
-            Some(pipelines(gpu, source.clone(), &layout, &[], entry_points)?)
+            Some(pipelines(gpu, source.clone(), &layout, constants, entry_points)?)
         } else {
             None
         };
         let entry_points = ["march", "finish", "shadow", "shade", "show"];
         let [march, finish, shadow, shade, show] =
-            pipelines(gpu, source, &layout, &[], entry_points)?;
+            pipelines(gpu, source, &layout, constants, entry_points)?;
         Ok(Self {
             way,
             layout,

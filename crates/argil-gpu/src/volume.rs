@@ -27,6 +27,7 @@ impl Kind {
         match self {
             Self::Dense => Way::Dense,
             Self::Octree(_) => Way::Octree,
+            Self::Bricks(tables) if tables.cells.table.levels() > 0 => Way::WideBricks,
             Self::Bricks(_) => Way::Bricks,
         }
     }
@@ -152,7 +153,7 @@ impl GpuVolume {
             own.extend(tables.words.binding(TREE_WORDS));
         }
         if let Kind::Bricks(tables) = &self.kind {
-            own.extend(tables.cells.binding(CELLS));
+            own.extend(tables.cells.buffer.binding(CELLS));
             own.extend(tables.materials.binding(BRICK_MATERIALS));
         }
         field
@@ -221,10 +222,14 @@ impl GpuVolume {
     /// What marching reads: the texture, the words, and of bricks the cells' table.
     pub(crate) fn march_parts(&self) -> (&wgpu::Texture, &Words, Option<&Table>) {
         let cells = match &self.kind {
-            Kind::Bricks(tables) => Some(&tables.cells),
+            Kind::Bricks(tables) => Some(&tables.cells.buffer),
             _ => None,
         };
         (&self.texture, &self.words, cells)
+    }
+
+    pub(crate) fn set_lattice(&mut self, lattice: Lattice) {
+        self.lattice = lattice;
     }
 
     /// What edits of bricks change.

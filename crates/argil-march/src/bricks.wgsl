@@ -19,20 +19,43 @@ fn in_voxels(p: vec3<f32>) -> vec3<f32> {
     return (p - volume.corner_range.xyz) * (1.0 / volume.extent_voxel.w);
 }
 
+// The box in voxels, and its first and last cells.
+struct Held {
+    begin: vec3<f32>,
+    end: vec3<f32>,
+    low: vec3<f32>,
+    last: vec3<f32>,
+    per_brick: f32,
+}
+
+fn held_box() -> Held {
+    let begin = vec3(volume.begin_x, volume.begin_y, volume.begin_z);
+    let size = vec3<i32>(vec3(volume.size_x, volume.size_y, volume.size_z));
+    return Held(vec3<f32>(begin), vec3<f32>(begin + size), vec3<f32>(low_cell()), vec3<f32>(high_cell() - 1), 1.0 / f32(volume.brick));
+}
+
+fn held_voxels(u: vec3<f32>) -> vec3<f32> {
+    let held = held_box();
+    return clamp(u, held.begin, held.end);
+}
+
+// Of a place in the box.
+fn cell_of_held(u: vec3<f32>, held: Held) -> vec3<f32> {
+    return min(floor(u * held.per_brick), held.last);
+}
+
 fn cell_of_voxels(u: vec3<f32>) -> vec3<f32> {
-    let held = clamp(u, vec3(0.0), vec3(f32(volume.size_x), f32(volume.size_y), f32(volume.size_z)));
-    let last = vec3(f32(volume.grid_x), f32(volume.grid_y), f32(volume.grid_z)) - 1.0;
-    return min(floor(held / f32(volume.brick)), last);
+    let held = held_box();
+    return cell_of_held(clamp(u, held.begin, held.end), held);
 }
 
 fn inner_of(u: vec3<f32>, cell: vec3<f32>) -> vec3<f32> {
-    let held = clamp(u, vec3(0.0), vec3(f32(volume.size_x), f32(volume.size_y), f32(volume.size_z)));
-    return clamp(held - cell * f32(volume.brick), vec3(0.0), vec3(f32(volume.brick)));
+    return clamp(held_voxels(u) - cell * f32(volume.brick), vec3(0.0), vec3(f32(volume.brick)));
 }
 
 fn locate(u: vec3<f32>) -> Located {
     let cell = cell_of_voxels(u);
-    return Located(cell, inner_of(u, cell), cells[word_index(vec3<u32>(cell))]);
+    return Located(cell, inner_of(u, cell), word_at(word_index(vec3<i32>(cell))));
 }
 
 // What is interpolated in a brick.
@@ -54,11 +77,28 @@ fn away(word: u32, inner: vec3<f32>) -> f32 {
     return select(left, -left, center < 0.0);
 }
 
+// Twin of BrickSampler::add_ways_out: in a large empty cube, the surface is as far as from the cube, and the way out of that.
+fn away_in(slot: u32, u: vec3<f32>, plain: f32, word: u32) -> f32 {
+    if !HAS_LEVELS || slot >= FAR_SLOTS || slot < 2u {
+        return plain;
+    }
+    let edge = f32(far_cells(slot) * volume.brick);
+    let begin = floor(u / edge) * edge;
+    let low = u - begin;
+    let high = begin + edge - u;
+    let way = max(min(min(min(low.x, low.y), low.z), min(min(high.x, high.y), high.z)), 0.0) * volume.extent_voxel.w;
+    let center = center_of(word);
+    return select(center + way, center - way, center < 0.0);
+}
+
 // Around a point, how far the surface is at least, with the sign of the side.
 fn brick_clearance(p: vec3<f32>) -> f32 {
-    let at = locate(in_voxels(p));
+    let u = held_voxels(in_voxels(p));
+    let cell = cell_of_voxels(u);
+    let index = word_index(vec3<i32>(cell));
+    let at = Located(cell, inner_of(u, cell), word_at(index));
     if !is_brick(at.word) {
-        return away(at.word, at.inner);
+        return away_in(index / 64u, u, away(at.word, at.inner), at.word);
     }
     let d = brick_distance(filter_origin(at.word), at.inner);
     let length = max(abs(d) - 0.8660254 * volume.extent_voxel.w, 0.0);
@@ -160,9 +200,8 @@ fn brick_beside(at: Located, axis: u32, by: f32) -> vec2<f32> {
     let over = place[axis] - clamp(place[axis], 0.0, side);
     var cell = vec3<i32>(at.cell);
     cell[axis] += i32(over > 0.0) - i32(over < 0.0);
-    let last = vec3<i32>(vec3(volume.grid_x, volume.grid_y, volume.grid_z)) - 1;
-    let held = clamp(cell, vec3(0), last);
-    let word = cells[word_index(vec3<u32>(held))];
+    let held = clamp(cell, low_cell(), high_cell() - 1);
+    let word = word_at(word_index(held));
     let is_there = is_brick(word) && all(held == cell);
     let across = select(0.0, select(-side, side, over > 0.0), over != 0.0);
     place[axis] -= select(over, across, is_there);
@@ -218,7 +257,7 @@ fn march(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_id) 
     let voxel = volume.extent_voxel.w;
     let scale = frame.eye_step.w;
     let brick = f32(volume.brick);
-    let block = f32(BLOCK_SIDE);
+    let held = held_box();
     let d = vec3(not_zero(ray.direction.x), not_zero(ray.direction.y), not_zero(ray.direction.z));
     let per_way = voxel / d;
     // A ray's place in voxels at length t is u_begin + u_way · t.
@@ -246,9 +285,9 @@ fn march(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_id) 
                 break;
             }
             let u = u_begin + u_way * t;
-            let cell = cell_of_voxels(u);
-            let index = word_index(vec3<u32>(cell));
-            let word = cells[index];
+            let cell = cell_of_held(clamp(u, held.begin, held.end), held);
+            let index = word_index(vec3<i32>(cell));
+            let word = word_at(index);
             let in_brick = is_brick(word);
             looked_up += u32(index != last_index);
             last_index = index;
@@ -270,10 +309,11 @@ fn march(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_id) 
             if near || !is_there {
                 break;
             }
-            // Out of an empty cell, or block.
-            let lonely = is_lonely(word);
-            let first = select(cell, floor(cell * (1.0 / block)) * block, lonely);
-            let edge = select(1.0, block, lonely);
+            // Out of an empty cell, or block, or what is empty around that.
+            // The slots that no block has are those of empty cubes.
+            let is_cube = HAS_LEVELS && index < FAR_SLOTS * 64u;
+            let edge = select(1.0, f32(far_cells(select(0u, index / 64u, is_cube))), is_cube || is_lonely(word));
+            let first = floor(cell * (1.0 / edge)) * edge;
             let ahead = select(first, first + edge, d > vec3(0.0));
             let ways = (ahead * brick - u) * per_way;
             let leave = min(ways.x, min(ways.y, ways.z)) + NUDGE_VOXELS * voxel + NUDGE_SHARE * t;
@@ -318,8 +358,8 @@ fn march(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_id) 
 }
 
 // Twin of BrickSampler::at_center.
-fn at_center(cell: vec3<u32>) -> f32 {
-    let word = cells[word_index(cell)];
+fn at_center(cell: vec3<i32>) -> f32 {
+    let word = word_at(word_index(cell));
     let in_brick = is_brick(word);
     let stored_d = brick_distance(filter_origin(select(0u, word, in_brick)), vec3(f32(volume.brick / 2u)));
     return select(center_of(word), stored_d, in_brick);
@@ -328,20 +368,21 @@ fn at_center(cell: vec3<u32>) -> f32 {
 // Twin of BrickSampler::estimates: the distance at a point in the air, as nearly as it is known.
 fn air_distance(p: vec3<f32>) -> f32 {
     let own = in_voxels(p);
-    let u = clamp(own, vec3(0.0), vec3(f32(volume.size_x), f32(volume.size_y), f32(volume.size_z)));
+    let u = held_voxels(own);
     let beside = distance(own, u) * volume.extent_voxel.w;
     let at = locate(u);
     let in_brick = is_brick(at.word);
     let stored_d = brick_distance(filter_origin(select(0u, at.word, in_brick)), at.inner);
-    let last = vec3(f32(volume.grid_x), f32(volume.grid_y), f32(volume.grid_z)) - 1.0;
-    let place = clamp(u * (1.0 / f32(volume.brick)) - 0.5, vec3(0.0), last);
-    let begin = min(floor(place), max(last - 1.0, vec3(0.0)));
+    let low = vec3<f32>(low_cell());
+    let last = vec3<f32>(high_cell() - 1);
+    let place = clamp(u * (1.0 / f32(volume.brick)) - 0.5, low, last);
+    let begin = min(floor(place), max(last - 1.0, low));
     let share = place - begin;
     var total = 0.0;
     for (var corner = 0u; corner < 8u; corner++) {
         let far = vec3(corner & 1u, (corner >> 1u) & 1u, corner >> 2u);
         let weights = select(1.0 - share, share, far != vec3(0u));
-        let cell = min(vec3<u32>(begin) + far, vec3<u32>(last));
+        let cell = min(vec3<i32>(begin) + vec3<i32>(far), vec3<i32>(last));
         total += weights.x * weights.y * weights.z * at_center(cell);
     }
     return select(total, stored_d, in_brick) + beside;

@@ -41,11 +41,14 @@ fn cone(@builtin(global_invocation_id) id: vec3<u32>) {
     let starts_outside = any(eye < frame.box_min_epsilon.xyz) || any(eye > frame.box_max_bias.xyz);
     let slope = CONE_RADIUS * frame.pixel;
     let voxel = volume.extent_voxel.w;
+    let begin_voxel = vec3(volume.begin_x, volume.begin_y, volume.begin_z);
+    let box_min = volume.corner_range.xyz + voxel * vec3<f32>(begin_voxel);
+    let box_max = volume.corner_range.xyz + voxel * vec3<f32>(begin_voxel + vec3<i32>(vec3(volume.size_x, volume.size_y, volume.size_z)));
     var steps = 0u;
     while meets && steps < CONE_STEPS {
         steps++;
         let at = eye + direction * begin;
-        let held = clamp(at, volume.corner_range.xyz, volume.corner_range.xyz + volume.extent_voxel.xyz);
+        let held = clamp(at, box_min, box_max);
         let beside = distance(at, held);
         let d = brick_clearance(held);
         var free = max(abs(d) * frame.eye_step.w - beside, beside);

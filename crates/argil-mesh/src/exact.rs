@@ -213,20 +213,16 @@ fn each<T: Copy + Default + Send>(
     ask: impl Fn(&mut Evaluator<'_>, &[Instr], &[Vec3]) -> Vec<T> + Sync,
 ) -> Vec<T> {
     let layout = lists.layout();
-    let cell = |p: Vec3| {
-        let at = (p - layout.lattice.corner) / layout.cell_length();
-        let is_in = at.cmpge(Vec3::ZERO).all() && at.cmplt(layout.grid.as_vec3()).all();
-        is_in.then(|| at.as_uvec3())
-    };
-    let mut order: Vec<(u32, u32)> = (0u32..)
+    let cell = |p: Vec3| layout.cell_of(p);
+    let mut order: Vec<([i32; 3], u32)> = (0u32..)
         .zip(points)
         .map(|(i, &p)| {
-            let place = cell(p).map_or(u32::MAX, |cell| layout.word_index(cell) as u32);
-            (place, i)
+            let cell = cell(p);
+            ([cell.z, cell.y, cell.x], i)
         })
         .collect();
     order.par_sort_unstable();
-    let runs: Vec<&[(u32, u32)]> = order
+    let runs: Vec<&[([i32; 3], u32)]> = order
         .chunk_by(|a, b| a.0 == b.0)
         .flat_map(|run| run.chunks(LANES))
         .collect();
@@ -237,7 +233,7 @@ fn each<T: Copy + Default + Send>(
             || Evaluator::new(program),
             |evaluator, run| {
                 let own: Vec<Vec3> = run.iter().map(|&(_, i)| points[i as usize]).collect();
-                let list = cell(own[0]).and_then(|cell| lists.list(cell));
+                let list = lists.list(cell(own[0]));
                 ask(evaluator, list.unwrap_or(program.instrs()), &own)
             },
         )

@@ -80,6 +80,8 @@ pub struct Change {
     pub dirty_box: Aabb,
     /// Outside this box no distance below the second of them changed.
     pub far_box: Aabb,
+    /// The two boxes by themselves, around where it was and where it is.
+    pub(crate) apart: [[Aabb; 2]; 2],
 }
 
 impl Change {
@@ -89,7 +91,27 @@ impl Change {
             operands: [None; 2],
             dirty_box: Aabb::ALL,
             far_box: Aabb::ALL,
+            apart: [[Aabb::ALL; 2]; 2],
         }
+    }
+
+    /// The dirty and the far box; of what was moved far away, those of where it was and those of where it is.
+    pub fn boxes(&self) -> impl Iterator<Item = [Aabb; 2]> + use<> {
+        let volume = |b: Aabb| {
+            if b.is_empty() {
+                0.0
+            } else {
+                b.size().element_product()
+            }
+        };
+        let [before, after] = self.apart;
+        let are_apart = volume(self.far_box) > 1.5 * (volume(before[1]) + volume(after[1]));
+        let (first, second) = if are_apart {
+            (before, Some(after))
+        } else {
+            ([self.dirty_box, self.far_box], None)
+        };
+        std::iter::once(first).chain(second)
     }
 }
 
@@ -502,6 +524,7 @@ impl Scene {
             operands: [before.0, after.0],
             dirty_box,
             far_box,
+            apart: [before.1, after.1],
         });
         dirty_box
     }

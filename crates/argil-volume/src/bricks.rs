@@ -6,11 +6,15 @@
 //! of it. Bricks are as small as caches like them (8³ cells, after Lumen and GigaVoxels, Crassin 2009).
 //!
 //! ```text
-//!   masks   one for each block of 4³ cells: a bit for each cell with a brick
-//!   words   one for each cell, block by block: a brick's place, or a distance and whether the whole block is empty
+//!   table   which blocks of 4³ cells there are: each has a slot; what has none is far from every surface
+//!   masks   one for each slot: a bit for each cell with a brick
+//!   words   one for each cell, slot by slot: a brick's place, or a distance and whether the whole block is empty
 //!   materials, mixed   what bricks look like, see `material.rs`
 //!   pool    (brick + 1)³ samples a brick, x fastest: its cells' corners, so that interpolation never leaves it
 //! ```
+//!
+//! Blocks are counted from the lattice's corner in all directions: where there is surface there are blocks, and a world that
+//! grows keeps what it has.
 //!
 //! *Practice.* Samples stand at voxels' corners, `corner + voxel · (i, j, k)`; neighbouring bricks have those of their
 //! common side both. `build.rs` bakes on the CPU, `batch.rs` reads for rays. What differs from the literature: a brick is
@@ -25,22 +29,26 @@ mod filler;
 mod layout;
 mod material;
 mod octants;
+mod plan;
 mod pool;
+mod table;
 mod words;
 mod work;
 
 use crate::Texels;
 use argil_abi::BRICK_MIXED;
-use argil_field::Program;
-use glam::{UVec3, Vec3};
+use argil_field::{CELLS, Program};
+use glam::{IVec3, Vec3};
 use std::ops::Range;
 
 pub use batch::{Beyond, BrickSampler, Corners, Located};
-pub use block_list::BlockList;
+pub use block_list::{BlockList, emptied_around};
 pub use build::BrickStagesMs;
 pub use cell_lists::CellLists;
 pub use edit::BrickEdit;
 pub use layout::{BLOCK_SIDE, BrickLayout, BrickSettings, BricksError};
+pub use plan::BlockPlan;
+pub use table::{BlockTable, FAR_ENTRY, FAR_SLOTS, far_words};
 pub use words::{Word, center_of, empty_word, is_brick, is_lonely};
 pub use work::{EditWork, Unit};
 
@@ -50,9 +58,11 @@ pub struct Bricks {
     layout: BrickLayout,
     /// By how much distances can change over a length of 1.
     lipschitz: f32,
-    /// A bit for each cell of a block that has a brick.
+    /// Which blocks there are.
+    table: BlockTable,
+    /// A bit for each cell of a slot's block that has a brick.
     masks: Vec<u64>,
-    /// What is in each cell, block by block.
+    /// What is in each cell, slot by slot.
     words: Vec<u32>,
     /// Whose brick it is: the place of its cell's word.
     owners: Vec<u32>,
@@ -90,11 +100,11 @@ impl Bricks {
         build::bake(program, layout, budget)
     }
 
-    /// From stored parts; what is wrong with them where they do not fit one another.
+    /// From stored parts, with 64 words for each slot of the table; what is wrong with them where they do not fit one another.
     pub fn from_parts(
         layout: BrickLayout,
         lipschitz: f32,
-        words: Vec<u32>,
+        (mut table, mut words): (BlockTable, Vec<u32>),
         (materials, mixed): (Vec<u32>, Vec<[u32; 2]>),
         pool: Texels,
     ) -> Result<Self, &'static str> {
@@ -109,16 +119,29 @@ impl Bricks {
         if !length.is_multiple_of(samples) || length == 0 {
             return Err("half a brick is left");
         }
-        if words.len() as u64 != layout.word_count() {
-            return Err("there are not as many cells as the volume has");
+        if words.len() != table.slots() * CELLS {
+            return Err("there are not as many cells as the blocks have");
         }
+        let [low, high] = layout.block_range();
+        table.cover(low, high);
+        words[..FAR_SLOTS as usize * CELLS].copy_from_slice(&far_words(layout.far_length()));
         if layout.check_count((length / samples) as u64).is_err() {
             return Err("it has more bricks than can be");
         }
         let mut owners = vec![u32::MAX; length / samples];
-        let mut masks = vec![0u64; words.len() / 64];
+        let mut masks = vec![0u64; words.len() / CELLS];
+        let mut is_there = vec![false; table.slots()];
+        for (slot, block) in table.blocks() {
+            is_there[slot] = true;
+            if layout.lattice.is_cut && (block.cmplt(low).any() || block.cmpge(high).any()) {
+                return Err("a block is outside of the box");
+            }
+        }
         for (at, &word) in words.iter().enumerate() {
             if let Word::Brick(brick) = Word::of(word) {
+                if !is_there[at / CELLS] {
+                    return Err("a brick is in no block");
+                }
                 match owners.get_mut(brick as usize) {
                     Some(owner) if *owner == u32::MAX => *owner = at as u32,
                     Some(_) => return Err("a brick is in two cells"),
@@ -147,6 +170,7 @@ impl Bricks {
             mixed,
             layout,
             lipschitz,
+            table,
             masks,
             words,
             owners,
@@ -164,14 +188,34 @@ impl Bricks {
         self.lipschitz
     }
 
-    /// What is in each cell, block by block.
+    /// Which blocks there are, and their slots.
+    pub fn table(&self) -> &BlockTable {
+        &self.table
+    }
+
+    /// What is in each cell, slot by slot; the first slots are of no block and tell of what is far.
     pub fn words(&self) -> &[u32] {
         &self.words
     }
 
-    /// A bit for each cell with a brick, a mask for each block.
+    /// A bit for each cell with a brick, a mask for each slot.
     pub fn masks(&self) -> &[u64] {
         &self.masks
+    }
+
+    pub(crate) fn set_cut(&mut self, is_cut: bool) {
+        self.layout.lattice.is_cut = is_cut;
+    }
+
+    /// The same voxels over a larger box. Nothing is sampled.
+    pub fn grow(&mut self, layout: BrickLayout) {
+        let same = (self.layout.lattice.corner, self.layout.lattice.voxel)
+            == (layout.lattice.corner, layout.lattice.voxel);
+        if same && self.layout.brick == layout.brick {
+            self.layout.lattice = layout.lattice;
+            let [low, high] = layout.block_range();
+            self.table.cover(low, high);
+        }
     }
 
     /// Whose each brick is: the place of its cell's word.
@@ -194,9 +238,21 @@ impl Bricks {
         self.owners.is_empty()
     }
 
-    /// In how many cells other bricks of the same layout differ: whether there is a brick, its samples, what it looks like.
-    /// Where bricks stand in the pool makes no difference.
+    /// In how many cells other bricks of the same voxels differ: whether there is a brick, its samples, what it looks like.
+    /// Where bricks stand in the pool makes no difference, nor does the box. Of other voxels, all cells differ.
     pub fn differing_cells(&self, other: &Self) -> u64 {
+        let measures = |own: &Self| {
+            let lattice = own.layout.lattice;
+            (
+                lattice.corner,
+                lattice.voxel,
+                own.layout.brick,
+                own.layout.encoding.bits,
+            )
+        };
+        if measures(self) != measures(other) {
+            return (self.len() + other.len()) as u64;
+        }
         let bytes = self.layout.brick_bytes() as usize;
         let samples = |bricks: &Self, brick: u32| -> Range<usize> {
             let from = brick as usize * bytes;
@@ -210,10 +266,24 @@ impl Bricks {
             (Word::Empty { .. }, Word::Empty { .. }) => false,
             _ => true,
         };
-        let words = self.words.iter().zip(&other.words);
-        words
-            .filter(|(own, theirs)| differ(**own, **theirs))
-            .count() as u64
+        let of_slot =
+            |bricks: &Self, slot: usize| slot * CELLS..((slot + 1) * CELLS).min(bricks.words.len());
+        let mut count = 0;
+        for (slot, block) in self.table.blocks() {
+            let theirs = other.table.slot(block) as usize;
+            let own = &self.words[of_slot(self, slot)];
+            let theirs = &other.words[of_slot(other, theirs)];
+            let pairs = own.iter().zip(theirs);
+            count += pairs
+                .filter(|(own, theirs)| differ(**own, **theirs))
+                .count() as u64;
+        }
+        for (slot, block) in other.table.blocks() {
+            if self.table.find(block).is_none() {
+                count += u64::from(other.masks[slot].count_ones());
+            }
+        }
+        count
     }
 
     /// Bytes of everything.
@@ -224,22 +294,32 @@ impl Bricks {
             + size_of_val(&self.materials[..])
             + size_of_val(&self.mixed[..])
             + size_of_val(&self.mixed_owners[..]);
-        tables as u64 + self.pool.bytes().len() as u64
+        self.table.memory_bytes() + tables as u64 + self.pool.bytes().len() as u64
     }
 
-    /// What is in a cell of the grid.
-    ///
-    /// # Panics
-    /// If there is no such cell.
-    pub fn cell(&self, cell: UVec3) -> Word {
-        Word::of(self.words[self.layout.word_index(cell)])
+    /// Where a cell's word stands.
+    #[inline]
+    pub fn word_index(&self, cell: IVec3) -> usize {
+        let side = BLOCK_SIDE as i32;
+        let block = cell.div_euclid(IVec3::splat(side));
+        let inner = cell - block * side;
+        self.table.slot(block) as usize * CELLS
+            + (inner.x + side * (inner.y + side * inner.z)) as usize
+    }
+
+    /// The cell whose word stands there, of a block.
+    pub fn cell_at(&self, index: usize) -> IVec3 {
+        self.table.cell(index / CELLS) + inner_cell(index % CELLS)
+    }
+
+    /// What is in a cell, wherever it is.
+    pub fn cell(&self, cell: IVec3) -> Word {
+        Word::of(self.words[self.word_index(cell)])
     }
 
     /// Whether a point lies in a cell with a brick.
     pub fn has_brick(&self, point: Vec3) -> bool {
-        let at = ((point - self.layout.lattice.corner) / self.layout.cell_length()).floor();
-        let is_in = at.cmpge(Vec3::ZERO).all() && at.cmplt(self.layout.grid.as_vec3()).all();
-        is_in && matches!(self.cell(at.as_uvec3()), Word::Brick(_))
+        matches!(self.cell(self.layout.cell_of(point)), Word::Brick(_))
     }
 
     /// What is stored for a point of the box: in a brick the interpolated distance, else one that is of its sign and never
@@ -258,4 +338,10 @@ impl Bricks {
             sampler.distances([&[p.x], &[p.y], &[p.z]], 0.0, out);
         }
     }
+}
+
+/// Where a cell lies in its block.
+pub(crate) fn inner_cell(nth: usize) -> IVec3 {
+    let nth = nth as i32;
+    IVec3::new(nth % 4, nth / 4 % 4, nth / 16)
 }

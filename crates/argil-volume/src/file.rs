@@ -5,7 +5,9 @@
 //!   table: name, crc, offset, size of each section
 //!   DESC  what the volume is        SCEN  the scene that it was made from, as JSON
 //!   CODE  codes of bricks           NODE  nodes           ROWS  where each level of nodes begins
-//!   CELL  what is in each cell of sparse bricks, whose samples are TEX0
+//!   BLKS  which blocks of cells sparse bricks have: three numbers each, from the lattice's corner on
+//!   FARS  cubes of blocks that are far inside: where they begin, and their side
+//!   CELL  what is in each cell of those blocks, whose bricks' samples are TEX0
 //!   MATE  what each brick looks like        MIXD  the materials of mixed bricks
 //!   TEX0  texels of level 0         TEX1  of level 1 …
 //! ```
@@ -21,7 +23,7 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 
 /// The version that this program writes, and the newest that it reads.
-pub const FORMAT_VERSION: u32 = 1;
+pub const FORMAT_VERSION: u32 = 2;
 
 const MAGIC: [u8; 8] = *b"ARGILVOL";
 const HEADER_BYTES: usize = 32;
@@ -46,6 +48,10 @@ pub enum Section {
     Nodes,
     /// Where levels of nodes begin.
     Levels,
+    /// Which blocks of cells there are.
+    Blocks,
+    /// What is far inside.
+    Inside,
     /// Words of cells.
     Cells,
     /// What bricks look like.
@@ -65,6 +71,8 @@ impl Section {
             Self::Codes => *b"CODE",
             Self::Nodes => *b"NODE",
             Self::Levels => *b"ROWS",
+            Self::Blocks => *b"BLKS",
+            Self::Inside => *b"FARS",
             Self::Cells => *b"CELL",
             Self::Materials => *b"MATE",
             Self::Mixed => *b"MIXD",
@@ -80,6 +88,8 @@ impl Section {
             Self::Codes,
             Self::Nodes,
             Self::Levels,
+            Self::Blocks,
+            Self::Inside,
             Self::Cells,
             Self::Materials,
             Self::Mixed,
@@ -101,6 +111,8 @@ impl fmt::Display for Section {
             Self::Codes => "the bricks' codes",
             Self::Nodes => "the tree's nodes",
             Self::Levels => "the tree's levels",
+            Self::Blocks => "the blocks",
+            Self::Inside => "what is far inside",
             Self::Cells => "the cells",
             Self::Materials => "the bricks' materials",
             Self::Mixed => "the materials of mixed bricks",
@@ -188,6 +200,13 @@ impl Volume {
             Self::Dense(dense) => dense.encoding(),
             Self::Octree(octree) => &octree.layout().encoding,
             Self::Bricks(bricks) => &bricks.layout().encoding,
+        }
+    }
+
+    /// Say whether the box cuts what is solid, of a volume that does not know: files of version 1 do not tell.
+    pub fn set_cut(&mut self, is_cut: bool) {
+        if let Self::Bricks(bricks) = self {
+            bricks.set_cut(is_cut);
         }
     }
 

@@ -1,6 +1,6 @@
 use argil_field::Grid;
 use argil_math::Aabb;
-use glam::{UVec3, Vec3};
+use glam::{IVec3, UVec3, Vec3};
 
 /// Fewest voxels along the longest side of a volume, and most.
 pub const RESOLUTIONS: std::ops::RangeInclusive<u32> = 8..=4096;
@@ -20,6 +20,19 @@ pub struct ResolutionError(
     pub u32,
 );
 
+/// Voxels from its corner that a lattice reaches at most: `f32` counts no farther.
+pub const FARTHEST_VOXEL: i32 = 1 << 23;
+
+/// Why a lattice cannot grow as far as it should.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[error(
+    "the scene reaches {voxels} voxels from where its volume began, and {FARTHEST_VOXEL} can be counted: take larger voxels, or put it nearer"
+)]
+pub struct TooFarError {
+    /// How far it reaches.
+    pub voxels: f32,
+}
+
 /// Where a volume's voxels lie: cubes of one size that fill a box.
 ///
 /// ```text
@@ -27,14 +40,20 @@ pub struct ResolutionError(
 ///     │ texel 0's centre │        texel i is sampled at corner + voxel · (i + ½)
 ///     ├────────●─────────┼────────●─────────┤ …
 /// ```
+///
+/// Voxels are counted from `corner`, in both directions. The box of a world that grew begins elsewhere: at `begin`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lattice {
-    /// The box's least corner, in the world.
+    /// Voxel 0's least corner, in the world.
     pub corner: Vec3,
     /// The edge of a voxel.
     pub voxel: f32,
+    /// The first voxel along each axis.
+    pub begin: IVec3,
     /// Voxels along each axis.
     pub size: UVec3,
+    /// Whether the box cuts what is solid: what is endless is cut by a box that is stated, or around the origin.
+    pub is_cut: bool,
 }
 
 impl Lattice {
@@ -54,7 +73,9 @@ impl Lattice {
         Ok(Self {
             corner: region.center() - size.as_vec3() * (0.5 * voxel),
             voxel,
+            begin: IVec3::ZERO,
             size,
+            is_cut: true,
         })
     }
 
@@ -74,15 +95,100 @@ impl Lattice {
         } else {
             frame
         };
-        if !whole.is_finite() {
-            return Self::over(Aabb::centered(Vec3::ONE), resolution);
-        }
+        let uncut = |lattice: Self| Self {
+            is_cut: false,
+            ..lattice
+        };
         if !solid.is_finite() {
-            return Self::over(whole, resolution);
+            let held = if whole.is_finite() {
+                whole
+            } else {
+                Aabb::centered(Vec3::ONE)
+            };
+            let lattice = Self::over(held, resolution)?;
+            return Ok(if solid.is_empty() {
+                uncut(lattice)
+            } else {
+                lattice
+            });
         }
         // The margin's voxels count among the resolution.
         let voxel = whole.size().max_element() / (resolution as f32 - 2.0 * MARGIN_VOXELS);
-        Self::over(frame.union(solid.grown(MARGIN_VOXELS * voxel)), resolution)
+        let held = frame.union(solid.grown(MARGIN_VOXELS * voxel));
+        Ok(uncut(Self::over(held, resolution)?))
+    }
+
+    /// The same voxels, and as many more as hold a solid too, with two voxels around it; in steps of `step` voxels.
+    /// A lattice that cuts its solid, and what is endless, stays as it is.
+    ///
+    /// # Errors
+    /// If that is farther from the corner than voxels can be counted.
+    pub fn grown_to(&self, solid: Aabb, step: u32) -> Result<Self, TooFarError> {
+        if self.is_cut || !solid.is_finite() {
+            return Ok(*self);
+        }
+        let step = step.max(1) as f32;
+        let count = |p: Vec3| (p - self.corner) / self.voxel;
+        let low = count(solid.min) - MARGIN_VOXELS;
+        let high = count(solid.max) + MARGIN_VOXELS;
+        let end = self.begin + self.size.as_ivec3();
+        let farthest = low.abs().max(high.abs()).max_element();
+        if farthest.is_nan() || farthest > (FARTHEST_VOXEL - 4096) as f32 {
+            return Err(TooFarError { voxels: farthest });
+        }
+        let (low, high) = (low.floor().as_ivec3(), high.ceil().as_ivec3());
+        // Along an axis where nothing is beyond the box, the box is as it was.
+        let mut grown = *self;
+        for axis in 0..3 {
+            let (mut first, mut last) = (self.begin[axis], end[axis]);
+            if low[axis] < first {
+                first = ((low[axis] as f32 / step).floor() * step) as i32;
+            }
+            if high[axis] > last {
+                last = ((high[axis] as f32 / step).ceil() * step) as i32;
+            }
+            grown.begin[axis] = first;
+            grown.size[axis] = (last - first) as u32;
+        }
+        Ok(grown)
+    }
+
+    /// The same voxels over the box that [`Lattice::holding`] finds for a solid and a frame.
+    ///
+    /// # Errors
+    /// If that is farther from the corner than voxels can be counted.
+    pub fn over_again(&self, solid: Aabb, frame: Option<Aabb>) -> Result<Self, TooFarError> {
+        let frame = frame.filter(|f| f.is_finite()).unwrap_or(Aabb::EMPTY);
+        let held = if solid.is_finite() {
+            frame.union(solid.grown(MARGIN_VOXELS * self.voxel))
+        } else if frame.is_finite() {
+            frame
+        } else {
+            Aabb::centered(Vec3::ONE)
+        };
+        // A side that is a multiple of the voxel but for rounding gets no voxel more.
+        let low = ((held.min - self.corner) / self.voxel + 1e-3).floor();
+        let high = ((held.max - self.corner) / self.voxel - 1e-3).ceil();
+        let farthest = low.abs().max(high.abs()).max_element();
+        if farthest.is_nan() || farthest > FARTHEST_VOXEL as f32 {
+            return Err(TooFarError { voxels: farthest });
+        }
+        let begin = low.as_ivec3();
+        Ok(Self {
+            begin,
+            size: (high.as_ivec3() - begin).max(IVec3::ONE).as_uvec3(),
+            is_cut: !solid.is_finite() && !solid.is_empty(),
+            ..*self
+        })
+    }
+
+    /// The same voxels, counted from the box's own corner.
+    pub fn rebased(&self) -> Self {
+        Self {
+            corner: self.aabb().min,
+            begin: IVec3::ZERO,
+            ..*self
+        }
     }
 
     /// Lengths of the box's sides.
@@ -92,7 +198,8 @@ impl Lattice {
 
     /// The box.
     pub fn aabb(&self) -> Aabb {
-        Aabb::new(self.corner, self.corner + self.extent())
+        let place = |voxel: IVec3| self.corner + self.voxel * voxel.as_vec3();
+        Aabb::new(place(self.begin), place(self.begin + self.size.as_ivec3()))
     }
 
     /// Texels along each axis of a level of detail: half of those of the level before, rounded down, as textures have it.
@@ -113,7 +220,7 @@ impl Lattice {
     pub fn grid(&self, level: u32) -> Grid {
         let spacing = self.level_spacing(level);
         Grid {
-            min: self.corner + spacing * 0.5,
+            min: self.aabb().min + spacing * 0.5,
             spacing,
             begin: UVec3::ZERO,
             size: self.level_size(level),
@@ -155,6 +262,25 @@ mod tests {
         assert_eq!(endless.aabb(), frame);
         let nothing = Lattice::holding(Aabb::EMPTY, None, 64).expect("a lattice");
         assert_eq!(nothing.aabb(), frame);
+    }
+
+    #[test]
+    fn a_lattice_grows_by_whole_steps_and_keeps_its_voxels() {
+        let first = Lattice::holding(Aabb::centered(Vec3::ONE), None, 64).expect("a lattice");
+        let far = Aabb::new(Vec3::new(-9.0, 0.0, 0.0), Vec3::new(-8.0, 1.0, 3.0));
+        let grown = first.grown_to(far, 32).expect("a lattice");
+        assert_eq!((grown.corner, grown.voxel), (first.corner, first.voxel));
+        assert!(grown.begin.x < 0 && grown.begin.x % 32 == 0);
+        assert_eq!([grown.begin.y, grown.begin.z], [0; 2]);
+        assert_eq!(grown.size.y, first.size.y);
+        let inner = grown.aabb().grown(-1.99 * grown.voxel);
+        assert!(inner.contains(far.min) && inner.contains(far.max));
+        assert_eq!(grown.grown_to(far, 32), Ok(grown));
+        assert_eq!(grown.rebased().aabb().min, grown.aabb().min);
+        let endless = Lattice::holding(Aabb::ALL, None, 64).expect("a lattice");
+        assert_eq!(endless.grown_to(far, 32), Ok(endless));
+        let lost = Aabb::new(far.min, Vec3::splat(1e30));
+        assert!(first.grown_to(lost, 32).is_err());
     }
 
     #[test]

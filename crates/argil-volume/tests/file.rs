@@ -143,11 +143,11 @@ fn no_changed_byte_goes_unnoticed_but_in_gaps() {
 #[test]
 fn newer_files_and_others_say_so() {
     let mut bytes = bytes_of(&volumes()[0]);
-    bytes[8] = 2;
+    bytes[8] = 3;
     let error = Stored::from_bytes(&bytes, "new").err().expect("an error");
     assert_eq!(
         error.to_string(),
-        "new: format version 2 is newer than this program reads (1): update argil"
+        "new: format version 3 is newer than this program reads (2): update argil"
     );
     let error = Stored::from_bytes(b"PNG, or something else", "other").err();
     assert_eq!(

@@ -44,13 +44,13 @@ pub use argil_scene::{
 pub use argil_volume::{
     Bits, BrickEdit, BrickLayout, BrickSettings, Bricks, BricksError, Dense, Encoding, Keep,
     Lattice, Layout, Octree, OctreeError, OctreeSettings, Range, ResolutionError, Section, Stored,
-    Volume, VolumeError, Word,
+    TooFarError, Volume, VolumeError, Word,
 };
 pub use engine::{Backend, Engine};
 pub use error::{BuildError, EngineError, PictureError, RenderError, VolumeFileError};
 pub use glam;
 pub use listeners::Listener;
-pub use live::{Applied, Pace};
+pub use live::{Applied, Pace, Rebuilt};
 pub use mesh::{MeshError, MeshMethod, MeshNormals, MeshOptions, Meshed, save_mesh};
 pub use meshes::{LoadedMesh, MeshFileError, load_meshes, load_meshes_of};
 pub use picture::{Drawn, save_png, write_png};

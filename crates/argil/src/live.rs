@@ -1,11 +1,12 @@
 //! Following a scene in place.
 
 use crate::representation::{Kept, budget_on};
-use crate::{BricksOptions, BuildError, Engine, Scene};
+use crate::{BricksOptions, BuildError, Change, Engine, Scene};
 use argil_field::{LiveProgram, Program};
 use argil_gpu::{GpuField, GpuVolume};
 use argil_math::Aabb;
-use argil_volume::{BrickEdit, BrickLayout, Bricks, EditWork, Volume};
+use argil_scene::Extents;
+use argil_volume::{BrickEdit, BrickLayout, Bricks, BricksError, EditWork, Volume};
 use web_time::{Duration, Instant};
 
 /// How much of an edit is done at once, and what first.
@@ -31,6 +32,57 @@ pub struct Applied {
     pub duration_ms: f64,
     /// Whether everything was made again and not only what the edits touched.
     pub rebuilt: bool,
+    /// Why, if it was.
+    pub reason: Option<Rebuilt>,
+}
+
+/// Why everything was made again.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Rebuilt {
+    /// Only sparse bricks are changed in place.
+    #[error("only sparse bricks are edited in place: this world is kept in another way")]
+    Kept,
+    /// The scene reaches beyond the volume's box, and only sparse bricks grow.
+    #[error(
+        "the scene reaches beyond the volume's box: it was built for a larger one, with voxels of the same size"
+    )]
+    Box,
+    /// What is endless is cut by the box, and came or went.
+    #[error("something endless came or went, and what is endless is cut by the volume's box")]
+    Cut,
+    /// All distances are relied on in another way than before.
+    #[error(
+        "what all distances are relied on for has changed: materials, or how steep they are or jump"
+    )]
+    Reliance,
+    /// The scene does not tell how far around edits distances change.
+    #[error(
+        "the scene told smaller boxes than the world needs: call `scene.set_bands(world.bands())` before edits"
+    )]
+    Bands,
+    /// Another scene than the one that the world was built from.
+    #[error("it is another scene than the one that the world was built from")]
+    Scene,
+    /// Changes of the scene that the world has not seen are gone.
+    #[error("the scene has forgotten changes that the world has not followed")]
+    Forgotten,
+    /// The edit touches so much that a bake is as soon done.
+    #[error("the edit touches so much of the world that a bake is as soon done")]
+    Wide,
+    /// Shaders were compiled for the scene as it was.
+    #[error("the world's shaders were compiled for the scene as it was")]
+    Specialized,
+    /// An earlier edit was refused half-way.
+    #[error("an edit before was refused, and everything is made again after that")]
+    Refused,
+}
+
+/// What came of following edits in place.
+pub(crate) enum Followed {
+    InPlace(Applied),
+    /// Everything is to be made again.
+    Not(Rebuilt),
 }
 
 /// No scene's identity: what was followed is not what the bricks are.
@@ -56,6 +108,15 @@ impl<'a> Clay<'a> {
         }
     }
 
+    /// The same voxels over a larger box.
+    fn grow(&mut self, layout: BrickLayout) -> Result<(), BuildError> {
+        match self {
+            Self::Cpu(bricks) => bricks.grow(layout),
+            Self::Gpu(volume, field) => volume.grow(field.gpu(), layout)?,
+        }
+        Ok(())
+    }
+
     fn layout(&self) -> Option<BrickLayout> {
         match self {
             Self::Cpu(bricks) => Some(*bricks.layout()),
@@ -78,6 +139,8 @@ pub(crate) struct Live {
     undone: Vec<Aabb>,
     /// What was done on the CPU since it was last asked for.
     done: BrickEdit,
+    /// Why nothing can be followed, where that is so.
+    lost_by: Rebuilt,
 }
 
 impl Live {
@@ -89,6 +152,7 @@ impl Live {
             work: EditWork::default(),
             undone: Vec::new(),
             done: BrickEdit::default(),
+            lost_by: Rebuilt::Refused,
         }
     }
 
@@ -97,18 +161,21 @@ impl Live {
         self.identity == scene.identity() && self.seen == scene.changes().len()
     }
 
-    /// Whether a scene is the one that was built, with boxes as large as the bricks need them.
-    fn knows(&self, scene: &Scene, bands: [f32; 2]) -> bool {
-        let is_told = scene
-            .bands()
-            .iter()
-            .zip(bands)
-            .all(|(told, needed)| *told >= needed);
-        self.identity == scene.identity() && self.seen <= scene.changes().len() && is_told
+    /// Why a scene's changes cannot be followed, if they cannot.
+    fn hindrance(&self, scene: &Scene, bands: [f32; 2]) -> Option<Rebuilt> {
+        if self.identity == LOST {
+            return Some(self.lost_by);
+        }
+        if self.identity != scene.identity() || self.seen > scene.changes().len() {
+            return Some(Rebuilt::Scene);
+        }
+        let mut bands = scene.bands().into_iter().zip(bands);
+        let is_told = bands.all(|(told, needed)| told >= needed);
+        (!is_told).then_some(Rebuilt::Bands)
     }
 
     /// Follow a scene's changes with bricks; `before` is the program that they were made of, where it is not followed yet.
-    /// Nothing where everything is to be made again.
+    /// Or why everything is to be made again.
     ///
     /// # Errors
     /// If the scene cannot be lowered: nothing is changed then; or if its bricks take too much: everything is to be made again
@@ -120,34 +187,59 @@ impl Live {
         before: Option<&Program>,
         (engine, options): (&Engine, &BricksOptions),
         pace: Option<Pace>,
-    ) -> Result<Option<Applied>, BuildError> {
+    ) -> Result<Followed, BuildError> {
         let start = Instant::now();
-        let Some(layout) = clay.layout() else {
-            return Ok(None);
+        let Some(mut layout) = clay.layout() else {
+            return Ok(Followed::Not(Rebuilt::Kept));
         };
-        let bands = self.tables().or(before).map(|tables| layout.bands(tables));
-        if !bands.is_some_and(|bands| self.knows(scene, bands)) {
-            return Ok(None);
+        let Some(tables) = self.tables().or(before) else {
+            return Ok(Followed::Not(Rebuilt::Refused));
+        };
+        if let Some(reason) = self.hindrance(scene, layout.least_bands(tables)) {
+            return Ok(Followed::Not(reason));
         }
         let changes = &scene.changes()[self.seen..];
+        let first_put;
         let live = match &mut self.program {
             Some(live) => {
                 if live.follow(scene, changes)?.everything {
-                    self.identity = LOST;
-                    return Ok(None);
+                    return Ok(self.not(Rebuilt::Reliance));
                 }
+                first_put = None;
                 live
             }
             None => {
                 let Some(before) = before else {
-                    return Ok(None);
+                    return Ok(Followed::Not(Rebuilt::Refused));
                 };
                 let live = LiveProgram::new(scene, layout.parts(before))?;
                 if !live.relies_on_the_same_as(before) {
-                    return Ok(None);
+                    return Ok(Followed::Not(Rebuilt::Reliance));
                 }
+                // What of it is new is not known.
+                first_put = Some((Aabb::ALL, true));
                 self.program.insert(live)
             }
+        };
+        let (put, touched_ends) = first_put.unwrap_or_else(|| live.put());
+        let held = layout.lattice.aabb().grown(-2.0 * layout.lattice.voxel);
+        let is_held = put.is_empty() || (held.contains(put.min) && held.contains(put.max));
+        if touched_ends || (!is_held && !layout.lattice.is_cut) {
+            let solid = Extents::of(scene).outer(Scene::ROOT).aabb;
+            let is_endless = !solid.is_finite() && !solid.is_empty();
+            if is_endless != layout.lattice.is_cut {
+                return Ok(self.not(Rebuilt::Cut));
+            }
+            let grown = layout.grown_to(solid).map_err(BricksError::from)?;
+            if grown != layout {
+                if let Err(error) = clay.grow(grown) {
+                    return Err(self.lost(error));
+                }
+                layout = grown;
+            }
+        }
+        let Some(live) = &mut self.program else {
+            return Ok(Followed::Not(Rebuilt::Refused));
         };
         self.seen = scene.changes().len();
         if let Clay::Gpu(_, field) = &mut clay
@@ -155,9 +247,11 @@ impl Live {
         {
             return Err(self.lost(error.into()));
         }
-        let boxes: Vec<[Aabb; 2]> = changes.iter().map(|c| [c.dirty_box, c.far_box]).collect();
-        let left = std::mem::take(&mut self.work);
-        self.work = EditWork::new(&layout, live, &boxes);
+        let boxes: Vec<[Aabb; 2]> = changes.iter().flat_map(Change::boxes).collect();
+        let Some(work) = EditWork::new(&layout, live, &boxes) else {
+            return Ok(self.not(Rebuilt::Wide));
+        };
+        let left = std::mem::replace(&mut self.work, work);
         self.work.take_on(&layout, live, left);
         self.undone.extend(boxes.iter().map(|[dirty, _]| *dirty));
         if let Some(pace) = pace {
@@ -170,12 +264,13 @@ impl Live {
         let dirty_box = boxes
             .iter()
             .fold(Aabb::EMPTY, |all, [own, _]| all.union(*own));
-        Ok(Some(Applied {
+        Ok(Followed::InPlace(Applied {
             counts,
             blocks_left: self.work.blocks(),
             dirty_box,
             duration_ms: start.elapsed().as_secs_f64() * 1e3,
             rebuilt: false,
+            reason: None,
         }))
     }
 
@@ -212,9 +307,15 @@ impl Live {
         }
     }
 
+    /// Everything is to be made again, whatever comes of it now.
+    fn not(&mut self, reason: Rebuilt) -> Followed {
+        (self.identity, self.lost_by) = (LOST, reason);
+        Followed::Not(reason)
+    }
+
     /// The program has gone ahead of the bricks: everything is to be made again the next time.
     fn lost(&mut self, error: BuildError) -> BuildError {
-        self.identity = LOST;
+        (self.identity, self.lost_by) = (LOST, Rebuilt::Refused);
         self.work = EditWork::default();
         self.undone.clear();
         error

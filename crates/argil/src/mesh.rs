@@ -280,7 +280,9 @@ impl World {
         Ok(Lattice {
             corner: region.center() - size.as_vec3() * (0.5 * voxel),
             voxel,
+            begin: glam::IVec3::ZERO,
             size,
+            is_cut: !solid.is_finite(),
         })
     }
 

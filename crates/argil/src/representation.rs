@@ -296,7 +296,9 @@ pub(crate) async fn build(
     lattice: Option<Lattice>,
 ) -> Result<(Kept, BuildTimes), BuildError> {
     let lattice_of = |resolution| match lattice {
-        Some(lattice) => Ok(lattice),
+        // Only sparse bricks count voxels from elsewhere than the box's corner.
+        Some(lattice) if matches!(via, Via::Bricks(_)) => Ok(lattice),
+        Some(lattice) => Ok(lattice.rebased()),
         None => self::lattice_of(scene, program, resolution),
     };
     match via {
@@ -322,7 +324,6 @@ pub(crate) async fn build(
             let lattice = lattice_of(options.resolution)?;
             checked(options.settings.encoding)?;
             let layout = BrickLayout::new(lattice, &options.settings)?;
-            check_memory(engine, layout.table_bytes())?;
             if let Some(field) = field {
                 let budget = budget_on(engine, &options);
                 let (volume, stages) = GpuVolume::bricks(field, program, layout, budget).await?;

@@ -1,5 +1,5 @@
 use crate::listeners::{Listener, Listeners};
-use crate::live::{Applied, Clay, Live, Pace};
+use crate::live::{Applied, Clay, Followed, Live, Pace, Rebuilt};
 use crate::representation::{Drawable, Kept, Triangulated, build, reach, triangles};
 use crate::wait::wait;
 use crate::{
@@ -89,6 +89,11 @@ impl World {
         let folder = path.parent().unwrap_or(Path::new("."));
         crate::load_meshes(&mut scene, folder, outside)?;
         let mut world = Self::new(engine, &scene)?;
+        let mut stored = stored;
+        let solid = world.program().aabb();
+        stored
+            .volume
+            .set_cut(!solid.is_finite() && !solid.is_empty());
         world.via = match &stored.volume {
             Volume::Dense(dense) => Via::Dense(DenseOptions {
                 resolution: dense.lattice().size.max_element(),
@@ -334,22 +339,27 @@ impl World {
 
     async fn follow(&mut self, scene: &Scene, pace: Option<Pace>) -> Result<Applied, BuildError> {
         let start = Instant::now();
-        if let (Some(clay), Via::Bricks(options)) =
-            (Clay::of(&mut self.kept, self.gpu.as_mut()), self.via)
-        {
-            let machine = (&self.engine, &options);
-            let before = self.program.get();
-            let applied = self.live.follow(scene, clay, before, machine, pace).await;
-            // The field on a GPU has the parameters of what was followed, even where bricks could not be.
-            if self.gpu.is_some() && self.live.tables().is_some() {
-                self.program = OnceLock::new();
-            }
-            if let Some(applied) = applied? {
-                self.program = OnceLock::new();
-                self.view = scene.view.clone();
-                let boxes = self.live.told();
-                self.listeners.tell(&boxes);
-                return Ok(applied);
+        let mut reason = Rebuilt::Kept;
+        if let Via::Bricks(options) = self.via {
+            reason = Rebuilt::Specialized;
+            if let Some(clay) = Clay::of(&mut self.kept, self.gpu.as_mut()) {
+                let machine = (&self.engine, &options);
+                let before = self.program.get();
+                let followed = self.live.follow(scene, clay, before, machine, pace).await;
+                // The field on a GPU has the parameters of what was followed, even where bricks could not be.
+                if self.gpu.is_some() && self.live.tables().is_some() {
+                    self.program = OnceLock::new();
+                }
+                match followed? {
+                    Followed::InPlace(applied) => {
+                        self.program = OnceLock::new();
+                        self.view = scene.view.clone();
+                        let boxes = self.live.told();
+                        self.listeners.tell(&boxes);
+                        return Ok(applied);
+                    }
+                    Followed::Not(why) => reason = why,
+                }
             }
         }
         let program = Program::lower(scene)?;
@@ -358,7 +368,16 @@ impl World {
             Some(gpu) => *gpu = GpuField::new(gpu.gpu().clone(), &program, true)?,
             None => {}
         }
-        let lattice = self.lattice();
+        let lattice = match self.lattice() {
+            Some(old) => {
+                let new = following(&old, scene, &program)?;
+                if new != old && reason == Rebuilt::Kept {
+                    reason = Rebuilt::Box;
+                }
+                Some(new)
+            }
+            None => None,
+        };
         let (kept, times) = build(
             &self.engine,
             self.gpu.as_ref(),
@@ -388,6 +407,7 @@ impl World {
             dirty_box: Aabb::ALL,
             duration_ms: start.elapsed().as_secs_f64() * 1e3,
             rebuilt: true,
+            reason: Some(reason),
         })
     }
 
@@ -438,7 +458,8 @@ impl World {
         self.listeners.remove(listener)
     }
 
-    /// In how many cells sparse bricks differ from those of a fresh bake on the same device and lattice: whether there is a
+    /// In how many cells sparse bricks differ from those of a fresh bake on the same device with the same voxels, whose box is
+    /// found anew: whether there is a
     /// brick, its samples, its materials. `scene` is the one that was applied last. Nothing of a world that is kept in
     /// another way.
     ///
@@ -455,7 +476,12 @@ impl World {
             Some(own) => Some(GpuField::new(own.gpu().clone(), &program, false)?),
             None => None,
         };
-        let (field, lattice) = (field.as_ref(), self.lattice());
+        let field = field.as_ref();
+        // The box is found anew: what an edit has put outside of the old one must be there.
+        let lattice = match self.lattice() {
+            Some(lattice) => Some(found_again(&lattice, scene, &program)?),
+            None => None,
+        };
         let (fresh, _) = wait(build(
             &self.engine,
             field,
@@ -678,6 +704,28 @@ impl Orbit {
     pub fn around(camera: Camera, count: u32) -> impl Iterator<Item = Camera> {
         (0..count).map(move |i| camera.turned(360.0 * i as f32 / count as f32))
     }
+}
+
+/// The frame that a scene is looked at in.
+fn frame_of(scene: &Scene) -> Option<Aabb> {
+    let frame = scene.view.frame;
+    frame.map(|[min, max]| Aabb::new(min.into(), max.into()))
+}
+
+/// The same voxels over a box that holds a scene, found anew.
+fn found_again(lattice: &Lattice, scene: &Scene, program: &Program) -> Result<Lattice, BuildError> {
+    let found = lattice.over_again(reach(scene, program), frame_of(scene));
+    Ok(found.map_err(argil_volume::BricksError::from)?)
+}
+
+/// The same voxels over a box that holds a scene that was edited: the old one if that does.
+fn following(lattice: &Lattice, scene: &Scene, program: &Program) -> Result<Lattice, BuildError> {
+    let solid = reach(scene, program);
+    if lattice.is_cut == (!solid.is_finite() && !solid.is_empty()) {
+        let grown = lattice.grown_to(solid, 1);
+        return Ok(grown.map_err(argil_volume::BricksError::from)?);
+    }
+    found_again(lattice, scene, program)
 }
 
 /// A scene's text for a file: what is read again stands at time 0.

@@ -41,7 +41,7 @@ fn distance_of(world: &World, cells: &[usize], eye: [f32; 3]) -> f32 {
         panic!("bricks are kept");
     };
     let layout = bricks.layout();
-    let middle = |&at: &usize| layout.cell_box(layout.cell_at(at)).center();
+    let middle = |&at: &usize| layout.cell_box(bricks.cell_at(at)).center();
     let all = cells.iter().map(|at| middle(at).distance(eye.into()));
     all.sum::<f32>() / cells.len() as f32
 }

@@ -1,73 +1,96 @@
-//! Building all bricks.
+//! Building all bricks: as an edit that makes all blocks. Which those are the CPU finds out, with their lists; all else the device
+//! does.
 
-use super::lists;
+use super::cells::Cells;
+use super::lists::Blocks;
 use super::passes::{Order, Scratch, Site, check, chunks, make};
 use super::pool::Ledger;
 use super::{BrickTables, PLACES, march_words, pool_for, pool_texture};
 use crate::bake::{Bake, StagesMs};
+use crate::field::IDLE;
 use crate::table::Table;
 use crate::{GpuError, GpuField, GpuVolume};
-use argil_abi::{self as abi, Prune, Volume as Words};
+use argil_abi as abi;
 use argil_field::Program;
-use argil_volume::BrickLayout;
+use argil_volume::{BlockPlan, BlockTable, BrickLayout, FAR_SLOTS};
+
+/// Blocks that one run makes, and instructions of their lists: its tables have their limits.
+const MOST_BLOCKS: usize = 4096;
+const MOST_INSTRS: usize = 1 << 20;
+/// Bricks of a block, about: there is room for more than a surface needs.
+const BRICKS_A_BLOCK: u64 = 16;
 
 /// The tables of a build.
 pub(super) struct Build<'a> {
     field: &'a GpuField,
+    program: &'a Program,
     layout: BrickLayout,
-    pub words: Words,
-    fill: abi::Fill,
-    levels: Vec<Prune>,
-    mixes: bool,
+    runs: Vec<Blocks>,
     pool: [u32; 3],
+    mixed_room: u64,
     scratch: Scratch,
-    cells: Table,
+    instrs: Table,
+    cells: Cells,
     materials: Table,
     ledger: Ledger,
 }
 
 impl<'a> Build<'a> {
-    /// For a grid with about so many bricks.
+    /// Of a field, with a table that is no larger than `budget` bytes.
     pub fn new(
         field: &'a GpuField,
-        program: &Program,
+        program: &'a Program,
         layout: BrickLayout,
-        bricks: u64,
+        budget: u64,
     ) -> Result<Self, GpuError> {
         check(field, program, &layout)?;
         let gpu = field.gpu();
-        let cell_count: u64 = layout.grid.to_array().map(u64::from).iter().product();
-        let [chunk, chunks] = chunks(&layout, field.length(), cell_count);
-        let words = Words {
-            chunk,
-            chunks,
-            ..layout.words(program)
-        };
-        let mut cells = Table::new("cells");
-        cells.reserve_exact(gpu, 4 * layout.word_count())?;
-        let mut scratch = Scratch::new(gpu)?;
-        scratch.candidates.reserve_exact(gpu, 4 * cell_count)?;
-        let levels = lists::of_all(
-            gpu,
-            &mut scratch.lists,
-            program,
-            field.length(),
-            &layout,
-            cell_count.min(4 * bricks),
-        )?;
+        let plan = BlockPlan::of(program, &layout);
+        let needed = Cells::bytes_for(plan.blocks.len() as u64);
+        if needed > budget {
+            return Err(GpuError::Budget {
+                bricks: 0,
+                needed,
+                budget,
+            });
+        }
+        let mut runs: Vec<Blocks> = Vec::new();
+        for (slot, (_, range)) in (FAR_SLOTS..).zip(&plan.blocks) {
+            let is_full = |run: &Blocks| {
+                run.slots.len() >= MOST_BLOCKS || run.instrs.len() + range.len() > MOST_INSTRS
+            };
+            if runs.last().is_none_or(is_full) {
+                runs.push(Blocks::default());
+            }
+            if let Some(run) = runs.last_mut() {
+                run.push(slot, u64::MAX, &plan.instrs[range.clone()]);
+            }
+        }
+        let table = BlockTable::of(&layout, &plan);
         Ok(Self {
             field,
+            program,
             layout,
-            words,
-            fill: layout.encoding.fill(program, &layout.lattice, 0),
-            levels,
-            mixes: program.materials().len() > 1,
+            runs,
             pool: [1; 3],
-            scratch,
-            cells,
+            mixed_room: 0,
+            scratch: Scratch::new(gpu)?,
+            instrs: Table::new("instructions of lists"),
+            cells: Cells::new(gpu, table, layout.far_length(), None)?,
             materials: Table::new("bricks' materials"),
             ledger: Ledger::new(gpu, 0, 0)?,
         })
+    }
+
+    /// The table of blocks.
+    pub fn cells(&self) -> &Cells {
+        &self.cells
+    }
+
+    /// About how many bricks there will be, or more.
+    pub fn guess(&self) -> u64 {
+        let blocks: u64 = self.runs.iter().map(|run| run.slots.len() as u64).sum();
+        BRICKS_A_BLOCK * blocks + 64
     }
 
     /// Build into a pool with room for so many bricks.
@@ -78,14 +101,13 @@ impl<'a> Build<'a> {
     ) -> Result<(wgpu::Texture, StagesMs), GpuError> {
         let gpu = self.field.gpu();
         self.pool = pool_for(gpu, &self.layout, room)?;
+        self.mixed_room = mixed_room;
         let texture = pool_texture(gpu, &self.layout, self.pool)?;
-        self.words.pool_x = self.pool[0];
-        self.words.pool_y = self.pool[1];
-        self.words.capacity = self.pool.iter().product();
-        self.words.mixed = mixed_room as u32;
-        let bytes = 4 * u64::from(self.words.capacity) + 8 * PLACES * mixed_room;
+        let capacity: u32 = self.pool.iter().product();
+        let bytes = 4 * u64::from(capacity) + 8 * PLACES * mixed_room;
         self.materials.reserve_exact(gpu, bytes)?;
         self.ledger = Ledger::new(gpu, 0, 0)?;
+        self.cells.clear(gpu);
         gpu.checked(|| {
             let mut encoder = gpu
                 .device
@@ -95,22 +117,47 @@ impl<'a> Build<'a> {
             }
             gpu.queue.submit([encoder.finish()]);
         })?;
-        let site = Site {
-            texture: &texture,
-            cells: &self.cells,
-            materials: &self.materials,
-            counters: &self.ledger.counters,
-        };
-        let order = Order {
-            words: self.words,
-            fill: self.fill,
-            levels: &self.levels,
-            instrs: None,
-            length: self.field.length(),
-            mixes: self.mixes,
-        };
         let mut bake = Bake::new(gpu)?;
-        make(self.field, &mut self.scratch, &site, &order, &mut bake).await?;
+        for run in &self.runs {
+            let instrs = if run.instrs.is_empty() {
+                IDLE
+            } else {
+                &run.instrs
+            };
+            self.instrs.write(gpu, instrs)?;
+            let lists = &mut self.scratch.lists;
+            let prune = run.write(gpu, lists, self.program, &self.layout)?;
+            let candidates = 4 * 64 * 4 * u64::from(prune.count);
+            self.scratch.candidates.reserve(gpu, candidates)?;
+            let [chunk, chunks] = chunks(&self.layout, run.longest(), run.cells());
+            let words = abi::Volume {
+                chunk,
+                chunks: chunks.max(1),
+                pool_x: self.pool[0],
+                pool_y: self.pool[1],
+                capacity,
+                mixed: mixed_room as u32,
+                ..self.cells.described(self.layout.words(self.program))
+            };
+            let order = Order {
+                words,
+                fill: self
+                    .layout
+                    .encoding
+                    .fill(self.program, &self.layout.lattice, 0),
+                prune,
+                instrs: &self.instrs,
+                length: run.instrs.len(),
+                mixes: self.program.materials().len() > 1,
+            };
+            let site = Site {
+                texture: &texture,
+                cells: &self.cells.buffer,
+                materials: &self.materials,
+                counters: &self.ledger.counters,
+            };
+            make(self.field, &mut self.scratch, &site, &order, &mut bake).await?;
+        }
         Ok((texture, bake.finish().await?))
     }
 
@@ -119,6 +166,12 @@ impl<'a> Build<'a> {
         self.ledger.settle(self.field.gpu()).await?;
         let counters = [abi::COUNTER_TOP, abi::COUNTER_TOP_MIXED];
         Ok(counters.map(|counter| self.ledger.known.get(counter)))
+    }
+
+    /// Whether so many bricks, and mixed ones, have had room.
+    pub fn has_room_for(&self, bricks: u64, mixed: u64) -> bool {
+        let capacity: u64 = self.pool.map(u64::from).iter().product();
+        bricks <= capacity && mixed <= self.mixed_room
     }
 
     /// What was built, without the room that it does not need.
@@ -132,14 +185,14 @@ impl<'a> Build<'a> {
             layout: self.layout,
             cells: self.cells,
             materials: self.materials,
-            mixed: u64::from(self.words.mixed),
+            mixed: self.mixed_room,
             pool: self.pool,
             ledger: self.ledger,
-            lipschitz: self.words.lipschitz,
+            lipschitz: self.program.lipschitz(),
             making: None,
         };
         let texture = tables.fit(self.field, texture, count, mixed)?;
-        let words = march_words(&self.layout, tables.pool, tables.lipschitz);
+        let words = march_words(&self.layout, &tables.cells, tables.pool, tables.lipschitz);
         GpuVolume::of_bricks(self.field, texture, words, tables)
     }
 }

@@ -6,6 +6,7 @@
 //! brick for each of its cells would be far more than there is room for, or than there may be, it is counted first what it
 //! needs, and waited for.
 
+use super::cells::Cells;
 use super::lists::Blocks;
 use super::passes::{Order, Scratch, Site, check, chunks, make};
 use super::{BrickTables, march_words};
@@ -15,7 +16,8 @@ use crate::table::Table;
 use crate::{Gpu, GpuError, GpuField, GpuVolume};
 use argil_abi::{self as abi, Prune, Volume as Words};
 use argil_field::LiveProgram;
-use argil_volume::{BrickEdit, EditWork, Unit};
+use argil_volume::{BLOCK_SIDE, BrickEdit, BrickLayout, EditWork, Unit, emptied_around};
+use glam::IVec3;
 use web_time::Duration;
 
 /// Cells for which room is made without a look at how many of them have a surface.
@@ -80,8 +82,13 @@ impl GpuVolume {
         while !work.is_done() && result.is_ok() {
             let count = if left.is_some() { 4 } else { MOST_UNITS };
             let units = work.next(count);
-            let blocks = edit.gather(tables, work, units);
+            let (blocks, gone) = edit.gather(&gpu, tables, work, units)?;
             result = edit.submit(tables, texture, &mut making, &blocks).await;
+            // The device has freed their bricks when what comes next reads the table.
+            for (block, inside) in gone {
+                tables.cells.table.set_far(block, block + 1, inside);
+            }
+            tables.cells.follow(&gpu, &[])?;
             if let Some(left) = &mut left {
                 *left -= blocks.cells() as f64;
                 if *left <= 0.0 {
@@ -90,8 +97,25 @@ impl GpuVolume {
             }
         }
         tables.making = Some(making);
-        *words = march_words(&tables.layout, tables.pool, tables.lipschitz);
+        *words = march_words(&tables.layout, &tables.cells, tables.pool, tables.lipschitz);
         result
+    }
+
+    /// The same voxels over a larger box. Nothing is sampled.
+    ///
+    /// # Errors
+    /// If the device has no room for the table.
+    pub fn grow(&mut self, gpu: &Gpu, layout: BrickLayout) -> Result<(), GpuError> {
+        let (words, _, Some(tables)) = self.brick_parts() else {
+            return Ok(());
+        };
+        tables.layout.lattice = layout.lattice;
+        let [low, high] = layout.block_range();
+        tables.cells.table.cover(low, high);
+        tables.cells.follow(gpu, &[])?;
+        *words = march_words(&tables.layout, &tables.cells, tables.pool, tables.lipschitz);
+        self.set_lattice(layout.lattice);
+        Ok(())
     }
 
     /// Wait for edits; what they did since the last time.
@@ -110,7 +134,7 @@ impl GpuVolume {
         let counted = tables.ledger.read(field.gpu()).await?;
         tables.making = None;
         *texture = tables.fit(field, texture, counted.bricks(), counted.mixed())?;
-        *words = march_words(&tables.layout, tables.pool, tables.lipschitz);
+        *words = march_words(&tables.layout, &tables.cells, tables.pool, tables.lipschitz);
         Ok(())
     }
 }
@@ -122,15 +146,53 @@ struct Editing<'a> {
 }
 
 impl Editing<'_> {
-    /// The blocks of some units in which something can have changed, with their lists.
-    fn gather(&self, tables: &BrickTables, work: &EditWork, units: Vec<Unit>) -> Blocks {
+    /// The blocks of some units in which something can have changed, with their lists; and those that are far from everything
+    /// now, and whether they are inside.
+    fn gather(
+        &self,
+        gpu: &Gpu,
+        tables: &mut BrickTables,
+        work: &EditWork,
+        units: Vec<Unit>,
+    ) -> Result<(Blocks, Vec<(IVec3, bool)>), GpuError> {
         let layout = &tables.layout;
         let mut blocks = Blocks::default();
+        let (mut gone, mut new) = (Vec::new(), Vec::new());
+        let table = &mut tables.cells.table;
         for list in work.lists(layout, self.live, units) {
-            let first = layout.cell_at(list.block * argil_field::CELLS);
-            blocks.push(list.block, work.dirty_cells(layout, first), &list.now);
+            let block = list.first / BLOCK_SIDE as i32;
+            let slot = table.find(block);
+            if let Some(inside) = list.far {
+                gone.push((block, inside));
+                if slot.is_none() {
+                    continue;
+                }
+            }
+            let slot = slot.unwrap_or_else(|| {
+                let slot = table.insert(block);
+                new.push(slot);
+                slot
+            });
+            blocks.push(slot, work.dirty_cells(layout, list.first), &list.now);
         }
-        blocks
+        let needed = Cells::bytes_for(new.len() as u64) + tables.cells.memory_bytes();
+        if !new.is_empty() && needed > self.budget {
+            return Err(GpuError::Budget {
+                bricks: tables.ledger.known.bricks(),
+                needed,
+                budget: self.budget,
+            });
+        }
+        if !gone.is_empty() {
+            gone.extend(emptied_around(
+                &tables.cells.table,
+                layout,
+                self.live,
+                &gone,
+            ));
+        }
+        tables.cells.follow(gpu, &new)?;
+        Ok((blocks, gone))
     }
 
     async fn submit(
@@ -140,7 +202,7 @@ impl Editing<'_> {
         making: &mut Making,
         blocks: &Blocks,
     ) -> Result<(), GpuError> {
-        if blocks.places.is_empty() {
+        if blocks.slots.is_empty() {
             return Ok(());
         }
         let gpu = self.field.gpu();
@@ -163,11 +225,11 @@ impl Editing<'_> {
             .then(|| tables.make_room(self.field, texture, more, mixes, self.budget));
         let room = match room {
             None | Some(Err(GpuError::Budget { .. })) => {
-                let levels = [Prune {
+                let counted = Prune {
                     make: abi::MAKE_NONE,
                     ..prune
-                }];
-                self.make(tables, texture, making, blocks, &levels).await?;
+                };
+                self.make(tables, texture, making, blocks, counted).await?;
                 tables.ledger.settle_known(gpu).await?;
                 more = [abi::COUNTER_BRICKS, abi::COUNTER_MIXED]
                     .map(|counter| tables.ledger.known.get(counter));
@@ -178,7 +240,7 @@ impl Editing<'_> {
         if let Some(moved) = room {
             *texture = moved;
         }
-        self.make(tables, texture, making, blocks, &[prune]).await?;
+        self.make(tables, texture, making, blocks, prune).await?;
         tables.ledger.spend(gpu, more)
     }
 
@@ -188,7 +250,7 @@ impl Editing<'_> {
         texture: &wgpu::Texture,
         making: &mut Making,
         blocks: &Blocks,
-        levels: &[Prune],
+        prune: Prune,
     ) -> Result<(), GpuError> {
         let program = self.live.program();
         let layout = &tables.layout;
@@ -202,17 +264,17 @@ impl Editing<'_> {
                 pool_y: tables.pool[1],
                 capacity: tables.pool.iter().product(),
                 mixed: tables.mixed as u32,
-                ..layout.words(program)
+                ..tables.cells.described(layout.words(program))
             },
             fill: layout.encoding.fill(program, &layout.lattice, 0),
-            levels,
-            instrs: Some(&making.instrs),
+            prune,
+            instrs: &making.instrs,
             length: blocks.instrs.len(),
             mixes: program.materials().len() > 1,
         };
         let site = Site {
             texture,
-            cells: &tables.cells,
+            cells: &tables.cells.buffer,
             materials: &tables.materials,
             counters: &tables.ledger.counters,
         };

@@ -1,89 +1,21 @@
-//! Where lists stand. Of all blocks: the stretches of the parts of the grid, level by level; of some: which they are, which
-//! of their cells are to be sampled, and their stretches. Then the stretches of cells, and the lists themselves, one after
-//! the other as they come.
+//! Where lists stand: which blocks are made, which of their cells are to be sampled, and their stretches; then the stretches of
+//! cells, and the lists themselves, one after the other as they come.
 
 use crate::table::Table;
 use crate::{Gpu, GpuError};
 use argil_abi::{self as abi, Instr, Prune};
 use argil_field::Program;
-use argil_volume::{BLOCK_SIDE, BrickLayout};
+use argil_volume::BrickLayout;
 
-/// Words for lists that a build sets aside: for each instruction, for each block, and for each cell with a surface.
-const WORDS: [u64; 3] = [16, 64, 32];
-/// The least of them all.
-const LEAST_WORDS: u64 = 1 << 20;
-
-/// Of all blocks, with a program of `length` instructions, and so many cells with a list of their own: what each level is
-/// made with, from the greatest parts down to blocks.
-pub(super) fn of_all(
-    gpu: &Gpu,
-    table: &mut Table,
-    program: &Program,
-    length: usize,
-    measures: &BrickLayout,
-    cells: u64,
-) -> Result<Vec<Prune>, GpuError> {
-    let mut side = BLOCK_SIDE;
-    while side < measures.grid.max_element() {
-        side *= 4;
-    }
-    let mut levels: Vec<Prune> = Vec::new();
-    let mut words = 0u64;
-    while side > BLOCK_SIDE || levels.is_empty() {
-        side = (side / 4).max(BLOCK_SIDE);
-        let parts = measures.grid.to_array().map(|n| n.div_ceil(side));
-        let mut level = Prune {
-            side,
-            parts_x: parts[0],
-            parts_y: parts[1],
-            parts_z: parts[2],
-            first: words as u32,
-            ..Prune::default()
-        };
-        if let Some(outer) = levels.last() {
-            level.outer_side = outer.side;
-            level.outer_x = outer.parts_x;
-            level.outer_y = outer.parts_y;
-            level.outer_first = outer.first;
-        }
-        levels.push(level);
-        words += 2 * parts.map(u64::from).iter().product::<u64>();
-    }
-    let blocks_first = levels.last().map_or(0, |level| level.first);
-    let cells_first = words as u32;
-    words += 2 * cells;
-
-    let [per_instr, per_block, per_cell] = WORDS;
-    let wanted = per_instr * length as u64 + per_block * measures.block_count() + per_cell * cells;
-    let room = Room {
-        head: words,
-        lists: wanted.max(LEAST_WORDS),
-        length: length as u64,
-    };
-    let (arena_first, arena_words) = room.reserve(gpu, table)?;
-    let slack = program.bounds_slack(measures.region());
-    for level in &mut levels {
-        *level = Prune {
-            slack,
-            blocks_first,
-            cells_first,
-            arena_first,
-            arena_words,
-            cells_room: cells as u32,
-            count: measures.block_count() as u32,
-            make: abi::MAKE_ALL,
-            ..*level
-        };
-    }
-    Ok(levels)
-}
+/// Words for lists that are set aside: for each instruction, and for each cell.
+const WORDS: [u64; 2] = [16, 32];
 
 /// Some blocks, with what can matter in them.
 #[derive(Default)]
 pub(super) struct Blocks {
     pub instrs: Vec<Instr>,
-    /// Their places in the grid.
-    pub places: Vec<u32>,
+    /// Their slots.
+    pub slots: Vec<u32>,
     /// A bit for each cell that is to be sampled.
     pub dirty: Vec<u64>,
     /// Where each one's list begins among the instructions, and its length.
@@ -92,9 +24,9 @@ pub(super) struct Blocks {
 
 impl Blocks {
     /// Add a block.
-    pub fn push(&mut self, place: usize, dirty: u64, list: &[Instr]) {
+    pub fn push(&mut self, slot: u32, dirty: u64, list: &[Instr]) {
         let begin = self.instrs.len() as u32;
-        self.places.push(place as u32);
+        self.slots.push(slot);
         self.dirty.push(dirty);
         self.stretches.push([begin, list.len() as u32]);
         self.instrs.extend(list.iter().map(|&instr| Instr {
@@ -128,8 +60,8 @@ impl Blocks {
         program: &Program,
         measures: &BrickLayout,
     ) -> Result<Prune, GpuError> {
-        let (count, cells) = (self.places.len() as u64, self.cells());
-        let [per_instr, _, per_cell] = WORDS;
+        let (count, cells) = (self.slots.len() as u64, self.cells());
+        let [per_instr, per_cell] = WORDS;
         let head = 5 * count + 2 * cells;
         let room = Room {
             head,
@@ -137,7 +69,7 @@ impl Blocks {
             length: self.instrs.len() as u64,
         };
         let (arena_first, arena_words) = room.reserve(gpu, table)?;
-        let mut words = self.places.clone();
+        let mut words = self.slots.clone();
         for mask in &self.dirty {
             words.extend([*mask as u32, (mask >> 32) as u32]);
         }
@@ -146,7 +78,6 @@ impl Blocks {
         table.patch(gpu, 0, bytemuck::cast_slice(&words));
         Ok(Prune {
             slack: program.bounds_slack(measures.region()),
-            side: BLOCK_SIDE,
             blocks_at: 0,
             dirty_first: count as u32,
             blocks_first: 3 * count as u32,

@@ -29,7 +29,7 @@ const EVALUATIONS_TO_PRUNE: u64 = 4;
 const BINDS_WGSL: &str = "
 @group(0) @binding(8) var<uniform> volume: Volume;
 @group(0) @binding(18) var<storage, read_write> arguments: array<u32>;
-@group(0) @binding(19) var<storage, read_write> words: array<u32>;
+@group(0) @binding(19) var<storage, read_write> cells: array<u32>;
 @group(0) @binding(20) var<storage, read_write> brick_materials: array<u32>;
 @group(0) @binding(21) var<storage, read_write> near_cells: array<u32>;
 @group(0) @binding(22) var<storage, read_write> counters: array<atomic<u32>>;
@@ -42,7 +42,6 @@ pub(crate) struct BrickPasses {
     layout: wgpu::BindGroupLayout,
     plan_layout: wgpu::BindGroupLayout,
     begin_lists: wgpu::ComputePipeline,
-    prune_parts: wgpu::ComputePipeline,
     prune_cells: wgpu::ComputePipeline,
     measure: wgpu::ComputePipeline,
     plan: wgpu::ComputePipeline,
@@ -100,9 +99,7 @@ impl BrickPasses {
             give_back,
         ] = pipelines(gpu, source.clone(), &layout, &constants, entry_points)?;
         let marking = [constants[0], ("MARKING", 1.0)];
-        let entry_points = ["prune_parts", "prune_cells"];
-        let [prune_parts, prune_cells] =
-            pipelines(gpu, source.clone(), &layout, &marking, entry_points)?;
+        let [prune_cells] = pipelines(gpu, source.clone(), &layout, &marking, ["prune_cells"])?;
         // What says how much is dispatched is not bound where that is dispatched.
         let binds = [
             Bind::Uniform(VOLUME),
@@ -115,7 +112,6 @@ impl BrickPasses {
             layout,
             plan_layout,
             begin_lists,
-            prune_parts,
             prune_cells,
             measure,
             plan,
@@ -224,10 +220,10 @@ pub(crate) struct Site<'a> {
 pub(super) struct Order<'a> {
     pub words: Words,
     pub fill: Fill,
-    /// Of all blocks, each level of parts down to them; of some, one level, with lists that came.
-    pub levels: &'a [Prune],
-    /// Of some blocks, the instructions that their lists are of.
-    pub instrs: Option<&'a Table>,
+    /// The blocks, and where their lists stand.
+    pub prune: Prune,
+    /// The instructions that the lists are of.
+    pub instrs: &'a Table,
     /// Number of instructions.
     pub length: usize,
     /// Whether there is more than one material.
@@ -252,9 +248,7 @@ pub(super) async fn make(
     bake: &mut Bake<'_>,
 ) -> Result<(), GpuError> {
     let gpu = field.gpu();
-    let Some(last) = order.levels.last() else {
-        return Ok(());
-    };
+    let last = &order.prune;
     let bits = TexelFormat::of(site.texture.format()).bits();
     let passes = field.brick_passes(bits)?;
     scratch.reserve_arguments(gpu, order.words.chunks)?;
@@ -264,10 +258,7 @@ pub(super) async fn make(
         .texture
         .create_view(&wgpu::TextureViewDescriptor::default());
     let (bind_group, plan_group) = gpu.checked(|| {
-        let mut entries: Vec<_> = match order.instrs {
-            Some(instrs) => field.bindings_with(instrs).collect(),
-            None => field.table_bindings().collect(),
-        };
+        let mut entries: Vec<_> = field.bindings_with(order.instrs).collect();
         entries.push(entry(VOLUME, &scratch.words));
         entries.push(entry(FILL, &scratch.fill));
         entries.push(entry(PRUNE, &scratch.prune));
@@ -295,21 +286,11 @@ pub(super) async fn make(
         (bind_group, plan_group)
     })?;
 
-    let prune = |level: &Prune| {
-        gpu.queue
-            .write_buffer(&scratch.prune, 0, bytemuck::bytes_of(level));
-    };
-    prune(&order.levels[0]);
+    gpu.queue
+        .write_buffer(&scratch.prune, 0, bytemuck::bytes_of(last));
     let groups = rows((order.length as u32).div_ceil(64).max(1));
     bake.pass("prune", &passes.begin_lists, &bind_group, groups)
         .await?;
-    for level in order.levels.iter().filter(|l| l.make == abi::MAKE_ALL) {
-        prune(level);
-        let parts = level.parts_x * level.parts_y * level.parts_z;
-        let groups = rows(parts.div_ceil(64));
-        bake.pass("prune", &passes.prune_parts, &bind_group, groups)
-            .await?;
-    }
     bake.pass("measure", &passes.measure, &bind_group, rows(last.count))
         .await?;
     if last.make == abi::MAKE_NONE {

@@ -214,7 +214,7 @@ impl BrickTables {
         let fit = |bricks: u64, mixed: u64| {
             let pool = pool_for(gpu, &self.layout, bricks.max(capacity))?;
             let mixed = mixed.max(self.mixed);
-            let needed = bytes_of(gpu, &self.layout, pool, mixed);
+            let needed = bytes_of(gpu, &self.layout, &self.cells, pool, mixed);
             Ok((pool, mixed, needed))
         };
         let (air, mixed_air) = (with_air(bricks), if mixes { with_air(mixed) } else { 0 });
@@ -284,19 +284,23 @@ impl BrickTables {
         })?;
         let old = Site {
             texture,
-            cells: &self.cells,
+            cells: &self.cells.buffer,
             materials: &self.materials,
             counters: &self.ledger.counters,
         };
         let new = Site {
             texture: &moved,
-            cells: &self.cells,
+            cells: &self.cells.buffer,
             materials: &materials,
             counters: &counters,
         };
-        passes
-            .repack
-            .run(gpu, &self.layout, [self.pool, pool], &old, &new)?;
+        passes.repack.run(
+            gpu,
+            (&self.layout, &self.cells),
+            [self.pool, pool],
+            &old,
+            &new,
+        )?;
         (self.pool, self.mixed, self.materials) = (pool, mixed, materials);
         self.ledger.counters = counters;
         Ok(moved)

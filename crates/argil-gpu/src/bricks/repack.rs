@@ -1,5 +1,6 @@
 //! Moving bricks from one pool to another.
 
+use super::cells::Cells;
 use super::passes::Site;
 use crate::pass::{
     BRICK_MATERIALS, Bind, CELLS, COUNTERS, OLD_MATERIALS, OLD_POOL, STORED, TEXELS, VOLUME, entry,
@@ -14,7 +15,7 @@ use argil_volume::{Bits, BrickLayout, wgsl};
 const BINDS_WGSL: &str = "
 @group(0) @binding(8) var<uniform> volume: Volume;
 @group(0) @binding(9) var old_texels: texture_3d<f32>;
-@group(0) @binding(19) var<storage, read_write> words: array<u32>;
+@group(0) @binding(19) var<storage, read_write> cells: array<u32>;
 @group(0) @binding(20) var<storage, read_write> brick_materials: array<u32>;
 @group(0) @binding(22) var<storage, read_write> counters: array<atomic<u32>>;
 @group(0) @binding(26) var<storage, read> old_materials: array<u32>;
@@ -59,15 +60,12 @@ impl RepackPass {
     pub fn run(
         &self,
         gpu: &Gpu,
-        measures: &BrickLayout,
+        (measures, cells): (&BrickLayout, &Cells),
         [from, to]: [[u32; 3]; 2],
         old: &Site<'_>,
         new: &Site<'_>,
     ) -> Result<(), GpuError> {
-        let words = Words {
-            code_count: measures.word_count() as u32,
-            ..super::march_words(measures, to, 1.0)
-        };
+        let words = super::march_words(measures, cells, to, 1.0);
         let before = [from[0], from[1], from.iter().product(), 0];
         let [old_view, view] = [old.texture, new.texture]
             .map(|texture| texture.create_view(&wgpu::TextureViewDescriptor::default()));
@@ -103,7 +101,7 @@ impl RepackPass {
             let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
             pass.set_pipeline(&self.repack);
             pass.set_bind_group(0, &bind_group, &[]);
-            let blocks = measures.block_count() as u32;
+            let blocks = cells.table.slots() as u32;
             let rows = blocks.div_ceil(abi::DISPATCH_ROW);
             pass.dispatch_workgroups(blocks.min(abi::DISPATCH_ROW), rows, 1);
             drop(pass);

@@ -130,19 +130,25 @@ fn step<T: Texel>(
             last[i] = u32::MAX;
         }
     }
-    // To the end of the cell, or of the block.
+    // To the end of the cell, or of the block, or of what is empty around that.
     leave[..n].fill(f32::MAX);
     let block = BLOCK_SIDE as f32;
+    let mut edges = [1.0f32; LANES];
+    for i in 0..n {
+        edges[i] = if is_lonely(at.word[i]) { block } else { 1.0 };
+    }
+    if sampler.has_levels() {
+        for i in 0..n {
+            edges[i] = high(edges[i], sampler.empty_cells(&at, i) as f32);
+        }
+    }
     for axis in 0..3 {
         let (cells, u, d) = (&at.cell[axis][..n], &u[axis][..n], &direction[axis][..n]);
         for i in 0..n {
-            let cell = cells[i];
-            let of_block = (cell * (1.0 / block)).floor() * block;
-            let lonely = is_lonely(at.word[i]);
-            let begin = if lonely { of_block } else { cell };
-            let side = if lonely { block } else { 1.0 };
+            let edge = edges[i];
+            let begin = (cells[i] * (1.0 / edge)).floor() * edge;
             let d = tiny(d[i]);
-            let ahead = if d > 0.0 { begin + side } else { begin };
+            let ahead = if d > 0.0 { begin + edge } else { begin };
             leave[i] = low(leave[i], (ahead * brick - u[i]) * voxel / d);
         }
     }

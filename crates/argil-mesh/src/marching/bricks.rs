@@ -8,7 +8,7 @@ use super::dense::part;
 use super::table::{cases, rings};
 use crate::Mesh;
 use argil_volume::{Bits, Bricks, Texel, Word};
-use glam::{UVec3, Vec3, uvec3};
+use glam::{IVec3, Vec3, ivec3};
 use rayon::prelude::*;
 use std::collections::HashMap;
 use wide::{i8x16, i16x8};
@@ -17,7 +17,7 @@ use wide::{i8x16, i16x8};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Group {
     /// The brick's cell.
-    pub cell: UVec3,
+    pub cell: IVec3,
     /// The first vertex.
     pub begin: u32,
     /// Where those of each axis end.
@@ -44,7 +44,7 @@ pub fn march(bricks: &Bricks) -> Marched {
 #[derive(Clone, Debug, Default)]
 pub struct Rings {
     /// Of each loop: its cell, in voxels from the lattice's corner.
-    pub cells: Vec<UVec3>,
+    pub cells: Vec<IVec3>,
     /// Where each loop's vertices begin and end among `vertices`.
     pub bounds: Vec<[u32; 2]>,
     /// The vertices of all loops.
@@ -70,7 +70,7 @@ fn march_with(bricks: &Bricks, with_rings: bool) -> (Marched, Rings) {
 }
 
 /// What one brick's loops are: the cell, and the vertices with their places in [`Rings::around`].
-type Ring = (UVec3, Vec<(u32, u8)>);
+type Ring = (IVec3, Vec<(u32, u8)>);
 
 fn march_of<T: Texel>(bricks: &Bricks, with_rings: bool) -> (Marched, Rings) {
     let Some(pool) = bricks.pool().of::<T>() else {
@@ -275,7 +275,7 @@ fn signs<T: Texel>(samples: &[T], out: &mut [u64]) {
 /// What a brick has.
 #[derive(Clone, Copy)]
 struct Own {
-    cell: UVec3,
+    cell: IVec3,
     /// Bricks beside it: by 1 towards x, 2 towards y, 4 towards z, and by sums of those. Itself where there is none.
     beside: [u32; 8],
     /// Whether an edge at those of its high sides is its own.
@@ -287,7 +287,7 @@ struct Own {
 }
 
 impl Own {
-    fn new(brick: usize, cell: UVec3, beside: [u32; 8]) -> Self {
+    fn new(brick: usize, cell: IVec3, beside: [u32; 8]) -> Self {
         let mut own = Self {
             cell,
             beside,
@@ -340,13 +340,12 @@ impl<'a, T: Texel> All<'a, T> {
             .enumerate()
             .with_min_len(64)
             .map(|(brick, &owner)| {
-                let cell = layout.cell_at(owner as usize);
+                let cell = bricks.cell_at(owner as usize);
                 let beside = std::array::from_fn(|d| {
-                    let d = d as u32;
-                    let other = cell + uvec3(d & 1, d >> 1 & 1, d >> 2);
-                    let is_there = other.cmplt(layout.grid).all();
-                    match is_there.then(|| bricks.cell(other)) {
-                        Some(Word::Brick(other)) => other,
+                    let d = d as i32;
+                    let other = cell + ivec3(d & 1, d >> 1 & 1, d >> 2);
+                    match bricks.cell(other) {
+                        Word::Brick(other) => other,
                         _ => brick as u32,
                     }
                 });
@@ -490,7 +489,7 @@ impl<'a, T: Texel> All<'a, T> {
         let length = self.rows * self.points;
         let samples = &self.pool[brick * length..][..length];
         let own = &self.own[brick];
-        let first = (own.cell * self.side as u32).as_vec3();
+        let first = (own.cell * self.side as i32).as_vec3();
         let mut next = 0;
         for axis in 0..3 {
             let step = [1, self.points, self.rows][axis];
@@ -540,14 +539,14 @@ impl<'a, T: Texel> All<'a, T> {
     /// A brick's loops, by the vertices on its edges.
     fn rings(&self, brick: usize, ids: &[u32], out: &mut Vec<Ring>) {
         let places = self.edge_places();
-        let first = self.own[brick].cell * self.side as u32;
+        let first = self.own[brick].cell * self.side as i32;
         self.cells(self.bits(brick), |[x, y, z], case| {
             let from = (z * self.points + y) * self.points + x;
             for ring in &rings()[case] {
                 let edges = ring
                     .iter()
                     .map(|&edge| (ids[from + places[usize::from(edge)]], edge % 4));
-                let cell = first + uvec3(x as u32, y as u32, z as u32);
+                let cell = first + ivec3(x as i32, y as i32, z as i32);
                 out.push((cell, edges.collect()));
             }
         });

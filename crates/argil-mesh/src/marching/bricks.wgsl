@@ -4,8 +4,8 @@
 @compute @workgroup_size(64)
 fn find_owners(@builtin(workgroup_id) id: vec3<u32>, @builtin(num_workgroups) count: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     let at = group_index(id, count) * 64u + local;
-    if at < arrayLength(&cells) && is_brick(cells[at]) {
-        owners[unit_of(cells[at])] = at + 1u;
+    if at < volume.code_count && is_brick(word_at(at)) {
+        owners[unit_of(word_at(at))] = at + 1u;
     }
 }
 
@@ -13,7 +13,7 @@ fn unit_of(word: u32) -> u32 {
     return (word & 1023u) + volume.pool_x * (((word >> 10u) & 1023u) + volume.pool_y * (word >> 20u));
 }
 
-fn cell_of_unit(unit: u32) -> vec3<u32> {
+fn cell_of_unit(unit: u32) -> vec3<i32> {
     return cell_at(owners[unit] - 1u);
 }
 
@@ -23,17 +23,17 @@ fn is_unit(unit: u32) -> bool {
 
 // The unit that lies so far on; the same where there is none.
 fn unit_beside(unit: u32, way: vec3<u32>) -> u32 {
-    let cell = cell_of_unit(unit) + way;
-    if any(cell >= vec3(volume.grid_x, volume.grid_y, volume.grid_z)) {
+    let cell = cell_of_unit(unit) + vec3<i32>(way);
+    if any(cell >= high_cell()) {
         return unit;
     }
-    let word = cells[word_index(cell)];
+    let word = word_at(word_index(cell));
     return select(unit, unit_of(word), is_brick(word));
 }
 
 // The first sample of a unit, from the volume's first on.
-fn origin_of(unit: u32) -> vec3<u32> {
-    return cell_of_unit(unit) * marching.side;
+fn origin_of(unit: u32) -> vec3<f32> {
+    return vec3<f32>(cell_of_unit(unit) * i32(marching.side));
 }
 
 // The greatest place of a sample in a unit.
@@ -53,12 +53,11 @@ fn stored_beyond(unit: u32, place: vec3<i32>) -> vec2<f32> {
     if all(way == vec3(0)) {
         return vec2(stored_at(unit, vec3<u32>(place)), 1.0);
     }
-    let cell = vec3<i32>(cell_of_unit(unit)) + way;
-    let grid = vec3<i32>(vec3(volume.grid_x, volume.grid_y, volume.grid_z));
-    if any(cell < vec3(0)) || any(cell >= grid) {
+    let cell = cell_of_unit(unit) + way;
+    if any(cell < low_cell()) || any(cell >= high_cell()) {
         return vec2(0.0);
     }
-    let word = cells[word_index(vec3<u32>(cell))];
+    let word = word_at(word_index(cell));
     if !is_brick(word) {
         return vec2(0.0);
     }

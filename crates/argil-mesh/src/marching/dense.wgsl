@@ -20,25 +20,29 @@ fn unit_beside(unit: u32, way: vec3<u32>) -> u32 {
     return select(unit, place.x + grid.x * (place.y + grid.y * place.z), all(place < grid));
 }
 
-// The first sample of a unit, from the volume's first on.
-fn origin_of(unit: u32) -> vec3<u32> {
+fn texel_of(unit: u32) -> vec3<u32> {
     return unit_place(unit) * marching.side;
+}
+
+// The first sample of a unit, from the volume's first on.
+fn origin_of(unit: u32) -> vec3<f32> {
+    return vec3<f32>(texel_of(unit));
 }
 
 // The greatest place of a sample in a unit.
 fn last_of(unit: u32) -> vec3<u32> {
     let size = vec3(volume.size_x, volume.size_y, volume.size_z);
-    return min(size - 1u - origin_of(unit), vec3(marching.side));
+    return min(size - 1u - texel_of(unit), vec3(marching.side));
 }
 
 // What is stored there, in quanta.
 fn stored_at(unit: u32, place: vec3<u32>) -> f32 {
-    return round(textureLoad(stored, origin_of(unit) + place, 0).x * f32(volume.quanta));
+    return round(textureLoad(stored, texel_of(unit) + place, 0).x * f32(volume.quanta));
 }
 
 // The same of a place that may not be in the unit; then whether there is any.
 fn stored_beyond(unit: u32, place: vec3<i32>) -> vec2<f32> {
-    let at = vec3<i32>(origin_of(unit)) + place;
+    let at = vec3<i32>(texel_of(unit)) + place;
     let size = vec3<i32>(vec3(volume.size_x, volume.size_y, volume.size_z));
     if any(at < vec3(0)) || any(at >= size) {
         return vec2(0.0);

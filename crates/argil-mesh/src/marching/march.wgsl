@@ -328,7 +328,7 @@ fn write_vertex(at: u32, unit: u32, place: vec3<u32>, axis: u32) {
     let a = stored_at(unit, place);
     let b = stored_at(unit, after);
     let t = clamp((marching.iso - a) / (b - a), NEAREST, 1.0 - NEAREST);
-    var voxels = vec3<f32>(origin_of(unit) + place);
+    var voxels = origin_of(unit) + vec3<f32>(place);
     voxels[axis] += t;
     let position = marching.first_voxel.xyz + marching.first_voxel.w * voxels;
     var normal = vec3(0.0);

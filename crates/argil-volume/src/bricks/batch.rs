@@ -8,18 +8,33 @@
     reason = "a lane has its place in many arrays"
 )]
 
+use super::table::{BlockTable, FAR_ENTRY, FAR_SLOTS};
 use super::words::{center_of, is_brick};
 use super::{BLOCK_SIDE, BrickLayout, Bricks};
 use crate::Texel;
 use crate::batch::{pair_at, unpacked};
 use argil_field::LANES;
-use glam::UVec3;
+use glam::IVec3;
 
 /// Bricks, ready to be sampled.
 pub struct BrickSampler<'a, T> {
+    bricks: &'a Bricks,
     words: &'a [u32],
     pool: &'a [T],
     layout: BrickLayout,
+    /// The box in voxels, and its first and last cells.
+    begin: [f32; 3],
+    end: [f32; 3],
+    low: [f32; 3],
+    last: [f32; 3],
+    /// From the first cell to that of the block where the table begins.
+    to_table: [u32; 3],
+    /// Entries of the table's top, and levels below it.
+    top: [u32; 3],
+    levels: u32,
+    entries: &'a [u32],
+    /// Bricks that there are.
+    count: u32,
     /// The length that an integer of 1 stands for.
     quantum: f32,
     /// By how much a distance can change over a voxel's edge.
@@ -89,10 +104,13 @@ impl Default for Corners {
     }
 }
 
-/// Whole numbers below 2¹³.
+/// Whole numbers from 0 to below 2³¹.
+///
+/// # Safety
+/// It is one, with a fraction or without.
 #[inline(always)]
-fn whole(v: f32) -> u32 {
-    // SAFETY: callers clamp to a grid's indices.
+unsafe fn whole(v: f32) -> u32 {
+    // SAFETY: as is asked for.
     (unsafe { v.to_int_unchecked::<i32>() }) as u32
 }
 
@@ -106,13 +124,55 @@ impl<'a, T: Texel> BrickSampler<'a, T> {
     pub fn new(bricks: &'a Bricks) -> Option<Self> {
         let layout = *bricks.layout();
         let encoding = &layout.encoding;
-        Some(Self {
+        let table = bricks.table();
+        let (table_low, top) = table.top();
+        let (low, high) = (layout.low(), layout.high());
+        let to_table = low - table_low * BLOCK_SIDE as i32;
+        let blocks = top.as_ivec3() * (1 << (3 * table.levels()));
+        let reach = high - low + to_table;
+        // What is read without a look at where it stands is there.
+        let is_held = to_table.cmpge(IVec3::ZERO).all()
+            && reach.cmple(blocks * BLOCK_SIDE as i32).all()
+            && bricks.words().len() >= table.slots() * 64;
+        let pool = bricks.pool().of::<T>()?;
+        let samples = layout.brick_samples() as usize;
+        let is_held = is_held && pool.len() >= bricks.len().max(1) * samples;
+        let end = layout.lattice.begin + layout.lattice.size.as_ivec3();
+        is_held.then(|| Self {
+            bricks,
             words: bricks.words(),
-            pool: bricks.pool().of()?,
+            pool,
             quantum: encoding.range_length(&layout.lattice, 0) / encoding.bits.quanta() as f32,
             steepness: 1.000_01 * bricks.lipschitz() * layout.lattice.voxel,
+            begin: layout.lattice.begin.as_vec3().to_array(),
+            end: end.as_vec3().to_array(),
+            low: low.as_vec3().to_array(),
+            last: (high - 1).as_vec3().to_array(),
+            to_table: to_table.as_uvec3().to_array(),
+            top: top.to_array(),
+            levels: table.levels(),
+            entries: table.entries(),
+            count: bricks.len() as u32,
             layout,
         })
+    }
+
+    /// Whether empty space is told of in cubes larger than blocks.
+    #[inline(always)]
+    pub fn has_levels(&self) -> bool {
+        self.levels > 0
+    }
+
+    /// Cells along the side of the empty cube that a lane's cell is in, which is aligned to its own size; 0 where there is a
+    /// block.
+    #[inline(always)]
+    pub fn empty_cells(&self, at: &Located, i: usize) -> u32 {
+        let slot = at.index[i] / 64;
+        if slot < FAR_SLOTS {
+            BlockTable::far_cells(slot)
+        } else {
+            0
+        }
     }
 
     /// Of a lane in a cell without a brick, the signed distance that it does not fall short of: that of the cell's centre,
@@ -153,32 +213,75 @@ impl<'a, T: Texel> BrickSampler<'a, T> {
         let brick = self.layout.brick as f32;
         let per_cell = 1.0 / brick;
         for axis in 0..3 {
-            let last = (self.layout.grid[axis] - 1) as f32;
-            let size = self.layout.lattice.size[axis] as f32;
+            let (begin, end) = (self.begin[axis], self.end[axis]);
+            let (first, last) = (self.low[axis], self.last[axis]);
+            let count = last - first;
             let (cells, inner) = (&mut out.cell[axis], &mut out.inner[axis]);
             for i in 0..n {
                 let u = points[axis][i];
-                // Not a number becomes 0.
-                let u = if u > 0.0 { u } else { 0.0 };
-                let u = low(u, size);
-                let cell = low(whole(u * per_cell) as f32, last);
+                // Not a number becomes the first.
+                let u = if u > begin { u } else { begin };
+                let u = low(u, end);
+                let place = u * per_cell - first;
+                let place = if place > 0.0 { place } else { 0.0 };
+                // SAFETY: it is held between 0 and the number of cells along the axis.
+                let place = unsafe { whole(low(place, count)) } as f32;
+                let cell = place + first;
                 cells[i] = cell;
                 inner[i] = u - cell * brick;
             }
         }
-        let [nx, ny, _] = self.layout.blocks.to_array();
+        let [tx, ty, tz] = self.to_table;
+        let [fx, fy, fz] = self.low;
+        let [nx, ny, _] = self.top;
+        let shift = 3 * self.levels;
+        // From the table's first cell on.
+        let mut place = [[0u32; LANES]; 3];
         for i in 0..n {
-            let (x, y, z) = (
-                whole(out.cell[0][i]),
-                whole(out.cell[1][i]),
-                whole(out.cell[2][i]),
+            // SAFETY: each is a whole number between 0 and the number of cells along the axis.
+            let (x, y, z) = unsafe {
+                (
+                    whole(out.cell[0][i] - fx) + tx,
+                    whole(out.cell[1][i] - fy) + ty,
+                    whole(out.cell[2][i] - fz) + tz,
+                )
+            };
+            let (bx, by, bz) = (
+                (x / BLOCK_SIDE) >> shift,
+                (y / BLOCK_SIDE) >> shift,
+                (z / BLOCK_SIDE) >> shift,
             );
-            let block = (x / BLOCK_SIDE) + nx * ((y / BLOCK_SIDE) + ny * (z / BLOCK_SIDE));
-            out.index[i] =
-                block * 64 + x % BLOCK_SIDE + 4 * (y % BLOCK_SIDE) + 16 * (z % BLOCK_SIDE);
+            out.index[i] = bx + nx * (by + ny * bz);
+            (place[0][i], place[1][i], place[2][i]) = (x, y, z);
         }
         for i in 0..n {
-            // SAFETY: each coordinate is below the grid's, whose cells all have a word.
+            // SAFETY: the table holds the box, and each coordinate is in that.
+            out.index[i] = unsafe { *self.entries.get_unchecked(out.index[i] as usize) };
+        }
+        for level in (0..self.levels).rev() {
+            for i in 0..n {
+                let [x, y, z] =
+                    [0, 1, 2].map(|axis| ((place[axis][i] / BLOCK_SIDE) >> (3 * level)) & 7);
+                let entry = out.index[i];
+                let is_far = entry & FAR_ENTRY != 0;
+                let next = if is_far {
+                    0
+                } else {
+                    entry + x + 8 * y + 64 * z
+                };
+                // SAFETY: an entry above the last level is where 8³ others begin.
+                let next = unsafe { *self.entries.get_unchecked(next as usize) };
+                out.index[i] = if is_far { entry } else { next };
+            }
+        }
+        for i in 0..n {
+            let (x, y, z) = (place[0][i], place[1][i], place[2][i]);
+            let slot = out.index[i] & !FAR_ENTRY;
+            out.index[i] =
+                slot * 64 + x % BLOCK_SIDE + 4 * (y % BLOCK_SIDE) + 16 * (z % BLOCK_SIDE);
+        }
+        for i in 0..n {
+            // SAFETY: each slot that the table names has 64 words.
             out.word[i] = unsafe { *self.words.get_unchecked(out.index[i] as usize) };
         }
     }
@@ -195,24 +298,33 @@ impl<'a, T: Texel> BrickSampler<'a, T> {
             for i in 0..n {
                 let inner = at.inner[axis][i];
                 let inner = if inner > 0.0 { inner } else { 0.0 };
-                let voxel = low(whole(low(inner, last)) as f32, last);
+                // SAFETY: it is held between 0 and the last voxel.
+                let voxel = unsafe { whole(low(inner, last)) } as f32;
                 voxels[i] = voxel;
                 fractions[i] = inner - voxel;
             }
         }
         for i in 0..n {
-            let (x, y, z) = (
-                whole(out.voxel[0][i]),
-                whole(out.voxel[1][i]),
-                whole(out.voxel[2][i]),
-            );
-            let brick = if is_brick(at.word[i]) { at.word[i] } else { 0 };
+            // SAFETY: they are what was made of them just now.
+            let (x, y, z) = unsafe {
+                (
+                    whole(out.voxel[0][i]),
+                    whole(out.voxel[1][i]),
+                    whole(out.voxel[2][i]),
+                )
+            };
+            // A word that names no brick that there is counts as none: anybody may have written it.
+            let brick = if at.word[i] < self.count {
+                at.word[i]
+            } else {
+                0
+            };
             out.start[i] = brick * samples + x + side * (y + side * z);
         }
         for (k, pairs) in out.pairs.iter_mut().enumerate() {
             let step = [0, side, side * side, side * side + side][k];
             for i in 0..n {
-                // SAFETY: words name bricks that are there, and a voxel below the brick's side has samples above it.
+                // SAFETY: the brick is there, and a voxel below the brick's side has samples above it.
                 pairs[i] =
                     unsafe { pair_at(self.pool.as_ptr().add((out.start[i] + step) as usize)) };
             }
@@ -236,7 +348,7 @@ impl<'a, T: Texel> BrickSampler<'a, T> {
         for axis in 0..3 {
             let stride = strides[axis];
             let goes_up = fraction[axis] >= 0.5;
-            let voxel = whole(corners.voxel[axis][i]);
+            let voxel = corners.voxel[axis][i] as u32;
             let is_outside = if goes_up { voxel == last } else { voxel == 0 };
             let start = corners.start[i];
             let first = if !is_outside {
@@ -271,20 +383,17 @@ impl<'a, T: Texel> BrickSampler<'a, T> {
     /// The brick of the cell beside a lane's.
     #[inline(always)]
     fn neighbour(&self, at: &Located, i: usize, axis: usize, goes_up: bool) -> Option<u32> {
-        let mut cell = [
-            whole(at.cell[0][i]),
-            whole(at.cell[1][i]),
-            whole(at.cell[2][i]),
-        ];
-        cell[axis] = if goes_up {
-            cell[axis] + 1
-        } else {
-            cell[axis].checked_sub(1)?
-        };
-        if cell[axis] >= self.layout.grid[axis] {
+        let mut cell = IVec3::new(
+            at.cell[0][i] as i32,
+            at.cell[1][i] as i32,
+            at.cell[2][i] as i32,
+        );
+        cell[axis] += if goes_up { 1 } else { -1 };
+        let is_held = cell[axis] as f32 >= self.low[axis] && cell[axis] as f32 <= self.last[axis];
+        if !is_held {
             return None;
         }
-        let word = *self.words.get(self.layout.word_index(cell.into()))?;
+        let word = *self.words.get(self.bricks.word_index(cell))?;
         is_brick(word).then_some(word)
     }
 
@@ -302,10 +411,11 @@ impl<'a, T: Texel> BrickSampler<'a, T> {
         let mut u = [[0.0f32; LANES]; 3];
         let mut beside = [0.0f32; LANES];
         for (axis, from) in points.into_iter().enumerate() {
-            let (corner, size) = (lattice.corner[axis], lattice.size[axis] as f32);
+            let corner = lattice.corner[axis];
+            let (begin, end) = (self.begin[axis], self.end[axis]);
             for i in 0..n {
                 let own = (from[i] - corner) * per_voxel;
-                let held = low(if own > 0.0 { own } else { 0.0 }, size);
+                let held = low(if own > begin { own } else { begin }, end);
                 u[axis][i] = held;
                 beside[i] += (own - held) * (own - held);
             }
@@ -326,13 +436,13 @@ impl<'a, T: Texel> BrickSampler<'a, T> {
     /// Interpolated between the centres of the eight nearest cells.
     fn between_centers(&self, u: [f32; 3]) -> f32 {
         let per_cell = 1.0 / self.layout.brick as f32;
-        let mut low_cell = [0u32; 3];
+        let mut low_cell = [0.0f32; 3];
         let mut share = [0.0f32; 3];
         for axis in 0..3 {
-            let last = (self.layout.grid[axis] - 1) as f32;
-            let place = (u[axis] * per_cell - 0.5).clamp(0.0, last);
-            let begin = low(place.floor(), (last - 1.0).max(0.0));
-            low_cell[axis] = whole(begin);
+            let (first, last) = (self.low[axis], self.last[axis]);
+            let place = (u[axis] * per_cell - 0.5).clamp(first, last);
+            let begin = low(place.floor(), (last - 1.0).max(first));
+            low_cell[axis] = begin;
             share[axis] = place - begin;
         }
         let mut total = 0.0;
@@ -341,8 +451,8 @@ impl<'a, T: Texel> BrickSampler<'a, T> {
             let mut weight = 1.0;
             for axis in 0..3 {
                 let is_far = corner >> axis & 1 != 0;
-                let last = self.layout.grid[axis] - 1;
-                cell[axis] = (cell[axis] + u32::from(is_far)).min(last);
+                let step = if is_far { 1.0 } else { 0.0 };
+                cell[axis] = low(cell[axis] + step, self.last[axis]);
                 weight *= if is_far {
                     share[axis]
                 } else {
@@ -350,15 +460,15 @@ impl<'a, T: Texel> BrickSampler<'a, T> {
                 };
             }
             if weight > 0.0 {
-                total += weight * self.at_center(cell.into());
+                total += weight * self.at_center(IVec3::from_array(cell.map(|c| c as i32)));
             }
         }
         total
     }
 
     /// The distance at a cell's centre.
-    fn at_center(&self, cell: UVec3) -> f32 {
-        let word = self.words[self.layout.word_index(cell)];
+    fn at_center(&self, cell: IVec3) -> f32 {
+        let word = self.words[self.bricks.word_index(cell)];
         if !is_brick(word) {
             return center_of(word);
         }
@@ -398,6 +508,28 @@ impl<'a, T: Texel> BrickSampler<'a, T> {
             } else {
                 self.away(&at, i)
             };
+        }
+        if self.levels > 0 {
+            self.add_ways_out([&u[0][..n], &u[1][..n], &u[2][..n]], &at, out);
+        }
+    }
+
+    /// In a large empty cube, the surface is as far from a point as it is from the cube, and the way out of that.
+    fn add_ways_out(&self, u: [&[f32]; 3], at: &Located, out: &mut [f32]) {
+        for i in 0..out.len() {
+            let cells = self.empty_cells(at, i);
+            if cells <= BLOCK_SIDE {
+                continue;
+            }
+            let edge = (cells * self.layout.brick) as f32;
+            let mut way = edge;
+            for axis in 0..3 {
+                let begin = (u[axis][i] / edge).floor() * edge;
+                way = low(way, low(u[axis][i] - begin, begin + edge - u[axis][i]));
+            }
+            let way = if way > 0.0 { way } else { 0.0 } * self.layout.lattice.voxel;
+            let d = center_of(at.word[i]);
+            out[i] = if d < 0.0 { d - way } else { d + way };
         }
     }
 }

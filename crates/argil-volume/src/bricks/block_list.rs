@@ -1,17 +1,22 @@
 //! What can matter in the blocks that edits touch.
 
+use super::build::Bounds;
 use super::work::{EditWork, Unit};
-use super::{BLOCK_SIDE, BrickLayout};
+use super::{BLOCK_SIDE, BlockTable, BrickLayout};
 use argil_abi::Instr;
 use argil_field::{CELLS, LiveProgram, Pruner, Touched};
-use glam::Vec3;
+use glam::{IVec3, Vec3};
 use rayon::prelude::*;
+use rustc_hash::FxHashSet;
+use std::collections::BTreeMap;
 
 /// What can matter in a block.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BlockList {
-    /// Its place in the grid.
-    pub block: usize,
+    /// Its first cell.
+    pub first: IVec3,
+    /// Whether all of it is farther from the surface now than cells tell, and then whether it is inside.
+    pub far: Option<bool>,
     /// The instructions.
     pub now: Vec<Instr>,
     /// As they were, if it is known what was touched, and what of that may matter in the block is in these lists: what takes
@@ -56,12 +61,17 @@ impl EditWork {
             pruner.list(instrs, i, &mut list);
             list
         };
-        let block = |i: usize| layout.word_index(unit.blocks[i]) / CELLS;
+        let bounds = Bounds::new(live.program(), layout);
+        let far = |i: usize, d: f32| {
+            let own = bounds.about(centers[i], radius);
+            own.is_far(d, radius).then_some(d < 0.0)
+        };
         let mut pruner = Pruner::new(live.program());
         let Some(touched) = self.touched(live) else {
             pruner.mark(&whole, &centers, radius, d);
             let lists = (0..count).map(|i| BlockList {
-                block: block(i),
+                first: unit.blocks[i],
+                far: far(i, d[i]),
                 now: cut(&mut pruner, &whole, i),
                 before: None,
             });
@@ -73,8 +83,8 @@ impl EditWork {
             return Vec::new();
         }
         let mut old_pruner = Pruner::new(live.program());
-        pruner.mark(&whole, &centers, radius, d);
         old_pruner.mark(&before, &centers, radius, d);
+        pruner.mark(&whole, &centers, radius, d);
         let is_one = |instr: &Instr| touched.has(instr);
         let needed = pruner.needed(&whole, is_one) | old_pruner.needed(&before, is_one);
         (0..count)
@@ -86,11 +96,60 @@ impl EditWork {
                 let are_there = count(&now) >= pruner.needed_in(&whole, i, is_one)
                     && count(&then) >= old_pruner.needed_in(&before, i, is_one);
                 BlockList {
-                    block: block(i),
+                    first: unit.blocks[i],
+                    far: far(i, d[i]),
                     now,
                     before: are_there.then_some(then),
                 }
             })
             .collect()
     }
+}
+
+/// Blocks that `live` knows to be far from everything now, around some that have become so, with the side that they are on: the
+/// boxes of edits end where cells tell nothing, and a block may reach beyond.
+pub fn emptied_around(
+    table: &BlockTable,
+    layout: &BrickLayout,
+    live: &LiveProgram,
+    gone: &[(IVec3, bool)],
+) -> Vec<(IVec3, bool)> {
+    let mut seen: FxHashSet<IVec3> = gone.iter().map(|(block, _)| *block).collect();
+    let mut open: Vec<IVec3> = seen.iter().copied().collect();
+    let side = live.parts().edge / (layout.cell_length() * BLOCK_SIDE as f32);
+    let side = IVec3::splat((side.round() as i32).max(1));
+    let bounds = Bounds::new(live.program(), layout);
+    let radius = layout.half_diagonal(BLOCK_SIDE);
+    let mut pruner = Pruner::new(live.program());
+    let (mut found, mut list) = (Vec::new(), Vec::new());
+    while !open.is_empty() {
+        let mut parts: BTreeMap<[i32; 3], Vec<IVec3>> = BTreeMap::new();
+        for block in open.drain(..) {
+            for nth in 0..27 {
+                let beside = block + IVec3::new(nth % 3, nth / 3 % 3, nth / 9) - 1;
+                if table.find(beside).is_some() && seen.insert(beside) {
+                    let part = beside.div_euclid(side).to_array();
+                    parts.entry(part).or_default().push(beside);
+                }
+            }
+        }
+        for (part, blocks) in parts {
+            list.clear();
+            live.list(part.into(), &mut list);
+            for blocks in blocks.chunks(CELLS) {
+                let mut d = [0.0; CELLS];
+                let middle = |block: &IVec3| layout.middle(*block * BLOCK_SIDE as i32, BLOCK_SIDE);
+                let centers: Vec<Vec3> = blocks.iter().map(middle).collect();
+                let d = &mut d[..blocks.len()];
+                pruner.mark(&list, &centers, radius, d);
+                for ((block, center), d) in blocks.iter().zip(centers).zip(d) {
+                    if bounds.about(center, radius).is_far(*d, radius) {
+                        found.push((*block, *d < 0.0));
+                        open.push(*block);
+                    }
+                }
+            }
+        }
+    }
+    found
 }

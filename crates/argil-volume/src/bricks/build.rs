@@ -1,27 +1,25 @@
 //! Baking bricks on the CPU.
 //!
-//! *Practice.* The grid is cut into 4³ parts, those into 4³ again, down to cells; each part has its own list of what can
-//! matter there. The 64 parts of a part are measured in one run of the interpreter. A part that is far is not cut
-//! further: its cells' distances follow from the one at its centre. In cells where the surface can be, the samples are
-//! evaluated, brick by brick, straight into the pool.
+//! *Practice.* The plan tells which blocks there are, each with its list (`plan.rs`). The 64 cells of a block are measured in one
+//! run of the interpreter. In those where the surface can be, the samples are evaluated, brick by brick, straight into the pool.
 
 use super::Bricks;
 use super::cell_lists::CellLists;
 use super::filler::{Filler, Places};
-use super::layout::{BLOCK_SIDE, BrickLayout, BricksError};
+use super::inner_cell;
+use super::layout::{BrickLayout, BricksError};
 use super::material::PLACES;
+use super::plan::BlockPlan;
 use super::pool::owners_of_mixed;
+use super::table::{BlockTable, FAR_SLOTS, far_words};
 use super::words::{Word, empty_word, lonely_word};
 use crate::{Bits, Texel, Texels};
 use argil_abi::{BRICK_MIXED, Instr};
 use argil_field::{CELLS, ClearTerms, Program, Pruner};
-use glam::{UVec3, Vec3, uvec3};
+use glam::{IVec3, Vec3};
 use rayon::prelude::*;
 use std::ops::Range;
 use web_time::Instant;
-
-/// A part that is farther from the surface than this many of its half diagonals is not cut further.
-const FAR_RADII: f32 = 4.0;
 
 /// What the stages of a build took.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -34,47 +32,48 @@ pub struct BrickStagesMs {
     pub settle: f64,
 }
 
-/// Cubes of cells with a list of instructions each.
-#[derive(Default)]
-struct Level {
-    instrs: Vec<Instr>,
-    parts: Vec<(UVec3, Range<usize>)>,
-}
-
-/// A part that is far: its first cell, its middle, and the distance there.
-type Far = (UVec3, Vec3, f32);
-
-/// Of a block: what its cells need.
-enum Block {
-    /// Far from the surface: the distance at the centre of a part that holds it.
-    Far(Vec3, f32),
-    /// The stretch of the last level's list.
-    Near(Range<usize>),
-}
-
 /// Cells of a block in which the surface can be, each with its stretch of a list.
 #[derive(Default)]
 pub(super) struct Candidates {
-    pub block: usize,
+    pub slot: usize,
     pub cells: Vec<(u8, Range<usize>)>,
     pub instrs: Vec<Instr>,
 }
 
 /// What of distances can be relied on.
+#[derive(Clone, Copy)]
 pub(super) struct Bounds {
     terms: ClearTerms,
+    base: f32,
     lipschitz: f32,
     /// The greatest distance that a cell keeps.
     far: f32,
 }
 
 impl Bounds {
+    /// Near the origin.
     pub fn new(program: &Program, layout: &BrickLayout) -> Self {
         Self {
-            terms: program.clear_terms(layout.region()),
+            terms: program.clear_terms_about(layout.base_length()),
+            base: layout.base_length(),
             lipschitz: program.lipschitz(),
             far: layout.far_length(),
         }
+    }
+
+    /// Around a point: of what those tell that are for the origin.
+    pub fn about(&self, center: Vec3, radius: f32) -> Self {
+        let farthest = center.abs().max_element() + radius;
+        Self {
+            terms: self.terms.at(self.base, farthest),
+            ..*self
+        }
+    }
+
+    /// Of a block with a first cell.
+    pub fn of_block(&self, layout: &BrickLayout, first: IVec3) -> Self {
+        let center = layout.middle(first, super::BLOCK_SIDE);
+        self.about(center, layout.half_diagonal(super::BLOCK_SIDE))
     }
 
     /// Whether there is no surface within `radius`.
@@ -82,12 +81,20 @@ impl Bounds {
         self.terms.radius(d) > radius
     }
 
-    /// What a cell keeps whose centre is so far, or `way` from a point that is.
-    pub fn center(&self, d: f32, way: f32) -> f32 {
-        let left = ((self.terms.radius(d) - way) * self.lipschitz).clamp(0.0, self.far);
+    /// Whether all that is within `radius` is farther from the surface than cells tell.
+    pub fn is_far(&self, d: f32, radius: f32) -> bool {
+        (self.terms.radius(d) - 1.000_01 * radius) * self.lipschitz >= self.far
+    }
+
+    /// What a cell keeps whose centre is so far.
+    pub fn center(&self, d: f32) -> f32 {
+        let left = (self.terms.radius(d) * self.lipschitz).clamp(0.0, self.far);
         if d < 0.0 { -left } else { left }
     }
 }
+
+/// Bytes that a slot takes: its words, its mask, and which block it has.
+pub(super) const SLOT_BYTES: u64 = 64 * 4 + 8 + 12;
 
 pub(super) fn bake(
     program: &Program,
@@ -103,19 +110,38 @@ pub(super) fn bake(
         }),
         _ => Ok(()),
     };
-    refuse(0, layout.table_bytes())?;
     let bounds = Bounds::new(program, &layout);
+    let plan = BlockPlan::of(program, &layout);
+    let slots = u64::from(FAR_SLOTS) + plan.blocks.len() as u64;
+    refuse(0, SLOT_BYTES * slots)?;
+    let table = BlockTable::of(&layout, &plan);
+    let tables = table.memory_bytes() + (SLOT_BYTES - 12) * slots;
 
-    let (candidates, mut words) = candidates(program, &layout, &bounds);
+    let (candidates, mut words) = candidates(program, &layout, &bounds, &plan);
+    drop(plan);
     let count: usize = candidates.iter().map(|c| c.cells.len()).sum();
-    let needed = layout.table_bytes() + count as u64 * (layout.brick_bytes() + 8);
+    let needed = tables + count as u64 * (layout.brick_bytes() + 8);
     refuse(count, needed)?;
     layout.check_count(count as u64)?;
     let pruned = start.elapsed();
     // Fill, drop, close the gaps.
     let (filled, at) = match layout.encoding.bits {
-        Bits::Eight => fill::<i8>(program, &layout, &bounds, &candidates, count, &mut words),
-        Bits::Sixteen => fill::<i16>(program, &layout, &bounds, &candidates, count, &mut words),
+        Bits::Eight => fill::<i8>(
+            program,
+            &layout,
+            &bounds,
+            (&candidates, &table),
+            count,
+            &mut words,
+        ),
+        Bits::Sixteen => fill::<i16>(
+            program,
+            &layout,
+            &bounds,
+            (&candidates, &table),
+            count,
+            &mut words,
+        ),
     };
     let masks: Vec<u64> = words
         .par_chunks_mut(64)
@@ -131,6 +157,7 @@ pub(super) fn bake(
     let bricks = Bricks {
         layout,
         lipschitz: program.lipschitz(),
+        table: table.clone(),
         masks,
         words,
         owners: filled.owners,
@@ -141,39 +168,33 @@ pub(super) fn bake(
     };
     // How many bricks are mixed was not known before.
     refuse(bricks.len(), bricks.memory_bytes())?;
-    Ok((bricks, CellLists { layout, candidates }, stages))
+    Ok((bricks, CellLists::new(layout, table, candidates), stages))
 }
 
-/// The cells in which the surface can be, each with its list, and the words of those in which it cannot.
+/// The cells in which the surface can be, each with its list, and the words of all slots.
 pub(super) fn candidates(
     program: &Program,
     layout: &BrickLayout,
     bounds: &Bounds,
+    plan: &BlockPlan,
 ) -> (Vec<Candidates>, Vec<u32>) {
-    // Down to blocks, then to cells.
-    let (level, blocks) = blocks_of(program, layout, bounds);
-    let mut words = vec![0u32; layout.word_count() as usize];
-    let candidates = words
-        .par_chunks_mut(64)
-        .zip(&blocks)
+    let mut words = far_words(layout.far_length());
+    let first_slot = words.len() / CELLS;
+    words.resize(words.len() + CELLS * plan.blocks.len(), 0);
+    let candidates = words[first_slot * CELLS..]
+        .par_chunks_mut(CELLS)
+        .zip(&plan.blocks)
         .enumerate()
         .with_min_len(8)
         .map_init(
             || Pruner::new(program),
-            |pruner, (at, (words, block))| {
-                let first = layout.cell_at(at * 64);
-                match block {
-                    Block::Far(center, d) => {
-                        far_block(layout, bounds, first, *center, *d, words);
-                        Candidates::default()
-                    }
-                    Block::Near(range) => {
-                        let instrs = &level.instrs[range.clone()];
-                        let mut found = near_block(layout, bounds, first, instrs, pruner, words);
-                        found.block = at;
-                        found
-                    }
-                }
+            |pruner, (at, (words, (block, range)))| {
+                let first = *block * super::BLOCK_SIDE as i32;
+                let bounds = bounds.of_block(layout, first);
+                let instrs = &plan.instrs[range.clone()];
+                let mut found = near_block(layout, &bounds, first, instrs, pruner, words);
+                found.slot = first_slot + at;
+                found
             },
         )
         .filter(|c| !c.cells.is_empty())
@@ -193,122 +214,16 @@ pub(super) fn settle(words: &mut [u32]) -> u64 {
     mask
 }
 
-/// Cut the grid down to blocks. The blocks' lists are stretches of the level's.
-fn blocks_of(program: &Program, layout: &BrickLayout, bounds: &Bounds) -> (Level, Vec<Block>) {
-    let mut side = BLOCK_SIDE;
-    while side < layout.grid.max_element() {
-        side *= 4;
-    }
-    let everything = layout.middle(UVec3::ZERO, side);
-    let mut blocks: Vec<Block> = Vec::new();
-    blocks.resize_with(layout.block_count() as usize, || {
-        Block::Far(everything, 0.0)
-    });
-    let mut level = Level {
-        instrs: program.instrs().to_vec(),
-        parts: vec![(UVec3::ZERO, 0..program.instrs().len())],
-    };
-    while side > BLOCK_SIDE {
-        side /= 4;
-        let parts: Vec<(Level, Vec<Far>)> = level
-            .parts
-            .par_iter()
-            .map_init(
-                || Pruner::new(program),
-                |pruner, (cell, range)| {
-                    let instrs = &level.instrs[range.clone()];
-                    cut(layout, bounds, *cell, side, instrs, pruner)
-                },
-            )
-            .collect();
-        let mut next = Level::default();
-        for (part, far) in parts {
-            let from = next.instrs.len();
-            next.instrs.extend_from_slice(&part.instrs);
-            let moved = |r: Range<usize>| from + r.start..from + r.end;
-            next.parts
-                .extend(part.parts.into_iter().map(|(cell, r)| (cell, moved(r))));
-            for (cell, center, d) in far {
-                let (first, end) = (
-                    cell / BLOCK_SIDE,
-                    ((cell + side) / BLOCK_SIDE).min(layout.blocks),
-                );
-                for z in first.z..end.z {
-                    for y in first.y..end.y {
-                        for x in first.x..end.x {
-                            let at = x + layout.blocks.x * (y + layout.blocks.y * z);
-                            blocks[at as usize] = Block::Far(center, d);
-                        }
-                    }
-                }
-            }
-        }
-        level = next;
-    }
-    for (cell, range) in &level.parts {
-        blocks[layout.word_index(*cell) / 64] = Block::Near(range.clone());
-    }
-    (level, blocks)
-}
-
-/// The 64 parts of `side` cells in a part, each with its own list, and those that are far.
-fn cut(
-    layout: &BrickLayout,
-    bounds: &Bounds,
-    cell: UVec3,
-    side: u32,
-    instrs: &[Instr],
-    pruner: &mut Pruner<'_>,
-) -> (Level, Vec<Far>) {
-    let inner: Vec<UVec3> = (0..CELLS as u32)
-        .map(|i| cell + side * uvec3(i % 4, i / 4 % 4, i / 16))
-        .filter(|c| c.cmplt(layout.grid).all())
-        .collect();
-    let centers: Vec<Vec3> = inner.iter().map(|&c| layout.middle(c, side)).collect();
-    let mut d = [0.0; CELLS];
-    let d = &mut d[..inner.len()];
-    let radius = layout.half_diagonal(side);
-    pruner.mark(instrs, &centers, radius, d);
-    let mut level = Level::default();
-    let mut far = Vec::new();
-    for (i, (&cell, &d)) in inner.iter().zip(d.iter()).enumerate() {
-        if bounds.is_clear(d, FAR_RADII * radius) {
-            far.push((cell, centers[i], d));
-        } else {
-            let from = level.instrs.len();
-            pruner.list(instrs, i, &mut level.instrs);
-            level.parts.push((cell, from..level.instrs.len()));
-        }
-    }
-    (level, far)
-}
-
-/// The words of a block that is far, by what is known of a point.
-fn far_block(
-    layout: &BrickLayout,
-    bounds: &Bounds,
-    first: UVec3,
-    center: Vec3,
-    d: f32,
-    words: &mut [u32],
-) {
-    for (i, word) in (0u32..).zip(words) {
-        let cell = first + uvec3(i % 4, i / 4 % 4, i / 16);
-        let way = layout.middle(cell, 1).distance(center);
-        *word = empty_word(bounds.center(d, 1.000_01 * way));
-    }
-}
-
 /// Measure a block's cells: the words of those that are empty, and the others.
 pub(super) fn near_block(
     layout: &BrickLayout,
     bounds: &Bounds,
-    first: UVec3,
+    first: IVec3,
     instrs: &[Instr],
     pruner: &mut Pruner<'_>,
     words: &mut [u32],
 ) -> Candidates {
-    let cell = |i: usize| first + uvec3(i as u32 % 4, i as u32 / 4 % 4, i as u32 / 16);
+    let cell = |i: usize| first + inner_cell(i);
     let centers: [Vec3; CELLS] = std::array::from_fn(|i| layout.middle(cell(i), 1));
     let mut d = [0.0; CELLS];
     let radius = layout.half_diagonal(1);
@@ -316,11 +231,11 @@ pub(super) fn near_block(
     let mut found = Candidates::default();
     for (i, (word, &d)) in words.iter_mut().zip(&d).enumerate() {
         // Of a candidate, what stays if its brick is dropped.
-        *word = empty_word(bounds.center(d, 0.0));
+        *word = empty_word(bounds.center(d));
         if bounds.is_clear(d, radius) {
             continue;
         }
-        if cell(i).cmplt(layout.grid).all() {
+        if layout.may_hold(cell(i)) {
             let from = found.instrs.len();
             pruner.list(instrs, i, &mut found.instrs);
             found.cells.push((i as u8, from..found.instrs.len()));
@@ -334,7 +249,7 @@ fn fill<T: Texel>(
     program: &Program,
     layout: &BrickLayout,
     bounds: &Bounds,
-    candidates: &[Candidates],
+    (candidates, table): (&[Candidates], &BlockTable),
     count: usize,
     words: &mut [u32],
 ) -> (Filled, Instant) {
@@ -358,9 +273,9 @@ fn fill<T: Texel>(
         owners_left = rest;
         let (own_materials, rest) = materials_left.split_at_mut(n);
         materials_left = rest;
-        let (_, rest) = words_left.split_at_mut((found.block - done) * 64);
+        let (_, rest) = words_left.split_at_mut((found.slot - done) * 64);
         let (own_words, rest) = rest.split_at_mut(64);
-        (words_left, done) = (rest, found.block + 1);
+        (words_left, done) = (rest, found.slot + 1);
         jobs.push((
             found,
             brick,
@@ -377,19 +292,19 @@ fn fill<T: Texel>(
             || Filler::new(program, layout, &fill, &places),
             |filler, (found, first, pool, (owners, materials), words)| {
                 let mut mixed = Vec::new();
-                let corner = layout.cell_at(found.block * 64);
+                let corner = table.cell(found.slot);
+                let bounds = bounds.of_block(layout, corner);
                 let bricks = pool.chunks_exact_mut(samples).zip(owners).zip(materials);
                 for ((k, (inner, range)), ((out, owner), material)) in
                     (0..).zip(&found.cells).zip(bricks)
                 {
-                    let i = u32::from(*inner);
-                    let cell = corner + uvec3(i % 4, i / 4 % 4, i / 16);
+                    let cell = corner + inner_cell(usize::from(*inner));
                     let least = filler.brick(&found.instrs[range.clone()], cell, out);
                     // Half of a voxel's diagonal from a sample at most.
                     let reach = 0.5 * 3f32.sqrt() * layout.lattice.voxel;
                     *owner = u32::MAX;
                     if !bounds.is_clear(least, reach) {
-                        *owner = (found.block * 64) as u32 + i;
+                        *owner = (found.slot * 64) as u32 + u32::from(*inner);
                         words[usize::from(*inner)] = first + k;
                         *material = filler.material(&found.instrs[range.clone()], cell, &mut mixed);
                     }

@@ -1,13 +1,21 @@
-// Twin of build.rs and edit.rs. All blocks are made: the grid is cut into parts, each with its list, down to blocks. Or some
-// are, by lists that come with them and are as short. Every cell of a block is measured by its list; then the bricks that the surface can be
+// Twin of build.rs and edit.rs. Blocks are made by lists that come with them. Every cell of a block is measured by its list; then the bricks that the surface can be
 // in are sampled by lists of their own. What is freed is given back to the pool when all are made.
 
 // Cells a group measures, and threads that sample a brick.
 override BRICK_GROUP: u32 = 256u;
 
+// Twin of Bounds::of_block: what a distance can be off by in the block with a first cell.
+fn slack_of(first: vec3<i32>) -> f32 {
+    let edge = f32(volume.brick) * volume.extent_voxel.w;
+    let center = volume.corner_range.xyz + (vec3<f32>(first) + 0.5 * f32(BLOCK_SIDE)) * edge;
+    let farthest = max(abs(center.x), max(abs(center.y), abs(center.z))) + volume.reach * f32(BLOCK_SIDE);
+    let beyond = select(0.0, farthest - volume.base, farthest > volume.base);
+    return volume.slack + volume.place_rounding * beyond;
+}
+
 // Twin of ClearTerms::radius: how far around a point of such a distance there is no surface.
-fn clear_radius(d: f32) -> f32 {
-    let left = abs(d) - volume.slack;
+fn clear_radius(d: f32, slack: f32) -> f32 {
+    let left = abs(d) - slack;
     let plain = left / volume.steepness;
     return select(max(volume.isolation, (left - volume.hidden) / volume.steepness), plain, plain <= volume.isolation);
 }
@@ -25,23 +33,17 @@ fn keep_stretch(at: u32, stretch: vec2<u32>) {
     lists[at + 1u] = stretch.y;
 }
 
-// The place in the grid of the nth block that is made.
+// The slot of the nth block that is made.
 fn block_of(nth: u32) -> u32 {
-    if prune.make == MAKE_ALL {
-        return nth;
-    }
     return lists[prune.blocks_at + nth];
 }
 
 // Of a cell that the surface can be in: which one it is of all that are measured, and what its word was.
 fn near_cell(nth: u32) -> vec2<u32> {
-    if prune.make == MAKE_ALL {
-        return vec2(near_cells[nth], WORD_EMPTY);
-    }
     return vec2(near_cells[2u * nth], near_cells[2u * nth + 1u]);
 }
 
-// Its place in the grid.
+// Where its word stands among those of slots.
 fn place_of(measured: u32) -> u32 {
     return block_of(measured / 64u) * 64u + measured % 64u;
 }
@@ -90,7 +92,7 @@ fn free_brick(word: u32) {
 }
 
 // What is left of a list in `side` cells from one on.
-fn pruned_in(cell: vec3<u32>, side: u32, whole: vec2<u32>) -> vec2<u32> {
+fn pruned_in(cell: vec3<i32>, side: u32, whole: vec2<u32>) -> vec2<u32> {
     let edge = f32(volume.brick) * volume.extent_voxel.w;
     let center = volume.corner_range.xyz + (vec3<f32>(cell) + 0.5 * f32(side)) * edge;
     let change = 1.00001 * volume.lipschitz * volume.reach * f32(side);
@@ -114,22 +116,6 @@ fn begin_lists(@builtin(workgroup_id) id: vec3<u32>, @builtin(num_workgroups) co
     }
 }
 
-// The lists of parts of the grid, from those of the greater parts that they are in.
-@compute @workgroup_size(64)
-fn prune_parts(@builtin(workgroup_id) id: vec3<u32>, @builtin(num_workgroups) count: vec3<u32>, @builtin(local_invocation_index) local: u32) {
-    let at = group_index(id, count) * 64u + local;
-    if at >= prune.parts_x * prune.parts_y * prune.parts_z {
-        return;
-    }
-    let part = vec3(at % prune.parts_x, at / prune.parts_x % prune.parts_y, at / prune.parts_x / prune.parts_y);
-    var whole = vec2(prune.arena_first, arrayLength(&instrs));
-    if prune.outer_side != 0u {
-        let outer = part * prune.side / prune.outer_side;
-        whole = stretch_at(prune.outer_first + 2u * (outer.x + prune.outer_x * (outer.y + prune.outer_y * outer.z)));
-    }
-    keep_stretch(prune.first + 2u * at, pruned_in(part * prune.side, prune.side, whole));
-}
-
 // The lists of cells that the surface can be in.
 @compute @workgroup_size(64)
 fn prune_cells(@builtin(workgroup_id) id: vec3<u32>, @builtin(local_invocation_index) local: u32) {
@@ -149,49 +135,44 @@ fn measure(@builtin(workgroup_id) id: vec3<u32>, @builtin(num_workgroups) count:
     if nth >= prune.count {
         return;
     }
-    let at = block_of(nth) * 64u + local;
-    let cell = cell_at(at);
+    let index = block_of(nth) * 64u + local;
+    let at = volume.words_at + index;
+    let first = first_cell(index / 64u);
+    let cell = first + inner_cell(local);
     let edge = f32(volume.brick) * volume.extent_voxel.w;
-    if any(cell >= vec3(volume.grid_x, volume.grid_y, volume.grid_z)) {
-        words[at] = empty_word(0.0);
+    if volume.is_cut != 0u && (any(cell < low_cell()) || any(cell >= high_cell())) {
+        cells[at] = empty_word(0.0);
         return;
     }
     list = stretch_at(prune.blocks_first + 2u * nth);
     let d = field_distance(volume.corner_range.xyz + (vec3<f32>(cell) + 0.5) * edge);
     // Of a cell near the surface, what stays if its brick is dropped.
-    let clear = clear_radius(d);
+    let clear = clear_radius(d, slack_of(first));
     let left = clamp(clear * volume.lipschitz, 0.0, volume.far);
     let is_near = clear <= volume.reach;
-    var before = WORD_EMPTY;
-    if prune.make != MAKE_ALL {
-        before = words[at];
-        if (lists[prune.dirty_first + 2u * nth + local / 32u] & (1u << (local % 32u))) == 0u {
-            // Nothing changed that a brick holds.
-            if !is_brick(before) && prune.make == MAKE_SOME {
-                words[at] = empty_word(select(left, -left, d < 0.0));
-            }
-            return;
+    let before = cells[at];
+    if (lists[prune.dirty_first + 2u * nth + local / 32u] & (1u << (local % 32u))) == 0u {
+        // Nothing changed that a brick holds.
+        if !is_brick(before) && prune.make == MAKE_SOME {
+            cells[at] = empty_word(select(left, -left, d < 0.0));
         }
-        if prune.make == MAKE_NONE {
-            // Any brick that is sampled can become a mixed one.
-            if is_near {
-                atomicAdd(&counters[COUNTER_MIXED], 1u);
-                if !is_brick(before) {
-                    atomicAdd(&counters[COUNTER_BRICKS], 1u);
-                }
-            }
-            return;
-        }
+        return;
     }
-    words[at] = empty_word(select(left, -left, d < 0.0));
+    if prune.make == MAKE_NONE {
+        // Any brick that is sampled can become a mixed one.
+        if is_near {
+            atomicAdd(&counters[COUNTER_MIXED], 1u);
+            if !is_brick(before) {
+                atomicAdd(&counters[COUNTER_BRICKS], 1u);
+            }
+        }
+        return;
+    }
+    cells[at] = empty_word(select(left, -left, d < 0.0));
     if is_near {
         let place = atomicAdd(&counters[COUNTER_CANDIDATES], 1u);
-        if prune.make == MAKE_ALL {
-            near_cells[place] = at;
-        } else {
-            near_cells[2u * place] = nth * 64u + local;
-            near_cells[2u * place + 1u] = before;
-        }
+        near_cells[2u * place] = nth * 64u + local;
+        near_cells[2u * place + 1u] = before;
     } else if is_brick(before) {
         free_brick(before);
     }
@@ -220,10 +201,10 @@ var<workgroup> slot: u32;
 // The samples that a thread keeps while the group makes up its mind.
 var<private> own: array<f32, 20>;
 
-fn sample_point(cell: vec3<u32>, i: u32) -> vec3<f32> {
+fn sample_point(cell: vec3<i32>, i: u32) -> vec3<f32> {
     let side = volume.brick + 1u;
     let place = vec3(i % side, i / side % side, i / side / side);
-    return volume.corner_range.xyz + volume.extent_voxel.w * (vec3<f32>(cell * volume.brick) + vec3<f32>(place));
+    return volume.corner_range.xyz + volume.extent_voxel.w * (vec3<f32>(cell * i32(volume.brick)) + vec3<f32>(place));
 }
 
 // A brick a group, unless no surface can be in it.
@@ -254,7 +235,7 @@ fn fill_bricks(@builtin(workgroup_id) id: vec3<u32>, @builtin(local_invocation_i
         let least = bitcast<f32>((bits >> 1u) | (bits << 31u));
         slot = 0xffffffffu;
         let had_one = is_brick(near.y);
-        if clear_radius(least) <= volume.spread {
+        if clear_radius(least, slack_of(first_cell(at / 64u))) <= volume.spread {
             atomicAdd(&counters[COUNTER_FILLED], 1u);
             if had_one {
                 slot = brick_number(near.y);
@@ -263,7 +244,7 @@ fn fill_bricks(@builtin(workgroup_id) id: vec3<u32>, @builtin(local_invocation_i
                 atomicAdd(&counters[COUNTER_ADDED], 1u);
             }
             if slot < volume.capacity {
-                words[at] = brick_word(slot);
+                cells[volume.words_at + at] = brick_word(slot);
             }
         } else if had_one {
             free_brick(near.y);
@@ -273,7 +254,7 @@ fn fill_bricks(@builtin(workgroup_id) id: vec3<u32>, @builtin(local_invocation_i
     if slot >= volume.capacity {
         return;
     }
-    let origin = brick_origin(words[at]);
+    let origin = brick_origin(word_at(at));
     n = 0u;
     for (var i = local; i < samples; i += BRICK_GROUP) {
         textureStore(texels, origin + vec3(i % side, i / side % side, i / side / side), encode(own[n]));
@@ -292,7 +273,7 @@ fn fill_materials(@builtin(workgroup_id) id: vec3<u32>, @builtin(local_invocatio
     let near = near_cell(fill.first_layer + id.x);
     let at = place_of(near.x);
     list = stretch_of(fill.first_layer + id.x);
-    let word = words[at];
+    let word = word_at(at);
     let cell = cell_at(at);
     let is_there = is_brick(word);
     let is_place = is_there && local < MATERIAL_SIDE * MATERIAL_SIDE * MATERIAL_SIDE;
@@ -301,7 +282,7 @@ fn fill_materials(@builtin(workgroup_id) id: vec3<u32>, @builtin(local_invocatio
     var mine = vec2(0u);
     var is_near = false;
     if is_place {
-        let d = field_surface(volume.corner_range.xyz + volume.extent_voxel.w * (vec3<f32>(cell * volume.brick) + inner));
+        let d = field_surface(volume.corner_range.xyz + volume.extent_voxel.w * (vec3<f32>(cell * i32(volume.brick)) + inner));
         mine = pack_material(field_material);
         // Between places that are farther from the surface than the diagonal from one to the next, there is none.
         let step = f32(volume.brick) / f32(MATERIAL_SIDE - 1u);
@@ -314,6 +295,16 @@ fn fill_materials(@builtin(workgroup_id) id: vec3<u32>, @builtin(local_invocatio
     workgroupBarrier();
     if is_near {
         atomicMin(&first_place, local);
+    }
+    workgroupBarrier();
+    // Where no place is near, all of them count.
+    let has_near = atomicLoad(&first_place) != 0xffffffffu;
+    workgroupBarrier();
+    if !has_near {
+        is_near = is_place;
+        if is_place {
+            atomicMin(&first_place, local);
+        }
     }
     workgroupBarrier();
     let first = atomicLoad(&first_place);
@@ -369,11 +360,11 @@ fn settle(@builtin(workgroup_id) id: vec3<u32>, @builtin(num_workgroups) count: 
     let block = block_of(nth);
     var found = false;
     for (var i = 0u; i < 64u; i++) {
-        found = found || is_brick(words[block * 64u + i]);
+        found = found || is_brick(word_at(block * 64u + i));
     }
     if !found {
         for (var i = 0u; i < 64u; i++) {
-            words[block * 64u + i] |= WORD_LONELY;
+            cells[volume.words_at + block * 64u + i] |= WORD_LONELY;
         }
     }
 }

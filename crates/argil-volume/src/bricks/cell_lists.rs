@@ -1,25 +1,35 @@
-use super::BrickLayout;
 use super::build::{Bounds, Candidates, candidates};
+use super::plan::BlockPlan;
+use super::table::BlockTable;
+use super::{BLOCK_SIDE, BrickLayout};
 use argil_abi::Instr;
 use argil_field::Program;
-use glam::UVec3;
+use glam::IVec3;
 
 /// What can matter in each cell near the surface: lists of instructions that give the whole program's distances there, to
 /// the bit.
 pub struct CellLists {
-    pub(super) layout: BrickLayout,
-    /// In the order of blocks.
-    pub(super) candidates: Vec<Candidates>,
+    layout: BrickLayout,
+    table: BlockTable,
+    /// In the order of slots.
+    candidates: Vec<Candidates>,
 }
 
 impl CellLists {
+    pub(super) fn new(layout: BrickLayout, table: BlockTable, candidates: Vec<Candidates>) -> Self {
+        Self {
+            layout,
+            table,
+            candidates,
+        }
+    }
+
     /// Of a program, on rayon's current threads.
     pub fn of(program: &Program, layout: &BrickLayout) -> Self {
         let bounds = Bounds::new(program, layout);
-        Self {
-            layout: *layout,
-            candidates: candidates(program, layout, &bounds).0,
-        }
+        let plan = BlockPlan::of(program, layout);
+        let (candidates, _) = candidates(program, layout, &bounds, &plan);
+        Self::new(*layout, BlockTable::of(layout, &plan), candidates)
     }
 
     /// Where the cells lie.
@@ -28,14 +38,13 @@ impl CellLists {
     }
 
     /// The list of a cell; `None` where no surface can be.
-    ///
-    /// # Panics
-    /// If there is no such cell.
-    pub fn list(&self, cell: UVec3) -> Option<&[Instr]> {
-        let at = self.layout.word_index(cell);
-        let (block, inner) = (at / 64, (at % 64) as u8);
-        let place = self.candidates.binary_search_by_key(&block, |c| c.block);
+    pub fn list(&self, cell: IVec3) -> Option<&[Instr]> {
+        let block = cell.div_euclid(IVec3::splat(BLOCK_SIDE as i32));
+        let inner = cell - block * BLOCK_SIDE as i32;
+        let slot = self.table.find(block)? as usize;
+        let place = self.candidates.binary_search_by_key(&slot, |c| c.slot);
         let found = &self.candidates[place.ok()?];
+        let inner = (inner.x + 4 * inner.y + 16 * inner.z) as u8;
         let place = found.cells.binary_search_by_key(&inner, |cell| cell.0);
         Some(&found.instrs[found.cells[place.ok()?].1.clone()])
     }

@@ -7,19 +7,21 @@
 //! of those: it has the same distances, to the bit. That is far less than the boxes hold where blends are wide. Any number of
 //! edits go in one pass. What was made is put into the pool at the end, so that nothing is changed if it does not fit.
 
-use super::block_list::BlockList;
-use super::build::{Bounds, Candidates, near_block, settle};
+use super::block_list::{BlockList, emptied_around};
+use super::build::{Bounds, Candidates, SLOT_BYTES, near_block, settle};
 use super::filler::{Filler, Places, only_material};
+use super::inner_cell;
 use super::material::PLACES;
 use super::octants::{self, OCTANTS};
 use super::pool::Pool;
+use super::table::FAR_SLOTS;
 use super::words::{center_of, empty_word, is_brick};
 use super::work::{EditWork, Unit};
 use super::{BLOCK_SIDE, BrickLayout, Bricks, BricksError};
 use crate::{Bits, Texel};
 use argil_abi::{Fill, Instr};
 use argil_field::{CELLS, LiveProgram, Parts, Program, Pruner, Touched};
-use glam::{UVec3, Vec3, uvec3};
+use glam::{IVec3, Vec3};
 use rayon::prelude::*;
 use std::ops::Range;
 use web_time::Instant;
@@ -56,7 +58,10 @@ impl std::ops::AddAssign for BrickEdit {
 
 /// A block's new words and bricks.
 struct Made<T> {
-    block: usize,
+    /// The block's first cell.
+    first: IVec3,
+    /// Whether it is far from everything now, and then whether it is inside.
+    far: Option<bool>,
     words: [u32; CELLS],
     /// Cells with a brick: which, and what it looks like.
     bricks: Vec<(u8, u32)>,
@@ -78,21 +83,25 @@ impl BrickLayout {
         Parts {
             corner: self.lattice.corner,
             edge: side as f32 * self.cell_length(),
-            count: UVec3::from_array(self.grid.to_array().map(|n| n.div_ceil(side))),
             far: self.bands(program)[1],
-            region: self.region(),
+            base: self.base_length(),
         }
     }
 
     /// The distances up to which edits must tell their boxes: what bricks hold, and what empty cells tell.
     pub fn bands(&self, program: &Program) -> [f32; 2] {
-        let slack = program.bounds_slack(self.region());
+        self.least_bands(program).map(|band| 1.1 * band)
+    }
+
+    /// The least of them that will do. A world that grows needs a little more than before, which [`BrickLayout::bands`] has
+    /// room for.
+    pub fn least_bands(&self, program: &Program) -> [f32; 2] {
+        let region = self.region();
+        let farthest = region.min.abs().max(region.max.abs()).max_element();
+        let slack = program.slack_at(self.base_length(), farthest);
         let near = program.lipschitz() * self.half_diagonal(1) + slack;
         let range = self.encoding.range_length(&self.lattice, 0);
-        [
-            1.1 * near.max(range),
-            1.1 * (self.far_length() + slack).max(near),
-        ]
+        [near.max(range), (self.far_length() + slack).max(near)]
     }
 }
 
@@ -169,12 +178,15 @@ impl Bricks {
         let mut result = BrickEdit::default();
         let samples = self.layout.brick_samples() as usize;
         let before = self.owners.len() as u64;
+        // Blocks come first, so that there are words for their bricks. The order in which that is done is the same for all
+        // numbers of threads.
+        let slots: Vec<usize> = made.iter().map(|own| self.slot_for(own)).collect();
         let mut pool = Pool::<T>::open(self);
         // What is freed can then be taken.
-        for own in &made {
-            let first = own.block * CELLS;
+        for (own, &slot) in made.iter().zip(&slots) {
+            let first = slot * CELLS;
             for (i, &word) in own.words.iter().enumerate() {
-                if !is_brick(word) {
+                if !is_brick(word) && slot >= FAR_SLOTS as usize {
                     let old = pool.bricks().words[first + i];
                     result.removed += u64::from(is_brick(old));
                     pool.clear((first + i) as u32, word);
@@ -182,7 +194,7 @@ impl Bricks {
             }
             result.cells += CELLS as u64;
         }
-        for own in &made {
+        for (own, &slot) in made.iter().zip(&slots) {
             let mut mixed = own.mixed.chunks_exact(PLACES);
             for (&(i, material), texels) in own.bricks.iter().zip(own.texels.chunks_exact(samples))
             {
@@ -192,7 +204,7 @@ impl Bricks {
                     &[]
                 };
                 pool.put(
-                    (own.block * CELLS) as u32 + u32::from(i),
+                    (slot * CELLS) as u32 + u32::from(i),
                     texels,
                     material,
                     own_mixed,
@@ -201,28 +213,58 @@ impl Bricks {
             result.filled += own.sampled;
         }
         pool.close();
-        for own in &made {
-            let words = &mut self.words[own.block * CELLS..(own.block + 1) * CELLS];
-            self.masks[own.block] = settle(words);
+        let mut gone = Vec::new();
+        for (own, &slot) in made.iter().zip(&slots) {
+            let words = &mut self.words[slot * CELLS..(slot + 1) * CELLS];
+            match own.far {
+                None => self.masks[slot] = settle(words),
+                Some(inside) => {
+                    if slot >= FAR_SLOTS as usize {
+                        self.masks[slot] = 0;
+                    }
+                    gone.push((own.first / BLOCK_SIDE as i32, inside));
+                }
+            }
+        }
+        if !gone.is_empty() {
+            gone.extend(emptied_around(&self.table, &self.layout, live, &gone));
+        }
+        for (block, inside) in gone {
+            self.table.set_far(block, block + 1, inside);
         }
         result.added = (self.owners.len() as u64 + result.removed) - before;
         Ok(result)
     }
 
+    /// The slot of a block, which gets one if it needs one.
+    fn slot_for<T>(&mut self, made: &Made<T>) -> usize {
+        let block = made.first / BLOCK_SIDE as i32;
+        if made.far.is_some() {
+            return self.table.slot(block) as usize;
+        }
+        let slot = self.table.insert(block) as usize;
+        if slot >= self.masks.len() {
+            self.masks.resize(slot + 1, 0);
+            self.words.resize((slot + 1) * CELLS, empty_word(0.0));
+        }
+        slot
+    }
+
     fn check_budget<T>(&self, made: &[Made<T>], budget: Option<u64>) -> Result<(), BricksError> {
         let budget = budget.unwrap_or(u64::MAX);
         let mut bricks = self.owners.len() as u64;
-        let mut mixed = 0;
+        let (mut mixed, mut slots) = (0, self.table.slots() as u64);
         for own in made {
-            let old = self.masks[own.block].count_ones();
+            let slot = self.table.slot(own.first / BLOCK_SIDE as i32);
+            let old = self.masks[slot as usize].count_ones();
+            slots += u64::from(slot < FAR_SLOTS && own.far.is_none());
             let new = own.words.iter().filter(|&&word| is_brick(word)).count();
             bricks = bricks + new as u64 - u64::from(old);
             mixed += size_of_val(&own.mixed[..]) as u64;
         }
         self.layout.check_count(bricks)?;
         let of_each = self.layout.brick_bytes() + 8;
-        let needed =
-            self.layout.table_bytes() + bricks * of_each + size_of_val(&self.mixed[..]) as u64;
+        let needed = SLOT_BYTES * slots + bricks * of_each + size_of_val(&self.mixed[..]) as u64;
         if needed + mixed > budget && needed + mixed > self.memory_bytes() {
             return Err(BricksError::Budget {
                 bricks,
@@ -261,18 +303,15 @@ impl Editing<'_> {
     }
 
     /// Which of a block's cells edits can have changed: a bit for each. The pruner has marked the cells by `lists.now`.
-    fn changed(&self, first: UVec3, lists: &BlockList, pruner: &mut Pruner<'_>) -> u64 {
+    fn changed(&self, first: IVec3, lists: &BlockList, pruner: &mut Pruner<'_>) -> u64 {
         let (Some(before), Some(touched)) = (&lists.before, self.touched) else {
             return u64::MAX;
         };
         let is_one = |instr: &Instr| touched.has(instr);
         let mut changed = pruner.needed(&lists.now, is_one);
         if touched.any(before) {
-            let centers: [Vec3; CELLS] = std::array::from_fn(|i| {
-                let i = i as u32;
-                self.layout
-                    .middle(first + uvec3(i % 4, i / 4 % 4, i / 16), 1)
-            });
+            let centers: [Vec3; CELLS] =
+                std::array::from_fn(|i| self.layout.middle(first + inner_cell(i), 1));
             let mut d = [0.0; CELLS];
             pruner.mark(before, &centers, self.layout.half_diagonal(1), &mut d);
             changed |= pruner.needed(before, is_one);
@@ -284,7 +323,7 @@ impl Editing<'_> {
     /// each. All of them elsewhere.
     fn octants(
         &self,
-        first: UVec3,
+        first: IVec3,
         lists: &BlockList,
         some: u64,
         (found, old): (&Candidates, &[u32]),
@@ -295,11 +334,8 @@ impl Editing<'_> {
             let has_brick = |i: &usize| some >> i & 1 != 0 && is_brick(old[*i]);
             let near = found.cells.iter().map(|&(i, _)| usize::from(i));
             let places: Vec<usize> = near.filter(has_brick).collect();
-            let cell = |&i: &usize| {
-                let i = i as u32;
-                first + uvec3(i % 4, i / 4 % 4, i / 16)
-            };
-            let cells: Vec<UVec3> = places.iter().map(cell).collect();
+            let cell = |&i: &usize| first + inner_cell(i);
+            let cells: Vec<IVec3> = places.iter().map(cell).collect();
             let both = [&lists.now[..], before];
             let changed = octants::changed(&self.layout, pruner, touched, both, &cells);
             for (i, changed) in places.into_iter().zip(changed) {
@@ -312,7 +348,7 @@ impl Editing<'_> {
     /// Whether a brick whose samples and places of materials cannot have changed looks as before. A list that has one
     /// material gives that, else the places tell, which a mixed brick has kept.
     fn looks_the_same(&self, list: &[Instr], look: u32) -> bool {
-        match only_material(list) {
+        match only_material(list, self.live.program().materials()) {
             Some(only) => only == look,
             None => look & argil_abi::BRICK_MIXED != 0,
         }
@@ -325,30 +361,35 @@ impl Editing<'_> {
         lists: &BlockList,
         bricks: &Bricks,
     ) -> Made<T> {
-        let (block, instrs) = (lists.block, &lists.now);
-        let first = self.layout.cell_at(block * CELLS);
-        let mut words = [0; CELLS];
-        let Worker { pruner, filler } = worker;
-        let found: Candidates = near_block(
-            &self.layout,
-            &self.bounds,
-            first,
-            instrs,
-            pruner,
-            &mut words,
-        );
-        let changed = self.changed(first, lists, pruner);
+        let (first, instrs) = (lists.first, &lists.now);
         let mut made = Made {
-            block,
-            words,
+            first,
+            far: lists.far,
+            words: [empty_word(0.0); CELLS],
             bricks: Vec::new(),
             texels: Vec::new(),
             mixed: Vec::new(),
             sampled: 0,
         };
+        if made.far.is_some() {
+            return made;
+        }
+        let bounds = self.bounds.of_block(&self.layout, first);
+        let Worker { pruner, filler } = worker;
+        let found: Candidates = near_block(
+            &self.layout,
+            &bounds,
+            first,
+            instrs,
+            pruner,
+            &mut made.words,
+        );
+        let changed = self.changed(first, lists, pruner);
         let reach = 0.5 * 3f32.sqrt() * self.layout.lattice.voxel;
         let samples = self.layout.brick_samples() as usize;
-        let old = &bricks.words[block * CELLS..(block + 1) * CELLS];
+        // Of a block that there was not, far words.
+        let slot = bricks.table.slot(first / BLOCK_SIDE as i32) as usize;
+        let old = &bricks.words[slot * CELLS..(slot + 1) * CELLS];
         let pool = bricks.pool.of::<T>().unwrap_or_default();
         let dirty = self.work.dirty_cells(&self.layout, first);
         let octants = self.octants(first, lists, changed & dirty, (&found, old), pruner);
@@ -364,8 +405,7 @@ impl Editing<'_> {
             let list: Option<Range<usize>> = next
                 .next_if(|&&(inner, _)| usize::from(inner) == i)
                 .map(|(_, range)| range.clone());
-            let place = i as u32;
-            let cell = first + uvec3(place % 4, place / 4 % 4, place / 16);
+            let cell = first + inner_cell(i);
             if !is_changed {
                 // Whether the block is empty is found out anew.
                 made.words[i] = if is_brick(old) {
@@ -400,7 +440,7 @@ impl Editing<'_> {
                     changed == 0
                         || again.fold(false, |stays, octant| {
                             let least = filler.octant(list, cell, octant, out);
-                            stays | !self.bounds.is_clear(least, reach)
+                            stays | !bounds.is_clear(least, reach)
                         })
                 }
                 _ => false,
@@ -408,7 +448,7 @@ impl Editing<'_> {
             if !stays {
                 made.texels.resize(begin + samples, T::default());
                 let least = filler.brick(list, cell, &mut made.texels[begin..]);
-                if self.bounds.is_clear(least, reach) {
+                if bounds.is_clear(least, reach) {
                     made.texels.truncate(begin);
                     continue;
                 }

@@ -7,7 +7,7 @@ use crate::Texel;
 use crate::encoding::encode;
 use argil_abi::{BRICK_MIXED, Fill, Instr, MATERIAL_SIDE, MaterialWords};
 use argil_field::{Evaluator, LANES, Program};
-use glam::{UVec3, Vec3, uvec3};
+use glam::{IVec3, Vec3, uvec3};
 use multiversion::multiversion;
 
 /// Of each sample of a brick, and of one of its octants, in the order of the pool: its place along x, y and z.
@@ -60,8 +60,8 @@ impl<'a> Filler<'a> {
     }
 
     /// Sample a cell's brick; the distance that is nearest to the surface.
-    pub fn brick<T: Texel>(&mut self, instrs: &[Instr], cell: UVec3, out: &mut [T]) -> f32 {
-        let first = (cell * self.layout.brick).as_vec3();
+    pub fn brick<T: Texel>(&mut self, instrs: &[Instr], cell: IVec3, out: &mut [T]) -> f32 {
+        let first = (cell * self.layout.brick as i32).as_vec3();
         let Self { places, d, .. } = self;
         let places = &places.brick;
         sample(self.layout, &mut self.evaluator, instrs, first, places, d);
@@ -73,13 +73,13 @@ impl<'a> Filler<'a> {
     pub fn octant<T: Texel>(
         &mut self,
         instrs: &[Instr],
-        cell: UVec3,
+        cell: IVec3,
         octant: usize,
         out: &mut [T],
     ) -> f32 {
         let half = self.layout.brick / 2;
         let corner = place_of(octant) * half;
-        let first = (cell * self.layout.brick).as_vec3() + corner.as_vec3();
+        let first = (cell * self.layout.brick as i32).as_vec3() + corner.as_vec3();
         let count = (half + 1).pow(3) as usize;
         let d = &mut self.d[..count];
         let evaluator = &mut self.evaluator;
@@ -107,12 +107,12 @@ impl<'a> Filler<'a> {
     }
 
     /// What a cell's brick looks like: one material, or a mixed brick's place among the block's.
-    pub fn material(&mut self, instrs: &[Instr], cell: UVec3, mixed: &mut Vec<[u32; 2]>) -> u32 {
-        if let Some(only) = only_material(instrs) {
+    pub fn material(&mut self, instrs: &[Instr], cell: IVec3, mixed: &mut Vec<[u32; 2]>) -> u32 {
+        if let Some(only) = only_material(instrs, self.program.materials()) {
             return only;
         }
         let lattice = &self.layout.lattice;
-        let begin = (cell * self.layout.brick).as_vec3();
+        let begin = (cell * self.layout.brick as i32).as_vec3();
         let step = self.layout.brick as f32 / (MATERIAL_SIDE - 1) as f32;
         let [mut x, mut y, mut z, mut d] = [[0.0f32; PLACES]; 4];
         for i in 0..PLACES {
@@ -130,6 +130,9 @@ impl<'a> Filler<'a> {
             .materials_by(instrs, [&x, &y, &z], &mut d, &mut found);
         // Between places that are farther from the surface than the diagonal from one to the next, there is none.
         let reach = 1.01 * self.program.lipschitz() * 3f32.sqrt() * step * lattice.voxel;
+        // Where no place is near, all of them count: so that it does not matter whether a list holds more than it need.
+        let has_near = d.iter().any(|d| d.abs() <= reach);
+        let reach = if has_near { reach } else { f32::INFINITY };
         let mut near = found.iter().zip(&d).filter(|(_, d)| d.abs() <= reach);
         let palette = self.program.materials();
         if let Some((one, _)) = near.next() {
@@ -152,14 +155,22 @@ impl<'a> Filler<'a> {
     }
 }
 
-/// The material of a list that has no more than one.
-pub(super) fn only_material(instrs: &[Instr]) -> Option<u32> {
+/// The material of a list that has no more than one: of those in the table that look the same, the first.
+pub(super) fn only_material(instrs: &[Instr], palette: &[MaterialWords]) -> Option<u32> {
     let takes = |i: &&Instr| {
         i.op < argil_abi::OP_SHAPES_END && i.flags & argil_abi::FLAG_KEEP_MATERIAL == 0
     };
     let mut all = instrs.iter().filter(takes).map(|i| i.operand);
-    let first = all.next().unwrap_or(0);
-    all.all(|other| other == first).then_some(first)
+    let only = all.next().unwrap_or(0);
+    if !all.all(|other| other == only) {
+        return None;
+    }
+    let Some(own) = palette.get(only as usize).map(packed) else {
+        return Some(only);
+    };
+    let before = &palette[..only as usize];
+    let first = before.iter().position(|m| packed(m) == own);
+    Some(first.map_or(only, |first| first as u32))
 }
 
 /// Distances at places from a first sample on, as many as there are.

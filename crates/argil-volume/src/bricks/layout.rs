@@ -1,12 +1,15 @@
-use crate::{Bits, Encoding, Lattice, Range};
+use crate::{Bits, Encoding, Lattice, Range, TooFarError};
 use argil_abi::Volume;
-use argil_field::Program;
+use argil_field::{PLACE_ROUNDING, Program};
 use argil_math::Aabb;
-use glam::{UVec3, Vec3};
+use glam::{IVec3, UVec3, Vec3};
 
 /// Voxels up to which cells without a brick tell distances, at least: an edit changes nothing that is farther away. Rays
 /// take 1 to 5 in a hundred more look-ups for it, as the cones before them step over most of what is empty.
 const FAR_VOXELS: f32 = 24.0;
+
+/// A usual length of a world, in voxels: see [`BrickLayout::base_length`].
+const BASE_VOXELS: f32 = 512.0;
 
 /// Cells along a block's side.
 pub const BLOCK_SIDE: u32 = argil_abi::BLOCK_SIDE;
@@ -59,6 +62,9 @@ pub enum BricksError {
         /// Bytes that they may take.
         budget: u64,
     },
+    /// They are too far apart.
+    #[error(transparent)]
+    TooFar(#[from] TooFarError),
     /// They have more samples than can be told apart.
     #[error(
         "{bricks} bricks, and there can be {limit} of this size: take a smaller resolution or a larger brick"
@@ -71,7 +77,7 @@ pub enum BricksError {
     },
 }
 
-/// Where cells and bricks lie.
+/// Where cells and bricks lie. Cells are counted from the lattice's corner, in both directions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BrickLayout {
     /// Where the voxels lie.
@@ -80,10 +86,6 @@ pub struct BrickLayout {
     pub encoding: Encoding,
     /// Voxels along a brick's side.
     pub brick: u32,
-    /// Cells along each axis; the last ones may reach over the volume's sides.
-    pub grid: UVec3,
-    /// Blocks along each axis.
-    pub blocks: UVec3,
 }
 
 impl BrickLayout {
@@ -97,25 +99,55 @@ impl BrickLayout {
         if band.is_nan() || band < 2.0 {
             return Err(BricksError::Band(band));
         }
-        let grid = UVec3::from_array(lattice.size.to_array().map(|n| n.div_ceil(brick)));
-        let blocks = UVec3::from_array(grid.to_array().map(|n| n.div_ceil(BLOCK_SIDE)));
         Ok(Self {
             lattice,
             encoding: settings.encoding,
             brick,
-            grid,
-            blocks,
         })
     }
 
-    /// Number of blocks.
-    pub fn block_count(&self) -> u64 {
-        self.blocks.to_array().map(u64::from).iter().product()
+    /// The first cell that the lattice's box touches.
+    #[inline]
+    pub fn low(&self) -> IVec3 {
+        self.lattice
+            .begin
+            .div_euclid(IVec3::splat(self.brick as i32))
     }
 
-    /// Cells that have a word: those of all blocks.
-    pub fn word_count(&self) -> u64 {
-        64 * self.block_count()
+    /// The cell behind the last one that it touches.
+    #[inline]
+    pub fn high(&self) -> IVec3 {
+        let end = self.lattice.begin + self.lattice.size.as_ivec3() - 1;
+        end.div_euclid(IVec3::splat(self.brick as i32)) + 1
+    }
+
+    /// Cells along each axis of the box; the last ones may reach over its sides.
+    pub fn grid(&self) -> UVec3 {
+        (self.high() - self.low()).as_uvec3()
+    }
+
+    /// The first block that the box touches, and the one behind the last.
+    pub fn block_range(&self) -> [IVec3; 2] {
+        let side = IVec3::splat(BLOCK_SIDE as i32);
+        [
+            self.low().div_euclid(side),
+            (self.high() - 1).div_euclid(side) + 1,
+        ]
+    }
+
+    /// Whether there may be bricks in a cell: a box that cuts what is solid cuts the bricks.
+    #[inline]
+    pub fn may_hold(&self, cell: IVec3) -> bool {
+        !self.lattice.is_cut || (cell.cmpge(self.low()).all() && cell.cmplt(self.high()).all())
+    }
+
+    /// The same voxels over a box that holds a solid too, unless the box cuts what is solid.
+    ///
+    /// # Errors
+    /// If that is farther away than voxels can be counted.
+    pub fn grown_to(&self, solid: Aabb) -> Result<Self, TooFarError> {
+        let lattice = self.lattice.grown_to(solid, self.brick * BLOCK_SIDE)?;
+        Ok(Self { lattice, ..*self })
     }
 
     /// Samples of a brick.
@@ -137,9 +169,11 @@ impl BrickLayout {
         Ok(())
     }
 
-    /// Bytes of the tables, without bricks.
-    pub fn table_bytes(&self) -> u64 {
-        4 * self.word_count() + 8 * self.block_count()
+    /// A usual length of the world: what distances can be off by for rounding is that of points no farther from the origin,
+    /// and a little more for those that are. It depends on nothing but voxels, so that a world that grows decides in its
+    /// cells as before.
+    pub fn base_length(&self) -> f32 {
+        BASE_VOXELS * self.lattice.voxel
     }
 
     /// The greatest distance that a cell without a brick tells.
@@ -154,28 +188,16 @@ impl BrickLayout {
     }
 
     /// A cell's box.
-    pub fn cell_box(&self, cell: UVec3) -> Aabb {
+    pub fn cell_box(&self, cell: IVec3) -> Aabb {
         let min = self.lattice.corner + cell.as_vec3() * self.cell_length();
         Aabb::new(min, min + self.cell_length())
     }
 
-    /// Where a cell's word stands.
-    #[inline]
-    pub fn word_index(&self, cell: UVec3) -> usize {
-        let (block, inner) = (cell / BLOCK_SIDE, cell % BLOCK_SIDE);
-        let place = block.x + self.blocks.x * (block.y + self.blocks.y * block.z);
-        place as usize * 64 + (inner.x + 4 * inner.y + 16 * inner.z) as usize
-    }
-
-    /// The cell whose word stands there.
-    pub fn cell_at(&self, index: usize) -> UVec3 {
-        let (block, inner) = ((index / 64) as u32, (index % 64) as u32);
-        let corner = UVec3::new(
-            block % self.blocks.x,
-            block / self.blocks.x % self.blocks.y,
-            block / self.blocks.x / self.blocks.y,
-        );
-        corner * BLOCK_SIDE + UVec3::new(inner % 4, inner / 4 % 4, inner / 16)
+    /// The cell of a point.
+    pub fn cell_of(&self, point: Vec3) -> IVec3 {
+        ((point - self.lattice.corner) / self.cell_length())
+            .floor()
+            .as_ivec3()
     }
 
     /// Words for shaders. `program` sets what is known of distances.
@@ -183,7 +205,8 @@ impl BrickLayout {
         let lattice = &self.lattice;
         let [cx, cy, cz] = lattice.corner.to_array();
         let [ex, ey, ez] = lattice.extent().to_array();
-        let terms = program.clear_terms(self.region());
+        let terms = program.clear_terms_about(self.base_length());
+        let [low, high] = [self.low(), self.high()];
         Volume {
             corner_range: [cx, cy, cz, self.encoding.range_length(lattice, 0)],
             extent_voxel: [ex, ey, ez, lattice.voxel],
@@ -191,11 +214,14 @@ impl BrickLayout {
             size_y: lattice.size.y,
             size_z: lattice.size.z,
             levels: 1,
-            grid_x: self.grid.x,
-            grid_y: self.grid.y,
-            grid_z: self.grid.z,
+            low_x: low.x,
+            low_y: low.y,
+            low_z: low.z,
+            high_x: high.x,
+            high_y: high.y,
+            high_z: high.z,
+            is_cut: u32::from(lattice.is_cut),
             brick: self.brick,
-            code_count: self.word_count() as u32,
             quanta: self.encoding.bits.quanta(),
             reach: self.half_diagonal(1),
             spread: 0.5 * 3f32.sqrt() * lattice.voxel,
@@ -205,18 +231,23 @@ impl BrickLayout {
             lipschitz: program.lipschitz(),
             steepness: terms.steepness,
             far: self.far_length(),
+            base: self.base_length(),
+            place_rounding: PLACE_ROUNDING,
             ..Volume::default()
         }
     }
 
     /// The box of all blocks.
     pub fn region(&self) -> Aabb {
-        let end = (self.blocks * BLOCK_SIDE).as_vec3() * self.cell_length();
-        Aabb::new(self.lattice.corner, self.lattice.corner + end)
+        let [low, high] = self.block_range().map(|block| {
+            let cell = block * BLOCK_SIDE as i32;
+            self.lattice.corner + cell.as_vec3() * self.cell_length()
+        });
+        Aabb::new(low, high)
     }
 
     /// The middle of `side` cells from a cell on.
-    pub(crate) fn middle(&self, cell: UVec3, side: u32) -> Vec3 {
+    pub(crate) fn middle(&self, cell: IVec3, side: u32) -> Vec3 {
         self.lattice.corner + (cell.as_vec3() + 0.5 * side as f32) * self.cell_length()
     }
 

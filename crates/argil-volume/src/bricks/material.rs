@@ -56,11 +56,12 @@ impl Bricks {
         palette: &[MaterialWords],
     ) -> Option<MaterialWords> {
         let lattice = &self.layout.lattice;
-        let u =
-            ((point - lattice.corner) / lattice.voxel).clamp(Vec3::ZERO, lattice.size.as_vec3());
+        let end = lattice.begin + lattice.size.as_ivec3();
+        let u = ((point - lattice.corner) / lattice.voxel)
+            .clamp(lattice.begin.as_vec3(), end.as_vec3());
         let side = self.layout.brick as f32;
-        let cell = (u / side).floor().as_uvec3().min(self.layout.grid - 1);
-        let word = self.words[self.layout.word_index(cell)];
+        let cell = (u / side).floor().as_ivec3().min(self.layout.high() - 1);
+        let word = self.words[self.word_index(cell)];
         if !super::is_brick(word) {
             return None;
         }

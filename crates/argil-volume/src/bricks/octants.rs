@@ -3,7 +3,7 @@
 use super::BrickLayout;
 use argil_abi::Instr;
 use argil_field::{CELLS, Pruner, Touched};
-use glam::{UVec3, Vec3, uvec3};
+use glam::{IVec3, UVec3, Vec3, uvec3};
 
 /// Octants of a brick.
 pub(super) const OCTANTS: usize = 8;
@@ -21,7 +21,7 @@ pub(super) fn changed(
     pruner: &mut Pruner<'_>,
     touched: &Touched,
     lists: [&[Instr]; 2],
-    cells: &[UVec3],
+    cells: &[IVec3],
 ) -> Vec<u8> {
     let mut out = Vec::with_capacity(cells.len());
     let half = 0.5 * layout.cell_length();

@@ -23,7 +23,7 @@ fn repack(@builtin(workgroup_id) id: vec3<u32>, @builtin(num_workgroups) count: 
         if local == 0u {
             from_word = WORD_EMPTY;
             if at < volume.code_count {
-                from_word = words[at];
+                from_word = word_at(at);
             }
             if is_brick(from_word) {
                 number = atomicAdd(&counters[COUNTER_TOP], 1u);
@@ -34,7 +34,7 @@ fn repack(@builtin(workgroup_id) id: vec3<u32>, @builtin(num_workgroups) count: 
                     look_after = BRICK_MIXED | atomicAdd(&counters[COUNTER_TOP_MIXED], 1u);
                 }
                 brick_materials[number] = look_after;
-                words[at] = brick_word(number);
+                cells[volume.words_at + at] = brick_word(number);
             }
         }
         workgroupBarrier();

@@ -19,22 +19,61 @@ fn center_of(word: u32) -> f32 {
     return bitcast<f32>((word & ~WORD_LONELY) << 1u);
 }
 
-// Twin of BrickLayout::word_index.
-fn word_index(cell: vec3<u32>) -> u32 {
-    let block = cell / BLOCK_SIDE;
-    let inner = cell % BLOCK_SIDE;
-    let across = (vec3(volume.grid_x, volume.grid_y, volume.grid_z) + BLOCK_SIDE - 1u) / BLOCK_SIDE;
-    let place = block.x + across.x * (block.y + across.y * block.z);
-    return place * 64u + inner.x + 4u * inner.y + 16u * inner.z;
+// Entries of the tree of blocks, see table.rs: the top stands first among `cells`, then its nodes.
+// Whether the table may have levels below its top.
+override HAS_LEVELS: bool = true;
+const FAR_ENTRY: u32 = 0x80000000u;
+const FAR_SLOTS: u32 = 16u;
+
+fn low_cell() -> vec3<i32> {
+    return vec3(volume.low_x, volume.low_y, volume.low_z);
 }
 
-// Twin of BrickLayout::cell_at.
-fn cell_at(index: u32) -> vec3<u32> {
-    let block = index / 64u;
-    let inner = index % 64u;
-    let across = (vec3(volume.grid_x, volume.grid_y, volume.grid_z) + BLOCK_SIDE - 1u) / BLOCK_SIDE;
-    let corner = vec3(block % across.x, block / across.x % across.y, block / across.x / across.y);
-    return corner * BLOCK_SIDE + vec3(inner % 4u, inner / 4u % 4u, inner / 16u);
+fn high_cell() -> vec3<i32> {
+    return vec3(volume.high_x, volume.high_y, volume.high_z);
+}
+
+// Twin of BlockTable::slot, of blocks in the box.
+fn slot_of(block: vec3<i32>) -> u32 {
+    let at = vec3<u32>(block - vec3(volume.tree_x, volume.tree_y, volume.tree_z));
+    let top = at >> vec3(select(0u, 3u * volume.tree_levels, HAS_LEVELS));
+    var entry = cells[top.x + volume.top_x * (top.y + volume.top_y * top.z)];
+    if HAS_LEVELS {
+        for (var level = volume.tree_levels; level > 0u && (entry & FAR_ENTRY) == 0u; level--) {
+            let inner = (at >> vec3(3u * (level - 1u))) & vec3(7u);
+            entry = cells[entry + inner.x + 8u * inner.y + 64u * inner.z];
+        }
+    }
+    return entry & ~FAR_ENTRY;
+}
+
+// Twin of Bricks::word_index: where a cell's word stands among those of slots.
+fn word_index(cell: vec3<i32>) -> u32 {
+    let inner = vec3<u32>(cell & vec3(3));
+    return slot_of(cell >> vec3(2u)) * 64u + inner.x + 4u * inner.y + 16u * inner.z;
+}
+
+fn word_at(index: u32) -> u32 {
+    return cells[volume.words_at + index];
+}
+
+fn inner_cell(nth: u32) -> vec3<i32> {
+    return vec3<i32>(vec3(nth % 4u, nth / 4u % 4u, nth / 16u));
+}
+
+fn first_cell(slot: u32) -> vec3<i32> {
+    let at = volume.slots_at + 3u * slot;
+    return bitcast<vec3<i32>>(vec3(cells[at], cells[at + 1u], cells[at + 2u]));
+}
+
+// Twin of Bricks::cell_at.
+fn cell_at(index: u32) -> vec3<i32> {
+    return first_cell(index / 64u) + inner_cell(index % 64u);
+}
+
+// Twin of BlockTable::far_cells: cells along the side of the empty cube of a slot that no block has.
+fn far_cells(slot: u32) -> u32 {
+    return BLOCK_SIDE << (3u * (slot / 2u));
 }
 
 // The word of the brick that is so many bricks into the pool.

@@ -1,11 +1,13 @@
 //! What edits leave to be done: blocks that are to be measured again, and which of their cells are to be sampled.
 
-use super::{BLOCK_SIDE, BrickLayout};
+use super::{BLOCK_SIDE, BrickLayout, inner_cell};
 use argil_field::{CELLS, LiveProgram};
 use argil_math::Aabb;
-use glam::{UVec3, Vec3, uvec3};
+use glam::{IVec3, Vec3};
 use std::collections::{BTreeMap, BTreeSet};
 
+/// Most blocks that boxes of edits may hold: what touches more of the world is as soon baked.
+const MOST_BLOCKS: f32 = 262_144.0;
 /// Most blocks that are done as one where work can be cut short.
 const SHORT_UNIT: usize = 8;
 
@@ -13,9 +15,9 @@ const SHORT_UNIT: usize = 8;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Unit {
     /// The part of a [`LiveProgram`] that they are in.
-    pub part: UVec3,
+    pub part: IVec3,
     /// The first cell of each.
-    pub blocks: Vec<UVec3>,
+    pub blocks: Vec<IVec3>,
 }
 
 /// What edits leave to be done, of a layout's blocks. Work that is cut short can be taken up later.
@@ -29,16 +31,17 @@ pub struct EditWork {
 }
 
 impl EditWork {
-    /// For the boxes of edits, told for a layout's [bands](BrickLayout::bands), that `live` has just followed.
-    pub fn new(layout: &BrickLayout, live: &LiveProgram, boxes: &[[Aabb; 2]]) -> Self {
+    /// For the boxes of edits, told for a layout's [bands](BrickLayout::bands), that `live` has just followed. Nothing where
+    /// they hold so much that it is to be baked anew.
+    pub fn new(layout: &BrickLayout, live: &LiveProgram, boxes: &[[Aabb; 2]]) -> Option<Self> {
         let mut work = Self {
             boxes: joined(boxes),
             units: Vec::new(),
             is_latest: true,
         };
-        let blocks = work.touched_blocks(layout);
+        let blocks = work.touched_blocks(layout)?;
         work.units = units(layout, live, blocks);
-        work
+        Some(work)
     }
 
     /// Take on what was left of earlier edits.
@@ -57,7 +60,7 @@ impl EditWork {
     pub fn sort_by_distance(&mut self, layout: &BrickLayout, eye: Vec3) {
         let cut = |unit: &Unit| -> Vec<Unit> {
             let few = unit.blocks.chunks(SHORT_UNIT);
-            let blocks = few.map(<[UVec3]>::to_vec);
+            let blocks = few.map(<[IVec3]>::to_vec);
             let part = unit.part;
             blocks.map(|blocks| Unit { part, blocks }).collect()
         };
@@ -94,8 +97,8 @@ impl EditWork {
     }
 
     /// Of the block with a first cell, those whose samples can have changed: a bit for each.
-    pub fn dirty_cells(&self, layout: &BrickLayout, first: UVec3) -> u64 {
-        let last = layout.cell_box(first + (BLOCK_SIDE - 1));
+    pub fn dirty_cells(&self, layout: &BrickLayout, first: IVec3) -> u64 {
+        let last = layout.cell_box(first + (BLOCK_SIDE as i32 - 1));
         let block = Aabb::new(layout.cell_box(first).min, last.max);
         let block = block.grown(layout.lattice.voxel);
         let touches = |held: Aabb, dirty: &Aabb| !held.intersection(*dirty).is_empty();
@@ -104,8 +107,8 @@ impl EditWork {
             if !touches(block, dirty) || cells == u64::MAX {
                 continue;
             }
-            for i in 0..CELLS as u32 {
-                let cell = first + uvec3(i % 4, i / 4 % 4, i / 16);
+            for i in 0..CELLS {
+                let cell = first + inner_cell(i);
                 // What lies on a cell's side is in both.
                 let held = layout.cell_box(cell).grown(0.01 * layout.lattice.voxel);
                 cells |= u64::from(touches(held, dirty)) << i;
@@ -114,43 +117,51 @@ impl EditWork {
         cells
     }
 
-    fn touched_blocks(&self, layout: &BrickLayout) -> BTreeSet<[u32; 3]> {
+    fn touched_blocks(&self, layout: &BrickLayout) -> Option<BTreeSet<[i32; 3]>> {
         let edge = layout.cell_length() * BLOCK_SIDE as f32;
         let mut blocks = BTreeSet::new();
-        let last = layout.blocks.as_vec3() - 1.0;
+        let [low, high] = layout.block_range().map(|block| block.as_vec3());
+        let high = high - 1.0;
+        let mut count = 0.0;
         for [_, far] in &self.boxes {
             let first = ((far.min - layout.lattice.corner) / edge).floor();
             let end = ((far.max - layout.lattice.corner) / edge).floor();
-            if far.is_empty() || !first.cmple(last).all() || !end.cmpge(Vec3::ZERO).all() {
+            // There is no surface outside of the box: it has grown for what was put there.
+            if far.is_empty() || !first.cmple(high).all() || !end.cmpge(low).all() {
                 continue;
             }
-            let first = first.clamp(Vec3::ZERO, last).as_uvec3();
-            let end = end.clamp(Vec3::ZERO, last).as_uvec3();
+            let (first, end) = (first.clamp(low, high), end.clamp(low, high));
+            count += (end - first + 1.0).element_product();
+            if count > MOST_BLOCKS {
+                return None;
+            }
+            let (first, end) = (first.as_ivec3(), end.as_ivec3());
             for z in first.z..=end.z {
                 for y in first.y..=end.y {
                     for x in first.x..=end.x {
-                        blocks.insert((uvec3(x, y, z) * BLOCK_SIDE).to_array());
+                        let block = IVec3::new(x, y, z) * BLOCK_SIDE as i32;
+                        blocks.insert(block.to_array());
                     }
                 }
             }
         }
-        blocks
+        Some(blocks)
     }
 }
 
 /// Blocks by their first cells, part by part.
-fn units(layout: &BrickLayout, live: &LiveProgram, blocks: BTreeSet<[u32; 3]>) -> Vec<Unit> {
-    let side = (live.parts().edge / layout.cell_length()).round() as u32;
-    let mut parts: BTreeMap<[u32; 3], Vec<UVec3>> = BTreeMap::new();
+fn units(layout: &BrickLayout, live: &LiveProgram, blocks: BTreeSet<[i32; 3]>) -> Vec<Unit> {
+    let side = (live.parts().edge / layout.cell_length()).round() as i32;
+    let mut parts: BTreeMap<[i32; 3], Vec<IVec3>> = BTreeMap::new();
     for block in blocks {
-        let block = UVec3::from_array(block);
+        let block = IVec3::from_array(block);
         parts
-            .entry((block / side).to_array())
+            .entry(block.div_euclid(IVec3::splat(side)).to_array())
             .or_default()
             .push(block);
     }
     let unit = |(part, blocks)| Unit {
-        part: UVec3::from_array(part),
+        part: IVec3::from_array(part),
         blocks,
     };
     parts.into_iter().map(unit).collect()

@@ -1,13 +1,15 @@
-use super::write::{DESCRIPTION_WORDS, KIND_BRICKS, KIND_DENSE, KIND_OCTREE};
+use super::write::{DESCRIPTION_WORDS, DESCRIPTION_WORDS_1, KIND_BRICKS, KIND_DENSE, KIND_OCTREE};
 use super::{
     ALIGNMENT, ENTRY_BYTES, FORMAT_VERSION, HEADER_BYTES, MAGIC, MAX_SECTIONS, Section, Stored,
     Volume, VolumeError,
 };
+use crate::bricks::{center_of, is_lonely};
 use crate::{
-    Bits, BrickLayout, BrickSettings, Bricks, Dense, Encoding, Keep, Lattice, Layout, Octree,
-    OctreeSettings, RESOLUTIONS, Range, Texels, Tree,
+    BLOCK_SIDE, Bits, BlockTable, BrickLayout, BrickSettings, Bricks, Dense, Encoding, FAR_SLOTS,
+    FARTHEST_VOXEL, Keep, Lattice, Layout, Octree, OctreeSettings, RESOLUTIONS, Range, Texels,
+    Tree,
 };
-use glam::{UVec3, Vec3};
+use glam::{IVec3, UVec3, Vec3};
 use memmap2::{Mmap, MmapMut};
 use std::fs::File;
 use std::path::Path;
@@ -48,6 +50,7 @@ pub(super) fn copied(bytes: &[u8], path: &Path) -> Result<Stored, VolumeError> {
 struct Reader<'a> {
     map: Arc<Mmap>,
     path: &'a Path,
+    version: u32,
     sections: Vec<(Section, std::ops::Range<usize>)>,
 }
 
@@ -134,6 +137,7 @@ impl<'a> Reader<'a> {
         Ok(Self {
             map,
             path,
+            version,
             sections,
         })
     }
@@ -178,7 +182,10 @@ impl<'a> Reader<'a> {
 
     fn read(self) -> Result<Stored, VolumeError> {
         let about = Section::Description;
-        let words = self.words(about)?;
+        let mut words = self.words(about)?;
+        if self.version == 1 && words.len() == DESCRIPTION_WORDS_1 {
+            words.extend([0, 0, 0, 1]);
+        }
         let Ok(words) = <[u32; DESCRIPTION_WORDS]>::try_from(words) else {
             return Err(self.fault(about, "it has another length"));
         };
@@ -196,6 +203,10 @@ impl<'a> Reader<'a> {
             levels,
             brick,
             depth,
+            first_x,
+            first_y,
+            first_z,
+            is_cut,
         ] = words;
         let bits = match bits {
             8 => Bits::Eight,
@@ -206,14 +217,29 @@ impl<'a> Reader<'a> {
         let lattice = Lattice {
             corner: Vec3::from_array([x, y, z].map(f32::from_bits)),
             voxel: f32::from_bits(voxel),
+            begin: UVec3::new(first_x, first_y, first_z).as_ivec3(),
             size: UVec3::new(nx, ny, nz),
+            is_cut: is_cut != 0,
+        };
+        let begin = lattice.begin.to_array().map(i64::from);
+        let is_countable = begin
+            .iter()
+            .zip(lattice.size.to_array())
+            .all(|(first, size)| {
+                let farthest = i64::from(FARTHEST_VOXEL);
+                *first >= -farthest && first + i64::from(size) <= farthest
+            });
+        let is_sized = if kind == KIND_BRICKS && self.version > 1 {
+            is_countable
+        } else {
+            RESOLUTIONS.contains(&lattice.size.max_element()) && lattice.begin == IVec3::ZERO
         };
         let is_positive = |v: f32| v.is_finite() && v > 0.0;
         let is_sane = is_positive(range)
             && range <= 1e6
             && is_positive(lattice.voxel)
+            && is_sized
             && lattice.aabb().is_finite()
-            && RESOLUTIONS.contains(&lattice.size.max_element())
             && lattice.size.min_element() >= 1;
         if !is_sane {
             return Err(self.fault(about, "its measures make no sense"));
@@ -276,14 +302,68 @@ impl<'a> Reader<'a> {
             return Err(self.fault(Section::Mixed, "half a material is left"));
         }
         let mixed = mixed.as_chunks::<2>().0.to_vec();
+        let cells = self.words(Section::Cells)?;
+        let blocks = if self.version == 1 {
+            all_blocks(&layout, &cells).ok_or_else(|| {
+                self.fault(Section::Cells, "there are not as many as the volume has")
+            })?
+        } else {
+            self.blocks(&layout, &cells)?
+        };
         Bricks::from_parts(
             layout,
             f32::from_bits(lipschitz),
-            self.words(Section::Cells)?,
+            blocks,
             (self.words(Section::Materials)?, mixed),
             pool,
         )
         .map_err(|reason| self.fault(Section::Cells, reason))
+    }
+
+    /// The table of blocks, and the words of its slots.
+    fn blocks(
+        &self,
+        layout: &BrickLayout,
+        cells: &[u32],
+    ) -> Result<(BlockTable, Vec<u32>), VolumeError> {
+        let signed = |section| -> Result<Vec<i32>, VolumeError> {
+            Ok(self.words(section)?.iter().map(|&w| w as i32).collect())
+        };
+        let blocks = signed(Section::Blocks)?;
+        let (blocks, rest) = blocks.as_chunks::<3>();
+        if !rest.is_empty() || cells.len() != 64 * blocks.len() {
+            return Err(self.fault(Section::Blocks, "there are not as many as cells"));
+        }
+        let farthest = FARTHEST_VOXEL / (layout.brick * BLOCK_SIDE) as i32 + 1;
+        let is_near = |c: &i32| (-farthest..=farthest).contains(c);
+        let [low, high] = layout.block_range();
+        let mut table = BlockTable::new(low, high);
+        let inside = signed(Section::Inside)?;
+        let (inside, rest) = inside.as_chunks::<4>();
+        for &[x, y, z, side] in inside {
+            let first = IVec3::new(x, y, z);
+            let is_cube = [x, y, z].iter().all(is_near)
+                && (1..=1 << 21).contains(&side)
+                && side.ilog2() % 3 == 0
+                && side.count_ones() == 1
+                && first.rem_euclid(IVec3::splat(side)) == IVec3::ZERO;
+            if !is_cube || !rest.is_empty() {
+                return Err(self.fault(Section::Inside, "a cube that cannot be"));
+            }
+            table.set_far(first, first + side, true);
+        }
+        let mut words = vec![0; FAR_SLOTS as usize * 64];
+        for (block, own) in blocks.iter().zip(cells.as_chunks::<64>().0) {
+            let at = IVec3::from_array(*block);
+            if !block.iter().all(is_near) || table.find(at).is_some() {
+                return Err(
+                    self.fault(Section::Blocks, "a block that cannot be, or is there twice")
+                );
+            }
+            table.insert(at);
+            words.extend(own);
+        }
+        Ok((table, words))
     }
 
     fn octree(
@@ -321,6 +401,36 @@ impl<'a> Reader<'a> {
         Octree::from_parts(layout, tree, texels)
             .ok_or_else(|| self.fault(Section::Texels(0), "its size is another"))
     }
+}
+
+/// Of version 1, which has the words of all blocks of the box: the table of those that are not far from everything.
+fn all_blocks(layout: &BrickLayout, cells: &[u32]) -> Option<(BlockTable, Vec<u32>)> {
+    let [low, high] = layout.block_range();
+    let size = (high - low).as_uvec3();
+    let count = size
+        .to_array()
+        .map(|n| n as usize)
+        .iter()
+        .product::<usize>();
+    if cells.len() != 64 * count {
+        return None;
+    }
+    let mut table = BlockTable::new(low, high);
+    let mut words = vec![0; FAR_SLOTS as usize * 64];
+    let far = 0.999 * layout.far_length();
+    for (at, own) in (0u32..).zip(cells.as_chunks::<64>().0) {
+        let place = UVec3::new(at % size.x, at / size.x % size.y, at / size.x / size.y);
+        let block = low + place.as_ivec3();
+        let center = center_of(own[0]);
+        let is_far = |&w: &u32| is_lonely(w) && w >> 31 != 0 && center_of(w).abs() >= far;
+        if own.iter().all(is_far) {
+            table.set_far(block, block + 1, center < 0.0);
+        } else {
+            table.insert(block);
+            words.extend(own);
+        }
+    }
+    Some((table, words))
 }
 
 fn content(path: &Path, section: Section, reason: &str) -> VolumeError {

@@ -3,8 +3,9 @@ use crate::{Encoding, Lattice};
 use std::io::{self, Write};
 
 /// Words of the description: kind, bits, range in voxels, corner, voxel, size, levels, brick, depth or, of sparse bricks, the
-/// Lipschitz constant.
-pub(super) const DESCRIPTION_WORDS: usize = 13;
+/// Lipschitz constant; then the first voxel, and whether the box cuts what is solid, which version 1 has not.
+pub(super) const DESCRIPTION_WORDS: usize = 17;
+pub(super) const DESCRIPTION_WORDS_1: usize = 13;
 pub(super) const KIND_DENSE: u32 = 1;
 pub(super) const KIND_OCTREE: u32 = 2;
 pub(super) const KIND_BRICKS: u32 = 3;
@@ -12,6 +13,7 @@ pub(super) const KIND_BRICKS: u32 = 3;
 pub(super) fn write(volume: &Volume, scene_json: &str, mut out: impl Write) -> io::Result<()> {
     // Gather the sections; what is large is borrowed.
     let description;
+    let (mut blocks, mut inside, mut words) = (Vec::new(), Vec::new(), Vec::new());
     let mut sections: Vec<(Section, &[u8])> = Vec::new();
     match volume {
         Volume::Dense(dense) => {
@@ -39,7 +41,18 @@ pub(super) fn write(volume: &Volume, scene_json: &str, mut out: impl Write) -> i
             let layout = bricks.layout();
             let own = [1, layout.brick, bricks.lipschitz().to_bits()];
             description = describe(KIND_BRICKS, &layout.encoding, &layout.lattice, own);
-            sections.push((Section::Cells, bytemuck::cast_slice(bricks.words())));
+            // Without slots that are of no block.
+            for (slot, block) in bricks.table().blocks() {
+                blocks.extend(block.to_array());
+                words.extend_from_slice(&bricks.words()[64 * slot..64 * (slot + 1)]);
+            }
+            bricks.table().each_inside(|low, high| {
+                inside.extend(low.to_array());
+                inside.push(high.x - low.x);
+            });
+            sections.push((Section::Blocks, bytemuck::cast_slice(&blocks)));
+            sections.push((Section::Inside, bytemuck::cast_slice(&inside)));
+            sections.push((Section::Cells, bytemuck::cast_slice(&words)));
             sections.push((Section::Materials, bytemuck::cast_slice(bricks.materials())));
             sections.push((Section::Mixed, bytemuck::cast_slice(bricks.mixed())));
             sections.push((Section::Texels(0), bricks.pool().bytes()));
@@ -105,6 +118,10 @@ fn describe(kind: u32, encoding: &Encoding, lattice: &Lattice, own: [u32; 3]) ->
         levels,
         brick,
         depth,
+        lattice.begin.x as u32,
+        lattice.begin.y as u32,
+        lattice.begin.z as u32,
+        u32::from(lattice.is_cut),
     ];
     words.iter().flat_map(|w| w.to_le_bytes()).collect()
 }

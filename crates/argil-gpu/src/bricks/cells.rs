@@ -1,0 +1,173 @@
+//! The table of blocks on the device, and the words of their cells: one buffer, as bindings are few.
+//!
+//! ```text
+//!   tree    the entries of the table, with room for more
+//!   slots   the first cell of each slot's block, three numbers each
+//!   words   64 for each slot
+//! ```
+//!
+//! The CPU decides which blocks there are, by what it knows of the field; it keeps the table, and brings over what changes. What
+//! is in the words is the device's alone.
+
+use crate::table::Table;
+use crate::volume::read_table;
+use crate::{Gpu, GpuError};
+use argil_abi::Volume as Words;
+use argil_volume::{BlockTable, FAR_SLOTS, empty_word, far_words};
+
+/// See the module's page.
+pub(crate) struct Cells {
+    pub table: BlockTable,
+    pub buffer: Table,
+    tree_room: u32,
+    slot_room: u32,
+    /// The greatest distance that a cell tells.
+    far: f32,
+}
+
+/// A little more than is needed, so that not every block moves the buffer.
+fn with_air(needed: usize) -> u32 {
+    (needed + needed / 4 + 64) as u32
+}
+
+impl Cells {
+    /// Of a table, with empty words in all slots; or with words.
+    pub fn new(
+        gpu: &Gpu,
+        mut table: BlockTable,
+        far: f32,
+        words: Option<&[u32]>,
+    ) -> Result<Self, GpuError> {
+        table.take_changed();
+        let mut cells = Self {
+            tree_room: table.entries().len() as u32,
+            slot_room: table.slots() as u32,
+            table,
+            buffer: Table::new("cells"),
+            far,
+        };
+        cells.buffer.reserve_exact(gpu, cells.bytes())?;
+        cells.write_head(gpu);
+        match words {
+            Some(words) => cells.patch(gpu, cells.words_at(), words),
+            None => cells.clear(gpu),
+        }
+        Ok(cells)
+    }
+
+    fn slots_at(&self) -> u32 {
+        self.tree_room
+    }
+
+    fn words_at(&self) -> u32 {
+        self.tree_room + 3 * self.slot_room
+    }
+
+    fn bytes(&self) -> u64 {
+        4 * (u64::from(self.words_at()) + 64 * u64::from(self.slot_room))
+    }
+
+    /// Bytes on the device, and of the table beside it.
+    pub fn memory_bytes(&self) -> u64 {
+        self.buffer.size() + self.table.memory_bytes()
+    }
+
+    /// What shaders are told of it.
+    pub fn described(&self, words: Words) -> Words {
+        let (low, top) = self.table.top();
+        Words {
+            tree_x: low.x,
+            tree_y: low.y,
+            tree_z: low.z,
+            top_x: top.x,
+            top_y: top.y,
+            top_z: top.z,
+            tree_levels: self.table.levels(),
+            slots_at: self.slots_at(),
+            words_at: self.words_at(),
+            code_count: 64 * self.table.slots() as u32,
+            ..words
+        }
+    }
+
+    fn patch(&self, gpu: &Gpu, at: u32, words: &[u32]) {
+        self.buffer
+            .patch(gpu, 4 * u64::from(at), bytemuck::cast_slice(words));
+    }
+
+    fn first_cells(&self, slots: impl Iterator<Item = usize>) -> Vec<u32> {
+        slots
+            .flat_map(|slot| self.table.cell(slot).to_array().map(|c| c as u32))
+            .collect()
+    }
+
+    fn write_head(&self, gpu: &Gpu) {
+        self.patch(gpu, 0, self.table.entries());
+        let cells = self.first_cells(0..self.table.slots());
+        self.patch(gpu, self.slots_at(), &cells);
+    }
+
+    /// Make all blocks empty.
+    pub fn clear(&self, gpu: &Gpu) {
+        let mut words = far_words(self.far);
+        words.resize(64 * self.table.slots(), empty_word(0.0));
+        self.patch(gpu, self.words_at(), &words);
+    }
+
+    /// Bring over what changed in the table, with empty words for slots that have a new block.
+    pub fn follow(&mut self, gpu: &Gpu, new: &[u32]) -> Result<(), GpuError> {
+        let changed = self.table.take_changed();
+        let (entries, slots) = (self.table.entries().len(), self.table.slots());
+        if entries as u32 > self.tree_room || slots as u32 > self.slot_room {
+            let (old_at, old_slots) = (self.words_at(), self.slot_room);
+            self.tree_room = with_air(entries);
+            self.slot_room = with_air(slots);
+            let mut buffer = Table::new("cells");
+            buffer.reserve_exact(gpu, self.bytes())?;
+            let old = std::mem::replace(&mut self.buffer, buffer);
+            gpu.checked(|| {
+                let mut encoder = gpu
+                    .device
+                    .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+                if let (Some(from), Some(to)) = (old.buffer(), self.buffer.buffer()) {
+                    let (from_at, to_at) = (4 * u64::from(old_at), 4 * u64::from(self.words_at()));
+                    let bytes = 256 * u64::from(old_slots);
+                    encoder.copy_buffer_to_buffer(from, from_at, to, to_at, bytes);
+                }
+                gpu.queue.submit([encoder.finish()]);
+            })?;
+            self.write_head(gpu);
+        } else {
+            self.patch(
+                gpu,
+                changed.start as u32,
+                &self.table.entries()[changed.clone()],
+            );
+        }
+        let mut new = new.to_vec();
+        new.sort_unstable();
+        for run in new.chunk_by(|a, b| a + 1 == *b) {
+            let cells = self.first_cells(run.iter().map(|&slot| slot as usize));
+            self.patch(gpu, self.slots_at() + 3 * run[0], &cells);
+            let words = vec![empty_word(0.0); 64 * run.len()];
+            self.patch(gpu, self.words_at() + 64 * run[0], &words);
+        }
+        Ok(())
+    }
+
+    /// The words of all slots, after a wait.
+    pub async fn read(&self, gpu: &Gpu) -> Result<Vec<u32>, GpuError> {
+        let begin = self.words_at() as usize;
+        let end = begin + 64 * self.table.slots();
+        let bytes = read_table(gpu, &self.buffer, 4 * end as u64).await?;
+        let words = bytes.chunks_exact(4).map(bytemuck::pod_read_unaligned);
+        Ok(words.skip(begin).collect())
+    }
+
+    /// Bytes of so many slots that are not there yet.
+    pub fn bytes_for(more: u64) -> u64 {
+        more * (256 + 24)
+    }
+}
+
+const _: () = assert!(FAR_SLOTS == 16, "bricks/words.wgsl has the same");
