@@ -10,7 +10,7 @@ use argil::{
     Orbit, Placement, Scene, Settings, Shape, Show, Via, Volume, World,
 };
 use argil_metrics::surface::{Apart, points_on};
-use argil_metrics::{Spread, depth, flip, laplacian, psnr, ssim};
+use argil_metrics::{Picture, Spread, depth, flip, laplacian, psnr, ssim};
 use image::RgbImage;
 use std::collections::BTreeMap;
 use std::time::Instant;
@@ -197,6 +197,17 @@ fn image(drawn: Drawn) -> anyhow::Result<RgbImage> {
     RgbImage::from_raw(width, height, drawn.rgb).context("a picture of another size")
 }
 
+/// A picture as it is measured, and as it is kept.
+fn measured(own: &RgbImage) -> anyhow::Result<Picture> {
+    let measured = Picture::new(own.dimensions().into(), own.as_raw().clone());
+    measured.context("a picture of another size")
+}
+
+fn kept(own: &Picture) -> anyhow::Result<RgbImage> {
+    let [width, height] = own.size();
+    RgbImage::from_raw(width, height, own.rgb().to_vec()).context("a picture of another size")
+}
+
 fn picture(
     world: &World,
     case: &Case,
@@ -218,6 +229,7 @@ fn picture(
     }
     out.about(world)?;
     let own = image(drawn)?;
+    let seen_own = measured(&own)?;
     if look.is_compared && case.way.kind != Kind::Field {
         // The reference is the field, drawn by the same device.
         let scene = scene(&case.scene)?;
@@ -227,12 +239,12 @@ fn picture(
             ground: false,
             ..reference.settings(plan.size(), look.show)
         };
-        let right = image(reference.draw(&camera, &exact)?)?;
-        out.set("psnr_db", psnr(&right, &own)?.min(200.0));
-        out.set("ssim", ssim(&right, &own)?);
-        let seen = flip::flip(&right, &own, flip::PIXELS_A_DEGREE)?;
+        let right = measured(&image(reference.draw(&camera, &exact)?)?)?;
+        out.set("psnr_db", psnr(&right, &seen_own)?.min(200.0));
+        out.set("ssim", ssim(&right, &seen_own)?);
+        let seen = flip::flip(&right, &seen_own, flip::PIXELS_A_DEGREE)?;
         out.set("flip_mean", seen.mean());
-        let edges = laplacian::difference(&right, &own)?;
+        let edges = laplacian::difference(&right, &seen_own)?;
         out.set("laplacian_equal_pixels", edges.equal_pixels as f64);
         out.set("laplacian_mean_abs", edges.mean_abs);
         let histogram = edges.histogram.iter().map(|&n| n as f64).collect();
@@ -245,14 +257,15 @@ fn picture(
         out.spread("depth", &depths.both, radius);
         out.set("missed_pixels", depths.missed as f64);
         out.set("added_pixels", depths.added as f64);
-        out.pictures.push(("laplacian".into(), edges.picture));
+        let edges = kept(&edges.picture)?;
+        out.pictures.push(("laplacian".into(), edges));
     }
     if look.is_compared && case.way.kind == Kind::Field {
         // The study's figure 29: what a blank picture differs by.
-        let edges = laplacian::laplacian(&own);
-        let equal = edges.pixels().filter(|p| p.0 == [0; 3]).count();
+        let edges = laplacian::laplacian(&seen_own);
+        let equal = edges.pixels().iter().filter(|p| **p == [0; 3]).count();
         out.set("laplacian_equal_pixels", equal as f64);
-        out.pictures.push(("laplacian".into(), edges));
+        out.pictures.push(("laplacian".into(), kept(&edges)?));
     }
     out.pictures.push(("picture".into(), own));
     Ok(())

@@ -31,9 +31,9 @@ pub enum Command {
     /// Say what is in a scene or a volume
     Info(Info),
     /// Measure all that the 2023 study did and more, and write a report; goes on where it was interrupted
-    Study(Study),
+    Study(Companion),
     /// Open the editor
-    Studio(Studio),
+    Studio(Companion),
     /// List what this machine can run on, and what --device auto takes
     Devices(Devices),
     /// Print the JSON schema of scene files
@@ -197,7 +197,7 @@ pub struct Bake {
     #[arg(short, long, value_name = "VOLUME")]
     pub output: Option<PathBuf>,
     /// What is built
-    #[arg(long, value_enum, default_value_t = Via::Dense)]
+    #[arg(long, value_enum, default_value_t = Via::Bricks)]
     pub via: Via,
     #[command(flatten)]
     pub volume: VolumeFlags,
@@ -420,62 +420,13 @@ pub struct Info {
     pub json: bool,
 }
 
+/// What another program of Argil is given.
 #[derive(Args)]
-#[command(args_conflicts_with_subcommands = true)]
-pub struct Study {
-    #[command(subcommand)]
-    pub command: Option<StudyCommand>,
-    /// The folder of records, pictures and the report
-    #[arg(short, long, value_name = "DIR", default_value = "study-out")]
-    pub output: PathBuf,
-    /// How much is measured: what a quarter of an hour allows on two cores, or all
-    #[arg(long, value_enum, default_value_t = Preset::Quick)]
-    pub preset: Preset,
-    /// What it is measured on; auto: the CPU, and a GPU where there is one, in hardware or software
-    #[arg(long, value_enum, default_value_t = Device::Auto)]
-    pub device: Device,
-    /// Measure these experiments alone
-    #[arg(long, value_name = "NAME", value_delimiter = ',')]
-    pub only: Vec<String>,
-    /// Print one JSON object on stdout and nothing else there
-    #[arg(long)]
-    pub json: bool,
-}
-
-#[derive(Subcommand)]
-pub enum StudyCommand {
-    /// Make the report of records again, of several machines side by side
-    Report {
-        /// Folders that a study has written, or their records.jsonl
-        #[arg(required = true)]
-        records: Vec<PathBuf>,
-        /// Where the report goes
-        #[arg(short, long, value_name = "HTML", default_value = "report.html")]
-        output: PathBuf,
-    },
-    /// Write what records say as a page of Markdown
-    Findings {
-        /// Folders that a study has written, or their records.jsonl
-        #[arg(required = true)]
-        records: Vec<PathBuf>,
-        /// Where the page goes
-        #[arg(short, long, value_name = "MD", default_value = "findings.md")]
-        output: PathBuf,
-    },
-}
-
-#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum Preset {
-    Quick,
-    Full,
-}
-
-#[derive(Args)]
-pub struct Studio {
-    /// A scene to open; without one, a sample
-    pub scene: Option<PathBuf>,
-    #[command(flatten)]
-    pub on: On,
+#[command(disable_help_flag = true)]
+pub struct Companion {
+    /// Its arguments; `--help` lists them
+    #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
+    pub arguments: Vec<std::ffi::OsString>,
 }
 
 #[derive(Args)]

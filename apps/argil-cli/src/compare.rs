@@ -4,8 +4,7 @@ use crate::args::Compare;
 use crate::output;
 use anyhow::{Context, ensure};
 use argil_metrics::flip::{FlipMap, flip};
-use argil_metrics::{differing_pixels, laplacian, psnr, ssim};
-use image::{Rgb, RgbImage};
+use argil_metrics::{Picture, differing_pixels, laplacian, psnr, ssim};
 use serde_json::json;
 use std::path::Path;
 
@@ -33,7 +32,7 @@ pub fn run(options: &Compare) -> anyhow::Result<()> {
     let seen = flip(&a, &b, options.pixels_per_degree)?;
     let difference = laplacian::difference(&a, &b)?;
     let report = json!({
-        "size": [a.width(), a.height()],
+        "size": a.size(),
         // JSON has no infinity: equal pictures have none.
         "psnr_db": psnr.is_finite().then_some(psnr),
         "ssim": ssim,
@@ -68,34 +67,28 @@ pub fn run(options: &Compare) -> anyhow::Result<()> {
 }
 
 /// A picture in 8-bit sRGB.
-fn picture(path: &Path) -> anyhow::Result<RgbImage> {
-    let place = || path.display().to_string();
-    let reader = image::ImageReader::open(path).with_context(place)?;
-    // What a file is, its first bytes say.
-    let reader = reader.with_guessed_format().with_context(place)?;
-    let picture = reader
-        .decode()
-        .with_context(|| format!("{}: it is read as a PNG picture", path.display()))?;
-    let color = picture.color();
-    if color.has_alpha() || color.bytes_per_pixel() > color.channel_count() {
+fn picture(path: &Path) -> anyhow::Result<Picture> {
+    let read = argil::read_png(path)?;
+    if read.had_more {
         eprintln!(
             "argil: {}: 8 bits of red, green and blue are compared; alpha and finer steps are left out",
             path.display()
         );
     }
-    Ok(picture.to_rgb8())
+    Picture::new(read.size, read.rgb)
+        .with_context(|| format!("{}: a picture of another size", path.display()))
 }
 
-fn save(path: &Path, map: &RgbImage) -> anyhow::Result<()> {
-    Ok(argil::save_png(path, map.dimensions().into(), map)?)
+fn save(path: &Path, map: &Picture) -> anyhow::Result<()> {
+    Ok(argil::save_png(path, map.size(), map.rgb())?)
 }
 
 /// A map of differences, from black over red and yellow to white.
-fn map(seen: &FlipMap) -> RgbImage {
+fn map(seen: &FlipMap) -> Picture {
     let [width, height] = seen.size;
-    RgbImage::from_fn(width, height, |x, y| {
+    Picture::of([width, height], |x, y| {
         let v = 3.0 * seen.values[(y * width + x) as usize].sqrt();
         let part = |from: f32| ((v - from).clamp(0.0, 1.0) * 255.0).round() as u8;
-        Rgb([part(0.0), part(1.0), part(2.0)])
+        [part(0.0), part(1.0), part(2.0)]
     })
 }

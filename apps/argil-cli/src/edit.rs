@@ -2,7 +2,7 @@
 
 use crate::args::{Edit, Via};
 use crate::{input, output};
-use anyhow::{Context, ensure};
+use anyhow::{Context, bail, ensure};
 use argil::{Aabb, Applied, BrickEdit, Journal, Scene, World};
 use serde_json::{Value, json};
 use std::io::BufRead;
@@ -31,11 +31,18 @@ pub fn run(options: &Edit) -> anyhow::Result<()> {
         }
     }
     if let Some(path) = &options.journal {
-        ensure!(
-            !path.exists(),
-            "{}: there is a journal already: bring its edits back with `argil recover`, or remove it",
-            path.display()
-        );
+        // Whoever makes it first has it: of two processes that begin at once, one goes on.
+        let made = std::fs::File::create_new(path);
+        if made
+            .as_ref()
+            .is_err_and(|e| e.kind() == std::io::ErrorKind::AlreadyExists)
+        {
+            bail!(
+                "{}: there is a journal already: bring its edits back with `argil recover`, or remove it",
+                path.display()
+            );
+        }
+        made.with_context(|| path.display().to_string())?;
     }
     let engine = input::engine(&options.on)?;
     ensure!(
@@ -102,17 +109,20 @@ fn replay(
         if line.trim().is_empty() {
             continue;
         }
-        let edited = match &mut journal {
-            Some(journal) => journal.replay(scene, &line).with_context(place)?,
-            None => scene.replay(&line).with_context(place)?,
+        let record = |journal: &mut Option<&mut Journal>| match journal {
+            Some(journal) => journal.record(&line).with_context(place),
+            None => Ok(()),
         };
-        if edited.is_none() {
+        if scene.replay(&line).with_context(place)?.is_none() {
+            record(&mut journal)?;
             continue;
         }
         let start = Instant::now();
         let own = world.apply(scene).with_context(place)?;
         // A GPU is waited for, so that it is known what the edit took.
         let finished = world.finish().with_context(place)?;
+        // What the world refuses is not recorded.
+        record(&mut journal)?;
         if own.rebuilt {
             scene.set_bands(world.bands());
         }
@@ -168,7 +178,16 @@ fn report(
         at(1.0).unwrap_or(0.0)
     ));
     if rebuilt > 0 {
-        output::line(&format!("{rebuilt} of them made everything again"));
+        output::line(&format!("{rebuilt} of them made everything again:"));
+        let mut reasons: Vec<String> = done
+            .iter()
+            .filter_map(|d| d.applied.reason)
+            .map(|reason| reason.to_string())
+            .collect();
+        reasons.sort_unstable();
+        for same in reasons.chunk_by(|a, b| a == b) {
+            output::line(&format!("  {}: {}", same.len(), same[0]));
+        }
     }
     if differing == Some(0) {
         output::line("the same as a fresh bake");
@@ -186,6 +205,7 @@ fn edit(done: &Done) -> Value {
         "added": done.counts.added,
         "removed": done.counts.removed,
         "rebuilt": done.applied.rebuilt,
+        "reason": done.applied.reason.map(|reason| reason.to_string()),
         "dirty_box": held.then(|| [min.to_array(), max.to_array()]),
     })
 }

@@ -7,7 +7,7 @@ pub fn report(error: &anyhow::Error) -> ExitCode {
     eprintln!("argil: {error:#}");
     let of_machine = error.chain().any(|cause| {
         cause.is::<EngineError>()
-            || cause.is::<argil_studio::NoWindow>()
+            || cause.is::<crate::companion::Missing>()
             || matches!(cause.downcast_ref(), Some(RenderError::Gpu(_)))
             || cause.downcast_ref().is_some_and(lacks)
             || matches!(cause.downcast_ref(), Some(VolumeFileError::Build(e)) if lacks(e))

@@ -2,6 +2,7 @@
 
 mod args;
 mod bake;
+mod companion;
 mod compare;
 mod devices;
 mod edit;
@@ -14,8 +15,6 @@ mod output;
 mod recover;
 mod render;
 mod schema;
-mod studio;
-mod study;
 
 use args::{Arguments, Command};
 use clap::Parser;
@@ -24,12 +23,15 @@ use std::process::ExitCode;
 fn main() -> ExitCode {
     // clap prints usage errors itself and exits with 2.
     let arguments = Arguments::parse();
+    quiet_loaders();
     // Told to stop in the middle of writing, leave nothing behind. Without a handler the old file is whole all the same.
     let _ = ctrlc::set_handler(|| {
         argil::remove_unfinished_files();
         std::process::exit(130);
     });
     let result = match arguments.command {
+        Command::Study(given) => return companion::run("argil-study", &given),
+        Command::Studio(given) => return companion::run("argil-studio", &given),
         Command::Render(options) => render::run(&options),
         Command::Bake(options) => bake::run(&options),
         Command::Mesh(options) => mesh::run(&options),
@@ -38,13 +40,21 @@ fn main() -> ExitCode {
         Command::Import(options) => import::run(&options),
         Command::Compare(options) => compare::run(&options),
         Command::Info(options) => info::run(&options),
-        Command::Study(options) => study::run(&options),
-        Command::Studio(options) => studio::run(&options),
         Command::Devices(options) => devices::run(&options),
         Command::Schema => schema::run(),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => failure::report(&error),
+    }
+}
+
+/// A Vulkan loader asks Wayland's library for a screen, which complains on stderr where there is no folder for it. Nobody
+/// who runs this command wants to know.
+fn quiet_loaders() {
+    #[cfg(target_os = "linux")]
+    if std::env::var_os("XDG_RUNTIME_DIR").is_none() {
+        // SAFETY: no other thread runs yet.
+        unsafe { std::env::set_var("XDG_RUNTIME_DIR", std::env::temp_dir()) };
     }
 }

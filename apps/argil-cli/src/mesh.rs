@@ -98,7 +98,11 @@ pub fn run(options: &Mesh) -> anyhow::Result<()> {
                 most_triangles: Some(most.max(4)),
                 ..settings
             };
-            let fewer = world.mesh(&fewer).with_context(place)?;
+            let fewer = match world.mesh(&fewer) {
+                // So few triangles are no closed surface any more.
+                Err(argil::MeshError::Simplify(_)) if lod > 1 => break,
+                made => made.with_context(place)?,
+            };
             // No more can be left out.
             if fewer.report.triangles == before {
                 break;

@@ -566,7 +566,16 @@ impl<'a> Lowering<'a> {
         if copies > MAX_COPIES_A_LOOP && op == abi::OP_REPEAT || frame.copies > MAX_COPIES {
             return Err(LowerError::TooManyCopies {
                 path: self.scene.path(node),
-                count: copies.max(frame.copies),
+                count: if frame.copies > MAX_COPIES {
+                    frame.copies
+                } else {
+                    copies
+                },
+                limit: if frame.copies > MAX_COPIES {
+                    MAX_COPIES
+                } else {
+                    MAX_COPIES_A_LOOP
+                },
             });
         }
         let instr = self.with(op, words);

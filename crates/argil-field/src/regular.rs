@@ -29,6 +29,17 @@ impl Regularity {
         isolation: f32::INFINITY,
     };
 
+    /// The same under a joint that blends over a length. What is joined is a surface where the other value is below that length,
+    /// and by then this one is not looked at: so copies that are farther away change no sign.
+    fn blended_over(self, length: f32) -> Self {
+        let isolation = self.isolation - 2.0 * length;
+        if isolation > 0.0 {
+            Self { isolation, ..self }
+        } else {
+            self.by_value()
+        }
+    }
+
     /// The same where values matter and not only signs.
     fn by_value(self) -> Self {
         Self {
@@ -90,8 +101,15 @@ pub(crate) fn regularity(
 pub(crate) fn joined(a: Regularity, b: Regularity, operator: &Operator) -> Regularity {
     let is_boolean = operator.blend == 0.0
         && !matches!(operator.kind, OperatorKind::Paint | OperatorKind::Morph);
+    let is_smooth = operator.profile == Profile::Smooth
+        && !matches!(operator.kind, OperatorKind::Paint | OperatorKind::Morph);
     let (a, b) = if is_boolean {
         (a, b)
+    } else if is_smooth {
+        (
+            a.blended_over(operator.blend),
+            b.blended_over(operator.blend),
+        )
     } else {
         (a.by_value(), b.by_value())
     };

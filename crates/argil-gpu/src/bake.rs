@@ -1,11 +1,8 @@
 //! Running the passes of a build, with what each stage takes.
 
 use crate::timing::Timing;
-use crate::{Gpu, GpuError};
+use crate::{Gpu, GpuError, StagesMs};
 use web_time::Instant;
-
-/// Each stage of a build with its milliseconds.
-pub type StagesMs = Vec<(&'static str, f64)>;
 
 /// Passes between two readings of time stamps.
 const PASSES_A_READING: u32 = 500;

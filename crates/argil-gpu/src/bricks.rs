@@ -17,7 +17,7 @@ use self::cells::Cells;
 use self::edit::Making;
 pub(crate) use self::passes::BrickPasses;
 use self::pool::Ledger;
-use crate::bake::StagesMs;
+use crate::StagesMs;
 use crate::table::Table;
 use crate::volume::{Kind, STAGING_BYTES, extent, read_table, texture_of};
 use crate::{Gpu, GpuError, GpuField, GpuVolume};

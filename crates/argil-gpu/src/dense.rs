@@ -1,10 +1,11 @@
 //! `DenseFill`: sampling a field into a texture.
 
-use crate::bake::{Bake, Groups, StagesMs};
+use crate::StagesMs;
+use crate::bake::{Bake, Groups};
 use crate::pass::{Bind, FIELD_BINDS, FILL, TABLES_WGSL, TEXELS, entry, layout, pipelines};
 use crate::texels::TexelFormat;
 use crate::volume::{Kind, dense_words, texture, uniform_of};
-use crate::{Gpu, GpuError, GpuField, GpuVolume};
+use crate::{DenseFill, Gpu, GpuError, GpuField, GpuVolume};
 use argil_abi::Fill;
 use argil_field::Program;
 use argil_volume::{Dense, Encoding, Lattice};
@@ -13,16 +14,6 @@ use argil_volume::{Dense, Encoding, Lattice};
 pub(crate) const WORK_A_DISPATCH: u64 = 4_000_000_000;
 /// Texels along the side of a dense tile.
 const TILE: u32 = 32;
-
-/// How the texture of a dense volume is filled.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum DenseFill {
-    /// A tile of 32³ texels a group, a column of 32 a thread.
-    #[default]
-    Tiled,
-    /// The 2023 study's first way: one thread a group, one texel a thread.
-    Naive,
-}
 
 impl GpuVolume {
     /// Sample a field into a dense volume; what the stages took.

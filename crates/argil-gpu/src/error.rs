@@ -8,6 +8,9 @@ pub enum GpuError {
          or use --device cpu"
     )]
     None,
+    /// This program has no part for GPUs.
+    #[error("this program was compiled without GPUs (the feature `gpu`): use --device cpu")]
+    LeftOut,
     /// The adapter does not give a device.
     #[error("{name}: {reason}")]
     Device {

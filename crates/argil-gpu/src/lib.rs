@@ -6,30 +6,55 @@
 //! `Trace::finish`, `Shade::shadow` and `Shade::light`; [`GpuField::evaluate`] runs `Query::points`; volumes are built by
 //! `DenseFill` and `Octree::…`. Nothing is compiled when a program changes, unless it was asked to be specialised, or a
 //! software device's trimmed interpreter lacks an opcode.
+//! Without the feature `device`, which is on by default, there is none of that: the same names stand for a device that no
+//! machine has, and nothing is compiled of wgpu.
 
-mod bake;
-mod bricks;
-mod dense;
-mod device;
 mod error;
+mod options;
+
+pub use error::GpuError;
+pub use options::{DenseFill, DeviceInfo, DeviceKind, MarchNormals, MarchOptions, Order, StagesMs};
+
+#[cfg(feature = "device")]
+mod bake;
+#[cfg(feature = "device")]
+mod bricks;
+#[cfg(feature = "device")]
+mod dense;
+#[cfg(feature = "device")]
+mod device;
+#[cfg(feature = "device")]
 mod field;
+#[cfg(feature = "device")]
 mod marching;
+#[cfg(feature = "device")]
 mod mesh;
+#[cfg(feature = "device")]
 mod octree;
+#[cfg(feature = "device")]
 mod pass;
+#[cfg(feature = "device")]
 mod picture;
+#[cfg(feature = "device")]
 mod query;
+#[cfg(feature = "device")]
 mod table;
+#[cfg(feature = "device")]
 mod texels;
+#[cfg(feature = "device")]
 mod timing;
+#[cfg(feature = "device")]
 mod volume;
 
-pub use bake::StagesMs;
-pub use dense::DenseFill;
-pub use device::{DeviceInfo, DeviceKind, Gpu, devices};
-pub use error::GpuError;
-pub use field::GpuField;
-pub use marching::{MarchNormals, MarchOptions};
-pub use mesh::GpuMesh;
-pub use octree::Order;
-pub use volume::GpuVolume;
+#[cfg(feature = "device")]
+pub use {
+    device::{Gpu, devices},
+    field::GpuField,
+    mesh::GpuMesh,
+    volume::GpuVolume,
+};
+
+#[cfg(not(feature = "device"))]
+mod none;
+#[cfg(not(feature = "device"))]
+pub use none::{Gpu, GpuField, GpuMesh, GpuVolume, devices};

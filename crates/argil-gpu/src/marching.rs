@@ -1,14 +1,15 @@
 //! Marching cubes on the device: units of cells are counted, the counts added up, then vertices and triangles written. The
 //! totals are waited for, as they say how large the tables are.
 
-use crate::bake::{Bake, Groups, StagesMs};
+use crate::StagesMs;
+use crate::bake::{Bake, Groups};
 use crate::pass::{
     Bind, CASES, CELLS, EDGE_ROWS, FIELD_BINDS, MARCHING, OWNERS, SPANS, SPREAD, STORED,
     TABLES_WGSL, TRIANGLES, UNIT_GROUPS, UNITS, VERTICES, VOLUME, entry, layout, pipelines,
 };
 use crate::table::Table;
 use crate::volume::{read_table, uniform_of};
-use crate::{Gpu, GpuError, GpuField, GpuMesh, GpuVolume};
+use crate::{Gpu, GpuError, GpuField, GpuMesh, GpuVolume, MarchNormals, MarchOptions};
 use argil_abi::{self as abi, Marching, Volume as Words};
 use argil_mesh::{marching::table::cases, wgsl};
 use glam::UVec3;
@@ -53,33 +54,6 @@ const SPREAD_WGSL: &str = "
 const EXACT_WGSL: &str = "
 @group(0) @binding(35) var<storage, read_write> vertices: array<f32>;
 ";
-
-/// Where vertices' normals come from.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum MarchNormals {
-    /// They have none.
-    None,
-    /// The samples' gradient, by central differences.
-    Gradient,
-    /// The field's, by central differences.
-    #[default]
-    Field,
-    /// The triangles' own; only of corners that are not shared.
-    Face,
-}
-
-/// How a volume is cut into triangles.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct MarchOptions {
-    /// The distance at which the surface is taken.
-    pub iso: f32,
-    /// Where normals come from.
-    pub normals: MarchNormals,
-    /// Whether vertices go to the exact surface of the field.
-    pub is_moved: bool,
-    /// Whether each triangle has corners of its own.
-    pub is_unshared: bool,
-}
 
 /// The passes, compiled once for a field and a kind of volume.
 pub(crate) struct MarchPasses {

@@ -1,26 +1,17 @@
 //! `Octree::select`, `Octree::sort`, `Octree::fill`, `Octree::build`: no step of it waits for the CPU.
 
-use crate::bake::{Bake, Groups, StagesMs};
+use crate::StagesMs;
+use crate::bake::{Bake, Groups};
 use crate::dense::{layers, target_wgsl, tile_side};
 use crate::pass::{
     ARGUMENTS, Bind, CENTERS, FIELD_BINDS, FILL, KEYS, NODES, OCCUPIED, TABLES_WGSL, TEXELS,
     TREE_WORDS, VOLUME, entry, layout, pipelines,
 };
 use crate::volume::{Kind, TreeTables, texture, uniform_of};
-use crate::{Gpu, GpuError, GpuField, GpuVolume};
+use crate::{Gpu, GpuError, GpuField, GpuVolume, Order};
 use argil_abi::{self as abi, Fill, Node, Volume as Words};
 use argil_field::Program;
 use argil_volume::{Keep, Layout, wgsl};
-
-/// How the list of bricks gets into ascending order.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Order {
-    /// Bits are set in Morton order and counted: no sort is needed.
-    #[default]
-    Counted,
-    /// The 2023 study's enumeration sort of a list in any order.
-    Enumerated,
-}
 
 /// Most cells for the enumeration sort.
 const MOST_TO_ENUMERATE: u32 = 32_768;

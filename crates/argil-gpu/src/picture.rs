@@ -114,7 +114,13 @@ impl PicturePass {
         let constants: &[(&str, f64)] = if way == Way::Bricks { &flat } else { &[] };
         let sparse = if way.is_sparse() {
             let entry_points = ["cone", "exact_normals"];
-            Some(pipelines(gpu, source.clone(), &layout, constants, entry_points)?)
+            Some(pipelines(
+                gpu,
+                source.clone(),
+                &layout,
+                constants,
+                entry_points,
+            )?)
         } else {
             None
         };

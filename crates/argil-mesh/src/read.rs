@@ -1,10 +1,9 @@
 //! Mesh files in.
 
+#[cfg(feature = "files")]
+mod formats;
+
 use crate::{Format, Mesh};
-use glam::{Mat4, Vec3};
-use ply_rs_bw::parser::{Parser, Reader};
-use ply_rs_bw::ply::{Property, PropertyAccess, PropertyAccessResult};
-use std::io::{BufReader, Cursor};
 use std::path::{Path, PathBuf};
 
 /// Largest mesh file in bytes.
@@ -91,6 +90,10 @@ pub fn bytes(path: &Path) -> Result<Vec<u8>, MeshInput> {
     if about.is_dir() {
         return Err(io(std::io::Error::other("is a folder, not a mesh file")));
     }
+    // A pipe that nobody writes to would never end.
+    if !about.is_file() {
+        return Err(io(std::io::Error::other("is not a regular file")));
+    }
     if about.len() > MOST_BYTES {
         let what = format!("{} bytes, and {MOST_BYTES} can be read", about.len());
         return Err(MeshInput::TooMuch {
@@ -106,12 +109,7 @@ pub fn bytes(path: &Path) -> Result<Vec<u8>, MeshInput> {
 /// # Errors
 /// As [`read`].
 pub fn from_bytes(bytes: &[u8], format: Format, path: &Path) -> Result<Mesh, MeshInput> {
-    let (kind, found) = match format {
-        Format::Obj => ("OBJ", obj(bytes)),
-        Format::Glb => ("GLB", glb(bytes)),
-        Format::Ply => ("PLY", ply(bytes)),
-        Format::Stl => ("STL", stl(bytes)),
-    };
+    let (kind, found) = parsed(bytes, format);
     let damaged = |reason| MeshInput::Damaged {
         path: path.into(),
         kind,
@@ -135,230 +133,18 @@ pub fn from_bytes(bytes: &[u8], format: Format, path: &Path) -> Result<Mesh, Mes
     Ok(mesh)
 }
 
-fn obj(bytes: &[u8]) -> Result<Mesh, String> {
-    let options = tobj::LoadOptions {
-        triangulate: true,
-        ignore_points: true,
-        ignore_lines: true,
-        ..tobj::LoadOptions::default()
-    };
-    let mut text = BufReader::new(Cursor::new(bytes));
-    // Materials stand in another file, and are left out.
-    let found = tobj::load_obj_buf(&mut text, &options, |_| Ok(Default::default()));
-    let (models, _) = found.map_err(|e| e.to_string())?;
-    let mut mesh = Mesh::default();
-    for model in models {
-        let base = mesh.positions.len() as u32;
-        let (places, rest) = model.mesh.positions.as_chunks::<3>();
-        if !rest.is_empty() {
-            return Err("half a corner is left".into());
-        }
-        mesh.positions.extend(places.iter().map(|&p| Vec3::from(p)));
-        let (triangles, _) = model.mesh.indices.as_chunks::<3>();
-        mesh.triangles
-            .extend(triangles.iter().map(|t| t.map(|i| base + i)));
-    }
-    Ok(mesh)
-}
-
-fn glb(bytes: &[u8]) -> Result<Mesh, String> {
-    let gltf = gltf::Gltf::from_slice(bytes).map_err(|e| e.to_string())?;
-    let blob = gltf.blob.as_deref();
-    let mut mesh = Mesh::default();
-    let scenes: Vec<_> = match gltf.default_scene() {
-        Some(scene) => vec![scene],
-        None => gltf.scenes().collect(),
-    };
-    let mut seen = vec![false; gltf.nodes().len()];
-    let mut todo: Vec<(gltf::Node<'_>, Mat4)> = scenes
-        .iter()
-        .flat_map(|scene| scene.nodes())
-        .map(|node| (node, Mat4::IDENTITY))
-        .collect();
-    while let Some((node, parent)) = todo.pop() {
-        if std::mem::replace(&mut seen[node.index()], true) {
-            return Err(format!(
-                "node {} is there twice, and nodes make a tree",
-                node.index()
-            ));
-        }
-        let map = parent * Mat4::from_cols_array_2d(&node.transform().matrix());
-        todo.extend(node.children().map(|child| (child, map)));
-        let Some(own) = node.mesh() else { continue };
-        for primitive in own.primitives() {
-            if primitive.mode() != gltf::mesh::Mode::Triangles {
-                continue;
-            }
-            if let Some(places) = primitive.get(&gltf::Semantic::Positions) {
-                let (floats, vectors) = (
-                    gltf::accessor::DataType::F32,
-                    gltf::accessor::Dimensions::Vec3,
-                );
-                let is_right = places.data_type() == floats && places.dimensions() == vectors;
-                check_accessor(&places, is_right, blob)?;
-            }
-            if let Some(indices) = primitive.indices() {
-                use gltf::accessor::{DataType, Dimensions};
-                let whole = [DataType::U8, DataType::U16, DataType::U32];
-                let is_right = whole.contains(&indices.data_type())
-                    && indices.dimensions() == Dimensions::Scalar;
-                check_accessor(&indices, is_right, blob)?;
-            }
-            let reader = primitive.reader(|buffer| match buffer.source() {
-                gltf::buffer::Source::Bin => blob,
-                // Only what is in the file itself is read.
-                gltf::buffer::Source::Uri(_) => None,
-            });
-            let Some(places) = reader.read_positions() else {
-                return Err("the corners of a part are not in the file itself".into());
-            };
-            let base = mesh.positions.len() as u32;
-            mesh.positions
-                .extend(places.map(|p| map.transform_point3(p.into())));
-            let indices: Vec<u32> = match reader.read_indices() {
-                Some(indices) => indices.into_u32().collect(),
-                None => (0..mesh.positions.len() as u32 - base).collect(),
-            };
-            let (triangles, _) = indices.as_chunks::<3>();
-            let is_mirrored = map.determinant() < 0.0;
-            mesh.triangles.extend(triangles.iter().map(|&[a, b, c]| {
-                let [b, c] = if is_mirrored { [c, b] } else { [b, c] };
-                [a, b, c].map(|i| base.saturating_add(i))
-            }));
-            if mesh.triangles.len() > MOST_TRIANGLES {
-                return Err(format!("more than {MOST_TRIANGLES} triangles"));
-            }
-        }
-    }
-    Ok(mesh)
-}
-
-/// Refuse numbers of another kind than they must be, or that are not all in the file: the reader trusts both.
-fn check_accessor(
-    accessor: &gltf::Accessor<'_>,
-    is_right: bool,
-    blob: Option<&[u8]>,
-) -> Result<(), String> {
-    let fault = |what: &str| Err(format!("accessor {}: {what}", accessor.index()));
-    if !is_right {
-        return fault("its numbers are of another kind than corners or indices are");
-    }
-    let Some(view) = accessor.view().filter(|_| accessor.sparse().is_none()) else {
-        return fault("sparse numbers are not read");
-    };
-    let stride = view.stride().unwrap_or(accessor.size());
-    let last = accessor.count().saturating_sub(1);
-    let own = last
-        .checked_mul(stride)
-        .and_then(|n| n.checked_add(accessor.offset()))
-        .and_then(|n| n.checked_add(accessor.size()));
-    let end = view.offset().checked_add(view.length());
-    let is_held = own.is_some_and(|own| own <= view.length())
-        && end.is_some_and(|end| blob.is_some_and(|blob| end <= blob.len()));
-    if stride < accessor.size() || !is_held {
-        return fault("its numbers are not where it says");
-    }
-    Ok(())
-}
-
-fn stl(bytes: &[u8]) -> Result<Mesh, String> {
-    let found = stl_io::read_stl(&mut Cursor::new(bytes)).map_err(|e| e.to_string())?;
-    Ok(Mesh {
-        positions: found.vertices.iter().map(|v| Vec3::from(v.0)).collect(),
-        triangles: found
-            .faces
-            .iter()
-            .map(|face| face.vertices.map(|i| i as u32))
-            .collect(),
-        ..Mesh::default()
-    })
-}
-
-/// A corner or a polygon of a PLY file, whichever its element is; other properties are passed over.
-struct PlyPart {
-    place: Vec3,
-    corners: Vec<u32>,
-}
-
-impl PropertyAccess for PlyPart {
-    fn new() -> Self {
-        Self {
-            place: Vec3::NAN,
-            corners: Vec::new(),
-        }
-    }
-
-    fn set_property(&mut self, name: &str, property: Property) -> PropertyAccessResult {
-        // What is no index becomes one that there is not.
-        fn all<T: TryInto<u32>>(list: Vec<T>) -> Vec<u32> {
-            let index = |i: T| i.try_into().unwrap_or(u32::MAX);
-            list.into_iter().map(index).collect()
-        }
-        let number = match property {
-            Property::Float(v) => v,
-            Property::Double(v) => v as f32,
-            Property::Int(v) => v as f32,
-            Property::UInt(v) => v as f32,
-            Property::Short(v) => v.into(),
-            Property::UShort(v) => v.into(),
-            Property::Char(v) => v.into(),
-            Property::UChar(v) => v.into(),
-            list => {
-                if !matches!(name, "vertex_indices" | "vertex_index") {
-                    return PropertyAccessResult::Ignored;
-                }
-                self.corners = match list {
-                    Property::ListChar(v) => all(v),
-                    Property::ListUChar(v) => all(v),
-                    Property::ListShort(v) => all(v),
-                    Property::ListUShort(v) => all(v),
-                    Property::ListInt(v) => all(v),
-                    Property::ListUInt(v) => v,
-                    _ => return PropertyAccessResult::Ignored,
-                };
-                return PropertyAccessResult::Set;
-            }
-        };
-        match name {
-            "x" => self.place.x = number,
-            "y" => self.place.y = number,
-            "z" => self.place.z = number,
-            _ => return PropertyAccessResult::Ignored,
-        }
-        PropertyAccessResult::Set
+#[cfg(feature = "files")]
+fn parsed(bytes: &[u8], format: Format) -> (&'static str, Result<Mesh, String>) {
+    match format {
+        Format::Obj => ("OBJ", formats::obj(bytes)),
+        Format::Glb => ("GLB", formats::glb(bytes)),
+        Format::Ply => ("PLY", formats::ply(bytes)),
+        Format::Stl => ("STL", formats::stl(bytes)),
     }
 }
 
-fn ply(bytes: &[u8]) -> Result<Mesh, String> {
-    let parser = Parser::<PlyPart>::new();
-    let mut file = Reader::new(bytes);
-    let header = parser.read_header(&mut file).map_err(|e| e.to_string())?;
-    let mut mesh = Mesh::default();
-    for element in header.elements.values() {
-        // No element takes less than a byte.
-        if element.count > bytes.len() {
-            return Err(format!(
-                "{} times \"{}\" are announced, and the file has {} bytes",
-                element.count,
-                element.name,
-                bytes.len()
-            ));
-        }
-        let parts = parser
-            .read_payload_for_element(&mut file, element, &header)
-            .map_err(|e| e.to_string())?;
-        match element.name.as_str() {
-            "vertex" => mesh.positions = parts.iter().map(|part| part.place).collect(),
-            "face" => {
-                for part in parts {
-                    for i in 2..part.corners.len() {
-                        let [a, b, c] = [0, i - 1, i].map(|k| part.corners[k]);
-                        mesh.triangles.push([a, b, c]);
-                    }
-                }
-            }
-            _ => {}
-        }
-    }
-    Ok(mesh)
+#[cfg(not(feature = "files"))]
+fn parsed(_: &[u8], _: Format) -> (&'static str, Result<Mesh, String>) {
+    let reason = "this program was compiled without mesh files (the feature `mesh-files`)";
+    ("mesh", Err(reason.into()))
 }

@@ -14,12 +14,12 @@ pub fn simplify(mesh: &Mesh, triangles: usize) -> Result<(Mesh, f32), String> {
     fewer(mesh, triangles)
 }
 
-#[cfg(target_arch = "wasm32")]
+#[cfg(any(target_arch = "wasm32", not(feature = "simplify")))]
 fn fewer(_: &Mesh, _: usize) -> Result<(Mesh, f32), String> {
-    Err("triangles are not left out in a browser: take a smaller resolution".into())
+    Err("triangles are not left out in a browser, or without the feature `simplify`: take a smaller resolution".into())
 }
 
-#[cfg(not(target_arch = "wasm32"))]
+#[cfg(all(not(target_arch = "wasm32"), feature = "simplify"))]
 fn fewer(mesh: &Mesh, triangles: usize) -> Result<(Mesh, f32), String> {
     use meshopt::{SimplifyOptions, VertexDataAdapter};
     let indices: &[u32] = bytemuck::cast_slice(&mesh.triangles);

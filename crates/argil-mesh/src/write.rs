@@ -3,6 +3,7 @@
 //! *Practice.* What a mesh is in memory is right-handed with y up, as glTF has it. Other files can have other axes and
 //! another unit. GLB is always as its specification says: y up, right-handed, in metres.
 
+#[cfg(feature = "files")]
 mod glb;
 mod obj;
 mod ply;
@@ -102,7 +103,14 @@ pub fn write(
     let turned = turned(mesh, options);
     let mut out = io::BufWriter::with_capacity(1 << 20, out);
     match format {
+        #[cfg(feature = "files")]
         Format::Glb => glb::write(&turned, &mut out)?,
+        #[cfg(not(feature = "files"))]
+        Format::Glb => {
+            return Err(std::io::Error::other(
+                "this program was compiled without mesh files (the feature `mesh-files`)",
+            ));
+        }
         Format::Obj => obj::write(&turned, &mut out)?,
         Format::Ply => ply::write(&turned, &mut out)?,
         Format::Stl => stl::write(&turned, &mut out)?,

@@ -6,9 +6,9 @@
 //!
 //! *Practice.* Beyond the border is the border's pixel again. Windows are products of rows and columns.
 
+use crate::Picture;
 use crate::window::Plane;
 use crate::{SizesDiffer, check_sizes};
-use image::RgbImage;
 use rayon::prelude::*;
 use std::f32::consts::{PI, SQRT_2};
 
@@ -36,7 +36,7 @@ impl FlipMap {
 ///
 /// # Errors
 /// If the sizes differ.
-pub fn flip(a: &RgbImage, b: &RgbImage, pixels_a_degree: f32) -> Result<FlipMap, SizesDiffer> {
+pub fn flip(a: &Picture, b: &Picture, pixels_a_degree: f32) -> Result<FlipMap, SizesDiffer> {
     check_sizes(a, b)?;
     let [own, other] = [a, b].map(opponent);
     let color = color_difference(&own, &other, pixels_a_degree);
@@ -47,7 +47,7 @@ pub fn flip(a: &RgbImage, b: &RgbImage, pixels_a_degree: f32) -> Result<FlipMap,
         .map(|(c, f)| c.powf(1.0 - f))
         .collect();
     Ok(FlipMap {
-        size: [a.width(), a.height()],
+        size: a.size(),
         values,
     })
 }
@@ -85,12 +85,12 @@ fn inverse(m: &[[f32; 3]; 3]) -> [[f32; 3]; 3] {
 }
 
 /// Brightness, red against green, blue against yellow (YCxCz).
-fn opponent(picture: &RgbImage) -> [Plane; 3] {
-    let (width, height) = (picture.width() as usize, picture.height() as usize);
+fn opponent(picture: &Picture) -> [Plane; 3] {
+    let (width, height) = (picture.size()[0] as usize, picture.size()[1] as usize);
     let white = white();
     let pixels: Vec<[f32; 3]> = picture
-        .as_raw()
-        .par_chunks_exact(3)
+        .pixels()
+        .par_iter()
         .map(|rgb| {
             let xyz = times(&XYZ, [linear(rgb[0]), linear(rgb[1]), linear(rgb[2])]);
             let [x, y, z] = [0, 1, 2].map(|k| xyz[k] / white[k]);

@@ -5,20 +5,21 @@
 //! to 0 … 255, as picture editors do. The study combined the pictures in such an editor and names no kernel; this is the
 //! usual one of that size.
 
+use crate::Picture;
 use crate::{SizesDiffer, check_sizes};
-use image::{Rgb, RgbImage};
 use rayon::prelude::*;
 
 /// Pixels to each side.
 const REACH: i64 = 2;
 
 /// The Laplacian of a picture.
-pub fn laplacian(picture: &RgbImage) -> RgbImage {
-    let (width, height) = picture.dimensions();
+pub fn laplacian(picture: &Picture) -> Picture {
+    let [width, height] = picture.size();
+    let own = picture.pixels();
     let at = |x: i64, y: i64| {
         let x = x.clamp(0, i64::from(width) - 1) as u32;
         let y = y.clamp(0, i64::from(height) - 1) as u32;
-        picture.get_pixel(x, y).0.map(i32::from)
+        own[y as usize * width as usize + x as usize].map(i32::from)
     };
     let pixels: Vec<[u8; 3]> = (0..i64::from(width) * i64::from(height))
         .into_par_iter()
@@ -41,7 +42,7 @@ pub fn laplacian(picture: &RgbImage) -> RgbImage {
 #[derive(Clone, Debug)]
 pub struct Difference {
     /// The absolute difference of each channel of each pixel.
-    pub picture: RgbImage,
+    pub picture: Picture,
     /// Pixels in which it is 0 in all channels.
     pub equal_pixels: u64,
     /// Its mean over all pixels and channels, of 255.
@@ -54,16 +55,17 @@ pub struct Difference {
 ///
 /// # Errors
 /// If their sizes differ.
-pub fn difference(a: &RgbImage, b: &RgbImage) -> Result<Difference, SizesDiffer> {
+pub fn difference(a: &Picture, b: &Picture) -> Result<Difference, SizesDiffer> {
     check_sizes(a, b)?;
     Ok(between(&laplacian(a), &laplacian(b)))
 }
 
-fn between(a: &RgbImage, b: &RgbImage) -> Difference {
+fn between(a: &Picture, b: &Picture) -> Difference {
     let pixels: Vec<[u8; 3]> = a
         .pixels()
+        .iter()
         .zip(b.pixels())
-        .map(|(a, b)| std::array::from_fn(|c| a.0[c].abs_diff(b.0[c])))
+        .map(|(a, b)| std::array::from_fn(|c| a[c].abs_diff(b[c])))
         .collect();
     let mut histogram = [0; 256];
     let (mut equal_pixels, mut sum) = (0, 0u64);
@@ -72,7 +74,7 @@ fn between(a: &RgbImage, b: &RgbImage) -> Difference {
         equal_pixels += u64::from(*pixel == [0; 3]);
         sum += pixel.iter().map(|&c| u64::from(c)).sum::<u64>();
     }
-    let (width, height) = a.dimensions();
+    let [width, height] = a.size();
     Difference {
         picture: of_pixels(width, height, &pixels),
         equal_pixels,
@@ -81,8 +83,8 @@ fn between(a: &RgbImage, b: &RgbImage) -> Difference {
     }
 }
 
-fn of_pixels(width: u32, height: u32, pixels: &[[u8; 3]]) -> RgbImage {
-    RgbImage::from_fn(width, height, |x, y| {
-        Rgb(pixels[y as usize * width as usize + x as usize])
+fn of_pixels(width: u32, height: u32, pixels: &[[u8; 3]]) -> Picture {
+    Picture::of([width, height], |x, y| {
+        pixels[y as usize * width as usize + x as usize]
     })
 }

@@ -12,12 +12,14 @@
 pub mod depth;
 pub mod flip;
 pub mod laplacian;
+mod picture;
 mod psnr;
 mod spread;
 mod ssim;
 pub mod surface;
 mod window;
 
+pub use picture::Picture;
 pub use psnr::{differing_pixels, psnr};
 pub use spread::Spread;
 pub use ssim::ssim;
@@ -31,11 +33,11 @@ pub struct SizesDiffer(pub [u32; 2], pub [u32; 2]);
 ///
 /// # Errors
 /// If they have not.
-pub fn check_sizes(a: &image::RgbImage, b: &image::RgbImage) -> Result<(), SizesDiffer> {
-    let (a, b) = (a.dimensions(), b.dimensions());
+pub fn check_sizes(a: &Picture, b: &Picture) -> Result<(), SizesDiffer> {
+    let (a, b) = (a.size(), b.size());
     if a == b {
         Ok(())
     } else {
-        Err(SizesDiffer([a.0, a.1], [b.0, b.1]))
+        Err(SizesDiffer(a, b))
     }
 }

@@ -1,17 +1,17 @@
+use crate::Picture;
 use crate::{SizesDiffer, check_sizes};
-use image::RgbImage;
 
 /// The peak signal-to-noise ratio in decibels, over all channels of 8-bit sRGB as stored; infinite for equal pictures.
 ///
 /// # Errors
 /// If the sizes differ.
-pub fn psnr(a: &RgbImage, b: &RgbImage) -> Result<f64, SizesDiffer> {
+pub fn psnr(a: &Picture, b: &Picture) -> Result<f64, SizesDiffer> {
     check_sizes(a, b)?;
-    let squares = a.as_raw().iter().zip(b.as_raw());
+    let squares = a.rgb().iter().zip(b.rgb());
     let sum: f64 = squares
         .map(|(&a, &b)| f64::from(a.abs_diff(b)).powi(2))
         .sum();
-    let mean = sum / a.as_raw().len().max(1) as f64;
+    let mean = sum / a.rgb().len().max(1) as f64;
     Ok(10.0 * (255.0 * 255.0 / mean).log10())
 }
 
@@ -19,7 +19,11 @@ pub fn psnr(a: &RgbImage, b: &RgbImage) -> Result<f64, SizesDiffer> {
 ///
 /// # Errors
 /// If the sizes differ.
-pub fn differing_pixels(a: &RgbImage, b: &RgbImage) -> Result<u64, SizesDiffer> {
+pub fn differing_pixels(a: &Picture, b: &Picture) -> Result<u64, SizesDiffer> {
     check_sizes(a, b)?;
-    Ok(a.pixels().zip(b.pixels()).filter(|(a, b)| a != b).count() as u64)
+    Ok(a.pixels()
+        .iter()
+        .zip(b.pixels())
+        .filter(|(a, b)| a != b)
+        .count() as u64)
 }

@@ -1,8 +1,8 @@
 //! Structural similarity.
 
+use crate::Picture;
 use crate::window::Plane;
 use crate::{SizesDiffer, check_sizes};
-use image::RgbImage;
 
 /// Pixels from the middle of the window to its border.
 const REACH: usize = 5;
@@ -15,21 +15,21 @@ const SIGMA: f32 = 1.5;
 ///
 /// # Errors
 /// If the sizes differ.
-pub fn ssim(a: &RgbImage, b: &RgbImage) -> Result<f64, SizesDiffer> {
+pub fn ssim(a: &Picture, b: &Picture) -> Result<f64, SizesDiffer> {
     check_sizes(a, b)?;
     let channels = (0..3).map(|channel| of_channel(a, b, channel));
     Ok(channels.sum::<f64>() / 3.0)
 }
 
-fn of_channel(a: &RgbImage, b: &RgbImage, channel: usize) -> f64 {
-    let (width, height) = (a.width() as usize, a.height() as usize);
+fn of_channel(a: &Picture, b: &Picture, channel: usize) -> f64 {
+    let [width, height] = a.size().map(|n| n as usize);
     let mut weights: Vec<f32> = (0..=2 * REACH)
         .map(|i| (-0.5 * ((i as f32 - REACH as f32) / SIGMA).powi(2)).exp())
         .collect();
     let sum: f32 = weights.iter().sum();
     weights.iter_mut().for_each(|w| *w /= sum);
     // About the middle of the range, so that variances are not lost in rounding.
-    let value = |picture: &RgbImage, i: usize| f32::from(picture.as_raw()[3 * i + channel]) - 128.0;
+    let value = |picture: &Picture, i: usize| f32::from(picture.rgb()[3 * i + channel]) - 128.0;
     let mean = |of: &(dyn Fn(f32, f32) -> f32 + Sync + Send)| {
         Plane::from_fn(width, height, |i| of(value(a, i), value(b, i)))
             .filtered(&weights, &weights)

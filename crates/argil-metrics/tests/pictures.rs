@@ -1,7 +1,6 @@
 //! Measures of pictures against SciPy, scikit-image and the authors' FLIP (`data/reference.py`), on pictures that Argil drew.
 
-use argil_metrics::{differing_pixels, flip, laplacian, psnr, ssim};
-use image::RgbImage;
+use argil_metrics::{Picture, differing_pixels, flip, laplacian, psnr, ssim};
 use serde_json::Value;
 use std::path::PathBuf;
 
@@ -11,8 +10,9 @@ fn data(name: &str) -> PathBuf {
         .join(name)
 }
 
-fn picture(name: &str) -> RgbImage {
-    image::open(data(name)).expect("a picture").to_rgb8()
+fn picture(name: &str) -> Picture {
+    let own = image::open(data(name)).expect("a picture").to_rgb8();
+    Picture::new(own.dimensions().into(), own.into_raw()).expect("a picture")
 }
 
 fn reference() -> Vec<Value> {
@@ -62,8 +62,10 @@ fn equal_pictures_are_equal_and_others_are_not() {
     assert!((ssim(&a, &a).expect("one size") - 1.0).abs() < 1e-9);
     let same = flip::flip(&a, &a, flip::PIXELS_A_DEGREE).expect("one size");
     assert_eq!(same.mean(), 0.0);
-    let mut b = a.clone();
-    b.get_pixel_mut(120, 80).0 = [255, 0, 255];
+    let mut rgb = a.rgb().to_vec();
+    let at = 3 * (80 * a.size()[0] as usize + 120);
+    rgb[at..at + 3].copy_from_slice(&[255, 0, 255]);
+    let b = Picture::new(a.size(), rgb).expect("a picture");
     assert!(psnr(&a, &b).expect("one size") < 100.0);
     assert!(ssim(&a, &b).expect("one size") < 1.0);
     let other = flip::flip(&a, &b, flip::PIXELS_A_DEGREE).expect("one size");
@@ -75,7 +77,7 @@ fn equal_pictures_are_equal_and_others_are_not() {
     assert!((5..=25).contains(&differing), "{differing}");
     assert_eq!(difference.histogram.iter().sum::<u64>(), 240 * 160);
     // The greatest difference that there is.
-    let plain = |c: [u8; 3]| RgbImage::from_pixel(40, 30, image::Rgb(c));
+    let plain = |c: [u8; 3]| Picture::of([40, 30], |_, _| c);
     let most = flip::flip(
         &plain([0, 255, 0]),
         &plain([0, 0, 255]),
@@ -87,13 +89,16 @@ fn equal_pictures_are_equal_and_others_are_not() {
 
 #[test]
 fn sizes_must_be_one_and_may_be_small() {
-    let (a, b) = (RgbImage::new(4, 3), RgbImage::new(3, 4));
+    let (a, b) = (
+        Picture::of([4, 3], |_, _| [0; 3]),
+        Picture::of([3, 4], |_, _| [0; 3]),
+    );
     assert!(psnr(&a, &b).is_err() && ssim(&a, &b).is_err());
     assert!(flip::flip(&a, &b, 67.0).is_err() && laplacian::difference(&a, &b).is_err());
     assert_eq!(ssim(&a, &a), Ok(1.0));
-    let white = RgbImage::from_pixel(4, 3, image::Rgb([255; 3]));
+    let white = Picture::of([4, 3], |_, _| [255; 3]);
     assert!(ssim(&a, &white).expect("one size") < 0.01);
-    let none = RgbImage::new(0, 0);
+    let none = Picture::default();
     assert_eq!(
         flip::flip(&none, &none, 67.0).expect("one size").mean(),
         0.0

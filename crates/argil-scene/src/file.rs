@@ -118,6 +118,31 @@ pub fn replace_file(
     replace(path, write)
 }
 
+/// How old a file must be that was being written before it is taken for one whose program was killed.
+#[cfg(not(target_arch = "wasm32"))]
+const ABANDONED_AFTER: std::time::Duration = std::time::Duration::from_secs(24 * 3600);
+
+/// Remove what programs that were killed have left in a folder.
+#[cfg(not(target_arch = "wasm32"))]
+fn remove_abandoned(folder: &Path) {
+    let Ok(entries) = std::fs::read_dir(folder) else {
+        return;
+    };
+    for entry in entries.flatten() {
+        let name = entry.file_name();
+        let is_own = name
+            .to_str()
+            .and_then(|name| name.strip_prefix(".argil-"))
+            .is_some_and(|rest| rest.len() == 6 && rest.chars().all(char::is_alphanumeric));
+        let age = entry.metadata().ok().filter(std::fs::Metadata::is_file);
+        let age = age.and_then(|about| about.modified().ok()?.elapsed().ok());
+        if is_own && age.is_some_and(|age| age > ABANDONED_AFTER) {
+            // If it cannot be, it stays.
+            let _ = std::fs::remove_file(entry.path());
+        }
+    }
+}
+
 #[cfg(not(target_arch = "wasm32"))]
 fn replace(
     path: &Path,
@@ -127,6 +152,7 @@ fn replace(
         .parent()
         .filter(|p| !p.as_os_str().is_empty())
         .unwrap_or(Path::new("."));
+    remove_abandoned(folder);
     let mut builder = tempfile::Builder::new();
     builder.prefix(".argil-");
     // Like any file that a program makes: readable by others as far as the user's mask allows.

@@ -235,7 +235,11 @@ impl Scene {
         if !is_stroke {
             self.begin_stroke();
         }
-        let made = self.apply(insert(entry, parent, index))?;
+        let made = self.apply(insert(entry, parent, index));
+        if made.is_err() && !is_stroke {
+            self.end_stroke();
+        }
+        let made = made?;
         let mut all = made;
         let mut open = vec![(made.node, inner)];
         while let Some((group, items)) = open.pop() {

@@ -53,8 +53,10 @@ pub use listeners::Listener;
 pub use live::{Applied, Pace, Rebuilt};
 pub use mesh::{MeshError, MeshMethod, MeshNormals, MeshOptions, Meshed, save_mesh};
 pub use meshes::{LoadedMesh, MeshFileError, load_meshes, load_meshes_of};
-pub use picture::{Drawn, save_png, write_png};
-pub use query::{CastHit, Overlap, Query};
+pub use picture::Drawn;
+#[cfg(feature = "png")]
+pub use picture::{ReadPicture, read_png, save_png, write_png};
+pub use query::{CastHit, Closest, MOST_BOXES, Overlap, Query};
 pub use representation::{
     BricksOptions, BuildTimes, DenseOptions, MeshViaOptions, OctreeOptions, SparseInfo, TreeInfo,
     Via, VolumeInfo,

@@ -1,5 +1,7 @@
+#[cfg(feature = "png")]
 use crate::PictureError;
 use argil_march::{Picture, Statistics};
+#[cfg(feature = "png")]
 use std::path::Path;
 
 /// A picture with how it was made.
@@ -29,12 +31,14 @@ impl Drawn {
     }
 
     /// Write a PNG, beside its place and then renamed into it.
+    #[cfg(feature = "png")]
     pub fn save(&self, path: impl AsRef<Path>) -> Result<(), PictureError> {
         save_png(path.as_ref(), self.size, &self.rgb)
     }
 }
 
 /// Write 8-bit RGB as a PNG, beside its place and then renamed into it.
+#[cfg(feature = "png")]
 pub fn save_png(path: &Path, size: [u32; 2], rgb: &[u8]) -> Result<(), PictureError> {
     argil_scene::replace_file(path, |out| write_png(size, rgb, out)).map_err(|e| PictureError {
         path: path.into(),
@@ -46,12 +50,75 @@ pub fn save_png(path: &Path, size: [u32; 2], rgb: &[u8]) -> Result<(), PictureEr
 ///
 /// # Errors
 /// If `out` does not take it, or there are not as many bytes as pixels take.
+#[cfg(feature = "png")]
 pub fn write_png(
     [width, height]: [u32; 2],
     rgb: &[u8],
     out: &mut dyn std::io::Write,
 ) -> std::io::Result<()> {
-    let encoder = image::codecs::png::PngEncoder::new(out);
-    image::ImageEncoder::write_image(encoder, rgb, width, height, image::ExtendedColorType::Rgb8)
-        .map_err(std::io::Error::other)
+    let mut encoder = png::Encoder::new(out, width, height);
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.set_depth(png::BitDepth::Eight);
+    let mut writer = encoder.write_header().map_err(std::io::Error::other)?;
+    writer
+        .write_image_data(rgb)
+        .map_err(std::io::Error::other)?;
+    writer.finish().map_err(std::io::Error::other)
+}
+
+/// A PNG picture that was read.
+#[cfg(feature = "png")]
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ReadPicture {
+    /// Width and height.
+    pub size: [u32; 2],
+    /// 8-bit RGB, row by row from the top.
+    pub rgb: Vec<u8>,
+    /// Whether there was more in the file, which is left out: alpha, or finer steps.
+    pub had_more: bool,
+}
+
+/// Read a PNG picture as 8-bit RGB.
+///
+/// # Errors
+/// If the file cannot be read, or is no PNG picture.
+#[cfg(feature = "png")]
+pub fn read_png(path: impl AsRef<Path>) -> Result<ReadPicture, PictureError> {
+    let path = path.as_ref();
+    let fault = |reason: String| PictureError {
+        path: path.into(),
+        reason,
+    };
+    let file = std::fs::File::open(path).map_err(|e| fault(e.to_string()))?;
+    let mut decoder = png::Decoder::new(std::io::BufReader::new(file));
+    let own = decoder
+        .read_header_info()
+        .map_err(|e| fault(format!("it is read as a PNG picture: {e}")))?;
+    let had_more = own.bit_depth == png::BitDepth::Sixteen
+        || matches!(
+            own.color_type,
+            png::ColorType::Rgba | png::ColorType::GrayscaleAlpha
+        );
+    decoder.set_transformations(png::Transformations::normalize_to_color8());
+    let wrong = |e: png::DecodingError| fault(format!("it is damaged: {e}"));
+    let mut reader = decoder.read_info().map_err(wrong)?;
+    let bytes = reader
+        .output_buffer_size()
+        .ok_or_else(|| fault("it is too large".into()))?;
+    let mut pixels = vec![0; bytes];
+    let frame = reader.next_frame(&mut pixels).map_err(wrong)?;
+    let samples = frame.color_type.samples();
+    let rgb = pixels[..frame.buffer_size()]
+        .chunks_exact(samples)
+        .flat_map(|pixel| match *pixel {
+            [r, g, b, ..] => [r, g, b],
+            [gray, ..] => [gray; 3],
+            [] => [0; 3],
+        })
+        .collect();
+    Ok(ReadPicture {
+        size: [frame.width, frame.height],
+        rgb,
+        had_more,
+    })
 }

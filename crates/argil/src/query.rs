@@ -13,8 +13,8 @@ use glam::Vec3;
 /// Steps of a cast, and of a walk to the surface.
 const MOST_STEPS: usize = 4096;
 const WALK_STEPS: usize = 64;
-/// Boxes that a search for a closest point looks at.
-const MOST_BOXES: usize = 1 << 16;
+/// Boxes that a search for a closest point looks at, at most.
+pub const MOST_BOXES: usize = 1 << 12;
 
 /// Where a cast has met the surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -25,6 +25,18 @@ pub struct CastHit {
     pub point: [f32; 3],
     /// The unit normal there, out of the solid; zero where the field has none.
     pub normal: [f32; 3],
+}
+
+/// A point of the surface that is near to another.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Closest {
+    /// The point of the surface.
+    pub point: [f32; 3],
+    /// How far it is.
+    pub distance: f32,
+    /// Whether it is known that none is nearer by more than a hundredth of the distance. Otherwise it is the best that was found
+    /// among [`MOST_BOXES`] boxes.
+    pub is_nearest: bool,
 }
 
 /// How a box lies.
@@ -150,8 +162,29 @@ impl Query<'_> {
     /// If there are not as many places in `out`.
     pub fn gradients(&self, points: &[[f32; 3]], out: &mut [(f32, [f32; 3])]) {
         assert_eq!(points.len(), out.len(), "a gradient for each point");
-        for (point, out) in points.iter().zip(out) {
-            *out = self.gradient(*point);
+        let Source::Field(program) = self.source else {
+            for (point, out) in points.iter().zip(out) {
+                *out = self.gradient(*point);
+            }
+            return;
+        };
+        let mut evaluator = Evaluator::new(program);
+        let mut lanes = [[0.0f32; LANES]; 3];
+        let (mut d, mut g) = ([0.0f32; LANES], [[0.0f32; LANES]; 3]);
+        for (points, out) in points.chunks(LANES).zip(out.chunks_mut(LANES)) {
+            let n = points.len();
+            for (i, point) in points.iter().enumerate() {
+                for axis in 0..3 {
+                    lanes[axis][i] = point[axis];
+                }
+            }
+            let [x, y, z] = &lanes;
+            let [gx, gy, gz] = &mut g;
+            let gradients = [&mut gx[..n], &mut gy[..n], &mut gz[..n]];
+            evaluator.gradients(&x[..n], &y[..n], &z[..n], &mut d[..n], gradients);
+            for (i, out) in out.iter_mut().enumerate() {
+                *out = (d[i], [g[0][i], g[1][i], g[2][i]]);
+            }
         }
     }
 
@@ -217,20 +250,17 @@ impl Query<'_> {
                 }
                 continue;
             }
-            if !is_told && gap < radius {
-                // The ball reaches farther than what is known.
-                let free = self.closest_point(p.to_array(), 2.0 * radius);
-                gap = free.map_or(radius, |q| Vec3::from(q).distance(p) - radius);
+            // The ball reaches farther than what is stored: the field knows more.
+            let asks = !is_told && gap < radius;
+            let told = if asks { self.of_field() } else { *self };
+            if asks {
+                gap = told.distance(p.to_array()) - radius;
             }
             if gap < self.epsilon.max(2.0 * f32::EPSILON * t) {
-                let (d, g) = self.gradient(p.to_array());
+                let (d, g) = told.gradient(p.to_array());
                 let normal = Vec3::from(g).normalize_or_zero();
-                let point = if is_told {
-                    p - d * normal
-                } else {
-                    self.closest_point(p.to_array(), 2.0 * radius)
-                        .map_or(p, Vec3::from)
-                };
+                // Where distances fall short of the real ones the surface is some way on.
+                let point = told.walk(p).unwrap_or(p - d * normal);
                 return Some(CastHit {
                     t,
                     point: point.to_array(),
@@ -245,9 +275,9 @@ impl Query<'_> {
         None
     }
 
-    /// A point of the surface than which none is nearer by more than a hundredth of the distance; nothing where there is
-    /// no surface within `most`, or none that is found among 65,536 boxes.
-    pub fn closest_point(&self, point: [f32; 3], most: f32) -> Option<[f32; 3]> {
+    /// The nearest point of the surface, or the best that is found among [`MOST_BOXES`] boxes, and which of the two it is;
+    /// nothing where none is found within `most`.
+    pub fn closest_point(&self, point: [f32; 3], most: f32) -> Option<Closest> {
         let p = Vec3::from(point);
         if !p.is_finite() || most.is_nan() {
             return None;
@@ -264,16 +294,28 @@ impl Query<'_> {
             let farthest = bounds.corners().map(|c| c.distance(p));
             reach = reach.min(farthest.into_iter().fold(0.0, f32::max));
         }
+        let found = |best: Option<Vec3>, is_nearest: bool| {
+            best.map(|q| Closest {
+                point: q.to_array(),
+                distance: q.distance(p),
+                is_nearest,
+            })
+        };
         if !reach.is_finite() || reach <= free || bounds.is_empty() {
-            return best.map(|q| q.to_array());
+            return found(best, reach.is_finite());
         }
         // The nearest boxes first.
         let whole = Aabb::new(p - reach, p + reach);
         let mut open = std::collections::BinaryHeap::new();
         open.push(Open(0.0, whole));
         let mut looked_at = 0;
+        let mut is_nearest = true;
         while let Some(Open(nearest, held)) = open.pop() {
-            if nearest >= 0.99 * reach || looked_at >= MOST_BOXES {
+            if nearest >= 0.99 * reach {
+                break;
+            }
+            if looked_at >= MOST_BOXES {
+                is_nearest = false;
                 break;
             }
             looked_at += 1;
@@ -301,16 +343,24 @@ impl Query<'_> {
                 }
             }
         }
-        best.map(|q| q.to_array())
+        found(best, is_nearest)
     }
 
     /// [`Query::closest_point`] of many points, on rayon's threads.
-    pub fn closest_points(&self, points: &[[f32; 3]], most: f32) -> Vec<Option<[f32; 3]>> {
+    pub fn closest_points(&self, points: &[[f32; 3]], most: f32) -> Vec<Option<Closest>> {
         use rayon::prelude::*;
         points
             .par_iter()
             .map(|&point| self.closest_point(point, most))
             .collect()
+    }
+
+    /// The same questions to the exact field.
+    fn of_field(&self) -> Self {
+        Self {
+            source: Source::Field(self.program),
+            ..*self
+        }
     }
 
     /// The distance at a point, and whether that is its distance or only one that it does not fall short of.

@@ -435,13 +435,13 @@ fn check_memory(engine: &Engine, needed: u64) -> Result<(), BuildError> {
 
 /// Bytes of memory that are free; not known in a browser.
 fn available_memory() -> Option<u64> {
-    #[cfg(target_arch = "wasm32")]
+    #[cfg(any(target_arch = "wasm32", not(feature = "memory")))]
     return None;
-    #[cfg(not(target_arch = "wasm32"))]
+    #[cfg(all(not(target_arch = "wasm32"), feature = "memory"))]
     free_memory()
 }
 
-#[cfg(not(target_arch = "wasm32"))]
+#[cfg(all(not(target_arch = "wasm32"), feature = "memory"))]
 fn free_memory() -> Option<u64> {
     let mut system = sysinfo::System::new();
     system.refresh_memory();

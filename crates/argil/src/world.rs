@@ -181,6 +181,9 @@ impl World {
     /// Where the look-ups of rays in an octree begin from now on.
     pub fn set_descent(&mut self, descent: Descent) {
         self.descent = descent;
+        if let Via::Octree(options) = &mut self.via {
+            options.descent = descent;
+        }
         if let Kept::Gpu(volume) = &mut self.kept {
             volume.set_descent(descent);
         }

@@ -152,10 +152,8 @@ fn closest_points_are_the_closest() {
             ([0.6, 0.0, 0.05], 0.05),
         ] {
             let found = query.closest_point(p, 5.0).expect("a point");
-            let way: f32 = (0..3)
-                .map(|k| (found[k] - p[k]).powi(2))
-                .sum::<f32>()
-                .sqrt();
+            assert!(found.is_nearest, "{p:?}");
+            let (way, found) = (found.distance, found.point);
             assert!(
                 (way - expected).abs() < 0.012 * expected + off,
                 "{p:?}: {way}"

@@ -14,13 +14,15 @@ pub enum LowerError {
     },
     /// Copies overlap so much, or loops nest so deep, that too many would be looked at for each point.
     #[error(
-        "{path}: {count} copies would be looked at for each point, more than the limit, {MAX_COPIES}: widen the spacing"
+        "{path}: {count} copies would be looked at for each point, more than the limit, {limit}: widen the spacing"
     )]
     TooManyCopies {
         /// The node.
         path: String,
         /// How many.
         count: u64,
+        /// Most that there may be: of one repetition, or of all around a brush.
+        limit: u64,
     },
     /// A mesh that was not loaded.
     #[error("{path}: the mesh \"{file}\" is not loaded")]

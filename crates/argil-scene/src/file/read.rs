@@ -37,7 +37,12 @@ type Tokens<R> = JsonStreamReader<Metered<R>>;
 struct Metered<R> {
     source: R,
     meter: Option<Meter>,
+    /// What was read of the source's beginning, to see whether it is a byte order mark, and is still to be given.
+    head: Option<Vec<u8>>,
 }
+
+/// What some editors put before UTF-8.
+const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
 
 /// Bytes since the last mark.
 #[derive(Clone, Default)]
@@ -51,7 +56,24 @@ impl Meter {
 
 impl<R: Read> Read for Metered<R> {
     fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
-        let count = self.source.read(buffer)?;
+        if self.head.is_none() {
+            let mut head = Vec::new();
+            let length = BYTE_ORDER_MARK.len() as u64;
+            (&mut self.source).take(length).read_to_end(&mut head)?;
+            if head == BYTE_ORDER_MARK {
+                head.clear();
+            }
+            self.head = Some(head);
+        }
+        let count = match &mut self.head {
+            Some(head) if !head.is_empty() => {
+                let count = head.len().min(buffer.len());
+                buffer[..count].copy_from_slice(&head[..count]);
+                head.drain(..count);
+                count
+            }
+            _ => self.source.read(buffer)?,
+        };
         let Some(Meter(used)) = &self.meter else {
             return Ok(count);
         };
@@ -76,6 +98,7 @@ fn tokens<R: Source>(source: R, meter: Option<&Meter>) -> Tokens<R> {
         Metered {
             source,
             meter: meter.cloned(),
+            head: None,
         },
         settings,
     )

@@ -1,0 +1,65 @@
+//! The editor as a program of its own: `argil studio` starts it.
+
+#[cfg(not(target_arch = "wasm32"))]
+mod native {
+    use argil::{Backend, Engine};
+    use clap::Parser;
+    use std::path::PathBuf;
+    use std::process::ExitCode;
+
+    /// Argil Studio, the editor
+    #[derive(Parser)]
+    #[command(name = "argil-studio", version)]
+    struct Arguments {
+        /// A scene to open; without one, a sample
+        scene: Option<PathBuf>,
+        /// auto takes a hardware GPU where there is one, else the CPU
+        #[arg(long, default_value = "auto", value_parser = ["auto", "cpu", "gpu"])]
+        device: String,
+        /// Load meshes that a scene names from outside of its folder
+        #[arg(long)]
+        allow_outside: bool,
+        /// Threads of the CPU path; without it, all cores
+        #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+        threads: Option<u16>,
+    }
+
+    pub fn run() -> ExitCode {
+        let arguments = Arguments::parse();
+        let begun = || -> anyhow::Result<()> {
+            // What is at fault in a file is told here, and not in a window that shows something else.
+            if let Some(path) = &arguments.scene {
+                argil::Scene::open(path)?;
+            }
+            if let Some(threads) = arguments.threads {
+                let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.into());
+                pool.build_global()
+                    .map_err(|e| argil::EngineError::Threads(e.to_string()))?;
+            }
+            let engine = Engine::on(match &*arguments.device {
+                "cpu" => Backend::Cpu,
+                "gpu" => Backend::Gpu,
+                _ => Backend::Auto,
+            })?;
+            let (scene, outside) = (arguments.scene.clone(), arguments.allow_outside);
+            Ok(argil_studio::run(engine, scene, outside)?)
+        };
+        match begun() {
+            Ok(()) => ExitCode::SUCCESS,
+            Err(error) => {
+                eprintln!("argil-studio: {error:#}");
+                let of_machine = error.chain().any(|cause| {
+                    cause.is::<argil::EngineError>() || cause.is::<argil_studio::NoWindow>()
+                });
+                ExitCode::from(if of_machine { 3 } else { 1 })
+            }
+        }
+    }
+}
+
+fn main() -> std::process::ExitCode {
+    #[cfg(not(target_arch = "wasm32"))]
+    return native::run();
+    #[cfg(target_arch = "wasm32")]
+    std::process::ExitCode::SUCCESS
+}

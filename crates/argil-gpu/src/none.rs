@@ -1,0 +1,255 @@
+//! In place of a device, where none is compiled in: types without values, so that nothing here can ever be called.
+
+use crate::{DenseFill, DeviceInfo, GpuError, MarchOptions, Order, StagesMs};
+use argil_abi::Frame;
+use argil_field::{LiveProgram, Program};
+use argil_march::{Descent, Picture, Triangles};
+use argil_mesh::Mesh;
+use argil_volume::{BrickEdit, BrickLayout, EditWork, Encoding, Keep, Lattice, Layout, Volume};
+use std::sync::Arc;
+use std::time::Duration;
+
+/// The graphics devices of this machine: none that this program could use.
+pub async fn devices() -> Vec<DeviceInfo> {
+    Vec::new()
+}
+
+/// A device.
+pub enum Gpu {}
+
+/// A field on a device.
+pub enum GpuField {}
+
+/// A volume on a device.
+pub enum GpuVolume {}
+
+/// Triangles on a device.
+pub enum GpuMesh {}
+
+impl Gpu {
+    /// Open the best device.
+    ///
+    /// # Errors
+    /// Always: this program was compiled without any.
+    pub async fn open() -> Result<Self, GpuError> {
+        Err(GpuError::LeftOut)
+    }
+
+    /// What it is.
+    pub fn info(&self) -> &DeviceInfo {
+        match *self {}
+    }
+
+    /// Pixels of the largest picture.
+    pub fn most_pixels(&self) -> u64 {
+        match *self {}
+    }
+}
+
+impl GpuField {
+    /// Bring a program to a device.
+    ///
+    /// # Errors
+    /// Never: there is no device to be brought to.
+    pub fn new(gpu: Arc<Gpu>, _: &Program, _: bool) -> Result<Self, GpuError> {
+        match *gpu {}
+    }
+
+    /// Take over another program.
+    ///
+    /// # Errors
+    /// Never.
+    pub fn update(&mut self, _: &Program) -> Result<(), GpuError> {
+        match *self {}
+    }
+
+    /// Follow a live program.
+    ///
+    /// # Errors
+    /// Never.
+    pub fn follow(&mut self, _: &LiveProgram) -> Result<(), GpuError> {
+        match *self {}
+    }
+
+    /// Bring over the instructions.
+    pub fn complete<'a>(&self, _: impl FnOnce() -> &'a Program) {
+        match *self {}
+    }
+
+    /// Whether its shaders are for one program alone.
+    pub fn is_specialized(&self) -> bool {
+        match *self {}
+    }
+
+    /// Draw.
+    ///
+    /// # Errors
+    /// Never.
+    pub async fn render(&self, _: &[Frame]) -> Result<(Picture, f64), GpuError> {
+        match *self {}
+    }
+
+    /// The device.
+    pub fn gpu(&self) -> &Arc<Gpu> {
+        match *self {}
+    }
+
+    /// Bytes on the device.
+    pub fn memory_bytes(&self) -> u64 {
+        match *self {}
+    }
+}
+
+/// Functions that make a volume of a field, which there is not; and methods of a value that there is not.
+macro_rules! never {
+    ($($(#[$doc:meta])* $name:ident($($argument:ty),*) -> $result:ty;)*) => {
+        $($(#[$doc])*
+        ///
+        /// # Errors
+        /// Never.
+        pub async fn $name(&self, $(_: $argument),*) -> Result<$result, GpuError> {
+            match *self {}
+        })*
+    };
+}
+
+impl GpuVolume {
+    /// Bring a volume over.
+    ///
+    /// # Errors
+    /// Never.
+    pub async fn upload(field: &GpuField, _: &Volume) -> Result<Self, GpuError> {
+        match *field {}
+    }
+
+    /// A dense volume.
+    ///
+    /// # Errors
+    /// Never.
+    pub async fn dense(
+        field: &GpuField,
+        _: &Program,
+        _: Lattice,
+        _: Encoding,
+        _: bool,
+        _: DenseFill,
+    ) -> Result<(Self, StagesMs), GpuError> {
+        match *field {}
+    }
+
+    /// An octree.
+    ///
+    /// # Errors
+    /// Never.
+    pub async fn octree(
+        field: &GpuField,
+        _: &Program,
+        _: Layout,
+        _: Keep,
+        _: Order,
+    ) -> Result<(Self, StagesMs), GpuError> {
+        match *field {}
+    }
+
+    /// Sparse bricks.
+    ///
+    /// # Errors
+    /// Never.
+    pub async fn bricks(
+        field: &GpuField,
+        _: &Program,
+        _: BrickLayout,
+        _: Option<u64>,
+    ) -> Result<(Self, StagesMs), GpuError> {
+        match *field {}
+    }
+
+    never! {
+        /// Draw.
+        render(&GpuField, &[Frame]) -> (Picture, f64);
+        /// Bricks and nodes of an octree.
+        tree_size(&Gpu) -> Option<(u64, u64)>;
+        /// What sparse bricks are.
+        sparse(&Gpu) -> Option<(BrickLayout, u64)>;
+        /// Bring the volume back.
+        read(&Gpu) -> Volume;
+        /// Its surface.
+        march(&GpuField, &MarchOptions) -> (GpuMesh, StagesMs);
+        /// Wait for edits.
+        settle(&Gpu) -> BrickEdit;
+        /// Give back room.
+        trim(&GpuField) -> ();
+        /// Submit edits.
+        edit(&GpuField, &LiveProgram, &mut EditWork, Option<u64>, Option<Duration>) -> ();
+    }
+
+    /// Where the voxels lie.
+    pub fn lattice(&self) -> &Lattice {
+        match *self {}
+    }
+
+    /// What texels mean.
+    pub fn encoding(&self) -> &Encoding {
+        match *self {}
+    }
+
+    /// Levels of detail.
+    pub fn levels(&self) -> u32 {
+        match *self {}
+    }
+
+    /// An octree's measures.
+    pub fn layout(&self) -> Option<&Layout> {
+        match *self {}
+    }
+
+    /// Sparse bricks' measures.
+    pub fn brick_layout(&self) -> Option<&BrickLayout> {
+        match *self {}
+    }
+
+    /// Where look-ups begin.
+    pub fn set_descent(&mut self, _: Descent) {
+        match *self {}
+    }
+
+    /// The same voxels over a larger box.
+    ///
+    /// # Errors
+    /// Never.
+    pub fn grow(&mut self, _: &Gpu, _: BrickLayout) -> Result<(), GpuError> {
+        match *self {}
+    }
+
+    /// Bytes on the device.
+    pub fn memory_bytes(&self) -> u64 {
+        match *self {}
+    }
+}
+
+impl GpuMesh {
+    /// Bring triangles over.
+    ///
+    /// # Errors
+    /// Never.
+    pub fn upload(field: &GpuField, _: Triangles<'_>) -> Result<Self, GpuError> {
+        match *field {}
+    }
+
+    /// Corners and triangles.
+    pub fn counts(&self) -> [u64; 2] {
+        match *self {}
+    }
+
+    /// Bytes on the device.
+    pub fn memory_bytes(&self) -> u64 {
+        match *self {}
+    }
+
+    never! {
+        /// Bring triangles back.
+        read(&Gpu) -> Mesh;
+        /// Draw.
+        render(&GpuField, &[Frame]) -> (Picture, f64);
+    }
+}

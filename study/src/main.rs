@@ -1,0 +1,191 @@
+//! The study as a program of its own: `argil study` starts it.
+
+use argil::{Backend, Engine};
+use argil_study::{Options, Progress};
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use indicatif::{ProgressBar, ProgressStyle};
+use serde_json::json;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// Measure everything that the 2023 study measured
+#[derive(Parser)]
+#[command(name = "argil-study", version)]
+struct Arguments {
+    #[command(flatten)]
+    study: Study,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Device {
+    Auto,
+    Cpu,
+    Gpu,
+}
+
+#[derive(Args)]
+#[command(args_conflicts_with_subcommands = true)]
+struct Study {
+    #[command(subcommand)]
+    command: Option<StudyCommand>,
+    /// The folder of records, pictures and the report
+    #[arg(short, long, value_name = "DIR", default_value = "study-out")]
+    output: PathBuf,
+    /// How much is measured: what a quarter of an hour allows on two cores, or all
+    #[arg(long, value_enum, default_value_t = Preset::Quick)]
+    preset: Preset,
+    /// What it is measured on; auto: the CPU, and a GPU where there is one, in hardware or software
+    #[arg(long, value_enum, default_value_t = Device::Auto)]
+    device: Device,
+    /// Measure these experiments alone
+    #[arg(long, value_name = "NAME", value_delimiter = ',')]
+    only: Vec<String>,
+    /// Print one JSON object on stdout and nothing else there
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Subcommand)]
+enum StudyCommand {
+    /// Make the report of records again, of several machines side by side
+    Report {
+        /// Folders that a study has written, or their records.jsonl
+        #[arg(required = true)]
+        records: Vec<PathBuf>,
+        /// Where the report goes
+        #[arg(short, long, value_name = "HTML", default_value = "report.html")]
+        output: PathBuf,
+    },
+    /// Write what records say as a page of Markdown
+    Findings {
+        /// Folders that a study has written, or their records.jsonl
+        #[arg(required = true)]
+        records: Vec<PathBuf>,
+        /// Where the page goes
+        #[arg(short, long, value_name = "MD", default_value = "findings.md")]
+        output: PathBuf,
+    },
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Preset {
+    Quick,
+    Full,
+}
+
+fn main() -> ExitCode {
+    match run(&Arguments::parse().study) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("argil-study: {error:#}");
+            let of_machine = error.chain().any(|cause| cause.is::<argil::EngineError>());
+            ExitCode::from(if of_machine { 3 } else { 1 })
+        }
+    }
+}
+
+fn run(options: &Study) -> anyhow::Result<()> {
+    match &options.command {
+        Some(StudyCommand::Report { records, output }) => {
+            argil_study::report(records, output)?;
+            println!("{}", output.display());
+            return Ok(());
+        }
+        Some(StudyCommand::Findings { records, output }) => {
+            argil_study::findings(records, output)?;
+            println!("{}", output.display());
+            return Ok(());
+        }
+        None => {}
+    }
+    let engines = engines(options.device)?;
+    let what = Options {
+        full: options.preset == Preset::Full,
+        only: options.only.clone(),
+    };
+    let mut bar = Bar::new()?;
+    let summary = argil_study::study(&engines, &what, &options.output, &mut bar)?;
+    bar.bar.finish_and_clear();
+    let report = options.output.join("report.html");
+    argil_study::report(std::slice::from_ref(&options.output), &report)?;
+    let failed = (summary.failed > 0).then(|| {
+        anyhow::anyhow!(
+            "{} cases failed: the report says why, in their rows",
+            summary.failed
+        )
+    });
+    if options.json {
+        println!(
+            "{}",
+            json!({
+                "report": report.display().to_string(),
+                "cases": summary.done,
+                "failed": summary.failed,
+                "broken_checks": summary.broken,
+            })
+        );
+        return failed.map_or(Ok(()), Err);
+    }
+    println!("{}", report.display());
+    println!(
+        "{} cases, {} of them failed, {} checks did not hold",
+        summary.done, summary.failed, summary.broken
+    );
+    failed.map_or(Ok(()), Err)
+}
+
+/// The devices that are measured: without a wish, all that there are.
+fn engines(device: Device) -> anyhow::Result<Vec<Engine>> {
+    Ok(match device {
+        Device::Cpu => vec![Engine::cpu()],
+        Device::Gpu => vec![Engine::on(Backend::Gpu)?],
+        Device::Auto => {
+            let mut all = vec![Engine::cpu()];
+            match Engine::on(Backend::Gpu) {
+                Ok(gpu) => all.push(gpu),
+                Err(error) => eprintln!("argil-study: the CPU alone is measured: {error}"),
+            }
+            all
+        }
+    })
+}
+
+struct Bar {
+    bar: ProgressBar,
+}
+
+impl Bar {
+    fn new() -> anyhow::Result<Self> {
+        let style = ProgressStyle::with_template("{bar:30} {pos}/{len}, {eta} left: {msg}")?;
+        Ok(Self {
+            bar: ProgressBar::no_length().with_style(style),
+        })
+    }
+}
+
+impl Progress for Bar {
+    fn begins(&mut self, cases: usize, done: usize) {
+        self.bar.set_length(cases as u64);
+        self.bar.set_position(done as u64);
+        // What was done before tells nothing of how long the rest takes.
+        self.bar.reset_eta();
+    }
+
+    fn case(&mut self, device: &str, experiment: &str, case: &str) {
+        self.bar
+            .set_message(format!("{experiment} {case} on {device}"));
+        // Where no bar is drawn, a line tells how far it is.
+        let at = self.bar.position();
+        if self.bar.is_hidden() && at.is_multiple_of(20) {
+            let all = self.bar.length().unwrap_or(0);
+            eprintln!("{at} of {all}: {experiment} on {device}");
+        }
+    }
+
+    fn done(&mut self, error: Option<&str>) {
+        self.bar.inc(1);
+        if let Some(error) = error {
+            self.bar.suspend(|| eprintln!("argil-study: {error}"));
+        }
+    }
+}
