@@ -77,7 +77,7 @@ impl Clay {
             kept: Kept::bake(gpu.as_ref(), &program, layout),
             gpu,
             live: LiveProgram::new(scene, layout.parts(&program)).expect("a program"),
-            seen: scene.changes().len(),
+            seen: scene.change_count(),
             rebakes: 0,
             done: BrickEdit::default(),
         }
@@ -85,7 +85,7 @@ impl Clay {
 
     /// Follow its edits since the last time, in one pass.
     pub fn follow(&mut self, scene: &mut Scene) {
-        let changes = &scene.changes()[self.seen..];
+        let changes = scene.changes_since(self.seen).expect("changes");
         let upset = self.live.follow(scene, changes).expect("a program");
         let boxes: Vec<_> = changes.iter().flat_map(|c| c.boxes()).collect();
         let program = Program::lower(scene).expect("a program");
@@ -111,7 +111,7 @@ impl Clay {
             self.kept = Kept::bake(self.gpu.as_ref(), &program, self.layout);
             self.live = LiveProgram::new(scene, self.layout.parts(&program)).expect("a program");
             self.rebakes += 1;
-            self.seen = scene.changes().len();
+            self.seen = scene.change_count();
             return;
         };
         match &mut self.kept {
@@ -126,7 +126,7 @@ impl Clay {
                 edit.expect("an edit");
             }
         }
-        self.seen = scene.changes().len();
+        self.seen = scene.change_count();
     }
 
     /// Wait for a GPU.
@@ -173,7 +173,8 @@ impl Clay {
         let tables =
             own.len().abs_diff(fresh.len()) + own.mixed().len().abs_diff(fresh.mixed().len());
         let (blocks, most) = (own.table().len(), fresh.table().len());
-        let kept = blocks.saturating_sub(most + most / 4 + 8);
+        // A box that has grown has more around it.
+        let kept = blocks.saturating_sub(3 * most + 64);
         let mut wrong = 0;
         for (_, block) in own.table().blocks().chain(fresh.table().blocks()) {
             for nth in 0..64 {

@@ -235,7 +235,11 @@ fn nothing_changes_outside_of_dirty_boxes_and_undo_restores() {
             let (outside, inside) = changes(&before, &after, edited.dirty_box, band, &mut numbers);
             assert_eq!(outside, 0, "{edit:?}: outside of {:?}", edited.dirty_box);
             seen += inside;
-            let change = scene.changes().last().expect("the edit's");
+            let change = scene
+                .changes_since(0)
+                .expect("changes")
+                .last()
+                .expect("the edit's");
             let (outside, _) = changes(&before, &after, change.far_box, 2.0 * band, &mut numbers);
             assert_eq!(outside, 0, "{edit:?}: outside of {:?}", change.far_box);
             // Negative control: the box half as large misses changes.

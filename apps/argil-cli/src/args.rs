@@ -196,9 +196,9 @@ pub struct Bake {
     /// Where the volume goes; without it, it is timed and dropped
     #[arg(short, long, value_name = "VOLUME")]
     pub output: Option<PathBuf>,
-    /// What is built
-    #[arg(long, value_enum, default_value_t = Via::Bricks)]
-    pub via: Via,
+    /// What is built; without it sparse bricks, or a dense volume where --mips or --fill is given
+    #[arg(long, value_enum)]
+    pub via: Option<Via>,
     #[command(flatten)]
     pub volume: VolumeFlags,
     #[command(flatten)]

@@ -7,17 +7,21 @@ use argil::{Volume, World};
 use serde_json::{Map, Value, json};
 
 pub fn run(options: &Bake) -> anyhow::Result<()> {
+    let dense = options.volume.mips || options.volume.fill.is_some();
+    let via = options
+        .via
+        .unwrap_or(if dense { Via::Dense } else { Via::Bricks });
     // Say what is wrong with the request before any work.
     ensure!(
-        options.via != Via::Field,
+        via != Via::Field,
         "--via field: the field is what volumes are baked from; take dense, octree or bricks"
     );
     ensure!(
-        options.via != Via::Mesh,
+        via != Via::Mesh,
         "--via mesh: `argil mesh` makes triangles; bake takes dense, octree or bricks"
     );
     ensure!(
-        !options.count_lost || options.via == Via::Octree,
+        !options.count_lost || via == Via::Octree,
         "--count-lost counts bricks: add --via octree"
     );
     if let Some(path) = &options.output {
@@ -28,7 +32,7 @@ pub fn run(options: &Bake) -> anyhow::Result<()> {
         "--descent says how an octree is marched: give it to `argil render`"
     );
     let engine = input::engine(&options.on)?;
-    let via = input::representation(options.via, &options.volume, &engine)?;
+    let via = input::representation(via, &options.volume, &engine)?;
     let mut scene = input::scene(&options.scene, options.on.allow_outside)?;
     input::set_time(&mut scene, options.time, &options.scene)?;
     let outputs = options.output.as_deref();

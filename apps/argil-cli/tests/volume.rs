@@ -130,7 +130,7 @@ fn requests_that_make_no_sense_say_what_would() {
     bake(&["--stride", "33"], 2, "1..=32");
     bake(&["--stride", "4", "--band", "4"], 2, "cannot be used with");
     bake(
-        &["--brick", "8"],
+        &["--via", "dense", "--brick", "8"],
         1,
         "--brick does nothing with --via dense",
     );
@@ -152,7 +152,7 @@ fn requests_that_make_no_sense_say_what_would() {
     let budget = ["--via", "bricks", "--memory-budget", "1"];
     bake(&budget, 1, "a larger --memory-budget");
     bake(
-        &["--memory-budget", "1"],
+        &["--via", "dense", "--memory-budget", "1"],
         1,
         "does nothing with --via dense",
     );

@@ -195,7 +195,9 @@ pub(crate) struct History {
     redo: Vec<Vec<Step>>,
     /// Whether edits join the step before them.
     is_stroke: bool,
-    pub changes: Vec<Change>,
+    changes: Vec<Change>,
+    /// Changes before those that are forgotten.
+    forgotten: usize,
 }
 
 impl History {
@@ -215,6 +217,37 @@ fn is_covered(before: Option<&Step>, step: &Step) -> bool {
         (Some(Step::Set { node: a, .. }), Step::Set { node: b, .. }) => a == b,
         (Some(Step::SetMaterial { name: a, .. }), Step::SetMaterial { name: b, .. }) => a == b,
         _ => false,
+    }
+}
+
+/// Changes that a scene keeps for those who follow it; of more the older half is forgotten.
+const MOST_CHANGES: usize = 1 << 14;
+
+impl History {
+    /// Take note of a change.
+    pub fn note(&mut self, change: Change) {
+        if self.changes.len() >= MOST_CHANGES {
+            self.changes.drain(..MOST_CHANGES / 2);
+            self.forgotten += MOST_CHANGES / 2;
+        }
+        self.changes.push(change);
+    }
+
+    /// Keep the last so many steps.
+    pub fn forget(&mut self, keep: usize) {
+        let steps = self.undo.len().saturating_sub(keep);
+        self.undo.drain(..steps);
+        self.redo.clear();
+    }
+
+    /// How many changes there were.
+    pub fn count(&self) -> usize {
+        self.forgotten + self.changes.len()
+    }
+
+    /// Those after so many.
+    pub fn since(&self, count: usize) -> Option<&[Change]> {
+        self.changes.get(count.checked_sub(self.forgotten)?..)
     }
 }
 
@@ -495,7 +528,7 @@ impl Scene {
             Some(material) => self.materials.insert(name.clone(), material),
             None => self.materials.remove(&name),
         };
-        self.history.changes.push(Change::of_everything());
+        self.history.note(Change::of_everything());
         let edited = Edited {
             node: Self::ROOT,
             dirty_box: Aabb::ALL,
@@ -520,7 +553,7 @@ impl Scene {
     fn note(&mut self, node: NodeId, before: (Option<NodeId>, [Aabb; 2])) -> Aabb {
         let after = self.boxes(node);
         let [dirty_box, far_box] = [0, 1].map(|i| before.1[i].union(after.1[i]));
-        self.history.changes.push(Change {
+        self.history.note(Change {
             operands: [before.0, after.0],
             dirty_box,
             far_box,

@@ -153,7 +153,7 @@ impl Scene {
         material.check().map_err(|f| f.within(&name))?;
         let old = self.materials.insert(name, material);
         if old != Some(material) {
-            self.history.changes.push(Change::of_everything());
+            self.history.note(Change::of_everything());
         }
         Ok(())
     }
@@ -230,7 +230,7 @@ impl Scene {
             self.nodes[i].entry = entry;
         }
         self.crowds.clear();
-        self.history.changes.push(Change::of_everything());
+        self.history.note(Change::of_everything());
     }
 
     /// Give a mesh its distances, where they are known.
@@ -262,9 +262,21 @@ impl Scene {
         self.identity.0
     }
 
-    /// All that was changed since the scene was made or read, undos and redos included, the oldest first.
-    pub fn changes(&self) -> &[Change] {
-        &self.history.changes
+    /// How many changes there were: edits, undone and redone ones too, and what moved with time.
+    pub fn change_count(&self) -> usize {
+        self.history.count()
+    }
+
+    /// The changes after the first so many; nothing where those are forgotten, as there were thousands since, or where there are
+    /// not as many.
+    pub fn changes_since(&self, count: usize) -> Option<&[Change]> {
+        self.history.since(count)
+    }
+
+    /// Forget all but the last so many steps that can be undone, and what could be redone: what they held is free then.
+    pub fn forget_history(&mut self, keep: usize) {
+        self.end_stroke();
+        self.history.forget(keep);
     }
 
     /// The operand of the root that a node is, or is in; `None` for the root and for what was removed.

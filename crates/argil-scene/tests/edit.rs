@@ -216,7 +216,7 @@ fn changes_name_the_operands_of_the_root() {
     let group = scene.push(Group::new()).unwrap().node;
     let brush = scene.push_into(group, ball()).unwrap().node;
     let other = scene.push(Group::new()).unwrap().node;
-    let seen = scene.changes().len();
+    let seen = scene.change_count();
     let parent = other;
     let index = 0;
     scene
@@ -228,7 +228,12 @@ fn changes_name_the_operands_of_the_root() {
         .unwrap();
     scene.apply(Edit::Remove { node: other }).unwrap();
     scene.undo();
-    let operands: Vec<_> = scene.changes()[seen..].iter().map(|c| c.operands).collect();
+    let operands: Vec<_> = scene
+        .changes_since(seen)
+        .expect("changes")
+        .iter()
+        .map(|c| c.operands)
+        .collect();
     let expected = [
         [Some(group), Some(other)],
         [Some(other), None],
@@ -238,7 +243,7 @@ fn changes_name_the_operands_of_the_root() {
     let stone = argil_scene::Material::default();
     scene.set_material("stone", stone).unwrap();
     scene.set_material("stone", stone).unwrap();
-    assert_eq!(scene.changes().len(), seen + 4);
+    assert_eq!(scene.change_count(), seen + 4);
     assert_ne!(scene.clone().identity(), scene.identity());
 }
 
@@ -304,4 +309,30 @@ fn meshes_are_named_anew_all_at_once_in_what_is_undone_too() {
         .push(Brush::new(Shape::mesh("a.obj")))
         .expect("a mesh");
     assert_eq!(other.missing_meshes(), [("a.obj".to_owned(), resolution)]);
+}
+
+/// What is forgotten is told: those who follow begin anew, and nothing grows for ever.
+#[test]
+fn changes_are_kept_for_a_while() {
+    let mut scene = Scene::new();
+    let ball = scene.push(Brush::new(Shape::sphere(0.5))).expect("a brush");
+    let by = Modifier::Translate {
+        by: [1e-4, 0.0, 0.0],
+    };
+    let first = scene.change_count();
+    for _ in 0..20_000 {
+        let (node, by) = (ball.node, by.clone());
+        scene.apply(Edit::Transform { node, by }).expect("an edit");
+        scene.undo();
+    }
+    assert_eq!(scene.change_count(), first + 40_000);
+    assert!(scene.changes_since(first).is_none());
+    assert!(scene.changes_since(first + 50_000).is_none());
+    let last = scene.changes_since(first + 39_990).expect("the last");
+    assert_eq!(last.len(), 10);
+    scene.push(Brush::new(Shape::sphere(0.1))).expect("a brush");
+    scene.push(Brush::new(Shape::sphere(0.1))).expect("a brush");
+    scene.forget_history(1);
+    assert_eq!(scene.history_lengths(), [1, 0]);
+    assert!(scene.undo() && !scene.undo());
 }

@@ -147,7 +147,7 @@ impl Live {
     pub fn of(scene: &Scene) -> Self {
         Self {
             identity: scene.identity(),
-            seen: scene.changes().len(),
+            seen: scene.change_count(),
             program: None,
             work: EditWork::default(),
             undone: Vec::new(),
@@ -158,7 +158,7 @@ impl Live {
 
     /// Whether a scene is the one that was built, and nothing changed that the world does not know.
     pub fn has_seen_all(&self, scene: &Scene) -> bool {
-        self.identity == scene.identity() && self.seen == scene.changes().len()
+        self.identity == scene.identity() && self.seen == scene.change_count()
     }
 
     /// Why a scene's changes cannot be followed, if they cannot.
@@ -166,7 +166,7 @@ impl Live {
         if self.identity == LOST {
             return Some(self.lost_by);
         }
-        if self.identity != scene.identity() || self.seen > scene.changes().len() {
+        if self.identity != scene.identity() || self.seen > scene.change_count() {
             return Some(Rebuilt::Scene);
         }
         let mut bands = scene.bands().into_iter().zip(bands);
@@ -198,7 +198,9 @@ impl Live {
         if let Some(reason) = self.hindrance(scene, layout.least_bands(tables)) {
             return Ok(Followed::Not(reason));
         }
-        let changes = &scene.changes()[self.seen..];
+        let Some(changes) = scene.changes_since(self.seen) else {
+            return Ok(Followed::Not(Rebuilt::Forgotten));
+        };
         let first_put;
         let live = match &mut self.program {
             Some(live) => {
@@ -241,7 +243,7 @@ impl Live {
         let Some(live) = &mut self.program else {
             return Ok(Followed::Not(Rebuilt::Refused));
         };
-        self.seen = scene.changes().len();
+        self.seen = scene.change_count();
         if let Clay::Gpu(_, field) = &mut clay
             && let Err(error) = field.follow(live)
         {

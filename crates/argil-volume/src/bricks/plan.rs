@@ -43,9 +43,17 @@ impl BlockPlan {
         while side < extent {
             side *= 4;
         }
+        // Parts lie where those of an edit lie, so that the lists of a cell are the same.
+        let all = 0..program.instrs().len();
+        let (first, last) = (
+            low.div_euclid(IVec3::splat(side)),
+            (high - 1).div_euclid(IVec3::splat(side)),
+        );
         let mut level = Level {
             instrs: program.instrs().to_vec(),
-            parts: vec![(low, 0..program.instrs().len())],
+            parts: super::table::places(first, last)
+                .map(|place| (place * side, all.clone()))
+                .collect(),
             inside: Vec::new(),
         };
         let mut inside = Vec::new();
@@ -60,7 +68,7 @@ impl BlockPlan {
                     || Pruner::new(program),
                     |pruner, (block, range)| {
                         let instrs = &level.instrs[range.clone()];
-                        cut(layout, &bounds, *block, (side, high), instrs, pruner)
+                        cut(layout, &bounds, *block, (side, [low, high]), instrs, pruner)
                     },
                 )
                 .collect();
@@ -71,7 +79,11 @@ impl BlockPlan {
                 let moved = |r: Range<usize>| from + r.start..from + r.end;
                 let own = part.parts.into_iter();
                 next.parts.extend(own.map(|(block, r)| (block, moved(r))));
-                inside.extend(part.inside.iter().map(|&at| [at, (at + side).min(high)]));
+                inside.extend(
+                    part.inside
+                        .iter()
+                        .map(|&at| [at.max(low), (at + side).min(high)]),
+                );
             }
             level = next;
         }
@@ -105,16 +117,18 @@ impl BlockTable {
     }
 }
 
-/// The blocks among which bricks are looked for, from one to before another. A cut box is that. Otherwise what is near to the
-/// surface is found wherever it is: a distance falls short of the real one by a few times its slack at most.
-fn searched(program: &Program, layout: &BrickLayout) -> [IVec3; 2] {
+/// The blocks that are looked at, from one to before another. A cut box is that. Otherwise what is near to the surface is found
+/// wherever it is: a distance falls short of the real one by a few times its slack at most. And there are blocks as far from the
+/// box as cells tell, so that nothing is wrong when the box grows.
+pub(super) fn searched(program: &Program, layout: &BrickLayout) -> [IVec3; 2] {
     if layout.lattice.is_cut {
         return layout.block_range();
     }
     let region = layout.region();
     let reach = 4.0 * (layout.half_diagonal(1) + program.bounds_slack(region));
+    let reach = reach.max(layout.far_length() + layout.half_diagonal(1));
     // What is said of a slack without end is nothing.
-    let reach = reach.min(region.half_diagonal());
+    let reach = reach.min(region.half_diagonal().max(2.0 * layout.far_length()));
     let grown = region.grown(reach);
     let side = IVec3::splat(BLOCK_SIDE as i32);
     [
@@ -128,13 +142,13 @@ fn cut(
     layout: &BrickLayout,
     bounds: &Bounds,
     block: IVec3,
-    (side, high): (i32, IVec3),
+    (side, [low, high]): (i32, [IVec3; 2]),
     instrs: &[Instr],
     pruner: &mut Pruner<'_>,
 ) -> Level {
     let blocks: Vec<IVec3> = (0..CELLS)
         .map(|i| block + side * super::inner_cell(i))
-        .filter(|b| b.cmplt(high).all())
+        .filter(|&b| b.cmplt(high).all() && (b + side).cmpgt(low).all())
         .collect();
     let cells = side as u32 * BLOCK_SIDE;
     let centers: Vec<Vec3> = blocks

@@ -1,5 +1,6 @@
 //! What edits leave to be done: blocks that are to be measured again, and which of their cells are to be sampled.
 
+use super::plan::searched;
 use super::{BLOCK_SIDE, BrickLayout, inner_cell};
 use argil_field::{CELLS, LiveProgram};
 use argil_math::Aabb;
@@ -39,7 +40,7 @@ impl EditWork {
             units: Vec::new(),
             is_latest: true,
         };
-        let blocks = work.touched_blocks(layout)?;
+        let blocks = work.touched_blocks(layout, live)?;
         work.units = units(layout, live, blocks);
         Some(work)
     }
@@ -117,16 +118,20 @@ impl EditWork {
         cells
     }
 
-    fn touched_blocks(&self, layout: &BrickLayout) -> Option<BTreeSet<[i32; 3]>> {
+    fn touched_blocks(
+        &self,
+        layout: &BrickLayout,
+        live: &LiveProgram,
+    ) -> Option<BTreeSet<[i32; 3]>> {
         let edge = layout.cell_length() * BLOCK_SIDE as f32;
         let mut blocks = BTreeSet::new();
-        let [low, high] = layout.block_range().map(|block| block.as_vec3());
+        let [low, high] = searched(live.program(), layout).map(|block| block.as_vec3());
         let high = high - 1.0;
         let mut count = 0.0;
         for [_, far] in &self.boxes {
             let first = ((far.min - layout.lattice.corner) / edge).floor();
             let end = ((far.max - layout.lattice.corner) / edge).floor();
-            // There is no surface outside of the box: it has grown for what was put there.
+            // There is no surface elsewhere: the box has grown for what was put outside of it.
             if far.is_empty() || !first.cmple(high).all() || !end.cmpge(low).all() {
                 continue;
             }

@@ -1,0 +1,266 @@
+//! A world has no box: what is put anywhere is there, with voxels of the same size.
+
+use argil::{
+    Backend, BricksOptions, Brush, DenseOptions, Edit, Engine, Lattice, Modifier, OctreeOptions,
+    Rebuilt, Scene, Shape, Show, Stored, Via, Volume, World,
+};
+
+type Outcome = Result<(), Box<dyn std::error::Error>>;
+
+fn ball_at(at: [f32; 3]) -> Brush {
+    Brush::new(Shape::sphere(0.5)).at(at)
+}
+
+fn one_ball() -> Result<Scene, argil::EditError> {
+    let mut scene = Scene::new();
+    scene.push(ball_at([0.0; 3]))?;
+    Ok(scene)
+}
+
+fn bricks_of(engine: &Engine, scene: &mut Scene, resolution: u32) -> World {
+    let options = BricksOptions {
+        resolution,
+        ..BricksOptions::default()
+    };
+    let world = engine.build(scene).and_then(|w| w.bricks(scene, options));
+    let world = world.expect("a world");
+    scene.set_bands(world.bands());
+    world
+}
+
+fn lattice_of(world: &World) -> Lattice {
+    let info = world.volume_info().expect("an answer");
+    info.expect("a volume").lattice
+}
+
+/// Pixels of a ball of radius 0.5 that is looked at from straight ahead.
+fn pixels_of_ball(world: &World, at: [f32; 3]) -> usize {
+    let mut camera = world.camera();
+    camera.target = at.into();
+    camera.eye = argil::glam::Vec3::from(at) + argil::glam::Vec3::new(0.0, 0.0, 4.0);
+    let settings = argil::Settings {
+        ground: false,
+        samples: 1,
+        ..world.settings([96, 72], Show::Normal)
+    };
+    world
+        .draw(&camera, &settings)
+        .expect("a picture")
+        .hit_pixels
+}
+
+fn engines() -> [Engine; 2] {
+    [Engine::cpu(), Engine::on(Backend::Gpu).expect("a GPU")]
+}
+
+/// Beside the box, farther out, and so far that empty space is told of in great cubes.
+#[test]
+fn what_is_put_outside_of_the_first_box_is_there() -> Outcome {
+    for engine in engines() {
+        let mut scene = one_ball()?;
+        let mut world = bricks_of(&engine, &mut scene, 64);
+        let first = lattice_of(&world);
+        let whole = pixels_of_ball(&world, [0.0; 3]);
+        for at in [
+            [0.9, 0.0, 0.0],
+            [0.0, -3.0, 0.0],
+            [-40.0, 25.0, 0.0],
+            [900.0, -700.0, 800.0],
+        ] {
+            scene.push(ball_at(at))?;
+            let applied = world.apply(&scene)?;
+            world.finish()?;
+            assert!(!applied.rebuilt, "{at:?}: {:?}", applied.reason);
+            assert_eq!(world.differing_cells(&scene)?, Some(0), "{at:?}");
+            let lattice = lattice_of(&world);
+            assert_eq!((lattice.voxel, lattice.corner), (first.voxel, first.corner));
+            // The field is the independent witness.
+            let field = engine.build(&scene)?;
+            let [own, exact] = [&world, &field].map(|world| pixels_of_ball(world, at));
+            assert!(
+                own.abs_diff(exact) <= exact / 12 + 2,
+                "{at:?}: {own} and {exact}"
+            );
+            assert!(own > whole / 2, "{at:?}: {own} of {whole}");
+        }
+        // What was there before is as it was.
+        assert!(pixels_of_ball(&world, [0.0; 3]).abs_diff(whole) <= whole / 8 + 40);
+        if let Some(query) = world.query_volume() {
+            let hit = query.ray_cast([900.0, -700.0, 830.0], [0.0, 0.0, -1.0], 100.0);
+            assert!((hit.expect("the far ball").t - 29.5).abs() < 0.1);
+        }
+    }
+    Ok(())
+}
+
+/// Any edits from a thousandth of a unit to ten thousand away: the bricks are a fresh bake's whose box is found anew, and rays
+/// meet what the field says.
+#[test]
+fn edits_anywhere_are_those_of_a_fresh_bake() -> Outcome {
+    let mut seed = 11u64;
+    let mut unit = || {
+        seed = seed
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        (seed >> 40) as f32 / (1u64 << 24) as f32
+    };
+    for (engine, edits) in engines().into_iter().zip([60, 12]) {
+        let mut scene = one_ball()?;
+        let mut world = bricks_of(&engine, &mut scene, 48);
+        let (mut rebuilt, mut nodes) = (0, Vec::new());
+        for nth in 0..edits {
+            let reach = 10f32.powf(-3.0 + 7.0 * unit());
+            let direction = [unit() - 0.5, unit() - 0.5, unit() - 0.5];
+            let at = direction.map(|d| 2.0 * reach * d);
+            match nth % 5 {
+                0..=2 => {
+                    let brush = Brush::new(Shape::sphere(0.2 + 0.4 * unit())).at(at);
+                    let brush = match nth % 3 {
+                        0 => brush,
+                        1 => brush.blend(0.1),
+                        _ => brush.subtract(),
+                    };
+                    nodes.push(scene.push(brush)?.node);
+                }
+                3 => {
+                    let node = nodes[(unit() * nodes.len() as f32) as usize % nodes.len()];
+                    let by = Modifier::Translate { by: at };
+                    // What would leave the space that can be counted is refused.
+                    let _ = scene.apply(Edit::Transform { node, by });
+                }
+                _ => {
+                    scene.undo();
+                    if unit() < 0.5 {
+                        scene.redo();
+                    }
+                }
+            }
+            let applied = world.apply(&scene)?;
+            world.finish()?;
+            if applied.rebuilt {
+                rebuilt += 1;
+                scene.set_bands(world.bands());
+            }
+            assert_eq!(
+                world.differing_cells(&scene)?,
+                Some(0),
+                "edit {nth}, {reach} away, {:?}",
+                applied.reason
+            );
+        }
+        assert!(rebuilt <= edits / 6, "{rebuilt} of {edits}");
+    }
+    Ok(())
+}
+
+/// Distance costs nothing: two balls ten thousand units apart take what they take side by side.
+#[test]
+fn far_things_take_no_more_than_near_ones() -> Outcome {
+    let memory = |gap: f32| -> Result<u64, Box<dyn std::error::Error>> {
+        let mut scene = Scene::new();
+        let radius = 1.0;
+        scene.push(Brush::new(Shape::sphere(radius)))?;
+        let mut world = bricks_of(&Engine::cpu(), &mut scene, 512);
+        scene.push(Brush::new(Shape::sphere(radius)).at([gap, 0.0, 0.0]))?;
+        assert!(!world.apply(&scene)?.rebuilt);
+        Ok(world.memory_bytes())
+    };
+    let (near, far) = (memory(2.5)?, memory(10_000.0)?);
+    assert!(far as f64 <= 1.1 * near as f64, "{far} and {near}");
+    Ok(())
+}
+
+/// What edits empty is given back.
+#[test]
+fn blocks_are_given_back() -> Outcome {
+    let mut scene = one_ball()?;
+    let mut world = bricks_of(&Engine::cpu(), &mut scene, 96);
+    let before = world.memory_bytes();
+    for _ in 0..3 {
+        scene.push(ball_at([500.0, 0.0, 300.0]))?;
+        assert!(!world.apply(&scene)?.rebuilt);
+        assert!(world.memory_bytes() > before + before / 2);
+        scene.undo();
+        assert!(!world.apply(&scene)?.rebuilt);
+        assert_eq!(world.differing_cells(&scene)?, Some(0));
+    }
+    let after = world.memory_bytes();
+    // But for the top of a table that reaches as far, of which there are 65,536 entries at most.
+    assert!(after < before + 4 * 65_536 + 4_096, "{after} and {before}");
+    Ok(())
+}
+
+/// Dense volumes and octrees are built anew for the larger box, with voxels of the same size, and say why.
+#[test]
+fn others_are_built_for_a_larger_box() -> Outcome {
+    let dense = Via::Dense(DenseOptions {
+        resolution: 32,
+        ..DenseOptions::default()
+    });
+    let octree = Via::Octree(OctreeOptions {
+        resolution: 32,
+        ..OctreeOptions::default()
+    });
+    for via in [dense, octree] {
+        let mut scene = one_ball()?;
+        let mut world = Engine::cpu().build(&scene)?.via(&scene, via)?;
+        let (voxel, whole) = (lattice_of(&world).voxel, pixels_of_ball(&world, [0.0; 3]));
+        scene.push(ball_at([0.1, 0.0, 0.0]))?;
+        assert_eq!(world.apply(&scene)?.reason, Some(Rebuilt::Kept));
+        scene.push(ball_at([1.8, 0.0, 0.0]))?;
+        assert_eq!(world.apply(&scene)?.reason, Some(Rebuilt::Box));
+        assert_eq!(lattice_of(&world).voxel, voxel);
+        let found = pixels_of_ball(&world, [1.8, 0.0, 0.0]);
+        assert!(found > whole / 2, "{found} of {whole}");
+    }
+    Ok(())
+}
+
+/// What is endless is cut by the box, as it was; when it comes or goes, everything is made again.
+#[test]
+fn what_is_endless_is_cut() -> Outcome {
+    let mut scene = one_ball()?;
+    scene.view.frame = Some([[-1.0; 3], [1.0; 3]]);
+    let mut world = bricks_of(&Engine::cpu(), &mut scene, 48);
+    assert!(!lattice_of(&world).is_cut);
+    scene.push(Brush::new(Shape::Plane {
+        normal: [0.0, 1.0, 0.0],
+        offset: -0.2,
+    }))?;
+    assert_eq!(world.apply(&scene)?.reason, Some(Rebuilt::Cut));
+    scene.set_bands(world.bands());
+    assert!(lattice_of(&world).is_cut);
+    assert_eq!(world.differing_cells(&scene)?, Some(0));
+    scene.push(ball_at([0.0, 0.4, 0.0]))?;
+    assert!(!world.apply(&scene)?.rebuilt);
+    assert_eq!(world.differing_cells(&scene)?, Some(0));
+    Ok(())
+}
+
+/// A world that grew, in a file and back.
+#[test]
+fn a_grown_world_survives_a_file() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    let path = folder.path().join("grown.argil");
+    let mut scene = one_ball()?;
+    let mut world = bricks_of(&Engine::cpu(), &mut scene, 64);
+    for at in [[-60.0, 0.0, 2.0], [0.0, 300.0, 0.0]] {
+        scene.push(ball_at(at))?;
+        world.apply(&scene)?;
+    }
+    world.save(&scene, &path)?;
+    let (mut scene, mut again) = Engine::cpu().load(Stored::open(&path)?, &path)?;
+    scene.set_bands(again.bands());
+    assert_eq!(again.differing_cells(&scene)?, Some(0));
+    let (own, theirs) = (world.volume()?, again.volume()?);
+    let (Some(Volume::Bricks(own)), Some(Volume::Bricks(theirs))) =
+        (own.as_deref(), theirs.as_deref())
+    else {
+        panic!("bricks are kept");
+    };
+    assert_eq!(own.differing_cells(theirs), 0);
+    scene.push(ball_at([0.0, 0.0, -90.0]))?;
+    assert!(!again.apply(&scene)?.rebuilt);
+    assert_eq!(again.differing_cells(&scene)?, Some(0));
+    Ok(())
+}
