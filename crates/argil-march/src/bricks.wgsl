@@ -6,6 +6,13 @@ const LEAST_WEIGHT: f32 = 1e-3;
 const RELAXATION: f32 = 0.9;
 const NUDGE_VOXELS: f32 = 1e-3;
 const NUDGE_SHARE: f32 = 5e-7;
+const NUDGE_PLACE: f32 = 2.5e-7;
+
+// Twin of nudge_for in step.rs.
+fn nudge_for(u: vec3<f32>) -> f32 {
+    let far = max(abs(u.x), max(abs(u.y), abs(u.z)));
+    return select(0.0, NUDGE_PLACE * far * volume.extent_voxel.w, HAS_LEVELS);
+}
 
 // Where a point lies: its cell, the cell's word, and the place in it in voxels.
 struct Located {
@@ -182,7 +189,8 @@ fn solve(ray: Ray, t: f32, side: f32, gap: f32, origin: vec3<f32>, inner: vec3<f
         share = 0.0;
     }
     if !(starts_below || is_crossed || is_close) {
-        return Solved(false, t + leave + NUDGE_VOXELS * volume.extent_voxel.w + NUDGE_SHARE * t);
+        let u = in_voxels(ray.origin + ray.direction * t);
+        return Solved(false, t + leave + NUDGE_VOXELS * volume.extent_voxel.w + NUDGE_SHARE * t + nudge_for(u));
     }
     return Solved(true, t + share * leave);
 }
@@ -316,7 +324,7 @@ fn march(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_id) 
             let first = floor(cell * (1.0 / edge)) * edge;
             let ahead = select(first, first + edge, d > vec3(0.0));
             let ways = (ahead * brick - u) * per_way;
-            let leave = min(ways.x, min(ways.y, ways.z)) + NUDGE_VOXELS * voxel + NUDGE_SHARE * t;
+            let leave = min(ways.x, min(ways.y, ways.z)) + NUDGE_VOXELS * voxel + NUDGE_SHARE * t + nudge_for(u);
             // Along a plane, spheres still touch with so much more than their radius between their centres.
             let fell = max(last_gap - g, 0.0);
             let sum = last_way + fell;

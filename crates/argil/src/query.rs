@@ -14,7 +14,7 @@ use glam::Vec3;
 const MOST_STEPS: usize = 4096;
 const WALK_STEPS: usize = 64;
 /// Boxes that a search for a closest point looks at, at most.
-pub const MOST_BOXES: usize = 1 << 14;
+pub const MOST_BOXES: usize = 1 << 16;
 
 /// Where a cast has met the surface.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -148,7 +148,12 @@ fn solve<T: Texel>(frame: &Frame, sampler: &BrickSampler<'_, T>, n: usize, lanes
         let is_close = c0 < high(epsilon, super::step::low(footprint * t, widest));
         let s = if starts_below | !is_crossed { 0.0 } else { s };
         let hit = starts_below | is_crossed | is_close;
-        let nudge = NUDGE_VOXELS * voxel + NUDGE_SHARE * t;
+        let rounding = if sampler.has_levels() {
+            super::step::nudge_for([u[0][i], u[1][i], u[2][i]], voxel)
+        } else {
+            0.0
+        };
+        let nudge = NUDGE_VOXELS * voxel + NUDGE_SHARE * t + rounding;
         lanes.t[i] = if hit {
             t + s * leave
         } else {

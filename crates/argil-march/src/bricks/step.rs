@@ -22,6 +22,16 @@ const RELAXATION: f32 = 0.9;
 pub(super) const NUDGE_VOXELS: f32 = 1e-3;
 pub(super) const NUDGE_SHARE: f32 = 5e-7;
 
+/// And so much of its place in voxels, in a world so wide that rounding is more than that.
+const NUDGE_PLACE: f32 = 2.5e-7;
+
+/// How far beyond a voxel a ray goes for the rounding of its place.
+#[inline(always)]
+pub(super) fn nudge_for(place: [f32; 3], voxel: f32) -> f32 {
+    let [x, y, z] = place.map(f32::abs);
+    NUDGE_PLACE * high(x, high(y, z)) * voxel
+}
+
 /// What a step of a batch finds: a 1 for each ray.
 pub(super) struct Found {
     pub near: [u8; LANES],
@@ -133,13 +143,14 @@ fn step<T: Texel>(
     // To the end of the cell, or of the block, or of what is empty around that.
     leave[..n].fill(f32::MAX);
     let block = BLOCK_SIDE as f32;
-    let mut edges = [1.0f32; LANES];
+    let (mut edges, mut rounding) = ([1.0f32; LANES], [0.0f32; LANES]);
     for i in 0..n {
         edges[i] = if is_lonely(at.word[i]) { block } else { 1.0 };
     }
     if sampler.has_levels() {
         for i in 0..n {
             edges[i] = high(edges[i], sampler.empty_cells(&at, i) as f32);
+            rounding[i] = nudge_for([u[0][i], u[1][i], u[2][i]], voxel);
         }
     }
     for axis in 0..3 {
@@ -155,7 +166,7 @@ fn step<T: Texel>(
     for i in 0..n {
         let g = gap[i] * side[i];
         let in_brick = is_brick(at.word[i]);
-        let nudge = NUDGE_VOXELS * voxel + NUDGE_SHARE * t[i];
+        let nudge = NUDGE_VOXELS * voxel + NUDGE_SHARE * t[i] + rounding[i];
         let empty_way = high(g * scale, leave[i] + nudge);
         let close = high(NEAR_VOXELS * voxel, low(footprint * t[i], widest));
         // Spheres that no longer touch: back to where the last one ended.
