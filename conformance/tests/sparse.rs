@@ -530,3 +530,35 @@ fn colours_and_blends_survive_baking() {
     assert!(all_turned > 2 * all_off, "{all_turned}, {all_off}");
     assert!(mixed > 10_000, "{mixed}");
 }
+
+/// A ring of noisy solids that a smooth joint touches takes no more bricks than without the joint, and none too few: what
+/// copies can jump by counts where they are, and not in every cell.
+#[test]
+fn a_blend_beside_a_ring_costs_its_own_bricks_only() {
+    let ring = |blend: f32, amplitude: f32| {
+        let text = format!(
+            r#"{{"argil":1,"brushes":[
+                {{"shape":{{"type":"box","half_size":[0.06,0.3,0.06]}},"modifiers":[
+                    {{"type":"displace","amplitude":{amplitude},"frequency":20}},
+                    {{"type":"translate","by":[0.7,0,0]}},
+                    {{"type":"radial_repeat","count":8}}]}},
+                {{"operator":"union","blend":{blend},"shape":{{"type":"sphere","radius":0.25}}}}]}}"#
+        );
+        Scene::from_json(&text, "ring").expect("a scene")
+    };
+    for (blend, amplitude) in [(0.02, 0.01), (0.05, 0.02)] {
+        let [hard, smooth] = [0.0, blend].map(|blend| {
+            let scene = ring(blend, amplitude);
+            let program = Program::lower(&scene).expect("a program");
+            let layout = layout_of(&program, &scene, 128, 8);
+            let bricks = bake(&program, layout);
+            let (crossed, missed, _) = crossings(&program, &bricks);
+            assert_eq!(missed, 0, "of {crossed}, blend {blend}");
+            bricks.len()
+        });
+        assert!(
+            10 * smooth <= 13 * hard,
+            "{smooth} with a blend, {hard} without"
+        );
+    }
+}

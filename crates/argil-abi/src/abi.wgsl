@@ -178,9 +178,6 @@ struct Volume {
     capacity: u32,
     chunk: u32,
     chunks: u32,
-    slack: f32,
-    hidden: f32,
-    isolation: f32,
     lipschitz: f32,
     steepness: f32,
     mixed: u32,
@@ -205,8 +202,7 @@ struct Volume {
     slots_at: u32,
     words_at: u32,
     is_cut: u32,
-    base: f32,
-    place_rounding: f32,
+    pad2: u32,
 }
 struct Fill {
     first_bias: vec4<f32>,
@@ -232,7 +228,7 @@ struct Prune {
     blocks_at: u32,
     dirty_first: u32,
     freed_first: u32,
-    pad0: u32,
+    bounds_first: u32,
 }
 struct Marching {
     first_voxel: vec4<f32>,

@@ -174,12 +174,6 @@ shared_struct! {
         chunk: u32,
         /// Dispatches that sample bricks.
         chunks: u32,
-        /// What a distance can be off by.
-        slack: f32,
-        /// What copies can add to that where the surface is not within `isolation`.
-        hidden: f32,
-        /// A copy that a point does not look at is at least so far away.
-        isolation: f32,
         /// The field's Lipschitz constant.
         lipschitz: f32,
         /// The same with room for rounding.
@@ -228,10 +222,8 @@ shared_struct! {
         words_at: u32,
         /// 1 if there are no bricks outside of the box.
         is_cut: u32,
-        /// A usual length of the world.
-        base: f32,
-        /// What of a coordinate beyond that a distance can be off by.
-        place_rounding: f32,
+        /// Zero.
+        pad2: u32,
     }
 }
 
@@ -286,8 +278,8 @@ shared_struct! {
         dirty_first: u32,
         /// Where among the cells near the surface the bricks stand that are freed; those of mixed ones as far on again.
         freed_first: u32,
-        /// Zero.
-        pad0: u32,
+        /// Where it stands what is known of distances in each block, six words each.
+        bounds_first: u32,
     }
 }
 

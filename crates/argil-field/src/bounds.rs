@@ -1,6 +1,8 @@
 //! Bounds of the distance over boxes.
 
-use crate::Program;
+use crate::space::{RADIAL_WORDS, REPEAT_WORDS};
+use crate::{NearJumps, Program};
+use argil_abi::{self as abi, Instr};
 use argil_math::{Aabb, Interval};
 
 impl Program {
@@ -41,25 +43,49 @@ impl Program {
         }
     }
 
-    /// [`Program::bounds_slack`] for points with coordinates as great as `farthest` that are near the surface, in a world where
-    /// `base` is a usual length.
-    pub fn slack_at(&self, base: f32, farthest: f32) -> f32 {
-        self.clear_terms_about(base).at(base, farthest).slack + self.hidden_slack
+    /// What `f32` arithmetic can add to distances at points with coordinates as great as `farthest` that are near the surface, in
+    /// a world where `base` is a usual length.
+    pub fn rounding_at(&self, base: f32, farthest: f32) -> f32 {
+        self.clear_terms_about(base).at(base, farthest).slack
     }
 
-    /// The same as [`Program::clear_terms`] for points near the origin and the surface, in a world where `base` is a usual length: see
-    /// [`ClearTerms::at`] for others.
+    /// [`Program::clear_terms`] for points near the origin and the surface where nothing jumps, in a world where `base` is a usual
+    /// length: see [`ClearTerms::at`] for other points, and [`ClearTerms::with`] for places where something jumps.
     pub fn clear_terms_about(&self, base: f32) -> ClearTerms {
         ClearTerms {
-            slack: self.slack + self.rounding_about(base, base),
-            hidden: self.hidden_slack,
-            isolation: self.isolation,
+            slack: self.rounding_about(base, base),
+            hidden: 0.0,
+            isolation: f32::MAX,
             steepness: 1.000_01 * self.lipschitz,
         }
     }
 
+    /// What the distances that a list of instructions gives can jump by.
+    pub fn jump_of(&self, instrs: &[Instr]) -> f32 {
+        if self.slack + self.hidden_slack == 0.0 {
+            return 0.0;
+        }
+        let jumps = instrs.iter().map(|instr| match instr.op {
+            abi::OP_REPEAT => self.params[instr.params as usize + REPEAT_WORDS - 1],
+            abi::OP_RADIAL => self.params[instr.params as usize + RADIAL_WORDS - 1],
+            _ => 0.0,
+        });
+        let jump = jumps.fold(0.0, f32::max);
+        // Chamfered joints add jumps up.
+        if jump > 0.0 && self.lipschitz > 1.0 {
+            self.slack + self.hidden_slack
+        } else {
+            jump
+        }
+    }
+
+    /// What a list's distances within the region can be off by: their jumps, and the rounding of `f32`.
+    pub(crate) fn list_slack(&self, instrs: &[Instr], region: Aabb) -> f32 {
+        self.jump_of(instrs) + self.rounding(region)
+    }
+
     /// How far `f32` arithmetic can take a distance within the box from the real one.
-    fn rounding(&self, region: Aabb) -> f32 {
+    pub fn rounding(&self, region: Aabb) -> f32 {
         let farthest = region.min.abs().max(region.max.abs()).max_element();
         self.rounding_about(farthest, farthest)
     }
@@ -90,7 +116,7 @@ pub struct ClearTerms {
 }
 
 /// What of a coordinate an affine map into an operand's own space can lose: the rounding of its products and sums.
-pub const PLACE_ROUNDING: f32 = 4.0 * f32::EPSILON;
+const PLACE_ROUNDING: f32 = 4.0 * f32::EPSILON;
 
 impl ClearTerms {
     /// For points with coordinates as great as `farthest`, where those of [`Program::clear_terms_about`] a base length are
@@ -105,6 +131,17 @@ impl ClearTerms {
         };
         Self {
             slack: self.slack + PLACE_ROUNDING * beyond,
+            ..self
+        }
+    }
+
+    /// Where something jumps.
+    #[inline]
+    pub fn with(self, jumps: &NearJumps) -> Self {
+        Self {
+            slack: self.slack + jumps.slack,
+            hidden: jumps.hidden,
+            isolation: jumps.isolation,
             ..self
         }
     }

@@ -6,6 +6,7 @@
 //! scene's distances, as far as those are below the live program's far length. What remains linear in the number of
 //! operands, with a small factor, is finding an operand's place in the order.
 
+use crate::loose::{self, Loose, loose_of};
 use crate::lower::materials_of;
 use crate::program::Program;
 use crate::regular::{Regularity, joined};
@@ -17,7 +18,7 @@ use argil_scene::{
     greatest_fall,
 };
 use glam::{IVec3, Vec3};
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxHashMap, FxHashSet};
 use std::borrow::Cow;
 use std::collections::{BTreeMap, HashMap, HashSet};
 
@@ -199,6 +200,8 @@ pub struct LiveProgram {
     /// The boxes of what the last update put in, with room for blends, and whether it touched what is endless or cuts.
     put: Aabb,
     touched_ends: bool,
+    /// Boxes outside of which the last update changed nothing of what is known of jumps.
+    loosened: Vec<Aabb>,
     /// Instructions and iterations of all operands, seen or not; opcodes of all that there ever were.
     length: usize,
     iterations: u64,
@@ -266,6 +269,7 @@ impl LiveProgram {
             written: Vec::new(),
             put: Aabb::EMPTY,
             touched_ends: false,
+            loosened: Vec::new(),
             length: 0,
             iterations: 0,
             opcodes: Opcodes::default(),
@@ -287,6 +291,7 @@ impl LiveProgram {
         live.tables.materials = materials_of(scene);
         live.index_all();
         live.settle();
+        live.loosened.clear();
         live.tables.aabb = live.solid_box();
         Ok(live)
     }
@@ -311,6 +316,11 @@ impl LiveProgram {
     /// if that touched what is endless, or what cuts the rest.
     pub fn put(&self) -> (Aabb, bool) {
         (self.put, self.touched_ends)
+    }
+
+    /// Boxes in which the last update changed what is known of [jumps](Program::jumps_near).
+    pub fn loosened(&self) -> &[Aabb] {
+        &self.loosened
     }
 
     /// Instructions of the whole at most.
@@ -389,7 +399,8 @@ impl LiveProgram {
         // Kept for their parameters, whether they are told of or not.
         self.touched = Some(told);
         self.is_told = is_told;
-        if !plain || self.tables.hidden_slack > 0.0 {
+        self.loosened.clear();
+        if !plain || !self.tables.loose.is_empty() {
             self.settle();
         }
         self.tables.magnitude = greatest(&self.magnitudes);
@@ -751,7 +762,28 @@ impl LiveProgram {
                 all = joined(all, operand.regularity, &operand.operator);
             }
         }
+        // Each operand has told its own underestimate.
+        let all = all.settled(1.0);
+        let loose = if all.slack + all.hidden == 0.0 {
+            Vec::new()
+        } else {
+            let visible = self.order.values().rev().map(|node| &self.operands[node]);
+            let visible = visible.filter(|operand| operand.visible);
+            let told = visible.map(|operand| loose::Operand {
+                operator: &operand.operator,
+                regularity: operand.regularity,
+                extent: operand.extent,
+            });
+            loose_of(told, all)
+        };
+        let before = std::mem::replace(&mut self.tables.loose, loose);
         let tables = &mut self.tables;
+        if before != tables.loose {
+            let known: [FxHashSet<_>; 2] =
+                [&before, &tables.loose].map(|all| all.iter().map(Loose::bits).collect());
+            let changed = known[0].symmetric_difference(&known[1]);
+            self.loosened.extend(changed.map(Loose::box_of));
+        }
         tables.lipschitz = all.lipschitz;
         tables.slack = all.slack;
         tables.hidden_slack = all.hidden;
@@ -785,6 +817,12 @@ fn lowered(scene: &Scene, extents: &mut Extents<'_>, node: NodeId) -> Result<Ope
             slack: own.slack,
             hidden: own.hidden_slack,
             isolation: own.isolation,
+            underestimate: if own.hidden_slack > 0.0 {
+                own.underestimate
+            } else {
+                1.0
+            },
+            ..Regularity::SMOOTH
         },
         magnitude: own.magnitude,
         slots: (own.value_slots, own.point_slots),

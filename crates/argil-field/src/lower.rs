@@ -4,9 +4,10 @@ mod error;
 mod words;
 
 use crate::by_node::ByNode;
+use crate::loose::{Operand, loose_of};
 use crate::pack::pack;
 use crate::program::Program;
-use crate::regular::regularity;
+use crate::regular::{Regularity, regularity};
 use argil_abi::{self as abi, Instr, MaterialWords};
 use argil_math::Aabb;
 use argil_scene::{
@@ -28,6 +29,8 @@ struct Frame {
     scale: f64,
     material: u32,
     copies: u64,
+    /// By how much the distances of the operand of the root can jump that it is in, once that is known.
+    jump: Option<f32>,
 }
 
 /// What is still to be emitted, the next on top.
@@ -62,6 +65,8 @@ struct Lowering<'a> {
     operands: HashMap<NodeId, Vec<NodeId>>,
     /// By node: stack slots to evaluate it into an empty accumulator.
     slots: ByNode<u32>,
+    /// By node: what can be said of its distances.
+    regular: ByNode<Regularity>,
     /// By group: slots to evaluate its first 1, 2, … operands.
     prefix_slots: HashMap<NodeId, Vec<u32>>,
     material_index: HashMap<&'a str, u32>,
@@ -82,6 +87,7 @@ impl Program {
             }
         }
         lowering.program.magnitude = magnitude;
+        lowering.program.loose = lowering.loose();
         lowering.program.materials = materials_of(scene);
         lowering.tasks.push(Task::Solid {
             node: Scene::ROOT,
@@ -143,6 +149,7 @@ impl Frame {
         scale: 1.0,
         material: 0,
         copies: 1,
+        jump: None,
     };
 }
 
@@ -154,12 +161,14 @@ impl<'a> Lowering<'a> {
         let mut extents = Extents::of(scene);
         let aabb = extents.outer(root).aabb;
         let parents_first: Vec<NodeId> = scene.walk_from(root).collect();
-        let regular = regularity(scene, &mut extents, &parents_first);
+        let all = regularity(scene, &mut extents, &parents_first);
+        let regular = all[root];
         let mut lowering = Lowering {
             scene,
             extents,
             operands: HashMap::new(),
             slots: ByNode::of(&parents_first, 0),
+            regular: all,
             prefix_slots: HashMap::new(),
             material_index,
             program: Program {
@@ -172,6 +181,8 @@ impl<'a> Lowering<'a> {
                 slack: regular.slack,
                 hidden_slack: regular.hidden,
                 isolation: regular.isolation,
+                underestimate: regular.underestimate,
+                loose: Vec::new(),
                 value_slots: 0,
                 point_slots: 0,
                 brushes: 0,
@@ -332,8 +343,27 @@ impl<'a> Lowering<'a> {
         }
     }
 
+    /// The operands of the root that can jump.
+    fn loose(&mut self) -> Vec<crate::loose::Loose> {
+        let all = self.regular[Scene::ROOT];
+        if all.slack + all.hidden == 0.0 {
+            return Vec::new();
+        }
+        let nodes = self.scene.node(Scene::ROOT).children().iter().rev();
+        let operands = nodes.filter_map(|&node| {
+            let entry = self.scene.node(node).acting();
+            entry.visible.then(|| Operand {
+                operator: &entry.operator,
+                regularity: self.regular[node],
+                extent: self.extents.outer(node),
+            })
+        });
+        loose_of(operands, all)
+    }
+
     /// A node's frame from that of its group.
-    fn enter(&self, entry: &Entry, frame: Frame) -> Frame {
+    fn enter(&self, node: NodeId, frame: Frame) -> Frame {
+        let entry = self.scene.node(node).acting();
         let material = match &entry.material {
             Some(name) => self
                 .material_index
@@ -342,12 +372,20 @@ impl<'a> Lowering<'a> {
                 .unwrap_or(frame.material),
             None => frame.material,
         };
-        Frame { material, ..frame }
+        let own = || {
+            let own = self.regular[node];
+            (node != Scene::ROOT).then_some(own.slack + own.hidden)
+        };
+        Frame {
+            material,
+            jump: frame.jump.or_else(own),
+            ..frame
+        }
     }
 
     fn brush(&mut self, node: NodeId, frame: Frame) -> Result<(), LowerError> {
         let entry = self.scene.node(node).acting();
-        let mut frame = self.enter(entry, frame);
+        let mut frame = self.enter(node, frame);
         for modifier in entry.modifiers.iter().rev() {
             self.map(node, modifier, &mut frame)?;
         }
@@ -410,7 +448,7 @@ impl<'a> Lowering<'a> {
 
     fn solid(&mut self, node: NodeId, frame: Frame) -> Result<(), LowerError> {
         let entry = self.scene.node(node).acting();
-        let mut frame = self.enter(entry, frame);
+        let mut frame = self.enter(node, frame);
         let stages = self.extents.stages(node);
         // The modifiers from the outermost in: what opens now, and what closes after the content, innermost first.
         let mut closing: Vec<Task> = Vec::new();
@@ -578,7 +616,8 @@ impl<'a> Lowering<'a> {
                 },
             });
         }
-        let instr = self.with(op, words);
+        let words = [words, &[frame.jump.unwrap_or(0.0)]].concat();
+        let instr = self.with(op, &words);
         closing.push(Task::Next {
             begin: self.program.instrs.len(),
         });

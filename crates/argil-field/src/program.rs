@@ -1,3 +1,4 @@
+use crate::loose::Loose;
 use crate::lower::materials_of;
 use argil_abi::{self as abi, Instr, MaterialWords};
 use argil_math::Aabb;
@@ -16,6 +17,10 @@ pub struct Program {
     pub(crate) slack: f32,
     pub(crate) hidden_slack: f32,
     pub(crate) isolation: f32,
+    /// See `Regularity::underestimate`.
+    pub(crate) underestimate: f32,
+    /// Operands that make `slack` and `hidden_slack`.
+    pub(crate) loose: Vec<Loose>,
     pub(crate) value_slots: usize,
     pub(crate) point_slots: usize,
     pub(crate) brushes: usize,
@@ -34,6 +39,8 @@ impl Default for Program {
             slack: 0.0,
             hidden_slack: 0.0,
             isolation: f32::INFINITY,
+            underestimate: 1.0,
+            loose: Vec::new(),
             value_slots: 0,
             point_slots: 0,
             brushes: 0,

@@ -7,7 +7,7 @@
 //!
 //! *Practice.* [`Pruner::mark`] measures up to [`CELLS`] cells that share a list, one a lane; [`Pruner::list`] writes what
 //! is left for one of them. What differs from the paper: the list is flat, with frames and groups in it. A frame that is
-//! left empty goes too. Loops over copies stay whole. A cut or an intersection never drops what it cuts, whose material
+//! left empty goes too. Loops over copies stay whole, and tell by how much they can jump: a list without them does not. A cut or an intersection never drops what it cuts, whose material
 //! may still show; a union drops either operand.
 
 use crate::Program;
@@ -121,7 +121,7 @@ impl<'a> Pruner<'a> {
         }
         let region = Aabb::around(centers.iter().copied()).grown(half_diagonal);
         let change = self.program.lipschitz() * half_diagonal * 1.000_01;
-        r.margin = 2.0 * (change + self.program.bounds_slack(region));
+        r.margin = 2.0 * (change + self.program.list_slack(instrs, region));
         r.marks.clear();
         r.marks.resize(instrs.len(), Marks::default());
         run_marks(self.program, instrs, r);

@@ -4,6 +4,7 @@ use crate::by_node::ByNode;
 use argil_math::Aabb;
 use argil_scene::{
     Body, Extents, Modifier, NodeId, Operator, OperatorKind, Profile, Scene, angular_half_extent,
+    greatest_fall,
 };
 use glam::Vec2;
 use std::f32::consts::{FRAC_1_SQRT_2, FRAC_PI_2, TAU};
@@ -19,6 +20,11 @@ pub(crate) struct Regularity {
     /// Jumps that change no sign within `isolation`.
     pub hidden: f32,
     pub isolation: f32,
+    /// Where there are hidden jumps: a copy's distance is at least that to its box divided by this.
+    pub underestimate: f32,
+    /// The blend radii of the smooth joints since, added up, and the greatest of them.
+    pub blends: f32,
+    pub blend: f32,
 }
 
 impl Regularity {
@@ -27,16 +33,47 @@ impl Regularity {
         slack: 0.0,
         hidden: 0.0,
         isolation: f32::INFINITY,
+        underestimate: 1.0,
+        blends: 0.0,
+        blend: 0.0,
     };
 
-    /// The same under a joint that blends over a length. What is joined is a surface where the other value is below that length,
-    /// and by then this one is not looked at: so copies that are farther away change no sign.
-    fn blended_over(self, length: f32) -> Self {
-        let isolation = self.isolation - 2.0 * length;
+    /// The same under a smooth joint of a radius.
+    fn blended_over(self, radius: f32) -> Self {
+        if self.hidden == 0.0 {
+            return self;
+        }
+        Self {
+            blends: self.blends + radius,
+            blend: self.blend.max(radius),
+            ..self
+        }
+    }
+
+    /// With what smooth joints take off the isolation: a joint of radius k leaves the sign alone where the copy's distance is at
+    /// least k: it takes off (k − |a − b|)² / 4k, which is less than the other value then. Of many joints no more adds up than values can fall.
+    /// `underestimate` is the solid's.
+    pub fn settled(self, underestimate: f32) -> Self {
+        if self.hidden == 0.0 {
+            return Self {
+                underestimate: 1.0,
+                ..self
+            };
+        }
+        let underestimate = underestimate.max(self.underestimate);
+        let falls = self.blends.min(greatest_fall(self.blend, false, 0.0));
+        let isolation = self.isolation - 1.000_1 * underestimate * falls;
+        let settled = Self {
+            isolation,
+            underestimate,
+            blends: 0.0,
+            blend: 0.0,
+            ..self
+        };
         if isolation > 0.0 {
-            Self { isolation, ..self }
+            settled
         } else {
-            self.by_value()
+            settled.by_value()
         }
     }
 
@@ -46,17 +83,20 @@ impl Regularity {
             slack: self.slack + self.hidden,
             hidden: 0.0,
             isolation: f32::INFINITY,
+            underestimate: 1.0,
+            blends: 0.0,
+            blend: 0.0,
             ..self
         }
     }
 }
 
-/// Of the first of some nodes, which are it and all that it holds, each before what it holds.
+/// Of some nodes: one and all that it holds, each before what it holds.
 pub(crate) fn regularity(
     scene: &Scene,
     extents: &mut Extents<'_>,
     parents_first: &[NodeId],
-) -> Regularity {
+) -> ByNode<Regularity> {
     let mut all = ByNode::of(parents_first, Regularity::SMOOTH);
     for &id in parents_first.iter().rev() {
         let entry = scene.node(id).acting();
@@ -79,6 +119,8 @@ pub(crate) fn regularity(
                 result.slack *= scale;
                 result.hidden *= scale;
                 result.isolation *= scale;
+                result.blends *= scale;
+                result.blend *= scale;
                 if modifier.affine().is_some() {
                     continue;
                 }
@@ -91,11 +133,15 @@ pub(crate) fn regularity(
                 }
             }
         }
-        all[id] = result;
+        // Of the root only what its operands tell, which is all that a program that is followed knows.
+        let own = if id == Scene::ROOT {
+            1.0
+        } else {
+            extents.outer(id).underestimate
+        };
+        all[id] = result.settled(own);
     }
-    parents_first
-        .first()
-        .map_or(Regularity::SMOOTH, |&root| all[root])
+    all
 }
 
 pub(crate) fn joined(a: Regularity, b: Regularity, operator: &Operator) -> Regularity {
@@ -118,6 +164,9 @@ pub(crate) fn joined(a: Regularity, b: Regularity, operator: &Operator) -> Regul
         slack: a.slack.max(b.slack),
         hidden: a.hidden.max(b.hidden),
         isolation: a.isolation.min(b.isolation),
+        underestimate: a.underestimate.max(b.underestimate),
+        blends: a.blends.max(b.blends),
+        blend: a.blend.max(b.blend),
     };
     let chamfered = operator.profile == Profile::Chamfer && operator.blend > 0.0;
     if chamfered && !matches!(operator.kind, OperatorKind::Paint | OperatorKind::Morph) {

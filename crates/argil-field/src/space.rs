@@ -2,10 +2,11 @@
 
 use crate::real::{LANES, Real};
 
-/// Words of a repetition: spacing, offset, least and greatest cell, candidates; each of three.
-pub(crate) const REPEAT_WORDS: usize = 15;
-/// Words of a radial repetition: copies, angle between them, candidates.
-pub(crate) const RADIAL_WORDS: usize = 3;
+/// Words of a repetition: spacing, offset, least and greatest cell, candidates, each of three; then by how much the
+/// root's operand that it is in can jump.
+pub(crate) const REPEAT_WORDS: usize = 16;
+/// Words of a radial repetition: copies, angle between them, candidates; then the same.
+pub(crate) const RADIAL_WORDS: usize = 4;
 /// Words of a clamp: least corner, greatest corner; then the angle for a length of 1, and the scale to the world.
 pub(crate) const TWIST_WORDS: usize = 8;
 

@@ -43,7 +43,7 @@ use std::ops::Range;
 
 pub use batch::{Beyond, BrickSampler, Corners, Located};
 pub use block_list::{BlockList, emptied_around};
-pub use build::BrickStagesMs;
+pub use build::{BLOCK_WORDS, BrickStagesMs};
 pub use cell_lists::CellLists;
 pub use edit::BrickEdit;
 pub use layout::{BLOCK_SIDE, BrickLayout, BrickSettings, BricksError};

@@ -232,7 +232,11 @@ impl Live {
             if is_endless != layout.lattice.is_cut {
                 return Ok(self.not(Rebuilt::Cut));
             }
-            let grown = layout.grown_to(solid).map_err(BricksError::from)?;
+            // The program has gone ahead, whatever comes of it.
+            let grown = match layout.grown_to(solid) {
+                Ok(grown) => grown,
+                Err(error) => return Err(self.lost(BricksError::from(error).into())),
+            };
             if grown != layout {
                 if let Err(error) = clay.grow(grown) {
                     return Err(self.lost(error));

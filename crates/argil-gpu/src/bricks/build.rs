@@ -13,7 +13,7 @@ use crate::table::Table;
 use crate::{GpuError, GpuField, GpuVolume};
 use argil_abi as abi;
 use argil_field::Program;
-use argil_volume::{BlockPlan, BlockTable, BrickLayout, FAR_SLOTS};
+use argil_volume::{BLOCK_SIDE, BlockPlan, BlockTable, BrickLayout, FAR_SLOTS};
 
 /// Blocks that one run makes, and instructions of their lists: its tables have their limits.
 const MOST_BLOCKS: usize = 4096;
@@ -56,7 +56,7 @@ impl<'a> Build<'a> {
             });
         }
         let mut runs: Vec<Blocks> = Vec::new();
-        for (slot, (_, range)) in (FAR_SLOTS..).zip(&plan.blocks) {
+        for (slot, (block, range)) in (FAR_SLOTS..).zip(&plan.blocks) {
             let is_full = |run: &Blocks| {
                 run.slots.len() >= MOST_BLOCKS || run.instrs.len() + range.len() > MOST_INSTRS
             };
@@ -64,7 +64,10 @@ impl<'a> Build<'a> {
                 runs.push(Blocks::default());
             }
             if let Some(run) = runs.last_mut() {
-                run.push(slot, u64::MAX, &plan.instrs[range.clone()]);
+                let list = &plan.instrs[range.clone()];
+                let first = *block * BLOCK_SIDE as i32;
+                let bounds = layout.block_words(program, first, list);
+                run.push(slot, u64::MAX, list, bounds);
             }
         }
         let table = BlockTable::of(&layout, &plan);

@@ -173,7 +173,9 @@ impl Editing<'_> {
                 new.push(slot);
                 slot
             });
-            blocks.push(slot, work.dirty_cells(layout, list.first), &list.now);
+            let dirty = work.dirty_cells(layout, self.live, list.first);
+            let bounds = layout.block_words(self.live.program(), list.first, &list.now);
+            blocks.push(slot, dirty, &list.now, bounds);
         }
         let needed = Cells::bytes_for(new.len() as u64) + tables.cells.memory_bytes();
         if !new.is_empty() && needed > self.budget {

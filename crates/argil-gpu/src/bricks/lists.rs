@@ -5,7 +5,7 @@ use crate::table::Table;
 use crate::{Gpu, GpuError};
 use argil_abi::{self as abi, Instr, Prune};
 use argil_field::Program;
-use argil_volume::BrickLayout;
+use argil_volume::{BLOCK_WORDS, BrickLayout};
 
 /// Words for lists that are set aside: for each instruction, and for each cell.
 const WORDS: [u64; 2] = [16, 32];
@@ -20,13 +20,16 @@ pub(super) struct Blocks {
     pub dirty: Vec<u64>,
     /// Where each one's list begins among the instructions, and its length.
     pub stretches: Vec<[u32; 2]>,
+    /// What is known of distances in each.
+    pub bounds: Vec<[f32; BLOCK_WORDS]>,
 }
 
 impl Blocks {
     /// Add a block.
-    pub fn push(&mut self, slot: u32, dirty: u64, list: &[Instr]) {
+    pub fn push(&mut self, slot: u32, dirty: u64, list: &[Instr], bounds: [f32; BLOCK_WORDS]) {
         let begin = self.instrs.len() as u32;
         self.slots.push(slot);
+        self.bounds.push(bounds);
         self.dirty.push(dirty);
         self.stretches.push([begin, list.len() as u32]);
         self.instrs.extend(list.iter().map(|&instr| Instr {
@@ -62,7 +65,8 @@ impl Blocks {
     ) -> Result<Prune, GpuError> {
         let (count, cells) = (self.slots.len() as u64, self.cells());
         let [per_instr, per_cell] = WORDS;
-        let head = 5 * count + 2 * cells;
+        let bounds_first = 5 * count + 2 * cells;
+        let head = bounds_first + BLOCK_WORDS as u64 * count;
         let room = Room {
             head,
             lists: per_instr * self.instrs.len() as u64 + per_cell * cells,
@@ -76,8 +80,9 @@ impl Blocks {
         let stretches = self.stretches.iter();
         words.extend(stretches.flat_map(|&[begin, length]| [arena_first + begin, length]));
         table.patch(gpu, 0, bytemuck::cast_slice(&words));
+        table.patch(gpu, 4 * bounds_first, bytemuck::cast_slice(&self.bounds));
         Ok(Prune {
-            slack: program.bounds_slack(measures.region()),
+            slack: program.rounding(measures.region()),
             blocks_at: 0,
             dirty_first: count as u32,
             blocks_first: 3 * count as u32,
@@ -89,6 +94,7 @@ impl Blocks {
             make: abi::MAKE_SOME,
             // Two words for each cell near the surface before it.
             freed_first: 2 * 64 * count as u32,
+            bounds_first: bounds_first as u32,
             ..Prune::default()
         })
     }

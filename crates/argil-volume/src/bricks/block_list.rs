@@ -54,6 +54,7 @@ impl EditWork {
         let mut whole = Vec::new();
         live.list(unit.part, &mut whole);
         let radius = layout.half_diagonal(BLOCK_SIDE);
+        let half = 0.5 * layout.cell_length() * BLOCK_SIDE as f32;
         let mut d = [0.0; CELLS];
         let d = &mut d[..count];
         let cut = |pruner: &mut Pruner<'_>, instrs: &[Instr], i: usize| {
@@ -63,7 +64,7 @@ impl EditWork {
         };
         let bounds = Bounds::new(live.program(), layout);
         let far = |i: usize, d: f32| {
-            let own = bounds.about(centers[i], radius);
+            let own = bounds.about(centers[i], half);
             own.is_far(d, radius).then_some(d < 0.0)
         };
         let mut pruner = Pruner::new(live.program());
@@ -79,7 +80,10 @@ impl EditWork {
         };
         let mut before = Vec::new();
         live.list_before(unit.part, &mut before);
-        if !touched.any(&whole) && !touched.any(&before) {
+        let loosened = (0..count).fold(0u64, |bits, i| {
+            bits | u64::from(self.is_loosened(layout, unit.blocks[i])) << i
+        });
+        if loosened == 0 && !touched.any(&whole) && !touched.any(&before) {
             return Vec::new();
         }
         let mut old_pruner = Pruner::new(live.program());
@@ -87,6 +91,7 @@ impl EditWork {
         pruner.mark(&whole, &centers, radius, d);
         let is_one = |instr: &Instr| touched.has(instr);
         let needed = pruner.needed(&whole, is_one) | old_pruner.needed(&before, is_one);
+        let needed = needed | loosened;
         (0..count)
             .filter(|i| needed >> i & 1 != 0)
             .map(|i| {
@@ -99,7 +104,7 @@ impl EditWork {
                     first: unit.blocks[i],
                     far: far(i, d[i]),
                     now,
-                    before: are_there.then_some(then),
+                    before: (are_there && loosened >> i & 1 == 0).then_some(then),
                 }
             })
             .collect()
@@ -120,6 +125,7 @@ pub fn emptied_around(
     let side = IVec3::splat((side.round() as i32).max(1));
     let bounds = Bounds::new(live.program(), layout);
     let radius = layout.half_diagonal(BLOCK_SIDE);
+    let half = 0.5 * layout.cell_length() * BLOCK_SIDE as f32;
     let mut pruner = Pruner::new(live.program());
     let (mut found, mut list) = (Vec::new(), Vec::new());
     while !open.is_empty() {
@@ -143,7 +149,7 @@ pub fn emptied_around(
                 let d = &mut d[..blocks.len()];
                 pruner.mark(&list, &centers, radius, d);
                 for ((block, center), d) in blocks.iter().zip(centers).zip(d) {
-                    if bounds.about(center, radius).is_far(*d, radius) {
+                    if bounds.about(center, half).is_far(*d, radius) {
                         found.push((*block, *d < 0.0));
                         open.push(*block);
                     }

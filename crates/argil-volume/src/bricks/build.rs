@@ -15,7 +15,8 @@ use super::table::{BlockTable, FAR_SLOTS, far_words};
 use super::words::{Word, empty_word, lonely_word};
 use crate::{Bits, Texel, Texels};
 use argil_abi::{BRICK_MIXED, Instr};
-use argil_field::{CELLS, ClearTerms, Program, Pruner};
+use argil_field::{CELLS, ClearTerms, NearJumps, Program, Pruner};
+use argil_math::Aabb;
 use glam::{IVec3, Vec3};
 use rayon::prelude::*;
 use std::ops::Range;
@@ -42,30 +43,36 @@ pub(super) struct Candidates {
 
 /// What of distances can be relied on.
 #[derive(Clone, Copy)]
-pub(super) struct Bounds {
+pub(super) struct Bounds<'a> {
+    program: &'a Program,
     terms: ClearTerms,
+    jumps: NearJumps,
     base: f32,
     lipschitz: f32,
     /// The greatest distance that a cell keeps.
     far: f32,
 }
 
-impl Bounds {
-    /// Near the origin.
-    pub fn new(program: &Program, layout: &BrickLayout) -> Self {
+impl<'a> Bounds<'a> {
+    /// Near the origin, where nothing jumps.
+    pub fn new(program: &'a Program, layout: &BrickLayout) -> Self {
         Self {
+            program,
             terms: program.clear_terms_about(layout.base_length()),
+            jumps: NearJumps::NONE,
             base: layout.base_length(),
             lipschitz: program.lipschitz(),
             far: layout.far_length(),
         }
     }
 
-    /// Around a point: of what those tell that are for the origin.
-    pub fn about(&self, center: Vec3, radius: f32) -> Self {
-        let farthest = center.abs().max_element() + radius;
+    /// In a cube with a middle: of what those tell that are for the origin.
+    pub fn about(&self, center: Vec3, half: f32) -> Self {
+        let farthest = center.abs().max_element() + 3f32.sqrt() * half;
+        let cube = Aabb::new(center - half, center + half);
         Self {
             terms: self.terms.at(self.base, farthest),
+            jumps: self.program.jumps_near(cube, self.far),
             ..*self
         }
     }
@@ -73,23 +80,71 @@ impl Bounds {
     /// Of a block with a first cell.
     pub fn of_block(&self, layout: &BrickLayout, first: IVec3) -> Self {
         let center = layout.middle(first, super::BLOCK_SIDE);
-        self.about(center, layout.half_diagonal(super::BLOCK_SIDE))
+        self.about(
+            center,
+            0.5 * layout.cell_length() * super::BLOCK_SIDE as f32,
+        )
     }
 
-    /// Whether there is no surface within `radius`.
+    /// For shaders, where a list gives the distances: what rounding adds to them, how far away what jumps is, and how it does;
+    /// then by how much the list can jump.
+    fn words(&self, instrs: &[Instr]) -> [f32; BLOCK_WORDS] {
+        let jumps = &self.jumps;
+        [
+            self.terms.slack,
+            jumps.gap,
+            jumps.slack,
+            jumps.hidden,
+            jumps.isolation,
+            self.program.jump_of(instrs),
+        ]
+    }
+
+    /// Whether there is no surface within `radius`, as far as that is within the cube.
     pub fn is_clear(&self, d: f32, radius: f32) -> bool {
-        self.terms.radius(d) > radius
+        let terms = if self.jumps.gap > 0.0 {
+            self.terms
+        } else {
+            self.terms.with(&self.jumps)
+        };
+        // Lists of edits do not tell what is farther.
+        terms.radius(d.abs().min(self.far)) > radius
     }
 
-    /// Whether all that is within `radius` is farther from the surface than cells tell.
+    /// Whether all of the cube, which is within `radius`, is farther from the surface than cells tell.
     pub fn is_far(&self, d: f32, radius: f32) -> bool {
-        (self.terms.radius(d) - 1.000_01 * radius) * self.lipschitz >= self.far
+        self.jumps.gap == f32::MAX
+            && (self.terms.radius(d) - 1.000_01 * radius) * self.lipschitz >= self.far
     }
 
     /// What a cell keeps whose centre is so far.
     pub fn center(&self, d: f32) -> f32 {
-        let left = (self.terms.radius(d) * self.lipschitz).clamp(0.0, self.far);
+        let plain = self.terms.radius(d);
+        let clear = if self.jumps.gap == f32::MAX {
+            plain
+        } else {
+            let jumping = self.terms.with(&self.jumps);
+            plain.min(jumping.radius(d.abs().min(self.far)).max(self.jumps.gap))
+        };
+        let left = (clear * self.lipschitz).clamp(0.0, self.far);
         if d < 0.0 { -left } else { left }
+    }
+}
+
+/// Words that shaders need of a block besides its list.
+pub const BLOCK_WORDS: usize = 6;
+
+impl BrickLayout {
+    /// What shaders need of a block with a first cell, besides its list.
+    pub fn block_words(
+        &self,
+        program: &Program,
+        first: IVec3,
+        instrs: &[Instr],
+    ) -> [f32; BLOCK_WORDS] {
+        Bounds::new(program, self)
+            .of_block(self, first)
+            .words(instrs)
     }
 }
 
@@ -175,7 +230,7 @@ pub(super) fn bake(
 pub(super) fn candidates(
     program: &Program,
     layout: &BrickLayout,
-    bounds: &Bounds,
+    bounds: &Bounds<'_>,
     plan: &BlockPlan,
 ) -> (Vec<Candidates>, Vec<u32>) {
     let mut words = far_words(layout.far_length());
@@ -217,7 +272,7 @@ pub(super) fn settle(words: &mut [u32]) -> u64 {
 /// Measure a block's cells: the words of those that are empty, and the others.
 pub(super) fn near_block(
     layout: &BrickLayout,
-    bounds: &Bounds,
+    bounds: &Bounds<'_>,
     first: IVec3,
     instrs: &[Instr],
     pruner: &mut Pruner<'_>,
@@ -248,7 +303,7 @@ pub(super) fn near_block(
 fn fill<T: Texel>(
     program: &Program,
     layout: &BrickLayout,
-    bounds: &Bounds,
+    bounds: &Bounds<'_>,
     (candidates, table): (&[Candidates], &BlockTable),
     count: usize,
     words: &mut [u32],

@@ -4,20 +4,52 @@
 // Cells a group measures, and threads that sample a brick.
 override BRICK_GROUP: u32 = 256u;
 
-// Twin of Bounds::of_block: what a distance can be off by in the block with a first cell.
-fn slack_of(first: vec3<i32>) -> f32 {
-    let edge = f32(volume.brick) * volume.extent_voxel.w;
-    let center = volume.corner_range.xyz + (vec3<f32>(first) + 0.5 * f32(BLOCK_SIDE)) * edge;
-    let farthest = max(abs(center.x), max(abs(center.y), abs(center.z))) + volume.reach * f32(BLOCK_SIDE);
-    let beyond = select(0.0, farthest - volume.base, farthest > volume.base);
-    return volume.slack + volume.place_rounding * beyond;
+// What is known of distances in the nth block that is made: see BLOCK_WORDS.
+struct BlockBounds {
+    rounding: f32,
+    gap: f32,
+    slack: f32,
+    hidden: f32,
+    isolation: f32,
+    list_jump: f32,
 }
 
-// Twin of ClearTerms::radius: how far around a point of such a distance there is no surface.
-fn clear_radius(d: f32, slack: f32) -> f32 {
-    let left = abs(d) - slack;
+fn bounds_of(nth: u32) -> BlockBounds {
+    let at = prune.bounds_first + 6u * nth;
+    return BlockBounds(
+        bitcast<f32>(lists[at]),
+        bitcast<f32>(lists[at + 1u]),
+        bitcast<f32>(lists[at + 2u]),
+        bitcast<f32>(lists[at + 3u]),
+        bitcast<f32>(lists[at + 4u]),
+        bitcast<f32>(lists[at + 5u]),
+    );
+}
+
+// Twin of ClearTerms::radius: how far around a point there is no surface that is `d` from it.
+fn plain_radius(d: f32, bounds: BlockBounds) -> f32 {
+    return (d - bounds.rounding) / volume.steepness;
+}
+
+// The same where something jumps.
+fn jumping_radius(d: f32, bounds: BlockBounds) -> f32 {
+    let left = d - (bounds.rounding + bounds.slack);
     let plain = left / volume.steepness;
-    return select(max(volume.isolation, (left - volume.hidden) / volume.steepness), plain, plain <= volume.isolation);
+    return select(max(bounds.isolation, (left - bounds.hidden) / volume.steepness), plain, plain <= bounds.isolation);
+}
+
+// Twin of Bounds::is_clear.
+fn is_clear(d: f32, bounds: BlockBounds, radius: f32) -> bool {
+    let near = min(abs(d), volume.far);
+    return select(jumping_radius(near, bounds), plain_radius(near, bounds), bounds.gap > 0.0) > radius;
+}
+
+// Twin of Bounds::center: the word of an empty cell whose centre is so far.
+fn center_word(d: f32, bounds: BlockBounds) -> u32 {
+    let jumping = max(jumping_radius(min(abs(d), volume.far), bounds), bounds.gap);
+    let clear = min(plain_radius(abs(d), bounds), jumping);
+    let left = clamp(clear * volume.lipschitz, 0.0, volume.far);
+    return empty_word(select(left, -left, d < 0.0));
 }
 
 fn group_index(id: vec3<u32>, count: vec3<u32>) -> u32 {
@@ -92,11 +124,11 @@ fn free_brick(word: u32) {
 }
 
 // What is left of a list in `side` cells from one on.
-fn pruned_in(cell: vec3<i32>, side: u32, whole: vec2<u32>) -> vec2<u32> {
+fn pruned_in(cell: vec3<i32>, side: u32, whole: vec2<u32>, jump: f32) -> vec2<u32> {
     let edge = f32(volume.brick) * volume.extent_voxel.w;
     let center = volume.corner_range.xyz + (vec3<f32>(cell) + 0.5 * f32(side)) * edge;
     let change = 1.00001 * volume.lipschitz * volume.reach * f32(side);
-    return pruned(center, whole, 2.0 * (change + prune.slack));
+    return pruned(center, whole, 2.0 * (change + prune.slack + jump));
 }
 
 // The list of all instructions; nothing is counted yet.
@@ -124,8 +156,10 @@ fn prune_cells(@builtin(workgroup_id) id: vec3<u32>, @builtin(local_invocation_i
         return;
     }
     let measured = near_cell(nth).x;
-    let whole = stretch_at(prune.blocks_first + 2u * (measured / 64u));
-    keep_stretch(prune.cells_first + 2u * nth, pruned_in(cell_at(place_of(measured)), 1u, whole));
+    let block = measured / 64u;
+    let whole = stretch_at(prune.blocks_first + 2u * block);
+    let jump = bounds_of(block).list_jump;
+    keep_stretch(prune.cells_first + 2u * nth, pruned_in(cell_at(place_of(measured)), 1u, whole, jump));
 }
 
 // The words of empty cells, and a list of the others.
@@ -147,14 +181,13 @@ fn measure(@builtin(workgroup_id) id: vec3<u32>, @builtin(num_workgroups) count:
     list = stretch_at(prune.blocks_first + 2u * nth);
     let d = field_distance(volume.corner_range.xyz + (vec3<f32>(cell) + 0.5) * edge);
     // Of a cell near the surface, what stays if its brick is dropped.
-    let clear = clear_radius(d, slack_of(first));
-    let left = clamp(clear * volume.lipschitz, 0.0, volume.far);
-    let is_near = clear <= volume.reach;
+    let bounds = bounds_of(nth);
+    let is_near = !is_clear(d, bounds, volume.reach);
     let before = cells[at];
     if (lists[prune.dirty_first + 2u * nth + local / 32u] & (1u << (local % 32u))) == 0u {
         // Nothing changed that a brick holds.
         if !is_brick(before) && prune.make == MAKE_SOME {
-            cells[at] = empty_word(select(left, -left, d < 0.0));
+            cells[at] = center_word(d, bounds);
         }
         return;
     }
@@ -168,7 +201,7 @@ fn measure(@builtin(workgroup_id) id: vec3<u32>, @builtin(num_workgroups) count:
         }
         return;
     }
-    cells[at] = empty_word(select(left, -left, d < 0.0));
+    cells[at] = center_word(d, bounds);
     if is_near {
         let place = atomicAdd(&counters[COUNTER_CANDIDATES], 1u);
         near_cells[2u * place] = nth * 64u + local;
@@ -235,7 +268,7 @@ fn fill_bricks(@builtin(workgroup_id) id: vec3<u32>, @builtin(local_invocation_i
         let least = bitcast<f32>((bits >> 1u) | (bits << 31u));
         slot = 0xffffffffu;
         let had_one = is_brick(near.y);
-        if clear_radius(least, slack_of(first_cell(at / 64u))) <= volume.spread {
+        if !is_clear(least, bounds_of(near.x / 64u), volume.spread) {
             atomicAdd(&counters[COUNTER_FILLED], 1u);
             if had_one {
                 slot = brick_number(near.y);

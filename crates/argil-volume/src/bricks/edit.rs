@@ -98,10 +98,10 @@ impl BrickLayout {
     pub fn least_bands(&self, program: &Program) -> [f32; 2] {
         let region = self.region();
         let farthest = region.min.abs().max(region.max.abs()).max_element();
-        let slack = program.slack_at(self.base_length(), farthest);
-        let near = program.lipschitz() * self.half_diagonal(1) + slack;
+        let rounding = program.rounding_at(self.base_length(), farthest);
+        let near = program.lipschitz() * self.half_diagonal(1) + rounding;
         let range = self.encoding.range_length(&self.lattice, 0);
-        [near.max(range), (self.far_length() + slack).max(near)]
+        [near.max(range), (self.far_length() + rounding).max(near)]
     }
 }
 
@@ -280,7 +280,7 @@ impl Bricks {
 struct Editing<'a> {
     layout: BrickLayout,
     live: &'a LiveProgram,
-    bounds: Bounds,
+    bounds: Bounds<'a>,
     fill: Fill,
     places: Places,
     /// What can have changed, where that is known.
@@ -391,7 +391,7 @@ impl Editing<'_> {
         let slot = bricks.table.slot(first / BLOCK_SIDE as i32) as usize;
         let old = &bricks.words[slot * CELLS..(slot + 1) * CELLS];
         let pool = bricks.pool.of::<T>().unwrap_or_default();
-        let dirty = self.work.dirty_cells(&self.layout, first);
+        let dirty = self.work.dirty_cells(&self.layout, self.live, first);
         let octants = self.octants(first, lists, changed & dirty, (&found, old), pruner);
         // No more bricks than that, so that they are moved once.
         let near = found.cells.iter().filter(|&&(i, _)| {

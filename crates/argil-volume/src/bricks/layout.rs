@@ -1,6 +1,6 @@
 use crate::{Bits, Encoding, Lattice, Range, TooFarError};
 use argil_abi::Volume;
-use argil_field::{PLACE_ROUNDING, Program};
+use argil_field::Program;
 use argil_math::Aabb;
 use glam::{IVec3, UVec3, Vec3};
 
@@ -225,14 +225,9 @@ impl BrickLayout {
             quanta: self.encoding.bits.quanta(),
             reach: self.half_diagonal(1),
             spread: 0.5 * 3f32.sqrt() * lattice.voxel,
-            slack: terms.slack,
-            hidden: terms.hidden,
-            isolation: terms.isolation,
             lipschitz: program.lipschitz(),
             steepness: terms.steepness,
             far: self.far_length(),
-            base: self.base_length(),
-            place_rounding: PLACE_ROUNDING,
             ..Volume::default()
         }
     }

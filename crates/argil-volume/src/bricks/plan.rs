@@ -36,7 +36,7 @@ impl BlockPlan {
     /// Of a program, on rayon's current threads.
     pub fn of(program: &Program, layout: &BrickLayout) -> Self {
         let bounds = Bounds::new(program, layout);
-        let [low, high] = searched(program, layout);
+        let [low, high] = searched(layout);
         let extent = (high - low).max_element();
         // In blocks.
         let mut side = 1;
@@ -118,17 +118,13 @@ impl BlockTable {
 }
 
 /// The blocks that are looked at, from one to before another. A cut box is that. Otherwise what is near to the surface is found
-/// wherever it is: a distance falls short of the real one by a few times its slack at most. And there are blocks as far from the
-/// box as cells tell, so that nothing is wrong when the box grows.
-pub(super) fn searched(program: &Program, layout: &BrickLayout) -> [IVec3; 2] {
+/// wherever it is: as far from the box as cells tell. What is farther away is far from the surface, whatever distances are there.
+pub(super) fn searched(layout: &BrickLayout) -> [IVec3; 2] {
     if layout.lattice.is_cut {
         return layout.block_range();
     }
     let region = layout.region();
-    let reach = 4.0 * (layout.half_diagonal(1) + program.bounds_slack(region));
-    let reach = reach.max(layout.far_length() + layout.half_diagonal(1));
-    // What is said of a slack without end is nothing.
-    let reach = reach.min(region.half_diagonal().max(2.0 * layout.far_length()));
+    let reach = layout.far_length() + layout.half_diagonal(4);
     let grown = region.grown(reach);
     let side = IVec3::splat(BLOCK_SIDE as i32);
     [
@@ -140,7 +136,7 @@ pub(super) fn searched(program: &Program, layout: &BrickLayout) -> [IVec3; 2] {
 /// The 64 parts of `side` blocks in a part, each with its own list, and those that are far inside.
 fn cut(
     layout: &BrickLayout,
-    bounds: &Bounds,
+    bounds: &Bounds<'_>,
     block: IVec3,
     (side, [low, high]): (i32, [IVec3; 2]),
     instrs: &[Instr],
@@ -158,10 +154,11 @@ fn cut(
     let mut d = [0.0; CELLS];
     let d = &mut d[..blocks.len()];
     let radius = layout.half_diagonal(cells);
+    let half = 0.5 * layout.cell_length() * cells as f32;
     pruner.mark(instrs, &centers, radius, d);
     let mut level = Level::default();
     for (i, (&block, &d)) in blocks.iter().zip(d.iter()).enumerate() {
-        if bounds.about(centers[i], radius).is_far(d, radius) {
+        if bounds.about(centers[i], half).is_far(d, radius) {
             if d < 0.0 {
                 level.inside.push(block);
             }

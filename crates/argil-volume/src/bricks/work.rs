@@ -29,18 +29,27 @@ pub struct EditWork {
     units: Vec<Unit>,
     /// Whether all of it is of the program's last update, so that what that touched is all that can have changed.
     is_latest: bool,
+    /// Boxes in which what is known of jumps has changed.
+    loosened: Vec<Aabb>,
 }
 
 impl EditWork {
     /// For the boxes of edits, told for a layout's [bands](BrickLayout::bands), that `live` has just followed. Nothing where
     /// they hold so much that it is to be baked anew.
     pub fn new(layout: &BrickLayout, live: &LiveProgram, boxes: &[[Aabb; 2]]) -> Option<Self> {
+        // Cells tell of what jumps as far as they tell of anything.
+        let far = layout.far_length() + layout.cell_length();
+        let loosened = live.loosened().iter().map(|held| held.grown(far));
+        let loosened: Vec<Aabb> = loosened.collect();
         let mut work = Self {
             boxes: joined(boxes),
             units: Vec::new(),
             is_latest: true,
+            loosened: loosened.clone(),
         };
-        let blocks = work.touched_blocks(layout, live)?;
+        work.boxes
+            .extend(loosened.into_iter().map(|held| [held; 2]));
+        let blocks = work.touched_blocks(layout)?;
         work.units = units(layout, live, blocks);
         Some(work)
     }
@@ -54,6 +63,7 @@ impl EditWork {
         let blocks = all.flat_map(|unit| unit.blocks.iter().map(|block| block.to_array()));
         self.units = units(layout, live, blocks.collect());
         self.boxes.extend(left.boxes);
+        self.loosened.extend(left.loosened);
         self.is_latest = false;
     }
 
@@ -97,10 +107,22 @@ impl EditWork {
         self.is_latest
     }
 
-    /// Of the block with a first cell, those whose samples can have changed: a bit for each.
-    pub fn dirty_cells(&self, layout: &BrickLayout, first: IVec3) -> u64 {
+    /// Whether more can have changed in a block with a first cell than what distances tell.
+    pub(crate) fn is_loosened(&self, layout: &BrickLayout, first: IVec3) -> bool {
         let last = layout.cell_box(first + (BLOCK_SIDE as i32 - 1));
         let block = Aabb::new(layout.cell_box(first).min, last.max);
+        let mut loosened = self.loosened.iter();
+        loosened.any(|held| !held.intersection(block).is_empty())
+    }
+
+    /// Of the block with a first cell, those whose samples can have changed: a bit for each. What jumps is looked at as far as
+    /// cells tell distances.
+    pub fn dirty_cells(&self, layout: &BrickLayout, live: &LiveProgram, first: IVec3) -> u64 {
+        let last = layout.cell_box(first + (BLOCK_SIDE as i32 - 1));
+        let block = Aabb::new(layout.cell_box(first).min, last.max);
+        if live.program().jumps_near(block, layout.cell_length()).gap < f32::MAX {
+            return u64::MAX;
+        }
         let block = block.grown(layout.lattice.voxel);
         let touches = |held: Aabb, dirty: &Aabb| !held.intersection(*dirty).is_empty();
         let mut cells = 0;
@@ -118,14 +140,10 @@ impl EditWork {
         cells
     }
 
-    fn touched_blocks(
-        &self,
-        layout: &BrickLayout,
-        live: &LiveProgram,
-    ) -> Option<BTreeSet<[i32; 3]>> {
+    fn touched_blocks(&self, layout: &BrickLayout) -> Option<BTreeSet<[i32; 3]>> {
         let edge = layout.cell_length() * BLOCK_SIDE as f32;
         let mut blocks = BTreeSet::new();
-        let [low, high] = searched(live.program(), layout).map(|block| block.as_vec3());
+        let [low, high] = searched(layout).map(|block| block.as_vec3());
         let high = high - 1.0;
         let mut count = 0.0;
         for [_, far] in &self.boxes {

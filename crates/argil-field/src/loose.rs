@@ -1,0 +1,151 @@
+//! Operands whose distances can jump, and where that matters.
+//!
+//! *Theory.* The field of repeated solids jumps where the nearest copies change. A jump of one operand changes the sign of the
+//! scene nowhere but near that operand: outside of its box its distance is positive, and at least the distance to the box
+//! divided by its underestimate. A smooth joint of radius k leaves the sign alone where that is k or more. So what is said of
+//! a place that is outside of the grown boxes of all loose operands need not allow for their jumps.
+
+use crate::Program;
+use crate::regular::Regularity;
+use argil_math::Aabb;
+use argil_scene::{Extent, Operator, OperatorKind, Profile, greatest_fall};
+use glam::Vec3;
+
+/// An operand of the root whose distances can jump.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Loose {
+    /// Outside of this box its jumps change no sign.
+    pub aabb: Aabb,
+    slack: f32,
+    hidden: f32,
+    isolation: f32,
+}
+
+impl Loose {
+    /// All of it, to be told from others.
+    pub fn bits(&self) -> [u32; 9] {
+        let Self { aabb, .. } = self;
+        let [a, b, c] = aabb.min.to_array();
+        let [d, e, f] = aabb.max.to_array();
+        [a, b, c, d, e, f, self.slack, self.hidden, self.isolation].map(f32::to_bits)
+    }
+
+    /// The box of the one that has such bits.
+    pub fn box_of(bits: &[u32; 9]) -> Aabb {
+        let own = bits.map(f32::from_bits);
+        Aabb::new(Vec3::from_slice(&own[..3]), Vec3::from_slice(&own[3..6]))
+    }
+}
+
+/// What jumps can do in a box.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NearJumps {
+    /// How far away the nearest of the operands is that can jump: 0 if one touches the box, and [`f32::MAX`] if all are too far
+    /// away to matter.
+    pub gap: f32,
+    /// By how much the distance can jump.
+    pub slack: f32,
+    /// By how much more it can jump where the surface is not within `isolation`.
+    pub hidden: f32,
+    /// A copy that a point does not look at is at least so far away.
+    pub isolation: f32,
+}
+
+impl NearJumps {
+    /// There are none.
+    pub const NONE: Self = Self {
+        gap: f32::MAX,
+        slack: 0.0,
+        hidden: 0.0,
+        isolation: f32::MAX,
+    };
+}
+
+impl Program {
+    /// What operands that jump can do in a box, of those that are less than `far` away.
+    pub fn jumps_near(&self, region: Aabb, far: f32) -> NearJumps {
+        let mut near = NearJumps::NONE;
+        for own in &self.loose {
+            let gap = (own.aabb.min - region.max).max(region.min - own.aabb.max);
+            // NaN is taken for 0: of what is endless.
+            let gap = gap.max(Vec3::ZERO).length();
+            let gap = if gap.is_nan() { 0.0 } else { gap };
+            if gap < far {
+                near = NearJumps {
+                    gap: near.gap.min(gap),
+                    slack: near.slack.max(own.slack),
+                    hidden: near.hidden.max(own.hidden),
+                    isolation: near.isolation.min(own.isolation),
+                };
+            }
+        }
+        near
+    }
+}
+
+/// What of an operand of the root it takes to tell whether it is loose.
+pub(crate) struct Operand<'a> {
+    pub operator: &'a Operator,
+    pub regularity: Regularity,
+    pub extent: Extent,
+}
+
+/// The loose ones of the visible operands of a root, which are told from the last to the first. `all` is how regular the whole
+/// is.
+pub(crate) fn loose_of<'a>(
+    last_first: impl Iterator<Item = Operand<'a>>,
+    all: Regularity,
+) -> Vec<Loose> {
+    let mut loose = Vec::new();
+    let (mut blends, mut blend, mut chamfered, mut morphed) = (0.0f32, 0.0f32, false, false);
+    for own in last_first {
+        let Operator { kind, profile, .. } = *own.operator;
+        if kind == OperatorKind::Paint {
+            // It changes no distance.
+            continue;
+        }
+        morphed |= kind == OperatorKind::Morph;
+        chamfered |= profile == Profile::Chamfer && own.operator.blend > 0.0;
+        blends += own.operator.blend;
+        blend = blend.max(own.operator.blend);
+        let Regularity { slack, hidden, .. } = own.regularity;
+        if slack + hidden == 0.0 {
+            continue;
+        }
+        let underestimate = own.regularity.underestimate.max(own.extent.underestimate);
+        let falls = if chamfered {
+            greatest_fall(blend, true, 0.0)
+        } else {
+            blends.min(greatest_fall(blend, false, 0.0))
+        };
+        // What morphs is a mixture of all, wherever that is.
+        let aabb = if morphed {
+            Aabb::ALL
+        } else {
+            own.extent.aabb.grown(1.000_1 * underestimate * falls)
+        };
+        let settled = Regularity {
+            blends,
+            blend,
+            ..own.regularity
+        }
+        .settled(own.extent.underestimate);
+        loose.push(if chamfered || morphed {
+            // Jumps add up in joints.
+            Loose {
+                aabb,
+                slack: all.slack + all.hidden,
+                hidden: 0.0,
+                isolation: f32::MAX,
+            }
+        } else {
+            Loose {
+                aabb,
+                slack: settled.slack,
+                hidden: settled.hidden,
+                isolation: settled.isolation.min(f32::MAX),
+            }
+        });
+    }
+    loose
+}
