@@ -44,6 +44,41 @@ fn cpu_distances_are_the_oracles() {
     assert!(worst.0 <= 1.0, "{} times the bound: {}", worst.0, worst.1);
 }
 
+/// Copies that overlap are where they should be, however many there are: of an even number around an axis, one is in front.
+#[test]
+fn few_copies_are_where_the_oracle_has_them() {
+    let mut scenes = Vec::new();
+    for count in 1..=9 {
+        for shape in [
+            r#"{"type":"box","half_size":[0.5,0.1,0.1]}"#,
+            r#"{"type":"ellipsoid","radii":[0.3,0.1,0.2]}"#,
+        ] {
+            let around = format!(r#"{{"type":"radial_repeat","count":{count}}}"#);
+            let along =
+                format!(r#"{{"type":"repeat","spacing":[0.15,0.2,0],"count":[{count},2,1]}}"#);
+            for modifier in [around, along] {
+                scenes.push(format!(
+                    r#"{{"argil":1,"brushes":[{{"shape":{shape},"modifiers":[
+                        {{"type":"rotate","degrees":20,"axis":[0,1,0]}},{modifier}]}}]}}"#
+                ));
+            }
+        }
+    }
+    for text in scenes {
+        let scene = Scene::from_json(&text, "copies").unwrap_or_else(|e| panic!("{text}: {e}"));
+        let program = Program::lower(&scene).expect("a program");
+        let points = points(200, 3);
+        for (p, d) in points.iter().zip(measure(&program, &points)) {
+            let expected = naive::distance(&scene, Vec3::from(*p));
+            let error = (f64::from(d) - expected).abs();
+            assert!(
+                error <= f64::from(rounding(*p)),
+                "{text} at {p:?}: {d}, the oracle says {expected}"
+            );
+        }
+    }
+}
+
 /// The comparison above can fail: each case's neighbour in the list is another field.
 #[test]
 fn cpu_distances_are_not_another_fields() {

@@ -12,7 +12,7 @@ use argil_abi::{self as abi, Instr, MaterialWords};
 use argil_math::Aabb;
 use argil_scene::{
     Body, Entry, Extents, Material, Modifier, NodeId, Operator, OperatorKind, Profile, Scene,
-    Shape, angular_half_extent, copies_needed,
+    Shape, copies_looked_at,
 };
 pub use error::LowerError;
 use error::{MAX_COPIES, MAX_COPIES_A_LOOP};
@@ -457,6 +457,7 @@ impl<'a> Lowering<'a> {
                 self.map(node, modifier, &mut frame)?;
                 continue;
             }
+            let looked_at = copies_looked_at(modifier, content);
             let content = content.aabb;
             match *modifier {
                 Modifier::Round { radius } => {
@@ -506,8 +507,7 @@ impl<'a> Lowering<'a> {
                     self.emit(instr);
                 }
                 Modifier::Repeat { spacing, count } => {
-                    let (words, copies) =
-                        repeat_words(spacing, count, content.min.abs().max(content.max.abs()));
+                    let (words, copies) = repeat_words(spacing, count, looked_at);
                     self.open_loop(
                         node,
                         abi::OP_REPEAT,
@@ -519,7 +519,7 @@ impl<'a> Lowering<'a> {
                 }
                 Modifier::RadialRepeat { count } => {
                     let step = TAU / count as f32;
-                    let copies = copies_needed(angular_half_extent(content), step).min(count);
+                    let copies = looked_at[0];
                     let words = [count as f32, step, copies as f32];
                     self.open_loop(
                         node,

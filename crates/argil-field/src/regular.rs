@@ -4,7 +4,7 @@ use crate::by_node::ByNode;
 use argil_math::Aabb;
 use argil_scene::{
     Body, Extents, Modifier, NodeId, Operator, OperatorKind, Profile, Scene, angular_half_extent,
-    greatest_fall,
+    copies_looked_at, greatest_fall,
 };
 use glam::Vec2;
 use std::f32::consts::{FRAC_1_SQRT_2, FRAC_PI_2, TAU};
@@ -203,6 +203,15 @@ fn radial_isolation(count: u32, content: Aabb) -> f32 {
 /// Where the set of nearest copies changes, the minimum over them can jump by what the solid's own distance falls short
 /// of the Euclidean one; that is at most the greatest distance between points of neighbouring cells.
 fn jump(modifier: &Modifier, content: &argil_scene::Extent) -> f32 {
+    let looked_at = copies_looked_at(modifier, content);
+    let takes_all = match *modifier {
+        Modifier::Repeat { count, .. } => count == Some(looked_at),
+        Modifier::RadialRepeat { count } => count == looked_at[0],
+        _ => true,
+    };
+    if takes_all {
+        return 0.0;
+    }
     let width = match *modifier {
         Modifier::Repeat { spacing, .. } => glam::Vec3::from(spacing).length(),
         Modifier::RadialRepeat { .. } => {
@@ -229,8 +238,9 @@ fn isolation(modifier: &Modifier, content: &argil_scene::Extent) -> f32 {
         _ => return 0.0,
     };
     let half = content.aabb.min.abs().max(content.aabb.max.abs());
+    let looked_at = copies_looked_at(modifier, content);
     (0..3)
-        .filter(|&axis| count.is_none_or(|count| count[axis] != 1))
+        .filter(|&axis| count.is_none_or(|count| count[axis] != looked_at[axis]))
         .map(|axis| {
             // A point looks at its own copy and at the nearest neighbour, if not at more.
             if half[axis] <= 0.5 * spacing[axis] {

@@ -30,11 +30,17 @@ pub(crate) fn repeat_axis<R: Real>(p: R, j: f32, w: &[f32; REPEAT_WORDS], axis: 
         (w[axis], w[3 + axis], w[6 + axis], w[9 + axis], w[12 + axis]);
     let shifted = p + offset;
     let own = Real::clamp_to((shifted.value() / spacing + 0.5).floor(), low, high);
-    let cell = Real::clamp_to(
+    let near = Real::clamp_to(
         nearby(own, shifted.value() - own * spacing, j, candidates),
         low,
         high,
     );
+    // All that there are, one after the other.
+    let cell = if candidates > high - low {
+        low + j
+    } else {
+        near
+    };
     shifted - cell * spacing
 }
 
@@ -60,7 +66,8 @@ pub(crate) fn rough_atan2(y: f32, x: f32) -> f32 {
 pub(crate) fn radial<R: Real>(x: R, z: R, j: f32, w: &[f32; RADIAL_WORDS]) -> (R, R) {
     let angle = rough_atan2(z.value(), x.value());
     let own = (angle / w[1] + 0.5).floor();
-    let sector = nearby(own, angle - own * w[1], j, w[2]);
+    let near = nearby(own, angle - own * w[1], j, w[2]);
+    let sector = if w[2] == w[0] { j } else { near };
     let (s, c) = crate::real::sin_cos(sector * w[1]);
     (x * c + z * s, z * c - x * s)
 }

@@ -32,7 +32,10 @@ fn repeat_axis(p: f32, j: f32, w: u32) -> f32 {
     let high = params[w + 9u];
     let shifted = p + params[w + 3u];
     let own = clamp(floor(shifted / spacing + 0.5), low, high);
-    let cell = clamp(nearby(own, shifted - own * spacing, j, params[w + 12u]), low, high);
+    let candidates = params[w + 12u];
+    let near = clamp(nearby(own, shifted - own * spacing, j, candidates), low, high);
+    // All that there are, one after the other.
+    let cell = select(near, low + j, candidates > high - low);
     return shifted - cell * spacing;
 }
 
@@ -61,7 +64,8 @@ fn radial(p: vec3<f32>, j: u32, w: u32) -> vec3<f32> {
     let step = params[w + 1u];
     let angle = rough_atan2(p.z, p.x);
     let own = floor(angle / step + 0.5);
-    let sector = nearby(own, angle - own * step, f32(j), params[w + 2u]);
+    let near = nearby(own, angle - own * step, f32(j), params[w + 2u]);
+    let sector = select(near, f32(j), params[w + 2u] == params[w]);
     let sc = sin_cos(sector * step);
     return vec3(p.x * sc.y + p.z * sc.x, p.y, p.z * sc.y - p.x * sc.x);
 }

@@ -49,7 +49,7 @@ pub use journal::{Journal, JournalError, Recovered};
 pub use keyframe::{Ease, Keyframe, Turn};
 pub use log::LogError;
 pub use material::Material;
-pub use modifier::{Modifier, angular_half_extent, copies_needed, twist_stretch};
+pub use modifier::{Modifier, angular_half_extent, copies_looked_at, twist_stretch};
 pub use operator::{Operator, OperatorKind, Profile};
 pub use sampled::{Measure, SAMPLED_HEADER, SAMPLED_SIDE, SampledBlock, SampledGrid};
 pub use scene::{Node, NodeId, Scene};

@@ -1,8 +1,8 @@
 //! What the instructions of a scene's parts hold.
 
 use argil_abi::{self as abi, MaterialWords};
-use argil_scene::{Body, Entry, Material, Modifier, OperatorKind, Profile, copies_needed};
-use glam::{DAffine3, DVec3, Vec3};
+use argil_scene::{Body, Entry, Material, Modifier, OperatorKind, Profile};
+use glam::{DAffine3, DVec3};
 
 pub(super) fn words_of(m: &Material) -> MaterialWords {
     let ([r, g, b], [er, eg, eb]) = (m.base_color, m.emission);
@@ -82,7 +82,7 @@ pub(super) fn affine_words(m: &DAffine3) -> [f32; 12] {
 pub(super) fn repeat_words(
     spacing: [f32; 3],
     count: Option<[u32; 3]>,
-    reach: Vec3,
+    looked_at: [u32; 3],
 ) -> ([f32; 15], u64) {
     let mut words = [0.0; 15];
     let mut copies = 1u64;
@@ -97,11 +97,7 @@ pub(super) fn repeat_words(
             ),
             None => (0.0, -1e9, 1e9),
         };
-        let candidates = if many {
-            u64::from(copies_needed(reach[axis], spacing[axis]))
-        } else {
-            1
-        };
+        let candidates = u64::from(looked_at[axis]);
         let step = if many { spacing[axis] } else { 1.0 };
         for (slot, value) in [step, offset, low, high, candidates as f32]
             .into_iter()
