@@ -380,6 +380,10 @@ pub struct Import {
     /// Mesh: samples along the longest side of its box, from 16 to 512; without it 128
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(16..=512))]
     pub resolution: Option<u32>,
+    /// Mesh: parts with open edges become walls of this thickness, instead of being closed; the result is written beside the
+    /// scene, as <SCENE>-thick.ply
+    #[arg(long, value_name = "LENGTH", value_parser = positive)]
+    pub thickness: Option<f32>,
     /// Mesh: let the scene name a file outside of its folder; whatever reads the scene then needs this flag too
     #[arg(long)]
     pub allow_outside: bool,
@@ -479,6 +483,12 @@ fn bits(text: &str) -> Result<Bits, String> {
         "16" => Ok(Bits::Sixteen),
         _ => Err("a stored distance takes 8 or 16 bits".into()),
     }
+}
+
+fn positive(text: &str) -> Result<f32, String> {
+    let fits = |n: &f32| *n > 0.0 && n.is_finite();
+    let number = text.parse().ok().filter(fits);
+    number.ok_or_else(|| "expected a length above 0".into())
 }
 
 fn pixels_per_degree(text: &str) -> Result<f32, String> {

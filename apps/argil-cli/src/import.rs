@@ -3,8 +3,9 @@
 use crate::args::Import;
 use crate::{input, output};
 use anyhow::{Context, ensure};
-use argil::{Brush, Format, LoadedMesh, Scene, Shape};
+use argil::{Brush, Format, LoadedMesh, Scene, Shape, WriteOptions};
 use serde_json::{Value, json};
+use std::path::{Path, PathBuf};
 
 pub fn run(options: &Import) -> anyhow::Result<()> {
     output::check_place(&options.output, &options.file)?;
@@ -14,9 +15,15 @@ pub fn run(options: &Import) -> anyhow::Result<()> {
         "--resolution says how a mesh is sampled, and {} is none: leave it out",
         options.file.display()
     );
+    ensure!(
+        is_mesh || options.thickness.is_none(),
+        "--thickness is for meshes, and {} is none: leave it out",
+        options.file.display()
+    );
     let (mut scene, loaded) = if is_mesh {
         mesh(options)?
     } else {
+        refuse_other_meshes(&options.file)?;
         (Scene::import_tree(&options.file)?, None)
     };
     scene.name = options
@@ -46,9 +53,47 @@ pub fn run(options: &Import) -> anyhow::Result<()> {
     Ok(())
 }
 
+/// Endings of files that hold meshes, and are not read.
+const OTHER_MESHES: [&str; 16] = [
+    "3ds", "3mf", "abc", "blend", "dae", "dxf", "fbx", "gltf", "iges", "igs", "off", "step", "stp",
+    "usd", "usdz", "x3d",
+];
+
+/// A mesh of a kind that is not read is no tree.
+fn refuse_other_meshes(path: &Path) -> anyhow::Result<()> {
+    let ending = path.extension().unwrap_or_default().to_string_lossy();
+    let is_mesh = OTHER_MESHES.contains(&ending.to_lowercase().as_str());
+    ensure!(
+        !is_mesh,
+        "{}: meshes are read from .obj, .glb, .ply and .stl: export it as one of those, for example from Blender",
+        path.display()
+    );
+    Ok(())
+}
+
+/// Writes the mesh with walls in place of parts that are open; where.
+fn thickened(options: &Import, thickness: f32) -> anyhow::Result<PathBuf> {
+    let (mesh, parts) = argil::thicken(&argil::read_mesh(&options.file)?, thickness);
+    ensure!(
+        parts > 0,
+        "--thickness: {} has no open edges: leave it out",
+        options.file.display()
+    );
+    let stem = options.output.file_stem().unwrap_or_default();
+    let name = format!("{}-thick.ply", stem.to_string_lossy());
+    let place = options.output.with_file_name(name);
+    output::check_place(&place, &options.file)?;
+    argil::save_mesh(&mesh, Format::Ply, &WriteOptions::default(), &place)?;
+    Ok(place)
+}
+
 /// A scene of one mesh.
 fn mesh(options: &Import) -> anyhow::Result<(Scene, Option<LoadedMesh>)> {
-    let path = input::from_folder(&options.file, &options.output)?;
+    let file = match options.thickness {
+        Some(thickness) => thickened(options, thickness)?,
+        None => options.file.clone(),
+    };
+    let path = input::from_folder(&file, &options.output)?;
     let mut shape = Shape::mesh(path);
     if let (Shape::Mesh { resolution, .. }, Some(wanted)) = (&mut shape, options.resolution) {
         *resolution = wanted;
@@ -57,8 +102,13 @@ fn mesh(options: &Import) -> anyhow::Result<(Scene, Option<LoadedMesh>)> {
     scene
         .push(Brush::new(shape))
         .with_context(|| options.file.display().to_string())?;
-    let mut loaded = input::load_meshes(&mut scene, &options.output, options.allow_outside)?;
-    Ok((scene, loaded.pop()))
+    let folder = options.output.parent().unwrap_or(Path::new("."));
+    let mut loaded = argil::load_meshes(&mut scene, folder, options.allow_outside)?;
+    let loaded = loaded.pop();
+    for warning in loaded.iter().flat_map(|loaded| loaded.repairs.warnings()) {
+        eprintln!("warning: {}: {warning}", options.file.display());
+    }
+    Ok((scene, loaded))
 }
 
 /// What a mesh is, and what was done to it.
@@ -72,6 +122,8 @@ fn about(loaded: &LoadedMesh) -> Value {
         "box": [bounds.min.to_array(), bounds.max.to_array()],
         "parts": repairs.parts,
         "holes_closed": repairs.holes,
+        "sheets_left_out": repairs.sheets,
+        "warnings": repairs.warnings(),
         "triangles_dropped": repairs.dropped,
         "triangles_turned": repairs.turned,
         "parts_turned": repairs.parts_turned,

@@ -16,11 +16,12 @@ pub fn engine(on: &On) -> anyhow::Result<Engine> {
         pool.build_global()
             .map_err(|e| argil::EngineError::Threads(e.to_string()))?;
     }
-    Ok(Engine::on(match on.device {
+    let engine = Engine::on(match on.device {
         Device::Auto => Backend::Auto,
         Device::Cpu => Backend::Cpu,
         Device::Gpu => Backend::Gpu,
-    })?)
+    })?;
+    Ok(crate::progress::watched(engine))
 }
 
 /// A scene file's scene, or that of a volume file.
@@ -78,8 +79,7 @@ pub fn is_volume(path: &Path) -> anyhow::Result<bool> {
 
 /// The scene that a volume was made from.
 pub fn scene_of(stored: &Stored, path: &Path) -> anyhow::Result<Scene> {
-    let inside = format!("{}, its scene", path.display());
-    Ok(Scene::from_json(&stored.scene_json, inside)?)
+    Ok(argil::stored_scene(stored, path)?)
 }
 
 /// What is to be drawn: a scene, kept as the flags say, or a volume as it was baked.
@@ -313,8 +313,11 @@ pub fn moved(scene: &Scene, from: &Path, to: &Path) -> anyhow::Result<Scene> {
     let folder = from.parent().unwrap_or(Path::new("."));
     let mut paths = BTreeMap::new();
     for path in scene.mesh_paths() {
-        let named = from_folder(&folder.join(&path), to)?;
-        paths.insert(path, named);
+        // A volume has its meshes with it: their files need not be there, and keep their names then.
+        let file = folder.join(&path);
+        if file.exists() {
+            paths.insert(path, from_folder(&file, to)?);
+        }
     }
     moved.rename_meshes(&paths);
     Ok(moved)

@@ -12,6 +12,7 @@ mod info;
 mod input;
 mod mesh;
 mod output;
+mod progress;
 mod recover;
 mod render;
 mod schema;

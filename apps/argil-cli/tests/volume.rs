@@ -237,3 +237,46 @@ fn requests_that_make_no_sense_say_what_would() {
         .collect();
     assert_eq!(left.len(), 2, "{left:?}");
 }
+
+/// A volume needs no mesh beside it: drawn, measured, meshed and edited where its meshes are not, as it is where they are.
+#[test]
+fn a_volume_stands_alone() {
+    let done = |arguments: &[&str]| {
+        let output = argil(arguments);
+        let errors = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success(), "{arguments:?}: {errors}");
+    };
+    let [here, there] = [(); 2].map(|()| tempfile::tempdir().expect("a folder"));
+    let at =
+        |folder: &tempfile::TempDir, name: &str| folder.path().join(name).display().to_string();
+    let (solid, own) = (at(&here, "solid.ply"), at(&here, "solid.json"));
+    let meshing = ["mesh", &scene("csg20"), "--resolution", "48", "-o", &solid];
+    done(&meshing);
+    done(&["import", &solid, "-o", &own]);
+    for via in ["bricks", "dense", "octree"] {
+        let volume = at(&here, &format!("{via}.argil"));
+        done(&[
+            "bake",
+            &own,
+            "--via",
+            via,
+            "--resolution",
+            "48",
+            "-o",
+            &volume,
+        ]);
+        let alone = at(&there, &format!("{via}.argil"));
+        std::fs::copy(&volume, &alone).expect("a copy");
+        let pictures = [&volume, &alone].map(|volume| {
+            let png = format!("{volume}.png");
+            done(&["render", volume, "-o", &png, "--size", "64x48"]);
+            std::fs::read(png).expect("a picture")
+        });
+        assert!(pictures[0] == pictures[1], "{via}");
+        let again = at(&there, "again.argil");
+        done(&["bake", &alone, "--resolution", "32", "-o", &again]);
+        if via == "bricks" {
+            done(&["mesh", &alone, "-o", &at(&there, "again.glb")]);
+        }
+    }
+}

@@ -71,7 +71,7 @@ fn merge<T: Serialize + DeserializeOwned + PartialEq>(before: &T, after: &T, own
     if before == after {
         return;
     }
-    let values = [before, after, own].map(|v| serde_json::to_value(v).unwrap_or_default());
+    let values = [before, after, own].map(|v| serde_json::to_value(v).expect("an entry is JSON"));
     let [before, after, mut merged] = values;
     if [&after, &merged]
         .iter()

@@ -292,6 +292,10 @@ impl Studio {
         if self.dialog.is_some() || ctx.text_edit_focused() || self.was_typing {
             return;
         }
+        // An open menu has the keyboard: Escape closes it.
+        if egui::Popup::is_any_open(ctx) {
+            return;
+        }
         // What is held goes to its end first: keys are numbers for a handle then, or fly.
         if ctx.input(|i| i.pointer.any_down()) {
             return;

@@ -6,7 +6,7 @@
 use crate::meshes::{Named, moved_paths, nothing};
 use crate::recovery::Recovery;
 use anyhow::Context;
-use argil::{Body, Edit, Edited, Entry, Material, NodeId, SampledGrid, Scene, Shape};
+use argil::{Body, Edit, Edited, Entry, Material, NodeId, Program, SampledGrid, Scene, Shape};
 use serde_json::{Value, json};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -223,7 +223,7 @@ impl Document {
 
     /// What nodes are in a scene's file, with all that they hold, for copies, which are not locked.
     pub fn items(&self, nodes: &[NodeId]) -> Vec<Value> {
-        let all: Value = serde_json::from_str(&self.scene.to_json()).unwrap_or_default();
+        let all: Value = serde_json::from_str(&self.scene.to_json()).expect("a scene is JSON");
         let item = |&node: &NodeId| {
             let pointer = self.scene.path(node);
             let pointer = pointer.replace('[', "/").replace(']', "").replace('.', "/");
@@ -238,7 +238,15 @@ impl Document {
 
     fn line(&mut self, name: &str, line: String) -> anyhow::Result<Option<Edited>> {
         let before = self.scene.history_lengths()[0];
+        let mark = self.scene.history_mark();
         let edited = self.scene.replay(&line)?;
+        // What cannot be drawn is refused before it is recorded.
+        if let Some(edited) = &edited
+            && let Err(fault) = Program::check(&self.scene, edited.node)
+        {
+            self.scene.revert_to(mark);
+            return Err(fault.into());
+        }
         let has_mesh = line.contains("\"mesh\"");
         self.recovery.record(&line);
         self.lines.push(line);
@@ -500,7 +508,7 @@ pub fn name_of(entry: &Entry) -> String {
 
 /// What a shape is, such as `Round cone`.
 pub fn shape_name(shape: &Shape) -> String {
-    let value = serde_json::to_value(shape).unwrap_or_default();
+    let value = serde_json::to_value(shape).expect("a shape is JSON");
     spoken(value["type"].as_str().unwrap_or("shape"))
 }
 

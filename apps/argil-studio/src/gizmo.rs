@@ -4,14 +4,15 @@ use crate::app::{Studio, Tool};
 use crate::eye::{on_line, on_plane};
 use crate::picker::off_segment;
 use crate::pose::Pose;
-use argil::NodeId;
+use crate::stretch::stretched;
 use argil::glam::{DQuat, Quat, Vec2, Vec3};
+use argil::{Body, NodeId, Shape};
 use eframe::egui::{self, Color32, Pos2, Rect, Stroke};
 
 /// A part of the gizmo that can be dragged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Handle {
-    /// Along or about an axis.
+    /// Along or about an axis; of a scale, along an axis of the brush itself.
     Axis(usize),
     /// In the picture's plane, or about its normal; of a scale, all of it.
     Free,
@@ -25,6 +26,8 @@ pub struct Drag {
     start: Vec2,
     pivot: Vec3,
     axes: [Vec3; 3],
+    /// The shape of the one brush that is dragged, as it was when it began.
+    shape: Option<Shape>,
     /// What is dragged: its place in the world when it began, and that of the groups around it.
     nodes: Vec<(NodeId, Pose, Pose)>,
     /// What is typed for it.
@@ -106,12 +109,40 @@ impl Studio {
         let last = poses.last()?;
         let pivot = poses.iter().map(|p| p.shift.as_vec3()).sum::<Vec3>() / poses.len() as f32;
         let axes = [Vec3::X, Vec3::Y, Vec3::Z];
-        let axes = if self.is_local {
+        let axes = if self.is_local || self.tool == Tool::Scale {
             axes.map(|a| last.turn.as_quat() * a)
         } else {
             axes
         };
         Some((pivot, axes))
+    }
+
+    /// The shape of the one brush that is selected, if nothing but its place has changed it.
+    fn plain_shape(&self, nodes: &[NodeId]) -> Option<Shape> {
+        let [node] = nodes else {
+            return None;
+        };
+        let entry = self.document.scene().node(*node).entry();
+        match &entry.body {
+            Body::Shape(shape) if entry.modifiers.iter().all(|m| m.affine().is_some()) => {
+                Some(shape.clone())
+            }
+            _ => None,
+        }
+    }
+
+    /// Whether each axis has a handle: what cannot be scaled along one axis has none for it.
+    fn has_handles(&self, nodes: &[NodeId]) -> [bool; 3] {
+        if self.tool != Tool::Scale {
+            return [true; 3];
+        }
+        let shape = self.plain_shape(nodes);
+        let can = |axis| {
+            shape
+                .as_ref()
+                .is_some_and(|s| stretched(s, axis, 1.5).is_some())
+        };
+        [0, 1, 2].map(can)
     }
 
     /// Draw the gizmo and let it be dragged; whether it has the pointer.
@@ -131,14 +162,16 @@ impl Studio {
             .input(|i| i.pointer.latest_pos())
             .map(|p| Vec2::new(p.x, p.y));
         let over = pointer.filter(|_| response.hovered() || self.viewport.drag.is_some());
-        let hovered = over.and_then(|at| self.handle_at(&screen, at, pivot, axes));
+        let handles = self.has_handles(&nodes);
+        let frame = (pivot, axes, handles);
+        let hovered = over.and_then(|at| self.handle_at(&screen, at, frame));
         let held = self.viewport.drag.as_ref().map(|d| d.handle);
-        self.draw_gizmo(ui, &screen, pivot, axes, held.or(hovered));
+        self.draw_gizmo(ui, &screen, frame, held.or(hovered));
 
         if response.drag_started_by(egui::PointerButton::Primary) {
             let start = ui.input(|i| i.pointer.press_origin());
             let start = start.map(|p| Vec2::new(p.x, p.y));
-            let handle = start.and_then(|at| self.handle_at(&screen, at, pivot, axes));
+            let handle = start.and_then(|at| self.handle_at(&screen, at, frame));
             if let (Some(start), Some(handle)) = (start, handle) {
                 let copies = ui.input(|i| i.modifiers.shift);
                 self.begin_drag(handle, start, (pivot, axes), nodes, copies);
@@ -171,8 +204,7 @@ impl Studio {
         &self,
         screen: &Screen<'_>,
         at: Vec2,
-        pivot: Vec3,
-        axes: [Vec3; 3],
+        (pivot, axes, handles): (Vec3, [Vec3; 3], [bool; 3]),
     ) -> Option<Handle> {
         let length = screen.length(LENGTH, pivot);
         let middle = screen.at(pivot)?;
@@ -182,7 +214,7 @@ impl Studio {
                 best = Some((off, handle));
             }
         };
-        for (i, axis) in axes.into_iter().enumerate() {
+        for (i, axis) in axes.into_iter().enumerate().filter(|&(i, _)| handles[i]) {
             if self.tool == Tool::Rotate {
                 let ring = screen.ring(pivot, axis, length);
                 for pair in ring.windows(2) {
@@ -209,8 +241,7 @@ impl Studio {
         &self,
         ui: &egui::Ui,
         screen: &Screen<'_>,
-        pivot: Vec3,
-        axes: [Vec3; 3],
+        (pivot, axes, handles): (Vec3, [Vec3; 3], [bool; 3]),
         lit: Option<Handle>,
     ) {
         let painter = ui.painter_at(screen.rect);
@@ -218,7 +249,7 @@ impl Studio {
             return;
         };
         let length = screen.length(LENGTH, pivot);
-        for (i, axis) in axes.into_iter().enumerate() {
+        for (i, axis) in axes.into_iter().enumerate().filter(|&(i, _)| handles[i]) {
             let is_lit = lit == Some(Handle::Axis(i));
             let stroke = Stroke::new(2.5, if is_lit { HELD } else { COLORS[i] });
             if self.tool == Tool::Rotate {
@@ -292,12 +323,14 @@ impl Studio {
             let outer = Pose::around(scene, n);
             (n, Pose::of(scene.node(n).entry()).and(&outer), outer)
         };
+        let shape = self.plain_shape(&nodes);
         let nodes = nodes.iter().map(pose).collect();
         self.viewport.drag = Some(Drag {
             handle,
             start,
             pivot,
             axes,
+            shape,
             nodes,
             typed: String::new(),
             selection,
@@ -340,13 +373,29 @@ impl Studio {
                 let turn = Quat::from_axis_angle(axis, degrees.to_radians()).as_dquat();
                 change = Box::new(move |pose| turned(pose, pivot, turn));
             }
-            (Tool::Scale, _) => {
+            (Tool::Scale, handle) => {
                 let Some(middle) = screen.at(pivot) else {
                     return String::new();
                 };
-                let factor = at.distance(middle).max(1.0) / drag.start.distance(middle).max(8.0);
+                let along = match handle {
+                    Handle::Axis(i) => screen.at(pivot + screen.length(LENGTH, pivot) * axes[i]),
+                    Handle::Free => None,
+                };
+                let factor = match along {
+                    // Along the handle, as it is seen.
+                    Some(end) => {
+                        let along = (end - middle).normalize_or_zero();
+                        let start = (drag.start - middle).dot(along).max(8.0);
+                        (at - middle).dot(along).max(1.0) / start
+                    }
+                    None => at.distance(middle).max(1.0) / drag.start.distance(middle).max(8.0),
+                };
                 let factor = typed.unwrap_or_else(|| step(factor, 0.1)).clamp(1e-3, 1e3);
                 told = format!("× {factor:.3}");
+                if let Handle::Axis(axis) = handle {
+                    self.stretch(drag, axis, factor);
+                    return told;
+                }
                 change = Box::new(move |pose| {
                     let from = pose.shift - pivot.as_dvec3();
                     Pose {
@@ -391,6 +440,23 @@ impl Studio {
             }
         }
         told
+    }
+}
+
+impl Studio {
+    /// Scale the one brush that is dragged along one of its own axes.
+    fn stretch(&mut self, drag: &Drag, axis: usize, factor: f32) {
+        let ([(node, ..)], Some(shape)) = (&drag.nodes[..], &drag.shape) else {
+            return;
+        };
+        let mut entry = self.document.scene().node(*node).entry().clone();
+        let Some(shape) = stretched(shape, axis, factor) else {
+            return;
+        };
+        entry.body = Body::Shape(shape);
+        if entry != *self.document.scene().node(*node).entry() {
+            self.attempt(|s| s.document.replace("Scale", *node, entry));
+        }
     }
 }
 

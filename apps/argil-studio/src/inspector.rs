@@ -20,7 +20,7 @@ pub struct Docs(Value);
 impl Docs {
     /// Of the schema.
     pub fn new() -> Self {
-        Self(serde_json::from_str(&argil::schema()).unwrap_or_default())
+        Self(serde_json::from_str(&argil::schema()).expect("a schema is JSON"))
     }
 
     /// What stands at a key of a kind, such as `radius` of the `Shape` `sphere`.
@@ -77,7 +77,7 @@ fn new_modifiers() -> Vec<Modifier> {
 }
 
 fn modifier_name(modifier: &Modifier) -> String {
-    let value = serde_json::to_value(modifier).unwrap_or_default();
+    let value = serde_json::to_value(modifier).expect("a modifier is JSON");
     spoken(value["type"].as_str().unwrap_or("modifier"))
 }
 

@@ -38,6 +38,7 @@ mod renderer;
 mod run;
 mod samples;
 mod sculpt;
+mod stretch;
 mod viewport;
 
 pub use app::{Options, Studio};

@@ -156,6 +156,8 @@ pub struct Painter {
     scene: Scene,
     /// Changes so far.
     version: u64,
+    /// Why the copy has parted from the document, if it has.
+    fault: Option<String>,
     kept: Vec<Kept>,
     /// Whether a world is being made, which may take long.
     is_building: Arc<AtomicBool>,
@@ -171,6 +173,7 @@ impl Painter {
             engine,
             scene: Scene::new(),
             version: 0,
+            fault: None,
             kept: Vec::new(),
             is_building: Arc::default(),
         }
@@ -184,14 +187,20 @@ impl Painter {
     /// Another scene.
     pub fn load(&mut self, scene: Scene, version: u64) {
         (self.scene, self.version) = (scene, version);
+        self.fault = None;
         self.kept.clear();
     }
 
-    /// Follow the document.
+    /// Follow the document. What the document did can be done here: if it cannot, nothing is drawn from then on but the reason,
+    /// until a scene is loaded.
     pub fn follow(&mut self, lines: &[String]) {
         for line in lines {
-            // What the document did can be done here.
-            let _ = self.scene.replay(line);
+            if let Err(error) = self.scene.replay(line) {
+                let fault = format!(
+                    "the picture has parted from the document: {error}, in {line}; save and open the scene again"
+                );
+                self.fault.get_or_insert(fault);
+            }
             self.version += 1;
         }
     }
@@ -205,6 +214,13 @@ impl Painter {
     /// Draw.
     pub async fn draw(&mut self, request: Request) -> Answer {
         let start = Instant::now();
+        if let Some(fault) = &self.fault {
+            return Answer {
+                request,
+                pictures: Err(fault.clone()),
+                duration_ms: 0.0,
+            };
+        }
         let mut pictures = Ok(Vec::new());
         for &pipeline in &request.pipelines {
             match (self.picture(pipeline, &request).await, &mut pictures) {
@@ -345,6 +361,18 @@ mod tests {
     fn picture(painter: &mut Painter, pipeline: Pipeline) -> Vec<u8> {
         let answer = pollster::block_on(painter.draw(request(pipeline)));
         answer.pictures.expect("a picture").remove(0).rgb
+    }
+
+    #[test]
+    fn a_copy_that_parts_from_the_document_is_loud() {
+        let mut painter = Painter::new(Engine::cpu());
+        painter.load(first(), 0);
+        painter.follow(&[r#"{"edit":"remove","node":"brushes[99]"}"#.into()]);
+        let answer = pollster::block_on(painter.draw(request(Pipeline::Field)));
+        let fault = answer.pictures.expect_err("a fault");
+        assert!(fault.contains("brushes[99]"), "{fault}");
+        painter.load(first(), 0);
+        picture(&mut painter, Pipeline::Field);
     }
 
     #[test]

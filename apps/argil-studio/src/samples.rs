@@ -24,7 +24,7 @@ pub fn sample(name: &str) -> Option<Scene> {
 
 /// What is there at first.
 pub fn first() -> Scene {
-    sample(ALL[0].0).unwrap_or_default()
+    sample(ALL[0].0).expect("a sample that is compiled in")
 }
 
 #[cfg(test)]

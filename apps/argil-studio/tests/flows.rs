@@ -80,6 +80,69 @@ fn handles_duplicate_rotate_and_scale() {
     assert_eq!(names[1..], ["Scale", "Rotate"]);
 }
 
+/// A handle of one axis scales one axis, and a shape that has no length along one has no handle there.
+#[test]
+fn handles_of_one_axis_scale_one_axis() {
+    let mut desk = with_a_ball();
+    desk.click("Scale");
+    let middle = desk.place_of("Viewport");
+    let radii = |desk: &Desk| {
+        let scene = desk.scene();
+        let node = scene.node(Scene::ROOT).children()[0];
+        match scene.node(node).entry().body {
+            Body::Shape(Shape::Ellipsoid { radii }) => Some(radii),
+            _ => None,
+        }
+    };
+    // Up is y: the handle stands above the middle.
+    let end = middle + Vec2::new(0.0, -60.0);
+    desk.drag(end, end + Vec2::new(0.0, -60.0), Modifiers::NONE);
+    let [x, y, z] = radii(&desk).expect("an ellipsoid");
+    assert!(x == z && y > 1.5 * x, "{x} {y} {z}");
+    desk.press(Modifiers::COMMAND, Key::Z);
+    assert!(radii(&desk).is_none());
+}
+
+/// Escape closes an open menu and does nothing else.
+#[test]
+fn escape_closes_what_is_open() {
+    let mut desk = with_a_ball();
+    assert_eq!(desk.studio().document().selection.len(), 1);
+    desk.click("File");
+    assert!(desk.has("Quit") || desk.has("New"));
+    desk.press(Modifiers::NONE, Key::Escape);
+    assert_eq!(desk.studio().document().selection.len(), 1);
+    assert!(!desk.has("New"));
+    desk.press(Modifiers::NONE, Key::Escape);
+    assert!(desk.studio().document().selection.is_empty());
+}
+
+/// What cannot be drawn is refused before it is recorded: nothing of it is in the document, the history or the log.
+#[test]
+fn edits_that_cannot_be_drawn_are_refused() {
+    let mut desk = with_a_ball();
+    let before = (
+        desk.scene().to_json(),
+        count(&desk),
+        desk.studio().document().history().0.len(),
+    );
+    let studio = desk.window.state_mut();
+    let node = studio.document().scene().node(Scene::ROOT).children()[0];
+    let mut entry = studio.document().scene().node(node).entry().clone();
+    entry.modifiers.push(argil::Modifier::Repeat {
+        spacing: [0.001; 3],
+        count: None,
+    });
+    let refused = studio.document_mut().replace("Repeat", node, entry);
+    assert!(refused.is_err());
+    let after = (
+        desk.scene().to_json(),
+        count(&desk),
+        desk.studio().document().history().0.len(),
+    );
+    assert!(before == after);
+}
+
 #[test]
 fn brushes_are_picked_hidden_locked_renamed_and_grouped() {
     let mut desk = with_a_ball();

@@ -155,12 +155,12 @@ fn curve_shape<R: Real>(
         return curves::sd_bezier_tube::<R>([x, y, z], words(&program.params, at));
     }
     if op == abi::OP_SAMPLED {
-        let words = program.params.get(at..).unwrap_or_default();
+        let words = &program.params[at..];
         return sampled::sd_sampled::<R>([x, y, z], words);
     }
     let &[count, half_depth]: &[f32; 2] = words(&program.params, at);
     let end = at + 2 + count as usize * abi::PIECE_WORDS as usize;
-    let pieces = program.params.get(at + 2..end).unwrap_or_default();
+    let pieces = &program.params[at + 2..end];
     if op == abi::OP_LATHE {
         for i in 0..BLOCK {
             x[i] = shapes::length2(x[i], z[i]);

@@ -8,43 +8,23 @@
 
 use crate::loose::{self, Loose, loose_of};
 use crate::lower::materials_of;
+use crate::operands::OperandSpan;
+use crate::parts::{LEVELS, Part, Parts, parts_between};
 use crate::program::Program;
 use crate::regular::{Regularity, joined};
 use crate::{ClearTerms, LowerError, Opcodes};
 use argil_abi::{self as abi, Instr};
 use argil_math::Aabb;
 use argil_scene::{
-    Change, Extent, Extents, NodeId, Operator, OperatorKind, Profile, Scene, blend_reach,
-    greatest_fall,
+    Change, Extent, Extents, NodeId, Operator, OperatorKind, Profile, Scene, greatest_fall,
 };
 use glam::{IVec3, Vec3};
 use rustc_hash::{FxHashMap, FxHashSet};
 use std::borrow::Cow;
 use std::collections::{BTreeMap, HashMap, HashSet};
 
-/// Most parts of a level that an operand is entered in; a larger one goes to a level whose parts are four times as long.
-const MOST_PARTS: f32 = 512.0;
-/// Levels of parts. What is larger still is everywhere.
-const LEVELS: u32 = 12;
-
 /// Ranks between neighbours, to begin with.
 const RANK_STEP: u64 = 1 << 32;
-
-/// Where lists are asked for: a grid of cubic parts, without bounds.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Parts {
-    /// The least corner of part 0.
-    pub corner: Vec3,
-    /// The edge of a part.
-    pub edge: f32,
-    /// The distance below which lists give the scene's.
-    pub far: f32,
-    /// The usual length of the world, see [`Program::clear_terms_about`].
-    pub base: f32,
-}
-
-/// A part of a level.
-type Part = (u32, IVec3);
 
 /// An operand of the root.
 struct Operand {
@@ -463,6 +443,11 @@ impl LiveProgram {
         for operand in acting {
             append(&operand.instrs, &mut whole.instrs);
             whole.brushes += operand.brushes;
+            whole.operands.push(OperandSpan {
+                end: whole.instrs.len() as u32,
+                operator: operand.operator,
+                extent: operand.extent,
+            });
         }
         whole
     }
@@ -675,34 +660,15 @@ impl LiveProgram {
 
     /// The box in which an operand can matter where it is not everywhere that others do.
     fn grown_box(&self, operand: &Operand) -> Aabb {
-        let interest = self.parts.far + self.falls;
-        let interest = interest + blend_reach(&operand.operator, interest);
-        let reach = 1.000_1 * operand.extent.underestimate * interest;
-        operand.extent.aabb.grown(reach)
-    }
-
-    /// The level at which a box is in few parts, with the first and the last of them; nothing where there is none.
-    fn level_of(&self, held: Aabb) -> Option<(u32, IVec3, IVec3)> {
-        let parts = &self.parts;
-        let mut edge = parts.edge;
-        for level in 0..LEVELS {
-            let first = ((held.min - parts.corner) / edge).floor();
-            let last = ((held.max - parts.corner) / edge).floor();
-            let count = last - first + 1.0;
-            if count.element_product() <= MOST_PARTS {
-                let is_near = first.abs().max(last.abs()).max_element() < 1e9;
-                return is_near.then(|| (level, first.as_ivec3(), last.as_ivec3()));
-            }
-            edge *= 4.0;
-        }
-        None
+        self.parts
+            .reached_by(&operand.operator, &operand.extent, self.falls)
     }
 
     fn is_everywhere(&self, operand: &Operand) -> bool {
         let acts = operand.visible && !operand.extent.aabb.is_empty();
         let is_intersection = operand.operator.kind == OperatorKind::Intersect;
         (operand.visible && is_intersection)
-            || (acts && self.level_of(self.grown_box(operand)).is_none())
+            || (acts && self.parts.level_of(self.grown_box(operand)).is_none())
     }
 
     /// The parts in which an operand can matter.
@@ -711,15 +677,9 @@ impl LiveProgram {
             && operand.operator.kind != OperatorKind::Intersect
             && !operand.extent.aabb.is_empty();
         let found = is_near
-            .then(|| self.level_of(self.grown_box(operand)))
+            .then(|| self.parts.level_of(self.grown_box(operand)))
             .flatten();
-        found.into_iter().flat_map(|(level, first, last)| {
-            (first.z..=last.z).flat_map(move |z| {
-                (first.y..=last.y).flat_map(move |y| {
-                    (first.x..=last.x).map(move |x| (level, IVec3::new(x, y, z)))
-                })
-            })
-        })
+        found.into_iter().flat_map(parts_between)
     }
 
     /// Enter an operand into the parts.
@@ -833,7 +793,7 @@ fn lowered(scene: &Scene, extents: &mut Extents<'_>, node: NodeId) -> Result<Ope
 }
 
 /// Append an operand's instructions; the ends of loops point at their beginnings.
-fn append(instrs: &[Instr], out: &mut Vec<Instr>) {
+pub(crate) fn append(instrs: &[Instr], out: &mut Vec<Instr>) {
     let begin = out.len() as u32;
     out.extend(instrs.iter().map(|&instr| Instr {
         operand: if instr.op == abi::OP_NEXT {

@@ -5,6 +5,7 @@ mod words;
 
 use crate::by_node::ByNode;
 use crate::loose::{Operand, loose_of};
+use crate::operands::OperandSpan;
 use crate::pack::pack;
 use crate::program::Program;
 use crate::regular::{Regularity, regularity};
@@ -33,6 +34,9 @@ struct Frame {
     jump: Option<f32>,
 }
 
+/// Of no more operands than this a list is as soon looked through.
+const FEW_OPERANDS: usize = 64;
+
 /// What is still to be emitted, the next on top.
 enum Task {
     /// The first `count` operands of a group, into an empty accumulator.
@@ -56,6 +60,10 @@ enum Task {
     Next {
         begin: usize,
     },
+    /// The end of an operand of the root.
+    EndOperand {
+        node: NodeId,
+    },
 }
 
 struct Lowering<'a> {
@@ -73,6 +81,9 @@ struct Lowering<'a> {
     program: Program,
     points: usize,
     tasks: Vec<Task>,
+    /// Whether the root has so many operands that their places are kept, and whether they stand one after the other.
+    has_many: bool,
+    is_apart: bool,
 }
 
 impl Program {
@@ -94,7 +105,24 @@ impl Program {
             frame: Frame::OF_WORLD,
         });
         lowering.emit_all()?;
+        if !lowering.is_apart {
+            lowering.program.operands.clear();
+        }
         Ok(lowering.program)
+    }
+
+    /// Whether the operand of the root that holds a node can be lowered, but for meshes that are not loaded yet.
+    ///
+    /// # Errors
+    /// As [`Program::lower`].
+    pub fn check(scene: &Scene, node: NodeId) -> Result<(), LowerError> {
+        let Some(operand) = scene.operand_of(node) else {
+            return Ok(());
+        };
+        match Self::lower_operand(scene, operand) {
+            Err(LowerError::NotLoaded { .. }) | Ok(_) => Ok(()),
+            Err(error) => Err(error),
+        }
     }
 
     /// Lower one operand of the root, onto whatever is in the accumulator: a program whose list can follow any other's.
@@ -183,12 +211,15 @@ impl<'a> Lowering<'a> {
                 isolation: regular.isolation,
                 underestimate: regular.underestimate,
                 loose: Vec::new(),
+                operands: Vec::new(),
                 value_slots: 0,
                 point_slots: 0,
                 brushes: 0,
             },
             points: 0,
             tasks: Vec::new(),
+            has_many: root == Scene::ROOT && scene.node(root).children().len() > FEW_OPERANDS,
+            is_apart: true,
         };
         lowering.measure(&parents_first);
         lowering
@@ -244,6 +275,16 @@ impl<'a> Lowering<'a> {
                     operand: begin as u32,
                     ..Instr::default()
                 }),
+                Task::EndOperand { node } => {
+                    let operator = self.scene.node(node).acting().operator;
+                    let extent = self.extents.outer(node);
+                    let end = self.program.instrs.len() as u32;
+                    self.program.operands.push(OperandSpan {
+                        end,
+                        operator,
+                        extent,
+                    });
+                }
                 Task::List {
                     group,
                     count,
@@ -284,6 +325,9 @@ impl<'a> Lowering<'a> {
             return;
         };
         let node = self.operands[&group][last];
+        if group == Scene::ROOT && self.has_many {
+            self.tasks.push(Task::EndOperand { node });
+        }
         if last == 0 {
             self.tasks.push(Task::Solid { node, frame });
             return;
@@ -300,6 +344,7 @@ impl<'a> Lowering<'a> {
             return;
         }
         let swapped = self.slots[node] > self.prefix_slots[&group][last - 1];
+        self.is_apart &= !swapped || group != Scene::ROOT;
         let combine = self.combine(entry, frame, swapped);
         let push = Task::Emit(Instr {
             op: abi::OP_PUSH_VALUE,

@@ -183,16 +183,27 @@ pub(crate) fn joined(a: Regularity, b: Regularity, operator: &Operator) -> Regul
     }
 }
 
-/// A point looks at the copies of its own sector and of the nearest neighbour's, if not at more: the others are at least a
-/// step less half of a copy's angle away. Seen from the axis that is no length, but a copy begins some way from the axis;
-/// least is the greater of the two where they are equal.
-fn radial_isolation(count: u32, content: Aabb) -> f32 {
+/// How many steps the centres of copies are away, at least, that are not looked at: a point looks at its own copy and the nearest
+/// neighbour, or at as many on each side.
+fn steps_away(looked_at: u32) -> f32 {
+    if looked_at <= 2 {
+        1.0
+    } else {
+        0.5 * looked_at as f32
+    }
+}
+
+/// The centres of copies that a point does not look at are at least some steps away, and they begin half of a copy's angle
+/// nearer. Seen from the axis that is no length, but a copy begins some way from the axis; least is the greater of the two
+/// where they are equal.
+fn radial_isolation(count: u32, looked_at: u32, content: Aabb) -> f32 {
     let step = TAU / count as f32;
     let half = angular_half_extent(content);
-    if half > 0.5 * step {
+    let angle = steps_away(looked_at) * step - half;
+    if angle <= 0.0 {
         return 0.0;
     }
-    let sine = (step - half).min(FRAC_PI_2).sin();
+    let sine = angle.min(FRAC_PI_2).sin();
     let nearest = Vec2::ZERO.clamp(
         Vec2::new(content.min.x, content.min.z),
         Vec2::new(content.max.x, content.max.z),
@@ -234,21 +245,20 @@ fn isolation(modifier: &Modifier, content: &argil_scene::Extent) -> f32 {
     }
     let (spacing, count) = match *modifier {
         Modifier::Repeat { spacing, count } => (spacing, count),
-        Modifier::RadialRepeat { count } => return radial_isolation(count, content.aabb),
+        Modifier::RadialRepeat { count } => {
+            let looked_at = copies_looked_at(modifier, content)[0];
+            return radial_isolation(count, looked_at, content.aabb);
+        }
         _ => return 0.0,
     };
     let half = content.aabb.min.abs().max(content.aabb.max.abs());
     let looked_at = copies_looked_at(modifier, content);
     (0..3)
-        .filter(|&axis| count.is_none_or(|count| count[axis] != looked_at[axis]))
-        .map(|axis| {
-            // A point looks at its own copy and at the nearest neighbour, if not at more.
-            if half[axis] <= 0.5 * spacing[axis] {
-                spacing[axis] - half[axis]
-            } else {
-                0.0
-            }
+        .filter(|&axis| match count {
+            Some(count) => count[axis] != looked_at[axis],
+            None => spacing[axis] > 0.0,
         })
+        .map(|axis| steps_away(looked_at[axis]) * spacing[axis] - half[axis])
         .fold(f32::INFINITY, f32::min)
         * 0.999
 }
@@ -262,17 +272,19 @@ mod tests {
     /// farther at least.
     #[test]
     fn copies_that_are_not_looked_at_are_isolated() {
-        for (count, near, width) in [
-            (8, 0.44, 0.1),
-            (3, 0.2, 0.3),
-            (32, 0.6, 0.02),
-            (5, 0.05, 0.03),
+        for (count, looked_at, near, width) in [
+            (8, 2, 0.44, 0.1),
+            (3, 2, 0.2, 0.3),
+            (32, 2, 0.6, 0.02),
+            (5, 2, 0.05, 0.03),
+            (16, 5, 0.3, 0.15),
+            (40, 7, 0.3, 0.12),
         ] {
             let content = Aabb::new(
                 Vec3::new(near, -0.2, -width),
                 Vec3::new(near + 0.3, 0.2, width),
             );
-            let isolation = radial_isolation(count, content);
+            let isolation = radial_isolation(count, looked_at, content);
             assert!(isolation > 0.0, "{count}");
             let step = TAU / count as f32;
             let mut least = f32::INFINITY;
@@ -280,7 +292,9 @@ mod tests {
                 for k in 0..=100 {
                     let r = 2.0 * near * (i as f32 / 100.0);
                     let angle = 0.5 * step * (k as f32 / 100.0);
-                    for copy in (2..count).map(|copy| copy as f32) {
+                    let side = looked_at / 2;
+                    let last = count - (looked_at - 1) / 2;
+                    for copy in (side + 1..last).map(|copy| copy as f32) {
                         let turned = angle - copy * step;
                         let p = Vec3::new(r * turned.cos(), 0.0, r * turned.sin());
                         least = least.min(p.distance(p.clamp(content.min, content.max)));
@@ -292,8 +306,8 @@ mod tests {
         }
         // A box around the axis, or wider than its sector, tells nothing.
         let around = Aabb::centered(Vec3::ONE);
-        assert_eq!(radial_isolation(4, around), 0.0);
+        assert_eq!(radial_isolation(4, 2, around), 0.0);
         let wide = Aabb::new(Vec3::new(0.1, -0.1, -1.0), Vec3::new(0.2, 0.1, 1.0));
-        assert_eq!(radial_isolation(4, wide), 0.0);
+        assert_eq!(radial_isolation(32, 5, wide), 0.0);
     }
 }

@@ -23,6 +23,7 @@ use crate::volume::{Kind, STAGING_BYTES, extent, read_table, texture_of};
 use crate::{Gpu, GpuError, GpuField, GpuVolume};
 use argil_abi::{self as abi, Volume as Words};
 use argil_field::Program;
+use argil_math::Control;
 use argil_volume::{Bits, BrickLayout, Bricks, Texels, empty_word, is_brick};
 use std::collections::BTreeSet;
 
@@ -116,6 +117,20 @@ impl GpuVolume {
         measures: BrickLayout,
         budget: Option<u64>,
     ) -> Result<(Self, StagesMs), GpuError> {
+        Self::bricks_controlled(field, program, measures, budget, &Control::default()).await
+    }
+
+    /// [`GpuVolume::bricks`], which can be stopped and tells how far it is: the stage "blocks".
+    ///
+    /// # Errors
+    /// As there, and if it was cancelled.
+    pub async fn bricks_controlled(
+        field: &GpuField,
+        program: &Program,
+        measures: BrickLayout,
+        budget: Option<u64>,
+        control: &Control,
+    ) -> Result<(Self, StagesMs), GpuError> {
         let budget = budget.unwrap_or(u64::MAX);
         let mut build = Build::new(field, program, measures, budget)?;
         let guess = build.guess();
@@ -145,7 +160,7 @@ impl GpuVolume {
         check(&build, room, mixed_room.min(1))?;
         let mut stages = StagesMs::new();
         loop {
-            let (texture, took) = build.run(room, mixed_room).await?;
+            let (texture, took) = build.run(room, mixed_room, control).await?;
             add(&mut stages, &took);
             let [count, mixed] = build.counts().await?;
             if build.has_room_for(count, mixed) {

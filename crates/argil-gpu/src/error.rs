@@ -8,6 +8,9 @@ pub enum GpuError {
          or use --device cpu"
     )]
     None,
+    /// Somebody has [cancelled](argil_math::Control::cancel) it.
+    #[error("cancelled")]
+    Cancelled,
     /// This program has no part for GPUs.
     #[error("this program was compiled without GPUs (the feature `gpu`): use --device cpu")]
     LeftOut,

@@ -164,6 +164,20 @@ impl GpuVolume {
         match *field {}
     }
 
+    /// Sparse bricks.
+    ///
+    /// # Errors
+    /// Never.
+    pub async fn bricks_controlled(
+        field: &GpuField,
+        _: &Program,
+        _: BrickLayout,
+        _: Option<u64>,
+        _: &argil_math::Control,
+    ) -> Result<(Self, StagesMs), GpuError> {
+        match *field {}
+    }
+
     never! {
         /// Draw.
         render(&GpuField, &[Frame]) -> (Picture, f64);

@@ -233,7 +233,7 @@ pub(crate) fn lay_ground(frame: &Frame, tile: Tile, out: &mut [Hit]) {
 /// The indices of ones among zeros, eight at a look: few rays end with any one step.
 pub(crate) fn flagged(flags: &[u8]) -> impl Iterator<Item = usize> + '_ {
     flags.chunks_exact(8).enumerate().flat_map(|(word, bytes)| {
-        let mut bits = u64::from_le_bytes(bytes.try_into().unwrap_or_default());
+        let mut bits = u64::from_le_bytes(bytes.try_into().expect("eight bytes"));
         std::iter::from_fn(move || {
             let bit = (bits != 0).then(|| bits.trailing_zeros() as usize)?;
             bits &= bits - 1;

@@ -29,7 +29,7 @@ pub fn contour(lattice: &Lattice, marched: &Marched, rings: &Rings) -> Mesh {
         groups,
         spans,
     } = marched;
-    let positions: Vec<Vec3> = (0..rings.cells.len())
+    let mut positions: Vec<Vec3> = (0..rings.cells.len())
         .into_par_iter()
         .with_min_len(256)
         .map(|ring| {
@@ -68,10 +68,32 @@ pub fn contour(lattice: &Lattice, marched: &Marched, rings: &Rings) -> Mesh {
             begin = end;
         }
     }
+    part(lattice, rings, &triangles, &mut positions);
     Mesh {
         positions,
         triangles,
         ..Mesh::default()
+    }
+}
+
+/// How far vertices at one place move towards the middles of their cells, as a share of the way.
+const PARTING: f32 = 1e-3;
+
+/// Move the corners of triangles without an area apart: cells that share a corner of the solid can have their vertices at one place.
+fn part(lattice: &Lattice, rings: &Rings, triangles: &[[u32; 3]], positions: &mut [Vec3]) {
+    let area = |positions: &[Vec3], t: &[u32; 3]| {
+        let [p, q, r] = t.map(|i| positions[i as usize]);
+        (q - p).cross(r - p).length_squared()
+    };
+    let flat = triangles.iter().filter(|t| area(positions, t) == 0.0);
+    let mut corners: Vec<u32> = flat.flatten().copied().collect();
+    corners.sort_unstable();
+    corners.dedup();
+    for corner in corners {
+        let cell = rings.cells[corner as usize].as_vec3() + 0.5;
+        let middle = lattice.corner + lattice.voxel * cell;
+        let place = &mut positions[corner as usize];
+        *place = place.lerp(middle, PARTING);
     }
 }
 

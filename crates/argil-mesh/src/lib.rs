@@ -54,7 +54,7 @@ pub mod wgsl {
 
 pub use mesh::Mesh;
 pub use read::{MeshInput, bytes, from_bytes, read};
-pub use repair::{Repairs, repair};
+pub use repair::{Repairs, repair, thicken};
 pub use report::Report;
 pub use simplify::simplify;
 pub use solid::Solid;

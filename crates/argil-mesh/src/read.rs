@@ -37,6 +37,14 @@ pub enum MeshInput {
         /// What its reader says.
         reason: String,
     },
+    /// It has something that is not read.
+    #[error("{}: {what}", path.display())]
+    Unsupported {
+        /// Which.
+        path: PathBuf,
+        /// What, and what to do about it.
+        what: String,
+    },
     /// There is too much of it.
     #[error("{}: {what}", path.display())]
     TooMuch {
@@ -57,11 +65,20 @@ pub enum MeshInput {
     },
     /// No sample is inside.
     #[error(
-        "its triangles enclose nothing that {resolution} samples find: it may be flat, open or thin; give it a thickness, or take a larger resolution"
+        "its triangles enclose nothing that {resolution} samples find: it may be flat, open or thin; give it a thickness (--thickness), or take a larger resolution"
     )]
     Hollow {
         /// Samples along its longest side.
         resolution: u32,
+    },
+    /// All of it is flat, or sheets.
+    #[error(
+        "its triangles are sheets that enclose nothing: give them a thickness (--thickness, for example {})",
+        0.01 * size
+    )]
+    Sheets {
+        /// The longest side of its box.
+        size: f32,
     },
     /// No triangle has an area.
     #[error("there is no triangle with an area in it")]
@@ -115,7 +132,13 @@ pub fn from_bytes(bytes: &[u8], format: Format, path: &Path) -> Result<Mesh, Mes
         kind,
         reason,
     };
-    let mesh = found.map_err(damaged)?;
+    let mesh = found.map_err(|fault| match fault {
+        ReadFault::Damaged(reason) => damaged(reason),
+        ReadFault::Unsupported(what) => MeshInput::Unsupported {
+            path: path.into(),
+            what,
+        },
+    })?;
     if mesh.triangles.len() > MOST_TRIANGLES {
         let what = format!(
             "{} triangles, and {MOST_TRIANGLES} can be read",
@@ -133,8 +156,27 @@ pub fn from_bytes(bytes: &[u8], format: Format, path: &Path) -> Result<Mesh, Mes
     Ok(mesh)
 }
 
+/// Why bytes are no mesh.
+#[derive(Debug)]
+enum ReadFault {
+    Damaged(String),
+    Unsupported(String),
+}
+
+impl From<String> for ReadFault {
+    fn from(reason: String) -> Self {
+        Self::Damaged(reason)
+    }
+}
+
+impl From<&str> for ReadFault {
+    fn from(reason: &str) -> Self {
+        Self::Damaged(reason.into())
+    }
+}
+
 #[cfg(feature = "files")]
-fn parsed(bytes: &[u8], format: Format) -> (&'static str, Result<Mesh, String>) {
+fn parsed(bytes: &[u8], format: Format) -> (&'static str, Result<Mesh, ReadFault>) {
     match format {
         Format::Obj => ("OBJ", formats::obj(bytes)),
         Format::Glb => ("GLB", formats::glb(bytes)),
@@ -144,7 +186,7 @@ fn parsed(bytes: &[u8], format: Format) -> (&'static str, Result<Mesh, String>) 
 }
 
 #[cfg(not(feature = "files"))]
-fn parsed(_: &[u8], _: Format) -> (&'static str, Result<Mesh, String>) {
+fn parsed(_: &[u8], _: Format) -> (&'static str, Result<Mesh, ReadFault>) {
     let reason = "this program was compiled without mesh files (the feature `mesh-files`)";
-    ("mesh", Err(reason.into()))
+    ("mesh", Err(ReadFault::Unsupported(reason.into())))
 }

@@ -1,12 +1,13 @@
 //! Making a solid of whatever triangles a file holds.
 
 use crate::Mesh;
+use argil_math::Aabb;
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use std::collections::HashMap;
 
 /// What had to be done to triangles so that they enclose something.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, bytemuck::Pod, bytemuck::Zeroable)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 pub struct Repairs {
     /// Corners that stood at the same place as another.
@@ -21,6 +22,56 @@ pub struct Repairs {
     pub holes: u64,
     /// Parts that hang together.
     pub parts: u64,
+    /// Triangles that were left out for a corner that is no finite number; they are among `dropped`.
+    pub not_finite: u64,
+    /// Parts that were left out as they are flat: they enclose nothing.
+    pub sheets: u64,
+    /// The least and the greatest corner of a box around those; zeros without any.
+    pub sheet_box: [f32; 6],
+    /// The same of a box around the holes that were closed.
+    pub hole_box: [f32; 6],
+}
+
+impl Repairs {
+    /// What a user should know: what was left out or filled, and where. One sentence each.
+    pub fn warnings(&self) -> Vec<String> {
+        let held = |[a, b, c, d, e, f]: [f32; 6]| format!("[{a}, {b}, {c}] to [{d}, {e}, {f}]");
+        let mut all = Vec::new();
+        if self.not_finite > 0 {
+            all.push(format!(
+                "{} triangles were left out, as they have corners that are not finite numbers",
+                self.not_finite
+            ));
+        }
+        if self.sheets > 0 {
+            all.push(format!(
+                "{} flat parts were left out, as they enclose nothing, within {}: give them a thickness (--thickness)",
+                self.sheets,
+                held(self.sheet_box)
+            ));
+        }
+        if self.holes > 0 {
+            all.push(format!(
+                "{} holes were closed, within {}: if these are openings of thin walls, give those a thickness (--thickness)",
+                self.holes,
+                held(self.hole_box)
+            ));
+        }
+        all
+    }
+}
+
+/// A box with another in it; zeros stand for none.
+fn joined(known: [f32; 6], held: Aabb, is_first: bool) -> [f32; 6] {
+    let known = if is_first {
+        Aabb::EMPTY
+    } else {
+        Aabb::new(Vec3::from_slice(&known), Vec3::from_slice(&known[3..]))
+    };
+    let all = known.union(held);
+    let [a, b, c] = all.min.to_array();
+    let [d, e, f] = all.max.to_array();
+    [a, b, c, d, e, f]
 }
 
 /// Triangles that can be taken for the surface of a solid, and what was done to them.
@@ -33,6 +84,7 @@ pub fn repair(mesh: &Mesh) -> (Mesh, Repairs) {
     let mut repairs = Repairs::default();
     let count = mesh.triangles.len();
     let (mut mesh, welded) = weld(mesh);
+    repairs.not_finite = (count - mesh.triangles.len()) as u64;
     drop_flat(&mut mesh);
     drop_doubles(&mut mesh);
     repairs.welded = welded;
@@ -40,6 +92,7 @@ pub fn repair(mesh: &Mesh) -> (Mesh, Repairs) {
     let mut beside = neighbours(&mesh.triangles);
     let part_of = orient(&mut mesh, &mut beside, &mut repairs);
     let part_of = close(&mut mesh, &beside, part_of, &mut repairs);
+    let part_of = drop_sheets(&mut mesh, part_of, &mut repairs);
     turn_parts(&mut mesh, &part_of, &mut repairs);
     (mesh, repairs)
 }
@@ -229,6 +282,8 @@ fn close(
         }
         if at == from && ring.len() > 2 {
             cap(mesh, &ring);
+            let held = Aabb::around(ring.iter().map(|&i| mesh.positions[i as usize]));
+            repairs.hole_box = joined(repairs.hole_box, held, repairs.holes == 0);
             part_of.resize(mesh.triangles.len(), part);
             repairs.holes += 1;
         }
@@ -248,6 +303,104 @@ fn cap(mesh: &mut Mesh, ring: &[u32]) {
         mesh.triangles.push([ring[first], ring[middle], ring[last]]);
         todo.extend([(first, middle), (middle, last)]);
     }
+}
+
+/// Parts of which twice the volume over the area, the thickness of a plate, is less than this share of their size are flat.
+const FLAT: f64 = 1e-5;
+
+/// Leave out parts that enclose nothing, closed or not; the part of each triangle that is left.
+fn drop_sheets(mesh: &mut Mesh, part_of: Vec<u32>, repairs: &mut Repairs) -> Vec<u32> {
+    let count = repairs.parts as usize;
+    let (mut volumes, mut areas) = (vec![0.0f64; count], vec![0.0f64; count]);
+    let mut boxes = vec![Aabb::EMPTY; count];
+    let mut origins: Vec<Option<DVec3>> = vec![None; count];
+    for (triangle, &part) in mesh.triangles.iter().zip(&part_of) {
+        let part = part as usize;
+        let corners = triangle.map(|i| mesh.positions[i as usize]);
+        let origin = *origins[part].get_or_insert(corners[0].as_dvec3());
+        let [a, b, c] = corners.map(|corner| corner.as_dvec3() - origin);
+        volumes[part] += a.dot(b.cross(c)) / 6.0;
+        areas[part] += 0.5 * (b - a).cross(c - a).length();
+        boxes[part] = boxes[part].union(Aabb::around(corners));
+    }
+    let is_flat = |part: usize| {
+        let size = f64::from(boxes[part].size().max_element());
+        areas[part] > 0.0 && 2.0 * volumes[part].abs() < FLAT * size * areas[part]
+    };
+    let flat: Vec<bool> = (0..count).map(is_flat).collect();
+    for (part, _) in flat.iter().enumerate().filter(|(_, is_flat)| **is_flat) {
+        repairs.sheet_box = joined(repairs.sheet_box, boxes[part], repairs.sheets == 0);
+        repairs.sheets += 1;
+    }
+    if repairs.sheets == 0 {
+        return part_of;
+    }
+    let mut parts = part_of.iter();
+    mesh.triangles
+        .retain(|_| parts.next().is_none_or(|&part| !flat[part as usize]));
+    let kept = part_of.into_iter().filter(|&part| !flat[part as usize]);
+    kept.collect()
+}
+
+/// The same triangles, where parts with open edges are walls of a thickness instead: each triangle twice, half of it to either
+/// side, and joined along the edges. How many parts that were.
+pub fn thicken(mesh: &Mesh, thickness: f32) -> (Mesh, u64) {
+    let (mut mesh, _) = weld(mesh);
+    drop_flat(&mut mesh);
+    drop_doubles(&mut mesh);
+    let mut beside = neighbours(&mesh.triangles);
+    let mut repairs = Repairs::default();
+    let part_of = orient(&mut mesh, &mut beside, &mut repairs);
+    let mut is_open = vec![false; repairs.parts as usize];
+    for (across, &part) in beside.iter().zip(&part_of) {
+        is_open[part as usize] |= across.contains(&OPEN);
+    }
+    // A corner moves along the mean normal of its part's triangles, weighted by area.
+    let mut normals: HashMap<(u32, u32), Vec3> = HashMap::new();
+    let open = |part: u32| is_open[part as usize];
+    for (triangle, &part) in mesh
+        .triangles
+        .iter()
+        .zip(&part_of)
+        .filter(|(_, p)| open(**p))
+    {
+        let [a, b, c] = triangle.map(|i| mesh.positions[i as usize]);
+        for corner in triangle {
+            *normals.entry((part, *corner)).or_default() += (b - a).cross(c - a);
+        }
+    }
+    let mut out = Mesh {
+        positions: mesh.positions.clone(),
+        ..Mesh::default()
+    };
+    let mut corners: Vec<((u32, u32), Vec3)> = normals.into_iter().collect();
+    corners.sort_unstable_by_key(|(corner, _)| *corner);
+    let mut moved: HashMap<(u32, u32), [u32; 2]> = HashMap::with_capacity(corners.len());
+    for ((part, corner), normal) in corners {
+        let by = 0.5 * thickness * normal.normalize_or_zero();
+        let at = out.positions.len() as u32;
+        let from = mesh.positions[corner as usize];
+        out.positions.extend([from + by, from - by]);
+        moved.insert((part, corner), [at, at + 1]);
+    }
+    for ((triangle, across), &part) in mesh.triangles.iter().zip(&beside).zip(&part_of) {
+        if !open(part) {
+            out.triangles.push(*triangle);
+            continue;
+        }
+        let [a, b, c] = triangle.map(|corner| moved[&(part, corner)]);
+        out.triangles
+            .extend([[a[0], b[0], c[0]], [a[1], c[1], b[1]]]);
+        for ((from, to), other) in edges(*triangle).into_iter().zip(across) {
+            if [OPEN, SEVERAL].contains(other) {
+                let [from, to] = [from, to].map(|corner| moved[&(part, corner)]);
+                out.triangles
+                    .extend([[to[0], from[0], from[1]], [to[0], from[1], to[1]]]);
+            }
+        }
+    }
+    let parts = is_open.into_iter().filter(|open| *open).count() as u64;
+    (out, parts)
 }
 
 /// Turn parts over whose inside is out.

@@ -15,6 +15,7 @@ use argil_math::Aabb;
 use argil_scene::{Measure, SAMPLED_SIDE, SampledBlock, SampledGrid};
 use glam::{DVec3, UVec3, Vec3};
 use multiversion::multiversion;
+use rayon::prelude::*;
 use std::f64::consts::TAU;
 
 /// Triangles of a leaf.
@@ -51,8 +52,8 @@ struct Node {
     radius: f32,
 }
 
-/// A solid whose surface is made of triangles.
-pub struct Solid {
+/// A tree of boxes over triangles.
+struct Tree {
     nodes: Vec<Node>,
     leaves: Vec<Leaf>,
     corners: Vec<[Vec3; 3]>,
@@ -60,6 +61,14 @@ pub struct Solid {
     begins: Vec<(u32, u32)>,
     /// The box around each leaf.
     boxes: Vec<[Vec3; 2]>,
+}
+
+/// A solid whose surface is made of triangles.
+pub struct Solid {
+    /// The triangles that are between inside and outside.
+    surface: Tree,
+    /// All of them, which tell what is inside, where some are not of the surface: parts that lie within others.
+    all: Option<Tree>,
     aabb: Aabb,
     repairs: Repairs,
 }
@@ -72,7 +81,17 @@ impl Solid {
     pub fn new(mesh: &Mesh) -> Result<Self, MeshInput> {
         let (mesh, repairs) = repair(mesh);
         if mesh.triangles.is_empty() {
-            return Err(MeshInput::Nothing);
+            let held = Aabb::around([
+                Vec3::from_slice(&repairs.sheet_box),
+                Vec3::from_slice(&repairs.sheet_box[3..]),
+            ]);
+            return Err(if repairs.sheets > 0 {
+                MeshInput::Sheets {
+                    size: held.size().max_element(),
+                }
+            } else {
+                MeshInput::Nothing
+            });
         }
         let bounds = mesh.aabb();
         let size = bounds.size().max_element();
@@ -80,17 +99,27 @@ impl Solid {
         if !(SHORTEST..=LONGEST).contains(&size) || away > LONGEST {
             return Err(MeshInput::Extent { size, away });
         }
-        let mut solid = Self {
-            nodes: Vec::new(),
-            leaves: Vec::new(),
-            corners: (0..mesh.triangles.len()).map(|i| mesh.corners(i)).collect(),
-            begins: Vec::new(),
-            boxes: Vec::new(),
+        let mut tree = Tree::new((0..mesh.triangles.len()).map(|i| mesh.corners(i)).collect());
+        let mut all = None;
+        // Parts can lie within others, or reach into them.
+        if repairs.parts > 1 {
+            let reach = 1e-5 * size;
+            let outer: Vec<[Vec3; 3]> = tree
+                .corners
+                .par_iter()
+                .filter(|corners| tree.is_surface(corners, reach))
+                .copied()
+                .collect();
+            if !outer.is_empty() && outer.len() < tree.corners.len() {
+                all = Some(std::mem::replace(&mut tree, Tree::new(outer)));
+            }
+        }
+        Ok(Self {
+            surface: tree,
+            all,
             aabb: mesh.aabb(),
             repairs,
-        };
-        solid.build();
-        Ok(solid)
+        })
     }
 
     /// The box around it.
@@ -105,12 +134,96 @@ impl Solid {
 
     /// Triangles, those that close holes included.
     pub fn triangles(&self) -> usize {
-        self.corners.len()
+        self.all.as_ref().unwrap_or(&self.surface).corners.len()
+    }
+
+    /// How often the surface winds around a point.
+    pub fn winding(&self, p: Vec3) -> f64 {
+        self.all.as_ref().unwrap_or(&self.surface).winding(p)
+    }
+
+    /// The signed distance at a point.
+    pub fn distance(&self, p: Vec3) -> f32 {
+        let mut out = [0.0];
+        self.distances(&[p], &mut out);
+        out[0]
+    }
+
+    /// The signed distances of points; the nearer each is to the one before, the faster.
+    ///
+    /// # Panics
+    /// If there is no place for each.
+    pub fn distances(&self, points: &[Vec3], out: &mut [f32]) {
+        assert_eq!(points.len(), out.len(), "a distance for each point");
+        measure(self, points, out);
+    }
+
+    #[inline(always)]
+    fn measure(&self, points: &[Vec3], out: &mut [f32]) {
+        let mut stack = Vec::with_capacity(64);
+        let mut before: Option<(Vec3, f32)> = None;
+        let mut leaf = 0;
+        for (&p, out) in points.iter().zip(out) {
+            let way = before.map_or(f32::INFINITY, |(q, _)| p.distance(q));
+            let (d, near) = self.surface.nearest(p, leaf, &mut stack);
+            leaf = near;
+            let is_in = match before {
+                // Both lie in balls that no surface is in, and those touch.
+                Some((_, last)) if last.abs() + d > way * 1.0001 => last < 0.0,
+                _ => self.winding(p) > 0.5,
+            };
+            *out = if is_in { -d } else { d };
+            before = Some((p, *out));
+        }
+    }
+
+    /// Its distances in a box with room around it, `resolution` samples along the longest side of its own box.
+    ///
+    /// # Errors
+    /// If no sample is inside.
+    pub fn sample(&self, resolution: u32) -> Result<SampledGrid, MeshInput> {
+        let spacing = self.aabb.size().max_element().max(1e-6) / resolution as f32;
+        let cell = spacing * SAMPLED_SIDE as f32;
+        let region = self.aabb.grown(2.0 * spacing);
+        let cells = (region.size() / cell).ceil().as_uvec3().max(UVec3::ONE);
+        let corner = region.center() - 0.5 * cell * cells.as_vec3();
+        let grid = SampledGrid::sample(corner, cell, cells, self.aabb, self);
+        if grid.has_inside() {
+            Ok(grid)
+        } else {
+            Err(MeshInput::Hollow { resolution })
+        }
+    }
+}
+
+impl Tree {
+    fn new(corners: Vec<[Vec3; 3]>) -> Self {
+        let mut tree = Self {
+            nodes: vec![placeholder()],
+            leaves: Vec::new(),
+            corners,
+            begins: Vec::new(),
+            boxes: Vec::new(),
+        };
+        tree.build();
+        tree
+    }
+
+    /// Whether a triangle may be between inside and outside: it is not where both of its sides are in or out, in its middle and near
+    /// its corners.
+    fn is_surface(&self, corners: &[Vec3; 3], reach: f32) -> bool {
+        let [a, b, c] = *corners;
+        let middle = (a + b + c) / 3.0;
+        let normal = reach * (b - a).cross(c - a).normalize_or_zero();
+        let places = [middle, a, b, c].map(|corner| corner.lerp(middle, 0.1));
+        places.into_iter().any(|p| {
+            let is_in = |p: Vec3| self.winding(p) > 0.5;
+            is_in(p - normal) != is_in(p + normal)
+        })
     }
 
     fn build(&mut self) {
         let mut corners = std::mem::take(&mut self.corners);
-        self.nodes.push(placeholder());
         let mut todo = vec![(0usize, 0usize, corners.len())];
         while let Some((at, begin, end)) = todo.pop() {
             let own = &mut corners[begin..end];
@@ -179,8 +292,8 @@ impl Solid {
         (best, at_best)
     }
 
-    /// How often the surface winds around a point.
-    pub fn winding(&self, p: Vec3) -> f64 {
+    /// How often the triangles wind around a point.
+    fn winding(&self, p: Vec3) -> f64 {
         let mut turns = 0.0;
         let mut stack = [0u32; 96];
         let mut top = 1;
@@ -217,59 +330,6 @@ impl Solid {
         }
         turns / (2.0 * TAU)
     }
-
-    /// The signed distance at a point.
-    pub fn distance(&self, p: Vec3) -> f32 {
-        let mut out = [0.0];
-        self.distances(&[p], &mut out);
-        out[0]
-    }
-
-    /// The signed distances of points; the nearer each is to the one before, the faster.
-    ///
-    /// # Panics
-    /// If there is no place for each.
-    pub fn distances(&self, points: &[Vec3], out: &mut [f32]) {
-        assert_eq!(points.len(), out.len(), "a distance for each point");
-        measure(self, points, out);
-    }
-
-    #[inline(always)]
-    fn measure(&self, points: &[Vec3], out: &mut [f32]) {
-        let mut stack = Vec::with_capacity(64);
-        let mut before: Option<(Vec3, f32)> = None;
-        let mut leaf = 0;
-        for (&p, out) in points.iter().zip(out) {
-            let way = before.map_or(f32::INFINITY, |(q, _)| p.distance(q));
-            let (d, near) = self.nearest(p, leaf, &mut stack);
-            leaf = near;
-            let is_in = match before {
-                // Both lie in balls that no surface is in, and those touch.
-                Some((_, last)) if last.abs() + d > way * 1.0001 => last < 0.0,
-                _ => self.winding(p) > 0.5,
-            };
-            *out = if is_in { -d } else { d };
-            before = Some((p, *out));
-        }
-    }
-
-    /// Its distances in a box with room around it, `resolution` samples along the longest side of its own box.
-    ///
-    /// # Errors
-    /// If no sample is inside.
-    pub fn sample(&self, resolution: u32) -> Result<SampledGrid, MeshInput> {
-        let spacing = self.aabb.size().max_element().max(1e-6) / resolution as f32;
-        let cell = spacing * SAMPLED_SIDE as f32;
-        let region = self.aabb.grown(2.0 * spacing);
-        let cells = (region.size() / cell).ceil().as_uvec3().max(UVec3::ONE);
-        let corner = region.center() - 0.5 * cell * cells.as_vec3();
-        let grid = SampledGrid::sample(corner, cell, cells, self.aabb, self);
-        if grid.has_inside() {
-            Ok(grid)
-        } else {
-            Err(MeshInput::Hollow { resolution })
-        }
-    }
 }
 
 impl Measure for Solid {
@@ -278,7 +338,7 @@ impl Measure for Solid {
     }
 
     fn length(&self, point: Vec3) -> f32 {
-        self.nearest(point, 0, &mut Vec::new()).0
+        self.surface.nearest(point, 0, &mut Vec::new()).0
     }
 
     fn block(&self, block: &SampledBlock, out: &mut [f32]) {

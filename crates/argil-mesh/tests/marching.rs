@@ -299,3 +299,31 @@ fn normals_at_creases_are_turned_outwards() {
     exact::outwards(&mut marched);
     assert_eq!((against(&marched), lengths(&marched)), (0, before));
 }
+
+/// Cells that share a corner of the solid have their vertices apart: no triangle is without an area, and the surface is closed.
+#[test]
+fn dual_meshes_have_no_flat_triangles() {
+    for resolution in [20, 32, 33, 48] {
+        for blend in [0.0, 0.05] {
+            let mut scene = Scene::new();
+            for (half, at) in [
+                ([0.5, 0.25, 0.5], [0.0; 3]),
+                ([0.25, 0.5, 0.25], [0.25, 0.25, 0.0]),
+                ([0.125, 0.125, 0.5], [-0.5, 0.25, 0.25]),
+            ] {
+                let brush = Brush::new(Shape::cuboid(half)).at(at).blend(blend);
+                scene.push(brush).expect("a brush");
+            }
+            let program = Program::lower(&scene).expect("a program");
+            let lattice = Lattice::holding(program.aabb(), None, resolution).expect("a lattice");
+            let layout = BrickLayout::new(lattice, &BrickSettings::default()).expect("a layout");
+            let (bricks, lists, _) =
+                Bricks::bake_with_lists(&program, layout, None).expect("bricks");
+            let (mut marched, rings) = bricks::march_with_rings(&bricks);
+            exact::refine(&program, &lists, &mut marched);
+            let report = Report::of(&dual::contour(&lattice, &marched, &rings));
+            assert!(report.is_watertight(), "{resolution}: {report:?}");
+            assert_eq!(report.degenerate, 0, "{resolution}, {blend}: {report:?}");
+        }
+    }
+}

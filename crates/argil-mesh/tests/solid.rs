@@ -2,7 +2,9 @@
 
 use argil_field::{Grid, Program};
 use argil_mesh::marching::dense;
-use argil_mesh::{Format, Mesh, MeshInput, Report, Solid, WriteOptions, from_bytes, repair, write};
+use argil_mesh::{
+    Format, Mesh, MeshInput, Report, Solid, WriteOptions, from_bytes, repair, thicken, write,
+};
 use argil_scene::{Brush, Measure, MeshGrid, SampledBlock, Scene, Shape};
 use glam::Vec3;
 use std::path::Path;
@@ -434,8 +436,36 @@ fn what_encloses_nothing_or_cannot_be_measured_is_told() {
         triangles: vec![[0, 1, 2], [0, 2, 3]],
         ..Mesh::default()
     };
-    let flat = Solid::new(&square).expect("triangles").sample(64);
-    assert!(matches!(flat, Err(MeshInput::Hollow { resolution: 64 })));
+    assert!(matches!(
+        Solid::new(&square),
+        Err(MeshInput::Sheets { size: 1.0 })
+    ));
+    // A sheet beside a solid is left out, and told; with a thickness it is a wall.
+    let mut both = mesh(30);
+    let base = both.positions.len() as u32;
+    let moved = square.positions.iter().map(|p| *p + 2.0 * Vec3::Y);
+    both.positions.extend(moved);
+    let sheet = square.triangles.iter().map(|t| t.map(|i| base + i));
+    both.triangles.extend(sheet);
+    let solid = Solid::new(&both).expect("a solid");
+    assert_eq!(solid.repairs().sheets, 1);
+    assert_eq!(solid.repairs().sheet_box, [0.0, 2.0, 0.0, 1.0, 3.0, 0.0]);
+    assert!(solid.distance(Vec3::new(0.5, 2.5, 0.0)) > 1.0);
+    assert!(solid.repairs().warnings()[0].contains("[0, 2, 0] to [1, 3, 0]"));
+    let (walls, parts) = thicken(&both, 0.1);
+    assert_eq!(parts, 1);
+    assert!(Report::of(&walls).is_watertight());
+    let solid = Solid::new(&walls).expect("a solid");
+    assert_eq!((solid.repairs().sheets, solid.repairs().holes), (0, 0));
+    let d = solid.distance(Vec3::new(0.5, 2.5, 0.0));
+    assert!((d + 0.05).abs() < 1e-4, "{d}");
+    // Corners that are no numbers are counted.
+    let mut odd = mesh(20);
+    let triangles = odd.triangles.iter().filter(|t| t.contains(&7)).count() as u64;
+    odd.positions[7].y = f32::NAN;
+    let solid = Solid::new(&odd).expect("a solid");
+    assert_eq!(solid.repairs().not_finite, triangles);
+    assert!(solid.repairs().warnings()[0].contains("not finite"));
     for scale in [1e-30, 1e-6, 1e7, 1e30, 3e38] {
         let mut scaled = mesh(20);
         scaled.positions.iter_mut().for_each(|p| *p *= scale);
@@ -452,4 +482,82 @@ fn what_encloses_nothing_or_cannot_be_measured_is_told() {
     let mut away = mesh(20);
     away.positions.iter_mut().for_each(|p| p.x += 1e6);
     assert!(matches!(Solid::new(&away), Err(MeshInput::Extent { .. })));
+}
+
+/// A part within another leaves nothing in the distances, as it is no surface of the solid.
+#[test]
+fn nested_and_overlapping_parts_are_one_solid() {
+    let sphere = |radius: f32, at: Vec3| {
+        let n = 40;
+        let grid = Grid::spanning(Vec3::splat(-1.2), Vec3::splat(1.2), n);
+        let place = |i: u32, axis: usize| grid.min[axis] + grid.spacing[axis] * i as f32;
+        let d: Vec<f32> = (0..n.pow(3))
+            .map(|i| {
+                let p = Vec3::new(place(i % n, 0), place(i / n % n, 1), place(i / n / n, 2));
+                p.length() - radius
+            })
+            .collect();
+        let mut mesh = dense::march(&d, &grid, 0.0, false);
+        mesh.positions.iter_mut().for_each(|p| *p += at);
+        mesh
+    };
+    let both = |one: Mesh, other: Mesh| {
+        let base = one.positions.len() as u32;
+        let more = other.triangles.iter().map(|t| t.map(|i| base + i));
+        Mesh {
+            positions: [one.positions, other.positions].concat(),
+            triangles: one.triangles.iter().copied().chain(more).collect(),
+            ..Mesh::default()
+        }
+    };
+    let nested = both(sphere(1.0, Vec3::ZERO), sphere(0.5, Vec3::ZERO));
+    let solid = Solid::new(&nested).expect("a solid");
+    for (p, expected) in [(0.0, -1.0), (0.4, -0.6), (0.6, -0.4), (1.5, 0.5)] {
+        let d = solid.distance(p * Vec3::X);
+        assert!((d - expected).abs() < 0.01, "{p}: {d}");
+    }
+    let crossing = both(sphere(0.8, Vec3::ZERO), sphere(0.8, 0.8 * Vec3::X));
+    let solid = Solid::new(&crossing).expect("a solid");
+    // From the middle of the first, the second's sheet was the nearest before.
+    for (p, expected) in [(Vec3::ZERO, -0.8), (Vec3::new(0.3, 0.0, 0.0), -0.747)] {
+        let d = solid.distance(p);
+        assert!((d - expected).abs() < 0.06, "{p}: {d}");
+    }
+    // A cavity stays one.
+    let mut inner = sphere(0.5, Vec3::ZERO);
+    inner.triangles.iter_mut().for_each(|t| t.swap(1, 2));
+    let hollow = Solid::new(&both(sphere(1.0, Vec3::ZERO), inner)).expect("a solid");
+    assert!((hollow.distance(Vec3::ZERO) - 0.5).abs() < 0.01);
+    assert!((hollow.distance(0.75 * Vec3::X) + 0.25).abs() < 0.01);
+}
+
+/// Strips and fans are triangles, and what is compressed is refused by its name.
+#[test]
+fn strips_are_read_and_compressed_files_are_named() {
+    let strips = "ply\nformat ascii 1.0\nelement vertex 5\nproperty float x\nproperty float y\nproperty float z\n\
+        element tristrips 1\nproperty list int int vertex_indices\nend_header\n\
+        0 0 0\n1 0 0\n0 1 0\n1 1 0\n0 0 1\n8 0 1 2 3 -1 0 2 4\n";
+    let mesh = from_bytes(strips.as_bytes(), Format::Ply, Path::new("strips.ply")).expect("a mesh");
+    assert_eq!(mesh.triangles, [[0, 1, 2], [2, 1, 3], [0, 2, 4]]);
+    let bad = from_bytes(
+        b"v 0 0 0\nv 1 x 0\nf 1 2 3\n",
+        Format::Obj,
+        Path::new("bad.obj"),
+    );
+    let text = bad.expect_err("a fault").to_string();
+    assert!(text.contains("line 2"), "{text}");
+    let json = r#"{"asset":{"version":"2.0"},"extensionsUsed":["KHR_draco_mesh_compression"],"extensionsRequired":["KHR_draco_mesh_compression"]}  "#;
+    let json = &json.as_bytes()[..json.len() / 4 * 4];
+    let mut glb = b"glTF\x02\0\0\0".to_vec();
+    glb.extend((20 + json.len() as u32).to_le_bytes());
+    glb.extend((json.len() as u32).to_le_bytes());
+    glb.extend(b"JSON");
+    glb.extend(json);
+    let text = from_bytes(&glb, Format::Glb, Path::new("a.glb"))
+        .expect_err("a fault")
+        .to_string();
+    assert!(
+        text.contains("Draco") && !text.contains("damaged"),
+        "{text}"
+    );
 }

@@ -1,9 +1,11 @@
 //! Edits, their undoing, and the boxes they make dirty.
 
 use crate::extent::Extents;
+use crate::history::{Step, is_covered};
 use crate::influence::influence;
 use crate::scene::pose_of;
-use crate::{Body, Entry, Fault, Material, Modifier, Node, NodeId, Scene};
+use crate::transform::push_transform;
+use crate::{Body, Entry, Fault, HistoryLimit, Material, Modifier, Node, NodeId, Scene};
 use argil_math::Aabb;
 
 /// A change of a scene that can be undone.
@@ -46,7 +48,8 @@ pub enum Edit {
         /// Whether it takes part.
         visible: bool,
     },
-    /// Translate, rotate or scale a node once more. A second translation in a row adds to the first.
+    /// Translate, rotate or scale a node once more. Translations in a row add up, and so do rotations about one axis; more than six
+    /// transforms in a row become a scale, a rotation and a translation that do the same.
     Transform {
         /// Which.
         node: NodeId,
@@ -119,7 +122,7 @@ impl Change {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum EditError {
-    /// The node is not in the scene now.
+    /// The node is not in the scene now, or is of another scene.
     #[error("node {0:?} is not in the scene")]
     NoSuchNode(NodeId),
     /// Something was to be put into a brush.
@@ -163,94 +166,6 @@ pub enum EditError {
     Fault(#[from] Fault),
 }
 
-/// A step that can be taken either way.
-#[derive(Clone, Debug)]
-enum Step {
-    Attach {
-        node: NodeId,
-        parent: NodeId,
-        index: usize,
-    },
-    Detach {
-        node: NodeId,
-    },
-    Set {
-        node: NodeId,
-        entry: Entry,
-    },
-    Move {
-        node: NodeId,
-        parent: NodeId,
-        index: usize,
-    },
-    SetMaterial {
-        name: String,
-        material: Option<Material>,
-    },
-}
-
-#[derive(Clone, Debug, Default)]
-pub(crate) struct History {
-    undo: Vec<Vec<Step>>,
-    redo: Vec<Vec<Step>>,
-    /// Whether edits join the step before them.
-    is_stroke: bool,
-    changes: Vec<Change>,
-    /// Changes before those that are forgotten.
-    forgotten: usize,
-}
-
-impl History {
-    /// The entries that undo and redo would bring back.
-    pub fn entries(&mut self) -> impl Iterator<Item = &mut Entry> {
-        let all = self.undo.iter_mut().chain(&mut self.redo).flatten();
-        all.filter_map(|step| match step {
-            Step::Set { entry, .. } => Some(entry),
-            _ => None,
-        })
-    }
-}
-
-/// Whether undoing `before` makes up for `step` too: both set the same node.
-fn is_covered(before: Option<&Step>, step: &Step) -> bool {
-    match (before, step) {
-        (Some(Step::Set { node: a, .. }), Step::Set { node: b, .. }) => a == b,
-        (Some(Step::SetMaterial { name: a, .. }), Step::SetMaterial { name: b, .. }) => a == b,
-        _ => false,
-    }
-}
-
-/// Changes that a scene keeps for those who follow it; of more the older half is forgotten.
-const MOST_CHANGES: usize = 1 << 14;
-
-impl History {
-    /// Take note of a change.
-    pub fn note(&mut self, change: Change) {
-        if self.changes.len() >= MOST_CHANGES {
-            self.changes.drain(..MOST_CHANGES / 2);
-            self.forgotten += MOST_CHANGES / 2;
-        }
-        self.changes.push(change);
-    }
-
-    /// Keep the last so many steps.
-    pub fn forget(&mut self, keep: usize) {
-        let steps = self.undo.len().saturating_sub(keep);
-        self.undo.drain(..steps);
-        self.redo.clear();
-    }
-
-    /// How many changes there were.
-    pub fn count(&self) -> usize {
-        self.forgotten + self.changes.len()
-    }
-
-    /// Those after so many.
-    pub fn since(&self, count: usize) -> Option<&[Change]> {
-        self.changes.get(count.checked_sub(self.forgotten)?..)
-    }
-}
-
 impl Scene {
     /// Put a brush or an empty group at the end of the scene.
     pub fn push(&mut self, entry: impl Into<Entry>) -> Result<Edited, EditError> {
@@ -264,8 +179,7 @@ impl Scene {
         entry: impl Into<Entry>,
     ) -> Result<Edited, EditError> {
         let index = self
-            .nodes
-            .get(parent.index())
+            .get(parent)
             .ok_or(EditError::NoSuchNode(parent))?
             .children
             .len();
@@ -282,11 +196,16 @@ impl Scene {
         let (edited, inverse) = self.take(step);
         let history = &mut self.history;
         history.redo.clear();
+        let added = inverse.bytes();
         match history.undo.last_mut().filter(|_| history.is_stroke) {
             // Of what a stroke changes again and again, what there was at first is enough.
-            Some(stroke) if is_covered(stroke.last(), &inverse) => {}
+            Some(stroke) if is_covered(stroke.last(), &inverse) => return Ok(edited),
             Some(stroke) => stroke.push(inverse),
             None => history.undo.push(vec![inverse]),
+        }
+        if history.is_over_limit(added) {
+            let steps = history.steps_within_limit();
+            self.drop_history(steps);
         }
         Ok(edited)
     }
@@ -314,6 +233,65 @@ impl Scene {
     /// How many steps can be undone, and how many redone.
     pub fn history_lengths(&self) -> [usize; 2] {
         [self.history.undo.len(), self.history.redo.len()]
+    }
+
+    /// Sets how much of the history is kept from now on: the oldest steps are dropped first, and the newest always stays.
+    pub fn set_history_limit(&mut self, limit: HistoryLimit) {
+        self.end_stroke();
+        let steps = self.history.set_limit(limit);
+        if steps < self.history.undo.len() {
+            self.drop_history(steps);
+        }
+    }
+
+    /// Forget all but the last so many steps that can be undone, and what could be redone: what they held is free then.
+    pub fn forget_history(&mut self, keep: usize) {
+        self.end_stroke();
+        self.history.redo.clear();
+        self.drop_history(keep);
+    }
+
+    /// Drops all but the last steps, and the contents of removed nodes that nothing can bring back.
+    fn drop_history(&mut self, keep: usize) {
+        self.history.keep(keep);
+        let mut is_needed = vec![false; self.nodes.len()];
+        let held = self.history.held_nodes().collect::<Vec<_>>();
+        for root in held.into_iter().chain([Self::ROOT]) {
+            let nodes: Vec<NodeId> = self.walk_from(root).collect();
+            nodes.iter().for_each(|node| is_needed[node.index()] = true);
+        }
+        for (node, _) in self.nodes.iter_mut().zip(is_needed).filter(|(_, n)| !n) {
+            *node = Node::gone();
+        }
+    }
+
+    /// Where the history is, to come back to it with [`Scene::revert_to`].
+    pub fn history_mark(&self) -> [usize; 2] {
+        let undo = &self.history.undo;
+        [undo.len(), undo.last().map_or(0, Vec::len)]
+    }
+
+    /// Takes back what was done since a [mark](Scene::history_mark), as if it had never been: it cannot be redone. Of a stroke
+    /// that has only changed a node again, the node comes to be as it was before the stroke.
+    pub fn revert_to(&mut self, [steps, parts]: [usize; 2]) {
+        let mut is_reverted = false;
+        while self.history.undo.len() > steps {
+            self.history.is_stroke = false;
+            for step in self.history.undo.pop().into_iter().flatten().rev() {
+                self.take(step);
+            }
+            is_reverted = true;
+        }
+        while let Some(stroke) = self.history.undo.last_mut()
+            && (stroke.len() > parts || !is_reverted)
+            && let Some(step) = stroke.pop()
+        {
+            self.take(step);
+            is_reverted = true;
+        }
+        if !self.history.is_stroke && self.history.undo.last().is_some_and(Vec::is_empty) {
+            self.history.undo.pop();
+        }
     }
 
     /// Take the last edit back. Whether there was one; [`Scene::undo_edit`] tells what changed.
@@ -370,8 +348,7 @@ impl Scene {
                 self.check_entry(&entry)?;
                 self.load(&mut entry);
                 self.check_place(parent, index)?;
-                let node = NodeId(self.nodes.len() as u32);
-                self.nodes.push(Node::new(entry, None, self.time));
+                let node = self.add_node(entry, None);
                 Step::Attach {
                     node,
                     parent,
@@ -404,11 +381,7 @@ impl Scene {
                     if id == node {
                         return Err(EditError::IntoItself(self.path(node)));
                     }
-                    at = self
-                        .nodes
-                        .get(id.index())
-                        .ok_or(EditError::NoSuchNode(id))?
-                        .parent;
+                    at = self.get(id).ok_or(EditError::NoSuchNode(id))?.parent;
                 }
                 let own_place = usize::from(self.node(node).parent == Some(parent));
                 self.check_place(parent, index + own_place)?;
@@ -434,12 +407,10 @@ impl Scene {
                     return Err(EditError::NotATransform);
                 }
                 let mut entry = self.node(node).entry.clone();
-                match (entry.modifiers.last_mut(), &by) {
-                    (Some(Modifier::Translate { by: old }), Modifier::Translate { by: more }) => {
-                        *old = std::array::from_fn(|i| old[i] + more[i]);
-                    }
-                    _ => entry.modifiers.push(by),
-                }
+                let nth = entry.modifiers.len();
+                by.check()
+                    .map_err(|fault| fault.within(&format!("modifiers[{nth}]")))?;
+                push_transform(&mut entry.modifiers, by);
                 self.check_entry(&entry)?;
                 Step::Set { node, entry }
             }
@@ -595,7 +566,7 @@ impl Scene {
         let index = siblings
             .iter()
             .rposition(|&c| c == node)
-            .unwrap_or_default();
+            .expect("a node is among its parent's children");
         siblings.remove(index);
         (parent, index)
     }
@@ -612,8 +583,7 @@ impl Scene {
         let mut at = node;
         while at != Self::ROOT {
             at = self
-                .nodes
-                .get(at.index())
+                .get(at)
                 .and_then(|n| n.parent)
                 .ok_or(EditError::NoSuchNode(node))?;
         }

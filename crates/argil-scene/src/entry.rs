@@ -32,6 +32,19 @@ pub enum Body {
     Group,
 }
 
+impl Body {
+    /// What a shape takes besides itself, but for a mesh's distances, which are shared.
+    pub(crate) fn heap_bytes(&self) -> usize {
+        match self {
+            Self::Shape(Shape::Mesh { path, .. }) => path.len(),
+            Self::Shape(Shape::Lathe { outline } | Shape::Extrusion { outline, .. }) => {
+                size_of_val(&outline.pieces[..])
+            }
+            _ => 0,
+        }
+    }
+}
+
 impl Entry {
     fn new(body: Body) -> Self {
         Self {

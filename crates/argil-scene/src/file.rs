@@ -18,6 +18,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
 pub(crate) use document::Item;
+#[cfg(feature = "schema")]
 pub use document::schema;
 
 /// The version that this program writes, and the newest that it reads.

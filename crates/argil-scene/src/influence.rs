@@ -78,7 +78,7 @@ fn grown_box(
                 let index = siblings
                     .iter()
                     .rposition(|&c| c == child)
-                    .unwrap_or_default();
+                    .expect("a node is among its parent's children");
                 let near = in_world.then_some(near);
                 later_falls(scene, extents, &siblings[index + 1..], interest, near)
             }

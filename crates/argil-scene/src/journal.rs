@@ -134,7 +134,7 @@ impl Journal {
             journal: VERSION,
             scene: scene.to_json(),
         };
-        let line = summed(&serde_json::to_string(&head).unwrap_or_default());
+        let line = summed(&serde_json::to_string(&head).expect("a head is JSON"));
         replace_file(&path, |out| out.write_all(line.as_bytes()))
             .and_then(|()| Self::open(&path, line.len() as u64))
             .map_err(|source| JournalError::Io { path, source })

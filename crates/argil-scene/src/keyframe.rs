@@ -7,11 +7,13 @@
 use crate::fault::{Fault, coordinate, not_negative, within};
 use crate::{Entry, Modifier, NodeId, Scene};
 use glam::{Quat, Vec3};
+#[cfg(feature = "schema")]
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// How a value goes from the keyframe before to this one.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Ease {
     /// By equal steps.
@@ -24,7 +26,8 @@ pub enum Ease {
 }
 
 /// A turn about an axis through the origin.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Turn {
     /// The axis; any length but 0.
@@ -34,7 +37,8 @@ pub struct Turn {
 }
 
 /// Values at a time.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Keyframe {
     /// Seconds, later than the keyframe before.

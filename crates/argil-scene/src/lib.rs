@@ -24,6 +24,7 @@ mod entry;
 mod extent;
 mod fault;
 mod file;
+mod history;
 mod import;
 mod influence;
 mod journal;
@@ -36,13 +37,17 @@ mod sampled;
 mod scene;
 mod shape;
 mod shape_check;
+mod transform;
 mod view;
 
 pub use edit::{Change, Edit, EditError, Edited};
 pub use entry::{Body, Brush, Entry, Group};
 pub use extent::{Extent, Extents};
 pub use fault::{Fault, MAX_LENGTH};
-pub use file::{FORMAT_VERSION, FileError, remove_unfinished_files, replace_file, schema};
+#[cfg(feature = "schema")]
+pub use file::schema;
+pub use file::{FORMAT_VERSION, FileError, remove_unfinished_files, replace_file};
+pub use history::HistoryLimit;
 pub use import::ImportError;
 pub use influence::{blend_reach, greatest_fall};
 pub use journal::{Journal, JournalError, Recovered};

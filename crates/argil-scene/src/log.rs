@@ -297,6 +297,6 @@ impl Scene {
                 material: *material,
             },
         };
-        serde_json::to_string(&line).unwrap_or_default()
+        serde_json::to_string(&line).expect("entries are JSON")
     }
 }

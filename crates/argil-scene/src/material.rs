@@ -1,9 +1,11 @@
 use crate::fault::{Fault, each, within};
+#[cfg(feature = "schema")]
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// What a surface looks like, in the terms of the metallic–roughness model. Colours are linear RGB.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct Material {
     /// Colour of a dielectric's body or a metal's reflection, components from 0 to 1.

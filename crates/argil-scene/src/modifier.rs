@@ -2,12 +2,14 @@ use crate::Extent;
 use crate::fault::{Fault, coordinate, each, not_negative, positive, within};
 use argil_math::Aabb;
 use glam::{DAffine3, DQuat, DVec3, Vec2, Vec3};
+#[cfg(feature = "schema")]
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// A change of a solid or of the space around it. A list of modifiers acts in its order: the first on the solid
 /// itself, the next on what that made.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(tag = "type", rename_all = "snake_case", deny_unknown_fields)]
 pub enum Modifier {
     /// Move.

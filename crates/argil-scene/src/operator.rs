@@ -1,9 +1,11 @@
 use crate::fault::{Fault, not_negative, within};
+#[cfg(feature = "schema")]
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// How a brush or group acts on what stands above it.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum OperatorKind {
     /// Add the operand.
@@ -20,7 +22,8 @@ pub enum OperatorKind {
 }
 
 /// The outline of a joint within the blend radius.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Profile {
     /// `min(a, b) − max(0, k − |a − b|)² / (4k)`, the quadratic polynomial of Inigo Quilez's "smooth minimum".

@@ -1,5 +1,6 @@
 use crate::crowd::Crowd;
-use crate::edit::{Change, History};
+use crate::edit::Change;
+use crate::history::History;
 use crate::{Body, Entry, Fault, Group, Material, SampledGrid, Shape, View};
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
@@ -7,12 +8,16 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 /// The name of a brush or group within its scene. It stays with the node through all edits, undo and redo included.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub struct NodeId(pub(crate) u32);
+pub struct NodeId {
+    index: u32,
+    /// Of the scene that made the node, and of its clones; 0 of every root. A node of another scene is told by it.
+    origin: u32,
+}
 
 impl NodeId {
     /// A number that counts up from 0 over all nodes that the scene ever held.
     pub fn index(self) -> usize {
-        self.0 as usize
+        self.index as usize
     }
 }
 
@@ -24,17 +29,30 @@ pub struct Node {
     pub(crate) posed: Option<Box<Entry>>,
     pub(crate) children: Vec<NodeId>,
     pub(crate) parent: Option<NodeId>,
+    /// See [`NodeId`].
+    origin: u32,
 }
 
+/// Of nodes that nothing can bring back.
+const GONE: u32 = u32::MAX;
+
 impl Node {
-    /// A node of its own at the scene's time.
-    pub(crate) fn new(entry: Entry, parent: Option<NodeId>, time: f32) -> Self {
-        let posed = pose_of(&entry, time);
+    /// The root of a scene.
+    fn root() -> Self {
         Self {
-            entry,
-            posed,
+            entry: Group::new().into(),
+            posed: None,
             children: Vec::new(),
-            parent,
+            parent: None,
+            origin: 0,
+        }
+    }
+
+    /// In the place of a node that nothing can bring back.
+    pub(crate) fn gone() -> Self {
+        Self {
+            origin: GONE,
+            ..Self::root()
         }
     }
 
@@ -109,12 +127,15 @@ impl Default for Scene {
 
 impl Scene {
     /// The group that holds everything.
-    pub const ROOT: NodeId = NodeId(0);
+    pub const ROOT: NodeId = NodeId {
+        index: 0,
+        origin: 0,
+    };
 
     /// A scene with nothing in it.
     pub fn new() -> Self {
         Self {
-            nodes: vec![Node::new(Group::new().into(), None, 0.0)],
+            nodes: vec![Node::root()],
             time: 0.0,
             materials: BTreeMap::new(),
             grids: BTreeMap::new(),
@@ -128,9 +149,38 @@ impl Scene {
         }
     }
 
-    /// A node by its id. Ids of another scene may panic.
+    /// A node by its id.
+    ///
+    /// # Panics
+    /// If it is a node of another scene, or its history was dropped: see [`Scene::get`].
     pub fn node(&self, id: NodeId) -> &Node {
-        &self.nodes[id.index()]
+        let node = &self.nodes[id.index()];
+        assert_eq!(node.origin, id.origin, "a node of this scene");
+        node
+    }
+
+    /// A node by its id, removed nodes included. `None` for a node of another scene.
+    pub fn get(&self, id: NodeId) -> Option<&Node> {
+        let node = self.nodes.get(id.index())?;
+        (node.origin == id.origin).then_some(node)
+    }
+
+    /// Makes a node that is not in the tree yet.
+    pub(crate) fn add_node(&mut self, entry: Entry, parent: Option<NodeId>) -> NodeId {
+        // Neither a root's nor that of nodes that are gone.
+        let origin = (self.identity.0 % u64::from(GONE - 1)) as u32 + 1;
+        let id = NodeId {
+            index: self.nodes.len() as u32,
+            origin,
+        };
+        self.nodes.push(Node {
+            posed: pose_of(&entry, self.time),
+            entry,
+            children: Vec::new(),
+            parent,
+            origin,
+        });
+        id
     }
 
     /// One more than the greatest [`NodeId::index`].
@@ -174,6 +224,25 @@ impl Scene {
         missing.sort_unstable();
         missing.dedup();
         missing
+    }
+
+    /// The meshes in the scene that have distances: path, resolution and distances of each.
+    pub fn loaded_meshes(&self) -> Vec<(&str, u32, &Arc<SampledGrid>)> {
+        let mut loaded: BTreeMap<(&str, u32), &Arc<SampledGrid>> = BTreeMap::new();
+        for id in self.walk() {
+            if let Body::Shape(Shape::Mesh {
+                path,
+                resolution,
+                grid,
+            }) = &self.node(id).entry.body
+                && let Some(grid) = &grid.0
+            {
+                loaded.insert((path, *resolution), grid);
+            }
+        }
+        let all = loaded.into_iter();
+        all.map(|((path, resolution), grid)| (path, resolution, grid))
+            .collect()
     }
 
     /// The files of all meshes.
@@ -273,12 +342,6 @@ impl Scene {
         self.history.since(count)
     }
 
-    /// Forget all but the last so many steps that can be undone, and what could be redone: what they held is free then.
-    pub fn forget_history(&mut self, keep: usize) {
-        self.end_stroke();
-        self.history.forget(keep);
-    }
-
     /// The operand of the root that a node is, or is in; `None` for the root and for what was removed.
     pub fn operand_of(&self, node: NodeId) -> Option<NodeId> {
         let mut at = node;
@@ -323,7 +386,7 @@ impl Scene {
                 .children
                 .iter()
                 .position(|&c| c == at)
-                .unwrap_or_default();
+                .expect("a node is among its parent's children");
             steps.push(format!("brushes[{index}]"));
             at = parent;
         }
@@ -333,8 +396,7 @@ impl Scene {
 
     /// Put an entry at the end of a group without a check or a step in the history.
     pub(crate) fn append(&mut self, parent: NodeId, entry: Entry) -> NodeId {
-        let id = NodeId(self.nodes.len() as u32);
-        self.nodes.push(Node::new(entry, Some(parent), self.time));
+        let id = self.add_node(entry, Some(parent));
         self.nodes[parent.index()].children.push(id);
         id
     }

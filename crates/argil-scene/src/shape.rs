@@ -1,4 +1,5 @@
 use crate::SampledGrid;
+#[cfg(feature = "schema")]
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -12,7 +13,8 @@ use std::sync::Arc;
 /// assert_eq!(shape.exactness(), Exactness::Exact);
 /// assert!(Shape::sphere(-1.0).check().is_err());
 /// ```
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(tag = "type", rename_all = "snake_case", deny_unknown_fields)]
 pub enum Shape {
     /// Ball around the origin.
@@ -242,7 +244,8 @@ fn mesh_resolution() -> u32 {
 
 /// A closed outline in 2D, of lines and quadratic Bézier curves. A line closes it where the last piece ends elsewhere
 /// than at the start. What lies inside is decided by the even-odd rule.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Outline {
     /// Where the outline starts.
@@ -252,7 +255,8 @@ pub struct Outline {
 }
 
 /// A piece of an outline: a line, or a curve where there is a control point.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Piece {
     /// Control point of a quadratic Bézier curve.

@@ -1,10 +1,12 @@
 use crate::fault::{Fault, coordinate, each, within};
 use argil_math::Aabb;
+#[cfg(feature = "schema")]
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// How a scene is meant to be looked at.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct View {
     /// Where the camera is.
@@ -21,7 +23,8 @@ pub struct View {
 }
 
 /// Where a camera stands.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Placement {
     /// Azimuth and elevation in degrees, and the distance in multiples of the radius of what is looked at.

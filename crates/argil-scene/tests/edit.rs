@@ -1,6 +1,6 @@
 //! Edits: what is refused, what can be undone, and that many of them stay quick.
 
-use argil_scene::{Body, Brush, Edit, EditError, Group, Modifier, Scene, Shape};
+use argil_scene::{Body, Brush, Edit, EditError, Group, HistoryLimit, Modifier, Scene, Shape};
 
 fn ball() -> Brush {
     Brush::new(Shape::sphere(0.5))
@@ -335,4 +335,72 @@ fn changes_are_kept_for_a_while() {
     scene.forget_history(1);
     assert_eq!(scene.history_lengths(), [1, 0]);
     assert!(scene.undo() && !scene.undo());
+}
+
+/// A history with a limit stays within it, by steps or by bytes, and frees what only it held; thousands of turns of one node
+/// stay a few modifiers.
+#[test]
+fn histories_keep_to_a_limit() {
+    let mut scene = Scene::new();
+    let ball = scene.push(Brush::new(Shape::sphere(0.5))).expect("a brush");
+    scene.set_history_limit(HistoryLimit {
+        steps: 100,
+        ..HistoryLimit::default()
+    });
+    for i in 0..2_000 {
+        let node = ball.node;
+        let by = Modifier::Rotate {
+            axis: [1.0, (i % 3) as f32, 0.0],
+            degrees: 1.0,
+        };
+        scene.apply(Edit::Transform { node, by }).expect("an edit");
+        let other = scene.push(Brush::new(Shape::sphere(0.1)).named("x".repeat(500)));
+        let node = other.expect("a brush").node;
+        scene.apply(Edit::Remove { node }).expect("an edit");
+        assert!(scene.history_lengths()[0] <= 100);
+    }
+    assert!(scene.node(ball.node).entry().modifiers.len() <= 6);
+    let steps = scene.history_lengths()[0];
+    for _ in 0..steps {
+        assert!(scene.undo());
+    }
+    assert!(!scene.undo());
+    while scene.redo() {}
+    scene.set_history_limit(HistoryLimit {
+        bytes: 10_000,
+        ..HistoryLimit::default()
+    });
+    let few = scene.history_lengths()[0];
+    assert!((1..steps).contains(&few), "{few} of {steps}");
+    let fresh = scene.clone();
+    while scene.undo() {}
+    while scene.redo() {}
+    assert!(scene == fresh);
+}
+
+/// A node of another scene is refused, and not taken for the one that has its number; clones know what there was before them.
+#[test]
+fn nodes_of_other_scenes_are_refused() {
+    let (mut one, mut other) = (Scene::new(), Scene::new());
+    let mine = one.push(ball()).expect("a brush").node;
+    let theirs = other.push(ball()).expect("a brush").node;
+    assert_eq!(mine.index(), theirs.index());
+    let remove = |node| Edit::Remove { node };
+    assert_eq!(
+        one.apply(remove(theirs)),
+        Err(EditError::NoSuchNode(theirs))
+    );
+    assert!(one.get(theirs).is_none() && one.get(mine).is_some());
+    let into = Edit::Insert {
+        parent: theirs,
+        index: 0,
+        entry: ball().into(),
+    };
+    assert!(one.apply(into).is_err());
+    let mut copy = one.clone();
+    let in_copy = copy.push(ball()).expect("a brush").node;
+    one.push(ball()).expect("a brush");
+    assert!(one.apply(remove(in_copy)).is_err());
+    assert!(copy.apply(remove(mine)).is_ok());
+    assert!(one.get(mine).is_some());
 }

@@ -66,6 +66,7 @@ fn a_scene_with_everything_survives_a_round_trip_bit_for_bit() {
     let again = parse(&text).unwrap();
     assert_eq!(scene, again);
     assert_eq!(text, again.to_json());
+    let group = again.find(&scene.path(group)).expect("the group");
     let Modifier::Translate { by } = again
         .node(again.node(group).children()[0])
         .entry()

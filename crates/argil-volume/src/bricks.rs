@@ -13,6 +13,12 @@
 //!   pool    (brick + 1)³ samples a brick, x fastest: its cells' corners, so that interpolation never leaves it
 //! ```
 //!
+//! *For readers in shaders of their own.* The word of a cell with a brick is the brick's number. Any other word is a signed distance
+//! (see [`center_of`]): no surface is nearer to the cell's centre than that. It says nothing of how far away one is: beside the
+//! surface it can be near 0, and it is never more than [`BrickLayout::far_length`]. A point of the cell that is `r` from its
+//! centre is free for `|d| − L · r`, where L is [`Bricks::lipschitz`]. Samples of a brick are distances over its band, and
+//! within it those of the field; at the band's end they are cut off. After edits, [`Bricks::take_changes`] tells what to bring over.
+//!
 //! Blocks are counted from the lattice's corner in all directions: where there is surface there are blocks, and a world that
 //! grows keeps what it has.
 //!
@@ -24,6 +30,7 @@ mod batch;
 mod block_list;
 mod build;
 mod cell_lists;
+mod changes;
 mod edit;
 mod filler;
 mod layout;
@@ -38,6 +45,7 @@ mod work;
 use crate::Texels;
 use argil_abi::BRICK_MIXED;
 use argil_field::{CELLS, Program};
+use argil_math::Control;
 use glam::{IVec3, Vec3};
 use std::ops::Range;
 
@@ -45,6 +53,7 @@ pub use batch::{Beyond, BrickSampler, Corners, Located};
 pub use block_list::{BlockList, emptied_around};
 pub use build::{BLOCK_WORDS, BrickStagesMs};
 pub use cell_lists::CellLists;
+pub use changes::BrickChanges;
 pub use edit::BrickEdit;
 pub use layout::{BLOCK_SIDE, BrickLayout, BrickSettings, BricksError};
 pub use plan::BlockPlan;
@@ -73,9 +82,17 @@ pub struct Bricks {
     /// Which brick each of those is of.
     mixed_owners: Vec<u32>,
     pool: Texels,
+    changes: changes::Noted,
 }
 
 impl Bricks {
+    /// What edits have changed since this was last called, or since the bake: what a copy elsewhere, as on a renderer's own GPU, has
+    /// to bring over. Its brick `n` is at `n · (brick + 1)³` samples of [`Bricks::pool`], its slot `n` at `64 n` of
+    /// [`Bricks::words`].
+    pub fn take_changes(&mut self) -> BrickChanges {
+        self.changes.take(self.owners.len() as u32)
+    }
+
     /// Sample a field, on rayon's current threads; what the stages took.
     ///
     /// # Errors
@@ -85,7 +102,21 @@ impl Bricks {
         layout: BrickLayout,
         budget: Option<u64>,
     ) -> Result<(Self, BrickStagesMs), BricksError> {
-        build::bake(program, layout, budget).map(|(bricks, _, stages)| (bricks, stages))
+        Self::bake_controlled(program, layout, budget, &Control::default())
+    }
+
+    /// [`Bricks::bake`], which can be stopped and tells how far it is: the stages "blocks" and "bricks".
+    ///
+    /// # Errors
+    /// As there, and if it was cancelled.
+    pub fn bake_controlled(
+        program: &Program,
+        layout: BrickLayout,
+        budget: Option<u64>,
+        control: &Control,
+    ) -> Result<(Self, BrickStagesMs), BricksError> {
+        let baked = build::bake(program, layout, budget, control);
+        baked.map(|(bricks, _, stages)| (bricks, stages))
     }
 
     /// The same, with the lists of what can matter in cells near the surface, which a bake makes anyway.
@@ -97,7 +128,7 @@ impl Bricks {
         layout: BrickLayout,
         budget: Option<u64>,
     ) -> Result<(Self, CellLists, BrickStagesMs), BricksError> {
-        build::bake(program, layout, budget)
+        build::bake(program, layout, budget, &Control::default())
     }
 
     /// From stored parts, with 64 words for each slot of the table; what is wrong with them where they do not fit one another.
@@ -166,6 +197,7 @@ impl Bricks {
         }
         Ok(Self {
             mixed_owners: pool::owners_of_mixed(&materials, &mixed),
+            changes: changes::Noted::default(),
             materials,
             mixed,
             layout,

@@ -11,6 +11,7 @@
 use crate::encoding::encode;
 use crate::{Bits, Encoding, Lattice, Sampler, Texel, Texels, fill};
 use argil_field::{Evaluator, Program};
+use argil_math::Control;
 use glam::Vec3;
 use rayon::prelude::*;
 
@@ -28,12 +29,26 @@ pub struct Dense {
 impl Dense {
     /// Sample a field on all levels, on rayon's current threads, each cell with what can matter there.
     pub fn bake(program: &Program, lattice: Lattice, encoding: Encoding, mips: bool) -> Self {
-        Self::bake_with(program, lattice, encoding, mips, true)
+        let how = (true, &Control::default());
+        Self::bake_with(program, lattice, encoding, mips, how)
+    }
+
+    /// [`Dense::bake`], which can be stopped and tells how far it is: the stage "layers". `None` if it was cancelled.
+    pub fn bake_controlled(
+        program: &Program,
+        lattice: Lattice,
+        encoding: Encoding,
+        mips: bool,
+        control: &Control,
+    ) -> Option<Self> {
+        let dense = Self::bake_with(program, lattice, encoding, mips, (true, control));
+        (!control.is_cancelled()).then_some(dense)
     }
 
     /// The same texels with nothing pruned: what pruning is held against.
     pub fn bake_whole(program: &Program, lattice: Lattice, encoding: Encoding, mips: bool) -> Self {
-        Self::bake_with(program, lattice, encoding, mips, false)
+        let how = (false, &Control::default());
+        Self::bake_with(program, lattice, encoding, mips, how)
     }
 
     fn bake_with(
@@ -41,12 +56,16 @@ impl Dense {
         lattice: Lattice,
         encoding: Encoding,
         mips: bool,
-        pruned: bool,
+        (pruned, control): (bool, &Control),
     ) -> Self {
         let levels = (0..Self::level_count(program, &lattice, &encoding, mips))
             .map(|level| match encoding.bits {
-                Bits::Eight => bake_level::<i8>(program, &lattice, &encoding, level, pruned),
-                Bits::Sixteen => bake_level::<i16>(program, &lattice, &encoding, level, pruned),
+                Bits::Eight => {
+                    bake_level::<i8>(program, &lattice, &encoding, level, (pruned, control))
+                }
+                Bits::Sixteen => {
+                    bake_level::<i16>(program, &lattice, &encoding, level, (pruned, control))
+                }
             })
             .collect();
         Self {
@@ -146,12 +165,12 @@ fn bake_level<T: Texel>(
     lattice: &Lattice,
     encoding: &Encoding,
     level: u32,
-    pruned: bool,
+    (pruned, control): (bool, &Control),
 ) -> Texels {
     let words = encoding.fill(program, lattice, level);
     let grid = lattice.grid(level);
     if pruned {
-        return fill::sample::<T>(program, &grid, &words, &|_| None);
+        return fill::sample::<T>(program, &grid, &words, &|_| None, control);
     }
     let xs = grid.coordinates(0);
     let mut texels = vec![T::default(); lattice.texel_count(level) as usize];

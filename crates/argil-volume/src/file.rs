@@ -4,6 +4,7 @@
 //!   "ARGILVOL"  version  sections  crc of header and table  size of the file
 //!   table: name, crc, offset, size of each section
 //!   DESC  what the volume is        SCEN  the scene that it was made from, as JSON
+//!   MESH  the distances of the meshes that the scene names
 //!   CODE  codes of bricks           NODE  nodes           ROWS  where each level of nodes begins
 //!   BLKS  which blocks of cells sparse bricks have: three numbers each, from the lattice's corner on
 //!   FARS  cubes of blocks that are far inside: where they begin, and their side
@@ -15,10 +16,12 @@
 //! All numbers are little-endian, sections begin at multiples of 64 bytes, checksums are CRC-32 (IEEE). A file that is
 //! read is mapped into memory: its texels are not copied. A file must not be cut short by others while it is open.
 
+mod meshes;
 mod read;
 mod write;
 
 use crate::{Bricks, Dense, Encoding, Lattice, Octree};
+pub use meshes::StoredMesh;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
@@ -42,6 +45,8 @@ pub enum Section {
     Description,
     /// The scene.
     Scene,
+    /// The scene's meshes.
+    Meshes,
     /// Codes of bricks.
     Codes,
     /// Nodes above bricks.
@@ -68,6 +73,7 @@ impl Section {
             Self::Header => *b"HEAD",
             Self::Description => *b"DESC",
             Self::Scene => *b"SCEN",
+            Self::Meshes => *b"MESH",
             Self::Codes => *b"CODE",
             Self::Nodes => *b"NODE",
             Self::Levels => *b"ROWS",
@@ -85,6 +91,7 @@ impl Section {
         [
             Self::Description,
             Self::Scene,
+            Self::Meshes,
             Self::Codes,
             Self::Nodes,
             Self::Levels,
@@ -108,6 +115,7 @@ impl fmt::Display for Section {
             Self::Header => "the header",
             Self::Description => "what the volume is",
             Self::Scene => "the scene",
+            Self::Meshes => "the scene's meshes",
             Self::Codes => "the bricks' codes",
             Self::Nodes => "the tree's nodes",
             Self::Levels => "the tree's levels",
@@ -175,6 +183,10 @@ pub enum VolumeError {
 
 /// A volume of any kind.
 #[derive(Clone, PartialEq)]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "volumes are few, and hold megabytes elsewhere"
+)]
 pub enum Volume {
     /// One texture.
     Dense(Dense),
@@ -210,9 +222,14 @@ impl Volume {
         }
     }
 
-    /// Write a file's bytes, with the scene that the volume was made from as a scene file's text.
-    pub fn write(&self, scene_json: &str, out: impl std::io::Write) -> std::io::Result<()> {
-        write::write(self, scene_json, out)
+    /// Writes a file's bytes, with the scene that the volume was made from, as a scene file's text, and the meshes that it names.
+    pub fn write(
+        &self,
+        scene_json: &str,
+        meshes: &[StoredMesh<'_>],
+        out: impl std::io::Write,
+    ) -> std::io::Result<()> {
+        write::write(self, scene_json, meshes, out)
     }
 
     /// Bytes of everything that it holds.
@@ -250,6 +267,8 @@ pub struct Stored {
     pub volume: Volume,
     /// The scene that they were sampled from, as a scene file's text; may be empty.
     pub scene_json: String,
+    /// The meshes that the scene names; none in files of version 1.
+    pub meshes: Vec<StoredMesh<'static>>,
 }
 
 impl Stored {

@@ -8,7 +8,7 @@ use crate::encoding::encode;
 use crate::{Texel, Texels};
 use argil_abi::{Fill, Instr};
 use argil_field::{CELLS, Evaluator, Grid, LANES, Program, Pruner};
-use argil_math::Aabb;
+use argil_math::{Aabb, Control};
 use glam::{UVec3, Vec3, uvec3};
 use rayon::prelude::*;
 use std::mem::take;
@@ -30,16 +30,23 @@ pub(crate) fn sample<T: Texel>(
     grid: &Grid,
     fill: &Fill,
     vacant: Vacant<'_, T>,
+    control: &Control,
 ) -> Texels {
     let size = grid.size;
     let layer = grid.layer_len();
     let mut texels = vec![T::default(); layer * size.z as usize];
+    control.begin("layers", size.z.into());
     texels
         .par_chunks_mut(layer * SIDE as usize)
         .zip((0..size.z).into_par_iter().step_by(SIDE as usize))
         .for_each_init(
             || Worker::new(program, grid, fill, vacant),
-            |worker, (slab, z)| worker.slab(slab, z),
+            |worker, (slab, z)| {
+                if !control.is_cancelled() {
+                    worker.slab(slab, z);
+                }
+                control.advance(SIDE.min(size.z - z).into());
+            },
         );
     Texels::from_vec(texels)
 }

@@ -21,6 +21,9 @@ pub enum Texels {
     },
 }
 
+/// What is asked for is what is stored: both follow the encoding's bits.
+pub(crate) const OF_THIS_TYPE: &str = "texels of the encoding's type";
+
 impl Texels {
     /// The texels' bytes, little-endian.
     pub fn bytes(&self) -> &[u8] {
@@ -59,12 +62,15 @@ impl Texels {
         }
     }
 
-    /// The texels, copied if they are in a file; none where they are of another type.
+    /// The texels, copied if they are in a file.
+    ///
+    /// # Panics
+    /// If they are of another type.
     pub(crate) fn into_vec<T: Texel>(self) -> Vec<T> {
         match self {
-            Self::Eight(all) => bytemuck::allocation::try_cast_vec(all).unwrap_or_default(),
-            Self::Sixteen(all) => bytemuck::allocation::try_cast_vec(all).unwrap_or_default(),
-            Self::Mapped { .. } => self.of::<T>().map(<[T]>::to_vec).unwrap_or_default(),
+            Self::Eight(all) => bytemuck::allocation::cast_vec(all),
+            Self::Sixteen(all) => bytemuck::allocation::cast_vec(all),
+            Self::Mapped { .. } => self.of::<T>().expect(OF_THIS_TYPE).to_vec(),
         }
     }
 

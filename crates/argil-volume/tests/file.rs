@@ -1,11 +1,24 @@
 //! Volume files: round trips, and everything that can be wrong with one.
 
 use argil_field::Program;
+use argil_math::Aabb;
 use argil_scene::{Brush, Scene, Shape};
 use argil_volume::{
     Bits, BrickLayout, BrickSettings, Bricks, Dense, Encoding, Lattice, Layout, Octree,
-    OctreeSettings, Range, Section, Stored, Volume, VolumeError,
+    OctreeSettings, Range, Section, Stored, StoredMesh, Volume, VolumeError,
 };
+use glam::Vec3;
+
+/// Whatever is in them: a path whose length is no multiple of 4, and one without words.
+fn meshes() -> Vec<StoredMesh<'static>> {
+    let mesh = |path: &'static str, words: Vec<f32>| StoredMesh {
+        path: path.into(),
+        resolution: 7,
+        solid: Aabb::centered(Vec3::splat(0.5)),
+        words: words.into(),
+    };
+    vec![mesh("a/tée.obj", vec![1.0, -2.5]), mesh("b.ply", vec![])]
+}
 
 const SCENE: &str = "{\"argil\": 1, \"brushes\": []}";
 
@@ -52,7 +65,9 @@ fn volumes() -> Vec<Volume> {
 
 fn bytes_of(volume: &Volume) -> Vec<u8> {
     let mut bytes = Vec::new();
-    volume.write(SCENE, &mut bytes).expect("a vector takes all");
+    volume
+        .write(SCENE, &meshes(), &mut bytes)
+        .expect("a vector takes all");
     bytes
 }
 
@@ -69,6 +84,7 @@ fn volumes_survive_a_round_trip_bit_for_bit() {
         for stored in [mapped, copied] {
             assert!(stored.volume == volume);
             assert_eq!(stored.scene_json, SCENE);
+            assert_eq!(stored.meshes, meshes());
             // What is read can be written again, and is the same file.
             assert!(bytes_of(&stored.volume) == bytes);
         }

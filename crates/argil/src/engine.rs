@@ -1,5 +1,5 @@
 use crate::wait::wait;
-use crate::{BuildError, EngineError, Scene, Stored, VolumeFileError, World};
+use crate::{BuildError, Control, EngineError, Scene, Stored, VolumeFileError, World};
 use argil_gpu::{DeviceInfo, DeviceKind, Gpu};
 use std::sync::Arc;
 
@@ -20,6 +20,7 @@ pub enum Backend {
 pub struct Engine {
     pub(crate) gpu: Option<Arc<Gpu>>,
     reason: String,
+    pub(crate) control: Control,
 }
 
 impl Engine {
@@ -33,6 +34,7 @@ impl Engine {
         Self {
             gpu: None,
             reason: "the CPU was asked for".into(),
+            control: Control::default(),
         }
     }
 
@@ -50,6 +52,7 @@ impl Engine {
                 Ok(Self {
                     gpu: Some(Arc::new(gpu)),
                     reason: "a GPU was asked for".into(),
+                    control: Control::default(),
                 })
             }
             Backend::Auto => {
@@ -59,16 +62,19 @@ impl Engine {
                     return Ok(Self {
                         gpu: None,
                         reason: "no hardware GPU was found".into(),
+                        control: Control::default(),
                     });
                 };
                 match Gpu::open().await {
                     Ok(gpu) => Ok(Self {
                         gpu: Some(Arc::new(gpu)),
                         reason: format!("{} is a GPU", device.name),
+                        control: Control::default(),
                     }),
                     Err(error) => Ok(Self {
                         gpu: None,
                         reason: format!("{} cannot be used: {error}", device.name),
+                        control: Control::default(),
                     }),
                 }
             }
@@ -91,6 +97,28 @@ impl Engine {
     /// Whether that is a GPU, and of which kind.
     pub fn gpu_kind(&self) -> Option<DeviceKind> {
         self.gpu.as_ref().map(|gpu| gpu.info().kind)
+    }
+
+    /// The same engine, whose worlds' long work can be stopped and tells how far it is: building sparse bricks, and on the CPU dense
+    /// volumes too.
+    ///
+    /// ```
+    /// # use argil::{Brush, BricksOptions, BuildError, Control, Engine, Scene, Shape};
+    /// let control = Control::new();
+    /// let engine = Engine::cpu().with_control(&control);
+    /// # let mut scene = Scene::new();
+    /// # scene.push(Brush::new(Shape::sphere(0.5)))?;
+    /// control.cancel();
+    /// let built = engine.build(&scene)?.bricks(&scene, BricksOptions::default());
+    /// assert!(built.is_err_and(|error| error.is_cancelled()));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    #[must_use]
+    pub fn with_control(&self, control: &Control) -> Self {
+        Self {
+            control: control.clone(),
+            ..self.clone()
+        }
     }
 
     /// Pixels of the largest picture that it draws: a device's buffers have their limits.

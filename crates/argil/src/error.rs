@@ -31,6 +31,9 @@ pub enum BuildError {
     /// No sparse bricks can be like that, or they take more than they may.
     #[error(transparent)]
     Bricks(#[from] argil_volume::BricksError),
+    /// Somebody has [cancelled](argil_math::Control::cancel) it.
+    #[error("cancelled")]
+    Cancelled,
     /// What 1.0 stands for makes no sense.
     #[error("a band of {0} voxels: stored distances reach from 0.5 to 4096 voxels")]
     Range(f32),
@@ -46,6 +49,19 @@ pub enum BuildError {
         /// Bytes that are free.
         available: u64,
     },
+}
+
+impl BuildError {
+    /// Whether it was [cancelled](argil_math::Control::cancel), wherever.
+    pub fn is_cancelled(&self) -> bool {
+        use argil_volume::BricksError;
+        matches!(
+            self,
+            Self::Cancelled
+                | Self::Bricks(BricksError::Cancelled)
+                | Self::Gpu(argil_gpu::GpuError::Cancelled)
+        )
+    }
 }
 
 /// Why a volume file could not be read or written.

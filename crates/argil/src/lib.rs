@@ -15,11 +15,14 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod cast;
 mod engine;
 mod error;
 mod listeners;
 mod live;
 mod mesh;
+#[cfg(feature = "mesh-files")]
+mod mesh_cache;
 mod meshes;
 mod picture;
 mod query;
@@ -30,33 +33,36 @@ mod world;
 pub use argil_field::{FAR, LowerError, Program};
 pub use argil_gpu::{DenseFill, DeviceInfo, DeviceKind, GpuError, Order};
 pub use argil_march::{Camera, Descent, Normals, Settings, Show, Spread, Statistics};
-pub use argil_math::{Aabb, Interval};
+pub use argil_math::{Aabb, Control, Interval, Progress};
 pub use argil_mesh::{
     Axes, Format, Mesh, MeshInput, Repairs, Report, Solid, WriteOptions, read as read_mesh,
-    write as write_mesh,
+    thicken, write as write_mesh,
 };
+#[cfg(feature = "schema")]
+pub use argil_scene::schema;
 pub use argil_scene::{
     Body, Brush, Change, Ease, Edit, EditError, Edited, Entry, Exactness, FileError, Group,
-    ImportError, Journal, JournalError, Keyframe, LogError, Material, Modifier, NodeId, Operator,
-    OperatorKind, Outline, Piece, Placement, Profile, Recovered, SampledGrid, Scene, Shape, Turn,
-    View, remove_unfinished_files, replace_file, schema,
+    HistoryLimit, ImportError, Journal, JournalError, Keyframe, LogError, Material, Modifier,
+    NodeId, Operator, OperatorKind, Outline, Piece, Placement, Profile, Recovered, SampledGrid,
+    Scene, Shape, Turn, View, remove_unfinished_files, replace_file,
 };
 pub use argil_volume::{
-    Bits, BrickEdit, BrickLayout, BrickSettings, Bricks, BricksError, Dense, Encoding, Keep,
-    Lattice, Layout, Octree, OctreeError, OctreeSettings, Range, ResolutionError, Section, Stored,
-    TooFarError, Volume, VolumeError, Word,
+    Bits, BrickChanges, BrickEdit, BrickLayout, BrickSettings, Bricks, BricksError, Dense,
+    Encoding, Keep, Lattice, Layout, Octree, OctreeError, OctreeSettings, Range, ResolutionError,
+    Section, Stored, TooFarError, Volume, VolumeError, Word,
 };
+pub use cast::CastHit;
 pub use engine::{Backend, Engine};
 pub use error::{BuildError, EngineError, PictureError, RenderError, VolumeFileError};
 pub use glam;
 pub use listeners::Listener;
 pub use live::{Applied, Pace, Rebuilt};
 pub use mesh::{MeshError, MeshMethod, MeshNormals, MeshOptions, Meshed, save_mesh};
-pub use meshes::{LoadedMesh, MeshFileError, load_meshes, load_meshes_of};
+pub use meshes::{LoadedMesh, MeshFileError, load_meshes, load_meshes_of, stored_scene};
 pub use picture::Drawn;
 #[cfg(feature = "png")]
 pub use picture::{ReadPicture, read_png, save_png, write_png};
-pub use query::{CastHit, Closest, MOST_BOXES, Overlap, Query};
+pub use query::{Closest, MOST_BOXES, Overlap, Query};
 pub use representation::{
     BricksOptions, BuildTimes, DenseOptions, MeshViaOptions, OctreeOptions, SparseInfo, TreeInfo,
     Via, VolumeInfo,

@@ -355,6 +355,11 @@ impl Live {
         }
     }
 
+    /// The program operand by operand, if the scene was followed.
+    pub fn program(&self) -> Option<&LiveProgram> {
+        self.program.as_ref()
+    }
+
     /// What holds of the whole, and the tables, if the scene was followed.
     pub fn tables(&self) -> Option<&Program> {
         self.program.as_ref().map(LiveProgram::program)

@@ -524,11 +524,11 @@ fn of_dense(dense: &Dense, options: &MeshOptions) -> Result<Mesh, MeshError> {
     let texels = &dense.levels()[0];
     Ok(match encoding.bits {
         Bits::Eight => {
-            let samples = texels.of::<i8>().unwrap_or_default();
+            let samples = texels.of::<i8>().expect("texels of 8 bits");
             marching::dense::march(samples, &grid, iso, normals)
         }
         Bits::Sixteen => {
-            let samples = texels.of::<i16>().unwrap_or_default();
+            let samples = texels.of::<i16>().expect("texels of 16 bits");
             marching::dense::march(samples, &grid, iso, normals)
         }
     })

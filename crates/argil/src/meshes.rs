@@ -1,17 +1,13 @@
 //! The meshes that scenes name: found, checked, sampled, and kept for the next time.
 
-use argil_math::Aabb;
+#[cfg(feature = "mesh-files")]
+use crate::mesh_cache;
 use argil_mesh::{Format, MeshInput, Repairs, Solid, from_bytes};
-use argil_scene::{SAMPLED_HEADER, SampledGrid, Scene};
+use argil_scene::{FileError, SampledGrid, Scene};
+use argil_volume::{Stored, StoredMesh};
 use std::collections::HashMap;
 use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
-
-/// What kept samples begin with; another number for another way of sampling.
-const MAGIC: [u8; 8] = *b"argilm03";
-
-/// Words of a kept file before the samples: the box.
-const HEAD: usize = 6;
 
 /// A mesh that a scene names, loaded.
 #[derive(Clone, Debug)]
@@ -112,6 +108,34 @@ pub fn load_meshes_of(
     Ok(loaded)
 }
 
+/// The meshes that a scene has, for a volume's file.
+pub(crate) fn meshes_to_store(scene: &Scene) -> Vec<StoredMesh<'_>> {
+    let loaded = scene.loaded_meshes().into_iter();
+    loaded
+        .map(|(path, resolution, grid)| StoredMesh {
+            path: path.into(),
+            resolution,
+            solid: grid.solid(),
+            words: grid.words().into(),
+        })
+        .collect()
+}
+
+/// The scene that a volume was made from, with the meshes that its file holds. `path` stands in messages.
+///
+/// # Errors
+/// If the file's scene cannot be read. Meshes that the file does not hold stay missing: see [`load_meshes`].
+pub fn stored_scene(stored: &Stored, path: &Path) -> Result<Scene, FileError> {
+    let inside = format!("{}, its scene", path.display());
+    let mut scene = Scene::from_json(&stored.scene_json, inside)?;
+    for mesh in &stored.meshes {
+        if let Some(grid) = SampledGrid::from_words(mesh.words.to_vec(), mesh.solid) {
+            scene.set_mesh(mesh.path.as_ref(), mesh.resolution, Arc::new(grid));
+        }
+    }
+    Ok(scene)
+}
+
 fn solid_of(bytes: &[u8], format: Format, place: &Path) -> Result<Solid, MeshFileError> {
     let mesh = from_bytes(bytes, format, place)?;
     Solid::new(&mesh).map_err(|source| MeshFileError::Empty {
@@ -163,9 +187,8 @@ fn load(
 ) -> Result<LoadedMesh, MeshFileError> {
     let format = Format::of(place).ok_or_else(|| MeshInput::Unknown(place.into()))?;
     let bytes = argil_mesh::bytes(place)?;
-    let hash = blake3::hash(&bytes).to_hex();
-    let kept =
-        cache_folder().map(|f| f.join(format!("{hash}-{format:?}-{resolution}.{MAGIC_TEXT}")));
+    #[cfg(feature = "mesh-files")]
+    let kept = mesh_cache::place(&bytes, format, resolution);
     let done = |grid, (triangles, repairs), was_kept| LoadedMesh {
         path: path.to_owned(),
         resolution,
@@ -174,7 +197,8 @@ fn load(
         repairs,
         was_kept,
     };
-    if let Some((grid, counts)) = kept.as_deref().and_then(read_kept) {
+    #[cfg(feature = "mesh-files")]
+    if let Some((grid, counts)) = kept.as_deref().and_then(mesh_cache::read) {
         return Ok(done(grid, counts, true));
     }
     if !solids.contains_key(place) {
@@ -183,81 +207,12 @@ fn load(
     let solid = &solids[place];
     let grid = sampled(solid, resolution, place)?;
     let counts = (solid.triangles() as u64, *solid.repairs());
+    #[cfg(feature = "mesh-files")]
     if let Some(kept) = kept {
         // A cache that cannot be written costs time, nothing else.
-        let _ = write_kept(&kept, &grid, counts);
+        let _ = mesh_cache::write(&kept, &grid, counts);
     }
     Ok(done(grid, counts, false))
-}
-
-/// The ending of kept files' names.
-const MAGIC_TEXT: &str = "grid03";
-
-fn cache_folder() -> Option<PathBuf> {
-    #[cfg(target_arch = "wasm32")]
-    return None;
-    #[cfg(not(target_arch = "wasm32"))]
-    Some(dirs::cache_dir()?.join("argil").join("meshes"))
-}
-
-fn write_kept(
-    path: &Path,
-    grid: &SampledGrid,
-    (triangles, repairs): (u64, Repairs),
-) -> std::io::Result<()> {
-    if let Some(folder) = path.parent() {
-        std::fs::create_dir_all(folder)?;
-    }
-    let mut words: Vec<f32> = Vec::with_capacity(HEAD + grid.words().len());
-    let solid = grid.solid();
-    words.extend(solid.min.to_array());
-    words.extend(solid.max.to_array());
-    words.extend_from_slice(grid.words());
-    let bytes: &[u8] = bytemuck::cast_slice(&words);
-    let head = [&triangles.to_le_bytes(), bytemuck::bytes_of(&repairs)].concat();
-    argil_scene::replace_file(path, |out| {
-        use std::io::Write;
-        out.write_all(&MAGIC)?;
-        out.write_all(hash_of(&head, bytes).as_bytes())?;
-        out.write_all(&head)?;
-        out.write_all(bytes)
-    })
-}
-
-/// Of what is kept besides the samples, and of those.
-fn hash_of(head: &[u8], bytes: &[u8]) -> blake3::Hash {
-    blake3::Hasher::new().update(head).update(bytes).finalize()
-}
-
-/// What was kept, if it is whole.
-fn read_kept(path: &Path) -> Option<(SampledGrid, (u64, Repairs))> {
-    let all = std::fs::read(path).ok()?;
-    let (magic, rest) = all.split_at_checked(MAGIC.len())?;
-    let (hash, rest) = rest.split_at_checked(32)?;
-    let (head, bytes) = rest.split_at_checked(8 + size_of::<Repairs>())?;
-    if magic != MAGIC || hash_of(head, bytes).as_bytes() != hash {
-        return None;
-    }
-    let words: Vec<f32> = bytes
-        .as_chunks::<4>()
-        .0
-        .iter()
-        .map(|&b| f32::from_le_bytes(b))
-        .collect();
-    if words.len() < HEAD + SAMPLED_HEADER {
-        return None;
-    }
-    let corner = |at: usize| glam::Vec3::from_slice(&words[at..]);
-    let solid = Aabb::new(corner(0), corner(3));
-    let (triangles, repairs) = head.split_first_chunk()?;
-    let counts = (
-        u64::from_le_bytes(*triangles),
-        bytemuck::pod_read_unaligned(repairs),
-    );
-    Some((
-        SampledGrid::from_words(words[HEAD..].to_vec(), solid)?,
-        counts,
-    ))
 }
 
 #[cfg(test)]
@@ -279,36 +234,6 @@ mod tests {
             let link = inner.join("link.obj");
             std::os::unix::fs::symlink(here.path().join("secret.obj"), link).expect("a link");
             assert!(refused("link.obj"));
-        }
-    }
-
-    #[test]
-    fn what_was_kept_comes_back_whole_or_not_at_all() {
-        let here = tempfile::tempdir().expect("a folder");
-        let path = here.path().join("sub").join("kept");
-        let ball = |points: &[glam::Vec3], out: &mut [f32]| {
-            for (p, out) in points.iter().zip(out) {
-                *out = p.length() - 0.5;
-            }
-        };
-        let solid = Aabb::centered(glam::Vec3::splat(0.5));
-        let corner = glam::Vec3::splat(-0.75);
-        let grid = SampledGrid::sample(corner, 0.5, glam::UVec3::splat(3), solid, &ball);
-        let repairs = Repairs {
-            holes: 3,
-            parts: 1,
-            ..Repairs::default()
-        };
-        write_kept(&path, &grid, (77, repairs)).expect("a file");
-        assert_eq!(read_kept(&path), Some((grid, (77, repairs))));
-        let whole = std::fs::read(&path).expect("a file");
-        for at in (0..whole.len()).step_by(whole.len() / 50) {
-            let mut damaged = whole.clone();
-            damaged[at] ^= 1;
-            std::fs::write(&path, &damaged).expect("a file");
-            assert_eq!(read_kept(&path), None, "{at}");
-            std::fs::write(&path, &whole[..at]).expect("a file");
-            assert_eq!(read_kept(&path), None, "cut at {at}");
         }
     }
 }

@@ -4,28 +4,17 @@
 //! balls go from ball to ball (sphere tracing, Hart 1996), and boxes are halved until each is free, solid or as small as
 //! was asked for (interval search, Duff 1992).
 
-use crate::World;
+use crate::cast::{Probe, material_of};
+use crate::{Material, World};
 use argil_field::{Evaluator, LANES, Program};
 use argil_math::Aabb;
 use argil_volume::Volume;
 use glam::Vec3;
 
-/// Steps of a cast, and of a walk to the surface.
-const MOST_STEPS: usize = 4096;
+/// Steps of a walk to the surface.
 const WALK_STEPS: usize = 64;
 /// Boxes that a search for a closest point looks at, at most.
 pub const MOST_BOXES: usize = 1 << 16;
-
-/// Where a cast has met the surface.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct CastHit {
-    /// How far the ray, or the ball's centre, has come.
-    pub t: f32,
-    /// The point of the surface.
-    pub point: [f32; 3],
-    /// The unit normal there, out of the solid; zero where the field has none.
-    pub normal: [f32; 3],
-}
 
 /// A point of the surface that is near to another.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -52,8 +41,8 @@ pub enum Overlap {
 
 /// What is asked.
 #[derive(Clone, Copy)]
-enum Source<'a> {
-    Field(&'a Program),
+pub(crate) enum Source<'a> {
+    Field,
     Volume(&'a Volume),
 }
 
@@ -71,18 +60,18 @@ enum Source<'a> {
 /// ```
 #[derive(Clone, Copy)]
 pub struct Query<'a> {
-    source: Source<'a>,
-    program: &'a Program,
+    pub(crate) source: Source<'a>,
+    pub(crate) world: &'a World,
     /// Nearer than this is on the surface.
-    epsilon: f32,
+    pub(crate) epsilon: f32,
 }
 
 impl World {
     /// Questions to the exact field.
     pub fn query(&self) -> Query<'_> {
         Query {
-            source: Source::Field(self.program()),
-            program: self.program(),
+            source: Source::Field,
+            world: self,
             epsilon: 1e-5 * self.focus().half_diagonal().max(1e-3),
         }
     }
@@ -96,13 +85,13 @@ impl World {
         }
         Some(Query {
             source: Source::Volume(volume),
-            program: self.program(),
+            world: self,
             epsilon: 0.01 * volume.lattice().voxel,
         })
     }
 }
 
-impl Query<'_> {
+impl<'a> Query<'a> {
     /// The signed distance at a point, negative inside.
     pub fn distance(&self, point: [f32; 3]) -> f32 {
         let mut out = [0.0];
@@ -117,8 +106,8 @@ impl Query<'_> {
     pub fn distances(&self, points: &[[f32; 3]], out: &mut [f32]) {
         assert_eq!(points.len(), out.len(), "a distance for each point");
         match self.source {
-            Source::Field(program) => {
-                let mut evaluator = Evaluator::new(program);
+            Source::Field => {
+                let mut evaluator = Evaluator::new(self.world.program());
                 let mut lanes = [[0.0f32; LANES]; 3];
                 for (points, out) in points.chunks(LANES).zip(out.chunks_mut(LANES)) {
                     for (i, point) in points.iter().enumerate() {
@@ -142,8 +131,8 @@ impl Query<'_> {
     /// The distance and its gradient at a point; of a volume by differences over a voxel.
     pub fn gradient(&self, point: [f32; 3]) -> (f32, [f32; 3]) {
         match self.source {
-            Source::Field(program) => {
-                let (d, g) = program.gradient(point.into());
+            Source::Field => {
+                let (d, g) = self.world.program().gradient(point.into());
                 (d, g.to_array())
             }
             Source::Volume(volume) => {
@@ -162,13 +151,13 @@ impl Query<'_> {
     /// If there are not as many places in `out`.
     pub fn gradients(&self, points: &[[f32; 3]], out: &mut [(f32, [f32; 3])]) {
         assert_eq!(points.len(), out.len(), "a gradient for each point");
-        let Source::Field(program) = self.source else {
+        let Source::Field = self.source else {
             for (point, out) in points.iter().zip(out) {
                 *out = self.gradient(*point);
             }
             return;
         };
-        let mut evaluator = Evaluator::new(program);
+        let mut evaluator = Evaluator::new(self.world.program());
         let mut lanes = [[0.0f32; LANES]; 3];
         let (mut d, mut g) = ([0.0f32; LANES], [[0.0f32; LANES]; 3]);
         for (points, out) in points.chunks(LANES).zip(out.chunks_mut(LANES)) {
@@ -188,93 +177,6 @@ impl Query<'_> {
         }
     }
 
-    /// Where a ray meets the surface first, within a length; from inside of a solid, where it leaves it. The direction need
-    /// not be a unit vector, lengths are the world's. Nothing for a direction of no length, or what is not finite.
-    pub fn ray_cast(&self, origin: [f32; 3], direction: [f32; 3], most: f32) -> Option<CastHit> {
-        self.cast(origin.into(), direction.into(), 0.0, most)
-    }
-
-    /// Where a ball of a radius that moves along a ray meets the surface from outside; `t` is 0 where it touches it already.
-    pub fn sphere_cast(
-        &self,
-        origin: [f32; 3],
-        direction: [f32; 3],
-        radius: f32,
-        most: f32,
-    ) -> Option<CastHit> {
-        let is_ball = radius.is_finite() && radius >= 0.0;
-        is_ball
-            .then(|| self.cast(origin.into(), direction.into(), radius, most))
-            .flatten()
-    }
-
-    /// [`Query::ray_cast`] of many rays, on rayon's threads.
-    ///
-    /// # Panics
-    /// If there are not as many directions as origins.
-    pub fn ray_casts(
-        &self,
-        origins: &[[f32; 3]],
-        directions: &[[f32; 3]],
-        most: f32,
-    ) -> Vec<Option<CastHit>> {
-        use rayon::prelude::*;
-        assert_eq!(origins.len(), directions.len(), "a direction for each ray");
-        let rays = origins.par_iter().zip(directions);
-        rays.map(|(&origin, &direction)| self.ray_cast(origin, direction, most))
-            .collect()
-    }
-
-    fn cast(&self, origin: Vec3, direction: Vec3, radius: f32, most: f32) -> Option<CastHit> {
-        let direction = direction.try_normalize()?;
-        if !origin.is_finite() || most.is_nan() {
-            return None;
-        }
-        let scale = 1.0 / self.program.lipschitz();
-        let first = self.tell(origin).0;
-        let side = if first < 0.0 && radius == 0.0 {
-            -1.0
-        } else {
-            1.0
-        };
-        let mut t = 0.0f32;
-        for _ in 0..MOST_STEPS {
-            let p = origin + t * direction;
-            let (d, is_told) = self.tell(p);
-            let mut gap = side * d - radius;
-            if !is_told && radius == 0.0 {
-                // No surface is here, however little is known of where it is.
-                t += (gap * scale).max(0.5 * self.voxel());
-                if t > most {
-                    return None;
-                }
-                continue;
-            }
-            // The ball reaches farther than what is stored: the field knows more.
-            let asks = !is_told && gap < radius;
-            let told = if asks { self.of_field() } else { *self };
-            if asks {
-                gap = told.distance(p.to_array()) - radius;
-            }
-            if gap < self.epsilon.max(2.0 * f32::EPSILON * t) {
-                let (d, g) = told.gradient(p.to_array());
-                let normal = Vec3::from(g).normalize_or_zero();
-                // Where distances fall short of the real ones the surface is some way on.
-                let point = told.walk(p).unwrap_or(p - d * normal);
-                return Some(CastHit {
-                    t,
-                    point: point.to_array(),
-                    normal: normal.to_array(),
-                });
-            }
-            t += gap * scale;
-            if t > most {
-                return None;
-            }
-        }
-        None
-    }
-
     /// The nearest point of the surface, or the best that is found among [`MOST_BOXES`] boxes, and which of the two it is;
     /// nothing where none is found within `most`.
     pub fn closest_point(&self, point: [f32; 3], most: f32) -> Option<Closest> {
@@ -283,12 +185,12 @@ impl Query<'_> {
             return None;
         }
         let d = self.distance(point);
-        let lipschitz = self.program.lipschitz();
+        let lipschitz = self.tables().lipschitz();
         // The surface is not in the ball that is free; how far it is at most a walk tells, or the search goes to `most`.
         let free = d.abs() / lipschitz;
         let mut best = self.walk(p).filter(|q| q.distance(p) <= most);
         let mut reach = best.map_or(most, |q| q.distance(p));
-        let bounds = self.program.aabb().grown(self.epsilon);
+        let bounds = self.tables().aabb().grown(self.epsilon);
         if best.is_none() {
             // No farther than what there is.
             let farthest = bounds.corners().map(|c| c.distance(p));
@@ -355,18 +257,38 @@ impl Query<'_> {
             .collect()
     }
 
+    /// What holds of all of the scene.
+    pub(crate) fn tables(&self) -> &'a Program {
+        self.world.tables()
+    }
+
     /// The same questions to the exact field.
-    fn of_field(&self) -> Self {
+    pub(crate) fn of_field(&self) -> Self {
         Self {
-            source: Source::Field(self.program),
+            source: Source::Field,
             ..*self
         }
     }
 
+    /// What the scene is made of at a point of its surface, blends of materials included. Of bricks as they keep it; elsewhere the
+    /// field's.
+    pub fn material(&self, point: [f32; 3]) -> Material {
+        let p = Vec3::from(point);
+        let words = match self.source {
+            Source::Volume(Volume::Bricks(bricks)) => {
+                let (_, outwards) = self.gradient(point);
+                bricks.material(p, outwards.into(), self.tables().materials())
+            }
+            _ => None,
+        };
+        let words = words.unwrap_or_else(|| Probe::new(self, 0.0).material(p));
+        material_of(&words)
+    }
+
     /// The distance at a point, and whether that is its distance or only one that it does not fall short of.
-    fn tell(&self, point: Vec3) -> (f32, bool) {
+    pub(crate) fn tell(&self, point: Vec3) -> (f32, bool) {
         match self.source {
-            Source::Field(_) => (self.distance(point.to_array()), true),
+            Source::Field => (self.distance(point.to_array()), true),
             Source::Volume(volume) => {
                 let d = stored(volume, point);
                 let held = volume.lattice().aabb();
@@ -383,9 +305,9 @@ impl Query<'_> {
         }
     }
 
-    fn voxel(&self) -> f32 {
+    pub(crate) fn voxel(&self) -> f32 {
         match self.source {
-            Source::Field(_) => 0.0,
+            Source::Field => 0.0,
             Source::Volume(volume) => volume.lattice().voxel,
         }
     }
@@ -393,24 +315,38 @@ impl Query<'_> {
     /// What distances in a box can be off by.
     fn slack(&self, held: Aabb) -> f32 {
         let between = match self.source {
-            Source::Field(_) => 0.0,
-            Source::Volume(volume) => 0.87 * volume.lattice().voxel * self.program.lipschitz(),
+            Source::Field => 0.0,
+            Source::Volume(volume) => 0.87 * volume.lattice().voxel * self.tables().lipschitz(),
         };
-        self.program.bounds_slack(held) + between
+        self.tables().bounds_slack(held) + between
     }
 
     /// Down the gradient to the surface.
-    fn walk(&self, from: Vec3) -> Option<Vec3> {
-        let mut p = from;
-        for _ in 0..WALK_STEPS {
+    pub(crate) fn walk(&self, from: Vec3) -> Option<Vec3> {
+        self.walk_by(from, |p| {
             if !self.tell(p).1 {
-                return None;
+                return (0.0, Vec3::ZERO, false);
             }
             let (d, g) = self.gradient(p.to_array());
+            (d, g.into(), true)
+        })
+    }
+
+    /// The same, where distances and gradients come from elsewhere, with whether they are told.
+    pub(crate) fn walk_by(
+        &self,
+        from: Vec3,
+        mut tell: impl FnMut(Vec3) -> (f32, Vec3, bool),
+    ) -> Option<Vec3> {
+        let mut p = from;
+        for _ in 0..WALK_STEPS {
+            let (d, g, is_told) = tell(p);
+            if !is_told {
+                return None;
+            }
             if d.abs() < self.epsilon {
                 return Some(p);
             }
-            let g = Vec3::from(g);
             let squared = g.length_squared();
             if squared < 1e-6 || !p.is_finite() {
                 return None;
@@ -427,7 +363,7 @@ impl Query<'_> {
             return Overlap::Outside;
         }
         let tolerance = tolerance.max(self.epsilon);
-        let lipschitz = self.program.lipschitz();
+        let lipschitz = self.tables().lipschitz();
         let mut open = vec![whole];
         let (mut solid, mut free) = (false, false);
         while let Some(held) = open.pop() {

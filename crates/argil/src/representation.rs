@@ -315,7 +315,9 @@ pub(crate) async fn build(
                 return Ok((Kept::Gpu(volume), BuildTimes::of_stages(stages)));
             }
             let start = Instant::now();
-            let dense = Dense::bake(program, lattice, encoding, options.mips);
+            let control = &engine.control;
+            let dense = Dense::bake_controlled(program, lattice, encoding, options.mips, control);
+            let dense = dense.ok_or(BuildError::Cancelled)?;
             let ms = start.elapsed().as_secs_f64() * 1e3;
             let times = BuildTimes::of_stages(vec![("fill", ms)]);
             Ok((Kept::Cpu(dense.into()), times))
@@ -326,11 +328,14 @@ pub(crate) async fn build(
             let layout = BrickLayout::new(lattice, &options.settings)?;
             if let Some(field) = field {
                 let budget = budget_on(engine, &options);
-                let (volume, stages) = GpuVolume::bricks(field, program, layout, budget).await?;
+                let (volume, stages) =
+                    GpuVolume::bricks_controlled(field, program, layout, budget, &engine.control)
+                        .await?;
                 return Ok((Kept::Gpu(volume), BuildTimes::of_stages(stages)));
             }
             let budget = budget_on(engine, &options);
-            let (bricks, stages) = Bricks::bake(program, layout, budget)?;
+            let (bricks, stages) =
+                Bricks::bake_controlled(program, layout, budget, &engine.control)?;
             let stages = vec![
                 ("prune", stages.prune),
                 ("fill", stages.fill),

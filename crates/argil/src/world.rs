@@ -7,11 +7,11 @@ use crate::{
     RenderError, Scene, Stored, Via, Volume, VolumeFileError, VolumeInfo,
 };
 use argil_abi::{HIT_INSIDE, HIT_OUTSIDE, Hit};
-use argil_field::Program;
+use argil_field::{LiveProgram, OperandIndex, Parts, Program};
 use argil_gpu::{GpuField, GpuVolume};
 use argil_march::{Camera, Descent, Picture, Settings, Show, Through, frames};
 use argil_math::{Aabb, Interval};
-use argil_volume::{BrickEdit, BrickSettings, Lattice};
+use argil_volume::{BrickChanges, BrickEdit, BrickSettings, Lattice};
 use glam::Vec3;
 use std::borrow::Cow;
 use std::path::Path;
@@ -43,7 +43,7 @@ pub const MAX_PIXELS: u64 = 1 << 26;
 /// ```
 pub struct World {
     engine: Engine,
-    program: OnceLock<Program>,
+    program: OnceLock<Lowered>,
     live: Live,
     gpu: Option<GpuField>,
     listeners: Listeners,
@@ -55,6 +55,32 @@ pub struct World {
     times: BuildTimes,
 }
 
+/// A program, and what is made of it for queries when they are first asked.
+struct Lowered {
+    program: Program,
+    index: OnceLock<Option<OperandIndex>>,
+}
+
+impl From<Program> for Lowered {
+    fn from(program: Program) -> Self {
+        Self {
+            program,
+            index: OnceLock::new(),
+        }
+    }
+}
+
+/// While edits are followed in place, the program is put together when it is asked for.
+fn lowered<'a>(program: &'a OnceLock<Lowered>, live: &Live) -> &'a Lowered {
+    program.get_or_init(|| {
+        let whole = live.whole();
+        whole.expect("a program, or one that is followed").into()
+    })
+}
+
+/// Parts along the longest side of a world in which queries look for what is near; they tell distances as far as one is long.
+const QUERY_PARTS: f32 = 24.0;
+
 impl World {
     pub(crate) fn new(engine: Engine, scene: &Scene) -> Result<Self, BuildError> {
         let program = Program::lower(scene)?;
@@ -65,7 +91,7 @@ impl World {
         let focus = focus(scene, &program);
         Ok(Self {
             engine,
-            program: program.into(),
+            program: OnceLock::from(Lowered::from(program)),
             live: Live::of(scene),
             gpu,
             listeners: Listeners::default(),
@@ -84,8 +110,8 @@ impl World {
         path: &Path,
         outside: bool,
     ) -> Result<(Scene, Self), VolumeFileError> {
-        let inside = format!("{}, its scene", path.display());
-        let mut scene = Scene::from_json(&stored.scene_json, inside)?;
+        let mut scene = crate::stored_scene(&stored, path)?;
+        // Files of version 1 have no meshes.
         let folder = path.parent().unwrap_or(Path::new("."));
         crate::load_meshes(&mut scene, folder, outside)?;
         let mut world = Self::new(engine, &scene)?;
@@ -154,12 +180,10 @@ impl World {
         // What was there before is not needed while the new volume is made.
         self.kept = Kept::Field;
         if !self.live.has_seen_all(scene) {
-            self.program = Program::lower(scene)?.into();
+            self.program = OnceLock::from(Lowered::from(Program::lower(scene)?));
             self.view = scene.view.clone();
         }
-        let program = self
-            .program
-            .get_or_init(|| self.live.whole().unwrap_or_default());
+        let program = &lowered(&self.program, &self.live).program;
         self.focus = focus(scene, program);
         // Edits that were followed have left tables in an order of their own.
         if let Some(gpu) = &mut self.gpu
@@ -279,12 +303,13 @@ impl World {
         let path = path.as_ref();
         let volume = self.volume()?.ok_or(VolumeFileError::NoVolume)?;
         let scene_json = at_time_0(scene);
-        argil_scene::replace_file(path, |out| volume.write(&scene_json, out)).map_err(|source| {
-            VolumeFileError::Write {
+        let meshes = crate::meshes::meshes_to_store(scene);
+        argil_scene::replace_file(path, |out| volume.write(&scene_json, &meshes, out)).map_err(
+            |source| VolumeFileError::Write {
                 path: path.into(),
                 source,
-            }
-        })
+            },
+        )
     }
 
     /// Write what [`World::save`] does, wherever it goes.
@@ -294,7 +319,18 @@ impl World {
     pub fn write(&self, scene: &Scene, out: &mut dyn std::io::Write) -> std::io::Result<()> {
         let volume = self.volume().map_err(std::io::Error::other)?;
         let volume = volume.ok_or_else(|| std::io::Error::other(VolumeFileError::NoVolume))?;
-        volume.write(&at_time_0(scene), out)
+        let meshes = crate::meshes::meshes_to_store(scene);
+        volume.write(&at_time_0(scene), &meshes, out)
+    }
+
+    /// What edits have changed of sparse bricks on the CPU since this was last called, or since they were built: what a copy of them
+    /// elsewhere has to bring over. Nothing of worlds that are kept in another way; after a [rebuild](Applied::rebuilt)
+    /// everything is new.
+    pub fn take_brick_changes(&mut self) -> Option<BrickChanges> {
+        match &mut self.kept {
+            Kept::Cpu(Volume::Bricks(bricks)) => Some(bricks.take_changes()),
+            _ => None,
+        }
     }
 
     /// The distances up to which a scene's edits must tell their boxes to be followed in place: give them to
@@ -347,7 +383,7 @@ impl World {
             reason = Rebuilt::Specialized;
             if let Some(clay) = Clay::of(&mut self.kept, self.gpu.as_mut()) {
                 let machine = (&self.engine, &options);
-                let before = self.program.get();
+                let before = self.program.get().map(|lowered| &lowered.program);
                 let followed = self.live.follow(scene, clay, before, machine, pace).await;
                 // The field on a GPU has the parameters of what was followed, even where bricks could not be.
                 if self.gpu.is_some() && self.live.tables().is_some() {
@@ -393,7 +429,7 @@ impl World {
         (self.kept, self.times) = (kept, times);
         self.focus = focus(scene, &program);
         self.view = scene.view.clone();
-        self.program = program.into();
+        self.program = OnceLock::from(Lowered::from(program));
         self.live = Live::of(scene);
         self.listeners.tell(&[Aabb::ALL]);
         let bricks = self
@@ -514,11 +550,46 @@ impl World {
         Ok(())
     }
 
+    /// The program, with what is made of it for queries.
+    fn lowered(&self) -> &Lowered {
+        lowered(&self.program, &self.live)
+    }
+
+    /// The program as edits are followed, if they are.
+    pub(crate) fn live_program(&self) -> Option<&LiveProgram> {
+        self.live.program()
+    }
+
+    /// The tables that hold of all of the scene: its materials, how steep it is. They have no list.
+    pub(crate) fn tables(&self) -> &Program {
+        self.live.tables().unwrap_or_else(|| self.program())
+    }
+
+    /// What is near where in the program, of one with many operands.
+    pub(crate) fn operand_index(&self) -> Option<&OperandIndex> {
+        let lowered = self.lowered();
+        let make = || {
+            let program = &lowered.program;
+            let held = program.aabb();
+            let held = if held.is_finite() { held } else { self.focus };
+            let size = held.size().max_element();
+            let parts = Parts {
+                corner: held.min,
+                edge: size / QUERY_PARTS,
+                far: size / QUERY_PARTS,
+                base: size,
+            };
+            (size > 0.0 && size.is_finite())
+                .then(|| OperandIndex::new(program, parts))
+                .flatten()
+        };
+        lowered.index.get_or_init(make).as_ref()
+    }
+
     /// The program that the scene was lowered to.
     pub fn program(&self) -> &Program {
         // While edits are followed in place, it is put together when it is asked for.
-        self.program
-            .get_or_init(|| self.live.whole().unwrap_or_default())
+        &self.lowered().program
     }
 
     /// Bytes that the way in which the world is kept takes: a volume's texels and tables; of a field the program's

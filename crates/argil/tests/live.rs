@@ -317,6 +317,119 @@ fn a_stroke_of_ten_thousand_points_is_one_step() -> Outcome {
     Ok(())
 }
 
+/// A brush whose copies can jump makes no other brush dearer: it comes and goes in place, and edits far from it do what they
+/// did without it.
+#[test]
+fn what_jumps_costs_where_it_is() -> Outcome {
+    let spread = |i: u32, k: u32| 0.02 * ((i * k) % 101) as f32 - 1.0;
+    let shapes = [
+        r#"{"type":"ellipsoid","radii":[0.1,0.2,0.15]}"#,
+        r#"{"type":"box_frame","half_size":[0.15,0.12,0.1],"thickness":0.02}"#,
+        r#"{"type":"bezier_tube","from":[0,0,0],"control":[0.1,0.1,0],"to":[0.2,0,0.1],"from_radius":0.04,"to_radius":0.03}"#,
+    ];
+    let copies = [
+        r#"{"type":"radial_repeat","count":5}"#,
+        r#"{"type":"repeat","spacing":[0.15,0.1,0.1],"count":[5,1,1]}"#,
+        r#"{"type":"repeat","spacing":[0.15,0.15,0.15],"count":[7,4,1]}"#,
+    ];
+    let mut scene = Scene::new();
+    for i in 0..150 {
+        let ball = Brush::new(Shape::sphere(0.06)).at([spread(i, 7), spread(i, 31), spread(i, 57)]);
+        scene.push(ball.blend(0.01 * (i % 3) as f32))?;
+    }
+    let mut world = world_of(Engine::cpu(), &mut scene, 96);
+    let drag = |scene: &mut Scene, world: &mut World| -> Result<_, Box<dyn std::error::Error>> {
+        let mut done = Vec::new();
+        let is_far = |&i: &u32| spread(i, 7) < -0.6 && spread(i, 31) < 0.0 && spread(i, 57) > 0.0;
+        for nth in (0..150).filter(is_far).map(|i| i as usize) {
+            moved(scene, nth, [0.02, 0.0, 0.01]);
+            let applied = world.apply(scene)?;
+            assert!(!applied.rebuilt, "{:?}", applied.reason);
+            done.push(applied.counts.expect("counts").filled);
+            scene.undo();
+            assert!(!world.apply(scene)?.rebuilt);
+        }
+        Ok(done)
+    };
+    let without = drag(&mut scene, &mut world)?;
+    assert!(without.len() > 3, "{without:?}");
+    let bricks = cells(&world).len();
+    for (nth, shape) in shapes.iter().enumerate() {
+        for copies in &copies {
+            let text = format!(
+                r#"{{"edit":"insert","entry":{{"shape":{shape},"modifiers":[
+                    {{"type":"displace","amplitude":0.01,"frequency":9}},{copies},
+                    {{"type":"translate","by":[0.9,0.8,-0.8]}}],"blend":0.0{nth}}}}}"#
+            );
+            scene.replay(&text.replace('\n', ""))?;
+            let applied = world.apply(&scene)?;
+            assert!(!applied.rebuilt, "{:?}", applied.reason);
+            assert_eq!(world.differing_cells(&scene)?, Some(0), "{text}");
+            let with = cells(&world).len();
+            assert!(with < 2 * bricks, "{with} bricks, {bricks} without: {text}");
+            let far = drag(&mut scene, &mut world)?;
+            for (far, without) in far.iter().zip(&without) {
+                assert!(5 * far <= 6 * without + 10, "{far} {without}: {text}");
+            }
+            assert!(scene.undo());
+            let applied = world.apply(&scene)?;
+            assert!(!applied.rebuilt, "{:?}", applied.reason);
+            assert_eq!(world.differing_cells(&scene)?, Some(0), "{text}, undone");
+        }
+    }
+    assert_eq!(cells(&world).len(), bricks);
+    Ok(())
+}
+
+/// Who keeps a copy of bricks can follow edits by what has changed.
+#[test]
+fn changes_of_bricks_are_told() -> Outcome {
+    fn bricks(world: &World) -> argil::Bricks {
+        match world
+            .volume()
+            .expect("a volume")
+            .expect("a volume")
+            .into_owned()
+        {
+            Volume::Bricks(bricks) => bricks,
+            _ => panic!("bricks are kept"),
+        }
+    }
+    let mut scene = Scene::open(shipped("csg20"))?;
+    let mut world = world_of(Engine::cpu(), &mut scene, 96);
+    assert_eq!(world.take_brick_changes(), Some(Default::default()));
+    let before = bricks(&world);
+    let size = before.layout().brick_bytes() as usize;
+    let mut pool = before.pool().bytes().to_vec();
+    let mut words = before.words().to_vec();
+    for (nth, by) in [
+        (16, [0.1, 0.0, 0.0]),
+        (3, [0.0, 0.3, 0.0]),
+        (7, [0.0, 0.0, -0.2]),
+    ] {
+        moved(&mut scene, nth, by);
+        assert!(!world.apply(&scene)?.rebuilt);
+    }
+    let changes = world.take_brick_changes().expect("bricks");
+    let after = bricks(&world);
+    assert!(!changes.bricks.is_empty() && changes.bricks.len() < after.len());
+    pool.resize(after.pool().bytes().len(), 0);
+    words.resize(after.words().len(), 0);
+    for brick in changes.bricks {
+        let at = brick as usize * size;
+        pool[at..at + size].copy_from_slice(&after.pool().bytes()[at..at + size]);
+    }
+    for slot in changes.slots {
+        let at = 64 * slot as usize;
+        words[at..at + 64].copy_from_slice(&after.words()[at..at + 64]);
+    }
+    assert!(pool == after.pool().bytes());
+    let wrong = words.iter().zip(after.words()).filter(|(a, b)| a != b);
+    assert_eq!(wrong.count(), 0);
+    assert_eq!(world.take_brick_changes(), Some(Default::default()));
+    Ok(())
+}
+
 /// What moves is followed in place, and stands as its frozen scene does.
 #[test]
 fn moving_scenes_are_followed() -> Outcome {

@@ -13,6 +13,7 @@ use crate::table::Table;
 use crate::{GpuError, GpuField, GpuVolume};
 use argil_abi as abi;
 use argil_field::Program;
+use argil_math::Control;
 use argil_volume::{BLOCK_SIDE, BlockPlan, BlockTable, BrickLayout, FAR_SLOTS};
 
 /// Blocks that one run makes, and instructions of their lists: its tables have their limits.
@@ -102,6 +103,7 @@ impl<'a> Build<'a> {
         &mut self,
         room: u64,
         mixed_room: u64,
+        control: &Control,
     ) -> Result<(wgpu::Texture, StagesMs), GpuError> {
         let gpu = self.field.gpu();
         self.pool = pool_for(gpu, &self.layout, room)?;
@@ -122,7 +124,13 @@ impl<'a> Build<'a> {
             gpu.queue.submit([encoder.finish()]);
         })?;
         let mut bake = Bake::new(gpu)?;
+        let blocks = self.runs.iter().map(|run| run.slots.len() as u64);
+        control.begin("blocks", blocks.sum());
         for run in &self.runs {
+            if control.is_cancelled() {
+                return Err(GpuError::Cancelled);
+            }
+            control.advance(run.slots.len() as u64);
             let instrs = if run.instrs.is_empty() {
                 IDLE
             } else {

@@ -95,7 +95,6 @@ impl Blocks {
             // Two words for each cell near the surface before it.
             freed_first: 2 * 64 * count as u32,
             bounds_first: bounds_first as u32,
-            ..Prune::default()
         })
     }
 }

@@ -1,6 +1,6 @@
 //! What the bytes of each format mean.
 
-use super::MOST_TRIANGLES;
+use super::{MOST_TRIANGLES, ReadFault};
 use crate::Mesh;
 use glam::{Mat4, Vec3};
 use ply_rs_bw::parser::{Parser, Reader};
@@ -19,7 +19,33 @@ fn obj_lines(bytes: &[u8]) -> String {
     text.replace("\\\n", " ")
 }
 
-pub(super) fn obj(bytes: &[u8]) -> Result<Mesh, String> {
+/// The first line of an OBJ file's text that is no corner or face, though it begins as one.
+fn bad_obj_line(text: &str) -> Option<String> {
+    let is_bad = |line: &str| {
+        let mut words = line.split_whitespace();
+        match words.next() {
+            Some("v") => {
+                let numbers = words.map_while(|word| word.parse::<f32>().ok());
+                numbers.count() < 3
+            }
+            Some("f") => {
+                let is_index = |word: &str| {
+                    let first = word.split('/').next().unwrap_or(word);
+                    first.parse::<i64>().is_ok()
+                };
+                let words: Vec<&str> = words.take_while(|word| !word.starts_with('#')).collect();
+                words.len() < 3 || !words.iter().all(|word| is_index(word))
+            }
+            _ => false,
+        }
+    };
+    let mut lines = (1..).zip(text.lines());
+    let (number, line) = lines.find(|(_, line)| is_bad(line))?;
+    let line: String = line.chars().take(60).collect();
+    Some(format!("line {number}: \"{line}\""))
+}
+
+pub(super) fn obj(bytes: &[u8]) -> Result<Mesh, ReadFault> {
     let options = tobj::LoadOptions {
         triangulate: true,
         ignore_points: true,
@@ -27,10 +53,10 @@ pub(super) fn obj(bytes: &[u8]) -> Result<Mesh, String> {
         ..tobj::LoadOptions::default()
     };
     let text = obj_lines(bytes);
-    let mut text = BufReader::new(Cursor::new(text.as_bytes()));
+    let mut file = BufReader::new(Cursor::new(text.as_bytes()));
     // Materials stand in another file, and are left out.
-    let found = tobj::load_obj_buf(&mut text, &options, |_| Ok(Default::default()));
-    let (models, _) = found.map_err(|e| e.to_string())?;
+    let found = tobj::load_obj_buf(&mut file, &options, |_| Ok(Default::default()));
+    let (models, _) = found.map_err(|e| bad_obj_line(&text).unwrap_or_else(|| e.to_string()))?;
     let mut mesh = Mesh::default();
     for model in models {
         let base = mesh.positions.len() as u32;
@@ -46,7 +72,37 @@ pub(super) fn obj(bytes: &[u8]) -> Result<Mesh, String> {
     Ok(mesh)
 }
 
-pub(super) fn glb(bytes: &[u8]) -> Result<Mesh, String> {
+/// Refuse what the reader cannot read, by its name and with what to do.
+fn check_extensions(bytes: &[u8]) -> Result<(), ReadFault> {
+    let Ok(glb) = gltf::Glb::from_slice(bytes) else {
+        // Its reader says why.
+        return Ok(());
+    };
+    let Ok(root) = serde_json::from_slice::<serde_json::Value>(&glb.json) else {
+        return Ok(());
+    };
+    let required = root["extensionsRequired"].as_array();
+    let names = required
+        .into_iter()
+        .flatten()
+        .filter_map(|name| name.as_str());
+    for name in names {
+        let what = match name {
+            "KHR_draco_mesh_compression" => "compressed with Draco",
+            "EXT_meshopt_compression" | "KHR_meshopt_compression" => "compressed with meshopt",
+            "KHR_mesh_quantization" => "quantized",
+            _ => continue,
+        };
+        return Err(ReadFault::Unsupported(format!(
+            "its meshes are {what} ({name}), which is not read: export it without, for example from Blender or by \
+             `gltf-transform cp in.glb out.glb`"
+        )));
+    }
+    Ok(())
+}
+
+pub(super) fn glb(bytes: &[u8]) -> Result<Mesh, ReadFault> {
+    check_extensions(bytes)?;
     let gltf = gltf::Gltf::from_slice(bytes).map_err(|e| e.to_string())?;
     let blob = gltf.blob.as_deref();
     let mut mesh = Mesh::default();
@@ -65,13 +121,19 @@ pub(super) fn glb(bytes: &[u8]) -> Result<Mesh, String> {
             return Err(format!(
                 "node {} is there twice, and nodes make a tree",
                 node.index()
-            ));
+            )
+            .into());
         }
         let map = parent * Mat4::from_cols_array_2d(&node.transform().matrix());
         todo.extend(node.children().map(|child| (child, map)));
         let Some(own) = node.mesh() else { continue };
         for primitive in own.primitives() {
-            if primitive.mode() != gltf::mesh::Mode::Triangles {
+            use gltf::mesh::Mode;
+            let mode = primitive.mode();
+            if !matches!(
+                mode,
+                Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan
+            ) {
                 continue;
             }
             if let Some(places) = primitive.get(&gltf::Semantic::Positions) {
@@ -104,18 +166,37 @@ pub(super) fn glb(bytes: &[u8]) -> Result<Mesh, String> {
                 Some(indices) => indices.into_u32().collect(),
                 None => (0..mesh.positions.len() as u32 - base).collect(),
             };
-            let (triangles, _) = indices.as_chunks::<3>();
+            let triangles: Vec<[u32; 3]> = match mode {
+                Mode::TriangleStrip => strip(&indices).collect(),
+                Mode::TriangleFan => fan(&indices).collect(),
+                _ => indices.as_chunks::<3>().0.to_vec(),
+            };
             let is_mirrored = map.determinant() < 0.0;
             mesh.triangles.extend(triangles.iter().map(|&[a, b, c]| {
                 let [b, c] = if is_mirrored { [c, b] } else { [b, c] };
                 [a, b, c].map(|i| base.saturating_add(i))
             }));
             if mesh.triangles.len() > MOST_TRIANGLES {
-                return Err(format!("more than {MOST_TRIANGLES} triangles"));
+                return Err(format!("more than {MOST_TRIANGLES} triangles").into());
             }
         }
     }
     Ok(mesh)
+}
+
+/// The triangles of a strip; every other one runs the other way.
+fn strip(corners: &[u32]) -> impl Iterator<Item = [u32; 3]> + '_ {
+    let all = corners.windows(3).enumerate();
+    all.map(|(nth, own)| match nth % 2 {
+        0 => [own[0], own[1], own[2]],
+        _ => [own[1], own[0], own[2]],
+    })
+}
+
+/// The triangles of a fan, or of a polygon.
+fn fan(corners: &[u32]) -> impl Iterator<Item = [u32; 3]> + '_ {
+    let sides = corners.get(1..).unwrap_or_default().windows(2);
+    sides.map(|side| [corners[0], side[0], side[1]])
 }
 
 /// Refuse numbers of another kind than they must be, or that are not all in the file: the reader trusts both.
@@ -146,7 +227,7 @@ fn check_accessor(
     Ok(())
 }
 
-pub(super) fn stl(bytes: &[u8]) -> Result<Mesh, String> {
+pub(super) fn stl(bytes: &[u8]) -> Result<Mesh, ReadFault> {
     let found = stl_io::read_stl(&mut Cursor::new(bytes)).map_err(|e| e.to_string())?;
     Ok(Mesh {
         positions: found.vertices.iter().map(|v| Vec3::from(v.0)).collect(),
@@ -214,7 +295,7 @@ impl PropertyAccess for PlyPart {
     }
 }
 
-pub(super) fn ply(bytes: &[u8]) -> Result<Mesh, String> {
+pub(super) fn ply(bytes: &[u8]) -> Result<Mesh, ReadFault> {
     let parser = Parser::<PlyPart>::new();
     let mut file = Reader::new(bytes);
     let header = parser.read_header(&mut file).map_err(|e| e.to_string())?;
@@ -227,7 +308,8 @@ pub(super) fn ply(bytes: &[u8]) -> Result<Mesh, String> {
                 element.count,
                 element.name,
                 bytes.len()
-            ));
+            )
+            .into());
         }
         let parts = parser
             .read_payload_for_element(&mut file, element, &header)
@@ -236,11 +318,15 @@ pub(super) fn ply(bytes: &[u8]) -> Result<Mesh, String> {
             "vertex" => mesh.positions = parts.iter().map(|part| part.place).collect(),
             "face" => {
                 for part in parts {
-                    for i in 2..part.corners.len() {
-                        let [a, b, c] = [0, i - 1, i].map(|k| part.corners[k]);
-                        mesh.triangles.push([a, b, c]);
-                    }
+                    mesh.triangles.extend(fan(&part.corners));
                 }
+            }
+            "tristrips" => {
+                // A strip ends at −1.
+                let strips = parts
+                    .iter()
+                    .flat_map(|part| part.corners.split(|&i| i == u32::MAX));
+                mesh.triangles.extend(strips.flat_map(strip));
             }
             _ => {}
         }

@@ -44,7 +44,7 @@ pub(super) fn measure(solid: &Solid, block: &SampledBlock, out: &mut [f32]) {
         let (d, leaf) = if lower >= block.far + WIDEST * block.step {
             (lower, hint)
         } else {
-            solid.nearest(place, hint, &mut stack)
+            solid.surface.nearest(place, hint, &mut stack)
         };
         hint = leaf;
         *knot = Knot { place, d, leaf };
@@ -102,14 +102,14 @@ fn one(
     if lower >= block.far {
         return (lower, hint);
     }
-    let square = leaf_square(&solid.leaves[nearest.leaf as usize], p);
+    let square = leaf_square(&solid.surface.leaves[nearest.leaf as usize], p);
     let mut best = nearer_in(solid, p, hint, (square, nearest.leaf));
     if lower >= block.near {
         for knot in around {
             best = nearer_in(solid, p, knot.leaf, best);
         }
     } else {
-        best = solid.nearer(p, best, stack);
+        best = solid.surface.nearer(p, best, stack);
     }
     (best.0.sqrt(), best.1)
 }
@@ -117,11 +117,11 @@ fn one(
 /// The least square of a distance, and its leaf, of one that is known and another leaf.
 #[inline(always)]
 fn nearer_in(solid: &Solid, p: Vec3, leaf: u32, best: (f32, u32)) -> (f32, u32) {
-    let [low, high] = solid.boxes[leaf as usize];
+    let [low, high] = solid.surface.boxes[leaf as usize];
     if leaf == best.1 || gap_square(low, high, p) >= best.0 {
         return best;
     }
-    let square = leaf_square(&solid.leaves[leaf as usize], p);
+    let square = leaf_square(&solid.surface.leaves[leaf as usize], p);
     if square < best.0 {
         (square, leaf)
     } else {

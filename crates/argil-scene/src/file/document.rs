@@ -1,16 +1,19 @@
 //! The shape of a scene file, for the schema and for writing. Reading goes by [`super::read`].
 
 use crate::{Keyframe, Material, Modifier, Operator, OperatorKind, Profile, Shape, View};
+#[cfg(feature = "schema")]
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 /// A scene file of Argil.
-#[derive(Serialize, JsonSchema)]
+#[cfg(feature = "schema")]
+#[derive(Serialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(super) struct Document {
     /// Version of the format; must come first.
-    #[schemars(range(min = 1, max = 1))]
+    #[cfg_attr(feature = "schema", schemars(range(min = 1, max = 1)))]
     pub argil: u32,
     /// A name for people.
     #[serde(default)]
@@ -29,7 +32,8 @@ pub(super) struct Document {
 }
 
 /// A brush, which has a shape, or a group, which has brushes.
-#[derive(Clone, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Item {
     /// A name for people.
@@ -140,7 +144,8 @@ fn is_positive_zero(value: &f32) -> bool {
 }
 
 /// The JSON schema of scene files, as text.
+#[cfg(feature = "schema")]
 pub fn schema() -> String {
     let schema = schemars::schema_for!(Document);
-    serde_json::to_string_pretty(&schema).unwrap_or_default() + "\n"
+    serde_json::to_string_pretty(&schema).expect("a schema is JSON") + "\n"
 }

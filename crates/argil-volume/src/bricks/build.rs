@@ -16,7 +16,7 @@ use super::words::{Word, empty_word, lonely_word};
 use crate::{Bits, Texel, Texels};
 use argil_abi::{BRICK_MIXED, Instr};
 use argil_field::{CELLS, ClearTerms, NearJumps, Program, Pruner};
-use argil_math::Aabb;
+use argil_math::{Aabb, Control};
 use glam::{IVec3, Vec3};
 use rayon::prelude::*;
 use std::ops::Range;
@@ -111,6 +111,11 @@ impl<'a> Bounds<'a> {
         terms.radius(d.abs().min(self.far)) > radius
     }
 
+    /// Whether it is only for what jumps that it is not [clear](Self::is_clear).
+    fn is_doubtful(&self, d: f32, radius: f32) -> bool {
+        self.jumps.gap <= 0.0 && self.terms.radius(d.abs().min(self.far)) > radius
+    }
+
     /// Whether all of the cube, which is within `radius`, is farther from the surface than cells tell.
     pub fn is_far(&self, d: f32, radius: f32) -> bool {
         self.jumps.gap == f32::MAX
@@ -155,6 +160,7 @@ pub(super) fn bake(
     program: &Program,
     layout: BrickLayout,
     budget: Option<u64>,
+    control: &Control,
 ) -> Result<(Bricks, CellLists, BrickStagesMs), BricksError> {
     let start = Instant::now();
     let refuse = |bricks: usize, needed: u64| match budget {
@@ -166,13 +172,16 @@ pub(super) fn bake(
         _ => Ok(()),
     };
     let bounds = Bounds::new(program, &layout);
-    let plan = BlockPlan::of(program, &layout);
+    let plan = BlockPlan::controlled(program, &layout, control);
+    check(control)?;
     let slots = u64::from(FAR_SLOTS) + plan.blocks.len() as u64;
     refuse(0, SLOT_BYTES * slots)?;
     let table = BlockTable::of(&layout, &plan);
     let tables = table.memory_bytes() + (SLOT_BYTES - 12) * slots;
 
-    let (candidates, mut words) = candidates(program, &layout, &bounds, &plan);
+    control.begin("blocks", plan.blocks.len() as u64);
+    let (candidates, mut words) = candidates(program, &layout, &bounds, &plan, control);
+    check(control)?;
     drop(plan);
     let count: usize = candidates.iter().map(|c| c.cells.len()).sum();
     let needed = tables + count as u64 * (layout.brick_bytes() + 8);
@@ -180,12 +189,13 @@ pub(super) fn bake(
     layout.check_count(count as u64)?;
     let pruned = start.elapsed();
     // Fill, drop, close the gaps.
+    control.begin("bricks", count as u64);
     let (filled, at) = match layout.encoding.bits {
         Bits::Eight => fill::<i8>(
             program,
             &layout,
             &bounds,
-            (&candidates, &table),
+            (&candidates, &table, control),
             count,
             &mut words,
         ),
@@ -193,11 +203,12 @@ pub(super) fn bake(
             program,
             &layout,
             &bounds,
-            (&candidates, &table),
+            (&candidates, &table, control),
             count,
             &mut words,
         ),
     };
+    check(control)?;
     let masks: Vec<u64> = words
         .par_chunks_mut(64)
         .with_min_len(256)
@@ -217,6 +228,7 @@ pub(super) fn bake(
         words,
         owners: filled.owners,
         mixed_owners: owners_of_mixed(&filled.materials, &filled.mixed),
+        changes: Default::default(),
         materials: filled.materials,
         mixed: filled.mixed,
         pool: filled.pool,
@@ -226,12 +238,21 @@ pub(super) fn bake(
     Ok((bricks, CellLists::new(layout, table, candidates), stages))
 }
 
+fn check(control: &Control) -> Result<(), BricksError> {
+    if control.is_cancelled() {
+        Err(BricksError::Cancelled)
+    } else {
+        Ok(())
+    }
+}
+
 /// The cells in which the surface can be, each with its list, and the words of all slots.
 pub(super) fn candidates(
     program: &Program,
     layout: &BrickLayout,
     bounds: &Bounds<'_>,
     plan: &BlockPlan,
+    control: &Control,
 ) -> (Vec<Candidates>, Vec<u32>) {
     let mut words = far_words(layout.far_length());
     let first_slot = words.len() / CELLS;
@@ -244,6 +265,10 @@ pub(super) fn candidates(
         .map_init(
             || Pruner::new(program),
             |pruner, (at, (words, (block, range)))| {
+                control.advance(1);
+                if control.is_cancelled() {
+                    return Candidates::default();
+                }
                 let first = *block * super::BLOCK_SIDE as i32;
                 let bounds = bounds.of_block(layout, first);
                 let instrs = &plan.instrs[range.clone()];
@@ -284,6 +309,7 @@ pub(super) fn near_block(
     let radius = layout.half_diagonal(1);
     pruner.mark(instrs, &centers, radius, &mut d);
     let mut found = Candidates::default();
+    let mut doubtful = 0u64;
     for (i, (word, &d)) in words.iter_mut().zip(&d).enumerate() {
         // Of a candidate, what stays if its brick is dropped.
         *word = empty_word(bounds.center(d));
@@ -294,9 +320,42 @@ pub(super) fn near_block(
             let from = found.instrs.len();
             pruner.list(instrs, i, &mut found.instrs);
             found.cells.push((i as u8, from..found.instrs.len()));
+            doubtful |= u64::from(bounds.is_doubtful(d, radius)) << i;
         }
     }
+    if doubtful != 0 {
+        // The marks of all cells are needed still.
+        let mut pruner = Pruner::new(bounds.program);
+        let Candidates { cells, instrs, .. } = &mut found;
+        cells.retain(|(i, range)| {
+            let list = &instrs[range.clone()];
+            doubtful >> i & 1 == 0
+                || !is_clear_in_parts(layout, bounds, cell(usize::from(*i)), list, &mut pruner)
+        });
+    }
     found
+}
+
+/// Parts of a cell along each axis that are measured where something jumps: a long way from the surface that is, and farther than
+/// copies are isolated.
+const PARTS: i32 = 4;
+
+/// Whether no part of a cell has a surface, by its list.
+fn is_clear_in_parts(
+    layout: &BrickLayout,
+    bounds: &Bounds<'_>,
+    cell: IVec3,
+    instrs: &[Instr],
+    pruner: &mut Pruner<'_>,
+) -> bool {
+    let edge = layout.cell_length();
+    let corner = layout.lattice.corner + cell.as_vec3() * edge;
+    let centers: [Vec3; CELLS] =
+        std::array::from_fn(|i| corner + (inner_cell(i).as_vec3() + 0.5) * (edge / PARTS as f32));
+    let radius = layout.half_diagonal(1) / PARTS as f32;
+    let mut d = [0.0; CELLS];
+    pruner.mark(instrs, &centers, radius, &mut d);
+    d.iter().all(|&d| bounds.is_clear(d, radius))
 }
 
 /// Sample all candidates' bricks; those in which no surface can be leave a distance in their cell.
@@ -304,7 +363,7 @@ fn fill<T: Texel>(
     program: &Program,
     layout: &BrickLayout,
     bounds: &Bounds<'_>,
-    (candidates, table): (&[Candidates], &BlockTable),
+    (candidates, table, control): (&[Candidates], &BlockTable, &Control),
     count: usize,
     words: &mut [u32],
 ) -> (Filled, Instant) {
@@ -347,6 +406,10 @@ fn fill<T: Texel>(
             || Filler::new(program, layout, &fill, &places),
             |filler, (found, first, pool, (owners, materials), words)| {
                 let mut mixed = Vec::new();
+                control.advance(found.cells.len() as u64);
+                if control.is_cancelled() {
+                    return mixed;
+                }
                 let corner = table.cell(found.slot);
                 let bounds = bounds.of_block(layout, corner);
                 let bricks = pool.chunks_exact_mut(samples).zip(owners).zip(materials);

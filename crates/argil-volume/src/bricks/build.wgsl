@@ -162,6 +162,17 @@ fn prune_cells(@builtin(workgroup_id) id: vec3<u32>, @builtin(local_invocation_i
     keep_stretch(prune.cells_first + 2u * nth, pruned_in(cell_at(place_of(measured)), 1u, whole, jump));
 }
 
+// Twin of is_clear_in_parts: whether no part of a cell has a surface, by the list.
+fn is_clear_in_parts(corner: vec3<f32>, edge: f32, bounds: BlockBounds) -> bool {
+    for (var i = 0u; i < 64u; i++) {
+        let d = field_distance(corner + (vec3<f32>(inner_cell(i)) + 0.5) * (edge / 4.0));
+        if !is_clear(d, bounds, volume.reach / 4.0) {
+            return false;
+        }
+    }
+    return true;
+}
+
 // The words of empty cells, and a list of the others.
 @compute @workgroup_size(64)
 fn measure(@builtin(workgroup_id) id: vec3<u32>, @builtin(num_workgroups) count: vec3<u32>, @builtin(local_invocation_index) local: u32) {
@@ -182,7 +193,11 @@ fn measure(@builtin(workgroup_id) id: vec3<u32>, @builtin(num_workgroups) count:
     let d = field_distance(volume.corner_range.xyz + (vec3<f32>(cell) + 0.5) * edge);
     // Of a cell near the surface, what stays if its brick is dropped.
     let bounds = bounds_of(nth);
-    let is_near = !is_clear(d, bounds, volume.reach);
+    var is_near = !is_clear(d, bounds, volume.reach);
+    // Only what jumps is in the way.
+    if is_near && bounds.gap <= 0.0 && plain_radius(min(abs(d), volume.far), bounds) > volume.reach {
+        is_near = !is_clear_in_parts(volume.corner_range.xyz + vec3<f32>(cell) * edge, edge, bounds);
+    }
     let before = cells[at];
     if (lists[prune.dirty_first + 2u * nth + local / 32u] & (1u << (local % 32u))) == 0u {
         // Nothing changed that a brick holds.

@@ -4,6 +4,7 @@ use super::table::BlockTable;
 use super::{BLOCK_SIDE, BrickLayout};
 use argil_abi::Instr;
 use argil_field::Program;
+use argil_math::Control;
 use glam::IVec3;
 
 /// What can matter in each cell near the surface: lists of instructions that give the whole program's distances there, to
@@ -28,7 +29,7 @@ impl CellLists {
     pub fn of(program: &Program, layout: &BrickLayout) -> Self {
         let bounds = Bounds::new(program, layout);
         let plan = BlockPlan::of(program, layout);
-        let (candidates, _) = candidates(program, layout, &bounds, &plan);
+        let (candidates, _) = candidates(program, layout, &bounds, &plan, &Control::default());
         Self::new(*layout, BlockTable::of(layout, &plan), candidates)
     }
 

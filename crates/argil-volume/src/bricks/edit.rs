@@ -18,6 +18,7 @@ use super::table::FAR_SLOTS;
 use super::words::{center_of, empty_word, is_brick};
 use super::work::{EditWork, Unit};
 use super::{BLOCK_SIDE, BrickLayout, Bricks, BricksError};
+use crate::texels::OF_THIS_TYPE;
 use crate::{Bits, Texel};
 use argil_abi::{Fill, Instr};
 use argil_field::{CELLS, LiveProgram, Parts, Program, Pruner, Touched};
@@ -199,7 +200,7 @@ impl Bricks {
             for (&(i, material), texels) in own.bricks.iter().zip(own.texels.chunks_exact(samples))
             {
                 let own_mixed = if material & argil_abi::BRICK_MIXED != 0 {
-                    mixed.next().unwrap_or_default()
+                    mixed.next().expect("places of each mixed brick")
                 } else {
                     &[]
                 };
@@ -215,6 +216,7 @@ impl Bricks {
         pool.close();
         let mut gone = Vec::new();
         for (own, &slot) in made.iter().zip(&slots) {
+            self.changes.slot(slot as u32);
             let words = &mut self.words[slot * CELLS..(slot + 1) * CELLS];
             match own.far {
                 None => self.masks[slot] = settle(words),
@@ -230,6 +232,7 @@ impl Bricks {
             gone.extend(emptied_around(&self.table, &self.layout, live, &gone));
         }
         for (block, inside) in gone {
+            self.changes.blocks();
             self.table.set_far(block, block + 1, inside);
         }
         result.added = (self.owners.len() as u64 + result.removed) - before;
@@ -241,6 +244,9 @@ impl Bricks {
         let block = made.first / BLOCK_SIDE as i32;
         if made.far.is_some() {
             return self.table.slot(block) as usize;
+        }
+        if self.table.find(block).is_none() {
+            self.changes.blocks();
         }
         let slot = self.table.insert(block) as usize;
         if slot >= self.masks.len() {
@@ -390,7 +396,7 @@ impl Editing<'_> {
         // Of a block that there was not, far words.
         let slot = bricks.table.slot(first / BLOCK_SIDE as i32) as usize;
         let old = &bricks.words[slot * CELLS..(slot + 1) * CELLS];
-        let pool = bricks.pool.of::<T>().unwrap_or_default();
+        let pool = bricks.pool.of::<T>().expect(OF_THIS_TYPE);
         let dirty = self.work.dirty_cells(&self.layout, self.live, first);
         let octants = self.octants(first, lists, changed & dirty, (&found, old), pruner);
         // No more bricks than that, so that they are moved once.

@@ -62,6 +62,9 @@ pub enum BricksError {
         /// Bytes that they may take.
         budget: u64,
     },
+    /// Somebody has [cancelled](argil_math::Control::cancel) it.
+    #[error("cancelled")]
+    Cancelled,
     /// They are too far apart.
     #[error(transparent)]
     TooFar(#[from] TooFarError),

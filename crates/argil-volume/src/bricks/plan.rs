@@ -8,7 +8,8 @@ use super::build::Bounds;
 use super::layout::{BLOCK_SIDE, BrickLayout};
 use super::table::BlockTable;
 use argil_abi::Instr;
-use argil_field::{CELLS, Program, Pruner};
+use argil_field::{CELLS, OperandIndex, Parts, Program, Pruner};
+use argil_math::Control;
 use glam::{IVec3, Vec3};
 use rayon::prelude::*;
 use std::ops::Range;
@@ -32,11 +33,57 @@ struct Level {
     inside: Vec<IVec3>,
 }
 
+/// From so many operands on, parts begin with lists of what is near them.
+const MANY_OPERANDS: usize = 2048;
+/// Blocks along the side of such a part, and most of those parts.
+const PART_SIDE: i32 = 4;
+const MOST_PARTS: f32 = 1e6;
+
+impl Level {
+    /// Parts of `side` blocks that were cut out of others, as one level.
+    fn joined(
+        all: Vec<Self>,
+        (side, [low, high]): (i32, [IVec3; 2]),
+        inside: &mut Vec<[IVec3; 2]>,
+    ) -> Self {
+        let mut joined = Self::default();
+        for part in all {
+            let from = joined.instrs.len();
+            joined.instrs.extend_from_slice(&part.instrs);
+            let moved = |r: Range<usize>| from + r.start..from + r.end;
+            let own = part.parts.into_iter();
+            joined.parts.extend(own.map(|(block, r)| (block, moved(r))));
+            let own = part.inside.iter();
+            inside.extend(own.map(|&at| [at.max(low), (at + side).min(high)]));
+        }
+        joined
+    }
+
+    /// What is cut into blocks.
+    fn finished(mut self, inside: Vec<[IVec3; 2]>) -> BlockPlan {
+        self.parts
+            .sort_by_key(|(block, _)| [block.z, block.y, block.x]);
+        BlockPlan {
+            blocks: self.parts,
+            instrs: self.instrs,
+            inside,
+        }
+    }
+}
+
 impl BlockPlan {
     /// Of a program, on rayon's current threads.
     pub fn of(program: &Program, layout: &BrickLayout) -> Self {
+        Self::controlled(program, layout, &Control::default())
+    }
+
+    /// The same; of no use if it is cancelled.
+    pub(super) fn controlled(program: &Program, layout: &BrickLayout, control: &Control) -> Self {
         let bounds = Bounds::new(program, layout);
         let [low, high] = searched(layout);
+        if let Some(plan) = Self::by_operands(program, layout, &bounds, [low, high], control) {
+            return plan;
+        }
         let extent = (high - low).max_element();
         // In blocks.
         let mut side = 1;
@@ -67,34 +114,59 @@ impl BlockPlan {
                 .map_init(
                     || Pruner::new(program),
                     |pruner, (block, range)| {
+                        if control.is_cancelled() {
+                            return Level::default();
+                        }
                         let instrs = &level.instrs[range.clone()];
                         cut(layout, &bounds, *block, (side, [low, high]), instrs, pruner)
                     },
                 )
                 .collect();
-            let mut next = Level::default();
-            for part in parts {
-                let from = next.instrs.len();
-                next.instrs.extend_from_slice(&part.instrs);
-                let moved = |r: Range<usize>| from + r.start..from + r.end;
-                let own = part.parts.into_iter();
-                next.parts.extend(own.map(|(block, r)| (block, moved(r))));
-                inside.extend(
-                    part.inside
-                        .iter()
-                        .map(|&at| [at.max(low), (at + side).min(high)]),
-                );
-            }
-            level = next;
+            level = Level::joined(parts, (side, [low, high]), &mut inside);
         }
-        level
-            .parts
-            .sort_by_key(|(block, _)| [block.z, block.y, block.x]);
-        Self {
-            blocks: level.parts,
-            instrs: level.instrs,
-            inside,
+        level.finished(inside)
+    }
+
+    /// Of many operands: parts begin small, each with a list of what is near it.
+    fn by_operands(
+        program: &Program,
+        layout: &BrickLayout,
+        bounds: &Bounds<'_>,
+        [low, high]: [IVec3; 2],
+        control: &Control,
+    ) -> Option<Self> {
+        let side = IVec3::splat(PART_SIDE);
+        let [first, last] = [low, high - 1].map(|block| block.div_euclid(side));
+        let count = (last - first + 1).as_vec3().element_product();
+        if program.operand_count() < MANY_OPERANDS || count > MOST_PARTS {
+            return None;
         }
+        let parts = Parts {
+            edge: (PART_SIDE as u32 * BLOCK_SIDE) as f32 * layout.cell_length(),
+            ..layout.parts(program)
+        };
+        let index = OperandIndex::new(program, parts)?;
+        let places: Vec<IVec3> = super::table::places(first, last).collect();
+        control.begin("parts", places.len() as u64);
+        let parts: Vec<Level> = places
+            .par_iter()
+            .map_init(
+                || (Pruner::new(program), Vec::new()),
+                |(pruner, list), &place| {
+                    list.clear();
+                    index.list(program, place, list);
+                    control.advance(1);
+                    if list.is_empty() || control.is_cancelled() {
+                        return Level::default();
+                    }
+                    let block = place * PART_SIDE;
+                    cut(layout, bounds, block, (1, [low, high]), list, pruner)
+                },
+            )
+            .collect();
+        let mut inside = Vec::new();
+        let level = Level::joined(parts, (1, [low, high]), &mut inside);
+        Some(level.finished(inside))
     }
 }
 

@@ -58,6 +58,7 @@ impl<'a, T: Texel> Pool<'a, T> {
             BRICK_MIXED | self.put_mixed(brick, mixed)
         };
         self.bricks.words[at as usize] = brick;
+        self.bricks.changes.brick(brick);
     }
 
     /// Free the brick in the cell of a word, if there is one; the word is then whatever it is set to.
@@ -142,6 +143,8 @@ impl<'a, T: Texel> Pool<'a, T> {
             let owner = bricks.owners[last];
             bricks.owners[gap] = owner;
             bricks.words[owner as usize] = gap as u32;
+            bricks.changes.brick(gap as u32);
+            bricks.changes.slot(owner / 64);
             let material = bricks.materials[last];
             bricks.materials[gap] = material;
             if material & BRICK_MIXED != 0 {
@@ -171,6 +174,7 @@ impl<'a, T: Texel> Pool<'a, T> {
             let owner = mixed_owners[last];
             mixed_owners[gap] = owner;
             bricks.materials[owner as usize] = BRICK_MIXED | gap as u32;
+            bricks.changes.brick(owner);
             mixed_owners.pop();
         }
         while mixed_owners.last() == Some(&u32::MAX) {

@@ -1,3 +1,4 @@
+use super::meshes::meshes_of;
 use super::write::{DESCRIPTION_WORDS, DESCRIPTION_WORDS_1, KIND_BRICKS, KIND_DENSE, KIND_OCTREE};
 use super::{
     ALIGNMENT, ENTRY_BYTES, FORMAT_VERSION, HEADER_BYTES, MAGIC, MAX_SECTIONS, Section, Stored,
@@ -257,7 +258,17 @@ impl<'a> Reader<'a> {
         let Ok(scene_json) = String::from_utf8(self.bytes(Section::Scene)?.to_vec()) else {
             return Err(self.fault(Section::Scene, "it is not text"));
         };
-        Ok(Stored { volume, scene_json })
+        let has_meshes = self.sections.iter().any(|(s, _)| *s == Section::Meshes);
+        let meshes = match has_meshes {
+            true => meshes_of(self.bytes(Section::Meshes)?)
+                .ok_or_else(|| self.fault(Section::Meshes, "its lengths make no sense"))?,
+            false => Vec::new(),
+        };
+        Ok(Stored {
+            volume,
+            scene_json,
+            meshes,
+        })
     }
 
     fn dense(

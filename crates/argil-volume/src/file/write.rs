@@ -1,4 +1,7 @@
-use super::{ALIGNMENT, ENTRY_BYTES, FORMAT_VERSION, HEADER_BYTES, MAGIC, Section, Volume};
+use super::meshes::bytes_of;
+use super::{
+    ALIGNMENT, ENTRY_BYTES, FORMAT_VERSION, HEADER_BYTES, MAGIC, Section, StoredMesh, Volume,
+};
 use crate::{Encoding, Lattice};
 use std::io::{self, Write};
 
@@ -10,7 +13,12 @@ pub(super) const KIND_DENSE: u32 = 1;
 pub(super) const KIND_OCTREE: u32 = 2;
 pub(super) const KIND_BRICKS: u32 = 3;
 
-pub(super) fn write(volume: &Volume, scene_json: &str, mut out: impl Write) -> io::Result<()> {
+pub(super) fn write(
+    volume: &Volume,
+    scene_json: &str,
+    meshes: &[StoredMesh<'_>],
+    mut out: impl Write,
+) -> io::Result<()> {
     // Gather the sections; what is large is borrowed.
     let description;
     let (mut blocks, mut inside, mut words) = (Vec::new(), Vec::new(), Vec::new());
@@ -60,6 +68,10 @@ pub(super) fn write(volume: &Volume, scene_json: &str, mut out: impl Write) -> i
     }
     sections.insert(0, (Section::Description, &description));
     sections.insert(1, (Section::Scene, scene_json.as_bytes()));
+    let meshes = bytes_of(meshes);
+    if !meshes.is_empty() {
+        sections.insert(2, (Section::Meshes, &meshes));
+    }
 
     // Lay them out.
     let mut table = Vec::new();

@@ -23,7 +23,8 @@ pub(super) fn bricks<T: Texel>(
         let has_brick = tree.codes().binary_search(&code).is_ok();
         (!has_brick).then(|| T::stored(vacant(words, fill, away)))
     };
-    sample(program, &layout.lattice.grid(0), fill, &vacant)
+    let control = argil_math::Control::default();
+    sample(program, &layout.lattice.grid(0), fill, &vacant, &control)
 }
 
 /// What is stored in all texels of a cell without a brick, whose centre is so far from the surface: the distance that

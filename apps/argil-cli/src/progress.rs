@@ -1,0 +1,52 @@
+//! How far long work is, on stderr, for people: nothing is written there where it is no terminal.
+
+use argil::{Control, Engine};
+use std::io::{IsTerminal, Write};
+use std::time::{Duration, Instant};
+
+/// Work that is done sooner is not told of.
+const PATIENCE: Duration = Duration::from_secs(1);
+const PERIOD: Duration = Duration::from_millis(250);
+
+/// The engine, whose long work is told of while it goes on.
+pub fn watched(engine: Engine) -> Engine {
+    if !std::io::stderr().is_terminal() {
+        return engine;
+    }
+    let control = Control::new();
+    let engine = engine.with_control(&control);
+    std::thread::spawn(move || watch(&control));
+    engine
+}
+
+fn watch(control: &Control) {
+    let mut begun: Option<(&str, Instant)> = None;
+    let mut is_shown = false;
+    loop {
+        std::thread::sleep(PERIOD);
+        let Some(now) = control.progress() else {
+            continue;
+        };
+        let start = match begun {
+            Some((stage, start)) if stage == now.stage => start,
+            _ => begun.insert((now.stage, Instant::now())).1,
+        };
+        let passed = start.elapsed();
+        let share = now.done as f64 / (now.total as f64).max(1.0);
+        let line = if share < 1.0 && passed > PATIENCE {
+            let left = passed.as_secs_f64() * (1.0 - share) / share.max(1e-3);
+            format!(
+                "{}: {:.0} %, about {left:.0} s left (Ctrl-C stops)",
+                now.stage,
+                100.0 * share
+            )
+        } else if is_shown {
+            String::new()
+        } else {
+            continue;
+        };
+        is_shown = !line.is_empty();
+        // Back to the line's beginning, over what was there.
+        let _ = write!(std::io::stderr(), "\r\x1b[2K{line}");
+    }
+}

@@ -1,0 +1,125 @@
+//! Transforms of a node, one after the other.
+
+use crate::Modifier;
+use glam::{DQuat, DVec3, Vec3};
+
+/// A node may have so many transforms at its end before they become one scale, one rotation and one translation.
+const MAX_TRANSFORMS: usize = 6;
+
+/// Transforms a solid once more. Transforms of one kind in a row become one, and so do long runs of them: thousands of small turns
+/// cost no more than one.
+pub(crate) fn push_transform(modifiers: &mut Vec<Modifier>, by: Modifier) {
+    match (modifiers.last_mut(), &by) {
+        (Some(Modifier::Translate { by: old }), Modifier::Translate { by: more }) => {
+            *old = std::array::from_fn(|i| old[i] + more[i]);
+            return;
+        }
+        (
+            Some(Modifier::Rotate { axis, degrees }),
+            Modifier::Rotate {
+                axis: a,
+                degrees: d,
+            },
+        ) if axis == a => {
+            *degrees = (*degrees + d) % 360.0;
+            return;
+        }
+        _ => modifiers.push(by),
+    }
+    let run = modifiers.iter().rev();
+    let run = run.take_while(|m| m.affine().is_some()).count();
+    if run > MAX_TRANSFORMS {
+        let first = modifiers.len() - run;
+        if let Some(composed) = composed(&modifiers[first..]) {
+            modifiers.truncate(first);
+            modifiers.extend(composed);
+        }
+    }
+}
+
+/// The scale, the rotation and the translation that do what some transforms do one after the other. Nothing where a value can then
+/// not be used.
+fn composed(transforms: &[Modifier]) -> Option<Vec<Modifier>> {
+    let (mut scale, mut turn, mut shift) = (1.0f64, DQuat::IDENTITY, DVec3::ZERO);
+    for transform in transforms {
+        match *transform {
+            Modifier::Translate { by } => shift += Vec3::from(by).as_dvec3(),
+            Modifier::Rotate { axis, degrees } => {
+                let axis = Vec3::from(axis).as_dvec3().normalize();
+                let own = DQuat::from_axis_angle(axis, f64::from(degrees).to_radians());
+                turn = (own * turn).normalize();
+                shift = own * shift;
+            }
+            Modifier::Scale { by } => {
+                scale *= f64::from(by);
+                shift *= f64::from(by);
+            }
+            _ => return None,
+        }
+    }
+    let (axis, angle) = turn.to_axis_angle();
+    let composed = [
+        Modifier::Scale { by: scale as f32 },
+        Modifier::Rotate {
+            axis: axis.as_vec3().to_array(),
+            degrees: angle.to_degrees() as f32,
+        },
+        Modifier::Translate {
+            by: shift.as_vec3().to_array(),
+        },
+    ];
+    composed
+        .iter()
+        .all(|modifier| modifier.check().is_ok())
+        .then(|| composed.to_vec())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DAffine3;
+
+    fn map_of(modifiers: &[Modifier]) -> DAffine3 {
+        let maps = modifiers.iter().filter_map(Modifier::affine);
+        // Each map leads back to what the modifier before it made.
+        maps.fold(DAffine3::IDENTITY, |all, map| all * map)
+    }
+
+    #[test]
+    fn many_transforms_become_three_that_do_the_same() {
+        let mut kept = vec![Modifier::Round { radius: 0.1 }];
+        let mut all = Vec::new();
+        for i in 0..2_000 {
+            let by = match i % 3 {
+                0 => Modifier::Translate {
+                    by: [0.01, -0.02, 0.005 * (i % 7) as f32],
+                },
+                1 => Modifier::Rotate {
+                    axis: [1.0, (i % 5) as f32, 0.5],
+                    degrees: 3.0,
+                },
+                _ => Modifier::Scale {
+                    by: if i % 2 == 0 { 1.01 } else { 1.0 / 1.01 },
+                },
+            };
+            all.push(by.clone());
+            push_transform(&mut kept, by);
+            assert!(kept.len() <= 1 + MAX_TRANSFORMS, "{}", kept.len());
+        }
+        let (own, expected) = (map_of(&kept), map_of(&all));
+        assert!(own.abs_diff_eq(expected, 1e-3), "{own:?} and {expected:?}");
+        assert_eq!(kept[0], Modifier::Round { radius: 0.1 });
+    }
+
+    #[test]
+    fn a_scale_that_would_be_too_large_is_left_in_parts() {
+        let mut kept = Vec::new();
+        for _ in 0..3 {
+            push_transform(&mut kept, Modifier::Scale { by: 1e3 });
+            push_transform(&mut kept, Modifier::Translate { by: [1.0; 3] });
+            push_transform(&mut kept, Modifier::Scale { by: 1e2 });
+        }
+        assert!(kept.len() > MAX_TRANSFORMS);
+        assert!(kept.iter().all(|m| m.check().is_ok()));
+    }
+}

@@ -1,0 +1,125 @@
+//! The distances of meshes, kept from one time to the next.
+
+use argil_math::Aabb;
+use argil_mesh::{Format, Repairs};
+use argil_scene::{SAMPLED_HEADER, SampledGrid};
+use std::path::{Path, PathBuf};
+
+/// What kept samples begin with; another number for another way of sampling.
+const MAGIC: [u8; 8] = *b"argilm04";
+
+/// Words of a kept file before the samples: the box.
+const HEAD: usize = 6;
+
+/// The ending of kept files' names.
+const MAGIC_TEXT: &str = "grid04";
+
+/// Where the distances of a file's mesh are kept, by the hash of its bytes.
+pub fn place(bytes: &[u8], format: Format, resolution: u32) -> Option<PathBuf> {
+    let hash = blake3::hash(bytes).to_hex();
+    let name = format!("{hash}-{format:?}-{resolution}.{MAGIC_TEXT}");
+    Some(cache_folder()?.join(name))
+}
+
+fn cache_folder() -> Option<PathBuf> {
+    #[cfg(target_arch = "wasm32")]
+    return None;
+    #[cfg(not(target_arch = "wasm32"))]
+    Some(dirs::cache_dir()?.join("argil").join("meshes"))
+}
+
+/// Keeps distances, with how many triangles they are of and what was done to those.
+pub fn write(
+    path: &Path,
+    grid: &SampledGrid,
+    (triangles, repairs): (u64, Repairs),
+) -> std::io::Result<()> {
+    if let Some(folder) = path.parent() {
+        std::fs::create_dir_all(folder)?;
+    }
+    let mut words: Vec<f32> = Vec::with_capacity(HEAD + grid.words().len());
+    let solid = grid.solid();
+    words.extend(solid.min.to_array());
+    words.extend(solid.max.to_array());
+    words.extend_from_slice(grid.words());
+    let bytes: &[u8] = bytemuck::cast_slice(&words);
+    let head = [&triangles.to_le_bytes(), bytemuck::bytes_of(&repairs)].concat();
+    argil_scene::replace_file(path, |out| {
+        use std::io::Write;
+        out.write_all(&MAGIC)?;
+        out.write_all(hash_of(&head, bytes).as_bytes())?;
+        out.write_all(&head)?;
+        out.write_all(bytes)
+    })
+}
+
+/// Of what is kept besides the samples, and of those.
+fn hash_of(head: &[u8], bytes: &[u8]) -> blake3::Hash {
+    blake3::Hasher::new().update(head).update(bytes).finalize()
+}
+
+/// What was kept, if it is whole.
+pub fn read(path: &Path) -> Option<(SampledGrid, (u64, Repairs))> {
+    let all = std::fs::read(path).ok()?;
+    let (magic, rest) = all.split_at_checked(MAGIC.len())?;
+    let (hash, rest) = rest.split_at_checked(32)?;
+    let (head, bytes) = rest.split_at_checked(8 + size_of::<Repairs>())?;
+    if magic != MAGIC || hash_of(head, bytes).as_bytes() != hash {
+        return None;
+    }
+    let words: Vec<f32> = bytes
+        .as_chunks::<4>()
+        .0
+        .iter()
+        .map(|&b| f32::from_le_bytes(b))
+        .collect();
+    if words.len() < HEAD + SAMPLED_HEADER {
+        return None;
+    }
+    let corner = |at: usize| glam::Vec3::from_slice(&words[at..]);
+    let solid = Aabb::new(corner(0), corner(3));
+    let (triangles, repairs) = head.split_first_chunk()?;
+    let counts = (
+        u64::from_le_bytes(*triangles),
+        bytemuck::pod_read_unaligned(repairs),
+    );
+    Some((
+        SampledGrid::from_words(words[HEAD..].to_vec(), solid)?,
+        counts,
+    ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_was_kept_comes_back_whole_or_not_at_all() {
+        let here = tempfile::tempdir().expect("a folder");
+        let path = here.path().join("sub").join("kept");
+        let ball = |points: &[glam::Vec3], out: &mut [f32]| {
+            for (p, out) in points.iter().zip(out) {
+                *out = p.length() - 0.5;
+            }
+        };
+        let solid = Aabb::centered(glam::Vec3::splat(0.5));
+        let corner = glam::Vec3::splat(-0.75);
+        let grid = SampledGrid::sample(corner, 0.5, glam::UVec3::splat(3), solid, &ball);
+        let repairs = Repairs {
+            holes: 3,
+            parts: 1,
+            ..Repairs::default()
+        };
+        write(&path, &grid, (77, repairs)).expect("a file");
+        assert_eq!(read(&path), Some((grid, (77, repairs))));
+        let whole = std::fs::read(&path).expect("a file");
+        for at in (0..whole.len()).step_by(whole.len() / 50) {
+            let mut damaged = whole.clone();
+            damaged[at] ^= 1;
+            std::fs::write(&path, &damaged).expect("a file");
+            assert_eq!(read(&path), None, "{at}");
+            std::fs::write(&path, &whole[..at]).expect("a file");
+            assert_eq!(read(&path), None, "cut at {at}");
+        }
+    }
+}
