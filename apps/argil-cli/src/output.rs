@@ -45,6 +45,8 @@ pub fn volume(info: &VolumeInfo) -> Value {
         "resolution": info.lattice.size.to_array(),
         "box": [bounds.min.to_array(), bounds.max.to_array()],
         "voxel": info.lattice.voxel,
+        // What is endless ends at the box.
+        "is_cut_by_box": info.lattice.is_cut,
         "bits": 8 * info.encoding.bits.bytes(),
         "band_voxels": info.encoding.range.voxels(),
         "memory_bytes": info.memory_bytes,

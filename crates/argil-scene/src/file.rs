@@ -10,6 +10,8 @@
 
 mod document;
 pub(crate) mod read;
+#[cfg(feature = "schema")]
+mod schema;
 mod write;
 
 use crate::{EditError, Fault, Scene};
@@ -19,7 +21,7 @@ use std::sync::{Mutex, PoisonError};
 
 pub(crate) use document::Item;
 #[cfg(feature = "schema")]
-pub use document::schema;
+pub use schema::schema;
 
 /// The version that this program writes, and the newest that it reads.
 pub const FORMAT_VERSION: u32 = 1;

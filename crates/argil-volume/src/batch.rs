@@ -131,7 +131,7 @@ impl<'a, T: Texel> Levels<'a, T> {
             for (pair, step) in pairs.iter_mut().zip([0, up, deep, up + deep]) {
                 // SAFETY: `begin` has one texel above it along each axis that has two, strides are 0 along the others, and
                 // `new` has seen that there are as many texels as the sides' product.
-                pair[i] = unsafe { pair_at(texels.as_ptr().add(begin + step)) };
+                pair[i] = unsafe { pair_at(texels, begin + step) };
             }
         }
         // Interpolate.
@@ -153,9 +153,16 @@ impl<'a, T: Texel> Levels<'a, T> {
 /// Two texels in one load.
 ///
 /// # Safety
-/// Both must be there.
+/// Both must be there. Where assertions are compiled in, as in tests, it is looked.
 #[inline(always)]
-pub(crate) unsafe fn pair_at<T: Texel>(at: *const T) -> u32 {
+pub(crate) unsafe fn pair_at<T: Texel>(texels: &[T], at: usize) -> u32 {
+    debug_assert!(
+        at < texels.len() && texels.len() - at >= 2,
+        "a pair at {at} of {}",
+        texels.len()
+    );
+    // SAFETY: the caller's.
+    let at = unsafe { texels.as_ptr().add(at) };
     match T::BITS {
         // SAFETY: the caller's; u16 is two texels.
         Bits::Eight => u32::from(unsafe { at.cast::<u16>().read_unaligned() }),
@@ -182,6 +189,16 @@ mod tests {
     use argil_math::Aabb;
     use argil_scene::{Brush, Scene, Shape};
     use glam::Vec3;
+
+    /// What tests read without a look at bounds is looked at all the same: the standard library's own reads by its assertions,
+    /// pairs of texels by this one.
+    #[test]
+    #[cfg(debug_assertions)]
+    #[should_panic(expected = "a pair at 3 of 4")]
+    fn pairs_that_are_not_there_are_noticed_in_tests() {
+        // SAFETY: it panics before it reads.
+        unsafe { pair_at(&[0i16; 4], 3) };
+    }
 
     #[test]
     fn batches_give_the_bits_of_single_samples() {

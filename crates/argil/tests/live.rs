@@ -381,6 +381,61 @@ fn what_jumps_costs_where_it_is() -> Outcome {
     Ok(())
 }
 
+/// Hundreds of carves and fills of one place, undone and moved in between, leave the bricks of a fresh bake: what is kept of earlier
+/// edits' lists is right.
+#[test]
+fn carving_one_place_again_and_again_stays_right() -> Outcome {
+    for engine in [Engine::cpu(), Engine::on(Backend::Gpu)?] {
+        let is_gpu = engine.gpu_kind().is_some();
+        let (count, resolution) = if is_gpu { (180, 64) } else { (700, 96) };
+        let mut scene = Scene::new();
+        scene.push(Brush::new(Shape::cuboid([0.6, 0.4, 0.6])))?;
+        let mut world = world_of(engine, &mut scene, resolution);
+        for i in 0..count {
+            let along = |k: u32| 0.9 * ((i * k) % 211) as f32 / 211.0 - 0.45;
+            let at = [along(37), 0.3 * along(91) + 0.2, along(150)];
+            let brush = match i % 7 {
+                3 => Brush::new(Shape::rounded_box([0.05; 3], 0.01)).blend(0.01),
+                5 => Brush::new(Shape::sphere(0.04)).blend(0.02),
+                _ => Brush::new(Shape::sphere(0.06))
+                    .subtract()
+                    .blend(0.005 * (i % 3) as f32),
+            };
+            scene.push(brush.at(at))?;
+            let applied = world.apply(&scene)?;
+            assert!(!applied.rebuilt, "{i}: {:?}", applied.reason);
+            match i % 40 {
+                19 => {
+                    for _ in 0..5 {
+                        assert!(scene.undo());
+                        assert!(!world.apply(&scene)?.rebuilt);
+                    }
+                }
+                29 => {
+                    // The middle of the list, and the middle of the place.
+                    let nth = scene.node(Scene::ROOT).children().len() / 2;
+                    moved(&mut scene, nth, [0.05, 0.0, 0.0]);
+                    assert!(!world.apply(&scene)?.rebuilt);
+                }
+                35 => {
+                    // Several at once, one of them large.
+                    for radius in [0.03, 0.2, 0.05] {
+                        let hole = Brush::new(Shape::sphere(radius)).at([at[0], -0.3, at[2]]);
+                        scene.push(hole.subtract())?;
+                    }
+                    assert!(!world.apply(&scene)?.rebuilt);
+                }
+                39 if !is_gpu || i % 80 == 79 => {
+                    assert_eq!(world.differing_cells(&scene)?, Some(0), "after {i}");
+                }
+                _ => {}
+            }
+        }
+        assert_eq!(world.differing_cells(&scene)?, Some(0));
+    }
+    Ok(())
+}
+
 /// Who keeps a copy of bricks can follow edits by what has changed.
 #[test]
 fn changes_of_bricks_are_told() -> Outcome {

@@ -1,35 +1,9 @@
-//! The shape of a scene file, for the schema and for writing. Reading goes by [`super::read`].
+//! The parts of a scene file, for the schema and for writing. Reading goes by [`super::read`].
 
-use crate::{Keyframe, Material, Modifier, Operator, OperatorKind, Profile, Shape, View};
+use crate::{Keyframe, Modifier, Operator, OperatorKind, Profile, Shape};
 #[cfg(feature = "schema")]
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use std::collections::BTreeMap;
-
-/// A scene file of Argil.
-#[cfg(feature = "schema")]
-#[derive(Serialize)]
-#[cfg_attr(feature = "schema", derive(JsonSchema))]
-#[serde(deny_unknown_fields)]
-pub(super) struct Document {
-    /// Version of the format; must come first.
-    #[cfg_attr(feature = "schema", schemars(range(min = 1, max = 1)))]
-    pub argil: u32,
-    /// A name for people.
-    #[serde(default)]
-    pub name: String,
-    /// Where the scene or its parts come from.
-    #[serde(default)]
-    pub credit: String,
-    /// How the scene is meant to be looked at.
-    #[serde(default)]
-    pub view: View,
-    /// Materials by name; must come before the brushes that use them.
-    #[serde(default)]
-    pub materials: BTreeMap<String, Material>,
-    /// Brushes and groups in order.
-    pub brushes: Vec<Item>,
-}
 
 /// A brush, which has a shape, or a group, which has brushes.
 #[derive(Clone, Serialize, Deserialize)]
@@ -141,11 +115,4 @@ fn is_default<T: Default + PartialEq>(value: &T) -> bool {
 /// −0 is written, so that what is read again is the same bit for bit.
 fn is_positive_zero(value: &f32) -> bool {
     value.to_bits() == 0
-}
-
-/// The JSON schema of scene files, as text.
-#[cfg(feature = "schema")]
-pub fn schema() -> String {
-    let schema = schemars::schema_for!(Document);
-    serde_json::to_string_pretty(&schema).expect("a schema is JSON") + "\n"
 }

@@ -325,8 +325,7 @@ impl<'a, T: Texel> BrickSampler<'a, T> {
             let step = [0, side, side * side, side * side + side][k];
             for i in 0..n {
                 // SAFETY: the brick is there, and a voxel below the brick's side has samples above it.
-                pairs[i] =
-                    unsafe { pair_at(self.pool.as_ptr().add((out.start[i] + step) as usize)) };
+                pairs[i] = unsafe { pair_at(self.pool, (out.start[i] + step) as usize) };
             }
         }
     }
