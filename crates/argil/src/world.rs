@@ -78,8 +78,9 @@ fn lowered<'a>(program: &'a OnceLock<Lowered>, live: &Live) -> &'a Lowered {
     })
 }
 
-/// Parts along the longest side of a world in which queries look for what is near; they tell distances as far as one is long.
+/// Parts along the longest side of a world in which queries look for what is near, and how many of them far they tell distances.
 const QUERY_PARTS: f32 = 24.0;
+const QUERY_REACH: f32 = 3.0;
 
 impl World {
     pub(crate) fn new(engine: Engine, scene: &Scene) -> Result<Self, BuildError> {
@@ -576,7 +577,7 @@ impl World {
             let parts = Parts {
                 corner: held.min,
                 edge: size / QUERY_PARTS,
-                far: size / QUERY_PARTS,
+                far: QUERY_REACH * size / QUERY_PARTS,
                 base: size,
             };
             (size > 0.0 && size.is_finite())

@@ -337,10 +337,10 @@ fn what_jumps_costs_where_it_is() -> Outcome {
         let ball = Brush::new(Shape::sphere(0.06)).at([spread(i, 7), spread(i, 31), spread(i, 57)]);
         scene.push(ball.blend(0.01 * (i % 3) as f32))?;
     }
-    let mut world = world_of(Engine::cpu(), &mut scene, 96);
+    let mut world = world_of(Engine::cpu(), &mut scene, 224);
     let drag = |scene: &mut Scene, world: &mut World| -> Result<_, Box<dyn std::error::Error>> {
         let mut done = Vec::new();
-        let is_far = |&i: &u32| spread(i, 7) < -0.6 && spread(i, 31) < 0.0 && spread(i, 57) > 0.0;
+        let is_far = |&i: &u32| spread(i, 7) < -0.8;
         for nth in (0..150).filter(is_far).map(|i| i as usize) {
             moved(scene, nth, [0.02, 0.0, 0.01]);
             let applied = world.apply(scene)?;
@@ -368,9 +368,8 @@ fn what_jumps_costs_where_it_is() -> Outcome {
             let with = cells(&world).len();
             assert!(with < 2 * bricks, "{with} bricks, {bricks} without: {text}");
             let far = drag(&mut scene, &mut world)?;
-            for (far, without) in far.iter().zip(&without) {
-                assert!(5 * far <= 6 * without + 10, "{far} {without}: {text}");
-            }
+            let [far, alone] = [far, without.clone()].map(|all| all.iter().sum::<u64>());
+            assert!(5 * far <= 6 * alone, "{far} {alone}: {text}");
             assert!(scene.undo());
             let applied = world.apply(&scene)?;
             assert!(!applied.rebuilt, "{:?}", applied.reason);
@@ -457,17 +456,14 @@ fn changes_of_bricks_are_told() -> Outcome {
     let size = before.layout().brick_bytes() as usize;
     let mut pool = before.pool().bytes().to_vec();
     let mut words = before.words().to_vec();
-    for (nth, by) in [
-        (16, [0.1, 0.0, 0.0]),
-        (3, [0.0, 0.3, 0.0]),
-        (7, [0.0, 0.0, -0.2]),
-    ] {
+    for (nth, by) in [(16, [0.02, 0.0, 0.0]), (3, [0.0, 0.01, 0.0])] {
         moved(&mut scene, nth, by);
         assert!(!world.apply(&scene)?.rebuilt);
     }
     let changes = world.take_brick_changes().expect("bricks");
     let after = bricks(&world);
-    assert!(!changes.bricks.is_empty() && changes.bricks.len() < after.len());
+    let [changed, all] = [changes.bricks.len(), after.len()];
+    assert!((1..=all).contains(&changed), "{changed} of {all}");
     pool.resize(after.pool().bytes().len(), 0);
     words.resize(after.words().len(), 0);
     for brick in changes.bricks {
