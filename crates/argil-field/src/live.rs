@@ -6,7 +6,6 @@
 //! scene's distances, as far as those are below the live program's far length. What remains linear in the number of
 //! operands, with a small factor, is finding an operand's place in the order.
 
-use crate::list_cache::ListCache;
 use crate::loose::{self, Loose, loose_of};
 use crate::lower::materials_of;
 use crate::operands::OperandSpan;
@@ -23,9 +22,6 @@ use glam::{IVec3, Vec3};
 use rustc_hash::{FxHashMap, FxHashSet};
 use std::borrow::Cow;
 use std::collections::{BTreeMap, HashMap, HashSet};
-
-/// Most operands that an update may append for kept lists to be of use.
-const MOST_APPENDED: usize = 16;
 
 /// Ranks between neighbours, to begin with.
 const RANK_STEP: u64 = 1 << 32;
@@ -186,10 +182,6 @@ pub struct LiveProgram {
     touched_ends: bool,
     /// Boxes outside of which the last update changed nothing of what is known of jumps.
     loosened: Vec<Aabb>,
-    /// Pruned lists of blocks.
-    cache: ListCache,
-    /// Whether all that the last update did was to put a few operands behind all others.
-    only_appended: bool,
     /// Instructions and iterations of all operands, seen or not; opcodes of all that there ever were.
     length: usize,
     iterations: u64,
@@ -258,8 +250,6 @@ impl LiveProgram {
             put: Aabb::EMPTY,
             touched_ends: false,
             loosened: Vec::new(),
-            cache: ListCache::default(),
-            only_appended: false,
             length: 0,
             iterations: 0,
             opcodes: Opcodes::default(),
@@ -365,11 +355,8 @@ impl LiveProgram {
             }
         }
         self.renumbered = false;
-        let last = self.order.last_key_value().map_or(0, |(&rank, _)| rank);
-        let mut only_appended = told.before.is_empty() && there.len() <= MOST_APPENDED;
         for (node, mut operand) in there {
             operand.rank = self.rank_for(scene, node);
-            only_appended &= operand.rank > last && self.can_be_appended(&operand);
             plain &= operand.is_plain();
             told.after.insert(node);
             self.touched_ends |= operand.ends();
@@ -382,22 +369,12 @@ impl LiveProgram {
         // Blends swell what they join.
         self.put = self.put.grown(greatest(&self.blends));
         self.tables.aabb = self.tables.aabb.union(self.put);
-        let is_reindexed = self.renumbered || self.needed_falls() > self.falls;
         if self.needed_falls() > self.falls {
             self.index_all();
         }
         is_told &= self.morphs == 0 && !self.renumbered;
         if is_told {
             self.tell(&mut told);
-        }
-        self.only_appended = only_appended && is_told && !is_reindexed;
-        self.cache.begin();
-        if is_reindexed {
-            self.cache.clear();
-        } else if self.only_appended {
-            self.log_appended(&told);
-        } else {
-            self.forget_lists(&told);
         }
         // Kept for their parameters, whether they are told of or not.
         self.touched = Some(told);
@@ -413,52 +390,6 @@ impl LiveProgram {
         }
         let everything = of_everything || before != self.reliance();
         Ok(Upset { everything })
-    }
-
-    /// Whether kept lists can have an operand put behind them: it is one instruction, or several without loops, and in few parts.
-    fn can_be_appended(&self, operand: &Operand) -> bool {
-        let has_loops = operand.instrs.iter().any(|instr| instr.op == abi::OP_NEXT);
-        let is_small = self.parts_of(operand).all(|(level, _)| level == 0);
-        !has_loops && is_small && !self.is_everywhere(operand)
-    }
-
-    /// Put what was appended into the logs of kept lists.
-    fn log_appended(&self, told: &Touched) {
-        let mut new: Vec<&Operand> = told.after.iter().map(|n| &self.operands[n]).collect();
-        new.sort_by_key(|operand| operand.rank);
-        for operand in new {
-            for (_, part) in self.parts_of(operand) {
-                self.cache.append(part, &operand.instrs);
-            }
-        }
-    }
-
-    /// Forget kept lists that can have operands which were touched.
-    fn forget_lists(&self, told: &Touched) {
-        let after = told.after.iter().map(|node| &self.operands[node]);
-        for operand in told.before.iter().chain(after) {
-            if self.is_everywhere(operand) {
-                self.cache.clear();
-                return;
-            }
-            for (level, part) in self.parts_of(operand) {
-                if level > 0 {
-                    self.cache.clear();
-                    return;
-                }
-                self.cache.forget(part);
-            }
-        }
-    }
-
-    /// Pruned lists of blocks, kept by whoever prunes.
-    pub fn cache(&self) -> &ListCache {
-        &self.cache
-    }
-
-    /// Whether all that the last update did was to put operands behind all others: what was [kept](ListCache) gives distances then.
-    pub fn has_only_appended(&self) -> bool {
-        self.only_appended && self.is_told
     }
 
     /// Append the instructions that can matter in a part.
@@ -861,7 +792,7 @@ fn lowered(scene: &Scene, extents: &mut Extents<'_>, node: NodeId) -> Result<Ope
     })
 }
 
-/// Append an operand's instructions, or a list's; the ends of loops point at their beginnings.
+/// Append an operand's instructions; the ends of loops point at their beginnings.
 pub(crate) fn append(instrs: &[Instr], out: &mut Vec<Instr>) {
     let begin = out.len() as u32;
     out.extend(instrs.iter().map(|&instr| Instr {

@@ -380,8 +380,7 @@ fn what_jumps_costs_where_it_is() -> Outcome {
     Ok(())
 }
 
-/// Hundreds of carves and fills of one place, undone and moved in between, leave the bricks of a fresh bake: what is kept of earlier
-/// edits' lists is right.
+/// Hundreds of carves and fills of one place, undone and moved in between, leave the bricks of a fresh bake.
 #[test]
 fn carving_one_place_again_and_again_stays_right() -> Outcome {
     for engine in [Engine::cpu(), Engine::on(Backend::Gpu)?] {

@@ -4,7 +4,7 @@ use super::build::Bounds;
 use super::work::{EditWork, Unit};
 use super::{BLOCK_SIDE, BlockTable, BrickLayout};
 use argil_abi::Instr;
-use argil_field::{CELLS, KeptList, LiveProgram, Pruner, Touched};
+use argil_field::{CELLS, LiveProgram, Pruner, Touched};
 use glam::{IVec3, Vec3};
 use rayon::prelude::*;
 use rustc_hash::FxHashSet;
@@ -23,9 +23,6 @@ pub struct BlockList {
     /// the place of all before it takes that out of a list too.
     pub before: Option<Vec<Instr>>,
 }
-
-/// Instructions of a part from which on it is worth keeping what pruning leaves in its blocks.
-const LONG: usize = 96;
 
 impl EditWork {
     /// What can have changed, where that is known.
@@ -48,88 +45,6 @@ impl EditWork {
     }
 
     fn lists_of(&self, layout: &BrickLayout, live: &LiveProgram, unit: &Unit) -> Vec<BlockList> {
-        let kept = live.cache().take(unit.part, &unit.blocks);
-        if kept.iter().all(Option::is_none) {
-            return self.pruned_lists(layout, live, unit);
-        }
-        let is_appended = self.touched(live).is_some() && live.has_only_appended();
-        let mut rest = Unit {
-            part: unit.part,
-            blocks: Vec::new(),
-        };
-        let mut all = Vec::new();
-        for (&first, kept) in unit.blocks.iter().zip(kept) {
-            match kept {
-                Some(kept) if is_appended && !self.is_loosened(layout, first) => {
-                    all.extend(self.appended_list(layout, live, (unit.part, first), kept));
-                }
-                _ => rest.blocks.push(first),
-            }
-        }
-        if !rest.blocks.is_empty() {
-            all.extend(self.pruned_lists(layout, live, &rest));
-        }
-        all
-    }
-
-    /// The list of a block to which the last update has appended something, from what was kept of it; nothing where that does not
-    /// matter in the block.
-    fn appended_list(
-        &self,
-        layout: &BrickLayout,
-        live: &LiveProgram,
-        (part, first): (IVec3, IVec3),
-        kept: KeptList,
-    ) -> Option<BlockList> {
-        let touched = self.touched(live)?;
-        let KeptList { now: whole, before } = kept;
-        let center = layout.middle(first, BLOCK_SIDE);
-        let radius = layout.half_diagonal(BLOCK_SIDE);
-        let mut pruner = Pruner::new(live.program());
-        let mut d = [0.0];
-        pruner.mark(&whole, &[center], radius, &mut d);
-        let is_one = |instr: &Instr| touched.has(instr);
-        let mut now = Vec::new();
-        pruner.list(&whole, 0, &mut now);
-        if pruner.needed(&whole, is_one) & 1 == 0 {
-            live.cache().keep(part, [(first, now)]);
-            return None;
-        }
-        let count = now.iter().filter(|instr| is_one(instr)).count();
-        let are_there = count >= pruner.needed_in(&whole, 0, is_one);
-        live.cache().keep(part, [(first, now.clone())]);
-        let half = 0.5 * layout.cell_length() * BLOCK_SIDE as f32;
-        let bounds = Bounds::new(live.program(), layout).about(center, half);
-        Some(BlockList {
-            first,
-            far: bounds.is_far(d[0], radius).then_some(d[0] < 0.0),
-            now,
-            before: are_there.then(|| whole[..before].to_vec()),
-        })
-    }
-
-    /// Lists pruned from what can matter in a part. Of long ones, what is left is kept for the next edit.
-    fn pruned_lists(
-        &self,
-        layout: &BrickLayout,
-        live: &LiveProgram,
-        unit: &Unit,
-    ) -> Vec<BlockList> {
-        let lists = self.prune_lists(layout, live, unit);
-        let longest = lists.iter().map(|(_, whole)| *whole).max().unwrap_or(0);
-        if longest > LONG {
-            let own = lists.iter().map(|(list, _)| (list.first, list.now.clone()));
-            live.cache().keep(unit.part, own);
-        }
-        lists.into_iter().map(|(list, _)| list).collect()
-    }
-
-    fn prune_lists(
-        &self,
-        layout: &BrickLayout,
-        live: &LiveProgram,
-        unit: &Unit,
-    ) -> Vec<(BlockList, usize)> {
         let centers: Vec<Vec3> = unit
             .blocks
             .iter()
@@ -161,7 +76,7 @@ impl EditWork {
                 now: cut(&mut pruner, &whole, i),
                 before: None,
             });
-            return lists.map(|list| (list, whole.len())).collect();
+            return lists.collect();
         };
         let mut before = Vec::new();
         live.list_before(unit.part, &mut before);
@@ -185,13 +100,12 @@ impl EditWork {
                 let count = |list: &[Instr]| list.iter().filter(|instr| is_one(instr)).count();
                 let are_there = count(&now) >= pruner.needed_in(&whole, i, is_one)
                     && count(&then) >= old_pruner.needed_in(&before, i, is_one);
-                let list = BlockList {
+                BlockList {
                     first: unit.blocks[i],
                     far: far(i, d[i]),
                     now,
                     before: (are_there && loosened >> i & 1 == 0).then_some(then),
-                };
-                (list, whole.len())
+                }
             })
             .collect()
     }
