@@ -385,7 +385,7 @@ fn what_jumps_costs_where_it_is() -> Outcome {
 fn carving_one_place_again_and_again_stays_right() -> Outcome {
     for engine in [Engine::cpu(), Engine::on(Backend::Gpu)?] {
         let is_gpu = engine.gpu_kind().is_some();
-        let (count, resolution) = if is_gpu { (180, 64) } else { (700, 96) };
+        let (count, resolution) = if is_gpu { (100, 64) } else { (320, 96) };
         let mut scene = Scene::new();
         scene.push(Brush::new(Shape::cuboid([0.6, 0.4, 0.6])))?;
         let mut world = world_of(engine, &mut scene, resolution);
