@@ -275,8 +275,9 @@ impl Studio {
                 "after a crash nothing would come back: {fault}"
             ));
         }
+        // Half of a drag is not what anybody wants back.
         #[cfg(target_arch = "wasm32")]
-        {
+        if !self.document.is_in_stroke() {
             let scene = self.document.scene();
             let is_changed = self.document.is_changed();
             let what = (self.version, is_changed);
@@ -398,8 +399,9 @@ impl eframe::App for Studio {
     fn save(&mut self, storage: &mut dyn eframe::Storage) {
         eframe::set_value(storage, PREFERENCES, &self.preferences);
         // The page may be about to go.
+        // Half of a drag is not what anybody wants back.
         #[cfg(target_arch = "wasm32")]
-        {
+        if !self.document.is_in_stroke() {
             let scene = self.document.scene();
             let what = (self.version, self.document.is_changed());
             if let Err(error) = self.keeper.keep_now(what, || scene.to_json()) {

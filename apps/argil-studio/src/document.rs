@@ -238,15 +238,8 @@ impl Document {
 
     fn line(&mut self, name: &str, line: String) -> anyhow::Result<Option<Edited>> {
         let before = self.scene.history_lengths()[0];
-        let mark = self.scene.history_mark();
-        let edited = self.scene.replay(&line)?;
         // What cannot be drawn is refused before it is recorded.
-        if let Some(edited) = &edited
-            && let Err(fault) = Program::check(&self.scene, edited.node)
-        {
-            self.scene.revert_to(mark);
-            return Err(fault.into());
-        }
+        let edited = self.scene.replay_checked(&line, Program::check)?;
         let has_mesh = line.contains("\"mesh\"");
         self.recovery.record(&line);
         self.lines.push(line);

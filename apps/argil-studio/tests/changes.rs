@@ -349,7 +349,9 @@ fn closing_waits_for_what_runs_and_what_is_cancelled_leaves_nothing() {
     let count = || std::fs::read_dir(folder.path()).expect("a folder").count();
     until(&mut desk, "a picture", |_| count() > 0);
     desk.click("Cancel");
-    assert_eq!(desk.studio().note(), Some("Cancelled"));
+    until(&mut desk, "a word on it", |desk| {
+        desk.studio().note() == Some("Cancelled")
+    });
     until(&mut desk, "an empty folder", |_| count() == 0);
 }
 

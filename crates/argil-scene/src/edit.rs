@@ -203,11 +203,16 @@ impl Scene {
             Some(stroke) => stroke.push(inverse),
             None => history.undo.push(vec![inverse]),
         }
-        if history.is_over_limit(added) {
-            let steps = history.steps_within_limit();
+        self.keep_to_limit(added);
+        Ok(edited)
+    }
+
+    /// Drops the oldest steps if there are more than the limit allows, now that one of so many bytes was added.
+    pub(crate) fn keep_to_limit(&mut self, added: u64) {
+        if self.history.is_over_limit(added) {
+            let steps = self.history.steps_within_limit();
             self.drop_history(steps);
         }
-        Ok(edited)
     }
 
     /// From here to [`Scene::end_stroke`] all edits are undone and redone as one.
@@ -256,41 +261,15 @@ impl Scene {
         self.history.keep(keep);
         let mut is_needed = vec![false; self.nodes.len()];
         let held = self.history.held_nodes().collect::<Vec<_>>();
-        for root in held.into_iter().chain([Self::ROOT]) {
-            let nodes: Vec<NodeId> = self.walk_from(root).collect();
-            nodes.iter().for_each(|node| is_needed[node.index()] = true);
+        for root in std::iter::once(Self::ROOT).chain(held) {
+            // What is in a tree that was seen was seen with it.
+            if !is_needed[root.index()] {
+                let nodes = self.walk_from(root);
+                nodes.for_each(|node| is_needed[node.index()] = true);
+            }
         }
         for (node, _) in self.nodes.iter_mut().zip(is_needed).filter(|(_, n)| !n) {
             *node = Node::gone();
-        }
-    }
-
-    /// Where the history is, to come back to it with [`Scene::revert_to`].
-    pub fn history_mark(&self) -> [usize; 2] {
-        let undo = &self.history.undo;
-        [undo.len(), undo.last().map_or(0, Vec::len)]
-    }
-
-    /// Takes back what was done since a [mark](Scene::history_mark), as if it had never been: it cannot be redone. Of a stroke
-    /// that has only changed a node again, the node comes to be as it was before the stroke.
-    pub fn revert_to(&mut self, [steps, parts]: [usize; 2]) {
-        let mut is_reverted = false;
-        while self.history.undo.len() > steps {
-            self.history.is_stroke = false;
-            for step in self.history.undo.pop().into_iter().flatten().rev() {
-                self.take(step);
-            }
-            is_reverted = true;
-        }
-        while let Some(stroke) = self.history.undo.last_mut()
-            && (stroke.len() > parts || !is_reverted)
-            && let Some(step) = stroke.pop()
-        {
-            self.take(step);
-            is_reverted = true;
-        }
-        if !self.history.is_stroke && self.history.undo.last().is_some_and(Vec::is_empty) {
-            self.history.undo.pop();
         }
     }
 
@@ -439,7 +418,7 @@ impl Scene {
     }
 
     /// Take a checked step; the step back.
-    fn take(&mut self, step: Step) -> (Edited, Step) {
+    pub(crate) fn take(&mut self, step: Step) -> (Edited, Step) {
         let node = match step {
             Step::Attach { node, .. }
             | Step::Detach { node }

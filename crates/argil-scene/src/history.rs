@@ -1,6 +1,6 @@
 //! What can be undone and redone, and what changed for those who follow a scene.
 
-use crate::{Change, Entry, Material, NodeId};
+use crate::{Change, Entry, Material, NodeId, Scene};
 
 /// A step that can be taken either way.
 #[derive(Clone, Debug)]
@@ -136,6 +136,10 @@ impl History {
     /// Whether there is more than the limit allows, now that a step of so many bytes was added.
     pub fn is_over_limit(&mut self, added: u64) -> bool {
         self.bytes += added;
+        if self.bytes > self.limit.bytes {
+            // What was undone since is counted still.
+            self.bytes = self.bytes_of_steps().iter().sum();
+        }
         self.undo.len() > self.limit.steps.max(1) || self.bytes > self.limit.bytes
     }
 
@@ -179,5 +183,61 @@ impl History {
     /// Those after so many.
     pub fn since(&self, count: usize) -> Option<&[Change]> {
         self.changes.get(count.checked_sub(self.forgotten)?..)
+    }
+}
+
+/// A history as it was before an edit that may be refused yet.
+pub(crate) struct Aside {
+    undo: Vec<Vec<Step>>,
+    redo: Vec<Vec<Step>>,
+    limit: HistoryLimit,
+    is_stroke: bool,
+}
+
+impl Scene {
+    /// Sets the history aside, so that what comes next can be taken back without a trace.
+    pub(crate) fn set_history_aside(&mut self) -> Aside {
+        let history = &mut self.history;
+        let aside = Aside {
+            undo: std::mem::take(&mut history.undo),
+            redo: std::mem::take(&mut history.redo),
+            limit: std::mem::take(&mut history.limit),
+            is_stroke: history.is_stroke,
+        };
+        if aside.is_stroke {
+            history.undo.push(Vec::new());
+        }
+        aside
+    }
+
+    /// Puts the history back, with what was done since behind it, or with that taken back.
+    pub(crate) fn join_history(&mut self, aside: Aside, is_kept: bool) {
+        let mut new = std::mem::take(&mut self.history.undo);
+        if !is_kept {
+            let steps: Vec<Step> = new.drain(..).flatten().collect();
+            for step in steps.into_iter().rev() {
+                self.take(step);
+            }
+        }
+        let is_empty = new.iter().all(Vec::is_empty);
+        let history = &mut self.history;
+        history.undo = aside.undo;
+        history.limit = aside.limit;
+        history.is_stroke = aside.is_stroke;
+        if is_empty {
+            history.redo = aside.redo;
+            return;
+        }
+        match history.undo.last_mut().filter(|_| aside.is_stroke) {
+            Some(stroke) => {
+                for step in new.into_iter().flatten() {
+                    if !is_covered(stroke.last(), &step) {
+                        stroke.push(step);
+                    }
+                }
+            }
+            None => history.undo.extend(new),
+        }
+        self.keep_to_limit(0);
     }
 }

@@ -81,6 +81,9 @@ pub enum LogError {
         "\"brushes\": a group that is replaced keeps what it holds: leave them out, or remove it and insert another"
     )]
     Inner,
+    /// Whoever asked for it has refused it.
+    #[error(transparent)]
+    Refused(Box<dyn std::error::Error + Send + Sync>),
     /// There is nothing to undo.
     #[error("there is nothing to undo")]
     NothingToUndo,
@@ -205,6 +208,39 @@ impl Scene {
             Line::Redo {} => return self.redo_edit().map(Some).ok_or(LogError::NothingToRedo),
         };
         Ok(Some(self.apply(edit)?))
+    }
+
+    /// [`Scene::replay`] of a line, unless a check of the scene as it then is refuses it; the check is told the node that was made or
+    /// changed. Only edits are checked: what undo and redo bring back was there before.
+    ///
+    /// # Errors
+    /// As there, or what the check says. Nothing is changed then: neither the scene nor what can be undone and redone.
+    pub fn replay_checked<E: std::error::Error + Send + Sync + 'static>(
+        &mut self,
+        line: &str,
+        check: impl FnOnce(&Self, NodeId) -> Result<(), E>,
+    ) -> Result<Option<Edited>, LogError> {
+        let is_edit = !matches!(
+            serde_json::from_str(line)?,
+            Line::Undo {}
+                | Line::Redo {}
+                | Line::BeginStroke {}
+                | Line::EndStroke {}
+                | Line::RenameMeshes { .. }
+        );
+        if !is_edit {
+            return self.replay(line);
+        }
+        let before = self.set_history_aside();
+        let done = self.replay(line);
+        let checked = match &done {
+            Ok(Some(edited)) => {
+                check(self, edited.node).map_err(|fault| LogError::Refused(Box::new(fault)))
+            }
+            _ => Ok(()),
+        };
+        self.join_history(before, done.is_ok() && checked.is_ok());
+        checked.and(done)
     }
 
     /// Insert a brush, or a group with all that it holds as one step.

@@ -148,3 +148,44 @@ fn lines_that_cannot_be_done_say_why_and_change_nothing() {
         assert_eq!(scene.to_json(), before, "{line}");
     }
 }
+
+/// An edit that a check refuses leaves no trace, within a stroke or not: what could be undone and redone still can.
+#[test]
+fn refused_edits_leave_no_trace() {
+    #[derive(Debug, thiserror::Error)]
+    #[error("no")]
+    struct No;
+    let refuse = |_: &Scene, _| Err(No);
+    let accept = |_: &Scene, _| Ok::<(), No>(());
+    let ball = r#"{"edit":"insert","entry":{"shape":{"type":"sphere","radius":0.5}}}"#;
+    let group = r#"{"edit":"insert","entry":{"brushes":[{"shape":{"type":"sphere","radius":0.5}},{"brushes":[]}]}}"#;
+    let grow = r#"{"edit":"transform","node":"brushes[0]","by":{"type":"scale","by":2}}"#;
+    let mut scene = Scene::new();
+    for _ in 0..3 {
+        scene.replay_checked(ball, accept).expect("an edit");
+    }
+    assert!(scene.undo());
+    let (before, lengths) = (scene.clone(), scene.history_lengths());
+    for line in [ball, group, grow] {
+        assert!(scene.replay_checked(line, refuse).is_err());
+        assert!(scene == before && scene.history_lengths() == lengths);
+    }
+    // Within a stroke what was done before in it stays.
+    scene.begin_stroke();
+    scene.replay_checked(grow, accept).expect("an edit");
+    let within = scene.clone();
+    for line in [grow, group, ball] {
+        assert!(scene.replay_checked(line, refuse).is_err());
+        assert!(scene == within);
+    }
+    scene.replay_checked(grow, accept).expect("an edit");
+    scene.end_stroke();
+    assert_eq!(scene.history_lengths(), [lengths[0] + 1, 0]);
+    assert!(scene.undo());
+    assert!(scene == before);
+    let modifiers = |scene: &Scene| {
+        let first = scene.node(Scene::ROOT).children()[0];
+        scene.node(first).entry().modifiers.len()
+    };
+    assert!(scene.redo() && modifiers(&scene) == 2);
+}

@@ -16,7 +16,7 @@ const MOST_STEPS: usize = 4096;
 /// Where a cast has met the surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CastHit {
-    /// How far the ray, or the ball's centre, has come.
+    /// How far the ray, or the sphere's centre, has come.
     pub t: f32,
     /// The point of the surface.
     pub point: [f32; 3],
@@ -162,7 +162,7 @@ impl Query<'_> {
         self.cast(origin.into(), direction.into(), 0.0, most).0
     }
 
-    /// Where a ball of a radius that moves along a ray meets the surface from outside; `t` is 0 where it touches it already.
+    /// Where a sphere of a radius that moves along a ray meets the surface from outside; `t` is 0 where it touches it already.
     ///
     /// Its work is bounded: steps are as long as what is free, and each looks at the operands that are near.
     pub fn sphere_cast(
@@ -172,8 +172,8 @@ impl Query<'_> {
         radius: f32,
         most: f32,
     ) -> Option<CastHit> {
-        let is_ball = radius.is_finite() && radius >= 0.0;
-        is_ball
+        let is_sphere = radius.is_finite() && radius >= 0.0;
+        is_sphere
             .then(|| self.cast(origin.into(), direction.into(), radius, most).0)
             .flatten()
     }
@@ -235,7 +235,7 @@ impl Query<'_> {
                 }
                 continue;
             }
-            // The ball reaches farther than what is stored: the field knows more.
+            // The sphere reaches farther than what is stored: the field knows more.
             let asks = !is_told && gap < radius;
             if asks {
                 gap = probe.distance(p) - radius;
@@ -252,7 +252,7 @@ impl Query<'_> {
         (None, probe.counts)
     }
 
-    /// What a ball at a point meets.
+    /// What a sphere at a point meets.
     fn hit(&self, probe: &mut Probe<'_>, (p, t): (Vec3, f32), by_field: bool) -> CastHit {
         let (d, g) = if by_field {
             probe.gradient(p)
@@ -312,7 +312,7 @@ mod tests {
         scene
     }
 
-    /// Casts of balls look at what is near, however many brushes there are, and stop where the field says.
+    /// Casts of spheres look at what is near, however many brushes there are, and stop where the field says.
     #[test]
     fn the_work_of_sphere_casts_is_bounded() {
         for (count, is_edited) in [(60, false), (1_000, false), (1_000, true)] {
@@ -369,8 +369,8 @@ mod tests {
             ..Material::default()
         };
         scene.set_material("red", red).expect("a material");
-        let ball = Brush::new(Shape::sphere(0.5)).at([1.0, 0.0, 0.0]);
-        scene.push(ball.material("red")).expect("a brush");
+        let solid = Brush::new(Shape::sphere(0.5)).at([1.0, 0.0, 0.0]);
+        scene.push(solid.material("red")).expect("a brush");
         scene
             .push(Brush::new(Shape::sphere(0.5)).at([-1.0, 0.0, 0.0]))
             .expect("a brush");
@@ -388,10 +388,10 @@ mod tests {
                 let ray = query.ray_cast([x, 2.0, 0.0], down, 5.0).expect("a hit");
                 assert!(near(ray.material, expected), "{ray:?}");
                 assert!(near(query.material(ray.point), expected));
-                let ball = query
+                let sphere = query
                     .sphere_cast([x, 2.0, 0.0], down, 0.2, 5.0)
                     .expect("a hit");
-                assert!(near(ball.material, expected), "{ball:?}");
+                assert!(near(sphere.material, expected), "{sphere:?}");
             }
         }
     }

@@ -1,10 +1,11 @@
 //! The meshes that scenes name: found, checked, sampled, and kept for the next time.
 
+use crate::VolumeFileError;
 #[cfg(feature = "mesh-files")]
 use crate::mesh_cache;
 use argil_mesh::{Format, MeshInput, Repairs, Solid, from_bytes};
-use argil_scene::{FileError, SampledGrid, Scene};
-use argil_volume::{Stored, StoredMesh};
+use argil_scene::{SampledGrid, Scene};
+use argil_volume::{Section, Stored, StoredMesh, VolumeError};
 use std::collections::HashMap;
 use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
@@ -124,14 +125,19 @@ pub(crate) fn meshes_to_store(scene: &Scene) -> Vec<StoredMesh<'_>> {
 /// The scene that a volume was made from, with the meshes that its file holds. `path` stands in messages.
 ///
 /// # Errors
-/// If the file's scene cannot be read. Meshes that the file does not hold stay missing: see [`load_meshes`].
-pub fn stored_scene(stored: &Stored, path: &Path) -> Result<Scene, FileError> {
+/// If the file's scene or a mesh in it cannot be read. Meshes that the file does not hold stay missing: see [`load_meshes`].
+pub fn stored_scene(stored: &Stored, path: &Path) -> Result<Scene, VolumeFileError> {
     let inside = format!("{}, its scene", path.display());
     let mut scene = Scene::from_json(&stored.scene_json, inside)?;
     for mesh in &stored.meshes {
-        if let Some(grid) = SampledGrid::from_words(mesh.words.to_vec(), mesh.solid) {
-            scene.set_mesh(mesh.path.as_ref(), mesh.resolution, Arc::new(grid));
-        }
+        let grid = SampledGrid::from_words(mesh.words.to_vec(), mesh.solid).ok_or_else(|| {
+            VolumeError::Content {
+                path: path.into(),
+                section: Section::Meshes,
+                reason: format!("the distances of {:?} make no sense", mesh.path),
+            }
+        })?;
+        scene.set_mesh(mesh.path.as_ref(), mesh.resolution, Arc::new(grid));
     }
     Ok(scene)
 }
