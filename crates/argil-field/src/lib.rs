@@ -43,6 +43,7 @@ mod noise;
 mod operands;
 mod pack;
 mod parts;
+mod pieces;
 mod program;
 mod prune;
 mod real;

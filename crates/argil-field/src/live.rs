@@ -1,17 +1,20 @@
 //! A program that follows a scene edit by edit, at the cost of what an edit touches.
 //!
-//! *Practice.* Each operand of the root is lowered on its own; its parameters stand in a table that all of them share. A
-//! coarse grid of parts knows which operands can matter in each, by their boxes grown as far as [dirty
-//! boxes](argil_scene::Change) reach: the list for a part is theirs, in the scene's order. In the part it gives the
-//! scene's distances, as far as those are below the live program's far length. What remains linear in the number of
-//! operands, with a small factor, is finding an operand's place in the order.
+//! *Practice.* Each [piece](crate::pieces) is lowered on its own; its parameters stand in a table that all of them share. A
+//! coarse grid of parts knows which pieces can matter in each, by their boxes grown as far as [dirty
+//! boxes](argil_scene::Change) reach: the list for a part is theirs, in the scene's order, with the joints of the groups that they
+//! are in. In the part it gives the scene's distances, as far as those are below the live program's far length. What remains
+//! linear in the number of operands of a group, with a small factor, is finding a piece's place in the order.
 
-use crate::loose::{self, Loose, loose_of};
-use crate::lower::materials_of;
+mod groups;
+
+use crate::loose::{Loose, loose_of};
+use crate::lower::{Around, extent_in_world, materials_of};
 use crate::operands::OperandSpan;
 use crate::parts::{LEVELS, Part, Parts, parts_between};
+use crate::pieces::{ROOT, Told, is_open, leaves_open, regularity_of, scale_of, scaled};
 use crate::program::Program;
-use crate::regular::{Regularity, joined};
+use crate::regular::Regularity;
 use crate::{ClearTerms, LowerError, Opcodes};
 use argil_abi::{self as abi, Instr};
 use argil_math::Aabb;
@@ -19,6 +22,7 @@ use argil_scene::{
     Change, Extent, Extents, NodeId, Operator, OperatorKind, Profile, Scene, greatest_fall,
 };
 use glam::{IVec3, Vec3};
+use groups::{Group, Groups, Place, Writer};
 use rustc_hash::{FxHashMap, FxHashSet};
 use std::borrow::Cow;
 use std::collections::{BTreeMap, HashMap, HashSet};
@@ -26,17 +30,23 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 /// Ranks between neighbours, to begin with.
 const RANK_STEP: u64 = 1 << 32;
 
-/// An operand of the root.
+/// A piece, or the joint of an open group.
 struct Operand {
     /// Where it stands in the order.
     rank: u64,
+    /// The open group that it is in.
+    group: u32,
+    /// Whether that and all that it is in add.
+    group_adds: bool,
     instrs: Vec<Instr>,
     /// Its parameters, until they have a place.
     own_params: Vec<f32>,
     /// Its stretch of the parameters.
     params: (u32, u32),
+    /// In the world's unit.
     operator: Operator,
     visible: bool,
+    /// In the world.
     extent: Extent,
     regularity: Regularity,
     magnitude: f32,
@@ -54,6 +64,7 @@ impl Operand {
     /// Whether something can be solid where it is.
     fn adds(&self) -> bool {
         self.visible
+            && self.group_adds
             && matches!(
                 self.operator.kind,
                 OperatorKind::Union | OperatorKind::Morph
@@ -74,6 +85,7 @@ impl Operand {
             ..*instr
         };
         self.visible == other.visible
+            && self.group == other.group
             && self.params.1 == other.params.1
             && self.instrs.len() == other.instrs.len()
             && self
@@ -107,6 +119,7 @@ impl Operand {
 struct Near {
     rank: u64,
     node: NodeId,
+    group: u32,
     /// Of an operand of one instruction, that: most are, and their records lie all over memory.
     instr: Option<Instr>,
 }
@@ -152,8 +165,10 @@ pub struct LiveProgram {
     /// The tables, and what holds of the whole; its list is not kept.
     tables: Program,
     parts: Parts,
+    /// All pieces, and the groups that they are in.
     operands: HashMap<NodeId, Operand>,
-    /// All operands in the scene's order.
+    groups: Groups,
+    /// All pieces in the scene's order.
     order: BTreeMap<u64, NodeId>,
     /// Of each part, the operands that can matter there, by rank.
     near: FxHashMap<Part, Vec<Near>>,
@@ -166,10 +181,12 @@ pub struct LiveProgram {
     /// By the bits of what they count: the visible operands' magnitudes and blend radii.
     magnitudes: BTreeMap<u32, u32>,
     blends: BTreeMap<u32, u32>,
+    /// The same of what is in open groups.
+    inner_blends: BTreeMap<u32, u32>,
     chamfers: u32,
     morphs: u32,
-    /// How far values can fall, as far as `near` allows for it.
-    falls: f32,
+    /// How far values can fall at the root and in each open group, as far as `near` allows for it.
+    falls: [f32; 2],
     touched: Option<Touched>,
     /// Whether what was touched is known.
     is_told: bool,
@@ -233,6 +250,7 @@ impl LiveProgram {
             tables: Program::default(),
             parts,
             operands: HashMap::new(),
+            groups: Groups::default(),
             order: BTreeMap::new(),
             near: FxHashMap::default(),
             levels: 1,
@@ -240,9 +258,10 @@ impl LiveProgram {
             free: HashMap::new(),
             magnitudes: BTreeMap::new(),
             blends: BTreeMap::new(),
+            inner_blends: BTreeMap::new(),
             chamfers: 0,
             morphs: 0,
-            falls: 0.0,
+            falls: [0.0; 2],
             touched: None,
             is_told: false,
             renumbered: false,
@@ -255,12 +274,13 @@ impl LiveProgram {
             opcodes: Opcodes::default(),
         };
         let mut extents = Extents::of(scene);
-        let nodes = scene.node(Scene::ROOT).children();
-        let mut all = Vec::with_capacity(nodes.len());
-        for (&node, nth) in nodes.iter().zip(1..) {
-            let mut operand = lowered(scene, &mut extents, node)?;
+        let mut items = Vec::new();
+        for &node in scene.node(Scene::ROOT).children() {
+            lower_into(scene, &mut extents, node, &Place::ROOT, &mut items)?;
+        }
+        let mut all = live.place(items, ROOT, &mut Vec::new());
+        for ((_, operand), nth) in all.iter_mut().zip(1..) {
             operand.rank = nth * RANK_STEP;
-            all.push((node, operand));
         }
         // Parameters of neighbours stand side by side.
         all.sort_by_cached_key(|(_, operand)| morton(operand.extent.aabb, &parts));
@@ -324,52 +344,54 @@ impl LiveProgram {
     /// As [`Program::lower`]; nothing is changed then.
     pub fn follow(&mut self, scene: &Scene, changes: &[Change]) -> Result<Upset, LowerError> {
         let before = self.reliance();
-        let mut touched: Vec<NodeId> = changes
-            .iter()
-            .flat_map(|change| change.operands)
-            .flatten()
-            .collect();
-        touched.sort_unstable();
-        touched.dedup();
+        let units = self.units(scene, changes);
         let mut extents = Extents::of(scene);
         let mut there = Vec::new();
-        for &node in &touched {
-            if scene.operand_of(node) == Some(node) {
-                there.push((node, lowered(scene, &mut extents, node)?));
+        for &node in &units {
+            if let Some(group) = self.group_for(scene, node, &units) {
+                let mut items = Vec::new();
+                let place = self.groups.inside(group);
+                lower_into(scene, &mut extents, node, &place, &mut items)?;
+                there.push((node, group, items));
             }
         }
         self.written.clear();
-        for old in self.touched.take().unwrap_or_default().before {
-            let (at, length) = old.params;
+        let gone = self.groups.forget_gone();
+        let old = self.touched.take().unwrap_or_default().before;
+        let free = old.into_iter().map(|old| old.params).chain(gone);
+        for (at, length) in free {
             self.free.entry(length).or_default().push(at);
         }
-        let mut plain = true;
         (self.put, self.touched_ends) = (Aabb::EMPTY, false);
         let mut told = Touched::default();
         let mut is_told = self.morphs == 0;
-        for &node in &touched {
-            if let Some(old) = self.remove(node) {
-                plain &= old.is_plain();
-                self.touched_ends |= old.ends();
-                told.before.push(old);
-            }
+        for &node in &units {
+            self.take_out(node, &mut told);
         }
+        let mut plain = told.before.iter().all(Operand::is_plain);
+        self.touched_ends |= told.before.iter().any(Operand::ends);
         self.renumbered = false;
-        for (node, mut operand) in there {
-            operand.rank = self.rank_for(scene, node);
-            plain &= operand.is_plain();
-            told.after.insert(node);
-            self.touched_ends |= operand.ends();
-            if operand.adds() {
-                self.put = self.put.union(operand.extent.aabb);
+        for (node, group, items) in there {
+            let pieces = self.place(items, group, &mut told.stretches);
+            let (mut rank, step) = self.ranks_for(scene, node, pieces.len() as u64);
+            for (node, mut operand) in pieces {
+                rank += step;
+                operand.rank = rank;
+                plain &= operand.is_plain();
+                told.after.insert(node);
+                self.touched_ends |= operand.ends();
+                if operand.adds() {
+                    self.put = self.put.union(operand.extent.aabb);
+                }
+                self.insert(node, operand);
+                self.index(node);
             }
-            self.insert(node, operand);
-            self.index(node);
         }
         // Blends swell what they join.
-        self.put = self.put.grown(greatest(&self.blends));
+        self.put = self.put.grown(self.swelling());
         self.tables.aabb = self.tables.aabb.union(self.put);
-        if self.needed_falls() > self.falls {
+        let needed = self.needed_falls();
+        if needed[0] > self.falls[0] || needed[1] > self.falls[1] {
             self.index_all();
         }
         is_told &= self.morphs == 0 && !self.renumbered;
@@ -394,26 +416,46 @@ impl LiveProgram {
 
     /// Append the instructions that can matter in a part.
     pub fn list(&self, part: IVec3, out: &mut Vec<Instr>) {
+        let mut writer = Writer::new(&self.groups, out);
         if self.morphs > 0 {
-            // A morph takes its share of everything; the first operand to act is one that adds.
-            let all = self.order.values().map(|node| &self.operands[node]);
-            let acting = all
-                .filter(|operand| operand.visible)
-                .skip_while(|operand| operand.operator.kind != OperatorKind::Union);
-            acting.for_each(|operand| append(&operand.instrs, out));
+            // A morph takes its share of everything.
+            self.acting()
+                .for_each(|own| writer.put(own.group, &own.instrs));
+            writer.end();
             return;
         }
         let mut others = self.everywhere.iter().map(|(&r, &n)| (r, n)).peekable();
         for own in self.near_in(part).iter() {
             while let Some((_, other)) = others.next_if(|&(other, _)| other < own.rank) {
-                append(&self.operands[&other].instrs, out);
+                let other = &self.operands[&other];
+                writer.put(other.group, &other.instrs);
             }
-            match own.instr {
-                Some(instr) => out.push(instr),
-                None => append(&self.operands[&own.node].instrs, out),
-            }
+            self.put_near(&mut writer, own);
         }
-        others.for_each(|(_, other)| append(&self.operands[&other].instrs, out));
+        for (_, other) in others {
+            let other = &self.operands[&other];
+            writer.put(other.group, &other.instrs);
+        }
+        writer.end();
+    }
+
+    fn put_near(&self, writer: &mut Writer<'_>, own: &Near) {
+        match &own.instr {
+            Some(instr) => writer.put(own.group, std::slice::from_ref(instr)),
+            None => writer.put(own.group, &self.operands[&own.node].instrs),
+        }
+    }
+
+    /// The visible pieces in the scene's order. The first to act is in what adds.
+    fn acting(&self) -> impl Iterator<Item = &Operand> {
+        let all = self.order.values().map(|node| &self.operands[node]);
+        all.filter(|own| own.visible).skip_while(|own| {
+            let kind = match self.groups.outermost(own.group) {
+                ROOT => own.operator.kind,
+                group => self.groups.operator_of(group).kind,
+            };
+            kind != OperatorKind::Union
+        })
     }
 
     /// The operands that are entered in a part, or in one of another level that holds it, by rank.
@@ -436,19 +478,52 @@ impl LiveProgram {
     /// The whole scene's program, as [`Program::lower`] gives it but for the order of what does not depend on order.
     pub fn whole(&self) -> Program {
         let mut whole = self.tables.clone();
-        let all = self.order.values().map(|node| &self.operands[node]);
-        let acting = all
-            .filter(|operand| operand.visible)
-            .skip_while(|operand| operand.operator.kind != OperatorKind::Union);
-        for operand in acting {
-            append(&operand.instrs, &mut whole.instrs);
-            whole.brushes += operand.brushes;
-            whole.operands.push(OperandSpan {
-                end: whole.instrs.len() as u32,
-                operator: operand.operator,
-                extent: operand.extent,
-            });
+        let mut instrs = Vec::with_capacity(self.length);
+        let mut spans: Vec<(u32, OperandSpan)> = Vec::new();
+        let mut writer = Writer::new(&self.groups, &mut instrs);
+        for own in self.acting() {
+            let group = self.groups.outermost(own.group);
+            let is_new = group == ROOT || spans.last().is_none_or(|(last, _)| *last != group);
+            if is_new {
+                let end = writer.end() as u32;
+                if let Some((_, last)) = spans.last_mut() {
+                    last.end = end;
+                }
+                let of_group = self.groups.get(group).map(|own| own.operator);
+                spans.push((
+                    group,
+                    OperandSpan {
+                        end,
+                        operator: of_group.unwrap_or(own.operator),
+                        extent: if of_group.is_some() {
+                            Extent::EMPTY
+                        } else {
+                            own.extent
+                        },
+                    },
+                ));
+            }
+            if let Some((_, last)) = spans.last_mut().filter(|_| group != ROOT)
+                && own.operator.kind == OperatorKind::Union
+            {
+                last.extent = Extent {
+                    aabb: last
+                        .extent
+                        .aabb
+                        .union(own.extent.aabb.grown(self.swelling())),
+                    underestimate: last.extent.underestimate.max(own.extent.underestimate),
+                    shortfall: f32::INFINITY,
+                };
+            }
+            writer.put(own.group, &own.instrs);
+            whole.brushes += own.brushes;
         }
+        let end = writer.end() as u32;
+        if let Some((_, last)) = spans.last_mut() {
+            last.end = end;
+        }
+        whole.instrs = instrs;
+        whole.operands = spans.into_iter().map(|(_, span)| span).collect();
         whole
     }
 
@@ -473,32 +548,151 @@ impl LiveProgram {
     fn insert(&mut self, node: NodeId, mut operand: Operand) {
         let own = std::mem::take(&mut operand.own_params);
         let length = own.len() as u32;
-        let params = &mut self.tables.params;
-        let at = match self.free.get_mut(&length).and_then(Vec::pop) {
-            Some(at) => {
-                params[at as usize..(at + length) as usize].copy_from_slice(&own);
-                at
-            }
-            None => {
-                let at = params.len() as u32;
-                params.extend_from_slice(&own);
-                at
-            }
-        };
+        let at = self.put_params(&own);
         for instr in &mut operand.instrs {
             instr.params += at;
         }
         operand.params = (at, length);
-        self.written.push((at, at + length));
         self.length += operand.instrs.len();
         self.iterations += operand.iterations;
         self.opcodes = self.opcodes.union(operand.opcodes);
         let slots = (&mut self.tables.value_slots, &mut self.tables.point_slots);
-        *slots.0 = operand.slots.0.max(*slots.0);
+        let depth = self.groups.inside(operand.group).depth;
+        *slots.0 = (operand.slots.0 + depth).max(*slots.0);
         *slots.1 = operand.slots.1.max(*slots.1);
         self.order.insert(operand.rank, node);
         self.count_in(&operand, true);
         self.operands.insert(node, operand);
+    }
+
+    /// Put words among the parameters: where they begin.
+    fn put_params(&mut self, own: &[f32]) -> u32 {
+        let length = own.len() as u32;
+        let params = &mut self.tables.params;
+        let at = match self.free.get_mut(&length).and_then(Vec::pop) {
+            Some(at) => {
+                params[at as usize..(at + length) as usize].copy_from_slice(own);
+                at
+            }
+            None => {
+                let at = params.len() as u32;
+                params.extend_from_slice(own);
+                at
+            }
+        };
+        self.written.push((at, at + length));
+        at
+    }
+
+    /// What updates take out and put in whole: pieces, and open groups with all that they hold.
+    fn units(&self, scene: &Scene, changes: &[Change]) -> FxHashSet<NodeId> {
+        let mut units = FxHashSet::default();
+        for change in changes {
+            let Some(node) = change.node else {
+                continue;
+            };
+            units.extend(self.unit_of(scene, node));
+            for parent in change.parents.into_iter().flatten() {
+                if self.groups.find(parent).is_none() {
+                    units.extend(self.unit_of(scene, parent));
+                } else if parent != Scene::ROOT
+                    && scene.node(node).parent() == Some(parent)
+                    && !leaves_open(scene.node(node).acting())
+                {
+                    // It is open no more.
+                    units.insert(parent);
+                }
+            }
+        }
+        units
+    }
+
+    /// The open group that a node is, or the piece that it is in or is to be. Nothing of what is neither known nor in the scene.
+    fn unit_of(&self, scene: &Scene, node: NodeId) -> Option<NodeId> {
+        if self.groups.find(node).is_some() {
+            return Some(node);
+        }
+        let mut at = node;
+        loop {
+            let parent = scene.node(at).parent();
+            let is_apart = parent.is_some_and(|parent| self.groups.find(parent).is_some());
+            if is_apart || self.operands.contains_key(&at) {
+                return Some(at);
+            }
+            at = parent?;
+        }
+    }
+
+    /// The group that a unit is to be put into: none if it is not in the scene, or another unit holds it.
+    fn group_for(&self, scene: &Scene, node: NodeId, units: &FxHashSet<NodeId>) -> Option<u32> {
+        let group = self.groups.find(scene.node(node).parent()?)?;
+        let mut at = node;
+        while let Some(parent) = scene.node(at).parent() {
+            if units.contains(&parent) {
+                return None;
+            }
+            at = parent;
+        }
+        (at == Scene::ROOT).then_some(group)
+    }
+
+    /// Take a unit out. The joints of groups are told as touched.
+    fn take_out(&mut self, node: NodeId, told: &mut Touched) {
+        let mut open = vec![node];
+        while let Some(node) = open.pop() {
+            if let Some(old) = self.remove(node) {
+                self.groups.let_go(old.group, node);
+                told.before.push(old);
+                continue;
+            }
+            let found = self.groups.find(node).filter(|&group| group != ROOT);
+            let Some((id, group)) = found.and_then(|id| Some((id, self.groups.get(id)?))) else {
+                continue;
+            };
+            open.extend(&group.children);
+            let (at, length) = group.params;
+            told.stretches.push((at, at + length));
+            let (operator, depth) = (group.operator, group.inside.depth);
+            self.count_blend(operator.blend, depth - 1, false);
+            self.length -= 2;
+            self.groups.remove(id);
+        }
+    }
+
+    /// Put the groups of a unit in place, into a group; its pieces, which are told the groups that they are in. `stretches` are of
+    /// the groups' parameters.
+    fn place(
+        &mut self,
+        items: Vec<Item>,
+        group: u32,
+        stretches: &mut Vec<(u32, u32)>,
+    ) -> Vec<(NodeId, Operand)> {
+        let mut pieces = Vec::new();
+        let mut at = group;
+        for item in items {
+            match item {
+                Item::Piece(node, operand) => {
+                    self.groups.hold(at, node);
+                    let operand = Operand {
+                        group: at,
+                        group_adds: self.groups.inside(at).adds,
+                        ..*operand
+                    };
+                    pieces.push((node, operand));
+                }
+                Item::Enter(node, around, operator, scale) => {
+                    let outside = self.groups.inside(at);
+                    let params = self.put_params(&around.params);
+                    stretches.push((params, params + around.params.len() as u32));
+                    self.count_blend(operator.blend, outside.depth, true);
+                    self.length += 2;
+                    let group = Group::new(node, &around, operator, &outside, scale, params);
+                    at = self.groups.insert(group);
+                }
+                Item::Leave => at = self.groups.parent_of(at),
+            }
+        }
+        pieces
     }
 
     /// Take an operand out; its parameters stay.
@@ -592,16 +786,24 @@ impl LiveProgram {
             .collect();
         others.sort_by_key(|&(rank, _)| rank);
         let mut others = others.into_iter().peekable();
+        let mut writer = Writer::new(&self.groups, out);
         for own in self.near_in(part).iter().filter(|own| stays(&own.node)) {
             while let Some((_, other)) = others.next_if(|&(other, _)| other < own.rank) {
-                append(&other.instrs, out);
+                writer.put(other.group, &other.instrs);
             }
-            match own.instr {
-                Some(instr) => out.push(instr),
-                None => append(&self.operands[&own.node].instrs, out),
-            }
+            self.put_near(&mut writer, own);
         }
-        others.for_each(|(_, other)| append(&other.instrs, out));
+        others.for_each(|(_, other)| writer.put(other.group, &other.instrs));
+        writer.end();
+    }
+
+    fn count_blend(&mut self, blend: f32, depth: usize, is_there: bool) {
+        let counts = if depth == 0 {
+            &mut self.blends
+        } else {
+            &mut self.inner_blends
+        };
+        count(counts, blend, is_there);
     }
 
     fn count_in(&mut self, operand: &Operand, is_there: bool) {
@@ -609,7 +811,8 @@ impl LiveProgram {
             return;
         }
         count(&mut self.magnitudes, operand.magnitude, is_there);
-        count(&mut self.blends, operand.operator.blend, is_there);
+        let depth = self.groups.inside(operand.group).depth;
+        self.count_blend(operand.operator.blend, depth, is_there);
         let by = |counter: &mut u32| {
             if is_there {
                 *counter += 1;
@@ -625,43 +828,95 @@ impl LiveProgram {
         }
     }
 
-    /// A rank between those of a node's neighbours in the scene.
-    fn rank_for(&mut self, scene: &Scene, node: NodeId) -> u64 {
-        let siblings = scene.node(Scene::ROOT).children();
-        let at = siblings.iter().rposition(|&n| n == node).unwrap_or(0);
-        let rank_of = |n: &NodeId| self.operands.get(n).map(|operand| operand.rank);
-        let before = siblings[..at].iter().rev().find_map(rank_of).unwrap_or(0);
-        let after = siblings[at + 1..].iter().find_map(rank_of);
-        let rank = match after {
-            Some(after) => before + (after - before) / 2,
-            None => before + RANK_STEP,
-        };
-        if rank > before {
-            return rank;
-        }
-        // No room: everyone moves.
-        self.renumbered = true;
-        self.order.clear();
-        self.everywhere.clear();
-        for (i, sibling) in siblings.iter().enumerate() {
-            if let Some(operand) = self.operands.get_mut(sibling) {
-                operand.rank = (i as u64 + 1) * RANK_STEP;
-                self.order.insert(operand.rank, *sibling);
+    /// Ranks for so many pieces of a node, between those of its neighbours in the scene: what the first is more than, and by how much
+    /// each is more than the one before.
+    fn ranks_for(&mut self, scene: &Scene, node: NodeId, count: u64) -> (u64, u64) {
+        for _ in 0..2 {
+            let before = self.neighbour(scene, node, false).unwrap_or(0);
+            let Some(after) = self.neighbour(scene, node, true) else {
+                return (before, RANK_STEP);
+            };
+            let step = (after - before) / (count + 1);
+            if step > 0 {
+                return (before, step);
             }
+            // No room: everyone moves.
+            self.renumbered = true;
+            let order = std::mem::take(&mut self.order);
+            for (&node, nth) in order.values().zip(1..) {
+                if let Some(operand) = self.operands.get_mut(&node) {
+                    operand.rank = nth * RANK_STEP;
+                    self.order.insert(operand.rank, node);
+                }
+            }
+            self.index_all();
         }
-        self.index_all();
-        (at as u64 + 1) * RANK_STEP
+        unreachable!("a step of 2³² has room for all pieces that there can be")
     }
 
-    /// How far values can fall through the joints of operands, before anything of a change is lost in rounding.
-    fn needed_falls(&self) -> f32 {
-        greatest_fall(greatest(&self.blends), self.chamfers > 0, self.parts.far)
+    /// The rank of the piece that stands before or after a node.
+    fn neighbour(&self, scene: &Scene, node: NodeId, is_after: bool) -> Option<u64> {
+        let mut at = node;
+        loop {
+            let parent = scene.node(at).parent()?;
+            let siblings = scene.node(parent).children();
+            let own = siblings.iter().rposition(|&n| n == at)?;
+            let end = |&node: &NodeId| self.end_rank(scene, node, is_after);
+            let found = if is_after {
+                siblings[own + 1..].iter().find_map(end)
+            } else {
+                siblings[..own].iter().rev().find_map(end)
+            };
+            if found.is_some() || parent == Scene::ROOT {
+                return found;
+            }
+            at = parent;
+        }
+    }
+
+    /// The rank of the first or the last piece of a node.
+    fn end_rank(&self, scene: &Scene, node: NodeId, is_first: bool) -> Option<u64> {
+        if let Some(operand) = self.operands.get(&node) {
+            return Some(operand.rank);
+        }
+        self.groups.find(node)?;
+        let mut children = scene.node(node).children().iter();
+        let end = |&node: &NodeId| self.end_rank(scene, node, is_first);
+        if is_first {
+            children.find_map(end)
+        } else {
+            children.rev().find_map(end)
+        }
+    }
+
+    /// How far values can fall through the joints of the root, and of each open group, before anything of a change is lost in
+    /// rounding.
+    fn needed_falls(&self) -> [f32; 2] {
+        let root = greatest(&self.blends);
+        [
+            greatest_fall(root, self.chamfers > 0, self.parts.far),
+            greatest_fall(greatest(&self.inner_blends), false, 0.0),
+        ]
+    }
+
+    /// By how much joints swell what they join, at most.
+    fn swelling(&self) -> f32 {
+        let inner = greatest(&self.inner_blends);
+        // Groups that are open are no deeper.
+        greatest(&self.blends) + if inner > 0.0 { 4.0 * inner } else { 0.0 }
     }
 
     /// The box in which an operand can matter where it is not everywhere that others do.
     fn grown_box(&self, operand: &Operand) -> Aabb {
+        let mut joints = vec![operand.operator];
+        let mut at = operand.group;
+        while let Some(group) = self.groups.get(at) {
+            joints.push(group.operator);
+            at = group.parent;
+        }
+        let outermost_first = joints.iter().rev();
         self.parts
-            .reached_by(&operand.operator, &operand.extent, self.falls)
+            .reached_by(outermost_first, &operand.extent, self.falls)
     }
 
     fn is_everywhere(&self, operand: &Operand) -> bool {
@@ -690,7 +945,12 @@ impl LiveProgram {
             [only] => Some(only),
             _ => None,
         };
-        let own = Near { rank, node, instr };
+        let own = Near {
+            rank,
+            node,
+            group: operand.group,
+            instr,
+        };
         if self.is_everywhere(operand) {
             self.everywhere.insert(rank, node);
         }
@@ -706,7 +966,8 @@ impl LiveProgram {
     /// Enter all operands anew.
     fn index_all(&mut self) {
         // With some room, so that a blend which grows does not do this each time.
-        self.falls = self.falls.max(1.25 * self.needed_falls());
+        let needed = self.needed_falls();
+        self.falls = std::array::from_fn(|i| self.falls[i].max(1.25 * needed[i]));
         self.near.clear();
         self.everywhere.clear();
         let all: Vec<NodeId> = self.order.values().copied().collect();
@@ -715,26 +976,24 @@ impl LiveProgram {
 
     /// How regular the whole is.
     fn settle(&mut self) {
-        let mut all = Regularity::SMOOTH;
-        for node in self.order.values() {
-            let operand = &self.operands[node];
-            if operand.visible {
-                all = joined(all, operand.regularity, &operand.operator);
-            }
-        }
-        // Each operand has told its own underestimate.
-        let all = all.settled(1.0);
+        let parent_of = |group: u32| self.groups.parent_of(group);
+        let operator_of = |group: u32| self.groups.operator_of(group);
+        let told = |node: &NodeId| {
+            let own = &self.operands[node];
+            own.visible.then_some(Told {
+                group: own.group,
+                operator: own.operator,
+                regularity: own.regularity,
+                extent: own.extent,
+            })
+        };
+        let first_last = self.order.values().filter_map(told);
+        let all = regularity_of(first_last, parent_of, operator_of);
         let loose = if all.slack + all.hidden == 0.0 {
             Vec::new()
         } else {
-            let visible = self.order.values().rev().map(|node| &self.operands[node]);
-            let visible = visible.filter(|operand| operand.visible);
-            let told = visible.map(|operand| loose::Operand {
-                operator: &operand.operator,
-                regularity: operand.regularity,
-                extent: operand.extent,
-            });
-            loose_of(told, all)
+            let last_first = self.order.values().rev().filter_map(told);
+            loose_of(last_first, parent_of, operator_of, all)
         };
         let before = std::mem::replace(&mut self.tables.loose, loose);
         let tables = &mut self.tables;
@@ -755,23 +1014,69 @@ impl LiveProgram {
     fn solid_box(&self) -> Aabb {
         let adding = self.operands.values().filter(|operand| operand.adds());
         let boxes = adding.fold(Aabb::EMPTY, |all, operand| all.union(operand.extent.aabb));
-        boxes.grown(greatest(&self.blends))
+        boxes.grown(self.swelling())
     }
 }
 
-/// Lower an operand; it has no rank yet, and its parameters no place.
-fn lowered(scene: &Scene, extents: &mut Extents<'_>, node: NodeId) -> Result<Operand, LowerError> {
+/// What a node is put together of, as it is met.
+enum Item {
+    Piece(NodeId, Box<Operand>),
+    /// An open group with its operator in the world's unit, and what its unit is in that of the group around.
+    Enter(NodeId, Around, Operator, f32),
+    Leave,
+}
+
+/// Lower a node into a place.
+fn lower_into(
+    scene: &Scene,
+    extents: &mut Extents<'_>,
+    node: NodeId,
+    place: &Place,
+    items: &mut Vec<Item>,
+) -> Result<(), LowerError> {
+    if !is_open(scene, node, place.depth) {
+        let operand = lowered(scene, extents, node, place)?;
+        items.push(Item::Piece(node, Box::new(operand)));
+        return Ok(());
+    }
     let entry = scene.node(node).acting();
-    let own = Program::lower_operand(scene, node)?;
+    let around = Around::of(scene, node, place.frame)?;
+    let scale = scale_of(entry);
+    let inside = Place {
+        frame: around.frame,
+        scale: place.scale * scale,
+        depth: place.depth + 1,
+        ..*place
+    };
+    let operator = scaled(&entry.operator, place.scale);
+    items.push(Item::Enter(node, around, operator, scale));
+    for &child in scene.node(node).children() {
+        lower_into(scene, extents, child, &inside, items)?;
+    }
+    items.push(Item::Leave);
+    Ok(())
+}
+
+/// Lower a piece; it has no rank yet, and its parameters no place.
+fn lowered(
+    scene: &Scene,
+    extents: &mut Extents<'_>,
+    node: NodeId,
+    place: &Place,
+) -> Result<Operand, LowerError> {
+    let entry = scene.node(node).acting();
+    let own = Program::lower_piece(scene, node, place.frame, place.scale)?;
     let (opcodes, iterations) = (Opcodes::of(&own), own.iterations());
     Ok(Operand {
         rank: 0,
+        group: ROOT,
+        group_adds: true,
         instrs: own.instrs,
         own_params: own.params,
         params: (0, 0),
-        operator: entry.operator,
+        operator: scaled(&entry.operator, place.scale),
         visible: entry.visible,
-        extent: extents.outer(node),
+        extent: extent_in_world(scene, extents, node),
         regularity: Regularity {
             lipschitz: own.lipschitz,
             slack: own.slack,
@@ -803,4 +1108,60 @@ pub(crate) fn append(instrs: &[Instr], out: &mut Vec<Instr>) {
         },
         ..instr
     }));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use argil_scene::{Brush, Edit, Group, Modifier, Shape};
+
+    fn parts() -> Parts {
+        Parts {
+            corner: Vec3::splat(-1.0),
+            edge: 0.25,
+            far: 0.1,
+            base: 2.0,
+        }
+    }
+
+    /// Of a group of many, an edit of one lowers that one, and the list of a part is of what is near.
+    #[test]
+    fn an_edit_in_a_group_costs_what_it_touches() {
+        let mut scene = Scene::new();
+        let outer = Group::new().scaled(0.5).blend(0.01);
+        let outer = scene.push(outer).expect("a group").node;
+        let group = Group::new().at([0.1, 0.0, 0.0]);
+        let group = scene.push_into(outer, group).expect("a group").node;
+        let mut nodes = Vec::new();
+        for i in 0..512 {
+            let at = [i % 8, i / 8 % 8, i / 64].map(|c| 0.5 * c as f32 - 1.75);
+            let solid = Brush::new(Shape::sphere(0.1)).at(at).blend(0.01);
+            nodes.push(scene.push_into(group, solid).expect("a brush").node);
+        }
+        let mut live = LiveProgram::new(&scene, parts()).expect("a program");
+        let seen = scene.change_count();
+        let by = Modifier::Translate {
+            by: [0.01, 0.0, 0.0],
+        };
+        scene
+            .apply(Edit::Transform {
+                node: nodes[99],
+                by,
+            })
+            .expect("an edit");
+        let changes = scene.changes_since(seen).expect("changes");
+        let upset = live.follow(&scene, changes).expect("a program");
+        assert!(!upset.everything);
+        assert_eq!(live.written().len(), 1);
+        let mut list = Vec::new();
+        live.list(IVec3::splat(2), &mut list);
+        assert!((5..60).contains(&list.len()), "{}", list.len());
+        // The whole is what it would be if it were lowered at once.
+        let (whole, fresh) = (live.whole(), Program::lower(&scene).expect("a program"));
+        assert_eq!(whole.magnitude, fresh.magnitude);
+        for i in 0..200 {
+            let p = Vec3::new(i as f32, 1.7 * i as f32, 0.3 * i as f32).map(f32::sin);
+            assert_eq!(whole.distance(p), fresh.distance(p), "{p}");
+        }
+    }
 }

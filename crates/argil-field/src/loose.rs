@@ -1,17 +1,18 @@
-//! Operands whose distances can jump, and where that matters.
+//! Pieces whose distances can jump, and where that matters.
 //!
-//! *Theory.* The field of repeated solids jumps where the nearest copies change. A jump of one operand changes the sign of the
-//! scene nowhere but near that operand: outside of its box its distance is positive, and at least the distance to the box
+//! *Theory.* The field of repeated solids jumps where the nearest copies change. A jump of one [piece](crate::pieces) changes the
+//! sign of the scene nowhere but near that piece: outside of its box its distance is positive, and at least the distance to the box
 //! divided by its underestimate. A smooth joint of radius k leaves the sign alone where that is k or more. So what is said of
-//! a place that is outside of the grown boxes of all loose operands need not allow for their jumps.
+//! a place that is outside of the grown boxes of all loose pieces need not allow for their jumps.
 
 use crate::Program;
+use crate::pieces::{Told, Walk};
 use crate::regular::Regularity;
 use argil_math::Aabb;
-use argil_scene::{Extent, Operator, OperatorKind, Profile, greatest_fall};
+use argil_scene::{Operator, OperatorKind, Profile, greatest_fall};
 use glam::Vec3;
 
-/// An operand of the root whose distances can jump.
+/// A piece whose distances can jump.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Loose {
     /// Outside of this box its jumps change no sign.
@@ -83,54 +84,96 @@ impl Program {
     }
 }
 
-/// What of an operand of the root it takes to tell whether it is loose.
-pub(crate) struct Operand<'a> {
-    pub operator: &'a Operator,
-    pub regularity: Regularity,
-    pub extent: Extent,
+/// The joints that come after a piece, up to the end of the list.
+#[derive(Clone, Copy, Default)]
+struct Later {
+    /// By how much values can fall through the joints outside of the group.
+    outside: f32,
+    blends: f32,
+    blend: f32,
+    chamfered: bool,
+    morphed: bool,
 }
 
-/// The loose ones of the visible operands of a root, which are told from the last to the first. `all` is how regular the whole
-/// is.
-pub(crate) fn loose_of<'a>(
-    last_first: impl Iterator<Item = Operand<'a>>,
+impl Later {
+    fn add(&mut self, operator: &Operator) {
+        self.morphed |= operator.kind == OperatorKind::Morph;
+        self.chamfered |= operator.profile == Profile::Chamfer && operator.blend > 0.0;
+        self.blends += operator.blend;
+        self.blend = self.blend.max(operator.blend);
+    }
+
+    fn falls(&self) -> f32 {
+        let inside = if self.chamfered {
+            greatest_fall(self.blend, true, 0.0)
+        } else {
+            self.blends.min(greatest_fall(self.blend, false, 0.0))
+        };
+        self.outside + inside
+    }
+
+    /// Of the last in a group.
+    fn inside(&self) -> Self {
+        Self {
+            outside: self.falls(),
+            blends: 0.0,
+            blend: 0.0,
+            ..*self
+        }
+    }
+}
+
+/// The loose ones of the visible pieces of a scene, which are told from the last to the first. `all` is how regular the whole is.
+pub(crate) fn loose_of(
+    last_first: impl Iterator<Item = Told>,
+    parent_of: impl Fn(u32) -> u32,
+    operator_of: impl Fn(u32) -> Operator,
     all: Regularity,
 ) -> Vec<Loose> {
     let mut loose = Vec::new();
-    let (mut blends, mut blend, mut chamfered, mut morphed) = (0.0f32, 0.0f32, false, false);
+    let mut walk = Walk::default();
+    let mut stack = vec![Later::default()];
     for own in last_first {
-        let Operator { kind, profile, .. } = *own.operator;
-        if kind == OperatorKind::Paint {
-            // It changes no distance.
+        walk.go_to(own.group, &parent_of, |group, enters| {
+            if !enters {
+                stack.pop();
+            } else if let Some(outer) = stack.last_mut() {
+                outer.add(&operator_of(group));
+                let inside = outer.inside();
+                stack.push(inside);
+            }
+        });
+        let (
+            Some(later),
+            OperatorKind::Union
+            | OperatorKind::Subtract
+            | OperatorKind::Intersect
+            | OperatorKind::Morph,
+        ) = (stack.last_mut(), own.operator.kind)
+        else {
+            // Paint changes no distance.
             continue;
-        }
-        morphed |= kind == OperatorKind::Morph;
-        chamfered |= profile == Profile::Chamfer && own.operator.blend > 0.0;
-        blends += own.operator.blend;
-        blend = blend.max(own.operator.blend);
+        };
+        later.add(&own.operator);
         let Regularity { slack, hidden, .. } = own.regularity;
         if slack + hidden == 0.0 {
             continue;
         }
         let underestimate = own.regularity.underestimate.max(own.extent.underestimate);
-        let falls = if chamfered {
-            greatest_fall(blend, true, 0.0)
-        } else {
-            blends.min(greatest_fall(blend, false, 0.0))
-        };
+        let falls = later.falls();
         // What morphs is a mixture of all, wherever that is.
-        let aabb = if morphed {
+        let aabb = if later.morphed {
             Aabb::ALL
         } else {
             own.extent.aabb.grown(1.000_1 * underestimate * falls)
         };
         let settled = Regularity {
-            blends,
-            blend,
+            blends: falls,
+            blend: falls,
             ..own.regularity
         }
         .settled(own.extent.underestimate);
-        loose.push(if chamfered || morphed {
+        loose.push(if later.chamfered || later.morphed {
             // Jumps add up in joints.
             Loose {
                 aabb,

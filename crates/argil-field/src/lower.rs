@@ -4,16 +4,16 @@ mod error;
 mod words;
 
 use crate::by_node::ByNode;
-use crate::loose::{Operand, loose_of};
+use crate::loose::loose_of;
 use crate::operands::OperandSpan;
 use crate::pack::pack;
+use crate::pieces::{Piece, Pieces, Told, magnitude, regularity_of, scaled};
 use crate::program::Program;
 use crate::regular::{Regularity, regularity};
 use argil_abi::{self as abi, Instr, MaterialWords};
-use argil_math::Aabb;
 use argil_scene::{
-    Body, Entry, Extents, Material, Modifier, NodeId, Operator, OperatorKind, Profile, Scene,
-    Shape, copies_looked_at,
+    Body, Entry, Extent, Extents, Material, Modifier, NodeId, Operator, OperatorKind, Profile,
+    Scene, Shape, copies_looked_at,
 };
 pub use error::LowerError;
 use error::{MAX_COPIES, MAX_COPIES_A_LOOP};
@@ -25,7 +25,7 @@ use words::{affine_words, is_loop, is_single, keep, repeat_words, scale_of, word
 /// Where a node is evaluated: the map from the interpreter's point to the node's frame, the factor from its distances
 /// to the world's, its material, and the copies looked at around it.
 #[derive(Clone, Copy)]
-struct Frame {
+pub(crate) struct Frame {
     own_from_point: DAffine3,
     scale: f64,
     material: u32,
@@ -90,15 +90,7 @@ impl Program {
     /// Lower a scene. Time and memory are linear in the number of its nodes.
     pub fn lower(scene: &Scene) -> Result<Self, LowerError> {
         let mut lowering = Lowering::of(scene, Scene::ROOT);
-        let mut magnitude = 0.0f32;
-        for &operand in scene.node(Scene::ROOT).children() {
-            if scene.node(operand).acting().visible {
-                let own = lowering.extents.outer(operand).aabb;
-                magnitude = magnitude.max(magnitude_of(own));
-            }
-        }
-        lowering.program.magnitude = magnitude;
-        lowering.program.loose = lowering.loose();
+        lowering.measure_pieces();
         lowering.program.materials = materials_of(scene);
         lowering.tasks.push(Task::Solid {
             node: Scene::ROOT,
@@ -119,17 +111,28 @@ impl Program {
         let Some(operand) = scene.operand_of(node) else {
             return Ok(());
         };
-        match Self::lower_operand(scene, operand) {
+        match Self::lower_piece(scene, operand, Frame::OF_WORLD, 1.0) {
             Err(LowerError::NotLoaded { .. }) | Ok(_) => Ok(()),
             Err(error) => Err(error),
         }
     }
 
-    /// Lower one operand of the root, onto whatever is in the accumulator: a program whose list can follow any other's.
-    pub(crate) fn lower_operand(scene: &Scene, node: NodeId) -> Result<Self, LowerError> {
+    /// Lower a piece, onto whatever is in the accumulator: a program whose list can follow any other's. `within` is the frame of the
+    /// group that it is in, whose unit is `scale` in the world.
+    pub(crate) fn lower_piece(
+        scene: &Scene,
+        node: NodeId,
+        within: Frame,
+        scale: f32,
+    ) -> Result<Self, LowerError> {
         let mut lowering = Lowering::of(scene, node);
-        lowering.program.magnitude = magnitude_of(lowering.program.aabb);
-        let frame = Frame::OF_WORLD;
+        let own = lowering.regular[node].scaled(scale);
+        lowering.program.magnitude = magnitude(&lowering.extents.outer(node), scale);
+        lowering.set_regularity(own);
+        let frame = Frame {
+            jump: Some(own.slack + own.hidden),
+            ..within
+        };
         let entry = scene.node(node).acting();
         if is_single(entry) {
             lowering.tasks.push(Task::Brush { node, frame });
@@ -148,6 +151,47 @@ impl Program {
     }
 }
 
+/// What stands around the pieces of an open group.
+pub(crate) struct Around {
+    /// The frame of what is in it.
+    pub frame: Frame,
+    /// What puts aside what is before it, and what joins it to that; both with parameters at 0.
+    pub open: Instr,
+    pub close: Instr,
+    pub params: Vec<f32>,
+}
+
+impl Around {
+    /// Of a group in a frame.
+    pub fn of(scene: &Scene, node: NodeId, within: Frame) -> Result<Self, LowerError> {
+        let entry = scene.node(node).acting();
+        let names = || scene.materials().keys().zip(1..);
+        let named = entry.material.as_ref();
+        let found = named.and_then(|name| names().find(|(own, _)| *own == name));
+        let mut frame = Frame {
+            material: found.map_or(within.material, |(_, index)| index),
+            ..within
+        };
+        for modifier in entry.modifiers.iter().rev() {
+            map(scene, node, modifier, &mut frame)?;
+        }
+        let (flags, words) = combine_words(entry, within, false);
+        Ok(Self {
+            frame,
+            open: Instr {
+                op: abi::OP_PUSH_VALUE,
+                ..Instr::default()
+            },
+            close: Instr {
+                op: abi::OP_COMBINE,
+                flags,
+                ..Instr::default()
+            },
+            params: words.to_vec(),
+        })
+    }
+}
+
 /// The table of a scene's materials: a material for what has none, then all by name.
 pub(crate) fn materials_of(scene: &Scene) -> Vec<MaterialWords> {
     let own = scene.materials().values().map(words_of);
@@ -156,23 +200,64 @@ pub(crate) fn materials_of(scene: &Scene) -> Vec<MaterialWords> {
         .collect()
 }
 
-/// The power of two that no finite side of a box exceeds; 0 where there is none. Where the box is does not matter: a point near
-/// its surface has coordinates as great.
-fn magnitude_of(aabb: Aabb) -> f32 {
-    if aabb.is_empty() {
-        return 0.0;
+/// k, 1/(4k) and the signs.
+fn joint(operator: &Operator, scale: f64) -> [f32; 5] {
+    let k = (f64::from(operator.blend) * scale) as f32;
+    let quarter = if k > 0.0 { 0.25 / k } else { 0.0 };
+    let [a, b, r] = match operator.kind {
+        OperatorKind::Subtract => [-1.0, 1.0, -1.0],
+        OperatorKind::Intersect => [-1.0, -1.0, -1.0],
+        _ => [1.0, 1.0, 1.0],
+    };
+    [k, quarter, a, b, r]
+}
+
+/// The flags and words of a joint with what was put aside.
+fn combine_words(entry: &Entry, frame: Frame, swapped: bool) -> (u32, [f32; 6]) {
+    let mode = match (entry.operator.kind, entry.operator.profile) {
+        (OperatorKind::Paint, _) => abi::COMBINE_PAINT,
+        (OperatorKind::Morph, _) => abi::COMBINE_MORPH,
+        (_, Profile::Chamfer) => abi::COMBINE_CHAMFER,
+        (_, Profile::Smooth) => abi::COMBINE_SMOOTH,
+    };
+    let [k, quarter, a, b, r] = joint(&entry.operator, frame.scale);
+    let flags = mode | keep(entry) | if swapped { abi::FLAG_SWAPPED } else { 0 };
+    (flags, [k, quarter, a, b, r, entry.operator.amount])
+}
+
+/// A node's extent in the world, where all groups around it are open.
+pub(crate) fn extent_in_world(scene: &Scene, extents: &mut Extents<'_>, node: NodeId) -> Extent {
+    let mut extent = extents.outer(node);
+    let mut at = scene.node(node).parent();
+    while let Some(group) = at {
+        extent = extent.under(&scene.node(group).acting().modifiers);
+        at = scene.node(group).parent();
     }
-    let sides = aabb.size().to_array().into_iter();
-    let greatest = sides.filter(|side| side.is_finite()).fold(0.0, f32::max);
-    if greatest > 0.0 {
-        greatest.log2().ceil().exp2()
-    } else {
-        0.0
+    extent
+}
+
+/// A translate, rotate or scale.
+fn map(
+    scene: &Scene,
+    node: NodeId,
+    modifier: &Modifier,
+    frame: &mut Frame,
+) -> Result<(), LowerError> {
+    if let Some(map) = modifier.affine() {
+        frame.own_from_point = map * frame.own_from_point;
+        frame.scale *= f64::from(modifier.scale());
+        if !(1e-6..=1e6).contains(&frame.scale) {
+            return Err(LowerError::Scale {
+                path: scene.path(node),
+                scale: frame.scale,
+            });
+        }
     }
+    Ok(())
 }
 
 impl Frame {
-    const OF_WORLD: Self = Self {
+    pub const OF_WORLD: Self = Self {
         own_from_point: DAffine3::IDENTITY,
         scale: 1.0,
         material: 0,
@@ -360,50 +445,59 @@ impl<'a> Lowering<'a> {
             .extend([Task::Emit(combine), second, push, first]);
     }
 
-    /// k, 1/(4k) and the signs.
-    fn joint(operator: &Operator, scale: f64) -> [f32; 5] {
-        let k = (f64::from(operator.blend) * scale) as f32;
-        let quarter = if k > 0.0 { 0.25 / k } else { 0.0 };
-        let [a, b, r] = match operator.kind {
-            OperatorKind::Subtract => [-1.0, 1.0, -1.0],
-            OperatorKind::Intersect => [-1.0, -1.0, -1.0],
-            _ => [1.0, 1.0, 1.0],
-        };
-        [k, quarter, a, b, r]
-    }
-
     fn combine(&mut self, entry: &Entry, frame: Frame, swapped: bool) -> Instr {
-        let mode = match (entry.operator.kind, entry.operator.profile) {
-            (OperatorKind::Paint, _) => abi::COMBINE_PAINT,
-            (OperatorKind::Morph, _) => abi::COMBINE_MORPH,
-            (_, Profile::Chamfer) => abi::COMBINE_CHAMFER,
-            (_, Profile::Smooth) => abi::COMBINE_SMOOTH,
-        };
-        let [k, quarter, a, b, r] = Self::joint(&entry.operator, frame.scale);
-        let words = [k, quarter, a, b, r, entry.operator.amount];
-        let flags = mode | keep(entry) | if swapped { abi::FLAG_SWAPPED } else { 0 };
+        let (flags, words) = combine_words(entry, frame, swapped);
         Instr {
             flags,
             ..self.with(abi::OP_COMBINE, &words)
         }
     }
 
-    /// The operands of the root that can jump.
-    fn loose(&mut self) -> Vec<crate::loose::Loose> {
-        let all = self.regular[Scene::ROOT];
-        if all.slack + all.hidden == 0.0 {
-            return Vec::new();
+    fn set_regularity(&mut self, own: Regularity) {
+        let program = &mut self.program;
+        program.lipschitz = own.lipschitz;
+        program.slack = own.slack;
+        program.hidden_slack = own.hidden;
+        program.isolation = own.isolation;
+        program.underestimate = own.underestimate;
+    }
+
+    /// What is said of a piece, if it is visible.
+    fn told(&mut self, groups: &Pieces, piece: Piece) -> Option<Told> {
+        let entry = self.scene.node(piece.node).acting();
+        let scale = groups.groups[piece.group as usize].scale;
+        entry.visible.then(|| Told {
+            group: piece.group,
+            operator: scaled(&entry.operator, scale),
+            regularity: self.regular[piece.node].scaled(scale),
+            extent: extent_in_world(self.scene, &mut self.extents, piece.node),
+        })
+    }
+
+    /// What holds of the whole scene, from what holds of its pieces.
+    fn measure_pieces(&mut self) {
+        let pieces = Pieces::of(self.scene);
+        let mut greatest = 0.0f32;
+        for piece in &pieces.all {
+            if self.scene.node(piece.node).acting().visible {
+                let scale = pieces.groups[piece.group as usize].scale;
+                greatest = greatest.max(magnitude(&self.extents.outer(piece.node), scale));
+            }
         }
-        let nodes = self.scene.node(Scene::ROOT).children().iter().rev();
-        let operands = nodes.filter_map(|&node| {
-            let entry = self.scene.node(node).acting();
-            entry.visible.then(|| Operand {
-                operator: &entry.operator,
-                regularity: self.regular[node],
-                extent: self.extents.outer(node),
-            })
-        });
-        loose_of(operands, all)
+        self.program.magnitude = greatest;
+        let parent_of = |group: u32| pieces.groups[group as usize].parent;
+        let operator_of = |group: u32| pieces.groups[group as usize].operator;
+        let told = pieces
+            .all
+            .iter()
+            .filter_map(|&piece| self.told(&pieces, piece));
+        let all = regularity_of(told, parent_of, operator_of);
+        self.set_regularity(all);
+        if all.slack + all.hidden > 0.0 {
+            let last_first = pieces.all.iter().rev();
+            let told = last_first.filter_map(|&piece| self.told(&pieces, piece));
+            self.program.loose = loose_of(told, parent_of, operator_of, all);
+        }
     }
 
     /// A node's frame from that of its group.
@@ -432,25 +526,10 @@ impl<'a> Lowering<'a> {
         let entry = self.scene.node(node).acting();
         let mut frame = self.enter(node, frame);
         for modifier in entry.modifiers.iter().rev() {
-            self.map(node, modifier, &mut frame)?;
+            map(self.scene, node, modifier, &mut frame)?;
         }
-        let joint = Self::joint(&entry.operator, frame.scale / scale_of(entry));
+        let joint = joint(&entry.operator, frame.scale / scale_of(entry));
         self.shape(node, frame, joint)
-    }
-
-    /// A translate, rotate or scale.
-    fn map(&self, node: NodeId, modifier: &Modifier, frame: &mut Frame) -> Result<(), LowerError> {
-        if let Some(map) = modifier.affine() {
-            frame.own_from_point = map * frame.own_from_point;
-            frame.scale *= f64::from(modifier.scale());
-            if !(1e-6..=1e6).contains(&frame.scale) {
-                return Err(LowerError::Scale {
-                    path: self.scene.path(node),
-                    scale: frame.scale,
-                });
-            }
-        }
-        Ok(())
     }
 
     /// The instruction of a brush's shape.
@@ -499,7 +578,7 @@ impl<'a> Lowering<'a> {
         let mut closing: Vec<Task> = Vec::new();
         for (modifier, content) in entry.modifiers.iter().zip(&stages).rev() {
             if modifier.affine().is_some() {
-                self.map(node, modifier, &mut frame)?;
+                map(self.scene, node, modifier, &mut frame)?;
                 continue;
             }
             let looked_at = copies_looked_at(modifier, content);
@@ -624,7 +703,7 @@ impl<'a> Lowering<'a> {
         self.tasks.extend(closing);
         if matches!(entry.body, Body::Shape(_)) {
             // Onto an empty accumulator, by a hard union.
-            self.shape(node, frame, Self::joint(&Operator::default(), 1.0))?;
+            self.shape(node, frame, joint(&Operator::default(), 1.0))?;
         } else {
             let count = self.operands[&node].len();
             self.tasks.push(Task::List {

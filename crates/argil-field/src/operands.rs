@@ -65,7 +65,11 @@ impl OperandIndex {
             if own.extent.aabb.is_empty() {
                 continue;
             }
-            match parts.level_of(parts.reached_by(&own.operator, &own.extent, falls)) {
+            match parts.level_of(parts.reached_by(
+                std::iter::once(&own.operator),
+                &own.extent,
+                [falls, 0.0],
+            )) {
                 None => index.everywhere.push(nth),
                 Some(found) => {
                     index.levels = index.levels.max(found.0 + 1);

@@ -31,11 +31,20 @@ impl Parts {
         ((point - self.corner) / self.edge).floor().as_ivec3()
     }
 
-    /// The box in which an operand can matter where it is not everywhere that others do. Values can fall by `falls` through joints
-    /// with others.
-    pub(crate) fn reached_by(&self, operator: &Operator, extent: &Extent, falls: f32) -> Aabb {
-        let interest = self.far + falls;
-        let interest = interest + blend_reach(operator, interest);
+    /// The box in which a piece can matter where it is not everywhere that others do. `joints` are the operators of the groups that
+    /// it is in, the outermost first, and its own. Values can fall by the first of `falls` through joints of the root, and by the
+    /// second through those of each group.
+    pub(crate) fn reached_by<'a>(
+        &self,
+        joints: impl Iterator<Item = &'a Operator>,
+        extent: &Extent,
+        falls: [f32; 2],
+    ) -> Aabb {
+        let mut interest = self.far;
+        for (joint, depth) in joints.zip(0..) {
+            interest += falls[usize::min(depth, 1)];
+            interest += blend_reach(joint, interest);
+        }
         extent.aabb.grown(1.000_1 * extent.underestimate * interest)
     }
 

@@ -38,6 +38,18 @@ impl Regularity {
         blend: 0.0,
     };
 
+    /// The same where lengths are so many times as long.
+    pub fn scaled(self, scale: f32) -> Self {
+        Self {
+            slack: self.slack * scale,
+            hidden: self.hidden * scale,
+            isolation: self.isolation * scale,
+            blends: self.blends * scale,
+            blend: self.blend * scale,
+            ..self
+        }
+    }
+
     /// The same under a smooth joint of a radius.
     fn blended_over(self, radius: f32) -> Self {
         if self.hidden == 0.0 {
@@ -115,12 +127,7 @@ pub(crate) fn regularity(
         if !entry.modifiers.is_empty() {
             let stages = extents.stages(id);
             for (modifier, content) in entry.modifiers.iter().zip(&stages) {
-                let scale = modifier.scale();
-                result.slack *= scale;
-                result.hidden *= scale;
-                result.isolation *= scale;
-                result.blends *= scale;
-                result.blend *= scale;
+                result = result.scaled(modifier.scale());
                 if modifier.affine().is_some() {
                     continue;
                 }
@@ -133,13 +140,10 @@ pub(crate) fn regularity(
                 }
             }
         }
-        // Of the root only what its operands tell, which is all that a program that is followed knows.
-        let own = if id == Scene::ROOT {
-            1.0
-        } else {
-            extents.outer(id).underestimate
-        };
-        all[id] = result.settled(own);
+        // Of the root its pieces tell, which is all that a program that is followed knows.
+        if id != Scene::ROOT {
+            all[id] = result.settled(extents.outer(id).underestimate);
+        }
     }
     all
 }

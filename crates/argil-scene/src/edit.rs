@@ -77,8 +77,10 @@ pub struct Edited {
 /// What changed in a scene, for those that keep something made of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Change {
-    /// The operands of the root that are, or held, what changed, before and after; `None` where it was not in the scene.
-    pub operands: [Option<NodeId>; 2],
+    /// The node that was made, taken out, moved or changed; `None` where everything may have.
+    pub node: Option<NodeId>,
+    /// The groups that held it, before and after; `None` where it was not in the scene.
+    pub parents: [Option<NodeId>; 2],
     /// Outside this box no distance below the first of the scene's [bands](Scene::bands) changed, nor did a material.
     pub dirty_box: Aabb,
     /// Outside this box no distance below the second of them changed.
@@ -91,7 +93,8 @@ impl Change {
     /// Of what everything can depend on.
     pub(crate) fn of_everything() -> Self {
         Self {
-            operands: [None; 2],
+            node: None,
+            parents: [None; 2],
             dirty_box: Aabb::ALL,
             far_box: Aabb::ALL,
             apart: [[Aabb::ALL; 2]; 2],
@@ -504,7 +507,8 @@ impl Scene {
         let after = self.boxes(node);
         let [dirty_box, far_box] = [0, 1].map(|i| before.1[i].union(after.1[i]));
         self.history.note(Change {
-            operands: [before.0, after.0],
+            node: Some(node),
+            parents: [before.0, after.0],
             dirty_box,
             far_box,
             apart: [before.1, after.1],
@@ -512,14 +516,14 @@ impl Scene {
         dirty_box
     }
 
-    /// The operand of the root that a node is in, and where it matters, within each of the bands.
+    /// The group that a node is in, and where it matters, within each of the bands.
     fn boxes(&mut self, node: NodeId) -> (Option<NodeId>, [Aabb; 2]) {
         self.count_crowds(node);
         let mut extents = Extents::of(self);
         let boxes = self
             .bands
             .map(|band| influence(self, &mut extents, node, band));
-        (self.operand_of(node), boxes)
+        (self.node(node).parent, boxes)
     }
 
     fn attach(&mut self, node: NodeId, parent: NodeId, index: usize) {

@@ -38,6 +38,11 @@ impl Extent {
         }
     }
 
+    /// What holds of it in the frame of whoever holds what has these modifiers.
+    pub fn under(self, modifiers: &[Modifier]) -> Self {
+        modifiers.iter().fold(self, |all, m| all.modified(m))
+    }
+
     /// A surface moved outwards by at most `by`.
     fn offset(self, by: f32) -> Self {
         Self {

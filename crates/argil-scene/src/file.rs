@@ -15,7 +15,6 @@ mod schema;
 mod write;
 
 use crate::{EditError, Fault, Scene};
-use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
@@ -71,21 +70,30 @@ pub enum FileError {
 impl Scene {
     /// Read a scene file.
     pub fn open(path: impl AsRef<Path>) -> Result<Self, FileError> {
-        let path = path.as_ref();
+        Self::open_file(path.as_ref())
+    }
+
+    fn open_file(path: &Path) -> Result<Self, FileError> {
         let io = |source| FileError::Io {
             path: path.into(),
             source,
         };
-        let open = || std::fs::File::open(path).map_err(io);
+        let open = || -> Result<read::Source<'_>, FileError> {
+            Ok(Box::new(std::fs::File::open(path).map_err(io)?))
+        };
         if std::fs::metadata(path).map_err(io)?.is_dir() {
             return Err(io(std::io::Error::other("is a folder, not a scene file")));
         }
-        read::read(path, open()?, open)
+        read::read(path, open()?, &open)
     }
 
     /// Read a scene from text. `path` stands in messages only.
     pub fn from_json(json: &str, path: impl AsRef<Path>) -> Result<Self, FileError> {
-        read::read(path.as_ref(), json.as_bytes(), || Ok(json.as_bytes()))
+        Self::read_text(json.as_bytes(), path.as_ref())
+    }
+
+    fn read_text(json: &[u8], path: &Path) -> Result<Self, FileError> {
+        read::read(path, Box::new(json), &|| Ok(Box::new(json)))
     }
 
     /// The scene as the text of a file.
@@ -216,7 +224,3 @@ fn fault_of(error: EditError) -> Fault {
         other => Fault::new("", other.to_string()),
     }
 }
-
-/// Any reader of bytes.
-trait Source: Read {}
-impl<R: Read> Source for R {}

@@ -63,7 +63,10 @@ struct TreeNode {
 impl Scene {
     /// Read a scene in the tree format.
     pub fn import_tree(path: impl AsRef<Path>) -> Result<Self, ImportError> {
-        let path = path.as_ref();
+        Self::import_tree_file(path.as_ref())
+    }
+
+    fn import_tree_file(path: &Path) -> Result<Self, ImportError> {
         let io = |source| ImportError::Io {
             path: path.into(),
             source,

@@ -12,7 +12,7 @@
 
 use crate::crowd::{CROWD, Crowd};
 use crate::extent::region_after;
-use crate::{Extents, Modifier, NodeId, Operator, OperatorKind, Profile, Scene};
+use crate::{Extent, Extents, Modifier, NodeId, Operator, OperatorKind, Profile, Scene};
 use argil_math::Aabb;
 
 /// Falls, in greatest blend radii, after which nothing of a change is left: of smooth joints, and where a chamfer (which
@@ -70,7 +70,6 @@ fn grown_box(
         let (parent, child) = (pair[0], pair[1]);
         let siblings = &scene.node(parent).children;
         let entry = scene.node(child).acting();
-        let outer = extents.outer(child);
 
         let (falls, morphed) = match scene.crowds.get(&parent) {
             Some(crowd) if siblings.len() > CROWD => crowd_falls(crowd, interest),
@@ -100,15 +99,22 @@ fn grown_box(
             });
             break;
         }
-        region = outer.aabb.grown(outer.underestimate * interest);
-
-        if child != node && !entry.modifiers.is_empty() {
-            let stages = extents.stages(child);
+        if child == node {
+            let outer = extents.outer(child);
+            region = outer.aabb.grown(outer.underestimate * interest);
+        } else if !entry.modifiers.is_empty() {
+            // A group is measured only where its modifiers ask for its box: it may hold many.
+            let asks = entry.modifiers.iter().any(|m| m.affine().is_none());
+            let stages = if asks {
+                extents.stages(child)
+            } else {
+                vec![Extent::EMPTY; entry.modifiers.len()]
+            };
             for (modifier, content) in entry.modifiers.iter().zip(&stages).rev() {
                 passed.push((modifier, interest, content.aabb));
                 interest = interest_inside(modifier, interest, content.aabb);
             }
-            in_world &= entry.modifiers.is_empty();
+            in_world = false;
         }
     }
 

@@ -125,11 +125,14 @@ impl Journal {
     /// # Errors
     /// If it cannot be written, or the scene has a history.
     pub fn begin(path: impl AsRef<Path>, scene: &Scene) -> Result<Self, JournalError> {
+        Self::begin_at(path.as_ref().into(), scene)
+    }
+
+    fn begin_at(path: PathBuf, scene: &Scene) -> Result<Self, JournalError> {
         let edits: usize = scene.history_lengths().iter().sum();
         if edits > 0 {
             return Err(JournalError::TooLate(edits));
         }
-        let path = path.as_ref().to_path_buf();
         let head = Head {
             journal: VERSION,
             scene: scene.to_json(),
@@ -145,7 +148,10 @@ impl Journal {
     /// # Errors
     /// If it cannot be read, or something other than its end is damaged.
     pub fn recover(path: impl AsRef<Path>) -> Result<Recovered, JournalError> {
-        let path = path.as_ref();
+        Self::recover_file(path.as_ref())
+    }
+
+    fn recover_file(path: &Path) -> Result<Recovered, JournalError> {
         let io = |source| JournalError::Io {
             path: path.into(),
             source,

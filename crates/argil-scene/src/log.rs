@@ -141,6 +141,18 @@ impl Item {
     }
 }
 
+/// Whether a line is an edit, and not a word on the history.
+fn is_edit(line: &str) -> Result<bool, LogError> {
+    Ok(!matches!(
+        serde_json::from_str(line)?,
+        Line::Undo {}
+            | Line::Redo {}
+            | Line::BeginStroke {}
+            | Line::EndStroke {}
+            | Line::RenameMeshes { .. }
+    ))
+}
+
 impl Scene {
     /// The node of a path, as [`Scene::path`] writes it; the root's is empty.
     pub fn find(&self, path: &str) -> Option<NodeId> {
@@ -220,15 +232,7 @@ impl Scene {
         line: &str,
         check: impl FnOnce(&Self, NodeId) -> Result<(), E>,
     ) -> Result<Option<Edited>, LogError> {
-        let is_edit = !matches!(
-            serde_json::from_str(line)?,
-            Line::Undo {}
-                | Line::Redo {}
-                | Line::BeginStroke {}
-                | Line::EndStroke {}
-                | Line::RenameMeshes { .. }
-        );
-        if !is_edit {
+        if !is_edit(line)? {
             return self.replay(line);
         }
         let before = self.set_history_aside();

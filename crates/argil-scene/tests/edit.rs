@@ -211,7 +211,7 @@ fn a_stroke_is_one_step() {
 }
 
 #[test]
-fn changes_name_the_operands_of_the_root() {
+fn changes_name_the_node_and_its_groups() {
     let mut scene = Scene::new();
     let group = scene.push(Group::new()).unwrap().node;
     let brush = scene.push_into(group, ball()).unwrap().node;
@@ -228,18 +228,18 @@ fn changes_name_the_operands_of_the_root() {
         .unwrap();
     scene.apply(Edit::Remove { node: other }).unwrap();
     scene.undo();
-    let operands: Vec<_> = scene
+    let told: Vec<_> = scene
         .changes_since(seen)
         .expect("changes")
         .iter()
-        .map(|c| c.operands)
+        .map(|c| (c.node, c.parents))
         .collect();
     let expected = [
-        [Some(group), Some(other)],
-        [Some(other), None],
-        [None, Some(other)],
+        (Some(brush), [Some(group), Some(other)]),
+        (Some(other), [Some(Scene::ROOT), None]),
+        (Some(other), [None, Some(Scene::ROOT)]),
     ];
-    assert_eq!(operands, expected);
+    assert_eq!(told, expected);
     let stone = argil_scene::Material::default();
     scene.set_material("stone", stone).unwrap();
     scene.set_material("stone", stone).unwrap();

@@ -1,6 +1,6 @@
 //! Reading: a walk over the document's tokens with a stack on the heap.
 
-use super::{FileError, MAX_DEPTH, MAX_PART_BYTES, Source, fault_of};
+use super::{FileError, MAX_DEPTH, MAX_PART_BYTES, fault_of};
 use crate::scene::pose_of;
 use crate::{Body, Entry, Fault, Group, NodeId, Scene};
 use serde::de::DeserializeOwned;
@@ -30,12 +30,15 @@ impl From<ReaderError> for Stop {
     }
 }
 
-type Tokens<R> = JsonStreamReader<Metered<R>>;
+type Tokens<'a> = JsonStreamReader<Metered<'a>>;
+
+/// Where bytes come from. Of one type, so that all that reads is compiled once.
+pub(super) type Source<'a> = Box<dyn Read + 'a>;
 
 /// A source that refuses to give more than a part's length between two marks: names and numbers have no limit of their
 /// own.
-struct Metered<R> {
-    source: R,
+struct Metered<'a> {
+    source: Source<'a>,
     meter: Option<Meter>,
     /// What was read of the source's beginning, to see whether it is a byte order mark, and is still to be given.
     head: Option<Vec<u8>>,
@@ -54,7 +57,7 @@ impl Meter {
     }
 }
 
-impl<R: Read> Read for Metered<R> {
+impl Read for Metered<'_> {
     fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
         if self.head.is_none() {
             let mut head = Vec::new();
@@ -87,7 +90,7 @@ impl<R: Read> Read for Metered<R> {
     }
 }
 
-fn tokens<R: Source>(source: R, meter: Option<&Meter>) -> Tokens<R> {
+fn tokens<'a>(source: Source<'a>, meter: Option<&Meter>) -> Tokens<'a> {
     let settings = ReaderSettings {
         max_nesting_depth: Some(MAX_DEPTH),
         restrict_number_values: false,
@@ -105,10 +108,10 @@ fn tokens<R: Source>(source: R, meter: Option<&Meter>) -> Tokens<R> {
 }
 
 /// Read from `source`; `again` opens it anew, to find the line of a fault.
-pub(super) fn read<R: Source, S: Source>(
+pub(super) fn read<'a>(
     path: &Path,
-    source: R,
-    again: impl Fn() -> Result<S, FileError>,
+    source: Source<'a>,
+    again: &dyn Fn() -> Result<Source<'a>, FileError>,
 ) -> Result<Scene, FileError> {
     let content = |line, column, fault| FileError::Content {
         path: path.into(),
@@ -154,7 +157,7 @@ pub(super) fn read<R: Source, S: Source>(
     }
 }
 
-fn document<R: Source>(reader: &mut Tokens<R>, meter: &Meter) -> Result<Scene, Stop> {
+fn document(reader: &mut Tokens<'_>, meter: &Meter) -> Result<Scene, Stop> {
     let mut scene = Scene::new();
     let fault = |path: &str, reason: &str| Err(Stop::Fault(Fault::new(path, reason)));
     if reader.peek()? != ValueType::Object {
@@ -220,11 +223,7 @@ fn document<R: Source>(reader: &mut Tokens<R>, meter: &Meter) -> Result<Scene, S
     Ok(scene)
 }
 
-fn materials<R: Source>(
-    reader: &mut Tokens<R>,
-    meter: &Meter,
-    scene: &mut Scene,
-) -> Result<(), Stop> {
+fn materials(reader: &mut Tokens<'_>, meter: &Meter, scene: &mut Scene) -> Result<(), Stop> {
     reader.begin_object()?;
     while reader.has_next()? {
         meter.mark();
@@ -270,11 +269,7 @@ const FIELDS: [&str; 12] = [
     "brushes",
 ];
 
-fn brushes<R: Source>(
-    reader: &mut Tokens<R>,
-    meter: &Meter,
-    scene: &mut Scene,
-) -> Result<(), Stop> {
+fn brushes(reader: &mut Tokens<'_>, meter: &Meter, scene: &mut Scene) -> Result<(), Stop> {
     reader.begin_array()?;
     let mut open: Vec<Open> = Vec::new();
     // Whether the next token is in a list of items; else it is in the item on top.
@@ -322,8 +317,8 @@ fn brushes<R: Source>(
 }
 
 /// Read one field of the item on top; whether it began a list of items.
-fn field<R: Source>(
-    reader: &mut Tokens<R>,
+fn field(
+    reader: &mut Tokens<'_>,
     scene: &mut Scene,
     open: &mut [Open],
     key: &str,
@@ -405,7 +400,7 @@ fn path_of(open: &[Open]) -> String {
 }
 
 /// Copy the next value out and let serde read it.
-fn part<R: Source, T: DeserializeOwned>(reader: &mut Tokens<R>, path: &str) -> Result<T, Stop> {
+fn part<T: DeserializeOwned>(reader: &mut Tokens<'_>, path: &str) -> Result<T, Stop> {
     let mut text = Vec::new();
     let mut writer = JsonStreamWriter::new(Limited(&mut text));
     let too_long = || {
@@ -506,7 +501,7 @@ fn culprit(
 }
 
 /// Line and column, from 1, of the value at a path, or of the deepest part of the path that is there.
-fn locate<S: Source>(source: S, path: &str) -> (u64, u64) {
+fn locate(source: Source<'_>, path: &str) -> (u64, u64) {
     // The first pass has held this part of the file against the limits.
     let mut reader = tokens(source, None);
     let mut rest = path;
@@ -530,14 +525,14 @@ fn locate<S: Source>(source: S, path: &str) -> (u64, u64) {
 }
 
 /// Line and column of the reader, from 1.
-fn position<S: Source>(reader: &Tokens<S>) -> (u64, u64) {
+fn position(reader: &Tokens<'_>) -> (u64, u64) {
     reader
         .current_position(false)
         .line_pos
         .map_or((1, 1), |p| (p.line + 1, p.column + 1))
 }
 
-fn enter_array<S: Source>(reader: &mut Tokens<S>, index: usize) -> Result<bool, ReaderError> {
+fn enter_array(reader: &mut Tokens<'_>, index: usize) -> Result<bool, ReaderError> {
     if reader.peek()? != ValueType::Array {
         return Ok(false);
     }
@@ -550,7 +545,7 @@ fn enter_array<S: Source>(reader: &mut Tokens<S>, index: usize) -> Result<bool, 
 
 /// Enter the first member whose name the path begins with, and take that off the path. Names may hold dots and brackets:
 /// what follows the name must be the path's end or a new step.
-fn enter_object<S: Source>(reader: &mut Tokens<S>, path: &mut &str) -> Result<bool, ReaderError> {
+fn enter_object(reader: &mut Tokens<'_>, path: &mut &str) -> Result<bool, ReaderError> {
     if reader.peek()? != ValueType::Object {
         return Ok(false);
     }
