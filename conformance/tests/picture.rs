@@ -354,3 +354,64 @@ fn pruned_rays_find_what_whole_ones_do() {
     }
     assert!(rays > 100_000, "{rays}");
 }
+
+/// Where a ray first meets one of some spheres of a radius, and by how much it passes the nearest before that.
+fn nearest_sphere(spheres: &[Vec3], radius: f32, origin: Vec3, direction: Vec3) -> (f32, f32) {
+    let (mut first, mut passed) = (f32::INFINITY, f32::INFINITY);
+    for &center in spheres {
+        let along = (center - origin).dot(direction);
+        let apart = (center - origin - along * direction).length() - radius;
+        if apart < 0.0 {
+            let half = (radius * radius - (apart + radius) * (apart + radius)).sqrt();
+            first = first.min(along - half);
+        } else {
+            passed = passed.min(apart);
+        }
+    }
+    (first, passed)
+}
+
+/// Of very many spheres, whose lists are cut for parts of blocks, rays find the one that a formula says.
+#[test]
+fn rays_find_the_nearest_of_very_many() {
+    let radius = 0.008;
+    let mut numbers = Numbers::new(19);
+    let spheres: Vec<Vec3> = (0..30_000).map(|_| numbers.point(1.0)).collect();
+    let mut scene = Scene::new();
+    for center in &spheres {
+        let solid = Brush::new(Shape::sphere(radius)).at(center.to_array());
+        scene.push(solid).expect("a brush");
+    }
+    let program = Program::lower(&scene).expect("a program");
+    let camera = Camera::orbit(FOCUS, [30.0, 20.0, 2.4], 45.0);
+    let settings = Settings {
+        size: [90, 70],
+        show: Show::Normal,
+        max_steps: 4096,
+        ..Settings::default()
+    };
+    let frame = frames(&settings, &camera, &program, None, FOCUS)[0];
+    let hits = render_with_hits(&program, Through::Field, &[frame]).hits;
+    let epsilon = frame.box_min_epsilon[3];
+    let (mut met, mut missed) = (0, 0);
+    for (i, hit) in hits.iter().enumerate() {
+        let ray = primary_ray(&frame, i as u32 % 90, i as u32 / 90);
+        let (t, passed) = nearest_sphere(&spheres, radius, camera.eye, ray.direction);
+        let is_hit = hit.kind == HIT_OUTSIDE;
+        if passed < 2.0 * epsilon {
+            // One that it passes within epsilon may count.
+            continue;
+        }
+        assert_eq!(is_hit, t < f32::INFINITY, "ray {i}: {t}, {hit:?}");
+        if is_hit {
+            met += 1;
+            let early = t - hit.normal_t[3];
+            // A grazing ray comes within epsilon long before.
+            let most = (2.0 * radius * 2.0 * epsilon).sqrt() + 1e-4;
+            assert!((-1e-4..most).contains(&early), "ray {i}: {t}, {hit:?}");
+        } else {
+            missed += 1;
+        }
+    }
+    assert!(met > 500 && missed > 500, "{met} met, {missed} missed");
+}
