@@ -30,13 +30,13 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 /// Ranks between neighbours, to begin with.
 const RANK_STEP: u64 = 1 << 32;
 
-/// A piece, or the joint of an open group.
+/// A piece.
 struct Operand {
     /// Where it stands in the order.
     rank: u64,
     /// The open group that it is in.
     group: u32,
-    /// Whether that and all that it is in add.
+    /// Whether that group and all around it add.
     group_adds: bool,
     instrs: Vec<Instr>,
     /// Its parameters, until they have a place.

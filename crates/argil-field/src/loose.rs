@@ -143,15 +143,11 @@ pub(crate) fn loose_of(
                 stack.push(inside);
             }
         });
-        let (
-            Some(later),
-            OperatorKind::Union
-            | OperatorKind::Subtract
-            | OperatorKind::Intersect
-            | OperatorKind::Morph,
-        ) = (stack.last_mut(), own.operator.kind)
-        else {
-            // Paint changes no distance.
+        if own.operator.kind == OperatorKind::Paint {
+            // It changes no distance.
+            continue;
+        }
+        let Some(later) = stack.last_mut() else {
             continue;
         };
         later.add(&own.operator);
