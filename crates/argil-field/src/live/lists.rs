@@ -1,0 +1,217 @@
+//! Which pieces can matter where, and the lists that they make.
+
+use super::groups::Writer;
+use super::piece::Operand;
+use super::{LiveProgram, greatest};
+use crate::operands::OperandSpan;
+use crate::parts::{Part, parts_between};
+use crate::pieces::ROOT;
+use crate::program::Program;
+use argil_abi::Instr;
+use argil_math::Aabb;
+use argil_scene::{Extent, NodeId, OperatorKind, greatest_fall};
+use glam::IVec3;
+use std::borrow::Cow;
+
+/// An operand where it can matter.
+#[derive(Clone, Copy)]
+pub(super) struct Near {
+    pub rank: u64,
+    pub node: NodeId,
+    pub group: u32,
+    /// Of an operand of one instruction, that: most are, and their records lie all over memory.
+    pub instr: Option<Instr>,
+}
+
+impl LiveProgram {
+    /// Append the instructions that can matter in a part.
+    pub fn list(&self, part: IVec3, out: &mut Vec<Instr>) {
+        let mut writer = Writer::new(&self.groups, out);
+        if self.morphs > 0 {
+            // A morph takes its share of everything.
+            self.acting()
+                .for_each(|own| writer.put(own.group, &own.instrs));
+            writer.end();
+            return;
+        }
+        let mut others = self.everywhere.iter().map(|(&r, &n)| (r, n)).peekable();
+        for own in self.near_in(part).iter() {
+            while let Some((_, other)) = others.next_if(|&(other, _)| other < own.rank) {
+                let other = &self.operands[&other];
+                writer.put(other.group, &other.instrs);
+            }
+            self.put_near(&mut writer, own);
+        }
+        for (_, other) in others {
+            let other = &self.operands[&other];
+            writer.put(other.group, &other.instrs);
+        }
+        writer.end();
+    }
+
+    pub(super) fn put_near(&self, writer: &mut Writer<'_>, own: &Near) {
+        match &own.instr {
+            Some(instr) => writer.put(own.group, std::slice::from_ref(instr)),
+            None => writer.put(own.group, &self.operands[&own.node].instrs),
+        }
+    }
+
+    /// The visible pieces in the scene's order. The first to act is in what adds.
+    pub(super) fn acting(&self) -> impl Iterator<Item = &Operand> {
+        let all = self.order.values().map(|node| &self.operands[node]);
+        all.filter(|own| own.visible).skip_while(|own| {
+            let kind = match self.groups.outermost(own.group) {
+                ROOT => own.operator.kind,
+                group => self.groups.operator_of(group).kind,
+            };
+            kind != OperatorKind::Union
+        })
+    }
+
+    /// The operands that are entered in a part, or in one of another level that holds it, by rank.
+    pub(super) fn near_in(&self, part: IVec3) -> Cow<'_, [Near]> {
+        let mut all = Cow::Borrowed(&[][..]);
+        for level in 0..self.levels {
+            let own = self.near.get(&(level, part >> (2 * level)));
+            let own = own.map_or(&[][..], Vec::as_slice);
+            if all.is_empty() {
+                all = Cow::Borrowed(own);
+            } else if !own.is_empty() {
+                let joined = all.to_mut();
+                joined.extend_from_slice(own);
+                joined.sort_unstable_by_key(|near| near.rank);
+            }
+        }
+        all
+    }
+
+    /// The whole scene's program, as [`Program::lower`] gives it but for the order of what does not depend on order.
+    pub fn whole(&self) -> Program {
+        let mut whole = self.tables.clone();
+        let mut instrs = Vec::with_capacity(self.length);
+        let mut spans: Vec<(u32, OperandSpan)> = Vec::new();
+        let mut writer = Writer::new(&self.groups, &mut instrs);
+        for own in self.acting() {
+            let group = self.groups.outermost(own.group);
+            let is_new = group == ROOT || spans.last().is_none_or(|(last, _)| *last != group);
+            if is_new {
+                let end = writer.end() as u32;
+                if let Some((_, last)) = spans.last_mut() {
+                    last.end = end;
+                }
+                let of_group = self.groups.get(group).map(|own| own.operator);
+                spans.push((
+                    group,
+                    OperandSpan {
+                        end,
+                        operator: of_group.unwrap_or(own.operator),
+                        extent: if of_group.is_some() {
+                            Extent::EMPTY
+                        } else {
+                            own.extent
+                        },
+                    },
+                ));
+            }
+            if let Some((_, last)) = spans.last_mut().filter(|_| group != ROOT)
+                && own.operator.kind == OperatorKind::Union
+            {
+                last.extent = Extent {
+                    aabb: last
+                        .extent
+                        .aabb
+                        .union(own.extent.aabb.grown(self.swelling())),
+                    underestimate: last.extent.underestimate.max(own.extent.underestimate),
+                    shortfall: f32::INFINITY,
+                };
+            }
+            writer.put(own.group, &own.instrs);
+            whole.brushes += own.brushes;
+        }
+        let end = writer.end() as u32;
+        if let Some((_, last)) = spans.last_mut() {
+            last.end = end;
+        }
+        whole.instrs = instrs;
+        whole.operands = spans.into_iter().map(|(_, span)| span).collect();
+        whole
+    }
+
+    /// How far values can fall through the joints of the root, and of each open group, before anything of a change is lost in
+    /// rounding.
+    pub(super) fn needed_falls(&self) -> [f32; 2] {
+        let root = greatest(&self.blends);
+        [
+            greatest_fall(root, self.chamfers > 0, self.parts.far),
+            greatest_fall(greatest(&self.inner_blends), false, 0.0),
+        ]
+    }
+
+    /// The box in which an operand can matter where it is not everywhere that others do.
+    pub(super) fn grown_box(&self, operand: &Operand) -> Aabb {
+        let mut joints = vec![operand.operator];
+        let mut at = operand.group;
+        while let Some(group) = self.groups.get(at) {
+            joints.push(group.operator);
+            at = group.parent;
+        }
+        let outermost_first = joints.iter().rev();
+        self.parts
+            .reached_by(outermost_first, &operand.extent, self.falls)
+    }
+
+    pub(super) fn is_everywhere(&self, operand: &Operand) -> bool {
+        let acts = operand.visible && !operand.extent.aabb.is_empty();
+        let is_intersection = operand.operator.kind == OperatorKind::Intersect;
+        (operand.visible && is_intersection)
+            || (acts && self.parts.level_of(self.grown_box(operand)).is_none())
+    }
+
+    /// The parts in which an operand can matter.
+    pub(super) fn parts_of(&self, operand: &Operand) -> impl Iterator<Item = Part> + use<> {
+        let is_near = operand.visible
+            && operand.operator.kind != OperatorKind::Intersect
+            && !operand.extent.aabb.is_empty();
+        let found = is_near
+            .then(|| self.parts.level_of(self.grown_box(operand)))
+            .flatten();
+        found.into_iter().flat_map(parts_between)
+    }
+
+    /// Enter an operand into the parts.
+    pub(super) fn index(&mut self, node: NodeId) {
+        let operand = &self.operands[&node];
+        let rank = operand.rank;
+        let instr = match operand.instrs[..] {
+            [only] => Some(only),
+            _ => None,
+        };
+        let own = Near {
+            rank,
+            node,
+            group: operand.group,
+            instr,
+        };
+        if self.is_everywhere(operand) {
+            self.everywhere.insert(rank, node);
+        }
+        for at in self.parts_of(operand) {
+            self.levels = self.levels.max(at.0 + 1);
+            let list = self.near.entry(at).or_default();
+            if let Err(place) = list.binary_search_by_key(&rank, |near| near.rank) {
+                list.insert(place, own);
+            }
+        }
+    }
+
+    /// Enter all operands anew.
+    pub(super) fn index_all(&mut self) {
+        // With some room, so that a blend which grows does not do this each time.
+        let needed = self.needed_falls();
+        self.falls = std::array::from_fn(|i| self.falls[i].max(1.25 * needed[i]));
+        self.near.clear();
+        self.everywhere.clear();
+        let all: Vec<NodeId> = self.order.values().copied().collect();
+        all.into_iter().for_each(|node| self.index(node));
+    }
+}
