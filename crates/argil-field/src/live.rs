@@ -20,7 +20,7 @@ use crate::program::Program;
 use crate::{ClearTerms, LowerError, Opcodes};
 use argil_math::Aabb;
 use argil_scene::{Change, Extents, NodeId, OperatorKind, Scene};
-use glam::{IVec3, Vec3};
+use glam::Vec3;
 use groups::{Groups, Place};
 use lists::Near;
 pub(crate) use piece::append;
@@ -458,6 +458,7 @@ impl LiveProgram {
 mod tests {
     use super::*;
     use argil_scene::{Brush, Edit, Group, Modifier, Shape};
+    use glam::IVec3;
 
     fn parts() -> Parts {
         Parts {
