@@ -1,7 +1,7 @@
 //! The field: the batched CPU evaluator against the oracle, the GPU's interpreter against the CPU.
 
 use argil_conformance::Wait;
-use argil_conformance::{Case, all_cases, gpu_field, points, poison, rounding};
+use argil_conformance::{Case, all_cases, gpu, gpu_field, points, poison, rounding};
 use argil_field::{Evaluator, FAR, LANES, Program, naive};
 use argil_scene::{Exactness, Scene};
 use glam::{DVec3, Vec3};
@@ -18,6 +18,12 @@ fn measure(program: &Program, points: &[[f32; 3]]) -> Vec<f32> {
 
 fn lower(case: &Case) -> Program {
     Program::lower(&case.scene).unwrap_or_else(|e| panic!("{}: {e}", case.name))
+}
+
+/// What `cargo xtask test` asks before all others.
+#[test]
+fn a_gpu_is_there() {
+    gpu();
 }
 
 /// Bounded: distances, by the rounding of f32, where a search along curves adds its last Newton step's error.

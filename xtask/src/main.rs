@@ -1,13 +1,10 @@
-//! The project's chores, one command each: `cargo xtask test`, `cargo xtask web`, `cargo xtask generate`.
+//! `cargo xtask`: small, since it is compiled apart from all else. The checks run the tools of Rust; other chores are a program
+//! that is built with the whole workspace, so that no crate is compiled twice.
 
-mod debian;
-mod page;
 mod test;
-mod web;
 
-use anyhow::{Context, bail};
-use std::path::{Path, PathBuf};
-use std::process::Command;
+use anyhow::bail;
+use xtask::{root, run};
 
 const USAGE: &str = "usage: cargo xtask COMMAND
 
@@ -16,60 +13,25 @@ const USAGE: &str = "usage: cargo xtask COMMAND
   generate  write the files that are made from code: the schema of scenes, the WGSL of shared structs";
 
 fn main() -> anyhow::Result<()> {
-    match std::env::args().nth(1).as_deref() {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    match arguments.first().map(String::as_str) {
         Some("test") => test::run(),
-        Some("web") => {
-            web::build()?;
-            match std::env::args().nth(2).as_deref() {
-                None => Ok(()),
-                Some("serve") => {
-                    let port = std::env::args().nth(3).map_or(Ok(8080), |p| p.parse());
-                    web::serve(port.context("a port is a number up to 65535")?)
-                }
-                Some("test") => page::test(),
-                _ => bail!(USAGE),
-            }
-        }
-        Some("generate") => generate(),
-        Some("has-gpu") => {
-            // For `test`: a question to a fresh process.
-            if pollster::block_on(argil_gpu::devices()).is_empty() {
-                bail!("no GPU")
-            } else {
-                Ok(())
-            }
-        }
+        Some("web" | "generate") => chore(&arguments),
         _ => bail!(USAGE),
     }
 }
 
-/// The workspace's folder.
-fn root() -> PathBuf {
-    let own = Path::new(env!("CARGO_MANIFEST_DIR"));
-    own.parent().unwrap_or(own).to_owned()
-}
-
-fn generate() -> anyhow::Result<()> {
-    for (path, text) in [
-        ("scenes/argil.schema.json", argil_scene::schema()),
-        ("crates/argil-abi/src/abi.wgsl", argil_abi::wgsl()),
-    ] {
-        std::fs::write(root().join(path), text).with_context(|| path.to_owned())?;
-        println!("{path}");
-    }
-    Ok(())
-}
-
-/// Run a program in the workspace's folder; an error unless it succeeds.
-fn run(program: &str, arguments: &[&str]) -> anyhow::Result<()> {
-    println!("\n> {program} {}", arguments.join(" "));
-    let status = Command::new(program)
-        .args(arguments)
-        .current_dir(root())
-        .status();
-    let status = status.with_context(|| format!("{program} could not be started"))?;
-    if !status.success() {
-        bail!("{program} {} failed", arguments.join(" "));
-    }
-    Ok(())
+/// Build the program of chores, and run it.
+fn chore(arguments: &[impl AsRef<str>]) -> anyhow::Result<()> {
+    run(
+        "cargo",
+        &["build", "--workspace", "--bin", "argil-chores", "--locked"],
+    )?;
+    let target = match std::env::var_os("CARGO_TARGET_DIR") {
+        Some(folder) => root().join(folder),
+        None => root().join("target"),
+    };
+    let program = target.join("debug").join("argil-chores");
+    let arguments: Vec<&str> = arguments.iter().map(AsRef::as_ref).collect();
+    run(&program.display().to_string(), &arguments)
 }

@@ -1,8 +1,8 @@
 //! `cargo xtask test`.
 
-use crate::debian::{install, quietly};
-use crate::run as checked;
 use anyhow::bail;
+use xtask::debian::{install, quietly};
+use xtask::run as checked;
 
 pub fn run() -> anyhow::Result<()> {
     checked("cargo", &["fmt", "--all", "--check"])?;
@@ -18,49 +18,34 @@ pub fn run() -> anyhow::Result<()> {
             "warnings",
         ],
     )?;
-    ensure_gpu()?;
     ensure_nextest()?;
+    let tests = ["nextest", "run", "--workspace", "--locked"];
+    checked("cargo", &[&tests[..], &["--no-run"]].concat())?;
+    ensure_gpu(&tests)?;
+    checked("cargo", &[&tests[..], &["--no-fail-fast"]].concat())?;
+    checked("cargo", &["test", "--workspace", "--locked", "--doc"])?;
     checked(
         "cargo",
         &[
-            "nextest",
-            "run",
+            "doc",
             "--workspace",
+            "--lib",
+            "--no-deps",
             "--locked",
-            "--no-fail-fast",
+            "--config",
+            "build.rustdocflags=['-Dwarnings']",
         ],
     )?;
-    checked("cargo", &["test", "--workspace", "--locked", "--doc"])?;
-    // Warnings are errors here, without changing the flags that everything else was compiled with.
-    for package in [
-        "argil-abi",
-        "argil-math",
-        "argil-scene",
-        "argil-field",
-        "argil-volume",
-        "argil-march",
-        "argil-gpu",
-        "argil-mesh",
-        "argil-metrics",
-        "argil",
-        "argil-studio",
-        "argil-study",
-    ] {
-        checked(
-            "cargo",
-            &[
-                "rustdoc", "-p", package, "--locked", "--lib", "--", "-D", "warnings",
-            ],
-        )?;
-    }
-    crate::web::build()?;
-    crate::page::test()?;
+    crate::chore(&["web", "test"])?;
     println!("\nAll checks passed.");
     Ok(())
 }
 
 /// GPU tests run on whatever there is, a software device where there is no other.
-fn ensure_gpu() -> anyhow::Result<()> {
+fn ensure_gpu(tests: &[&str]) -> anyhow::Result<()> {
+    // A process of its own: a loader that finds nothing remembers it.
+    let ask = ["-E", "package(argil-conformance) & test(a_gpu_is_there)"];
+    let has_gpu = || quietly("cargo", &[tests, &ask].concat());
     if has_gpu() {
         return Ok(());
     }
@@ -74,14 +59,6 @@ fn ensure_gpu() -> anyhow::Result<()> {
         );
     }
     Ok(())
-}
-
-fn has_gpu() -> bool {
-    // A process of its own: a loader that finds nothing remembers it.
-    quietly(
-        "cargo",
-        &["run", "--locked", "--package", "xtask", "--", "has-gpu"],
-    )
 }
 
 fn ensure_nextest() -> anyhow::Result<()> {

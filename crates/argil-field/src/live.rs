@@ -509,4 +509,31 @@ mod tests {
             assert_eq!(whole.distance(p), fresh.distance(p), "{p}");
         }
     }
+
+    /// What is checked is the piece: one in a group in a group, where only it is wrong, and what is no longer in the scene.
+    #[test]
+    fn pieces_are_checked_where_they_are() {
+        let mut scene = Scene::new();
+        let outer = scene.push(Group::new().scaled(0.5)).expect("a group").node;
+        let solid = Brush::new(Shape::sphere(0.1));
+        let good = scene.push_into(outer, solid.clone()).expect("a brush").node;
+        let spacing = [0.001; 3];
+        let many = solid.modify(Modifier::Repeat {
+            spacing,
+            count: None,
+        });
+        let bad = scene.push_into(outer, many).expect("a brush").node;
+        assert_eq!(Program::check(&scene, good), Ok(()));
+        for node in [bad, outer] {
+            let found = Program::check(&scene, node);
+            assert!(
+                matches!(&found, Err(LowerError::TooManyCopies { path, .. }) if path.ends_with("[1]")),
+                "{found:?}"
+            );
+        }
+        scene.apply(Edit::Remove { node: bad }).expect("an edit");
+        for node in [bad, outer] {
+            assert_eq!(Program::check(&scene, node), Ok(()));
+        }
+    }
 }

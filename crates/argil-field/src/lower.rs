@@ -7,7 +7,7 @@ use crate::by_node::ByNode;
 use crate::loose::loose_of;
 use crate::operands::OperandSpan;
 use crate::pack::pack;
-use crate::pieces::{Piece, Pieces, Told, magnitude, regularity_of, scaled};
+use crate::pieces::{self, Piece, Pieces, Told, is_open, magnitude, regularity_of, scaled};
 use crate::program::Program;
 use crate::regular::{Regularity, regularity};
 use argil_abi::{self as abi, Instr, MaterialWords};
@@ -103,15 +103,34 @@ impl Program {
         Ok(lowering.program)
     }
 
-    /// Whether the operand of the root that holds a node can be lowered, but for meshes that are not loaded yet.
+    /// Whether the piece that holds a node can be lowered, but for meshes that are not loaded yet; all of an open group where the node
+    /// is that.
     ///
     /// # Errors
     /// As [`Program::lower`].
     pub fn check(scene: &Scene, node: NodeId) -> Result<(), LowerError> {
-        let Some(operand) = scene.operand_of(node) else {
+        // From the node up to the root.
+        let mut path = vec![node];
+        while let Some(parent) = scene.node(path[path.len() - 1]).parent() {
+            path.push(parent);
+        }
+        if path.pop() != Some(Scene::ROOT) {
+            return Ok(());
+        }
+        let (mut frame, mut scale) = (Frame::OF_WORLD, 1.0);
+        let mut depth = 0;
+        while let [.., _, outer] = path[..]
+            && is_open(scene, outer, depth)
+        {
+            frame = Around::of(scene, outer, frame)?.frame;
+            scale *= pieces::scale_of(scene.node(outer).acting());
+            path.pop();
+            depth += 1;
+        }
+        let Some(&piece) = path.last() else {
             return Ok(());
         };
-        match Self::lower_piece(scene, operand, Frame::OF_WORLD, 1.0) {
+        match Self::lower_piece(scene, piece, frame, scale) {
             Err(LowerError::NotLoaded { .. }) | Ok(_) => Ok(()),
             Err(error) => Err(error),
         }

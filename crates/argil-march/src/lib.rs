@@ -31,7 +31,7 @@ pub use camera::Camera;
 pub use octree::Descent;
 pub use picture::Picture;
 pub use raster::Triangles;
-pub use render::{Through, render, render_with_hits};
+pub use render::{Through, render, render_controlled, render_with_hits};
 pub use scratch::TileScratch;
 pub use settings::{Normals, Settings, Show, frames};
 pub use shade::SHADOW_STEPS;

@@ -12,6 +12,7 @@ use crate::trace::trace_tile;
 use crate::volume::trace_volume;
 use argil_abi::{Frame, Hit};
 use argil_field::{Evaluator, Program};
+use argil_math::Control;
 use argil_volume::{Bits, Bricks, Dense, Octree};
 use rayon::prelude::*;
 use std::cell::RefCell;
@@ -43,15 +44,33 @@ thread_local! {
 /// Draw on the CPU, on rayon's current threads: `frames` as [`crate::frames`] makes them, one a sample. Primary rays and
 /// normals are what `through` gives, and of sparse bricks the light; materials are the field's, and so is other light. The picture's hits are left out.
 pub fn render(program: &Program, through: Through<'_>, frames: &[Frame]) -> Picture {
-    draw(program, through, frames, false)
+    draw(program, through, frames, false, &Control::default())
 }
 
 /// The same with what the first sample of each pixel hit.
 pub fn render_with_hits(program: &Program, through: Through<'_>, frames: &[Frame]) -> Picture {
-    draw(program, through, frames, true)
+    draw(program, through, frames, true, &Control::default())
 }
 
-fn draw(program: &Program, through: Through<'_>, frames: &[Frame], keeps_hits: bool) -> Picture {
+/// The same, with or without hits, told and stopped by somebody else; `None` if it was cancelled before the last tile was drawn.
+pub fn render_controlled(
+    program: &Program,
+    through: Through<'_>,
+    frames: &[Frame],
+    keeps_hits: bool,
+    control: &Control,
+) -> Option<Picture> {
+    let picture = draw(program, through, frames, keeps_hits, control);
+    (!control.is_cancelled()).then_some(picture)
+}
+
+fn draw(
+    program: &Program,
+    through: Through<'_>,
+    frames: &[Frame],
+    keeps_hits: bool,
+    control: &Control,
+) -> Picture {
     let Some(first) = frames.first() else {
         return Picture::empty();
     };
@@ -65,12 +84,16 @@ fn draw(program: &Program, through: Through<'_>, frames: &[Frame], keeps_hits: b
     let mut hit_rows = tile_rows(&mut hits, width, 1);
     let all: Vec<_> = tiles(width, height).collect();
     hit_rows.resize_with(all.len(), Vec::new);
+    control.begin("picture", all.len() as u64);
     all.par_iter()
         .zip(tile_rows(&mut rgb, width, 3))
         .zip(hit_rows)
         .for_each_init(
             || (Evaluator::new(program), PrunedField::new(program)),
             |(evaluator, pruned), ((&tile, rgb_rows), mut hit_rows)| {
+                if control.is_cancelled() {
+                    return;
+                }
                 SCRATCH.with_borrow_mut(|(scratch, own)| {
                     own.colors.clear();
                     own.colors.resize(tile.area(), [0.0; 4]);
@@ -107,6 +130,7 @@ fn draw(program: &Program, through: Through<'_>, frames: &[Frame], keeps_hits: b
                     }
                     own.counts.clear();
                 });
+                control.advance(1);
             },
         );
     Picture {

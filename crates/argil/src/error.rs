@@ -122,6 +122,9 @@ pub enum RenderError {
     /// There is nothing of the kind to be shown.
     #[error("bricks can be shown of --via bricks and --via octree, nodes of --via octree only")]
     NoBricks,
+    /// Somebody has [cancelled](argil_math::Control::cancel) it.
+    #[error("cancelled")]
+    Cancelled,
     /// The GPU failed.
     #[error(transparent)]
     Gpu(#[from] argil_gpu::GpuError),

@@ -761,12 +761,10 @@ impl World {
             _ => Through::Field,
         };
         let start = Instant::now();
-        let draw = if with_hits {
-            argil_march::render_with_hits
-        } else {
-            argil_march::render
-        };
-        let picture = draw(self.program(), through, &frames);
+        let control = &self.engine.control;
+        let picture =
+            argil_march::render_controlled(self.program(), through, &frames, with_hits, control);
+        let picture = picture.ok_or(RenderError::Cancelled)?;
         Ok((picture, start.elapsed().as_secs_f64() * 1e3))
     }
 }

@@ -1,8 +1,9 @@
 //! Driving the editor's page in Chromium.
 
-use crate::debian::{install, quietly};
-use crate::{root, run, web};
+use crate::web;
 use anyhow::{Context, bail};
+use xtask::debian::{install, quietly};
+use xtask::{root, run};
 
 /// Names under which Chromium and its kin are found.
 const BROWSERS: [&str; 4] = [

@@ -1,12 +1,12 @@
 //! `cargo xtask web`: the editor as a page.
 
-use crate::debian::{install, quietly};
-use crate::root;
 use anyhow::{Context, bail};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use wasm_bindgen_cli_support::Bindgen;
+use xtask::debian::{install, quietly};
+use xtask::root;
 
 const TARGET: &str = "wasm32-unknown-unknown";
 /// Bytes that all of the page may take, compressed.

@@ -1,0 +1,39 @@
+//! The chores that `cargo xtask` builds and runs: `web`, `generate`.
+
+mod page;
+mod web;
+
+use anyhow::{Context, bail};
+use xtask::root;
+
+fn main() -> anyhow::Result<()> {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    match arguments[..] {
+        ["web"] => web::build(),
+        ["web", "test"] => {
+            web::build()?;
+            page::test()
+        }
+        ["web", "serve"] => serve(8080),
+        ["web", "serve", port] => serve(port.parse().context("a port is a number up to 65535")?),
+        ["generate"] => generate(),
+        _ => bail!("usage: cargo xtask web [serve [PORT] | test], cargo xtask generate"),
+    }
+}
+
+fn serve(port: u16) -> anyhow::Result<()> {
+    web::build()?;
+    web::serve(port)
+}
+
+fn generate() -> anyhow::Result<()> {
+    for (path, text) in [
+        ("scenes/argil.schema.json", argil_scene::schema()),
+        ("crates/argil-abi/src/abi.wgsl", argil_abi::wgsl()),
+    ] {
+        std::fs::write(root().join(path), text).with_context(|| path.to_owned())?;
+        println!("{path}");
+    }
+    Ok(())
+}
