@@ -1,9 +1,10 @@
 //! The field: the batched CPU evaluator against the oracle, the GPU's interpreter against the CPU.
 
 use argil_conformance::Wait;
-use argil_conformance::{Case, all_cases, gpu, gpu_field, points, poison, rounding};
-use argil_field::{Evaluator, FAR, LANES, Program, naive};
-use argil_scene::{Exactness, Scene};
+use argil_conformance::{Case, Numbers, all_cases, gpu, gpu_field, points, poison, rounding};
+use argil_field::{Evaluator, FAR, LANES, NearEvaluator, NearField, Program, naive};
+use argil_math::Aabb;
+use argil_scene::{Brush, Exactness, Group, Modifier, Scene, Shape};
 use glam::{DVec3, Vec3};
 
 fn measure(program: &Program, points: &[[f32; 3]]) -> Vec<f32> {
@@ -278,4 +279,99 @@ fn exact_shapes_are_exact() {
     }
     // Negative control: the ellipsoid's bound is told from a distance.
     assert!(inexact >= 1);
+}
+
+/// Many pieces of all kinds: in groups within groups, blended, chamfered, taken away and cut.
+fn many_pieces() -> Scene {
+    let mut numbers = Numbers::new(23);
+    let mut scene = Scene::new();
+    let ground = Brush::new(Shape::cuboid([1.1, 0.05, 1.1])).at([0.0, -0.9, 0.0]);
+    scene.push(ground).expect("a brush");
+    let outer = Group::new().rotated([0.0, 1.0, 0.0], 20.0).blend(0.03);
+    let outer = scene.push(outer).expect("a group").node;
+    let inner = Group::new().scaled(0.5).at([0.2, 0.1, 0.0]).blend(0.02);
+    let inner = scene.push_into(outer, inner).expect("a group").node;
+    let less = Group::new().subtract().blend(0.02);
+    let less = scene.push(less).expect("a group").node;
+    for i in 0..1500 {
+        let at = numbers.point(1.0).to_array();
+        let size = numbers.between(0.01, 0.06);
+        let shape = match i % 3 {
+            0 => Shape::cuboid([size; 3]),
+            1 => Shape::torus(size, 0.3 * size),
+            _ => Shape::sphere(size),
+        };
+        let mut solid = Brush::new(shape);
+        if i % 7 == 0 {
+            solid = solid.modify(Modifier::Twist {
+                degrees_per_unit: 90.0,
+            });
+        }
+        if i % 5 == 0 {
+            solid = solid.blend(0.02);
+        }
+        if i % 31 == 0 {
+            solid = solid.chamfer(0.02);
+        }
+        let group = match i % 4 {
+            0 if i % 31 != 0 => outer,
+            1 if i % 31 != 0 => inner,
+            2 if i % 31 != 0 => less,
+            _ => Scene::ROOT,
+        };
+        scene.push_into(group, solid.at(at)).expect("a brush");
+    }
+    let cut = Brush::new(Shape::sphere(1.2)).intersect();
+    scene.push(cut).expect("a brush");
+    scene
+}
+
+/// What is near a point tells its distance to the bit, below the far length, wherever in the box the point is and out of it; and
+/// materials.
+#[test]
+fn what_is_near_tells_the_field() {
+    let scene = many_pieces();
+    let program = Program::lower(&scene).expect("a program");
+    assert!(
+        program.operand_count() > 1400,
+        "{}",
+        program.operand_count()
+    );
+    let around = Aabb::centered(Vec3::splat(1.2));
+    let near = NearField::new(&program, around, 0.25).expect("it is of many pieces");
+    assert!(near.far() >= 0.25);
+    let mut evaluator = NearEvaluator::new(&near);
+    let mut numbers = Numbers::new(29);
+    let count = 20_000;
+    let points: Vec<Vec3> = (0..count).map(|_| numbers.point(1.3)).collect();
+    let axis = |k: usize| points.iter().map(|p| p[k]).collect::<Vec<f32>>();
+    let [x, y, z] = [axis(0), axis(1), axis(2)];
+    let mut found = vec![0.0; count];
+    evaluator.distances([&x, &y, &z], &mut found);
+    let told: Vec<[f32; 3]> = points.iter().map(|p| p.to_array()).collect();
+    let whole = measure(&program, &told);
+    let (mut below, mut beyond) = (0, 0);
+    for ((p, found), whole) in points.iter().zip(&found).zip(&whole) {
+        let is_in = around.contains(*p);
+        if is_in && *whole >= near.far() {
+            assert_eq!(*found, near.far(), "at {p}: {whole}");
+            beyond += 1;
+        } else {
+            assert_eq!(found.to_bits(), whole.to_bits(), "at {p}: {found}, {whole}");
+            below += 1;
+        }
+    }
+    assert!(below > 10_000 && beyond > 20, "{below}, {beyond}");
+    // The truth, by another evaluator of another arithmetic.
+    for (p, found) in told
+        .iter()
+        .zip(&found)
+        .take(200)
+        .filter(|(_, d)| **d < 0.25)
+    {
+        let exact = naive::distance(&scene, Vec3::from(*p));
+        let off = (f64::from(*found) - exact).abs();
+        let most = f64::from(rounding(*p) * program.lipschitz());
+        assert!(off < most, "at {p:?}: {found}, {exact}");
+    }
 }

@@ -371,7 +371,7 @@ fn nearest_sphere(spheres: &[Vec3], radius: f32, origin: Vec3, direction: Vec3) 
     (first, passed)
 }
 
-/// Of very many spheres, whose lists are cut for parts of blocks, rays find the one that a formula says.
+/// Of very many spheres, rays find the one that a formula says.
 #[test]
 fn rays_find_the_nearest_of_very_many() {
     let radius = 0.008;
@@ -414,4 +414,55 @@ fn rays_find_the_nearest_of_very_many() {
         }
     }
     assert!(met > 500 && missed > 500, "{met} met, {missed} missed");
+}
+
+/// Light by what is near each point is that of the whole field, also where all that is near is in a group.
+#[test]
+fn light_of_many_is_the_whole_fields() {
+    for is_grouped in [false, true] {
+        let mut numbers = Numbers::new(31);
+        let mut scene = Scene::new();
+        scene
+            .set_material("red", Material::colored([0.8, 0.1, 0.1]))
+            .expect("a material");
+        let group = match is_grouped {
+            true => {
+                let group = Group::new().rotated([0.0, 1.0, 0.0], 30.0).blend(0.01);
+                scene.push(group).expect("a group").node
+            }
+            false => Scene::ROOT,
+        };
+        for i in 0..1200 {
+            let size = numbers.between(0.01, 0.05);
+            let shape = if i % 2 == 0 {
+                Shape::sphere(size)
+            } else {
+                Shape::cuboid([size, 0.5 * size, size])
+            };
+            let mut solid = Brush::new(shape).at(numbers.point(0.9).to_array());
+            if i % 3 == 0 {
+                solid = solid.material("red");
+            }
+            scene.push_into(group, solid).expect("a brush");
+        }
+        let program = Program::lower(&scene).expect("a program");
+        assert!(program.operand_count() >= 1200);
+        let camera = Camera::orbit(FOCUS, [30.0, 20.0, 3.4], 45.0);
+        let settings = Settings {
+            size: [96, 72],
+            samples: 1,
+            ..Settings::default()
+        };
+        let frame = frames(&settings, &camera, &program, None, FOCUS);
+        let near = render_with_hits(&program, Through::Field, &frame);
+        let whole = render_with_hits(&program, Through::WholeField, &frame);
+        let pixels = near.rgb.chunks(3).zip(whole.rgb.chunks(3));
+        let off = |(a, b): (&[u8], &[u8])| {
+            let all = a.iter().zip(b).map(|(a, b)| a.abs_diff(*b));
+            all.max().unwrap_or(0)
+        };
+        let differ = pixels.filter(|&pair| off(pair) > 3).count();
+        assert!(near.hit_pixels > 500, "{}", near.hit_pixels);
+        assert!(differ < 10, "{differ} of {} differ", 96 * 72);
+    }
 }

@@ -33,7 +33,14 @@ fn watch(control: &Control) {
         };
         let passed = start.elapsed();
         let share = now.done as f64 / (now.total as f64).max(1.0);
-        let line = if share < 1.0 && passed > PATIENCE {
+        // How much there is to do is not always known.
+        let line = if now.total == 0 && passed > PATIENCE {
+            format!(
+                "{}: {:.0} s (Ctrl-C stops)",
+                now.stage,
+                passed.as_secs_f64()
+            )
+        } else if now.total > 0 && share < 1.0 && passed > PATIENCE {
             let left = passed.as_secs_f64() * (1.0 - share) / share.max(1e-3);
             format!(
                 "{}: {:.0} %, about {left:.0} s left (Ctrl-C stops)",

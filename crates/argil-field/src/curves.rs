@@ -14,7 +14,7 @@ use crate::real::Real;
 use argil_abi::PIECE_WORDS;
 
 /// Points searched together.
-pub(crate) const BLOCK: usize = 64;
+pub(crate) const BLOCK: usize = 16;
 /// Newton steps after the samples.
 const NEWTON_STEPS: usize = 4;
 /// Intervals that a piece of an outline is sampled at.

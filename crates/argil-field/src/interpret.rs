@@ -6,7 +6,7 @@ use crate::combine::{
     Joint, combine_chamfer, combine_morph, combine_smooth, weight_paint, weight_smooth,
 };
 use crate::curves::BLOCK;
-use crate::prune::{Marks, losers};
+use crate::prune::{CELLS, Marks, losers};
 use crate::real::{F32Lanes, LANES, Real};
 use crate::registers::{MaterialLanes, Registers, words};
 use crate::space::{
@@ -31,12 +31,12 @@ fn mix_materials(
 }
 
 #[inline(always)]
-fn weights<R: Real>(a: &R::Lanes, b: &R::Lanes, j: &Joint, flags: u32) -> F32Lanes {
+fn weights<R: Real>(a: &R::Lanes, b: &R::Lanes, j: &Joint, flags: u32, active: usize) -> F32Lanes {
     let mut out = f32::splat(0.0);
     if flags & abi::FLAG_KEEP_MATERIAL != 0 {
         return out;
     }
-    for i in 0..LANES {
+    for i in 0..active.min(LANES) {
         let (a, b) = (R::get(a, i).value(), R::get(b, i).value());
         out.0[i] = match flags & abi::COMBINE_MASK {
             abi::COMBINE_PAINT => weight_paint(b, j),
@@ -89,15 +89,15 @@ pub(crate) fn run<R: Real, const CARRIED: u8>(
                     sr: 1.0,
                     amount: 0.0,
                 };
-                r.values.push(std::mem::replace(&mut r.acc, R::splat(FAR)));
+                put_aside(r);
             }
             measure(program, r, op, flags, &b, at + HEADER);
-            if apart && let Some(a) = r.values.pop() {
+            if apart {
                 if CARRIED == MARKS {
-                    mark::<R>(r, pc - 1, &a, &joint, flags, false);
+                    mark_brush(r, pc - 1, &joint, flags);
                 }
                 if materials {
-                    let w = weights::<R>(&a, &r.acc, &joint, flags);
+                    let w = weights::<R>(&r.aside, &r.acc, &joint, flags, r.active);
                     let m = &program.materials[operand as usize];
                     let of = |k: usize| {
                         if k < 4 {
@@ -108,10 +108,7 @@ pub(crate) fn run<R: Real, const CARRIED: u8>(
                     };
                     mix_materials(&mut r.material, r.active, |k, _| of(k), &w);
                 }
-                for i in 0..LANES {
-                    let d = combine_smooth(R::get(&a, i), R::get(&r.acc, i), &joint);
-                    R::set(&mut r.acc, i, d);
-                }
+                join_aside(r, &joint);
             }
             continue;
         }
@@ -143,12 +140,12 @@ pub(crate) fn run<R: Real, const CARRIED: u8>(
                     if flags & abi::FLAG_SWAPPED != 0 {
                         std::mem::swap(&mut other, &mut r.material);
                     }
-                    let w = weights::<R>(&saved, &r.acc, &j, flags);
+                    let w = weights::<R>(&saved, &r.acc, &j, flags, r.active);
                     mix_materials(&mut other, r.active, |k, i| r.material[k].0[i], &w);
                     *r.material = other;
                 }
                 if CARRIED == MARKS {
-                    mark::<R>(r, pc - 1, &saved, &j, flags, true);
+                    mark_group::<R>(r, pc - 1, &saved, &j, flags);
                 }
                 for i in 0..LANES {
                     let (a, b) = (R::get(&saved, i), R::get(&r.acc, i));
@@ -303,30 +300,82 @@ pub(crate) fn run<R: Real, const CARRIED: u8>(
     }
 }
 
-/// Note which operand of the joint at `pc`, `a` or the accumulator, loses so clearly that it cannot matter.
+/// Put what is in the accumulator aside, of the lanes in use, and begin anew.
 #[inline(always)]
-fn mark<R: Real>(
-    r: &mut Registers<R>,
-    pc: usize,
+fn put_aside<R: Real>(r: &mut Registers<R>) {
+    for first in (0..r.active.min(LANES)).step_by(BLOCK) {
+        for i in first..first + BLOCK {
+            R::set(&mut r.aside, i, R::get(&r.acc, i));
+            R::set(&mut r.acc, i, R::constant(FAR));
+        }
+    }
+}
+
+/// Join a brush in the accumulator with what was put aside.
+#[inline(always)]
+fn join_aside<R: Real>(r: &mut Registers<R>, joint: &Joint) {
+    for first in (0..r.active.min(LANES)).step_by(BLOCK) {
+        for i in first..first + BLOCK {
+            let d = combine_smooth(R::get(&r.aside, i), R::get(&r.acc, i), joint);
+            R::set(&mut r.acc, i, d);
+        }
+    }
+}
+
+/// Note which operand of the joint at `pc` loses so clearly that it cannot matter: what was put aside, or the brush in the
+/// accumulator.
+#[inline(always)]
+fn mark_brush<R: Real>(r: &mut Registers<R>, pc: usize, j: &Joint, flags: u32) {
+    // Within a loop there is a distance for each copy: it stays whole.
+    if r.loops.is_empty() {
+        let marks = marks_of::<R>(&r.aside, &r.acc, j, flags, false, r.margin);
+        if let Some(place) = r.marks.get_mut(pc) {
+            *place = marks;
+        }
+    }
+}
+
+/// The same of a group: `a`, or the accumulator.
+#[inline(always)]
+fn mark_group<R: Real>(r: &mut Registers<R>, pc: usize, a: &R::Lanes, j: &Joint, flags: u32) {
+    if r.loops.is_empty() {
+        let marks = marks_of::<R>(a, &r.acc, j, flags, true, r.margin);
+        if let Some(place) = r.marks.get_mut(pc) {
+            *place = marks;
+        }
+    }
+}
+
+#[inline(always)]
+fn marks_of<R: Real>(
     a: &R::Lanes,
+    b: &R::Lanes,
     j: &Joint,
     flags: u32,
     is_group: bool,
-) {
-    // Within a loop there is a distance for each copy: it stays whole.
-    if !r.loops.is_empty() {
-        return;
+    margin: f32,
+) -> Marks {
+    let (mut drop_a, mut drop_b) = ([0; CELLS], [0; CELLS]);
+    for i in 0..CELLS {
+        let (a, b) = (R::get(a, i).value(), R::get(b, i).value());
+        let (is_a, is_b) = losers(a, b, j, flags, is_group, margin);
+        (drop_a[i], drop_b[i]) = (u8::from(is_a), u8::from(is_b));
     }
-    let mut marks = Marks::default();
-    for i in 0..BLOCK {
-        let (a, b) = (R::get(a, i).value(), R::get(&r.acc, i).value());
-        let (drop_a, drop_b) = losers(a, b, j, flags, is_group, r.margin);
-        marks.drop_a |= u64::from(drop_a) << i;
-        marks.drop_b |= u64::from(drop_b) << i;
+    Marks {
+        drop_a: bits_of(&drop_a),
+        drop_b: bits_of(&drop_b),
     }
-    if let Some(place) = r.marks.get_mut(pc) {
-        *place = marks;
-    }
+}
+
+/// A bit for each byte that is 1, the others being 0.
+#[inline(always)]
+fn bits_of(flags: &[u8; CELLS]) -> u64 {
+    let words = flags.as_chunks::<8>().0.iter().zip(0..);
+    words.fold(0, |bits, (word, k)| {
+        // Each byte's bit comes to its own place of the highest byte.
+        let gathered = u64::from_le_bytes(*word).wrapping_mul(0x0102_0408_1020_4080) >> 56;
+        bits | gathered << (8 * k)
+    })
 }
 
 /// Move the points that are not in the world to its origin, so that no arithmetic overflows, and mark their lanes with 1;

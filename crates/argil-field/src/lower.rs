@@ -5,9 +5,11 @@ mod words;
 
 use crate::by_node::ByNode;
 use crate::loose::loose_of;
-use crate::operands::OperandSpan;
+use crate::operands::{GroupSpan, OperandSpan};
 use crate::pack::pack;
-use crate::pieces::{self, Piece, Pieces, Told, is_open, magnitude, regularity_of, scaled};
+use crate::pieces::{
+    self, OpenGroup, Piece, Pieces, ROOT, Told, is_open, magnitude, regularity_of, scaled,
+};
 use crate::program::Program;
 use crate::regular::{Regularity, regularity};
 use argil_abi::{self as abi, Instr, MaterialWords};
@@ -18,6 +20,7 @@ use argil_scene::{
 pub use error::LowerError;
 use error::{MAX_COPIES, MAX_COPIES_A_LOOP};
 use glam::DAffine3;
+use rustc_hash::FxHashMap;
 use std::collections::HashMap;
 use std::f32::consts::TAU;
 use words::{affine_words, is_loop, is_single, keep, repeat_words, scale_of, words_of};
@@ -60,10 +63,22 @@ enum Task {
     Next {
         begin: usize,
     },
-    /// The end of an operand of the root.
-    EndOperand {
+    /// The beginning of a piece.
+    BeginPiece,
+    /// Its end.
+    EndPiece {
         node: NodeId,
+        within: Open,
     },
+}
+
+/// An open group where it is lowered.
+#[derive(Clone, Copy)]
+struct Open {
+    /// Its place among the program's.
+    group: u32,
+    /// What a length in it is in the world.
+    scale: f32,
 }
 
 struct Lowering<'a> {
@@ -81,25 +96,24 @@ struct Lowering<'a> {
     program: Program,
     points: usize,
     tasks: Vec<Task>,
-    /// Whether the root has so many operands that their places are kept, and whether they stand one after the other.
-    has_many: bool,
-    is_apart: bool,
+    /// The open groups, where there are so many pieces that their places are kept: what those hold is emitted in the scene's
+    /// order. And where the piece begins that is emitted.
+    open: FxHashMap<NodeId, Open>,
+    begun: u32,
 }
 
 impl Program {
     /// Lower a scene. Time and memory are linear in the number of its nodes.
     pub fn lower(scene: &Scene) -> Result<Self, LowerError> {
-        let mut lowering = Lowering::of(scene, Scene::ROOT);
-        lowering.measure_pieces();
+        let pieces = Pieces::of(scene);
+        let mut lowering = Lowering::of(scene, Scene::ROOT, Some(&pieces));
+        lowering.measure_pieces(&pieces);
         lowering.program.materials = materials_of(scene);
         lowering.tasks.push(Task::Solid {
             node: Scene::ROOT,
             frame: Frame::OF_WORLD,
         });
         lowering.emit_all()?;
-        if !lowering.is_apart {
-            lowering.program.operands.clear();
-        }
         Ok(lowering.program)
     }
 
@@ -144,7 +158,7 @@ impl Program {
         within: Frame,
         scale: f32,
     ) -> Result<Self, LowerError> {
-        let mut lowering = Lowering::of(scene, node);
+        let mut lowering = Lowering::of(scene, node, None);
         let own = lowering.regular[node].scaled(scale);
         lowering.program.magnitude = magnitude(&lowering.extents.outer(node), scale);
         lowering.set_regularity(own);
@@ -286,8 +300,8 @@ impl Frame {
 }
 
 impl<'a> Lowering<'a> {
-    /// Of a node and all that it holds; nothing is emitted yet.
-    fn of(scene: &'a Scene, root: NodeId) -> Self {
+    /// Of a node and all that it holds; nothing is emitted yet. `pieces` are those of the root.
+    fn of(scene: &'a Scene, root: NodeId, pieces: Option<&Pieces>) -> Self {
         let names = scene.materials().keys().map(String::as_str);
         let material_index = names.zip(1..).collect();
         let mut extents = Extents::of(scene);
@@ -316,15 +330,31 @@ impl<'a> Lowering<'a> {
                 underestimate: regular.underestimate,
                 loose: Vec::new(),
                 operands: Vec::new(),
+                groups: Vec::new(),
                 value_slots: 0,
                 point_slots: 0,
                 brushes: 0,
             },
             points: 0,
             tasks: Vec::new(),
-            has_many: root == Scene::ROOT && scene.node(root).children().len() > FEW_OPERANDS,
-            is_apart: true,
+            open: FxHashMap::default(),
+            begun: 0,
         };
+        if let Some(pieces) = pieces.filter(|pieces| pieces.all.len() > FEW_OPERANDS) {
+            let groups = pieces.groups.iter().zip(0..);
+            let open = |(own, group): (&OpenGroup, u32)| {
+                let scale = own.scale;
+                (own.node, Open { group, scale })
+            };
+            lowering.open = groups.map(open).collect();
+            let root = GroupSpan {
+                parent: ROOT,
+                operator: Operator::default(),
+                open: Instr::default(),
+                close: Instr::default(),
+            };
+            lowering.program.groups = vec![root; pieces.groups.len()];
+        }
         lowering.measure(&parents_first);
         lowering
     }
@@ -348,6 +378,7 @@ impl<'a> Lowering<'a> {
                     need = match operands.is_empty() {
                         true => own,
                         false if is_single(entry) => need,
+                        false if self.open.contains_key(&id) => need.max(1 + own),
                         // The needier goes first; the other then has one slot less.
                         false => need.max(own).max(1 + need.min(own)),
                     };
@@ -379,12 +410,14 @@ impl<'a> Lowering<'a> {
                     operand: begin as u32,
                     ..Instr::default()
                 }),
-                Task::EndOperand { node } => {
-                    let operator = self.scene.node(node).acting().operator;
-                    let extent = self.extents.outer(node);
-                    let end = self.program.instrs.len() as u32;
+                Task::BeginPiece => self.begun = self.program.instrs.len() as u32,
+                Task::EndPiece { node, within } => {
+                    let operator = scaled(&self.scene.node(node).acting().operator, within.scale);
+                    let extent = extent_in_world(self.scene, &mut self.extents, node);
                     self.program.operands.push(OperandSpan {
-                        end,
+                        begin: self.begun,
+                        end: self.program.instrs.len() as u32,
+                        group: within.group,
                         operator,
                         extent,
                     });
@@ -429,14 +462,24 @@ impl<'a> Lowering<'a> {
             return;
         };
         let node = self.operands[&group][last];
-        if group == Scene::ROOT && self.has_many {
-            self.tasks.push(Task::EndOperand { node });
-        }
+        let entry = self.scene.node(node).acting();
+        let around = self.open.get(&group).copied();
+        let is_piece = around.is_some() && !self.open.contains_key(&node);
+        let begin = is_piece.then_some(Task::BeginPiece);
+        let end = around.filter(|_| is_piece);
+        let end = end.map(|within| Task::EndPiece { node, within });
+        self.tasks.extend(end);
         if last == 0 {
+            // What is first in a group is in nothing else: so is what an open group holds.
+            if let Some(within) = around
+                && let Some(own) = self.open.get_mut(&node)
+            {
+                own.group = within.group;
+            }
             self.tasks.push(Task::Solid { node, frame });
+            self.tasks.extend(begin);
             return;
         }
-        let entry = self.scene.node(node).acting();
         let before = Task::List {
             group,
             count: last,
@@ -444,24 +487,36 @@ impl<'a> Lowering<'a> {
         };
         if is_single(entry) {
             self.tasks.push(Task::Brush { node, frame });
+            self.tasks.extend(begin);
             self.tasks.push(before);
             return;
         }
-        let swapped = self.slots[node] > self.prefix_slots[&group][last - 1];
-        self.is_apart &= !swapped || group != Scene::ROOT;
-        let combine = self.combine(entry, frame, swapped);
-        let push = Task::Emit(Instr {
+        let swapped = around.is_none() && self.slots[node] > self.prefix_slots[&group][last - 1];
+        let close = self.combine(entry, frame, swapped);
+        let open = Instr {
             op: abi::OP_PUSH_VALUE,
             ..Instr::default()
-        });
+        };
+        if let Some(within) = around
+            && let Some(own) = self.open.get(&node)
+        {
+            self.program.groups[own.group as usize] = GroupSpan {
+                parent: within.group,
+                operator: scaled(&entry.operator, within.scale),
+                open,
+                close,
+            };
+        }
+        self.tasks.push(Task::Emit(close));
         let solid = Task::Solid { node, frame };
         let (first, second) = if swapped {
             (solid, before)
         } else {
             (before, solid)
         };
-        self.tasks
-            .extend([Task::Emit(combine), second, push, first]);
+        self.tasks.extend([second, Task::Emit(open)]);
+        self.tasks.extend(begin);
+        self.tasks.push(first);
     }
 
     fn combine(&mut self, entry: &Entry, frame: Frame, swapped: bool) -> Instr {
@@ -494,8 +549,7 @@ impl<'a> Lowering<'a> {
     }
 
     /// What holds of the whole scene, from what holds of its pieces.
-    fn measure_pieces(&mut self) {
-        let pieces = Pieces::of(self.scene);
+    fn measure_pieces(&mut self, pieces: &Pieces) {
         let mut greatest = 0.0f32;
         for piece in &pieces.all {
             if self.scene.node(piece.node).acting().visible {
@@ -509,12 +563,12 @@ impl<'a> Lowering<'a> {
         let told = pieces
             .all
             .iter()
-            .filter_map(|&piece| self.told(&pieces, piece));
+            .filter_map(|&piece| self.told(pieces, piece));
         let all = regularity_of(told, parent_of, operator_of);
         self.set_regularity(all);
         if all.slack + all.hidden > 0.0 {
             let last_first = pieces.all.iter().rev();
-            let told = last_first.filter_map(|&piece| self.told(&pieces, piece));
+            let told = last_first.filter_map(|&piece| self.told(pieces, piece));
             self.program.loose = loose_of(told, parent_of, operator_of, all);
         }
     }

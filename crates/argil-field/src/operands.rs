@@ -1,24 +1,42 @@
-//! Which operands of a program's root can matter where.
+//! Which pieces of a program can matter where.
 //!
-//! *Practice.* A program knows the stretch of instructions and the box of each operand of the root, where those stand one after
-//! the other. An [`OperandIndex`] enters them into a grid of parts: the list of a part costs what is near it, however many
-//! operands there are.
+//! *Practice.* A program of many [pieces](crate::pieces) knows the stretch of instructions and the box of each, and the open groups that
+//! they are in. An [`OperandIndex`] enters them into a grid of parts: the list of a part costs
+//! what is near it, however many pieces there are.
 
 use crate::Program;
 use crate::live::append;
 use crate::parts::{LEVELS, Part, Parts, parts_between};
+use crate::pieces::{MOST_OPEN, ROOT, Walk, chain};
 use argil_abi::Instr;
+use argil_math::Aabb;
 use argil_scene::{Extent, Operator, OperatorKind, Profile, greatest_fall};
 use glam::IVec3;
 use rustc_hash::FxHashMap;
 
-/// An operand of a program's root.
+/// A piece of a program.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct OperandSpan {
-    /// The instruction behind its last; it begins where the one before ends.
+    /// Its first instruction, and the one behind its last.
+    pub begin: u32,
     pub end: u32,
+    /// The group that it is in, by its place among the program's, or [`ROOT`].
+    pub group: u32,
+    /// In the world's unit.
     pub operator: Operator,
+    /// In the world.
     pub extent: Extent,
+}
+
+/// An open group of a program. The first of all stands for the root.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct GroupSpan {
+    /// The group around it.
+    pub parent: u32,
+    pub operator: Operator,
+    /// What puts aside what is before it, and what joins it to that.
+    pub open: Instr,
+    pub close: Instr,
 }
 
 /// Lists of what can matter in each part of a grid. See the module's page.
@@ -31,9 +49,73 @@ pub struct OperandIndex {
 }
 
 impl Program {
-    /// Operands of the root that an [`OperandIndex`] can tell apart: none where they are few, or do not stand one after the other.
+    /// Pieces that an [`OperandIndex`] can tell apart: none where they are few.
     pub fn operand_count(&self) -> usize {
         self.operands.len()
+    }
+
+    /// Whether no piece morphs: one that does makes all matter everywhere.
+    pub(crate) fn is_local(&self) -> bool {
+        let morphs = |own: &OperandSpan| own.operator.kind == OperatorKind::Morph;
+        !self.operands.is_empty() && !self.operands.iter().any(morphs)
+    }
+
+    fn group_around(&self, group: u32) -> u32 {
+        self.groups
+            .get(group as usize)
+            .map_or(ROOT, |own| own.parent)
+    }
+
+    /// The box in which a piece can matter to distances below the parts' far length, given how far values can fall through joints.
+    pub(crate) fn reach_of(&self, own: &OperandSpan, parts: &Parts, falls: [f32; 2]) -> Aabb {
+        let mut room = [ROOT; MOST_OPEN];
+        let around = chain(own.group, &|group| self.group_around(group), &mut room);
+        let groups = around
+            .iter()
+            .map(|&group| &self.groups[group as usize].operator);
+        let joints = groups.chain([&own.operator]);
+        parts.reached_by(joints, &own.extent, falls)
+    }
+
+    /// How far values below `far` can fall through the joints of the root, and through those of each group.
+    pub(crate) fn falls(&self, far: f32) -> [f32; 2] {
+        let own = self.operands.iter().map(|own| (own.group, &own.operator));
+        let groups = self.groups.iter().skip(1);
+        let all = own.chain(groups.map(|own| (own.parent, &own.operator)));
+        let (mut outer, mut inner, mut is_chamfered) = (0.0f32, 0.0f32, false);
+        for (group, operator) in all {
+            if group == ROOT {
+                outer = outer.max(operator.blend);
+                is_chamfered |= operator.profile == Profile::Chamfer && operator.blend > 0.0;
+            } else {
+                inner = inner.max(operator.blend);
+            }
+        }
+        [
+            greatest_fall(outer, is_chamfered, far),
+            greatest_fall(inner, false, 0.0),
+        ]
+    }
+
+    /// Append the instructions of some pieces, which are given in the program's order, with the joints of the groups around them.
+    pub(crate) fn append_operands(&self, some: &[u32], out: &mut Vec<Instr>) {
+        let mut walk = Walk::default();
+        let parent_of = |group: u32| self.group_around(group);
+        let step = |out: &mut Vec<Instr>, group: u32, enters: bool| {
+            let own = &self.groups[group as usize];
+            out.push(if enters { own.open } else { own.close });
+        };
+        for &nth in some {
+            let own = &self.operands[nth as usize];
+            walk.go_to(own.group, parent_of, |group, enters| {
+                step(out, group, enters)
+            });
+            match &self.instrs[own.begin as usize..own.end as usize] {
+                [only] => out.push(*only),
+                all => append_span(all, own.begin, out),
+            }
+        }
+        walk.go_to(ROOT, parent_of, |group, enters| step(out, group, enters));
     }
 }
 
@@ -42,15 +124,10 @@ impl OperandIndex {
     /// makes all matter everywhere.
     pub fn new(program: &Program, parts: Parts) -> Option<Self> {
         let all = &program.operands;
-        let morphs = |own: &OperandSpan| own.operator.kind == OperatorKind::Morph;
-        if all.is_empty() || all.iter().any(morphs) {
+        if !program.is_local() {
             return None;
         }
-        let blend = all.iter().map(|own| own.operator.blend).fold(0.0, f32::max);
-        let is_chamfered = |own: &OperandSpan| {
-            own.operator.profile == Profile::Chamfer && own.operator.blend > 0.0
-        };
-        let falls = greatest_fall(blend, all.iter().any(is_chamfered), parts.far);
+        let falls = program.falls(parts.far);
         let mut index = Self {
             parts,
             near: FxHashMap::default(),
@@ -65,11 +142,7 @@ impl OperandIndex {
             if own.extent.aabb.is_empty() {
                 continue;
             }
-            match parts.level_of(parts.reached_by(
-                std::iter::once(&own.operator),
-                &own.extent,
-                [falls, 0.0],
-            )) {
+            match parts.level_of(program.reach_of(own, &parts, falls)) {
                 None => index.everywhere.push(nth),
                 Some(found) => {
                     index.levels = index.levels.max(found.0 + 1);
@@ -97,17 +170,11 @@ impl OperandIndex {
             }
         }
         found.sort_unstable();
-        let all = &program.operands;
-        for nth in found {
-            let nth = nth as usize;
-            let begin = if nth == 0 { 0 } else { all[nth - 1].end };
-            let own = &program.instrs[begin as usize..all[nth].end as usize];
-            append_span(own, begin, out);
-        }
+        program.append_operands(&found, out);
     }
 }
 
-/// Append an operand's instructions, which begin at `begin` in the program.
+/// Append a piece's instructions, which begin at `begin` in the program.
 fn append_span(instrs: &[Instr], begin: u32, out: &mut Vec<Instr>) {
     let from = out.len();
     append(instrs, out);

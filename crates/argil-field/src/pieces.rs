@@ -9,7 +9,7 @@ use crate::regular::{Regularity, joined};
 use argil_scene::{Body, Entry, Extent, NodeId, Operator, OperatorKind, Profile, Scene};
 
 /// Groups within each other that are open at most: each takes a slot of the interpreter's stack.
-const MOST_OPEN: usize = 4;
+pub(crate) const MOST_OPEN: usize = 4;
 
 /// The root in [`OpenGroup::parent`] and [`Piece::group`].
 pub(crate) const ROOT: u32 = 0;
@@ -55,6 +55,7 @@ pub(crate) fn scaled(operator: &Operator, scale: f32) -> Operator {
 
 /// An open group.
 pub(crate) struct OpenGroup {
+    pub node: NodeId,
     /// The open group around it, by its place among all, or [`ROOT`].
     pub parent: u32,
     /// In the world's unit.
@@ -81,6 +82,7 @@ impl Pieces {
     /// Of all of a scene.
     pub fn of(scene: &Scene) -> Self {
         let root = OpenGroup {
+            node: Scene::ROOT,
             parent: ROOT,
             operator: Operator::default(),
             scale: 1.0,
@@ -105,6 +107,7 @@ impl Pieces {
         let outer = self.groups[group as usize].scale;
         let own = self.groups.len() as u32;
         self.groups.push(OpenGroup {
+            node,
             parent: group,
             operator: scaled(&entry.operator, outer),
             scale: outer * scale_of(entry),

@@ -1,6 +1,6 @@
 use crate::loose::Loose;
 use crate::lower::materials_of;
-use crate::operands::OperandSpan;
+use crate::operands::{GroupSpan, OperandSpan};
 use argil_abi::{self as abi, Instr, MaterialWords};
 use argil_math::Aabb;
 use argil_scene::Scene;
@@ -22,8 +22,9 @@ pub struct Program {
     pub(crate) underestimate: f32,
     /// Operands that make `slack` and `hidden_slack`.
     pub(crate) loose: Vec<Loose>,
-    /// The operands of the root, if there are many and they stand one after the other.
+    /// The pieces, if there are many, and the open groups that they are in.
     pub(crate) operands: Vec<OperandSpan>,
+    pub(crate) groups: Vec<GroupSpan>,
     pub(crate) value_slots: usize,
     pub(crate) point_slots: usize,
     pub(crate) brushes: usize,
@@ -45,6 +46,7 @@ impl Default for Program {
             underestimate: 1.0,
             loose: Vec::new(),
             operands: Vec::new(),
+            groups: Vec::new(),
             value_slots: 0,
             point_slots: 0,
             brushes: 0,

@@ -24,7 +24,7 @@ use multiversion::multiversion;
 /// Cells that are measured at once.
 pub const CELLS: usize = 64;
 
-const _: () = assert!(CELLS == BLOCK && CELLS == u64::BITS as usize);
+const _: () = assert!(CELLS.is_multiple_of(BLOCK) && CELLS == u64::BITS as usize);
 
 /// Which operands cannot matter: a bit for each cell.
 #[derive(Clone, Copy, Default)]
@@ -112,7 +112,7 @@ impl<'a> Pruner<'a> {
         assert!(centers.len() <= CELLS && centers.len() == out.len());
         let r = &mut *self.registers;
         let Some(&last) = centers.last() else { return };
-        r.active = CELLS;
+        r.active = centers.len().next_multiple_of(BLOCK);
         for (axis, lanes) in r.point.iter_mut().enumerate() {
             lanes.0.fill(last[axis]);
             for (lane, center) in lanes.0.iter_mut().zip(centers) {

@@ -13,6 +13,8 @@ pub(crate) struct Registers<R: Real> {
     pub active: usize,
     /// The accumulated distances, and after the run the answer.
     pub acc: R::Lanes,
+    /// What was accumulated before a brush, while that is measured on its own.
+    pub aside: R::Lanes,
     /// The accumulated materials.
     pub material: Box<MaterialLanes>,
     pub values: Vec<R::Lanes>,
@@ -34,6 +36,7 @@ impl<R: Real> Registers<R> {
             point: [zero(), zero(), zero()],
             active: LANES,
             acc: zero(),
+            aside: zero(),
             material: Box::new(std::array::from_fn(|_| f32::splat(0.0))),
             values: Vec::new(),
             points: Vec::new(),

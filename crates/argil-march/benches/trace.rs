@@ -1,20 +1,16 @@
-//! csg20 at 1024²: length and normal of every primary ray, on one thread and on two; with nothing pruned, then as
-//! pictures of normals through the field with pruning and through bricks of 512³.
+//! csg20 at 1024², pictures of normals on one thread and on two: through the field with nothing pruned, through the field, and
+//! through bricks of 512³.
 //!
 //! With nothing pruned 248,357 pixels must hit, 23.7 % of them, and as many but for a few in a thousand in the others.
 //!
 //! `cargo bench -p argil-march --bench trace -- [SCENE.json AZIMUTH ELEVATION DISTANCE FIELD_OF_VIEW SIDE]`
 
-use argil_abi::{HIT_NONE, Hit};
-use argil_field::{Evaluator, Program};
-use argil_march::{
-    Camera, Settings, Show, Through, TileScratch, frames, render, tiles, trace_tile,
-};
+use argil_field::Program;
+use argil_march::{Camera, Settings, Show, Through, frames, render};
 use argil_math::Aabb;
 use argil_scene::Scene;
 use argil_volume::{BrickLayout, BrickSettings, Bricks, Lattice};
 use glam::Vec3;
-use rayon::prelude::*;
 use std::time::Instant;
 
 const EXPECTED_HITS: usize = 248_357;
@@ -62,38 +58,19 @@ fn main() {
     let (bricks, _) = Bricks::bake(&program, layout, None).expect("bricks");
     let through_bricks = frames(&settings, &camera, &program, Some(&lattice), focus);
 
-    let all: Vec<_> = tiles(side, side).collect();
-    let mut hits = vec![Hit::default(); (side * side) as usize];
     for threads in [1, 2] {
         let pool = rayon::ThreadPoolBuilder::new()
             .num_threads(threads)
             .build()
             .expect("threads");
-        if program.instrs().len() < 200 {
-            let whole = median(|| {
-                let slices = hits.par_chunks_mut(all[0].area());
-                pool.install(|| {
-                    all.par_iter().zip(slices).for_each_init(
-                        || (Evaluator::new(&program), TileScratch::default()),
-                        |(evaluator, scratch), (&tile, hits)| {
-                            trace_tile(&frame[0], tile, evaluator, scratch, hits)
-                        },
-                    );
-                });
-            });
-            let hit = hits.iter().filter(|h| h.kind != HIT_NONE).count();
-            if given.is_empty() {
-                assert_eq!(hit, EXPECTED_HITS);
-            }
-            println!(
-                "{threads} threads, nothing pruned: median {:.1} ms, min {:.1} ms, {hit} hits",
-                whole.0, whole.1
-            );
-        }
         for (name, through, frames) in [
+            ("whole field", Through::WholeField, &frame),
             ("field", Through::Field, &frame),
             ("bricks", Through::Bricks(&bricks), &through_bricks),
         ] {
+            if name == "whole field" && program.instrs().len() > 200 {
+                continue;
+            }
             let mut picture = None;
             let times = median(|| {
                 picture = Some(pool.install(|| render(&program, through, frames)));

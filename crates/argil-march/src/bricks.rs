@@ -16,12 +16,13 @@ mod solve;
 mod step;
 
 use crate::cones::{CONE_SIDE, Cones};
+use crate::probe::Probe;
 use crate::scratch::TileScratch;
 use crate::tile::Tile;
 use crate::trace::{around, flagged, lay_ground, set_normals};
 use crate::wave::{Starts, Wave};
 use argil_abi::{self as abi, Frame, Hit};
-use argil_field::{Evaluator, LANES};
+use argil_field::LANES;
 use glam::Vec3;
 use solve::{NearLanes, solve_i8, solve_i16};
 use step::{Found, step_i8, step_i16};
@@ -41,7 +42,7 @@ pub(crate) fn trace_bricks(
     frame: &Frame,
     tile: Tile,
     bricks: &BrickRays<'_>,
-    evaluator: &mut Evaluator<'_>,
+    probe: &mut Probe<'_>,
     scratch: &mut TileScratch,
     out: &mut [Hit],
 ) {
@@ -99,7 +100,7 @@ pub(crate) fn trace_bricks(
         let is_hit = |&i: &u32| out[i as usize].kind != abi::HIT_NONE;
         hits.extend((0..tile.area() as u32).filter(is_hit));
         around(frame, tile, hits, points, out);
-        points.measure(evaluator);
+        probe.measure(points);
         set_normals(frame, tile, hits, points, out);
     }
     lay_ground(frame, tile, out);

@@ -3,7 +3,7 @@
 //! *Theory.* Sphere tracing (Hart 1996): from a point, a ray can go as far as the distance there without crossing the
 //! surface. Divided by the field's Lipschitz constant, that holds for chamfered joints too.
 //!
-//! *Practice.* Two passes, each with a twin in WGSL: [`trace_tile`] finds what each primary ray hits, `shade_tile` colours
+//! *Practice.* Two passes, each with a twin in WGSL: `trace_tile` finds what each primary ray hits, `shade_tile` colours
 //! it. On the CPU a tile's rays march together: each round evaluates the field in batches for the
 //! rays still under way and closes the gaps that the finished ones leave. [`render`] runs both over all tiles and
 //! samples. What differs from a textbook tracer: a ray that starts inside a solid marches to the surface from within,
@@ -15,6 +15,7 @@ mod cones;
 mod dense;
 mod octree;
 mod picture;
+mod probe;
 mod raster;
 mod render;
 mod scratch;
@@ -32,12 +33,9 @@ pub use octree::Descent;
 pub use picture::Picture;
 pub use raster::Triangles;
 pub use render::{Through, render, render_controlled, render_with_hits};
-pub use scratch::TileScratch;
 pub use settings::{Normals, Settings, Show, frames};
 pub use shade::SHADOW_STEPS;
 pub use statistics::{Spread, Statistics};
-pub use tile::{Tile, tiles};
-pub use trace::trace_tile;
 
 /// The WGSL twins. A module has the camera, one way to march, what finishes its hits, and the light.
 pub mod wgsl {

@@ -2,6 +2,7 @@ use crate::bricks::{BrickRays, trace_bricks};
 use crate::dense::{DenseRays, trace_dense};
 use crate::octree::{Descent, OctreeRays};
 use crate::picture::{Picture, covered, show};
+use crate::probe::{Probe, near_field};
 use crate::raster::{Raster, Triangles};
 use crate::scratch::{TilePicture, TileScratch};
 use crate::shade::{Air, shade_tile};
@@ -10,8 +11,8 @@ use crate::statistics::Counts;
 use crate::tile::{Tile, tile_rows, tiles};
 use crate::trace::trace_tile;
 use crate::volume::trace_volume;
-use argil_abi::{Frame, Hit};
-use argil_field::{Evaluator, Program};
+use argil_abi::{self as abi, Frame, Hit};
+use argil_field::Program;
 use argil_math::Control;
 use argil_volume::{Bits, Bricks, Dense, Octree};
 use rayon::prelude::*;
@@ -79,6 +80,15 @@ fn draw(
     let mut rgb = vec![0; 3 * pixels];
     let mut hits = vec![Hit::default(); if keeps_hits { pixels } else { 0 }];
     let rays = Rays::new(through, first);
+    // Bricks tell light themselves; all else but the whole field asks what is near.
+    let asks_near = match through {
+        Through::Field => true,
+        Through::Dense(_) | Through::Octree(..) | Through::Mesh(_) => {
+            first.show == abi::SHOW_SHADED
+        }
+        Through::WholeField | Through::Bricks(_) => false,
+    };
+    let near = asks_near.then(|| near_field(program, first)).flatten();
     let counts = Mutex::new(Counts::default());
     let hit_pixels = AtomicUsize::new(0);
     let mut hit_rows = tile_rows(&mut hits, width, 1);
@@ -89,8 +99,13 @@ fn draw(
         .zip(tile_rows(&mut rgb, width, 3))
         .zip(hit_rows)
         .for_each_init(
-            || (Evaluator::new(program), PrunedField::new(program)),
-            |(evaluator, pruned), ((&tile, rgb_rows), mut hit_rows)| {
+            || {
+                (
+                    Probe::new(program, near.as_ref()),
+                    PrunedField::new(program),
+                )
+            },
+            |(probe, pruned), ((&tile, rgb_rows), mut hit_rows)| {
                 if control.is_cancelled() {
                     return;
                 }
@@ -99,7 +114,7 @@ fn draw(
                     own.colors.resize(tile.area(), [0.0; 4]);
                     own.hits.resize(tile.area(), Hit::default());
                     for (i, frame) in frames.iter().enumerate() {
-                        rays.trace(frame, tile, (pruned, evaluator), scratch, &mut own.hits);
+                        rays.trace(frame, tile, (pruned, probe), scratch, &mut own.hits);
                         if i == 0 {
                             own.counts.add(&own.hits);
                             let rows = own.hits.chunks(tile.width as usize);
@@ -108,15 +123,7 @@ fn draw(
                             }
                         }
                         let air = rays.air();
-                        shade_tile(
-                            frame,
-                            tile,
-                            evaluator,
-                            air,
-                            scratch,
-                            &own.hits,
-                            &mut own.colors,
-                        );
+                        shade_tile(frame, tile, probe, air, scratch, &own.hits, &mut own.colors);
                     }
                     own.rgb.resize(3 * tile.area(), 0);
                     show(first, &own.colors, &mut own.rgb);
@@ -183,17 +190,18 @@ impl<'a> Rays<'a> {
         &self,
         frame: &Frame,
         tile: Tile,
-        (pruned, evaluator): (&mut PrunedField<'_>, &mut Evaluator<'_>),
+        (pruned, probe): (&mut PrunedField<'_>, &mut Probe<'_>),
         scratch: &mut TileScratch,
         out: &mut [Hit],
     ) {
         match self {
-            Self::Field => trace_pruned(frame, tile, pruned, evaluator, scratch, out),
-            Self::WholeField => trace_tile(frame, tile, evaluator, scratch, out),
+            Self::Field if probe.is_near() => trace_tile(frame, tile, probe, scratch, out),
+            Self::Field => trace_pruned(frame, tile, pruned, &mut probe.evaluator, scratch, out),
+            Self::WholeField => trace_tile(frame, tile, probe, scratch, out),
             Self::Dense(rays) => trace_dense(frame, tile, rays, scratch, out),
             Self::Eight(rays) => trace_volume(frame, tile, rays, out),
             Self::Sixteen(rays) => trace_volume(frame, tile, rays, out),
-            Self::Bricks(rays) => trace_bricks(frame, tile, rays, evaluator, scratch, out),
+            Self::Bricks(rays) => trace_bricks(frame, tile, rays, probe, scratch, out),
             Self::Mesh(raster) => raster.draw(frame, tile, &mut scratch.directions, out),
             Self::Nothing => {}
         }

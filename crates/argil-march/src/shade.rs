@@ -8,12 +8,13 @@
 
 use crate::bricks::BrickRays;
 use crate::camera::{bounds_of, primary_ray};
+use crate::probe::Probe;
 use crate::scratch::{Shading, TileScratch};
 use crate::tile::Tile;
 use crate::wave::Points;
 use argil_abi::{self as abi, Frame, Hit, MaterialWords};
-use argil_field::{Evaluator, LANES};
-use argil_math::Ray;
+use argil_field::LANES;
+use argil_math::{Aabb, Ray};
 use glam::{Vec3, vec3};
 
 /// Most steps of a ray to the sun.
@@ -41,26 +42,50 @@ pub(crate) enum Air<'a, 'b> {
 
 impl Air<'_, '_> {
     /// What is stored of the material at a point of a surface, given the direction out of the solid.
-    fn material(
-        self,
-        evaluator: &Evaluator<'_>,
-        point: Vec3,
-        outwards: Vec3,
-    ) -> Option<MaterialWords> {
+    fn material(self, probe: &Probe<'_>, point: Vec3, outwards: Vec3) -> Option<MaterialWords> {
         match self {
             Self::Field => None,
             Self::Bricks(bricks) => {
-                bricks.material(point, outwards, evaluator.program().materials())
+                let materials = probe.evaluator.program().materials();
+                bricks.material(point, outwards, materials)
             }
         }
     }
 
-    fn distances(self, evaluator: &mut Evaluator<'_>, points: [&[f32]; 3], out: &mut [f32]) {
+    /// Fill `d` of some points.
+    fn measure(self, probe: &mut Probe<'_>, points: &mut Points) {
         match self {
-            Self::Field => evaluator.distances(points[0], points[1], points[2], out),
-            Self::Bricks(bricks) => bricks.estimates(points, out),
+            Self::Field => probe.measure(points),
+            Self::Bricks(bricks) => {
+                let Points { x, y, z, d } = points;
+                d.resize(x.len(), 0.0);
+                for first in (0..x.len()).step_by(LANES) {
+                    let r = first..(first + LANES).min(x.len());
+                    let p = [&x[r.clone()], &y[r.clone()], &z[r.clone()]];
+                    bricks.estimates(p, &mut d[r]);
+                }
+            }
         }
     }
+
+    /// Distances that are no less are not told apart.
+    fn far(self, probe: &Probe<'_>) -> f32 {
+        match self {
+            Self::Field => probe.far(),
+            Self::Bricks(_) => f32::INFINITY,
+        }
+    }
+}
+
+/// The box of all points whose distances a picture takes, and the distance beyond which they are all the same to it.
+pub(crate) fn light_reach(frame: &Frame) -> (Aabb, f32) {
+    let bounds = bounds_of(frame);
+    let tap = tap_height(frame, OCCLUSION_TAPS - 1);
+    let bias = frame.box_max_bias[3];
+    let around = bounds.grown(tap + 2.0 * bias);
+    // A shadow is cast from farther away the farther that is, and no ray is longer than the box.
+    let penumbra = 2.0 * bounds.half_diagonal() / SHADOW_SHARPNESS;
+    (around, tap.max(penumbra))
 }
 
 /// Add the colours of a tile's hits, times the frame's sample weight, to `out`: RGB and coverage. Shaded colours are linear,
@@ -71,7 +96,7 @@ impl Air<'_, '_> {
 pub(crate) fn shade_tile(
     frame: &Frame,
     tile: Tile,
-    evaluator: &mut Evaluator<'_>,
+    probe: &mut Probe<'_>,
     air: Air<'_, '_>,
     scratch: &mut TileScratch,
     hits: &[Hit],
@@ -81,7 +106,7 @@ pub(crate) fn shade_tile(
         points, shading, ..
     } = scratch;
     if frame.show == abi::SHOW_SHADED {
-        shading.gather(frame, tile, evaluator, air, points, hits);
+        shading.gather(frame, tile, probe, air, points, hits);
     }
     let mut next_lit = 0;
     for (i, (hit, out)) in hits.iter().zip(out).enumerate().take(tile.area()) {
@@ -133,7 +158,7 @@ impl Shading {
         &mut self,
         frame: &Frame,
         tile: Tile,
-        evaluator: &mut Evaluator<'_>,
+        probe: &mut Probe<'_>,
         air: Air<'_, '_>,
         points: &mut Points,
         hits: &[Hit],
@@ -161,7 +186,7 @@ impl Shading {
             if solid(i) {
                 let (p, n) = surface(*i);
                 let is_inside = hits[*i as usize].kind == abi::HIT_INSIDE;
-                match air.material(evaluator, p, if is_inside { -n } else { n }) {
+                match air.material(probe, p, if is_inside { -n } else { n }) {
                     Some(stored) => own = stored,
                     None => {
                         self.untold.push(self.materials.len() as u32);
@@ -171,19 +196,8 @@ impl Shading {
             }
             self.materials.push(own);
         }
-        points.d.resize(points.x.len(), 0.0);
         self.found.resize(points.x.len(), GROUND);
-        for first in (0..points.x.len()).step_by(LANES) {
-            let r = first..(first + LANES).min(points.x.len());
-            let (d, m) = (&mut points.d[r.clone()], &mut self.found[r.clone()]);
-            evaluator.materials(
-                &points.x[r.clone()],
-                &points.y[r.clone()],
-                &points.z[r],
-                d,
-                m,
-            );
-        }
+        probe.materials(points, &mut self.found);
         for (&place, found) in self.untold.iter().zip(&self.found) {
             self.materials[place as usize] = *found;
         }
@@ -196,34 +210,27 @@ impl Shading {
             let (p, n) = surface(i);
             (0..OCCLUSION_TAPS).for_each(|tap| points.push(p + n * tap_height(frame, tap)));
         }
-        points.d.resize(points.x.len(), 0.0);
-        for first in (0..points.x.len()).step_by(LANES) {
-            let r = first..(first + LANES).min(points.x.len());
-            let p = [
-                &points.x[r.clone()],
-                &points.y[r.clone()],
-                &points.z[r.clone()],
-            ];
-            air.distances(evaluator, p, &mut points.d[r]);
-        }
+        air.measure(probe, points);
+        let far = air.far(probe);
         let mut taps = points.d.chunks_exact(OCCLUSION_TAPS);
         self.sky.clear();
         for i in &self.lit {
             let own = if near_solid(i) { taps.next() } else { None };
             let (p, n) = surface(*i);
             self.sky
-                .push(own.map_or(1.0, |taps| openness(frame, p, n, taps)));
+                .push(own.map_or(1.0, |taps| openness(frame, p, n, taps, far)));
         }
 
-        self.shadows(frame, evaluator, air, surface);
+        self.shadows(frame, probe, air, points, surface);
     }
 
     /// The sun's share, by rays that march together as primary ones do.
     fn shadows(
         &mut self,
         frame: &Frame,
-        evaluator: &mut Evaluator<'_>,
+        probe: &mut Probe<'_>,
         air: Air<'_, '_>,
+        points: &mut Points,
         surface: impl Fn(u32) -> (Vec3, Vec3),
     ) {
         let sun = sun_direction(frame);
@@ -247,32 +254,36 @@ impl Shading {
                 _ => {}
             }
         }
+        let (batch, far) = (probe.batch(), air.far(probe));
         let mut steps = 0;
         while wave.len() > 0 && steps < SHADOW_STEPS {
             steps += 1;
             let count = wave.len();
-            for first in (0..count).step_by(LANES) {
-                let n = LANES.min(count - first);
-                let mut p = [[0.0f32; LANES]; 3];
-                let mut d = [0.0f32; LANES];
-                for (axis, p) in p.iter_mut().enumerate() {
+            for first in (0..count).step_by(batch) {
+                let n = batch.min(count - first);
+                points.clear();
+                let Points { x, y, z, .. } = points;
+                for (axis, p) in [x, y, z].into_iter().enumerate() {
                     // A shadow ray keeps its origin where a primary one keeps its direction.
                     let (t, origin) = (
                         &wave.t[first..first + n],
                         &wave.direction[axis][first..first + n],
                     );
-                    for (p, (t, origin)) in p.iter_mut().zip(t.iter().zip(origin)) {
-                        *p = origin + sun[axis] * t;
-                    }
+                    let places = t.iter().zip(origin);
+                    p.extend(places.map(|(t, origin)| origin + sun[axis] * t));
                 }
-                air.distances(evaluator, [&p[0][..n], &p[1][..n], &p[2][..n]], &mut d[..n]);
-                for (lane, &d) in d[..n].iter().enumerate() {
+                air.measure(probe, points);
+                for (lane, &d) in points.d[..n].iter().enumerate() {
                     let i = first + lane;
                     if !wave.is_under_way(i) {
                         continue;
                     }
                     let t = wave.t[i];
-                    let share = (SHADOW_SHARPNESS * d / t.max(epsilon)).clamp(0.0, 1.0);
+                    let share = if d < far {
+                        (SHADOW_SHARPNESS * d / t.max(epsilon)).clamp(0.0, 1.0)
+                    } else {
+                        1.0
+                    };
                     let least = &mut self.sun[wave.pixel[i] as usize];
                     *least = least.min(share);
                     wave.t[i] = t + (d * step_scale).max(2.0 * epsilon);
@@ -297,11 +308,12 @@ fn tap_height(frame: &Frame, tap: usize) -> f32 {
     frame.sun_radius[3] * 0.16 * step * step
 }
 
-/// How much of the sky a point sees, from the distances at its taps.
-fn openness(frame: &Frame, p: Vec3, n: Vec3, taps: &[f32]) -> f32 {
+/// How much of the sky a point sees, from the distances at its taps, which are told apart below `far`.
+fn openness(frame: &Frame, p: Vec3, n: Vec3, taps: &[f32], far: f32) -> f32 {
     let (mut closed, mut weight) = (0.0, 1.0);
     for (tap, &d) in taps.iter().enumerate() {
         let height = tap_height(frame, tap);
+        let d = if d < far { d } else { f32::INFINITY };
         let above_ground = p.y + n.y * height - frame.ground_jitter[0];
         let d = if frame.ground_jitter[1] > 0.0 {
             d.min(above_ground)

@@ -7,8 +7,8 @@
 //!
 //! *Practice.* A group of 64×64 pixels is cut along its rays into slabs, measured in one run of the interpreter. Slab
 //! by slab, as long as rays are left, its blocks of 32×32 pixels are measured in one run more, and each block's rays march
-//! to the slab's end by their own list, which gives the normals of those that hit as well. A list that is long still, of a
-//! scene of very many brushes, is cut again: for a quarter of the block's rays, and a sixteenth of the slab.
+//! to the slab's end by their own list, which gives the normals of those that hit as well. A
+//! scene of many brushes is marched by what is near each point instead.
 
 use crate::camera::bounds_of;
 use crate::scratch::TileScratch;
@@ -34,12 +34,6 @@ const STRETCH: usize = 64;
 /// Six points around each hit.
 const DIFFERENCES: usize = 6;
 
-/// A block's list of more instructions is cut again, for parts of so many pixels along the side and of so many of the slab.
-const LONG: usize = 4096;
-const PART: u32 = BLOCK / 2;
-const PARTS: usize = ((BLOCK / PART) * (BLOCK / PART)) as usize;
-const STEPS: usize = CELLS / PARTS;
-
 /// Rays of a block.
 const RAYS: usize = (BLOCK * BLOCK) as usize;
 
@@ -48,8 +42,6 @@ const _: () = assert!(RAYS.is_multiple_of(LANES) && BLOCKS <= CELLS && SLABS <= 
 /// What a thread needs of a program.
 pub(crate) struct PrunedField<'a> {
     pruner: Pruner<'a>,
-    /// Of parts of blocks, as the other's marks are still needed.
-    part_pruner: Pruner<'a>,
     program: &'a Program,
 }
 
@@ -57,7 +49,6 @@ impl<'a> PrunedField<'a> {
     pub fn new(program: &'a Program) -> Self {
         Self {
             pruner: Pruner::new(program),
-            part_pruner: Pruner::new(program),
             program,
         }
     }
@@ -69,9 +60,6 @@ pub(crate) struct Slabs {
     blocks: Vec<Block>,
     group_list: Vec<Instr>,
     block_list: Vec<Instr>,
-    /// Where a block is cut again: the lists of its parts, and the rays of one.
-    part_lists: Vec<Instr>,
-    part: Option<Box<Block>>,
     lanes: Box<Lanes>,
 }
 
@@ -332,16 +320,7 @@ impl Slabs {
                     field.pruner.list(list, k, &mut self.block_list);
                     let lanes = &mut self.lanes;
                     let span = (begin_of(slab), end);
-                    let list = &self.block_list;
-                    if list.len() > LONG {
-                        let scratch = (&mut self.part, &mut self.part_lists, &mut **lanes);
-                        let spans = (span, thick);
-                        block.march_parts(
-                            frame, tile, spans, terms, list, field, evaluator, scratch, out,
-                        );
-                    } else {
-                        block.march(frame, tile, span, list, evaluator, lanes, out);
-                    }
+                    block.march(frame, tile, span, &self.block_list, evaluator, lanes, out);
                 }
                 is_left |= block.t[..block.count].iter().any(|&t| t < f32::INFINITY);
             }
@@ -399,105 +378,6 @@ impl Block {
         if !lanes.hits.is_empty() {
             normals(frame, tile, &lanes.hits, list, evaluator, out);
         }
-    }
-
-    /// The same in parts, each with what is left of the list in it.
-    #[expect(clippy::too_many_arguments, reason = "a tile's whole context")]
-    fn march_parts(
-        &mut self,
-        frame: &Frame,
-        tile: Tile,
-        ((begin, end), thick): ((f32, f32), f32),
-        terms: &ClearTerms,
-        list: &[Instr],
-        field: &mut PrunedField<'_>,
-        evaluator: &mut Evaluator<'_>,
-        (part, lists, lanes): (&mut Option<Box<Block>>, &mut Vec<Instr>, &mut Lanes),
-        out: &mut [Hit],
-    ) {
-        let eye = Vec3::new(frame.eye_step[0], frame.eye_step[1], frame.eye_step[2]);
-        let thin = thick / STEPS as f32;
-        let across = BLOCK / PART;
-        let begin_of = |step: usize| begin + thin * step as f32;
-        let slope = slope_of(frame, PART);
-        let bias = frame.box_max_bias[3];
-        let radius = (0.5 * thin + slope * begin_of(STEPS) + 2.0 * bias) * 1.000_1;
-        let axis_of = |part: usize| {
-            let [x, y] = [part as u32 % across, part as u32 / across];
-            let middle = |first: u32, corner: u32, at: u32| {
-                (first + corner + at * PART) as f32 + 0.5 * PART as f32
-            };
-            through(
-                frame,
-                middle(tile.first_x, self.corner[0], x),
-                middle(tile.first_row, self.corner[1], y),
-            )
-        };
-        let axes: [Vec3; PARTS] = std::array::from_fn(axis_of);
-        let centers: [Vec3; CELLS] =
-            std::array::from_fn(|i| eye + axes[i / STEPS] * (begin_of(i % STEPS) + 0.5 * thin));
-        let mut d = [0.0; CELLS];
-        let pruner = &mut field.part_pruner;
-        pruner.mark(list, &centers, radius, &mut d);
-        // Marks are good for one run: the lists first.
-        lists.clear();
-        let stretches: [Option<(usize, usize)>; CELLS] = std::array::from_fn(|i| {
-            (terms.radius(d[i]) <= radius).then(|| {
-                let from = lists.len();
-                pruner.list(list, i, lists);
-                (from, lists.len())
-            })
-        });
-        let part = part.get_or_insert_with(|| Box::new(Block::new()));
-        for (nth, stretches) in stretches.chunks_exact(STEPS).enumerate() {
-            part.count = 0;
-            let mut from = [0u16; RAYS];
-            for i in 0..self.count {
-                let [x, y] = [self.pixel[i] % tile.width, self.pixel[i] / tile.width];
-                let [x, y] = [x - self.corner[0], y - self.corner[1]].map(|c| c / PART);
-                if (x + y * across) as usize == nth && self.t[i] < f32::INFINITY {
-                    from[part.count] = i as u16;
-                    part.take_ray(part.count, self, i);
-                    part.count += 1;
-                }
-            }
-            if part.count == 0 {
-                continue;
-            }
-            part.t[part.count..].fill(f32::INFINITY);
-            for (step, stretch) in stretches.iter().enumerate() {
-                let end = if step + 1 == STEPS {
-                    end
-                } else {
-                    begin_of(step + 1)
-                };
-                if let Some((from, to)) = *stretch {
-                    let span = (begin_of(step), end);
-                    part.march(frame, tile, span, &lists[from..to], evaluator, lanes, out);
-                    if part.t[..part.count].iter().all(|&t| t == f32::INFINITY) {
-                        break;
-                    }
-                }
-            }
-            for (own, &i) in from[..part.count].iter().enumerate() {
-                self.take_ray(usize::from(i), part, own);
-            }
-        }
-    }
-
-    /// Take a ray over as it is in another block.
-    fn take_ray(&mut self, to: usize, other: &Self, from: usize) {
-        for (own, other) in self.direction.iter_mut().zip(&other.direction) {
-            own[to] = other[from];
-        }
-        self.pixel[to] = other.pixel[from];
-        self.t[to] = other.t[from];
-        self.end[to] = other.end[from];
-        self.side[to] = other.side[from];
-        self.steps[to] = other.steps[from];
-        self.over[to] = other.over[from];
-        self.last_gap[to] = other.last_gap[from];
-        self.last_way[to] = other.last_way[from];
     }
 
     /// Write down what has hit.

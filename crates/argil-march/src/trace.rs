@@ -1,11 +1,12 @@
 //! Primary rays; `trace.wgsl` is the twin.
 
 use crate::camera::primary_ray;
+use crate::probe::Probe;
 use crate::scratch::TileScratch;
 use crate::tile::Tile;
 use crate::wave::{Points, RETIRED, Starts, Wave};
 use argil_abi::{self as abi, Frame, Hit};
-use argil_field::{Evaluator, LANES};
+use argil_field::LANES;
 use argil_math::Ray;
 use glam::Vec3;
 
@@ -16,10 +17,10 @@ const DIFFERENCES: usize = 6;
 ///
 /// # Panics
 /// If `out` is shorter than the tile's area.
-pub fn trace_tile(
+pub(crate) fn trace_tile(
     frame: &Frame,
     tile: Tile,
-    evaluator: &mut Evaluator<'_>,
+    probe: &mut Probe<'_>,
     scratch: &mut TileScratch,
     out: &mut [Hit],
 ) {
@@ -39,50 +40,51 @@ pub fn trace_tile(
     start_rays(frame, tile, starts, wave, out);
 
     // March until every ray has hit, left the box or spent its steps.
-    let mut steps = 0;
+    let (mut steps, batch) = (0, probe.batch());
     while wave.len() > 0 {
         steps += 1;
         let spent = steps >= frame.max_steps;
         let count = wave.len();
-        for first in (0..count).step_by(LANES) {
-            let n = LANES.min(count - first);
-            let range = first..first + n;
-            let mut p = [[0.0f32; LANES]; 3];
-            let mut d = [0.0f32; LANES];
-            for (k, p) in p.iter_mut().enumerate() {
+        for first in (0..count).step_by(batch) {
+            let range = first..first + batch.min(count - first);
+            points.clear();
+            let Points { x, y, z, .. } = points;
+            for (k, p) in [x, y, z].into_iter().enumerate() {
                 let (t, direction) = (&wave.t[range.clone()], &wave.direction[k][range.clone()]);
-                for (p, (t, direction)) in p.iter_mut().zip(t.iter().zip(direction)) {
-                    *p = eye[k] + direction * t;
-                }
+                let places = t.iter().zip(direction);
+                p.extend(places.map(|(t, direction)| eye[k] + direction * t));
             }
-            evaluator.distances(&p[0][..n], &p[1][..n], &p[2][..n], &mut d[..n]);
-            let (t, end) = (&mut wave.t[range.clone()], &wave.end[range.clone()]);
-            let side = &mut wave.side[range.clone()];
-            if steps == 1 {
-                for (side, &d) in side.iter_mut().zip(&d) {
-                    *side = if d < 0.0 { -1.0 } else { 1.0 };
+            probe.measure(points);
+            for (d, first) in points.d.chunks(LANES).zip(range.step_by(LANES)) {
+                let range = first..first + d.len();
+                let (t, end) = (&mut wave.t[range.clone()], &wave.end[range.clone()]);
+                let side = &mut wave.side[range];
+                if steps == 1 {
+                    for (side, &d) in side.iter_mut().zip(d) {
+                        *side = if d < 0.0 { -1.0 } else { 1.0 };
+                    }
                 }
-            }
 
-            // One step for all; then look at those that end with it.
-            let mut found = Found::default();
-            for i in 0..n {
-                let gap = d[i] * side[i];
-                // A ray that grazes the surface may run out of steps within a pixel of it.
-                let arrives = (gap < epsilon) | (spent & (gap < frame.pixel * t[i]));
-                t[i] += gap * step_scale;
-                found.reached[i] = u8::from(arrives);
-                found.ended[i] =
-                    u8::from((end[i] != RETIRED) & (arrives | spent | (t[i] > end[i])));
+                // One step for all; then look at those that end with it.
+                let mut found = Found::default();
+                for i in 0..d.len() {
+                    let gap = d[i] * side[i];
+                    // A ray that grazes the surface may run out of steps within a pixel of it.
+                    let arrives = (gap < epsilon) | (spent & (gap < frame.pixel * t[i]));
+                    t[i] += gap * step_scale;
+                    found.reached[i] = u8::from(arrives);
+                    found.ended[i] =
+                        u8::from((end[i] != RETIRED) & (arrives | spent | (t[i] > end[i])));
+                }
+                end_rays(wave, first, steps, &found, hits, out);
             }
-            end_rays(wave, first, steps, &found, hits, out);
         }
         wave.compact();
     }
 
     // Normals by central differences.
     around(frame, tile, hits, points, out);
-    points.measure(evaluator);
+    probe.measure(points);
     set_normals(frame, tile, hits, points, out);
     lay_ground(frame, tile, out);
 }

@@ -3,7 +3,6 @@
 use crate::camera::bounds_of;
 use crate::tile::Tile;
 use argil_abi::Frame;
-use argil_field::{Evaluator, LANES};
 use glam::Vec3;
 use multiversion::multiversion;
 
@@ -206,20 +205,5 @@ impl Points {
         self.x.push(p.x);
         self.y.push(p.y);
         self.z.push(p.z);
-    }
-
-    /// Fill `d`.
-    pub fn measure(&mut self, evaluator: &mut Evaluator<'_>) {
-        self.d.resize(self.x.len(), 0.0);
-        for first in (0..self.x.len()).step_by(LANES) {
-            let range = first..(first + LANES).min(self.x.len());
-            let out = &mut self.d[range.clone()];
-            evaluator.distances(
-                &self.x[range.clone()],
-                &self.y[range.clone()],
-                &self.z[range],
-                out,
-            );
-        }
     }
 }

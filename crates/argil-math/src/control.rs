@@ -79,6 +79,15 @@ impl Control {
         }
     }
 
+    /// The stage that began last is over, however many parts it had.
+    pub fn end(&self) {
+        if let Some(shared) = &self.0 {
+            let total = shared.total.load(Ordering::Relaxed).max(1);
+            shared.total.store(total, Ordering::Relaxed);
+            shared.done.store(total, Ordering::Relaxed);
+        }
+    }
+
     /// Counts parts that are done.
     #[inline]
     pub fn advance(&self, parts: u64) {

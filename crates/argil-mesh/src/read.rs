@@ -16,6 +16,9 @@ const MOST_TRIANGLES: usize = 50_000_000;
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum MeshInput {
+    /// Somebody has [cancelled](argil_math::Control::cancel) it.
+    #[error("cancelled")]
+    Cancelled,
     /// The file cannot be read.
     #[error("{}", path.display())]
     Io {

@@ -4,7 +4,7 @@ use crate::modifier::NOISE_LIPSCHITZ;
 use crate::{Body, Exactness, Modifier, NodeId, OperatorKind, Scene, Shape, twist_stretch};
 use argil_math::Aabb;
 use glam::{Vec2, Vec3};
-use std::collections::HashMap;
+use rustc_hash::FxHashMap;
 
 /// What is known of a distance without evaluating it, in the frame of whoever holds it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -169,7 +169,47 @@ pub(crate) fn region_after(modifier: &Modifier, region: Aabb, content: Aabb) -> 
 pub struct Extents<'a> {
     scene: &'a Scene,
     /// Of the shape or of what the group holds before its modifiers, and after them in the frame of the group around.
-    known: HashMap<NodeId, [Extent; 2]>,
+    known: Known,
+}
+
+/// What is known of nodes: a table of few of a scene's, or a place for each.
+#[derive(Clone, Debug)]
+enum Known {
+    Few(FxHashMap<NodeId, [Extent; 2]>),
+    All(Vec<Option<[Extent; 2]>>),
+}
+
+impl Known {
+    #[inline]
+    fn get(&self, id: NodeId) -> Option<[Extent; 2]> {
+        match self {
+            Self::Few(known) => known.get(&id).copied(),
+            Self::All(known) => known[id.index()],
+        }
+    }
+
+    #[inline]
+    fn insert(&mut self, id: NodeId, extents: [Extent; 2]) {
+        match self {
+            Self::Few(known) => {
+                known.insert(id, extents);
+            }
+            Self::All(known) => known[id.index()] = Some(extents),
+        }
+    }
+
+    /// So many more are to come, of a scene of so many nodes.
+    fn expect(&mut self, more: usize, nodes: usize) {
+        if let Self::Few(known) = self
+            && 4 * (known.len() + more) > nodes
+        {
+            let mut all = vec![None; nodes];
+            for (id, extents) in known.drain() {
+                all[id.index()] = Some(extents);
+            }
+            *self = Self::All(all);
+        }
+    }
 }
 
 impl<'a> Extents<'a> {
@@ -177,7 +217,7 @@ impl<'a> Extents<'a> {
     pub fn of(scene: &'a Scene) -> Self {
         Self {
             scene,
-            known: HashMap::new(),
+            known: Known::Few(FxHashMap::default()),
         }
     }
 
@@ -201,10 +241,13 @@ impl<'a> Extents<'a> {
     }
 
     fn measure(&mut self, id: NodeId) -> [Extent; 2] {
-        if let Some(&known) = self.known.get(&id) {
+        if let Some(known) = self.known.get(id) {
             return known;
         }
         let parents_first: Vec<NodeId> = self.scene.walk_from(id).collect();
+        let nodes = self.scene.nodes.len();
+        self.known.expect(parents_first.len(), nodes);
+        let mut found = [Extent::EMPTY; 2];
         for &id in parents_first.iter().rev() {
             let node = self.scene.node(id);
             let content = match &node.acting().body {
@@ -216,9 +259,11 @@ impl<'a> Extents<'a> {
                 .modifiers
                 .iter()
                 .fold(content, |e, m| e.modified(m));
-            self.known.insert(id, [content, outer]);
+            found = [content, outer];
+            self.known.insert(id, found);
         }
-        self.known[&id]
+        // The node itself was the last.
+        found
     }
 
     /// The extent of a list of operands.
@@ -229,7 +274,7 @@ impl<'a> Extents<'a> {
         let (mut bulges, mut greatest) = (0.0f32, 0.0f32);
         for &id in children {
             let entry = self.scene.node(id).acting();
-            let operand = self.known[&id][1];
+            let operand = self.known.get(id).map_or(Extent::EMPTY, |own| own[1]);
             if !entry.visible || operand.aabb.is_empty() {
                 continue;
             }

@@ -116,5 +116,5 @@ pub(crate) fn each<const N: usize>(
     values
         .into_iter()
         .enumerate()
-        .try_for_each(|(i, v)| check(&format!("{path}[{i}]"), v))
+        .try_for_each(|(i, v)| check("", v).map_err(|fault| fault.within(&format!("{path}[{i}]"))))
 }

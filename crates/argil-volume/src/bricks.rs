@@ -131,6 +131,19 @@ impl Bricks {
         build::bake(program, layout, budget, &Control::default())
     }
 
+    /// The same, which can be stopped and tells how far it is.
+    ///
+    /// # Errors
+    /// As [`Bricks::bake_controlled`].
+    pub fn bake_with_lists_controlled(
+        program: &Program,
+        layout: BrickLayout,
+        budget: Option<u64>,
+        control: &Control,
+    ) -> Result<(Self, CellLists, BrickStagesMs), BricksError> {
+        build::bake(program, layout, budget, control)
+    }
+
     /// From stored parts, with 64 words for each slot of the table; what is wrong with them where they do not fit one another.
     pub fn from_parts(
         layout: BrickLayout,

@@ -28,7 +28,7 @@ mod tree;
 use crate::{Bits, Encoding, Lattice, Texels};
 use argil_abi::{OCTREE_MAX_DEPTH, Volume};
 use argil_field::Program;
-use argil_math::{Aabb, cell_of, morton};
+use argil_math::{Aabb, Control, cell_of, morton};
 use glam::{UVec3, Vec3};
 use web_time::Instant;
 
@@ -234,6 +234,21 @@ pub struct Octree {
 impl Octree {
     /// Build from a field, on rayon's current threads.
     pub fn bake(program: &Program, layout: Layout, keep: Keep) -> (Self, StagesMs) {
+        Self::made(program, layout, keep, &Control::default())
+    }
+
+    /// [`Octree::bake`], which can be stopped and tells how far it is: `None` if it was cancelled.
+    pub fn bake_controlled(
+        program: &Program,
+        layout: Layout,
+        keep: Keep,
+        control: &Control,
+    ) -> Option<(Self, StagesMs)> {
+        let made = Self::made(program, layout, keep, control);
+        (!control.is_cancelled()).then_some(made)
+    }
+
+    fn made(program: &Program, layout: Layout, keep: Keep, control: &Control) -> (Self, StagesMs) {
         let start = Instant::now();
         let selection = Selection::of(program, &layout, keep);
         let selected = start.elapsed();
@@ -241,13 +256,10 @@ impl Octree {
         let built = start.elapsed();
         let fill = layout.encoding.fill(program, &layout.lattice, 0);
         let words = layout.words(program, keep);
+        let tree_of = (&tree, &selection.centers[..]);
         let texels = match layout.encoding.bits {
-            Bits::Eight => {
-                fill::bricks::<i8>(program, &layout, &words, &fill, &tree, &selection.centers)
-            }
-            Bits::Sixteen => {
-                fill::bricks::<i16>(program, &layout, &words, &fill, &tree, &selection.centers)
-            }
+            Bits::Eight => fill::bricks::<i8>(program, &layout, &words, &fill, tree_of, control),
+            Bits::Sixteen => fill::bricks::<i16>(program, &layout, &words, &fill, tree_of, control),
         };
         let ms = |d: std::time::Duration| d.as_secs_f64() * 1e3;
         let stages = StagesMs {

@@ -58,7 +58,9 @@ pub use glam;
 pub use listeners::Listener;
 pub use live::{Applied, Pace, Rebuilt};
 pub use mesh::{MeshError, MeshMethod, MeshNormals, MeshOptions, Meshed, save_mesh};
-pub use meshes::{LoadedMesh, MeshFileError, load_meshes, load_meshes_of, stored_scene};
+pub use meshes::{
+    LoadedMesh, MeshFileError, load_meshes, load_meshes_controlled, load_meshes_of, stored_scene,
+};
 pub use picture::Drawn;
 #[cfg(feature = "png")]
 pub use picture::{ReadPicture, read_png, save_png, write_png};

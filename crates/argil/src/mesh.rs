@@ -5,7 +5,7 @@ use crate::wait::wait;
 use crate::{BricksOptions, BuildError, Engine, World};
 use argil_field::{Grid, Program};
 use argil_gpu::{GpuField, GpuMesh, GpuVolume, MarchNormals, MarchOptions, StagesMs};
-use argil_math::Aabb;
+use argil_math::{Aabb, Control};
 use argil_mesh::marching::bricks::Rings;
 use argil_mesh::{Format, Mesh, Report, WriteOptions, dual, exact, marching, simplify, write};
 use argil_volume::{
@@ -174,7 +174,7 @@ impl World {
             return Err(MeshError::NotALength(iso));
         }
         let start = Instant::now();
-        let mut stages = Stages::default();
+        let mut stages = Stages::of(self.engine());
         let program = self.program();
         let mut made = None;
         let is_dual = options.method == MeshMethod::DualContouring;
@@ -191,12 +191,12 @@ impl World {
             (Kept::Cpu(Volume::Bricks(_)), _) if iso != 0.0 => return Err(MeshError::Iso),
             (Kept::Cpu(Volume::Bricks(bricks)), _) => {
                 let mesh = marching::bricks::march(bricks).mesh;
-                stages.done("march");
+                stages.done("march")?;
                 (mesh, bricks.layout().lattice, None)
             }
             (Kept::Cpu(Volume::Dense(dense)), _) => {
                 let mesh = of_dense(dense, options)?;
-                stages.done("march");
+                stages.done("march")?;
                 (mesh, *dense.lattice(), None)
             }
             (_, Some(field)) if iso == 0.0 && !is_dual => {
@@ -208,7 +208,7 @@ impl World {
         let mut simplified_by = 0.0;
         if let Some(most) = options.most_triangles {
             (mesh, simplified_by) = simplify(&mesh, most).map_err(MeshError::Simplify)?;
-            stages.done("simplify");
+            stages.done("simplify")?;
         }
         let needs_normals = mesh.normals.is_empty() && options.normals != MeshNormals::None;
         let needs_normals = needs_normals && options.normals != MeshNormals::Face;
@@ -218,7 +218,7 @@ impl World {
         };
         if needs_normals && options.normals == MeshNormals::Field {
             exact::normals(program, &lists, &mut mesh);
-            stages.done("normals");
+            stages.done("normals")?;
         } else if needs_normals {
             let bricks = match self.volume_on_cpu() {
                 Some(Volume::Bricks(bricks)) => Some(bricks),
@@ -227,12 +227,13 @@ impl World {
             if let Some(bricks) = bricks {
                 stored_normals(&mut mesh, bricks);
             }
-            stages.done("normals");
+            stages.done("normals")?;
         }
         if options.materials {
             exact::materials(program, &lists, &mut mesh);
-            stages.done("materials");
+            stages.done("materials")?;
         }
+        self.engine().control.end();
         let duration_ms = start.elapsed().as_secs_f64() * 1e3;
         let report = Report::of(&mesh);
         let off = exact::distances(program, &lists, &mesh);
@@ -354,10 +355,10 @@ impl World {
         }
         let mut samples = vec![0.0; count as usize];
         self.program().distances(&grid, &mut samples);
-        stages.done("sample");
+        stages.done("sample")?;
         let gradient = options.normals == MeshNormals::Gradient;
         let mesh = marching::dense::march(&samples, &grid, options.iso, gradient);
-        stages.done("march");
+        stages.done("march")?;
         Ok((mesh, lattice, None))
     }
 }
@@ -380,20 +381,21 @@ pub(crate) fn field_mesh(
 ) -> Result<FieldMesh, BuildError> {
     let layout = layout_of(lattice)?;
     let budget = budget_on(engine, &BricksOptions::default());
-    let (bricks, lists, _) = Bricks::bake_with_lists(program, layout, budget)?;
-    stages.done("bake");
+    let control = &engine.control;
+    let (bricks, lists, _) = Bricks::bake_with_lists_controlled(program, layout, budget, control)?;
+    stages.done("bake")?;
     let is_dual = method == MeshMethod::DualContouring;
     let (mut marched, rings) = if is_dual {
         marching::bricks::march_with_rings(&bricks)
     } else {
         (marching::bricks::march(&bricks), Rings::default())
     };
-    stages.done("march");
+    stages.done("march")?;
     exact::refine(program, &lists, &mut marched);
-    stages.done("refine");
+    stages.done("refine")?;
     if is_dual {
         marched.mesh = dual::contour(&lattice, &marched, &rings);
-        stages.done("contour");
+        stages.done("contour")?;
     } else {
         exact::outwards(&mut marched);
     }
@@ -416,7 +418,8 @@ pub(crate) async fn field_mesh_on_gpu(
 ) -> Result<(GpuMesh, StagesMs), BuildError> {
     let budget = budget_on(engine, &BricksOptions::default());
     let (volume, mut stages) =
-        GpuVolume::bricks(field, program, layout_of(lattice)?, budget).await?;
+        GpuVolume::bricks_controlled(field, program, layout_of(lattice)?, budget, &engine.control)
+            .await?;
     let options = MarchOptions {
         iso: 0.0,
         normals,
@@ -464,7 +467,7 @@ fn brought(mesh: &GpuMesh, field: &GpuField, stages: &mut Stages) -> Result<Mesh
     if mesh.normals.iter().all(|&n| n == Vec3::ZERO) {
         mesh.normals = Vec::new();
     }
-    stages.done("bring back");
+    stages.done("bring back")?;
     Ok(mesh)
 }
 
@@ -535,29 +538,36 @@ fn of_dense(dense: &Dense, options: &MeshOptions) -> Result<Mesh, MeshError> {
 }
 
 pub(crate) struct Stages {
+    control: Control,
     last: Instant,
     pub all: Vec<(&'static str, f64)>,
 }
 
-impl Default for Stages {
-    fn default() -> Self {
+impl Stages {
+    pub fn of(engine: &Engine) -> Self {
         Self {
+            control: engine.control.clone(),
             last: Instant::now(),
             all: Vec::new(),
         }
     }
-}
 
-impl Stages {
     /// What was done since is counted elsewhere.
     pub fn restart(&mut self) {
         self.last = Instant::now();
     }
 
-    pub fn done(&mut self, stage: &'static str) {
+    /// A stage is done; an error if the work is to end.
+    pub fn done(&mut self, stage: &'static str) -> Result<(), BuildError> {
         let now = Instant::now();
         self.all
             .push((stage, (now - self.last).as_secs_f64() * 1e3));
         self.last = now;
+        // How long the next takes is not known.
+        self.control.begin("mesh", 0);
+        if self.control.is_cancelled() {
+            return Err(BuildError::Cancelled);
+        }
+        Ok(())
     }
 }

@@ -3,6 +3,7 @@
 use crate::VolumeFileError;
 #[cfg(feature = "mesh-files")]
 use crate::mesh_cache;
+use argil_math::Control;
 use argil_mesh::{Format, MeshInput, Repairs, Solid, from_bytes};
 use argil_scene::{SampledGrid, Scene};
 use argil_volume::{Section, Stored, StoredMesh, VolumeError};
@@ -65,12 +66,25 @@ pub fn load_meshes(
     folder: &Path,
     outside: bool,
 ) -> Result<Vec<LoadedMesh>, MeshFileError> {
+    load_meshes_controlled(scene, folder, outside, &Control::default())
+}
+
+/// [`load_meshes`], which can be stopped; meshes that were loaded before that stay in the scene.
+///
+/// # Errors
+/// As there, and if it was cancelled.
+pub fn load_meshes_controlled(
+    scene: &mut Scene,
+    folder: &Path,
+    outside: bool,
+    control: &Control,
+) -> Result<Vec<LoadedMesh>, MeshFileError> {
     let mut loaded = Vec::new();
     // The same file at another resolution is read once.
     let mut solids: HashMap<PathBuf, Solid> = HashMap::new();
     for (path, resolution) in scene.missing_meshes() {
         let place = place_of(&path, folder, outside)?;
-        let mesh = load(&path, &place, resolution, &mut solids)?;
+        let mesh = load(&path, &place, resolution, &mut solids, control)?;
         scene.set_mesh(path, resolution, mesh.grid.clone());
         loaded.push(mesh);
     }
@@ -96,7 +110,7 @@ pub fn load_meshes_of(
         let format = Format::of(place).ok_or_else(|| MeshInput::Unknown(place.into()))?;
         let solid = solid_of(bytes, format, place)?;
         let mesh = LoadedMesh {
-            grid: Arc::new(sampled(&solid, resolution, place)?),
+            grid: Arc::new(sampled(&solid, resolution, place, &Control::default())?),
             resolution,
             triangles: solid.triangles() as u64,
             repairs: *solid.repairs(),
@@ -150,13 +164,20 @@ fn solid_of(bytes: &[u8], format: Format, place: &Path) -> Result<Solid, MeshFil
     })
 }
 
-fn sampled(solid: &Solid, resolution: u32, place: &Path) -> Result<SampledGrid, MeshFileError> {
-    solid
-        .sample(resolution)
-        .map_err(|source| MeshFileError::Empty {
+fn sampled(
+    solid: &Solid,
+    resolution: u32,
+    place: &Path,
+    control: &Control,
+) -> Result<SampledGrid, MeshFileError> {
+    let grid = solid.sample_controlled(resolution, control);
+    grid.map_err(|source| match source {
+        MeshInput::Cancelled => source.into(),
+        source => MeshFileError::Empty {
             path: place.into(),
             source,
-        })
+        },
+    })
 }
 
 /// Where a mesh's file is.
@@ -190,6 +211,7 @@ fn load(
     place: &Path,
     resolution: u32,
     solids: &mut HashMap<PathBuf, Solid>,
+    control: &Control,
 ) -> Result<LoadedMesh, MeshFileError> {
     let format = Format::of(place).ok_or_else(|| MeshInput::Unknown(place.into()))?;
     let bytes = argil_mesh::bytes(place)?;
@@ -211,7 +233,7 @@ fn load(
         solids.insert(place.into(), solid_of(&bytes, format, place)?);
     }
     let solid = &solids[place];
-    let grid = sampled(solid, resolution, place)?;
+    let grid = sampled(solid, resolution, place, control)?;
     let counts = (solid.triangles() as u64, *solid.repairs());
     #[cfg(feature = "mesh-files")]
     if let Some(kept) = kept {

@@ -361,15 +361,15 @@ pub(crate) async fn build(
                 let times = BuildTimes::of_stages(stages);
                 return Ok((Kept::Mesh(Drawable { mesh, lattice }), times));
             }
-            let mut stages = Stages::default();
+            let mut stages = Stages::of(engine);
             let made = field_mesh(engine, program, lattice, options.method, &mut stages)?;
             let mut mesh = made.mesh;
             if options.flat {
                 mesh = mesh.unshared(true);
-                stages.done("unshare");
+                stages.done("unshare")?;
             } else if mesh.normals.is_empty() {
                 exact::normals(program, &made.lists, &mut mesh);
-                stages.done("normals");
+                stages.done("normals")?;
             }
             let mesh = match field {
                 Some(field) => Triangulated::Gpu(GpuMesh::upload(field, triangles(&mesh))?),
@@ -392,7 +392,8 @@ pub(crate) async fn build(
                 volume.set_descent(options.descent);
                 return Ok((Kept::Gpu(volume), BuildTimes::of_stages(stages)));
             }
-            let (octree, stages) = Octree::bake(program, layout, keep);
+            let baked = Octree::bake_controlled(program, layout, keep, &engine.control);
+            let (octree, stages) = baked.ok_or(BuildError::Cancelled)?;
             let stages = vec![
                 ("select", stages.select),
                 ("fill", stages.fill),

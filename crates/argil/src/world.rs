@@ -10,7 +10,7 @@ use argil_abi::{HIT_INSIDE, HIT_OUTSIDE, Hit};
 use argil_field::{LiveProgram, OperandIndex, Parts, Program};
 use argil_gpu::{GpuField, GpuVolume};
 use argil_march::{Camera, Descent, Picture, Settings, Show, Through, frames};
-use argil_math::{Aabb, Interval};
+use argil_math::{Aabb, Control, Interval};
 use argil_volume::{BrickChanges, BrickEdit, BrickSettings, Lattice};
 use glam::Vec3;
 use std::borrow::Cow;
@@ -114,7 +114,8 @@ impl World {
         let mut scene = crate::stored_scene(&stored, path)?;
         // Files of version 1 have no meshes.
         let folder = path.parent().unwrap_or(Path::new("."));
-        crate::load_meshes(&mut scene, folder, outside)?;
+        let control = &engine.control;
+        crate::load_meshes_controlled(&mut scene, folder, outside, control)?;
         let mut world = Self::new(engine, &scene)?;
         let mut stored = stored;
         let solid = world.program().aabb();
@@ -608,6 +609,12 @@ impl World {
                 Triangulated::Cpu(mesh) => mesh.memory_bytes(),
             },
         }
+    }
+
+    /// Lets long work of the world (what [`World::apply`] builds anew, meshes, pictures on the CPU) be told of and stopped by another
+    /// control from now on: one that is cancelled stays so.
+    pub fn set_control(&mut self, control: &Control) {
+        self.engine = self.engine.with_control(control);
     }
 
     /// The engine that built the world.

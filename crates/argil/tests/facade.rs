@@ -1,7 +1,11 @@
 //! The facade as the README uses it.
 
-use argil::{Backend, Brush, Engine, Scene, Shape};
+use argil::{
+    Backend, BricksOptions, Brush, Control, DenseOptions, Engine, MeshError, MeshFileError,
+    MeshInput, MeshOptions, MeshViaOptions, OctreeOptions, RenderError, Scene, Shape, Via,
+};
 
+const SUZANNE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes/suzanne.json");
 const TEAPOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes/teapot.json");
 
 #[test]
@@ -157,4 +161,59 @@ fn normals_of_fine_meshes_are_the_fields() {
     let off = looked_at.filter(is_off).count();
     // At creases both are right, and differ.
     assert!(off * 100 < count, "{off} of {count}");
+}
+
+/// Whatever takes long ends once it is cancelled, by an error that says so; with another control it goes on, and what was there
+/// before is there still.
+#[test]
+fn what_is_cancelled_ends_and_is_no_loss() -> Result<(), Box<dyn std::error::Error>> {
+    let mut scene = Scene::open(TEAPOT)?;
+    let control = Control::new();
+    let engine = Engine::cpu().with_control(&control);
+    let mut world = engine.build(&scene)?;
+    let size = [48, 32];
+    let before = world.render(&world.camera(), size)?.hit_pixels;
+    let seen = control.progress().expect("the picture told of itself");
+    assert!(seen.stage == "picture" && seen.total > 0 && seen.done == seen.total);
+    control.cancel();
+    let picture = world.render(&world.camera(), size);
+    assert!(matches!(picture, Err(RenderError::Cancelled)));
+    let mesh = world.mesh(&MeshOptions::default());
+    assert!(matches!(mesh, Err(MeshError::Build(error)) if error.is_cancelled()));
+    let vias = [
+        Via::Dense(DenseOptions::default()),
+        Via::Octree(OctreeOptions::default()),
+        Via::Bricks(BricksOptions::default()),
+        Via::Mesh(MeshViaOptions::default()),
+    ];
+    for via in vias {
+        let built = engine.build(&scene)?.via(&scene, via);
+        assert!(built.is_err_and(|error| error.is_cancelled()), "{via:?}");
+    }
+    world.set_control(&Control::new());
+    assert_eq!(world.render(&world.camera(), size)?.hit_pixels, before);
+
+    // A world whose edit makes all anew.
+    let mut world = Engine::cpu()
+        .build(&scene)?
+        .dense(&scene, DenseOptions::default())?;
+    let before = world.render(&world.camera(), size)?.hit_pixels;
+    scene.push(Brush::new(Shape::sphere(0.7)).subtract())?;
+    world.set_control(&control);
+    assert!(world.apply(&scene).is_err_and(|error| error.is_cancelled()));
+    world.set_control(&Control::new());
+    assert_eq!(world.render(&world.camera(), size)?.hit_pixels, before);
+    assert!(world.apply(&scene)?.rebuilt);
+    assert_ne!(world.render(&world.camera(), size)?.hit_pixels, before);
+
+    // A mesh that a scene names.
+    let mut scene = Scene::open(SUZANNE)?;
+    let folder = std::path::Path::new(SUZANNE).parent().expect("a folder");
+    let loaded = argil::load_meshes_controlled(&mut scene, folder, false, &control);
+    let was_kept = loaded
+        .as_ref()
+        .is_ok_and(|all| all.iter().all(|mesh| mesh.was_kept));
+    let is_cancelled = matches!(loaded, Err(MeshFileError::Input(MeshInput::Cancelled)));
+    assert!(is_cancelled || was_kept);
+    Ok(())
 }

@@ -39,8 +39,8 @@ pub(super) struct Group {
     pub operator: Operator,
     /// Of what it holds.
     pub inside: Place,
-    open: Instr,
-    close: Instr,
+    pub open: Instr,
+    pub close: Instr,
     /// Its stretch of the parameters.
     pub params: (u32, u32),
     /// The pieces and groups that it holds.
@@ -197,10 +197,14 @@ impl<'a> Writer<'a> {
         }
     }
 
-    /// Leave all groups; how many instructions there are.
-    pub fn end(&mut self) -> usize {
-        self.go_to(ROOT);
+    /// How many instructions there are.
+    pub fn len(&self) -> usize {
         self.out.len()
+    }
+
+    /// Leave all groups.
+    pub fn end(&mut self) {
+        self.go_to(ROOT);
     }
 
     fn go_to(&mut self, group: u32) {

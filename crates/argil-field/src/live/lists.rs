@@ -3,14 +3,15 @@
 use super::groups::Writer;
 use super::piece::Operand;
 use super::{LiveProgram, greatest};
-use crate::operands::OperandSpan;
+use crate::operands::{GroupSpan, OperandSpan};
 use crate::parts::{Part, parts_between};
 use crate::pieces::ROOT;
 use crate::program::Program;
 use argil_abi::Instr;
 use argil_math::Aabb;
-use argil_scene::{Extent, NodeId, OperatorKind, greatest_fall};
+use argil_scene::{NodeId, Operator, OperatorKind, greatest_fall};
 use glam::IVec3;
+use rustc_hash::FxHashMap;
 use std::borrow::Cow;
 
 /// An operand where it can matter.
@@ -89,52 +90,59 @@ impl LiveProgram {
     pub fn whole(&self) -> Program {
         let mut whole = self.tables.clone();
         let mut instrs = Vec::with_capacity(self.length);
-        let mut spans: Vec<(u32, OperandSpan)> = Vec::new();
+        let mut operands = Vec::with_capacity(self.order.len());
+        let root = GroupSpan {
+            parent: ROOT,
+            operator: Operator::default(),
+            open: Instr::default(),
+            close: Instr::default(),
+        };
+        let mut groups = vec![root];
+        let mut places = FxHashMap::default();
+        places.insert(ROOT, ROOT);
         let mut writer = Writer::new(&self.groups, &mut instrs);
         for own in self.acting() {
-            let group = self.groups.outermost(own.group);
-            let is_new = group == ROOT || spans.last().is_none_or(|(last, _)| *last != group);
-            if is_new {
-                let end = writer.end() as u32;
-                if let Some((_, last)) = spans.last_mut() {
-                    last.end = end;
-                }
-                let of_group = self.groups.get(group).map(|own| own.operator);
-                spans.push((
-                    group,
-                    OperandSpan {
-                        end,
-                        operator: of_group.unwrap_or(own.operator),
-                        extent: if of_group.is_some() {
-                            Extent::EMPTY
-                        } else {
-                            own.extent
-                        },
-                    },
-                ));
-            }
-            if let Some((_, last)) = spans.last_mut().filter(|_| group != ROOT)
-                && own.operator.kind == OperatorKind::Union
-            {
-                last.extent = Extent {
-                    aabb: last
-                        .extent
-                        .aabb
-                        .union(own.extent.aabb.grown(self.swelling())),
-                    underestimate: last.extent.underestimate.max(own.extent.underestimate),
-                    shortfall: f32::INFINITY,
-                };
-            }
             writer.put(own.group, &own.instrs);
+            let end = writer.len() as u32;
+            operands.push(OperandSpan {
+                begin: end - own.instrs.len() as u32,
+                end,
+                group: self.place_of(own.group, &mut places, &mut groups),
+                operator: own.operator,
+                extent: own.extent,
+            });
             whole.brushes += own.brushes;
         }
-        let end = writer.end() as u32;
-        if let Some((_, last)) = spans.last_mut() {
-            last.end = end;
-        }
+        writer.end();
         whole.instrs = instrs;
-        whole.operands = spans.into_iter().map(|(_, span)| span).collect();
+        (whole.operands, whole.groups) = (operands, groups);
         whole
+    }
+
+    /// The place of an open group among a program's, which are entered with those around them.
+    fn place_of(
+        &self,
+        group: u32,
+        places: &mut FxHashMap<u32, u32>,
+        groups: &mut Vec<GroupSpan>,
+    ) -> u32 {
+        if let Some(&place) = places.get(&group) {
+            return place;
+        }
+        let Some(own) = self.groups.get(group) else {
+            return ROOT;
+        };
+        // No more deep than open groups are.
+        let parent = self.place_of(own.parent, places, groups);
+        let place = groups.len() as u32;
+        groups.push(GroupSpan {
+            parent,
+            operator: own.operator,
+            open: own.open,
+            close: own.close,
+        });
+        places.insert(group, place);
+        place
     }
 
     /// How far values can fall through the joints of the root, and of each open group, before anything of a change is lost in

@@ -306,7 +306,7 @@ fn brushes(reader: &mut Tokens<'_>, meter: &Meter, scene: &mut Scene) -> Result<
             in_list = field(reader, scene, &mut open, &key)?;
         } else {
             reader.end_object()?;
-            let fault = open.last().map(|item| finish(scene, item));
+            let fault = open.last_mut().map(|item| finish(scene, item));
             if let Some(Err(fault)) = fault {
                 return Err(Stop::Fault(fault.within(&path_of(&open))));
             }
@@ -367,7 +367,7 @@ fn field(
 }
 
 /// Put a closed item into the scene.
-fn finish(scene: &mut Scene, item: &Open) -> Result<(), Fault> {
+fn finish(scene: &mut Scene, item: &mut Open) -> Result<(), Fault> {
     scene.check_entry(&item.entry).map_err(fault_of)?;
     match (item.group, item.has_shape) {
         (Some(_), true) => Err(Fault::new(
@@ -380,12 +380,13 @@ fn finish(scene: &mut Scene, item: &Open) -> Result<(), Fault> {
         )),
         (Some(group), false) => {
             let node = &mut scene.nodes[group.index()];
-            node.entry = item.entry.clone();
+            node.entry = std::mem::replace(&mut item.entry, Group::new().into());
             node.posed = pose_of(&node.entry, 0.0);
             Ok(())
         }
         (None, true) => {
-            scene.append(item.parent, item.entry.clone());
+            let entry = std::mem::replace(&mut item.entry, Group::new().into());
+            scene.append(item.parent, entry);
             Ok(())
         }
     }
@@ -399,9 +400,12 @@ fn path_of(open: &[Open]) -> String {
     steps.join(".")
 }
 
+/// Most values are shorter.
+const USUAL_PART_BYTES: usize = 256;
+
 /// Copy the next value out and let serde read it.
 fn part<T: DeserializeOwned>(reader: &mut Tokens<'_>, path: &str) -> Result<T, Stop> {
-    let mut text = Vec::new();
+    let mut text = Vec::with_capacity(USUAL_PART_BYTES);
     let mut writer = JsonStreamWriter::new(Limited(&mut text));
     let too_long = || {
         Stop::Fault(Fault::new(

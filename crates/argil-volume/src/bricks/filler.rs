@@ -2,11 +2,11 @@
 
 use super::BrickLayout;
 use super::material::{PLACES, packed};
-use super::octants::place_of;
+use super::octants::{OCTANTS, place_of};
 use crate::Texel;
 use crate::encoding::encode;
 use argil_abi::{BRICK_MIXED, Fill, Instr, MATERIAL_SIDE, MaterialWords};
-use argil_field::{Evaluator, LANES, Program};
+use argil_field::{Evaluator, LANES, Program, Pruner};
 use glam::{IVec3, Vec3, uvec3};
 use multiversion::multiversion;
 
@@ -40,7 +40,12 @@ pub(super) struct Filler<'a> {
     evaluator: Evaluator<'a>,
     places: &'a Places,
     d: Vec<f32>,
+    /// Where lists are long.
+    pruner: Option<Box<(Pruner<'a>, Vec<Instr>)>>,
 }
+
+/// A brick's list of more instructions is cut again for its octants, which take a third more samples than the brick.
+const LONG: usize = 48;
 
 impl<'a> Filler<'a> {
     pub fn new(
@@ -56,17 +61,46 @@ impl<'a> Filler<'a> {
             evaluator: Evaluator::new(program),
             places,
             d: vec![0.0; layout.brick_samples() as usize],
+            pruner: None,
         }
     }
 
     /// Sample a cell's brick; the distance that is nearest to the surface.
     pub fn brick<T: Texel>(&mut self, instrs: &[Instr], cell: IVec3, out: &mut [T]) -> f32 {
+        if instrs.len() > LONG {
+            return self.by_octants(instrs, cell, out);
+        }
         let first = (cell * self.layout.brick as i32).as_vec3();
         let Self { places, d, .. } = self;
         let places = &places.brick;
         sample(self.layout, &mut self.evaluator, instrs, first, places, d);
         encode(d, self.fill, out);
         nearest(d)
+    }
+
+    /// The same by what is left of a long list in each octant.
+    fn by_octants<T: Texel>(&mut self, instrs: &[Instr], cell: IVec3, out: &mut [T]) -> f32 {
+        let mut pruner = self.pruner.take().unwrap_or_else(|| {
+            let (pruner, list) = (Pruner::new(self.program), Vec::new());
+            Box::new((pruner, list))
+        });
+        let (own, list) = &mut *pruner;
+        let centers: [Vec3; OCTANTS] =
+            std::array::from_fn(|octant| self.layout.middle_of_octant(cell, octant));
+        // Samples lie on the octants' sides too.
+        let radius = 0.500_1 * self.layout.half_diagonal(1);
+        own.mark(instrs, &centers, radius, &mut [0.0; OCTANTS]);
+        let mut least = f32::INFINITY;
+        for octant in 0..OCTANTS {
+            list.clear();
+            own.list(instrs, octant, list);
+            let found = self.octant(list, cell, octant, out);
+            if found.abs() < least.abs() {
+                least = found;
+            }
+        }
+        self.pruner = Some(pruner);
+        least
     }
 
     /// Sample an octant of a cell's brick again; the same of its distances.

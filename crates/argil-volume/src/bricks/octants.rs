@@ -14,6 +14,14 @@ pub(super) fn place_of(octant: usize) -> UVec3 {
     uvec3(octant & 1, octant >> 1 & 1, octant >> 2)
 }
 
+impl BrickLayout {
+    /// The middle of an octant of a cell.
+    pub(super) fn middle_of_octant(&self, cell: IVec3, octant: usize) -> Vec3 {
+        let first = self.lattice.corner + cell.as_vec3() * self.cell_length();
+        first + 0.5 * self.cell_length() * (place_of(octant).as_vec3() + 0.5)
+    }
+}
+
 /// Of cells of a block, a bit for each octant in which something that was touched can matter, by the block's lists as they
 /// are and as they were.
 pub(super) fn changed(
@@ -24,7 +32,6 @@ pub(super) fn changed(
     cells: &[IVec3],
 ) -> Vec<u8> {
     let mut out = Vec::with_capacity(cells.len());
-    let half = 0.5 * layout.cell_length();
     let radius = layout.half_diagonal(1) * 0.5;
     let is_one = |instr: &Instr| touched.has(instr);
     let mut d = [0.0; CELLS];
@@ -32,8 +39,7 @@ pub(super) fn changed(
     for some in cells.chunks(CELLS / OCTANTS) {
         let count = some.len() * OCTANTS;
         for (i, center) in centers[..count].iter_mut().enumerate() {
-            let first = layout.lattice.corner + some[i / OCTANTS].as_vec3() * layout.cell_length();
-            *center = first + half * (place_of(i % OCTANTS).as_vec3() + 0.5);
+            *center = layout.middle_of_octant(some[i / OCTANTS], i % OCTANTS);
         }
         let mut needed = 0;
         for list in lists {

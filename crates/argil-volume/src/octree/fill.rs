@@ -5,7 +5,7 @@ use super::{Layout, Tree};
 use crate::{Texel, Texels, fill::sample};
 use argil_abi::{Fill, Volume};
 use argil_field::Program;
-use argil_math::morton;
+use argil_math::{Control, morton};
 use glam::UVec3;
 
 /// Fill the whole texture: bricks with what can matter in each of their cells.
@@ -14,8 +14,8 @@ pub(super) fn bricks<T: Texel>(
     layout: &Layout,
     words: &Volume,
     fill: &Fill,
-    tree: &Tree,
-    centers: &[f32],
+    (tree, centers): (&Tree, &[f32]),
+    control: &Control,
 ) -> Texels {
     let vacant = |first: UVec3| {
         let code = morton(first / layout.brick);
@@ -23,8 +23,7 @@ pub(super) fn bricks<T: Texel>(
         let has_brick = tree.codes().binary_search(&code).is_ok();
         (!has_brick).then(|| T::stored(vacant(words, fill, away)))
     };
-    let control = argil_math::Control::default();
-    sample(program, &layout.lattice.grid(0), fill, &vacant, &control)
+    sample(program, &layout.lattice.grid(0), fill, &vacant, control)
 }
 
 /// What is stored in all texels of a cell without a brick, whose centre is so far from the surface: the distance that

@@ -1,0 +1,80 @@
+//! What a thread asks the field by.
+
+use crate::shade::light_reach;
+use crate::wave::Points;
+use argil_abi::{Frame, MaterialWords};
+use argil_field::{Evaluator, LANES, NearEvaluator, NearField, Program};
+
+/// A program of as many operands is asked by what is near each point.
+const MANY: usize = 1024;
+
+/// What is near where, if that pays: made once a picture, for the places that its rays and its light come to.
+pub(crate) fn near_field<'a>(program: &'a Program, frame: &Frame) -> Option<NearField<'a>> {
+    if program.operand_count() < MANY {
+        return None;
+    }
+    let (around, far) = light_reach(frame);
+    NearField::new(program, around, far)
+}
+
+/// What a thread asks the field by.
+pub(crate) struct Probe<'a> {
+    pub evaluator: Evaluator<'a>,
+    near: Option<NearEvaluator<'a>>,
+}
+
+impl<'a> Probe<'a> {
+    pub fn new(program: &'a Program, near: Option<&'a NearField<'a>>) -> Self {
+        Self {
+            evaluator: Evaluator::new(program),
+            near: near.map(NearEvaluator::new),
+        }
+    }
+
+    /// Whether what is near each point is asked alone.
+    pub fn is_near(&self) -> bool {
+        self.near.is_some()
+    }
+
+    /// How many points are asked for at once: what is near is found for all that are near each other.
+    pub fn batch(&self) -> usize {
+        if self.is_near() { usize::MAX } else { LANES }
+    }
+
+    /// Distances that are no less are not told apart.
+    pub fn far(&self) -> f32 {
+        self.near.as_ref().map_or(f32::INFINITY, NearEvaluator::far)
+    }
+
+    /// Fill `d` of some points.
+    pub fn measure(&mut self, points: &mut Points) {
+        let Points { x, y, z, d } = points;
+        d.resize(x.len(), 0.0);
+        if let Some(near) = &mut self.near {
+            near.distances([x, y, z], d);
+            return;
+        }
+        for first in (0..x.len()).step_by(LANES) {
+            let r = first..(first + LANES).min(x.len());
+            let out = &mut d[r.clone()];
+            self.evaluator
+                .distances(&x[r.clone()], &y[r.clone()], &z[r], out);
+        }
+    }
+
+    /// The materials of points of the surface.
+    pub fn materials(&mut self, points: &mut Points, out: &mut [MaterialWords]) {
+        let Points { x, y, z, d } = points;
+        if let Some(near) = &mut self.near {
+            near.materials([x, y, z], out);
+            return;
+        }
+        d.resize(x.len(), 0.0);
+        for first in (0..x.len()).step_by(LANES) {
+            let r = first..(first + LANES).min(x.len());
+            let (d, out) = (&mut d[r.clone()], &mut out[r.clone()]);
+            self.evaluator
+                .materials(&x[r.clone()], &y[r.clone()], &z[r], d, out);
+        }
+    }
+}
