@@ -20,6 +20,7 @@ mod engine;
 mod error;
 mod listeners;
 mod live;
+mod lowered;
 mod mesh;
 #[cfg(feature = "mesh-files")]
 mod mesh_cache;

@@ -1,5 +1,6 @@
 use crate::listeners::{Listener, Listeners};
 use crate::live::{Applied, Clay, Followed, Live, Pace, Rebuilt};
+use crate::lowered::Lowered;
 use crate::representation::{Drawable, Kept, Triangulated, build, reach, triangles};
 use crate::wait::wait;
 use crate::{
@@ -7,7 +8,7 @@ use crate::{
     RenderError, Scene, Stored, Via, Volume, VolumeFileError, VolumeInfo,
 };
 use argil_abi::{HIT_INSIDE, HIT_OUTSIDE, Hit};
-use argil_field::{LiveProgram, OperandIndex, Parts, Program};
+use argil_field::{LiveProgram, OperandIndex, Program};
 use argil_gpu::{GpuField, GpuVolume};
 use argil_march::{Camera, Descent, Picture, Settings, Show, Through, frames};
 use argil_math::{Aabb, Control, Interval};
@@ -54,33 +55,6 @@ pub struct World {
     descent: Descent,
     times: BuildTimes,
 }
-
-/// A program, and what is made of it for queries when they are first asked.
-struct Lowered {
-    program: Program,
-    index: OnceLock<Option<OperandIndex>>,
-}
-
-impl From<Program> for Lowered {
-    fn from(program: Program) -> Self {
-        Self {
-            program,
-            index: OnceLock::new(),
-        }
-    }
-}
-
-/// While edits are followed in place, the program is put together when it is asked for.
-fn lowered<'a>(program: &'a OnceLock<Lowered>, live: &Live) -> &'a Lowered {
-    program.get_or_init(|| {
-        let whole = live.whole();
-        whole.expect("a program, or one that is followed").into()
-    })
-}
-
-/// Parts along the longest side of a world in which queries look for what is near, and how many of them far they tell distances.
-const QUERY_PARTS: f32 = 24.0;
-const QUERY_REACH: f32 = 3.0;
 
 impl World {
     pub(crate) fn new(engine: Engine, scene: &Scene) -> Result<Self, BuildError> {
@@ -185,7 +159,7 @@ impl World {
             self.program = OnceLock::from(Lowered::from(Program::lower(scene)?));
             self.view = scene.view.clone();
         }
-        let program = &lowered(&self.program, &self.live).program;
+        let program = &Lowered::of(&self.program, &self.live).program;
         self.focus = focus(scene, program);
         // Edits that were followed have left tables in an order of their own.
         if let Some(gpu) = &mut self.gpu
@@ -554,7 +528,7 @@ impl World {
 
     /// The program, with what is made of it for queries.
     fn lowered(&self) -> &Lowered {
-        lowered(&self.program, &self.live)
+        Lowered::of(&self.program, &self.live)
     }
 
     /// The program as edits are followed, if they are.
@@ -567,25 +541,9 @@ impl World {
         self.live.tables().unwrap_or_else(|| self.program())
     }
 
-    /// What is near where in the program, of one with many operands.
+    /// What is near where in the program, of one with many pieces.
     pub(crate) fn operand_index(&self) -> Option<&OperandIndex> {
-        let lowered = self.lowered();
-        let make = || {
-            let program = &lowered.program;
-            let held = program.aabb();
-            let held = if held.is_finite() { held } else { self.focus };
-            let size = held.size().max_element();
-            let parts = Parts {
-                corner: held.min,
-                edge: size / QUERY_PARTS,
-                far: QUERY_REACH * size / QUERY_PARTS,
-                base: size,
-            };
-            (size > 0.0 && size.is_finite())
-                .then(|| OperandIndex::new(program, parts))
-                .flatten()
-        };
-        lowered.index.get_or_init(make).as_ref()
+        self.lowered().operand_index(self.focus)
     }
 
     /// The program that the scene was lowered to.

@@ -1,0 +1,54 @@
+//! The program of a world, and what is made of it when it is first asked for.
+
+use crate::live::Live;
+use argil_field::{OperandIndex, Parts, Program};
+use argil_math::Aabb;
+use std::sync::OnceLock;
+
+/// Parts along the longest side of a world in which queries look for what is near, and how many of them far they tell distances.
+const QUERY_PARTS: f32 = 24.0;
+const QUERY_REACH: f32 = 3.0;
+
+/// A program, and what is made of it for queries when they are first asked.
+pub(crate) struct Lowered {
+    pub program: Program,
+    index: OnceLock<Option<OperandIndex>>,
+}
+
+impl From<Program> for Lowered {
+    fn from(program: Program) -> Self {
+        Self {
+            program,
+            index: OnceLock::new(),
+        }
+    }
+}
+
+impl Lowered {
+    /// While edits are followed in place, the program is put together when it is asked for.
+    pub fn of<'a>(program: &'a OnceLock<Self>, live: &Live) -> &'a Self {
+        program.get_or_init(|| {
+            let whole = live.whole();
+            whole.expect("a program, or one that is followed").into()
+        })
+    }
+
+    /// What is near where in the program, of one with many pieces. `focus` is the box of one without end.
+    pub fn operand_index(&self, focus: Aabb) -> Option<&OperandIndex> {
+        let make = || {
+            let held = self.program.aabb();
+            let held = if held.is_finite() { held } else { focus };
+            let size = held.size().max_element();
+            let parts = Parts {
+                corner: held.min,
+                edge: size / QUERY_PARTS,
+                far: QUERY_REACH * size / QUERY_PARTS,
+                base: size,
+            };
+            (size > 0.0 && size.is_finite())
+                .then(|| OperandIndex::new(&self.program, parts))
+                .flatten()
+        };
+        self.index.get_or_init(make).as_ref()
+    }
+}
