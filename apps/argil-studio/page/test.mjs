@@ -71,7 +71,8 @@ const drag = async (from, to) => {
   await pause(100);
   for (let i = 1; i <= 8; i++) {
     await page.mouse.move(from.x + ((to.x - from.x) * i) / 8, from.y + ((to.y - from.y) * i) / 8);
-    await pause(60);
+    // Long enough once for the page to keep the scene, which it is not to do within a stroke.
+    await pause(i === 4 ? 800 : 60);
   }
   await page.mouse.up();
   await page.mouse.move(2, 2);
