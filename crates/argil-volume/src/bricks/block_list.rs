@@ -20,7 +20,7 @@ pub struct BlockList {
     /// The instructions.
     pub now: Vec<Instr>,
     /// As they were, if it is known what was touched, and what of that may matter in the block is in these lists: what takes
-    /// the place of all before it takes that out of a list too.
+    /// the place of all before it takes that out of a list too. Nothing, where nothing of that was there.
     pub before: Option<Vec<Instr>>,
 }
 
@@ -85,6 +85,10 @@ impl EditWork {
         });
         if loosened == 0 && !touched.any(&whole) && !touched.any(&before) {
             return Vec::new();
+        }
+        // Where nothing that was touched was before, nobody asks what was.
+        if !touched.any(&before) {
+            before.clear();
         }
         let mut old_pruner = Pruner::new(live.program());
         old_pruner.mark(&before, &centers, radius, d);

@@ -272,7 +272,8 @@ pub(super) fn candidates(
                 let first = *block * super::BLOCK_SIDE as i32;
                 let bounds = bounds.of_block(layout, first);
                 let instrs = &plan.instrs[range.clone()];
-                let mut found = near_block(layout, &bounds, first, instrs, pruner, words);
+                let mut found =
+                    near_block(layout, &bounds, first, instrs, pruner, words, |_| u64::MAX);
                 found.slot = first_slot + at;
                 found
             },
@@ -294,7 +295,8 @@ pub(super) fn settle(words: &mut [u32]) -> u64 {
     mask
 }
 
-/// Measure a block's cells: the words of those that are empty, and the others.
+/// Measure a block's cells: the words of those that are empty, and the others with their lists, of the cells that are wanted once
+/// the pruner has marked them.
 pub(super) fn near_block(
     layout: &BrickLayout,
     bounds: &Bounds<'_>,
@@ -302,12 +304,14 @@ pub(super) fn near_block(
     instrs: &[Instr],
     pruner: &mut Pruner<'_>,
     words: &mut [u32],
+    wanted: impl FnOnce(&Pruner<'_>) -> u64,
 ) -> Candidates {
     let cell = |i: usize| first + inner_cell(i);
     let centers: [Vec3; CELLS] = std::array::from_fn(|i| layout.middle(cell(i), 1));
     let mut d = [0.0; CELLS];
     let radius = layout.half_diagonal(1);
     pruner.mark(instrs, &centers, radius, &mut d);
+    let wanted = wanted(pruner);
     let mut found = Candidates::default();
     let mut doubtful = 0u64;
     for (i, (word, &d)) in words.iter_mut().zip(&d).enumerate() {
@@ -316,7 +320,7 @@ pub(super) fn near_block(
         if bounds.is_clear(d, radius) {
             continue;
         }
-        if layout.may_hold(cell(i)) {
+        if wanted >> i & 1 != 0 && layout.may_hold(cell(i)) {
             let from = found.instrs.len();
             pruner.list(instrs, i, &mut found.instrs);
             found.cells.push((i as u8, from..found.instrs.len()));

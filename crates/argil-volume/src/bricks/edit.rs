@@ -308,21 +308,19 @@ impl Editing<'_> {
         }
     }
 
-    /// Which of a block's cells edits can have changed: a bit for each. The pruner has marked the cells by `lists.now`.
-    fn changed(&self, first: IVec3, lists: &BlockList, pruner: &mut Pruner<'_>) -> u64 {
+    /// In which of a block's cells something that was touched can have mattered: a bit for each. Takes the pruner's marks.
+    fn mattered(&self, first: IVec3, lists: &BlockList, pruner: &mut Pruner<'_>) -> u64 {
         let (Some(before), Some(touched)) = (&lists.before, self.touched) else {
             return u64::MAX;
         };
-        let is_one = |instr: &Instr| touched.has(instr);
-        let mut changed = pruner.needed(&lists.now, is_one);
-        if touched.any(before) {
-            let centers: [Vec3; CELLS] =
-                std::array::from_fn(|i| self.layout.middle(first + inner_cell(i), 1));
-            let mut d = [0.0; CELLS];
-            pruner.mark(before, &centers, self.layout.half_diagonal(1), &mut d);
-            changed |= pruner.needed(before, is_one);
+        if !touched.any(before) {
+            return 0;
         }
-        changed
+        let centers: [Vec3; CELLS] =
+            std::array::from_fn(|i| self.layout.middle(first + inner_cell(i), 1));
+        let mut d = [0.0; CELLS];
+        pruner.mark(before, &centers, self.layout.half_diagonal(1), &mut d);
+        pruner.needed(before, |instr| touched.has(instr))
     }
 
     /// Of some cells of a block that have a brick and are near the surface, which octants edits can have changed: a bit for
@@ -382,15 +380,16 @@ impl Editing<'_> {
         }
         let bounds = self.bounds.of_block(&self.layout, first);
         let Worker { pruner, filler } = worker;
-        let found: Candidates = near_block(
-            &self.layout,
-            &bounds,
-            first,
-            instrs,
-            pruner,
-            &mut made.words,
-        );
-        let changed = self.changed(first, lists, pruner);
+        // The cells that edits can have changed: a bit for each.
+        let mut changed = self.mattered(first, lists, pruner);
+        let wanted = |pruner: &Pruner<'_>| {
+            if let Some(touched) = self.touched.filter(|_| changed != u64::MAX) {
+                changed |= pruner.needed(instrs, |instr| touched.has(instr));
+            }
+            changed
+        };
+        let words = &mut made.words;
+        let found = near_block(&self.layout, &bounds, first, instrs, pruner, words, wanted);
         let reach = 0.5 * 3f32.sqrt() * self.layout.lattice.voxel;
         let samples = self.layout.brick_samples() as usize;
         // Of a block that there was not, far words.
