@@ -376,3 +376,42 @@ fn what_groups_hold_is_edited_in_place() {
     }
     println!("{rebakes} of {edits} edits made everything again");
 }
+
+/// Carves of one place swallow one another: the lists that edits are measured by do not grow with their number, and the bricks are
+/// those of a fresh bake; also after one of the first is taken back, which the lists knew no more.
+#[test]
+fn lists_of_carves_do_not_grow() {
+    let mut scene = Scene::new();
+    let block = Brush::new(Shape::cuboid([0.9, 0.4, 0.9]));
+    scene.push(block).expect("a brush");
+    let settings = BrickSettings::default();
+    let mut clay = Clay::of(&mut scene, 96, &settings);
+    let mut numbers = Numbers::new(37);
+    let (mut early, mut late, mut first) = (0, 0, None);
+    for i in 0..600 {
+        let at = numbers.point(0.3).to_array();
+        let carve = Brush::new(Shape::sphere(0.08)).subtract().blend(0.01);
+        let done = scene.push(carve.at(at)).expect("a brush");
+        first.get_or_insert(done.node);
+        clay.follow(&mut scene);
+        match i {
+            60..100 => early = early.max(clay.longest),
+            560.. => late = late.max(clay.longest),
+            _ => {}
+        }
+        if i % 100 == 99 {
+            assert_eq!(clay.differing(&scene), 0, "after {i}");
+        }
+    }
+    assert!(late < 2 * early, "{early} to begin with, {late} at the end");
+    assert_eq!(clay.rebakes, 0);
+    let node = first.expect("a carve");
+    for _ in 0..2 {
+        scene.apply(Edit::Remove { node }).expect("an edit");
+        clay.follow(&mut scene);
+        assert_eq!(clay.differing(&scene), 0, "without one of the first");
+        assert!(scene.undo());
+        clay.follow(&mut scene);
+        assert_eq!(clay.differing(&scene), 0, "with it again");
+    }
+}

@@ -179,7 +179,10 @@ pub fn representation(via: args::Via, flags: &VolumeFlags, engine: &Engine) -> a
         ("--sort", flags.sort.is_some()),
     ];
     let of_cut = [("--brick", flags.brick.is_some())];
-    let of_bricks = [("--memory-budget", flags.memory_budget.is_some())];
+    let of_bricks = [
+        ("--memory-budget", flags.memory_budget.is_some()),
+        ("--voxel-size", flags.voxel_size.is_some()),
+    ];
     let of_mesh = [("--method", flags.method.is_some()), ("--flat", flags.flat)];
     let of_stored = [
         ("--bits", flags.bits.is_some()),
@@ -251,6 +254,7 @@ pub fn representation(via: args::Via, flags: &VolumeFlags, engine: &Engine) -> a
         args::Via::Bricks => {
             let mut options = BricksOptions {
                 resolution,
+                voxel: flags.voxel_size,
                 memory_budget: flags.memory_budget.map(|mib| u64::from(mib) << 20),
                 ..BricksOptions::default()
             };

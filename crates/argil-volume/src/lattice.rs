@@ -20,6 +20,20 @@ pub struct ResolutionError(
     pub u32,
 );
 
+/// No volume has voxels of that size.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[error(
+    "voxels of {voxel}: the box is {longest} long, and there can be {least} to {most} voxels along it",
+    least = RESOLUTIONS.start(),
+    most = RESOLUTIONS.end()
+)]
+pub struct VoxelError {
+    /// Asked for.
+    pub voxel: f32,
+    /// The longest side of the box, in the scene's unit.
+    pub longest: f32,
+}
+
 /// Voxels from its corner that a lattice reaches at most: `f32` counts no farther.
 pub const FARTHEST_VOXEL: i32 = 1 << 23;
 
@@ -89,33 +103,31 @@ impl Lattice {
         if !RESOLUTIONS.contains(&resolution) {
             return Err(ResolutionError(resolution));
         }
-        let frame = frame.filter(|f| f.is_finite()).unwrap_or(Aabb::EMPTY);
-        let whole = if solid.is_finite() {
-            frame.union(solid)
-        } else {
-            frame
-        };
-        let uncut = |lattice: Self| Self {
-            is_cut: false,
-            ..lattice
-        };
-        if !solid.is_finite() {
-            let held = if whole.is_finite() {
-                whole
-            } else {
-                Aabb::centered(Vec3::ONE)
-            };
-            let lattice = Self::over(held, resolution)?;
-            return Ok(if solid.is_empty() {
-                uncut(lattice)
-            } else {
-                lattice
-            });
-        }
         // The margin's voxels count among the resolution.
-        let voxel = whole.size().max_element() / (resolution as f32 - 2.0 * MARGIN_VOXELS);
-        let held = frame.union(solid.grown(MARGIN_VOXELS * voxel));
-        Ok(uncut(Self::over(held, resolution)?))
+        let voxel_of =
+            |whole: Aabb| whole.size().max_element() / (resolution as f32 - 2.0 * MARGIN_VOXELS);
+        let (held, is_cut) = held_by(solid, frame, voxel_of);
+        let lattice = Self::over(held, resolution)?;
+        Ok(Self { is_cut, ..lattice })
+    }
+
+    /// The same of voxels of a size, in the scene's unit: as many as hold that.
+    pub fn of_voxels(solid: Aabb, frame: Option<Aabb>, voxel: f32) -> Result<Self, VoxelError> {
+        let (held, is_cut) = held_by(solid, frame, |_| voxel);
+        let count = (held.size() / voxel - 1e-3).ceil();
+        let most = count.max_element();
+        if !(voxel > 0.0 && RESOLUTIONS.contains(&(most as u32))) {
+            let longest = held_by(solid, frame, |_| 0.0).0.size().max_element();
+            return Err(VoxelError { voxel, longest });
+        }
+        let size = count.as_uvec3().max(UVec3::ONE);
+        Ok(Self {
+            corner: held.center() - size.as_vec3() * (0.5 * voxel),
+            voxel,
+            begin: IVec3::ZERO,
+            size,
+            is_cut,
+        })
     }
 
     /// The same voxels, and as many more as hold a solid too, with two voxels around it; in steps of `step` voxels.
@@ -232,6 +244,21 @@ impl Lattice {
         let size = self.level_size(level);
         u64::from(size.x) * u64::from(size.y) * u64::from(size.z)
     }
+}
+
+/// The box of a lattice, whose voxel is told by that of the solid and its frame, and whether it cuts the solid.
+fn held_by(solid: Aabb, frame: Option<Aabb>, voxel_of: impl Fn(Aabb) -> f32) -> (Aabb, bool) {
+    let frame = frame.filter(|f| f.is_finite()).unwrap_or(Aabb::EMPTY);
+    if solid.is_finite() {
+        let voxel = voxel_of(frame.union(solid));
+        return (frame.union(solid.grown(MARGIN_VOXELS * voxel)), false);
+    }
+    let held = if frame.is_finite() {
+        frame
+    } else {
+        Aabb::centered(Vec3::ONE)
+    };
+    (held, !solid.is_empty())
 }
 
 #[cfg(test)]

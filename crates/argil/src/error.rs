@@ -25,6 +25,9 @@ pub enum BuildError {
     /// No volume has that many voxels.
     #[error(transparent)]
     Resolution(#[from] argil_volume::ResolutionError),
+    /// No volume has voxels of that size.
+    #[error(transparent)]
+    Voxel(#[from] argil_volume::VoxelError),
     /// No octree can be like that.
     #[error(transparent)]
     Octree(#[from] argil_volume::OctreeError),

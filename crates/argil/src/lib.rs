@@ -50,7 +50,7 @@ pub use argil_scene::{
 pub use argil_volume::{
     Bits, BrickChanges, BrickEdit, BrickLayout, BrickSettings, Bricks, BricksError, Dense,
     Encoding, Keep, Lattice, Layout, Octree, OctreeError, OctreeSettings, Range, ResolutionError,
-    Section, Stored, TooFarError, Volume, VolumeError, Word,
+    Section, Stored, TooFarError, Volume, VolumeError, VoxelError, Word,
 };
 pub use cast::CastHit;
 pub use engine::{Backend, Engine};

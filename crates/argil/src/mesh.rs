@@ -1,6 +1,6 @@
 //! Triangles of a world.
 
-use crate::representation::{Kept, budget_on};
+use crate::representation::{Kept, budget_on, lattice_over};
 use crate::wait::wait;
 use crate::{BricksOptions, BuildError, Engine, World};
 use argil_field::{Grid, Program};
@@ -8,9 +8,7 @@ use argil_gpu::{GpuField, GpuMesh, GpuVolume, MarchNormals, MarchOptions, Stages
 use argil_math::{Aabb, Control};
 use argil_mesh::marching::bricks::Rings;
 use argil_mesh::{Format, Mesh, Report, WriteOptions, dual, exact, marching, simplify, write};
-use argil_volume::{
-    Bits, BrickLayout, BrickSettings, Bricks, CellLists, Dense, Lattice, RESOLUTIONS, Volume,
-};
+use argil_volume::{Bits, BrickLayout, BrickSettings, Bricks, CellLists, Dense, Lattice, Volume};
 use glam::Vec3;
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
@@ -125,18 +123,6 @@ pub enum MeshError {
         "dual contouring takes normals from the exact field, at iso level 0: mesh the field of a scene, or take marching cubes"
     )]
     Dual,
-    /// There would be none, or too many.
-    #[error(
-        "voxels of {voxel}: the box is {most} long, and there can be {} to {} voxels along it",
-        RESOLUTIONS.start(),
-        RESOLUTIONS.end()
-    )]
-    Voxel {
-        /// Asked for.
-        voxel: f32,
-        /// The longest side of the box.
-        most: f32,
-    },
     /// An octree's empty bricks are not filled.
     #[error("an octree is not meshed: take the field, a dense volume or bricks")]
     Octree,
@@ -262,29 +248,12 @@ impl World {
         let frame = self.view().frame;
         let frame = frame.map(|[min, max]| Aabb::new(min.into(), max.into()));
         let solid = self.program().aabb().grown(options.iso.max(0.0));
-        let Some(voxel) = options.voxel else {
-            let lattice = Lattice::holding(solid, frame, options.resolution);
-            return Ok(lattice.map_err(BuildError::from)?);
-        };
-        // As many voxels of that size as hold what a lattice of any resolution does.
-        let region = Lattice::holding(solid, frame, 256).map_err(BuildError::from)?;
-        let region = region.aabb();
-        let count = (region.size() / voxel - 1e-3).ceil();
-        let most = count.max_element();
-        if !RESOLUTIONS.contains(&(most as u32)) || most.is_nan() {
-            return Err(MeshError::Voxel {
-                voxel,
-                most: region.size().max_element(),
-            });
-        }
-        let size = count.as_uvec3().max(glam::UVec3::ONE);
-        Ok(Lattice {
-            corner: region.center() - size.as_vec3() * (0.5 * voxel),
-            voxel,
-            begin: glam::IVec3::ZERO,
-            size,
-            is_cut: !solid.is_finite(),
-        })
+        Ok(lattice_over(
+            solid,
+            frame,
+            options.resolution,
+            options.voxel,
+        )?)
     }
 
     fn of_field(

@@ -66,6 +66,8 @@ impl Default for OctreeOptions {
 pub struct BricksOptions {
     /// Voxels along the longest side.
     pub resolution: u32,
+    /// The edge of a voxel in the scene's unit, in place of that.
+    pub voxel: Option<f32>,
     /// Bricks and encoding.
     pub settings: BrickSettings,
     /// Bytes that bricks and tables may take; as much as there is without it.
@@ -76,6 +78,7 @@ impl Default for BricksOptions {
     fn default() -> Self {
         Self {
             resolution: 256,
+            voxel: None,
             settings: BrickSettings::default(),
             memory_budget: None,
         }
@@ -261,12 +264,26 @@ pub(crate) fn lattice_of(
     scene: &Scene,
     program: &Program,
     resolution: u32,
+    voxel: Option<f32>,
 ) -> Result<Lattice, BuildError> {
     let frame = scene
         .view
         .frame
         .map(|[min, max]| Aabb::new(min.into(), max.into()));
-    Ok(Lattice::holding(reach(scene, program), frame, resolution)?)
+    lattice_over(reach(scene, program), frame, resolution, voxel)
+}
+
+/// The lattice of a solid and the frame that it is looked at in, of so many voxels or of voxels of a size.
+pub(crate) fn lattice_over(
+    solid: Aabb,
+    frame: Option<Aabb>,
+    resolution: u32,
+    voxel: Option<f32>,
+) -> Result<Lattice, BuildError> {
+    Ok(match voxel {
+        Some(voxel) => Lattice::of_voxels(solid, frame, voxel)?,
+        None => Lattice::holding(solid, frame, resolution)?,
+    })
 }
 
 /// Times at which it is looked how far an animated scene reaches.
@@ -295,16 +312,16 @@ pub(crate) async fn build(
     via: Via,
     lattice: Option<Lattice>,
 ) -> Result<(Kept, BuildTimes), BuildError> {
-    let lattice_of = |resolution| match lattice {
+    let lattice_of = |resolution, voxel| match lattice {
         // Only sparse bricks count voxels from elsewhere than the box's corner.
         Some(lattice) if matches!(via, Via::Bricks(_)) => Ok(lattice),
         Some(lattice) => Ok(lattice.rebased()),
-        None => self::lattice_of(scene, program, resolution),
+        None => self::lattice_of(scene, program, resolution, voxel),
     };
     match via {
         Via::Field => Ok((Kept::Field, BuildTimes::default())),
         Via::Dense(options) => {
-            let lattice = lattice_of(options.resolution)?;
+            let lattice = lattice_of(options.resolution, None)?;
             let encoding = checked(options.encoding)?;
             let bytes = Dense::bytes_of(&lattice, encoding.bits, options.mips);
             check_memory(engine, bytes)?;
@@ -323,7 +340,7 @@ pub(crate) async fn build(
             Ok((Kept::Cpu(dense.into()), times))
         }
         Via::Bricks(options) => {
-            let lattice = lattice_of(options.resolution)?;
+            let lattice = lattice_of(options.resolution, options.voxel)?;
             checked(options.settings.encoding)?;
             let layout = BrickLayout::new(lattice, &options.settings)?;
             if let Some(field) = field {
@@ -345,7 +362,7 @@ pub(crate) async fn build(
             Ok((Kept::Cpu(bricks.into()), times))
         }
         Via::Mesh(options) => {
-            let lattice = lattice_of(options.resolution)?;
+            let lattice = lattice_of(options.resolution, None)?;
             if let Some(field) = field
                 && options.method == MeshMethod::MarchingCubes
             {
@@ -379,7 +396,7 @@ pub(crate) async fn build(
             Ok((Kept::Mesh(Drawable { mesh, lattice }), times))
         }
         Via::Octree(options) => {
-            let lattice = lattice_of(options.resolution)?;
+            let lattice = lattice_of(options.resolution, None)?;
             checked(options.settings.encoding)?;
             let layout = Layout::new(lattice, &options.settings)?;
             let bits = layout.encoding.bits;

@@ -1,8 +1,8 @@
 //! A world has no box: what is put anywhere is there, with voxels of the same size.
 
 use argil::{
-    Backend, BricksOptions, Brush, DenseOptions, Edit, Engine, Lattice, Modifier, OctreeOptions,
-    Rebuilt, Scene, Shape, Show, Stored, Via, Volume, World,
+    Backend, BricksOptions, Brush, BuildError, DenseOptions, Edit, Engine, Lattice, Modifier,
+    OctreeOptions, Rebuilt, Scene, Shape, Show, Stored, Via, Volume, World,
 };
 
 type Outcome = Result<(), Box<dyn std::error::Error>>;
@@ -270,5 +270,33 @@ fn a_grown_world_survives_a_file() -> Outcome {
     scene.push(ball_at([0.0, 0.0, -90.0]))?;
     assert!(!again.apply(&scene)?.rebuilt);
     assert_eq!(again.differing_cells(&scene)?, Some(0));
+    Ok(())
+}
+
+/// Voxels of a size that is asked for are of that size, whatever the box; what none can be of is refused by its number.
+#[test]
+fn voxels_are_of_the_size_that_was_asked_for() -> Result<(), Box<dyn std::error::Error>> {
+    let mut scene = Scene::new();
+    scene.push(Brush::new(Shape::cuboid([1.0, 0.3, 0.5])))?;
+    let of = |voxel| BricksOptions {
+        voxel: Some(voxel),
+        ..BricksOptions::default()
+    };
+    let built = |scene: &Scene, voxel| Engine::cpu().build(scene)?.bricks(scene, of(voxel));
+    let mut world = built(&scene, 0.02)?;
+    let size = world.resolution().expect("a volume");
+    // Two voxels around the box.
+    assert_eq!(size, [104, 34, 54]);
+    scene.set_bands(world.bands());
+    scene.push(Brush::new(Shape::sphere(0.2)).at([5.0, 0.0, 0.0]))?;
+    world.apply(&scene)?;
+    assert_eq!(world.differing_cells(&scene)?, Some(0));
+    for voxel in [f32::NAN, 0.0, -1.0, f32::INFINITY, 1e-9, 1e9] {
+        let refused = built(&scene, voxel).err().expect("no such voxels");
+        assert!(
+            matches!(refused, BuildError::Voxel(_)),
+            "{voxel}: {refused}"
+        );
+    }
     Ok(())
 }
