@@ -165,6 +165,8 @@ impl Studio {
         let Some(mesh) = meshes.into_iter().next() else {
             return Ok(());
         };
+        // What was left out of it, or filled.
+        let warnings = mesh.repairs.warnings().join("; ");
         match aim {
             Aim::Known => {}
             Aim::Brush(node) => {
@@ -175,12 +177,19 @@ impl Studio {
                 let mut entry = self.document.scene().node(node).entry().clone();
                 entry.body = Body::Shape(shape_of(&mesh));
                 self.document.replace("Change mesh", node, entry)?;
+                if !warnings.is_empty() {
+                    self.tell(format!("{}: {warnings}", mesh.path));
+                }
             }
             Aim::New(name) => {
                 let brush = Brush::new(shape_of(&mesh)).named(name);
                 self.add_entry("Import mesh", brush.into())?;
                 self.frame_what_is_off();
-                self.tell(format!("{} is in the scene", mesh.path));
+                self.tell(if warnings.is_empty() {
+                    format!("{} is in the scene", mesh.path)
+                } else {
+                    format!("{} is in the scene: {warnings}", mesh.path)
+                });
             }
         }
         Ok(())

@@ -319,6 +319,15 @@ fn meshes_are_exported_and_imported_beside_the_window() {
     desk.press(Modifiers::COMMAND, Key::I);
     desk.until_told("is in the scene");
     assert_eq!(names(&desk), ["Sphere", "ball"]);
+    // What is done to a mesh that is no solid is told.
+    let open = folder.path().join("open.obj");
+    let corners =
+        "v -1 -1 -1\nv 1 -1 -1\nv 1 1 -1\nv -1 1 -1\nv -1 -1 1\nv 1 -1 1\nv 1 1 1\nv -1 1 1\n";
+    let faces = "f 1 4 3 2\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
+    std::fs::write(&open, format!("{corners}{faces}")).expect("a file");
+    desk.answers.borrow_mut().push(open);
+    desk.press(Modifiers::COMMAND, Key::I);
+    desk.until_told("1 holes were closed");
     let picture = folder.path().join("ball.png");
     desk.answers.borrow_mut().push(picture.clone());
     desk.press(Modifiers::COMMAND, Key::P);
