@@ -26,6 +26,7 @@ pub fn run(options: &Bake) -> anyhow::Result<()> {
     );
     if let Some(path) = &options.output {
         output::check_place(path, &options.scene)?;
+        output::check_ending(path, "a volume", "argil")?;
     }
     ensure!(
         options.volume.descent.is_none(),

@@ -30,6 +30,12 @@ pub fn run(options: &Edit) -> anyhow::Result<()> {
             );
         }
     }
+    if let Some(path) = &options.output {
+        output::check_ending(path, "a volume", "argil")?;
+    }
+    if let Some(path) = &options.scene_output {
+        output::check_ending(path, "a scene", "json")?;
+    }
     if let Some(path) = &options.journal {
         // Whoever makes it first has it: of two processes that begin at once, one goes on.
         let made = std::fs::File::create_new(path);

@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 
 pub fn run(options: &Import) -> anyhow::Result<()> {
     output::check_place(&options.output, &options.file)?;
+    output::check_ending(&options.output, "a scene", "json")?;
     let is_mesh = Format::of(&options.file).is_some();
     ensure!(
         is_mesh || options.resolution.is_none(),

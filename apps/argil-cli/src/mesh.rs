@@ -103,8 +103,8 @@ pub fn run(options: &Mesh) -> anyhow::Result<()> {
                 Err(argil::MeshError::Simplify(_)) if lod > 1 => break,
                 made => made.with_context(place)?,
             };
-            // No more can be left out.
-            if fewer.report.triangles == before {
+            // No more can be left out, or nothing would be left.
+            if fewer.report.triangles == before || fewer.report.triangles == 0 {
                 break;
             }
             before = fewer.report.triangles;

@@ -182,3 +182,21 @@ pub fn check_place(path: &std::path::Path, input: &std::path::Path) -> anyhow::R
     );
     Ok(())
 }
+
+/// Endings that name another kind of file than the one that is written.
+const KINDS: [&str; 17] = [
+    "3mf", "argil", "gif", "glb", "gltf", "jpg", "json", "npy", "nrrd", "nvdb", "obj", "ply",
+    "png", "stl", "vdb", "xyz", "zarr",
+];
+
+/// Refuse a place whose name says that something else is there than what is written: a `what`, whose own ending is `own`.
+pub fn check_ending(path: &std::path::Path, what: &str, own: &str) -> anyhow::Result<()> {
+    let ending = path.extension().unwrap_or_default().to_string_lossy();
+    let ending = ending.to_lowercase();
+    anyhow::ensure!(
+        ending == own || !KINDS.contains(&ending.as_str()),
+        "{}: {what} is written, and that is no .{ending} file: name it .{own}",
+        path.display()
+    );
+    Ok(())
+}

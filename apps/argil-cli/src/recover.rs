@@ -7,6 +7,7 @@ use serde_json::json;
 
 pub fn run(options: &Recover) -> anyhow::Result<()> {
     output::check_place(&options.output, &options.journal)?;
+    output::check_ending(&options.output, "a scene", "json")?;
     let found = Journal::recover(&options.journal)?;
     found.scene.save(&options.output)?;
     if options.json {

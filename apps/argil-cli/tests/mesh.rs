@@ -150,6 +150,18 @@ fn fewer_triangles_and_levels_of_detail() {
     }
 }
 
+/// Levels end where no triangle is left, or none can be left out.
+#[test]
+fn levels_of_detail_end_where_nothing_would_be_left() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("o.glb").display().to_string();
+    let flags = ["--resolution", "48", "--lods", "7", "-o", &file, "--json"];
+    let report = json(&argil(&[&["mesh", &scene("csg20")], &flags[..]].concat()));
+    let lods = report["lods"].as_array().expect("a list");
+    assert!((3..8).contains(&lods.len()), "{report}");
+    assert!(lods.iter().all(|lod| lod["triangles"].as_u64() > Some(0)));
+}
+
 #[test]
 fn meshes_become_scenes() {
     let folder = tempfile::tempdir().expect("a folder");

@@ -280,3 +280,15 @@ fn a_volume_stands_alone() {
         }
     }
 }
+
+/// A name that says that something else is in the file is refused before any work.
+#[test]
+fn volumes_are_not_named_as_other_files_are() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for name in ["v.vdb", "v.NPY", "v.json", "v.png"] {
+        let place = folder.path().join(name).display().to_string();
+        let run = ["bake", &scene("csg20"), "--resolution", "32", "-o", &place];
+        fails(&run, 1, "name it .argil");
+        assert!(!std::path::Path::new(&place).exists());
+    }
+}

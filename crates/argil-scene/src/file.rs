@@ -169,8 +169,7 @@ fn replace(
     // Like any file that a program makes: readable by others as far as the user's mask allows.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    let mut file = builder.tempfile_in(folder)?;
-    let unfinished = Unfinished::note(file.path());
+    let (mut file, unfinished) = Unfinished::begin(|| builder.tempfile_in(folder))?;
     let mut out = std::io::BufWriter::new(file.as_file_mut());
     write(&mut out)?;
     std::io::Write::flush(&mut out)?;
@@ -185,13 +184,16 @@ fn replace(
 /// Files that are being written beside their places.
 static UNFINISHED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 
-/// Remove what [`replace_file`] has not finished: for programs that are told to stop in the middle of it.
+/// Remove what [`replace_file`] has not finished, and let it begin nothing more: for programs that are told to stop in the middle of
+/// it, and end now.
 pub fn remove_unfinished_files() {
     let all = UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner);
     for path in all.iter() {
         // It may have been renamed this very moment.
         let _ = std::fs::remove_file(path);
     }
+    // Whoever would begin another waits until the program has ended.
+    std::mem::forget(all);
 }
 
 #[cfg(not(target_arch = "wasm32"))]
@@ -199,10 +201,15 @@ struct Unfinished(PathBuf);
 
 #[cfg(not(target_arch = "wasm32"))]
 impl Unfinished {
-    fn note(path: &Path) -> Self {
+    /// Make a file, and take note of it before anybody can be told to stop.
+    fn begin(
+        make: impl FnOnce() -> std::io::Result<tempfile::NamedTempFile>,
+    ) -> std::io::Result<(tempfile::NamedTempFile, Self)> {
         let mut all = UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner);
-        all.push(path.into());
-        Self(path.into())
+        let file = make()?;
+        all.push(file.path().into());
+        let own = Self(file.path().into());
+        Ok((file, own))
     }
 }
 

@@ -68,8 +68,8 @@ enum Line {
 #[non_exhaustive]
 pub enum LogError {
     /// It is not one of the lines that there are.
-    #[error("column {}: {}", .0.column(), reason(.0))]
-    Line(#[from] serde_json::Error),
+    #[error("{}", reason(.0))]
+    Line(serde_json::Error),
     /// It names a node that is not there.
     #[error("the scene has no {0}")]
     NoSuchPath(String),
@@ -81,6 +81,9 @@ pub enum LogError {
         "\"brushes\": a group that is replaced keeps what it holds: leave them out, or remove it and insert another"
     )]
     Inner,
+    /// Something to be inserted is a brush and a group at once.
+    #[error("a brush has a \"shape\" and a group has \"brushes\": this has both")]
+    Both,
     /// Whoever asked for it has refused it.
     #[error(transparent)]
     Refused(Box<dyn std::error::Error + Send + Sync>),
@@ -92,10 +95,28 @@ pub enum LogError {
     NothingToRedo,
 }
 
-/// serde's message without the place, of which the line is always 1.
+impl From<serde_json::Error> for LogError {
+    fn from(error: serde_json::Error) -> Self {
+        Self::Line(error)
+    }
+}
+
+/// serde's message with the column, where that is known: of what is read by its tag it is not. The line is always 1.
 fn reason(error: &serde_json::Error) -> String {
     let text = error.to_string();
-    text.split(" at line ").next().unwrap_or(&text).to_owned()
+    let reason = text.split(" at line ").next().unwrap_or(&text);
+    match error.column() {
+        0 => reason.to_owned(),
+        column => format!("column {column}: {reason}"),
+    }
+}
+
+/// Refuse to put something into a brush.
+fn check_group(entry: &Entry) -> Result<(), LogError> {
+    match entry.body {
+        Body::Group => Ok(()),
+        Body::Shape(_) => Err(LogError::Both),
+    }
 }
 
 impl Item {
@@ -266,32 +287,44 @@ impl Scene {
         }
         // Whether all of it can be done is known before any of it is.
         let mut pending: Vec<&Item> = inner.iter().collect();
+        check_group(&entry)?;
         self.check_entry(&entry)?;
         while let Some(item) = pending.pop() {
-            self.check_entry(&item.clone().into_entry().0)?;
-            pending.extend(item.brushes.iter().flatten());
+            let own = item.clone().into_entry().0;
+            self.check_entry(&own)?;
+            let held = item.brushes.as_deref().unwrap_or_default();
+            if !held.is_empty() {
+                check_group(&own)?;
+            }
+            pending.extend(held);
         }
         let is_stroke = self.is_stroke();
         if !is_stroke {
             self.begin_stroke();
         }
-        let made = self.apply(insert(entry, parent, index));
-        if made.is_err() && !is_stroke {
+        let made = self.insert_each(insert(entry, parent, index), inner);
+        if !is_stroke {
             self.end_stroke();
         }
-        let made = made?;
+        made
+    }
+
+    /// Insert a group, and then what it holds.
+    fn insert_each(&mut self, group: Edit, inner: Vec<Item>) -> Result<Edited, LogError> {
+        let made = self.apply(group)?;
         let mut all = made;
         let mut open = vec![(made.node, inner)];
-        while let Some((group, items)) = open.pop() {
+        while let Some((parent, items)) = open.pop() {
             for (index, item) in items.into_iter().enumerate() {
                 let (entry, inner) = item.into_entry();
-                let own = self.apply(insert(entry, group, index))?;
+                let own = self.apply(Edit::Insert {
+                    parent,
+                    index,
+                    entry,
+                })?;
                 all.dirty_box = all.dirty_box.union(own.dirty_box);
                 open.push((own.node, inner));
             }
-        }
-        if !is_stroke {
-            self.end_stroke();
         }
         Ok(all)
     }

@@ -189,3 +189,25 @@ fn refused_edits_leave_no_trace() {
     };
     assert!(scene.redo() && modifiers(&scene) == 2);
 }
+
+/// What is a brush and a group at once is refused before anything is done, however deep it is: no stroke stays open.
+#[test]
+fn what_is_a_brush_and_a_group_is_refused_whole() {
+    let ball = r#"{"shape":{"type":"sphere","radius":0.5}}"#;
+    let both = r#"{"shape":{"type":"sphere","radius":0.5},"brushes":[{"brushes":[]}]}"#;
+    let mut scene = Scene::new();
+    let line = |entry: &str| format!(r#"{{"edit":"insert","entry":{entry}}}"#);
+    scene.replay(&line(ball)).expect("an edit");
+    let (before, lengths) = (scene.clone(), scene.history_lengths());
+    let deep = format!(r#"{{"brushes":[{ball},{{"brushes":[{both}]}}]}}"#);
+    for entry in [both.to_owned(), format!(r#"{{"brushes":[{both}]}}"#), deep] {
+        let refused = scene.replay(&line(&entry)).expect_err("both");
+        assert!(refused.to_string().contains("this has both"), "{refused}");
+        assert!(scene == before && scene.history_lengths() == lengths);
+    }
+    // Two steps are two.
+    scene.replay(&line(ball)).expect("an edit");
+    scene.replay(&line(ball)).expect("an edit");
+    assert!(scene.undo());
+    assert_eq!(scene.brush_count(), 2);
+}
