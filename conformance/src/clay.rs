@@ -48,10 +48,6 @@ pub struct Clay {
     gpu: Option<Arc<Gpu>>,
     kept: Kept,
     live: LiveProgram,
-    /// What keeps lists from edit to edit.
-    work: EditWork,
-    /// The longest list by which a block was measured in the last edit.
-    pub longest: usize,
     seen: usize,
     /// How often everything had to be made again.
     pub rebakes: usize,
@@ -81,8 +77,6 @@ impl Clay {
             kept: Kept::bake(gpu.as_ref(), &program, layout),
             gpu,
             live: LiveProgram::new(scene, layout.parts(&program)).expect("a program"),
-            work: EditWork::default(),
-            longest: 0,
             seen: scene.change_count(),
             rebakes: 0,
             done: BrickEdit::default(),
@@ -116,17 +110,12 @@ impl Clay {
             scene.set_bands(self.layout.bands(&program));
             self.kept = Kept::bake(self.gpu.as_ref(), &program, self.layout);
             self.live = LiveProgram::new(scene, self.layout.parts(&program)).expect("a program");
-            self.work = EditWork::default();
             self.rebakes += 1;
             self.seen = scene.change_count();
             return;
         };
-        work.take_on(&self.layout, &self.live, std::mem::take(&mut self.work));
         match &mut self.kept {
             Kept::Cpu(bricks) => {
-                let units = work.clone().next(usize::MAX);
-                let lists = work.lists(&self.layout, &self.live, units);
-                self.longest = lists.iter().map(|own| own.now.len()).max().unwrap_or(0);
                 let edit = bricks.edit(&self.live, &mut work, None, None);
                 self.done += edit.expect("bricks");
             }
@@ -137,7 +126,6 @@ impl Clay {
                 edit.expect("an edit");
             }
         }
-        self.work = work;
         self.seen = scene.change_count();
     }
 

@@ -36,6 +36,10 @@ pub fn run(options: &Mesh) -> anyhow::Result<()> {
     // The field takes its resolution with the mesh, not before.
     let is_field =
         options.via.is_none_or(|via| via == args::Via::Field) && !input::is_volume(&options.scene)?;
+    // Of the field, both are the mesh's.
+    let voxel = options
+        .voxel
+        .or(options.volume.voxel_size.filter(|_| is_field));
     ensure!(
         options.voxel.is_none() || is_field,
         "--voxel: a volume has its voxels; leave it out, or mesh the field of a scene"
@@ -50,6 +54,7 @@ pub fn run(options: &Mesh) -> anyhow::Result<()> {
     let mut flags = options.volume.clone();
     if is_field {
         flags.resolution = None;
+        flags.voxel_size = None;
         flags.method = None;
     }
     let about = (options.time, options.on.allow_outside);
@@ -68,7 +73,7 @@ pub fn run(options: &Mesh) -> anyhow::Result<()> {
     let settings = MeshOptions {
         method: input::method_of(options.volume.method),
         resolution: resolution.unwrap_or(256),
-        voxel: options.voxel,
+        voxel,
         iso: options.iso,
         normals: match options.normals {
             MeshNormals::Field => argil::MeshNormals::Field,

@@ -116,7 +116,7 @@ fn edits_that_cannot_be_done_are_named() {
     fails(&run, 1, "edits.jsonl:12: there is nothing to redo");
     assert!(!std::path::Path::new(&volume).exists());
     std::fs::write(&edits, "{\"edit\": \"remove\", \"node\": 3}\n").expect("a file");
-    fails(&run, 1, "edits.jsonl:1: column");
+    fails(&run, 1, "edits.jsonl:1: invalid type");
     std::fs::write(&edits, [0xff, 0xfe, b'\n']).expect("a file");
     fails(&run, 1, "edits.jsonl:1");
     let gone = place("gone.jsonl");

@@ -71,8 +71,6 @@ pub struct LiveProgram {
     is_told: bool,
     /// Whether ranks were given anew in this update.
     renumbered: bool,
-    /// Whether the last update has done nothing but put pieces behind all others.
-    is_longer: bool,
     /// Stretches of parameters that this update has written.
     written: Vec<(u32, u32)>,
     /// The boxes of what the last update put in, with room for blends, and whether it touched what is endless or cuts.
@@ -146,7 +144,6 @@ impl LiveProgram {
             touched: None,
             is_told: false,
             renumbered: false,
-            is_longer: false,
             written: Vec::new(),
             put: Aabb::EMPTY,
             touched_ends: false,
@@ -251,8 +248,6 @@ impl LiveProgram {
             self.take_out(node, &mut told);
         }
         let mut plain = told.before.iter().all(Operand::is_plain);
-        let last = self.last_rank();
-        self.is_longer = told.before.is_empty();
         self.touched_ends |= told.before.iter().any(Operand::ends);
         self.renumbered = false;
         for (node, group, items) in there {
@@ -261,7 +256,6 @@ impl LiveProgram {
             for (node, mut operand) in pieces {
                 rank += step;
                 operand.rank = rank;
-                self.is_longer &= operand.group == ROOT && rank > last;
                 plain &= operand.is_plain();
                 told.after.insert(node);
                 self.touched_ends |= operand.ends();
@@ -280,7 +274,6 @@ impl LiveProgram {
             self.index_all();
         }
         is_told &= self.morphs == 0 && !self.renumbered;
-        self.is_longer &= is_told;
         if is_told {
             self.tell(&mut told);
         }
@@ -293,22 +286,11 @@ impl LiveProgram {
         }
         self.tables.magnitude = greatest(&self.magnitudes);
         let of_everything = changes.iter().any(|change| change.far_box == Aabb::ALL);
-        self.is_longer &= !of_everything;
         if of_everything {
             self.tables.materials = materials_of(scene);
         }
         let everything = of_everything || before != self.reliance();
         Ok(Upset { everything })
-    }
-
-    /// Whether the last update has done nothing but put pieces behind all others, none of which is in a group.
-    pub fn is_longer(&self) -> bool {
-        self.is_longer
-    }
-
-    /// The rank of the last piece: those that are put behind it have greater ones.
-    pub fn last_rank(&self) -> u64 {
-        self.order.last_key_value().map_or(0, |(&rank, _)| rank)
     }
 
     /// Whether what was made of a program's distances can be relied on as before.

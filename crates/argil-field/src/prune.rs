@@ -202,35 +202,22 @@ impl<'a> Pruner<'a> {
     /// # Panics
     /// If `instrs` is not the list that was marked.
     pub fn list(&mut self, instrs: &[Instr], cell: usize, out: &mut Vec<Instr>) {
-        self.write(instrs, |cells| cells >> cell & 1 != 0, out);
-    }
-
-    /// Append what is left of the list that was marked last, for all of [`CELLS`] cells together.
-    ///
-    /// # Panics
-    /// If `instrs` is not the list that was marked.
-    pub fn list_of_all(&mut self, instrs: &[Instr], out: &mut Vec<Instr>) {
-        self.write(instrs, |cells| cells == u64::MAX, out);
-    }
-
-    /// Append a list without what is dropped in the cells that are meant.
-    fn write(&mut self, instrs: &[Instr], is_dropped: impl Fn(u64) -> bool, out: &mut Vec<Instr>) {
         let marks = &self.registers.marks;
         assert_eq!(marks.len(), instrs.len(), "the list that was marked");
         let begin = out.len();
         self.writer.clear(begin);
         let mut at = 0;
         while let (Some(instr), Some(marks)) = (instrs.get(at), marks.get(at)) {
-            if at.is_multiple_of(RUN) && is_dropped(self.skipped[at / RUN]) {
+            if at.is_multiple_of(RUN) && self.skipped[at / RUN] >> cell & 1 != 0 {
                 at += RUN;
                 continue;
             }
             at += 1;
-            let drop_b = is_dropped(marks.drop_b);
+            let drop_b = marks.drop_b >> cell & 1 != 0;
             if drop_b && instr.op < abi::OP_SHAPES_END {
                 continue;
             }
-            let drop_a = is_dropped(marks.drop_a);
+            let drop_a = marks.drop_a >> cell & 1 != 0;
             match instr.op {
                 abi::OP_REPEAT | abi::OP_RADIAL => {
                     // A loop stays whole.

@@ -33,7 +33,6 @@ mod cell_lists;
 mod changes;
 mod edit;
 mod filler;
-mod kept;
 mod layout;
 mod material;
 mod octants;

@@ -198,7 +198,7 @@ fn what_is_cancelled_ends_and_is_no_loss() -> Result<(), Box<dyn std::error::Err
         .build(&scene)?
         .dense(&scene, DenseOptions::default())?;
     let before = world.render(&world.camera(), size)?.hit_pixels;
-    scene.push(Brush::new(Shape::sphere(0.7)).subtract())?;
+    scene.push(Brush::new(Shape::sphere(0.7)).at([0.0, 2.5, 0.0]))?;
     world.set_control(&control);
     assert!(world.apply(&scene).is_err_and(|error| error.is_cancelled()));
     world.set_control(&Control::new());

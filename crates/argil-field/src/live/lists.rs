@@ -1,7 +1,7 @@
 //! Which pieces can matter where, and the lists that they make.
 
 use super::groups::Writer;
-use super::piece::{Operand, append};
+use super::piece::Operand;
 use super::{LiveProgram, greatest};
 use crate::operands::{GroupSpan, OperandSpan};
 use crate::parts::{Part, parts_between};
@@ -48,20 +48,6 @@ impl LiveProgram {
             writer.put(other.group, &other.instrs);
         }
         writer.end();
-    }
-
-    /// Append the instructions that can matter in a part, of the pieces behind one with a rank; none of them is in a group.
-    pub fn list_behind(&self, part: IVec3, last: u64, out: &mut Vec<Instr>) {
-        let near = self.near_in(part);
-        let behind = near.partition_point(|own| own.rank <= last);
-        let near = near[behind..].iter().map(|own| (own.rank, own.node));
-        let everywhere = self.everywhere.range(last + 1..);
-        let everywhere = everywhere.map(|(&rank, &node)| (rank, node));
-        let mut all: Vec<(u64, NodeId)> = near.chain(everywhere).collect();
-        all.sort_unstable_by_key(|&(rank, _)| rank);
-        for (_, node) in all {
-            append(&self.operands[&node].instrs, out);
-        }
     }
 
     pub(super) fn put_near(&self, writer: &mut Writer<'_>, own: &Near) {

@@ -45,44 +45,14 @@ impl EditWork {
     }
 
     fn lists_of(&self, layout: &BrickLayout, live: &LiveProgram, unit: &Unit) -> Vec<BlockList> {
-        let is_known = self.touched(live).is_some();
-        let kept_of = |block: &IVec3| self.kept.get(*block).filter(|_| is_known);
-        let (kept, others): (Vec<IVec3>, Vec<IVec3>) = unit
+        let centers: Vec<Vec3> = unit
             .blocks
             .iter()
-            .partition(|block| kept_of(block).is_some());
-        let mut lists = Vec::new();
-        if !others.is_empty() {
-            let (mut whole, mut before) = (Vec::new(), Vec::new());
-            live.list(unit.part, &mut whole);
-            if is_known {
-                live.list_before(unit.part, &mut before);
-            }
-            lists = self.lists_by(layout, live, &others, whole, before);
-        }
-        for block in kept {
-            if let Some(own) = kept_of(&block) {
-                // What was touched is behind all that was.
-                let mut whole = own.instrs.clone();
-                live.list_behind(unit.part, own.last, &mut whole);
-                lists.extend(self.lists_by(layout, live, &[block], whole, Vec::new()));
-            }
-        }
-        lists
-    }
-
-    /// Those of some blocks by the list of what can matter in any of them, and as that was.
-    fn lists_by(
-        &self,
-        layout: &BrickLayout,
-        live: &LiveProgram,
-        blocks: &[IVec3],
-        whole: Vec<Instr>,
-        mut before: Vec<Instr>,
-    ) -> Vec<BlockList> {
-        let middle = |&cell: &IVec3| layout.middle(cell, BLOCK_SIDE);
-        let centers: Vec<Vec3> = blocks.iter().map(middle).collect();
+            .map(|&cell| layout.middle(cell, BLOCK_SIDE))
+            .collect();
         let count = centers.len();
+        let mut whole = Vec::new();
+        live.list(unit.part, &mut whole);
         let radius = layout.half_diagonal(BLOCK_SIDE);
         let half = 0.5 * layout.cell_length() * BLOCK_SIDE as f32;
         let mut d = [0.0; CELLS];
@@ -101,15 +71,17 @@ impl EditWork {
         let Some(touched) = self.touched(live) else {
             pruner.mark(&whole, &centers, radius, d);
             let lists = (0..count).map(|i| BlockList {
-                first: blocks[i],
+                first: unit.blocks[i],
                 far: far(i, d[i]),
                 now: cut(&mut pruner, &whole, i),
                 before: None,
             });
             return lists.collect();
         };
+        let mut before = Vec::new();
+        live.list_before(unit.part, &mut before);
         let loosened = (0..count).fold(0u64, |bits, i| {
-            bits | u64::from(self.is_loosened(layout, blocks[i])) << i
+            bits | u64::from(self.is_loosened(layout, unit.blocks[i])) << i
         });
         if loosened == 0 && !touched.any(&whole) && !touched.any(&before) {
             return Vec::new();
@@ -133,7 +105,7 @@ impl EditWork {
                 let are_there = count(&now) >= pruner.needed_in(&whole, i, is_one)
                     && count(&then) >= old_pruner.needed_in(&before, i, is_one);
                 BlockList {
-                    first: blocks[i],
+                    first: unit.blocks[i],
                     far: far(i, d[i]),
                     now,
                     before: (are_there && loosened >> i & 1 == 0).then_some(then),

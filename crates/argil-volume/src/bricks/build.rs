@@ -304,7 +304,7 @@ pub(super) fn near_block(
     instrs: &[Instr],
     pruner: &mut Pruner<'_>,
     words: &mut [u32],
-    wanted: impl FnOnce(&mut Pruner<'_>) -> u64,
+    wanted: impl FnOnce(&Pruner<'_>) -> u64,
 ) -> Candidates {
     let cell = |i: usize| first + inner_cell(i);
     let centers: [Vec3; CELLS] = std::array::from_fn(|i| layout.middle(cell(i), 1));

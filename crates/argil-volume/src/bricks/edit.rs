@@ -11,7 +11,6 @@ use super::block_list::{BlockList, emptied_around};
 use super::build::{Bounds, Candidates, SLOT_BYTES, near_block, settle};
 use super::filler::{Filler, Places, only_material};
 use super::inner_cell;
-use super::kept::KeptList;
 use super::material::PLACES;
 use super::octants::{self, OCTANTS};
 use super::pool::Pool;
@@ -71,9 +70,6 @@ struct Made<T> {
     mixed: Vec<[u32; 2]>,
     /// Bricks among them of which anything was sampled.
     sampled: u64,
-    /// What of the block's list matters in any of its cells, and how long that list is.
-    mattering: Vec<Instr>,
-    length: usize,
 }
 
 impl BrickLayout {
@@ -132,16 +128,10 @@ impl Bricks {
         while !work.is_done() {
             let start = Instant::now();
             let units = work.next(count);
-            let (edit, lists) = match self.layout.encoding.bits {
+            done += match self.layout.encoding.bits {
                 Bits::Eight => self.do_units::<i8>(live, work, units, budget)?,
                 Bits::Sixteen => self.do_units::<i16>(live, work, units, budget)?,
             };
-            done += edit;
-            for (first, list, longer) in lists {
-                let last = live.last_rank();
-                let list = KeptList { instrs: list, last };
-                work.kept.put(first, list, longer);
-            }
             if let Some(until) = until {
                 let now = Instant::now();
                 let left = until.saturating_duration_since(now).as_secs_f64();
@@ -162,7 +152,7 @@ impl Bricks {
         work: &EditWork,
         units: Vec<Unit>,
         budget: Option<u64>,
-    ) -> Result<(BrickEdit, Vec<OfBlock>), BricksError> {
+    ) -> Result<BrickEdit, BricksError> {
         let edit = Editing {
             layout: self.layout,
             live,
@@ -176,7 +166,7 @@ impl Bricks {
             work,
         };
         let bricks = &*self;
-        let mut made: Vec<Made<T>> = work
+        let made: Vec<Made<T>> = work
             .lists(&self.layout, live, units)
             .into_par_iter()
             .map_init(
@@ -246,9 +236,7 @@ impl Bricks {
             self.table.set_far(block, block + 1, inside);
         }
         result.added = (self.owners.len() as u64 + result.removed) - before;
-        let lists = made.iter_mut().filter(|own| own.far.is_none());
-        let lists = lists.map(|own| (own.first, std::mem::take(&mut own.mattering), own.length));
-        Ok((result, lists.collect()))
+        Ok(result)
     }
 
     /// The slot of a block, which gets one if it needs one.
@@ -293,9 +281,6 @@ impl Bricks {
         Ok(())
     }
 }
-
-/// What of a block's list matters in any of its cells, and how long that list is.
-type OfBlock = (IVec3, Vec<Instr>, usize);
 
 /// What all blocks of an edit share.
 struct Editing<'a> {
@@ -389,8 +374,6 @@ impl Editing<'_> {
             texels: Vec::new(),
             mixed: Vec::new(),
             sampled: 0,
-            mattering: Vec::new(),
-            length: instrs.len(),
         };
         if made.far.is_some() {
             return made;
@@ -399,9 +382,7 @@ impl Editing<'_> {
         let Worker { pruner, filler } = worker;
         // The cells that edits can have changed: a bit for each.
         let mut changed = self.mattered(first, lists, pruner);
-        let mattering = &mut made.mattering;
-        let wanted = |pruner: &mut Pruner<'_>| {
-            pruner.list_of_all(instrs, mattering);
+        let wanted = |pruner: &Pruner<'_>| {
             if let Some(touched) = self.touched.filter(|_| changed != u64::MAX) {
                 changed |= pruner.needed(instrs, |instr| touched.has(instr));
             }

@@ -1,6 +1,5 @@
 //! What edits leave to be done: blocks that are to be measured again, and which of their cells are to be sampled.
 
-use super::kept::KeptLists;
 use super::plan::searched;
 use super::{BLOCK_SIDE, BrickLayout, inner_cell};
 use argil_field::{CELLS, LiveProgram};
@@ -32,8 +31,6 @@ pub struct EditWork {
     is_latest: bool,
     /// Boxes in which what is known of jumps has changed.
     loosened: Vec<Aabb>,
-    /// Lists of blocks, from edit to edit.
-    pub(super) kept: KeptLists,
 }
 
 impl EditWork {
@@ -49,7 +46,6 @@ impl EditWork {
             units: Vec::new(),
             is_latest: true,
             loosened: loosened.clone(),
-            kept: KeptLists::default(),
         };
         work.boxes
             .extend(loosened.into_iter().map(|held| [held; 2]));
@@ -60,10 +56,6 @@ impl EditWork {
 
     /// Take on what was left of earlier edits.
     pub fn take_on(&mut self, layout: &BrickLayout, live: &LiveProgram, left: Self) {
-        self.kept = left.kept;
-        if !live.is_longer() {
-            self.kept.clear();
-        }
         if left.units.is_empty() {
             return;
         }
