@@ -106,7 +106,7 @@ pub struct VolumeFlags {
     /// Voxels along the longest side of the scene's box; without it 256
     #[arg(long, value_name = "N")]
     pub resolution: Option<u32>,
-    /// Bricks: the edge of a voxel in the scene's unit, in place of --resolution
+    /// Bricks, and meshes of the field: the edge of a voxel in the scene's unit, in place of --resolution
     #[arg(long, value_name = "LENGTH", value_parser = positive, conflicts_with = "resolution")]
     pub voxel_size: Option<f32>,
     /// Dense: with mips, whose band doubles level by level
@@ -235,12 +235,7 @@ pub struct Mesh {
     #[command(flatten)]
     pub on: On,
     /// The edge of a voxel in the scene's unit, in place of --resolution: the 2023 study's grid stride
-    #[arg(
-        long,
-        alias = "voxel-size",
-        value_name = "LENGTH",
-        conflicts_with = "resolution"
-    )]
+    #[arg(long, value_name = "LENGTH", conflicts_with_all = ["resolution", "voxel_size"])]
     pub voxel: Option<f32>,
     /// The distance from the solid at which the surface is taken, in the scene's unit
     #[arg(
