@@ -298,7 +298,7 @@ fn a_scenes_own_meshes_are_spared() {
     fails(
         &["bake", &place("s.json"), "-o", &place("own.obj")],
         1,
-        "input",
+        "name it .argil",
     );
     assert_eq!(std::fs::read(place("own.obj")).expect("a file"), before);
     assert!(!Path::new(&place("more.obj")).exists());
