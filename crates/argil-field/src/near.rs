@@ -38,10 +38,18 @@ pub struct NearField<'a> {
     levels: Vec<Level>,
 }
 
-struct Level {
+/// Where the parts of a level are.
+struct Grid {
     parts: Parts,
+    around: Aabb,
     /// Parts along each axis.
     size: UVec3,
+    /// How far values can fall through joints.
+    falls: [f32; 2],
+}
+
+struct Level {
+    grid: Grid,
     /// Of each part, where its operands begin; one more for the end.
     begins: Vec<u32>,
     operands: Vec<u32>,
@@ -62,14 +70,19 @@ impl<'a> NearField<'a> {
         }
         let mut count = (all.len() as f32 / OPERANDS_A_PART).cbrt();
         count = count.ceil().clamp(1.0, MOST_PARTS);
+        // Counted before anything is made: large pieces can be in more parts than there is memory for.
+        while count > 4.0 {
+            let grid = Grid::new(program, around, size / count, far);
+            let entries: u64 = all.iter().map(|own| grid.covered_by(program, own)).sum();
+            if entries <= MOST_ENTRIES * all.len() as u64 {
+                break;
+            }
+            count = (0.5 * count).ceil();
+        }
         let mut levels = Vec::new();
         loop {
-            let level = Level::new(program, around, size / count, far);
+            let level = Level::new(program, Grid::new(program, around, size / count, far));
             let entries = level.operands.len() as u64;
-            if levels.is_empty() && count > 4.0 && entries > MOST_ENTRIES * all.len() as u64 {
-                count = (0.5 * count).ceil();
-                continue;
-            }
             let lengths = level
                 .begins
                 .windows(2)
@@ -78,7 +91,7 @@ impl<'a> NearField<'a> {
             if is_long && !levels.is_empty() {
                 break;
             }
-            let is_enough = level.parts.far >= far;
+            let is_enough = level.grid.parts.far >= far;
             levels.push(level);
             if is_enough {
                 break;
@@ -90,13 +103,12 @@ impl<'a> NearField<'a> {
 
     /// Distances of points beyond this length are not told apart.
     pub fn far(&self) -> f32 {
-        self.levels.last().map_or(0.0, |level| level.parts.far)
+        self.levels.last().map_or(0.0, |level| level.grid.parts.far)
     }
 }
 
-impl Level {
+impl Grid {
     fn new(program: &Program, around: Aabb, edge: f32, most: f32) -> Self {
-        let all = &program.operands;
         // The last level reaches as far as is asked for.
         let own = FAR * edge;
         let far = if 1.5 * own < most { own } else { most };
@@ -106,27 +118,56 @@ impl Level {
             far,
             base: around.size().max_element(),
         };
-        let size = (around.size() / edge).ceil().as_uvec3().max(UVec3::ONE);
-        let count = size.element_product();
-        let falls = program.falls(parts.far);
-        // The parts of an operand: nothing where it matters nowhere, or is entered for all.
+        Self {
+            parts,
+            around,
+            size: (around.size() / edge).ceil().as_uvec3().max(UVec3::ONE),
+            falls: program.falls(far),
+        }
+    }
+
+    fn count(&self) -> u32 {
+        self.size.element_product()
+    }
+
+    /// The parts in which a piece can matter, if it can in any.
+    fn range_of(&self, program: &Program, own: &OperandSpan) -> Option<Range<UVec3>> {
+        if own.operator.kind == OperatorKind::Intersect {
+            return Some(UVec3::ZERO..self.size);
+        }
+        let held = program.reach_of(own, &self.parts, self.falls);
+        if own.extent.aabb.is_empty() || held.intersection(self.around).is_empty() {
+            return None;
+        }
+        let [first, last] = [held.min, held.max].map(|corner| {
+            let place = ((corner - self.parts.corner) / self.parts.edge).floor();
+            place.max(Vec3::ZERO).as_uvec3().min(self.size - 1)
+        });
+        Some(first..last + 1)
+    }
+
+    /// How many those are.
+    fn covered_by(&self, program: &Program, own: &OperandSpan) -> u64 {
+        self.range_of(program, own).map_or(0, |range| {
+            u64::from((range.end - range.start).element_product())
+        })
+    }
+}
+
+impl Level {
+    fn new(program: &Program, grid: Grid) -> Self {
+        let all = &program.operands;
+        let (count, size) = (grid.count(), grid.size);
+        // The parts of a piece: an error where it is entered for all.
         let mut everywhere = Vec::new();
         let parts_of = |own: &OperandSpan| {
-            if own.operator.kind == OperatorKind::Intersect {
-                return Err(());
-            }
-            let held = program.reach_of(own, &parts, falls);
-            let is_there = !own.extent.aabb.is_empty() && !held.intersection(around).is_empty();
-            let [first, last] = [held.min, held.max].map(|corner| {
-                let place = ((corner - parts.corner) / edge).floor().max(Vec3::ZERO);
-                place.as_uvec3().min(size - 1)
-            });
-            let covered = (last - first + 1).element_product();
-            match is_there {
-                true if count > SHARE && covered > count / SHARE => Err(()),
-                true => Ok(first..last + 1),
-                false => Ok(UVec3::ZERO..UVec3::ZERO),
-            }
+            let Some(range) = grid.range_of(program, own) else {
+                return Ok(UVec3::ZERO..UVec3::ZERO);
+            };
+            let covered = (range.end - range.start).element_product();
+            let is_everywhere = own.operator.kind == OperatorKind::Intersect
+                || count > SHARE && covered > count / SHARE;
+            if is_everywhere { Err(()) } else { Ok(range) }
         };
         let mut begins = vec![0u32; count as usize + 1];
         for (nth, own) in (0..).zip(all) {
@@ -151,8 +192,7 @@ impl Level {
             }
         }
         Self {
-            parts,
-            size,
+            grid,
             begins,
             operands,
             everywhere,
@@ -163,10 +203,10 @@ impl Level {
     /// The part that a point is in.
     #[inline]
     fn part_of(&self, point: Vec3) -> Option<u32> {
-        let place = ((point - self.parts.corner) / self.parts.edge).floor();
-        let is_in = place.cmpge(Vec3::ZERO) & place.cmplt(self.size.as_vec3());
+        let place = ((point - self.grid.parts.corner) / self.grid.parts.edge).floor();
+        let is_in = place.cmpge(Vec3::ZERO) & place.cmplt(self.grid.size.as_vec3());
         let place = place.as_uvec3();
-        let [x, y, _] = self.size.to_array();
+        let [x, y, _] = self.grid.size.to_array();
         is_in.all().then(|| (place.z * y + place.y) * x + place.x)
     }
 
@@ -186,11 +226,12 @@ impl Level {
             if list.len() <= SHORT {
                 return list.as_slice().into();
             }
-            let [x, y, _] = self.size.to_array();
+            let [x, y, _] = self.grid.size.to_array();
             let place = UVec3::new(part % x, part / x % y, part / (x * y));
-            let center = self.parts.corner + self.parts.edge * (place.as_vec3() + 0.5);
+            let parts = &self.grid.parts;
+            let center = parts.corner + parts.edge * (place.as_vec3() + 0.5);
             // Half of the diagonal, and what rounding can put into the part.
-            let half = 0.8661 * self.parts.edge;
+            let half = 0.8661 * parts.edge;
             scratch.pruner.mark(list, &[center], half, &mut [0.0]);
             let mut left = Vec::new();
             scratch.pruner.list(list, 0, &mut left);
@@ -323,7 +364,14 @@ impl<'a> NearEvaluator<'a> {
                     continue;
                 }
                 let list = level.list(field.program, part, &mut self.scratch);
-                self.evaluate(list, level.parts.far, is_last, own, points, &mut wanted);
+                self.evaluate(
+                    list,
+                    level.grid.parts.far,
+                    is_last,
+                    own,
+                    points,
+                    &mut wanted,
+                );
             }
             self.asked = asked;
         }
