@@ -292,7 +292,12 @@ impl Shading {
                     }
                 }
             }
-            wave.compact();
+            // A ray that has left the box is near nothing.
+            if probe.is_near() {
+                wave.close();
+            } else {
+                wave.compact();
+            }
         }
     }
 }

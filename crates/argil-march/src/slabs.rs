@@ -106,8 +106,6 @@ struct Block {
     over: [f32; RAYS],
     last_gap: [f32; RAYS],
     last_way: [f32; RAYS],
-    /// Its first pixel in the tile.
-    corner: [u32; 2],
     /// The middle of the block, and how far its rays are from there at length 1.
     axis: Vec3,
     slope: f32,
@@ -126,7 +124,6 @@ impl Block {
             over: [0.0; RAYS],
             last_gap: [0.0; RAYS],
             last_way: [0.0; RAYS],
-            corner: [0; 2],
             axis: Vec3::ZERO,
             slope: 0.0,
         }
@@ -206,7 +203,6 @@ impl Slabs {
         for (k, block) in (0u32..).zip(&mut self.blocks) {
             let (x, y) = (column + k % across * BLOCK, row + k / across * BLOCK);
             block.count = 0;
-            block.corner = [x, y];
             let middle = 0.5 * BLOCK as f32;
             block.axis = through(
                 frame,

@@ -79,7 +79,12 @@ pub(crate) fn trace_tile(
                 end_rays(wave, first, steps, &found, hits, out);
             }
         }
-        wave.compact();
+        // A ray that has left the box is near nothing.
+        if probe.is_near() {
+            wave.close();
+        } else {
+            wave.compact();
+        }
     }
 
     // Normals by central differences.

@@ -139,7 +139,14 @@ impl Wave {
 
     /// Close the gaps once a quarter of the places is empty: moving rays costs more than marching a few for nothing.
     pub fn compact(&mut self) {
-        if 4 * self.retired < self.len() {
+        if 4 * self.retired >= self.len() {
+            self.close();
+        }
+    }
+
+    /// Close all gaps.
+    pub fn close(&mut self) {
+        if self.retired == 0 {
             return;
         }
         self.places.clear();
