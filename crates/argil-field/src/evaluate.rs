@@ -2,7 +2,7 @@
 
 use crate::Program;
 use crate::curves::BLOCK;
-use crate::interpret::{MATERIALS, NOTHING, run};
+use crate::interpret::{Carried, run};
 use crate::real::{Dual, F32Lanes, LANES, Real};
 use crate::registers::Registers;
 use argil_abi::{Instr, MaterialWords};
@@ -12,17 +12,22 @@ use std::array;
 
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl", "x86_64+avx2"))]
 fn run_distances(program: &Program, instrs: &[Instr], registers: &mut Registers<f32>) {
-    run::<f32, NOTHING>(program, instrs, registers);
+    run::<f32, false>(program, instrs, registers, Carried::Nothing);
 }
 
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl", "x86_64+avx2"))]
 fn run_gradients(program: &Program, instrs: &[Instr], registers: &mut Registers<Dual>) {
-    run::<Dual, NOTHING>(program, instrs, registers);
+    run::<Dual, false>(program, instrs, registers, Carried::Nothing);
 }
 
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl", "x86_64+avx2"))]
-fn run_materials(program: &Program, instrs: &[Instr], registers: &mut Registers<f32>) {
-    run::<f32, MATERIALS>(program, instrs, registers);
+pub(crate) fn run_apart(
+    program: &Program,
+    instrs: &[Instr],
+    registers: &mut Registers<f32>,
+    carried: Carried,
+) {
+    run::<f32, true>(program, instrs, registers, carried);
 }
 
 /// Evaluates one program for one thread, batch after batch. Make one a thread and keep it: its stacks are allocated
@@ -154,7 +159,7 @@ impl<'a> Evaluator<'a> {
             self.plain.material[k] = f32::splat(first.base_roughness[k]);
             self.plain.material[4 + k] = f32::splat(first.emission_metallic[k]);
         }
-        run_materials(self.program, instrs, &mut self.plain);
+        run_apart(self.program, instrs, &mut self.plain, Carried::Materials);
         out.copy_from_slice(&self.plain.acc.0[..n]);
         for (i, material) in materials.iter_mut().enumerate() {
             material.base_roughness = array::from_fn(|k| self.plain.material[k].0[i]);

@@ -14,6 +14,7 @@ use crate::space::{
 };
 use crate::{FAR, Program, WORLD_LIMIT, noise};
 use argil_abi as abi;
+use argil_math::bits_of;
 
 /// `a` ← mix(a, b, weights).
 #[inline(always)]
@@ -48,21 +49,26 @@ fn weights<R: Real>(a: &R::Lanes, b: &R::Lanes, j: &Joint, flags: u32, active: u
 }
 
 /// What a run carries along besides distances.
-pub(crate) const NOTHING: u8 = 0;
-/// The materials.
-pub(crate) const MATERIALS: u8 = 1;
-/// Which operand of each joint cannot matter around each lane's point: see `prune.rs`.
-pub(crate) const MARKS: u8 = 2;
+#[derive(Clone, Copy, PartialEq)]
+pub(crate) enum Carried {
+    Nothing,
+    Materials,
+    /// Which operand of each joint cannot matter around each lane's point: see `prune.rs`.
+    Marks,
+}
 
-/// Run a list of a program's instructions on the points in the registers.
+/// Run a list of a program's instructions on the points in the registers. `APART`: each brush is measured on its own and
+/// then joined, as what is carried needs it; nothing is carried otherwise. What is carried is no parameter of the type:
+/// each copy of this function takes seconds to compile.
 #[inline(always)]
-pub(crate) fn run<R: Real, const CARRIED: u8>(
+pub(crate) fn run<R: Real, const APART: bool>(
     program: &Program,
     instrs: &[abi::Instr],
     r: &mut Registers<R>,
+    carried: Carried,
 ) {
-    let materials = CARRIED == MATERIALS;
-    let apart = CARRIED != NOTHING;
+    let materials = APART && carried == Carried::Materials;
+    let marks = APART && carried == Carried::Marks;
     r.acc = R::splat(FAR);
     let any_exiled = exile::<R>(&mut r.point, &mut r.exiled);
     let params = &program.params[..];
@@ -80,7 +86,7 @@ pub(crate) fn run<R: Real, const CARRIED: u8>(
             // What is carried wants the brush measured alone first, then combined.
             let mut b = Brush::read(params, at);
             let joint = b.joint;
-            if apart {
+            if APART {
                 b.joint = Joint {
                     k: 0.0,
                     quarter: 0.0,
@@ -92,8 +98,8 @@ pub(crate) fn run<R: Real, const CARRIED: u8>(
                 put_aside(r);
             }
             measure(program, r, op, flags, &b, at + HEADER);
-            if apart {
-                if CARRIED == MARKS {
+            if APART {
+                if marks {
                     mark_brush(r, pc - 1, &joint, flags);
                 }
                 if materials {
@@ -144,7 +150,7 @@ pub(crate) fn run<R: Real, const CARRIED: u8>(
                     mix_materials(&mut other, r.active, |k, i| r.material[k].0[i], &w);
                     *r.material = other;
                 }
-                if CARRIED == MARKS {
+                if marks {
                     mark_group::<R>(r, pc - 1, &saved, &j, flags);
                 }
                 for i in 0..LANES {
@@ -365,17 +371,6 @@ fn marks_of<R: Real>(
         drop_a: bits_of(&drop_a),
         drop_b: bits_of(&drop_b),
     }
-}
-
-/// A bit for each byte that is 1, the others being 0.
-#[inline(always)]
-fn bits_of(flags: &[u8; CELLS]) -> u64 {
-    let words = flags.as_chunks::<8>().0.iter().zip(0..);
-    words.fold(0, |bits, (word, k)| {
-        // Each byte's bit comes to its own place of the highest byte.
-        let gathered = u64::from_le_bytes(*word).wrapping_mul(0x0102_0408_1020_4080) >> 56;
-        bits | gathered << (8 * k)
-    })
 }
 
 /// Move the points that are not in the world to its origin, so that no arithmetic overflows, and mark their lanes with 1;

@@ -14,12 +14,12 @@ use crate::Program;
 use crate::brush::Brush;
 use crate::combine::Joint;
 use crate::curves::BLOCK;
-use crate::interpret::{MARKS, run};
+use crate::evaluate::run_apart;
+use crate::interpret::Carried;
 use crate::registers::Registers;
 use argil_abi::{self as abi, Instr};
 use argil_math::Aabb;
 use glam::Vec3;
-use multiversion::multiversion;
 
 /// Cells that are measured at once.
 pub const CELLS: usize = 64;
@@ -68,11 +68,6 @@ pub(crate) fn losers(
         }
         _ => (is_union && a - b > clear, b - a > clear),
     }
-}
-
-#[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl", "x86_64+avx2"))]
-fn run_marks(program: &Program, instrs: &[Instr], registers: &mut Registers<f32>) {
-    run::<f32, MARKS>(program, instrs, registers);
 }
 
 /// Prunes a program for one thread. Make one a thread and keep it.
@@ -124,7 +119,7 @@ impl<'a> Pruner<'a> {
         r.margin = 2.0 * (change + self.program.list_slack(instrs, region));
         r.marks.clear();
         r.marks.resize(instrs.len(), Marks::default());
-        run_marks(self.program, instrs, r);
+        run_apart(self.program, instrs, r, Carried::Marks);
         self.skipped.clear();
         let runs = instrs.chunks(RUN).zip(r.marks.chunks(RUN));
         self.skipped.extend(runs.map(|(instrs, marks)| {

@@ -1,12 +1,14 @@
 //! Boxes, intervals, rays and Morton codes: the small geometry that every other crate of Argil shares.
 
 mod aabb;
+mod bits;
 mod control;
 mod interval;
 mod morton;
 mod ray;
 
 pub use aabb::Aabb;
+pub use bits::bits_of;
 pub use control::{Control, Progress};
 pub use interval::Interval;
 pub use morton::{cell_of, morton};

@@ -4,11 +4,12 @@
 //! token with a stack on the heap. What hangs on it (shapes, modifiers, materials) is small and shallow; each such part
 //! is copied out, at most [`MAX_PART_BYTES`] of it, and read by serde.
 //!
-//! *Practice.* A file is streamed: garbage is refused at its first wrong byte, however long it is. Every error knows
-//! its place: the reader's position, or, for a value that can be read but not used, the place that a second pass finds
-//! by the value's path.
+//! *Practice.* A file that holds a scene is read as a whole, by all cores. Where that fails it is streamed: garbage is refused
+//! at its first wrong byte, and every error knows its place: the reader's position, or, for a value that can be read but
+//! not used, the place that another pass finds by the value's path.
 
 mod document;
+mod quick;
 pub(crate) mod read;
 #[cfg(feature = "schema")]
 mod schema;
@@ -30,6 +31,9 @@ const MAX_DEPTH: u32 = 200_000;
 
 /// Longest part (a shape, a list of modifiers, a name) in bytes.
 const MAX_PART_BYTES: usize = 1 << 20;
+
+/// Longest file that is read as a whole; others are streamed.
+const MAX_QUICK_BYTES: u64 = 1 << 30;
 
 /// Why a scene file could not be read or written.
 #[derive(Debug, thiserror::Error)]
@@ -81,8 +85,16 @@ impl Scene {
         let open = || -> Result<read::Source<'_>, FileError> {
             Ok(Box::new(std::fs::File::open(path).map_err(io)?))
         };
-        if std::fs::metadata(path).map_err(io)?.is_dir() {
+        let about = std::fs::metadata(path).map_err(io)?;
+        if about.is_dir() {
             return Err(io(std::io::Error::other("is a folder, not a scene file")));
+        }
+        // What is no regular file may be endless, and can be read once.
+        if about.is_file() && about.len() <= MAX_QUICK_BYTES {
+            let text = std::fs::read(path).map_err(io)?;
+            if let Some(scene) = quick::read(&text) {
+                return Ok(scene);
+            }
         }
         read::read(path, open()?, &open)
     }
@@ -93,6 +105,9 @@ impl Scene {
     }
 
     fn read_text(json: &[u8], path: &Path) -> Result<Self, FileError> {
+        if let Some(scene) = quick::read(json) {
+            return Ok(scene);
+        }
         read::read(path, Box::new(json), &|| Ok(Box::new(json)))
     }
 

@@ -161,7 +161,7 @@ impl Journal {
         read(&mut bytes).map_err(io)?;
         let mut lines = bytes.split_inclusive(|&byte| byte == b'\n');
         let head = lines.next().and_then(whole);
-        let head: Option<Head> = head.and_then(|text| serde_json::from_str(text).ok());
+        let head: Option<Head> = head.and_then(|text| serde_json::from_slice(text.as_bytes()).ok());
         let head = head.ok_or_else(|| JournalError::NoJournal(path.into()))?;
         if head.journal > VERSION {
             return Err(JournalError::Newer {

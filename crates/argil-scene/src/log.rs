@@ -165,7 +165,7 @@ impl Item {
 /// Whether a line is an edit, and not a word on the history.
 fn is_edit(line: &str) -> Result<bool, LogError> {
     Ok(!matches!(
-        serde_json::from_str(line)?,
+        serde_json::from_slice(line.as_bytes())?,
         Line::Undo {}
             | Line::Redo {}
             | Line::BeginStroke {}
@@ -195,7 +195,7 @@ impl Scene {
                 .find(path)
                 .ok_or_else(|| LogError::NoSuchPath(path.to_owned()))
         };
-        let edit = match serde_json::from_str(line)? {
+        let edit = match serde_json::from_slice(line.as_bytes())? {
             Line::Insert { into, index, entry } => {
                 let parent = node_of(self, &into)?;
                 return self.insert_all(parent, index, *entry).map(Some);

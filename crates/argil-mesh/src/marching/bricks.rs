@@ -7,11 +7,11 @@
 use super::dense::part;
 use super::table::{cases, rings};
 use crate::Mesh;
+use argil_math::bits_of;
 use argil_volume::{Bits, Bricks, Texel, Word};
 use glam::{IVec3, Vec3, ivec3};
 use rayon::prelude::*;
 use std::collections::HashMap;
-use wide::{i8x16, i16x8};
 
 /// The vertices of a brick: `begin` to `ends[0]` lie on edges along x, from there to `ends[1]` along y, to `ends[2]` along z.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -253,22 +253,19 @@ impl Rings {
 /// The signs of samples, as a stream of bits.
 fn signs<T: Texel>(samples: &[T], out: &mut [u64]) {
     out.fill(0);
-    let mut put = |i: usize, bits: u32| out[i / 64] |= u64::from(bits) << (i % 64);
     match T::BITS {
-        Bits::Eight => {
-            for (i, part) in bytemuck::cast_slice(samples).chunks(16).enumerate() {
-                let mut lanes = [0i8; 16];
-                lanes[..part.len()].copy_from_slice(part);
-                put(16 * i, i8x16::from(lanes).to_bitmask());
-            }
+        Bits::Eight => put_signs::<i8>(bytemuck::cast_slice(samples), out),
+        Bits::Sixteen => put_signs::<i16>(bytemuck::cast_slice(samples), out),
+    }
+}
+
+fn put_signs<I: Copy + Default + PartialOrd>(samples: &[I], out: &mut [u64]) {
+    for (part, bits) in samples.chunks(64).zip(out) {
+        let mut flags = [0; 64];
+        for (flag, &sample) in flags.iter_mut().zip(part) {
+            *flag = u8::from(sample < I::default());
         }
-        Bits::Sixteen => {
-            for (i, part) in bytemuck::cast_slice(samples).chunks(8).enumerate() {
-                let mut lanes = [0i16; 8];
-                lanes[..part.len()].copy_from_slice(part);
-                put(8 * i, i16x8::from(lanes).to_bitmask());
-            }
-        }
+        *bits = bits_of(&flags);
     }
 }
 

@@ -8,9 +8,9 @@
 use super::table::{Case, cases};
 use crate::Mesh;
 use argil_field::Grid;
+use argil_math::bits_of;
 use glam::{UVec3, Vec3, uvec3};
 use rayon::prelude::*;
-use wide::f32x8;
 
 /// A stored sample.
 pub trait Sample: Copy + Sync {
@@ -409,17 +409,11 @@ pub(crate) fn clamp(t: f32) -> f32 {
 
 /// A bit for each of up to 64 samples.
 fn inside<T: Sample>(part: &[T], iso: f32) -> u64 {
-    let mut values = [f32::INFINITY; 64];
-    for (value, sample) in values.iter_mut().zip(part) {
-        *value = sample.value();
+    let mut flags = [0; 64];
+    for (flag, sample) in flags.iter_mut().zip(part) {
+        *flag = u8::from(sample.value() < iso);
     }
-    let level = f32x8::splat(iso);
-    let (eights, _) = values.as_chunks::<8>();
-    let mut bits = 0;
-    for (i, &eight) in eights.iter().enumerate() {
-        bits |= u64::from(f32x8::from(eight).simd_lt(level).to_bitmask()) << (8 * i);
-    }
-    bits
+    bits_of(&flags)
 }
 
 /// The edges along x, y and z that are crossed, of those that begin at the points of the first row.

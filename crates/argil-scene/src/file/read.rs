@@ -45,7 +45,7 @@ struct Metered<'a> {
 }
 
 /// What some editors put before UTF-8.
-const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
+pub(super) const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
 
 /// Bytes since the last mark.
 #[derive(Clone, Default)]
@@ -479,9 +479,11 @@ fn explain<T: DeserializeOwned>(path: &str, text: &[u8], error: &serde_json::Err
 
 /// What serde says against a value.
 fn complaint<T: DeserializeOwned>(value: Value) -> Option<String> {
-    serde_json::from_value::<T>(value)
-        .err()
-        .map(|e| e.to_string())
+    let error = serde_json::from_slice::<T>(value.to_string().as_bytes())
+        .err()?
+        .to_string();
+    // The place is one in a text that nobody has written.
+    Some(error.split(" at line ").next().unwrap_or(&error).to_owned())
 }
 
 /// The member without which there is no complaint, or only that it is missing.

@@ -1,0 +1,40 @@
+//! Masks of what holds for each of many.
+
+/// Bit `i` is `flags[i]`, each of which is 0 or 1.
+///
+/// Eight bytes are gathered by one multiplication, which moves each byte's bit to its own place of the highest byte; loops
+/// that make the flags of numbers vectorise.
+///
+/// # Examples
+/// ```
+/// let mut flags = [0; 64];
+/// flags[3] = 1;
+/// flags[63] = 1;
+/// assert_eq!(argil_math::bits_of(&flags), 1 << 3 | 1 << 63);
+/// ```
+#[inline(always)]
+pub fn bits_of(flags: &[u8; 64]) -> u64 {
+    let words = flags.as_chunks::<8>().0.iter().zip(0..);
+    words.fold(0, |bits, (word, k)| {
+        let gathered = u64::from_le_bytes(*word).wrapping_mul(0x0102_0408_1020_4080) >> 56;
+        bits | gathered << (8 * k)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_flag_has_its_bit() {
+        let mut state = 1u64;
+        for _ in 0..1000 {
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
+            let bits = state ^ state >> 29;
+            let flags = std::array::from_fn(|i| (bits >> i & 1) as u8);
+            assert_eq!(bits_of(&flags), bits);
+        }
+    }
+}

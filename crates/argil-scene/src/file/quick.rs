@@ -1,0 +1,361 @@
+//! Reading of what is as it should be, by all cores; [`super::read`] reads the rest again, and says what is wrong.
+//!
+//! *Practice.* serde_json splits the document into the texts of its items, and each item into those of its fields, without
+//! looking into them. Many items are then read at once, each field by the same call as in [`super::read`]: what is taken
+//! here is what is taken there. Groups that nest deeper than [`MAX_LEVELS`] are left to that reader, as each level is split
+//! once more.
+
+use super::{FORMAT_VERSION, MAX_PART_BYTES};
+use crate::{Body, Entry, Group, Material, NodeId, Scene, View};
+use rayon::prelude::*;
+use serde::de::{DeserializeOwned, Error, MapAccess, Visitor};
+use serde::{Deserialize, Deserializer};
+use serde_json::value::RawValue;
+use std::fmt;
+
+/// Levels of groups.
+const MAX_LEVELS: usize = 16;
+
+/// Items that are read before the first of them is put into the scene.
+const ITEMS_AT_ONCE: usize = 4096;
+
+/// Fewer items are not worth waking another thread.
+const FEW_ITEMS: usize = 64;
+
+/// The scene that a text is, or nothing, if the other reader has to look at it.
+pub(super) fn read(text: &[u8]) -> Option<Scene> {
+    let text = text
+        .strip_prefix(super::read::BYTE_ORDER_MARK)
+        .unwrap_or(text);
+    let document: Document<'_> = serde_json::from_slice(text).ok()?;
+    let mut scene = Scene::new();
+    if let Some(name) = document.name {
+        scene.name = part(name)?;
+    }
+    if let Some(credit) = document.credit {
+        scene.credit = part(credit)?;
+    }
+    if let Some(view) = document.view {
+        scene.view = part::<View>(view)?;
+        scene.view.check().ok()?;
+    }
+    for (name, material) in document.materials {
+        if name.len() > MAX_PART_BYTES || scene.materials.contains_key(&name) {
+            return None;
+        }
+        let material: Material = part(material)?;
+        scene.set_material(name, material).ok()?;
+    }
+    brushes(&mut scene, document.brushes?)?;
+    Some(scene)
+}
+
+fn brushes(scene: &mut Scene, items: &RawValue) -> Option<()> {
+    let mut open = vec![Level::new(Scene::ROOT, items)?];
+    while let Some(level) = open.last_mut() {
+        let Some(item) = level.next(scene)? else {
+            open.pop();
+            continue;
+        };
+        let node = scene.append(level.group, item.entry);
+        if let Some(inner) = item.brushes {
+            if open.len() == MAX_LEVELS {
+                return None;
+            }
+            open.push(Level::new(node, inner)?);
+        }
+    }
+    Some(())
+}
+
+/// A group's items, of which some have been read.
+struct Level<'a> {
+    group: NodeId,
+    unread: std::vec::IntoIter<&'a RawValue>,
+    read: std::vec::IntoIter<ReadItem<'a>>,
+}
+
+struct ReadItem<'a> {
+    entry: Entry,
+    brushes: Option<&'a RawValue>,
+}
+
+impl<'a> Level<'a> {
+    fn new(group: NodeId, items: &'a RawValue) -> Option<Self> {
+        let unread: Vec<&RawValue> = serde_json::from_slice(items.get().as_bytes()).ok()?;
+        Some(Self {
+            group,
+            unread: unread.into_iter(),
+            read: Vec::new().into_iter(),
+        })
+    }
+
+    /// The next item, nothing at the end; nothing at all where one is wrong.
+    fn next(&mut self, scene: &Scene) -> Option<Option<ReadItem<'a>>> {
+        if let Some(item) = self.read.next() {
+            return Some(Some(item));
+        }
+        let texts: Vec<&RawValue> = self.unread.by_ref().take(ITEMS_AT_ONCE).collect();
+        let items: Option<Vec<ReadItem<'_>>> = if texts.len() < FEW_ITEMS {
+            texts.iter().map(|text| item(scene, text)).collect()
+        } else {
+            texts.par_iter().map(|text| item(scene, text)).collect()
+        };
+        self.read = items?.into_iter();
+        Some(self.read.next())
+    }
+}
+
+fn item<'a>(scene: &Scene, text: &'a RawValue) -> Option<ReadItem<'a>> {
+    let fields: Fields<'_> = serde_json::from_slice(text.get().as_bytes()).ok()?;
+    let mut entry: Entry = Group::new().into();
+    let (mut has_shape, mut brushes) = (false, None);
+    for (field, value) in fields.0 {
+        match field {
+            Field::Name => entry.name = part(value)?,
+            Field::Visible => entry.visible = part(value)?,
+            Field::Locked => entry.locked = part(value)?,
+            Field::Operator => entry.operator.kind = part(value)?,
+            Field::Blend => entry.operator.blend = part(value)?,
+            Field::Profile => entry.operator.profile = part(value)?,
+            Field::Amount => entry.operator.amount = part(value)?,
+            Field::Material => entry.material = Some(part(value)?),
+            Field::Modifiers => entry.modifiers = part(value)?,
+            Field::Keyframes => entry.keyframes = part(value)?,
+            Field::Shape => {
+                entry.body = Body::Shape(part(value)?);
+                has_shape = true;
+            }
+            Field::Brushes => brushes = Some(value),
+        }
+    }
+    scene.check_entry(&entry).ok()?;
+    (has_shape != brushes.is_some()).then_some(ReadItem { entry, brushes })
+}
+
+/// A value of the length that the other reader takes.
+fn part<T: DeserializeOwned>(text: &RawValue) -> Option<T> {
+    let text = text.get();
+    if text.len() > MAX_PART_BYTES {
+        return None;
+    }
+    // As everywhere here from bytes, so that all that reads is compiled once.
+    serde_json::from_slice(text.as_bytes()).ok()
+}
+
+/// The fields of an item.
+#[derive(Clone, Copy, PartialEq, Deserialize)]
+#[serde(field_identifier, rename_all = "lowercase")]
+enum Field {
+    Name,
+    Visible,
+    Locked,
+    Operator,
+    Blend,
+    Profile,
+    Amount,
+    Material,
+    Modifiers,
+    Keyframes,
+    Shape,
+    Brushes,
+}
+
+struct Fields<'a>(Vec<(Field, &'a RawValue)>);
+
+impl<'de> Deserialize<'de> for Fields<'de> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Reader;
+        impl<'de> Visitor<'de> for Reader {
+            type Value = Fields<'de>;
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("a brush or a group")
+            }
+            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Self::Value, A::Error> {
+                let mut fields: Vec<(Field, &RawValue)> = Vec::with_capacity(4);
+                while let Some((field, value)) = map.next_entry()? {
+                    if fields.iter().any(|(other, _)| *other == field) {
+                        return Err(A::Error::custom("twice"));
+                    }
+                    fields.push((field, value));
+                }
+                Ok(Fields(fields))
+            }
+        }
+        deserializer.deserialize_map(Reader)
+    }
+}
+
+/// A document of a version that is known, its fields in an order that is allowed.
+#[derive(Default)]
+struct Document<'a> {
+    name: Option<&'a RawValue>,
+    credit: Option<&'a RawValue>,
+    view: Option<&'a RawValue>,
+    materials: Vec<(String, &'a RawValue)>,
+    brushes: Option<&'a RawValue>,
+}
+
+impl<'de> Deserialize<'de> for Document<'de> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Reader;
+        impl<'de> Visitor<'de> for Reader {
+            type Value = Document<'de>;
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("a scene")
+            }
+            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Self::Value, A::Error> {
+                let first: Option<(String, u32)> = map.next_entry()?;
+                if !first.is_some_and(|(key, version)| {
+                    key == "argil" && (1..=FORMAT_VERSION).contains(&version)
+                }) {
+                    return Err(A::Error::custom("version"));
+                }
+                let mut document = Document::default();
+                let mut has_materials = false;
+                while let Some(key) = map.next_key::<String>()? {
+                    let seen = match key.as_str() {
+                        "name" => document.name.replace(map.next_value()?).is_some(),
+                        "credit" => document.credit.replace(map.next_value()?).is_some(),
+                        "view" => document.view.replace(map.next_value()?).is_some(),
+                        "brushes" => document.brushes.replace(map.next_value()?).is_some(),
+                        "materials" if document.brushes.is_none() => {
+                            document.materials = map.next_value::<Materials<'de>>()?.0;
+                            std::mem::replace(&mut has_materials, true)
+                        }
+                        _ => true,
+                    };
+                    if seen {
+                        return Err(A::Error::custom("field"));
+                    }
+                }
+                Ok(document)
+            }
+        }
+        deserializer.deserialize_map(Reader)
+    }
+}
+
+/// Names and materials, in the file's order: a name may stand there twice.
+struct Materials<'a>(Vec<(String, &'a RawValue)>);
+
+impl<'de> Deserialize<'de> for Materials<'de> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Reader;
+        impl<'de> Visitor<'de> for Reader {
+            type Value = Materials<'de>;
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("materials")
+            }
+            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Self::Value, A::Error> {
+                let mut all = Vec::new();
+                while let Some(entry) = map.next_entry()? {
+                    all.push(entry);
+                }
+                Ok(Materials(all))
+            }
+        }
+        deserializer.deserialize_map(Reader)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::path::Path;
+
+    fn streamed(text: &[u8]) -> Option<Scene> {
+        super::super::read::read(Path::new("test"), Box::new(text), &|| Ok(Box::new(text))).ok()
+    }
+
+    /// Both readers take the same texts, and make the same scene of one.
+    fn agree(text: &[u8]) -> bool {
+        let (quick, streamed) = (read(text), streamed(text));
+        assert!(
+            quick == streamed,
+            "read otherwise at once ({}) than as a stream ({}): {}",
+            quick.is_some(),
+            streamed.is_some(),
+            String::from_utf8_lossy(text),
+        );
+        quick.is_some()
+    }
+
+    const SCENE: &str = r#"{"argil": 1, "name": "a \"b\"", "credit": "c", "view": {"ground": true},
+        "materials": {"red": {"base_color": [1, 0, 0]}, "blue": {"roughness": 0.5}}, "brushes": [
+        {"shape": {"type": "sphere", "radius": 0.5}, "material": "red", "name": "é", "visible": false},
+        {"brushes": [{"shape": {"type": "box", "half_size": [1, 2, 3]}, "operator": "subtract", "blend": 0.1},
+        {"brushes": [], "locked": true}], "modifiers": [{"type": "translate", "by": [1, 2, 3e-1]}]},
+        {"shape": {"type": "torus", "major_radius": 1.0, "minor_radius": 0.25}, "operator": "morph", "amount": 0.5,
+        "keyframes": [{"time": 0, "translate": [0, 1, 0]}]}]}"#;
+
+    #[test]
+    fn it_takes_what_the_other_reader_takes() {
+        for text in [
+            "{\"argil\": 1, \"brushes\": []}",
+            "\u{feff}{\"argil\": 1, \"brushes\": []}\n\n",
+        ] {
+            assert!(agree(text.as_bytes()), "{text}");
+        }
+        for text in [
+            "{\"brushes\": [], \"argil\": 1}",
+            "{\"argil\": 2, \"brushes\": []}",
+            "{\"argil\": 1.0, \"brushes\": []}",
+            "{\"argil\": 1}",
+            "{\"argil\": 1, \"brushes\": null}",
+            "{\"argil\": 1, \"brushes\": [], \"materials\": {}}",
+            "{\"argil\": 1, \"brushes\": [], \"brushes\": []}",
+            "{\"argil\": 1, \"brushes\": [{}]}",
+            "{\"argil\": 1, \"brushes\": [{\"brushes\": [], \"brushes\": []}]}",
+            "{\"argil\": 1, \"brushes\": [{\"brushes\": [], \"name\": null}]}",
+            "{\"argil\": 1, \"brushes\": [{\"brushes\": [], \"material\": null}]}",
+            "{\"argil\": 1, \"brushes\": [{\"brushes\": [], \"material\": \"none\"}]}",
+            "{\"argil\": 1, \"brushes\": [{\"brushes\": [], \"blend\": -1}]}",
+            "{\"argil\": 1, \"materials\": {\"a\": {}, \"a\": {}}, \"brushes\": []}",
+            "{\"argil\": 1, \"brushes\": []}}",
+            "",
+        ] {
+            assert!(!agree(text.as_bytes()), "{text}");
+        }
+    }
+
+    #[test]
+    fn it_takes_no_damaged_text_that_the_other_reader_refuses() {
+        let own: Vec<&str> = SCENE.split_inclusive([',', ':', '{', '}', '[', ']']).collect();
+        let mut state = 7u64;
+        let mut random = |below: usize| {
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
+            (state >> 33) as usize % below
+        };
+        let mut taken = 0;
+        for _ in 0..4000 {
+            let mut words = own.clone();
+            let at = random(words.len());
+            let from = own[random(own.len())];
+            match random(4) {
+                0 => words[at] = from,
+                1 => words.insert(at, from),
+                2 => words.swap(at, random(own.len())),
+                _ => drop(words.remove(at)),
+            }
+            taken += usize::from(agree(words.concat().as_bytes()));
+        }
+        assert!((20..3900).contains(&taken), "{taken} were scenes");
+    }
+
+    #[test]
+    fn it_reads_the_order_of_groups() {
+        let group = |inner: &str| format!("{{\"brushes\": [{inner}]}}");
+        let ball = "{\"shape\": {\"type\": \"sphere\", \"radius\": 1}}";
+        let many = vec![ball; 200].join(",");
+        let inner = group(&format!("{many},{},{ball}", group(ball)));
+        let text = format!("{{\"argil\": 1, \"brushes\": [{inner},{ball}]}}");
+        assert!(agree(text.as_bytes()));
+        // Deeper than it looks: left to the other.
+        let deep = (0..MAX_LEVELS + 1).fold(ball.to_owned(), |inner, _| group(&inner));
+        let text = format!("{{\"argil\": 1, \"brushes\": [{deep}]}}");
+        assert!(read(text.as_bytes()).is_none() && streamed(text.as_bytes()).is_some());
+    }
+}
