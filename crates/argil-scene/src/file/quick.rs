@@ -321,7 +321,9 @@ mod tests {
 
     #[test]
     fn it_takes_no_damaged_text_that_the_other_reader_refuses() {
-        let own: Vec<&str> = SCENE.split_inclusive([',', ':', '{', '}', '[', ']']).collect();
+        let own: Vec<&str> = SCENE
+            .split_inclusive([',', ':', '{', '}', '[', ']'])
+            .collect();
         let mut state = 7u64;
         let mut random = |below: usize| {
             state = state
