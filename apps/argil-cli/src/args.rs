@@ -107,7 +107,7 @@ pub struct VolumeFlags {
     #[arg(long, value_name = "N")]
     pub resolution: Option<u32>,
     /// Bricks, and meshes of the field: the edge of a voxel in the scene's unit, in place of --resolution
-    #[arg(long, value_name = "LENGTH", value_parser = positive, conflicts_with = "resolution")]
+    #[arg(long, alias = "voxel", value_name = "LENGTH", value_parser = positive, conflicts_with = "resolution")]
     pub voxel_size: Option<f32>,
     /// Dense: with mips, whose band doubles level by level
     #[arg(long)]
@@ -234,9 +234,6 @@ pub struct Mesh {
     pub volume: VolumeFlags,
     #[command(flatten)]
     pub on: On,
-    /// The edge of a voxel in the scene's unit, in place of --resolution: the 2023 study's grid stride
-    #[arg(long, value_name = "LENGTH", conflicts_with_all = ["resolution", "voxel_size"])]
-    pub voxel: Option<f32>,
     /// The distance from the solid at which the surface is taken, in the scene's unit
     #[arg(
         long,

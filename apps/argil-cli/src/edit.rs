@@ -5,7 +5,7 @@ use crate::{input, output};
 use anyhow::{Context, bail, ensure};
 use argil::{Aabb, Applied, BrickEdit, Journal, Scene, World};
 use serde_json::{Value, json};
-use std::io::BufRead;
+use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -109,9 +109,17 @@ fn replay(
     let path = options.edits.display();
     let file = std::fs::File::open(&options.edits).with_context(|| path.to_string())?;
     let mut applied = Vec::new();
-    for (nth, line) in std::io::BufReader::new(file).lines().enumerate() {
-        let place = || format!("{path}:{}", nth + 1);
-        let line = line.with_context(place)?;
+    let mut file = BufReader::new(file);
+    for nth in 1.. {
+        let place = || format!("{path}:{nth}");
+        let Some(line) = next_line(&mut file).with_context(place)? else {
+            break;
+        };
+        // Some editors put a mark before UTF-8.
+        let line = match line.strip_prefix('\u{feff}') {
+            Some(rest) if nth == 1 => rest.to_owned(),
+            _ => line,
+        };
         if line.trim().is_empty() {
             continue;
         }
@@ -122,6 +130,11 @@ fn replay(
         if scene.replay(&line).with_context(place)?.is_none() {
             record(&mut journal)?;
             continue;
+        }
+        // What the edit brought has its file beside the scene's, as what was there before.
+        if !scene.missing_meshes().is_empty() {
+            input::load_meshes(scene, &options.scene, options.on.allow_outside)
+                .with_context(place)?;
         }
         let start = Instant::now();
         let own = world.apply(scene).with_context(place)?;
@@ -139,6 +152,25 @@ fn replay(
         });
     }
     Ok(applied)
+}
+
+/// Longest line of a log in bytes.
+const MOST_LINE_BYTES: u64 = 64 << 20;
+
+/// The next line, without its end.
+fn next_line(file: &mut impl BufRead) -> anyhow::Result<Option<String>> {
+    let mut line = Vec::new();
+    file.take(MOST_LINE_BYTES + 1)
+        .read_until(b'\n', &mut line)?;
+    if line.is_empty() {
+        return Ok(None);
+    }
+    ensure!(
+        line.len() as u64 <= MOST_LINE_BYTES,
+        "this line is longer than the limit, {MOST_LINE_BYTES} bytes"
+    );
+    let line = String::from_utf8(line).context("this line is no UTF-8")?;
+    Ok(Some(line.trim_end_matches(['\r', '\n']).to_owned()))
 }
 
 fn report(

@@ -11,6 +11,9 @@ pub fn run(options: &Import) -> anyhow::Result<()> {
     output::check_place(&options.output, &options.file)?;
     output::check_ending(&options.output, "a scene", "json")?;
     let is_mesh = Format::of(&options.file).is_some();
+    if !is_mesh {
+        refuse_other_meshes(&options.file)?;
+    }
     ensure!(
         is_mesh || options.resolution.is_none(),
         "--resolution says how a mesh is sampled, and {} is none: leave it out",
@@ -24,7 +27,6 @@ pub fn run(options: &Import) -> anyhow::Result<()> {
     let (mut scene, loaded) = if is_mesh {
         mesh(options)?
     } else {
-        refuse_other_meshes(&options.file)?;
         (Scene::import_tree(&options.file)?, None)
     };
     scene.name = options

@@ -40,7 +40,7 @@ pub fn scene(path: &Path, outside: bool) -> anyhow::Result<Scene> {
     Ok(scene)
 }
 
-/// Load what a scene's file names.
+/// Load what a scene's file names, and warn of what was left out of it or filled.
 pub fn load_meshes(
     scene: &mut Scene,
     path: &Path,
@@ -48,7 +48,13 @@ pub fn load_meshes(
 ) -> anyhow::Result<Vec<argil::LoadedMesh>> {
     let folder = path.parent().unwrap_or(Path::new("."));
     let loaded = argil::load_meshes(scene, folder, outside);
-    loaded.with_context(|| path.display().to_string())
+    let loaded = loaded.with_context(|| path.display().to_string())?;
+    for mesh in &loaded {
+        for warning in mesh.repairs.warnings() {
+            eprintln!("warning: {}: {warning}", mesh.path);
+        }
+    }
+    Ok(loaded)
 }
 
 /// Refuse an output that would replace a mesh which the scene is made of.
@@ -94,8 +100,10 @@ pub fn world(
         let mut scene = scene(path, outside)?;
         set_time(&mut scene, time, path)?;
         let via = representation(via.unwrap_or(args::Via::Field), flags, engine)?;
-        let build = || engine.build(&scene)?.via(&scene, via);
-        let world = build().with_context(|| path.display().to_string())?;
+        let place = || path.display().to_string();
+        let world = engine.build(&scene).with_context(place)?;
+        crate::long_work::warn(world.program(), path);
+        let world = world.via(&scene, via).with_context(place)?;
         return Ok((scene, world));
     }
     let marching = VolumeFlags {

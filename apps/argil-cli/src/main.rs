@@ -10,6 +10,7 @@ mod failure;
 mod import;
 mod info;
 mod input;
+mod long_work;
 mod mesh;
 mod output;
 mod progress;

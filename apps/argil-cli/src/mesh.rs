@@ -36,20 +36,7 @@ pub fn run(options: &Mesh) -> anyhow::Result<()> {
     // The field takes its resolution with the mesh, not before.
     let is_field =
         options.via.is_none_or(|via| via == args::Via::Field) && !input::is_volume(&options.scene)?;
-    // Of the field, both are the mesh's.
-    let voxel = options
-        .voxel
-        .or(options.volume.voxel_size.filter(|_| is_field));
-    ensure!(
-        options.voxel.is_none() || is_field,
-        "--voxel: a volume has its voxels; leave it out, or mesh the field of a scene"
-    );
-    ensure!(
-        options
-            .voxel
-            .is_none_or(|voxel| voxel > 0.0 && voxel.is_finite()),
-        "--voxel: the edge of a voxel is a length above 0, in the scene's unit"
-    );
+    let voxel = options.volume.voxel_size.filter(|_| is_field);
     let resolution = options.volume.resolution;
     let mut flags = options.volume.clone();
     if is_field {

@@ -108,6 +108,34 @@ fn json_has_the_promised_keys_and_the_devices_agree() {
     assert!(differ < 96 * 64 * 3 / 200, "{differ}");
 }
 
+/// What takes long is said before it begins.
+#[test]
+fn scenes_that_take_long_say_why() {
+    let folder = folder();
+    let place = folder.path().join("many.json").display().to_string();
+    let draw = |spacing: [f32; 2]| {
+        let [inner, outer] = spacing;
+        let text = format!(
+            r#"{{"argil": 1, "brushes": [{{"brushes": [{{"shape": {{"type": "box", "half_size": [0.3, 0.3, 0.3]}},
+            "modifiers": [{{"type": "repeat", "spacing": [{inner}, {inner}, {inner}], "count": [4, 4, 4]}}]}}],
+            "modifiers": [{{"type": "repeat", "spacing": [{outer}, 0, 0], "count": [5, 1, 1]}}]}}]}}"#
+        );
+        std::fs::write(&place, text).expect("a file");
+        let picture = folder.path().join("p.png").display().to_string();
+        let output = argil(&[
+            "render", &place, "-o", &picture, "--size", "16x16", "--show", "normal",
+        ]);
+        assert!(output.status.success());
+        String::from_utf8_lossy(&output.stderr).into_owned()
+    };
+    assert_eq!(draw([2.0, 20.0]), "");
+    let warned = draw([0.25, 0.5]);
+    assert!(
+        warned.contains("many.json: this takes long, as 320 copies"),
+        "{warned}"
+    );
+}
+
 #[test]
 fn an_orbit_is_timed_and_numbered() {
     let folder = folder();

@@ -99,6 +99,41 @@ fn a_journal_brings_edits_back() {
     fails(&read, 1, "this is the input");
 }
 
+/// A log that an editor has put a mark before brings a mesh, whose file lies beside the scene's.
+#[test]
+fn a_log_can_bring_a_mesh() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let place = |name: &str| folder.path().join(name).display().to_string();
+    std::fs::copy(scene("csg20"), place("s.json")).expect("a copy");
+    let suzanne = format!("{}/../../scenes/suzanne.obj", env!("CARGO_MANIFEST_DIR"));
+    std::fs::copy(suzanne, place("suzanne.obj")).expect("a copy");
+    let edit = r#"{"edit": "insert", "entry": {"shape": {"type": "mesh", "path": "suzanne.obj", "resolution": 32}}}"#;
+    let edits = place("edits.jsonl");
+    std::fs::write(&edits, format!("\u{feff}{edit}\r\n")).expect("a file");
+    let own = place("s.json");
+    let run = [
+        "edit",
+        &own,
+        "--edits",
+        &edits,
+        "--resolution",
+        "48",
+        "--check",
+    ];
+    let output = argil(&[&run[..], &["--json"]].concat());
+    let warned = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(
+        warned.contains("suzanne.obj: 4 holes were closed"),
+        "{warned}"
+    );
+    assert_eq!(json(&output)["differing_cells"], 0);
+    // Only the first line can have such a mark, and a file that is not there is named.
+    std::fs::write(&edits, format!("{edit}\n\u{feff}{edit}\n")).expect("a file");
+    fails(&run, 1, "edits.jsonl:2: ");
+    std::fs::write(&edits, edit.replace("suzanne.obj", "gone.obj")).expect("a file");
+    fails(&run, 1, "gone.obj");
+}
+
 #[test]
 fn edits_that_cannot_be_done_are_named() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -119,6 +154,17 @@ fn edits_that_cannot_be_done_are_named() {
     fails(&run, 1, "edits.jsonl:1: invalid type");
     std::fs::write(&edits, [0xff, 0xfe, b'\n']).expect("a file");
     fails(&run, 1, "edits.jsonl:1");
+    if cfg!(unix) {
+        let run = [
+            "edit",
+            &teapot,
+            "--edits",
+            "/dev/zero",
+            "--resolution",
+            "16",
+        ];
+        fails(&run, 1, "/dev/zero:1: this line is longer");
+    }
     let gone = place("gone.jsonl");
     fails(&["edit", &teapot, "--edits", &gone], 1, "gone.jsonl");
     let dense = ["--via", "dense", "--check", "--device", "cpu"];

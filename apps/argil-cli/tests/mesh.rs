@@ -418,14 +418,14 @@ fn what_cannot_be_is_refused() {
     fails(
         &["mesh", &own, "--voxel", "0.1", "--resolution", "64"],
         2,
-        "--voxel",
+        "--voxel-size",
     );
-    fails(&["mesh", &own, "--voxel", "0"], 1, "above 0");
+    fails(&["mesh", &own, "--voxel", "0"], 2, "above 0");
     fails(&["mesh", &own, "--voxel", "1e-9"], 1, "4096");
     fails(
         &["mesh", &own, "--voxel", "0.1", "--via", "dense"],
         1,
-        "--voxel",
+        "--voxel-size",
     );
     fails(&["mesh", &own, "--resolution", "100000"], 1, "4096");
     assert!(!Path::new(&place("x.obj")).exists());

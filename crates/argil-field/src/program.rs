@@ -97,6 +97,34 @@ impl Program {
             + size_of_val(&self.materials[..])
     }
 
+    /// Most copies of a brush that are measured around one point, over all loops that it is in; 1 without any.
+    pub fn most_copies(&self) -> u64 {
+        let (mut most, mut open) = (1, vec![1u64]);
+        for instr in &self.instrs {
+            if let Some(copies) = self.copies_of(instr) {
+                let around = open.last().copied().unwrap_or(1);
+                open.push(around.saturating_mul(copies));
+                most = most.max(around.saturating_mul(copies));
+            } else if instr.op == abi::OP_NEXT {
+                open.pop();
+            }
+        }
+        most
+    }
+
+    /// How many copies a loop looks at, if an instruction begins one.
+    fn copies_of(&self, instr: &Instr) -> Option<u64> {
+        let word = |i: u32| {
+            let word = self.params.get((instr.params + i) as usize);
+            word.copied().unwrap_or(0.0) as u64
+        };
+        match instr.op {
+            abi::OP_REPEAT => Some(word(12) * word(13) * word(14)),
+            abi::OP_RADIAL => Some(word(2)),
+            _ => None,
+        }
+    }
+
     /// Loop iterations of one evaluation on the GPU, at most: one an instruction, those of copies and of searches along
     /// curves besides.
     pub fn iterations(&self) -> u64 {
@@ -116,11 +144,10 @@ impl Program {
                 _ => 1,
             };
             total = total.saturating_add(times.saturating_mul(own));
-            match instr.op {
-                abi::OP_REPEAT => copies.push(times.saturating_mul(word(12) * word(13) * word(14))),
-                abi::OP_RADIAL => copies.push(times.saturating_mul(word(2))),
-                abi::OP_NEXT => drop(copies.pop()),
-                _ => {}
+            if let Some(own) = self.copies_of(instr) {
+                copies.push(times.saturating_mul(own));
+            } else if instr.op == abi::OP_NEXT {
+                copies.pop();
             }
         }
         total

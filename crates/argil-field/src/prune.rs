@@ -249,7 +249,7 @@ fn close_loops(instrs: &mut [Instr]) {
     for (at, instr) in instrs.iter_mut().enumerate() {
         match instr.op {
             abi::OP_REPEAT | abi::OP_RADIAL => open.push(at as u32),
-            abi::OP_NEXT => instr.operand = open.pop().unwrap_or(0),
+            abi::OP_NEXT => instr.operand = open.pop().expect("each end of a loop has a beginning"),
             _ => {}
         }
     }

@@ -338,7 +338,8 @@ pub(crate) async fn read(
     let used: BTreeSet<u32> = words.iter().copied().filter(|&w| is_brick(w)).collect();
     let used: Vec<u32> = used.into_iter().collect();
     for word in words.iter_mut().filter(|word| is_brick(**word)) {
-        *word = used.binary_search(word).unwrap_or(0) as u32;
+        let place = used.binary_search(word);
+        *word = place.expect("the list was made of these words") as u32;
     }
     let mut samples = Vec::new();
     let top = counted.get(abi::COUNTER_TOP);
@@ -407,7 +408,8 @@ pub(crate) async fn read(
     }
     for look in &mut looks {
         if let Some(block) = block_of(*look) {
-            *look = abi::BRICK_MIXED | blocks.binary_search(&block).unwrap_or(0) as u32;
+            let place = blocks.binary_search(&block);
+            *look = abi::BRICK_MIXED | place.expect("the list was made of these looks") as u32;
         }
     }
     let materials = (looks, mixed);

@@ -42,7 +42,11 @@ impl Way {
     }
 }
 
-/// What a sample begins with.
+/// What a sample begins with. In a browser nothing of a GPU is sent to other threads.
+#[cfg(not(target_arch = "wasm32"))]
+pub(crate) type Before<'a> =
+    dyn FnMut(&Frame, Option<&mut Timing>) -> Result<(), GpuError> + Send + 'a;
+#[cfg(target_arch = "wasm32")]
 pub(crate) type Before<'a> = dyn FnMut(&Frame, Option<&mut Timing>) -> Result<(), GpuError> + 'a;
 
 /// The passes of a picture.

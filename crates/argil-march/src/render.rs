@@ -144,7 +144,10 @@ fn draw(
         size: [width, height],
         rgb,
         hits,
-        statistics: counts.into_inner().unwrap_or_default().statistics(),
+        statistics: counts
+            .into_inner()
+            .expect("no thread of it has panicked")
+            .statistics(),
         hit_pixels: hit_pixels.into_inner(),
     }
 }

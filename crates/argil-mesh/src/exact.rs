@@ -37,7 +37,7 @@ pub fn refine(program: &Program, lists: &CellLists, marched: &mut Marched) {
                 let n = positions.len();
                 let axis_of = |at: usize| {
                     let axis = group.ends.iter().position(|&end| at < end as usize);
-                    axis.unwrap_or(0)
+                    axis.expect("a vertex of the group")
                 };
                 measure(evaluator, list, positions, room);
                 for (i, (position, beside)) in positions.iter_mut().zip(&mut *normals).enumerate() {
@@ -70,7 +70,8 @@ pub fn outwards(marched: &mut Marched) {
     } = marched;
     for group in groups {
         for at in group.begin..group.ends[2] {
-            let axis = group.ends.iter().position(|&end| at < end).unwrap_or(0);
+            let axis = group.ends.iter().position(|&end| at < end);
+            let axis = axis.expect("a vertex of the group");
             let [a, b] = spans[at as usize];
             if let Some(normal) = mesh.normals.get_mut(at as usize) {
                 normal[axis] = normal[axis].abs().copysign(b - a);

@@ -93,7 +93,8 @@ impl Solid {
                 MeshInput::Nothing
             });
         }
-        let bounds = mesh.aabb();
+        // Corners of what was left out do not count.
+        let bounds = Aabb::around((0..mesh.triangles.len()).flat_map(|i| mesh.corners(i)));
         let size = bounds.size().max_element();
         let away = bounds.min.abs().max(bounds.max.abs()).max_element();
         if !(SHORTEST..=LONGEST).contains(&size) || away > LONGEST {
@@ -117,7 +118,7 @@ impl Solid {
         Ok(Self {
             surface: tree,
             all,
-            aabb: mesh.aabb(),
+            aabb: bounds,
             repairs,
         })
     }

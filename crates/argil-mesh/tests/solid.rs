@@ -449,6 +449,7 @@ fn what_encloses_nothing_or_cannot_be_measured_is_told() {
     both.triangles.extend(sheet);
     let solid = Solid::new(&both).expect("a solid");
     assert_eq!(solid.repairs().sheets, 1);
+    assert!(solid.aabb().max.y < 2.0, "{:?}", solid.aabb());
     assert_eq!(solid.repairs().sheet_box, [0.0, 2.0, 0.0, 1.0, 3.0, 0.0]);
     assert!(solid.distance(Vec3::new(0.5, 2.5, 0.0)) > 1.0);
     assert!(solid.repairs().warnings()[0].contains("[0, 2, 0] to [1, 3, 0]"));

@@ -425,7 +425,9 @@ fn stored(volume: &Volume, point: Vec3) -> f32 {
     let held = volume.lattice().aabb();
     let inside = point.clamp(held.min, held.max);
     let d = match volume {
-        Volume::Dense(dense) => dense.distance(0, inside).unwrap_or_default(),
+        Volume::Dense(dense) => dense
+            .distance(0, inside)
+            .expect("its first level, and a point in its box"),
         Volume::Bricks(bricks) => bricks.distance(inside),
         Volume::Octree(_) => 0.0,
     };

@@ -148,7 +148,8 @@ impl World {
         wait(self.via_async(scene, via))
     }
 
-    /// [`World::via`] where a GPU cannot be waited for in place: in a browser.
+    /// [`World::via`] where a GPU cannot be waited for in place: in a browser. A future of a world on the CPU does all of its work when it is first polled, as nothing is waited for: poll it on a thread
+    /// that may be busy, and stop it by [`World::set_control`].
     ///
     /// # Errors
     /// As there.
@@ -325,8 +326,8 @@ impl World {
 
     /// Follow a scene that was edited. Sparse bricks are changed in place, at the cost of what the edits touch, if the scene
     /// is the one that the world was built from and its edits told boxes for the world's [bands](World::bands). Otherwise,
-    /// and where an edit changes what all distances are relied on for, everything is made again, on the same lattice; the
-    /// result is the same. On a GPU edits are submitted and not waited for, and nothing is compiled unless the world is
+    /// and where an edit changes what all distances are relied on for, everything is made again, of voxels of the same size; the
+    /// result is that of a fresh bake. On a GPU edits are submitted and not waited for, and nothing is compiled unless the world is
     /// specialised, or a software device lacks an opcode.
     ///
     /// # Errors
@@ -335,7 +336,7 @@ impl World {
         wait(self.follow(scene, None))
     }
 
-    /// [`World::apply`] in a browser.
+    /// [`World::apply`] as a future; see [`World::via_async`].
     ///
     /// # Errors
     /// As there.
@@ -645,7 +646,7 @@ impl World {
         wait(self.draw_async(camera, settings))
     }
 
-    /// [`World::draw`] in a browser.
+    /// [`World::draw`] as a future; see [`World::via_async`].
     ///
     /// # Errors
     /// As there.

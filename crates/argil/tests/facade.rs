@@ -217,3 +217,30 @@ fn what_is_cancelled_ends_and_is_no_loss() -> Result<(), Box<dyn std::error::Err
     assert!(is_cancelled || was_kept);
     Ok(())
 }
+
+/// A program with threads can move what waits for a device from one to another.
+#[cfg(not(target_arch = "wasm32"))]
+#[test]
+fn futures_can_be_sent() -> Result<(), Box<dyn std::error::Error>> {
+    fn sent<F: Future + Send>(future: F) -> F {
+        future
+    }
+    let mut scene = Scene::open(TEAPOT)?;
+    let options = BricksOptions {
+        resolution: 24,
+        ..BricksOptions::default()
+    };
+    let engine = pollster::block_on(sent(Engine::on_async(Backend::Cpu)))?;
+    let world = engine.build(&scene)?;
+    let mut world = pollster::block_on(sent(world.via_async(&scene, Via::Bricks(options))))?;
+    scene.push(Brush::new(Shape::sphere(0.4)))?;
+    pollster::block_on(sent(world.apply_async(&scene)))?;
+    pollster::block_on(sent(world.finish_async()))?;
+    pollster::block_on(sent(world.volume_info_async()))?;
+    let camera = world.camera();
+    let settings = world.settings([16, 16], argil::Show::Normal);
+    let drawn = pollster::block_on(sent(world.draw_async(&camera, &settings)))?;
+    let (again, _) = pollster::block_on(sent(world.draw_with_lengths_async(&camera, &settings)))?;
+    assert_eq!(drawn.hit_pixels, again.hit_pixels);
+    Ok(())
+}

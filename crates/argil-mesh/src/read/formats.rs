@@ -3,9 +3,9 @@
 use super::{MOST_TRIANGLES, ReadFault};
 use crate::Mesh;
 use glam::{Mat4, Vec3};
-use ply_rs_bw::parser::{Parser, Reader};
+use ply_rs_bw::parser::{ParseError, Parser, Reader};
 use ply_rs_bw::ply::{Property, PropertyAccess, PropertyAccessResult};
-use std::io::{BufReader, Cursor};
+use std::io::{BufReader, Cursor, ErrorKind};
 
 /// An OBJ file's text as its reader expects it: UTF-8 without a mark at its beginning (bytes that are none are taken for
 /// Latin-1, which comments and names of old programs are in), lines that end with a line feed, and none that goes on.
@@ -19,8 +19,12 @@ fn obj_lines(bytes: &[u8]) -> String {
     text.replace("\\\n", " ")
 }
 
-/// The first line of an OBJ file's text that is no corner or face, though it begins as one.
+/// The first line of an OBJ file's text that is no corner or face, though it begins as one, or whose corners there are not.
 fn bad_obj_line(text: &str) -> Option<String> {
+    let corners = text
+        .lines()
+        .filter(|line| line.split_whitespace().next() == Some("v"));
+    let corners = corners.count() as u64;
     let is_bad = |line: &str| {
         let mut words = line.split_whitespace();
         match words.next() {
@@ -31,7 +35,8 @@ fn bad_obj_line(text: &str) -> Option<String> {
             Some("f") => {
                 let is_index = |word: &str| {
                     let first = word.split('/').next().unwrap_or(word);
-                    first.parse::<i64>().is_ok()
+                    let index = first.parse::<i64>().map(i64::unsigned_abs);
+                    index.is_ok_and(|index| (1..=corners).contains(&index))
                 };
                 let words: Vec<&str> = words.take_while(|word| !word.starts_with('#')).collect();
                 words.len() < 3 || !words.iter().all(|word| is_index(word))
@@ -52,6 +57,9 @@ pub(super) fn obj(bytes: &[u8]) -> Result<Mesh, ReadFault> {
         ignore_lines: true,
         ..tobj::LoadOptions::default()
     };
+    if bytes.contains(&0) {
+        return Err("it holds bytes that no text has".into());
+    }
     let text = obj_lines(bytes);
     let mut file = BufReader::new(Cursor::new(text.as_bytes()));
     // Materials stand in another file, and are left out.
@@ -227,8 +235,31 @@ fn check_accessor(
     Ok(())
 }
 
+/// What a reader says, in words that say what to do.
+fn said(kind: ErrorKind, text: String) -> String {
+    match kind {
+        ErrorKind::UnexpectedEof => "it ends in the middle: it is cut off".to_owned(),
+        _ => text,
+    }
+}
+
+/// The same of a PLY file's reader: its first line, and the text that it is about.
+fn ply_fault(error: &ParseError) -> String {
+    let text = error.to_string();
+    let mut lines = text.lines();
+    let first = lines.next().unwrap_or_default();
+    let about = lines.find_map(|line| line.trim().strip_prefix("String: "));
+    let about = about.map(|about| about.chars().take(60).collect::<String>());
+    let text = match about {
+        Some(about) => format!("{first}: {about}"),
+        None => first.to_owned(),
+    };
+    said(error.kind(), text)
+}
+
 pub(super) fn stl(bytes: &[u8]) -> Result<Mesh, ReadFault> {
-    let found = stl_io::read_stl(&mut Cursor::new(bytes)).map_err(|e| e.to_string())?;
+    let found = stl_io::read_stl(&mut Cursor::new(bytes));
+    let found = found.map_err(|e| said(e.kind(), e.to_string()))?;
     Ok(Mesh {
         positions: found.vertices.iter().map(|v| Vec3::from(v.0)).collect(),
         triangles: found
@@ -298,7 +329,7 @@ impl PropertyAccess for PlyPart {
 pub(super) fn ply(bytes: &[u8]) -> Result<Mesh, ReadFault> {
     let parser = Parser::<PlyPart>::new();
     let mut file = Reader::new(bytes);
-    let header = parser.read_header(&mut file).map_err(|e| e.to_string())?;
+    let header = parser.read_header(&mut file).map_err(|e| ply_fault(&e))?;
     let mut mesh = Mesh::default();
     for element in header.elements.values() {
         // No element takes less than a byte.
@@ -313,7 +344,7 @@ pub(super) fn ply(bytes: &[u8]) -> Result<Mesh, ReadFault> {
         }
         let parts = parser
             .read_payload_for_element(&mut file, element, &header)
-            .map_err(|e| e.to_string())?;
+            .map_err(|e| ply_fault(&e))?;
         match element.name.as_str() {
             "vertex" => mesh.positions = parts.iter().map(|part| part.place).collect(),
             "face" => {
@@ -335,8 +366,33 @@ pub(super) fn ply(bytes: &[u8]) -> Result<Mesh, ReadFault> {
 }
 
 #[cfg(test)]
-mod obj_tests {
+mod tests {
     use super::*;
+
+    #[test]
+    fn what_is_damaged_is_told_by_place_and_in_words() {
+        let reason = |found: Result<Mesh, ReadFault>| match found {
+            Err(ReadFault::Damaged(reason)) => reason,
+            other => panic!("{other:?}"),
+        };
+        let corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
+        for face in ["f 1 2 4", "f 1 2 -4", "f 0 1 2", "f 1 2 x"] {
+            let found = reason(obj(format!("{corners}f 1 2 3\n{face}\n").as_bytes()));
+            assert_eq!(found, format!("line 5: \"{face}\""));
+        }
+        assert!(reason(obj(b"v 0 0 0\0\x01")).contains("no text"));
+        let mut binary = vec![0; 80];
+        binary.extend(2u32.to_le_bytes());
+        binary.extend([0; 60]);
+        assert!(reason(stl(&binary)).contains("cut off"));
+        let header = "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\nproperty float z\nend_header\n";
+        let found = reason(ply(format!("{header}0 0 0\n1 a 0\n").as_bytes()));
+        assert!(
+            found.contains("ine 9") && found.contains("1 a 0") && !found.contains('\n'),
+            "{found}"
+        );
+        assert!(reason(ply(format!("{header}0 0 0\n").as_bytes())).contains("cut off"));
+    }
 
     #[test]
     fn old_and_odd_text_is_read() {

@@ -570,13 +570,25 @@ fn enter_object(reader: &mut Tokens<'_>, path: &mut &str) -> Result<bool, Reader
     Ok(false)
 }
 
+/// `UnexpectedComma` → `unexpected comma`.
+fn in_words(name: &str) -> String {
+    let mut words = String::new();
+    for c in name.chars() {
+        if c.is_uppercase() && !words.is_empty() {
+            words.push(' ');
+        }
+        words.extend(c.to_lowercase());
+    }
+    words
+}
+
 fn describe(error: &ReaderError) -> String {
     match error {
         ReaderError::SyntaxError(e) => match e.kind {
             SyntaxErrorKind::IncompleteDocument => {
                 "the file ends in the middle: it is cut off".to_owned()
             }
-            kind => format!("not JSON here: {kind:?}"),
+            kind => format!("not JSON here: {}", in_words(&format!("{kind:?}"))),
         },
         ReaderError::UnexpectedValueType {
             expected, actual, ..
