@@ -1,6 +1,6 @@
 //! Edits in place: after any sequence of edits, undos and redos, bricks are those of a fresh bake, to the bit.
 
-use argil_conformance::{Clay, Numbers, Wait, gpu, random_blends, random_scene, shipped};
+use argil_conformance::{Clay, Numbers, Wait, gpu, random_blends, random_scene, shapes, shipped};
 use argil_gpu::Gpu;
 use argil_scene::{Body, Brush, Edit, Entry, Group, Material, Modifier, NodeId, Scene, Shape};
 use argil_volume::{Bits, BrickSettings, Encoding};
@@ -169,6 +169,42 @@ fn many_small_brushes_and_groups_are_edited_in_place() {
     }
     let settings = BrickSettings::default();
     assert!(sculpt("six hundred", &mut scene, 160, &settings, 60) <= 3);
+}
+
+/// Brushes of all shapes put behind all else, some of them several at once: where they can matter is known by what bricks hold.
+#[test]
+fn what_comes_last_is_followed() {
+    for seed in 0..6u64 {
+        let mut numbers = Numbers::new(300 + seed);
+        let mut scene = random_blends(80 + seed, 12).scene;
+        let usual = BrickSettings::default();
+        let settings = BrickSettings {
+            brick: [8, 4, 16][seed as usize % 3],
+            encoding: [Encoding::default(), usual.encoding][seed as usize / 3],
+            ..usual
+        };
+        let mut clay = Clay::of(&mut scene, 80, &settings);
+        let shapes = shapes();
+        for nth in 0..36 {
+            for _ in 0..1 + nth % 3 {
+                let (_, shape) = &shapes[(numbers.unit() * shapes.len() as f32) as usize];
+                let mut brush = Brush::new(shape.clone())
+                    .scaled(numbers.between(0.1, 0.5))
+                    .rotated([0.3, 1.0, 0.2], 360.0 * numbers.unit())
+                    .at(numbers.point(1.0).to_array())
+                    .blend(numbers.between(-0.02, 0.1).max(0.0));
+                if numbers.unit() < 0.6 {
+                    brush = brush.subtract();
+                }
+                // What is refused changes nothing.
+                let _ = scene.push(brush);
+            }
+            clay.follow(&mut scene);
+            if nth % 6 == 5 {
+                assert_eq!(clay.differing(&scene), 0, "seed {seed}, edit {nth}");
+            }
+        }
+    }
 }
 
 /// A brush that takes away, and one after it that takes the place of all before only where that is: without the first, the

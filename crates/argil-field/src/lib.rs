@@ -59,7 +59,7 @@ mod trim;
 pub use bounds::ClearTerms;
 pub use evaluate::Evaluator;
 pub use grid::Grid;
-pub use live::{LiveProgram, Touched, Upset};
+pub use live::{Added, LiveProgram, Touched, Upset};
 pub use loose::NearJumps;
 pub use lower::LowerError;
 pub use near::{NearEvaluator, NearField};

@@ -6,6 +6,7 @@
 //! are in. In the part it gives the scene's distances, as far as those are below the live program's far length. What remains
 //! linear in the number of operands of a group, with a small factor, is finding a piece's place in the order.
 
+mod added;
 mod groups;
 mod lists;
 mod piece;
@@ -18,6 +19,7 @@ use crate::parts::{Part, Parts};
 use crate::pieces::{ROOT, Told, regularity_of};
 use crate::program::Program;
 use crate::{ClearTerms, LowerError, Opcodes};
+pub use added::Added;
 use argil_math::Aabb;
 use argil_scene::{Change, Extents, NodeId, OperatorKind, Scene};
 use glam::Vec3;

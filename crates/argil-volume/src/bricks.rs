@@ -38,6 +38,7 @@ mod material;
 mod octants;
 mod plan;
 mod pool;
+mod reached;
 mod table;
 mod words;
 mod work;

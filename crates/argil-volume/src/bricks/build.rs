@@ -122,6 +122,16 @@ impl<'a> Bounds<'a> {
             && (self.terms.radius(d) - 1.000_01 * radius) * self.lipschitz >= self.far
     }
 
+    /// The lengths that a distance can have of which a cell [keeps](Self::center) so much, where nothing jumps.
+    pub fn lengths(&self, center: f32) -> [f32; 2] {
+        let least = center.abs().min(self.far);
+        if least > 0.999 * self.far {
+            return [least, f32::MAX];
+        }
+        let steepness = self.terms.steepness / self.lipschitz;
+        [least, 1.000_01 * (least * steepness + self.terms.slack)]
+    }
+
     /// What a cell keeps whose centre is so far.
     pub fn center(&self, d: f32) -> f32 {
         let plain = self.terms.radius(d);
@@ -272,8 +282,15 @@ pub(super) fn candidates(
                 let first = *block * super::BLOCK_SIDE as i32;
                 let bounds = bounds.of_block(layout, first);
                 let instrs = &plan.instrs[range.clone()];
-                let mut found =
-                    near_block(layout, &bounds, first, instrs, pruner, words, |_| u64::MAX);
+                let mut found = near_block(
+                    layout,
+                    &bounds,
+                    first,
+                    (instrs, u64::MAX),
+                    pruner,
+                    words,
+                    |_| u64::MAX,
+                );
                 found.slot = first_slot + at;
                 found
             },
@@ -295,34 +312,38 @@ pub(super) fn settle(words: &mut [u32]) -> u64 {
     mask
 }
 
-/// Measure a block's cells: the words of those that are empty, and the others with their lists, of the cells that are wanted once
-/// the pruner has marked them.
+/// Measure some of a block's cells: the words of those that are empty, and the others with their lists, of the cells that are
+/// wanted once the pruner has marked them, in their order.
 pub(super) fn near_block(
     layout: &BrickLayout,
     bounds: &Bounds<'_>,
     first: IVec3,
-    instrs: &[Instr],
+    (instrs, some): (&[Instr], u64),
     pruner: &mut Pruner<'_>,
     words: &mut [u32],
     wanted: impl FnOnce(&Pruner<'_>) -> u64,
 ) -> Candidates {
     let cell = |i: usize| first + inner_cell(i);
-    let centers: [Vec3; CELLS] = std::array::from_fn(|i| layout.middle(cell(i), 1));
+    let mut cells = [0; CELLS];
+    let count = some.count_ones() as usize;
+    let all = (0..CELLS).filter(|i| some >> i & 1 != 0);
+    cells.iter_mut().zip(all).for_each(|(own, i)| *own = i);
+    let centers: [Vec3; CELLS] = std::array::from_fn(|nth| layout.middle(cell(cells[nth]), 1));
     let mut d = [0.0; CELLS];
     let radius = layout.half_diagonal(1);
-    pruner.mark(instrs, &centers, radius, &mut d);
+    pruner.mark(instrs, &centers[..count], radius, &mut d[..count]);
     let wanted = wanted(pruner);
     let mut found = Candidates::default();
     let mut doubtful = 0u64;
-    for (i, (word, &d)) in words.iter_mut().zip(&d).enumerate() {
+    for (nth, (&i, &d)) in cells.iter().zip(&d).enumerate().take(count) {
         // Of a candidate, what stays if its brick is dropped.
-        *word = empty_word(bounds.center(d));
+        words[i] = empty_word(bounds.center(d));
         if bounds.is_clear(d, radius) {
             continue;
         }
-        if wanted >> i & 1 != 0 && layout.may_hold(cell(i)) {
+        if wanted >> nth & 1 != 0 && layout.may_hold(cell(i)) {
             let from = found.instrs.len();
-            pruner.list(instrs, i, &mut found.instrs);
+            pruner.list(instrs, nth, &mut found.instrs);
             found.cells.push((i as u8, from..found.instrs.len()));
             doubtful |= u64::from(bounds.is_doubtful(d, radius)) << i;
         }

@@ -14,6 +14,7 @@ use super::inner_cell;
 use super::material::PLACES;
 use super::octants::{self, OCTANTS};
 use super::pool::Pool;
+use super::reached::Reached;
 use super::table::FAR_SLOTS;
 use super::words::{center_of, empty_word, is_brick};
 use super::work::{EditWork, Unit};
@@ -153,15 +154,17 @@ impl Bricks {
         units: Vec<Unit>,
         budget: Option<u64>,
     ) -> Result<BrickEdit, BricksError> {
+        let bounds = Bounds::new(live.program(), &self.layout);
+        let encoding = &self.layout.encoding;
+        let fill = encoding.fill(live.program(), &self.layout.lattice, 0);
+        let (units, reached) = self.keep_reached::<T>(live, work, units, (&bounds, &fill));
         let edit = Editing {
             layout: self.layout,
             live,
             touched: work.touched(live),
-            bounds: Bounds::new(live.program(), &self.layout),
-            fill: self
-                .layout
-                .encoding
-                .fill(live.program(), &self.layout.lattice, 0),
+            reached,
+            bounds,
+            fill,
             places: Places::new(&self.layout),
             work,
         };
@@ -282,6 +285,24 @@ impl Bricks {
     }
 }
 
+/// The lowest bits of `bits`, each at the place of one of the bits of `places`, in their order.
+fn scattered(bits: u64, places: u64) -> u64 {
+    if places == u64::MAX {
+        return bits;
+    }
+    let all = (0..CELLS).filter(|i| places >> i & 1 != 0).enumerate();
+    all.fold(0, |out, (nth, i)| out | (bits >> nth & 1) << i)
+}
+
+/// The other way round.
+fn gathered(bits: u64, places: u64) -> u64 {
+    if places == u64::MAX {
+        return bits;
+    }
+    let all = (0..CELLS).filter(|i| places >> i & 1 != 0).enumerate();
+    all.fold(0, |out, (nth, i)| out | (bits >> i & 1) << nth)
+}
+
 /// What all blocks of an edit share.
 struct Editing<'a> {
     layout: BrickLayout,
@@ -291,6 +312,8 @@ struct Editing<'a> {
     places: Places,
     /// What can have changed, where that is known.
     touched: Option<&'a Touched>,
+    /// In which cells, where that is known without lists.
+    reached: Option<Reached>,
     work: &'a EditWork,
 }
 
@@ -382,14 +405,21 @@ impl Editing<'_> {
         let Worker { pruner, filler } = worker;
         // The cells that edits can have changed: a bit for each.
         let mut changed = self.mattered(first, lists, pruner);
+        let reached = self.reached.as_ref().map(|reached| reached[&first]);
+        let some = reached.unwrap_or(u64::MAX);
         let wanted = |pruner: &Pruner<'_>| {
             if let Some(touched) = self.touched.filter(|_| changed != u64::MAX) {
-                changed |= pruner.needed(instrs, |instr| touched.has(instr));
+                let needed = pruner.needed(instrs, |instr| touched.has(instr));
+                changed |= scattered(needed, some);
+                return gathered(changed, some);
             }
             changed
         };
         let words = &mut made.words;
-        let found = near_block(&self.layout, &bounds, first, instrs, pruner, words, wanted);
+        let listed = (&instrs[..], some);
+        let found = near_block(&self.layout, &bounds, first, listed, pruner, words, wanted);
+        // The others are as they were.
+        changed &= some;
         let reach = 0.5 * 3f32.sqrt() * self.layout.lattice.voxel;
         let samples = self.layout.brick_samples() as usize;
         // Of a block that there was not, far words.

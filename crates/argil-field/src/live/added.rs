@@ -1,0 +1,64 @@
+//! What an update has put behind all that was there.
+
+use super::LiveProgram;
+use crate::Program;
+use crate::brush::Brush;
+use crate::combine::Joint;
+use crate::pieces::ROOT;
+use argil_abi as abi;
+use argil_math::Aabb;
+use argil_scene::Extent;
+use glam::Vec3;
+
+/// Brushes that the last update has put behind all that was there, as a carve is: the scene as it was is what they are joined
+/// with, so that distances which somebody has kept tell where they can matter.
+pub struct Added<'a> {
+    program: &'a Program,
+    brushes: Vec<(Extent, Joint)>,
+}
+
+impl LiveProgram {
+    /// The brushes that are all that the last update has touched; nothing where that was more, where one is no single brush that
+    /// is united or subtracted, where something jumps or takes its share of everything.
+    pub fn added(&self) -> Option<Added<'_>> {
+        let touched = self.touched()?;
+        let program = self.program();
+        let is_plain = self.morphs == 0 && program.slack + program.hidden_slack == 0.0;
+        if !is_plain || !touched.before.is_empty() {
+            return None;
+        }
+        let last = self.order.values().rev().take(touched.after.len());
+        let brushes = last.map(|node| {
+            let own = &self.operands[node];
+            let [instr] = own.instrs[..] else { return None };
+            let joint = Brush::read(&program.params, instr.params as usize).joint;
+            let is_plain = own.visible && own.is_plain() && own.group == ROOT;
+            let is_brush = instr.op < abi::OP_SHAPES_END && joint.sb > 0.0;
+            (touched.after.contains(node) && is_plain && is_brush).then_some((own.extent, joint))
+        });
+        let brushes: Option<Vec<(Extent, Joint)>> = brushes.collect();
+        Some(Added {
+            program,
+            brushes: brushes?,
+        })
+    }
+}
+
+impl Added<'_> {
+    /// Whether one of them can matter within `radius` of a point at which the scene without them is from `least` to `most`.
+    /// [`Pruner`](crate::Pruner) leaves the others out of lists.
+    pub fn can_matter(&self, point: Vec3, radius: f32, [least, most]: [f32; 2]) -> bool {
+        let region = Aabb::new(point, point).grown(radius);
+        let change = self.program.lipschitz() * radius * 1.000_01;
+        let margin = 2.0 * (change + self.program.rounding(region));
+        self.brushes.iter().any(|(extent, joint)| {
+            let held = extent.aabb;
+            let gap = (held.min - point).max(point - held.max).max(Vec3::ZERO);
+            let own = gap.length() / (1.000_1 * extent.underestimate);
+            let scene = if joint.sa > 0.0 { most } else { -least };
+            // Not a number, of what is endless, is no less.
+            let loses = own > 0.0 && own - scene > margin + joint.k;
+            !loses
+        })
+    }
+}
