@@ -181,7 +181,6 @@ fn what_comes_last_is_followed() {
         let settings = BrickSettings {
             brick: [8, 4, 16][seed as usize % 3],
             encoding: [Encoding::default(), usual.encoding][seed as usize / 3],
-            ..usual
         };
         let mut clay = Clay::of(&mut scene, 80, &settings);
         let shapes = shapes();
