@@ -1,5 +1,5 @@
 //! `cargo xtask`: small, since it is compiled apart from all else. The checks run the tools of Rust; other chores are a program
-//! that is built with the whole workspace, so that no crate is compiled twice.
+//! that is built with the whole workspace, with whose crates it shares what was compiled.
 
 mod test;
 
