@@ -11,6 +11,8 @@ use argil_volume::{
     BrickLayout, BrickSettings, Bricks, Dense, Encoding, Keep, Lattice, Layout, Octree,
     OctreeSettings, Volume,
 };
+#[cfg(all(not(target_arch = "wasm32"), feature = "memory"))]
+use std::sync::{LazyLock, Mutex, PoisonError};
 use web_time::Instant;
 
 /// A dense volume to be built.
@@ -466,7 +468,10 @@ fn available_memory() -> Option<u64> {
 
 #[cfg(all(not(target_arch = "wasm32"), feature = "memory"))]
 fn free_memory() -> Option<u64> {
-    let mut system = sysinfo::System::new();
+    // Edits ask each time, and to begin anew takes longer than to look.
+    static SYSTEM: LazyLock<Mutex<sysinfo::System>> =
+        LazyLock::new(|| Mutex::new(sysinfo::System::new()));
+    let mut system = SYSTEM.lock().unwrap_or_else(PoisonError::into_inner);
     system.refresh_memory();
     Some(system.available_memory()).filter(|&bytes| bytes > 0)
 }
