@@ -8,10 +8,11 @@
 use super::{FORMAT_VERSION, MAX_PART_BYTES};
 use crate::{Body, Entry, Group, Material, NodeId, Scene, View};
 use rayon::prelude::*;
-use serde::de::{DeserializeOwned, Error, MapAccess, Visitor};
+use serde::de::{DeserializeOwned, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 use serde_json::value::RawValue;
 use std::fmt;
+use std::marker::PhantomData;
 
 /// Levels of groups.
 const MAX_LEVELS: usize = 16;
@@ -27,27 +28,45 @@ pub(super) fn read(text: &[u8]) -> Option<Scene> {
     let text = text
         .strip_prefix(super::read::BYTE_ORDER_MARK)
         .unwrap_or(text);
-    let document: Document<'_> = serde_json::from_slice(text).ok()?;
+    let fields: Members<'_, String> = serde_json::from_slice(text).ok()?;
+    let mut fields = fields.0.into_iter();
+    let (first, version) = fields.next()?;
+    if first != "argil" || !(1..=FORMAT_VERSION).contains(&part(version)?) {
+        return None;
+    }
     let mut scene = Scene::new();
-    if let Some(name) = document.name {
-        scene.name = part(name)?;
+    let mut seen: Vec<String> = Vec::new();
+    for (field, value) in fields {
+        if seen.contains(&field) {
+            return None;
+        }
+        let has_brushes = seen.iter().any(|field| field == "brushes");
+        match field.as_str() {
+            "name" => scene.name = part(value)?,
+            "credit" => scene.credit = part(value)?,
+            "view" => {
+                scene.view = part::<View>(value)?;
+                scene.view.check().ok()?;
+            }
+            "materials" if !has_brushes => materials(&mut scene, value)?,
+            "brushes" => brushes(&mut scene, value)?,
+            _ => return None,
+        }
+        seen.push(field);
     }
-    if let Some(credit) = document.credit {
-        scene.credit = part(credit)?;
-    }
-    if let Some(view) = document.view {
-        scene.view = part::<View>(view)?;
-        scene.view.check().ok()?;
-    }
-    for (name, material) in document.materials {
+    seen.iter().any(|field| field == "brushes").then_some(scene)
+}
+
+fn materials(scene: &mut Scene, all: &RawValue) -> Option<()> {
+    let all: Members<'_, String> = serde_json::from_slice(all.get().as_bytes()).ok()?;
+    for (name, material) in all.0 {
         if name.len() > MAX_PART_BYTES || scene.materials.contains_key(&name) {
             return None;
         }
         let material: Material = part(material)?;
         scene.set_material(name, material).ok()?;
     }
-    brushes(&mut scene, document.brushes?)?;
-    Some(scene)
+    Some(())
 }
 
 fn brushes(scene: &mut Scene, items: &RawValue) -> Option<()> {
@@ -107,10 +126,16 @@ impl<'a> Level<'a> {
 }
 
 fn item<'a>(scene: &Scene, text: &'a RawValue) -> Option<ReadItem<'a>> {
-    let fields: Fields<'_> = serde_json::from_slice(text.get().as_bytes()).ok()?;
+    let fields: Members<'_, Field> = serde_json::from_slice(text.get().as_bytes()).ok()?;
     let mut entry: Entry = Group::new().into();
     let (mut has_shape, mut brushes) = (false, None);
+    let mut seen = 0u32;
     for (field, value) in fields.0 {
+        let bit = 1 << field as u32;
+        if seen & bit != 0 {
+            return None;
+        }
+        seen |= bit;
         match field {
             Field::Name => entry.name = part(value)?,
             Field::Visible => entry.visible = part(value)?,
@@ -144,7 +169,7 @@ fn part<T: DeserializeOwned>(text: &RawValue) -> Option<T> {
 }
 
 /// The fields of an item.
-#[derive(Clone, Copy, PartialEq, Deserialize)]
+#[derive(Clone, Copy, Deserialize)]
 #[serde(field_identifier, rename_all = "lowercase")]
 enum Field {
     Name,
@@ -161,101 +186,26 @@ enum Field {
     Brushes,
 }
 
-struct Fields<'a>(Vec<(Field, &'a RawValue)>);
+/// The members of an object with the texts of their values, in the file's order: a name may stand there twice.
+struct Members<'a, K>(Vec<(K, &'a RawValue)>);
 
-impl<'de> Deserialize<'de> for Fields<'de> {
+impl<'de, K: Deserialize<'de>> Deserialize<'de> for Members<'de, K> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Reader;
-        impl<'de> Visitor<'de> for Reader {
-            type Value = Fields<'de>;
+        struct Reader<K>(PhantomData<K>);
+        impl<'de, K: Deserialize<'de>> Visitor<'de> for Reader<K> {
+            type Value = Members<'de, K>;
             fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("a brush or a group")
+                f.write_str("an object")
             }
             fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Self::Value, A::Error> {
-                let mut fields: Vec<(Field, &RawValue)> = Vec::with_capacity(4);
-                while let Some((field, value)) = map.next_entry()? {
-                    if fields.iter().any(|(other, _)| *other == field) {
-                        return Err(A::Error::custom("twice"));
-                    }
-                    fields.push((field, value));
+                let mut all = Vec::with_capacity(4);
+                while let Some(member) = map.next_entry()? {
+                    all.push(member);
                 }
-                Ok(Fields(fields))
+                Ok(Members(all))
             }
         }
-        deserializer.deserialize_map(Reader)
-    }
-}
-
-/// A document of a version that is known, its fields in an order that is allowed.
-#[derive(Default)]
-struct Document<'a> {
-    name: Option<&'a RawValue>,
-    credit: Option<&'a RawValue>,
-    view: Option<&'a RawValue>,
-    materials: Vec<(String, &'a RawValue)>,
-    brushes: Option<&'a RawValue>,
-}
-
-impl<'de> Deserialize<'de> for Document<'de> {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Reader;
-        impl<'de> Visitor<'de> for Reader {
-            type Value = Document<'de>;
-            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("a scene")
-            }
-            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Self::Value, A::Error> {
-                let first: Option<(String, u32)> = map.next_entry()?;
-                if !first.is_some_and(|(key, version)| {
-                    key == "argil" && (1..=FORMAT_VERSION).contains(&version)
-                }) {
-                    return Err(A::Error::custom("version"));
-                }
-                let mut document = Document::default();
-                let mut has_materials = false;
-                while let Some(key) = map.next_key::<String>()? {
-                    let seen = match key.as_str() {
-                        "name" => document.name.replace(map.next_value()?).is_some(),
-                        "credit" => document.credit.replace(map.next_value()?).is_some(),
-                        "view" => document.view.replace(map.next_value()?).is_some(),
-                        "brushes" => document.brushes.replace(map.next_value()?).is_some(),
-                        "materials" if document.brushes.is_none() => {
-                            document.materials = map.next_value::<Materials<'de>>()?.0;
-                            std::mem::replace(&mut has_materials, true)
-                        }
-                        _ => true,
-                    };
-                    if seen {
-                        return Err(A::Error::custom("field"));
-                    }
-                }
-                Ok(document)
-            }
-        }
-        deserializer.deserialize_map(Reader)
-    }
-}
-
-/// Names and materials, in the file's order: a name may stand there twice.
-struct Materials<'a>(Vec<(String, &'a RawValue)>);
-
-impl<'de> Deserialize<'de> for Materials<'de> {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Reader;
-        impl<'de> Visitor<'de> for Reader {
-            type Value = Materials<'de>;
-            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("materials")
-            }
-            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Self::Value, A::Error> {
-                let mut all = Vec::new();
-                while let Some(entry) = map.next_entry()? {
-                    all.push(entry);
-                }
-                Ok(Materials(all))
-            }
-        }
-        deserializer.deserialize_map(Reader)
+        deserializer.deserialize_map(Reader(PhantomData))
     }
 }
 
@@ -350,13 +300,13 @@ mod tests {
     #[test]
     fn it_reads_the_order_of_groups() {
         let group = |inner: &str| format!("{{\"brushes\": [{inner}]}}");
-        let ball = "{\"shape\": {\"type\": \"sphere\", \"radius\": 1}}";
-        let many = vec![ball; 200].join(",");
-        let inner = group(&format!("{many},{},{ball}", group(ball)));
-        let text = format!("{{\"argil\": 1, \"brushes\": [{inner},{ball}]}}");
+        let sphere = "{\"shape\": {\"type\": \"sphere\", \"radius\": 1}}";
+        let many = vec![sphere; 200].join(",");
+        let inner = group(&format!("{many},{},{sphere}", group(sphere)));
+        let text = format!("{{\"argil\": 1, \"brushes\": [{inner},{sphere}]}}");
         assert!(agree(text.as_bytes()));
         // Deeper than it looks: left to the other.
-        let deep = (0..MAX_LEVELS + 1).fold(ball.to_owned(), |inner, _| group(&inner));
+        let deep = (0..MAX_LEVELS + 1).fold(sphere.to_owned(), |inner, _| group(&inner));
         let text = format!("{{\"argil\": 1, \"brushes\": [{deep}]}}");
         assert!(read(text.as_bytes()).is_none() && streamed(text.as_bytes()).is_some());
     }
