@@ -41,7 +41,7 @@ pub fn run(options: &Bake) -> anyhow::Result<()> {
 
     let place = || options.scene.display().to_string();
     let mut world = engine.build(&scene).with_context(place)?;
-    crate::long_work::warn(world.program(), &options.scene);
+    crate::long_work::warn(world.program(), via, &options.scene);
     let mut samples = Vec::new();
     let mut stages: Vec<(&str, Vec<f64>)> = Vec::new();
     for _ in 0..options.repeat {

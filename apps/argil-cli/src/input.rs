@@ -102,7 +102,7 @@ pub fn world(
         let via = representation(via.unwrap_or(args::Via::Field), flags, engine)?;
         let place = || path.display().to_string();
         let world = engine.build(&scene).with_context(place)?;
-        crate::long_work::warn(world.program(), path);
+        crate::long_work::warn(world.program(), via, path);
         let world = world.via(&scene, via).with_context(place)?;
         return Ok((scene, world));
     }

@@ -1,6 +1,6 @@
 //! Why work will take long, said before it begins.
 
-use argil::Program;
+use argil::{Program, Via};
 use std::path::Path;
 
 /// Of more brushes a picture or a volume takes seconds.
@@ -9,19 +9,25 @@ const MANY_BRUSHES: usize = 200_000;
 /// Of more copies around a point, each point takes as long as in a scene of so many brushes in one place.
 const MANY_COPIES: u64 = 64;
 
-/// Warn of what makes a scene slow.
-pub fn warn(program: &Program, path: &Path) {
-    for reason in reasons(program) {
+/// Warn of what makes a scene slow that is kept in some way.
+pub fn warn(program: &Program, via: Via, path: &Path) {
+    for reason in reasons(program, via) {
         eprintln!("warning: {}: {reason}", path.display());
     }
 }
 
-fn reasons(program: &Program) -> Vec<String> {
+fn reasons(program: &Program, via: Via) -> Vec<String> {
     let mut all = Vec::new();
     let brushes = program.brush_count();
     if brushes > MANY_BRUSHES {
+        let remedy = match via {
+            Via::Field => {
+                "; a picture of bricks is drawn sooner, once they are baked (--via bricks)"
+            }
+            _ => "",
+        };
         all.push(format!(
-            "this takes long, as the scene has {brushes} brushes: pictures of bricks are drawn sooner, once they are baked (--via bricks)"
+            "this takes long, as the scene has {brushes} brushes{remedy}"
         ));
     }
     let copies = program.most_copies();

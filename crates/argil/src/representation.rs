@@ -468,7 +468,7 @@ fn available_memory() -> Option<u64> {
 
 #[cfg(all(not(target_arch = "wasm32"), feature = "memory"))]
 fn free_memory() -> Option<u64> {
-    // Edits ask each time, and to begin anew takes longer than to look.
+    // Each edit asks, and a new `System` takes longer than a look.
     static SYSTEM: LazyLock<Mutex<sysinfo::System>> =
         LazyLock::new(|| Mutex::new(sysinfo::System::new()));
     let mut system = SYSTEM.lock().unwrap_or_else(PoisonError::into_inner);

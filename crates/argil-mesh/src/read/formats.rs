@@ -370,7 +370,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_damaged_is_told_by_place_and_in_words() {
+    fn errors_of_damaged_files_name_the_place() {
         let reason = |found: Result<Mesh, ReadFault>| match found {
             Err(ReadFault::Damaged(reason)) => reason,
             other => panic!("{other:?}"),
