@@ -6,6 +6,7 @@ use crate::combine::{
     Joint, combine_chamfer, combine_morph, combine_smooth, weight_paint, weight_smooth,
 };
 use crate::curves::BLOCK;
+use crate::prefetch::prefetch;
 use crate::prune::{CELLS, Marks, losers};
 use crate::real::{F32Lanes, LANES, Real};
 use crate::registers::{MaterialLanes, Registers, words};
@@ -57,6 +58,9 @@ pub(crate) enum Carried {
     Marks,
 }
 
+/// How many instructions ahead parameters are fetched.
+const AHEAD: usize = 4;
+
 /// Run a list of a program's instructions on the points in the registers. `APART`: each brush is measured on its own and
 /// then joined, as what is carried needs it; nothing is carried otherwise. What is carried is no parameter of the type:
 /// each copy of this function takes seconds to compile.
@@ -80,6 +84,9 @@ pub(crate) fn run<R: Real, const APART: bool>(
         operand,
     }) = instrs.get(pc)
     {
+        if let Some(later) = instrs.get(pc + AHEAD) {
+            prefetch(params, later.params as usize);
+        }
         pc += 1;
         let at = at as usize;
         if op < abi::OP_SHAPES_END {
@@ -334,7 +341,7 @@ fn join_aside<R: Real>(r: &mut Registers<R>, joint: &Joint) {
 fn mark_brush<R: Real>(r: &mut Registers<R>, pc: usize, j: &Joint, flags: u32) {
     // Within a loop there is a distance for each copy: it stays whole.
     if r.loops.is_empty() {
-        let marks = marks_of::<R>(&r.aside, &r.acc, j, flags, false, r.margin);
+        let marks = marks_of::<R>(&r.aside, &r.acc, j, flags, false, (r.active, r.margin));
         if let Some(place) = r.marks.get_mut(pc) {
             *place = marks;
         }
@@ -345,7 +352,7 @@ fn mark_brush<R: Real>(r: &mut Registers<R>, pc: usize, j: &Joint, flags: u32) {
 #[inline(always)]
 fn mark_group<R: Real>(r: &mut Registers<R>, pc: usize, a: &R::Lanes, j: &Joint, flags: u32) {
     if r.loops.is_empty() {
-        let marks = marks_of::<R>(a, &r.acc, j, flags, true, r.margin);
+        let marks = marks_of::<R>(a, &r.acc, j, flags, true, (r.active, r.margin));
         if let Some(place) = r.marks.get_mut(pc) {
             *place = marks;
         }
@@ -359,13 +366,15 @@ fn marks_of<R: Real>(
     j: &Joint,
     flags: u32,
     is_group: bool,
-    margin: f32,
+    (active, margin): (usize, f32),
 ) -> Marks {
     let (mut drop_a, mut drop_b) = ([0; CELLS], [0; CELLS]);
-    for i in 0..CELLS {
-        let (a, b) = (R::get(a, i).value(), R::get(b, i).value());
-        let (is_a, is_b) = losers(a, b, j, flags, is_group, margin);
-        (drop_a[i], drop_b[i]) = (u8::from(is_a), u8::from(is_b));
+    for first in (0..active.min(CELLS)).step_by(BLOCK) {
+        for i in first..first + BLOCK {
+            let (a, b) = (R::get(a, i).value(), R::get(b, i).value());
+            let (is_a, is_b) = losers(a, b, j, flags, is_group, margin);
+            (drop_a[i], drop_b[i]) = (u8::from(is_a), u8::from(is_b));
+        }
     }
     Marks {
         drop_a: bits_of(&drop_a),

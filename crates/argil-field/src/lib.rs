@@ -45,6 +45,7 @@ mod operands;
 mod pack;
 mod parts;
 mod pieces;
+mod prefetch;
 mod program;
 mod prune;
 mod real;

@@ -160,6 +160,13 @@ impl OperandIndex {
         &self.parts
     }
 
+    /// Whether nothing can matter in a part.
+    pub fn is_empty(&self, part: IVec3) -> bool {
+        let mut levels = 0..self.levels.min(LEVELS);
+        self.everywhere.is_empty()
+            && !levels.any(|level| self.near.contains_key(&(level, part >> (2 * level))))
+    }
+
     /// Appends the instructions that can matter in a part, in the program's order. There they give the program's distances, as far
     /// as those are below [`Parts::far`]. `program` is the one that was entered.
     pub fn list(&self, program: &Program, part: IVec3, out: &mut Vec<Instr>) {

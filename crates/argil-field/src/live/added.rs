@@ -45,6 +45,17 @@ impl LiveProgram {
 }
 
 impl Added<'_> {
+    /// The greatest length of a distance where that of the scene without them is so much at most.
+    pub fn greatest(&self, before: f32) -> f32 {
+        let all = self.brushes.iter();
+        let [depth, blends] = all.fold([0.0f32; 2], |[depth, blends], (extent, joint)| {
+            // No point inside is farther from the way out than half of the box.
+            let own = 0.5 * extent.aabb.size().min_element();
+            [depth.max(own), blends + joint.k]
+        });
+        before.max(self.program.lipschitz() * depth) + blends
+    }
+
     /// Whether one of them can matter within `radius` of a point at which the scene without them is from `least` to `most`.
     /// [`Pruner`](crate::Pruner) leaves the others out of lists.
     pub fn can_matter(&self, point: Vec3, radius: f32, [least, most]: [f32; 2]) -> bool {

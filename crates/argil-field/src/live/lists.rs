@@ -22,11 +22,33 @@ pub(super) struct Near {
     pub group: u32,
     /// Of an operand of one instruction, that: most are, and their records lie all over memory.
     pub instr: Option<Instr>,
+    /// The box in which it can matter.
+    pub held: Aabb,
 }
 
 impl LiveProgram {
     /// Append the instructions that can matter in a part.
     pub fn list(&self, part: IVec3, out: &mut Vec<Instr>) {
+        self.list_of(&self.near_in(part), out);
+    }
+
+    /// Append the instructions that can matter in a box within a part, to distances up to a length.
+    pub fn list_in(&self, part: IVec3, region: Aabb, reach: f32, out: &mut Vec<Instr>) {
+        // Boxes have grown by the far length at least; what blends add to that is no less of nearer distances.
+        let region = region.grown(0.999_9 * (reach - self.parts.far).min(0.0));
+        let touches =
+            |held: &Aabb| held.max.cmpge(region.min).all() && held.min.cmple(region.max).all();
+        let mut some: Vec<Near> = Vec::new();
+        for own in self.near_by_level(part) {
+            some.extend(own.iter().filter(|own| touches(&own.held)));
+        }
+        // Of levels that are in order, this only joins them.
+        some.sort_by_key(|near| near.rank);
+        self.list_of(&some, out);
+    }
+
+    /// Append the instructions of what is near a place, and of what matters everywhere.
+    fn list_of(&self, near: &[Near], out: &mut Vec<Instr>) {
         let mut writer = Writer::new(&self.groups, out);
         if self.morphs > 0 {
             // A morph takes its share of everything.
@@ -36,7 +58,7 @@ impl LiveProgram {
             return;
         }
         let mut others = self.everywhere.iter().map(|(&r, &n)| (r, n)).peekable();
-        for own in self.near_in(part).iter() {
+        for own in near {
             while let Some((_, other)) = others.next_if(|&(other, _)| other < own.rank) {
                 let other = &self.operands[&other];
                 writer.put(other.group, &other.instrs);
@@ -69,18 +91,24 @@ impl LiveProgram {
         })
     }
 
-    /// The operands that are entered in a part, or in one of another level that holds it, by rank.
+    /// The operands that are entered in a part, and in those of other levels that hold it, each level's by rank.
+    fn near_by_level(&self, part: IVec3) -> impl Iterator<Item = &[Near]> {
+        (0..self.levels).filter_map(move |level| {
+            let own = self.near.get(&(level, part >> (2 * level)));
+            own.map(Vec::as_slice)
+        })
+    }
+
+    /// All of them by rank.
     pub(super) fn near_in(&self, part: IVec3) -> Cow<'_, [Near]> {
         let mut all = Cow::Borrowed(&[][..]);
-        for level in 0..self.levels {
-            let own = self.near.get(&(level, part >> (2 * level)));
-            let own = own.map_or(&[][..], Vec::as_slice);
+        for own in self.near_by_level(part) {
             if all.is_empty() {
                 all = Cow::Borrowed(own);
-            } else if !own.is_empty() {
+            } else {
                 let joined = all.to_mut();
                 joined.extend_from_slice(own);
-                joined.sort_unstable_by_key(|near| near.rank);
+                joined.sort_by_key(|near| near.rank);
             }
         }
         all
@@ -199,6 +227,7 @@ impl LiveProgram {
             node,
             group: operand.group,
             instr,
+            held: self.grown_box(operand),
         };
         if self.is_everywhere(operand) {
             self.everywhere.insert(rank, node);

@@ -37,6 +37,11 @@ impl Touched {
     pub fn any(&self, list: &[Instr]) -> bool {
         list.iter().any(|instr| self.has(instr))
     }
+
+    /// How many instructions of a list were touched.
+    pub fn count(&self, list: &[Instr]) -> usize {
+        list.iter().filter(|instr| self.has(instr)).count()
+    }
 }
 
 impl LiveProgram {

@@ -44,7 +44,12 @@ impl EditWork {
             .collect()
     }
 
-    fn lists_of(&self, layout: &BrickLayout, live: &LiveProgram, unit: &Unit) -> Vec<BlockList> {
+    pub(super) fn lists_of(
+        &self,
+        layout: &BrickLayout,
+        live: &LiveProgram,
+        unit: &Unit,
+    ) -> Vec<BlockList> {
         let centers: Vec<Vec3> = unit
             .blocks
             .iter()
@@ -101,9 +106,8 @@ impl EditWork {
             .map(|i| {
                 let now = cut(&mut pruner, &whole, i);
                 let then = cut(&mut old_pruner, &before, i);
-                let count = |list: &[Instr]| list.iter().filter(|instr| is_one(instr)).count();
-                let are_there = count(&now) >= pruner.needed_in(&whole, i, is_one)
-                    && count(&then) >= old_pruner.needed_in(&before, i, is_one);
+                let are_there = touched.count(&now) >= pruner.needed_in(&whole, i, is_one)
+                    && touched.count(&then) >= old_pruner.needed_in(&before, i, is_one);
                 BlockList {
                     first: unit.blocks[i],
                     far: far(i, d[i]),

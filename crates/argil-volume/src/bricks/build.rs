@@ -122,6 +122,23 @@ impl<'a> Bounds<'a> {
             && (self.terms.radius(d) - 1.000_01 * radius) * self.lipschitz >= self.far
     }
 
+    /// The greatest length of a distance that is not [clear](Self::is_clear), where nothing jumps.
+    pub fn unclear_length(&self, radius: f32) -> f32 {
+        1.000_01 * (radius * self.terms.steepness + self.terms.slack)
+    }
+
+    /// The length up to which distances at cells' centres decide what their bricks hold, where nothing jumps: those of the others
+    /// are clear of the surface, or stored as the end of the range. Materials count nearer to the surface only.
+    pub fn near_length(&self, layout: &BrickLayout) -> f32 {
+        let range = layout.encoding.range_length(&layout.lattice, 0);
+        self.unclear_length(layout.half_diagonal(1)).max(range)
+    }
+
+    /// Whether nothing jumps as far away as cells tell.
+    pub fn is_steady(&self) -> bool {
+        self.jumps.gap == f32::MAX
+    }
+
     /// The lengths that a distance can have of which a cell [keeps](Self::center) so much, where nothing jumps.
     pub fn lengths(&self, center: f32) -> [f32; 2] {
         let least = center.abs().min(self.far);

@@ -14,7 +14,7 @@ use super::inner_cell;
 use super::material::PLACES;
 use super::octants::{self, OCTANTS};
 use super::pool::Pool;
-use super::reached::Reached;
+use super::reached::ReachedBlock;
 use super::table::FAR_SLOTS;
 use super::words::{center_of, empty_word, is_brick};
 use super::work::{EditWork, Unit};
@@ -25,6 +25,7 @@ use argil_abi::{Fill, Instr};
 use argil_field::{CELLS, LiveProgram, Parts, Program, Pruner, Touched};
 use glam::{IVec3, Vec3};
 use rayon::prelude::*;
+use rustc_hash::FxHashMap;
 use std::ops::Range;
 use web_time::Instant;
 
@@ -33,7 +34,9 @@ const PART_SIDE: u32 = 4;
 const SMALL_PART_SIDE: u32 = 2;
 /// A brick of which more octants changed is sampled as a whole: an octant's samples are more than an eighth of a brick's.
 const MOST_OCTANTS: u32 = 5;
-/// More brushes than this are many.
+/// From so many instructions in a block's list on, octants are measured by the lists of their cells.
+const LONG_LIST: usize = 64;
+/// More brushes than this, or instructions, are many.
 const MANY: usize = 500;
 
 /// What an edit of bricks did.
@@ -56,6 +59,14 @@ impl std::ops::AddAssign for BrickEdit {
         self.removed += other.removed;
         self.cells += other.cells;
     }
+}
+
+/// A block that is to be made.
+enum Job {
+    /// Some cells, by what can matter in all of it.
+    Listed(u64, BlockList),
+    /// By what can matter in cells where something can have changed.
+    Reached(ReachedBlock),
 }
 
 /// A block's new words and bricks.
@@ -157,24 +168,48 @@ impl Bricks {
         let bounds = Bounds::new(live.program(), &self.layout);
         let encoding = &self.layout.encoding;
         let fill = encoding.fill(live.program(), &self.layout.lattice, 0);
-        let (units, reached) = self.keep_reached::<T>(live, work, units, (&bounds, &fill));
+        let mut jobs = Vec::new();
+        match self.reached::<T>(live, work, &units, (&bounds, &fill)) {
+            Some(reached) => {
+                // Boxes tell less than marks: of few brushes, a list that is cut by marks is shorter.
+                let are_many = live.length() > MANY;
+                let is_near = |block: &ReachedBlock| are_many && block.is_near(&self.layout);
+                let (near, others): (Vec<_>, Vec<_>) = reached.into_iter().partition(is_near);
+                jobs.extend(near.into_iter().map(Job::Reached));
+                let lists = work.lists(&self.layout, live, ReachedBlock::units(&others));
+                let cells: FxHashMap<IVec3, u64> = others
+                    .iter()
+                    .map(|block| (block.first, block.cells))
+                    .collect();
+                let listed = |list: BlockList| Job::Listed(cells[&list.first], list);
+                jobs.extend(lists.into_iter().map(listed));
+            }
+            None => {
+                let lists = work.lists(&self.layout, live, units);
+                jobs.extend(lists.into_iter().map(|list| Job::Listed(u64::MAX, list)));
+            }
+        }
         let edit = Editing {
             layout: self.layout,
             live,
             touched: work.touched(live),
-            reached,
             bounds,
             fill,
             places: Places::new(&self.layout),
             work,
         };
         let bricks = &*self;
-        let made: Vec<Made<T>> = work
-            .lists(&self.layout, live, units)
+        let made: Vec<Made<T>> = jobs
             .into_par_iter()
             .map_init(
                 || edit.worker(),
-                |worker, lists| edit.make(worker, &lists, bricks),
+                |worker, job| match job {
+                    Job::Listed(cells, lists) => edit.make(worker, &lists, cells, bricks),
+                    Job::Reached(block) => {
+                        let lists = block.list(&edit.layout, live);
+                        edit.make(worker, &lists, block.cells, bricks)
+                    }
+                },
             )
             .collect();
         self.check_budget(&made, budget)?;
@@ -312,8 +347,6 @@ struct Editing<'a> {
     places: Places,
     /// What can have changed, where that is known.
     touched: Option<&'a Touched>,
-    /// In which cells, where that is known without lists.
-    reached: Option<Reached>,
     work: &'a EditWork,
 }
 
@@ -357,16 +390,36 @@ impl Editing<'_> {
         pruner: &mut Pruner<'_>,
     ) -> [u8; CELLS] {
         let mut octants = [u8::MAX; CELLS];
-        if let (Some(before), Some(touched)) = (&lists.before, self.touched) {
-            let has_brick = |i: &usize| some >> i & 1 != 0 && is_brick(old[*i]);
-            let near = found.cells.iter().map(|&(i, _)| usize::from(i));
-            let places: Vec<usize> = near.filter(has_brick).collect();
-            let cell = |&i: &usize| first + inner_cell(i);
-            let cells: Vec<IVec3> = places.iter().map(cell).collect();
-            let both = [&lists.now[..], before];
-            let changed = octants::changed(&self.layout, pruner, touched, both, &cells);
-            for (i, changed) in places.into_iter().zip(changed) {
-                octants[i] = changed;
+        let (Some(before), Some(touched)) = (&lists.before, self.touched) else {
+            return octants;
+        };
+        let has_brick = |i: u8| some >> i & 1 != 0 && is_brick(old[usize::from(i)]);
+        let near: Vec<&(u8, Range<usize>)> =
+            found.cells.iter().filter(|(i, _)| has_brick(*i)).collect();
+        let in_block = touched.count(&lists.now);
+        let had_any = touched.any(before);
+        for near in near.chunks(octants::CELLS_AT_ONCE) {
+            let cells: Vec<IVec3> = near
+                .iter()
+                .map(|(i, _)| first + inner_cell(usize::from(*i)))
+                .collect();
+            let mut changed = |list: &[Instr], cells: &[IVec3]| {
+                octants::changed(&self.layout, pruner, touched, list, cells)
+            };
+            let mut bits = if had_any { changed(before, &cells) } else { 0 };
+            if lists.now.len() > LONG_LIST {
+                for (nth, (_, range)) in near.iter().enumerate() {
+                    let own = &found.instrs[range.clone()];
+                    // One that may matter in the cell can be missing in its list, as another takes its place.
+                    let is_whole = touched.count(own) == in_block;
+                    let list = if is_whole { own } else { &lists.now[..] };
+                    bits |= changed(list, &cells[nth..=nth]) << (nth * OCTANTS);
+                }
+            } else if in_block > 0 {
+                bits |= changed(&lists.now, &cells);
+            }
+            for (nth, (i, _)) in near.iter().enumerate() {
+                octants[usize::from(*i)] = (bits >> (nth * OCTANTS)) as u8;
             }
         }
         octants
@@ -381,11 +434,12 @@ impl Editing<'_> {
         }
     }
 
-    /// Measure a block's cells, and sample what is dirty.
+    /// Measure some of a block's cells, a bit for each, and sample what is dirty.
     fn make<T: Texel>(
         &self,
         worker: &mut Worker<'_>,
         lists: &BlockList,
+        some: u64,
         bricks: &Bricks,
     ) -> Made<T> {
         let (first, instrs) = (lists.first, &lists.now);
@@ -405,8 +459,6 @@ impl Editing<'_> {
         let Worker { pruner, filler } = worker;
         // The cells that edits can have changed: a bit for each.
         let mut changed = self.mattered(first, lists, pruner);
-        let reached = self.reached.as_ref().map(|reached| reached[&first]);
-        let some = reached.unwrap_or(u64::MAX);
         let wanted = |pruner: &Pruner<'_>| {
             if let Some(touched) = self.touched.filter(|_| changed != u64::MAX) {
                 let needed = pruner.needed(instrs, |instr| touched.has(instr));
@@ -470,13 +522,9 @@ impl Editing<'_> {
                 Some(old) if changed.count_ones() <= MOST_OCTANTS => {
                     made.texels.extend_from_slice(old);
                     let out = &mut made.texels[begin..];
-                    let again = (0..OCTANTS).filter(|octant| changed >> octant & 1 != 0);
                     // What is near enough in a part is near enough in the whole.
-                    changed == 0
-                        || again.fold(false, |stays, octant| {
-                            let least = filler.octant(list, cell, octant, out);
-                            stays | !bounds.is_clear(least, reach)
-                        })
+                    let mut again = || filler.octants(list, cell, changed, out);
+                    changed == 0 || !bounds.is_clear(again(), reach)
                 }
                 _ => false,
             };

@@ -68,7 +68,7 @@ impl<'a> Filler<'a> {
     /// Sample a cell's brick; the distance that is nearest to the surface.
     pub fn brick<T: Texel>(&mut self, instrs: &[Instr], cell: IVec3, out: &mut [T]) -> f32 {
         if instrs.len() > LONG {
-            return self.by_octants(instrs, cell, out);
+            return self.octants(instrs, cell, u8::MAX, out);
         }
         let first = (cell * self.layout.brick as i32).as_vec3();
         let Self { places, d, .. } = self;
@@ -78,8 +78,26 @@ impl<'a> Filler<'a> {
         nearest(d)
     }
 
-    /// The same by what is left of a long list in each octant.
-    fn by_octants<T: Texel>(&mut self, instrs: &[Instr], cell: IVec3, out: &mut [T]) -> f32 {
+    /// Sample some octants of a cell's brick again, a bit for each; the same of their distances. Of a long list, each is sampled by
+    /// what is left of it there.
+    pub fn octants<T: Texel>(
+        &mut self,
+        instrs: &[Instr],
+        cell: IVec3,
+        some: u8,
+        out: &mut [T],
+    ) -> f32 {
+        let some = (0..OCTANTS).filter(|octant| some >> octant & 1 != 0);
+        let mut least = f32::INFINITY;
+        let mut nearer = |found: f32| {
+            if found.abs() < least.abs() {
+                least = found;
+            }
+        };
+        if instrs.len() <= LONG {
+            some.for_each(|octant| nearer(self.octant(instrs, cell, octant, out)));
+            return least;
+        }
         let mut pruner = self.pruner.take().unwrap_or_else(|| {
             let (pruner, list) = (Pruner::new(self.program), Vec::new());
             Box::new((pruner, list))
@@ -90,21 +108,17 @@ impl<'a> Filler<'a> {
         // Samples lie on the octants' sides too.
         let radius = 0.500_1 * self.layout.half_diagonal(1);
         own.mark(instrs, &centers, radius, &mut [0.0; OCTANTS]);
-        let mut least = f32::INFINITY;
-        for octant in 0..OCTANTS {
+        for octant in some {
             list.clear();
             own.list(instrs, octant, list);
-            let found = self.octant(list, cell, octant, out);
-            if found.abs() < least.abs() {
-                least = found;
-            }
+            nearer(self.octant(list, cell, octant, out));
         }
         self.pruner = Some(pruner);
         least
     }
 
     /// Sample an octant of a cell's brick again; the same of its distances.
-    pub fn octant<T: Texel>(
+    fn octant<T: Texel>(
         &mut self,
         instrs: &[Instr],
         cell: IVec3,

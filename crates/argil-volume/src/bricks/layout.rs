@@ -1,3 +1,4 @@
+use super::inner_cell;
 use crate::{Bits, Encoding, Lattice, Range, TooFarError};
 use argil_abi::Volume;
 use argil_field::Program;
@@ -194,6 +195,14 @@ impl BrickLayout {
     pub fn cell_box(&self, cell: IVec3) -> Aabb {
         let min = self.lattice.corner + cell.as_vec3() * self.cell_length();
         Aabb::new(min, min + self.cell_length())
+    }
+
+    /// A box around some cells of a block with a first cell: a bit for each.
+    pub(super) fn box_of_cells(&self, first: IVec3, cells: u64) -> Aabb {
+        let some = (0..64).filter(|i| cells >> i & 1 != 0);
+        some.fold(Aabb::EMPTY, |all, i| {
+            all.union(self.cell_box(first + inner_cell(i)))
+        })
     }
 
     /// The cell of a point.

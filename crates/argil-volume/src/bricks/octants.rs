@@ -22,33 +22,28 @@ impl BrickLayout {
     }
 }
 
-/// Of cells of a block, a bit for each octant in which something that was touched can matter, by the block's lists as they
-/// are and as they were.
+/// Cells whose octants are measured at once.
+pub(super) const CELLS_AT_ONCE: usize = CELLS / OCTANTS;
+
+/// Of some cells, a bit for each octant in which something that was touched can matter, by a list of what can matter in all of
+/// them: the first cell's in the lowest byte.
+///
+/// # Panics
+/// If there are more than [`CELLS_AT_ONCE`].
 pub(super) fn changed(
     layout: &BrickLayout,
     pruner: &mut Pruner<'_>,
     touched: &Touched,
-    lists: [&[Instr]; 2],
+    list: &[Instr],
     cells: &[IVec3],
-) -> Vec<u8> {
-    let mut out = Vec::with_capacity(cells.len());
-    let radius = layout.half_diagonal(1) * 0.5;
-    let is_one = |instr: &Instr| touched.has(instr);
-    let mut d = [0.0; CELLS];
+) -> u64 {
     let mut centers = [Vec3::ZERO; CELLS];
-    for some in cells.chunks(CELLS / OCTANTS) {
-        let count = some.len() * OCTANTS;
-        for (i, center) in centers[..count].iter_mut().enumerate() {
-            *center = layout.middle_of_octant(some[i / OCTANTS], i % OCTANTS);
-        }
-        let mut needed = 0;
-        for list in lists {
-            if touched.any(list) {
-                pruner.mark(list, &centers[..count], radius, &mut d[..count]);
-                needed |= pruner.needed(list, is_one);
-            }
-        }
-        out.extend((0..some.len()).map(|i| (needed >> (i * OCTANTS)) as u8));
+    let centers = &mut centers[..cells.len() * OCTANTS];
+    for (i, center) in centers.iter_mut().enumerate() {
+        *center = layout.middle_of_octant(cells[i / OCTANTS], i % OCTANTS);
     }
-    out
+    let mut d = [0.0; CELLS];
+    let d = &mut d[..centers.len()];
+    pruner.mark(list, centers, 0.5 * layout.half_diagonal(1), d);
+    pruner.needed(list, |instr| touched.has(instr))
 }

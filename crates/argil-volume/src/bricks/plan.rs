@@ -8,7 +8,7 @@ use super::build::Bounds;
 use super::layout::{BLOCK_SIDE, BrickLayout};
 use super::table::BlockTable;
 use argil_abi::Instr;
-use argil_field::{CELLS, OperandIndex, Parts, Program, Pruner};
+use argil_field::{CELLS, Evaluator, OperandIndex, Parts, Program, Pruner};
 use argil_math::Control;
 use glam::{IVec3, Vec3};
 use rayon::prelude::*;
@@ -47,6 +47,8 @@ impl Level {
         inside: &mut Vec<[IVec3; 2]>,
     ) -> Self {
         let mut joined = Self::default();
+        let count = all.iter().map(|part| part.instrs.len()).sum();
+        joined.instrs.reserve_exact(count);
         for part in all {
             let from = joined.instrs.len();
             joined.instrs.extend_from_slice(&part.instrs);
@@ -118,7 +120,10 @@ impl BlockPlan {
                             return Level::default();
                         }
                         let instrs = &level.instrs[range.clone()];
-                        cut(layout, &bounds, *block, (side, [low, high]), instrs, pruner)
+                        let blocks = parts_of(*block, (side, [low, high]));
+                        let mut own = Level::default();
+                        own.cut(layout, &bounds, &blocks, side, instrs, pruner);
+                        own
                     },
                 )
                 .collect();
@@ -141,29 +146,61 @@ impl BlockPlan {
         if program.operand_count() < MANY_OPERANDS || count > MOST_PARTS {
             return None;
         }
-        let parts = Parts {
-            edge: (PART_SIDE as u32 * BLOCK_SIDE) as f32 * layout.cell_length(),
-            ..layout.parts(program)
+        let parts = layout.parts(program);
+        let edge = BLOCK_SIDE as f32 * layout.cell_length();
+        let of_parts = Parts {
+            edge: PART_SIDE as f32 * edge,
+            ..parts
         };
-        let index = OperandIndex::new(program, parts)?;
+        let index = OperandIndex::new(program, of_parts)?;
+        let (far, near) = rayon::join(
+            || OperandIndex::new(program, Parts { edge, ..parts }),
+            || {
+                OperandIndex::new(
+                    program,
+                    Parts {
+                        edge,
+                        far: near_length(layout, bounds),
+                        ..parts
+                    },
+                )
+            },
+        );
+        let blocks = BlockLists {
+            program,
+            layout,
+            bounds,
+            far: far?,
+            near: near?,
+        };
         let places: Vec<IVec3> = super::table::places(first, last).collect();
         control.begin("parts", places.len() as u64);
         let parts: Vec<Level> = places
             .par_iter()
             .map_init(
-                || (Pruner::new(program), Vec::new()),
-                |(pruner, list), &place| {
-                    list.clear();
-                    index.list(program, place, list);
+                || (Pruner::new(program), Evaluator::new(program), Vec::new()),
+                |(pruner, evaluator, list), &place| {
+                    let mut level = Level::default();
                     control.advance(1);
-                    if list.is_empty() || control.is_cancelled() {
-                        return Level::default();
+                    if index.is_empty(place) {
+                        return level;
                     }
-                    let block = place * PART_SIDE;
-                    cut(layout, bounds, block, (1, [low, high]), list, pruner)
+                    for block in parts_of(place * PART_SIDE, (1, [low, high])) {
+                        if control.is_cancelled() {
+                            return Level::default();
+                        }
+                        if !blocks.near(block, evaluator, &mut level) {
+                            list.clear();
+                            blocks.far.list(program, block, list);
+                            level.cut(layout, bounds, &[block], 1, list, pruner);
+                        }
+                    }
+                    level
                 },
             )
             .collect();
+        // They take as much as lists do.
+        drop((index, blocks));
         let mut inside = Vec::new();
         let level = Level::joined(parts, (1, [low, high]), &mut inside);
         Some(level.finished(inside))
@@ -205,40 +242,91 @@ pub(super) fn searched(layout: &BrickLayout) -> [IVec3; 2] {
     ]
 }
 
-/// The 64 parts of `side` blocks in a part, each with its own list, and those that are far inside.
-fn cut(
-    layout: &BrickLayout,
-    bounds: &Bounds<'_>,
-    block: IVec3,
-    (side, [low, high]): (i32, [IVec3; 2]),
-    instrs: &[Instr],
-    pruner: &mut Pruner<'_>,
-) -> Level {
-    let blocks: Vec<IVec3> = (0..CELLS)
+/// The parts of `side` blocks in a part, as far as they are looked at.
+fn parts_of(block: IVec3, (side, [low, high]): (i32, [IVec3; 2])) -> Vec<IVec3> {
+    (0..CELLS)
         .map(|i| block + side * super::inner_cell(i))
         .filter(|&b| b.cmplt(high).all() && (b + side).cmpgt(low).all())
-        .collect();
-    let cells = side as u32 * BLOCK_SIDE;
-    let centers: Vec<Vec3> = blocks
-        .iter()
-        .map(|&b| layout.middle(b * BLOCK_SIDE as i32, cells))
-        .collect();
-    let mut d = [0.0; CELLS];
-    let d = &mut d[..blocks.len()];
-    let radius = layout.half_diagonal(cells);
-    let half = 0.5 * layout.cell_length() * cells as f32;
-    pruner.mark(instrs, &centers, radius, d);
-    let mut level = Level::default();
-    for (i, (&block, &d)) in blocks.iter().zip(d.iter()).enumerate() {
-        if bounds.about(centers[i], half).is_far(d, radius) {
-            if d < 0.0 {
-                level.inside.push(block);
+        .collect()
+}
+
+impl Level {
+    /// Take in parts of `side` blocks with a list that they share, each with what is left of it, and those that are far inside.
+    fn cut(
+        &mut self,
+        layout: &BrickLayout,
+        bounds: &Bounds<'_>,
+        blocks: &[IVec3],
+        side: i32,
+        instrs: &[Instr],
+        pruner: &mut Pruner<'_>,
+    ) {
+        let cells = side as u32 * BLOCK_SIDE;
+        let centers: Vec<Vec3> = blocks
+            .iter()
+            .map(|&b| layout.middle(b * BLOCK_SIDE as i32, cells))
+            .collect();
+        let mut d = [0.0; CELLS];
+        let d = &mut d[..blocks.len()];
+        let radius = layout.half_diagonal(cells);
+        let half = 0.5 * layout.cell_length() * cells as f32;
+        pruner.mark(instrs, &centers, radius, d);
+        for (i, (&block, &d)) in blocks.iter().zip(d.iter()).enumerate() {
+            if bounds.about(centers[i], half).is_far(d, radius) {
+                if d < 0.0 {
+                    self.inside.push(block);
+                }
+                continue;
             }
-            continue;
+            let from = self.instrs.len();
+            pruner.list(instrs, i, &mut self.instrs);
+            self.parts.push((block, from..self.instrs.len()));
+        }
+    }
+}
+
+/// Lists of blocks of many operands.
+struct BlockLists<'a> {
+    program: &'a Program,
+    layout: &'a BrickLayout,
+    bounds: &'a Bounds<'a>,
+    /// What can matter to distances that cells tell.
+    far: OperandIndex,
+    /// What can matter to those that decide what bricks hold.
+    near: OperandIndex,
+}
+
+/// How far what decides what bricks hold is away.
+fn near_length(layout: &BrickLayout, bounds: &Bounds<'_>) -> f32 {
+    // Far from the origin rounding takes a little more.
+    1.01 * bounds.near_length(layout)
+}
+
+impl BlockLists<'_> {
+    /// Take a block in, if all of its cells are near the surface, with what is near enough to decide what is in those: of many
+    /// operands that is far less.
+    fn near(&self, block: IVec3, evaluator: &mut Evaluator<'_>, level: &mut Level) -> bool {
+        let first = block * BLOCK_SIDE as i32;
+        let bounds = self.bounds.of_block(self.layout, first);
+        let far = self.near.parts().far;
+        if !bounds.is_steady() || bounds.near_length(self.layout) > far {
+            return false;
         }
         let from = level.instrs.len();
-        pruner.list(instrs, i, &mut level.instrs);
-        level.parts.push((block, from..level.instrs.len()));
+        self.near.list(self.program, block, &mut level.instrs);
+        let [mut x, mut y, mut z, mut d] = [[0.0; CELLS]; 4];
+        for i in 0..CELLS {
+            let center = self.layout.middle(first + super::inner_cell(i), 1);
+            (x[i], y[i], z[i]) = (center.x, center.y, center.z);
+        }
+        evaluator.distances_by(&level.instrs[from..], &x, &y, &z, &mut d);
+        // What is left out is farther away than these, and changes none of them.
+        let is_near = d.iter().all(|d| d.abs() <= far);
+        if is_near {
+            level.parts.push((block, from..level.instrs.len()));
+        } else {
+            level.instrs.truncate(from);
+        }
+        is_near
     }
-    level
 }

@@ -1,64 +1,101 @@
 //! Which cells brushes can matter in that edits have put behind all else, by what bricks hold: where brushes are many, that is
 //! known sooner than by lists of them.
 
+use super::block_list::BlockList;
 use super::build::Bounds;
 use super::words::{center_of, is_brick};
 use super::work::{EditWork, Unit};
-use super::{BLOCK_SIDE, Bricks, inner_cell};
+use super::{BLOCK_SIDE, BrickLayout, Bricks, inner_cell};
 use crate::Texel;
 use crate::texels::OF_THIS_TYPE;
 use argil_abi::Fill;
 use argil_field::{Added, CELLS, LiveProgram};
 use glam::IVec3;
 use rayon::prelude::*;
-use rustc_hash::FxHashMap;
 
-/// Cells of blocks, by their blocks' first cells: a bit for each.
-pub(super) type Reached = FxHashMap<IVec3, u64>;
+/// A block in which something can have changed.
+pub(super) struct ReachedBlock {
+    part: IVec3,
+    /// Its first cell.
+    pub first: IVec3,
+    /// A bit for each of its cells.
+    pub cells: u64,
+    /// The greatest length that a distance can have in those now; infinite, where that is not known.
+    reach: f32,
+}
+
+/// Blocks that a thread looks at by itself.
+const FEW: usize = 64;
+
+impl ReachedBlock {
+    /// Whether a list for distances that cells tell is enough.
+    pub fn is_near(&self, layout: &BrickLayout) -> bool {
+        self.reach < layout.far_length()
+    }
+
+    /// What can matter in those cells, if they are near.
+    pub fn list(&self, layout: &BrickLayout, live: &LiveProgram) -> BlockList {
+        let mut now = Vec::new();
+        let cells = layout.box_of_cells(self.first, self.cells);
+        live.list_in(self.part, cells, self.reach, &mut now);
+        BlockList {
+            first: self.first,
+            // It has cells that are not.
+            far: None,
+            now,
+            before: Some(Vec::new()),
+        }
+    }
+
+    /// Those of one part as units.
+    pub fn units(all: &[Self]) -> Vec<Unit> {
+        let parts = all.chunk_by(|a, b| a.part == b.part);
+        let unit = |own: &[Self]| Unit {
+            part: own[0].part,
+            blocks: own.iter().map(|block| block.first).collect(),
+        };
+        parts.map(unit).collect()
+    }
+}
 
 impl Bricks {
-    /// Keep the blocks of units that have such cells, if nothing else was touched; the others are as they were.
-    pub(super) fn keep_reached<T: Texel>(
+    /// The blocks of units in which something can have changed, if it is known what was touched and that nothing else was; the
+    /// others are as they were.
+    pub(super) fn reached<T: Texel>(
         &self,
         live: &LiveProgram,
         work: &EditWork,
-        units: Vec<Unit>,
+        units: &[Unit],
         (bounds, fill): (&Bounds<'_>, &Fill),
-    ) -> (Vec<Unit>, Option<Reached>) {
-        let added = work.touched(live).and_then(|_| live.added());
-        let Some(added) = added else {
-            return (units, None);
-        };
-        let kept = units.into_par_iter().map(|unit| {
-            let cells = unit.blocks.into_iter().map(|first| {
-                let cells = if work.is_loosened(&self.layout, first) {
-                    u64::MAX
-                } else {
-                    self.reached::<T>(&added, first, bounds, fill)
-                };
-                (first, cells)
-            });
-            let cells: Vec<(IVec3, u64)> = cells.filter(|&(_, cells)| cells != 0).collect();
-            (unit.part, cells)
+    ) -> Option<Vec<ReachedBlock>> {
+        let added = work.touched(live).and_then(|_| live.added())?;
+        let all: Vec<(IVec3, IVec3)> = units
+            .iter()
+            .flat_map(|unit| unit.blocks.iter().map(|&first| (unit.part, first)))
+            .collect();
+        let reached = all.into_par_iter().with_min_len(FEW).map(|(part, first)| {
+            let (cells, reach) = if work.is_loosened(&self.layout, first) {
+                (u64::MAX, f32::INFINITY)
+            } else {
+                self.reached_in::<T>(&added, first, bounds, fill)
+            };
+            ReachedBlock {
+                part,
+                first,
+                cells,
+                reach,
+            }
         });
-        let kept: Vec<(IVec3, Vec<(IVec3, u64)>)> = kept.collect();
-        let mut reached = Reached::default();
-        let mut units = Vec::new();
-        for (part, cells) in kept.into_iter().filter(|(_, cells)| !cells.is_empty()) {
-            let blocks = cells.iter().map(|&(first, _)| first).collect();
-            units.push(Unit { part, blocks });
-            reached.extend(cells);
-        }
-        (units, Some(reached))
+        Some(reached.filter(|block| block.cells != 0).collect())
     }
 
-    fn reached<T: Texel>(
+    fn reached_in<T: Texel>(
         &self,
         added: &Added<'_>,
         first: IVec3,
         bounds: &Bounds<'_>,
         fill: &Fill,
-    ) -> u64 {
+    ) -> (u64, f32) {
         let layout = &self.layout;
         let bounds = bounds.of_block(layout, first);
         let slot = self.table.slot(first / BLOCK_SIDE as i32) as usize;
@@ -69,26 +106,30 @@ impl Bricks {
         let middle = (side / 2) * (1 + side + side * side);
         let scale = fill.spacing_scale[3];
         let radius = layout.half_diagonal(1);
-        let mut cells = 0;
+        let (mut cells, mut greatest) = (0, 0.0f32);
         for (i, &word) in words.iter().enumerate() {
-            let known = if is_brick(word) {
+            let (side, lengths) = if is_brick(word) {
                 let stored = pool[word as usize * samples + middle].integer();
                 let least = (stored.abs() - 1.0).max(0.0) / scale;
                 // What is beyond the range is stored as its end.
                 let most = if stored.abs() < fill.quanta as f32 {
                     (stored.abs() + 1.0) / scale
                 } else {
-                    f32::MAX
+                    bounds.unclear_length(radius)
                 };
-                signed(stored, [least, most])
+                (stored, [least, most])
             } else {
                 let center = center_of(word);
-                signed(center, bounds.lengths(center))
+                (center, bounds.lengths(center))
             };
             let center = layout.middle(first + inner_cell(i), 1);
-            cells |= u64::from(added.can_matter(center, radius, known)) << i;
+            if added.can_matter(center, radius, signed(side, lengths)) {
+                cells |= 1 << i;
+                greatest = greatest.max(lengths[1]);
+            }
         }
-        cells
+        let reach = added.greatest(greatest).max(bounds.near_length(layout));
+        (cells, reach)
     }
 }
 

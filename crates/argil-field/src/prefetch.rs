@@ -1,0 +1,18 @@
+/// Ask the processor to fetch some words of a slice from `at` on, if it can be asked: parameters of many brushes are more than
+/// caches hold, and each is used once in a list. Nothing else happens, wherever `at` is.
+#[inline(always)]
+pub(crate) fn prefetch(words: &[f32], at: usize) {
+    #[cfg(target_arch = "x86_64")]
+    {
+        use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
+        let first = words.as_ptr().wrapping_add(at).cast::<i8>();
+        // SAFETY: every x86-64 has SSE; a prefetch reads nothing and never faults, whatever the address.
+        unsafe {
+            _mm_prefetch::<_MM_HINT_T0>(first);
+            // A brush takes two lines.
+            _mm_prefetch::<_MM_HINT_T0>(first.wrapping_add(64));
+        }
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    let _ = (words, at);
+}
