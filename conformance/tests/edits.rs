@@ -206,6 +206,58 @@ fn what_comes_last_is_followed() {
     }
 }
 
+/// Where brushes are many, cells near the surface are made by what is near them: as far as the surface of a carve, which can be
+/// deeper inside than anything was before.
+#[test]
+fn what_comes_last_among_many_is_followed() {
+    for seed in 0..3u64 {
+        let mut numbers = Numbers::new(500 + seed);
+        let mut scene = Scene::new();
+        for (name, color) in [("red", [0.8, 0.1, 0.1]), ("blue", [0.1, 0.1, 0.8])] {
+            scene
+                .set_material(name, Material::colored(color))
+                .expect("a material");
+        }
+        let arena = Shape::rounded_box([1.0, 0.6, 1.0], 0.0);
+        scene.push(Brush::new(arena)).expect("a brush");
+        let put = |scene: &mut Scene, numbers: &mut Numbers, least: f32, most: f32| {
+            let size = numbers.between(least, most);
+            let shape = if numbers.unit() < 0.7 {
+                Shape::sphere(size)
+            } else {
+                Shape::rounded_box([size, 0.5 * size, 1.5 * size], 0.2 * size)
+            };
+            let mut brush = Brush::new(shape)
+                .at(numbers.point(1.0).to_array())
+                .blend(numbers.between(-0.02, 0.03).max(0.0));
+            if numbers.unit() < 0.6 {
+                brush = brush.material(["red", "blue"][usize::from(numbers.unit() < 0.5)]);
+            }
+            if numbers.unit() < 0.8 {
+                brush = brush.subtract();
+            }
+            scene.push(brush).expect("a brush");
+        };
+        for _ in 0..700 {
+            put(&mut scene, &mut numbers, 0.04, 0.1);
+        }
+        let settings = BrickSettings {
+            brick: [8, 4, 16][seed as usize],
+            ..BrickSettings::default()
+        };
+        let mut clay = Clay::of(&mut scene, 96, &settings);
+        for nth in 0..24 {
+            for _ in 0..1 + nth % 3 {
+                put(&mut scene, &mut numbers, 0.03, 0.4);
+            }
+            clay.follow(&mut scene);
+            if nth % 4 == 3 {
+                assert_eq!(clay.differing(&scene), 0, "seed {seed}, edit {nth}");
+            }
+        }
+    }
+}
+
 /// A brush that takes away, and one after it that takes the place of all before only where that is: without the first, the
 /// second is hidden.
 #[test]

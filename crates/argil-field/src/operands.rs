@@ -155,6 +155,22 @@ impl OperandIndex {
         Some(index)
     }
 
+    /// In how many parts operands would be entered.
+    pub fn entries(program: &Program, parts: Parts) -> u64 {
+        let falls = program.falls(parts.far);
+        let entries = program.operands.iter().map(|own| {
+            let is_entered =
+                own.operator.kind != OperatorKind::Intersect && !own.extent.aabb.is_empty();
+            let found = is_entered.then(|| parts.level_of(program.reach_of(own, &parts, falls)));
+            let found = found.flatten();
+            found.map_or(0, |(_, first, last)| {
+                // No level has more than a few hundred.
+                u64::from((last - first + 1).as_uvec3().element_product())
+            })
+        });
+        entries.sum()
+    }
+
     /// The grid.
     pub fn parts(&self) -> &Parts {
         &self.parts

@@ -3,6 +3,9 @@
 //! *Practice.* A cube around the box is cut into 4³ parts, those into 4³ again, down to blocks; each part has its own list. The
 //! 64 parts of a part are measured in one run of the interpreter. A part all of which is farther from the surface than cells
 //! tell has no blocks, and is not cut further.
+//!
+//! Where operands are many, a grid knows what can matter in each block. A block all of whose cells are near the surface gets
+//! what can matter to such small distances alone, which is several times less.
 
 use super::build::Bounds;
 use super::layout::{BLOCK_SIDE, BrickLayout};
@@ -33,11 +36,13 @@ struct Level {
     inside: Vec<IVec3>,
 }
 
-/// From so many operands on, parts begin with lists of what is near them.
+/// From so many operands on, blocks begin with lists of what is near them.
 const MANY_OPERANDS: usize = 2048;
-/// Blocks along the side of such a part, and most of those parts.
+/// Blocks along the side of a part that is done as one then, and most of those parts.
 const PART_SIDE: i32 = 4;
 const MOST_PARTS: f32 = 1e6;
+/// Most entries for each operand where blocks have lists of their own.
+const MOST_ENTRIES: u64 = 40;
 
 impl Level {
     /// Parts of `side` blocks that were cut out of others, as one level.
@@ -132,7 +137,7 @@ impl BlockPlan {
         level.finished(inside)
     }
 
-    /// Of many operands: parts begin small, each with a list of what is near it.
+    /// Of many operands: blocks begin with lists of what is near them.
     fn by_operands(
         program: &Program,
         layout: &BrickLayout,
@@ -153,18 +158,13 @@ impl BlockPlan {
             ..parts
         };
         let index = OperandIndex::new(program, of_parts)?;
+        let near_parts = Parts {
+            far: near_length(layout, bounds),
+            ..parts
+        };
         let (far, near) = rayon::join(
-            || OperandIndex::new(program, Parts { edge, ..parts }),
-            || {
-                OperandIndex::new(
-                    program,
-                    Parts {
-                        edge,
-                        far: near_length(layout, bounds),
-                        ..parts
-                    },
-                )
-            },
+            || BlockIndex::new(program, parts, edge),
+            || BlockIndex::new(program, near_parts, edge),
         );
         let blocks = BlockLists {
             program,
@@ -191,7 +191,7 @@ impl BlockPlan {
                         }
                         if !blocks.near(block, evaluator, &mut level) {
                             list.clear();
-                            blocks.far.list(program, block, list);
+                            blocks.far.append(program, block, list);
                             level.cut(layout, bounds, &[block], 1, list, pruner);
                         }
                     }
@@ -291,9 +291,37 @@ struct BlockLists<'a> {
     layout: &'a BrickLayout,
     bounds: &'a Bounds<'a>,
     /// What can matter to distances that cells tell.
-    far: OperandIndex,
+    far: BlockIndex,
     /// What can matter to those that decide what bricks hold.
-    near: OperandIndex,
+    near: BlockIndex,
+}
+
+/// An index with parts of so many blocks along a side.
+struct BlockIndex {
+    index: OperandIndex,
+    side: i32,
+}
+
+impl BlockIndex {
+    /// Of single blocks, unless operands are so large that they are in too many.
+    fn new(program: &Program, parts: Parts, edge: f32) -> Option<Self> {
+        let most = MOST_ENTRIES * program.operand_count() as u64;
+        let of_side = |side: i32| Parts {
+            edge: side as f32 * edge,
+            ..parts
+        };
+        let mut sides = [1, 2].into_iter();
+        let side = sides.find(|&side| OperandIndex::entries(program, of_side(side)) <= most);
+        let side = side.unwrap_or(PART_SIDE);
+        let index = OperandIndex::new(program, of_side(side))?;
+        Some(Self { index, side })
+    }
+
+    /// Append what can matter in a block.
+    fn append(&self, program: &Program, block: IVec3, out: &mut Vec<Instr>) {
+        let part = block.div_euclid(IVec3::splat(self.side));
+        self.index.list(program, part, out);
+    }
 }
 
 /// How far what decides what bricks hold is away.
@@ -308,12 +336,12 @@ impl BlockLists<'_> {
     fn near(&self, block: IVec3, evaluator: &mut Evaluator<'_>, level: &mut Level) -> bool {
         let first = block * BLOCK_SIDE as i32;
         let bounds = self.bounds.of_block(self.layout, first);
-        let far = self.near.parts().far;
+        let far = self.near.index.parts().far;
         if !bounds.is_steady() || bounds.near_length(self.layout) > far {
             return false;
         }
         let from = level.instrs.len();
-        self.near.list(self.program, block, &mut level.instrs);
+        self.near.append(self.program, block, &mut level.instrs);
         let [mut x, mut y, mut z, mut d] = [[0.0; CELLS]; 4];
         for i in 0..CELLS {
             let center = self.layout.middle(first + super::inner_cell(i), 1);
