@@ -229,7 +229,7 @@ fn what_comes_last_among_many_is_followed() {
             };
             let mut brush = Brush::new(shape)
                 .at(numbers.point(1.0).to_array())
-                .blend(numbers.between(-0.02, 0.03).max(0.0));
+                .blend(numbers.between(-0.002, 0.003).max(0.0));
             if numbers.unit() < 0.6 {
                 brush = brush.material(["red", "blue"][usize::from(numbers.unit() < 0.5)]);
             }
