@@ -76,6 +76,8 @@ pub(crate) fn run<R: Real, const APART: bool>(
     r.acc = R::splat(FAR);
     let any_exiled = exile::<R>(&mut r.point, &mut r.exiled);
     let params = &program.params[..];
+    // Caches hold what few need.
+    let is_long = instrs.len() > 64;
     let mut pc = 0;
     while let Some(&abi::Instr {
         op,
@@ -84,7 +86,7 @@ pub(crate) fn run<R: Real, const APART: bool>(
         operand,
     }) = instrs.get(pc)
     {
-        if let Some(later) = instrs.get(pc + AHEAD) {
+        if is_long && let Some(later) = instrs.get(pc + AHEAD) {
             prefetch(params, later.params as usize);
         }
         pc += 1;
@@ -369,12 +371,16 @@ fn marks_of<R: Real>(
     (active, margin): (usize, f32),
 ) -> Marks {
     let (mut drop_a, mut drop_b) = ([0; CELLS], [0; CELLS]);
-    for first in (0..active.min(CELLS)).step_by(BLOCK) {
-        for i in first..first + BLOCK {
-            let (a, b) = (R::get(a, i).value(), R::get(b, i).value());
-            let (is_a, is_b) = losers(a, b, j, flags, is_group, margin);
-            (drop_a[i], drop_b[i]) = (u8::from(is_a), u8::from(is_b));
-        }
+    let mut mark = |i: usize| {
+        let (a, b) = (R::get(a, i).value(), R::get(b, i).value());
+        let (is_a, is_b) = losers(a, b, j, flags, is_group, margin);
+        (drop_a[i], drop_b[i]) = (u8::from(is_a), u8::from(is_b));
+    };
+    // Of two lengths that are known, so that both vectorise.
+    if active <= BLOCK {
+        (0..BLOCK).for_each(&mut mark);
+    } else {
+        (0..CELLS).for_each(&mut mark);
     }
     Marks {
         drop_a: bits_of(&drop_a),
