@@ -44,12 +44,7 @@ impl EditWork {
             .collect()
     }
 
-    pub(super) fn lists_of(
-        &self,
-        layout: &BrickLayout,
-        live: &LiveProgram,
-        unit: &Unit,
-    ) -> Vec<BlockList> {
+    fn lists_of(&self, layout: &BrickLayout, live: &LiveProgram, unit: &Unit) -> Vec<BlockList> {
         let centers: Vec<Vec3> = unit
             .blocks
             .iter()

@@ -118,8 +118,7 @@ impl<'a> Bounds<'a> {
 
     /// Whether all of the cube, which is within `radius`, is farther from the surface than cells tell.
     pub fn is_far(&self, d: f32, radius: f32) -> bool {
-        self.jumps.gap == f32::MAX
-            && (self.terms.radius(d) - 1.000_01 * radius) * self.lipschitz >= self.far
+        self.is_steady() && (self.terms.radius(d) - 1.000_01 * radius) * self.lipschitz >= self.far
     }
 
     /// The greatest length of a distance that is not [clear](Self::is_clear), where nothing jumps.
@@ -152,7 +151,7 @@ impl<'a> Bounds<'a> {
     /// What a cell keeps whose centre is so far.
     pub fn center(&self, d: f32) -> f32 {
         let plain = self.terms.radius(d);
-        let clear = if self.jumps.gap == f32::MAX {
+        let clear = if self.is_steady() {
             plain
         } else {
             let jumping = self.terms.with(&self.jumps);

@@ -8,7 +8,7 @@ use argil_math::Control;
 use glam::IVec3;
 
 /// What can matter in each cell near the surface: lists of instructions that give the whole program's distances there, to
-/// the bit.
+/// the bit, as far as those decide what bricks hold.
 pub struct CellLists {
     layout: BrickLayout,
     table: BlockTable,

@@ -159,7 +159,8 @@ impl BlockPlan {
         };
         let index = OperandIndex::new(program, of_parts)?;
         let near_parts = Parts {
-            far: near_length(layout, bounds),
+            // Far from the origin rounding takes a little more.
+            far: 1.01 * bounds.near_length(layout),
             ..parts
         };
         let (far, near) = rayon::join(
@@ -322,12 +323,6 @@ impl BlockIndex {
         let part = block.div_euclid(IVec3::splat(self.side));
         self.index.list(program, part, out);
     }
-}
-
-/// How far what decides what bricks hold is away.
-fn near_length(layout: &BrickLayout, bounds: &Bounds<'_>) -> f32 {
-    // Far from the origin rounding takes a little more.
-    1.01 * bounds.near_length(layout)
 }
 
 impl BlockLists<'_> {
