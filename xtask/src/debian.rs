@@ -2,10 +2,16 @@
 
 use std::process::{Command, Stdio};
 
-/// Run a program without a word; whether it succeeded.
+/// Runs a program without output; whether it succeeded.
 pub fn quietly(program: &str, arguments: &[&str]) -> bool {
+    quietly_with(&[], program, arguments)
+}
+
+/// Runs a program without output, with environment variables; whether it succeeded.
+pub fn quietly_with(environment: &[(&str, &str)], program: &str, arguments: &[&str]) -> bool {
     let command = Command::new(program)
         .args(arguments)
+        .envs(environment.iter().copied())
         .stdout(Stdio::null())
         .stderr(Stdio::null())
         .status();

@@ -4,7 +4,7 @@
 mod test;
 
 use anyhow::bail;
-use xtask::{root, run};
+use xtask::{root, run, run_with};
 
 const USAGE: &str = "usage: cargo xtask COMMAND
 
@@ -15,15 +15,16 @@ const USAGE: &str = "usage: cargo xtask COMMAND
 fn main() -> anyhow::Result<()> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     match arguments.first().map(String::as_str) {
-        Some("test") => test::run(),
-        Some("web" | "generate") => chore(&arguments),
+        Some("test") => test::run_all(),
+        Some("web" | "generate") => chore(&[], &arguments),
         _ => bail!(USAGE),
     }
 }
 
-/// Build the program of chores, and run it.
-fn chore(arguments: &[impl AsRef<str>]) -> anyhow::Result<()> {
-    run(
+/// Builds the program of chores with these environment variables, and runs it without them.
+fn chore(environment: &[(&str, &str)], arguments: &[impl AsRef<str>]) -> anyhow::Result<()> {
+    run_with(
+        environment,
         "cargo",
         &["build", "--workspace", "--bin", "argil-chores", "--locked"],
     )?;

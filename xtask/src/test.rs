@@ -1,51 +1,47 @@
 //! `cargo xtask test`.
 
 use anyhow::bail;
-use xtask::debian::{install, quietly};
-use xtask::run as checked;
+use xtask::debian::{install, quietly, quietly_with};
+use xtask::{LINT_WHILE_COMPILING, run, run_with};
 
-pub fn run() -> anyhow::Result<()> {
-    checked("cargo", &["fmt", "--all", "--check"])?;
-    checked(
-        "cargo",
-        &[
-            "clippy",
-            "--workspace",
-            "--all-targets",
-            "--locked",
-            "--",
-            "-D",
-            "warnings",
-        ],
-    )?;
+const TESTS: &[&str] = &["nextest", "run", "--workspace", "--locked"];
+
+/// What has no documentation for others: programs, and what tests and builds them.
+const NOT_DOCUMENTED: &[&str] = &[
+    "argil-chores",
+    "argil-cli",
+    "argil-conformance",
+    "argil-studio",
+    "argil-study",
+    "xtask",
+];
+
+pub fn run_all() -> anyhow::Result<()> {
+    run("cargo", &["fmt", "--all", "--check"])?;
+    let compiled = |arguments: &[&str]| run_with(LINT_WHILE_COMPILING, "cargo", arguments);
+    compiled(&["build", "--workspace", "--all-targets", "--locked"])?;
     ensure_nextest()?;
-    let tests = ["nextest", "run", "--workspace", "--locked"];
-    checked("cargo", &[&tests[..], &["--no-run"]].concat())?;
-    ensure_gpu(&tests)?;
-    checked("cargo", &[&tests[..], &["--no-fail-fast"]].concat())?;
-    checked("cargo", &["test", "--workspace", "--locked", "--doc"])?;
-    checked(
-        "cargo",
-        &[
-            "doc",
-            "--workspace",
-            "--lib",
-            "--no-deps",
-            "--locked",
-            "--config",
-            "build.rustdocflags=['-Dwarnings']",
-        ],
-    )?;
-    crate::chore(&["web", "test"])?;
+    ensure_gpu()?;
+    compiled(&[TESTS, &["--no-fail-fast"]].concat())?;
+    compiled(&["test", "--workspace", "--locked", "--doc"])?;
+    run("cargo", &documentation())?;
+    crate::chore(LINT_WHILE_COMPILING, &["web", "test"])?;
     println!("\nAll checks passed.");
     Ok(())
 }
 
+fn documentation() -> Vec<&'static str> {
+    let mut arguments = vec!["doc", "--workspace", "--lib", "--no-deps", "--locked"];
+    arguments.extend(NOT_DOCUMENTED.iter().flat_map(|name| ["--exclude", name]));
+    arguments.extend(["--config", "build.rustdocflags=['-Dwarnings']"]);
+    arguments
+}
+
 /// GPU tests run on whatever there is, a software device where there is no other.
-fn ensure_gpu(tests: &[&str]) -> anyhow::Result<()> {
+fn ensure_gpu() -> anyhow::Result<()> {
     // A process of its own: a loader that finds nothing remembers it.
     let ask = ["-E", "package(argil-conformance) & test(a_gpu_is_there)"];
-    let has_gpu = || quietly("cargo", &[tests, &ask].concat());
+    let has_gpu = || quietly_with(LINT_WHILE_COMPILING, "cargo", &[TESTS, &ask].concat());
     if has_gpu() {
         return Ok(());
     }
@@ -65,5 +61,5 @@ fn ensure_nextest() -> anyhow::Result<()> {
     if quietly("cargo", &["nextest", "--version"]) {
         return Ok(());
     }
-    checked("cargo", &["install", "cargo-nextest", "--locked"])
+    run("cargo", &["install", "cargo-nextest", "--locked"])
 }
