@@ -98,29 +98,13 @@ pub fn sampled() -> Shape {
     }
 }
 
-/// One of each shape, and a second of those with a special case.
-pub fn shapes() -> Vec<(&'static str, Shape)> {
+/// One of each shape, by the table of shapes, and others of those with a special case.
+pub fn shapes() -> Vec<(String, Shape)> {
     let half_size = [0.5, 0.35, 0.4];
-    vec![
-        ("sphere", Shape::sphere(0.6)),
+    let special = [
+        ("sharp box", Shape::cuboid(half_size)),
         (
-            "ellipsoid",
-            Shape::Ellipsoid {
-                radii: [0.7, 0.3, 0.45],
-            },
-        ),
-        ("box", Shape::cuboid(half_size)),
-        ("rounded box", Shape::rounded_box(half_size, 0.1)),
-        (
-            "box frame",
-            Shape::BoxFrame {
-                half_size,
-                thickness: 0.06,
-            },
-        ),
-        ("torus", Shape::torus(0.5, 0.15)),
-        (
-            "capped torus",
+            "narrow capped torus",
             Shape::CappedTorus {
                 major_radius: 0.5,
                 minor_radius: 0.12,
@@ -128,53 +112,14 @@ pub fn shapes() -> Vec<(&'static str, Shape)> {
             },
         ),
         (
-            "wide capped torus",
-            Shape::CappedTorus {
-                major_radius: 0.5,
-                minor_radius: 0.12,
-                half_angle_degrees: 150.0,
-            },
-        ),
-        (
-            "link",
-            Shape::Link {
-                half_length: 0.25,
-                major_radius: 0.3,
-                minor_radius: 0.08,
-            },
-        ),
-        (
-            "capsule",
+            "leaning capsule",
             Shape::capsule([-0.4, -0.2, 0.1], [0.5, 0.3, -0.2], 0.2),
         ),
         (
             "capsule of length 0",
             Shape::capsule([0.1; 3], [0.1; 3], 0.2),
         ),
-        ("cylinder", Shape::cylinder(0.4, 0.5)),
-        (
-            "rounded cylinder",
-            Shape::Cylinder {
-                radius: 0.4,
-                half_height: 0.5,
-                rounding: 0.1,
-            },
-        ),
-        (
-            "cone",
-            Shape::Cone {
-                radius: 0.4,
-                height: 0.9,
-            },
-        ),
-        (
-            "capped cone",
-            Shape::CappedCone {
-                half_height: 0.5,
-                bottom_radius: 0.5,
-                top_radius: 0.2,
-            },
-        ),
+        ("sharp cylinder", Shape::cylinder(0.4, 0.5)),
         (
             "pointed capped cone",
             Shape::CappedCone {
@@ -184,40 +129,10 @@ pub fn shapes() -> Vec<(&'static str, Shape)> {
             },
         ),
         (
-            "round cone",
-            Shape::RoundCone {
-                bottom_radius: 0.4,
-                top_radius: 0.15,
-                height: 0.6,
-            },
-        ),
-        (
-            "plane",
+            "leaning plane",
             Shape::Plane {
                 normal: [1.0, 2.0, -0.5],
                 offset: 0.2,
-            },
-        ),
-        (
-            "hexagonal prism",
-            Shape::HexPrism {
-                apothem: 0.5,
-                half_depth: 0.3,
-            },
-        ),
-        (
-            "triangular prism",
-            Shape::TriPrism {
-                half_side: 0.5,
-                half_depth: 0.3,
-            },
-        ),
-        ("octahedron", Shape::Octahedron { radius: 0.7 }),
-        (
-            "pyramid",
-            Shape::Pyramid {
-                base: 0.9,
-                height: 0.7,
             },
         ),
         (
@@ -228,25 +143,10 @@ pub fn shapes() -> Vec<(&'static str, Shape)> {
             },
         ),
         (
-            "cut sphere",
-            Shape::CutSphere {
-                radius: 0.6,
-                cut: 0.2,
-            },
-        ),
-        (
             "cut sphere below",
             Shape::CutSphere {
                 radius: 0.6,
                 cut: -0.25,
-            },
-        ),
-        (
-            "cut hollow sphere",
-            Shape::CutHollowSphere {
-                radius: 0.6,
-                cut: 0.2,
-                thickness: 0.05,
             },
         ),
         (
@@ -258,13 +158,6 @@ pub fn shapes() -> Vec<(&'static str, Shape)> {
             },
         ),
         (
-            "solid angle",
-            Shape::SolidAngle {
-                radius: 0.7,
-                half_angle_degrees: 40.0,
-            },
-        ),
-        (
             "wide solid angle",
             Shape::SolidAngle {
                 radius: 0.7,
@@ -272,16 +165,7 @@ pub fn shapes() -> Vec<(&'static str, Shape)> {
             },
         ),
         (
-            "rhombus",
-            Shape::Rhombus {
-                half_length_x: 0.6,
-                half_length_z: 0.3,
-                half_height: 0.2,
-                rounding: 0.05,
-            },
-        ),
-        (
-            "extruded rounded box",
+            "rounder rims than edges",
             Shape::ExtrudedRoundedBox {
                 half_size,
                 corner_radii: [0.1, 0.3, 0.0, 0.2],
@@ -289,7 +173,7 @@ pub fn shapes() -> Vec<(&'static str, Shape)> {
             },
         ),
         (
-            "Bézier tube",
+            "leaning Bézier tube",
             Shape::BezierTube {
                 from: [-0.6, -0.3, 0.0],
                 control: [0.0, 0.9, 0.2],
@@ -298,16 +182,23 @@ pub fn shapes() -> Vec<(&'static str, Shape)> {
                 to_radius: 0.06,
             },
         ),
-        ("lathe", Shape::Lathe { outline: vase() }),
+        ("vase", Shape::Lathe { outline: vase() }),
         (
-            "extrusion",
+            "extruded vase",
             Shape::Extrusion {
                 outline: vase(),
                 half_depth: 0.25,
             },
         ),
         ("mesh", sampled()),
-    ]
+    ];
+    let special = special.map(|(name, shape)| (name.to_owned(), shape));
+    let named = |shape: Shape| (format!("{shape:?}"), shape);
+    Shape::examples()
+        .into_iter()
+        .map(named)
+        .chain(special)
+        .collect()
 }
 
 fn one(name: &str, brush: Brush) -> Case {
@@ -325,9 +216,9 @@ fn push(scene: &mut Scene, group: NodeId, entry: impl Into<argil_scene::Entry>) 
 
 /// Each shape, moved and turned.
 pub fn shape_cases() -> Vec<Case> {
-    let placed = |(name, shape)| {
+    let placed = |(name, shape): (String, Shape)| {
         one(
-            name,
+            &name,
             Brush::new(shape)
                 .rotated([0.3, 1.0, 0.2], 25.0)
                 .at([0.1, -0.05, 0.07]),
@@ -336,7 +227,7 @@ pub fn shape_cases() -> Vec<Case> {
     shapes()
         .into_iter()
         .map(placed)
-        .chain(shapes().into_iter().map(|(n, s)| one(n, Brush::new(s))))
+        .chain(shapes().into_iter().map(|(n, s)| one(&n, Brush::new(s))))
         .collect()
 }
 

@@ -24,7 +24,7 @@ pub fn wgsl() -> String {
     text
 }
 
-/// The opcode of a name, `OP_SPHERE` and so on.
+/// The opcode of a name, `OP_COMBINE` and so on.
 pub fn opcode(name: &str) -> Option<u32> {
     op::OPCODES
         .iter()

@@ -3,92 +3,43 @@
 use crate::declare::constants;
 
 constants! { OPCODES:
-    /// Combine a sphere with the accumulator; the shapes below alike.
-    OP_SPHERE = 0;
-    /// Ellipsoid.
-    OP_ELLIPSOID = 1;
-    /// Box with rounding.
-    OP_BOX = 2;
-    /// Box frame.
-    OP_BOX_FRAME = 3;
-    /// Torus.
-    OP_TORUS = 4;
-    /// Capped torus.
-    OP_CAPPED_TORUS = 5;
-    /// Link.
-    OP_LINK = 6;
-    /// Capsule.
-    OP_CAPSULE = 7;
-    /// Cylinder with rounding.
-    OP_CYLINDER = 8;
-    /// Cone.
-    OP_CONE = 9;
-    /// Capped cone.
-    OP_CAPPED_CONE = 10;
-    /// Round cone.
-    OP_ROUND_CONE = 11;
-    /// Plane.
-    OP_PLANE = 12;
-    /// Hexagonal prism.
-    OP_HEX_PRISM = 13;
-    /// Triangular prism.
-    OP_TRI_PRISM = 14;
-    /// Octahedron.
-    OP_OCTAHEDRON = 15;
-    /// Pyramid.
-    OP_PYRAMID = 16;
-    /// Cut sphere.
-    OP_CUT_SPHERE = 17;
-    /// Cut hollow sphere.
-    OP_CUT_HOLLOW_SPHERE = 18;
-    /// Solid angle.
-    OP_SOLID_ANGLE = 19;
-    /// Rhombus.
-    OP_RHOMBUS = 20;
-    /// Box whose four upright edges each have a radius.
-    OP_EXTRUDED_ROUNDED_BOX = 21;
-    /// Quadratic Bézier tube.
-    OP_BEZIER_TUBE = 22;
-    /// Outline turned about the y axis.
-    OP_LATHE = 23;
-    /// Outline extruded along z.
-    OP_EXTRUSION = 24;
-    /// Distances between samples.
-    OP_SAMPLED = 25;
-    /// One more than the last shape.
-    OP_SHAPES_END = 26;
+    /// Combine a shape with the accumulator: of opcodes below, those that are measured point by point. Which they are, the table of
+    /// shapes says.
+    OP_SEARCHED = 48;
+    /// One more than the last shape's: those from `OP_SEARCHED` on search for what is nearest.
+    OP_SHAPES_END = 64;
     /// Save the accumulator and start an empty one.
-    OP_PUSH_VALUE = 32;
+    OP_PUSH_VALUE = 64;
     /// Combine the saved accumulator with the current one.
-    OP_COMBINE = 33;
+    OP_COMBINE = 65;
     /// Save the point.
-    OP_PUSH_POINT = 34;
+    OP_PUSH_POINT = 66;
     /// Bring the saved point back.
-    OP_POP_POINT = 35;
+    OP_POP_POINT = 67;
     /// Map the point by an affine map.
-    OP_AFFINE = 36;
+    OP_AFFINE = 68;
     /// Fold the point into the positive side of some axes.
-    OP_MIRROR = 37;
+    OP_MIRROR = 69;
     /// Pull the point towards the middle by a half length an axis.
-    OP_ELONGATE = 38;
+    OP_ELONGATE = 70;
     /// Begin a loop over the nearest cells of a grid of copies.
-    OP_REPEAT = 39;
+    OP_REPEAT = 71;
     /// Begin a loop over the nearest sectors of a ring of copies.
-    OP_RADIAL = 40;
+    OP_RADIAL = 72;
     /// End either loop.
-    OP_NEXT = 41;
+    OP_NEXT = 73;
     /// Clamp the point into a box, then twist it about the y axis.
-    OP_TWIST = 42;
+    OP_TWIST = 74;
     /// Clamp the point into a box, then bend it in the x–y plane.
-    OP_BEND = 43;
+    OP_BEND = 75;
     /// Undo the clamp of a twist or bend: add what the point lies outside its box.
-    OP_UNCLAMP = 44;
+    OP_UNCLAMP = 76;
     /// Move the surface outwards.
-    OP_ROUND = 45;
+    OP_ROUND = 77;
     /// Keep a shell around the surface.
-    OP_SHELL = 46;
+    OP_SHELL = 78;
     /// Add seeded value noise.
-    OP_DISPLACE = 47;
+    OP_DISPLACE = 79;
 }
 
 constants! { FLAGS:

@@ -4,7 +4,7 @@ use crate::combine::{Joint, combine_smooth, matters, union_smooth};
 use crate::curves::BLOCK;
 use crate::real::{LANES, Real};
 use crate::registers::{Registers, words};
-use crate::{Program, curves, sampled, shapes};
+use crate::{Program, curves, dispatch};
 use argil_abi as abi;
 
 pub(crate) const HEADER: usize = abi::BRUSH_HEADER_WORDS as usize;
@@ -52,7 +52,7 @@ pub(crate) fn mapped<R: Real>([x, y, z]: [R; 3], m: &[f32; 12]) -> [R; 3] {
 /// The hot loop: place the points, measure, combine. The common case, a translated union, is spared the multiplications
 /// by a scale and signs of 1.
 #[inline(always)]
-fn brush<R: Real, const N: usize>(
+pub(crate) fn brush<R: Real, const N: usize>(
     point: &[R::Lanes; 3],
     acc: &mut R::Lanes,
     b: &Brush<'_>,
@@ -132,7 +132,8 @@ fn curve_brush<R: Real>(
         if concerned == 0 {
             continue;
         }
-        let d = curve_shape::<R>(program, op, at + 6, [&mut x, &mut y, &mut z]);
+        let point = [&mut x, &mut y, &mut z];
+        let d = dispatch::searched::<R>(op, point, &program.params[at + 6..]);
         for i in 0..BLOCK {
             R::set(
                 &mut r.acc,
@@ -141,37 +142,6 @@ fn curve_brush<R: Real>(
             );
         }
     }
-}
-
-/// The distances of a block of points in the shape's frame.
-#[inline(always)]
-fn curve_shape<R: Real>(
-    program: &Program,
-    op: u32,
-    at: usize,
-    [x, y, z]: [&mut curves::Block<R>; 3],
-) -> curves::Block<R> {
-    if op == abi::OP_BEZIER_TUBE {
-        return curves::sd_bezier_tube::<R>([x, y, z], words(&program.params, at));
-    }
-    if op == abi::OP_SAMPLED {
-        let words = &program.params[at..];
-        return sampled::sd_sampled::<R>([x, y, z], words);
-    }
-    let &[count, half_depth]: &[f32; 2] = words(&program.params, at);
-    let end = at + 2 + count as usize * abi::PIECE_WORDS as usize;
-    let pieces = &program.params[at + 2..end];
-    if op == abi::OP_LATHE {
-        for i in 0..BLOCK {
-            x[i] = shapes::length2(x[i], z[i]);
-        }
-        return curves::sd_outline::<R>(x, y, pieces);
-    }
-    let mut d = curves::sd_outline::<R>(x, y, pieces);
-    for i in 0..BLOCK {
-        d[i] = shapes::corner2(d[i], z[i].abs() - half_depth);
-    }
-    d
 }
 
 /// Combine one brush with the accumulator.
@@ -184,45 +154,9 @@ pub(crate) fn measure<R: Real>(
     b: &Brush<'_>,
     at: usize,
 ) {
+    if op >= abi::OP_SEARCHED {
+        return curve_brush(r, program, op, b, at);
+    }
     let is_translation = flags & abi::FLAG_TRANSLATION != 0;
-    let params = &program.params[..];
-    macro_rules! shape {
-        ($function:path) => {{
-            let w = words(params, at);
-            brush::<R, _>(
-                &r.point,
-                &mut r.acc,
-                b,
-                r.active,
-                is_translation,
-                w,
-                $function,
-            )
-        }};
-    }
-    match op {
-        abi::OP_SPHERE => shape!(shapes::sd_sphere),
-        abi::OP_ELLIPSOID => shape!(shapes::sd_ellipsoid),
-        abi::OP_BOX => shape!(shapes::sd_box),
-        abi::OP_BOX_FRAME => shape!(shapes::sd_box_frame),
-        abi::OP_TORUS => shape!(shapes::sd_torus),
-        abi::OP_CAPPED_TORUS => shape!(shapes::sd_capped_torus),
-        abi::OP_LINK => shape!(shapes::sd_link),
-        abi::OP_CAPSULE => shape!(shapes::sd_capsule),
-        abi::OP_CYLINDER => shape!(shapes::sd_cylinder),
-        abi::OP_CONE => shape!(shapes::sd_cone),
-        abi::OP_CAPPED_CONE => shape!(shapes::sd_capped_cone),
-        abi::OP_ROUND_CONE => shape!(shapes::sd_round_cone),
-        abi::OP_PLANE => shape!(shapes::sd_plane),
-        abi::OP_HEX_PRISM => shape!(shapes::sd_hex_prism),
-        abi::OP_TRI_PRISM => shape!(shapes::sd_tri_prism),
-        abi::OP_OCTAHEDRON => shape!(shapes::sd_octahedron),
-        abi::OP_PYRAMID => shape!(shapes::sd_pyramid),
-        abi::OP_CUT_SPHERE => shape!(shapes::sd_cut_sphere),
-        abi::OP_CUT_HOLLOW_SPHERE => shape!(shapes::sd_cut_hollow_sphere),
-        abi::OP_SOLID_ANGLE => shape!(shapes::sd_solid_angle),
-        abi::OP_RHOMBUS => shape!(shapes::sd_rhombus),
-        abi::OP_EXTRUDED_ROUNDED_BOX => shape!(shapes::sd_extruded_rounded_box),
-        _ => curve_brush(r, program, op, b, at),
-    }
+    dispatch::plain(program, r, op, is_translation, b, at);
 }

@@ -11,6 +11,8 @@
 //! run pieces outside and points inside, so that the points become SIMD.
 
 use crate::real::Real;
+use crate::registers::words;
+use crate::shapes::{corner2, length2};
 use argil_abi::PIECE_WORDS;
 
 /// Points searched together.
@@ -134,9 +136,48 @@ fn piece<R: Real>(
     }
 }
 
+/// Iterations of a GPU's loops for a tube.
+pub(crate) fn bezier_tube_loops(_: &[f32]) -> u64 {
+    16
+}
+
+/// Those for an outline: of each piece.
+pub(crate) fn outline_loops(words: &[f32]) -> u64 {
+    2 + 12 * words.first().map_or(0, |&count| count as u64)
+}
+
+/// Those between samples, which are not searched for.
+pub(crate) fn sampled_loops(_: &[f32]) -> u64 {
+    1
+}
+
+/// Signed distances to an outline that is turned about y. `w`: how many pieces there are, one more word, the pieces.
+#[inline(always)]
+pub(crate) fn sd_lathe<R: Real>([x, y, z]: [&mut Block<R>; 3], w: &[f32]) -> Block<R> {
+    for i in 0..BLOCK {
+        x[i] = length2(x[i], z[i]);
+    }
+    sd_outline::<R>(x, y, pieces(w))
+}
+
+/// Signed distances to an outline that is extruded along z. `w`: how many pieces there are, half of the length, the pieces.
+#[inline(always)]
+pub(crate) fn sd_extrusion<R: Real>([x, y, z]: [&mut Block<R>; 3], w: &[f32]) -> Block<R> {
+    let mut d = sd_outline::<R>(x, y, pieces(w));
+    for i in 0..BLOCK {
+        d[i] = corner2(d[i], z[i].abs() - w[1]);
+    }
+    d
+}
+
+#[inline(always)]
+fn pieces(w: &[f32]) -> &[f32] {
+    &w[2..2 + w[0] as usize * PIECE_WORDS as usize]
+}
+
 /// Signed distances of the points (xs, ys) to an outline.
 #[inline(always)]
-pub(crate) fn sd_outline<R: Real>(xs: &Block<R>, ys: &Block<R>, pieces: &[f32]) -> Block<R> {
+fn sd_outline<R: Real>(xs: &Block<R>, ys: &Block<R>, pieces: &[f32]) -> Block<R> {
     let mut best = [R::constant(1e30); BLOCK];
     let mut sign = [1.0; BLOCK];
     for words in pieces.chunks_exact(PIECE_WORDS as usize) {
@@ -170,7 +211,8 @@ fn ball<R: Real>(p: [R; 3], t: R, w: &[f32; 11]) -> R {
 /// Signed distances to a tube. `w`: the curve's constant, linear and quadratic coefficients, the radius at the start
 /// and what it gains.
 #[inline(always)]
-pub(crate) fn sd_bezier_tube<R: Real>([xs, ys, zs]: [&Block<R>; 3], w: &[f32; 11]) -> Block<R> {
+pub(crate) fn sd_bezier_tube<R: Real>([xs, ys, zs]: [&mut Block<R>; 3], w: &[f32]) -> Block<R> {
+    let w: &[f32; 11] = words(w, 0);
     let step = 1.0 / TUBE_SAMPLES as f32;
     let mut best = [R::constant(1e30); BLOCK];
     let mut at = [0.0; BLOCK];

@@ -8,39 +8,7 @@ var<private> points: array<vec3<f32>, GPU_STACK_SLOTS>;
 var<private> kept: array<MaterialWords, GPU_STACK_SLOTS>;
 var<private> loops: array<u32, GPU_STACK_SLOTS>;
 
-fn shape_distance(op: u32, p: vec3<f32>, w: u32) -> f32 {
-    switch op {
-        case OP_SPHERE: { return sd_sphere(p, w); }
-        case OP_ELLIPSOID: { return sd_ellipsoid(p, w); }
-        case OP_BOX: { return sd_box(p, w); }
-        case OP_BOX_FRAME: { return sd_box_frame(p, w); }
-        case OP_TORUS: { return sd_torus(p, w); }
-        case OP_CAPPED_TORUS: { return sd_capped_torus(p, w); }
-        case OP_LINK: { return sd_link(p, w); }
-        case OP_CAPSULE: { return sd_capsule(p, w); }
-        case OP_CYLINDER: { return sd_cylinder(p, w); }
-        case OP_CONE: { return sd_cone(p, w); }
-        case OP_CAPPED_CONE: { return sd_capped_cone(p, w); }
-        case OP_ROUND_CONE: { return sd_round_cone(p, w); }
-        case OP_PLANE: { return sd_plane(p, w); }
-        case OP_HEX_PRISM: { return sd_hex_prism(p, w); }
-        case OP_TRI_PRISM: { return sd_tri_prism(p, w); }
-        case OP_OCTAHEDRON: { return sd_octahedron(p, w); }
-        case OP_PYRAMID: { return sd_pyramid(p, w); }
-        case OP_CUT_SPHERE: { return sd_cut_sphere(p, w); }
-        case OP_CUT_HOLLOW_SPHERE: { return sd_cut_hollow_sphere(p, w); }
-        case OP_SOLID_ANGLE: { return sd_solid_angle(p, w); }
-        case OP_RHOMBUS: { return sd_rhombus(p, w); }
-        case OP_EXTRUDED_ROUNDED_BOX: { return sd_extruded_rounded_box(p, w); }
-        case OP_BEZIER_TUBE: { return sd_bezier_tube(p, w + 6u); }
-        case OP_LATHE: { return sd_lathe(p, w + 6u); }
-        case OP_EXTRUSION: { return sd_extrusion(p, w + 6u); }
-        case OP_SAMPLED: { return sd_sampled(p, w + 6u); }
-        default: { return FAR; }
-    }
-}
-
-// Combine a brush with the accumulated distance. `listed`, `list_length` and `mark` are in whole.wgsl, which runs the
+// Combine a brush with the accumulated distance. `shape_distance` is made from the table of shapes (dispatch.rs); `listed`, `list_length` and `mark` are in whole.wgsl, which runs the
 // whole program, or in prune.wgsl.
 fn brush(acc: f32, point: vec3<f32>, instr: Instr, with_material: bool) -> f32 {
     let w = instr.params;
@@ -48,13 +16,13 @@ fn brush(acc: f32, point: vec3<f32>, instr: Instr, with_material: bool) -> f32 {
     let scale = params[w + 12u];
     let own = w + BRUSH_HEADER_WORDS;
     var p: vec3<f32>;
-    if (instr.flags & FLAG_TRANSLATION) != 0u && instr.op < OP_BEZIER_TUBE {
+    if (instr.flags & FLAG_TRANSLATION) != 0u && instr.op < OP_SEARCHED {
         p = translated(point, w);
     } else {
         p = mapped(point, w);
     }
     // A search along curves is left out where it cannot matter.
-    if !MARKING && instr.op >= OP_BEZIER_TUBE && !matters(acc, box_distance(p, own) * scale, j) {
+    if !MARKING && instr.op >= OP_SEARCHED && !matters(acc, box_distance(p, own) * scale, j) {
         return acc;
     }
     let d = shape_distance(instr.op, p, own) * scale;

@@ -32,6 +32,7 @@ mod brush;
 mod by_node;
 mod combine;
 mod curves;
+mod dispatch;
 mod evaluate;
 mod grid;
 mod interpret;

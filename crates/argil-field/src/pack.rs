@@ -1,204 +1,111 @@
 //! A shape's parameters as the words that both interpreters read.
 
-use argil_abi as abi;
-use argil_scene::{Outline, Shape};
+use crate::dispatch::op;
+use argil_scene::{Outline, Shape, ShapeParameter, shape_table};
 use glam::{Vec2, Vec3};
 
-/// The shape's opcode; its words are appended to `words`.
-pub(crate) fn pack(shape: &Shape, words: &mut Vec<f32>) -> u32 {
-    let (op, own): (u32, Vec<f32>) = match *shape {
-        Shape::Sphere { radius } => (abi::OP_SPHERE, vec![radius]),
-        Shape::Ellipsoid { radii } => {
-            let r = Vec3::from(radii);
-            let mut own = radii.to_vec();
-            own.extend(r.recip().to_array());
-            own.extend([r.min_element(), r.max_element()]);
-            (abi::OP_ELLIPSOID, own)
-        }
-        Shape::Box {
-            half_size: [x, y, z],
-            rounding: r,
-        } => (abi::OP_BOX, vec![x - r, y - r, z - r, r]),
-        Shape::BoxFrame {
-            half_size: [x, y, z],
-            thickness,
-        } => (abi::OP_BOX_FRAME, vec![x, y, z, thickness]),
-        Shape::Torus {
-            major_radius,
-            minor_radius,
-        } => (abi::OP_TORUS, vec![major_radius, minor_radius]),
-        Shape::CappedTorus {
-            major_radius,
-            minor_radius,
-            half_angle_degrees,
-        } => {
-            let (sin, cos) = half_angle_degrees.to_radians().sin_cos();
-            (
-                abi::OP_CAPPED_TORUS,
-                vec![sin, cos, major_radius, minor_radius],
-            )
-        }
-        Shape::Link {
-            half_length,
-            major_radius,
-            minor_radius,
-        } => (abi::OP_LINK, vec![half_length, major_radius, minor_radius]),
-        Shape::Capsule { from, to, radius } => {
-            let axis = Vec3::from(to) - Vec3::from(from);
-            let squared = axis.length_squared();
-            let reciprocal = if squared > 0.0 { 1.0 / squared } else { 0.0 };
-            (
-                abi::OP_CAPSULE,
-                [&from[..], &axis.to_array(), &[reciprocal, radius]].concat(),
-            )
-        }
-        Shape::Cylinder {
-            radius,
-            half_height,
-            rounding: r,
-        } => (abi::OP_CYLINDER, vec![radius - r, half_height - r, r]),
-        Shape::Cone { radius, height } => (
-            abi::OP_CONE,
-            vec![radius, height, 1.0 / (radius * radius + height * height)],
-        ),
-        Shape::CappedCone {
-            half_height,
-            bottom_radius,
-            top_radius,
-        } => {
-            let slope = bottom_radius - top_radius;
-            let side = 1.0 / (slope * slope + 4.0 * half_height * half_height);
-            // The side runs from the top rim down: (slope, −2 · half height).
-            (
-                abi::OP_CAPPED_CONE,
-                vec![half_height, bottom_radius, top_radius, -slope, side],
-            )
-        }
-        Shape::RoundCone {
-            bottom_radius,
-            top_radius,
-            height,
-        } => {
-            let sine = (bottom_radius - top_radius) / height;
-            (
-                abi::OP_ROUND_CONE,
-                vec![
-                    bottom_radius,
-                    top_radius,
-                    height,
-                    sine,
-                    (1.0 - sine * sine).sqrt(),
-                ],
-            )
-        }
-        Shape::Plane { normal, offset } => {
-            let n = Vec3::from(normal).normalize();
-            (abi::OP_PLANE, vec![n.x, n.y, n.z, offset])
-        }
-        Shape::HexPrism {
-            apothem,
-            half_depth,
-        } => (abi::OP_HEX_PRISM, vec![apothem, half_depth]),
-        Shape::TriPrism {
-            half_side,
-            half_depth,
-        } => (abi::OP_TRI_PRISM, vec![half_side, half_depth]),
-        Shape::Octahedron { radius } => (abi::OP_OCTAHEDRON, vec![radius]),
-        Shape::Pyramid { base, height } => {
-            let half = 0.5 * base;
-            let slope = half.hypot(height);
-            (
-                abi::OP_PYRAMID,
-                vec![half, height, slope, half / slope, height / slope],
-            )
-        }
-        Shape::CutSphere { radius, cut } => {
-            (abi::OP_CUT_SPHERE, vec![radius, cut, rim(radius, cut)])
-        }
-        Shape::CutHollowSphere {
-            radius,
-            cut,
-            thickness,
-        } => (
-            abi::OP_CUT_HOLLOW_SPHERE,
-            vec![radius, cut, rim(radius, cut), thickness],
-        ),
-        Shape::SolidAngle {
-            radius,
-            half_angle_degrees,
-        } => {
-            let (sin, cos) = half_angle_degrees.to_radians().sin_cos();
-            (abi::OP_SOLID_ANGLE, vec![sin, cos, radius])
-        }
-        Shape::Rhombus {
-            half_length_x: x,
-            half_length_z: z,
-            half_height,
-            rounding,
-        } => (
-            abi::OP_RHOMBUS,
-            vec![x, z, half_height, rounding, 1.0 / (x * x + z * z)],
-        ),
-        Shape::ExtrudedRoundedBox {
-            half_size,
-            corner_radii,
-            rounding,
-        } => (
-            abi::OP_EXTRUDED_ROUNDED_BOX,
-            [&half_size[..], &corner_radii, &rounding].concat(),
-        ),
-        Shape::BezierTube {
-            from,
-            control,
-            to,
-            from_radius,
-            to_radius,
-        } => {
-            let (a, b, c) = (Vec3::from(from), Vec3::from(control), Vec3::from(to));
-            let (linear, quadratic) = ((b - a) * 2.0, a - 2.0 * b + c);
-            let radii = [from_radius, to_radius - from_radius];
-            let curve = [&from[..], &linear.to_array(), &quadratic.to_array(), &radii].concat();
-            (abi::OP_BEZIER_TUBE, [box_words(shape), curve].concat())
-        }
-        Shape::Lathe { ref outline } => {
-            let mut own = box_words(shape);
-            own.extend([0.0, 0.0]);
-            own[6] = pack_outline(outline, true, &mut own) as f32;
-            (abi::OP_LATHE, own)
-        }
-        Shape::Extrusion {
-            ref outline,
-            half_depth,
-        } => {
-            let mut own = box_words(shape);
-            own.extend([0.0, half_depth]);
-            own[6] = pack_outline(outline, false, &mut own) as f32;
-            (abi::OP_EXTRUSION, own)
-        }
-        Shape::Mesh { ref grid, .. } => {
-            let Some(grid) = &grid.0 else {
-                // Lowering has refused it.
-                return abi::OP_SHAPES_END;
-            };
-            // Distances are those of the grid's box at least, not of the solid's: they lie between samples.
-            let region = grid.region();
-            words.extend([region.min.to_array(), region.max.to_array()].concat());
-            words.extend_from_slice(grid.words());
-            return abi::OP_SAMPLED;
+/// Words of a row of the table.
+trait Words {
+    /// Append them.
+    fn append_to(self, words: &mut Vec<f32>);
+}
+
+impl<const N: usize> Words for [f32; N] {
+    fn append_to(self, words: &mut Vec<f32>) {
+        words.extend(self);
+    }
+}
+
+impl Words for Vec<f32> {
+    fn append_to(self, words: &mut Vec<f32>) {
+        words.extend(self);
+    }
+}
+
+impl Words for &[f32] {
+    fn append_to(self, words: &mut Vec<f32>) {
+        words.extend_from_slice(self);
+    }
+}
+
+macro_rules! packing {
+    (
+        plain {$(
+            $(#[$doc:meta])*
+            $shape:ident($function:ident) {$(
+                $(#[$about:meta])*
+                $field:ident: $type:ty => $check:ident $(($($limit:expr),*))?,
+            )*}
+            $(rule($rule:expr))?
+            words($words:expr)
+            bounds($bounds:expr)
+            exact($exact:expr)
+            example($example:expr);
+        )*}
+        searched {$(
+            $(#[$searched_doc:meta])*
+            $searched:ident($searched_function:ident, $loops:ident) {$(
+                $(#[$searched_about:meta])*
+                $searched_field:ident: $searched_type:ty => $searched_check:ident $(($($searched_limit:expr),*))?,
+            )*}
+            $(rule($searched_rule:expr))?
+            words($searched_words:expr)
+            bounds($searched_bounds:expr)
+            exact($searched_exact:expr)
+            example($searched_example:expr);
+        )*}
+    ) => {
+        /// The shape's opcode; its words are appended to `words`, those of one that is searched after its box.
+        #[allow(unused_variables, reason = "not every shape packs all of its parameters")]
+        pub(crate) fn pack(shape: &Shape, words: &mut Vec<f32>) -> u32 {
+            match shape {
+                $(Shape::$shape { $($field),* } => {
+                    $(let $field = $field.read();)*
+                    $words.append_to(words);
+                    op::$shape
+                })*
+                $(Shape::$searched { $($searched_field),* } => {
+                    let held = shape.aabb();
+                    words.extend([held.min.to_array(), held.max.to_array()].concat());
+                    $(let $searched_field = $searched_field.read();)*
+                    $searched_words.append_to(words);
+                    op::$searched
+                })*
+            }
         }
     };
-    words.extend(own);
-    op
 }
 
-/// The box around a shape that is searched, so that the search can be left out where it cannot matter.
-fn box_words(shape: &Shape) -> Vec<f32> {
-    let b = shape.aabb();
-    [b.min.to_array(), b.max.to_array()].concat()
-}
+shape_table!(packing);
 
-fn rim(radius: f32, cut: f32) -> f32 {
+fn rim_radius(radius: f32, cut: f32) -> f32 {
     (radius * radius - cut * cut).max(0.0).sqrt()
+}
+
+/// A quadratic curve's coefficients, the radius at its start, and what that gains.
+fn tube_words([from, control, to]: [[f32; 3]; 3], [from_radius, to_radius]: [f32; 2]) -> [f32; 11] {
+    let (a, b, c) = (Vec3::from(from), Vec3::from(control), Vec3::from(to));
+    let (linear, quadratic) = ((b - a) * 2.0, a - 2.0 * b + c);
+    [
+        a.x,
+        a.y,
+        a.z,
+        linear.x,
+        linear.y,
+        linear.z,
+        quadratic.x,
+        quadratic.y,
+        quadratic.z,
+        from_radius,
+        to_radius - from_radius,
+    ]
+}
+
+/// How many pieces there are, half of the length along z, and the pieces.
+fn outline_words(outline: &Outline, half_depth: f32, is_lathe: bool) -> Vec<f32> {
+    let mut words = vec![0.0, half_depth];
+    words[0] = pack_outline(outline, is_lathe, &mut words) as f32;
+    words
 }
 
 /// Append the pieces, each as kind (0 a line, 1 a curve), start, control, end, spare. Curves are cut where they turn

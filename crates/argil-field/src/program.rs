@@ -1,3 +1,4 @@
+use crate::dispatch::loops;
 use crate::loose::Loose;
 use crate::lower::materials_of;
 use crate::operands::{GroupSpan, OperandSpan};
@@ -132,16 +133,11 @@ impl Program {
         let mut copies = vec![1u64];
         for instr in &self.instrs {
             let times = copies.last().copied().unwrap_or(1);
-            let word = |i: u32| {
-                self.params
-                    .get((instr.params + i) as usize)
-                    .copied()
-                    .unwrap_or(0.0) as u64
-            };
-            let own = match instr.op {
-                abi::OP_BEZIER_TUBE => 16,
-                abi::OP_LATHE | abi::OP_EXTRUSION => 2 + 12 * word(abi::BRUSH_HEADER_WORDS + 6),
-                _ => 1,
+            let own = if instr.op < abi::OP_SHAPES_END {
+                let words = instr.params + abi::BRUSH_HEADER_WORDS + 6;
+                loops(instr.op, self.params.get(words as usize..).unwrap_or(&[]))
+            } else {
+                1
             };
             total = total.saturating_add(times.saturating_mul(own));
             if let Some(own) = self.copies_of(instr) {

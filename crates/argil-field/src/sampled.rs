@@ -13,7 +13,7 @@ const _: () = assert!(
 /// The distances of a block of points. Beyond the grid's box it is the hypotenuse over the way there and what is told at
 /// its side, which no point of the solid is nearer than.
 #[inline(always)]
-pub(crate) fn sd_sampled<R: Real>([x, y, z]: [&Block<R>; 3], w: &[f32]) -> Block<R> {
+pub(crate) fn sd_sampled<R: Real>([x, y, z]: [&mut Block<R>; 3], w: &[f32]) -> Block<R> {
     let mut out = [R::constant(0.0); BLOCK];
     for i in 0..BLOCK {
         out[i] = sampled([x[i], y[i], z[i]], w);

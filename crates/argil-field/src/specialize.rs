@@ -3,6 +3,7 @@
 //! The numbers stay in the table of parameters, so that a brush can still be moved without a new shader; what is gone
 //! is the loop over instructions, the choice by opcode and the stacks.
 
+use crate::dispatch::wgsl_function;
 use crate::{Program, WGSL_COMMON};
 use argil_abi::{self as abi, Instr};
 use std::fmt::Write;
@@ -14,38 +15,6 @@ impl Program {
     /// The twin of [`crate::Opcodes::wgsl`] for this program alone; `None` where it is too long to be written out.
     pub fn specialized_wgsl(&self) -> Option<String> {
         (self.instrs.len() <= MAX_INSTRUCTIONS).then(|| [WGSL_COMMON, &write_field(self)].concat())
-    }
-}
-
-/// The function that measures a shape.
-fn function(op: u32) -> &'static str {
-    match op {
-        abi::OP_SPHERE => "sd_sphere",
-        abi::OP_ELLIPSOID => "sd_ellipsoid",
-        abi::OP_BOX => "sd_box",
-        abi::OP_BOX_FRAME => "sd_box_frame",
-        abi::OP_TORUS => "sd_torus",
-        abi::OP_CAPPED_TORUS => "sd_capped_torus",
-        abi::OP_LINK => "sd_link",
-        abi::OP_CAPSULE => "sd_capsule",
-        abi::OP_CYLINDER => "sd_cylinder",
-        abi::OP_CONE => "sd_cone",
-        abi::OP_CAPPED_CONE => "sd_capped_cone",
-        abi::OP_ROUND_CONE => "sd_round_cone",
-        abi::OP_PLANE => "sd_plane",
-        abi::OP_HEX_PRISM => "sd_hex_prism",
-        abi::OP_TRI_PRISM => "sd_tri_prism",
-        abi::OP_OCTAHEDRON => "sd_octahedron",
-        abi::OP_PYRAMID => "sd_pyramid",
-        abi::OP_CUT_SPHERE => "sd_cut_sphere",
-        abi::OP_CUT_HOLLOW_SPHERE => "sd_cut_hollow_sphere",
-        abi::OP_SOLID_ANGLE => "sd_solid_angle",
-        abi::OP_RHOMBUS => "sd_rhombus",
-        abi::OP_EXTRUDED_ROUNDED_BOX => "sd_extruded_rounded_box",
-        abi::OP_BEZIER_TUBE => "sd_bezier_tube",
-        abi::OP_SAMPLED => "sd_sampled",
-        abi::OP_LATHE => "sd_lathe",
-        _ => "sd_extrusion",
     }
 }
 
@@ -189,7 +158,7 @@ fn write_brush(instr: &Instr, v: usize, q: usize, out: &mut String) -> std::fmt:
         operand,
     } = *instr;
     let own = w + abi::BRUSH_HEADER_WORDS;
-    let searched = op >= abi::OP_BEZIER_TUBE;
+    let searched = op >= abi::OP_SEARCHED;
     let map = if flags & abi::FLAG_TRANSLATION != 0 && !searched {
         "translated"
     } else {
@@ -213,7 +182,7 @@ fn write_brush(instr: &Instr, v: usize, q: usize, out: &mut String) -> std::fmt:
     writeln!(
         out,
         "    let d = {}(p, {words}u) * params[{}u];",
-        function(op),
+        wgsl_function(op),
         w + 12
     )?;
     writeln!(

@@ -3,16 +3,17 @@
 //! A hardware GPU jumps over the cases of a switch that no thread takes. A software one (lavapipe) works through all of
 //! them with its lanes switched off, so that one sphere costs as much as every shape together.
 
+use crate::dispatch::wgsl_dispatch;
 use crate::{Program, WGSL_COMMON};
 use argil_abi as abi;
 
 /// Opcodes, a bit each.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Opcodes(u64);
+pub struct Opcodes(u128);
 
 impl Opcodes {
     /// All of them.
-    pub const ALL: Self = Self(u64::MAX);
+    pub const ALL: Self = Self(u128::MAX);
 
     /// Those of a program.
     pub fn of(program: &Program) -> Self {
@@ -20,13 +21,13 @@ impl Opcodes {
             program
                 .instrs
                 .iter()
-                .fold(0, |set, instr| set | 1 << (instr.op & 63)),
+                .fold(0, |set, instr| set | 1 << (instr.op & 127)),
         )
     }
 
     /// Whether the set has an opcode.
     pub fn contains(self, op: u32) -> bool {
-        self.0 >> (op & 63) & 1 == 1
+        self.0 >> (op & 127) & 1 == 1
     }
 
     /// The opcodes of either.
@@ -53,7 +54,7 @@ impl Opcodes {
     }
 
     fn interpreter(self) -> String {
-        let mut text = WGSL_COMMON.to_owned();
+        let mut text = WGSL_COMMON.to_owned() + &wgsl_dispatch(|op| self.contains(op));
         // While skipping: how many braces of the case are open.
         let mut skipping = 0i32;
         for line in include_str!("interpret.wgsl").lines() {

@@ -36,7 +36,8 @@ mod operator;
 mod sampled;
 mod scene;
 mod shape;
-mod shape_check;
+mod shape_rules;
+mod shape_table;
 mod transform;
 mod view;
 
@@ -58,5 +59,5 @@ pub use modifier::{Modifier, angular_half_extent, copies_looked_at, twist_stretc
 pub use operator::{Operator, OperatorKind, Profile};
 pub use sampled::{Measure, SAMPLED_HEADER, SAMPLED_SIDE, SampledBlock, SampledGrid};
 pub use scene::{Node, NodeId, Scene};
-pub use shape::{Exactness, MeshGrid, Outline, Piece, Shape};
+pub use shape::{Exactness, MeshGrid, Outline, Piece, Shape, ShapeParameter};
 pub use view::{Placement, View};

@@ -1,232 +1,136 @@
-use crate::SampledGrid;
+use crate::shape_rules::{self as rules, *};
+use crate::{Fault, SampledGrid, shape_table};
+use argil_math::Aabb;
+use glam::{Vec2, Vec3};
 #[cfg(feature = "schema")]
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-/// A solid around the origin, in the scene's length unit. Names and placements follow Inigo Quilez's catalogue
-/// of distance functions (<https://iquilezles.org/articles/distfunctions/>); what "up" is, is y.
-///
-/// ```
-/// use argil_scene::{Exactness, Shape};
-/// let shape = Shape::sphere(0.5);
-/// assert_eq!(shape.exactness(), Exactness::Exact);
-/// assert!(Shape::sphere(-1.0).check().is_err());
-/// ```
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(JsonSchema))]
-#[serde(tag = "type", rename_all = "snake_case", deny_unknown_fields)]
-pub enum Shape {
-    /// Ball around the origin.
-    Sphere {
-        /// Radius.
-        radius: f32,
-    },
-    /// Ellipsoid around the origin.
-    Ellipsoid {
-        /// Half axes.
-        radii: [f32; 3],
-    },
-    /// Box around the origin; the rounding lies within the half size.
-    Box {
-        /// Half of each side.
-        half_size: [f32; 3],
-        /// Radius of edges and corners.
-        #[serde(default)]
-        rounding: f32,
-    },
-    /// The twelve edges of a box, as beams.
-    BoxFrame {
-        /// Half of each side.
-        half_size: [f32; 3],
-        /// Half of a beam's width.
-        thickness: f32,
-    },
-    /// Ring about the y axis.
-    Torus {
-        /// From the centre to the middle of the tube.
-        major_radius: f32,
-        /// Of the tube.
-        minor_radius: f32,
-    },
-    /// Arc of a ring about the z axis, its middle on +y, with round ends.
-    CappedTorus {
-        /// From the centre to the middle of the tube.
-        major_radius: f32,
-        /// Of the tube.
-        minor_radius: f32,
-        /// Half of the angle that the arc covers, in degrees, up to 180.
-        half_angle_degrees: f32,
-    },
-    /// Chain link along y.
-    Link {
-        /// Half of the straight part.
-        half_length: f32,
-        /// From the middle to the middle of the wire.
-        major_radius: f32,
-        /// Of the wire.
-        minor_radius: f32,
-    },
-    /// Ball swept from one point to another.
-    Capsule {
-        /// One end of the axis.
-        from: [f32; 3],
-        /// The other end.
-        to: [f32; 3],
-        /// Radius.
-        radius: f32,
-    },
-    /// Cylinder about y; the rounding lies within radius and height.
-    Cylinder {
-        /// Radius.
-        radius: f32,
-        /// Half of the height.
-        half_height: f32,
-        /// Radius of the rims.
-        #[serde(default)]
-        rounding: f32,
-    },
-    /// Cone about y, its tip at the origin and its base at y = −height.
-    Cone {
-        /// Radius of the base.
-        radius: f32,
-        /// From base to tip.
-        height: f32,
-    },
-    /// Cone about y without its tip, centred.
-    CappedCone {
-        /// Half of the height.
-        half_height: f32,
-        /// Radius at the bottom.
-        bottom_radius: f32,
-        /// Radius at the top.
-        top_radius: f32,
-    },
-    /// Hull of two balls on the y axis: one at the origin, one at y = height.
-    RoundCone {
-        /// Radius of the ball at the origin.
-        bottom_radius: f32,
-        /// Radius of the ball at the top.
-        top_radius: f32,
-        /// Between the centres; more than the radii differ by.
-        height: f32,
-    },
-    /// Half space: the points p with p · normal ≤ offset.
-    Plane {
-        /// Direction out of the solid; any length but 0.
-        normal: [f32; 3],
-        /// Where along the unit normal the surface is.
-        #[serde(default)]
-        offset: f32,
-    },
-    /// Hexagonal prism along z with flat sides up and down.
-    HexPrism {
-        /// From the centre to the middle of a side.
-        apothem: f32,
-        /// Half of the length along z.
-        half_depth: f32,
-    },
-    /// Prism along z over an equilateral triangle that points up.
-    TriPrism {
-        /// Half of the triangle's side.
-        half_side: f32,
-        /// Half of the length along z.
-        half_depth: f32,
-    },
-    /// Regular octahedron with its corners on the axes.
-    Octahedron {
-        /// From the centre to a corner.
-        radius: f32,
-    },
-    /// Pyramid over a square at y = 0.
-    Pyramid {
-        /// Side of the square.
-        base: f32,
-        /// From the base to the tip.
-        height: f32,
-    },
-    /// The part of a ball above y = cut.
-    CutSphere {
-        /// Radius of the ball.
-        radius: f32,
-        /// Height of the cut, between −radius and radius.
-        cut: f32,
-    },
-    /// The shell of a ball below y = cut, with a round rim.
-    CutHollowSphere {
-        /// Radius of the ball.
-        radius: f32,
-        /// Height of the cut, between −radius and radius.
-        cut: f32,
-        /// Half of the shell's thickness.
-        thickness: f32,
-    },
-    /// The part of a ball within an angle around +y.
-    SolidAngle {
-        /// Radius of the ball.
-        radius: f32,
-        /// Half of the opening angle in degrees, below 180.
-        half_angle_degrees: f32,
-    },
-    /// Rhombus in the x–z plane, extruded along y; the rounding is added outside.
-    Rhombus {
-        /// Half diagonal along x.
-        half_length_x: f32,
-        /// Half diagonal along z.
-        half_length_z: f32,
-        /// Half of the height.
-        half_height: f32,
-        /// Radius of edges.
-        #[serde(default)]
-        rounding: f32,
-    },
-    /// Box whose four upright edges each have a radius of their own, and whose rims are rounded; all within the half size.
-    ExtrudedRoundedBox {
-        /// Half of each side.
-        half_size: [f32; 3],
-        /// Radii of the upright edges at (+x, +z), (+x, −z), (−x, +z), (−x, −z).
-        corner_radii: [f32; 4],
-        /// Radius of the rim at the top, then at the bottom.
-        #[serde(default)]
-        rounding: [f32; 2],
-    },
-    /// Ball swept along a quadratic Bézier curve while its radius changes linearly with the curve's parameter.
-    BezierTube {
-        /// Where the curve starts.
-        from: [f32; 3],
-        /// Its control point.
-        control: [f32; 3],
-        /// Where it ends.
-        to: [f32; 3],
-        /// Radius at the start.
-        from_radius: f32,
-        /// Radius at the end.
-        to_radius: f32,
-    },
-    /// Outline turned about the y axis: its x is the distance from the axis.
-    Lathe {
-        /// The outline, at x ≥ 0.
-        outline: Outline,
-    },
-    /// Outline in the x–y plane, extruded along z.
-    Extrusion {
-        /// The outline.
-        outline: Outline,
-        /// Half of the length along z.
-        half_depth: f32,
-    },
-    /// Triangles of a file, as a solid: sampled when the scene is loaded, holes closed.
-    Mesh {
-        /// An OBJ, GLB, PLY or STL file; relative to the scene's.
-        path: String,
-        /// Samples along the longest side of its box, from 16 to 512.
-        #[serde(default = "mesh_resolution")]
-        resolution: u32,
-        /// Its distances, once it is loaded.
-        #[serde(skip)]
-        grid: MeshGrid,
-    },
+/// Makes [`Shape`] and what follows from each row of the [table](crate::shape_table).
+macro_rules! shapes {
+    ($($kind:ident {$(
+        $(#[$doc:meta])*
+        $shape:ident($function:ident $(, $loops:ident)?) {$(
+            $(#[$about:meta])*
+            $field:ident: $type:ty => $check:ident $(($($limit:expr),*))?,
+        )*}
+        $(rule($rule:expr))?
+        words($words:expr)
+        bounds($bounds:expr)
+        exact($exact:expr)
+        example($example:expr);
+    )*})*) => {
+        /// A solid around the origin, in the scene's length unit. Names and placements follow Inigo Quilez's catalogue
+        /// of distance functions (<https://iquilezles.org/articles/distfunctions/>); what "up" is, is y.
+        ///
+        /// ```
+        /// use argil_scene::{Exactness, Shape};
+        /// let shape = Shape::sphere(0.5);
+        /// assert_eq!(shape.exactness(), Exactness::Exact);
+        /// assert!(Shape::sphere(-1.0).check().is_err());
+        /// ```
+        #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+        #[cfg_attr(feature = "schema", derive(JsonSchema))]
+        #[serde(tag = "type", rename_all = "snake_case", deny_unknown_fields)]
+        pub enum Shape {$($(
+            $(#[$doc])*
+            $shape {$(
+                $(#[$about])*
+                $field: $type,
+            )*},
+        )*)*}
+
+        #[allow(unused_variables, reason = "not every row needs all of its parameters everywhere")]
+        impl Shape {
+            /// Whether every parameter can be used.
+            ///
+            /// # Errors
+            /// The first that cannot.
+            pub fn check(&self) -> Result<(), Fault> {
+                match self {$($(
+                    Self::$shape { $($field),* } => {
+                        $(let $field = $field.read();)*
+                        $(rules::$check(stringify!($field), $field $($(, $limit)*)?)?;)*
+                        $($rule?;)?
+                        Ok(())
+                    }
+                )*)*}
+            }
+
+            /// A box around the solid, in the shape's own frame; infinite for a plane.
+            pub fn aabb(&self) -> Aabb {
+                match self {$($(
+                    Self::$shape { $($field),* } => {
+                        $(let $field = $field.read();)*
+                        $bounds
+                    }
+                )*)*}
+            }
+
+            /// Whether the distance is Euclidean or a lower bound of it.
+            pub fn exactness(&self) -> Exactness {
+                let is_exact = match self {$($(
+                    Self::$shape { $($field),* } => {
+                        $(let $field = $field.read();)*
+                        $exact
+                    }
+                )*)*};
+                if is_exact { Exactness::Exact } else { Exactness::Bound }
+            }
+
+            /// An example of each shape, of a size that goes together with the others, in the order of the table; of a mesh, which is
+            /// a file, there is none.
+            ///
+            /// ```
+            /// let examples = argil_scene::Shape::examples();
+            /// assert!(examples.iter().all(|shape| shape.check().is_ok()));
+            /// ```
+            pub fn examples() -> Vec<Self> {
+                let all: [Option<Self>; _] = [$($($example),*),*];
+                all.into_iter().flatten().collect()
+            }
+        }
+    };
 }
+
+shape_table!(shapes);
+
+/// A parameter as rows read it: numbers by value, what is larger by reference.
+#[doc(hidden)]
+pub trait ShapeParameter {
+    /// How it is read.
+    type Read<'a>
+    where
+        Self: 'a;
+    /// Read it.
+    fn read(&self) -> Self::Read<'_>;
+}
+
+macro_rules! read_by_value {
+    ($($type:ty),*) => {$(
+        impl ShapeParameter for $type {
+            type Read<'a> = $type;
+            fn read(&self) -> $type {
+                *self
+            }
+        }
+    )*};
+}
+
+macro_rules! read_by_reference {
+    ($($type:ty as $read:ty),*) => {$(
+        impl ShapeParameter for $type {
+            type Read<'a> = &'a $read;
+            fn read(&self) -> &$read {
+                self
+            }
+        }
+    )*};
+}
+
+read_by_value!(f32, u32, [f32; 2], [f32; 3], [f32; 4]);
+read_by_reference!(Outline as Outline, String as str, MeshGrid as MeshGrid);
 
 /// The distances of a mesh, where it is loaded. Any two are equal: what they are follows from the file's name.
 #[derive(Clone, Debug, Default)]
@@ -235,6 +139,20 @@ pub struct MeshGrid(pub Option<Arc<SampledGrid>>);
 impl PartialEq for MeshGrid {
     fn eq(&self, _: &Self) -> bool {
         true
+    }
+}
+
+impl MeshGrid {
+    /// A box around the solid, as far as it is known: its samples'; empty where it is not loaded.
+    #[doc(hidden)]
+    pub fn region(&self) -> Aabb {
+        self.0.as_ref().map_or(Aabb::EMPTY, |grid| grid.region())
+    }
+
+    /// The samples as interpreters read them; none where it is not loaded.
+    #[doc(hidden)]
+    pub fn words(&self) -> &[f32] {
+        self.0.as_ref().map_or(&[], |grid| grid.words())
     }
 }
 
@@ -267,6 +185,46 @@ pub struct Piece {
 }
 
 impl Outline {
+    /// An outline that starts at a point.
+    ///
+    /// ```
+    /// use argil_scene::{Outline, Shape};
+    /// let outline = Outline::new([0.0, 0.0]).line([1.0, 0.0]).curve([1.0, 1.0], [0.0, 1.0]);
+    /// assert!(Shape::Extrusion { outline, half_depth: 0.1 }.check().is_ok());
+    /// ```
+    pub fn new(start: [f32; 2]) -> Self {
+        Self {
+            start,
+            pieces: Vec::new(),
+        }
+    }
+
+    /// A line from where it ends, to a point.
+    #[must_use]
+    pub fn line(mut self, to: [f32; 2]) -> Self {
+        self.pieces.push(Piece { control: None, to });
+        self
+    }
+
+    /// A quadratic Bézier curve from where it ends, by a control point, to a point.
+    #[must_use]
+    pub fn curve(mut self, control: [f32; 2], to: [f32; 2]) -> Self {
+        let control = Some(control);
+        self.pieces.push(Piece { control, to });
+        self
+    }
+
+    /// The corners of a box around the outline: that of its points and control points.
+    pub fn bounds(&self) -> (Vec2, Vec2) {
+        let points = self
+            .segments()
+            .flat_map(|(a, b, c)| [a, b.unwrap_or(c), c])
+            .map(Vec2::from);
+        points.fold((Vec2::INFINITY, Vec2::NEG_INFINITY), |(lo, hi), p| {
+            (lo.min(p), hi.max(p))
+        })
+    }
+
     /// Start, control and end point of each piece, the closing line included; a line has no control point.
     pub fn segments(&self) -> impl Iterator<Item = ([f32; 2], Option<[f32; 2]>, [f32; 2])> + '_ {
         let mut at = self.start;
@@ -299,32 +257,6 @@ pub enum Exactness {
 }
 
 impl Shape {
-    /// Whether the distance is Euclidean or a lower bound of it.
-    pub fn exactness(&self) -> Exactness {
-        match *self {
-            // The box frame's beams overlap, and the minimum of two inner distances is a bound; a tube's and an
-            // outline's curves are searched, the ellipsoid has no closed form.
-            Self::Ellipsoid { .. }
-            | Self::BoxFrame { .. }
-            | Self::BezierTube { .. }
-            | Self::Mesh { .. } => Exactness::Bound,
-            // A rim rounder than an upright edge cuts that edge's corner, where the outline's distance is too small.
-            Self::ExtrudedRoundedBox {
-                corner_radii,
-                rounding,
-                ..
-            } => {
-                let sharpest = corner_radii.into_iter().fold(f32::INFINITY, f32::min);
-                if rounding.into_iter().all(|r| r <= sharpest) {
-                    Exactness::Exact
-                } else {
-                    Exactness::Bound
-                }
-            }
-            _ => Exactness::Exact,
-        }
-    }
-
     /// By how much the distance can change over a length of 1: 1, and of what lies between samples of a mesh's edges and
     /// corners up to √3.
     pub fn lipschitz(&self) -> f32 {

@@ -1,0 +1,125 @@
+//! Which function measures a shape: opcodes, and the dispatch of both interpreters, from the table of shapes.
+
+use crate::brush::{Brush, brush};
+use crate::curves::Block;
+use crate::real::Real;
+use crate::registers::{Registers, words};
+use crate::{Program, curves, sampled, shapes};
+use argil_abi as abi;
+use argil_scene::shape_table;
+use std::fmt::Write;
+
+/// What a search takes, in iterations of a GPU's loops, by the words of the shape.
+type Loops = fn(&[f32]) -> u64;
+
+macro_rules! dispatch {
+    (
+        plain {$(
+            $(#[$doc:meta])*
+            $shape:ident($function:ident) { $($parameters:tt)* }
+            $(rule($rule:expr))?
+            words($words:expr)
+            bounds($bounds:expr)
+            exact($exact:expr)
+            example($example:expr);
+        )*}
+        searched {$(
+            $(#[$searched_doc:meta])*
+            $searched:ident($searched_function:ident, $loops:ident) { $($searched_parameters:tt)* }
+            $(rule($searched_rule:expr))?
+            words($searched_words:expr)
+            bounds($searched_bounds:expr)
+            exact($searched_exact:expr)
+            example($searched_example:expr);
+        )*}
+    ) => {
+        #[repr(u32)]
+        enum Plain { $($shape),* }
+        #[repr(u32)]
+        enum Searched { $($searched),* }
+
+        /// Opcodes of shapes, in the order of the table.
+        #[allow(non_upper_case_globals, reason = "named as the shapes are")]
+        pub(crate) mod op {
+            use super::{Plain, Searched};
+            use argil_abi as abi;
+            $(pub const $shape: u32 = Plain::$shape as u32;)*
+            $(pub const $searched: u32 = abi::OP_SEARCHED + Searched::$searched as u32;)*
+        }
+
+        /// Each opcode with the function that measures its shape, of the same name in both languages.
+        const FUNCTIONS: &[(u32, &str)] = &[
+            $((op::$shape, stringify!($function)),)*
+            $((op::$searched, stringify!($searched_function)),)*
+        ];
+
+        const SEARCHES: &[Loops] = &[$(curves::$loops),*];
+
+        /// Combine one brush of a plain shape with the accumulator.
+        #[inline(always)]
+        pub(crate) fn plain<R: Real>(
+            program: &Program,
+            r: &mut Registers<R>,
+            op: u32,
+            is_translation: bool,
+            b: &Brush<'_>,
+            at: usize,
+        ) {
+            match op {
+                $(op::$shape => {
+                    let w = words(&program.params, at);
+                    let point = &r.point;
+                    brush::<R, _>(point, &mut r.acc, b, r.active, is_translation, w, shapes::$function);
+                })*
+                _ => {}
+            }
+        }
+
+        /// The distances of a block of points in the frame of a shape that is searched, by its words.
+        #[inline(always)]
+        pub(crate) fn searched<R: Real>(op: u32, point: [&mut Block<R>; 3], words: &[f32]) -> Block<R> {
+            use curves::*;
+            use sampled::*;
+            match op {
+                $(op::$searched => $searched_function::<R>(point, words),)*
+                _ => [R::constant(crate::FAR); curves::BLOCK],
+            }
+        }
+    };
+}
+
+shape_table!(dispatch);
+
+const _: () = assert!(
+    FUNCTIONS.len() - SEARCHES.len() <= abi::OP_SEARCHED as usize
+        && SEARCHES.len() <= (abi::OP_SHAPES_END - abi::OP_SEARCHED) as usize,
+    "each kind of shape has its range of opcodes"
+);
+
+/// Iterations of a GPU's loops that one evaluation of a shape takes.
+pub(crate) fn loops(op: u32, words: &[f32]) -> u64 {
+    let search = op.checked_sub(abi::OP_SEARCHED);
+    let search = search.and_then(|nth| SEARCHES.get(nth as usize));
+    search.map_or(1, |loops| loops(words))
+}
+
+/// The WGSL function that measures a shape.
+pub(crate) fn wgsl_function(op: u32) -> &'static str {
+    let own = FUNCTIONS.iter().find(|&&(known, _)| known == op);
+    own.map_or("", |&(_, name)| name)
+}
+
+/// WGSL that chooses the function by opcode, of those that are `used`.
+pub(crate) fn wgsl_dispatch(used: impl Fn(u32) -> bool) -> String {
+    let mut text =
+        "fn shape_distance(op: u32, p: vec3<f32>, w: u32) -> f32 {\n    switch op {\n".to_owned();
+    for &(op, function) in FUNCTIONS.iter().filter(|(op, _)| used(*op)) {
+        let words = if op < abi::OP_SEARCHED { "w" } else { "w + 6u" };
+        // Writing to a string does not fail.
+        let _ = writeln!(
+            text,
+            "        case {op}u: {{ return {function}(p, {words}); }}"
+        );
+    }
+    text + "        default: { return FAR; }\n    }\n}\n\n"
+}

@@ -1,0 +1,175 @@
+//! What rows of the [table of shapes](crate::shape_table) are written with: checks of parameters, and boxes.
+
+use crate::fault::{self, Fault};
+use crate::{MeshGrid, Outline};
+use argil_math::Aabb;
+use glam::{Vec2, Vec3};
+
+pub(crate) use fault::at_most;
+
+/// Most pieces of an outline: each costs every evaluation of its shape.
+const MAX_PIECES: usize = 256;
+
+/// One number, or several of the same kind.
+pub(crate) trait Numbers {
+    /// Check each, by its path.
+    fn each(self, path: &str, check: impl Fn(&str, f32) -> Result<(), Fault>) -> Result<(), Fault>;
+}
+
+impl Numbers for f32 {
+    fn each(self, path: &str, check: impl Fn(&str, f32) -> Result<(), Fault>) -> Result<(), Fault> {
+        check(path, self)
+    }
+}
+
+impl<const N: usize> Numbers for [f32; N] {
+    fn each(self, path: &str, check: impl Fn(&str, f32) -> Result<(), Fault>) -> Result<(), Fault> {
+        let mut all = self.into_iter().enumerate();
+        all.try_for_each(|(i, value)| check(&format!("{path}[{i}]"), value))
+    }
+}
+
+/// Lengths that are not 0.
+pub(crate) fn positive(path: &str, value: impl Numbers) -> Result<(), Fault> {
+    value.each(path, fault::positive)
+}
+
+/// Lengths that may be 0.
+pub(crate) fn not_negative(path: &str, value: impl Numbers) -> Result<(), Fault> {
+    value.each(path, fault::not_negative)
+}
+
+/// Coordinates.
+pub(crate) fn coordinate(path: &str, value: impl Numbers) -> Result<(), Fault> {
+    value.each(path, fault::coordinate)
+}
+
+/// Numbers of a range, both ends included.
+pub(crate) fn within(path: &str, value: impl Numbers, min: f32, max: f32) -> Result<(), Fault> {
+    value.each(path, |path, value| fault::within(path, value, min, max))
+}
+
+/// Numbers up to a limit, where `what` says what the limit is.
+pub(crate) fn each_at_most(
+    path: &str,
+    value: impl Numbers,
+    limit: f32,
+    what: &str,
+) -> Result<(), Fault> {
+    value.each(path, |path, value| at_most(path, value, limit, what))
+}
+
+/// What is not written in files.
+pub(crate) fn unchecked(_: &str, _: &MeshGrid) -> Result<(), Fault> {
+    Ok(())
+}
+
+/// The name of a file.
+pub(crate) fn path(path: &str, name: &str) -> Result<(), Fault> {
+    if name.is_empty() {
+        return Err(Fault::new(path, "names no file"));
+    }
+    Ok(())
+}
+
+/// How finely a mesh is sampled.
+pub(crate) fn mesh_resolution(path: &str, value: u32) -> Result<(), Fault> {
+    if (16..=512).contains(&value) {
+        Ok(())
+    } else {
+        Err(Fault::new(path, format!("{value} is not from 16 to 512")))
+    }
+}
+
+/// Whether an outline to be turned about an axis lies on one side of it.
+pub(crate) fn beside_axis(outline: &Outline) -> Result<(), Fault> {
+    let mut points = outline
+        .segments()
+        .flat_map(|(a, b, c)| [Some(a), b, Some(c)])
+        .flatten();
+    match points.find(|p| p[0] < 0.0) {
+        Some(p) => Err(Fault::new(
+            "outline",
+            format!("{p:?} lies at a negative distance from the axis"),
+        )),
+        None => Ok(()),
+    }
+}
+
+/// The box of a ball.
+pub(crate) fn ball(radius: f32) -> Aabb {
+    Aabb::centered(Vec3::splat(radius))
+}
+
+/// The box of what is round about y.
+pub(crate) fn upright(radius: f32, min_y: f32, max_y: f32) -> Aabb {
+    Aabb::new(
+        Vec3::new(-radius, min_y, -radius),
+        Vec3::new(radius, max_y, radius),
+    )
+}
+
+/// The box of what has a length along z.
+pub(crate) fn along_z(half_size: Vec2, half_depth: f32) -> Aabb {
+    Aabb::centered(half_size.extend(half_depth))
+}
+
+/// The least of three.
+pub(crate) fn least(v: [f32; 3]) -> f32 {
+    Vec3::from(v).min_element()
+}
+
+/// The radius of the circle in which a ball is cut.
+pub(crate) fn rim_radius(radius: f32, cut: f32) -> f32 {
+    (radius * radius - cut * cut).max(0.0).sqrt()
+}
+
+/// Whether a plane cuts a ball.
+pub(crate) fn cuts_ball(radius: f32, cut: f32) -> Result<(), Fault> {
+    if cut.abs() < radius * 0.9999 {
+        Ok(())
+    } else {
+        Err(Fault::new(
+            "cut",
+            format!("{cut} does not cut a ball of radius {radius}"),
+        ))
+    }
+}
+
+/// The box of a half space.
+pub(crate) fn half_space(normal: Vec3, offset: f32) -> Aabb {
+    let n = normal.normalize();
+    let mut b = Aabb::ALL;
+    for axis in 0..3 {
+        if n[axis] == 1.0 {
+            b.max[axis] = offset;
+        } else if n[axis] == -1.0 {
+            b.min[axis] = -offset;
+        }
+    }
+    b
+}
+
+/// Points that can be used, not too many, around some area.
+pub(crate) fn outline(path: &str, outline: &Outline) -> Result<(), Fault> {
+    coordinate(&format!("{path}.start"), outline.start)?;
+    for (i, piece) in outline.pieces.iter().enumerate() {
+        let at = format!("{path}.pieces[{i}]");
+        coordinate(&format!("{at}.to"), piece.to)?;
+        if let Some(control) = piece.control {
+            coordinate(&format!("{at}.control"), control)?;
+        }
+    }
+    if outline.pieces.len() > MAX_PIECES {
+        let count = outline.pieces.len();
+        return Err(Fault::new(
+            format!("{path}.pieces"),
+            format!("{count} pieces are more than the limit, {MAX_PIECES}"),
+        ));
+    }
+    let (min, max) = outline.bounds();
+    if (max - min).min_element() < 1e-6 {
+        return Err(Fault::new(path, "the outline encloses no area"));
+    }
+    Ok(())
+}

@@ -1,0 +1,504 @@
+//! The table of shapes: what a shape is, in one row.
+//!
+//! A row has the shape's parameters, each with its unit, its check and where it may be left out; a rule that several have to keep
+//! together; the words that both interpreters read; a box around the solid; whether the distance is Euclidean; and an example. From it
+//! follow [`Shape`](crate::Shape), its file format and schema, its validation and box here; in `argil-field` its opcode, its
+//! packing and the dispatch of both interpreters; the gallery of the editor and the first of its tests. By hand stay the function
+//! that measures it (`argil-field/src/shapes.rs`), that function's WGSL twin, and its definition for the oracle (`naive/shapes.rs`).
+//!
+//! Shapes are `plain`, which take a fixed number of words and are measured point by point, or `searched`: those look for a
+//! nearest point among many, block by block of points, with as many words as it takes.
+
+/// Calls a macro with all rows, after the tokens of a second argument.
+#[doc(hidden)]
+#[macro_export]
+macro_rules! shape_table {
+    ($with:ident) => {
+        $with! {
+            plain {
+                /// Ball around the origin.
+                Sphere(sd_sphere) {
+                    /// Radius.
+                    radius: f32 => positive,
+                }
+                words([radius])
+                bounds(ball(radius))
+                exact(true)
+                example(Some(Shape::sphere(0.5)));
+
+                /// Ellipsoid around the origin.
+                Ellipsoid(sd_ellipsoid) {
+                    /// Half axes.
+                    radii: [f32; 3] => positive,
+                }
+                words({
+                    let r = Vec3::from(radii);
+                    let [a, b, c] = radii;
+                    let [x, y, z] = r.recip().to_array();
+                    [a, b, c, x, y, z, r.min_element(), r.max_element()]
+                })
+                bounds(Aabb::centered(radii.into()))
+                exact(false)
+                example(Some(Shape::Ellipsoid { radii: [0.6, 0.35, 0.45] }));
+
+                /// Box around the origin; the rounding lies within the half size.
+                Box(sd_box) {
+                    /// Half of each side.
+                    half_size: [f32; 3] => positive,
+                    /// Radius of edges and corners.
+                    #[serde(default)]
+                    rounding: f32 => not_negative,
+                }
+                rule(at_most("rounding", rounding, least(half_size), "the least half size"))
+                words({
+                    let [x, y, z] = half_size;
+                    [x - rounding, y - rounding, z - rounding, rounding]
+                })
+                bounds(Aabb::centered(half_size.into()))
+                exact(true)
+                example(Some(Shape::rounded_box([0.45, 0.45, 0.45], 0.05)));
+
+                /// The twelve edges of a box, as beams.
+                BoxFrame(sd_box_frame) {
+                    /// Half of each side.
+                    half_size: [f32; 3] => positive,
+                    /// Half of a beam's width.
+                    thickness: f32 => positive,
+                }
+                rule(at_most("thickness", thickness, least(half_size), "the least half size"))
+                words({
+                    let [x, y, z] = half_size;
+                    [x, y, z, thickness]
+                })
+                bounds(Aabb::centered(half_size.into()))
+                // Beams overlap, and the minimum of two inner distances is a bound.
+                exact(false)
+                example(Some(Shape::BoxFrame { half_size: [0.45, 0.45, 0.45], thickness: 0.06 }));
+
+                /// Ring about the y axis.
+                Torus(sd_torus) {
+                    /// From the centre to the middle of the tube.
+                    major_radius: f32 => positive,
+                    /// Of the tube.
+                    minor_radius: f32 => positive,
+                }
+                words([major_radius, minor_radius])
+                bounds(upright(major_radius + minor_radius, -minor_radius, minor_radius))
+                exact(true)
+                example(Some(Shape::torus(0.4, 0.15)));
+
+                /// Arc of a ring about the z axis, its middle on +y, with round ends.
+                CappedTorus(sd_capped_torus) {
+                    /// From the centre to the middle of the tube.
+                    major_radius: f32 => positive,
+                    /// Of the tube.
+                    minor_radius: f32 => positive,
+                    /// Half of the angle that the arc covers, in degrees, up to 180.
+                    half_angle_degrees: f32 => within(0.1, 180.0),
+                }
+                words({
+                    let (sin, cos) = half_angle_degrees.to_radians().sin_cos();
+                    [sin, cos, major_radius, minor_radius]
+                })
+                bounds(along_z(Vec2::splat(major_radius + minor_radius), minor_radius))
+                exact(true)
+                example(Some(Shape::CappedTorus {
+                    major_radius: 0.4,
+                    minor_radius: 0.12,
+                    half_angle_degrees: 120.0,
+                }));
+
+                /// Chain link along y.
+                Link(sd_link) {
+                    /// Half of the straight part.
+                    half_length: f32 => not_negative,
+                    /// From the middle to the middle of the wire.
+                    major_radius: f32 => positive,
+                    /// Of the wire.
+                    minor_radius: f32 => positive,
+                }
+                words([half_length, major_radius, minor_radius])
+                bounds({
+                    let r = major_radius + minor_radius;
+                    along_z(Vec2::new(r, half_length + r), minor_radius)
+                })
+                exact(true)
+                example(Some(Shape::Link { half_length: 0.25, major_radius: 0.25, minor_radius: 0.1 }));
+
+                /// Ball swept from one point to another.
+                Capsule(sd_capsule) {
+                    /// One end of the axis.
+                    from: [f32; 3] => coordinate,
+                    /// The other end.
+                    to: [f32; 3] => coordinate,
+                    /// Radius.
+                    radius: f32 => positive,
+                }
+                words({
+                    let axis = Vec3::from(to) - Vec3::from(from);
+                    let squared = axis.length_squared();
+                    let reciprocal = if squared > 0.0 { 1.0 / squared } else { 0.0 };
+                    let [x, y, z] = from;
+                    [x, y, z, axis.x, axis.y, axis.z, reciprocal, radius]
+                })
+                bounds(Aabb::around([from.into(), to.into()]).grown(radius))
+                exact(true)
+                example(Some(Shape::capsule([0.0, -0.35, 0.0], [0.0, 0.35, 0.0], 0.2)));
+
+                /// Cylinder about y; the rounding lies within radius and height.
+                Cylinder(sd_cylinder) {
+                    /// Radius.
+                    radius: f32 => positive,
+                    /// Half of the height.
+                    half_height: f32 => positive,
+                    /// Radius of the rims.
+                    #[serde(default)]
+                    rounding: f32 => not_negative,
+                }
+                rule({
+                    let limit = radius.min(half_height);
+                    at_most("rounding", rounding, limit, "the lesser of radius and half height")
+                })
+                words([radius - rounding, half_height - rounding, rounding])
+                bounds(upright(radius, -half_height, half_height))
+                exact(true)
+                example(Some(Shape::Cylinder { radius: 0.4, half_height: 0.45, rounding: 0.03 }));
+
+                /// Cone about y, its tip at the origin and its base at y = −height.
+                Cone(sd_cone) {
+                    /// Radius of the base.
+                    radius: f32 => positive,
+                    /// From base to tip.
+                    height: f32 => positive,
+                }
+                words([radius, height, 1.0 / (radius * radius + height * height)])
+                bounds(upright(radius, -height, 0.0))
+                exact(true)
+                example(Some(Shape::Cone { radius: 0.45, height: 0.9 }));
+
+                /// Cone about y without its tip, centred.
+                CappedCone(sd_capped_cone) {
+                    /// Half of the height.
+                    half_height: f32 => positive,
+                    /// Radius at the bottom.
+                    bottom_radius: f32 => not_negative,
+                    /// Radius at the top.
+                    top_radius: f32 => not_negative,
+                }
+                rule(if bottom_radius.max(top_radius) < 1e-6 {
+                    Err(Fault::new("bottom_radius", "both radii are 0: one must be positive"))
+                } else {
+                    Ok(())
+                })
+                words({
+                    // The side runs from the top rim down: (slope, −2 · half height).
+                    let slope = bottom_radius - top_radius;
+                    let side = 1.0 / (slope * slope + 4.0 * half_height * half_height);
+                    [half_height, bottom_radius, top_radius, -slope, side]
+                })
+                bounds(upright(bottom_radius.max(top_radius), -half_height, half_height))
+                exact(true)
+                example(Some(Shape::CappedCone { half_height: 0.4, bottom_radius: 0.45, top_radius: 0.2 }));
+
+                /// Hull of two balls on the y axis: one at the origin, one at y = height.
+                RoundCone(sd_round_cone) {
+                    /// Radius of the ball at the origin.
+                    bottom_radius: f32 => positive,
+                    /// Radius of the ball at the top.
+                    top_radius: f32 => positive,
+                    /// Between the centres; more than the radii differ by.
+                    height: f32 => positive,
+                }
+                rule({
+                    let least = (bottom_radius - top_radius).abs();
+                    if height <= least * 1.0001 {
+                        let reason = format!("{height} is not more than the radii differ by, {least}");
+                        Err(Fault::new("height", reason))
+                    } else {
+                        Ok(())
+                    }
+                })
+                words({
+                    let sine = (bottom_radius - top_radius) / height;
+                    let cosine = (1.0 - sine * sine).sqrt();
+                    [bottom_radius, top_radius, height, sine, cosine]
+                })
+                bounds(upright(bottom_radius.max(top_radius), -bottom_radius, height + top_radius))
+                exact(true)
+                example(Some(Shape::RoundCone { bottom_radius: 0.35, top_radius: 0.15, height: 0.5 }));
+
+                /// Half space: the points p with p · normal ≤ offset.
+                Plane(sd_plane) {
+                    /// Direction out of the solid; any length but 0.
+                    normal: [f32; 3] => coordinate,
+                    /// Where along the unit normal the surface is.
+                    #[serde(default)]
+                    offset: f32 => coordinate,
+                }
+                rule(if Vec3::from(normal).length() < 1e-6 {
+                    Err(Fault::new("normal", "[0, 0, 0] has no direction"))
+                } else {
+                    Ok(())
+                })
+                words({
+                    let n = Vec3::from(normal).normalize();
+                    [n.x, n.y, n.z, offset]
+                })
+                bounds(half_space(Vec3::from(normal), offset))
+                exact(true)
+                example(Some(Shape::Plane { normal: [0.0, 1.0, 0.0], offset: 0.0 }));
+
+                /// Hexagonal prism along z with flat sides up and down.
+                HexPrism(sd_hex_prism) {
+                    /// From the centre to the middle of a side.
+                    apothem: f32 => positive,
+                    /// Half of the length along z.
+                    half_depth: f32 => positive,
+                }
+                words([apothem, half_depth])
+                bounds(along_z(Vec2::new(apothem * 2.0 / 3f32.sqrt(), apothem), half_depth))
+                exact(true)
+                example(Some(Shape::HexPrism { apothem: 0.4, half_depth: 0.25 }));
+
+                /// Prism along z over an equilateral triangle that points up.
+                TriPrism(sd_tri_prism) {
+                    /// Half of the triangle's side.
+                    half_side: f32 => positive,
+                    /// Half of the length along z.
+                    half_depth: f32 => positive,
+                }
+                words([half_side, half_depth])
+                bounds({
+                    let below = half_side / 3f32.sqrt();
+                    Aabb::new(
+                        Vec3::new(-half_side, -below, -half_depth),
+                        Vec3::new(half_side, 2.0 * below, half_depth),
+                    )
+                })
+                exact(true)
+                example(Some(Shape::TriPrism { half_side: 0.45, half_depth: 0.25 }));
+
+                /// Regular octahedron with its corners on the axes.
+                Octahedron(sd_octahedron) {
+                    /// From the centre to a corner.
+                    radius: f32 => positive,
+                }
+                words([radius])
+                bounds(ball(radius))
+                exact(true)
+                example(Some(Shape::Octahedron { radius: 0.55 }));
+
+                /// Pyramid over a square at y = 0.
+                Pyramid(sd_pyramid) {
+                    /// Side of the square.
+                    base: f32 => positive,
+                    /// From the base to the tip.
+                    height: f32 => positive,
+                }
+                words({
+                    let half = 0.5 * base;
+                    let slope = half.hypot(height);
+                    [half, height, slope, half / slope, height / slope]
+                })
+                bounds(upright(0.5 * base, 0.0, height))
+                exact(true)
+                example(Some(Shape::Pyramid { base: 0.8, height: 0.7 }));
+
+                /// The part of a ball above y = cut.
+                CutSphere(sd_cut_sphere) {
+                    /// Radius of the ball.
+                    radius: f32 => positive,
+                    /// Height of the cut, between −radius and radius.
+                    cut: f32 => coordinate,
+                }
+                rule(cuts_ball(radius, cut))
+                words([radius, cut, rim_radius(radius, cut)])
+                bounds(upright(if cut > 0.0 { rim_radius(radius, cut) } else { radius }, cut, radius))
+                exact(true)
+                example(Some(Shape::CutSphere { radius: 0.5, cut: 0.1 }));
+
+                /// The shell of a ball below y = cut, with a round rim.
+                CutHollowSphere(sd_cut_hollow_sphere) {
+                    /// Radius of the ball.
+                    radius: f32 => positive,
+                    /// Height of the cut, between −radius and radius.
+                    cut: f32 => coordinate,
+                    /// Half of the shell's thickness.
+                    thickness: f32 => positive,
+                }
+                rule(cuts_ball(radius, cut))
+                words([radius, cut, rim_radius(radius, cut), thickness])
+                bounds({
+                    let widest = if cut < 0.0 { rim_radius(radius, cut) } else { radius };
+                    upright(widest, -radius, cut).grown(thickness)
+                })
+                exact(true)
+                example(Some(Shape::CutHollowSphere { radius: 0.5, cut: 0.1, thickness: 0.04 }));
+
+                /// The part of a ball within an angle around +y.
+                SolidAngle(sd_solid_angle) {
+                    /// Radius of the ball.
+                    radius: f32 => positive,
+                    /// Half of the opening angle in degrees, below 180.
+                    half_angle_degrees: f32 => within(0.1, 179.9),
+                }
+                words({
+                    let (sin, cos) = half_angle_degrees.to_radians().sin_cos();
+                    [sin, cos, radius]
+                })
+                bounds({
+                    let (sin, cos) = half_angle_degrees.to_radians().sin_cos();
+                    let widest = if cos > 0.0 { radius * sin } else { radius };
+                    upright(widest, (radius * cos).min(0.0), radius)
+                })
+                exact(true)
+                example(Some(Shape::SolidAngle { radius: 0.6, half_angle_degrees: 35.0 }));
+
+                /// Rhombus in the x–z plane, extruded along y; the rounding is added outside.
+                Rhombus(sd_rhombus) {
+                    /// Half diagonal along x.
+                    half_length_x: f32 => positive,
+                    /// Half diagonal along z.
+                    half_length_z: f32 => positive,
+                    /// Half of the height.
+                    half_height: f32 => positive,
+                    /// Radius of edges.
+                    #[serde(default)]
+                    rounding: f32 => not_negative,
+                }
+                words({
+                    let (x, z) = (half_length_x, half_length_z);
+                    [x, z, half_height, rounding, 1.0 / (x * x + z * z)]
+                })
+                bounds(Aabb::centered(Vec3::new(half_length_x, half_height, half_length_z)).grown(rounding))
+                exact(true)
+                example(Some(Shape::Rhombus {
+                    half_length_x: 0.5,
+                    half_length_z: 0.3,
+                    half_height: 0.15,
+                    rounding: 0.02,
+                }));
+
+                /// Box whose four upright edges each have a radius of their own, and whose rims are rounded; all within the half size.
+                ExtrudedRoundedBox(sd_extruded_rounded_box) {
+                    /// Half of each side.
+                    half_size: [f32; 3] => positive,
+                    /// Radii of the upright edges at (+x, +z), (+x, −z), (−x, +z), (−x, −z).
+                    corner_radii: [f32; 4] => not_negative,
+                    /// Radius of the rim at the top, then at the bottom.
+                    #[serde(default)]
+                    rounding: [f32; 2] => not_negative,
+                }
+                rule({
+                    let flat = half_size[0].min(half_size[2]) * 1.000_001;
+                    let low = least(half_size) * 1.000_001;
+                    each_at_most("corner_radii", corner_radii, flat, "the lesser half size in x and z")
+                        .and_then(|()| each_at_most("rounding", rounding, low, "the least half size"))
+                })
+                words({
+                    let ([x, y, z], [a, b, c, d], [top, bottom]) = (half_size, corner_radii, rounding);
+                    [x, y, z, a, b, c, d, top, bottom]
+                })
+                bounds(Aabb::centered(half_size.into()))
+                // A rim rounder than an upright edge cuts that edge's corner, where the outline's distance is too small.
+                exact({
+                    let sharpest = corner_radii.into_iter().fold(f32::INFINITY, f32::min);
+                    rounding.into_iter().all(|r| r <= sharpest)
+                })
+                example(Some(Shape::ExtrudedRoundedBox {
+                    half_size: [0.45, 0.3, 0.45],
+                    corner_radii: [0.3, 0.1, 0.3, 0.1],
+                    rounding: [0.05, 0.05],
+                }));
+            }
+            searched {
+                /// Ball swept along a quadratic Bézier curve while its radius changes linearly with the curve's parameter.
+                BezierTube(sd_bezier_tube, bezier_tube_loops) {
+                    /// Where the curve starts.
+                    from: [f32; 3] => coordinate,
+                    /// Its control point.
+                    control: [f32; 3] => coordinate,
+                    /// Where it ends.
+                    to: [f32; 3] => coordinate,
+                    /// Radius at the start.
+                    from_radius: f32 => positive,
+                    /// Radius at the end.
+                    to_radius: f32 => positive,
+                }
+                words(tube_words([from, control, to], [from_radius, to_radius]))
+                // The curve lies in the hull of its three points.
+                bounds({
+                    let hull = Aabb::around([from.into(), control.into(), to.into()]);
+                    hull.grown(from_radius.max(to_radius))
+                })
+                exact(false)
+                example(Some(Shape::BezierTube {
+                    from: [-0.5, -0.3, 0.0],
+                    control: [0.0, 0.9, 0.0],
+                    to: [0.5, -0.3, 0.0],
+                    from_radius: 0.15,
+                    to_radius: 0.06,
+                }));
+
+                /// Outline turned about the y axis: its x is the distance from the axis.
+                Lathe(sd_lathe, outline_loops) {
+                    /// The outline, at x ≥ 0.
+                    outline: Outline => outline,
+                }
+                rule(beside_axis(outline))
+                words(outline_words(outline, 0.0, true))
+                bounds({
+                    let (min, max) = outline.bounds();
+                    upright(max.x, min.y, max.y)
+                })
+                exact(true)
+                example(Some(Shape::Lathe {
+                    outline: Outline::new([0.0, -0.5])
+                        .line([0.3, -0.5])
+                        .curve([0.5, -0.1], [0.2, 0.2])
+                        .line([0.3, 0.5])
+                        .line([0.0, 0.5]),
+                }));
+
+                /// Outline in the x–y plane, extruded along z.
+                Extrusion(sd_extrusion, outline_loops) {
+                    /// The outline.
+                    outline: Outline => outline,
+                    /// Half of the length along z.
+                    half_depth: f32 => positive,
+                }
+                words(outline_words(outline, half_depth, false))
+                bounds({
+                    let (min, max) = outline.bounds();
+                    Aabb::new(min.extend(-half_depth), max.extend(half_depth))
+                })
+                exact(true)
+                example(Some(Shape::Extrusion {
+                    outline: Outline::new([-0.45, -0.4])
+                        .line([0.45, -0.4])
+                        .line([0.1, 0.0])
+                        .curve([0.4, 0.5], [-0.45, 0.4]),
+                    half_depth: 0.15,
+                }));
+
+                /// Triangles of a file, as a solid: sampled when the scene is loaded, holes closed.
+                Mesh(sd_sampled, sampled_loops) {
+                    /// An OBJ, GLB, PLY or STL file; relative to the scene's.
+                    path: String => path,
+                    /// Samples along the longest side of its box, from 16 to 512.
+                    #[serde(default = "mesh_resolution")]
+                    resolution: u32 => mesh_resolution,
+                    /// Its distances, once it is loaded.
+                    #[serde(skip)]
+                    grid: MeshGrid => unchecked,
+                }
+                // Of a grid that is not loaded lowering says so.
+                words(grid.words())
+                // Beyond the samples' box it is told how far that is at least, not how far the solid is.
+                bounds(grid.region())
+                exact(false)
+                example(None);
+            }
+        }
+    };
+}
