@@ -67,7 +67,14 @@ pub fn run(options: &Edit) -> anyhow::Result<()> {
         Some(path) => Some(Journal::begin(path, &scene)?),
         None => None,
     };
-    let applied = replay(options, &mut scene, &mut world, journal.as_mut())?;
+    let applied = replay(options, &mut scene, &mut world, journal.as_mut());
+    if let (Err(_), Some(path)) = (&applied, &options.journal) {
+        let path = path.display();
+        eprintln!(
+            "note: the edits before that are in {path}: `argil recover {path} -o SCENE` brings them back"
+        );
+    }
+    let applied = applied?;
 
     let differing = if options.check {
         let count = world.differing_cells(&scene)?;

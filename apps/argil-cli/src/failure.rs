@@ -23,7 +23,8 @@ fn lacks(error: &BuildError) -> bool {
         BuildError::Gpu(
             GpuError::TooManyToEnumerate { .. }
             | GpuError::TooLongToSpecialize
-            | GpuError::Budget { .. },
+            | GpuError::Budget { .. }
+            | GpuError::Bricks(_),
         ) => false,
         BuildError::Gpu(_) | BuildError::Memory { .. } => true,
         _ => false,

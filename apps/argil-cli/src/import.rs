@@ -27,6 +27,7 @@ pub fn run(options: &Import) -> anyhow::Result<()> {
     let (mut scene, loaded) = if is_mesh {
         mesh(options)?
     } else {
+        refuse_scenes(&options.file)?;
         (Scene::import_tree(&options.file)?, None)
     };
     scene.name = options
@@ -69,6 +70,22 @@ fn refuse_other_meshes(path: &Path) -> anyhow::Result<()> {
     ensure!(
         !is_mesh,
         "{}: meshes are read from .obj, .glb, .ply and .stl: export it as one of those, for example from Blender",
+        path.display()
+    );
+    Ok(())
+}
+
+/// What is a scene already is no tree either.
+fn refuse_scenes(path: &Path) -> anyhow::Result<()> {
+    // What is no regular file can be read once.
+    if !path.is_file() {
+        return Ok(());
+    }
+    let text = std::fs::read(path).with_context(|| path.display().to_string())?;
+    let object: Option<serde_json::Map<String, Value>> = serde_json::from_slice(&text).ok();
+    ensure!(
+        !object.is_some_and(|object| object.contains_key("argil")),
+        "{}: is a scene already: it can be drawn as it is",
         path.display()
     );
     Ok(())

@@ -264,6 +264,13 @@ fn faults_of_the_request_have_their_codes_and_remedies() {
     fails(
         &["import", &scene("brick"), "-o", &path("t.json")],
         1,
+        "is a scene already",
+    );
+    let no_tree = path("no-tree.json");
+    std::fs::write(&no_tree, "{}").expect("a file");
+    fails(
+        &["import", &no_tree, "-o", &path("t.json")],
+        1,
         "nodeType: is missing",
     );
     // 2: usage.

@@ -85,6 +85,9 @@ fn a_journal_brings_edits_back() {
     };
     // It stops half way; what was done is not lost.
     fails(&run(&bad), 1, "bad.jsonl:4");
+    std::fs::remove_file(&journal).expect("removed");
+    // And it says where that is.
+    fails(&run(&bad), 1, &format!("argil recover {journal}"));
     let report = json(&argil(&["recover", &journal, "-o", &found, "--json"]));
     assert_eq!(report["edits"], 2);
     fails(&run(&edits), 1, "argil recover");

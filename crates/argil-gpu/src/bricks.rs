@@ -132,7 +132,7 @@ impl GpuVolume {
         control: &Control,
     ) -> Result<(Self, StagesMs), GpuError> {
         let budget = budget.unwrap_or(u64::MAX);
-        let mut build = Build::new(field, program, measures, budget)?;
+        let mut build = Build::new(field, program, measures, budget, control)?;
         let guess = build.guess();
         // Where materials meet; a program of one has no such place.
         let mixes = program.materials().len() > 1;

@@ -62,6 +62,9 @@ pub enum GpuError {
         /// Bytes that they may take.
         budget: u64,
     },
+    /// Bricks cannot be planned.
+    #[error(transparent)]
+    Bricks(#[from] argil_volume::BricksError),
     /// Folds, loops and joints nest too deep for the interpreter's fixed stacks.
     #[error(
         "the scene nests deeper than the GPU's {slots} slots: it needs {needed}. The CPU has no such limit: use --device cpu"

@@ -184,7 +184,16 @@ fn replace(
     // Like any file that a program makes: readable by others as far as the user's mask allows.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    let (mut file, unfinished) = Unfinished::begin(|| builder.tempfile_in(folder))?;
+    let begun = Unfinished::begin(|| builder.tempfile_in(folder));
+    // The name that it would have had until then says nothing to a user.
+    let (mut file, unfinished) = begun.map_err(|error| {
+        let reason = format!(
+            "no file can be made in {}: {}",
+            folder.display(),
+            reason_of(error.kind())
+        );
+        std::io::Error::new(error.kind(), reason)
+    })?;
     let mut out = std::io::BufWriter::new(file.as_file_mut());
     write(&mut out)?;
     std::io::Write::flush(&mut out)?;
@@ -194,6 +203,16 @@ fn replace(
     file.persist(path).map_err(|e| e.error)?;
     drop(unfinished);
     Ok(())
+}
+
+/// Why the system refuses something, without a place.
+#[cfg(not(target_arch = "wasm32"))]
+fn reason_of(kind: std::io::ErrorKind) -> String {
+    match kind {
+        std::io::ErrorKind::NotFound => "there is no such folder".into(),
+        std::io::ErrorKind::PermissionDenied => "the folder cannot be written to".into(),
+        other => other.to_string(),
+    }
 }
 
 /// Files that are being written beside their places.

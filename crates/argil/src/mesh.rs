@@ -138,7 +138,7 @@ pub enum MeshError {
     )]
     TooMany(u64),
     /// The file cannot be written.
-    #[error("{}: {source}", path.display())]
+    #[error("{}", path.display())]
     Write {
         /// Which.
         path: PathBuf,
@@ -200,7 +200,7 @@ impl World {
         let needs_normals = needs_normals && options.normals != MeshNormals::Face;
         let lists = match lists {
             Some(lists) => lists,
-            None => CellLists::of(program, &layout_of(lattice)?),
+            None => CellLists::of(program, &layout_of(lattice)?).map_err(BuildError::from)?,
         };
         if needs_normals && options.normals == MeshNormals::Field {
             exact::normals(program, &lists, &mut mesh);

@@ -55,6 +55,29 @@ fn engines() -> [Engine; 2] {
     [Engine::cpu(), Engine::on(Backend::Gpu).expect("a GPU")]
 }
 
+/// A surface with more blocks of cells than there may be is refused while those are looked for, and what comes then is built.
+#[test]
+fn what_is_too_large_is_refused_before_it_takes_memory() -> Outcome {
+    for engine in engines() {
+        let mut scene = one_ball()?;
+        let options = BricksOptions {
+            resolution: 128,
+            memory_budget: Some(32 << 20),
+            ..BricksOptions::default()
+        };
+        let mut world = engine.build(&scene)?.bricks(&scene, options)?;
+        scene.set_bands(world.bands());
+        scene.push(Brush::new(Shape::sphere(1000.0)).at([0.0, 0.0, 1100.0]))?;
+        let refused = world.apply(&scene).expect_err("too much");
+        let text = refused.to_string();
+        assert!(text.contains("blocks of cells take over"), "{text}");
+        scene.undo();
+        world.apply(&scene)?;
+        assert_eq!(world.differing_cells(&scene)?, Some(0));
+    }
+    Ok(())
+}
+
 /// Beside the box, farther out, and so far that empty space is told of in great cubes.
 #[test]
 fn what_is_put_outside_of_the_first_box_is_there() -> Outcome {

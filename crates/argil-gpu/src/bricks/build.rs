@@ -44,10 +44,14 @@ impl<'a> Build<'a> {
         program: &'a Program,
         layout: BrickLayout,
         budget: u64,
+        control: &Control,
     ) -> Result<Self, GpuError> {
         check(field, program, &layout)?;
         let gpu = field.gpu();
-        let plan = BlockPlan::of(program, &layout);
+        let plan = BlockPlan::of(program, &layout, Some(budget), control)?;
+        if control.is_cancelled() {
+            return Err(GpuError::Cancelled);
+        }
         let needed = Cells::bytes_for(plan.blocks.len() as u64);
         if needed > budget {
             return Err(GpuError::Budget {

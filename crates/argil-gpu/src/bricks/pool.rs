@@ -215,7 +215,7 @@ impl BrickTables {
             let pool = pool_for(gpu, &self.layout, bricks.max(capacity))?;
             let mixed = mixed.max(self.mixed);
             let needed = bytes_of(gpu, &self.layout, &self.cells, pool, mixed);
-            Ok((pool, mixed, needed))
+            Ok::<_, GpuError>((pool, mixed, needed))
         };
         let (air, mixed_air) = (with_air(bricks), if mixes { with_air(mixed) } else { 0 });
         let (mut pool, mut mixed_room, mut needed) = fit(air, mixed_air)?;

@@ -95,15 +95,17 @@ fn check_extensions(bytes: &[u8]) -> Result<(), ReadFault> {
         .flatten()
         .filter_map(|name| name.as_str());
     for name in names {
-        let what = match name {
-            "KHR_draco_mesh_compression" => "compressed with Draco",
-            "EXT_meshopt_compression" | "KHR_meshopt_compression" => "compressed with meshopt",
-            "KHR_mesh_quantization" => "quantized",
+        let (what, remedy) = match name {
+            "KHR_draco_mesh_compression" => ("compressed with Draco", "cp"),
+            "EXT_meshopt_compression" | "KHR_meshopt_compression" => {
+                ("compressed with meshopt", "cp")
+            }
+            "KHR_mesh_quantization" => ("quantized", "dequantize"),
             _ => continue,
         };
         return Err(ReadFault::Unsupported(format!(
             "its meshes are {what} ({name}), which is not read: export it without, for example from Blender or by \
-             `gltf-transform cp in.glb out.glb`"
+             `gltf-transform {remedy} in.glb out.glb`"
         )));
     }
     Ok(())

@@ -198,7 +198,7 @@ pub(super) fn bake(
         _ => Ok(()),
     };
     let bounds = Bounds::new(program, &layout);
-    let plan = BlockPlan::controlled(program, &layout, control);
+    let plan = BlockPlan::of(program, &layout, budget, control)?;
     check(control)?;
     let slots = u64::from(FAR_SLOTS) + plan.blocks.len() as u64;
     refuse(0, SLOT_BYTES * slots)?;

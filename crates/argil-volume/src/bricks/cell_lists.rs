@@ -1,4 +1,5 @@
 use super::build::{Bounds, Candidates, candidates};
+use super::layout::BricksError;
 use super::plan::BlockPlan;
 use super::table::BlockTable;
 use super::{BLOCK_SIDE, BrickLayout};
@@ -26,11 +27,19 @@ impl CellLists {
     }
 
     /// Of a program, on rayon's current threads.
-    pub fn of(program: &Program, layout: &BrickLayout) -> Self {
+    ///
+    /// # Errors
+    /// If there are more blocks than can be told apart.
+    pub fn of(program: &Program, layout: &BrickLayout) -> Result<Self, BricksError> {
         let bounds = Bounds::new(program, layout);
-        let plan = BlockPlan::of(program, layout);
-        let (candidates, _) = candidates(program, layout, &bounds, &plan, &Control::default());
-        Self::new(*layout, BlockTable::of(layout, &plan), candidates)
+        let control = Control::default();
+        let plan = BlockPlan::of(program, layout, None, &control)?;
+        let (candidates, _) = candidates(program, layout, &bounds, &plan, &control);
+        Ok(Self::new(
+            *layout,
+            BlockTable::of(layout, &plan),
+            candidates,
+        ))
     }
 
     /// Where the cells lie.

@@ -63,6 +63,21 @@ pub enum BricksError {
         /// Bytes that they may take.
         budget: u64,
     },
+    /// The tables alone would take more memory than they may.
+    #[error(
+        "more than {blocks} blocks of cells take over {} MiB by themselves, and {} MiB is the most: the surface is too large for voxels of this \
+         size; take larger ones by --resolution or --voxel-size, or a larger --memory-budget",
+        needed.div_ceil(1 << 20),
+        budget >> 20
+    )]
+    Blocks {
+        /// Blocks that were found until then.
+        blocks: u64,
+        /// Bytes that their tables take.
+        needed: u64,
+        /// Bytes that they may take.
+        budget: u64,
+    },
     /// Somebody has [cancelled](argil_math::Control::cancel) it.
     #[error("cancelled")]
     Cancelled,

@@ -7,15 +7,16 @@
 //! Where operands are many, a grid knows what can matter in each block. A block all of whose cells are near the surface gets
 //! what can matter to such small distances alone, which is several times less.
 
-use super::build::Bounds;
-use super::layout::{BLOCK_SIDE, BrickLayout};
-use super::table::BlockTable;
+use super::build::{Bounds, SLOT_BYTES};
+use super::layout::{BLOCK_SIDE, BrickLayout, BricksError};
+use super::table::{BlockTable, FAR_SLOTS};
 use argil_abi::Instr;
 use argil_field::{CELLS, Evaluator, OperandIndex, Parts, Program, Pruner};
 use argil_math::Control;
 use glam::{IVec3, Vec3};
 use rayon::prelude::*;
 use std::ops::Range;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Which blocks a field needs.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -26,6 +27,32 @@ pub struct BlockPlan {
     pub instrs: Vec<Instr>,
     /// Boxes of blocks that are not needed, as they are far inside: from one block to before another.
     pub inside: Vec<[IVec3; 2]>,
+}
+
+/// Most blocks: the words of their cells are told apart by 32 bits.
+const MOST_BLOCKS: u64 = (1 << 32) / CELLS as u64 - FAR_SLOTS as u64;
+
+/// How many parts of one size have been found that have surface in them or near them. Each has a block at least.
+struct BlockCount {
+    most: u64,
+    found: AtomicU64,
+}
+
+impl BlockCount {
+    /// Parts of another size are to be counted.
+    fn begin(&self) {
+        if !self.is_too_much() {
+            self.found.store(0, Ordering::Relaxed);
+        }
+    }
+
+    fn add(&self, parts: usize) {
+        self.found.fetch_add(parts as u64, Ordering::Relaxed);
+    }
+
+    fn is_too_much(&self) -> bool {
+        self.found.load(Ordering::Relaxed) > self.most
+    }
 }
 
 /// Parts of one size with a list of instructions each.
@@ -79,16 +106,45 @@ impl Level {
 }
 
 impl BlockPlan {
-    /// Of a program, on rayon's current threads.
-    pub fn of(program: &Program, layout: &BrickLayout) -> Self {
-        Self::controlled(program, layout, &Control::default())
+    /// Of a program, on rayon's current threads; of no use if it is cancelled.
+    ///
+    /// # Errors
+    /// If the blocks by themselves take more than `budget` bytes, or are more than can be told apart: that is known long before all
+    /// of them are found.
+    pub fn of(
+        program: &Program,
+        layout: &BrickLayout,
+        budget: Option<u64>,
+        control: &Control,
+    ) -> Result<Self, BricksError> {
+        let most = MOST_BLOCKS.min(budget.map_or(MOST_BLOCKS, |budget| budget / SLOT_BYTES));
+        let count = BlockCount {
+            most,
+            found: AtomicU64::new(0),
+        };
+        let plan = Self::counted(program, layout, &count, control);
+        let blocks = count.found.into_inner();
+        if blocks > most {
+            return Err(BricksError::Blocks {
+                blocks,
+                needed: SLOT_BYTES * blocks,
+                budget: SLOT_BYTES * most,
+            });
+        }
+        Ok(plan)
     }
 
-    /// The same; of no use if it is cancelled.
-    pub(super) fn controlled(program: &Program, layout: &BrickLayout, control: &Control) -> Self {
+    fn counted(
+        program: &Program,
+        layout: &BrickLayout,
+        count: &BlockCount,
+        control: &Control,
+    ) -> Self {
         let bounds = Bounds::new(program, layout);
         let [low, high] = searched(layout);
-        if let Some(plan) = Self::by_operands(program, layout, &bounds, [low, high], control) {
+        if let Some(plan) =
+            Self::by_operands(program, layout, &bounds, [low, high], (count, control))
+        {
             return plan;
         }
         let extent = (high - low).max_element();
@@ -115,19 +171,23 @@ impl BlockPlan {
         while side > 1 || !is_cut {
             side = (side / 4).max(1);
             is_cut = true;
+            control.begin("parts", level.parts.len() as u64);
+            count.begin();
             let parts: Vec<Level> = level
                 .parts
                 .par_iter()
                 .map_init(
                     || Pruner::new(program),
                     |pruner, (block, range)| {
-                        if control.is_cancelled() {
+                        if control.is_cancelled() || count.is_too_much() {
                             return Level::default();
                         }
                         let instrs = &level.instrs[range.clone()];
                         let blocks = parts_of(*block, (side, [low, high]));
                         let mut own = Level::default();
                         own.cut(layout, &bounds, &blocks, side, instrs, pruner);
+                        count.add(own.parts.len());
+                        control.advance(1);
                         own
                     },
                 )
@@ -143,7 +203,7 @@ impl BlockPlan {
         layout: &BrickLayout,
         bounds: &Bounds<'_>,
         [low, high]: [IVec3; 2],
-        control: &Control,
+        (block_count, control): (&BlockCount, &Control),
     ) -> Option<Self> {
         let side = IVec3::splat(PART_SIDE);
         let [first, last] = [low, high - 1].map(|block| block.div_euclid(side));
@@ -176,6 +236,7 @@ impl BlockPlan {
         };
         let places: Vec<IVec3> = super::table::places(first, last).collect();
         control.begin("parts", places.len() as u64);
+        block_count.begin();
         let parts: Vec<Level> = places
             .par_iter()
             .map_init(
@@ -187,7 +248,7 @@ impl BlockPlan {
                         return level;
                     }
                     for block in parts_of(place * PART_SIDE, (1, [low, high])) {
-                        if control.is_cancelled() {
+                        if control.is_cancelled() || block_count.is_too_much() {
                             return Level::default();
                         }
                         if !blocks.near(block, evaluator, &mut level) {
@@ -196,6 +257,7 @@ impl BlockPlan {
                             level.cut(layout, bounds, &[block], 1, list, pruner);
                         }
                     }
+                    block_count.add(level.parts.len());
                     level
                 },
             )
