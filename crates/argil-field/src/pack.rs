@@ -82,6 +82,13 @@ fn rim_radius(radius: f32, cut: f32) -> f32 {
     (radius * radius - cut * cut).max(0.0).sqrt()
 }
 
+/// Half of each side of the box, radians a length, the greatest slope's reciprocal, half of the thickness. A sum of products of one sine
+/// and one cosine each, or of three cosines, changes by √3 a radian at most.
+fn sheet_words([x, y, z]: [f32; 3], period: f32, thickness: f32) -> [f32; 6] {
+    let rate = std::f32::consts::TAU / period;
+    [x, y, z, rate, 1.0 / (3f32.sqrt() * rate), 0.5 * thickness]
+}
+
 /// A quadratic curve's coefficients, the radius at its start, and what that gains.
 fn tube_words([from, control, to]: [[f32; 3]; 3], [from_radius, to_radius]: [f32; 2]) -> [f32; 11] {
     let (a, b, c) = (Vec3::from(from), Vec3::from(control), Vec3::from(to));

@@ -281,3 +281,21 @@ pub(crate) fn sd_extruded_rounded_box<R: Real>([x, y, z]: P<R>, w: &[f32; 9]) ->
     let rim = if y.value() > 0.0 { w[7] } else { w[8] };
     corner2(flat + rim, y.abs() - (w[1] - rim)) - rim
 }
+
+/// The distance to a sheet in a box, from the level at the point of the box that is nearest to a point: no point of the box is nearer
+/// to that than to its nearest. `w`: half size, radians a length, one over the level's greatest slope, half of the thickness.
+#[inline(always)]
+fn sheet_in_box<R: Real>([x, y, z]: P<R>, w: &[f32; 6], level: impl Fn([(R, R); 3]) -> R) -> R {
+    let angle = |c: R, half: f32| (c.clamp_to(-half, half) * w[3]).sin_cos();
+    let level = level([angle(x, w[0]), angle(y, w[1]), angle(z, w[2])]);
+    let sheet = level.abs() * w[4] - w[5];
+    sheet.max(corner3(x.abs() - w[0], y.abs() - w[1], z.abs() - w[2]))
+}
+
+/// After A. Schoen, "Infinite periodic minimal surfaces without self-intersections" (1970), by its usual approximation.
+#[inline(always)]
+pub(crate) fn sd_gyroid<R: Real>(p: P<R>, w: &[f32; 6]) -> R {
+    sheet_in_box(p, w, |[(sx, cx), (sy, cy), (sz, cz)]| {
+        sx * cy + sy * cz + sz * cx
+    })
+}

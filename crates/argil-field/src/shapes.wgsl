@@ -219,3 +219,20 @@ fn sd_extruded_rounded_box(p: vec3<f32>, w: u32) -> f32 {
     let rim = select(params[w + 8u], params[w + 7u], p.y > 0.0);
     return corner2(flat_distance + rim, abs(p.y) - (params[w + 1u] - rim)) - rim;
 }
+
+fn sheet_in_box(p: vec3<f32>, w: u32, level: f32) -> f32 {
+    let sheet = abs(level) * params[w + 4u] - params[w + 5u];
+    return max(sheet, corner3(abs(p.x) - params[w], abs(p.y) - params[w + 1u], abs(p.z) - params[w + 2u]));
+}
+
+// Sine and cosine of the angle along an axis, at the point of the box that is nearest to a point.
+fn sheet_angle(c: f32, half: f32, w: u32) -> vec2<f32> {
+    return sin_cos(clamp(c, -half, half) * params[w + 3u]);
+}
+
+fn sd_gyroid(p: vec3<f32>, w: u32) -> f32 {
+    let x = sheet_angle(p.x, params[w], w);
+    let y = sheet_angle(p.y, params[w + 1u], w);
+    let z = sheet_angle(p.z, params[w + 2u], w);
+    return sheet_in_box(p, w, x.x * y.y + y.x * z.y + z.x * x.y);
+}

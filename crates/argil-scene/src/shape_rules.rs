@@ -96,6 +96,12 @@ pub(crate) fn beside_axis(outline: &Outline) -> Result<(), Fault> {
     }
 }
 
+/// Whether a periodic sheet in a box can be told from rounding, and from a solid box.
+pub(crate) fn sheet_in_box(half_size: [f32; 3], period: f32, thickness: f32) -> Result<(), Fault> {
+    at_most("thickness", thickness, 0.5 * period, "half of the period")?;
+    each_at_most("half_size", half_size, 100.0 * period, "a hundred periods")
+}
+
 /// The box of a ball.
 pub(crate) fn ball(radius: f32) -> Aabb {
     Aabb::centered(Vec3::splat(radius))

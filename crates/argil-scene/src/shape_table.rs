@@ -410,6 +410,21 @@ macro_rules! shape_table {
                     corner_radii: [0.3, 0.1, 0.3, 0.1],
                     rounding: [0.05, 0.05],
                 }));
+
+                /// Sheet along a gyroid, sin x cos y + sin y cos z + sin z cos x = 0, in a box.
+                Gyroid(sd_gyroid) {
+                    /// Half of each side of the box; a hundred periods at most.
+                    half_size: [f32; 3] => positive,
+                    /// Length after which it repeats.
+                    period: f32 => positive,
+                    /// Of the sheet where it is thinnest; elsewhere up to 1.23 times as much. At most half of the period.
+                    thickness: f32 => positive,
+                }
+                rule(sheet_in_box(half_size, period, thickness))
+                words(sheet_words(half_size, period, thickness))
+                bounds(Aabb::centered(half_size.into()))
+                exact(false)
+                example(Some(Shape::Gyroid { half_size: [0.45; 3], period: 0.6, thickness: 0.06 }));
             }
             searched {
                 /// Ball swept along a quadratic Bézier curve while its radius changes linearly with the curve's parameter.

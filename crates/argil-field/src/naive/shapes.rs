@@ -314,6 +314,13 @@ pub fn shape(s: &Shape, p: V3) -> f64 {
             let rim = f(rounding[usize::from(p.y <= 0.0)]);
             corner(flat + rim, p.y.abs() - (h.y - rim)) - rim
         }
+        Shape::Gyroid {
+            half_size,
+            period,
+            thickness,
+        } => sheet(p, half_size, [period, thickness], |a| {
+            a.x.sin() * a.y.cos() + a.y.sin() * a.z.cos() + a.z.sin() * a.x.cos()
+        }),
         Shape::BezierTube {
             from,
             control,
@@ -336,6 +343,14 @@ pub fn shape(s: &Shape, p: V3) -> f64 {
         } => extruded(outline(o, V2::new(p.x, p.y), false), p.z, f(half_depth)),
         Shape::Mesh { ref grid, .. } => grid.0.as_ref().map_or(1e30, |grid| sampled(p, grid)),
     }
+}
+
+/// A sheet along a level that changes by √3 a radian at most, in a box.
+fn sheet(p: V3, half_size: [f32; 3], [period, thickness]: [f32; 2], level: fn(V3) -> f64) -> f64 {
+    let (half, rate) = (d3(half_size), std::f64::consts::TAU / f64::from(period));
+    let level = level(p.clamp(-half, half) * rate);
+    let sheet = level.abs() / (3f64.sqrt() * rate) - 0.5 * f64::from(thickness);
+    sheet.max(cuboid(p, half))
 }
 
 /// What lies between the samples around a point; beyond their box, the hypotenuse over the way there.
