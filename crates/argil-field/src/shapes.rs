@@ -299,3 +299,9 @@ pub(crate) fn sd_gyroid<R: Real>(p: P<R>, w: &[f32; 6]) -> R {
         sx * cy + sy * cz + sz * cx
     })
 }
+
+/// After H. A. Schwarz, by the usual approximation of his P surface.
+#[inline(always)]
+pub(crate) fn sd_schwarz_p<R: Real>(p: P<R>, w: &[f32; 6]) -> R {
+    sheet_in_box(p, w, |[(_, cx), (_, cy), (_, cz)]| cx + cy + cz)
+}

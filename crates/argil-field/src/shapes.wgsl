@@ -236,3 +236,10 @@ fn sd_gyroid(p: vec3<f32>, w: u32) -> f32 {
     let z = sheet_angle(p.z, params[w + 2u], w);
     return sheet_in_box(p, w, x.x * y.y + y.x * z.y + z.x * x.y);
 }
+
+fn sd_schwarz_p(p: vec3<f32>, w: u32) -> f32 {
+    let x = sheet_angle(p.x, params[w], w);
+    let y = sheet_angle(p.y, params[w + 1u], w);
+    let z = sheet_angle(p.z, params[w + 2u], w);
+    return sheet_in_box(p, w, x.y + y.y + z.y);
+}

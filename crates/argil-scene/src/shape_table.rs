@@ -425,6 +425,21 @@ macro_rules! shape_table {
                 bounds(Aabb::centered(half_size.into()))
                 exact(false)
                 example(Some(Shape::Gyroid { half_size: [0.45; 3], period: 0.6, thickness: 0.06 }));
+
+                /// Sheet along Schwarz' P surface, cos x + cos y + cos z = 0, in a box.
+                SchwarzP(sd_schwarz_p) {
+                    /// Half of each side of the box; a hundred periods at most.
+                    half_size: [f32; 3] => positive,
+                    /// Length after which it repeats.
+                    period: f32 => positive,
+                    /// Of the sheet where it is thinnest; elsewhere up to √3 times as much. At most half of the period.
+                    thickness: f32 => positive,
+                }
+                rule(sheet_in_box(half_size, period, thickness))
+                words(sheet_words(half_size, period, thickness))
+                bounds(Aabb::centered(half_size.into()))
+                exact(false)
+                example(Some(Shape::SchwarzP { half_size: [0.45; 3], period: 0.45, thickness: 0.04 }));
             }
             searched {
                 /// Ball swept along a quadratic Bézier curve while its radius changes linearly with the curve's parameter.

@@ -321,6 +321,13 @@ pub fn shape(s: &Shape, p: V3) -> f64 {
         } => sheet(p, half_size, [period, thickness], |a| {
             a.x.sin() * a.y.cos() + a.y.sin() * a.z.cos() + a.z.sin() * a.x.cos()
         }),
+        Shape::SchwarzP {
+            half_size,
+            period,
+            thickness,
+        } => sheet(p, half_size, [period, thickness], |a| {
+            a.x.cos() + a.y.cos() + a.z.cos()
+        }),
         Shape::BezierTube {
             from,
             control,
