@@ -36,11 +36,8 @@ impl Body {
     /// What a shape takes besides itself, but for a mesh's distances, which are shared.
     pub(crate) fn heap_bytes(&self) -> usize {
         match self {
-            Self::Shape(Shape::Mesh { path, .. }) => path.len(),
-            Self::Shape(Shape::Lathe { outline } | Shape::Extrusion { outline, .. }) => {
-                size_of_val(&outline.pieces[..])
-            }
-            _ => 0,
+            Self::Shape(shape) => shape.heap_bytes(),
+            Self::Group => 0,
         }
     }
 }

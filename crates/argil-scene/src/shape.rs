@@ -68,6 +68,13 @@ macro_rules! shapes {
                 )*)*}
             }
 
+            /// Bytes that it takes besides itself, but for a mesh's distances, which are shared.
+            pub(crate) fn heap_bytes(&self) -> usize {
+                match self {$($(
+                    Self::$shape { $($field),* } => 0 $(+ $field.heap_bytes())*,
+                )*)*}
+            }
+
             /// Whether the distance is Euclidean or a lower bound of it.
             pub fn exactness(&self) -> Exactness {
                 let is_exact = match self {$($(
@@ -105,6 +112,10 @@ pub trait ShapeParameter {
         Self: 'a;
     /// Read it.
     fn read(&self) -> Self::Read<'_>;
+    /// Bytes that it takes besides itself, but for what is shared.
+    fn heap_bytes(&self) -> usize {
+        0
+    }
 }
 
 macro_rules! read_by_value {
@@ -119,18 +130,26 @@ macro_rules! read_by_value {
 }
 
 macro_rules! read_by_reference {
-    ($($type:ty as $read:ty),*) => {$(
+    ($($type:ty as $read:ty: $bytes:expr),*) => {$(
         impl ShapeParameter for $type {
             type Read<'a> = &'a $read;
             fn read(&self) -> &$read {
                 self
+            }
+            fn heap_bytes(&self) -> usize {
+                let bytes: fn(&Self) -> usize = $bytes;
+                bytes(self)
             }
         }
     )*};
 }
 
 read_by_value!(f32, u32, [f32; 2], [f32; 3], [f32; 4]);
-read_by_reference!(Outline as Outline, String as str, MeshGrid as MeshGrid);
+read_by_reference!(
+    Outline as Outline: |outline| size_of_val(&outline.pieces[..]),
+    String as str: String::len,
+    MeshGrid as MeshGrid: |_| 0
+);
 
 /// The distances of a mesh, where it is loaded. Any two are equal: what they are follows from the file's name.
 #[derive(Clone, Debug, Default)]
