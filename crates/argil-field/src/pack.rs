@@ -89,6 +89,20 @@ fn sheet_words([x, y, z]: [f32; 3], period: f32, thickness: f32) -> [f32; 6] {
     [x, y, z, rate, 1.0 / (3f32.sqrt() * rate), 0.5 * thickness]
 }
 
+/// Half axes, their reciprocals, both exponents and their reciprocals, and the radius of the ball that the solid holds: with exponents
+/// of 2 and more it holds the ellipsoid of its axes, with less their octahedron.
+fn superellipsoid_words(radii: [f32; 3], [n, m]: [f32; 2]) -> [f32; 11] {
+    let r = Vec3::from(radii);
+    let inverse = r.recip();
+    let held = if n.min(m) >= 2.0 {
+        r.min_element()
+    } else {
+        1.0 / inverse.length()
+    };
+    let ([a, b, c], [x, y, z]) = (radii, inverse.to_array());
+    [a, b, c, x, y, z, m, n, 1.0 / m, 1.0 / n, held]
+}
+
 /// A quadratic curve's coefficients, the radius at its start, and what that gains.
 fn tube_words([from, control, to]: [[f32; 3]; 3], [from_radius, to_radius]: [f32; 2]) -> [f32; 11] {
     let (a, b, c) = (Vec3::from(from), Vec3::from(control), Vec3::from(to));

@@ -26,6 +26,8 @@ pub(crate) trait Real:
     fn value(self) -> f32;
     fn sqrt(self) -> Self;
     fn sin_cos(self) -> (Self, Self);
+    /// The power of what is not negative, of a positive exponent.
+    fn power(self, exponent: f32) -> Self;
 
     fn abs(self) -> Self;
     /// The lesser; `self` where either is NaN.
@@ -105,6 +107,10 @@ impl Real for f32 {
     fn sin_cos(self) -> (f32, f32) {
         sin_cos(self)
     }
+    #[inline(always)]
+    fn power(self, exponent: f32) -> f32 {
+        power(self, exponent)
+    }
 }
 
 /// Sine and cosine by polynomials over a quarter turn, the same operations on every device: the standard library's
@@ -130,6 +136,33 @@ pub(crate) fn sin_cos(x: f32) -> (f32, f32) {
         cos
     };
     (sin, cos)
+}
+
+/// A power by polynomials, the same operations on every device; 0 of what is below 1e-30. Within 2e-6 of it where the exponent is from
+/// 1/16 to 16 and the base from 0 to 2.
+///
+/// The logarithm is the series of (m − 1)/(m + 1) about a mantissa m near 1, the exponential that of a number up to a half.
+#[inline(always)]
+pub(crate) fn power(base: f32, exponent: f32) -> f32 {
+    let bits = base.to_bits();
+    // So that the mantissa is from √½ to √2.
+    let whole = (bits.wrapping_sub(0x3f35_04f3) as i32) >> 23;
+    let mantissa = f32::from_bits(bits.wrapping_sub((whole << 23) as u32));
+    let t = (mantissa - 1.0) / (mantissa + 1.0);
+    let t2 = t * t;
+    let series =
+        2.885_39 + t2 * (0.961_796_7 + t2 * (0.577_078 + t2 * (0.412_198_6 + t2 * 0.320_598_9)));
+    let log2 = whole as f32 + t * series;
+    let x = Real::clamp_to(log2 * exponent, -126.0, 126.0);
+    let n = (x + 0.5).floor();
+    let f = x - n;
+    let series = 1.0
+        + f * (std::f32::consts::LN_2
+            + f * (0.240_226_5
+                + f * (0.055_504_11
+                    + f * (0.009_618_129 + f * (0.001_333_355_8 + f * 0.000_154_035_3)))));
+    let scale = f32::from_bits(((n as i32 + 127) << 23) as u32);
+    if base < 1e-30 { 0.0 } else { series * scale }
 }
 
 /// A number with its derivatives along x, y and z of the query point.
@@ -209,6 +242,13 @@ impl Real for Dual {
             Dual::with(s, |i| self.d[i] * c),
             Dual::with(c, |i| -self.d[i] * s),
         )
+    }
+    #[inline(always)]
+    fn power(self, exponent: f32) -> Dual {
+        let value = power(self.v, exponent);
+        // Where the base is 0 the slope of a root has no limit.
+        let slope = exponent * value / Real::max(self.v, 1e-18);
+        Dual::with(value, |i| self.d[i] * slope)
     }
 }
 
@@ -297,5 +337,19 @@ mod tests {
                 .max((f64::from(c) - f64::from(x).cos()).abs());
         }
         assert!(worst < 2e-7, "{worst}");
+    }
+
+    #[test]
+    fn powers_follow_the_standard_library() {
+        let mut worst = 0.0f64;
+        for i in 0..=2000 {
+            for exponent in [0.0625f32, 0.1, 0.5, 1.0, 1.7, 2.0, 3.3, 8.0, 16.0] {
+                let base = i as f32 * 0.001;
+                let expected = f64::from(base).powf(f64::from(exponent));
+                let found = f64::from(super::power(base, exponent));
+                worst = worst.max((found - expected).abs() / expected.max(1.0));
+            }
+        }
+        assert!(worst < 2e-6, "{worst}");
     }
 }

@@ -17,6 +17,26 @@ fn sin_cos(x: f32) -> vec2<f32> {
     return vec2(select(sine, -sine, quarter >= 2.0), select(cosine, -cosine, quarter == 1.0 || quarter == 2.0));
 }
 
+// A power of what is not negative, of a positive exponent; 0 of what is below 1e-30.
+fn power(base: f32, exponent: f32) -> f32 {
+    let bits = bitcast<u32>(base);
+    let whole = bitcast<i32>(bits - 0x3f3504f3u) >> 23u;
+    let mantissa = bitcast<f32>(bits - bitcast<u32>(whole << 23u));
+    let t = (mantissa - 1.0) / (mantissa + 1.0);
+    let t2 = t * t;
+    let log2_series = 2.88539 + t2 * (0.9617967 + t2 * (0.577078 + t2 * (0.4121986 + t2 * 0.3205989)));
+    let log = f32(whole) + t * log2_series;
+    let x = min(max(log * exponent, -126.0), 126.0);
+    let n = floor(x + 0.5);
+    let f = x - n;
+    let series = 1.0
+        + f * (0.6931472
+            + f * (0.24022651
+                + f * (0.05550411 + f * (0.009618129 + f * (0.0013333558 + f * 0.0001540353)))));
+    let scale = bitcast<f32>(bitcast<u32>((i32(n) + 127) << 23u));
+    return select(series * scale, 0.0, base < 1e-30);
+}
+
 fn signed_as(value: f32, sign: f32) -> f32 {
     return select(value, -value, sign < 0.0);
 }

@@ -305,3 +305,18 @@ pub(crate) fn sd_gyroid<R: Real>(p: P<R>, w: &[f32; 6]) -> R {
 pub(crate) fn sd_schwarz_p<R: Real>(p: P<R>, w: &[f32; 6]) -> R {
     sheet_in_box(p, w, |[(_, cx), (_, cy), (_, cz)]| cx + cy + cz)
 }
+
+/// A norm whose unit ball is the solid, which is convex: its slope is at most one over the radius of a ball that the solid holds. After
+/// A. Barr, "Superquadrics and angle-preserving transformations" (1981). `w`: half axes, their reciprocals, the exponents of level and of
+/// upright sections, one over each, that radius.
+#[inline(always)]
+pub(crate) fn sd_superellipsoid<R: Real>([x, y, z]: P<R>, w: &[f32; 11]) -> R {
+    let (x, y, z) = (x.abs(), y.abs(), z.abs());
+    let (u, v, t) = (x * w[3], y * w[4], z * w[5]);
+    // Powers of what is at most 1.
+    let most = u.max(v.max(t)).max(R::constant(1e-18));
+    let level = (u / most).power(w[6]) + (t / most).power(w[6]);
+    let whole = level.power(w[7] * w[8]) + (v / most).power(w[7]);
+    let norm = most * whole.power(w[9]);
+    ((norm - 1.0) * w[10]).max(corner3(x - w[0], y - w[1], z - w[2]))
+}

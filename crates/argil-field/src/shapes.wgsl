@@ -243,3 +243,15 @@ fn sd_schwarz_p(p: vec3<f32>, w: u32) -> f32 {
     let z = sheet_angle(p.z, params[w + 2u], w);
     return sheet_in_box(p, w, x.y + y.y + z.y);
 }
+
+fn sd_superellipsoid(p: vec3<f32>, w: u32) -> f32 {
+    let q = abs(p);
+    let u = q.x * params[w + 3u];
+    let v = q.y * params[w + 4u];
+    let t = q.z * params[w + 5u];
+    let most = max(max(u, max(v, t)), 1e-18);
+    let level = power(u / most, params[w + 6u]) + power(t / most, params[w + 6u]);
+    let whole = power(level, params[w + 7u] * params[w + 8u]) + power(v / most, params[w + 7u]);
+    let norm = most * power(whole, params[w + 9u]);
+    return max((norm - 1.0) * params[w + 10u], corner3(q.x - params[w], q.y - params[w + 1u], q.z - params[w + 2u]));
+}

@@ -440,6 +440,19 @@ macro_rules! shape_table {
                 bounds(Aabb::centered(half_size.into()))
                 exact(false)
                 example(Some(Shape::SchwarzP { half_size: [0.45; 3], period: 0.45, thickness: 0.04 }));
+
+                /// Superellipsoid around the origin: ((|x/a|ᵐ + |z/c|ᵐ)ⁿᐟᵐ + |y/b|ⁿ)¹ᐟⁿ = 1 with half axes a, b and c.
+                Superellipsoid(sd_superellipsoid) {
+                    /// Half axes.
+                    radii: [f32; 3] => positive,
+                    /// n, of sections upright, and m, of level ones, each from 1 to 16: 1 gives straight sides between the axes, 2 round ones,
+                    /// great numbers those of a box.
+                    exponents: [f32; 2] => within(1.0, 16.0),
+                }
+                words(superellipsoid_words(radii, exponents))
+                bounds(Aabb::centered(radii.into()))
+                exact(false)
+                example(Some(Shape::Superellipsoid { radii: [0.55, 0.4, 0.45], exponents: [2.5, 5.0] }));
             }
             searched {
                 /// Ball swept along a quadratic Bézier curve while its radius changes linearly with the curve's parameter.

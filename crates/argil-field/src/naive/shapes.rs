@@ -328,6 +328,21 @@ pub fn shape(s: &Shape, p: V3) -> f64 {
         } => sheet(p, half_size, [period, thickness], |a| {
             a.x.cos() + a.y.cos() + a.z.cos()
         }),
+        Shape::Superellipsoid {
+            radii,
+            exponents: [n, m],
+        } => {
+            let (n, m, q) = (f(n), f(m), (p / d3(radii)).abs());
+            let level = (q.x.powf(m) + q.z.powf(m)).powf(1.0 / m);
+            let norm = (level.powf(n) + q.y.powf(n)).powf(1.0 / n);
+            // The slope along each axis of an octahedron in it, or the least axis of an ellipsoid.
+            let held = if n.min(m) >= 2.0 {
+                d3(radii).min_element()
+            } else {
+                1.0 / d3(radii).recip().length()
+            };
+            ((norm - 1.0) * held).max(cuboid(p, d3(radii)))
+        }
         Shape::BezierTube {
             from,
             control,
