@@ -136,9 +136,41 @@ fn piece<R: Real>(
     }
 }
 
+/// Words of a piece of a spline tube: its box, its curve.
+const TUBE_WORDS: usize = 6 + 11;
+
+/// Signed distances to a tube of several pieces, of which those are searched whose boxes are near enough to matter. `w`: how many there
+/// are, then their words.
+#[inline(always)]
+pub(crate) fn sd_spline_tube<R: Real>([xs, ys, zs]: [&mut Block<R>; 3], w: &[f32]) -> Block<R> {
+    let mut best = [R::constant(1e30); BLOCK];
+    let pieces = w[1..1 + w[0] as usize * TUBE_WORDS].chunks_exact(TUBE_WORDS);
+    for own in pieces {
+        let held = words(own, 0);
+        let mut concerned = 0u32;
+        for i in 0..BLOCK {
+            let gap = box_distance(xs[i].value(), ys[i].value(), zs[i].value(), held);
+            concerned |= u32::from(gap <= best[i].value().positive_part());
+        }
+        if concerned == 0 {
+            continue;
+        }
+        let d = sd_bezier_tube::<R>([xs, ys, zs], &own[6..]);
+        for i in 0..BLOCK {
+            best[i] = best[i].min(d[i]);
+        }
+    }
+    best
+}
+
 /// Iterations of a GPU's loops for a tube.
 pub(crate) fn bezier_tube_loops(_: &[f32]) -> u64 {
     16
+}
+
+/// Those for a tube of several pieces.
+pub(crate) fn spline_tube_loops(words: &[f32]) -> u64 {
+    2 + 17 * words.first().map_or(0, |&count| count as u64)
 }
 
 /// Those for an outline: of each piece.

@@ -137,6 +137,19 @@ fn sd_bezier_tube(p: vec3<f32>, w: u32) -> f32 {
     return min(best, ball(p, t, w));
 }
 
+const TUBE_WORDS: u32 = 17u;
+
+fn sd_spline_tube(p: vec3<f32>, w: u32) -> f32 {
+    var best = 1e30;
+    for (var i = 0u; i < u32(params[w]); i++) {
+        let own = w + 1u + i * TUBE_WORDS;
+        if box_distance(p, own) <= max(best, 0.0) {
+            best = min(best, sd_bezier_tube(p, own + 6u));
+        }
+    }
+    return best;
+}
+
 fn sd_lathe(p: vec3<f32>, w: u32) -> f32 {
     return sd_outline(length2(p.x, p.z), p.y, w + 2u, u32(params[w]));
 }

@@ -1,7 +1,8 @@
 //! A shape's parameters as the words that both interpreters read.
 
 use crate::dispatch::op;
-use argil_scene::{Outline, Shape, ShapeParameter, shape_table};
+use argil_math::Aabb;
+use argil_scene::{Outline, Shape, ShapeParameter, SplinePoint, shape_table, spline_pieces};
 use glam::{Vec2, Vec3};
 
 /// Words of a row of the table.
@@ -120,6 +121,17 @@ fn tube_words([from, control, to]: [[f32; 3]; 3], [from_radius, to_radius]: [f32
         from_radius,
         to_radius - from_radius,
     ]
+}
+
+/// How many pieces there are, and of each its box and its curve.
+fn spline_words(points: &[SplinePoint]) -> Vec<f32> {
+    let mut words = vec![2.0 * (points.len() - 1) as f32];
+    for ([a, b, c], radii) in spline_pieces(points) {
+        let held = Aabb::around([a, b, c]).grown(radii[0].max(radii[1]));
+        words.extend([held.min.to_array(), held.max.to_array()].concat());
+        words.extend(tube_words([a, b, c].map(|p| p.to_array()), radii));
+    }
+    words
 }
 
 /// How many pieces there are, half of the length along z, and the pieces.

@@ -59,5 +59,8 @@ pub use modifier::{Modifier, angular_half_extent, copies_looked_at, twist_stretc
 pub use operator::{Operator, OperatorKind, Profile};
 pub use sampled::{Measure, SAMPLED_HEADER, SAMPLED_SIDE, SampledBlock, SampledGrid};
 pub use scene::{Node, NodeId, Scene};
-pub use shape::{Exactness, MeshGrid, Outline, Piece, Shape, ShapeParameter};
+pub use shape::{
+    Exactness, MeshGrid, Outline, Piece, Shape, ShapeParameter, SplinePoint, TubePiece,
+    spline_pieces,
+};
 pub use view::{Placement, View};

@@ -146,6 +146,7 @@ macro_rules! read_by_reference {
 
 read_by_value!(f32, u32, [f32; 2], [f32; 3], [f32; 4]);
 read_by_reference!(
+    Vec<SplinePoint> as [SplinePoint]: |points| size_of_val(&points[..]),
     Outline as Outline: |outline| size_of_val(&outline.pieces[..]),
     String as str: String::len,
     MeshGrid as MeshGrid: |_| 0
@@ -177,6 +178,47 @@ impl MeshGrid {
 
 fn mesh_resolution() -> u32 {
     128
+}
+
+/// A point that a spline tube goes through.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct SplinePoint {
+    /// Where it is.
+    pub at: [f32; 3],
+    /// Radius of the tube there.
+    pub radius: f32,
+}
+
+impl SplinePoint {
+    /// A point, with the tube's radius there.
+    pub fn new(at: [f32; 3], radius: f32) -> Self {
+        Self { at, radius }
+    }
+}
+
+/// A piece of a spline tube: start, control point and end of a quadratic Bézier curve, radii at its start and end.
+#[doc(hidden)]
+pub type TubePiece = ([Vec3; 3], [f32; 2]);
+
+/// The pieces of a tube through points, two from each to the next, which meet halfway between their control points.
+#[doc(hidden)]
+pub fn spline_pieces(points: &[SplinePoint]) -> impl Iterator<Item = TubePiece> + '_ {
+    let at = |i: usize| Vec3::from(points[i.min(points.len() - 1)].at);
+    // A quarter of the way that the curve goes at a point in the unit of its parameter.
+    let quarter = move |i: usize| 0.125 * (at(i + 1) - at(i.saturating_sub(1)));
+    (1..points.len()).flat_map(move |i| {
+        let (a, b) = (at(i - 1), at(i));
+        let (left, right) = (a + quarter(i - 1), b - quarter(i));
+        let middle = 0.5 * (left + right);
+        let [from, to] = [points[i - 1].radius, points[i].radius];
+        let halfway = 0.5 * (from + to);
+        [
+            ([a, left, middle], [from, halfway]),
+            ([middle, right, b], [halfway, to]),
+        ]
+    })
 }
 
 /// A closed outline in 2D, of lines and quadratic Bézier curves. A line closes it where the last piece ends elsewhere

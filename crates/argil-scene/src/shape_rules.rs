@@ -1,7 +1,8 @@
 //! What rows of the [table of shapes](crate::shape_table) are written with: checks of parameters, and boxes.
 
 use crate::fault::{self, Fault};
-use crate::{MeshGrid, Outline};
+use crate::shape::spline_pieces;
+use crate::{MeshGrid, Outline, SplinePoint};
 use argil_math::Aabb;
 use glam::{Vec2, Vec3};
 
@@ -100,6 +101,30 @@ pub(crate) fn beside_axis(outline: &Outline) -> Result<(), Fault> {
 pub(crate) fn sheet_in_box(half_size: [f32; 3], period: f32, thickness: f32) -> Result<(), Fault> {
     at_most("thickness", thickness, 0.5 * period, "half of the period")?;
     each_at_most("half_size", half_size, 100.0 * period, "a hundred periods")
+}
+
+/// Most points of a spline tube: each costs every evaluation of its shape.
+const MAX_SPLINE_POINTS: usize = 128;
+
+/// Points that a tube can go through.
+pub(crate) fn spline(path: &str, points: &[SplinePoint]) -> Result<(), Fault> {
+    let count = points.len();
+    if !(2..=MAX_SPLINE_POINTS).contains(&count) {
+        let reason = format!("{count} points are not from 2 to {MAX_SPLINE_POINTS}");
+        return Err(Fault::new(path, reason));
+    }
+    for (i, point) in points.iter().enumerate() {
+        coordinate(&format!("{path}[{i}].at"), point.at)?;
+        positive(&format!("{path}[{i}].radius"), point.radius)?;
+    }
+    Ok(())
+}
+
+/// The box of a tube: each piece lies in the hull of its three points.
+pub(crate) fn spline_bounds(points: &[SplinePoint]) -> Aabb {
+    let held =
+        spline_pieces(points).map(|(curve, [from, to])| Aabb::around(curve).grown(from.max(to)));
+    held.fold(Aabb::EMPTY, |all, own| all.union(own))
 }
 
 /// The box of a ball.

@@ -483,6 +483,24 @@ macro_rules! shape_table {
                     to_radius: 0.06,
                 }));
 
+                /// Ball swept through points along a smooth curve, while its radius changes from each to the next. Between two points the
+                /// curve is two quadratic Bézier curves; at a point it goes as from the one before to the one after, after Catmull and Rom.
+                SplineTube(sd_spline_tube, spline_tube_loops) {
+                    /// The points, from 2 to 128, in their order.
+                    points: Vec<SplinePoint> => spline,
+                }
+                words(spline_words(points))
+                bounds(spline_bounds(points))
+                exact(false)
+                example(Some(Shape::SplineTube {
+                    points: vec![
+                        SplinePoint::new([-0.5, -0.35, 0.0], 0.12),
+                        SplinePoint::new([-0.2, 0.3, 0.1], 0.09),
+                        SplinePoint::new([0.15, -0.2, -0.1], 0.11),
+                        SplinePoint::new([0.5, 0.35, 0.0], 0.05),
+                    ],
+                }));
+
                 /// Outline turned about the y axis: its x is the distance from the axis.
                 Lathe(sd_lathe, outline_loops) {
                     /// The outline, at x ≥ 0.

@@ -45,7 +45,7 @@ pub use argil_scene::{
     Body, Brush, Change, Ease, Edit, EditError, Edited, Entry, Exactness, FileError, Group,
     HistoryLimit, ImportError, Journal, JournalError, Keyframe, LogError, Material, Modifier,
     NodeId, Operator, OperatorKind, Outline, Piece, Placement, Profile, Recovered, SampledGrid,
-    Scene, Shape, Turn, View, remove_unfinished_files, replace_file,
+    Scene, Shape, SplinePoint, Turn, View, remove_unfinished_files, replace_file,
 };
 pub use argil_volume::{
     Bits, BrickChanges, BrickEdit, BrickLayout, BrickSettings, Bricks, BricksError, Dense,

@@ -358,6 +358,16 @@ pub fn shape(s: &Shape, p: V3) -> f64 {
                 p.distance(c) - (f(from_radius) * (1.0 - t) + f(to_radius) * t)
             })
             .fold(f64::INFINITY, f64::min),
+        Shape::SplineTube { ref points } => argil_scene::spline_pieces(points)
+            .flat_map(|([a, b, c], [from, to])| {
+                let [a, b, c] = [a, b, c].map(|p| p.as_dvec3());
+                (0..=SAMPLES / 10).map(move |i| {
+                    let t = f64::from(10 * i) / f64::from(SAMPLES);
+                    let at = a.lerp(b, t).lerp(b.lerp(c, t), t);
+                    p.distance(at) - (f(from) * (1.0 - t) + f(to) * t)
+                })
+            })
+            .fold(f64::INFINITY, f64::min),
         Shape::Lathe { outline: ref o } => outline(o, q, true),
         Shape::Extrusion {
             outline: ref o,
