@@ -296,6 +296,12 @@ pub fn modifier_cases() -> Vec<Case> {
         ),
         ("scale", Modifier::Scale { by: 0.6 }),
         (
+            "stretch",
+            Modifier::Stretch {
+                by: [1.4, 0.6, 0.9],
+            },
+        ),
+        (
             "mirror",
             Modifier::Mirror {
                 axes: [true, false, true],

@@ -6,7 +6,7 @@ use crate::picker::off_segment;
 use crate::pose::Pose;
 use crate::stretch::stretched;
 use argil::glam::{DQuat, Quat, Vec2, Vec3};
-use argil::{Body, NodeId, Shape};
+use argil::{Body, Modifier, NodeId, Shape};
 use eframe::egui::{self, Color32, Pos2, Rect, Stroke};
 
 /// A part of the gizmo that can be dragged.
@@ -124,7 +124,7 @@ impl Studio {
         };
         let entry = self.document.scene().node(*node).entry();
         match &entry.body {
-            Body::Shape(shape) if entry.modifiers.iter().all(|m| m.affine().is_some()) => {
+            Body::Shape(shape) if entry.modifiers.iter().all(Modifier::is_similarity) => {
                 Some(shape.clone())
             }
             _ => None,

@@ -48,6 +48,7 @@ fn new_modifiers() -> Vec<Modifier> {
             degrees: 0.0,
         },
         Modifier::Scale { by: 1.0 },
+        Modifier::Stretch { by: [1.0; 3] },
         Modifier::Mirror {
             axes: [true, false, false],
         },
@@ -83,7 +84,7 @@ fn modifier_name(modifier: &Modifier) -> String {
 
 /// The unit that a key stands for, under the name that it is shown by.
 fn suffix(name: &str, key: &str) -> &'static str {
-    if name.starts_with("Scale") {
+    if name.starts_with("Scale") || name.starts_with("Stretch") {
         "×"
     } else if key == "time" {
         " s"

@@ -125,7 +125,7 @@ impl Pose {
 
 /// How many modifiers at the end are a pose.
 fn own_length(entry: &Entry) -> usize {
-    let is_pose = |m: &&Modifier| m.affine().is_some();
+    let is_pose = |m: &&Modifier| m.is_similarity();
     entry.modifiers.iter().rev().take_while(is_pose).count()
 }
 

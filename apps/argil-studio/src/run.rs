@@ -329,7 +329,7 @@ impl Studio {
             let entry = scene.node(group).entry().clone();
             let plain: Entry = Group::new().into();
             let does_more = entry.operator != plain.operator
-                || entry.modifiers.iter().any(|m| m.affine().is_none());
+                || entry.modifiers.iter().any(|m| !m.is_similarity());
             if does_more {
                 self.document.end_stroke();
                 anyhow::bail!(

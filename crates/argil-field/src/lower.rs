@@ -269,7 +269,7 @@ pub(crate) fn extent_in_world(scene: &Scene, extents: &mut Extents<'_>, node: No
     extent
 }
 
-/// A translate, rotate or scale.
+/// A translate, rotate, scale or stretch.
 fn map(
     scene: &Scene,
     node: NodeId,

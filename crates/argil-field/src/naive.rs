@@ -32,6 +32,10 @@ fn modified(scene: &Scene, id: NodeId, count: usize, p: V3) -> f64 {
     let inner = |q: V3| modified(scene, id, last, q);
     let content = || argil_scene::Extents::of(scene).stages(id)[last].aabb;
     match entry.modifiers[last] {
+        Modifier::Stretch { by } => {
+            let by = d3(by);
+            inner(p / by) * by.min_element()
+        }
         ref m @ (Modifier::Translate { .. } | Modifier::Rotate { .. } | Modifier::Scale { .. }) => {
             let map = m.affine().unwrap_or_default();
             inner(map.transform_point3(p)) * f64::from(m.scale())

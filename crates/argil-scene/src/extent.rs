@@ -77,6 +77,19 @@ impl Extent {
                 shortfall: self.shortfall * by,
                 ..self
             },
+            Modifier::Stretch { by } => {
+                // The box is stretched by the greatest factor at most, the distance by the least.
+                let (least, most) = (modifier.scale(), Vec3::from(by).max_element());
+                Self {
+                    aabb: region_after(modifier, self.aabb, self.aabb),
+                    underestimate: self.underestimate * (most / least),
+                    shortfall: if most > least {
+                        f32::INFINITY
+                    } else {
+                        self.shortfall * least
+                    },
+                }
+            }
             Modifier::Elongate { by } => {
                 let shortfall = self.shortfall + 2.0 * Vec3::from(by).length();
                 Self {

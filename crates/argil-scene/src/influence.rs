@@ -194,7 +194,7 @@ fn later_falls(
 /// The distance of interest before a modifier, given that after it.
 fn interest_inside(modifier: &Modifier, interest: f32, content: Aabb) -> f32 {
     match *modifier {
-        Modifier::Scale { by } => interest / by,
+        Modifier::Scale { .. } | Modifier::Stretch { .. } => interest / modifier.scale(),
         Modifier::Round { radius } => interest + radius,
         Modifier::Shell { thickness } => interest + thickness,
         Modifier::Displace { amplitude, .. } => {

@@ -29,6 +29,12 @@ pub enum Modifier {
         /// The factor, from 1e-4 to 1e4.
         by: f32,
     },
+    /// Scale about the origin, each axis by a factor of its own. The distance is the solid's times the least factor: a bound, the more
+    /// cautious the more the factors differ.
+    Stretch {
+        /// The factors, from 1e-3 to 1e3 each.
+        by: [f32; 3],
+    },
     /// Keep the part on the positive side of the origin and add its mirror image, for each axis chosen.
     Mirror {
         /// Which axes change sign.
@@ -110,6 +116,7 @@ impl Modifier {
                 coordinate("degrees", degrees)
             }
             Self::Scale { by } => within("by", by, 1e-4, 1e4),
+            Self::Stretch { by } => each("by", by, |path, by| within(path, by, 1e-3, 1e3)),
             Self::Mirror { .. } => Ok(()),
             Self::Repeat { spacing, count } => {
                 each("spacing", spacing, not_negative)?;
@@ -152,7 +159,15 @@ impl Modifier {
         }
     }
 
-    /// The map from the modified solid's frame to the solid's own, for translate, rotate and scale.
+    /// Whether it keeps angles: translate, rotate or scale.
+    pub fn is_similarity(&self) -> bool {
+        matches!(
+            self,
+            Self::Translate { .. } | Self::Rotate { .. } | Self::Scale { .. }
+        )
+    }
+
+    /// The map from the modified solid's frame to the solid's own, for translate, rotate, scale and stretch.
     pub fn affine(&self) -> Option<DAffine3> {
         match *self {
             Self::Translate { by } => Some(DAffine3::from_translation(-Vec3::from(by).as_dvec3())),
@@ -164,16 +179,17 @@ impl Modifier {
                 )))
             }
             Self::Scale { by } => Some(DAffine3::from_scale(DVec3::splat(1.0 / f64::from(by)))),
+            Self::Stretch { by } => Some(DAffine3::from_scale(Vec3::from(by).as_dvec3().recip())),
             _ => None,
         }
     }
 
-    /// The factor by which lengths grow: that of a scale, else 1.
+    /// The factor by which every length grows at least: that of a scale, the least of a stretch, else 1. Distances grow by it.
     pub fn scale(&self) -> f32 {
-        if let Self::Scale { by } = *self {
-            by
-        } else {
-            1.0
+        match *self {
+            Self::Scale { by } => by,
+            Self::Stretch { by } => Vec3::from(by).min_element(),
+            _ => 1.0,
         }
     }
 
