@@ -100,26 +100,23 @@ pub fn sampled() -> Shape {
 
 /// One of each shape, by the table of shapes, and others of those with a special case.
 pub fn shapes() -> Vec<(String, Shape)> {
+    [examples(), special_shapes()].concat()
+}
+
+/// One of each shape.
+fn examples() -> Vec<(String, Shape)> {
+    let named = |shape: Shape| (format!("{shape:?}"), shape);
+    Shape::examples().into_iter().map(named).collect()
+}
+
+fn special_shapes() -> Vec<(String, Shape)> {
     let half_size = [0.5, 0.35, 0.4];
     let special = [
         ("sharp box", Shape::cuboid(half_size)),
         (
-            "narrow capped torus",
-            Shape::CappedTorus {
-                major_radius: 0.5,
-                minor_radius: 0.12,
-                half_angle_degrees: 70.0,
-            },
-        ),
-        (
-            "leaning capsule",
-            Shape::capsule([-0.4, -0.2, 0.1], [0.5, 0.3, -0.2], 0.2),
-        ),
-        (
             "capsule of length 0",
             Shape::capsule([0.1; 3], [0.1; 3], 0.2),
         ),
-        ("sharp cylinder", Shape::cylinder(0.4, 0.5)),
         (
             "pointed capped cone",
             Shape::CappedCone {
@@ -172,33 +169,11 @@ pub fn shapes() -> Vec<(String, Shape)> {
                 rounding: [0.1, 0.05],
             },
         ),
-        (
-            "leaning Bézier tube",
-            Shape::BezierTube {
-                from: [-0.6, -0.3, 0.0],
-                control: [0.0, 0.9, 0.2],
-                to: [0.6, -0.2, 0.3],
-                from_radius: 0.2,
-                to_radius: 0.06,
-            },
-        ),
         ("vase", Shape::Lathe { outline: vase() }),
-        (
-            "extruded vase",
-            Shape::Extrusion {
-                outline: vase(),
-                half_depth: 0.25,
-            },
-        ),
         ("mesh", sampled()),
     ];
-    let special = special.map(|(name, shape)| (name.to_owned(), shape));
-    let named = |shape: Shape| (format!("{shape:?}"), shape);
-    Shape::examples()
-        .into_iter()
-        .map(named)
-        .chain(special)
-        .collect()
+    let named = |(name, shape): (&str, Shape)| (name.to_owned(), shape);
+    special.into_iter().map(named).collect()
 }
 
 fn one(name: &str, brush: Brush) -> Case {
@@ -214,7 +189,7 @@ fn push(scene: &mut Scene, group: NodeId, entry: impl Into<argil_scene::Entry>) 
     scene.push_into(group, entry).expect("a valid entry").node
 }
 
-/// Each shape, moved and turned.
+/// Each shape, moved and turned, and one of each as it is.
 pub fn shape_cases() -> Vec<Case> {
     let placed = |(name, shape): (String, Shape)| {
         one(
@@ -227,7 +202,7 @@ pub fn shape_cases() -> Vec<Case> {
     shapes()
         .into_iter()
         .map(placed)
-        .chain(shapes().into_iter().map(|(n, s)| one(&n, Brush::new(s))))
+        .chain(examples().into_iter().map(|(n, s)| one(&n, Brush::new(s))))
         .collect()
 }
 
