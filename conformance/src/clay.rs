@@ -5,7 +5,7 @@ use crate::lattice;
 use argil_field::{LiveProgram, Program};
 use argil_gpu::{Gpu, GpuField, GpuVolume};
 use argil_math::Aabb;
-use argil_scene::Scene;
+use argil_scene::{Scene, Watch};
 use argil_volume::{BrickEdit, BrickLayout, BrickSettings, Bricks, EditWork, Volume, Word};
 use glam::IVec3;
 use std::borrow::Cow;
@@ -49,6 +49,8 @@ pub struct Clay {
     kept: Kept,
     live: LiveProgram,
     seen: usize,
+    /// Lets the scene's edits tell as much as the bricks need.
+    watch: Watch,
     /// How often everything had to be made again.
     pub rebakes: usize,
     /// What edits did; of a GPU, once it was waited for.
@@ -71,13 +73,14 @@ impl Clay {
         let program = Program::lower(scene).expect("a program");
         let layout = BrickLayout::new(lattice(scene, &program, resolution), settings);
         let layout = layout.expect("a layout");
-        scene.set_bands(layout.bands(&program));
+        let watch = scene.watch(layout.bands(&program));
         Self {
             layout,
             kept: Kept::bake(gpu.as_ref(), &program, layout),
             gpu,
             live: LiveProgram::new(scene, layout.parts(&program)).expect("a program"),
             seen: scene.change_count(),
+            watch,
             rebakes: 0,
             done: BrickEdit::default(),
         }
@@ -107,7 +110,7 @@ impl Clay {
         }
         let work = EditWork::new(&self.layout, &self.live, &boxes);
         let Some(mut work) = work.filter(|_| !upset.everything && !turns) else {
-            scene.set_bands(self.layout.bands(&program));
+            self.watch.set(self.layout.bands(&program));
             self.kept = Kept::bake(self.gpu.as_ref(), &program, self.layout);
             self.live = LiveProgram::new(scene, self.layout.parts(&program)).expect("a program");
             self.rebakes += 1;

@@ -226,7 +226,7 @@ fn nothing_changes_outside_of_dirty_boxes_and_undo_restores() {
                 .blend(0.02);
             scene.push(small).expect("a valid brush");
         }
-        scene.set_bands([band, 2.0 * band]);
+        let _watch = scene.watch([band, 2.0 * band]);
         for edit in edits(&nodes) {
             let text = scene.to_json();
             let before = lower(&scene);
@@ -277,7 +277,6 @@ fn a_dirty_box_is_no_larger_than_it_needs_to_be() {
             )
             .expect("valid");
     }
-    scene.set_bands([0.1; 2]);
     let node = scene.node(Scene::ROOT).children()[3];
     let edited = scene
         .apply(Edit::SetVisible {

@@ -394,7 +394,6 @@ fn edits(
 ) -> anyhow::Result<()> {
     let places = surface_points(&world, count);
     let radius = radius * world.focus().size().max_element();
-    scene.set_bands(world.bands());
     for place in places {
         scene.push(Brush::new(Shape::sphere(radius)).at(place).subtract())?;
         let start = Instant::now();
@@ -409,9 +408,6 @@ fn edits(
             "dirty_volume",
             f64::from(applied.dirty_box.size().element_product()),
         );
-        if applied.rebuilt {
-            scene.set_bands(world.bands());
-        }
     }
     out.set("brushes", world.program().brush_count() as f64);
     out.about(&world)

@@ -61,7 +61,6 @@ pub fn run(options: &Edit) -> anyhow::Result<()> {
     let (mut scene, mut world) =
         input::world(&options.scene, &engine, via, &options.volume, about)?;
     input::spare_meshes(&scene, &options.scene, outputs)?;
-    scene.set_bands(world.bands());
     let build_ms = world.build_times().duration_ms;
     let mut journal = match &options.journal {
         Some(path) => Some(Journal::begin(path, &scene)?),
@@ -149,9 +148,6 @@ fn replay(
         let finished = world.finish().with_context(place)?;
         // What the world refuses is not recorded.
         record(&mut journal)?;
-        if own.rebuilt {
-            scene.set_bands(world.bands());
-        }
         applied.push(Done {
             applied: own,
             counts: own.counts.unwrap_or(finished),

@@ -129,7 +129,6 @@ pub fn world(
         world.set_descent(descent_of(descent));
     }
     if time.is_some() {
-        scene.set_bands(world.bands());
         set_time(&mut scene, time, path)?;
         world.apply(&scene)?;
     }

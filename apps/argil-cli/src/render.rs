@@ -183,15 +183,11 @@ fn animate(
     reel: &mut Reel<'_>,
 ) -> anyhow::Result<()> {
     let count = reel.progress.length().unwrap_or(1);
-    scene.set_bands(world.bands());
     for i in 0..count {
         let start = Instant::now();
         scene.set_time(duration * i as f32 / count.saturating_sub(1).max(1) as f32);
-        let applied = world.apply(scene)?;
+        world.apply(scene)?;
         world.finish()?;
-        if applied.rebuilt {
-            scene.set_bands(world.bands());
-        }
         reel.edits.push(start.elapsed().as_secs_f64() * 1e3);
         reel.draw(world, &camera)?;
     }

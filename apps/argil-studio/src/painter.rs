@@ -287,7 +287,6 @@ impl Painter {
                 world,
                 version: self.version,
             });
-            self.widen();
             return Ok(None);
         };
         let mut kept = self.kept.remove(at);
@@ -300,9 +299,6 @@ impl Painter {
             kept.version = self.version;
         }
         self.kept.push(kept);
-        if is_behind {
-            self.widen();
-        }
         Ok(is_behind.then(|| start.elapsed().as_secs_f64() * 1e3))
     }
 
@@ -310,15 +306,6 @@ impl Painter {
         let world = self.engine.build(&self.scene)?;
         let via = pipeline.via(resolution);
         Ok(world.via_async(&self.scene, via).await?)
-    }
-
-    /// Let edits tell boxes that serve all worlds.
-    fn widen(&mut self) {
-        let bands = self.kept.iter().map(|k| k.world.bands());
-        let widest = bands.fold([0.0f32; 2], |a, b| [a[0].max(b[0]), a[1].max(b[1])]);
-        if widest != self.scene.bands() {
-            self.scene.set_bands(widest);
-        }
     }
 }
 

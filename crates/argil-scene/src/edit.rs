@@ -85,6 +85,8 @@ pub struct Change {
     pub dirty_box: Aabb,
     /// Outside this box no distance below the second of them changed.
     pub far_box: Aabb,
+    /// What the scene's [bands](Scene::bands) were.
+    pub bands: [f32; 2],
     /// The two boxes by themselves, around where it was and where it is.
     pub(crate) apart: [[Aabb; 2]; 2],
 }
@@ -97,6 +99,7 @@ impl Change {
             parents: [None; 2],
             dirty_box: Aabb::ALL,
             far_box: Aabb::ALL,
+            bands: [f32::INFINITY; 2],
             apart: [[Aabb::ALL; 2]; 2],
         }
     }
@@ -511,6 +514,7 @@ impl Scene {
             parents: [before.0, after.0],
             dirty_box,
             far_box,
+            bands: self.bands(),
             apart: [before.1, after.1],
         });
         dirty_box
@@ -520,9 +524,8 @@ impl Scene {
     fn boxes(&mut self, node: NodeId) -> (Option<NodeId>, [Aabb; 2]) {
         self.count_crowds(node);
         let mut extents = Extents::of(self);
-        let boxes = self
-            .bands
-            .map(|band| influence(self, &mut extents, node, band));
+        let bands = self.bands();
+        let boxes = bands.map(|band| influence(self, &mut extents, node, band));
         (self.node(node).parent, boxes)
     }
 

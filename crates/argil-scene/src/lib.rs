@@ -40,6 +40,7 @@ mod shape_rules;
 mod shape_table;
 mod transform;
 mod view;
+mod watch;
 
 pub use edit::{Change, Edit, EditError, Edited};
 pub use entry::{Body, Brush, Entry, Group};
@@ -64,3 +65,4 @@ pub use shape::{
     spline_pieces,
 };
 pub use view::{Placement, View};
+pub use watch::Watch;

@@ -1,6 +1,7 @@
 use crate::crowd::Crowd;
 use crate::edit::Change;
 use crate::history::History;
+use crate::watch::{Watch, Watches};
 use crate::{Body, Entry, Fault, Group, Material, SampledGrid, Shape, View};
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
@@ -108,7 +109,7 @@ pub struct Scene {
     /// Of meshes, by path and resolution.
     pub(crate) grids: BTreeMap<(String, u32), Arc<SampledGrid>>,
     pub(crate) history: History,
-    pub(crate) bands: [f32; 2],
+    pub(crate) watches: Watches,
     pub(crate) crowds: HashMap<NodeId, Crowd>,
     pub(crate) identity: Identity,
     /// A name for people.
@@ -140,7 +141,7 @@ impl Scene {
             materials: BTreeMap::new(),
             grids: BTreeMap::new(),
             history: History::default(),
-            bands: [0.1; 2],
+            watches: Watches::default(),
             crowds: HashMap::new(),
             identity: Identity::new(),
             name: String::new(),
@@ -316,14 +317,16 @@ impl Scene {
         }
     }
 
-    /// The distances, in the scene's unit, below which the dirty and the far boxes of edits promise to hold every change.
+    /// The distances, in the scene's unit, below which the dirty and the far boxes of edits promise to hold every change: the widest
+    /// of all that [watch](Scene::watch).
     pub fn bands(&self) -> [f32; 2] {
-        self.bands
+        self.watches.widest()
     }
 
-    /// Set the distances that the boxes of edits allow for, a volume's narrow band and how far its empty cells see.
-    pub fn set_bands(&mut self, bands: [f32; 2]) {
-        self.bands = bands.map(|band| band.max(0.0));
+    /// Have the boxes of edits hold every change below two distances, as long as what is returned is held: a volume's narrow
+    /// band, and how far its empty cells see. Worlds do that by themselves.
+    pub fn watch(&self, bands: [f32; 2]) -> Watch {
+        self.watches.add(bands)
     }
 
     /// A number that no other scene of this process has, its clones included.

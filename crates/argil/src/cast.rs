@@ -325,7 +325,6 @@ mod tests {
             let world = world.and_then(|world| world.bricks(&scene, options));
             let mut world = world.expect("a world");
             if is_edited {
-                scene.set_bands(world.bands());
                 let node = scene.node(Scene::ROOT).children()[9];
                 let by = Modifier::Translate {
                     by: [0.1, 0.0, 0.0],

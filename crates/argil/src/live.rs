@@ -5,7 +5,7 @@ use crate::{BricksOptions, BuildError, Change, Engine, Scene};
 use argil_field::{LiveProgram, Program};
 use argil_gpu::{GpuField, GpuVolume};
 use argil_math::Aabb;
-use argil_scene::Extents;
+use argil_scene::{Extents, Watch};
 use argil_volume::{BrickEdit, BrickLayout, Bricks, BricksError, EditWork, Volume};
 use web_time::{Duration, Instant};
 
@@ -56,10 +56,8 @@ pub enum Rebuilt {
         "what all distances are relied on for has changed: materials, or how steep they are or jump"
     )]
     Reliance,
-    /// The scene does not tell how far around edits distances change.
-    #[error(
-        "the scene told smaller boxes than the world needs: call `scene.set_bands(world.bands())` before edits"
-    )]
+    /// The world came to need to know more of edits than they told, as it has grown since.
+    #[error("the world has grown so much that it needs to know more of edits than they told")]
     Bands,
     /// Another scene than the one that the world was built from.
     #[error("it is another scene than the one that the world was built from")]
@@ -131,6 +129,8 @@ pub(crate) struct Live {
     identity: u64,
     /// Changes of the scene that the world knows.
     seen: usize,
+    /// Of bricks: lets the scene's edits tell as much as those need.
+    watch: Option<Watch>,
     /// Made when it is first needed.
     program: Option<LiveProgram>,
     /// What is left to be done.
@@ -148,6 +148,7 @@ impl Live {
         Self {
             identity: scene.identity(),
             seen: scene.change_count(),
+            watch: None,
             program: None,
             work: EditWork::default(),
             undone: Vec::new(),
@@ -156,22 +157,23 @@ impl Live {
         }
     }
 
+    /// Has the scene's edits tell boxes for bricks that need these bands, from now on.
+    pub fn watch(&mut self, scene: &Scene, bands: [f32; 2]) {
+        self.watch = Some(scene.watch(bands));
+    }
+
     /// Whether a scene is the one that was built, and nothing changed that the world does not know.
     pub fn has_seen_all(&self, scene: &Scene) -> bool {
         self.identity == scene.identity() && self.seen == scene.change_count()
     }
 
     /// Why a scene's changes cannot be followed, if they cannot.
-    fn hindrance(&self, scene: &Scene, bands: [f32; 2]) -> Option<Rebuilt> {
+    fn hindrance(&self, scene: &Scene) -> Option<Rebuilt> {
         if self.identity == LOST {
             return Some(self.lost_by);
         }
-        if self.identity != scene.identity() || self.seen > scene.change_count() {
-            return Some(Rebuilt::Scene);
-        }
-        let mut bands = scene.bands().into_iter().zip(bands);
-        let is_told = bands.all(|(told, needed)| told >= needed);
-        (!is_told).then_some(Rebuilt::Bands)
+        let is_other = self.identity != scene.identity() || self.seen > scene.change_count();
+        is_other.then_some(Rebuilt::Scene)
     }
 
     /// Follow a scene's changes with bricks; `before` is the program that they were made of, where it is not followed yet.
@@ -195,12 +197,17 @@ impl Live {
         let Some(tables) = self.tables().or(before) else {
             return Ok(Followed::Not(Rebuilt::Refused));
         };
-        if let Some(reason) = self.hindrance(scene, layout.least_bands(tables)) {
+        if let Some(reason) = self.hindrance(scene) {
             return Ok(Followed::Not(reason));
         }
         let Some(changes) = scene.changes_since(self.seen) else {
             return Ok(Followed::Not(Rebuilt::Forgotten));
         };
+        let needed = layout.least_bands(tables);
+        let is_told = |change: &Change| change.bands.iter().zip(needed).all(|(&told, n)| told >= n);
+        if !changes.iter().all(is_told) {
+            return Ok(Followed::Not(Rebuilt::Bands));
+        }
         let first_put;
         let live = match &mut self.program {
             Some(live) => {
@@ -248,6 +255,9 @@ impl Live {
             return Ok(Followed::Not(Rebuilt::Refused));
         };
         self.seen = scene.change_count();
+        if let Some(watch) = &self.watch {
+            watch.set(layout.bands(live.program()));
+        }
         if let Clay::Gpu(_, field) = &mut clay
             && let Err(error) = field.follow(live)
         {

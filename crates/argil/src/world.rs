@@ -125,6 +125,7 @@ impl World {
             }
             None => Kept::Cpu(stored.volume),
         };
+        world.begin_following(&scene);
         Ok((scene, world))
     }
 
@@ -171,7 +172,7 @@ impl World {
         let field = self.gpu.as_ref();
         (self.kept, self.times) =
             build(&self.engine, field, scene, self.program(), via, None).await?;
-        self.live = Live::of(scene);
+        self.begin_following(scene);
         if let Via::Octree(options) = via {
             self.descent = options.descent;
         }
@@ -310,23 +311,23 @@ impl World {
         }
     }
 
-    /// The distances up to which a scene's edits must tell their boxes to be followed in place: give them to
-    /// [`Scene::set_bands`] before editing. Nothing of a world that is not kept as sparse bricks.
-    pub fn bands(&self) -> [f32; 2] {
+    /// Follow a scene from now on, whose changes are all known.
+    fn begin_following(&mut self, scene: &Scene) {
+        self.live = Live::of(scene);
         let layout = match &self.kept {
             Kept::Cpu(Volume::Bricks(bricks)) => Some(bricks.layout()),
             Kept::Gpu(volume) => volume.brick_layout(),
             _ => None,
         };
-        layout.map_or([0.0; 2], |layout| {
-            let program = self.live.tables().unwrap_or_else(|| self.program());
-            layout.bands(program)
-        })
+        if let Some(layout) = layout {
+            let program = &Lowered::of(&self.program, &self.live).program;
+            let bands = layout.bands(program);
+            self.live.watch(scene, bands);
+        }
     }
 
     /// Follow a scene that was edited. Sparse bricks are changed in place, at the cost of what the edits touch, if the scene
-    /// is the one that the world was built from and its edits told boxes for the world's [bands](World::bands). Otherwise,
-    /// and where an edit changes what all distances are relied on for, everything is made again, of voxels of the same size; the
+    /// is the one that the world was built from. Otherwise, and where an edit changes what all distances are relied on for, everything is made again, of voxels of the same size; the
     /// result is that of a fresh bake. On a GPU edits are submitted and not waited for, and nothing is compiled unless the world is
     /// specialised, or a software device lacks an opcode.
     ///
@@ -407,7 +408,7 @@ impl World {
         self.focus = focus(scene, &program);
         self.view = scene.view.clone();
         self.program = OnceLock::from(Lowered::from(program));
-        self.live = Live::of(scene);
+        self.begin_following(scene);
         self.listeners.tell(&[Aabb::ALL]);
         let bricks = self
             .volume_info_async()

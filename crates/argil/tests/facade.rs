@@ -58,7 +58,6 @@ fn bricks_follow_their_scene_in_place() -> Result<(), Box<dyn std::error::Error>
         ..Default::default()
     };
     let mut world = Engine::cpu().build(&scene)?.bricks(&scene, options)?;
-    scene.set_bands(world.bands());
     let all = world.volume_info()?.and_then(|info| info.sparse);
     let all = all.map_or(0, |sparse| sparse.bricks);
     let dent = Brush::new(Shape::sphere(0.1)).at([0.3, 0.9, 0.9]);

@@ -24,7 +24,6 @@ fn bricks_of(engine: &Engine, scene: &mut Scene, resolution: u32) -> World {
     };
     let world = engine.build(scene).and_then(|w| w.bricks(scene, options));
     let world = world.expect("a world");
-    scene.set_bands(world.bands());
     world
 }
 
@@ -66,7 +65,6 @@ fn what_is_too_large_is_refused_before_it_takes_memory() -> Outcome {
             ..BricksOptions::default()
         };
         let mut world = engine.build(&scene)?.bricks(&scene, options)?;
-        scene.set_bands(world.bands());
         scene.push(Brush::new(Shape::sphere(1000.0)).at([0.0, 0.0, 1100.0]))?;
         let refused = world.apply(&scene).expect_err("too much");
         let text = refused.to_string();
@@ -166,7 +164,6 @@ fn edits_anywhere_are_those_of_a_fresh_bake() -> Outcome {
             world.finish()?;
             if applied.rebuilt {
                 rebuilt += 1;
-                scene.set_bands(world.bands());
             }
             assert_eq!(
                 world.differing_cells(&scene)?,
@@ -259,7 +256,6 @@ fn what_is_endless_is_cut() -> Outcome {
         offset: -0.2,
     }))?;
     assert_eq!(world.apply(&scene)?.reason, Some(Rebuilt::Cut));
-    scene.set_bands(world.bands());
     assert!(lattice_of(&world).is_cut);
     assert_eq!(world.differing_cells(&scene)?, Some(0));
     scene.push(ball_at([0.0, 0.4, 0.0]))?;
@@ -281,7 +277,6 @@ fn a_grown_world_survives_a_file() -> Outcome {
     }
     world.save(&scene, &path)?;
     let (mut scene, mut again) = Engine::cpu().load(Stored::open(&path)?, &path)?;
-    scene.set_bands(again.bands());
     assert_eq!(again.differing_cells(&scene)?, Some(0));
     let (own, theirs) = (world.volume()?, again.volume()?);
     let (Some(Volume::Bricks(own)), Some(Volume::Bricks(theirs))) =
@@ -310,7 +305,6 @@ fn voxels_are_of_the_size_that_was_asked_for() -> Result<(), Box<dyn std::error:
     let size = world.resolution().expect("a volume");
     // Two voxels around the box.
     assert_eq!(size, [104, 34, 54]);
-    scene.set_bands(world.bands());
     scene.push(Brush::new(Shape::sphere(0.2)).at([5.0, 0.0, 0.0]))?;
     world.apply(&scene)?;
     assert_eq!(world.differing_cells(&scene)?, Some(0));

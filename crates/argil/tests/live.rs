@@ -24,7 +24,6 @@ fn world_of(engine: Engine, scene: &mut Scene, resolution: u32) -> World {
     options.settings.brick = 4;
     let world = engine.build(scene).and_then(|w| w.bricks(scene, options));
     let world = world.expect("a world");
-    scene.set_bands(world.bands());
     world
 }
 
@@ -159,7 +158,6 @@ fn odd_edits_are_right_or_refused() -> Outcome {
         assert!(world.apply(&scene).is_err());
         scene.undo();
         assert!(world.apply(&scene)?.rebuilt);
-        scene.set_bands(world.bands());
         // Of two edits at once one is refused, and taken back: the other one is there.
         moved(&mut scene, 0, [0.0, 0.07, 0.0]);
         scene.push(Brush::new(Shape::sphere(0.3)).at([0.0, 9e5, 0.0]))?;
@@ -167,7 +165,6 @@ fn odd_edits_are_right_or_refused() -> Outcome {
         scene.undo();
         world.apply(&scene)?;
         assert_eq!(world.differing_cells(&scene)?, Some(0));
-        scene.set_bands(world.bands());
         // What is no number is refused, and nothing changes.
         let lengths = scene.history_lengths();
         for wrong in [f32::NAN, f32::INFINITY, 1e30] {
@@ -227,7 +224,6 @@ fn a_pool_that_is_full_refuses() -> Outcome {
         };
         options.settings.brick = 4;
         let mut world = engine.build(&scene)?.bricks(&scene, options)?;
-        scene.set_bands(world.bands());
         let before = cells(&world);
         let drawn = world.render(&world.camera(), [32, 32])?.hit_pixels;
         for at in [
@@ -248,7 +244,6 @@ fn a_pool_that_is_full_refuses() -> Outcome {
         }
         world.apply(&scene)?;
         assert!(cells(&world) == before);
-        scene.set_bands(world.bands());
         scene.push(Brush::new(Shape::sphere(0.1)).at([0.3, 0.0, 0.0]))?;
         assert!(!world.apply(&scene)?.rebuilt);
         assert_eq!(world.differing_cells(&scene)?, Some(0));
@@ -256,7 +251,6 @@ fn a_pool_that_is_full_refuses() -> Outcome {
         options.settings.brick = 8;
         let mut world = world.bricks(&scene, options)?;
         assert_eq!(world.differing_cells(&scene)?, Some(0));
-        scene.set_bands(world.bands());
         scene.push(
             Brush::new(Shape::sphere(0.1))
                 .at([-0.3, 0.0, 0.0])
@@ -281,7 +275,6 @@ fn a_scene_can_change_before_it_is_kept() -> Outcome {
             ..BricksOptions::default()
         };
         let mut world = world.bricks(&scene, options)?;
-        scene.set_bands(world.bands());
         assert!(world.distance([0.6, 0.3, 0.0]) < -0.1);
         assert_eq!(world.differing_cells(&scene)?, Some(0));
         assert!(!world.apply(&scene)?.rebuilt);
@@ -490,10 +483,7 @@ fn moving_scenes_are_followed() -> Outcome {
         let at_first = cells(&world);
         for share in [0.3, 0.5, 0.51, 1.0] {
             scene.set_time(share * duration);
-            let applied = world.apply(&scene)?;
-            if applied.rebuilt {
-                scene.set_bands(world.bands());
-            }
+            world.apply(&scene)?;
             assert_eq!(world.differing_cells(&scene)?, Some(0), "{name} at {share}");
             let frozen = Engine::cpu().build(&scene.frozen())?;
             for i in 0..50 {

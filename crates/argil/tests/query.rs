@@ -208,7 +208,6 @@ fn threads_ask_while_edits_go_on() {
         .build(&scene)
         .and_then(|w| w.bricks(&scene, options));
     let world = RwLock::new(world.expect("a world"));
-    scene.set_bands(world.read().expect("a lock").bands());
     let done = std::sync::atomic::AtomicBool::new(false);
     let asked = std::thread::scope(|threads| {
         let askers: Vec<_> = (0..3)
