@@ -12,8 +12,8 @@ fn main() -> anyhow::Result<()> {
         std::fs::write(Path::new(&folder).join(name), bytes)
     };
     let scene = Scene::from_json(include_str!("../../scenes/teapot.json"), "teapot.json")?;
-    let field = Engine::cpu().build(&scene)?;
-    let via = |via: Via| field.engine().build(&scene)?.via(&scene, via);
+    let field = Engine::cpu().build(&scene)?.field();
+    let via = |via: Via| field.engine().build(&scene)?.via(via);
 
     let triangles = via(Via::Mesh(MeshViaOptions {
         resolution: 32,

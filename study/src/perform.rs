@@ -75,7 +75,7 @@ pub fn perform(case: &Case, engine: &Engine, plan: &Plan) -> anyhow::Result<Outc
     let mut out = Outcome::default();
     let way = resolved(case.way, engine, &scene)?;
     let build = || -> anyhow::Result<World> {
-        let mut world = engine.build(&scene)?.via(&scene, way.via())?;
+        let mut world = engine.build(&scene)?.via(way.via())?;
         if way.kind == Kind::Compiled {
             world.specialize()?;
         }
@@ -86,7 +86,7 @@ pub fn perform(case: &Case, engine: &Engine, plan: &Plan) -> anyhow::Result<Outc
             // What is compiled, and memory that is touched for the first time, is no part of a build.
             let mut world = build()?;
             for _ in 0..runs {
-                world = world.via(&scene, way.via())?;
+                world = world.kept_anew(&scene, way.via())?;
                 let times = world.build_times();
                 out.add("build_ms", times.duration_ms);
                 for (stage, ms) in &times.stages_ms {
@@ -98,7 +98,7 @@ pub fn perform(case: &Case, engine: &Engine, plan: &Plan) -> anyhow::Result<Outc
         Task::Frames(count, eye) => frames(&build()?, plan, (count, eye), &mut out)?,
         Task::Picture(look) => picture(&build()?, case, plan, look, &mut out)?,
         Task::Stored(count) => stored(&build()?, count, &mut out)?,
-        Task::Surface(count) => surface(&engine.build(&scene)?, way, count, &mut out)?,
+        Task::Surface(count) => surface(&engine.build(&scene)?.field(), way, count, &mut out)?,
         Task::Edits(count, radius) => edits(build()?, scene, (count, radius), &mut out)?,
         Task::Lost => lost(&build()?, &mut out)?,
     }
@@ -111,7 +111,7 @@ fn resolved(way: Way, engine: &Engine, scene: &Scene) -> anyhow::Result<Way> {
         return Ok(way);
     }
     let bytes = |way: Way| -> anyhow::Result<f64> {
-        let world = engine.build(scene)?.via(scene, way.via())?;
+        let world = engine.build(scene)?.via(way.via())?;
         Ok(world.memory_bytes() as f64)
     };
     let target = bytes(Way::of(DENSE, way.resolution))?;
@@ -233,7 +233,7 @@ fn picture(
     if look.is_compared && case.way.kind != Kind::Field {
         // The reference is the field, drawn by the same device.
         let scene = scene(&case.scene)?;
-        let reference = world.engine().build(&scene)?;
+        let reference = world.engine().build(&scene)?.field();
         let exact = Settings {
             samples: 1,
             ground: false,
@@ -398,10 +398,10 @@ fn edits(
         scene.push(Brush::new(Shape::sphere(radius)).at(place).subtract())?;
         let start = Instant::now();
         let applied = world.apply(&scene)?;
-        world.finish()?;
+        let counts = world.finish()?;
         let ms = start.elapsed().as_secs_f64() * 1e3;
         out.add("edit_ms", ms);
-        if let Some(counts) = applied.counts.filter(|_| !applied.rebuilt) {
+        if !applied.rebuilt {
             out.add("edited_bricks", counts.filled as f64);
         }
         out.add(
@@ -439,7 +439,7 @@ fn placed(eye: Eye) -> &'static str {
 /// The length of a voxel.
 fn voxel(name: &str, way: Way) -> Option<f32> {
     let scene = scene(name).ok()?;
-    let world = Engine::cpu().build(&scene).ok()?;
+    let world = Engine::cpu().build(&scene).ok()?.field();
     let frame = scene.view.frame.map(|[a, b]| Aabb::new(a.into(), b.into()));
     let lattice = Lattice::holding(world.program().aabb(), frame, way.resolution);
     Some(lattice.ok()?.voxel)

@@ -40,12 +40,12 @@ pub fn run(options: &Bake) -> anyhow::Result<()> {
     input::spare_meshes(&scene, &options.scene, outputs)?;
 
     let place = || options.scene.display().to_string();
-    let mut world = engine.build(&scene).with_context(place)?;
+    let mut world = engine.build(&scene).with_context(place)?.field();
     crate::long_work::warn(world.program(), via, &options.scene);
     let mut samples = Vec::new();
     let mut stages: Vec<(&str, Vec<f64>)> = Vec::new();
     for _ in 0..options.repeat {
-        world = world.via(&scene, via).with_context(place)?;
+        world = world.kept_anew(&scene, via).with_context(place)?;
         let times = world.build_times();
         samples.push(times.duration_ms);
         for &(stage, ms) in &times.stages_ms {

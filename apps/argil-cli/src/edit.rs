@@ -150,7 +150,7 @@ fn replay(
         record(&mut journal)?;
         applied.push(Done {
             applied: own,
-            counts: own.counts.unwrap_or(finished),
+            counts: finished,
             duration_ms: start.elapsed().as_secs_f64() * 1e3,
         });
     }

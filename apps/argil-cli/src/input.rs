@@ -101,9 +101,9 @@ pub fn world(
         set_time(&mut scene, time, path)?;
         let via = representation(via.unwrap_or(args::Via::Field), flags, engine)?;
         let place = || path.display().to_string();
-        let world = engine.build(&scene).with_context(place)?;
-        crate::long_work::warn(world.program(), via, path);
-        let world = world.via(&scene, via).with_context(place)?;
+        let built = engine.build(&scene).with_context(place)?;
+        crate::long_work::warn(built.program(), via, path);
+        let world = built.via(via).with_context(place)?;
         return Ok((scene, world));
     }
     let marching = VolumeFlags {

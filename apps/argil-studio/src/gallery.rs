@@ -18,7 +18,7 @@ const PIXELS: u32 = 96;
 fn picture(shape: &Shape) -> Option<ColorImage> {
     let mut scene = Scene::new();
     scene.push(Brush::new(shape.clone())).ok()?;
-    let world = Engine::cpu().build(&scene).ok()?;
+    let world = Engine::cpu().build(&scene).ok()?.field();
     let camera = Camera {
         eye: Vec3::new(1.1, 0.9, 1.8),
         target: Vec3::ZERO,

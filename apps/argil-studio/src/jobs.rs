@@ -7,7 +7,7 @@ use crate::place;
 use anyhow::Context;
 use argil::{
     BricksOptions, Engine, Format, LoadedMesh, MeshOptions, NodeId, Orbit, Scene, Settings, Show,
-    Via, WriteOptions, write_mesh, write_png,
+    WriteOptions, write_mesh, write_png,
 };
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -243,7 +243,7 @@ async fn export(
     let mut written = path.display().to_string();
     match what {
         Ask::Mesh => {
-            let world = Engine::cpu().build(scene)?;
+            let world = Engine::cpu().build(scene)?.field();
             let meshed = world.mesh(&MeshOptions {
                 resolution: how.resolution,
                 ..MeshOptions::default()
@@ -264,8 +264,7 @@ async fn export(
                 resolution: how.resolution,
                 ..BricksOptions::default()
             };
-            let world = Engine::cpu().build(scene)?;
-            let world = world.via(scene, Via::Bricks(options))?;
+            let world = Engine::cpu().build(scene)?.bricks(options)?;
             breathe().await;
             if progress.set(0.5) {
                 return Ok(Done::Cancelled);
@@ -273,7 +272,7 @@ async fn export(
             progress.put(path, |out| world.write(scene, out))?;
         }
         Ask::Turntable => {
-            let world = how.engine.build(scene)?;
+            let world = how.engine.build(scene)?.field();
             let settings = settings(&world);
             let mut folder = place::Folder::new(path)?;
             for (i, camera) in Orbit::around(how.eye.camera(), FRAMES).enumerate() {
@@ -291,7 +290,7 @@ async fn export(
             written += &format!(", {FRAMES} pictures");
         }
         _ => {
-            let world = how.engine.build(scene)?;
+            let world = how.engine.build(scene)?.field();
             let drawn = world
                 .draw_async(&how.eye.camera(), &settings(&world))
                 .await?;

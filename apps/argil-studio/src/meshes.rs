@@ -287,8 +287,9 @@ mod tests {
         assert!(scene.missing_meshes().is_empty());
         for pipeline in Pipeline::ALL {
             let hit = |scene: &Scene| {
-                let world = Engine::cpu().build(scene).expect("a world");
-                let world = world.via(scene, pipeline.via(32)).expect("a world");
+                let built = Engine::cpu().build(scene);
+                let world = built.and_then(|built| built.via(pipeline.via(32)));
+                let world = world.expect("a world");
                 let settings = world.settings([60, 40], Show::Normal);
                 let drawn = world.draw(&Eye::default().camera(), &settings);
                 drawn.expect("a picture").hit_pixels as f64

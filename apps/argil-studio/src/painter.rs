@@ -303,9 +303,8 @@ impl Painter {
     }
 
     async fn build(&self, pipeline: Pipeline, resolution: u32) -> anyhow::Result<World> {
-        let world = self.engine.build(&self.scene)?;
-        let via = pipeline.via(resolution);
-        Ok(world.via_async(&self.scene, via).await?)
+        let built = self.engine.build(&self.scene)?;
+        Ok(built.via_async(pipeline.via(resolution)).await?)
     }
 }
 

@@ -77,7 +77,7 @@ impl Picker {
                 None => false,
             };
             if !followed {
-                self.world = Engine::cpu().build(scene).ok();
+                self.world = Engine::cpu().build(scene).ok().map(argil::Build::field);
             }
         }
         self.world.as_ref()
@@ -221,7 +221,7 @@ fn alone(scene: &Scene, node: NodeId, chain: &[Entry]) -> Option<Alone> {
         parent = own.push_into(parent, entry.clone()).ok()?.node;
     }
     copy(scene, node, &mut own, parent);
-    let world = Engine::cpu().build(&own).ok()?;
+    let world = Engine::cpu().build(&own).ok()?.field();
     Some(Alone {
         world,
         outline: None,

@@ -322,7 +322,7 @@ mod tests {
                 ..BricksOptions::default()
             };
             let world = Engine::cpu().build(&scene);
-            let world = world.and_then(|world| world.bricks(&scene, options));
+            let world = world.and_then(|world| world.bricks(options));
             let mut world = world.expect("a world");
             if is_edited {
                 let node = scene.node(Scene::ROOT).children()[9];
@@ -373,10 +373,8 @@ mod tests {
         scene
             .push(Brush::new(Shape::sphere(0.5)).at([-1.0, 0.0, 0.0]))
             .expect("a brush");
-        let world = Engine::cpu().build(&scene).expect("a world");
-        let world = world
-            .bricks(&scene, BricksOptions::default())
-            .expect("a world");
+        let world = Engine::cpu().build(&scene);
+        let world = world.and_then(|world| world.bricks(256)).expect("a world");
         let near = |a: Material, b: Material| {
             let apart = |k: usize| (a.base_color[k] - b.base_color[k]).abs();
             (0..3).all(|k| apart(k) < 0.02)

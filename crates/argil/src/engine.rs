@@ -1,5 +1,5 @@
 use crate::wait::wait;
-use crate::{BuildError, Control, EngineError, Scene, Stored, VolumeFileError, World};
+use crate::{Build, BuildError, Control, EngineError, Scene, Stored, VolumeFileError, World};
 use argil_gpu::{DeviceInfo, DeviceKind, Gpu};
 use std::sync::Arc;
 
@@ -103,13 +103,13 @@ impl Engine {
     /// volumes too.
     ///
     /// ```
-    /// # use argil::{Brush, BricksOptions, BuildError, Control, Engine, Scene, Shape};
+    /// # use argil::{Brush, BuildError, Control, Engine, Scene, Shape};
     /// let control = Control::new();
     /// let engine = Engine::cpu().with_control(&control);
     /// # let mut scene = Scene::new();
     /// # scene.push(Brush::new(Shape::sphere(0.5)))?;
     /// control.cancel();
-    /// let built = engine.build(&scene)?.bricks(&scene, BricksOptions::default());
+    /// let built = engine.build(&scene)?.bricks(256);
     /// assert!(built.is_err_and(|error| error.is_cancelled()));
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
@@ -134,9 +134,12 @@ impl Engine {
         &self.reason
     }
 
-    /// Build a scene.
-    pub fn build(&self, scene: &Scene) -> Result<World, BuildError> {
-        World::new(self.clone(), scene)
+    /// Check and lower a scene, to be kept in some way: [`Build`] says how.
+    ///
+    /// # Errors
+    /// If the scene cannot be lowered, or not by a GPU.
+    pub fn build<'a>(&self, scene: &'a Scene) -> Result<Build<'a>, BuildError> {
+        Ok(Build::new(World::new(self.clone(), scene)?, scene))
     }
 
     /// A world of what a volume file holds, drawn from there. `path` stands in messages.

@@ -8,13 +8,14 @@
 //! let mut scene = Scene::new();
 //! scene.push(Brush::new(Shape::sphere(0.5)))?;
 //! scene.push(Brush::new(Shape::sphere(0.2)).at([0.0, 0.4, 0.0]).subtract().blend(0.05))?;
-//! let world = Engine::cpu().build(&scene)?;
+//! let world = Engine::cpu().build(&scene)?.field();
 //! println!("{} from the surface", world.distance([1.0, 0.0, 0.0]));
 //! let picture = world.render(&world.camera(), [64, 48])?;
 //! # assert_eq!(picture.size, [64, 48]);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod build;
 mod cast;
 mod engine;
 mod error;
@@ -52,6 +53,7 @@ pub use argil_volume::{
     Encoding, Keep, Lattice, Layout, Octree, OctreeError, OctreeSettings, Range, ResolutionError,
     Section, Stored, TooFarError, Volume, VolumeError, VoxelError, Word,
 };
+pub use build::Build;
 pub use cast::CastHit;
 pub use engine::{Backend, Engine};
 pub use error::{BuildError, EngineError, PictureError, RenderError, VolumeFileError};

@@ -18,12 +18,11 @@ pub struct Pace {
     pub eye: [f32; 3],
 }
 
-/// What following a scene's edits did to a world.
+/// What following a scene's edits did to a world. What was done to bricks [`World::finish`](crate::World::finish) tells, as a GPU is
+/// waited for then.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Applied {
-    /// What was done to bricks. Not known of a GPU, which is not waited for: see [`World::finish`](crate::World::finish).
-    pub counts: Option<BrickEdit>,
     /// Blocks of 4³ cells that are left to be done, where a [`Pace`] was given: the next call goes on with them.
     pub blocks_left: u64,
     /// Outside this box no distance within the stored band changed, nor did a material.
@@ -137,7 +136,7 @@ pub(crate) struct Live {
     work: EditWork,
     /// The boxes of edits that are not done.
     undone: Vec<Aabb>,
-    /// What was done on the CPU since it was last asked for.
+    /// What is known to have been done since it was last asked for.
     done: BrickEdit,
     /// Why nothing can be followed, where that is so.
     lost_by: Rebuilt,
@@ -273,15 +272,13 @@ impl Live {
         if let Some(pace) = pace {
             self.work.sort_by_distance(&layout, pace.eye.into());
         }
-        let counts = match self.go_on(clay, (engine, options), pace, start).await {
-            Ok(counts) => counts,
-            Err(error) => return Err(self.lost(error)),
-        };
+        if let Err(error) = self.go_on(clay, (engine, options), pace, start).await {
+            return Err(self.lost(error));
+        }
         let dirty_box = boxes
             .iter()
             .fold(Aabb::EMPTY, |all, [own, _]| all.union(*own));
         Ok(Followed::InPlace(Applied {
-            counts,
             blocks_left: self.work.blocks(),
             dirty_box,
             duration_ms: start.elapsed().as_secs_f64() * 1e3,
@@ -297,9 +294,9 @@ impl Live {
         (engine, options): (&Engine, &BricksOptions),
         pace: Option<Pace>,
         start: Instant,
-    ) -> Result<Option<BrickEdit>, BuildError> {
+    ) -> Result<(), BuildError> {
         let Some(live) = &self.program else {
-            return Ok(None);
+            return Ok(());
         };
         let budget = budget_on(engine, options);
         // A number that is none, or is no time, is the least there is.
@@ -310,17 +307,15 @@ impl Live {
         match clay {
             Clay::Cpu(bricks) => {
                 let until = within.map(|within| start + within);
-                let edit = bricks.edit(live, &mut self.work, budget, until)?;
-                self.done += edit;
-                Ok(Some(edit))
+                self.done += bricks.edit(live, &mut self.work, budget, until)?;
             }
             Clay::Gpu(volume, field) => {
                 volume
                     .edit(field, live, &mut self.work, budget, within)
                     .await?;
-                Ok(None)
             }
         }
+        Ok(())
     }
 
     /// Everything is to be made again, whatever comes of it now.
@@ -351,9 +346,15 @@ impl Live {
             return Err(self.lost(error));
         }
         match clay {
-            Clay::Cpu(_) => Ok(std::mem::take(&mut self.done)),
-            Clay::Gpu(volume, field) => Ok(volume.settle(field.gpu()).await?),
+            Clay::Cpu(_) => {}
+            Clay::Gpu(volume, field) => self.done += volume.settle(field.gpu()).await?,
         }
+        Ok(std::mem::take(&mut self.done))
+    }
+
+    /// So many bricks were made anew.
+    pub fn made(&mut self, bricks: u64) {
+        self.done.filled += bricks;
     }
 
     /// The boxes of edits that are done by now and were not told.

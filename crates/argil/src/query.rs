@@ -53,7 +53,7 @@ pub(crate) enum Source<'a> {
 /// # use argil::{Brush, Engine, Scene, Shape};
 /// let mut scene = Scene::new();
 /// scene.push(Brush::new(Shape::sphere(0.5)))?;
-/// let world = Engine::cpu().build(&scene)?;
+/// let world = Engine::cpu().build(&scene)?.field();
 /// let hit = world.query().ray_cast([0.0, 0.0, 2.0], [0.0, 0.0, -1.0], 10.0).expect("the ball");
 /// assert!((hit.t - 1.5).abs() < 1e-3);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -190,7 +190,7 @@ impl<'a> Query<'a> {
     /// use argil::{Brush, Engine, Scene, Shape};
     /// let mut scene = Scene::new();
     /// scene.push(Brush::new(Shape::sphere(0.5)))?;
-    /// let world = Engine::cpu().build(&scene)?;
+    /// let world = Engine::cpu().build(&scene)?.field();
     /// let found = world.query().closest_point_among([0.0, 0.8, 0.0], 1.0, 256);
     /// assert!(found.is_some_and(|found| (found.distance - 0.3).abs() < 1e-3));
     /// # Ok::<(), Box<dyn std::error::Error>>(())

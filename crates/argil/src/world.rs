@@ -36,7 +36,7 @@ pub const MAX_PIXELS: u64 = 1 << 26;
 /// let mut scene = Scene::new();
 /// scene.push(Brush::new(Shape::sphere(0.5)))?;
 /// let options = DenseOptions { resolution: 64, mips: true, ..Default::default() };
-/// let world = Engine::cpu().build(&scene)?.dense(&scene, options)?;
+/// let world = Engine::cpu().build(&scene)?.dense(options)?;
 /// assert_eq!(world.resolution(), Some([64, 64, 64]));
 /// let picture = world.render(&world.camera(), [64, 48])?;
 /// # assert!(picture.hit_pixels > 0);
@@ -129,32 +129,19 @@ impl World {
         Ok((scene, world))
     }
 
-    /// The same world kept as a dense volume. `scene` is the one that it was built from.
-    pub fn dense(self, scene: &Scene, options: DenseOptions) -> Result<Self, BuildError> {
-        self.via(scene, Via::Dense(options))
+    /// The same world, made anew of a scene and kept in some way, on the same device and by the same shaders.
+    ///
+    /// # Errors
+    /// As [`Build::bricks`](crate::Build::bricks).
+    pub fn kept_anew(self, scene: &Scene, via: Via) -> Result<Self, BuildError> {
+        wait(self.kept_anew_async(scene, via))
     }
 
-    /// The same world kept as an octree of bricks. `scene` is the one that it was built from.
-    pub fn octree(self, scene: &Scene, options: OctreeOptions) -> Result<Self, BuildError> {
-        self.via(scene, Via::Octree(options))
-    }
-
-    /// The same world kept as sparse bricks. `scene` is the one that it was built from.
-    pub fn bricks(self, scene: &Scene, options: BricksOptions) -> Result<Self, BuildError> {
-        self.via(scene, Via::Bricks(options))
-    }
-
-    /// The same world kept in some way. `scene` is the one that it was built from, as it is now.
-    pub fn via(self, scene: &Scene, via: Via) -> Result<Self, BuildError> {
-        wait(self.via_async(scene, via))
-    }
-
-    /// [`World::via`] where a GPU cannot be waited for in place: in a browser. A future of a world on the CPU does all of its work when it is first polled, as nothing is waited for: poll it on a thread
-    /// that may be busy, and stop it by [`World::set_control`].
+    /// [`World::kept_anew`] as a future; see [`Build::via_async`](crate::Build::via_async).
     ///
     /// # Errors
     /// As there.
-    pub async fn via_async(mut self, scene: &Scene, via: Via) -> Result<Self, BuildError> {
+    pub async fn kept_anew_async(mut self, scene: &Scene, via: Via) -> Result<Self, BuildError> {
         // What was there before is not needed while the new volume is made.
         self.kept = Kept::Field;
         if !self.live.has_seen_all(scene) {
@@ -337,7 +324,7 @@ impl World {
         wait(self.follow(scene, None))
     }
 
-    /// [`World::apply`] as a future; see [`World::via_async`].
+    /// [`World::apply`] as a future; see [`Build::via_async`](crate::Build::via_async).
     ///
     /// # Errors
     /// As there.
@@ -415,11 +402,8 @@ impl World {
             .await?
             .and_then(|info| info.sparse)
             .map_or(0, |s| s.bricks);
+        self.live.made(bricks);
         Ok(Applied {
-            counts: Some(BrickEdit {
-                filled: bricks,
-                ..BrickEdit::default()
-            }),
             blocks_left: 0,
             dirty_box: Aabb::ALL,
             duration_ms: start.elapsed().as_secs_f64() * 1e3,
@@ -428,7 +412,8 @@ impl World {
         })
     }
 
-    /// Do what edits at a pace have left to be done, and wait for the device; what edits in place did since the last time.
+    /// Do what edits at a pace have left to be done, and wait for the device; what edits did since the last time, all bricks counted as
+    /// filled where everything was made again.
     ///
     /// # Errors
     /// As [`World::apply`].
@@ -647,7 +632,7 @@ impl World {
         wait(self.draw_async(camera, settings))
     }
 
-    /// [`World::draw`] as a future; see [`World::via_async`].
+    /// [`World::draw`] as a future; see [`Build::via_async`](crate::Build::via_async).
     ///
     /// # Errors
     /// As there.

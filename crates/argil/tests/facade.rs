@@ -18,7 +18,7 @@ fn the_readmes_example() -> Result<(), Box<dyn std::error::Error>> {
             .subtract()
             .blend(0.1),
     )?;
-    let world = Engine::auto()?.build(&scene)?;
+    let world = Engine::auto()?.build(&scene)?.field();
     assert!(world.distance([0.0, 2.0, 0.0]) > 0.0);
     world
         .render(&world.camera(), [64, 36])?
@@ -34,7 +34,7 @@ fn worlds_follow_their_scene() -> Result<(), Box<dyn std::error::Error>> {
     for backend in [Backend::Cpu, Backend::Gpu] {
         let mut scene = Scene::new();
         scene.push(Brush::new(Shape::sphere(0.5)))?;
-        let mut world = Engine::on(backend)?.build(&scene)?;
+        let mut world = Engine::on(backend)?.build(&scene)?.field();
         let camera = world.camera();
         let settings = world.settings([48, 48], argil::Show::Normal);
         let before = world.draw(&camera, &settings)?.hit_pixels;
@@ -53,17 +53,13 @@ fn worlds_follow_their_scene() -> Result<(), Box<dyn std::error::Error>> {
 #[test]
 fn bricks_follow_their_scene_in_place() -> Result<(), Box<dyn std::error::Error>> {
     let mut scene = Scene::open(TEAPOT)?;
-    let options = argil::BricksOptions {
-        resolution: 128,
-        ..Default::default()
-    };
-    let mut world = Engine::cpu().build(&scene)?.bricks(&scene, options)?;
+    let mut world = Engine::cpu().build(&scene)?.bricks(128)?;
     let all = world.volume_info()?.and_then(|info| info.sparse);
     let all = all.map_or(0, |sparse| sparse.bricks);
     let dent = Brush::new(Shape::sphere(0.1)).at([0.3, 0.9, 0.9]);
     scene.push(dent.subtract().blend(0.02))?;
     let applied = world.apply(&scene)?;
-    let sampled = applied.counts.map_or(0, |counts| counts.filled);
+    let sampled = world.finish()?.filled;
     assert!(!applied.rebuilt && sampled > 0);
     assert!(sampled * 4 < all, "{sampled} of {all}");
     assert!(applied.dirty_box.contains([0.3, 0.9, 0.9].into()));
@@ -91,9 +87,9 @@ fn bricks_follow_their_scene_in_place() -> Result<(), Box<dyn std::error::Error>
     // What takes too much memory changes no brick; what comes after is right all the same.
     let tight = argil::BricksOptions {
         memory_budget: Some(world.memory_bytes() * 5 / 4),
-        ..options
+        ..argil::BricksOptions::from(128)
     };
-    let mut tight = Engine::cpu().build(&scene)?.bricks(&scene, tight)?;
+    let mut tight = Engine::cpu().build(&scene)?.bricks(tight)?;
     scene.push(Brush::new(Shape::sphere(0.05)).at([0.0, -0.02, 0.0]))?;
     tight.apply(&scene)?;
     for at in [[1.2, 1.2, 0.5], [-1.1, 1.2, -0.5]] {
@@ -138,7 +134,7 @@ fn bricks_follow_their_scene_in_place() -> Result<(), Box<dyn std::error::Error>
 fn normals_of_fine_meshes_are_the_fields() {
     let text = include_str!("../../../scenes/teapot.json");
     let scene = Scene::from_json(text, "teapot.json").expect("a scene");
-    let world = Engine::cpu().build(&scene).expect("a world");
+    let world = Engine::cpu().build(&scene).expect("a world").field();
     let options = argil::MeshOptions {
         resolution: 400,
         materials: false,
@@ -169,7 +165,7 @@ fn what_is_cancelled_ends_and_is_no_loss() -> Result<(), Box<dyn std::error::Err
     let mut scene = Scene::open(TEAPOT)?;
     let control = Control::new();
     let engine = Engine::cpu().with_control(&control);
-    let mut world = engine.build(&scene)?;
+    let mut world = engine.build(&scene)?.field();
     let size = [48, 32];
     let before = world.render(&world.camera(), size)?.hit_pixels;
     let seen = control.progress().expect("the picture told of itself");
@@ -186,7 +182,7 @@ fn what_is_cancelled_ends_and_is_no_loss() -> Result<(), Box<dyn std::error::Err
         Via::Mesh(MeshViaOptions::default()),
     ];
     for via in vias {
-        let built = engine.build(&scene)?.via(&scene, via);
+        let built = engine.build(&scene)?.via(via);
         assert!(built.is_err_and(|error| error.is_cancelled()), "{via:?}");
     }
     world.set_control(&Control::new());
@@ -195,7 +191,7 @@ fn what_is_cancelled_ends_and_is_no_loss() -> Result<(), Box<dyn std::error::Err
     // A world whose edit makes all anew.
     let mut world = Engine::cpu()
         .build(&scene)?
-        .dense(&scene, DenseOptions::default())?;
+        .dense(DenseOptions::default())?;
     let before = world.render(&world.camera(), size)?.hit_pixels;
     scene.push(Brush::new(Shape::sphere(0.7)).at([0.0, 2.5, 0.0]))?;
     world.set_control(&control);
@@ -230,8 +226,8 @@ fn futures_can_be_sent() -> Result<(), Box<dyn std::error::Error>> {
         ..BricksOptions::default()
     };
     let engine = pollster::block_on(sent(Engine::on_async(Backend::Cpu)))?;
-    let world = engine.build(&scene)?;
-    let mut world = pollster::block_on(sent(world.via_async(&scene, Via::Bricks(options))))?;
+    let built = engine.build(&scene)?;
+    let mut world = pollster::block_on(sent(built.via_async(options)))?;
     scene.push(Brush::new(Shape::sphere(0.4)))?;
     pollster::block_on(sent(world.apply_async(&scene)))?;
     pollster::block_on(sent(world.finish_async()))?;

@@ -22,7 +22,7 @@ fn bricks_of(engine: &Engine, scene: &mut Scene, resolution: u32) -> World {
         resolution,
         ..BricksOptions::default()
     };
-    let world = engine.build(scene).and_then(|w| w.bricks(scene, options));
+    let world = engine.build(scene).and_then(|w| w.bricks(options));
     let world = world.expect("a world");
     world
 }
@@ -64,7 +64,7 @@ fn what_is_too_large_is_refused_before_it_takes_memory() -> Outcome {
             memory_budget: Some(32 << 20),
             ..BricksOptions::default()
         };
-        let mut world = engine.build(&scene)?.bricks(&scene, options)?;
+        let mut world = engine.build(&scene)?.bricks(options)?;
         scene.push(Brush::new(Shape::sphere(1000.0)).at([0.0, 0.0, 1100.0]))?;
         let refused = world.apply(&scene).expect_err("too much");
         let text = refused.to_string();
@@ -98,7 +98,7 @@ fn what_is_put_outside_of_the_first_box_is_there() -> Outcome {
             let lattice = lattice_of(&world);
             assert_eq!((lattice.voxel, lattice.corner), (first.voxel, first.corner));
             // The field is the independent witness.
-            let field = engine.build(&scene)?;
+            let field = engine.build(&scene)?.field();
             let [own, exact] = [&world, &field].map(|world| pixels_of_ball(world, at));
             assert!(
                 own.abs_diff(exact) <= exact / 12 + 2,
@@ -107,7 +107,7 @@ fn what_is_put_outside_of_the_first_box_is_there() -> Outcome {
             assert!(own > whole / 2, "{at:?}: {own} of {whole}");
         }
         // What was there before is there still.
-        let field = engine.build(&scene)?;
+        let field = engine.build(&scene)?.field();
         let [own, exact] = [&world, &field].map(|world| pixels_of_ball(world, [0.0; 3]));
         assert!(own.abs_diff(exact) <= exact / 12 + 2, "{own} and {exact}");
         if let Some(query) = world.query_volume() {
@@ -227,7 +227,7 @@ fn others_are_built_for_a_larger_box() -> Outcome {
     });
     for via in [dense, octree] {
         let mut scene = one_ball()?;
-        let mut world = Engine::cpu().build(&scene)?.via(&scene, via)?;
+        let mut world = Engine::cpu().build(&scene)?.via(via)?;
         let (voxel, whole) = (lattice_of(&world).voxel, pixels_of_ball(&world, [0.0; 3]));
         scene.push(
             Brush::new(Shape::sphere(0.2))
@@ -300,7 +300,7 @@ fn voxels_are_of_the_size_that_was_asked_for() -> Result<(), Box<dyn std::error:
         voxel: Some(voxel),
         ..BricksOptions::default()
     };
-    let built = |scene: &Scene, voxel| Engine::cpu().build(scene)?.bricks(scene, of(voxel));
+    let built = |scene: &Scene, voxel| Engine::cpu().build(scene)?.bricks(of(voxel));
     let mut world = built(&scene, 0.02)?;
     let size = world.resolution().expect("a volume");
     // Two voxels around the box.

@@ -22,7 +22,7 @@ fn world_of(engine: Engine, scene: &mut Scene, resolution: u32) -> World {
     };
     // So that a small volume has many blocks.
     options.settings.brick = 4;
-    let world = engine.build(scene).and_then(|w| w.bricks(scene, options));
+    let world = engine.build(scene).and_then(|w| w.bricks(options));
     let world = world.expect("a world");
     world
 }
@@ -223,7 +223,7 @@ fn a_pool_that_is_full_refuses() -> Outcome {
             ..BricksOptions::default()
         };
         options.settings.brick = 4;
-        let mut world = engine.build(&scene)?.bricks(&scene, options)?;
+        let mut world = engine.build(&scene)?.bricks(options)?;
         let before = cells(&world);
         let drawn = world.render(&world.camera(), [32, 32])?.hit_pixels;
         for at in [
@@ -249,7 +249,7 @@ fn a_pool_that_is_full_refuses() -> Outcome {
         assert_eq!(world.differing_cells(&scene)?, Some(0));
 
         options.settings.brick = 8;
-        let mut world = world.bricks(&scene, options)?;
+        let mut world = world.kept_anew(&scene, options.into())?;
         assert_eq!(world.differing_cells(&scene)?, Some(0));
         scene.push(
             Brush::new(Shape::sphere(0.1))
@@ -267,14 +267,10 @@ fn a_pool_that_is_full_refuses() -> Outcome {
 fn a_scene_can_change_before_it_is_kept() -> Outcome {
     for engine in [Engine::cpu(), Engine::on(Backend::Gpu)?] {
         let mut scene = Scene::open(shipped("melting"))?;
-        let world = engine.build(&scene)?;
+        let world = engine.build(&scene)?.field();
         scene.set_time(2.0);
         scene.push(Brush::new(Shape::sphere(0.2)).at([0.6, 0.3, 0.0]))?;
-        let options = BricksOptions {
-            resolution: 48,
-            ..BricksOptions::default()
-        };
-        let mut world = world.bricks(&scene, options)?;
+        let mut world = world.kept_anew(&scene, BricksOptions::from(48).into())?;
         assert!(world.distance([0.6, 0.3, 0.0]) < -0.1);
         assert_eq!(world.differing_cells(&scene)?, Some(0));
         assert!(!world.apply(&scene)?.rebuilt);
@@ -338,9 +334,10 @@ fn what_jumps_costs_where_it_is() -> Outcome {
             moved(scene, nth, [0.02, 0.0, 0.01]);
             let applied = world.apply(scene)?;
             assert!(!applied.rebuilt, "{:?}", applied.reason);
-            done.push(applied.counts.expect("counts").filled);
+            done.push(world.finish()?.filled);
             scene.undo();
             assert!(!world.apply(scene)?.rebuilt);
+            world.finish()?;
         }
         Ok(done)
     };
@@ -357,6 +354,7 @@ fn what_jumps_costs_where_it_is() -> Outcome {
             scene.replay(&text.replace('\n', ""))?;
             let applied = world.apply(&scene)?;
             assert!(!applied.rebuilt, "{:?}", applied.reason);
+            world.finish()?;
             assert_eq!(world.differing_cells(&scene)?, Some(0), "{text}");
             let with = cells(&world).len();
             assert!(with < 2 * bricks, "{with} bricks, {bricks} without: {text}");
@@ -485,7 +483,7 @@ fn moving_scenes_are_followed() -> Outcome {
             scene.set_time(share * duration);
             world.apply(&scene)?;
             assert_eq!(world.differing_cells(&scene)?, Some(0), "{name} at {share}");
-            let frozen = Engine::cpu().build(&scene.frozen())?;
+            let frozen = Engine::cpu().build(&scene.frozen())?.field();
             for i in 0..50 {
                 let p = [0.02 * i as f32 - 0.5, 0.5, 0.01 * i as f32];
                 assert_eq!(frozen.distance(p), world.distance(p), "{name} at {share}");

@@ -1,6 +1,6 @@
 //! Questions about the surface, to the field and to volumes, from many threads.
 
-use argil::{BricksOptions, Brush, DenseOptions, Engine, Overlap, Query, Scene, Shape, World};
+use argil::{BricksOptions, Brush, Engine, Overlap, Query, Scene, Shape, World};
 use std::sync::RwLock;
 
 /// A ball with a bite out of it, beside a box.
@@ -25,18 +25,10 @@ fn scene() -> Scene {
 fn worlds() -> [World; 3] {
     let scene = scene();
     let build = || Engine::cpu().build(&scene).expect("a world");
-    let dense = DenseOptions {
-        resolution: 128,
-        ..Default::default()
-    };
-    let bricks = BricksOptions {
-        resolution: 128,
-        ..Default::default()
-    };
     [
-        build(),
-        build().dense(&scene, dense).expect("a world"),
-        build().bricks(&scene, bricks).expect("a world"),
+        build().field(),
+        build().dense(128).expect("a world"),
+        build().bricks(128).expect("a world"),
     ]
 }
 
@@ -204,9 +196,7 @@ fn threads_ask_while_edits_go_on() {
         resolution: 96,
         ..Default::default()
     };
-    let world = Engine::cpu()
-        .build(&scene)
-        .and_then(|w| w.bricks(&scene, options));
+    let world = Engine::cpu().build(&scene).and_then(|w| w.bricks(options));
     let world = RwLock::new(world.expect("a world"));
     let done = std::sync::atomic::AtomicBool::new(false);
     let asked = std::thread::scope(|threads| {

@@ -1,0 +1,112 @@
+use crate::wait::wait;
+use crate::{
+    BricksOptions, BuildError, DenseOptions, MeshViaOptions, OctreeOptions, Scene, Via, World,
+};
+use argil_field::Program;
+
+/// A scene that an engine has checked and lowered, and that is to become a [`World`], kept in some way.
+/// [`Engine::build`](crate::Engine::build) makes it.
+///
+/// ```
+/// use argil::{Brush, Engine, Scene, Shape};
+/// let mut scene = Scene::new();
+/// scene.push(Brush::new(Shape::sphere(0.5)))?;
+/// let field = Engine::cpu().build(&scene)?.field();
+/// let bricks = Engine::cpu().build(&scene)?.bricks(64)?;
+/// assert_eq!(field.distance([0.0, 1.0, 0.0]), 0.5);
+/// assert_eq!(bricks.resolution(), Some([64, 64, 64]));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub struct Build<'a> {
+    world: World,
+    scene: &'a Scene,
+}
+
+impl<'a> Build<'a> {
+    pub(crate) fn new(world: World, scene: &'a Scene) -> Self {
+        Self { world, scene }
+    }
+
+    /// What the scene was lowered to.
+    pub fn program(&self) -> &Program {
+        self.world.program()
+    }
+
+    /// Kept as its field: every distance is evaluated when it is asked for.
+    pub fn field(self) -> World {
+        self.world
+    }
+
+    /// Kept as sparse bricks, of options or of so many voxels along the longest side.
+    ///
+    /// # Errors
+    /// If the options make no sense, or what they ask for takes too much.
+    pub fn bricks(self, options: impl Into<BricksOptions>) -> Result<World, BuildError> {
+        self.via(options.into())
+    }
+
+    /// Kept as a dense volume, of options or of so many voxels along the longest side.
+    ///
+    /// # Errors
+    /// As [`Build::bricks`].
+    pub fn dense(self, options: impl Into<DenseOptions>) -> Result<World, BuildError> {
+        self.via(options.into())
+    }
+
+    /// Kept as an octree of bricks, of options or of so many voxels along the longest side.
+    ///
+    /// # Errors
+    /// As [`Build::bricks`].
+    pub fn octree(self, options: impl Into<OctreeOptions>) -> Result<World, BuildError> {
+        self.via(options.into())
+    }
+
+    /// Kept in some way.
+    ///
+    /// # Errors
+    /// As [`Build::bricks`].
+    pub fn via(self, via: impl Into<Via>) -> Result<World, BuildError> {
+        wait(self.via_async(via))
+    }
+
+    /// [`Build::via`] where a GPU cannot be waited for in place: in a browser. A future of a world on the CPU does all of its work
+    /// when it is first polled, as nothing is waited for: poll it on a thread that may be busy, and stop it by a
+    /// [`Control`](crate::Control).
+    ///
+    /// # Errors
+    /// As [`Build::bricks`].
+    pub async fn via_async(self, via: impl Into<Via>) -> Result<World, BuildError> {
+        let via = via.into();
+        if via == Via::Field {
+            return Ok(self.world);
+        }
+        self.world.kept_anew_async(self.scene, via).await
+    }
+}
+
+macro_rules! options {
+    ($($options:ident as $via:ident),*) => {$(
+        impl From<$options> for Via {
+            fn from(options: $options) -> Self {
+                Self::$via(options)
+            }
+        }
+
+        impl From<u32> for $options {
+            /// So many voxels along the longest side.
+            fn from(resolution: u32) -> Self {
+                Self {
+                    resolution,
+                    ..Self::default()
+                }
+            }
+        }
+    )*};
+}
+
+options!(
+    BricksOptions as Bricks,
+    DenseOptions as Dense,
+    OctreeOptions as Octree,
+    MeshViaOptions as Mesh
+);
