@@ -2,7 +2,9 @@
 
 use crate::dispatch::op;
 use argil_math::Aabb;
-use argil_scene::{Outline, Shape, ShapeParameter, SplinePoint, shape_table, spline_pieces};
+use argil_scene::{
+    Outline, Shape, ShapeParameter, SplinePoint, shape_table, spline_pieces, text_outlines,
+};
 use glam::{Vec2, Vec3};
 
 /// Words of a row of the table.
@@ -138,6 +140,17 @@ fn spline_words(points: &[SplinePoint]) -> Vec<f32> {
 fn outline_words(outline: &Outline, half_depth: f32, is_lathe: bool) -> Vec<f32> {
     let mut words = vec![0.0, half_depth];
     words[0] = pack_outline(outline, is_lathe, &mut words) as f32;
+    words
+}
+
+/// The same of a text's outlines.
+fn text_words(text: &str, size: f32, half_depth: f32) -> Vec<f32> {
+    let mut words = vec![0.0, half_depth];
+    let outlines = text_outlines(text, size);
+    let counts = outlines
+        .iter()
+        .map(|outline| pack_outline(outline, false, &mut words));
+    words[0] = counts.sum::<usize>() as f32;
     words
 }
 

@@ -38,6 +38,7 @@ mod scene;
 mod shape;
 mod shape_rules;
 mod shape_table;
+mod text;
 mod transform;
 mod view;
 mod watch;
@@ -64,5 +65,6 @@ pub use shape::{
     Exactness, MeshGrid, Outline, Piece, Shape, ShapeParameter, SplinePoint, TubePiece,
     spline_pieces,
 };
+pub use text::text_outlines;
 pub use view::{Placement, View};
 pub use watch::Watch;

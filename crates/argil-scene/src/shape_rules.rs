@@ -6,6 +6,7 @@ use crate::{MeshGrid, Outline, SplinePoint};
 use argil_math::Aabb;
 use glam::{Vec2, Vec3};
 
+pub(crate) use crate::text::{letters, text_bounds};
 pub(crate) use fault::at_most;
 
 /// Most pieces of an outline: each costs every evaluation of its shape.

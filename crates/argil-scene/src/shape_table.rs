@@ -542,6 +542,20 @@ macro_rules! shape_table {
                     half_depth: 0.15,
                 }));
 
+                /// Letters in the x–y plane, extruded along z: the first line stands on the x axis, and each is centred.
+                Text(sd_extrusion, outline_loops) {
+                    /// What is written, up to 128 characters, in lines.
+                    text: String => letters,
+                    /// The height of an em, which holds a letter with what reaches below the line.
+                    size: f32 => positive,
+                    /// Half of the length along z.
+                    half_depth: f32 => positive,
+                }
+                words(text_words(text, size, half_depth))
+                bounds(text_bounds(text, size, half_depth))
+                exact(true)
+                example(Some(Shape::Text { text: "Ag".into(), size: 0.9, half_depth: 0.1 }));
+
                 /// Triangles of a file, as a solid: sampled when the scene is loaded, holes closed.
                 Mesh(sd_sampled, sampled_loops) {
                     /// An OBJ, GLB, PLY or STL file; relative to the scene's.

@@ -373,6 +373,19 @@ pub fn shape(s: &Shape, p: V3) -> f64 {
             outline: ref o,
             half_depth,
         } => extruded(outline(o, V2::new(p.x, p.y), false), p.z, f(half_depth)),
+        Shape::Text {
+            ref text,
+            size,
+            half_depth,
+        } => {
+            let all = argil_scene::text_outlines(text, size);
+            let own = all.iter().map(|o| outline(o, V2::new(p.x, p.y), false));
+            // Inside of an odd number of them, as far as from the nearest.
+            let (d, sign) = own.fold((f64::INFINITY, 1.0f64), |(d, sign), own| {
+                (d.min(own.abs()), sign * own.signum())
+            });
+            extruded(d * sign, p.z, f(half_depth))
+        }
         Shape::Mesh { ref grid, .. } => grid.0.as_ref().map_or(1e30, |grid| sampled(p, grid)),
     }
 }

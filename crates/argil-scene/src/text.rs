@@ -1,0 +1,131 @@
+//! Text as outlines, of the letters of a font.
+
+use crate::fault::Fault;
+use crate::{Outline, Piece};
+use argil_math::Aabb;
+use glam::Vec2;
+use std::sync::LazyLock;
+use ttf_parser::{Face, GlyphId, OutlineBuilder};
+
+/// Most characters of a text: their curves cost every evaluation of its shape.
+const MAX_CHARACTERS: usize = 128;
+
+/// The font that comes along: Ubuntu Light, under the Ubuntu Font Licence 1.0.
+static FONT: LazyLock<Face<'static>> =
+    LazyLock::new(|| Face::parse(epaint_default_fonts::UBUNTU_LIGHT, 0).expect("the font is one"));
+
+/// Characters that the font has, not too many, with something to see.
+pub(crate) fn letters(path: &str, text: &str) -> Result<(), Fault> {
+    let count = text.chars().count();
+    if count > MAX_CHARACTERS {
+        let reason = format!("{count} characters are more than the limit, {MAX_CHARACTERS}");
+        return Err(Fault::new(path, reason));
+    }
+    let unknown = |&c: &char| c != '\n' && FONT.glyph_index(c).is_none();
+    if let Some(unknown) = text.chars().find(unknown) {
+        let reason = format!("the font has no letter for {unknown:?}");
+        return Err(Fault::new(path, reason));
+    }
+    if text_bounds(text, 1.0, 1.0).is_empty() {
+        return Err(Fault::new(path, "there is nothing to see in it"));
+    }
+    Ok(())
+}
+
+/// Each glyph of a text with where its pen stands, in the font's units.
+fn glyphs(text: &str) -> impl Iterator<Item = (GlyphId, Vec2)> + '_ {
+    let font = &*FONT;
+    let line_height = f32::from(font.height()) + f32::from(font.line_gap());
+    let advance = |glyph| f32::from(font.glyph_hor_advance(glyph).unwrap_or(0));
+    text.lines().enumerate().flat_map(move |(nth, line)| {
+        let glyphs = || line.chars().filter_map(|c| font.glyph_index(c));
+        let length: f32 = glyphs().map(advance).sum();
+        let mut pen = Vec2::new(-0.5 * length, -line_height * nth as f32);
+        glyphs().map(move |glyph| {
+            let at = pen;
+            pen.x += advance(glyph);
+            (glyph, at)
+        })
+    })
+}
+
+fn scale_of(size: f32) -> f32 {
+    size / f32::from(FONT.units_per_em())
+}
+
+/// The closed outlines of a text in the x–y plane, holes among them: its first line stands on the x axis, each line is centred, and an
+/// em is `size` high. What the font lacks is left out.
+#[doc(hidden)]
+pub fn text_outlines(text: &str, size: f32) -> Vec<Outline> {
+    let mut all = Vec::new();
+    for (glyph, pen) in glyphs(text) {
+        let mut contours = Contours {
+            all: &mut all,
+            pen,
+            scale: scale_of(size),
+        };
+        // What has no outline is a space.
+        let _ = FONT.outline_glyph(glyph, &mut contours);
+    }
+    all
+}
+
+/// The box of those outlines, extruded along z: that of the letters' boxes.
+pub(crate) fn text_bounds(text: &str, size: f32, half_depth: f32) -> Aabb {
+    let scale = scale_of(size);
+    let held = glyphs(text).filter_map(|(glyph, pen)| {
+        let own = FONT.glyph_bounding_box(glyph)?;
+        let corner = |x: i16, y: i16, z: f32| {
+            let at = (pen + Vec2::new(f32::from(x), f32::from(y))) * scale;
+            at.extend(z)
+        };
+        Some(Aabb::new(
+            corner(own.x_min, own.y_min, -half_depth),
+            corner(own.x_max, own.y_max, half_depth),
+        ))
+    });
+    held.fold(Aabb::EMPTY, |all, own| all.union(own))
+}
+
+/// Outlines as they are drawn, from a pen's position.
+struct Contours<'a> {
+    all: &'a mut Vec<Outline>,
+    pen: Vec2,
+    scale: f32,
+}
+
+impl Contours<'_> {
+    fn at(&self, x: f32, y: f32) -> [f32; 2] {
+        ((self.pen + Vec2::new(x, y)) * self.scale).to_array()
+    }
+
+    fn put(&mut self, control: Option<[f32; 2]>, to: [f32; 2]) {
+        if let Some(last) = self.all.last_mut() {
+            last.pieces.push(Piece { control, to });
+        }
+    }
+}
+
+impl OutlineBuilder for Contours<'_> {
+    fn move_to(&mut self, x: f32, y: f32) {
+        let start = self.at(x, y);
+        self.all.push(Outline::new(start));
+    }
+
+    fn line_to(&mut self, x: f32, y: f32) {
+        let to = self.at(x, y);
+        self.put(None, to);
+    }
+
+    fn quad_to(&mut self, x1: f32, y1: f32, x: f32, y: f32) {
+        let (control, to) = (self.at(x1, y1), self.at(x, y));
+        self.put(Some(control), to);
+    }
+
+    fn curve_to(&mut self, x1: f32, y1: f32, x2: f32, y2: f32, x: f32, y: f32) {
+        // Fonts of cubic curves: the quadratic one of the same tangents, nearly.
+        self.quad_to(0.5 * (x1 + x2), 0.5 * (y1 + y2), x, y);
+    }
+
+    fn close(&mut self) {}
+}
