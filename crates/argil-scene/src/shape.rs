@@ -94,7 +94,7 @@ macro_rules! shapes {
             /// assert!(examples.iter().all(|shape| shape.check().is_ok()));
             /// ```
             pub fn examples() -> Vec<Self> {
-                let all: [Option<Self>; _] = [$($($example),*),*];
+                let all: Vec<Option<Self>> = vec![$($($example),*),*];
                 all.into_iter().flatten().collect()
             }
         }
