@@ -2,10 +2,10 @@
 
 use argil_abi::Instr;
 use argil_conformance::{Case, Numbers, all_cases, random_blends, shipped};
-use argil_field::{CELLS, Evaluator, LANES, Program, Pruner};
+use argil_field::{CELLS, Evaluator, Grid, LANES, Program, Pruner};
 use argil_math::Aabb;
 use argil_scene::{Brush, Scene, Shape};
-use glam::Vec3;
+use glam::{UVec3, Vec3};
 
 /// The eight halves of a box.
 fn halves(cell: Aabb) -> [Aabb; 8] {
@@ -180,4 +180,27 @@ fn a_full_batch_of_cells_is_told_apart() {
         lengths.insert(list.len());
     }
     assert!(lengths.len() > 5);
+}
+
+/// Grids of uneven sizes and spacings, of every case: each distance is the whole program's, also far from the surface.
+#[test]
+fn grids_by_parts_are_the_whole_programs() {
+    let mut pruned = 0;
+    for case in all_cases() {
+        let program = Program::lower(&case.scene).expect("a program");
+        let grid = Grid {
+            min: Vec3::new(-1.7, -1.3, -1.1),
+            spacing: Vec3::new(0.061, 0.11, 0.083),
+            begin: UVec3::new(0, 2, 1),
+            size: UVec3::new(53, 19, 21),
+        };
+        let (mut whole, mut parts) = (vec![0.0f32; grid.len()], vec![1.0f32; grid.len()]);
+        program.distances(&grid, &mut whole);
+        program.distances_pruned(&grid, &mut parts);
+        let same = whole.iter().zip(&parts);
+        let differing = same.filter(|(a, b)| a.to_bits() != b.to_bits()).count();
+        assert_eq!(differing, 0, "{}", case.name);
+        pruned += usize::from(program.instrs().len() > 4);
+    }
+    assert!(pruned > 20, "{pruned}");
 }

@@ -27,6 +27,15 @@ impl Grid {
         }
     }
 
+    /// Points in all.
+    #[expect(
+        clippy::len_without_is_empty,
+        reason = "a grid of no points is nothing to ask for"
+    )]
+    pub fn len(&self) -> usize {
+        self.layer_len() * self.size.z as usize
+    }
+
     /// Points in a layer of constant z.
     pub fn layer_len(&self) -> usize {
         self.size.x as usize * self.size.y as usize

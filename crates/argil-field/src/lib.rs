@@ -49,6 +49,7 @@ mod pieces;
 mod prefetch;
 mod program;
 mod prune;
+mod pruned_grid;
 mod real;
 mod registers;
 mod regular;

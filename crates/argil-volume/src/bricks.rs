@@ -28,6 +28,7 @@
 
 mod batch;
 mod block_list;
+mod brick;
 mod build;
 mod cell_lists;
 mod changes;
@@ -52,6 +53,7 @@ use std::ops::Range;
 
 pub use batch::{Beyond, BrickSampler, Corners, Located};
 pub use block_list::{BlockList, emptied_around};
+pub use brick::Brick;
 pub use build::{BLOCK_WORDS, BrickStagesMs};
 pub use cell_lists::CellLists;
 pub use changes::BrickChanges;
@@ -272,6 +274,32 @@ impl Bricks {
     /// The bricks' samples, brick by brick. Where there is no brick at all, there is one of zeros.
     pub fn pool(&self) -> &Texels {
         &self.pool
+    }
+
+    /// All bricks, in the order of the pool.
+    ///
+    /// ```
+    /// use argil_field::Program;
+    /// use argil_scene::{Brush, Scene, Shape};
+    /// use argil_volume::{BrickLayout, Bricks, Lattice};
+    /// let mut scene = Scene::new();
+    /// scene.push(Brush::new(Shape::sphere(1.0))).unwrap();
+    /// let program = Program::lower(&scene)?;
+    /// let layout = BrickLayout::new(Lattice::holding(program.aabb(), None, 64)?, &Default::default())?;
+    /// let (bricks, _) = Bricks::bake(&program, layout, None)?;
+    /// for brick in bricks.iter() {
+    ///     let first = brick.distances().next().expect("samples");
+    ///     let exact = program.distance(brick.place(0));
+    ///     let band = layout.encoding.range_length(&layout.lattice, 0);
+    ///     assert!((first - exact.clamp(-band, band)).abs() < 1e-4 * band);
+    /// }
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn iter(&self) -> impl ExactSizeIterator<Item = Brick<'_>> + '_ {
+        (0..self.owners.len()).map(|index| Brick {
+            bricks: self,
+            index: index as u32,
+        })
     }
 
     /// Number of bricks.

@@ -34,10 +34,10 @@ mod texels;
 
 pub use batch::Levels;
 pub use bricks::{
-    BLOCK_SIDE, BLOCK_WORDS, Beyond, BlockList, BlockPlan, BlockTable, BrickChanges, BrickEdit,
-    BrickLayout, BrickSampler, BrickSettings, BrickStagesMs, Bricks, BricksError, CellLists,
-    Corners, EditWork, FAR_ENTRY, FAR_SLOTS, Located, Unit, Word, center_of, emptied_around,
-    empty_word, far_words, is_brick, is_lonely,
+    BLOCK_SIDE, BLOCK_WORDS, Beyond, BlockList, BlockPlan, BlockTable, Brick, BrickChanges,
+    BrickEdit, BrickLayout, BrickSampler, BrickSettings, BrickStagesMs, Bricks, BricksError,
+    CellLists, Corners, EditWork, FAR_ENTRY, FAR_SLOTS, Located, Unit, Word, center_of,
+    emptied_around, empty_word, far_words, is_brick, is_lonely,
 };
 pub use dense::Dense;
 pub use encoding::{Bits, Encoding, Range, Texel};

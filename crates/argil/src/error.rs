@@ -96,6 +96,23 @@ pub enum VolumeFileError {
     },
 }
 
+/// Why distances cannot be sampled on a grid.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum GridError {
+    /// There is not one number for each point.
+    #[error("the grid has {points} points, and there is room for {numbers} distances")]
+    Length {
+        /// Points of the grid.
+        points: usize,
+        /// Numbers that there is room for.
+        numbers: usize,
+    },
+    /// Its corner or its spacing is no number.
+    #[error("the grid's corner and spacing must be finite numbers")]
+    NotFinite,
+}
+
 /// Why a picture could not be drawn.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]

@@ -32,7 +32,7 @@ mod representation;
 mod wait;
 mod world;
 
-pub use argil_field::{FAR, LowerError, Program};
+pub use argil_field::{FAR, Grid, LowerError, Program};
 pub use argil_gpu::{DenseFill, DeviceInfo, DeviceKind, GpuError, Order};
 pub use argil_march::{Camera, Descent, Normals, Settings, Show, Spread, Statistics};
 pub use argil_math::{Aabb, Control, Interval, Progress};
@@ -49,14 +49,14 @@ pub use argil_scene::{
     Scene, Shape, SplinePoint, Turn, View, remove_unfinished_files, replace_file,
 };
 pub use argil_volume::{
-    Bits, BrickChanges, BrickEdit, BrickLayout, BrickSettings, Bricks, BricksError, Dense,
+    Bits, Brick, BrickChanges, BrickEdit, BrickLayout, BrickSettings, Bricks, BricksError, Dense,
     Encoding, Keep, Lattice, Layout, Octree, OctreeError, OctreeSettings, Range, ResolutionError,
     Section, Stored, TooFarError, Volume, VolumeError, VoxelError, Word,
 };
 pub use build::Build;
 pub use cast::CastHit;
 pub use engine::{Backend, Engine};
-pub use error::{BuildError, EngineError, PictureError, RenderError, VolumeFileError};
+pub use error::{BuildError, EngineError, GridError, PictureError, RenderError, VolumeFileError};
 pub use glam;
 pub use listeners::Listener;
 pub use live::{Applied, Pace, Rebuilt};

@@ -4,11 +4,11 @@ use crate::lowered::Lowered;
 use crate::representation::{Drawable, Kept, Triangulated, build, reach, triangles};
 use crate::wait::wait;
 use crate::{
-    BricksOptions, BuildError, BuildTimes, DenseOptions, Drawn, Engine, OctreeOptions, Placement,
-    RenderError, Scene, Stored, Via, Volume, VolumeFileError, VolumeInfo,
+    BricksOptions, BuildError, BuildTimes, DenseOptions, Drawn, Engine, GridError, OctreeOptions,
+    Placement, RenderError, Scene, Stored, Via, Volume, VolumeFileError, VolumeInfo,
 };
 use argil_abi::{HIT_INSIDE, HIT_OUTSIDE, Hit};
-use argil_field::{LiveProgram, OperandIndex, Program};
+use argil_field::{Grid, LiveProgram, OperandIndex, Program};
 use argil_gpu::{GpuField, GpuVolume};
 use argil_march::{Camera, Descent, Picture, Settings, Show, Through, frames};
 use argil_math::{Aabb, Control, Interval};
@@ -581,6 +581,35 @@ impl World {
     pub fn gradient(&self, point: [f32; 3]) -> (f32, [f32; 3]) {
         let (d, g) = self.program().gradient(point.into());
         (d, g.to_array())
+    }
+
+    /// The field's distances at a grid's points, x fastest, on rayon's current threads: exact everywhere, not cut off at a band, and
+    /// each evaluated by the brushes that can matter near it.
+    ///
+    /// ```
+    /// use argil::{Brush, Engine, Grid, Scene, Shape};
+    /// let mut scene = Scene::new();
+    /// scene.push(Brush::new(Shape::sphere(0.5)))?;
+    /// let world = Engine::cpu().build(&scene)?.field();
+    /// let grid = Grid::spanning([-1.0; 3].into(), [1.0; 3].into(), 65);
+    /// let mut distances = vec![0.0; grid.len()];
+    /// world.sample_grid(&grid, &mut distances)?;
+    /// assert_eq!(distances[32 + 65 * (32 + 65 * 32)], -0.5);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// If `out` has another length than the grid has points, or these are no numbers.
+    pub fn sample_grid(&self, grid: &Grid, out: &mut [f32]) -> Result<(), GridError> {
+        if out.len() != grid.len() {
+            let (points, numbers) = (grid.len(), out.len());
+            return Err(GridError::Length { points, numbers });
+        }
+        if !(grid.min.is_finite() && grid.spacing.is_finite()) {
+            return Err(GridError::NotFinite);
+        }
+        self.program().distances_pruned(grid, out);
+        Ok(())
     }
 
     /// An interval that holds the distances of all points of a box.
