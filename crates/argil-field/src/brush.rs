@@ -1,10 +1,9 @@
 //! One brush against a batch of points: place the points, measure, combine. The interpreter's hot loops.
 
-use crate::combine::{Joint, combine_smooth, matters, union_smooth};
+use crate::combine::{Joint, combine_smooth, union_smooth};
 use crate::curves::BLOCK;
 use crate::real::{LANES, Real};
-use crate::registers::{Registers, words};
-use crate::{Program, curves, dispatch};
+use crate::registers::words;
 use argil_abi as abi;
 
 pub(crate) const HEADER: usize = abi::BRUSH_HEADER_WORDS as usize;
@@ -101,62 +100,4 @@ pub(crate) fn brush<R: Real, const N: usize>(
             }
         }
     }
-}
-
-/// A brush whose shape searches along curves, block by block, where it can matter: not where the distance to the
-/// shape's box already leaves the accumulator as it is.
-#[inline(always)]
-fn curve_brush<R: Real>(
-    r: &mut Registers<R>,
-    program: &Program,
-    op: u32,
-    b: &Brush<'_>,
-    at: usize,
-) {
-    let j = &b.joint;
-    let m = *b.m;
-    let bounds: [f32; 6] = *words(&program.params, at);
-    let [xs, ys, zs] = &r.point;
-    for first in (0..r.active.min(LANES)).step_by(BLOCK) {
-        let zero = [R::constant(0.0); BLOCK];
-        let [mut x, mut y, mut z, mut a] = [zero; 4];
-        let mut concerned = 0u32;
-        for i in 0..BLOCK {
-            let lane = first + i;
-            [x[i], y[i], z[i]] = mapped([R::get(xs, lane), R::get(ys, lane), R::get(zs, lane)], &m);
-            a[i] = R::get(&r.acc, lane);
-            let least =
-                curves::box_distance(x[i].value(), y[i].value(), z[i].value(), &bounds) * b.scale;
-            concerned |= u32::from(matters(a[i].value(), least, j));
-        }
-        if concerned == 0 {
-            continue;
-        }
-        let point = [&mut x, &mut y, &mut z];
-        let d = dispatch::searched::<R>(op, point, &program.params[at + 6..]);
-        for i in 0..BLOCK {
-            R::set(
-                &mut r.acc,
-                first + i,
-                combine_smooth(a[i], d[i] * b.scale, j),
-            );
-        }
-    }
-}
-
-/// Combine one brush with the accumulator.
-#[inline(always)]
-pub(crate) fn measure<R: Real>(
-    program: &Program,
-    r: &mut Registers<R>,
-    op: u32,
-    flags: u32,
-    b: &Brush<'_>,
-    at: usize,
-) {
-    if op >= abi::OP_SEARCHED {
-        return curve_brush(r, program, op, b, at);
-    }
-    let is_translation = flags & abi::FLAG_TRANSLATION != 0;
-    dispatch::plain(program, r, op, is_translation, b, at);
 }

@@ -1,8 +1,9 @@
 //! Which function measures a shape: opcodes, and the dispatch of both interpreters, from the table of shapes.
 
-use crate::brush::{Brush, brush};
-use crate::curves::Block;
-use crate::real::Real;
+use crate::brush::{Brush, brush, mapped};
+use crate::combine::{combine_smooth, matters};
+use crate::curves::{BLOCK, Block};
+use crate::real::{LANES, Real};
 use crate::registers::{Registers, words};
 use crate::{Program, curves, sampled, shapes};
 use argil_abi as abi;
@@ -55,23 +56,24 @@ macro_rules! dispatch {
 
         const SEARCHES: &[Loops] = &[$(curves::$loops),*];
 
-        /// Combine one brush of a plain shape with the accumulator.
+        /// Combine one brush with the accumulator.
         #[inline(always)]
-        pub(crate) fn plain<R: Real>(
+        pub(crate) fn measure<R: Real>(
             program: &Program,
             r: &mut Registers<R>,
             op: u32,
-            is_translation: bool,
+            flags: u32,
             b: &Brush<'_>,
             at: usize,
         ) {
+            let is_translation = flags & abi::FLAG_TRANSLATION != 0;
             match op {
                 $(op::$shape => {
                     let w = words(&program.params, at);
                     let point = &r.point;
                     brush::<R, _>(point, &mut r.acc, b, r.active, is_translation, w, shapes::$function);
                 })*
-                _ => {}
+                _ => curve_brush(r, program, op, b, at),
             }
         }
 
@@ -82,13 +84,54 @@ macro_rules! dispatch {
             use sampled::*;
             match op {
                 $(op::$searched => $searched_function::<R>(point, words),)*
-                _ => [R::constant(crate::FAR); curves::BLOCK],
+                _ => [R::constant(crate::FAR); BLOCK],
             }
         }
     };
 }
 
 shape_table!(dispatch);
+
+/// A brush whose shape searches along curves, block by block, where it can matter: not where the distance to the
+/// shape's box already leaves the accumulator as it is.
+#[inline(always)]
+fn curve_brush<R: Real>(
+    r: &mut Registers<R>,
+    program: &Program,
+    op: u32,
+    b: &Brush<'_>,
+    at: usize,
+) {
+    let j = &b.joint;
+    let m = *b.m;
+    let bounds: [f32; 6] = *words(&program.params, at);
+    let [xs, ys, zs] = &r.point;
+    for first in (0..r.active.min(LANES)).step_by(BLOCK) {
+        let zero = [R::constant(0.0); BLOCK];
+        let [mut x, mut y, mut z, mut a] = [zero; 4];
+        let mut concerned = 0u32;
+        for i in 0..BLOCK {
+            let lane = first + i;
+            [x[i], y[i], z[i]] = mapped([R::get(xs, lane), R::get(ys, lane), R::get(zs, lane)], &m);
+            a[i] = R::get(&r.acc, lane);
+            let least =
+                curves::box_distance(x[i].value(), y[i].value(), z[i].value(), &bounds) * b.scale;
+            concerned |= u32::from(matters(a[i].value(), least, j));
+        }
+        if concerned == 0 {
+            continue;
+        }
+        let point = [&mut x, &mut y, &mut z];
+        let d = searched::<R>(op, point, &program.params[at + 6..]);
+        for i in 0..BLOCK {
+            R::set(
+                &mut r.acc,
+                first + i,
+                combine_smooth(a[i], d[i] * b.scale, j),
+            );
+        }
+    }
+}
 
 const _: () = assert!(
     FUNCTIONS.len() - SEARCHES.len() <= abi::OP_SEARCHED as usize

@@ -1,11 +1,12 @@
 //! The interpreter on the CPU: one instruction at a time over [`LANES`] points. `interpret.wgsl` is the twin, one point
 //! at a time.
 
-use crate::brush::{Brush, HEADER, mapped, measure};
+use crate::brush::{Brush, HEADER, mapped};
 use crate::combine::{
     Joint, combine_chamfer, combine_morph, combine_smooth, weight_paint, weight_smooth,
 };
 use crate::curves::BLOCK;
+use crate::dispatch::measure;
 use crate::prefetch::prefetch;
 use crate::prune::{CELLS, Marks, losers};
 use crate::real::{F32Lanes, LANES, Real};
