@@ -199,10 +199,13 @@ pub fn shape_cases() -> Vec<Case> {
                 .at([0.1, -0.05, 0.07]),
         )
     };
+    // A level plane is seen from along it by cameras that look level: where rays end there is as good as open.
+    let is_plane = |shape: &Shape| matches!(shape, Shape::Plane { .. });
+    let upright = examples().into_iter().filter(|(_, shape)| !is_plane(shape));
     shapes()
         .into_iter()
         .map(placed)
-        .chain(examples().into_iter().map(|(n, s)| one(&n, Brush::new(s))))
+        .chain(upright.map(|(n, s)| one(&n, Brush::new(s))))
         .collect()
 }
 

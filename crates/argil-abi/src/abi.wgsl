@@ -75,6 +75,34 @@ const MARCH_GRADIENT: u32 = 1u;
 const MARCH_FIELD: u32 = 2u;
 const MARCH_FACE: u32 = 3u;
 const DISPATCH_ROW: u32 = 32768u;
+const FAR: f32 = 1e30;
+const WORLD_LIMIT: f32 = 10000000.0;
+const NEWTON_STEPS: u32 = 4u;
+const PIECE_SAMPLES: u32 = 4u;
+const TUBE_SAMPLES: u32 = 8u;
+const TUBE_WORDS: u32 = 17u;
+const SHADOW_SHARPNESS: f32 = 14.0;
+const OCCLUSION_TAPS: u32 = 5u;
+const SUN_LIGHT = vec3<f32>(3.3, 3.05, 2.65);
+const ZENITH = vec3<f32>(0.3, 0.45, 0.72);
+const HORIZON = vec3<f32>(0.8, 0.86, 0.92);
+const BELOW = vec3<f32>(0.44, 0.45, 0.47);
+const CONE_SIDE: u32 = 8u;
+const CONE_STEPS: u32 = 64u;
+const CONE_RADIUS: f32 = 5.7;
+const SATURATED: f32 = 0.99;
+const DENSE_NEAR: f32 = 0.28;
+const NEAR_VOXELS: f32 = 0.2;
+const BRICK_MARGIN_VOXELS: f32 = 2.5;
+const LEAST_WEIGHT: f32 = 0.001;
+const RELAXATION: f32 = 0.9;
+const NUDGE_VOXELS: f32 = 0.001;
+const NUDGE_SHARE: f32 = 5e-7;
+const NUDGE_PLACE: f32 = 2.5e-7;
+const UNITS_A_GROUP: u32 = 256u;
+const NEAREST_ON_EDGE: f32 = 0.00390625;
+const WORD_EMPTY: u32 = 2147483648u;
+const WORD_LONELY: u32 = 1u;
 struct Instr {
     op: u32,
     flags: u32,

@@ -25,6 +25,39 @@ macro_rules! constants {
     };
 }
 
+/// A number that WGSL can have as a constant.
+pub(crate) trait Number {
+    /// The WGSL line of a constant.
+    fn line(&self, name: &str) -> String;
+}
+
+impl Number for u32 {
+    fn line(&self, name: &str) -> String {
+        format!("const {name}: u32 = {self}u;\n")
+    }
+}
+
+impl Number for f32 {
+    fn line(&self, name: &str) -> String {
+        format!("const {name}: f32 = {self:?};\n")
+    }
+}
+
+impl Number for [f32; 3] {
+    fn line(&self, name: &str) -> String {
+        let [x, y, z] = self;
+        format!("const {name} = vec3<f32>({x:?}, {y:?}, {z:?});\n")
+    }
+}
+
+/// Declares constants of any of those types, with a function of the given name that makes their WGSL lines.
+macro_rules! numbers {
+    ($all:ident: $($(#[$doc:meta])* $name:ident: $type:ty = $value:expr;)*) => {
+        $($(#[$doc])* pub const $name: $type = $value;)*
+        pub(crate) const $all: &[(&str, &dyn $crate::declare::Number)] = &[$((stringify!($name), &$name)),*];
+    };
+}
+
 /// Declares a `#[repr(C)]` Pod struct and the items of [`crate::Layout`] and WGSL text for it.
 macro_rules! shared_struct {
     ($(#[$doc:meta])* $name:ident { $($(#[$field_doc:meta])* $field:ident: $type:ty,)* }) => {
@@ -44,7 +77,7 @@ macro_rules! shared_struct {
     };
 }
 
-pub(crate) use {constants, shared_struct};
+pub(crate) use {constants, numbers, shared_struct};
 
 /// The WGSL text of constants.
 pub(crate) fn constants_text(all: &[(&str, u32)]) -> String {

@@ -9,15 +9,22 @@
 mod declare;
 mod op;
 mod tables;
+mod tuning;
 
 pub use op::*;
 pub use tables::*;
+pub use tuning::*;
 
 /// The WGSL declarations of everything in this crate.
 pub fn wgsl() -> String {
     let mut text = "// Made from argil-abi by `cargo xtask generate`. Do not edit.\n".to_owned();
     text += &declare::constants_text(op::OPCODES);
     text += &declare::constants_text(op::FLAGS);
+    text.extend(
+        tuning::NUMBERS
+            .iter()
+            .map(|(name, number)| number.line(name)),
+    );
     for (layout, types) in tables::STRUCTS {
         text += &declare::struct_text(layout, types);
     }

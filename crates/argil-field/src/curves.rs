@@ -18,11 +18,11 @@ use argil_abi::PIECE_WORDS;
 /// Points searched together.
 pub(crate) const BLOCK: usize = 16;
 /// Newton steps after the samples.
-const NEWTON_STEPS: usize = 4;
+const NEWTON_STEPS: usize = argil_abi::NEWTON_STEPS as usize;
 /// Intervals that a piece of an outline is sampled at.
-const PIECE_SAMPLES: usize = 4;
+const PIECE_SAMPLES: usize = argil_abi::PIECE_SAMPLES as usize;
 /// Intervals that a tube's curve is sampled at.
-const TUBE_SAMPLES: usize = 8;
+const TUBE_SAMPLES: usize = argil_abi::TUBE_SAMPLES as usize;
 
 /// One number for each point of a block.
 pub(crate) type Block<R> = [R; BLOCK];
@@ -137,7 +137,7 @@ fn piece<R: Real>(
 }
 
 /// Words of a piece of a spline tube: its box, its curve.
-const TUBE_WORDS: usize = 6 + 11;
+const TUBE_WORDS: usize = argil_abi::TUBE_WORDS as usize;
 
 /// Signed distances to a tube of several pieces, of which those are searched whose boxes are near enough to matter. `w`: how many there
 /// are, then their words.

@@ -1,9 +1,5 @@
 // Twin of curves.rs, one point at a time.
 
-const NEWTON_STEPS: u32 = 4u;
-const PIECE_SAMPLES: u32 = 4u;
-const TUBE_SAMPLES: u32 = 8u;
-
 fn box_distance(p: vec3<f32>, w: u32) -> f32 {
     let low = vec3(params[w], params[w + 1u], params[w + 2u]) - p;
     let high = p - vec3(params[w + 3u], params[w + 4u], params[w + 5u]);
@@ -136,8 +132,6 @@ fn sd_bezier_tube(p: vec3<f32>, w: u32) -> f32 {
     }
     return min(best, ball(p, t, w));
 }
-
-const TUBE_WORDS: u32 = 17u;
 
 fn sd_spline_tube(p: vec3<f32>, w: u32) -> f32 {
     var best = 1e30;

@@ -74,10 +74,10 @@ pub use real::LANES;
 pub use trim::Opcodes;
 
 /// The distance of nothing, and of points that are not in the world.
-pub const FAR: f32 = 1e30;
+pub const FAR: f32 = argil_abi::FAR;
 
 /// Points farther than this from the origin along an axis are not in the world.
-pub const WORLD_LIMIT: f32 = 1e7;
+pub const WORLD_LIMIT: f32 = argil_abi::WORLD_LIMIT;
 
 pub(crate) const WGSL_COMMON: &str = concat!(
     include_str!("real.wgsl"),

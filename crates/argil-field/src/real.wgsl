@@ -1,8 +1,5 @@
 // Twin of real.rs: what the shapes are written with.
 
-const FAR: f32 = 1e30;
-const WORLD_LIMIT: f32 = 1e7;
-
 // Sine and cosine by polynomials over a quarter turn.
 fn sin_cos(x: f32) -> vec2<f32> {
     let turns = floor(x * 0.63661975 + 0.5);

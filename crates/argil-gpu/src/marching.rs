@@ -17,7 +17,7 @@ use glam::UVec3;
 /// Cells along the side of a dense volume's units.
 const DENSE_SIDE: u32 = 8;
 /// Units whose counts one workgroup adds up.
-const UNITS_A_GROUP: u32 = 256;
+const UNITS_A_GROUP: u32 = argil_abi::UNITS_A_GROUP;
 /// Instructions times evaluations that one dispatch may take on.
 const WORK_A_DISPATCH: u64 = 4_000_000_000;
 /// Evaluations a vertex: its distance, and six for its normal.

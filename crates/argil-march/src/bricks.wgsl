@@ -1,13 +1,5 @@
 // Twin of bricks.rs, one thread a pixel. `cells` is the bound table of words, `stored` the pool of bricks.
 
-const NEAR_VOXELS: f32 = 0.2;
-const MARGIN_VOXELS: f32 = 2.5;
-const LEAST_WEIGHT: f32 = 1e-3;
-const RELAXATION: f32 = 0.9;
-const NUDGE_VOXELS: f32 = 1e-3;
-const NUDGE_SHARE: f32 = 5e-7;
-const NUDGE_PLACE: f32 = 2.5e-7;
-
 // Twin of nudge_for in step.rs.
 fn nudge_for(u: vec3<f32>) -> f32 {
     let far = max(abs(u.x), max(abs(u.y), abs(u.z)));
@@ -114,7 +106,7 @@ fn brick_clearance(p: vec3<f32>) -> f32 {
 
 // Twin of step.rs: the distance at which a pixel's footprint ends a ray.
 fn footprint(t: f32) -> f32 {
-    let widest = max(volume.corner_range.w - MARGIN_VOXELS * volume.extent_voxel.w, 0.0);
+    let widest = max(volume.corner_range.w - BRICK_MARGIN_VOXELS * volume.extent_voxel.w, 0.0);
     return min(0.5 * frame.pixel * t, widest);
 }
 

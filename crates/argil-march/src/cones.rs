@@ -15,11 +15,11 @@ use argil_field::LANES;
 use glam::Vec3;
 
 /// Pixels along a cone's side.
-pub(crate) const CONE_SIDE: u32 = 8;
+pub(crate) const CONE_SIDE: u32 = argil_abi::CONE_SIDE;
 /// Most steps of a cone.
-const CONE_STEPS: u32 = 64;
+const CONE_STEPS: u32 = argil_abi::CONE_STEPS;
 /// From a block's centre to the corners of its corner pixels, in pixels, and a little more.
-const CONE_RADIUS: f32 = 5.7;
+const CONE_RADIUS: f32 = argil_abi::CONE_RADIUS;
 
 /// The cones of a tile.
 #[derive(Default)]

@@ -1,9 +1,6 @@
 // Twin of cones.rs, one thread a block of pixels: where its rays begin, and how many steps that took. Blocks that can hit
 // something are listed to be marched; the others have missed.
 
-const CONE_SIDE: u32 = 8u;
-const CONE_STEPS: u32 = 64u;
-const CONE_RADIUS: f32 = 5.7;
 const INFINITE: f32 = 3.0e38;
 
 fn cone_place(x: u32, y: u32) -> u32 {

@@ -18,9 +18,9 @@ use multiversion::multiversion;
 use std::ops::Range;
 
 /// A sample of at least this share of the band is saturated.
-const SATURATED: f32 = 0.99;
+const SATURATED: f32 = argil_abi::SATURATED;
 /// Below this share of the band, the level beneath, of half the band, tells the distance more closely.
-const NEAR: f32 = 0.28;
+const NEAR: f32 = argil_abi::DENSE_NEAR;
 
 /// A dense volume, ready to be marched through.
 pub(crate) enum DenseRays<'a> {

@@ -1,8 +1,5 @@
 // Twin of dense.rs, one thread a pixel.
 
-const SATURATED: f32 = 0.99;
-const NEAR: f32 = 0.28;
-
 @compute @workgroup_size(8, 8)
 fn march(@builtin(global_invocation_id) id: vec3<u32>) {
     let y = id.y + frame.first_row;
@@ -36,7 +33,7 @@ fn march(@builtin(global_invocation_id) id: vec3<u32>) {
             if gap >= SATURATED * range {
                 level = min(top, level + 1u);
             } else {
-                while level > 0u && gap < NEAR * range {
+                while level > 0u && gap < DENSE_NEAR * range {
                     level--;
                     range *= 0.5;
                 }

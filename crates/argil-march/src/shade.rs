@@ -20,12 +20,12 @@ use glam::{Vec3, vec3};
 /// Most steps of a ray to the sun.
 pub const SHADOW_STEPS: u32 = 64;
 /// One over the tangent of the penumbra's half angle.
-const SHADOW_SHARPNESS: f32 = 14.0;
-const OCCLUSION_TAPS: usize = 5;
-const SUN_LIGHT: Vec3 = vec3(3.3, 3.05, 2.65);
-const ZENITH: Vec3 = vec3(0.30, 0.45, 0.72);
-const HORIZON: Vec3 = vec3(0.80, 0.86, 0.92);
-const BELOW: Vec3 = vec3(0.44, 0.45, 0.47);
+const SHADOW_SHARPNESS: f32 = argil_abi::SHADOW_SHARPNESS;
+const OCCLUSION_TAPS: usize = argil_abi::OCCLUSION_TAPS as usize;
+const SUN_LIGHT: Vec3 = Vec3::from_array(argil_abi::SUN_LIGHT);
+const ZENITH: Vec3 = Vec3::from_array(argil_abi::ZENITH);
+const HORIZON: Vec3 = Vec3::from_array(argil_abi::HORIZON);
+const BELOW: Vec3 = Vec3::from_array(argil_abi::BELOW);
 const GROUND: MaterialWords = MaterialWords {
     base_roughness: [0.46, 0.45, 0.43, 0.9],
     emission_metallic: [0.0, 0.0, 0.0, 0.0],

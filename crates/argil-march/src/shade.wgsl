@@ -1,11 +1,5 @@
 // Twin of shade.rs, one thread a pixel.
 
-const SHADOW_SHARPNESS: f32 = 14.0;
-const OCCLUSION_TAPS: u32 = 5u;
-const SUN_LIGHT = vec3<f32>(3.3, 3.05, 2.65);
-const ZENITH = vec3<f32>(0.30, 0.45, 0.72);
-const HORIZON = vec3<f32>(0.80, 0.86, 0.92);
-const BELOW = vec3<f32>(0.44, 0.45, 0.47);
 const PI: f32 = 3.1415927;
 
 fn tap_height(tap: u32) -> f32 {

@@ -28,7 +28,7 @@ const BLOCKS: usize = ((GROUP / BLOCK) * (GROUP / BLOCK)) as usize;
 /// Slabs of a group.
 const SLABS: usize = 18;
 /// How much of what spheres along a plane allow a ray goes beyond its own.
-const RELAXATION: f32 = 0.9;
+const RELAXATION: f32 = argil_abi::RELAXATION;
 /// Rays of a block that are left out together where none goes.
 const STRETCH: usize = 64;
 /// Six points around each hit.

@@ -1,14 +1,12 @@
 // Twin of exact.rs, one thread a vertex: vertices go where the exact field is 0, by one step of false position along their
 // edges, and get the field's gradient, here by central differences.
 
-const NEAREST: f32 = 0.00390625;
-
 // By how much of an edge a vertex moves at which the distance is `d`.
 fn correction(a: f32, b: f32, d: f32) -> f32 {
-    let t = clamp(a / (a - b), NEAREST, 1.0 - NEAREST);
+    let t = clamp(a / (a - b), NEAREST_ON_EDGE, 1.0 - NEAREST_ON_EDGE);
     // The part of the edge on which the sign changes.
     let to = select(t * a / (a - d), t + (1.0 - t) * d / (d - b), (d < 0.0) == (a < 0.0));
-    return select(0.0, clamp(to, NEAREST, 1.0 - NEAREST) - t, abs(to) < 1e30);
+    return select(0.0, clamp(to, NEAREST_ON_EDGE, 1.0 - NEAREST_ON_EDGE) - t, abs(to) < 1e30);
 }
 
 fn position_of(at: u32) -> vec3<f32> {

@@ -13,17 +13,17 @@ use multiversion::multiversion;
 use std::ops::Range;
 
 /// Nearer than this many voxels a ray looks for the surface in its voxel.
-const NEAR_VOXELS: f32 = 0.2;
+const NEAR_VOXELS: f32 = argil_abi::NEAR_VOXELS;
 /// A ray that a pixel's footprint ends is so many voxels within what is stored, at least.
-const MARGIN_VOXELS: f32 = 2.5;
+const MARGIN_VOXELS: f32 = argil_abi::BRICK_MARGIN_VOXELS;
 /// How much of what spheres along a plane allow a ray goes beyond its own.
-const RELAXATION: f32 = 0.9;
+const RELAXATION: f32 = argil_abi::RELAXATION;
 /// A ray that leaves a cell or a voxel goes so many voxels farther, and so much of its length, to be in the next.
-pub(super) const NUDGE_VOXELS: f32 = 1e-3;
-pub(super) const NUDGE_SHARE: f32 = 5e-7;
+pub(super) const NUDGE_VOXELS: f32 = argil_abi::NUDGE_VOXELS;
+pub(super) const NUDGE_SHARE: f32 = argil_abi::NUDGE_SHARE;
 
 /// And so much of its place in voxels, in a world so wide that rounding is more than that.
-const NUDGE_PLACE: f32 = 2.5e-7;
+const NUDGE_PLACE: f32 = argil_abi::NUDGE_PLACE;
 
 /// How far beyond a voxel a ray goes for the rounding of its place.
 #[inline(always)]

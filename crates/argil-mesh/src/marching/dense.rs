@@ -393,7 +393,7 @@ impl<'a, T: Sample> Field<'a, T> {
 
 /// No vertex is nearer to a sample than this part of its edge, so that those around a sample on the surface stay apart and
 /// every triangle has an area.
-const NEAREST: f32 = 1.0 / 256.0;
+const NEAREST: f32 = argil_abi::NEAREST_ON_EDGE;
 
 /// Where between two samples the value is reached: from 0 to 1.
 #[inline]

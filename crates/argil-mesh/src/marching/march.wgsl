@@ -3,12 +3,8 @@
 // is the unit's at whose low sides its edge lies. `stored.wgsl` of the volume says where samples are.
 
 const GROUP: u32 = 64u;
-// Units whose counts one workgroup adds up: four a thread.
-const UNITS_A_GROUP: u32 = 256u;
 // Rows of the samples of 16³ cells.
 const MOST_ROWS: u32 = 289u;
-// No vertex is nearer to a sample than this part of its edge.
-const NEAREST: f32 = 0.00390625;
 
 // Vertices, triangles and units that have any before one, of those that one workgroup adds up.
 struct Unit {
@@ -327,7 +323,7 @@ fn write_vertex(at: u32, unit: u32, place: vec3<u32>, axis: u32) {
     after[axis] += 1u;
     let a = stored_at(unit, place);
     let b = stored_at(unit, after);
-    let t = clamp((marching.iso - a) / (b - a), NEAREST, 1.0 - NEAREST);
+    let t = clamp((marching.iso - a) / (b - a), NEAREST_ON_EDGE, 1.0 - NEAREST_ON_EDGE);
     var voxels = origin_of(unit) + vec3<f32>(place);
     voxels[axis] += t;
     let position = marching.first_voxel.xyz + marching.first_voxel.w * voxels;

@@ -13,7 +13,7 @@ use glam::{UVec3, Vec3};
 pub(crate) const PLACES: usize = MATERIAL_SIDE.pow(3) as usize;
 
 /// The weight of a place on another surface, of 1.
-const LEAST_WEIGHT: f32 = 1e-3;
+const LEAST_WEIGHT: f32 = argil_abi::LEAST_WEIGHT;
 
 /// The sample that stands at the nth place along a brick's side.
 pub(super) fn sample_of(nth: u32, brick: u32) -> u32 {

@@ -1,9 +1,9 @@
 //! What a cell's word means; `bricks/words.wgsl` is the twin.
 
 /// The top bit of a word without a brick.
-const EMPTY: u32 = 1 << 31;
+const EMPTY: u32 = argil_abi::WORD_EMPTY;
 /// Of such a word: whether its whole block has no brick.
-const LONELY: u32 = 1;
+const LONELY: u32 = argil_abi::WORD_LONELY;
 
 /// What is in a cell.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,8 +1,5 @@
 // Twin of words.rs: what a cell's word means. A brick's word is its place in the pool along x, y and z, ten bits each.
 
-const WORD_EMPTY: u32 = 0x80000000u;
-const WORD_LONELY: u32 = 1u;
-
 fn empty_word(center: f32) -> u32 {
     return WORD_EMPTY | ((bitcast<u32>(center) >> 1u) & ~WORD_LONELY);
 }
