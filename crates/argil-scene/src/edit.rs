@@ -388,7 +388,7 @@ impl Scene {
             }
             Edit::Transform { node, by } => {
                 self.check_inner(node)?;
-                if by.affine().is_none() {
+                if !by.is_similarity() {
                     return Err(EditError::NotATransform);
                 }
                 let mut entry = self.node(node).entry.clone();

@@ -21,7 +21,8 @@ pub(crate) fn letters(path: &str, text: &str) -> Result<(), Fault> {
         let reason = format!("{count} characters are more than the limit, {MAX_CHARACTERS}");
         return Err(Fault::new(path, reason));
     }
-    let unknown = |&c: &char| c != '\n' && FONT.glyph_index(c).is_none();
+    let has = |c: char| !c.is_control() && FONT.glyph_index(c).is_some();
+    let unknown = |&c: &char| c != '\n' && !has(c);
     if let Some(unknown) = text.chars().find(unknown) {
         let reason = format!("the font has no letter for {unknown:?}");
         return Err(Fault::new(path, reason));
@@ -128,4 +129,40 @@ impl OutlineBuilder for Contours<'_> {
     }
 
     fn close(&mut self) {}
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn texts_that_cannot_be_shown_are_refused() {
+        for (text, reason) in [
+            ("", "nothing to see"),
+            ("  \n ", "nothing to see"),
+            ("a\tb", "no letter for '\\t'"),
+            ("漢", "no letter for '漢'"),
+            (&"x".repeat(129), "129 characters"),
+        ] {
+            let fault = letters("text", text).expect_err(text);
+            assert!(fault.reason.contains(reason), "{fault}");
+        }
+        assert_eq!(letters("text", "Wörter\n& more"), Ok(()));
+    }
+
+    #[test]
+    fn outlines_lie_in_their_box_and_lines_are_centred() {
+        let held = text_bounds("Ag\nworld", 2.0, 0.1);
+        let outlines = text_outlines("Ag\nworld", 2.0);
+        assert!(outlines.len() >= 9, "{}", outlines.len());
+        for outline in &outlines {
+            for (from, _, to) in outline.segments() {
+                for [x, y] in [from, to] {
+                    assert!(held.grown(1e-4).contains([x, y, 0.0].into()), "{x} {y}");
+                }
+            }
+        }
+        let middle = held.center();
+        assert!(middle.x.abs() < 0.1 && middle.y < 0.0, "{middle}");
+    }
 }
