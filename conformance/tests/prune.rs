@@ -203,4 +203,23 @@ fn grids_by_parts_are_the_whole_programs() {
         pruned += usize::from(program.instrs().len() > 4);
     }
     assert!(pruned > 20, "{pruned}");
+
+    // A grid that reaches beyond the world.
+    let mut scene = Scene::new();
+    for i in 0..20 {
+        let ball = Brush::new(Shape::sphere(3e4)).at([9.4e5 + 1e3 * i as f32, 0.0, 1e3]);
+        scene.push(ball).expect("a brush");
+    }
+    let program = Program::lower(&scene).expect("a program");
+    let grid = Grid {
+        min: Vec3::new(-9e5, -1e6, -1e6),
+        spacing: Vec3::new(1e5, 4e5, 4e5),
+        begin: UVec3::ZERO,
+        size: UVec3::new(130, 9, 9),
+    };
+    let (mut whole, mut parts) = (vec![0.0f32; grid.len()], vec![1.0f32; grid.len()]);
+    program.distances(&grid, &mut whole);
+    program.distances_pruned(&grid, &mut parts);
+    assert!(whole.contains(&argil_field::FAR) && whole.iter().any(|&d| d < 1e6));
+    assert!(whole == parts);
 }

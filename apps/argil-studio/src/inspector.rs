@@ -168,6 +168,7 @@ fn value_ui(ui: &mut egui::Ui, name: &str, key: &str, value: &mut Value) -> bool
             changed
         }
         Value::Object(map) => ui.vertical(|ui| fields(ui, name, map, |_| None)).inner,
+        Value::String(text) if key == "text" => ui.text_edit_multiline(text).changed(),
         Value::String(text) => ui.text_edit_singleline(text).changed(),
         Value::Null => {
             ui.weak("–");

@@ -11,15 +11,22 @@ pub fn stretched(shape: &Shape, axis: usize, factor: f32) -> Option<Shape> {
             radii[axis] *= factor;
             return Some(Shape::Ellipsoid { radii });
         }
-        Shape::Ellipsoid { radii } => &mut radii[axis],
-        Shape::Box { half_size, .. } | Shape::BoxFrame { half_size, .. } => &mut half_size[axis],
+        Shape::Ellipsoid { radii } | Shape::Superellipsoid { radii, .. } => &mut radii[axis],
+        Shape::Box { half_size, .. }
+        | Shape::BoxFrame { half_size, .. }
+        | Shape::Gyroid { half_size, .. }
+        | Shape::SchwarzP { half_size, .. } => &mut half_size[axis],
         Shape::Cylinder { half_height, .. } | Shape::CappedCone { half_height, .. }
             if axis == 1 =>
         {
             half_height
         }
         Shape::Cone { height, .. } | Shape::Pyramid { height, .. } if axis == 1 => height,
-        Shape::HexPrism { half_depth, .. } | Shape::TriPrism { half_depth, .. } if axis == 2 => {
+        Shape::HexPrism { half_depth, .. }
+        | Shape::TriPrism { half_depth, .. }
+        | Shape::Text { half_depth, .. }
+            if axis == 2 =>
+        {
             half_depth
         }
         Shape::Link { half_length, .. } if axis == 1 => half_length,

@@ -1,5 +1,5 @@
 //! Distances that search along curves: outlines and Bézier tubes. Twins of the functions of the same names in
-//! `shapes.wgsl`.
+//! `curves.wgsl`.
 //!
 //! *Theory.* The nearest point of a quadratic curve is a root of a cubic. A few samples find the right valley, and
 //! Newton's method its floor; no trigonometry, and the same operations on every device. Inside an outline is where a

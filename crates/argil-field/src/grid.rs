@@ -33,7 +33,7 @@ impl Grid {
         reason = "a grid of no points is nothing to ask for"
     )]
     pub fn len(&self) -> usize {
-        self.layer_len() * self.size.z as usize
+        self.layer_len().saturating_mul(self.size.z as usize)
     }
 
     /// Points in a layer of constant z.

@@ -3,7 +3,7 @@
 //! *Practice.* A slab of eight layers is cut into columns of 32 × 32 points, and those into cells of 8³, each with its own list: see
 //! [`Pruner`]. What a list gives in its cell are the whole program's bits.
 
-use crate::{CELLS, Evaluator, Grid, LANES, Program, Pruner};
+use crate::{CELLS, Evaluator, Grid, LANES, Program, Pruner, WORLD_LIMIT};
 use argil_abi::Instr;
 use glam::{UVec3, Vec3, uvec3};
 use rayon::prelude::*;
@@ -102,6 +102,11 @@ impl<'a> Worker<'a> {
                 Vec3::new(at(0), at(1), at(2)) + reach
             })
             .collect();
+        // A part whose middle is not in the world tells nothing of what is.
+        let is_in_world = |c: &Vec3| c.abs().max_element() < WORLD_LIMIT;
+        if !centers.iter().all(is_in_world) {
+            return vec![list.to_vec(); begins.len()];
+        }
         // A little more than half of the diagonal, as coordinates are rounded.
         let radius = 1.000_01 * reach.length();
         let mut d = [0.0; CELLS];

@@ -65,6 +65,9 @@ pub enum Edit {
     },
 }
 
+/// The group that a node is in, where it matters within each of two bands, and those.
+type Boxes = (Option<NodeId>, [Aabb; 2], [f32; 2]);
+
 /// What an edit did.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Edited {
@@ -506,7 +509,7 @@ impl Scene {
     }
 
     /// Take note of a change, by what a node was before; the box that it makes dirty.
-    fn note(&mut self, node: NodeId, before: (Option<NodeId>, [Aabb; 2])) -> Aabb {
+    fn note(&mut self, node: NodeId, before: Boxes) -> Aabb {
         let after = self.boxes(node);
         let [dirty_box, far_box] = [0, 1].map(|i| before.1[i].union(after.1[i]));
         self.history.note(Change {
@@ -514,19 +517,20 @@ impl Scene {
             parents: [before.0, after.0],
             dirty_box,
             far_box,
-            bands: self.bands(),
+            // What both hold.
+            bands: [0, 1].map(|i| before.2[i].min(after.2[i])),
             apart: [before.1, after.1],
         });
         dirty_box
     }
 
     /// The group that a node is in, and where it matters, within each of the bands.
-    fn boxes(&mut self, node: NodeId) -> (Option<NodeId>, [Aabb; 2]) {
+    fn boxes(&mut self, node: NodeId) -> Boxes {
         self.count_crowds(node);
         let mut extents = Extents::of(self);
         let bands = self.bands();
         let boxes = bands.map(|band| influence(self, &mut extents, node, band));
-        (self.node(node).parent, boxes)
+        (self.node(node).parent, boxes, bands)
     }
 
     fn attach(&mut self, node: NodeId, parent: NodeId, index: usize) {

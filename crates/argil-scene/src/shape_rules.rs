@@ -98,9 +98,15 @@ pub(crate) fn beside_axis(outline: &Outline) -> Result<(), Fault> {
     }
 }
 
-/// Whether a periodic sheet in a box can be told from rounding, and from a solid box.
-pub(crate) fn sheet_in_box(half_size: [f32; 3], period: f32, thickness: f32) -> Result<(), Fault> {
-    at_most("thickness", thickness, 0.5 * period, "half of the period")?;
+/// Whether a periodic sheet in a box leaves holes, which it does up to a share of its period, and repeats so seldom that angles are exact.
+pub(crate) fn sheet_in_box(
+    half_size: [f32; 3],
+    period: f32,
+    thickness: f32,
+    share: f32,
+) -> Result<(), Fault> {
+    let limit = share * period;
+    at_most("thickness", thickness, limit, &format!("{share} periods"))?;
     each_at_most("half_size", half_size, 100.0 * period, "a hundred periods")
 }
 

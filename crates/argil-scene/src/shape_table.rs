@@ -417,10 +417,10 @@ macro_rules! shape_table {
                     half_size: [f32; 3] => positive,
                     /// Length after which it repeats.
                     period: f32 => positive,
-                    /// Of the sheet where it is thinnest; elsewhere up to 1.23 times as much. At most half of the period.
+                    /// Of the sheet where it is thinnest; elsewhere up to 1.23 times as much. At most 0.27 periods: of more, the box is solid.
                     thickness: f32 => positive,
                 }
-                rule(sheet_in_box(half_size, period, thickness))
+                rule(sheet_in_box(half_size, period, thickness, 0.27))
                 words(sheet_words(half_size, period, thickness))
                 bounds(Aabb::centered(half_size.into()))
                 exact(false)
@@ -432,10 +432,10 @@ macro_rules! shape_table {
                     half_size: [f32; 3] => positive,
                     /// Length after which it repeats.
                     period: f32 => positive,
-                    /// Of the sheet where it is thinnest; elsewhere up to √3 times as much. At most half of the period.
+                    /// Of the sheet where it is thinnest; elsewhere up to √3 times as much. At most half of the period: of more, the box is solid.
                     thickness: f32 => positive,
                 }
-                rule(sheet_in_box(half_size, period, thickness))
+                rule(sheet_in_box(half_size, period, thickness, 0.5))
                 words(sheet_words(half_size, period, thickness))
                 bounds(Aabb::centered(half_size.into()))
                 exact(false)
@@ -544,7 +544,7 @@ macro_rules! shape_table {
 
                 /// Letters in the x–y plane, extruded along z: the first line stands on the x axis, and each is centred.
                 Text(sd_extrusion, outline_loops) {
-                    /// What is written, up to 128 characters, in lines.
+                    /// What is written, up to 64 characters, in lines.
                     text: String => letters,
                     /// The height of an em, which holds a letter with what reaches below the line.
                     size: f32 => positive,

@@ -7,8 +7,9 @@ use glam::Vec2;
 use std::sync::LazyLock;
 use ttf_parser::{Face, GlyphId, OutlineBuilder};
 
-/// Most characters of a text: their curves cost every evaluation of its shape.
-const MAX_CHARACTERS: usize = 128;
+/// Most characters of a text, and most pieces of their outlines: those cost every evaluation of its shape.
+const MAX_CHARACTERS: usize = 64;
+const MAX_TEXT_PIECES: usize = 1024;
 
 /// The font that comes along: Ubuntu Light, under the Ubuntu Font Licence 1.0.
 static FONT: LazyLock<Face<'static>> =
@@ -29,6 +30,14 @@ pub(crate) fn letters(path: &str, text: &str) -> Result<(), Fault> {
     }
     if text_bounds(text, 1.0, 1.0).is_empty() {
         return Err(Fault::new(path, "there is nothing to see in it"));
+    }
+    let outlines = text_outlines(text, 1.0);
+    let pieces: usize = outlines.iter().map(|outline| outline.pieces.len()).sum();
+    if pieces > MAX_TEXT_PIECES {
+        let reason = format!(
+            "its letters have {pieces} lines and curves, more than the limit, {MAX_TEXT_PIECES}: write it as several brushes"
+        );
+        return Err(Fault::new(path, reason));
     }
     Ok(())
 }
@@ -142,7 +151,8 @@ mod tests {
             ("  \n ", "nothing to see"),
             ("a\tb", "no letter for '\\t'"),
             ("漢", "no letter for '漢'"),
-            (&"x".repeat(129), "129 characters"),
+            (&"x".repeat(65), "65 characters"),
+            (&"@".repeat(40), "lines and curves"),
         ] {
             let fault = letters("text", text).expect_err(text);
             assert!(fault.reason.contains(reason), "{fault}");

@@ -349,11 +349,17 @@ impl Live {
             Clay::Cpu(_) => {}
             Clay::Gpu(volume, field) => self.done += volume.settle(field.gpu()).await?,
         }
-        Ok(std::mem::take(&mut self.done))
+        Ok(self.take_done())
     }
 
-    /// So many bricks were made anew.
-    pub fn made(&mut self, bricks: u64) {
+    /// What is known to have been done since this was last called.
+    pub fn take_done(&mut self) -> BrickEdit {
+        std::mem::take(&mut self.done)
+    }
+
+    /// So many bricks were made anew, after what was done before.
+    pub fn made(&mut self, bricks: u64, before: BrickEdit) {
+        self.done = before;
         self.done.filled += bricks;
     }
 

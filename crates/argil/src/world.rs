@@ -395,6 +395,7 @@ impl World {
         self.focus = focus(scene, &program);
         self.view = scene.view.clone();
         self.program = OnceLock::from(Lowered::from(program));
+        let done = self.live.take_done();
         self.begin_following(scene);
         self.listeners.tell(&[Aabb::ALL]);
         let bricks = self
@@ -402,7 +403,7 @@ impl World {
             .await?
             .and_then(|info| info.sparse)
             .map_or(0, |s| s.bricks);
-        self.live.made(bricks);
+        self.live.made(bricks, done);
         Ok(Applied {
             blocks_left: 0,
             dirty_box: Aabb::ALL,
@@ -429,7 +430,7 @@ impl World {
         let (Some(clay), Via::Bricks(options)) =
             (Clay::of(&mut self.kept, self.gpu.as_mut()), self.via)
         else {
-            return Ok(BrickEdit::default());
+            return Ok(self.live.take_done());
         };
         let edit = self.live.finish(clay, (&self.engine, &options)).await?;
         let boxes = self.live.told();

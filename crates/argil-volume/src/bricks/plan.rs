@@ -32,7 +32,8 @@ pub struct BlockPlan {
 /// Most blocks: the words of their cells are told apart by 32 bits.
 const MOST_BLOCKS: u64 = (1 << 32) / CELLS as u64 - FAR_SLOTS as u64;
 
-/// How many parts of one size have been found that have surface in them or near them. Each has a block at least.
+/// How many parts of one size have been found that have surface in them or near them. There are some sixteen times as many of the next
+/// size, so that where these are too many, blocks are.
 struct BlockCount {
     most: u64,
     found: AtomicU64,
@@ -124,7 +125,7 @@ impl BlockPlan {
         };
         let plan = Self::counted(program, layout, &count, control);
         let blocks = count.found.into_inner();
-        if blocks > most {
+        if blocks > most && !control.is_cancelled() {
             return Err(BricksError::Blocks {
                 blocks,
                 needed: SLOT_BYTES * blocks,
