@@ -23,8 +23,7 @@ fn bricks_of(engine: &Engine, scene: &mut Scene, resolution: u32) -> World {
         ..BricksOptions::default()
     };
     let world = engine.build(scene).and_then(|w| w.bricks(options));
-    let world = world.expect("a world");
-    world
+    world.expect("a world")
 }
 
 fn lattice_of(world: &World) -> Lattice {

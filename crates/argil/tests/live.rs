@@ -23,8 +23,7 @@ fn world_of(engine: Engine, scene: &mut Scene, resolution: u32) -> World {
     // So that a small volume has many blocks.
     options.settings.brick = 4;
     let world = engine.build(scene).and_then(|w| w.bricks(options));
-    let world = world.expect("a world");
-    world
+    world.expect("a world")
 }
 
 fn moved(scene: &mut Scene, nth: usize, by: [f32; 3]) {
