@@ -3,8 +3,8 @@
 use crate::Program;
 use crate::curves::BLOCK;
 use crate::interpret::{Carried, run};
-use crate::real::{Dual, F32Lanes, LANES, Real};
-use crate::registers::Registers;
+use crate::real::{Dual, F32Lanes, Real};
+use crate::registers::{Loan, Registers};
 use argil_abi::{Instr, MaterialWords};
 use glam::Vec3;
 use multiversion::multiversion;
@@ -34,8 +34,8 @@ pub(crate) fn run_apart(
 /// once.
 pub struct Evaluator<'a> {
     program: &'a Program,
-    plain: Box<Registers<f32>>,
-    dual: Option<Box<Registers<Dual>>>,
+    plain: Loan<f32>,
+    dual: Option<Loan<Dual>>,
 }
 
 impl<'a> Evaluator<'a> {
@@ -43,7 +43,7 @@ impl<'a> Evaluator<'a> {
     pub fn new(program: &'a Program) -> Self {
         Self {
             program,
-            plain: Box::new(Registers::new()),
+            plain: Loan::new(),
             dual: None,
         }
     }
@@ -74,12 +74,13 @@ impl<'a> Evaluator<'a> {
         out: &mut [f32],
     ) {
         let n = out.len();
-        self.plain.active = n.next_multiple_of(BLOCK);
-        for (lanes, from) in self.plain.point.iter_mut().zip([x, y, z]) {
-            load(lanes, from, n);
+        let plain = &mut *self.plain;
+        plain.active = n.next_multiple_of(BLOCK);
+        for (lanes, from) in plain.point.iter_mut().zip([x, y, z]) {
+            load(lanes, from, plain.active);
         }
-        run_distances(self.program, instrs, &mut self.plain);
-        out.copy_from_slice(&self.plain.acc.0[..n]);
+        run_distances(self.program, instrs, plain);
+        out.copy_from_slice(&plain.acc.0[..n]);
     }
 
     /// Distances as [`Evaluator::distances`] gives them, with their gradients along x, y and z.
@@ -109,12 +110,13 @@ impl<'a> Evaluator<'a> {
         gradients: [&mut [f32]; 3],
     ) {
         let n = out.len();
-        let dual = self.dual.get_or_insert_with(|| Box::new(Registers::new()));
+        let dual = &mut **self.dual.get_or_insert_with(Loan::new);
         dual.active = n.next_multiple_of(BLOCK);
         for (k, (lanes, from)) in dual.point.iter_mut().zip([x, y, z]).enumerate() {
-            *lanes = Dual::splat(0.0);
-            load(&mut lanes.0[0], from, n);
-            lanes.0[1 + k] = f32::splat(1.0);
+            load(&mut lanes.0[0], from, dual.active);
+            for (along, ones) in (0..3).zip(&mut lanes.0[1..]) {
+                ones.0[..dual.active].fill(if along == k { 1.0 } else { 0.0 });
+            }
         }
         run_gradients(self.program, instrs, dual);
         out.copy_from_slice(&dual.acc.0[0].0[..n]);
@@ -150,31 +152,31 @@ impl<'a> Evaluator<'a> {
         materials: &mut [MaterialWords],
     ) {
         let n = out.len();
-        self.plain.active = n.next_multiple_of(BLOCK);
-        for (lanes, from) in self.plain.point.iter_mut().zip([x, y, z]) {
-            load(lanes, from, n);
+        let plain = &mut *self.plain;
+        plain.active = n.next_multiple_of(BLOCK);
+        for (lanes, from) in plain.point.iter_mut().zip([x, y, z]) {
+            load(lanes, from, plain.active);
         }
         let first = self.program.materials[0];
         for k in 0..4 {
-            self.plain.material[k] = f32::splat(first.base_roughness[k]);
-            self.plain.material[4 + k] = f32::splat(first.emission_metallic[k]);
+            plain.material[k] = f32::splat(first.base_roughness[k]);
+            plain.material[4 + k] = f32::splat(first.emission_metallic[k]);
         }
-        run_apart(self.program, instrs, &mut self.plain, Carried::Materials);
-        out.copy_from_slice(&self.plain.acc.0[..n]);
+        run_apart(self.program, instrs, plain, Carried::Materials);
+        out.copy_from_slice(&plain.acc.0[..n]);
         for (i, material) in materials.iter_mut().enumerate() {
-            material.base_roughness = array::from_fn(|k| self.plain.material[k].0[i]);
-            material.emission_metallic = array::from_fn(|k| self.plain.material[4 + k].0[i]);
+            material.base_roughness = array::from_fn(|k| plain.material[k].0[i]);
+            material.emission_metallic = array::from_fn(|k| plain.material[4 + k].0[i]);
         }
     }
 }
 
-/// Fill lanes from a slice; the rest repeats its last value, so that no lane holds garbage.
+/// Fill the lanes in use from a slice: those that it has nothing for repeat its last value. What is in the others is of runs before.
 #[inline(always)]
-fn load(lanes: &mut F32Lanes, from: &[f32], n: usize) {
-    lanes.0[..n].copy_from_slice(from);
-    if n < LANES {
-        lanes.0[n..].fill(from.last().copied().unwrap_or(0.0));
-    }
+fn load(lanes: &mut F32Lanes, from: &[f32], active: usize) {
+    let (own, rest) = lanes.0[..active].split_at_mut(from.len());
+    own.copy_from_slice(from);
+    rest.fill(from.last().copied().unwrap_or(0.0));
 }
 
 impl Program {

@@ -74,8 +74,10 @@ pub(crate) fn run<R: Real, const APART: bool>(
 ) {
     let materials = APART && carried == Carried::Materials;
     let marks = APART && carried == Carried::Marks;
-    r.acc = R::splat(FAR);
-    let any_exiled = exile::<R>(&mut r.point, &mut r.exiled);
+    for i in lanes_of(r.active) {
+        R::set(&mut r.acc, i, R::constant(FAR));
+    }
+    let any_exiled = exile::<R>(&mut r.point, &mut r.exiled, r.active);
     let params = &program.params[..];
     // Caches hold what few need.
     let is_long = instrs.len() > 64;
@@ -316,6 +318,12 @@ pub(crate) fn run<R: Real, const APART: bool>(
     }
 }
 
+/// The lanes in use, so that the optimiser knows that there are as many.
+#[inline(always)]
+fn lanes_of(active: usize) -> std::ops::Range<usize> {
+    0..active.min(LANES)
+}
+
 /// Put what is in the accumulator aside, of the lanes in use, and begin anew.
 #[inline(always)]
 fn put_aside<R: Real>(r: &mut Registers<R>) {
@@ -392,10 +400,10 @@ fn marks_of<R: Real>(
 /// Move the points that are not in the world to its origin, so that no arithmetic overflows, and mark their lanes with 1;
 /// whether there are any. Most batches have none, and are only read.
 #[inline(always)]
-fn exile<R: Real>([xs, ys, zs]: &mut [R::Lanes; 3], exiled: &mut F32Lanes) -> bool {
+fn exile<R: Real>([xs, ys, zs]: &mut [R::Lanes; 3], exiled: &mut F32Lanes, active: usize) -> bool {
     let is_in_world = |c: R| c.value().abs() <= WORLD_LIMIT;
     let mut outside = 0u32;
-    for i in 0..LANES {
+    for i in lanes_of(active) {
         let stays =
             is_in_world(R::get(xs, i)) & is_in_world(R::get(ys, i)) & is_in_world(R::get(zs, i));
         outside |= u32::from(!stays);
@@ -403,7 +411,7 @@ fn exile<R: Real>([xs, ys, zs]: &mut [R::Lanes; 3], exiled: &mut F32Lanes) -> bo
     if outside == 0 {
         return false;
     }
-    for i in 0..LANES {
+    for i in lanes_of(active) {
         let [x, y, z] = [R::get(xs, i), R::get(ys, i), R::get(zs, i)];
         let stays = is_in_world(x) & is_in_world(y) & is_in_world(z);
         let keep = |c: R| if stays { c } else { R::constant(0.0) };

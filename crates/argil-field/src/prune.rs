@@ -16,7 +16,7 @@ use crate::combine::Joint;
 use crate::curves::BLOCK;
 use crate::evaluate::run_apart;
 use crate::interpret::Carried;
-use crate::registers::Registers;
+use crate::registers::Loan;
 use argil_abi::{self as abi, Instr};
 use argil_math::Aabb;
 use glam::Vec3;
@@ -73,7 +73,7 @@ pub(crate) fn losers(
 /// Prunes a program for one thread. Make one a thread and keep it.
 pub struct Pruner<'a> {
     program: &'a Program,
-    registers: Box<Registers<f32>>,
+    registers: Loan<f32>,
     writer: Writer,
     /// Of each [`RUN`] of instructions, the cells in which all of them are brushes that are dropped.
     skipped: Vec<u64>,
@@ -87,7 +87,7 @@ impl<'a> Pruner<'a> {
     pub fn new(program: &'a Program) -> Self {
         Self {
             program,
-            registers: Box::new(Registers::new()),
+            registers: Loan::new(),
             writer: Writer::default(),
             skipped: Vec::new(),
         }

@@ -1,6 +1,9 @@
 //! Numbers that shapes are evaluated with: plain `f32` for distances, dual numbers for gradients.
 
+use crate::registers::Registers;
+use std::cell::Cell;
 use std::ops::{Add, Div, Mul, Neg, Sub};
+use std::thread::LocalKey;
 
 /// Points evaluated together. 128 lanes of three coordinates fit the first-level cache many times over, and make the
 /// interpreter's dispatch cheap.
@@ -9,6 +12,7 @@ pub const LANES: usize = 256;
 /// A number, with arrays of [`LANES`] of it laid out for SIMD.
 pub(crate) trait Real:
     Copy
+    + 'static
     + Add<Output = Self>
     + Sub<Output = Self>
     + Mul<Output = Self>
@@ -20,6 +24,8 @@ pub(crate) trait Real:
 {
     type Lanes: Clone;
     fn splat(value: f32) -> Self::Lanes;
+    /// Registers that nobody on this thread uses at the moment.
+    fn spare() -> &'static LocalKey<Cell<Option<Box<Registers<Self>>>>>;
     fn get(lanes: &Self::Lanes, i: usize) -> Self;
     fn set(lanes: &mut Self::Lanes, i: usize, value: Self);
     fn constant(value: f32) -> Self;
@@ -78,6 +84,10 @@ impl Real for f32 {
     #[inline(always)]
     fn splat(value: f32) -> F32Lanes {
         F32Lanes([value; LANES])
+    }
+    fn spare() -> &'static LocalKey<Cell<Option<Box<Registers<f32>>>>> {
+        thread_local!(static SPARE: Cell<Option<Box<Registers<f32>>>> = const { Cell::new(None) });
+        &SPARE
     }
     #[inline(always)]
     fn get(lanes: &F32Lanes, i: usize) -> f32 {
@@ -196,6 +206,10 @@ impl Real for Dual {
             f32::splat(0.0),
             f32::splat(0.0),
         ])
+    }
+    fn spare() -> &'static LocalKey<Cell<Option<Box<Registers<Dual>>>>> {
+        thread_local!(static SPARE: Cell<Option<Box<Registers<Dual>>>> = const { Cell::new(None) });
+        &SPARE
     }
     #[inline(always)]
     fn get(lanes: &DualLanes, i: usize) -> Dual {

@@ -1,6 +1,7 @@
 //! What the interpreter works on.
 
 use crate::real::{F32Lanes, LANES, Real};
+use std::ops::{Deref, DerefMut};
 
 /// Base colour, roughness, emission, metallic of each lane.
 pub(crate) type MaterialLanes = [F32Lanes; 8];
@@ -46,6 +47,43 @@ impl<R: Real> Registers<R> {
             marks: Vec::new(),
             margin: 0.0,
         }
+    }
+}
+
+/// Registers on loan: a thread's spare ones, or new ones, which become its spare. A single question then allocates nothing.
+pub(crate) struct Loan<R: Real>(Option<Box<Registers<R>>>);
+
+const LOANED: &str = "registers, until they are given back";
+
+impl<R: Real> Loan<R> {
+    pub fn new() -> Self {
+        let spare = R::spare().take();
+        Self(Some(spare.unwrap_or_else(|| Box::new(Registers::new()))))
+    }
+}
+
+impl<R: Real> Deref for Loan<R> {
+    type Target = Registers<R>;
+    fn deref(&self) -> &Registers<R> {
+        self.0.as_ref().expect(LOANED)
+    }
+}
+
+impl<R: Real> DerefMut for Loan<R> {
+    fn deref_mut(&mut self) -> &mut Registers<R> {
+        self.0.as_mut().expect(LOANED)
+    }
+}
+
+impl<R: Real> Drop for Loan<R> {
+    fn drop(&mut self) {
+        let mut own = self.0.take();
+        // What long lists have left is not kept.
+        if let Some(own) = &mut own {
+            own.marks = Vec::new();
+        }
+        // A thread that ends has no spare ones.
+        let _ = R::spare().try_with(|spare| spare.set(own));
     }
 }
 

@@ -27,6 +27,7 @@ mod mesh;
 mod mesh_cache;
 mod meshes;
 mod picture;
+mod probe;
 mod query;
 mod representation;
 mod wait;

@@ -1,7 +1,7 @@
 //! The program of a world, and what is made of it when it is first asked for.
 
 use crate::live::Live;
-use argil_field::{OperandIndex, Parts, Program};
+use argil_field::{ListTree, OperandIndex, Parts, Program};
 use argil_math::Aabb;
 use std::sync::OnceLock;
 
@@ -13,6 +13,7 @@ const QUERY_REACH: f32 = 3.0;
 pub(crate) struct Lowered {
     pub program: Program,
     index: OnceLock<Option<OperandIndex>>,
+    tree: OnceLock<Option<ListTree>>,
 }
 
 impl From<Program> for Lowered {
@@ -20,6 +21,7 @@ impl From<Program> for Lowered {
         Self {
             program,
             index: OnceLock::new(),
+            tree: OnceLock::new(),
         }
     }
 }
@@ -33,11 +35,22 @@ impl Lowered {
         })
     }
 
+    /// The box that is asked about: the solid's, or `focus` of one without end.
+    fn held(&self, focus: Aabb) -> Aabb {
+        let held = self.program.aabb();
+        if held.is_finite() { held } else { focus }
+    }
+
+    /// What can matter near a point, of a program that is neither short nor very long.
+    pub fn list_tree(&self, focus: Aabb) -> Option<&ListTree> {
+        let make = || ListTree::new(&self.program, self.held(focus));
+        self.tree.get_or_init(make).as_ref()
+    }
+
     /// What is near where in the program, of one with many pieces. `focus` is the box of one without end.
     pub fn operand_index(&self, focus: Aabb) -> Option<&OperandIndex> {
         let make = || {
-            let held = self.program.aabb();
-            let held = if held.is_finite() { held } else { focus };
+            let held = self.held(focus);
             let size = held.size().max_element();
             let parts = Parts {
                 corner: held.min,

@@ -4,8 +4,10 @@
 //! balls go from ball to ball (sphere tracing, Hart 1996), and boxes are halved until each is free, solid or as small as
 //! was asked for (interval search, Duff 1992).
 
-use crate::cast::{Probe, material_of};
+use crate::cast::material_of;
+use crate::probe::Probe;
 use crate::{Material, World};
+use argil_abi::Instr;
 use argil_field::{Evaluator, LANES, Program};
 use argil_math::Aabb;
 use argil_volume::Volume;
@@ -47,7 +49,9 @@ pub(crate) enum Source<'a> {
 }
 
 /// Questions about the surface of a world, of its exact field or of the volume that is kept of it. Cheap to make, and to be
-/// used from any number of threads at once; an edit waits until they are done.
+/// used from any number of threads at once; an edit waits until they are done. Where there are many brushes, a place is asked about
+/// the first time at the cost of finding what is near it, some tenths of a millisecond, and then at the cost of that; up to 32 MiB
+/// are kept for it.
 ///
 /// ```
 /// # use argil::{Brush, Engine, Scene, Shape};
@@ -94,9 +98,7 @@ impl World {
 impl<'a> Query<'a> {
     /// The signed distance at a point, negative inside.
     pub fn distance(&self, point: [f32; 3]) -> f32 {
-        let mut out = [0.0];
-        self.distances(&[point], &mut out);
-        out[0]
+        self.tell(&mut self.probe(), point.into()).0
     }
 
     /// The signed distances at points.
@@ -108,17 +110,14 @@ impl<'a> Query<'a> {
         match self.source {
             Source::Field => {
                 let mut evaluator = Evaluator::new(self.world.program());
-                let mut lanes = [[0.0f32; LANES]; 3];
-                for (points, out) in points.chunks(LANES).zip(out.chunks_mut(LANES)) {
-                    for (i, point) in points.iter().enumerate() {
-                        for axis in 0..3 {
-                            lanes[axis][i] = point[axis];
-                        }
+                let mut d = [0.0f32; LANES];
+                self.each_list(points, |list, [x, y, z], nths| {
+                    let d = &mut d[..nths.len()];
+                    evaluator.distances_by(list, x, y, z, d);
+                    for (d, &nth) in d.iter().zip(nths) {
+                        out[nth as usize] = *d;
                     }
-                    let n = points.len();
-                    let [x, y, z] = &lanes;
-                    evaluator.distances(&x[..n], &y[..n], &z[..n], out);
-                }
+                });
             }
             Source::Volume(volume) => {
                 for (point, out) in points.iter().zip(out) {
@@ -130,19 +129,8 @@ impl<'a> Query<'a> {
 
     /// The distance and its gradient at a point; of a volume by differences over a voxel.
     pub fn gradient(&self, point: [f32; 3]) -> (f32, [f32; 3]) {
-        match self.source {
-            Source::Field => {
-                let (d, g) = self.world.program().gradient(point.into());
-                (d, g.to_array())
-            }
-            Source::Volume(volume) => {
-                let (p, h) = (Vec3::from(point), 0.5 * volume.lattice().voxel);
-                let along =
-                    |axis: Vec3| stored(volume, p + h * axis) - stored(volume, p - h * axis);
-                let g = Vec3::new(along(Vec3::X), along(Vec3::Y), along(Vec3::Z)) / (2.0 * h);
-                (stored(volume, p), g.to_array())
-            }
-        }
+        let (d, g) = self.slope(&mut self.probe(), point.into());
+        (d, g.to_array())
     }
 
     /// The distances and gradients at points.
@@ -158,21 +146,35 @@ impl<'a> Query<'a> {
             return;
         };
         let mut evaluator = Evaluator::new(self.world.program());
-        let mut lanes = [[0.0f32; LANES]; 3];
         let (mut d, mut g) = ([0.0f32; LANES], [[0.0f32; LANES]; 3]);
-        for (points, out) in points.chunks(LANES).zip(out.chunks_mut(LANES)) {
-            let n = points.len();
-            for (i, point) in points.iter().enumerate() {
-                for axis in 0..3 {
-                    lanes[axis][i] = point[axis];
+        self.each_list(points, |list, points, nths| {
+            let n = nths.len();
+            let gradients = g.each_mut().map(|g| &mut g[..n]);
+            evaluator.gradients_by(list, points, &mut d[..n], gradients);
+            for (i, &nth) in nths.iter().enumerate() {
+                out[nth as usize] = (d[i], [g[0][i], g[1][i], g[2][i]]);
+            }
+        });
+    }
+
+    /// Calls `visit` with points that what can matter near them is the same of, and with which of all they are.
+    fn each_list(&self, points: &[[f32; 3]], mut visit: impl FnMut(&[Instr], [&[f32]; 3], &[u32])) {
+        let program = self.world.program();
+        let mut lanes = [[0.0f32; LANES]; 3];
+        let mut visit = |list: Option<&[Instr]>, nths: &[u32]| {
+            for (i, &nth) in nths.iter().enumerate() {
+                for (lanes, own) in lanes.iter_mut().zip(points[nth as usize]) {
+                    lanes[i] = own;
                 }
             }
-            let [x, y, z] = &lanes;
-            let [gx, gy, gz] = &mut g;
-            let gradients = [&mut gx[..n], &mut gy[..n], &mut gz[..n]];
-            evaluator.gradients(&x[..n], &y[..n], &z[..n], &mut d[..n], gradients);
-            for (i, out) in out.iter_mut().enumerate() {
-                *out = (d[i], [g[0][i], g[1][i], g[2][i]]);
+            let list = list.unwrap_or(program.instrs());
+            visit(list, lanes.each_ref().map(|own| &own[..nths.len()]), nths);
+        };
+        match self.world.list_tree() {
+            Some(tree) => tree.each_list(program, points, visit),
+            None => {
+                let all: Vec<u32> = (0..points.len() as u32).collect();
+                all.chunks(LANES).for_each(|nths| visit(None, nths));
             }
         }
     }
@@ -200,11 +202,12 @@ impl<'a> Query<'a> {
         if !p.is_finite() || most.is_nan() {
             return None;
         }
-        let d = self.distance(point);
+        let mut probe = self.probe();
+        let d = self.tell(&mut probe, p).0;
         let lipschitz = self.tables().lipschitz();
         // The surface is not in the ball that is free; how far it is at most a walk tells, or the search goes to `most`.
         let free = d.abs() / lipschitz;
-        let mut best = self.walk(p).filter(|q| q.distance(p) <= most);
+        let mut best = self.walk(&mut probe, p).filter(|q| q.distance(p) <= most);
         let mut reach = best.map_or(most, |q| q.distance(p));
         let bounds = self.tables().aabb().grown(self.epsilon);
         if best.is_none() {
@@ -239,12 +242,12 @@ impl<'a> Query<'a> {
             looked_at += 1;
             let center = held.center();
             let half = held.half_diagonal();
-            let d = self.distance(center.to_array());
+            let d = self.tell(&mut probe, center).0;
             if d.abs() > lipschitz * half + self.slack(held) {
                 continue;
             }
             if half < 0.25 * free.max(self.epsilon)
-                && let Some(q) = self.walk(center)
+                && let Some(q) = self.walk(&mut probe, center)
                 && q.distance(p) < reach
             {
                 reach = q.distance(p);
@@ -297,28 +300,49 @@ impl<'a> Query<'a> {
             }
             _ => None,
         };
-        let words = words.unwrap_or_else(|| Probe::new(self, 0.0).material(p));
+        let words = words.unwrap_or_else(|| Probe::new(self.world, 0.0).material(p));
         material_of(&words)
     }
 
-    /// The distance at a point, and whether that is its distance or only one that it does not fall short of.
-    pub(crate) fn tell(&self, point: Vec3) -> (f32, bool) {
+    /// What asks the field for all distances, however far.
+    fn probe(&self) -> Probe<'a> {
+        Probe::new(self.world, f32::MAX)
+    }
+
+    /// The distance and its gradient at a point.
+    pub(crate) fn slope(&self, probe: &mut Probe<'_>, p: Vec3) -> (f32, Vec3) {
         match self.source {
-            Source::Field => (self.distance(point.to_array()), true),
+            Source::Field => probe.gradient(p),
             Source::Volume(volume) => {
-                let d = stored(volume, point);
-                let held = volume.lattice().aabb();
-                let is_sampled = match volume {
-                    Volume::Bricks(bricks) => bricks.has_brick(point),
-                    _ => true,
-                };
-                let range = volume.encoding().range_length(volume.lattice(), 0);
-                (
-                    d,
-                    held.contains(point) && is_sampled && d.abs() < 0.99 * range,
-                )
+                let h = 0.5 * volume.lattice().voxel;
+                let along =
+                    |axis: Vec3| stored(volume, p + h * axis) - stored(volume, p - h * axis);
+                let g = Vec3::new(along(Vec3::X), along(Vec3::Y), along(Vec3::Z)) / (2.0 * h);
+                (stored(volume, p), g)
             }
         }
+    }
+
+    /// The distance at a point, and whether that is its distance or only one that it does not fall short of. The field's is told as
+    /// far as the probe tells it.
+    pub(crate) fn tell(&self, probe: &mut Probe<'_>, point: Vec3) -> (f32, bool) {
+        match self.source {
+            Source::Field => (probe.distance(point), true),
+            Source::Volume(volume) => {
+                let d = stored(volume, point);
+                (d, Self::is_sampled(volume, point, d))
+            }
+        }
+    }
+
+    /// Whether a volume's distance at a point is the scene's there, and not only one that that does not fall short of.
+    fn is_sampled(volume: &Volume, point: Vec3, d: f32) -> bool {
+        let has_samples = match volume {
+            Volume::Bricks(bricks) => bricks.has_brick(point),
+            _ => true,
+        };
+        let range = volume.encoding().range_length(volume.lattice(), 0);
+        volume.lattice().aabb().contains(point) && has_samples && d.abs() < 0.99 * range
     }
 
     pub(crate) fn voxel(&self) -> f32 {
@@ -338,26 +362,13 @@ impl<'a> Query<'a> {
     }
 
     /// Down the gradient to the surface.
-    pub(crate) fn walk(&self, from: Vec3) -> Option<Vec3> {
-        self.walk_by(from, |p| {
-            if !self.tell(p).1 {
-                return (0.0, Vec3::ZERO, false);
-            }
-            let (d, g) = self.gradient(p.to_array());
-            (d, g.into(), true)
-        })
-    }
-
-    /// The same, where distances and gradients come from elsewhere, with whether they are told.
-    pub(crate) fn walk_by(
-        &self,
-        from: Vec3,
-        mut tell: impl FnMut(Vec3) -> (f32, Vec3, bool),
-    ) -> Option<Vec3> {
+    pub(crate) fn walk(&self, probe: &mut Probe<'_>, from: Vec3) -> Option<Vec3> {
         let mut p = from;
         for _ in 0..WALK_STEPS {
-            let (d, g, is_told) = tell(p);
-            if !is_told {
+            let (d, g) = self.slope(probe, p);
+            if let Source::Volume(volume) = self.source
+                && !Self::is_sampled(volume, p, d)
+            {
                 return None;
             }
             if d.abs() < self.epsilon {
@@ -380,17 +391,18 @@ impl<'a> Query<'a> {
         }
         let tolerance = tolerance.max(self.epsilon);
         let lipschitz = self.tables().lipschitz();
+        let mut probe = self.probe();
         let mut open = vec![whole];
         let (mut solid, mut free) = (false, false);
         while let Some(held) = open.pop() {
             let center = held.center();
             let half = held.half_diagonal();
-            let d = self.distance(center.to_array());
+            let d = self.tell(&mut probe, center).0;
             if d.abs() > lipschitz * half + self.slack(held) {
                 solid |= d < 0.0;
                 free |= d >= 0.0;
             } else if half <= tolerance {
-                let (d, is_told) = self.tell(center);
+                let (d, is_told) = self.tell(&mut probe, center);
                 if is_told {
                     return Overlap::Touching;
                 }

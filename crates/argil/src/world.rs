@@ -8,7 +8,7 @@ use crate::{
     Placement, RenderError, Scene, Stored, Via, Volume, VolumeFileError, VolumeInfo,
 };
 use argil_abi::{HIT_INSIDE, HIT_OUTSIDE, Hit};
-use argil_field::{Grid, LiveProgram, OperandIndex, Program};
+use argil_field::{Grid, ListTree, LiveProgram, OperandIndex, Program};
 use argil_gpu::{GpuField, GpuVolume};
 use argil_march::{Camera, Descent, Picture, Settings, Show, Through, frames};
 use argil_math::{Aabb, Control, Interval};
@@ -17,6 +17,7 @@ use glam::Vec3;
 use std::borrow::Cow;
 use std::path::Path;
 use std::sync::OnceLock;
+use std::sync::atomic::{AtomicU32, Ordering};
 use web_time::Instant;
 
 /// Longest side of a picture in pixels.
@@ -25,6 +26,9 @@ pub const MAX_SIDE: u32 = 16_384;
 /// Most steps of a ray, unless it is asked for otherwise: through the field, and through a volume, where a step is short.
 const FIELD_STEPS: u32 = 256;
 const VOLUME_STEPS: u32 = 4096;
+
+/// So few questions between two edits are no reason to make lists for them.
+const SELDOM: u32 = 64;
 
 /// Most pixels of a picture: it takes 76 bytes a pixel while it is drawn.
 pub const MAX_PIXELS: u64 = 1 << 26;
@@ -46,6 +50,8 @@ pub struct World {
     engine: Engine,
     program: OnceLock<Lowered>,
     live: Live,
+    /// Questions since the program was put together or an edit was followed.
+    asked: AtomicU32,
     gpu: Option<GpuField>,
     listeners: Listeners,
     focus: Aabb,
@@ -68,6 +74,7 @@ impl World {
             engine,
             program: OnceLock::from(Lowered::from(program)),
             live: Live::of(scene),
+            asked: AtomicU32::new(0),
             gpu,
             listeners: Listeners::default(),
             focus,
@@ -352,11 +359,11 @@ impl World {
                 let followed = self.live.follow(scene, clay, before, machine, pace).await;
                 // The field on a GPU has the parameters of what was followed, even where bricks could not be.
                 if self.gpu.is_some() && self.live.tables().is_some() {
-                    self.program = OnceLock::new();
+                    self.forget_program();
                 }
                 match followed? {
                     Followed::InPlace(applied) => {
-                        self.program = OnceLock::new();
+                        self.forget_program();
                         self.view = scene.view.clone();
                         let boxes = self.live.told();
                         self.listeners.tell(&boxes);
@@ -514,6 +521,12 @@ impl World {
         Ok(())
     }
 
+    /// Another program is to be put together when it is asked for.
+    fn forget_program(&mut self) {
+        self.program = OnceLock::new();
+        self.asked = AtomicU32::new(0);
+    }
+
     /// The program, with what is made of it for queries.
     fn lowered(&self) -> &Lowered {
         Lowered::of(&self.program, &self.live)
@@ -527,6 +540,16 @@ impl World {
     /// The tables that hold of all of the scene: its materials, how steep it is. They have no list.
     pub(crate) fn tables(&self) -> &Program {
         self.live.tables().unwrap_or_else(|| self.program())
+    }
+
+    /// What can matter near a point, of a program that is neither short nor very long.
+    pub(crate) fn list_tree(&self) -> Option<&ListTree> {
+        self.lowered().list_tree(self.focus)
+    }
+
+    /// Whether few questions were asked since the last edit: then lists that follow edits cost less than to make others.
+    pub(crate) fn is_seldom_asked(&self) -> bool {
+        self.asked.fetch_add(1, Ordering::Relaxed) < SELDOM
     }
 
     /// What is near where in the program, of one with many pieces.
