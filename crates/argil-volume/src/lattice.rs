@@ -24,10 +24,11 @@ pub struct ResolutionError(
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error(
     "voxels of {voxel}: the box is {longest} long, and there can be {least} to {most} voxels along it",
-    least = RESOLUTIONS.start(),
-    most = RESOLUTIONS.end()
+    least = RESOLUTIONS.start()
 )]
 pub struct VoxelError {
+    /// Most voxels along it.
+    pub most: u32,
     /// Asked for.
     pub voxel: f32,
     /// The longest side of the box, in the scene's unit.
@@ -36,6 +37,9 @@ pub struct VoxelError {
 
 /// Voxels from its corner that a lattice reaches at most: `f32` counts no farther.
 pub const FARTHEST_VOXEL: i32 = 1 << 23;
+
+/// Voxels along the longest side of sparse bricks at most, where they are of a size that is given. As many again are left to grow.
+pub const MOST_SPARSE: u32 = FARTHEST_VOXEL as u32 / 2;
 
 /// Why a lattice cannot grow as far as it should.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
@@ -111,14 +115,23 @@ impl Lattice {
         Ok(Self { is_cut, ..lattice })
     }
 
-    /// The same of voxels of a size, in the scene's unit: as many as hold that.
-    pub fn of_voxels(solid: Aabb, frame: Option<Aabb>, voxel: f32) -> Result<Self, VoxelError> {
+    /// The same of voxels of a size, in the scene's unit: as many as hold that, `most` along a side.
+    pub fn of_voxels(
+        solid: Aabb,
+        frame: Option<Aabb>,
+        voxel: f32,
+        most: u32,
+    ) -> Result<Self, VoxelError> {
         let (held, is_cut) = held_by(solid, frame, |_| voxel);
         let count = (held.size() / voxel - 1e-3).ceil();
-        let most = count.max_element();
-        if !(voxel > 0.0 && RESOLUTIONS.contains(&(most as u32))) {
+        let longest = count.max_element() as u32;
+        if !(voxel > 0.0 && (*RESOLUTIONS.start()..=most).contains(&longest)) {
             let longest = held_by(solid, frame, |_| 0.0).0.size().max_element();
-            return Err(VoxelError { voxel, longest });
+            return Err(VoxelError {
+                most,
+                voxel,
+                longest,
+            });
         }
         let size = count.as_uvec3().max(UVec3::ONE);
         Ok(Self {

@@ -42,7 +42,9 @@ pub use bricks::{
 pub use dense::Dense;
 pub use encoding::{Bits, Encoding, Range, Texel};
 pub use file::{Section, Stored, StoredMesh, Volume, VolumeError};
-pub use lattice::{FARTHEST_VOXEL, Lattice, RESOLUTIONS, ResolutionError, TooFarError, VoxelError};
+pub use lattice::{
+    FARTHEST_VOXEL, Lattice, MOST_SPARSE, RESOLUTIONS, ResolutionError, TooFarError, VoxelError,
+};
 pub use octree::{
     Keep, Layout, Octree, OctreeError, OctreeSettings, Path, Selection, StagesMs, Tree, Visit,
 };

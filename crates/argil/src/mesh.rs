@@ -1,6 +1,6 @@
 //! Triangles of a world.
 
-use crate::representation::{Kept, budget_on, lattice_over};
+use crate::representation::{Kept, budget_on};
 use crate::wait::wait;
 use crate::{BricksOptions, BuildError, Engine, World};
 use argil_field::{Grid, Program};
@@ -8,7 +8,9 @@ use argil_gpu::{GpuField, GpuMesh, GpuVolume, MarchNormals, MarchOptions, Stages
 use argil_math::{Aabb, Control};
 use argil_mesh::marching::bricks::Rings;
 use argil_mesh::{Format, Mesh, Report, WriteOptions, dual, exact, marching, simplify, write};
-use argil_volume::{Bits, BrickLayout, BrickSettings, Bricks, CellLists, Dense, Lattice, Volume};
+use argil_volume::{
+    Bits, BrickLayout, BrickSettings, Bricks, CellLists, Dense, Lattice, RESOLUTIONS, Volume,
+};
 use glam::Vec3;
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
@@ -248,12 +250,14 @@ impl World {
         let frame = self.view().frame;
         let frame = frame.map(|[min, max]| Aabb::new(min.into(), max.into()));
         let solid = self.program().aabb().grown(options.iso.max(0.0));
-        Ok(lattice_over(
-            solid,
-            frame,
-            options.resolution,
-            options.voxel,
-        )?)
+        let most = *RESOLUTIONS.end();
+        let lattice = match options.voxel {
+            Some(voxel) => {
+                Lattice::of_voxels(solid, frame, voxel, most).map_err(BuildError::from)?
+            }
+            None => Lattice::holding(solid, frame, options.resolution).map_err(BuildError::from)?,
+        };
+        Ok(lattice)
     }
 
     fn of_field(

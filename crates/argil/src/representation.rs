@@ -8,8 +8,8 @@ use argil_march::{Descent, Triangles};
 use argil_math::Aabb;
 use argil_mesh::{Mesh, exact};
 use argil_volume::{
-    BrickLayout, BrickSettings, Bricks, Dense, Encoding, Keep, Lattice, Layout, Octree,
-    OctreeSettings, Volume,
+    BrickLayout, BrickSettings, Bricks, Dense, Encoding, Keep, Lattice, Layout, MOST_SPARSE,
+    Octree, OctreeSettings, Volume,
 };
 #[cfg(all(not(target_arch = "wasm32"), feature = "memory"))]
 use std::sync::{LazyLock, Mutex, PoisonError};
@@ -261,7 +261,7 @@ pub(crate) enum Triangulated {
     Gpu(GpuMesh),
 }
 
-/// The lattice of a scene's volume.
+/// The lattice of a scene's volume: of so many voxels, or of sparse ones of a size.
 pub(crate) fn lattice_of(
     scene: &Scene,
     program: &Program,
@@ -272,18 +272,9 @@ pub(crate) fn lattice_of(
         .view
         .frame
         .map(|[min, max]| Aabb::new(min.into(), max.into()));
-    lattice_over(reach(scene, program), frame, resolution, voxel)
-}
-
-/// The lattice of a solid and the frame that it is looked at in, of so many voxels or of voxels of a size.
-pub(crate) fn lattice_over(
-    solid: Aabb,
-    frame: Option<Aabb>,
-    resolution: u32,
-    voxel: Option<f32>,
-) -> Result<Lattice, BuildError> {
+    let solid = reach(scene, program);
     Ok(match voxel {
-        Some(voxel) => Lattice::of_voxels(solid, frame, voxel)?,
+        Some(voxel) => Lattice::of_voxels(solid, frame, voxel, MOST_SPARSE)?,
         None => Lattice::holding(solid, frame, resolution)?,
     })
 }

@@ -117,6 +117,48 @@ fn what_is_put_outside_of_the_first_box_is_there() -> Outcome {
     Ok(())
 }
 
+/// Bricks of voxels of a size hold what is far apart from the beginning, at the memory of the same side by side.
+#[test]
+fn what_is_far_apart_is_baked_from_nothing() -> Outcome {
+    let options = BricksOptions {
+        voxel: Some(0.02),
+        ..BricksOptions::default()
+    };
+    for engine in engines() {
+        let mut bytes = [0; 2];
+        for (bytes, apart) in bytes.iter_mut().zip([2.5, 10_000.0]) {
+            let mut scene = one_ball()?;
+            scene.push(ball_at([apart, 0.0, 0.0]))?;
+            let world = engine.build(&scene)?.bricks(options)?;
+            *bytes = world.memory_bytes();
+            let field = engine.build(&scene)?.field();
+            for at in [[0.0; 3], [apart, 0.0, 0.0]] {
+                let [own, exact] = [&world, &field].map(|world| pixels_of_ball(world, at));
+                assert!(
+                    own > 100 && own.abs_diff(exact) <= exact / 12 + 2,
+                    "{at:?}: {own} and {exact}"
+                );
+            }
+        }
+        let [near, far] = bytes.map(|bytes| bytes as f64);
+        // Coarse bricks have blocks that are hardly used.
+        assert!(far < 1.2 * near, "{far} and {near}");
+        let fine = BricksOptions {
+            voxel: Some(1e-4),
+            ..options
+        };
+        let mut scene = one_ball()?;
+        scene.push(ball_at([10_000.0, 0.0, 0.0]))?;
+        let refused = engine
+            .build(&scene)?
+            .bricks(fine)
+            .err()
+            .expect("too many voxels");
+        assert!(refused.to_string().contains("4194304"), "{refused}");
+    }
+    Ok(())
+}
+
 /// Any edits from a thousandth of a unit to ten thousand away: the bricks are a fresh bake's whose box is found anew, and rays
 /// meet what the field says.
 #[test]
