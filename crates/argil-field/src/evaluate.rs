@@ -1,10 +1,10 @@
 //! The ways into the interpreter.
 
-use crate::Program;
 use crate::curves::BLOCK;
 use crate::interpret::{Carried, run};
 use crate::real::{Dual, F32Lanes, Real};
 use crate::registers::{Loan, Registers};
+use crate::{FAR, Program};
 use argil_abi::{Instr, MaterialWords};
 use glam::Vec3;
 use multiversion::multiversion;
@@ -73,13 +73,29 @@ impl<'a> Evaluator<'a> {
         z: &[f32],
         out: &mut [f32],
     ) {
+        self.distances_from(FAR, instrs, [x, y, z], out);
+    }
+
+    /// The same of what is joined with a distance that is the same everywhere, not with nothing.
+    ///
+    /// # Panics
+    /// As [`Evaluator::distances`].
+    pub fn distances_from(
+        &mut self,
+        start: f32,
+        instrs: &[Instr],
+        points: [&[f32]; 3],
+        out: &mut [f32],
+    ) {
         let n = out.len();
         let plain = &mut *self.plain;
         plain.active = n.next_multiple_of(BLOCK);
-        for (lanes, from) in plain.point.iter_mut().zip([x, y, z]) {
+        plain.start = start;
+        for (lanes, from) in plain.point.iter_mut().zip(points) {
             load(lanes, from, plain.active);
         }
         run_distances(self.program, instrs, plain);
+        plain.start = FAR;
         out.copy_from_slice(&plain.acc.0[..n]);
     }
 

@@ -75,7 +75,7 @@ pub(crate) fn run<R: Real, const APART: bool>(
     let materials = APART && carried == Carried::Materials;
     let marks = APART && carried == Carried::Marks;
     for i in lanes_of(r.active) {
-        R::set(&mut r.acc, i, R::constant(FAR));
+        R::set(&mut r.acc, i, R::constant(r.start));
     }
     let any_exiled = exile::<R>(&mut r.point, &mut r.exiled, r.active);
     let params = &program.params[..];

@@ -64,7 +64,7 @@ pub use bounds::ClearTerms;
 pub use evaluate::Evaluator;
 pub use grid::Grid;
 pub use list_tree::ListTree;
-pub use live::{Added, LiveProgram, Touched, Upset};
+pub use live::{Added, HardBrush, LiveProgram, Touched, Upset};
 pub use loose::NearJumps;
 pub use lower::LowerError;
 pub use near::{NearEvaluator, NearField};

@@ -19,7 +19,7 @@ use crate::parts::{Part, Parts};
 use crate::pieces::{ROOT, Told, regularity_of};
 use crate::program::Program;
 use crate::{ClearTerms, LowerError, Opcodes};
-pub use added::Added;
+pub use added::{Added, HardBrush};
 use argil_math::Aabb;
 use argil_scene::{Change, Extents, NodeId, OperatorKind, Scene};
 use glam::Vec3;

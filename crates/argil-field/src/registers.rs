@@ -1,5 +1,6 @@
 //! What the interpreter works on.
 
+use crate::FAR;
 use crate::real::{F32Lanes, LANES, Real};
 use std::ops::{Deref, DerefMut};
 
@@ -12,6 +13,8 @@ pub(crate) struct Registers<R: Real> {
     pub point: [R::Lanes; 3],
     /// Lanes in use, rounded up to whole blocks: what brushes are measured for.
     pub active: usize,
+    /// What distances are accumulated from.
+    pub start: f32,
     /// The accumulated distances, and after the run the answer.
     pub acc: R::Lanes,
     /// What was accumulated before a brush, while that is measured on its own.
@@ -36,6 +39,7 @@ impl<R: Real> Registers<R> {
         Self {
             point: [zero(), zero(), zero()],
             active: LANES,
+            start: FAR,
             acc: zero(),
             aside: zero(),
             material: Box::new(std::array::from_fn(|_| f32::splat(0.0))),

@@ -119,7 +119,7 @@ impl Encoding {
 }
 
 /// A stored distance. `encode` in `fill.wgsl` is the twin.
-pub trait Texel: bytemuck::Pod + Send + Sync + Default {
+pub trait Texel: bytemuck::Pod + PartialEq + Send + Sync + Default {
     /// What an integer within the quanta is stored as.
     fn stored(integer: i32) -> Self;
     /// The integer.

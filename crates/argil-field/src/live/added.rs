@@ -1,11 +1,11 @@
 //! What an update has put behind all that was there.
 
 use super::LiveProgram;
-use crate::Program;
 use crate::brush::Brush;
 use crate::combine::Joint;
 use crate::pieces::ROOT;
-use argil_abi as abi;
+use crate::{FAR, Program};
+use argil_abi::{self as abi, Instr};
 use argil_math::Aabb;
 use argil_scene::Extent;
 use glam::Vec3;
@@ -14,7 +14,27 @@ use glam::Vec3;
 /// with, so that distances which somebody has kept tell where they can matter.
 pub struct Added<'a> {
     program: &'a Program,
-    brushes: Vec<(Extent, Joint)>,
+    brushes: Vec<(Extent, Joint, Instr)>,
+}
+
+/// A brush that is joined hard with all that was there: how, and the instruction that measures it.
+pub struct HardBrush {
+    instr: Instr,
+    /// Whether it is united, not subtracted.
+    pub adds: bool,
+}
+
+impl HardBrush {
+    /// A list that begins with [`HardBrush::start`] and then is what it joins the scene with: the nearer of both where it
+    /// adds, else the farther.
+    pub fn list(&self) -> &[Instr] {
+        std::slice::from_ref(&self.instr)
+    }
+
+    /// See [`HardBrush::list`].
+    pub fn start(&self) -> f32 {
+        if self.adds { FAR } else { -FAR }
+    }
 }
 
 impl LiveProgram {
@@ -34,9 +54,10 @@ impl LiveProgram {
             let joint = Brush::read(&program.params, instr.params as usize).joint;
             let is_plain = own.visible && own.is_plain() && own.group == ROOT;
             let is_brush = instr.op < abi::OP_SHAPES_END && joint.sb > 0.0;
-            (touched.after.contains(node) && is_plain && is_brush).then_some((own.extent, joint))
+            (touched.after.contains(node) && is_plain && is_brush)
+                .then_some((own.extent, joint, instr))
         });
-        let brushes: Option<Vec<(Extent, Joint)>> = brushes.collect();
+        let brushes: Option<Vec<_>> = brushes.collect();
         Some(Added {
             program,
             brushes: brushes?,
@@ -45,10 +66,21 @@ impl LiveProgram {
 }
 
 impl Added<'_> {
+    /// All of them, the last first, if each is joined hard.
+    pub fn hard(&self) -> Option<Vec<HardBrush>> {
+        let brushes = self.brushes.iter().map(|(_, joint, instr)| {
+            (joint.k == 0.0).then_some(HardBrush {
+                instr: *instr,
+                adds: joint.sa > 0.0,
+            })
+        });
+        brushes.collect()
+    }
+
     /// The greatest length of a distance where that of the scene without them is so much at most.
     pub fn greatest(&self, before: f32) -> f32 {
         let all = self.brushes.iter();
-        let [depth, blends] = all.fold([0.0f32; 2], |[depth, blends], (extent, joint)| {
+        let [depth, blends] = all.fold([0.0f32; 2], |[depth, blends], (extent, joint, _)| {
             // No point inside is farther from the way out than half of the box.
             let own = 0.5 * extent.aabb.size().min_element();
             [depth.max(own), blends + joint.k]
@@ -62,7 +94,7 @@ impl Added<'_> {
         let region = Aabb::new(point, point).grown(radius);
         let change = self.program.lipschitz() * radius * 1.000_01;
         let margin = 2.0 * (change + self.program.rounding(region));
-        self.brushes.iter().any(|(extent, joint)| {
+        self.brushes.iter().any(|(extent, joint, _)| {
             let held = extent.aabb;
             let gap = (held.min - point).max(point - held.max).max(Vec3::ZERO);
             let own = gap.length() / (1.000_1 * extent.underestimate);

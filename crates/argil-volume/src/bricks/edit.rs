@@ -22,7 +22,7 @@ use super::{BLOCK_SIDE, BrickLayout, Bricks, BricksError};
 use crate::texels::OF_THIS_TYPE;
 use crate::{Bits, Texel};
 use argil_abi::{Fill, Instr};
-use argil_field::{CELLS, LiveProgram, Parts, Program, Pruner, Touched};
+use argil_field::{CELLS, HardBrush, LiveProgram, Parts, Program, Pruner, Touched};
 use glam::{IVec3, Vec3};
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
@@ -168,9 +168,10 @@ impl Bricks {
         let bounds = Bounds::new(live.program(), &self.layout);
         let encoding = &self.layout.encoding;
         let fill = encoding.fill(live.program(), &self.layout.lattice, 0);
-        let mut jobs = Vec::new();
+        let (mut jobs, mut hard) = (Vec::new(), Vec::new());
         match self.reached::<T>(live, work, &units, (&bounds, &fill)) {
-            Some(reached) => {
+            Some((reached, own)) => {
+                hard = own;
                 // Boxes tell less than marks: of few brushes, a list that is cut by marks is shorter.
                 let are_many = live.length() > MANY;
                 let is_near = |block: &ReachedBlock| are_many && block.is_near(&self.layout);
@@ -193,6 +194,7 @@ impl Bricks {
             layout: self.layout,
             live,
             touched: work.touched(live),
+            hard,
             bounds,
             fill,
             places: Places::new(&self.layout),
@@ -347,6 +349,8 @@ struct Editing<'a> {
     places: Places,
     /// What can have changed, where that is known.
     touched: Option<&'a Touched>,
+    /// Brushes that alone tell how bricks that there were have changed; none where more must be known.
+    hard: Vec<HardBrush>,
     work: &'a EditWork,
 }
 
@@ -479,7 +483,11 @@ impl Editing<'_> {
         let old = &bricks.words[slot * CELLS..(slot + 1) * CELLS];
         let pool = bricks.pool.of::<T>().expect(OF_THIS_TYPE);
         let dirty = self.work.dirty_cells(&self.layout, self.live, first);
-        let octants = self.octants(first, lists, changed & dirty, (&found, old), pruner);
+        let octants = if self.hard.is_empty() {
+            self.octants(first, lists, changed & dirty, (&found, old), pruner)
+        } else {
+            [u8::MAX; CELLS]
+        };
         // No more bricks than that, so that they are moved once.
         let near = found.cells.iter().filter(|&&(i, _)| {
             let i = usize::from(i);
@@ -516,11 +524,28 @@ impl Editing<'_> {
                 continue;
             }
             let begin = made.texels.len();
-            let old = is_brick(old).then(|| &pool[old as usize * samples..][..samples]);
-            let changed = octants[i];
-            let stays = match old {
-                Some(old) if changed.count_ones() <= MOST_OCTANTS => {
-                    made.texels.extend_from_slice(old);
+            let look = is_brick(old).then(|| bricks.materials[old as usize]);
+            let was = is_brick(old).then(|| &pool[old as usize * samples..][..samples]);
+            let mut changed = octants[i];
+            let stays = match was {
+                Some(was) if !self.hard.is_empty() => {
+                    made.texels.extend_from_slice(was);
+                    let out = &mut made.texels[begin..];
+                    let least = filler.joined(&self.hard, cell, out);
+                    // Where it is not certain, the whole list tells.
+                    let stays = least.is_finite() && !bounds.is_clear(least, reach);
+                    if out == was {
+                        changed = 0;
+                        if stays && look.is_some_and(|look| self.looks_the_same(list, look)) {
+                            made.texels.truncate(begin);
+                            made.words[i] = old;
+                            continue;
+                        }
+                    }
+                    stays
+                }
+                Some(was) if changed.count_ones() <= MOST_OCTANTS => {
+                    made.texels.extend_from_slice(was);
                     let out = &mut made.texels[begin..];
                     // What is near enough in a part is near enough in the whole.
                     let mut again = || filler.octants(list, cell, changed, out);

@@ -6,7 +6,7 @@ use super::octants::{OCTANTS, place_of};
 use crate::Texel;
 use crate::encoding::encode;
 use argil_abi::{BRICK_MIXED, Fill, Instr, MATERIAL_SIDE, MaterialWords};
-use argil_field::{Evaluator, LANES, Program, Pruner};
+use argil_field::{Evaluator, FAR, HardBrush, LANES, Program, Pruner};
 use glam::{IVec3, Vec3, uvec3};
 use multiversion::multiversion;
 
@@ -73,7 +73,8 @@ impl<'a> Filler<'a> {
         let first = (cell * self.layout.brick as i32).as_vec3();
         let Self { places, d, .. } = self;
         let places = &places.brick;
-        sample(self.layout, &mut self.evaluator, instrs, first, places, d);
+        let from = (FAR, instrs);
+        sample(self.layout, &mut self.evaluator, from, first, places, d);
         encode(d, self.fill, out);
         nearest(d)
     }
@@ -134,7 +135,7 @@ impl<'a> Filler<'a> {
         sample(
             self.layout,
             evaluator,
-            instrs,
+            (FAR, instrs),
             first,
             &self.places.octant,
             d,
@@ -152,6 +153,35 @@ impl<'a> Filler<'a> {
             out[to..to + row].copy_from_slice(texels);
         }
         nearest(d)
+    }
+
+    /// A cell's brick as it was, joined with brushes in their order; in lengths, no sample is farther from the surface than what is
+    /// told. Encoding keeps the order of distances, so that the greater of two texels is that of the greater distance.
+    pub fn joined<T: Texel>(&mut self, brushes: &[HardBrush], cell: IVec3, brick: &mut [T]) -> f32 {
+        let first = (cell * self.layout.brick as i32).as_vec3();
+        let Self { places, d, .. } = self;
+        // No brick has more.
+        let mut own = [T::default(); 17 * 17 * 17];
+        let own = &mut own[..brick.len()];
+        for brush in brushes {
+            let evaluator = &mut self.evaluator;
+            let from = (brush.start(), brush.list());
+            sample(self.layout, evaluator, from, first, &places.brick, d);
+            encode(d, self.fill, own);
+            for (texel, &own) in brick.iter_mut().zip(&*own) {
+                let is_greater = own.integer() > texel.integer();
+                if is_greater != brush.adds {
+                    *texel = own;
+                }
+            }
+        }
+        let least = brick.iter().map(|texel| texel.integer().abs());
+        let least = least.fold(f32::INFINITY, f32::min);
+        if least < self.fill.quanta as f32 {
+            (least + 1.0) / self.fill.spacing_scale[3]
+        } else {
+            f32::INFINITY
+        }
     }
 
     /// What a cell's brick looks like: one material, or a mixed brick's place among the block's.
@@ -221,11 +251,11 @@ pub(super) fn only_material(instrs: &[Instr], palette: &[MaterialWords]) -> Opti
     Some(first.map_or(only, |first| first as u32))
 }
 
-/// Distances at places from a first sample on, as many as there are.
+/// Distances at places from a first sample on, as many as there are: of what instructions join with a distance.
 fn sample(
     layout: &BrickLayout,
     evaluator: &mut Evaluator<'_>,
-    instrs: &[Instr],
+    (start, instrs): (f32, &[Instr]),
     first: Vec3,
     places: &[Vec<f32>; 3],
     d: &mut [f32],
@@ -242,7 +272,7 @@ fn sample(
             }
         }
         let d = &mut d[begin..begin + n];
-        evaluator.distances_by(instrs, &x[..n], &y[..n], &z[..n], d);
+        evaluator.distances_from(start, instrs, [&x[..n], &y[..n], &z[..n]], d);
     }
 }
 

@@ -9,7 +9,7 @@ use super::{BLOCK_SIDE, BrickLayout, Bricks, inner_cell};
 use crate::Texel;
 use crate::texels::OF_THIS_TYPE;
 use argil_abi::Fill;
-use argil_field::{Added, CELLS, LiveProgram};
+use argil_field::{Added, CELLS, HardBrush, LiveProgram};
 use glam::IVec3;
 use rayon::prelude::*;
 
@@ -24,6 +24,8 @@ pub(super) struct ReachedBlock {
     reach: f32,
 }
 
+/// More brushes than this are not joined with bricks as they are.
+const FEW_BRUSHES: usize = 8;
 /// Blocks that a thread looks at by itself.
 const FEW: usize = 64;
 
@@ -60,14 +62,14 @@ impl ReachedBlock {
 
 impl Bricks {
     /// The blocks of units in which something can have changed, if it is known what was touched and that nothing else was; the
-    /// others are as they were.
+    /// others are as they were. With the brushes that alone tell how bricks change, if they do.
     pub(super) fn reached<T: Texel>(
         &self,
         live: &LiveProgram,
         work: &EditWork,
         units: &[Unit],
         (bounds, fill): (&Bounds<'_>, &Fill),
-    ) -> Option<Vec<ReachedBlock>> {
+    ) -> Option<(Vec<ReachedBlock>, Vec<HardBrush>)> {
         let added = work.touched(live).and_then(|_| live.added())?;
         let all: Vec<(IVec3, IVec3)> = units
             .iter()
@@ -86,7 +88,14 @@ impl Bricks {
                 reach,
             }
         });
-        Some(reached.filter(|block| block.cells != 0).collect())
+        let reached = reached.filter(|block| block.cells != 0).collect();
+        let mut hard = added.hard().unwrap_or_default();
+        // Of many, most are not in a cell.
+        if hard.len() > FEW_BRUSHES {
+            hard.clear();
+        }
+        hard.reverse();
+        Some((reached, hard))
     }
 
     fn reached_in<T: Texel>(
