@@ -1,7 +1,8 @@
 //! Worlds that follow their scenes.
 
 use argil::{
-    Aabb, Backend, BricksOptions, Brush, Edit, Engine, Modifier, Pace, Scene, Shape, Volume, World,
+    Aabb, Backend, Bits, BricksOptions, Brush, Edit, Engine, Material, Modifier, Pace, Range,
+    Scene, Shape, Volume, World,
 };
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, Mutex};
@@ -367,6 +368,61 @@ fn what_jumps_costs_where_it_is() -> Outcome {
         }
     }
     assert_eq!(cells(&world).len(), bricks);
+    Ok(())
+}
+
+/// Brushes of several materials that are joined hard, alone and several at once, leave what a fresh bake has: in bricks of all sizes
+/// and widths, in narrow bands and in wide ones.
+#[test]
+fn hard_brushes_change_bricks_as_a_fresh_bake_does() -> Outcome {
+    for (brick, bits, band) in [
+        (4, Bits::Sixteen, 4.0),
+        (8, Bits::Sixteen, 4.0),
+        (8, Bits::Eight, 24.0),
+        (16, Bits::Eight, 4.0),
+    ] {
+        let mut scene = Scene::new();
+        for (name, base_color) in [("red", [0.8, 0.1, 0.1]), ("blue", [0.1, 0.1, 0.8])] {
+            let material = Material {
+                base_color,
+                ..Material::default()
+            };
+            scene.set_material(name, material)?;
+        }
+        scene.push(Brush::new(Shape::cuboid([1.0, 0.6, 1.0])))?;
+        let mut options = BricksOptions {
+            resolution: 96,
+            ..BricksOptions::default()
+        };
+        options.settings.brick = brick;
+        options.settings.encoding.bits = bits;
+        options.settings.encoding.range = Range::Voxels(band);
+        let mut world = Engine::cpu().build(&scene)?.bricks(options)?;
+        for i in 0..160u32 {
+            let along = |k: u32| 2.4 * ((i * k) % 211) as f32 / 211.0 - 1.2;
+            let size = 0.03 + 0.27 * ((i * 67) % 211) as f32 / 211.0;
+            let brush = match i % 3 {
+                0 => Brush::new(Shape::sphere(size)),
+                1 => Brush::new(Shape::cuboid([size; 3])),
+                _ => Brush::new(Shape::torus(0.2, 0.05)),
+            };
+            let brush = match i % 4 {
+                0 => brush.material("red"),
+                1 => brush.material("blue"),
+                _ => brush,
+            };
+            let brush = brush.at([along(37), along(91), along(150)]);
+            scene.push(if i % 5 < 3 { brush } else { brush.subtract() })?;
+            // Now and then several come together.
+            if i % 6 < 4 || i % 32 == 31 {
+                assert!(!world.apply(&scene)?.rebuilt);
+            }
+            if i % 32 == 31 {
+                let differing = world.differing_cells(&scene)?;
+                assert_eq!(differing, Some(0), "{brick} {bits:?} {band} {i}");
+            }
+        }
+    }
     Ok(())
 }
 

@@ -536,7 +536,9 @@ impl Editing<'_> {
                     let stays = least.is_finite() && !bounds.is_clear(least, reach);
                     if out == was {
                         changed = 0;
-                        if stays && look.is_some_and(|look| self.looks_the_same(list, look)) {
+                        // Places of materials can have changed all the same.
+                        let palette = self.live.program().materials();
+                        if stays && look.is_some() && look == only_material(list, palette) {
                             made.texels.truncate(begin);
                             made.words[i] = old;
                             continue;
