@@ -95,6 +95,7 @@ const DENSE_NEAR: f32 = 0.28;
 const NEAR_VOXELS: f32 = 0.2;
 const BRICK_MARGIN_VOXELS: f32 = 2.5;
 const LEAST_WEIGHT: f32 = 0.001;
+const MATERIAL_TOLD: f32 = 1.48;
 const RELAXATION: f32 = 0.9;
 const NUDGE_VOXELS: f32 = 0.001;
 const NUDGE_SHARE: f32 = 5e-7;

@@ -43,6 +43,9 @@ numbers! { NUMBERS:
     BRICK_MARGIN_VOXELS: f32 = 2.5;
     /// The weight of a mixed brick's place that is on another surface, of 1.
     LEAST_WEIGHT: f32 = 1e-3;
+    /// How far a mixed brick's places keep their own materials, of the distance that decides whether it is mixed: within half of its
+    /// diagonal, as far as lists tell.
+    MATERIAL_TOLD: f32 = 1.48;
     /// How much of what spheres along a plane allow a ray goes beyond its own.
     RELAXATION: f32 = 0.9;
     /// A ray that leaves a cell or a voxel goes so many voxels farther, to be in the next,

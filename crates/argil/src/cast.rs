@@ -11,7 +11,7 @@ use glam::Vec3;
 /// Steps of a cast.
 const MOST_STEPS: usize = 4096;
 /// How much of what a step may go too far it goes: the surface is no plane.
-const RELAXATION: f32 = 0.9;
+const RELAXATION: f32 = argil_abi::RELAXATION;
 
 /// Where a cast has met the surface.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -329,12 +329,15 @@ fn fill_materials(@builtin(workgroup_id) id: vec3<u32>, @builtin(local_invocatio
     let inner = vec3<f32>(place) * (f32(volume.brick) / f32(MATERIAL_SIDE - 1u));
     var mine = vec2(0u);
     var is_near = false;
+    var is_told = true;
     if is_place {
         let d = field_surface(volume.corner_range.xyz + volume.extent_voxel.w * (vec3<f32>(cell * i32(volume.brick)) + inner));
         mine = pack_material(field_material);
         // Between places that are farther from the surface than the diagonal from one to the next, there is none.
         let step = f32(volume.brick) / f32(MATERIAL_SIDE - 1u);
-        is_near = abs(d) <= 1.01 * volume.lipschitz * 1.7320508 * step * volume.extent_voxel.w;
+        let reach = 1.01 * volume.lipschitz * 1.7320508 * step * volume.extent_voxel.w;
+        is_near = abs(d) <= reach;
+        is_told = abs(d) <= MATERIAL_TOLD * reach;
     }
     if local == 0u {
         atomicStore(&first_place, 0xffffffffu);
@@ -349,6 +352,7 @@ fn fill_materials(@builtin(workgroup_id) id: vec3<u32>, @builtin(local_invocatio
     let has_near = atomicLoad(&first_place) != 0xffffffffu;
     workgroupBarrier();
     if !has_near {
+        is_told = true;
         is_near = is_place;
         if is_place {
             atomicMin(&first_place, local);
@@ -393,8 +397,10 @@ fn fill_materials(@builtin(workgroup_id) id: vec3<u32>, @builtin(local_invocatio
     let block = look & ~BRICK_MIXED;
     if is_place && (look & BRICK_MIXED) != 0u && block < volume.mixed {
         let to = volume.capacity + 2u * (block * MATERIAL_SIDE * MATERIAL_SIDE * MATERIAL_SIDE + local);
-        brick_materials[to] = mine.x;
-        brick_materials[to + 1u] = mine.y;
+        // Lists do not tell what is so far that none of it is looked at.
+        let kept = select(first_packed, mine, is_told);
+        brick_materials[to] = kept.x;
+        brick_materials[to + 1u] = kept.y;
     }
 }
 

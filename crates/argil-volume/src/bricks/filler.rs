@@ -5,7 +5,7 @@ use super::material::{PLACES, packed};
 use super::octants::{OCTANTS, place_of};
 use crate::Texel;
 use crate::encoding::encode;
-use argil_abi::{BRICK_MIXED, Fill, Instr, MATERIAL_SIDE, MaterialWords};
+use argil_abi::{BRICK_MIXED, Fill, Instr, MATERIAL_SIDE, MATERIAL_TOLD, MaterialWords};
 use argil_field::{Evaluator, FAR, HardBrush, LANES, Program, Pruner};
 use glam::{IVec3, Vec3, uvec3};
 use multiversion::multiversion;
@@ -213,21 +213,24 @@ impl<'a> Filler<'a> {
         let reach = if has_near { reach } else { f32::INFINITY };
         let mut near = found.iter().zip(&d).filter(|(_, d)| d.abs() <= reach);
         let palette = self.program.materials();
+        let mut first = [0; 2];
         if let Some((one, _)) = near.next() {
             let own = packed(one);
+            first = own;
             if near.all(|(m, _)| m == one || packed(m) == own)
                 && let Some(place) = palette.iter().position(|m| packed(m) == own)
             {
                 return place as u32;
             }
         }
-        // Neighbours often are of one material.
+        // Neighbours often are of one material. Lists do not tell what is so far that none of it is looked at.
+        let far = MATERIAL_TOLD * reach;
         let (mut last, mut word) = (&found[0], packed(&found[0]));
-        mixed.extend(found.iter().map(|m| {
+        mixed.extend(found.iter().zip(&d).map(|(m, d)| {
             if m != last {
                 (last, word) = (m, packed(m));
             }
-            word
+            if d.abs() <= far { word } else { first }
         }));
         BRICK_MIXED | (mixed.len() / PLACES - 1) as u32
     }
