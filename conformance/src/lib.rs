@@ -98,6 +98,25 @@ pub fn sampled() -> Shape {
     }
 }
 
+/// Ground with a step, a slope and a bump.
+pub fn heights() -> Shape {
+    let height = |i: u32, k: u32| match (i, k) {
+        (0..3, _) => 0.2,
+        (_, 5..) => 0.9 - 0.1 * i as f32,
+        _ => 0.3 + 0.07 * ((3 * i + 5 * k) % 4) as f32,
+    };
+    let all: Vec<f32> = (0..63).map(|i| height(i % 9, i / 9)).collect();
+    let grid = SampledGrid::of_heights([9, 7], &all).expect("heights from 0 to 1");
+    Shape::Heightmap {
+        path: "ground.png".into(),
+        half_size: [0.8, 0.6],
+        height: 0.5,
+        base: 0.15,
+        resolution: 16,
+        grid: MeshGrid(Some(Arc::new(grid))),
+    }
+}
+
 /// One of each shape, by the table of shapes, and others of those with a special case.
 pub fn shapes() -> Vec<(String, Shape)> {
     [examples(), special_shapes()].concat()
@@ -171,6 +190,7 @@ fn special_shapes() -> Vec<(String, Shape)> {
         ),
         ("vase", Shape::Lathe { outline: vase() }),
         ("mesh", sampled()),
+        ("heightmap", heights()),
     ];
     let named = |(name, shape): (&str, Shape)| (name.to_owned(), shape);
     special.into_iter().map(named).collect()

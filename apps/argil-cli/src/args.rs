@@ -372,7 +372,7 @@ pub struct On {
 
 #[derive(Args)]
 pub struct Import {
-    /// A tree file, or a mesh: .obj, .glb, .ply or .stl
+    /// A tree file, a mesh: .obj, .glb, .ply or .stl, or a heightmap: .png
     pub file: PathBuf,
     /// Where the scene goes
     #[arg(short, long, value_name = "SCENE")]

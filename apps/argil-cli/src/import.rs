@@ -11,12 +11,13 @@ pub fn run(options: &Import) -> anyhow::Result<()> {
     output::check_place(&options.output, &options.file)?;
     output::check_ending(&options.output, "a scene", "json")?;
     let is_mesh = Format::of(&options.file).is_some();
-    if !is_mesh {
+    let is_sampled = is_mesh || argil::is_image(&options.file.to_string_lossy());
+    if !is_sampled {
         refuse_other_meshes(&options.file)?;
     }
     ensure!(
-        is_mesh || options.resolution.is_none(),
-        "--resolution says how a mesh is sampled, and {} is none: leave it out",
+        is_sampled || options.resolution.is_none(),
+        "--resolution says how a mesh is sampled, or how many posts a heightmap has, and {} is neither: leave it out",
         options.file.display()
     );
     ensure!(
@@ -24,8 +25,8 @@ pub fn run(options: &Import) -> anyhow::Result<()> {
         "--thickness is for meshes, and {} is none: leave it out",
         options.file.display()
     );
-    let (mut scene, loaded) = if is_mesh {
-        mesh(options)?
+    let (mut scene, loaded) = if is_sampled {
+        of_file(options)?
     } else {
         refuse_scenes(&options.file)?;
         (Scene::import_tree(&options.file)?, None)
@@ -69,7 +70,7 @@ fn refuse_other_meshes(path: &Path) -> anyhow::Result<()> {
     let is_mesh = OTHER_MESHES.contains(&ending.to_lowercase().as_str());
     ensure!(
         !is_mesh,
-        "{}: meshes are read from .obj, .glb, .ply and .stl: export it as one of those, for example from Blender",
+        "{}: meshes are read from .obj, .glb, .ply and .stl, heightmaps from .png: export it as one of those, for example from Blender",
         path.display()
     );
     Ok(())
@@ -107,15 +108,15 @@ fn thickened(options: &Import, thickness: f32) -> anyhow::Result<PathBuf> {
     Ok(place)
 }
 
-/// A scene of one mesh.
-fn mesh(options: &Import) -> anyhow::Result<(Scene, Option<LoadedMesh>)> {
+/// A scene of one mesh or heightmap.
+fn of_file(options: &Import) -> anyhow::Result<(Scene, Option<LoadedMesh>)> {
     let file = match options.thickness {
         Some(thickness) => thickened(options, thickness)?,
         None => options.file.clone(),
     };
     let path = input::from_folder(&file, &options.output)?;
-    let mut shape = Shape::mesh(path);
-    if let (Shape::Mesh { resolution, .. }, Some(wanted)) = (&mut shape, options.resolution) {
+    let mut shape = Shape::of_file(path);
+    if let (Some((_, resolution, _)), Some(wanted)) = (shape.file_mut(), options.resolution) {
         *resolution = wanted;
     }
     let mut scene = Scene::new();
@@ -125,6 +126,11 @@ fn mesh(options: &Import) -> anyhow::Result<(Scene, Option<LoadedMesh>)> {
     let folder = options.output.parent().unwrap_or(Path::new("."));
     let mut loaded = argil::load_meshes(&mut scene, folder, options.allow_outside)?;
     let loaded = loaded.pop();
+    if let Some(heights) = loaded.as_ref().filter(|own| own.grid.has_heights()) {
+        // As long and wide as the image is.
+        scene = Scene::new();
+        scene.push(Brush::new(heights.shape()))?;
+    }
     for warning in loaded.iter().flat_map(|loaded| loaded.repairs.warnings()) {
         eprintln!("warning: {}: {warning}", options.file.display());
     }
@@ -133,6 +139,9 @@ fn mesh(options: &Import) -> anyhow::Result<(Scene, Option<LoadedMesh>)> {
 
 /// What a mesh is, and what was done to it.
 fn about(loaded: &LoadedMesh) -> Value {
+    if loaded.grid.has_heights() {
+        return json!({"heightmap": loaded.path, "posts": loaded.grid.posts()});
+    }
     let repairs = &loaded.repairs;
     let bounds = loaded.grid.solid();
     json!({

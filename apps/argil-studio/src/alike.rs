@@ -1,6 +1,6 @@
 //! What is changed of one of several that are selected, changed of the others.
 
-use argil::{Body, Entry, Modifier, Operator, Shape};
+use argil::{Body, Entry, Modifier, Operator};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
@@ -15,7 +15,7 @@ pub fn changed_alike(before: &Entry, after: &Entry, other: &Entry) -> Entry {
     }
     if let (Body::Shape(from), Body::Shape(to), Body::Shape(shape)) =
         (&before.body, &after.body, &mut own.body)
-        && !matches!(shape, Shape::Mesh { .. })
+        && shape.file().is_none()
     {
         merge(from, to, shape);
     }
@@ -112,7 +112,7 @@ fn merge_values(before: &Value, after: &Value, own: &mut Value) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use argil::{Brush, OperatorKind};
+    use argil::{Brush, OperatorKind, Shape};
 
     fn ball(radius: f32) -> Entry {
         Brush::new(Shape::sphere(radius))

@@ -171,13 +171,9 @@ impl Document {
     /// Meshes that the scene names and whose distances are not there, or not yet.
     pub fn missing_meshes(&self) -> Vec<Named> {
         let is_named = |(path, resolution): &&Named| {
-            let names = |node: NodeId| match &self.scene.node(node).entry().body {
-                Body::Shape(Shape::Mesh {
-                    path: own,
-                    resolution: size,
-                    ..
-                }) => own == path && size == resolution,
-                _ => false,
+            let names = |node: NodeId| {
+                let file = self.scene.node(node).entry().body.file();
+                file.is_some_and(|(own, size, _)| own == path && size == *resolution)
             };
             self.scene.walk().any(names)
         };
@@ -187,7 +183,8 @@ impl Document {
     /// Have nothing in place of meshes that are not there.
     fn stand_in(&mut self) {
         for named in self.scene.missing_meshes() {
-            self.scene.set_mesh(named.0.clone(), named.1, nothing());
+            self.scene
+                .set_mesh(named.0.clone(), named.1, nothing(&named.0));
             self.missing.push(named.clone());
             self.wanted.push(named);
         }

@@ -39,7 +39,7 @@ impl Ask {
     pub fn kind(self) -> (&'static str, &'static [&'static str]) {
         match self {
             Self::Open | Self::Save => ("Scene", &["json"]),
-            Self::Import => ("Mesh", &["obj", "glb", "ply", "stl"]),
+            Self::Import => ("Mesh or heightmap", &["obj", "glb", "ply", "stl", "png"]),
             Self::Mesh => ("Mesh", &["glb", "obj", "ply", "stl"]),
             Self::Picture => ("PNG picture", &["png"]),
             Self::Turntable if IS_PAGE => ("Archive", &["zip"]),
@@ -165,7 +165,7 @@ impl Studio {
     /// A file that was dropped on the window.
     #[cfg(not(target_arch = "wasm32"))]
     pub(crate) fn open_or_import(&mut self, path: &Path) {
-        if Format::of(path).is_some() {
+        if Format::of(path).is_some() || argil::is_image(&path.to_string_lossy()) {
             self.attempt(|s| s.import(path));
         } else if self.may_leave(Then::Open(path.into())) {
             self.open(path);
@@ -224,8 +224,9 @@ impl Studio {
         let aim = Aim::New(stem.to_string_lossy().into_owned());
         let job = format!("Importing {}", path.display());
         let own = self.document.id();
+        let resolution = usual_resolution(&named);
         self.jobs
-            .load(job, vec![(named, usual_resolution())], load, (own, aim));
+            .load(job, vec![(named, resolution)], load, (own, aim));
         Ok(())
     }
 

@@ -4,7 +4,7 @@ use crate::app::Studio;
 use crate::dialogs::Then;
 use crate::meshes::Load;
 use anyhow::Context;
-use argil::{Format, Scene, load_meshes_of};
+use argil::{Format, Scene, is_image, load_meshes_of};
 use std::path::Path;
 
 /// A file's name and what is in it.
@@ -13,7 +13,7 @@ pub type Given = (String, Vec<u8>);
 impl Studio {
     /// Take a scene with the meshes that it names, meshes that what is open lacks, or others to be imported.
     pub(crate) fn open_bytes(&mut self, files: Vec<Given>) {
-        let is_mesh = |name: &str| Format::of(Path::new(name)).is_some();
+        let is_mesh = |name: &str| Format::of(Path::new(name)).is_some() || is_image(name);
         let (meshes, scenes): (Vec<_>, Vec<_>) =
             files.into_iter().partition(|(name, _)| is_mesh(name));
         if let Some(scene) = scenes.into_iter().next() {

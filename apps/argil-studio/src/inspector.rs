@@ -10,7 +10,7 @@ use crate::document::{name_of, shape_name, spoken};
 use crate::files::IS_PAGE;
 use crate::icon::{self, Icon};
 use crate::keyframes::keyframes;
-use argil::{Body, Entry, Exactness, Modifier, NodeId, OperatorKind, Profile, Shape};
+use argil::{Body, Entry, Exactness, Modifier, NodeId, OperatorKind, Profile, Shape, is_image};
 use eframe::egui::{self, DragValue, RichText};
 use serde_json::{Map, Value};
 
@@ -261,9 +261,8 @@ impl Studio {
             self.operator(ui, &mut entry, &mut done);
             if let Body::Shape(shape) = &mut entry.body {
                 ui.separator();
-                if matches!(shape, Shape::Mesh { .. }) {
-                    self.mesh(ui, node, shape);
-                } else if self.shape(ui, shape) {
+                self.file(ui, node, shape);
+                if self.shape(ui, shape) {
                     done = Some(format!("Change {}", shape_name(shape).to_lowercase()));
                 }
             }
@@ -307,36 +306,37 @@ impl Studio {
         }
     }
 
-    /// The file of a mesh and how finely it is sampled, which takes a while.
-    fn mesh(&mut self, ui: &mut egui::Ui, node: NodeId, shape: &Shape) {
-        let Shape::Mesh {
-            path, resolution, ..
-        } = shape
-        else {
+    /// The file of a mesh or a heightmap and how finely it is sampled, which takes a while.
+    fn file(&mut self, ui: &mut egui::Ui, node: NodeId, shape: &Shape) {
+        let Some((path, resolution, _)) = shape.file() else {
             return;
         };
-        let named = (path.clone(), *resolution);
+        let named = (path.to_owned(), resolution);
         ui.horizontal(|ui| {
             ui.label("File");
             if !IS_PAGE && ui.button("Choose…").clicked() {
-                self.relocate(node, *resolution);
+                self.relocate(node, resolution);
             }
             ui.add(egui::Label::new(path).truncate());
         });
         if self.document.missing_meshes().contains(&named) {
             ui.label("It is not there, or not yet: nothing stands in for it.");
         }
-        let mut chosen = *resolution;
+        let mut chosen = resolution;
         ui.horizontal(|ui| {
-            let text = self.docs.of("Shape", "mesh", "resolution");
+            let kind = if is_image(path) { "heightmap" } else { "mesh" };
+            let text = self.docs.of("Shape", kind, "resolution");
             ui.label("Resolution").on_hover_text(text.unwrap_or(""));
-            let all = [16, 32, 64, 96, 128, 192, 256, 384, 512];
+            let all = match is_image(path) {
+                true => [32, 64, 128, 256, 384, 512, 768, 1024, 2048],
+                false => [16, 32, 64, 96, 128, 192, 256, 384, 512],
+            };
             choice(ui, "Mesh resolution", &mut chosen, all, |n| {
                 format!("{n} samples")
             });
         });
-        if chosen != *resolution {
-            let load = self.load_again(std::iter::once(path.as_str()));
+        if chosen != resolution {
+            let load = self.load_again(std::iter::once(path));
             self.resample(node, (named.0, chosen), load);
         }
     }
@@ -392,8 +392,15 @@ impl Studio {
         };
         let kind = map["type"].as_str().unwrap_or_default().to_owned();
         let name = spoken(&kind);
+        // Those are chosen above.
+        let of_file = ["path", "resolution"].map(|key| (key, map.remove(key)));
         if !fields(ui, &name, &mut map, |key| self.docs.of("Shape", &kind, key)) {
             return false;
+        }
+        for (key, value) in of_file {
+            if let Some(value) = value {
+                map.insert(key.to_owned(), value);
+            }
         }
         match serde_json::from_value(Value::Object(map)) {
             Ok(changed) => *shape = changed,

@@ -7,7 +7,7 @@ use crate::files::IS_PAGE;
 use crate::jobs::{Aim, Loaded};
 use argil::glam::{UVec3, Vec3};
 use argil::{
-    Aabb, Body, Brush, Entry, LoadedMesh, MeshFileError, NodeId, SampledGrid, Scene, Shape,
+    Aabb, Body, Brush, LoadedMesh, MeshFileError, NodeId, SampledGrid, Scene, Shape, is_image,
     load_meshes,
 };
 use std::collections::BTreeMap;
@@ -17,8 +17,12 @@ use std::sync::Arc;
 /// A mesh's path and resolution, as a scene names it.
 pub type Named = (String, u32);
 
-/// Distances to nothing.
-pub fn nothing() -> Arc<SampledGrid> {
+/// Distances to nothing; of an image that is not there, flat ground.
+pub fn nothing(path: &str) -> Arc<SampledGrid> {
+    let flat = || SampledGrid::of_heights([2, 2], &[0.0; 4]);
+    if let Some(flat) = is_image(path).then(flat).flatten() {
+        return Arc::new(flat);
+    }
     let far = |points: &[Vec3], out: &mut [f32]| {
         debug_assert_eq!(points.len(), out.len());
         out.fill(1.0);
@@ -28,25 +32,19 @@ pub fn nothing() -> Arc<SampledGrid> {
     Arc::new(grid)
 }
 
-/// Samples along the longest side where nothing else is said.
-pub fn usual_resolution() -> u32 {
-    match Shape::mesh("") {
-        Shape::Mesh { resolution, .. } => resolution,
-        _ => 64,
-    }
+/// Samples along the longest side where nothing else is said, or posts.
+pub fn usual_resolution(path: &str) -> u32 {
+    Shape::of_file(path).file().map_or(64, |(_, own, _)| own)
 }
 
 /// A scene of one brush.
 pub fn scene_of((path, resolution): &Named) -> anyhow::Result<Scene> {
     let mut scene = Scene::new();
-    let mut entry: Entry = Brush::new(Shape::mesh(path.clone())).into();
-    if let Body::Shape(Shape::Mesh {
-        resolution: own, ..
-    }) = &mut entry.body
-    {
+    let mut shape = Shape::of_file(path.clone());
+    if let Some((_, own, _)) = shape.file_mut() {
         *own = *resolution;
     }
-    scene.push(entry)?;
+    scene.push(Brush::new(shape))?;
     Ok(scene)
 }
 
@@ -175,14 +173,14 @@ impl Studio {
                     "what is to be changed is locked"
                 );
                 let mut entry = self.document.scene().node(node).entry().clone();
-                entry.body = Body::Shape(shape_of(&mesh));
+                entry.body = Body::Shape(other_file(&entry.body, &mesh));
                 self.document.replace("Change mesh", node, entry)?;
                 if !warnings.is_empty() {
                     self.tell(format!("{}: {warnings}", mesh.path));
                 }
             }
             Aim::New(name) => {
-                let brush = Brush::new(shape_of(&mesh)).named(name);
+                let brush = Brush::new(mesh.shape()).named(name);
                 self.add_entry("Import mesh", brush.into())?;
                 self.frame_what_is_off();
                 self.tell(if warnings.is_empty() {
@@ -230,16 +228,22 @@ impl Studio {
     }
 }
 
-fn shape_of(mesh: &LoadedMesh) -> Shape {
-    let mut shape = Shape::mesh(mesh.path.clone());
-    if let Shape::Mesh {
-        resolution, grid, ..
-    } = &mut shape
-    {
-        *resolution = mesh.resolution;
-        grid.0 = Some(mesh.grid.clone());
+/// What a brush is of another file: as long and high as before, if it is of the same kind.
+fn other_file(before: &Body, mesh: &LoadedMesh) -> Shape {
+    let own = mesh.shape();
+    let Body::Shape(before) = before else {
+        return own;
+    };
+    let mut kept = before.clone();
+    match (kept.file_mut(), own.file()) {
+        (Some((path, resolution, grid)), Some((to, size, loaded)))
+            if is_image(path) == is_image(to) =>
+        {
+            (*path, *resolution, *grid) = (to.to_owned(), size, loaded.clone());
+            kept
+        }
+        _ => own,
     }
-    shape
 }
 
 /// Give the paths of a scene's meshes as they are to be from another folder.
@@ -283,7 +287,11 @@ mod tests {
         scene
             .push(Brush::new(Shape::mesh("gone.obj")))
             .expect("a mesh");
-        scene.set_mesh("gone.obj", usual_resolution(), nothing());
+        scene.set_mesh(
+            "gone.obj",
+            usual_resolution("gone.obj"),
+            nothing("gone.obj"),
+        );
         assert!(scene.missing_meshes().is_empty());
         for pipeline in Pipeline::ALL {
             let hit = |scene: &Scene| {

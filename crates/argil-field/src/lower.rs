@@ -15,7 +15,7 @@ use crate::regular::{Regularity, regularity};
 use argil_abi::{self as abi, Instr, MaterialWords};
 use argil_scene::{
     Body, Entry, Extent, Extents, Material, Modifier, NodeId, Operator, OperatorKind, Profile,
-    Scene, Shape, copies_looked_at,
+    Scene, copies_looked_at,
 };
 pub use error::LowerError;
 use error::{MAX_COPIES, MAX_COPIES_A_LOOP};
@@ -611,12 +611,12 @@ impl<'a> Lowering<'a> {
         let Body::Shape(shape) = &entry.body else {
             return Ok(());
         };
-        if let Shape::Mesh { path, grid, .. } = shape
+        if let Some((path, _, grid)) = shape.file()
             && grid.0.is_none()
         {
             return Err(LowerError::NotLoaded {
                 path: self.scene.path(node),
-                file: path.clone(),
+                file: path.to_owned(),
             });
         }
         let m = frame.own_from_point;

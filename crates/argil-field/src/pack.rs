@@ -144,6 +144,23 @@ fn outline_words(outline: &Outline, half_depth: f32, is_lathe: bool) -> Vec<f32>
 }
 
 /// The same of a text's outlines.
+/// Half sizes, height, base, and by how much the way to the surface is shorter than straight down at most; what a grid of heights has.
+fn heightmap_words(grid: &[f32], [x, z]: [f32; 2], [height, base]: [f32; 2]) -> Vec<f32> {
+    let &[along_x, along_z, _, _, nx, _, nz, ..] = grid else {
+        return Vec::new();
+    };
+    let slopes = [
+        height * along_x * (nx - 1.0) / (2.0 * x),
+        height * along_z * (nz - 1.0) / (2.0 * z),
+    ];
+    let steepest = slopes.iter().map(|slope| slope * slope).sum::<f32>();
+    // A little less than that, for rounding.
+    let share = 0.999_9 / (1.0 + steepest).sqrt();
+    let mut words = vec![x, z, height, base, share];
+    words.extend_from_slice(grid);
+    words
+}
+
 fn text_words(text: &str, size: f32, half_depth: f32) -> Vec<f32> {
     let mut words = vec![0.0, half_depth];
     let outlines = text_outlines(text, size);

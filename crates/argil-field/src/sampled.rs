@@ -1,4 +1,4 @@
-//! Distances that are interpolated between samples: see `argil_scene::SampledGrid` for what the words are. Twin:
+//! Distances that are interpolated between samples, and ground by its heights: see `argil_scene::SampledGrid` for what the words are. Twin:
 //! `sampled.wgsl`.
 
 use crate::curves::{BLOCK, Block};
@@ -66,6 +66,45 @@ fn sampled<R: Real>(p: [R; 3], w: &[f32]) -> R {
     } else {
         d
     }
+}
+
+/// Lower bounds of the distances of a block of points to ground as high as a grid of heights tells. The ground's slope is at most
+/// what stands before the grid, so the surface is at least as far as it is straight down, times the cosine of that; beside and below, as far as the box.
+#[inline(always)]
+pub(crate) fn sd_heightmap<R: Real>([x, y, z]: [&mut Block<R>; 3], w: &[f32]) -> Block<R> {
+    let mut out = [R::constant(0.0); BLOCK];
+    for i in 0..BLOCK {
+        out[i] = heightmap([x[i], y[i], z[i]], w);
+    }
+    out
+}
+
+#[inline(always)]
+fn heightmap<R: Real>([x, y, z]: [R; 3], w: &[f32]) -> R {
+    let (half_x, half_z, height, base, share) = (w[0], w[1], w[2], w[3], w[4]);
+    let grid = 5;
+    let (nx, nz) = (w[grid + 4], w[grid + 6]);
+    let along = |c: R, half: f32, n: f32| {
+        let at = ((c + half) * ((n - 1.0) / (2.0 * half))).clamp_to(0.0, n - 1.0);
+        let least = Real::min(at.value().floor(), n - 2.0);
+        (least as usize, at - least)
+    };
+    let ((i, tx), (k, tz)) = (along(x, half_x, nx), along(z, half_z, nz));
+    let row = nx as usize;
+    let first = grid + SAMPLED_HEADER + k * row + i;
+    let of = |v: usize| tx * (w[v + 1] - w[v]) + w[v];
+    let (a, b) = (of(first), of(first + row));
+    let ground = (tz * (b - a) + a) * height;
+    let top = (y - ground) * share;
+    let gaps = [x.abs() - half_x, -y - base, z.abs() - half_z];
+    let beyond = gaps.map(Real::positive_part);
+    let squared = beyond[0] * beyond[0] + beyond[1] * beyond[1] + beyond[2] * beyond[2];
+    let beside = if squared.value() > 0.0 {
+        squared.sqrt()
+    } else {
+        gaps[0].max(gaps[1]).max(gaps[2])
+    };
+    top.max(beside)
 }
 
 #[inline(always)]

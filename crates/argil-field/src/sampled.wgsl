@@ -45,3 +45,24 @@ fn sd_sampled(p: vec3<f32>, w: u32) -> f32 {
     }
     return d;
 }
+
+fn sd_heightmap(p: vec3<f32>, w: u32) -> f32 {
+    let half = vec2(params[w], params[w + 1u]);
+    let n = vec2(params[w + 9u], params[w + 11u]);
+    let at = min(max((p.xz + half) * ((n - vec2(1.0)) / (2.0 * half)), vec2(0.0)), n - vec2(1.0));
+    let least = min(floor(at), n - vec2(2.0));
+    let t = at - least;
+    let row = u32(n.x);
+    let first = w + 5u + SAMPLED_HEADER + u32(least.y) * row + u32(least.x);
+    let a = t.x * (params[first + 1u] - params[first]) + params[first];
+    let b = t.x * (params[first + row + 1u] - params[first + row]) + params[first + row];
+    let ground = (t.y * (b - a) + a) * params[w + 2u];
+    let top = (p.y - ground) * params[w + 4u];
+    let gaps = vec3(abs(p.x) - half.x, -p.y - params[w + 3u], abs(p.z) - half.y);
+    let beyond = max(gaps, vec3(0.0));
+    let squared = beyond.x * beyond.x + beyond.y * beyond.y + beyond.z * beyond.z;
+    if squared > 0.0 {
+        return max(top, sqrt(squared));
+    }
+    return max(top, max(max(gaps.x, gaps.y), gaps.z));
+}

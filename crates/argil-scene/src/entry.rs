@@ -1,6 +1,6 @@
 use crate::fault::Fault;
 use crate::keyframe::{self, Keyframe};
-use crate::{Modifier, Operator, OperatorKind, Profile, Shape};
+use crate::{MeshGrid, Modifier, Operator, OperatorKind, Profile, Shape};
 
 /// What a brush or a group is apart from its place in the scene.
 #[derive(Clone, Debug, PartialEq)]
@@ -33,6 +33,22 @@ pub enum Body {
 }
 
 impl Body {
+    /// As [`Shape::file`], of a shape.
+    pub fn file(&self) -> Option<(&str, u32, &MeshGrid)> {
+        match self {
+            Self::Shape(shape) => shape.file(),
+            Self::Group => None,
+        }
+    }
+
+    /// As [`Shape::file_mut`], of a shape.
+    pub fn file_mut(&mut self) -> Option<(&mut String, &mut u32, &mut MeshGrid)> {
+        match self {
+            Self::Shape(shape) => shape.file_mut(),
+            Self::Group => None,
+        }
+    }
+
     /// What a shape takes besides itself, but for a mesh's distances, which are shared.
     pub(crate) fn heap_bytes(&self) -> usize {
         match self {

@@ -15,7 +15,7 @@ pub(crate) mod read;
 mod schema;
 mod write;
 
-use crate::{EditError, Fault, Scene};
+use crate::{EditError, Fault, SampledGrid, Scene, is_grid};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
@@ -119,14 +119,31 @@ impl Scene {
         String::from_utf8_lossy(&text).into_owned()
     }
 
-    /// Write a scene file, beside its place and then renamed into it, so that a failure leaves the old file whole.
+    /// Write a scene file, beside its place and then renamed into it, so that a failure leaves the old file whole. What is [sampled](crate::Shape::sampled) is written to files of its own
+    /// beside it.
     pub fn save(&self, path: impl AsRef<Path>) -> Result<(), FileError> {
         let path = path.as_ref();
-        replace_file(path, |out| write::write(self, out)).map_err(|source| FileError::Io {
+        let fault = |path: &Path, source| FileError::Io {
             path: path.into(),
             source,
-        })
+        };
+        for (name, _, grid) in self.loaded_meshes() {
+            if is_grid(name) {
+                let place = path.with_file_name("").join(name);
+                save_grid(&place, grid).map_err(|source| fault(&place, source))?;
+            }
+        }
+        replace_file(path, |out| write::write(self, out)).map_err(|source| fault(path, source))
     }
+}
+
+/// Write sampled distances, if they are not there already.
+fn save_grid(place: &Path, grid: &SampledGrid) -> std::io::Result<()> {
+    let bytes = grid.to_bytes();
+    if std::fs::read(place).is_ok_and(|there| there == bytes) {
+        return Ok(());
+    }
+    replace_file(place, |out| std::io::Write::write_all(out, &bytes))
 }
 
 /// Write a file beside its place and rename it into it, so that whoever looks finds the old file or the new one, whole. In a

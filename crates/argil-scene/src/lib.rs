@@ -37,6 +37,7 @@ mod sampled;
 mod scene;
 mod shape;
 mod shape_rules;
+pub use shape_rules::{is_grid, is_image};
 mod shape_table;
 mod text;
 mod transform;
@@ -59,7 +60,9 @@ pub use log::LogError;
 pub use material::Material;
 pub use modifier::{Modifier, angular_half_extent, copies_looked_at, twist_stretch};
 pub use operator::{Operator, OperatorKind, Profile};
-pub use sampled::{Measure, SAMPLED_HEADER, SAMPLED_SIDE, SampledBlock, SampledGrid};
+pub use sampled::{
+    GRID_MAGIC, MOST_POSTS, Measure, SAMPLED_HEADER, SAMPLED_SIDE, SampledBlock, SampledGrid,
+};
 pub use scene::{Node, NodeId, Scene};
 pub use shape::{
     Exactness, MeshGrid, Outline, Piece, Shape, ShapeParameter, SplinePoint, TubePiece,

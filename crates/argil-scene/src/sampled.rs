@@ -5,6 +5,8 @@
 //! tell, so that the distance has no jump where fine meets coarse. Its gradient in a cell is a mean of those at the corners, which are differences along
 //! edges: the greatest of them is its Lipschitz constant.
 
+use crate::shape_rules::mesh_resolution;
+use crate::{Fault, MAX_LENGTH};
 use argil_math::Aabb;
 use glam::{UVec3, Vec3, uvec3};
 use rayon::prelude::*;
@@ -13,8 +15,15 @@ use std::fmt;
 /// Samples' intervals along the side of a cell that has fine ones.
 pub const SAMPLED_SIDE: u32 = 8;
 
-/// Words before the table of cells: corner, reciprocal of a cell's edge, cells along each axis, 0.
+/// Words before the table of cells: corner, reciprocal of a cell's edge, cells along each axis, 0. Of heights: the greatest step
+/// along x and along z, the least and the greatest height, posts along x, 0, posts along z, 0.
 pub const SAMPLED_HEADER: usize = 8;
+
+/// What the file of a grid begins with.
+pub const GRID_MAGIC: [u8; 8] = *b"argilg01";
+
+/// Most posts along a side of a grid of heights.
+pub const MOST_POSTS: u32 = 2048;
 
 /// Samples of a cell that has fine ones.
 const FINE: usize = 729;
@@ -99,6 +108,53 @@ impl fmt::Debug for SampledGrid {
 }
 
 impl SampledGrid {
+    /// Sample a function of points: a signed distance, negative inside, or what is nowhere farther from 0 than that. `solid` is the box that
+    /// what is solid lies in; what reaches beyond is cut. `resolution` is samples along its longest side, from 16 to 512.
+    ///
+    /// ```
+    /// use argil_scene::{Brush, SampledGrid, Scene, Shape};
+    /// let wave = |[x, y, z]: [f32; 3]| (x.hypot(z) - 0.8).max(y.abs() - 0.2 - 0.1 * (9.0 * x).sin()) * 0.7;
+    /// let grid = SampledGrid::of([[-0.8, -0.3, -0.8], [0.8, 0.3, 0.8]], 64, wave)?;
+    /// let mut scene = Scene::new();
+    /// scene.push(Brush::new(Shape::sampled("wave", grid)))?;
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// If the box is empty or without end, the resolution is another, the function gives no numbers, or nothing is inside.
+    pub fn of(
+        solid: [[f32; 3]; 2],
+        resolution: u32,
+        distance: impl Fn([f32; 3]) -> f32 + Sync,
+    ) -> Result<Self, Fault> {
+        mesh_resolution("resolution", resolution)?;
+        let solid = Aabb::new(solid[0].into(), solid[1].into());
+        let longest = solid.size().max_element();
+        let is_box = solid.is_finite() && solid.size().min_element() >= 0.0 && longest > 0.0;
+        if !is_box || solid.min.abs().max(solid.max.abs()).max_element() > MAX_LENGTH {
+            return Err(Fault::new("solid", format!("{solid:?} is no box")));
+        }
+        let spacing = longest / resolution as f32;
+        let cell = spacing * SAMPLED_SIDE as f32;
+        let region = solid.grown(2.0 * spacing);
+        let cells = (region.size() / cell).ceil().as_uvec3().max(UVec3::ONE);
+        let corner = region.center() - 0.5 * cell * cells.as_vec3();
+        let measure = |points: &[Vec3], out: &mut [f32]| {
+            for (point, out) in points.iter().zip(out) {
+                *out = distance(point.to_array());
+            }
+        };
+        let grid = Self::sample(corner, cell, cells, solid, &measure);
+        if !grid.words.iter().all(|word| word.is_finite()) {
+            return Err(Fault::new("distance", "is no finite number somewhere"));
+        }
+        if !grid.has_inside() {
+            let reason = format!("is nowhere negative, as far as {resolution} samples find");
+            return Err(Fault::new("distance", reason));
+        }
+        Ok(grid)
+    }
+
     /// Sample a distance in cells from `corner` on; `solid` is a box around the solid.
     pub fn sample(
         corner: Vec3,
@@ -168,10 +224,70 @@ impl SampledGrid {
         words.extend_from_slice(&table);
         words.extend_from_slice(&coarse);
         words.extend_from_slice(&fine);
-        Self::of(words, corner, cell, cells, solid)
+        Self::with(words, corner, cell, cells, solid)
     }
 
-    fn of(words: Vec<f32>, corner: Vec3, cell: f32, cells: UVec3, solid: Aabb) -> Self {
+    /// A grid of heights from 0 to 1, as a heightmap's image has them: from 2 to [`MOST_POSTS`] posts along x and along z, x fastest.
+    /// `None` if there are others, or not as many heights, or one is no number from 0 to 1.
+    ///
+    /// ```
+    /// use argil_scene::{MeshGrid, SampledGrid, Shape};
+    /// let roof = SampledGrid::of_heights([3, 2], &[0.0, 1.0, 0.0, 0.0, 1.0, 0.0]).expect("heights");
+    /// let grid = MeshGrid(Some(std::sync::Arc::new(roof)));
+    /// let shape = Shape::Heightmap {
+    ///     path: "roof.png".into(),
+    ///     half_size: [2.0, 1.0],
+    ///     height: 0.5,
+    ///     base: 0.1,
+    ///     resolution: 16,
+    ///     grid,
+    /// };
+    /// assert!(shape.check().is_ok());
+    /// ```
+    pub fn of_heights(posts: [u32; 2], heights: &[f32]) -> Option<Self> {
+        let [nx, nz] = posts.map(|n| n as usize);
+        let is_count = |n: u32| (2..=MOST_POSTS).contains(&n);
+        let is_height = |h: &f32| (0.0..=1.0).contains(h);
+        if !posts.into_iter().all(is_count)
+            || heights.len() != nx * nz
+            || !heights.iter().all(is_height)
+        {
+            return None;
+        }
+        let steps = |of: &dyn Fn(usize) -> Option<usize>| {
+            let all = heights.iter().enumerate();
+            all.filter_map(|(i, h)| Some((heights[of(i)?] - h).abs()))
+                .fold(0.0, f32::max)
+        };
+        let along_x = steps(&|i| ((i + 1) % nx != 0).then_some(i + 1));
+        let along_z = steps(&|i| (i + nx < heights.len()).then_some(i + nx));
+        let least = heights.iter().copied().fold(1.0, f32::min);
+        let greatest = heights.iter().copied().fold(0.0, f32::max);
+        let mut words = vec![
+            along_x, along_z, least, greatest, nx as f32, 0.0, nz as f32, 0.0,
+        ];
+        words.extend_from_slice(heights);
+        Some(Self {
+            words,
+            corner: Vec3::ZERO,
+            cell: 1.0,
+            cells: uvec3(posts[0], 0, posts[1]),
+            solid: Aabb::new(Vec3::ZERO, Vec3::new(1.0, greatest, 1.0)),
+            lipschitz: 1.0,
+        })
+    }
+
+    /// Posts along x and along z, of a grid of heights.
+    pub fn posts(&self) -> [u32; 2] {
+        [self.cells.x, self.cells.z]
+    }
+
+    /// Whether it holds heights.
+    pub fn has_heights(&self) -> bool {
+        self.cells.y == 0
+    }
+
+    fn with(words: Vec<f32>, corner: Vec3, cell: f32, cells: UVec3, solid: Aabb) -> Self {
         let mut grid = Self {
             words,
             corner,
@@ -187,6 +303,11 @@ impl SampledGrid {
     /// From words that were kept; `None` where they make no grid.
     pub fn from_words(words: Vec<f32>, solid: Aabb) -> Option<Self> {
         let head = words.get(..SAMPLED_HEADER)?;
+        if head[5] == 0.0 {
+            let posts = [head[4], head[6]].map(|n| n as u32);
+            let own = Self::of_heights(posts, &words[SAMPLED_HEADER..])?;
+            return (own.words == words).then_some(own);
+        }
         let corner = Vec3::from_slice(head);
         let cell = 1.0 / head[3];
         let is_count = |n: &f32| (1.0..=512.0).contains(n) && n.fract() == 0.0;
@@ -206,7 +327,26 @@ impl SampledGrid {
             }
         }
         let length = SAMPLED_HEADER + volume(cells) + volume(cells + 1) + count * FINE;
-        (words.len() == length).then(|| Self::of(words, corner, cell, cells, solid))
+        (words.len() == length).then(|| Self::with(words, corner, cell, cells, solid))
+    }
+
+    /// The grid as the bytes of a file: [`GRID_MAGIC`], the box around the solid, and its [words](Self::words), all little-endian `f32`.
+    pub fn to_bytes(&self) -> Vec<u8> {
+        let solid = [self.solid.min, self.solid.max].map(|corner| corner.to_array());
+        let words = solid.as_flattened().iter().chain(&self.words);
+        let mut bytes = GRID_MAGIC.to_vec();
+        bytes.extend(words.flat_map(|word| word.to_le_bytes()));
+        bytes
+    }
+
+    /// From the bytes of a file; `None` if they are not those of a whole grid.
+    pub fn from_bytes(bytes: &[u8]) -> Option<Self> {
+        let (words, rest) = bytes.strip_prefix(&GRID_MAGIC)?.as_chunks::<4>();
+        let words: Vec<f32> = words.iter().map(|&word| f32::from_le_bytes(word)).collect();
+        let (solid, words) = words.split_at_checked(6)?;
+        let [min, max] = [0, 3].map(|at| Vec3::from_slice(&solid[at..]));
+        let grid = Self::from_words(words.to_vec(), Aabb::new(min, max))?;
+        rest.is_empty().then_some(grid)
     }
 
     /// What interpreters read.

@@ -2,7 +2,7 @@ use crate::crowd::Crowd;
 use crate::edit::Change;
 use crate::history::History;
 use crate::watch::{Watch, Watches};
-use crate::{Body, Entry, Fault, Group, Material, SampledGrid, Shape, View};
+use crate::{Body, Entry, Fault, Group, Material, SampledGrid, View};
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -213,14 +213,9 @@ impl Scene {
     pub fn missing_meshes(&self) -> Vec<(String, u32)> {
         let mut missing: Vec<(String, u32)> = self
             .walk()
-            .filter_map(|id| match &self.node(id).entry.body {
-                Body::Shape(Shape::Mesh {
-                    path,
-                    resolution,
-                    grid,
-                }) if grid.0.is_none() => Some((path.clone(), *resolution)),
-                _ => None,
-            })
+            .filter_map(|id| self.node(id).entry.body.file())
+            .filter(|(_, _, grid)| grid.0.is_none())
+            .map(|(path, resolution, _)| (path.to_owned(), resolution))
             .collect();
         missing.sort_unstable();
         missing.dedup();
@@ -231,14 +226,10 @@ impl Scene {
     pub fn loaded_meshes(&self) -> Vec<(&str, u32, &Arc<SampledGrid>)> {
         let mut loaded: BTreeMap<(&str, u32), &Arc<SampledGrid>> = BTreeMap::new();
         for id in self.walk() {
-            if let Body::Shape(Shape::Mesh {
-                path,
-                resolution,
-                grid,
-            }) = &self.node(id).entry.body
+            if let Some((path, resolution, grid)) = self.node(id).entry.body.file()
                 && let Some(grid) = &grid.0
             {
-                loaded.insert((path, *resolution), grid);
+                loaded.insert((path, resolution), grid);
             }
         }
         let all = loaded.into_iter();
@@ -250,10 +241,8 @@ impl Scene {
     pub fn mesh_paths(&self) -> Vec<String> {
         let mut paths: Vec<String> = self
             .walk()
-            .filter_map(|id| match &self.node(id).entry.body {
-                Body::Shape(Shape::Mesh { path, .. }) => Some(path.clone()),
-                _ => None,
-            })
+            .filter_map(|id| self.node(id).entry.body.file())
+            .map(|(path, _, _)| path.to_owned())
             .collect();
         paths.sort_unstable();
         paths.dedup();
@@ -269,7 +258,7 @@ impl Scene {
     /// and what undo brings back has the new names too.
     pub fn rename_meshes(&mut self, paths: &BTreeMap<String, String>) {
         let rename = |entry: &mut Entry| {
-            if let Body::Shape(Shape::Mesh { path, .. }) = &mut entry.body
+            if let Some((path, _, _)) = entry.body.file_mut()
                 && let Some(to) = paths.get(path)
             {
                 path.clone_from(to);
@@ -305,13 +294,10 @@ impl Scene {
 
     /// Give a mesh its distances, where they are known.
     pub(crate) fn load(&self, entry: &mut Entry) {
-        if let Body::Shape(Shape::Mesh {
-            path,
-            resolution,
-            grid,
-        }) = &mut entry.body
+        if let Some((path, resolution, grid)) = entry.body.file_mut()
             // A name is made for the look-up alone; meshes are few.
             && let Some(known) = self.grids.get(&(path.clone(), *resolution))
+            && known.has_heights() == crate::is_image(path)
         {
             grid.0 = Some(known.clone());
         }

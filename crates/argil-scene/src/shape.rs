@@ -180,6 +180,14 @@ fn mesh_resolution() -> u32 {
     128
 }
 
+fn posts() -> u32 {
+    512
+}
+
+fn base() -> f32 {
+    0.1
+}
+
 /// A point that a spline tube goes through.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
@@ -333,6 +341,72 @@ impl Shape {
             path: path.into(),
             resolution: mesh_resolution(),
             grid: MeshGrid::default(),
+        }
+    }
+
+    /// Ground as high as a PNG image is bright, with up to 512 posts along its longer side, to be loaded.
+    pub fn heightmap(path: impl Into<String>, half_size: [f32; 2], height: f32) -> Self {
+        Self::Heightmap {
+            path: path.into(),
+            half_size,
+            height,
+            base: base(),
+            resolution: posts(),
+            grid: MeshGrid::default(),
+        }
+    }
+
+    /// Sampled distances, under a name of one's own. [Saving](crate::Scene::save) the scene writes them beside it, as `name.grid`.
+    pub fn sampled(name: impl AsRef<str>, grid: SampledGrid) -> Self {
+        Self::Mesh {
+            path: format!("{}.grid", name.as_ref()),
+            resolution: mesh_resolution(),
+            grid: MeshGrid(Some(Arc::new(grid))),
+        }
+    }
+
+    /// What a file is in a scene: a heightmap of an image, with a longer side of 2, a mesh of any other.
+    pub fn of_file(path: impl Into<String>) -> Self {
+        let path = path.into();
+        match rules::is_image(&path) {
+            true => Self::heightmap(path, [1.0; 2], 0.25),
+            false => Self::mesh(path),
+        }
+    }
+
+    /// The file that it is made of when the scene is loaded, how finely, and what it then is; of a mesh or a heightmap.
+    pub fn file(&self) -> Option<(&str, u32, &MeshGrid)> {
+        match self {
+            Self::Mesh {
+                path,
+                resolution,
+                grid,
+            } => Some((path, *resolution, grid)),
+            Self::Heightmap {
+                path,
+                resolution,
+                grid,
+                ..
+            } => Some((path, *resolution, grid)),
+            _ => None,
+        }
+    }
+
+    /// The same, to be changed.
+    pub fn file_mut(&mut self) -> Option<(&mut String, &mut u32, &mut MeshGrid)> {
+        match self {
+            Self::Mesh {
+                path,
+                resolution,
+                grid,
+            } => Some((path, resolution, grid)),
+            Self::Heightmap {
+                path,
+                resolution,
+                grid,
+                ..
+            } => Some((path, resolution, grid)),
+            _ => None,
         }
     }
 

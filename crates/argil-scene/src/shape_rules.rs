@@ -61,9 +61,20 @@ pub(crate) fn each_at_most(
     value.each(path, |path, value| at_most(path, value, limit, what))
 }
 
-/// What is not written in files.
-pub(crate) fn unchecked(_: &str, _: &MeshGrid) -> Result<(), Fault> {
-    Ok(())
+/// The distances of a mesh, if it has any yet.
+pub(crate) fn distances(path: &str, grid: &MeshGrid) -> Result<(), Fault> {
+    match &grid.0 {
+        Some(grid) if grid.has_heights() => Err(Fault::new(path, "has heights, not distances")),
+        _ => Ok(()),
+    }
+}
+
+/// The heights of a heightmap, if it has any yet.
+pub(crate) fn heights(path: &str, grid: &MeshGrid) -> Result<(), Fault> {
+    match &grid.0 {
+        Some(grid) if !grid.has_heights() => Err(Fault::new(path, "has distances, not heights")),
+        _ => Ok(()),
+    }
 }
 
 /// The name of a file.
@@ -72,6 +83,63 @@ pub(crate) fn path(path: &str, name: &str) -> Result<(), Fault> {
         return Err(Fault::new(path, "names no file"));
     }
     Ok(())
+}
+
+/// The name of an image's file.
+pub(crate) fn image_path(place: &str, name: &str) -> Result<(), Fault> {
+    path(place, name)?;
+    match is_image(name) {
+        true => Ok(()),
+        false => Err(Fault::new(place, format!("{name:?} is no PNG image"))),
+    }
+}
+
+/// Whether a file's name is that of an image that is read.
+pub fn is_image(name: &str) -> bool {
+    let ending = name.rsplit_once('.').map(|(_, ending)| ending);
+    ending.is_some_and(|ending| ending.eq_ignore_ascii_case("png"))
+}
+
+/// Whether a file's name is that of a grid of distances.
+pub fn is_grid(name: &str) -> bool {
+    let ending = name.rsplit_once('.').map(|(_, ending)| ending);
+    ending.is_some_and(|ending| ending.eq_ignore_ascii_case("grid"))
+}
+
+/// The name of a mesh's file.
+pub(crate) fn mesh_path(place: &str, name: &str) -> Result<(), Fault> {
+    path(place, name)?;
+    match is_image(name) {
+        true => Err(Fault::new(
+            place,
+            format!("{name:?} is an image, of a heightmap"),
+        )),
+        false => Ok(()),
+    }
+}
+
+/// How many posts a heightmap has.
+pub(crate) fn post_count(path: &str, value: u32) -> Result<(), Fault> {
+    if (16..=crate::MOST_POSTS).contains(&value) {
+        Ok(())
+    } else {
+        Err(Fault::new(path, format!("{value} is not from 16 to 2048")))
+    }
+}
+
+/// The box of a heightmap; empty where it is not loaded.
+pub(crate) fn heightmap_bounds(
+    grid: &MeshGrid,
+    [x, z]: [f32; 2],
+    [height, base]: [f32; 2],
+) -> Aabb {
+    match &grid.0 {
+        Some(grid) => {
+            let top = height * grid.solid().max.y;
+            Aabb::new(Vec3::new(-x, -base, -z), Vec3::new(x, top, z))
+        }
+        None => Aabb::EMPTY,
+    }
 }
 
 /// How finely a mesh is sampled.

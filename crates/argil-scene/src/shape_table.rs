@@ -558,19 +558,44 @@ macro_rules! shape_table {
 
                 /// Triangles of a file, as a solid: sampled when the scene is loaded, holes closed.
                 Mesh(sd_sampled, sampled_loops) {
-                    /// An OBJ, GLB, PLY or STL file; relative to the scene's.
-                    path: String => path,
+                    /// An OBJ, GLB, PLY or STL file, or a .grid of sampled distances; relative to the scene's.
+                    path: String => mesh_path,
                     /// Samples along the longest side of its box, from 16 to 512.
                     #[serde(default = "mesh_resolution")]
                     resolution: u32 => mesh_resolution,
                     /// Its distances, once it is loaded.
                     #[serde(skip)]
-                    grid: MeshGrid => unchecked,
+                    grid: MeshGrid => distances,
                 }
                 // Of a grid that is not loaded lowering says so.
                 words(grid.words())
                 // Beyond the samples' box it is told how far that is at least, not how far the solid is.
                 bounds(grid.region())
+                exact(false)
+                example(None);
+
+                /// Ground as high as an image is bright: black is at y = 0.
+                Heightmap(sd_heightmap, sampled_loops) {
+                    /// A PNG image of grey values, 16 bits for smooth ground; relative to the scene's. Its rows run along x, the first
+                    /// at −z.
+                    path: String => image_path,
+                    /// Half of the lengths along x and z.
+                    half_size: [f32; 2] => positive,
+                    /// How high white is.
+                    height: f32 => positive,
+                    /// How thick the ground is where the image is black: its flat bottom is as far below y = 0.
+                    #[serde(default = "base")]
+                    base: f32 => positive,
+                    /// Posts along the longer side of the image, from 16 to 2048, if it has as many pixels.
+                    #[serde(default = "posts")]
+                    resolution: u32 => post_count,
+                    /// Its heights, once it is loaded.
+                    #[serde(skip)]
+                    grid: MeshGrid => heights,
+                }
+                // Of a grid that is not loaded lowering says so.
+                words(heightmap_words(grid.words(), half_size, [height, base]))
+                bounds(heightmap_bounds(grid, half_size, [height, base]))
                 exact(false)
                 example(None);
             }

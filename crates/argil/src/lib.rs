@@ -19,6 +19,7 @@ mod build;
 mod cast;
 mod engine;
 mod error;
+mod heightmap;
 mod listeners;
 mod live;
 mod lowered;
@@ -45,9 +46,10 @@ pub use argil_mesh::{
 pub use argil_scene::schema;
 pub use argil_scene::{
     Body, Brush, Change, Ease, Edit, EditError, Edited, Entry, Exactness, FileError, Group,
-    HistoryLimit, ImportError, Journal, JournalError, Keyframe, LogError, Material, Modifier,
-    NodeId, Operator, OperatorKind, Outline, Piece, Placement, Profile, Recovered, SampledGrid,
-    Scene, Shape, SplinePoint, Turn, View, remove_unfinished_files, replace_file,
+    HistoryLimit, ImportError, Journal, JournalError, Keyframe, LogError, Material, MeshGrid,
+    Modifier, NodeId, Operator, OperatorKind, Outline, Piece, Placement, Profile, Recovered,
+    SampledGrid, Scene, Shape, SplinePoint, Turn, View, is_image, remove_unfinished_files,
+    replace_file,
 };
 pub use argil_volume::{
     Bits, Brick, BrickChanges, BrickEdit, BrickLayout, BrickSettings, Bricks, BricksError, Dense,

@@ -1,24 +1,25 @@
 //! The meshes that scenes name: found, checked, sampled, and kept for the next time.
 
 use crate::VolumeFileError;
+use crate::heightmap::heights;
 #[cfg(feature = "mesh-files")]
 use crate::mesh_cache;
 use argil_math::Control;
 use argil_mesh::{Format, MeshInput, Repairs, Solid, from_bytes};
-use argil_scene::{SampledGrid, Scene};
+use argil_scene::{SampledGrid, Scene, Shape, is_grid, is_image};
 use argil_volume::{Section, Stored, StoredMesh, VolumeError};
 use std::collections::HashMap;
 use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
 
-/// A mesh that a scene names, loaded.
+/// A mesh that a scene names, or the image of a heightmap, loaded.
 #[derive(Clone, Debug)]
 pub struct LoadedMesh {
     /// As the scene names it.
     pub path: String,
-    /// Samples along the longest side.
+    /// Samples along the longest side, or posts.
     pub resolution: u32,
-    /// Its distances.
+    /// Its distances, or heights.
     pub grid: Arc<SampledGrid>,
     /// Triangles, those that close holes included.
     pub triangles: u64,
@@ -26,6 +27,22 @@ pub struct LoadedMesh {
     pub repairs: Repairs,
     /// Whether its samples were kept from another time.
     pub was_kept: bool,
+}
+
+impl LoadedMesh {
+    /// The shape that it is; a heightmap is as long and wide as its image, with a longer side of 2.
+    pub fn shape(&self) -> Shape {
+        let mut shape = Shape::of_file(self.path.clone());
+        if let Some((_, resolution, grid)) = shape.file_mut() {
+            *resolution = self.resolution;
+            grid.0 = Some(self.grid.clone());
+        }
+        if let Shape::Heightmap { half_size, .. } = &mut shape {
+            let [x, z] = self.grid.posts().map(|n| n as f32 - 1.0);
+            *half_size = [x, z].map(|side| side / x.max(z));
+        }
+        shape
+    }
 }
 
 /// Why a mesh that a scene names is not loaded.
@@ -56,7 +73,7 @@ pub enum MeshFileError {
     },
 }
 
-/// Load the meshes that a scene names and that are not loaded yet, from the folder of its file; with `outside`, from anywhere
+/// Load the meshes and the images of heightmaps that a scene names and that are not loaded yet, from the folder of its file; with `outside`, from anywhere
 /// that their paths lead to. What was sampled is kept in the user's cache folder, by the hash of the file's bytes.
 ///
 /// # Errors
@@ -107,6 +124,16 @@ pub fn load_meshes_of(
             continue;
         };
         let place = Path::new(own);
+        if is_image(own) || is_grid(own) {
+            let grid = match is_image(own) {
+                true => heights(bytes, resolution, place)?,
+                false => grid_of(bytes, place)?,
+            };
+            let mesh = of_grid(&path, resolution, grid);
+            scene.set_mesh(path, resolution, mesh.grid.clone());
+            loaded.push(mesh);
+            continue;
+        }
         let format = Format::of(place).ok_or_else(|| MeshInput::Unknown(place.into()))?;
         let solid = solid_of(bytes, format, place)?;
         let mesh = LoadedMesh {
@@ -180,6 +207,16 @@ fn sampled(
     })
 }
 
+/// The grid of distances in a file.
+fn grid_of(bytes: &[u8], place: &Path) -> Result<SampledGrid, MeshInput> {
+    let grid = SampledGrid::from_bytes(bytes).filter(|grid| !grid.has_heights());
+    grid.ok_or_else(|| MeshInput::Damaged {
+        path: place.into(),
+        kind: "grid",
+        reason: "its numbers make no grid of distances".into(),
+    })
+}
+
 /// Where a mesh's file is.
 fn place_of(path: &str, folder: &Path, outside: bool) -> Result<PathBuf, MeshFileError> {
     let folder = if folder.as_os_str().is_empty() {
@@ -206,6 +243,18 @@ fn place_of(path: &str, folder: &Path, outside: bool) -> Result<PathBuf, MeshFil
     }
 }
 
+/// What is no mesh is loaded as: it has no triangles.
+fn of_grid(path: &str, resolution: u32, grid: SampledGrid) -> LoadedMesh {
+    LoadedMesh {
+        path: path.to_owned(),
+        resolution,
+        grid: Arc::new(grid),
+        triangles: 0,
+        repairs: Repairs::default(),
+        was_kept: false,
+    }
+}
+
 fn load(
     path: &str,
     place: &Path,
@@ -213,6 +262,14 @@ fn load(
     solids: &mut HashMap<PathBuf, Solid>,
     control: &Control,
 ) -> Result<LoadedMesh, MeshFileError> {
+    if is_grid(path) {
+        let grid = grid_of(&argil_mesh::bytes(place)?, place)?;
+        return Ok(of_grid(path, resolution, grid));
+    }
+    if is_image(path) {
+        let grid = heights(&argil_mesh::bytes(place)?, resolution, place)?;
+        return Ok(of_grid(path, resolution, grid));
+    }
     let format = Format::of(place).ok_or_else(|| MeshInput::Unknown(place.into()))?;
     let bytes = argil_mesh::bytes(place)?;
     #[cfg(feature = "mesh-files")]

@@ -239,3 +239,90 @@ fn futures_can_be_sent() -> Result<(), Box<dyn std::error::Error>> {
     assert_eq!(drawn.hit_pixels, again.hit_pixels);
     Ok(())
 }
+
+/// What a function tells is a brush; saved with the scene, read again and stored in a volume it is the same. Damaged it is refused.
+#[test]
+fn sampled_functions_are_brushes() -> Result<(), Box<dyn std::error::Error>> {
+    let here = tempfile::tempdir()?;
+    let ring = |[x, y, z]: [f32; 3]| (x.hypot(z) - 0.5).hypot(y) - 0.2;
+    let solid = [[-0.7, -0.2, -0.7], [0.7, 0.2, 0.7]];
+    let grid = argil::SampledGrid::of(solid, 96, ring)?;
+    let mut scene = Scene::new();
+    scene.push(Brush::new(Shape::sampled("ring", grid)))?;
+    let place = here.path().join("scene.json");
+    scene.save(&place)?;
+    let file = here.path().join("ring.grid");
+    let bytes = std::fs::read(&file)?;
+    let mut again = Scene::open(&place)?;
+    let loaded = argil::load_meshes(&mut again, here.path(), false)?;
+    assert_eq!(loaded.len(), 1);
+    for scene in [&scene, &again] {
+        let world = Engine::cpu().build(scene)?.field();
+        let exact = Engine::cpu();
+        let mut torus = Scene::new();
+        torus.push(Brush::new(Shape::torus(0.5, 0.2)))?;
+        let torus = exact.build(&torus)?.field();
+        for i in 0..200 {
+            let along = |k: u32| 1.6 * ((i * k) % 97) as f32 / 97.0 - 0.8;
+            let p = [along(13), 0.5 * along(31), along(57)];
+            let [own, told] = [&torus, &world].map(|world| world.distance(p));
+            // Exact near the surface; elsewhere what lies between coarse samples is a little off.
+            let room = if own.abs() < 0.02 { 0.004 } else { 0.02 };
+            assert!(told <= own + room, "{p:?}: {told} and {own}");
+            assert!(
+                own.abs() > 0.02 || told > own - room,
+                "{p:?}: {told} and {own}"
+            );
+        }
+    }
+    for end in [4, 60, bytes.len() - 4, bytes.len() - 1] {
+        std::fs::write(&file, &bytes[..end])?;
+        let mut broken = Scene::open(&place)?;
+        let refused = argil::load_meshes(&mut broken, here.path(), false);
+        let refused = refused.expect_err("a part of a grid").to_string();
+        assert!(refused.contains("ring.grid"), "{refused}");
+    }
+    let of = |solid, resolution| argil::SampledGrid::of(solid, resolution, ring).map(|_| ());
+    assert!(of([[0.0; 3]; 2], 96).is_err() && of(solid, 8).is_err() && of(solid, 513).is_err());
+    assert!(of([[2.0; 3], [3.0; 3]], 32).is_err(), "nothing is inside");
+    assert!(argil::SampledGrid::of(solid, 32, |_| f32::NAN).is_err());
+    Ok(())
+}
+
+/// A heightmap's image becomes ground as high as it is bright, on both devices and in bricks; in a volume's file it stands alone.
+#[test]
+fn images_are_ground() -> Result<(), Box<dyn std::error::Error>> {
+    let here = tempfile::tempdir()?;
+    // White along x = 1, black along x = −1.
+    let ramp: Vec<u8> = (0..64 * 48)
+        .flat_map(|i| [(i % 64 * 255 / 63) as u8; 3])
+        .collect();
+    argil::save_png(&here.path().join("ramp.png"), [64, 48], &ramp)?;
+    let mut scene = Scene::new();
+    scene.push(Brush::new(Shape::heightmap("ramp.png", [1.0, 0.75], 0.5)))?;
+    argil::load_meshes(&mut scene, here.path(), false)?;
+    for engine in [Engine::cpu(), Engine::on(Backend::Gpu)?] {
+        let world = engine.build(&scene)?.bricks(96)?;
+        let picture = world.render(&world.camera(), [96, 64])?;
+        assert!(picture.hit_pixels > 500, "{}", picture.hit_pixels);
+    }
+    let world = Engine::cpu().build(&scene)?.bricks(128)?;
+    for query in [world.query(), world.query_volume().expect("bricks")] {
+        for (x, height) in [(-0.9, 0.025), (0.0, 0.25), (0.7, 0.425)] {
+            let hit = query
+                .ray_cast([x, 2.0, 0.1], [0.0, -1.0, 0.0], 5.0)
+                .expect("ground");
+            assert!((hit.point[1] - height).abs() < 0.01, "{hit:?}");
+            let hit = query
+                .ray_cast([x, -2.0, 0.1], [0.0, 1.0, 0.0], 5.0)
+                .expect("its bottom");
+            assert!((hit.point[1] + 0.1).abs() < 0.01, "{hit:?}");
+        }
+    }
+    let file = here.path().join("ramp.argil");
+    world.save(&scene, &file)?;
+    std::fs::remove_file(here.path().join("ramp.png"))?;
+    let (again, world) = Engine::cpu().load(argil::Stored::open(&file)?, &file)?;
+    assert_eq!(world.differing_cells(&again)?, Some(0));
+    Ok(())
+}

@@ -386,6 +386,20 @@ pub fn shape(s: &Shape, p: V3) -> f64 {
             });
             extruded(d * sign, p.z, f(half_depth))
         }
+        Shape::Heightmap {
+            half_size,
+            height,
+            base,
+            ref grid,
+            ..
+        } => grid.0.as_ref().map_or(1e30, |grid| {
+            heightmap(
+                p,
+                grid,
+                half_size.map(f64::from),
+                [height, base].map(f64::from),
+            )
+        }),
         Shape::Mesh { ref grid, .. } => grid.0.as_ref().map_or(1e30, |grid| sampled(p, grid)),
     }
 }
@@ -399,6 +413,49 @@ fn sheet(p: V3, half_size: [f32; 3], [period, thickness]: [f32; 2], level: fn(V3
 }
 
 /// What lies between the samples around a point; beyond their box, the hypotenuse over the way there.
+/// As far as the steepest of the ground's triangles of heights lets the surface be nearer than straight down.
+fn heightmap(
+    p: V3,
+    grid: &argil_scene::SampledGrid,
+    half: [f64; 2],
+    [height, base]: [f64; 2],
+) -> f64 {
+    let w = grid.words();
+    let n = [w[4] as usize, w[6] as usize];
+    let post = |i: usize, k: usize| height * f64::from(w[8 + k * n[0] + i]);
+    let step = [0, 1].map(|axis| 2.0 * half[axis] / (n[axis] - 1) as f64);
+    let (mut along_x, mut along_z) = (0.0f64, 0.0f64);
+    for k in 0..n[1] {
+        for i in 0..n[0] {
+            if i + 1 < n[0] {
+                along_x = along_x.max((post(i + 1, k) - post(i, k)).abs() / step[0]);
+            }
+            if k + 1 < n[1] {
+                along_z = along_z.max((post(i, k + 1) - post(i, k)).abs() / step[1]);
+            }
+        }
+    }
+    let cosine = 0.999_9 / (1.0 + along_x.powi(2) + along_z.powi(2)).sqrt();
+    let at = [(p.x + half[0]) / step[0], (p.z + half[1]) / step[1]];
+    let place = [0, 1].map(|axis| (at[axis].max(0.0) as usize).min(n[axis] - 2));
+    let t = [0, 1].map(|axis| (at[axis] - place[axis] as f64).clamp(0.0, 1.0));
+    let mut ground = 0.0;
+    for corner in 0..4 {
+        let bits = [corner & 1, corner >> 1];
+        let share = |axis: usize| {
+            if bits[axis] == 1 {
+                t[axis]
+            } else {
+                1.0 - t[axis]
+            }
+        };
+        ground += share(0) * share(1) * post(place[0] + bits[0], place[1] + bits[1]);
+    }
+    let gaps = V3::new(p.x.abs() - half[0], -p.y - base, p.z.abs() - half[1]);
+    let beside = gaps.max(V3::ZERO).length() + gaps.max_element().min(0.0);
+    beside.max((p.y - ground) * cosine)
+}
+
 fn sampled(p: V3, grid: &argil_scene::SampledGrid) -> f64 {
     let w = grid.words();
     let n = [4, 5, 6].map(|i| w[i] as usize);
