@@ -69,7 +69,7 @@ fn sampled<R: Real>(p: [R; 3], w: &[f32]) -> R {
 }
 
 /// Lower bounds of the distances of a block of points to ground as high as a grid of heights tells. The ground's slope is at most
-/// what stands before the grid, so the surface is at least as far as it is straight down, times the cosine of that; beside and below, as far as the box.
+/// what stands before the grid, so the surface is at least as far as it is straight down, times the cosine of that; beyond the box, as far as that.
 #[inline(always)]
 pub(crate) fn sd_heightmap<R: Real>([x, y, z]: [&mut Block<R>; 3], w: &[f32]) -> Block<R> {
     let mut out = [R::constant(0.0); BLOCK];
@@ -96,7 +96,8 @@ fn heightmap<R: Real>([x, y, z]: [R; 3], w: &[f32]) -> R {
     let (a, b) = (of(first), of(first + row));
     let ground = (tz * (b - a) + a) * height;
     let top = (y - ground) * share;
-    let gaps = [x.abs() - half_x, -y - base, z.abs() - half_z];
+    let upright = (-y - base).max(y - height * w[grid + 3]);
+    let gaps = [x.abs() - half_x, upright, z.abs() - half_z];
     let beyond = gaps.map(Real::positive_part);
     let squared = beyond[0] * beyond[0] + beyond[1] * beyond[1] + beyond[2] * beyond[2];
     let beside = if squared.value() > 0.0 {

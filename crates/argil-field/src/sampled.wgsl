@@ -58,7 +58,8 @@ fn sd_heightmap(p: vec3<f32>, w: u32) -> f32 {
     let b = t.x * (params[first + row + 1u] - params[first + row]) + params[first + row];
     let ground = (t.y * (b - a) + a) * params[w + 2u];
     let top = (p.y - ground) * params[w + 4u];
-    let gaps = vec3(abs(p.x) - half.x, -p.y - params[w + 3u], abs(p.z) - half.y);
+    let upright = max(-p.y - params[w + 3u], p.y - params[w + 2u] * params[w + 8u]);
+    let gaps = vec3(abs(p.x) - half.x, upright, abs(p.z) - half.y);
     let beyond = max(gaps, vec3(0.0));
     let squared = beyond.x * beyond.x + beyond.y * beyond.y + beyond.z * beyond.z;
     if squared > 0.0 {

@@ -360,6 +360,30 @@ impl Bricks {
         count
     }
 
+    /// The words of all cells from one to before another, x fastest, as a shader of one's own reads them: see `docs/march-bricks.md` of
+    /// the repository. What each means [`Word::of`] tells.
+    ///
+    /// ```
+    /// # use argil_volume::{BrickLayout, BrickSettings, Bricks, Lattice, Word};
+    /// # let mut scene = argil_scene::Scene::new();
+    /// # scene.push(argil_scene::Brush::new(argil_scene::Shape::sphere(1.0)))?;
+    /// # let program = argil_field::Program::lower(&scene)?;
+    /// # let lattice = Lattice::holding(program.aabb(), None, 64)?;
+    /// # let bricks = Bricks::bake(&program, BrickLayout::new(lattice, &BrickSettings::default())?, None)?;
+    /// let [low, high] = [bricks.layout().low(), bricks.layout().high()];
+    /// let words = bricks.words_between(low, high);
+    /// assert_eq!(words.len(), (high - low).element_product() as usize);
+    /// let count = words.iter().filter(|&&word| matches!(Word::of(word), Word::Brick(_))).count();
+    /// assert_eq!(count, bricks.len());
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn words_between(&self, low: IVec3, high: IVec3) -> Vec<u32> {
+        let places = table::places(low, high - 1);
+        places
+            .map(|cell| self.words[self.word_index(cell)])
+            .collect()
+    }
+
     /// Bytes of everything.
     pub fn memory_bytes(&self) -> u64 {
         let tables = size_of_val(&self.masks[..])

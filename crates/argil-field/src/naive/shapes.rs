@@ -451,7 +451,10 @@ fn heightmap(
         };
         ground += share(0) * share(1) * post(place[0] + bits[0], place[1] + bits[1]);
     }
-    let gaps = V3::new(p.x.abs() - half[0], -p.y - base, p.z.abs() - half[1]);
+    let posts = &w[8..];
+    let top = height * posts.iter().map(|&h| f64::from(h)).fold(0.0, f64::max);
+    let upright = (-p.y - base).max(p.y - top);
+    let gaps = V3::new(p.x.abs() - half[0], upright, p.z.abs() - half[1]);
     let beside = gaps.max(V3::ZERO).length() + gaps.max_element().min(0.0);
     beside.max((p.y - ground) * cosine)
 }
