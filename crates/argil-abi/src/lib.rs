@@ -6,11 +6,13 @@
 //! *Practice.* [`wgsl`] is that text. It is committed as `abi.wgsl` beside this file, for people who read shaders; a
 //! test makes it again and compares. Another test asks naga for every struct's offsets.
 
+mod bindings;
 mod declare;
 mod op;
 mod tables;
 mod tuning;
 
+pub use bindings::*;
 pub use op::*;
 pub use tables::*;
 pub use tuning::*;
@@ -20,6 +22,7 @@ pub fn wgsl() -> String {
     let mut text = "// Made from argil-abi by `cargo xtask generate`. Do not edit.\n".to_owned();
     text += &declare::constants_text(op::OPCODES);
     text += &declare::constants_text(op::FLAGS);
+    text += &declare::constants_text(bindings::BINDINGS);
     text.extend(
         tuning::NUMBERS
             .iter()

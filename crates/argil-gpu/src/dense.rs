@@ -124,8 +124,8 @@ impl GpuVolume {
 pub(crate) fn target_wgsl(texels: TexelFormat) -> String {
     let format = texels.wgsl();
     format!(
-        "@group(0) @binding(13) var<uniform> fill: Fill;\n\
-         @group(0) @binding(14) var texels: texture_storage_3d<{format}, write>;\n"
+        "@group(0) @binding(BIND_FILL) var<uniform> fill: Fill;\n\
+         @group(0) @binding(BIND_TEXELS) var texels: texture_storage_3d<{format}, write>;\n"
     )
 }
 

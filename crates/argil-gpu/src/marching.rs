@@ -25,34 +25,34 @@ const EVALUATIONS: u64 = 7;
 
 /// The bindings, as the shaders name them.
 const BINDS_WGSL: &str = "
-@group(0) @binding(8) var<uniform> volume: Volume;
-@group(0) @binding(9) var stored: texture_3d<f32>;
-@group(0) @binding(29) var<uniform> marching: Marching;
-@group(0) @binding(30) var<uniform> cases: array<vec4<u32>, 128>;
-@group(0) @binding(32) var<storage, read_write> units: array<Unit>;
-@group(0) @binding(33) var<storage, read_write> groups: array<vec4<u32>>;
-@group(0) @binding(34) var<storage, read_write> rows: array<vec4<u32>>;
+@group(0) @binding(BIND_VOLUME) var<uniform> volume: Volume;
+@group(0) @binding(BIND_STORED) var stored: texture_3d<f32>;
+@group(0) @binding(BIND_MARCHING) var<uniform> marching: Marching;
+@group(0) @binding(BIND_CASES) var<uniform> cases: array<vec4<u32>, 128>;
+@group(0) @binding(BIND_UNITS) var<storage, read_write> units: array<Unit>;
+@group(0) @binding(BIND_UNIT_GROUPS) var<storage, read_write> groups: array<vec4<u32>>;
+@group(0) @binding(BIND_EDGE_ROWS) var<storage, read_write> rows: array<vec4<u32>>;
 ";
 const OUT_WGSL: &str = "
-@group(0) @binding(29) var<uniform> marching: Marching;
+@group(0) @binding(BIND_MARCHING) var<uniform> marching: Marching;
 ";
 const MESH_WGSL: &str = "
-@group(0) @binding(35) var<storage, read_write> vertices: array<f32>;
-@group(0) @binding(36) var<storage, read_write> triangles: array<u32>;
+@group(0) @binding(BIND_VERTICES) var<storage, read_write> vertices: array<f32>;
+@group(0) @binding(BIND_TRIANGLES) var<storage, read_write> triangles: array<u32>;
 ";
 const SPANS_WGSL: &str = "
-@group(0) @binding(37) var<storage, read_write> spans: array<vec4<f32>>;
+@group(0) @binding(BIND_SPANS) var<storage, read_write> spans: array<vec4<f32>>;
 ";
 const CELLS_WGSL: &str = "
-@group(0) @binding(19) var<storage, read> cells: array<u32>;
-@group(0) @binding(31) var<storage, read_write> owners: array<u32>;
+@group(0) @binding(BIND_CELLS) var<storage, read> cells: array<u32>;
+@group(0) @binding(BIND_OWNERS) var<storage, read_write> owners: array<u32>;
 ";
 const SPREAD_WGSL: &str = "
-@group(0) @binding(38) var<storage, read_write> spread: array<f32>;
+@group(0) @binding(BIND_SPREAD) var<storage, read_write> spread: array<f32>;
 ";
 /// Exact vertices need those and no triangles.
 const EXACT_WGSL: &str = "
-@group(0) @binding(35) var<storage, read_write> vertices: array<f32>;
+@group(0) @binding(BIND_VERTICES) var<storage, read_write> vertices: array<f32>;
 ";
 
 /// The passes, compiled once for a field and a kind of volume.

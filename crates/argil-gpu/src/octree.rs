@@ -18,24 +18,24 @@ const MOST_TO_ENUMERATE: u32 = 32_768;
 
 /// The bindings of each module, as the shaders name them.
 const SELECT_BINDS_WGSL: &str = "
-@group(0) @binding(8) var<uniform> volume: Volume;
-@group(0) @binding(12) var<storage, read_write> tree_words: array<atomic<u32>>;
-@group(0) @binding(15) var<storage, read_write> occupied: array<atomic<u32>>;
-@group(0) @binding(16) var<storage, read_write> centers: array<f32>;
+@group(0) @binding(BIND_VOLUME) var<uniform> volume: Volume;
+@group(0) @binding(BIND_TREE_WORDS) var<storage, read_write> tree_words: array<atomic<u32>>;
+@group(0) @binding(BIND_OCCUPIED) var<storage, read_write> occupied: array<atomic<u32>>;
+@group(0) @binding(BIND_CENTERS) var<storage, read_write> centers: array<f32>;
 ";
 const TREE_BINDS_WGSL: &str = "
-@group(0) @binding(8) var<uniform> volume: Volume;
-@group(0) @binding(11) var<storage, read_write> node_words: array<atomic<u32>>;
-@group(0) @binding(12) var<storage, read_write> tree_words: array<atomic<u32>>;
-@group(0) @binding(15) var<storage, read_write> occupied: array<atomic<u32>>;
-@group(0) @binding(17) var<storage, read_write> keys: array<u32>;
-@group(0) @binding(18) var<storage, read_write> arguments: array<u32>;
+@group(0) @binding(BIND_VOLUME) var<uniform> volume: Volume;
+@group(0) @binding(BIND_NODES) var<storage, read_write> node_words: array<atomic<u32>>;
+@group(0) @binding(BIND_TREE_WORDS) var<storage, read_write> tree_words: array<atomic<u32>>;
+@group(0) @binding(BIND_OCCUPIED) var<storage, read_write> occupied: array<atomic<u32>>;
+@group(0) @binding(BIND_KEYS) var<storage, read_write> keys: array<u32>;
+@group(0) @binding(BIND_ARGUMENTS) var<storage, read_write> arguments: array<u32>;
 ";
 const BRICKS_BINDS_WGSL: &str = "
-@group(0) @binding(8) var<uniform> volume: Volume;
-@group(0) @binding(12) var<storage, read> tree_words: array<u32>;
-@group(0) @binding(16) var<storage, read> centers: array<f32>;
-@group(0) @binding(17) var<storage, read> keys: array<u32>;
+@group(0) @binding(BIND_VOLUME) var<uniform> volume: Volume;
+@group(0) @binding(BIND_TREE_WORDS) var<storage, read> tree_words: array<u32>;
+@group(0) @binding(BIND_CENTERS) var<storage, read> centers: array<f32>;
+@group(0) @binding(BIND_KEYS) var<storage, read> keys: array<u32>;
 ";
 
 /// A pass's layout and its pipelines.

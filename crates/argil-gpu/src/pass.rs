@@ -2,81 +2,55 @@
 
 use crate::{Gpu, GpuError};
 
-/// Where each table is bound; the shader's text below says the same.
-pub(crate) const FRAME: u32 = 0;
-pub(crate) const INSTRS: u32 = 1;
-pub(crate) const PARAMS: u32 = 2;
-pub(crate) const MATERIALS: u32 = 3;
-pub(crate) const HITS: u32 = 4;
-pub(crate) const COLORS: u32 = 5;
-pub(crate) const QUERIES: u32 = 6;
-pub(crate) const ANSWERS: u32 = 7;
-pub(crate) const VOLUME: u32 = 8;
-pub(crate) const STORED: u32 = 9;
-pub(crate) const LINEAR: u32 = 10;
-pub(crate) const NODES: u32 = 11;
-pub(crate) const TREE_WORDS: u32 = 12;
-pub(crate) const FILL: u32 = 13;
-pub(crate) const TEXELS: u32 = 14;
-pub(crate) const OCCUPIED: u32 = 15;
-pub(crate) const CENTERS: u32 = 16;
-pub(crate) const KEYS: u32 = 17;
-pub(crate) const ARGUMENTS: u32 = 18;
-pub(crate) const CELLS: u32 = 19;
-pub(crate) const BRICK_MATERIALS: u32 = 20;
-pub(crate) const CANDIDATES: u32 = 21;
-pub(crate) const COUNTERS: u32 = 22;
-pub(crate) const LIVE: u32 = 23;
-pub(crate) const LISTS: u32 = 24;
-pub(crate) const PRUNE: u32 = 25;
-pub(crate) const OLD_MATERIALS: u32 = 26;
-pub(crate) const OLD_POOL: u32 = 27;
-pub(crate) const DRAWN: u32 = 28;
-pub(crate) const MARCHING: u32 = 29;
-pub(crate) const CASES: u32 = 30;
-pub(crate) const OWNERS: u32 = 31;
-pub(crate) const UNITS: u32 = 32;
-pub(crate) const UNIT_GROUPS: u32 = 33;
-pub(crate) const EDGE_ROWS: u32 = 34;
-pub(crate) const VERTICES: u32 = 35;
-pub(crate) const TRIANGLES: u32 = 36;
-pub(crate) const SPANS: u32 = 37;
-pub(crate) const SPREAD: u32 = 38;
+/// Where each table is bound.
+pub(crate) use argil_abi::{
+    BIND_ANSWERS as ANSWERS, BIND_ARGUMENTS as ARGUMENTS, BIND_BRICK_MATERIALS as BRICK_MATERIALS,
+    BIND_CANDIDATES as CANDIDATES, BIND_CASES as CASES, BIND_CELLS as CELLS,
+    BIND_CENTERS as CENTERS, BIND_COLORS as COLORS, BIND_COUNTERS as COUNTERS, BIND_DRAWN as DRAWN,
+    BIND_EDGE_ROWS as EDGE_ROWS, BIND_FILL as FILL, BIND_FRAME as FRAME, BIND_HITS as HITS,
+    BIND_INSTRS as INSTRS, BIND_KEYS as KEYS, BIND_LINEAR as LINEAR, BIND_LISTS as LISTS,
+    BIND_LIVE as LIVE, BIND_MARCHING as MARCHING, BIND_MATERIALS as MATERIALS, BIND_NODES as NODES,
+    BIND_OCCUPIED as OCCUPIED, BIND_OLD_MATERIALS as OLD_MATERIALS, BIND_OLD_POOL as OLD_POOL,
+    BIND_OWNERS as OWNERS, BIND_PARAMS as PARAMS, BIND_PRUNE as PRUNE, BIND_QUERIES as QUERIES,
+    BIND_SPANS as SPANS, BIND_SPREAD as SPREAD, BIND_STORED as STORED, BIND_TEXELS as TEXELS,
+    BIND_TREE_WORDS as TREE_WORDS, BIND_TRIANGLES as TRIANGLES, BIND_UNIT_GROUPS as UNIT_GROUPS,
+    BIND_UNITS as UNITS, BIND_VERTICES as VERTICES, BIND_VOLUME as VOLUME,
+};
 
 pub(crate) const TABLES_WGSL: &str = "
-@group(0) @binding(1) var<storage, read> instrs: array<Instr>;
-@group(0) @binding(2) var<storage, read> params: array<f32>;
-@group(0) @binding(3) var<storage, read> materials: array<MaterialWords>;
+@group(0) @binding(BIND_INSTRS) var<storage, read> instrs: array<Instr>;
+@group(0) @binding(BIND_PARAMS) var<storage, read> params: array<f32>;
+@group(0) @binding(BIND_MATERIALS) var<storage, read> materials: array<MaterialWords>;
 ";
 
 pub(crate) const FRAME_WGSL: &str = "
-@group(0) @binding(0) var<uniform> frame: Frame;
+@group(0) @binding(BIND_FRAME) var<uniform> frame: Frame;
 ";
 
 pub(crate) const PICTURE_WGSL: &str = "
-@group(0) @binding(4) var<storage, read_write> hits: array<Hit>;
-@group(0) @binding(5) var<storage, read_write> colors: array<vec4<f32>>;
+@group(0) @binding(BIND_HITS) var<storage, read_write> hits: array<Hit>;
+@group(0) @binding(BIND_COLORS) var<storage, read_write> colors: array<vec4<f32>>;
 ";
 
 pub(crate) const QUERY_WGSL: &str = "
-@group(0) @binding(6) var<storage, read> queries: array<Query>;
-@group(0) @binding(7) var<storage, read_write> answers: array<Answer>;
+@group(0) @binding(BIND_QUERIES) var<storage, read> queries: array<Query>;
+@group(0) @binding(BIND_ANSWERS) var<storage, read_write> answers: array<Answer>;
 ";
 
 pub(crate) const VOLUME_WGSL: &str = "
-@group(0) @binding(8) var<uniform> volume: Volume;
-@group(0) @binding(9) var stored: texture_3d<f32>;
-@group(0) @binding(10) var linear: sampler;
+@group(0) @binding(BIND_VOLUME) var<uniform> volume: Volume;
+@group(0) @binding(BIND_STORED) var stored: texture_3d<f32>;
+@group(0) @binding(BIND_LINEAR) var linear: sampler;
 ";
 
 pub(crate) const TREE_WGSL: &str = "
-@group(0) @binding(11) var<storage, read> nodes: array<Node>;
-@group(0) @binding(12) var<storage, read> tree_words: array<u32>;
+@group(0) @binding(BIND_NODES) var<storage, read> nodes: array<Node>;
+@group(0) @binding(BIND_TREE_WORDS) var<storage, read> tree_words: array<u32>;
 ";
 
 pub(crate) const CELLS_WGSL: &str = "
-@group(0) @binding(19) var<storage, read> cells: array<u32>;
-@group(0) @binding(20) var<storage, read> brick_materials: array<u32>;
+@group(0) @binding(BIND_CELLS) var<storage, read> cells: array<u32>;
+@group(0) @binding(BIND_BRICK_MATERIALS) var<storage, read> brick_materials: array<u32>;
 // Of each block of pixels its cone; and a list of those that are left.
 struct PixelBlock {
     begin: f32,
@@ -91,11 +65,11 @@ struct Live {
     spare: u32,
     blocks: array<PixelBlock>,
 }
-@group(0) @binding(23) var<storage, read_write> live: Live;
+@group(0) @binding(BIND_LIVE) var<storage, read_write> live: Live;
 ";
 
 pub(crate) const DRAWN_WGSL: &str = "
-@group(0) @binding(28) var drawn: texture_2d<f32>;
+@group(0) @binding(BIND_DRAWN) var drawn: texture_2d<f32>;
 ";
 
 /// What a shader does with a binding.

@@ -27,14 +27,14 @@ const EVALUATIONS_TO_PRUNE: u64 = 4;
 
 /// The bindings, as the shader names them.
 const BINDS_WGSL: &str = "
-@group(0) @binding(8) var<uniform> volume: Volume;
-@group(0) @binding(18) var<storage, read_write> arguments: array<u32>;
-@group(0) @binding(19) var<storage, read_write> cells: array<u32>;
-@group(0) @binding(20) var<storage, read_write> brick_materials: array<u32>;
-@group(0) @binding(21) var<storage, read_write> near_cells: array<u32>;
-@group(0) @binding(22) var<storage, read_write> counters: array<atomic<u32>>;
-@group(0) @binding(24) var<storage, read_write> lists: array<u32>;
-@group(0) @binding(25) var<uniform> prune: Prune;
+@group(0) @binding(BIND_VOLUME) var<uniform> volume: Volume;
+@group(0) @binding(BIND_ARGUMENTS) var<storage, read_write> arguments: array<u32>;
+@group(0) @binding(BIND_CELLS) var<storage, read_write> cells: array<u32>;
+@group(0) @binding(BIND_BRICK_MATERIALS) var<storage, read_write> brick_materials: array<u32>;
+@group(0) @binding(BIND_CANDIDATES) var<storage, read_write> near_cells: array<u32>;
+@group(0) @binding(BIND_COUNTERS) var<storage, read_write> counters: array<atomic<u32>>;
+@group(0) @binding(BIND_LISTS) var<storage, read_write> lists: array<u32>;
+@group(0) @binding(BIND_PRUNE) var<uniform> prune: Prune;
 ";
 
 /// The passes. See the module's page.

@@ -13,13 +13,13 @@ use argil_volume::{Bits, BrickLayout, wgsl};
 
 /// The bindings, as the shader names them.
 const BINDS_WGSL: &str = "
-@group(0) @binding(8) var<uniform> volume: Volume;
-@group(0) @binding(9) var old_texels: texture_3d<f32>;
-@group(0) @binding(19) var<storage, read_write> cells: array<u32>;
-@group(0) @binding(20) var<storage, read_write> brick_materials: array<u32>;
-@group(0) @binding(22) var<storage, read_write> counters: array<atomic<u32>>;
-@group(0) @binding(26) var<storage, read> old_materials: array<u32>;
-@group(0) @binding(27) var<uniform> old: Repack;
+@group(0) @binding(BIND_VOLUME) var<uniform> volume: Volume;
+@group(0) @binding(BIND_STORED) var old_texels: texture_3d<f32>;
+@group(0) @binding(BIND_CELLS) var<storage, read_write> cells: array<u32>;
+@group(0) @binding(BIND_BRICK_MATERIALS) var<storage, read_write> brick_materials: array<u32>;
+@group(0) @binding(BIND_COUNTERS) var<storage, read_write> counters: array<atomic<u32>>;
+@group(0) @binding(BIND_OLD_MATERIALS) var<storage, read> old_materials: array<u32>;
+@group(0) @binding(BIND_OLD_POOL) var<uniform> old: Repack;
 ";
 
 /// The pass, compiled once for a width of samples.
@@ -31,8 +31,9 @@ pub(crate) struct RepackPass {
 impl RepackPass {
     pub fn new(gpu: &Gpu, bits: Bits) -> Result<Self, GpuError> {
         let format = gpu.texels(bits).wgsl();
-        let target =
-            format!("@group(0) @binding(14) var texels: texture_storage_3d<{format}, write>;\n");
+        let target = format!(
+            "@group(0) @binding(BIND_TEXELS) var texels: texture_storage_3d<{format}, write>;\n"
+        );
         let source = [
             &argil_abi::wgsl(),
             BINDS_WGSL,
