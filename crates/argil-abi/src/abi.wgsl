@@ -143,6 +143,8 @@ const UNITS_A_GROUP: u32 = 256u;
 const NEAREST_ON_EDGE: f32 = 0.00390625;
 const WORD_EMPTY: u32 = 2147483648u;
 const WORD_LONELY: u32 = 1u;
+const FAR_ENTRY: u32 = 2147483648u;
+const FAR_SLOTS: u32 = 16u;
 struct Instr {
     op: u32,
     flags: u32,

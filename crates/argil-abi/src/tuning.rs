@@ -62,4 +62,8 @@ numbers! { NUMBERS:
     WORD_EMPTY: u32 = 0x8000_0000;
     /// Of such a word: whether its whole block has no brick.
     WORD_LONELY: u32 = 1;
+    /// An entry of the table of blocks that is no block and no node: the slot of far words behind it.
+    FAR_ENTRY: u32 = 0x8000_0000;
+    /// Slots that no block has: for each level of that table, far outside and far inside.
+    FAR_SLOTS: u32 = 16;
 }

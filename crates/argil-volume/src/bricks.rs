@@ -369,7 +369,7 @@ impl Bricks {
     /// # scene.push(argil_scene::Brush::new(argil_scene::Shape::sphere(1.0)))?;
     /// # let program = argil_field::Program::lower(&scene)?;
     /// # let lattice = Lattice::holding(program.aabb(), None, 64)?;
-    /// # let bricks = Bricks::bake(&program, BrickLayout::new(lattice, &BrickSettings::default())?, None)?;
+    /// # let (bricks, _) = Bricks::bake(&program, BrickLayout::new(lattice, &BrickSettings::default())?, None)?;
     /// let [low, high] = [bricks.layout().low(), bricks.layout().high()];
     /// let words = bricks.words_between(low, high);
     /// assert_eq!(words.len(), (high - low).element_product() as usize);

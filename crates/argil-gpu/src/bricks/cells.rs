@@ -13,7 +13,7 @@ use crate::table::Table;
 use crate::volume::read_table;
 use crate::{Gpu, GpuError};
 use argil_abi::Volume as Words;
-use argil_volume::{BlockTable, FAR_SLOTS, empty_word, far_words};
+use argil_volume::{BlockTable, empty_word, far_words};
 
 /// See the module's page.
 pub(crate) struct Cells {
@@ -169,5 +169,3 @@ impl Cells {
         more * (256 + 24)
     }
 }
-
-const _: () = assert!(FAR_SLOTS == 16, "bricks/words.wgsl has the same");

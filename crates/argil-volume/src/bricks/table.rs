@@ -7,6 +7,7 @@
 
 use super::BLOCK_SIDE;
 use super::words::{empty_word, lonely_word};
+pub use argil_abi::{FAR_ENTRY, FAR_SLOTS};
 use glam::{IVec3, UVec3};
 use std::ops::Range;
 
@@ -18,12 +19,9 @@ const NODE: usize = 1 << (3 * NODE_BITS);
 const MOST_TOP: u64 = 1 << 16;
 /// Most levels: enough for as many voxels as can be counted.
 const MOST_LEVELS: u32 = 7;
-/// An entry that is no block and no node: the slot of far words behind it.
-pub const FAR_ENTRY: u32 = 1 << 31;
 /// In place of a block that a slot has not.
 const NONE: IVec3 = IVec3::splat(i32::MIN / 64);
-/// Slots that no block has: for each level, far outside and far inside.
-pub const FAR_SLOTS: u32 = 2 * (MOST_LEVELS + 1);
+const _: () = assert!(FAR_SLOTS == 2 * (MOST_LEVELS + 1), "two for each level");
 
 /// Where blocks are. See the module's page.
 #[derive(Clone, Debug)]

@@ -17,10 +17,9 @@ fn center_of(word: u32) -> f32 {
 }
 
 // Entries of the tree of blocks, see table.rs: the top stands first among `cells`, then its nodes.
+
 // Whether the table may have levels below its top.
 override HAS_LEVELS: bool = true;
-const FAR_ENTRY: u32 = 0x80000000u;
-const FAR_SLOTS: u32 = 16u;
 
 fn low_cell() -> vec3<i32> {
     return vec3(volume.low_x, volume.low_y, volume.low_z);
