@@ -131,7 +131,7 @@ fn of_file(options: &Import) -> anyhow::Result<(Scene, Option<LoadedMesh>)> {
         scene = Scene::new();
         scene.push(Brush::new(heights.shape()))?;
     }
-    for warning in loaded.iter().flat_map(|loaded| loaded.repairs.warnings()) {
+    for warning in loaded.iter().flat_map(|loaded| loaded.warnings()) {
         eprintln!("warning: {}: {warning}", options.file.display());
     }
     Ok((scene, loaded))
@@ -140,7 +140,7 @@ fn of_file(options: &Import) -> anyhow::Result<(Scene, Option<LoadedMesh>)> {
 /// What a mesh is, and what was done to it.
 fn about(loaded: &LoadedMesh) -> Value {
     if loaded.grid.has_heights() {
-        return json!({"heightmap": loaded.path, "posts": loaded.grid.posts()});
+        return json!({"heightmap": loaded.path, "posts": loaded.grid.posts(), "warnings": loaded.warnings()});
     }
     let repairs = &loaded.repairs;
     let bounds = loaded.grid.solid();

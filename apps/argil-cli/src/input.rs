@@ -50,7 +50,7 @@ pub fn load_meshes(
     let loaded = argil::load_meshes(scene, folder, outside);
     let loaded = loaded.with_context(|| path.display().to_string())?;
     for mesh in &loaded {
-        for warning in mesh.repairs.warnings() {
+        for warning in mesh.warnings() {
             eprintln!("warning: {}: {warning}", mesh.path);
         }
     }

@@ -164,7 +164,7 @@ impl Studio {
             return Ok(());
         };
         // What was left out of it, or filled.
-        let warnings = mesh.repairs.warnings().join("; ");
+        let warnings = mesh.warnings().join("; ");
         match aim {
             Aim::Known => {}
             Aim::Brush(node) => {

@@ -88,6 +88,7 @@ impl<'a> Evaluator<'a> {
         out: &mut [f32],
     ) {
         let n = out.len();
+        assert!(points.iter().all(|axis| axis.len() == n), "as many");
         let plain = &mut *self.plain;
         plain.active = n.next_multiple_of(BLOCK);
         plain.start = start;
@@ -126,6 +127,7 @@ impl<'a> Evaluator<'a> {
         gradients: [&mut [f32]; 3],
     ) {
         let n = out.len();
+        assert!([x, y, z].iter().all(|axis| axis.len() == n), "as many");
         let dual = &mut **self.dual.get_or_insert_with(Loan::new);
         dual.active = n.next_multiple_of(BLOCK);
         for (k, (lanes, from)) in dual.point.iter_mut().zip([x, y, z]).enumerate() {
@@ -168,6 +170,7 @@ impl<'a> Evaluator<'a> {
         materials: &mut [MaterialWords],
     ) {
         let n = out.len();
+        assert!([x, y, z].iter().all(|axis| axis.len() == n), "as many");
         let plain = &mut *self.plain;
         plain.active = n.next_multiple_of(BLOCK);
         for (lanes, from) in plain.point.iter_mut().zip([x, y, z]) {

@@ -143,7 +143,6 @@ fn outline_words(outline: &Outline, half_depth: f32, is_lathe: bool) -> Vec<f32>
     words
 }
 
-/// The same of a text's outlines.
 /// Half sizes, height, base, and by how much the way to the surface is shorter than straight down at most; what a grid of heights has.
 fn heightmap_words(grid: &[f32], [x, z]: [f32; 2], [height, base]: [f32; 2]) -> Vec<f32> {
     let &[along_x, along_z, _, _, nx, _, nz, ..] = grid else {
@@ -161,6 +160,7 @@ fn heightmap_words(grid: &[f32], [x, z]: [f32; 2], [height, base]: [f32; 2]) -> 
     words
 }
 
+/// The same as of an outline, of a text's outlines.
 fn text_words(text: &str, size: f32, half_depth: f32) -> Vec<f32> {
     let mut words = vec![0.0, half_depth];
     let outlines = text_outlines(text, size);

@@ -15,7 +15,8 @@ pub(crate) mod read;
 mod schema;
 mod write;
 
-use crate::{EditError, Fault, SampledGrid, Scene, is_grid};
+use crate::{EditError, Fault, SampledGrid, Scene};
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
@@ -127,18 +128,34 @@ impl Scene {
             path: path.into(),
             source,
         };
-        for (name, _, grid) in self.loaded_meshes() {
-            if is_grid(name) {
-                let place = path.with_file_name("").join(name);
-                save_grid(&place, grid).map_err(|source| fault(&place, source))?;
+        let mut grids: BTreeMap<&str, &SampledGrid> = BTreeMap::new();
+        for (name, grid) in self.sampled() {
+            let place = path.with_file_name("").join(name);
+            let other = grids.insert(name, grid);
+            if other.is_some_and(|other| !std::ptr::eq(other, grid) && other != grid) {
+                let reason = "two brushes have this name, of different distances: give one another";
+                return Err(fault(&place, std::io::Error::other(reason)));
             }
+        }
+        for (name, grid) in grids {
+            let place = path.with_file_name("").join(name);
+            save_grid(&place, name, grid).map_err(|source| fault(&place, source))?;
         }
         replace_file(path, |out| write::write(self, out)).map_err(|source| fault(path, source))
     }
 }
 
-/// Write sampled distances, if they are not there already.
-fn save_grid(place: &Path, grid: &SampledGrid) -> std::io::Result<()> {
+/// Write sampled distances, if they are not there already: into the scene's own folder, never elsewhere.
+fn save_grid(place: &Path, name: &str, grid: &SampledGrid) -> std::io::Result<()> {
+    let is_name = Path::new(name).file_name() == Some(std::ffi::OsStr::new(name));
+    if !is_name {
+        if place.exists() {
+            return Ok(());
+        }
+        let reason =
+            "sampled distances are written beside the scene: their name may have no folder";
+        return Err(std::io::Error::other(reason));
+    }
     let bytes = grid.to_bytes();
     if std::fs::read(place).is_ok_and(|there| there == bytes) {
         return Ok(());

@@ -19,6 +19,9 @@ pub const SAMPLED_SIDE: u32 = 8;
 /// along x and along z, the least and the greatest height, posts along x, 0, posts along z, 0.
 pub const SAMPLED_HEADER: usize = 8;
 
+/// By how much distances of a grid may change over a length of 1.
+const MOST_STEEP: f32 = 100.0;
+
 /// What the file of a grid begins with.
 pub const GRID_MAGIC: [u8; 8] = *b"argilg01";
 
@@ -109,7 +112,7 @@ impl fmt::Debug for SampledGrid {
 
 impl SampledGrid {
     /// Sample a function of points: a signed distance, negative inside, or what is nowhere farther from 0 than that. `solid` is the box that
-    /// what is solid lies in; what reaches beyond is cut. `resolution` is samples along its longest side, from 16 to 512.
+    /// what is solid lies in; what reaches beyond it is cut. `resolution` is samples along its longest side, from 16 to 512.
     ///
     /// ```
     /// use argil_scene::{Brush, SampledGrid, Scene, Shape};
@@ -132,8 +135,14 @@ impl SampledGrid {
         let longest = solid.size().max_element();
         let is_box = solid.is_finite() && solid.size().min_element() >= 0.0 && longest > 0.0;
         if !is_box || solid.min.abs().max(solid.max.abs()).max_element() > MAX_LENGTH {
-            return Err(Fault::new("solid", format!("{solid:?} is no box")));
+            let reason = format!(
+                "{:?} to {:?} is no box",
+                solid.min.to_array(),
+                solid.max.to_array()
+            );
+            return Err(Fault::new("solid", reason));
         }
+        let half = 0.5 * solid.size();
         let spacing = longest / resolution as f32;
         let cell = spacing * SAMPLED_SIDE as f32;
         let region = solid.grown(2.0 * spacing);
@@ -141,12 +150,23 @@ impl SampledGrid {
         let corner = region.center() - 0.5 * cell * cells.as_vec3();
         let measure = |points: &[Vec3], out: &mut [f32]| {
             for (point, out) in points.iter().zip(out) {
-                *out = distance(point.to_array());
+                let beyond = (*point - solid.center()).abs() - half;
+                let of_box = beyond.max(Vec3::ZERO).length() + beyond.max_element().min(0.0);
+                // No number stays none, as what is greatest would not.
+                let own = distance(point.to_array());
+                *out = if own < of_box { of_box } else { own };
             }
         };
         let grid = Self::sample(corner, cell, cells, solid, &measure);
         if !grid.words.iter().all(|word| word.is_finite()) {
             return Err(Fault::new("distance", "is no finite number somewhere"));
+        }
+        if grid.lipschitz > MOST_STEEP {
+            let reason = format!(
+                "changes by {} over a length of 1: no more than {MOST_STEEP} is taken, scale it",
+                grid.lipschitz
+            );
+            return Err(Fault::new("distance", reason));
         }
         if !grid.has_inside() {
             let reason = format!("is nowhere negative, as far as {resolution} samples find");
@@ -282,6 +302,27 @@ impl SampledGrid {
         [self.cells.x, self.cells.z]
     }
 
+    /// How many times as steep as nearly all others (99 of 100) the steepest step between posts is; 1 of what is flat.
+    pub fn steepest_share(&self) -> f32 {
+        if !self.has_heights() {
+            return 1.0;
+        }
+        let row = self.cells.x as usize;
+        let heights = &self.words[SAMPLED_HEADER..];
+        let along_x = heights.chunks(row.max(1)).flat_map(|row| row.windows(2));
+        let along_x = along_x.map(|pair| (pair[1] - pair[0]).abs());
+        let along_z = heights.iter().zip(heights.iter().skip(row));
+        let mut steps: Vec<f32> = along_x.chain(along_z.map(|(a, b)| (b - a).abs())).collect();
+        let usual = steps.len() * 99 / 100;
+        let (_, &mut usual, _) = steps.select_nth_unstable_by(usual, f32::total_cmp);
+        let greatest = self.words[0].max(self.words[1]);
+        if greatest > 0.0 {
+            greatest / usual.max(1e-6)
+        } else {
+            1.0
+        }
+    }
+
     /// Whether it holds heights.
     pub fn has_heights(&self) -> bool {
         self.cells.y == 0
@@ -327,7 +368,15 @@ impl SampledGrid {
             }
         }
         let length = SAMPLED_HEADER + volume(cells) + volume(cells + 1) + count * FINE;
-        (words.len() == length).then(|| Self::with(words, corner, cell, cells, solid))
+        if words.len() != length {
+            return None;
+        }
+        let grid = Self::with(words, corner, cell, cells, solid);
+        let region = grid.region();
+        let is_near = region.min.abs().max(region.max.abs()).max_element() <= 4.0 * MAX_LENGTH;
+        let held = region.grown(1e-3 * cell);
+        let is_held = held.contains(solid.min) && held.contains(solid.max);
+        (is_near && is_held && grid.lipschitz <= MOST_STEEP).then_some(grid)
     }
 
     /// The grid as the bytes of a file: [`GRID_MAGIC`], the box around the solid, and its [words](Self::words), all little-endian `f32`.

@@ -237,6 +237,15 @@ impl Scene {
             .collect()
     }
 
+    /// Brushes of sampled distances: name of the file, and distances of each.
+    pub(crate) fn sampled(&self) -> impl Iterator<Item = (&str, &SampledGrid)> {
+        let files = self.walk().filter_map(|id| self.node(id).entry.body.file());
+        files.filter_map(|(name, _, grid)| {
+            let grid = grid.0.as_deref().filter(|_| crate::is_grid(name))?;
+            Some((name, grid))
+        })
+    }
+
     /// The files of all meshes.
     pub fn mesh_paths(&self) -> Vec<String> {
         let mut paths: Vec<String> = self
@@ -296,6 +305,8 @@ impl Scene {
     pub(crate) fn load(&self, entry: &mut Entry) {
         if let Some((path, resolution, grid)) = entry.body.file_mut()
             // A name is made for the look-up alone; meshes are few.
+            // What was sampled in this program comes with its brush.
+            && (grid.0.is_none() || !crate::is_grid(path))
             && let Some(known) = self.grids.get(&(path.clone(), *resolution))
             && known.has_heights() == crate::is_image(path)
         {

@@ -30,6 +30,18 @@ pub struct LoadedMesh {
 }
 
 impl LoadedMesh {
+    /// What whoever loaded it should know: what was left out of a mesh or filled, and whether a heightmap has a cliff.
+    pub fn warnings(&self) -> Vec<String> {
+        let mut warnings = self.repairs.warnings();
+        let share = self.grid.steepest_share();
+        if share > STEEP {
+            warnings.push(format!(
+                "one step between posts is {share:.0} times as steep as nearly all others: distances fall short everywhere for it, and pictures through bricks swell; smooth the image there, or take fewer posts (--resolution)"
+            ));
+        }
+        warnings
+    }
+
     /// The shape that it is; a heightmap is as long and wide as its image, with a longer side of 2.
     pub fn shape(&self) -> Shape {
         let mut shape = Shape::of_file(self.path.clone());
@@ -44,6 +56,9 @@ impl LoadedMesh {
         shape
     }
 }
+
+/// So many times as steep as nearly all others a step of a heightmap is told of.
+const STEEP: f32 = 6.0;
 
 /// Why a mesh that a scene names is not loaded.
 #[derive(Debug, thiserror::Error)]
@@ -62,7 +77,7 @@ pub enum MeshFileError {
     },
     /// It is elsewhere.
     #[error(
-        "the mesh \"{path}\" is not in the folder of the scene that names it, {}: put it there, or allow files outside (--allow-outside)",
+        "the file \"{path}\" is not in the folder of the scene that names it, {}: put it there, or allow files outside (--allow-outside)",
         folder.display()
     )]
     Outside {

@@ -8,6 +8,7 @@ use crate::cast::material_of;
 use crate::probe::Probe;
 use crate::{Material, World};
 use argil_abi::Instr;
+use argil_abi::WORLD_LIMIT;
 use argil_field::{Evaluator, LANES, Program};
 use argil_math::Aabb;
 use argil_volume::Volume;
@@ -246,14 +247,15 @@ impl<'a> Query<'a> {
             if d.abs() > lipschitz * half + self.slack(held) {
                 continue;
             }
-            if half < 0.25 * free.max(self.epsilon)
+            let is_least = |reach: f32| half < 0.005 * reach.max(self.epsilon);
+            if (half < 0.25 * free.max(self.epsilon) || is_least(reach))
                 && let Some(q) = self.walk(&mut probe, center)
                 && q.distance(p) < reach
             {
                 reach = q.distance(p);
                 best = Some(q);
             }
-            if half < 0.005 * reach.max(self.epsilon) {
+            if is_least(reach) {
                 continue;
             }
             for corner in held.corners() {
@@ -383,18 +385,29 @@ impl<'a> Query<'a> {
         None
     }
 
-    /// How a box lies, told to a tolerance in the world's unit.
+    /// How a box lies, told to a tolerance in the world's unit. Where [`MOST_BOXES`] parts of it do not tell, it is said to touch.
     pub fn box_overlap(&self, min: [f32; 3], max: [f32; 3], tolerance: f32) -> Overlap {
         let whole = Aabb::new(min.into(), max.into());
+        // What is not a number is nowhere.
+        if whole.is_empty() || min.iter().chain(&max).any(|c| c.is_nan()) {
+            return Overlap::Outside;
+        }
+        // Nothing but what is endless is beyond the world.
+        let whole = whole.intersection(Aabb::centered(Vec3::splat(WORLD_LIMIT)));
         if whole.is_empty() {
             return Overlap::Outside;
         }
         let tolerance = tolerance.max(self.epsilon);
+        let mut looked_at = 0;
         let lipschitz = self.tables().lipschitz();
         let mut probe = self.probe();
         let mut open = vec![whole];
         let (mut solid, mut free) = (false, false);
         while let Some(held) = open.pop() {
+            looked_at += 1;
+            if looked_at > MOST_BOXES {
+                return Overlap::Touching;
+            }
             let center = held.center();
             let half = held.half_diagonal();
             let d = self.tell(&mut probe, center).0;

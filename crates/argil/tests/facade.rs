@@ -289,6 +289,73 @@ fn sampled_functions_are_brushes() -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
+/// What is sampled is cut where its box ends, has a name of its own beside the scene, and is written nowhere else.
+#[test]
+fn sampled_functions_stay_where_they_belong() -> Result<(), Box<dyn std::error::Error>> {
+    let here = tempfile::tempdir()?;
+    let folder = here.path().join("scene");
+    std::fs::create_dir(&folder)?;
+    let ball = |radius: f32| {
+        let of = move |[x, y, z]: [f32; 3]| (x * x + y * y + z * z).sqrt() - radius;
+        argil::SampledGrid::of([[-0.5; 3], [0.5; 3]], 32, of)
+    };
+    let mut scene = Scene::new();
+    scene.push(Brush::new(Shape::sampled("a", ball(0.8)?)))?;
+    let world = Engine::cpu().build(&scene)?.field();
+    let hit = world
+        .query()
+        .ray_cast([2.0, 0.0, 0.0], [-1.0, 0.0, 0.0], 5.0);
+    assert!(
+        (hit.expect("its side").point[0] - 0.5).abs() < 0.01,
+        "{hit:?}"
+    );
+    scene.save(folder.join("scene.json"))?;
+
+    // Another under the same name is another brush, which a file cannot hold too.
+    let mut again = Scene::open(folder.join("scene.json"))?;
+    argil::load_meshes(&mut again, &folder, false)?;
+    let node = again.node(Scene::ROOT).children()[0];
+    let entry = Brush::new(Shape::sampled("a", ball(0.2)?)).into();
+    again.apply(argil::Edit::Replace { node, entry })?;
+    let world = Engine::cpu().build(&again)?.field();
+    let told = world.distance([0.2, 0.0, 0.0]);
+    assert!(told.abs() < 0.02, "{told}");
+    again.push(Brush::new(Shape::sampled("a", ball(0.4)?)))?;
+    assert!(again.save(folder.join("two.json")).is_err());
+    for name in ["../b", "sub/b", "/tmp/argil-b"] {
+        let mut scene = Scene::new();
+        scene.push(Brush::new(Shape::sampled(name, ball(0.3)?)))?;
+        assert!(scene.save(folder.join("out.json")).is_err(), "{name}");
+    }
+    assert!(!here.path().join("b.grid").exists() && !folder.join("out.json").exists());
+    let steep = argil::SampledGrid::of([[-0.5; 3], [0.5; 3]], 32, |[x, _, _]| 1e6 * x);
+    assert!(steep.is_err());
+    Ok(())
+}
+
+/// A cliff in a heightmap is told of, as distances fall short everywhere for it.
+#[test]
+fn cliffs_are_told_of() -> Result<(), Box<dyn std::error::Error>> {
+    let here = tempfile::tempdir()?;
+    for (name, spike, count) in [("smooth", 100, 0), ("spike", 255, 1)] {
+        let height = |i: u32| {
+            if i == 1_234 {
+                spike
+            } else {
+                90 + (i % 64) as u8 / 3
+            }
+        };
+        let image: Vec<u8> = (0..64 * 64).flat_map(|i| [height(i); 3]).collect();
+        let file = format!("{name}.png");
+        argil::save_png(&here.path().join(&file), [64, 64], &image)?;
+        let mut scene = Scene::new();
+        scene.push(Brush::new(Shape::heightmap(file, [1.0, 1.0], 0.5)))?;
+        let loaded = argil::load_meshes(&mut scene, here.path(), false)?;
+        assert_eq!(loaded[0].warnings().len(), count, "{name}");
+    }
+    Ok(())
+}
+
 /// A heightmap's image becomes ground as high as it is bright, on both devices and in bricks; in a volume's file it stands alone.
 #[test]
 fn images_are_ground() -> Result<(), Box<dyn std::error::Error>> {

@@ -247,3 +247,41 @@ fn threads_ask_while_edits_go_on() {
     });
     assert!(asked[0] > 10 && asked[1] > 10, "{asked:?}");
 }
+
+/// A surface that is near is found, however far it may be at most; what is no box is nowhere, and ends.
+#[test]
+fn near_surfaces_are_found_within_far_limits() {
+    let mut scene = Scene::new();
+    for i in 0..300u32 {
+        let along = |k: u32| 4.0 * ((i * k) % 97) as f32 / 97.0 - 2.0;
+        let brush = match i % 2 {
+            0 => Brush::new(Shape::sphere(0.15)),
+            _ => Brush::new(Shape::cuboid([0.1, 0.15, 0.1])).blend(0.03),
+        };
+        scene
+            .push(brush.at([along(13), along(31), along(57)]))
+            .expect("a brush");
+    }
+    let world = Engine::cpu()
+        .build(&scene)
+        .and_then(|world| world.bricks(128));
+    let world = world.expect("a world");
+    for query in [world.query(), world.query_volume().expect("bricks")] {
+        for i in 0..60u32 {
+            let along = |k: u32| 4.0 * ((i * k) % 89) as f32 / 89.0 - 2.0;
+            let p = [along(29), along(47), along(71)];
+            let found = query.closest_point_among(p, 5.0, 4_096);
+            let found = found.unwrap_or_else(|| panic!("{p:?}"));
+            let d = world.distance(p).abs();
+            assert!(found.distance >= 0.9 * d - 0.03, "{p:?}: {found:?}, {d}");
+            let told = world.distance(found.point);
+            assert!(told.abs() < 0.03, "{p:?}: {found:?}, {told}");
+        }
+        let nan = query.box_overlap([f32::NAN; 3], [1.0; 3], 0.1);
+        assert_eq!(nan, argil::Overlap::Outside);
+        assert_eq!(
+            query.box_overlap([-1e30; 3], [1e30; 3], 1e-3),
+            argil::Overlap::Touching
+        );
+    }
+}

@@ -412,7 +412,6 @@ fn sheet(p: V3, half_size: [f32; 3], [period, thickness]: [f32; 2], level: fn(V3
     sheet.max(cuboid(p, half))
 }
 
-/// What lies between the samples around a point; beyond their box, the hypotenuse over the way there.
 /// As far as the steepest of the ground's triangles of heights lets the surface be nearer than straight down.
 fn heightmap(
     p: V3,
@@ -459,6 +458,7 @@ fn heightmap(
     beside.max((p.y - ground) * cosine)
 }
 
+/// What lies between the samples around a point; beyond their box, the hypotenuse over the way there.
 fn sampled(p: V3, grid: &argil_scene::SampledGrid) -> f64 {
     let w = grid.words();
     let n = [4, 5, 6].map(|i| w[i] as usize);
