@@ -53,10 +53,10 @@ impl<'a> Evaluator<'a> {
         self.program
     }
 
-    /// Signed distances of the points `(x[i], y[i], z[i])`, at most [`LANES`] of them, into `out`.
+    /// Signed distances of the points `(x[i], y[i], z[i])`, at most [`LANES`](crate::LANES) of them, into `out`.
     ///
     /// # Panics
-    /// If the slices differ in length or are longer than [`LANES`].
+    /// If the slices differ in length or are longer than [`LANES`](crate::LANES).
     pub fn distances(&mut self, x: &[f32], y: &[f32], z: &[f32], out: &mut [f32]) {
         self.distances_by(&self.program.instrs, x, y, z, out);
     }
