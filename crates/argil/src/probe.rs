@@ -55,10 +55,13 @@ impl<'a> Probe<'a> {
         let fits = |far: f32| reach <= 0.8 * far;
         let lists = match world.live_program() {
             Some(live) if fits(live.parts().far) && world.is_seldom_asked() => Lists::Live(live),
-            _ => match (world.list_tree(), world.operand_index()) {
-                (Some(tree), _) => Lists::Tree(tree),
-                (_, Some(index)) if fits(index.parts().far) => Lists::Index(index),
-                _ => Lists::Whole,
+            _ => match world.list_tree() {
+                Some(tree) => Lists::Tree(tree),
+                // An index is made only where there is no tree.
+                None => match world.operand_index() {
+                    Some(index) if fits(index.parts().far) => Lists::Index(index),
+                    _ => Lists::Whole,
+                },
             },
         };
         Self {
