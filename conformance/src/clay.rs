@@ -6,7 +6,9 @@ use argil_field::{LiveProgram, Program};
 use argil_gpu::{Gpu, GpuField, GpuVolume};
 use argil_math::Aabb;
 use argil_scene::{Scene, Watch};
-use argil_volume::{BrickEdit, BrickLayout, BrickSettings, Bricks, EditWork, Volume, Word};
+use argil_volume::{
+    BrickEdit, BrickEdits, BrickLayout, BrickSettings, Bricks, EditWork, Volume, Word,
+};
 use glam::IVec3;
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -104,12 +106,14 @@ impl Clay {
                 Kept::Cpu(bricks) => bricks.grow(self.layout),
                 Kept::Gpu(gpu) => {
                     let (field, volume) = &mut **gpu;
-                    volume.grow(field.gpu(), self.layout).expect("room");
+                    volume
+                        .grow(field.gpu(), &BrickEdits::of(self.layout))
+                        .expect("room");
                 }
             }
         }
         let work = EditWork::new(&self.layout, &self.live, &boxes);
-        let Some(mut work) = work.filter(|_| !upset.everything && !turns) else {
+        let Some(work) = work.filter(|_| !upset.everything && !turns) else {
             self.watch.set(self.layout.bands(&program));
             self.kept = Kept::bake(self.gpu.as_ref(), &program, self.layout);
             self.live = LiveProgram::new(scene, self.layout.parts(&program)).expect("a program");
@@ -117,15 +121,21 @@ impl Clay {
             self.seen = scene.change_count();
             return;
         };
+        let mut edits = BrickEdits {
+            layout: self.layout,
+            work,
+        };
         match &mut self.kept {
             Kept::Cpu(bricks) => {
-                let edit = bricks.edit(&self.live, &mut work, None, None);
+                let edit = bricks.edit(&self.live, &mut edits.work, None, None);
                 self.done += edit.expect("bricks");
             }
             Kept::Gpu(gpu) => {
                 let (field, volume) = &mut **gpu;
                 field.follow(&self.live).expect("a field");
-                let edit = volume.edit(field, &self.live, &mut work, None, None).wait();
+                let edit = volume
+                    .edit(field, &self.live, &mut edits, None, None)
+                    .wait();
                 edit.expect("an edit");
             }
         }

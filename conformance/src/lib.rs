@@ -576,11 +576,11 @@ pub fn shipped() -> Vec<Case> {
 
 /// The primary ray of a pixel, worked out once more for the tests.
 pub fn primary_ray(frame: &Frame, x: u32, y: u32) -> Ray {
-    let u = (x as f32 + frame.ground_jitter[2]) / frame.width as f32 * 2.0 - 1.0;
-    let v = 1.0 - (y as f32 + frame.ground_jitter[3]) / frame.height as f32 * 2.0;
-    let axis = |w: [f32; 4]| Vec3::new(w[0], w[1], w[2]);
+    let u = (x as f32 + frame.jitter_x) / frame.width as f32 * 2.0 - 1.0;
+    let v = 1.0 - (y as f32 + frame.jitter_y) / frame.height as f32 * 2.0;
+    let axis = Vec3::from;
     Ray {
-        origin: axis(frame.eye_step),
+        origin: axis(frame.eye),
         direction: (axis(frame.forward) + axis(frame.right) * u + axis(frame.up) * v).normalize(),
     }
 }

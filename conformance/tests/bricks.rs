@@ -179,8 +179,8 @@ fn wrong(
     let step = encoding.range_length(lattice, 0) / encoding.bits.quanta() as f32;
     let between = 0.5 * 3f32.sqrt() * lattice.voxel * program.lipschitz();
     let bound = 1.01 * (between + step) + program.bounds_slack(lattice.aabb());
-    let [ax, ay, az, epsilon] = frame.box_min_epsilon;
-    let [bx, by, bz, _] = frame.box_max_bias;
+    let ([ax, ay, az], epsilon) = (frame.box_min, frame.epsilon);
+    let [bx, by, bz] = frame.box_max;
     let bounds = Aabb::new(Vec3::new(ax, ay, az), Vec3::new(bx, by, bz));
     let mut evaluator = Evaluator::new(program);
     let mut d = Vec::new();
@@ -275,21 +275,26 @@ fn no_ray_passes_through_solid_or_stops_in_the_air() {
                 max_steps: 8192,
                 ..Settings::default()
             };
-            let frames = frames(&settings, &camera, &program, Some(&lattice), held);
-            let shown = |through| render_with_hits(&program, through, &frames).hits;
+            let frames_by = |descent| {
+                let settings = Settings {
+                    descent,
+                    ..settings
+                };
+                frames(&settings, &camera, &program, Some(&lattice), held)
+            };
+            let frames = frames_by(Descent::Root);
+            let shown = |through: &dyn Through| render_with_hits(&program, through, &frames).hits;
+            let by_path = frames_by(Descent::Path);
             for (name, hits) in [
-                ("dense", shown(Through::Dense(&dense))),
-                ("mips", shown(Through::Dense(&mips))),
-                (
-                    "octree of 8",
-                    shown(Through::Octree(&octrees[0], Descent::Root)),
-                ),
+                ("dense", shown(&dense)),
+                ("mips", shown(&mips)),
+                ("octree of 8", shown(&octrees[0])),
                 (
                     "octree of 32",
-                    shown(Through::Octree(&octrees[1], Descent::Path)),
+                    render_with_hits(&program, &octrees[1], &by_path).hits,
                 ),
-                ("bricks", shown(Through::Bricks(&sparse[0]))),
-                ("small bricks", shown(Through::Bricks(&sparse[1]))),
+                ("bricks", shown(&sparse[0])),
+                ("small bricks", shown(&sparse[1])),
             ] {
                 // A ray through bricks has hit within half a pixel.
                 let footprint = if name.ends_with("bricks") {
@@ -307,7 +312,7 @@ fn no_ray_passes_through_solid_or_stops_in_the_air() {
                 );
             }
             // Negative control: the study's test of the centre loses bricks, and rays pass through walls there.
-            let hits = shown(Through::Octree(&by_center, Descent::Root));
+            let hits = shown(&by_center);
             let (passed, stray) = wrong(&program, &lattice, &frames[0], &hits, 0.0);
             wrong_by_center += passed + stray;
         }

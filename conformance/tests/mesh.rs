@@ -5,7 +5,7 @@ use argil_conformance::Wait;
 use argil_conformance::{gpu, shipped};
 use argil_field::Program;
 use argil_gpu::{GpuField, GpuMesh, GpuVolume, MarchNormals, MarchOptions};
-use argil_march::{Camera, Settings, Show, Through, Triangles, frames, render_with_hits};
+use argil_march::{Camera, Field, Settings, Show, Triangles, frames, render_with_hits};
 use argil_math::Aabb;
 use argil_mesh::{Mesh, Report, exact, marching};
 use argil_scene::{Brush, Scene, Shape};
@@ -70,15 +70,19 @@ fn both_devices_draw_the_same_triangles_and_they_are_the_surface() {
         - 2.0 * lattice.voxel * mesh.normals[mesh.triangles[1000][0] as usize];
     for eye in [Vec3::new(1.2, 0.8, 2.0), Vec3::new(0.05, 0.02, 0.9), inside] {
         let frames = look(&program, &lattice, eye);
-        let own = render_with_hits(&program, Through::Mesh(triangles(&mesh)), &frames);
-        let theirs = on_gpu.render(&field, &frames).wait().expect("a picture").0;
+        let own = render_with_hits(&program, &triangles(&mesh), &frames);
+        let theirs = on_gpu
+            .render(&field, &frames, true)
+            .wait()
+            .expect("a picture")
+            .0;
         let count = own.hits.iter().filter(|h| h.kind != HIT_NONE).count();
         assert!(count > 2000, "{count} from {eye}");
         // Pixels on the edge between two triangles can be either's.
         let off = differing(&own.hits, &theirs.hits, 1e-3 * lattice.voxel);
         assert!(off * 200 < count, "{off} of {count} from {eye}");
 
-        let field = render_with_hits(&program, Through::Field, &frames);
+        let field = render_with_hits(&program, &Field, &frames);
         let off = differing(&own.hits, &field.hits, lattice.voxel);
         assert!(
             off * 20 < count,
@@ -92,13 +96,13 @@ fn both_devices_draw_the_same_triangles_and_they_are_the_surface() {
 
     // The comparison can fail: triangles that are moved, or turned over.
     let frames = look(&program, &lattice, Vec3::new(1.2, 0.8, 2.0));
-    let right = render_with_hits(&program, Through::Mesh(triangles(&mesh)), &frames);
+    let right = render_with_hits(&program, &triangles(&mesh), &frames);
     mesh.triangles.iter_mut().for_each(|t| t.swap(1, 2));
-    let turned = render_with_hits(&program, Through::Mesh(triangles(&mesh)), &frames);
+    let turned = render_with_hits(&program, &triangles(&mesh), &frames);
     let outside = |hits: &[Hit]| hits.iter().filter(|h| h.kind == HIT_OUTSIDE).count();
     assert!(outside(&right.hits) > 2000 && outside(&turned.hits) < 20);
     mesh.positions.iter_mut().for_each(|p| p.z += lattice.voxel);
-    let moved = render_with_hits(&program, Through::Mesh(triangles(&mesh)), &frames);
+    let moved = render_with_hits(&program, &triangles(&mesh), &frames);
     assert!(differing(&right.hits, &moved.hits, 1e-3 * lattice.voxel) > 2000);
 }
 
@@ -115,7 +119,7 @@ fn no_ray_slips_through_between_triangles() {
         // From inside, every ray meets the surface.
         let eye = 0.3 * Vec3::new(turn.cos(), 0.1 * turn, turn.sin());
         let frames = look(&program, &lattice, eye);
-        let picture = render_with_hits(&program, Through::Mesh(triangles(&mesh)), &frames);
+        let picture = render_with_hits(&program, &triangles(&mesh), &frames);
         let gaps = picture.hits.iter().filter(|h| h.kind != HIT_INSIDE).count();
         assert_eq!(gaps, 0, "from {eye}");
     }

@@ -5,7 +5,7 @@ use argil_conformance::Wait;
 use argil_conformance::{gpu, lattice, primary_ray, shipped};
 use argil_field::Program;
 use argil_gpu::{GpuField, GpuVolume};
-use argil_march::{Camera, Normals, Settings, Show, Through, frames, render_with_hits};
+use argil_march::{Camera, Normals, Settings, Show, frames, render_with_hits};
 use argil_math::Aabb;
 use argil_volume::{BrickLayout, BrickSettings, Bricks, Encoding};
 use glam::Vec3;
@@ -64,7 +64,7 @@ fn normals_are_those_of_the_field() {
                 ..Settings::default()
             };
             let frames = frames(&settings, &camera, &program, Some(&lattice), held);
-            let hits = render_with_hits(&program, Through::Bricks(&bricks), &frames).hits;
+            let hits = render_with_hits(&program, &bricks, &frames).hits;
             let all = errors(
                 &program,
                 &frames[0],
@@ -122,13 +122,13 @@ fn a_small_picture_of_a_narrow_band_has_normals() {
     let frames = frames(&settings, &camera, &program, Some(&lattice), held);
     let pixel_voxels = frames[0].pixel * camera.eye.distance(held.center()) / lattice.voxel;
     assert!(pixel_voxels > 9.0, "{pixel_voxels}");
-    let cpu = render_with_hits(&program, Through::Bricks(&bricks), &frames).hits;
+    let cpu = render_with_hits(&program, &bricks, &frames).hits;
     let field = GpuField::new(gpu(), &program, false).expect("a field");
     let on_gpu = GpuVolume::upload(&field, &bricks.into())
         .wait()
         .expect("a volume");
     let gpu = on_gpu
-        .render(&field, &frames)
+        .render(&field, &frames, true)
         .wait()
         .expect("a picture")
         .0

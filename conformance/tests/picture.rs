@@ -5,7 +5,7 @@ use argil_conformance::Wait;
 use argil_conformance::{Case, Numbers, all_cases, gpu, primary_ray, random_blends, shipped};
 use argil_field::{Program, naive};
 use argil_gpu::GpuField;
-use argil_march::{Camera, Picture, Settings, Show, Through, frames, render_with_hits};
+use argil_march::{Camera, Field, Picture, Settings, Show, WholeField, frames, render_with_hits};
 use argil_math::Aabb;
 use argil_scene::{Brush, Group, Material, Modifier, Scene, Shape};
 use glam::Vec3;
@@ -118,8 +118,8 @@ fn gpu_pictures_are_the_cpus() {
             (Show::Heat, Vec3::new(0.05, -0.1, 0.02)),
         ] {
             let frames = look(&small(show), eye, &program);
-            let cpu = render_with_hits(&program, Through::WholeField, &frames);
-            let (found, duration_ms) = field.render(&frames).wait().expect("a picture");
+            let cpu = render_with_hits(&program, &WholeField, &frames);
+            let (found, duration_ms) = field.render(&frames, true).wait().expect("a picture");
             assert!(duration_ms > 0.0);
             let (other, greatest) = gap(&cpu.hits, &found.hits);
             assert!(
@@ -135,7 +135,7 @@ fn gpu_pictures_are_the_cpus() {
 
             // Negative control: the camera moved by less than a pixel is another picture.
             let moved = look(&small(show), eye + Vec3::new(0.02, 0.0, 0.0), &program);
-            let moved = render_with_hits(&program, Through::WholeField, &moved);
+            let moved = render_with_hits(&program, &WholeField, &moved);
             assert!(gap(&cpu.hits, &moved.hits).1 > 1e-4);
             assert_ne!(cpu.rgb, moved.rgb);
         }
@@ -174,8 +174,8 @@ fn rays_find_what_a_search_finds() {
         (Vec3::new(1.5, 0.52, 0.0), HIT_OUTSIDE),
     ] {
         let frame = look(&settings, eye, &program)[0];
-        let epsilon = frame.box_min_epsilon[3];
-        let hits = render_with_hits(&program, Through::WholeField, &[frame]).hits;
+        let epsilon = frame.epsilon;
+        let hits = render_with_hits(&program, &WholeField, &[frame]).hits;
         let (mut hit, mut missed, mut wrong) = (0, 0, 0);
         for _ in 0..700 {
             let (x, y) = (
@@ -231,7 +231,7 @@ fn thin_rods_are_not_lost() {
     };
     let hits = render_with_hits(
         &program,
-        Through::WholeField,
+        &WholeField,
         &frames(&settings, &camera, &program, None, FOCUS),
     )
     .hits;
@@ -249,10 +249,10 @@ fn an_empty_scene_is_sky_on_both_devices() {
     scene.push(Group::new()).expect("valid");
     let program = Program::lower(&scene).expect("valid");
     let frames = look(&small(Show::Shaded), Vec3::new(0.0, 1.0, 3.0), &program);
-    let cpu = render_with_hits(&program, Through::WholeField, &frames);
+    let cpu = render_with_hits(&program, &WholeField, &frames);
     let (found, _) = GpuField::new(gpu(), &program, false)
         .expect("a field")
-        .render(&frames)
+        .render(&frames, true)
         .wait()
         .expect("a picture");
     assert_eq!((cpu.hit_pixels, found.hit_pixels), (0, 0));
@@ -289,10 +289,10 @@ fn shipped_scenes_and_long_programs_are_the_same_on_both_devices() {
             ..Settings::default()
         };
         let frames = frames(&settings, &camera, &program, None, focus);
-        let cpu = render_with_hits(&program, Through::WholeField, &frames);
+        let cpu = render_with_hits(&program, &WholeField, &frames);
         let (found, _) = GpuField::new(gpu.clone(), &program, false)
             .expect("a field")
-            .render(&frames)
+            .render(&frames, true)
             .wait()
             .expect("a picture");
         let (other, greatest) = gap(&cpu.hits, &found.hits);
@@ -329,9 +329,9 @@ fn pruned_rays_find_what_whole_ones_do() {
                 ..Settings::default()
             };
             let frames = frames(&settings, &camera, &program, None, held);
-            let whole = render_with_hits(&program, Through::WholeField, &frames).hits;
-            let pruned = render_with_hits(&program, Through::Field, &frames).hits;
-            let epsilon = frames[0].box_min_epsilon[3];
+            let whole = render_with_hits(&program, &WholeField, &frames).hits;
+            let pruned = render_with_hits(&program, &Field, &frames).hits;
+            let epsilon = frames[0].epsilon;
             let (mut other, mut away, mut turned) = (0, 0, 0);
             for (a, b) in whole.iter().zip(&pruned) {
                 other += usize::from(a.kind != b.kind);
@@ -391,8 +391,8 @@ fn rays_find_the_nearest_of_very_many() {
         ..Settings::default()
     };
     let frame = frames(&settings, &camera, &program, None, FOCUS)[0];
-    let hits = render_with_hits(&program, Through::Field, &[frame]).hits;
-    let epsilon = frame.box_min_epsilon[3];
+    let hits = render_with_hits(&program, &Field, &[frame]).hits;
+    let epsilon = frame.epsilon;
     let (mut met, mut missed) = (0, 0);
     for (i, hit) in hits.iter().enumerate() {
         let ray = primary_ray(&frame, i as u32 % 90, i as u32 / 90);
@@ -454,8 +454,8 @@ fn light_of_many_is_the_whole_fields() {
             ..Settings::default()
         };
         let frame = frames(&settings, &camera, &program, None, FOCUS);
-        let near = render_with_hits(&program, Through::Field, &frame);
-        let whole = render_with_hits(&program, Through::WholeField, &frame);
+        let near = render_with_hits(&program, &Field, &frame);
+        let whole = render_with_hits(&program, &WholeField, &frame);
         let pixels = near.rgb.chunks(3).zip(whole.rgb.chunks(3));
         let off = |(a, b): (&[u8], &[u8])| {
             let all = a.iter().zip(b).map(|(a, b)| a.abs_diff(*b));

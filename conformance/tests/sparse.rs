@@ -465,8 +465,8 @@ fn a_pool_grows_to_what_is_needed() {
     let (volume, _) = GpuVolume::bricks(&field, &program, layout, None)
         .wait()
         .expect("a volume");
-    let sparse = volume.sparse(field.gpu()).wait().expect("an answer");
-    let count = sparse.expect("bricks").1;
+    let info = volume.info(field.gpu()).wait().expect("an answer");
+    let count = info.sparse.expect("bricks").bricks;
     assert!(count.abs_diff(bricks.len() as u64) <= bricks.len() as u64 / 100);
 }
 

@@ -8,7 +8,7 @@ use argil_conformance::{
 };
 use argil_field::Program;
 use argil_gpu::{DenseFill, Gpu, GpuField, GpuVolume, Order};
-use argil_march::{Camera, Descent, Settings, Show, Through, frames, render_with_hits};
+use argil_march::{Camera, Descent, Settings, Show, frames, render_with_hits};
 use argil_math::Aabb;
 use argil_scene::{Brush, Scene, Shape};
 use argil_volume::{
@@ -191,7 +191,8 @@ fn gpu_octrees_are_the_cpus() {
                     .wait()
                     .expect("an octree");
             assert_eq!(stages.len(), 5);
-            let size = volume.tree_size(&gpu).wait().expect("a tree");
+            let info = volume.info(&gpu).wait().expect("a tree");
+            let size = info.tree.map(|tree| (tree.bricks, tree.nodes));
             let found = octree_of(volume.read(&gpu).wait().expect("an octree"));
             assert_eq!(cpu.tree().codes(), found.tree().codes(), "{}", case.name);
             assert_eq!(cpu.tree(), found.tree(), "{}", case.name);
@@ -276,7 +277,10 @@ fn the_limits_that_every_device_has_are_enough() {
             Vec3::new(1.6, 1.2, 2.2),
             Show::Shaded,
         );
-        let (picture, _) = volume.render(&field, &frames).wait().expect("a picture");
+        let (picture, _) = volume
+            .render(&field, &frames, true)
+            .wait()
+            .expect("a picture");
         assert!(picture.hits.iter().filter(|h| h.kind != HIT_NONE).count() > 300);
     }
 }
@@ -327,7 +331,8 @@ fn bricks_on_the_least_device_are_the_same_but_for_rounding() {
         assert!(most > 0.0, "half floats do not hold 16 bits");
     }
     let frames = frame(&program, &cpu, Vec3::new(1.6, 1.2, 2.2), Show::Normal);
-    let [a, b] = [&built, &brought].map(|v| v.render(&field, &frames).wait().expect("a picture").0);
+    let [a, b] =
+        [&built, &brought].map(|v| v.render(&field, &frames, true).wait().expect("a picture").0);
     assert!(a.hits.iter().filter(|h| h.kind != HIT_NONE).count() > 300);
     let unlike = a
         .rgb
@@ -473,17 +478,11 @@ fn rays_through_volumes_are_the_same_on_both_devices() {
         ),
     ];
     for (name, volume, descent) in &volumes {
-        let mut on_gpu = GpuVolume::upload(&field, volume).wait().expect("a volume");
-        on_gpu.set_descent(*descent);
+        let on_gpu = GpuVolume::upload(&field, volume).wait().expect("a volume");
         assert!(
             on_gpu.read(&gpu).wait().expect("a volume") == *volume,
             "{name}"
         );
-        let through = match volume {
-            Volume::Dense(dense) => Through::Dense(dense),
-            Volume::Octree(octree) => Through::Octree(octree, *descent),
-            Volume::Bricks(bricks) => Through::Bricks(bricks),
-        };
         let mut views = vec![
             (Vec3::new(1.6, 1.2, 2.2), Show::Normal),
             (Vec3::new(-2.2, 0.3, 1.0), Show::Shaded),
@@ -497,9 +496,13 @@ fn rays_through_volumes_are_the_same_on_both_devices() {
             views.push((Vec3::new(1.5, 0.9, -1.5), Show::Nodes));
         }
         for (eye, show) in views {
-            let frames = frame(&program, volume, eye, show);
-            let cpu = render_with_hits(&program, through, &frames);
-            let (found, _) = on_gpu.render(&field, &frames).wait().expect("a picture");
+            let mut frames = frame(&program, volume, eye, show);
+            frames[0].descent = u32::from(*descent == Descent::Path);
+            let cpu = render_with_hits(&program, volume, &frames);
+            let (found, _) = on_gpu
+                .render(&field, &frames, true)
+                .wait()
+                .expect("a picture");
             let (other, length, normal) = hit_gap(&cpu.hits, &found.hits);
             assert!(
                 other <= cpu.hits.len() / 100,
@@ -520,7 +523,7 @@ fn rays_through_volumes_are_the_same_on_both_devices() {
 
             // Negative control: a camera moved by a quarter of a voxel.
             let moved = eye + Vec3::splat(0.25 * lattice.voxel);
-            let moved = render_with_hits(&program, through, &frame(&program, volume, moved, show));
+            let moved = render_with_hits(&program, volume, &frame(&program, volume, moved, show));
             let (other, length, _) = hit_gap(&cpu.hits, &moved.hits);
             assert!(
                 other > cpu.hits.len() / 100 || length >= 0.1 * lattice.voxel,
@@ -544,8 +547,15 @@ fn a_remembered_path_saves_descents_and_nothing_else() {
         Vec3::new(1.6, 1.2, 2.2),
         Show::Normal,
     );
-    let root = render_with_hits(&program, Through::Octree(&octree, Descent::Root), &frames);
-    let path = render_with_hits(&program, Through::Octree(&octree, Descent::Path), &frames);
+    let root = render_with_hits(&program, &octree, &frames);
+    let by_path: Vec<Frame> = frames
+        .iter()
+        .map(|frame| Frame {
+            descent: argil_abi::DESCENT_PATH,
+            ..*frame
+        })
+        .collect();
+    let path = render_with_hits(&program, &octree, &by_path);
     let descents = |hits: &[Hit]| hits.iter().map(|h| u64::from(h.descents)).sum::<u64>();
     assert!(descents(&path.hits) < descents(&root.hits) * 3 / 4);
     for (a, b) in root.hits.iter().zip(&path.hits) {
@@ -576,11 +586,14 @@ fn rays_meet_the_eight_middle_bricks_where_they_are() {
     assert_eq!(octree.tree().nodes().len(), 8 + 8 + 1);
     let volume: Volume = octree.clone().into();
     let frames = frame(&program, &volume, Vec3::new(2.0, 1.4, 2.3), Show::Bricks);
-    let hits = render_with_hits(&program, Through::Octree(&octree, Descent::Root), &frames).hits;
+    let hits = render_with_hits(&program, &octree, &frames).hits;
     let middle = Aabb::centered(Vec3::splat(0.25));
     let field = GpuField::new(gpu(), &program, false).expect("a field");
     let on_gpu = GpuVolume::upload(&field, &volume).wait().expect("a volume");
-    let (found, _) = on_gpu.render(&field, &frames).wait().expect("a picture");
+    let (found, _) = on_gpu
+        .render(&field, &frames, true)
+        .wait()
+        .expect("a picture");
     let mut met = 0;
     for (i, (hit, other)) in hits.iter().zip(&found.hits).enumerate() {
         let span = primary_ray(&frames[0], i as u32 % 96, i as u32 / 96).span(middle);
@@ -628,16 +641,14 @@ fn rays_that_start_inside_and_solids_that_are_cut() {
         let octree = Octree::bake(&program, layout, Keep::Conservative).0;
         let mut shown: Vec<Vec<Hit>> = Vec::new();
         for volume in [Volume::Dense(dense), Volume::Octree(octree)] {
-            let through = match &volume {
-                Volume::Dense(dense) => Through::Dense(dense),
-                Volume::Octree(octree) => Through::Octree(octree, Descent::Root),
-                Volume::Bricks(bricks) => Through::Bricks(bricks),
-            };
             let frames = frame(&program, &volume, eye, Show::Normal);
             let on_gpu = GpuVolume::upload(&field, &volume).wait().expect("a volume");
-            let (found, _) = on_gpu.render(&field, &frames).wait().expect("a picture");
+            let (found, _) = on_gpu
+                .render(&field, &frames, true)
+                .wait()
+                .expect("a picture");
             for hits in [
-                render_with_hits(&program, through, &frames).hits,
+                render_with_hits(&program, &volume, &frames).hits,
                 found.hits,
             ] {
                 let middle = &hits[30 * 96 + 48 - 20..30 * 96 + 48 + 20];

@@ -95,7 +95,7 @@ pub fn perform(case: &Case, engine: &Engine, plan: &Plan) -> anyhow::Result<Outc
             }
             out.about(&world)?;
         }
-        Task::Frames(count, eye) => frames(&build()?, plan, (count, eye), &mut out)?,
+        Task::Frames(count, eye) => frames(&build()?, plan, (&case.way, count, eye), &mut out)?,
         Task::Picture(look) => picture(&build()?, case, plan, look, &mut out)?,
         Task::Stored(count) => stored(&build()?, count, &mut out)?,
         Task::Surface(count) => surface(&engine.build(&scene)?.field(), way, count, &mut out)?,
@@ -137,12 +137,13 @@ fn camera(world: &World, eye: Eye) -> Camera {
 fn frames(
     world: &World,
     plan: &Plan,
-    (count, eye): (u32, Eye),
+    (way, count, eye): (&Way, u32, Eye),
     out: &mut Outcome,
 ) -> anyhow::Result<()> {
     let settings = Settings {
         samples: 1,
         ground: false,
+        descent: way.descent(),
         ..world.settings(plan.size(), Show::Normal)
     };
     let first = camera(world, eye);
@@ -173,7 +174,7 @@ fn frames(
     out.about(world)
 }
 
-fn settings(world: &World, plan: &Plan, look: &Look) -> Settings {
+fn settings(world: &World, plan: &Plan, (way, look): (&Way, &Look)) -> Settings {
     let own = world.settings(plan.size(), look.show);
     let voxel = world.volume_info().ok().flatten();
     let voxel = voxel.map(|info| info.lattice.voxel);
@@ -181,6 +182,7 @@ fn settings(world: &World, plan: &Plan, look: &Look) -> Settings {
         samples: 1,
         ground: false,
         normals: look.normals,
+        descent: way.descent(),
         normal_bias: look.bias_voxels.zip(voxel).map(|(n, voxel)| n * voxel),
         // The study's limit, which its colours stand for.
         max_steps: if look.show == Show::Heat {
@@ -215,7 +217,10 @@ fn picture(
     look: Look,
     out: &mut Outcome,
 ) -> anyhow::Result<()> {
-    let (camera, settings) = (camera(world, look.eye), settings(world, plan, &look));
+    let (camera, settings) = (
+        camera(world, look.eye),
+        settings(world, plan, (&case.way, &look)),
+    );
     let drawn = world.draw(&camera, &settings)?;
     out.add("frame_ms", drawn.duration_ms);
     out.set("hit_pixels", drawn.hit_pixels as f64);

@@ -144,8 +144,8 @@ impl Way {
             Kind::Octree {
                 brick,
                 center,
-                path,
                 enumerated,
+                ..
             } => {
                 let mut options = OctreeOptions {
                     resolution,
@@ -159,7 +159,6 @@ impl Way {
                 if enumerated {
                     options.order = Order::Enumerated;
                 }
-                options.descent = if path { Descent::Path } else { Descent::Root };
                 Via::Octree(options)
             }
             Kind::Bricks { brick } => {
@@ -180,6 +179,14 @@ impl Way {
                 },
                 flat,
             }),
+        }
+    }
+
+    /// Where look-ups of rays begin.
+    pub fn descent(&self) -> Descent {
+        match self.kind {
+            Kind::Octree { path: true, .. } => Descent::Path,
+            _ => Descent::Root,
         }
     }
 

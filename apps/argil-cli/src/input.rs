@@ -120,13 +120,12 @@ pub fn world(
     } else {
         engine.load(Stored::open(path)?, path)?
     };
-    if let Some(descent) = flags.descent {
+    if flags.descent.is_some() {
         ensure!(
             matches!(world.kept_via(), Via::Octree(_)),
             "--descent: {} is no octree",
             path.display()
         );
-        world.set_descent(descent_of(descent));
     }
     if time.is_some() {
         set_time(&mut scene, time, path)?;
@@ -156,7 +155,8 @@ pub fn method_of(method: Option<args::MeshMethod>) -> MeshMethod {
     }
 }
 
-fn descent_of(descent: args::Descent) -> Descent {
+/// Where look-ups in an octree begin.
+pub fn descent_of(descent: args::Descent) -> Descent {
     match descent {
         args::Descent::Root => Descent::Root,
         args::Descent::Path => Descent::Path,
@@ -283,9 +283,6 @@ pub fn representation(via: args::Via, flags: &VolumeFlags, engine: &Engine) -> a
             }
             if flags.sort == Some(args::Sort::Enumerated) {
                 options.order = Order::Enumerated;
-            }
-            if let Some(descent) = flags.descent {
-                options.descent = descent_of(descent);
             }
             Via::Octree(options)
         }

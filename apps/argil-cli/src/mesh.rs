@@ -161,7 +161,7 @@ fn tell(options: &Mesh, world: &World, meshed: &Meshed, lods: &[(PathBuf, Meshed
     let build_ms = world.build_times().duration_ms;
     let mut whole = json!({
         "device": world.engine().device(),
-        "via": output::via(world.kept_via()),
+        "via": world.kept_via().word(),
         "resolution": meshed.lattice.size.to_array(),
         "voxel": meshed.lattice.voxel,
         "brushes": world.program().brush_count(),

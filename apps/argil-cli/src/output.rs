@@ -1,7 +1,7 @@
 //! What the commands print.
 
 use anyhow::Context;
-use argil::{BuildTimes, Report, Spread, Via, VolumeInfo};
+use argil::{BuildTimes, Report, Spread, VolumeInfo};
 use serde_json::{Value, json};
 use std::io::Write;
 
@@ -100,17 +100,6 @@ pub fn mesh(report: &Report) -> Value {
 pub fn extend(report: &mut Value, own: Value) {
     if let (Some(report), Value::Object(own)) = (report.as_object_mut(), own) {
         report.extend(own);
-    }
-}
-
-/// How a world is kept, as `--via` names it.
-pub fn via(via: Via) -> &'static str {
-    match via {
-        Via::Field => "field",
-        Via::Dense(_) => "dense",
-        Via::Octree(_) => "octree",
-        Via::Bricks(_) => "bricks",
-        Via::Mesh(_) => "mesh",
     }
 }
 

@@ -129,6 +129,10 @@ fn settings(options: &Render, world: &World) -> Settings {
             Some(Normals::Field) => argil::Normals::Field,
             Some(Normals::Smooth) | None => argil::Normals::Smooth,
         },
+        descent: options
+            .volume
+            .descent
+            .map_or(own.descent, input::descent_of),
         samples: options.samples.unwrap_or(own.samples),
         ground: (own.ground || options.ground) && !options.no_ground,
         ..own
@@ -217,7 +221,7 @@ fn report(
         let mut report = json!({
             "device": engine.device(),
             "device_reason": engine.reason(),
-            "via": output::via(kept),
+            "via": kept.word(),
             "size": drawn.size,
             "brushes": world.program().brush_count(),
             "build_ms": build_ms,

@@ -1,10 +1,7 @@
 //! What draws the scene: a copy of it that follows the document line by line, and a world of each pipeline that is looked at.
 
 use anyhow::Context;
-use argil::{
-    BricksOptions, Camera, DenseOptions, Drawn, Engine, MeshViaOptions, OctreeOptions, Scene,
-    Settings, Show, Spread, Via, World,
-};
+use argil::{Camera, DenseOptions, Drawn, Engine, Scene, Settings, Show, Spread, Via, World};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -49,30 +46,20 @@ impl Pipeline {
 
     /// Whether there are bricks to be shown.
     pub fn has_bricks(self) -> bool {
-        matches!(self, Self::Octree | Self::Bricks)
+        self.via(1).shows(Show::Bricks)
     }
 
     /// As the engine says it.
     pub fn via(self, resolution: u32) -> Via {
-        match self {
-            Self::Field => Via::Field,
-            Self::Dense => Via::Dense(DenseOptions {
-                resolution,
+        let word = self.word().to_lowercase();
+        let all = Via::all(resolution);
+        let found = all.into_iter().find(|via| via.word() == word);
+        match found.unwrap_or_default() {
+            Via::Dense(options) => Via::Dense(DenseOptions {
                 mips: true,
-                ..DenseOptions::default()
+                ..options
             }),
-            Self::Octree => Via::Octree(OctreeOptions {
-                resolution,
-                ..OctreeOptions::default()
-            }),
-            Self::Bricks => Via::Bricks(BricksOptions {
-                resolution,
-                ..BricksOptions::default()
-            }),
-            Self::Mesh => Via::Mesh(MeshViaOptions {
-                resolution,
-                ..MeshViaOptions::default()
-            }),
+            via => via,
         }
     }
 }

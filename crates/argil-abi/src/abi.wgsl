@@ -114,6 +114,8 @@ const BIND_VERTICES: u32 = 35u;
 const BIND_TRIANGLES: u32 = 36u;
 const BIND_SPANS: u32 = 37u;
 const BIND_SPREAD: u32 = 38u;
+const BIND_PIXELS: u32 = 39u;
+const BIND_COUNTS: u32 = 40u;
 const FAR: f32 = 1e30;
 const WORLD_LIMIT: f32 = 10000000.0;
 const NEWTON_STEPS: u32 = 4u;
@@ -156,20 +158,25 @@ struct MaterialWords {
     emission_metallic: vec4<f32>,
 }
 struct Frame {
-    eye_step: vec4<f32>,
-    right: vec4<f32>,
-    up: vec4<f32>,
-    forward: vec4<f32>,
-    box_min_epsilon: vec4<f32>,
-    box_max_bias: vec4<f32>,
-    sun_radius: vec4<f32>,
-    ground_jitter: vec4<f32>,
+    eye: vec3<f32>,
+    inv_lipschitz: f32,
+    right: vec3<f32>,
+    jitter_x: f32,
+    up: vec3<f32>,
+    jitter_y: f32,
+    forward: vec3<f32>,
+    ground_y: f32,
+    box_min: vec3<f32>,
+    epsilon: f32,
+    box_max: vec3<f32>,
+    normal_bias: f32,
+    sun: vec3<f32>,
+    radius: f32,
     width: u32,
     height: u32,
     first_row: u32,
     max_steps: u32,
     show: u32,
-    instr_count: u32,
     sample_weight: f32,
     far: f32,
     depth_near: f32,
@@ -179,7 +186,8 @@ struct Frame {
     step_count: u32,
     lift: f32,
     normals: u32,
-    pad2: u32,
+    has_ground: u32,
+    descent: u32,
 }
 struct Hit {
     normal_t: vec4<f32>,
@@ -215,7 +223,7 @@ struct Volume {
     depth: u32,
     code_count: u32,
     quanta: u32,
-    descent: u32,
+    pad0: u32,
     reach: f32,
     spread: f32,
     pool_x: u32,

@@ -81,4 +81,8 @@ constants! { BINDINGS:
     BIND_SPANS = 37;
     /// Corners of their own for each triangle.
     BIND_SPREAD = 38;
+    /// A picture's bytes, four a pixel.
+    BIND_PIXELS = 39;
+    /// What its rays did.
+    BIND_COUNTS = 40;
 }

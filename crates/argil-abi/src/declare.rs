@@ -13,6 +13,10 @@ impl Wgsl for i32 {
 impl Wgsl for f32 {
     const NAME: &'static str = "f32";
 }
+/// Before one more word, so that Rust's struct has no gap where WGSL's has none: a test asks naga.
+impl Wgsl for [f32; 3] {
+    const NAME: &'static str = "vec3<f32>";
+}
 impl Wgsl for [f32; 4] {
     const NAME: &'static str = "vec4<f32>";
 }

@@ -30,22 +30,34 @@ shared_struct! {
 shared_struct! {
     /// What tracing and shading read: one frame, one sample of each pixel. Lengths in the world's unit.
     Frame {
-        /// Where rays start, then the Lipschitz constant's reciprocal.
-        eye_step: [f32; 4],
+        /// Where rays start.
+        eye: [f32; 3],
+        /// The reciprocal of the field's Lipschitz constant: how far a distance of 1 lets a ray go.
+        inv_lipschitz: f32,
         /// The camera's x axis times the half width of the picture at distance 1.
-        right: [f32; 4],
+        right: [f32; 3],
+        /// A sample's offset in its pixel in x, from 0 to 1.
+        jitter_x: f32,
         /// The camera's y axis times the half height of the picture at distance 1.
-        up: [f32; 4],
+        up: [f32; 3],
+        /// A sample's offset in its pixel in y, from 0 to 1.
+        jitter_y: f32,
         /// The camera's viewing direction.
-        forward: [f32; 4],
-        /// Least corner of the box outside which nothing lies, then the distance under which a ray has hit.
-        box_min_epsilon: [f32; 4],
-        /// Greatest corner of that box, then the offset of the normal's central differences.
-        box_max_bias: [f32; 4],
-        /// Direction to the sun, then the scene's radius.
-        sun_radius: [f32; 4],
-        /// Height of the ground, 1 or 0 for whether there is one, a sample's offset in its pixel in x and y.
-        ground_jitter: [f32; 4],
+        forward: [f32; 3],
+        /// Height of the ground.
+        ground_y: f32,
+        /// Least corner of the box outside which nothing lies.
+        box_min: [f32; 3],
+        /// The distance under which a ray has hit.
+        epsilon: f32,
+        /// Greatest corner of that box.
+        box_max: [f32; 3],
+        /// The offset of the normal's central differences.
+        normal_bias: f32,
+        /// Direction to the sun.
+        sun: [f32; 3],
+        /// The scene's radius.
+        radius: f32,
         /// Width in pixels.
         width: u32,
         /// Height in pixels.
@@ -56,8 +68,6 @@ shared_struct! {
         max_steps: u32,
         /// A `SHOW_…`.
         show: u32,
-        /// Number of instructions.
-        instr_count: u32,
         /// One over the number of samples a pixel.
         sample_weight: f32,
         /// Farthest length at which a ray may hit the ground.
@@ -76,8 +86,10 @@ shared_struct! {
         lift: f32,
         /// A `NORMALS_…`: how bricks give normals.
         normals: u32,
-        /// Zero.
-        pad2: u32,
+        /// 1 if a ground plane lies under the scene, else 0.
+        has_ground: u32,
+        /// A `DESCENT_…`: where look-ups in an octree begin.
+        descent: u32,
     }
 }
 
@@ -157,8 +169,8 @@ shared_struct! {
         code_count: u32,
         /// The stored integer of 1.0.
         quanta: u32,
-        /// A `DESCENT_…`.
-        descent: u32,
+        /// Zero.
+        pad0: u32,
         /// A brick whose centre is no farther than this from the surface is kept.
         reach: f32,
         /// By how much a brick's texels can be nearer to the surface than its centre. Of sparse bricks: half of a voxel's

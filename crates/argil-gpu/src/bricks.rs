@@ -18,13 +18,23 @@ use self::edit::Making;
 pub(crate) use self::passes::BrickPasses;
 use self::pool::Ledger;
 use crate::StagesMs;
+use crate::dense::dense_words;
+use crate::pass::{
+    BRICK_MATERIALS, Bind, CELLS, CELLS_WGSL, LINEAR, LIVE, STORED, VOLUME, VOLUME_WGSL,
+};
+use crate::resources::{STAGING_BYTES, extent, read_table, read_texels, texture_of};
 use crate::table::Table;
-use crate::volume::{Kind, STAGING_BYTES, extent, read_table, texture_of};
+use crate::volume::{Body, Cut, Editing, Kind, Upload};
+use crate::way::{Bound, Way};
+use crate::work::Work;
 use crate::{Gpu, GpuError, GpuField, GpuVolume};
 use argil_abi::{self as abi, Volume as Words};
 use argil_field::Program;
 use argil_math::Control;
-use argil_volume::{Bits, BrickLayout, Bricks, Texels, empty_word, is_brick};
+use argil_volume::{
+    Bits, BrickEdit, BrickEdits, BrickLayout, Bricks, Edits, SparseInfo, Texels, Volume,
+    VolumeInfo, empty_word, is_brick,
+};
 use std::collections::BTreeSet;
 
 /// Places of a mixed brick.
@@ -45,16 +55,108 @@ pub(crate) struct BrickTables {
     making: Option<Box<Making>>,
 }
 
-impl BrickTables {
-    /// Bytes of the pool and the tables.
-    pub fn memory_bytes(&self, texel_bytes: u64) -> u64 {
+macro_rules! way {
+    ($name:literal, $constants:expr) => {
+        Way {
+            name: $name,
+            march: argil_march::wgsl::BRICKS,
+            tables: || {
+                let words = [argil_volume::wgsl::WORDS, argil_volume::wgsl::MATERIAL].concat();
+                [VOLUME_WGSL, CELLS_WGSL, &words].concat()
+            },
+            binds: &[
+                Bind::Uniform(VOLUME),
+                Bind::Texture(STORED),
+                Bind::Filter(LINEAR),
+                Bind::Read(CELLS),
+                Bind::Read(BRICK_MATERIALS),
+                Bind::Write(LIVE),
+            ],
+            constants: $constants,
+            draws: false,
+            is_exact: false,
+            has_cones: true,
+        }
+    };
+}
+
+/// What no table has costs nothing.
+static FLAT: Way = way!("bricks", &[("HAS_LEVELS", 0.0)]);
+/// Of a world so wide that the table of its blocks has levels.
+static WIDE: Way = way!("wide bricks", &[]);
+
+impl Kind for BrickTables {
+    fn way(&self) -> &'static Way {
+        if self.cells.table.levels() > 0 {
+            &WIDE
+        } else {
+            &FLAT
+        }
+    }
+
+    fn bind(&self, bound: &mut Vec<Bound>) {
+        bound.extend(self.cells.buffer.bound(CELLS));
+        bound.extend(self.materials.bound(BRICK_MATERIALS));
+    }
+
+    fn memory_bytes(&self, body: &Body) -> u64 {
         let bricks: u64 = self.pool.map(u64::from).iter().product();
         let tables =
             self.cells.memory_bytes() + self.materials.size() + self.ledger.counters.size();
         let making = self.making.as_ref().map_or(0, |making| making.size());
-        bricks * u64::from(self.layout.brick_samples()) * texel_bytes + tables + making
+        let brick = u64::from(self.layout.brick_samples()) * body.texel_bytes();
+        bricks * brick + tables + making
     }
 
+    fn info<'a>(&'a self, mut info: VolumeInfo, gpu: &'a Gpu) -> Work<'a, VolumeInfo> {
+        Box::pin(async move {
+            info.sparse = Some(SparseInfo {
+                layout: self.layout,
+                bricks: self.count(gpu).await?,
+            });
+            Ok(info)
+        })
+    }
+
+    fn read<'a>(&'a self, body: &'a Body, gpu: &'a Gpu) -> Work<'a, Volume> {
+        Box::pin(async move { Ok(Volume::Bricks(read(gpu, &body.texture, self).await?)) })
+    }
+
+    fn edits(&self) -> Option<Box<dyn Edits>> {
+        Some(Box::new(BrickEdits::of(self.layout)))
+    }
+
+    fn grow(&mut self, body: &mut Body, gpu: &Gpu, edits: &dyn Edits) -> Result<(), GpuError> {
+        match BrickEdits::among(edits) {
+            Some(edits) => self.grow_to(body, gpu, edits.layout),
+            None => Ok(()),
+        }
+    }
+
+    fn edit<'a>(&'a mut self, body: &'a mut Body, edit: Editing<'a>) -> Work<'a, ()> {
+        Box::pin(self.edit_in(body, edit))
+    }
+
+    fn settle<'a>(&'a mut self, gpu: &'a Gpu) -> Work<'a, BrickEdit> {
+        Box::pin(async move { self.ledger.settle(gpu).await })
+    }
+
+    fn trim<'a>(&'a mut self, body: &'a mut Body, field: &'a GpuField) -> Work<'a, ()> {
+        Box::pin(self.trim_in(body, field))
+    }
+
+    fn cut(&self) -> Option<Cut<'_>> {
+        Some(Cut::Bricks(&self.cells.buffer))
+    }
+}
+
+impl Upload for Bricks {
+    fn upload<'a>(&'a self, field: &'a GpuField) -> Work<'a, GpuVolume> {
+        Box::pin(GpuVolume::upload_bricks(field, self))
+    }
+}
+
+impl BrickTables {
     /// Bricks that there are, after a wait for edits.
     pub async fn count(&self, gpu: &Gpu) -> Result<u64, GpuError> {
         Ok(self.ledger.read(gpu).await?.bricks())
@@ -175,7 +277,7 @@ impl GpuVolume {
         }
     }
 
-    pub(crate) async fn upload_bricks(field: &GpuField, bricks: &Bricks) -> Result<Self, GpuError> {
+    async fn upload_bricks(field: &GpuField, bricks: &Bricks) -> Result<Self, GpuError> {
         let gpu = field.gpu();
         let measures = *bricks.layout();
         let pool = pool_for(gpu, &measures, bricks.len() as u64)?;
@@ -258,8 +360,7 @@ impl GpuVolume {
         tables: BrickTables,
     ) -> Result<Self, GpuError> {
         let (lattice, encoding) = (tables.layout.lattice, tables.layout.encoding);
-        let kind = Kind::Bricks(Box::new(tables));
-        Self::new(field, lattice, encoding, texture, words, kind)
+        Self::new(field, (lattice, encoding), texture, words, tables)
     }
 }
 
@@ -284,7 +385,7 @@ fn march_words(measures: &BrickLayout, cells: &Cells, pool: [u32; 3], lipschitz:
         pool_x: pool[0],
         pool_y: pool[1],
         capacity: pool.iter().product(),
-        ..crate::volume::dense_words(&measures.lattice, &measures.encoding, 1)
+        ..dense_words(&measures.lattice, &measures.encoding, 1)
     })
 }
 
@@ -306,7 +407,7 @@ fn unpacked(word: u32, [x, y, _]: [u32; 3]) -> u32 {
 }
 
 /// Bring bricks back.
-pub(crate) async fn read(
+async fn read(
     gpu: &Gpu,
     texture: &wgpu::Texture,
     tables: &BrickTables,
@@ -349,7 +450,7 @@ pub(crate) async fn read(
             break;
         }
         let count = layers.min(nz - first);
-        let texels = crate::volume::read_texels(
+        let texels = read_texels(
             gpu,
             texture,
             0,

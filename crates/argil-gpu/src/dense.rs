@@ -2,18 +2,95 @@
 
 use crate::StagesMs;
 use crate::bake::{Bake, Groups};
+use crate::pass::VOLUME_WGSL;
 use crate::pass::{Bind, FIELD_BINDS, FILL, TABLES_WGSL, TEXELS, entry, layout, pipelines};
+use crate::resources::{read_level, texture, uniform_of, upload};
 use crate::texels::TexelFormat;
-use crate::volume::{Kind, dense_words, texture, uniform_of};
+use crate::volume::{Body, Cut, Kind, Upload};
+use crate::way::{VOLUME_BINDS, Way};
+use crate::work::Work;
 use crate::{DenseFill, Gpu, GpuError, GpuField, GpuVolume};
-use argil_abi::Fill;
+use argil_abi::{Fill, Volume as Words};
 use argil_field::Program;
-use argil_volume::{Dense, Encoding, Lattice};
+use argil_march::wgsl;
+use argil_volume::{Dense, Encoding, Lattice, Volume};
 
 /// Instructions times texels that one dispatch may take on.
 pub(crate) const WORK_A_DISPATCH: u64 = 4_000_000_000;
 /// Texels along the side of a dense tile.
 const TILE: u32 = 32;
+
+/// A dense volume is its texture.
+struct OneTexture;
+
+static DENSE: Way = Way {
+    name: "dense",
+    march: wgsl::DENSE,
+    tables: || VOLUME_WGSL.to_owned(),
+    binds: &VOLUME_BINDS,
+    constants: &[],
+    draws: false,
+    is_exact: false,
+    has_cones: false,
+};
+
+impl Kind for OneTexture {
+    fn way(&self) -> &'static Way {
+        &DENSE
+    }
+
+    fn memory_bytes(&self, body: &Body) -> u64 {
+        body.texture_bytes()
+    }
+
+    fn read<'a>(&'a self, body: &'a Body, gpu: &'a Gpu) -> Work<'a, Volume> {
+        Box::pin(async move {
+            let (lattice, encoding) = (body.lattice, body.encoding);
+            let mut levels = Vec::new();
+            for level in 0..body.texture.mip_level_count() {
+                let measures = (&lattice, encoding.bits);
+                levels.push(read_level(gpu, &body.texture, measures, level).await?);
+            }
+            let dense = Dense::from_levels(lattice, encoding, levels);
+            Ok(Volume::Dense(dense.ok_or_else(GpuError::odd_volume)?))
+        })
+    }
+
+    fn cut(&self) -> Option<Cut<'_>> {
+        Some(Cut::Dense)
+    }
+}
+
+impl Upload for Dense {
+    fn upload<'a>(&'a self, field: &'a GpuField) -> Work<'a, GpuVolume> {
+        Box::pin(async move {
+            let gpu = field.gpu();
+            let (lattice, encoding) = (*self.lattice(), *self.encoding());
+            let levels = self.levels().len() as u32;
+            let texture = texture(gpu, &lattice, encoding.bits, levels)?;
+            for (level, texels) in (0..).zip(self.levels()) {
+                upload(gpu, &texture, &lattice, level, texels).await?;
+            }
+            let words = dense_words(&lattice, &encoding, levels);
+            GpuVolume::new(field, (lattice, encoding), texture, words, OneTexture)
+        })
+    }
+}
+
+pub(crate) fn dense_words(lattice: &Lattice, encoding: &Encoding, levels: u32) -> Words {
+    let [cx, cy, cz] = lattice.corner.to_array();
+    let [ex, ey, ez] = lattice.extent().to_array();
+    Words {
+        corner_range: [cx, cy, cz, encoding.range_length(lattice, 0)],
+        extent_voxel: [ex, ey, ez, lattice.voxel],
+        size_x: lattice.size.x,
+        size_y: lattice.size.y,
+        size_z: lattice.size.z,
+        levels,
+        quanta: encoding.bits.quanta(),
+        ..Words::default()
+    }
+}
 
 impl GpuVolume {
     /// Sample a field into a dense volume; what the stages took.
@@ -115,7 +192,7 @@ impl GpuVolume {
         }
         let stages = bake.finish().await?;
         let words = dense_words(&lattice, &encoding, levels);
-        let volume = Self::new(field, lattice, encoding, texture, words, Kind::Dense)?;
+        let volume = Self::new(field, (lattice, encoding), texture, words, OneTexture)?;
         Ok((volume, stages))
     }
 }

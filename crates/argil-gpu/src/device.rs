@@ -199,6 +199,18 @@ impl Gpu {
             self.queue.submit([encoder.finish()]);
             staging
         })?;
+        let mut all = Vec::new();
+        self.take_staged(&staging, |bytes| all.extend_from_slice(bytes))
+            .await?;
+        Ok(all)
+    }
+
+    /// Waits for what was copied to a buffer that can be mapped, and has a look at it.
+    pub(crate) async fn take_staged(
+        &self,
+        staging: &wgpu::Buffer,
+        look: impl FnOnce(&[u8]),
+    ) -> Result<(), GpuError> {
         let (sender, receiver) = futures_channel::oneshot::channel();
         staging
             .slice(..)
@@ -217,7 +229,10 @@ impl Gpu {
             .slice(..)
             .get_mapped_range()
             .map_err(|e| lost(e.to_string()))?;
-        Ok(view.to_vec())
+        look(&view);
+        drop(view);
+        staging.unmap();
+        Ok(())
     }
 
     /// Wait until all that was submitted is done.

@@ -62,6 +62,12 @@ pub enum GpuError {
         /// Bytes that they may take.
         budget: u64,
     },
+    /// Some representations have no triangles of their own.
+    #[error("this volume is not cut into triangles: take the field, a dense volume or bricks")]
+    NotMarched,
+    /// Bricks hold one surface.
+    #[error("bricks hold the surface at distance 0 alone")]
+    OtherLevel,
     /// Bricks cannot be planned.
     #[error(transparent)]
     Bricks(#[from] argil_volume::BricksError),
@@ -125,4 +131,12 @@ pub enum GpuError {
     /// The device stopped.
     #[error("the GPU stopped answering: {0}")]
     Lost(String),
+}
+
+#[cfg(feature = "device")]
+impl GpuError {
+    /// A volume whose parts do not fit one another.
+    pub(crate) fn odd_volume() -> Self {
+        Self::Lost("the volume came back in parts that do not fit".into())
+    }
 }

@@ -1,16 +1,18 @@
 use crate::bricks::BrickPasses;
 use crate::marching::MarchPasses;
 use crate::pass::{INSTRS, MATERIALS, PARAMS};
-use crate::picture::{PicturePass, Way};
+use crate::picture::PicturePass;
 use crate::query::QueryPass;
+use crate::resolve::ResolvePass;
 use crate::table::Table;
+use crate::way::{Bound, Way};
 use crate::{DeviceKind, Gpu, GpuError};
 use argil_abi::{Frame, GPU_STACK_SLOTS, Instr};
 use argil_field::{LiveProgram, Opcodes, Program};
-use argil_march::Picture;
+use argil_march::{Picture, wgsl};
 use argil_volume::Bits;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, OnceLock};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 /// An instruction that does nothing: an empty program still needs a row to bind.
 pub(crate) const IDLE: &[Instr] = &[Instr {
@@ -19,6 +21,17 @@ pub(crate) const IDLE: &[Instr] = &[Instr {
     params: 0,
     operand: 0,
 }];
+
+pub(crate) static FIELD: Way = Way {
+    name: "field",
+    march: wgsl::FIELD,
+    tables: String::new,
+    binds: &[],
+    constants: &[],
+    draws: false,
+    is_exact: true,
+    has_cones: false,
+};
 
 /// A program on a GPU, ready to be drawn.
 pub struct GpuField {
@@ -33,7 +46,9 @@ pub struct GpuField {
     field_wgsl: String,
     /// Most field evaluations that one thread may do in one dispatch.
     pub(crate) budget: u32,
-    pictures: [OnceLock<Arc<PicturePass>>; Way::COUNT],
+    /// One for each way to march that was asked for.
+    pictures: Mutex<Vec<Arc<PicturePass>>>,
+    resolve: OnceLock<Arc<ResolvePass>>,
     pub(crate) query: OnceLock<QueryPass>,
     /// For samples of 8 and of 16 bits.
     brick_passes: [OnceLock<Arc<BrickPasses>>; 2],
@@ -72,7 +87,8 @@ impl GpuField {
             opcodes,
             field_wgsl,
             budget: 0,
-            pictures: Default::default(),
+            pictures: Mutex::default(),
+            resolve: OnceLock::new(),
             query: OnceLock::new(),
             brick_passes: Default::default(),
             march_passes: Default::default(),
@@ -81,7 +97,7 @@ impl GpuField {
             is_whole: AtomicBool::new(true),
         };
         field.upload(program)?;
-        field.picture(Way::Field)?;
+        field.picture(&FIELD)?;
         Ok(field)
     }
 
@@ -144,7 +160,7 @@ impl GpuField {
             self.opcodes = self.opcodes.union(opcodes);
             self.field_wgsl = self.opcodes.wgsl();
             self.query = OnceLock::new();
-            self.pictures = Default::default();
+            self.pictures = Mutex::default();
             self.brick_passes = Default::default();
             self.march_passes = Default::default();
         }
@@ -155,9 +171,20 @@ impl GpuField {
         self.is_specialized
     }
 
-    pub(crate) fn picture(&self, way: Way) -> Result<Arc<PicturePass>, GpuError> {
-        let make = || PicturePass::new(&self.gpu, &self.field_wgsl, way);
-        made_once(&self.pictures[way as usize], make)
+    /// The passes of a way to march, compiled when they are first asked for.
+    pub(crate) fn picture(&self, way: &'static Way) -> Result<Arc<PicturePass>, GpuError> {
+        let all = || self.pictures.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(made) = all().iter().find(|passes| passes.is_for(way)) {
+            return Ok(made.clone());
+        }
+        let made = Arc::new(PicturePass::new(&self.gpu, &self.field_wgsl, way)?);
+        all().push(made.clone());
+        Ok(made)
+    }
+
+    /// The passes that every frame ends with.
+    pub(crate) fn resolve(&self) -> Result<Arc<ResolvePass>, GpuError> {
+        made_once(&self.resolve, || ResolvePass::new(&self.gpu))
     }
 
     pub(crate) fn brick_passes(&self, bits: Bits) -> Result<Arc<BrickPasses>, GpuError> {
@@ -182,10 +209,18 @@ impl GpuField {
         Ok(())
     }
 
-    /// Draw: `frames` as `argil_march::frames` makes them, one a sample. With the picture, what its passes took, by the
-    /// device's time stamps where it has them, else by the clock.
-    pub async fn render(&self, frames: &[Frame]) -> Result<(Picture, f64), GpuError> {
-        self.picture(Way::Field)?.draw(self, &[], frames).await
+    /// Draws: `frames` as `argil_march::frames` makes them, one a sample. With the picture, what its passes took, by the
+    /// device's time stamps where it has them, else by the clock. The picture's hits are left out unless they are asked for.
+    ///
+    /// # Errors
+    /// If the device has no room for it.
+    pub async fn render(
+        &self,
+        frames: &[Frame],
+        with_hits: bool,
+    ) -> Result<(Picture, f64), GpuError> {
+        let passes = self.picture(&FIELD)?;
+        passes.draw(self, Vec::new(), None, frames, with_hits).await
     }
 
     /// The device.
@@ -208,6 +243,16 @@ impl GpuField {
 
     pub(crate) fn table_bindings(&self) -> impl Iterator<Item = wgpu::BindGroupEntry<'_>> {
         self.bindings_with(&self.instrs)
+    }
+
+    /// The same for a frame.
+    pub(crate) fn bound(&self) -> impl Iterator<Item = Bound> + '_ {
+        let tables = [
+            (&self.instrs, INSTRS),
+            (&self.params, PARAMS),
+            (&self.materials, MATERIALS),
+        ];
+        tables.into_iter().filter_map(|(table, at)| table.bound(at))
     }
 
     /// The tables with other instructions for the same parameters.

@@ -26,6 +26,8 @@ mod device;
 #[cfg(feature = "device")]
 mod field;
 #[cfg(feature = "device")]
+mod frame;
+#[cfg(feature = "device")]
 mod marching;
 #[cfg(feature = "device")]
 mod mesh;
@@ -38,6 +40,10 @@ mod picture;
 #[cfg(feature = "device")]
 mod query;
 #[cfg(feature = "device")]
+mod resolve;
+#[cfg(feature = "device")]
+mod resources;
+#[cfg(feature = "device")]
 mod table;
 #[cfg(feature = "device")]
 mod texels;
@@ -45,6 +51,10 @@ mod texels;
 mod timing;
 #[cfg(feature = "device")]
 mod volume;
+#[cfg(feature = "device")]
+mod way;
+#[cfg(feature = "device")]
+mod work;
 
 #[cfg(feature = "device")]
 pub use {

@@ -7,8 +7,9 @@ use crate::pass::{
     Bind, CASES, CELLS, EDGE_ROWS, FIELD_BINDS, MARCHING, OWNERS, SPANS, SPREAD, STORED,
     TABLES_WGSL, TRIANGLES, UNIT_GROUPS, UNITS, VERTICES, VOLUME, entry, layout, pipelines,
 };
+use crate::resources::{read_table, uniform_of};
 use crate::table::Table;
-use crate::volume::{read_table, uniform_of};
+use crate::volume::{Body, Cut};
 use crate::{Gpu, GpuError, GpuField, GpuMesh, GpuVolume, MarchNormals, MarchOptions};
 use argil_abi::{self as abi, Marching, Volume as Words};
 use argil_mesh::{marching::table::cases, wgsl};
@@ -227,11 +228,16 @@ impl GpuVolume {
         field: &GpuField,
         options: &MarchOptions,
     ) -> Result<(GpuMesh, StagesMs), GpuError> {
-        if self.layout().is_some() {
-            return Err(GpuError::Lost("an octree is not marched".into()));
-        }
+        let Some(cut) = self.cut() else {
+            return Err(GpuError::NotMarched);
+        };
+        let cells = match cut {
+            Cut::Dense => None,
+            Cut::Bricks(_) if options.iso != 0.0 => return Err(GpuError::OtherLevel),
+            Cut::Bricks(cells) => Some(cells),
+        };
         let gpu = field.gpu();
-        let (texture, words, cells) = self.march_parts();
+        let Body { texture, words, .. } = self.body();
         let passes = field.march_passes(cells.is_some())?;
         let (words, marching) = measures(self, words, cells.is_some(), options);
         let mut tables = Tables::new(gpu, marching.units)?;

@@ -1,19 +1,32 @@
 //! Triangles on the device, drawn with a depth buffer.
 
-use crate::pass::{DRAWN, FRAME, FRAME_WGSL, entry};
-use crate::picture::Way;
+use crate::frame::Drawing;
+use crate::pass::{Bind, DRAWN, DRAWN_WGSL, FRAME, FRAME_WGSL};
+use crate::resources::read_table;
 use crate::table::Table;
 use crate::timing::Timing;
-use crate::volume::read_table;
+use crate::way::{Bound, Way};
 use crate::{Gpu, GpuError, GpuField};
 use argil_abi::Frame;
 use argil_march::{Picture, Triangles, wgsl};
 use argil_mesh::Mesh;
 use glam::Vec3;
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 const DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 /// A normal and the length of a ray.
 const NEAREST: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
+
+static MESH: Way = Way {
+    name: "mesh",
+    march: wgsl::MESH,
+    tables: || DRAWN_WGSL.to_owned(),
+    binds: &[Bind::Picture(DRAWN)],
+    constants: &[],
+    draws: true,
+    is_exact: false,
+    has_cones: false,
+};
 
 /// Triangles on a device.
 pub struct GpuMesh {
@@ -25,6 +38,8 @@ pub struct GpuMesh {
     corners: u32,
     pipeline: wgpu::RenderPipeline,
     layout: wgpu::BindGroupLayout,
+    /// Of the frame before.
+    target: Mutex<Option<Target>>,
 }
 
 impl GpuMesh {
@@ -53,7 +68,7 @@ impl GpuMesh {
         [corners, triangles]: [u32; 2],
     ) -> Result<Self, GpuError> {
         let gpu = field.gpu();
-        field.picture(Way::Mesh)?;
+        field.picture(&MESH)?;
         let (layout, pipeline) = gpu.checked(|| pipeline(gpu))?;
         Ok(Self {
             vertices,
@@ -62,6 +77,7 @@ impl GpuMesh {
             corners,
             pipeline,
             layout,
+            target: Mutex::default(),
         })
     }
 
@@ -99,22 +115,60 @@ impl GpuMesh {
         self.vertices.size() + self.indices.as_ref().map_or(0, Table::size)
     }
 
-    /// Draw as [`GpuField::render`] does, what is nearest by the device's depth test.
+    /// Draws as [`GpuField::render`] does, what is nearest by the device's depth test.
+    ///
+    /// # Errors
+    /// If the device has no room for it.
     pub async fn render(
         &self,
         field: &GpuField,
         frames: &[Frame],
+        with_hits: bool,
     ) -> Result<(Picture, f64), GpuError> {
         let Some(first) = frames.first() else {
             return Ok((Picture::empty(), 0.0));
         };
-        let gpu = field.gpu();
-        let target = |label, format, usage| {
-            gpu.device.create_texture(&wgpu::TextureDescriptor {
+        let size = [first.width, first.height];
+        let kept = self.lock().take().filter(|target| target.size == size);
+        let target = match kept {
+            Some(target) => target,
+            None => Target::new(field.gpu(), size)?,
+        };
+        let bound = vec![Bound::View(DRAWN, target.nearest.clone())];
+        let drawing = Drawn {
+            mesh: self,
+            target: &target,
+        };
+        let passes = field.picture(&MESH)?;
+        let drawn = passes
+            .draw(field, bound, Some(&drawing), frames, with_hits)
+            .await;
+        *self.lock() = Some(target);
+        drawn
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Option<Target>> {
+        self.target.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// What triangles of a frame's size are drawn on.
+struct Target {
+    size: [u32; 2],
+    nearest: wgpu::TextureView,
+    depth: wgpu::TextureView,
+    /// The frames that it was last drawn by, as they are bound.
+    bound: Mutex<Option<(wgpu::Buffer, wgpu::BindGroup)>>,
+}
+
+impl Target {
+    fn new(gpu: &Gpu, size: [u32; 2]) -> Result<Self, GpuError> {
+        let view = |label, format, usage| {
+            let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
                 label: Some(label),
                 size: wgpu::Extent3d {
-                    width: first.width,
-                    height: first.height,
+                    width: size[0],
+                    height: size[1],
                     depth_or_array_layers: 1,
                 },
                 mip_level_count: 1,
@@ -123,55 +177,53 @@ impl GpuMesh {
                 format,
                 usage: usage | wgpu::TextureUsages::RENDER_ATTACHMENT,
                 view_formats: &[],
-            })
+            });
+            texture.create_view(&wgpu::TextureViewDescriptor::default())
         };
-        let (nearest, depth, uniform) = gpu.checked(|| {
-            let nearest = target("nearest", NEAREST, wgpu::TextureUsages::TEXTURE_BINDING);
-            let depth = target("depth", DEPTH, wgpu::TextureUsages::empty());
-            (
-                nearest,
-                depth,
-                crate::volume::uniform_of::<Frame>(gpu, "frame"),
-            )
+        let (nearest, depth) = gpu.checked(|| {
+            let nearest = view("nearest", NEAREST, wgpu::TextureUsages::TEXTURE_BINDING);
+            let depth = view("depth", DEPTH, wgpu::TextureUsages::empty());
+            (nearest, depth)
         })?;
-        let view = nearest.create_view(&wgpu::TextureViewDescriptor::default());
-        let depth = depth.create_view(&wgpu::TextureViewDescriptor::default());
-        let bind_group = gpu.checked(|| {
-            gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-                label: Some("Triangles"),
-                layout: &self.layout,
-                entries: &[entry(FRAME, &uniform)],
-            })
-        })?;
-        let mut before = |frame: &Frame, timing: Option<&mut Timing>| {
-            gpu.queue
-                .write_buffer(&uniform, 0, bytemuck::bytes_of(frame));
-            gpu.checked(|| self.submit(gpu, [&view, &depth], &bind_group, timing))
-        };
-        let own = [wgpu::BindGroupEntry {
-            binding: DRAWN,
-            resource: wgpu::BindingResource::TextureView(&view),
-        }];
-        field
-            .picture(Way::Mesh)?
-            .draw_after(field, &own, frames, &mut before)
-            .await
+        Ok(Self {
+            size,
+            nearest,
+            depth,
+            bound: Mutex::default(),
+        })
     }
+}
 
-    fn submit(
+/// Triangles, and what they are drawn on.
+struct Drawn<'a> {
+    mesh: &'a GpuMesh,
+    target: &'a Target,
+}
+
+impl Drawing for Drawn<'_> {
+    fn draw(
         &self,
         gpu: &Gpu,
-        [nearest, depth]: [&wgpu::TextureView; 2],
-        bind_group: &wgpu::BindGroup,
+        encoder: &mut wgpu::CommandEncoder,
+        (frames, offset): (&wgpu::Buffer, u32),
         timing: Option<&mut Timing>,
     ) {
-        let mut encoder = gpu
-            .device
-            .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        let (mesh, target) = (self.mesh, self.target);
+        let mut bound = target.bound.lock().unwrap_or_else(PoisonError::into_inner);
+        let same = bound.take().filter(|(buffer, _)| buffer == frames);
+        let (_, group) = bound.insert(same.unwrap_or_else(|| {
+            let frame = Bound::Buffer(FRAME, frames.clone(), Some(size_of::<Frame>() as u64));
+            let group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+                label: Some("Triangles"),
+                layout: &mesh.layout,
+                entries: &[frame.entry()],
+            });
+            (frames.clone(), group)
+        }));
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("Triangles"),
             color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-                view: nearest,
+                view: &target.nearest,
                 depth_slice: None,
                 resolve_target: None,
                 ops: wgpu::Operations {
@@ -180,7 +232,7 @@ impl GpuMesh {
                 },
             })],
             depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
-                view: depth,
+                view: &target.depth,
                 depth_ops: Some(wgpu::Operations {
                     load: wgpu::LoadOp::Clear(0.0),
                     store: wgpu::StoreOp::Discard,
@@ -190,22 +242,20 @@ impl GpuMesh {
             timestamp_writes: timing.and_then(|timing| timing.next_render()),
             ..wgpu::RenderPassDescriptor::default()
         });
-        if let Some(vertices) = self.vertices.buffer()
-            && self.triangles > 0
+        if let Some(vertices) = mesh.vertices.buffer()
+            && mesh.triangles > 0
         {
-            pass.set_pipeline(&self.pipeline);
-            pass.set_bind_group(0, bind_group, &[]);
+            pass.set_pipeline(&mesh.pipeline);
+            pass.set_bind_group(0, &*group, &[offset]);
             pass.set_vertex_buffer(0, vertices.slice(..));
-            match self.indices.as_ref().and_then(Table::buffer) {
+            match mesh.indices.as_ref().and_then(Table::buffer) {
                 Some(indices) => {
                     pass.set_index_buffer(indices.slice(..), wgpu::IndexFormat::Uint32);
-                    pass.draw_indexed(0..3 * self.triangles, 0, 0..1);
+                    pass.draw_indexed(0..3 * mesh.triangles, 0, 0..1);
                 }
-                None => pass.draw(0..3 * self.triangles, 0..1),
+                None => pass.draw(0..3 * mesh.triangles, 0..1),
             }
         }
-        drop(pass);
-        gpu.queue.submit([encoder.finish()]);
     }
 }
 
@@ -219,7 +269,7 @@ fn pipeline(gpu: &Gpu) -> (wgpu::BindGroupLayout, wgpu::RenderPipeline) {
                 visibility: wgpu::ShaderStages::VERTEX,
                 ty: wgpu::BindingType::Buffer {
                     ty: wgpu::BufferBindingType::Uniform,
-                    has_dynamic_offset: false,
+                    has_dynamic_offset: true,
                     min_binding_size: None,
                 },
                 count: None,

@@ -3,9 +3,11 @@
 use crate::{DenseFill, DeviceInfo, GpuError, MarchOptions, Order, StagesMs};
 use argil_abi::Frame;
 use argil_field::{LiveProgram, Program};
-use argil_march::{Descent, Picture, Triangles};
+use argil_march::{Picture, Triangles};
 use argil_mesh::Mesh;
-use argil_volume::{BrickEdit, BrickLayout, EditWork, Encoding, Keep, Lattice, Layout, Volume};
+use argil_volume::{
+    BrickEdit, BrickLayout, Edits, Encoding, Keep, Lattice, Layout, Volume, VolumeInfo,
+};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -85,7 +87,7 @@ impl GpuField {
     ///
     /// # Errors
     /// Never.
-    pub async fn render(&self, _: &[Frame]) -> Result<(Picture, f64), GpuError> {
+    pub async fn render(&self, _: &[Frame], _: bool) -> Result<(Picture, f64), GpuError> {
         match *self {}
     }
 
@@ -180,11 +182,9 @@ impl GpuVolume {
 
     never! {
         /// Draw.
-        render(&GpuField, &[Frame]) -> (Picture, f64);
-        /// Bricks and nodes of an octree.
-        tree_size(&Gpu) -> Option<(u64, u64)>;
-        /// What sparse bricks are.
-        sparse(&Gpu) -> Option<(BrickLayout, u64)>;
+        render(&GpuField, &[Frame], bool) -> (Picture, f64);
+        /// What it is.
+        info(&Gpu) -> VolumeInfo;
         /// Bring the volume back.
         read(&Gpu) -> Volume;
         /// Its surface.
@@ -194,7 +194,7 @@ impl GpuVolume {
         /// Give back room.
         trim(&GpuField) -> ();
         /// Submit edits.
-        edit(&GpuField, &LiveProgram, &mut EditWork, Option<u64>, Option<Duration>) -> ();
+        edit(&GpuField, &LiveProgram, &mut dyn Edits, Option<u64>, Option<Duration>) -> ();
     }
 
     /// Where the voxels lie.
@@ -207,23 +207,8 @@ impl GpuVolume {
         match *self {}
     }
 
-    /// Levels of detail.
-    pub fn levels(&self) -> u32 {
-        match *self {}
-    }
-
-    /// An octree's measures.
-    pub fn layout(&self) -> Option<&Layout> {
-        match *self {}
-    }
-
-    /// Sparse bricks' measures.
-    pub fn brick_layout(&self) -> Option<&BrickLayout> {
-        match *self {}
-    }
-
-    /// Where look-ups begin.
-    pub fn set_descent(&mut self, _: Descent) {
+    /// What following edits takes.
+    pub fn edits(&self) -> Option<Box<dyn Edits>> {
         match *self {}
     }
 
@@ -231,7 +216,7 @@ impl GpuVolume {
     ///
     /// # Errors
     /// Never.
-    pub fn grow(&mut self, _: &Gpu, _: BrickLayout) -> Result<(), GpuError> {
+    pub fn grow(&mut self, _: &Gpu, _: &dyn Edits) -> Result<(), GpuError> {
         match *self {}
     }
 
@@ -264,6 +249,6 @@ impl GpuMesh {
         /// Bring triangles back.
         read(&Gpu) -> Mesh;
         /// Draw.
-        render(&GpuField, &[Frame]) -> (Picture, f64);
+        render(&GpuField, &[Frame], bool) -> (Picture, f64);
     }
 }

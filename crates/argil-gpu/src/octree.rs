@@ -2,16 +2,21 @@
 
 use crate::StagesMs;
 use crate::bake::{Bake, Groups};
-use crate::dense::{layers, target_wgsl, tile_side};
+use crate::dense::{dense_words, layers, target_wgsl, tile_side};
 use crate::pass::{
-    ARGUMENTS, Bind, CENTERS, FIELD_BINDS, FILL, KEYS, NODES, OCCUPIED, TABLES_WGSL, TEXELS,
-    TREE_WORDS, VOLUME, entry, layout, pipelines,
+    ARGUMENTS, Bind, CENTERS, FIELD_BINDS, FILL, KEYS, LINEAR, NODES, OCCUPIED, STORED,
+    TABLES_WGSL, TEXELS, TREE_WORDS, VOLUME, entry, layout, pipelines,
 };
-use crate::volume::{Kind, TreeTables, texture, uniform_of};
+use crate::pass::{TREE_WGSL, VOLUME_WGSL};
+use crate::resources::{read_level, read_table, texture, uniform_of, upload};
+use crate::table::Table;
+use crate::volume::{Body, Kind, Upload};
+use crate::way::{Bound, Way};
+use crate::work::Work;
 use crate::{Gpu, GpuError, GpuField, GpuVolume, Order};
 use argil_abi::{self as abi, Fill, Node, Volume as Words};
 use argil_field::Program;
-use argil_volume::{Keep, Layout, wgsl};
+use argil_volume::{Keep, Layout, Octree, Tree, TreeInfo, Volume, VolumeInfo, wgsl};
 
 /// Most cells for the enumeration sort.
 const MOST_TO_ENUMERATE: u32 = 32_768;
@@ -37,6 +42,153 @@ const BRICKS_BINDS_WGSL: &str = "
 @group(0) @binding(BIND_CENTERS) var<storage, read> centers: array<f32>;
 @group(0) @binding(BIND_KEYS) var<storage, read> keys: array<u32>;
 ";
+
+/// An octree's tables.
+struct TreeTables {
+    layout: Layout,
+    keys: Table,
+    nodes: Table,
+    words: Table,
+}
+
+static OCTREE: Way = Way {
+    name: "octree",
+    march: argil_march::wgsl::OCTREE,
+    tables: || [VOLUME_WGSL, TREE_WGSL, argil_math::morton_wgsl()].concat(),
+    binds: &[
+        Bind::Uniform(VOLUME),
+        Bind::Texture(STORED),
+        Bind::Filter(LINEAR),
+        Bind::Read(NODES),
+        Bind::Read(TREE_WORDS),
+    ],
+    constants: &[],
+    draws: false,
+    is_exact: false,
+    has_cones: false,
+};
+
+impl Kind for TreeTables {
+    fn way(&self) -> &'static Way {
+        &OCTREE
+    }
+
+    fn bind(&self, bound: &mut Vec<Bound>) {
+        bound.extend(self.nodes.bound(NODES));
+        bound.extend(self.words.bound(TREE_WORDS));
+    }
+
+    fn memory_bytes(&self, body: &Body) -> u64 {
+        body.texture_bytes() + self.keys.size() + self.nodes.size() + self.words.size()
+    }
+
+    fn info<'a>(&'a self, info: VolumeInfo, gpu: &'a Gpu) -> Work<'a, VolumeInfo> {
+        Box::pin(async move {
+            let words = self.read_words(gpu).await?;
+            let word = |i: u32| u64::from(words.get(i as usize).copied().unwrap_or(0));
+            let mut info = info;
+            info.tree = Some(TreeInfo {
+                layout: self.layout,
+                bricks: word(abi::TREE_BRICKS),
+                nodes: word(abi::TREE_NODES),
+            });
+            Ok(info)
+        })
+    }
+
+    fn read<'a>(&'a self, body: &'a Body, gpu: &'a Gpu) -> Work<'a, Volume> {
+        Box::pin(async move {
+            let tree = self.read_tree(gpu).await?;
+            let measures = (&body.lattice, body.encoding.bits);
+            let texels = read_level(gpu, &body.texture, measures, 0).await?;
+            let octree = Octree::from_parts(self.layout, tree, texels);
+            Ok(Volume::Octree(octree.ok_or_else(GpuError::odd_volume)?))
+        })
+    }
+}
+
+impl Upload for Octree {
+    fn upload<'a>(&'a self, field: &'a GpuField) -> Work<'a, GpuVolume> {
+        Box::pin(async move {
+            let gpu = field.gpu();
+            let layout = *self.layout();
+            let texture = texture(gpu, &layout.lattice, layout.encoding.bits, 1)?;
+            upload(gpu, &texture, &layout.lattice, 0, self.texels()).await?;
+            let tree = self.tree();
+            let mut tables = TreeTables::new(layout);
+            let mut words = [0u32; abi::TREE_WORDS as usize];
+            words[abi::TREE_BRICKS as usize] = tree.codes().len() as u32;
+            words[abi::TREE_NODES as usize] = tree.nodes().len() as u32;
+            let levels = &mut words[abi::TREE_LEVELS as usize..];
+            for (to, from) in levels.iter_mut().zip(tree.levels()) {
+                *to = *from;
+            }
+            tables.words.write(gpu, &words)?;
+            tables.keys.write(gpu, tree.codes())?;
+            tables.nodes.write(gpu, tree.nodes())?;
+            let words = octree_words(&layout);
+            let measures = (layout.lattice, layout.encoding);
+            GpuVolume::new(field, measures, texture, words, tables)
+        })
+    }
+}
+
+impl TreeTables {
+    fn new(layout: Layout) -> Self {
+        Self {
+            layout,
+            keys: Table::new("bricks' codes"),
+            nodes: Table::new("nodes"),
+            words: Table::new("tree"),
+        }
+    }
+
+    async fn read_words(&self, gpu: &Gpu) -> Result<Vec<u32>, GpuError> {
+        let bytes = read_table(gpu, &self.words, 4 * u64::from(abi::TREE_WORDS)).await?;
+        Ok(bytes
+            .chunks_exact(4)
+            .map(bytemuck::pod_read_unaligned)
+            .collect())
+    }
+
+    /// Bring the tree back.
+    async fn read_tree(&self, gpu: &Gpu) -> Result<Tree, GpuError> {
+        let words = self.read_words(gpu).await?;
+        let word = |i: u32| words.get(i as usize).copied().unwrap_or(0);
+        let (bricks, nodes) = (word(abi::TREE_BRICKS), word(abi::TREE_NODES));
+        let codes = read_table(gpu, &self.keys, 4 * u64::from(bricks))
+            .await?
+            .chunks_exact(4)
+            .map(bytemuck::pod_read_unaligned)
+            .collect();
+        let nodes = read_table(
+            gpu,
+            &self.nodes,
+            size_of::<Node>() as u64 * u64::from(nodes),
+        )
+        .await?
+        .chunks_exact(size_of::<Node>())
+        .map(bytemuck::pod_read_unaligned)
+        .collect();
+        let levels = (0..self.layout.depth)
+            .map(|level| word(abi::TREE_LEVELS + level))
+            .collect();
+        Ok(Tree::from_parts(codes, nodes, levels))
+    }
+}
+
+/// Words for marching, which needs nothing of the field.
+fn octree_words(layout: &Layout) -> Words {
+    Words {
+        grid_x: layout.grid.x,
+        grid_y: layout.grid.y,
+        grid_z: layout.grid.z,
+        brick: layout.brick,
+        depth: layout.depth,
+        code_count: layout.code_count(),
+        ..dense_words(&layout.lattice, &layout.encoding, 1)
+    }
+}
 
 /// A pass's layout and its pipelines.
 type Passes<const N: usize> = (wgpu::BindGroupLayout, [wgpu::ComputePipeline; N]);
@@ -76,13 +228,13 @@ impl GpuVolume {
         tables
             .nodes
             .reserve_exact(gpu, size_of::<Node>() as u64 * node_capacity)?;
-        let mut occupied = crate::table::Table::new("occupied cells");
+        let mut occupied = Table::new("occupied cells");
         let occupied_words = match order {
             Order::Counted => u64::from(code_count.div_ceil(32)),
             Order::Enumerated => capacity,
         };
         occupied.reserve_exact(gpu, 4 * occupied_words)?;
-        let mut centers = crate::table::Table::new("distances of cells");
+        let mut centers = Table::new("distances of cells");
         centers.reserve_exact(gpu, 4 * u64::from(code_count))?;
         let (words_uniform, fill_uniform, arguments) = gpu.checked(|| {
             let arguments = gpu.device.create_buffer(&wgpu::BufferDescriptor {
@@ -189,8 +341,7 @@ impl GpuVolume {
             .await?;
         let stages = bake.finish().await?;
         let (lattice, encoding) = (measures.lattice, measures.encoding);
-        let kind = Kind::Octree(Box::new(tables));
-        let volume = Self::new(field, lattice, encoding, texture, words, kind)?;
+        let volume = Self::new(field, (lattice, encoding), texture, words, tables)?;
         Ok((volume, stages))
     }
 }

@@ -6,12 +6,13 @@ use crate::{Gpu, GpuError};
 pub(crate) use argil_abi::{
     BIND_ANSWERS as ANSWERS, BIND_ARGUMENTS as ARGUMENTS, BIND_BRICK_MATERIALS as BRICK_MATERIALS,
     BIND_CANDIDATES as CANDIDATES, BIND_CASES as CASES, BIND_CELLS as CELLS,
-    BIND_CENTERS as CENTERS, BIND_COLORS as COLORS, BIND_COUNTERS as COUNTERS, BIND_DRAWN as DRAWN,
-    BIND_EDGE_ROWS as EDGE_ROWS, BIND_FILL as FILL, BIND_FRAME as FRAME, BIND_HITS as HITS,
-    BIND_INSTRS as INSTRS, BIND_KEYS as KEYS, BIND_LINEAR as LINEAR, BIND_LISTS as LISTS,
-    BIND_LIVE as LIVE, BIND_MARCHING as MARCHING, BIND_MATERIALS as MATERIALS, BIND_NODES as NODES,
-    BIND_OCCUPIED as OCCUPIED, BIND_OLD_MATERIALS as OLD_MATERIALS, BIND_OLD_POOL as OLD_POOL,
-    BIND_OWNERS as OWNERS, BIND_PARAMS as PARAMS, BIND_PRUNE as PRUNE, BIND_QUERIES as QUERIES,
+    BIND_CENTERS as CENTERS, BIND_COLORS as COLORS, BIND_COUNTERS as COUNTERS,
+    BIND_COUNTS as COUNTS, BIND_DRAWN as DRAWN, BIND_EDGE_ROWS as EDGE_ROWS, BIND_FILL as FILL,
+    BIND_FRAME as FRAME, BIND_HITS as HITS, BIND_INSTRS as INSTRS, BIND_KEYS as KEYS,
+    BIND_LINEAR as LINEAR, BIND_LISTS as LISTS, BIND_LIVE as LIVE, BIND_MARCHING as MARCHING,
+    BIND_MATERIALS as MATERIALS, BIND_NODES as NODES, BIND_OCCUPIED as OCCUPIED,
+    BIND_OLD_MATERIALS as OLD_MATERIALS, BIND_OLD_POOL as OLD_POOL, BIND_OWNERS as OWNERS,
+    BIND_PARAMS as PARAMS, BIND_PIXELS as PIXELS, BIND_PRUNE as PRUNE, BIND_QUERIES as QUERIES,
     BIND_SPANS as SPANS, BIND_SPREAD as SPREAD, BIND_STORED as STORED, BIND_TEXELS as TEXELS,
     BIND_TREE_WORDS as TREE_WORDS, BIND_TRIANGLES as TRIANGLES, BIND_UNIT_GROUPS as UNIT_GROUPS,
     BIND_UNITS as UNITS, BIND_VERTICES as VERTICES, BIND_VOLUME as VOLUME,
@@ -73,9 +74,11 @@ pub(crate) const DRAWN_WGSL: &str = "
 ";
 
 /// What a shader does with a binding.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub(crate) enum Bind {
     Uniform(u32),
+    /// A uniform of which each pass has its own, found by an offset.
+    Uniforms(u32),
     Read(u32),
     Write(u32),
     /// A 3D texture to be filtered.
@@ -107,6 +110,14 @@ pub(crate) fn layout(gpu: &Gpu, label: &str, binds: &[Bind]) -> wgpu::BindGroupL
         .map(|bind| {
             let (binding, ty) = match *bind {
                 Bind::Uniform(at) => (at, buffer(wgpu::BufferBindingType::Uniform)),
+                Bind::Uniforms(at) => {
+                    let ty = wgpu::BindingType::Buffer {
+                        ty: wgpu::BufferBindingType::Uniform,
+                        has_dynamic_offset: true,
+                        min_binding_size: None,
+                    };
+                    (at, ty)
+                }
                 Bind::Read(at) => (at, storage(true)),
                 Bind::Write(at) => (at, storage(false)),
                 Bind::Texture(at) => {

@@ -1,291 +1,224 @@
-//! Pictures: marching, finishing and light, whatever the rays go through.
+//! The passes of a picture: compiled once for a field and a way to march, and recorded once for a frame.
 
-use crate::bake::{CAN_WAIT, Groups};
+use crate::frame::{Dispatch, Drawing, GROUP, Key, Passes, Recording, Step, Target};
 use crate::pass::{
-    BRICK_MATERIALS, Bind, CELLS, CELLS_WGSL, COLORS, DRAWN, DRAWN_WGSL, FIELD_BINDS, FRAME,
-    FRAME_WGSL, HITS, LINEAR, LIVE, NODES, PICTURE_WGSL, STORED, TABLES_WGSL, TREE_WGSL,
-    TREE_WORDS, VOLUME, VOLUME_WGSL, entry, layout, pipelines,
+    Bind, COLORS, FIELD_BINDS, FRAME, FRAME_WGSL, HITS, PICTURE_WGSL, TABLES_WGSL, layout,
+    pipelines,
 };
-use crate::table::Table;
-use crate::timing::Timing;
+use crate::way::{Bound, Way};
 use crate::{DeviceKind, Gpu, GpuError, GpuField};
-use argil_abi::{Frame, Hit};
+use argil_abi::Frame;
 use argil_march::{Picture, wgsl};
-use web_time::Instant;
+use std::sync::{Mutex, PoisonError};
 
-/// Instructions times pixels that one dispatch may take on: a fraction of a second even on a small GPU, so that no
-/// driver takes it for hung.
+/// Instructions times pixels that one dispatch, and one submission, may take on: a fraction of a second even on a small GPU, so
+/// that no driver takes it for hung.
 const WORK_A_DISPATCH: u64 = 400_000_000;
-/// Side of a workgroup.
-const GROUP: u32 = 8;
 /// Steps of a ray through a volume on a software device, which ends a thread's loops after 65,535 rounds.
 const SOFTWARE_STEPS: u32 = 50_000;
+/// Most workgroups along one axis that every device has.
+const MOST_GROUPS: u32 = 65_535;
 
-/// What rays go through.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Way {
-    Field,
-    Dense,
-    Octree,
-    Bricks,
-    /// What was drawn.
-    Mesh,
-    /// Bricks of a world so wide that the table of their blocks has levels.
-    WideBricks,
-}
-
-impl Way {
-    pub const COUNT: usize = 6;
-
-    fn is_sparse(self) -> bool {
-        matches!(self, Self::Bricks | Self::WideBricks)
-    }
-}
-
-/// What a sample begins with. In a browser nothing of a GPU is sent to other threads.
-#[cfg(not(target_arch = "wasm32"))]
-pub(crate) type Before<'a> =
-    dyn FnMut(&Frame, Option<&mut Timing>) -> Result<(), GpuError> + Send + 'a;
-#[cfg(target_arch = "wasm32")]
-pub(crate) type Before<'a> = dyn FnMut(&Frame, Option<&mut Timing>) -> Result<(), GpuError> + 'a;
+/// Places of the pipelines that every way has, then of those that cones take.
+const MARCH: usize = 0;
+const FINISH: usize = 1;
+const SHADOW: usize = 2;
+const SHADE: usize = 3;
+const SHOW: usize = 4;
+const CONE: usize = 5;
+const EXACT_NORMALS: usize = 6;
 
 /// The passes of a picture.
 pub(crate) struct PicturePass {
-    way: Way,
+    way: &'static Way,
     layout: wgpu::BindGroupLayout,
-    /// Of sparse bricks: the cones of 8×8 pixels, and the field's normals.
-    sparse: Option<[wgpu::ComputePipeline; 2]>,
-    march: wgpu::ComputePipeline,
-    finish: wgpu::ComputePipeline,
-    shadow: wgpu::ComputePipeline,
-    shade: wgpu::ComputePipeline,
-    show: wgpu::ComputePipeline,
+    pipelines: Vec<wgpu::ComputePipeline>,
+    /// Of the frame before.
+    target: Mutex<Option<Target>>,
 }
 
 impl PicturePass {
     /// Compile for a field's interpreter.
-    pub fn new(gpu: &Gpu, field_wgsl: &str, way: Way) -> Result<Self, GpuError> {
-        let (march, tables) = match way {
-            Way::Field => (wgsl::FIELD, String::new()),
-            Way::Mesh => (wgsl::MESH, DRAWN_WGSL.to_owned()),
-            Way::Dense => (wgsl::DENSE, VOLUME_WGSL.to_owned()),
-            Way::Bricks | Way::WideBricks => {
-                let words = [argil_volume::wgsl::WORDS, argil_volume::wgsl::MATERIAL].concat();
-                (wgsl::BRICKS, [VOLUME_WGSL, CELLS_WGSL, &words].concat())
-            }
-            Way::Octree => {
-                let morton = argil_math::morton_wgsl();
-                (wgsl::OCTREE, [VOLUME_WGSL, TREE_WGSL, morton].concat())
-            }
-        };
+    pub fn new(gpu: &Gpu, field_wgsl: &str, way: &'static Way) -> Result<Self, GpuError> {
         let source = [
             &argil_abi::wgsl(),
             TABLES_WGSL,
             FRAME_WGSL,
             PICTURE_WGSL,
-            &tables,
+            &(way.tables)(),
             field_wgsl,
             wgsl::CAMERA,
-            march,
+            way.march,
             wgsl::FINISH,
             wgsl::SHADE,
         ]
         .concat();
         let mut binds = FIELD_BINDS.to_vec();
-        binds.extend([Bind::Uniform(FRAME), Bind::Write(HITS), Bind::Write(COLORS)]);
-        if way == Way::Mesh {
-            binds.push(Bind::Picture(DRAWN));
-        } else if way != Way::Field {
-            binds.extend([
-                Bind::Uniform(VOLUME),
-                Bind::Texture(STORED),
-                Bind::Filter(LINEAR),
-            ]);
-        }
-        if way == Way::Octree {
-            binds.extend([Bind::Read(NODES), Bind::Read(TREE_WORDS)]);
-        }
-        if way.is_sparse() {
-            binds.extend([
-                Bind::Read(CELLS),
-                Bind::Read(BRICK_MATERIALS),
-                Bind::Write(LIVE),
-            ]);
-        }
+        binds.extend([
+            Bind::Uniforms(FRAME),
+            Bind::Write(HITS),
+            Bind::Write(COLORS),
+        ]);
+        binds.extend(way.binds);
         let layout = gpu.checked(|| layout(gpu, "Picture", &binds))?;
-        // What no table has costs nothing.
-        let flat = [("HAS_LEVELS", 0.0)];
-        let constants: &[(&str, f64)] = if way == Way::Bricks { &flat } else { &[] };
-        let sparse = if way.is_sparse() {
-            let entry_points = ["cone", "exact_normals"];
-            Some(pipelines(
-                gpu,
-                source.clone(),
-                &layout,
-                constants,
-                entry_points,
-            )?)
-        } else {
-            None
-        };
         let entry_points = ["march", "finish", "shadow", "shade", "show"];
-        let [march, finish, shadow, shade, show] =
-            pipelines(gpu, source, &layout, constants, entry_points)?;
+        let all = pipelines(gpu, source.clone(), &layout, way.constants, entry_points)?;
+        let mut all = Vec::from(all);
+        if way.has_cones {
+            let entry_points = ["cone", "exact_normals"];
+            let own = pipelines(gpu, source, &layout, way.constants, entry_points)?;
+            all.extend(own);
+        }
         Ok(Self {
             way,
             layout,
-            sparse,
-            march,
-            finish,
-            shadow,
-            shade,
-            show,
+            pipelines: all,
+            target: Mutex::default(),
         })
     }
 
-    /// Draw with a field's tables, and what else the way to march reads. With the picture, what its passes took.
+    /// For a way of this name.
+    pub fn is_for(&self, way: &Way) -> bool {
+        self.way.name == way.name
+    }
+
+    /// Draw with a field's tables, what else the way to march reads, and triangles that each sample begins with, if there are any. With
+    /// the picture, what its passes took.
     pub async fn draw(
         &self,
         field: &GpuField,
-        own: &[wgpu::BindGroupEntry<'_>],
+        bound: Vec<Bound>,
+        drawing: Option<&dyn Drawing>,
         frames: &[Frame],
-    ) -> Result<(Picture, f64), GpuError> {
-        self.draw_after(field, own, frames, &mut |_, _| Ok(()))
-            .await
-    }
-
-    /// The same, after something that each sample begins with, in one pass at most.
-    pub async fn draw_after(
-        &self,
-        field: &GpuField,
-        own: &[wgpu::BindGroupEntry<'_>],
-        frames: &[Frame],
-        before: &mut Before<'_>,
+        with_hits: bool,
     ) -> Result<(Picture, f64), GpuError> {
         let Some(first) = frames.first() else {
             return Ok((Picture::empty(), 0.0));
         };
         let gpu = field.gpu();
-        let pixels = u64::from(first.width) * u64::from(first.height);
-        let (hit_bytes, color_bytes) = (pixels * size_of::<Hit>() as u64, pixels * 16);
-        let mut hits = Table::new("hits");
-        hits.reserve(gpu, hit_bytes)?;
-        let mut colors = Table::new("colors");
-        colors.reserve(gpu, color_bytes)?;
-        let mut live = Table::new("blocks of pixels");
-        if self.sparse.is_some() {
-            let blocks = u64::from(first.width.div_ceil(GROUP) * first.height.div_ceil(GROUP));
-            live.reserve(gpu, 16 + 16 * blocks)?;
-        }
-        let arguments = gpu.checked(|| {
-            gpu.device.create_buffer(&wgpu::BufferDescriptor {
-                label: Some("blocks to march"),
-                size: 16,
-                usage: wgpu::BufferUsages::INDIRECT | wgpu::BufferUsages::COPY_DST,
-                mapped_at_creation: false,
-            })
-        })?;
-        let uniform = gpu.checked(|| {
-            gpu.device.create_buffer(&wgpu::BufferDescriptor {
-                label: Some("frame"),
-                size: size_of::<Frame>() as u64,
-                usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
-                mapped_at_creation: false,
-            })
-        })?;
-        let bind_group = gpu.checked(|| {
-            let mut entries: Vec<_> = field.table_bindings().collect();
-            entries.push(entry(FRAME, &uniform));
-            entries.extend_from_slice(own);
-            entries.extend(hits.binding(HITS));
-            entries.extend(colors.binding(COLORS));
-            entries.extend(live.binding(LIVE));
-            gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-                label: Some("Picture"),
-                layout: &self.layout,
-                entries: &entries,
-            })
-        })?;
+        let key = Key {
+            size: [first.width, first.height],
+            samples: frames.len(),
+            show: first.show,
+            normals: first.normals,
+            has_ground: first.has_ground != 0,
+            max_steps: first.max_steps,
+            field: (field.length(), field.budget),
+            with_hits,
+        };
+        let kept = self.take().filter(|target| target.fits(&key));
+        let mut target = match kept {
+            Some(target) => target,
+            None => {
+                let recording = self.record(&key, gpu.info.kind == DeviceKind::Software);
+                Target::new(gpu, key, recording, self.way.has_cones)?
+            }
+        };
+        let passes = Passes {
+            layout: &self.layout,
+            pipelines: &self.pipelines,
+            resolve: &*field.resolve()?,
+        };
+        let bound = field.bound().chain(bound).collect();
+        let drawn = target.run(gpu, passes, bound, drawing, frames).await?;
+        let mut place = self.target.lock().unwrap_or_else(PoisonError::into_inner);
+        *place = Some(target);
+        Ok(drawn)
+    }
 
+    /// The buffers of the frame before, if nobody else draws on them.
+    fn take(&self) -> Option<Target> {
+        let mut place = self.target.lock().unwrap_or_else(PoisonError::into_inner);
+        place.take()
+    }
+
+    /// All passes of a frame.
+    fn record(&self, key: &Key, is_software: bool) -> Recording {
+        let [width, height] = key.size;
         // Rows in bands, each a dispatch of both passes.
-        let row_work = u64::from(first.width) * field.length() as u64;
+        let row_work = u64::from(width) * key.field.0 as u64;
         let rows = u32::try_from(WORK_A_DISPATCH / row_work.max(1)).unwrap_or(u32::MAX);
         // As many blocks as a dispatch may have along one axis.
-        let most_rows = MOST_GROUPS / first.width.div_ceil(GROUP) * GROUP;
+        let most_rows = MOST_GROUPS / width.div_ceil(GROUP) * GROUP;
         let rows = rows.min(most_rows);
-        let rows = (rows.min(first.height) / GROUP * GROUP).max(GROUP);
-        let bands = first.height.div_ceil(rows);
-        let is_software = gpu.info.kind == DeviceKind::Software;
-        let most_steps = if is_software && self.way != Way::Field {
+        let rows = (rows.min(height) / GROUP * GROUP).max(GROUP);
+        let most_steps = if is_software && !self.way.is_exact {
             SOFTWARE_STEPS
         } else {
             u32::MAX
         };
-        let stages = self.stages(field, first);
-        let mut timing = Timing::new(gpu, (stages.len() as u32 * bands + 1) * frames.len() as u32)?;
-        // Without time stamps, by the clock: passes alone, not what is read back.
-        let mut clock_ms = 0.0;
-        let mut hit_words = Vec::new();
-        let mut start = Instant::now();
-        for (sample, frame) in frames.iter().enumerate() {
-            before(frame, timing.as_mut())?;
-            for band in 0..bands {
+        let stages = self.stages(key);
+        let mut all = Recording::default();
+        let mut work = 0;
+        all.steps.push(Step::Clear);
+        for sample in 0..key.samples {
+            let dispatch = |first_row, first_step, step_count| Dispatch {
+                sample,
+                first_row,
+                first_step,
+                step_count,
+                max_steps: key.max_steps.min(most_steps),
+            };
+            let whole = all.dispatches.len();
+            all.dispatches.push(dispatch(0, 0, 1));
+            if self.way.draws {
+                all.steps.push(Step::Draw(whole));
+            }
+            for first_row in (0..height).step_by(rows as usize) {
+                let band = rows.min(height - first_row);
                 for stage in &stages {
-                    let (first_step, step_count) = (stage.first_step, stage.step_count);
-                    let frame = Frame {
-                        max_steps: frame.max_steps.min(most_steps),
-                        first_row: band * rows,
-                        first_step,
-                        step_count,
-                        ..*frame
+                    let own = u64::from(width) * u64::from(band);
+                    let length = if stage.is_exact {
+                        key.field.0 as u64
+                    } else {
+                        1
                     };
-                    gpu.checked(|| {
-                        let groups = groups_of(gpu, stage, &frame, rows, &live, &arguments);
-                        submit(
-                            gpu,
-                            stage,
-                            &frame,
-                            groups,
-                            &uniform,
-                            &bind_group,
-                            timing.as_mut(),
-                        );
-                    })?;
+                    if work > 0 && work + own * length > WORK_A_DISPATCH {
+                        all.steps.push(Step::Submit);
+                        work = 0;
+                    }
+                    work += own * length;
+                    let across = |group: u32| [width.div_ceil(group), rows.div_ceil(group), 1];
+                    let groups = match stage.pipeline {
+                        CONE => {
+                            all.steps.push(Step::EmptyBlocks);
+                            // A cone's thread has as many pixels as another's group.
+                            Some(across(GROUP * GROUP))
+                        }
+                        MARCH if self.way.has_cones => {
+                            all.steps.push(Step::TakeBlocks);
+                            None
+                        }
+                        _ => Some(across(GROUP)),
+                    };
+                    all.steps.push(Step::Pass {
+                        label: stage.label,
+                        pipeline: stage.pipeline,
+                        dispatch: all.dispatches.len(),
+                        groups,
+                    });
+                    let own = dispatch(first_row, stage.first_step, stage.step_count);
+                    all.dispatches.push(own);
                 }
             }
-            let is_last = sample + 1 == frames.len();
-            if timing.is_none() && (CAN_WAIT || is_last) {
-                gpu.wait().await?;
-                clock_ms += start.elapsed().as_secs_f64() * 1e3;
-            }
             if sample == 0 {
-                hit_words = read(gpu, &hits, hit_bytes).await?;
+                all.steps.push(Step::Count(whole));
+                if key.with_hits {
+                    all.steps.push(Step::KeepHits);
+                }
             }
-            if CAN_WAIT {
-                start = Instant::now();
+            if sample + 1 == key.samples {
+                all.steps.push(Step::Resolve(whole));
             }
         }
-        let color_words = read(gpu, &colors, color_bytes).await?;
-        let duration_ms = match &timing {
-            Some(timing) => timing.durations_ms(gpu).await?.iter().sum(),
-            None => clock_ms,
-        };
-
-        let colors: Vec<[f32; 4]> = color_words
-            .chunks_exact(16)
-            .map(bytemuck::pod_read_unaligned)
-            .collect();
-        let hits = hit_words
-            .chunks_exact(size_of::<Hit>())
-            .map(bytemuck::pod_read_unaligned)
-            .collect();
-        Ok((Picture::new(first, &colors, hits), duration_ms))
+        all
     }
 
     /// The dispatches of one sample of one band: marches are cut into as many steps as a thread may do at once.
-    fn stages(&self, field: &GpuField, frame: &Frame) -> Vec<Stage<'_>> {
-        let cut = |label, pipeline, steps: u32| {
-            let budget = field.budget.min(steps).max(1);
+    fn stages(&self, key: &Key) -> Vec<Stage> {
+        let (way, budget) = (self.way, key.field.1);
+        let exact = |label, pipeline, steps: u32| {
+            let budget = budget.min(steps).max(1);
             (0..steps)
                 .step_by(budget as usize)
                 .map(move |first_step| Stage {
@@ -293,127 +226,105 @@ impl PicturePass {
                     pipeline,
                     first_step,
                     step_count: budget.min(steps - first_step),
+                    is_exact: true,
                 })
         };
-        let mut stages: Vec<_> = if self.way == Way::Field {
-            cut("Trace::march", &self.march, frame.max_steps).collect()
+        // Evaluates nothing: it is one dispatch.
+        let whole = |label, pipeline| Stage {
+            label,
+            pipeline,
+            first_step: 0,
+            step_count: key.max_steps,
+            is_exact: false,
+        };
+        let mut stages: Vec<Stage> = if way.is_exact {
+            exact("Trace::march", MARCH, key.max_steps).collect()
+        } else if way.has_cones {
+            vec![whole("Cones::march", CONE), whole("Bricks::march", MARCH)]
         } else {
-            // A volume's march evaluates nothing: it is one dispatch, after its cones where it has some.
-            let cones = self.sparse.as_ref().map(|[pipeline, _]| Stage {
-                label: CONE_STAGE,
-                pipeline,
-                first_step: 0,
-                step_count: frame.max_steps,
-            });
-            let march = Stage {
-                label: if self.sparse.is_some() {
-                    LIVE_STAGE
-                } else {
-                    "Trace::march"
-                },
-                pipeline: &self.march,
-                first_step: 0,
-                step_count: frame.max_steps,
-            };
-            cones.into_iter().chain([march]).collect()
+            vec![whole("Trace::march", MARCH)]
         };
         // Bricks have their normals already.
-        if self.sparse.is_none() || frame.ground_jitter[1] > 0.0 {
-            stages.extend(cut("Trace::finish", &self.finish, 1));
+        if !way.has_cones || key.has_ground {
+            stages.extend(exact("Trace::finish", FINISH, 1));
         }
-        if frame.normals == argil_abi::NORMALS_FIELD
-            && let Some([_, exact]) = &self.sparse
-        {
-            stages.extend(cut("Trace::normals", exact, 1));
+        if key.normals == argil_abi::NORMALS_FIELD && way.has_cones {
+            stages.extend(exact("Trace::normals", EXACT_NORMALS, 1));
         }
-        if frame.show == argil_abi::SHOW_SHADED {
-            stages.extend(cut(
-                "Shade::shadow",
-                &self.shadow,
-                argil_march::SHADOW_STEPS,
-            ));
-            stages.extend(cut("Shade::light", &self.shade, 1));
+        if key.show == argil_abi::SHOW_SHADED {
+            let steps = argil_march::SHADOW_STEPS;
+            stages.extend(exact("Shade::shadow", SHADOW, steps));
+            stages.extend(exact("Shade::light", SHADE, 1));
         } else {
-            stages.extend(cut("Shade::show", &self.show, 1));
+            stages.extend(exact("Shade::show", SHOW, 1));
+        }
+        // Where nothing of the field is asked, it does not count how long that is.
+        for stage in &mut stages {
+            let asks = match stage.pipeline {
+                MARCH | FINISH => way.is_exact,
+                EXACT_NORMALS => true,
+                SHADOW | SHADE => !way.has_cones,
+                _ => false,
+            };
+            stage.is_exact = asks;
         }
         stages
     }
 }
 
-fn submit(
-    gpu: &Gpu,
-    stage: &Stage<'_>,
-    frame: &Frame,
-    groups: Groups<'_>,
-    uniform: &wgpu::Buffer,
-    bind_group: &wgpu::BindGroup,
-    timing: Option<&mut Timing>,
-) {
-    gpu.queue
-        .write_buffer(uniform, 0, bytemuck::bytes_of(frame));
-    let mut encoder = gpu
-        .device
-        .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-    let descriptor = wgpu::ComputePassDescriptor {
-        label: Some(stage.label),
-        timestamp_writes: timing.and_then(|t| t.next()),
-    };
-    let mut pass = encoder.begin_compute_pass(&descriptor);
-    pass.set_pipeline(stage.pipeline);
-    pass.set_bind_group(0, bind_group, &[]);
-    match groups {
-        Groups::Direct([x, y, z]) => pass.dispatch_workgroups(x, y, z),
-        Groups::Indirect(buffer, offset) => pass.dispatch_workgroups_indirect(buffer, offset),
-    }
-    drop(pass);
-    gpu.queue.submit([encoder.finish()]);
-}
-
-const CONE_STAGE: &str = "Cones::march";
-const LIVE_STAGE: &str = "Bricks::march";
-/// Most workgroups along one axis that every device has.
-const MOST_GROUPS: u32 = 65_535;
-
-/// How many workgroups a stage has; before cones, the list of live blocks is emptied, and after them it is counted.
-fn groups_of<'a>(
-    gpu: &Gpu,
-    stage: &Stage<'_>,
-    frame: &Frame,
-    rows: u32,
-    live: &Table,
-    arguments: &'a wgpu::Buffer,
-) -> Groups<'a> {
-    let across = |group: u32| [frame.width.div_ceil(group), rows.div_ceil(group), 1];
-    match (stage.label, live.buffer()) {
-        (CONE_STAGE, Some(live)) => {
-            let none = [0u32, 1, 1, 0];
-            gpu.queue.write_buffer(live, 0, bytemuck::bytes_of(&none));
-            // A cone's thread has as many pixels as another's group.
-            Groups::Direct(across(GROUP * GROUP))
-        }
-        (LIVE_STAGE, Some(live)) => {
-            let mut encoder = gpu
-                .device
-                .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-            encoder.copy_buffer_to_buffer(live, 0, arguments, 0, 12);
-            gpu.queue.submit([encoder.finish()]);
-            Groups::Indirect(arguments, 0)
-        }
-        _ => Groups::Direct(across(GROUP)),
-    }
-}
-
 /// One dispatch.
-struct Stage<'a> {
+struct Stage {
     label: &'static str,
-    pipeline: &'a wgpu::ComputePipeline,
+    /// Its place among the pipelines.
+    pipeline: usize,
     first_step: u32,
     step_count: u32,
+    /// Whether it evaluates the field.
+    is_exact: bool,
 }
 
-async fn read(gpu: &Gpu, table: &Table, bytes: u64) -> Result<Vec<u8>, GpuError> {
-    let buffer = table
-        .buffer()
-        .ok_or_else(|| GpuError::Lost("no buffer".into()))?;
-    gpu.read_back(buffer, bytes).await
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::GpuField;
+    use crate::field::FIELD;
+    use argil_field::Program;
+    use argil_march::{Camera, Settings, frames};
+    use argil_scene::{Brush, Scene, Shape};
+    use std::sync::Arc;
+
+    /// The buffers of a frame are those of the frame before, until its size is another.
+    #[test]
+    fn frames_of_a_size_share_their_buffers() {
+        let mut scene = Scene::new();
+        scene.push(Brush::new(Shape::sphere(0.5))).expect("a brush");
+        let program = Program::lower(&scene).expect("a program");
+        let gpu = Arc::new(pollster::block_on(Gpu::open()).expect("a device"));
+        let field = GpuField::new(gpu, &program, false).expect("a field");
+        let camera = Camera::orbit(program.aabb(), [30.0, 20.0, 2.5], 45.0);
+        let draw = |size| {
+            let settings = Settings {
+                size,
+                ..Settings::default()
+            };
+            let all = frames(&settings, &camera, &program, None, program.aabb());
+            let drawn = pollster::block_on(field.render(&all, false));
+            drawn.expect("a picture").0
+        };
+        let passes = field.picture(&FIELD).expect("passes");
+        let kept = || {
+            let target = passes.take().expect("a frame before");
+            let buffers = target.buffers();
+            *passes.target.lock().expect("nobody else") = Some(target);
+            buffers
+        };
+        let first = draw([40, 24]);
+        let buffers = kept();
+        let second = draw([40, 24]);
+        assert!(buffers == kept(), "the same frame has other buffers");
+        assert_eq!(first.rgb, second.rgb);
+        assert!(first.hit_pixels > 100 && first.hits.is_empty());
+        draw([48, 24]);
+        assert!(buffers != kept(), "another size has the same buffers");
+    }
 }

@@ -1,3 +1,4 @@
+use crate::way::Bound;
 use crate::{Gpu, GpuError};
 use bytemuck::Pod;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -110,6 +111,12 @@ impl Table {
     /// Bytes on the device.
     pub fn size(&self) -> u64 {
         self.buffer.as_ref().map_or(0, wgpu::Buffer::size)
+    }
+
+    /// What is bound of it.
+    pub fn bound(&self, at: u32) -> Option<Bound> {
+        let buffer = self.buffer.as_ref()?;
+        Some(Bound::Buffer(at, buffer.clone(), Some(self.used())))
     }
 
     pub fn binding(&self, binding: u32) -> Option<wgpu::BindGroupEntry<'_>> {

@@ -6,7 +6,7 @@
 //! `cargo bench -p argil-march --bench trace -- [SCENE.json AZIMUTH ELEVATION DISTANCE FIELD_OF_VIEW SIDE]`
 
 use argil_field::Program;
-use argil_march::{Camera, Settings, Show, Through, frames, render};
+use argil_march::{Camera, Field, Settings, Show, Through, WholeField, frames, render};
 use argil_math::Aabb;
 use argil_scene::Scene;
 use argil_volume::{BrickLayout, BrickSettings, Bricks, Lattice};
@@ -63,11 +63,12 @@ fn main() {
             .num_threads(threads)
             .build()
             .expect("threads");
-        for (name, through, frames) in [
-            ("whole field", Through::WholeField, &frame),
-            ("field", Through::Field, &frame),
-            ("bricks", Through::Bricks(&bricks), &through_bricks),
-        ] {
+        let ways: [(&str, &dyn Through, _); 3] = [
+            ("whole field", &WholeField, &frame),
+            ("field", &Field, &frame),
+            ("bricks", &bricks, &through_bricks),
+        ];
+        for (name, through, frames) in ways {
             if name == "whole field" && program.instrs().len() > 200 {
                 continue;
             }

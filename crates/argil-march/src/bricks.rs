@@ -11,34 +11,91 @@
 //! together in batches; those near the surface are gathered, and their voxels' cubics solved in batches of their own. The
 //! normal is by differences over a voxel's width around the point, or the voxel's gradient, or the field's.
 
+mod cones;
 mod rays;
 mod solve;
 mod step;
 
-use crate::cones::{CONE_SIDE, Cones};
 use crate::probe::Probe;
 use crate::scratch::TileScratch;
+use crate::through::{Air, Rays, Through};
 use crate::tile::Tile;
 use crate::trace::{around, flagged, lay_ground, set_normals};
-use crate::wave::{Starts, Wave};
-use argil_abi::{self as abi, Frame, Hit};
+use crate::wave::{Points, Starts, Wave};
+use argil_abi::{self as abi, Frame, Hit, MaterialWords};
 use argil_field::LANES;
+use argil_volume::Bricks;
+use cones::{CONE_SIDE, Cones};
 use glam::Vec3;
+use rays::BrickRays;
 use solve::{NearLanes, solve_i8, solve_i16};
 use step::{Found, step_i8, step_i16};
 
-pub(crate) use rays::BrickRays;
+impl Through for Bricks {
+    fn rays<'a>(&'a self, _: &Frame) -> Option<Box<dyn Rays + 'a>> {
+        Some(Box::new(BrickRays::new(self)?))
+    }
+}
+
+impl Rays for BrickRays<'_> {
+    fn asks_field(&self, _: u32) -> bool {
+        false
+    }
+
+    fn trace(
+        &self,
+        frame: &Frame,
+        tile: Tile,
+        probe: &mut Probe<'_>,
+        scratch: &mut TileScratch,
+        out: &mut [Hit],
+    ) {
+        trace_bricks(frame, tile, self, probe, scratch, out);
+    }
+
+    fn air(&self) -> Option<&dyn Air> {
+        Some(self)
+    }
+}
+
+impl Air for BrickRays<'_> {
+    fn material(
+        &self,
+        point: Vec3,
+        outwards: Vec3,
+        palette: &[MaterialWords],
+    ) -> Option<MaterialWords> {
+        self.look(point, outwards, palette)
+    }
+
+    fn measure(&self, points: &mut Points) {
+        let Points { x, y, z, d } = points;
+        d.resize(x.len(), 0.0);
+        for first in (0..x.len()).step_by(LANES) {
+            let r = first..(first + LANES).min(x.len());
+            let p = [&x[r.clone()], &y[r.clone()], &z[r.clone()]];
+            self.estimates(p, &mut d[r]);
+        }
+    }
+}
+
+/// What only this way to march needs.
+#[derive(Default)]
+struct Own {
+    cones: Cones,
+    near: Near,
+}
 
 /// Rays near the surface, in batches of their own.
 #[derive(Default)]
-pub(crate) struct Near {
+struct Near {
     /// Their places in the wave.
     rays: Vec<u32>,
     lanes: Box<NearLanes>,
 }
 
 /// What the primary ray of each pixel of a tile hits, row by row, into `out`.
-pub(crate) fn trace_bricks(
+fn trace_bricks(
     frame: &Frame,
     tile: Tile,
     bricks: &BrickRays<'_>,
@@ -49,12 +106,12 @@ pub(crate) fn trace_bricks(
     let TileScratch {
         starts,
         wave,
-        cones,
-        near,
+        own,
         points,
         hits,
         ..
     } = scratch;
+    let Own { cones, near } = own.of();
     starts.fill(frame, tile);
     out[..tile.area()].fill(Hit::default());
     cones.march(frame, tile, starts, bricks, out);

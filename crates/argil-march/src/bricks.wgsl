@@ -176,7 +176,7 @@ fn solve(ray: Ray, t: f32, side: f32, gap: f32, origin: vec3<f32>, inner: vec3<f
     }
     let is_crossed = in_first || in_second || at_end;
     let starts_below = c0 <= 0.0;
-    let is_close = c0 < max(frame.box_min_epsilon.w, footprint(t));
+    let is_close = c0 < max(frame.epsilon, footprint(t));
     if starts_below || !is_crossed {
         share = 0.0;
     }
@@ -255,7 +255,7 @@ fn march(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_id) 
     let begin = live.blocks[block_place].begin;
     let own_steps = select(0u, live.blocks[block_place].steps, local.x == 0u && local.y == 0u);
     let voxel = volume.extent_voxel.w;
-    let scale = frame.eye_step.w;
+    let scale = frame.inv_lipschitz;
     let brick = f32(volume.brick);
     let held = held_box();
     let d = vec3(not_zero(ray.direction.x), not_zero(ray.direction.y), not_zero(ray.direction.z));

@@ -76,12 +76,12 @@ pub(crate) fn finite(b: Aabb) -> (Aabb, f32) {
 /// The primary ray of a pixel, at the frame's offset within it. `camera.wgsl` is the twin.
 #[inline]
 pub(crate) fn primary_ray(frame: &Frame, x: u32, y: u32) -> Ray {
-    let u = (x as f32 + frame.ground_jitter[2]) / frame.width as f32 * 2.0 - 1.0;
-    let v = 1.0 - (y as f32 + frame.ground_jitter[3]) / frame.height as f32 * 2.0;
+    let u = (x as f32 + frame.jitter_x) / frame.width as f32 * 2.0 - 1.0;
+    let v = 1.0 - (y as f32 + frame.jitter_y) / frame.height as f32 * 2.0;
     let axis = |k: usize| frame.forward[k] + frame.right[k] * u + frame.up[k] * v;
     let (dx, dy, dz) = (axis(0), axis(1), axis(2));
     let length = (dx * dx + dy * dy + dz * dz).sqrt();
-    let [ex, ey, ez, _] = frame.eye_step;
+    let [ex, ey, ez] = frame.eye;
     Ray {
         origin: Vec3::new(ex, ey, ez),
         direction: Vec3::new(dx / length, dy / length, dz / length),
@@ -90,7 +90,7 @@ pub(crate) fn primary_ray(frame: &Frame, x: u32, y: u32) -> Ray {
 
 /// The box outside which nothing solid lies.
 pub(crate) fn bounds_of(frame: &Frame) -> Aabb {
-    let [ax, ay, az, _] = frame.box_min_epsilon;
-    let [bx, by, bz, _] = frame.box_max_bias;
+    let [ax, ay, az] = frame.box_min;
+    let [bx, by, bz] = frame.box_max;
     Aabb::new(Vec3::new(ax, ay, az), Vec3::new(bx, by, bz))
 }

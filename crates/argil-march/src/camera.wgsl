@@ -6,11 +6,11 @@ struct Ray {
 }
 
 fn primary_ray(x: u32, y: u32) -> Ray {
-    let u = (f32(x) + frame.ground_jitter.z) / f32(frame.width) * 2.0 - 1.0;
-    let v = 1.0 - (f32(y) + frame.ground_jitter.w) / f32(frame.height) * 2.0;
-    let d = frame.forward.xyz + frame.right.xyz * u + frame.up.xyz * v;
+    let u = (f32(x) + frame.jitter_x) / f32(frame.width) * 2.0 - 1.0;
+    let v = 1.0 - (f32(y) + frame.jitter_y) / f32(frame.height) * 2.0;
+    let d = frame.forward + frame.right * u + frame.up * v;
     let length = sqrt(d.x * d.x + d.y * d.y + d.z * d.z);
-    return Ray(frame.eye_step.xyz, vec3(d.x / length, d.y / length, d.z / length));
+    return Ray(frame.eye, vec3(d.x / length, d.y / length, d.z / length));
 }
 
 fn not_zero(d: f32) -> f32 {
@@ -21,8 +21,8 @@ fn not_zero(d: f32) -> f32 {
 fn box_span(ray: Ray) -> vec2<f32> {
     let d = ray.direction;
     let inverse = vec3(1.0 / not_zero(d.x), 1.0 / not_zero(d.y), 1.0 / not_zero(d.z));
-    let a = (frame.box_min_epsilon.xyz - ray.origin) * inverse;
-    let c = (frame.box_max_bias.xyz - ray.origin) * inverse;
+    let a = (frame.box_min - ray.origin) * inverse;
+    let c = (frame.box_max - ray.origin) * inverse;
     let low = min(a, c);
     let high = max(a, c);
     return vec2(max(max(low.x, max(low.y, low.z)), 0.0), min(high.x, min(high.y, high.z)));

@@ -7,7 +7,9 @@
 //!
 //! *Practice.* A tile's rays march together, as through the field; each has its own level.
 
+use crate::probe::Probe;
 use crate::scratch::TileScratch;
+use crate::through::{Rays, Through};
 use crate::tile::Tile;
 use crate::trace::{Found, around, end_rays, lay_ground, set_normals, start_rays};
 use crate::wave::{RETIRED, Wave};
@@ -23,23 +25,37 @@ const SATURATED: f32 = argil_abi::SATURATED;
 const NEAR: f32 = argil_abi::DENSE_NEAR;
 
 /// A dense volume, ready to be marched through.
-pub(crate) enum DenseRays<'a> {
+enum DenseRays<'a> {
     Eight(Levels<'a, i8>, f32),
     Sixteen(Levels<'a, i16>, f32),
 }
 
-impl<'a> DenseRays<'a> {
-    pub fn new(dense: &'a Dense) -> Option<Self> {
-        let range = dense.encoding().range_length(dense.lattice(), 0);
-        match dense.encoding().bits {
-            Bits::Eight => Levels::new(dense).map(|levels| Self::Eight(levels, range)),
-            Bits::Sixteen => Levels::new(dense).map(|levels| Self::Sixteen(levels, range)),
-        }
+impl Through for Dense {
+    fn rays<'a>(&'a self, _: &Frame) -> Option<Box<dyn Rays + 'a>> {
+        let range = self.encoding().range_length(self.lattice(), 0);
+        let rays = match self.encoding().bits {
+            Bits::Eight => DenseRays::Eight(Levels::new(self)?, range),
+            Bits::Sixteen => DenseRays::Sixteen(Levels::new(self)?, range),
+        };
+        Some(Box::new(rays))
+    }
+}
+
+impl Rays for DenseRays<'_> {
+    fn trace(
+        &self,
+        frame: &Frame,
+        tile: Tile,
+        _: &mut Probe<'_>,
+        scratch: &mut TileScratch,
+        out: &mut [Hit],
+    ) {
+        trace_dense(frame, tile, self, scratch, out);
     }
 }
 
 /// What the primary ray of each pixel of a tile hits, row by row, into `out`.
-pub(crate) fn trace_dense(
+fn trace_dense(
     frame: &Frame,
     tile: Tile,
     volume: &DenseRays<'_>,
@@ -111,7 +127,7 @@ fn step<T: Texel>(
     found: &mut Found,
 ) {
     let n = range.len();
-    let (epsilon, scale) = (frame.box_min_epsilon[3], frame.eye_step[3]);
+    let (epsilon, scale) = (frame.epsilon, frame.inv_lipschitz);
     let (is_first, is_last) = (steps == 1, steps >= frame.max_steps);
     let top = levels.count() as u32 - 1;
     // How far the surface is when a ray begins is not known at all.
@@ -121,7 +137,7 @@ fn step<T: Texel>(
     for (k, p) in p.iter_mut().enumerate() {
         let (t, direction) = (&wave.t[range.clone()], &wave.direction[k][range.clone()]);
         for (p, (t, direction)) in p.iter_mut().zip(t.iter().zip(direction)) {
-            *p = frame.eye_step[k] + direction * t;
+            *p = frame.eye[k] + direction * t;
         }
     }
     let (t, end) = (&mut wave.t[range.clone()], &wave.end[range.clone()]);

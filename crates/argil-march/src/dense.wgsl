@@ -29,7 +29,7 @@ fn march(@builtin(global_invocation_id) id: vec3<u32>) {
             }
         } else {
             let gap = max(d, 0.0);
-            walk.t += gap * frame.eye_step.w;
+            walk.t += gap * frame.inv_lipschitz;
             if gap >= SATURATED * range {
                 level = min(top, level + 1u);
             } else {

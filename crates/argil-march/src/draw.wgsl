@@ -12,13 +12,13 @@ struct Drawn {
 
 @vertex
 fn place(@location(0) position: vec3<f32>, @location(1) normal: vec3<f32>) -> Drawn {
-    let way = position - frame.eye_step.xyz;
-    let forward = frame.forward.xyz;
+    let way = position - frame.eye;
+    let forward = frame.forward;
     let depth = dot(way, forward) / dot(forward, forward);
     // Pixels are sampled in their middle; the ray begins elsewhere in them.
-    let shift = (vec2(0.5) - frame.ground_jitter.zw) * 2.0 / vec2(f32(frame.width), f32(frame.height));
-    let u = dot(way, frame.right.xyz) / dot(frame.right.xyz, frame.right.xyz) + shift.x * depth;
-    let v = dot(way, frame.up.xyz) / dot(frame.up.xyz, frame.up.xyz) - shift.y * depth;
+    let shift = (vec2(0.5 - frame.jitter_x, 0.5 - frame.jitter_y)) * 2.0 / vec2(f32(frame.width), f32(frame.height));
+    let u = dot(way, frame.right) / dot(frame.right, frame.right) + shift.x * depth;
+    let v = dot(way, frame.up) / dot(frame.up, frame.up) - shift.y * depth;
     return Drawn(vec4(u, v, NEAR, depth), way, normal);
 }
 

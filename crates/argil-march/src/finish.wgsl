@@ -24,8 +24,8 @@ fn finish(@builtin(global_invocation_id) id: vec3<u32>) {
             normal = -ray.direction;
         }
     }
-    if frame.ground_jitter.y > 0.0 && ray.direction.y <= -1e-6 {
-        let g = (frame.ground_jitter.x - ray.origin.y) / ray.direction.y;
+    if frame.has_ground != 0u && ray.direction.y <= -1e-6 {
+        let g = (frame.ground_y - ray.origin.y) / ray.direction.y;
         if g > 0.0 && g < frame.far && (kind == HIT_NONE || g < t) {
             kind = HIT_GROUND;
             normal = vec3(0.0, 1.0, 0.0);

@@ -11,7 +11,6 @@
 
 mod bricks;
 mod camera;
-mod cones;
 mod dense;
 mod octree;
 mod picture;
@@ -23,19 +22,22 @@ mod settings;
 mod shade;
 mod slabs;
 mod statistics;
+mod through;
 mod tile;
 mod trace;
 mod volume;
 mod wave;
 
 pub use camera::Camera;
-pub use octree::Descent;
 pub use picture::Picture;
 pub use raster::Triangles;
-pub use render::{Through, render, render_controlled, render_with_hits};
-pub use settings::{Normals, Settings, Show, frames};
+pub use render::{render, render_controlled, render_with_hits};
+pub use settings::{Descent, Normals, Settings, Show, frames};
 pub use shade::SHADOW_STEPS;
+pub use slabs::Field;
 pub use statistics::{Spread, Statistics};
+pub use through::Through;
+pub use trace::WholeField;
 
 /// The WGSL twins. A module has the camera, one way to march, what finishes its hits, and the light.
 pub mod wgsl {
@@ -64,7 +66,7 @@ pub mod wgsl {
         include_str!("normal.wgsl"),
         include_str!("exact.wgsl"),
         include_str!("bricks.wgsl"),
-        include_str!("cones.wgsl")
+        include_str!("bricks/cones.wgsl")
     );
     /// Drawing triangles: `place` and `nearest`, for a module of their own.
     pub const DRAW: &str = include_str!("draw.wgsl");
@@ -76,6 +78,8 @@ pub mod wgsl {
     );
     /// Normals and the ground.
     pub const FINISH: &str = include_str!("finish.wgsl");
+    /// Bytes of colours, and counts, for a module of their own.
+    pub const RESOLVE: &str = include_str!("resolve.wgsl");
     /// Light and colours.
     pub const SHADE: &str = include_str!("shade.wgsl");
 }

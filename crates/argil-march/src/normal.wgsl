@@ -2,7 +2,7 @@
 
 // By central differences. One call in a loop: each call's code is a copy of the whole field.
 fn field_normal(p: vec3<f32>, side: f32) -> vec3<f32> {
-    let h = frame.box_max_bias.w;
+    let h = frame.normal_bias;
     var n = vec3(0.0);
     for (var i = 0u; i < 6u; i++) {
         let axis = vec3(f32(i < 2u), f32(i / 2u == 1u), f32(i >= 4u));

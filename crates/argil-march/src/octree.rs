@@ -7,39 +7,50 @@
 //! *Practice.* The study's look-up goes down from the root for every cell (GigaVoxels' kd-restart, Crassin 2009). The
 //! other begins at the deepest node that the cell shares with the one before.
 
-use crate::volume::{Marched, Walk};
+use crate::probe::Probe;
+use crate::scratch::TileScratch;
+use crate::through::{Rays, Through};
+use crate::tile::Tile;
+use crate::volume::{Marched, Walk, trace_volume};
 use argil_abi::{self as abi, Frame, HIT_NONE, HIT_OUTSIDE, Hit};
 use argil_math::{Ray, morton};
-use argil_volume::{Octree, Path, Sampler, Texel};
+use argil_volume::{Bits, Octree, Path, Sampler, Texel};
 use glam::{IVec3, Vec3};
 
-/// Where look-ups in the tree begin.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Descent {
-    /// At the root, as in the study.
-    #[default]
-    Root,
-    /// At the deepest node that is shared with the look-up before.
-    Path,
+impl Through for Octree {
+    fn rays<'a>(&'a self, _: &Frame) -> Option<Box<dyn Rays + 'a>> {
+        match self.layout().encoding.bits {
+            Bits::Eight => Some(Box::new(OctreeRays::<i8>::new(self)?)),
+            Bits::Sixteen => Some(Box::new(OctreeRays::<i16>::new(self)?)),
+        }
+    }
 }
 
-pub(crate) struct OctreeRays<'a, T> {
+struct OctreeRays<'a, T> {
     octree: &'a Octree,
     sampler: Sampler<'a, T>,
-    descent: Descent,
 }
 
 impl<'a, T: Texel> OctreeRays<'a, T> {
     /// `None` if the texels are not of this type.
-    pub fn new(octree: &'a Octree, descent: Descent) -> Option<Self> {
+    fn new(octree: &'a Octree) -> Option<Self> {
         let layout = octree.layout();
         let texels = octree.texels().of()?;
         let sampler = Sampler::new(texels, &layout.lattice, &layout.encoding, 0)?;
-        Some(Self {
-            octree,
-            sampler,
-            descent,
-        })
+        Some(Self { octree, sampler })
+    }
+}
+
+impl<T: Texel> Rays for OctreeRays<'_, T> {
+    fn trace(
+        &self,
+        frame: &Frame,
+        tile: Tile,
+        _: &mut Probe<'_>,
+        _: &mut TileScratch,
+        out: &mut [Hit],
+    ) {
+        trace_volume(frame, tile, self, out);
     }
 }
 
@@ -60,9 +71,9 @@ impl<T: Texel> Marched for OctreeRays<'_, T> {
         let corner = layout.lattice.corner - ray.origin;
         let plane = |cell: IVec3| (corner + (cell.as_vec3() + ahead) * edge) * inverse;
 
-        let mut path = match self.descent {
-            Descent::Root => Path::default(),
-            Descent::Path => Path::remembered(),
+        let mut path = match frame.descent {
+            abi::DESCENT_PATH => Path::remembered(),
+            _ => Path::default(),
         };
         let mut walk = Walk::from(near);
         // The axis whose plane the ray entered the cell by.

@@ -12,7 +12,7 @@ struct Visit {
 
 fn first_level(code: u32) -> u32 {
     let root = volume.depth - 1u;
-    if volume.descent == DESCENT_ROOT || path_end >= volume.depth {
+    if frame.descent == DESCENT_ROOT || path_end >= volume.depth {
         return root;
     }
     let differing = 32u - countLeadingZeros(code ^ path_code);

@@ -17,21 +17,6 @@ pub struct Picture {
 }
 
 impl Picture {
-    /// From a frame's accumulated colours with coverage, and the hits of its first sample.
-    pub fn new(frame: &Frame, colors: &[[f32; 4]], hits: Vec<Hit>) -> Self {
-        let mut rgb = vec![0; 3 * colors.len()];
-        show(frame, colors, &mut rgb);
-        let mut counts = Counts::default();
-        counts.add(&hits);
-        Self {
-            size: [frame.width, frame.height],
-            rgb,
-            hits,
-            statistics: counts.statistics(),
-            hit_pixels: covered(colors),
-        }
-    }
-
     /// Without pixels.
     pub fn empty() -> Self {
         Self {

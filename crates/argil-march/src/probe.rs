@@ -1,32 +1,23 @@
 //! What a thread asks the field by.
 
-use crate::shade::light_reach;
 use crate::wave::Points;
-use argil_abi::{Frame, MaterialWords};
-use argil_field::{Evaluator, LANES, NearEvaluator, NearField, Program};
-
-/// A program of as many operands is asked by what is near each point.
-const MANY: usize = 1024;
-
-/// What is near where, if that pays: made once a picture, for the places that its rays and its light come to.
-pub(crate) fn near_field<'a>(program: &'a Program, frame: &Frame) -> Option<NearField<'a>> {
-    if program.operand_count() < MANY {
-        return None;
-    }
-    let (around, far) = light_reach(frame);
-    NearField::new(program, around, far)
-}
+use argil_abi::MaterialWords;
+use argil_field::{Evaluator, LANES, NearEvaluator, NearField, Program, Pruner};
 
 /// What a thread asks the field by.
-pub(crate) struct Probe<'a> {
-    pub evaluator: Evaluator<'a>,
+pub struct Probe<'a> {
+    pub(crate) program: &'a Program,
+    pub(crate) evaluator: Evaluator<'a>,
+    pub(crate) pruner: Pruner<'a>,
     near: Option<NearEvaluator<'a>>,
 }
 
 impl<'a> Probe<'a> {
     pub fn new(program: &'a Program, near: Option<&'a NearField<'a>>) -> Self {
         Self {
+            program,
             evaluator: Evaluator::new(program),
+            pruner: Pruner::new(program),
             near: near.map(NearEvaluator::new),
         }
     }

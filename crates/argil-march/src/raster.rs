@@ -9,6 +9,9 @@
 //! leaves that to the device, and gives the same normals and lengths but for rounding.
 
 use crate::camera::primary_ray;
+use crate::probe::Probe;
+use crate::scratch::TileScratch;
+use crate::through::{Rays, Through};
 use crate::tile::{TILE_ROWS, TILE_WIDTH, Tile};
 use crate::trace::lay_ground;
 use argil_abi::{self as abi, Frame, Hit};
@@ -26,11 +29,34 @@ pub struct Triangles<'a> {
     pub triangles: &'a [[u32; 3]],
 }
 
+impl Through for Triangles<'_> {
+    fn rays<'a>(&'a self, first: &Frame) -> Option<Box<dyn Rays + 'a>> {
+        Some(Box::new(Raster::new(*self, first)))
+    }
+}
+
+impl Rays for Raster<'_> {
+    fn trace(
+        &self,
+        frame: &Frame,
+        tile: Tile,
+        _: &mut Probe<'_>,
+        scratch: &mut TileScratch,
+        out: &mut [Hit],
+    ) {
+        self.draw(frame, tile, scratch.own.of(), out);
+    }
+}
+
+/// The direction of each pixel's ray.
+#[derive(Default)]
+struct Directions(Vec<Vec3>);
+
 /// The pixels that a triangle can be in: from the first column and row to the last.
 type Reach = [u16; 4];
 
 /// Triangles sorted by tiles.
-pub(crate) struct Raster<'a> {
+struct Raster<'a> {
     mesh: Triangles<'a>,
     reaches: Vec<Reach>,
     /// Tiles in a row of them.
@@ -42,7 +68,7 @@ pub(crate) struct Raster<'a> {
 
 impl<'a> Raster<'a> {
     /// For frames that differ by the place in a pixel alone.
-    pub fn new(mesh: Triangles<'a>, frame: &Frame) -> Self {
+    fn new(mesh: Triangles<'a>, frame: &Frame) -> Self {
         let across = frame.width.div_ceil(TILE_WIDTH) as usize;
         let down = frame.height.div_ceil(TILE_ROWS) as usize;
         let places: Vec<Option<Vec2>> = mesh
@@ -90,14 +116,15 @@ impl<'a> Raster<'a> {
     }
 
     /// What is nearest in each pixel of a tile, row by row, into `out`. A hit's steps are the triangles that cover it.
-    pub fn draw(&self, frame: &Frame, tile: Tile, rays: &mut Vec<Vec3>, out: &mut [Hit]) {
+    fn draw(&self, frame: &Frame, tile: Tile, rays: &mut Directions, out: &mut [Hit]) {
+        let rays = &mut rays.0;
         rays.clear();
         rays.extend((0..tile.area()).map(|i| {
             let (x, y) = tile.pixel(i);
             primary_ray(frame, x, y).direction
         }));
         out[..tile.area()].fill(Hit::default());
-        let [ex, ey, ez, _] = frame.eye_step;
+        let [ex, ey, ez] = frame.eye;
         let eye = Vec3::new(ex, ey, ez);
         let own = (tile.first_row / TILE_ROWS) as usize * self.across
             + (tile.first_x / TILE_WIDTH) as usize;
@@ -161,10 +188,9 @@ impl<'a> Raster<'a> {
 
 /// Where a point is in the picture, in pixels; `None` beside or behind the eye.
 fn place(frame: &Frame, p: Vec3) -> Option<Vec2> {
-    let [ex, ey, ez, _] = frame.eye_step;
+    let [ex, ey, ez] = frame.eye;
     let way = p - Vec3::new(ex, ey, ez);
-    let axis = |v: [f32; 4]| Vec3::new(v[0], v[1], v[2]);
-    let (forward, right, up) = (axis(frame.forward), axis(frame.right), axis(frame.up));
+    let [forward, right, up] = [frame.forward, frame.right, frame.up].map(Vec3::from);
     let depth = way.dot(forward) / forward.length_squared();
     if depth.is_nan() || depth <= 1e-6 * way.length() {
         return None;

@@ -1,41 +1,17 @@
-use crate::bricks::{BrickRays, trace_bricks};
-use crate::dense::{DenseRays, trace_dense};
-use crate::octree::{Descent, OctreeRays};
 use crate::picture::{Picture, covered, show};
-use crate::probe::{Probe, near_field};
-use crate::raster::{Raster, Triangles};
+use crate::probe::Probe;
 use crate::scratch::{TilePicture, TileScratch};
-use crate::shade::{Air, shade_tile};
-use crate::slabs::{PrunedField, trace_pruned};
+use crate::shade::{light_reach, shade_tile};
 use crate::statistics::Counts;
-use crate::tile::{Tile, tile_rows, tiles};
-use crate::trace::trace_tile;
-use crate::volume::trace_volume;
-use argil_abi::{self as abi, Frame, Hit};
-use argil_field::Program;
+use crate::through::Through;
+use crate::tile::{tile_rows, tiles};
+use argil_abi::{Frame, Hit};
+use argil_field::{NearField, Program};
 use argil_math::Control;
-use argil_volume::{Bits, Bricks, Dense, Octree};
 use rayon::prelude::*;
 use std::cell::RefCell;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
-
-/// What rays are marched through.
-#[derive(Clone, Copy)]
-pub enum Through<'a> {
-    /// The field itself.
-    Field,
-    /// The field with nothing pruned, as a GPU marches through it: what pruning is held against.
-    WholeField,
-    /// A dense volume.
-    Dense(&'a Dense),
-    /// An octree of bricks.
-    Octree(&'a Octree, Descent),
-    /// Sparse bricks.
-    Bricks(&'a Bricks),
-    /// Not marched but drawn: triangles. Light and materials are the field's.
-    Mesh(Triangles<'a>),
-}
 
 thread_local! {
     /// Kept as long as the thread: a frame allocates nothing but its picture.
@@ -44,19 +20,19 @@ thread_local! {
 
 /// Draw on the CPU, on rayon's current threads: `frames` as [`crate::frames`] makes them, one a sample. Primary rays and
 /// normals are what `through` gives, and of sparse bricks the light; materials are the field's, and so is other light. The picture's hits are left out.
-pub fn render(program: &Program, through: Through<'_>, frames: &[Frame]) -> Picture {
+pub fn render(program: &Program, through: &dyn Through, frames: &[Frame]) -> Picture {
     draw(program, through, frames, false, &Control::default())
 }
 
 /// The same with what the first sample of each pixel hit.
-pub fn render_with_hits(program: &Program, through: Through<'_>, frames: &[Frame]) -> Picture {
+pub fn render_with_hits(program: &Program, through: &dyn Through, frames: &[Frame]) -> Picture {
     draw(program, through, frames, true, &Control::default())
 }
 
 /// The same, with or without hits, told and stopped by somebody else; `None` if it was cancelled before the last tile was drawn.
 pub fn render_controlled(
     program: &Program,
-    through: Through<'_>,
+    through: &dyn Through,
     frames: &[Frame],
     keeps_hits: bool,
     control: &Control,
@@ -67,7 +43,7 @@ pub fn render_controlled(
 
 fn draw(
     program: &Program,
-    through: Through<'_>,
+    through: &dyn Through,
     frames: &[Frame],
     keeps_hits: bool,
     control: &Control,
@@ -79,15 +55,10 @@ fn draw(
     let pixels = width as usize * height as usize;
     let mut rgb = vec![0; 3 * pixels];
     let mut hits = vec![Hit::default(); if keeps_hits { pixels } else { 0 }];
-    let rays = Rays::new(through, first);
-    // Bricks tell light themselves; all else but the whole field asks what is near.
-    let asks_near = match through {
-        Through::Field => true,
-        Through::Dense(_) | Through::Octree(..) | Through::Mesh(_) => {
-            first.show == abi::SHOW_SHADED
-        }
-        Through::WholeField | Through::Bricks(_) => false,
-    };
+    let rays = through.rays(first);
+    let asks_near = rays
+        .as_ref()
+        .is_some_and(|rays| rays.asks_field(first.show));
     let near = asks_near.then(|| near_field(program, first)).flatten();
     let counts = Mutex::new(Counts::default());
     let hit_pixels = AtomicUsize::new(0);
@@ -99,13 +70,8 @@ fn draw(
         .zip(tile_rows(&mut rgb, width, 3))
         .zip(hit_rows)
         .for_each_init(
-            || {
-                (
-                    Probe::new(program, near.as_ref()),
-                    PrunedField::new(program),
-                )
-            },
-            |(probe, pruned), ((&tile, rgb_rows), mut hit_rows)| {
+            || Probe::new(program, near.as_ref()),
+            |probe, ((&tile, rgb_rows), mut hit_rows)| {
                 if control.is_cancelled() {
                     return;
                 }
@@ -114,7 +80,9 @@ fn draw(
                     own.colors.resize(tile.area(), [0.0; 4]);
                     own.hits.resize(tile.area(), Hit::default());
                     for (i, frame) in frames.iter().enumerate() {
-                        rays.trace(frame, tile, (pruned, probe), scratch, &mut own.hits);
+                        if let Some(rays) = &rays {
+                            rays.trace(frame, tile, probe, scratch, &mut own.hits);
+                        }
                         if i == 0 {
                             own.counts.add(&own.hits);
                             let rows = own.hits.chunks(tile.width as usize);
@@ -122,7 +90,7 @@ fn draw(
                                 to.copy_from_slice(from);
                             }
                         }
-                        let air = rays.air();
+                        let air = rays.as_ref().and_then(|rays| rays.air());
                         shade_tile(frame, tile, probe, air, scratch, &own.hits, &mut own.colors);
                     }
                     own.rgb.resize(3 * tile.area(), 0);
@@ -152,61 +120,14 @@ fn draw(
     }
 }
 
-/// What rays are marched through, made ready once a picture.
-enum Rays<'a> {
-    Field,
-    WholeField,
-    Dense(Box<DenseRays<'a>>),
-    Eight(OctreeRays<'a, i8>),
-    Sixteen(OctreeRays<'a, i16>),
-    Bricks(BrickRays<'a>),
-    Mesh(Raster<'a>),
-    /// Of a volume whose texels are not of the type that its encoding says; its constructors let none arise.
-    Nothing,
-}
+/// A program of as many operands is asked by what is near each point.
+const MANY: usize = 1024;
 
-impl<'a> Rays<'a> {
-    fn new(through: Through<'a>, first: &Frame) -> Self {
-        let rays = match through {
-            Through::Field => Some(Self::Field),
-            Through::WholeField => Some(Self::WholeField),
-            Through::Dense(dense) => DenseRays::new(dense).map(|rays| Self::Dense(Box::new(rays))),
-            Through::Bricks(bricks) => BrickRays::new(bricks).map(Self::Bricks),
-            Through::Mesh(mesh) => Some(Self::Mesh(Raster::new(mesh, first))),
-            Through::Octree(octree, descent) => match octree.layout().encoding.bits {
-                Bits::Eight => OctreeRays::new(octree, descent).map(Self::Eight),
-                Bits::Sixteen => OctreeRays::new(octree, descent).map(Self::Sixteen),
-            },
-        };
-        rays.unwrap_or(Self::Nothing)
+/// What is near where, if that pays: made once a picture, for the places that its rays and its light come to.
+fn near_field<'a>(program: &'a Program, frame: &Frame) -> Option<NearField<'a>> {
+    if program.operand_count() < MANY {
+        return None;
     }
-
-    /// What light is gathered by.
-    fn air(&self) -> Air<'_, 'a> {
-        match self {
-            Self::Bricks(bricks) => Air::Bricks(bricks),
-            _ => Air::Field,
-        }
-    }
-
-    fn trace(
-        &self,
-        frame: &Frame,
-        tile: Tile,
-        (pruned, probe): (&mut PrunedField<'_>, &mut Probe<'_>),
-        scratch: &mut TileScratch,
-        out: &mut [Hit],
-    ) {
-        match self {
-            Self::Field if probe.is_near() => trace_tile(frame, tile, probe, scratch, out),
-            Self::Field => trace_pruned(frame, tile, pruned, &mut probe.evaluator, scratch, out),
-            Self::WholeField => trace_tile(frame, tile, probe, scratch, out),
-            Self::Dense(rays) => trace_dense(frame, tile, rays, scratch, out),
-            Self::Eight(rays) => trace_volume(frame, tile, rays, out),
-            Self::Sixteen(rays) => trace_volume(frame, tile, rays, out),
-            Self::Bricks(rays) => trace_bricks(frame, tile, rays, probe, scratch, out),
-            Self::Mesh(raster) => raster.draw(frame, tile, &mut scratch.directions, out),
-            Self::Nothing => {}
-        }
-    }
+    let (around, far) = light_reach(frame);
+    NearField::new(program, around, far)
 }

@@ -1,26 +1,36 @@
 //! A thread's buffers.
 
-use crate::bricks::Near;
-use crate::cones::Cones;
-use crate::slabs::Slabs;
 use crate::statistics::Counts;
 use crate::wave::{Points, Starts, Wave};
 use argil_abi::{Hit, MaterialWords};
-use glam::Vec3;
+use std::any::Any;
 
 /// A thread's buffers, kept from tile to tile and from picture to picture.
 #[derive(Default)]
 pub struct TileScratch {
     pub(crate) starts: Starts,
     pub(crate) wave: Wave,
-    pub(crate) cones: Cones,
-    pub(crate) near: Near,
-    pub(crate) slabs: Slabs,
+    pub(crate) own: Own,
     pub(crate) points: Points,
     pub(crate) hits: Vec<u32>,
-    /// Of each pixel, where triangles are drawn.
-    pub(crate) directions: Vec<Vec3>,
     pub(crate) shading: Shading,
+}
+
+/// The buffers that only one way to march needs, each made when it is first asked for.
+#[derive(Default)]
+pub struct Own(Vec<Box<dyn Any + Send>>);
+
+impl Own {
+    /// Those of a type.
+    pub fn of<T: Default + Send + 'static>(&mut self) -> &mut T {
+        let place = self.0.iter().position(|one| one.is::<T>());
+        let place = place.unwrap_or_else(|| {
+            self.0.push(Box::new(T::default()));
+            self.0.len() - 1
+        });
+        let own = self.0[place].downcast_mut();
+        own.expect("the place was found by its type")
+    }
 }
 
 /// What a thread makes of a tile before it goes into the picture.

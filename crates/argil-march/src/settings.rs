@@ -35,6 +35,16 @@ pub enum Normals {
     Field,
 }
 
+/// Where look-ups in an octree begin.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Descent {
+    /// At the root, as in the study.
+    #[default]
+    Root,
+    /// At the deepest node that is shared with the look-up before.
+    Path,
+}
+
 /// How to draw. Lengths in the scene's unit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
@@ -50,6 +60,8 @@ pub struct Settings {
     pub normal_bias: Option<f32>,
     /// Where bricks take normals from.
     pub normals: Normals,
+    /// Where look-ups in an octree begin.
+    pub descent: Descent,
     /// Rays a pixel, from 1 to 64.
     pub samples: u32,
     /// Whether a ground plane lies under the scene.
@@ -67,6 +79,7 @@ impl Default for Settings {
             epsilon: None,
             normal_bias: None,
             normals: Normals::default(),
+            descent: Descent::default(),
             samples: 1,
             ground: false,
             sun_degrees: [60.0, 50.0],
@@ -95,7 +108,7 @@ pub fn frames(
         lattice.map_or(of_radius * radius, |lattice| of_voxel * lattice.voxel)
     };
     let epsilon = settings.epsilon.unwrap_or(own(1e-4, 0.02));
-    let bias = settings
+    let normal_bias = settings
         .normal_bias
         .unwrap_or_else(|| match settings.normals {
             Normals::Field => 5e-4 * radius,
@@ -125,9 +138,8 @@ pub fn frames(
         elevation.cos() * azimuth.sin(),
         elevation.sin(),
         elevation.cos() * azimuth.cos(),
-        radius,
     ];
-    let floor = if solid.is_finite() {
+    let ground_y = if solid.is_finite() {
         solid.min.y
     } else {
         focus.min.y
@@ -146,25 +158,29 @@ pub fn frames(
         Show::Nodes => abi::SHOW_NODES,
     };
     let samples = settings.samples.clamp(1, 64);
-    let with = |v: Vec3, w: f32| [v.x, v.y, v.z, w];
     (0..samples)
         .map(|sample| {
-            let [jx, jy] = offset(sample, samples);
+            let [jitter_x, jitter_y] = offset(sample, samples);
             Frame {
-                eye_step: with(camera.eye, 1.0 / program.lipschitz()),
-                right: with(right * half_width, 0.0),
-                up: with(up * half_height, 0.0),
-                forward: with(forward, 0.0),
-                box_min_epsilon: with(min, epsilon),
-                box_max_bias: with(max, bias),
-                sun_radius: sun,
-                ground_jitter: [floor, if settings.ground { 1.0 } else { 0.0 }, jx, jy],
+                eye: camera.eye.to_array(),
+                inv_lipschitz: 1.0 / program.lipschitz(),
+                right: (right * half_width).to_array(),
+                jitter_x,
+                up: (up * half_height).to_array(),
+                jitter_y,
+                forward: forward.to_array(),
+                ground_y,
+                box_min: min.to_array(),
+                epsilon,
+                box_max: max.to_array(),
+                normal_bias,
+                sun,
+                radius,
                 width,
                 height,
                 first_row: 0,
                 max_steps: settings.max_steps,
                 show,
-                instr_count: program.instrs().len() as u32,
                 sample_weight: 1.0 / samples as f32,
                 far: 60.0 * radius,
                 depth_near: focus.distance(camera.eye),
@@ -178,7 +194,11 @@ pub fn frames(
                     Normals::Smooth => abi::NORMALS_SMOOTH,
                     Normals::Field => abi::NORMALS_FIELD,
                 },
-                pad2: 0,
+                has_ground: u32::from(settings.ground),
+                descent: match settings.descent {
+                    Descent::Root => abi::DESCENT_ROOT,
+                    Descent::Path => abi::DESCENT_PATH,
+                },
             }
         })
         .collect()

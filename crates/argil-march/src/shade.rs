@@ -6,14 +6,13 @@
 //! the surface is than an open one along the normal (after Evans, "Fast approximations for global illumination on
 //! dynamic scenes", 2006). Tone curve: Narkowicz's fit of ACES (2015).
 
-use crate::bricks::BrickRays;
 use crate::camera::{bounds_of, primary_ray};
 use crate::probe::Probe;
 use crate::scratch::{Shading, TileScratch};
+use crate::through::Air;
 use crate::tile::Tile;
 use crate::wave::Points;
 use argil_abi::{self as abi, Frame, Hit, MaterialWords};
-use argil_field::LANES;
 use argil_math::{Aabb, Ray};
 use glam::{Vec3, vec3};
 
@@ -31,48 +30,30 @@ const GROUND: MaterialWords = MaterialWords {
     emission_metallic: [0.0, 0.0, 0.0, 0.0],
 };
 
-/// What tells how far the surface is from points in the air: light is gathered by it.
+/// Light is gathered by what is stored, or by the exact field.
 #[derive(Clone, Copy)]
-pub(crate) enum Air<'a, 'b> {
-    /// The exact field.
-    Field,
-    /// Sparse bricks.
-    Bricks(&'a BrickRays<'b>),
-}
+struct Sky<'a>(Option<&'a dyn Air>);
 
-impl Air<'_, '_> {
+impl Sky<'_> {
     /// What is stored of the material at a point of a surface, given the direction out of the solid.
     fn material(self, probe: &Probe<'_>, point: Vec3, outwards: Vec3) -> Option<MaterialWords> {
-        match self {
-            Self::Field => None,
-            Self::Bricks(bricks) => {
-                let materials = probe.evaluator.program().materials();
-                bricks.material(point, outwards, materials)
-            }
-        }
+        let materials = probe.evaluator.program().materials();
+        self.0?.material(point, outwards, materials)
     }
 
     /// Fill `d` of some points.
     fn measure(self, probe: &mut Probe<'_>, points: &mut Points) {
-        match self {
-            Self::Field => probe.measure(points),
-            Self::Bricks(bricks) => {
-                let Points { x, y, z, d } = points;
-                d.resize(x.len(), 0.0);
-                for first in (0..x.len()).step_by(LANES) {
-                    let r = first..(first + LANES).min(x.len());
-                    let p = [&x[r.clone()], &y[r.clone()], &z[r.clone()]];
-                    bricks.estimates(p, &mut d[r]);
-                }
-            }
+        match self.0 {
+            None => probe.measure(points),
+            Some(air) => air.measure(points),
         }
     }
 
     /// Distances that are no less are not told apart.
     fn far(self, probe: &Probe<'_>) -> f32 {
-        match self {
-            Self::Field => probe.far(),
-            Self::Bricks(_) => f32::INFINITY,
+        match self.0 {
+            None => probe.far(),
+            Some(_) => f32::INFINITY,
         }
     }
 }
@@ -81,7 +62,7 @@ impl Air<'_, '_> {
 pub(crate) fn light_reach(frame: &Frame) -> (Aabb, f32) {
     let bounds = bounds_of(frame);
     let tap = tap_height(frame, OCCLUSION_TAPS - 1);
-    let bias = frame.box_max_bias[3];
+    let bias = frame.normal_bias;
     let around = bounds.grown(tap + 2.0 * bias);
     // A shadow is cast from farther away the farther that is, and no ray is longer than the box.
     let penumbra = 2.0 * bounds.half_diagonal() / SHADOW_SHARPNESS;
@@ -97,7 +78,7 @@ pub(crate) fn shade_tile(
     frame: &Frame,
     tile: Tile,
     probe: &mut Probe<'_>,
-    air: Air<'_, '_>,
+    air: Option<&dyn Air>,
     scratch: &mut TileScratch,
     hits: &[Hit],
     out: &mut [[f32; 4]],
@@ -106,7 +87,7 @@ pub(crate) fn shade_tile(
         points, shading, ..
     } = scratch;
     if frame.show == abi::SHOW_SHADED {
-        shading.gather(frame, tile, probe, air, points, hits);
+        shading.gather(frame, tile, probe, Sky(air), points, hits);
     }
     let mut next_lit = 0;
     for (i, (hit, out)) in hits.iter().zip(out).enumerate().take(tile.area()) {
@@ -159,7 +140,7 @@ impl Shading {
         frame: &Frame,
         tile: Tile,
         probe: &mut Probe<'_>,
-        air: Air<'_, '_>,
+        air: Sky<'_>,
         points: &mut Points,
         hits: &[Hit],
     ) {
@@ -229,13 +210,13 @@ impl Shading {
         &mut self,
         frame: &Frame,
         probe: &mut Probe<'_>,
-        air: Air<'_, '_>,
+        air: Sky<'_>,
         points: &mut Points,
         surface: impl Fn(u32) -> (Vec3, Vec3),
     ) {
         let sun = sun_direction(frame);
         let bounds = bounds_of(frame);
-        let (epsilon, step_scale) = (frame.box_min_epsilon[3], frame.eye_step[3]);
+        let (epsilon, step_scale) = (frame.epsilon, frame.inv_lipschitz);
         let wave = &mut self.wave;
         self.sun.clear();
         self.sun.resize(self.lit.len(), 1.0);
@@ -303,14 +284,14 @@ impl Shading {
 }
 
 fn sun_direction(frame: &Frame) -> Vec3 {
-    let [x, y, z, _] = frame.sun_radius;
+    let [x, y, z] = frame.sun;
     vec3(x, y, z)
 }
 
 /// How far above the surface a tap of the occlusion is.
 fn tap_height(frame: &Frame, tap: usize) -> f32 {
     let step = (tap + 1) as f32 / OCCLUSION_TAPS as f32;
-    frame.sun_radius[3] * 0.16 * step * step
+    frame.radius * 0.16 * step * step
 }
 
 /// How much of the sky a point sees, from the distances at its taps, which are told apart below `far`.
@@ -319,8 +300,8 @@ fn openness(frame: &Frame, p: Vec3, n: Vec3, taps: &[f32], far: f32) -> f32 {
     for (tap, &d) in taps.iter().enumerate() {
         let height = tap_height(frame, tap);
         let d = if d < far { d } else { f32::INFINITY };
-        let above_ground = p.y + n.y * height - frame.ground_jitter[0];
-        let d = if frame.ground_jitter[1] > 0.0 {
+        let above_ground = p.y + n.y * height - frame.ground_y;
+        let d = if frame.has_ground != 0 {
             d.min(above_ground)
         } else {
             d
@@ -338,7 +319,7 @@ fn sky(frame: &Frame, direction: Vec3) -> Vec3 {
     let below = HORIZON.lerp(BELOW, (-up * 4.0).clamp(0.0, 1.0));
     let base = if up >= 0.0 { above } else { below };
     // With a ground there is nothing below the horizon to see but haze.
-    let hazy = if frame.ground_jitter[1] > 0.0 && up < 0.0 {
+    let hazy = if frame.has_ground != 0 && up < 0.0 {
         HORIZON
     } else {
         base

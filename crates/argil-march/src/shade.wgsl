@@ -4,7 +4,7 @@ const PI: f32 = 3.1415927;
 
 fn tap_height(tap: u32) -> f32 {
     let step = f32(tap + 1u) / f32(OCCLUSION_TAPS);
-    return frame.sun_radius.w * 0.16 * step * step;
+    return frame.radius * 0.16 * step * step;
 }
 
 // How much of the sky a point sees.
@@ -14,8 +14,8 @@ fn openness(p: vec3<f32>, n: vec3<f32>) -> f32 {
     for (var tap = 0u; tap < OCCLUSION_TAPS; tap++) {
         let height = tap_height(tap);
         var d = air_distance(p + n * height);
-        if frame.ground_jitter.y > 0.0 {
-            d = min(d, p.y + n.y * height - frame.ground_jitter.x);
+        if frame.has_ground != 0u {
+            d = min(d, p.y + n.y * height - frame.ground_y);
         }
         closed += weight * max(height - d, 0.0) / height;
         weight *= 0.75;
@@ -34,8 +34,8 @@ fn shadow(@builtin(global_invocation_id) id: vec3<u32>) {
     let hit = hits[at];
     let n = hit.normal_t.xyz;
     let view = primary_ray(id.x, y);
-    let epsilon = frame.box_min_epsilon.w;
-    let ray = Ray(view.origin + view.direction * hit.normal_t.w + n * frame.lift, frame.sun_radius.xyz);
+    let epsilon = frame.epsilon;
+    let ray = Ray(view.origin + view.direction * hit.normal_t.w + n * frame.lift, frame.sun);
     let span = box_span(ray);
     var share = hit.sun_share;
     var t = hit.sun_t;
@@ -51,7 +51,7 @@ fn shadow(@builtin(global_invocation_id) id: vec3<u32>) {
         let d = air_distance(ray.origin + ray.direction * t);
         let own = clamp(SHADOW_SHARPNESS * d / max(t, epsilon), 0.0, 1.0);
         share = min(share, own);
-        t += max(d * frame.eye_step.w, 2.0 * epsilon);
+        t += max(d * frame.inv_lipschitz, 2.0 * epsilon);
         if own <= 0.005 || t >= span.y {
             t = -1.0;
         }
@@ -65,8 +65,8 @@ fn sky(direction: vec3<f32>) -> vec3<f32> {
     let above = mix(HORIZON, ZENITH, sqrt(max(up, 0.0)));
     let below = mix(HORIZON, BELOW, clamp(-up * 4.0, 0.0, 1.0));
     let base = select(below, above, up >= 0.0);
-    let hazy = select(base, HORIZON, frame.ground_jitter.y > 0.0 && up < 0.0);
-    let glow = max(dot(direction, frame.sun_radius.xyz), 0.0);
+    let hazy = select(base, HORIZON, frame.has_ground != 0u && up < 0.0);
+    let glow = max(dot(direction, frame.sun), 0.0);
     let glow2 = glow * glow;
     let glow8 = glow2 * glow2 * glow2 * glow2;
     return hazy + vec3(0.25, 0.18, 0.08) * (glow8 * glow8);
@@ -85,7 +85,7 @@ fn lit(ray: Ray, hit: Hit, material: MaterialWords, sunlit: f32, open: f32) -> v
     let metallic = material.emission_metallic.w;
     let n = hit.normal_t.xyz;
     let view = -ray.direction;
-    let sun = frame.sun_radius.xyz;
+    let sun = frame.sun;
     let facing = max(dot(n, view), 1e-3);
     let body = base * (1.0 - metallic);
     let mirror = mix(vec3(0.04), base, metallic);
@@ -156,8 +156,8 @@ fn shaded(ray: Ray, hit: Hit) -> vec3<f32> {
         material = surface_material(p, select(n, -n, hit.kind == HIT_INSIDE));
     }
     let reach = tap_height(OCCLUSION_TAPS - 1u);
-    let low = frame.box_min_epsilon.xyz - reach;
-    let high = frame.box_max_bias.xyz + reach;
+    let low = frame.box_min - reach;
+    let high = frame.box_max + reach;
     var open = 1.0;
     if is_solid || (all(p >= low) && all(p <= high)) {
         open = openness(p, n);

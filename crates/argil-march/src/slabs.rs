@@ -6,16 +6,18 @@
 //! own frusta need no more of them than there are pixels).
 //!
 //! *Practice.* A group of 64×64 pixels is cut along its rays into slabs, measured in one run of the interpreter. Slab
-//! by slab, as long as rays are left, its blocks of 32×32 pixels are measured in one run more, and each block's rays march
+//! by slab, as long as rays are left, its blocks of 16×16 pixels are measured in one run more, and each block's rays march
 //! to the slab's end by their own list, which gives the normals of those that hit as well. A
 //! scene of many brushes is marched by what is near each point instead.
 
 use crate::camera::bounds_of;
+use crate::probe::Probe;
 use crate::scratch::TileScratch;
+use crate::through::{Rays, Through};
 use crate::tile::Tile;
-use crate::trace::{flagged, lay_ground};
+use crate::trace::{flagged, lay_ground, trace_tile};
 use argil_abi::{self as abi, Frame, Hit, Instr};
-use argil_field::{CELLS, ClearTerms, Evaluator, LANES, Program, Pruner};
+use argil_field::{CELLS, ClearTerms, Evaluator, LANES};
 use glam::Vec3;
 use multiversion::multiversion;
 use std::ops::Range;
@@ -39,17 +41,32 @@ const RAYS: usize = (BLOCK * BLOCK) as usize;
 
 const _: () = assert!(RAYS.is_multiple_of(LANES) && BLOCKS <= CELLS && SLABS <= CELLS);
 
-/// What a thread needs of a program.
-pub(crate) struct PrunedField<'a> {
-    pruner: Pruner<'a>,
-    program: &'a Program,
+/// The field itself; of many operands by what is near each point, else by lists for slabs of rays.
+pub struct Field;
+
+impl Through for Field {
+    fn rays<'a>(&'a self, _: &Frame) -> Option<Box<dyn Rays + 'a>> {
+        Some(Box::new(Self))
+    }
 }
 
-impl<'a> PrunedField<'a> {
-    pub fn new(program: &'a Program) -> Self {
-        Self {
-            pruner: Pruner::new(program),
-            program,
+impl Rays for Field {
+    fn asks_field(&self, _: u32) -> bool {
+        true
+    }
+
+    fn trace(
+        &self,
+        frame: &Frame,
+        tile: Tile,
+        probe: &mut Probe<'_>,
+        scratch: &mut TileScratch,
+        out: &mut [Hit],
+    ) {
+        if probe.is_near() {
+            trace_tile(frame, tile, probe, scratch, out);
+        } else {
+            trace_pruned(frame, tile, probe, scratch, out);
         }
     }
 }
@@ -149,27 +166,27 @@ impl Block {
 }
 
 /// What the primary ray of each pixel of a tile hits, row by row, into `out`.
-pub(crate) fn trace_pruned(
+fn trace_pruned(
     frame: &Frame,
     tile: Tile,
-    field: &mut PrunedField<'_>,
-    evaluator: &mut Evaluator<'_>,
+    probe: &mut Probe<'_>,
     scratch: &mut TileScratch,
     out: &mut [Hit],
 ) {
-    let TileScratch { starts, slabs, .. } = scratch;
+    let TileScratch { starts, own, .. } = scratch;
+    let slabs: &mut Slabs = own.of();
     starts.fill(frame, tile);
     out[..tile.area()].fill(Hit::default());
     slabs.blocks.resize_with(BLOCKS, Block::new);
-    let bias = frame.box_max_bias[3];
+    let bias = frame.normal_bias;
     let around = bounds_of(frame).grown(bias);
-    let terms = field.program.clear_terms(around);
+    let terms = probe.program.clear_terms(around);
     for row in (0..tile.rows).step_by(GROUP as usize) {
         for column in (0..tile.width).step_by(GROUP as usize) {
             let Some(span) = slabs.take_up(frame, tile, starts, column, row) else {
                 continue;
             };
-            slabs.march(frame, tile, span, &terms, field, evaluator, out);
+            slabs.march(frame, tile, span, &terms, probe, out);
         }
     }
     lay_ground(frame, tile, out);
@@ -253,12 +270,11 @@ impl Slabs {
         tile: Tile,
         (axis, first, last): (Vec3, f32, f32),
         terms: &ClearTerms,
-        field: &mut PrunedField<'_>,
-        evaluator: &mut Evaluator<'_>,
+        probe: &mut Probe<'_>,
         out: &mut [Hit],
     ) {
-        let eye = Vec3::new(frame.eye_step[0], frame.eye_step[1], frame.eye_step[2]);
-        let bias = frame.box_max_bias[3];
+        let eye = Vec3::new(frame.eye[0], frame.eye[1], frame.eye[2]);
+        let bias = frame.normal_bias;
         let thick = (last - first) / SLABS as f32;
         let begin_of = |slab: usize| first + thick * slab as f32;
         // The balls that hold a slab's rays, and the points around hits.
@@ -268,8 +284,8 @@ impl Slabs {
         let centers: [Vec3; SLABS] =
             std::array::from_fn(|slab| eye + axis * (begin_of(slab) + 0.5 * thick));
         let mut group_d = [0.0; SLABS];
-        let instrs = field.program.instrs();
-        field
+        let instrs = probe.program.instrs();
+        probe
             .pruner
             .mark(instrs, &centers, group_radius, &mut group_d);
         // Marks are good for one run: the lists first.
@@ -281,7 +297,7 @@ impl Slabs {
                 continue;
             }
             let from = self.group_list.len();
-            field.pruner.list(instrs, slab, &mut self.group_list);
+            probe.pruner.list(instrs, slab, &mut self.group_list);
             *stretch = (from, self.group_list.len());
         }
 
@@ -305,7 +321,7 @@ impl Slabs {
             }
             let mut d = [0.0; BLOCKS];
             let list = &self.group_list[from..to];
-            field.pruner.mark(list, &centers, block_radius, &mut d);
+            probe.pruner.mark(list, &centers, block_radius, &mut d);
             let mut is_left = false;
             for (k, block) in self.blocks.iter_mut().enumerate() {
                 if block.count == 0 {
@@ -313,10 +329,18 @@ impl Slabs {
                 }
                 if terms.radius(d[k]) <= block_radius {
                     self.block_list.clear();
-                    field.pruner.list(list, k, &mut self.block_list);
+                    probe.pruner.list(list, k, &mut self.block_list);
                     let lanes = &mut self.lanes;
                     let span = (begin_of(slab), end);
-                    block.march(frame, tile, span, &self.block_list, evaluator, lanes, out);
+                    block.march(
+                        frame,
+                        tile,
+                        span,
+                        &self.block_list,
+                        &mut probe.evaluator,
+                        lanes,
+                        out,
+                    );
                 }
                 is_left |= block.t[..block.count].iter().any(|&t| t < f32::INFINITY);
             }
@@ -378,7 +402,7 @@ impl Block {
 
     /// Write down what has hit.
     fn end_rays(&mut self, frame: &Frame, lanes: &mut Lanes, out: &mut [Hit]) {
-        let [ex, ey, ez, _] = frame.eye_step;
+        let [ex, ey, ez] = frame.eye;
         for (goes, reached) in lanes.goes.iter_mut().zip(&lanes.reached) {
             *goes = u8::from(*reached > 0.0);
         }
@@ -461,7 +485,7 @@ fn place(block: &Block, frame: &Frame, end: f32, lanes: &mut Lanes) -> usize {
     }
     lanes.goes[n..].fill(0);
     for (axis, p) in lanes.p.iter_mut().enumerate() {
-        let eye = frame.eye_step[axis];
+        let eye = frame.eye[axis];
         let lanes = block.direction[axis][..n].iter().zip(t);
         for (p, (direction, &t)) in p[..n].iter_mut().zip(lanes) {
             // A ray that has ended is somewhere.
@@ -475,7 +499,7 @@ fn place(block: &Block, frame: &Frame, end: f32, lanes: &mut Lanes) -> usize {
 /// One step of the rays that go; whether any hits.
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl", "x86_64+avx2"))]
 fn step(block: &mut Block, frame: &Frame, slab_end: f32, lanes: &mut Lanes) -> bool {
-    let (epsilon, scale) = (frame.box_min_epsilon[3], frame.eye_step[3]);
+    let (epsilon, scale) = (frame.epsilon, frame.inv_lipschitz);
     let (pixel, max_steps) = (frame.pixel, frame.max_steps);
     let mut any = 0u32;
     for k in 0..RAYS / STRETCH {
@@ -544,7 +568,7 @@ fn normals(
     evaluator: &mut Evaluator<'_>,
     out: &mut [Hit],
 ) {
-    let bias = frame.box_max_bias[3];
+    let bias = frame.normal_bias;
     let [mut x, mut y, mut z, mut d] = [[0.0f32; LANES]; 4];
     for part in hits.chunks(LANES / DIFFERENCES) {
         let places = x

@@ -24,6 +24,33 @@ pub struct Statistics {
     pub cells: Spread,
 }
 
+impl Statistics {
+    /// Of what some pixels' rays did, as `resolve.wgsl` counts it: in the first histogram, the steps of rays that looked up distances
+    /// alone; in the others, of those that looked up nodes or cells, their steps, samples, nodes and cells. Rays in none did nothing.
+    pub fn of_histograms(
+        pixels: u64,
+        [alone, steps, samples, descents, cells]: [&[u32]; 5],
+    ) -> Self {
+        let all = |histograms: [&[u32]; 2]| {
+            let mut all = Histogram::default();
+            for (count, rays) in histograms.iter().flat_map(|own| (0..).zip(own.iter())) {
+                if *rays > 0 {
+                    all.add(count, u64::from(*rays));
+                }
+            }
+            let counted: u64 = all.0.iter().sum();
+            all.add(0, pixels.saturating_sub(counted));
+            all.spread()
+        };
+        Self {
+            steps: all([alone, steps]),
+            samples: all([alone, samples]),
+            descents: all([descents, &[]]),
+            cells: all([cells, &[]]),
+        }
+    }
+}
+
 /// How many rays did something so many times.
 #[derive(Clone, Default)]
 struct Histogram(Vec<u64>);

@@ -3,6 +3,7 @@
 use crate::camera::primary_ray;
 use crate::probe::Probe;
 use crate::scratch::TileScratch;
+use crate::through::{Rays, Through};
 use crate::tile::Tile;
 use crate::wave::{Points, RETIRED, Starts, Wave};
 use argil_abi::{self as abi, Frame, Hit};
@@ -12,6 +13,32 @@ use glam::Vec3;
 
 /// Six points around one, two along each axis.
 const DIFFERENCES: usize = 6;
+
+/// The field with nothing pruned, as a GPU marches through it: what pruning is held against.
+pub struct WholeField;
+
+impl Through for WholeField {
+    fn rays<'a>(&'a self, _: &Frame) -> Option<Box<dyn Rays + 'a>> {
+        Some(Box::new(Self))
+    }
+}
+
+impl Rays for WholeField {
+    fn asks_field(&self, _: u32) -> bool {
+        false
+    }
+
+    fn trace(
+        &self,
+        frame: &Frame,
+        tile: Tile,
+        probe: &mut Probe<'_>,
+        scratch: &mut TileScratch,
+        out: &mut [Hit],
+    ) {
+        trace_tile(frame, tile, probe, scratch, out);
+    }
+}
 
 /// What the primary ray of each pixel of a tile hits, row by row, into `out`.
 ///
@@ -31,9 +58,8 @@ pub(crate) fn trace_tile(
         hits,
         ..
     } = scratch;
-    let [ex, ey, ez, step_scale] = frame.eye_step;
-    let eye = Vec3::new(ex, ey, ez);
-    let epsilon = frame.box_min_epsilon[3];
+    let (eye, step_scale) = (Vec3::from(frame.eye), frame.inv_lipschitz);
+    let epsilon = frame.epsilon;
 
     // Start the rays that meet the box.
     hits.clear();
@@ -157,7 +183,7 @@ pub(crate) fn end_rays(
 
 /// The points around each hit, two along each axis, whose distances make its normal.
 pub(crate) fn around(frame: &Frame, tile: Tile, hits: &[u32], points: &mut Points, out: &[Hit]) {
-    let bias = frame.box_max_bias[3];
+    let bias = frame.normal_bias;
     points.clear();
     for &pixel in hits {
         let (x, y) = tile.pixel(pixel as usize);
@@ -223,7 +249,7 @@ pub(crate) fn set_normal(
 
 /// The ground, where it is nearer.
 pub(crate) fn lay_ground(frame: &Frame, tile: Tile, out: &mut [Hit]) {
-    if frame.ground_jitter[1] <= 0.0 {
+    if frame.has_ground == 0 {
         return;
     }
     for (i, hit) in out.iter_mut().enumerate().take(tile.area()) {
@@ -254,6 +280,6 @@ fn ground(frame: &Frame, ray: Ray) -> Option<f32> {
     if ray.direction.y > -1e-6 {
         return None;
     }
-    let t = (frame.ground_jitter[0] - ray.origin.y) / ray.direction.y;
+    let t = (frame.ground_y - ray.origin.y) / ray.direction.y;
     (t > 0.0 && t < frame.far).then_some(t)
 }

@@ -14,7 +14,7 @@ fn march(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let at = y * frame.width + id.x;
     let ray = primary_ray(id.x, y);
-    let epsilon = frame.box_min_epsilon.w;
+    let epsilon = frame.epsilon;
     let span = box_span(ray);
     var t = span.x;
     var side = 0.0;
@@ -39,7 +39,7 @@ fn march(@builtin(global_invocation_id) id: vec3<u32>) {
         let gap = d * side;
         let spent = steps >= frame.max_steps;
         let reached = gap < epsilon || (spent && gap < frame.pixel * t);
-        t += gap * frame.eye_step.w;
+        t += gap * frame.inv_lipschitz;
         if reached {
             kind = select(HIT_OUTSIDE, HIT_INSIDE, side < 0.0);
         } else if spent || t > span.y {

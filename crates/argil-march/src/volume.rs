@@ -51,8 +51,8 @@ impl Walk {
         } else {
             d * self.side
         };
-        let reached = gap < frame.box_min_epsilon[3] || (is_last && gap < frame.pixel * self.t);
-        self.t += gap * frame.eye_step[3];
+        let reached = gap < frame.epsilon || (is_last && gap < frame.pixel * self.t);
+        self.t += gap * frame.inv_lipschitz;
         (gap, reached)
     }
 
@@ -86,7 +86,7 @@ pub(crate) fn trace_volume(frame: &Frame, tile: Tile, volume: &impl Marched, out
 /// By central differences, towards the side that the ray is on; where all six are the same, towards the viewer.
 fn normal(frame: &Frame, ray: Ray, hit: &Hit, volume: &impl Marched) -> Vec3 {
     let p = ray.at(hit.normal_t[3]);
-    let bias = frame.box_max_bias[3];
+    let bias = frame.normal_bias;
     let side = if hit.kind == abi::HIT_INSIDE {
         -1.0
     } else {

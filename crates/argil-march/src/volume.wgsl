@@ -21,8 +21,8 @@ fn walk_step(walk: ptr<function, Walk>, near: f32, d: f32, is_last: bool) {
     // A ray that enters the volume through a solid's cut side has hit there.
     let gap = select(d * (*walk).side, 0.0, is_first && (*walk).side > 0.0 && d < 0.0);
     (*walk).gap = gap;
-    (*walk).reached = gap < frame.box_min_epsilon.w || (is_last && gap < frame.pixel * (*walk).t);
-    (*walk).t += gap * frame.eye_step.w;
+    (*walk).reached = gap < frame.epsilon || (is_last && gap < frame.pixel * (*walk).t);
+    (*walk).t += gap * frame.inv_lipschitz;
 }
 
 fn walk_kind(walk: Walk) -> u32 {
@@ -31,7 +31,7 @@ fn walk_kind(walk: Walk) -> u32 {
 
 fn surface_normal(hit: Hit, p: vec3<f32>) -> vec3<f32> {
     let side = select(1.0, -1.0, hit.kind == HIT_INSIDE);
-    let h = frame.box_max_bias.w;
+    let h = frame.normal_bias;
     let n = vec3(
         stored_distance(p + vec3(h, 0.0, 0.0), 0u) - stored_distance(p - vec3(h, 0.0, 0.0), 0u),
         stored_distance(p + vec3(0.0, h, 0.0), 0u) - stored_distance(p - vec3(0.0, h, 0.0), 0u),

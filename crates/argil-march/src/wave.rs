@@ -33,9 +33,9 @@ fn start_row(starts: &mut Starts, frame: &Frame, tile: Tile, row: u32) {
     let range = row as usize * n..(row as usize + 1) * n;
     let bounds = bounds_of(frame);
     let y = tile.first_row + row;
-    let v = 1.0 - (y as f32 + frame.ground_jitter[3]) / frame.height as f32 * 2.0;
-    let (jitter, width) = (frame.ground_jitter[2], frame.width as f32);
-    let (forward, right, up, eye) = (frame.forward, frame.right, frame.up, frame.eye_step);
+    let v = 1.0 - (y as f32 + frame.jitter_y) / frame.height as f32 * 2.0;
+    let (jitter, width) = (frame.jitter_x, frame.width as f32);
+    let (forward, right, up, eye) = (frame.forward, frame.right, frame.up, frame.eye);
     let axis = |k: usize, u: f32| forward[k] + right[k] * u + up[k] * v;
     let tiny = |d: f32| if d.abs() < 1e-20 { 1e-20 } else { d };
     let low = |a: f32, b: f32| if b < a { b } else { a };
@@ -193,7 +193,7 @@ impl Wave {
 
 /// Points gathered to be evaluated, with whose they are.
 #[derive(Default)]
-pub(crate) struct Points {
+pub struct Points {
     pub x: Vec<f32>,
     pub y: Vec<f32>,
     pub z: Vec<f32>,

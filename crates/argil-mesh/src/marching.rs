@@ -3,4 +3,5 @@
 
 pub mod bricks;
 pub mod dense;
+pub mod surface;
 pub mod table;

@@ -8,6 +8,8 @@
 //! *Practice.* [`Dense::bake`] samples every level from the field itself, slabs in parallel, cells with what can matter in
 //! each (`fill.rs`), straight into the texels. [`Dense::bake_whole`] evaluates everything everywhere. What differs from Claybook: it makes its mips from the finest level.
 
+mod kept;
+
 use crate::encoding::encode;
 use crate::{Bits, Encoding, Lattice, Sampler, Texel, Texels, fill};
 use argil_field::{Evaluator, Program};

@@ -20,8 +20,10 @@ mod meshes;
 mod read;
 mod write;
 
-use crate::{Bricks, Dense, Encoding, Lattice, Octree};
+use crate::Volume;
 pub use meshes::StoredMesh;
+pub use read::FileReader;
+use std::borrow::Cow;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
@@ -181,48 +183,19 @@ pub enum VolumeError {
     },
 }
 
-/// A volume of any kind.
-#[derive(Clone, PartialEq)]
-#[expect(
-    clippy::large_enum_variant,
-    reason = "volumes are few, and hold megabytes elsewhere"
-)]
-pub enum Volume {
-    /// One texture.
-    Dense(Dense),
-    /// A tree of bricks.
-    Octree(Octree),
-    /// Sparse bricks.
-    Bricks(Bricks),
+/// What a volume file keeps of a volume, besides its lattice and its encoding.
+pub struct FilePart<'a> {
+    /// Three numbers of its own: of a dense volume its levels, of bricks 1, the voxels along a brick's side, and one more.
+    pub own: [u32; 3],
+    /// Its sections, what is large borrowed.
+    pub sections: Vec<(Section, Cow<'a, [u8]>)>,
 }
 
 impl Volume {
-    /// Where the voxels lie.
-    pub fn lattice(&self) -> &Lattice {
-        match self {
-            Self::Dense(dense) => dense.lattice(),
-            Self::Octree(octree) => &octree.layout().lattice,
-            Self::Bricks(bricks) => &bricks.layout().lattice,
-        }
-    }
-
-    /// What texels mean.
-    pub fn encoding(&self) -> &Encoding {
-        match self {
-            Self::Dense(dense) => dense.encoding(),
-            Self::Octree(octree) => &octree.layout().encoding,
-            Self::Bricks(bricks) => &bricks.layout().encoding,
-        }
-    }
-
-    /// Say whether the box cuts what is solid, of a volume that does not know: files of version 1 do not tell.
-    pub fn set_cut(&mut self, is_cut: bool) {
-        if let Self::Bricks(bricks) = self {
-            bricks.set_cut(is_cut);
-        }
-    }
-
     /// Writes a file's bytes, with the scene that the volume was made from, as a scene file's text, and the meshes that it names.
+    ///
+    /// # Errors
+    /// If `out` does not take them.
     pub fn write(
         &self,
         scene_json: &str,
@@ -230,33 +203,6 @@ impl Volume {
         out: impl std::io::Write,
     ) -> std::io::Result<()> {
         write::write(self, scene_json, meshes, out)
-    }
-
-    /// Bytes of everything that it holds.
-    pub fn memory_bytes(&self) -> u64 {
-        match self {
-            Self::Dense(dense) => dense.memory_bytes(),
-            Self::Octree(octree) => octree.memory_bytes(),
-            Self::Bricks(bricks) => bricks.memory_bytes(),
-        }
-    }
-}
-
-impl From<Dense> for Volume {
-    fn from(dense: Dense) -> Self {
-        Self::Dense(dense)
-    }
-}
-
-impl From<Bricks> for Volume {
-    fn from(bricks: Bricks) -> Self {
-        Self::Bricks(bricks)
-    }
-}
-
-impl From<Octree> for Volume {
-    fn from(octree: Octree) -> Self {
-        Self::Octree(octree)
     }
 }
 

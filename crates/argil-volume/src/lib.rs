@@ -24,30 +24,34 @@
 mod batch;
 mod bricks;
 mod dense;
+mod edits;
 mod encoding;
 mod file;
 mod fill;
 mod lattice;
 mod octree;
+mod representation;
 mod sample;
 mod texels;
 
 pub use batch::Levels;
 pub use bricks::{
     BLOCK_SIDE, BLOCK_WORDS, Beyond, BlockList, BlockPlan, BlockTable, Brick, BrickChanges,
-    BrickEdit, BrickLayout, BrickSampler, BrickSettings, BrickStagesMs, Bricks, BricksError,
-    CellLists, Corners, EditWork, FAR_ENTRY, FAR_SLOTS, Located, Unit, Word, center_of,
-    emptied_around, empty_word, far_words, is_brick, is_lonely,
+    BrickEdit, BrickEdits, BrickLayout, BrickSampler, BrickSettings, BrickStagesMs, Bricks,
+    BricksError, CellLists, Corners, EditWork, FAR_ENTRY, FAR_SLOTS, Located, Unit, Word,
+    center_of, emptied_around, empty_word, far_words, is_brick, is_lonely,
 };
 pub use dense::Dense;
+pub use edits::Edits;
 pub use encoding::{Bits, Encoding, Range, Texel};
-pub use file::{Section, Stored, StoredMesh, Volume, VolumeError};
+pub use file::{FilePart, FileReader, Section, Stored, StoredMesh, VolumeError};
 pub use lattice::{
     FARTHEST_VOXEL, Lattice, MOST_SPARSE, RESOLUTIONS, ResolutionError, TooFarError, VoxelError,
 };
 pub use octree::{
     Keep, Layout, Octree, OctreeError, OctreeSettings, Path, Selection, StagesMs, Tree, Visit,
 };
+pub use representation::{Representation, SparseInfo, TreeInfo, Volume, VolumeInfo};
 pub use sample::Sampler;
 pub use texels::Texels;
 

@@ -22,6 +22,7 @@
 //! where the study leaves texels as they were.
 
 mod fill;
+mod kept;
 mod select;
 mod tree;
 

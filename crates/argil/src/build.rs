@@ -1,7 +1,5 @@
 use crate::wait::wait;
-use crate::{
-    BricksOptions, BuildError, DenseOptions, MeshViaOptions, OctreeOptions, Scene, Via, World,
-};
+use crate::{BricksOptions, BuildError, DenseOptions, OctreeOptions, Scene, Via, World};
 use argil_field::Program;
 
 /// A scene that an engine has checked and lowered, and that is to become a [`World`], kept in some way.
@@ -83,30 +81,3 @@ impl<'a> Build<'a> {
         self.world.kept_anew_async(self.scene, via).await
     }
 }
-
-macro_rules! options {
-    ($($options:ident as $via:ident),*) => {$(
-        impl From<$options> for Via {
-            fn from(options: $options) -> Self {
-                Self::$via(options)
-            }
-        }
-
-        impl From<u32> for $options {
-            /// So many voxels along the longest side.
-            fn from(resolution: u32) -> Self {
-                Self {
-                    resolution,
-                    ..Self::default()
-                }
-            }
-        }
-    )*};
-}
-
-options!(
-    BricksOptions as Bricks,
-    DenseOptions as Dense,
-    OctreeOptions as Octree,
-    MeshViaOptions as Mesh
-);

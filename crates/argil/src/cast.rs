@@ -199,8 +199,8 @@ impl Query<'_> {
         // Where distances fall short of the real ones the surface is some way on.
         let point = asked.walk(probe, p).unwrap_or(p - d * normal);
         let kept = match self.source {
-            Source::Volume(argil_volume::Volume::Bricks(bricks)) if !by_field => {
-                bricks.material(point, normal, self.tables().materials())
+            Source::Volume(volume) if !by_field => {
+                volume.material_at(point, normal, self.tables().materials())
             }
             _ => None,
         };

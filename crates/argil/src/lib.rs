@@ -23,7 +23,6 @@ mod heightmap;
 mod listeners;
 mod live;
 mod lowered;
-mod mesh;
 #[cfg(feature = "mesh-files")]
 mod mesh_cache;
 mod meshes;
@@ -31,6 +30,7 @@ mod picture;
 mod probe;
 mod query;
 mod representation;
+mod triangles;
 mod wait;
 mod world;
 
@@ -54,7 +54,8 @@ pub use argil_scene::{
 pub use argil_volume::{
     Bits, Brick, BrickChanges, BrickEdit, BrickLayout, BrickSettings, Bricks, BricksError, Dense,
     Encoding, Keep, Lattice, Layout, Octree, OctreeError, OctreeSettings, Range, ResolutionError,
-    Section, Stored, TooFarError, Volume, VolumeError, VoxelError, Word,
+    Section, SparseInfo, Stored, TooFarError, TreeInfo, Volume, VolumeError, VolumeInfo,
+    VoxelError, Word,
 };
 pub use build::Build;
 pub use cast::CastHit;
@@ -63,7 +64,6 @@ pub use error::{BuildError, EngineError, GridError, PictureError, RenderError, V
 pub use glam;
 pub use listeners::Listener;
 pub use live::{Applied, Pace, Rebuilt};
-pub use mesh::{MeshError, MeshMethod, MeshNormals, MeshOptions, Meshed, save_mesh};
 pub use meshes::{
     LoadedMesh, MeshFileError, load_meshes, load_meshes_controlled, load_meshes_of, stored_scene,
 };
@@ -72,7 +72,7 @@ pub use picture::Drawn;
 pub use picture::{ReadPicture, read_png, save_png, write_png};
 pub use query::{Closest, MOST_BOXES, Overlap, Query};
 pub use representation::{
-    BricksOptions, BuildTimes, DenseOptions, MeshViaOptions, OctreeOptions, SparseInfo, TreeInfo,
-    Via, VolumeInfo,
+    BricksOptions, BuildTimes, DenseOptions, MeshViaOptions, OctreeOptions, Via,
 };
+pub use triangles::{MeshError, MeshMethod, MeshNormals, MeshOptions, Meshed, save_mesh};
 pub use world::{Orbit, World};

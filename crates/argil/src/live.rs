@@ -1,12 +1,12 @@
 //! Following a scene in place.
 
 use crate::representation::{Kept, budget_on};
-use crate::{BricksOptions, BuildError, Change, Engine, Scene};
+use crate::{BuildError, Change, Engine, Scene};
 use argil_field::{LiveProgram, Program};
 use argil_gpu::{GpuField, GpuVolume};
 use argil_math::Aabb;
 use argil_scene::{Extents, Watch};
-use argil_volume::{BrickEdit, BrickLayout, Bricks, BricksError, EditWork, Volume};
+use argil_volume::{BrickEdit, BricksError, Edits, Volume};
 use web_time::{Duration, Instant};
 
 /// How much of an edit is done at once, and what first.
@@ -85,40 +85,37 @@ pub(crate) enum Followed {
 /// No scene's identity: what was followed is not what the bricks are.
 const LOST: u64 = 0;
 
-/// Bricks, wherever they are.
-pub(crate) enum Clay<'a> {
-    Cpu(&'a mut Bricks),
+/// A volume that is changed in place, wherever it is.
+pub(crate) enum Editable<'a> {
+    Cpu(&'a mut Volume),
     Gpu(&'a mut GpuVolume, &'a mut GpuField),
 }
 
-impl<'a> Clay<'a> {
-    /// Of a world; nothing where it is not kept as bricks, or its shaders are for one scene alone.
+impl<'a> Editable<'a> {
+    /// Of a world; nothing where it is kept as no volume, or its shaders are for one scene alone.
     pub fn of(kept: &'a mut Kept, field: Option<&'a mut GpuField>) -> Option<Self> {
         match (kept, field) {
-            (Kept::Cpu(Volume::Bricks(bricks)), _) => Some(Self::Cpu(bricks)),
-            (Kept::Gpu(volume), Some(field))
-                if volume.brick_layout().is_some() && !field.is_specialized() =>
-            {
+            (Kept::Cpu(volume), _) => Some(Self::Cpu(volume)),
+            (Kept::Gpu(volume), Some(field)) if !field.is_specialized() => {
                 Some(Self::Gpu(volume, field))
             }
             _ => None,
         }
     }
 
-    /// The same voxels over a larger box.
-    fn grow(&mut self, layout: BrickLayout) -> Result<(), BuildError> {
+    fn again(&mut self) -> Editable<'_> {
         match self {
-            Self::Cpu(bricks) => bricks.grow(layout),
-            Self::Gpu(volume, field) => volume.grow(field.gpu(), layout)?,
+            Self::Cpu(volume) => Editable::Cpu(volume),
+            Self::Gpu(volume, field) => Editable::Gpu(volume, field),
         }
-        Ok(())
     }
 
-    fn layout(&self) -> Option<BrickLayout> {
+    fn grow(&mut self, edits: &dyn Edits) -> Result<(), BuildError> {
         match self {
-            Self::Cpu(bricks) => Some(*bricks.layout()),
-            Self::Gpu(volume, _) => volume.brick_layout().copied(),
+            Self::Cpu(volume) => volume.grow(edits),
+            Self::Gpu(volume, field) => volume.grow(field.gpu(), edits)?,
         }
+        Ok(())
     }
 }
 
@@ -128,12 +125,12 @@ pub(crate) struct Live {
     identity: u64,
     /// Changes of the scene that the world knows.
     seen: usize,
-    /// Of bricks: lets the scene's edits tell as much as those need.
+    /// Of what is changed in place: what edits have left to be done.
+    edits: Option<Box<dyn Edits>>,
+    /// Lets the scene's edits tell as much as that needs.
     watch: Option<Watch>,
     /// Made when it is first needed.
     program: Option<LiveProgram>,
-    /// What is left to be done.
-    work: EditWork,
     /// The boxes of edits that are not done.
     undone: Vec<Aabb>,
     /// What is known to have been done since it was last asked for.
@@ -147,18 +144,24 @@ impl Live {
         Self {
             identity: scene.identity(),
             seen: scene.change_count(),
+            edits: None,
             watch: None,
             program: None,
-            work: EditWork::default(),
             undone: Vec::new(),
             done: BrickEdit::default(),
             lost_by: Rebuilt::Refused,
         }
     }
 
-    /// Has the scene's edits tell boxes for bricks that need these bands, from now on.
-    pub fn watch(&mut self, scene: &Scene, bands: [f32; 2]) {
-        self.watch = Some(scene.watch(bands));
+    /// Has the scene's edits tell boxes for what is changed in place, from now on.
+    pub fn watch(&mut self, scene: &Scene, edits: Box<dyn Edits>, program: &Program) {
+        self.watch = Some(scene.watch(edits.bands(program)));
+        self.edits = Some(edits);
+    }
+
+    /// Whether what the world is kept as is changed in place.
+    pub fn is_in_place(&self) -> bool {
+        self.edits.is_some()
     }
 
     /// Whether a scene is the one that was built, and nothing changed that the world does not know.
@@ -184,13 +187,13 @@ impl Live {
     pub async fn follow(
         &mut self,
         scene: &Scene,
-        mut clay: Clay<'_>,
+        mut kept: Editable<'_>,
         before: Option<&Program>,
-        (engine, options): (&Engine, &BricksOptions),
+        (engine, budget): (&Engine, Option<u64>),
         pace: Option<Pace>,
     ) -> Result<Followed, BuildError> {
         let start = Instant::now();
-        let Some(mut layout) = clay.layout() else {
+        let Some(edits) = &self.edits else {
             return Ok(Followed::Not(Rebuilt::Kept));
         };
         let Some(tables) = self.tables().or(before) else {
@@ -202,7 +205,7 @@ impl Live {
         let Some(changes) = scene.changes_since(self.seen) else {
             return Ok(Followed::Not(Rebuilt::Forgotten));
         };
-        let needed = layout.least_bands(tables);
+        let needed = edits.least_bands(tables);
         let is_told = |change: &Change| change.bands.iter().zip(needed).all(|(&told, n)| told >= n);
         if !changes.iter().all(is_told) {
             return Ok(Followed::Not(Rebuilt::Bands));
@@ -220,7 +223,7 @@ impl Live {
                 let Some(before) = before else {
                     return Ok(Followed::Not(Rebuilt::Refused));
                 };
-                let live = LiveProgram::new(scene, layout.parts(before))?;
+                let live = LiveProgram::new(scene, edits.parts(before))?;
                 if !live.relies_on_the_same_as(before) {
                     return Ok(Followed::Not(Rebuilt::Reliance));
                 }
@@ -230,56 +233,56 @@ impl Live {
             }
         };
         let (put, touched_ends) = first_put.unwrap_or_else(|| live.put());
-        let held = layout.lattice.aabb().grown(-2.0 * layout.lattice.voxel);
+        let lattice = *edits.lattice();
+        let held = lattice.aabb().grown(-2.0 * lattice.voxel);
         let is_held = put.is_empty() || (held.contains(put.min) && held.contains(put.max));
-        if touched_ends || (!is_held && !layout.lattice.is_cut) {
+        if touched_ends || (!is_held && !lattice.is_cut) {
             let solid = Extents::of(scene).outer(Scene::ROOT).aabb;
             let is_endless = !solid.is_finite() && !solid.is_empty();
-            if is_endless != layout.lattice.is_cut {
+            if is_endless != lattice.is_cut {
                 return Ok(self.not(Rebuilt::Cut));
             }
             // The program has gone ahead, whatever comes of it.
-            let grown = match layout.grown_to(solid) {
-                Ok(grown) => grown,
-                Err(error) => return Err(self.lost(BricksError::from(error).into())),
+            let grown = match &mut self.edits {
+                Some(edits) => match edits.grow_to(solid) {
+                    Ok(true) => kept.grow(&**edits),
+                    Ok(false) => Ok(()),
+                    Err(error) => Err(BricksError::from(error).into()),
+                },
+                None => Ok(()),
             };
-            if grown != layout {
-                if let Err(error) = clay.grow(grown) {
-                    return Err(self.lost(error));
-                }
-                layout = grown;
+            if let Err(error) = grown {
+                return Err(self.lost(error));
             }
         }
-        let Some(live) = &mut self.program else {
+        let (Some(live), Some(edits)) = (&mut self.program, &mut self.edits) else {
             return Ok(Followed::Not(Rebuilt::Refused));
         };
         self.seen = scene.change_count();
         if let Some(watch) = &self.watch {
-            watch.set(layout.bands(live.program()));
+            watch.set(edits.bands(live.program()));
         }
-        if let Clay::Gpu(_, field) = &mut clay
+        if let Editable::Gpu(_, field) = &mut kept
             && let Err(error) = field.follow(live)
         {
             return Err(self.lost(error.into()));
         }
         let boxes: Vec<[Aabb; 2]> = changes.iter().flat_map(Change::boxes).collect();
-        let Some(work) = EditWork::new(&layout, live, &boxes) else {
+        if !edits.take_on(live, &boxes) {
             return Ok(self.not(Rebuilt::Wide));
-        };
-        let left = std::mem::replace(&mut self.work, work);
-        self.work.take_on(&layout, live, left);
-        self.undone.extend(boxes.iter().map(|[dirty, _]| *dirty));
-        if let Some(pace) = pace {
-            self.work.sort_by_distance(&layout, pace.eye.into());
         }
-        if let Err(error) = self.go_on(clay, (engine, options), pace, start).await {
+        if let Some(pace) = pace {
+            edits.sort_by_distance(pace.eye.into());
+        }
+        self.undone.extend(boxes.iter().map(|[dirty, _]| *dirty));
+        if let Err(error) = self.go_on(kept, (engine, budget), pace, start).await {
             return Err(self.lost(error));
         }
         let dirty_box = boxes
             .iter()
             .fold(Aabb::EMPTY, |all, [own, _]| all.union(*own));
         Ok(Followed::InPlace(Applied {
-            blocks_left: self.work.blocks(),
+            blocks_left: self.blocks_left(),
             dirty_box,
             duration_ms: start.elapsed().as_secs_f64() * 1e3,
             rebuilt: false,
@@ -290,32 +293,37 @@ impl Live {
     /// Go on with what is left to be done.
     async fn go_on(
         &mut self,
-        clay: Clay<'_>,
-        (engine, options): (&Engine, &BricksOptions),
+        kept: Editable<'_>,
+        (engine, budget): (&Engine, Option<u64>),
         pace: Option<Pace>,
         start: Instant,
     ) -> Result<(), BuildError> {
-        let Some(live) = &self.program else {
+        let (Some(live), Some(edits)) = (&self.program, &mut self.edits) else {
             return Ok(());
         };
-        let budget = budget_on(engine, options);
+        let budget = budget_on(engine, budget);
         // A number that is none, or is no time, is the least there is.
         let within = pace.map(|pace| {
             let seconds = (pace.budget_ms * 1e-3).clamp(0.0, 1e6);
             Duration::try_from_secs_f64(seconds).unwrap_or_default()
         });
-        match clay {
-            Clay::Cpu(bricks) => {
+        match kept {
+            Editable::Cpu(volume) => {
                 let until = within.map(|within| start + within);
-                self.done += bricks.edit(live, &mut self.work, budget, until)?;
+                self.done += volume.edit(live, &mut **edits, budget, until)?;
             }
-            Clay::Gpu(volume, field) => {
+            Editable::Gpu(volume, field) => {
                 volume
-                    .edit(field, live, &mut self.work, budget, within)
+                    .edit(field, live, &mut **edits, budget, within)
                     .await?;
             }
         }
         Ok(())
+    }
+
+    /// Blocks of cells that are left to be done.
+    fn blocks_left(&self) -> u64 {
+        self.edits.as_ref().map_or(0, |edits| edits.blocks_left())
     }
 
     /// Everything is to be made again, whatever comes of it now.
@@ -327,7 +335,9 @@ impl Live {
     /// The program has gone ahead of the bricks: everything is to be made again the next time.
     fn lost(&mut self, error: BuildError) -> BuildError {
         (self.identity, self.lost_by) = (LOST, Rebuilt::Refused);
-        self.work = EditWork::default();
+        if let Some(edits) = &mut self.edits {
+            edits.clear();
+        }
         self.undone.clear();
         error
     }
@@ -335,19 +345,15 @@ impl Live {
     /// Do what is left to be done and wait for it; what edits did since this was last called.
     pub async fn finish(
         &mut self,
-        mut clay: Clay<'_>,
-        machine: (&Engine, &BricksOptions),
+        mut kept: Editable<'_>,
+        machine: (&Engine, Option<u64>),
     ) -> Result<BrickEdit, BuildError> {
-        let again = match &mut clay {
-            Clay::Cpu(bricks) => Clay::Cpu(bricks),
-            Clay::Gpu(volume, field) => Clay::Gpu(volume, field),
-        };
-        if let Err(error) = self.go_on(again, machine, None, Instant::now()).await {
+        let going = self.go_on(kept.again(), machine, None, Instant::now());
+        if let Err(error) = going.await {
             return Err(self.lost(error));
         }
-        match clay {
-            Clay::Cpu(_) => {}
-            Clay::Gpu(volume, field) => self.done += volume.settle(field.gpu()).await?,
+        if let Editable::Gpu(volume, field) = kept {
+            self.done += volume.settle(field.gpu()).await?;
         }
         Ok(self.take_done())
     }
@@ -365,7 +371,7 @@ impl Live {
 
     /// The boxes of edits that are done by now and were not told.
     pub fn told(&mut self) -> Vec<Aabb> {
-        if self.work.is_done() {
+        if self.blocks_left() == 0 {
             std::mem::take(&mut self.undone)
         } else {
             Vec::new()

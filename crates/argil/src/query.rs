@@ -85,9 +85,7 @@ impl World {
     /// of what is beyond their band or box that it is not nearer. Nothing of a world that is kept in another way.
     pub fn query_volume(&self) -> Option<Query<'_>> {
         let volume = self.volume_on_cpu()?;
-        if matches!(volume, Volume::Octree(_)) {
-            return None;
-        }
+        volume.distance_in(volume.lattice().aabb().center())?;
         Some(Query {
             source: Source::Volume(volume),
             world: self,
@@ -296,11 +294,11 @@ impl<'a> Query<'a> {
     pub fn material(&self, point: [f32; 3]) -> Material {
         let p = Vec3::from(point);
         let words = match self.source {
-            Source::Volume(Volume::Bricks(bricks)) => {
+            Source::Volume(volume) => {
                 let (_, outwards) = self.gradient(point);
-                bricks.material(p, outwards.into(), self.tables().materials())
+                volume.material_at(p, outwards.into(), self.tables().materials())
             }
-            _ => None,
+            Source::Field => None,
         };
         let words = words.unwrap_or_else(|| Probe::new(self.world, 0.0).material(p));
         material_of(&words)
@@ -339,10 +337,9 @@ impl<'a> Query<'a> {
 
     /// Whether a volume's distance at a point is the scene's there, and not only one that that does not fall short of.
     fn is_sampled(volume: &Volume, point: Vec3, d: f32) -> bool {
-        let has_samples = match volume {
-            Volume::Bricks(bricks) => bricks.has_brick(point),
-            _ => true,
-        };
+        let has_samples = volume
+            .distance_in(point)
+            .is_some_and(|(_, is_kept)| is_kept);
         let range = volume.encoding().range_length(volume.lattice(), 0);
         volume.lattice().aabb().contains(point) && has_samples && d.abs() < 0.99 * range
     }
@@ -465,13 +462,7 @@ impl Ord for Open {
 fn stored(volume: &Volume, point: Vec3) -> f32 {
     let held = volume.lattice().aabb();
     let inside = point.clamp(held.min, held.max);
-    let d = match volume {
-        Volume::Dense(dense) => dense
-            .distance(0, inside)
-            .expect("its first level, and a point in its box"),
-        Volume::Bricks(bricks) => bricks.distance(inside),
-        Volume::Octree(_) => 0.0,
-    };
+    let d = volume.distance_in(inside).map_or(0.0, |(d, _)| d);
     let beside = inside.distance(point);
     if beside > 0.0 {
         beside.max(d - beside)

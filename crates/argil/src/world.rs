@@ -1,19 +1,20 @@
 use crate::listeners::{Listener, Listeners};
-use crate::live::{Applied, Clay, Followed, Live, Pace, Rebuilt};
+use crate::live::{Applied, Editable, Followed, Live, Pace, Rebuilt};
 use crate::lowered::Lowered;
-use crate::representation::{Drawable, Kept, Triangulated, build, reach, triangles};
+use crate::representation::{
+    Drawable, Kept, Site, Triangulated, focus, following, found_again, triangles,
+};
 use crate::wait::wait;
 use crate::{
-    BricksOptions, BuildError, BuildTimes, DenseOptions, Drawn, Engine, GridError, OctreeOptions,
-    Placement, RenderError, Scene, Stored, Via, Volume, VolumeFileError, VolumeInfo,
+    BuildError, BuildTimes, Drawn, Engine, GridError, Placement, RenderError, Scene, Stored, Via,
+    Volume, VolumeFileError, VolumeInfo,
 };
 use argil_abi::{HIT_INSIDE, HIT_OUTSIDE, Hit};
 use argil_field::{Grid, ListTree, LiveProgram, OperandIndex, Program};
 use argil_gpu::{GpuField, GpuVolume};
-use argil_march::{Camera, Descent, Picture, Settings, Show, Through, frames};
+use argil_march::{Camera, Picture, Settings, Show, Through, frames};
 use argil_math::{Aabb, Control, Interval};
-use argil_volume::{BrickChanges, BrickEdit, BrickSettings, Lattice};
-use glam::Vec3;
+use argil_volume::{BrickChanges, BrickEdit};
 use std::borrow::Cow;
 use std::path::Path;
 use std::sync::OnceLock;
@@ -58,7 +59,6 @@ pub struct World {
     view: crate::View,
     via: Via,
     kept: Kept,
-    descent: Descent,
     times: BuildTimes,
 }
 
@@ -81,7 +81,6 @@ impl World {
             view: scene.view.clone(),
             via: Via::Field,
             kept: Kept::Field,
-            descent: Descent::default(),
             times: BuildTimes::default(),
         })
     }
@@ -103,27 +102,7 @@ impl World {
         stored
             .volume
             .set_cut(!solid.is_finite() && !solid.is_empty());
-        world.via = match &stored.volume {
-            Volume::Dense(dense) => Via::Dense(DenseOptions {
-                resolution: dense.lattice().size.max_element(),
-                encoding: *dense.encoding(),
-                mips: dense.levels().len() > 1,
-                ..DenseOptions::default()
-            }),
-            Volume::Octree(octree) => Via::Octree(OctreeOptions {
-                resolution: octree.layout().lattice.size.max_element(),
-                settings: octree.settings(),
-                ..OctreeOptions::default()
-            }),
-            Volume::Bricks(bricks) => Via::Bricks(BricksOptions {
-                resolution: bricks.layout().lattice.size.max_element(),
-                settings: BrickSettings {
-                    encoding: bricks.layout().encoding,
-                    brick: bricks.layout().brick,
-                },
-                ..BricksOptions::default()
-            }),
-        };
+        world.via = Via::of(&stored.volume);
         world.kept = match &world.gpu {
             Some(gpu) => {
                 let volume =
@@ -163,25 +142,19 @@ impl World {
         {
             gpu.update(program)?;
         }
-        let field = self.gpu.as_ref();
-        (self.kept, self.times) =
-            build(&self.engine, field, scene, self.program(), via, None).await?;
+        (self.kept, self.times) = via.build(&self.site(scene, self.program()), None).await?;
         self.begin_following(scene);
-        if let Via::Octree(options) = via {
-            self.descent = options.descent;
-        }
         self.via = via;
         Ok(self)
     }
 
-    /// Where the look-ups of rays in an octree begin from now on.
-    pub fn set_descent(&mut self, descent: Descent) {
-        self.descent = descent;
-        if let Via::Octree(options) = &mut self.via {
-            options.descent = descent;
-        }
-        if let Kept::Gpu(volume) = &mut self.kept {
-            volume.set_descent(descent);
+    /// Where what the world is kept as is built anew.
+    fn site<'a>(&'a self, scene: &'a Scene, program: &'a Program) -> Site<'a> {
+        Site {
+            engine: &self.engine,
+            field: self.gpu.as_ref(),
+            scene,
+            program,
         }
     }
 
@@ -197,7 +170,7 @@ impl World {
 
     /// Voxels along each axis of the volume; `None` of a field.
     pub fn resolution(&self) -> Option<[u32; 3]> {
-        self.lattice().map(|lattice| lattice.size.to_array())
+        self.kept.lattice().map(|lattice| lattice.size.to_array())
     }
 
     /// What the volume is; `None` of a field.
@@ -211,8 +184,8 @@ impl World {
     /// As there.
     pub async fn volume_info_async(&self) -> Result<Option<VolumeInfo>, BuildError> {
         match (&self.kept, &self.gpu) {
-            (Kept::Cpu(volume), _) => Ok(Some(VolumeInfo::of(volume))),
-            (Kept::Gpu(volume), Some(field)) => Ok(Some(VolumeInfo::of_gpu(volume, field).await?)),
+            (Kept::Cpu(volume), _) => Ok(Some(volume.info())),
+            (Kept::Gpu(volume), Some(field)) => Ok(Some(volume.info(field.gpu()).await?)),
             _ => Ok(None),
         }
     }
@@ -248,15 +221,6 @@ impl World {
     /// How the scene is looked at.
     pub fn view(&self) -> &crate::View {
         &self.view
-    }
-
-    fn lattice(&self) -> Option<Lattice> {
-        match &self.kept {
-            Kept::Field => None,
-            Kept::Cpu(volume) => Some(*volume.lattice()),
-            Kept::Gpu(volume) => Some(*volume.lattice()),
-            Kept::Mesh(drawable) => Some(drawable.lattice),
-        }
     }
 
     /// The volume, brought from the GPU where it is there; `None` of a field.
@@ -308,15 +272,14 @@ impl World {
     /// Follow a scene from now on, whose changes are all known.
     fn begin_following(&mut self, scene: &Scene) {
         self.live = Live::of(scene);
-        let layout = match &self.kept {
-            Kept::Cpu(Volume::Bricks(bricks)) => Some(bricks.layout()),
-            Kept::Gpu(volume) => volume.brick_layout(),
-            _ => None,
+        let edits = match &self.kept {
+            Kept::Cpu(volume) => volume.edits(),
+            Kept::Gpu(volume) => volume.edits(),
+            Kept::Field | Kept::Mesh(_) => None,
         };
-        if let Some(layout) = layout {
+        if let Some(edits) = edits {
             let program = &Lowered::of(&self.program, &self.live).program;
-            let bands = layout.bands(program);
-            self.live.watch(scene, bands);
+            self.live.watch(scene, edits, program);
         }
     }
 
@@ -351,26 +314,26 @@ impl World {
     async fn follow(&mut self, scene: &Scene, pace: Option<Pace>) -> Result<Applied, BuildError> {
         let start = Instant::now();
         let mut reason = Rebuilt::Kept;
-        if let Via::Bricks(options) = self.via {
+        if self.live.is_in_place() {
             reason = Rebuilt::Specialized;
-            if let Some(clay) = Clay::of(&mut self.kept, self.gpu.as_mut()) {
-                let machine = (&self.engine, &options);
-                let before = self.program.get().map(|lowered| &lowered.program);
-                let followed = self.live.follow(scene, clay, before, machine, pace).await;
-                // The field on a GPU has the parameters of what was followed, even where bricks could not be.
-                if self.gpu.is_some() && self.live.tables().is_some() {
+        }
+        if let Some(kept) = Editable::of(&mut self.kept, self.gpu.as_mut()) {
+            let machine = (&self.engine, self.via.memory_budget());
+            let before = self.program.get().map(|lowered| &lowered.program);
+            let followed = self.live.follow(scene, kept, before, machine, pace).await;
+            // The field on a GPU has the parameters of what was followed, even where the volume could not be.
+            if self.gpu.is_some() && self.live.tables().is_some() {
+                self.forget_program();
+            }
+            match followed? {
+                Followed::InPlace(applied) => {
                     self.forget_program();
+                    self.view = scene.view.clone();
+                    let boxes = self.live.told();
+                    self.listeners.tell(&boxes);
+                    return Ok(applied);
                 }
-                match followed? {
-                    Followed::InPlace(applied) => {
-                        self.forget_program();
-                        self.view = scene.view.clone();
-                        let boxes = self.live.told();
-                        self.listeners.tell(&boxes);
-                        return Ok(applied);
-                    }
-                    Followed::Not(why) => reason = why,
-                }
+                Followed::Not(why) => reason = why,
             }
         }
         let program = Program::lower(scene)?;
@@ -379,7 +342,7 @@ impl World {
             Some(gpu) => *gpu = GpuField::new(gpu.gpu().clone(), &program, true)?,
             None => {}
         }
-        let lattice = match self.lattice() {
+        let lattice = match self.kept.lattice() {
             Some(old) => {
                 let new = following(&old, scene, &program)?;
                 if new != old && reason == Rebuilt::Kept {
@@ -389,15 +352,8 @@ impl World {
             }
             None => None,
         };
-        let (kept, times) = build(
-            &self.engine,
-            self.gpu.as_ref(),
-            scene,
-            &program,
-            self.via,
-            lattice,
-        )
-        .await?;
+        let site = self.site(scene, &program);
+        let (kept, times) = self.via.build(&site, lattice).await?;
         (self.kept, self.times) = (kept, times);
         self.focus = focus(scene, &program);
         self.view = scene.view.clone();
@@ -434,12 +390,11 @@ impl World {
     /// # Errors
     /// As there.
     pub async fn finish_async(&mut self) -> Result<BrickEdit, BuildError> {
-        let (Some(clay), Via::Bricks(options)) =
-            (Clay::of(&mut self.kept, self.gpu.as_mut()), self.via)
-        else {
+        let Some(kept) = Editable::of(&mut self.kept, self.gpu.as_mut()) else {
             return Ok(self.live.take_done());
         };
-        let edit = self.live.finish(clay, (&self.engine, &options)).await?;
+        let machine = (&self.engine, self.via.memory_budget());
+        let edit = self.live.finish(kept, machine).await?;
         let boxes = self.live.told();
         self.listeners.tell(&boxes);
         Ok(edit)
@@ -488,18 +443,15 @@ impl World {
         };
         let field = field.as_ref();
         // The box is found anew: what an edit has put outside of the old one must be there.
-        let lattice = match self.lattice() {
+        let lattice = match self.kept.lattice() {
             Some(lattice) => Some(found_again(&lattice, scene, &program)?),
             None => None,
         };
-        let (fresh, _) = wait(build(
-            &self.engine,
+        let site = Site {
             field,
-            scene,
-            &program,
-            self.via,
-            lattice,
-        ))?;
+            ..self.site(scene, &program)
+        };
+        let (fresh, _) = wait(self.via.build(&site, lattice))?;
         let fresh = match (fresh, field) {
             (Kept::Cpu(volume), _) => volume,
             (Kept::Gpu(volume), Some(field)) => wait(volume.read(field.gpu()))?,
@@ -730,12 +682,10 @@ impl World {
         with_hits: bool,
     ) -> Result<(Picture, f64), RenderError> {
         check(camera, settings)?;
-        match (settings.show, self.via) {
-            (Show::Bricks, Via::Octree(_) | Via::Bricks(_)) | (Show::Nodes, Via::Octree(_)) => {}
-            (Show::Bricks | Show::Nodes, _) => return Err(RenderError::NoBricks),
-            _ => {}
+        if !self.via.shows(settings.show) {
+            return Err(RenderError::NoBricks);
         }
-        let lattice = self.lattice();
+        let lattice = self.kept.lattice();
         let frames = frames(
             settings,
             camera,
@@ -746,24 +696,26 @@ impl World {
         if let Some(field) = &self.gpu {
             field.complete(|| self.program());
             let (picture, duration_ms) = match &self.kept {
-                Kept::Gpu(volume) => volume.render(field, &frames).await?,
+                Kept::Gpu(volume) => volume.render(field, &frames, with_hits).await?,
                 Kept::Mesh(Drawable {
                     mesh: Triangulated::Gpu(mesh),
                     ..
-                }) => mesh.render(field, &frames).await?,
-                _ => field.render(&frames).await?,
+                }) => mesh.render(field, &frames, with_hits).await?,
+                _ => field.render(&frames, with_hits).await?,
             };
             return Ok((picture, duration_ms));
         }
-        let through = match &self.kept {
-            Kept::Cpu(Volume::Dense(dense)) => Through::Dense(dense),
-            Kept::Cpu(Volume::Bricks(bricks)) => Through::Bricks(bricks),
-            Kept::Cpu(Volume::Octree(octree)) => Through::Octree(octree, self.descent),
+        let drawn;
+        let through: &dyn Through = match &self.kept {
+            Kept::Cpu(volume) => volume,
             Kept::Mesh(Drawable {
                 mesh: Triangulated::Cpu(mesh),
                 ..
-            }) => Through::Mesh(triangles(mesh)),
-            _ => Through::Field,
+            }) => {
+                drawn = triangles(mesh);
+                &drawn
+            }
+            _ => &argil_march::Field,
         };
         let start = Instant::now();
         let control = &self.engine.control;
@@ -784,47 +736,12 @@ impl Orbit {
     }
 }
 
-/// The frame that a scene is looked at in.
-fn frame_of(scene: &Scene) -> Option<Aabb> {
-    let frame = scene.view.frame;
-    frame.map(|[min, max]| Aabb::new(min.into(), max.into()))
-}
-
-/// The same voxels over a box that holds a scene, found anew.
-fn found_again(lattice: &Lattice, scene: &Scene, program: &Program) -> Result<Lattice, BuildError> {
-    let found = lattice.over_again(reach(scene, program), frame_of(scene));
-    Ok(found.map_err(argil_volume::BricksError::from)?)
-}
-
-/// The same voxels over a box that holds a scene that was edited: the old one if that does.
-fn following(lattice: &Lattice, scene: &Scene, program: &Program) -> Result<Lattice, BuildError> {
-    let solid = reach(scene, program);
-    if lattice.is_cut == (!solid.is_finite() && !solid.is_empty()) {
-        let grown = lattice.grown_to(solid, 1);
-        return Ok(grown.map_err(argil_volume::BricksError::from)?);
-    }
-    found_again(lattice, scene, program)
-}
-
 /// A scene's text for a file: what is read again stands at time 0.
 fn at_time_0(scene: &Scene) -> String {
     if scene.time() == 0.0 {
         scene.to_json()
     } else {
         scene.frozen().to_json()
-    }
-}
-
-/// The view's frame, else the solid's box where it is finite, else what is finite of it.
-fn focus(scene: &Scene, program: &Program) -> Aabb {
-    if let Some([min, max]) = scene.view.frame {
-        return Aabb::new(min.into(), max.into());
-    }
-    let reach = reach(scene, program);
-    if reach.is_finite() {
-        reach
-    } else {
-        Aabb::centered(Vec3::ONE)
     }
 }
 

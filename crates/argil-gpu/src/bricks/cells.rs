@@ -9,8 +9,8 @@
 //! The CPU decides which blocks there are, by what it knows of the field; it keeps the table, and brings over what changes. What
 //! is in the words is the device's alone.
 
+use crate::resources::read_table;
 use crate::table::Table;
-use crate::volume::read_table;
 use crate::{Gpu, GpuError};
 use argil_abi::Volume as Words;
 use argil_volume::{BlockTable, empty_word, far_words};

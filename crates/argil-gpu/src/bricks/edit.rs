@@ -13,12 +13,12 @@ use super::{BrickTables, march_words};
 use crate::bake::Bake;
 use crate::field::IDLE;
 use crate::table::Table;
-use crate::{Gpu, GpuError, GpuField, GpuVolume};
+use crate::volume::Body;
+use crate::{Gpu, GpuError, GpuField};
 use argil_abi::{self as abi, Prune, Volume as Words};
 use argil_field::LiveProgram;
-use argil_volume::{BLOCK_SIDE, BrickEdit, BrickLayout, EditWork, Unit, emptied_around};
+use argil_volume::{BLOCK_SIDE, BrickEdits, BrickLayout, EditWork, Unit, emptied_around};
 use glam::IVec3;
-use web_time::Duration;
 
 /// Cells for which room is made without a look at how many of them have a surface.
 const FEW_CELLS: u64 = 4096;
@@ -48,47 +48,42 @@ impl Making {
     }
 }
 
-impl GpuVolume {
-    /// Submit what edits have left to be done, without waiting for it: all of it, or about as much as the device does in some
-    /// time. `live` is what `field` [follows](GpuField::follow). Nothing of a volume that is not sparse bricks.
-    ///
-    /// # Errors
-    /// If the bricks would take more than `budget` bytes; what was taken out of the work last is then not done.
-    pub async fn edit(
+impl BrickTables {
+    /// Submit what edits have left to be done, in the words and the texture of a volume.
+    pub(super) async fn edit_in(
         &mut self,
-        field: &GpuField,
-        live: &LiveProgram,
-        work: &mut EditWork,
-        budget: Option<u64>,
-        within: Option<Duration>,
+        body: &mut Body,
+        edit: crate::volume::Editing<'_>,
     ) -> Result<(), GpuError> {
-        let (words, texture, Some(tables)) = self.brick_parts() else {
+        let Some(edits) = BrickEdits::among_mut(edit.edits) else {
             return Ok(());
         };
-        check(field, live.program(), &tables.layout)?;
+        let (field, live, work) = (edit.field, edit.live, &mut edits.work);
+        check(field, live.program(), &self.layout)?;
         let gpu = field.gpu().clone();
-        tables.ledger.hear(&gpu)?;
-        let mut making = match tables.making.take() {
+        self.ledger.hear(&gpu)?;
+        let mut making = match self.making.take() {
             Some(making) => making,
             None => Box::new(Making::new(&gpu)?),
         };
+        let within = edit.within;
         let edit = Editing {
             field,
             live,
-            budget: budget.unwrap_or(u64::MAX),
+            budget: edit.budget.unwrap_or(u64::MAX),
         };
         let mut left = within.map(|within| CELLS_A_MS * within.as_secs_f64() * 1e3);
         let mut result = Ok(());
         while !work.is_done() && result.is_ok() {
             let count = if left.is_some() { 4 } else { MOST_UNITS };
             let units = work.next(count);
-            let (blocks, gone) = edit.gather(&gpu, tables, work, units)?;
-            result = edit.submit(tables, texture, &mut making, &blocks).await;
+            let (blocks, gone) = edit.gather(&gpu, self, work, units)?;
+            result = edit.submit(self, body, &mut making, &blocks).await;
             // The device has freed their bricks when what comes next reads the table.
             for (block, inside) in gone {
-                tables.cells.table.set_far(block, block + 1, inside);
+                self.cells.table.set_far(block, block + 1, inside);
             }
-            tables.cells.follow(&gpu, &[])?;
+            self.cells.follow(&gpu, &[])?;
             if let Some(left) = &mut left {
                 *left -= blocks.cells() as f64;
                 if *left <= 0.0 {
@@ -96,45 +91,38 @@ impl GpuVolume {
                 }
             }
         }
-        tables.making = Some(making);
-        *words = march_words(&tables.layout, &tables.cells, tables.pool, tables.lipschitz);
+        self.making = Some(making);
+        body.words = march_words(&self.layout, &self.cells, self.pool, self.lipschitz);
         result
     }
 
-    /// The same voxels over a larger box. Nothing is sampled.
-    ///
-    /// # Errors
-    /// If the device has no room for the table.
-    pub fn grow(&mut self, gpu: &Gpu, layout: BrickLayout) -> Result<(), GpuError> {
-        let (words, _, Some(tables)) = self.brick_parts() else {
-            return Ok(());
-        };
-        tables.layout.lattice = layout.lattice;
+    /// The same voxels over a larger box.
+    pub(super) fn grow_to(
+        &mut self,
+        body: &mut Body,
+        gpu: &Gpu,
+        layout: BrickLayout,
+    ) -> Result<(), GpuError> {
+        self.layout.lattice = layout.lattice;
         let [low, high] = layout.block_range();
-        tables.cells.table.cover(low, high);
-        tables.cells.follow(gpu, &[])?;
-        *words = march_words(&tables.layout, &tables.cells, tables.pool, tables.lipschitz);
-        self.set_lattice(layout.lattice);
+        self.cells.table.cover(low, high);
+        self.cells.follow(gpu, &[])?;
+        body.words = march_words(&self.layout, &self.cells, self.pool, self.lipschitz);
+        body.lattice = layout.lattice;
         Ok(())
     }
 
-    /// Wait for edits; what they did since the last time.
-    pub async fn settle(&mut self, gpu: &Gpu) -> Result<BrickEdit, GpuError> {
-        match self.brick_parts() {
-            (_, _, Some(tables)) => tables.ledger.settle(gpu).await,
-            _ => Ok(BrickEdit::default()),
-        }
-    }
-
     /// Wait for edits, and give back the room that they have left.
-    pub async fn trim(&mut self, field: &GpuField) -> Result<(), GpuError> {
-        let (words, texture, Some(tables)) = self.brick_parts() else {
-            return Ok(());
-        };
-        let counted = tables.ledger.read(field.gpu()).await?;
-        tables.making = None;
-        *texture = tables.fit(field, texture, counted.bricks(), counted.mixed())?;
-        *words = march_words(&tables.layout, &tables.cells, tables.pool, tables.lipschitz);
+    pub(super) async fn trim_in(
+        &mut self,
+        body: &mut Body,
+        field: &GpuField,
+    ) -> Result<(), GpuError> {
+        let counted = self.ledger.read(field.gpu()).await?;
+        self.making = None;
+        let fit = self.fit(field, &body.texture, counted.bricks(), counted.mixed())?;
+        body.set_texture(fit);
+        body.words = march_words(&self.layout, &self.cells, self.pool, self.lipschitz);
         Ok(())
     }
 }
@@ -200,7 +188,7 @@ impl Editing<'_> {
     async fn submit(
         &self,
         tables: &mut BrickTables,
-        texture: &mut wgpu::Texture,
+        body: &mut Body,
         making: &mut Making,
         blocks: &Blocks,
     ) -> Result<(), GpuError> {
@@ -224,25 +212,27 @@ impl Editing<'_> {
         let mut more = [blocks.cells(); 2];
         let few = FEW_CELLS.max(tables.ledger.known.bricks() / 4);
         let room = (more[0] <= few)
-            .then(|| tables.make_room(self.field, texture, more, mixes, self.budget));
+            .then(|| tables.make_room(self.field, &body.texture, more, mixes, self.budget));
         let room = match room {
             None | Some(Err(GpuError::Budget { .. })) => {
                 let counted = Prune {
                     make: abi::MAKE_NONE,
                     ..prune
                 };
-                self.make(tables, texture, making, blocks, counted).await?;
+                self.make(tables, &body.texture, making, blocks, counted)
+                    .await?;
                 tables.ledger.settle_known(gpu).await?;
                 more = [abi::COUNTER_BRICKS, abi::COUNTER_MIXED]
                     .map(|counter| tables.ledger.known.get(counter));
-                tables.make_room(self.field, texture, more, mixes, self.budget)?
+                tables.make_room(self.field, &body.texture, more, mixes, self.budget)?
             }
             Some(room) => room?,
         };
         if let Some(moved) = room {
-            *texture = moved;
+            body.set_texture(moved);
         }
-        self.make(tables, texture, making, blocks, prune).await?;
+        self.make(tables, &body.texture, making, blocks, prune)
+            .await?;
         tables.ledger.spend(gpu, more)
     }
 

@@ -7,9 +7,9 @@ use crate::pass::{
     ARGUMENTS, BRICK_MATERIALS, Bind, CANDIDATES, CELLS, COUNTERS, FIELD_BINDS, FILL, LISTS, PRUNE,
     TABLES_WGSL, TEXELS, VOLUME, entry, layout, pipelines,
 };
+use crate::resources::uniform_of;
 use crate::table::Table;
 use crate::texels::TexelFormat;
-use crate::volume::uniform_of;
 use crate::{Gpu, GpuError, GpuField};
 use argil_abi::{self as abi, Fill, Prune, Volume as Words};
 use argil_field::Program;

@@ -7,8 +7,8 @@
 
 use super::passes::Site;
 use super::{BrickTables, PLACES, bytes_of, pool_for, pool_texture};
+use crate::resources::read_table;
 use crate::table::Table;
-use crate::volume::read_table;
 use crate::{Gpu, GpuError, GpuField};
 use argil_abi as abi;
 use argil_volume::BrickEdit;

@@ -6,7 +6,7 @@ use crate::pass::{
     BRICK_MATERIALS, Bind, CELLS, COUNTERS, OLD_MATERIALS, OLD_POOL, STORED, TEXELS, VOLUME, entry,
     layout, pipelines,
 };
-use crate::volume::uniform_of;
+use crate::resources::uniform_of;
 use crate::{Gpu, GpuError};
 use argil_abi::{self as abi, Volume as Words};
 use argil_volume::{Bits, BrickLayout, wgsl};

@@ -38,7 +38,7 @@ impl<'a> BrickRays<'a> {
     }
 
     /// What a point in a brick looks like.
-    pub fn material(
+    pub fn look(
         &self,
         point: Vec3,
         outwards: Vec3,

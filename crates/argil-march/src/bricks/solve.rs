@@ -38,7 +38,7 @@ fn solve<T: Texel>(frame: &Frame, sampler: &BrickSampler<'_, T>, n: usize, lanes
     let voxel = sampler.layout().lattice.voxel;
     let per_voxel = 1.0 / voxel;
     let quantum = sampler.quantum();
-    let (epsilon, footprint) = (frame.box_min_epsilon[3], 0.5 * frame.pixel);
+    let (epsilon, footprint) = (frame.epsilon, 0.5 * frame.pixel);
     let widest = super::step::widest_footprint(sampler);
     let mut u = [[0.0f32; LANES]; 3];
     let [dx, dy, dz] = &lanes.direction;

@@ -51,7 +51,7 @@ pub(super) fn place<T: Texel>(
     let lattice = &sampler.layout().lattice;
     let per_voxel = 1.0 / lattice.voxel;
     for axis in 0..3 {
-        let (eye, corner) = (frame.eye_step[axis], lattice.corner[axis]);
+        let (eye, corner) = (frame.eye[axis], lattice.corner[axis]);
         for ((u, d), t) in out[axis].iter_mut().zip(direction[axis]).zip(t) {
             *u = (eye + d * t - corner) * per_voxel;
         }
@@ -94,7 +94,7 @@ fn step<T: Texel>(
     let n = range.len();
     let layout = sampler.layout();
     let (voxel, brick) = (layout.lattice.voxel, layout.brick as f32);
-    let (scale, footprint) = (frame.eye_step[3], 0.5 * frame.pixel);
+    let (scale, footprint) = (frame.inv_lipschitz, 0.5 * frame.pixel);
     let widest = widest_footprint(sampler);
     let (is_first, is_last) = (steps == 1, steps >= frame.max_steps);
     let [dx, dy, dz] = &wave.direction;

@@ -1,16 +1,12 @@
 use super::meshes::meshes_of;
-use super::write::{DESCRIPTION_WORDS, DESCRIPTION_WORDS_1, KIND_BRICKS, KIND_DENSE, KIND_OCTREE};
+use super::write::{DESCRIPTION_WORDS, DESCRIPTION_WORDS_1};
 use super::{
     ALIGNMENT, ENTRY_BYTES, FORMAT_VERSION, HEADER_BYTES, MAGIC, MAX_SECTIONS, Section, Stored,
-    Volume, VolumeError,
+    VolumeError,
 };
-use crate::bricks::{center_of, is_lonely};
-use crate::{
-    BLOCK_SIDE, Bits, BlockTable, BrickLayout, BrickSettings, Bricks, Dense, Encoding, FAR_SLOTS,
-    FARTHEST_VOXEL, Keep, Lattice, Layout, Octree, OctreeSettings, RESOLUTIONS, Range, Texels,
-    Tree,
-};
-use glam::{IVec3, UVec3, Vec3};
+use crate::representation::FromFileError;
+use crate::{Bits, Encoding, Lattice, Range, Texels, Volume};
+use glam::{UVec3, Vec3};
 use memmap2::{Mmap, MmapMut};
 use std::fs::File;
 use std::path::Path;
@@ -31,7 +27,7 @@ pub(super) fn open(path: &Path) -> Result<Stored, VolumeError> {
     }
     // SAFETY: the map is only read. That nobody cuts the file short in the meantime is asked for in the module's text.
     let map = unsafe { Mmap::map(&file) }.map_err(io)?;
-    Reader::new(Arc::new(map), path)?.read()
+    FileReader::new(Arc::new(map), path)?.read()
 }
 
 pub(super) fn copied(bytes: &[u8], path: &Path) -> Result<Stored, VolumeError> {
@@ -45,10 +41,11 @@ pub(super) fn copied(bytes: &[u8], path: &Path) -> Result<Stored, VolumeError> {
     let mut map = MmapMut::map_anon(bytes.len()).map_err(io)?;
     map.copy_from_slice(bytes);
     let map = map.make_read_only().map_err(io)?;
-    Reader::new(Arc::new(map), path)?.read()
+    FileReader::new(Arc::new(map), path)?.read()
 }
 
-struct Reader<'a> {
+/// A volume file whose header, table and checksums are as they should be.
+pub struct FileReader<'a> {
     map: Arc<Mmap>,
     path: &'a Path,
     version: u32,
@@ -64,7 +61,7 @@ fn long(bytes: &[u8], at: usize) -> u64 {
     u64::from(word(bytes, at)) | u64::from(word(bytes, at + 4)) << 32
 }
 
-impl<'a> Reader<'a> {
+impl<'a> FileReader<'a> {
     /// Check header, table, sizes and checksums.
     fn new(map: Arc<Mmap>, path: &'a Path) -> Result<Self, VolumeError> {
         let bytes = &map[..];
@@ -143,22 +140,26 @@ impl<'a> Reader<'a> {
         })
     }
 
-    fn fault(&self, section: Section, reason: &str) -> VolumeError {
+    /// Something is wrong with a section.
+    pub(crate) fn fault(&self, section: Section, reason: &str) -> VolumeError {
         content(self.path, section, reason)
     }
 
-    fn range(&self, section: Section) -> Result<std::ops::Range<usize>, VolumeError> {
+    /// Where a section's bytes are.
+    pub(crate) fn range(&self, section: Section) -> Result<std::ops::Range<usize>, VolumeError> {
         let found = self.sections.iter().find(|(s, _)| *s == section);
         found
             .map(|(_, range)| range.clone())
             .ok_or_else(|| self.fault(section, "it is missing"))
     }
 
-    fn bytes(&self, section: Section) -> Result<&[u8], VolumeError> {
+    /// A section's bytes.
+    pub(crate) fn bytes(&self, section: Section) -> Result<&[u8], VolumeError> {
         Ok(&self.map[self.range(section)?])
     }
 
-    fn words(&self, section: Section) -> Result<Vec<u32>, VolumeError> {
+    /// A section's numbers.
+    pub(crate) fn words(&self, section: Section) -> Result<Vec<u32>, VolumeError> {
         let (words, rest) = self.bytes(section)?.as_chunks::<4>();
         if !rest.is_empty() {
             return Err(self.fault(section, "half a number is left"));
@@ -166,7 +167,8 @@ impl<'a> Reader<'a> {
         Ok(words.iter().map(|&w| u32::from_le_bytes(w)).collect())
     }
 
-    fn texels(&self, level: u8, bits: Bits, count: u64) -> Result<Texels, VolumeError> {
+    /// The texels of a level of detail, not copied.
+    pub(crate) fn texels(&self, level: u8, bits: Bits, count: u64) -> Result<Texels, VolumeError> {
         let section = Section::Texels(level);
         let range = self.range(section)?;
         let (expected, found) = (count * bits.bytes() as u64, range.len());
@@ -179,6 +181,25 @@ impl<'a> Reader<'a> {
             range,
             bits,
         })
+    }
+
+    /// Samples that fill whole bricks of so many bytes, not copied.
+    pub(crate) fn samples(&self, bits: Bits, brick_bytes: u64) -> Result<Texels, VolumeError> {
+        let section = Section::Texels(0);
+        let range = self.range(section)?;
+        if !(range.len() as u64).is_multiple_of(brick_bytes) {
+            return Err(self.fault(section, "half a brick is left"));
+        }
+        Ok(Texels::Mapped {
+            file: self.map.clone(),
+            range,
+            bits,
+        })
+    }
+
+    /// The version of the format.
+    pub(crate) fn version(&self) -> u32 {
+        self.version
     }
 
     fn read(self) -> Result<Stored, VolumeError> {
@@ -222,24 +243,10 @@ impl<'a> Reader<'a> {
             size: UVec3::new(nx, ny, nz),
             is_cut: is_cut != 0,
         };
-        let begin = lattice.begin.to_array().map(i64::from);
-        let is_countable = begin
-            .iter()
-            .zip(lattice.size.to_array())
-            .all(|(first, size)| {
-                let farthest = i64::from(FARTHEST_VOXEL);
-                *first >= -farthest && first + i64::from(size) <= farthest
-            });
-        let is_sized = if kind == KIND_BRICKS && self.version > 1 {
-            is_countable
-        } else {
-            RESOLUTIONS.contains(&lattice.size.max_element()) && lattice.begin == IVec3::ZERO
-        };
         let is_positive = |v: f32| v.is_finite() && v > 0.0;
         let is_sane = is_positive(range)
             && range <= 1e6
             && is_positive(lattice.voxel)
-            && is_sized
             && lattice.aabb().is_finite()
             && lattice.size.min_element() >= 1;
         if !is_sane {
@@ -249,12 +256,13 @@ impl<'a> Reader<'a> {
             bits,
             range: Range::Voxels(range),
         };
-        let volume = match kind {
-            KIND_DENSE => Volume::Dense(self.dense(lattice, encoding, levels)?),
-            KIND_OCTREE => Volume::Octree(self.octree(lattice, encoding, brick, depth)?),
-            KIND_BRICKS => Volume::Bricks(self.bricks(lattice, encoding, brick, depth)?),
-            _ => return Err(self.fault(about, "a volume of an unknown kind")),
-        };
+        let own = [levels, brick, depth];
+        let volume = Volume::from_file(kind, (&self, self.version), lattice, encoding, own);
+        let volume = volume.map_err(|error| match error {
+            FromFileError::Kind => self.fault(about, "a volume of an unknown kind"),
+            FromFileError::Lattice => self.fault(about, "its measures make no sense"),
+            FromFileError::Content(error) => error,
+        })?;
         let Ok(scene_json) = String::from_utf8(self.bytes(Section::Scene)?.to_vec()) else {
             return Err(self.fault(Section::Scene, "it is not text"));
         };
@@ -270,178 +278,6 @@ impl<'a> Reader<'a> {
             meshes,
         })
     }
-
-    fn dense(
-        &self,
-        lattice: Lattice,
-        encoding: Encoding,
-        levels: u32,
-    ) -> Result<Dense, VolumeError> {
-        let most = Dense::most_levels(&lattice);
-        if !(1..=most).contains(&levels) {
-            let reason = format!("{levels} levels, and the volume's size makes {most} at most");
-            return Err(self.fault(Section::Description, &reason));
-        }
-        let texels = (0..levels)
-            .map(|level| self.texels(level as u8, encoding.bits, lattice.texel_count(level)))
-            .collect::<Result<_, _>>()?;
-        Dense::from_levels(lattice, encoding, texels)
-            .ok_or_else(|| self.fault(Section::Texels(0), "its size is another"))
-    }
-
-    fn bricks(
-        &self,
-        lattice: Lattice,
-        encoding: Encoding,
-        brick: u32,
-        lipschitz: u32,
-    ) -> Result<Bricks, VolumeError> {
-        let layout = BrickLayout::new(lattice, &BrickSettings { encoding, brick })
-            .map_err(|e| self.fault(Section::Description, &e.to_string()))?;
-        let samples = Section::Texels(0);
-        let range = self.range(samples)?;
-        if !(range.len() as u64).is_multiple_of(layout.brick_bytes()) {
-            return Err(self.fault(samples, "half a brick is left"));
-        }
-        let pool = Texels::Mapped {
-            file: self.map.clone(),
-            range,
-            bits: encoding.bits,
-        };
-        let mixed = self.words(Section::Mixed)?;
-        if !mixed.len().is_multiple_of(2) {
-            return Err(self.fault(Section::Mixed, "half a material is left"));
-        }
-        let mixed = mixed.as_chunks::<2>().0.to_vec();
-        let cells = self.words(Section::Cells)?;
-        let blocks = if self.version == 1 {
-            all_blocks(&layout, &cells).ok_or_else(|| {
-                self.fault(Section::Cells, "there are not as many as the volume has")
-            })?
-        } else {
-            self.blocks(&layout, &cells)?
-        };
-        Bricks::from_parts(
-            layout,
-            f32::from_bits(lipschitz),
-            blocks,
-            (self.words(Section::Materials)?, mixed),
-            pool,
-        )
-        .map_err(|reason| self.fault(Section::Cells, reason))
-    }
-
-    /// The table of blocks, and the words of its slots.
-    fn blocks(
-        &self,
-        layout: &BrickLayout,
-        cells: &[u32],
-    ) -> Result<(BlockTable, Vec<u32>), VolumeError> {
-        let signed = |section| -> Result<Vec<i32>, VolumeError> {
-            Ok(self.words(section)?.iter().map(|&w| w as i32).collect())
-        };
-        let blocks = signed(Section::Blocks)?;
-        let (blocks, rest) = blocks.as_chunks::<3>();
-        if !rest.is_empty() || cells.len() != 64 * blocks.len() {
-            return Err(self.fault(Section::Blocks, "there are not as many as cells"));
-        }
-        let farthest = FARTHEST_VOXEL / (layout.brick * BLOCK_SIDE) as i32 + 1;
-        let is_near = |c: &i32| (-farthest..=farthest).contains(c);
-        let [low, high] = layout.block_range();
-        let mut table = BlockTable::new(low, high);
-        let inside = signed(Section::Inside)?;
-        let (inside, rest) = inside.as_chunks::<4>();
-        for &[x, y, z, side] in inside {
-            let first = IVec3::new(x, y, z);
-            let is_cube = [x, y, z].iter().all(is_near)
-                && (1..=1 << 21).contains(&side)
-                && side.ilog2() % 3 == 0
-                && side.count_ones() == 1
-                && first.rem_euclid(IVec3::splat(side)) == IVec3::ZERO;
-            if !is_cube || !rest.is_empty() {
-                return Err(self.fault(Section::Inside, "a cube that cannot be"));
-            }
-            table.set_far(first, first + side, true);
-        }
-        let mut words = vec![0; FAR_SLOTS as usize * 64];
-        for (block, own) in blocks.iter().zip(cells.as_chunks::<64>().0) {
-            let at = IVec3::from_array(*block);
-            if !block.iter().all(is_near) || table.find(at).is_some() {
-                return Err(
-                    self.fault(Section::Blocks, "a block that cannot be, or is there twice")
-                );
-            }
-            table.insert(at);
-            words.extend(own);
-        }
-        Ok((table, words))
-    }
-
-    fn octree(
-        &self,
-        lattice: Lattice,
-        encoding: Encoding,
-        brick: u32,
-        depth: u32,
-    ) -> Result<Octree, VolumeError> {
-        let settings = OctreeSettings {
-            encoding,
-            brick,
-            depth: Some(depth),
-            keep: Keep::Conservative,
-        };
-        let layout = Layout::new(lattice, &settings)
-            .map_err(|e| self.fault(Section::Description, &e.to_string()))?;
-        let nodes = self.bytes(Section::Nodes)?;
-        if !nodes.len().is_multiple_of(size_of::<argil_abi::Node>()) {
-            return Err(self.fault(Section::Nodes, "half a node is left"));
-        }
-        let nodes = nodes
-            .chunks_exact(size_of::<argil_abi::Node>())
-            .map(bytemuck::pod_read_unaligned)
-            .collect();
-        let tree = Tree::from_parts(
-            self.words(Section::Codes)?,
-            nodes,
-            self.words(Section::Levels)?,
-        );
-        if let Some(reason) = tree.check(&layout) {
-            return Err(self.fault(Section::Nodes, reason));
-        }
-        let texels = self.texels(0, encoding.bits, lattice.texel_count(0))?;
-        Octree::from_parts(layout, tree, texels)
-            .ok_or_else(|| self.fault(Section::Texels(0), "its size is another"))
-    }
-}
-
-/// Of version 1, which has the words of all blocks of the box: the table of those that are not far from everything.
-fn all_blocks(layout: &BrickLayout, cells: &[u32]) -> Option<(BlockTable, Vec<u32>)> {
-    let [low, high] = layout.block_range();
-    let size = (high - low).as_uvec3();
-    let count = size
-        .to_array()
-        .map(|n| n as usize)
-        .iter()
-        .product::<usize>();
-    if cells.len() != 64 * count {
-        return None;
-    }
-    let mut table = BlockTable::new(low, high);
-    let mut words = vec![0; FAR_SLOTS as usize * 64];
-    let far = 0.999 * layout.far_length();
-    for (at, own) in (0u32..).zip(cells.as_chunks::<64>().0) {
-        let place = UVec3::new(at % size.x, at / size.x % size.y, at / size.x / size.y);
-        let block = low + place.as_ivec3();
-        let center = center_of(own[0]);
-        let is_far = |&w: &u32| is_lonely(w) && w >> 31 != 0 && center_of(w).abs() >= far;
-        if own.iter().all(is_far) {
-            table.set_far(block, block + 1, center < 0.0);
-        } else {
-            table.insert(block);
-            words.extend(own);
-        }
-    }
-    Some((table, words))
 }
 
 fn content(path: &Path, section: Section, reason: &str) -> VolumeError {

@@ -9,9 +9,6 @@ use std::io::{self, Write};
 /// Lipschitz constant; then the first voxel, and whether the box cuts what is solid, which version 1 has not.
 pub(super) const DESCRIPTION_WORDS: usize = 17;
 pub(super) const DESCRIPTION_WORDS_1: usize = 13;
-pub(super) const KIND_DENSE: u32 = 1;
-pub(super) const KIND_OCTREE: u32 = 2;
-pub(super) const KIND_BRICKS: u32 = 3;
 
 pub(super) fn write(
     volume: &Volume,
@@ -20,54 +17,14 @@ pub(super) fn write(
     mut out: impl Write,
 ) -> io::Result<()> {
     // Gather the sections; what is large is borrowed.
-    let description;
-    let (mut blocks, mut inside, mut words) = (Vec::new(), Vec::new(), Vec::new());
-    let mut sections: Vec<(Section, &[u8])> = Vec::new();
-    match volume {
-        Volume::Dense(dense) => {
-            let levels = dense.levels().len() as u32;
-            description = describe(
-                KIND_DENSE,
-                dense.encoding(),
-                dense.lattice(),
-                [levels, 0, 0],
-            );
-            for (level, texels) in (0..).zip(dense.levels()) {
-                sections.push((Section::Texels(level), texels.bytes()));
-            }
-        }
-        Volume::Octree(octree) => {
-            let (layout, tree) = (octree.layout(), octree.tree());
-            let own = [1, layout.brick, layout.depth];
-            description = describe(KIND_OCTREE, &layout.encoding, &layout.lattice, own);
-            sections.push((Section::Codes, bytemuck::cast_slice(tree.codes())));
-            sections.push((Section::Nodes, bytemuck::cast_slice(tree.nodes())));
-            sections.push((Section::Levels, bytemuck::cast_slice(tree.levels())));
-            sections.push((Section::Texels(0), octree.texels().bytes()));
-        }
-        Volume::Bricks(bricks) => {
-            let layout = bricks.layout();
-            let own = [1, layout.brick, bricks.lipschitz().to_bits()];
-            description = describe(KIND_BRICKS, &layout.encoding, &layout.lattice, own);
-            // Without slots that are of no block.
-            for (slot, block) in bricks.table().blocks() {
-                blocks.extend(block.to_array());
-                words.extend_from_slice(&bricks.words()[64 * slot..64 * (slot + 1)]);
-            }
-            bricks.table().each_inside(|low, high| {
-                inside.extend(low.to_array());
-                inside.push(high.x - low.x);
-            });
-            sections.push((Section::Blocks, bytemuck::cast_slice(&blocks)));
-            sections.push((Section::Inside, bytemuck::cast_slice(&inside)));
-            sections.push((Section::Cells, bytemuck::cast_slice(&words)));
-            sections.push((Section::Materials, bytemuck::cast_slice(bricks.materials())));
-            sections.push((Section::Mixed, bytemuck::cast_slice(bricks.mixed())));
-            sections.push((Section::Texels(0), bricks.pool().bytes()));
-        }
-    }
-    sections.insert(0, (Section::Description, &description));
-    sections.insert(1, (Section::Scene, scene_json.as_bytes()));
+    let (kind, part) = volume.file_parts();
+    let description = describe(kind, volume.encoding(), volume.lattice(), part.own);
+    let mut sections: Vec<(Section, &[u8])> = vec![
+        (Section::Description, &description),
+        (Section::Scene, scene_json.as_bytes()),
+    ];
+    let own = part.sections.iter();
+    sections.extend(own.map(|(section, bytes)| (*section, &bytes[..])));
     let meshes = bytes_of(meshes);
     if !meshes.is_empty() {
         sections.insert(2, (Section::Meshes, &meshes));

@@ -2,15 +2,14 @@
 
 use crate::representation::{Kept, budget_on};
 use crate::wait::wait;
-use crate::{BricksOptions, BuildError, Engine, World};
+use crate::{BuildError, Engine, World};
 use argil_field::{Grid, Program};
-use argil_gpu::{GpuField, GpuMesh, GpuVolume, MarchNormals, MarchOptions, StagesMs};
+use argil_gpu::{GpuError, GpuField, GpuMesh, GpuVolume, MarchNormals, MarchOptions, StagesMs};
 use argil_math::{Aabb, Control};
 use argil_mesh::marching::bricks::Rings;
+use argil_mesh::marching::surface::{Surface, SurfaceError};
 use argil_mesh::{Format, Mesh, Report, WriteOptions, dual, exact, marching, simplify, write};
-use argil_volume::{
-    Bits, BrickLayout, BrickSettings, Bricks, CellLists, Dense, Lattice, RESOLUTIONS, Volume,
-};
+use argil_volume::{BrickLayout, BrickSettings, Bricks, CellLists, Lattice, RESOLUTIONS, Volume};
 use glam::Vec3;
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
@@ -105,29 +104,14 @@ pub enum MeshError {
     /// The world cannot be sampled.
     #[error(transparent)]
     Build(#[from] BuildError),
-    /// Bricks hold one surface.
-    #[error(
-        "bricks hold the surface at distance 0 alone: leave out the iso level, or mesh the field or a dense volume"
-    )]
-    Iso,
-    /// Beyond the band.
-    #[error(
-        "an iso level of {iso}, and the volume tells distances up to {band}: take a wider band, or mesh the field"
-    )]
-    Band {
-        /// Asked for.
-        iso: f32,
-        /// What is stored.
-        band: f32,
-    },
+    /// The volume has no triangles at that level.
+    #[error(transparent)]
+    Surface(#[from] SurfaceError),
     /// What is stored has no normals on the grid's edges.
     #[error(
         "dual contouring takes normals from the exact field, at iso level 0: mesh the field of a scene, or take marching cubes"
     )]
     Dual,
-    /// An octree's empty bricks are not filled.
-    #[error("an octree is not meshed: take the field, a dense volume or bricks")]
-    Octree,
     /// There are too many corners to leave some out.
     #[error("simplifying: {0}")]
     Simplify(String),
@@ -175,17 +159,11 @@ impl World {
                 let mesh = of_gpu(volume, field, options, &mut stages)?;
                 (mesh, *volume.lattice(), None)
             }
-            (Kept::Cpu(Volume::Octree(_)), _) => return Err(MeshError::Octree),
-            (Kept::Cpu(Volume::Bricks(_)), _) if iso != 0.0 => return Err(MeshError::Iso),
-            (Kept::Cpu(Volume::Bricks(bricks)), _) => {
-                let mesh = marching::bricks::march(bricks).mesh;
+            (Kept::Cpu(volume), _) => {
+                let with_normals = options.normals == MeshNormals::Gradient;
+                let mesh = volume.triangles(iso, with_normals)?;
                 stages.done("march")?;
-                (mesh, bricks.layout().lattice, None)
-            }
-            (Kept::Cpu(Volume::Dense(dense)), _) => {
-                let mesh = of_dense(dense, options)?;
-                stages.done("march")?;
-                (mesh, *dense.lattice(), None)
+                (mesh, *volume.lattice(), None)
             }
             (_, Some(field)) if iso == 0.0 && !is_dual => {
                 self.of_field_on_gpu(field, options, &mut stages)?
@@ -208,12 +186,8 @@ impl World {
             exact::normals(program, &lists, &mut mesh);
             stages.done("normals")?;
         } else if needs_normals {
-            let bricks = match self.volume_on_cpu() {
-                Some(Volume::Bricks(bricks)) => Some(bricks),
-                _ => made.as_ref(),
-            };
-            if let Some(bricks) = bricks {
-                stored_normals(&mut mesh, bricks);
+            if let Some(volume) = self.volume_on_cpu().or(made.as_ref()) {
+                stored_normals(&mut mesh, volume);
             }
             stages.done("normals")?;
         }
@@ -263,7 +237,7 @@ impl World {
     fn of_field(
         &self,
         options: &MeshOptions,
-        made: &mut Option<Bricks>,
+        made: &mut Option<Volume>,
         stages: &mut Stages,
     ) -> Result<(Mesh, Lattice, Option<CellLists>), MeshError> {
         let lattice = self.own_lattice(options)?;
@@ -278,7 +252,7 @@ impl World {
         if options.normals != MeshNormals::Field {
             mesh.normals = Vec::new();
         }
-        *made = Some(own.bricks);
+        *made = Some(own.bricks.into());
         Ok((mesh, lattice, Some(own.lists)))
     }
 
@@ -353,7 +327,7 @@ pub(crate) fn field_mesh(
     stages: &mut Stages,
 ) -> Result<FieldMesh, BuildError> {
     let layout = layout_of(lattice)?;
-    let budget = budget_on(engine, &BricksOptions::default());
+    let budget = budget_on(engine, None);
     let control = &engine.control;
     let (bricks, lists, _) = Bricks::bake_with_lists_controlled(program, layout, budget, control)?;
     stages.done("bake")?;
@@ -389,7 +363,7 @@ pub(crate) async fn field_mesh_on_gpu(
     normals: MarchNormals,
     is_unshared: bool,
 ) -> Result<(GpuMesh, StagesMs), BuildError> {
-    let budget = budget_on(engine, &BricksOptions::default());
+    let budget = budget_on(engine, None);
     let (volume, mut stages) =
         GpuVolume::bricks_controlled(field, program, layout_of(lattice)?, budget, &engine.control)
             .await?;
@@ -412,13 +386,7 @@ fn of_gpu(
     stages: &mut Stages,
 ) -> Result<Mesh, MeshError> {
     let iso = options.iso;
-    if volume.layout().is_some() {
-        return Err(MeshError::Octree);
-    }
-    if volume.brick_layout().is_some() && iso != 0.0 {
-        return Err(MeshError::Iso);
-    }
-    check_level(iso, volume.encoding().range_length(volume.lattice(), 0))?;
+    SurfaceError::check_band(iso, volume.encoding().range_length(volume.lattice(), 0))?;
     let options = MarchOptions {
         iso,
         normals: match options.normals {
@@ -428,7 +396,12 @@ fn of_gpu(
         },
         ..MarchOptions::default()
     };
-    let (mesh, took) = wait(volume.march(field, &options)).map_err(BuildError::from)?;
+    let marched = wait(volume.march(field, &options));
+    let (mesh, took) = marched.map_err(|error| match error {
+        GpuError::NotMarched => SurfaceError::Octree.into(),
+        GpuError::OtherLevel => SurfaceError::Iso.into(),
+        error => MeshError::from(BuildError::from(error)),
+    })?;
     stages.all.extend(took);
     brought(&mesh, field, stages)
 }
@@ -444,10 +417,14 @@ fn brought(mesh: &GpuMesh, field: &GpuField, stages: &mut Stages) -> Result<Mesh
     Ok(mesh)
 }
 
-/// Central differences over a voxel's width of what bricks store.
-fn stored_normals(mesh: &mut Mesh, bricks: &Bricks) {
-    let half = 0.5 * bricks.layout().lattice.voxel;
-    let at = |p: Vec3| bricks.distance(p);
+/// Central differences over a voxel's width of what is stored.
+fn stored_normals(mesh: &mut Mesh, volume: &Volume) {
+    let half = 0.5 * volume.lattice().voxel;
+    let held = volume.lattice().aabb();
+    let at = |p: Vec3| {
+        let told = volume.distance_in(p.clamp(held.min, held.max));
+        told.map_or(0.0, |(d, _)| d)
+    };
     mesh.normals = mesh
         .positions
         .par_iter()
@@ -480,34 +457,6 @@ pub fn save_mesh(
 /// Cells of bricks over a lattice.
 fn layout_of(lattice: Lattice) -> Result<BrickLayout, BuildError> {
     Ok(BrickLayout::new(lattice, &BrickSettings::default())?)
-}
-
-/// Refuse a level that what is stored does not reach.
-fn check_level(iso: f32, band: f32) -> Result<(), MeshError> {
-    if iso.abs() >= band {
-        return Err(MeshError::Band { iso, band });
-    }
-    Ok(())
-}
-
-fn of_dense(dense: &Dense, options: &MeshOptions) -> Result<Mesh, MeshError> {
-    let (lattice, encoding) = (dense.lattice(), dense.encoding());
-    let band = encoding.range_length(lattice, 0);
-    check_level(options.iso, band)?;
-    let iso = options.iso / band * encoding.bits.quanta() as f32;
-    let grid = lattice.grid(0);
-    let normals = options.normals == MeshNormals::Gradient;
-    let texels = &dense.levels()[0];
-    Ok(match encoding.bits {
-        Bits::Eight => {
-            let samples = texels.of::<i8>().expect("texels of 8 bits");
-            marching::dense::march(samples, &grid, iso, normals)
-        }
-        Bits::Sixteen => {
-            let samples = texels.of::<i16>().expect("texels of 16 bits");
-            marching::dense::march(samples, &grid, iso, normals)
-        }
-    })
 }
 
 pub(crate) struct Stages {

@@ -33,9 +33,9 @@ fn cone(@builtin(global_invocation_id) id: vec3<u32>) {
     let meets = begin <= end;
     let u = (f32(x) + 0.5 * f32(CONE_SIDE)) / f32(frame.width) * 2.0 - 1.0;
     let v = 1.0 - (f32(y) + 0.5 * f32(CONE_SIDE)) / f32(frame.height) * 2.0;
-    let direction = normalize(frame.forward.xyz + frame.right.xyz * u + frame.up.xyz * v);
-    let eye = frame.eye_step.xyz;
-    let starts_outside = any(eye < frame.box_min_epsilon.xyz) || any(eye > frame.box_max_bias.xyz);
+    let direction = normalize(frame.forward + frame.right * u + frame.up * v);
+    let eye = frame.eye;
+    let starts_outside = any(eye < frame.box_min) || any(eye > frame.box_max);
     let slope = CONE_RADIUS * frame.pixel;
     let voxel = volume.extent_voxel.w;
     let begin_voxel = vec3(volume.begin_x, volume.begin_y, volume.begin_z);
@@ -48,7 +48,7 @@ fn cone(@builtin(global_invocation_id) id: vec3<u32>) {
         let held = clamp(at, box_min, box_max);
         let beside = distance(at, held);
         let d = brick_clearance(held);
-        var free = max(abs(d) * frame.eye_step.w - beside, beside);
+        var free = max(abs(d) * frame.inv_lipschitz - beside, beside);
         if d < 0.0 && starts_outside {
             free = 0.0;
         }

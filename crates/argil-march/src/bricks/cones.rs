@@ -6,7 +6,7 @@
 //! With the axis at length t, its rays are within k·t of it, and at length t' within (t' − t) + k·t' of the same point. A
 //! ball of radius D there is free up to t' = (t + D) / (1 + k).
 
-use crate::bricks::BrickRays;
+use super::rays::BrickRays;
 use crate::camera::bounds_of;
 use crate::tile::Tile;
 use crate::wave::Starts;
@@ -50,7 +50,7 @@ impl Cones {
         self.start(frame, tile, starts);
         let slope = CONE_RADIUS * frame.pixel;
         let (voxel, bounds) = (bricks.voxel(), bricks.bounds());
-        let eye = Vec3::new(frame.eye_step[0], frame.eye_step[1], frame.eye_step[2]);
+        let eye = Vec3::new(frame.eye[0], frame.eye[1], frame.eye[2]);
         let starts_outside = !bounds_of(frame).contains(eye);
         let mut p = [[0.0f32; LANES]; 3];
         let mut beside = [0.0f32; LANES];
@@ -89,7 +89,7 @@ impl Cones {
                     let t = *begin;
                     // What enters through a cut side is not free, whatever is behind it.
                     let inside = d[lane] < 0.0 && starts_outside;
-                    let length = d[lane].abs() * frame.eye_step[3];
+                    let length = d[lane].abs() * frame.inv_lipschitz;
                     let free = (length - beside[lane]).max(beside[lane]);
                     let free = if inside { 0.0 } else { free };
                     let next = (t + free) / (1.0 + slope);

@@ -1,0 +1,439 @@
+//! A frame as data: its passes, recorded once for a size and a way to draw, and the buffers that they run on, kept from frame to frame.
+
+use crate::pass::{COLORS, COUNTS, FRAME, HITS, LIVE, PIXELS};
+use crate::resolve::ResolvePass;
+use crate::table::Table;
+use crate::timing::Timing;
+use crate::way::Bound;
+use crate::{Gpu, GpuError};
+use argil_abi::{Frame, Hit};
+use argil_march::{Picture, Statistics};
+use web_time::Instant;
+
+/// Side of a workgroup.
+pub(crate) const GROUP: u32 = 8;
+/// Histograms of what rays did: of steps where nothing but distances was looked up, and else of steps, samples, nodes and cells.
+const HISTOGRAMS: u64 = 5;
+/// Words of a histogram beyond a ray's steps: what is looked up in the last of them.
+const MARGIN: u32 = 64;
+/// No words: blocks of pixels that are left, before there are any.
+const NO_BLOCKS: [u32; 4] = [0, 1, 1, 0];
+
+/// What a recording depends on: while it stays the same, so do the passes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Key {
+    pub size: [u32; 2],
+    pub samples: usize,
+    pub show: u32,
+    pub normals: u32,
+    pub has_ground: bool,
+    pub max_steps: u32,
+    /// Instructions of the field, and evaluations that a thread may do in a dispatch.
+    pub field: (usize, u32),
+    pub with_hits: bool,
+}
+
+impl Key {
+    /// Words of a histogram.
+    fn bins(&self) -> u32 {
+        self.max_steps.saturating_add(MARGIN)
+    }
+
+    fn pixels(&self) -> u64 {
+        self.size.map(u64::from).iter().product()
+    }
+}
+
+/// One step of a frame.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Step {
+    /// Sets colours and counts to zero.
+    Clear,
+    /// Draws triangles, by the numbers of a dispatch.
+    Draw(usize),
+    /// Empties the list of blocks of pixels.
+    EmptyBlocks,
+    /// Takes over how many blocks there are.
+    TakeBlocks,
+    /// Runs a pass.
+    Pass {
+        label: &'static str,
+        /// Its place among the pipelines.
+        pipeline: usize,
+        /// Its place among the numbers of dispatches.
+        dispatch: usize,
+        /// So many workgroups; as many as there are blocks without.
+        groups: Option<[u32; 3]>,
+    },
+    /// Counts what the rays of the first sample did.
+    Count(usize),
+    /// Keeps what they hit.
+    KeepHits,
+    /// Makes bytes of the colours.
+    Resolve(usize),
+    /// What follows is submitted apart: a device takes so much at once.
+    Submit,
+}
+
+/// What is the dispatch's own in a [`Frame`].
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Dispatch {
+    pub sample: usize,
+    pub first_row: u32,
+    pub first_step: u32,
+    pub step_count: u32,
+    pub max_steps: u32,
+}
+
+/// The passes of a frame, and what each is told.
+#[derive(Debug, Default)]
+pub(crate) struct Recording {
+    pub steps: Vec<Step>,
+    pub dispatches: Vec<Dispatch>,
+}
+
+impl Recording {
+    /// Passes that take time.
+    fn passes(&self) -> u32 {
+        let is_pass = |step: &&Step| matches!(step, Step::Pass { .. } | Step::Draw(_));
+        self.steps.iter().filter(is_pass).count() as u32
+    }
+}
+
+/// What a frame's steps run.
+pub(crate) struct Passes<'a> {
+    pub layout: &'a wgpu::BindGroupLayout,
+    pub pipelines: &'a [wgpu::ComputePipeline],
+    pub resolve: &'a ResolvePass,
+}
+
+/// Triangles that a sample begins with.
+pub(crate) trait Drawing: Sync {
+    /// Draws them by a frame at an offset of a buffer of frames.
+    fn draw(
+        &self,
+        gpu: &Gpu,
+        encoder: &mut wgpu::CommandEncoder,
+        frames: (&wgpu::Buffer, u32),
+        timing: Option<&mut Timing>,
+    );
+}
+
+/// The buffers of a frame's size.
+pub(crate) struct Target {
+    key: Key,
+    recording: Recording,
+    hits: Table,
+    colors: Table,
+    live: Table,
+    counts: Table,
+    pixels: Table,
+    no_blocks: wgpu::Buffer,
+    arguments: wgpu::Buffer,
+    /// A [`Frame`] for each dispatch.
+    frames: wgpu::Buffer,
+    stride: u32,
+    bytes: Vec<u8>,
+    timing: Option<Timing>,
+    /// The picture and the counts, on their way to the CPU.
+    staging: wgpu::Buffer,
+    /// Hits, likewise, if they were asked for.
+    hits_staging: Option<wgpu::Buffer>,
+    bound: Vec<Bound>,
+    groups: Option<[wgpu::BindGroup; 2]>,
+}
+
+impl Target {
+    pub fn new(
+        gpu: &Gpu,
+        key: Key,
+        recording: Recording,
+        has_cones: bool,
+    ) -> Result<Self, GpuError> {
+        let pixels = key.pixels();
+        let hit_bytes = pixels * size_of::<Hit>() as u64;
+        let table = |what, bytes| -> Result<Table, GpuError> {
+            let mut table = Table::new(what);
+            table.reserve_exact(gpu, bytes)?;
+            Ok(table)
+        };
+        let blocks: u64 = key
+            .size
+            .map(|n| u64::from(n.div_ceil(GROUP)))
+            .iter()
+            .product();
+        let count_bytes = 4 * HISTOGRAMS * u64::from(key.bins());
+        let alignment = gpu.device.limits().min_uniform_buffer_offset_alignment;
+        let stride = (size_of::<Frame>() as u32).next_multiple_of(alignment);
+        let buffer = |label, size: u64, usage| {
+            gpu.checked(|| {
+                gpu.device.create_buffer(&wgpu::BufferDescriptor {
+                    label: Some(label),
+                    size,
+                    usage,
+                    mapped_at_creation: false,
+                })
+            })
+        };
+        use wgpu::BufferUsages as Usage;
+        let read = Usage::MAP_READ | Usage::COPY_DST;
+        let no_blocks = buffer("no blocks", 16, Usage::COPY_SRC | Usage::COPY_DST)?;
+        gpu.queue
+            .write_buffer(&no_blocks, 0, bytemuck::bytes_of(&NO_BLOCKS));
+        let bytes = vec![0; stride as usize * recording.dispatches.len().max(1)];
+        Ok(Self {
+            key,
+            hits: table("hits", hit_bytes)?,
+            colors: table("colors", 16 * pixels)?,
+            live: table(
+                "blocks of pixels",
+                if has_cones { 16 + 16 * blocks } else { 0 },
+            )?,
+            counts: table("what rays did", count_bytes)?,
+            pixels: table("picture", 4 * pixels)?,
+            no_blocks,
+            arguments: buffer("blocks to march", 16, Usage::INDIRECT | Usage::COPY_DST)?,
+            frames: buffer(
+                "frames",
+                bytes.len() as u64,
+                Usage::UNIFORM | Usage::COPY_DST,
+            )?,
+            stride,
+            bytes,
+            timing: Timing::new(gpu, recording.passes())?,
+            staging: buffer("picture on its way", 4 * pixels + count_bytes, read)?,
+            hits_staging: match key.with_hits {
+                true => Some(buffer("hits on their way", hit_bytes, read)?),
+                false => None,
+            },
+            bound: Vec::new(),
+            groups: None,
+            recording,
+        })
+    }
+
+    /// Whether it is for such a frame.
+    pub fn fits(&self, key: &Key) -> bool {
+        self.key == *key
+    }
+
+    /// Binds what passes read, if it is not the same as before.
+    fn bind(&mut self, gpu: &Gpu, passes: &Passes<'_>, bound: Vec<Bound>) -> Result<(), GpuError> {
+        if self.groups.is_some() && self.bound == bound {
+            return Ok(());
+        }
+        let frame = || Bound::Buffer(FRAME, self.frames.clone(), Some(size_of::<Frame>() as u64));
+        let mut all = bound.clone();
+        all.push(frame());
+        all.extend(self.hits.bound(HITS));
+        all.extend(self.colors.bound(COLORS));
+        if layout_has_blocks(&self.live) {
+            all.extend(self.live.bound(LIVE));
+        }
+        let mut own = vec![frame()];
+        own.extend(self.hits.bound(HITS));
+        own.extend(self.colors.bound(COLORS));
+        own.extend(self.pixels.bound(PIXELS));
+        own.extend(self.counts.bound(COUNTS));
+        let group = |label, layout, bound: &[Bound]| {
+            let entries: Vec<_> = bound.iter().map(Bound::entry).collect();
+            gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+                label: Some(label),
+                layout,
+                entries: &entries,
+            })
+        };
+        self.groups = Some(gpu.checked(|| {
+            [
+                group("Picture", passes.layout, &all),
+                group("Resolve", &passes.resolve.layout, &own),
+            ]
+        })?);
+        self.bound = bound;
+        Ok(())
+    }
+
+    /// Runs a frame and brings it back; with the picture, what its passes took.
+    pub async fn run(
+        &mut self,
+        gpu: &Gpu,
+        passes: Passes<'_>,
+        bound: Vec<Bound>,
+        drawing: Option<&dyn Drawing>,
+        frames: &[Frame],
+    ) -> Result<(Picture, f64), GpuError> {
+        self.bind(gpu, &passes, bound)?;
+        for (dispatch, bytes) in self
+            .recording
+            .dispatches
+            .iter()
+            .zip(self.bytes.chunks_exact_mut(self.stride as usize))
+        {
+            let frame = Frame {
+                max_steps: dispatch.max_steps,
+                first_row: dispatch.first_row,
+                first_step: dispatch.first_step,
+                step_count: dispatch.step_count,
+                ..frames[dispatch.sample]
+            };
+            bytes[..size_of::<Frame>()].copy_from_slice(bytemuck::bytes_of(&frame));
+        }
+        if let Some(timing) = &mut self.timing {
+            timing.restart();
+        }
+        let start = Instant::now();
+        gpu.queue.write_buffer(&self.frames, 0, &self.bytes);
+        gpu.checked(|| self.encode(gpu, &passes, drawing))?;
+        let duration_ms = match &self.timing {
+            Some(timing) => timing.durations_ms(gpu).await?.iter().sum(),
+            None => {
+                gpu.wait().await?;
+                start.elapsed().as_secs_f64() * 1e3
+            }
+        };
+        let picture = self.bring(gpu).await?;
+        Ok((picture, duration_ms))
+    }
+
+    fn encode(
+        &mut self,
+        gpu: &Gpu,
+        Passes {
+            pipelines, resolve, ..
+        }: &Passes<'_>,
+        drawing: Option<&dyn Drawing>,
+    ) {
+        let Some([own, resolving]) = &self.groups else {
+            return;
+        };
+        let begin = || {
+            gpu.device
+                .create_command_encoder(&wgpu::CommandEncoderDescriptor::default())
+        };
+        let mut encoder = begin();
+        let [width, height] = self.key.size;
+        let pixels = [width.div_ceil(GROUP), height.div_ceil(GROUP), 1];
+        let at = |dispatch: usize| self.stride * dispatch as u32;
+        for step in &self.recording.steps {
+            match *step {
+                Step::Clear => {
+                    for table in [&self.colors, &self.counts] {
+                        if let Some(buffer) = table.buffer() {
+                            encoder.clear_buffer(buffer, 0, None);
+                        }
+                    }
+                }
+                Step::Draw(dispatch) => {
+                    if let Some(drawing) = drawing {
+                        let frames = (&self.frames, at(dispatch));
+                        drawing.draw(gpu, &mut encoder, frames, self.timing.as_mut());
+                    }
+                }
+                Step::EmptyBlocks => {
+                    if let Some(live) = self.live.buffer() {
+                        encoder.copy_buffer_to_buffer(&self.no_blocks, 0, live, 0, 16);
+                    }
+                }
+                Step::TakeBlocks => {
+                    if let Some(live) = self.live.buffer() {
+                        encoder.copy_buffer_to_buffer(live, 0, &self.arguments, 0, 12);
+                    }
+                }
+                Step::Pass {
+                    label,
+                    pipeline,
+                    dispatch,
+                    groups,
+                } => {
+                    let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+                        label: Some(label),
+                        timestamp_writes: self.timing.as_mut().and_then(Timing::next),
+                    });
+                    pass.set_pipeline(&pipelines[pipeline]);
+                    pass.set_bind_group(0, own, &[at(dispatch)]);
+                    match groups {
+                        Some([x, y, z]) => pass.dispatch_workgroups(x, y, z),
+                        None => pass.dispatch_workgroups_indirect(&self.arguments, 0),
+                    }
+                }
+                Step::Count(dispatch) | Step::Resolve(dispatch) => {
+                    let mut pass = encoder.begin_compute_pass(&Default::default());
+                    let is_count = matches!(step, Step::Count(_));
+                    pass.set_pipeline(if is_count {
+                        &resolve.count
+                    } else {
+                        &resolve.resolve
+                    });
+                    pass.set_bind_group(0, resolving, &[at(dispatch)]);
+                    let [x, y, z] = pixels;
+                    pass.dispatch_workgroups(x, y, z);
+                }
+                Step::KeepHits => {
+                    if let (Some(hits), Some(staging)) = (self.hits.buffer(), &self.hits_staging) {
+                        encoder.copy_buffer_to_buffer(hits, 0, staging, 0, staging.size());
+                    }
+                }
+                Step::Submit => {
+                    let full = std::mem::replace(&mut encoder, begin());
+                    gpu.queue.submit([full.finish()]);
+                }
+            }
+        }
+        if let (Some(pixels), Some(counts)) = (self.pixels.buffer(), self.counts.buffer()) {
+            let first = 4 * self.key.pixels();
+            encoder.copy_buffer_to_buffer(pixels, 0, &self.staging, 0, first);
+            let rest = self.staging.size() - first;
+            encoder.copy_buffer_to_buffer(counts, 0, &self.staging, first, rest);
+        }
+        gpu.queue.submit([encoder.finish()]);
+    }
+
+    /// What is kept from frame to frame.
+    #[cfg(test)]
+    pub fn buffers(&self) -> Vec<wgpu::Buffer> {
+        let tables = [&self.hits, &self.colors, &self.counts, &self.pixels];
+        let tables = tables.into_iter().filter_map(Table::buffer);
+        tables
+            .chain([&self.frames, &self.staging])
+            .cloned()
+            .collect()
+    }
+
+    async fn bring(&self, gpu: &Gpu) -> Result<Picture, GpuError> {
+        let (pixels, bins) = (self.key.pixels(), self.key.bins() as usize);
+        let (mut rgb, mut hit_pixels) = (Vec::with_capacity(3 * pixels as usize), 0);
+        let mut histograms: Vec<u32> = Vec::new();
+        gpu.take_staged(&self.staging, |bytes| {
+            let (picture, counts) = bytes.split_at(4 * pixels as usize);
+            for &[r, g, b, is_hit] in picture.as_chunks::<4>().0 {
+                rgb.extend([r, g, b]);
+                hit_pixels += usize::from(is_hit);
+            }
+            let words = counts.as_chunks::<4>().0;
+            histograms.extend(words.iter().map(|&word| u32::from_le_bytes(word)));
+        })
+        .await?;
+        let mut hits = Vec::new();
+        if let Some(staging) = &self.hits_staging {
+            gpu.take_staged(staging, |bytes| {
+                let each = bytes.chunks_exact(size_of::<Hit>());
+                hits.extend(each.map(bytemuck::pod_read_unaligned::<Hit>));
+            })
+            .await?;
+        }
+        let mut each = histograms.chunks_exact(bins);
+        let histograms = std::array::from_fn(|_| each.next().unwrap_or_default());
+        Ok(Picture {
+            size: self.key.size,
+            rgb,
+            hits,
+            statistics: Statistics::of_histograms(pixels, histograms),
+            hit_pixels,
+        })
+    }
+}
+
+/// Whether there are blocks of pixels: a table of none has the least room.
+fn layout_has_blocks(live: &Table) -> bool {
+    live.used() > 16
+}

@@ -1,0 +1,46 @@
+//! What a frame has gathered as bytes, and what its rays did.
+
+use crate::pass::{
+    Bind, COLORS, COUNTS, FRAME, FRAME_WGSL, HITS, PICTURE_WGSL, PIXELS, layout, pipelines,
+};
+use crate::{Gpu, GpuError};
+use argil_march::wgsl;
+
+const RESOLVE_WGSL: &str = "
+@group(0) @binding(BIND_PIXELS) var<storage, read_write> pixels: array<u32>;
+@group(0) @binding(BIND_COUNTS) var<storage, read_write> counts: array<atomic<u32>>;
+";
+
+/// The passes that a frame ends with, of any representation.
+pub(crate) struct ResolvePass {
+    pub layout: wgpu::BindGroupLayout,
+    pub count: wgpu::ComputePipeline,
+    pub resolve: wgpu::ComputePipeline,
+}
+
+impl ResolvePass {
+    pub fn new(gpu: &Gpu) -> Result<Self, GpuError> {
+        let source = [
+            &argil_abi::wgsl(),
+            FRAME_WGSL,
+            PICTURE_WGSL,
+            RESOLVE_WGSL,
+            wgsl::RESOLVE,
+        ]
+        .concat();
+        let binds = [
+            Bind::Uniforms(FRAME),
+            Bind::Write(HITS),
+            Bind::Write(COLORS),
+            Bind::Write(PIXELS),
+            Bind::Write(COUNTS),
+        ];
+        let layout = gpu.checked(|| layout(gpu, "Resolve", &binds))?;
+        let [count, resolve] = pipelines(gpu, source, &layout, &[], ["count", "resolve"])?;
+        Ok(Self {
+            layout,
+            count,
+            resolve,
+        })
+    }
+}

@@ -1,0 +1,199 @@
+//! Buffers and textures: making them, and the ways to and from the CPU.
+
+use crate::table::Table;
+use crate::{Gpu, GpuError};
+use argil_volume::{Bits, Lattice, Texels};
+
+/// Bytes that a row of texels takes in a buffer is a multiple of this.
+const ROW_ALIGNMENT: u32 = wgpu::COPY_BYTES_PER_ROW_ALIGNMENT;
+
+/// Most bytes of texels on their way from or to the device at once.
+pub(crate) const STAGING_BYTES: u64 = 64 << 20;
+
+pub(crate) fn uniform_of<T>(gpu: &Gpu, label: &str) -> wgpu::Buffer {
+    gpu.device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some(label),
+        size: size_of::<T>() as u64,
+        usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+        mapped_at_creation: false,
+    })
+}
+
+/// An empty texture for a lattice that shaders can write and filter.
+pub(crate) fn texture(
+    gpu: &Gpu,
+    lattice: &Lattice,
+    bits: Bits,
+    levels: u32,
+) -> Result<wgpu::Texture, GpuError> {
+    let size = extent(lattice.size.x, lattice.size.y, lattice.size.z);
+    texture_of(gpu, size, bits, levels)
+}
+
+/// An empty texture that shaders can write and filter.
+pub(crate) fn texture_of(
+    gpu: &Gpu,
+    size: wgpu::Extent3d,
+    bits: Bits,
+    levels: u32,
+) -> Result<wgpu::Texture, GpuError> {
+    let format = gpu.texels(bits).format();
+    let voxels = size.width.max(size.height).max(size.depth_or_array_layers);
+    let limit = gpu.device.limits().max_texture_dimension_3d;
+    if voxels > limit {
+        return Err(GpuError::TooFine {
+            name: gpu.info.name.clone(),
+            voxels,
+            limit,
+        });
+    }
+    gpu.checked(|| {
+        gpu.device.create_texture(&wgpu::TextureDescriptor {
+            label: Some("volume"),
+            size,
+            mip_level_count: levels,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D3,
+            format,
+            usage: wgpu::TextureUsages::TEXTURE_BINDING
+                | wgpu::TextureUsages::STORAGE_BINDING
+                | wgpu::TextureUsages::COPY_SRC
+                | wgpu::TextureUsages::COPY_DST,
+            view_formats: &[],
+        })
+    })
+}
+
+pub(crate) fn extent(width: u32, height: u32, depth_or_array_layers: u32) -> wgpu::Extent3d {
+    wgpu::Extent3d {
+        width,
+        height,
+        depth_or_array_layers,
+    }
+}
+
+/// Brings the texels of a level over.
+pub(crate) async fn upload(
+    gpu: &Gpu,
+    texture: &wgpu::Texture,
+    lattice: &Lattice,
+    level: u32,
+    texels: &Texels,
+) -> Result<(), GpuError> {
+    let size = lattice.level_size(level);
+    let row = size.x as usize * texels.bits().bytes();
+    let layer_bytes = row * size.y as usize;
+    let layers = (STAGING_BYTES as usize / layer_bytes).clamp(1, size.z as usize);
+    let format = gpu.texels(texels.bits());
+    let texel_row = size.x as usize * format.bytes();
+    for (i, part) in texels.bytes().chunks(layers * layer_bytes).enumerate() {
+        gpu.checked(|| {
+            gpu.queue.write_texture(
+                wgpu::TexelCopyTextureInfo {
+                    texture,
+                    mip_level: level,
+                    origin: wgpu::Origin3d {
+                        x: 0,
+                        y: 0,
+                        z: (i * layers) as u32,
+                    },
+                    aspect: wgpu::TextureAspect::All,
+                },
+                &format.texels_of(part),
+                wgpu::TexelCopyBufferLayout {
+                    offset: 0,
+                    bytes_per_row: Some(texel_row as u32),
+                    rows_per_image: Some(size.y),
+                },
+                extent(size.x, size.y, (part.len() / layer_bytes) as u32),
+            );
+        })?;
+        // What is staged is freed once it has arrived.
+        gpu.queue.submit([]);
+        gpu.wait().await?;
+    }
+    Ok(())
+}
+
+/// The texels of some layers of a texture, without gaps.
+pub(crate) async fn read_texels(
+    gpu: &Gpu,
+    texture: &wgpu::Texture,
+    mip_level: u32,
+    bits: Bits,
+    [width, height]: [u32; 2],
+    layers: std::ops::Range<u32>,
+) -> Result<Vec<u8>, GpuError> {
+    let texels = gpu.texels(bits);
+    let row = width as usize * texels.bytes();
+    let padded = (row as u32).next_multiple_of(ROW_ALIGNMENT);
+    let staged = gpu.checked(|| {
+        let buffer = gpu.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("texels"),
+            size: u64::from(padded) * u64::from(height) * layers.len() as u64,
+            usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::COPY_SRC,
+            mapped_at_creation: false,
+        });
+        let mut encoder = gpu
+            .device
+            .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        encoder.copy_texture_to_buffer(
+            wgpu::TexelCopyTextureInfo {
+                texture,
+                mip_level,
+                origin: wgpu::Origin3d {
+                    x: 0,
+                    y: 0,
+                    z: layers.start,
+                },
+                aspect: wgpu::TextureAspect::All,
+            },
+            wgpu::TexelCopyBufferInfo {
+                buffer: &buffer,
+                layout: wgpu::TexelCopyBufferLayout {
+                    offset: 0,
+                    bytes_per_row: Some(padded),
+                    rows_per_image: Some(height),
+                },
+            },
+            extent(width, height, layers.len() as u32),
+        );
+        gpu.queue.submit([encoder.finish()]);
+        buffer
+    })?;
+    let read = gpu.read_back(&staged, staged.size()).await?;
+    let samples = width as usize * height as usize * layers.len();
+    let mut bytes = Vec::with_capacity(samples * bits.bytes());
+    for line in read.chunks_exact(padded as usize) {
+        texels.samples_into(&line[..row], &mut bytes);
+    }
+    Ok(bytes)
+}
+
+/// The texels of a level of a texture as large as a lattice.
+pub(crate) async fn read_level(
+    gpu: &Gpu,
+    texture: &wgpu::Texture,
+    (lattice, bits): (&Lattice, Bits),
+    level: u32,
+) -> Result<Texels, GpuError> {
+    let size = lattice.level_size(level);
+    let layer_bytes = (size.x * size.y) as u64 * bits.bytes() as u64;
+    let mut bytes = Vec::with_capacity((layer_bytes * u64::from(size.z)) as usize);
+    // Some layers at a time: a buffer has its limits.
+    let layers = (STAGING_BYTES / layer_bytes).clamp(1, u64::from(size.z)) as u32;
+    for first in (0..size.z).step_by(layers as usize) {
+        let range = first..(first + layers).min(size.z);
+        let part = read_texels(gpu, texture, level, bits, [size.x, size.y], range).await?;
+        bytes.extend_from_slice(&part);
+    }
+    Texels::from_bytes(bits, bytes).ok_or_else(|| GpuError::Lost("half a texel".into()))
+}
+
+pub(crate) async fn read_table(gpu: &Gpu, table: &Table, bytes: u64) -> Result<Vec<u8>, GpuError> {
+    let lost = || GpuError::Lost("a table is not there".into());
+    if bytes == 0 {
+        return Ok(Vec::new());
+    }
+    gpu.read_back(table.buffer().ok_or_else(lost)?, bytes).await
+}

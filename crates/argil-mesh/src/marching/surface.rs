@@ -1,0 +1,99 @@
+//! The triangles of a volume: what each representation says of them.
+
+use super::{bricks, dense};
+use crate::Mesh;
+use argil_volume::{Bits, Bricks, Dense, Octree, Volume};
+
+/// Why a volume has no triangles at a level.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum SurfaceError {
+    /// An octree's empty bricks are not filled.
+    #[error("an octree is not meshed: take the field, a dense volume or bricks")]
+    Octree,
+    /// Bricks hold one surface.
+    #[error(
+        "bricks hold the surface at distance 0 alone: leave out the iso level, or mesh the field or a dense volume"
+    )]
+    Iso,
+    /// Beyond the band.
+    #[error(
+        "an iso level of {iso}, and the volume tells distances up to {band}: take a wider band, or mesh the field"
+    )]
+    Band {
+        /// Asked for.
+        iso: f32,
+        /// What is stored.
+        band: f32,
+    },
+}
+
+impl SurfaceError {
+    /// Refuses a level that what is stored does not reach.
+    ///
+    /// # Errors
+    /// If it is as far away as the band.
+    pub fn check_band(iso: f32, band: f32) -> Result<(), Self> {
+        if iso.abs() >= band {
+            return Err(Self::Band { iso, band });
+        }
+        Ok(())
+    }
+}
+
+/// A representation that triangles are made of.
+pub trait Surface {
+    /// The triangles at a level, a length in the scene's unit, with normals of what is stored if those are asked for and it has some.
+    ///
+    /// # Errors
+    /// If there are none of that representation, or at that level.
+    fn triangles(&self, iso: f32, with_normals: bool) -> Result<Mesh, SurfaceError>;
+}
+
+impl Surface for Dense {
+    fn triangles(&self, iso: f32, with_normals: bool) -> Result<Mesh, SurfaceError> {
+        let (lattice, encoding) = (self.lattice(), self.encoding());
+        let band = encoding.range_length(lattice, 0);
+        SurfaceError::check_band(iso, band)?;
+        let iso = iso / band * encoding.bits.quanta() as f32;
+        let grid = lattice.grid(0);
+        let texels = &self.levels()[0];
+        Ok(match encoding.bits {
+            Bits::Eight => {
+                let samples = texels.of::<i8>().expect("texels of 8 bits");
+                dense::march(samples, &grid, iso, with_normals)
+            }
+            Bits::Sixteen => {
+                let samples = texels.of::<i16>().expect("texels of 16 bits");
+                dense::march(samples, &grid, iso, with_normals)
+            }
+        })
+    }
+}
+
+impl Surface for Bricks {
+    fn triangles(&self, iso: f32, _: bool) -> Result<Mesh, SurfaceError> {
+        if iso != 0.0 {
+            return Err(SurfaceError::Iso);
+        }
+        Ok(bricks::march(self).mesh)
+    }
+}
+
+impl Surface for Octree {
+    fn triangles(&self, _: f32, _: bool) -> Result<Mesh, SurfaceError> {
+        Err(SurfaceError::Octree)
+    }
+}
+
+macro_rules! volumes {
+    ($($name:ident),*) => {
+        impl Surface for Volume {
+            fn triangles(&self, iso: f32, with_normals: bool) -> Result<Mesh, SurfaceError> {
+                match self { $(Self::$name(own) => own.triangles(iso, with_normals),)* }
+            }
+        }
+    };
+}
+
+argil_volume::all_volumes!(volumes);

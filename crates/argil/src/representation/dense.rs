@@ -1,0 +1,83 @@
+//! Kept as a dense volume.
+
+use super::memory::check_memory;
+use super::{Kept, Options, Site, checked};
+use crate::{BuildError, BuildTimes};
+use argil_gpu::{DenseFill, GpuVolume};
+use argil_volume::{Dense, Encoding, Lattice, Volume};
+use web_time::Instant;
+
+/// A dense volume to be built.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DenseOptions {
+    /// Voxels along the longest side.
+    pub resolution: u32,
+    /// How distances are stored.
+    pub encoding: Encoding,
+    /// Whether levels of detail are built whose band doubles.
+    pub mips: bool,
+    /// How a GPU fills it.
+    pub fill: DenseFill,
+}
+
+impl Default for DenseOptions {
+    fn default() -> Self {
+        Self {
+            resolution: 256,
+            encoding: Encoding::default(),
+            mips: false,
+            fill: DenseFill::default(),
+        }
+    }
+}
+
+impl Options for DenseOptions {
+    const WORD: &'static str = "dense";
+
+    fn at(resolution: u32) -> Self {
+        Self {
+            resolution,
+            ..Self::default()
+        }
+    }
+
+    fn resolution(&self) -> u32 {
+        self.resolution
+    }
+
+    fn of(volume: &Volume) -> Option<Self> {
+        let Volume::Dense(dense) = volume else {
+            return None;
+        };
+        Some(Self {
+            resolution: dense.lattice().size.max_element(),
+            encoding: *dense.encoding(),
+            mips: dense.levels().len() > 1,
+            ..Self::default()
+        })
+    }
+
+    async fn build(
+        &self,
+        site: &Site<'_>,
+        lattice: Lattice,
+    ) -> Result<(Kept, BuildTimes), BuildError> {
+        let Site {
+            engine, program, ..
+        } = *site;
+        let encoding = checked(self.encoding)?;
+        check_memory(engine, Dense::bytes_of(&lattice, encoding.bits, self.mips))?;
+        if let Some(field) = site.field {
+            let made = GpuVolume::dense(field, program, lattice, encoding, self.mips, self.fill);
+            let (volume, stages) = made.await?;
+            return Ok((Kept::Gpu(volume), BuildTimes::of_stages(stages)));
+        }
+        let start = Instant::now();
+        let control = &engine.control;
+        let dense = Dense::bake_controlled(program, lattice, encoding, self.mips, control);
+        let dense = dense.ok_or(BuildError::Cancelled)?;
+        let ms = start.elapsed().as_secs_f64() * 1e3;
+        let times = BuildTimes::of_stages(vec![("fill", ms)]);
+        Ok((Kept::Cpu(dense.into()), times))
+    }
+}

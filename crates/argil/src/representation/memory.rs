@@ -1,0 +1,60 @@
+//! What memory there is for what is built.
+
+use crate::{BuildError, Engine};
+#[cfg(all(not(target_arch = "wasm32"), feature = "memory"))]
+use std::sync::{LazyLock, Mutex, PoisonError};
+
+/// What is left of a budget, and of the machine's memory where volumes are kept there.
+pub(crate) fn budget_on(engine: &Engine, budget: Option<u64>) -> Option<u64> {
+    if engine.gpu_kind().is_some_and(|kind| kind.is_real_gpu()) {
+        return budget;
+    }
+    match (budget, available_memory()) {
+        (Some(budget), Some(free)) => Some(budget.min(free)),
+        (budget, free) => budget.or(free),
+    }
+}
+
+/// Refuse what the machine has no memory for before it is asked for.
+pub(crate) fn check_memory(engine: &Engine, needed: u64) -> Result<(), BuildError> {
+    if engine.gpu_kind().is_some_and(|kind| kind.is_real_gpu()) {
+        return Ok(());
+    }
+    // A software GPU keeps its own in the same memory, beside what is brought back.
+    let needed = needed.saturating_mul(if engine.gpu_kind().is_some() { 2 } else { 1 });
+    match available_memory() {
+        Some(available) if needed > available => Err(BuildError::Memory { needed, available }),
+        // Where the system does not tell, trust it.
+        _ => Ok(()),
+    }
+}
+
+/// Bytes of memory that are free; not known in a browser.
+fn available_memory() -> Option<u64> {
+    #[cfg(any(target_arch = "wasm32", not(feature = "memory")))]
+    return None;
+    #[cfg(all(not(target_arch = "wasm32"), feature = "memory"))]
+    free_memory()
+}
+
+#[cfg(all(not(target_arch = "wasm32"), feature = "memory"))]
+fn free_memory() -> Option<u64> {
+    // Each edit asks, and a new `System` takes longer than a look.
+    static SYSTEM: LazyLock<Mutex<sysinfo::System>> =
+        LazyLock::new(|| Mutex::new(sysinfo::System::new()));
+    let mut system = SYSTEM.lock().unwrap_or_else(PoisonError::into_inner);
+    system.refresh_memory();
+    Some(system.available_memory()).filter(|&bytes| bytes > 0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_no_machine_has_is_refused() {
+        let refused = check_memory(&Engine::cpu(), u64::MAX);
+        assert!(matches!(refused, Err(BuildError::Memory { .. })));
+        assert!(check_memory(&Engine::cpu(), 1 << 20).is_ok());
+    }
+}
