@@ -378,7 +378,7 @@ fn ranges(all: &[Ratio], unit: &str) -> String {
             None => devices.push((device, *value, *value)),
         }
     }
-    let number = super::report::number;
+    let number = crate::shown::number;
     let one = |(device, least, most): &(&str, f64, f64)| {
         let [least, most] = [least, most].map(|v| number(*v));
         let range = if least == most {
@@ -413,7 +413,7 @@ fn less_is_faster(all: &[&Record]) -> (Verdict, String) {
         else {
             continue;
         };
-        let number = super::report::number;
+        let number = crate::shown::number;
         told.push(format!(
             "on {device} an octree of {} bricks takes {} of the time of the whole volume, one of {} bricks {}",
             number(few.0),

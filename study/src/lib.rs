@@ -12,6 +12,7 @@ mod perform;
 mod record;
 mod report;
 mod scenes;
+mod shown;
 pub mod way;
 
 use anyhow::Context;

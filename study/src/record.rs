@@ -3,7 +3,6 @@
 //! *Practice.* A record is a line of JSON, written whole when its case is done, so that a run which is cut short loses one
 //! case at most. Pictures lie beside, by the names that records give them. Reports are made of nothing else.
 
-use crate::report;
 use anyhow::Context;
 use image::RgbImage;
 use serde::{Deserialize, Serialize};
@@ -218,7 +217,7 @@ impl Store {
     pub fn add(&mut self, record: Record, pictures: &[(String, RgbImage)]) -> anyhow::Result<()> {
         for (name, picture) in pictures {
             let path = self.folder.join(PICTURES).join(name);
-            let small = report::shown(picture);
+            let small = crate::shown::shown(picture);
             argil::save_png(&path, small.dimensions().into(), &small)?;
         }
         let file = self.folder.join(FILE);

@@ -6,6 +6,7 @@
 mod page;
 mod plot;
 mod sections;
+mod source;
 mod table;
 
 pub(crate) use sections::is_shown;
@@ -13,16 +14,9 @@ pub(crate) use sections::is_shown;
 use crate::claims;
 use crate::record::{Machine, Record, Store};
 use anyhow::Context;
+use source::Source;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-
-/// Records of all places, with where their pictures are.
-pub(crate) struct Source {
-    /// What was found there.
-    pub record: Record,
-    /// The folder of its pictures.
-    pub pictures: PathBuf,
-}
 
 /// Make a page of records, of several machines side by side.
 ///
@@ -140,55 +134,4 @@ pub fn findings(places: &[PathBuf], out: &Path) -> anyhow::Result<()> {
         text += "\n";
     }
     save(&text, out)
-}
-
-/// Pixels along a picture's longer side, as it is kept and shown.
-const SHOWN: u32 = 400;
-
-/// A picture as it is kept and shown.
-pub(crate) fn shown(picture: &image::RgbImage) -> image::RgbImage {
-    if picture.width().max(picture.height()) <= SHOWN {
-        return picture.clone();
-    }
-    let filter = image::imageops::FilterType::Triangle;
-    image::DynamicImage::from(picture.clone())
-        .resize(SHOWN, SHOWN, filter)
-        .to_rgb8()
-}
-
-/// Text as HTML has it.
-pub(crate) fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;")
-        .replace('<', "&lt;")
-        .replace('>', "&gt;")
-        .replace('"', "&quot;")
-}
-
-/// A number with as many digits as tell something.
-pub(crate) fn number(value: f64) -> String {
-    if !value.is_finite() {
-        return "–".into();
-    }
-    let size = value.abs();
-    if size >= 1000.0 || value == value.trunc() {
-        let whole = format!("{:.0}", value.abs());
-        let mut grouped = String::new();
-        for (i, digit) in whole.chars().enumerate() {
-            if i > 0 && (whole.len() - i).is_multiple_of(3) {
-                grouped.push(',');
-            }
-            grouped.push(digit);
-        }
-        return format!("{}{grouped}", if value < 0.0 { "−" } else { "" });
-    }
-    let digits = if size >= 100.0 {
-        0
-    } else if size >= 10.0 {
-        1
-    } else if size >= 0.1 {
-        2
-    } else {
-        4
-    };
-    format!("{value:.digits$}")
 }

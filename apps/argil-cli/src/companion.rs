@@ -11,12 +11,11 @@ use std::process::{Command, ExitCode};
 )]
 pub struct Missing(&'static str);
 
-/// Start a program with arguments, and end as it does.
-pub fn run(name: &'static str, given: &Companion) -> ExitCode {
-    start(name, given).unwrap_or_else(|error| crate::failure::report(&error))
-}
-
-fn start(name: &'static str, given: &Companion) -> anyhow::Result<ExitCode> {
+/// Starts a program with arguments, and ends as it does.
+///
+/// # Errors
+/// If it is not there.
+pub fn run(name: &'static str, given: &Companion) -> anyhow::Result<ExitCode> {
     let file = format!("{name}{}", std::env::consts::EXE_SUFFIX);
     let beside = std::env::current_exe()
         .ok()

@@ -32,8 +32,8 @@ fn main() -> ExitCode {
         std::process::exit(130);
     });
     let result = match arguments.command {
-        Command::Study(given) => return companion::run("argil-study", &given),
-        Command::Studio(given) => return companion::run("argil-studio", &given),
+        Command::Study(given) => return ended(companion::run("argil-study", &given)),
+        Command::Studio(given) => return ended(companion::run("argil-studio", &given)),
         Command::Render(options) => render::run(&options),
         Command::Bake(options) => bake::run(&options),
         Command::Mesh(options) => mesh::run(&options),
@@ -45,10 +45,11 @@ fn main() -> ExitCode {
         Command::Devices(options) => devices::run(&options),
         Command::Schema => schema::run(),
     };
-    match result {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => failure::report(&error),
-    }
+    ended(result.map(|()| ExitCode::SUCCESS))
+}
+
+fn ended(result: anyhow::Result<ExitCode>) -> ExitCode {
+    result.unwrap_or_else(|error| failure::report(&error))
 }
 
 /// A Vulkan loader asks Wayland's library for a screen, which complains on stderr where there is no folder for it. Nobody

@@ -166,3 +166,28 @@ pub(crate) fn wgsl_dispatch(used: impl Fn(u32) -> bool) -> String {
     }
     text + "        default: { return FAR; }\n    }\n}\n\n"
 }
+
+impl Program {
+    /// Loop iterations of one evaluation on the GPU, at most: one an instruction, those of copies and of searches along
+    /// curves besides.
+    pub fn iterations(&self) -> u64 {
+        let mut total = 0u64;
+        let mut copies = vec![1u64];
+        for instr in &self.instrs {
+            let times = copies.last().copied().unwrap_or(1);
+            let own = if instr.op < abi::OP_SHAPES_END {
+                let words = instr.params + abi::BRUSH_HEADER_WORDS + 6;
+                loops(instr.op, self.params.get(words as usize..).unwrap_or(&[]))
+            } else {
+                1
+            };
+            total = total.saturating_add(times.saturating_mul(own));
+            if let Some(own) = self.copies_of(instr) {
+                copies.push(times.saturating_mul(own));
+            } else if instr.op == abi::OP_NEXT {
+                copies.pop();
+            }
+        }
+        total
+    }
+}

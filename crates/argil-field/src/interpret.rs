@@ -7,8 +7,8 @@ use crate::combine::{
 };
 use crate::curves::BLOCK;
 use crate::dispatch::measure;
+use crate::marks::{CELLS, Marks, losers};
 use crate::prefetch::prefetch;
-use crate::prune::{CELLS, Marks, losers};
 use crate::real::{F32Lanes, LANES, Real};
 use crate::registers::{MaterialLanes, Registers, words};
 use crate::space::{

@@ -8,13 +8,15 @@
 
 mod added;
 mod groups;
+mod listed;
 mod lists;
 mod piece;
 mod touched;
 mod units;
 
-use crate::loose::{Loose, loose_of};
-use crate::lower::materials_of;
+use crate::jumps::Loose;
+use crate::loose::loose_of;
+use crate::materials::materials_of;
 use crate::parts::{Part, Parts};
 use crate::pieces::{ROOT, Told, regularity_of};
 use crate::program::Program;
@@ -24,8 +26,7 @@ use argil_math::Aabb;
 use argil_scene::{Change, Extents, NodeId, OperatorKind, Scene};
 use glam::Vec3;
 use groups::{Groups, Place};
-use lists::Near;
-pub(crate) use piece::append;
+use listed::Near;
 use piece::{Operand, lower_into};
 use rustc_hash::{FxHashMap, FxHashSet};
 use std::collections::{BTreeMap, HashMap};

@@ -5,17 +5,18 @@ mod words;
 
 use crate::by_node::ByNode;
 use crate::loose::loose_of;
-use crate::operands::{GroupSpan, OperandSpan};
+use crate::materials::materials_of;
 use crate::pack::pack;
 use crate::pieces::{
     self, OpenGroup, Piece, Pieces, ROOT, Told, is_open, magnitude, regularity_of, scaled,
 };
 use crate::program::Program;
 use crate::regular::{Regularity, regularity};
-use argil_abi::{self as abi, Instr, MaterialWords};
+use crate::spans::{GroupSpan, OperandSpan};
+use argil_abi::{self as abi, Instr};
 use argil_scene::{
-    Body, Entry, Extent, Extents, Material, Modifier, NodeId, Operator, OperatorKind, Profile,
-    Scene, copies_looked_at,
+    Body, Entry, Extent, Extents, Modifier, NodeId, Operator, OperatorKind, Profile, Scene,
+    copies_looked_at,
 };
 pub use error::LowerError;
 use error::{MAX_COPIES, MAX_COPIES_A_LOOP};
@@ -23,7 +24,7 @@ use glam::DAffine3;
 use rustc_hash::FxHashMap;
 use std::collections::HashMap;
 use std::f32::consts::TAU;
-use words::{affine_words, is_loop, is_single, keep, repeat_words, scale_of, words_of};
+use words::{affine_words, is_loop, is_single, keep, repeat_words, scale_of};
 
 /// Where a node is evaluated: the map from the interpreter's point to the node's frame, the factor from its distances
 /// to the world's, its material, and the copies looked at around it.
@@ -223,14 +224,6 @@ impl Around {
             params: words.to_vec(),
         })
     }
-}
-
-/// The table of a scene's materials: a material for what has none, then all by name.
-pub(crate) fn materials_of(scene: &Scene) -> Vec<MaterialWords> {
-    let own = scene.materials().values().map(words_of);
-    std::iter::once(words_of(&Material::default()))
-        .chain(own)
-        .collect()
 }
 
 /// k, 1/(4k) and the signs.

@@ -7,8 +7,8 @@
 //! to distances below the grid's far length. The list of a part is put together and pruned when a point in it is first asked for,
 //! by whichever thread that is. A point asks the finest grid; if its distance is not below the far length, the next.
 
-use crate::operands::OperandSpan;
 use crate::parts::Parts;
+use crate::spans::OperandSpan;
 use crate::{Evaluator, LANES, Program, Pruner};
 use argil_abi::{Instr, MaterialWords};
 use argil_math::Aabb;

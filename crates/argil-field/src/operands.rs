@@ -5,39 +5,14 @@
 //! what is near it, however many pieces there are.
 
 use crate::Program;
-use crate::live::append;
 use crate::parts::{LEVELS, Part, Parts, parts_between};
 use crate::pieces::{MOST_OPEN, ROOT, Walk, chain};
+use crate::spans::{OperandSpan, append};
 use argil_abi::Instr;
 use argil_math::Aabb;
-use argil_scene::{Extent, Operator, OperatorKind, Profile, greatest_fall};
+use argil_scene::{OperatorKind, Profile, greatest_fall};
 use glam::IVec3;
 use rustc_hash::FxHashMap;
-
-/// A piece of a program.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct OperandSpan {
-    /// Its first instruction, and the one behind its last.
-    pub begin: u32,
-    pub end: u32,
-    /// The group that it is in, by its place among the program's, or [`ROOT`].
-    pub group: u32,
-    /// In the world's unit.
-    pub operator: Operator,
-    /// In the world.
-    pub extent: Extent,
-}
-
-/// An open group of a program. The first of all stands for the root.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct GroupSpan {
-    /// The group around it.
-    pub parent: u32,
-    pub operator: Operator,
-    /// What puts aside what is before it, and what joins it to that.
-    pub open: Instr,
-    pub close: Instr,
-}
 
 /// Lists of what can matter in each part of a grid. See the module's page.
 pub struct OperandIndex {

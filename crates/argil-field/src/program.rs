@@ -1,7 +1,6 @@
-use crate::dispatch::loops;
-use crate::loose::Loose;
-use crate::lower::materials_of;
-use crate::operands::{GroupSpan, OperandSpan};
+use crate::jumps::Loose;
+use crate::materials::materials_of;
+use crate::spans::{GroupSpan, OperandSpan};
 use argil_abi::{self as abi, Instr, MaterialWords};
 use argil_math::Aabb;
 use argil_scene::Scene;
@@ -114,7 +113,7 @@ impl Program {
     }
 
     /// How many copies a loop looks at, if an instruction begins one.
-    fn copies_of(&self, instr: &Instr) -> Option<u64> {
+    pub(crate) fn copies_of(&self, instr: &Instr) -> Option<u64> {
         let word = |i: u32| {
             let word = self.params.get((instr.params + i) as usize);
             word.copied().unwrap_or(0.0) as u64
@@ -124,28 +123,5 @@ impl Program {
             abi::OP_RADIAL => Some(word(2)),
             _ => None,
         }
-    }
-
-    /// Loop iterations of one evaluation on the GPU, at most: one an instruction, those of copies and of searches along
-    /// curves besides.
-    pub fn iterations(&self) -> u64 {
-        let mut total = 0u64;
-        let mut copies = vec![1u64];
-        for instr in &self.instrs {
-            let times = copies.last().copied().unwrap_or(1);
-            let own = if instr.op < abi::OP_SHAPES_END {
-                let words = instr.params + abi::BRUSH_HEADER_WORDS + 6;
-                loops(instr.op, self.params.get(words as usize..).unwrap_or(&[]))
-            } else {
-                1
-            };
-            total = total.saturating_add(times.saturating_mul(own));
-            if let Some(own) = self.copies_of(instr) {
-                copies.push(times.saturating_mul(own));
-            } else if instr.op == abi::OP_NEXT {
-                copies.pop();
-            }
-        }
-        total
     }
 }

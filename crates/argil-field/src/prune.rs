@@ -12,63 +12,16 @@
 
 use crate::Program;
 use crate::brush::Brush;
-use crate::combine::Joint;
 use crate::curves::BLOCK;
 use crate::evaluate::run_apart;
 use crate::interpret::Carried;
+use crate::marks::{CELLS, Marks};
 use crate::registers::Loan;
 use argil_abi::{self as abi, Instr};
 use argil_math::Aabb;
 use glam::Vec3;
 
-/// Cells that are measured at once.
-pub const CELLS: usize = 64;
-
 const _: () = assert!(CELLS.is_multiple_of(BLOCK) && CELLS == u64::BITS as usize);
-
-/// Which operands cannot matter: a bit for each cell.
-#[derive(Clone, Copy, Default)]
-pub(crate) struct Marks {
-    pub drop_a: u64,
-    pub drop_b: u64,
-}
-
-/// Whether `a`, and whether `b`, can be left out of a joint where distances come nearer to one another by at most
-/// `margin`.
-#[inline(always)]
-pub(crate) fn losers(
-    a: f32,
-    b: f32,
-    j: &Joint,
-    flags: u32,
-    is_group: bool,
-    margin: f32,
-) -> (bool, bool) {
-    // A brush on its own is never painted, morphed or chamfered.
-    let mode = if is_group {
-        flags & abi::COMBINE_MASK
-    } else {
-        abi::COMBINE_SMOOTH
-    };
-    let is_union = j.sa > 0.0 && j.sb > 0.0;
-    let (a, b) = (a * j.sa, b * j.sb);
-    let clear = margin + j.k;
-    match mode {
-        abi::COMBINE_MORPH => (false, false),
-        // Paint is taken where b is inside, or within its blend radius.
-        abi::COMBINE_PAINT => (false, b > clear),
-        abi::COMBINE_CHAMFER if j.k > 0.0 => {
-            // The face must be clear of the winner too; it is steeper by √2.
-            let face = (a + b - j.k) * std::f32::consts::FRAC_1_SQRT_2;
-            let steeper = 1.25 * margin;
-            (
-                is_union && a - b > clear && face - b > steeper,
-                b - a > clear && face - a > steeper,
-            )
-        }
-        _ => (is_union && a - b > clear, b - a > clear),
-    }
-}
 
 /// Prunes a program for one thread. Make one a thread and keep it.
 pub struct Pruner<'a> {

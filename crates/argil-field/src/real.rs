@@ -1,9 +1,6 @@
 //! Numbers that shapes are evaluated with: plain `f32` for distances, dual numbers for gradients.
 
-use crate::registers::Registers;
-use std::cell::Cell;
 use std::ops::{Add, Div, Mul, Neg, Sub};
-use std::thread::LocalKey;
 
 /// Points evaluated together. 128 lanes of three coordinates fit the first-level cache many times over, and make the
 /// interpreter's dispatch cheap.
@@ -24,8 +21,6 @@ pub(crate) trait Real:
 {
     type Lanes: Clone;
     fn splat(value: f32) -> Self::Lanes;
-    /// Registers that nobody on this thread uses at the moment.
-    fn spare() -> &'static LocalKey<Cell<Option<Box<Registers<Self>>>>>;
     fn get(lanes: &Self::Lanes, i: usize) -> Self;
     fn set(lanes: &mut Self::Lanes, i: usize, value: Self);
     fn constant(value: f32) -> Self;
@@ -84,10 +79,6 @@ impl Real for f32 {
     #[inline(always)]
     fn splat(value: f32) -> F32Lanes {
         F32Lanes([value; LANES])
-    }
-    fn spare() -> &'static LocalKey<Cell<Option<Box<Registers<f32>>>>> {
-        thread_local!(static SPARE: Cell<Option<Box<Registers<f32>>>> = const { Cell::new(None) });
-        &SPARE
     }
     #[inline(always)]
     fn get(lanes: &F32Lanes, i: usize) -> f32 {
@@ -206,10 +197,6 @@ impl Real for Dual {
             f32::splat(0.0),
             f32::splat(0.0),
         ])
-    }
-    fn spare() -> &'static LocalKey<Cell<Option<Box<Registers<Dual>>>>> {
-        thread_local!(static SPARE: Cell<Option<Box<Registers<Dual>>>> = const { Cell::new(None) });
-        &SPARE
     }
     #[inline(always)]
     fn get(lanes: &DualLanes, i: usize) -> Dual {

@@ -1,8 +1,11 @@
 //! What the interpreter works on.
 
 use crate::FAR;
-use crate::real::{F32Lanes, LANES, Real};
+use crate::marks::Marks;
+use crate::real::{Dual, F32Lanes, LANES, Real};
+use std::cell::Cell;
 use std::ops::{Deref, DerefMut};
+use std::thread::LocalKey;
 
 /// Base colour, roughness, emission, metallic of each lane.
 pub(crate) type MaterialLanes = [F32Lanes; 8];
@@ -28,10 +31,29 @@ pub(crate) struct Registers<R: Real> {
     pub loops: Vec<u32>,
     pub exiled: F32Lanes,
     /// Of each instruction: who loses there.
-    pub marks: Vec<crate::prune::Marks>,
+    pub marks: Vec<Marks>,
     /// By how much a distance can come nearer to another within a cell.
     pub margin: f32,
 }
+
+/// Numbers whose registers a thread keeps while nobody uses them.
+pub(crate) trait Spare: Real {
+    /// Registers that nobody on this thread uses at the moment.
+    fn spare() -> &'static LocalKey<Cell<Option<Box<Registers<Self>>>>>;
+}
+
+macro_rules! spare {
+    ($($number:ident),*) => {$(
+        impl Spare for $number {
+            fn spare() -> &'static LocalKey<Cell<Option<Box<Registers<$number>>>>> {
+                thread_local!(static SPARE: Cell<Option<Box<Registers<$number>>>> = const { Cell::new(None) });
+                &SPARE
+            }
+        }
+    )*};
+}
+
+spare!(f32, Dual);
 
 impl<R: Real> Registers<R> {
     pub fn new() -> Self {
@@ -55,31 +77,31 @@ impl<R: Real> Registers<R> {
 }
 
 /// Registers on loan: a thread's spare ones, or new ones, which become its spare. A single question then allocates nothing.
-pub(crate) struct Loan<R: Real>(Option<Box<Registers<R>>>);
+pub(crate) struct Loan<R: Spare>(Option<Box<Registers<R>>>);
 
 const LOANED: &str = "registers, until they are given back";
 
-impl<R: Real> Loan<R> {
+impl<R: Spare> Loan<R> {
     pub fn new() -> Self {
         let spare = R::spare().take();
         Self(Some(spare.unwrap_or_else(|| Box::new(Registers::new()))))
     }
 }
 
-impl<R: Real> Deref for Loan<R> {
+impl<R: Spare> Deref for Loan<R> {
     type Target = Registers<R>;
     fn deref(&self) -> &Registers<R> {
         self.0.as_ref().expect(LOANED)
     }
 }
 
-impl<R: Real> DerefMut for Loan<R> {
+impl<R: Spare> DerefMut for Loan<R> {
     fn deref_mut(&mut self) -> &mut Registers<R> {
         self.0.as_mut().expect(LOANED)
     }
 }
 
-impl<R: Real> Drop for Loan<R> {
+impl<R: Spare> Drop for Loan<R> {
     fn drop(&mut self) {
         let mut own = self.0.take();
         // What long lists have left is not kept.

@@ -1,18 +1,13 @@
-use crate::bricks::BrickPasses;
-use crate::marching::MarchPasses;
+use crate::cache::Cache;
 use crate::pass::{INSTRS, MATERIALS, PARAMS};
-use crate::picture::PicturePass;
-use crate::query::QueryPass;
-use crate::resolve::ResolvePass;
 use crate::table::Table;
-use crate::way::{Bound, Way};
+use crate::way::Bound;
 use crate::{DeviceKind, Gpu, GpuError};
-use argil_abi::{Frame, GPU_STACK_SLOTS, Instr};
+use argil_abi::{GPU_STACK_SLOTS, Instr};
 use argil_field::{LiveProgram, Opcodes, Program};
-use argil_march::{Picture, wgsl};
-use argil_volume::Bits;
+use std::any::Any;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 /// An instruction that does nothing: an empty program still needs a row to bind.
 pub(crate) const IDLE: &[Instr] = &[Instr {
@@ -21,17 +16,6 @@ pub(crate) const IDLE: &[Instr] = &[Instr {
     params: 0,
     operand: 0,
 }];
-
-pub(crate) static FIELD: Way = Way {
-    name: "field",
-    march: wgsl::FIELD,
-    tables: String::new,
-    binds: &[],
-    constants: &[],
-    draws: false,
-    is_exact: true,
-    has_cones: false,
-};
 
 /// A program on a GPU, ready to be drawn.
 pub struct GpuField {
@@ -46,14 +30,8 @@ pub struct GpuField {
     field_wgsl: String,
     /// Most field evaluations that one thread may do in one dispatch.
     pub(crate) budget: u32,
-    /// One for each way to march that was asked for.
-    pictures: Mutex<Vec<Arc<PicturePass>>>,
-    resolve: OnceLock<Arc<ResolvePass>>,
-    pub(crate) query: OnceLock<QueryPass>,
-    /// For samples of 8 and of 16 bits.
-    brick_passes: [OnceLock<Arc<BrickPasses>>; 2],
-    /// Over dense volumes and over bricks.
-    march_passes: [OnceLock<Arc<MarchPasses>>; 2],
+    /// The passes that were asked for, with the interpreter in them.
+    passes: Cache,
     is_specialized: bool,
     /// Whether the parameters are a live program's.
     is_live: bool,
@@ -87,17 +65,12 @@ impl GpuField {
             opcodes,
             field_wgsl,
             budget: 0,
-            pictures: Mutex::default(),
-            resolve: OnceLock::new(),
-            query: OnceLock::new(),
-            brick_passes: Default::default(),
-            march_passes: Default::default(),
+            passes: Cache::default(),
             is_specialized: specialized,
             is_live: false,
             is_whole: AtomicBool::new(true),
         };
         field.upload(program)?;
-        field.picture(&FIELD)?;
         Ok(field)
     }
 
@@ -159,10 +132,7 @@ impl GpuField {
         if !self.opcodes.covers(opcodes) {
             self.opcodes = self.opcodes.union(opcodes);
             self.field_wgsl = self.opcodes.wgsl();
-            self.query = OnceLock::new();
-            self.pictures = Mutex::default();
-            self.brick_passes = Default::default();
-            self.march_passes = Default::default();
+            self.passes = Cache::default();
         }
     }
 
@@ -171,30 +141,13 @@ impl GpuField {
         self.is_specialized
     }
 
-    /// The passes of a way to march, compiled when they are first asked for.
-    pub(crate) fn picture(&self, way: &'static Way) -> Result<Arc<PicturePass>, GpuError> {
-        let all = || self.pictures.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(made) = all().iter().find(|passes| passes.is_for(way)) {
-            return Ok(made.clone());
-        }
-        let made = Arc::new(PicturePass::new(&self.gpu, &self.field_wgsl, way)?);
-        all().push(made.clone());
-        Ok(made)
-    }
-
-    /// The passes that every frame ends with.
-    pub(crate) fn resolve(&self) -> Result<Arc<ResolvePass>, GpuError> {
-        made_once(&self.resolve, || ResolvePass::new(&self.gpu))
-    }
-
-    pub(crate) fn brick_passes(&self, bits: Bits) -> Result<Arc<BrickPasses>, GpuError> {
-        let at = usize::from(bits == Bits::Sixteen);
-        made_once(&self.brick_passes[at], || BrickPasses::new(self, bits))
-    }
-
-    pub(crate) fn march_passes(&self, of_bricks: bool) -> Result<Arc<MarchPasses>, GpuError> {
-        let make = || MarchPasses::new(self, of_bricks);
-        made_once(&self.march_passes[usize::from(of_bricks)], make)
+    /// Passes of a name, made when they are first asked for.
+    pub(crate) fn passes<T: Any + Send + Sync>(
+        &self,
+        name: &'static str,
+        make: impl FnOnce() -> Result<T, GpuError>,
+    ) -> Result<Arc<T>, GpuError> {
+        self.passes.get(name, make)
     }
 
     fn upload(&mut self, program: &Program) -> Result<(), GpuError> {
@@ -207,20 +160,6 @@ impl GpuField {
         self.is_live = false;
         *self.is_whole.get_mut() = true;
         Ok(())
-    }
-
-    /// Draws: `frames` as `argil_march::frames` makes them, one a sample. With the picture, what its passes took, by the
-    /// device's time stamps where it has them, else by the clock. The picture's hits are left out unless they are asked for.
-    ///
-    /// # Errors
-    /// If the device has no room for it.
-    pub async fn render(
-        &self,
-        frames: &[Frame],
-        with_hits: bool,
-    ) -> Result<(Picture, f64), GpuError> {
-        let passes = self.picture(&FIELD)?;
-        passes.draw(self, Vec::new(), None, frames, with_hits).await
     }
 
     /// The device.
@@ -277,17 +216,6 @@ fn rows_of(program: &Program) -> &[Instr] {
         [] => IDLE,
         instrs => instrs,
     }
-}
-
-fn made_once<T>(
-    place: &OnceLock<Arc<T>>,
-    make: impl FnOnce() -> Result<T, GpuError>,
-) -> Result<Arc<T>, GpuError> {
-    if let Some(made) = place.get() {
-        return Ok(made.clone());
-    }
-    let made = Arc::new(make()?);
-    Ok(place.get_or_init(|| made).clone())
 }
 
 /// Stretches in order, as one where one begins at another's end.

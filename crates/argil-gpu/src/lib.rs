@@ -20,6 +20,8 @@ mod bake;
 #[cfg(feature = "device")]
 mod bricks;
 #[cfg(feature = "device")]
+mod cache;
+#[cfg(feature = "device")]
 mod dense;
 #[cfg(feature = "device")]
 mod device;

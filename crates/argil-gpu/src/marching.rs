@@ -238,7 +238,12 @@ impl GpuVolume {
         };
         let gpu = field.gpu();
         let Body { texture, words, .. } = self.body();
-        let passes = field.march_passes(cells.is_some())?;
+        let name = if cells.is_some() {
+            "march bricks"
+        } else {
+            "march dense"
+        };
+        let passes = field.passes(name, || MarchPasses::new(field, cells.is_some()))?;
         let (words, marching) = measures(self, words, cells.is_some(), options);
         let mut tables = Tables::new(gpu, marching.units)?;
         let view = texture.create_view(&wgpu::TextureViewDescriptor::default());

@@ -57,6 +57,14 @@ impl GpuField {
         match *gpu {}
     }
 
+    /// Compile the passes of pictures.
+    ///
+    /// # Errors
+    /// Never.
+    pub fn prepare(&self) -> Result<(), GpuError> {
+        match *self {}
+    }
+
     /// Take over another program.
     ///
     /// # Errors

@@ -5,11 +5,12 @@ use crate::pass::{
     Bind, COLORS, FIELD_BINDS, FRAME, FRAME_WGSL, HITS, PICTURE_WGSL, TABLES_WGSL, layout,
     pipelines,
 };
+use crate::resolve::ResolvePass;
 use crate::way::{Bound, Way};
 use crate::{DeviceKind, Gpu, GpuError, GpuField};
 use argil_abi::Frame;
 use argil_march::{Picture, wgsl};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// Instructions times pixels that one dispatch, and one submission, may take on: a fraction of a second even on a small GPU, so
 /// that no driver takes it for hung.
@@ -27,6 +28,47 @@ const SHADE: usize = 3;
 const SHOW: usize = 4;
 const CONE: usize = 5;
 const EXACT_NORMALS: usize = 6;
+
+static FIELD: Way = Way {
+    name: "field",
+    march: wgsl::FIELD,
+    tables: String::new,
+    binds: &[],
+    constants: &[],
+    draws: false,
+    is_exact: true,
+    has_cones: false,
+};
+
+impl GpuField {
+    /// The passes of a way to march, compiled when they are first asked for.
+    pub(crate) fn picture(&self, way: &'static Way) -> Result<Arc<PicturePass>, GpuError> {
+        let make = || PicturePass::new(self.gpu(), self.field_wgsl(), way);
+        self.passes(way.name, make)
+    }
+
+    /// Compiles the passes of pictures, which otherwise waits until the first.
+    ///
+    /// # Errors
+    /// If the device does not take them.
+    pub fn prepare(&self) -> Result<(), GpuError> {
+        self.picture(&FIELD).map(|_| ())
+    }
+
+    /// Draws: `frames` as `argil_march::frames` makes them, one a sample. With the picture, what its passes took, by the
+    /// device's time stamps where it has them, else by the clock. The picture's hits are left out unless they are asked for.
+    ///
+    /// # Errors
+    /// If the device has no room for it.
+    pub async fn render(
+        &self,
+        frames: &[Frame],
+        with_hits: bool,
+    ) -> Result<(Picture, f64), GpuError> {
+        let passes = self.picture(&FIELD)?;
+        passes.draw(self, Vec::new(), None, frames, with_hits).await
+    }
+}
 
 /// The passes of a picture.
 pub(crate) struct PicturePass {
@@ -77,11 +119,6 @@ impl PicturePass {
         })
     }
 
-    /// For a way of this name.
-    pub fn is_for(&self, way: &Way) -> bool {
-        self.way.name == way.name
-    }
-
     /// Draw with a field's tables, what else the way to march reads, and triangles that each sample begins with, if there are any. With
     /// the picture, what its passes took.
     pub async fn draw(
@@ -117,7 +154,7 @@ impl PicturePass {
         let passes = Passes {
             layout: &self.layout,
             pipelines: &self.pipelines,
-            resolve: &*field.resolve()?,
+            resolve: &*field.passes("resolve", || ResolvePass::new(gpu))?,
         };
         let bound = field.bound().chain(bound).collect();
         let drawn = target.run(gpu, passes, bound, drawing, frames).await?;
@@ -286,12 +323,9 @@ struct Stage {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::GpuField;
-    use crate::field::FIELD;
     use argil_field::Program;
     use argil_march::{Camera, Settings, frames};
     use argil_scene::{Brush, Scene, Shape};
-    use std::sync::Arc;
 
     /// The buffers of a frame are those of the frame before, until its size is another.
     #[test]

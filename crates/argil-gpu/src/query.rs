@@ -19,14 +19,8 @@ impl GpuField {
             return Ok(Vec::new());
         }
         let gpu = self.gpu();
-        let made;
-        let (layout, pipeline) = match self.query.get() {
-            Some(pass) => pass,
-            None => {
-                made = self.make_query()?;
-                self.query.get_or_init(|| made)
-            }
-        };
+        let passes = self.passes("query", || self.make_query())?;
+        let (layout, pipeline) = &*passes;
         let queries: Vec<Query> = points
             .iter()
             .map(|&[x, y, z]| Query {

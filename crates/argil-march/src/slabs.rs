@@ -263,7 +263,6 @@ impl Slabs {
         (first <= last).then_some((axis, first, last))
     }
 
-    #[expect(clippy::too_many_arguments, reason = "a tile's whole context")]
     fn march(
         &mut self,
         frame: &Frame,

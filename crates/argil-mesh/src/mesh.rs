@@ -37,12 +37,6 @@ impl Mesh {
             + size_of_val(&self.triangles[..])) as u64
     }
 
-    /// The same triangles, with corners at one place taken for one; without normals and materials, and without those that a
-    /// corner is no number of.
-    pub fn welded(&self) -> Self {
-        crate::repair::weld(self).0
-    }
-
     /// Some triangles, with the corners that they use.
     ///
     /// # Panics

@@ -447,3 +447,11 @@ pub(crate) fn solid_angle([a, b, c]: [DVec3; 3]) -> f64 {
     let under = la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
     2.0 * over.atan2(under)
 }
+
+impl Mesh {
+    /// The same triangles, with corners at one place taken for one; without normals and materials, and without those that a
+    /// corner is no number of.
+    pub fn welded(&self) -> Self {
+        weld(self).0
+    }
+}

@@ -1,6 +1,6 @@
 //! What is known of a large group's operands without looking at each: an edit among 100,000 brushes must not.
 
-use crate::{Entry, NodeId, OperatorKind, Profile, Scene};
+use crate::{Entry, OperatorKind, Profile};
 use std::collections::BTreeMap;
 
 /// Groups of more operands than this are counted.
@@ -16,14 +16,6 @@ pub(crate) struct Crowd {
 }
 
 impl Crowd {
-    fn of(scene: &Scene, group: NodeId) -> Self {
-        let mut crowd = Self::default();
-        for &child in scene.node(group).children() {
-            crowd.add(scene.node(child).acting());
-        }
-        crowd
-    }
-
     /// One operand more.
     pub fn add(&mut self, entry: &Entry) {
         let Some([blend, chamfer, morph]) = parts(entry) else {
@@ -74,30 +66,4 @@ fn parts(entry: &Entry) -> Option<[u32; 3]> {
     entry
         .visible
         .then_some([blend, u32::from(is_chamfer), u32::from(is_morph)])
-}
-
-impl Scene {
-    /// Count the large groups around a node, unless they are counted.
-    pub(crate) fn count_crowds(&mut self, node: NodeId) {
-        let mut at = self.node(node).parent;
-        while let Some(group) = at {
-            if self.node(group).children.len() > CROWD && !self.crowds.contains_key(&group) {
-                let crowd = Crowd::of(self, group);
-                self.crowds.insert(group, crowd);
-            }
-            at = self.node(group).parent;
-        }
-    }
-
-    /// Count a node in, or out again, where its group is counted.
-    pub(crate) fn count(&mut self, node: NodeId, is_there: bool) {
-        let Self { nodes, crowds, .. } = self;
-        let own = &nodes[node.index()];
-        let crowd = own.parent.and_then(|group| crowds.get_mut(&group));
-        match crowd {
-            Some(crowd) if is_there => crowd.add(own.acting()),
-            Some(crowd) => crowd.remove(own.acting()),
-            None => {}
-        }
-    }
 }

@@ -1,9 +1,10 @@
 //! Edits, their undoing, and the boxes they make dirty.
 
+use crate::change::Change;
 use crate::extent::Extents;
 use crate::history::{Step, is_covered};
 use crate::influence::influence;
-use crate::scene::pose_of;
+use crate::node::pose_of;
 use crate::transform::push_transform;
 use crate::{Body, Entry, Fault, HistoryLimit, Material, Modifier, Node, NodeId, Scene};
 use argil_math::Aabb;
@@ -75,56 +76,6 @@ pub struct Edited {
     pub node: NodeId,
     /// Outside this box no distance below the first of the scene's [bands](Scene::bands) changed, nor did a material.
     pub dirty_box: Aabb,
-}
-
-/// What changed in a scene, for those that keep something made of it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Change {
-    /// The node that was made, taken out, moved or changed; `None` where everything may have.
-    pub node: Option<NodeId>,
-    /// The groups that held it, before and after; `None` where it was not in the scene.
-    pub parents: [Option<NodeId>; 2],
-    /// Outside this box no distance below the first of the scene's [bands](Scene::bands) changed, nor did a material.
-    pub dirty_box: Aabb,
-    /// Outside this box no distance below the second of them changed.
-    pub far_box: Aabb,
-    /// What the scene's [bands](Scene::bands) were.
-    pub bands: [f32; 2],
-    /// The two boxes by themselves, around where it was and where it is.
-    pub(crate) apart: [[Aabb; 2]; 2],
-}
-
-impl Change {
-    /// Of what everything can depend on.
-    pub(crate) fn of_everything() -> Self {
-        Self {
-            node: None,
-            parents: [None; 2],
-            dirty_box: Aabb::ALL,
-            far_box: Aabb::ALL,
-            bands: [f32::INFINITY; 2],
-            apart: [[Aabb::ALL; 2]; 2],
-        }
-    }
-
-    /// The dirty and the far box; of what was moved far away, those of where it was and those of where it is.
-    pub fn boxes(&self) -> impl Iterator<Item = [Aabb; 2]> + use<> {
-        let volume = |b: Aabb| {
-            if b.is_empty() {
-                0.0
-            } else {
-                b.size().element_product()
-            }
-        };
-        let [before, after] = self.apart;
-        let are_apart = volume(self.far_box) > 1.5 * (volume(before[1]) + volume(after[1]));
-        let (first, second) = if are_apart {
-            (before, Some(after))
-        } else {
-            ([self.dirty_box, self.far_box], None)
-        };
-        std::iter::once(first).chain(second)
-    }
 }
 
 /// Why an edit was refused. The scene is as it was.

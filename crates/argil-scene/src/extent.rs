@@ -1,6 +1,6 @@
 //! Boxes around brushes and groups, from the leaves up.
 
-use crate::modifier::NOISE_LIPSCHITZ;
+use crate::modifier::{FEW_COPIES, NOISE_LIPSCHITZ, angular_half_extent, copies_needed};
 use crate::{Body, Exactness, Modifier, NodeId, OperatorKind, Scene, Shape, twist_stretch};
 use argil_math::Aabb;
 use glam::{Vec2, Vec3};
@@ -331,4 +331,37 @@ impl Modifier {
     pub fn stretch(&self, content: Aabb) -> f32 {
         stretch(self, content)
     }
+}
+
+/// How many copies of a repetition a point looks at along each axis; of a radial one, along the first. All that there are, or
+/// those nearest to it. `content` is what is repeated.
+pub fn copies_looked_at(modifier: &Modifier, content: &Extent) -> [u32; 3] {
+    let (there, extent, step) = match *modifier {
+        Modifier::Repeat { spacing, count } => {
+            let reach = content.aabb.min.abs().max(content.aabb.max.abs());
+            // A side without copies has one.
+            let own = |axis: usize| match count {
+                Some(count) => count[axis],
+                None if spacing[axis] > 0.0 => u32::MAX,
+                None => 1,
+            };
+            let there = std::array::from_fn(own);
+            (there, reach.to_array(), spacing)
+        }
+        Modifier::RadialRepeat { count } => {
+            let half = angular_half_extent(content.aabb);
+            let step = std::f32::consts::TAU / count as f32;
+            ([count, 1, 1], [half, 0.0, 0.0], [step, 1.0, 1.0])
+        }
+        _ => return [1; 3],
+    };
+    let axes = || (0..3).filter(|&axis| there[axis] > 1);
+    let all = axes().fold(1u64, |all, axis| all.saturating_mul(there[axis].into()));
+    let overlap = axes().any(|axis| extent[axis] > 0.5 * step[axis]);
+    let takes_all = overlap && content.shortfall > 0.0 && all <= FEW_COPIES;
+    std::array::from_fn(|axis| match there[axis] {
+        0 | 1 => 1,
+        there if takes_all => there,
+        there => copies_needed(extent[axis], step[axis]).min(there),
+    })
 }

@@ -1,6 +1,6 @@
 //! What can be undone and redone, and what changed for those who follow a scene.
 
-use crate::{Change, Entry, Material, NodeId, Scene};
+use crate::{Change, Entry, Material, NodeId};
 
 /// A step that can be taken either way.
 #[derive(Clone, Debug)]
@@ -74,12 +74,12 @@ pub(crate) struct History {
     pub redo: Vec<Vec<Step>>,
     /// Whether edits join the step before them.
     pub is_stroke: bool,
-    limit: HistoryLimit,
+    pub(crate) limit: HistoryLimit,
     /// What the steps take that can be undone, about.
-    bytes: u64,
-    changes: Vec<Change>,
+    pub(crate) bytes: u64,
+    pub(crate) changes: Vec<Change>,
     /// Changes before those that are forgotten.
-    forgotten: usize,
+    pub(crate) forgotten: usize,
 }
 
 impl History {
@@ -188,56 +188,8 @@ impl History {
 
 /// A history as it was before an edit that may be refused yet.
 pub(crate) struct Aside {
-    undo: Vec<Vec<Step>>,
-    redo: Vec<Vec<Step>>,
-    limit: HistoryLimit,
-    is_stroke: bool,
-}
-
-impl Scene {
-    /// Sets the history aside, so that what comes next can be taken back without a trace.
-    pub(crate) fn set_history_aside(&mut self) -> Aside {
-        let history = &mut self.history;
-        let aside = Aside {
-            undo: std::mem::take(&mut history.undo),
-            redo: std::mem::take(&mut history.redo),
-            limit: std::mem::take(&mut history.limit),
-            is_stroke: history.is_stroke,
-        };
-        if aside.is_stroke {
-            history.undo.push(Vec::new());
-        }
-        aside
-    }
-
-    /// Puts the history back, with what was done since behind it, or with that taken back.
-    pub(crate) fn join_history(&mut self, aside: Aside, is_kept: bool) {
-        let mut new = std::mem::take(&mut self.history.undo);
-        if !is_kept {
-            let steps: Vec<Step> = new.drain(..).flatten().collect();
-            for step in steps.into_iter().rev() {
-                self.take(step);
-            }
-        }
-        let is_empty = new.iter().all(Vec::is_empty);
-        let history = &mut self.history;
-        history.undo = aside.undo;
-        history.limit = aside.limit;
-        history.is_stroke = aside.is_stroke;
-        if is_empty {
-            history.redo = aside.redo;
-            return;
-        }
-        match history.undo.last_mut().filter(|_| aside.is_stroke) {
-            Some(stroke) => {
-                for step in new.into_iter().flatten() {
-                    if !is_covered(stroke.last(), &step) {
-                        stroke.push(step);
-                    }
-                }
-            }
-            None => history.undo.extend(new),
-        }
-        self.keep_to_limit(0);
-    }
+    pub(crate) undo: Vec<Vec<Step>>,
+    pub(crate) redo: Vec<Vec<Step>>,
+    pub(crate) limit: HistoryLimit,
+    pub(crate) is_stroke: bool,
 }

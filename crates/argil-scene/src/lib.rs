@@ -18,7 +18,10 @@
 //! # Ok::<(), argil_scene::EditError>(())
 //! ```
 
+mod animate;
+mod change;
 mod crowd;
+mod crowds;
 mod edit;
 mod entry;
 mod extent;
@@ -31,8 +34,11 @@ mod journal;
 mod keyframe;
 mod log;
 mod material;
+mod mesh_grid;
 mod modifier;
+mod node;
 mod operator;
+mod outline;
 mod sampled;
 mod scene;
 mod shape;
@@ -41,12 +47,14 @@ pub use shape_rules::{is_grid, is_image};
 mod shape_table;
 mod text;
 mod transform;
+mod undo;
 mod view;
 mod watch;
 
-pub use edit::{Change, Edit, EditError, Edited};
+pub use change::Change;
+pub use edit::{Edit, EditError, Edited};
 pub use entry::{Body, Brush, Entry, Group};
-pub use extent::{Extent, Extents};
+pub use extent::{Extent, Extents, copies_looked_at};
 pub use fault::{Fault, MAX_LENGTH};
 #[cfg(feature = "schema")]
 pub use file::schema;
@@ -58,16 +66,16 @@ pub use journal::{Journal, JournalError, Recovered};
 pub use keyframe::{Ease, Keyframe, Turn};
 pub use log::LogError;
 pub use material::Material;
-pub use modifier::{Modifier, angular_half_extent, copies_looked_at, twist_stretch};
+pub use mesh_grid::MeshGrid;
+pub use modifier::{Modifier, angular_half_extent, twist_stretch};
+pub use node::{Node, NodeId};
 pub use operator::{Operator, OperatorKind, Profile};
+pub use outline::{Outline, Piece, SplinePoint, TubePiece, spline_pieces};
 pub use sampled::{
     GRID_MAGIC, MOST_POSTS, Measure, SAMPLED_HEADER, SAMPLED_SIDE, SampledBlock, SampledGrid,
 };
-pub use scene::{Node, NodeId, Scene};
-pub use shape::{
-    Exactness, MeshGrid, Outline, Piece, Shape, ShapeParameter, SplinePoint, TubePiece,
-    spline_pieces,
-};
+pub use scene::Scene;
+pub use shape::{Exactness, Shape, ShapeParameter};
 pub use text::text_outlines;
 pub use view::{Placement, View};
 pub use watch::Watch;

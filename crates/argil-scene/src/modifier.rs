@@ -1,4 +1,3 @@
-use crate::Extent;
 use crate::fault::{Fault, coordinate, each, not_negative, positive, within};
 use argil_math::Aabb;
 use glam::{DAffine3, DQuat, DVec3, Vec2, Vec3};
@@ -243,40 +242,7 @@ pub fn twist_stretch(modifier: &Modifier, clamp_box: Aabb) -> f32 {
 }
 
 /// Most copies that are all looked at where they overlap and their distances are bounds: then nothing jumps.
-const FEW_COPIES: u64 = 16;
-
-/// How many copies of a repetition a point looks at along each axis; of a radial one, along the first. All that there are, or
-/// those nearest to it. `content` is what is repeated.
-pub fn copies_looked_at(modifier: &Modifier, content: &Extent) -> [u32; 3] {
-    let (there, extent, step) = match *modifier {
-        Modifier::Repeat { spacing, count } => {
-            let reach = content.aabb.min.abs().max(content.aabb.max.abs());
-            // A side without copies has one.
-            let own = |axis: usize| match count {
-                Some(count) => count[axis],
-                None if spacing[axis] > 0.0 => u32::MAX,
-                None => 1,
-            };
-            let there = std::array::from_fn(own);
-            (there, reach.to_array(), spacing)
-        }
-        Modifier::RadialRepeat { count } => {
-            let half = angular_half_extent(content.aabb);
-            let step = std::f32::consts::TAU / count as f32;
-            ([count, 1, 1], [half, 0.0, 0.0], [step, 1.0, 1.0])
-        }
-        _ => return [1; 3],
-    };
-    let axes = || (0..3).filter(|&axis| there[axis] > 1);
-    let all = axes().fold(1u64, |all, axis| all.saturating_mul(there[axis].into()));
-    let overlap = axes().any(|axis| extent[axis] > 0.5 * step[axis]);
-    let takes_all = overlap && content.shortfall > 0.0 && all <= FEW_COPIES;
-    std::array::from_fn(|axis| match there[axis] {
-        0 | 1 => 1,
-        there if takes_all => there,
-        there => copies_needed(extent[axis], step[axis]).min(there),
-    })
-}
+pub(crate) const FEW_COPIES: u64 = 16;
 
 /// Half of the angle about the y axis, measured from +x, that a box covers.
 pub fn angular_half_extent(content: Aabb) -> f32 {
@@ -295,7 +261,7 @@ pub fn angular_half_extent(content: Aabb) -> f32 {
 ///
 /// The nearest point of all copies lies in copy n only if, of the same point's images, n's is nearest; then
 /// |n · spacing| ≤ spacing / 2 + extent + spacing / 2.
-fn copies_needed(extent: f32, spacing: f32) -> u32 {
+pub(crate) fn copies_needed(extent: f32, spacing: f32) -> u32 {
     if extent <= 0.5 * spacing {
         2
     } else {

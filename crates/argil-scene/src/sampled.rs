@@ -5,7 +5,6 @@
 //! tell, so that the distance has no jump where fine meets coarse. Its gradient in a cell is a mean of those at the corners, which are differences along
 //! edges: the greatest of them is its Lipschitz constant.
 
-use crate::shape_rules::mesh_resolution;
 use crate::{Fault, MAX_LENGTH};
 use argil_math::Aabb;
 use glam::{UVec3, Vec3, uvec3};
@@ -507,4 +506,13 @@ fn place_of(i: usize, n: UVec3) -> UVec3 {
 /// A cell's corners, x fastest.
 fn corners(place: UVec3) -> [UVec3; 8] {
     std::array::from_fn(|c| place + uvec3(c as u32 & 1, c as u32 >> 1 & 1, c as u32 >> 2))
+}
+
+/// How finely a mesh is sampled.
+pub(crate) fn mesh_resolution(path: &str, value: u32) -> Result<(), Fault> {
+    if (16..=512).contains(&value) {
+        Ok(())
+    } else {
+        Err(Fault::new(path, format!("{value} is not from 16 to 512")))
+    }
 }

@@ -1,87 +1,12 @@
+use crate::change::Change;
 use crate::crowd::Crowd;
-use crate::edit::Change;
 use crate::history::History;
+use crate::node::{GONE, pose_of};
 use crate::watch::{Watch, Watches};
-use crate::{Body, Entry, Fault, Group, Material, SampledGrid, View};
+use crate::{Body, Entry, Fault, Group, Material, Node, NodeId, SampledGrid, View};
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
-
-/// The name of a brush or group within its scene. It stays with the node through all edits, undo and redo included.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub struct NodeId {
-    index: u32,
-    /// Of the scene that made the node, and of its clones; 0 of every root. A node of another scene is told by it.
-    origin: u32,
-}
-
-impl NodeId {
-    /// A number that counts up from 0 over all nodes that the scene ever held.
-    pub fn index(self) -> usize {
-        self.index as usize
-    }
-}
-
-/// A brush or group at its place.
-#[derive(Clone, Debug)]
-pub struct Node {
-    pub(crate) entry: Entry,
-    /// As it acts at the scene's time, if it has keyframes.
-    pub(crate) posed: Option<Box<Entry>>,
-    pub(crate) children: Vec<NodeId>,
-    pub(crate) parent: Option<NodeId>,
-    /// See [`NodeId`].
-    origin: u32,
-}
-
-/// Of nodes that nothing can bring back.
-const GONE: u32 = u32::MAX;
-
-impl Node {
-    /// The root of a scene.
-    fn root() -> Self {
-        Self {
-            entry: Group::new().into(),
-            posed: None,
-            children: Vec::new(),
-            parent: None,
-            origin: 0,
-        }
-    }
-
-    /// In the place of a node that nothing can bring back.
-    pub(crate) fn gone() -> Self {
-        Self {
-            origin: GONE,
-            ..Self::root()
-        }
-    }
-
-    /// What the node is.
-    pub fn entry(&self) -> &Entry {
-        &self.entry
-    }
-
-    /// What it is at the scene's time: with the values of its keyframes in place of its own.
-    pub fn acting(&self) -> &Entry {
-        self.posed.as_deref().unwrap_or(&self.entry)
-    }
-
-    /// What a group holds, in order; nothing for a brush.
-    pub fn children(&self) -> &[NodeId] {
-        &self.children
-    }
-
-    /// The group around the node; `None` for the root, and for what was removed.
-    pub fn parent(&self) -> Option<NodeId> {
-        self.parent
-    }
-}
-
-pub(crate) fn pose_of(entry: &Entry, time: f32) -> Option<Box<Entry>> {
-    let moves = !entry.keyframes.is_empty();
-    moves.then(|| Box::new(entry.posed(time)))
-}
 
 /// A number that no other scene of the process has; a clone has its own.
 #[derive(Debug)]

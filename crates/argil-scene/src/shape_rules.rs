@@ -1,11 +1,12 @@
 //! What rows of the [table of shapes](crate::shape_table) are written with: checks of parameters, and boxes.
 
 use crate::fault::{self, Fault};
-use crate::shape::spline_pieces;
+use crate::outline::spline_pieces;
 use crate::{MeshGrid, Outline, SplinePoint};
 use argil_math::Aabb;
 use glam::{Vec2, Vec3};
 
+pub(crate) use crate::sampled::mesh_resolution;
 pub(crate) use crate::text::{letters, text_bounds};
 pub(crate) use fault::at_most;
 
@@ -139,15 +140,6 @@ pub(crate) fn heightmap_bounds(
             Aabb::new(Vec3::new(-x, -base, -z), Vec3::new(x, top, z))
         }
         None => Aabb::EMPTY,
-    }
-}
-
-/// How finely a mesh is sampled.
-pub(crate) fn mesh_resolution(path: &str, value: u32) -> Result<(), Fault> {
-    if (16..=512).contains(&value) {
-        Ok(())
-    } else {
-        Err(Fault::new(path, format!("{value} is not from 16 to 512")))
     }
 }
 

@@ -28,8 +28,10 @@
 
 mod batch;
 mod block_list;
+mod bounds;
 mod brick;
 mod build;
+mod candidates;
 mod cell_lists;
 mod changes;
 mod edit;
@@ -55,8 +57,9 @@ use std::ops::Range;
 
 pub use batch::{Beyond, BrickSampler, Corners, Located};
 pub use block_list::{BlockList, emptied_around};
+pub use bounds::BLOCK_WORDS;
 pub use brick::Brick;
-pub use build::{BLOCK_WORDS, BrickStagesMs};
+pub use build::BrickStagesMs;
 pub use cell_lists::CellLists;
 pub use changes::BrickChanges;
 pub use edit::BrickEdit;

@@ -1,5 +1,5 @@
 use crate::wait::wait;
-use crate::{BricksOptions, BuildError, DenseOptions, OctreeOptions, Scene, Via, World};
+use crate::{BricksOptions, BuildError, DenseOptions, Engine, OctreeOptions, Scene, Via, World};
 use argil_field::Program;
 
 /// A scene that an engine has checked and lowered, and that is to become a [`World`], kept in some way.
@@ -18,6 +18,16 @@ use argil_field::Program;
 pub struct Build<'a> {
     world: World,
     scene: &'a Scene,
+}
+
+impl Engine {
+    /// Check and lower a scene, to be kept in some way: [`Build`] says how.
+    ///
+    /// # Errors
+    /// If the scene cannot be lowered, or not by a GPU.
+    pub fn build<'a>(&self, scene: &'a Scene) -> Result<Build<'a>, BuildError> {
+        Ok(Build::new(World::new(self.clone(), scene)?, scene))
+    }
 }
 
 impl<'a> Build<'a> {

@@ -3,9 +3,8 @@
 //! *Practice.* A cast evaluates the field by what can matter near it, which a [`Probe`] finds.
 
 use crate::Material;
-use crate::probe::{AHEAD, Probe};
+use crate::probe::{AHEAD, Probe, material_of};
 use crate::query::{Query, Source};
-use argil_abi::MaterialWords;
 use glam::Vec3;
 
 /// Steps of a cast.
@@ -24,18 +23,6 @@ pub struct CastHit {
     pub normal: [f32; 3],
     /// What the surface is made of there.
     pub material: Material,
-}
-
-/// A material as the interpreter has it.
-pub(crate) fn material_of(words: &MaterialWords) -> Material {
-    let [r, g, b, roughness] = words.base_roughness;
-    let [er, eg, eb, metallic] = words.emission_metallic;
-    Material {
-        base_color: [r, g, b],
-        roughness,
-        metallic,
-        emission: [er, eg, eb],
-    }
 }
 
 /// How far a cast goes at once: past what is known to be free, by as much as distances have shrunk along the way, and back to

@@ -1,5 +1,5 @@
 use crate::wait::wait;
-use crate::{Build, BuildError, Control, EngineError, Scene, Stored, VolumeFileError, World};
+use crate::{Control, EngineError};
 use argil_gpu::{DeviceInfo, DeviceKind, Gpu};
 use std::sync::Arc;
 
@@ -124,39 +124,13 @@ impl Engine {
     /// Pixels of the largest picture that it draws: a device's buffers have their limits.
     pub fn most_pixels(&self) -> u64 {
         let of_gpu = self.gpu.as_ref().map(|gpu| gpu.most_pixels());
-        of_gpu.map_or(crate::world::MAX_PIXELS, |most| {
-            most.min(crate::world::MAX_PIXELS)
+        of_gpu.map_or(crate::limits::MAX_PIXELS, |most| {
+            most.min(crate::limits::MAX_PIXELS)
         })
     }
 
     /// Why the engine runs on that.
     pub fn reason(&self) -> &str {
         &self.reason
-    }
-
-    /// Check and lower a scene, to be kept in some way: [`Build`] says how.
-    ///
-    /// # Errors
-    /// If the scene cannot be lowered, or not by a GPU.
-    pub fn build<'a>(&self, scene: &'a Scene) -> Result<Build<'a>, BuildError> {
-        Ok(Build::new(World::new(self.clone(), scene)?, scene))
-    }
-
-    /// A world of what a volume file holds, drawn from there. `path` stands in messages.
-    pub fn load(
-        &self,
-        stored: Stored,
-        path: impl AsRef<std::path::Path>,
-    ) -> Result<(Scene, World), VolumeFileError> {
-        World::load(self.clone(), stored, path.as_ref(), false)
-    }
-
-    /// The same, where the scene's meshes may be anywhere.
-    pub fn load_with_meshes_outside(
-        &self,
-        stored: Stored,
-        path: impl AsRef<std::path::Path>,
-    ) -> Result<(Scene, World), VolumeFileError> {
-        World::load(self.clone(), stored, path.as_ref(), true)
     }
 }

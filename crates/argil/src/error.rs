@@ -120,8 +120,8 @@ pub enum RenderError {
     /// The size is zero or too large.
     #[error(
         "size {width}x{height}: both sides must be from 1 to {} and their product at most {}",
-        crate::world::MAX_SIDE,
-        crate::world::MAX_PIXELS
+        crate::limits::MAX_SIDE,
+        crate::limits::MAX_PIXELS
     )]
     Size {
         /// Asked for.

@@ -17,12 +17,16 @@
 
 mod build;
 mod cast;
+mod drawing;
 mod engine;
 mod error;
+mod field_mesh;
 mod heightmap;
+mod limits;
 mod listeners;
 mod live;
 mod lowered;
+mod memory;
 #[cfg(feature = "mesh-files")]
 mod mesh_cache;
 mod meshes;
@@ -30,6 +34,7 @@ mod picture;
 mod probe;
 mod query;
 mod representation;
+mod stored;
 mod triangles;
 mod wait;
 mod world;
@@ -59,14 +64,14 @@ pub use argil_volume::{
 };
 pub use build::Build;
 pub use cast::CastHit;
+pub use drawing::Orbit;
 pub use engine::{Backend, Engine};
 pub use error::{BuildError, EngineError, GridError, PictureError, RenderError, VolumeFileError};
+pub use field_mesh::MeshMethod;
 pub use glam;
 pub use listeners::Listener;
 pub use live::{Applied, Pace, Rebuilt};
-pub use meshes::{
-    LoadedMesh, MeshFileError, load_meshes, load_meshes_controlled, load_meshes_of, stored_scene,
-};
+pub use meshes::{LoadedMesh, MeshFileError, load_meshes, load_meshes_controlled, load_meshes_of};
 pub use picture::Drawn;
 #[cfg(feature = "png")]
 pub use picture::{ReadPicture, read_png, save_png, write_png};
@@ -74,5 +79,6 @@ pub use query::{Closest, MOST_BOXES, Overlap, Query};
 pub use representation::{
     BricksOptions, BuildTimes, DenseOptions, MeshViaOptions, OctreeOptions, Via,
 };
-pub use triangles::{MeshError, MeshMethod, MeshNormals, MeshOptions, Meshed, save_mesh};
-pub use world::{Orbit, World};
+pub use stored::stored_scene;
+pub use triangles::{MeshError, MeshNormals, MeshOptions, Meshed, save_mesh};
+pub use world::World;

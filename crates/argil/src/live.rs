@@ -1,6 +1,7 @@
 //! Following a scene in place.
 
-use crate::representation::{Kept, budget_on};
+use crate::memory::budget_on;
+use crate::representation::Kept;
 use crate::{BuildError, Change, Engine, Scene};
 use argil_field::{LiveProgram, Program};
 use argil_gpu::{GpuField, GpuVolume};

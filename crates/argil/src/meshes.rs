@@ -1,13 +1,12 @@
 //! The meshes that scenes name: found, checked, sampled, and kept for the next time.
 
-use crate::VolumeFileError;
 use crate::heightmap::heights;
 #[cfg(feature = "mesh-files")]
 use crate::mesh_cache;
 use argil_math::Control;
 use argil_mesh::{Format, MeshInput, Repairs, Solid, from_bytes};
 use argil_scene::{SampledGrid, Scene, Shape, is_grid, is_image};
-use argil_volume::{Section, Stored, StoredMesh, VolumeError};
+use argil_volume::StoredMesh;
 use std::collections::HashMap;
 use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
@@ -176,26 +175,6 @@ pub(crate) fn meshes_to_store(scene: &Scene) -> Vec<StoredMesh<'_>> {
             words: grid.words().into(),
         })
         .collect()
-}
-
-/// The scene that a volume was made from, with the meshes that its file holds. `path` stands in messages.
-///
-/// # Errors
-/// If the file's scene or a mesh in it cannot be read. Meshes that the file does not hold stay missing: see [`load_meshes`].
-pub fn stored_scene(stored: &Stored, path: &Path) -> Result<Scene, VolumeFileError> {
-    let inside = format!("{}, its scene", path.display());
-    let mut scene = Scene::from_json(&stored.scene_json, inside)?;
-    for mesh in &stored.meshes {
-        let grid = SampledGrid::from_words(mesh.words.to_vec(), mesh.solid).ok_or_else(|| {
-            VolumeError::Content {
-                path: path.into(),
-                section: Section::Meshes,
-                reason: format!("the distances of {:?} make no sense", mesh.path),
-            }
-        })?;
-        scene.set_mesh(mesh.path.as_ref(), mesh.resolution, Arc::new(grid));
-    }
-    Ok(scene)
 }
 
 fn solid_of(bytes: &[u8], format: Format, place: &Path) -> Result<Solid, MeshFileError> {

@@ -4,7 +4,7 @@
 //! few questions are asked between two of them; or, of programs too long for a tree, from an index over their operands. Those two
 //! tell distances as far as their parts are long; what is farther is at least that far.
 
-use crate::World;
+use crate::{Material, World};
 use argil_abi::{Instr, MaterialWords};
 use argil_field::{Evaluator, ListTree, LiveProgram, OperandIndex, Parts, Program};
 use argil_math::Aabb;
@@ -189,5 +189,17 @@ impl<'a> Probe<'a> {
         let point: [&[f32]; 3] = [&[p.x], &[p.y], &[p.z]];
         evaluator.materials_by(list, point, &mut d, &mut material);
         material[0]
+    }
+}
+
+/// A material as the interpreter has it.
+pub(crate) fn material_of(words: &MaterialWords) -> Material {
+    let [r, g, b, roughness] = words.base_roughness;
+    let [er, eg, eb, metallic] = words.emission_metallic;
+    Material {
+        base_color: [r, g, b],
+        roughness,
+        metallic,
+        emission: [er, eg, eb],
     }
 }

@@ -4,8 +4,7 @@
 //! balls go from ball to ball (sphere tracing, Hart 1996), and boxes are halved until each is free, solid or as small as
 //! was asked for (interval search, Duff 1992).
 
-use crate::cast::material_of;
-use crate::probe::Probe;
+use crate::probe::{Probe, material_of};
 use crate::{Material, World};
 use argil_abi::Instr;
 use argil_abi::WORLD_LIMIT;

@@ -1,38 +1,20 @@
 use crate::listeners::{Listener, Listeners};
 use crate::live::{Applied, Editable, Followed, Live, Pace, Rebuilt};
 use crate::lowered::Lowered;
-use crate::representation::{
-    Drawable, Kept, Site, Triangulated, focus, following, found_again, triangles,
-};
+use crate::representation::{Kept, Site, Triangulated, focus, following, found_again};
 use crate::wait::wait;
-use crate::{
-    BuildError, BuildTimes, Drawn, Engine, GridError, Placement, RenderError, Scene, Stored, Via,
-    Volume, VolumeFileError, VolumeInfo,
-};
-use argil_abi::{HIT_INSIDE, HIT_OUTSIDE, Hit};
+use crate::{BuildError, BuildTimes, Engine, GridError, Scene, Via, Volume, VolumeInfo};
 use argil_field::{Grid, ListTree, LiveProgram, OperandIndex, Program};
-use argil_gpu::{GpuField, GpuVolume};
-use argil_march::{Camera, Picture, Settings, Show, Through, frames};
+use argil_gpu::GpuField;
 use argil_math::{Aabb, Control, Interval};
 use argil_volume::{BrickChanges, BrickEdit};
 use std::borrow::Cow;
-use std::path::Path;
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU32, Ordering};
 use web_time::Instant;
 
-/// Longest side of a picture in pixels.
-pub const MAX_SIDE: u32 = 16_384;
-
-/// Most steps of a ray, unless it is asked for otherwise: through the field, and through a volume, where a step is short.
-const FIELD_STEPS: u32 = 256;
-const VOLUME_STEPS: u32 = 4096;
-
 /// So few questions between two edits are no reason to make lists for them.
 const SELDOM: u32 = 64;
-
-/// Most pixels of a picture: it takes 76 bytes a pixel while it is drawn.
-pub const MAX_PIXELS: u64 = 1 << 26;
 
 /// A scene that an engine has built: its exact field on the engine's device and, once asked for, a volume of it.
 ///
@@ -48,17 +30,17 @@ pub const MAX_PIXELS: u64 = 1 << 26;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub struct World {
-    engine: Engine,
+    pub(crate) engine: Engine,
     program: OnceLock<Lowered>,
     live: Live,
     /// Questions since the program was put together or an edit was followed.
     asked: AtomicU32,
-    gpu: Option<GpuField>,
+    pub(crate) gpu: Option<GpuField>,
     listeners: Listeners,
-    focus: Aabb,
-    view: crate::View,
-    via: Via,
-    kept: Kept,
+    pub(crate) focus: Aabb,
+    pub(crate) view: crate::View,
+    pub(crate) via: Via,
+    pub(crate) kept: Kept,
     times: BuildTimes,
 }
 
@@ -66,7 +48,11 @@ impl World {
     pub(crate) fn new(engine: Engine, scene: &Scene) -> Result<Self, BuildError> {
         let program = Program::lower(scene)?;
         let gpu = match &engine.gpu {
-            Some(gpu) => Some(GpuField::new(gpu.clone(), &program, false)?),
+            Some(gpu) => {
+                let field = GpuField::new(gpu.clone(), &program, false)?;
+                field.prepare()?;
+                Some(field)
+            }
             None => None,
         };
         let focus = focus(scene, &program);
@@ -83,36 +69,6 @@ impl World {
             kept: Kept::Field,
             times: BuildTimes::default(),
         })
-    }
-
-    pub(crate) fn load(
-        engine: Engine,
-        stored: Stored,
-        path: &Path,
-        outside: bool,
-    ) -> Result<(Scene, Self), VolumeFileError> {
-        let mut scene = crate::stored_scene(&stored, path)?;
-        // Files of version 1 have no meshes.
-        let folder = path.parent().unwrap_or(Path::new("."));
-        let control = &engine.control;
-        crate::load_meshes_controlled(&mut scene, folder, outside, control)?;
-        let mut world = Self::new(engine, &scene)?;
-        let mut stored = stored;
-        let solid = world.program().aabb();
-        stored
-            .volume
-            .set_cut(!solid.is_finite() && !solid.is_empty());
-        world.via = Via::of(&stored.volume);
-        world.kept = match &world.gpu {
-            Some(gpu) => {
-                let volume =
-                    wait(GpuVolume::upload(gpu, &stored.volume)).map_err(BuildError::from)?;
-                Kept::Gpu(volume)
-            }
-            None => Kept::Cpu(stored.volume),
-        };
-        world.begin_following(&scene);
-        Ok((scene, world))
     }
 
     /// The same world, made anew of a scene and kept in some way, on the same device and by the same shaders.
@@ -234,31 +190,6 @@ impl World {
         }
     }
 
-    /// Write the volume with the scene that it was built from, beside its place and then renamed into it.
-    pub fn save(&self, scene: &Scene, path: impl AsRef<Path>) -> Result<(), VolumeFileError> {
-        let path = path.as_ref();
-        let volume = self.volume()?.ok_or(VolumeFileError::NoVolume)?;
-        let scene_json = at_time_0(scene);
-        let meshes = crate::meshes::meshes_to_store(scene);
-        argil_scene::replace_file(path, |out| volume.write(&scene_json, &meshes, out)).map_err(
-            |source| VolumeFileError::Write {
-                path: path.into(),
-                source,
-            },
-        )
-    }
-
-    /// Write what [`World::save`] does, wherever it goes.
-    ///
-    /// # Errors
-    /// If there is no volume, or `out` does not take it.
-    pub fn write(&self, scene: &Scene, out: &mut dyn std::io::Write) -> std::io::Result<()> {
-        let volume = self.volume().map_err(std::io::Error::other)?;
-        let volume = volume.ok_or_else(|| std::io::Error::other(VolumeFileError::NoVolume))?;
-        let meshes = crate::meshes::meshes_to_store(scene);
-        volume.write(&at_time_0(scene), &meshes, out)
-    }
-
     /// What edits have changed of sparse bricks on the CPU since this was last called, or since they were built: what a copy of them
     /// elsewhere has to bring over. Nothing of worlds that are kept in another way; after a [rebuild](Applied::rebuilt)
     /// everything is new.
@@ -270,7 +201,7 @@ impl World {
     }
 
     /// Follow a scene from now on, whose changes are all known.
-    fn begin_following(&mut self, scene: &Scene) {
+    pub(crate) fn begin_following(&mut self, scene: &Scene) {
         self.live = Live::of(scene);
         let edits = match &self.kept {
             Kept::Cpu(volume) => volume.edits(),
@@ -592,199 +523,4 @@ impl World {
     pub fn bounds(&self, min: [f32; 3], max: [f32; 3]) -> Interval {
         self.program().bounds(Aabb::new(min.into(), max.into()))
     }
-
-    /// The scene's own camera.
-    pub fn camera(&self) -> Camera {
-        self.camera_at(self.view.camera)
-    }
-
-    /// A camera with the scene's field of view.
-    pub fn camera_at(&self, placement: Placement) -> Camera {
-        let field_of_view_degrees = self.view.field_of_view_degrees;
-        match placement {
-            Placement::Orbit(orbit) => Camera::orbit(self.focus, orbit, field_of_view_degrees),
-            Placement::Look { eye, target } => Camera {
-                eye: eye.into(),
-                target: target.into(),
-                field_of_view_degrees,
-            },
-        }
-    }
-
-    /// How the scene wants to be drawn, for a size; four samples a pixel when shaded.
-    pub fn settings(&self, size: [u32; 2], show: Show) -> Settings {
-        Settings {
-            size,
-            show,
-            samples: if show == Show::Shaded { 4 } else { 1 },
-            ground: self.view.ground && show == Show::Shaded,
-            sun_degrees: self.view.sun_degrees,
-            max_steps: match self.via {
-                Via::Field => FIELD_STEPS,
-                _ => VOLUME_STEPS,
-            },
-            ..Settings::default()
-        }
-    }
-
-    /// A shaded picture.
-    pub fn render(&self, camera: &Camera, size: [u32; 2]) -> Result<Drawn, RenderError> {
-        self.draw(camera, &self.settings(size, Show::Shaded))
-    }
-
-    /// A picture by settings.
-    pub fn draw(&self, camera: &Camera, settings: &Settings) -> Result<Drawn, RenderError> {
-        wait(self.draw_async(camera, settings))
-    }
-
-    /// [`World::draw`] as a future; see [`Build::via_async`](crate::Build::via_async).
-    ///
-    /// # Errors
-    /// As there.
-    pub async fn draw_async(
-        &self,
-        camera: &Camera,
-        settings: &Settings,
-    ) -> Result<Drawn, RenderError> {
-        let (picture, duration_ms) = self.picture(camera, settings, false).await?;
-        Ok(Drawn::new(picture, duration_ms))
-    }
-
-    /// How far the ray of each pixel goes until it hits a solid, row by row from the top, of the first sample where there are
-    /// several; infinite where it hits none.
-    pub fn lengths(&self, camera: &Camera, settings: &Settings) -> Result<Vec<f32>, RenderError> {
-        let (_, lengths) = wait(self.draw_with_lengths_async(camera, settings))?;
-        Ok(lengths)
-    }
-
-    /// [`World::draw_async`] and [`World::lengths`] in one.
-    ///
-    /// # Errors
-    /// As there.
-    pub async fn draw_with_lengths_async(
-        &self,
-        camera: &Camera,
-        settings: &Settings,
-    ) -> Result<(Drawn, Vec<f32>), RenderError> {
-        let (picture, duration_ms) = self.picture(camera, settings, true).await?;
-        let length = |hit: &Hit| match hit.kind {
-            HIT_OUTSIDE | HIT_INSIDE => hit.normal_t[3],
-            _ => f32::INFINITY,
-        };
-        let lengths = picture.hits.iter().map(length).collect();
-        Ok((Drawn::new(picture, duration_ms), lengths))
-    }
-
-    async fn picture(
-        &self,
-        camera: &Camera,
-        settings: &Settings,
-        with_hits: bool,
-    ) -> Result<(Picture, f64), RenderError> {
-        check(camera, settings)?;
-        if !self.via.shows(settings.show) {
-            return Err(RenderError::NoBricks);
-        }
-        let lattice = self.kept.lattice();
-        let frames = frames(
-            settings,
-            camera,
-            self.program(),
-            lattice.as_ref(),
-            self.focus,
-        );
-        if let Some(field) = &self.gpu {
-            field.complete(|| self.program());
-            let (picture, duration_ms) = match &self.kept {
-                Kept::Gpu(volume) => volume.render(field, &frames, with_hits).await?,
-                Kept::Mesh(Drawable {
-                    mesh: Triangulated::Gpu(mesh),
-                    ..
-                }) => mesh.render(field, &frames, with_hits).await?,
-                _ => field.render(&frames, with_hits).await?,
-            };
-            return Ok((picture, duration_ms));
-        }
-        let drawn;
-        let through: &dyn Through = match &self.kept {
-            Kept::Cpu(volume) => volume,
-            Kept::Mesh(Drawable {
-                mesh: Triangulated::Cpu(mesh),
-                ..
-            }) => {
-                drawn = triangles(mesh);
-                &drawn
-            }
-            _ => &argil_march::Field,
-        };
-        let start = Instant::now();
-        let control = &self.engine.control;
-        let picture =
-            argil_march::render_controlled(self.program(), through, &frames, with_hits, control);
-        let picture = picture.ok_or(RenderError::Cancelled)?;
-        Ok((picture, start.elapsed().as_secs_f64() * 1e3))
-    }
-}
-
-/// The cameras of an orbit: the first as given, the others turned about the vertical by equal angles.
-pub struct Orbit;
-
-impl Orbit {
-    /// `count` cameras around `camera`'s target.
-    pub fn around(camera: Camera, count: u32) -> impl Iterator<Item = Camera> {
-        (0..count).map(move |i| camera.turned(360.0 * i as f32 / count as f32))
-    }
-}
-
-/// A scene's text for a file: what is read again stands at time 0.
-fn at_time_0(scene: &Scene) -> String {
-    if scene.time() == 0.0 {
-        scene.to_json()
-    } else {
-        scene.frozen().to_json()
-    }
-}
-
-fn check(camera: &Camera, settings: &Settings) -> Result<(), RenderError> {
-    let [width, height] = settings.size;
-    if u64::from(width) * u64::from(height) > MAX_PIXELS {
-        return Err(RenderError::Size { width, height });
-    }
-    if !(1..=MAX_SIDE).contains(&width) || !(1..=MAX_SIDE).contains(&height) {
-        return Err(RenderError::Size { width, height });
-    }
-    let fault = |name, value: f32, expected| {
-        Err(RenderError::Setting {
-            name,
-            value: f64::from(value),
-            expected,
-        })
-    };
-    if !(1..=100_000).contains(&settings.max_steps) {
-        return fault("max_steps", settings.max_steps as f32, "from 1 to 100000");
-    }
-    if !(1..=64).contains(&settings.samples) {
-        return fault("samples", settings.samples as f32, "from 1 to 64");
-    }
-    for (name, value) in [
-        ("epsilon", settings.epsilon),
-        ("normal_bias", settings.normal_bias),
-    ] {
-        if let Some(v) = value
-            && !(v.is_finite() && v > 0.0)
-        {
-            return fault(name, v, "a positive number");
-        }
-    }
-    if !camera.eye.is_finite() || !camera.target.is_finite() {
-        return fault("camera", f32::NAN, "at finite coordinates");
-    }
-    if !(1.0..=170.0).contains(&camera.field_of_view_degrees) {
-        return fault(
-            "field_of_view_degrees",
-            camera.field_of_view_degrees,
-            "from 1 to 170",
-        );
-    }
-    Ok(())
 }

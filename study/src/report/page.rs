@@ -1,9 +1,11 @@
 //! The page around it all.
 
-use super::{Source, escaped, sections};
+use super::sections;
+use super::source::Source;
 use crate::claims;
 use crate::experiments::ALL;
 use crate::record::Record;
+use crate::shown::escaped;
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use std::io::Cursor;
@@ -153,7 +155,7 @@ fn picture(shown: &sections::Shown<'_>) -> String {
         .map(|file| shown.source.pictures.join(file));
     let encoded = place.and_then(|place| {
         let picture = image::open(place).ok()?.to_rgb8();
-        let small = super::shown(&picture);
+        let small = crate::shown::shown(&picture);
         let mut bytes = Cursor::new(Vec::new());
         small.write_to(&mut bytes, image::ImageFormat::Png).ok()?;
         Some(STANDARD.encode(bytes.into_inner()))

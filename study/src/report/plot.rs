@@ -50,13 +50,13 @@ fn drawn(title: &str, draw: impl FnOnce(DrawingArea<SVGBackend<'_>, Shift>) -> D
     if let Err(error) = draw(area) {
         return format!(
             "<p class=\"fault\">no plot: {}</p>",
-            super::escaped(&error.to_string())
+            crate::shown::escaped(&error.to_string())
         );
     }
     // It scales with the page, and has its ink.
     let open = format!(
         "<svg role=\"img\" aria-label=\"{}\" viewBox=\"0 0 {} {}\" ",
-        super::escaped(title),
+        crate::shown::escaped(title),
         SIZE.0,
         SIZE.1
     );
@@ -99,8 +99,8 @@ macro_rules! framed {
             .configure_mesh()
             .x_desc($axes.x)
             .y_desc($axes.y)
-            .x_label_formatter(&|x| super::number(*x))
-            .y_label_formatter(&|y| super::number(*y))
+            .x_label_formatter(&|x| crate::shown::number(*x))
+            .y_label_formatter(&|y| crate::shown::number(*y))
             .axis_style(INK)
             .label_style(("sans-serif", 12, &INK))
             .axis_desc_style(("sans-serif", 13, &INK))
@@ -242,7 +242,7 @@ pub fn bars(
                     .x_label_formatter(&name)
                     .x_desc(axes.x)
                     .y_desc(axes.y)
-                    .y_label_formatter(&|y| super::number(*y))
+                    .y_label_formatter(&|y| crate::shown::number(*y))
                     .axis_style(INK)
                     .label_style(("sans-serif", 12, &INK))
                     .axis_desc_style(("sans-serif", 13, &INK))

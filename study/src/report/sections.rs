@@ -1,9 +1,10 @@
 //! What each experiment shows: sentences, plots, tables, pictures.
 
 use super::plot::{Axes, Bar, Series, bars, lines};
+use super::source::Source;
 use super::table::{Column, column, megabytes, table, varied};
-use super::{Source, number};
 use crate::record::{Record, quantile};
+use crate::shown::number;
 use std::collections::BTreeMap;
 
 /// A picture with what stands under it.

@@ -1,8 +1,8 @@
 //! The open groups of a scene that is followed.
 
-use super::append;
 use crate::lower::{Around, Frame};
 use crate::pieces::{ROOT, Walk};
+use crate::spans::append;
 use argil_abi::Instr;
 use argil_scene::{NodeId, Operator, OperatorKind, Scene};
 use rustc_hash::{FxHashMap, FxHashSet};

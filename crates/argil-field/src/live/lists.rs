@@ -1,30 +1,19 @@
 //! Which pieces can matter where, and the lists that they make.
 
 use super::groups::Writer;
+use super::listed::Near;
 use super::piece::Operand;
 use super::{LiveProgram, greatest};
-use crate::operands::{GroupSpan, OperandSpan};
 use crate::parts::{Part, parts_between};
 use crate::pieces::ROOT;
 use crate::program::Program;
+use crate::spans::{GroupSpan, OperandSpan};
 use argil_abi::Instr;
 use argil_math::Aabb;
 use argil_scene::{NodeId, Operator, OperatorKind, greatest_fall};
 use glam::IVec3;
 use rustc_hash::FxHashMap;
 use std::borrow::Cow;
-
-/// An operand where it can matter.
-#[derive(Clone, Copy)]
-pub(super) struct Near {
-    pub rank: u64,
-    pub node: NodeId,
-    pub group: u32,
-    /// Of an operand of one instruction, that: most are, and their records lie all over memory.
-    pub instr: Option<Instr>,
-    /// The box in which it can matter.
-    pub held: Aabb,
-}
 
 impl LiveProgram {
     /// Append the instructions that can matter in a part.

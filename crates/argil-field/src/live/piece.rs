@@ -6,7 +6,7 @@ use crate::pieces::{ROOT, is_open, scale_of, scaled};
 use crate::program::Program;
 use crate::regular::Regularity;
 use crate::{LowerError, Opcodes};
-use argil_abi::{self as abi, Instr};
+use argil_abi::Instr;
 use argil_scene::{Extent, Extents, NodeId, Operator, OperatorKind, Profile, Scene};
 
 /// A piece.
@@ -170,17 +170,4 @@ fn lowered(
         opcodes,
         iterations,
     })
-}
-
-/// Append an operand's instructions; the ends of loops point at their beginnings.
-pub(crate) fn append(instrs: &[Instr], out: &mut Vec<Instr>) {
-    let begin = out.len() as u32;
-    out.extend(instrs.iter().map(|&instr| Instr {
-        operand: if instr.op == abi::OP_NEXT {
-            instr.operand + begin
-        } else {
-            instr.operand
-        },
-        ..instr
-    }));
 }

@@ -1,16 +1,8 @@
 //! What the instructions of a scene's parts hold.
 
-use argil_abi::{self as abi, MaterialWords};
-use argil_scene::{Body, Entry, Material, Modifier, OperatorKind, Profile};
+use argil_abi::{self as abi};
+use argil_scene::{Body, Entry, Modifier, OperatorKind, Profile};
 use glam::{DAffine3, DVec3};
-
-pub(super) fn words_of(m: &Material) -> MaterialWords {
-    let ([r, g, b], [er, eg, eb]) = (m.base_color, m.emission);
-    MaterialWords {
-        base_roughness: [r, g, b, m.roughness],
-        emission_metallic: [er, eg, eb, m.metallic],
-    }
-}
 
 /// Whether an entry is one instruction: a shape that is only moved, turned and scaled, with a smooth or hard joint.
 pub(super) fn is_single(entry: &Entry) -> bool {

@@ -2,16 +2,18 @@
 //! does.
 
 use super::cells::Cells;
+
+use super::ledger::Ledger;
 use super::lists::Blocks;
-use super::passes::{Order, Scratch, Site, check, chunks, make};
-use super::pool::Ledger;
-use super::{BrickTables, PLACES, march_words, pool_for, pool_texture};
+use super::making::{Scratch, Site};
+use super::passes::{Order, check, chunks, make};
+use super::tables::{BrickTables, PLACES, march_words, pool_for, pool_texture};
 use crate::StagesMs;
 use crate::bake::Bake;
 use crate::field::IDLE;
 use crate::table::Table;
 use crate::{GpuError, GpuField, GpuVolume};
-use argil_abi as abi;
+use argil_abi::{self as abi, Volume as Words};
 use argil_field::Program;
 use argil_math::Control;
 use argil_volume::{BLOCK_SIDE, BlockPlan, BlockTable, BrickLayout, FAR_SLOTS};
@@ -209,6 +211,17 @@ impl<'a> Build<'a> {
         };
         let texture = tables.fit(self.field, texture, count, mixed)?;
         let words = march_words(&self.layout, &tables.cells, tables.pool, tables.lipschitz);
-        GpuVolume::of_bricks(self.field, texture, words, tables)
+        volume_of(self.field, texture, words, tables)
     }
+}
+
+/// A volume of tables and a pool.
+pub(super) fn volume_of(
+    field: &GpuField,
+    texture: wgpu::Texture,
+    words: Words,
+    tables: BrickTables,
+) -> Result<GpuVolume, GpuError> {
+    let measures = (tables.layout.lattice, tables.layout.encoding);
+    GpuVolume::new(field, measures, texture, words, tables)
 }

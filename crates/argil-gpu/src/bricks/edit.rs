@@ -8,11 +8,11 @@
 
 use super::cells::Cells;
 use super::lists::Blocks;
-use super::passes::{Order, Scratch, Site, check, chunks, make};
-use super::{BrickTables, march_words};
+use super::making::{Making, Site};
+use super::passes::{Order, check, chunks, make};
+use super::tables::{BrickTables, march_words};
 use crate::bake::Bake;
 use crate::field::IDLE;
-use crate::table::Table;
 use crate::volume::Body;
 use crate::{Gpu, GpuError, GpuField};
 use argil_abi::{self as abi, Prune, Volume as Words};
@@ -27,26 +27,6 @@ const CELLS_A_MS: f64 = 200.0;
 
 /// Units, of 64 blocks at most, that one run makes: its tables have their limits.
 const MOST_UNITS: usize = 512;
-
-/// What edits write besides the volume, kept from one to the next.
-pub(super) struct Making {
-    scratch: Scratch,
-    instrs: Table,
-}
-
-impl Making {
-    fn new(gpu: &Gpu) -> Result<Self, GpuError> {
-        Ok(Self {
-            scratch: Scratch::new(gpu)?,
-            instrs: Table::new("instructions of lists"),
-        })
-    }
-
-    /// Bytes on the device.
-    pub fn size(&self) -> u64 {
-        self.scratch.size() + self.instrs.size()
-    }
-}
 
 impl BrickTables {
     /// Submit what edits have left to be done, in the words and the texture of a volume.

@@ -1,5 +1,6 @@
 //! The passes that make bricks, all of them or some, compiled once for a field and a width of samples.
 
+use super::making::{Scratch, Site};
 use super::repack::RepackPass;
 use crate::bake::{Bake, Groups};
 use crate::field::check_depth;
@@ -7,13 +8,13 @@ use crate::pass::{
     ARGUMENTS, BRICK_MATERIALS, Bind, CANDIDATES, CELLS, COUNTERS, FIELD_BINDS, FILL, LISTS, PRUNE,
     TABLES_WGSL, TEXELS, VOLUME, entry, layout, pipelines,
 };
-use crate::resources::uniform_of;
 use crate::table::Table;
 use crate::texels::TexelFormat;
-use crate::{Gpu, GpuError, GpuField};
+use crate::{GpuError, GpuField};
 use argil_abi::{self as abi, Fill, Prune, Volume as Words};
 use argil_field::Program;
 use argil_volume::{Bits, BrickLayout, wgsl};
+use std::sync::Arc;
 
 /// Instructions times samples that one dispatch may take on.
 const WORK_A_DISPATCH: u64 = 4_000_000_000;
@@ -54,6 +55,15 @@ pub(crate) struct BrickPasses {
 }
 
 impl BrickPasses {
+    /// For a field and samples of so many bits, compiled when they are first asked for.
+    pub fn of(field: &GpuField, bits: Bits) -> Result<Arc<Self>, GpuError> {
+        let name = match bits {
+            Bits::Eight => "bricks of 8 bits",
+            Bits::Sixteen => "bricks of 16 bits",
+        };
+        field.passes(name, || Self::new(field, bits))
+    }
+
     pub fn new(field: &GpuField, bits: Bits) -> Result<Self, GpuError> {
         let gpu = field.gpu();
         let source = [
@@ -152,70 +162,6 @@ pub(super) fn chunks(layout: &BrickLayout, length: usize, cells: u64) -> [u32; 2
     [chunk as u32, cells.div_ceil(chunk) as u32]
 }
 
-/// What the passes write besides the volume, and their uniforms.
-pub(super) struct Scratch {
-    pub lists: Table,
-    pub candidates: Table,
-    arguments: Table,
-    /// What is dispatched is read from another buffer than it is written to.
-    indirect: Option<wgpu::Buffer>,
-    words: wgpu::Buffer,
-    fill: wgpu::Buffer,
-    prune: wgpu::Buffer,
-}
-
-impl Scratch {
-    pub fn new(gpu: &Gpu) -> Result<Self, GpuError> {
-        let [words, fill, prune] = gpu.checked(|| {
-            [
-                uniform_of::<Words>(gpu, "volume"),
-                uniform_of::<Fill>(gpu, "fill"),
-                uniform_of::<Prune>(gpu, "prune"),
-            ]
-        })?;
-        Ok(Self {
-            lists: Table::new("lists"),
-            candidates: Table::new("cells near the surface"),
-            arguments: Table::new("bricks to fill"),
-            indirect: None,
-            words,
-            fill,
-            prune,
-        })
-    }
-
-    /// Bytes on the device.
-    pub fn size(&self) -> u64 {
-        let indirect = self.indirect.as_ref().map_or(0, wgpu::Buffer::size);
-        self.lists.size() + self.candidates.size() + self.arguments.size() + indirect
-    }
-
-    fn reserve_arguments(&mut self, gpu: &Gpu, chunks: u32) -> Result<(), GpuError> {
-        let bytes = (24 * u64::from(chunks)).next_multiple_of(16);
-        self.arguments.reserve_exact(gpu, bytes)?;
-        if self.indirect.as_ref().is_none_or(|b| b.size() < bytes) {
-            let buffer = gpu.checked(|| {
-                gpu.device.create_buffer(&wgpu::BufferDescriptor {
-                    label: Some("bricks to fill"),
-                    size: bytes,
-                    usage: wgpu::BufferUsages::INDIRECT | wgpu::BufferUsages::COPY_DST,
-                    mapped_at_creation: false,
-                })
-            })?;
-            self.indirect = Some(buffer);
-        }
-        Ok(())
-    }
-}
-
-/// The volume that bricks are made in.
-pub(crate) struct Site<'a> {
-    pub texture: &'a wgpu::Texture,
-    pub cells: &'a Table,
-    pub materials: &'a Table,
-    pub counters: &'a Table,
-}
-
 /// What is made.
 pub(super) struct Order<'a> {
     pub words: Words,
@@ -250,7 +196,7 @@ pub(super) async fn make(
     let gpu = field.gpu();
     let last = &order.prune;
     let bits = TexelFormat::of(site.texture.format()).bits();
-    let passes = field.brick_passes(bits)?;
+    let passes = BrickPasses::of(field, bits)?;
     scratch.reserve_arguments(gpu, order.words.chunks)?;
     gpu.queue
         .write_buffer(&scratch.words, 0, bytemuck::bytes_of(&order.words));

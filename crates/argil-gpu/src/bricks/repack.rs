@@ -1,7 +1,8 @@
 //! Moving bricks from one pool to another.
 
 use super::cells::Cells;
-use super::passes::Site;
+use super::making::Site;
+use super::tables::march_words;
 use crate::pass::{
     BRICK_MATERIALS, Bind, CELLS, COUNTERS, OLD_MATERIALS, OLD_POOL, STORED, TEXELS, VOLUME, entry,
     layout, pipelines,
@@ -66,7 +67,7 @@ impl RepackPass {
         old: &Site<'_>,
         new: &Site<'_>,
     ) -> Result<(), GpuError> {
-        let words = super::march_words(measures, cells, to, 1.0);
+        let words = march_words(measures, cells, to, 1.0);
         let before = [from[0], from[1], from.iter().product(), 0];
         let [old_view, view] = [old.texture, new.texture]
             .map(|texture| texture.create_view(&wgpu::TextureViewDescriptor::default()));

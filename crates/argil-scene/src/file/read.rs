@@ -1,7 +1,7 @@
 //! Reading: a walk over the document's tokens with a stack on the heap.
 
 use super::{FileError, MAX_DEPTH, MAX_PART_BYTES, fault_of};
-use crate::scene::pose_of;
+use crate::node::pose_of;
 use crate::{Body, Entry, Fault, Group, NodeId, Scene};
 use serde::de::DeserializeOwned;
 use serde_json::Value;

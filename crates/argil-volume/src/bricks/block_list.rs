@@ -1,6 +1,6 @@
 //! What can matter in the blocks that edits touch.
 
-use super::build::Bounds;
+use super::bounds::Bounds;
 use super::work::{EditWork, Unit};
 use super::{BLOCK_SIDE, BlockTable, BrickLayout};
 use argil_abi::Instr;

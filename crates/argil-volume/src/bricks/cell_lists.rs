@@ -1,4 +1,5 @@
-use super::build::{Bounds, Candidates, candidates};
+use super::bounds::Bounds;
+use super::candidates::{Candidates, candidates};
 use super::layout::BricksError;
 use super::plan::BlockPlan;
 use super::table::BlockTable;

@@ -8,7 +8,8 @@
 //! edits go in one pass. What was made is put into the pool at the end, so that nothing is changed if it does not fit.
 
 use super::block_list::{BlockList, emptied_around};
-use super::build::{Bounds, Candidates, SLOT_BYTES, near_block, settle};
+use super::bounds::{Bounds, SLOT_BYTES};
+use super::candidates::{Candidates, near_block, settle};
 use super::filler::{Filler, Places, only_material};
 use super::inner_cell;
 use super::material::PLACES;

@@ -7,7 +7,7 @@
 //! Where operands are many, a grid knows what can matter in each block. A block all of whose cells are near the surface gets
 //! what can matter to such small distances alone, which is several times less.
 
-use super::build::{Bounds, SLOT_BYTES};
+use super::bounds::{Bounds, SLOT_BYTES};
 use super::layout::{BLOCK_SIDE, BrickLayout, BricksError};
 use super::table::{BlockTable, FAR_SLOTS};
 use argil_abi::Instr;

@@ -2,7 +2,7 @@
 //! known sooner than by lists of them.
 
 use super::block_list::BlockList;
-use super::build::Bounds;
+use super::bounds::Bounds;
 use super::words::{center_of, is_brick};
 use super::work::{EditWork, Unit};
 use super::{BLOCK_SIDE, BrickLayout, Bricks, inner_cell};

@@ -1,7 +1,7 @@
+use super::format::{ALIGNMENT, ENTRY_BYTES, FORMAT_VERSION, HEADER_BYTES, MAGIC, Section};
+use super::meshes::StoredMesh;
 use super::meshes::bytes_of;
-use super::{
-    ALIGNMENT, ENTRY_BYTES, FORMAT_VERSION, HEADER_BYTES, MAGIC, Section, StoredMesh, Volume,
-};
+use crate::Volume;
 use crate::{Encoding, Lattice};
 use std::io::{self, Write};
 
@@ -10,7 +10,7 @@ use std::io::{self, Write};
 pub(super) const DESCRIPTION_WORDS: usize = 17;
 pub(super) const DESCRIPTION_WORDS_1: usize = 13;
 
-pub(super) fn write(
+fn write(
     volume: &Volume,
     scene_json: &str,
     meshes: &[StoredMesh<'_>],
@@ -93,4 +93,19 @@ fn describe(kind: u32, encoding: &Encoding, lattice: &Lattice, own: [u32; 3]) ->
         u32::from(lattice.is_cut),
     ];
     words.iter().flat_map(|w| w.to_le_bytes()).collect()
+}
+
+impl Volume {
+    /// Writes a file's bytes, with the scene that the volume was made from, as a scene file's text, and the meshes that it names.
+    ///
+    /// # Errors
+    /// If `out` does not take them.
+    pub fn write(
+        &self,
+        scene_json: &str,
+        meshes: &[StoredMesh<'_>],
+        out: impl std::io::Write,
+    ) -> std::io::Result<()> {
+        write(self, scene_json, meshes, out)
+    }
 }

@@ -1,8 +1,8 @@
 //! Kept as sparse bricks.
 
-use super::memory::budget_on;
-use super::{Kept, Options, Site, checked};
-use crate::{BuildError, BuildTimes};
+use super::options::{BuildTimes, Kept, Options, Site, checked};
+use crate::BuildError;
+use crate::memory::budget_on;
 use argil_gpu::GpuVolume;
 use argil_march::Show;
 use argil_volume::{BrickLayout, BrickSettings, Bricks, Lattice, Volume};

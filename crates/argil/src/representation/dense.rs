@@ -1,8 +1,8 @@
 //! Kept as a dense volume.
 
-use super::memory::check_memory;
-use super::{Kept, Options, Site, checked};
-use crate::{BuildError, BuildTimes};
+use super::options::{BuildTimes, Kept, Options, Site, checked};
+use crate::BuildError;
+use crate::memory::check_memory;
 use argil_gpu::{DenseFill, GpuVolume};
 use argil_volume::{Dense, Encoding, Lattice, Volume};
 use web_time::Instant;

@@ -1,11 +1,11 @@
 //! Kept as triangles.
 
-use super::{Kept, Options, Site};
-use crate::triangles::{MeshMethod, Stages, field_mesh, field_mesh_on_gpu};
-use crate::{BuildError, BuildTimes};
+use super::mesh_kept::{Drawable, Triangulated, triangles};
+use super::options::{BuildTimes, Kept, Options, Site};
+use crate::BuildError;
+use crate::field_mesh::{MeshMethod, Stages, field_mesh, field_mesh_on_gpu};
 use argil_gpu::{GpuMesh, MarchNormals};
-use argil_march::Triangles;
-use argil_mesh::{Mesh, exact};
+use argil_mesh::exact;
 use argil_volume::{Lattice, Volume};
 
 /// Triangles to be drawn.
@@ -26,27 +26,6 @@ impl Default for MeshViaOptions {
             method: MeshMethod::default(),
             flat: false,
         }
-    }
-}
-
-/// Triangles, and where their voxels lay.
-pub(crate) struct Drawable {
-    pub mesh: Triangulated,
-    pub lattice: Lattice,
-}
-
-/// Triangles on either device.
-pub(crate) enum Triangulated {
-    Cpu(Mesh),
-    Gpu(GpuMesh),
-}
-
-/// A mesh as it is drawn.
-pub(crate) fn triangles(mesh: &Mesh) -> Triangles<'_> {
-    Triangles {
-        positions: &mesh.positions,
-        normals: &mesh.normals,
-        triangles: &mesh.triangles,
     }
 }
 
@@ -86,7 +65,7 @@ impl Options for MeshViaOptions {
             };
             let made = field_mesh_on_gpu(engine, field, program, lattice, normals, self.flat);
             let (mesh, stages) = made.await?;
-            let mesh = Triangulated::Gpu(mesh);
+            let mesh = Triangulated::Gpu(Box::new(mesh));
             let times = BuildTimes::of_stages(stages);
             return Ok((Kept::Mesh(Drawable { mesh, lattice }), times));
         }
@@ -101,7 +80,10 @@ impl Options for MeshViaOptions {
             stages.done("normals")?;
         }
         let mesh = match site.field {
-            Some(field) => Triangulated::Gpu(GpuMesh::upload(field, triangles(&mesh))?),
+            Some(field) => {
+                let uploaded = GpuMesh::upload(field, triangles(&mesh))?;
+                Triangulated::Gpu(Box::new(uploaded))
+            }
             None => Triangulated::Cpu(mesh),
         };
         let times = BuildTimes::of_stages(stages.all);

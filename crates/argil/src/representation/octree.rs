@@ -1,8 +1,8 @@
 //! Kept as an octree of bricks.
 
-use super::memory::check_memory;
-use super::{Kept, Options, Site, checked};
-use crate::{BuildError, BuildTimes};
+use super::options::{BuildTimes, Kept, Options, Site, checked};
+use crate::BuildError;
+use crate::memory::check_memory;
 use argil_gpu::{GpuVolume, Order};
 use argil_march::Show;
 use argil_volume::{Dense, Lattice, Layout, Octree, OctreeSettings, Volume};

@@ -1,0 +1,111 @@
+//! What there is of sparse bricks on the device, and how large their pool is.
+
+use super::cells::Cells;
+use super::ledger::Ledger;
+use super::making::Making;
+use crate::dense::dense_words;
+use crate::resources::{extent, texture_of};
+use crate::table::Table;
+use crate::{Gpu, GpuError};
+use argil_abi::{self as abi, Volume as Words};
+use argil_volume::BrickLayout;
+
+/// Places of a mixed brick.
+pub(super) const PLACES: u64 = (abi::MATERIAL_SIDE as u64).pow(3);
+
+/// What there is of sparse bricks besides the pool's texture.
+pub(crate) struct BrickTables {
+    pub layout: BrickLayout,
+    pub cells: Cells,
+    /// What each brick of the pool looks like, then the materials of mixed ones.
+    pub materials: Table,
+    pub mixed: u64,
+    /// Bricks of the pool along each axis.
+    pub pool: [u32; 3],
+    pub ledger: Ledger,
+    pub lipschitz: f32,
+    /// Once it was edited.
+    pub making: Option<Box<Making>>,
+}
+
+impl BrickTables {
+    /// Bricks that there are, after a wait for edits.
+    pub async fn count(&self, gpu: &Gpu) -> Result<u64, GpuError> {
+        Ok(self.ledger.read(gpu).await?.bricks())
+    }
+}
+
+/// Bytes of a pool, the tables, and the materials of so many mixed bricks.
+pub(super) fn bytes_of(
+    gpu: &Gpu,
+    measures: &BrickLayout,
+    cells: &Cells,
+    pool: [u32; 3],
+    mixed: u64,
+) -> u64 {
+    let bricks: u64 = pool.map(u64::from).iter().product();
+    // With a stack of what is free.
+    let of_mixed = (8 * PLACES + 4) * mixed;
+    let brick = gpu.texture_bytes(measures.encoding.bits, measures.brick_bytes());
+    cells.memory_bytes() + bricks * (brick + 8) + of_mixed
+}
+
+/// Bricks along the sides of a pool that has room for `bricks`.
+pub(super) fn pool_for(
+    gpu: &Gpu,
+    measures: &BrickLayout,
+    bricks: u64,
+) -> Result<[u32; 3], GpuError> {
+    let limit = gpu.device.limits().max_texture_dimension_3d;
+    let most = limit / (measures.brick + 1);
+    let bricks = bricks.max(1);
+    let side = ((bricks as f64).cbrt().ceil() as u32).clamp(1, most.max(1));
+    let depth = bricks.div_ceil(u64::from(side) * u64::from(side));
+    if depth > u64::from(most) {
+        return Err(GpuError::TooManyBricks {
+            name: gpu.info.name.clone(),
+            bricks,
+            limit: u64::from(most).pow(3),
+        });
+    }
+    Ok([side, side, depth as u32])
+}
+
+pub(super) fn pool_texture(
+    gpu: &Gpu,
+    measures: &BrickLayout,
+    pool: [u32; 3],
+) -> Result<wgpu::Texture, GpuError> {
+    let [x, y, z] = pool.map(|n| n * (measures.brick + 1));
+    texture_of(gpu, extent(x, y, z), measures.encoding.bits, 1)
+}
+
+/// Words for marching, which needs nothing of the field.
+pub(super) fn march_words(
+    measures: &BrickLayout,
+    cells: &Cells,
+    pool: [u32; 3],
+    lipschitz: f32,
+) -> Words {
+    let [x, y, z] = pool.map(|n| 1.0 / (n * (measures.brick + 1)) as f32);
+    let [low, high] = [measures.low(), measures.high()];
+    let begin = measures.lattice.begin;
+    cells.described(Words {
+        per_texel: [x, y, z, 0.0],
+        spread: 1.000_01 * lipschitz * measures.lattice.voxel,
+        begin_x: begin.x,
+        begin_y: begin.y,
+        begin_z: begin.z,
+        low_x: low.x,
+        low_y: low.y,
+        low_z: low.z,
+        high_x: high.x,
+        high_y: high.y,
+        high_z: high.z,
+        brick: measures.brick,
+        pool_x: pool[0],
+        pool_y: pool[1],
+        capacity: pool.iter().product(),
+        ..dense_words(&measures.lattice, &measures.encoding, 1)
+    })
+}

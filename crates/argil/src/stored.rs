@@ -1,0 +1,116 @@
+//! Worlds from and to volume files.
+
+use crate::representation::Kept;
+use crate::wait::wait;
+use crate::{BuildError, Engine, Scene, Stored, Via, VolumeFileError, World};
+use argil_gpu::GpuVolume;
+use argil_scene::SampledGrid;
+use argil_volume::{Section, VolumeError};
+use std::path::Path;
+use std::sync::Arc;
+
+impl Engine {
+    /// A world of what a volume file holds, drawn from there. `path` stands in messages.
+    pub fn load(
+        &self,
+        stored: Stored,
+        path: impl AsRef<std::path::Path>,
+    ) -> Result<(Scene, World), VolumeFileError> {
+        World::load(self.clone(), stored, path.as_ref(), false)
+    }
+
+    /// The same, where the scene's meshes may be anywhere.
+    pub fn load_with_meshes_outside(
+        &self,
+        stored: Stored,
+        path: impl AsRef<std::path::Path>,
+    ) -> Result<(Scene, World), VolumeFileError> {
+        World::load(self.clone(), stored, path.as_ref(), true)
+    }
+}
+
+impl World {
+    fn load(
+        engine: Engine,
+        stored: Stored,
+        path: &Path,
+        outside: bool,
+    ) -> Result<(Scene, Self), VolumeFileError> {
+        let mut scene = crate::stored_scene(&stored, path)?;
+        // Files of version 1 have no meshes.
+        let folder = path.parent().unwrap_or(Path::new("."));
+        let control = &engine.control;
+        crate::load_meshes_controlled(&mut scene, folder, outside, control)?;
+        let mut world = Self::new(engine, &scene)?;
+        let mut stored = stored;
+        let solid = world.program().aabb();
+        stored
+            .volume
+            .set_cut(!solid.is_finite() && !solid.is_empty());
+        world.via = Via::of(&stored.volume);
+        world.kept = match &world.gpu {
+            Some(gpu) => {
+                let volume =
+                    wait(GpuVolume::upload(gpu, &stored.volume)).map_err(BuildError::from)?;
+                Kept::Gpu(volume)
+            }
+            None => Kept::Cpu(stored.volume),
+        };
+        world.begin_following(&scene);
+        Ok((scene, world))
+    }
+
+    /// Write the volume with the scene that it was built from, beside its place and then renamed into it.
+    pub fn save(&self, scene: &Scene, path: impl AsRef<Path>) -> Result<(), VolumeFileError> {
+        let path = path.as_ref();
+        let volume = self.volume()?.ok_or(VolumeFileError::NoVolume)?;
+        let scene_json = at_time_0(scene);
+        let meshes = crate::meshes::meshes_to_store(scene);
+        argil_scene::replace_file(path, |out| volume.write(&scene_json, &meshes, out)).map_err(
+            |source| VolumeFileError::Write {
+                path: path.into(),
+                source,
+            },
+        )
+    }
+
+    /// Write what [`World::save`] does, wherever it goes.
+    ///
+    /// # Errors
+    /// If there is no volume, or `out` does not take it.
+    pub fn write(&self, scene: &Scene, out: &mut dyn std::io::Write) -> std::io::Result<()> {
+        let volume = self.volume().map_err(std::io::Error::other)?;
+        let volume = volume.ok_or_else(|| std::io::Error::other(VolumeFileError::NoVolume))?;
+        let meshes = crate::meshes::meshes_to_store(scene);
+        volume.write(&at_time_0(scene), &meshes, out)
+    }
+}
+
+/// A scene's text for a file: what is read again stands at time 0.
+fn at_time_0(scene: &Scene) -> String {
+    if scene.time() == 0.0 {
+        scene.to_json()
+    } else {
+        scene.frozen().to_json()
+    }
+}
+
+/// The scene that a volume was made from, with the meshes that its file holds. `path` stands in messages.
+///
+/// # Errors
+/// If the file's scene or a mesh in it cannot be read. Meshes that the file does not hold stay missing: see [`load_meshes`](crate::load_meshes).
+pub fn stored_scene(stored: &Stored, path: &Path) -> Result<Scene, VolumeFileError> {
+    let inside = format!("{}, its scene", path.display());
+    let mut scene = Scene::from_json(&stored.scene_json, inside)?;
+    for mesh in &stored.meshes {
+        let grid = SampledGrid::from_words(mesh.words.to_vec(), mesh.solid).ok_or_else(|| {
+            VolumeError::Content {
+                path: path.into(),
+                section: Section::Meshes,
+                reason: format!("the distances of {:?} make no sense", mesh.path),
+            }
+        })?;
+        scene.set_mesh(mesh.path.as_ref(), mesh.resolution, Arc::new(grid));
+    }
+    Ok(scene)
+}
