@@ -1,10 +1,18 @@
 //! Errors and exit codes: 1 the input or the request, 3 the machine.
 
-use argil::{BuildError, EngineError, GpuError, MeshError, RenderError, VolumeFileError};
+use argil::{
+    BricksError, BuildError, EngineError, GpuError, MeshError, MeshFileError, MeshInput,
+    RenderError, SurfaceError, VolumeFileError,
+};
+use std::error::Error;
 use std::process::ExitCode;
 
 pub fn report(error: &anyhow::Error) -> ExitCode {
-    eprintln!("argil: {error:#}");
+    let remedies: Vec<&str> = error.chain().filter_map(remedy).collect();
+    match remedies.first() {
+        Some(remedy) => eprintln!("argil: {error:#} ({remedy})"),
+        None => eprintln!("argil: {error:#}"),
+    }
     let of_machine = error.chain().any(|cause| {
         cause.is::<EngineError>()
             || cause.is::<crate::companion::Missing>()
@@ -29,4 +37,64 @@ fn lacks(error: &BuildError) -> bool {
         BuildError::Gpu(_) | BuildError::Memory { .. } => true,
         _ => false,
     }
+}
+
+/// The flag that an error of the library asks for, which does not know the command.
+fn remedy(cause: &(dyn Error + 'static)) -> Option<&'static str> {
+    let of_gpu = |error: &GpuError| match error {
+        GpuError::None
+        | GpuError::LeftOut
+        | GpuError::TooLarge { .. }
+        | GpuError::TooManyBricks { .. }
+        | GpuError::TooDeep { .. }
+        | GpuError::TooLong { .. }
+        | GpuError::TooFine { .. } => Some("--device cpu"),
+        GpuError::TooLongToSpecialize => Some("leave out --specialize"),
+        GpuError::Budget { .. } => Some("--resolution, --bits, --memory-budget"),
+        GpuError::Bricks(error) => of_bricks(error),
+        _ => None,
+    };
+    let of_build = |error: &BuildError| match error {
+        BuildError::Gpu(error) => of_gpu(error),
+        BuildError::Bricks(error) => of_bricks(error),
+        _ => None,
+    };
+    if let Some(error) = cause.downcast_ref::<BuildError>() {
+        return of_build(error);
+    }
+    match cause.downcast_ref() {
+        Some(MeshError::Build(error)) => return of_build(error),
+        Some(MeshError::Surface(SurfaceError::Iso)) => return Some("leave out --iso"),
+        Some(MeshError::Surface(SurfaceError::Band { .. })) => return Some("--band, --stride"),
+        _ => {}
+    }
+    match cause.downcast_ref() {
+        Some(RenderError::Gpu(error)) => return of_gpu(error),
+        Some(RenderError::NoBricks) => return Some("--via bricks or --via octree"),
+        _ => {}
+    }
+    if let Some(EngineError::Gpu(error)) = cause.downcast_ref() {
+        return of_gpu(error);
+    }
+    if let Some(VolumeFileError::Build(error)) = cause.downcast_ref() {
+        return of_build(error);
+    }
+    match cause.downcast_ref() {
+        Some(MeshFileError::Outside { .. }) => return Some("--allow-outside"),
+        Some(MeshFileError::Empty { source, .. }) => return of_solid(source),
+        _ => {}
+    }
+    cause.downcast_ref().and_then(of_solid)
+}
+
+fn of_bricks(error: &BricksError) -> Option<&'static str> {
+    match error {
+        BricksError::Budget { .. } => Some("--resolution, --bits, --memory-budget"),
+        BricksError::Blocks { .. } => Some("--resolution, --voxel-size, --memory-budget"),
+        _ => None,
+    }
+}
+
+fn of_solid(error: &MeshInput) -> Option<&'static str> {
+    matches!(error, MeshInput::Hollow { .. } | MeshInput::Sheets { .. }).then_some("--thickness")
 }

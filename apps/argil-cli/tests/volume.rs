@@ -150,7 +150,7 @@ fn requests_that_make_no_sense_say_what_would() {
     bake(&["--via", "bricks", "--brick", "32"], 1, "4, 8 or 16");
     bake(&["--via", "bricks", "--mips"], 1, "--mips does nothing");
     let budget = ["--via", "bricks", "--memory-budget", "1"];
-    bake(&budget, 1, "a larger --memory-budget");
+    bake(&budget, 1, "--memory-budget");
     bake(
         &["--via", "dense", "--memory-budget", "1"],
         1,
@@ -180,7 +180,7 @@ fn requests_that_make_no_sense_say_what_would() {
     fails(
         &[&dense[..], &cpu].concat(),
         1,
-        "nodes of --via octree only",
+        "nodes of octrees only (--via bricks or --via octree)",
     );
 
     // Files: cut short, damaged, of another kind.

@@ -5,14 +5,14 @@ pub enum GpuError {
     /// No adapter of any kind.
     #[error(
         "no GPU was found. A software one will do: on Debian and Ubuntu, apt-get install mesa-vulkan-drivers libvulkan1; \
-         or use --device cpu"
+         or use the CPU"
     )]
     None,
     /// Somebody has [cancelled](argil_math::Control::cancel) it.
     #[error("cancelled")]
     Cancelled,
     /// This program has no part for GPUs.
-    #[error("this program was compiled without GPUs (the feature `gpu`): use --device cpu")]
+    #[error("this program was compiled without GPUs (the feature `gpu`): use the CPU")]
     LeftOut,
     /// The adapter does not give a device.
     #[error("{name}: {reason}")]
@@ -24,7 +24,7 @@ pub enum GpuError {
     },
     /// Something does not fit.
     #[error(
-        "{what} takes {bytes} bytes, more than {name} allows in one buffer, {limit}: use --device cpu or a smaller size"
+        "{what} takes {bytes} bytes, more than {name} allows in one buffer, {limit}: use the CPU or a smaller size"
     )]
     TooLarge {
         /// The adapter.
@@ -38,7 +38,7 @@ pub enum GpuError {
     },
     /// A pool of bricks would be larger than a texture can be.
     #[error(
-        "{bricks} bricks, and the textures of {name} have room for {limit}: use --device cpu or a smaller resolution"
+        "{bricks} bricks, and the textures of {name} have room for {limit}: use the CPU or a smaller resolution"
     )]
     TooManyBricks {
         /// The adapter.
@@ -50,7 +50,7 @@ pub enum GpuError {
     },
     /// Bricks would take more memory than they may.
     #[error(
-        "{bricks} bricks and their tables take {} MiB, and the budget is {} MiB: take a smaller resolution, fewer bits, or a larger --memory-budget",
+        "{bricks} bricks and their tables take {} MiB, and the budget is {} MiB: take a smaller resolution, fewer bits, or a larger memory budget",
         needed.div_ceil(1 << 20),
         budget >> 20
     )]
@@ -73,7 +73,7 @@ pub enum GpuError {
     Bricks(#[from] argil_volume::BricksError),
     /// Folds, loops and joints nest too deep for the interpreter's fixed stacks.
     #[error(
-        "the scene nests deeper than the GPU's {slots} slots: it needs {needed}. The CPU has no such limit: use --device cpu"
+        "the scene nests deeper than the GPU's {slots} slots: it needs {needed}. The CPU has no such limit: use the CPU"
     )]
     TooDeep {
         /// Slots there are.
@@ -83,7 +83,7 @@ pub enum GpuError {
     },
     /// A software device would cut the program's loops short.
     #[error(
-        "{name}: one evaluation of the scene takes {iterations} loop iterations, and this software device allows {limit}: use --device cpu"
+        "{name}: one evaluation of the scene takes {iterations} loop iterations, and this software device allows {limit}: use the CPU"
     )]
     TooLong {
         /// The adapter.
@@ -94,13 +94,11 @@ pub enum GpuError {
         limit: u64,
     },
     /// The program is too long to be written out as a shader.
-    #[error(
-        "the scene has too many brushes to be specialised into a shader: leave out --specialize"
-    )]
+    #[error("the scene has too many brushes to be specialised into a shader: use the interpreter")]
     TooLongToSpecialize,
     /// A volume is larger than a 3D texture can be.
     #[error(
-        "{name}: a volume of {voxels} voxels along a side, and textures there have at most {limit}: use --device cpu or a smaller resolution"
+        "{name}: a volume of {voxels} voxels along a side, and textures there have at most {limit}: use the CPU or a smaller resolution"
     )]
     TooFine {
         /// The adapter.

@@ -68,7 +68,7 @@ pub enum MeshInput {
     },
     /// No sample is inside.
     #[error(
-        "its triangles enclose nothing that {resolution} samples find: it may be flat, open or thin; give it a thickness (--thickness), or take a larger resolution"
+        "its triangles enclose nothing that {resolution} samples find: it may be flat, open or thin; give it a thickness, or take a larger resolution"
     )]
     Hollow {
         /// Samples along its longest side.
@@ -76,7 +76,7 @@ pub enum MeshInput {
     },
     /// All of it is flat, or sheets.
     #[error(
-        "its triangles are sheets that enclose nothing: give them a thickness (--thickness, for example {})",
+        "its triangles are sheets that enclose nothing: give them a thickness, for example {}",
         0.01 * size
     )]
     Sheets {

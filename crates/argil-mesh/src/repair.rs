@@ -45,14 +45,14 @@ impl Repairs {
         }
         if self.sheets > 0 {
             all.push(format!(
-                "{} flat parts were left out, as they enclose nothing, within {}: give them a thickness (--thickness)",
+                "{} flat parts were left out, as they enclose nothing, within {}: give them a thickness",
                 self.sheets,
                 held(self.sheet_box)
             ));
         }
         if self.holes > 0 {
             all.push(format!(
-                "{} holes were closed, within {}: if these are openings of thin walls, give those a thickness (--thickness)",
+                "{} holes were closed, within {}: if these are openings of thin walls, give those a thickness",
                 self.holes,
                 held(self.hole_box)
             ));

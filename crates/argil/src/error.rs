@@ -140,7 +140,7 @@ pub enum RenderError {
         expected: &'static str,
     },
     /// There is nothing of the kind to be shown.
-    #[error("bricks can be shown of --via bricks and --via octree, nodes of --via octree only")]
+    #[error("bricks can be shown of sparse bricks and octrees, nodes of octrees only")]
     NoBricks,
     /// Somebody has [cancelled](argil_math::Control::cancel) it.
     #[error("cancelled")]

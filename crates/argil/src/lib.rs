@@ -43,6 +43,7 @@ pub use argil_field::{FAR, Grid, LowerError, Program};
 pub use argil_gpu::{DenseFill, DeviceInfo, DeviceKind, GpuError, Order};
 pub use argil_march::{Camera, Descent, Normals, Settings, Show, Spread, Statistics};
 pub use argil_math::{Aabb, Control, Interval, Progress};
+pub use argil_mesh::marching::surface::SurfaceError;
 pub use argil_mesh::{
     Axes, Format, Mesh, MeshInput, Repairs, Report, Solid, WriteOptions, read as read_mesh,
     thicken, write as write_mesh,

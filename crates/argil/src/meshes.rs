@@ -35,7 +35,7 @@ impl LoadedMesh {
         let share = self.grid.steepest_share();
         if share > STEEP {
             warnings.push(format!(
-                "one step between posts is {share:.0} times as steep as nearly all others: distances fall short everywhere for it, and pictures through bricks swell; smooth the image there, or take fewer posts (--resolution)"
+                "one step between posts is {share:.0} times as steep as nearly all others: distances fall short everywhere for it, and pictures through bricks swell; smooth the image there, or take fewer posts"
             ));
         }
         warnings
@@ -76,7 +76,7 @@ pub enum MeshFileError {
     },
     /// It is elsewhere.
     #[error(
-        "the file \"{path}\" is not in the folder of the scene that names it, {}: put it there, or allow files outside (--allow-outside)",
+        "the file \"{path}\" is not in the folder of the scene that names it, {}: put it there, or allow files outside",
         folder.display()
     )]
     Outside {

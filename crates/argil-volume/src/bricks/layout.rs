@@ -51,7 +51,7 @@ pub enum BricksError {
     Band(f32),
     /// They would take more memory than they may.
     #[error(
-        "{bricks} bricks and their tables take up to {} MiB, and the budget is {} MiB: take a smaller resolution, fewer bits, or a larger --memory-budget",
+        "{bricks} bricks and their tables take up to {} MiB, and the budget is {} MiB: take a smaller resolution, fewer bits, or a larger memory budget",
         needed.div_ceil(1 << 20),
         budget >> 20
     )]
@@ -66,7 +66,7 @@ pub enum BricksError {
     /// The tables alone would take more memory than they may.
     #[error(
         "more than {blocks} blocks of cells take over {} MiB by themselves, and {} MiB is the most: the surface is too large for voxels of this \
-         size; take larger ones by --resolution or --voxel-size, or, where that is less than the machine has, a larger --memory-budget",
+         size; take larger ones, or, where that is less than the machine has, a larger memory budget",
         needed.div_ceil(1 << 20),
         budget >> 20
     )]
