@@ -1,6 +1,9 @@
 //! The command line.
 
-use argil::{Bits, Placement};
+use argil::{
+    Axes, Backend, Bits, DenseFill, Descent, Keep, MeshMethod, MeshNormals, Normals, Order,
+    Placement, Show, Via,
+};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use std::path::PathBuf;
 
@@ -138,7 +141,7 @@ pub struct VolumeFlags {
     pub descent: Option<Descent>,
     /// Octree on a GPU: how bricks get into order; without it by counting
     #[arg(long, value_enum)]
-    pub sort: Option<Sort>,
+    pub sort: Option<Order>,
     /// Mesh: how triangles are found; without it mc
     #[arg(long, value_enum)]
     pub method: Option<MeshMethod>,
@@ -147,49 +150,7 @@ pub struct VolumeFlags {
     pub flat: bool,
     /// Dense on a GPU: how the texture is filled; without it by tiles
     #[arg(long, value_enum)]
-    pub fill: Option<Fill>,
-}
-
-#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum Normals {
-    /// The gradient in the voxel that is hit; it jumps from voxel to voxel
-    Voxel,
-    /// Differences over a voxel's width around the hit
-    Smooth,
-    /// Differences of the exact field
-    Field,
-}
-
-#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum Keep {
-    /// All in which the surface can be
-    Conservative,
-    /// Those whose centre is within the band: the 2023 study's test, which loses some
-    Center,
-}
-
-#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum Descent {
-    /// At the root for each cell, as in the 2023 study
-    Root,
-    /// At the deepest node that is shared with the cell before
-    Path,
-}
-
-#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum Sort {
-    /// Bits in Morton order are counted
-    Counted,
-    /// The 2023 study's enumeration sort
-    Enumerated,
-}
-
-#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum Fill {
-    /// A tile a group
-    Tiled,
-    /// One thread a group: the 2023 study's first way
-    Naive,
+    pub fill: Option<DenseFill>,
 }
 
 #[derive(Args)]
@@ -256,7 +217,7 @@ pub struct Mesh {
     pub unshared: bool,
     /// Which way is up in the file, and which hand its axes are; without it y-up, which .glb always is
     #[arg(long, value_enum)]
-    pub axes: Option<MeshAxes>,
+    pub axes: Option<Axes>,
     /// The file's unit, where the scene's is a metre; without it metres, which .glb always is in
     #[arg(long, value_enum)]
     pub unit: Option<MeshUnit>,
@@ -266,38 +227,6 @@ pub struct Mesh {
     /// Print one JSON object on stdout and nothing else there
     #[arg(long)]
     pub json: bool,
-}
-
-#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum MeshMethod {
-    /// Marching cubes: corners on the edges of the grid
-    Mc,
-    /// Dual contouring of the exact field: edges of solids come out sharp
-    Dc,
-}
-
-#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum MeshNormals {
-    /// The exact field's gradient at each corner: the 2023 study's false normals
-    Field,
-    /// Central differences of what is stored
-    Gradient,
-    /// Each triangle's own: the study's true normals
-    Face,
-    /// None
-    None,
-}
-
-#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum MeshAxes {
-    /// Right-handed, y up: glTF, Maya, Godot
-    YUp,
-    /// Right-handed, z up: Blender, CAD, printers
-    ZUp,
-    /// Left-handed, y up: Unity
-    YUpLeftHanded,
-    /// Left-handed, z up: Unreal
-    ZUpLeftHanded,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -360,8 +289,8 @@ pub struct Recover {
 #[derive(Args)]
 pub struct On {
     /// auto takes a hardware GPU where there is one, else the CPU
-    #[arg(long, value_enum, default_value_t = Device::Auto)]
-    pub device: Device,
+    #[arg(long, value_enum, default_value_t = Backend::Auto)]
+    pub device: Backend,
     /// Load meshes that a scene names from outside of its folder
     #[arg(long)]
     pub allow_outside: bool,
@@ -438,43 +367,6 @@ pub struct Devices {
     /// Print one JSON object on stdout and nothing else there
     #[arg(long)]
     pub json: bool,
-}
-
-#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum Via {
-    /// The exact field
-    Field,
-    /// One texture of distances
-    Dense,
-    /// Bricks of distances under a tree: the 2023 study's structure
-    Octree,
-    /// Sparse bricks of distances: the product's own structure
-    Bricks,
-    /// Triangles, drawn in the order of their depth
-    Mesh,
-}
-
-#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum Device {
-    Auto,
-    Cpu,
-    Gpu,
-}
-
-#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum Show {
-    /// Light on materials
-    Shaded,
-    /// Normals as colours
-    Normal,
-    /// Near white, far black
-    Depth,
-    /// Steps a ray: 0 to 256 as blue, green, yellow, red
-    Heat,
-    /// Octree: the first brick of each ray, each in a colour of its own
-    Bricks,
-    /// Octree: the node above the first brick of each ray
-    Nodes,
 }
 
 fn bits(text: &str) -> Result<Bits, String> {

@@ -1,27 +1,29 @@
 //! `argil bake`.
 
-use crate::args::{Bake, Via};
+use crate::args::Bake;
 use crate::{input, output};
 use anyhow::{Context, ensure};
-use argil::{Volume, World};
+use argil::{BricksOptions, DenseOptions, Via, Volume, World};
 use serde_json::{Map, Value, json};
 
 pub fn run(options: &Bake) -> anyhow::Result<()> {
     let dense = options.volume.mips || options.volume.fill.is_some();
-    let via = options
-        .via
-        .unwrap_or(if dense { Via::Dense } else { Via::Bricks });
+    let via = options.via.unwrap_or(if dense {
+        DenseOptions::default().into()
+    } else {
+        BricksOptions::default().into()
+    });
     // Say what is wrong with the request before any work.
     ensure!(
         via != Via::Field,
         "--via field: the field is what volumes are baked from; take dense, octree or bricks"
     );
     ensure!(
-        via != Via::Mesh,
+        !matches!(via, Via::Mesh(_)),
         "--via mesh: `argil mesh` makes triangles; bake takes dense, octree or bricks"
     );
     ensure!(
-        !options.count_lost || via == Via::Octree,
+        !options.count_lost || matches!(via, Via::Octree(_)),
         "--count-lost counts bricks: add --via octree"
     );
     if let Some(path) = &options.output {

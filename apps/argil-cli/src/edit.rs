@@ -1,9 +1,9 @@
 //! `argil edit`.
 
-use crate::args::{Edit, Via};
+use crate::args::Edit;
 use crate::{input, output};
 use anyhow::{Context, bail, ensure};
-use argil::{Aabb, Applied, BrickEdit, Journal, Scene, World};
+use argil::{Aabb, Applied, BrickEdit, BricksOptions, Journal, Scene, Via, World};
 use serde_json::{Value, json};
 use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
@@ -52,11 +52,12 @@ pub fn run(options: &Edit) -> anyhow::Result<()> {
     }
     let engine = input::engine(&options.on)?;
     ensure!(
-        options.via != Some(Via::Mesh),
+        !matches!(options.via, Some(Via::Mesh(_))),
         "--via mesh: edits are replayed on volumes; take bricks, dense or octree, and `argil mesh` the result"
     );
     // A volume file is what it is; a scene is baked first.
-    let via = (!input::is_volume(&options.scene)?).then_some(options.via.unwrap_or(Via::Bricks));
+    let via = (!input::is_volume(&options.scene)?)
+        .then_some(options.via.unwrap_or(BricksOptions::default().into()));
     let about = (None, options.on.allow_outside);
     let (mut scene, mut world) =
         input::world(&options.scene, &engine, via, &options.volume, about)?;

@@ -1,10 +1,10 @@
 //! What a command is given: a scene or a volume, a device, a way to keep it.
 
-use crate::args::{self, Device, On, VolumeFlags};
+use crate::args::{On, VolumeFlags};
 use anyhow::{Context, ensure};
 use argil::{
-    Backend, BricksOptions, DenseFill, DenseOptions, Descent, Encoding, Engine, Keep, MeshMethod,
-    MeshViaOptions, OctreeOptions, Order, Range, Scene, Stored, Via, World,
+    BricksOptions, DenseOptions, Encoding, Engine, MeshViaOptions, OctreeOptions, Range, Scene,
+    Stored, Via, World,
 };
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -16,11 +16,7 @@ pub fn engine(on: &On) -> anyhow::Result<Engine> {
         pool.build_global()
             .map_err(|e| argil::EngineError::Threads(e.to_string()))?;
     }
-    let engine = Engine::on(match on.device {
-        Device::Auto => Backend::Auto,
-        Device::Cpu => Backend::Cpu,
-        Device::Gpu => Backend::Gpu,
-    })?;
+    let engine = Engine::on(on.device)?;
     Ok(crate::progress::watched(engine))
 }
 
@@ -92,14 +88,14 @@ pub fn scene_of(stored: &Stored, path: &Path) -> anyhow::Result<Scene> {
 pub fn world(
     path: &Path,
     engine: &Engine,
-    via: Option<args::Via>,
+    via: Option<Via>,
     flags: &VolumeFlags,
     (time, outside): (Option<f32>, bool),
 ) -> anyhow::Result<(Scene, World)> {
     if !is_volume(path)? {
         let mut scene = scene(path, outside)?;
         set_time(&mut scene, time, path)?;
-        let via = representation(via.unwrap_or(args::Via::Field), flags, engine)?;
+        let via = representation(via.unwrap_or_default(), flags, engine)?;
         let place = || path.display().to_string();
         let built = engine.build(&scene).with_context(place)?;
         crate::long_work::warn(built.program(), via, path);
@@ -147,31 +143,8 @@ pub fn set_time(scene: &mut Scene, time: Option<f32>, path: &Path) -> anyhow::Re
     Ok(())
 }
 
-/// How triangles are found.
-pub fn method_of(method: Option<args::MeshMethod>) -> MeshMethod {
-    match method {
-        None | Some(args::MeshMethod::Mc) => MeshMethod::MarchingCubes,
-        Some(args::MeshMethod::Dc) => MeshMethod::DualContouring,
-    }
-}
-
-/// Where look-ups in an octree begin.
-pub fn descent_of(descent: args::Descent) -> Descent {
-    match descent {
-        args::Descent::Root => Descent::Root,
-        args::Descent::Path => Descent::Path,
-    }
-}
-
 /// How the flags want a scene to be kept. A flag that would do nothing is refused.
-pub fn representation(via: args::Via, flags: &VolumeFlags, engine: &Engine) -> anyhow::Result<Via> {
-    let name = match via {
-        args::Via::Field => "field",
-        args::Via::Dense => "dense",
-        args::Via::Octree => "octree",
-        args::Via::Bricks => "bricks",
-        args::Via::Mesh => "mesh",
-    };
+pub fn representation(via: Via, flags: &VolumeFlags, engine: &Engine) -> anyhow::Result<Via> {
     let of_volume = [
         ("--resolution", flags.resolution.is_some()),
         ("--bits", flags.bits.is_some()),
@@ -199,26 +172,36 @@ pub fn representation(via: args::Via, flags: &VolumeFlags, engine: &Engine) -> a
     let idle =
         |all: &[(&'static str, bool)]| all.iter().find(|(_, given)| *given).map(|(flag, _)| *flag);
     let idle = match via {
-        args::Via::Field => idle(&of_volume)
+        Via::Field => idle(&of_volume)
             .or(idle(&of_dense))
             .or(idle(&of_octree))
             .or(idle(&of_cut))
             .or(idle(&of_bricks))
             .or(idle(&of_mesh)),
-        args::Via::Dense => idle(&of_octree)
+        Via::Dense(_) => idle(&of_octree)
             .or(idle(&of_cut))
             .or(idle(&of_bricks))
             .or(idle(&of_mesh)),
-        args::Via::Octree => idle(&of_dense).or(idle(&of_bricks)).or(idle(&of_mesh)),
-        args::Via::Bricks => idle(&of_dense).or(idle(&of_octree)).or(idle(&of_mesh)),
-        args::Via::Mesh => idle(&of_stored)
+        Via::Octree(_) => idle(&of_dense).or(idle(&of_bricks)).or(idle(&of_mesh)),
+        Via::Bricks(_) => idle(&of_dense).or(idle(&of_octree)).or(idle(&of_mesh)),
+        Via::Mesh(_) => idle(&of_stored)
             .or(idle(&of_dense))
             .or(idle(&of_octree))
             .or(idle(&of_cut))
             .or(idle(&of_bricks)),
+        // One that has options of its own has no flags for them yet.
+        _ => idle(&of_stored)
+            .or(idle(&of_dense))
+            .or(idle(&of_octree))
+            .or(idle(&of_cut))
+            .or(idle(&of_bricks))
+            .or(idle(&of_mesh)),
     };
     if let Some(flag) = idle {
-        anyhow::bail!("{flag} does nothing with --via {name}: leave it out, or take another --via");
+        anyhow::bail!(
+            "{flag} does nothing with --via {}: leave it out, or take another --via",
+            via.word()
+        );
     }
 
     let of_gpu = [
@@ -231,7 +214,7 @@ pub fn representation(via: args::Via, flags: &VolumeFlags, engine: &Engine) -> a
 
     let resolution = flags.resolution.unwrap_or(256);
     let own = match via {
-        args::Via::Bricks => BricksOptions::default().settings.encoding,
+        Via::Bricks(_) => BricksOptions::default().settings.encoding,
         _ => Encoding::default(),
     };
     let bits = flags.bits.unwrap_or(own.bits);
@@ -243,22 +226,19 @@ pub fn representation(via: args::Via, flags: &VolumeFlags, engine: &Engine) -> a
     };
     let encoding = Encoding { bits, range };
     Ok(match via {
-        args::Via::Field => Via::Field,
-        args::Via::Mesh => Via::Mesh(MeshViaOptions {
+        Via::Field => Via::Field,
+        Via::Mesh(_) => Via::Mesh(MeshViaOptions {
             resolution,
-            method: method_of(flags.method),
+            method: flags.method.unwrap_or_default(),
             flat: flags.flat,
         }),
-        args::Via::Dense => Via::Dense(DenseOptions {
+        Via::Dense(_) => Via::Dense(DenseOptions {
             resolution,
             encoding,
             mips: flags.mips,
-            fill: match flags.fill {
-                Some(args::Fill::Naive) => DenseFill::Naive,
-                _ => DenseFill::Tiled,
-            },
+            fill: flags.fill.unwrap_or_default(),
         }),
-        args::Via::Bricks => {
+        Via::Bricks(_) => {
             let mut options = BricksOptions {
                 resolution,
                 voxel: flags.voxel_size,
@@ -269,7 +249,7 @@ pub fn representation(via: args::Via, flags: &VolumeFlags, engine: &Engine) -> a
             options.settings.brick = flags.brick.unwrap_or(options.settings.brick);
             Via::Bricks(options)
         }
-        args::Via::Octree => {
+        Via::Octree(_) => {
             let mut options = OctreeOptions {
                 resolution,
                 ..OctreeOptions::default()
@@ -278,13 +258,13 @@ pub fn representation(via: args::Via, flags: &VolumeFlags, engine: &Engine) -> a
             settings.encoding = encoding;
             settings.brick = flags.brick.unwrap_or(settings.brick);
             settings.depth = flags.depth;
-            if flags.keep == Some(args::Keep::Center) {
-                settings.keep = Keep::CenterInRange;
-            }
-            if flags.sort == Some(args::Sort::Enumerated) {
-                options.order = Order::Enumerated;
-            }
+            settings.keep = flags.keep.unwrap_or_default();
+            options.order = flags.sort.unwrap_or_default();
             Via::Octree(options)
+        }
+        other => {
+            let mut all = Via::all(resolution).into_iter();
+            all.find(|via| via.word() == other.word()).unwrap_or(other)
         }
     })
 }

@@ -1,9 +1,9 @@
 //! `argil mesh`.
 
-use crate::args::{self, Mesh, MeshAxes, MeshNormals, MeshUnit};
+use crate::args::{Mesh, MeshUnit};
 use crate::{input, output};
 use anyhow::{Context, ensure};
-use argil::{Axes, Format, MeshOptions, Meshed, Report, World, WriteOptions, save_mesh};
+use argil::{Axes, Format, MeshOptions, Meshed, Report, Via, World, WriteOptions, save_mesh};
 use serde_json::json;
 use std::path::{Path, PathBuf};
 
@@ -25,17 +25,17 @@ pub fn run(options: &Mesh) -> anyhow::Result<()> {
     };
     let how = write_options(options, format.map(|(_, format)| format))?;
     ensure!(
-        options.via != Some(args::Via::Mesh) && !options.volume.flat,
+        !matches!(options.via, Some(Via::Mesh(_))) && !options.volume.flat,
         "--via mesh, --flat: they say how a picture is drawn; leave them out, or take --normals face"
     );
     ensure!(
-        options.via != Some(args::Via::Octree),
+        !matches!(options.via, Some(Via::Octree(_))),
         "--via octree: an octree is not meshed; take field, dense or bricks"
     );
     let engine = input::engine(&options.on)?;
     // The field takes its resolution with the mesh, not before.
     let is_field =
-        options.via.is_none_or(|via| via == args::Via::Field) && !input::is_volume(&options.scene)?;
+        options.via.is_none_or(|via| via == Via::Field) && !input::is_volume(&options.scene)?;
     let voxel = options.volume.voxel_size.filter(|_| is_field);
     let resolution = options.volume.resolution;
     let mut flags = options.volume.clone();
@@ -58,16 +58,11 @@ pub fn run(options: &Mesh) -> anyhow::Result<()> {
     let outputs = options.output.iter().chain(&lods);
     input::spare_meshes(&scene, &options.scene, outputs.map(PathBuf::as_path))?;
     let settings = MeshOptions {
-        method: input::method_of(options.volume.method),
+        method: options.volume.method.unwrap_or_default(),
         resolution: resolution.unwrap_or(256),
         voxel,
         iso: options.iso,
-        normals: match options.normals {
-            MeshNormals::Field => argil::MeshNormals::Field,
-            MeshNormals::Gradient => argil::MeshNormals::Gradient,
-            MeshNormals::Face => argil::MeshNormals::Face,
-            MeshNormals::None => argil::MeshNormals::None,
-        },
+        normals: options.normals,
         most_triangles: options.triangles.map(|n| n as usize),
         materials: format.is_some_and(|(_, format)| format != Format::Stl),
         unshared: options.unshared,
@@ -127,12 +122,7 @@ fn kind(report: &Report) -> &'static str {
 }
 
 fn write_options(options: &Mesh, format: Option<Format>) -> anyhow::Result<WriteOptions> {
-    let axes = match options.axes {
-        None | Some(MeshAxes::YUp) => Axes::YUp,
-        Some(MeshAxes::ZUp) => Axes::ZUp,
-        Some(MeshAxes::YUpLeftHanded) => Axes::YUpLeftHanded,
-        Some(MeshAxes::ZUpLeftHanded) => Axes::ZUpLeftHanded,
-    };
+    let axes = options.axes.unwrap_or_default();
     let scale = match options.unit {
         None | Some(MeshUnit::M) => 1.0,
         Some(MeshUnit::Cm) => 100.0,

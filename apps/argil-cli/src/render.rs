@@ -1,6 +1,6 @@
 //! `argil render`.
 
-use crate::args::{Normals, Render, Show};
+use crate::args::Render;
 use crate::{input, output};
 use anyhow::Context;
 use argil::{Camera, Drawn, Orbit, Scene, Settings, Via, World};
@@ -111,28 +111,13 @@ fn picture_path(options: &Render) -> anyhow::Result<Option<PathBuf>> {
 }
 
 fn settings(options: &Render, world: &World) -> Settings {
-    let show = match options.show {
-        Show::Shaded => argil::Show::Shaded,
-        Show::Normal => argil::Show::Normal,
-        Show::Depth => argil::Show::Depth,
-        Show::Heat => argil::Show::Heat,
-        Show::Bricks => argil::Show::Bricks,
-        Show::Nodes => argil::Show::Nodes,
-    };
-    let own = world.settings(options.size, show);
+    let own = world.settings(options.size, options.show);
     Settings {
         max_steps: options.max_steps.unwrap_or(own.max_steps),
         epsilon: options.epsilon,
         normal_bias: options.normal_bias,
-        normals: match options.normals {
-            Some(Normals::Voxel) => argil::Normals::Voxel,
-            Some(Normals::Field) => argil::Normals::Field,
-            Some(Normals::Smooth) | None => argil::Normals::Smooth,
-        },
-        descent: options
-            .volume
-            .descent
-            .map_or(own.descent, input::descent_of),
+        normals: options.normals.unwrap_or_default(),
+        descent: options.volume.descent.unwrap_or_default(),
         samples: options.samples.unwrap_or(own.samples),
         ground: (own.ground || options.ground) && !options.no_ground,
         ..own

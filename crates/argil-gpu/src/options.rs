@@ -51,6 +51,7 @@ pub struct DeviceInfo {
 
 /// How the texture of a dense volume is filled.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum DenseFill {
     /// A tile of 32³ texels a group, a column of 32 a thread.
     #[default]
@@ -61,6 +62,7 @@ pub enum DenseFill {
 
 /// How the list of bricks gets into ascending order.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum Order {
     /// Bits are set in Morton order and counted: no sort is needed.
     #[default]

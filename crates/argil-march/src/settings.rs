@@ -7,6 +7,7 @@ use glam::Vec3;
 
 /// What a picture shows.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum Show {
     /// Light on materials.
     #[default]
@@ -17,14 +18,15 @@ pub enum Show {
     Depth,
     /// The steps of each ray, 0 to 256 as blue → green → yellow → red.
     Heat,
-    /// The first brick that each ray meets, each in a colour of its own; of an octree only.
+    /// The first brick that each ray meets, each in a colour of its own; of sparse bricks and octrees only.
     Bricks,
-    /// The first node above bricks that has a brick on the ray's way, likewise.
+    /// The first node above bricks that has a brick on the ray's way, likewise; of octrees only.
     Nodes,
 }
 
 /// Where bricks take normals from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum Normals {
     /// The gradient in the voxel that is hit; it jumps from voxel to voxel.
     Voxel,
@@ -37,6 +39,7 @@ pub enum Normals {
 
 /// Where look-ups in an octree begin.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum Descent {
     /// At the root, as in the study.
     #[default]

@@ -42,6 +42,7 @@ impl Format {
 
 /// Which way is up, and whether the axes are a right or a left hand's.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum Axes {
     /// y up, right-handed: Argil, glTF, Maya, Godot.
     #[default]

@@ -38,11 +38,13 @@ pub use tree::{Path, Tree, Visit};
 
 /// Which bricks are kept.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum Keep {
     /// All in which the surface can be.
     #[default]
     Conservative,
     /// Those whose centre is no farther from the surface than the encoding's range: the study's test.
+    #[cfg_attr(feature = "clap", value(name = "center"))]
     CenterInRange,
 }
 

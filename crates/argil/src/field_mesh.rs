@@ -12,11 +12,14 @@ use web_time::Instant;
 
 /// How triangles are found.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum MeshMethod {
     /// Marching cubes: corners on the grid's edges.
     #[default]
+    #[cfg_attr(feature = "clap", value(name = "mc"))]
     MarchingCubes,
     /// Dual contouring: corners in the grid's cells, where the exact surface's planes meet; edges of solids come out sharp.
+    #[cfg_attr(feature = "clap", value(name = "dc"))]
     DualContouring,
 }
 

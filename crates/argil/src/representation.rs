@@ -55,6 +55,14 @@ macro_rules! representations {
                 }
             }
 
+            /// What it is, in a line.
+            pub fn about(&self) -> &'static str {
+                match self {
+                    Self::Field => "The exact field",
+                    $(Self::$name(_) => $options::ABOUT,)*
+                }
+            }
+
             /// Whether pictures can show that: light, normals and the like always, bricks and nodes of some.
             pub fn shows(&self, show: Show) -> bool {
                 match self {
@@ -120,4 +128,16 @@ representations! {
     Octree(OctreeOptions),
     /// As triangles.
     Mesh(MeshViaOptions),
+}
+
+#[cfg(feature = "clap")]
+impl clap::ValueEnum for Via {
+    fn value_variants<'a>() -> &'a [Self] {
+        static ALL: std::sync::LazyLock<Vec<Via>> = std::sync::LazyLock::new(|| Via::all(256));
+        &ALL
+    }
+
+    fn to_possible_value(&self) -> Option<clap::builder::PossibleValue> {
+        Some(clap::builder::PossibleValue::new(self.word()).help(self.about()))
+    }
 }

@@ -20,6 +20,7 @@ const MOST_SAMPLES: u64 = 1 << 31;
 
 /// Where a mesh's normals come from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum MeshNormals {
     /// The exact field's gradient at each corner: the 2023 study's false normals.
     #[default]

@@ -33,6 +33,7 @@ impl Default for BricksOptions {
 
 impl Options for BricksOptions {
     const WORD: &'static str = "bricks";
+    const ABOUT: &'static str = "Sparse bricks of distances: the product's own structure";
     /// Voxels are counted from anywhere.
     const IS_ENDLESS: bool = true;
 

@@ -33,6 +33,7 @@ impl Default for DenseOptions {
 
 impl Options for DenseOptions {
     const WORD: &'static str = "dense";
+    const ABOUT: &'static str = "One texture of distances";
 
     fn at(resolution: u32) -> Self {
         Self {

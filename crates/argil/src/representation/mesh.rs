@@ -31,6 +31,7 @@ impl Default for MeshViaOptions {
 
 impl Options for MeshViaOptions {
     const WORD: &'static str = "mesh";
+    const ABOUT: &'static str = "Triangles, drawn in the order of their depth";
 
     fn at(resolution: u32) -> Self {
         Self {

@@ -30,6 +30,7 @@ impl Default for OctreeOptions {
 
 impl Options for OctreeOptions {
     const WORD: &'static str = "octree";
+    const ABOUT: &'static str = "Bricks of distances under a tree: the 2023 study's structure";
 
     fn at(resolution: u32) -> Self {
         Self {

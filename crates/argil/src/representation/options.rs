@@ -21,6 +21,8 @@ pub(crate) struct Site<'a> {
 pub(crate) trait Options: Copy + Default {
     /// In a word, as the command says it.
     const WORD: &'static str;
+    /// What it is, in a line.
+    const ABOUT: &'static str;
     /// Whether voxels are counted from elsewhere than the box's corner, so that the box can grow.
     const IS_ENDLESS: bool = false;
 
