@@ -10,11 +10,11 @@ pub struct Change {
     pub node: Option<NodeId>,
     /// The groups that held it, before and after; `None` where it was not in the scene.
     pub parents: [Option<NodeId>; 2],
-    /// Outside this box no distance below the first of the scene's [bands](Scene::bands) changed, nor did a material.
+    /// Outside this box no distance below the first of the scene's [bands](crate::Scene::bands) changed, nor did a material.
     pub dirty_box: Aabb,
     /// Outside this box no distance below the second of them changed.
     pub far_box: Aabb,
-    /// What the scene's [bands](Scene::bands) were.
+    /// What the scene's [bands](crate::Scene::bands) were.
     pub bands: [f32; 2],
     /// The two boxes by themselves, around where it was and where it is.
     pub(crate) apart: [[Aabb; 2]; 2],
