@@ -17,6 +17,8 @@ use std::sync::{Arc, Mutex, PoisonError};
 const WORK_A_DISPATCH: u64 = 400_000_000;
 /// Steps of a ray through a volume on a software device, which ends a thread's loops after 65,535 rounds.
 const SOFTWARE_STEPS: u32 = 50_000;
+/// Pixels of the largest frame whose buffers wait for the next: those of a larger one, over a gigabyte, are given back.
+const MOST_KEPT: u64 = 1 << 24;
 /// Most workgroups along one axis that every device has.
 const MOST_GROUPS: u32 = 65_535;
 
@@ -158,8 +160,10 @@ impl PicturePass {
         };
         let bound = field.bound().chain(bound).collect();
         let drawn = target.run(gpu, passes, bound, drawing, frames).await?;
-        let mut place = self.target.lock().unwrap_or_else(PoisonError::into_inner);
-        *place = Some(target);
+        if u64::from(first.width) * u64::from(first.height) <= MOST_KEPT {
+            let mut place = self.target.lock().unwrap_or_else(PoisonError::into_inner);
+            *place = Some(target);
+        }
         Ok(drawn)
     }
 
