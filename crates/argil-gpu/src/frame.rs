@@ -193,11 +193,7 @@ impl Target {
             pixels: table("picture", 4 * pixels)?,
             no_blocks,
             arguments: buffer("blocks to march", 16, Usage::INDIRECT | Usage::COPY_DST)?,
-            frames: buffer(
-                "frames",
-                bytes.len() as u64,
-                Usage::UNIFORM | Usage::COPY_DST,
-            )?,
+            frames: gpu.checked(|| frames_of(gpu, bytes.len() as u64))?,
             stride,
             bytes,
             timing: Timing::new(gpu, recording.passes())?,
@@ -212,9 +208,36 @@ impl Target {
         })
     }
 
-    /// Whether it is for such a frame.
+    /// Whether its buffers are those of such a frame.
     pub fn fits(&self, key: &Key) -> bool {
-        self.key == *key
+        let own = &self.key;
+        (own.size, own.max_steps, own.with_hits) == (key.size, key.max_steps, key.with_hits)
+    }
+
+    /// Takes up the recording of another frame that fits, as where an edit has changed how long the field is. Room for dispatches is
+    /// made if there are more than ever before.
+    pub fn follow(
+        &mut self,
+        gpu: &Gpu,
+        key: Key,
+        record: impl FnOnce() -> Recording,
+    ) -> Result<(), GpuError> {
+        if self.key == key {
+            return Ok(());
+        }
+        let recording = record();
+        let needed = self.stride as usize * recording.dispatches.len();
+        if needed as u64 > self.frames.size() {
+            self.frames = gpu.checked(|| frames_of(gpu, needed as u64))?;
+            // They are bound to the old.
+            self.groups = None;
+        }
+        self.bytes.resize(needed.max(self.bytes.len()), 0);
+        if recording.passes() > self.recording.passes() {
+            self.timing = Timing::new(gpu, recording.passes())?;
+        }
+        (self.key, self.recording) = (key, recording);
+        Ok(())
     }
 
     /// Binds what passes read, if it is not the same as before.
@@ -431,6 +454,16 @@ impl Target {
             hit_pixels,
         })
     }
+}
+
+/// A buffer of so many bytes for the [`Frame`] of each dispatch.
+fn frames_of(gpu: &Gpu, size: u64) -> wgpu::Buffer {
+    gpu.device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some("frames"),
+        size,
+        usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+        mapped_at_creation: false,
+    })
 }
 
 /// Whether there are blocks of pixels: a table of none has the least room.

@@ -145,13 +145,14 @@ impl PicturePass {
             field: (field.length(), field.budget),
             with_hits,
         };
+        let record = || self.record(&key, gpu.info.kind == DeviceKind::Software);
         let kept = self.take().filter(|target| target.fits(&key));
         let mut target = match kept {
-            Some(target) => target,
-            None => {
-                let recording = self.record(&key, gpu.info.kind == DeviceKind::Software);
-                Target::new(gpu, key, recording, self.way.has_cones)?
+            Some(mut target) => {
+                target.follow(gpu, key, record)?;
+                target
             }
+            None => Target::new(gpu, key, record(), self.way.has_cones)?,
         };
         let passes = Passes {
             layout: &self.layout,
@@ -338,9 +339,9 @@ mod tests {
         scene.push(Brush::new(Shape::sphere(0.5))).expect("a brush");
         let program = Program::lower(&scene).expect("a program");
         let gpu = Arc::new(pollster::block_on(Gpu::open()).expect("a device"));
-        let field = GpuField::new(gpu, &program, false).expect("a field");
+        let mut field = GpuField::new(gpu, &program, false).expect("a field");
         let camera = Camera::orbit(program.aabb(), [30.0, 20.0, 2.5], 45.0);
-        let draw = |size| {
+        let draw = |field: &GpuField, size| {
             let settings = Settings {
                 size,
                 ..Settings::default()
@@ -356,13 +357,53 @@ mod tests {
             *passes.target.lock().expect("nobody else") = Some(target);
             buffers
         };
-        let first = draw([40, 24]);
+        let first = draw(&field, [40, 24]);
         let buffers = kept();
-        let second = draw([40, 24]);
+        let second = draw(&field, [40, 24]);
         assert!(buffers == kept(), "the same frame has other buffers");
         assert_eq!(first.rgb, second.rgb);
         assert!(first.hit_pixels > 100 && first.hits.is_empty());
-        draw([48, 24]);
+        // An edit changes how long the field is, and with it the passes.
+        for _ in 0..40 {
+            scene.push(Brush::new(Shape::sphere(0.1))).expect("a brush");
+        }
+        let longer = Program::lower(&scene).expect("a program");
+        field.update(&longer).expect("a field");
+        draw(&field, [40, 24]);
+        assert!(
+            buffers == kept(),
+            "after an edit the frame has other buffers"
+        );
+        draw(&field, [48, 24]);
         assert!(buffers != kept(), "another size has the same buffers");
+    }
+
+    /// What the device counts is what the hits say.
+    #[test]
+    fn counts_are_those_of_the_hits() {
+        let mut scene = Scene::new();
+        scene.push(Brush::new(Shape::sphere(0.5))).expect("a brush");
+        let program = Program::lower(&scene).expect("a program");
+        let gpu = Arc::new(pollster::block_on(Gpu::open()).expect("a device"));
+        let field = GpuField::new(gpu, &program, false).expect("a field");
+        let camera = Camera::orbit(program.aabb(), [30.0, 20.0, 2.5], 45.0);
+        let settings = Settings {
+            size: [75, 50],
+            ..Settings::default()
+        };
+        let all = frames(&settings, &camera, &program, None, program.aabb());
+        let drawn = pollster::block_on(field.render(&all, true));
+        let (picture, _) = drawn.expect("a picture");
+        let steps = picture.hits.iter().map(|hit| f64::from(hit.steps));
+        let sum: f64 = steps.clone().sum();
+        let told = picture.statistics;
+        assert!(sum > 1000.0 && (told.steps.mean * 3750.0 - sum).abs() < 0.5);
+        assert_eq!(told.steps.max, steps.fold(0.0, f64::max));
+        assert_eq!((told.samples, told.cells.max), (told.steps, 0.0));
+        let is_solid = |hit: &&argil_abi::Hit| hit.kind != argil_abi::HIT_NONE;
+        assert_eq!(
+            picture.hit_pixels,
+            picture.hits.iter().filter(is_solid).count()
+        );
     }
 }
