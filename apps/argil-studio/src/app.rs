@@ -1,38 +1,23 @@
 //! The editor as a whole.
 
 use crate::commands::Command;
-use crate::dialogs::Dialog;
+use crate::dialog::{Dialog, Then};
 use crate::document::Document;
-use crate::eye::Eye;
 use crate::files::{Files, IS_PAGE};
 use crate::gallery::Gallery;
-use crate::inspector::Docs;
+use crate::inspector::Inspector;
 use crate::jobs::Jobs;
+use crate::list::{BrushList, history};
+use crate::materials::Materials;
 use crate::picker::Picker;
 use crate::preferences::Preferences;
 use crate::recovery::{self, Recovery};
 use crate::renderer::Renderer;
-use crate::sculpt::Sculpting;
-use crate::viewport::Viewport;
-use argil::{Engine, Scene, Show};
-use eframe::egui;
+use crate::session::Session;
+use crate::view::{Tool, View};
+use argil::{Engine, Scene};
+use eframe::egui::{self, Align, Layout};
 use std::path::PathBuf;
-
-/// What the pointer does in the viewport.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Tool {
-    /// Pick.
-    #[default]
-    Select,
-    /// Pick and move.
-    Move,
-    /// Pick and rotate.
-    Rotate,
-    /// Pick and scale.
-    Scale,
-    /// Sculpt.
-    Sculpt,
-}
 
 /// How it is begun.
 pub struct Options {
@@ -50,52 +35,15 @@ pub struct Options {
 
 /// See the module's page.
 pub struct Studio {
-    pub(crate) document: Document,
-    /// Lines of the document since it was opened, and a thousand for each document before.
-    pub(crate) version: u64,
-    pub(crate) renderer: Renderer,
-    pub(crate) picker: Picker,
-    pub(crate) eye: Eye,
-    pub(crate) tool: Tool,
-    pub(crate) is_local: bool,
-    pub(crate) show: Show,
-    pub(crate) sculpting: Sculpting,
-    pub(crate) viewport: Viewport,
+    pub(crate) session: Session,
+    pub(crate) view: View,
+    pub(crate) list: BrushList,
     pub(crate) gallery: Gallery,
-    pub(crate) docs: Docs,
-    pub(crate) preferences: Preferences,
-    pub(crate) dialog: Option<Dialog>,
+    pub(crate) inspector: Inspector,
+    pub(crate) materials: Materials,
     pub(crate) shows_history: bool,
-    pub(crate) renaming: Option<(argil::NodeId, String)>,
-    /// A material that is given another name, and what is typed.
-    pub(crate) naming: Option<(String, String)>,
-    pub(crate) collapsed: std::collections::BTreeSet<argil::NodeId>,
-    /// Whose row the list is to show.
-    pub(crate) revealed: Option<argil::NodeId>,
-    /// The last thing that went wrong, or was done.
-    pub(crate) note: Option<Note>,
-    pub(crate) jobs: Jobs,
-    /// Meshes that were read since it was begun, as scenes name them.
-    pub(crate) read_meshes: std::collections::BTreeSet<String>,
     /// Whether text had the keyboard when the last frame ended.
     was_typing: bool,
-    /// What exported pictures are drawn on.
-    pub(crate) export_engine: Engine,
-    pub(crate) files: Box<dyn Files>,
-    pub(crate) recovery_folder: Option<PathBuf>,
-    pub(crate) may_close: bool,
-    #[cfg(target_arch = "wasm32")]
-    keeper: crate::page::Keeper,
-}
-
-/// Something to be told.
-pub struct Note {
-    /// In words.
-    pub text: String,
-    /// Whether it went wrong.
-    pub is_fault: bool,
-    /// When.
-    pub told: web_time::Instant,
 }
 
 const PREFERENCES: &str = "preferences";
@@ -109,7 +57,7 @@ impl Studio {
         ctx.set_theme(preferences.theme());
         ctx.set_zoom_factor(preferences.zoom);
         let wake = move || ctx.request_repaint();
-        let mut studio = Self {
+        let session = Session {
             document: Document::new(Scene::new(), None, Recovery::off()),
             version: 0,
             // Beside the window, which has the GPU; but a page has one thread, and the GPU spares it.
@@ -120,54 +68,54 @@ impl Studio {
             },
             renderer: Renderer::new(options.engine, wake),
             picker: Picker::new(),
-            eye: Eye::default(),
-            tool: Tool::default(),
-            is_local: false,
-            show: Show::default(),
-            sculpting: Sculpting::default(),
-            viewport: Viewport::default(),
-            gallery: Gallery::default(),
-            docs: Docs::new(),
             preferences,
             dialog: None,
-            shows_history: false,
-            renaming: None,
-            naming: None,
-            collapsed: Default::default(),
-            revealed: None,
             note: None,
             jobs: Jobs::default(),
             read_meshes: Default::default(),
-            was_typing: false,
             files: options.files,
             recovery_folder: options.recovery,
             may_close: false,
+            can: Default::default(),
+            is_on: Default::default(),
+            wishes: Vec::new(),
             #[cfg(target_arch = "wasm32")]
-            keeper: crate::page::Keeper::new(),
+            keeper: crate::kept::Keeper::new(),
         };
+        let mut studio = Self {
+            session,
+            view: View::default(),
+            list: BrushList::default(),
+            gallery: Gallery::default(),
+            inspector: Inspector::new(),
+            materials: Materials::default(),
+            shows_history: false,
+            was_typing: false,
+        };
+        let session = &mut studio.session;
         #[cfg(target_arch = "wasm32")]
-        if let Some(text) = crate::page::Keeper::found() {
+        if let Some(text) = crate::kept::Keeper::found() {
             match Scene::from_json(&text, "what the browser kept") {
-                Ok(scene) => studio.open_kept(scene),
+                Ok(scene) => session.open_kept(scene),
                 Err(error) => {
-                    crate::page::set_aside(&text);
-                    studio.replace_scene(crate::samples::first(), None);
-                    studio.fail(&error.into());
+                    crate::kept::set_aside(&text);
+                    session.replace_scene(crate::samples::first(), None);
+                    session.fail(&error.into());
                 }
             }
             return studio;
         }
         if let Some(path) = &options.scene {
-            studio.open_with(path, options.outside);
+            session.open_with(path, options.outside);
         }
         // Where none was asked for, and where it cannot be opened.
-        if studio.document.path().is_none() {
-            studio.replace_scene(crate::samples::first(), None);
+        if session.document.path().is_none() {
+            session.replace_scene(crate::samples::first(), None);
         }
-        if let Some(folder) = &studio.recovery_folder {
+        if let Some(folder) = &session.recovery_folder {
             let left = recovery::left_in(folder);
             if !left.is_empty() {
-                studio.dialog = Some(Dialog::Recover(left));
+                session.dialog = Some(Dialog::Recover(left));
             }
         }
         studio
@@ -175,122 +123,66 @@ impl Studio {
 
     /// The document.
     pub fn document(&self) -> &Document {
-        &self.document
+        &self.session.document
     }
 
     /// The document, for those that drive the editor.
     pub fn document_mut(&mut self) -> &mut Document {
-        &mut self.document
+        &mut self.session.document
     }
 
     /// What was told last.
     pub fn note(&self) -> Option<&str> {
-        self.note.as_ref().map(|note| note.text.as_str())
+        self.session.note.as_ref().map(|note| note.text.as_str())
     }
 
     /// Why nothing can be drawn.
     pub fn fault(&self) -> Option<&str> {
-        self.viewport.fault()
+        self.view.pictures.fault()
     }
 
     /// What is shown: after how many lines of the document, whether in full, and what it took in milliseconds.
     pub fn shown(&self) -> Option<(u64, bool, f64)> {
-        self.viewport.shown_request()
+        self.view.pictures.shown_request()
     }
 
     /// Lines of the document so far.
     pub fn version(&self) -> u64 {
-        self.version
+        self.session.version
     }
 
     /// Whether the picture is of what is there now, in full.
     pub fn is_settled(&self) -> bool {
-        self.viewport.is_settled && !self.renderer.is_busy()
-    }
-
-    /// Have a scene in place of the one that is open.
-    pub(crate) fn replace_scene(&mut self, scene: Scene, path: Option<PathBuf>) {
-        self.document.close();
-        let recovery = match &self.recovery_folder {
-            Some(folder) => Recovery::within(folder.clone()),
-            None => Recovery::off(),
-        };
-        self.take_in(Document::new(scene, path, recovery));
-    }
-
-    /// Have a document that is as it should be.
-    pub(crate) fn take_in(&mut self, document: Document) {
-        self.document = document;
-        self.version += 1000;
-        self.picker.forget();
-        self.collapsed.clear();
-        self.renderer.load(self.document.scene(), self.version);
-        let scene = self.document.scene();
-        if let Some(world) = self.picker.world(scene, self.version) {
-            self.eye = Eye::of(&world.camera());
-        }
-        self.viewport.forget();
-    }
-
-    pub(crate) fn tell(&mut self, text: impl Into<String>) {
-        self.say(text.into(), false);
-    }
-
-    pub(crate) fn fail(&mut self, error: &anyhow::Error) {
-        self.say(format!("{error:#}"), true);
-    }
-
-    fn say(&mut self, text: String, is_fault: bool) {
-        let told = web_time::Instant::now();
-        self.note = Some(Note {
-            text,
-            is_fault,
-            told,
-        });
-    }
-
-    /// Do, and tell what goes wrong.
-    pub(crate) fn attempt(&mut self, what: impl FnOnce(&mut Self) -> anyhow::Result<()>) {
-        if let Err(error) = what(self) {
-            self.fail(&error);
-        }
-    }
-
-    /// Hand on what was done.
-    pub(crate) fn hand_on(&mut self) {
-        self.load_wanted();
-        let lines = self.document.take_lines();
-        self.version += lines.len() as u64;
-        self.renderer.follow(lines);
+        self.view.pictures.is_settled && !self.session.renderer.is_busy()
     }
 
     /// Hand on what was done, and end what ends with the pointer.
-    fn follow(&mut self, ctx: &egui::Context) {
-        if self.document.is_in_stroke() && !ctx.input(|i| i.pointer.any_down()) {
-            self.document.end_stroke();
+    pub(crate) fn follow(&mut self, ctx: &egui::Context) {
+        if self.session.document.is_in_stroke() && !ctx.input(|i| i.pointer.any_down()) {
+            self.session.document.end_stroke();
         }
-        self.hand_on();
-        if let Some(fault) = self.document.take_fault() {
-            self.fail(&anyhow::anyhow!(
+        self.session.hand_on();
+        if let Some(fault) = self.session.document.take_fault() {
+            self.session.fail(&anyhow::anyhow!(
                 "after a crash nothing would come back: {fault}"
             ));
         }
         // Half of a drag is not what anybody wants back.
         #[cfg(target_arch = "wasm32")]
-        if !self.document.is_in_stroke() {
-            let scene = self.document.scene();
-            let is_changed = self.document.is_changed();
-            let what = (self.version, is_changed);
-            let kept = self.keeper.keep(ctx, what, || scene.to_json());
+        if !self.session.document.is_in_stroke() {
+            let scene = self.session.document.scene();
+            let is_changed = self.session.document.is_changed();
+            let what = (self.session.version, is_changed);
+            let kept = self.session.keeper.keep(ctx, what, || scene.to_json());
             if let Err(error) = kept {
-                self.fail(&error);
+                self.session.fail(&error);
             }
         }
     }
 
-    fn shortcuts(&mut self, ctx: &egui::Context) {
+    pub(crate) fn shortcuts(&mut self, ctx: &egui::Context) {
         // Escape has taken the keyboard from what was typed by now, and is not to take more.
-        if self.dialog.is_some() || ctx.text_edit_focused() || self.was_typing {
+        if self.session.dialog.is_some() || ctx.text_edit_focused() || self.was_typing {
             return;
         }
         // An open menu has the keyboard: Escape closes it.
@@ -311,14 +203,14 @@ impl Studio {
             })
         });
         match clipboard {
-            Some((_, Some(text))) => self.attempt(|s| s.paste(&text)),
+            Some((_, Some(text))) => self.session.attempt(|s| s.document.paste(&text)),
             Some((command, None)) => self.run(command, ctx),
             None => {}
         }
         // With more keys held first: Ctrl+Shift+Z is Ctrl+Z too.
         let mut bound: Vec<_> = crate::commands::ALL
             .iter()
-            .filter_map(|e| Some((self.preferences.shortcut(e)?, e.command)))
+            .filter_map(|e| Some((self.session.preferences.shortcut(e)?, e.command)))
             .collect();
         bound.sort_by_key(|(s, _)| {
             let m = s.modifiers;
@@ -331,40 +223,93 @@ impl Studio {
         }
     }
 
-    fn guard_closing(&mut self, ctx: &egui::Context) {
-        if !ctx.input(|i| i.viewport().close_requested()) || self.may_close {
+    pub(crate) fn guard_closing(&mut self, ctx: &egui::Context) {
+        if !ctx.input(|i| i.viewport().close_requested()) || self.session.may_close {
             return;
         }
-        if self.document.is_changed() {
+        if self.session.document.is_changed() {
             ctx.send_viewport_cmd(egui::ViewportCommand::CancelClose);
-            self.dialog = Some(Dialog::Unsaved(crate::dialogs::Then::Quit));
-        } else if !self.jobs.all().is_empty() {
+            self.session.dialog = Some(Dialog::Unsaved(Then::Quit));
+        } else if !self.session.jobs.all().is_empty() {
             ctx.send_viewport_cmd(egui::ViewportCommand::CancelClose);
-            self.wait_to_close();
+            self.session.wait_to_close();
         }
     }
 
     #[cfg(not(target_arch = "wasm32"))]
-    fn dropped(&mut self, ctx: &egui::Context) {
+    pub(crate) fn dropped(&mut self, ctx: &egui::Context) {
         let files = ctx.input(|i| i.raw.dropped_files.clone());
         for file in files {
             let path = file.path().to_path_buf();
-            self.open_or_import(&path);
+            self.session.open_or_import(&path);
         }
     }
 
     #[cfg(target_arch = "wasm32")]
-    fn dropped(&mut self, ctx: &egui::Context) {
+    pub(crate) fn dropped(&mut self, ctx: &egui::Context) {
         let files = ctx.input(|i| i.raw.dropped_files.clone());
         if !files.is_empty() {
-            crate::page::read_dropped(ctx, files);
+            crate::browser::read_dropped(ctx, files);
         }
-        for files in crate::page::arrived() {
+        for files in crate::browser::arrived() {
             match files {
-                Ok(files) => self.open_bytes(files),
-                Err(error) => self.fail(&error),
+                Ok(files) => self.session.open_bytes(files),
+                Err(error) => self.session.fail(&error),
             }
         }
+    }
+
+    /// The panel on the left.
+    fn left(&mut self, ui: &mut egui::Ui) {
+        let session = &mut self.session;
+        let below = 210.0f32.min(0.4 * ui.available_height());
+        egui::Panel::bottom("gallery")
+            .resizable(true)
+            .default_size(below)
+            .show(ui, |ui| {
+                ui.strong("Shapes");
+                let area = egui::ScrollArea::vertical().auto_shrink(false);
+                if let Some(shape) = area.show(ui, |ui| self.gallery.ui(ui)).inner {
+                    let at = self.view.eye.target;
+                    self.view.add_shape(session, shape, at);
+                }
+            });
+        ui.horizontal(|ui| {
+            ui.strong("Brushes");
+            ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+                ui.weak(format!("{}", session.document.scene().brush_count()));
+            });
+        });
+        let most = if self.shows_history {
+            0.5 * ui.available_height()
+        } else {
+            f32::INFINITY
+        };
+        self.list.ui(session, ui, most);
+        if self.shows_history {
+            history(&mut session.document, ui);
+        }
+    }
+
+    /// The panel on the right.
+    fn right(&mut self, ui: &mut egui::Ui) {
+        let session = &mut self.session;
+        egui::ScrollArea::vertical()
+            .auto_shrink(false)
+            .show(ui, |ui| {
+                if self.view.tool == Tool::Sculpt {
+                    self.view.sculpt_options(session, ui);
+                    ui.separator();
+                }
+                match session.document.active() {
+                    Some(node) => self.inspector.ui(session, ui, node),
+                    None => {
+                        ui.weak("Nothing is selected. Click a brush in the list or in the view.");
+                    }
+                }
+                ui.separator();
+                self.materials.ui(session, ui);
+            });
     }
 }
 
@@ -375,10 +320,13 @@ impl eframe::App for Studio {
         self.dropped(&ctx);
         self.shortcuts(&ctx);
         self.work(&ctx);
-        self.menu_bar(ui);
-        self.tool_bar(ui);
-        self.status_bar(ui);
-        self.time_bar(ui);
+        self.fulfil(&ctx);
+        self.offer();
+        let session = &mut self.session;
+        session.menu_bar(ui);
+        self.view.tool_bar(session, ui);
+        self.view.status_bar(session, ui);
+        session.time_bar(ui);
         egui::Panel::left("brushes")
             .default_size(230.0)
             .min_size(180.0)
@@ -387,25 +335,27 @@ impl eframe::App for Studio {
             .default_size(270.0)
             .min_size(220.0)
             .show(ui, |ui| self.right(ui));
-        egui::CentralPanel::no_frame().show(ui, |ui| self.view(ui));
-        self.dialogs(&ctx);
+        egui::CentralPanel::no_frame().show(ui, |ui| self.view.ui(&mut self.session, ui));
+        self.session.dialogs(&ctx);
         self.was_typing = ctx.text_edit_focused();
+        self.fulfil(&ctx);
         self.follow(&ctx);
-        self.ask_for_picture(&ctx);
+        self.view.ask_for_picture(&mut self.session, &ctx);
         #[cfg(target_arch = "wasm32")]
-        crate::page::note(self.is_settled(), self.note());
+        crate::browser::note(self.is_settled(), self.note());
     }
 
     fn save(&mut self, storage: &mut dyn eframe::Storage) {
-        eframe::set_value(storage, PREFERENCES, &self.preferences);
+        eframe::set_value(storage, PREFERENCES, &self.session.preferences);
         // The page may be about to go.
         // Half of a drag is not what anybody wants back.
         #[cfg(target_arch = "wasm32")]
-        if !self.document.is_in_stroke() {
-            let scene = self.document.scene();
-            let what = (self.version, self.document.is_changed());
-            if let Err(error) = self.keeper.keep_now(what, || scene.to_json()) {
-                self.fail(&error);
+        if !self.session.document.is_in_stroke() {
+            let own = &mut self.session;
+            let scene = own.document.scene();
+            let what = (own.version, own.document.is_changed());
+            if let Err(error) = own.keeper.keep_now(what, || scene.to_json()) {
+                own.fail(&error);
             }
         }
     }
@@ -415,6 +365,6 @@ impl eframe::App for Studio {
     }
 
     fn on_exit(&mut self) {
-        self.document.close();
+        self.session.document.close();
     }
 }

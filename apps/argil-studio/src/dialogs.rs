@@ -1,49 +1,12 @@
 //! What is asked or shown over the window.
 
-use crate::app::Studio;
 use crate::commands::{self, Command};
+use crate::dialog::{Dialog, Then};
 use crate::recovery::{self, Left};
+use crate::session::{Session, Wish};
 use eframe::egui::{self, Key, KeyboardShortcut};
-use std::path::PathBuf;
 
-/// Over the window there is at most one.
-pub enum Dialog {
-    /// Something is not saved.
-    Unsaved(Then),
-    /// Something is not finished, and the window is to be closed; how many steps there were then.
-    Unfinished(usize),
-    /// A session before has left something.
-    Recover(Vec<Left>),
-    /// Commands by parts of their names.
-    Palette {
-        /// What is typed.
-        text: String,
-        /// Which of those that are found is chosen.
-        at: usize,
-    },
-    /// All shortcuts; and the command that is given another.
-    Help(Option<Command>),
-}
-
-/// What comes after the question whether to save.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Then {
-    /// Something new.
-    New,
-    /// The file that is asked for.
-    Ask,
-    /// A file.
-    Open(PathBuf),
-    /// A scene's name and text, with meshes.
-    #[cfg(target_arch = "wasm32")]
-    Given(crate::given::Given, Vec<crate::given::Given>),
-    /// One of the scenes that come with the editor.
-    Sample(&'static str),
-    /// The end.
-    Quit,
-}
-
-impl Studio {
+impl Session {
     /// Show the dialog that there is.
     pub(crate) fn dialogs(&mut self, ctx: &egui::Context) {
         let Some(dialog) = self.dialog.take() else {
@@ -78,7 +41,7 @@ impl Studio {
         }
     }
 
-    fn unsaved(&mut self, ctx: &egui::Context, then: &Then) -> bool {
+    pub(crate) fn unsaved(&mut self, ctx: &egui::Context, then: &Then) -> bool {
         let title = self.document.title();
         let mut stays = true;
         let modal = egui::Modal::new(egui::Id::unique("unsaved")).show(ctx, |ui| {
@@ -118,7 +81,7 @@ impl Studio {
         }
     }
 
-    fn close(&mut self, ctx: &egui::Context) {
+    pub(crate) fn close(&mut self, ctx: &egui::Context) {
         self.may_close = true;
         ctx.send_viewport_cmd(egui::ViewportCommand::Close);
     }
@@ -134,7 +97,7 @@ impl Studio {
             .take_if(|dialog| matches!(dialog, Dialog::Unfinished(_)));
     }
 
-    fn unfinished(&mut self, ctx: &egui::Context, steps: usize) -> bool {
+    pub(crate) fn unfinished(&mut self, ctx: &egui::Context, steps: usize) -> bool {
         if self.jobs.all().is_empty() {
             // What came of it may be an edit, which was not there when it was asked what is to be saved.
             if self.document.history().1 == steps {
@@ -163,7 +126,7 @@ impl Studio {
         stays && !modal.should_close()
     }
 
-    fn left_over(&mut self, ctx: &egui::Context, left: &mut Vec<Left>) -> bool {
+    pub(crate) fn left_over(&mut self, ctx: &egui::Context, left: &mut Vec<Left>) -> bool {
         let mut stays = true;
         egui::Modal::new(egui::Id::unique("recover")).show(ctx, |ui| {
             ui.heading("A session ended before it was saved");
@@ -199,7 +162,12 @@ impl Studio {
         stays && !left.is_empty()
     }
 
-    fn palette(&mut self, ctx: &egui::Context, text: &mut String, at: &mut usize) -> bool {
+    pub(crate) fn palette(
+        &mut self,
+        ctx: &egui::Context,
+        text: &mut String,
+        at: &mut usize,
+    ) -> bool {
         let mut run = None;
         let modal = egui::Modal::new(egui::Id::unique("palette")).show(ctx, |ui| {
             ui.set_width(340.0);
@@ -252,13 +220,13 @@ impl Studio {
                 });
         });
         if let Some(command) = run {
-            self.run(command, ctx);
+            self.wishes.push(Wish::Run(command));
             return false;
         }
         !modal.should_close()
     }
 
-    fn help(&mut self, ctx: &egui::Context, bound: &mut Option<Command>) -> bool {
+    pub(crate) fn help(&mut self, ctx: &egui::Context, bound: &mut Option<Command>) -> bool {
         let mut closes = false;
         let modal = egui::Modal::new(egui::Id::unique("help")).show(ctx, |ui| {
             ui.heading("Shortcuts");

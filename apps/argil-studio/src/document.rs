@@ -3,7 +3,7 @@
 //! *Practice.* Every change is a line of a log ([`argil::LogError`]): the journal writes it, so that it comes back after a
 //! crash, and what draws the scene elsewhere follows by the same line. Nodes have the same ids there.
 
-use crate::meshes::{Named, moved_paths, nothing};
+use crate::mesh_files::{Named, moved_paths, nothing};
 use crate::recovery::Recovery;
 use anyhow::Context;
 use argil::{Body, Edit, Edited, Entry, Material, NodeId, Program, SampledGrid, Scene, Shape};
@@ -437,7 +437,7 @@ impl Document {
     /// If it cannot be written; what is there stays.
     pub fn save(&mut self, path: &Path) -> anyhow::Result<()> {
         self.end_stroke();
-        let moved = moved_paths(self, path);
+        let moved = moved_paths(&self.scene, self.path(), path);
         let text = if moved.is_empty() {
             self.scene.to_json()
         } else {

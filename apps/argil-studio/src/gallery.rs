@@ -1,6 +1,5 @@
 //! A picture of each shape, to put it into the scene.
 
-use crate::app::Studio;
 use crate::document::shape_name;
 use argil::glam::Vec3;
 use argil::{Brush, Camera, Engine, Scene, Settings, Shape, Show};
@@ -35,11 +34,11 @@ fn picture(shape: &Shape) -> Option<ColorImage> {
     ))
 }
 
-impl Studio {
+impl Gallery {
     /// The shapes: one that is clicked is put where is looked at, one that is dragged where it is let go.
-    pub(crate) fn gallery(&mut self, ui: &mut egui::Ui) {
+    pub(crate) fn ui(&mut self, ui: &mut egui::Ui) -> Option<Shape> {
         let shapes = Shape::examples();
-        self.gallery.pictures.resize(shapes.len(), None);
+        self.pictures.resize(shapes.len(), None);
         let mut drawn = 0;
         let mut chosen = None;
         ui.horizontal_wrapped(|ui| {
@@ -53,7 +52,7 @@ impl Studio {
                 });
                 if ui.is_rect_visible(rect) {
                     // A few a frame, so that the window opens at once.
-                    let slot = &mut self.gallery.pictures[i];
+                    let slot = &mut self.pictures[i];
                     if slot.is_none() && drawn < 2 {
                         drawn += 1;
                         *slot = picture(shape).map(|image| {
@@ -87,9 +86,6 @@ impl Studio {
                 ));
             }
         });
-        if let Some(shape) = chosen {
-            let at = self.eye.target;
-            self.attempt(|s| s.add_shape(shape, at));
-        }
+        chosen
     }
 }

@@ -1,16 +1,15 @@
 //! Files of which there are only the names and the bytes: those that a browser gives.
 
-use crate::app::Studio;
-use crate::dialogs::Then;
-use crate::meshes::Load;
+use crate::browser::Given;
+use crate::dialog::Then;
+use crate::document::Document;
+use crate::mesh_files::from_bytes;
+use crate::session::Session;
 use anyhow::Context;
-use argil::{Format, Scene, is_image, load_meshes_of};
+use argil::{Format, Scene, is_image};
 use std::path::Path;
 
-/// A file's name and what is in it.
-pub type Given = (String, Vec<u8>);
-
-impl Studio {
+impl Session {
     /// Take a scene with the meshes that it names, meshes that what is open lacks, or others to be imported.
     pub(crate) fn open_bytes(&mut self, files: Vec<Given>) {
         let is_mesh = |name: &str| Format::of(Path::new(name)).is_some() || is_image(name);
@@ -25,9 +24,12 @@ impl Studio {
         self.attempt(|s| {
             let missing = s.document.missing_meshes();
             let is_missing = |name: &str| missing.iter().any(|(path, _)| is_file(path, name));
-            let meshes: Vec<Given> = meshes.into_iter().map(|own| s.own_name(own)).collect();
+            let meshes: Vec<Given> = meshes
+                .into_iter()
+                .map(|own| s.document.own_name(own))
+                .collect();
             for given in &meshes {
-                s.attempt(|_| crate::page::keep_mesh(given));
+                s.attempt(|_| crate::kept::keep_mesh(given));
             }
             let (found, new): (Vec<_>, Vec<_>) =
                 meshes.into_iter().partition(|(name, _)| is_missing(name));
@@ -51,7 +53,7 @@ impl Studio {
             let text = std::str::from_utf8(text).with_context(|| format!("{name} is no text"))?;
             let scene = Scene::from_json(text, name)?;
             for given in meshes {
-                s.attempt(|_| crate::page::keep_mesh(given));
+                s.attempt(|_| crate::kept::keep_mesh(given));
             }
             s.replace_scene(scene, Some(name.into()));
             s.tell(format!("{name} is open"));
@@ -65,23 +67,25 @@ impl Studio {
     pub(crate) fn open_kept(&mut self, scene: Scene) {
         let missing = scene.missing_meshes();
         let is_named = |name: &str| missing.iter().any(|(path, _)| is_file(path, name));
-        let meshes = crate::page::kept_meshes(is_named);
+        let meshes = crate::kept::kept_meshes(is_named);
         self.replace_scene(scene, None);
-        if crate::page::Keeper::is_unsaved() {
+        if crate::kept::Keeper::is_unsaved() {
             self.document.is_unsaved();
         }
         let wanted = self.document.take_wanted();
         self.load_missing(wanted, from_bytes(meshes));
     }
+}
 
+impl Document {
     /// A mesh under a name that no other mesh of the scene has: files come without their folders.
-    fn own_name(&self, (name, bytes): Given) -> Given {
-        let scene = self.document.scene();
-        let missing = self.document.missing_meshes();
+    pub(crate) fn own_name(&self, (name, bytes): Given) -> Given {
+        let scene = self.scene();
+        let missing = self.missing_meshes();
         let is_free = |name: &str| {
             let is_known = scene.known_mesh_paths().any(|path| is_file(path, name));
             let is_missing = missing.iter().any(|(path, _)| is_file(path, name));
-            let is_same = || crate::page::kept_mesh(name).is_some_and(|(_, own)| own == bytes);
+            let is_same = || crate::kept::kept_mesh(name).is_some_and(|(_, own)| own == bytes);
             !is_known || is_missing || is_same()
         };
         let path = Path::new(&name);
@@ -98,9 +102,4 @@ impl Studio {
 /// Whether a path is of a file of a name.
 fn is_file(path: &str, name: &str) -> bool {
     Path::new(path).file_name() == Some(name.as_ref())
-}
-
-/// From files that are at hand.
-pub fn from_bytes(files: Vec<Given>) -> Load {
-    Box::new(move |scene| load_meshes_of(scene, &files))
 }

@@ -1,107 +1,25 @@
 //! Handles at what is selected: moved, rotated, scaled by dragging.
 
-use crate::app::{Studio, Tool};
+use crate::drag::*;
 use crate::eye::{on_line, on_plane};
+use crate::overlay::label;
 use crate::picker::off_segment;
 use crate::pose::Pose;
+use crate::session::Session;
 use crate::stretch::stretched;
+use crate::view::{Tool, View};
 use argil::glam::{DQuat, Quat, Vec2, Vec3};
-use argil::{Body, Modifier, NodeId, Shape};
-use eframe::egui::{self, Color32, Pos2, Rect, Stroke};
+use argil::{Body, NodeId};
+use eframe::egui::{self, Color32, Rect, Stroke};
 
-/// A part of the gizmo that can be dragged.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Handle {
-    /// Along or about an axis; of a scale, along an axis of the brush itself.
-    Axis(usize),
-    /// In the picture's plane, or about its normal; of a scale, all of it.
-    Free,
-}
-
-/// A drag that is going on.
-#[derive(Clone, Debug)]
-pub struct Drag {
-    handle: Handle,
-    /// Where it began.
-    start: Vec2,
-    pivot: Vec3,
-    axes: [Vec3; 3],
-    /// The shape of the one brush that is dragged, as it was when it began.
-    shape: Option<Shape>,
-    /// What is dragged: its place in the world when it began, and that of the groups around it.
-    nodes: Vec<(NodeId, Pose, Pose)>,
-    /// What is typed for it.
-    typed: String,
-    /// What was selected before.
-    selection: Vec<NodeId>,
-    /// Whether it was taken back while it was held.
-    is_given_up: bool,
-}
-
-/// Handles are as long as this, in points.
-const LENGTH: f32 = 80.0;
-/// So near is on a handle.
-const NEAR: f32 = 7.0;
-const COLORS: [Color32; 3] = [
-    Color32::from_rgb(230, 70, 70),
-    Color32::from_rgb(90, 190, 70),
-    Color32::from_rgb(70, 120, 240),
-];
-const HELD: Color32 = Color32::from_rgb(255, 210, 60);
-const RING: usize = 48;
-
-/// The viewport's rectangle, with the eye, as the gizmo needs them.
-struct Screen<'a> {
-    eye: &'a crate::eye::Eye,
-    rect: Rect,
-}
-
-impl Screen<'_> {
-    fn size(&self) -> Vec2 {
-        Vec2::new(self.rect.width(), self.rect.height())
-    }
-
-    fn at(&self, point: Vec3) -> Option<Vec2> {
-        let at = self.eye.project(point, self.size())?;
-        Some(at + Vec2::new(self.rect.left(), self.rect.top()))
-    }
-
-    fn ray(&self, at: Vec2) -> [Vec3; 2] {
-        let own = at - Vec2::new(self.rect.left(), self.rect.top());
-        self.eye.ray(own, self.size())
-    }
-
-    /// A length in points at a place, in the world.
-    fn length(&self, points: f32, at: Vec3) -> f32 {
-        points / self.eye.pixels_a_unit(at, self.size())
-    }
-
-    fn ring(&self, pivot: Vec3, axis: Vec3, radius: f32) -> Vec<Option<Vec2>> {
-        let (u, v) = axis.any_orthonormal_pair();
-        (0..=RING)
-            .map(|i| {
-                let a = std::f32::consts::TAU * i as f32 / RING as f32;
-                self.at(pivot + radius * (a.cos() * u + a.sin() * v))
-            })
-            .collect()
-    }
-}
-
-fn pos(v: Vec2) -> Pos2 {
-    Pos2::new(v.x, v.y)
-}
-
-impl Studio {
-    /// What is selected and not locked.
-    pub(crate) fn movable(&self) -> Vec<NodeId> {
-        let mut all = self.document.outermost();
-        all.retain(|&node| !self.document.is_locked(node));
-        all
-    }
-
+impl View {
     /// Where the gizmo is, and its axes.
-    pub(crate) fn frame_of(&self, nodes: &[NodeId]) -> Option<(Vec3, [Vec3; 3])> {
-        let scene = self.document.scene();
+    pub(crate) fn frame_of(
+        &self,
+        session: &mut Session,
+        nodes: &[NodeId],
+    ) -> Option<(Vec3, [Vec3; 3])> {
+        let scene = session.document.scene();
         let poses: Vec<Pose> = nodes
             .iter()
             .map(|&n| Pose::of(scene.node(n).entry()).and(&Pose::around(scene, n)))
@@ -117,26 +35,12 @@ impl Studio {
         Some((pivot, axes))
     }
 
-    /// The shape of the one brush that is selected, if nothing but its place has changed it.
-    fn plain_shape(&self, nodes: &[NodeId]) -> Option<Shape> {
-        let [node] = nodes else {
-            return None;
-        };
-        let entry = self.document.scene().node(*node).entry();
-        match &entry.body {
-            Body::Shape(shape) if entry.modifiers.iter().all(Modifier::is_similarity) => {
-                Some(shape.clone())
-            }
-            _ => None,
-        }
-    }
-
     /// Whether each axis has a handle: what cannot be scaled along one axis has none for it.
-    fn has_handles(&self, nodes: &[NodeId]) -> [bool; 3] {
+    pub(crate) fn has_handles(&self, session: &mut Session, nodes: &[NodeId]) -> [bool; 3] {
         if self.tool != Tool::Scale {
             return [true; 3];
         }
-        let shape = self.plain_shape(nodes);
+        let shape = session.document.plain_shape(nodes);
         let can = |axis| {
             shape
                 .as_ref()
@@ -146,14 +50,20 @@ impl Studio {
     }
 
     /// Draw the gizmo and let it be dragged; whether it has the pointer.
-    pub(crate) fn gizmo(&mut self, ui: &egui::Ui, rect: Rect, response: &egui::Response) -> bool {
+    pub(crate) fn gizmo(
+        &mut self,
+        session: &mut Session,
+        ui: &egui::Ui,
+        rect: Rect,
+        response: &egui::Response,
+    ) -> bool {
         if !matches!(self.tool, Tool::Move | Tool::Rotate | Tool::Scale) {
-            self.viewport.drag = None;
+            self.drag = None;
             return false;
         }
-        let nodes = self.movable();
-        let Some((pivot, axes)) = self.frame_of(&nodes) else {
-            self.viewport.drag = None;
+        let nodes = session.document.movable();
+        let Some((pivot, axes)) = self.frame_of(session, &nodes) else {
+            self.drag = None;
             return false;
         };
         let eye = self.eye;
@@ -161,11 +71,11 @@ impl Studio {
         let pointer = ui
             .input(|i| i.pointer.latest_pos())
             .map(|p| Vec2::new(p.x, p.y));
-        let over = pointer.filter(|_| response.hovered() || self.viewport.drag.is_some());
-        let handles = self.has_handles(&nodes);
+        let over = pointer.filter(|_| response.hovered() || self.drag.is_some());
+        let handles = self.has_handles(session, &nodes);
         let frame = (pivot, axes, handles);
         let hovered = over.and_then(|at| self.handle_at(&screen, at, frame));
-        let held = self.viewport.drag.as_ref().map(|d| d.handle);
+        let held = self.drag.as_ref().map(|d| d.handle);
         self.draw_gizmo(ui, &screen, frame, held.or(hovered));
 
         if response.drag_started_by(egui::PointerButton::Primary) {
@@ -174,33 +84,33 @@ impl Studio {
             let handle = start.and_then(|at| self.handle_at(&screen, at, frame));
             if let (Some(start), Some(handle)) = (start, handle) {
                 let copies = ui.input(|i| i.modifiers.shift);
-                self.begin_drag(handle, start, (pivot, axes), nodes, copies);
+                self.begin_drag(session, handle, start, (pivot, axes), nodes, copies);
             }
         }
-        if let Some(mut drag) = self.viewport.drag.take() {
+        if let Some(mut drag) = self.drag.take() {
             type_into(ui, &mut drag.typed);
             if !drag.is_given_up && ui.input(|i| i.key_pressed(egui::Key::Escape)) {
                 drag.is_given_up = true;
-                self.document.give_up_stroke();
-                self.document.selection.clone_from(&drag.selection);
+                session.document.give_up_stroke();
+                session.document.selection.clone_from(&drag.selection);
             }
             if let Some(at) = pointer.filter(|_| !drag.is_given_up) {
-                let snaps = self.preferences.snap != ui.input(|i| i.modifiers.command);
-                let told = self.drag_to(&screen, &drag, at, snaps);
+                let snaps = session.preferences.snap != ui.input(|i| i.modifiers.command);
+                let told = self.drag_to(session, &screen, &drag, at, snaps);
                 let place = pos(at) + egui::vec2(16.0, -16.0);
                 label(ui, place, &told);
             }
             if response.dragged_by(egui::PointerButton::Primary) {
-                self.viewport.drag = Some(drag);
+                self.drag = Some(drag);
             } else if !drag.is_given_up {
-                self.document.end_stroke();
+                session.document.end_stroke();
             }
             return true;
         }
         hovered.is_some()
     }
 
-    fn handle_at(
+    pub(crate) fn handle_at(
         &self,
         screen: &Screen<'_>,
         at: Vec2,
@@ -237,7 +147,7 @@ impl Studio {
         best.map(|(_, handle)| handle)
     }
 
-    fn draw_gizmo(
+    pub(crate) fn draw_gizmo(
         &self,
         ui: &egui::Ui,
         screen: &Screen<'_>,
@@ -291,8 +201,9 @@ impl Studio {
         }
     }
 
-    fn begin_drag(
+    pub(crate) fn begin_drag(
         &mut self,
+        session: &mut Session,
         handle: Handle,
         start: Vec2,
         (pivot, axes): (Vec3, [Vec3; 3]),
@@ -304,28 +215,29 @@ impl Studio {
             Tool::Scale => "Scale",
             _ => "Move",
         };
-        let selection = self.document.selection.clone();
-        self.document
+        let selection = session.document.selection.clone();
+        session
+            .document
             .begin_stroke(if copies { "Duplicate" } else { name });
         let nodes = if copies {
-            match self.duplicate_within_stroke() {
+            match session.document.duplicate_within_stroke() {
                 Ok(made) => made,
                 Err(error) => {
-                    self.fail(&error);
+                    session.fail(&error);
                     nodes
                 }
             }
         } else {
             nodes
         };
-        let scene = self.document.scene();
+        let scene = session.document.scene();
         let pose = |&n: &NodeId| {
             let outer = Pose::around(scene, n);
             (n, Pose::of(scene.node(n).entry()).and(&outer), outer)
         };
-        let shape = self.plain_shape(&nodes);
+        let shape = session.document.plain_shape(&nodes);
         let nodes = nodes.iter().map(pose).collect();
-        self.viewport.drag = Some(Drag {
+        self.drag = Some(Drag {
             handle,
             start,
             pivot,
@@ -339,7 +251,14 @@ impl Studio {
     }
 
     /// Have what is dragged where the pointer is; what to say of it.
-    fn drag_to(&mut self, screen: &Screen<'_>, drag: &Drag, at: Vec2, snaps: bool) -> String {
+    pub(crate) fn drag_to(
+        &mut self,
+        session: &mut Session,
+        screen: &Screen<'_>,
+        drag: &Drag,
+        at: Vec2,
+        snaps: bool,
+    ) -> String {
         let typed: Option<f32> = drag.typed.parse().ok().filter(|v: &f32| v.is_finite());
         let step = |value: f32, by: f32| {
             if snaps {
@@ -368,7 +287,7 @@ impl Studio {
                     -1.0
                 };
                 let degrees =
-                    typed.unwrap_or_else(|| step(faces * turn, self.preferences.snap_degrees));
+                    typed.unwrap_or_else(|| step(faces * turn, session.preferences.snap_degrees));
                 told = format!("{degrees:.1}°");
                 let turn = Quat::from_axis_angle(axis, degrees.to_radians()).as_dquat();
                 change = Box::new(move |pose| turned(pose, pivot, turn));
@@ -393,7 +312,7 @@ impl Studio {
                 let factor = typed.unwrap_or_else(|| step(factor, 0.1)).clamp(1e-3, 1e3);
                 told = format!("× {factor:.3}");
                 if let Handle::Axis(axis) = handle {
-                    self.stretch(drag, axis, factor);
+                    self.stretch(session, drag, axis, factor);
                     return told;
                 }
                 change = Box::new(move |pose| {
@@ -413,7 +332,7 @@ impl Studio {
                         let Some((from, to)) = along(before).zip(along(now)) else {
                             return String::new();
                         };
-                        let length = self.preferences.snap_length;
+                        let length = session.preferences.snap_length;
                         axes[i] * typed.unwrap_or_else(|| step(to - from, length))
                     }
                     Handle::Free => {
@@ -421,7 +340,7 @@ impl Studio {
                         let Some((from, to)) = plane(before).zip(plane(now)) else {
                             return String::new();
                         };
-                        let length = self.preferences.snap_length;
+                        let length = session.preferences.snap_length;
                         Vec3::from((to - from).to_array().map(|v| step(v, length)))
                     }
                 };
@@ -433,29 +352,27 @@ impl Studio {
             }
         }
         for (node, pose, outer) in &drag.nodes {
-            let mut entry = self.document.scene().node(*node).entry().clone();
+            let mut entry = session.document.scene().node(*node).entry().clone();
             change(pose).within(outer).write(&mut entry);
-            if entry != *self.document.scene().node(*node).entry() {
-                self.attempt(|s| s.document.replace("Move", *node, entry));
+            if entry != *session.document.scene().node(*node).entry() {
+                session.attempt(|s| s.document.replace("Move", *node, entry));
             }
         }
         told
     }
-}
 
-impl Studio {
     /// Scale the one brush that is dragged along one of its own axes.
-    fn stretch(&mut self, drag: &Drag, axis: usize, factor: f32) {
+    pub(crate) fn stretch(&mut self, session: &mut Session, drag: &Drag, axis: usize, factor: f32) {
         let ([(node, ..)], Some(shape)) = (&drag.nodes[..], &drag.shape) else {
             return;
         };
-        let mut entry = self.document.scene().node(*node).entry().clone();
+        let mut entry = session.document.scene().node(*node).entry().clone();
         let Some(shape) = stretched(shape, axis, factor) else {
             return;
         };
         entry.body = Body::Shape(shape);
-        if entry != *self.document.scene().node(*node).entry() {
-            self.attempt(|s| s.document.replace("Scale", *node, entry));
+        if entry != *session.document.scene().node(*node).entry() {
+            session.attempt(|s| s.document.replace("Scale", *node, entry));
         }
     }
 }
@@ -486,16 +403,4 @@ fn type_into(ui: &egui::Ui, typed: &mut String) {
             }
         }
     });
-}
-
-/// Text over the picture.
-pub(crate) fn label(ui: &egui::Ui, at: Pos2, text: &str) {
-    let font = egui::TextStyle::Monospace.resolve(ui.style());
-    let galley = ui
-        .painter()
-        .layout_no_wrap(text.to_owned(), font, Color32::WHITE);
-    let behind = Rect::from_min_size(at, galley.size()).expand(4.0);
-    ui.painter()
-        .rect_filled(behind, 3.0, Color32::from_black_alpha(160));
-    ui.painter().galley(at, galley, Color32::WHITE);
 }

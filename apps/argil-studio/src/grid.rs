@@ -1,6 +1,6 @@
 //! The grid on the ground and the axes, drawn over the picture, behind what is in front of them.
 
-use crate::app::Studio;
+use crate::view::View;
 use argil::glam::{Vec2, Vec3};
 use eframe::egui::{self, Color32, Pos2, Rect, Stroke};
 
@@ -11,7 +11,7 @@ const PIECES: usize = 96;
 /// By this part of its distance, something may lie before a line that does not hide it.
 const SLACK: f32 = 0.004;
 
-impl Studio {
+impl View {
     /// Draw the grid.
     pub(crate) fn draw_grid(&self, ui: &egui::Ui, rect: Rect) {
         // Ten lines or so to the picture's height, a power of ten apart.
@@ -42,7 +42,7 @@ impl Studio {
     }
 
     /// Draw what is seen of a line.
-    fn draw_line(&self, ui: &egui::Ui, rect: Rect, [a, b]: [Vec3; 2], color: Color32) {
+    pub(crate) fn draw_line(&self, ui: &egui::Ui, rect: Rect, [a, b]: [Vec3; 2], color: Color32) {
         let painter = ui.painter_at(rect);
         let stroke = Stroke::new(1.0, color);
         let seen = |t: f32| self.seen_at(rect, a.lerp(b, t));
@@ -71,7 +71,7 @@ impl Studio {
     }
 
     /// Where a place is on the screen; nothing where it is behind the eye or a solid.
-    fn seen_at(&self, rect: Rect, place: Vec3) -> Option<Pos2> {
+    pub(crate) fn seen_at(&self, rect: Rect, place: Vec3) -> Option<Pos2> {
         let size = Vec2::new(rect.width(), rect.height());
         let at = self.eye.project(place, size)?;
         let part = at / size;
@@ -81,7 +81,7 @@ impl Studio {
             // Through a lens from far away, what is near to one another is told by the size of what is looked at.
             length < away - SLACK * away.min(self.eye.distance)
         };
-        let length = self.viewport.length_at(part).filter(|_| is_inside);
+        let length = self.pictures.length_at(part).filter(|_| is_inside);
         (!length.is_some_and(hides)).then(|| Pos2::new(rect.left() + at.x, rect.top() + at.y))
     }
 

@@ -4,39 +4,23 @@
 //! of each: a new shape needs nothing here.
 
 use crate::alike::changed_alike;
-use crate::app::Studio;
 use crate::choice::choice;
+use crate::docs::Docs;
+use crate::document::Document;
 use crate::document::{name_of, shape_name, spoken};
 use crate::files::IS_PAGE;
 use crate::icon::{self, Icon};
 use crate::keyframes::keyframes;
+use crate::materials::material_choice;
+use crate::session::Session;
+use crate::values::{fields, number};
 use argil::{Body, Entry, Exactness, Modifier, NodeId, OperatorKind, Profile, Shape, is_image};
-use eframe::egui::{self, DragValue, RichText};
-use serde_json::{Map, Value};
+use eframe::egui::{self, RichText};
+use serde_json::Value;
 
-/// What the file's schema says of shapes and modifiers.
-pub struct Docs(Value);
-
-impl Docs {
-    /// Of the schema.
-    pub fn new() -> Self {
-        Self(serde_json::from_str(&argil::schema()).expect("a schema is JSON"))
-    }
-
-    /// What stands at a key of a kind, such as `radius` of the `Shape` `sphere`.
-    fn of(&self, which: &str, kind: &str, key: &str) -> Option<&str> {
-        let kinds = self.0["$defs"][which]["oneOf"].as_array()?;
-        let own = kinds
-            .iter()
-            .find(|k| k["properties"]["type"]["const"] == kind)?;
-        own["properties"][key]["description"].as_str()
-    }
-}
-
-impl Default for Docs {
-    fn default() -> Self {
-        Self::new()
-    }
+/// See the module's page.
+pub struct Inspector {
+    docs: Docs,
 }
 
 /// Values that are put in where something is added.
@@ -82,148 +66,14 @@ fn modifier_name(modifier: &Modifier) -> String {
     spoken(value["type"].as_str().unwrap_or("modifier"))
 }
 
-/// The unit that a key stands for, under the name that it is shown by.
-fn suffix(name: &str, key: &str) -> &'static str {
-    if name.starts_with("Scale") || name.starts_with("Stretch") {
-        "×"
-    } else if key == "time" {
-        " s"
-    } else if key == "frequency" {
-        " /u"
-    } else if key.contains("degrees_per_unit") {
-        "°/u"
-    } else if key.contains("degrees") {
-        "°"
-    } else if matches!(
-        key,
-        "count" | "seed" | "octaves" | "amount" | "axis" | "normal" | "resolution"
-    ) {
-        ""
-    } else {
-        " u"
-    }
-}
-
-/// A number to be dragged or typed.
-pub(crate) fn number(ui: &mut egui::Ui, name: &str, key: &str, value: &mut f32) -> bool {
-    let speed = if key.contains("degrees") {
-        0.5
-    } else {
-        0.005 * value.abs().max(0.4)
-    };
-    let response = ui.add(
-        DragValue::new(value)
-            .speed(speed)
-            .max_decimals(4)
-            // What is typed counts when it is whole.
-            .update_while_editing(false)
-            .suffix(suffix(name, key)),
-    );
-    let name = name.to_owned();
-    let current = f64::from(*value);
-    response.widget_info(|| {
-        let mut info = egui::WidgetInfo::labeled(egui::Role::SpinButton, true, name.clone());
-        info.value = Some(current);
-        info
-    });
-    response.changed()
-}
-
-/// Show a value of a file, and let it be changed; whether it was.
-fn value_ui(ui: &mut egui::Ui, name: &str, key: &str, value: &mut Value) -> bool {
-    match value {
-        Value::Bool(on) => ui.checkbox(on, "").changed(),
-        Value::Number(n) if n.is_u64() => {
-            let mut whole = n.as_u64().unwrap_or(0);
-            let changed = ui.add(DragValue::new(&mut whole).speed(0.1)).changed();
-            if changed {
-                *value = whole.into();
-            }
-            changed
-        }
-        Value::Number(n) => {
-            let mut own = n.as_f64().unwrap_or(0.0) as f32;
-            let changed = number(ui, name, key, &mut own);
-            if changed {
-                *value = own.into();
-            }
-            changed
-        }
-        Value::Array(all) => {
-            let axes = ["x", "y", "z", "w"];
-            let mut changed = false;
-            let is_flat = all.iter().all(|v| !v.is_array() && !v.is_object());
-            let mut each = |ui: &mut egui::Ui| {
-                for (i, own) in all.iter_mut().enumerate() {
-                    let axis = axes.get(i).copied().unwrap_or("");
-                    let name = format!("{name} {axis}");
-                    changed |= ui.push_id(i, |ui| value_ui(ui, &name, key, own)).inner;
-                }
-            };
-            if is_flat {
-                ui.horizontal_wrapped(each);
-            } else {
-                ui.vertical(|ui| each(ui));
-            }
-            changed
-        }
-        Value::Object(map) => ui.vertical(|ui| fields(ui, name, map, |_| None)).inner,
-        Value::String(text) if key == "text" => ui.text_edit_multiline(text).changed(),
-        Value::String(text) => ui.text_edit_singleline(text).changed(),
-        Value::Null => {
-            ui.weak("–");
-            false
-        }
-    }
-}
-
-/// All values of an object but its type.
-fn fields<'a>(
-    ui: &mut egui::Ui,
-    within: &str,
-    map: &mut Map<String, Value>,
-    docs: impl Fn(&str) -> Option<&'a str>,
-) -> bool {
-    let mut changed = false;
-    for (key, value) in map.iter_mut().filter(|(key, _)| *key != "type") {
-        ui.push_id(key, |ui| {
-            ui.horizontal(|ui| {
-                let spoken = spoken(key);
-                let label = ui.label(&spoken);
-                if let Some(text) = docs(key) {
-                    label.on_hover_text(text);
-                }
-                let name = format!("{within} {}", spoken.to_lowercase());
-                changed |= value_ui(ui, name.trim(), key, value);
-            });
-        });
-    }
-    changed
-}
-
-impl Studio {
-    /// The panel on the right.
-    pub(crate) fn right(&mut self, ui: &mut egui::Ui) {
-        egui::ScrollArea::vertical()
-            .auto_shrink(false)
-            .show(ui, |ui| {
-                if self.tool == crate::app::Tool::Sculpt {
-                    self.sculpt_options(ui);
-                    ui.separator();
-                }
-                match self.document.active() {
-                    Some(node) => self.inspect(ui, node),
-                    None => {
-                        ui.weak("Nothing is selected. Click a brush in the list or in the view.");
-                    }
-                }
-                ui.separator();
-                self.materials(ui);
-            });
+impl Inspector {
+    /// Of the file's schema.
+    pub fn new() -> Self {
+        Self { docs: Docs::new() }
     }
 
-    fn inspect(&mut self, ui: &mut egui::Ui, node: NodeId) {
-        let before = self.document.scene().node(node).entry().clone();
+    pub(crate) fn ui(&self, session: &mut Session, ui: &mut egui::Ui, node: NodeId) {
+        let before = session.document.scene().node(node).entry().clone();
         let mut entry = before.clone();
         let name = name_of(&entry);
         ui.horizontal(|ui| {
@@ -241,27 +91,27 @@ impl Studio {
                         .on_hover_text(why);
                 }
                 Body::Group => {
-                    let count = self.document.scene().node(node).children().len();
+                    let count = session.document.scene().node(node).children().len();
                     ui.weak(format!("{count} inside"));
                 }
             }
         });
-        let count = self.document.selection.len();
+        let count = session.document.selection.len();
         if count > 1 {
             ui.weak(format!(
                 "{count} are selected. This is the last of them; what is changed is changed of all, but for keyframes."
             ));
         }
-        let is_locked = self.document.is_locked(node);
+        let is_locked = session.document.is_locked(node);
         if is_locked {
             ui.weak("It is locked.");
         }
         let mut done: Option<String> = None;
         ui.add_enabled_ui(!is_locked, |ui| {
-            self.operator(ui, &mut entry, &mut done);
+            self.operator(&session.document, ui, &mut entry, &mut done);
             if let Body::Shape(shape) = &mut entry.body {
                 ui.separator();
-                self.file(ui, node, shape);
+                self.file(session, ui, node, shape);
                 if self.shape(ui, shape) {
                     done = Some(format!("Change {}", shape_name(shape).to_lowercase()));
                 }
@@ -275,39 +125,12 @@ impl Studio {
             && entry != before
         {
             let is_held = ui.input(|i| i.pointer.any_down());
-            self.change(&what, node, (&before, entry), is_held);
-        }
-    }
-
-    /// Change an entry, and those that are selected with it alike; with `is_held`, until the pointer is let go it is one step.
-    fn change(
-        &mut self,
-        what: &str,
-        node: NodeId,
-        (before, after): (&Entry, Entry),
-        is_held: bool,
-    ) {
-        if !self.document.is_in_stroke() {
-            self.document.begin_stroke(what);
-        }
-        for other in self.document.selection.clone() {
-            if other == node || self.document.is_locked(other) {
-                continue;
-            }
-            let own = self.document.scene().node(other).entry();
-            let changed = changed_alike(before, &after, own);
-            if changed != *own {
-                self.attempt(|s| s.document.replace(what, other, changed));
-            }
-        }
-        self.attempt(|s| s.document.replace(what, node, after));
-        if !is_held {
-            self.document.end_stroke();
+            session.change(&what, node, (&before, entry), is_held);
         }
     }
 
     /// The file of a mesh or a heightmap and how finely it is sampled, which takes a while.
-    fn file(&mut self, ui: &mut egui::Ui, node: NodeId, shape: &Shape) {
+    fn file(&self, session: &mut Session, ui: &mut egui::Ui, node: NodeId, shape: &Shape) {
         let Some((path, resolution, _)) = shape.file() else {
             return;
         };
@@ -315,11 +138,11 @@ impl Studio {
         ui.horizontal(|ui| {
             ui.label("File");
             if !IS_PAGE && ui.button("Choose…").clicked() {
-                self.relocate(node, resolution);
+                session.relocate(node, resolution);
             }
             ui.add(egui::Label::new(path).truncate());
         });
-        if self.document.missing_meshes().contains(&named) {
+        if session.document.missing_meshes().contains(&named) {
             ui.label("It is not there, or not yet: nothing stands in for it.");
         }
         let mut chosen = resolution;
@@ -336,12 +159,18 @@ impl Studio {
             });
         });
         if chosen != resolution {
-            let load = self.load_again(std::iter::once(path));
-            self.resample(node, (named.0, chosen), load);
+            let load = session.load_again(std::iter::once(path));
+            session.resample(node, (named.0, chosen), load);
         }
     }
 
-    fn operator(&self, ui: &mut egui::Ui, entry: &mut Entry, done: &mut Option<String>) {
+    fn operator(
+        &self,
+        document: &Document,
+        ui: &mut egui::Ui,
+        entry: &mut Entry,
+        done: &mut Option<String>,
+    ) {
         let before = entry.operator;
         let operator = &mut entry.operator;
         ui.horizontal(|ui| {
@@ -379,7 +208,7 @@ impl Studio {
         ui.horizontal(|ui| {
             ui.label("Material");
             let before = entry.material.clone();
-            self.material_choice(ui, "Material", &mut entry.material);
+            material_choice(document, ui, "Material", &mut entry.material);
             if entry.material != before {
                 *done = Some("Change material".into());
             }
@@ -467,6 +296,35 @@ impl Studio {
         if let Some(i) = gone {
             entry.modifiers.remove(i);
             *done = Some("Remove modifier".into());
+        }
+    }
+}
+
+impl Session {
+    /// Change an entry, and those that are selected with it alike; with `is_held`, until the pointer is let go it is one step.
+    fn change(
+        &mut self,
+        what: &str,
+        node: NodeId,
+        (before, after): (&Entry, Entry),
+        is_held: bool,
+    ) {
+        if !self.document.is_in_stroke() {
+            self.document.begin_stroke(what);
+        }
+        for other in self.document.selection.clone() {
+            if other == node || self.document.is_locked(other) {
+                continue;
+            }
+            let own = self.document.scene().node(other).entry();
+            let changed = changed_alike(before, &after, own);
+            if changed != *own {
+                self.attempt(|s| s.document.replace(what, other, changed));
+            }
+        }
+        self.attempt(|s| s.document.replace(what, node, after));
+        if !is_held {
+            self.document.end_stroke();
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::eye::Eye;
 use crate::files::Ask;
-use crate::meshes::{Load, Named, scene_of};
+use crate::mesh_files::{Load, Named, scene_of};
 use crate::place;
 use anyhow::Context;
 use argil::{
@@ -230,7 +230,7 @@ pub struct How {
 /// Let what waits go on: in a browser there is one thread for everything.
 async fn breathe() {
     #[cfg(target_arch = "wasm32")]
-    crate::page::breathe().await;
+    crate::browser::breathe().await;
 }
 
 async fn export(

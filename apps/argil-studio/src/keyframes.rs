@@ -2,7 +2,7 @@
 
 use crate::choice::choice;
 use crate::icon::{self, Icon};
-use crate::inspector::number;
+use crate::values::number;
 use argil::{Ease, Entry, Keyframe, Turn};
 use eframe::egui::{self, RichText};
 

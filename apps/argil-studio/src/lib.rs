@@ -6,10 +6,16 @@
 
 mod alike;
 mod app;
+#[cfg(target_arch = "wasm32")]
+mod browser;
 mod choice;
 mod commands;
+mod dialog;
 mod dialogs;
+mod docs;
 mod document;
+mod drag;
+mod edits;
 mod eye;
 mod files;
 mod gallery;
@@ -20,16 +26,23 @@ mod grid;
 mod icon;
 mod inspector;
 mod jobs;
+#[cfg(target_arch = "wasm32")]
+mod kept;
 mod keyframes;
 mod list;
+mod looking;
 mod materials;
 mod menus;
+mod mesh_files;
 mod meshes;
 mod mirrors;
+mod opening;
+mod overlay;
 #[cfg(target_arch = "wasm32")]
 mod page;
 mod painter;
 mod picker;
+mod pictures;
 mod place;
 mod pose;
 mod preferences;
@@ -38,7 +51,12 @@ mod renderer;
 mod run;
 mod samples;
 mod sculpt;
+mod sculpting;
+mod session;
 mod stretch;
+mod tools;
+mod values;
+mod view;
 mod viewport;
 
 pub use app::{Options, Studio};

@@ -1,9 +1,9 @@
 //! The list of brushes and groups, in the order in which they act.
 
-use crate::app::Studio;
 use crate::commands::Command;
-use crate::document::name_of;
+use crate::document::{Document, name_of};
 use crate::icon::{self, Icon};
+use crate::session::Session;
 use argil::{Body, Edit, NodeId, OperatorKind, Scene};
 use eframe::egui::{self, Align, Layout, RichText, Sense, Vec2};
 
@@ -20,48 +20,52 @@ enum Place {
     After,
 }
 
-impl Studio {
-    /// The panel on the left.
-    pub(crate) fn left(&mut self, ui: &mut egui::Ui) {
-        let below = 210.0f32.min(0.4 * ui.available_height());
-        egui::Panel::bottom("gallery")
-            .resizable(true)
-            .default_size(below)
-            .show(ui, |ui| {
-                ui.strong("Shapes");
-                egui::ScrollArea::vertical()
-                    .auto_shrink(false)
-                    .show(ui, |ui| self.gallery(ui));
-            });
-        ui.horizontal(|ui| {
-            ui.strong("Brushes");
-            ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-                ui.weak(format!("{}", self.document.scene().brush_count()));
-            });
-        });
-        self.list(ui);
-        if self.shows_history {
-            self.history(ui);
+/// See the module's page.
+#[derive(Default)]
+pub struct BrushList {
+    renaming: Option<(argil::NodeId, String)>,
+    collapsed: std::collections::BTreeSet<argil::NodeId>,
+    /// Whose row the list is to show.
+    revealed: Option<argil::NodeId>,
+}
+
+impl BrushList {
+    /// Another document.
+    pub(crate) fn forget(&mut self) {
+        self.collapsed.clear();
+    }
+
+    /// Have a group's row closed.
+    pub(crate) fn fold(&mut self, group: NodeId) {
+        self.collapsed.insert(group);
+    }
+
+    /// Have the active node's name typed.
+    pub(crate) fn begin_renaming(&mut self, document: &Document) {
+        if let Some(node) = document.active() {
+            let name = document.scene().node(node).entry().name.clone();
+            self.renaming = Some((node, name));
+            self.reveal(document, node, true);
         }
     }
 
     /// Have a node's row in sight: with the groups around it opened, or that of the closed group that it is in.
-    pub(crate) fn reveal(&mut self, node: NodeId, opens: bool) {
+    pub(crate) fn reveal(&mut self, document: &Document, node: NodeId, opens: bool) {
         let mut shown = node;
-        let mut around = self.document.scene().node(node).parent();
+        let mut around = document.scene().node(node).parent();
         while let Some(group) = around {
             if opens {
                 self.collapsed.remove(&group);
             } else if self.collapsed.contains(&group) {
                 shown = group;
             }
-            around = self.document.scene().node(group).parent();
+            around = document.scene().node(group).parent();
         }
         self.revealed = Some(shown);
     }
 
-    fn rows(&self) -> Vec<Row> {
-        fn within(scene: &Scene, group: NodeId, depth: usize, own: &Studio, out: &mut Vec<Row>) {
+    fn rows(&self, scene: &Scene) -> Vec<Row> {
+        fn within(scene: &Scene, group: NodeId, depth: usize, own: &BrushList, out: &mut Vec<Row>) {
             for &node in scene.node(group).children() {
                 out.push(Row { node, depth });
                 if !own.collapsed.contains(&node) {
@@ -70,18 +74,13 @@ impl Studio {
             }
         }
         let mut out = Vec::new();
-        within(self.document.scene(), Scene::ROOT, 0, self, &mut out);
+        within(scene, Scene::ROOT, 0, self, &mut out);
         out
     }
 
-    fn list(&mut self, ui: &mut egui::Ui) {
-        let rows = self.rows();
+    pub(crate) fn ui(&mut self, session: &mut Session, ui: &mut egui::Ui, most: f32) {
+        let rows = self.rows(session.document.scene());
         let height = ui.spacing().interact_size.y;
-        let most = if self.shows_history {
-            0.5 * ui.available_height()
-        } else {
-            f32::INFINITY
-        };
         let mut area = egui::ScrollArea::vertical()
             .id_salt("list")
             .auto_shrink(false)
@@ -95,14 +94,14 @@ impl Studio {
         }
         area.show_rows(ui, height, rows.len(), |ui, range| {
             for row in &rows[range] {
-                self.row(ui, row, &rows);
+                self.row(session, ui, row, &rows);
             }
         });
     }
 
-    fn row(&mut self, ui: &mut egui::Ui, row: &Row, rows: &[Row]) {
+    fn row(&mut self, session: &mut Session, ui: &mut egui::Ui, row: &Row, rows: &[Row]) {
         let node = row.node;
-        let entry = self.document.scene().node(node).entry().clone();
+        let entry = session.document.scene().node(node).entry().clone();
         let is_group = matches!(entry.body, Body::Group);
         let name = name_of(&entry);
         ui.push_id(node.index(), |ui| {
@@ -120,30 +119,37 @@ impl Studio {
                 }
                 let is_renamed = matches!(&self.renaming, Some((n, _)) if *n == node);
                 if is_renamed {
-                    self.rename(ui);
+                    self.rename(session, ui);
                     return;
                 }
                 ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-                    self.row_switches(ui, node, entry.visible, &name);
-                    let response = self.row_name(ui, node, &entry);
-                    self.drag_and_drop(ui, row, is_group, &response);
+                    self.row_switches(session, ui, node, entry.visible, &name);
+                    let response = self.row_name(session, ui, node, &entry);
+                    self.drag_and_drop(session, ui, row, is_group, &response);
                     if response.double_clicked() {
                         self.renaming = Some((node, entry.name.clone()));
                     } else if response.clicked() {
                         let held = ui.input(|i| i.modifiers);
-                        self.choose(node, held, rows);
+                        choose(&mut session.document, node, held, rows);
                     }
-                    response.context_menu(|ui| self.row_menu(ui, node));
+                    response.context_menu(|ui| self.row_menu(session, ui, node));
                 });
             });
         });
     }
 
-    fn row_switches(&mut self, ui: &mut egui::Ui, node: NodeId, visible: bool, name: &str) {
-        let is_locked = self.document.scene().node(node).entry().locked;
+    fn row_switches(
+        &mut self,
+        session: &mut Session,
+        ui: &mut egui::Ui,
+        node: NodeId,
+        visible: bool,
+        name: &str,
+    ) {
+        let is_locked = session.document.scene().node(node).entry().locked;
         let words = format!("Lock or unlock {name}");
         if icon::button(ui, Icon::Lock(is_locked), true, &words).clicked() {
-            self.attempt(|s| s.document.lock(&[node], !is_locked));
+            session.attempt(|s| s.document.lock(&[node], !is_locked));
         }
         let words = format!("Hide or show {name}");
         if icon::button(ui, Icon::Eye(visible), true, &words).clicked() {
@@ -152,11 +158,17 @@ impl Studio {
                 node,
                 visible: !visible,
             };
-            self.attempt(|s| s.document.edit(word, &edit).map(drop));
+            session.attempt(|s| s.document.edit(word, &edit).map(drop));
         }
     }
 
-    fn row_name(&self, ui: &mut egui::Ui, node: NodeId, entry: &argil::Entry) -> egui::Response {
+    fn row_name(
+        &self,
+        session: &mut Session,
+        ui: &mut egui::Ui,
+        node: NodeId,
+        entry: &argil::Entry,
+    ) -> egui::Response {
         let sign = match entry.operator.kind {
             OperatorKind::Union => "+",
             OperatorKind::Subtract => "−",
@@ -169,7 +181,7 @@ impl Studio {
         if !entry.visible {
             text = text.weak();
         }
-        let is_selected = self.document.selection.contains(&node);
+        let is_selected = session.document.selection.contains(&node);
         let button = egui::Button::selectable(is_selected, text)
             .truncate()
             .sense(Sense::click_and_drag());
@@ -184,32 +196,15 @@ impl Studio {
         response
     }
 
-    fn choose(&mut self, node: NodeId, held: egui::Modifiers, rows: &[Row]) {
-        if !held.shift {
-            self.document.select(Some(node), held.command);
-            return;
-        }
-        // From the one that was chosen last to this one.
-        let at = |n: NodeId| rows.iter().position(|r| r.node == n);
-        let (Some(to), Some(from)) = (at(node), self.document.active().and_then(at)) else {
-            self.document.select(Some(node), false);
-            return;
-        };
-        for row in &rows[from.min(to)..=from.max(to)] {
-            if !self.document.selection.contains(&row.node) {
-                self.document.selection.push(row.node);
-            }
-        }
-    }
-
     fn drag_and_drop(
         &mut self,
+        session: &mut Session,
         ui: &egui::Ui,
         row: &Row,
         is_group: bool,
         response: &egui::Response,
     ) {
-        if !self.document.is_locked(row.node) {
+        if !session.document.is_locked(row.node) {
             response.dnd_set_drag_payload(row.node);
         }
         let place = || {
@@ -238,57 +233,11 @@ impl Studio {
         if let Some(dragged) = response.dnd_release_payload::<NodeId>()
             && let Some(place) = place()
         {
-            self.attempt(|s| s.drop_at(*dragged, row.node, &place));
+            session.attempt(|s| drop_at(&mut s.document, *dragged, row.node, &place));
         }
     }
 
-    /// Put what was dragged, and what else is selected with it, before, into or behind a node.
-    fn drop_at(&mut self, dragged: NodeId, target: NodeId, place: &Place) -> anyhow::Result<()> {
-        let mut all = if self.document.selection.contains(&dragged) {
-            self.movable()
-        } else {
-            vec![dragged]
-        };
-        all.retain(|&n| n != target);
-        if all.is_empty() {
-            return Ok(());
-        }
-        self.document.begin_stroke("Reorder");
-        for (i, node) in all.into_iter().enumerate() {
-            let scene = self.document.scene();
-            let around = scene.node(target).parent().unwrap_or(Scene::ROOT);
-            let (parent, mut index) = match place {
-                Place::Into => (target, scene.node(target).children().len()),
-                Place::Before | Place::After => {
-                    let own = scene.node(around).children();
-                    let at = own.iter().position(|&n| n == target).unwrap_or(0);
-                    let behind = usize::from(matches!(place, Place::After));
-                    (around, at + behind * (1 + i))
-                }
-            };
-            // It is counted without itself.
-            let own = scene.node(parent).children();
-            if let Some(before) = own.iter().position(|&n| n == node)
-                && before < index
-            {
-                index -= 1;
-            }
-            let edit = Edit::Move {
-                node,
-                parent,
-                index,
-            };
-            let moved = self.document.edit("Reorder", &edit);
-            if moved.is_err() {
-                self.document.end_stroke();
-            }
-            moved?;
-        }
-        self.document.end_stroke();
-        Ok(())
-    }
-
-    fn rename(&mut self, ui: &mut egui::Ui) {
+    fn rename(&mut self, session: &mut Session, ui: &mut egui::Ui) {
         let Some((node, mut text)) = self.renaming.take() else {
             return;
         };
@@ -296,10 +245,10 @@ impl Studio {
         response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::TextInput, true, "Name"));
         if response.lost_focus() {
             let is_given_up = ui.input(|i| i.key_pressed(egui::Key::Escape));
-            let mut entry = self.document.scene().node(node).entry().clone();
+            let mut entry = session.document.scene().node(node).entry().clone();
             if !is_given_up && entry.name != text {
                 entry.name = text;
-                self.attempt(|s| s.document.replace("Rename", node, entry));
+                session.attempt(|s| s.document.replace("Rename", node, entry));
             }
             return;
         }
@@ -307,9 +256,9 @@ impl Studio {
         self.renaming = Some((node, text));
     }
 
-    fn row_menu(&mut self, ui: &mut egui::Ui, node: NodeId) {
-        if !self.document.selection.contains(&node) {
-            self.document.select(Some(node), false);
+    fn row_menu(&mut self, session: &mut Session, ui: &mut egui::Ui, node: NodeId) {
+        if !session.document.selection.contains(&node) {
+            session.document.select(Some(node), false);
         }
         for command in [
             Command::Rename,
@@ -321,40 +270,110 @@ impl Studio {
             Command::FrameSelection,
             Command::Delete,
         ] {
-            self.command_button(ui, command);
+            session.command_button(ui, command);
         }
     }
+}
 
-    fn history(&mut self, ui: &mut egui::Ui) {
-        ui.separator();
-        ui.strong("History");
-        let (names, done) = self.document.history();
-        let names = names.to_vec();
-        let mut go_to = None;
-        let height = ui.spacing().interact_size.y;
-        egui::ScrollArea::vertical()
-            .id_salt("history")
-            .auto_shrink(false)
-            .stick_to_bottom(true)
-            .show_rows(ui, height, names.len() + 1, |ui, range| {
-                for i in range {
-                    let name = if i == 0 {
-                        "As it was opened"
-                    } else {
-                        &names[i - 1]
-                    };
-                    let text = if i > done {
-                        RichText::new(name).weak()
-                    } else {
-                        RichText::new(name)
-                    };
-                    if ui.selectable_label(i == done, text).clicked() {
-                        go_to = Some(i);
-                    }
+/// The steps that were done, to go back to one or forward.
+pub fn history(document: &mut Document, ui: &mut egui::Ui) {
+    ui.separator();
+    ui.strong("History");
+    let (names, done) = document.history();
+    let names = names.to_vec();
+    let mut go_to = None;
+    let height = ui.spacing().interact_size.y;
+    egui::ScrollArea::vertical()
+        .id_salt("history")
+        .auto_shrink(false)
+        .stick_to_bottom(true)
+        .show_rows(ui, height, names.len() + 1, |ui, range| {
+            for i in range {
+                let name = if i == 0 {
+                    "As it was opened"
+                } else {
+                    &names[i - 1]
+                };
+                let text = if i > done {
+                    RichText::new(name).weak()
+                } else {
+                    RichText::new(name)
+                };
+                if ui.selectable_label(i == done, text).clicked() {
+                    go_to = Some(i);
                 }
-            });
-        if let Some(steps) = go_to {
-            self.document.go_to(steps);
+            }
+        });
+    if let Some(steps) = go_to {
+        document.go_to(steps);
+    }
+}
+
+fn choose(document: &mut Document, node: NodeId, held: egui::Modifiers, rows: &[Row]) {
+    if !held.shift {
+        document.select(Some(node), held.command);
+        return;
+    }
+    // From the one that was chosen last to this one.
+    let at = |n: NodeId| rows.iter().position(|r| r.node == n);
+    let (Some(to), Some(from)) = (at(node), document.active().and_then(at)) else {
+        document.select(Some(node), false);
+        return;
+    };
+    for row in &rows[from.min(to)..=from.max(to)] {
+        if !document.selection.contains(&row.node) {
+            document.selection.push(row.node);
         }
     }
+}
+
+/// Put what was dragged, and what else is selected with it, before, into or behind a node.
+fn drop_at(
+    document: &mut Document,
+    dragged: NodeId,
+    target: NodeId,
+    place: &Place,
+) -> anyhow::Result<()> {
+    let mut all = if document.selection.contains(&dragged) {
+        document.movable()
+    } else {
+        vec![dragged]
+    };
+    all.retain(|&n| n != target);
+    if all.is_empty() {
+        return Ok(());
+    }
+    document.begin_stroke("Reorder");
+    for (i, node) in all.into_iter().enumerate() {
+        let scene = document.scene();
+        let around = scene.node(target).parent().unwrap_or(Scene::ROOT);
+        let (parent, mut index) = match place {
+            Place::Into => (target, scene.node(target).children().len()),
+            Place::Before | Place::After => {
+                let own = scene.node(around).children();
+                let at = own.iter().position(|&n| n == target).unwrap_or(0);
+                let behind = usize::from(matches!(place, Place::After));
+                (around, at + behind * (1 + i))
+            }
+        };
+        // It is counted without itdocument.
+        let own = scene.node(parent).children();
+        if let Some(before) = own.iter().position(|&n| n == node)
+            && before < index
+        {
+            index -= 1;
+        }
+        let edit = Edit::Move {
+            node,
+            parent,
+            index,
+        };
+        let moved = document.edit("Reorder", &edit);
+        if moved.is_err() {
+            document.end_stroke();
+        }
+        moved?;
+    }
+    document.end_stroke();
+    Ok(())
 }

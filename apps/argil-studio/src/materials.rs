@@ -1,28 +1,36 @@
 //! The scene's materials.
 
-use crate::app::Studio;
 use crate::choice::choice;
-use crate::inspector::number;
-use argil::{Material, NodeId};
+use crate::document::Document;
+use crate::session::{Session, Wish};
+use crate::values::number;
+use argil::Material;
 use eframe::egui;
 
-impl Studio {
+/// See the module's page.
+#[derive(Default)]
+pub struct Materials {
+    /// A material that is given another name, and what is typed.
+    naming: Option<(String, String)>,
+}
+
+impl Materials {
     /// All materials, to be changed, named and taken away.
-    pub(crate) fn materials(&mut self, ui: &mut egui::Ui) {
+    pub(crate) fn ui(&mut self, session: &mut Session, ui: &mut egui::Ui) {
         ui.horizontal(|ui| {
             ui.strong("Materials");
             if ui.button("New material").clicked() {
-                let known = self.document.scene().materials();
+                let known = session.document.scene().materials();
                 let name = (1..)
                     .map(|i| format!("material {i}"))
                     .find(|name| !known.contains_key(name));
                 if let Some(name) = name {
                     let material = Some(Material::default());
-                    self.attempt(|s| s.document.set_material("Add material", &name, material));
+                    session.attempt(|s| s.document.set_material("Add material", &name, material));
                 }
             }
         });
-        let all: Vec<(String, Material)> = self
+        let all: Vec<(String, Material)> = session
             .document
             .scene()
             .materials()
@@ -32,23 +40,17 @@ impl Studio {
         for (name, material) in all {
             egui::CollapsingHeader::new(&name)
                 .id_salt(("material", &name))
-                .show(ui, |ui| self.material(ui, &name, material));
+                .show(ui, |ui| self.material(session, ui, &name, material));
         }
     }
 
-    /// Let a material be chosen, or none.
-    pub(crate) fn material_choice(
-        &self,
+    pub(crate) fn material(
+        &mut self,
+        session: &mut Session,
         ui: &mut egui::Ui,
         name: &str,
-        value: &mut Option<String>,
+        before: Material,
     ) {
-        let known = self.document.scene().materials().keys().cloned().map(Some);
-        let word = |own: &Option<String>| own.clone().unwrap_or_else(|| "–".into());
-        choice(ui, name, value, std::iter::once(None).chain(known), word);
-    }
-
-    fn material(&mut self, ui: &mut egui::Ui, name: &str, before: Material) {
         let mut own = before;
         ui.horizontal(|ui| {
             ui.label("Color");
@@ -68,27 +70,27 @@ impl Studio {
             }
         });
         if own != before {
-            if ui.input(|i| i.pointer.any_down()) && !self.document.is_in_stroke() {
-                self.document.begin_stroke("Change material");
+            if ui.input(|i| i.pointer.any_down()) && !session.document.is_in_stroke() {
+                session.document.begin_stroke("Change material");
             }
-            self.attempt(|s| s.document.set_material("Change material", name, Some(own)));
+            session.attempt(|s| s.document.set_material("Change material", name, Some(own)));
         }
-        if !self.document.selection.is_empty() && ui.button("Use for the selection").clicked() {
-            let mut nodes = self.document.selection.clone();
-            nodes.retain(|&node| !self.document.is_locked(node));
+        if !session.document.selection.is_empty() && ui.button("Use for the selection").clicked() {
+            let mut nodes = session.document.selection.clone();
+            nodes.retain(|&node| !session.document.is_locked(node));
             let name = Some(name.to_owned());
-            self.attempt(|s| {
+            session.attempt(|s| {
                 anyhow::ensure!(!nodes.is_empty(), "what is selected is locked");
-                s.give_material("Change material", &nodes, &name)
+                s.document.give_material("Change material", &nodes, &name)
             });
         }
-        self.material_name(ui, name);
+        self.material_name(session, ui, name);
         if ui.button("Remove").clicked() {
-            self.attempt(|s| s.remove_material(name));
+            session.attempt(|s| s.document.remove_material(name));
         }
     }
 
-    fn material_name(&mut self, ui: &mut egui::Ui, name: &str) {
+    pub(crate) fn material_name(&mut self, session: &mut Session, ui: &mut egui::Ui, name: &str) {
         let being_typed = self.naming.take_if(|(own, _)| own == name);
         let mut text = being_typed.map_or_else(|| name.to_owned(), |(_, text)| text);
         let response = ui.horizontal(|ui| {
@@ -101,67 +103,25 @@ impl Studio {
         } else if response.lost_focus() && text != name {
             let is_given_up = ui.input(|i| i.key_pressed(egui::Key::Escape));
             if !is_given_up {
-                self.attempt(|s| s.rename_material(name, text.trim()));
+                session.attempt(|s| {
+                    s.document.rename_material(name, text.trim())?;
+                    let names = [name, text.trim()].map(str::to_owned);
+                    s.wishes.push(Wish::Rename(names));
+                    Ok(())
+                });
             }
         }
     }
+}
 
-    /// Those that have a material.
-    fn users_of(&self, material: &str) -> Vec<NodeId> {
-        let scene = self.document.scene();
-        let uses = |&node: &NodeId| scene.node(node).entry().material.as_deref() == Some(material);
-        scene.walk().filter(uses).collect()
-    }
-
-    fn give_material(
-        &mut self,
-        what: &str,
-        nodes: &[NodeId],
-        material: &Option<String>,
-    ) -> anyhow::Result<()> {
-        let is_own = !self.document.is_in_stroke();
-        if is_own {
-            self.document.begin_stroke(what);
-        }
-        for &node in nodes {
-            let mut entry = self.document.scene().node(node).entry().clone();
-            entry.material.clone_from(material);
-            self.document.replace(what, node, entry)?;
-        }
-        if is_own {
-            self.document.end_stroke();
-        }
-        Ok(())
-    }
-
-    fn rename_material(&mut self, name: &str, new: &str) -> anyhow::Result<()> {
-        let materials = self.document.scene().materials();
-        anyhow::ensure!(!new.is_empty(), "a material has to have a name");
-        anyhow::ensure!(
-            !materials.contains_key(new),
-            "there is a material {new} already"
-        );
-        let material = materials.get(name).copied();
-        let users = self.users_of(name);
-        self.document.begin_stroke("Rename material");
-        self.document
-            .set_material("Rename material", new, material)?;
-        self.give_material("Rename material", &users, &Some(new.to_owned()))?;
-        self.document.set_material("Rename material", name, None)?;
-        self.document.end_stroke();
-        if self.sculpting.material.as_deref() == Some(name) {
-            self.sculpting.material = Some(new.to_owned());
-        }
-        Ok(())
-    }
-
-    /// Take a material away, also from those that have it.
-    fn remove_material(&mut self, name: &str) -> anyhow::Result<()> {
-        let users = self.users_of(name);
-        self.document.begin_stroke("Remove material");
-        self.give_material("Remove material", &users, &None)?;
-        self.document.set_material("Remove material", name, None)?;
-        self.document.end_stroke();
-        Ok(())
-    }
+/// Let a material be chosen, or none.
+pub(crate) fn material_choice(
+    document: &Document,
+    ui: &mut egui::Ui,
+    name: &str,
+    value: &mut Option<String>,
+) {
+    let known = document.scene().materials().keys().cloned().map(Some);
+    let word = |own: &Option<String>| own.clone().unwrap_or_else(|| "–".into());
+    choice(ui, name, value, std::iter::once(None).chain(known), word);
 }

@@ -1,42 +1,30 @@
 //! The planes at which what is selected, or a stroke, is mirrored, drawn over the picture.
 
-use crate::app::{Studio, Tool};
+use crate::document::Document;
 use crate::pose::Pose;
+use crate::session::Session;
+use crate::view::{Tool, View};
 use argil::glam::{DVec3, Vec2};
 use argil::{Modifier, NodeId};
 use eframe::egui::{self, Color32, Pos2, Rect, Shape, Stroke};
 
 const COLORS: [[u8; 3]; 3] = [[230, 70, 70], [90, 190, 70], [70, 120, 240]];
 
-impl Studio {
+impl View {
     /// Draw the planes that there are.
-    pub(crate) fn draw_mirrors(&self, ui: &egui::Ui, rect: Rect) {
+    pub(crate) fn draw_mirrors(&self, session: &mut Session, ui: &egui::Ui, rect: Rect) {
         if self.tool == Tool::Sculpt {
             return self.draw_mirror(ui, rect, &Pose::default(), self.sculpting.mirror);
         }
-        let Some(node) = self.document.active() else {
+        let Some(node) = session.document.active() else {
             return;
         };
-        for (pose, axes) in self.mirrors_of(node) {
+        for (pose, axes) in session.document.mirrors_of(node) {
             self.draw_mirror(ui, rect, &pose, axes);
         }
     }
 
-    /// Where a node's mirrors are, and along which of their axes they mirror.
-    fn mirrors_of(&self, node: NodeId) -> Vec<(Pose, [bool; 3])> {
-        let scene = self.document.scene();
-        let entry = scene.node(node).entry();
-        let around = Pose::around(scene, node);
-        let mirrors = entry.modifiers.iter().enumerate();
-        mirrors
-            .filter_map(|(i, modifier)| match *modifier {
-                Modifier::Mirror { axes } => Some((Pose::behind(entry, i + 1).and(&around), axes)),
-                _ => None,
-            })
-            .collect()
-    }
-
-    fn draw_mirror(&self, ui: &egui::Ui, rect: Rect, pose: &Pose, axes: [bool; 3]) {
+    pub(crate) fn draw_mirror(&self, ui: &egui::Ui, rect: Rect, pose: &Pose, axes: [bool; 3]) {
         let size = Vec2::new(rect.width(), rect.height());
         // Half as high as the picture where it is looked at.
         let half = f64::from(0.5 * self.eye.half_height());
@@ -55,5 +43,21 @@ impl Studio {
             let plane = Shape::convex_polygon(corners.to_vec(), fill, Stroke::new(1.0, line));
             ui.painter_at(rect).add(plane);
         }
+    }
+}
+
+impl Document {
+    /// Where a node's mirrors are, and along which of their axes they mirror.
+    pub(crate) fn mirrors_of(&self, node: NodeId) -> Vec<(Pose, [bool; 3])> {
+        let scene = self.scene();
+        let entry = scene.node(node).entry();
+        let around = Pose::around(scene, node);
+        let mirrors = entry.modifiers.iter().enumerate();
+        mirrors
+            .filter_map(|(i, modifier)| match *modifier {
+                Modifier::Mirror { axes } => Some((Pose::behind(entry, i + 1).and(&around), axes)),
+                _ => None,
+            })
+            .collect()
     }
 }

@@ -15,7 +15,7 @@ pub fn put(
     #[cfg(target_arch = "wasm32")]
     let written = {
         let mut bytes = Vec::new();
-        write(&mut bytes).and_then(|()| crate::page::download(path, &bytes))
+        write(&mut bytes).and_then(|()| crate::browser::download(path, &bytes))
     };
     #[cfg(not(target_arch = "wasm32"))]
     let written = argil::replace_file(path, |out| write(out));
@@ -94,7 +94,7 @@ impl Folder {
         #[cfg(target_arch = "wasm32")]
         {
             let bytes = self.archive.finish()?.into_inner();
-            crate::page::download(&self.path, &bytes)
+            crate::browser::download(&self.path, &bytes)
                 .with_context(|| self.path.display().to_string())?;
         }
         Ok(())

@@ -1,160 +1,52 @@
 //! The picture, what is drawn over it, and what the pointer does in it.
 
-use crate::app::{Studio, Tool};
-use crate::gizmo::{Drag, label};
-use crate::painter::{Answer, Picture, Pipeline, Request};
+use crate::overlay::label;
+use crate::painter::{Answer, Picture, Request};
 use crate::picker::Picked;
+use crate::pictures::*;
+use crate::session::{Session, Wish};
+use crate::view::{Tool, View};
 use argil::glam::{Vec2, Vec3};
 use argil::{NodeId, OperatorKind, Shape};
 use eframe::egui::{
-    self, Color32, ColorImage, PointerButton, Pos2, Rect, Sense, Stroke, TextureHandle,
-    TextureOptions,
+    self, Color32, ColorImage, PointerButton, Pos2, Rect, Sense, Stroke, TextureOptions,
 };
-use std::time::Duration;
 use web_time::Instant;
 
-/// A picture that is shown.
-struct Shown {
-    texture: TextureHandle,
-    picture: Picture,
-}
-
-/// See the module's page.
-#[derive(Default)]
-pub struct Viewport {
-    shown: Vec<Shown>,
-    difference: Option<TextureHandle>,
-    /// What was drawn last.
-    last: Option<Request>,
-    /// What edits took the last time that there were some.
-    edit_ms: Option<f64>,
-    /// When something moved last.
-    moved: Option<Instant>,
-    /// Points of the picture.
-    size: Vec2,
-    pixels_per_point: f32,
-    /// Whether what is shown is what there is, in full.
-    pub is_settled: bool,
-    /// Whether two pipelines are compared, and which is the second.
-    pub split: Option<Pipeline>,
-    /// Where the divider is, from 0 to 1.
-    pub divider: f32,
-    /// Whether their difference is shown in place of both.
-    pub shows_difference: bool,
-    /// A gizmo's drag.
-    pub drag: Option<Drag>,
-    hovered: Option<NodeId>,
-    /// What it took for each pixel of the last moving picture.
-    ms_a_pixel: Option<f64>,
-    fault: Option<String>,
-    /// What the last answer took.
-    duration_ms: f64,
-}
-
-/// So long nothing must move before the picture is drawn in full.
-const REST: Duration = Duration::from_millis(150);
-/// A picture that moves is to take no longer.
-const MOVING_MS: f64 = 50.0;
-/// One that is still, with one sample, is begun with where it takes longer.
-const LONG_MS: f64 = 150.0;
-/// Outlines of more than this are not drawn.
-const MOST_OUTLINED: usize = 12;
-
-impl Viewport {
-    /// Another document.
-    pub fn forget(&mut self) {
-        self.last = None;
-        self.drag = None;
-        self.hovered = None;
-        self.is_settled = false;
-    }
-
-    /// Why there is no picture.
-    pub fn fault(&self) -> Option<&str> {
-        self.fault.as_deref()
-    }
-
-    /// Ask for a picture anew.
-    pub fn forget_request(&mut self) {
-        self.last = None;
-        self.is_settled = false;
-    }
-
-    /// The pipelines that are shown, and at what resolution.
-    pub fn last_shown(&self) -> Option<([Option<Pipeline>; 2], u32)> {
-        let last = self.last.as_ref()?;
-        let pipelines = [0, 1].map(|i| last.pipelines.get(i).copied());
-        Some((pipelines, last.resolution))
-    }
-
-    /// How far the ray through a part of the picture goes to a solid.
-    pub fn length_at(&self, part: Vec2) -> Option<f32> {
-        let is_left = part.x < self.divider;
-        let shown = match &self.shown[..] {
-            [_, second] if !is_left => second,
-            [first, ..] => first,
-            [] => return None,
-        };
-        let [width, height] = shown.picture.size;
-        let x = (part.x * width as f32) as usize;
-        let y = (part.y * height as f32) as usize;
-        let all = &shown.picture.lengths;
-        all.get(y.min(height as usize) * width as usize + x)
-            .copied()
-    }
-
-    /// See [`Studio::shown`].
-    pub fn shown_request(&self) -> Option<(u64, bool, f64)> {
-        let last = self.last.as_ref()?;
-        Some((last.version, last.is_still, self.duration_ms))
-    }
-
-    fn is_long(&self, pixels: f64) -> bool {
-        self.ms_a_pixel.is_some_and(|ms| ms * pixels > LONG_MS)
-    }
-
-    fn scale(&self, pixels: f64) -> f64 {
-        match self.ms_a_pixel {
-            Some(ms) => (MOVING_MS / (ms * pixels)).sqrt().clamp(0.2, 1.0),
-            None => 0.5,
-        }
-    }
-}
-
-impl Studio {
+impl View {
     /// The picture's part of the window.
-    pub(crate) fn view(&mut self, ui: &mut egui::Ui) {
+    pub(crate) fn ui(&mut self, session: &mut Session, ui: &mut egui::Ui) {
         let (rect, response) = ui.allocate_exact_size(ui.available_size(), Sense::click_and_drag());
         response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, "Viewport"));
-        self.viewport.size = Vec2::new(rect.width(), rect.height());
-        self.viewport.pixels_per_point = ui.ctx().pixels_per_point();
-        self.take_answer(ui.ctx());
+        self.pictures.size = Vec2::new(rect.width(), rect.height());
+        self.pictures.pixels_per_point = ui.ctx().pixels_per_point();
+        self.take_answer(session, ui.ctx());
         self.draw_pictures(ui, rect);
-        if self.preferences.grid {
+        if session.preferences.grid {
             self.draw_grid(ui, rect);
             self.draw_triad(ui, rect);
         }
-        self.draw_outlines(ui, rect);
-        self.draw_mirrors(ui, rect);
+        self.draw_outlines(session, ui, rect);
+        self.draw_mirrors(session, ui, rect);
         let divides = self.divide(ui, rect);
-        let has_gizmo = !divides && self.gizmo(ui, rect, &response);
-        self.point(ui, rect, &response, divides || has_gizmo);
+        let has_gizmo = !divides && self.gizmo(session, ui, rect, &response);
+        self.point(session, ui, rect, &response, divides || has_gizmo);
         self.keys(ui, &response);
-        if self.preferences.readings {
-            self.draw_readings(ui, rect);
+        if session.preferences.readings {
+            self.draw_readings(session, ui, rect);
         }
-        if let Some(fault) = &self.viewport.fault {
+        if let Some(fault) = &self.pictures.fault {
             let at = rect.left_center() + egui::vec2(20.0, 0.0);
             label(ui, at, &format!("Nothing can be drawn: {fault}"));
         }
     }
 
-    fn take_answer(&mut self, ctx: &egui::Context) {
-        if self.renderer.is_gone() {
+    pub(crate) fn take_answer(&mut self, session: &mut Session, ctx: &egui::Context) {
+        if session.renderer.is_gone() {
             let fault = "by a fault in Argil. Save the scene, and start again";
-            self.viewport.fault = Some(fault.into());
+            self.pictures.fault = Some(fault.into());
         }
-        let Some(answer) = self.renderer.answer() else {
+        let Some(answer) = session.renderer.answer() else {
             return;
         };
         let Answer {
@@ -166,26 +58,26 @@ impl Studio {
         let pictures = match pictures {
             Ok(pictures) => pictures,
             Err(error) => {
-                self.viewport.fault = Some(error);
-                self.viewport.last = Some(request);
+                self.pictures.fault = Some(error);
+                self.pictures.last = Some(request);
                 return;
             }
         };
-        self.viewport.fault = None;
-        self.viewport.duration_ms = duration_ms;
+        self.pictures.fault = None;
+        self.pictures.duration_ms = duration_ms;
         if !request.is_still {
-            self.viewport.ms_a_pixel = Some(duration_ms / pixels.max(1.0));
+            self.pictures.ms_a_pixel = Some(duration_ms / pixels.max(1.0));
             // However long it took: a whole picture that is begun now would keep the next move waiting.
-            self.viewport.moved = Some(Instant::now());
+            self.pictures.moved = Some(Instant::now());
         }
-        self.viewport.difference = match &pictures[..] {
+        self.pictures.difference = match &pictures[..] {
             [a, b] => {
                 let image = difference(a, b);
                 Some(ctx.load_texture("difference", image, TextureOptions::LINEAR))
             }
             _ => None,
         };
-        self.viewport.shown = pictures
+        self.pictures.shown = pictures
             .into_iter()
             .map(|picture| {
                 let size = picture.size.map(|n| n as usize);
@@ -195,38 +87,38 @@ impl Studio {
                 Shown { texture, picture }
             })
             .collect();
-        let edits = self.viewport.shown.iter().filter_map(|s| s.picture.edit_ms);
+        let edits = self.pictures.shown.iter().filter_map(|s| s.picture.edit_ms);
         if let Some(ms) = edits.reduce(f64::max) {
-            self.viewport.edit_ms = Some(ms);
+            self.pictures.edit_ms = Some(ms);
         }
-        self.viewport.last = Some(request);
+        self.pictures.last = Some(request);
     }
 
     /// Ask for a picture where the last is of something else.
-    pub(crate) fn ask_for_picture(&mut self, ctx: &egui::Context) {
-        let view = &self.viewport;
+    pub(crate) fn ask_for_picture(&mut self, session: &mut Session, ctx: &egui::Context) {
+        let view = &self.pictures;
         let pixels = view.size * view.pixels_per_point;
         if pixels.min_element() < 1.0 {
             return;
         }
-        let mut pipelines = vec![self.preferences.pipeline];
-        pipelines.extend(view.split.filter(|p| *p != self.preferences.pipeline));
+        let mut pipelines = vec![session.preferences.pipeline];
+        pipelines.extend(view.split.filter(|p| *p != session.preferences.pipeline));
         // A screen may have more pixels than a device draws at once.
-        let most = self.renderer.most_pixels() as f32;
+        let most = session.renderer.most_pixels() as f32;
         let fits = (most / (pixels.x * pixels.y)).sqrt().min(1.0);
         let full = [pixels.x, pixels.y].map(|n| ((fits * n) as u32).clamp(1, 4096));
         let request = |size: [u32; 2], is_still: bool| Request {
             pipelines: pipelines.clone(),
             show: self.show,
-            resolution: self.preferences.resolution,
+            resolution: session.preferences.resolution,
             camera: self.eye.camera(),
             size,
             is_still,
-            version: self.version,
+            version: session.version,
         };
         let wanted = request(full, true);
         if view.last.as_ref() == Some(&wanted) {
-            self.viewport.is_settled = true;
+            self.pictures.is_settled = true;
             return;
         }
         let is_other = view.last.as_ref().is_none_or(|last| {
@@ -237,38 +129,38 @@ impl Studio {
             } != wanted
         });
         if is_other && view.is_settled || view.moved.is_none() {
-            self.viewport.moved = Some(Instant::now());
+            self.pictures.moved = Some(Instant::now());
         }
-        self.viewport.is_settled = false;
-        if self.renderer.is_busy() {
+        self.pictures.is_settled = false;
+        if session.renderer.is_busy() {
             return;
         }
-        if is_other && self.viewport.last.is_some() {
-            self.viewport.moved = Some(Instant::now());
-            let scale = self.viewport.scale(f64::from(full[0]) * f64::from(full[1]));
+        if is_other && self.pictures.last.is_some() {
+            self.pictures.moved = Some(Instant::now());
+            let scale = self.pictures.scale(f64::from(full[0]) * f64::from(full[1]));
             let size = full.map(|n| ((f64::from(n) * scale) as u32).max(1));
-            self.renderer.draw(request(size, false));
+            session.renderer.draw(request(size, false));
             return;
         }
-        let rested = self.viewport.moved.map_or(REST, |at| at.elapsed());
-        if rested >= REST || self.viewport.last.is_none() {
+        let rested = self.pictures.moved.map_or(REST, |at| at.elapsed());
+        if rested >= REST || self.pictures.last.is_none() {
             // What takes long is drawn with one sample first: who moves on then is not kept waiting for all of them.
             let is_long = self
-                .viewport
+                .pictures
                 .is_long(f64::from(full[0]) * f64::from(full[1]));
-            let is_sharp = self.viewport.last.as_ref().is_none_or(|l| l.size == full);
+            let is_sharp = self.pictures.last.as_ref().is_none_or(|l| l.size == full);
             let is_last = is_sharp || !is_long;
-            self.renderer.draw(request(full, is_last));
+            session.renderer.draw(request(full, is_last));
         } else {
             ctx.request_repaint_after(REST - rested);
         }
     }
 
-    fn draw_pictures(&self, ui: &egui::Ui, rect: Rect) {
+    pub(crate) fn draw_pictures(&self, ui: &egui::Ui, rect: Rect) {
         let painter = ui.painter_at(rect);
         painter.rect_filled(rect, 0.0, Color32::from_gray(40));
         let whole = Rect::from_min_max(Pos2::ZERO, Pos2::new(1.0, 1.0));
-        let view = &self.viewport;
+        let view = &self.pictures;
         if let Some(texture) = view.difference.as_ref().filter(|_| view.shows_difference) {
             painter.image(texture.id(), rect, whole, Color32::WHITE);
             return;
@@ -285,18 +177,18 @@ impl Studio {
     }
 
     /// The divider of a split view; whether it has the pointer.
-    fn divide(&mut self, ui: &egui::Ui, rect: Rect) -> bool {
-        if self.viewport.shown.len() < 2 || self.viewport.shows_difference {
+    pub(crate) fn divide(&mut self, ui: &egui::Ui, rect: Rect) -> bool {
+        if self.pictures.shown.len() < 2 || self.pictures.shows_difference {
             return false;
         }
-        let x = rect.left() + self.viewport.divider * rect.width();
+        let x = rect.left() + self.pictures.divider * rect.width();
         let grip = Rect::from_x_y_ranges(x - 5.0..=x + 5.0, rect.y_range());
         let response = ui.interact(grip, ui.scope_id().with("divider"), Sense::drag());
         response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Slider, true, "Divider"));
         if response.dragged()
             && let Some(at) = response.interact_pointer_pos()
         {
-            self.viewport.divider = ((at.x - rect.left()) / rect.width()).clamp(0.02, 0.98);
+            self.pictures.divider = ((at.x - rect.left()) / rect.width()).clamp(0.02, 0.98);
         }
         let is_held = response.hovered() || response.dragged();
         let width = if is_held { 3.0 } else { 1.5 };
@@ -305,7 +197,7 @@ impl Studio {
         if is_held {
             ui.ctx().set_cursor_icon(egui::CursorIcon::ResizeHorizontal);
         }
-        for (shown, left) in self.viewport.shown.iter().zip([x - 80.0, x + 12.0]) {
+        for (shown, left) in self.pictures.shown.iter().zip([x - 80.0, x + 12.0]) {
             let at = Pos2::new(left, rect.bottom() - 30.0);
             label(ui, at, shown.picture.pipeline.word());
         }
@@ -313,11 +205,15 @@ impl Studio {
     }
 
     /// What is selected and what the pointer is over, whether it adds or takes away.
-    fn draw_outlines(&mut self, ui: &egui::Ui, rect: Rect) {
-        let mut all: Vec<(NodeId, bool)> =
-            self.document.selection.iter().map(|&n| (n, true)).collect();
+    pub(crate) fn draw_outlines(&mut self, session: &mut Session, ui: &egui::Ui, rect: Rect) {
+        let mut all: Vec<(NodeId, bool)> = session
+            .document
+            .selection
+            .iter()
+            .map(|&n| (n, true))
+            .collect();
         let is_sculpting = self.tool == Tool::Sculpt;
-        if let Some(node) = self.viewport.hovered.filter(|_| !is_sculpting) {
+        if let Some(node) = self.hovered.filter(|_| !is_sculpting) {
             all.push((node, false));
         }
         if all.len() > MOST_OUTLINED || self.sculpting.is_going() {
@@ -325,8 +221,8 @@ impl Studio {
         }
         let stands = self.eye.camera().eye;
         for (node, is_selected) in all {
-            let scene = self.document.scene();
-            if !self.document.has(node) {
+            let scene = session.document.scene();
+            if !session.document.has(node) {
                 continue;
             }
             let takes_away = scene.node(node).entry().operator.kind == OperatorKind::Subtract;
@@ -336,13 +232,13 @@ impl Studio {
                 (false, false) => Color32::from_rgb(160, 210, 255),
             };
             let stroke = Stroke::new(if is_selected { 1.5 } else { 1.0 }, color);
-            let Some(outline) = self.picker.outline(scene, node) else {
+            let Some(outline) = session.picker.outline(scene, node) else {
                 continue;
             };
             let painter = ui.painter_at(rect);
             for [a, b] in outline.seen_from(stands) {
                 let at = |p| {
-                    let at = self.eye.project(p, self.viewport.size)?;
+                    let at = self.eye.project(p, self.pictures.size)?;
                     Some(rect.min + egui::vec2(at.x, at.y))
                 };
                 if let (Some(a), Some(b)) = (at(a), at(b)) {
@@ -352,20 +248,29 @@ impl Studio {
         }
     }
 
-    fn ray_at(&self, rect: Rect, at: Pos2) -> [Vec3; 2] {
+    pub(crate) fn ray_at(&self, rect: Rect, at: Pos2) -> [Vec3; 2] {
         let own = at - rect.min;
-        self.eye.ray(Vec2::new(own.x, own.y), self.viewport.size)
+        self.eye.ray(Vec2::new(own.x, own.y), self.pictures.size)
     }
 
-    fn picked(&mut self, rect: Rect, at: Pos2) -> Option<Picked> {
+    pub(crate) fn picked(&mut self, session: &mut Session, rect: Rect, at: Pos2) -> Option<Picked> {
         let ray = self.ray_at(rect, at);
-        let document = &self.document;
+        let document = &session.document;
         let may = |node| !document.is_locked(node);
-        self.picker.pick((document.scene(), self.version), ray, may)
+        session
+            .picker
+            .pick((document.scene(), session.version), ray, may)
     }
 
     /// What the pointer does where neither a gizmo nor the divider has it.
-    fn point(&mut self, ui: &egui::Ui, rect: Rect, response: &egui::Response, is_taken: bool) {
+    pub(crate) fn point(
+        &mut self,
+        session: &mut Session,
+        ui: &egui::Ui,
+        rect: Rect,
+        response: &egui::Response,
+        is_taken: bool,
+    ) {
         let (held, delta, at) = ui.input(|i| {
             let delta = i.pointer.delta();
             let at = i.pointer.latest_pos();
@@ -376,12 +281,12 @@ impl Studio {
             && let Some(at) = at
         {
             let ray = self.ray_at(rect, at);
-            let scene = (self.document.scene(), self.version);
-            let place = match self.picker.cast(scene, ray) {
+            let scene = (session.document.scene(), session.version);
+            let place = match session.picker.cast(scene, ray) {
                 Some(hit) => Vec3::from(hit.point),
                 None => ray[0] + ray[1] * self.eye.distance,
             };
-            self.attempt(|s| s.add_shape((*shape).clone(), place));
+            self.add_shape(session, (*shape).clone(), place);
         }
         if response.contains_pointer() {
             let (scroll, zoom) = ui.input(|i| (i.smooth_scroll_delta().y, i.zoom_delta()));
@@ -391,12 +296,12 @@ impl Studio {
         }
         let sculpts = self.tool == Tool::Sculpt && !held.alt;
         if sculpts && !is_taken {
-            self.sculpt_at(ui, rect, response, at);
+            self.sculpt_at(session, ui, rect, response, at);
         }
         let height = rect.height().max(1.0);
         let primary = response.dragged_by(PointerButton::Primary)
             && !is_taken
-            && self.viewport.drag.is_none()
+            && self.drag.is_none()
             && !self.sculpting.is_going()
             && (!sculpts || held.alt);
         let middle = response.dragged_by(PointerButton::Middle);
@@ -409,24 +314,27 @@ impl Studio {
             self.eye.orbit(Vec2::new(-0.4 * delta.x, 0.4 * delta.y));
         }
         if response.clicked() && !is_taken && !sculpts {
-            let found = at.and_then(|at| self.picked(rect, at));
+            let found = at.and_then(|at| self.picked(session, rect, at));
             let node = found.map(|found| found.node);
-            self.document.select(node, held.command || held.shift);
+            session.document.select(node, held.command || held.shift);
             if let Some(node) = node {
-                self.reveal(node, false);
+                session.wishes.push(Wish::Reveal(node));
             }
         }
         // What is under a pointer that rests is looked up when it has come to rest.
         let is_calm = delta == Vec2::ZERO && !ui.input(|i| i.pointer.any_down());
         if !response.hovered() || is_taken {
-            self.viewport.hovered = None;
+            self.hovered = None;
         } else if is_calm && ui.input(|i| i.pointer.time_since_last_movement()) < 0.5 {
-            self.viewport.hovered = at.and_then(|at| self.picked(rect, at)).map(|f| f.node);
+            self.hovered = at
+                .and_then(|at| self.picked(session, rect, at))
+                .map(|f| f.node);
         }
     }
 
-    fn sculpt_at(
+    pub(crate) fn sculpt_at(
         &mut self,
+        session: &mut Session,
         ui: &egui::Ui,
         rect: Rect,
         response: &egui::Response,
@@ -439,37 +347,37 @@ impl Studio {
             })
         });
         #[cfg(target_arch = "wasm32")]
-        let pressure = pressure.or_else(crate::page::pen_pressure);
-        self.forget_material();
+        let pressure = pressure.or_else(crate::browser::pen_pressure);
+        self.forget_material(session);
         let is_down = response.is_pointer_button_down_on()
             && ui.input(|i| i.pointer.button_down(PointerButton::Primary));
         let Some(at) = at.filter(|_| response.contains_pointer() || is_down) else {
-            self.end_sculpting();
+            self.end_sculpting(session);
             return;
         };
         let ray = self.ray_at(rect, at);
-        let scene = (self.document.scene(), self.version);
-        let hit = self.picker.cast(scene, ray);
+        let scene = (session.document.scene(), session.version);
+        let hit = session.picker.cast(scene, ray);
         if let Some(hit) = &hit {
             let point = Vec3::from(hit.point);
-            let pixels = self.eye.pixels_a_unit(point, self.viewport.size);
+            let pixels = self.eye.pixels_a_unit(point, self.pictures.size);
             let radius = self.sculpting.radius * pixels;
             let painter = ui.painter_at(rect);
             painter.circle_stroke(at, radius, Stroke::new(1.5, Color32::from_white_alpha(180)));
         }
         if ui.input(|i| i.key_pressed(egui::Key::Escape)) {
-            self.give_up_sculpting();
+            self.give_up_sculpting(session);
         }
         if !is_down {
-            self.end_sculpting();
+            self.end_sculpting(session);
         } else if let Some(hit) = hit.filter(|_| !self.sculpting.is_given_up()) {
             let (point, normal) = (Vec3::from(hit.point), Vec3::from(hit.normal));
-            self.attempt(|s| s.sculpt(point, normal, pressure.unwrap_or(1.0)));
+            session.attempt(|s| self.sculpt(s, point, normal, pressure.unwrap_or(1.0)));
         }
     }
 
     /// Flying, while the right button is held.
-    fn keys(&mut self, ui: &egui::Ui, response: &egui::Response) {
+    pub(crate) fn keys(&mut self, ui: &egui::Ui, response: &egui::Response) {
         if !response.dragged_by(PointerButton::Secondary) {
             return;
         }
@@ -488,9 +396,9 @@ impl Studio {
         }
     }
 
-    fn draw_readings(&self, ui: &egui::Ui, rect: Rect) {
-        let mut lines = vec![self.renderer.device()];
-        for shown in &self.viewport.shown {
+    pub(crate) fn draw_readings(&self, session: &mut Session, ui: &egui::Ui, rect: Rect) {
+        let mut lines = vec![session.renderer.device()];
+        for shown in &self.pictures.shown {
             let p = &shown.picture;
             lines.push(format!(
                 "{} · {}×{} · frame {:.1} ms",
@@ -512,7 +420,7 @@ impl Studio {
             }
             lines.push(held);
         }
-        if let Some(ms) = self.viewport.edit_ms {
+        if let Some(ms) = self.pictures.edit_ms {
             lines.push(format!("last edit {ms:.1} ms"));
         }
         label(ui, rect.min + egui::vec2(10.0, 10.0), &lines.join("\n"));

@@ -1,0 +1,197 @@
+//! What a browser has in place of files, pens and a status bar.
+
+use crate::files::{Ask, Files};
+use eframe::egui;
+use std::cell::{Cell, RefCell};
+use std::path::{Path, PathBuf};
+use wasm_bindgen::prelude::*;
+use wasm_bindgen_futures::{JsFuture, spawn_local};
+use web_sys::{
+    Blob, File, HtmlAnchorElement, HtmlCanvasElement, HtmlInputElement, PointerEvent, Url,
+};
+
+/// A file's name and what is in it.
+pub type Given = (String, Vec<u8>);
+
+/// Files with what is in them, or why there are none.
+pub type Arrived = anyhow::Result<Vec<Given>>;
+
+thread_local! {
+    static ARRIVED: RefCell<Vec<Arrived>> = const { RefCell::new(Vec::new()) };
+    static SETTLED: Cell<bool> = const { Cell::new(false) };
+    static TOLD: RefCell<String> = RefCell::default();
+    static PRESSURE: Cell<Option<f32>> = const { Cell::new(None) };
+}
+
+/// Take note of how hard a pen presses, which the toolkit does not tell.
+pub fn listen_to_pens(canvas: &HtmlCanvasElement) -> Result<(), JsValue> {
+    let note = Closure::<dyn Fn(PointerEvent)>::new(|event: PointerEvent| {
+        let is_pen = event.pointer_type() == "pen";
+        PRESSURE.set(is_pen.then(|| event.pressure()));
+    });
+    for what in ["pointerdown", "pointermove"] {
+        canvas.add_event_listener_with_callback(what, note.as_ref().unchecked_ref())?;
+    }
+    // As long as the page is there.
+    note.forget();
+    Ok(())
+}
+
+/// How hard a pen presses, from 0 to 1, where it is a pen.
+pub fn pen_pressure() -> Option<f32> {
+    PRESSURE.get()
+}
+
+/// Take note for [`settled`] and [`told`].
+pub fn note(settled: bool, note: Option<&str>) {
+    SETTLED.set(settled);
+    TOLD.with_borrow_mut(|told| {
+        if told != note.unwrap_or_default() {
+            *told = note.unwrap_or_default().to_owned();
+            speak(told);
+        }
+    });
+}
+
+/// Have a screen reader say something.
+pub fn speak(text: &str) {
+    let place = document().ok().and_then(|d| d.get_element_by_id("spoken"));
+    if let Some(place) = place
+        && place.text_content().as_deref() != Some(text)
+    {
+        place.set_text_content(Some(text));
+    }
+}
+
+/// Files that were chosen or dropped since the last time.
+pub fn arrived() -> Vec<Arrived> {
+    ARRIVED.with_borrow_mut(std::mem::take)
+}
+
+pub fn arrive(ctx: &egui::Context, files: Arrived) {
+    ARRIVED.with_borrow_mut(|all| all.push(files));
+    ctx.request_repaint();
+}
+
+/// Read files that were dropped on the page.
+pub fn read_dropped(ctx: &egui::Context, files: Vec<egui::DroppedFileHandle>) {
+    let ctx = ctx.clone();
+    spawn_local(async move {
+        let mut read = Vec::new();
+        for file in files {
+            let name = file.path().to_string_lossy().into_owned();
+            match file.bytes_async().await {
+                Ok(bytes) => read.push((name, bytes)),
+                Err(error) => {
+                    let error = anyhow::anyhow!("{name}: {error}");
+                    return arrive(&ctx, Err(error));
+                }
+            }
+        }
+        arrive(&ctx, Ok(read));
+    });
+}
+
+/// The browser's own picker, and its downloads.
+pub struct Browser {
+    /// What is painted again when files have come.
+    pub ctx: egui::Context,
+}
+
+impl Files for Browser {
+    fn ask(&mut self, what: Ask, name: &str) -> Option<PathBuf> {
+        if !matches!(what, Ask::Open | Ask::Import) {
+            return Some(name.into());
+        }
+        // Scenes are opened with the meshes that they name.
+        let meshes = Ask::Import.kind().1;
+        let endings = what.kind().1.iter().chain(meshes);
+        let accepted: Vec<String> = endings.map(|ending| format!(".{ending}")).collect();
+        if let Err(error) = pick(&self.ctx, &accepted.join(",")) {
+            arrive(&self.ctx, Err(said(&error)));
+        }
+        None
+    }
+}
+
+pub fn said(error: &JsValue) -> anyhow::Error {
+    anyhow::anyhow!("the browser says: {error:?}")
+}
+
+pub fn document() -> Result<web_sys::Document, JsValue> {
+    let document = web_sys::window().and_then(|window| window.document());
+    document.ok_or_else(|| JsValue::from_str("there is no page"))
+}
+
+pub fn pick(ctx: &egui::Context, accepted: &str) -> Result<(), JsValue> {
+    let input: HtmlInputElement = document()?.create_element("input")?.dyn_into()?;
+    input.set_type("file");
+    input.set_multiple(true);
+    input.set_accept(accepted);
+    let (own, ctx) = (input.clone(), ctx.clone());
+    let chosen = Closure::once_into_js(move || {
+        let files: Vec<File> = own
+            .files()
+            .map(|list| (0..list.length()).filter_map(|i| list.get(i)).collect())
+            .unwrap_or_default();
+        spawn_local(async move {
+            let mut read = Vec::new();
+            for file in files {
+                match JsFuture::from(file.array_buffer()).await {
+                    Ok(buffer) => {
+                        read.push((file.name(), js_sys::Uint8Array::new(&buffer).to_vec()));
+                    }
+                    Err(error) => {
+                        let error = said(&error).context(file.name());
+                        return arrive(&ctx, Err(error));
+                    }
+                }
+            }
+            arrive(&ctx, Ok(read));
+        });
+    });
+    input.set_onchange(Some(chosen.unchecked_ref()));
+    input.click();
+    Ok(())
+}
+
+/// Give bytes to the browser to be kept under a name.
+///
+/// # Errors
+/// If it does not take them.
+pub fn download(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let give = || -> Result<(), JsValue> {
+        let parts = js_sys::Array::of1(&js_sys::Uint8Array::from(bytes));
+        let url = Url::create_object_url_with_blob(&Blob::new_with_u8_array_sequence(&parts)?)?;
+        let link: HtmlAnchorElement = document()?.create_element("a")?.dyn_into()?;
+        link.set_href(&url);
+        link.set_download(&name);
+        link.click();
+        Url::revoke_object_url(&url)
+    };
+    give().map_err(|error| std::io::Error::other(said(&error)))
+}
+
+/// Let the page do what waits, and come back.
+pub async fn breathe() {
+    let turn = js_sys::Promise::new(&mut |done, _| {
+        if let Some(window) = web_sys::window() {
+            // Without a timer there is no coming back: go on at once then.
+            if window.set_timeout_with_callback(&done).is_err() {
+                let _ = done.call0(&JsValue::NULL);
+            }
+        }
+    });
+    let _ = JsFuture::from(turn).await;
+}
+
+/// Whether the picture is of what there is, in full, as it was noted last.
+pub fn settled() -> bool {
+    SETTLED.get()
+}
+
+/// What was told last, as it was noted.
+pub fn told() -> String {
+    TOLD.with_borrow(String::clone)
+}

@@ -1,0 +1,52 @@
+//! What can be asked or shown over the window.
+
+use crate::commands::Command;
+use crate::recovery::Left;
+use std::path::PathBuf;
+
+/// Over the window there is at most one.
+pub enum Dialog {
+    /// Something is not saved.
+    Unsaved(Then),
+    /// Something is not finished, and the window is to be closed; how many steps there were then.
+    Unfinished(usize),
+    /// A session before has left something.
+    Recover(Vec<Left>),
+    /// Commands by parts of their names.
+    Palette {
+        /// What is typed.
+        text: String,
+        /// Which of those that are found is chosen.
+        at: usize,
+    },
+    /// All shortcuts; and the command that is given another.
+    Help(Option<Command>),
+}
+
+impl Dialog {
+    /// The palette with nothing typed.
+    pub fn palette() -> Self {
+        Self::Palette {
+            text: String::new(),
+            at: 0,
+        }
+    }
+}
+
+/// What comes after the question whether to save.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Then {
+    /// Something new.
+    New,
+    /// The file that is asked for.
+    Ask,
+    /// A file.
+    Open(PathBuf),
+    /// A scene's name and text, with meshes.
+    #[cfg(target_arch = "wasm32")]
+    Given(crate::browser::Given, Vec<crate::browser::Given>),
+    /// One of the scenes that come with the editor.
+    Sample(&'static str),
+    /// The end.
+    Quit,
+}

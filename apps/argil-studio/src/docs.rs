@@ -1,0 +1,28 @@
+//! What the file's schema says of shapes and modifiers.
+
+use serde_json::Value;
+
+/// What the file's schema says of shapes and modifiers.
+pub struct Docs(Value);
+
+impl Docs {
+    /// Of the schema.
+    pub fn new() -> Self {
+        Self(serde_json::from_str(&argil::schema()).expect("a schema is JSON"))
+    }
+
+    /// What stands at a key of a kind, such as `radius` of the `Shape` `sphere`.
+    pub fn of(&self, which: &str, kind: &str, key: &str) -> Option<&str> {
+        let kinds = self.0["$defs"][which]["oneOf"].as_array()?;
+        let own = kinds
+            .iter()
+            .find(|k| k["properties"]["type"]["const"] == kind)?;
+        own["properties"][key]["description"].as_str()
+    }
+}
+
+impl Default for Docs {
+    fn default() -> Self {
+        Self::new()
+    }
+}

@@ -1,0 +1,152 @@
+//! Files of meshes and images that a scene names.
+
+use argil::glam::{UVec3, Vec3};
+use argil::{
+    Aabb, Body, Brush, LoadedMesh, MeshFileError, SampledGrid, Scene, Shape, is_image, load_meshes,
+};
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// A mesh's path and resolution, as a scene names it.
+pub type Named = (String, u32);
+
+/// Distances to nothing; of an image that is not there, flat ground.
+pub fn nothing(path: &str) -> Arc<SampledGrid> {
+    let flat = || SampledGrid::of_heights([2, 2], &[0.0; 4]);
+    if let Some(flat) = is_image(path).then(flat).flatten() {
+        return Arc::new(flat);
+    }
+    let far = |points: &[Vec3], out: &mut [f32]| {
+        debug_assert_eq!(points.len(), out.len());
+        out.fill(1.0);
+    };
+    let nowhere = Aabb::new(Vec3::ZERO, Vec3::ZERO);
+    let grid = SampledGrid::sample(Vec3::splat(-0.5), 1.0, UVec3::ONE, nowhere, &far);
+    Arc::new(grid)
+}
+
+/// Samples along the longest side where nothing else is said, or posts.
+pub fn usual_resolution(path: &str) -> u32 {
+    Shape::of_file(path).file().map_or(64, |(_, own, _)| own)
+}
+
+/// A scene of one brush.
+pub fn scene_of((path, resolution): &Named) -> anyhow::Result<Scene> {
+    let mut scene = Scene::new();
+    let mut shape = Shape::of_file(path.clone());
+    if let Some((_, own, _)) = shape.file_mut() {
+        *own = *resolution;
+    }
+    scene.push(Brush::new(shape))?;
+    Ok(scene)
+}
+
+/// What reads and samples the meshes of a scene.
+pub type Load = Box<dyn FnMut(&mut Scene) -> Result<Vec<LoadedMesh>, MeshFileError> + Send>;
+
+/// From files: beside a scene, and with `outside`, anywhere.
+pub fn from_files(folder: PathBuf, outside: bool) -> Load {
+    Box::new(move |scene| load_meshes(scene, &folder, outside))
+}
+
+/// From files that are at hand.
+#[cfg(target_arch = "wasm32")]
+pub fn from_bytes(files: Vec<crate::browser::Given>) -> Load {
+    Box::new(move |scene| argil::load_meshes_of(scene, &files))
+}
+
+/// The folder of a file.
+pub fn folder_of(path: &Path) -> &Path {
+    let folder = path.parent().unwrap_or(Path::new("."));
+    if folder.as_os_str().is_empty() {
+        Path::new(".")
+    } else {
+        folder
+    }
+}
+
+/// What a brush is of another file: as long and high as before, if it is of the same kind.
+pub fn other_file(before: &Body, mesh: &LoadedMesh) -> Shape {
+    let own = mesh.shape();
+    let Body::Shape(before) = before else {
+        return own;
+    };
+    let mut kept = before.clone();
+    match (kept.file_mut(), own.file()) {
+        (Some((path, resolution, grid)), Some((to, size, loaded)))
+            if is_image(path) == is_image(to) =>
+        {
+            (*path, *resolution, *grid) = (to.to_owned(), size, loaded.clone());
+            kept
+        }
+        _ => own,
+    }
+}
+
+/// Give the paths of a scene's meshes as they are to be from another folder.
+pub fn moved_paths(scene: &Scene, from: Option<&Path>, to: &Path) -> BTreeMap<String, String> {
+    let Some(from) = from.map(folder_of) else {
+        return BTreeMap::new();
+    };
+    let (Ok(from), Ok(to)) = (
+        std::path::absolute(from),
+        std::path::absolute(folder_of(to)),
+    ) else {
+        return BTreeMap::new();
+    };
+    if from == to {
+        return BTreeMap::new();
+    }
+    let paths = scene.known_mesh_paths();
+    paths
+        .filter(|path| Path::new(path).is_relative())
+        .map(|path| {
+            let place = from.join(path);
+            let named = place.strip_prefix(&to).unwrap_or(&place);
+            let named = named.to_string_lossy().replace('\\', "/");
+            (path.to_owned(), named)
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::eye::Eye;
+    use crate::painter::Pipeline;
+    use argil::{Engine, Show};
+
+    #[test]
+    fn what_stands_in_is_seen_by_none() {
+        let mut lone = Scene::new();
+        lone.push(Brush::new(Shape::sphere(0.5))).expect("a ball");
+        let mut scene = lone.clone();
+        scene
+            .push(Brush::new(Shape::mesh("gone.obj")))
+            .expect("a mesh");
+        scene.set_mesh(
+            "gone.obj",
+            usual_resolution("gone.obj"),
+            nothing("gone.obj"),
+        );
+        assert!(scene.missing_meshes().is_empty());
+        for pipeline in Pipeline::ALL {
+            let hit = |scene: &Scene| {
+                let built = Engine::cpu().build(scene);
+                let world = built.and_then(|built| built.via(pipeline.via(32)));
+                let world = world.expect("a world");
+                let settings = world.settings([60, 40], Show::Normal);
+                let drawn = world.draw(&Eye::default().camera(), &settings);
+                drawn.expect("a picture").hit_pixels as f64
+            };
+            let (with, without) = (hit(&scene), hit(&lone));
+            assert!(without > 50.0, "{without}");
+            // The lattice lies otherwise where the box is another.
+            assert!(
+                (with - without).abs() < 0.1 * without,
+                "{pipeline:?}: {with} for {without}"
+            );
+        }
+    }
+}

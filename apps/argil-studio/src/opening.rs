@@ -1,0 +1,190 @@
+//! Files that are opened, saved, imported and exported.
+
+use crate::dialog::{Dialog, Then};
+use crate::document::Document;
+use crate::eye::Eye;
+use crate::files::*;
+use crate::jobs::{Aim, How};
+use crate::mesh_files::{Load, folder_of, from_files, moved_paths, usual_resolution};
+use crate::recovery::{Left, Recovery};
+use crate::session::Session;
+#[cfg(not(target_arch = "wasm32"))]
+use argil::Format;
+use argil::{Journal, NodeId, Scene};
+use eframe::egui;
+use std::path::{Path, PathBuf};
+
+impl Session {
+    /// Whether what is open may be put away now; else it is asked.
+    pub(crate) fn may_leave(&mut self, then: Then) -> bool {
+        let is_changed = self.document.is_changed();
+        if is_changed {
+            self.dialog = Some(Dialog::Unsaved(then));
+        }
+        !is_changed
+    }
+
+    /// Put away what is open, asking whether to save it where it is changed, and go on.
+    pub(crate) fn leave_for(&mut self, ctx: &egui::Context, then: Then) {
+        if self.may_leave(then.clone()) {
+            self.go_on(ctx, then);
+        }
+    }
+
+    /// Ask for a scene and open it.
+    pub(crate) fn ask_to_open(&mut self) {
+        if let Some(path) = self.ask(Ask::Open, "") {
+            self.open(&path);
+        }
+    }
+
+    /// Open a scene's file.
+    pub(crate) fn open(&mut self, path: &Path) {
+        self.open_with(path, false);
+    }
+
+    /// The same, with its meshes anywhere if so.
+    pub(crate) fn open_with(&mut self, path: &Path, outside: bool) {
+        self.attempt(|s| {
+            let scene = Scene::open(path)?;
+            // Meshes that lie elsewhere are read for scenes that were saved or opened here before.
+            let known = std::path::absolute(path).is_ok_and(|p| s.preferences.recent.contains(&p));
+            s.replace_scene(scene, Some(path.into()));
+            s.document.reads_anywhere = known || outside;
+            let wanted = s.document.take_wanted();
+            s.load_missing(wanted, from_files(folder_of(path).into(), known || outside));
+            s.preferences.remember(path);
+            s.tell(format!("{} is open", path.display()));
+            Ok(())
+        });
+    }
+
+    /// A file that was dropped on the window.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub(crate) fn open_or_import(&mut self, path: &Path) {
+        if Format::of(path).is_some() || argil::is_image(&path.to_string_lossy()) {
+            self.attempt(|s| s.import(path));
+        } else if self.may_leave(Then::Open(path.into())) {
+            self.open(path);
+        }
+    }
+
+    /// Save, asking where if that is not known.
+    pub(crate) fn save_scene(&mut self, elsewhere: bool) -> bool {
+        let known = self.document.path().filter(|_| !elsewhere);
+        let path = match known.map(Path::to_path_buf) {
+            Some(path) => Some(path),
+            None => {
+                let title = self.document.title();
+                let name = title.strip_suffix(".json").unwrap_or(&title).to_owned();
+                self.ask(Ask::Save, &format!("{name}.json"))
+            }
+        };
+        let Some(path) = path else { return false };
+        self.attempt(|s| {
+            let is_elsewhere = !moved_paths(s.document.scene(), s.document.path(), &path).is_empty();
+            anyhow::ensure!(
+                !(is_elsewhere && s.jobs.are_meshes_read()),
+                "meshes are being read from the folder that the scene is in: wait until that is done, or cancel it"
+            );
+            s.document.save(&path)?;
+            if !IS_PAGE {
+                s.preferences.remember(&path);
+            }
+            s.tell(format!("{} is saved", path.display()));
+            Ok(())
+        });
+        !self.document.is_changed()
+    }
+
+    /// Ask for a mesh and import it.
+    pub(crate) fn ask_to_import(&mut self) {
+        if let Some(path) = self.ask(Ask::Import, "") {
+            self.attempt(|s| s.import(&path));
+        }
+    }
+
+    /// Put a mesh into the scene, sampled beside the window.
+    pub(crate) fn import(&mut self, path: &Path) -> anyhow::Result<()> {
+        let load = from_files(self.document.mesh_folder(), true);
+        self.import_by(path, self.document.mesh_name(path)?, load)
+    }
+
+    /// The same, however it is read.
+    pub(crate) fn import_by(
+        &mut self,
+        path: &Path,
+        named: String,
+        load: Load,
+    ) -> anyhow::Result<()> {
+        let stem = path.file_stem().unwrap_or_default();
+        let aim = Aim::New(stem.to_string_lossy().into_owned());
+        let job = format!("Importing {}", path.display());
+        let own = self.document.id();
+        let resolution = usual_resolution(&named);
+        self.jobs
+            .load(job, vec![(named, resolution)], load, (own, aim));
+        Ok(())
+    }
+
+    /// Choose the file of a brush that is a mesh.
+    pub(crate) fn relocate(&mut self, node: NodeId, resolution: u32) {
+        if let Some(path) = self.ask(Ask::Import, "") {
+            self.attempt(|s| {
+                let named = (s.document.mesh_name(&path)?, resolution);
+                s.resample(node, named, from_files(s.document.mesh_folder(), true));
+                Ok(())
+            });
+        }
+    }
+
+    /// Ask for a place and export to it.
+    pub(crate) fn export(&mut self, what: Ask, eye: Eye) {
+        if let Err(error) = self.document.ensure_whole() {
+            return self.fail(&error);
+        }
+        let title = self.document.title();
+        let stem = title.strip_suffix(".json").unwrap_or(&title);
+        let endings = what.kind().1;
+        let ending = endings.first().copied().unwrap_or("");
+        let Some(path) = self.ask(what, &format!("{stem}.{ending}")) else {
+            return;
+        };
+        let own = path.extension().unwrap_or_default().to_string_lossy();
+        if !endings.is_empty() && !endings.contains(&own.to_ascii_lowercase().as_str()) {
+            let known = endings.join(", .");
+            let path = path.display();
+            return self.fail(&anyhow::anyhow!("{path}: the name is to end in .{known}"));
+        }
+        let how = How {
+            engine: self.export_engine.clone(),
+            resolution: self.preferences.resolution,
+            eye,
+        };
+        let scene = self.document.scene().clone();
+        self.jobs.export(what, scene, path, how);
+    }
+
+    /// Ask for a file, and say so where no dialog came.
+    pub(crate) fn ask(&mut self, what: Ask, name: &str) -> Option<PathBuf> {
+        let path = self.files.ask(what, name);
+        if let Some(fault) = self.files.take_fault() {
+            self.fail(&anyhow::anyhow!(fault));
+        }
+        path
+    }
+
+    /// Bring back what a session left.
+    pub(crate) fn recover(&mut self, left: Left) -> anyhow::Result<()> {
+        let left = left.claim()?;
+        let recovered = Journal::recover(&left.journal)?;
+        let edits = recovered.edits;
+        let (scene, journal) = recovered.go_on()?;
+        self.document.close();
+        let journal = Recovery::of(journal);
+        self.take_in(Document::recovered(scene, left.scene, journal));
+        self.document.reads_anywhere = true;
+        self.tell(format!("{edits} edits came back"));
+        Ok(())
+    }
+}

@@ -1,0 +1,109 @@
+//! How strokes are made.
+
+use argil::glam::Vec3;
+use argil::{Entry, Group, Modifier, NodeId, Operator, OperatorKind};
+
+/// What a stroke does.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Kind {
+    /// Add.
+    #[default]
+    Add,
+    /// Take away.
+    Carve,
+    /// Widen blends.
+    Smooth,
+    /// Give a material.
+    Paint,
+}
+
+impl Kind {
+    pub(crate) const ALL: [Self; 4] = [Self::Add, Self::Carve, Self::Smooth, Self::Paint];
+
+    pub(crate) fn word(self) -> &'static str {
+        match self {
+            Self::Add => "Add",
+            Self::Carve => "Carve",
+            Self::Smooth => "Smooth",
+            Self::Paint => "Paint",
+        }
+    }
+}
+
+/// How strokes are made, and the one that is.
+#[derive(Debug)]
+pub struct Sculpting {
+    /// What it does.
+    pub kind: Kind,
+    /// In the scene's unit.
+    pub radius: f32,
+    /// From 0 to 1: how far it stands out, or how fast it smooths.
+    pub strength: f32,
+    /// Planes through the origin at which strokes are mirrored.
+    pub mirror: [bool; 3],
+    /// What is painted with.
+    pub material: Option<String>,
+    pub(crate) stroke: Option<Stroke>,
+    /// Whether the last stroke was taken back and the pointer is held still.
+    pub(crate) is_given_up: bool,
+}
+
+#[derive(Debug)]
+pub struct Stroke {
+    pub(crate) group: Option<NodeId>,
+    pub(crate) last: Option<Vec3>,
+}
+
+impl Default for Sculpting {
+    fn default() -> Self {
+        Self {
+            kind: Kind::default(),
+            radius: 0.1,
+            strength: 0.5,
+            mirror: [false; 3],
+            material: None,
+            stroke: None,
+            is_given_up: false,
+        }
+    }
+}
+
+impl Sculpting {
+    /// Whether a stroke is being made, or was until it was taken back and the pointer is still held.
+    pub fn is_going(&self) -> bool {
+        self.stroke.is_some() || self.is_given_up
+    }
+
+    /// A material has another name.
+    pub fn rename(&mut self, from: &str, to: String) {
+        if self.material.as_deref() == Some(from) {
+            self.material = Some(to);
+        }
+    }
+
+    /// Whether nothing is done until the pointer is let go.
+    pub fn is_given_up(&self) -> bool {
+        self.is_given_up
+    }
+
+    pub(crate) fn group(&self) -> Entry {
+        let word = self.kind.word();
+        let mut group = Group::new().named(format!("{word} stroke"));
+        if self.mirror.contains(&true) {
+            group = group.modify(Modifier::Mirror { axes: self.mirror });
+        }
+        let mut entry: Entry = group.into();
+        let (kind, blend) = match self.kind {
+            Kind::Carve => (OperatorKind::Subtract, 0.5 * self.radius),
+            Kind::Paint => (OperatorKind::Paint, 0.0),
+            Kind::Add | Kind::Smooth => (OperatorKind::Union, self.radius),
+        };
+        entry.operator = Operator {
+            kind,
+            blend,
+            ..Operator::default()
+        };
+        entry.material = self.material.clone();
+        entry
+    }
+}

@@ -1,0 +1,185 @@
+//! The bars of tools and of what goes on.
+
+use crate::choice::choice;
+use crate::commands::{self, Command};
+use crate::painter::{Pipeline, SHOWS};
+use crate::session::Session;
+use crate::view::{Tool, View};
+use argil::Show;
+use eframe::egui::{self, Align, Layout};
+
+/// What takes no longer is not told of.
+const MOMENT: std::time::Duration = std::time::Duration::from_millis(500);
+
+impl View {
+    /// The tools, and what is looked at.
+    pub(crate) fn tool_bar(&mut self, session: &mut Session, ui: &mut egui::Ui) {
+        egui::Panel::top("tools").show(ui, |ui| {
+            ui.horizontal_wrapped(|ui| {
+                for (tool, word, command) in [
+                    (Tool::Select, "Select", Command::Select),
+                    (Tool::Move, "Move", Command::Move),
+                    (Tool::Rotate, "Rotate", Command::Rotate),
+                    (Tool::Scale, "Scale", Command::Scale),
+                    (Tool::Sculpt, "Sculpt", Command::SculptAdd),
+                ] {
+                    let shortcut = session.preferences.shortcut(commands::info(command));
+                    let keys = shortcut.map(|s| ui.ctx().format_shortcut(&s));
+                    let response = ui.selectable_label(self.tool == tool, word);
+                    if let Some(keys) = keys {
+                        response.clone().on_hover_text(keys);
+                    }
+                    if response.clicked() {
+                        self.tool = tool;
+                    }
+                }
+                ui.separator();
+                let axes = if self.is_local { "Local" } else { "World" };
+                if ui
+                    .button(axes)
+                    .on_hover_text("Axes of the handles")
+                    .clicked()
+                {
+                    self.is_local = !self.is_local;
+                }
+                ui.toggle_value(&mut session.preferences.snap, "Snap");
+                if session.preferences.snap {
+                    let own = &mut session.preferences;
+                    let length = egui::DragValue::new(&mut own.snap_length)
+                        .range(1e-4..=1e3)
+                        .speed(0.01)
+                        .suffix(" u");
+                    named(ui.add(length), "Snap length");
+                    let degrees = egui::DragValue::new(&mut own.snap_degrees)
+                        .range(0.1..=180.0)
+                        .suffix("°");
+                    named(ui.add(degrees), "Snap degrees");
+                }
+                ui.separator();
+                for pipeline in Pipeline::ALL {
+                    let is_shown = session.preferences.pipeline == pipeline;
+                    if ui.selectable_label(is_shown, pipeline.word()).clicked() {
+                        self.look_at(session, pipeline);
+                    }
+                }
+                ui.separator();
+                let has_bricks = session.preferences.pipeline.has_bricks();
+                for (show, word) in SHOWS {
+                    let has = show != Show::Bricks || has_bricks;
+                    let button = egui::Button::selectable(self.show == show, word);
+                    if ui.add_enabled(has, button).clicked() {
+                        self.show = show;
+                    }
+                }
+                if self.show == Show::Bricks && !has_bricks {
+                    self.show = Show::Shaded;
+                }
+                ui.separator();
+                self.resolution(session, ui);
+                self.split_choice(session, ui);
+            });
+        });
+    }
+
+    /// Draw by a pipeline; where it is the second of two, they change places.
+    pub(crate) fn look_at(&mut self, session: &mut Session, pipeline: Pipeline) {
+        let before = std::mem::replace(&mut session.preferences.pipeline, pipeline);
+        if let Some(second) = &mut self.pictures.split
+            && *second == pipeline
+        {
+            *second = before;
+        }
+    }
+
+    pub(crate) fn resolution(&mut self, session: &mut Session, ui: &mut egui::Ui) {
+        let own = &mut session.preferences.resolution;
+        let all = [32, 64, 128, 192, 256, 384, 512];
+        choice(ui, "Resolution", own, all, |n| format!("{n} voxels"))
+            .on_hover_text("Voxels along the longest side");
+    }
+
+    pub(crate) fn split_choice(&mut self, session: &mut Session, ui: &mut egui::Ui) {
+        let Some(second) = &mut self.pictures.split else {
+            return;
+        };
+        ui.separator();
+        ui.label("against");
+        let first = session.preferences.pipeline;
+        let all = Pipeline::ALL.into_iter().filter(|p| *p != first);
+        choice(ui, "Second pipeline", second, all, |p| p.word().into());
+        ui.toggle_value(&mut self.pictures.shows_difference, "Difference");
+    }
+
+    /// What is being made to be drawn, if it takes longer than a moment; and a way back.
+    pub(crate) fn building(&mut self, session: &mut Session, ui: &mut egui::Ui) {
+        let Some((request, since)) = session.renderer.is_building() else {
+            return;
+        };
+        if since < MOMENT {
+            ui.ctx().request_repaint_after(MOMENT - since);
+            return;
+        }
+        let words: Vec<&str> = request.pipelines.iter().map(|p| p.word()).collect();
+        let resolution = request.resolution;
+        ui.spinner();
+        ui.label(format!(
+            "Building {} of {resolution} voxels",
+            words.join(" and ").to_lowercase()
+        ));
+        if ui.small_button("Cancel").clicked() {
+            self.give_up_building(session);
+        }
+    }
+
+    /// Go back to what was shown before, or to the field, which takes no building.
+    pub(crate) fn give_up_building(&mut self, session: &mut Session) {
+        let wanted = [Some(session.preferences.pipeline), self.pictures.split];
+        let before = self.pictures.last_shown();
+        let is_other = |(pipelines, resolution): &([Option<Pipeline>; 2], u32)| {
+            *pipelines != wanted || *resolution != session.preferences.resolution
+        };
+        let resolution = session.preferences.resolution;
+        let field = ([Some(Pipeline::Field), None], resolution);
+        let ([first, second], resolution) = before.filter(is_other).unwrap_or(field);
+        session.preferences.pipeline = first.unwrap_or_default();
+        session.preferences.resolution = resolution;
+        self.pictures.split = second;
+        session.hand_on();
+        session
+            .renderer
+            .abandon(session.document.scene(), session.version);
+        self.pictures.forget_request();
+        session.tell("Cancelled");
+    }
+
+    /// What was told, what runs, and how far it is.
+    pub(crate) fn status_bar(&mut self, session: &mut Session, ui: &mut egui::Ui) {
+        egui::Panel::bottom("status").show(ui, |ui| {
+            ui.horizontal(|ui| {
+                self.building(session, ui);
+                for job in session.jobs.all() {
+                    ui.spinner();
+                    ui.label(&job.name);
+                    if job.part() > 0.0 {
+                        ui.add(egui::ProgressBar::new(job.part()).desired_width(90.0));
+                    }
+                    if ui.small_button("Cancel").clicked() {
+                        job.cancel();
+                    }
+                }
+                ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+                    let count = session.document.selection.len();
+                    if count > 0 {
+                        ui.weak(format!("{count} selected"));
+                    }
+                    session.note_bar(ui);
+                });
+            });
+        });
+    }
+}
+
+/// Have screen readers told what a number is.
+fn named(response: egui::Response, name: &str) {
+    response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::SpinButton, true, name));
+}

@@ -1,0 +1,124 @@
+//! Values of a file, shown and changed.
+
+use crate::document::spoken;
+use eframe::egui::{self, DragValue};
+use serde_json::{Map, Value};
+
+/// The unit that a key stands for, under the name that it is shown by.
+fn suffix(name: &str, key: &str) -> &'static str {
+    if name.starts_with("Scale") || name.starts_with("Stretch") {
+        "×"
+    } else if key == "time" {
+        " s"
+    } else if key == "frequency" {
+        " /u"
+    } else if key.contains("degrees_per_unit") {
+        "°/u"
+    } else if key.contains("degrees") {
+        "°"
+    } else if matches!(
+        key,
+        "count" | "seed" | "octaves" | "amount" | "axis" | "normal" | "resolution"
+    ) {
+        ""
+    } else {
+        " u"
+    }
+}
+
+/// A number to be dragged or typed.
+pub(crate) fn number(ui: &mut egui::Ui, name: &str, key: &str, value: &mut f32) -> bool {
+    let speed = if key.contains("degrees") {
+        0.5
+    } else {
+        0.005 * value.abs().max(0.4)
+    };
+    let response = ui.add(
+        DragValue::new(value)
+            .speed(speed)
+            .max_decimals(4)
+            // What is typed counts when it is whole.
+            .update_while_editing(false)
+            .suffix(suffix(name, key)),
+    );
+    let name = name.to_owned();
+    let current = f64::from(*value);
+    response.widget_info(|| {
+        let mut info = egui::WidgetInfo::labeled(egui::Role::SpinButton, true, name.clone());
+        info.value = Some(current);
+        info
+    });
+    response.changed()
+}
+
+/// Show a value of a file, and let it be changed; whether it was.
+fn value_ui(ui: &mut egui::Ui, name: &str, key: &str, value: &mut Value) -> bool {
+    match value {
+        Value::Bool(on) => ui.checkbox(on, "").changed(),
+        Value::Number(n) if n.is_u64() => {
+            let mut whole = n.as_u64().unwrap_or(0);
+            let changed = ui.add(DragValue::new(&mut whole).speed(0.1)).changed();
+            if changed {
+                *value = whole.into();
+            }
+            changed
+        }
+        Value::Number(n) => {
+            let mut own = n.as_f64().unwrap_or(0.0) as f32;
+            let changed = number(ui, name, key, &mut own);
+            if changed {
+                *value = own.into();
+            }
+            changed
+        }
+        Value::Array(all) => {
+            let axes = ["x", "y", "z", "w"];
+            let mut changed = false;
+            let is_flat = all.iter().all(|v| !v.is_array() && !v.is_object());
+            let mut each = |ui: &mut egui::Ui| {
+                for (i, own) in all.iter_mut().enumerate() {
+                    let axis = axes.get(i).copied().unwrap_or("");
+                    let name = format!("{name} {axis}");
+                    changed |= ui.push_id(i, |ui| value_ui(ui, &name, key, own)).inner;
+                }
+            };
+            if is_flat {
+                ui.horizontal_wrapped(each);
+            } else {
+                ui.vertical(|ui| each(ui));
+            }
+            changed
+        }
+        Value::Object(map) => ui.vertical(|ui| fields(ui, name, map, |_| None)).inner,
+        Value::String(text) if key == "text" => ui.text_edit_multiline(text).changed(),
+        Value::String(text) => ui.text_edit_singleline(text).changed(),
+        Value::Null => {
+            ui.weak("–");
+            false
+        }
+    }
+}
+
+/// All values of an object but its type.
+pub(crate) fn fields<'a>(
+    ui: &mut egui::Ui,
+    within: &str,
+    map: &mut Map<String, Value>,
+    docs: impl Fn(&str) -> Option<&'a str>,
+) -> bool {
+    let mut changed = false;
+    for (key, value) in map.iter_mut().filter(|(key, _)| *key != "type") {
+        ui.push_id(key, |ui| {
+            ui.horizontal(|ui| {
+                let spoken = spoken(key);
+                let label = ui.label(&spoken);
+                if let Some(text) = docs(key) {
+                    label.on_hover_text(text);
+                }
+                let name = format!("{within} {}", spoken.to_lowercase());
+                changed |= value_ui(ui, name.trim(), key, value);
+            });
+        });
+    }
+    changed
+}
