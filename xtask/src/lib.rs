@@ -45,3 +45,19 @@ pub fn run_with(
     println!("  {:.0} s", start.elapsed().as_secs_f64());
     Ok(())
 }
+
+/// Builds the program of chores with these environment variables, and runs it without them.
+pub fn chore(environment: &[(&str, &str)], arguments: &[impl AsRef<str>]) -> anyhow::Result<()> {
+    run_with(
+        environment,
+        "cargo",
+        &["build", "--workspace", "--bin", "argil-chores", "--locked"],
+    )?;
+    let target = match std::env::var_os("CARGO_TARGET_DIR") {
+        Some(folder) => root().join(folder),
+        None => root().join("target"),
+    };
+    let program = target.join("debug").join("argil-chores");
+    let arguments: Vec<&str> = arguments.iter().map(AsRef::as_ref).collect();
+    run(&program.display().to_string(), &arguments)
+}

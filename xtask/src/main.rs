@@ -4,7 +4,7 @@
 mod test;
 
 use anyhow::bail;
-use xtask::{root, run, run_with};
+use xtask::chore;
 
 const USAGE: &str = "usage: cargo xtask COMMAND
 
@@ -19,20 +19,4 @@ fn main() -> anyhow::Result<()> {
         Some("web" | "generate") => chore(&[], &arguments),
         _ => bail!(USAGE),
     }
-}
-
-/// Builds the program of chores with these environment variables, and runs it without them.
-fn chore(environment: &[(&str, &str)], arguments: &[impl AsRef<str>]) -> anyhow::Result<()> {
-    run_with(
-        environment,
-        "cargo",
-        &["build", "--workspace", "--bin", "argil-chores", "--locked"],
-    )?;
-    let target = match std::env::var_os("CARGO_TARGET_DIR") {
-        Some(folder) => root().join(folder),
-        None => root().join("target"),
-    };
-    let program = target.join("debug").join("argil-chores");
-    let arguments: Vec<&str> = arguments.iter().map(AsRef::as_ref).collect();
-    run(&program.display().to_string(), &arguments)
 }

@@ -2,7 +2,7 @@
 
 use anyhow::bail;
 use xtask::debian::{install, quietly, quietly_with};
-use xtask::{LINT_WHILE_COMPILING, run, run_with};
+use xtask::{LINT_WHILE_COMPILING, chore, run, run_with};
 
 const TESTS: &[&str] = &["nextest", "run", "--workspace", "--locked"];
 
@@ -25,7 +25,7 @@ pub fn run_all() -> anyhow::Result<()> {
     compiled(&[TESTS, &["--no-fail-fast"]].concat())?;
     compiled(&["test", "--workspace", "--locked", "--doc"])?;
     run("cargo", &documentation())?;
-    crate::chore(LINT_WHILE_COMPILING, &["web", "test"])?;
+    chore(LINT_WHILE_COMPILING, &["web", "test"])?;
     println!("\nAll checks passed.");
     Ok(())
 }

@@ -1,5 +1,7 @@
 //! The macros that write a declaration in both languages.
 
+use crate::layout::Layout;
+
 /// The WGSL name of a Rust type that structs may hold.
 pub(crate) trait Wgsl {
     const NAME: &'static str;
@@ -62,7 +64,7 @@ macro_rules! numbers {
     };
 }
 
-/// Declares a `#[repr(C)]` Pod struct and the items of [`crate::Layout`] and WGSL text for it.
+/// Declares a `#[repr(C)]` Pod struct and the items of [`Layout`] and WGSL text for it.
 macro_rules! shared_struct {
     ($(#[$doc:meta])* $name:ident { $($(#[$field_doc:meta])* $field:ident: $type:ty,)* }) => {
         $(#[$doc])*
@@ -71,7 +73,7 @@ macro_rules! shared_struct {
         pub struct $name { $($(#[$field_doc])* pub $field: $type,)* }
         impl $name {
             /// Size and field offsets, for the test that asks naga for the same.
-            pub const LAYOUT: $crate::Layout = $crate::Layout {
+            pub const LAYOUT: $crate::layout::Layout = $crate::layout::Layout {
                 name: stringify!($name),
                 size: size_of::<$name>(),
                 fields: &[$((stringify!($field), std::mem::offset_of!($name, $field))),*],
@@ -91,7 +93,7 @@ pub(crate) fn constants_text(all: &[(&str, u32)]) -> String {
 }
 
 /// The WGSL text of a struct.
-pub(crate) fn struct_text(layout: &crate::Layout, types: &[&str]) -> String {
+pub(crate) fn struct_text(layout: &Layout, types: &[&str]) -> String {
     let fields: String = layout
         .fields
         .iter()

@@ -8,11 +8,13 @@
 
 mod bindings;
 mod declare;
+mod layout;
 mod op;
 mod tables;
 mod tuning;
 
 pub use bindings::*;
+pub use layout::Layout;
 pub use op::*;
 pub use tables::*;
 pub use tuning::*;
@@ -45,14 +47,4 @@ pub fn opcode(name: &str) -> Option<u32> {
 /// Every struct shared with WGSL.
 pub fn layouts() -> impl Iterator<Item = &'static Layout> {
     tables::STRUCTS.iter().map(|(layout, _)| layout)
-}
-
-/// A struct shared with WGSL, for the test of layouts.
-pub struct Layout {
-    /// The struct's name in both languages.
-    pub name: &'static str,
-    /// Its size in bytes.
-    pub size: usize,
-    /// Each field's name and offset in bytes.
-    pub fields: &'static [(&'static str, usize)],
 }

@@ -1,7 +1,7 @@
 //! Structs that buffers hold.
 
-use crate::Layout;
 use crate::declare::shared_struct;
+use crate::layout::Layout;
 
 shared_struct! {
     /// One step of a field program.

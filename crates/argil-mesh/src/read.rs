@@ -1,16 +1,15 @@
 //! Mesh files in.
 
+mod fault;
 #[cfg(feature = "files")]
 mod formats;
 
 use crate::{Format, Mesh};
+use fault::{MOST_TRIANGLES, ReadFault};
 use std::path::{Path, PathBuf};
 
 /// Largest mesh file in bytes.
 const MOST_BYTES: u64 = 4 << 30;
-
-/// Most triangles of a mesh.
-const MOST_TRIANGLES: usize = 50_000_000;
 
 /// What is wrong with a mesh that was to be read.
 #[derive(Debug, thiserror::Error)]
@@ -157,25 +156,6 @@ pub fn from_bytes(bytes: &[u8], format: Format, path: &Path) -> Result<Mesh, Mes
         return Err(damaged("a triangle has a corner that there is not".into()));
     }
     Ok(mesh)
-}
-
-/// Why bytes are no mesh.
-#[derive(Debug)]
-enum ReadFault {
-    Damaged(String),
-    Unsupported(String),
-}
-
-impl From<String> for ReadFault {
-    fn from(reason: String) -> Self {
-        Self::Damaged(reason)
-    }
-}
-
-impl From<&str> for ReadFault {
-    fn from(reason: &str) -> Self {
-        Self::Damaged(reason.into())
-    }
 }
 
 #[cfg(feature = "files")]

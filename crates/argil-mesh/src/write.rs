@@ -7,6 +7,7 @@
 mod glb;
 mod obj;
 mod ply;
+mod srgb;
 mod stl;
 
 use crate::Mesh;
@@ -134,15 +135,4 @@ fn turned(mesh: &Mesh, options: &WriteOptions) -> Mesh {
         }
     }
     out
-}
-
-/// A linear colour component as a byte of sRGB.
-pub(crate) fn srgb(linear: f32) -> u8 {
-    let c = linear.clamp(0.0, 1.0);
-    let c = if c <= 0.003_130_8 {
-        12.92 * c
-    } else {
-        1.055 * c.powf(1.0 / 2.4) - 0.055
-    };
-    (255.0 * c + 0.5) as u8
 }

@@ -9,68 +9,23 @@
 //! not used, the place that another pass finds by the value's path.
 
 mod document;
+mod error;
 mod quick;
 pub(crate) mod read;
 #[cfg(feature = "schema")]
 mod schema;
 mod write;
 
-use crate::{EditError, Fault, SampledGrid, Scene};
+use crate::{SampledGrid, Scene};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
 pub(crate) use document::Item;
+use error::MAX_QUICK_BYTES;
+pub use error::{FORMAT_VERSION, FileError};
 #[cfg(feature = "schema")]
 pub use schema::schema;
-
-/// The version that this program writes, and the newest that it reads.
-pub const FORMAT_VERSION: u32 = 1;
-
-/// Deepest nesting of JSON values in a file; two levels make one level of groups.
-const MAX_DEPTH: u32 = 200_000;
-
-/// Longest part (a shape, a list of modifiers, a name) in bytes.
-const MAX_PART_BYTES: usize = 1 << 20;
-
-/// Longest file that is read as a whole; others are streamed.
-const MAX_QUICK_BYTES: u64 = 1 << 30;
-
-/// Why a scene file could not be read or written.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum FileError {
-    /// The file itself could not be opened, read or written.
-    #[error("{path}")]
-    Io {
-        /// Which file.
-        path: PathBuf,
-        /// What the system said.
-        source: std::io::Error,
-    },
-    /// What the file holds is not a scene.
-    #[error("{path}:{line}:{column}: {fault}")]
-    Content {
-        /// Which file.
-        path: PathBuf,
-        /// Line, from 1.
-        line: u64,
-        /// Column in characters, from 1.
-        column: u64,
-        /// The path in the document, and what is wrong there.
-        fault: Fault,
-    },
-    /// The file was written by a newer program.
-    #[error(
-        "{path}: format version {found} is newer than this program reads ({FORMAT_VERSION}): update argil"
-    )]
-    Newer {
-        /// Which file.
-        path: PathBuf,
-        /// Its version.
-        found: u64,
-    },
-}
 
 impl Scene {
     /// Read a scene file.
@@ -286,16 +241,5 @@ impl Drop for Unfinished {
     fn drop(&mut self) {
         let mut all = UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner);
         all.retain(|path| *path != self.0);
-    }
-}
-
-/// A fault in an entry seen as a fault in the file.
-fn fault_of(error: EditError) -> Fault {
-    match error {
-        EditError::Fault(fault) => fault,
-        EditError::NoSuchMaterial(name) => {
-            Fault::new("material", format!("the scene has no material \"{name}\""))
-        }
-        other => Fault::new("", other.to_string()),
     }
 }

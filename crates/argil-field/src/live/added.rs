@@ -43,7 +43,7 @@ impl LiveProgram {
     pub fn added(&self) -> Option<Added<'_>> {
         let touched = self.touched()?;
         let program = self.program();
-        let is_plain = self.morphs == 0 && program.slack + program.hidden_slack == 0.0;
+        let is_plain = self.counts.morphs == 0 && program.slack + program.hidden_slack == 0.0;
         if !is_plain || !touched.before.is_empty() {
             return None;
         }

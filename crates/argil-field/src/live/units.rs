@@ -83,7 +83,7 @@ impl LiveProgram {
             let (at, length) = group.params;
             told.stretches.push((at, at + length));
             let (operator, depth) = (group.operator, group.inside.depth);
-            self.count_blend(operator.blend, depth - 1, false);
+            self.counts.count_blend(operator.blend, depth - 1, false);
             self.length -= 2;
             self.groups.remove(id);
         }
@@ -112,9 +112,9 @@ impl LiveProgram {
                 }
                 Item::Enter(node, around, operator, scale) => {
                     let outside = self.groups.inside(at);
-                    let params = self.put_params(&around.params);
+                    let params = self.arena.put(&mut self.tables.params, &around.params);
                     stretches.push((params, params + around.params.len() as u32));
-                    self.count_blend(operator.blend, outside.depth, true);
+                    self.counts.count_blend(operator.blend, outside.depth, true);
                     self.length += 2;
                     let group = Group::new(node, &around, operator, &outside, scale, params);
                     at = self.groups.insert(group);
@@ -138,7 +138,7 @@ impl LiveProgram {
                 return (before, step);
             }
             // No room: everyone moves.
-            self.renumbered = true;
+            self.update.renumbered = true;
             let order = std::mem::take(&mut self.order);
             for (&node, nth) in order.values().zip(1..) {
                 if let Some(operand) = self.operands.get_mut(&node) {

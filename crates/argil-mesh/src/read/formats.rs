@@ -1,6 +1,6 @@
 //! What the bytes of each format mean.
 
-use super::{MOST_TRIANGLES, ReadFault};
+use super::fault::{MOST_TRIANGLES, ReadFault};
 use crate::Mesh;
 use glam::{Mat4, Vec3};
 use ply_rs_bw::parser::{ParseError, Parser, Reader};

@@ -5,7 +5,8 @@
 //! have to do; the others are searched for. Signs spread from the block's corners, between points whose balls, in which no
 //! surface is, touch; only points that none reaches are asked for their winding number.
 
-use super::{Solid, gap_square, leaf_square};
+use super::Solid;
+use super::tree::{gap_square, leaf_square};
 use argil_scene::{SAMPLED_SIDE, SampledBlock};
 use glam::{UVec3, Vec3, uvec3};
 

@@ -1,4 +1,4 @@
-use super::srgb;
+use super::srgb::srgb;
 use crate::Mesh;
 use std::io::{self, Write};
 

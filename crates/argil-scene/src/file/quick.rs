@@ -5,7 +5,7 @@
 //! here is what is taken there. Groups that nest deeper than [`MAX_LEVELS`] are left to that reader, as each level is split
 //! once more.
 
-use super::{FORMAT_VERSION, MAX_PART_BYTES};
+use super::error::{FORMAT_VERSION, MAX_PART_BYTES};
 use crate::{Body, Entry, Group, Material, NodeId, Scene, View};
 use rayon::prelude::*;
 use serde::de::{DeserializeOwned, MapAccess, Visitor};

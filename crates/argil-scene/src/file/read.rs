@@ -1,6 +1,6 @@
 //! Reading: a walk over the document's tokens with a stack on the heap.
 
-use super::{FileError, MAX_DEPTH, MAX_PART_BYTES, fault_of};
+use super::error::{FORMAT_VERSION, FileError, MAX_DEPTH, MAX_PART_BYTES, fault_of};
 use crate::node::pose_of;
 use crate::{Body, Entry, Fault, Group, NodeId, Scene};
 use serde::de::DeserializeOwned;
@@ -172,7 +172,7 @@ fn document(reader: &mut Tokens<'_>, meter: &Meter) -> Result<Scene, Stop> {
     }
     let version: Value = part(reader, "argil")?;
     match version.as_u64() {
-        Some(n) if n > u64::from(super::FORMAT_VERSION) => return Err(Stop::Newer(n)),
+        Some(n) if n > u64::from(FORMAT_VERSION) => return Err(Stop::Newer(n)),
         Some(1..) => {}
         _ => {
             return fault(

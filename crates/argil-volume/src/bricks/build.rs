@@ -3,7 +3,6 @@
 //! *Practice.* The plan tells which blocks there are, each with its list (`plan.rs`). The 64 cells of a block are measured in one
 //! run of the interpreter. In those where the surface can be, the samples are evaluated, brick by brick, straight into the pool.
 
-use super::Bricks;
 use super::bounds::{Bounds, SLOT_BYTES};
 use super::candidates::{Candidates, candidates, settle};
 use super::cell_lists::CellLists;
@@ -14,6 +13,7 @@ use super::material::PLACES;
 use super::plan::BlockPlan;
 use super::pool::owners_of_mixed;
 use super::table::{BlockTable, FAR_SLOTS};
+use super::tables::Bricks;
 use crate::{Bits, Texel, Texels};
 use argil_abi::BRICK_MIXED;
 use argil_field::Program;
@@ -255,4 +255,57 @@ fn close_gaps<T: Texel>(
     owners.shrink_to_fit();
     materials.truncate(owners.len());
     materials.shrink_to_fit();
+}
+
+impl Bricks {
+    /// Sample a field, on rayon's current threads; what the stages took.
+    ///
+    /// # Errors
+    /// If the bricks and tables would take more than `budget` bytes.
+    pub fn bake(
+        program: &Program,
+        layout: BrickLayout,
+        budget: Option<u64>,
+    ) -> Result<(Self, BrickStagesMs), BricksError> {
+        Self::bake_controlled(program, layout, budget, &Control::default())
+    }
+
+    /// [`Bricks::bake`], which can be stopped and tells how far it is: the stages "blocks" and "bricks".
+    ///
+    /// # Errors
+    /// As there, and if it was cancelled.
+    pub fn bake_controlled(
+        program: &Program,
+        layout: BrickLayout,
+        budget: Option<u64>,
+        control: &Control,
+    ) -> Result<(Self, BrickStagesMs), BricksError> {
+        let baked = bake(program, layout, budget, control);
+        baked.map(|(bricks, _, stages)| (bricks, stages))
+    }
+
+    /// The same, with the lists of what can matter in cells near the surface, which a bake makes anyway.
+    ///
+    /// # Errors
+    /// As [`Bricks::bake`].
+    pub fn bake_with_lists(
+        program: &Program,
+        layout: BrickLayout,
+        budget: Option<u64>,
+    ) -> Result<(Self, CellLists, BrickStagesMs), BricksError> {
+        bake(program, layout, budget, &Control::default())
+    }
+
+    /// The same, which can be stopped and tells how far it is.
+    ///
+    /// # Errors
+    /// As [`Bricks::bake_controlled`].
+    pub fn bake_with_lists_controlled(
+        program: &Program,
+        layout: BrickLayout,
+        budget: Option<u64>,
+        control: &Control,
+    ) -> Result<(Self, CellLists, BrickStagesMs), BricksError> {
+        bake(program, layout, budget, control)
+    }
 }

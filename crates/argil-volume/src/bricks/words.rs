@@ -1,5 +1,7 @@
 //! What a cell's word means; `bricks/words.wgsl` is the twin.
 
+use glam::IVec3;
+
 /// The top bit of a word without a brick.
 const EMPTY: u32 = argil_abi::WORD_EMPTY;
 /// Of such a word: whether its whole block has no brick.
@@ -88,4 +90,10 @@ mod tests {
         }
         assert_eq!(Word::of(77), Word::Brick(77));
     }
+}
+
+/// Where a cell lies in its block.
+pub(crate) fn inner_cell(nth: usize) -> IVec3 {
+    let nth = nth as i32;
+    IVec3::new(nth % 4, nth / 4 % 4, nth / 16)
 }

@@ -1,0 +1,92 @@
+//! Bricks from stored parts, which need not fit one another.
+
+use super::changes::Noted;
+use super::layout::BrickLayout;
+use super::table::{BlockTable, FAR_SLOTS, far_words};
+use super::tables::Bricks;
+use super::words::Word;
+use super::{material, pool};
+use crate::Texels;
+use argil_abi::BRICK_MIXED;
+use argil_field::CELLS;
+
+impl Bricks {
+    /// From stored parts, with 64 words for each slot of the table; what is wrong with them where they do not fit one another.
+    pub fn from_parts(
+        layout: BrickLayout,
+        lipschitz: f32,
+        (mut table, mut words): (BlockTable, Vec<u32>),
+        (materials, mixed): (Vec<u32>, Vec<[u32; 2]>),
+        pool: Texels,
+    ) -> Result<Self, &'static str> {
+        if !(1.0..=1e6).contains(&lipschitz) {
+            return Err("its Lipschitz constant makes no sense");
+        }
+        let samples = layout.brick_samples() as usize;
+        if pool.bits() != layout.encoding.bits {
+            return Err("the samples have another width");
+        }
+        let length = pool.bytes().len() / pool.bits().bytes();
+        if !length.is_multiple_of(samples) || length == 0 {
+            return Err("half a brick is left");
+        }
+        if words.len() != table.slots() * CELLS {
+            return Err("there are not as many cells as the blocks have");
+        }
+        let [low, high] = layout.block_range();
+        table.cover(low, high);
+        words[..FAR_SLOTS as usize * CELLS].copy_from_slice(&far_words(layout.far_length()));
+        if layout.check_count((length / samples) as u64).is_err() {
+            return Err("it has more bricks than can be");
+        }
+        let mut owners = vec![u32::MAX; length / samples];
+        let mut masks = vec![0u64; words.len() / CELLS];
+        let mut is_there = vec![false; table.slots()];
+        for (slot, block) in table.blocks() {
+            is_there[slot] = true;
+            if layout.lattice.is_cut && (block.cmplt(low).any() || block.cmpge(high).any()) {
+                return Err("a block is outside of the box");
+            }
+        }
+        for (at, &word) in words.iter().enumerate() {
+            if let Word::Brick(brick) = Word::of(word) {
+                if !is_there[at / CELLS] {
+                    return Err("a brick is in no block");
+                }
+                match owners.get_mut(brick as usize) {
+                    Some(owner) if *owner == u32::MAX => *owner = at as u32,
+                    Some(_) => return Err("a brick is in two cells"),
+                    None => return Err("a cell's brick is not there"),
+                }
+                masks[at / 64] |= 1 << (at % 64);
+            }
+        }
+        if owners.len() > 1 && owners.contains(&u32::MAX) {
+            return Err("a brick is in no cell");
+        }
+        if owners == [u32::MAX] {
+            owners.clear();
+        }
+        if materials.len() != owners.len() || !mixed.len().is_multiple_of(material::PLACES) {
+            return Err("there are not as many materials as bricks");
+        }
+        let blocks = (mixed.len() / material::PLACES) as u32;
+        let is_beyond = |&m: &u32| m & BRICK_MIXED != 0 && m & !BRICK_MIXED >= blocks;
+        if materials.iter().any(is_beyond) {
+            return Err("a mixed brick's materials are not there");
+        }
+        Ok(Self {
+            mixed_owners: pool::owners_of_mixed(&materials, &mixed),
+            changes: Noted::default(),
+            materials,
+            mixed,
+            layout,
+            lipschitz,
+            table,
+            masks,
+            words,
+            owners,
+            pool,
+        })
+    }
+}

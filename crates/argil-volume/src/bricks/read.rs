@@ -1,0 +1,132 @@
+//! What bricks tell: one by one, cell by cell, point by point.
+
+use super::batch::BrickSampler;
+use super::brick::Brick;
+use super::table::places;
+use super::tables::Bricks;
+use super::words::Word;
+use argil_field::CELLS;
+use glam::{IVec3, Vec3};
+use std::ops::Range;
+
+impl Bricks {
+    /// All bricks, in the order of the pool.
+    ///
+    /// ```
+    /// use argil_field::Program;
+    /// use argil_scene::{Brush, Scene, Shape};
+    /// use argil_volume::{BrickLayout, Bricks, Lattice};
+    /// let mut scene = Scene::new();
+    /// scene.push(Brush::new(Shape::sphere(1.0))).unwrap();
+    /// let program = Program::lower(&scene)?;
+    /// let layout = BrickLayout::new(Lattice::holding(program.aabb(), None, 64)?, &Default::default())?;
+    /// let (bricks, _) = Bricks::bake(&program, layout, None)?;
+    /// for brick in bricks.iter() {
+    ///     let first = brick.distances().next().expect("samples");
+    ///     let exact = program.distance(brick.place(0));
+    ///     let band = layout.encoding.range_length(&layout.lattice, 0);
+    ///     assert!((first - exact.clamp(-band, band)).abs() < 1e-4 * band);
+    /// }
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn iter(&self) -> impl ExactSizeIterator<Item = Brick<'_>> + '_ {
+        (0..self.owners.len()).map(|index| Brick {
+            bricks: self,
+            index: index as u32,
+        })
+    }
+
+    /// The words of all cells from one to before another, x fastest, as a shader of one's own reads them: see `docs/march-bricks.md` of
+    /// the repository. What each means [`Word::of`] tells.
+    ///
+    /// ```
+    /// # use argil_volume::{BrickLayout, BrickSettings, Bricks, Lattice, Word};
+    /// # let mut scene = argil_scene::Scene::new();
+    /// # scene.push(argil_scene::Brush::new(argil_scene::Shape::sphere(1.0)))?;
+    /// # let program = argil_field::Program::lower(&scene)?;
+    /// # let lattice = Lattice::holding(program.aabb(), None, 64)?;
+    /// # let (bricks, _) = Bricks::bake(&program, BrickLayout::new(lattice, &BrickSettings::default())?, None)?;
+    /// let [low, high] = [bricks.layout().low(), bricks.layout().high()];
+    /// let words = bricks.words_between(low, high);
+    /// assert_eq!(words.len(), (high - low).element_product() as usize);
+    /// let count = words.iter().filter(|&&word| matches!(Word::of(word), Word::Brick(_))).count();
+    /// assert_eq!(count, bricks.len());
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn words_between(&self, low: IVec3, high: IVec3) -> Vec<u32> {
+        let places = places(low, high - 1);
+        places
+            .map(|cell| self.words[self.word_index(cell)])
+            .collect()
+    }
+
+    /// Whether a point lies in a cell with a brick.
+    pub fn has_brick(&self, point: Vec3) -> bool {
+        matches!(self.cell(self.layout.cell_of(point)), Word::Brick(_))
+    }
+
+    /// What is stored for a point of the box: in a brick the interpolated distance, else one that is of its sign and never
+    /// longer.
+    pub fn distance(&self, point: Vec3) -> f32 {
+        let mut out = [0.0];
+        match self.layout.encoding.bits {
+            crate::Bits::Eight => self.sampled::<i8>(point, &mut out),
+            crate::Bits::Sixteen => self.sampled::<i16>(point, &mut out),
+        }
+        out[0]
+    }
+
+    fn sampled<T: crate::Texel>(&self, p: Vec3, out: &mut [f32; 1]) {
+        if let Some(sampler) = BrickSampler::<T>::new(self) {
+            sampler.distances([&[p.x], &[p.y], &[p.z]], 0.0, out);
+        }
+    }
+
+    /// In how many cells other bricks of the same voxels differ: whether there is a brick, its samples, what it looks like.
+    /// Where bricks stand in the pool makes no difference, nor does the box. Of other voxels, all cells differ.
+    pub fn differing_cells(&self, other: &Self) -> u64 {
+        let measures = |own: &Self| {
+            let lattice = own.layout.lattice;
+            (
+                lattice.corner,
+                lattice.voxel,
+                own.layout.brick,
+                own.layout.encoding.bits,
+            )
+        };
+        if measures(self) != measures(other) {
+            return (self.len() + other.len()) as u64;
+        }
+        let bytes = self.layout.brick_bytes() as usize;
+        let samples = |bricks: &Self, brick: u32| -> Range<usize> {
+            let from = brick as usize * bytes;
+            from..(from + bytes).min(bricks.pool.bytes().len())
+        };
+        let differ = |own: u32, theirs: u32| match (Word::of(own), Word::of(theirs)) {
+            (Word::Brick(a), Word::Brick(b)) => {
+                self.pool.bytes()[samples(self, a)] != other.pool.bytes()[samples(other, b)]
+                    || self.look(a) != other.look(b)
+            }
+            (Word::Empty { .. }, Word::Empty { .. }) => false,
+            _ => true,
+        };
+        let of_slot =
+            |bricks: &Self, slot: usize| slot * CELLS..((slot + 1) * CELLS).min(bricks.words.len());
+        let mut count = 0;
+        for (slot, block) in self.table.blocks() {
+            let theirs = other.table.slot(block) as usize;
+            let own = &self.words[of_slot(self, slot)];
+            let theirs = &other.words[of_slot(other, theirs)];
+            let pairs = own.iter().zip(theirs);
+            count += pairs
+                .filter(|(own, theirs)| differ(**own, **theirs))
+                .count() as u64;
+        }
+        for (slot, block) in other.table.blocks() {
+            if self.table.find(block).is_none() {
+                count += u64::from(other.masks[slot].count_ones());
+            }
+        }
+        count
+    }
+}

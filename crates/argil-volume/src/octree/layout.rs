@@ -1,0 +1,186 @@
+//! Where an octree's bricks lie, and how it is asked for.
+
+use crate::{Encoding, Lattice};
+use argil_abi::{OCTREE_MAX_DEPTH, Volume};
+use argil_field::Program;
+use argil_math::Aabb;
+use glam::{UVec3, Vec3};
+
+/// Which bricks are kept.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
+pub enum Keep {
+    /// All in which the surface can be.
+    #[default]
+    Conservative,
+    /// Those whose centre is no farther from the surface than the encoding's range: the study's test.
+    #[cfg_attr(feature = "clap", value(name = "center"))]
+    CenterInRange,
+}
+
+/// How to build an octree.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OctreeSettings {
+    /// How distances are stored.
+    pub encoding: Encoding,
+    /// Voxels along a brick's side: 8, 16 or 32.
+    pub brick: u32,
+    /// Levels of nodes above the bricks; as many as are needed without it.
+    pub depth: Option<u32>,
+    /// Which bricks are kept.
+    pub keep: Keep,
+}
+
+impl Default for OctreeSettings {
+    fn default() -> Self {
+        Self {
+            encoding: Encoding::default(),
+            brick: 32,
+            depth: None,
+            keep: Keep::Conservative,
+        }
+    }
+}
+
+/// Why an octree cannot be built.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum OctreeError {
+    /// No such size.
+    #[error("bricks of {0} voxels: a brick's side is 8, 16 or 32")]
+    Brick(u32),
+    /// The tree would not reach over the volume.
+    #[error(
+        "{depth} levels over bricks of {brick} voxels reach over {reach} voxels, and the volume has {longest}: {needed} levels are needed",
+        reach = u64::from(*brick) << depth
+    )]
+    Shallow {
+        /// Asked for.
+        depth: u32,
+        /// Voxels along a brick's side.
+        brick: u32,
+        /// Voxels along the volume's longest side.
+        longest: u32,
+        /// Levels that would do.
+        needed: u32,
+    },
+    /// Morton codes do not reach that far.
+    #[error("{depth} levels of nodes: at most {OCTREE_MAX_DEPTH} can be built; take larger bricks")]
+    Deep {
+        /// Asked for, or needed.
+        depth: u32,
+    },
+}
+
+/// Bricks along each axis, and how many levels of nodes there are above them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Layout {
+    /// Where the voxels lie.
+    pub lattice: Lattice,
+    /// What texels mean.
+    pub encoding: Encoding,
+    /// Voxels along a brick's side.
+    pub brick: u32,
+    /// Bricks along each axis; the last ones may reach over the volume's sides.
+    pub grid: UVec3,
+    /// Levels of nodes.
+    pub depth: u32,
+}
+
+impl Layout {
+    /// Check what was asked for.
+    pub fn new(lattice: Lattice, settings: &OctreeSettings) -> Result<Self, OctreeError> {
+        let brick = settings.brick;
+        if ![8, 16, 32].contains(&brick) {
+            return Err(OctreeError::Brick(brick));
+        }
+        let grid = UVec3::from_array(lattice.size.to_array().map(|n| n.div_ceil(brick)));
+        let needed = grid.max_element().next_power_of_two().ilog2().max(1);
+        let depth = settings.depth.unwrap_or(needed);
+        if depth > OCTREE_MAX_DEPTH {
+            return Err(OctreeError::Deep { depth });
+        }
+        if depth < needed {
+            return Err(OctreeError::Shallow {
+                depth,
+                brick,
+                longest: lattice.size.max_element(),
+                needed,
+            });
+        }
+        Ok(Self {
+            lattice,
+            encoding: settings.encoding,
+            brick,
+            grid,
+            depth,
+        })
+    }
+
+    /// Morton codes from 0 that a tree of this depth can have.
+    pub fn code_count(&self) -> u32 {
+        1 << (3 * self.depth)
+    }
+
+    /// Bricks that fit into the volume.
+    pub fn capacity(&self) -> u64 {
+        self.grid.to_array().map(u64::from).iter().product()
+    }
+
+    /// The edge of a brick.
+    pub fn brick_length(&self) -> f32 {
+        self.brick as f32 * self.lattice.voxel
+    }
+
+    /// A brick's box.
+    pub fn brick_box(&self, cell: UVec3) -> Aabb {
+        let min = self.lattice.corner + cell.as_vec3() * self.brick_length();
+        Aabb::new(min, min + self.brick_length())
+    }
+
+    /// Whether a cell holds voxels of the volume.
+    pub fn holds(&self, cell: UVec3) -> bool {
+        cell.cmplt(self.grid).all()
+    }
+
+    /// The cell's centre; `select.wgsl` does the same.
+    pub(crate) fn center(&self, cell: UVec3) -> Vec3 {
+        let (corner, length) = (self.lattice.corner, self.brick_length());
+        corner + (cell.as_vec3() + 0.5) * length
+    }
+
+    /// Words for shaders. `program` sets how far from the surface a brick's centre may be for the brick to be kept.
+    pub fn words(&self, program: &Program, keep: Keep) -> Volume {
+        let lattice = &self.lattice;
+        let range = self.encoding.range_length(lattice, 0);
+        let [cx, cy, cz] = lattice.corner.to_array();
+        let [ex, ey, ez] = lattice.extent().to_array();
+        // Around the brick with half a voxel more on each side, and around its outermost texels.
+        let half_diagonal = |voxels: f32| 0.5 * 3f32.sqrt() * voxels * lattice.voxel;
+        let region = lattice.aabb().grown(self.brick_length());
+        let slack = program.bounds_slack(region);
+        let lipschitz = 1.000_01 * program.lipschitz();
+        let brick = self.brick as f32;
+        Volume {
+            corner_range: [cx, cy, cz, range],
+            extent_voxel: [ex, ey, ez, lattice.voxel],
+            size_x: lattice.size.x,
+            size_y: lattice.size.y,
+            size_z: lattice.size.z,
+            levels: 1,
+            grid_x: self.grid.x,
+            grid_y: self.grid.y,
+            grid_z: self.grid.z,
+            brick: self.brick,
+            depth: self.depth,
+            code_count: self.code_count(),
+            quanta: self.encoding.bits.quanta(),
+            reach: match keep {
+                Keep::Conservative => program.reach(half_diagonal(brick + 1.0), region),
+                Keep::CenterInRange => range,
+            },
+            spread: lipschitz * half_diagonal(brick - 1.0) + slack,
+            ..Volume::default()
+        }
+    }
+}
