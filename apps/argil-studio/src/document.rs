@@ -1,13 +1,15 @@
 //! The scene that is open, with its file, its journal, what is selected, and the names of its history.
 //!
-//! *Practice.* Every change is a line of a log ([`argil::LogError`]): the journal writes it, so that it comes back after a
-//! crash, and what draws the scene elsewhere follows by the same line. Nodes have the same ids there.
+//! *Practice.* Every change is an [`Action`]: the journal writes it as a line, so that it comes back after a crash, and what draws
+//! the scene elsewhere does the same action. Nodes have the same ids there.
 
 use crate::mesh_files::{Named, moved_paths, nothing};
 use crate::recovery::Recovery;
 use anyhow::Context;
-use argil::{Body, Edit, Edited, Entry, Material, NodeId, Program, SampledGrid, Scene, Shape};
-use serde_json::{Value, json};
+use argil::{
+    Action, Body, Edit, Edited, Entry, Material, NodeId, Program, SampledGrid, Scene, Shape,
+    Subtree,
+};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -18,8 +20,8 @@ pub struct Document {
     scene: Scene,
     path: Option<PathBuf>,
     recovery: Recovery,
-    /// Lines that were not handed on yet.
-    lines: Vec<String>,
+    /// Actions that were not handed on yet.
+    actions: Vec<Action>,
     /// Of every step that can be undone or redone.
     names: Vec<String>,
     /// How many steps were done when it was saved; none where what was saved cannot be come back to.
@@ -37,6 +39,9 @@ pub struct Document {
     pub selection: Vec<NodeId>,
 }
 
+/// Groups within one another that a copy can have, so that a journal can be read again.
+const DEEPEST: usize = 50;
+
 /// Edits that are one step.
 struct Stroke {
     /// Steps before it.
@@ -53,7 +58,7 @@ impl Document {
         let mut document = Self {
             path,
             recovery,
-            lines: Vec::new(),
+            actions: Vec::new(),
             names: vec!["Edit".into(); steps.iter().sum()],
             saved: Some(0),
             stroke: None,
@@ -103,31 +108,16 @@ impl Document {
     }
 
     /// What was done since the last time, for those that follow.
-    pub fn take_lines(&mut self) -> Vec<String> {
-        std::mem::take(&mut self.lines)
+    pub fn take_actions(&mut self) -> Vec<Action> {
+        std::mem::take(&mut self.actions)
     }
 
     /// Do an edit under a name.
     ///
     /// # Errors
     /// If it cannot be done.
-    pub fn edit(&mut self, name: &str, edit: &Edit) -> anyhow::Result<Edited> {
-        // A log says where a node is, and one that is gone is nowhere.
-        let is_there = match *edit {
-            Edit::Insert { parent, .. } => self.has(parent),
-            Edit::Move { node, parent, .. } => self.has(node) && self.has(parent),
-            Edit::Remove { node }
-            | Edit::Replace { node, .. }
-            | Edit::SetVisible { node, .. }
-            | Edit::Transform { node, .. } => self.has(node),
-            _ => true,
-        };
-        anyhow::ensure!(
-            is_there,
-            "what is to be edited is not in the scene any more"
-        );
-        let line = self.scene.log_line(edit);
-        let edited = self.line(name, line)?;
+    pub fn edit(&mut self, name: &str, edit: Edit) -> anyhow::Result<Edited> {
+        let edited = self.act(name, Action::Edit(edit))?;
         edited.context("an edit that changes nothing")
     }
 
@@ -136,7 +126,7 @@ impl Document {
     /// # Errors
     /// If a value in it cannot be used.
     pub fn replace(&mut self, name: &str, node: NodeId, entry: Entry) -> anyhow::Result<()> {
-        self.edit(name, &Edit::Replace { node, entry }).map(drop)
+        self.edit(name, Edit::Replace { node, entry }).map(drop)
     }
 
     /// Add or change a material, or take one away.
@@ -153,7 +143,7 @@ impl Document {
             name: material.into(),
             material: value,
         };
-        self.edit(name, &edit).map(drop)
+        self.edit(name, edit).map(drop)
     }
 
     /// Have a mesh's distances, for brushes that are there and that are put in after.
@@ -200,46 +190,50 @@ impl Document {
         self.id
     }
 
-    /// Insert what an item of a scene's file says, with all that it holds.
+    /// Insert a copy of what another scene, or this one, has, with all that it holds.
     ///
     /// # Errors
-    /// If it is no item.
-    pub fn insert_item(
+    /// If it cannot be put there.
+    pub fn insert_tree(
         &mut self,
         name: &str,
         (parent, index): (NodeId, usize),
-        item: &Value,
+        tree: Subtree,
     ) -> anyhow::Result<NodeId> {
-        let into = self.scene.path(parent);
-        let line = json!({"edit": "insert", "into": into, "index": index, "entry": item});
-        self.line(name, line.to_string())?;
+        anyhow::ensure!(
+            tree.depth() <= DEEPEST,
+            "groups that are nested more than {DEEPEST} deep cannot be copied"
+        );
+        let insert = Action::InsertTree {
+            parent,
+            index,
+            tree,
+        };
+        self.act(name, insert)?;
         // The first that was inserted is the one at the place.
         let children = self.scene.node(parent).children();
         children.get(index).copied().context("nothing was inserted")
     }
 
-    /// What nodes are in a scene's file, with all that they hold, for copies, which are not locked.
-    pub fn items(&self, nodes: &[NodeId]) -> Vec<Value> {
-        let all: Value = serde_json::from_str(&self.scene.to_json()).expect("a scene is JSON");
-        let item = |&node: &NodeId| {
-            let pointer = self.scene.path(node);
-            let pointer = pointer.replace('[', "/").replace(']', "").replace('.', "/");
-            let mut item = all.pointer(&format!("/{pointer}")).cloned();
-            if let Some(Value::Object(own)) = &mut item {
-                own.remove("locked");
-            }
-            item
+    /// Nodes with all that they hold, for copies, which are not locked.
+    pub fn copies(&self, nodes: &[NodeId]) -> Vec<Subtree> {
+        let copy = |&node: &NodeId| {
+            let mut tree = self.scene.subtree(node);
+            tree.entry.locked = false;
+            tree
         };
-        nodes.iter().filter_map(item).collect()
+        nodes.iter().map(copy).collect()
     }
 
-    fn line(&mut self, name: &str, line: String) -> anyhow::Result<Option<Edited>> {
+    fn act(&mut self, name: &str, action: Action) -> anyhow::Result<Option<Edited>> {
         let before = self.scene.history_lengths()[0];
+        // What a journal says of an action is where its nodes are before it.
+        let line = self.line_of(&action)?;
         // What cannot be drawn is refused before it is recorded.
-        let edited = self.scene.replay_checked(&line, Program::check)?;
-        let has_mesh = line.contains("\"mesh\"");
+        let edited = self.scene.perform_checked(&action, Program::check)?;
+        let has_mesh = action.entries().any(|entry| entry.body.file().is_some());
         self.recovery.record(&line);
-        self.lines.push(line);
+        self.actions.push(action);
         match &mut self.stroke {
             None => self.named(before, name),
             Some(Stroke { before, name }) => {
@@ -265,15 +259,33 @@ impl Document {
         self.names.push(name.into());
     }
 
-    fn control(&mut self, word: &str) {
-        self.say(json!({"edit": word}).to_string());
+    /// The line of an action; nodes that are gone are nowhere.
+    fn line_of(&self, action: &Action) -> anyhow::Result<String> {
+        let is_there = match *action {
+            Action::InsertTree { parent, .. } => self.has(parent),
+            Action::Edit(Edit::Insert { parent, .. }) => self.has(parent),
+            Action::Edit(Edit::Move { node, parent, .. }) => self.has(node) && self.has(parent),
+            Action::Edit(
+                Edit::Remove { node }
+                | Edit::Replace { node, .. }
+                | Edit::SetVisible { node, .. }
+                | Edit::Transform { node, .. },
+            ) => self.has(node),
+            _ => true,
+        };
+        anyhow::ensure!(
+            is_there,
+            "what is to be edited is not in the scene any more"
+        );
+        Ok(self.scene.action_line(action))
     }
 
-    /// A line that is no edit.
-    fn say(&mut self, line: String) {
-        if self.scene.replay(&line).is_ok() {
+    /// An action that is no edit.
+    fn control(&mut self, action: Action) {
+        let line = self.scene.action_line(&action);
+        if self.scene.perform(&action).is_ok() {
             self.recovery.record(&line);
-            self.lines.push(line);
+            self.actions.push(action);
         }
     }
 
@@ -281,7 +293,7 @@ impl Document {
     pub fn begin_stroke(&mut self, name: &str) {
         self.end_stroke();
         let before = self.scene.history_lengths()[0];
-        self.control("begin_stroke");
+        self.control(Action::BeginStroke);
         let name = Some(name.to_owned());
         self.stroke = Some(Stroke { before, name });
     }
@@ -289,7 +301,7 @@ impl Document {
     /// See [`Document::begin_stroke`].
     pub fn end_stroke(&mut self) {
         if self.stroke.take().is_some() {
-            self.control("end_stroke");
+            self.control(Action::EndStroke);
         }
     }
 
@@ -313,7 +325,7 @@ impl Document {
     pub fn undo(&mut self) {
         self.end_stroke();
         if self.scene.history_lengths()[0] > 0 {
-            self.control("undo");
+            self.control(Action::Undo);
             self.stand_in();
             self.forget_removed();
         }
@@ -323,7 +335,7 @@ impl Document {
     pub fn redo(&mut self) {
         self.end_stroke();
         if self.scene.history_lengths()[1] > 0 {
-            self.control("redo");
+            self.control(Action::Redo);
             self.stand_in();
             self.forget_removed();
         }
@@ -447,8 +459,7 @@ impl Document {
         };
         crate::place::put(path, |out| out.write_all(text.as_bytes()))?;
         if !moved.is_empty() {
-            let line = json!({"edit": "rename_meshes", "paths": moved});
-            self.say(line.to_string());
+            self.control(Action::RenameMeshes(moved.clone()));
             for (own, _) in &mut self.missing {
                 if let Some(to) = moved.get(own) {
                     own.clone_from(to);
@@ -498,8 +509,18 @@ pub fn name_of(entry: &Entry) -> String {
 
 /// What a shape is, such as `Round cone`.
 pub fn shape_name(shape: &Shape) -> String {
-    let value = serde_json::to_value(shape).expect("a shape is JSON");
-    spoken(value["type"].as_str().unwrap_or("shape"))
+    let mut words = String::new();
+    for (i, letter) in shape.kind().chars().enumerate() {
+        if i > 0 && letter.is_uppercase() {
+            words.push(' ');
+        }
+        words.push(if i > 0 {
+            letter.to_ascii_lowercase()
+        } else {
+            letter
+        });
+    }
+    words
 }
 
 /// A key such as `half_size` in words.

@@ -3,7 +3,7 @@
 use crate::document::Document;
 use crate::mesh_files::folder_of;
 use argil::Shape;
-use argil::{Body, Edit, Entry, Group, Modifier, NodeId, Scene};
+use argil::{Body, Edit, Entry, Group, Modifier, NodeId, Scene, Subtree};
 use std::path::{Path, PathBuf};
 
 impl Document {
@@ -12,7 +12,7 @@ impl Document {
         let index = self.scene().node(Scene::ROOT).children().len();
         let made = self.edit(
             name,
-            &Edit::Insert {
+            Edit::Insert {
                 parent: Scene::ROOT,
                 index,
                 entry,
@@ -33,7 +33,7 @@ impl Document {
         let nodes = self.unlocked()?;
         self.begin_stroke(name);
         for node in nodes {
-            self.edit(name, &Edit::Remove { node })?;
+            self.edit(name, Edit::Remove { node })?;
         }
         self.end_stroke();
         self.selection.clear();
@@ -42,13 +42,13 @@ impl Document {
 
     /// Put what was copied behind what is selected.
     pub(crate) fn paste(&mut self, text: &str) -> anyhow::Result<()> {
-        let items: Vec<serde_json::Value> = serde_json::from_str(text)
+        let trees: Vec<Subtree> = serde_json::from_str(text)
             .map_err(|_| anyhow::anyhow!("what was copied is no brush of Argil"))?;
         let (parent, index) = self.behind_selection();
         self.begin_stroke("Paste");
         let mut made = Vec::new();
-        for (i, item) in items.iter().enumerate() {
-            let node = self.insert_item("Paste", (parent, index + i), item);
+        for (i, tree) in trees.into_iter().enumerate() {
+            let node = self.insert_tree("Paste", (parent, index + i), tree);
             if node.is_err() {
                 self.end_stroke();
             }
@@ -81,15 +81,15 @@ impl Document {
     pub(crate) fn duplicate_within_stroke(&mut self) -> anyhow::Result<Vec<NodeId>> {
         let mut made = Vec::new();
         let nodes = self.outermost();
-        let items = self.items(&nodes);
-        for (node, item) in nodes.into_iter().zip(items) {
+        let trees = self.copies(&nodes);
+        for (node, tree) in nodes.into_iter().zip(trees) {
             let scene = self.scene();
             let Some(parent) = scene.node(node).parent() else {
                 continue;
             };
             let own = scene.node(parent).children();
             let index = own.iter().position(|&n| n == node).unwrap_or(0) + 1;
-            let copy = self.insert_item("Duplicate", (parent, index), &item);
+            let copy = self.insert_tree("Duplicate", (parent, index), tree);
             made.push(copy?);
         }
         self.selection = made.clone();
@@ -112,14 +112,14 @@ impl Document {
             index,
             entry,
         };
-        let group = self.edit("Group", &insert)?.node;
+        let group = self.edit("Group", insert)?.node;
         for (index, node) in nodes.into_iter().enumerate() {
             let edit = Edit::Move {
                 node,
                 parent: group,
                 index,
             };
-            self.edit("Group", &edit)?;
+            self.edit("Group", edit)?;
         }
         self.end_stroke();
         self.select(Some(group), false);
@@ -165,10 +165,10 @@ impl Document {
                     parent,
                     index: index + 1 + i,
                 };
-                self.edit("Ungroup", &edit)?;
+                self.edit("Ungroup", edit)?;
                 freed.push(node);
             }
-            self.edit("Ungroup", &Edit::Remove { node: group })?;
+            self.edit("Ungroup", Edit::Remove { node: group })?;
         }
         self.end_stroke();
         self.selection = freed;
@@ -182,7 +182,7 @@ impl Document {
         let word = if visible { "Show" } else { "Hide" };
         self.begin_stroke(word);
         for node in self.selection.clone() {
-            self.edit(word, &Edit::SetVisible { node, visible })?;
+            self.edit(word, Edit::SetVisible { node, visible })?;
         }
         self.end_stroke();
         Ok(())

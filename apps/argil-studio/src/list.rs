@@ -158,7 +158,7 @@ impl BrushList {
                 node,
                 visible: !visible,
             };
-            session.attempt(|s| s.document.edit(word, &edit).map(drop));
+            session.attempt(|s| s.document.edit(word, edit).map(drop));
         }
     }
 
@@ -368,7 +368,7 @@ fn drop_at(
             parent,
             index,
         };
-        let moved = document.edit("Reorder", &edit);
+        let moved = document.edit("Reorder", edit);
         if moved.is_err() {
             document.end_stroke();
         }

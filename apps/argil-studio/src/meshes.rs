@@ -120,7 +120,7 @@ impl Session {
     pub(crate) fn reload(&mut self) {
         self.version += 1000;
         // What was done in this frame is in the scene already.
-        drop(self.document.take_lines());
+        drop(self.document.take_actions());
         self.renderer.load(self.document.scene(), self.version);
         self.picker.forget();
     }

@@ -1,7 +1,9 @@
 //! What draws the scene: a copy of it that follows the document line by line, and a world of each pipeline that is looked at.
 
 use anyhow::Context;
-use argil::{Camera, DenseOptions, Drawn, Engine, Scene, Settings, Show, Spread, Via, World};
+use argil::{
+    Action, Camera, DenseOptions, Drawn, Engine, Scene, Settings, Show, Spread, Via, World,
+};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -180,11 +182,11 @@ impl Painter {
 
     /// Follow the document. What the document did can be done here: if it cannot, nothing is drawn from then on but the reason,
     /// until a scene is loaded.
-    pub fn follow(&mut self, lines: &[String]) {
-        for line in lines {
-            if let Err(error) = self.scene.replay(line) {
+    pub fn follow(&mut self, actions: &[Action]) {
+        for action in actions {
+            if let Err(error) = self.scene.perform(action) {
                 let fault = format!(
-                    "the picture has parted from the document: {error}, in {line}; save and open the scene again"
+                    "the picture has parted from the document: {error}; save and open the scene again"
                 );
                 self.fault.get_or_insert(fault);
             }
@@ -318,6 +320,7 @@ mod tests {
     use super::*;
     use crate::eye::Eye;
     use crate::samples::first;
+    use argil::{Brush, Edit, Shape};
 
     fn request(pipeline: Pipeline) -> Request {
         Request {
@@ -340,24 +343,33 @@ mod tests {
     fn a_copy_that_parts_from_the_document_is_loud() {
         let mut painter = Painter::new(Engine::cpu());
         painter.load(first(), 0);
-        painter.follow(&[r#"{"edit":"remove","node":"brushes[99]"}"#.into()]);
+        let node = first()
+            .push(Brush::new(Shape::sphere(0.1)))
+            .expect("a brush")
+            .node;
+        painter.follow(&[Action::Edit(Edit::Remove { node })]);
         let answer = pollster::block_on(painter.draw(request(Pipeline::Field)));
         let fault = answer.pictures.expect_err("a fault");
-        assert!(fault.contains("brushes[99]"), "{fault}");
+        assert!(fault.contains("is not in the scene"), "{fault}");
         painter.load(first(), 0);
         picture(&mut painter, Pipeline::Field);
     }
 
     #[test]
     fn what_is_drawn_follows_the_document() {
-        let edit = r#"{"edit":"insert","entry":{"shape":{"type":"sphere","radius":0.3},"modifiers":[{"type":"translate","by":[0.3,0.6,0.5]}]}}"#;
+        let entry = Brush::new(Shape::sphere(0.3)).at([0.3, 0.6, 0.5]);
+        let edit = Action::Edit(Edit::Insert {
+            parent: Scene::ROOT,
+            index: first().node(Scene::ROOT).children().len(),
+            entry: entry.into(),
+        });
         let mut edited = first();
-        edited.replay(edit).expect("an edit");
+        edited.perform(&edit).expect("an edit");
         for pipeline in Pipeline::ALL {
             let mut painter = Painter::new(Engine::cpu());
             painter.load(first(), 0);
             let before = picture(&mut painter, pipeline);
-            painter.follow(&[edit.into()]);
+            painter.follow(std::slice::from_ref(&edit));
             let after = picture(&mut painter, pipeline);
             let apart = |a: &[u8], b: &[u8]| a.iter().zip(b).filter(|(a, b)| a != b).count();
             let shown = apart(&before, &after);
@@ -367,7 +379,7 @@ mod tests {
             let off = apart(&picture(&mut fresh, pipeline), &after);
             // Its lattice may lie otherwise.
             assert!(8 * off < shown, "{pipeline:?}: {off} of {shown}");
-            painter.follow(&[r#"{"edit":"undo"}"#.into()]);
+            painter.follow(&[Action::Undo]);
             let off = apart(&picture(&mut painter, pipeline), &before);
             assert!(
                 20 * off < shown,

@@ -1,7 +1,7 @@
 //! The painter beside the window: on a thread of its own, or in a browser, where there is none, while it waits for the GPU.
 
 use crate::painter::{Answer, Painter, Request};
-use argil::{Engine, Scene};
+use argil::{Action, Engine, Scene};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
@@ -9,7 +9,7 @@ use web_time::Instant;
 
 enum Message {
     Load(Box<Scene>, u64),
-    Follow(Vec<String>),
+    Follow(Vec<Action>),
     Time(f32),
     Draw(Box<Request>),
 }
@@ -17,7 +17,7 @@ enum Message {
 async fn take(painter: &mut Painter, message: Message) -> Option<Answer> {
     match message {
         Message::Load(scene, version) => painter.load(*scene, version),
-        Message::Follow(lines) => painter.follow(&lines),
+        Message::Follow(actions) => painter.follow(&actions),
         Message::Time(time) => painter.set_time(time),
         Message::Draw(request) => return Some(painter.draw(*request).await),
     }
@@ -187,14 +187,14 @@ impl Renderer {
 
     /// Another scene, as it is after so many lines.
     pub fn load(&mut self, scene: &Scene, version: u64) {
-        let message = Message::Load(Box::new(scene.clone()), version);
+        let message = Message::Load(Box::new(scene.replica()), version);
         self.place.send(message);
     }
 
-    /// Lines of the document.
-    pub fn follow(&mut self, lines: Vec<String>) {
-        if !lines.is_empty() {
-            self.place.send(Message::Follow(lines));
+    /// What was done to the document.
+    pub fn follow(&mut self, actions: Vec<Action>) {
+        if !actions.is_empty() {
+            self.place.send(Message::Follow(actions));
         }
     }
 

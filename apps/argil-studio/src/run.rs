@@ -152,8 +152,8 @@ impl Studio {
 
     fn copy(&mut self, ctx: &egui::Context, takes: bool) {
         let document = &self.session.document;
-        let items = document.items(&document.outermost());
-        if let Ok(text) = serde_json::to_string_pretty(&items) {
+        let trees = document.copies(&document.outermost());
+        if let Ok(text) = serde_json::to_string_pretty(&trees) {
             ctx.copy_text(text);
         }
         if takes {

@@ -78,7 +78,7 @@ impl View {
                 let index = session.document.scene().node(Scene::ROOT).children().len();
                 let made = session.document.edit(
                     "Stroke",
-                    &Edit::Insert {
+                    Edit::Insert {
                         parent: Scene::ROOT,
                         index,
                         entry: self.sculpting.group(),
@@ -112,7 +112,7 @@ impl View {
             index,
             entry,
         };
-        session.document.edit("Stroke", &edit).map(drop)
+        session.document.edit("Stroke", edit).map(drop)
     }
 
     /// Widen the blend of each brush whose own surface is within a radius of a point.

@@ -126,7 +126,7 @@ impl Session {
     /// Hand on what was done.
     pub(crate) fn hand_on(&mut self) {
         self.load_wanted();
-        let lines = self.document.take_lines();
+        let lines = self.document.take_actions();
         self.version += lines.len() as u64;
         self.renderer.follow(lines);
     }

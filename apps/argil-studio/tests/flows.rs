@@ -422,7 +422,7 @@ fn a_node_that_is_gone_is_not_edited() {
     let entry = desk.scene().node(node).entry().clone();
     let document = desk.window.state_mut().document_mut();
     let removal = argil::Edit::Remove { node: group };
-    document.edit("Delete", &removal).expect("an edit");
+    document.edit("Delete", removal).expect("an edit");
     // Where it was in its group, there is the ball in the scene.
     let before = document.scene().to_json();
     assert!(document.replace("Move", node, entry).is_err());

@@ -175,6 +175,12 @@ impl History {
         })
     }
 
+    /// Forget the changes after so many: they were taken back before anybody could see them.
+    pub fn forget_changes_after(&mut self, count: usize) {
+        self.forgotten = self.forgotten.min(count);
+        self.changes.truncate(count - self.forgotten);
+    }
+
     /// How many changes there were.
     pub fn count(&self) -> usize {
         self.forgotten + self.changes.len()
@@ -192,4 +198,7 @@ pub(crate) struct Aside {
     pub(crate) redo: Vec<Vec<Step>>,
     pub(crate) limit: HistoryLimit,
     pub(crate) is_stroke: bool,
+    /// Nodes, and changes, that there were.
+    pub(crate) nodes: usize,
+    pub(crate) changes: usize,
 }

@@ -18,6 +18,7 @@
 //! # Ok::<(), argil_scene::EditError>(())
 //! ```
 
+mod action;
 mod animate;
 mod change;
 mod crowd;
@@ -51,6 +52,7 @@ mod undo;
 mod view;
 mod watch;
 
+pub use action::{Action, Subtree};
 pub use change::Change;
 pub use edit::{Edit, EditError, Edited};
 pub use entry::{Body, Brush, Entry, Group};

@@ -9,7 +9,10 @@
 //! ```
 
 use crate::file::Item;
-use crate::{Body, Edit, EditError, Edited, Entry, Material, Modifier, NodeId, Operator, Scene};
+use crate::{
+    Action, Body, Edit, EditError, Edited, Entry, Material, Modifier, NodeId, Operator, Scene,
+    Subtree,
+};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -111,14 +114,6 @@ fn reason(error: &serde_json::Error) -> String {
     }
 }
 
-/// Refuse to put something into a brush.
-fn check_group(entry: &Entry) -> Result<(), LogError> {
-    match entry.body {
-        Body::Group => Ok(()),
-        Body::Shape(_) => Err(LogError::Both),
-    }
-}
-
 impl Item {
     fn into_entry(self) -> (Entry, Vec<Item>) {
         let operator = Operator {
@@ -162,16 +157,38 @@ impl Item {
     }
 }
 
-/// Whether a line is an edit, and not a word on the history.
-fn is_edit(line: &str) -> Result<bool, LogError> {
-    Ok(!matches!(
-        serde_json::from_slice(line.as_bytes())?,
-        Line::Undo {}
-            | Line::Redo {}
-            | Line::BeginStroke {}
-            | Line::EndStroke {}
-            | Line::RenameMeshes { .. }
-    ))
+impl From<Item> for Subtree {
+    fn from(item: Item) -> Self {
+        let (entry, inner) = item.into_entry();
+        Self {
+            entry,
+            children: inner.into_iter().map(Self::from).collect(),
+        }
+    }
+}
+
+impl From<&Subtree> for Item {
+    fn from(tree: &Subtree) -> Self {
+        let mut item = Self::of(&tree.entry);
+        if let Some(brushes) = &mut item.brushes {
+            brushes.extend(tree.children.iter().map(Self::from));
+        }
+        item
+    }
+}
+
+/// As a brush or group of a scene's file.
+impl Serialize for Subtree {
+    fn serialize<S: serde::Serializer>(&self, out: S) -> Result<S::Ok, S::Error> {
+        Item::from(self).serialize(out)
+    }
+}
+
+/// As a brush or group of a scene's file.
+impl<'de> Deserialize<'de> for Subtree {
+    fn deserialize<D: serde::Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
+        Item::deserialize(from).map(Self::from)
+    }
 }
 
 impl Scene {
@@ -190,148 +207,96 @@ impl Scene {
     /// # Errors
     /// If the line cannot be read or done. Nothing is changed then.
     pub fn replay(&mut self, line: &str) -> Result<Option<Edited>, LogError> {
-        let node_of = |scene: &Self, path: &str| {
-            scene
-                .find(path)
-                .ok_or_else(|| LogError::NoSuchPath(path.to_owned()))
+        let action = self.read_action(line)?;
+        self.perform(&action)
+    }
+
+    /// What a line of a log says, of the scene as it is.
+    ///
+    /// # Errors
+    /// If the line cannot be read, or names what is not there.
+    pub fn read_action(&self, line: &str) -> Result<Action, LogError> {
+        let node_of = |path: &str| {
+            let found = self.find(path);
+            found.ok_or_else(|| LogError::NoSuchPath(path.to_owned()))
         };
-        let edit = match serde_json::from_slice(line.as_bytes())? {
+        Ok(match serde_json::from_slice(line.as_bytes())? {
             Line::Insert { into, index, entry } => {
-                let parent = node_of(self, &into)?;
-                return self.insert_all(parent, index, *entry).map(Some);
+                let parent = node_of(&into)?;
+                let index = index.unwrap_or(self.node(parent).children.len());
+                let tree = Subtree::from(*entry);
+                Action::InsertTree {
+                    parent,
+                    index,
+                    tree,
+                }
             }
-            Line::Remove { node } => Edit::Remove {
-                node: node_of(self, &node)?,
-            },
+            Line::Remove { node } => Action::Edit(Edit::Remove {
+                node: node_of(&node)?,
+            }),
             Line::Replace { node, entry } => {
-                let node = node_of(self, &node)?;
+                let node = node_of(&node)?;
                 let (entry, inner) = entry.into_entry();
                 if !inner.is_empty() {
                     return Err(LogError::Inner);
                 }
-                Edit::Replace { node, entry }
+                Action::Edit(Edit::Replace { node, entry })
             }
-            Line::Move { node, into, index } => Edit::Move {
-                node: node_of(self, &node)?,
-                parent: node_of(self, &into)?,
+            Line::Move { node, into, index } => Action::Edit(Edit::Move {
+                node: node_of(&node)?,
+                parent: node_of(&into)?,
                 index,
-            },
-            Line::SetVisible { node, visible } => Edit::SetVisible {
-                node: node_of(self, &node)?,
+            }),
+            Line::SetVisible { node, visible } => Action::Edit(Edit::SetVisible {
+                node: node_of(&node)?,
                 visible,
-            },
-            Line::Transform { node, by } => Edit::Transform {
-                node: node_of(self, &node)?,
+            }),
+            Line::Transform { node, by } => Action::Edit(Edit::Transform {
+                node: node_of(&node)?,
                 by,
+            }),
+            Line::SetMaterial { name, material } => {
+                Action::Edit(Edit::SetMaterial { name, material })
+            }
+            Line::RenameMeshes { paths } => Action::RenameMeshes(paths),
+            Line::BeginStroke {} => Action::BeginStroke,
+            Line::EndStroke {} => Action::EndStroke,
+            Line::Undo {} => Action::Undo,
+            Line::Redo {} => Action::Redo,
+        })
+    }
+
+    /// An action as a line of a log, without the line's end. To be asked before it is done, as it may move nodes.
+    pub fn action_line(&self, action: &Action) -> String {
+        let line = match action {
+            Action::Edit(edit) => self.line_of(edit),
+            Action::InsertTree {
+                parent,
+                index,
+                tree,
+            } => Line::Insert {
+                into: self.path(*parent),
+                index: Some(*index),
+                entry: Box::new(Item::from(tree)),
             },
-            Line::SetMaterial { name, material } => Edit::SetMaterial { name, material },
-            Line::RenameMeshes { paths } => {
-                self.rename_meshes(&paths);
-                return Ok(None);
-            }
-            Line::BeginStroke {} => {
-                self.begin_stroke();
-                return Ok(None);
-            }
-            Line::EndStroke {} => {
-                self.end_stroke();
-                return Ok(None);
-            }
-            Line::Undo {} => return self.undo_edit().map(Some).ok_or(LogError::NothingToUndo),
-            Line::Redo {} => return self.redo_edit().map(Some).ok_or(LogError::NothingToRedo),
+            Action::RenameMeshes(paths) => Line::RenameMeshes {
+                paths: paths.clone(),
+            },
+            Action::BeginStroke => Line::BeginStroke {},
+            Action::EndStroke => Line::EndStroke {},
+            Action::Undo => Line::Undo {},
+            Action::Redo => Line::Redo {},
         };
-        Ok(Some(self.apply(edit)?))
+        text_of(&line)
     }
 
-    /// [`Scene::replay`] of a line, unless a check of the scene as it then is refuses it; the check is told the node that was made or
-    /// changed. Only edits are checked: what undo and redo bring back was there before.
-    ///
-    /// # Errors
-    /// As there, or what the check says. Nothing is changed then: neither the scene nor what can be undone and redone.
-    pub fn replay_checked<E: std::error::Error + Send + Sync + 'static>(
-        &mut self,
-        line: &str,
-        check: impl FnOnce(&Self, NodeId) -> Result<(), E>,
-    ) -> Result<Option<Edited>, LogError> {
-        if !is_edit(line)? {
-            return self.replay(line);
-        }
-        let before = self.set_history_aside();
-        let done = self.replay(line);
-        let checked = match &done {
-            Ok(Some(edited)) => {
-                check(self, edited.node).map_err(|fault| LogError::Refused(Box::new(fault)))
-            }
-            _ => Ok(()),
-        };
-        self.join_history(before, done.is_ok() && checked.is_ok());
-        checked.and(done)
-    }
-
-    /// Insert a brush, or a group with all that it holds as one step.
-    fn insert_all(
-        &mut self,
-        parent: NodeId,
-        index: Option<usize>,
-        item: Item,
-    ) -> Result<Edited, LogError> {
-        let (entry, inner) = item.into_entry();
-        let index = index.unwrap_or(self.node(parent).children.len());
-        let insert = |entry, parent, index| Edit::Insert {
-            parent,
-            index,
-            entry,
-        };
-        if inner.is_empty() {
-            return Ok(self.apply(insert(entry, parent, index))?);
-        }
-        // Whether all of it can be done is known before any of it is.
-        let mut pending: Vec<&Item> = inner.iter().collect();
-        check_group(&entry)?;
-        self.check_entry(&entry)?;
-        while let Some(item) = pending.pop() {
-            let own = item.clone().into_entry().0;
-            self.check_entry(&own)?;
-            let held = item.brushes.as_deref().unwrap_or_default();
-            if !held.is_empty() {
-                check_group(&own)?;
-            }
-            pending.extend(held);
-        }
-        let is_stroke = self.is_stroke();
-        if !is_stroke {
-            self.begin_stroke();
-        }
-        let made = self.insert_each(insert(entry, parent, index), inner);
-        if !is_stroke {
-            self.end_stroke();
-        }
-        made
-    }
-
-    /// Insert a group, and then what it holds.
-    fn insert_each(&mut self, group: Edit, inner: Vec<Item>) -> Result<Edited, LogError> {
-        let made = self.apply(group)?;
-        let mut all = made;
-        let mut open = vec![(made.node, inner)];
-        while let Some((parent, items)) = open.pop() {
-            for (index, item) in items.into_iter().enumerate() {
-                let (entry, inner) = item.into_entry();
-                let own = self.apply(Edit::Insert {
-                    parent,
-                    index,
-                    entry,
-                })?;
-                all.dirty_box = all.dirty_box.union(own.dirty_box);
-                open.push((own.node, inner));
-            }
-        }
-        Ok(all)
-    }
-
-    /// An edit as a line of a log, without the line's end. To be asked before the edit is done, as it may move nodes.
+    /// An edit as a line of a log, as [`Scene::action_line`] writes it.
     pub fn log_line(&self, edit: &Edit) -> String {
-        let line = match edit {
+        text_of(&self.line_of(edit))
+    }
+
+    fn line_of(&self, edit: &Edit) -> Line {
+        match edit {
             Edit::Insert {
                 parent,
                 index,
@@ -369,7 +334,10 @@ impl Scene {
                 name: name.clone(),
                 material: *material,
             },
-        };
-        serde_json::to_string(&line).expect("entries are JSON")
+        }
     }
+}
+
+fn text_of(line: &Line) -> String {
+    serde_json::to_string(line).expect("entries are JSON")
 }

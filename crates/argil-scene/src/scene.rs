@@ -25,6 +25,16 @@ impl Clone for Identity {
     }
 }
 
+/// What the ids of new nodes are marked with: that of the scene that a replica is of; a clone's are its own.
+#[derive(Debug, Default)]
+pub(crate) struct Origin(Option<u32>);
+
+impl Clone for Origin {
+    fn clone(&self) -> Self {
+        Self::default()
+    }
+}
+
 /// An ordered list of brushes and groups, with materials and a way to look at them. See the crate's page.
 #[derive(Clone, Debug)]
 pub struct Scene {
@@ -37,6 +47,7 @@ pub struct Scene {
     pub(crate) watches: Watches,
     pub(crate) crowds: HashMap<NodeId, Crowd>,
     pub(crate) identity: Identity,
+    pub(crate) origin: Origin,
     /// A name for people.
     pub name: String,
     /// Where the scene or its parts come from.
@@ -69,10 +80,37 @@ impl Scene {
             watches: Watches::default(),
             crowds: HashMap::new(),
             identity: Identity::new(),
+            origin: Origin::default(),
             name: String::new(),
             credit: String::new(),
             view: View::default(),
         }
+    }
+
+    /// A clone in which the same [actions](crate::Action), in the same order, make nodes of the same ids: for whoever follows a scene
+    /// elsewhere, as on another thread. Refused actions count for nothing.
+    ///
+    /// ```
+    /// use argil_scene::{Action, Brush, Edit, Scene, Shape};
+    /// let mut scene = Scene::new();
+    /// let mut copy = scene.replica();
+    /// let entry = Brush::new(Shape::sphere(1.0)).into();
+    /// let insert = Action::Edit(Edit::Insert { parent: Scene::ROOT, index: 0, entry });
+    /// let made = scene.perform(&insert)?.expect("an edit").node;
+    /// assert_eq!(copy.perform(&insert)?.expect("an edit").node, made);
+    /// # Ok::<(), argil_scene::LogError>(())
+    /// ```
+    pub fn replica(&self) -> Self {
+        Self {
+            origin: Origin(Some(self.own_origin())),
+            ..self.clone()
+        }
+    }
+
+    fn own_origin(&self) -> u32 {
+        // Neither a root's nor that of nodes that are gone.
+        let own = (self.identity.0 % u64::from(GONE - 1)) as u32 + 1;
+        self.origin.0.unwrap_or(own)
     }
 
     /// A node by its id.
@@ -93,8 +131,7 @@ impl Scene {
 
     /// Makes a node that is not in the tree yet.
     pub(crate) fn add_node(&mut self, entry: Entry, parent: Option<NodeId>) -> NodeId {
-        // Neither a root's nor that of nodes that are gone.
-        let origin = (self.identity.0 % u64::from(GONE - 1)) as u32 + 1;
+        let origin = self.own_origin();
         let id = NodeId {
             index: self.nodes.len() as u32,
             origin,

@@ -75,6 +75,17 @@ macro_rules! shapes {
                 )*)*}
             }
 
+            /// What shape it is: the variant's name.
+            ///
+            /// ```
+            /// assert_eq!(argil_scene::Shape::sphere(1.0).kind(), "Sphere");
+            /// ```
+            pub fn kind(&self) -> &'static str {
+                match self {$($(
+                    Self::$shape { .. } => stringify!($shape),
+                )*)*}
+            }
+
             /// Whether the distance is Euclidean or a lower bound of it.
             pub fn exactness(&self) -> Exactness {
                 let is_exact = match self {$($(

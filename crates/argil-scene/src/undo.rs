@@ -6,8 +6,11 @@ use crate::history::{Aside, Step, is_covered};
 impl Scene {
     /// Sets the history aside, so that what comes next can be taken back without a trace.
     pub(crate) fn set_history_aside(&mut self) -> Aside {
+        let (nodes, changes) = (self.nodes.len(), self.history.count());
         let history = &mut self.history;
         let aside = Aside {
+            nodes,
+            changes,
             undo: std::mem::take(&mut history.undo),
             redo: std::mem::take(&mut history.redo),
             limit: std::mem::take(&mut history.limit),
@@ -27,6 +30,9 @@ impl Scene {
             for step in steps.into_iter().rev() {
                 self.take(step);
             }
+            self.nodes.truncate(aside.nodes);
+            self.crowds.retain(|group, _| group.index() < aside.nodes);
+            self.history.forget_changes_after(aside.changes);
         }
         let is_empty = new.iter().all(Vec::is_empty);
         let history = &mut self.history;

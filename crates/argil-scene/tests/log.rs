@@ -155,30 +155,43 @@ fn refused_edits_leave_no_trace() {
     #[derive(Debug, thiserror::Error)]
     #[error("no")]
     struct No;
-    let refuse = |_: &Scene, _| Err(No);
-    let accept = |_: &Scene, _| Ok::<(), No>(());
+    let refuse = Err(());
+    let accept = Ok(());
+    let checked = |scene: &mut Scene, line: &str, answer: Result<(), ()>| {
+        let action = scene.read_action(line)?;
+        scene.perform_checked(&action, |_, _| answer.map_err(|()| No))
+    };
     let ball = r#"{"edit":"insert","entry":{"shape":{"type":"sphere","radius":0.5}}}"#;
     let group = r#"{"edit":"insert","entry":{"brushes":[{"shape":{"type":"sphere","radius":0.5}},{"brushes":[]}]}}"#;
     let grow = r#"{"edit":"transform","node":"brushes[0]","by":{"type":"scale","by":2}}"#;
     let mut scene = Scene::new();
     for _ in 0..3 {
-        scene.replay_checked(ball, accept).expect("an edit");
+        checked(&mut scene, ball, accept).expect("an edit");
     }
     assert!(scene.undo());
     let (before, lengths) = (scene.clone(), scene.history_lengths());
+    let counts = |scene: &Scene| (scene.node_count(), scene.change_count());
+    let (seen, mut copy) = (counts(&scene), scene.replica());
     for line in [ball, group, grow] {
-        assert!(scene.replay_checked(line, refuse).is_err());
+        assert!(checked(&mut scene, line, refuse).is_err());
         assert!(scene == before && scene.history_lengths() == lengths);
+        assert_eq!(counts(&scene), seen);
     }
+    // Who follows it by what was done, and not what was refused, has nodes of the same ids.
+    let action = scene.read_action(group).expect("a line");
+    let made = [&mut scene, &mut copy].map(|own| own.perform(&action).expect("an edit"));
+    assert_eq!(made[0].map(|own| own.node), made[1].map(|own| own.node));
+    assert!(scene.undo() && scene == before);
+    let lengths = scene.history_lengths();
     // Within a stroke what was done before in it stays.
     scene.begin_stroke();
-    scene.replay_checked(grow, accept).expect("an edit");
+    checked(&mut scene, grow, accept).expect("an edit");
     let within = scene.clone();
     for line in [grow, group, ball] {
-        assert!(scene.replay_checked(line, refuse).is_err());
+        assert!(checked(&mut scene, line, refuse).is_err());
         assert!(scene == within);
     }
-    scene.replay_checked(grow, accept).expect("an edit");
+    checked(&mut scene, grow, accept).expect("an edit");
     scene.end_stroke();
     assert_eq!(scene.history_lengths(), [lengths[0] + 1, 0]);
     assert!(scene.undo());

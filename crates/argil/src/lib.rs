@@ -51,10 +51,10 @@ pub use argil_mesh::{
 #[cfg(feature = "schema")]
 pub use argil_scene::schema;
 pub use argil_scene::{
-    Body, Brush, Change, Ease, Edit, EditError, Edited, Entry, Exactness, FileError, Group,
+    Action, Body, Brush, Change, Ease, Edit, EditError, Edited, Entry, Exactness, FileError, Group,
     HistoryLimit, ImportError, Journal, JournalError, Keyframe, LogError, Material, MeshGrid,
     Modifier, NodeId, Operator, OperatorKind, Outline, Piece, Placement, Profile, Recovered,
-    SampledGrid, Scene, Shape, SplinePoint, Turn, View, is_image, remove_unfinished_files,
+    SampledGrid, Scene, Shape, SplinePoint, Subtree, Turn, View, is_image, remove_unfinished_files,
     replace_file,
 };
 pub use argil_volume::{

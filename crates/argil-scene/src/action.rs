@@ -1,0 +1,247 @@
+//! What is done to a scene, as values: edits, whole groups that are put in, words on the history.
+//!
+//! *Practice.* A program that edits one scene and follows it elsewhere, as an editor with a renderer beside it, sends actions: done on
+//! equal scenes in the same order, they give equal scenes, with the same ids of nodes. [`Scene::action_line`] writes one for a
+//! [journal](crate::Journal) or another machine.
+
+use crate::{Body, Edit, EditError, Edited, Entry, LogError, NodeId, Scene};
+use std::collections::BTreeMap;
+
+/// A brush, or a group with all that it holds, apart from any scene.
+///
+/// ```
+/// use argil_scene::{Action, Brush, Group, Scene, Shape};
+/// let mut scene = Scene::new();
+/// let group = scene.push(Group::new().at([1.0, 0.0, 0.0]))?.node;
+/// scene.push_into(group, Brush::new(Shape::sphere(0.5)))?;
+/// let tree = scene.subtree(group);
+/// let copy = Action::InsertTree { parent: Scene::ROOT, index: 1, tree };
+/// scene.perform(&copy)?;
+/// assert_eq!(scene.brush_count(), 2);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct Subtree {
+    /// The brush or group itself.
+    pub entry: Entry,
+    /// What a group holds, in order.
+    pub children: Vec<Subtree>,
+}
+
+/// Something that is done to a scene.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Action {
+    /// An edit.
+    Edit(Edit),
+    /// Put a brush, or a group with all that it holds, into a group as one step.
+    InsertTree {
+        /// The group.
+        parent: NodeId,
+        /// Where in the group, from 0 to its length.
+        index: usize,
+        /// What to put there.
+        tree: Subtree,
+    },
+    /// See [`Scene::rename_meshes`].
+    RenameMeshes(BTreeMap<String, String>),
+    /// See [`Scene::begin_stroke`].
+    BeginStroke,
+    /// See [`Scene::end_stroke`].
+    EndStroke,
+    /// See [`Scene::undo`].
+    Undo,
+    /// See [`Scene::redo`].
+    Redo,
+}
+
+impl Action {
+    /// Whether it is an edit, and not a word on the history or on files.
+    pub fn is_edit(&self) -> bool {
+        matches!(self, Self::Edit(_) | Self::InsertTree { .. })
+    }
+
+    /// The entries that it puts into the scene.
+    pub fn entries(&self) -> impl Iterator<Item = &Entry> {
+        let (one, tree) = match self {
+            Self::Edit(Edit::Insert { entry, .. } | Edit::Replace { entry, .. }) => {
+                (Some(entry), None)
+            }
+            Self::InsertTree { tree, .. } => (None, Some(tree)),
+            _ => (None, None),
+        };
+        one.into_iter()
+            .chain(tree.into_iter().flat_map(Subtree::entries))
+    }
+}
+
+impl Subtree {
+    /// Its own entry and those of all that it holds, in no order.
+    pub fn entries(&self) -> impl Iterator<Item = &Entry> {
+        let mut open = vec![self];
+        std::iter::from_fn(move || {
+            let next = open.pop()?;
+            open.extend(&next.children);
+            Some(&next.entry)
+        })
+    }
+
+    /// How many nodes are within one another at most, itself included.
+    pub fn depth(&self) -> usize {
+        let mut level: Vec<&Self> = vec![self];
+        let mut depth = 0;
+        while !level.is_empty() {
+            depth += 1;
+            level = level.into_iter().flat_map(|own| &own.children).collect();
+        }
+        depth
+    }
+}
+
+/// Without recursion: files may nest groups deeper than a thread's stack is long.
+impl Drop for Subtree {
+    fn drop(&mut self) {
+        let mut open = std::mem::take(&mut self.children);
+        while let Some(mut next) = open.pop() {
+            open.append(&mut next.children);
+        }
+    }
+}
+
+/// Refuse to put something into a brush.
+fn check_group(tree: &Subtree) -> Result<(), LogError> {
+    match tree.entry.body {
+        Body::Shape(_) if !tree.children.is_empty() => Err(LogError::Both),
+        _ => Ok(()),
+    }
+}
+
+impl Scene {
+    /// A node with all that it holds.
+    pub fn subtree(&self, node: NodeId) -> Subtree {
+        let alone = |node: NodeId| Subtree {
+            entry: self.node(node).entry().clone(),
+            children: Vec::new(),
+        };
+        // Those that are not whole yet, the innermost last, with the children that they lack, the next last.
+        let lacking = |node: NodeId| self.node(node).children().iter().rev().copied().collect();
+        let mut open: Vec<(Subtree, Vec<NodeId>)> = vec![(alone(node), lacking(node))];
+        loop {
+            let (_, next) = open.last_mut().expect("the outermost is taken last");
+            if let Some(child) = next.pop() {
+                open.push((alone(child), lacking(child)));
+            } else if let Some((whole, _)) = open.pop() {
+                match open.last_mut() {
+                    Some((around, _)) => around.children.push(whole),
+                    None => return whole,
+                }
+            }
+        }
+    }
+
+    /// Do an action; what that did, of one that changes something.
+    ///
+    /// # Errors
+    /// If it cannot be done. Nothing is changed then.
+    pub fn perform(&mut self, action: &Action) -> Result<Option<Edited>, LogError> {
+        match action {
+            Action::Edit(edit) => Ok(Some(self.apply(edit.clone())?)),
+            Action::InsertTree {
+                parent,
+                index,
+                tree,
+            } => self.insert_tree(*parent, *index, tree).map(Some),
+            Action::RenameMeshes(paths) => {
+                self.rename_meshes(paths);
+                Ok(None)
+            }
+            Action::BeginStroke => {
+                self.begin_stroke();
+                Ok(None)
+            }
+            Action::EndStroke => {
+                self.end_stroke();
+                Ok(None)
+            }
+            Action::Undo => self.undo_edit().map(Some).ok_or(LogError::NothingToUndo),
+            Action::Redo => self.redo_edit().map(Some).ok_or(LogError::NothingToRedo),
+        }
+    }
+
+    /// [`Scene::perform`], unless a check of the scene as it then is refuses it; the check is told the node that was made or
+    /// changed. Only edits are checked: what undo and redo bring back was there before.
+    ///
+    /// # Errors
+    /// As there, or what the check says. Nothing is changed then: neither the scene nor what can be undone and redone.
+    pub fn perform_checked<E: std::error::Error + Send + Sync + 'static>(
+        &mut self,
+        action: &Action,
+        check: impl FnOnce(&Self, NodeId) -> Result<(), E>,
+    ) -> Result<Option<Edited>, LogError> {
+        if !action.is_edit() {
+            return self.perform(action);
+        }
+        let before = self.set_history_aside();
+        let done = self.perform(action);
+        let checked = match &done {
+            Ok(Some(edited)) => {
+                check(self, edited.node).map_err(|fault| LogError::Refused(Box::new(fault)))
+            }
+            _ => Ok(()),
+        };
+        self.join_history(before, done.is_ok() && checked.is_ok());
+        checked.and(done)
+    }
+
+    /// Insert a brush, or a group with all that it holds as one step.
+    fn insert_tree(
+        &mut self,
+        parent: NodeId,
+        index: usize,
+        tree: &Subtree,
+    ) -> Result<Edited, LogError> {
+        let group = Edit::Insert {
+            parent,
+            index,
+            entry: tree.entry.clone(),
+        };
+        // Whether all of it can be done is known before any of it is.
+        let mut open = vec![tree];
+        while let Some(own) = open.pop() {
+            check_group(own)?;
+            self.check_entry(&own.entry)?;
+            open.extend(&own.children);
+        }
+        if tree.children.is_empty() {
+            return Ok(self.apply(group)?);
+        }
+        let is_stroke = self.is_stroke();
+        if !is_stroke {
+            self.begin_stroke();
+        }
+        let made = self.insert_each(group, &tree.children);
+        if !is_stroke {
+            self.end_stroke();
+        }
+        Ok(made?)
+    }
+
+    /// Insert a group, and then what it holds.
+    fn insert_each(&mut self, group: Edit, inner: &[Subtree]) -> Result<Edited, EditError> {
+        let made = self.apply(group)?;
+        let mut all = made;
+        let mut open = vec![(made.node, inner)];
+        while let Some((parent, trees)) = open.pop() {
+            for (index, tree) in trees.iter().enumerate() {
+                let own = self.apply(Edit::Insert {
+                    parent,
+                    index,
+                    entry: tree.entry.clone(),
+                })?;
+                all.dirty_box = all.dirty_box.union(own.dirty_box);
+                open.push((own.node, &tree.children));
+            }
+        }
+        Ok(all)
+    }
+}
