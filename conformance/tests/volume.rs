@@ -428,6 +428,10 @@ fn hit_gap(a: &[Hit], b: &[Hit]) -> (usize, f32, f32) {
 /// Bounded: a filter may round its weights to eight bits, which moves a hit by a small part of a voxel and turns a normal
 /// by a degree or two; where a ray grazes, that decides.
 #[test]
+#[expect(
+    clippy::too_many_lines,
+    reason = "one comparison, and what tells its bounds"
+)]
 fn rays_through_volumes_are_the_same_on_both_devices() {
     let gpu = gpu();
     let case = random_blends(11, 18);

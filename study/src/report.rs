@@ -1,11 +1,14 @@
 //! The report: one page that needs nothing else.
 //!
 //! *Practice.* A function of records and pictures. What is said in words is derived from them as well ([`crate::claims`], and
-//! the sentences of [`sections`]), so that a report of other records says other things.
+//! [`sentences`]), so that a report of other records says other things.
 
+mod devices;
 mod page;
 mod plot;
+mod plots;
 mod sections;
+mod sentences;
 mod source;
 mod table;
 
@@ -128,7 +131,7 @@ pub fn findings(places: &[PathBuf], out: &Path) -> anyhow::Result<()> {
             "\n## {}\n\n{}\n\n*There:* {}\n",
             experiment.title, experiment.question, experiment.study
         );
-        for sentence in sections::sentences(experiment.name, &own) {
+        for sentence in sentences::sentences(experiment.name, &own) {
             text += &format!("\n* {sentence}");
         }
         text += "\n";

@@ -16,40 +16,7 @@ pub fn run(options: &Edit) -> anyhow::Result<()> {
         .flatten()
         .map(PathBuf::as_path)
         .collect();
-    for (nth, path) in outputs.iter().enumerate() {
-        output::check_place(path, &options.edits)?;
-        // A scene can be written back to its own file, but nothing else.
-        if options.scene_output.as_deref() != Some(*path) {
-            output::check_place(path, &options.scene)?;
-        }
-        for other in &outputs[..nth] {
-            ensure!(
-                !output::is_same_place(path, other),
-                "{}: two outputs would be written there: name another",
-                path.display()
-            );
-        }
-    }
-    if let Some(path) = &options.output {
-        output::check_ending(path, "a volume", "argil")?;
-    }
-    if let Some(path) = &options.scene_output {
-        output::check_ending(path, "a scene", "json")?;
-    }
-    if let Some(path) = &options.journal {
-        // Whoever makes it first has it: of two processes that begin at once, one goes on.
-        let made = std::fs::File::create_new(path);
-        if made
-            .as_ref()
-            .is_err_and(|e| e.kind() == std::io::ErrorKind::AlreadyExists)
-        {
-            bail!(
-                "{}: there is a journal already: bring its edits back with `argil recover`, or remove it",
-                path.display()
-            );
-        }
-        made.with_context(|| path.display().to_string())?;
-    }
+    check_outputs(options, &outputs)?;
     let engine = input::engine(&options.on)?;
     ensure!(
         !matches!(options.via, Some(Via::Mesh(_))),
@@ -97,6 +64,45 @@ pub fn run(options: &Edit) -> anyhow::Result<()> {
         "{} cells differ from a fresh bake",
         differing.unwrap_or(0)
     );
+    Ok(())
+}
+
+/// Say what is wrong with the outputs before any work. The journal is there after that.
+fn check_outputs(options: &Edit, outputs: &[&Path]) -> anyhow::Result<()> {
+    for (nth, path) in outputs.iter().enumerate() {
+        output::check_place(path, &options.edits)?;
+        // A scene can be written back to its own file, but nothing else.
+        if options.scene_output.as_deref() != Some(*path) {
+            output::check_place(path, &options.scene)?;
+        }
+        for other in &outputs[..nth] {
+            ensure!(
+                !output::is_same_place(path, other),
+                "{}: two outputs would be written there: name another",
+                path.display()
+            );
+        }
+    }
+    if let Some(path) = &options.output {
+        output::check_ending(path, "a volume", "argil")?;
+    }
+    if let Some(path) = &options.scene_output {
+        output::check_ending(path, "a scene", "json")?;
+    }
+    if let Some(path) = &options.journal {
+        // Whoever makes it first has it: of two processes that begin at once, one goes on.
+        let made = std::fs::File::create_new(path);
+        if made
+            .as_ref()
+            .is_err_and(|e| e.kind() == std::io::ErrorKind::AlreadyExists)
+        {
+            bail!(
+                "{}: there is a journal already: bring its edits back with `argil recover`, or remove it",
+                path.display()
+            );
+        }
+        made.with_context(|| path.display().to_string())?;
+    }
     Ok(())
 }
 

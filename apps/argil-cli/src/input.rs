@@ -145,65 +145,12 @@ pub fn set_time(scene: &mut Scene, time: Option<f32>, path: &Path) -> anyhow::Re
 
 /// How the flags want a scene to be kept. A flag that would do nothing is refused.
 pub fn representation(via: Via, flags: &VolumeFlags, engine: &Engine) -> anyhow::Result<Via> {
-    let of_volume = [
-        ("--resolution", flags.resolution.is_some()),
-        ("--bits", flags.bits.is_some()),
-        ("--band", flags.band.is_some()),
-        ("--stride", flags.stride.is_some()),
-    ];
-    let of_dense = [("--mips", flags.mips), ("--fill", flags.fill.is_some())];
-    let of_octree = [
-        ("--depth", flags.depth.is_some()),
-        ("--keep", flags.keep.is_some()),
-        ("--descent", flags.descent.is_some()),
-        ("--sort", flags.sort.is_some()),
-    ];
-    let of_cut = [("--brick", flags.brick.is_some())];
-    let of_bricks = [
-        ("--memory-budget", flags.memory_budget.is_some()),
-        ("--voxel-size", flags.voxel_size.is_some()),
-    ];
-    let of_mesh = [("--method", flags.method.is_some()), ("--flat", flags.flat)];
-    let of_stored = [
-        ("--bits", flags.bits.is_some()),
-        ("--band", flags.band.is_some()),
-        ("--stride", flags.stride.is_some()),
-    ];
-    let idle =
-        |all: &[(&'static str, bool)]| all.iter().find(|(_, given)| *given).map(|(flag, _)| *flag);
-    let idle = match via {
-        Via::Field => idle(&of_volume)
-            .or(idle(&of_dense))
-            .or(idle(&of_octree))
-            .or(idle(&of_cut))
-            .or(idle(&of_bricks))
-            .or(idle(&of_mesh)),
-        Via::Dense(_) => idle(&of_octree)
-            .or(idle(&of_cut))
-            .or(idle(&of_bricks))
-            .or(idle(&of_mesh)),
-        Via::Octree(_) => idle(&of_dense).or(idle(&of_bricks)).or(idle(&of_mesh)),
-        Via::Bricks(_) => idle(&of_dense).or(idle(&of_octree)).or(idle(&of_mesh)),
-        Via::Mesh(_) => idle(&of_stored)
-            .or(idle(&of_dense))
-            .or(idle(&of_octree))
-            .or(idle(&of_cut))
-            .or(idle(&of_bricks)),
-        // One that has options of its own has no flags for them yet.
-        _ => idle(&of_stored)
-            .or(idle(&of_dense))
-            .or(idle(&of_octree))
-            .or(idle(&of_cut))
-            .or(idle(&of_bricks))
-            .or(idle(&of_mesh)),
-    };
-    if let Some(flag) = idle {
+    if let Some(flag) = idle_flag(via, flags) {
         anyhow::bail!(
             "{flag} does nothing with --via {}: leave it out, or take another --via",
             via.word()
         );
     }
-
     let of_gpu = [
         ("--fill", flags.fill.is_some()),
         ("--sort", flags.sort.is_some()),
@@ -211,20 +158,8 @@ pub fn representation(via: Via, flags: &VolumeFlags, engine: &Engine) -> anyhow:
     if let (Some((flag, _)), None) = (of_gpu.iter().find(|(_, given)| *given), engine.gpu_kind()) {
         anyhow::bail!("{flag} does nothing on the CPU: leave it out, or add --device gpu");
     }
-
     let resolution = flags.resolution.unwrap_or(256);
-    let own = match via {
-        Via::Bricks(_) => BricksOptions::default().settings.encoding,
-        _ => Encoding::default(),
-    };
-    let bits = flags.bits.unwrap_or(own.bits);
-    let range = match (flags.band, flags.stride) {
-        (Some(voxels), _) => Range::Voxels(voxels),
-        (None, Some(stride)) => Range::Stride(stride),
-        (None, None) if bits == own.bits => own.range,
-        (None, None) => Range::default(),
-    };
-    let encoding = Encoding { bits, range };
+    let encoding = encoding(via, flags);
     Ok(match via {
         Via::Field => Via::Field,
         Via::Mesh(_) => Via::Mesh(MeshViaOptions {
@@ -267,6 +202,58 @@ pub fn representation(via: Via, flags: &VolumeFlags, engine: &Engine) -> anyhow:
             all.find(|via| via.word() == other.word()).unwrap_or(other)
         }
     })
+}
+
+/// The first flag that is given and does nothing with a representation.
+fn idle_flag(via: Via, flags: &VolumeFlags) -> Option<&'static str> {
+    let word = via.word();
+    // Each flag, whether it is given, and the representations that take it.
+    let volumes = ["dense", "octree", "bricks"];
+    let all: [(&'static str, bool, &[&str]); 15] = [
+        (
+            "--resolution",
+            flags.resolution.is_some(),
+            // One that has options of its own has a resolution as all have.
+            if via == Via::Field { &[] } else { &[word] },
+        ),
+        ("--bits", flags.bits.is_some(), &volumes),
+        ("--band", flags.band.is_some(), &volumes),
+        ("--stride", flags.stride.is_some(), &volumes),
+        ("--mips", flags.mips, &["dense"]),
+        ("--fill", flags.fill.is_some(), &["dense"]),
+        ("--depth", flags.depth.is_some(), &["octree"]),
+        ("--keep", flags.keep.is_some(), &["octree"]),
+        ("--descent", flags.descent.is_some(), &["octree"]),
+        ("--sort", flags.sort.is_some(), &["octree"]),
+        ("--brick", flags.brick.is_some(), &["octree", "bricks"]),
+        (
+            "--memory-budget",
+            flags.memory_budget.is_some(),
+            &["bricks"],
+        ),
+        ("--voxel-size", flags.voxel_size.is_some(), &["bricks"]),
+        ("--method", flags.method.is_some(), &["mesh"]),
+        ("--flat", flags.flat, &["mesh"]),
+    ];
+    let idle = all
+        .iter()
+        .find(|(_, given, of)| *given && !of.contains(&word));
+    idle.map(|(flag, ..)| *flag)
+}
+
+fn encoding(via: Via, flags: &VolumeFlags) -> Encoding {
+    let own = match via {
+        Via::Bricks(_) => BricksOptions::default().settings.encoding,
+        _ => Encoding::default(),
+    };
+    let bits = flags.bits.unwrap_or(own.bits);
+    let range = match (flags.band, flags.stride) {
+        (Some(voxels), _) => Range::Voxels(voxels),
+        (None, Some(stride)) => Range::Stride(stride),
+        (None, None) if bits == own.bits => own.range,
+        (None, None) => Range::default(),
+    };
+    Encoding { bits, range }
 }
 
 /// A file's path as a scene in a folder names it, with `/` between its parts.

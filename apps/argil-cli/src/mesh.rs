@@ -69,38 +69,55 @@ pub fn run(options: &Mesh) -> anyhow::Result<()> {
     };
     let place = || options.scene.display().to_string();
     let meshed = world.mesh(&settings).with_context(place)?;
-    let report = meshed.report;
-    let mut coarser = Vec::new();
-    if let Some((path, format)) = format {
-        ensure!(
-            report.triangles > 0,
-            "{}: no surface at this iso level lies in its box, so nothing is written",
-            options.scene.display()
-        );
-        save_mesh(&meshed.mesh, format, &how, path)?;
-        let mut before = report.triangles;
-        for (lod, beside) in (1u32..).zip(lods) {
-            let most = report.triangles as usize >> (2 * lod).min(60);
-            let fewer = MeshOptions {
-                most_triangles: Some(most.max(4)),
-                ..settings
-            };
-            let fewer = match world.mesh(&fewer) {
-                // So few triangles are no closed surface any more.
-                Err(argil::MeshError::Simplify(_)) if lod > 1 => break,
-                made => made.with_context(place)?,
-            };
-            // No more can be left out, or nothing would be left.
-            if fewer.report.triangles == before || fewer.report.triangles == 0 {
-                break;
-            }
-            before = fewer.report.triangles;
-            save_mesh(&fewer.mesh, format, &how, &beside)?;
-            coarser.push((beside, fewer));
+    let coarser = match format {
+        Some((path, format)) => {
+            ensure!(
+                meshed.report.triangles > 0,
+                "{}: no surface at this iso level lies in its box, so nothing is written",
+                options.scene.display()
+            );
+            save_mesh(&meshed.mesh, format, &how, path)?;
+            save_coarser(&world, &settings, &meshed.report, lods, |mesh, beside| {
+                Ok(save_mesh(mesh, format, &how, beside)?)
+            })
+            .with_context(place)?
         }
-    }
+        None => Vec::new(),
+    };
     tell(options, &world, &meshed, &coarser);
     Ok(())
+}
+
+/// Make and save meshes of ever fewer triangles, a quarter of those of the one before, at the places that are given for them.
+fn save_coarser(
+    world: &World,
+    settings: &MeshOptions,
+    report: &Report,
+    places: Vec<PathBuf>,
+    save: impl Fn(&argil::Mesh, &Path) -> anyhow::Result<()>,
+) -> anyhow::Result<Vec<(PathBuf, Meshed)>> {
+    let mut coarser = Vec::new();
+    let mut before = report.triangles;
+    for (lod, beside) in (1u32..).zip(places) {
+        let most = report.triangles as usize >> (2 * lod).min(60);
+        let fewer = MeshOptions {
+            most_triangles: Some(most.max(4)),
+            ..*settings
+        };
+        let fewer = match world.mesh(&fewer) {
+            // So few triangles are no closed surface any more.
+            Err(argil::MeshError::Simplify(_)) if lod > 1 => break,
+            made => made?,
+        };
+        // No more can be left out, or nothing would be left.
+        if fewer.report.triangles == before || fewer.report.triangles == 0 {
+            break;
+        }
+        before = fewer.report.triangles;
+        save(&fewer.mesh, &beside)?;
+        coarser.push((beside, fewer));
+    }
+    Ok(coarser)
 }
 
 /// `pot.glb` → `pot-2.glb`.

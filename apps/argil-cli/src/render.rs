@@ -5,7 +5,7 @@ use crate::{input, output};
 use anyhow::Context;
 use argil::{Camera, Drawn, Orbit, Scene, Settings, Via, World};
 use indicatif::{ProgressBar, ProgressStyle};
-use serde_json::json;
+use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -189,6 +189,60 @@ fn numbered(path: &Path, i: usize) -> PathBuf {
     path.with_file_name(format!("{stem}-{i:04}.png"))
 }
 
+/// What was drawn, for programs. Times are those of the build, of frames and of edits, in milliseconds.
+fn json_report(
+    world: &World,
+    drawn: &Drawn,
+    (build_ms, frame_ms, edit_ms): (f64, &[f64], &[f64]),
+    picture: Option<&Path>,
+) -> anyhow::Result<Value> {
+    let engine = world.engine();
+    let kept = world.kept_via();
+    let mut report = json!({
+        "device": engine.device(),
+        "device_reason": engine.reason(),
+        "via": kept.word(),
+        "size": drawn.size,
+        "brushes": world.program().brush_count(),
+        "build_ms": build_ms,
+        "frame_ms": output::times(frame_ms),
+        "frames": frame_ms.len(),
+        "edit_ms": (!edit_ms.is_empty()).then(|| output::times(edit_ms)),
+        "steps": output::spread(drawn.statistics.steps),
+        "fetches": output::spread(drawn.statistics.steps),
+        "memory_bytes": world.memory_bytes(),
+        "hit_pixels": drawn.hit_pixels,
+        "picture": picture.map(|p| p.display().to_string()),
+    });
+    if let Some(all) = report.as_object_mut()
+        && kept != Via::Field
+    {
+        let statistics = &drawn.statistics;
+        all.insert("resolution".into(), json!(world.resolution()));
+        all.insert("stages_ms".into(), output::stages(world.build_times()));
+        for (key, spread) in [
+            ("samples", statistics.samples),
+            ("descents", statistics.descents),
+            ("cells", statistics.cells),
+        ] {
+            all.insert(key.into(), output::spread(spread));
+        }
+        let info = world.volume_info()?;
+        if let Some(tree) = info.and_then(|info| info.tree) {
+            all.insert("bricks".into(), json!(tree.bricks));
+            all.insert("nodes".into(), json!(tree.nodes));
+        }
+        if let Some(sparse) = info.and_then(|info| info.sparse) {
+            all.insert("bricks".into(), json!(sparse.bricks));
+        }
+        if let Some([triangles, vertices]) = world.triangle_counts() {
+            all.insert("triangles".into(), json!(triangles));
+            all.insert("vertices".into(), json!(vertices));
+        }
+    }
+    Ok(report)
+}
+
 fn report(
     options: &Render,
     world: &World,
@@ -199,53 +253,15 @@ fn report(
     picture: Option<&Path>,
 ) -> anyhow::Result<()> {
     let engine = world.engine();
-    let memory_bytes = world.memory_bytes();
     let times = output::times(frame_ms);
     let kept = world.kept_via();
     if options.json {
-        let mut report = json!({
-            "device": engine.device(),
-            "device_reason": engine.reason(),
-            "via": kept.word(),
-            "size": drawn.size,
-            "brushes": world.program().brush_count(),
-            "build_ms": build_ms,
-            "frame_ms": times,
-            "frames": frame_ms.len(),
-            "edit_ms": (!edit_ms.is_empty()).then(|| output::times(edit_ms)),
-            "steps": output::spread(drawn.statistics.steps),
-            "fetches": output::spread(drawn.statistics.steps),
-            "memory_bytes": memory_bytes,
-            "hit_pixels": drawn.hit_pixels,
-            "picture": picture.map(|p| p.display().to_string()),
-        });
-        if let Some(all) = report.as_object_mut()
-            && kept != Via::Field
-        {
-            let statistics = &drawn.statistics;
-            all.insert("resolution".into(), json!(world.resolution()));
-            all.insert("stages_ms".into(), output::stages(world.build_times()));
-            for (key, spread) in [
-                ("samples", statistics.samples),
-                ("descents", statistics.descents),
-                ("cells", statistics.cells),
-            ] {
-                all.insert(key.into(), output::spread(spread));
-            }
-            let info = world.volume_info()?;
-            if let Some(tree) = info.and_then(|info| info.tree) {
-                all.insert("bricks".into(), json!(tree.bricks));
-                all.insert("nodes".into(), json!(tree.nodes));
-            }
-            if let Some(sparse) = info.and_then(|info| info.sparse) {
-                all.insert("bricks".into(), json!(sparse.bricks));
-            }
-            if let Some([triangles, vertices]) = world.triangle_counts() {
-                all.insert("triangles".into(), json!(triangles));
-                all.insert("vertices".into(), json!(vertices));
-            }
-        }
-        output::json(&report);
+        output::json(&json_report(
+            world,
+            drawn,
+            (build_ms, frame_ms, edit_ms),
+            picture,
+        )?);
         return Ok(());
     }
     let [w, h] = drawn.size;

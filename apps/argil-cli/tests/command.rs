@@ -166,6 +166,7 @@ fn an_orbit_is_timed_and_numbered() {
 }
 
 #[test]
+#[expect(clippy::too_many_lines, reason = "a list of requests")]
 fn faults_of_the_request_have_their_codes_and_remedies() {
     let folder = folder();
     let path = |name: &str| text(&folder.path().join(name));

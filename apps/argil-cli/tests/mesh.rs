@@ -163,6 +163,10 @@ fn levels_of_detail_end_where_nothing_would_be_left() {
 }
 
 #[test]
+#[expect(
+    clippy::too_many_lines,
+    reason = "one story, from a mesh to a picture of it"
+)]
 fn meshes_become_scenes() {
     let folder = tempfile::tempdir().expect("a folder");
     let place = |name: &str| folder.path().join(name).display().to_string();
@@ -350,6 +354,7 @@ fn a_mesh_is_drawn_on_both_devices() {
 }
 
 #[test]
+#[expect(clippy::too_many_lines, reason = "a list of requests")]
 fn what_cannot_be_is_refused() {
     let folder = tempfile::tempdir().expect("a folder");
     let place = |name: &str| folder.path().join(name).display().to_string();

@@ -112,6 +112,7 @@ fn a_volume_can_be_baked_anew_and_shown_as_bricks() {
 }
 
 #[test]
+#[expect(clippy::too_many_lines, reason = "a list of requests")]
 fn requests_that_make_no_sense_say_what_would() {
     let folder = tempfile::tempdir().expect("a folder");
     let place = |name: &str| folder.path().join(name).display().to_string();

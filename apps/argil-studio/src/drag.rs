@@ -1,6 +1,8 @@
 //! A drag of a handle, and the screen that it is on.
 
+use crate::eye::{on_line, on_plane};
 use crate::pose::Pose;
+use argil::glam::Quat;
 use argil::glam::{Vec2, Vec3};
 use argil::{NodeId, Shape};
 use eframe::egui::{Color32, Pos2, Rect};
@@ -85,4 +87,103 @@ impl Screen<'_> {
 
 pub(crate) fn pos(v: Vec2) -> Pos2 {
     Pos2::new(v.x, v.y)
+}
+
+impl Drag {
+    /// The axis that it turns about, and by how many degrees.
+    pub(crate) fn turned(
+        &self,
+        screen: &Screen<'_>,
+        at: Vec2,
+        backward: Vec3,
+    ) -> Option<(Vec3, f32)> {
+        let axis = match self.handle {
+            Handle::Axis(i) => self.axes[i],
+            Handle::Free => backward,
+        };
+        let middle = screen.at(self.pivot)?;
+        let turn = (self.start - middle).angle_to(at - middle).to_degrees();
+        // On the screen y goes down; what is seen from behind turns the other way.
+        let faces = if axis.dot(backward) < 0.0 { 1.0 } else { -1.0 };
+        Some((axis, faces * turn))
+    }
+
+    /// How many times as large it makes things.
+    pub(crate) fn scaled(&self, screen: &Screen<'_>, at: Vec2) -> Option<f32> {
+        let (pivot, start) = (self.pivot, self.start);
+        let middle = screen.at(pivot)?;
+        let along = match self.handle {
+            Handle::Axis(i) => screen.at(pivot + screen.length(LENGTH, pivot) * self.axes[i]),
+            Handle::Free => None,
+        };
+        Some(match along {
+            // Along the handle, as it is seen.
+            Some(end) => {
+                let along = (end - middle).normalize_or_zero();
+                (at - middle).dot(along).max(1.0) / (start - middle).dot(along).max(8.0)
+            }
+            None => at.distance(middle).max(1.0) / start.distance(middle).max(8.0),
+        })
+    }
+
+    /// By how much it shifts things.
+    pub(crate) fn shifted(&self, screen: &Screen<'_>, at: Vec2, backward: Vec3) -> Option<Vec3> {
+        let [before, now] = [self.start, at].map(|p| screen.ray(p));
+        match self.handle {
+            Handle::Axis(i) => {
+                let along = |ray| on_line(ray, self.pivot, self.axes[i]);
+                Some(self.axes[i] * (along(now)? - along(before)?))
+            }
+            Handle::Free => {
+                let plane = |ray| on_plane(ray, self.pivot, backward);
+                Some(plane(now)? - plane(before)?)
+            }
+        }
+    }
+}
+
+/// What a drag does to what is dragged.
+pub(crate) enum Change {
+    /// About an axis, by degrees.
+    Turn(Vec3, f32),
+    /// So many times as large.
+    Scale(f32),
+    /// By a way.
+    Shift(Vec3),
+}
+
+impl Change {
+    /// In words.
+    pub(crate) fn told(&self) -> String {
+        match self {
+            Self::Turn(_, degrees) => format!("{degrees:.1}°"),
+            Self::Scale(factor) => format!("× {factor:.3}"),
+            Self::Shift(by) => format!("{:.3}, {:.3}, {:.3}", by.x, by.y, by.z),
+        }
+    }
+
+    /// What a pose becomes.
+    pub(crate) fn of(&self, pose: &Pose, pivot: Vec3) -> Pose {
+        let pivot = pivot.as_dvec3();
+        let from = pose.shift - pivot;
+        match *self {
+            Self::Turn(axis, degrees) => {
+                let turn = Quat::from_axis_angle(axis, degrees.to_radians()).as_dquat();
+                Pose {
+                    turn: (turn * pose.turn).normalize(),
+                    shift: pivot + turn * from,
+                    ..*pose
+                }
+            }
+            Self::Scale(factor) => Pose {
+                scale: pose.scale * f64::from(factor),
+                shift: pivot + f64::from(factor) * from,
+                ..*pose
+            },
+            Self::Shift(by) => Pose {
+                shift: pose.shift + by.as_dvec3(),
+                ..*pose
+            },
+        }
+    }
 }

@@ -1,14 +1,13 @@
 //! Handles at what is selected: moved, rotated, scaled by dragging.
 
 use crate::drag::*;
-use crate::eye::{on_line, on_plane};
 use crate::overlay::label;
 use crate::picker::off_segment;
 use crate::pose::Pose;
 use crate::session::Session;
 use crate::stretch::stretched;
 use crate::view::{Tool, View};
-use argil::glam::{DQuat, Quat, Vec2, Vec3};
+use argil::glam::{Vec2, Vec3};
 use argil::{Body, NodeId};
 use eframe::egui::{self, Color32, Rect, Stroke};
 
@@ -267,98 +266,43 @@ impl View {
                 value
             }
         };
-        let (pivot, axes) = (drag.pivot, drag.axes);
-        let told;
-        let change: Box<dyn Fn(&Pose) -> Pose>;
-        match (self.tool, drag.handle) {
-            (Tool::Rotate, handle) => {
-                let axis = match handle {
-                    Handle::Axis(i) => axes[i],
-                    Handle::Free => self.eye.backward(),
-                };
-                let Some(middle) = screen.at(pivot) else {
-                    return String::new();
-                };
-                let turn = (drag.start - middle).angle_to(at - middle).to_degrees();
-                // On the screen y goes down; what is seen from behind turns the other way.
-                let faces = if axis.dot(self.eye.backward()) < 0.0 {
-                    1.0
-                } else {
-                    -1.0
-                };
-                let degrees =
-                    typed.unwrap_or_else(|| step(faces * turn, session.preferences.snap_degrees));
-                told = format!("{degrees:.1}°");
-                let turn = Quat::from_axis_angle(axis, degrees.to_radians()).as_dquat();
-                change = Box::new(move |pose| turned(pose, pivot, turn));
-            }
-            (Tool::Scale, handle) => {
-                let Some(middle) = screen.at(pivot) else {
-                    return String::new();
-                };
-                let along = match handle {
-                    Handle::Axis(i) => screen.at(pivot + screen.length(LENGTH, pivot) * axes[i]),
-                    Handle::Free => None,
-                };
-                let factor = match along {
-                    // Along the handle, as it is seen.
-                    Some(end) => {
-                        let along = (end - middle).normalize_or_zero();
-                        let start = (drag.start - middle).dot(along).max(8.0);
-                        (at - middle).dot(along).max(1.0) / start
-                    }
-                    None => at.distance(middle).max(1.0) / drag.start.distance(middle).max(8.0),
-                };
-                let factor = typed.unwrap_or_else(|| step(factor, 0.1)).clamp(1e-3, 1e3);
-                told = format!("× {factor:.3}");
-                if let Handle::Axis(axis) = handle {
-                    self.stretch(session, drag, axis, factor);
-                    return told;
-                }
-                change = Box::new(move |pose| {
-                    let from = pose.shift - pivot.as_dvec3();
-                    Pose {
-                        scale: pose.scale * f64::from(factor),
-                        shift: pivot.as_dvec3() + f64::from(factor) * from,
-                        ..*pose
-                    }
-                });
-            }
-            (_, handle) => {
-                let [before, now] = [drag.start, at].map(|p| screen.ray(p));
-                let by = match handle {
+        let preferences = &session.preferences;
+        let backward = self.eye.backward();
+        let change = match self.tool {
+            Tool::Rotate => drag.turned(screen, at, backward).map(|(axis, degrees)| {
+                let snapped = || step(degrees, preferences.snap_degrees);
+                Change::Turn(axis, typed.unwrap_or_else(snapped))
+            }),
+            Tool::Scale => drag.scaled(screen, at).map(|factor| {
+                let snapped = || step(factor, 0.1);
+                Change::Scale(typed.unwrap_or_else(snapped).clamp(1e-3, 1e3))
+            }),
+            _ => drag.shifted(screen, at, backward).map(|by| {
+                let snapped = |by: f32| step(by, preferences.snap_length);
+                Change::Shift(match drag.handle {
                     Handle::Axis(i) => {
-                        let along = |ray| on_line(ray, pivot, axes[i]);
-                        let Some((from, to)) = along(before).zip(along(now)) else {
-                            return String::new();
-                        };
-                        let length = session.preferences.snap_length;
-                        axes[i] * typed.unwrap_or_else(|| step(to - from, length))
+                        let along = by.dot(drag.axes[i]);
+                        drag.axes[i] * typed.unwrap_or_else(|| snapped(along))
                     }
-                    Handle::Free => {
-                        let plane = |ray| on_plane(ray, pivot, self.eye.backward());
-                        let Some((from, to)) = plane(before).zip(plane(now)) else {
-                            return String::new();
-                        };
-                        let length = session.preferences.snap_length;
-                        Vec3::from((to - from).to_array().map(|v| step(v, length)))
-                    }
-                };
-                told = format!("{:.3}, {:.3}, {:.3}", by.x, by.y, by.z);
-                change = Box::new(move |pose| Pose {
-                    shift: pose.shift + by.as_dvec3(),
-                    ..*pose
-                });
-            }
+                    Handle::Free => Vec3::from(by.to_array().map(snapped)),
+                })
+            }),
+        };
+        let Some(change) = change else {
+            return String::new();
+        };
+        if let (Change::Scale(factor), Handle::Axis(axis)) = (&change, drag.handle) {
+            self.stretch(session, drag, axis, *factor);
+            return change.told();
         }
         for (node, pose, outer) in &drag.nodes {
             let mut entry = session.document.scene().node(*node).entry().clone();
-            change(pose).within(outer).write(&mut entry);
+            change.of(pose, drag.pivot).within(outer).write(&mut entry);
             if entry != *session.document.scene().node(*node).entry() {
                 session.attempt(|s| s.document.replace("Move", *node, entry));
             }
         }
-        told
+        change.told()
     }
 
     /// Scale the one brush that is dragged along one of its own axes.
@@ -374,15 +318,6 @@ impl View {
         if entry != *session.document.scene().node(*node).entry() {
             session.attempt(|s| s.document.replace("Scale", *node, entry));
         }
-    }
-}
-
-fn turned(pose: &Pose, pivot: Vec3, turn: DQuat) -> Pose {
-    let pivot = pivot.as_dvec3();
-    Pose {
-        turn: (turn * pose.turn).normalize(),
-        shift: pivot + turn * (pose.shift - pivot),
-        ..*pose
     }
 }
 

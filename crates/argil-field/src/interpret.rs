@@ -2,53 +2,17 @@
 //! at a time.
 
 use crate::brush::{Brush, HEADER, mapped};
-use crate::combine::{
-    Joint, combine_chamfer, combine_morph, combine_smooth, weight_paint, weight_smooth,
-};
-use crate::curves::BLOCK;
+use crate::carried::{join_aside, mark_brush, mark_group, mix_materials, put_aside, weights};
+use crate::combine::{Joint, combine_chamfer, combine_morph, combine_smooth};
 use crate::dispatch::measure;
-use crate::marks::{CELLS, Marks, losers};
 use crate::prefetch::prefetch;
 use crate::real::{F32Lanes, LANES, Real};
-use crate::registers::{MaterialLanes, Registers, words};
+use crate::registers::{Registers, words};
 use crate::space::{
     RADIAL_WORDS, REPEAT_WORDS, TWIST_WORDS, bend, map_point, radial, repeat_axis, twist, unclamp,
 };
 use crate::{FAR, Program, WORLD_LIMIT, noise};
 use argil_abi as abi;
-use argil_math::bits_of;
-
-/// `a` ← mix(a, b, weights).
-#[inline(always)]
-fn mix_materials(
-    a: &mut MaterialLanes,
-    active: usize,
-    b: impl Fn(usize, usize) -> f32,
-    weights: &F32Lanes,
-) {
-    for (k, lanes) in a.iter_mut().enumerate() {
-        for i in 0..active.min(LANES) {
-            lanes.0[i] += (b(k, i) - lanes.0[i]) * weights.0[i];
-        }
-    }
-}
-
-#[inline(always)]
-fn weights<R: Real>(a: &R::Lanes, b: &R::Lanes, j: &Joint, flags: u32, active: usize) -> F32Lanes {
-    let mut out = f32::splat(0.0);
-    if flags & abi::FLAG_KEEP_MATERIAL != 0 {
-        return out;
-    }
-    for i in 0..active.min(LANES) {
-        let (a, b) = (R::get(a, i).value(), R::get(b, i).value());
-        out.0[i] = match flags & abi::COMBINE_MASK {
-            abi::COMBINE_PAINT => weight_paint(b, j),
-            abi::COMBINE_MORPH => j.amount,
-            _ => weight_smooth(a, b, j),
-        };
-    }
-    out
-}
 
 /// What a run carries along besides distances.
 #[derive(Clone, Copy, PartialEq)]
@@ -84,9 +48,9 @@ pub(crate) fn run<R: Real, const APART: bool>(
     let mut pc = 0;
     while let Some(&abi::Instr {
         op,
-        flags,
         params: at,
         operand,
+        ..
     }) = instrs.get(pc)
     {
         if is_long && let Some(later) = instrs.get(pc + AHEAD) {
@@ -95,213 +59,48 @@ pub(crate) fn run<R: Real, const APART: bool>(
         pc += 1;
         let at = at as usize;
         if op < abi::OP_SHAPES_END {
-            // What is carried wants the brush measured alone first, then combined.
-            let mut b = Brush::read(params, at);
-            let joint = b.joint;
-            if APART {
-                b.joint = Joint {
-                    k: 0.0,
-                    quarter: 0.0,
-                    sa: 1.0,
-                    sb: 1.0,
-                    sr: 1.0,
-                    amount: 0.0,
-                };
-                put_aside(r);
-            }
-            measure(program, r, op, flags, &b, at + HEADER);
-            if APART {
-                if marks {
-                    mark_brush(r, pc - 1, &joint, flags);
-                }
-                if materials {
-                    let w = weights::<R>(&r.aside, &r.acc, &joint, flags, r.active);
-                    let m = &program.materials[operand as usize];
-                    let of = |k: usize| {
-                        if k < 4 {
-                            m.base_roughness[k]
-                        } else {
-                            m.emission_metallic[k - 4]
-                        }
-                    };
-                    mix_materials(&mut r.material, r.active, |k, _| of(k), &w);
-                }
-                join_aside(r, &joint);
-            }
+            brush::<R, APART>(program, r, &instrs[pc - 1], pc - 1, [materials, marks]);
             continue;
         }
         match op {
-            abi::OP_PUSH_VALUE => {
-                r.values.push(std::mem::replace(&mut r.acc, R::splat(FAR)));
-                if materials {
-                    r.materials.push((*r.material).clone());
-                }
-            }
-            abi::OP_COMBINE => {
-                let w: &[f32; 6] = words(params, at);
-                let j = Joint {
-                    k: w[0],
-                    quarter: w[1],
-                    sa: w[2],
-                    sb: w[3],
-                    sr: w[4],
-                    amount: w[5],
-                };
-                let Some(mut saved) = r.values.pop() else {
-                    continue;
-                };
-                // From here `saved` is a and the accumulator b.
-                if flags & abi::FLAG_SWAPPED != 0 {
-                    std::mem::swap(&mut saved, &mut r.acc);
-                }
-                if materials && let Some(mut other) = r.materials.pop() {
-                    if flags & abi::FLAG_SWAPPED != 0 {
-                        std::mem::swap(&mut other, &mut r.material);
-                    }
-                    let w = weights::<R>(&saved, &r.acc, &j, flags, r.active);
-                    mix_materials(&mut other, r.active, |k, i| r.material[k].0[i], &w);
-                    *r.material = other;
-                }
-                if marks {
-                    mark_group::<R>(r, pc - 1, &saved, &j, flags);
-                }
-                for i in 0..LANES {
-                    let (a, b) = (R::get(&saved, i), R::get(&r.acc, i));
-                    let d = match flags & abi::COMBINE_MASK {
-                        abi::COMBINE_CHAMFER => combine_chamfer(a, b, &j),
-                        abi::COMBINE_PAINT => a,
-                        abi::COMBINE_MORPH => combine_morph(a, b, &j),
-                        _ => combine_smooth(a, b, &j),
-                    };
-                    R::set(&mut r.acc, i, d);
-                }
-            }
+            abi::OP_PUSH_VALUE => save_value(r, materials),
+            abi::OP_COMBINE => combine(r, params, &instrs[pc - 1], pc - 1, [materials, marks]),
             abi::OP_PUSH_POINT => r.points.push(r.point.clone()),
-            abi::OP_POP_POINT => {
-                if let Some(point) = r.points.pop() {
-                    r.point = point;
-                }
-            }
+            abi::OP_POP_POINT => restore_point(r),
             abi::OP_AFFINE => {
                 let m = words(params, at);
                 map_point::<R>(&mut r.point, |p| mapped(p, m));
             }
-            abi::OP_MIRROR => {
-                let w: &[f32; 3] = words(params, at);
-                map_point::<R>(&mut r.point, |[x, y, z]| {
-                    let fold = |c: R, on: f32| if on > 0.0 { c.abs() } else { c };
-                    [fold(x, w[0]), fold(y, w[1]), fold(z, w[2])]
-                });
-            }
-            abi::OP_ELONGATE => {
-                let w: &[f32; 3] = words(params, at);
-                map_point::<R>(&mut r.point, |[x, y, z]| {
-                    let pull = |c: R, by: f32| c - c.clamp_to(-by, by);
-                    [pull(x, w[0]), pull(y, w[1]), pull(z, w[2])]
-                });
-            }
-            abi::OP_REPEAT | abi::OP_RADIAL => {
-                r.points.push(r.point.clone());
-                r.values.push(std::mem::replace(&mut r.acc, R::splat(FAR)));
-                if materials {
-                    r.materials.push((*r.material).clone());
-                }
-                r.loops.push(0);
-                candidate(r, params, op, at, 0);
-            }
+            abi::OP_MIRROR => mirror(r, words(params, at)),
+            abi::OP_ELONGATE => elongate(r, words(params, at)),
+            abi::OP_REPEAT | abi::OP_RADIAL => begin_copies(r, params, op, at, materials),
             abi::OP_NEXT => {
-                let begin = instrs[operand as usize];
-                let (Some(done), Some(least)) = (r.loops.last_mut(), r.values.last_mut()) else {
-                    continue;
-                };
-                *done += 1;
-                let done = *done;
-                // Keep the nearer of this copy and the nearest before it.
-                for i in 0..LANES {
-                    let (a, b) = (R::get(least, i), R::get(&r.acc, i));
-                    let nearer = b.value() < a.value();
-                    R::set(least, i, if nearer { b } else { a });
-                    if materials
-                        && nearer
-                        && let Some(kept) = r.materials.last_mut()
-                    {
-                        for (kept, own) in kept.iter_mut().zip(r.material.iter()) {
-                            kept.0[i] = own.0[i];
-                        }
-                    }
-                }
-                if done < candidates(params, begin.op, begin.params as usize) {
-                    r.acc = R::splat(FAR);
-                    candidate(r, params, begin.op, begin.params as usize, done);
+                let begin = &instrs[operand as usize];
+                if next(r, params, begin, materials) {
                     pc = operand as usize + 1;
-                } else {
-                    r.loops.pop();
-                    r.acc = r.values.pop().unwrap_or_else(|| R::splat(FAR));
-                    if materials && let Some(kept) = r.materials.pop() {
-                        *r.material = kept;
-                    }
-                    if let Some(point) = r.points.pop() {
-                        r.point = point;
-                    }
                 }
             }
-            abi::OP_TWIST | abi::OP_BEND => {
-                r.points.push(r.point.clone());
-                let w: &[f32; TWIST_WORDS] = words(params, at);
-                map_point::<R>(&mut r.point, |p| {
-                    let held = [
-                        p[0].clamp_to(w[0], w[3]),
-                        p[1].clamp_to(w[1], w[4]),
-                        p[2].clamp_to(w[2], w[5]),
-                    ];
-                    if op == abi::OP_TWIST {
-                        twist(held, w[6])
-                    } else {
-                        bend(held, w[6])
-                    }
-                });
-            }
+            abi::OP_TWIST => warp(r, words(params, at), twist),
+            abi::OP_BEND => warp(r, words(params, at), bend),
             abi::OP_UNCLAMP => {
                 let w: &[f32; TWIST_WORDS] = words(params, at);
-                if let Some(point) = r.points.pop() {
-                    r.point = point;
-                }
-                let [xs, ys, zs] = &r.point;
-                for i in 0..LANES {
-                    let d = unclamp(
-                        R::get(&r.acc, i),
-                        [R::get(xs, i), R::get(ys, i), R::get(zs, i)],
-                        w,
-                    );
-                    R::set(&mut r.acc, i, d);
-                }
+                restore_point(r);
+                map_value(r, |d, p| unclamp(d, p, w));
             }
             abi::OP_ROUND => {
                 let &[radius]: &[f32; 1] = words(params, at);
-                for i in 0..LANES {
-                    let d = R::get(&r.acc, i) - radius;
-                    R::set(&mut r.acc, i, d);
-                }
+                map_value(r, |d, _| d - radius);
             }
             abi::OP_SHELL => {
                 let &[thickness]: &[f32; 1] = words(params, at);
-                for i in 0..LANES {
-                    let d = R::get(&r.acc, i).abs() - thickness;
-                    R::set(&mut r.acc, i, d);
-                }
+                map_value(r, |d, _| d.abs() - thickness);
             }
             abi::OP_DISPLACE => {
                 let &[amplitude, frequency]: &[f32; 2] = words(params, at);
-                let [xs, ys, zs] = &r.point;
-                for i in 0..LANES {
-                    let p = [
-                        R::get(xs, i) * frequency,
-                        R::get(ys, i) * frequency,
-                        R::get(zs, i) * frequency,
-                    ];
-                    let d = R::get(&r.acc, i) + noise::value_noise(p, operand) * amplitude;
-                    R::set(&mut r.acc, i, d);
-                }
+                map_value(r, |d, p| {
+                    let p = p.map(|c| c * frequency);
+                    d + noise::value_noise(p, operand) * amplitude
+                });
             }
             _ => {}
         }
@@ -318,83 +117,220 @@ pub(crate) fn run<R: Real, const APART: bool>(
     }
 }
 
+/// Measure a brush and join it with what is in the accumulator.
+#[inline(always)]
+fn brush<R: Real, const APART: bool>(
+    program: &Program,
+    r: &mut Registers<R>,
+    instr: &abi::Instr,
+    place: usize,
+    [materials, marks]: [bool; 2],
+) {
+    let (flags, at) = (instr.flags, instr.params as usize);
+    // What is carried wants the brush measured alone first, then combined.
+    let mut b = Brush::read(&program.params, at);
+    let joint = b.joint;
+    if APART {
+        b.joint = Joint {
+            k: 0.0,
+            quarter: 0.0,
+            sa: 1.0,
+            sb: 1.0,
+            sr: 1.0,
+            amount: 0.0,
+        };
+        put_aside(r);
+    }
+    measure(program, r, instr.op, flags, &b, at + HEADER);
+    if APART {
+        if marks {
+            mark_brush(r, place, &joint, flags);
+        }
+        if materials {
+            let w = weights::<R>(&r.aside, &r.acc, &joint, flags, r.active);
+            let m = &program.materials[instr.operand as usize];
+            let of = |k: usize| {
+                if k < 4 {
+                    m.base_roughness[k]
+                } else {
+                    m.emission_metallic[k - 4]
+                }
+            };
+            mix_materials(&mut r.material, r.active, |k, _| of(k), &w);
+        }
+        join_aside(r, &joint);
+    }
+}
+
+/// Put the accumulator on the stack and begin anew with nothing.
+#[inline(always)]
+fn save_value<R: Real>(r: &mut Registers<R>, materials: bool) {
+    r.values.push(std::mem::replace(&mut r.acc, R::splat(FAR)));
+    if materials {
+        r.materials.push((*r.material).clone());
+    }
+}
+
+#[inline(always)]
+fn restore_point<R: Real>(r: &mut Registers<R>) {
+    if let Some(point) = r.points.pop() {
+        r.point = point;
+    }
+}
+
+/// Join the accumulator with what is on top of the stack.
+#[inline(always)]
+fn combine<R: Real>(
+    r: &mut Registers<R>,
+    params: &[f32],
+    instr: &abi::Instr,
+    place: usize,
+    [materials, marks]: [bool; 2],
+) {
+    let flags = instr.flags;
+    let w: &[f32; 6] = words(params, instr.params as usize);
+    let j = Joint {
+        k: w[0],
+        quarter: w[1],
+        sa: w[2],
+        sb: w[3],
+        sr: w[4],
+        amount: w[5],
+    };
+    let Some(mut saved) = r.values.pop() else {
+        return;
+    };
+    // From here `saved` is a and the accumulator b.
+    if flags & abi::FLAG_SWAPPED != 0 {
+        std::mem::swap(&mut saved, &mut r.acc);
+    }
+    if materials && let Some(mut other) = r.materials.pop() {
+        if flags & abi::FLAG_SWAPPED != 0 {
+            std::mem::swap(&mut other, &mut r.material);
+        }
+        let w = weights::<R>(&saved, &r.acc, &j, flags, r.active);
+        mix_materials(&mut other, r.active, |k, i| r.material[k].0[i], &w);
+        *r.material = other;
+    }
+    if marks {
+        mark_group::<R>(r, place, &saved, &j, flags);
+    }
+    for i in 0..LANES {
+        let (a, b) = (R::get(&saved, i), R::get(&r.acc, i));
+        let d = match flags & abi::COMBINE_MASK {
+            abi::COMBINE_CHAMFER => combine_chamfer(a, b, &j),
+            abi::COMBINE_PAINT => a,
+            abi::COMBINE_MORPH => combine_morph(a, b, &j),
+            _ => combine_smooth(a, b, &j),
+        };
+        R::set(&mut r.acc, i, d);
+    }
+}
+
+/// Begin with the first of the copies that are looked at.
+#[inline(always)]
+fn begin_copies<R: Real>(
+    r: &mut Registers<R>,
+    params: &[f32],
+    op: u32,
+    at: usize,
+    materials: bool,
+) {
+    r.points.push(r.point.clone());
+    save_value(r, materials);
+    r.loops.push(0);
+    candidate(r, params, op, at, 0);
+}
+
+/// Keep the nearer of this copy and the nearest before it, and begin the next; whether there is one.
+#[inline(always)]
+fn next<R: Real>(
+    r: &mut Registers<R>,
+    params: &[f32],
+    begin: &abi::Instr,
+    materials: bool,
+) -> bool {
+    let (Some(done), Some(least)) = (r.loops.last_mut(), r.values.last_mut()) else {
+        return false;
+    };
+    *done += 1;
+    let done = *done;
+    for i in 0..LANES {
+        let (a, b) = (R::get(least, i), R::get(&r.acc, i));
+        let nearer = b.value() < a.value();
+        R::set(least, i, if nearer { b } else { a });
+        if materials
+            && nearer
+            && let Some(kept) = r.materials.last_mut()
+        {
+            for (kept, own) in kept.iter_mut().zip(r.material.iter()) {
+                kept.0[i] = own.0[i];
+            }
+        }
+    }
+    if done < candidates(params, begin.op, begin.params as usize) {
+        r.acc = R::splat(FAR);
+        candidate(r, params, begin.op, begin.params as usize, done);
+        return true;
+    }
+    r.loops.pop();
+    r.acc = r.values.pop().unwrap_or_else(|| R::splat(FAR));
+    if materials && let Some(kept) = r.materials.pop() {
+        *r.material = kept;
+    }
+    restore_point(r);
+    false
+}
+
+#[inline(always)]
+fn mirror<R: Real>(r: &mut Registers<R>, w: &[f32; 3]) {
+    map_point::<R>(&mut r.point, |[x, y, z]| {
+        let fold = |c: R, on: f32| if on > 0.0 { c.abs() } else { c };
+        [fold(x, w[0]), fold(y, w[1]), fold(z, w[2])]
+    });
+}
+
+#[inline(always)]
+fn elongate<R: Real>(r: &mut Registers<R>, w: &[f32; 3]) {
+    map_point::<R>(&mut r.point, |[x, y, z]| {
+        let pull = |c: R, by: f32| c - c.clamp_to(-by, by);
+        [pull(x, w[0]), pull(y, w[1]), pull(z, w[2])]
+    });
+}
+
+/// Twist or bend the points, held in the box in which that is bounded.
+#[inline(always)]
+fn warp<R: Real>(
+    r: &mut Registers<R>,
+    w: &[f32; TWIST_WORDS],
+    turn: impl Fn([R; 3], f32) -> [R; 3],
+) {
+    r.points.push(r.point.clone());
+    map_point::<R>(&mut r.point, |p| {
+        let held = [
+            p[0].clamp_to(w[0], w[3]),
+            p[1].clamp_to(w[1], w[4]),
+            p[2].clamp_to(w[2], w[5]),
+        ];
+        turn(held, w[6])
+    });
+}
+
+/// Change the values by themselves and by the points.
+#[inline(always)]
+fn map_value<R: Real>(r: &mut Registers<R>, change: impl Fn(R, [R; 3]) -> R) {
+    let [xs, ys, zs] = &r.point;
+    for i in 0..LANES {
+        let p = [R::get(xs, i), R::get(ys, i), R::get(zs, i)];
+        let d = change(R::get(&r.acc, i), p);
+        R::set(&mut r.acc, i, d);
+    }
+}
+
 /// The lanes in use, so that the optimiser knows that there are as many.
 #[inline(always)]
 fn lanes_of(active: usize) -> std::ops::Range<usize> {
     0..active.min(LANES)
-}
-
-/// Put what is in the accumulator aside, of the lanes in use, and begin anew.
-#[inline(always)]
-fn put_aside<R: Real>(r: &mut Registers<R>) {
-    for first in (0..r.active.min(LANES)).step_by(BLOCK) {
-        for i in first..first + BLOCK {
-            R::set(&mut r.aside, i, R::get(&r.acc, i));
-            R::set(&mut r.acc, i, R::constant(FAR));
-        }
-    }
-}
-
-/// Join a brush in the accumulator with what was put aside.
-#[inline(always)]
-fn join_aside<R: Real>(r: &mut Registers<R>, joint: &Joint) {
-    for first in (0..r.active.min(LANES)).step_by(BLOCK) {
-        for i in first..first + BLOCK {
-            let d = combine_smooth(R::get(&r.aside, i), R::get(&r.acc, i), joint);
-            R::set(&mut r.acc, i, d);
-        }
-    }
-}
-
-/// Note which operand of the joint at `pc` loses so clearly that it cannot matter: what was put aside, or the brush in the
-/// accumulator.
-#[inline(always)]
-fn mark_brush<R: Real>(r: &mut Registers<R>, pc: usize, j: &Joint, flags: u32) {
-    // Within a loop there is a distance for each copy: it stays whole.
-    if r.loops.is_empty() {
-        let marks = marks_of::<R>(&r.aside, &r.acc, j, flags, false, (r.active, r.margin));
-        if let Some(place) = r.marks.get_mut(pc) {
-            *place = marks;
-        }
-    }
-}
-
-/// The same of a group: `a`, or the accumulator.
-#[inline(always)]
-fn mark_group<R: Real>(r: &mut Registers<R>, pc: usize, a: &R::Lanes, j: &Joint, flags: u32) {
-    if r.loops.is_empty() {
-        let marks = marks_of::<R>(a, &r.acc, j, flags, true, (r.active, r.margin));
-        if let Some(place) = r.marks.get_mut(pc) {
-            *place = marks;
-        }
-    }
-}
-
-#[inline(always)]
-fn marks_of<R: Real>(
-    a: &R::Lanes,
-    b: &R::Lanes,
-    j: &Joint,
-    flags: u32,
-    is_group: bool,
-    (active, margin): (usize, f32),
-) -> Marks {
-    let (mut drop_a, mut drop_b) = ([0; CELLS], [0; CELLS]);
-    let mut mark = |i: usize| {
-        let (a, b) = (R::get(a, i).value(), R::get(b, i).value());
-        let (is_a, is_b) = losers(a, b, j, flags, is_group, margin);
-        (drop_a[i], drop_b[i]) = (u8::from(is_a), u8::from(is_b));
-    };
-    // Of two lengths that are known, so that both vectorise.
-    if active <= BLOCK {
-        (0..BLOCK).for_each(&mut mark);
-    } else {
-        (0..CELLS).for_each(&mut mark);
-    }
-    Marks {
-        drop_a: bits_of(&drop_a),
-        drop_b: bits_of(&drop_b),
-    }
 }
 
 /// Move the points that are not in the world to its origin, so that no arithmetic overflows, and mark their lanes with 1;

@@ -30,6 +30,7 @@
 mod bounds;
 mod brush;
 mod by_node;
+mod carried;
 mod combine;
 mod curves;
 mod dispatch;

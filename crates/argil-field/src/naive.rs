@@ -1,6 +1,7 @@
 //! The oracle: distances straight from the scene, one point at a time, in double precision, by definitions too short to
 //! be wrong. Slow and recursive; for tests only.
 
+mod grids;
 mod shapes;
 
 use argil_scene::{Body, Modifier, NodeId, Operator, OperatorKind, Profile, Scene};
@@ -45,24 +46,7 @@ fn modified(scene: &Scene, id: NodeId, count: usize, p: V3) -> f64 {
         Modifier::Round { radius } => inner(p) - f64::from(radius),
         Modifier::Shell { thickness } => inner(p).abs() - f64::from(thickness),
         Modifier::Repeat { spacing, count } => {
-            // Every copy there is, or of endless many all within three cells.
-            let range = |axis: usize| -> Vec<f64> {
-                let step = f64::from(spacing[axis]);
-                match count {
-                    Some(c) => (0..c[axis])
-                        .map(|i| (f64::from(i) - 0.5 * f64::from(c[axis] - 1)) * step)
-                        .collect(),
-                    None if step > 0.0 => (-3..=3)
-                        .map(|i| ((p[axis] / step).round() + f64::from(i)) * step)
-                        .collect(),
-                    None => vec![0.0],
-                }
-            };
-            let (ys, zs) = (range(1), range(2));
-            let copies = range(0)
-                .into_iter()
-                .flat_map(|x| ys.iter().flat_map(move |&y| [(x, y)]));
-            let places = copies.flat_map(|(x, y)| zs.iter().map(move |&z| V3::new(x, y, z)));
+            let places = copies(spacing, count, p).into_iter();
             places.map(|place| inner(p - place)).fold(NOTHING, f64::min)
         }
         Modifier::RadialRepeat { count } => (0..count)
@@ -107,6 +91,30 @@ fn modified(scene: &Scene, id: NodeId, count: usize, p: V3) -> f64 {
             (inner(p) + (0..octaves).map(octave).sum::<f64>()) / f64::from(m.stretch(content()))
         }
     }
+}
+
+/// Where the copies of a repetition stand.
+fn copies(spacing: [f32; 3], count: Option<[u32; 3]>, p: V3) -> Vec<V3> {
+    // Every copy there is, or of endless many all within three cells.
+    let range = |axis: usize| -> Vec<f64> {
+        let step = f64::from(spacing[axis]);
+        match count {
+            Some(c) => (0..c[axis])
+                .map(|i| (f64::from(i) - 0.5 * f64::from(c[axis] - 1)) * step)
+                .collect(),
+            None if step > 0.0 => (-3..=3)
+                .map(|i| ((p[axis] / step).round() + f64::from(i)) * step)
+                .collect(),
+            None => vec![0.0],
+        }
+    };
+    let (ys, zs) = (range(1), range(2));
+    let copies = range(0)
+        .into_iter()
+        .flat_map(|x| ys.iter().flat_map(move |&y| [(x, y)]));
+    copies
+        .flat_map(|(x, y)| zs.iter().map(move |&z| V3::new(x, y, z)))
+        .collect()
 }
 
 fn group(scene: &Scene, id: NodeId, p: V3) -> f64 {

@@ -57,9 +57,9 @@ fn write_instr(
 ) -> std::fmt::Result {
     let Instr {
         op,
-        flags,
         params: w,
         operand,
+        ..
     } = *instr;
     let (v, q) = (depth.value, depth.point);
     if op < abi::OP_SHAPES_END {
@@ -72,24 +72,7 @@ fn write_instr(
         }
         abi::OP_COMBINE => {
             depth.value -= 1;
-            let saved = v - 1;
-            let swapped = flags & abi::FLAG_SWAPPED != 0;
-            let (a, b) = if swapped { (v, saved) } else { (saved, v) };
-            let (ma, mb) = if swapped {
-                ("field_material".into(), format!("m{saved}"))
-            } else {
-                (format!("m{saved}"), "field_material".into())
-            };
-            writeln!(
-                out,
-                "    {{ var j = read_joint({w}u); j.amount = params[{}u];",
-                w + 5
-            )?;
-            writeln!(
-                out,
-                "    field_material = mix_material({ma}, {mb}, weight(a{a}, a{b}, j, {flags}u));"
-            )?;
-            writeln!(out, "    a{saved} = combine(a{a}, a{b}, j, {flags}u); }}")?;
+            write_combine(instr, v, out)?;
         }
         abi::OP_PUSH_POINT => {
             writeln!(out, "    p{} = p{q};", q + 1)?;
@@ -100,17 +83,7 @@ fn write_instr(
         abi::OP_MIRROR => writeln!(out, "    p{q} = mirrored(p{q}, {w}u);")?,
         abi::OP_ELONGATE => writeln!(out, "    p{q} = elongated(p{q}, {w}u);")?,
         abi::OP_REPEAT | abi::OP_RADIAL => {
-            let (n, next) = (depth.loops, v + 1);
-            let begin = format!("Instr({op}u, 0u, {w}u, 0u)");
-            writeln!(
-                out,
-                "    a{v} = FAR;\n    for (var i{n} = 0u; i{n} < candidates({begin}); i{n}++) {{"
-            )?;
-            writeln!(
-                out,
-                "    a{next} = FAR;\n    p{} = candidate({begin}, p{q}, i{n});",
-                q + 1
-            )?;
+            write_loop(instr, depth, out)?;
             depth.value += 1;
             depth.point += 1;
             depth.loops += 1;
@@ -150,12 +123,52 @@ fn write_instr(
     Ok(())
 }
 
+fn write_combine(instr: &Instr, v: usize, out: &mut String) -> std::fmt::Result {
+    let Instr {
+        flags, params: w, ..
+    } = *instr;
+    let saved = v - 1;
+    let swapped = flags & abi::FLAG_SWAPPED != 0;
+    let (a, b) = if swapped { (v, saved) } else { (saved, v) };
+    let (ma, mb) = if swapped {
+        ("field_material".into(), format!("m{saved}"))
+    } else {
+        (format!("m{saved}"), "field_material".into())
+    };
+    writeln!(
+        out,
+        "    {{ var j = read_joint({w}u); j.amount = params[{}u];",
+        w + 5
+    )?;
+    writeln!(
+        out,
+        "    field_material = mix_material({ma}, {mb}, weight(a{a}, a{b}, j, {flags}u));"
+    )?;
+    writeln!(out, "    a{saved} = combine(a{a}, a{b}, j, {flags}u); }}")
+}
+
+fn write_loop(instr: &Instr, depth: &Depth, out: &mut String) -> std::fmt::Result {
+    let (v, q, n) = (depth.value, depth.point, depth.loops);
+    let begin = format!("Instr({}u, 0u, {}u, 0u)", instr.op, instr.params);
+    writeln!(
+        out,
+        "    a{v} = FAR;\n    for (var i{n} = 0u; i{n} < candidates({begin}); i{n}++) {{"
+    )?;
+    writeln!(
+        out,
+        "    a{} = FAR;\n    p{} = candidate({begin}, p{q}, i{n});",
+        v + 1,
+        q + 1
+    )
+}
+
 fn write_brush(instr: &Instr, v: usize, q: usize, out: &mut String) -> std::fmt::Result {
     let Instr {
         op,
         flags,
         params: w,
         operand,
+        ..
     } = *instr;
     let own = w + abi::BRUSH_HEADER_WORDS;
     let searched = op >= abi::OP_SEARCHED;

@@ -388,8 +388,22 @@ async fn read(
         samples.fill(0);
     }
     let bits: Bits = measures.encoding.bits;
-    let odd = |reason: &str| GpuError::Lost(format!("bricks came back wrong: {reason}"));
     let pool = Texels::from_bytes(bits, samples).ok_or_else(|| odd("half a sample"))?;
+    let materials = read_looks(gpu, tables, &used).await?;
+    let cells = (tables.cells.table.clone(), words);
+    Bricks::from_parts(measures, tables.lipschitz, cells, materials, pool).map_err(odd)
+}
+
+fn odd(reason: &str) -> GpuError {
+    GpuError::Lost(format!("bricks came back wrong: {reason}"))
+}
+
+/// Bring back what bricks look like, of those that are used: the look of each, and the materials of mixed ones.
+async fn read_looks(
+    gpu: &Gpu,
+    tables: &BrickTables,
+    used: &[u32],
+) -> Result<(Vec<u32>, Vec<[u32; 2]>), GpuError> {
     let capacity: u64 = tables.pool.map(u64::from).iter().product();
     let looks = read_table(
         gpu,
@@ -419,7 +433,5 @@ async fn read(
             *look = abi::BRICK_MIXED | place.expect("the list was made of these looks") as u32;
         }
     }
-    let materials = (looks, mixed);
-    let cells = (tables.cells.table.clone(), words);
-    Bricks::from_parts(measures, tables.lipschitz, cells, materials, pool).map_err(odd)
+    Ok((looks, mixed))
 }

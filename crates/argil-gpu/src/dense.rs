@@ -14,6 +14,7 @@ use argil_abi::{Fill, Volume as Words};
 use argil_field::Program;
 use argil_march::wgsl;
 use argil_volume::{Dense, Encoding, Lattice, Volume};
+use glam::UVec3;
 
 /// Instructions times texels that one dispatch may take on.
 pub(crate) const WORK_A_DISPATCH: u64 = 4_000_000_000;
@@ -132,68 +133,99 @@ impl GpuVolume {
 
         // Each level, in as many dispatches as its work takes.
         let mut bake = Bake::new(gpu)?;
+        let filling = Filling {
+            field,
+            layout: &layout,
+            uniform: &uniform,
+            texture: &texture,
+            pipeline: match way {
+                DenseFill::Tiled => &tiled,
+                DenseFill::Naive => &naive,
+            },
+            way,
+        };
         for level in 0..levels {
-            let stage = if level == 0 { "fill" } else { "mips" };
-            let view = texture.create_view(&wgpu::TextureViewDescriptor {
-                base_mip_level: level,
-                mip_level_count: Some(1),
-                ..wgpu::TextureViewDescriptor::default()
-            });
-            let bind_group = gpu.checked(|| {
-                let mut entries: Vec<_> = field.table_bindings().collect();
-                entries.push(entry(FILL, &uniform));
-                entries.push(wgpu::BindGroupEntry {
-                    binding: TEXELS,
-                    resource: wgpu::BindingResource::TextureView(&view),
-                });
-                gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-                    label: Some("DenseFill"),
-                    layout: &layout,
-                    entries: &entries,
-                })
-            })?;
             let size = lattice.level_size(level);
             let fill = Fill {
                 tile: TILE,
                 ..encoding.fill(program, &lattice, level)
             };
-            let layer = u64::from(size.x) * u64::from(size.y) * field.length() as u64;
-            match way {
-                DenseFill::Tiled => {
-                    let tiles = size.to_array().map(|n| n.div_ceil(TILE));
-                    let work = layer * u64::from(tiles[2]);
-                    for (first, count) in layers(field, work, TILE, side) {
-                        let fill = Fill {
-                            first_layer: first,
-                            layer_count: count,
-                            ..fill
-                        };
-                        gpu.queue
-                            .write_buffer(&uniform, 0, bytemuck::bytes_of(&fill));
-                        bake.pass(stage, &tiled, &bind_group, Groups::Direct(tiles))
-                            .await?;
-                    }
-                }
-                DenseFill::Naive => {
-                    let count = (WORK_A_DISPATCH / layer.max(1)).clamp(1, u64::from(size.z)) as u32;
-                    for first in (0..size.z).step_by(count as usize) {
-                        let fill = Fill {
-                            first_layer: first,
-                            ..fill
-                        };
-                        gpu.queue
-                            .write_buffer(&uniform, 0, bytemuck::bytes_of(&fill));
-                        let groups = [size.x, size.y, count.min(size.z - first)];
-                        bake.pass(stage, &naive, &bind_group, Groups::Direct(groups))
-                            .await?;
-                    }
-                }
-            }
+            filling.level(&mut bake, level, size, fill).await?;
         }
         let stages = bake.finish().await?;
         let words = dense_words(&lattice, &encoding, levels);
         let volume = Self::new(field, (lattice, encoding), texture, words, OneTexture)?;
         Ok((volume, stages))
+    }
+}
+
+/// What the levels of a dense volume are filled with.
+struct Filling<'a> {
+    field: &'a GpuField,
+    layout: &'a wgpu::BindGroupLayout,
+    uniform: &'a wgpu::Buffer,
+    texture: &'a wgpu::Texture,
+    pipeline: &'a wgpu::ComputePipeline,
+    way: DenseFill,
+}
+
+impl Filling<'_> {
+    async fn level(
+        &self,
+        bake: &mut Bake<'_>,
+        level: u32,
+        size: UVec3,
+        fill: Fill,
+    ) -> Result<(), GpuError> {
+        let (field, gpu) = (self.field, self.field.gpu());
+        let stage = if level == 0 { "fill" } else { "mips" };
+        let view = self.texture.create_view(&wgpu::TextureViewDescriptor {
+            base_mip_level: level,
+            mip_level_count: Some(1),
+            ..wgpu::TextureViewDescriptor::default()
+        });
+        let bind_group = gpu.checked(|| {
+            let mut entries: Vec<_> = field.table_bindings().collect();
+            entries.push(entry(FILL, self.uniform));
+            entries.push(wgpu::BindGroupEntry {
+                binding: TEXELS,
+                resource: wgpu::BindingResource::TextureView(&view),
+            });
+            gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+                label: Some("DenseFill"),
+                layout: self.layout,
+                entries: &entries,
+            })
+        })?;
+        let layer = u64::from(size.x) * u64::from(size.y) * field.length() as u64;
+        let dispatches: Vec<(u32, u32, [u32; 3])> = match self.way {
+            DenseFill::Tiled => {
+                let tiles = size.to_array().map(|n| n.div_ceil(TILE));
+                let work = layer * u64::from(tiles[2]);
+                let own = layers(field, work, TILE, tile_side(gpu, TILE));
+                own.map(|(first, count)| (first, count, tiles)).collect()
+            }
+            DenseFill::Naive => {
+                let count = (WORK_A_DISPATCH / layer.max(1)).clamp(1, u64::from(size.z)) as u32;
+                let own = (0..size.z).step_by(count as usize).map(|first| {
+                    let groups = [size.x, size.y, count.min(size.z - first)];
+                    (first, fill.layer_count, groups)
+                });
+                own.collect()
+            }
+        };
+        for (first_layer, layer_count, groups) in dispatches {
+            let fill = Fill {
+                first_layer,
+                layer_count,
+                ..fill
+            };
+            gpu.queue
+                .write_buffer(self.uniform, 0, bytemuck::bytes_of(&fill));
+            let groups = Groups::Direct(groups);
+            bake.pass(stage, self.pipeline, &bind_group, groups).await?;
+        }
+        Ok(())
     }
 }
 

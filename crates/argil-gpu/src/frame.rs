@@ -334,8 +334,13 @@ impl Target {
                 .create_command_encoder(&wgpu::CommandEncoderDescriptor::default())
         };
         let mut encoder = begin();
-        let [width, height] = self.key.size;
-        let pixels = [width.div_ceil(GROUP), height.div_ceil(GROUP), 1];
+        let [columns, rows] = self.key.size.map(|side| side.div_ceil(GROUP));
+        let each_pixel = |encoder: &mut wgpu::CommandEncoder, pipeline, offset: u32| {
+            let mut pass = encoder.begin_compute_pass(&Default::default());
+            pass.set_pipeline(pipeline);
+            pass.set_bind_group(0, resolving, &[offset]);
+            pass.dispatch_workgroups(columns, rows, 1);
+        };
         let at = |dispatch: usize| self.stride * dispatch as u32;
         for step in &self.recording.steps {
             match *step {
@@ -379,17 +384,9 @@ impl Target {
                         None => pass.dispatch_workgroups_indirect(&self.arguments, 0),
                     }
                 }
-                Step::Count(dispatch) | Step::Resolve(dispatch) => {
-                    let mut pass = encoder.begin_compute_pass(&Default::default());
-                    let is_count = matches!(step, Step::Count(_));
-                    pass.set_pipeline(if is_count {
-                        &resolve.count
-                    } else {
-                        &resolve.resolve
-                    });
-                    pass.set_bind_group(0, resolving, &[at(dispatch)]);
-                    let [x, y, z] = pixels;
-                    pass.dispatch_workgroups(x, y, z);
+                Step::Count(dispatch) => each_pixel(&mut encoder, &resolve.count, at(dispatch)),
+                Step::Resolve(dispatch) => {
+                    each_pixel(&mut encoder, &resolve.resolve, at(dispatch));
                 }
                 Step::KeepHits => {
                     if let (Some(hits), Some(staging)) = (self.hits.buffer(), &self.hits_staging) {

@@ -205,6 +205,26 @@ impl Tables {
         Ok(tables)
     }
 
+    /// Have room for what was counted: `places` are those of rows that emit something.
+    fn reserve(
+        &mut self,
+        gpu: &Gpu,
+        marching: &Marching,
+        places: u32,
+        is_moved: bool,
+    ) -> Result<(), GpuError> {
+        let rows = u64::from((marching.side + 1).pow(2)) * u64::from(places);
+        let corners = u64::from(marching.vertices);
+        self.rows.reserve_exact(gpu, 16 * rows)?;
+        self.vertices.reserve_exact(gpu, 24 * corners)?;
+        let triangles = u64::from(marching.triangles);
+        self.triangles.reserve_exact(gpu, 12 * triangles)?;
+        if is_moved {
+            self.spans.reserve_exact(gpu, 16 * corners)?;
+        }
+        Ok(())
+    }
+
     fn all(&self) -> [(&Table, u32); 6] {
         [
             (&self.units, UNITS),
@@ -258,51 +278,29 @@ impl GpuVolume {
                 .write_buffer(&uniforms[1], 0, bytemuck::bytes_of(&marching));
             uniforms
         })?;
-        let bind = |tables: &Tables| {
-            gpu.checked(|| {
-                let mut entries = vec![
-                    entry(VOLUME, &volume),
-                    wgpu::BindGroupEntry {
-                        binding: STORED,
-                        resource: wgpu::BindingResource::TextureView(&view),
-                    },
-                    entry(MARCHING, &uniform),
-                    entry(CASES, &passes.cases),
-                ];
-                let own = tables.all();
-                entries.extend(own.iter().filter_map(|(table, at)| table.binding(*at)));
-                if let Some(cells) = cells {
-                    entries.extend(cells.binding(CELLS));
-                    entries.extend(tables.owners.binding(OWNERS));
-                }
-                gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-                    label: Some("March"),
-                    layout: &passes.layout,
-                    entries: &entries,
-                })
-            })
+        let inputs = Inputs {
+            passes: &passes,
+            view: &view,
+            volume: &volume,
+            uniform: &uniform,
+            cells,
         };
+        let bind = |tables: &Tables| inputs.bind(gpu, tables);
 
         let mut bake = Bake::new(gpu)?;
-        let [count_units, add_units, add_groups, place_rows, emit] = &passes.march;
+        let [_, _, _, place_rows, emit] = &passes.march;
         let counting = bind(&tables)?;
-        if let (Some(find), Some(owners)) = (&passes.find_owners, tables.owners.buffer()) {
-            gpu.checked(|| {
-                let mut encoder = gpu
-                    .device
-                    .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-                encoder.clear_buffer(owners, 0, None);
-                gpu.queue.submit([encoder.finish()]);
-            })?;
-            bake.pass("count", find, &counting, groups(words.code_count, 64))
-                .await?;
-        }
+        let codes = words.code_count;
+        count(
+            gpu,
+            &passes,
+            &tables,
+            &counting,
+            [codes, marching.units],
+            &mut bake,
+        )
+        .await?;
         let each = groups(marching.units, 1);
-        bake.pass("count", count_units, &counting, each).await?;
-        let sums = groups(marching.units, UNITS_A_GROUP);
-        bake.pass("scan", add_units, &counting, sums).await?;
-        bake.pass("scan", add_groups, &counting, groups(1, 1))
-            .await?;
         let [vertices, triangles, places] = totals(gpu, &tables.groups).await?;
 
         let marching = Marching {
@@ -310,18 +308,7 @@ impl GpuVolume {
             triangles,
             ..marching
         };
-        let rows = u64::from((marching.side + 1).pow(2));
-        tables
-            .rows
-            .reserve_exact(gpu, 16 * rows * u64::from(places))?;
-        let corners = u64::from(vertices);
-        tables.vertices.reserve_exact(gpu, 24 * corners)?;
-        tables
-            .triangles
-            .reserve_exact(gpu, 12 * u64::from(triangles))?;
-        if options.is_moved {
-            tables.spans.reserve_exact(gpu, 16 * corners)?;
-        }
+        tables.reserve(gpu, &marching, places, options.is_moved)?;
         if vertices > 0 {
             let emitting = bind(&tables)?;
             bake.pass("emit", place_rows, &emitting, each).await?;
@@ -330,33 +317,128 @@ impl GpuVolume {
         if vertices > 0 && (options.is_moved || options.normals == MarchNormals::Field) {
             refine(field, &passes, &tables, &uniform, &marching, &mut bake).await?;
         }
-        let mut indices = Some(tables.triangles);
-        let mut corners = [vertices, triangles];
-        let mut out = tables.vertices;
+        let mut drawn = Drawn {
+            out: tables.vertices,
+            indices: Some(tables.triangles),
+            counts: [vertices, triangles],
+        };
         if options.is_unshared && triangles > 0 {
-            let mut spread = Table::drawn("corners");
-            spread.reserve_exact(gpu, 72 * u64::from(triangles))?;
-            let bind_group = gpu.checked(|| {
-                gpu.queue
-                    .write_buffer(&uniform, 0, bytemuck::bytes_of(&marching));
-                let mut entries = vec![entry(MARCHING, &uniform)];
-                entries.extend(out.binding(VERTICES));
-                entries.extend(indices.as_ref().and_then(|t| t.binding(TRIANGLES)));
-                entries.extend(spread.binding(SPREAD));
-                gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-                    label: Some("March::unshare"),
-                    layout: &passes.unshared_layout,
-                    entries: &entries,
-                })
-            })?;
-            let each = groups(triangles, 64);
-            bake.pass("unshare", &passes.unshare, &bind_group, each)
-                .await?;
-            (out, indices, corners[0]) = (spread, None, 3 * triangles);
+            drawn = unshare(gpu, &passes, &uniform, &marching, drawn, &mut bake).await?;
         }
         let stages = bake.finish().await?;
-        Ok((GpuMesh::of_tables(field, out, indices, corners)?, stages))
+        Ok((
+            GpuMesh::of_tables(field, drawn.out, drawn.indices, drawn.counts)?,
+            stages,
+        ))
     }
+}
+
+/// What marching reads besides its own tables.
+struct Inputs<'a> {
+    passes: &'a MarchPasses,
+    view: &'a wgpu::TextureView,
+    volume: &'a wgpu::Buffer,
+    uniform: &'a wgpu::Buffer,
+    cells: Option<&'a Table>,
+}
+
+impl Inputs<'_> {
+    fn bind(&self, gpu: &Gpu, tables: &Tables) -> Result<wgpu::BindGroup, GpuError> {
+        gpu.checked(|| {
+            let mut entries = vec![
+                entry(VOLUME, self.volume),
+                wgpu::BindGroupEntry {
+                    binding: STORED,
+                    resource: wgpu::BindingResource::TextureView(self.view),
+                },
+                entry(MARCHING, self.uniform),
+                entry(CASES, &self.passes.cases),
+            ];
+            let own = tables.all();
+            entries.extend(own.iter().filter_map(|(table, at)| table.binding(*at)));
+            if let Some(cells) = self.cells {
+                entries.extend(cells.binding(CELLS));
+                entries.extend(tables.owners.binding(OWNERS));
+            }
+            gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+                label: Some("March"),
+                layout: &self.passes.layout,
+                entries: &entries,
+            })
+        })
+    }
+}
+
+/// Count what each unit emits, and where its share begins.
+async fn count(
+    gpu: &Gpu,
+    passes: &MarchPasses,
+    tables: &Tables,
+    counting: &wgpu::BindGroup,
+    [codes, units]: [u32; 2],
+    bake: &mut Bake<'_>,
+) -> Result<(), GpuError> {
+    let [count_units, add_units, add_groups, _, _] = &passes.march;
+    if let (Some(find), Some(owners)) = (&passes.find_owners, tables.owners.buffer()) {
+        gpu.checked(|| {
+            let mut encoder = gpu
+                .device
+                .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            encoder.clear_buffer(owners, 0, None);
+            gpu.queue.submit([encoder.finish()]);
+        })?;
+        bake.pass("count", find, counting, groups(codes, 64))
+            .await?;
+    }
+    let each = groups(units, 1);
+    bake.pass("count", count_units, counting, each).await?;
+    let sums = groups(units, UNITS_A_GROUP);
+    bake.pass("scan", add_units, counting, sums).await?;
+    bake.pass("scan", add_groups, counting, groups(1, 1))
+        .await?;
+    Ok(())
+}
+
+/// Triangles as they are drawn: corners, the indices of shared ones, and how many there are of both.
+struct Drawn {
+    out: Table,
+    indices: Option<Table>,
+    counts: [u32; 2],
+}
+
+/// Give each triangle corners of its own.
+async fn unshare(
+    gpu: &Gpu,
+    passes: &MarchPasses,
+    uniform: &wgpu::Buffer,
+    marching: &Marching,
+    shared: Drawn,
+    bake: &mut Bake<'_>,
+) -> Result<Drawn, GpuError> {
+    let [_, triangles] = shared.counts;
+    let mut spread = Table::drawn("corners");
+    spread.reserve_exact(gpu, 72 * u64::from(triangles))?;
+    let bind_group = gpu.checked(|| {
+        gpu.queue
+            .write_buffer(uniform, 0, bytemuck::bytes_of(marching));
+        let mut entries = vec![entry(MARCHING, uniform)];
+        entries.extend(shared.out.binding(VERTICES));
+        entries.extend(shared.indices.as_ref().and_then(|t| t.binding(TRIANGLES)));
+        entries.extend(spread.binding(SPREAD));
+        gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("March::unshare"),
+            layout: &passes.unshared_layout,
+            entries: &entries,
+        })
+    })?;
+    let each = groups(triangles, 64);
+    bake.pass("unshare", &passes.unshare, &bind_group, each)
+        .await?;
+    Ok(Drawn {
+        out: spread,
+        indices: None,
+        counts: [3 * triangles, triangles],
+    })
 }
 
 /// Voxels of a side for which rounding is allowed for.

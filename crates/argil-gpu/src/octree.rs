@@ -203,32 +203,72 @@ impl GpuVolume {
         order: Order,
     ) -> Result<(Self, StagesMs), GpuError> {
         let gpu = field.gpu();
-        let bits = measures.encoding.bits;
-        let code_count = measures.code_count();
-        if order == Order::Enumerated && code_count > MOST_TO_ENUMERATE {
-            return Err(GpuError::TooManyToEnumerate {
-                codes: code_count,
-                limit: MOST_TO_ENUMERATE,
-            });
+        let codes = measures.code_count();
+        if order == Order::Enumerated && codes > MOST_TO_ENUMERATE {
+            let limit = MOST_TO_ENUMERATE;
+            return Err(GpuError::TooManyToEnumerate { codes, limit });
         }
-        let texture = texture(gpu, &measures.lattice, bits, 1)?;
+        let words = measures.words(program, keep);
+        let build = Build::new(field, measures, &words, order)?;
+        let (tree_layout, [compact, rank, link]) = tree_passes(gpu)?;
+        let tree_group = build.tree_group(&tree_layout)?;
+        let mut bake = Bake::new(gpu)?;
+        build.select(&mut bake, order).await?;
+        let once = Groups::Direct([1, 1, 1]);
+        let (sort, groups) = match order {
+            Order::Counted => (&compact, once),
+            Order::Enumerated => {
+                let groups = (measures.capacity() as u32).div_ceil(256);
+                (&rank, Groups::Direct([groups, 1, 1]))
+            }
+        };
+        bake.pass("sort", sort, &tree_group, groups).await?;
+        build.fill(&mut bake, program).await?;
+        bake.pass("tree", &link, &tree_group, once).await?;
+        let stages = bake.finish().await?;
+        let (lattice, encoding) = (measures.lattice, measures.encoding);
+        let Build {
+            texture, tables, ..
+        } = build;
+        let volume = Self::new(field, (lattice, encoding), texture, words, tables)?;
+        Ok((volume, stages))
+    }
+}
 
-        // Tables with room for all bricks.
+/// What a build works with; tables have room for all bricks.
+struct Build<'a> {
+    field: &'a GpuField,
+    measures: Layout,
+    texture: wgpu::Texture,
+    tables: TreeTables,
+    occupied: Table,
+    centers: Table,
+    volume: wgpu::Buffer,
+    fill: wgpu::Buffer,
+    arguments: wgpu::Buffer,
+}
+
+impl<'a> Build<'a> {
+    fn new(
+        field: &'a GpuField,
+        measures: Layout,
+        words: &Words,
+        order: Order,
+    ) -> Result<Self, GpuError> {
+        let gpu = field.gpu();
+        let texture = texture(gpu, &measures.lattice, measures.encoding.bits, 1)?;
         let capacity = measures.capacity();
-        let node_capacity: u64 = (0..measures.depth)
+        let nodes: u64 = (0..measures.depth)
             .map(|level| capacity.min(1 << (3 * (measures.depth - 1 - level))))
             .sum();
         let mut tables = TreeTables::new(measures);
-        tables
-            .words
-            .reserve_exact(gpu, 4 * u64::from(abi::TREE_WORDS))?;
-        tables
-            .keys
-            .reserve_exact(gpu, 4 * (capacity + node_capacity))?;
-        tables
-            .nodes
-            .reserve_exact(gpu, size_of::<Node>() as u64 * node_capacity)?;
+        let bytes = 4 * u64::from(abi::TREE_WORDS);
+        tables.words.reserve_exact(gpu, bytes)?;
+        tables.keys.reserve_exact(gpu, 4 * (capacity + nodes))?;
+        let bytes = size_of::<Node>() as u64 * nodes;
+        tables.nodes.reserve_exact(gpu, bytes)?;
         let mut occupied = Table::new("occupied cells");
+        let code_count = measures.code_count();
         let occupied_words = match order {
             Order::Counted => u64::from(code_count.div_ceil(32)),
             Order::Enumerated => capacity,
@@ -236,90 +276,109 @@ impl GpuVolume {
         occupied.reserve_exact(gpu, 4 * occupied_words)?;
         let mut centers = Table::new("distances of cells");
         centers.reserve_exact(gpu, 4 * u64::from(code_count))?;
-        let (words_uniform, fill_uniform, arguments) = gpu.checked(|| {
+        let (volume, fill, arguments) = gpu.checked(|| {
             let arguments = gpu.device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some("bricks to fill"),
                 size: 16,
                 usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::INDIRECT,
                 mapped_at_creation: false,
             });
-            let words = uniform_of::<Words>(gpu, "volume");
-            (words, uniform_of::<Fill>(gpu, "fill"), arguments)
+            let volume = uniform_of::<Words>(gpu, "volume");
+            (volume, uniform_of::<Fill>(gpu, "fill"), arguments)
         })?;
-        let words = measures.words(program, keep);
         gpu.queue
-            .write_buffer(&words_uniform, 0, bytemuck::bytes_of(&words));
-
-        // Passes and their bindings.
-        let (select_layout, [select_bits, select_list]) = select_passes(gpu, field)?;
-        let (tree_layout, [compact, rank, build]) = tree_passes(gpu)?;
-        let side = tile_side(gpu, measures.brick);
-        let (bricks_layout, [fill_bricks, fill_vacant]) = bricks_passes(gpu, field, bits, side)?;
-        let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
-        let volume = || entry(VOLUME, &words_uniform);
-        let group = |label, layout, entries: &[wgpu::BindGroupEntry<'_>]| {
-            gpu.checked(|| {
-                gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-                    label: Some(label),
-                    layout,
-                    entries,
-                })
-            })
-        };
-        let mut entries: Vec<_> = field.table_bindings().chain([volume()]).collect();
-        entries.extend(tables.words.binding(TREE_WORDS));
-        entries.extend(occupied.binding(OCCUPIED));
-        entries.extend(centers.binding(CENTERS));
-        let select_group = group("Octree::select", &select_layout, &entries)?;
-        let mut entries = vec![volume(), entry(ARGUMENTS, &arguments)];
-        entries.extend(tables.nodes.binding(NODES));
-        entries.extend(tables.words.binding(TREE_WORDS));
-        entries.extend(occupied.binding(OCCUPIED));
-        entries.extend(tables.keys.binding(KEYS));
-        let tree_group = group("Octree::tree", &tree_layout, &entries)?;
-        let mut entries: Vec<_> = field.table_bindings().chain([volume()]).collect();
-        entries.push(entry(FILL, &fill_uniform));
-        entries.push(wgpu::BindGroupEntry {
-            binding: TEXELS,
-            resource: wgpu::BindingResource::TextureView(&view),
-        });
-        entries.extend(tables.words.binding(TREE_WORDS));
-        entries.extend(centers.binding(CENTERS));
-        entries.extend(tables.keys.binding(KEYS));
-        let bricks_group = group("Octree::fill", &bricks_layout, &entries)?;
-
-        // Select and sort.
+            .write_buffer(&volume, 0, bytemuck::bytes_of(words));
         clear(gpu, [&tables.words, &tables.nodes, &occupied])?;
-        let mut bake = Bake::new(gpu)?;
-        let groups = code_count.div_ceil(64);
+        Ok(Self {
+            field,
+            measures,
+            texture,
+            tables,
+            occupied,
+            centers,
+            volume,
+            fill,
+            arguments,
+        })
+    }
+
+    fn group(
+        &self,
+        label: &str,
+        layout: &wgpu::BindGroupLayout,
+        entries: &[wgpu::BindGroupEntry<'_>],
+    ) -> Result<wgpu::BindGroup, GpuError> {
+        let gpu = self.field.gpu();
+        gpu.checked(|| {
+            gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+                label: Some(label),
+                layout,
+                entries,
+            })
+        })
+    }
+
+    fn tree_group(&self, layout: &wgpu::BindGroupLayout) -> Result<wgpu::BindGroup, GpuError> {
+        let mut entries = vec![
+            entry(VOLUME, &self.volume),
+            entry(ARGUMENTS, &self.arguments),
+        ];
+        entries.extend(self.tables.nodes.binding(NODES));
+        entries.extend(self.tables.words.binding(TREE_WORDS));
+        entries.extend(self.occupied.binding(OCCUPIED));
+        entries.extend(self.tables.keys.binding(KEYS));
+        self.group("Octree::tree", layout, &entries)
+    }
+
+    /// Find the cells in which the surface can be.
+    async fn select(&self, bake: &mut Bake<'_>, order: Order) -> Result<(), GpuError> {
+        let (layout, [bits, list]) = select_passes(self.field.gpu(), self.field)?;
+        let mut entries: Vec<_> = self.field.table_bindings().collect();
+        entries.push(entry(VOLUME, &self.volume));
+        entries.extend(self.tables.words.binding(TREE_WORDS));
+        entries.extend(self.occupied.binding(OCCUPIED));
+        entries.extend(self.centers.binding(CENTERS));
+        let group = self.group("Octree::select", &layout, &entries)?;
+        let groups = self.measures.code_count().div_ceil(64);
         let groups = Groups::Direct([
             groups.min(abi::DISPATCH_ROW),
             groups.div_ceil(abi::DISPATCH_ROW),
             1,
         ]);
-        match order {
-            Order::Counted => {
-                bake.pass("select", &select_bits, &select_group, groups)
-                    .await?;
-                bake.pass("sort", &compact, &tree_group, Groups::Direct([1, 1, 1]))
-                    .await?;
-            }
-            Order::Enumerated => {
-                bake.pass("select", &select_list, &select_group, groups)
-                    .await?;
-                let groups = (capacity as u32).div_ceil(256);
-                bake.pass("sort", &rank, &tree_group, Groups::Direct([groups, 1, 1]))
-                    .await?;
-            }
-        }
+        let select = match order {
+            Order::Counted => &bits,
+            Order::Enumerated => &list,
+        };
+        bake.pass("select", select, &group, groups).await
+    }
 
-        // Fill.
+    /// Sample the bricks, and what tells of the cells without one.
+    async fn fill(&self, bake: &mut Bake<'_>, program: &Program) -> Result<(), GpuError> {
+        let (field, measures) = (self.field, &self.measures);
+        let gpu = field.gpu();
+        let side = tile_side(gpu, measures.brick);
+        let bits = measures.encoding.bits;
+        let (layout, [bricks, vacant]) = bricks_passes(gpu, field, bits, side)?;
+        let view = self
+            .texture
+            .create_view(&wgpu::TextureViewDescriptor::default());
+        let mut entries: Vec<_> = field.table_bindings().collect();
+        entries.push(entry(VOLUME, &self.volume));
+        entries.push(entry(FILL, &self.fill));
+        entries.push(wgpu::BindGroupEntry {
+            binding: TEXELS,
+            resource: wgpu::BindingResource::TextureView(&view),
+        });
+        entries.extend(self.tables.words.binding(TREE_WORDS));
+        entries.extend(self.centers.binding(CENTERS));
+        entries.extend(self.tables.keys.binding(KEYS));
+        let group = self.group("Octree::fill", &layout, &entries)?;
         let fill = Fill {
             tile: measures.brick,
             ..measures.encoding.fill(program, &measures.lattice, 0)
         };
         let area = u64::from(measures.brick * measures.brick);
-        let work = capacity * area * field.length() as u64;
+        let work = measures.capacity() * area * field.length() as u64;
         for (first, count) in layers(field, work, measures.brick, side) {
             let fill = Fill {
                 first_layer: first,
@@ -327,22 +386,12 @@ impl GpuVolume {
                 ..fill
             };
             gpu.queue
-                .write_buffer(&fill_uniform, 0, bytemuck::bytes_of(&fill));
-            let groups = Groups::Indirect(&arguments, 0);
-            bake.pass("fill", &fill_bricks, &bricks_group, groups)
-                .await?;
+                .write_buffer(&self.fill, 0, bytemuck::bytes_of(&fill));
+            let groups = Groups::Indirect(&self.arguments, 0);
+            bake.pass("fill", &bricks, &group, groups).await?;
         }
         let groups = Groups::Direct(measures.grid.to_array());
-        bake.pass("vacant", &fill_vacant, &bricks_group, groups)
-            .await?;
-
-        // Build.
-        bake.pass("tree", &build, &tree_group, Groups::Direct([1, 1, 1]))
-            .await?;
-        let stages = bake.finish().await?;
-        let (lattice, encoding) = (measures.lattice, measures.encoding);
-        let volume = Self::new(field, (lattice, encoding), texture, words, tables)?;
-        Ok((volume, stages))
+        bake.pass("vacant", &vacant, &group, groups).await
     }
 }
 

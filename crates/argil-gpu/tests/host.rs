@@ -21,6 +21,10 @@ struct Bound {
     padding: [f32; 3],
 }
 
+#[expect(
+    clippy::too_many_lines,
+    reason = "a program of wgpu's, which is told step by step"
+)]
 fn marched(bricks: &Bricks, rays: &[[Vec3; 2]]) -> Vec<f32> {
     let instance = wgpu::Instance::default();
     let adapter = pollster::block_on(instance.request_adapter(&Default::default()));

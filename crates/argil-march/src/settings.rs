@@ -120,28 +120,7 @@ pub fn frames(
     // Light is gathered off the surface; a volume's surface is not quite that of the field, which casts the shadows.
     let lift = lattice.map_or(8.0 * epsilon, |lattice| 1.5 * lattice.voxel);
     let solid = program.aabb();
-    let margin = lattice.map_or(4.0 * epsilon, |lattice| MARGIN_VOXELS * lattice.voxel);
-    // The box of the solid, a little larger: a ray should not start within epsilon of a flat side. Nothing solid is a
-    // box that no ray meets.
-    let held = lattice.map_or(Aabb::ALL, Lattice::aabb);
-    let shows_boxes = matches!(settings.show, Show::Bricks | Show::Nodes);
-    let bounds = if solid.is_empty() {
-        NOWHERE
-    } else if shows_boxes && lattice.is_some() {
-        // Bricks reach farther than what is in them.
-        held
-    } else {
-        let cut = solid.grown(margin).intersection(held);
-        if cut.is_empty() { NOWHERE } else { cut }
-    };
-    let limit = Vec3::splat(argil_field::WORLD_LIMIT);
-    let (min, max) = (bounds.min.max(-limit), bounds.max.min(limit));
-    let [azimuth, elevation] = settings.sun_degrees.map(f32::to_radians);
-    let sun = [
-        elevation.cos() * azimuth.sin(),
-        elevation.sin(),
-        elevation.cos() * azimuth.cos(),
-    ];
+    let bounds = ray_box(settings.show, solid, lattice, epsilon);
     let ground_y = if solid.is_finite() {
         solid.min.y
     } else {
@@ -152,14 +131,6 @@ pub fn frames(
         .map(|c| c.distance(camera.eye))
         .into_iter()
         .fold(0.0, f32::max);
-    let show = match settings.show {
-        Show::Shaded => abi::SHOW_SHADED,
-        Show::Normal => abi::SHOW_NORMAL,
-        Show::Depth => abi::SHOW_DEPTH,
-        Show::Heat => abi::SHOW_HEAT,
-        Show::Bricks => abi::SHOW_BRICKS,
-        Show::Nodes => abi::SHOW_NODES,
-    };
     let samples = settings.samples.clamp(1, 64);
     (0..samples)
         .map(|sample| {
@@ -173,17 +144,17 @@ pub fn frames(
                 jitter_y,
                 forward: forward.to_array(),
                 ground_y,
-                box_min: min.to_array(),
+                box_min: bounds.min.to_array(),
                 epsilon,
-                box_max: max.to_array(),
+                box_max: bounds.max.to_array(),
                 normal_bias,
-                sun,
+                sun: toward_sun(settings.sun_degrees),
                 radius,
                 width,
                 height,
                 first_row: 0,
                 max_steps: settings.max_steps,
-                show,
+                show: show_word(settings.show),
                 sample_weight: 1.0 / samples as f32,
                 far: 60.0 * radius,
                 depth_near: focus.distance(camera.eye),
@@ -205,6 +176,46 @@ pub fn frames(
             }
         })
         .collect()
+}
+
+/// The box that rays are cut to: the solid's, a little larger, as a ray should not start within epsilon of a flat side. Nothing solid
+/// is a box that no ray meets.
+fn ray_box(show: Show, solid: Aabb, lattice: Option<&Lattice>, epsilon: f32) -> Aabb {
+    let margin = lattice.map_or(4.0 * epsilon, |lattice| MARGIN_VOXELS * lattice.voxel);
+    let held = lattice.map_or(Aabb::ALL, Lattice::aabb);
+    let shows_boxes = matches!(show, Show::Bricks | Show::Nodes);
+    let bounds = if solid.is_empty() {
+        NOWHERE
+    } else if shows_boxes && lattice.is_some() {
+        // Bricks reach farther than what is in them.
+        held
+    } else {
+        let cut = solid.grown(margin).intersection(held);
+        if cut.is_empty() { NOWHERE } else { cut }
+    };
+    let limit = Vec3::splat(argil_field::WORLD_LIMIT);
+    Aabb::new(bounds.min.max(-limit), bounds.max.min(limit))
+}
+
+/// The direction to the sun.
+fn toward_sun(azimuth_elevation_degrees: [f32; 2]) -> [f32; 3] {
+    let [azimuth, elevation] = azimuth_elevation_degrees.map(f32::to_radians);
+    [
+        elevation.cos() * azimuth.sin(),
+        elevation.sin(),
+        elevation.cos() * azimuth.cos(),
+    ]
+}
+
+fn show_word(show: Show) -> u32 {
+    match show {
+        Show::Shaded => abi::SHOW_SHADED,
+        Show::Normal => abi::SHOW_NORMAL,
+        Show::Depth => abi::SHOW_DEPTH,
+        Show::Heat => abi::SHOW_HEAT,
+        Show::Bricks => abi::SHOW_BRICKS,
+        Show::Nodes => abi::SHOW_NODES,
+    }
 }
 
 /// A box that no ray meets.

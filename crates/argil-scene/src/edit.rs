@@ -315,13 +315,7 @@ impl Scene {
                 index,
             } => {
                 self.check_inner(node)?;
-                let mut at = Some(parent);
-                while let Some(id) = at {
-                    if id == node {
-                        return Err(EditError::IntoItself(self.path(node)));
-                    }
-                    at = self.get(id).ok_or(EditError::NoSuchNode(id))?.parent;
-                }
+                self.check_outside(parent, node)?;
                 let own_place = usize::from(self.node(node).parent == Some(parent));
                 self.check_place(parent, index + own_place)?;
                 Step::Move {
@@ -361,6 +355,18 @@ impl Scene {
                 Step::SetMaterial { name, material }
             }
         })
+    }
+
+    /// Whether a node is not within another, nor that itself.
+    fn check_outside(&self, inner: NodeId, node: NodeId) -> Result<(), EditError> {
+        let mut at = Some(inner);
+        while let Some(id) = at {
+            if id == node {
+                return Err(EditError::IntoItself(self.path(node)));
+            }
+            at = self.get(id).ok_or(EditError::NoSuchNode(id))?.parent;
+        }
+        Ok(())
     }
 
     fn check_unused(&self, name: &str) -> Result<(), EditError> {

@@ -7,6 +7,7 @@ fn ball() -> Brush {
 }
 
 #[test]
+#[expect(clippy::too_many_lines, reason = "a list of edits")]
 fn edits_are_checked_and_leave_the_scene_as_it_was() {
     let mut scene = Scene::new();
     let brush = scene.push(ball().named("ball")).unwrap().node;

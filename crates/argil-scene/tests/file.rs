@@ -83,6 +83,7 @@ fn a_scene_with_everything_survives_a_round_trip_bit_for_bit() {
 }
 
 #[test]
+#[expect(clippy::too_many_lines, reason = "a list of files")]
 fn errors_name_line_column_path_and_reason() {
     let brush = |b: &str| {
         format!(

@@ -46,6 +46,7 @@ mod plan;
 mod pool;
 mod reached;
 mod read;
+mod remake;
 mod table;
 mod tables;
 mod words;

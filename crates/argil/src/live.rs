@@ -233,28 +233,12 @@ impl Live {
                 self.program.insert(live)
             }
         };
-        let (put, touched_ends) = first_put.unwrap_or_else(|| live.put());
-        let lattice = *edits.lattice();
-        let held = lattice.aabb().grown(-2.0 * lattice.voxel);
-        let is_held = put.is_empty() || (held.contains(put.min) && held.contains(put.max));
-        if touched_ends || (!is_held && !lattice.is_cut) {
-            let solid = Extents::of(scene).outer(Scene::ROOT).aabb;
-            let is_endless = !solid.is_finite() && !solid.is_empty();
-            if is_endless != lattice.is_cut {
-                return Ok(self.not(Rebuilt::Cut));
-            }
+        let put = first_put.unwrap_or_else(|| live.put());
+        match self.grow(scene, &mut kept, put) {
+            Ok(None) => {}
+            Ok(Some(reason)) => return Ok(self.not(reason)),
             // The program has gone ahead, whatever comes of it.
-            let grown = match &mut self.edits {
-                Some(edits) => match edits.grow_to(solid) {
-                    Ok(true) => kept.grow(&**edits),
-                    Ok(false) => Ok(()),
-                    Err(error) => Err(BricksError::from(error).into()),
-                },
-                None => Ok(()),
-            };
-            if let Err(error) = grown {
-                return Err(self.lost(error));
-            }
+            Err(error) => return Err(self.lost(error)),
         }
         let (Some(live), Some(edits)) = (&mut self.program, &mut self.edits) else {
             return Ok(Followed::Not(Rebuilt::Refused));
@@ -289,6 +273,33 @@ impl Live {
             rebuilt: false,
             reason: None,
         }))
+    }
+
+    /// Have the lattice hold what was put into the scene; why everything is to be made again where that cannot be.
+    fn grow(
+        &mut self,
+        scene: &Scene,
+        kept: &mut Editable<'_>,
+        (put, touched_ends): (Aabb, bool),
+    ) -> Result<Option<Rebuilt>, BuildError> {
+        let Some(edits) = &mut self.edits else {
+            return Ok(None);
+        };
+        let lattice = *edits.lattice();
+        let held = lattice.aabb().grown(-2.0 * lattice.voxel);
+        let is_held = put.is_empty() || (held.contains(put.min) && held.contains(put.max));
+        if !touched_ends && (is_held || lattice.is_cut) {
+            return Ok(None);
+        }
+        let solid = Extents::of(scene).outer(Scene::ROOT).aabb;
+        let is_endless = !solid.is_finite() && !solid.is_empty();
+        if is_endless != lattice.is_cut {
+            return Ok(Some(Rebuilt::Cut));
+        }
+        if edits.grow_to(solid).map_err(BricksError::from)? {
+            kept.grow(&**edits)?;
+        }
+        Ok(None)
     }
 
     /// Go on with what is left to be done.

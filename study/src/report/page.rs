@@ -1,7 +1,7 @@
 //! The page around it all.
 
-use super::sections;
 use super::source::Source;
+use super::{plots, sections, sentences};
 use crate::claims;
 use crate::experiments::ALL;
 use crate::record::Record;
@@ -108,10 +108,10 @@ pub fn page(all: &[Source]) -> String {
             escaped(experiment.question),
             escaped(experiment.study)
         );
-        for sentence in sections::sentences(experiment.name, &rows) {
+        for sentence in sentences::sentences(experiment.name, &rows) {
             text += &format!("<p><b>Here:</b> {}</p>", escaped(&sentence));
         }
-        for plot in sections::plots(experiment.name, &rows) {
+        for plot in plots::plots(experiment.name, &rows) {
             text += &format!(
                 "<figure class=\"plot\">{plot}<figcaption class=\"command\">made by <code>argil study --only {}</code></figcaption></figure>",
                 experiment.name

@@ -185,13 +185,13 @@ pub struct Bar {
     pub reach: (f64, f64),
 }
 
-/// Groups of bars, one of each series in a group; or, stacked, one bar a group.
-pub fn bars(
-    axes: Axes<'_>,
-    groups: &[String],
+/// From where to where bars reach, with room above.
+fn heights(
+    is_log: bool,
+    groups: usize,
     series: &[(String, Vec<Option<Bar>>)],
     stacked: bool,
-) -> String {
+) -> [f64; 2] {
     let heights = || series.iter().flat_map(|(_, bars)| bars.iter().flatten());
     let most = if stacked {
         let sum = |group: usize| {
@@ -200,7 +200,7 @@ pub fn bars(
                 .filter_map(|(_, bars)| bars.get(group).copied().flatten());
             own.map(|bar| bar.value).sum::<f64>()
         };
-        (0..groups.len()).map(sum).fold(0.0, f64::max)
+        (0..groups).map(sum).fold(0.0, f64::max)
     } else {
         heights()
             .map(|bar| bar.reach.1.max(bar.value))
@@ -210,12 +210,23 @@ pub fn bars(
         .map(|bar| bar.value)
         .filter(|v| *v > 0.0)
         .fold(f64::INFINITY, f64::min);
-    let floor = if axes.log_y && least.is_finite() {
+    let floor = if is_log && least.is_finite() {
         least / 2.0
     } else {
         0.0
     };
     let ceiling = if most > 0.0 { 1.1 * most } else { 1.0 };
+    [floor, ceiling]
+}
+
+/// Groups of bars, one of each series in a group; or, stacked, one bar a group.
+pub fn bars(
+    axes: Axes<'_>,
+    groups: &[String],
+    series: &[(String, Vec<Option<Bar>>)],
+    stacked: bool,
+) -> String {
+    let [floor, ceiling] = heights(axes.log_y, groups.len(), series, stacked);
     let wide = groups.len() as f64;
     drawn(axes.title, |area| {
         let name = |x: &f64| {
@@ -253,33 +264,16 @@ pub fn bars(
                 let mut under = vec![0.0; groups.len()];
                 for (nth, (name, own)) in series.iter().enumerate() {
                     let color = color(nth);
-                    let mut boxes = Vec::new();
-                    let mut whiskers = Vec::new();
-                    for (group, bar) in own.iter().enumerate() {
-                        let Some(bar) = bar else { continue };
-                        let (left, right, low) = if stacked {
-                            let low = under[group];
-                            under[group] += bar.value;
-                            (group as f64 + 0.15, group as f64 + 0.85, low)
-                        } else {
-                            let left = group as f64 + 0.08 + each * nth as f64;
-                            (left, left + 0.92 * each, floor)
-                        };
-                        boxes.push(Rectangle::new(
-                            [
-                                (left, low),
-                                (right, low + bar.value - if stacked { 0.0 } else { floor }),
-                            ],
-                            color.filled(),
-                        ));
-                        if !stacked && bar.reach.1 > bar.reach.0 {
-                            let middle = 0.5 * (left + right);
-                            whiskers.push(PathElement::new(
-                                [(middle, bar.reach.0.max(floor)), (middle, bar.reach.1)],
-                                INK.mix(0.7),
-                            ));
-                        }
-                    }
+                    let place = Place {
+                        nth,
+                        each,
+                        floor,
+                        stacked,
+                    };
+                    let (boxes, whiskers) = placed(own, &place, &mut under);
+                    let boxes = boxes.into_iter().map(|b| Rectangle::new(b, color.filled()));
+                    let whisker = |w: [(f64, f64); 2]| PathElement::new(w, INK.mix(0.7));
+                    let whiskers = whiskers.into_iter().map(whisker);
                     chart.draw_series(boxes)?.label(name).legend(move |(x, y)| {
                         Rectangle::new([(x, y - 5), (x + 12, y + 5)], color.filled())
                     });
@@ -300,4 +294,45 @@ pub fn bars(
         }
         Ok(())
     })
+}
+
+/// Where the bars of a series stand.
+struct Place {
+    /// Which series it is.
+    nth: usize,
+    /// How wide a bar is, of a group.
+    each: f64,
+    floor: f64,
+    stacked: bool,
+}
+
+type Span = [(f64, f64); 2];
+
+/// The corners of a series' bars, and the ends of their whiskers. `under` is how high each group is stacked.
+fn placed(own: &[Option<Bar>], place: &Place, under: &mut [f64]) -> (Vec<Span>, Vec<Span>) {
+    let &Place {
+        nth,
+        each,
+        floor,
+        stacked,
+    } = place;
+    let (mut boxes, mut whiskers) = (Vec::new(), Vec::new());
+    for (group, bar) in own.iter().enumerate() {
+        let Some(bar) = bar else { continue };
+        let (left, right, low) = if stacked {
+            let low = under[group];
+            under[group] += bar.value;
+            (group as f64 + 0.15, group as f64 + 0.85, low)
+        } else {
+            let left = group as f64 + 0.08 + each * nth as f64;
+            (left, left + 0.92 * each, floor)
+        };
+        let high = low + bar.value - if stacked { 0.0 } else { floor };
+        boxes.push([(left, low), (right, high)]);
+        if !stacked && bar.reach.1 > bar.reach.0 {
+            let middle = 0.5 * (left + right);
+            whiskers.push([(middle, bar.reach.0.max(floor)), (middle, bar.reach.1)]);
+        }
+    }
+    (boxes, whiskers)
 }

@@ -1,5 +1,6 @@
 //! The oracle's shapes: each by its definition.
 
+use super::grids::{heightmap, sampled, triangle};
 use argil_scene::{Outline, Shape};
 use glam::{DVec2 as V2, DVec3 as V3, Vec3};
 
@@ -80,6 +81,10 @@ fn outline(o: &Outline, p: V2, is_lathe: bool) -> f64 {
 }
 
 /// A shape's signed distance at a point in its own frame.
+#[expect(
+    clippy::too_many_lines,
+    reason = "an arm for each shape, each as short as its definition"
+)]
 pub fn shape(s: &Shape, p: V3) -> f64 {
     let f = f64::from;
     let q = V2::new(p.x.hypot(p.z), p.y);
@@ -410,98 +415,4 @@ fn sheet(p: V3, half_size: [f32; 3], [period, thickness]: [f32; 2], level: fn(V3
     let level = level(p.clamp(-half, half) * rate);
     let sheet = level.abs() / (3f64.sqrt() * rate) - 0.5 * f64::from(thickness);
     sheet.max(cuboid(p, half))
-}
-
-/// As far as the steepest of the ground's triangles of heights lets the surface be nearer than straight down.
-fn heightmap(
-    p: V3,
-    grid: &argil_scene::SampledGrid,
-    half: [f64; 2],
-    [height, base]: [f64; 2],
-) -> f64 {
-    let w = grid.words();
-    let n = [w[4] as usize, w[6] as usize];
-    let post = |i: usize, k: usize| height * f64::from(w[8 + k * n[0] + i]);
-    let step = [0, 1].map(|axis| 2.0 * half[axis] / (n[axis] - 1) as f64);
-    let (mut along_x, mut along_z) = (0.0f64, 0.0f64);
-    for k in 0..n[1] {
-        for i in 0..n[0] {
-            if i + 1 < n[0] {
-                along_x = along_x.max((post(i + 1, k) - post(i, k)).abs() / step[0]);
-            }
-            if k + 1 < n[1] {
-                along_z = along_z.max((post(i, k + 1) - post(i, k)).abs() / step[1]);
-            }
-        }
-    }
-    let cosine = 0.999_9 / (1.0 + along_x.powi(2) + along_z.powi(2)).sqrt();
-    let at = [(p.x + half[0]) / step[0], (p.z + half[1]) / step[1]];
-    let place = [0, 1].map(|axis| (at[axis].max(0.0) as usize).min(n[axis] - 2));
-    let t = [0, 1].map(|axis| (at[axis] - place[axis] as f64).clamp(0.0, 1.0));
-    let mut ground = 0.0;
-    for corner in 0..4 {
-        let bits = [corner & 1, corner >> 1];
-        let share = |axis: usize| {
-            if bits[axis] == 1 {
-                t[axis]
-            } else {
-                1.0 - t[axis]
-            }
-        };
-        ground += share(0) * share(1) * post(place[0] + bits[0], place[1] + bits[1]);
-    }
-    let posts = &w[8..];
-    let top = height * posts.iter().map(|&h| f64::from(h)).fold(0.0, f64::max);
-    let upright = (-p.y - base).max(p.y - top);
-    let gaps = V3::new(p.x.abs() - half[0], upright, p.z.abs() - half[1]);
-    let beside = gaps.max(V3::ZERO).length() + gaps.max_element().min(0.0);
-    beside.max((p.y - ground) * cosine)
-}
-
-/// What lies between the samples around a point; beyond their box, the hypotenuse over the way there.
-fn sampled(p: V3, grid: &argil_scene::SampledGrid) -> f64 {
-    let w = grid.words();
-    let n = [4, 5, 6].map(|i| w[i] as usize);
-    let region = grid.region();
-    let held = p.clamp(region.min.as_dvec3(), region.max.as_dvec3());
-    let mut at = (held - region.min.as_dvec3()) * f64::from(w[3]);
-    let least = |c: f64, most: usize| (c.max(0.0) as usize).min(most - 1);
-    let place = [least(at.x, n[0]), least(at.y, n[1]), least(at.z, n[2])];
-    let coarse = 8 + n[0] * n[1] * n[2];
-    let (mut first, mut side) = (coarse, n.map(|n| n + 1));
-    let mut place_in = place;
-    let own = w[8 + (place[2] * n[1] + place[1]) * n[0] + place[0]];
-    if own > 0.0 {
-        first += side[0] * side[1] * side[2] + (own as usize - 1) * 729;
-        side = [9; 3];
-        at = (at - V3::from_array(place.map(|c| c as f64))) * 8.0;
-        place_in = [least(at.x, 8), least(at.y, 8), least(at.z, 8)];
-    }
-    let t = at - V3::from_array(place_in.map(|c| c as f64));
-    let mut d = 0.0;
-    for corner in 0..8 {
-        let bits = [corner & 1, corner >> 1 & 1, corner >> 2];
-        let share: f64 = (0..3)
-            .map(|k| if bits[k] == 1 { t[k] } else { 1.0 - t[k] })
-            .product();
-        let [x, y, z] = [0, 1, 2].map(|k| place_in[k] + bits[k]);
-        d += share * f64::from(w[first + (z * side[1] + y) * side[0] + x]);
-    }
-    let gap = p.distance(held);
-    if gap > 0.0 { gap.hypot(d.max(0.0)) } else { d }
-}
-
-/// The distance to a triangle: its plane where the foot lies within, else its sides.
-fn triangle(p: V3, [a, b, c]: [V3; 3]) -> f64 {
-    let n = (b - a).cross(c - a);
-    let within = [(a, b), (b, c), (c, a)]
-        .iter()
-        .all(|&(u, v)| (v - u).cross(n).dot(p - u) <= 0.0);
-    if within {
-        return (p - a).dot(n.normalize()).abs();
-    }
-    let side = |u: V3, v: V3| {
-        p.distance(u + (v - u) * ((p - u).dot(v - u) / (v - u).length_squared()).clamp(0.0, 1.0))
-    };
-    side(a, b).min(side(b, c)).min(side(c, a))
 }

@@ -185,25 +185,19 @@ fn rows(groups: u32) -> Groups<'static> {
     ])
 }
 
-/// Submit all passes of an order.
-pub(super) async fn make(
+/// What an order's passes read and write, and what its plan does.
+fn groups_of(
     field: &GpuField,
-    scratch: &mut Scratch,
+    scratch: &Scratch,
     site: &Site<'_>,
     order: &Order<'_>,
-    bake: &mut Bake<'_>,
-) -> Result<(), GpuError> {
+    passes: &BrickPasses,
+) -> Result<(wgpu::BindGroup, wgpu::BindGroup), GpuError> {
     let gpu = field.gpu();
-    let last = &order.prune;
-    let bits = TexelFormat::of(site.texture.format()).bits();
-    let passes = BrickPasses::of(field, bits)?;
-    scratch.reserve_arguments(gpu, order.words.chunks)?;
-    gpu.queue
-        .write_buffer(&scratch.words, 0, bytemuck::bytes_of(&order.words));
     let view = site
         .texture
         .create_view(&wgpu::TextureViewDescriptor::default());
-    let (bind_group, plan_group) = gpu.checked(|| {
+    gpu.checked(|| {
         let mut entries: Vec<_> = field.bindings_with(order.instrs).collect();
         entries.push(entry(VOLUME, &scratch.words));
         entries.push(entry(FILL, &scratch.fill));
@@ -230,8 +224,25 @@ pub(super) async fn make(
         entries.extend(site.counters.binding(COUNTERS));
         let plan_group = group("Bricks::plan", &passes.plan_layout, &entries);
         (bind_group, plan_group)
-    })?;
+    })
+}
 
+/// Submit all passes of an order.
+pub(super) async fn make(
+    field: &GpuField,
+    scratch: &mut Scratch,
+    site: &Site<'_>,
+    order: &Order<'_>,
+    bake: &mut Bake<'_>,
+) -> Result<(), GpuError> {
+    let gpu = field.gpu();
+    let last = &order.prune;
+    let bits = TexelFormat::of(site.texture.format()).bits();
+    let passes = BrickPasses::of(field, bits)?;
+    scratch.reserve_arguments(gpu, order.words.chunks)?;
+    gpu.queue
+        .write_buffer(&scratch.words, 0, bytemuck::bytes_of(&order.words));
+    let (bind_group, plan_group) = groups_of(field, scratch, site, order, &passes)?;
     gpu.queue
         .write_buffer(&scratch.prune, 0, bytemuck::bytes_of(last));
     let groups = rows((order.length as u32).div_ceil(64).max(1));

@@ -81,6 +81,71 @@ pub(super) fn widest_footprint<T: Texel>(sampler: &BrickSampler<'_, T>) -> f32 {
     high(range - MARGIN_VOXELS * layout.lattice.voxel, 0.0)
 }
 
+/// What is stored where each ray is.
+#[inline(always)]
+fn gaps<T: Texel>(sampler: &BrickSampler<'_, T>, at: &Located, corners: &Corners, gap: &mut [f32]) {
+    let quantum = sampler.quantum();
+    for i in 0..gap.len() {
+        gap[i] = if is_brick(at.word[i]) {
+            corners.value::<T>(i) * quantum
+        } else {
+            sampler.away(at, i)
+        };
+    }
+}
+
+/// On which side of the surface each ray begins: one that enters the volume through a solid's cut side has hit there; one that starts
+/// within goes on.
+#[inline(always)]
+fn begin(gap: &[f32], side: &mut [f32]) {
+    for i in 0..gap.len() {
+        let from_outside = side[i] > 1.0;
+        side[i] = if (gap[i] < 0.0) & !from_outside {
+            -1.0
+        } else {
+            1.0
+        };
+    }
+}
+
+/// How far each ray has to the end of its cell, or of the block, or of what is empty around that; and by how much more it goes, as
+/// places are rounded.
+#[inline(always)]
+fn leaves<T: Texel>(
+    sampler: &BrickSampler<'_, T>,
+    at: &Located,
+    u: &[[f32; LANES]; 3],
+    direction: [&[f32]; 3],
+    n: usize,
+    leave: &mut [f32; LANES],
+    rounding: &mut [f32; LANES],
+) {
+    let layout = sampler.layout();
+    let (voxel, brick) = (layout.lattice.voxel, layout.brick as f32);
+    leave[..n].fill(f32::MAX);
+    let block = BLOCK_SIDE as f32;
+    let mut edges = [1.0f32; LANES];
+    for i in 0..n {
+        edges[i] = if is_lonely(at.word[i]) { block } else { 1.0 };
+    }
+    if sampler.has_levels() {
+        for i in 0..n {
+            edges[i] = high(edges[i], sampler.empty_cells(at, i) as f32);
+            rounding[i] = nudge_for([u[0][i], u[1][i], u[2][i]], voxel);
+        }
+    }
+    for axis in 0..3 {
+        let (cells, u, d) = (&at.cell[axis][..n], &u[axis][..n], &direction[axis][..n]);
+        for i in 0..n {
+            let edge = edges[i];
+            let begin = (cells[i] * (1.0 / edge)).floor() * edge;
+            let d = tiny(d[i]);
+            let ahead = if d > 0.0 { begin + edge } else { begin };
+            leave[i] = low(leave[i], (ahead * brick - u[i]) * voxel / d);
+        }
+    }
+}
+
 /// One step of a batch of rays.
 #[inline(always)]
 fn step<T: Texel>(
@@ -93,7 +158,7 @@ fn step<T: Texel>(
 ) {
     let n = range.len();
     let layout = sampler.layout();
-    let (voxel, brick) = (layout.lattice.voxel, layout.brick as f32);
+    let voxel = layout.lattice.voxel;
     let (scale, footprint) = (frame.inv_lipschitz, 0.5 * frame.pixel);
     let widest = widest_footprint(sampler);
     let (is_first, is_last) = (steps == 1, steps >= frame.max_steps);
@@ -119,50 +184,13 @@ fn step<T: Texel>(
 
     let (mut gap, mut leave) = ([0.0f32; LANES], [0.0f32; LANES]);
     let gap = &mut gap[..n];
-    let quantum = sampler.quantum();
-    for i in 0..n {
-        let word = at.word[i];
-        gap[i] = if is_brick(word) {
-            corners.value::<T>(i) * quantum
-        } else {
-            sampler.away(&at, i)
-        };
-    }
+    gaps(sampler, &at, &corners, gap);
     if is_first {
-        // A ray that enters the volume through a solid's cut side has hit there; one that starts within goes on.
-        for i in 0..n {
-            let from_outside = side[i] > 1.0;
-            side[i] = if (gap[i] < 0.0) & !from_outside {
-                -1.0
-            } else {
-                1.0
-            };
-            last[i] = u32::MAX;
-        }
+        last.fill(u32::MAX);
+        begin(gap, side);
     }
-    // To the end of the cell, or of the block, or of what is empty around that.
-    leave[..n].fill(f32::MAX);
-    let block = BLOCK_SIDE as f32;
-    let (mut edges, mut rounding) = ([1.0f32; LANES], [0.0f32; LANES]);
-    for i in 0..n {
-        edges[i] = if is_lonely(at.word[i]) { block } else { 1.0 };
-    }
-    if sampler.has_levels() {
-        for i in 0..n {
-            edges[i] = high(edges[i], sampler.empty_cells(&at, i) as f32);
-            rounding[i] = nudge_for([u[0][i], u[1][i], u[2][i]], voxel);
-        }
-    }
-    for axis in 0..3 {
-        let (cells, u, d) = (&at.cell[axis][..n], &u[axis][..n], &direction[axis][..n]);
-        for i in 0..n {
-            let edge = edges[i];
-            let begin = (cells[i] * (1.0 / edge)).floor() * edge;
-            let d = tiny(d[i]);
-            let ahead = if d > 0.0 { begin + edge } else { begin };
-            leave[i] = low(leave[i], (ahead * brick - u[i]) * voxel / d);
-        }
-    }
+    let mut rounding = [0.0f32; LANES];
+    leaves(sampler, &at, &u, direction, n, &mut leave, &mut rounding);
     for i in 0..n {
         let g = gap[i] * side[i];
         let in_brick = is_brick(at.word[i]);

@@ -9,34 +9,27 @@
 
 use super::block_list::{BlockList, emptied_around};
 use super::bounds::{Bounds, SLOT_BYTES};
-use super::candidates::{Candidates, near_block, settle};
-use super::filler::{Filler, Places, only_material};
-use super::inner_cell;
+use super::candidates::settle;
+use super::filler::Places;
 use super::material::PLACES;
-use super::octants::{self, OCTANTS};
 use super::pool::Pool;
 use super::reached::ReachedBlock;
+use super::remake::{Editing, Made};
 use super::table::FAR_SLOTS;
-use super::words::{center_of, empty_word, is_brick};
+use super::words::{empty_word, is_brick};
 use super::work::{EditWork, Unit};
 use super::{BLOCK_SIDE, BrickLayout, Bricks, BricksError};
-use crate::texels::OF_THIS_TYPE;
 use crate::{Bits, Texel};
-use argil_abi::{Fill, Instr};
-use argil_field::{CELLS, HardBrush, LiveProgram, Parts, Program, Pruner, Touched};
-use glam::{IVec3, Vec3};
+use argil_abi::Fill;
+use argil_field::{CELLS, HardBrush, LiveProgram, Parts, Program};
+use glam::IVec3;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
-use std::ops::Range;
 use web_time::Instant;
 
 /// Blocks along the side of a part that shares a list: where brushes are many, its list should not be of all of them.
 const PART_SIDE: u32 = 4;
 const SMALL_PART_SIDE: u32 = 2;
-/// A brick of which more octants changed is sampled as a whole: an octant's samples are more than an eighth of a brick's.
-const MOST_OCTANTS: u32 = 5;
-/// From so many instructions in a block's list on, octants are measured by the lists of their cells.
-const LONG_LIST: usize = 64;
 /// More brushes than this, or instructions, are many.
 const MANY: usize = 500;
 
@@ -68,21 +61,6 @@ enum Job {
     Listed(u64, BlockList),
     /// By what can matter in cells where something can have changed.
     Reached(ReachedBlock),
-}
-
-/// A block's new words and bricks.
-struct Made<T> {
-    /// The block's first cell.
-    first: IVec3,
-    /// Whether it is far from everything now, and then whether it is inside.
-    far: Option<bool>,
-    words: [u32; CELLS],
-    /// Cells with a brick: which, and what it looks like.
-    bricks: Vec<(u8, u32)>,
-    texels: Vec<T>,
-    mixed: Vec<[u32; 2]>,
-    /// Bricks among them of which anything was sampled.
-    sampled: u64,
 }
 
 impl BrickLayout {
@@ -169,28 +147,7 @@ impl Bricks {
         let bounds = Bounds::new(live.program(), &self.layout);
         let encoding = &self.layout.encoding;
         let fill = encoding.fill(live.program(), &self.layout.lattice, 0);
-        let (mut jobs, mut hard) = (Vec::new(), Vec::new());
-        match self.reached::<T>(live, work, &units, (&bounds, &fill)) {
-            Some((reached, own)) => {
-                hard = own;
-                // Boxes tell less than marks: of few brushes, a list that is cut by marks is shorter.
-                let are_many = live.length() > MANY;
-                let is_near = |block: &ReachedBlock| are_many && block.is_near(&self.layout);
-                let (near, others): (Vec<_>, Vec<_>) = reached.into_iter().partition(is_near);
-                jobs.extend(near.into_iter().map(Job::Reached));
-                let lists = work.lists(&self.layout, live, ReachedBlock::units(&others));
-                let cells: FxHashMap<IVec3, u64> = others
-                    .iter()
-                    .map(|block| (block.first, block.cells))
-                    .collect();
-                let listed = |list: BlockList| Job::Listed(cells[&list.first], list);
-                jobs.extend(lists.into_iter().map(listed));
-            }
-            None => {
-                let lists = work.lists(&self.layout, live, units);
-                jobs.extend(lists.into_iter().map(|list| Job::Listed(u64::MAX, list)));
-            }
-        }
+        let (jobs, hard) = self.jobs::<T>(live, work, units, (&bounds, &fill));
         let edit = Editing {
             layout: self.layout,
             live,
@@ -216,10 +173,42 @@ impl Bricks {
             )
             .collect();
         self.check_budget(&made, budget)?;
+        Ok(self.put_in(&made, live))
+    }
 
+    /// The blocks that units of work make anew, and the brushes that alone tell how bricks there have changed.
+    fn jobs<T: Texel>(
+        &self,
+        live: &LiveProgram,
+        work: &EditWork,
+        units: Vec<Unit>,
+        (bounds, fill): (&Bounds<'_>, &Fill),
+    ) -> (Vec<Job>, Vec<HardBrush>) {
+        let Some((reached, hard)) = self.reached::<T>(live, work, &units, (bounds, fill)) else {
+            let lists = work.lists(&self.layout, live, units).into_iter();
+            let all = lists.map(|list| Job::Listed(u64::MAX, list));
+            return (all.collect(), Vec::new());
+        };
+        // Boxes tell less than marks: of few brushes, a list that is cut by marks is shorter.
+        let are_many = live.length() > MANY;
+        let is_near = |block: &ReachedBlock| are_many && block.is_near(&self.layout);
+        let (near, others): (Vec<_>, Vec<_>) = reached.into_iter().partition(is_near);
+        let mut jobs: Vec<Job> = near.into_iter().map(Job::Reached).collect();
+        let lists = work.lists(&self.layout, live, ReachedBlock::units(&others));
+        let cells: FxHashMap<IVec3, u64> = others
+            .iter()
+            .map(|block| (block.first, block.cells))
+            .collect();
+        let listed = |list: BlockList| Job::Listed(cells[&list.first], list);
+        jobs.extend(lists.into_iter().map(listed));
+        (jobs, hard)
+    }
+
+    /// Put blocks that were made anew in the place of those that were there.
+    fn put_in<T: Texel>(&mut self, made: &[Made<T>], live: &LiveProgram) -> BrickEdit {
         let mut result = BrickEdit::default();
-        let samples = self.layout.brick_samples() as usize;
         let before = self.owners.len() as u64;
+        let samples = self.layout.brick_samples() as usize;
         // Blocks come first, so that there are words for their bricks. The order in which that is done is the same for all
         // numbers of threads.
         let slots: Vec<usize> = made.iter().map(|own| self.slot_for(own)).collect();
@@ -238,8 +227,8 @@ impl Bricks {
         }
         for (own, &slot) in made.iter().zip(&slots) {
             let mut mixed = own.mixed.chunks_exact(PLACES);
-            for (&(i, material), texels) in own.bricks.iter().zip(own.texels.chunks_exact(samples))
-            {
+            let texels = own.texels.chunks_exact(samples);
+            for (&(i, material), texels) in own.bricks.iter().zip(texels) {
                 let own_mixed = if material & argil_abi::BRICK_MIXED != 0 {
                     mixed.next().expect("places of each mixed brick")
                 } else {
@@ -255,8 +244,15 @@ impl Bricks {
             result.filled += own.sampled;
         }
         pool.close();
+        self.settle_blocks(made, &slots, live);
+        result.added = (self.owners.len() as u64 + result.removed) - before;
+        result
+    }
+
+    /// Tell of blocks that were put in which cells have bricks, and give those back that are far from everything now.
+    fn settle_blocks<T>(&mut self, made: &[Made<T>], slots: &[usize], live: &LiveProgram) {
         let mut gone = Vec::new();
-        for (own, &slot) in made.iter().zip(&slots) {
+        for (own, &slot) in made.iter().zip(slots) {
             self.changes.slot(slot as u32);
             let words = &mut self.words[slot * CELLS..(slot + 1) * CELLS];
             match own.far {
@@ -276,8 +272,6 @@ impl Bricks {
             self.changes.blocks();
             self.table.set_far(block, block + 1, inside);
         }
-        result.added = (self.owners.len() as u64 + result.removed) - before;
-        Ok(result)
     }
 
     /// The slot of a block, which gets one if it needs one.
@@ -320,256 +314,5 @@ impl Bricks {
             });
         }
         Ok(())
-    }
-}
-
-/// The lowest bits of `bits`, each at the place of one of the bits of `places`, in their order.
-fn scattered(bits: u64, places: u64) -> u64 {
-    if places == u64::MAX {
-        return bits;
-    }
-    let all = (0..CELLS).filter(|i| places >> i & 1 != 0).enumerate();
-    all.fold(0, |out, (nth, i)| out | (bits >> nth & 1) << i)
-}
-
-/// The other way round.
-fn gathered(bits: u64, places: u64) -> u64 {
-    if places == u64::MAX {
-        return bits;
-    }
-    let all = (0..CELLS).filter(|i| places >> i & 1 != 0).enumerate();
-    all.fold(0, |out, (nth, i)| out | (bits >> i & 1) << nth)
-}
-
-/// What all blocks of an edit share.
-struct Editing<'a> {
-    layout: BrickLayout,
-    live: &'a LiveProgram,
-    bounds: Bounds<'a>,
-    fill: Fill,
-    places: Places,
-    /// What can have changed, where that is known.
-    touched: Option<&'a Touched>,
-    /// Brushes that alone tell how bricks that there were have changed; none where more must be known.
-    hard: Vec<HardBrush>,
-    work: &'a EditWork,
-}
-
-/// What a thread keeps.
-struct Worker<'a> {
-    pruner: Pruner<'a>,
-    filler: Filler<'a>,
-}
-
-impl Editing<'_> {
-    fn worker(&self) -> Worker<'_> {
-        Worker {
-            pruner: Pruner::new(self.live.program()),
-            filler: Filler::new(self.live.program(), &self.layout, &self.fill, &self.places),
-        }
-    }
-
-    /// In which of a block's cells something that was touched can have mattered: a bit for each. Takes the pruner's marks.
-    fn mattered(&self, first: IVec3, lists: &BlockList, pruner: &mut Pruner<'_>) -> u64 {
-        let (Some(before), Some(touched)) = (&lists.before, self.touched) else {
-            return u64::MAX;
-        };
-        if !touched.any(before) {
-            return 0;
-        }
-        let centers: [Vec3; CELLS] =
-            std::array::from_fn(|i| self.layout.middle(first + inner_cell(i), 1));
-        let mut d = [0.0; CELLS];
-        pruner.mark(before, &centers, self.layout.half_diagonal(1), &mut d);
-        pruner.needed(before, |instr| touched.has(instr))
-    }
-
-    /// Of some cells of a block that have a brick and are near the surface, which octants edits can have changed: a bit for
-    /// each. All of them elsewhere.
-    fn octants(
-        &self,
-        first: IVec3,
-        lists: &BlockList,
-        some: u64,
-        (found, old): (&Candidates, &[u32]),
-        pruner: &mut Pruner<'_>,
-    ) -> [u8; CELLS] {
-        let mut octants = [u8::MAX; CELLS];
-        let (Some(before), Some(touched)) = (&lists.before, self.touched) else {
-            return octants;
-        };
-        let has_brick = |i: u8| some >> i & 1 != 0 && is_brick(old[usize::from(i)]);
-        let near: Vec<&(u8, Range<usize>)> =
-            found.cells.iter().filter(|(i, _)| has_brick(*i)).collect();
-        let in_block = touched.count(&lists.now);
-        let had_any = touched.any(before);
-        for near in near.chunks(octants::CELLS_AT_ONCE) {
-            let cells: Vec<IVec3> = near
-                .iter()
-                .map(|(i, _)| first + inner_cell(usize::from(*i)))
-                .collect();
-            let mut changed = |list: &[Instr], cells: &[IVec3]| {
-                octants::changed(&self.layout, pruner, touched, list, cells)
-            };
-            let mut bits = if had_any { changed(before, &cells) } else { 0 };
-            if lists.now.len() > LONG_LIST {
-                for (nth, (_, range)) in near.iter().enumerate() {
-                    let own = &found.instrs[range.clone()];
-                    // One that may matter in the cell can be missing in its list, as another takes its place.
-                    let is_whole = touched.count(own) == in_block;
-                    let list = if is_whole { own } else { &lists.now[..] };
-                    bits |= changed(list, &cells[nth..=nth]) << (nth * OCTANTS);
-                }
-            } else if in_block > 0 {
-                bits |= changed(&lists.now, &cells);
-            }
-            for (nth, (i, _)) in near.iter().enumerate() {
-                octants[usize::from(*i)] = (bits >> (nth * OCTANTS)) as u8;
-            }
-        }
-        octants
-    }
-
-    /// Whether a brick whose samples and places of materials cannot have changed looks as before. A list that has one
-    /// material gives that, else the places tell, which a mixed brick has kept.
-    fn looks_the_same(&self, list: &[Instr], look: u32) -> bool {
-        match only_material(list, self.live.program().materials()) {
-            Some(only) => only == look,
-            None => look & argil_abi::BRICK_MIXED != 0,
-        }
-    }
-
-    /// Measure some of a block's cells, a bit for each, and sample what is dirty.
-    fn make<T: Texel>(
-        &self,
-        worker: &mut Worker<'_>,
-        lists: &BlockList,
-        some: u64,
-        bricks: &Bricks,
-    ) -> Made<T> {
-        let (first, instrs) = (lists.first, &lists.now);
-        let mut made = Made {
-            first,
-            far: lists.far,
-            words: [empty_word(0.0); CELLS],
-            bricks: Vec::new(),
-            texels: Vec::new(),
-            mixed: Vec::new(),
-            sampled: 0,
-        };
-        if made.far.is_some() {
-            return made;
-        }
-        let bounds = self.bounds.of_block(&self.layout, first);
-        let Worker { pruner, filler } = worker;
-        // The cells that edits can have changed: a bit for each.
-        let mut changed = self.mattered(first, lists, pruner);
-        let wanted = |pruner: &Pruner<'_>| {
-            if let Some(touched) = self.touched.filter(|_| changed != u64::MAX) {
-                let needed = pruner.needed(instrs, |instr| touched.has(instr));
-                changed |= scattered(needed, some);
-                return gathered(changed, some);
-            }
-            changed
-        };
-        let words = &mut made.words;
-        let listed = (&instrs[..], some);
-        let found = near_block(&self.layout, &bounds, first, listed, pruner, words, wanted);
-        // The others are as they were.
-        changed &= some;
-        let reach = 0.5 * 3f32.sqrt() * self.layout.lattice.voxel;
-        let samples = self.layout.brick_samples() as usize;
-        // Of a block that there was not, far words.
-        let slot = bricks.table.slot(first / BLOCK_SIDE as i32) as usize;
-        let old = &bricks.words[slot * CELLS..(slot + 1) * CELLS];
-        let pool = bricks.pool.of::<T>().expect(OF_THIS_TYPE);
-        let dirty = self.work.dirty_cells(&self.layout, self.live, first);
-        let octants = if self.hard.is_empty() {
-            self.octants(first, lists, changed & dirty, (&found, old), pruner)
-        } else {
-            [u8::MAX; CELLS]
-        };
-        // No more bricks than that, so that they are moved once.
-        let near = found.cells.iter().filter(|&&(i, _)| {
-            let i = usize::from(i);
-            (changed & dirty) >> i & 1 != 0 && octants[i] != 0
-        });
-        made.texels.reserve_exact(near.count() * samples);
-        let mut next = found.cells.iter().peekable();
-        for (i, &old) in old.iter().enumerate() {
-            let is_changed = changed >> i & 1 != 0;
-            let list: Option<Range<usize>> = next
-                .next_if(|&&(inner, _)| usize::from(inner) == i)
-                .map(|(_, range)| range.clone());
-            let cell = first + inner_cell(i);
-            if !is_changed {
-                // Whether the block is empty is found out anew.
-                made.words[i] = if is_brick(old) {
-                    old
-                } else {
-                    empty_word(center_of(old))
-                };
-                continue;
-            }
-            if dirty >> i & 1 == 0 {
-                // Nothing changed that a brick holds.
-                if is_brick(old) {
-                    made.words[i] = old;
-                }
-                continue;
-            }
-            let Some(list) = list else { continue };
-            let list = &found.instrs[list];
-            if octants[i] == 0 && self.looks_the_same(list, bricks.materials[old as usize]) {
-                made.words[i] = old;
-                continue;
-            }
-            let begin = made.texels.len();
-            let look = is_brick(old).then(|| bricks.materials[old as usize]);
-            let was = is_brick(old).then(|| &pool[old as usize * samples..][..samples]);
-            let mut changed = octants[i];
-            let stays = match was {
-                Some(was) if !self.hard.is_empty() => {
-                    made.texels.extend_from_slice(was);
-                    let out = &mut made.texels[begin..];
-                    let least = filler.joined(&self.hard, cell, out);
-                    // Where it is not certain, the whole list tells.
-                    let stays = least.is_finite() && !bounds.is_clear(least, reach);
-                    if out == was {
-                        changed = 0;
-                        // Places of materials can have changed all the same.
-                        let palette = self.live.program().materials();
-                        if stays && look.is_some() && look == only_material(list, palette) {
-                            made.texels.truncate(begin);
-                            made.words[i] = old;
-                            continue;
-                        }
-                    }
-                    stays
-                }
-                Some(was) if changed.count_ones() <= MOST_OCTANTS => {
-                    made.texels.extend_from_slice(was);
-                    let out = &mut made.texels[begin..];
-                    // What is near enough in a part is near enough in the whole.
-                    let mut again = || filler.octants(list, cell, changed, out);
-                    changed == 0 || !bounds.is_clear(again(), reach)
-                }
-                _ => false,
-            };
-            if !stays {
-                made.texels.resize(begin + samples, T::default());
-                let least = filler.brick(list, cell, &mut made.texels[begin..]);
-                if bounds.is_clear(least, reach) {
-                    made.texels.truncate(begin);
-                    continue;
-                }
-            }
-            made.sampled += u64::from(changed != 0);
-            let material = filler.material(list, cell, &mut made.mixed);
-            made.bricks.push((i as u8, material));
-            // Any brick: which one is known when it is put into the pool.
-            made.words[i] = 0;
-        }
-        made
     }
 }

@@ -66,6 +66,12 @@ pub fn center_of(word: u32) -> f32 {
     f32::from_bits((word & !LONELY) << 1)
 }
 
+/// Where a cell lies in its block.
+pub(crate) fn inner_cell(nth: usize) -> IVec3 {
+    let nth = nth as i32;
+    IVec3::new(nth % 4, nth / 4 % 4, nth / 16)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -90,10 +96,4 @@ mod tests {
         }
         assert_eq!(Word::of(77), Word::Brick(77));
     }
-}
-
-/// Where a cell lies in its block.
-pub(crate) fn inner_cell(nth: usize) -> IVec3 {
-    let nth = nth as i32;
-    IVec3::new(nth % 4, nth / 4 % 4, nth / 16)
 }

@@ -1,0 +1,140 @@
+//! A scene for each modifier.
+
+use crate::case::{Case, one, push};
+use argil_scene::{Brush, Group, Modifier, Scene, Shape};
+
+/// Each modifier, on a brush and on a blended group, moved, turned and scaled around it.
+#[expect(clippy::too_many_lines, reason = "a list of cases")]
+pub fn modifier_cases() -> Vec<Case> {
+    let modifiers: Vec<(&str, Modifier)> = vec![
+        (
+            "translate",
+            Modifier::Translate {
+                by: [0.2, -0.1, 0.3],
+            },
+        ),
+        (
+            "rotate",
+            Modifier::Rotate {
+                axis: [1.0, 0.5, -0.2],
+                degrees: 40.0,
+            },
+        ),
+        ("scale", Modifier::Scale { by: 0.6 }),
+        (
+            "stretch",
+            Modifier::Stretch {
+                by: [1.4, 0.6, 0.9],
+            },
+        ),
+        (
+            "mirror",
+            Modifier::Mirror {
+                axes: [true, false, true],
+            },
+        ),
+        (
+            "repeat",
+            Modifier::Repeat {
+                spacing: [0.9, 0.7, 1.0],
+                count: Some([3, 2, 4]),
+            },
+        ),
+        (
+            "repeat along x",
+            Modifier::Repeat {
+                spacing: [0.9, 0.0, 0.0],
+                count: Some([3, 1, 1]),
+            },
+        ),
+        (
+            "endless repeat",
+            Modifier::Repeat {
+                spacing: [1.1, 0.0, 1.3],
+                count: None,
+            },
+        ),
+        (
+            "overlapping repeat",
+            Modifier::Repeat {
+                spacing: [0.4, 0.0, 0.0],
+                count: Some([4, 1, 1]),
+            },
+        ),
+        (
+            "elongate",
+            Modifier::Elongate {
+                by: [0.2, 0.0, 0.1],
+            },
+        ),
+        ("round", Modifier::Round { radius: 0.08 }),
+        ("shell", Modifier::Shell { thickness: 0.04 }),
+        (
+            "twist",
+            Modifier::Twist {
+                degrees_per_unit: 110.0,
+            },
+        ),
+        (
+            "bend",
+            Modifier::Bend {
+                degrees_per_unit: 50.0,
+            },
+        ),
+        (
+            "displace",
+            Modifier::Displace {
+                amplitude: 0.05,
+                frequency: 4.0,
+                seed: 7,
+                octaves: 3,
+            },
+        ),
+    ];
+    let mut all = Vec::new();
+    let body = || Brush::new(Shape::rounded_box([0.3, 0.2, 0.25], 0.05)).at([0.06, 0.04, -0.03]);
+    for (name, modifier) in modifiers {
+        all.push(one(name, body().modify(modifier.clone())));
+        let around = body()
+            .modify(modifier.clone())
+            .rotated([0.0, 1.0, 0.3], 35.0)
+            .scaled(1.3)
+            .at([0.1, 0.2, 0.0]);
+        all.push(one(&format!("{name}, placed"), around));
+        let mut scene = Scene::new();
+        let group = Group::new()
+            .modify(modifier)
+            .rotated([1.0, 0.0, 0.3], 20.0)
+            .scaled(0.8);
+        let group = push(&mut scene, Scene::ROOT, group);
+        push(&mut scene, group, body());
+        push(
+            &mut scene,
+            group,
+            Brush::new(Shape::sphere(0.18))
+                .at([0.15, 0.15, 0.1])
+                .blend(0.1),
+        );
+        all.push(Case {
+            name: format!("{name}, group"),
+            scene,
+        });
+    }
+    for (name, count, x) in [
+        ("ring", 7, 0.7),
+        ("ring around the axis", 5, 0.1),
+        ("ring of one", 1, 0.5),
+        ("ring of two", 2, 0.6),
+    ] {
+        let spoke = Brush::new(Shape::cuboid([0.2, 0.15, 0.12]))
+            .rotated([0.0, 1.0, 0.0], 15.0)
+            .at([x, 0.0, 0.05]);
+        all.push(one(
+            name,
+            spoke
+                .modify(Modifier::RadialRepeat { count })
+                .at([0.1, 0.0, 0.2]),
+        ));
+    }
+    all
+}

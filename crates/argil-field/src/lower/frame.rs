@@ -1,0 +1,128 @@
+//! Where a node is evaluated, and how it is joined with what stands before it.
+
+use super::error::LowerError;
+use super::words::keep;
+use argil_abi::{self as abi, Instr};
+use argil_scene::{
+    Entry, Extent, Extents, Modifier, NodeId, Operator, OperatorKind, Profile, Scene,
+};
+use glam::DAffine3;
+
+/// Where a node is evaluated: the map from the interpreter's point to the node's frame, the factor from its distances
+/// to the world's, its material, and the copies looked at around it.
+#[derive(Clone, Copy)]
+pub(crate) struct Frame {
+    pub(super) own_from_point: DAffine3,
+    pub(super) scale: f64,
+    pub(super) material: u32,
+    pub(super) copies: u64,
+    /// By how much the distances of the operand of the root can jump that it is in, once that is known.
+    pub(super) jump: Option<f32>,
+}
+
+/// What stands around the pieces of an open group.
+pub(crate) struct Around {
+    /// The frame of what is in it.
+    pub frame: Frame,
+    /// What puts aside what is before it, and what joins it to that; both with parameters at 0.
+    pub open: Instr,
+    pub close: Instr,
+    pub params: Vec<f32>,
+}
+
+impl Around {
+    /// Of a group in a frame.
+    pub fn of(scene: &Scene, node: NodeId, within: Frame) -> Result<Self, LowerError> {
+        let entry = scene.node(node).acting();
+        let names = || scene.materials().keys().zip(1..);
+        let named = entry.material.as_ref();
+        let found = named.and_then(|name| names().find(|(own, _)| *own == name));
+        let mut frame = Frame {
+            material: found.map_or(within.material, |(_, index)| index),
+            ..within
+        };
+        for modifier in entry.modifiers.iter().rev() {
+            map(scene, node, modifier, &mut frame)?;
+        }
+        let (flags, words) = combine_words(entry, within, false);
+        Ok(Self {
+            frame,
+            open: Instr {
+                op: abi::OP_PUSH_VALUE,
+                ..Instr::default()
+            },
+            close: Instr {
+                op: abi::OP_COMBINE,
+                flags,
+                ..Instr::default()
+            },
+            params: words.to_vec(),
+        })
+    }
+}
+
+/// k, 1/(4k) and the signs.
+pub(super) fn joint(operator: &Operator, scale: f64) -> [f32; 5] {
+    let k = (f64::from(operator.blend) * scale) as f32;
+    let quarter = if k > 0.0 { 0.25 / k } else { 0.0 };
+    let [a, b, r] = match operator.kind {
+        OperatorKind::Subtract => [-1.0, 1.0, -1.0],
+        OperatorKind::Intersect => [-1.0, -1.0, -1.0],
+        _ => [1.0, 1.0, 1.0],
+    };
+    [k, quarter, a, b, r]
+}
+
+/// The flags and words of a joint with what was put aside.
+pub(super) fn combine_words(entry: &Entry, frame: Frame, swapped: bool) -> (u32, [f32; 6]) {
+    let mode = match (entry.operator.kind, entry.operator.profile) {
+        (OperatorKind::Paint, _) => abi::COMBINE_PAINT,
+        (OperatorKind::Morph, _) => abi::COMBINE_MORPH,
+        (_, Profile::Chamfer) => abi::COMBINE_CHAMFER,
+        (_, Profile::Smooth) => abi::COMBINE_SMOOTH,
+    };
+    let [k, quarter, a, b, r] = joint(&entry.operator, frame.scale);
+    let flags = mode | keep(entry) | if swapped { abi::FLAG_SWAPPED } else { 0 };
+    (flags, [k, quarter, a, b, r, entry.operator.amount])
+}
+
+/// A node's extent in the world, where all groups around it are open.
+pub(crate) fn extent_in_world(scene: &Scene, extents: &mut Extents<'_>, node: NodeId) -> Extent {
+    let mut extent = extents.outer(node);
+    let mut at = scene.node(node).parent();
+    while let Some(group) = at {
+        extent = extent.under(&scene.node(group).acting().modifiers);
+        at = scene.node(group).parent();
+    }
+    extent
+}
+
+/// A translate, rotate, scale or stretch.
+pub(super) fn map(
+    scene: &Scene,
+    node: NodeId,
+    modifier: &Modifier,
+    frame: &mut Frame,
+) -> Result<(), LowerError> {
+    if let Some(map) = modifier.affine() {
+        frame.own_from_point = map * frame.own_from_point;
+        frame.scale *= f64::from(modifier.scale());
+        if !(1e-6..=1e6).contains(&frame.scale) {
+            return Err(LowerError::Scale {
+                path: scene.path(node),
+                scale: frame.scale,
+            });
+        }
+    }
+    Ok(())
+}
+
+impl Frame {
+    pub const OF_WORLD: Self = Self {
+        own_from_point: DAffine3::IDENTITY,
+        scale: 1.0,
+        material: 0,
+        copies: 1,
+        jump: None,
+    };
+}

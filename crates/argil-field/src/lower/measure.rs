@@ -1,0 +1,164 @@
+//! What is known of a scene before it is lowered: stack slots, and how regular its distances are.
+
+use super::frame::extent_in_world;
+use super::lowering::{FEW_OPERANDS, Lowering, Open};
+use super::words::{is_loop, is_single};
+use crate::by_node::ByNode;
+use crate::loose::loose_of;
+use crate::pieces::{OpenGroup, Piece, Pieces, ROOT, Told, magnitude, regularity_of, scaled};
+use crate::program::Program;
+use crate::regular::{Regularity, regularity};
+use crate::spans::GroupSpan;
+use argil_abi::Instr;
+use argil_scene::{Body, Extents, NodeId, Operator, OperatorKind, Scene};
+use rustc_hash::FxHashMap;
+use std::collections::HashMap;
+
+impl<'a> Lowering<'a> {
+    /// Of a node and all that it holds; nothing is emitted yet. `pieces` are those of the root.
+    pub(super) fn of(scene: &'a Scene, root: NodeId, pieces: Option<&Pieces>) -> Self {
+        let names = scene.materials().keys().map(String::as_str);
+        let material_index = names.zip(1..).collect();
+        let mut extents = Extents::of(scene);
+        let aabb = extents.outer(root).aabb;
+        let parents_first: Vec<NodeId> = scene.walk_from(root).collect();
+        let all = regularity(scene, &mut extents, &parents_first);
+        let regular = all[root];
+        let mut lowering = Lowering {
+            scene,
+            extents,
+            operands: HashMap::new(),
+            slots: ByNode::of(&parents_first, 0),
+            regular: all,
+            prefix_slots: HashMap::new(),
+            material_index,
+            program: Program {
+                instrs: Vec::new(),
+                params: Vec::new(),
+                materials: Vec::new(),
+                aabb,
+                magnitude: 0.0,
+                lipschitz: regular.lipschitz,
+                slack: regular.slack,
+                hidden_slack: regular.hidden,
+                isolation: regular.isolation,
+                underestimate: regular.underestimate,
+                loose: Vec::new(),
+                operands: Vec::new(),
+                groups: Vec::new(),
+                value_slots: 0,
+                point_slots: 0,
+                brushes: 0,
+            },
+            points: 0,
+            tasks: Vec::new(),
+            open: FxHashMap::default(),
+            begun: 0,
+        };
+        if let Some(pieces) = pieces.filter(|pieces| pieces.all.len() > FEW_OPERANDS) {
+            let groups = pieces.groups.iter().zip(0..);
+            let open = |(own, group): (&OpenGroup, u32)| {
+                let scale = own.scale;
+                (own.node, Open { group, scale })
+            };
+            lowering.open = groups.map(open).collect();
+            let root = GroupSpan {
+                parent: ROOT,
+                operator: Operator::default(),
+                open: Instr::default(),
+                close: Instr::default(),
+            };
+            lowering.program.groups = vec![root; pieces.groups.len()];
+        }
+        lowering.measure(&parents_first);
+        lowering
+    }
+
+    /// Which operands take part, and what of the stack each node needs, from the leaves up.
+    pub(super) fn measure(&mut self, parents_first: &[NodeId]) {
+        for &id in parents_first.iter().rev() {
+            let node = self.scene.node(id);
+            let mut need = 0;
+            if matches!(node.acting().body, Body::Group) {
+                // What stands first has nothing to act on unless it adds.
+                let mut operands: Vec<NodeId> = Vec::new();
+                let mut prefix: Vec<u32> = Vec::new();
+                for &child in node.children() {
+                    let entry = self.scene.node(child).acting();
+                    let acts = !operands.is_empty() || entry.operator.kind == OperatorKind::Union;
+                    if !entry.visible || !acts {
+                        continue;
+                    }
+                    let own = self.slots[child];
+                    need = match operands.is_empty() {
+                        true => own,
+                        false if is_single(entry) => need,
+                        false if self.open.contains_key(&id) => need.max(1 + own),
+                        // The needier goes first; the other then has one slot less.
+                        false => need.max(own).max(1 + need.min(own)),
+                    };
+                    operands.push(child);
+                    prefix.push(need);
+                }
+                self.operands.insert(id, operands);
+                self.prefix_slots.insert(id, prefix);
+            }
+            self.slots[id] = need
+                + node
+                    .acting()
+                    .modifiers
+                    .iter()
+                    .filter(|m| is_loop(m))
+                    .count() as u32;
+        }
+        if let Some(&root) = parents_first.first() {
+            self.program.value_slots = self.slots[root] as usize;
+        }
+    }
+
+    pub(super) fn set_regularity(&mut self, own: Regularity) {
+        let program = &mut self.program;
+        program.lipschitz = own.lipschitz;
+        program.slack = own.slack;
+        program.hidden_slack = own.hidden;
+        program.isolation = own.isolation;
+        program.underestimate = own.underestimate;
+    }
+
+    /// What is said of a piece, if it is visible.
+    pub(super) fn told(&mut self, groups: &Pieces, piece: Piece) -> Option<Told> {
+        let entry = self.scene.node(piece.node).acting();
+        let scale = groups.groups[piece.group as usize].scale;
+        entry.visible.then(|| Told {
+            group: piece.group,
+            operator: scaled(&entry.operator, scale),
+            regularity: self.regular[piece.node].scaled(scale),
+            extent: extent_in_world(self.scene, &mut self.extents, piece.node),
+        })
+    }
+
+    /// What holds of the whole scene, from what holds of its pieces.
+    pub(super) fn measure_pieces(&mut self, pieces: &Pieces) {
+        let mut greatest = 0.0f32;
+        for piece in &pieces.all {
+            if self.scene.node(piece.node).acting().visible {
+                let scale = pieces.groups[piece.group as usize].scale;
+                greatest = greatest.max(magnitude(&self.extents.outer(piece.node), scale));
+            }
+        }
+        self.program.magnitude = greatest;
+        let parent_of = |group: u32| pieces.groups[group as usize].parent;
+        let operator_of = |group: u32| pieces.groups[group as usize].operator;
+        let told = pieces
+            .all
+            .iter()
+            .filter_map(|&piece| self.told(pieces, piece));
+        let all = regularity_of(told, parent_of, operator_of);
+        self.set_regularity(all);
+        if all.slack + all.hidden > 0.0 {
+            let last_first = pieces.all.iter().rev();
+            let told = last_first.filter_map(|&piece| self.told(pieces, piece));
+            self.program.loose = loose_of(told, parent_of, operator_of, all);
+        }
+    }
+}

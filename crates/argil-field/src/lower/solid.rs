@@ -1,0 +1,242 @@
+//! Brushes and what their modifiers make of them, as instructions.
+
+use super::error::{LowerError, MAX_COPIES, MAX_COPIES_A_LOOP};
+use super::frame::{Frame, joint, map};
+use super::lowering::{Lowering, Task};
+use super::words::{affine_words, is_loop, keep, repeat_words, scale_of};
+use crate::pack::pack;
+use argil_abi::{self as abi, Instr};
+use argil_scene::{Body, Extent, Modifier, NodeId, Operator, copies_looked_at};
+use glam::DAffine3;
+use std::f32::consts::TAU;
+
+/// What closes over the content with a length: the opcode and the length in the node's unit.
+fn offset_of(modifier: &Modifier) -> Option<(u32, f32)> {
+    match *modifier {
+        Modifier::Round { radius } => Some((abi::OP_ROUND, radius)),
+        Modifier::Shell { thickness } => Some((abi::OP_SHELL, thickness)),
+        _ => None,
+    }
+}
+
+impl Lowering<'_> {
+    pub(super) fn brush(&mut self, node: NodeId, frame: Frame) -> Result<(), LowerError> {
+        let entry = self.scene.node(node).acting();
+        let mut frame = self.enter(node, frame);
+        for modifier in entry.modifiers.iter().rev() {
+            map(self.scene, node, modifier, &mut frame)?;
+        }
+        let joint = joint(&entry.operator, frame.scale / scale_of(entry));
+        self.shape(node, frame, joint)
+    }
+
+    /// The instruction of a brush's shape.
+    pub(super) fn shape(
+        &mut self,
+        node: NodeId,
+        frame: Frame,
+        joint: [f32; 5],
+    ) -> Result<(), LowerError> {
+        let entry = self.scene.node(node).acting();
+        let Body::Shape(shape) = &entry.body else {
+            return Ok(());
+        };
+        if let Some((path, _, grid)) = shape.file()
+            && grid.0.is_none()
+        {
+            return Err(LowerError::NotLoaded {
+                path: self.scene.path(node),
+                file: path.to_owned(),
+            });
+        }
+        let m = frame.own_from_point;
+        let is_translation =
+            frame.scale == 1.0 && m.matrix3.abs_diff_eq(glam::DMat3::IDENTITY, 1e-12);
+        let rows = affine_words(&m);
+        let mut words = rows.to_vec();
+        words.push(frame.scale as f32);
+        words.extend(joint);
+        let op = pack(shape, &mut words);
+        let flags = keep(entry)
+            | if is_translation {
+                abi::FLAG_TRANSLATION
+            } else {
+                0
+            };
+        let instr = Instr {
+            flags,
+            operand: frame.material,
+            ..self.with(op, &words)
+        };
+        self.emit(instr);
+        self.program.brushes += 1;
+        Ok(())
+    }
+
+    pub(super) fn solid(&mut self, node: NodeId, frame: Frame) -> Result<(), LowerError> {
+        let entry = self.scene.node(node).acting();
+        let mut frame = self.enter(node, frame);
+        let stages = self.extents.stages(node);
+        // The modifiers from the outermost in: what opens now, and what closes after the content, innermost first.
+        let mut closing: Vec<Task> = Vec::new();
+        for (modifier, content) in entry.modifiers.iter().zip(&stages).rev() {
+            if modifier.affine().is_some() {
+                map(self.scene, node, modifier, &mut frame)?;
+            } else if let Some((op, length)) = offset_of(modifier) {
+                let length = (f64::from(length) * frame.scale) as f32;
+                closing.push(Task::Emit(self.with(op, &[length])));
+            } else if !matches!(modifier, Modifier::Repeat { .. }) || is_loop(modifier) {
+                // One copy is no repetition.
+                self.open(node, modifier, content, &mut frame, &mut closing)?;
+            }
+        }
+        self.tasks.extend(closing);
+        if matches!(entry.body, Body::Shape(_)) {
+            // Onto an empty accumulator, by a hard union.
+            self.shape(node, frame, joint(&Operator::default(), 1.0))?;
+        } else {
+            let count = self.operands[&node].len();
+            self.tasks.push(Task::List {
+                group: node,
+                count,
+                frame,
+            });
+        }
+        Ok(())
+    }
+
+    /// Open a modifier that works on the point in the node's own frame; the outer point is saved.
+    fn open(
+        &mut self,
+        node: NodeId,
+        modifier: &Modifier,
+        content: &Extent,
+        frame: &mut Frame,
+        closing: &mut Vec<Task>,
+    ) -> Result<(), LowerError> {
+        self.emit(Instr {
+            op: abi::OP_PUSH_POINT,
+            ..Instr::default()
+        });
+        closing.push(Task::Emit(Instr {
+            op: abi::OP_POP_POINT,
+            ..Instr::default()
+        }));
+        if frame.own_from_point != DAffine3::IDENTITY {
+            let instr = self.with(abi::OP_AFFINE, &affine_words(&frame.own_from_point));
+            self.emit(instr);
+            frame.own_from_point = DAffine3::IDENTITY;
+        }
+        match *modifier {
+            Modifier::Mirror { axes } => {
+                let instr = self.with(abi::OP_MIRROR, &axes.map(|on| if on { 1.0 } else { 0.0 }));
+                self.emit(instr);
+            }
+            Modifier::Elongate { by } => {
+                let instr = self.with(abi::OP_ELONGATE, &by);
+                self.emit(instr);
+            }
+            Modifier::Repeat { spacing, count } => {
+                let looked_at = copies_looked_at(modifier, content);
+                let (words, copies) = repeat_words(spacing, count, looked_at);
+                self.open_loop(node, abi::OP_REPEAT, &words, copies, frame, closing)?;
+            }
+            Modifier::RadialRepeat { count } => {
+                let copies = copies_looked_at(modifier, content)[0];
+                let words = [count as f32, TAU / count as f32, copies as f32];
+                let copies = u64::from(copies);
+                self.open_loop(node, abi::OP_RADIAL, &words, copies, frame, closing)?;
+            }
+            Modifier::Twist { degrees_per_unit } | Modifier::Bend { degrees_per_unit } => {
+                self.open_warp(node, modifier, degrees_per_unit, content, frame, closing)?;
+            }
+            Modifier::Displace {
+                amplitude,
+                frequency,
+                seed,
+                octaves,
+            } => {
+                frame.scale /= f64::from(modifier.stretch(content.aabb));
+                for octave in (0..octaves).rev() {
+                    let part = 0.5f64.powi(octave as i32);
+                    let amplitude = (f64::from(amplitude) * part * frame.scale) as f32;
+                    let words = [amplitude, (f64::from(frequency) / part) as f32];
+                    let operand = seed.wrapping_add(octave);
+                    closing.push(Task::Emit(Instr {
+                        operand,
+                        ..self.with(abi::OP_DISPLACE, &words)
+                    }));
+                }
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+
+    fn open_warp(
+        &mut self,
+        node: NodeId,
+        modifier: &Modifier,
+        degrees_per_unit: f32,
+        content: &Extent,
+        frame: &mut Frame,
+        closing: &mut Vec<Task>,
+    ) -> Result<(), LowerError> {
+        let (op, what) = match modifier {
+            Modifier::Twist { .. } => (abi::OP_TWIST, "twist"),
+            _ => (abi::OP_BEND, "bend"),
+        };
+        if content.aabb.is_empty() {
+            return Ok(());
+        }
+        let held = modifier.clamp_box(content.aabb).filter(|b| b.is_finite());
+        let Some(held) = held else {
+            return Err(LowerError::Endless {
+                path: self.scene.path(node),
+                what,
+            });
+        };
+        let mut words = [held.min.to_array(), held.max.to_array()].concat();
+        // The gap to the box is measured in the node's own unit, distances in the world's.
+        words.extend([degrees_per_unit.to_radians(), frame.scale as f32]);
+        let instr = self.with(op, &words);
+        self.emit(instr);
+        frame.scale /= f64::from(modifier.stretch(content.aabb));
+        closing.push(Task::Emit(self.with(abi::OP_UNCLAMP, &words)));
+        Ok(())
+    }
+
+    pub(super) fn open_loop(
+        &mut self,
+        node: NodeId,
+        op: u32,
+        words: &[f32],
+        copies: u64,
+        frame: &mut Frame,
+        closing: &mut Vec<Task>,
+    ) -> Result<(), LowerError> {
+        frame.copies = frame.copies.saturating_mul(copies);
+        if copies > MAX_COPIES_A_LOOP && op == abi::OP_REPEAT || frame.copies > MAX_COPIES {
+            return Err(LowerError::TooManyCopies {
+                path: self.scene.path(node),
+                count: if frame.copies > MAX_COPIES {
+                    frame.copies
+                } else {
+                    copies
+                },
+                limit: if frame.copies > MAX_COPIES {
+                    MAX_COPIES
+                } else {
+                    MAX_COPIES_A_LOOP
+                },
+            });
+        }
+        let words = [words, &[frame.jump.unwrap_or(0.0)]].concat();
+        let instr = self.with(op, &words);
+        closing.push(Task::Next {
+            begin: self.program.instrs.len(),
+        });
+        self.emit(instr);
+        Ok(())
+    }
+}

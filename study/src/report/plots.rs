@@ -1,0 +1,369 @@
+//! What each experiment shows in plots.
+
+use super::devices::devices;
+use super::plot::{Axes, Bar, Series, bars, lines};
+use super::table::varied;
+use crate::record::{Record, quantile};
+use crate::shown::number;
+use std::collections::BTreeMap;
+
+/// An experiment's plots.
+pub fn plots(name: &str, records: &[&Record]) -> Vec<String> {
+    let mut all = Vec::new();
+    for device in devices(records) {
+        let own: Vec<&Record> = records
+            .iter()
+            .copied()
+            .filter(|r| r.machine.device == device && r.error.is_none())
+            .collect();
+        match name {
+            "construction" => all.extend(construction(&own, device)),
+            "dense-fill" => {
+                let title = format!("Building, {device}");
+                all.push(by_scene(&own, "build_ms", "ms", &title, true));
+            }
+            "frames" | "cameras" => {
+                let title = format!("Frames, {device}");
+                all.push(by_scene(&own, "frame_ms", "ms", &title, true));
+            }
+            "heat" => {
+                let title = format!("Mean steps, {device}");
+                all.push(by_scene(&own, "steps_mean", "steps a ray", &title, false));
+            }
+            "fidelity" => {
+                let title = format!("Error as a viewer sees it, {device}");
+                all.push(by_scene(&own, "flip_mean", "FLIP", &title, false));
+                all.push(histograms(&own, device));
+            }
+            "strides" => all.extend(strides(&own, device)),
+            "sweep" => all.push(sweep(&own, device)),
+            "edits" => all.extend(edits(&own, device)),
+            "memory" => all.push(memory(&own, device)),
+            "triangles" => all.push(triangles(&own)),
+            _ => {}
+        }
+    }
+    all
+}
+
+fn axes<'a>(title: &'a str, x: &'a str, y: &'a str, log_x: bool, log_y: bool) -> Axes<'a> {
+    Axes {
+        title,
+        x,
+        y,
+        log_y,
+        log_x,
+    }
+}
+
+fn construction(records: &[&Record], device: &str) -> Vec<String> {
+    let plain = |r: &&&Record| !r.parameters.contains_key("sort");
+    let mut series: Vec<Series> = Vec::new();
+    let octree: Vec<&Record> = records
+        .iter()
+        .copied()
+        .filter(|r| r.via == "octree" && plain(&r))
+        .collect();
+    let points = |own: &[&Record], value: &str| -> Vec<(f64, f64)> {
+        let mut all: Vec<(f64, f64)> = own
+            .iter()
+            .filter_map(|r| Some((r.value("bricks")?, r.value(value)?)))
+            .collect();
+        all.sort_by(|a, b| a.0.total_cmp(&b.0));
+        all
+    };
+    for (name, value) in [
+        ("octree, all", "build_ms"),
+        ("select", "select_ms"),
+        ("sort", "sort_ms"),
+        ("fill", "fill_ms"),
+        ("tree", "tree_ms"),
+    ] {
+        let own = points(&octree, value);
+        if !own.is_empty() {
+            series.push((name.into(), own));
+        }
+    }
+    let sorted: Vec<&Record> = records
+        .iter()
+        .copied()
+        .filter(|r| r.via == "octree" && !plain(&r))
+        .collect();
+    if !sorted.is_empty() {
+        series.push(("all, the study's sort".into(), points(&sorted, "build_ms")));
+    }
+    let title = format!("Building an octree, {device} (the study's figure 21)");
+    let line = lines(axes(&title, "bricks", "ms", false, false), &series);
+    let mut groups = Vec::new();
+    let stages = ["select", "sort", "fill", "tree"];
+    let mut stacks: Vec<(String, Vec<Option<Bar>>)> =
+        stages.map(|s| (s.to_owned(), Vec::new())).to_vec();
+    let mut ordered = octree;
+    ordered.sort_by_key(|r| r.value("bricks").unwrap_or(0.0) as u64);
+    for record in ordered {
+        groups.push(number(record.value("bricks").unwrap_or(0.0)));
+        for (stage, (_, own)) in stages.iter().zip(&mut stacks) {
+            let value = record.value(&format!("{stage}_ms"));
+            own.push(value.map(|value| Bar {
+                value,
+                reach: (value, value),
+            }));
+        }
+    }
+    stacks.retain(|(_, own)| own.iter().any(Option::is_some));
+    let title = format!("The same by stage, {device} (figure 22)");
+    vec![
+        line,
+        bars(
+            axes(&title, "bricks", "ms", false, false),
+            &groups,
+            &stacks,
+            true,
+        ),
+    ]
+}
+
+/// Bars of a value, a group for each scene (and place of the eye), a colour for each representation.
+fn by_scene(records: &[&Record], value: &str, unit: &str, title: &str, log: bool) -> String {
+    let group = |r: &Record| {
+        let eye = r.parameters.get("eye").and_then(|v| v.as_str());
+        match eye.filter(|eye| *eye != "outside") {
+            Some(eye) => format!("{}, {eye}", r.scene),
+            None => r.scene.clone(),
+        }
+    };
+    grouped(records, group, value, axes(title, "", unit, false, log))
+}
+
+fn grouped(
+    records: &[&Record],
+    group: impl Fn(&Record) -> String,
+    value: &str,
+    axes: Axes<'_>,
+) -> String {
+    let mut groups: Vec<String> = Vec::new();
+    let mut series: Vec<(String, Vec<Option<Bar>>)> = Vec::new();
+    for record in records {
+        let Some(median) = record.value(value) else {
+            continue;
+        };
+        let samples = record.samples.get(value);
+        let reach = |part| samples.and_then(|s| quantile(s, part)).unwrap_or(median);
+        let bar = Bar {
+            value: median,
+            reach: (reach(0.05), reach(0.95)),
+        };
+        let own = group(record);
+        let at = groups.iter().position(|g| *g == own).unwrap_or_else(|| {
+            groups.push(own.clone());
+            groups.len() - 1
+        });
+        let mut name = record.via.clone();
+        for key in ["bits", "fill", "normals"] {
+            if let Some(value) = record.parameters.get(key) {
+                name += &format!(" {}", value.to_string().trim_matches('"'));
+            }
+        }
+        if record.parameters.contains_key("normals") && record.via == "mesh" {
+            name += &format!(" {}³", record.parameter("resolution").unwrap_or(0.0));
+        }
+        let nth = series
+            .iter()
+            .position(|(n, _)| *n == name)
+            .unwrap_or_else(|| {
+                series.push((name.clone(), Vec::new()));
+                series.len() - 1
+            });
+        let bars = &mut series[nth].1;
+        if bars.len() <= at {
+            bars.resize(at + 1, None);
+        }
+        bars[at] = Some(bar);
+    }
+    for (_, bars) in &mut series {
+        bars.resize(groups.len(), None);
+    }
+    bars(axes, &groups, &series, false)
+}
+
+/// A value along a parameter, a line for each representation (and scene, where there are several).
+fn along(records: &[&Record], parameter: &str, value: &str) -> Vec<Series> {
+    let mut all: BTreeMap<String, Vec<(f64, f64)>> = BTreeMap::new();
+    let scenes = records.iter().map(|r| &r.scene);
+    let several = scenes.clone().any(|s| Some(s) != scenes.clone().next());
+    for record in records {
+        if let (Some(x), Some(y)) = (record.parameter(parameter), record.value(value)) {
+            let mut name = record.via.clone();
+            if record.parameters.contains_key("normals") {
+                name += " faces";
+            }
+            if several {
+                name = format!("{}, {name}", record.scene);
+            }
+            all.entry(name).or_default().push((x, y));
+        }
+    }
+    all.into_iter()
+        .map(|(name, mut points)| {
+            points.sort_by(|a, b| a.0.total_cmp(&b.0));
+            (name, points)
+        })
+        .collect()
+}
+
+/// The red channel of the Laplacians' difference, zeros left out, as the study's figure 31 has it.
+fn histograms(records: &[&Record], device: &str) -> String {
+    let mut series = Vec::new();
+    for record in records.iter().filter(|r| r.scene == "teapot") {
+        if let Some(counts) = record.samples.get("laplacian_histogram") {
+            let points = counts.iter().enumerate().skip(1).filter(|(_, n)| **n > 0.0);
+            let points = points.map(|(i, n)| (i as f64, *n)).collect();
+            series.push((format!("{} {}", record.via, varied(record)), points));
+        }
+    }
+    // As many as there are colours.
+    series.truncate(7);
+    let title = format!(
+        "Teapot: difference of Laplacians, red, without zeros, {device} (figures 29 to 31)"
+    );
+    lines(axes(&title, "value", "pixels", false, true), &series)
+}
+
+fn sweep(records: &[&Record], device: &str) -> String {
+    let group = |r: &Record| {
+        let root = if r.parameters.contains_key("descent") {
+            ", path"
+        } else {
+            ""
+        };
+        format!("{}³{root}", r.parameter("brick").unwrap_or(0.0))
+    };
+    let most = records
+        .iter()
+        .filter_map(|r| r.parameter("resolution"))
+        .fold(0.0, f64::max);
+    let own: Vec<&Record> = records
+        .iter()
+        .copied()
+        .filter(|r| r.parameter("resolution") == Some(most))
+        .collect();
+    let title = format!("Frames by brick size at {most}³, {device}");
+    grouped(
+        &own,
+        group,
+        "frame_ms",
+        axes(&title, "voxels along a brick's side", "ms", false, false),
+    )
+}
+
+fn edits(records: &[&Record], device: &str) -> Vec<String> {
+    let bricks: Vec<&Record> = records
+        .iter()
+        .copied()
+        .filter(|r| r.via == "bricks")
+        .collect();
+    let both = |own: &[&Record], x: &dyn Fn(&Record) -> Option<f64>| -> Vec<Series> {
+        let of = |part: f64| {
+            let mut points: Vec<(f64, f64)> = own
+                .iter()
+                .filter_map(|r| Some((x(r)?, quantile(r.samples.get("edit_ms")?, part)?)))
+                .collect();
+            points.sort_by(|a, b| a.0.total_cmp(&b.0));
+            points
+        };
+        vec![
+            ("median".into(), of(0.5)),
+            ("99 % of edits".into(), of(0.99)),
+        ]
+    };
+    let crowds: Vec<&Record> = bricks
+        .iter()
+        .copied()
+        .filter(|r| r.scene.starts_with("crowd"))
+        .collect();
+    let others: Vec<&Record> = bricks
+        .iter()
+        .copied()
+        .filter(|r| !r.scene.starts_with("crowd"))
+        .collect();
+    let radius = |r: &Record| r.parameter("radius");
+    let resolutions: Vec<&Record> = others
+        .iter()
+        .copied()
+        .filter(|r| radius(r) == Some(0.02))
+        .collect();
+    let most = others
+        .iter()
+        .filter(|r| radius(r) != Some(0.02))
+        .filter_map(|r| r.parameter("resolution"))
+        .next();
+    let sizes: Vec<&Record> = others
+        .iter()
+        .copied()
+        .filter(|r| r.parameter("resolution") == most)
+        .collect();
+    let title = |what: &str| format!("{what}, {device}");
+    vec![
+        lines(
+            axes(
+                &title("An edit against the number of brushes"),
+                "brushes",
+                "ms",
+                true,
+                true,
+            ),
+            &both(&crowds, &|r| r.value("brushes")),
+        ),
+        lines(
+            axes(
+                &title("An edit against the resolution"),
+                "voxels along a side",
+                "ms",
+                true,
+                true,
+            ),
+            &both(&resolutions, &|r| r.parameter("resolution")),
+        ),
+        lines(
+            axes(
+                &title("An edit against the volume that it touches"),
+                "dirty box, cubic units",
+                "ms",
+                true,
+                true,
+            ),
+            &both(&sizes, &|r| r.value("dirty_volume")),
+        ),
+    ]
+}
+
+fn strides(own: &[&Record], device: &str) -> Vec<String> {
+    let mut all = Vec::new();
+    let points = along(own, "stride", "error_voxels_rms");
+    if points.iter().any(|(_, p)| !p.is_empty()) {
+        let title = "Error within four voxels, 8 bits";
+        let axes = axes(title, "texture stride", "voxels, RMS", true, true);
+        all.push(lines(axes, &points));
+    }
+    let points = along(own, "stride", "flip_mean");
+    let title = format!("Error of the picture, {device}");
+    let axes = axes(&title, "texture stride", "FLIP", true, false);
+    all.push(lines(axes, &points));
+    all
+}
+
+fn memory(own: &[&Record], device: &str) -> String {
+    let title = format!("Memory, {device}");
+    let group = |r: &Record| format!("{} {}³", r.scene, r.parameter("resolution").unwrap_or(0.0));
+    let axes = axes(&title, "", "bytes", false, true);
+    grouped(own, group, "memory_bytes", axes)
+}
+
+fn triangles(own: &[&Record]) -> String {
+    let points = along(own, "resolution", "chamfer_voxels");
+    let along = "voxels along the longest side";
+    lines(
+        axes("Chamfer distance", along, "voxels", true, true),
+        &points,
+    )
+}
