@@ -20,8 +20,8 @@ use argil_volume::{Bits, Lattice, Texels};
 use glam::Vec3;
 use std::sync::Arc;
 
-pub use case::{Case, Numbers};
 use case::push;
+pub use case::{Case, Numbers};
 pub use clay::Clay;
 pub use modifier_cases::modifier_cases;
 pub use operator_cases::operator_cases;

@@ -1,4 +1,6 @@
 //! Edits in place: after any sequence of edits, undos and redos, bricks are those of a fresh bake, to the bit.
+//!
+//! *Length.* A test for each kind of edit, with the random sessions that they share.
 
 use argil_conformance::{Clay, Numbers, Wait, gpu, random_blends, random_scene, shapes, shipped};
 use argil_gpu::Gpu;

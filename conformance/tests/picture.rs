@@ -1,4 +1,6 @@
 //! Rays and light: the GPU's buffers against the CPU's, and the CPU's rays against a search in tiny steps.
+//!
+//! *Length.* A test for each pass of a picture, with the search that they are held against.
 
 use argil_abi::{Frame, HIT_INSIDE, HIT_NONE, HIT_OUTSIDE, Hit};
 use argil_conformance::Wait;

@@ -1,4 +1,6 @@
 //! Sparse bricks at the buffer: cells and samples against the field, the GPU's against the CPU's.
+//!
+//! *Length.* A test for each pass of sparse bricks, with the reading of buffers that they share.
 
 use argil_abi::MaterialWords;
 use argil_conformance::Wait;

@@ -1,10 +1,12 @@
 //! Volumes at the buffer: the GPU's texels, codes and nodes against the CPU's, stored distances against the field, and
 //! rays through them on both devices.
+//!
+//! *Length.* A test for each pass of dense volumes and octrees, with the scenes and bounds that they share.
 
 use argil_abi::{Frame, HIT_INSIDE, HIT_NONE, HIT_OUTSIDE, Hit};
-use argil_conformance::Wait;
 use argil_conformance::{
-    Case, Numbers, all_cases, gpu, lattice, primary_ray, random_blends, shipped, stored_integers,
+    Case, Numbers, Wait, all_cases, gpu, lattice, primary_ray, random_blends, shipped,
+    stored_integers,
 };
 use argil_field::Program;
 use argil_gpu::{DenseFill, Gpu, GpuField, GpuVolume, Order};

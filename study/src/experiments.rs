@@ -1,4 +1,6 @@
 //! All experiments: the 2023 study's, and those past its limits.
+//!
+//! *Length.* A function for each experiment, which lists its cases.
 
 use crate::case::{Case, Experiment, Eye, Look, Plan, Task};
 use crate::scenes::OF_THE_STUDY;

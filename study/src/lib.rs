@@ -6,6 +6,7 @@
 
 pub mod case;
 mod claims;
+mod command;
 pub mod experiments;
 mod machine;
 mod perform;
@@ -128,7 +129,7 @@ fn blank(experiment: &Experiment, case: &Case, plan: &Plan, machine: &Machine) -
         scene: case.scene.clone(),
         via: case.way.word().into(),
         parameters,
-        command: perform::command(case, plan),
+        command: command::command(case, plan),
         machine: machine.clone(),
         ..Record::default()
     }

@@ -1,13 +1,13 @@
 //! Doing what a case asks for.
 
 use crate::case::{Case, Eye, Look, Plan, Task};
-use crate::scenes::{Numbers, is_shipped, scene};
+use crate::scenes::{Numbers, scene};
 use crate::way::{DENSE, Kind, MESH, Way};
 use anyhow::Context;
 use argil::glam::Vec3;
 use argil::{
-    Aabb, Brush, Camera, Drawn, Engine, Lattice, MeshMethod, MeshNormals, MeshOptions, Normals,
-    Orbit, Placement, Scene, Settings, Shape, Show, Via, Volume, World,
+    Brush, Camera, Drawn, Engine, MeshMethod, MeshNormals, MeshOptions, Orbit, Placement, Scene,
+    Settings, Shape, Show, Via, Volume, World,
 };
 use argil_metrics::surface::{Apart, points_on};
 use argil_metrics::{Picture, Spread, depth, flip, laplacian, psnr, ssim};
@@ -430,75 +430,4 @@ fn lost(world: &World, out: &mut Outcome) -> anyhow::Result<()> {
     };
     out.set("lost_bricks", missing as f64);
     Ok(())
-}
-
-/// Where a camera is, as the command has it.
-fn placed(eye: Eye) -> &'static str {
-    match eye {
-        Eye::Outside => "",
-        Eye::Inside => " --camera 25,10,0.3",
-        Eye::Grazing => " --camera 70,3,0.9",
-    }
-}
-
-/// The length of a voxel.
-fn voxel(name: &str, way: Way) -> Option<f32> {
-    let scene = scene(name).ok()?;
-    let world = Engine::cpu().build(&scene).ok()?.field();
-    let frame = scene.view.frame.map(|[a, b]| Aabb::new(a.into(), b.into()));
-    let lattice = Lattice::holding(world.program().aabb(), frame, way.resolution);
-    Some(lattice.ok()?.voxel)
-}
-
-/// The command that shows what a case does; none of scenes that are no files.
-pub fn command(case: &Case, plan: &Plan) -> Option<String> {
-    if !is_shipped(&case.scene) || case.way.kind == Kind::MeshAsLarge {
-        return None;
-    }
-    let flags = case.way.flags(plan.is_gpu);
-    let device = if plan.is_gpu { "gpu" } else { "cpu" };
-    let scene = format!("scenes/{}.json", case.scene);
-    let [width, height] = plan.size();
-    Some(match case.task {
-        Task::Build(_) | Task::Lost | Task::Stored(_) if !case.way.is_field() => {
-            let flags = flags
-                .replace(" --descent root", "")
-                .replace(" --descent path", "");
-            format!("argil bake {scene}{flags} --device {device}")
-        }
-        Task::Frames(count, eye) => format!(
-            "argil render {scene}{flags} --device {device} --size {width}x{height} --show normal --no-ground --frames {count}{}",
-            placed(eye)
-        ),
-        Task::Surface(_) => {
-            let flags = flags
-                .replace("--via mesh ", "")
-                .replace("--flat", "--normals face");
-            format!("argil mesh {scene}{flags} --device {device}")
-        }
-        Task::Picture(look) => {
-            let show = case.parameters();
-            let show = show.iter().find(|(key, _)| *key == "show");
-            let show = show
-                .and_then(|(_, value)| value.as_str())
-                .unwrap_or("shaded");
-            let mut more = placed(look.eye).to_owned();
-            if look.show == Show::Heat {
-                more += " --max-steps 256";
-            }
-            match look.normals {
-                Normals::Voxel => more += " --normals voxel",
-                Normals::Field => more += " --normals field",
-                _ => {}
-            }
-            if let Some(voxels) = look.bias_voxels {
-                let length = voxels * voxel(&case.scene, case.way)?;
-                more += &format!(" --normal-bias {length}");
-            }
-            format!(
-                "argil render {scene}{flags} --device {device} --size {width}x{height} --show {show} --samples 1 --no-ground{more}"
-            )
-        }
-        _ => return None,
-    })
 }

@@ -1,4 +1,6 @@
 //! Triangles by the command: out of scenes and volumes, and in.
+//!
+//! *Length.* A test for each way of triangles out and in, with the files that they share.
 
 mod common;
 

@@ -4,20 +4,17 @@
 //! the scene elsewhere does the same action. Nodes have the same ids there.
 
 use crate::mesh_files::{Named, moved_paths, nothing};
+use crate::names::name_of;
 use crate::recovery::Recovery;
 use anyhow::Context;
-use argil::{
-    Action, Body, Edit, Edited, Entry, Material, NodeId, Program, SampledGrid, Scene, Shape,
-    Subtree,
-};
-use std::collections::BTreeSet;
+use argil::{Action, Edit, Edited, Entry, Material, NodeId, Program, SampledGrid, Scene, Subtree};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// See the module's page.
 pub struct Document {
-    scene: Scene,
+    pub(super) scene: Scene,
     path: Option<PathBuf>,
     recovery: Recovery,
     /// Actions that were not handed on yet.
@@ -356,88 +353,6 @@ impl Document {
         }
     }
 
-    /// Whether a node is in the scene.
-    pub fn has(&self, node: NodeId) -> bool {
-        let mut at = node;
-        while let Some(parent) = self.scene.node(at).parent() {
-            at = parent;
-        }
-        at == Scene::ROOT
-    }
-
-    fn forget_removed(&mut self) {
-        let mut selection = std::mem::take(&mut self.selection);
-        selection.retain(|&node| self.has(node));
-        self.selection = selection;
-    }
-
-    /// The node that was selected last.
-    pub fn active(&self) -> Option<NodeId> {
-        self.selection.last().copied()
-    }
-
-    /// Select one node alone, or with `also`, besides those that are.
-    pub fn select(&mut self, node: Option<NodeId>, also: bool) {
-        if !also {
-            self.selection.clear();
-        }
-        let Some(node) = node else { return };
-        match self.selection.iter().position(|&n| n == node) {
-            Some(at) => drop(self.selection.remove(at)),
-            None => self.selection.push(node),
-        }
-    }
-
-    /// Those that are selected and within no other that is, in the scene's order.
-    pub fn outermost(&self) -> Vec<NodeId> {
-        let selected: BTreeSet<NodeId> = self.selection.iter().copied().collect();
-        let is_within = |node: NodeId| {
-            let mut at = self.scene.node(node).parent();
-            while let Some(parent) = at {
-                if selected.contains(&parent) {
-                    return true;
-                }
-                at = self.scene.node(parent).parent();
-            }
-            false
-        };
-        let chosen = |node: &NodeId| selected.contains(node) && !is_within(*node);
-        if let [one] = self.selection[..]
-            && self.has(one)
-        {
-            return vec![one];
-        }
-        self.scene.walk().filter(chosen).collect()
-    }
-
-    /// Have nodes that cannot be picked or changed, or can again.
-    ///
-    /// # Errors
-    /// If one is not in the scene any more.
-    pub fn lock(&mut self, nodes: &[NodeId], locked: bool) -> anyhow::Result<()> {
-        let word = if locked { "Lock" } else { "Unlock" };
-        self.begin_stroke(word);
-        for &node in nodes {
-            let mut entry = self.scene.node(node).entry().clone();
-            entry.locked = locked;
-            self.replace(word, node, entry)?;
-        }
-        self.end_stroke();
-        Ok(())
-    }
-
-    /// Whether a node, or a group around it, is locked.
-    pub fn is_locked(&self, node: NodeId) -> bool {
-        let mut at = Some(node);
-        while let Some(n) = at {
-            if self.scene.node(n).entry().locked {
-                return true;
-            }
-            at = self.scene.node(n).parent();
-        }
-        false
-    }
-
     /// What to call a node.
     pub fn name_of(&self, node: NodeId) -> String {
         name_of(self.scene.node(node).entry())
@@ -495,40 +410,3 @@ impl Document {
 }
 
 static NEXT: AtomicU64 = AtomicU64::new(0);
-
-/// An entry's name, or what it is.
-pub fn name_of(entry: &Entry) -> String {
-    if !entry.name.is_empty() {
-        return entry.name.clone();
-    }
-    match &entry.body {
-        Body::Group => "Group".into(),
-        Body::Shape(shape) => shape_name(shape),
-    }
-}
-
-/// What a shape is, such as `Round cone`.
-pub fn shape_name(shape: &Shape) -> String {
-    let mut words = String::new();
-    for (i, letter) in shape.kind().chars().enumerate() {
-        if i > 0 && letter.is_uppercase() {
-            words.push(' ');
-        }
-        words.push(if i > 0 {
-            letter.to_ascii_lowercase()
-        } else {
-            letter
-        });
-    }
-    words
-}
-
-/// A key such as `half_size` in words.
-pub fn spoken(key: &str) -> String {
-    let text = key.replace('_', " ");
-    let mut letters = text.chars();
-    match letters.next() {
-        Some(first) => first.to_uppercase().chain(letters).collect(),
-        None => text,
-    }
-}

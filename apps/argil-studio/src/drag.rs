@@ -2,8 +2,7 @@
 
 use crate::eye::{on_line, on_plane};
 use crate::pose::Pose;
-use argil::glam::Quat;
-use argil::glam::{Vec2, Vec3};
+use argil::glam::{Quat, Vec2, Vec3};
 use argil::{NodeId, Shape};
 use eframe::egui::{Color32, Pos2, Rect};
 

@@ -2,8 +2,7 @@
 
 use crate::document::Document;
 use crate::mesh_files::folder_of;
-use argil::Shape;
-use argil::{Body, Edit, Entry, Group, Modifier, NodeId, Scene, Subtree};
+use argil::{Body, Edit, Entry, Group, Modifier, NodeId, Scene, Shape, Subtree};
 use std::path::{Path, PathBuf};
 
 impl Document {

@@ -1,6 +1,6 @@
 //! A picture of each shape, to put it into the scene.
 
-use crate::document::shape_name;
+use crate::names::shape_name;
 use argil::glam::Vec3;
 use argil::{Brush, Camera, Engine, Scene, Settings, Shape, Show};
 use eframe::egui::{self, ColorImage, Sense, TextureHandle, Vec2};

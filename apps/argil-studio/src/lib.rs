@@ -36,6 +36,7 @@ mod menus;
 mod mesh_files;
 mod meshes;
 mod mirrors;
+mod names;
 mod opening;
 mod overlay;
 #[cfg(target_arch = "wasm32")]
@@ -52,6 +53,7 @@ mod run;
 mod samples;
 mod sculpt;
 mod sculpting;
+mod selection;
 mod session;
 mod stretch;
 mod tools;

@@ -1,8 +1,9 @@
 //! The list of brushes and groups, in the order in which they act.
 
 use crate::commands::Command;
-use crate::document::{Document, name_of};
+use crate::document::Document;
 use crate::icon::{self, Icon};
+use crate::names::name_of;
 use crate::session::Session;
 use argil::{Body, Edit, NodeId, OperatorKind, Scene};
 use eframe::egui::{self, Align, Layout, RichText, Sense, Vec2};

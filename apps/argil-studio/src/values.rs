@@ -1,6 +1,6 @@
 //! Values of a file, shown and changed.
 
-use crate::document::spoken;
+use crate::names::spoken;
 use eframe::egui::{self, DragValue};
 use serde_json::{Map, Value};
 

@@ -1,4 +1,6 @@
 //! What is changed of brushes, meshes and materials, and work that goes on beside the window.
+//!
+//! *Length.* A test for each kind of change.
 
 mod common;
 

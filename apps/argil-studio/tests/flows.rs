@@ -1,4 +1,6 @@
 //! What a person does, from pressing and dragging to what is in the scene.
+//!
+//! *Length.* A test for each thing that a person does.
 
 mod common;
 

@@ -1,4 +1,6 @@
 // Twin of curves.rs, one point at a time.
+//
+// *Length.* A function for each curve, as in curves.rs.
 
 fn box_distance(p: vec3<f32>, w: u32) -> f32 {
     let low = vec3(params[w], params[w + 1u], params[w + 2u]) - p;

@@ -1,4 +1,6 @@
 // Twin of interpret.rs, one point at a time.
+//
+// *Length.* One loop over instructions, whose stacks are in the module's scope; trim.rs takes cases out of it line by line.
 
 var<private> field_material: MaterialWords;
 

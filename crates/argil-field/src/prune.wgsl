@@ -2,6 +2,8 @@
 //
 // A joint's marks are two bits, which a walk from the list's end to its beginning turns into one that says what stays:
 // backwards it is known what takes the place of an operand before that operand comes.
+//
+// *Length.* Marking and walking share the stack that they keep in the module's scope.
 
 // Whether joints are marked while the field is evaluated.
 override MARKING: bool = false;

@@ -1,4 +1,6 @@
 // Twin of shapes.rs: the same names, the same order of operations. `w` is where a shape's words begin.
+//
+// *Length.* A function for each shape, as in shapes.rs, each as short as its definition.
 
 fn length2(x: f32, y: f32) -> f32 {
     return sqrt(x * x + y * y);

@@ -19,7 +19,6 @@ use self::build::{Build, volume_of};
 use self::cells::Cells;
 use self::ledger::Ledger;
 use self::tables::{BrickTables, PLACES, bytes_of, march_words, pool_for, pool_texture};
-use crate::StagesMs;
 use crate::pass::{
     BRICK_MATERIALS, Bind, CELLS, CELLS_WGSL, LINEAR, LIVE, STORED, VOLUME, VOLUME_WGSL,
 };
@@ -28,7 +27,7 @@ use crate::table::Table;
 use crate::volume::{Body, Cut, Editing, Kind, Upload};
 use crate::way::{Bound, Way};
 use crate::work::Work;
-use crate::{Gpu, GpuError, GpuField, GpuVolume};
+use crate::{Gpu, GpuError, GpuField, GpuVolume, StagesMs};
 use argil_abi::{self as abi};
 use argil_field::Program;
 use argil_math::Control;

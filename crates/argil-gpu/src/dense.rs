@@ -1,15 +1,15 @@
 //! `DenseFill`: sampling a field into a texture.
 
-use crate::StagesMs;
 use crate::bake::{Bake, Groups};
-use crate::pass::VOLUME_WGSL;
-use crate::pass::{Bind, FIELD_BINDS, FILL, TABLES_WGSL, TEXELS, entry, layout, pipelines};
+use crate::pass::{
+    Bind, FIELD_BINDS, FILL, TABLES_WGSL, TEXELS, VOLUME_WGSL, entry, layout, pipelines,
+};
 use crate::resources::{read_level, texture, uniform_of, upload};
 use crate::texels::TexelFormat;
 use crate::volume::{Body, Cut, Kind, Upload};
 use crate::way::{VOLUME_BINDS, Way};
 use crate::work::Work;
-use crate::{DenseFill, Gpu, GpuError, GpuField, GpuVolume};
+use crate::{DenseFill, Gpu, GpuError, GpuField, GpuVolume, StagesMs};
 use argil_abi::{Fill, Volume as Words};
 use argil_field::Program;
 use argil_march::wgsl;

@@ -1,6 +1,7 @@
 //! A frame as data: its passes, recorded once for a size and a way to draw, and the buffers that they run on, kept from frame to frame.
 
 use crate::pass::{COLORS, COUNTS, FRAME, HITS, LIVE, PIXELS};
+use crate::recording::{GROUP, Key, Recording, Step};
 use crate::resolve::ResolvePass;
 use crate::table::Table;
 use crate::timing::Timing;
@@ -10,95 +11,10 @@ use argil_abi::{Frame, Hit};
 use argil_march::{Picture, Statistics};
 use web_time::Instant;
 
-/// Side of a workgroup.
-pub(crate) const GROUP: u32 = 8;
 /// Histograms of what rays did: of steps where nothing but distances was looked up, and else of steps, samples, nodes and cells.
 const HISTOGRAMS: u64 = 5;
-/// Words of a histogram beyond a ray's steps: what is looked up in the last of them.
-const MARGIN: u32 = 64;
 /// No words: blocks of pixels that are left, before there are any.
 const NO_BLOCKS: [u32; 4] = [0, 1, 1, 0];
-
-/// What a recording depends on: while it stays the same, so do the passes.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Key {
-    pub size: [u32; 2],
-    pub samples: usize,
-    pub show: u32,
-    pub normals: u32,
-    pub has_ground: bool,
-    pub max_steps: u32,
-    /// Instructions of the field, and evaluations that a thread may do in a dispatch.
-    pub field: (usize, u32),
-    pub with_hits: bool,
-}
-
-impl Key {
-    /// Words of a histogram.
-    fn bins(&self) -> u32 {
-        self.max_steps.saturating_add(MARGIN)
-    }
-
-    fn pixels(&self) -> u64 {
-        self.size.map(u64::from).iter().product()
-    }
-}
-
-/// One step of a frame.
-#[derive(Clone, Copy, Debug)]
-pub(crate) enum Step {
-    /// Sets colours and counts to zero.
-    Clear,
-    /// Draws triangles, by the numbers of a dispatch.
-    Draw(usize),
-    /// Empties the list of blocks of pixels.
-    EmptyBlocks,
-    /// Takes over how many blocks there are.
-    TakeBlocks,
-    /// Runs a pass.
-    Pass {
-        label: &'static str,
-        /// Its place among the pipelines.
-        pipeline: usize,
-        /// Its place among the numbers of dispatches.
-        dispatch: usize,
-        /// So many workgroups; as many as there are blocks without.
-        groups: Option<[u32; 3]>,
-    },
-    /// Counts what the rays of the first sample did.
-    Count(usize),
-    /// Keeps what they hit.
-    KeepHits,
-    /// Makes bytes of the colours.
-    Resolve(usize),
-    /// What follows is submitted apart: a device takes so much at once.
-    Submit,
-}
-
-/// What is the dispatch's own in a [`Frame`].
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Dispatch {
-    pub sample: usize,
-    pub first_row: u32,
-    pub first_step: u32,
-    pub step_count: u32,
-    pub max_steps: u32,
-}
-
-/// The passes of a frame, and what each is told.
-#[derive(Debug, Default)]
-pub(crate) struct Recording {
-    pub steps: Vec<Step>,
-    pub dispatches: Vec<Dispatch>,
-}
-
-impl Recording {
-    /// Passes that take time.
-    fn passes(&self) -> u32 {
-        let is_pass = |step: &&Step| matches!(step, Step::Pass { .. } | Step::Draw(_));
-        self.steps.iter().filter(is_pass).count() as u32
-    }
-}
 
 /// What a frame's steps run.
 pub(crate) struct Passes<'a> {

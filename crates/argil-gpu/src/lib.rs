@@ -30,6 +30,8 @@ mod field;
 #[cfg(feature = "device")]
 mod frame;
 #[cfg(feature = "device")]
+mod march_passes;
+#[cfg(feature = "device")]
 mod marching;
 #[cfg(feature = "device")]
 mod mesh;
@@ -41,6 +43,8 @@ mod pass;
 mod picture;
 #[cfg(feature = "device")]
 mod query;
+#[cfg(feature = "device")]
+mod recording;
 #[cfg(feature = "device")]
 mod resolve;
 #[cfg(feature = "device")]

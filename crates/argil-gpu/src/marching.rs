@@ -1,18 +1,17 @@
 //! Marching cubes on the device: units of cells are counted, the counts added up, then vertices and triangles written. The
 //! totals are waited for, as they say how large the tables are.
 
-use crate::StagesMs;
 use crate::bake::{Bake, Groups};
+use crate::march_passes::MarchPasses;
 use crate::pass::{
-    Bind, CASES, CELLS, EDGE_ROWS, FIELD_BINDS, MARCHING, OWNERS, SPANS, SPREAD, STORED,
-    TABLES_WGSL, TRIANGLES, UNIT_GROUPS, UNITS, VERTICES, VOLUME, entry, layout, pipelines,
+    CASES, CELLS, EDGE_ROWS, MARCHING, OWNERS, SPANS, SPREAD, STORED, TRIANGLES, UNIT_GROUPS,
+    UNITS, VERTICES, VOLUME, entry,
 };
 use crate::resources::{read_table, uniform_of};
 use crate::table::Table;
 use crate::volume::{Body, Cut};
-use crate::{Gpu, GpuError, GpuField, GpuMesh, GpuVolume, MarchNormals, MarchOptions};
+use crate::{Gpu, GpuError, GpuField, GpuMesh, GpuVolume, MarchNormals, MarchOptions, StagesMs};
 use argil_abi::{self as abi, Marching, Volume as Words};
-use argil_mesh::{marching::table::cases, wgsl};
 use glam::UVec3;
 
 /// Cells along the side of a dense volume's units.
@@ -23,141 +22,6 @@ const UNITS_A_GROUP: u32 = argil_abi::UNITS_A_GROUP;
 const WORK_A_DISPATCH: u64 = 4_000_000_000;
 /// Evaluations a vertex: its distance, and six for its normal.
 const EVALUATIONS: u64 = 7;
-
-/// The bindings, as the shaders name them.
-const BINDS_WGSL: &str = "
-@group(0) @binding(BIND_VOLUME) var<uniform> volume: Volume;
-@group(0) @binding(BIND_STORED) var stored: texture_3d<f32>;
-@group(0) @binding(BIND_MARCHING) var<uniform> marching: Marching;
-@group(0) @binding(BIND_CASES) var<uniform> cases: array<vec4<u32>, 128>;
-@group(0) @binding(BIND_UNITS) var<storage, read_write> units: array<Unit>;
-@group(0) @binding(BIND_UNIT_GROUPS) var<storage, read_write> groups: array<vec4<u32>>;
-@group(0) @binding(BIND_EDGE_ROWS) var<storage, read_write> rows: array<vec4<u32>>;
-";
-const OUT_WGSL: &str = "
-@group(0) @binding(BIND_MARCHING) var<uniform> marching: Marching;
-";
-const MESH_WGSL: &str = "
-@group(0) @binding(BIND_VERTICES) var<storage, read_write> vertices: array<f32>;
-@group(0) @binding(BIND_TRIANGLES) var<storage, read_write> triangles: array<u32>;
-";
-const SPANS_WGSL: &str = "
-@group(0) @binding(BIND_SPANS) var<storage, read_write> spans: array<vec4<f32>>;
-";
-const CELLS_WGSL: &str = "
-@group(0) @binding(BIND_CELLS) var<storage, read> cells: array<u32>;
-@group(0) @binding(BIND_OWNERS) var<storage, read_write> owners: array<u32>;
-";
-const SPREAD_WGSL: &str = "
-@group(0) @binding(BIND_SPREAD) var<storage, read_write> spread: array<f32>;
-";
-/// Exact vertices need those and no triangles.
-const EXACT_WGSL: &str = "
-@group(0) @binding(BIND_VERTICES) var<storage, read_write> vertices: array<f32>;
-";
-
-/// The passes, compiled once for a field and a kind of volume.
-pub(crate) struct MarchPasses {
-    layout: wgpu::BindGroupLayout,
-    find_owners: Option<wgpu::ComputePipeline>,
-    march: [wgpu::ComputePipeline; 5],
-    exact_layout: wgpu::BindGroupLayout,
-    refine: wgpu::ComputePipeline,
-    unshared_layout: wgpu::BindGroupLayout,
-    unshare: wgpu::ComputePipeline,
-    cases: wgpu::Buffer,
-}
-
-impl MarchPasses {
-    pub fn new(field: &GpuField, of_bricks: bool) -> Result<Self, GpuError> {
-        let gpu = field.gpu();
-        let (own, march) = if of_bricks {
-            let own = [CELLS_WGSL, argil_volume::wgsl::WORDS].concat();
-            (own, wgsl::BRICKS)
-        } else {
-            (String::new(), wgsl::DENSE)
-        };
-        let abi = argil_abi::wgsl();
-        let source = [&abi, BINDS_WGSL, MESH_WGSL, SPANS_WGSL, &own, march].concat();
-        let mut binds = vec![
-            Bind::Uniform(VOLUME),
-            Bind::Texture(STORED),
-            Bind::Uniform(MARCHING),
-            Bind::Uniform(CASES),
-        ];
-        binds.extend([UNITS, UNIT_GROUPS, EDGE_ROWS].map(Bind::Write));
-        binds.extend([VERTICES, TRIANGLES, SPANS].map(Bind::Write));
-        if of_bricks {
-            binds.extend([Bind::Read(CELLS), Bind::Write(OWNERS)]);
-        }
-        let layout = gpu.checked(|| layout(gpu, "March", &binds))?;
-        let entry_points = [
-            "count_units",
-            "add_units",
-            "add_groups",
-            "place_rows",
-            "emit",
-        ];
-        let march = pipelines(gpu, source.clone(), &layout, &[], entry_points)?;
-        let find_owners = if of_bricks {
-            let [pass] = pipelines(gpu, source, &layout, &[], ["find_owners"])?;
-            Some(pass)
-        } else {
-            None
-        };
-
-        let source = [
-            &abi,
-            TABLES_WGSL,
-            OUT_WGSL,
-            EXACT_WGSL,
-            SPANS_WGSL,
-            field.field_wgsl(),
-            wgsl::EXACT,
-        ];
-        let mut binds = FIELD_BINDS.to_vec();
-        binds.push(Bind::Uniform(MARCHING));
-        binds.extend([VERTICES, SPANS].map(Bind::Write));
-        let exact_layout = gpu.checked(|| self::layout(gpu, "March::refine", &binds))?;
-        let [refine] = pipelines(gpu, source.concat(), &exact_layout, &[], ["refine"])?;
-
-        let source = [&abi, OUT_WGSL, MESH_WGSL, SPREAD_WGSL, wgsl::UNSHARED];
-        let mut binds = vec![Bind::Uniform(MARCHING)];
-        binds.extend([VERTICES, TRIANGLES, SPREAD].map(Bind::Write));
-        let unshared_layout = gpu.checked(|| self::layout(gpu, "March::unshare", &binds))?;
-        let [unshare] = pipelines(gpu, source.concat(), &unshared_layout, &[], ["unshare"])?;
-
-        let cases = gpu.checked(|| {
-            let cases = uniform_of::<[u64; 256]>(gpu, "cases");
-            let packed = cases_packed();
-            gpu.queue
-                .write_buffer(&cases, 0, bytemuck::cast_slice(&packed));
-            cases
-        })?;
-        Ok(Self {
-            layout,
-            find_owners,
-            march,
-            exact_layout,
-            refine,
-            unshared_layout,
-            unshare,
-            cases,
-        })
-    }
-}
-
-/// Each case's edges, four bits each, and above them how many triangles they make.
-fn cases_packed() -> Vec<u64> {
-    let pack = |case: &argil_mesh::marching::table::Case| {
-        let edges = case.triangles().iter().flatten();
-        let words = edges.enumerate().fold(0, |words, (nth, &edge)| {
-            words | u64::from(edge) << (4 * nth)
-        });
-        words | u64::from(case.count) << 60
-    };
-    cases().iter().map(pack).collect()
-}
 
 /// Workgroups for so many things.
 fn groups(count: u32, each: u32) -> Groups<'static> {
@@ -258,11 +122,7 @@ impl GpuVolume {
         };
         let gpu = field.gpu();
         let Body { texture, words, .. } = self.body();
-        let name = if cells.is_some() {
-            "march bricks"
-        } else {
-            "march dense"
-        };
+        let name = ["march dense", "march bricks"][usize::from(cells.is_some())];
         let passes = field.passes(name, || MarchPasses::new(field, cells.is_some()))?;
         let (words, marching) = measures(self, words, cells.is_some(), options);
         let mut tables = Tables::new(gpu, marching.units)?;

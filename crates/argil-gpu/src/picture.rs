@@ -1,10 +1,11 @@
 //! The passes of a picture: compiled once for a field and a way to march, and recorded once for a frame.
 
-use crate::frame::{Dispatch, Drawing, GROUP, Key, Passes, Recording, Step, Target};
+use crate::frame::{Drawing, Passes, Target};
 use crate::pass::{
     Bind, COLORS, FIELD_BINDS, FRAME, FRAME_WGSL, HITS, PICTURE_WGSL, TABLES_WGSL, layout,
     pipelines,
 };
+use crate::recording::{Dispatch, GROUP, Key, Recording, Step};
 use crate::resolve::ResolvePass;
 use crate::way::{Bound, Way};
 use crate::{DeviceKind, Gpu, GpuError, GpuField};

@@ -6,7 +6,7 @@ use crate::{GpuError, GpuField};
 use argil_abi::{Answer, Query};
 
 /// Points of one workgroup, and workgroups in a row of a dispatch.
-const GROUP: u32 = 64;
+pub(super) const GROUP: u32 = 64;
 const ROW: u32 = 32_768;
 
 /// The pass's layout and pipeline.

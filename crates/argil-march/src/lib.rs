@@ -66,6 +66,9 @@ pub mod wgsl {
         include_str!("normal.wgsl"),
         include_str!("exact.wgsl"),
         include_str!("bricks.wgsl"),
+        include_str!("bricks/solve.wgsl"),
+        include_str!("bricks/step.wgsl"),
+        include_str!("bricks/light.wgsl"),
         include_str!("bricks/cones.wgsl")
     );
     /// Drawing triangles: `place` and `nearest`, for a module of their own.

@@ -1,4 +1,6 @@
 // Twin of shade.rs, one thread a pixel.
+//
+// *Length.* One pass: what it asks of the light is of no use to any other.
 
 const PI: f32 = 3.1415927;
 

@@ -32,6 +32,7 @@ mod repair;
 mod report;
 mod simplify;
 mod solid;
+mod thicken;
 mod write;
 
 /// Shader text, to be put after `argil_abi::wgsl()`, the bindings that it names, and `argil_volume::wgsl::WORDS` for bricks.
@@ -39,11 +40,19 @@ pub mod wgsl {
     /// Marching cubes over the units of a dense volume.
     pub const DENSE: &str = concat!(
         include_str!("marching/march.wgsl"),
+        include_str!("marching/cells.wgsl"),
+        include_str!("marching/count.wgsl"),
+        include_str!("marching/vertices.wgsl"),
+        include_str!("marching/emit.wgsl"),
         include_str!("marching/dense.wgsl")
     );
     /// Marching cubes over bricks.
     pub const BRICKS: &str = concat!(
         include_str!("marching/march.wgsl"),
+        include_str!("marching/cells.wgsl"),
+        include_str!("marching/count.wgsl"),
+        include_str!("marching/vertices.wgsl"),
+        include_str!("marching/emit.wgsl"),
         include_str!("marching/bricks.wgsl")
     );
     /// Moving vertices to the surface of a field.
@@ -54,8 +63,9 @@ pub mod wgsl {
 
 pub use mesh::Mesh;
 pub use read::{MeshInput, bytes, from_bytes, read};
-pub use repair::{Repairs, repair, thicken};
+pub use repair::{Repairs, repair};
 pub use report::Report;
 pub use simplify::simplify;
 pub use solid::Solid;
+pub use thicken::thicken;
 pub use write::{Axes, Format, WriteOptions, write};

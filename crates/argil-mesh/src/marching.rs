@@ -3,5 +3,7 @@
 
 pub mod bricks;
 pub mod dense;
+mod rings;
+mod signs;
 pub mod surface;
 pub mod table;

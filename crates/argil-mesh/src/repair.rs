@@ -132,7 +132,7 @@ pub(crate) fn weld(mesh: &Mesh) -> (Mesh, u64) {
 }
 
 /// Drop triangles without an area.
-fn drop_flat(mesh: &mut Mesh) {
+pub(super) fn drop_flat(mesh: &mut Mesh) {
     let Mesh {
         positions,
         triangles,
@@ -146,7 +146,7 @@ fn drop_flat(mesh: &mut Mesh) {
 
 /// Of triangles on the same three corners, either way round, keep the first: files have surfaces with two sides, and a solid
 /// has one.
-fn drop_doubles(mesh: &mut Mesh) {
+pub(super) fn drop_doubles(mesh: &mut Mesh) {
     let mut all: Vec<([u32; 3], u32)> = (0..)
         .zip(&mesh.triangles)
         .map(|(i, &triangle)| {
@@ -166,7 +166,7 @@ fn drop_doubles(mesh: &mut Mesh) {
     mesh.triangles.retain(|_| kept.next().unwrap_or(true));
 }
 
-fn edges([a, b, c]: [u32; 3]) -> [(u32, u32); 3] {
+pub(super) fn edges([a, b, c]: [u32; 3]) -> [(u32, u32); 3] {
     [(a, b), (b, c), (c, a)]
 }
 
@@ -175,12 +175,12 @@ fn undirected((a, b): (u32, u32)) -> (u32, u32) {
 }
 
 /// Across an edge is no other triangle.
-const OPEN: u32 = u32::MAX;
+pub(super) const OPEN: u32 = u32::MAX;
 /// There are several.
-const SEVERAL: u32 = u32::MAX - 1;
+pub(super) const SEVERAL: u32 = u32::MAX - 1;
 
 /// The triangle across each edge of each triangle.
-fn neighbours(triangles: &[[u32; 3]]) -> Vec<[u32; 3]> {
+pub(super) fn neighbours(triangles: &[[u32; 3]]) -> Vec<[u32; 3]> {
     let mut all: Vec<((u32, u32), u32, u8)> = Vec::with_capacity(3 * triangles.len());
     for (i, triangle) in (0..).zip(triangles) {
         for (k, edge) in (0..).zip(edges(*triangle)) {
@@ -207,7 +207,7 @@ fn neighbours(triangles: &[[u32; 3]]) -> Vec<[u32; 3]> {
 }
 
 /// Let neighbours agree; the part that each triangle is of.
-fn orient(mesh: &mut Mesh, beside: &mut [[u32; 3]], repairs: &mut Repairs) -> Vec<u32> {
+pub(super) fn orient(mesh: &mut Mesh, beside: &mut [[u32; 3]], repairs: &mut Repairs) -> Vec<u32> {
     let mut part_of = vec![u32::MAX; mesh.triangles.len()];
     let mut parts = 0;
     for first in 0..mesh.triangles.len() {
@@ -340,67 +340,6 @@ fn drop_sheets(mesh: &mut Mesh, part_of: Vec<u32>, repairs: &mut Repairs) -> Vec
         .retain(|_| parts.next().is_none_or(|&part| !flat[part as usize]));
     let kept = part_of.into_iter().filter(|&part| !flat[part as usize]);
     kept.collect()
-}
-
-/// The same triangles, where parts with open edges are walls of a thickness instead: each triangle twice, half of it to either
-/// side, and joined along the edges. How many parts that were.
-pub fn thicken(mesh: &Mesh, thickness: f32) -> (Mesh, u64) {
-    let (mut mesh, _) = weld(mesh);
-    drop_flat(&mut mesh);
-    drop_doubles(&mut mesh);
-    let mut beside = neighbours(&mesh.triangles);
-    let mut repairs = Repairs::default();
-    let part_of = orient(&mut mesh, &mut beside, &mut repairs);
-    let mut is_open = vec![false; repairs.parts as usize];
-    for (across, &part) in beside.iter().zip(&part_of) {
-        is_open[part as usize] |= across.contains(&OPEN);
-    }
-    // A corner moves along the mean normal of its part's triangles, weighted by area.
-    let mut normals: HashMap<(u32, u32), Vec3> = HashMap::new();
-    let open = |part: u32| is_open[part as usize];
-    for (triangle, &part) in mesh
-        .triangles
-        .iter()
-        .zip(&part_of)
-        .filter(|(_, p)| open(**p))
-    {
-        let [a, b, c] = triangle.map(|i| mesh.positions[i as usize]);
-        for corner in triangle {
-            *normals.entry((part, *corner)).or_default() += (b - a).cross(c - a);
-        }
-    }
-    let mut out = Mesh {
-        positions: mesh.positions.clone(),
-        ..Mesh::default()
-    };
-    let mut corners: Vec<((u32, u32), Vec3)> = normals.into_iter().collect();
-    corners.sort_unstable_by_key(|(corner, _)| *corner);
-    let mut moved: HashMap<(u32, u32), [u32; 2]> = HashMap::with_capacity(corners.len());
-    for ((part, corner), normal) in corners {
-        let by = 0.5 * thickness * normal.normalize_or_zero();
-        let at = out.positions.len() as u32;
-        let from = mesh.positions[corner as usize];
-        out.positions.extend([from + by, from - by]);
-        moved.insert((part, corner), [at, at + 1]);
-    }
-    for ((triangle, across), &part) in mesh.triangles.iter().zip(&beside).zip(&part_of) {
-        if !open(part) {
-            out.triangles.push(*triangle);
-            continue;
-        }
-        let [a, b, c] = triangle.map(|corner| moved[&(part, corner)]);
-        out.triangles
-            .extend([[a[0], b[0], c[0]], [a[1], c[1], b[1]]]);
-        for ((from, to), other) in edges(*triangle).into_iter().zip(across) {
-            if [OPEN, SEVERAL].contains(other) {
-                let [from, to] = [from, to].map(|corner| moved[&(part, corner)]);
-                out.triangles
-                    .extend([[to[0], from[0], from[1]], [to[0], from[1], to[1]]]);
-            }
-        }
-    }
-    let parts = is_open.into_iter().filter(|open| *open).count() as u64;
-    (out, parts)
 }
 
 /// Turn parts over whose inside is out.

@@ -1,4 +1,6 @@
 //! Distances to triangles: those of the shape they were made of, and solids of meshes that are none.
+//!
+//! *Length.* A test for each kind of mesh that is no solid, with the meshes that they share.
 
 use argil_field::{Grid, Program};
 use argil_mesh::marching::dense;

@@ -4,7 +4,7 @@
 //! equal scenes in the same order, they give equal scenes, with the same ids of nodes. [`Scene::action_line`] writes one for a
 //! [journal](crate::Journal) or another machine.
 
-use crate::{Body, Edit, EditError, Edited, Entry, LogError, NodeId, Scene};
+use crate::{Body, Edit, EditError, Edited, Entry, NodeId, Scene};
 use std::collections::BTreeMap;
 
 /// A brush, or a group with all that it holds, apart from any scene.
@@ -26,6 +26,54 @@ pub struct Subtree {
     pub entry: Entry,
     /// What a group holds, in order.
     pub children: Vec<Subtree>,
+}
+
+/// Why a line of a log was refused. The scene is as it was.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum LogError {
+    /// It is not one of the lines that there are.
+    #[error("{}", reason(.0))]
+    Line(serde_json::Error),
+    /// It names a node that is not there.
+    #[error("the scene has no {0}")]
+    NoSuchPath(String),
+    /// The edit cannot be done.
+    #[error(transparent)]
+    Edit(#[from] EditError),
+    /// A replaced group would have other contents.
+    #[error(
+        "\"brushes\": a group that is replaced keeps what it holds: leave them out, or remove it and insert another"
+    )]
+    Inner,
+    /// Something to be inserted is a brush and a group at once.
+    #[error("a brush has a \"shape\" and a group has \"brushes\": this has both")]
+    Both,
+    /// Whoever asked for it has refused it.
+    #[error(transparent)]
+    Refused(Box<dyn std::error::Error + Send + Sync>),
+    /// There is nothing to undo.
+    #[error("there is nothing to undo")]
+    NothingToUndo,
+    /// There is nothing to redo.
+    #[error("there is nothing to redo")]
+    NothingToRedo,
+}
+
+impl From<serde_json::Error> for LogError {
+    fn from(error: serde_json::Error) -> Self {
+        Self::Line(error)
+    }
+}
+
+/// serde's message with the column, where that is known: of what is read by its tag it is not. The line is always 1.
+fn reason(error: &serde_json::Error) -> String {
+    let text = error.to_string();
+    let reason = text.split(" at line ").next().unwrap_or(&text);
+    match error.column() {
+        0 => reason.to_owned(),
+        column => format!("column {column}: {reason}"),
+    }
 }
 
 /// Something that is done to a scene.

@@ -6,7 +6,7 @@ use crate::history::{Step, is_covered};
 use crate::influence::influence;
 use crate::node::pose_of;
 use crate::transform::push_transform;
-use crate::{Body, Entry, Fault, HistoryLimit, Material, Modifier, Node, NodeId, Scene};
+use crate::{Body, Entry, Fault, Material, Modifier, NodeId, Scene};
 use argil_math::Aabb;
 
 /// A change of a scene that can be undone.
@@ -175,107 +175,6 @@ impl Scene {
         }
     }
 
-    /// From here to [`Scene::end_stroke`] all edits are undone and redone as one.
-    pub fn begin_stroke(&mut self) {
-        self.end_stroke();
-        self.history.undo.push(Vec::new());
-        self.history.is_stroke = true;
-    }
-
-    /// End a stroke. One that has changed nothing leaves no step.
-    pub fn end_stroke(&mut self) {
-        let history = &mut self.history;
-        if std::mem::take(&mut history.is_stroke) && history.undo.last().is_some_and(Vec::is_empty)
-        {
-            history.undo.pop();
-        }
-    }
-
-    pub(crate) fn is_stroke(&self) -> bool {
-        self.history.is_stroke
-    }
-
-    /// How many steps can be undone, and how many redone.
-    pub fn history_lengths(&self) -> [usize; 2] {
-        [self.history.undo.len(), self.history.redo.len()]
-    }
-
-    /// Sets how much of the history is kept from now on: the oldest steps are dropped first, and the newest always stays.
-    pub fn set_history_limit(&mut self, limit: HistoryLimit) {
-        self.end_stroke();
-        let steps = self.history.set_limit(limit);
-        if steps < self.history.undo.len() {
-            self.drop_history(steps);
-        }
-    }
-
-    /// Forget all but the last so many steps that can be undone, and what could be redone: what they held is free then.
-    pub fn forget_history(&mut self, keep: usize) {
-        self.end_stroke();
-        self.history.redo.clear();
-        self.drop_history(keep);
-    }
-
-    /// Drops all but the last steps, and the contents of removed nodes that nothing can bring back.
-    fn drop_history(&mut self, keep: usize) {
-        self.history.keep(keep);
-        let mut is_needed = vec![false; self.nodes.len()];
-        let held = self.history.held_nodes().collect::<Vec<_>>();
-        for root in std::iter::once(Self::ROOT).chain(held) {
-            // What is in a tree that was seen was seen with it.
-            if !is_needed[root.index()] {
-                let nodes = self.walk_from(root);
-                nodes.for_each(|node| is_needed[node.index()] = true);
-            }
-        }
-        for (node, _) in self.nodes.iter_mut().zip(is_needed).filter(|(_, n)| !n) {
-            *node = Node::gone();
-        }
-    }
-
-    /// Take the last edit back. Whether there was one; [`Scene::undo_edit`] tells what changed.
-    pub fn undo(&mut self) -> bool {
-        self.undo_edit().is_some()
-    }
-
-    /// Do again what was undone last. Whether there was something.
-    pub fn redo(&mut self) -> bool {
-        self.redo_edit().is_some()
-    }
-
-    /// Take the last edit back, with the box that this makes dirty.
-    pub fn undo_edit(&mut self) -> Option<Edited> {
-        self.end_stroke();
-        let steps = self.history.undo.pop()?;
-        let (edited, inverse) = self.take_all(steps)?;
-        self.history.redo.push(inverse);
-        Some(edited)
-    }
-
-    /// Do again what was undone last, with the box that this makes dirty.
-    pub fn redo_edit(&mut self) -> Option<Edited> {
-        self.end_stroke();
-        let steps = self.history.redo.pop()?;
-        let (edited, inverse) = self.take_all(steps)?;
-        self.history.undo.push(inverse);
-        Some(edited)
-    }
-
-    /// Take the steps of one undo or redo, the last first.
-    fn take_all(&mut self, steps: Vec<Step>) -> Option<(Edited, Vec<Step>)> {
-        let mut all: Option<Edited> = None;
-        let mut inverses = Vec::with_capacity(steps.len());
-        for step in steps.into_iter().rev() {
-            let (edited, inverse) = self.take(step);
-            inverses.push(inverse);
-            all = Some(Edited {
-                dirty_box: all.map_or(edited.dirty_box, |a| a.dirty_box.union(edited.dirty_box)),
-                ..edited
-            });
-        }
-        Some((all?, inverses))
-    }
-
     /// Check an edit and turn it into a step.
     fn step(&mut self, edit: Edit) -> Result<Step, EditError> {
         Ok(match edit {
@@ -355,32 +254,6 @@ impl Scene {
                 Step::SetMaterial { name, material }
             }
         })
-    }
-
-    /// Whether a node is not within another, nor that itself.
-    fn check_outside(&self, inner: NodeId, node: NodeId) -> Result<(), EditError> {
-        let mut at = Some(inner);
-        while let Some(id) = at {
-            if id == node {
-                return Err(EditError::IntoItself(self.path(node)));
-            }
-            at = self.get(id).ok_or(EditError::NoSuchNode(id))?.parent;
-        }
-        Ok(())
-    }
-
-    fn check_unused(&self, name: &str) -> Result<(), EditError> {
-        if !self.materials.contains_key(name) {
-            return Err(EditError::NoSuchMaterial(name.into()));
-        }
-        let uses = |id: &NodeId| self.node(*id).entry.material.as_deref() == Some(name);
-        match self.walk().find(uses) {
-            Some(user) => Err(EditError::MaterialInUse {
-                name: name.into(),
-                user: self.path(user),
-            }),
-            None => Ok(()),
-        }
     }
 
     /// Take a checked step; the step back.
@@ -516,48 +389,5 @@ impl Scene {
             .expect("a node is among its parent's children");
         siblings.remove(index);
         (parent, index)
-    }
-
-    /// Whether a node is in the tree, the root aside.
-    fn check_inner(&self, node: NodeId) -> Result<(), EditError> {
-        if node == Self::ROOT {
-            return Err(EditError::Root);
-        }
-        self.check_attached(node)
-    }
-
-    fn check_attached(&self, node: NodeId) -> Result<(), EditError> {
-        let mut at = node;
-        while at != Self::ROOT {
-            at = self
-                .get(at)
-                .and_then(|n| n.parent)
-                .ok_or(EditError::NoSuchNode(node))?;
-        }
-        Ok(())
-    }
-
-    fn check_place(&self, parent: NodeId, index: usize) -> Result<(), EditError> {
-        self.check_attached(parent)?;
-        let group = self.node(parent);
-        if !matches!(group.entry.body, Body::Group) {
-            return Err(EditError::NotAGroup(self.path(parent)));
-        }
-        let len = group.children.len();
-        if index > len {
-            Err(EditError::BadIndex { index, len })
-        } else {
-            Ok(())
-        }
-    }
-
-    pub(crate) fn check_entry(&self, entry: &Entry) -> Result<(), EditError> {
-        entry.check()?;
-        match &entry.material {
-            Some(name) if !self.materials.contains_key(name) => {
-                Err(EditError::NoSuchMaterial(name.clone()))
-            }
-            _ => Ok(()),
-        }
     }
 }

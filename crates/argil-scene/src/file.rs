@@ -10,10 +10,12 @@
 
 mod document;
 mod error;
+mod explain;
 mod quick;
 pub(crate) mod read;
 #[cfg(feature = "schema")]
 mod schema;
+mod tokens;
 mod write;
 
 use crate::{SampledGrid, Scene};
@@ -38,7 +40,7 @@ impl Scene {
             path: path.into(),
             source,
         };
-        let open = || -> Result<read::Source<'_>, FileError> {
+        let open = || -> Result<tokens::Source<'_>, FileError> {
             Ok(Box::new(std::fs::File::open(path).map_err(io)?))
         };
         let about = std::fs::metadata(path).map_err(io)?;

@@ -10,7 +10,7 @@
 
 use crate::file::Item;
 use crate::{
-    Action, Body, Edit, EditError, Edited, Entry, Material, Modifier, NodeId, Operator, Scene,
+    Action, Body, Edit, Edited, Entry, LogError, Material, Modifier, NodeId, Operator, Scene,
     Subtree,
 };
 use serde::{Deserialize, Serialize};
@@ -64,54 +64,6 @@ enum Line {
     EndStroke {},
     Undo {},
     Redo {},
-}
-
-/// Why a line of a log was refused. The scene is as it was.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum LogError {
-    /// It is not one of the lines that there are.
-    #[error("{}", reason(.0))]
-    Line(serde_json::Error),
-    /// It names a node that is not there.
-    #[error("the scene has no {0}")]
-    NoSuchPath(String),
-    /// The edit cannot be done.
-    #[error(transparent)]
-    Edit(#[from] EditError),
-    /// A replaced group would have other contents.
-    #[error(
-        "\"brushes\": a group that is replaced keeps what it holds: leave them out, or remove it and insert another"
-    )]
-    Inner,
-    /// Something to be inserted is a brush and a group at once.
-    #[error("a brush has a \"shape\" and a group has \"brushes\": this has both")]
-    Both,
-    /// Whoever asked for it has refused it.
-    #[error(transparent)]
-    Refused(Box<dyn std::error::Error + Send + Sync>),
-    /// There is nothing to undo.
-    #[error("there is nothing to undo")]
-    NothingToUndo,
-    /// There is nothing to redo.
-    #[error("there is nothing to redo")]
-    NothingToRedo,
-}
-
-impl From<serde_json::Error> for LogError {
-    fn from(error: serde_json::Error) -> Self {
-        Self::Line(error)
-    }
-}
-
-/// serde's message with the column, where that is known: of what is read by its tag it is not. The line is always 1.
-fn reason(error: &serde_json::Error) -> String {
-    let text = error.to_string();
-    let reason = text.split(" at line ").next().unwrap_or(&text);
-    match error.column() {
-        0 => reason.to_owned(),
-        column => format!("column {column}: {reason}"),
-    }
 }
 
 impl Item {

@@ -8,6 +8,8 @@
 //!
 //! Shapes are `plain`, which take a fixed number of words and are measured point by point, or `searched`: those look for a
 //! nearest point among many, block by block of points, with as many words as it takes.
+//!
+//! *Length.* A row for each shape: a list, to be read by its rows.
 
 /// Calls a macro with all rows, after the tokens of a second argument.
 #[doc(hidden)]

@@ -1,7 +1,7 @@
 //! A scene's history: what is undone and redone, and who follows its changes.
 
-use crate::Scene;
 use crate::history::{Aside, Step, is_covered};
+use crate::{Edited, HistoryLimit, Node, Scene};
 
 impl Scene {
     /// Sets the history aside, so that what comes next can be taken back without a trace.
@@ -54,5 +54,106 @@ impl Scene {
             None => history.undo.extend(new),
         }
         self.keep_to_limit(0);
+    }
+
+    /// From here to [`Scene::end_stroke`] all edits are undone and redone as one.
+    pub fn begin_stroke(&mut self) {
+        self.end_stroke();
+        self.history.undo.push(Vec::new());
+        self.history.is_stroke = true;
+    }
+
+    /// End a stroke. One that has changed nothing leaves no step.
+    pub fn end_stroke(&mut self) {
+        let history = &mut self.history;
+        if std::mem::take(&mut history.is_stroke) && history.undo.last().is_some_and(Vec::is_empty)
+        {
+            history.undo.pop();
+        }
+    }
+
+    pub(crate) fn is_stroke(&self) -> bool {
+        self.history.is_stroke
+    }
+
+    /// How many steps can be undone, and how many redone.
+    pub fn history_lengths(&self) -> [usize; 2] {
+        [self.history.undo.len(), self.history.redo.len()]
+    }
+
+    /// Sets how much of the history is kept from now on: the oldest steps are dropped first, and the newest always stays.
+    pub fn set_history_limit(&mut self, limit: HistoryLimit) {
+        self.end_stroke();
+        let steps = self.history.set_limit(limit);
+        if steps < self.history.undo.len() {
+            self.drop_history(steps);
+        }
+    }
+
+    /// Forget all but the last so many steps that can be undone, and what could be redone: what they held is free then.
+    pub fn forget_history(&mut self, keep: usize) {
+        self.end_stroke();
+        self.history.redo.clear();
+        self.drop_history(keep);
+    }
+
+    /// Drops all but the last steps, and the contents of removed nodes that nothing can bring back.
+    pub(super) fn drop_history(&mut self, keep: usize) {
+        self.history.keep(keep);
+        let mut is_needed = vec![false; self.nodes.len()];
+        let held = self.history.held_nodes().collect::<Vec<_>>();
+        for root in std::iter::once(Self::ROOT).chain(held) {
+            // What is in a tree that was seen was seen with it.
+            if !is_needed[root.index()] {
+                let nodes = self.walk_from(root);
+                nodes.for_each(|node| is_needed[node.index()] = true);
+            }
+        }
+        for (node, _) in self.nodes.iter_mut().zip(is_needed).filter(|(_, n)| !n) {
+            *node = Node::gone();
+        }
+    }
+
+    /// Take the last edit back. Whether there was one; [`Scene::undo_edit`] tells what changed.
+    pub fn undo(&mut self) -> bool {
+        self.undo_edit().is_some()
+    }
+
+    /// Do again what was undone last. Whether there was something.
+    pub fn redo(&mut self) -> bool {
+        self.redo_edit().is_some()
+    }
+
+    /// Take the last edit back, with the box that this makes dirty.
+    pub fn undo_edit(&mut self) -> Option<Edited> {
+        self.end_stroke();
+        let steps = self.history.undo.pop()?;
+        let (edited, inverse) = self.take_all(steps)?;
+        self.history.redo.push(inverse);
+        Some(edited)
+    }
+
+    /// Do again what was undone last, with the box that this makes dirty.
+    pub fn redo_edit(&mut self) -> Option<Edited> {
+        self.end_stroke();
+        let steps = self.history.redo.pop()?;
+        let (edited, inverse) = self.take_all(steps)?;
+        self.history.undo.push(inverse);
+        Some(edited)
+    }
+
+    /// Take the steps of one undo or redo, the last first.
+    fn take_all(&mut self, steps: Vec<Step>) -> Option<(Edited, Vec<Step>)> {
+        let mut all: Option<Edited> = None;
+        let mut inverses = Vec::with_capacity(steps.len());
+        for step in steps.into_iter().rev() {
+            let (edited, inverse) = self.take(step);
+            inverses.push(inverse);
+            all = Some(Edited {
+                dirty_box: all.map_or(edited.dirty_box, |a| a.dirty_box.union(edited.dirty_box)),
+                ..edited
+            });
+        }
+        Some((all?, inverses))
     }
 }

@@ -71,7 +71,13 @@ pub mod wgsl {
     /// Materials of sparse bricks.
     pub const MATERIAL: &str = include_str!("bricks/material.wgsl");
     /// Making sparse bricks: lists, `measure`, `plan`, `fill_bricks`, `fill_materials`, `settle` and `give_back`.
-    pub const SPARSE: &str = include_str!("bricks/build.wgsl");
+    pub const SPARSE: &str = concat!(
+        include_str!("bricks/build.wgsl"),
+        include_str!("bricks/measure.wgsl"),
+        include_str!("bricks/fill.wgsl"),
+        include_str!("bricks/looks.wgsl"),
+        include_str!("bricks/settle.wgsl")
+    );
     /// Moving sparse bricks to another pool: `repack`.
     pub const REPACK: &str = include_str!("bricks/repack.wgsl");
     /// Filling bricks and the cells without one: `fill_bricks` and `fill_vacant`.

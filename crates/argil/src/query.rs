@@ -4,10 +4,11 @@
 //! balls go from ball to ball (sphere tracing, Hart 1996), and boxes are halved until each is free, solid or as small as
 //! was asked for (interval search, Duff 1992).
 
+mod closest;
+
 use crate::probe::{Probe, material_of};
 use crate::{Material, World};
-use argil_abi::Instr;
-use argil_abi::WORLD_LIMIT;
+use argil_abi::{Instr, WORLD_LIMIT};
 use argil_field::{Evaluator, LANES, Program};
 use argil_math::Aabb;
 use argil_volume::Volume;
@@ -177,104 +178,6 @@ impl<'a> Query<'a> {
         }
     }
 
-    /// The nearest point of the surface, or the best that is found among [`MOST_BOXES`] boxes, and which of the two it is;
-    /// nothing where none is found within `most`.
-    pub fn closest_point(&self, point: [f32; 3], most: f32) -> Option<Closest> {
-        self.closest_point_among(point, most, MOST_BOXES)
-    }
-
-    /// The same among so many boxes, for who has little time: where brushes are twisted or blended a box takes up to some 10 µs, and
-    /// a few hundred of them find a point that is near enough to step out of a wall.
-    ///
-    /// ```
-    /// use argil::{Brush, Engine, Scene, Shape};
-    /// let mut scene = Scene::new();
-    /// scene.push(Brush::new(Shape::sphere(0.5)))?;
-    /// let world = Engine::cpu().build(&scene)?.field();
-    /// let found = world.query().closest_point_among([0.0, 0.8, 0.0], 1.0, 256);
-    /// assert!(found.is_some_and(|found| (found.distance - 0.3).abs() < 1e-3));
-    /// # Ok::<(), Box<dyn std::error::Error>>(())
-    /// ```
-    pub fn closest_point_among(&self, point: [f32; 3], most: f32, boxes: usize) -> Option<Closest> {
-        let p = Vec3::from(point);
-        if !p.is_finite() || most.is_nan() {
-            return None;
-        }
-        let mut probe = self.probe();
-        let d = self.tell(&mut probe, p).0;
-        let lipschitz = self.tables().lipschitz();
-        // The surface is not in the ball that is free; how far it is at most a walk tells, or the search goes to `most`.
-        let free = d.abs() / lipschitz;
-        let mut best = self.walk(&mut probe, p).filter(|q| q.distance(p) <= most);
-        let mut reach = best.map_or(most, |q| q.distance(p));
-        let bounds = self.tables().aabb().grown(self.epsilon);
-        if best.is_none() {
-            // No farther than what there is.
-            let farthest = bounds.corners().map(|c| c.distance(p));
-            reach = reach.min(farthest.into_iter().fold(0.0, f32::max));
-        }
-        let found = |best: Option<Vec3>, is_nearest: bool| {
-            best.map(|q| Closest {
-                point: q.to_array(),
-                distance: q.distance(p),
-                is_nearest,
-            })
-        };
-        if !reach.is_finite() || reach <= free || bounds.is_empty() {
-            return found(best, reach.is_finite());
-        }
-        // The nearest boxes first.
-        let whole = Aabb::new(p - reach, p + reach);
-        let mut open = std::collections::BinaryHeap::new();
-        open.push(Open(0.0, whole));
-        let mut looked_at = 0;
-        let mut is_nearest = true;
-        while let Some(Open(nearest, held)) = open.pop() {
-            if nearest >= 0.99 * reach {
-                break;
-            }
-            if looked_at >= boxes {
-                is_nearest = false;
-                break;
-            }
-            looked_at += 1;
-            let center = held.center();
-            let half = held.half_diagonal();
-            let d = self.tell(&mut probe, center).0;
-            if d.abs() > lipschitz * half + self.slack(held) {
-                continue;
-            }
-            let is_least = |reach: f32| half < 0.005 * reach.max(self.epsilon);
-            if (half < 0.25 * free.max(self.epsilon) || is_least(reach))
-                && let Some(q) = self.walk(&mut probe, center)
-                && q.distance(p) < reach
-            {
-                reach = q.distance(p);
-                best = Some(q);
-            }
-            if is_least(reach) {
-                continue;
-            }
-            for corner in held.corners() {
-                let part = Aabb::new(corner.min(center), corner.max(center));
-                let nearest = p.distance(p.clamp(part.min, part.max)).max(free);
-                if nearest < 0.99 * reach {
-                    open.push(Open(nearest, part));
-                }
-            }
-        }
-        found(best, is_nearest)
-    }
-
-    /// [`Query::closest_point`] of many points, on rayon's threads.
-    pub fn closest_points(&self, points: &[[f32; 3]], most: f32) -> Vec<Option<Closest>> {
-        use rayon::prelude::*;
-        points
-            .par_iter()
-            .map(|&point| self.closest_point(point, most))
-            .collect()
-    }
-
     /// What holds of all of the scene.
     pub(crate) fn tables(&self) -> &'a Program {
         self.world.tables()
@@ -430,30 +333,6 @@ impl<'a> Query<'a> {
         } else {
             Overlap::Outside
         }
-    }
-}
-
-/// A box to be looked at, by how near it is.
-struct Open(f32, Aabb);
-
-impl PartialEq for Open {
-    fn eq(&self, other: &Self) -> bool {
-        self.cmp(other).is_eq()
-    }
-}
-
-impl Eq for Open {}
-
-impl PartialOrd for Open {
-    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl Ord for Open {
-    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
-        // The nearest is the greatest.
-        other.0.total_cmp(&self.0)
     }
 }
 

@@ -1,4 +1,6 @@
 //! Worlds that follow their scenes.
+//!
+//! *Length.* A test for each kind of change that a world follows, with the scenes that they share.
 
 use argil::{
     Aabb, Backend, Bits, BricksOptions, Brush, Edit, Engine, Material, Modifier, Pace, Range,

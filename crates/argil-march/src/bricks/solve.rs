@@ -214,7 +214,7 @@ fn first_root([c0, c1, c2, c3]: [f32; 4]) -> (f32, bool) {
 
 /// The normals at the places of hits.
 #[inline(always)]
-fn normals<T: Texel>(
+pub(super) fn normals<T: Texel>(
     corners: &Corners,
     beyond: &Beyond,
     place: &[[f32; LANES]; 3],

@@ -17,7 +17,7 @@ const NEAR_VOXELS: f32 = argil_abi::NEAR_VOXELS;
 /// A ray that a pixel's footprint ends is so many voxels within what is stored, at least.
 const MARGIN_VOXELS: f32 = argil_abi::BRICK_MARGIN_VOXELS;
 /// How much of what spheres along a plane allow a ray goes beyond its own.
-const RELAXATION: f32 = argil_abi::RELAXATION;
+pub(super) const RELAXATION: f32 = argil_abi::RELAXATION;
 /// A ray that leaves a cell or a voxel goes so many voxels farther, and so much of its length, to be in the next.
 pub(super) const NUDGE_VOXELS: f32 = argil_abi::NUDGE_VOXELS;
 pub(super) const NUDGE_SHARE: f32 = argil_abi::NUDGE_SHARE;

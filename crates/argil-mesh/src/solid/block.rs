@@ -132,7 +132,7 @@ fn nearer_in(solid: &Solid, p: Vec3, leaf: u32, best: (f32, u32)) -> (f32, u32) 
 
 /// Give distances their signs.
 #[inline(always)]
-fn signs(solid: &Solid, block: &SampledBlock, out: &mut [f32]) {
+pub(super) fn signs(solid: &Solid, block: &SampledBlock, out: &mut [f32]) {
     let mut is_known = [false; POINTS];
     let mut todo: Vec<u16> = Vec::with_capacity(POINTS);
     for (c, corner) in block.corners.iter().enumerate() {

@@ -26,7 +26,7 @@ const FEW_ITEMS: usize = 64;
 /// The scene that a text is, or nothing, if the other reader has to look at it.
 pub(super) fn read(text: &[u8]) -> Option<Scene> {
     let text = text
-        .strip_prefix(super::read::BYTE_ORDER_MARK)
+        .strip_prefix(super::tokens::BYTE_ORDER_MARK)
         .unwrap_or(text);
     let fields: Members<'_, String> = serde_json::from_slice(text).ok()?;
     let mut fields = fields.0.into_iter();

@@ -11,97 +11,34 @@
 use super::table::{BlockTable, FAR_ENTRY, FAR_SLOTS};
 use super::words::{center_of, is_brick};
 use super::{BLOCK_SIDE, BrickLayout, Bricks};
-use crate::Texel;
-use crate::batch::{pair_at, unpacked};
+use crate::batch::pair_at;
+use crate::{Beyond, Corners, Located, Texel};
 use argil_field::LANES;
 use glam::IVec3;
 
 /// Bricks, ready to be sampled.
 pub struct BrickSampler<'a, T> {
-    bricks: &'a Bricks,
-    words: &'a [u32],
-    pool: &'a [T],
-    layout: BrickLayout,
+    pub(super) bricks: &'a Bricks,
+    pub(super) words: &'a [u32],
+    pub(super) pool: &'a [T],
+    pub(super) layout: BrickLayout,
     /// The box in voxels, and its first and last cells.
-    begin: [f32; 3],
-    end: [f32; 3],
-    low: [f32; 3],
-    last: [f32; 3],
+    pub(super) begin: [f32; 3],
+    pub(super) end: [f32; 3],
+    pub(super) low: [f32; 3],
+    pub(super) last: [f32; 3],
     /// From the first cell to that of the block where the table begins.
     to_table: [u32; 3],
     /// Entries of the table's top, and levels below it.
     top: [u32; 3],
-    levels: u32,
+    pub(super) levels: u32,
     entries: &'a [u32],
     /// Bricks that there are.
     count: u32,
     /// The length that an integer of 1 stands for.
-    quantum: f32,
+    pub(super) quantum: f32,
     /// By how much a distance can change over a voxel's edge.
     steepness: f32,
-}
-
-/// Where points lie: their cell, its word, and the place in it in voxels.
-pub struct Located {
-    /// The cell's place along each axis.
-    pub cell: [[f32; LANES]; 3],
-    /// From the cell's least corner, 0 to the brick's side.
-    pub inner: [[f32; LANES]; 3],
-    /// What is in the cell.
-    pub word: [u32; LANES],
-    /// Where the word stands.
-    pub index: [u32; LANES],
-}
-
-impl Default for Located {
-    fn default() -> Self {
-        Self {
-            cell: [[0.0; LANES]; 3],
-            inner: [[0.0; LANES]; 3],
-            word: [0; LANES],
-            index: [0; LANES],
-        }
-    }
-}
-
-/// The samples at a voxel's corners, two neighbours along x in each word, and where in the voxel a point is.
-pub struct Corners {
-    pub(crate) pairs: [[u32; LANES]; 4],
-    /// The voxel's place in its brick.
-    pub voxel: [[f32; LANES]; 3],
-    /// From the voxel's least corner, 0 to 1.
-    pub fraction: [[f32; LANES]; 3],
-    /// Where the voxel's first sample stands.
-    start: [u32; LANES],
-}
-
-/// Beyond the face of a voxel that is nearest along each axis: the next plane of samples, four each, and 1 for whether they
-/// are there.
-pub struct Beyond {
-    /// By axis: first along the lower of the other two axes.
-    pub plane: [[[f32; LANES]; 4]; 3],
-    /// By axis.
-    pub is_there: [[f32; LANES]; 3],
-}
-
-impl Default for Beyond {
-    fn default() -> Self {
-        Self {
-            plane: [[[0.0; LANES]; 4]; 3],
-            is_there: [[0.0; LANES]; 3],
-        }
-    }
-}
-
-impl Default for Corners {
-    fn default() -> Self {
-        Self {
-            pairs: [[0; LANES]; 4],
-            voxel: [[0.0; LANES]; 3],
-            fraction: [[0.0; LANES]; 3],
-            start: [0; LANES],
-        }
-    }
 }
 
 /// Whole numbers from 0 to below 2³¹.
@@ -115,7 +52,7 @@ unsafe fn whole(v: f32) -> u32 {
 }
 
 #[inline(always)]
-fn low(a: f32, b: f32) -> f32 {
+pub(super) fn low(a: f32, b: f32) -> f32 {
     if a < b { a } else { b }
 }
 
@@ -394,168 +331,5 @@ impl<'a, T: Texel> BrickSampler<'a, T> {
         }
         let word = *self.words.get(self.bricks.word_index(cell))?;
         is_brick(word).then_some(word)
-    }
-
-    /// The signed distances at points in the world as nearly as they are known: interpolated in bricks, elsewhere between
-    /// cells' centres; beyond the box, as much more as the way to it. For light, not for steps.
-    ///
-    /// # Panics
-    /// If there are more points than [`LANES`], or the slices differ in length.
-    #[inline(always)]
-    pub fn estimates(&self, points: [&[f32]; 3], out: &mut [f32]) {
-        let n = out.len();
-        assert!(n <= LANES && points.iter().all(|p| p.len() == n));
-        let lattice = &self.layout.lattice;
-        let per_voxel = 1.0 / lattice.voxel;
-        let mut u = [[0.0f32; LANES]; 3];
-        let mut beside = [0.0f32; LANES];
-        for (axis, from) in points.into_iter().enumerate() {
-            let corner = lattice.corner[axis];
-            let (begin, end) = (self.begin[axis], self.end[axis]);
-            for i in 0..n {
-                let own = (from[i] - corner) * per_voxel;
-                let held = low(if own > begin { own } else { begin }, end);
-                u[axis][i] = held;
-                beside[i] += (own - held) * (own - held);
-            }
-        }
-        let (mut at, mut corners) = (Located::default(), Corners::default());
-        self.locate([&u[0][..n], &u[1][..n], &u[2][..n]], &mut at);
-        self.corners(&at, n, &mut corners);
-        for i in 0..n {
-            let d = if is_brick(at.word[i]) {
-                corners.value::<T>(i) * self.quantum
-            } else {
-                self.between_centers([u[0][i], u[1][i], u[2][i]])
-            };
-            out[i] = d + beside[i].sqrt() * lattice.voxel;
-        }
-    }
-
-    /// Interpolated between the centres of the eight nearest cells.
-    fn between_centers(&self, u: [f32; 3]) -> f32 {
-        let per_cell = 1.0 / self.layout.brick as f32;
-        let mut low_cell = [0.0f32; 3];
-        let mut share = [0.0f32; 3];
-        for axis in 0..3 {
-            let (first, last) = (self.low[axis], self.last[axis]);
-            let place = (u[axis] * per_cell - 0.5).clamp(first, last);
-            let begin = low(place.floor(), (last - 1.0).max(first));
-            low_cell[axis] = begin;
-            share[axis] = place - begin;
-        }
-        let mut total = 0.0;
-        for corner in 0..8u32 {
-            let mut cell = low_cell;
-            let mut weight = 1.0;
-            for axis in 0..3 {
-                let is_far = corner >> axis & 1 != 0;
-                let step = if is_far { 1.0 } else { 0.0 };
-                cell[axis] = low(cell[axis] + step, self.last[axis]);
-                weight *= if is_far {
-                    share[axis]
-                } else {
-                    1.0 - share[axis]
-                };
-            }
-            if weight > 0.0 {
-                total += weight * self.at_center(IVec3::from_array(cell.map(|c| c as i32)));
-            }
-        }
-        total
-    }
-
-    /// The distance at a cell's centre.
-    fn at_center(&self, cell: IVec3) -> f32 {
-        let word = self.words[self.bricks.word_index(cell)];
-        if !is_brick(word) {
-            return center_of(word);
-        }
-        let (half, side) = (self.layout.brick / 2, self.layout.brick + 1);
-        let middle = half * (1 + side * (1 + side));
-        let sample = self.pool[(word * self.layout.brick_samples() + middle) as usize];
-        sample.integer() * self.quantum
-    }
-
-    /// The signed distances at points in the world: interpolated in bricks, elsewhere what is stored. `margin` is taken
-    /// off the length of those that are interpolated.
-    ///
-    /// # Panics
-    /// If there are more points than [`LANES`], or the slices differ in length.
-    #[inline(always)]
-    pub fn distances(&self, [x, y, z]: [&[f32]; 3], margin: f32, out: &mut [f32]) {
-        let n = out.len();
-        assert!(n <= LANES && x.len() == n && y.len() == n && z.len() == n);
-        let (corner, per_voxel) = (self.layout.lattice.corner, 1.0 / self.layout.lattice.voxel);
-        let mut u = [[0.0f32; LANES]; 3];
-        for (axis, from) in [x, y, z].into_iter().enumerate() {
-            for i in 0..n {
-                u[axis][i] = (from[i] - corner[axis]) * per_voxel;
-            }
-        }
-        let (mut at, mut corners) = (Located::default(), Corners::default());
-        self.locate([&u[0][..n], &u[1][..n], &u[2][..n]], &mut at);
-        self.corners(&at, n, &mut corners);
-        for i in 0..n {
-            let d = corners.value::<T>(i) * self.quantum;
-            let word = at.word[i];
-            let length = d.abs() - margin;
-            let length = if length > 0.0 { length } else { 0.0 };
-            let shorter = if d < 0.0 { -length } else { length };
-            out[i] = if is_brick(word) {
-                shorter
-            } else {
-                self.away(&at, i)
-            };
-        }
-        if self.levels > 0 {
-            self.add_ways_out([&u[0][..n], &u[1][..n], &u[2][..n]], &at, out);
-        }
-    }
-
-    /// In a large empty cube, the surface is as far from a point as it is from the cube, and the way out of that.
-    fn add_ways_out(&self, u: [&[f32]; 3], at: &Located, out: &mut [f32]) {
-        for i in 0..out.len() {
-            let cells = self.empty_cells(at, i);
-            if cells <= BLOCK_SIDE {
-                continue;
-            }
-            let edge = (cells * self.layout.brick) as f32;
-            let mut way = edge;
-            for axis in 0..3 {
-                let begin = (u[axis][i] / edge).floor() * edge;
-                way = low(way, low(u[axis][i] - begin, begin + edge - u[axis][i]));
-            }
-            let way = if way > 0.0 { way } else { 0.0 } * self.layout.lattice.voxel;
-            let d = center_of(at.word[i]);
-            out[i] = if d < 0.0 { d - way } else { d + way };
-        }
-    }
-}
-
-impl Corners {
-    /// The eight corners of a lane, x fastest.
-    #[inline(always)]
-    pub fn integers<T: Texel>(&self, i: usize) -> [f32; 8] {
-        let (a, b) = unpacked::<T>(self.pairs[0][i]);
-        let (c, d) = unpacked::<T>(self.pairs[1][i]);
-        let (e, f) = unpacked::<T>(self.pairs[2][i]);
-        let (g, h) = unpacked::<T>(self.pairs[3][i]);
-        [a, b, c, d, e, f, g, h]
-    }
-
-    /// What is interpolated between a lane's corners.
-    #[inline(always)]
-    pub fn value<T: Texel>(&self, i: usize) -> f32 {
-        let [a, b, c, d, e, f, g, h] = self.integers::<T>(i);
-        let (x, y, z) = (
-            self.fraction[0][i],
-            self.fraction[1][i],
-            self.fraction[2][i],
-        );
-        let (p, q) = (a + (b - a) * x, c + (d - c) * x);
-        let (r, s) = (e + (f - e) * x, g + (h - g) * x);
-        let (near, far) = (p + (q - p) * y, r + (s - r) * y);
-        near + (far - near) * z
     }
 }

@@ -1,0 +1,150 @@
+//! The passes that turn distances into triangles.
+
+use crate::pass::{
+    Bind, CASES, CELLS, EDGE_ROWS, FIELD_BINDS, MARCHING, OWNERS, SPANS, SPREAD, STORED,
+    TABLES_WGSL, TRIANGLES, UNIT_GROUPS, UNITS, VERTICES, VOLUME, layout, pipelines,
+};
+use crate::resources::uniform_of;
+use crate::{GpuError, GpuField};
+use argil_mesh::{marching::table::cases, wgsl};
+
+/// The bindings, as the shaders name them.
+const BINDS_WGSL: &str = "
+@group(0) @binding(BIND_VOLUME) var<uniform> volume: Volume;
+@group(0) @binding(BIND_STORED) var stored: texture_3d<f32>;
+@group(0) @binding(BIND_MARCHING) var<uniform> marching: Marching;
+@group(0) @binding(BIND_CASES) var<uniform> cases: array<vec4<u32>, 128>;
+@group(0) @binding(BIND_UNITS) var<storage, read_write> units: array<Unit>;
+@group(0) @binding(BIND_UNIT_GROUPS) var<storage, read_write> groups: array<vec4<u32>>;
+@group(0) @binding(BIND_EDGE_ROWS) var<storage, read_write> rows: array<vec4<u32>>;
+";
+
+const OUT_WGSL: &str = "
+@group(0) @binding(BIND_MARCHING) var<uniform> marching: Marching;
+";
+
+const MESH_WGSL: &str = "
+@group(0) @binding(BIND_VERTICES) var<storage, read_write> vertices: array<f32>;
+@group(0) @binding(BIND_TRIANGLES) var<storage, read_write> triangles: array<u32>;
+";
+
+const SPANS_WGSL: &str = "
+@group(0) @binding(BIND_SPANS) var<storage, read_write> spans: array<vec4<f32>>;
+";
+
+const CELLS_WGSL: &str = "
+@group(0) @binding(BIND_CELLS) var<storage, read> cells: array<u32>;
+@group(0) @binding(BIND_OWNERS) var<storage, read_write> owners: array<u32>;
+";
+
+const SPREAD_WGSL: &str = "
+@group(0) @binding(BIND_SPREAD) var<storage, read_write> spread: array<f32>;
+";
+
+/// Exact vertices need those and no triangles.
+const EXACT_WGSL: &str = "
+@group(0) @binding(BIND_VERTICES) var<storage, read_write> vertices: array<f32>;
+";
+
+/// The passes, compiled once for a field and a kind of volume.
+pub(crate) struct MarchPasses {
+    pub(super) layout: wgpu::BindGroupLayout,
+    pub(super) find_owners: Option<wgpu::ComputePipeline>,
+    pub(super) march: [wgpu::ComputePipeline; 5],
+    pub(super) exact_layout: wgpu::BindGroupLayout,
+    pub(super) refine: wgpu::ComputePipeline,
+    pub(super) unshared_layout: wgpu::BindGroupLayout,
+    pub(super) unshare: wgpu::ComputePipeline,
+    pub(super) cases: wgpu::Buffer,
+}
+
+impl MarchPasses {
+    pub fn new(field: &GpuField, of_bricks: bool) -> Result<Self, GpuError> {
+        let gpu = field.gpu();
+        let (own, march) = if of_bricks {
+            let own = [CELLS_WGSL, argil_volume::wgsl::WORDS].concat();
+            (own, wgsl::BRICKS)
+        } else {
+            (String::new(), wgsl::DENSE)
+        };
+        let abi = argil_abi::wgsl();
+        let source = [&abi, BINDS_WGSL, MESH_WGSL, SPANS_WGSL, &own, march].concat();
+        let mut binds = vec![
+            Bind::Uniform(VOLUME),
+            Bind::Texture(STORED),
+            Bind::Uniform(MARCHING),
+            Bind::Uniform(CASES),
+        ];
+        binds.extend([UNITS, UNIT_GROUPS, EDGE_ROWS].map(Bind::Write));
+        binds.extend([VERTICES, TRIANGLES, SPANS].map(Bind::Write));
+        if of_bricks {
+            binds.extend([Bind::Read(CELLS), Bind::Write(OWNERS)]);
+        }
+        let layout = gpu.checked(|| layout(gpu, "March", &binds))?;
+        let entry_points = [
+            "count_units",
+            "add_units",
+            "add_groups",
+            "place_rows",
+            "emit",
+        ];
+        let march = pipelines(gpu, source.clone(), &layout, &[], entry_points)?;
+        let find_owners = if of_bricks {
+            let [pass] = pipelines(gpu, source, &layout, &[], ["find_owners"])?;
+            Some(pass)
+        } else {
+            None
+        };
+
+        let source = [
+            &abi,
+            TABLES_WGSL,
+            OUT_WGSL,
+            EXACT_WGSL,
+            SPANS_WGSL,
+            field.field_wgsl(),
+            wgsl::EXACT,
+        ];
+        let mut binds = FIELD_BINDS.to_vec();
+        binds.push(Bind::Uniform(MARCHING));
+        binds.extend([VERTICES, SPANS].map(Bind::Write));
+        let exact_layout = gpu.checked(|| self::layout(gpu, "March::refine", &binds))?;
+        let [refine] = pipelines(gpu, source.concat(), &exact_layout, &[], ["refine"])?;
+
+        let source = [&abi, OUT_WGSL, MESH_WGSL, SPREAD_WGSL, wgsl::UNSHARED];
+        let mut binds = vec![Bind::Uniform(MARCHING)];
+        binds.extend([VERTICES, TRIANGLES, SPREAD].map(Bind::Write));
+        let unshared_layout = gpu.checked(|| self::layout(gpu, "March::unshare", &binds))?;
+        let [unshare] = pipelines(gpu, source.concat(), &unshared_layout, &[], ["unshare"])?;
+
+        let cases = gpu.checked(|| {
+            let cases = uniform_of::<[u64; 256]>(gpu, "cases");
+            let packed = cases_packed();
+            gpu.queue
+                .write_buffer(&cases, 0, bytemuck::cast_slice(&packed));
+            cases
+        })?;
+        Ok(Self {
+            layout,
+            find_owners,
+            march,
+            exact_layout,
+            refine,
+            unshared_layout,
+            unshare,
+            cases,
+        })
+    }
+}
+
+/// Each case's edges, four bits each, and above them how many triangles they make.
+fn cases_packed() -> Vec<u64> {
+    let pack = |case: &argil_mesh::marching::table::Case| {
+        let edges = case.triangles().iter().flatten();
+        let words = edges.enumerate().fold(0, |words, (nth, &edge)| {
+            words | u64::from(edge) << (4 * nth)
+        });
+        words | u64::from(case.count) << 60
+    };
+    cases().iter().map(pack).collect()
+}

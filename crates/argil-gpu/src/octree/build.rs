@@ -1,0 +1,330 @@
+//! An octree is built: no step of it waits for the CPU.
+
+use super::TreeTables;
+use crate::bake::{Bake, Groups};
+use crate::dense::{layers, target_wgsl, tile_side};
+use crate::pass::{
+    ARGUMENTS, Bind, CENTERS, FIELD_BINDS, FILL, KEYS, NODES, OCCUPIED, TABLES_WGSL, TEXELS,
+    TREE_WORDS, VOLUME, entry, layout, pipelines,
+};
+use crate::resources::{texture, uniform_of};
+use crate::table::Table;
+use crate::{Gpu, GpuError, GpuField, GpuVolume, Order, StagesMs};
+use argil_abi::{self as abi, Fill, Node, Volume as Words};
+use argil_field::Program;
+use argil_volume::{Keep, Layout, wgsl};
+
+/// Most cells for the enumeration sort.
+const MOST_TO_ENUMERATE: u32 = 32_768;
+
+/// The bindings of each module, as the shaders name them.
+const SELECT_BINDS_WGSL: &str = "
+@group(0) @binding(BIND_VOLUME) var<uniform> volume: Volume;
+@group(0) @binding(BIND_TREE_WORDS) var<storage, read_write> tree_words: array<atomic<u32>>;
+@group(0) @binding(BIND_OCCUPIED) var<storage, read_write> occupied: array<atomic<u32>>;
+@group(0) @binding(BIND_CENTERS) var<storage, read_write> centers: array<f32>;
+";
+
+const TREE_BINDS_WGSL: &str = "
+@group(0) @binding(BIND_VOLUME) var<uniform> volume: Volume;
+@group(0) @binding(BIND_NODES) var<storage, read_write> node_words: array<atomic<u32>>;
+@group(0) @binding(BIND_TREE_WORDS) var<storage, read_write> tree_words: array<atomic<u32>>;
+@group(0) @binding(BIND_OCCUPIED) var<storage, read_write> occupied: array<atomic<u32>>;
+@group(0) @binding(BIND_KEYS) var<storage, read_write> keys: array<u32>;
+@group(0) @binding(BIND_ARGUMENTS) var<storage, read_write> arguments: array<u32>;
+";
+
+const BRICKS_BINDS_WGSL: &str = "
+@group(0) @binding(BIND_VOLUME) var<uniform> volume: Volume;
+@group(0) @binding(BIND_TREE_WORDS) var<storage, read> tree_words: array<u32>;
+@group(0) @binding(BIND_CENTERS) var<storage, read> centers: array<f32>;
+@group(0) @binding(BIND_KEYS) var<storage, read> keys: array<u32>;
+";
+
+/// A pass's layout and its pipelines.
+type Passes<const N: usize> = (wgpu::BindGroupLayout, [wgpu::ComputePipeline; N]);
+
+impl GpuVolume {
+    /// Build an octree from a field; what the stages took.
+    pub async fn octree(
+        field: &GpuField,
+        program: &Program,
+        measures: Layout,
+        keep: Keep,
+        order: Order,
+    ) -> Result<(Self, StagesMs), GpuError> {
+        let gpu = field.gpu();
+        let codes = measures.code_count();
+        if order == Order::Enumerated && codes > MOST_TO_ENUMERATE {
+            let limit = MOST_TO_ENUMERATE;
+            return Err(GpuError::TooManyToEnumerate { codes, limit });
+        }
+        let words = measures.words(program, keep);
+        let build = Build::new(field, measures, &words, order)?;
+        let (tree_layout, [compact, rank, link]) = tree_passes(gpu)?;
+        let tree_group = build.tree_group(&tree_layout)?;
+        let mut bake = Bake::new(gpu)?;
+        build.select(&mut bake, order).await?;
+        let once = Groups::Direct([1, 1, 1]);
+        let (sort, groups) = match order {
+            Order::Counted => (&compact, once),
+            Order::Enumerated => {
+                let groups = (measures.capacity() as u32).div_ceil(256);
+                (&rank, Groups::Direct([groups, 1, 1]))
+            }
+        };
+        bake.pass("sort", sort, &tree_group, groups).await?;
+        build.fill(&mut bake, program).await?;
+        bake.pass("tree", &link, &tree_group, once).await?;
+        let stages = bake.finish().await?;
+        let (lattice, encoding) = (measures.lattice, measures.encoding);
+        let Build {
+            texture, tables, ..
+        } = build;
+        let volume = Self::new(field, (lattice, encoding), texture, words, tables)?;
+        Ok((volume, stages))
+    }
+}
+
+/// What a build works with; tables have room for all bricks.
+struct Build<'a> {
+    field: &'a GpuField,
+    measures: Layout,
+    texture: wgpu::Texture,
+    tables: TreeTables,
+    occupied: Table,
+    centers: Table,
+    volume: wgpu::Buffer,
+    fill: wgpu::Buffer,
+    arguments: wgpu::Buffer,
+}
+
+impl<'a> Build<'a> {
+    fn new(
+        field: &'a GpuField,
+        measures: Layout,
+        words: &Words,
+        order: Order,
+    ) -> Result<Self, GpuError> {
+        let gpu = field.gpu();
+        let texture = texture(gpu, &measures.lattice, measures.encoding.bits, 1)?;
+        let capacity = measures.capacity();
+        let nodes: u64 = (0..measures.depth)
+            .map(|level| capacity.min(1 << (3 * (measures.depth - 1 - level))))
+            .sum();
+        let mut tables = TreeTables::new(measures);
+        let bytes = 4 * u64::from(abi::TREE_WORDS);
+        tables.words.reserve_exact(gpu, bytes)?;
+        tables.keys.reserve_exact(gpu, 4 * (capacity + nodes))?;
+        let bytes = size_of::<Node>() as u64 * nodes;
+        tables.nodes.reserve_exact(gpu, bytes)?;
+        let mut occupied = Table::new("occupied cells");
+        let code_count = measures.code_count();
+        let occupied_words = match order {
+            Order::Counted => u64::from(code_count.div_ceil(32)),
+            Order::Enumerated => capacity,
+        };
+        occupied.reserve_exact(gpu, 4 * occupied_words)?;
+        let mut centers = Table::new("distances of cells");
+        centers.reserve_exact(gpu, 4 * u64::from(code_count))?;
+        let (volume, fill, arguments) = gpu.checked(|| {
+            let arguments = gpu.device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some("bricks to fill"),
+                size: 16,
+                usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::INDIRECT,
+                mapped_at_creation: false,
+            });
+            let volume = uniform_of::<Words>(gpu, "volume");
+            (volume, uniform_of::<Fill>(gpu, "fill"), arguments)
+        })?;
+        gpu.queue
+            .write_buffer(&volume, 0, bytemuck::bytes_of(words));
+        clear(gpu, [&tables.words, &tables.nodes, &occupied])?;
+        Ok(Self {
+            field,
+            measures,
+            texture,
+            tables,
+            occupied,
+            centers,
+            volume,
+            fill,
+            arguments,
+        })
+    }
+
+    fn group(
+        &self,
+        label: &str,
+        layout: &wgpu::BindGroupLayout,
+        entries: &[wgpu::BindGroupEntry<'_>],
+    ) -> Result<wgpu::BindGroup, GpuError> {
+        let gpu = self.field.gpu();
+        gpu.checked(|| {
+            gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+                label: Some(label),
+                layout,
+                entries,
+            })
+        })
+    }
+
+    fn tree_group(&self, layout: &wgpu::BindGroupLayout) -> Result<wgpu::BindGroup, GpuError> {
+        let mut entries = vec![
+            entry(VOLUME, &self.volume),
+            entry(ARGUMENTS, &self.arguments),
+        ];
+        entries.extend(self.tables.nodes.binding(NODES));
+        entries.extend(self.tables.words.binding(TREE_WORDS));
+        entries.extend(self.occupied.binding(OCCUPIED));
+        entries.extend(self.tables.keys.binding(KEYS));
+        self.group("Octree::tree", layout, &entries)
+    }
+
+    /// Find the cells in which the surface can be.
+    async fn select(&self, bake: &mut Bake<'_>, order: Order) -> Result<(), GpuError> {
+        let (layout, [bits, list]) = select_passes(self.field.gpu(), self.field)?;
+        let mut entries: Vec<_> = self.field.table_bindings().collect();
+        entries.push(entry(VOLUME, &self.volume));
+        entries.extend(self.tables.words.binding(TREE_WORDS));
+        entries.extend(self.occupied.binding(OCCUPIED));
+        entries.extend(self.centers.binding(CENTERS));
+        let group = self.group("Octree::select", &layout, &entries)?;
+        let groups = self.measures.code_count().div_ceil(64);
+        let groups = Groups::Direct([
+            groups.min(abi::DISPATCH_ROW),
+            groups.div_ceil(abi::DISPATCH_ROW),
+            1,
+        ]);
+        let select = match order {
+            Order::Counted => &bits,
+            Order::Enumerated => &list,
+        };
+        bake.pass("select", select, &group, groups).await
+    }
+
+    /// Sample the bricks, and what tells of the cells without one.
+    async fn fill(&self, bake: &mut Bake<'_>, program: &Program) -> Result<(), GpuError> {
+        let (field, measures) = (self.field, &self.measures);
+        let gpu = field.gpu();
+        let side = tile_side(gpu, measures.brick);
+        let bits = measures.encoding.bits;
+        let (layout, [bricks, vacant]) = bricks_passes(gpu, field, bits, side)?;
+        let view = self
+            .texture
+            .create_view(&wgpu::TextureViewDescriptor::default());
+        let mut entries: Vec<_> = field.table_bindings().collect();
+        entries.push(entry(VOLUME, &self.volume));
+        entries.push(entry(FILL, &self.fill));
+        entries.push(wgpu::BindGroupEntry {
+            binding: TEXELS,
+            resource: wgpu::BindingResource::TextureView(&view),
+        });
+        entries.extend(self.tables.words.binding(TREE_WORDS));
+        entries.extend(self.centers.binding(CENTERS));
+        entries.extend(self.tables.keys.binding(KEYS));
+        let group = self.group("Octree::fill", &layout, &entries)?;
+        let fill = Fill {
+            tile: measures.brick,
+            ..measures.encoding.fill(program, &measures.lattice, 0)
+        };
+        let area = u64::from(measures.brick * measures.brick);
+        let work = measures.capacity() * area * field.length() as u64;
+        for (first, count) in layers(field, work, measures.brick, side) {
+            let fill = Fill {
+                first_layer: first,
+                layer_count: count,
+                ..fill
+            };
+            gpu.queue
+                .write_buffer(&self.fill, 0, bytemuck::bytes_of(&fill));
+            let groups = Groups::Indirect(&self.arguments, 0);
+            bake.pass("fill", &bricks, &group, groups).await?;
+        }
+        let groups = Groups::Direct(measures.grid.to_array());
+        bake.pass("vacant", &vacant, &group, groups).await
+    }
+}
+
+fn select_passes(gpu: &Gpu, field: &GpuField) -> Result<Passes<2>, GpuError> {
+    let source = [
+        &argil_abi::wgsl(),
+        TABLES_WGSL,
+        SELECT_BINDS_WGSL,
+        field.field_wgsl(),
+        argil_math::morton_wgsl(),
+        wgsl::SELECT,
+    ]
+    .concat();
+    let mut binds = FIELD_BINDS.to_vec();
+    binds.extend([
+        Bind::Uniform(VOLUME),
+        Bind::Write(TREE_WORDS),
+        Bind::Write(OCCUPIED),
+        Bind::Write(CENTERS),
+    ]);
+    let layout = gpu.checked(|| layout(gpu, "Octree::select", &binds))?;
+    let pipelines = pipelines(gpu, source, &layout, &[], ["select_bits", "select_list"])?;
+    Ok((layout, pipelines))
+}
+
+fn tree_passes(gpu: &Gpu) -> Result<Passes<3>, GpuError> {
+    let source = [&argil_abi::wgsl(), TREE_BINDS_WGSL, wgsl::TREE].concat();
+    let binds = [
+        Bind::Uniform(VOLUME),
+        Bind::Write(NODES),
+        Bind::Write(TREE_WORDS),
+        Bind::Write(OCCUPIED),
+        Bind::Write(KEYS),
+        Bind::Write(ARGUMENTS),
+    ];
+    let layout = gpu.checked(|| layout(gpu, "Octree::tree", &binds))?;
+    let pipelines = pipelines(gpu, source, &layout, &[], ["compact", "rank", "build"])?;
+    Ok((layout, pipelines))
+}
+
+fn bricks_passes(
+    gpu: &Gpu,
+    field: &GpuField,
+    bits: argil_volume::Bits,
+    side: u32,
+) -> Result<Passes<2>, GpuError> {
+    let source = [
+        &argil_abi::wgsl(),
+        TABLES_WGSL,
+        &target_wgsl(gpu.texels(bits)),
+        BRICKS_BINDS_WGSL,
+        field.field_wgsl(),
+        argil_math::morton_wgsl(),
+        wgsl::FILL,
+        wgsl::BRICKS,
+    ]
+    .concat();
+    let mut binds = FIELD_BINDS.to_vec();
+    binds.extend([
+        Bind::Uniform(VOLUME),
+        Bind::Uniform(FILL),
+        Bind::Target(TEXELS, gpu.texels(bits).format()),
+        Bind::Read(TREE_WORDS),
+        Bind::Read(CENTERS),
+        Bind::Read(KEYS),
+    ]);
+    let layout = gpu.checked(|| layout(gpu, "Octree::fill", &binds))?;
+    let constants = [("TILE_SIDE", f64::from(side))];
+    let entry_points = ["fill_bricks", "fill_vacant"];
+    let pipelines = pipelines(gpu, source, &layout, &constants, entry_points)?;
+    Ok((layout, pipelines))
+}
+
+/// Set tables to zero.
+fn clear<const N: usize>(gpu: &Gpu, tables: [&crate::table::Table; N]) -> Result<(), GpuError> {
+    gpu.checked(|| {
+        let mut encoder = gpu
+            .device
+            .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        for buffer in tables.into_iter().filter_map(|t| t.buffer()) {
+            encoder.clear_buffer(buffer, 0, None);
+        }
+        gpu.queue.submit([encoder.finish()]);
+    })
+}

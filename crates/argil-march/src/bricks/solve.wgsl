@@ -1,0 +1,125 @@
+// Twin of solve.rs: where a ray near the surface meets it in its voxel, and the normal there.
+
+struct Solved {
+    is_hit: bool,
+    t: f32,
+}
+
+// The first root of the cubic along the ray in the voxel of a brick that it is in, where `gap` is left to the surface.
+// Four of its values tell a cubic: the filter interpolates as the cubic does.
+fn solve(ray: Ray, t: f32, side: f32, gap: f32, origin: vec3<f32>, inner: vec3<f32>) -> Solved {
+    let voxel = min(floor(inner), vec3(f32(volume.brick) - 1.0));
+    let p = inner - voxel;
+    let way = ray.direction * (1.0 / volume.extent_voxel.w);
+    let leave = max(min(way_out(way.x, p.x), min(way_out(way.y, p.y), way_out(way.z, p.z))), 0.0);
+    let third = way * (leave * (1.0 / 3.0));
+    let f1 = brick_distance(origin, inner + third) * side;
+    let f2 = brick_distance(origin, inner + 2.0 * third) * side;
+    let f3 = brick_distance(origin, inner + 3.0 * third) * side;
+    let c0 = gap;
+    let c1 = 0.5 * (18.0 * f1 - 11.0 * gap - 9.0 * f2 + 2.0 * f3);
+    let c2 = 4.5 * (2.0 * gap - 5.0 * f1 + 4.0 * f2 - f3);
+    let c3 = 4.5 * (3.0 * f1 - gap - 3.0 * f2 + f3);
+
+    // It rises and falls at most twice: the first stretch that ends below 0 holds the first root.
+    let a = 3.0 * c3;
+    let root = sqrt(max(c2 * c2 - a * c1, 0.0));
+    let q = -(c2 + select(root, -root, c2 < 0.0));
+    let s1 = clamp(q / select(a, 1e-30, a == 0.0), 0.0, 1.0);
+    let s2 = clamp(c1 / select(q, 1e-30, q == 0.0), 0.0, 1.0);
+    let first = min(s1, s2);
+    let second = max(s1, s2);
+    let in_first = cubic(c3, c2, c1, c0, first) < 0.0;
+    let in_second = cubic(c3, c2, c1, c0, second) < 0.0;
+    let at_end = cubic(c3, c2, c1, c0, 1.0) < 0.0;
+    var begin = second;
+    var end = 1.0;
+    if in_first {
+        begin = 0.0;
+        end = first;
+    } else if in_second {
+        begin = first;
+        end = second;
+    }
+    var f_begin = cubic(c3, c2, c1, c0, begin);
+    var f_end = cubic(c3, c2, c1, c0, end);
+    // Regula falsi, Illinois: the end that stays counts half.
+    var share = end;
+    for (var i = 0u; i < 4u; i++) {
+        let span = f_begin - f_end;
+        share = begin + (end - begin) * (f_begin / select(span, 1.0, span == 0.0));
+        let f = cubic(c3, c2, c1, c0, share);
+        if f < 0.0 {
+            f_begin *= 0.5;
+            end = share;
+            f_end = f;
+        } else {
+            f_end *= 0.5;
+            begin = share;
+            f_begin = f;
+        }
+    }
+    let is_crossed = in_first || in_second || at_end;
+    let starts_below = c0 <= 0.0;
+    let is_close = c0 < max(frame.epsilon, footprint(t));
+    if starts_below || !is_crossed {
+        share = 0.0;
+    }
+    if !(starts_below || is_crossed || is_close) {
+        let u = in_voxels(ray.origin + ray.direction * t);
+        return Solved(false, t + leave + NUDGE_VOXELS * volume.extent_voxel.w + NUDGE_SHARE * t + nudge_for(u));
+    }
+    return Solved(true, t + share * leave);
+}
+
+fn cubic(c3: f32, c2: f32, c1: f32, c0: f32, s: f32) -> f32 {
+    return ((c3 * s + c2) * s + c1) * s + c0;
+}
+
+// What is interpolated at a place that may be beyond a brick's end along an axis, and how far that is from `inner`: in the
+// neighbour's brick, or where there is none, at the brick's end. Without branches, which software devices walk both.
+fn brick_beside(at: Located, axis: u32, by: f32) -> vec2<f32> {
+    let side = f32(volume.brick);
+    var place = at.inner;
+    place[axis] += by;
+    let over = place[axis] - clamp(place[axis], 0.0, side);
+    var cell = vec3<i32>(at.cell);
+    cell[axis] += i32(over > 0.0) - i32(over < 0.0);
+    let held = clamp(cell, low_cell(), high_cell() - 1);
+    let word = word_at(word_index(held));
+    let is_there = is_brick(word) && all(held == cell);
+    let across = select(0.0, select(-side, side, over > 0.0), over != 0.0);
+    place[axis] -= select(over, across, is_there);
+    let d = brick_distance(filter_origin(select(at.word, word, is_there)), place);
+    return vec2(d, by - select(over, 0.0, is_there));
+}
+
+fn change_along(at: Located, axis: u32) -> f32 {
+    // Within a voxel the change is the same everywhere along the axis.
+    var low = -0.5;
+    var high = 0.5;
+    if frame.normals != NORMALS_SMOOTH {
+        var inner = at.inner;
+        let begin = min(floor(inner[axis]), f32(volume.brick) - 1.0);
+        low = begin - inner[axis];
+        high = begin + 1.0 - inner[axis];
+    }
+    let a = brick_beside(at, axis, low);
+    let b = brick_beside(at, axis, high);
+    return (b.x - a.x) / (b.y - a.y);
+}
+
+// The normal at a point of the surface: differences over the voxel or, smooth, over a voxel's width around the point.
+fn brick_normal(p: vec3<f32>, side: f32) -> vec3<f32> {
+    let at = locate(in_voxels(p));
+    let in_brick = is_brick(at.word);
+    let held = Located(at.cell, at.inner, select(0u, at.word, in_brick));
+    let n = vec3(change_along(held, 0u), change_along(held, 1u), change_along(held, 2u));
+    let length = sqrt(n.x * n.x + n.y * n.y + n.z * n.z);
+    return n * select(0.0, side / max(length, 1e-37), in_brick && length > 0.0);
+}
+
+// `march` has found it already.
+fn surface_normal(hit: Hit, p: vec3<f32>) -> vec3<f32> {
+    return hit.normal_t.xyz;
+}

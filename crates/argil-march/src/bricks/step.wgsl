@@ -1,0 +1,119 @@
+// Twin of rays.rs and step.rs: a ray a thread, from step to step.
+
+// A block of pixels a group: one of those that its cone has left.
+@compute @workgroup_size(8, 8)
+fn march(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_id) local: vec3<u32>) {
+    let block_place = live.blocks[group.x].place;
+    let blocks_across = (frame.width + CONE_SIDE - 1u) / CONE_SIDE;
+    let x = block_place % blocks_across * CONE_SIDE + local.x;
+    let y = block_place / blocks_across * CONE_SIDE + local.y;
+    if x >= frame.width || y >= frame.height {
+        return;
+    }
+    let at_pixel = y * frame.width + x;
+    let ray = primary_ray(x, y);
+    let span = box_span(ray);
+    let begin = live.blocks[block_place].begin;
+    let own_steps = select(0u, live.blocks[block_place].steps, local.x == 0u && local.y == 0u);
+    let voxel = volume.extent_voxel.w;
+    let scale = frame.inv_lipschitz;
+    let brick = f32(volume.brick);
+    let held = held_box();
+    let d = vec3(not_zero(ray.direction.x), not_zero(ray.direction.y), not_zero(ray.direction.z));
+    let per_way = voxel / d;
+    // A ray's place in voxels at length t is u_begin + u_way · t.
+    let u_begin = in_voxels(ray.origin);
+    let u_way = ray.direction * (1.0 / voxel);
+    var t = max(span.x, begin);
+    var side = 0.0;
+    var kind = HIT_NONE;
+    var samples = 0u;
+    var looked_up = 0u;
+    var last_index = 0xffffffffu;
+    var is_there = true;
+    // Rounds of marching to the surface and solving there: what is in a branch costs every step on some devices.
+    while is_there {
+        var near = false;
+        var over = 0.0;
+        var last_gap = 0.0;
+        var last_way = 0.0;
+        var inner = vec3(0.0);
+        var origin = vec3(0.0);
+        var g = 0.0;
+        loop {
+            if t > span.y || samples + looked_up >= frame.max_steps {
+                is_there = false;
+                break;
+            }
+            let u = u_begin + u_way * t;
+            let cell = cell_of_held(clamp(u, held.begin, held.end), held);
+            let index = word_index(vec3<i32>(cell));
+            let word = word_at(index);
+            let in_brick = is_brick(word);
+            looked_up += u32(index != last_index);
+            last_index = index;
+            samples += u32(in_brick);
+            inner = clamp(u - cell * brick, vec3(0.0), vec3(brick));
+            origin = filter_origin(select(0u, word, in_brick));
+            let stored_d = select(away(word, inner), brick_distance(origin, inner), in_brick);
+            if side == 0.0 {
+                side = select(1.0, -1.0, stored_d < 0.0 && span.x <= 0.0);
+            }
+            g = stored_d * side;
+            // Spheres that no longer touch: back to where the last one ended.
+            let too_far = over > 0.0 && g < over;
+            near = in_brick && !too_far && g < max(NEAR_VOXELS * voxel, footprint(t));
+            if !in_brick && !too_far && g < 0.0 {
+                kind = select(HIT_OUTSIDE, HIT_INSIDE, side < 0.0);
+                is_there = false;
+            }
+            if near || !is_there {
+                break;
+            }
+            // Out of an empty cell, or block, or what is empty around that.
+            // The slots that no block has are those of empty cubes.
+            let is_cube = HAS_LEVELS && index < FAR_SLOTS * 64u;
+            let edge = select(1.0, f32(far_cells(select(0u, index / 64u, is_cube))), is_cube || is_lonely(word));
+            let first = floor(cell * (1.0 / edge)) * edge;
+            let ahead = select(first, first + edge, d > vec3(0.0));
+            let ways = (ahead * brick - u) * per_way;
+            let leave = min(ways.x, min(ways.y, ways.z)) + NUDGE_VOXELS * voxel + NUDGE_SHARE * t + nudge_for(u);
+            // Along a plane, spheres still touch with so much more than their radius between their centres.
+            let fell = max(last_gap - g, 0.0);
+            let sum = last_way + fell;
+            let share = max((last_way - fell) / select(1.0, sum, sum > 0.0), 0.0);
+            let beyond = select(0.0, RELAXATION * g * share * scale, in_brick && !too_far);
+            let way = select(max(g * scale, leave), g * scale + beyond, in_brick);
+            t += select(way, -over, too_far);
+            last_gap = g;
+            last_way = select(0.0, way, in_brick && !too_far);
+            over = beyond;
+            // Beyond the ray's end it goes no farther than is known to be free.
+            let pull = clamp(t - span.y, 0.0, over);
+            t -= pull;
+            over -= pull;
+            last_way = max(last_way - pull, 0.0);
+        }
+        if !near {
+            break;
+        }
+        samples++;
+        let solved = solve(ray, t, side, g, origin, inner);
+        t = solved.t;
+        if solved.is_hit {
+            kind = select(HIT_OUTSIDE, HIT_INSIDE, side < 0.0);
+            is_there = false;
+        }
+    }
+    var normal = brick_normal(ray.origin + ray.direction * t, select(1.0, -1.0, kind == HIT_INSIDE));
+    // Where all differences are the same, towards the viewer.
+    if all(normal == vec3(0.0)) {
+        normal = -ray.direction;
+    }
+    if kind == HIT_NONE {
+        normal = vec3(0.0);
+        t = 0.0;
+    }
+    let mark = select(last_index + 1u, 0u, kind == HIT_NONE);
+    hits[at_pixel] = Hit(vec4(normal, t), kind, samples + looked_up + own_steps, 1.0, 0.0, 0u, looked_up, mark, 0u);
+}

@@ -1,0 +1,151 @@
+//! Distances that bricks tell wherever a point is.
+
+#![expect(
+    clippy::needless_range_loop,
+    reason = "a lane has its place in many arrays"
+)]
+
+use super::BLOCK_SIDE;
+use super::words::{center_of, is_brick};
+use crate::bricks::batch::low;
+use crate::{BrickSampler, Corners, Located, Texel};
+use argil_field::LANES;
+use glam::IVec3;
+
+impl<T: Texel> BrickSampler<'_, T> {
+    /// The signed distances at points in the world as nearly as they are known: interpolated in bricks, elsewhere between
+    /// cells' centres; beyond the box, as much more as the way to it. For light, not for steps.
+    ///
+    /// # Panics
+    /// If there are more points than [`LANES`], or the slices differ in length.
+    #[inline(always)]
+    pub fn estimates(&self, points: [&[f32]; 3], out: &mut [f32]) {
+        let n = out.len();
+        assert!(n <= LANES && points.iter().all(|p| p.len() == n));
+        let lattice = &self.layout.lattice;
+        let per_voxel = 1.0 / lattice.voxel;
+        let mut u = [[0.0f32; LANES]; 3];
+        let mut beside = [0.0f32; LANES];
+        for (axis, from) in points.into_iter().enumerate() {
+            let corner = lattice.corner[axis];
+            let (begin, end) = (self.begin[axis], self.end[axis]);
+            for i in 0..n {
+                let own = (from[i] - corner) * per_voxel;
+                let held = low(if own > begin { own } else { begin }, end);
+                u[axis][i] = held;
+                beside[i] += (own - held) * (own - held);
+            }
+        }
+        let (mut at, mut corners) = (Located::default(), Corners::default());
+        self.locate([&u[0][..n], &u[1][..n], &u[2][..n]], &mut at);
+        self.corners(&at, n, &mut corners);
+        for i in 0..n {
+            let d = if is_brick(at.word[i]) {
+                corners.value::<T>(i) * self.quantum
+            } else {
+                self.between_centers([u[0][i], u[1][i], u[2][i]])
+            };
+            out[i] = d + beside[i].sqrt() * lattice.voxel;
+        }
+    }
+
+    /// Interpolated between the centres of the eight nearest cells.
+    fn between_centers(&self, u: [f32; 3]) -> f32 {
+        let per_cell = 1.0 / self.layout.brick as f32;
+        let mut low_cell = [0.0f32; 3];
+        let mut share = [0.0f32; 3];
+        for axis in 0..3 {
+            let (first, last) = (self.low[axis], self.last[axis]);
+            let place = (u[axis] * per_cell - 0.5).clamp(first, last);
+            let begin = low(place.floor(), (last - 1.0).max(first));
+            low_cell[axis] = begin;
+            share[axis] = place - begin;
+        }
+        let mut total = 0.0;
+        for corner in 0..8u32 {
+            let mut cell = low_cell;
+            let mut weight = 1.0;
+            for axis in 0..3 {
+                let is_far = corner >> axis & 1 != 0;
+                let step = if is_far { 1.0 } else { 0.0 };
+                cell[axis] = low(cell[axis] + step, self.last[axis]);
+                weight *= if is_far {
+                    share[axis]
+                } else {
+                    1.0 - share[axis]
+                };
+            }
+            if weight > 0.0 {
+                total += weight * self.at_center(IVec3::from_array(cell.map(|c| c as i32)));
+            }
+        }
+        total
+    }
+
+    /// The distance at a cell's centre.
+    fn at_center(&self, cell: IVec3) -> f32 {
+        let word = self.words[self.bricks.word_index(cell)];
+        if !is_brick(word) {
+            return center_of(word);
+        }
+        let (half, side) = (self.layout.brick / 2, self.layout.brick + 1);
+        let middle = half * (1 + side * (1 + side));
+        let sample = self.pool[(word * self.layout.brick_samples() + middle) as usize];
+        sample.integer() * self.quantum
+    }
+
+    /// The signed distances at points in the world: interpolated in bricks, elsewhere what is stored. `margin` is taken
+    /// off the length of those that are interpolated.
+    ///
+    /// # Panics
+    /// If there are more points than [`LANES`], or the slices differ in length.
+    #[inline(always)]
+    pub fn distances(&self, [x, y, z]: [&[f32]; 3], margin: f32, out: &mut [f32]) {
+        let n = out.len();
+        assert!(n <= LANES && x.len() == n && y.len() == n && z.len() == n);
+        let (corner, per_voxel) = (self.layout.lattice.corner, 1.0 / self.layout.lattice.voxel);
+        let mut u = [[0.0f32; LANES]; 3];
+        for (axis, from) in [x, y, z].into_iter().enumerate() {
+            for i in 0..n {
+                u[axis][i] = (from[i] - corner[axis]) * per_voxel;
+            }
+        }
+        let (mut at, mut corners) = (Located::default(), Corners::default());
+        self.locate([&u[0][..n], &u[1][..n], &u[2][..n]], &mut at);
+        self.corners(&at, n, &mut corners);
+        for i in 0..n {
+            let d = corners.value::<T>(i) * self.quantum;
+            let word = at.word[i];
+            let length = d.abs() - margin;
+            let length = if length > 0.0 { length } else { 0.0 };
+            let shorter = if d < 0.0 { -length } else { length };
+            out[i] = if is_brick(word) {
+                shorter
+            } else {
+                self.away(&at, i)
+            };
+        }
+        if self.levels > 0 {
+            self.add_ways_out([&u[0][..n], &u[1][..n], &u[2][..n]], &at, out);
+        }
+    }
+
+    /// In a large empty cube, the surface is as far from a point as it is from the cube, and the way out of that.
+    fn add_ways_out(&self, u: [&[f32]; 3], at: &Located, out: &mut [f32]) {
+        for i in 0..out.len() {
+            let cells = self.empty_cells(at, i);
+            if cells <= BLOCK_SIDE {
+                continue;
+            }
+            let edge = (cells * self.layout.brick) as f32;
+            let mut way = edge;
+            for axis in 0..3 {
+                let begin = (u[axis][i] / edge).floor() * edge;
+                way = low(way, low(u[axis][i] - begin, begin + edge - u[axis][i]));
+            }
+            let way = if way > 0.0 { way } else { 0.0 } * self.layout.lattice.voxel;
+            let d = center_of(at.word[i]);
+            out[i] = if d < 0.0 { d - way } else { d + way };
+        }
+    }
+}

@@ -1,0 +1,70 @@
+// Twin of filler.rs: bricks are sampled.
+
+// The samples that a thread keeps while the group makes up its mind.
+var<private> own: array<f32, 20>;
+
+fn sample_point(cell: vec3<i32>, i: u32) -> vec3<f32> {
+    let side = volume.brick + 1u;
+    let place = vec3(i % side, i / side % side, i / side / side);
+    return volume.corner_range.xyz + volume.extent_voxel.w * (vec3<f32>(cell * i32(volume.brick)) + vec3<f32>(place));
+}
+
+// A brick a group, unless no surface can be in it.
+@compute @workgroup_size(BRICK_GROUP)
+fn fill_bricks(@builtin(workgroup_id) id: vec3<u32>, @builtin(local_invocation_index) local: u32) {
+    let near = near_cell(fill.first_layer + id.x);
+    let at = place_of(near.x);
+    list = stretch_of(fill.first_layer + id.x);
+    let cell = cell_at(at);
+    let side = volume.brick + 1u;
+    let samples = side * side * side;
+    if local == 0u {
+        atomicStore(&nearest, 0xffffffffu);
+    }
+    workgroupBarrier();
+    var n = 0u;
+    for (var i = local; i < samples; i += BRICK_GROUP) {
+        let d = field_distance(sample_point(cell, i));
+        own[n] = d;
+        n++;
+        // Ordered by length, the sign in the lowest bit.
+        let bits = bitcast<u32>(d);
+        atomicMin(&nearest, (bits << 1u) | (bits >> 31u));
+    }
+    workgroupBarrier();
+    if local == 0u {
+        let bits = atomicLoad(&nearest);
+        let least = bitcast<f32>((bits >> 1u) | (bits << 31u));
+        slot = 0xffffffffu;
+        let had_one = is_brick(near.y);
+        if !is_clear(least, bounds_of(near.x / 64u), volume.spread) {
+            atomicAdd(&counters[COUNTER_FILLED], 1u);
+            if had_one {
+                slot = brick_number(near.y);
+            } else {
+                slot = take_brick();
+                atomicAdd(&counters[COUNTER_ADDED], 1u);
+            }
+            if slot < volume.capacity {
+                cells[volume.words_at + at] = brick_word(slot);
+            }
+        } else if had_one {
+            free_brick(near.y);
+        }
+    }
+    workgroupBarrier();
+    if slot >= volume.capacity {
+        return;
+    }
+    let origin = brick_origin(word_at(at));
+    n = 0u;
+    for (var i = local; i < samples; i += BRICK_GROUP) {
+        textureStore(texels, origin + vec3(i % side, i / side % side, i / side / side), encode(own[n]));
+        n++;
+    }
+}
+
+var<workgroup> first_packed: vec2<u32>;
+var<workgroup> differing: atomic<u32>;
+var<workgroup> first_place: atomic<u32>;
+var<workgroup> look: u32;

@@ -1,0 +1,90 @@
+// Twin of material.rs: what bricks look like.
+
+// What a brick looks like: a brick a group, a place a thread.
+@compute @workgroup_size(BRICK_GROUP)
+fn fill_materials(@builtin(workgroup_id) id: vec3<u32>, @builtin(local_invocation_index) local: u32) {
+    let near = near_cell(fill.first_layer + id.x);
+    let at = place_of(near.x);
+    list = stretch_of(fill.first_layer + id.x);
+    let word = word_at(at);
+    let cell = cell_at(at);
+    let is_there = is_brick(word);
+    let is_place = is_there && local < MATERIAL_SIDE * MATERIAL_SIDE * MATERIAL_SIDE;
+    let place = vec3(local % MATERIAL_SIDE, local / MATERIAL_SIDE % MATERIAL_SIDE, local / MATERIAL_SIDE / MATERIAL_SIDE);
+    let inner = vec3<f32>(place) * (f32(volume.brick) / f32(MATERIAL_SIDE - 1u));
+    var mine = vec2(0u);
+    var is_near = false;
+    var is_told = true;
+    if is_place {
+        let d = field_surface(volume.corner_range.xyz + volume.extent_voxel.w * (vec3<f32>(cell * i32(volume.brick)) + inner));
+        mine = pack_material(field_material);
+        // Between places that are farther from the surface than the diagonal from one to the next, there is none.
+        let step = f32(volume.brick) / f32(MATERIAL_SIDE - 1u);
+        let reach = 1.01 * volume.lipschitz * 1.7320508 * step * volume.extent_voxel.w;
+        is_near = abs(d) <= reach;
+        is_told = abs(d) <= MATERIAL_TOLD * reach;
+    }
+    if local == 0u {
+        atomicStore(&first_place, 0xffffffffu);
+        atomicStore(&differing, 0u);
+    }
+    workgroupBarrier();
+    if is_near {
+        atomicMin(&first_place, local);
+    }
+    workgroupBarrier();
+    // Where no place is near, all of them count.
+    let has_near = atomicLoad(&first_place) != 0xffffffffu;
+    workgroupBarrier();
+    if !has_near {
+        is_told = true;
+        is_near = is_place;
+        if is_place {
+            atomicMin(&first_place, local);
+        }
+    }
+    workgroupBarrier();
+    let first = atomicLoad(&first_place);
+    if local == first {
+        first_packed = mine;
+    }
+    workgroupBarrier();
+    if first == 0xffffffffu || (is_near && any(mine != first_packed)) {
+        atomicStore(&differing, 1u);
+    }
+    workgroupBarrier();
+    if local == 0u && is_there {
+        look = BRICK_MIXED;
+        if atomicLoad(&differing) == 0u {
+            for (var i = 0u; i < arrayLength(&materials); i++) {
+                if look == BRICK_MIXED && all(pack_material(materials[i]) == first_packed) {
+                    look = i;
+                }
+            }
+        }
+        let number = brick_number(word);
+        var before = 0u;
+        if is_brick(near.y) {
+            before = brick_materials[number];
+        }
+        if look == BRICK_MIXED {
+            if (before & BRICK_MIXED) != 0u {
+                look = before;
+            } else {
+                look = BRICK_MIXED | take_mixed();
+            }
+        } else {
+            free_mixed(before);
+        }
+        brick_materials[number] = look;
+    }
+    workgroupBarrier();
+    let block = look & ~BRICK_MIXED;
+    if is_place && (look & BRICK_MIXED) != 0u && block < volume.mixed {
+        let to = volume.capacity + 2u * (block * MATERIAL_SIDE * MATERIAL_SIDE * MATERIAL_SIDE + local);
+        // Lists do not tell what is so far that none of it is looked at.
+        let kept = select(first_packed, mine, is_told);
+        brick_materials[to] = kept.x;
+        brick_materials[to + 1u] = kept.y;
+    }
+}

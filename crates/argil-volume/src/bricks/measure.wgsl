@@ -1,0 +1,100 @@
+// Twin of candidates.rs: cells are measured, by the lists of their blocks.
+
+// The lists of cells that the surface can be in.
+@compute @workgroup_size(64)
+fn prune_cells(@builtin(workgroup_id) id: vec3<u32>, @builtin(local_invocation_index) local: u32) {
+    let nth = fill.first_layer + 64u * id.x + local;
+    if nth >= min(fill.first_layer + volume.chunk, atomicLoad(&counters[COUNTER_CANDIDATES])) || nth >= prune.cells_room {
+        return;
+    }
+    let measured = near_cell(nth).x;
+    let block = measured / 64u;
+    let whole = stretch_at(prune.blocks_first + 2u * block);
+    let jump = bounds_of(block).list_jump;
+    keep_stretch(prune.cells_first + 2u * nth, pruned_in(cell_at(place_of(measured)), 1u, whole, jump));
+}
+
+// Twin of is_clear_in_parts: whether no part of a cell has a surface, by the list.
+fn is_clear_in_parts(corner: vec3<f32>, edge: f32, bounds: BlockBounds) -> bool {
+    for (var i = 0u; i < 64u; i++) {
+        let d = field_distance(corner + (vec3<f32>(inner_cell(i)) + 0.5) * (edge / 4.0));
+        if !is_clear(d, bounds, volume.reach / 4.0) {
+            return false;
+        }
+    }
+    return true;
+}
+
+// The words of empty cells, and a list of the others.
+@compute @workgroup_size(64)
+fn measure(@builtin(workgroup_id) id: vec3<u32>, @builtin(num_workgroups) count: vec3<u32>, @builtin(local_invocation_index) local: u32) {
+    let nth = group_index(id, count);
+    if nth >= prune.count {
+        return;
+    }
+    let index = block_of(nth) * 64u + local;
+    let at = volume.words_at + index;
+    let first = first_cell(index / 64u);
+    let cell = first + inner_cell(local);
+    let edge = f32(volume.brick) * volume.extent_voxel.w;
+    if volume.is_cut != 0u && (any(cell < low_cell()) || any(cell >= high_cell())) {
+        cells[at] = empty_word(0.0);
+        return;
+    }
+    list = stretch_at(prune.blocks_first + 2u * nth);
+    let d = field_distance(volume.corner_range.xyz + (vec3<f32>(cell) + 0.5) * edge);
+    // Of a cell near the surface, what stays if its brick is dropped.
+    let bounds = bounds_of(nth);
+    var is_near = !is_clear(d, bounds, volume.reach);
+    // Only what jumps is in the way.
+    if is_near && bounds.gap <= 0.0 && plain_radius(min(abs(d), volume.far), bounds) > volume.reach {
+        is_near = !is_clear_in_parts(volume.corner_range.xyz + vec3<f32>(cell) * edge, edge, bounds);
+    }
+    let before = cells[at];
+    if (lists[prune.dirty_first + 2u * nth + local / 32u] & (1u << (local % 32u))) == 0u {
+        // Nothing changed that a brick holds.
+        if !is_brick(before) && prune.make == MAKE_SOME {
+            cells[at] = center_word(d, bounds);
+        }
+        return;
+    }
+    if prune.make == MAKE_NONE {
+        // Any brick that is sampled can become a mixed one.
+        if is_near {
+            atomicAdd(&counters[COUNTER_MIXED], 1u);
+            if !is_brick(before) {
+                atomicAdd(&counters[COUNTER_BRICKS], 1u);
+            }
+        }
+        return;
+    }
+    cells[at] = center_word(d, bounds);
+    if is_near {
+        let place = atomicAdd(&counters[COUNTER_CANDIDATES], 1u);
+        near_cells[2u * place] = nth * 64u + local;
+        near_cells[2u * place + 1u] = before;
+    } else if is_brick(before) {
+        free_brick(before);
+    }
+}
+
+// How many groups each dispatch of `fill_bricks` has, and of `prune_cells`.
+@compute @workgroup_size(64)
+fn plan(@builtin(global_invocation_id) id: vec3<u32>) {
+    if id.x >= volume.chunks {
+        return;
+    }
+    let found = atomicLoad(&counters[COUNTER_CANDIDATES]);
+    let first = id.x * volume.chunk;
+    let own = clamp(found, first, first + volume.chunk) - first;
+    let at = 6u * id.x;
+    arguments[at] = own;
+    arguments[at + 1u] = 1u;
+    arguments[at + 2u] = 1u;
+    arguments[at + 3u] = (own + 63u) / 64u;
+    arguments[at + 4u] = 1u;
+    arguments[at + 5u] = 1u;
+}
+
+var<workgroup> nearest: atomic<u32>;
+var<workgroup> slot: u32;

@@ -1,0 +1,46 @@
+// What is empty is marked, and what was freed goes back to the pool.
+
+// Marks what is empty: one thread a block.
+@compute @workgroup_size(64)
+fn settle(@builtin(workgroup_id) id: vec3<u32>, @builtin(num_workgroups) count: vec3<u32>, @builtin(local_invocation_index) local: u32) {
+    let nth = group_index(id, count) * 64u + local;
+    if nth >= prune.count {
+        return;
+    }
+    let block = block_of(nth);
+    var found = false;
+    for (var i = 0u; i < 64u; i++) {
+        found = found || is_brick(word_at(block * 64u + i));
+    }
+    if !found {
+        for (var i = 0u; i < 64u; i++) {
+            cells[volume.words_at + block * 64u + i] |= WORD_LONELY;
+        }
+    }
+}
+
+// Bricks, or mixed ones: stack what was freed in place of what was taken; how many are free then.
+fn restack(kind: u32, local: u32) -> u32 {
+    let free = atomicLoad(&counters[COUNTER_FREE + kind]);
+    let freed = atomicLoad(&counters[COUNTER_FREED + kind]);
+    let left = free - min(atomicLoad(&counters[COUNTER_BRICKS + kind]), free);
+    let to = COUNTERS + kind * volume.capacity + left;
+    let begin = prune.freed_first + kind * prune.count * 64u;
+    for (var i = local; i < freed; i += 64u) {
+        atomicStore(&counters[to + i], near_cells[begin + i]);
+    }
+    return left + freed;
+}
+
+// What was taken from the pool is gone from it, and what was freed is there again: one group.
+@compute @workgroup_size(64)
+fn give_back(@builtin(local_invocation_index) local: u32) {
+    let free = vec2(restack(0u, local), restack(1u, local));
+    storageBarrier();
+    if local < 2u {
+        let taken = atomicLoad(&counters[COUNTER_BRICKS + local]);
+        let reused = min(taken, atomicLoad(&counters[COUNTER_FREE + local]));
+        atomicAdd(&counters[COUNTER_TOP + local], taken - reused);
+        atomicStore(&counters[COUNTER_FREE + local], free[local]);
+    }
+}

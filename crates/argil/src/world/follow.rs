@@ -1,0 +1,211 @@
+//! How a world follows its scene.
+
+use super::World;
+use crate::listeners::Listener;
+use crate::live::{Applied, Editable, Followed, Live, Pace, Rebuilt};
+use crate::lowered::Lowered;
+use crate::representation::{Kept, Site, focus, following, found_again};
+use crate::wait::wait;
+use crate::{BuildError, Scene, Volume};
+use argil_field::Program;
+use argil_gpu::GpuField;
+use argil_math::Aabb;
+use argil_volume::BrickEdit;
+use std::sync::OnceLock;
+use web_time::Instant;
+
+impl World {
+    /// Follow a scene from now on, whose changes are all known.
+    pub(crate) fn begin_following(&mut self, scene: &Scene) {
+        self.live = Live::of(scene);
+        let edits = match &self.kept {
+            Kept::Cpu(volume) => volume.edits(),
+            Kept::Gpu(volume) => volume.edits(),
+            Kept::Field | Kept::Mesh(_) => None,
+        };
+        if let Some(edits) = edits {
+            let program = &Lowered::of(&self.program, &self.live).program;
+            self.live.watch(scene, edits, program);
+        }
+    }
+
+    /// Follow a scene that was edited. Sparse bricks are changed in place, at the cost of what the edits touch, if the scene
+    /// is the one that the world was built from. Otherwise, and where an edit changes what all distances are relied on for, everything is made again, of voxels of the same size; the
+    /// result is that of a fresh bake. On a GPU edits are submitted and not waited for, and nothing is compiled unless the world is
+    /// specialised, or a software device lacks an opcode.
+    ///
+    /// # Errors
+    /// If the scene cannot be built, or takes too much; the next scene that can be is followed all the same.
+    pub fn apply(&mut self, scene: &Scene) -> Result<Applied, BuildError> {
+        wait(self.follow(scene, None))
+    }
+
+    /// [`World::apply`] as a future; see [`Build::via_async`](crate::Build::via_async).
+    ///
+    /// # Errors
+    /// As there.
+    pub async fn apply_async(&mut self, scene: &Scene) -> Result<Applied, BuildError> {
+        self.follow(scene, None).await
+    }
+
+    /// The same at a pace: as much as there is time for, what is near to the eye first. What is left is told, and done by
+    /// calls that follow, or by [`World::finish`]. A picture in between shows each cell as it was or as it will be.
+    ///
+    /// # Errors
+    /// As [`World::apply`].
+    pub fn apply_at(&mut self, scene: &Scene, pace: Pace) -> Result<Applied, BuildError> {
+        wait(self.follow(scene, Some(pace)))
+    }
+
+    async fn follow(&mut self, scene: &Scene, pace: Option<Pace>) -> Result<Applied, BuildError> {
+        let start = Instant::now();
+        let mut reason = Rebuilt::Kept;
+        if self.live.is_in_place() {
+            reason = Rebuilt::Specialized;
+        }
+        if let Some(kept) = Editable::of(&mut self.kept, self.gpu.as_mut()) {
+            let machine = (&self.engine, self.via.memory_budget());
+            let before = self.program.get().map(|lowered| &lowered.program);
+            let followed = self.live.follow(scene, kept, before, machine, pace).await;
+            // The field on a GPU has the parameters of what was followed, even where the volume could not be.
+            if self.gpu.is_some() && self.live.tables().is_some() {
+                self.forget_program();
+            }
+            match followed? {
+                Followed::InPlace(applied) => {
+                    self.forget_program();
+                    self.view = scene.view.clone();
+                    let boxes = self.live.told();
+                    self.listeners.tell(&boxes);
+                    return Ok(applied);
+                }
+                Followed::Not(why) => reason = why,
+            }
+        }
+        let program = Program::lower(scene)?;
+        match &mut self.gpu {
+            Some(gpu) if !gpu.is_specialized() => gpu.update(&program)?,
+            Some(gpu) => *gpu = GpuField::new(gpu.gpu().clone(), &program, true)?,
+            None => {}
+        }
+        let lattice = match self.kept.lattice() {
+            Some(old) => {
+                let new = following(&old, scene, &program)?;
+                if new != old && reason == Rebuilt::Kept {
+                    reason = Rebuilt::Box;
+                }
+                Some(new)
+            }
+            None => None,
+        };
+        let site = self.site(scene, &program);
+        let (kept, times) = self.via.build(&site, lattice).await?;
+        (self.kept, self.times) = (kept, times);
+        self.focus = focus(scene, &program);
+        self.view = scene.view.clone();
+        self.program = OnceLock::from(Lowered::from(program));
+        let done = self.live.take_done();
+        self.begin_following(scene);
+        self.listeners.tell(&[Aabb::ALL]);
+        let bricks = self
+            .volume_info_async()
+            .await?
+            .and_then(|info| info.sparse)
+            .map_or(0, |s| s.bricks);
+        self.live.made(bricks, done);
+        Ok(Applied {
+            blocks_left: 0,
+            dirty_box: Aabb::ALL,
+            duration_ms: start.elapsed().as_secs_f64() * 1e3,
+            rebuilt: true,
+            reason: Some(reason),
+        })
+    }
+
+    /// Do what edits at a pace have left to be done, and wait for the device; what edits did since the last time, all bricks counted as
+    /// filled where everything was made again.
+    ///
+    /// # Errors
+    /// As [`World::apply`].
+    pub fn finish(&mut self) -> Result<BrickEdit, BuildError> {
+        wait(self.finish_async())
+    }
+
+    /// [`World::finish`] in a browser.
+    ///
+    /// # Errors
+    /// As there.
+    pub async fn finish_async(&mut self) -> Result<BrickEdit, BuildError> {
+        let Some(kept) = Editable::of(&mut self.kept, self.gpu.as_mut()) else {
+            return Ok(self.live.take_done());
+        };
+        let machine = (&self.engine, self.via.memory_budget());
+        let edit = self.live.finish(kept, machine).await?;
+        let boxes = self.live.told();
+        self.listeners.tell(&boxes);
+        Ok(edit)
+    }
+
+    /// Give back the room for bricks that edits have left on a GPU, after a wait. On the CPU none is left.
+    ///
+    /// # Errors
+    /// If the device does not do it.
+    pub fn trim(&mut self) -> Result<(), BuildError> {
+        if let (Kept::Gpu(volume), Some(field)) = (&mut self.kept, &self.gpu) {
+            wait(volume.trim(field))?;
+        }
+        Ok(())
+    }
+
+    /// Call `listener` whenever edits are done, with the boxes outside of which no distance near a surface changed: the
+    /// box of everything where all was made again. It is called by the thread that applies edits, after they were applied;
+    /// of a GPU, after they were submitted.
+    pub fn listen(&mut self, listener: impl FnMut(&[Aabb]) + Send + Sync + 'static) -> Listener {
+        self.listeners.add(Box::new(listener))
+    }
+
+    /// Call a listener no more; whether it was there.
+    pub fn unlisten(&mut self, listener: Listener) -> bool {
+        self.listeners.remove(listener)
+    }
+
+    /// In how many cells sparse bricks differ from those of a fresh bake on the same device with the same voxels, whose box is
+    /// found anew: whether there is a
+    /// brick, its samples, its materials. `scene` is the one that was applied last. Nothing of a world that is kept in
+    /// another way.
+    ///
+    /// # Errors
+    /// If the scene cannot be baked.
+    pub fn differing_cells(&self, scene: &Scene) -> Result<Option<u64>, BuildError> {
+        let volume = self.volume()?;
+        let Some(Volume::Bricks(bricks)) = volume.as_deref() else {
+            return Ok(None);
+        };
+        let program = Program::lower(scene)?;
+        // The world's own field follows edits, with tables in another order.
+        let field = match &self.gpu {
+            Some(own) => Some(GpuField::new(own.gpu().clone(), &program, false)?),
+            None => None,
+        };
+        let field = field.as_ref();
+        // The box is found anew: what an edit has put outside of the old one must be there.
+        let lattice = match self.kept.lattice() {
+            Some(lattice) => Some(found_again(&lattice, scene, &program)?),
+            None => None,
+        };
+        let site = Site {
+            field,
+            ..self.site(scene, &program)
+        };
+        let (fresh, _) = wait(self.via.build(&site, lattice))?;
+        let fresh = match (fresh, field) {
+            (Kept::Cpu(volume), _) => volume,
+            (Kept::Gpu(volume), Some(field)) => wait(volume.read(field.gpu()))?,
+            _ => return Ok(None),
+        };
+        Ok(match &fresh {
+            Volume::Bricks(fresh) => Some(bricks.differing_cells(fresh)),
+            _ => None,
+        })
+    }
+}
