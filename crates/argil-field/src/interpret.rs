@@ -83,25 +83,12 @@ pub(crate) fn run<R: Real, const APART: bool>(
             abi::OP_TWIST => warp(r, words(params, at), twist),
             abi::OP_BEND => warp(r, words(params, at), bend),
             abi::OP_UNCLAMP => {
-                let w: &[f32; TWIST_WORDS] = words(params, at);
                 restore_point(r);
-                map_value(r, |d, p| unclamp(d, p, w));
+                unclamp_values(r, words(params, at));
             }
-            abi::OP_ROUND => {
-                let &[radius]: &[f32; 1] = words(params, at);
-                map_value(r, |d, _| d - radius);
-            }
-            abi::OP_SHELL => {
-                let &[thickness]: &[f32; 1] = words(params, at);
-                map_value(r, |d, _| d.abs() - thickness);
-            }
-            abi::OP_DISPLACE => {
-                let &[amplitude, frequency]: &[f32; 2] = words(params, at);
-                map_value(r, |d, p| {
-                    let p = p.map(|c| c * frequency);
-                    d + noise::value_noise(p, operand) * amplitude
-                });
-            }
+            abi::OP_ROUND => round(r, words(params, at)),
+            abi::OP_SHELL => shell(r, words(params, at)),
+            abi::OP_DISPLACE => displace(r, words(params, at), operand),
             _ => {}
         }
     }
@@ -316,13 +303,45 @@ fn warp<R: Real>(
     });
 }
 
-/// Change the values by themselves and by the points.
+// What changes values by points loops here and not in a closure: one that is not inlined is compiled without the vectors of
+// whoever calls.
+
 #[inline(always)]
-fn map_value<R: Real>(r: &mut Registers<R>, change: impl Fn(R, [R; 3]) -> R) {
+fn unclamp_values<R: Real>(r: &mut Registers<R>, w: &[f32; TWIST_WORDS]) {
     let [xs, ys, zs] = &r.point;
     for i in 0..LANES {
         let p = [R::get(xs, i), R::get(ys, i), R::get(zs, i)];
-        let d = change(R::get(&r.acc, i), p);
+        let d = unclamp(R::get(&r.acc, i), p, w);
+        R::set(&mut r.acc, i, d);
+    }
+}
+
+#[inline(always)]
+fn round<R: Real>(r: &mut Registers<R>, &[radius]: &[f32; 1]) {
+    for i in 0..LANES {
+        let d = R::get(&r.acc, i) - radius;
+        R::set(&mut r.acc, i, d);
+    }
+}
+
+#[inline(always)]
+fn shell<R: Real>(r: &mut Registers<R>, &[thickness]: &[f32; 1]) {
+    for i in 0..LANES {
+        let d = R::get(&r.acc, i).abs() - thickness;
+        R::set(&mut r.acc, i, d);
+    }
+}
+
+#[inline(always)]
+fn displace<R: Real>(r: &mut Registers<R>, &[amplitude, frequency]: &[f32; 2], seed: u32) {
+    let [xs, ys, zs] = &r.point;
+    for i in 0..LANES {
+        let p = [
+            R::get(xs, i) * frequency,
+            R::get(ys, i) * frequency,
+            R::get(zs, i) * frequency,
+        ];
+        let d = R::get(&r.acc, i) + noise::value_noise(p, seed) * amplitude;
         R::set(&mut r.acc, i, d);
     }
 }
