@@ -58,7 +58,8 @@ pub fn run(options: &Bake) -> anyhow::Result<()> {
         }
     }
     if let Some(path) = &options.output {
-        world.save(&input::moved(&scene, &options.scene, path)?, path)?;
+        world.rename_meshes(&input::moved_meshes(&scene, &options.scene, path)?);
+        world.save(path)?;
     }
     report(options, &world, &samples, &stages)
 }

@@ -44,19 +44,22 @@ pub fn run(options: &Edit) -> anyhow::Result<()> {
     let applied = applied?;
 
     let differing = if options.check {
-        let count = world.differing_cells(&scene)?;
+        let count = world.differing_cells()?;
         Some(count.context("--check compares sparse bricks: take --via bricks")?)
     } else {
         None
     };
     if let Some(path) = &options.scene_output {
-        input::moved(&scene, &options.scene, path)?.save(path)?;
+        let mut moved = scene.snapshot();
+        moved.rename_meshes(&input::moved_meshes(&scene, &options.scene, path)?);
+        moved.save(path)?;
         if let Some(journal) = journal {
             journal.remove()?;
         }
     }
     if let Some(path) = &options.output {
-        world.save(&input::moved(&scene, &options.scene, path)?, path)?;
+        world.rename_meshes(&input::moved_meshes(&scene, &options.scene, path)?);
+        world.save(path)?;
     }
     report(options, &scene, &world, build_ms, &applied, differing);
     ensure!(

@@ -282,9 +282,12 @@ pub fn from_folder(file: &Path, scene: &Path) -> anyhow::Result<String> {
     Ok(parts.join("/"))
 }
 
-/// A scene as it is written to another file: the paths of its meshes start from there.
-pub fn moved(scene: &Scene, from: &Path, to: &Path) -> anyhow::Result<Scene> {
-    let mut moved = scene.clone();
+/// The paths of a scene's meshes as they are in another file: they start from there.
+pub fn moved_meshes(
+    scene: &Scene,
+    from: &Path,
+    to: &Path,
+) -> anyhow::Result<BTreeMap<String, String>> {
     let folder = from.parent().unwrap_or(Path::new("."));
     let mut paths = BTreeMap::new();
     for path in scene.mesh_paths() {
@@ -294,6 +297,5 @@ pub fn moved(scene: &Scene, from: &Path, to: &Path) -> anyhow::Result<Scene> {
             paths.insert(path, from_folder(&file, to)?);
         }
     }
-    moved.rename_meshes(&paths);
-    Ok(moved)
+    Ok(paths)
 }

@@ -269,7 +269,7 @@ async fn export(
             if progress.set(0.5) {
                 return Ok(Done::Cancelled);
             }
-            progress.put(path, |out| world.write(scene, out))?;
+            progress.put(path, |out| world.write(out))?;
         }
         Ask::Turntable => {
             let world = how.engine.build(scene)?.field();

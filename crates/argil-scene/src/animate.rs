@@ -45,9 +45,11 @@ impl Scene {
     /// The scene as it stands, without keyframes.
     pub fn frozen(&self) -> Self {
         let mut frozen = self.clone();
-        for node in &mut frozen.nodes {
-            if let Some(posed) = node.posed.take() {
-                node.entry = *posed;
+        for i in 0..frozen.nodes.len() {
+            if let Some(posed) = &frozen.nodes[i].posed {
+                let posed = (**posed).clone();
+                let node = &mut frozen.nodes[i];
+                (node.entry, node.posed) = (posed, None);
             }
         }
         frozen.time = 0.0;

@@ -39,6 +39,7 @@ mod material;
 mod mesh_grid;
 mod modifier;
 mod node;
+mod nodes;
 mod operator;
 mod outline;
 mod sampled;

@@ -2,6 +2,7 @@ use crate::change::Change;
 use crate::crowd::Crowd;
 use crate::history::History;
 use crate::node::{GONE, pose_of};
+use crate::nodes::Nodes;
 use crate::watch::{Watch, Watches};
 use crate::{Body, Entry, Fault, Group, Material, Node, NodeId, SampledGrid, View};
 use std::collections::{BTreeMap, HashMap};
@@ -38,7 +39,7 @@ impl Clone for Origin {
 /// An ordered list of brushes and groups, with materials and a way to look at them. See the crate's page.
 #[derive(Clone, Debug)]
 pub struct Scene {
-    pub(crate) nodes: Vec<Node>,
+    pub(crate) nodes: Nodes,
     pub(crate) time: f32,
     pub(crate) materials: BTreeMap<String, Material>,
     /// Of meshes, by path and resolution.
@@ -72,7 +73,7 @@ impl Scene {
     /// A scene with nothing in it.
     pub fn new() -> Self {
         Self {
-            nodes: vec![Node::root()],
+            nodes: Nodes::of(Node::root()),
             time: 0.0,
             materials: BTreeMap::new(),
             grids: BTreeMap::new(),
@@ -84,6 +85,25 @@ impl Scene {
             name: String::new(),
             credit: String::new(),
             view: View::default(),
+        }
+    }
+
+    /// The scene as it stands, without its history: what a [clone](Clone) has that nobody edits. It shares the nodes that the scene does
+    /// not change from then on, so that it costs little, however many there are.
+    pub fn snapshot(&self) -> Self {
+        Self {
+            nodes: self.nodes.clone(),
+            time: self.time,
+            materials: self.materials.clone(),
+            grids: self.grids.clone(),
+            history: History::default(),
+            watches: Watches::default(),
+            crowds: HashMap::new(),
+            identity: Identity::new(),
+            origin: Origin::default(),
+            name: self.name.clone(),
+            credit: self.credit.clone(),
+            view: self.view.clone(),
         }
     }
 
@@ -235,9 +255,13 @@ impl Scene {
                 path.clone_from(to);
             }
         };
-        for node in &mut self.nodes {
-            rename(&mut node.entry);
-            node.posed.as_deref_mut().map(rename);
+        for i in 0..self.nodes.len() {
+            let is_named = |(path, ..): (&str, _, _)| paths.contains_key(path);
+            if self.nodes[i].entry.body.file().is_some_and(is_named) {
+                let node = &mut self.nodes[i];
+                rename(&mut node.entry);
+                node.posed.as_deref_mut().map(rename);
+            }
         }
         self.history.entries().for_each(rename);
         let grids = std::mem::take(&mut self.grids).into_iter();
@@ -254,6 +278,9 @@ impl Scene {
     pub fn set_mesh(&mut self, path: impl Into<String>, resolution: u32, grid: Arc<SampledGrid>) {
         self.grids.insert((path.into(), resolution), grid);
         for i in 0..self.nodes.len() {
+            if self.nodes[i].entry.body.file().is_none() {
+                continue;
+            }
             let mut entry = std::mem::replace(&mut self.nodes[i].entry, Group::new().into());
             self.load(&mut entry);
             self.nodes[i].posed = pose_of(&entry, self.time);

@@ -109,8 +109,8 @@ impl Scene {
                 nodes.for_each(|node| is_needed[node.index()] = true);
             }
         }
-        for (node, _) in self.nodes.iter_mut().zip(is_needed).filter(|(_, n)| !n) {
-            *node = Node::gone();
+        for (i, _) in is_needed.iter().enumerate().filter(|(_, needed)| !**needed) {
+            self.nodes[i] = Node::gone();
         }
     }
 

@@ -15,12 +15,12 @@ const VOLUME_STEPS: u32 = 4096;
 impl World {
     /// The scene's own camera.
     pub fn camera(&self) -> Camera {
-        self.camera_at(self.view.camera)
+        self.camera_at(self.scene.view.camera)
     }
 
     /// A camera with the scene's field of view.
     pub fn camera_at(&self, placement: Placement) -> Camera {
-        let field_of_view_degrees = self.view.field_of_view_degrees;
+        let field_of_view_degrees = self.scene.view.field_of_view_degrees;
         match placement {
             Placement::Orbit(orbit) => Camera::orbit(self.focus, orbit, field_of_view_degrees),
             Placement::Look { eye, target } => Camera {
@@ -37,8 +37,8 @@ impl World {
             size,
             show,
             samples: if show == Show::Shaded { 4 } else { 1 },
-            ground: self.view.ground && show == Show::Shaded,
-            sun_degrees: self.view.sun_degrees,
+            ground: self.scene.view.ground && show == Show::Shaded,
+            sun_degrees: self.scene.view.sun_degrees,
             max_steps: match self.via {
                 Via::Field => FIELD_STEPS,
                 _ => VOLUME_STEPS,

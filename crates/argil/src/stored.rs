@@ -60,12 +60,12 @@ impl World {
         Ok((scene, world))
     }
 
-    /// Write the volume with the scene that it was built from, beside its place and then renamed into it.
-    pub fn save(&self, scene: &Scene, path: impl AsRef<Path>) -> Result<(), VolumeFileError> {
+    /// Write the volume with its [scene](World::scene), beside its place and then renamed into it.
+    pub fn save(&self, path: impl AsRef<Path>) -> Result<(), VolumeFileError> {
         let path = path.as_ref();
         let volume = self.volume()?.ok_or(VolumeFileError::NoVolume)?;
-        let scene_json = at_time_0(scene);
-        let meshes = crate::meshes::meshes_to_store(scene);
+        let scene_json = at_time_0(&self.scene);
+        let meshes = crate::meshes::meshes_to_store(&self.scene);
         argil_scene::replace_file(path, |out| volume.write(&scene_json, &meshes, out)).map_err(
             |source| VolumeFileError::Write {
                 path: path.into(),
@@ -78,11 +78,11 @@ impl World {
     ///
     /// # Errors
     /// If there is no volume, or `out` does not take it.
-    pub fn write(&self, scene: &Scene, out: &mut dyn std::io::Write) -> std::io::Result<()> {
+    pub fn write(&self, out: &mut dyn std::io::Write) -> std::io::Result<()> {
         let volume = self.volume().map_err(std::io::Error::other)?;
         let volume = volume.ok_or_else(|| std::io::Error::other(VolumeFileError::NoVolume))?;
-        let meshes = crate::meshes::meshes_to_store(scene);
-        volume.write(&at_time_0(scene), &meshes, out)
+        let meshes = crate::meshes::meshes_to_store(&self.scene);
+        volume.write(&at_time_0(&self.scene), &meshes, out)
     }
 }
 

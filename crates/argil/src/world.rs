@@ -11,6 +11,7 @@ use argil_gpu::GpuField;
 use argil_math::{Aabb, Control, Interval};
 use argil_volume::BrickChanges;
 use std::borrow::Cow;
+use std::collections::BTreeMap;
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU32, Ordering};
 
@@ -39,7 +40,8 @@ pub struct World {
     pub(crate) gpu: Option<GpuField>,
     listeners: Listeners,
     pub(crate) focus: Aabb,
-    pub(crate) view: crate::View,
+    /// The scene as it was followed last.
+    pub(crate) scene: Scene,
     pub(crate) via: Via,
     pub(crate) kept: Kept,
     times: BuildTimes,
@@ -65,7 +67,7 @@ impl World {
             gpu,
             listeners: Listeners::default(),
             focus,
-            view: scene.view.clone(),
+            scene: scene.snapshot(),
             via: Via::Field,
             kept: Kept::Field,
             times: BuildTimes::default(),
@@ -89,7 +91,7 @@ impl World {
         self.kept = Kept::Field;
         if !self.live.has_seen_all(scene) {
             self.program = OnceLock::from(Lowered::from(Program::lower(scene)?));
-            self.view = scene.view.clone();
+            self.scene = scene.snapshot();
         }
         let program = &Lowered::of(&self.program, &self.live).program;
         self.focus = focus(scene, program);
@@ -177,7 +179,17 @@ impl World {
 
     /// How the scene is looked at.
     pub fn view(&self) -> &crate::View {
-        &self.view
+        &self.scene.view
+    }
+
+    /// The scene that the world is of, as it was when it was built or [applied](World::apply) last.
+    pub fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    /// Name the scene's meshes by other paths in files that the world is saved to: see [`Scene::rename_meshes`].
+    pub fn rename_meshes(&mut self, paths: &BTreeMap<String, String>) {
+        self.scene.rename_meshes(paths);
     }
 
     /// The volume, brought from the GPU where it is there; `None` of a field.

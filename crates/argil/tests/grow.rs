@@ -70,7 +70,7 @@ fn what_is_too_large_is_refused_before_it_takes_memory() -> Outcome {
         assert!(text.contains("blocks of cells take over"), "{text}");
         scene.undo();
         world.apply(&scene)?;
-        assert_eq!(world.differing_cells(&scene)?, Some(0));
+        assert_eq!(world.differing_cells()?, Some(0));
     }
     Ok(())
 }
@@ -93,7 +93,7 @@ fn what_is_put_outside_of_the_first_box_is_there() -> Outcome {
             let applied = world.apply(&scene)?;
             world.finish()?;
             assert!(!applied.rebuilt, "{at:?}: {:?}", applied.reason);
-            assert_eq!(world.differing_cells(&scene)?, Some(0), "{at:?}");
+            assert_eq!(world.differing_cells()?, Some(0), "{at:?}");
             let lattice = lattice_of(&world);
             assert_eq!((lattice.voxel, lattice.corner), (first.voxel, first.corner));
             // The field is the independent witness.
@@ -207,7 +207,7 @@ fn edits_anywhere_are_those_of_a_fresh_bake() -> Outcome {
                 rebuilt += 1;
             }
             assert_eq!(
-                world.differing_cells(&scene)?,
+                world.differing_cells()?,
                 Some(0),
                 "edit {nth}, {reach} away, {:?}",
                 applied.reason
@@ -247,7 +247,7 @@ fn blocks_are_given_back() -> Outcome {
         assert!(world.memory_bytes() > before + before / 2);
         scene.undo();
         assert!(!world.apply(&scene)?.rebuilt);
-        assert_eq!(world.differing_cells(&scene)?, Some(0));
+        assert_eq!(world.differing_cells()?, Some(0));
     }
     let after = world.memory_bytes();
     // But for the top of a table that reaches as far, of which there are 65,536 entries at most.
@@ -298,10 +298,10 @@ fn what_is_endless_is_cut() -> Outcome {
     }))?;
     assert_eq!(world.apply(&scene)?.reason, Some(Rebuilt::Cut));
     assert!(lattice_of(&world).is_cut);
-    assert_eq!(world.differing_cells(&scene)?, Some(0));
+    assert_eq!(world.differing_cells()?, Some(0));
     scene.push(ball_at([0.0, 0.4, 0.0]))?;
     assert!(!world.apply(&scene)?.rebuilt);
-    assert_eq!(world.differing_cells(&scene)?, Some(0));
+    assert_eq!(world.differing_cells()?, Some(0));
     Ok(())
 }
 
@@ -316,9 +316,9 @@ fn a_grown_world_survives_a_file() -> Outcome {
         scene.push(ball_at(at))?;
         world.apply(&scene)?;
     }
-    world.save(&scene, &path)?;
+    world.save(&path)?;
     let (mut scene, mut again) = Engine::cpu().load(Stored::open(&path)?, &path)?;
-    assert_eq!(again.differing_cells(&scene)?, Some(0));
+    assert_eq!(again.differing_cells()?, Some(0));
     let (own, theirs) = (world.volume()?, again.volume()?);
     let (Some(Volume::Bricks(own)), Some(Volume::Bricks(theirs))) =
         (own.as_deref(), theirs.as_deref())
@@ -328,7 +328,7 @@ fn a_grown_world_survives_a_file() -> Outcome {
     assert_eq!(own.differing_cells(theirs), 0);
     scene.push(ball_at([0.0, 0.0, -90.0]))?;
     assert!(!again.apply(&scene)?.rebuilt);
-    assert_eq!(again.differing_cells(&scene)?, Some(0));
+    assert_eq!(again.differing_cells()?, Some(0));
     Ok(())
 }
 
@@ -348,7 +348,7 @@ fn voxels_are_of_the_size_that_was_asked_for() -> Result<(), Box<dyn std::error:
     assert_eq!(size, [104, 34, 54]);
     scene.push(Brush::new(Shape::sphere(0.2)).at([5.0, 0.0, 0.0]))?;
     world.apply(&scene)?;
-    assert_eq!(world.differing_cells(&scene)?, Some(0));
+    assert_eq!(world.differing_cells()?, Some(0));
     for voxel in [f32::NAN, 0.0, -1.0, f32::INFINITY, 1e-9, 1e9] {
         let refused = built(&scene, voxel).err().expect("no such voxels");
         assert!(

@@ -116,7 +116,7 @@ fn edits_keep_to_a_budget() -> Outcome {
         }
         assert!(calls > 3 && halves > 0, "{calls} calls, {halves}");
         assert!(told.lock().expect("a lock")[0].contains([0.1, 0.0, 0.0].into()));
-        assert_eq!(world.differing_cells(&scene)?, Some(0));
+        assert_eq!(world.differing_cells()?, Some(0));
 
         // Edits go on while others are not done.
         moved(&mut scene, 16, [-0.3, 0.0, 0.1]);
@@ -129,7 +129,7 @@ fn edits_keep_to_a_budget() -> Outcome {
         let count = told.lock().expect("a lock").len();
         world.finish()?;
         assert_eq!(told.lock().expect("a lock").len(), count);
-        assert_eq!(world.differing_cells(&scene)?, Some(0));
+        assert_eq!(world.differing_cells()?, Some(0));
     }
     Ok(())
 }
@@ -147,7 +147,7 @@ fn odd_edits_are_right_or_refused() -> Outcome {
             let applied = world.apply(scene)?;
             assert!(!applied.rebuilt);
             world.finish()?;
-            assert_eq!(world.differing_cells(scene)?, Some(0));
+            assert_eq!(world.differing_cells()?, Some(0));
             Ok(())
         };
         // Outside the box, over its side, and far away.
@@ -166,7 +166,7 @@ fn odd_edits_are_right_or_refused() -> Outcome {
         assert!(world.apply(&scene).is_err());
         scene.undo();
         world.apply(&scene)?;
-        assert_eq!(world.differing_cells(&scene)?, Some(0));
+        assert_eq!(world.differing_cells()?, Some(0));
         // What is no number is refused, and nothing changes.
         let lengths = scene.history_lengths();
         for wrong in [f32::NAN, f32::INFINITY, 1e30] {
@@ -195,7 +195,7 @@ fn odd_edits_are_right_or_refused() -> Outcome {
         scene.redo();
         check(&mut world, &scene)?;
         world.trim()?;
-        assert_eq!(world.differing_cells(&scene)?, Some(0));
+        assert_eq!(world.differing_cells()?, Some(0));
         // On a GPU within a page: the pool is whole layers, and the stack of free bricks is there.
         let page = if world.engine().gpu_kind().is_some() {
             16_384 + bytes / 16
@@ -248,18 +248,18 @@ fn a_pool_that_is_full_refuses() -> Outcome {
         assert!(cells(&world) == before);
         scene.push(Brush::new(Shape::sphere(0.1)).at([0.3, 0.0, 0.0]))?;
         assert!(!world.apply(&scene)?.rebuilt);
-        assert_eq!(world.differing_cells(&scene)?, Some(0));
+        assert_eq!(world.differing_cells()?, Some(0));
 
         options.settings.brick = 8;
         let mut world = world.kept_anew(&scene, options.into())?;
-        assert_eq!(world.differing_cells(&scene)?, Some(0));
+        assert_eq!(world.differing_cells()?, Some(0));
         scene.push(
             Brush::new(Shape::sphere(0.1))
                 .at([-0.3, 0.0, 0.0])
                 .subtract(),
         )?;
         assert!(!world.apply(&scene)?.rebuilt);
-        assert_eq!(world.differing_cells(&scene)?, Some(0));
+        assert_eq!(world.differing_cells()?, Some(0));
     }
     Ok(())
 }
@@ -274,9 +274,9 @@ fn a_scene_can_change_before_it_is_kept() -> Outcome {
         scene.push(Brush::new(Shape::sphere(0.2)).at([0.6, 0.3, 0.0]))?;
         let mut world = world.kept_anew(&scene, BricksOptions::from(48).into())?;
         assert!(world.distance([0.6, 0.3, 0.0]) < -0.1);
-        assert_eq!(world.differing_cells(&scene)?, Some(0));
+        assert_eq!(world.differing_cells()?, Some(0));
         assert!(!world.apply(&scene)?.rebuilt);
-        assert_eq!(world.differing_cells(&scene)?, Some(0));
+        assert_eq!(world.differing_cells()?, Some(0));
     }
     Ok(())
 }
@@ -300,7 +300,7 @@ fn a_stroke_of_ten_thousand_points_is_one_step() -> Outcome {
     scene.end_stroke();
     let applied = world.apply(&scene)?;
     assert!(!applied.rebuilt);
-    assert_eq!(world.differing_cells(&scene)?, Some(0));
+    assert_eq!(world.differing_cells()?, Some(0));
     assert_eq!(scene.history_lengths()[0], 2);
     assert!(scene.undo());
     assert!(!world.apply(&scene)?.rebuilt);
@@ -357,7 +357,7 @@ fn what_jumps_costs_where_it_is() -> Outcome {
             let applied = world.apply(&scene)?;
             assert!(!applied.rebuilt, "{:?}", applied.reason);
             world.finish()?;
-            assert_eq!(world.differing_cells(&scene)?, Some(0), "{text}");
+            assert_eq!(world.differing_cells()?, Some(0), "{text}");
             let with = cells(&world).len();
             assert!(with < 2 * bricks, "{with} bricks, {bricks} without: {text}");
             let far = drag(&mut scene, &mut world)?;
@@ -366,7 +366,7 @@ fn what_jumps_costs_where_it_is() -> Outcome {
             assert!(scene.undo());
             let applied = world.apply(&scene)?;
             assert!(!applied.rebuilt, "{:?}", applied.reason);
-            assert_eq!(world.differing_cells(&scene)?, Some(0), "{text}, undone");
+            assert_eq!(world.differing_cells()?, Some(0), "{text}, undone");
         }
     }
     assert_eq!(cells(&world).len(), bricks);
@@ -423,7 +423,7 @@ fn hard_brushes_change_bricks_as_a_fresh_bake_does() -> Outcome {
                 assert!(!world.apply(&scene)?.rebuilt);
             }
             if i % 32 == 31 {
-                let differing = world.differing_cells(&scene)?;
+                let differing = world.differing_cells()?;
                 assert_eq!(differing, Some(0), "{brick} {bits:?} {band} {i}");
             }
         }
@@ -475,12 +475,12 @@ fn carving_one_place_again_and_again_stays_right() -> Outcome {
                     assert!(!world.apply(&scene)?.rebuilt);
                 }
                 39 if !is_gpu || i % 80 == 79 => {
-                    assert_eq!(world.differing_cells(&scene)?, Some(0), "after {i}");
+                    assert_eq!(world.differing_cells()?, Some(0), "after {i}");
                 }
                 _ => {}
             }
         }
-        assert_eq!(world.differing_cells(&scene)?, Some(0));
+        assert_eq!(world.differing_cells()?, Some(0));
     }
     Ok(())
 }
@@ -542,7 +542,7 @@ fn moving_scenes_are_followed() -> Outcome {
         for share in [0.3, 0.5, 0.51, 1.0] {
             scene.set_time(share * duration);
             world.apply(&scene)?;
-            assert_eq!(world.differing_cells(&scene)?, Some(0), "{name} at {share}");
+            assert_eq!(world.differing_cells()?, Some(0), "{name} at {share}");
             let frozen = Engine::cpu().build(&scene.frozen())?.field();
             for i in 0..50 {
                 let p = [0.02 * i as f32 - 0.5, 0.5, 0.01 * i as f32];

@@ -74,7 +74,7 @@ impl World {
             match followed? {
                 Followed::InPlace(applied) => {
                     self.forget_program();
-                    self.view = scene.view.clone();
+                    self.scene = scene.snapshot();
                     let boxes = self.live.told();
                     self.listeners.tell(&boxes);
                     return Ok(applied);
@@ -102,7 +102,7 @@ impl World {
         let (kept, times) = self.via.build(&site, lattice).await?;
         (self.kept, self.times) = (kept, times);
         self.focus = focus(scene, &program);
-        self.view = scene.view.clone();
+        self.scene = scene.snapshot();
         self.program = OnceLock::from(Lowered::from(program));
         let done = self.live.take_done();
         self.begin_following(scene);
@@ -171,17 +171,16 @@ impl World {
 
     /// In how many cells sparse bricks differ from those of a fresh bake on the same device with the same voxels, whose box is
     /// found anew: whether there is a
-    /// brick, its samples, its materials. `scene` is the one that was applied last. Nothing of a world that is kept in
-    /// another way.
+    /// brick, its samples, its materials. Nothing of a world that is kept in another way.
     ///
     /// # Errors
     /// If the scene cannot be baked.
-    pub fn differing_cells(&self, scene: &Scene) -> Result<Option<u64>, BuildError> {
+    pub fn differing_cells(&self) -> Result<Option<u64>, BuildError> {
         let volume = self.volume()?;
         let Some(Volume::Bricks(bricks)) = volume.as_deref() else {
             return Ok(None);
         };
-        let program = Program::lower(scene)?;
+        let program = Program::lower(&self.scene)?;
         // The world's own field follows edits, with tables in another order.
         let field = match &self.gpu {
             Some(own) => Some(GpuField::new(own.gpu().clone(), &program, false)?),
@@ -190,12 +189,12 @@ impl World {
         let field = field.as_ref();
         // The box is found anew: what an edit has put outside of the old one must be there.
         let lattice = match self.kept.lattice() {
-            Some(lattice) => Some(found_again(&lattice, scene, &program)?),
+            Some(lattice) => Some(found_again(&lattice, &self.scene, &program)?),
             None => None,
         };
         let site = Site {
             field,
-            ..self.site(scene, &program)
+            ..self.site(&self.scene, &program)
         };
         let (fresh, _) = wait(self.via.build(&site, lattice))?;
         let fresh = match (fresh, field) {
