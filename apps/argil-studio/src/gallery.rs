@@ -1,6 +1,7 @@
 //! A picture of each shape, to put it into the scene.
 
 use crate::names::shape_name;
+use crate::ready::ready;
 use argil::glam::Vec3;
 use argil::{Brush, Camera, Engine, Scene, Settings, Shape, Show};
 use eframe::egui::{self, ColorImage, Sense, TextureHandle, Vec2};
@@ -27,7 +28,7 @@ fn picture(shape: &Shape) -> Option<ColorImage> {
         samples: 4,
         ..world.settings([PIXELS; 2], Show::Shaded)
     };
-    let drawn = world.draw(&camera, &settings).ok()?;
+    let drawn = ready(world.draw_async(&camera, &settings)).ok()?;
     Some(ColorImage::from_rgb(
         drawn.size.map(|n| n as usize),
         &drawn.rgb,

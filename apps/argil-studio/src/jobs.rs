@@ -4,6 +4,7 @@ use crate::eye::Eye;
 use crate::files::Ask;
 use crate::mesh_files::{Load, Named, scene_of};
 use crate::place;
+use crate::ready::ready;
 use anyhow::Context;
 use argil::{
     BricksOptions, Engine, Format, LoadedMesh, MeshOptions, NodeId, Orbit, Scene, Settings, Show,
@@ -244,10 +245,11 @@ async fn export(
     match what {
         Ask::Mesh => {
             let world = Engine::cpu().build(scene)?.field();
-            let meshed = world.mesh(&MeshOptions {
+            let options = MeshOptions {
                 resolution: how.resolution,
                 ..MeshOptions::default()
-            })?;
+            };
+            let meshed = world.mesh_async(&options).await?;
             breathe().await;
             if progress.set(0.5) {
                 return Ok(Done::Cancelled);
@@ -264,12 +266,12 @@ async fn export(
                 resolution: how.resolution,
                 ..BricksOptions::default()
             };
-            let world = Engine::cpu().build(scene)?.bricks(options)?;
+            let world = Engine::cpu().build(scene)?.via_async(options).await?;
             breathe().await;
             if progress.set(0.5) {
                 return Ok(Done::Cancelled);
             }
-            progress.put(path, |out| world.write(out))?;
+            progress.put(path, |out| ready(world.write_async(out)))?;
         }
         Ask::Turntable => {
             let world = how.engine.build(scene)?.field();

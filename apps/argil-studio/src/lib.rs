@@ -47,6 +47,7 @@ mod pictures;
 mod place;
 mod pose;
 mod preferences;
+mod ready;
 mod recovery;
 mod renderer;
 mod run;

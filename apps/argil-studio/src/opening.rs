@@ -9,7 +9,8 @@ use crate::mesh_files::{Load, folder_of, from_files, moved_paths, usual_resoluti
 use crate::recovery::{Left, Recovery};
 use crate::session::Session;
 #[cfg(not(target_arch = "wasm32"))]
-use argil::{Format, Journal, NodeId, Scene};
+use argil::Format;
+use argil::{Journal, NodeId, Scene};
 use eframe::egui;
 use std::path::{Path, PathBuf};
 

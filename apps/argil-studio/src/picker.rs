@@ -1,5 +1,6 @@
 //! What is under the cursor: a place of the surface, and the brush that makes it.
 
+use crate::ready::ready;
 use argil::glam::{Vec2, Vec3};
 use argil::{
     Body, CastHit, Engine, Entry, Group, MeshMethod, MeshNormals, MeshOptions, NodeId, Operator,
@@ -73,7 +74,7 @@ impl Picker {
         if self.version != version {
             self.version = version;
             let followed = match &mut self.world {
-                Some(world) => world.apply(scene).is_ok(),
+                Some(world) => ready(world.apply_async(scene)).is_ok(),
                 None => false,
             };
             if !followed {
@@ -261,14 +262,14 @@ fn outline(world: &World) -> Option<Outline> {
     if !world.program().aabb().is_finite() {
         return None;
     }
-    let meshed = world.mesh(&MeshOptions {
+    let options = MeshOptions {
         method: MeshMethod::MarchingCubes,
         resolution: OUTLINE_CELLS,
         normals: MeshNormals::Field,
         materials: false,
         ..MeshOptions::default()
-    });
-    let mesh = meshed.ok()?.mesh;
+    };
+    let mesh = ready(world.mesh_async(&options)).ok()?.mesh;
     Some(Outline {
         corners: mesh.positions,
         normals: mesh.normals,

@@ -1,5 +1,4 @@
-use crate::wait::wait;
-use crate::{BricksOptions, BuildError, DenseOptions, Engine, OctreeOptions, Scene, Via, World};
+use crate::{BuildError, Engine, Scene, Via, World};
 use argil_field::Program;
 
 /// A scene that an engine has checked and lowered, and that is to become a [`World`], kept in some way.
@@ -43,38 +42,6 @@ impl<'a> Build<'a> {
     /// Kept as its field: every distance is evaluated when it is asked for.
     pub fn field(self) -> World {
         self.world
-    }
-
-    /// Kept as sparse bricks, of options or of so many voxels along the longest side.
-    ///
-    /// # Errors
-    /// If the options make no sense, or what they ask for takes too much.
-    pub fn bricks(self, options: impl Into<BricksOptions>) -> Result<World, BuildError> {
-        self.via(options.into())
-    }
-
-    /// Kept as a dense volume, of options or of so many voxels along the longest side.
-    ///
-    /// # Errors
-    /// As [`Build::bricks`].
-    pub fn dense(self, options: impl Into<DenseOptions>) -> Result<World, BuildError> {
-        self.via(options.into())
-    }
-
-    /// Kept as an octree of bricks, of options or of so many voxels along the longest side.
-    ///
-    /// # Errors
-    /// As [`Build::bricks`].
-    pub fn octree(self, options: impl Into<OctreeOptions>) -> Result<World, BuildError> {
-        self.via(options.into())
-    }
-
-    /// Kept in some way.
-    ///
-    /// # Errors
-    /// As [`Build::bricks`].
-    pub fn via(self, via: impl Into<Via>) -> Result<World, BuildError> {
-        wait(self.via_async(via))
     }
 
     /// [`Build::via`] where a GPU cannot be waited for in place: in a browser. A future of a world on the CPU does all of its work

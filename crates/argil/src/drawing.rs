@@ -2,7 +2,6 @@
 
 use crate::limits::{MAX_PIXELS, MAX_SIDE};
 use crate::representation::{Drawable, Kept, Triangulated, triangles};
-use crate::wait::wait;
 use crate::{Drawn, Placement, RenderError, Via, World};
 use argil_abi::{HIT_INSIDE, HIT_OUTSIDE, Hit};
 use argil_march::{Camera, Picture, Settings, Show, Through, frames};
@@ -47,16 +46,6 @@ impl World {
         }
     }
 
-    /// A shaded picture.
-    pub fn render(&self, camera: &Camera, size: [u32; 2]) -> Result<Drawn, RenderError> {
-        self.draw(camera, &self.settings(size, Show::Shaded))
-    }
-
-    /// A picture by settings.
-    pub fn draw(&self, camera: &Camera, settings: &Settings) -> Result<Drawn, RenderError> {
-        wait(self.draw_async(camera, settings))
-    }
-
     /// [`World::draw`] as a future; see [`Build::via_async`](crate::Build::via_async).
     ///
     /// # Errors
@@ -68,13 +57,6 @@ impl World {
     ) -> Result<Drawn, RenderError> {
         let (picture, duration_ms) = self.picture(camera, settings, false).await?;
         Ok(Drawn::new(picture, duration_ms))
-    }
-
-    /// How far the ray of each pixel goes until it hits a solid, row by row from the top, of the first sample where there are
-    /// several; infinite where it hits none.
-    pub fn lengths(&self, camera: &Camera, settings: &Settings) -> Result<Vec<f32>, RenderError> {
-        let (_, lengths) = wait(self.draw_with_lengths_async(camera, settings))?;
-        Ok(lengths)
     }
 
     /// [`World::draw_async`] and [`World::lengths`] in one.

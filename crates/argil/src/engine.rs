@@ -1,4 +1,3 @@
-use crate::wait::wait;
 use crate::{Control, EngineError};
 use argil_gpu::{DeviceInfo, DeviceKind, Gpu};
 use std::sync::Arc;
@@ -25,11 +24,6 @@ pub struct Engine {
 }
 
 impl Engine {
-    /// A GPU where there is a real one, else the CPU.
-    pub fn auto() -> Result<Self, EngineError> {
-        Self::on(Backend::Auto)
-    }
-
     /// The CPU.
     pub fn cpu() -> Self {
         Self {
@@ -39,12 +33,7 @@ impl Engine {
         }
     }
 
-    /// The given back end, or why it is not there.
-    pub fn on(backend: Backend) -> Result<Self, EngineError> {
-        wait(Self::on_async(backend))
-    }
-
-    /// The same in a browser, where nothing can be waited for in place.
+    /// [`Engine::on`] as a future.
     pub async fn on_async(backend: Backend) -> Result<Self, EngineError> {
         match backend {
             Backend::Cpu => Ok(Self::cpu()),
@@ -82,9 +71,9 @@ impl Engine {
         }
     }
 
-    /// The graphics devices of this machine, the best first; the CPU path is always there besides.
-    pub fn devices() -> Vec<DeviceInfo> {
-        wait(argil_gpu::devices())
+    /// [`Engine::devices`] as a future.
+    pub async fn devices_async() -> Vec<DeviceInfo> {
+        argil_gpu::devices().await
     }
 
     /// What the engine runs on, in words.

@@ -15,6 +15,8 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+#[cfg(not(target_arch = "wasm32"))]
+mod blocking;
 mod build;
 mod cast;
 mod drawing;
@@ -36,7 +38,6 @@ mod query;
 mod representation;
 mod stored;
 mod triangles;
-mod wait;
 mod world;
 
 pub use argil_field::{FAR, Grid, LowerError, Program};

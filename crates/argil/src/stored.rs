@@ -1,36 +1,30 @@
 //! Worlds from and to volume files.
 
 use crate::representation::Kept;
-use crate::wait::wait;
 use crate::{BuildError, Engine, Scene, Stored, Via, VolumeFileError, World};
 use argil_gpu::GpuVolume;
 use argil_scene::SampledGrid;
-use argil_volume::{Section, VolumeError};
+use argil_volume::{Section, StoredMesh, VolumeError};
 use std::path::Path;
 use std::sync::Arc;
 
 impl Engine {
-    /// A world of what a volume file holds, drawn from there. `path` stands in messages.
-    pub fn load(
+    /// [`Engine::load`] as a future; with `outside`, the scene's meshes may be anywhere.
+    ///
+    /// # Errors
+    /// As there.
+    pub async fn load_async(
         &self,
         stored: Stored,
-        path: impl AsRef<std::path::Path>,
+        path: impl AsRef<Path>,
+        outside: bool,
     ) -> Result<(Scene, World), VolumeFileError> {
-        World::load(self.clone(), stored, path.as_ref(), false)
-    }
-
-    /// The same, where the scene's meshes may be anywhere.
-    pub fn load_with_meshes_outside(
-        &self,
-        stored: Stored,
-        path: impl AsRef<std::path::Path>,
-    ) -> Result<(Scene, World), VolumeFileError> {
-        World::load(self.clone(), stored, path.as_ref(), true)
+        World::load(self.clone(), stored, path.as_ref(), outside).await
     }
 }
 
 impl World {
-    fn load(
+    async fn load(
         engine: Engine,
         stored: Stored,
         path: &Path,
@@ -50,9 +44,8 @@ impl World {
         world.via = Via::of(&stored.volume);
         world.kept = match &world.gpu {
             Some(gpu) => {
-                let volume =
-                    wait(GpuVolume::upload(gpu, &stored.volume)).map_err(BuildError::from)?;
-                Kept::Gpu(volume)
+                let volume = GpuVolume::upload(gpu, &stored.volume).await;
+                Kept::Gpu(volume.map_err(BuildError::from)?)
             }
             None => Kept::Cpu(stored.volume),
         };
@@ -60,12 +53,15 @@ impl World {
         Ok((scene, world))
     }
 
-    /// Write the volume with its [scene](World::scene), beside its place and then renamed into it.
-    pub fn save(&self, path: impl AsRef<Path>) -> Result<(), VolumeFileError> {
+    /// [`World::save`] as a future.
+    ///
+    /// # Errors
+    /// As there.
+    pub async fn save_async(&self, path: impl AsRef<Path>) -> Result<(), VolumeFileError> {
         let path = path.as_ref();
-        let volume = self.volume()?.ok_or(VolumeFileError::NoVolume)?;
-        let scene_json = at_time_0(&self.scene);
-        let meshes = crate::meshes::meshes_to_store(&self.scene);
+        let volume = self.volume_async().await?;
+        let volume = volume.ok_or(VolumeFileError::NoVolume)?;
+        let (scene_json, meshes) = self.scene_to_store();
         argil_scene::replace_file(path, |out| volume.write(&scene_json, &meshes, out)).map_err(
             |source| VolumeFileError::Write {
                 path: path.into(),
@@ -74,15 +70,23 @@ impl World {
         )
     }
 
-    /// Write what [`World::save`] does, wherever it goes.
+    /// [`World::write`] as a future.
     ///
     /// # Errors
-    /// If there is no volume, or `out` does not take it.
-    pub fn write(&self, out: &mut dyn std::io::Write) -> std::io::Result<()> {
-        let volume = self.volume().map_err(std::io::Error::other)?;
+    /// As there.
+    pub async fn write_async(
+        &self,
+        mut out: &mut (impl std::io::Write + ?Sized),
+    ) -> std::io::Result<()> {
+        let volume = self.volume_async().await.map_err(std::io::Error::other)?;
         let volume = volume.ok_or_else(|| std::io::Error::other(VolumeFileError::NoVolume))?;
+        let (scene_json, meshes) = self.scene_to_store();
+        volume.write(&scene_json, &meshes, &mut out)
+    }
+
+    fn scene_to_store(&self) -> (String, Vec<StoredMesh<'_>>) {
         let meshes = crate::meshes::meshes_to_store(&self.scene);
-        volume.write(&at_time_0(&self.scene), &meshes, out)
+        (at_time_0(&self.scene), meshes)
     }
 }
 

@@ -2,7 +2,6 @@
 
 use crate::field_mesh::{MeshMethod, Stages, field_mesh, field_mesh_on_gpu, layout_of};
 use crate::representation::Kept;
-use crate::wait::wait;
 use crate::{BuildError, World};
 use argil_field::Grid;
 use argil_gpu::{GpuError, GpuField, GpuMesh, GpuVolume, MarchNormals, MarchOptions};
@@ -125,13 +124,11 @@ pub enum MeshError {
 }
 
 impl World {
-    /// The world's surface as triangles: of the field by marching cubes over sparse bricks that are made for it, its corners
-    /// moved to where the exact distance is 0; of a dense volume or bricks of what they store. Where the world is on a GPU it
-    /// is marched there, and triangles alone are brought back.
+    /// [`World::mesh`] as a future.
     ///
     /// # Errors
-    /// If there is no mesh of what the world is kept as.
-    pub fn mesh(&self, options: &MeshOptions) -> Result<Meshed, MeshError> {
+    /// As there.
+    pub async fn mesh_async(&self, options: &MeshOptions) -> Result<Meshed, MeshError> {
         let iso = options.iso;
         if !(-1e6..=1e6).contains(&iso) {
             return Err(MeshError::NotALength(iso));
@@ -147,7 +144,7 @@ impl World {
         }
         let (mut mesh, lattice, lists) = match (self.kept(), self.field_on_gpu()) {
             (Kept::Gpu(volume), Some(field)) => {
-                let mesh = of_gpu(volume, field, options, &mut stages)?;
+                let mesh = of_gpu(volume, field, options, &mut stages).await?;
                 (mesh, *volume.lattice(), None)
             }
             (Kept::Cpu(volume), _) => {
@@ -157,7 +154,7 @@ impl World {
                 (mesh, *volume.lattice(), None)
             }
             (_, Some(field)) if iso == 0.0 && !is_dual => {
-                self.of_field_on_gpu(field, options, &mut stages)?
+                self.of_field_on_gpu(field, options, &mut stages).await?
             }
             _ if iso == 0.0 => self.of_field(options, &mut made, &mut stages)?,
             _ => self.of_level(options, &mut stages)?,
@@ -248,7 +245,7 @@ impl World {
     }
 
     /// The same on a GPU: bricks are built, marched and given up there.
-    fn of_field_on_gpu(
+    async fn of_field_on_gpu(
         &self,
         field: &GpuField,
         options: &MeshOptions,
@@ -261,17 +258,17 @@ impl World {
             MeshNormals::Gradient => MarchNormals::Gradient,
             MeshNormals::Face | MeshNormals::None => MarchNormals::None,
         };
-        let made = wait(field_mesh_on_gpu(
+        let made = field_mesh_on_gpu(
             self.engine(),
             field,
             self.program(),
             lattice,
             normals,
             false,
-        ))?;
-        let (mesh, took) = made;
+        );
+        let (mesh, took) = made.await?;
         stages.all.extend(took);
-        Ok((brought(&mesh, field, stages)?, lattice, None))
+        Ok((brought(&mesh, field, stages).await?, lattice, None))
     }
 
     /// Another iso level of the field: a dense grid of it.
@@ -302,7 +299,7 @@ impl World {
 }
 
 /// Triangles of a volume on a GPU.
-fn of_gpu(
+async fn of_gpu(
     volume: &GpuVolume,
     field: &GpuField,
     options: &MeshOptions,
@@ -319,20 +316,20 @@ fn of_gpu(
         },
         ..MarchOptions::default()
     };
-    let marched = wait(volume.march(field, &options));
+    let marched = volume.march(field, &options).await;
     let (mesh, took) = marched.map_err(|error| match error {
         GpuError::NotMarched => SurfaceError::Octree.into(),
         GpuError::OtherLevel => SurfaceError::Iso.into(),
         error => MeshError::from(BuildError::from(error)),
     })?;
     stages.all.extend(took);
-    brought(&mesh, field, stages)
+    brought(&mesh, field, stages).await
 }
 
 /// A mesh on the CPU; without normals where they are all zero.
-fn brought(mesh: &GpuMesh, field: &GpuField, stages: &mut Stages) -> Result<Mesh, MeshError> {
+async fn brought(mesh: &GpuMesh, field: &GpuField, stages: &mut Stages) -> Result<Mesh, MeshError> {
     stages.restart();
-    let mut mesh = wait(mesh.read(field.gpu())).map_err(BuildError::from)?;
+    let mut mesh = mesh.read(field.gpu()).await.map_err(BuildError::from)?;
     if mesh.normals.iter().all(|&n| n == Vec3::ZERO) {
         mesh.normals = Vec::new();
     }

@@ -4,7 +4,6 @@ use crate::listeners::Listeners;
 use crate::live::Live;
 use crate::lowered::Lowered;
 use crate::representation::{Kept, Site, Triangulated, focus};
-use crate::wait::wait;
 use crate::{BuildError, BuildTimes, Engine, GridError, Scene, Via, Volume, VolumeInfo};
 use argil_field::{Grid, ListTree, LiveProgram, OperandIndex, Program};
 use argil_gpu::GpuField;
@@ -74,14 +73,6 @@ impl World {
         })
     }
 
-    /// The same world, made anew of a scene and kept in some way, on the same device and by the same shaders.
-    ///
-    /// # Errors
-    /// As [`Build::bricks`](crate::Build::bricks).
-    pub fn kept_anew(self, scene: &Scene, via: Via) -> Result<Self, BuildError> {
-        wait(self.kept_anew_async(scene, via))
-    }
-
     /// [`World::kept_anew`] as a future; see [`Build::via_async`](crate::Build::via_async).
     ///
     /// # Errors
@@ -132,12 +123,7 @@ impl World {
         self.kept.lattice().map(|lattice| lattice.size.to_array())
     }
 
-    /// What the volume is; `None` of a field.
-    pub fn volume_info(&self) -> Result<Option<VolumeInfo>, BuildError> {
-        wait(self.volume_info_async())
-    }
-
-    /// [`World::volume_info`] in a browser.
+    /// [`World::volume_info`] as a future.
     ///
     /// # Errors
     /// As there.
@@ -192,12 +178,15 @@ impl World {
         self.scene.rename_meshes(paths);
     }
 
-    /// The volume, brought from the GPU where it is there; `None` of a field.
-    pub fn volume(&self) -> Result<Option<Cow<'_, Volume>>, BuildError> {
+    /// [`World::volume`] as a future.
+    ///
+    /// # Errors
+    /// As there.
+    pub async fn volume_async(&self) -> Result<Option<Cow<'_, Volume>>, BuildError> {
         match (&self.kept, &self.gpu) {
             (Kept::Cpu(volume), _) => Ok(Some(Cow::Borrowed(volume))),
             (Kept::Gpu(volume), Some(field)) => {
-                Ok(Some(Cow::Owned(wait(volume.read(field.gpu()))?)))
+                Ok(Some(Cow::Owned(volume.read(field.gpu()).await?)))
             }
             _ => Ok(None),
         }
@@ -213,9 +202,12 @@ impl World {
         }
     }
 
-    /// Compile shaders for this very scene, in place of the interpreter. The CPU always interprets.
-    pub fn specialize(&mut self) -> Result<(), BuildError> {
-        self.finish()?;
+    /// [`World::specialize`] as a future.
+    ///
+    /// # Errors
+    /// As there.
+    pub async fn specialize_async(&mut self) -> Result<(), BuildError> {
+        self.finish_async().await?;
         if let Some(gpu) = &self.gpu {
             let specialized = GpuField::new(gpu.gpu().clone(), self.program(), true)?;
             self.gpu = Some(specialized);

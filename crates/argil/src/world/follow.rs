@@ -5,7 +5,6 @@ use crate::listeners::Listener;
 use crate::live::{Applied, Editable, Followed, Live, Pace, Rebuilt};
 use crate::lowered::Lowered;
 use crate::representation::{Kept, Site, focus, following, found_again};
-use crate::wait::wait;
 use crate::{BuildError, Scene, Volume};
 use argil_field::Program;
 use argil_gpu::GpuField;
@@ -29,17 +28,6 @@ impl World {
         }
     }
 
-    /// Follow a scene that was edited. Sparse bricks are changed in place, at the cost of what the edits touch, if the scene
-    /// is the one that the world was built from. Otherwise, and where an edit changes what all distances are relied on for, everything is made again, of voxels of the same size; the
-    /// result is that of a fresh bake. On a GPU edits are submitted and not waited for, and nothing is compiled unless the world is
-    /// specialised, or a software device lacks an opcode.
-    ///
-    /// # Errors
-    /// If the scene cannot be built, or takes too much; the next scene that can be is followed all the same.
-    pub fn apply(&mut self, scene: &Scene) -> Result<Applied, BuildError> {
-        wait(self.follow(scene, None))
-    }
-
     /// [`World::apply`] as a future; see [`Build::via_async`](crate::Build::via_async).
     ///
     /// # Errors
@@ -48,13 +36,16 @@ impl World {
         self.follow(scene, None).await
     }
 
-    /// The same at a pace: as much as there is time for, what is near to the eye first. What is left is told, and done by
-    /// calls that follow, or by [`World::finish`]. A picture in between shows each cell as it was or as it will be.
+    /// [`World::apply_at`] as a future.
     ///
     /// # Errors
-    /// As [`World::apply`].
-    pub fn apply_at(&mut self, scene: &Scene, pace: Pace) -> Result<Applied, BuildError> {
-        wait(self.follow(scene, Some(pace)))
+    /// As there.
+    pub async fn apply_at_async(
+        &mut self,
+        scene: &Scene,
+        pace: Pace,
+    ) -> Result<Applied, BuildError> {
+        self.follow(scene, Some(pace)).await
     }
 
     async fn follow(&mut self, scene: &Scene, pace: Option<Pace>) -> Result<Applied, BuildError> {
@@ -122,16 +113,7 @@ impl World {
         })
     }
 
-    /// Do what edits at a pace have left to be done, and wait for the device; what edits did since the last time, all bricks counted as
-    /// filled where everything was made again.
-    ///
-    /// # Errors
-    /// As [`World::apply`].
-    pub fn finish(&mut self) -> Result<BrickEdit, BuildError> {
-        wait(self.finish_async())
-    }
-
-    /// [`World::finish`] in a browser.
+    /// [`World::finish`] as a future.
     ///
     /// # Errors
     /// As there.
@@ -146,13 +128,13 @@ impl World {
         Ok(edit)
     }
 
-    /// Give back the room for bricks that edits have left on a GPU, after a wait. On the CPU none is left.
+    /// [`World::trim`] as a future.
     ///
     /// # Errors
-    /// If the device does not do it.
-    pub fn trim(&mut self) -> Result<(), BuildError> {
+    /// As there.
+    pub async fn trim_async(&mut self) -> Result<(), BuildError> {
         if let (Kept::Gpu(volume), Some(field)) = (&mut self.kept, &self.gpu) {
-            wait(volume.trim(field))?;
+            volume.trim(field).await?;
         }
         Ok(())
     }
@@ -169,14 +151,12 @@ impl World {
         self.listeners.remove(listener)
     }
 
-    /// In how many cells sparse bricks differ from those of a fresh bake on the same device with the same voxels, whose box is
-    /// found anew: whether there is a
-    /// brick, its samples, its materials. Nothing of a world that is kept in another way.
+    /// [`World::differing_cells`] as a future.
     ///
     /// # Errors
-    /// If the scene cannot be baked.
-    pub fn differing_cells(&self) -> Result<Option<u64>, BuildError> {
-        let volume = self.volume()?;
+    /// As there.
+    pub async fn differing_cells_async(&self) -> Result<Option<u64>, BuildError> {
+        let volume = self.volume_async().await?;
         let Some(Volume::Bricks(bricks)) = volume.as_deref() else {
             return Ok(None);
         };
@@ -196,10 +176,10 @@ impl World {
             field,
             ..self.site(&self.scene, &program)
         };
-        let (fresh, _) = wait(self.via.build(&site, lattice))?;
+        let (fresh, _) = self.via.build(&site, lattice).await?;
         let fresh = match (fresh, field) {
             (Kept::Cpu(volume), _) => volume,
-            (Kept::Gpu(volume), Some(field)) => wait(volume.read(field.gpu()))?,
+            (Kept::Gpu(volume), Some(field)) => volume.read(field.gpu()).await?,
             _ => return Ok(None),
         };
         Ok(match &fresh {

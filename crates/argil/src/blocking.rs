@@ -1,0 +1,211 @@
+//! What waits in place for futures: each method here is the one of the same name with `_async`, waited for. On a page, where nothing can
+//! be waited for in place, there are only those.
+
+use crate::live::{Applied, Pace};
+use crate::triangles::{MeshError, MeshOptions, Meshed};
+use crate::{
+    Backend, BricksOptions, Build, BuildError, DenseOptions, DeviceInfo, Drawn, Engine,
+    EngineError, OctreeOptions, RenderError, Scene, Stored, Via, Volume, VolumeFileError,
+    VolumeInfo, World,
+};
+use argil_march::{Camera, Settings, Show};
+use argil_volume::BrickEdit;
+use pollster::block_on as wait;
+use std::borrow::Cow;
+use std::path::Path;
+
+impl Engine {
+    /// A GPU where there is a real one, else the CPU.
+    pub fn auto() -> Result<Self, EngineError> {
+        Self::on(Backend::Auto)
+    }
+
+    /// The given back end, or why it is not there.
+    pub fn on(backend: Backend) -> Result<Self, EngineError> {
+        wait(Self::on_async(backend))
+    }
+
+    /// The graphics devices of this machine, the best first; the CPU path is always there besides.
+    pub fn devices() -> Vec<DeviceInfo> {
+        wait(Self::devices_async())
+    }
+
+    /// A world of what a volume file holds, drawn from there. `path` stands in messages.
+    ///
+    /// # Errors
+    /// If what it holds makes no sense, or a device does not take it.
+    pub fn load(
+        &self,
+        stored: Stored,
+        path: impl AsRef<Path>,
+    ) -> Result<(Scene, World), VolumeFileError> {
+        wait(self.load_async(stored, path, false))
+    }
+
+    /// The same, where the scene's meshes may be anywhere.
+    ///
+    /// # Errors
+    /// As [`Engine::load`].
+    pub fn load_with_meshes_outside(
+        &self,
+        stored: Stored,
+        path: impl AsRef<Path>,
+    ) -> Result<(Scene, World), VolumeFileError> {
+        wait(self.load_async(stored, path, true))
+    }
+}
+
+impl Build<'_> {
+    /// Kept as sparse bricks, of options or of so many voxels along the longest side.
+    ///
+    /// # Errors
+    /// If the options make no sense, or what they ask for takes too much.
+    pub fn bricks(self, options: impl Into<BricksOptions>) -> Result<World, BuildError> {
+        self.via(options.into())
+    }
+
+    /// Kept as a dense volume, of options or of so many voxels along the longest side.
+    ///
+    /// # Errors
+    /// As [`Build::bricks`].
+    pub fn dense(self, options: impl Into<DenseOptions>) -> Result<World, BuildError> {
+        self.via(options.into())
+    }
+
+    /// Kept as an octree of bricks, of options or of so many voxels along the longest side.
+    ///
+    /// # Errors
+    /// As [`Build::bricks`].
+    pub fn octree(self, options: impl Into<OctreeOptions>) -> Result<World, BuildError> {
+        self.via(options.into())
+    }
+
+    /// Kept in some way.
+    ///
+    /// # Errors
+    /// As [`Build::bricks`].
+    pub fn via(self, via: impl Into<Via>) -> Result<World, BuildError> {
+        wait(self.via_async(via))
+    }
+}
+
+impl World {
+    /// The same world, made anew of a scene and kept in some way, on the same device and by the same shaders.
+    ///
+    /// # Errors
+    /// As [`Build::bricks`](crate::Build::bricks).
+    pub fn kept_anew(self, scene: &Scene, via: Via) -> Result<Self, BuildError> {
+        wait(self.kept_anew_async(scene, via))
+    }
+
+    /// What the volume is; `None` of a field.
+    pub fn volume_info(&self) -> Result<Option<VolumeInfo>, BuildError> {
+        wait(self.volume_info_async())
+    }
+
+    /// Follow a scene that was edited. Sparse bricks are changed in place, at the cost of what the edits touch, if the scene
+    /// is the one that the world was built from. Otherwise, and where an edit changes what all distances are relied on for, everything is made again, of voxels of the same size; the
+    /// result is that of a fresh bake. On a GPU edits are submitted and not waited for, and nothing is compiled unless the world is
+    /// specialised, or a software device lacks an opcode.
+    ///
+    /// # Errors
+    /// If the scene cannot be built, or takes too much; the next scene that can be is followed all the same.
+    pub fn apply(&mut self, scene: &Scene) -> Result<Applied, BuildError> {
+        wait(self.apply_async(scene))
+    }
+
+    /// The same at a pace: as much as there is time for, what is near to the eye first. What is left is told, and done by
+    /// calls that follow, or by [`World::finish`]. A picture in between shows each cell as it was or as it will be.
+    ///
+    /// # Errors
+    /// As [`World::apply`].
+    pub fn apply_at(&mut self, scene: &Scene, pace: Pace) -> Result<Applied, BuildError> {
+        wait(self.apply_at_async(scene, pace))
+    }
+
+    /// Do what edits at a pace have left to be done, and wait for the device; what edits did since the last time, all bricks counted as
+    /// filled where everything was made again.
+    ///
+    /// # Errors
+    /// As [`World::apply`].
+    pub fn finish(&mut self) -> Result<BrickEdit, BuildError> {
+        wait(self.finish_async())
+    }
+
+    /// A shaded picture.
+    pub fn render(&self, camera: &Camera, size: [u32; 2]) -> Result<Drawn, RenderError> {
+        self.draw(camera, &self.settings(size, Show::Shaded))
+    }
+
+    /// A picture by settings.
+    pub fn draw(&self, camera: &Camera, settings: &Settings) -> Result<Drawn, RenderError> {
+        wait(self.draw_async(camera, settings))
+    }
+
+    /// How far the ray of each pixel goes until it hits a solid, row by row from the top, of the first sample where there are
+    /// several; infinite where it hits none.
+    pub fn lengths(&self, camera: &Camera, settings: &Settings) -> Result<Vec<f32>, RenderError> {
+        let (_, lengths) = wait(self.draw_with_lengths_async(camera, settings))?;
+        Ok(lengths)
+    }
+
+    /// The volume, brought from the GPU where it is there; `None` of a field.
+    ///
+    /// # Errors
+    /// If the device does not give it.
+    pub fn volume(&self) -> Result<Option<Cow<'_, Volume>>, BuildError> {
+        wait(self.volume_async())
+    }
+
+    /// Compile shaders for this very scene, in place of the interpreter. The CPU always interprets.
+    ///
+    /// # Errors
+    /// If the device does not take them.
+    pub fn specialize(&mut self) -> Result<(), BuildError> {
+        wait(self.specialize_async())
+    }
+
+    /// Give back the room for bricks that edits have left on a GPU, after a wait. On the CPU none is left.
+    ///
+    /// # Errors
+    /// If the device does not do it.
+    pub fn trim(&mut self) -> Result<(), BuildError> {
+        wait(self.trim_async())
+    }
+
+    /// In how many cells sparse bricks differ from those of a fresh bake on the same device with the same voxels, whose box is
+    /// found anew: whether there is a
+    /// brick, its samples, its materials. Nothing of a world that is kept in another way.
+    ///
+    /// # Errors
+    /// If the scene cannot be baked.
+    pub fn differing_cells(&self) -> Result<Option<u64>, BuildError> {
+        wait(self.differing_cells_async())
+    }
+
+    /// The world's surface as triangles: of the field by marching cubes over sparse bricks that are made for it, its corners
+    /// moved to where the exact distance is 0; of a dense volume or bricks of what they store. Where the world is on a GPU it
+    /// is marched there, and triangles alone are brought back.
+    ///
+    /// # Errors
+    /// If there is no mesh of what the world is kept as.
+    pub fn mesh(&self, options: &MeshOptions) -> Result<Meshed, MeshError> {
+        wait(self.mesh_async(options))
+    }
+
+    /// Write the volume with its [scene](World::scene), beside its place and then renamed into it.
+    ///
+    /// # Errors
+    /// If there is no volume, or the file cannot be written.
+    pub fn save(&self, path: impl AsRef<Path>) -> Result<(), VolumeFileError> {
+        wait(self.save_async(path))
+    }
+
+    /// Write what [`World::save`] does, wherever it goes.
+    ///
+    /// # Errors
+    /// If there is no volume, or `out` does not take it.
+    pub fn write(&self, out: &mut (impl std::io::Write + ?Sized)) -> std::io::Result<()> {
+        wait(self.write_async(out))
+    }
+}

@@ -1,0 +1,56 @@
+//! Futures go to any thread, and come to what waiting in place does.
+
+use argil::{Brush, Edit, Engine, MeshOptions, Pace, Scene, Shape, Show, Via};
+
+fn scene() -> Scene {
+    let mut scene = Scene::new();
+    let ball = Brush::new(Shape::sphere(0.5));
+    scene.push(ball).expect("a brush");
+    scene
+}
+
+/// What runs on a thread of an executor of many is to be sent there.
+fn sent<T: Send>(future: impl Future<Output = T> + Send) -> T {
+    std::thread::scope(|scope| {
+        let thread = scope.spawn(|| pollster::block_on(future));
+        thread.join().expect("no panic")
+    })
+}
+
+#[test]
+fn futures_can_be_sent_to_other_threads() -> Result<(), Box<dyn std::error::Error>> {
+    for engine in [Engine::cpu(), sent(Engine::on_async(argil::Backend::Gpu))?] {
+        let mut scene = scene();
+        let mut world = sent(engine.build(&scene)?.via_async(Via::Bricks(32.into())))?;
+        let node = scene
+            .push(Brush::new(Shape::sphere(0.3)).at([0.5, 0.0, 0.0]))?
+            .node;
+        let eye = [2.0, 0.0, 0.0];
+        let pace = Pace {
+            budget_ms: 1.0,
+            eye,
+        };
+        sent(world.apply_at_async(&scene, pace))?;
+        sent(world.finish_async())?;
+        scene.apply(Edit::Remove { node })?;
+        sent(world.apply_async(&scene))?;
+        sent(world.finish_async())?;
+        sent(world.trim_async())?;
+        assert_eq!(sent(world.differing_cells_async())?, Some(0));
+        let settings = world.settings([32, 24], Show::Normal);
+        let drawn = sent(world.draw_async(&world.camera(), &settings))?;
+        assert_eq!(drawn.rgb, world.draw(&world.camera(), &settings)?.rgb);
+        let info = sent(world.volume_info_async())?;
+        assert!(info.is_some() && sent(world.volume_async())?.is_some());
+        let meshed = sent(world.mesh_async(&MeshOptions::default()))?;
+        assert!(meshed.report.is_watertight());
+        let mut bytes = Vec::new();
+        sent(world.write_async(&mut bytes))?;
+        let mut again = Vec::new();
+        world.write(&mut again)?;
+        assert!(bytes == again && bytes.len() > 1000);
+        let world = sent(world.kept_anew_async(&scene, Via::Field))?;
+        assert_eq!(world.distance([0.0; 3]), -0.5);
+    }
+    Ok(())
+}
