@@ -19,8 +19,8 @@ impl View {
     pub(crate) fn split(&mut self, session: &mut Session) {
         self.pictures.split = match self.pictures.split {
             Some(_) => None,
-            None if session.preferences.pipeline == Pipeline::Field => Some(Pipeline::Bricks),
-            None => Some(Pipeline::Field),
+            None if session.preferences.pipeline == Pipeline::field() => Some(Pipeline::default()),
+            None => Some(Pipeline::field()),
         };
         self.pictures.divider = 0.5;
         self.pictures.shows_difference = false;

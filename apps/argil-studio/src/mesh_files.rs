@@ -131,7 +131,7 @@ mod tests {
             nothing("gone.obj"),
         );
         assert!(scene.missing_meshes().is_empty());
-        for pipeline in Pipeline::ALL {
+        for pipeline in Pipeline::all() {
             let hit = |scene: &Scene| {
                 let built = Engine::cpu().build(scene);
                 let world = built.and_then(|built| built.via(pipeline.via(32)));

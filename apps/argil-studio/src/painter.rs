@@ -9,41 +9,29 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use web_time::Instant;
 
-/// How a scene is kept and drawn.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
-pub enum Pipeline {
-    /// As it is.
-    Field,
-    /// One texture.
-    Dense,
-    /// The 2023 study's tree of bricks.
-    Octree,
-    /// Sparse bricks.
-    #[default]
-    Bricks,
-    /// Triangles.
-    Mesh,
-}
+/// How a scene is kept and drawn: one of the engine's representations, by its word.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Pipeline(&'static str);
 
 impl Pipeline {
     /// All of them.
-    pub const ALL: [Self; 5] = [
-        Self::Field,
-        Self::Dense,
-        Self::Octree,
-        Self::Bricks,
-        Self::Mesh,
-    ];
+    pub fn all() -> impl Iterator<Item = Self> {
+        Via::all(1).into_iter().map(Self::of)
+    }
+
+    /// The field as it is, which takes no building.
+    pub fn field() -> Self {
+        Self::of(Via::Field)
+    }
+
+    fn of(via: Via) -> Self {
+        Self(via.word())
+    }
 
     /// In a word.
-    pub fn word(self) -> &'static str {
-        match self {
-            Self::Field => "Field",
-            Self::Dense => "Dense",
-            Self::Octree => "Octree",
-            Self::Bricks => "Bricks",
-            Self::Mesh => "Mesh",
-        }
+    pub fn word(self) -> String {
+        let (first, rest) = self.0.split_at(1);
+        first.to_uppercase() + rest
     }
 
     /// Whether there are bricks to be shown.
@@ -53,9 +41,8 @@ impl Pipeline {
 
     /// As the engine says it.
     pub fn via(self, resolution: u32) -> Via {
-        let word = self.word().to_lowercase();
         let all = Via::all(resolution);
-        let found = all.into_iter().find(|via| via.word() == word);
+        let found = all.into_iter().find(|via| via.word() == self.0);
         match found.unwrap_or_default() {
             Via::Dense(options) => Via::Dense(DenseOptions {
                 mips: true,
@@ -63,6 +50,27 @@ impl Pipeline {
             }),
             via => via,
         }
+    }
+}
+
+impl Default for Pipeline {
+    fn default() -> Self {
+        Self::of(argil::BricksOptions::default().into())
+    }
+}
+
+impl Serialize for Pipeline {
+    fn serialize<S: serde::Serializer>(&self, out: S) -> Result<S::Ok, S::Error> {
+        out.serialize_str(&self.word())
+    }
+}
+
+/// One that this program does not have is the usual one.
+impl<'de> Deserialize<'de> for Pipeline {
+    fn deserialize<D: serde::Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
+        let word = String::deserialize(from)?.to_lowercase();
+        let found = Self::all().find(|own| own.0 == word);
+        Ok(found.unwrap_or_default())
     }
 }
 
@@ -348,11 +356,11 @@ mod tests {
             .expect("a brush")
             .node;
         painter.follow(&[Action::Edit(Edit::Remove { node })]);
-        let answer = pollster::block_on(painter.draw(request(Pipeline::Field)));
+        let answer = pollster::block_on(painter.draw(request(Pipeline::field())));
         let fault = answer.pictures.expect_err("a fault");
         assert!(fault.contains("is not in the scene"), "{fault}");
         painter.load(first(), 0);
-        picture(&mut painter, Pipeline::Field);
+        picture(&mut painter, Pipeline::field());
     }
 
     #[test]
@@ -365,7 +373,7 @@ mod tests {
         });
         let mut edited = first();
         edited.perform(&edit).expect("an edit");
-        for pipeline in Pipeline::ALL {
+        for pipeline in Pipeline::all() {
             let mut painter = Painter::new(Engine::cpu());
             painter.load(first(), 0);
             let before = picture(&mut painter, pipeline);

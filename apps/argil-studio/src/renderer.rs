@@ -257,10 +257,11 @@ mod tests {
         };
         let mut renderer = Renderer::new(Engine::cpu(), || {});
         renderer.load(&first(), 0);
-        renderer.draw(request(Pipeline::Dense, 256));
+        let dense = Pipeline::all().find(|own| own.word() == "Dense");
+        renderer.draw(request(dense.expect("a dense volume"), 256));
         renderer.abandon(&first(), 0);
         assert!(!renderer.is_busy());
-        let wanted = request(Pipeline::Field, 32);
+        let wanted = request(Pipeline::field(), 32);
         renderer.draw(wanted.clone());
         let answer = loop {
             match renderer.answer() {

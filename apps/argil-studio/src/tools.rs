@@ -56,7 +56,7 @@ impl View {
                     named(ui.add(degrees), "Snap degrees");
                 }
                 ui.separator();
-                for pipeline in Pipeline::ALL {
+                for pipeline in Pipeline::all() {
                     let is_shown = session.preferences.pipeline == pipeline;
                     if ui.selectable_label(is_shown, pipeline.word()).clicked() {
                         self.look_at(session, pipeline);
@@ -105,7 +105,7 @@ impl View {
         ui.separator();
         ui.label("against");
         let first = session.preferences.pipeline;
-        let all = Pipeline::ALL.into_iter().filter(|p| *p != first);
+        let all = Pipeline::all().filter(|p| *p != first);
         choice(ui, "Second pipeline", second, all, |p| p.word().into());
         ui.toggle_value(&mut self.pictures.shows_difference, "Difference");
     }
@@ -119,7 +119,7 @@ impl View {
             ui.ctx().request_repaint_after(MOMENT - since);
             return;
         }
-        let words: Vec<&str> = request.pipelines.iter().map(|p| p.word()).collect();
+        let words: Vec<String> = request.pipelines.iter().map(|p| p.word()).collect();
         let resolution = request.resolution;
         ui.spinner();
         ui.label(format!(
@@ -139,7 +139,7 @@ impl View {
             *pipelines != wanted || *resolution != session.preferences.resolution
         };
         let resolution = session.preferences.resolution;
-        let field = ([Some(Pipeline::Field), None], resolution);
+        let field = ([Some(Pipeline::field()), None], resolution);
         let ([first, second], resolution) = before.filter(is_other).unwrap_or(field);
         session.preferences.pipeline = first.unwrap_or_default();
         session.preferences.resolution = resolution;

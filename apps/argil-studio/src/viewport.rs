@@ -199,7 +199,7 @@ impl View {
         }
         for (shown, left) in self.pictures.shown.iter().zip([x - 80.0, x + 12.0]) {
             let at = Pos2::new(left, rect.bottom() - 30.0);
-            label(ui, at, shown.picture.pipeline.word());
+            label(ui, at, &shown.picture.pipeline.word());
         }
         is_held
     }
