@@ -80,6 +80,9 @@ macro_rules! shared_struct {
             };
             pub(crate) const FIELD_TYPES: &[&str] = &[$(<$type as $crate::declare::Wgsl>::NAME),*];
         }
+        impl $crate::declare::Wgsl for $name {
+            const NAME: &'static str = stringify!($name);
+        }
     };
 }
 

@@ -139,14 +139,16 @@ shared_struct! {
 }
 
 shared_struct! {
-    /// A volume of stored distances over a box.
-    Volume {
-        /// Least corner of the box, then the length that a stored 1.0 stands for.
-        corner_range: [f32; 4],
-        /// Lengths of the box's sides, then the edge of a voxel.
-        extent_voxel: [f32; 4],
-        /// Of sparse bricks: one over the pool's texels along each axis, then a spare word.
-        per_texel: [f32; 4],
+    /// A dense volume of stored distances over a box.
+    DenseVolume {
+        /// Least corner of the box.
+        corner: [f32; 3],
+        /// The length that a stored 1.0 stands for.
+        range: f32,
+        /// Lengths of the box's sides.
+        extent: [f32; 3],
+        /// The edge of a voxel.
+        voxel: f32,
         /// Texels along x.
         size_x: u32,
         /// Texels along y.
@@ -155,6 +157,28 @@ shared_struct! {
         size_z: u32,
         /// Levels of detail, 1 without mips; each has twice the range of the one before.
         levels: u32,
+        /// Units of cells that are cut into triangles at once, along x.
+        grid_x: u32,
+        /// Such units along y.
+        grid_y: u32,
+        /// Such units along z.
+        grid_z: u32,
+        /// The stored integer of 1.0.
+        quanta: u32,
+    }
+}
+
+shared_struct! {
+    /// An octree of bricks in a box.
+    OctreeVolume {
+        /// Least corner of the box.
+        corner: [f32; 3],
+        /// The length that a stored 1.0 stands for.
+        range: f32,
+        /// Lengths of the box's sides.
+        extent: [f32; 3],
+        /// The edge of a voxel.
+        voxel: f32,
         /// Bricks along x.
         grid_x: u32,
         /// Bricks along y.
@@ -167,16 +191,139 @@ shared_struct! {
         depth: u32,
         /// Morton codes there are: 8 to the depth.
         code_count: u32,
+        /// A brick whose centre is no farther than this from the surface is kept.
+        reach: f32,
+        /// By how much a brick's texels can be nearer to the surface than its centre.
+        spread: f32,
+    }
+}
+
+shared_struct! {
+    /// Where the blocks of sparse bricks, and the words of their cells, are found. In a uniform it stands at a multiple of 16 bytes.
+    CellTable {
+        /// The first block of the top of the tree of blocks along x.
+        tree_x: i32,
+        /// The first block of the top of the tree of blocks along y.
+        tree_y: i32,
+        /// The first block of the top of the tree of blocks along z.
+        tree_z: i32,
+        /// Levels of nodes below the top.
+        levels: u32,
+        /// Entries of the top along x.
+        top_x: u32,
+        /// Entries of the top along y.
+        top_y: u32,
+        /// Entries of the top along z.
+        top_z: u32,
+        /// Where the first cells of slots stand among the cells' words, three each.
+        slots_at: u32,
+        /// Where the words of slots stand.
+        words_at: u32,
+        /// Cells of all slots.
+        cells: u32,
+        /// Zero.
+        pad0: u32,
+        /// Zero.
+        pad1: u32,
+    }
+}
+
+shared_struct! {
+    /// Sparse bricks as they are read: by rays, for triangles, to be moved.
+    BrickVolume {
+        /// Least corner of the box.
+        corner: [f32; 3],
+        /// The length that a stored 1.0 stands for.
+        range: f32,
+        /// Lengths of the box's sides.
+        extent: [f32; 3],
+        /// The edge of a voxel.
+        voxel: f32,
+        /// One over the pool's texels along each axis.
+        per_texel: [f32; 3],
+        /// What a distance can change by over a voxel's edge.
+        slope: f32,
+        /// Voxels of the box along x.
+        size_x: u32,
+        /// Voxels of the box along y.
+        size_y: u32,
+        /// Voxels of the box along z.
+        size_z: u32,
+        /// Voxels along a brick's side.
+        brick: u32,
+        /// The first voxel of the box along x.
+        begin_x: i32,
+        /// The first voxel of the box along y.
+        begin_y: i32,
+        /// The first voxel of the box along z.
+        begin_z: i32,
+        /// Bricks that the pool has room for.
+        capacity: u32,
+        /// The first cell of the box along x.
+        low_x: i32,
+        /// The first cell of the box along y.
+        low_y: i32,
+        /// The first cell of the box along z.
+        low_z: i32,
+        /// Bricks of the pool along x.
+        pool_x: u32,
+        /// The cell behind the last of the box along x.
+        high_x: i32,
+        /// The cell behind the last of the box along y.
+        high_y: i32,
+        /// The cell behind the last of the box along z.
+        high_z: i32,
+        /// Bricks of the pool along y.
+        pool_y: u32,
+        /// Where blocks and cells are found.
+        table: CellTable,
         /// The stored integer of 1.0.
         quanta: u32,
         /// Zero.
         pad0: u32,
-        /// A brick whose centre is no farther than this from the surface is kept.
+        /// Zero.
+        pad1: u32,
+        /// Zero.
+        pad2: u32,
+    }
+}
+
+shared_struct! {
+    /// Sparse bricks while some of their blocks are made.
+    BrickBuild {
+        /// Least corner of the lattice.
+        corner: [f32; 3],
+        /// The edge of a voxel.
+        voxel: f32,
+        /// The first cell of the box along x.
+        low_x: i32,
+        /// The first cell of the box along y.
+        low_y: i32,
+        /// The first cell of the box along z.
+        low_z: i32,
+        /// Voxels along a brick's side.
+        brick: u32,
+        /// The cell behind the last of the box along x.
+        high_x: i32,
+        /// The cell behind the last of the box along y.
+        high_y: i32,
+        /// The cell behind the last of the box along z.
+        high_z: i32,
+        /// 1 if there are no bricks outside of the box.
+        is_cut: u32,
+        /// Where blocks and cells are found.
+        table: CellTable,
+        /// A cell whose centre is no farther than this from the surface may have a brick: half of its diagonal.
         reach: f32,
-        /// By how much a brick's texels can be nearer to the surface than its centre. Of sparse bricks: half of a voxel's
-        /// diagonal in a build, in a march what a distance can change by over a voxel's edge.
-        spread: f32,
-        /// Of sparse bricks: bricks of the pool along x.
+        /// Half of a voxel's diagonal.
+        half_diagonal: f32,
+        /// The field's Lipschitz constant.
+        lipschitz: f32,
+        /// The same with room for rounding.
+        steepness: f32,
+        /// The greatest distance that a cell without a brick keeps.
+        far: f32,
+        /// Bricks of the pool along x.
         pool_x: u32,
         /// Bricks of the pool along y.
         pool_y: u32,
@@ -186,56 +333,10 @@ shared_struct! {
         chunk: u32,
         /// Dispatches that sample bricks.
         chunks: u32,
-        /// The field's Lipschitz constant.
-        lipschitz: f32,
-        /// The same with room for rounding.
-        steepness: f32,
         /// Mixed bricks that there is room for.
         mixed: u32,
-        /// The greatest distance that a cell without a brick keeps.
-        far: f32,
-        /// Of sparse bricks: the first voxel of the box along x.
-        begin_x: i32,
-        /// Of sparse bricks: the first voxel of the box along y.
-        begin_y: i32,
-        /// Of sparse bricks: the first voxel of the box along z.
-        begin_z: i32,
         /// Zero.
-        pad1: u32,
-        /// Of sparse bricks: the first cell of the box along x.
-        low_x: i32,
-        /// Of sparse bricks: the first cell of the box along y.
-        low_y: i32,
-        /// Of sparse bricks: the first cell of the box along z.
-        low_z: i32,
-        /// Of sparse bricks: the cell behind the last of the box along x.
-        high_x: i32,
-        /// Of sparse bricks: the cell behind the last of the box along y.
-        high_y: i32,
-        /// Of sparse bricks: the cell behind the last of the box along z.
-        high_z: i32,
-        /// The first block of the top of the tree of blocks along x.
-        tree_x: i32,
-        /// The first block of the top of the tree of blocks along y.
-        tree_y: i32,
-        /// The first block of the top of the tree of blocks along z.
-        tree_z: i32,
-        /// Entries of the top along x.
-        top_x: u32,
-        /// Entries of the top along y.
-        top_y: u32,
-        /// Entries of the top along z.
-        top_z: u32,
-        /// Levels of nodes below the top.
-        tree_levels: u32,
-        /// Where the first cells of slots stand among the cells' words, three each.
-        slots_at: u32,
-        /// Where the words of slots stand.
-        words_at: u32,
-        /// 1 if there are no bricks outside of the box.
-        is_cut: u32,
-        /// Zero.
-        pad2: u32,
+        pad0: u32,
     }
 }
 
@@ -347,7 +448,11 @@ pub(crate) const STRUCTS: &[(Layout, &[&str])] = &[
     (Hit::LAYOUT, Hit::FIELD_TYPES),
     (Query::LAYOUT, Query::FIELD_TYPES),
     (Answer::LAYOUT, Answer::FIELD_TYPES),
-    (Volume::LAYOUT, Volume::FIELD_TYPES),
+    (DenseVolume::LAYOUT, DenseVolume::FIELD_TYPES),
+    (OctreeVolume::LAYOUT, OctreeVolume::FIELD_TYPES),
+    (CellTable::LAYOUT, CellTable::FIELD_TYPES),
+    (BrickVolume::LAYOUT, BrickVolume::FIELD_TYPES),
+    (BrickBuild::LAYOUT, BrickBuild::FIELD_TYPES),
     (Fill::LAYOUT, Fill::FIELD_TYPES),
     (Prune::LAYOUT, Prune::FIELD_TYPES),
     (Marching::LAYOUT, Marching::FIELD_TYPES),

@@ -18,7 +18,7 @@ mod tables;
 use self::build::{Build, volume_of};
 use self::cells::Cells;
 use self::ledger::Ledger;
-use self::tables::{BrickTables, PLACES, bytes_of, march_words, pool_for, pool_texture};
+use self::tables::{BrickTables, PLACES, bytes_of, pool_for, pool_texture};
 use crate::pass::{
     BRICK_MATERIALS, Bind, CELLS, CELLS_WGSL, LINEAR, LIVE, STORED, VOLUME, VOLUME_WGSL,
 };
@@ -28,7 +28,7 @@ use crate::volume::{Body, Cut, Editing, Kind, Upload};
 use crate::way::{Bound, Way};
 use crate::work::Work;
 use crate::{Gpu, GpuError, GpuField, GpuVolume, StagesMs};
-use argil_abi::{self as abi};
+use argil_abi::{self as abi, BrickVolume};
 use argil_field::Program;
 use argil_math::Control;
 use argil_volume::{
@@ -37,6 +37,10 @@ use argil_volume::{
 };
 use std::collections::BTreeSet;
 
+const BRICKS_WGSL: &str = "
+@group(0) @binding(BIND_VOLUME) var<uniform> volume: BrickVolume;
+";
+
 macro_rules! way {
     ($name:literal, $constants:expr) => {
         Way {
@@ -44,7 +48,7 @@ macro_rules! way {
             march: argil_march::wgsl::BRICKS,
             tables: || {
                 let words = [argil_volume::wgsl::WORDS, argil_volume::wgsl::MATERIAL].concat();
-                [VOLUME_WGSL, CELLS_WGSL, &words].concat()
+                [BRICKS_WGSL, VOLUME_WGSL, CELLS_WGSL, &words].concat()
             },
             binds: &[
                 Bind::Uniform(VOLUME),
@@ -79,6 +83,10 @@ impl Kind for BrickTables {
     fn bind(&self, bound: &mut Vec<Bound>) {
         bound.extend(self.cells.buffer.bound(CELLS));
         bound.extend(self.materials.bound(BRICK_MATERIALS));
+    }
+
+    fn uniform(&self) -> &[u8] {
+        bytemuck::bytes_of(&self.uniform)
     }
 
     fn memory_bytes(&self, body: &Body) -> u64 {
@@ -128,7 +136,7 @@ impl Kind for BrickTables {
     }
 
     fn cut(&self) -> Option<Cut<'_>> {
-        Some(Cut::Bricks(&self.cells.buffer))
+        Some(Cut::Bricks(&self.cells.buffer, &self.uniform))
     }
 }
 
@@ -288,9 +296,9 @@ impl GpuVolume {
             )?,
             lipschitz: bricks.lipschitz(),
             making: None,
+            uniform: BrickVolume::default(),
         };
-        let words = march_words(&measures, &tables.cells, pool, bricks.lipschitz());
-        volume_of(field, texture, words, tables)
+        volume_of(field, texture, tables)
     }
 }
 

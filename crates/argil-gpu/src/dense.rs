@@ -10,7 +10,7 @@ use crate::volume::{Body, Cut, Kind, Upload};
 use crate::way::{VOLUME_BINDS, Way};
 use crate::work::Work;
 use crate::{DenseFill, Gpu, GpuError, GpuField, GpuVolume, StagesMs};
-use argil_abi::{Fill, Volume as Words};
+use argil_abi::{DenseVolume, Fill};
 use argil_field::Program;
 use argil_march::wgsl;
 use argil_volume::{Dense, Encoding, Lattice, Volume};
@@ -22,12 +22,18 @@ pub(crate) const WORK_A_DISPATCH: u64 = 4_000_000_000;
 const TILE: u32 = 32;
 
 /// A dense volume is its texture.
-struct OneTexture;
+struct OneTexture {
+    words: DenseVolume,
+}
+
+const DENSE_WGSL: &str = "
+@group(0) @binding(BIND_VOLUME) var<uniform> volume: DenseVolume;
+";
 
 static DENSE: Way = Way {
     name: "dense",
     march: wgsl::DENSE,
-    tables: || VOLUME_WGSL.to_owned(),
+    tables: || [DENSE_WGSL, VOLUME_WGSL].concat(),
     binds: &VOLUME_BINDS,
     constants: &[],
     draws: false,
@@ -57,8 +63,12 @@ impl Kind for OneTexture {
         })
     }
 
+    fn uniform(&self) -> &[u8] {
+        bytemuck::bytes_of(&self.words)
+    }
+
     fn cut(&self) -> Option<Cut<'_>> {
-        Some(Cut::Dense)
+        Some(Cut::Dense(&self.words))
     }
 }
 
@@ -73,23 +83,24 @@ impl Upload for Dense {
                 upload(gpu, &texture, &lattice, level, texels).await?;
             }
             let words = dense_words(&lattice, &encoding, levels);
-            GpuVolume::new(field, (lattice, encoding), texture, words, OneTexture)
+            GpuVolume::new(field, (lattice, encoding), texture, OneTexture { words })
         })
     }
 }
 
-pub(crate) fn dense_words(lattice: &Lattice, encoding: &Encoding, levels: u32) -> Words {
-    let [cx, cy, cz] = lattice.corner.to_array();
-    let [ex, ey, ez] = lattice.extent().to_array();
-    Words {
-        corner_range: [cx, cy, cz, encoding.range_length(lattice, 0)],
-        extent_voxel: [ex, ey, ez, lattice.voxel],
+/// What shaders are told of a dense volume.
+pub(super) fn dense_words(lattice: &Lattice, encoding: &Encoding, levels: u32) -> DenseVolume {
+    DenseVolume {
+        corner: lattice.corner.to_array(),
+        range: encoding.range_length(lattice, 0),
+        extent: lattice.extent().to_array(),
+        voxel: lattice.voxel,
         size_x: lattice.size.x,
         size_y: lattice.size.y,
         size_z: lattice.size.z,
         levels,
         quanta: encoding.bits.quanta(),
-        ..Words::default()
+        ..DenseVolume::default()
     }
 }
 
@@ -154,7 +165,7 @@ impl GpuVolume {
         }
         let stages = bake.finish().await?;
         let words = dense_words(&lattice, &encoding, levels);
-        let volume = Self::new(field, (lattice, encoding), texture, words, OneTexture)?;
+        let volume = Self::new(field, (lattice, encoding), texture, OneTexture { words })?;
         Ok((volume, stages))
     }
 }

@@ -10,7 +10,6 @@ use argil_mesh::{marching::table::cases, wgsl};
 
 /// The bindings, as the shaders name them.
 const BINDS_WGSL: &str = "
-@group(0) @binding(BIND_VOLUME) var<uniform> volume: Volume;
 @group(0) @binding(BIND_STORED) var stored: texture_3d<f32>;
 @group(0) @binding(BIND_MARCHING) var<uniform> marching: Marching;
 @group(0) @binding(BIND_CASES) var<uniform> cases: array<vec4<u32>, 128>;
@@ -32,7 +31,12 @@ const SPANS_WGSL: &str = "
 @group(0) @binding(BIND_SPANS) var<storage, read_write> spans: array<vec4<f32>>;
 ";
 
+const DENSE_WGSL: &str = "
+@group(0) @binding(BIND_VOLUME) var<uniform> volume: DenseVolume;
+";
+
 const CELLS_WGSL: &str = "
+@group(0) @binding(BIND_VOLUME) var<uniform> volume: BrickVolume;
 @group(0) @binding(BIND_CELLS) var<storage, read> cells: array<u32>;
 @group(0) @binding(BIND_OWNERS) var<storage, read_write> owners: array<u32>;
 ";
@@ -65,7 +69,7 @@ impl MarchPasses {
             let own = [CELLS_WGSL, argil_volume::wgsl::WORDS].concat();
             (own, wgsl::BRICKS)
         } else {
-            (String::new(), wgsl::DENSE)
+            (DENSE_WGSL.to_owned(), wgsl::DENSE)
         };
         let abi = argil_abi::wgsl();
         let source = [&abi, BINDS_WGSL, MESH_WGSL, SPANS_WGSL, &own, march].concat();

@@ -7,11 +7,11 @@ use crate::pass::{
     CASES, CELLS, EDGE_ROWS, MARCHING, OWNERS, SPANS, SPREAD, STORED, TRIANGLES, UNIT_GROUPS,
     UNITS, VERTICES, VOLUME, entry,
 };
-use crate::resources::{read_table, uniform_of};
+use crate::resources::{read_table, uniform_for, uniform_of};
 use crate::table::Table;
-use crate::volume::{Body, Cut};
+use crate::volume::Cut;
 use crate::{Gpu, GpuError, GpuField, GpuMesh, GpuVolume, MarchNormals, MarchOptions, StagesMs};
-use argil_abi::{self as abi, Marching, Volume as Words};
+use argil_abi::{self as abi, DenseVolume, Marching};
 use glam::UVec3;
 
 /// Cells along the side of a dense volume's units.
@@ -116,24 +116,23 @@ impl GpuVolume {
             return Err(GpuError::NotMarched);
         };
         let cells = match cut {
-            Cut::Dense => None,
-            Cut::Bricks(_) if options.iso != 0.0 => return Err(GpuError::OtherLevel),
-            Cut::Bricks(cells) => Some(cells),
+            Cut::Dense(_) => None,
+            Cut::Bricks(..) if options.iso != 0.0 => return Err(GpuError::OtherLevel),
+            Cut::Bricks(cells, _) => Some(cells),
         };
         let gpu = field.gpu();
-        let Body { texture, words, .. } = self.body();
+        let texture = &self.body().texture;
         let name = ["march dense", "march bricks"][usize::from(cells.is_some())];
         let passes = field.passes(name, || MarchPasses::new(field, cells.is_some()))?;
-        let (words, marching) = measures(self, words, cells.is_some(), options);
+        let (words, codes, marching) = measures(self, &cut, options);
         let mut tables = Tables::new(gpu, marching.units)?;
         let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
         let [volume, uniform] = gpu.checked(|| {
             let uniforms = [
-                uniform_of::<Words>(gpu, "volume"),
+                uniform_for(gpu, "volume", words.len() as u64),
                 uniform_of::<Marching>(gpu, "marching"),
             ];
-            gpu.queue
-                .write_buffer(&uniforms[0], 0, bytemuck::bytes_of(&words));
+            gpu.queue.write_buffer(&uniforms[0], 0, &words);
             gpu.queue
                 .write_buffer(&uniforms[1], 0, bytemuck::bytes_of(&marching));
             uniforms
@@ -150,7 +149,6 @@ impl GpuVolume {
         let mut bake = Bake::new(gpu)?;
         let [_, _, _, place_rows, emit] = &passes.march;
         let counting = bind(&tables)?;
-        let codes = words.code_count;
         count(
             gpu,
             &passes,
@@ -304,29 +302,30 @@ async fn unshare(
 /// Voxels of a side for which rounding is allowed for.
 const MOST_SIDE: f32 = 4096.0;
 
-/// What the shaders are told of a volume.
-fn measures(
-    volume: &GpuVolume,
-    words: &Words,
-    of_bricks: bool,
-    options: &MarchOptions,
-) -> (Words, Marching) {
+/// What the shaders are told of a volume, as a uniform's bytes; how many cells its table has; and of marching it.
+fn measures(volume: &GpuVolume, cut: &Cut<'_>, options: &MarchOptions) -> (Vec<u8>, u32, Marching) {
     let (lattice, encoding) = (volume.lattice(), volume.encoding());
     let quantum = encoding.range_length(lattice, 0) / encoding.bits.quanta() as f32;
-    let mut words = *words;
     // Bricks have samples at voxels' corners, dense volumes in their middle.
     let mut first = lattice.corner;
-    if !of_bricks {
-        first += 0.5 * lattice.voxel;
-        let grid = (lattice.size - 1).max(UVec3::ONE).to_array();
-        let [x, y, z] = grid.map(|n| n.div_ceil(DENSE_SIDE));
-        (words.grid_x, words.grid_y, words.grid_z) = (x, y, z);
-        words.brick = DENSE_SIDE;
-    }
-    let units = if of_bricks {
-        words.capacity
-    } else {
-        words.grid_x * words.grid_y * words.grid_z
+    let (words, units, side, codes) = match cut {
+        Cut::Bricks(_, own) => {
+            let words = bytemuck::bytes_of(*own).to_vec();
+            (words, own.capacity, own.brick, own.table.cells)
+        }
+        Cut::Dense(own) => {
+            first += 0.5 * lattice.voxel;
+            let grid = (lattice.size - 1).max(UVec3::ONE).to_array();
+            let [grid_x, grid_y, grid_z] = grid.map(|n| n.div_ceil(DENSE_SIDE));
+            let words = DenseVolume {
+                grid_x,
+                grid_y,
+                grid_z,
+                ..**own
+            };
+            let units = grid_x * grid_y * grid_z;
+            (bytemuck::bytes_of(&words).to_vec(), units, DENSE_SIDE, 0)
+        }
     };
     let marching = Marching {
         first_voxel: first.extend(lattice.voxel).to_array(),
@@ -340,7 +339,7 @@ fn measures(
                 .min(MOST_SIDE * lattice.voxel),
         ),
         units,
-        side: words.brick,
+        side,
         normals: match options.normals {
             MarchNormals::None => abi::MARCH_NONE,
             MarchNormals::Gradient => abi::MARCH_GRADIENT,
@@ -350,7 +349,7 @@ fn measures(
         is_moved: u32::from(options.is_moved),
         ..Marching::default()
     };
-    (words, marching)
+    (words, codes, marching)
 }
 
 /// Vertices, triangles and units with vertices.

@@ -2,7 +2,6 @@
 
 mod build;
 
-use crate::dense::dense_words;
 use crate::pass::{Bind, LINEAR, NODES, STORED, TREE_WGSL, TREE_WORDS, VOLUME, VOLUME_WGSL};
 use crate::resources::{read_level, read_table, texture, upload};
 use crate::table::Table;
@@ -10,7 +9,7 @@ use crate::volume::{Body, Kind, Upload};
 use crate::way::{Bound, Way};
 use crate::work::Work;
 use crate::{Gpu, GpuError, GpuField, GpuVolume};
-use argil_abi::{self as abi, Node, Volume as Words};
+use argil_abi::{self as abi, Node, OctreeVolume};
 use argil_volume::{Layout, Octree, Tree, TreeInfo, Volume, VolumeInfo};
 
 /// An octree's tables.
@@ -19,12 +18,26 @@ struct TreeTables {
     keys: Table,
     nodes: Table,
     words: Table,
+    /// What shaders are told of it.
+    uniform: OctreeVolume,
 }
+
+pub(super) const OCTREE_WGSL: &str = "
+@group(0) @binding(BIND_VOLUME) var<uniform> volume: OctreeVolume;
+";
 
 static OCTREE: Way = Way {
     name: "octree",
     march: argil_march::wgsl::OCTREE,
-    tables: || [VOLUME_WGSL, TREE_WGSL, argil_math::morton_wgsl()].concat(),
+    tables: || {
+        [
+            OCTREE_WGSL,
+            VOLUME_WGSL,
+            TREE_WGSL,
+            argil_math::morton_wgsl(),
+        ]
+        .concat()
+    },
     binds: &[
         Bind::Uniform(VOLUME),
         Bind::Texture(STORED),
@@ -46,6 +59,10 @@ impl Kind for TreeTables {
     fn bind(&self, bound: &mut Vec<Bound>) {
         bound.extend(self.nodes.bound(NODES));
         bound.extend(self.words.bound(TREE_WORDS));
+    }
+
+    fn uniform(&self) -> &[u8] {
+        bytemuck::bytes_of(&self.uniform)
     }
 
     fn memory_bytes(&self, body: &Body) -> u64 {
@@ -96,9 +113,8 @@ impl Upload for Octree {
             tables.words.write(gpu, &words)?;
             tables.keys.write(gpu, tree.codes())?;
             tables.nodes.write(gpu, tree.nodes())?;
-            let words = octree_words(&layout);
             let measures = (layout.lattice, layout.encoding);
-            GpuVolume::new(field, measures, texture, words, tables)
+            GpuVolume::new(field, measures, texture, tables)
         })
     }
 }
@@ -110,6 +126,7 @@ impl TreeTables {
             keys: Table::new("bricks' codes"),
             nodes: Table::new("nodes"),
             words: Table::new("tree"),
+            uniform: octree_words(&layout),
         }
     }
 
@@ -147,15 +164,20 @@ impl TreeTables {
     }
 }
 
-/// Words for marching, which needs nothing of the field.
-fn octree_words(layout: &Layout) -> Words {
-    Words {
+/// What marching is told, which needs nothing of the field.
+fn octree_words(layout: &Layout) -> OctreeVolume {
+    let lattice = &layout.lattice;
+    OctreeVolume {
+        corner: lattice.corner.to_array(),
+        range: layout.encoding.range_length(lattice, 0),
+        extent: lattice.extent().to_array(),
+        voxel: lattice.voxel,
         grid_x: layout.grid.x,
         grid_y: layout.grid.y,
         grid_z: layout.grid.z,
         brick: layout.brick,
         depth: layout.depth,
         code_count: layout.code_count(),
-        ..dense_words(&layout.lattice, &layout.encoding, 1)
+        ..OctreeVolume::default()
     }
 }

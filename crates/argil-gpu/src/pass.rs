@@ -38,8 +38,8 @@ pub(crate) const QUERY_WGSL: &str = "
 @group(0) @binding(BIND_ANSWERS) var<storage, read_write> answers: array<Answer>;
 ";
 
+/// A volume, whose uniform `DenseVolume`, `OctreeVolume` or `BrickVolume` is declared beside it.
 pub(crate) const VOLUME_WGSL: &str = "
-@group(0) @binding(BIND_VOLUME) var<uniform> volume: Volume;
 @group(0) @binding(BIND_STORED) var stored: texture_3d<f32>;
 @group(0) @binding(BIND_LINEAR) var linear: sampler;
 ";

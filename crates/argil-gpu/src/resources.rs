@@ -11,9 +11,14 @@ const ROW_ALIGNMENT: u32 = wgpu::COPY_BYTES_PER_ROW_ALIGNMENT;
 pub(crate) const STAGING_BYTES: u64 = 64 << 20;
 
 pub(crate) fn uniform_of<T>(gpu: &Gpu, label: &str) -> wgpu::Buffer {
+    uniform_for(gpu, label, size_of::<T>() as u64)
+}
+
+/// A uniform of so many bytes.
+pub(crate) fn uniform_for(gpu: &Gpu, label: &str, size: u64) -> wgpu::Buffer {
     gpu.device.create_buffer(&wgpu::BufferDescriptor {
         label: Some(label),
-        size: size_of::<T>() as u64,
+        size,
         usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
         mapped_at_creation: false,
     })

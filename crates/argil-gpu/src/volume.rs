@@ -1,12 +1,12 @@
 //! A volume on the device: what all representations have there, and the trait that each implements in its own file.
 
-use crate::resources::uniform_of;
+use crate::resources::uniform_for;
 use crate::table::Table;
 use crate::texels::TexelFormat;
 use crate::way::{Bound, Way};
 use crate::work::Work;
 use crate::{Gpu, GpuError, GpuField};
-use argil_abi::{Frame, Volume as Words};
+use argil_abi::{BrickVolume, DenseVolume, Frame};
 use argil_field::LiveProgram;
 use argil_march::Picture;
 use argil_volume::{BrickEdit, Edits, Encoding, Lattice, Volume, VolumeInfo};
@@ -57,6 +57,9 @@ pub(crate) trait Kind: Any + Send + Sync {
         Box::pin(async { Ok(()) })
     }
 
+    /// What its shaders are told, as a uniform's bytes.
+    fn uniform(&self) -> &[u8];
+
     /// How its surface is cut into triangles, if it is.
     fn cut(&self) -> Option<Cut<'_>> {
         None
@@ -78,9 +81,9 @@ pub(crate) struct Editing<'a> {
 /// How triangles are found.
 pub(crate) enum Cut<'a> {
     /// Texel by texel of the lattice.
-    Dense,
+    Dense(&'a DenseVolume),
     /// Brick by brick, by a table of cells.
-    Bricks(&'a Table),
+    Bricks(&'a Table, &'a BrickVolume),
 }
 
 /// What every volume has on the device.
@@ -88,7 +91,6 @@ pub(crate) struct Body {
     pub lattice: Lattice,
     pub encoding: Encoding,
     pub texture: wgpu::Texture,
-    pub words: Words,
     view: wgpu::TextureView,
     sampler: wgpu::Sampler,
     uniform: wgpu::Buffer,
@@ -125,7 +127,6 @@ impl GpuVolume {
         field: &GpuField,
         (lattice, encoding): (Lattice, Encoding),
         texture: wgpu::Texture,
-        words: Words,
         kind: impl Kind,
     ) -> Result<Self, GpuError> {
         let gpu = field.gpu();
@@ -139,14 +140,14 @@ impl GpuVolume {
                 min_filter: wgpu::FilterMode::Linear,
                 ..wgpu::SamplerDescriptor::default()
             });
-            (view, sampler, uniform_of::<Words>(gpu, "volume"))
+            let bytes = kind.uniform().len() as u64;
+            (view, sampler, uniform_for(gpu, "volume", bytes))
         })?;
         Ok(Self {
             body: Body {
                 lattice,
                 encoding,
                 texture,
-                words,
                 view,
                 sampler,
                 uniform,
@@ -165,10 +166,9 @@ impl GpuVolume {
         frames: &[Frame],
         with_hits: bool,
     ) -> Result<(Picture, f64), GpuError> {
-        let Body { words, uniform, .. } = &self.body;
+        let uniform = &self.body.uniform;
         let gpu = field.gpu();
-        gpu.queue
-            .write_buffer(uniform, 0, bytemuck::bytes_of(words));
+        gpu.queue.write_buffer(uniform, 0, self.kind.uniform());
         let mut bound = vec![
             Bound::buffer(argil_abi::BIND_VOLUME, uniform),
             Bound::View(argil_abi::BIND_STORED, self.body.view.clone()),

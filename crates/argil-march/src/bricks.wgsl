@@ -3,7 +3,7 @@
 // Twin of nudge_for in step.rs.
 fn nudge_for(u: vec3<f32>) -> f32 {
     let far = max(abs(u.x), max(abs(u.y), abs(u.z)));
-    return select(0.0, NUDGE_PLACE * far * volume.extent_voxel.w, HAS_LEVELS);
+    return select(0.0, NUDGE_PLACE * far * volume.voxel, HAS_LEVELS);
 }
 
 // Where a point lies: its cell, the cell's word, and the place in it in voxels.
@@ -15,7 +15,7 @@ struct Located {
 
 // In voxels from the volume's corner.
 fn in_voxels(p: vec3<f32>) -> vec3<f32> {
-    return (p - volume.corner_range.xyz) * (1.0 / volume.extent_voxel.w);
+    return (p - volume.corner) * (1.0 / volume.voxel);
 }
 
 // The box in voxels, and its first and last cells.
@@ -59,8 +59,8 @@ fn locate(u: vec3<f32>) -> Located {
 
 // What is interpolated in a brick.
 fn brick_distance(origin: vec3<f32>, inner: vec3<f32>) -> f32 {
-    let uvw = (origin + inner) * volume.per_texel.xyz;
-    return textureSampleLevel(stored, linear, uvw, 0.0).x * volume.corner_range.w;
+    let uvw = (origin + inner) * volume.per_texel;
+    return textureSampleLevel(stored, linear, uvw, 0.0).x * volume.range;
 }
 
 // Where a filter finds a brick's first sample, in texels.
@@ -72,7 +72,7 @@ fn filter_origin(word: u32) -> vec3<f32> {
 fn away(word: u32, inner: vec3<f32>) -> f32 {
     let center = center_of(word);
     let p = inner - 0.5 * f32(volume.brick);
-    let left = max(abs(center) - volume.spread * sqrt(p.x * p.x + p.y * p.y + p.z * p.z), 1e-30);
+    let left = max(abs(center) - volume.slope * sqrt(p.x * p.x + p.y * p.y + p.z * p.z), 1e-30);
     return select(left, -left, center < 0.0);
 }
 
@@ -85,7 +85,7 @@ fn away_in(slot: u32, u: vec3<f32>, plain: f32, word: u32) -> f32 {
     let begin = floor(u / edge) * edge;
     let low = u - begin;
     let high = begin + edge - u;
-    let way = max(min(min(min(low.x, low.y), low.z), min(min(high.x, high.y), high.z)), 0.0) * volume.extent_voxel.w;
+    let way = max(min(min(min(low.x, low.y), low.z), min(min(high.x, high.y), high.z)), 0.0) * volume.voxel;
     let center = center_of(word);
     return select(center + way, center - way, center < 0.0);
 }
@@ -100,13 +100,13 @@ fn brick_clearance(p: vec3<f32>) -> f32 {
         return away_in(index / 64u, u, away(at.word, at.inner), at.word);
     }
     let d = brick_distance(filter_origin(at.word), at.inner);
-    let length = max(abs(d) - 0.8660254 * volume.extent_voxel.w, 0.0);
+    let length = max(abs(d) - 0.8660254 * volume.voxel, 0.0);
     return select(length, -length, d < 0.0);
 }
 
 // Twin of step.rs: the distance at which a pixel's footprint ends a ray.
 fn footprint(t: f32) -> f32 {
-    let widest = max(volume.corner_range.w - BRICK_MARGIN_VOXELS * volume.extent_voxel.w, 0.0);
+    let widest = max(volume.range - BRICK_MARGIN_VOXELS * volume.voxel, 0.0);
     return min(0.5 * frame.pixel * t, widest);
 }
 

@@ -57,17 +57,17 @@ fn march(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let ray = primary_ray(id.x, y);
     let span = box_span(ray);
-    let edge = f32(volume.brick) * volume.extent_voxel.w;
+    let edge = f32(volume.brick) * volume.voxel;
     let grid = vec3<i32>(vec3(volume.grid_x, volume.grid_y, volume.grid_z));
 
     // Set the walk up: the first cell, and where the ray meets the next plane of each axis.
     let d = ray.direction;
     let inverse = vec3(1.0 / not_zero(d.x), 1.0 / not_zero(d.y), 1.0 / not_zero(d.z));
-    let start = (ray.origin + d * span.x - volume.corner_range.xyz) / edge;
+    let start = (ray.origin + d * span.x - volume.corner) / edge;
     var cell = clamp(vec3<i32>(floor(start)), vec3(0), grid - 1);
     let step = select(vec3(1), vec3(-1), inverse < vec3(0.0));
     let ahead = vec3<f32>(max(step, vec3(0)));
-    let corner = volume.corner_range.xyz - ray.origin;
+    let corner = volume.corner - ray.origin;
 
     path_end = OCTREE_MAX_DEPTH;
     var walk = Walk(span.x, 0.0, 0.0, false);

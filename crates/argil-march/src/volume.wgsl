@@ -1,8 +1,8 @@
 // Twin of volume.rs. `volume` is the bound uniform, `stored` the texture of distances, `linear` its filter.
 
 fn stored_distance(p: vec3<f32>, level: u32) -> f32 {
-    let uvw = (p - volume.corner_range.xyz) / volume.extent_voxel.xyz;
-    return textureSampleLevel(stored, linear, uvw, f32(level)).x * (volume.corner_range.w * f32(1u << level));
+    let uvw = (p - volume.corner) / volume.extent;
+    return textureSampleLevel(stored, linear, uvw, f32(level)).x * (volume.range * f32(1u << level));
 }
 
 struct Walk {

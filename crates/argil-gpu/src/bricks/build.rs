@@ -7,13 +7,12 @@ use super::ledger::Ledger;
 use super::lists::Blocks;
 use super::making::{Scratch, Site};
 use super::passes::{Order, check, chunks, make};
-use super::tables::{BrickTables, PLACES, march_words, pool_for, pool_texture};
-use crate::StagesMs;
+use super::tables::{BrickTables, PLACES, pool_for, pool_texture};
 use crate::bake::Bake;
 use crate::field::IDLE;
 use crate::table::Table;
-use crate::{GpuError, GpuField, GpuVolume};
-use argil_abi::{self as abi, Volume as Words};
+use crate::{GpuError, GpuField, GpuVolume, StagesMs};
+use argil_abi::{self as abi, BrickBuild, BrickVolume};
 use argil_field::Program;
 use argil_math::Control;
 use argil_volume::{BLOCK_SIDE, BlockPlan, BlockTable, BrickLayout, FAR_SLOTS};
@@ -148,14 +147,15 @@ impl<'a> Build<'a> {
             let candidates = 4 * 64 * 4 * u64::from(prune.count);
             self.scratch.candidates.reserve(gpu, candidates)?;
             let [chunk, chunks] = chunks(&self.layout, run.longest(), run.cells());
-            let words = abi::Volume {
+            let words = BrickBuild {
                 chunk,
                 chunks: chunks.max(1),
                 pool_x: self.pool[0],
                 pool_y: self.pool[1],
                 capacity,
                 mixed: mixed_room as u32,
-                ..self.cells.described(self.layout.words(self.program))
+                table: self.cells.described(),
+                ..self.layout.words(self.program)
             };
             let order = Order {
                 words,
@@ -208,10 +208,10 @@ impl<'a> Build<'a> {
             ledger: self.ledger,
             lipschitz: self.program.lipschitz(),
             making: None,
+            uniform: BrickVolume::default(),
         };
         let texture = tables.fit(self.field, texture, count, mixed)?;
-        let words = march_words(&self.layout, &tables.cells, tables.pool, tables.lipschitz);
-        volume_of(self.field, texture, words, tables)
+        volume_of(self.field, texture, tables)
     }
 }
 
@@ -219,9 +219,9 @@ impl<'a> Build<'a> {
 pub(super) fn volume_of(
     field: &GpuField,
     texture: wgpu::Texture,
-    words: Words,
-    tables: BrickTables,
+    mut tables: BrickTables,
 ) -> Result<GpuVolume, GpuError> {
     let measures = (tables.layout.lattice, tables.layout.encoding);
-    GpuVolume::new(field, measures, texture, words, tables)
+    tables.describe();
+    GpuVolume::new(field, measures, texture, tables)
 }

@@ -12,7 +12,7 @@
 use crate::resources::read_table;
 use crate::table::Table;
 use crate::{Gpu, GpuError};
-use argil_abi::Volume as Words;
+use argil_abi::CellTable;
 use argil_volume::{BlockTable, empty_word, far_words};
 
 /// See the module's page.
@@ -73,20 +73,20 @@ impl Cells {
     }
 
     /// What shaders are told of it.
-    pub fn described(&self, words: Words) -> Words {
+    pub fn described(&self) -> CellTable {
         let (low, top) = self.table.top();
-        Words {
+        CellTable {
             tree_x: low.x,
             tree_y: low.y,
             tree_z: low.z,
             top_x: top.x,
             top_y: top.y,
             top_z: top.z,
-            tree_levels: self.table.levels(),
+            levels: self.table.levels(),
             slots_at: self.slots_at(),
             words_at: self.words_at(),
-            code_count: 64 * self.table.slots() as u32,
-            ..words
+            cells: 64 * self.table.slots() as u32,
+            ..CellTable::default()
         }
     }
 

@@ -10,12 +10,12 @@ use super::cells::Cells;
 use super::lists::Blocks;
 use super::making::{Making, Site};
 use super::passes::{Order, check, chunks, make};
-use super::tables::{BrickTables, march_words};
+use super::tables::BrickTables;
 use crate::bake::Bake;
 use crate::field::IDLE;
 use crate::volume::Body;
 use crate::{Gpu, GpuError, GpuField};
-use argil_abi::{self as abi, Prune, Volume as Words};
+use argil_abi::{self as abi, BrickBuild, Prune};
 use argil_field::LiveProgram;
 use argil_volume::{BLOCK_SIDE, BrickEdits, BrickLayout, EditWork, Unit, emptied_around};
 use glam::IVec3;
@@ -72,7 +72,7 @@ impl BrickTables {
             }
         }
         self.making = Some(making);
-        body.words = march_words(&self.layout, &self.cells, self.pool, self.lipschitz);
+        self.describe();
         result
     }
 
@@ -87,7 +87,7 @@ impl BrickTables {
         let [low, high] = layout.block_range();
         self.cells.table.cover(low, high);
         self.cells.follow(gpu, &[])?;
-        body.words = march_words(&self.layout, &self.cells, self.pool, self.lipschitz);
+        self.describe();
         body.lattice = layout.lattice;
         Ok(())
     }
@@ -102,7 +102,7 @@ impl BrickTables {
         self.making = None;
         let fit = self.fit(field, &body.texture, counted.bricks(), counted.mixed())?;
         body.set_texture(fit);
-        body.words = march_words(&self.layout, &self.cells, self.pool, self.lipschitz);
+        self.describe();
         Ok(())
     }
 }
@@ -228,7 +228,7 @@ impl Editing<'_> {
         let layout = &tables.layout;
         let [chunk, chunks] = chunks(layout, blocks.longest(), blocks.cells());
         let order = Order {
-            words: Words {
+            words: BrickBuild {
                 chunk,
                 // Without cells to sample there is one that is empty.
                 chunks: chunks.max(1),
@@ -236,7 +236,8 @@ impl Editing<'_> {
                 pool_y: tables.pool[1],
                 capacity: tables.pool.iter().product(),
                 mixed: tables.mixed as u32,
-                ..tables.cells.described(layout.words(program))
+                table: tables.cells.described(),
+                ..layout.words(program)
             },
             fill: layout.encoding.fill(program, &layout.lattice, 0),
             prune,

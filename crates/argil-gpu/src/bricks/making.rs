@@ -3,7 +3,7 @@
 use crate::resources::uniform_of;
 use crate::table::Table;
 use crate::{Gpu, GpuError};
-use argil_abi::{Fill, Prune, Volume as Words};
+use argil_abi::{BrickBuild, Fill, Prune};
 
 /// The volume that bricks are made in.
 pub(crate) struct Site<'a> {
@@ -29,7 +29,7 @@ impl Scratch {
     pub fn new(gpu: &Gpu) -> Result<Self, GpuError> {
         let [words, fill, prune] = gpu.checked(|| {
             [
-                uniform_of::<Words>(gpu, "volume"),
+                uniform_of::<BrickBuild>(gpu, "volume"),
                 uniform_of::<Fill>(gpu, "fill"),
                 uniform_of::<Prune>(gpu, "prune"),
             ]

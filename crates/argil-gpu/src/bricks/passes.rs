@@ -11,7 +11,7 @@ use crate::pass::{
 use crate::table::Table;
 use crate::texels::TexelFormat;
 use crate::{GpuError, GpuField};
-use argil_abi::{self as abi, Fill, Prune, Volume as Words};
+use argil_abi::{self as abi, BrickBuild, Fill, Prune};
 use argil_field::Program;
 use argil_volume::{Bits, BrickLayout, wgsl};
 use std::sync::Arc;
@@ -28,7 +28,7 @@ const EVALUATIONS_TO_PRUNE: u64 = 4;
 
 /// The bindings, as the shader names them.
 const BINDS_WGSL: &str = "
-@group(0) @binding(BIND_VOLUME) var<uniform> volume: Volume;
+@group(0) @binding(BIND_VOLUME) var<uniform> volume: BrickBuild;
 @group(0) @binding(BIND_ARGUMENTS) var<storage, read_write> arguments: array<u32>;
 @group(0) @binding(BIND_CELLS) var<storage, read_write> cells: array<u32>;
 @group(0) @binding(BIND_BRICK_MATERIALS) var<storage, read_write> brick_materials: array<u32>;
@@ -164,7 +164,7 @@ pub(super) fn chunks(layout: &BrickLayout, length: usize, cells: u64) -> [u32; 2
 
 /// What is made.
 pub(super) struct Order<'a> {
-    pub words: Words,
+    pub words: BrickBuild,
     pub fill: Fill,
     /// The blocks, and where their lists stand.
     pub prune: Prune,

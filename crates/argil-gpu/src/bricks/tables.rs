@@ -3,11 +3,10 @@
 use super::cells::Cells;
 use super::ledger::Ledger;
 use super::making::Making;
-use crate::dense::dense_words;
 use crate::resources::{extent, texture_of};
 use crate::table::Table;
 use crate::{Gpu, GpuError};
-use argil_abi::{self as abi, Volume as Words};
+use argil_abi::{self as abi, BrickVolume};
 use argil_volume::BrickLayout;
 
 /// Places of a mixed brick.
@@ -26,9 +25,16 @@ pub(crate) struct BrickTables {
     pub lipschitz: f32,
     /// Once it was edited.
     pub making: Option<Box<Making>>,
+    /// What shaders that read it are told.
+    pub uniform: BrickVolume,
 }
 
 impl BrickTables {
+    /// Tell shaders where things are now.
+    pub fn describe(&mut self) {
+        self.uniform = march_words(&self.layout, &self.cells, self.pool, self.lipschitz);
+    }
+
     /// Bricks that there are, after a wait for edits.
     pub async fn count(&self, gpu: &Gpu) -> Result<u64, GpuError> {
         Ok(self.ledger.read(gpu).await?.bricks())
@@ -80,32 +86,40 @@ pub(super) fn pool_texture(
     texture_of(gpu, extent(x, y, z), measures.encoding.bits, 1)
 }
 
-/// Words for marching, which needs nothing of the field.
+/// What reading bricks is told, which needs nothing of the field.
 pub(super) fn march_words(
     measures: &BrickLayout,
     cells: &Cells,
     pool: [u32; 3],
     lipschitz: f32,
-) -> Words {
-    let [x, y, z] = pool.map(|n| 1.0 / (n * (measures.brick + 1)) as f32);
+) -> BrickVolume {
+    let lattice = &measures.lattice;
     let [low, high] = [measures.low(), measures.high()];
-    let begin = measures.lattice.begin;
-    cells.described(Words {
-        per_texel: [x, y, z, 0.0],
-        spread: 1.000_01 * lipschitz * measures.lattice.voxel,
-        begin_x: begin.x,
-        begin_y: begin.y,
-        begin_z: begin.z,
+    BrickVolume {
+        corner: lattice.corner.to_array(),
+        range: measures.encoding.range_length(lattice, 0),
+        extent: lattice.extent().to_array(),
+        voxel: lattice.voxel,
+        per_texel: pool.map(|n| 1.0 / (n * (measures.brick + 1)) as f32),
+        slope: 1.000_01 * lipschitz * lattice.voxel,
+        size_x: lattice.size.x,
+        size_y: lattice.size.y,
+        size_z: lattice.size.z,
+        brick: measures.brick,
+        begin_x: lattice.begin.x,
+        begin_y: lattice.begin.y,
+        begin_z: lattice.begin.z,
+        capacity: pool.iter().product(),
         low_x: low.x,
         low_y: low.y,
         low_z: low.z,
+        pool_x: pool[0],
         high_x: high.x,
         high_y: high.y,
         high_z: high.z,
-        brick: measures.brick,
-        pool_x: pool[0],
         pool_y: pool[1],
-        capacity: pool.iter().product(),
-        ..dense_words(&measures.lattice, &measures.encoding, 1)
-    })
+        table: cells.described(),
+        quanta: measures.encoding.bits.quanta(),
+        ..BrickVolume::default()
+    }
 }

@@ -10,7 +10,7 @@ use crate::pass::{
 use crate::resources::{texture, uniform_of};
 use crate::table::Table;
 use crate::{Gpu, GpuError, GpuField, GpuVolume, Order, StagesMs};
-use argil_abi::{self as abi, Fill, Node, Volume as Words};
+use argil_abi::{self as abi, Fill, Node, OctreeVolume};
 use argil_field::Program;
 use argil_volume::{Keep, Layout, wgsl};
 
@@ -19,14 +19,14 @@ const MOST_TO_ENUMERATE: u32 = 32_768;
 
 /// The bindings of each module, as the shaders name them.
 const SELECT_BINDS_WGSL: &str = "
-@group(0) @binding(BIND_VOLUME) var<uniform> volume: Volume;
+@group(0) @binding(BIND_VOLUME) var<uniform> volume: OctreeVolume;
 @group(0) @binding(BIND_TREE_WORDS) var<storage, read_write> tree_words: array<atomic<u32>>;
 @group(0) @binding(BIND_OCCUPIED) var<storage, read_write> occupied: array<atomic<u32>>;
 @group(0) @binding(BIND_CENTERS) var<storage, read_write> centers: array<f32>;
 ";
 
 const TREE_BINDS_WGSL: &str = "
-@group(0) @binding(BIND_VOLUME) var<uniform> volume: Volume;
+@group(0) @binding(BIND_VOLUME) var<uniform> volume: OctreeVolume;
 @group(0) @binding(BIND_NODES) var<storage, read_write> node_words: array<atomic<u32>>;
 @group(0) @binding(BIND_TREE_WORDS) var<storage, read_write> tree_words: array<atomic<u32>>;
 @group(0) @binding(BIND_OCCUPIED) var<storage, read_write> occupied: array<atomic<u32>>;
@@ -35,7 +35,7 @@ const TREE_BINDS_WGSL: &str = "
 ";
 
 const BRICKS_BINDS_WGSL: &str = "
-@group(0) @binding(BIND_VOLUME) var<uniform> volume: Volume;
+@group(0) @binding(BIND_VOLUME) var<uniform> volume: OctreeVolume;
 @group(0) @binding(BIND_TREE_WORDS) var<storage, read> tree_words: array<u32>;
 @group(0) @binding(BIND_CENTERS) var<storage, read> centers: array<f32>;
 @group(0) @binding(BIND_KEYS) var<storage, read> keys: array<u32>;
@@ -81,7 +81,7 @@ impl GpuVolume {
         let Build {
             texture, tables, ..
         } = build;
-        let volume = Self::new(field, (lattice, encoding), texture, words, tables)?;
+        let volume = Self::new(field, (lattice, encoding), texture, tables)?;
         Ok((volume, stages))
     }
 }
@@ -103,7 +103,7 @@ impl<'a> Build<'a> {
     fn new(
         field: &'a GpuField,
         measures: Layout,
-        words: &Words,
+        words: &OctreeVolume,
         order: Order,
     ) -> Result<Self, GpuError> {
         let gpu = field.gpu();
@@ -134,7 +134,7 @@ impl<'a> Build<'a> {
                 usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::INDIRECT,
                 mapped_at_creation: false,
             });
-            let volume = uniform_of::<Words>(gpu, "volume");
+            let volume = uniform_of::<OctreeVolume>(gpu, "volume");
             (volume, uniform_of::<Fill>(gpu, "fill"), arguments)
         })?;
         gpu.queue

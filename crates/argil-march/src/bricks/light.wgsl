@@ -12,7 +12,7 @@ fn at_center(cell: vec3<i32>) -> f32 {
 fn air_distance(p: vec3<f32>) -> f32 {
     let own = in_voxels(p);
     let u = held_voxels(own);
-    let beside = distance(own, u) * volume.extent_voxel.w;
+    let beside = distance(own, u) * volume.voxel;
     let at = locate(u);
     let in_brick = is_brick(at.word);
     let stored_d = brick_distance(filter_origin(select(0u, at.word, in_brick)), at.inner);
@@ -53,7 +53,7 @@ fn surface_material(p: vec3<f32>, outwards: vec3<f32>) -> MaterialWords {
     let begin = min(floor(place), vec3(steps - 1.0));
     let share = place - begin;
     let block = (own & ~BRICK_MIXED) * MATERIAL_SIDE * MATERIAL_SIDE * MATERIAL_SIDE;
-    let per_voxel = volume.corner_range.w / volume.extent_voxel.w;
+    let per_voxel = volume.range / volume.voxel;
     var total = MaterialWords(vec4(0.0), vec4(0.0));
     var sum = 0.0;
     for (var corner = 0u; corner < 8u; corner++) {

@@ -10,7 +10,7 @@ struct Solved {
 fn solve(ray: Ray, t: f32, side: f32, gap: f32, origin: vec3<f32>, inner: vec3<f32>) -> Solved {
     let voxel = min(floor(inner), vec3(f32(volume.brick) - 1.0));
     let p = inner - voxel;
-    let way = ray.direction * (1.0 / volume.extent_voxel.w);
+    let way = ray.direction * (1.0 / volume.voxel);
     let leave = max(min(way_out(way.x, p.x), min(way_out(way.y, p.y), way_out(way.z, p.z))), 0.0);
     let third = way * (leave * (1.0 / 3.0));
     let f1 = brick_distance(origin, inner + third) * side;
@@ -67,7 +67,7 @@ fn solve(ray: Ray, t: f32, side: f32, gap: f32, origin: vec3<f32>, inner: vec3<f
     }
     if !(starts_below || is_crossed || is_close) {
         let u = in_voxels(ray.origin + ray.direction * t);
-        return Solved(false, t + leave + NUDGE_VOXELS * volume.extent_voxel.w + NUDGE_SHARE * t + nudge_for(u));
+        return Solved(false, t + leave + NUDGE_VOXELS * volume.voxel + NUDGE_SHARE * t + nudge_for(u));
     }
     return Solved(true, t + share * leave);
 }

@@ -15,7 +15,7 @@ fn march(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_id) 
     let span = box_span(ray);
     let begin = live.blocks[block_place].begin;
     let own_steps = select(0u, live.blocks[block_place].steps, local.x == 0u && local.y == 0u);
-    let voxel = volume.extent_voxel.w;
+    let voxel = volume.voxel;
     let scale = frame.inv_lipschitz;
     let brick = f32(volume.brick);
     let held = held_box();

@@ -4,7 +4,7 @@
 @compute @workgroup_size(64)
 fn find_owners(@builtin(workgroup_id) id: vec3<u32>, @builtin(num_workgroups) count: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     let at = group_index(id, count) * 64u + local;
-    if at < volume.code_count && is_brick(word_at(at)) {
+    if at < volume.table.cells && is_brick(word_at(at)) {
         owners[unit_of(word_at(at))] = at + 1u;
     }
 }

@@ -125,8 +125,8 @@ fn free_brick(word: u32) {
 
 // What is left of a list in `side` cells from one on.
 fn pruned_in(cell: vec3<i32>, side: u32, whole: vec2<u32>, jump: f32) -> vec2<u32> {
-    let edge = f32(volume.brick) * volume.extent_voxel.w;
-    let center = volume.corner_range.xyz + (vec3<f32>(cell) + 0.5 * f32(side)) * edge;
+    let edge = f32(volume.brick) * volume.voxel;
+    let center = volume.corner + (vec3<f32>(cell) + 0.5 * f32(side)) * edge;
     let change = 1.00001 * volume.lipschitz * volume.reach * f32(side);
     return pruned(center, whole, 2.0 * (change + prune.slack + jump));
 }

@@ -6,7 +6,7 @@ var<private> own: array<f32, 20>;
 fn sample_point(cell: vec3<i32>, i: u32) -> vec3<f32> {
     let side = volume.brick + 1u;
     let place = vec3(i % side, i / side % side, i / side / side);
-    return volume.corner_range.xyz + volume.extent_voxel.w * (vec3<f32>(cell * i32(volume.brick)) + vec3<f32>(place));
+    return volume.corner + volume.voxel * (vec3<f32>(cell * i32(volume.brick)) + vec3<f32>(place));
 }
 
 // A brick a group, unless no surface can be in it.
@@ -37,7 +37,7 @@ fn fill_bricks(@builtin(workgroup_id) id: vec3<u32>, @builtin(local_invocation_i
         let least = bitcast<f32>((bits >> 1u) | (bits << 31u));
         slot = 0xffffffffu;
         let had_one = is_brick(near.y);
-        if !is_clear(least, bounds_of(near.x / 64u), volume.spread) {
+        if !is_clear(least, bounds_of(near.x / 64u), volume.half_diagonal) {
             atomicAdd(&counters[COUNTER_FILLED], 1u);
             if had_one {
                 slot = brick_number(near.y);
@@ -46,7 +46,7 @@ fn fill_bricks(@builtin(workgroup_id) id: vec3<u32>, @builtin(local_invocation_i
                 atomicAdd(&counters[COUNTER_ADDED], 1u);
             }
             if slot < volume.capacity {
-                cells[volume.words_at + at] = brick_word(slot);
+                cells[volume.table.words_at + at] = brick_word(slot);
             }
         } else if had_one {
             free_brick(near.y);

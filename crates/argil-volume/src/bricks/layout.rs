@@ -1,6 +1,6 @@
 use super::inner_cell;
 use crate::{Bits, Encoding, Lattice, Range, TooFarError};
-use argil_abi::Volume;
+use argil_abi::BrickBuild;
 use argil_field::Program;
 use argil_math::Aabb;
 use glam::{IVec3, UVec3, Vec3};
@@ -227,35 +227,29 @@ impl BrickLayout {
             .as_ivec3()
     }
 
-    /// Words for shaders. `program` sets what is known of distances.
-    pub fn words(&self, program: &Program) -> Volume {
+    /// What shaders are told while blocks are made; the pool, the table and how it is cut up are left to whoever has them. `program` sets
+    /// what is known of distances.
+    pub fn words(&self, program: &Program) -> BrickBuild {
         let lattice = &self.lattice;
-        let [cx, cy, cz] = lattice.corner.to_array();
-        let [ex, ey, ez] = lattice.extent().to_array();
         let terms = program.clear_terms_about(self.base_length());
         let [low, high] = [self.low(), self.high()];
-        Volume {
-            corner_range: [cx, cy, cz, self.encoding.range_length(lattice, 0)],
-            extent_voxel: [ex, ey, ez, lattice.voxel],
-            size_x: lattice.size.x,
-            size_y: lattice.size.y,
-            size_z: lattice.size.z,
-            levels: 1,
+        BrickBuild {
+            corner: lattice.corner.to_array(),
+            voxel: lattice.voxel,
             low_x: low.x,
             low_y: low.y,
             low_z: low.z,
+            brick: self.brick,
             high_x: high.x,
             high_y: high.y,
             high_z: high.z,
             is_cut: u32::from(lattice.is_cut),
-            brick: self.brick,
-            quanta: self.encoding.bits.quanta(),
             reach: self.half_diagonal(1),
-            spread: 0.5 * 3f32.sqrt() * lattice.voxel,
+            half_diagonal: 0.5 * 3f32.sqrt() * lattice.voxel,
             lipschitz: program.lipschitz(),
             steepness: terms.steepness,
             far: self.far_length(),
-            ..Volume::default()
+            ..BrickBuild::default()
         }
     }
 

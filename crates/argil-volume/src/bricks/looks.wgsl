@@ -16,11 +16,11 @@ fn fill_materials(@builtin(workgroup_id) id: vec3<u32>, @builtin(local_invocatio
     var is_near = false;
     var is_told = true;
     if is_place {
-        let d = field_surface(volume.corner_range.xyz + volume.extent_voxel.w * (vec3<f32>(cell * i32(volume.brick)) + inner));
+        let d = field_surface(volume.corner + volume.voxel * (vec3<f32>(cell * i32(volume.brick)) + inner));
         mine = pack_material(field_material);
         // Between places that are farther from the surface than the diagonal from one to the next, there is none.
         let step = f32(volume.brick) / f32(MATERIAL_SIDE - 1u);
-        let reach = 1.01 * volume.lipschitz * 1.7320508 * step * volume.extent_voxel.w;
+        let reach = 1.01 * volume.lipschitz * 1.7320508 * step * volume.voxel;
         is_near = abs(d) <= reach;
         is_told = abs(d) <= MATERIAL_TOLD * reach;
     }

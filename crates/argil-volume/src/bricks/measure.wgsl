@@ -33,22 +33,22 @@ fn measure(@builtin(workgroup_id) id: vec3<u32>, @builtin(num_workgroups) count:
         return;
     }
     let index = block_of(nth) * 64u + local;
-    let at = volume.words_at + index;
+    let at = volume.table.words_at + index;
     let first = first_cell(index / 64u);
     let cell = first + inner_cell(local);
-    let edge = f32(volume.brick) * volume.extent_voxel.w;
+    let edge = f32(volume.brick) * volume.voxel;
     if volume.is_cut != 0u && (any(cell < low_cell()) || any(cell >= high_cell())) {
         cells[at] = empty_word(0.0);
         return;
     }
     list = stretch_at(prune.blocks_first + 2u * nth);
-    let d = field_distance(volume.corner_range.xyz + (vec3<f32>(cell) + 0.5) * edge);
+    let d = field_distance(volume.corner + (vec3<f32>(cell) + 0.5) * edge);
     // Of a cell near the surface, what stays if its brick is dropped.
     let bounds = bounds_of(nth);
     var is_near = !is_clear(d, bounds, volume.reach);
     // Only what jumps is in the way.
     if is_near && bounds.gap <= 0.0 && plain_radius(min(abs(d), volume.far), bounds) > volume.reach {
-        is_near = !is_clear_in_parts(volume.corner_range.xyz + vec3<f32>(cell) * edge, edge, bounds);
+        is_near = !is_clear_in_parts(volume.corner + vec3<f32>(cell) * edge, edge, bounds);
     }
     let before = cells[at];
     if (lists[prune.dirty_first + 2u * nth + local / 32u] & (1u << (local % 32u))) == 0u {

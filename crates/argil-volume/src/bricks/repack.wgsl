@@ -22,7 +22,7 @@ fn repack(@builtin(workgroup_id) id: vec3<u32>, @builtin(num_workgroups) count: 
         let at = block * 64u + i;
         if local == 0u {
             from_word = WORD_EMPTY;
-            if at < volume.code_count {
+            if at < volume.table.cells {
                 from_word = word_at(at);
             }
             if is_brick(from_word) {
@@ -34,7 +34,7 @@ fn repack(@builtin(workgroup_id) id: vec3<u32>, @builtin(num_workgroups) count: 
                     look_after = BRICK_MIXED | atomicAdd(&counters[COUNTER_TOP_MIXED], 1u);
                 }
                 brick_materials[number] = look_after;
-                cells[volume.words_at + at] = brick_word(number);
+                cells[volume.table.words_at + at] = brick_word(number);
             }
         }
         workgroupBarrier();

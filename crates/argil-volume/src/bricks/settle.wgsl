@@ -14,7 +14,7 @@ fn settle(@builtin(workgroup_id) id: vec3<u32>, @builtin(num_workgroups) count: 
     }
     if !found {
         for (var i = 0u; i < 64u; i++) {
-            cells[volume.words_at + block * 64u + i] |= WORD_LONELY;
+            cells[volume.table.words_at + block * 64u + i] |= WORD_LONELY;
         }
     }
 }

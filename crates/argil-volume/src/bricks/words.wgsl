@@ -31,11 +31,11 @@ fn high_cell() -> vec3<i32> {
 
 // Twin of BlockTable::slot, of blocks in the box.
 fn slot_of(block: vec3<i32>) -> u32 {
-    let at = vec3<u32>(block - vec3(volume.tree_x, volume.tree_y, volume.tree_z));
-    let top = at >> vec3(select(0u, 3u * volume.tree_levels, HAS_LEVELS));
-    var entry = cells[top.x + volume.top_x * (top.y + volume.top_y * top.z)];
+    let at = vec3<u32>(block - vec3(volume.table.tree_x, volume.table.tree_y, volume.table.tree_z));
+    let top = at >> vec3(select(0u, 3u * volume.table.levels, HAS_LEVELS));
+    var entry = cells[top.x + volume.table.top_x * (top.y + volume.table.top_y * top.z)];
     if HAS_LEVELS {
-        for (var level = volume.tree_levels; level > 0u && (entry & FAR_ENTRY) == 0u; level--) {
+        for (var level = volume.table.levels; level > 0u && (entry & FAR_ENTRY) == 0u; level--) {
             let inner = (at >> vec3(3u * (level - 1u))) & vec3(7u);
             entry = cells[entry + inner.x + 8u * inner.y + 64u * inner.z];
         }
@@ -50,7 +50,7 @@ fn word_index(cell: vec3<i32>) -> u32 {
 }
 
 fn word_at(index: u32) -> u32 {
-    return cells[volume.words_at + index];
+    return cells[volume.table.words_at + index];
 }
 
 fn inner_cell(nth: u32) -> vec3<i32> {
@@ -58,7 +58,7 @@ fn inner_cell(nth: u32) -> vec3<i32> {
 }
 
 fn first_cell(slot: u32) -> vec3<i32> {
-    let at = volume.slots_at + 3u * slot;
+    let at = volume.table.slots_at + 3u * slot;
     return bitcast<vec3<i32>>(vec3(cells[at], cells[at + 1u], cells[at + 2u]));
 }
 

@@ -3,7 +3,7 @@
 
 use super::{Layout, Tree};
 use crate::{Texel, Texels, fill::sample};
-use argil_abi::{Fill, Volume};
+use argil_abi::{Fill, OctreeVolume};
 use argil_field::Program;
 use argil_math::{Control, morton};
 use glam::UVec3;
@@ -12,7 +12,7 @@ use glam::UVec3;
 pub(super) fn bricks<T: Texel>(
     program: &Program,
     layout: &Layout,
-    words: &Volume,
+    words: &OctreeVolume,
     fill: &Fill,
     (tree, centers): (&Tree, &[f32]),
     control: &Control,
@@ -28,7 +28,7 @@ pub(super) fn bricks<T: Texel>(
 
 /// What is stored in all texels of a cell without a brick, whose centre is so far from the surface: the distance that
 /// none of them falls short of, at least one step so that the sign is kept.
-fn vacant(words: &Volume, fill: &Fill, away: f32) -> i32 {
+fn vacant(words: &OctreeVolume, fill: &Fill, away: f32) -> i32 {
     let low = |a: f32, b: f32| if b < a { b } else { a };
     let magnitude = away.abs() - words.spread;
     let quanta = fill.quanta as f32;
@@ -42,9 +42,9 @@ mod tests {
 
     #[test]
     fn vacant_cells_keep_their_sign_and_never_exceed_the_distance() {
-        let words = Volume {
+        let words = OctreeVolume {
             spread: 0.5,
-            ..Volume::default()
+            ..OctreeVolume::default()
         };
         let fill = Fill {
             spacing_scale: [1.0, 1.0, 1.0, 127.0],

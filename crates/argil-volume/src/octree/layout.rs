@@ -1,7 +1,7 @@
 //! Where an octree's bricks lie, and how it is asked for.
 
 use crate::{Encoding, Lattice};
-use argil_abi::{OCTREE_MAX_DEPTH, Volume};
+use argil_abi::{OCTREE_MAX_DEPTH, OctreeVolume};
 use argil_field::Program;
 use argil_math::Aabb;
 use glam::{UVec3, Vec3};
@@ -150,37 +150,31 @@ impl Layout {
     }
 
     /// Words for shaders. `program` sets how far from the surface a brick's centre may be for the brick to be kept.
-    pub fn words(&self, program: &Program, keep: Keep) -> Volume {
+    pub fn words(&self, program: &Program, keep: Keep) -> OctreeVolume {
         let lattice = &self.lattice;
         let range = self.encoding.range_length(lattice, 0);
-        let [cx, cy, cz] = lattice.corner.to_array();
-        let [ex, ey, ez] = lattice.extent().to_array();
         // Around the brick with half a voxel more on each side, and around its outermost texels.
         let half_diagonal = |voxels: f32| 0.5 * 3f32.sqrt() * voxels * lattice.voxel;
         let region = lattice.aabb().grown(self.brick_length());
         let slack = program.bounds_slack(region);
         let lipschitz = 1.000_01 * program.lipschitz();
         let brick = self.brick as f32;
-        Volume {
-            corner_range: [cx, cy, cz, range],
-            extent_voxel: [ex, ey, ez, lattice.voxel],
-            size_x: lattice.size.x,
-            size_y: lattice.size.y,
-            size_z: lattice.size.z,
-            levels: 1,
+        OctreeVolume {
+            corner: lattice.corner.to_array(),
+            range,
+            extent: lattice.extent().to_array(),
+            voxel: lattice.voxel,
             grid_x: self.grid.x,
             grid_y: self.grid.y,
             grid_z: self.grid.z,
             brick: self.brick,
             depth: self.depth,
             code_count: self.code_count(),
-            quanta: self.encoding.bits.quanta(),
             reach: match keep {
                 Keep::Conservative => program.reach(half_diagonal(brick + 1.0), region),
                 Keep::CenterInRange => range,
             },
             spread: lipschitz * half_diagonal(brick - 1.0) + slack,
-            ..Volume::default()
         }
     }
 }

@@ -10,8 +10,8 @@ fn measure_cell(code: u32) -> bool {
     if code >= volume.code_count || !cell_is_held(cell) {
         return false;
     }
-    let edge = f32(volume.brick) * volume.extent_voxel.w;
-    let d = field_distance(volume.corner_range.xyz + (vec3<f32>(cell) + 0.5) * edge);
+    let edge = f32(volume.brick) * volume.voxel;
+    let d = field_distance(volume.corner + (vec3<f32>(cell) + 0.5) * edge);
     centers[code] = d;
     return abs(d) <= volume.reach;
 }
