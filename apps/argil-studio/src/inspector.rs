@@ -11,7 +11,7 @@ use crate::files::IS_PAGE;
 use crate::icon::{self, Icon};
 use crate::keyframes::keyframes;
 use crate::materials::material_choice;
-use crate::names::{name_of, shape_name, spoken};
+use crate::names::{modifier_name, name_of, shape_name, spoken};
 use crate::session::Session;
 use crate::values::{fields, number};
 use argil::{Body, Entry, Exactness, Modifier, NodeId, OperatorKind, Profile, Shape, is_image};
@@ -21,49 +21,6 @@ use serde_json::Value;
 /// See the module's page.
 pub struct Inspector {
     docs: Docs,
-}
-
-/// Values that are put in where something is added.
-fn new_modifiers() -> Vec<Modifier> {
-    vec![
-        Modifier::Translate { by: [0.0; 3] },
-        Modifier::Rotate {
-            axis: [0.0, 1.0, 0.0],
-            degrees: 0.0,
-        },
-        Modifier::Scale { by: 1.0 },
-        Modifier::Stretch { by: [1.0; 3] },
-        Modifier::Mirror {
-            axes: [true, false, false],
-        },
-        Modifier::Repeat {
-            spacing: [1.5, 0.0, 0.0],
-            count: Some([3, 1, 1]),
-        },
-        Modifier::RadialRepeat { count: 6 },
-        Modifier::Elongate {
-            by: [0.2, 0.0, 0.0],
-        },
-        Modifier::Round { radius: 0.05 },
-        Modifier::Shell { thickness: 0.03 },
-        Modifier::Twist {
-            degrees_per_unit: 45.0,
-        },
-        Modifier::Bend {
-            degrees_per_unit: 30.0,
-        },
-        Modifier::Displace {
-            amplitude: 0.05,
-            frequency: 4.0,
-            seed: 0,
-            octaves: 3,
-        },
-    ]
-}
-
-fn modifier_name(modifier: &Modifier) -> String {
-    let value = serde_json::to_value(modifier).expect("a modifier is JSON");
-    spoken(value["type"].as_str().unwrap_or("modifier"))
 }
 
 impl Inspector {
@@ -243,7 +200,7 @@ impl Inspector {
         ui.horizontal(|ui| {
             ui.label("Modifiers");
             ui.menu_button("Add…", |ui| {
-                for modifier in new_modifiers() {
+                for modifier in Modifier::examples() {
                     if ui.button(modifier_name(&modifier)).clicked() {
                         *done = Some(format!("Add {}", modifier_name(&modifier).to_lowercase()));
                         entry.modifiers.push(modifier);

@@ -1,6 +1,6 @@
 //! What to call what a scene holds.
 
-use argil::{Body, Entry, Shape};
+use argil::{Body, Entry, Modifier, Shape};
 
 /// An entry's name, or what it is.
 pub fn name_of(entry: &Entry) -> String {
@@ -15,16 +15,24 @@ pub fn name_of(entry: &Entry) -> String {
 
 /// What a shape is, such as `Round cone`.
 pub fn shape_name(shape: &Shape) -> String {
+    in_words(shape.kind())
+}
+
+/// What a modifier is, such as `Radial repeat`.
+pub fn modifier_name(modifier: &Modifier) -> String {
+    in_words(modifier.kind())
+}
+
+/// `RoundCone` as `Round cone`.
+fn in_words(kind: &str) -> String {
     let mut words = String::new();
-    for (i, letter) in shape.kind().chars().enumerate() {
-        if i > 0 && letter.is_uppercase() {
+    for letter in kind.chars() {
+        if letter.is_uppercase() && !words.is_empty() {
             words.push(' ');
-        }
-        words.push(if i > 0 {
-            letter.to_ascii_lowercase()
+            words.push(letter.to_ascii_lowercase());
         } else {
-            letter
-        });
+            words.push(letter);
+        }
     }
     words
 }

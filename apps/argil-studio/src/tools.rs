@@ -106,7 +106,7 @@ impl View {
         ui.label("against");
         let first = session.preferences.pipeline;
         let all = Pipeline::all().filter(|p| *p != first);
-        choice(ui, "Second pipeline", second, all, |p| p.word().into());
+        choice(ui, "Second pipeline", second, all, |p| p.word());
         ui.toggle_value(&mut self.pictures.shows_difference, "Difference");
     }
 

@@ -12,12 +12,14 @@ mod layout;
 mod op;
 mod tables;
 mod tuning;
+mod volumes;
 
 pub use bindings::*;
 pub use layout::Layout;
 pub use op::*;
 pub use tables::*;
 pub use tuning::*;
+pub use volumes::*;
 
 /// The WGSL declarations of everything in this crate.
 pub fn wgsl() -> String {

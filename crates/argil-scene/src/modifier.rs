@@ -1,97 +1,185 @@
-use crate::fault::{Fault, coordinate, each, not_negative, positive, within};
+use crate::Fault;
+use crate::shape_rules as rules;
 use argil_math::Aabb;
 use glam::{DAffine3, DQuat, DVec3, Vec2, Vec3};
 #[cfg(feature = "schema")]
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// A change of a solid or of the space around it. A list of modifiers acts in its order: the first on the solid
-/// itself, the next on what that made.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(JsonSchema))]
-#[serde(tag = "type", rename_all = "snake_case", deny_unknown_fields)]
-pub enum Modifier {
+/// Makes [`Modifier`] and what follows from each row: its parameters, with a check each, a rule that several have to keep together, and
+/// an example. What else a modifier is stands by hand where it belongs: how boxes change ([`Extents`](crate::Extents)), how distances do
+/// (`regular.rs` of argil-field), what instructions it takes (`lower/solid.rs`), and its definition for the oracle.
+macro_rules! modifiers {
+    ($(
+        $(#[$doc:meta])*
+        $modifier:ident {$(
+            $(#[$about:meta])*
+            $field:ident: $type:ty => $check:ident $(($($limit:expr),*))?,
+        )*}
+        $(rule($rule:expr))?
+        example($example:expr);
+    )*) => {
+        /// A change of a solid or of the space around it. A list of modifiers acts in its order: the first on the solid
+        /// itself, the next on what that made.
+        #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+        #[cfg_attr(feature = "schema", derive(JsonSchema))]
+        #[serde(tag = "type", rename_all = "snake_case", deny_unknown_fields)]
+        pub enum Modifier {$(
+            $(#[$doc])*
+            $modifier {$(
+                $(#[$about])*
+                $field: $type,
+            )*},
+        )*}
+
+        impl Modifier {
+            /// Whether every parameter can be used.
+            ///
+            /// # Errors
+            /// The first that cannot.
+            pub fn check(&self) -> Result<(), Fault> {
+                match *self {$(
+                    Self::$modifier { $($field),* } => {
+                        $(rules::$check(stringify!($field), $field $($(, $limit)*)?)?;)*
+                        $($rule?;)?
+                        Ok(())
+                    }
+                )*}
+            }
+
+            /// What modifier it is: the variant's name.
+            ///
+            /// ```
+            /// let modifier = argil_scene::Modifier::Round { radius: 0.1 };
+            /// assert_eq!(modifier.kind(), "Round");
+            /// ```
+            pub fn kind(&self) -> &'static str {
+                match self {$(
+                    Self::$modifier { .. } => stringify!($modifier),
+                )*}
+            }
+
+            /// An example of each modifier, as it is added before anything of it is chosen, in the order of the rows.
+            ///
+            /// ```
+            /// let examples = argil_scene::Modifier::examples();
+            /// assert!(examples.iter().all(|modifier| modifier.check().is_ok()));
+            /// ```
+            pub fn examples() -> Vec<Self> {
+                vec![$($example),*]
+            }
+        }
+    };
+}
+
+modifiers! {
     /// Move.
     Translate {
         /// By how much along each axis.
-        by: [f32; 3],
-    },
+        by: [f32; 3] => coordinate,
+    }
+    example(Self::Translate { by: [0.0; 3] });
+
     /// Turn about an axis through the origin, counter-clockwise when the axis points at the viewer.
     Rotate {
         /// The axis; any length but 0.
-        axis: [f32; 3],
+        axis: [f32; 3] => direction,
         /// The angle.
-        degrees: f32,
-    },
+        degrees: f32 => coordinate,
+    }
+    example(Self::Rotate { axis: [0.0, 1.0, 0.0], degrees: 0.0 });
+
     /// Scale about the origin, all axes alike.
     Scale {
         /// The factor, from 1e-4 to 1e4.
-        by: f32,
-    },
+        by: f32 => within(1e-4, 1e4),
+    }
+    example(Self::Scale { by: 1.0 });
+
     /// Scale about the origin, each axis by a factor of its own. The distance is the solid's times the least factor: a bound, the more
     /// cautious the more the factors differ.
     Stretch {
         /// The factors, from 1e-3 to 1e3 each.
-        by: [f32; 3],
-    },
+        by: [f32; 3] => within(1e-3, 1e3),
+    }
+    example(Self::Stretch { by: [1.0; 3] });
+
     /// Keep the part on the positive side of the origin and add its mirror image, for each axis chosen.
     Mirror {
         /// Which axes change sign.
-        axes: [bool; 3],
-    },
+        axes: [bool; 3] => any,
+    }
+    example(Self::Mirror { axes: [true, false, false] });
+
     /// Copies on a grid, centred on the origin. The solid should lie within its own cell; where it reaches beyond, up
     /// to 125 copies are looked at.
     Repeat {
         /// Distance between copies along each axis; 0 for an axis without copies.
-        spacing: [f32; 3],
+        spacing: [f32; 3] => not_negative,
         /// How many along each axis; without it, endlessly.
         #[serde(default, skip_serializing_if = "Option::is_none")]
-        count: Option<[u32; 3]>,
-    },
+        count: Option<[u32; 3]> => counts(1, 1_000_000),
+    }
+    rule(rules::steps(spacing, count))
+    example(Self::Repeat { spacing: [1.5, 0.0, 0.0], count: Some([3, 1, 1]) });
+
     /// Copies turned about the y axis at equal angles. The solid belongs on the +x side.
     RadialRepeat {
         /// How many.
-        count: u32,
-    },
+        count: u32 => count(1, 10_000),
+    }
+    example(Self::RadialRepeat { count: 6 });
+
     /// Cut the solid at the origin and pull the halves apart along each axis.
     Elongate {
         /// Half of the length put in, an axis.
-        by: [f32; 3],
-    },
+        by: [f32; 3] => not_negative,
+    }
+    example(Self::Elongate { by: [0.2, 0.0, 0.0] });
+
     /// Move the surface outwards; edges become round.
     Round {
         /// By how much.
-        radius: f32,
-    },
+        radius: f32 => not_negative,
+    }
+    example(Self::Round { radius: 0.05 });
+
     /// Keep only a shell around the surface.
     Shell {
         /// Half of the shell's thickness.
-        thickness: f32,
-    },
+        thickness: f32 => positive,
+    }
+    example(Self::Shell { thickness: 0.03 });
+
     /// Turn about the y axis by an angle that grows with y.
     Twist {
         /// Degrees for a length of 1.
-        degrees_per_unit: f32,
-    },
+        degrees_per_unit: f32 => within(-1e5, 1e5),
+    }
+    example(Self::Twist { degrees_per_unit: 45.0 });
+
     /// Turn in the x–y plane by an angle that grows with x.
     Bend {
         /// Degrees for a length of 1.
-        degrees_per_unit: f32,
-    },
+        degrees_per_unit: f32 => within(-1e5, 1e5),
+    }
+    example(Self::Bend { degrees_per_unit: 30.0 });
+
     /// Move the surface in and out by seeded value noise, octave upon octave of half the amplitude and twice the
     /// frequency.
     Displace {
         /// Greatest distance of the first octave.
-        amplitude: f32,
+        amplitude: f32 => not_negative,
         /// Cells of the first octave's lattice for a length of 1.
-        frequency: f32,
+        frequency: f32 => within(1e-4, 1e4),
         /// Which noise.
         #[serde(default)]
-        seed: u32,
+        seed: u32 => any,
         /// How many octaves, from 1 to 8.
         #[serde(default = "one")]
-        octaves: u32,
-    },
+        octaves: u32 => count(1, 8),
+    }
+    example(Self::Displace { amplitude: 0.05, frequency: 4.0, seed: 0, octaves: 3 });
 }
 
 fn one() -> u32 {
@@ -103,61 +191,6 @@ fn one() -> u32 {
 pub(crate) const NOISE_LIPSCHITZ: f32 = 3.75;
 
 impl Modifier {
-    /// Whether every parameter can be used; else the first that cannot.
-    pub fn check(&self) -> Result<(), Fault> {
-        match *self {
-            Self::Translate { by } => each("by", by, coordinate),
-            Self::Rotate { axis, degrees } => {
-                each("axis", axis, coordinate)?;
-                if Vec3::from(axis).length() < 1e-6 {
-                    return Err(Fault::new("axis", "[0, 0, 0] has no direction"));
-                }
-                coordinate("degrees", degrees)
-            }
-            Self::Scale { by } => within("by", by, 1e-4, 1e4),
-            Self::Stretch { by } => each("by", by, |path, by| within(path, by, 1e-3, 1e3)),
-            Self::Mirror { .. } => Ok(()),
-            Self::Repeat { spacing, count } => {
-                each("spacing", spacing, not_negative)?;
-                for (axis, step) in spacing.into_iter().enumerate() {
-                    let many = count.map_or(step != 0.0, |c| c[axis] > 1);
-                    if many {
-                        positive(&format!("spacing[{axis}]"), step)?;
-                    }
-                    if let Some(0) | Some(1_000_001..) = count.map(|c| c[axis]) {
-                        let n = count.map_or(0, |c| c[axis]);
-                        return Err(Fault::new(
-                            format!("count[{axis}]"),
-                            format!("{n} is not from 1 to 1000000"),
-                        ));
-                    }
-                }
-                Ok(())
-            }
-            Self::RadialRepeat { count } if !(1..=10_000).contains(&count) => Err(Fault::new(
-                "count",
-                format!("{count} is not from 1 to 10000"),
-            )),
-            Self::RadialRepeat { .. } => Ok(()),
-            Self::Elongate { by } => each("by", by, not_negative),
-            Self::Round { radius } => not_negative("radius", radius),
-            Self::Shell { thickness } => positive("thickness", thickness),
-            Self::Twist { degrees_per_unit } | Self::Bend { degrees_per_unit } => {
-                within("degrees_per_unit", degrees_per_unit, -1e5, 1e5)
-            }
-            Self::Displace {
-                amplitude,
-                frequency,
-                octaves,
-                ..
-            } => {
-                not_negative("amplitude", amplitude)?;
-                within("frequency", frequency, 1e-4, 1e4)?;
-                within("octaves", octaves as f32, 1.0, 8.0)
-            }
-        }
-    }
-
     /// Whether it keeps angles: translate, rotate or scale.
     pub fn is_similarity(&self) -> bool {
         matches!(

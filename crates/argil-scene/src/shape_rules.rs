@@ -62,6 +62,49 @@ pub(crate) fn each_at_most(
     value.each(path, |path, value| at_most(path, value, limit, what))
 }
 
+/// Anything that can be read.
+#[expect(clippy::unnecessary_wraps, reason = "a check among others")]
+pub(crate) fn any<T>(_: &str, _: T) -> Result<(), Fault> {
+    Ok(())
+}
+
+/// A direction, of any length but 0.
+pub(crate) fn direction(path: &str, value: [f32; 3]) -> Result<(), Fault> {
+    coordinate(path, value)?;
+    if Vec3::from(value).length() < 1e-6 {
+        return Err(Fault::new(path, "[0, 0, 0] has no direction"));
+    }
+    Ok(())
+}
+
+/// A number of things, of a range with both ends.
+pub(crate) fn count(path: &str, value: u32, min: u32, max: u32) -> Result<(), Fault> {
+    if (min..=max).contains(&value) {
+        Ok(())
+    } else {
+        Err(Fault::new(
+            path,
+            format!("{value} is not from {min} to {max}"),
+        ))
+    }
+}
+
+/// Such numbers along each axis, if there are any.
+pub(crate) fn counts(path: &str, value: Option<[u32; 3]>, min: u32, max: u32) -> Result<(), Fault> {
+    let mut all = value.into_iter().flatten().enumerate();
+    all.try_for_each(|(axis, value)| count(&format!("{path}[{axis}]"), value, min, max))
+}
+
+/// The steps of a repetition: where there are several copies, they do not lie in one another.
+pub(crate) fn steps(spacing: [f32; 3], count: Option<[u32; 3]>) -> Result<(), Fault> {
+    for (axis, step) in spacing.into_iter().enumerate() {
+        if count.map_or(step != 0.0, |count| count[axis] > 1) {
+            fault::positive(&format!("spacing[{axis}]"), step)?;
+        }
+    }
+    Ok(())
+}
+
 /// The distances of a mesh, if it has any yet.
 pub(crate) fn distances(path: &str, grid: &MeshGrid) -> Result<(), Fault> {
     match &grid.0 {
