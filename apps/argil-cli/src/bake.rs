@@ -85,7 +85,10 @@ fn report(
         "memory_bytes": world.memory_bytes(),
         "volume": options.output.as_ref().map(|p| p.display().to_string()),
     });
-    let about = output::volume(&world.volume_info()?.context("no volume was built")?);
+    let about = output::volume(
+        world.kept_via(),
+        &world.volume_info()?.context("no volume was built")?,
+    );
     if let (Some(all), Some(own)) = (report.as_object_mut(), about.as_object()) {
         for (key, value) in own {
             all.entry(key.clone()).or_insert(value.clone());

@@ -68,7 +68,7 @@ fn of_mesh(options: &Info) -> anyhow::Result<()> {
 fn of_volume(options: &Info) -> anyhow::Result<()> {
     let stored = Stored::open(&options.scene)?;
     let scene = crate::input::scene_of(&stored, &options.scene)?;
-    let mut report = output::volume(&VolumeInfo::of(&stored.volume));
+    let mut report = output::volume(Via::of(&stored.volume), &VolumeInfo::of(&stored.volume));
     if let Some(report) = report.as_object_mut() {
         report.insert("scene".into(), json!(scene.name));
         report.insert("brushes".into(), json!(scene.brush_count()));

@@ -33,15 +33,11 @@ pub fn pair(key: &str, value: &Value) {
     }
 }
 
-/// What a volume is.
-pub fn volume(info: &VolumeInfo) -> Value {
+/// What a volume of a representation is.
+pub fn volume(via: Via, info: &VolumeInfo) -> Value {
     let bounds = info.lattice.aabb();
     let mut about = json!({
-        "via": match (&info.tree, &info.sparse) {
-            (Some(_), _) => "octree",
-            (None, Some(_)) => "bricks",
-            (None, None) => "dense",
-        },
+        "via": via.word(),
         "resolution": info.lattice.size.to_array(),
         "box": [bounds.min.to_array(), bounds.max.to_array()],
         "voxel": info.lattice.voxel,

@@ -81,7 +81,7 @@ macro_rules! representations {
             }
 
             /// As a volume was built.
-            pub(crate) fn of(volume: &Volume) -> Self {
+            pub fn of(volume: &Volume) -> Self {
                 let mut via = Self::Field;
                 $(if let Some(options) = $options::of(volume) {
                     via = Self::$name(options);
