@@ -196,6 +196,7 @@ impl Case {
                     Show::Heat => "heat",
                     Show::Bricks => "bricks",
                     Show::Nodes => "nodes",
+                    _ => "another",
                 };
                 all.push(("show", show.into()));
                 all.push(("eye", look.eye.word().into()));

@@ -124,6 +124,7 @@ fn replay(
 ) -> anyhow::Result<Vec<Done>> {
     let path = options.edits.display();
     let file = std::fs::File::open(&options.edits).with_context(|| path.to_string())?;
+    let mut is_told = true;
     let mut applied = Vec::new();
     let mut file = BufReader::new(file);
     for nth in 1.. {
@@ -145,6 +146,7 @@ fn replay(
         };
         if scene.replay(&line).with_context(place)?.is_none() {
             record(&mut journal)?;
+            is_told = false;
             continue;
         }
         // What the edit brought has its file beside the scene's, as what was there before.
@@ -158,11 +160,16 @@ fn replay(
         let finished = world.finish().with_context(place)?;
         // What the world refuses is not recorded.
         record(&mut journal)?;
+        is_told = true;
         applied.push(Done {
             applied: own,
             counts: finished,
             duration_ms: start.elapsed().as_secs_f64() * 1e3,
         });
+    }
+    // What is no edit, as other names of meshes, is of the scene that the world is saved with, too.
+    if !is_told {
+        world.apply(scene)?;
     }
     Ok(applied)
 }

@@ -3,7 +3,7 @@
 use crate::args::Info;
 use crate::output;
 use anyhow::Context;
-use argil::{Body, Engine, Format, Report, Stored, VolumeInfo};
+use argil::{Body, Engine, Format, Report, Stored, Via, VolumeInfo};
 use serde_json::{Value, json};
 
 pub fn run(options: &Info) -> anyhow::Result<()> {

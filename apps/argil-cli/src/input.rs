@@ -108,7 +108,7 @@ pub fn world(
     };
     ensure!(
         via.is_none() && *flags == marching,
-        "{}: this volume is baked already, as `argil info` tells: leave out --via and what says how to build",
+        "{}: this volume is baked already, as `argil info` tells: leave out what says how to build one, as --via, --resolution and --method",
         path.display()
     );
     let (mut scene, mut world) = if outside {

@@ -1,7 +1,7 @@
 //! What the commands print.
 
 use anyhow::Context;
-use argil::{BuildTimes, Report, Spread, VolumeInfo};
+use argil::{BuildTimes, Report, Spread, Via, VolumeInfo};
 use serde_json::{Value, json};
 use std::io::Write;
 

@@ -179,3 +179,20 @@ fn edits_that_cannot_be_done_are_named() {
         "--check compares sparse bricks",
     );
 }
+
+/// Other names of meshes are no edit, and are written all the same.
+#[test]
+fn renamed_meshes_are_written() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let place = |name: &str| folder.path().join(name).display().to_string();
+    let renamed = r#"{"edit":"rename_meshes","paths":{"suzanne.obj":"monkey.obj"}}"#;
+    std::fs::write(place("edits.jsonl"), renamed).expect("a file");
+    let (suzanne, edits, out) = (scene("suzanne"), place("edits.jsonl"), place("out.argil"));
+    let run = ["edit", &suzanne, "--edits", &edits, "--resolution", "32"];
+    let rest = ["-o", &out, "--device", "cpu"];
+    let output = argil(&[&run[..], &rest].concat());
+    assert!(output.status.success(), "{output:?}");
+    let bytes = std::fs::read(&out).expect("a volume");
+    let has = |text: &str| bytes.windows(text.len()).any(|own| own == text.as_bytes());
+    assert!(has("monkey.obj") && !has("suzanne.obj"));
+}

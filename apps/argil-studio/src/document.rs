@@ -39,6 +39,14 @@ pub struct Document {
 /// Groups within one another that a copy can have, so that a journal can be read again.
 const DEEPEST: usize = 50;
 
+fn check_depth(tree: &Subtree) -> anyhow::Result<()> {
+    anyhow::ensure!(
+        tree.depth() <= DEEPEST,
+        "groups that are nested more than {DEEPEST} deep cannot be copied"
+    );
+    Ok(())
+}
+
 /// Edits that are one step.
 struct Stroke {
     /// Steps before it.
@@ -197,10 +205,7 @@ impl Document {
         (parent, index): (NodeId, usize),
         tree: Subtree,
     ) -> anyhow::Result<NodeId> {
-        anyhow::ensure!(
-            tree.depth() <= DEEPEST,
-            "groups that are nested more than {DEEPEST} deep cannot be copied"
-        );
+        check_depth(&tree)?;
         let insert = Action::InsertTree {
             parent,
             index,
@@ -213,11 +218,15 @@ impl Document {
     }
 
     /// Nodes with all that they hold, for copies, which are not locked.
-    pub fn copies(&self, nodes: &[NodeId]) -> Vec<Subtree> {
+    ///
+    /// # Errors
+    /// If groups in them are nested too deep for a file to be read again.
+    pub fn copies(&self, nodes: &[NodeId]) -> anyhow::Result<Vec<Subtree>> {
         let copy = |&node: &NodeId| {
             let mut tree = self.scene.subtree(node);
+            check_depth(&tree)?;
             tree.entry.locked = false;
-            tree
+            Ok(tree)
         };
         nodes.iter().map(copy).collect()
     }

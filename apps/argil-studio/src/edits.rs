@@ -47,11 +47,7 @@ impl Document {
         self.begin_stroke("Paste");
         let mut made = Vec::new();
         for (i, tree) in trees.into_iter().enumerate() {
-            let node = self.insert_tree("Paste", (parent, index + i), tree);
-            if node.is_err() {
-                self.end_stroke();
-            }
-            made.push(node?);
+            made.push(self.insert_tree("Paste", (parent, index + i), tree)?);
         }
         self.end_stroke();
         self.selection = made;
@@ -71,16 +67,16 @@ impl Document {
 
     pub(crate) fn duplicate(&mut self) -> anyhow::Result<()> {
         self.begin_stroke("Duplicate");
-        let made = self.duplicate_within_stroke();
+        self.duplicate_within_stroke()?;
         self.end_stroke();
-        made.map(drop)
+        Ok(())
     }
 
     /// Put a copy of each that is selected behind it, and select the copies.
     pub(crate) fn duplicate_within_stroke(&mut self) -> anyhow::Result<Vec<NodeId>> {
         let mut made = Vec::new();
         let nodes = self.outermost();
-        let trees = self.copies(&nodes);
+        let trees = self.copies(&nodes)?;
         for (node, tree) in nodes.into_iter().zip(trees) {
             let scene = self.scene();
             let Some(parent) = scene.node(node).parent() else {
@@ -140,7 +136,6 @@ impl Document {
             let does_more = entry.operator != plain.operator
                 || entry.modifiers.iter().any(|m| !m.is_similarity());
             if does_more {
-                self.end_stroke();
                 anyhow::bail!(
                     "{} acts as a whole, by its operator or its modifiers: ungrouped, it would be another solid",
                     self.name_of(group)

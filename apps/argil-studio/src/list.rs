@@ -33,7 +33,7 @@ pub struct BrushList {
 impl BrushList {
     /// Another document.
     pub(crate) fn forget(&mut self) {
-        self.collapsed.clear();
+        *self = Self::default();
     }
 
     /// Have a group's row closed.
@@ -357,7 +357,7 @@ fn drop_at(
                 (around, at + behind * (1 + i))
             }
         };
-        // It is counted without itdocument.
+        // It is counted without itself.
         let own = scene.node(parent).children();
         if let Some(before) = own.iter().position(|&n| n == node)
             && before < index
@@ -369,11 +369,7 @@ fn drop_at(
             parent,
             index,
         };
-        let moved = document.edit("Reorder", edit);
-        if moved.is_err() {
-            document.end_stroke();
-        }
-        moved?;
+        document.edit("Reorder", edit)?;
     }
     document.end_stroke();
     Ok(())

@@ -1,4 +1,4 @@
-//! What draws the scene: a copy of it that follows the document line by line, and a world of each pipeline that is looked at.
+//! What draws the scene: a copy of it that does what the document does, action by action, and a world of each pipeline that is looked at.
 
 use anyhow::Context;
 use argil::{

@@ -151,14 +151,14 @@ impl Studio {
     }
 
     fn copy(&mut self, ctx: &egui::Context, takes: bool) {
-        let document = &self.session.document;
-        let trees = document.copies(&document.outermost());
-        if let Ok(text) = serde_json::to_string_pretty(&trees) {
-            ctx.copy_text(text);
-        }
-        if takes {
-            self.session.attempt(|s| s.document.delete("Cut"));
-        }
+        self.session.attempt(|s| {
+            let trees = s.document.copies(&s.document.outermost())?;
+            ctx.copy_text(serde_json::to_string_pretty(&trees)?);
+            if takes {
+                s.document.delete("Cut")?;
+            }
+            Ok(())
+        });
     }
 
     /// Do what the parts of the editor wish of one another.

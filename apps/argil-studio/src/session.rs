@@ -17,7 +17,7 @@ use std::path::PathBuf;
 pub struct Session {
     /// The document.
     pub document: Document,
-    /// Lines of the document since it was opened, and a thousand for each document before.
+    /// Actions of the document since it was opened, and a thousand for each document before.
     pub version: u64,
     /// What draws it.
     pub renderer: Renderer,
@@ -118,7 +118,12 @@ impl Session {
 
     /// Do, and tell what goes wrong.
     pub(crate) fn attempt(&mut self, what: impl FnOnce(&mut Self) -> anyhow::Result<()>) {
+        let was_in_stroke = self.document.is_in_stroke();
         if let Err(error) = what(self) {
+            // Half of a step is not what anybody wants.
+            if !was_in_stroke {
+                self.document.give_up_stroke();
+            }
             self.fail(&error);
         }
     }
@@ -126,8 +131,8 @@ impl Session {
     /// Hand on what was done.
     pub(crate) fn hand_on(&mut self) {
         self.load_wanted();
-        let lines = self.document.take_actions();
-        self.version += lines.len() as u64;
-        self.renderer.follow(lines);
+        let actions = self.document.take_actions();
+        self.version += actions.len() as u64;
+        self.renderer.follow(actions);
     }
 }

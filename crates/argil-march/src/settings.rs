@@ -8,6 +8,7 @@ use glam::Vec3;
 /// What a picture shows.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
+#[non_exhaustive]
 pub enum Show {
     /// Light on materials.
     #[default]

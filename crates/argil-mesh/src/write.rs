@@ -16,6 +16,7 @@ use std::io::{self, Write};
 
 /// A kind of mesh file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Format {
     /// glTF 2.0 in one binary file: normals, materials as metal and roughness, colours of vertices.
     Glb,

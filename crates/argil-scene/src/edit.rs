@@ -11,6 +11,7 @@ use argil_math::Aabb;
 
 /// A change of a scene that can be undone.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Edit {
     /// Put a brush or an empty group into a group, before what is at `index` now.
     Insert {
@@ -216,7 +217,7 @@ impl Scene {
                 self.check_inner(node)?;
                 self.check_outside(parent, node)?;
                 let own_place = usize::from(self.node(node).parent == Some(parent));
-                self.check_place(parent, index + own_place)?;
+                self.check_place(parent, index.saturating_add(own_place))?;
                 Step::Move {
                     node,
                     parent,

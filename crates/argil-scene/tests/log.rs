@@ -224,3 +224,26 @@ fn what_is_a_brush_and_a_group_is_refused_whole() {
     assert!(scene.undo());
     assert_eq!(scene.brush_count(), 2);
 }
+
+/// An index beyond all is refused, and not wrapped round.
+#[test]
+fn an_absurd_index_is_refused() {
+    let mut scene = Scene::new();
+    let ball = r#"{"edit":"insert","entry":{"shape":{"type":"sphere","radius":0.5}}}"#;
+    scene.replay(ball).expect("an edit");
+    let before = scene.clone();
+    for line in [
+        format!(
+            r#"{{"edit":"move","node":"brushes[0]","index":{}}}"#,
+            usize::MAX
+        ),
+        format!(
+            r#"{{"edit":"insert","index":{},"entry":{{"brushes":[]}}}}"#,
+            usize::MAX
+        ),
+    ] {
+        let error = scene.replay(&line).expect_err("no such place").to_string();
+        assert!(error.contains("lies beyond the end"), "{error}");
+        assert!(scene == before);
+    }
+}

@@ -193,7 +193,8 @@ impl World {
         wait(self.mesh_async(options))
     }
 
-    /// Write the volume with its [scene](World::scene), beside its place and then renamed into it.
+    /// Write the volume with its [scene](World::scene) as it was applied last (its name, view and meshes too), beside its place and then
+    /// renamed into it.
     ///
     /// # Errors
     /// If there is no volume, or the file cannot be written.

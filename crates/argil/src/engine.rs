@@ -5,6 +5,7 @@ use std::sync::Arc;
 /// What to run on.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
+#[non_exhaustive]
 pub enum Backend {
     /// A GPU where there is a real one, else the CPU.
     #[default]

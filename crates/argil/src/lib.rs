@@ -40,6 +40,18 @@ mod stored;
 mod triangles;
 mod world;
 
+/// The crates below, with everything that signatures here name.
+pub mod crates {
+    pub use argil_abi as abi;
+    pub use argil_field as field;
+    pub use argil_gpu as gpu;
+    pub use argil_march as march;
+    pub use argil_math as math;
+    pub use argil_mesh as mesh;
+    pub use argil_scene as scene;
+    pub use argil_volume as volume;
+}
+
 pub use argil_field::{FAR, Grid, LowerError, Program};
 pub use argil_gpu::{DenseFill, DeviceInfo, DeviceKind, GpuError, Order};
 pub use argil_march::{Camera, Descent, Normals, Settings, Show, Spread, Statistics};
@@ -52,11 +64,11 @@ pub use argil_mesh::{
 #[cfg(feature = "schema")]
 pub use argil_scene::schema;
 pub use argil_scene::{
-    Action, Body, Brush, Change, Ease, Edit, EditError, Edited, Entry, Exactness, FileError, Group,
-    HistoryLimit, ImportError, Journal, JournalError, Keyframe, LogError, Material, MeshGrid,
-    Modifier, NodeId, Operator, OperatorKind, Outline, Piece, Placement, Profile, Recovered,
-    SampledGrid, Scene, Shape, SplinePoint, Subtree, Turn, View, is_image, remove_unfinished_files,
-    replace_file,
+    Action, Body, Brush, Change, Ease, Edit, EditError, Edited, Entry, Exactness, Fault, FileError,
+    Group, HistoryLimit, ImportError, Journal, JournalError, Keyframe, LogError, Material,
+    MeshGrid, Modifier, Node, NodeId, Operator, OperatorKind, Outline, Piece, Placement, Profile,
+    Recovered, SampledGrid, Scene, Shape, SplinePoint, Subtree, Turn, View, Watch, is_image,
+    remove_unfinished_files, replace_file,
 };
 pub use argil_volume::{
     Bits, Brick, BrickChanges, BrickEdit, BrickLayout, BrickSettings, Bricks, BricksError, Dense,

@@ -559,3 +559,28 @@ fn moving_scenes_are_followed() -> Outcome {
     }
     Ok(())
 }
+
+/// What a file has kept can grow as the scene can: an octree is as deep as its box asks for. What is no edit is saved, too.
+#[test]
+fn a_world_from_a_file_goes_on() -> Result<(), Box<dyn std::error::Error>> {
+    let folder = tempfile::tempdir()?;
+    let mut scene = Scene::new();
+    scene.push(Brush::new(Shape::sphere(0.5)))?;
+    for via in argil::Via::all(128) {
+        if matches!(via, argil::Via::Field | argil::Via::Mesh(_)) {
+            continue;
+        }
+        let path = folder.path().join(format!("{}.argil", via.word()));
+        Engine::cpu().build(&scene)?.via(via)?.save(&path)?;
+        let stored = argil::Stored::open(&path)?;
+        let (mut again, mut world) = Engine::cpu().load(stored, &path)?;
+        again.push(Brush::new(Shape::sphere(0.2)).at([0.9, 0.0, 0.0]))?;
+        again.name = "grown".into();
+        world.apply(&again)?;
+        assert!(world.distance([0.9, 0.0, 0.0]) < -0.19, "{}", via.word());
+        world.save(&path)?;
+        let (saved, _) = Engine::cpu().load(argil::Stored::open(&path)?, &path)?;
+        assert!(saved == again && saved.name == "grown");
+    }
+    Ok(())
+}

@@ -1,7 +1,9 @@
 //! No two files of a crate import each other, neither at once nor around several corners.
 //!
-//! A file imports another where a path of its own leads to an item of the other: `use` declarations and paths in code alike,
-//! through re-exports to the file that has the item. Tests inside a file may import what they like.
+//! A file imports another where a path of its own leads to an item of the other: `use` declarations, paths in code and in macros alike,
+//! through re-exports and imported modules to the file that has the item. Tests inside a file may import what they like. What is not
+//! seen: calls of methods, whose file no path names, so that a type's methods may stand in several files; and `use crate::*`, which
+//! is refused for that.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -15,6 +17,12 @@ struct Module {
     reexports: BTreeMap<String, Vec<String>>,
     /// Modules whose names are all handed on.
     globs: Vec<Vec<String>>,
+    /// Names that it imports for itself, with the path that leads to what they mean.
+    imports: BTreeMap<String, Vec<String>>,
+    /// Names of what it has itself.
+    items: BTreeSet<String>,
+    /// Words of its code.
+    words: BTreeSet<String>,
     /// Paths that stand in it, from the crate's root.
     paths: BTreeSet<Vec<String>>,
 }
@@ -111,6 +119,42 @@ impl Reader<'_> {
         }
     }
 
+    /// Take note of a path in code.
+    fn named(&mut self, path: Vec<String>) {
+        if let [word] = &path[..] {
+            let word = word.clone();
+            self.own().words.insert(word);
+        } else if let Some(path) = self.absolute(&path) {
+            self.own().paths.insert(path);
+        }
+    }
+
+    /// Take note of the paths among a macro's tokens.
+    fn tokens(&mut self, tokens: proc_macro2::TokenStream) {
+        let mut path = Vec::new();
+        let mut colons = 0;
+        for token in tokens {
+            match token {
+                proc_macro2::TokenTree::Ident(word) => {
+                    if colons != 2 {
+                        self.named(std::mem::take(&mut path));
+                    }
+                    path.push(word.to_string());
+                    colons = 0;
+                }
+                proc_macro2::TokenTree::Punct(own) if own.as_char() == ':' => colons += 1,
+                other => {
+                    self.named(std::mem::take(&mut path));
+                    colons = 0;
+                    if let proc_macro2::TokenTree::Group(group) = other {
+                        self.tokens(group.stream());
+                    }
+                }
+            }
+        }
+        self.named(path);
+    }
+
     fn used(&mut self, path: Vec<String>, name: Option<String>, is_public: bool) {
         let Some(path) = self.absolute(&path) else {
             return;
@@ -119,7 +163,14 @@ impl Reader<'_> {
         match name {
             Some(name) if is_public => drop(self.own().reexports.insert(name, path)),
             None if is_public => self.own().globs.push(path),
-            _ => drop(self.own().paths.insert(path)),
+            Some(name) => {
+                self.own().imports.insert(name, path.clone());
+                self.own().paths.insert(path);
+            }
+            None => {
+                assert!(!path.is_empty(), "{}: `use crate::*`", self.file.display());
+                self.own().paths.insert(path);
+            }
         }
     }
 }
@@ -167,11 +218,38 @@ impl<'ast> Visit<'ast> for Reader<'_> {
     }
 
     fn visit_path(&mut self, path: &'ast syn::Path) {
-        if path.segments.len() > 1 {
-            let words: Vec<String> = path.segments.iter().map(|s| s.ident.to_string()).collect();
-            self.used(words, None, false);
-        }
+        let words: Vec<String> = path.segments.iter().map(|s| s.ident.to_string()).collect();
+        self.named(words);
         visit::visit_path(self, path);
+    }
+
+    fn visit_macro(&mut self, own: &'ast syn::Macro) {
+        self.named(
+            own.path
+                .segments
+                .iter()
+                .map(|s| s.ident.to_string())
+                .collect(),
+        );
+        self.tokens(own.tokens.clone());
+    }
+
+    fn visit_item(&mut self, item: &'ast syn::Item) {
+        let name = match item {
+            syn::Item::Fn(own) => Some(&own.sig.ident),
+            syn::Item::Struct(own) => Some(&own.ident),
+            syn::Item::Enum(own) => Some(&own.ident),
+            syn::Item::Trait(own) => Some(&own.ident),
+            syn::Item::Type(own) => Some(&own.ident),
+            syn::Item::Const(own) => Some(&own.ident),
+            syn::Item::Static(own) => Some(&own.ident),
+            _ => None,
+        };
+        if let Some(name) = name {
+            let name = name.to_string();
+            self.own().items.insert(name);
+        }
+        visit::visit_item(self, item);
     }
 
     fn visit_item_fn(&mut self, item: &'ast syn::ItemFn) {
@@ -201,8 +279,8 @@ fn home<'a>(modules: &'a Modules, path: &[String], depth: usize) -> Option<&'a M
             .filter(|own| own.file != module.file || to.len() > known);
     }
     for glob in &module.globs {
-        let inner = modules.get(glob);
-        if inner.is_some_and(|own| own.reexports.contains_key(name)) {
+        let has = |own: &Module| own.reexports.contains_key(name) || own.items.contains(name);
+        if modules.get(glob).is_some_and(has) {
             let mut to = glob.clone();
             to.extend_from_slice(&path[known..]);
             return home(modules, &to, depth + 1);
@@ -219,7 +297,20 @@ fn imports(root: &Path) -> BTreeMap<PathBuf, BTreeSet<PathBuf>> {
     let mut all: BTreeMap<PathBuf, BTreeSet<PathBuf>> = BTreeMap::new();
     for (at, module) in &modules {
         let own = all.entry(module.file.clone()).or_default();
+        // What is handed on and used besides is imported.
+        let used = module.reexports.iter();
+        let used = used.filter(|(name, _)| module.words.contains(*name));
+        for (_, path) in used {
+            own.extend(home(&modules, path, 0).map(|to| to.file.clone()));
+        }
         for path in &module.paths {
+            // Through a module that was imported.
+            let first = path.get(at.len()).filter(|_| path.starts_with(at));
+            if let Some(through) = first.and_then(|name| module.imports.get(name)) {
+                let path = [through, &path[at.len() + 1..]].concat();
+                own.extend(home(&modules, &path, 0).map(|to| to.file.clone()));
+                continue;
+            }
             // A word that is no module of this one leads elsewhere: to another crate, or to what is in scope already.
             let is_within = path.len() > at.len() && path[..at.len()] == at[..];
             if is_within && !modules.contains_key(&path[..=at.len()]) {
@@ -334,4 +425,31 @@ fn a_circle_is_found() {
     assert_eq!(names, [["one", "three", "two"]]);
     put("three.rs", "pub fn three() {}");
     assert!(circles(&imports(&folder.path().join("lib.rs"))).is_empty());
+    // Other ways to the same: all that is handed on, a macro, a name that is handed on and used, an imported module.
+    let root = "mod a; mod b; mod hub; pub use a::*;";
+    for (a, b) in [
+        (
+            "use crate::b::B; pub struct A(B);",
+            "use crate::A; pub struct B; fn f(_: A) {}",
+        ),
+        (
+            "pub fn a() { println!(\"{}\", crate::b::b()) }",
+            "use crate::a::a; pub fn b() -> u8 { a(); 1 }",
+        ),
+        (
+            "pub(crate) use crate::b::B; pub struct A(B);",
+            "use crate::a::A; pub struct B; fn f(_: A) {}",
+        ),
+        (
+            "use crate::hub; pub struct A; fn f() { hub::b() }",
+            "use crate::a::A; pub fn b() -> A { A }",
+        ),
+    ] {
+        put("lib.rs", root);
+        put("hub.rs", "pub use crate::b::b;");
+        put("a.rs", a);
+        put("b.rs", b);
+        let found = circles(&imports(&folder.path().join("lib.rs")));
+        assert_eq!(found.len(), 1, "{a} {b}: {found:?}");
+    }
 }

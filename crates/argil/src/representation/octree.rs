@@ -51,9 +51,18 @@ impl Options for OctreeOptions {
         let Volume::Octree(octree) = volume else {
             return None;
         };
+        let lattice = octree.layout().lattice;
+        let settings = octree.settings();
+        // As deep as the box asked for: of a larger one that may be deeper.
+        let free = OctreeSettings {
+            depth: None,
+            ..settings
+        };
+        let is_usual =
+            Layout::new(lattice, &free).is_ok_and(|own| Some(own.depth) == settings.depth);
         Some(Self {
-            resolution: octree.layout().lattice.size.max_element(),
-            settings: octree.settings(),
+            resolution: lattice.size.max_element(),
+            settings: if is_usual { free } else { settings },
             ..Self::default()
         })
     }
