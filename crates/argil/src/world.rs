@@ -193,7 +193,7 @@ impl World {
     }
 
     /// What edits have changed of sparse bricks on the CPU since this was last called, or since they were built: what a copy of them
-    /// elsewhere has to bring over. Nothing of worlds that are kept in another way; after a [rebuild](Applied::rebuilt)
+    /// elsewhere has to bring over. Nothing of worlds that are kept in another way; after a [rebuild](crate::Applied::rebuilt)
     /// everything is new.
     pub fn take_brick_changes(&mut self) -> Option<BrickChanges> {
         match &mut self.kept {
