@@ -160,11 +160,12 @@ impl View {
                 for job in session.jobs.all() {
                     ui.spinner();
                     ui.label(&job.name);
-                    if job.part() > 0.0 {
-                        ui.add(egui::ProgressBar::new(job.part()).desired_width(90.0));
-                    }
+                    // Before the bar, which comes later: the button must not move away from who clicks on it.
                     if ui.small_button("Cancel").clicked() {
                         job.cancel();
+                    }
+                    if job.part() > 0.0 {
+                        ui.add(egui::ProgressBar::new(job.part()).desired_width(90.0));
                     }
                 }
                 ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
