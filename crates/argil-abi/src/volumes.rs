@@ -1,4 +1,4 @@
-//! What shaders are told of a volume: a uniform of each kind.
+//! The uniforms by which shaders read volumes, one for each kind.
 
 use crate::declare::shared_struct;
 

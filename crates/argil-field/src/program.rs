@@ -34,9 +34,19 @@ impl Default for Program {
     /// Of an empty scene.
     fn default() -> Self {
         Self {
+            materials: materials_of(&Scene::new()),
+            ..Self::blank()
+        }
+    }
+}
+
+impl Program {
+    /// Without anything, materials neither.
+    pub(crate) const fn blank() -> Self {
+        Self {
             instrs: Vec::new(),
             params: Vec::new(),
-            materials: materials_of(&Scene::new()),
+            materials: Vec::new(),
             aabb: Aabb::EMPTY,
             magnitude: 0.0,
             lipschitz: 1.0,
@@ -52,9 +62,7 @@ impl Default for Program {
             brushes: 0,
         }
     }
-}
 
-impl Program {
     /// The instructions, for the GPU's table.
     pub fn instrs(&self) -> &[Instr] {
         &self.instrs

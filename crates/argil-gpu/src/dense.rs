@@ -88,7 +88,7 @@ impl Upload for Dense {
     }
 }
 
-/// What shaders are told of a dense volume.
+/// The uniform of a dense volume.
 pub(super) fn dense_words(lattice: &Lattice, encoding: &Encoding, levels: u32) -> DenseVolume {
     DenseVolume {
         corner: lattice.corner.to_array(),

@@ -302,7 +302,7 @@ async fn unshare(
 /// Voxels of a side for which rounding is allowed for.
 const MOST_SIDE: f32 = 4096.0;
 
-/// What the shaders are told of a volume, as a uniform's bytes; how many cells its table has; and of marching it.
+/// The uniform of a volume, as bytes; how many cells its table has; and the uniform of marching it.
 fn measures(volume: &GpuVolume, cut: &Cut<'_>, options: &MarchOptions) -> (Vec<u8>, u32, Marching) {
     let (lattice, encoding) = (volume.lattice(), volume.encoding());
     let quantum = encoding.range_length(lattice, 0) / encoding.bits.quanta() as f32;

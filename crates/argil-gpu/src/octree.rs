@@ -18,7 +18,7 @@ struct TreeTables {
     keys: Table,
     nodes: Table,
     words: Table,
-    /// What shaders are told of it.
+    /// The uniform that shaders read.
     uniform: OctreeVolume,
 }
 
@@ -164,7 +164,7 @@ impl TreeTables {
     }
 }
 
-/// What marching is told, which needs nothing of the field.
+/// The uniform that rays need, which has nothing of the field.
 fn octree_words(layout: &Layout) -> OctreeVolume {
     let lattice = &layout.lattice;
     OctreeVolume {

@@ -72,7 +72,7 @@ pub(crate) struct Dispatch {
     pub max_steps: u32,
 }
 
-/// The passes of a frame, and what each is told.
+/// The passes of a frame, and the numbers that each reads.
 #[derive(Debug, Default)]
 pub(crate) struct Recording {
     pub steps: Vec<Step>,

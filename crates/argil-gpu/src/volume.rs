@@ -57,7 +57,7 @@ pub(crate) trait Kind: Any + Send + Sync {
         Box::pin(async { Ok(()) })
     }
 
-    /// What its shaders are told, as a uniform's bytes.
+    /// The uniform that its shaders read, as bytes.
     fn uniform(&self) -> &[u8];
 
     /// How its surface is cut into triangles, if it is.

@@ -84,7 +84,12 @@ pub(crate) fn not_negative(path: &str, value: f32) -> Result<(), Fault> {
 }
 
 /// A value in a range, both ends included; NaN is refused.
-pub(crate) fn within(path: &str, value: f32, min: f32, max: f32) -> Result<(), Fault> {
+pub(crate) fn within<T: PartialOrd + std::fmt::Display + Copy>(
+    path: &str,
+    value: T,
+    min: T,
+    max: T,
+) -> Result<(), Fault> {
     if (min..=max).contains(&value) {
         Ok(())
     } else {

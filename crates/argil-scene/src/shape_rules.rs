@@ -79,14 +79,7 @@ pub(crate) fn direction(path: &str, value: [f32; 3]) -> Result<(), Fault> {
 
 /// A number of things, of a range with both ends.
 pub(crate) fn count(path: &str, value: u32, min: u32, max: u32) -> Result<(), Fault> {
-    if (min..=max).contains(&value) {
-        Ok(())
-    } else {
-        Err(Fault::new(
-            path,
-            format!("{value} is not from {min} to {max}"),
-        ))
-    }
+    fault::within(path, value, min, max)
 }
 
 /// Such numbers along each axis, if there are any.

@@ -12,3 +12,14 @@ pub fn devices<'a>(records: &[&'a Record]) -> Vec<&'a str> {
     }
     all
 }
+
+/// The records of each device that have no error, devices in the order of their records.
+pub fn done_by_device<'a>(records: &[&'a Record]) -> Vec<(&'a str, Vec<&'a Record>)> {
+    let of = |device| {
+        let own = records.iter().copied();
+        own.filter(|r| r.machine.device == device && r.error.is_none())
+            .collect()
+    };
+    let all = devices(records).into_iter();
+    all.map(|device| (device, of(device))).collect()
+}

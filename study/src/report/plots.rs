@@ -1,6 +1,6 @@
 //! What each experiment shows in plots.
 
-use super::devices::devices;
+use super::devices::done_by_device;
 use super::plot::{Axes, Bar, Series, bars, lines};
 use super::table::varied;
 use crate::record::{Record, quantile};
@@ -10,12 +10,7 @@ use std::collections::BTreeMap;
 /// An experiment's plots.
 pub fn plots(name: &str, records: &[&Record]) -> Vec<String> {
     let mut all = Vec::new();
-    for device in devices(records) {
-        let own: Vec<&Record> = records
-            .iter()
-            .copied()
-            .filter(|r| r.machine.device == device && r.error.is_none())
-            .collect();
+    for (device, own) in done_by_device(records) {
         match name {
             "construction" => all.extend(construction(&own, device)),
             "dense-fill" => {

@@ -1,6 +1,6 @@
 //! What each experiment's records say, in words.
 
-use super::devices::devices;
+use super::devices::done_by_device;
 use crate::record::Record;
 use crate::shown::number;
 
@@ -29,12 +29,7 @@ const SENTENCES: &[(&str, Sentence)] = &[
 pub fn sentences(name: &str, records: &[&Record]) -> Vec<String> {
     let mut all = Vec::new();
     let known = SENTENCES.iter().find(|(own, _)| *own == name);
-    for device in devices(records) {
-        let own: Vec<&Record> = records
-            .iter()
-            .copied()
-            .filter(|r| r.machine.device == device && r.error.is_none())
-            .collect();
+    for (device, own) in done_by_device(records) {
         let text = known.and_then(|(_, sentence)| sentence(&own));
         all.extend(text.map(|text| format!("On {device}: {text}")));
     }

@@ -72,7 +72,7 @@ impl Cells {
         self.buffer.size() + self.table.memory_bytes()
     }
 
-    /// What shaders are told of it.
+    /// The uniform that shaders read.
     pub fn described(&self) -> CellTable {
         let (low, top) = self.table.top();
         CellTable {

@@ -25,7 +25,7 @@ pub(crate) struct BrickTables {
     pub lipschitz: f32,
     /// Once it was edited.
     pub making: Option<Box<Making>>,
-    /// What shaders that read it are told.
+    /// The uniform that shaders read.
     pub uniform: BrickVolume,
 }
 
@@ -86,7 +86,7 @@ pub(super) fn pool_texture(
     texture_of(gpu, extent(x, y, z), measures.encoding.bits, 1)
 }
 
-/// What reading bricks is told, which needs nothing of the field.
+/// The uniform that reads of bricks need, which has nothing of the field.
 pub(super) fn march_words(
     measures: &BrickLayout,
     cells: &Cells,

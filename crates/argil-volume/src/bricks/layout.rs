@@ -227,7 +227,7 @@ impl BrickLayout {
             .as_ivec3()
     }
 
-    /// What shaders are told while blocks are made; the pool, the table and how it is cut up are left to whoever has them. `program` sets
+    /// The uniform that shaders read while they make blocks; the pool, the table and how it is cut up are left to whoever has them. `program` sets
     /// what is known of distances.
     pub fn words(&self, program: &Program) -> BrickBuild {
         let lattice = &self.lattice;
