@@ -3,7 +3,7 @@
 use crate::args::Edit;
 use crate::{input, output};
 use anyhow::{Context, bail, ensure};
-use argil::{Aabb, Applied, BrickEdit, BricksOptions, Journal, Scene, Via, World};
+use argil::{Aabb, Action, Applied, BrickEdit, BricksOptions, Journal, Scene, Via, World};
 use serde_json::{Value, json};
 use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
@@ -124,7 +124,6 @@ fn replay(
 ) -> anyhow::Result<Vec<Done>> {
     let path = options.edits.display();
     let file = std::fs::File::open(&options.edits).with_context(|| path.to_string())?;
-    let mut is_told = true;
     let mut applied = Vec::new();
     let mut file = BufReader::new(file);
     for nth in 1.. {
@@ -144,9 +143,13 @@ fn replay(
             Some(journal) => journal.record(&line).with_context(place),
             None => Ok(()),
         };
-        if scene.replay(&line).with_context(place)?.is_none() {
+        let action = scene.read_action(&line).with_context(place)?;
+        // No edit, but the world is saved with them.
+        if let Action::RenameMeshes(paths) = &action {
+            world.rename_meshes(paths);
+        }
+        if scene.perform(&action).with_context(place)?.is_none() {
             record(&mut journal)?;
-            is_told = false;
             continue;
         }
         // What the edit brought has its file beside the scene's, as what was there before.
@@ -160,16 +163,11 @@ fn replay(
         let finished = world.finish().with_context(place)?;
         // What the world refuses is not recorded.
         record(&mut journal)?;
-        is_told = true;
         applied.push(Done {
             applied: own,
             counts: finished,
             duration_ms: start.elapsed().as_secs_f64() * 1e3,
         });
-    }
-    // What is no edit, as other names of meshes, is of the scene that the world is saved with, too.
-    if !is_told {
-        world.apply(scene)?;
     }
     Ok(applied)
 }

@@ -82,8 +82,9 @@ impl World {
         self.kept = Kept::Field;
         if !self.live.has_seen_all(scene) {
             self.program = OnceLock::from(Lowered::from(Program::lower(scene)?));
-            self.scene = scene.snapshot();
         }
+        // Also for what is no edit: its name, view and the names of its meshes.
+        self.scene = scene.snapshot();
         let program = &Lowered::of(&self.program, &self.live).program;
         self.focus = focus(scene, program);
         // Edits that were followed have left tables in an order of their own.

@@ -273,6 +273,10 @@ fn a_scene_can_change_before_it_is_kept() -> Outcome {
         scene.set_time(2.0);
         scene.push(Brush::new(Shape::sphere(0.2)).at([0.6, 0.3, 0.0]))?;
         let mut world = world.kept_anew(&scene, BricksOptions::from(48).into())?;
+        // What is no edit, too.
+        scene.name = "melted".into();
+        world = world.kept_anew(&scene, BricksOptions::from(48).into())?;
+        assert_eq!(world.scene().name, "melted");
         assert!(world.distance([0.6, 0.3, 0.0]) < -0.1);
         assert_eq!(world.differing_cells()?, Some(0));
         assert!(!world.apply(&scene)?.rebuilt);
