@@ -4,7 +4,7 @@
 //! * a small edit of the trees at 1024³ against the bake;
 //! * the median and the 99th of a hundred over a session of a thousand edits, and the memory after all are undone.
 
-use argil_conformance::{Clay, Numbers, shipped};
+use argil_conformance::{EditRig, Numbers, shipped};
 use argil_scene::{Brush, Edit, Modifier, NodeId, Scene, Shape};
 use argil_volume::BrickSettings;
 use std::time::Instant;
@@ -15,7 +15,7 @@ fn crowd(brushes: usize) -> (Scene, f32) {
     let mut numbers = Numbers::new(1);
     let mut scene = Scene::new();
     let half = 0.5 * (brushes as f32).cbrt();
-    scene.view.frame = Some([[-half; 3], [half; 3]]);
+    scene.view.bounds = Some([[-half; 3], [half; 3]]);
     for i in 0..brushes {
         let size = numbers.between(0.2, 0.4);
         let shape = match i % 3 {
@@ -44,7 +44,7 @@ fn on_shell(numbers: &mut Numbers, half: f32) -> [f32; 3] {
 }
 
 /// Move a brush a little and back, so many times; milliseconds of each, with the scene's own share.
-fn nudge(scene: &mut Scene, clay: &mut Clay, node: NodeId, by: f32, times: usize) -> Vec<f64> {
+fn nudge(scene: &mut Scene, clay: &mut EditRig, node: NodeId, by: f32, times: usize) -> Vec<f64> {
     let mut all = Vec::new();
     for nth in 0..times {
         let step = if nth % 2 == 0 { by } else { -by };
@@ -71,12 +71,12 @@ fn crowds() {
     for brushes in [1000, 10_000, 100_000] {
         let (mut scene, side) = crowd(brushes);
         let resolution = (16.0 * side) as u32;
-        let mut clay = Clay::of(&mut scene, resolution, &BrickSettings::default());
+        let mut clay = EditRig::of(&mut scene, resolution, &BrickSettings::default());
         // The brushes in the middle.
         let mut near: Vec<(f32, NodeId)> = scene
-            .walk()
+            .iter()
             .filter_map(|node| {
-                let entry = scene.node(node).entry();
+                let entry = scene.node(node).desc();
                 entry.modifiers.iter().find_map(|m| match m {
                     Modifier::Translate { by } => {
                         Some((glam::Vec3::from(*by).length_squared(), node))
@@ -110,7 +110,7 @@ fn trees() {
     let case = shipped().into_iter().find(|case| case.name == "trees");
     let mut scene = case.expect("a scene that ships").scene;
     let start = Instant::now();
-    let mut clay = Clay::of(&mut scene, 1024, &BrickSettings::default());
+    let mut clay = EditRig::of(&mut scene, 1024, &BrickSettings::default());
     println!(
         "trees at 1024³: first bake {:.1} ms",
         start.elapsed().as_secs_f64() * 1e3
@@ -145,7 +145,7 @@ fn trees() {
 fn session() {
     let case = shipped().into_iter().find(|case| case.name == "csg20");
     let mut scene = case.expect("a scene that ships").scene;
-    let mut clay = Clay::of(&mut scene, 256, &BrickSettings::default());
+    let mut clay = EditRig::of(&mut scene, 256, &BrickSettings::default());
     let mut numbers = Numbers::new(8);
     let at_first = clay.memory_bytes();
     let mut all = Vec::new();

@@ -4,12 +4,12 @@
 use argil_conformance::random_scene;
 use argil_field::Program;
 use argil_math::Aabb;
-use argil_volume::{BrickLayout, BrickSettings, Bricks, Lattice};
+use argil_volume::{BrickLayout, BrickSettings, Bricks, VoxelGrid};
 use glam::Vec3;
 use std::time::Instant;
 
 fn main() {
-    let lattice = Lattice::over(Aabb::centered(Vec3::ONE), 512).expect("a lattice");
+    let lattice = VoxelGrid::covering(Aabb::centered(Vec3::ONE), 512).expect("a lattice");
     let layout = BrickLayout::new(lattice, &BrickSettings::default()).expect("a layout");
     let programs = [100, 1000, 10_000].map(|n| {
         let scene = random_scene(n, 1);

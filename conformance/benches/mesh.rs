@@ -5,8 +5,8 @@
 
 use argil_conformance::shipped;
 use argil_field::{Grid, Program};
-use argil_mesh::{Report, exact, marching};
-use argil_volume::{BrickLayout, BrickSettings, Bricks, Lattice};
+use argil_mesh::{MeshReport, marching, project_to_field};
+use argil_volume::{BrickLayout, BrickSettings, Bricks, VoxelGrid};
 use glam::Vec3;
 use std::time::Instant;
 
@@ -43,19 +43,20 @@ fn main() {
         });
     }
 
-    let frame = scene.view.frame;
+    let frame = scene.view.bounds;
     let frame = frame.map(|[min, max]| argil_math::Aabb::new(min.into(), max.into()));
-    let lattice = Lattice::holding(program.aabb(), frame, 256).expect("a lattice");
+    let lattice = VoxelGrid::fitting(program.aabb(), frame, 256).expect("a lattice");
     let layout = BrickLayout::new(lattice, &BrickSettings::default()).expect("a layout");
     let all = || {
-        let (bricks, lists, _) = Bricks::bake_with_lists(&program, layout, None).expect("bricks");
+        let (bricks, lists, _) =
+            Bricks::bake_with_programs(&program, layout, None).expect("bricks");
         let mut marched = marching::bricks::march(&bricks);
-        exact::refine(&program, &lists, &mut marched);
+        project_to_field::project_to_field(&program, &lists, &mut marched);
         marched
     };
     let ms = median(|| drop(all()));
     let bake = median(|| drop(Bricks::bake(&program, layout, None)));
-    let (bricks, lists, _) = Bricks::bake_with_lists(&program, layout, None).expect("bricks");
+    let (bricks, lists, _) = Bricks::bake_with_programs(&program, layout, None).expect("bricks");
     let march = median(|| drop(marching::bricks::march(&bricks)));
     let mut marched = marching::bricks::march(&bricks);
     let off = |mesh: &argil_mesh::Mesh| {
@@ -64,17 +65,17 @@ fn main() {
             .iter()
             .map(|&p| f64::from(program.distance(p)).powi(2))
             .sum();
-        (sum / mesh.positions.len() as f64).sqrt() / f64::from(lattice.voxel)
+        (sum / mesh.positions.len() as f64).sqrt() / f64::from(lattice.voxel_size)
     };
     let before = off(&marched.mesh);
-    let refine = median(|| exact::refine(&program, &lists, &mut marched));
+    let refine = median(|| project_to_field::project_to_field(&program, &lists, &mut marched));
     let marched = all();
     println!(
         "scene to mesh, 256³: {ms:.2} ms; bake {bake:.2}, march {march:.2}, refine {refine:.2}; off {before:.5} voxels, then {:.5}",
         off(&marched.mesh)
     );
     let start = Instant::now();
-    let report = Report::of(&marched.mesh);
+    let report = MeshReport::of(&marched.mesh);
     println!(
         "{report:?}, watertight {}, looked at in {:.1?}",
         report.is_watertight(),
@@ -82,7 +83,7 @@ fn main() {
     );
     let turned = (0..marched.mesh.triangles.len())
         .filter(|&t| {
-            let [a, b, c] = marched.mesh.corners(t);
+            let [a, b, c] = marched.mesh.triangle_vertices(t);
             let normal = (b - a).cross(c - a).normalize_or_zero();
             let (_, gradient) = program.gradient((a + b + c) / 3.0);
             normal.dot(gradient) < 0.0

@@ -4,7 +4,7 @@ use argil_scene::{Brush, NodeId, Scene};
 use glam::Vec3;
 
 /// A scene with a name for messages.
-pub struct Case {
+pub struct SceneCase {
     /// What it tries.
     pub name: String,
     /// The scene.
@@ -44,10 +44,10 @@ impl Numbers {
     }
 }
 
-pub(crate) fn one(name: &str, brush: Brush) -> Case {
+pub(crate) fn one(name: &str, brush: Brush) -> SceneCase {
     let mut scene = Scene::new();
     push(&mut scene, Scene::ROOT, brush);
-    Case {
+    SceneCase {
         name: name.to_owned(),
         scene,
     }
@@ -56,7 +56,7 @@ pub(crate) fn one(name: &str, brush: Brush) -> Case {
 pub(crate) fn push(
     scene: &mut Scene,
     group: NodeId,
-    entry: impl Into<argil_scene::Entry>,
+    entry: impl Into<argil_scene::NodeDesc>,
 ) -> NodeId {
     scene.push_into(group, entry).expect("a valid entry").node
 }

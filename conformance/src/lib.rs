@@ -4,33 +4,33 @@
 //! each comparison that shows that it can fail.
 
 mod case;
-mod clay;
+mod edit_rig;
 mod modifier_cases;
 mod operator_cases;
-mod random;
+mod random_scenes;
 mod shape_cases;
 mod structure_cases;
 
-use argil_abi::Frame;
+use argil_abi::FrameUniform;
 use argil_field::Program;
-use argil_gpu::{Gpu, GpuField};
+use argil_gpu::{Gpu, GpuProgram};
 use argil_math::{Aabb, Ray};
 use argil_scene::{Brush, NodeId, Scene, Shape};
-use argil_volume::{Bits, Lattice, Texels};
+use argil_volume::{SampleFormat, Texels, VoxelGrid};
 use glam::Vec3;
 use std::sync::Arc;
 
 use case::push;
-pub use case::{Case, Numbers};
-pub use clay::Clay;
+pub use case::{Numbers, SceneCase};
+pub use edit_rig::EditRig;
 pub use modifier_cases::modifier_cases;
 pub use operator_cases::operator_cases;
-pub use random::random_scene;
+pub use random_scenes::random_scene;
 pub use shape_cases::{heights, sampled, shape_cases, shapes, vase};
 pub use structure_cases::structure_cases;
 
 /// Random boxes and capsules, turned and blended: what loses bricks where bounds are not conservative.
-pub fn random_blends(seed: u64, brushes: usize) -> Case {
+pub fn random_blends(seed: u64, brushes: usize) -> SceneCase {
     let mut numbers = Numbers::new(seed);
     let mut scene = Scene::new();
     for i in 0..brushes {
@@ -56,14 +56,14 @@ pub fn random_blends(seed: u64, brushes: usize) -> Case {
         };
         push(&mut scene, Scene::ROOT, brush);
     }
-    Case {
+    SceneCase {
         name: format!("random blends {seed}"),
         scene,
     }
 }
 
 /// The scenes that ship with the project.
-pub fn shipped() -> Vec<Case> {
+pub fn shipped() -> Vec<SceneCase> {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../scenes");
     [
         "brick",
@@ -79,7 +79,7 @@ pub fn shipped() -> Vec<Case> {
         "trees",
     ]
     .into_iter()
-    .map(|name| Case {
+    .map(|name| SceneCase {
         name: name.into(),
         scene: Scene::open(format!("{folder}/{name}.json")).expect("a scene"),
     })
@@ -87,7 +87,7 @@ pub fn shipped() -> Vec<Case> {
 }
 
 /// The primary ray of a pixel, worked out once more for the tests.
-pub fn primary_ray(frame: &Frame, x: u32, y: u32) -> Ray {
+pub fn primary_ray(frame: &FrameUniform, x: u32, y: u32) -> Ray {
     let u = (x as f32 + frame.jitter_x) / frame.width as f32 * 2.0 - 1.0;
     let v = 1.0 - (y as f32 + frame.jitter_y) / frame.height as f32 * 2.0;
     let axis = Vec3::from;
@@ -100,8 +100,8 @@ pub fn primary_ray(frame: &Frame, x: u32, y: u32) -> Ray {
 /// What texels hold.
 pub fn stored_integers(texels: &Texels) -> Vec<i32> {
     match texels.bits() {
-        Bits::Eight => texels.bytes().iter().map(|&b| i32::from(b as i8)).collect(),
-        Bits::Sixteen => {
+        SampleFormat::Snorm8 => texels.bytes().iter().map(|&b| i32::from(b as i8)).collect(),
+        SampleFormat::Snorm16 => {
             let (pairs, _) = texels.bytes().as_chunks::<2>();
             pairs
                 .iter()
@@ -112,16 +112,16 @@ pub fn stored_integers(texels: &Texels) -> Vec<i32> {
 }
 
 /// The lattice of a case's volume.
-pub fn lattice(scene: &Scene, program: &Program, resolution: u32) -> Lattice {
+pub fn lattice(scene: &Scene, program: &Program, resolution: u32) -> VoxelGrid {
     let frame = scene
         .view
-        .frame
+        .bounds
         .map(|[min, max]| Aabb::new(min.into(), max.into()));
-    Lattice::holding(program.aabb(), frame, resolution).expect("a lattice")
+    VoxelGrid::fitting(program.aabb(), frame, resolution).expect("a lattice")
 }
 
 /// Everything above.
-pub fn all_cases() -> Vec<Case> {
+pub fn all_cases() -> Vec<SceneCase> {
     [
         shape_cases(),
         operator_cases(),
@@ -145,7 +145,7 @@ pub fn universal() -> Scene {
 }
 
 fn copy(from: &Scene, id: NodeId, to: &mut Scene, group: NodeId) {
-    let mut entry = from.node(id).entry().clone();
+    let mut entry = from.node(id).desc().clone();
     entry.material = None;
     let copied = push(to, group, entry);
     for &child in from.node(id).children() {
@@ -216,7 +216,7 @@ pub fn gpu() -> Arc<Gpu> {
 }
 
 /// A field on the GPU that can run every case.
-pub fn gpu_field() -> GpuField {
+pub fn gpu_field() -> GpuProgram {
     let program = Program::lower(&universal()).expect("every case can be lowered");
-    GpuField::new(gpu(), &program, false).expect("every case fits the GPU")
+    GpuProgram::new(gpu(), &program, false).expect("every case fits the GPU")
 }

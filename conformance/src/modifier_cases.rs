@@ -1,11 +1,11 @@
 //! A scene for each modifier.
 
-use crate::case::{Case, one, push};
+use crate::case::{SceneCase, one, push};
 use argil_scene::{Brush, Group, Modifier, Scene, Shape};
 
 /// Each modifier, on a brush and on a blended group, moved, turned and scaled around it.
 #[expect(clippy::too_many_lines, reason = "a list of cases")]
-pub fn modifier_cases() -> Vec<Case> {
+pub fn modifier_cases() -> Vec<SceneCase> {
     let modifiers: Vec<(&str, Modifier)> = vec![
         (
             "translate",
@@ -115,7 +115,7 @@ pub fn modifier_cases() -> Vec<Case> {
                 .at([0.15, 0.15, 0.1])
                 .blend(0.1),
         );
-        all.push(Case {
+        all.push(SceneCase {
             name: format!("{name}, group"),
             scene,
         });

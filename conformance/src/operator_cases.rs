@@ -1,10 +1,10 @@
 //! A scene for each operator.
 
-use crate::case::{Case, push};
+use crate::case::{SceneCase, push};
 use argil_scene::{Brush, Material, Scene, Shape};
 
 /// Each operator with each joint, between a ball and a turned box.
-pub fn operator_cases() -> Vec<Case> {
+pub fn operator_cases() -> Vec<SceneCase> {
     let mut all = Vec::new();
     type Apply = fn(Brush) -> Brush;
     let operators: [(&str, Apply); 5] = [
@@ -41,7 +41,7 @@ pub fn operator_cases() -> Vec<Case> {
                 second.blend(k)
             };
             push(&mut scene, Scene::ROOT, operator(second.material("blue")));
-            all.push(Case {
+            all.push(SceneCase {
                 name: format!("{joint} {name}"),
                 scene,
             });

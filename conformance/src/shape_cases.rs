@@ -1,21 +1,21 @@
 //! A scene for each shape.
 
-use crate::case::{Case, one};
+use crate::case::{SceneCase, one};
 use argil_math::Aabb;
-use argil_scene::{Brush, MeshGrid, Outline, Piece, SampledGrid, Shape};
+use argil_scene::{Brush, LoadedGrid, Path2, PathSegment, SampledGrid, Shape};
 use glam::Vec3;
 use std::sync::Arc;
 
 /// A closed outline of lines and curves that is neither convex nor monotone.
-pub fn vase() -> Outline {
-    let line = |to| Piece { control: None, to };
-    let curve = |control, to| Piece {
+pub fn vase() -> Path2 {
+    let line = |to| PathSegment { control: None, to };
+    let curve = |control, to| PathSegment {
         control: Some(control),
         to,
     };
-    Outline {
+    Path2 {
         start: [0.0, -0.6],
-        pieces: vec![
+        segments: vec![
             line([0.35, -0.6]),
             curve([0.85, -0.2], [0.3, 0.25]),
             curve([0.15, 0.45], [0.45, 0.7]),
@@ -39,7 +39,7 @@ pub fn sampled() -> Shape {
     Shape::Mesh {
         path: "cut ring.obj".into(),
         resolution: 48,
-        grid: MeshGrid(Some(Arc::new(grid))),
+        grid: LoadedGrid(Some(Arc::new(grid))),
     }
 }
 
@@ -58,7 +58,7 @@ pub fn heights() -> Shape {
         height: 0.5,
         base: 0.15,
         resolution: 16,
-        grid: MeshGrid(Some(Arc::new(grid))),
+        grid: LoadedGrid(Some(Arc::new(grid))),
     }
 }
 
@@ -142,7 +142,7 @@ fn special_shapes() -> Vec<(String, Shape)> {
 }
 
 /// Each shape, moved and turned, and one of each as it is.
-pub fn shape_cases() -> Vec<Case> {
+pub fn shape_cases() -> Vec<SceneCase> {
     let placed = |(name, shape): (String, Shape)| {
         one(
             &name,

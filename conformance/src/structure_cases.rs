@@ -1,14 +1,14 @@
 //! Scenes of groups, and of what stands in them.
 
-use crate::case::{Case, one, push};
+use crate::case::{SceneCase, one, push};
 use crate::shape_cases::vase;
 use argil_scene::{Brush, Group, Modifier, Scene, Shape};
 
 /// Orders, nesting, cuts of nothing, things unseen.
 #[expect(clippy::too_many_lines, reason = "a list of cases")]
-pub fn structure_cases() -> Vec<Case> {
+pub fn structure_cases() -> Vec<SceneCase> {
     let ball = |x: f32, r: f32| Brush::new(Shape::sphere(r)).at([x, 0.0, 0.0]);
-    let mut all = vec![Case {
+    let mut all = vec![SceneCase {
         name: "nothing".into(),
         scene: Scene::new(),
     }];
@@ -25,7 +25,7 @@ pub fn structure_cases() -> Vec<Case> {
     );
     push(&mut scene, Scene::ROOT, Group::new());
     push(&mut scene, Scene::ROOT, Group::new().subtract());
-    all.push(Case {
+    all.push(SceneCase {
         name: "a cut first, empty groups last".into(),
         scene,
     });
@@ -50,7 +50,7 @@ pub fn structure_cases() -> Vec<Case> {
         group = push(&mut scene, group, next.rotated([0.0, 1.0, 0.0], 3.0));
     }
     push(&mut scene, group, ball(0.1, 0.2));
-    all.push(Case {
+    all.push(SceneCase {
         name: "a chain of forty groups".into(),
         scene,
     });
@@ -92,7 +92,7 @@ pub fn structure_cases() -> Vec<Case> {
             .blend(0.05)
             .modify(Modifier::Round { radius: 0.02 }),
     );
-    all.push(Case {
+    all.push(SceneCase {
         name: "loops in loops".into(),
         scene,
     });
@@ -104,7 +104,7 @@ pub fn structure_cases() -> Vec<Case> {
     for _ in 0..2 {
         push(&mut scene, Scene::ROOT, lathe().subtract().blend(0.05));
     }
-    all.push(Case {
+    all.push(SceneCase {
         name: "a curve cut from itself twice".into(),
         scene,
     });

@@ -31,6 +31,6 @@ fn naga_agrees_on_every_offset() {
     }
     assert!(compared > 20);
     // Negative control: two fields swapped would not pass.
-    let swapped: Vec<_> = argil_abi::Instr::LAYOUT.fields.iter().rev().collect();
-    assert_ne!(swapped[0].1, argil_abi::Instr::LAYOUT.fields[0].1);
+    let swapped: Vec<_> = argil_abi::Instruction::LAYOUT.fields.iter().rev().collect();
+    assert_ne!(swapped[0].1, argil_abi::Instruction::LAYOUT.fields[0].1);
 }

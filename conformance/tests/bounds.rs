@@ -1,6 +1,6 @@
 //! Conservative: intervals over boxes hold every distance in them, and dirty boxes hold every change.
 
-use argil_conformance::{Case, Numbers, all_cases, rounding};
+use argil_conformance::{Numbers, SceneCase, all_cases, rounding};
 use argil_field::{FAR, Program, naive};
 use argil_math::Aabb;
 use argil_scene::{Brush, Edit, Group, Modifier, NodeId, Scene, Shape};
@@ -13,7 +13,7 @@ fn lower(scene: &Scene) -> Program {
 #[test]
 fn intervals_hold_the_oracles_distances() {
     let mut sharp = 0;
-    for Case { name, scene } in all_cases() {
+    for SceneCase { name, scene } in all_cases() {
         let program = lower(&scene);
         let mut numbers = Numbers::new(11);
         for _ in 0..25 {
@@ -55,7 +55,7 @@ fn intervals_hold_the_oracles_distances() {
 /// What the program's box promises: nothing solid lies outside.
 #[test]
 fn the_programs_box_holds_the_solid() {
-    for Case { name, scene } in all_cases() {
+    for SceneCase { name, scene } in all_cases() {
         let bounds = lower(&scene).aabb();
         let mut numbers = Numbers::new(12);
         for _ in 0..3000 {
@@ -226,7 +226,7 @@ fn nothing_changes_outside_of_dirty_boxes_and_undo_restores() {
                 .blend(0.02);
             scene.push(small).expect("a valid brush");
         }
-        let _watch = scene.watch([band, 2.0 * band]);
+        let _watch = scene.request_margins([band, 2.0 * band]);
         for edit in edits(&nodes) {
             let text = scene.to_json();
             let before = lower(&scene);
@@ -240,8 +240,18 @@ fn nothing_changes_outside_of_dirty_boxes_and_undo_restores() {
                 .expect("changes")
                 .last()
                 .expect("the edit's");
-            let (outside, _) = changes(&before, &after, change.far_box, 2.0 * band, &mut numbers);
-            assert_eq!(outside, 0, "{edit:?}: outside of {:?}", change.far_box);
+            let (outside, _) = changes(
+                &before,
+                &after,
+                change.influence_box,
+                2.0 * band,
+                &mut numbers,
+            );
+            assert_eq!(
+                outside, 0,
+                "{edit:?}: outside of {:?}",
+                change.influence_box
+            );
             // Negative control: the box half as large misses changes.
             let b = edited.dirty_box;
             if b.is_finite() {

@@ -1,14 +1,16 @@
 //! The oracle of bricks and silhouettes: brute force, at four times a volume's resolution and ray by ray.
 
-use argil_abi::{Frame, HIT_INSIDE, HIT_NONE, Hit};
-use argil_conformance::{Case, lattice, primary_ray, random_blends, shipped};
+use argil_abi::{FrameUniform, HIT_INSIDE, HIT_NONE, Hit};
+use argil_conformance::{SceneCase, lattice, primary_ray, random_blends, shipped};
 use argil_field::{Evaluator, Grid, LANES, Program};
-use argil_march::{Camera, Descent, Settings, Show, Through, frames, render_with_hits};
 use argil_math::Aabb;
+use argil_render::{
+    Camera, LookupStart, RenderMode, RenderSettings, RenderSource, frame_uniforms, render_with_hits,
+};
 use argil_scene::{Brush, Scene, Shape};
 use argil_volume::{
-    Bits, BrickLayout, BrickSettings, Bricks, Dense, Encoding, Keep, Lattice, Layout, Octree,
-    OctreeSettings, Range,
+    Band, BrickLayout, BrickSettings, BrickTest, Bricks, Dense, Encoding, Octree, OctreeLayout,
+    OctreeSettings, SampleFormat, VoxelGrid,
 };
 use glam::{UVec3, Vec3};
 use proptest::prelude::*;
@@ -19,8 +21,8 @@ const FINER: u32 = 4;
 /// The cells whose closed box holds a change of sign among points four to a voxel's edge, and that have no brick.
 fn missed(program: &Program, octree: &Octree) -> (usize, usize) {
     let layout = octree.layout();
-    let spacing = Vec3::splat(layout.lattice.voxel / FINER as f32);
-    let side = layout.brick * FINER + 1;
+    let spacing = Vec3::splat(layout.voxel_grid.voxel_size / FINER as f32);
+    let side = layout.brick_size_voxels * FINER + 1;
     let mut evaluator = Evaluator::new(program);
     let (mut missed, mut crossed) = (0, 0);
     for z in 0..layout.grid.z {
@@ -29,7 +31,7 @@ fn missed(program: &Program, octree: &Octree) -> (usize, usize) {
                 let cell = UVec3::new(x, y, z);
                 let held = layout.brick_box(cell);
                 // What lies outside of the volume is not asked for.
-                let end = held.max.min(layout.lattice.aabb().max + 0.5 * spacing);
+                let end = held.max.min(layout.voxel_grid.aabb().max + 0.5 * spacing);
                 let size = ((end - held.min) / spacing)
                     .as_uvec3()
                     .min(UVec3::splat(side - 1))
@@ -92,11 +94,11 @@ fn octree_of(
     settings: OctreeSettings,
 ) -> Octree {
     let lattice = lattice(scene, program, resolution);
-    let layout = Layout::new(lattice, &settings).expect("a layout");
-    Octree::bake(program, layout, settings.keep).0
+    let layout = OctreeLayout::new(lattice, &settings).expect("a layout");
+    Octree::bake(program, layout, settings.brick_test).0
 }
 
-fn cases() -> Vec<Case> {
+fn cases() -> Vec<SceneCase> {
     let mut cases = shipped();
     cases.extend((20..32).map(|seed| random_blends(seed, 24)));
     cases
@@ -113,7 +115,7 @@ fn no_brick_with_surface_is_lost() {
         let resolution = if case.name == "temple" { 32 } else { 48 };
         for brick in [8, 16] {
             let settings = OctreeSettings {
-                brick,
+                brick_size_voxels: brick,
                 ..OctreeSettings::default()
             };
             let octree = octree_of(&program, &case.scene, resolution, settings);
@@ -123,8 +125,8 @@ fn no_brick_with_surface_is_lost() {
             assert!(crossed > 5, "{}: {crossed}", case.name);
         }
         let settings = OctreeSettings {
-            brick: 16,
-            keep: Keep::CenterInRange,
+            brick_size_voxels: 16,
+            brick_test: BrickTest::CenterInRange,
             ..OctreeSettings::default()
         };
         let octree = octree_of(&program, &case.scene, 48, settings);
@@ -158,7 +160,7 @@ proptest! {
     fn trees_of_random_scenes_are_whole(seed in any::<u64>(), count in 1usize..40) {
         let case = random_blends(seed, count);
         let program = Program::lower(&case.scene).expect("a program");
-        let settings = OctreeSettings { brick: 8, ..OctreeSettings::default() };
+        let settings = OctreeSettings { brick_size_voxels: 8, ..OctreeSettings::default() };
         let octree = octree_of(&program, &case.scene, 40, settings);
         check_tree(&octree);
         prop_assert_eq!(missed(&program, &octree).0, 0);
@@ -170,15 +172,15 @@ proptest! {
 /// diagonal (times the Lipschitz constant) and half a step of the encoding.
 fn wrong(
     program: &Program,
-    lattice: &Lattice,
-    frame: &Frame,
+    lattice: &VoxelGrid,
+    frame: &FrameUniform,
     hits: &[Hit],
     footprint: f32,
 ) -> (usize, usize) {
     let encoding = Encoding::default();
-    let step = encoding.range_length(lattice, 0) / encoding.bits.quanta() as f32;
-    let between = 0.5 * 3f32.sqrt() * lattice.voxel * program.lipschitz();
-    let bound = 1.01 * (between + step) + program.bounds_slack(lattice.aabb());
+    let step = encoding.band_width(lattice, 0) / encoding.format.max_code() as f32;
+    let between = 0.5 * 3f32.sqrt() * lattice.voxel_size * program.lipschitz();
+    let bound = 1.01 * (between + step) + program.bound_error(lattice.aabb());
     let ([ax, ay, az], epsilon) = (frame.box_min, frame.epsilon);
     let [bx, by, bz] = frame.box_max;
     let bounds = Aabb::new(Vec3::new(ax, ay, az), Vec3::new(bx, by, bz));
@@ -199,13 +201,13 @@ fn wrong(
             hit.normal_t[3]
         };
         // Half a voxel at a time, up to where the ray has come.
-        let count = ((end - near) / (0.5 * lattice.voxel)).max(0.0) as usize;
+        let count = ((end - near) / (0.5 * lattice.voxel_size)).max(0.0) as usize;
         d.resize(count + 2, 0.0);
         let at = |k: usize| {
             ray.at(if k == count + 1 {
                 end
             } else {
-                near + 0.5 * lattice.voxel * k as f32
+                near + 0.5 * lattice.voxel_size * k as f32
             })
         };
         for first in (0..d.len()).step_by(LANES) {
@@ -223,7 +225,7 @@ fn wrong(
             .map(|d| d * side)
             .fold(f32::MAX, f32::min);
         // A solid that the volume's box cuts is met at the cut.
-        let is_cut = near > 0.0 && d[0] < -bound && end - near < lattice.voxel;
+        let is_cut = near > 0.0 && d[0] < -bound && end - near < lattice.voxel_size;
         passed += usize::from(deepest < -bound && !is_cut);
         let reach = epsilon.max(footprint * end);
         let is_stray = hit.kind != HIT_NONE && d[count + 1].abs() > bound + reach;
@@ -248,23 +250,27 @@ fn no_ray_passes_through_solid_or_stops_in_the_air() {
         let mips = Dense::bake(&program, lattice, Encoding::default(), true);
         let with = |brick, keep| {
             let settings = OctreeSettings {
-                brick,
-                keep,
+                brick_size_voxels: brick,
+                brick_test: keep,
                 ..OctreeSettings::default()
             };
             octree_of(&program, &case.scene, 128, settings)
         };
-        let octrees = [8, 32].map(|brick| with(brick, Keep::Conservative));
-        let by_center = with(16, Keep::CenterInRange);
-        let sparse = [(8, Bits::Sixteen), (4, Bits::Eight)].map(|(brick, bits)| {
-            let encoding = Encoding {
-                bits,
-                ..Encoding::default()
-            };
-            let settings = BrickSettings { encoding, brick };
-            let layout = BrickLayout::new(lattice, &settings).expect("a layout");
-            Bricks::bake(&program, layout, None).expect("bricks").0
-        });
+        let octrees = [8, 32].map(|brick| with(brick, BrickTest::Conservative));
+        let by_center = with(16, BrickTest::CenterInRange);
+        let sparse =
+            [(8, SampleFormat::Snorm16), (4, SampleFormat::Snorm8)].map(|(brick, bits)| {
+                let encoding = Encoding {
+                    format: bits,
+                    ..Encoding::default()
+                };
+                let settings = BrickSettings {
+                    encoding,
+                    brick_size_voxels: brick,
+                };
+                let layout = BrickLayout::new(lattice, &settings).expect("a layout");
+                Bricks::bake(&program, layout, None).expect("bricks").0
+            });
         let held = program.aabb().intersection(lattice.aabb());
         for orbit in [
             [30.0, 20.0, 2.4],
@@ -273,22 +279,23 @@ fn no_ray_passes_through_solid_or_stops_in_the_air() {
             [290.0, 10.0, 0.1],
         ] {
             let camera = Camera::orbit(held, orbit, 45.0);
-            let settings = Settings {
+            let settings = RenderSettings {
                 size: [80, 60],
-                show: Show::Normal,
+                mode: RenderMode::Normal,
                 max_steps: 8192,
-                ..Settings::default()
+                ..RenderSettings::default()
             };
             let frames_by = |descent| {
-                let settings = Settings {
-                    descent,
+                let settings = RenderSettings {
+                    lookup_start: descent,
                     ..settings
                 };
-                frames(&settings, &camera, &program, Some(&lattice), held)
+                frame_uniforms(&settings, &camera, &program, Some(&lattice), held)
             };
-            let frames = frames_by(Descent::Root);
-            let shown = |through: &dyn Through| render_with_hits(&program, through, &frames).hits;
-            let by_path = frames_by(Descent::Path);
+            let frames = frames_by(LookupStart::Root);
+            let shown =
+                |through: &dyn RenderSource| render_with_hits(&program, through, &frames).hits;
+            let by_path = frames_by(LookupStart::Path);
             for (name, hits) in [
                 ("dense", shown(&dense)),
                 ("mips", shown(&mips)),
@@ -340,16 +347,16 @@ fn the_centre_test_is_as_good_as_its_stride() {
     let missed = |stride| {
         let settings = OctreeSettings {
             encoding: Encoding {
-                range: Range::Stride(stride),
+                band: Band::Stride(stride),
                 ..Encoding::default()
             },
-            brick: 32,
-            keep: Keep::CenterInRange,
+            brick_size_voxels: 32,
+            brick_test: BrickTest::CenterInRange,
             ..OctreeSettings::default()
         };
         let octree = octree_of(&program, &scene, 256, settings);
         let whole = OctreeSettings {
-            keep: Keep::Conservative,
+            brick_test: BrickTest::Conservative,
             ..settings
         };
         let whole = octree_of(&program, &scene, 256, whole);
@@ -364,7 +371,7 @@ fn the_centre_test_is_as_good_as_its_stride() {
 #[test]
 fn cells_at_the_sides_are_kept_too() {
     let mut scene = Scene::new();
-    scene.view.frame = Some([[-1.0; 3], [1.0, 0.7, 0.4]]);
+    scene.view.bounds = Some([[-1.0; 3], [1.0, 0.7, 0.4]]);
     scene
         .push(Brush::new(Shape::Plane {
             normal: [0.3, 1.0, 0.2],
@@ -378,7 +385,7 @@ fn cells_at_the_sides_are_kept_too() {
         &scene,
         60,
         OctreeSettings {
-            brick: 8,
+            brick_size_voxels: 8,
             ..OctreeSettings::default()
         },
     );

@@ -2,15 +2,19 @@
 //!
 //! *Length.* A test for each kind of edit, with the random sessions that they share.
 
-use argil_conformance::{Clay, Numbers, Wait, gpu, random_blends, random_scene, shapes, shipped};
+use argil_conformance::{
+    EditRig, Numbers, Wait, gpu, random_blends, random_scene, shapes, shipped,
+};
 use argil_gpu::Gpu;
-use argil_scene::{Body, Brush, Edit, Entry, Group, Material, Modifier, NodeId, Scene, Shape};
-use argil_volume::{Bits, BrickSettings, Encoding};
+use argil_scene::{
+    Brush, Edit, Group, Material, Modifier, NodeDesc, NodeId, NodeKind, Scene, Shape,
+};
+use argil_volume::{BrickSettings, Encoding, SampleFormat};
 use std::sync::Arc;
 
 /// A random edit of a random node, or an undo or redo.
 fn disturb(scene: &mut Scene, numbers: &mut Numbers, materials: &[String]) {
-    let nodes: Vec<NodeId> = scene.walk().filter(|&n| n != Scene::ROOT).collect();
+    let nodes: Vec<NodeId> = scene.iter().filter(|&n| n != Scene::ROOT).collect();
     let pick = |numbers: &mut Numbers, n: usize| (numbers.unit() * n as f32) as usize % n.max(1);
     let Some(&node) = nodes.get(pick(numbers, nodes.len())) else {
         scene.undo();
@@ -25,7 +29,7 @@ fn disturb(scene: &mut Scene, numbers: &mut Numbers, materials: &[String]) {
         1 | 2 => Edit::Transform { node, by },
         3 => Edit::SetVisible {
             node,
-            visible: !scene.node(node).entry().visible,
+            visible: !scene.node(node).desc().visible,
         },
         4 => {
             let parent = scene.node(node).parent().unwrap_or(Scene::ROOT);
@@ -93,7 +97,7 @@ fn sculpt_on(
 ) -> usize {
     let mut numbers = Numbers::new(91);
     let materials: Vec<String> = scene.materials().keys().cloned().collect();
-    let mut clay = Clay::on(gpu, scene, resolution, settings);
+    let mut clay = EditRig::on(gpu, scene, resolution, settings);
     assert_eq!(clay.differing(scene), 0, "{name}");
     for nth in 0..edits {
         disturb(scene, &mut numbers, &materials);
@@ -118,12 +122,12 @@ fn sculpt_on(
 #[test]
 fn edits_are_the_same_on_the_least_device() {
     let gpu = Arc::new(Gpu::open_portable().wait().expect("a device"));
-    for bits in [Bits::Eight, Bits::Sixteen] {
+    for bits in [SampleFormat::Snorm8, SampleFormat::Snorm16] {
         let mut case = random_blends(71, 20);
         let usual = BrickSettings::default();
         let settings = BrickSettings {
             encoding: Encoding {
-                bits,
+                format: bits,
                 ..usual.encoding
             },
             ..usual
@@ -138,7 +142,7 @@ fn edited_bricks_are_those_of_a_fresh_bake() {
     let (mut edits, mut rebakes) = (0, 0);
     for (i, mut case) in shipped().into_iter().enumerate() {
         let settings = BrickSettings {
-            brick: [8, 4, 16][i % 3],
+            brick_size_voxels: [8, 4, 16][i % 3],
             ..BrickSettings::default()
         };
         rebakes += sculpt(&case.name, &mut case.scene, 96, &settings, 24);
@@ -163,7 +167,7 @@ fn many_small_brushes_and_groups_are_edited_in_place() {
     let mut scene = random_scene(600, 5);
     let group = scene.push(Group::new().blend(0.05)).expect("a group").node;
     for i in 0..5 {
-        let ball: Entry = Brush::new(Shape::sphere(0.1))
+        let ball: NodeDesc = Brush::new(Shape::sphere(0.1))
             .at([0.1 * i as f32 - 0.2, 0.9, 0.0])
             .blend(0.04)
             .into();
@@ -181,10 +185,10 @@ fn what_comes_last_is_followed() {
         let mut scene = random_blends(80 + seed, 12).scene;
         let usual = BrickSettings::default();
         let settings = BrickSettings {
-            brick: [8, 4, 16][seed as usize % 3],
+            brick_size_voxels: [8, 4, 16][seed as usize % 3],
             encoding: [Encoding::default(), usual.encoding][seed as usize / 3],
         };
-        let mut clay = Clay::of(&mut scene, 80, &settings);
+        let mut clay = EditRig::of(&mut scene, 80, &settings);
         let shapes = shapes();
         for nth in 0..36 {
             for _ in 0..1 + nth % 3 {
@@ -244,10 +248,10 @@ fn what_comes_last_among_many_is_followed() {
             put(&mut scene, &mut numbers, 0.04, 0.1);
         }
         let settings = BrickSettings {
-            brick: [8, 4, 16][seed as usize],
+            brick_size_voxels: [8, 4, 16][seed as usize],
             ..BrickSettings::default()
         };
-        let mut clay = Clay::of(&mut scene, 96, &settings);
+        let mut clay = EditRig::of(&mut scene, 96, &settings);
         for nth in 0..24 {
             for _ in 0..1 + nth % 3 {
                 put(&mut scene, &mut numbers, 0.03, 0.4);
@@ -271,11 +275,11 @@ fn what_stands_in_a_hole_is_lost_and_found_with_it() {
         let inner = Brush::new(Shape::sphere(0.15)).at([0.0, 0.0, 0.7]);
         scene.push(inner).expect("a brush");
         let settings = BrickSettings {
-            brick: 4,
+            brick_size_voxels: 4,
             ..BrickSettings::default()
         };
         let resolution = if gpu.is_some() { 192 } else { 256 };
-        let mut clay = Clay::on(gpu, &mut scene, resolution, &settings);
+        let mut clay = EditRig::on(gpu, &mut scene, resolution, &settings);
         let by = Modifier::Translate {
             by: [0.0, 0.01, 0.0],
         };
@@ -315,7 +319,7 @@ fn a_gpus_bricks_are_those_of_a_fresh_bake() {
     let cases = cases.chain((70..72).map(|seed| random_blends(seed, 12)));
     for (i, mut case) in cases.enumerate() {
         let mut settings = BrickSettings {
-            brick: [8, 4, 16][i % 3],
+            brick_size_voxels: [8, 4, 16][i % 3],
             ..BrickSettings::default()
         };
         if i % 2 == 1 {
@@ -323,7 +327,11 @@ fn a_gpus_bricks_are_those_of_a_fresh_bake() {
         }
         let gpu = Some(gpu.clone());
         // Among so many cells there are edits for which it is counted first what they need.
-        let resolution = if settings.brick == 4 { 96 } else { 64 };
+        let resolution = if settings.brick_size_voxels == 4 {
+            96
+        } else {
+            64
+        };
         let how = (resolution, &settings);
         sculpt_on(gpu, &case.name, &mut case.scene, how, 16, 8);
     }
@@ -355,9 +363,9 @@ fn piece(numbers: &mut Numbers) -> Brush {
 
 /// A random edit of what stands in groups, or of a group.
 fn disturb_groups(scene: &mut Scene, numbers: &mut Numbers) {
-    let nodes: Vec<NodeId> = scene.walk().filter(|&n| n != Scene::ROOT).collect();
-    let is_group = |n: &NodeId| matches!(scene.node(*n).entry().body, Body::Group);
-    let groups: Vec<NodeId> = scene.walk().filter(is_group).collect();
+    let nodes: Vec<NodeId> = scene.iter().filter(|&n| n != Scene::ROOT).collect();
+    let is_group = |n: &NodeId| matches!(scene.node(*n).desc().kind, NodeKind::Group);
+    let groups: Vec<NodeId> = scene.iter().filter(is_group).collect();
     let pick = |numbers: &mut Numbers, n: usize| (numbers.unit() * n as f32) as usize % n.max(1);
     let node = nodes[pick(numbers, nodes.len())];
     let parent = groups[pick(numbers, groups.len())];
@@ -378,7 +386,7 @@ fn disturb_groups(scene: &mut Scene, numbers: &mut Numbers) {
         },
         5 => Edit::SetVisible {
             node,
-            visible: !scene.node(node).entry().visible,
+            visible: !scene.node(node).desc().visible,
         },
         6 | 7 => Edit::Move {
             node,
@@ -445,11 +453,11 @@ fn what_groups_hold_is_edited_in_place() {
             group = scene.push_into(group, inner).expect("a group").node;
         }
         let settings = BrickSettings {
-            brick: 4,
+            brick_size_voxels: 4,
             ..BrickSettings::default()
         };
         // A list is of a part of 64 voxels.
-        let mut clay = Clay::on(None, &mut scene, 512, &settings);
+        let mut clay = EditRig::on(None, &mut scene, 512, &settings);
         for nth in 0..40 {
             for _ in 0..=nth % 3 {
                 disturb_groups(&mut scene, &mut numbers);

@@ -1,7 +1,7 @@
 //! The field: the batched CPU evaluator against the oracle, the GPU's interpreter against the CPU.
 
 use argil_conformance::Wait;
-use argil_conformance::{Case, Numbers, all_cases, gpu, gpu_field, points, poison, rounding};
+use argil_conformance::{Numbers, SceneCase, all_cases, gpu, gpu_field, points, poison, rounding};
 use argil_field::{Evaluator, FAR, LANES, NearEvaluator, NearField, Program, naive};
 use argil_math::Aabb;
 use argil_scene::{Brush, Exactness, Group, Modifier, Scene, Shape};
@@ -17,7 +17,7 @@ fn measure(program: &Program, points: &[[f32; 3]]) -> Vec<f32> {
     out
 }
 
-fn lower(case: &Case) -> Program {
+fn lower(case: &SceneCase) -> Program {
     Program::lower(&case.scene).unwrap_or_else(|e| panic!("{}: {e}", case.name))
 }
 
@@ -170,7 +170,7 @@ fn gpu_distances_and_materials_are_the_cpus() {
         }
 
         // Materials, where there is something to have one.
-        let mut words = vec![argil_abi::MaterialWords::default(); points.len()];
+        let mut words = vec![argil_abi::GpuMaterial::default(); points.len()];
         let mut d = vec![0.0; points.len()];
         let mut evaluator = Evaluator::new(&program);
         let axis = |k: usize| points.iter().map(|p| p[k]).collect::<Vec<f32>>();

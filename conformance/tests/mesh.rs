@@ -1,34 +1,36 @@
 //! Triangles drawn on both devices: each other's hits, and the field's.
 
-use argil_abi::{Frame, HIT_INSIDE, HIT_NONE, HIT_OUTSIDE, Hit};
+use argil_abi::{FrameUniform, HIT_INSIDE, HIT_NONE, HIT_OUTSIDE, Hit};
 use argil_conformance::Wait;
 use argil_conformance::{gpu, shipped};
 use argil_field::Program;
-use argil_gpu::{GpuField, GpuMesh, GpuVolume, MarchNormals, MarchOptions};
-use argil_march::{Camera, Field, Settings, Show, Triangles, frames, render_with_hits};
+use argil_gpu::{GpuMesh, GpuProgram, GpuVolume, SurfaceNormals, SurfaceOptions};
 use argil_math::Aabb;
-use argil_mesh::{Mesh, Report, exact, marching};
+use argil_mesh::{Mesh, MeshReport, marching, project_to_field};
+use argil_render::{
+    Camera, PrunedField, RenderMode, RenderSettings, Triangles, frame_uniforms, render_with_hits,
+};
 use argil_scene::{Brush, Scene, Shape};
-use argil_volume::{Bits, BrickLayout, BrickSettings, Bricks, Dense, Encoding, Lattice};
+use argil_volume::{BrickLayout, BrickSettings, Bricks, Dense, Encoding, SampleFormat, VoxelGrid};
 use glam::Vec3;
 use std::collections::BTreeMap;
 
-fn mesh(program: &Program, resolution: u32) -> (Mesh, Lattice) {
-    let lattice = Lattice::holding(program.aabb(), None, resolution).expect("a lattice");
+fn mesh(program: &Program, resolution: u32) -> (Mesh, VoxelGrid) {
+    let lattice = VoxelGrid::fitting(program.aabb(), None, resolution).expect("a lattice");
     let layout = BrickLayout::new(lattice, &BrickSettings::default()).expect("a layout");
-    let (bricks, lists, _) = Bricks::bake_with_lists(program, layout, None).expect("bricks");
+    let (bricks, lists, _) = Bricks::bake_with_programs(program, layout, None).expect("bricks");
     let mut marched = marching::bricks::march(&bricks);
-    exact::refine(program, &lists, &mut marched);
-    exact::outwards(&mut marched);
+    project_to_field::project_to_field(program, &lists, &mut marched);
+    project_to_field::orient_normals(&mut marched);
     (marched.mesh, lattice)
 }
 
-fn look(program: &Program, lattice: &Lattice, eye: Vec3) -> Vec<Frame> {
-    let settings = Settings {
+fn look(program: &Program, lattice: &VoxelGrid, eye: Vec3) -> Vec<FrameUniform> {
+    let settings = RenderSettings {
         size: [160, 120],
-        show: Show::Normal,
+        mode: RenderMode::Normal,
         samples: 1,
-        ..Settings::default()
+        ..RenderSettings::default()
     };
     let camera = Camera {
         eye,
@@ -36,7 +38,7 @@ fn look(program: &Program, lattice: &Lattice, eye: Vec3) -> Vec<Frame> {
         field_of_view_degrees: 45.0,
     };
     let focus = Aabb::centered(Vec3::ONE);
-    frames(&settings, &camera, program, Some(lattice), focus)
+    frame_uniforms(&settings, &camera, program, Some(lattice), focus)
 }
 
 fn triangles(mesh: &Mesh) -> Triangles<'_> {
@@ -63,11 +65,11 @@ fn both_devices_draw_the_same_triangles_and_they_are_the_surface() {
     let case = shipped().into_iter().find(|case| case.name == "csg20");
     let program = Program::lower(&case.expect("a scene that ships").scene).expect("a program");
     let (mut mesh, lattice) = mesh(&program, 128);
-    let field = GpuField::new(gpu(), &program, false).expect("a field");
+    let field = GpuProgram::new(gpu(), &program, false).expect("a field");
     let on_gpu = GpuMesh::upload(&field, triangles(&mesh)).expect("triangles");
     // From outside, from within the box with triangles behind the eye, and from inside the solid.
     let inside = mesh.positions[mesh.triangles[1000][0] as usize]
-        - 2.0 * lattice.voxel * mesh.normals[mesh.triangles[1000][0] as usize];
+        - 2.0 * lattice.voxel_size * mesh.normals[mesh.triangles[1000][0] as usize];
     for eye in [Vec3::new(1.2, 0.8, 2.0), Vec3::new(0.05, 0.02, 0.9), inside] {
         let frames = look(&program, &lattice, eye);
         let own = render_with_hits(&program, &triangles(&mesh), &frames);
@@ -79,11 +81,11 @@ fn both_devices_draw_the_same_triangles_and_they_are_the_surface() {
         let count = own.hits.iter().filter(|h| h.kind != HIT_NONE).count();
         assert!(count > 2000, "{count} from {eye}");
         // Pixels on the edge between two triangles can be either's.
-        let off = differing(&own.hits, &theirs.hits, 1e-3 * lattice.voxel);
+        let off = differing(&own.hits, &theirs.hits, 1e-3 * lattice.voxel_size);
         assert!(off * 200 < count, "{off} of {count} from {eye}");
 
-        let field = render_with_hits(&program, &Field, &frames);
-        let off = differing(&own.hits, &field.hits, lattice.voxel);
+        let field = render_with_hits(&program, &PrunedField, &frames);
+        let off = differing(&own.hits, &field.hits, lattice.voxel_size);
         assert!(
             off * 20 < count,
             "{off} of {count} from {eye} against the field"
@@ -101,9 +103,11 @@ fn both_devices_draw_the_same_triangles_and_they_are_the_surface() {
     let turned = render_with_hits(&program, &triangles(&mesh), &frames);
     let outside = |hits: &[Hit]| hits.iter().filter(|h| h.kind == HIT_OUTSIDE).count();
     assert!(outside(&right.hits) > 2000 && outside(&turned.hits) < 20);
-    mesh.positions.iter_mut().for_each(|p| p.z += lattice.voxel);
+    mesh.positions
+        .iter_mut()
+        .for_each(|p| p.z += lattice.voxel_size);
     let moved = render_with_hits(&program, &triangles(&mesh), &frames);
-    assert!(differing(&right.hits, &moved.hits, 1e-3 * lattice.voxel) > 2000);
+    assert!(differing(&right.hits, &moved.hits, 1e-3 * lattice.voxel_size) > 2000);
 }
 
 /// A closed surface has no gaps: wherever the eye is, no ray slips through between neighbours.
@@ -141,7 +145,7 @@ fn by_edges(mesh: &Mesh, first: Vec3, voxel: f32) -> BTreeMap<[[i32; 3]; 3], [Ve
         })
     };
     let of = |i: usize| {
-        let corners = mesh.corners(i);
+        let corners = mesh.triangle_vertices(i);
         let keys = corners.map(key);
         // The least corner first, in the same sense.
         let turn = (0..3).min_by_key(|&k| keys[k]).unwrap_or(0);
@@ -178,40 +182,40 @@ fn csg20() -> Program {
 #[test]
 fn the_gpu_marches_bricks_as_the_cpu_does() {
     let program = csg20();
-    let field = GpuField::new(gpu(), &program, false).expect("a field");
+    let field = GpuProgram::new(gpu(), &program, false).expect("a field");
     for (brick, bits) in [
-        (4, Bits::Sixteen),
-        (8, Bits::Sixteen),
-        (8, Bits::Eight),
-        (16, Bits::Sixteen),
+        (4, SampleFormat::Snorm16),
+        (8, SampleFormat::Snorm16),
+        (8, SampleFormat::Snorm8),
+        (16, SampleFormat::Snorm16),
     ] {
         // A frame that cuts the solid, so that there are bricks without neighbours.
         let cut = Aabb::new(Vec3::new(-0.3, -0.4, -0.5), Vec3::new(0.6, 0.5, 0.45));
         for frame in [None, Some(cut)] {
             let lattice = match frame {
-                Some(cut) => Lattice {
+                Some(cut) => VoxelGrid {
                     corner: cut.min,
-                    voxel: 0.9 / 61.0,
+                    voxel_size: 0.9 / 61.0,
                     begin: glam::IVec3::ZERO,
                     size: glam::UVec3::new(61, 61, 64),
-                    is_cut: true,
+                    is_clipped: true,
                 },
-                None => Lattice::holding(program.aabb(), None, 61).expect("a lattice"),
+                None => VoxelGrid::fitting(program.aabb(), None, 61).expect("a lattice"),
             };
             let mut settings = BrickSettings {
-                brick,
+                brick_size_voxels: brick,
                 ..BrickSettings::default()
             };
-            settings.encoding.bits = bits;
+            settings.encoding.format = bits;
             let layout = BrickLayout::new(lattice, &settings).expect("a layout");
             let bricks = Bricks::bake(&program, layout, None).expect("bricks").0;
             let own = marching::bricks::march(&bricks).mesh;
             let volume = GpuVolume::upload(&field, &bricks.into())
                 .wait()
                 .expect("a volume");
-            let options = MarchOptions {
-                normals: MarchNormals::Gradient,
-                ..MarchOptions::default()
+            let options = SurfaceOptions {
+                normals: SurfaceNormals::Gradient,
+                ..SurfaceOptions::default()
             };
             let (mesh, _) = volume.march(&field, &options).wait().expect("triangles");
             let theirs = mesh.read(field.gpu()).wait().expect("triangles");
@@ -221,7 +225,7 @@ fn the_gpu_marches_bricks_as_the_cpu_does() {
                 theirs.positions.len(),
                 "shared as well"
             );
-            assert_same(&own, &theirs, lattice.corner, lattice.voxel, 1e-4);
+            assert_same(&own, &theirs, lattice.corner, lattice.voxel_size, 1e-4);
             assert!(facing(&theirs) * 100 > 97 * theirs.triangles.len());
         }
     }
@@ -230,7 +234,7 @@ fn the_gpu_marches_bricks_as_the_cpu_does() {
 /// How many triangles have normals on their side.
 fn facing(mesh: &Mesh) -> usize {
     let faces = |t: &usize| {
-        let [a, b, c] = mesh.corners(*t);
+        let [a, b, c] = mesh.triangle_vertices(*t);
         let sum: Vec3 = mesh.triangles[*t]
             .iter()
             .map(|&i| mesh.normals[i as usize])
@@ -243,75 +247,75 @@ fn facing(mesh: &Mesh) -> usize {
 #[test]
 fn the_gpu_marches_dense_volumes_as_the_cpu_does() {
     let program = csg20();
-    let field = GpuField::new(gpu(), &program, false).expect("a field");
+    let field = GpuProgram::new(gpu(), &program, false).expect("a field");
     for (resolution, bits, iso) in [
-        (61, Bits::Sixteen, 0.0),
-        (65, Bits::Eight, 0.0),
-        (61, Bits::Sixteen, 0.02),
+        (61, SampleFormat::Snorm16, 0.0),
+        (65, SampleFormat::Snorm8, 0.0),
+        (61, SampleFormat::Snorm16, 0.02),
     ] {
-        let lattice = Lattice::holding(program.aabb(), None, resolution).expect("a lattice");
+        let lattice = VoxelGrid::fitting(program.aabb(), None, resolution).expect("a lattice");
         let encoding = Encoding {
-            bits,
+            format: bits,
             ..Encoding::default()
         };
         let dense = Dense::bake(&program, lattice, encoding, false);
-        let level = iso / encoding.range_length(&lattice, 0) * encoding.bits.quanta() as f32;
+        let level = iso / encoding.band_width(&lattice, 0) * encoding.format.max_code() as f32;
         let grid = lattice.grid(0);
         let texels = &dense.levels()[0];
         let own = match bits {
-            Bits::Eight => {
+            SampleFormat::Snorm8 => {
                 marching::dense::march(texels.of::<i8>().expect("bytes"), &grid, level, true)
             }
-            Bits::Sixteen => {
+            SampleFormat::Snorm16 => {
                 marching::dense::march(texels.of::<i16>().expect("words"), &grid, level, true)
             }
         };
         let volume = GpuVolume::upload(&field, &dense.into())
             .wait()
             .expect("a volume");
-        let options = MarchOptions {
+        let options = SurfaceOptions {
             iso,
-            normals: MarchNormals::Gradient,
-            ..MarchOptions::default()
+            normals: SurfaceNormals::Gradient,
+            ..SurfaceOptions::default()
         };
         let (mesh, _) = volume.march(&field, &options).wait().expect("triangles");
         let theirs = mesh.read(field.gpu()).wait().expect("triangles");
         assert!(own.triangles.len() > 3000, "{}", own.triangles.len());
         assert_eq!(own.positions.len(), theirs.positions.len());
-        assert_same(&own, &theirs, grid.min, lattice.voxel, 1e-4);
+        assert_same(&own, &theirs, grid.min, lattice.voxel_size, 1e-4);
         assert!(facing(&theirs) * 100 > 97 * theirs.triangles.len());
         // Triangles with corners of their own are the same ones, with their own normals.
-        let unshared = MarchOptions {
-            is_unshared: true,
-            normals: MarchNormals::Face,
+        let unshared = SurfaceOptions {
+            is_unindexed: true,
+            normals: SurfaceNormals::Face,
             ..options
         };
         let (mesh, _) = volume.march(&field, &unshared).wait().expect("triangles");
         let spread = mesh.read(field.gpu()).wait().expect("triangles");
         assert_eq!(spread.positions.len(), 3 * theirs.triangles.len());
-        assert_same(&own, &spread, grid.min, lattice.voxel, 1e-4);
+        assert_same(&own, &spread, grid.min, lattice.voxel_size, 1e-4);
         assert_eq!(facing(&spread), spread.triangles.len());
         assert!(mesh.memory_bytes() >= 72 * spread.triangles.len() as u64);
     }
 
     // The comparison can fail: another level.
-    let lattice = Lattice::holding(program.aabb(), None, 61).expect("a lattice");
+    let lattice = VoxelGrid::fitting(program.aabb(), None, 61).expect("a lattice");
     let dense = Dense::bake(&program, lattice, Encoding::default(), false);
     let volume = GpuVolume::upload(&field, &dense.into())
         .wait()
         .expect("a volume");
     let march = |iso: f32| {
-        let options = MarchOptions {
+        let options = SurfaceOptions {
             iso,
-            ..MarchOptions::default()
+            ..SurfaceOptions::default()
         };
         let (mesh, _) = volume.march(&field, &options).wait().expect("triangles");
         mesh.read(field.gpu()).wait().expect("triangles")
     };
     let first = lattice.grid(0).min;
     let (one, other) = (
-        by_edges(&march(0.0), first, lattice.voxel),
-        by_edges(&march(0.01), first, lattice.voxel),
+        by_edges(&march(0.0), first, lattice.voxel_size),
+        by_edges(&march(0.01), first, lattice.voxel_size),
     );
     assert!(!one.keys().eq(other.keys()));
 }
@@ -320,7 +324,7 @@ fn the_gpu_marches_dense_volumes_as_the_cpu_does() {
 fn vertices_that_the_gpu_moves_are_on_the_exact_surface() {
     let program = csg20();
     let (own, lattice) = mesh(&program, 96);
-    let field = GpuField::new(gpu(), &program, false).expect("a field");
+    let field = GpuProgram::new(gpu(), &program, false).expect("a field");
     let layout = BrickLayout::new(lattice, &BrickSettings::default()).expect("a layout");
     let (volume, _) = GpuVolume::bricks(&field, &program, layout, None)
         .wait()
@@ -330,12 +334,12 @@ fn vertices_that_the_gpu_moves_are_on_the_exact_surface() {
             .positions
             .iter()
             .map(|&p| f64::from(program.distance(p)).powi(2));
-        (squares.sum::<f64>() / mesh.positions.len() as f64).sqrt() / f64::from(lattice.voxel)
+        (squares.sum::<f64>() / mesh.positions.len() as f64).sqrt() / f64::from(lattice.voxel_size)
     };
     let march = |is_moved: bool| {
-        let options = MarchOptions {
-            is_moved,
-            ..MarchOptions::default()
+        let options = SurfaceOptions {
+            project_to_field: is_moved,
+            ..SurfaceOptions::default()
         };
         let (mesh, stages) = volume.march(&field, &options).wait().expect("triangles");
         assert!(stages.iter().any(|(stage, _)| *stage == "refine"));
@@ -348,8 +352,8 @@ fn vertices_that_the_gpu_moves_are_on_the_exact_surface() {
         rms(&moved),
         rms(&left)
     );
-    assert_same(&own, &moved, lattice.corner, lattice.voxel, 0.02);
-    assert!(Report::of(&moved).is_watertight());
+    assert_same(&own, &moved, lattice.corner, lattice.voxel_size, 0.02);
+    assert!(MeshReport::of(&moved).is_watertight());
     let turned = |a: &Vec3| program.gradient(*a).1.normalize_or_zero();
     let off = moved
         .positions

@@ -4,14 +4,16 @@ use argil_abi::{HIT_NONE, Hit};
 use argil_conformance::Wait;
 use argil_conformance::{gpu, lattice, primary_ray, shipped};
 use argil_field::Program;
-use argil_gpu::{GpuField, GpuVolume};
-use argil_march::{Camera, Normals, Settings, Show, frames, render_with_hits};
+use argil_gpu::{GpuProgram, GpuVolume};
 use argil_math::Aabb;
+use argil_render::{
+    Camera, NormalSource, RenderMode, RenderSettings, frame_uniforms, render_with_hits,
+};
 use argil_volume::{BrickLayout, BrickSettings, Bricks, Encoding};
 use glam::Vec3;
 
 /// Degrees between a picture's normals and the field's at the same points, ascending, away from silhouettes and creases.
-fn errors(program: &Program, frame: &argil_abi::Frame, hits: &[Hit], bias: f32) -> Vec<f32> {
+fn errors(program: &Program, frame: &argil_abi::FrameUniform, hits: &[Hit], bias: f32) -> Vec<f32> {
     let (width, height) = (frame.width, frame.height);
     let mut all = Vec::new();
     for y in 1..height - 1 {
@@ -55,15 +57,19 @@ fn normals_are_those_of_the_field() {
         let (bricks, _) = Bricks::bake(&program, layout, None).expect("bricks");
         let held = program.aabb().intersection(lattice.aabb());
         let camera = Camera::orbit(held, [30.0, 20.0, 2.4], 40.0);
-        for normals in [Normals::Voxel, Normals::Smooth, Normals::Field] {
-            let settings = Settings {
+        for normals in [
+            NormalSource::Voxel,
+            NormalSource::Smooth,
+            NormalSource::Field,
+        ] {
+            let settings = RenderSettings {
                 size: [320, 240],
-                show: Show::Normal,
+                mode: RenderMode::Normal,
                 normals,
                 max_steps: 4096,
-                ..Settings::default()
+                ..RenderSettings::default()
             };
-            let frames = frames(&settings, &camera, &program, Some(&lattice), held);
+            let frames = frame_uniforms(&settings, &camera, &program, Some(&lattice), held);
             let hits = render_with_hits(&program, &bricks, &frames).hits;
             let all = errors(
                 &program,
@@ -82,7 +88,7 @@ fn normals_are_those_of_the_field() {
                 at(99)
             );
             assert!(all.len() > 10_000);
-            if normals == Normals::Voxel {
+            if normals == NormalSource::Voxel {
                 // Negative control: gradients that jump from voxel to voxel are told apart.
                 assert!(mean > 0.2 && at(99) > 3.0, "{mean}, {}", at(99));
             } else {
@@ -113,17 +119,17 @@ fn a_small_picture_of_a_narrow_band_has_normals() {
     let (bricks, _) = Bricks::bake(&program, layout, None).expect("bricks");
     let held = program.aabb().intersection(lattice.aabb());
     let camera = Camera::orbit(held, [30.0, 20.0, 2.4], 40.0);
-    let settings = Settings {
+    let settings = RenderSettings {
         size: [64, 48],
-        show: Show::Normal,
+        mode: RenderMode::Normal,
         max_steps: 4096,
-        ..Settings::default()
+        ..RenderSettings::default()
     };
-    let frames = frames(&settings, &camera, &program, Some(&lattice), held);
-    let pixel_voxels = frames[0].pixel * camera.eye.distance(held.center()) / lattice.voxel;
+    let frames = frame_uniforms(&settings, &camera, &program, Some(&lattice), held);
+    let pixel_voxels = frames[0].pixel * camera.eye.distance(held.center()) / lattice.voxel_size;
     assert!(pixel_voxels > 9.0, "{pixel_voxels}");
     let cpu = render_with_hits(&program, &bricks, &frames).hits;
-    let field = GpuField::new(gpu(), &program, false).expect("a field");
+    let field = GpuProgram::new(gpu(), &program, false).expect("a field");
     let on_gpu = GpuVolume::upload(&field, &bricks.into())
         .wait()
         .expect("a volume");

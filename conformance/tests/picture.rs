@@ -2,13 +2,16 @@
 //!
 //! *Length.* A test for each pass of a picture, with the search that they are held against.
 
-use argil_abi::{Frame, HIT_INSIDE, HIT_NONE, HIT_OUTSIDE, Hit};
+use argil_abi::{FrameUniform, HIT_INSIDE, HIT_NONE, HIT_OUTSIDE, Hit};
 use argil_conformance::Wait;
-use argil_conformance::{Case, Numbers, all_cases, gpu, primary_ray, random_blends, shipped};
+use argil_conformance::{Numbers, SceneCase, all_cases, gpu, primary_ray, random_blends, shipped};
 use argil_field::{Program, naive};
-use argil_gpu::GpuField;
-use argil_march::{Camera, Field, Picture, Settings, Show, WholeField, frames, render_with_hits};
+use argil_gpu::GpuProgram;
 use argil_math::Aabb;
+use argil_render::{
+    Camera, PrunedField, RenderMode, RenderOutput, RenderSettings, WholeField, frame_uniforms,
+    render_with_hits,
+};
 use argil_scene::{Brush, Group, Material, Modifier, Scene, Shape};
 use glam::Vec3;
 
@@ -59,22 +62,22 @@ fn scene() -> Scene {
 
 const FOCUS: Aabb = Aabb::new(Vec3::splat(-1.0), Vec3::ONE);
 
-fn look(settings: &Settings, eye: Vec3, program: &Program) -> Vec<Frame> {
+fn look(settings: &RenderSettings, eye: Vec3, program: &Program) -> Vec<FrameUniform> {
     let camera = Camera {
         eye,
         target: Vec3::new(0.02, 0.01, 0.0),
         field_of_view_degrees: 45.0,
     };
-    frames(settings, &camera, program, None, FOCUS)
+    frame_uniforms(settings, &camera, program, None, FOCUS)
 }
 
-fn small(show: Show) -> Settings {
-    Settings {
+fn small(show: RenderMode) -> RenderSettings {
+    RenderSettings {
         size: [72, 56],
-        show,
-        ground: show == Show::Shaded,
+        mode: show,
+        ground: show == RenderMode::Shaded,
         samples: 2,
-        ..Settings::default()
+        ..RenderSettings::default()
     }
 }
 
@@ -97,7 +100,7 @@ fn gap(a: &[Hit], b: &[Hit]) -> (usize, f32) {
     (other_kind, greatest)
 }
 
-fn color_gap(a: &Picture, b: &Picture) -> (usize, u8) {
+fn color_gap(a: &RenderOutput, b: &RenderOutput) -> (usize, u8) {
     let gaps = a.rgb.iter().zip(&b.rgb).map(|(a, b)| a.abs_diff(*b));
     gaps.fold((0, 0), |(count, most), gap| {
         (count + usize::from(gap > 2), most.max(gap))
@@ -112,12 +115,12 @@ fn gpu_pictures_are_the_cpus() {
     let program = Program::lower(&scene).expect("valid");
     let gpu = gpu();
     for specialized in [false, true] {
-        let field = GpuField::new(gpu.clone(), &program, specialized).expect("a field");
+        let field = GpuProgram::new(gpu.clone(), &program, specialized).expect("a field");
         for (show, eye) in [
-            (Show::Shaded, Vec3::new(1.6, 1.2, 2.2)),
-            (Show::Normal, Vec3::new(-2.2, 0.3, 1.0)),
-            (Show::Depth, Vec3::new(0.1, 2.9, 0.4)),
-            (Show::Heat, Vec3::new(0.05, -0.1, 0.02)),
+            (RenderMode::Shaded, Vec3::new(1.6, 1.2, 2.2)),
+            (RenderMode::Normal, Vec3::new(-2.2, 0.3, 1.0)),
+            (RenderMode::Depth, Vec3::new(0.1, 2.9, 0.4)),
+            (RenderMode::Heat, Vec3::new(0.05, -0.1, 0.02)),
         ] {
             let frames = look(&small(show), eye, &program);
             let cpu = render_with_hits(&program, &WholeField, &frames);
@@ -163,10 +166,10 @@ fn first_crossing(scene: &Scene, origin: Vec3, direction: Vec3) -> Option<f32> {
 fn rays_find_what_a_search_finds() {
     let scene = scene();
     let program = Program::lower(&scene).expect("valid");
-    let settings = Settings {
+    let settings = RenderSettings {
         size: [64, 64],
         max_steps: 1024,
-        ..Settings::default()
+        ..RenderSettings::default()
     };
     let mut numbers = Numbers::new(31);
     for (eye, kind) in [
@@ -222,9 +225,9 @@ fn thin_rods_are_not_lost() {
         .expect("valid");
     let program = Program::lower(&scene).expect("valid");
     // An odd height: the middle row's rays go through the rod's axis.
-    let settings = Settings {
+    let settings = RenderSettings {
         size: [101, 51],
-        ..Settings::default()
+        ..RenderSettings::default()
     };
     let camera = Camera {
         eye: Vec3::new(0.0, 0.0, 3.0),
@@ -234,7 +237,7 @@ fn thin_rods_are_not_lost() {
     let hits = render_with_hits(
         &program,
         &WholeField,
-        &frames(&settings, &camera, &program, None, FOCUS),
+        &frame_uniforms(&settings, &camera, &program, None, FOCUS),
     )
     .hits;
     assert!(
@@ -250,9 +253,13 @@ fn an_empty_scene_is_sky_on_both_devices() {
     let mut scene = Scene::new();
     scene.push(Group::new()).expect("valid");
     let program = Program::lower(&scene).expect("valid");
-    let frames = look(&small(Show::Shaded), Vec3::new(0.0, 1.0, 3.0), &program);
+    let frames = look(
+        &small(RenderMode::Shaded),
+        Vec3::new(0.0, 1.0, 3.0),
+        &program,
+    );
     let cpu = render_with_hits(&program, &WholeField, &frames);
-    let (found, _) = GpuField::new(gpu(), &program, false)
+    let (found, _) = GpuProgram::new(gpu(), &program, false)
         .expect("a field")
         .render(&frames, true)
         .wait()
@@ -275,24 +282,24 @@ fn shipped_scenes_and_long_programs_are_the_same_on_both_devices() {
         )
         .expect("valid");
     }
-    cases.push(Case {
+    cases.push(SceneCase {
         name: "a thousand balls".into(),
         scene: many,
     });
     let gpu = gpu();
-    for Case { name, scene } in cases {
+    for SceneCase { name, scene } in cases {
         let program = Program::lower(&scene).expect("a program");
-        let frame = scene.view.frame.unwrap_or([[-1.0; 3], [1.0; 3]]);
+        let frame = scene.view.bounds.unwrap_or([[-1.0; 3], [1.0; 3]]);
         let focus = Aabb::new(frame[0].into(), frame[1].into());
         let camera = Camera::orbit(focus, [40.0, 25.0, 3.0], 40.0);
-        let settings = Settings {
+        let settings = RenderSettings {
             size: [24, 16],
-            show: Show::Normal,
-            ..Settings::default()
+            mode: RenderMode::Normal,
+            ..RenderSettings::default()
         };
-        let frames = frames(&settings, &camera, &program, None, focus);
+        let frames = frame_uniforms(&settings, &camera, &program, None, focus);
         let cpu = render_with_hits(&program, &WholeField, &frames);
-        let (found, _) = GpuField::new(gpu.clone(), &program, false)
+        let (found, _) = GpuProgram::new(gpu.clone(), &program, false)
             .expect("a field")
             .render(&frames, true)
             .wait()
@@ -317,22 +324,22 @@ fn pruned_rays_find_what_whole_ones_do() {
     cases.extend(all_cases());
     cases.extend((70..80).map(|seed| random_blends(seed, 40)));
     let mut rays = 0;
-    for Case { name, scene } in cases {
+    for SceneCase { name, scene } in cases {
         let program = Program::lower(&scene).expect("a program");
         let held = program
             .aabb()
             .intersection(Aabb::centered(Vec3::splat(3.0)));
         for orbit in [[30.0, 20.0, 2.4], [200.0, -35.0, 0.8], [110.0, 3.0, 0.02]] {
             let camera = Camera::orbit(held, orbit, 45.0);
-            let settings = Settings {
+            let settings = RenderSettings {
                 size: [90, 70],
-                show: Show::Normal,
+                mode: RenderMode::Normal,
                 max_steps: 2048,
-                ..Settings::default()
+                ..RenderSettings::default()
             };
-            let frames = frames(&settings, &camera, &program, None, held);
+            let frames = frame_uniforms(&settings, &camera, &program, None, held);
             let whole = render_with_hits(&program, &WholeField, &frames).hits;
-            let pruned = render_with_hits(&program, &Field, &frames).hits;
+            let pruned = render_with_hits(&program, &PrunedField, &frames).hits;
             let epsilon = frames[0].epsilon;
             let (mut other, mut away, mut turned) = (0, 0, 0);
             for (a, b) in whole.iter().zip(&pruned) {
@@ -386,14 +393,14 @@ fn rays_find_the_nearest_of_very_many() {
     }
     let program = Program::lower(&scene).expect("a program");
     let camera = Camera::orbit(FOCUS, [30.0, 20.0, 2.4], 45.0);
-    let settings = Settings {
+    let settings = RenderSettings {
         size: [90, 70],
-        show: Show::Normal,
+        mode: RenderMode::Normal,
         max_steps: 4096,
-        ..Settings::default()
+        ..RenderSettings::default()
     };
-    let frame = frames(&settings, &camera, &program, None, FOCUS)[0];
-    let hits = render_with_hits(&program, &Field, &[frame]).hits;
+    let frame = frame_uniforms(&settings, &camera, &program, None, FOCUS)[0];
+    let hits = render_with_hits(&program, &PrunedField, &[frame]).hits;
     let epsilon = frame.epsilon;
     let (mut met, mut missed) = (0, 0);
     for (i, hit) in hits.iter().enumerate() {
@@ -450,13 +457,13 @@ fn light_of_many_is_the_whole_fields() {
         let program = Program::lower(&scene).expect("a program");
         assert!(program.operand_count() >= 1200);
         let camera = Camera::orbit(FOCUS, [30.0, 20.0, 3.4], 45.0);
-        let settings = Settings {
+        let settings = RenderSettings {
             size: [96, 72],
             samples: 1,
-            ..Settings::default()
+            ..RenderSettings::default()
         };
-        let frame = frames(&settings, &camera, &program, None, FOCUS);
-        let near = render_with_hits(&program, &Field, &frame);
+        let frame = frame_uniforms(&settings, &camera, &program, None, FOCUS);
+        let near = render_with_hits(&program, &PrunedField, &frame);
         let whole = render_with_hits(&program, &WholeField, &frame);
         let pixels = near.rgb.chunks(3).zip(whole.rgb.chunks(3));
         let off = |(a, b): (&[u8], &[u8])| {

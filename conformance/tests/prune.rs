@@ -1,8 +1,8 @@
 //! Pruned lists: in all of its cell a list gives the whole program's distances, to the bit.
 
-use argil_abi::Instr;
-use argil_conformance::{Case, Numbers, all_cases, random_blends, shipped};
-use argil_field::{CELLS, Evaluator, Grid, LANES, Program, Pruner};
+use argil_abi::Instruction;
+use argil_conformance::{Numbers, SceneCase, all_cases, random_blends, shipped};
+use argil_field::{CELLS_PER_BATCH, Evaluator, Grid, LANES, Program, Pruner};
 use argil_math::Aabb;
 use argil_scene::{Brush, Scene, Shape};
 use glam::{UVec3, Vec3};
@@ -43,7 +43,7 @@ struct Walk {
     cells: usize,
 }
 
-fn walk(case: &Case, depth: usize, walks: usize, numbers: &mut Numbers) -> Walk {
+fn walk(case: &SceneCase, depth: usize, walks: usize, numbers: &mut Numbers) -> Walk {
     let program = Program::lower(&case.scene).expect("a program");
     let region = if program.aabb().is_finite() {
         program.aabb().grown(0.1)
@@ -58,32 +58,32 @@ fn walk(case: &Case, depth: usize, walks: usize, numbers: &mut Numbers) -> Walk 
         cells: 0,
     };
     for _ in 0..walks {
-        let mut list: Vec<Instr> = program.instrs().to_vec();
+        let mut list: Vec<Instruction> = program.instructions().to_vec();
         let mut cell = region;
         for _ in 0..depth {
             let cells = halves(cell);
             let centers = cells.map(Aabb::center);
             let mut d = [0.0; 8];
-            pruner.mark(&list, &centers, cells[0].half_diagonal(), &mut d);
+            pruner.classify_cells(&list, &centers, cells[0].half_diagonal(), &mut d);
             let own = (numbers.unit() * 8.0) as usize % 8;
             assert_eq!(d[own], program.distance(centers[own]), "{}", case.name);
             let mut next = Vec::new();
-            pruner.list(&list, own, &mut next);
+            pruner.prune_into(&list, own, &mut next);
             assert!(next.len() <= list.len());
             (list, cell) = (next, cells[own]);
             let [x, y, z] = sample(cell, numbers);
             let (mut whole, mut pruned) = ([0.0; LANES], [0.0; LANES]);
             evaluator.distances(&x, &y, &z, &mut whole);
-            evaluator.distances_by(&list, &x, &y, &z, &mut pruned);
+            evaluator.distances_with(&list, &x, &y, &z, &mut pruned);
             assert!(
                 whole == pruned,
                 "{}: {} instructions of {} in {cell:?}",
                 case.name,
                 list.len(),
-                program.instrs().len()
+                program.instructions().len()
             );
         }
-        result.whole += program.instrs().len();
+        result.whole += program.instructions().len();
         result.left += list.len();
         result.cells += 1;
     }
@@ -118,7 +118,7 @@ fn a_small_cell_has_a_short_list() {
             .blend(0.03);
         scene.push(ball).expect("a valid brush");
     }
-    let case = Case {
+    let case = SceneCase {
         name: "a thousand balls".into(),
         scene,
     };
@@ -137,15 +137,15 @@ fn a_list_is_wrong_outside_of_its_cell() {
     let mut pruner = Pruner::new(&program);
     let mut d = [0.0; 8];
     // A half diagonal that is far too small makes lists that are far too short.
-    pruner.mark(program.instrs(), &centers, 0.01, &mut d);
+    pruner.classify_cells(program.instructions(), &centers, 0.01, &mut d);
     let mut list = Vec::new();
-    pruner.list(program.instrs(), 0, &mut list);
+    pruner.prune_into(program.instructions(), 0, &mut list);
     let mut numbers = Numbers::new(54);
     let [x, y, z] = sample(cells[7], &mut numbers);
     let mut evaluator = Evaluator::new(&program);
     let (mut whole, mut pruned) = ([0.0; LANES], [0.0; LANES]);
     evaluator.distances(&x, &y, &z, &mut whole);
-    evaluator.distances_by(&list, &x, &y, &z, &mut pruned);
+    evaluator.distances_with(&list, &x, &y, &z, &mut pruned);
     assert_ne!(whole, pruned);
 }
 
@@ -157,25 +157,25 @@ fn a_full_batch_of_cells_is_told_apart() {
     let region = program.aabb();
     let edge = region.size() / 4.0;
     let mut centers = Vec::new();
-    for i in 0..CELLS {
+    for i in 0..CELLS_PER_BATCH {
         let at = Vec3::new((i % 4) as f32, (i / 4 % 4) as f32, (i / 16) as f32);
         centers.push(region.min + edge * (at + 0.5));
     }
     let half_diagonal = 0.5 * edge.length();
     let mut pruner = Pruner::new(&program);
-    let mut d = [0.0; CELLS];
-    pruner.mark(program.instrs(), &centers, half_diagonal, &mut d);
+    let mut d = [0.0; CELLS_PER_BATCH];
+    pruner.classify_cells(program.instructions(), &centers, half_diagonal, &mut d);
     let mut evaluator = Evaluator::new(&program);
     let mut numbers = Numbers::new(56);
     let mut lengths = std::collections::HashSet::new();
     for (i, &center) in centers.iter().enumerate() {
         let mut list = Vec::new();
-        pruner.list(program.instrs(), i, &mut list);
+        pruner.prune_into(program.instructions(), i, &mut list);
         let cell = Aabb::new(center - 0.5 * edge, center + 0.5 * edge);
         let [x, y, z] = sample(cell, &mut numbers);
         let (mut whole, mut pruned) = ([0.0; LANES], [0.0; LANES]);
         evaluator.distances(&x, &y, &z, &mut whole);
-        evaluator.distances_by(&list, &x, &y, &z, &mut pruned);
+        evaluator.distances_with(&list, &x, &y, &z, &mut pruned);
         assert_eq!(whole, pruned);
         lengths.insert(list.len());
     }
@@ -200,7 +200,7 @@ fn grids_by_parts_are_the_whole_programs() {
         let same = whole.iter().zip(&parts);
         let differing = same.filter(|(a, b)| a.to_bits() != b.to_bits()).count();
         assert_eq!(differing, 0, "{}", case.name);
-        pruned += usize::from(program.instrs().len() > 4);
+        pruned += usize::from(program.instructions().len() > 4);
     }
     assert!(pruned > 20, "{pruned}");
 

@@ -2,17 +2,17 @@
 //!
 //! *Length.* A test for each pass of sparse bricks, with the reading of buffers that they share.
 
-use argil_abi::MaterialWords;
+use argil_abi::GpuMaterial;
 use argil_conformance::Wait;
 use argil_conformance::{
-    Case, Numbers, all_cases, gpu, gpu_field, lattice, random_blends, random_scene, shipped,
+    Numbers, SceneCase, all_cases, gpu, gpu_field, lattice, random_blends, random_scene, shipped,
     stored_integers,
 };
 use argil_field::{Evaluator, Grid, Program};
-use argil_gpu::{GpuField, GpuVolume};
+use argil_gpu::{GpuProgram, GpuVolume};
 use argil_math::Aabb;
 use argil_scene::{Brush, Group, Scene, Shape};
-use argil_volume::{BrickLayout, BrickSettings, Bricks, BricksError, Encoding, Volume, Word};
+use argil_volume::{BrickLayout, BrickSettings, Bricks, BricksError, Cell, Encoding, Volume};
 use glam::{IVec3, UVec3, Vec3};
 
 /// Samples along a voxel's edge.
@@ -20,7 +20,7 @@ const FINER: u32 = 4;
 
 fn layout_of(program: &Program, scene: &Scene, resolution: u32, brick: u32) -> BrickLayout {
     let settings = BrickSettings {
-        brick,
+        brick_size_voxels: brick,
         ..BrickSettings::default()
     };
     BrickLayout::new(lattice(scene, program, resolution), &settings).expect("a layout")
@@ -30,7 +30,7 @@ fn bake(program: &Program, layout: BrickLayout) -> Bricks {
     Bricks::bake(program, layout, None).expect("bricks").0
 }
 
-fn cases() -> Vec<Case> {
+fn cases() -> Vec<SceneCase> {
     let mut cases = shipped();
     cases.extend((20..32).map(|seed| random_blends(seed, 24)));
     cases
@@ -45,11 +45,11 @@ fn cells(layout: &BrickLayout) -> impl Iterator<Item = IVec3> {
 
 /// Whether points four to a voxel's edge in a cell's closed box have both signs.
 fn is_crossed(evaluator: &mut Evaluator<'_>, layout: &BrickLayout, cell: IVec3) -> bool {
-    let spacing = Vec3::splat(layout.lattice.voxel / FINER as f32);
+    let spacing = Vec3::splat(layout.voxel_grid.voxel_size / FINER as f32);
     let held = layout.cell_box(cell);
     // What lies outside of the volume is not asked for.
-    let end = held.max.min(layout.lattice.aabb().max + 0.5 * spacing);
-    let most = UVec3::splat(layout.brick * FINER);
+    let end = held.max.min(layout.voxel_grid.aabb().max + 0.5 * spacing);
+    let most = UVec3::splat(layout.brick_size_voxels * FINER);
     let grid = Grid {
         min: held.min,
         spacing,
@@ -78,7 +78,7 @@ fn crossings(program: &Program, bricks: &Bricks) -> (usize, usize, usize) {
     for cell in cells(layout) {
         if is_crossed(&mut evaluator, layout, cell) {
             crossed += 1;
-            let has_brick = matches!(bricks.cell(cell), Word::Brick(_));
+            let has_brick = matches!(bricks.cell(cell), Cell::Brick(_));
             missed += usize::from(!has_brick);
             let d = program.distance(layout.cell_box(cell).center());
             lost_by_less += usize::from(d.abs() > 0.5 * layout.half_diagonal(1));
@@ -116,7 +116,7 @@ fn check_empty_cells(name: &str, program: &Program, bricks: &Bricks) -> (usize, 
     let spread = program.lipschitz() * layout.half_diagonal(1);
     let (mut checked, mut too_much) = (0, 0);
     for cell in cells(layout) {
-        let Word::Empty { center, lonely } = bricks.cell(cell) else {
+        let Cell::Empty { center, lonely } = bricks.cell(cell) else {
             continue;
         };
         let held = layout.cell_box(cell);
@@ -127,7 +127,7 @@ fn check_empty_cells(name: &str, program: &Program, bricks: &Bricks) -> (usize, 
         points.extend((0..4).map(|_| held.min + size * (numbers.point(0.5) + 0.5)));
         for p in points {
             let d = program.distance(p);
-            let rounding = program.bounds_slack(held);
+            let rounding = program.bound_error(held);
             let away = (center.abs() - spread).max(0.0);
             assert!(
                 d.abs() >= away - rounding && (d < 0.0) == (center < 0.0),
@@ -162,7 +162,7 @@ fn gpu_bricks_are_conservative_too() {
     let cases = cases().into_iter().filter(|c| !slow.contains(&&*c.name));
     for case in cases.take(10) {
         let program = Program::lower(&case.scene).expect("a program");
-        let field = GpuField::new(gpu.clone(), &program, false).expect("a field");
+        let field = GpuProgram::new(gpu.clone(), &program, false).expect("a field");
         let layout = layout_of(&program, &case.scene, 56, 4);
         let (volume, _) = GpuVolume::bricks(&field, &program, layout, None)
             .wait()
@@ -179,7 +179,7 @@ fn gpu_bricks_are_conservative_too() {
 }
 
 /// Groups in groups, each with a ball beside it.
-fn deep(levels: u32) -> Case {
+fn deep(levels: u32) -> SceneCase {
     let mut numbers = Numbers::new(57);
     let mut scene = Scene::new();
     let mut group = Scene::ROOT;
@@ -194,7 +194,7 @@ fn deep(levels: u32) -> Case {
     scene
         .push_into(group, Brush::new(Shape::sphere(0.2)))
         .expect("a valid brush");
-    Case {
+    SceneCase {
         name: format!("{levels} levels"),
         scene,
     }
@@ -203,7 +203,7 @@ fn deep(levels: u32) -> Case {
 /// Exact: samples are the whole program's at the voxels' corners; neighbours have the same on their common side.
 #[test]
 fn samples_are_the_fields() {
-    let long = Case {
+    let long = SceneCase {
         name: "twenty thousand brushes".into(),
         scene: random_scene(20_000, 3),
     };
@@ -214,23 +214,23 @@ fn samples_are_the_fields() {
         let bricks = bake(&program, layout);
         let stored = stored_integers(bricks.pool());
         let (side, range) = (
-            layout.brick + 1,
-            layout.encoding.range_length(&layout.lattice, 0),
+            layout.brick_size_voxels + 1,
+            layout.encoding.band_width(&layout.voxel_grid, 0),
         );
-        let quanta = layout.encoding.bits.quanta() as f32;
+        let quanta = layout.encoding.format.max_code() as f32;
         for cell in cells(&layout).step_by(3) {
-            let Word::Brick(brick) = bricks.cell(cell) else {
+            let Cell::Brick(brick) = bricks.cell(cell) else {
                 continue;
             };
-            let stride = if program.instrs().len() > 1000 {
+            let stride = if program.instructions().len() > 1000 {
                 311
             } else {
                 17
             };
             for at in (0..layout.brick_samples()).step_by(stride) {
                 let place = UVec3::new(at % side, at / side % side, at / side / side);
-                let whole = (cell * layout.brick as i32).as_vec3() + place.as_vec3();
-                let p = layout.lattice.corner + layout.lattice.voxel * whole;
+                let whole = (cell * layout.brick_size_voxels as i32).as_vec3() + place.as_vec3();
+                let p = layout.voxel_grid.corner + layout.voxel_grid.voxel_size * whole;
                 let d = program.distance(p);
                 let expected = (d * (quanta / range)).clamp(-quanta, quanta) + 0.5;
                 let found = stored[(brick * layout.brick_samples() + at) as usize];
@@ -251,11 +251,11 @@ fn compare(cpu: &Bricks, found: &Bricks) -> (usize, usize, usize) {
     let (mut differing, mut apart, mut texels) = (0, 0, 0);
     let (a, b) = (stored_integers(cpu.pool()), stored_integers(found.pool()));
     let samples = layout.brick_samples();
-    let range = layout.encoding.range_length(&layout.lattice, 0);
-    let step = layout.encoding.bits.quanta() as f32 / range;
+    let range = layout.encoding.band_width(&layout.voxel_grid, 0);
+    let step = layout.encoding.format.max_code() as f32 / range;
     for cell in cells(layout) {
         match (cpu.cell(cell), found.cell(cell)) {
-            (Word::Brick(own), Word::Brick(other)) => {
+            (Cell::Brick(own), Cell::Brick(other)) => {
                 let own = &a[(own * samples) as usize..][..samples as usize];
                 let other = &b[(other * samples) as usize..][..samples as usize];
                 for (own, other) in own.iter().zip(other) {
@@ -265,7 +265,7 @@ fn compare(cpu: &Bricks, found: &Bricks) -> (usize, usize, usize) {
                     texels += 1;
                 }
             }
-            (Word::Empty { center: own, .. }, Word::Empty { center: other, .. }) => {
+            (Cell::Empty { center: own, .. }, Cell::Empty { center: other, .. }) => {
                 // The CPU knows less of cells that are far.
                 let is_same = own.abs() <= other.abs() + 1e-4 && (own < 0.0) == (other < 0.0);
                 let is_zero = own == 0.0 || other == 0.0;
@@ -297,7 +297,7 @@ fn gpu_bricks_are_the_cpus() {
     let gpu = shared.gpu().clone();
     let mut cases = shipped();
     cases.extend((2..6).map(|seed| random_blends(seed, 20)));
-    cases.push(Case {
+    cases.push(SceneCase {
         name: "nothing".into(),
         scene: Scene::new(),
     });
@@ -305,7 +305,7 @@ fn gpu_bricks_are_the_cpus() {
         let program = Program::lower(&case.scene).expect("a program");
         let own;
         let field = if i % 6 == 0 {
-            own = GpuField::new(gpu.clone(), &program, false).expect("a field");
+            own = GpuProgram::new(gpu.clone(), &program, false).expect("a field");
             &own
         } else {
             shared.update(&program).expect("a field");
@@ -348,7 +348,7 @@ fn gpu_bricks_are_the_cpus() {
         assert!(unlike <= alike / 200, "{}: {unlike} of {alike}", case.name);
         // Negative control: a volume moved by a tenth of a voxel.
         let mut moved = layout;
-        moved.lattice.corner += 0.1 * layout.lattice.voxel;
+        moved.voxel_grid.corner += 0.1 * layout.voxel_grid.voxel_size;
         if texels > 0 {
             assert!(
                 stored_integers(bake(&program, moved).pool()) != stored_integers(cpu.pool()),
@@ -372,7 +372,7 @@ fn the_gpu_prunes_as_the_cpu() {
     let gpu = field.gpu().clone();
     for case in all_cases() {
         let program = Program::lower(&case.scene).expect("a program");
-        if program.instrs().len() < 2 {
+        if program.instructions().len() < 2 {
             continue;
         }
         field.update(&program).expect("a field");
@@ -404,7 +404,7 @@ fn a_budget_is_kept() {
     let enough = needed * 3 / 2;
     assert!(Bricks::bake(&program, layout, Some(enough)).is_ok());
 
-    let field = GpuField::new(gpu(), &program, false).expect("a field");
+    let field = GpuProgram::new(gpu(), &program, false).expect("a field");
     let refused = GpuVolume::bricks(&field, &program, layout, Some(needed / 2)).wait();
     assert!(matches!(refused, Err(argil_gpu::GpuError::Budget { .. })));
     assert!(
@@ -435,7 +435,7 @@ fn a_budget_counts_materials() {
     assert!(Bricks::bake(&program, layout, Some(budget)).is_err());
 
     // What the GPU keeps is within whatever it may take, and not much more than what the CPU keeps.
-    let field = GpuField::new(gpu(), &program, false).expect("a field");
+    let field = GpuProgram::new(gpu(), &program, false).expect("a field");
     let mut kept = 0;
     for share in [11, 12, 14, 20, 40] {
         let budget = bricks.memory_bytes() * share / 10;
@@ -463,12 +463,12 @@ fn a_pool_grows_to_what_is_needed() {
         "{}",
         bricks.len()
     );
-    let field = GpuField::new(gpu(), &program, false).expect("a field");
+    let field = GpuProgram::new(gpu(), &program, false).expect("a field");
     let (volume, _) = GpuVolume::bricks(&field, &program, layout, None)
         .wait()
         .expect("a volume");
     let info = volume.info(field.gpu()).wait().expect("an answer");
-    let count = info.sparse.expect("bricks").bricks;
+    let count = info.bricks.expect("bricks").bricks;
     assert!(count.abs_diff(bricks.len() as u64) <= bricks.len() as u64 / 100);
 }
 
@@ -477,16 +477,16 @@ fn a_pool_grows_to_what_is_needed() {
 fn no_resolution_is_rounded() {
     let solid = Aabb::new(Vec3::splat(-0.5), Vec3::new(0.5, 0.2, 0.1));
     for resolution in [8, 37, 300, 1000] {
-        let lattice = argil_volume::Lattice::holding(solid, None, resolution).expect("a lattice");
+        let lattice = argil_volume::VoxelGrid::fitting(solid, None, resolution).expect("a lattice");
         let layout = BrickLayout::new(lattice, &BrickSettings::default()).expect("a layout");
-        assert_eq!(layout.lattice.size.max_element(), resolution);
-        let reach = layout.grid() * layout.brick;
+        assert_eq!(layout.voxel_grid.size.max_element(), resolution);
+        let reach = layout.grid() * layout.brick_size_voxels;
         assert!(reach.cmpge(lattice.size).all() && (reach - lattice.size).max_element() < 8);
     }
 }
 
 /// The greatest difference of two materials' words.
-fn material_gap(a: &MaterialWords, b: &MaterialWords) -> f32 {
+fn material_gap(a: &GpuMaterial, b: &GpuMaterial) -> f32 {
     let own = a.base_roughness.iter().chain(&a.emission_metallic);
     let other = b.base_roughness.iter().chain(&b.emission_metallic);
     own.zip(other)
@@ -510,13 +510,13 @@ fn colours_and_blends_survive_baking() {
         let mut turned = palette.to_vec();
         turned.rotate_left(1);
         let (mut near, mut off, mut total, mut off_turned) = (0, 0, 0.0, 0);
-        for cell in cells(&layout).filter(|&c| matches!(bricks.cell(c), Word::Brick(_))) {
+        for cell in cells(&layout).filter(|&c| matches!(bricks.cell(c), Cell::Brick(_))) {
             for _ in 0..40 {
                 let held = layout.cell_box(cell);
                 let p = held.min + held.size() * (numbers.point(0.5) + 0.5);
-                let (mut d, mut exact) = ([0.0], [MaterialWords::default()]);
+                let (mut d, mut exact) = ([0.0], [GpuMaterial::default()]);
                 evaluator.materials(&[p.x], &[p.y], &[p.z], &mut d, &mut exact);
-                if d[0].abs() > 0.3 * layout.lattice.voxel {
+                if d[0].abs() > 0.3 * layout.voxel_grid.voxel_size {
                     continue;
                 }
                 let outwards = program.gradient(p).1.normalize_or_zero();

@@ -3,19 +3,21 @@
 //!
 //! *Length.* A test for each pass of dense volumes and octrees, with the scenes and bounds that they share.
 
-use argil_abi::{Frame, HIT_INSIDE, HIT_NONE, HIT_OUTSIDE, Hit};
+use argil_abi::{FrameUniform, HIT_INSIDE, HIT_NONE, HIT_OUTSIDE, Hit};
 use argil_conformance::{
-    Case, Numbers, Wait, all_cases, gpu, lattice, primary_ray, random_blends, shipped,
+    Numbers, SceneCase, Wait, all_cases, gpu, lattice, primary_ray, random_blends, shipped,
     stored_integers,
 };
 use argil_field::Program;
-use argil_gpu::{DenseFill, Gpu, GpuField, GpuVolume, Order};
-use argil_march::{Camera, Descent, Settings, Show, frames, render_with_hits};
+use argil_gpu::{BrickOrdering, DenseFill, Gpu, GpuProgram, GpuVolume};
 use argil_math::Aabb;
+use argil_render::{
+    Camera, LookupStart, RenderMode, RenderSettings, frame_uniforms, render_with_hits,
+};
 use argil_scene::{Brush, Scene, Shape};
 use argil_volume::{
-    Bits, BrickLayout, BrickSettings, Bricks, Dense, Encoding, Keep, Layout, Octree,
-    OctreeSettings, Range, Texels, Volume, is_brick,
+    Band, BrickLayout, BrickSettings, BrickTest, Bricks, Dense, Encoding, Octree, OctreeLayout,
+    OctreeSettings, SampleFormat, Texels, Volume, is_brick,
 };
 use glam::Vec3;
 use std::sync::Arc;
@@ -48,7 +50,7 @@ fn octree_of(volume: Volume) -> Octree {
 /// itself rounds (`sin` and `cos`, long sums) by more than a step.
 fn steps_of(d: f32, encoding: &Encoding, range: f32) -> i32 {
     let field = 2e-5 * (1.0 + d.abs());
-    1 + (field / range * encoding.bits.quanta() as f32) as i32
+    1 + (field / range * encoding.format.max_code() as f32) as i32
 }
 
 /// Bounded.
@@ -57,14 +59,14 @@ fn gpu_dense_volumes_are_the_cpus() {
     let gpu = gpu();
     let eight = Encoding::default();
     let sixteen = Encoding {
-        bits: Bits::Sixteen,
-        range: Range::Stride(8),
+        format: SampleFormat::Snorm16,
+        band: Band::Stride(8),
     };
     let mut cases = shipped();
     cases.push(random_blends(1, 25));
     for (i, case) in cases.iter().enumerate() {
         let program = Program::lower(&case.scene).expect("a program");
-        let field = GpuField::new(gpu.clone(), &program, false).expect("a field");
+        let field = GpuProgram::new(gpu.clone(), &program, false).expect("a field");
         for (encoding, mips, way) in [
             (eight, true, DenseFill::Tiled),
             (sixteen, true, DenseFill::Tiled),
@@ -89,7 +91,7 @@ fn gpu_dense_volumes_are_the_cpus() {
             let found = dense_of(volume.read(&gpu).wait().expect("a volume"));
             assert_eq!(cpu.levels().len(), found.levels().len());
             for (level, (a, b)) in cpu.levels().iter().zip(found.levels()).enumerate() {
-                let range = encoding.range_length(&lattice, level as u32);
+                let range = encoding.band_width(&lattice, level as u32);
                 let allowed = steps_of(range, &encoding, range);
                 let (count, most) = gap(a, b);
                 assert!(
@@ -100,7 +102,7 @@ fn gpu_dense_volumes_are_the_cpus() {
             }
             // Negative control: a lattice moved by a twentieth of a voxel is told apart.
             let mut moved = lattice;
-            moved.corner += 0.05 * lattice.voxel;
+            moved.corner += 0.05 * lattice.voxel_size;
             let moved = Dense::bake(&program, moved, encoding, mips);
             let (count, _) = gap(&cpu.levels()[0], &moved.levels()[0]);
             assert!(
@@ -122,10 +124,10 @@ fn pruned_bakes_are_whole_bakes() {
         let program = Program::lower(&case.scene).expect("a program");
         let lattice = lattice(&case.scene, &program, 30 + i as u32 % 40);
         let encoding = Encoding {
-            bits: if i % 2 == 0 {
-                Bits::Eight
+            format: if i % 2 == 0 {
+                SampleFormat::Snorm8
             } else {
-                Bits::Sixteen
+                SampleFormat::Snorm16
             },
             ..Encoding::default()
         };
@@ -138,18 +140,18 @@ fn pruned_bakes_are_whole_bakes() {
 fn sixteen_bits(settings: OctreeSettings) -> OctreeSettings {
     OctreeSettings {
         encoding: Encoding {
-            bits: Bits::Sixteen,
+            format: SampleFormat::Snorm16,
             ..settings.encoding
         },
         ..settings
     }
 }
 
-fn settings(brick: u32, depth: Option<u32>, keep: Keep) -> OctreeSettings {
+fn settings(brick: u32, depth: Option<u32>, keep: BrickTest) -> OctreeSettings {
     OctreeSettings {
-        brick,
+        brick_size_voxels: brick,
         depth,
-        keep,
+        brick_test: keep,
         ..OctreeSettings::default()
     }
 }
@@ -160,47 +162,47 @@ fn gpu_octrees_are_the_cpus() {
     let gpu = gpu();
     let mut cases = shipped();
     cases.extend((2..6).map(|seed| random_blends(seed, 20)));
-    cases.push(Case {
+    cases.push(SceneCase {
         name: "nothing".into(),
         scene: Scene::new(),
     });
-    let counted = settings(8, None, Keep::Conservative);
-    let enumerated = settings(16, None, Keep::Conservative);
+    let counted = settings(8, None, BrickTest::Conservative);
+    let enumerated = settings(16, None, BrickTest::Conservative);
     let shapes = [
-        (50, counted, Order::Counted),
-        (53, sixteen_bits(enumerated), Order::Enumerated),
+        (50, counted, BrickOrdering::PrefixSum),
+        (53, sixteen_bits(enumerated), BrickOrdering::EnumerationSort),
         (
             40,
-            settings(8, Some(4), Keep::CenterInRange),
-            Order::Enumerated,
+            settings(8, Some(4), BrickTest::CenterInRange),
+            BrickOrdering::EnumerationSort,
         ),
         (
             72,
-            settings(32, Some(3), Keep::CenterInRange),
-            Order::Counted,
+            settings(32, Some(3), BrickTest::CenterInRange),
+            BrickOrdering::PrefixSum,
         ),
     ];
     for (i, case) in cases.iter().enumerate() {
         let program = Program::lower(&case.scene).expect("a program");
-        let field = GpuField::new(gpu.clone(), &program, false).expect("a field");
+        let field = GpuProgram::new(gpu.clone(), &program, false).expect("a field");
         // Two of the shapes each, so that every scene and every shape has its turn.
         for (resolution, settings, order) in [shapes[i % 4], shapes[(i + 1) % 4]] {
             let lattice = lattice(&case.scene, &program, resolution);
-            let layout = Layout::new(lattice, &settings).expect("a layout");
-            let (cpu, _) = Octree::bake(&program, layout, settings.keep);
+            let layout = OctreeLayout::new(lattice, &settings).expect("a layout");
+            let (cpu, _) = Octree::bake(&program, layout, settings.brick_test);
             let (volume, stages) =
-                GpuVolume::octree(&field, &program, layout, settings.keep, order)
+                GpuVolume::octree(&field, &program, layout, settings.brick_test, order)
                     .wait()
                     .expect("an octree");
             assert_eq!(stages.len(), 5);
             let info = volume.info(&gpu).wait().expect("a tree");
-            let size = info.tree.map(|tree| (tree.bricks, tree.nodes));
+            let size = info.octree.map(|tree| (tree.bricks, tree.nodes));
             let found = octree_of(volume.read(&gpu).wait().expect("an octree"));
             assert_eq!(cpu.tree().codes(), found.tree().codes(), "{}", case.name);
             assert_eq!(cpu.tree(), found.tree(), "{}", case.name);
             let own = (found.tree().codes().len(), found.tree().nodes().len());
             assert_eq!(size, Some((own.0 as u64, own.1 as u64)));
-            let range = layout.encoding.range_length(&lattice, 0);
+            let range = layout.encoding.band_width(&lattice, 0);
             let allowed = steps_of(range, &layout.encoding, range);
             let (count, most) = gap(cpu.texels(), found.texels());
             assert!(
@@ -212,7 +214,10 @@ fn gpu_octrees_are_the_cpus() {
                 // Negative control: one brick less is another tree.
                 let mut fewer = cpu.tree().codes().to_vec();
                 fewer.remove(fewer.len() / 2);
-                assert_ne!(&argil_volume::Tree::over(fewer, layout.depth), found.tree());
+                assert_ne!(
+                    &argil_volume::OctreeNodes::from_codes(fewer, layout.depth),
+                    found.tree()
+                );
             }
         }
     }
@@ -228,18 +233,20 @@ fn large_octrees_go_past_one_workgroup() {
         .expect("a valid brush");
     let program = Program::lower(&scene).expect("a program");
     let lattice = lattice(&scene, &program, 200);
-    let layout = Layout::new(lattice, &settings(8, None, Keep::Conservative)).expect("a layout");
-    let field = GpuField::new(gpu.clone(), &program, false).expect("a field");
-    let (cpu, _) = Octree::bake(&program, layout, Keep::Conservative);
+    let layout =
+        OctreeLayout::new(lattice, &settings(8, None, BrickTest::Conservative)).expect("a layout");
+    let field = GpuProgram::new(gpu.clone(), &program, false).expect("a field");
+    let (cpu, _) = Octree::bake(&program, layout, BrickTest::Conservative);
     assert!(
         cpu.tree().codes().len() > 2000,
         "{}",
         cpu.tree().codes().len()
     );
-    for order in [Order::Counted, Order::Enumerated] {
-        let (volume, _) = GpuVolume::octree(&field, &program, layout, Keep::Conservative, order)
-            .wait()
-            .expect("an octree");
+    for order in [BrickOrdering::PrefixSum, BrickOrdering::EnumerationSort] {
+        let (volume, _) =
+            GpuVolume::octree(&field, &program, layout, BrickTest::Conservative, order)
+                .wait()
+                .expect("an octree");
         let found = octree_of(volume.read(&gpu).wait().expect("an octree"));
         assert_eq!(cpu.tree(), found.tree());
     }
@@ -251,10 +258,10 @@ fn the_limits_that_every_device_has_are_enough() {
     let gpu = Arc::new(Gpu::open_portable().wait().expect("a device"));
     let case = random_blends(13, 20);
     let program = Program::lower(&case.scene).expect("a program");
-    let field = GpuField::new(gpu.clone(), &program, false).expect("a field");
+    let field = GpuProgram::new(gpu.clone(), &program, false).expect("a field");
     let lattice = lattice(&case.scene, &program, 70);
     let encoding = Encoding::default();
-    let range = encoding.range_length(&lattice, 0);
+    let range = encoding.band_width(&lattice, 0);
     let allowed = steps_of(range, &encoding, range);
     let cpu = Dense::bake(&program, lattice, encoding, true);
     let (volume, _) = GpuVolume::dense(&field, &program, lattice, encoding, true, DenseFill::Tiled)
@@ -264,12 +271,14 @@ fn the_limits_that_every_device_has_are_enough() {
     for (a, b) in cpu.levels().iter().zip(found.levels()) {
         assert!(gap(a, b).1 <= allowed);
     }
-    let layout = Layout::new(lattice, &settings(32, None, Keep::Conservative)).expect("a layout");
-    let (cpu, _) = Octree::bake(&program, layout, Keep::Conservative);
-    for order in [Order::Counted, Order::Enumerated] {
-        let (volume, _) = GpuVolume::octree(&field, &program, layout, Keep::Conservative, order)
-            .wait()
-            .expect("an octree");
+    let layout =
+        OctreeLayout::new(lattice, &settings(32, None, BrickTest::Conservative)).expect("a layout");
+    let (cpu, _) = Octree::bake(&program, layout, BrickTest::Conservative);
+    for order in [BrickOrdering::PrefixSum, BrickOrdering::EnumerationSort] {
+        let (volume, _) =
+            GpuVolume::octree(&field, &program, layout, BrickTest::Conservative, order)
+                .wait()
+                .expect("an octree");
         let found = octree_of(volume.read(&gpu).wait().expect("an octree"));
         assert_eq!(cpu.tree(), found.tree());
         assert!(gap(cpu.texels(), found.texels()).1 <= allowed);
@@ -277,7 +286,7 @@ fn the_limits_that_every_device_has_are_enough() {
             &program,
             &cpu.clone().into(),
             Vec3::new(1.6, 1.2, 2.2),
-            Show::Shaded,
+            RenderMode::Shaded,
         );
         let (picture, _) = volume
             .render(&field, &frames, true)
@@ -294,7 +303,7 @@ fn bricks_on_the_least_device_are_the_same_but_for_rounding() {
     let gpu = Arc::new(Gpu::open_portable().wait().expect("a device"));
     let case = random_blends(29, 20);
     let program = Program::lower(&case.scene).expect("a program");
-    let field = GpuField::new(gpu.clone(), &program, false).expect("a field");
+    let field = GpuProgram::new(gpu.clone(), &program, false).expect("a field");
     let lattice = lattice(&case.scene, &program, 70);
     let layout = BrickLayout::new(lattice, &BrickSettings::default()).expect("a layout");
     let (cpu, _) = Bricks::bake(&program, layout, None).expect("bricks");
@@ -332,7 +341,7 @@ fn bricks_on_the_least_device_are_the_same_but_for_rounding() {
         assert!(most <= 1.0, "{most}");
         assert!(most > 0.0, "half floats do not hold 16 bits");
     }
-    let frames = frame(&program, &cpu, Vec3::new(1.6, 1.2, 2.2), Show::Normal);
+    let frames = frame(&program, &cpu, Vec3::new(1.6, 1.2, 2.2), RenderMode::Normal);
     let [a, b] =
         [&built, &brought].map(|v| v.render(&field, &frames, true).wait().expect("a picture").0);
     assert!(a.hits.iter().filter(|h| h.kind != HIT_NONE).count() > 300);
@@ -358,9 +367,9 @@ fn no_level_overstates_the_distance() {
         let encoding = Encoding::default();
         let dense = Dense::bake(&program, lattice, encoding, true);
         let held = lattice.aabb();
-        let slack = program.bounds_slack(held);
-        let between = 0.5 * 3f32.sqrt() * lattice.voxel * program.lipschitz();
-        let step = encoding.range_length(&lattice, 0) / encoding.bits.quanta() as f32;
+        let slack = program.bound_error(held);
+        let between = 0.5 * 3f32.sqrt() * lattice.voxel_size * program.lipschitz();
+        let step = encoding.band_width(&lattice, 0) / encoding.format.max_code() as f32;
         for _ in 0..300 {
             let share = Vec3::new(numbers.unit(), numbers.unit(), numbers.unit());
             let p = held.min + held.size() * share;
@@ -389,19 +398,25 @@ fn no_level_overstates_the_distance() {
 
 const FOCUS: Aabb = Aabb::new(Vec3::splat(-1.0), Vec3::ONE);
 
-fn frame(program: &Program, volume: &Volume, eye: Vec3, show: Show) -> Vec<Frame> {
+fn frame(program: &Program, volume: &Volume, eye: Vec3, show: RenderMode) -> Vec<FrameUniform> {
     let camera = Camera {
         eye,
         target: Vec3::new(0.02, 0.01, 0.0),
         field_of_view_degrees: 45.0,
     };
-    let settings = Settings {
+    let settings = RenderSettings {
         size: [96, 72],
-        show,
+        mode: show,
         max_steps: 4096,
-        ..Settings::default()
+        ..RenderSettings::default()
     };
-    frames(&settings, &camera, program, Some(volume.lattice()), FOCUS)
+    frame_uniforms(
+        &settings,
+        &camera,
+        program,
+        Some(volume.voxel_grid()),
+        FOCUS,
+    )
 }
 
 /// Hits of another kind or mark, or with counts that are far apart, and the greatest gaps of length and normal of others.
@@ -438,49 +453,55 @@ fn rays_through_volumes_are_the_same_on_both_devices() {
     let gpu = gpu();
     let case = random_blends(11, 18);
     let program = Program::lower(&case.scene).expect("a program");
-    let field = GpuField::new(gpu.clone(), &program, false).expect("a field");
+    let field = GpuProgram::new(gpu.clone(), &program, false).expect("a field");
     let lattice = lattice(&case.scene, &program, 96);
     let sixteen = Encoding {
-        bits: Bits::Sixteen,
+        format: SampleFormat::Snorm16,
         ..Encoding::default()
     };
-    let layout =
-        |brick| Layout::new(lattice, &settings(brick, None, Keep::Conservative)).expect("a layout");
+    let layout = |brick| {
+        OctreeLayout::new(lattice, &settings(brick, None, BrickTest::Conservative))
+            .expect("a layout")
+    };
     let bricks = |brick, bits| {
         let settings = BrickSettings {
-            brick,
+            brick_size_voxels: brick,
             encoding: Encoding {
-                bits,
+                format: bits,
                 ..Encoding::default()
             },
         };
         let layout = BrickLayout::new(lattice, &settings).expect("a layout");
         Bricks::bake(&program, layout, None).expect("bricks").0
     };
-    let octree = |brick| Octree::bake(&program, layout(brick), Keep::Conservative).0;
-    let volumes: [(&str, Volume, Descent); 7] = [
+    let octree = |brick| Octree::bake(&program, layout(brick), BrickTest::Conservative).0;
+    let volumes: [(&str, Volume, LookupStart); 7] = [
         (
             "dense",
             Dense::bake(&program, lattice, Encoding::default(), false).into(),
-            Descent::Root,
+            LookupStart::Root,
         ),
         (
             "mips",
             Dense::bake(&program, lattice, Encoding::default(), true).into(),
-            Descent::Root,
+            LookupStart::Root,
         ),
         (
             "16 bits",
             Dense::bake(&program, lattice, sixteen, true).into(),
-            Descent::Root,
+            LookupStart::Root,
         ),
-        ("octree", octree(8).into(), Descent::Root),
-        ("octree by path", octree(16).into(), Descent::Path),
-        ("bricks", bricks(8, Bits::Sixteen).into(), Descent::Root),
+        ("octree", octree(8).into(), LookupStart::Root),
+        ("octree by path", octree(16).into(), LookupStart::Path),
+        (
+            "bricks",
+            bricks(8, SampleFormat::Snorm16).into(),
+            LookupStart::Root,
+        ),
         (
             "small bricks of 8 bits",
-            bricks(4, Bits::Eight).into(),
-            Descent::Root,
+            bricks(4, SampleFormat::Snorm8).into(),
+            LookupStart::Root,
         ),
     ];
     for (name, volume, descent) in &volumes {
@@ -490,20 +511,20 @@ fn rays_through_volumes_are_the_same_on_both_devices() {
             "{name}"
         );
         let mut views = vec![
-            (Vec3::new(1.6, 1.2, 2.2), Show::Normal),
-            (Vec3::new(-2.2, 0.3, 1.0), Show::Shaded),
-            (Vec3::new(0.05, -0.1, 0.02), Show::Heat),
+            (Vec3::new(1.6, 1.2, 2.2), RenderMode::Normal),
+            (Vec3::new(-2.2, 0.3, 1.0), RenderMode::Shaded),
+            (Vec3::new(0.05, -0.1, 0.02), RenderMode::Heat),
         ];
         if matches!(volume, Volume::Bricks(_)) {
-            views.push((Vec3::new(1.5, 0.9, 1.5), Show::Bricks));
+            views.push((Vec3::new(1.5, 0.9, 1.5), RenderMode::Bricks));
         }
         if matches!(volume, Volume::Octree(_)) {
-            views.push((Vec3::new(1.5, 0.9, 1.5), Show::Bricks));
-            views.push((Vec3::new(1.5, 0.9, -1.5), Show::Nodes));
+            views.push((Vec3::new(1.5, 0.9, 1.5), RenderMode::Bricks));
+            views.push((Vec3::new(1.5, 0.9, -1.5), RenderMode::Nodes));
         }
         for (eye, show) in views {
             let mut frames = frame(&program, volume, eye, show);
-            frames[0].descent = u32::from(*descent == Descent::Path);
+            frames[0].descent = u32::from(*descent == LookupStart::Path);
             let cpu = render_with_hits(&program, volume, &frames);
             let (found, _) = on_gpu
                 .render(&field, &frames, true)
@@ -515,7 +536,7 @@ fn rays_through_volumes_are_the_same_on_both_devices() {
                 "{name}, {show:?}: {other} hits are of another kind"
             );
             assert!(
-                length < 0.1 * lattice.voxel && normal < 0.1,
+                length < 0.1 * lattice.voxel_size && normal < 0.1,
                 "{name}, {show:?}: lengths {length}, normals {normal} apart"
             );
             let differing = cpu.rgb.iter().zip(&found.rgb);
@@ -528,11 +549,11 @@ fn rays_through_volumes_are_the_same_on_both_devices() {
             assert!(hit > 300, "{name}, {show:?}: {hit}");
 
             // Negative control: a camera moved by a quarter of a voxel.
-            let moved = eye + Vec3::splat(0.25 * lattice.voxel);
+            let moved = eye + Vec3::splat(0.25 * lattice.voxel_size);
             let moved = render_with_hits(&program, volume, &frame(&program, volume, moved, show));
             let (other, length, _) = hit_gap(&cpu.hits, &moved.hits);
             assert!(
-                other > cpu.hits.len() / 100 || length >= 0.1 * lattice.voxel,
+                other > cpu.hits.len() / 100 || length >= 0.1 * lattice.voxel_size,
                 "{name}, {show:?}"
             );
         }
@@ -545,18 +566,19 @@ fn a_remembered_path_saves_descents_and_nothing_else() {
     let case = random_blends(12, 18);
     let program = Program::lower(&case.scene).expect("a program");
     let lattice = lattice(&case.scene, &program, 128);
-    let layout = Layout::new(lattice, &settings(8, None, Keep::Conservative)).expect("a layout");
-    let (octree, _) = Octree::bake(&program, layout, Keep::Conservative);
+    let layout =
+        OctreeLayout::new(lattice, &settings(8, None, BrickTest::Conservative)).expect("a layout");
+    let (octree, _) = Octree::bake(&program, layout, BrickTest::Conservative);
     let frames = frame(
         &program,
         &octree.clone().into(),
         Vec3::new(1.6, 1.2, 2.2),
-        Show::Normal,
+        RenderMode::Normal,
     );
     let root = render_with_hits(&program, &octree, &frames);
-    let by_path: Vec<Frame> = frames
+    let by_path: Vec<FrameUniform> = frames
         .iter()
-        .map(|frame| Frame {
+        .map(|frame| FrameUniform {
             descent: argil_abi::DESCENT_PATH,
             ..*frame
         })
@@ -577,24 +599,29 @@ fn a_remembered_path_saves_descents_and_nothing_else() {
 #[test]
 fn rays_meet_the_eight_middle_bricks_where_they_are() {
     let mut scene = Scene::new();
-    scene.view.frame = Some([[-1.0; 3], [1.0; 3]]);
+    scene.view.bounds = Some([[-1.0; 3], [1.0; 3]]);
     scene
         .push(Brush::new(Shape::sphere(0.05)))
         .expect("a valid brush");
     let program = Program::lower(&scene).expect("a program");
     let lattice = lattice(&scene, &program, 256);
     // The study's test keeps a brick whose centre is within the range, here 0.25.
-    let mut settings = settings(32, None, Keep::CenterInRange);
-    settings.encoding.range = Range::Voxels(0.25 * 128.0);
-    let layout = Layout::new(lattice, &settings).expect("a layout");
-    let (octree, _) = Octree::bake(&program, layout, settings.keep);
+    let mut settings = settings(32, None, BrickTest::CenterInRange);
+    settings.encoding.band = Band::Voxels(0.25 * 128.0);
+    let layout = OctreeLayout::new(lattice, &settings).expect("a layout");
+    let (octree, _) = Octree::bake(&program, layout, settings.brick_test);
     assert_eq!(octree.tree().codes().len(), 8);
     assert_eq!(octree.tree().nodes().len(), 8 + 8 + 1);
     let volume: Volume = octree.clone().into();
-    let frames = frame(&program, &volume, Vec3::new(2.0, 1.4, 2.3), Show::Bricks);
+    let frames = frame(
+        &program,
+        &volume,
+        Vec3::new(2.0, 1.4, 2.3),
+        RenderMode::Bricks,
+    );
     let hits = render_with_hits(&program, &octree, &frames).hits;
     let middle = Aabb::centered(Vec3::splat(0.25));
-    let field = GpuField::new(gpu(), &program, false).expect("a field");
+    let field = GpuProgram::new(gpu(), &program, false).expect("a field");
     let on_gpu = GpuVolume::upload(&field, &volume).wait().expect("a volume");
     let (found, _) = on_gpu
         .render(&field, &frames, true)
@@ -621,12 +648,12 @@ fn rays_meet_the_eight_middle_bricks_where_they_are() {
 #[test]
 fn rays_that_start_inside_and_solids_that_are_cut() {
     let mut scene = Scene::new();
-    scene.view.frame = Some([[-1.0; 3], [1.0; 3]]);
+    scene.view.bounds = Some([[-1.0; 3], [1.0; 3]]);
     scene
         .push(Brush::new(Shape::sphere(0.7)))
         .expect("a valid brush");
     let mut floor = Scene::new();
-    floor.view.frame = Some([[-1.0; 3], [1.0; 3]]);
+    floor.view.bounds = Some([[-1.0; 3], [1.0; 3]]);
     floor
         .push(Brush::new(Shape::Plane {
             normal: [0.0, 1.0, 0.0],
@@ -640,14 +667,14 @@ fn rays_that_start_inside_and_solids_that_are_cut() {
     ] {
         let program = Program::lower(scene).expect("a program");
         let lattice = lattice(scene, &program, 64);
-        let layout =
-            Layout::new(lattice, &settings(8, None, Keep::Conservative)).expect("a layout");
-        let field = GpuField::new(gpu.clone(), &program, false).expect("a field");
+        let layout = OctreeLayout::new(lattice, &settings(8, None, BrickTest::Conservative))
+            .expect("a layout");
+        let field = GpuProgram::new(gpu.clone(), &program, false).expect("a field");
         let dense = Dense::bake(&program, lattice, Encoding::default(), true);
-        let octree = Octree::bake(&program, layout, Keep::Conservative).0;
+        let octree = Octree::bake(&program, layout, BrickTest::Conservative).0;
         let mut shown: Vec<Vec<Hit>> = Vec::new();
         for volume in [Volume::Dense(dense), Volume::Octree(octree)] {
-            let frames = frame(&program, &volume, eye, Show::Normal);
+            let frames = frame(&program, &volume, eye, RenderMode::Normal);
             let on_gpu = GpuVolume::upload(&field, &volume).wait().expect("a volume");
             let (found, _) = on_gpu
                 .render(&field, &frames, true)
@@ -677,7 +704,7 @@ fn rays_that_start_inside_and_solids_that_are_cut() {
         for hits in &shown[1..] {
             let other = hits.iter().zip(&shown[0]);
             let other = other.filter(|(a, b)| {
-                a.kind != b.kind || (a.normal_t[3] - b.normal_t[3]).abs() > lattice.voxel
+                a.kind != b.kind || (a.normal_t[3] - b.normal_t[3]).abs() > lattice.voxel_size
             });
             assert!(other.count() <= 4);
         }

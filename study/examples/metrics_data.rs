@@ -2,7 +2,9 @@
 //! distances, as little-endian 32-bit numbers. `cargo run --release -p argil-study --example metrics_data FOLDER`
 
 use anyhow::Context;
-use argil::{BricksOptions, Engine, MeshViaOptions, Scene, Settings, Show, Via};
+use argil::{
+    BricksOptions, Engine, MeshRenderOptions, RenderMode, RenderSettings, Representation, Scene,
+};
 use std::path::Path;
 
 fn main() -> anyhow::Result<()> {
@@ -13,27 +15,30 @@ fn main() -> anyhow::Result<()> {
     };
     let scene = Scene::from_json(include_str!("../../scenes/teapot.json"), "teapot.json")?;
     let field = Engine::cpu().build(&scene)?.field();
-    let via = |via: Via| field.engine().build(&scene)?.via(via);
+    let via = |via: Representation| field.engine().build(&scene)?.with_representation(via);
 
-    let triangles = via(Via::Mesh(MeshViaOptions {
+    let triangles = via(Representation::Mesh(MeshRenderOptions {
         resolution: 32,
-        ..MeshViaOptions::default()
+        ..MeshRenderOptions::default()
     }))?;
     let camera = field.camera();
     for (name, world) in [("exact-lengths", &field), ("mesh-lengths", &triangles)] {
-        let settings = Settings {
+        let settings = RenderSettings {
             samples: 1,
             ground: false,
-            ..world.settings([60, 40], Show::Depth)
+            ..world.settings([60, 40], RenderMode::Depth)
         };
-        write(&format!("{name}.f32"), &world.lengths(&camera, &settings)?)?;
+        write(
+            &format!("{name}.f32"),
+            &world.ray_distances(&camera, &settings)?,
+        )?;
     }
 
-    let bricks = via(Via::Bricks(BricksOptions {
+    let bricks = via(Representation::Bricks(BricksOptions {
         resolution: 32,
         ..BricksOptions::default()
     }))?;
-    let focus = field.focus();
+    let focus = field.view_bounds();
     let at = |i: u32, k: u32| (0.5 + i as f32 / [1.2207f32, 1.4903, 1.8192][k as usize]).fract();
     let points: Vec<[f32; 3]> = (0..2000)
         .map(|i| focus.min + focus.size() * argil::glam::Vec3::from([0, 1, 2].map(|k| at(i, k))))

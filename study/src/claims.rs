@@ -5,7 +5,7 @@ mod verdict;
 
 use crate::claims::judged::{
     NOT_MEASURED, biases_matter, both_at_once, is_coarse_faces, is_dense8, is_fine_faces,
-    is_plain_bricks, less_is_faster, nothing, of, ratios, same_place, told, tree_is_constant,
+    is_plain_bricks, judge, less_is_faster, nothing, of, ratios, same_place, tree_is_constant,
 };
 use crate::record::{Record, quantile};
 pub use verdict::{Claim, Verdict};
@@ -30,7 +30,7 @@ pub const ALL: &[Claim] = &[
                 |r| r.via == "octree",
                 |r| r.via == "dense",
             );
-            told(
+            judge(
                 &ratios,
                 |r| r > 1.0,
                 "of a frame through a dense volume without mips, one through the octree takes",
@@ -49,7 +49,7 @@ pub const ALL: &[Claim] = &[
                 |r| r.via == "octree",
                 |r| r.via == "dense",
             );
-            let (verdict, why) = told(
+            let (verdict, why) = judge(
                 &octree,
                 |r| r < 1.0,
                 "of a dense volume's bytes, the study's octree, whose bricks lie where a dense volume has them, holds",
@@ -57,7 +57,7 @@ pub const ALL: &[Claim] = &[
             let bricks = ratios(all, "memory", "memory_bytes", is_plain_bricks, |r| {
                 r.via == "dense"
             });
-            let (_, own) = told(
+            let (_, own) = judge(
                 &bricks,
                 |r| r < 1.0,
                 "sparse bricks, with twice the bits and materials, hold",
@@ -77,7 +77,7 @@ pub const ALL: &[Claim] = &[
                 |r| r.via == "octree",
                 |r| r.via == "dense",
             );
-            let (verdict, why) = told(
+            let (verdict, why) = judge(
                 &ratios,
                 |r| r < 1.0,
                 "of the samples through a dense volume, a ray through the octree takes",
@@ -89,7 +89,7 @@ pub const ALL: &[Claim] = &[
                 |r| r.via == "octree",
                 |r| r.via == "dense",
             );
-            let (_, steps) = told(&all_steps, |r| r < 1.0, "with nodes and cells counted");
+            let (_, steps) = judge(&all_steps, |r| r < 1.0, "with nodes and cells counted");
             (verdict, format!("{why}; {steps}"))
         },
     },
@@ -99,7 +99,7 @@ pub const ALL: &[Claim] = &[
         reason: "At low resolutions flat triangles and filtered distances err in different places.",
         judge: |all| {
             let ratios = ratios(all, "fidelity", "flip_mean", is_dense8, is_fine_faces);
-            told(
+            judge(
                 &ratios,
                 |r| r < 2.0,
                 "comparable is less than twice the FLIP error of triangles of the same resolution with their own normals, of which a dense volume of 8 bits has",
@@ -128,7 +128,7 @@ pub const ALL: &[Claim] = &[
                     pairs.push((octree.machine.device.clone(), a / b));
                 }
             }
-            told(
+            judge(
                 &pairs,
                 |r| r > 1.0,
                 "of the milliseconds between the fastest frame and the slowest through a dense volume, through the octree they are",
@@ -175,7 +175,7 @@ pub const ALL: &[Claim] = &[
                 |r| r.via == "dense, mips",
                 |r| r.via == "dense",
             );
-            told(
+            judge(
                 &ratios,
                 |r| r <= 0.6,
                 "of a ray's steps without mips, with them it takes",
@@ -194,7 +194,7 @@ pub const ALL: &[Claim] = &[
                 is_coarse_faces,
                 is_dense8,
             );
-            told(
+            judge(
                 &ratios,
                 |r| r > 1.0,
                 "of the dense volume's equal pixels, triangles at 100 voxels (48 in software) with their own normals have",
@@ -225,7 +225,7 @@ pub const ALL: &[Claim] = &[
                 |r| r.via == "bricks" && r.parameter("brick") == Some(8.0),
                 |r| r.via == "bricks" && r.parameter("brick") == Some(16.0),
             );
-            told(
+            judge(
                 &ratios,
                 |r| r < 1.1,
                 "of a frame through sparse bricks of 16³, one through 8³ takes",

@@ -1,31 +1,34 @@
 //! The command that does what a case does.
 
-use crate::case::{Case, Eye, Plan, Task};
+use crate::configuration::{Configuration, ConfigurationKind};
+use crate::experiment::{Plan, StudyCamera, StudyCase, Task};
 use crate::scenes::{is_shipped, scene};
-use crate::way::{Kind, Way};
-use argil::{Aabb, Engine, Lattice, Normals, Show};
+use argil::{Aabb, Engine, NormalSource, RenderMode, VoxelGrid};
 
 /// Where a camera is, as the command has it.
-fn placed(eye: Eye) -> &'static str {
+fn placed(eye: StudyCamera) -> &'static str {
     match eye {
-        Eye::Outside => "",
-        Eye::Inside => " --camera 25,10,0.3",
-        Eye::Grazing => " --camera 70,3,0.9",
+        StudyCamera::Outside => "",
+        StudyCamera::Inside => " --camera 25,10,0.3",
+        StudyCamera::Grazing => " --camera 70,3,0.9",
     }
 }
 
 /// The length of a voxel.
-fn voxel(name: &str, way: Way) -> Option<f32> {
+fn voxel(name: &str, way: Configuration) -> Option<f32> {
     let scene = scene(name).ok()?;
     let world = Engine::cpu().build(&scene).ok()?.field();
-    let frame = scene.view.frame.map(|[a, b]| Aabb::new(a.into(), b.into()));
-    let lattice = Lattice::holding(world.program().aabb(), frame, way.resolution);
-    Some(lattice.ok()?.voxel)
+    let frame = scene
+        .view
+        .bounds
+        .map(|[a, b]| Aabb::new(a.into(), b.into()));
+    let lattice = VoxelGrid::fitting(world.program().aabb(), frame, way.resolution);
+    Some(lattice.ok()?.voxel_size)
 }
 
 /// The command that shows what a case does; none of scenes that are no files.
-pub fn command(case: &Case, plan: &Plan) -> Option<String> {
-    if !is_shipped(&case.scene) || case.way.kind == Kind::MeshAsLarge {
+pub fn command(case: &StudyCase, plan: &Plan) -> Option<String> {
+    if !is_shipped(&case.scene) || case.way.kind == ConfigurationKind::MeshAsLarge {
         return None;
     }
     let flags = case.way.flags(plan.is_gpu);
@@ -33,7 +36,7 @@ pub fn command(case: &Case, plan: &Plan) -> Option<String> {
     let scene = format!("scenes/{}.json", case.scene);
     let [width, height] = plan.size();
     Some(match case.task {
-        Task::Build(_) | Task::Lost | Task::Stored(_) if !case.way.is_field() => {
+        Task::Build(_) | Task::CountLostBricks | Task::Stored(_) if !case.way.is_field() => {
             let flags = flags
                 .replace(" --descent root", "")
                 .replace(" --descent path", "");
@@ -56,12 +59,12 @@ pub fn command(case: &Case, plan: &Plan) -> Option<String> {
                 .and_then(|(_, value)| value.as_str())
                 .unwrap_or("shaded");
             let mut more = placed(look.eye).to_owned();
-            if look.show == Show::Heat {
+            if look.show == RenderMode::Heat {
                 more += " --max-steps 256";
             }
             match look.normals {
-                Normals::Voxel => more += " --normals voxel",
-                Normals::Field => more += " --normals field",
+                NormalSource::Voxel => more += " --normals voxel",
+                NormalSource::Field => more += " --normals field",
                 _ => {}
             }
             if let Some(voxels) = look.bias_voxels {

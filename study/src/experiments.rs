@@ -2,10 +2,12 @@
 //!
 //! *Length.* A function for each experiment, which lists its cases.
 
-use crate::case::{Case, Experiment, Eye, Look, Plan, Task};
+use crate::configuration::{
+    BRICKS, Configuration, ConfigurationKind, DENSE, MESH, MIPPED, STUDY_OCTREE,
+};
+use crate::experiment::{Experiment, Look, Plan, StudyCamera, StudyCase, Task};
 use crate::scenes::OF_THE_STUDY;
-use crate::way::{BRICKS, DENSE, Kind, MESH, MIPPED, STUDY_OCTREE, Way};
-use argil::{Bits, Normals, Show};
+use argil::{NormalSource, RenderMode, SampleFormat};
 
 /// In the order of the report.
 pub const ALL: &[Experiment] = &[
@@ -116,7 +118,7 @@ pub const ALL: &[Experiment] = &[
     },
 ];
 
-fn construction(plan: &Plan) -> Vec<Case> {
+fn construction(plan: &Plan) -> Vec<StudyCase> {
     let runs = plan.pick(1, 4, 8);
     let all_sides = &[1, 2, 3, 4, 5, 6, 7, 8][..];
     let sides = plan.pick(&[1, 3, 6][..], all_sides, all_sides);
@@ -132,22 +134,22 @@ fn construction(plan: &Plan) -> Vec<Case> {
         let stride = 512 / brick;
         let sorts = plan.is_gpu.then_some(true);
         for enumerated in [false].into_iter().chain(sorts) {
-            let kind = Kind::Octree {
+            let kind = ConfigurationKind::Octree {
                 brick,
                 center: true,
                 path: false,
                 enumerated,
             };
-            let way = Way::of(kind, resolution).stride(stride);
-            let case = Case::new(&scene, way, Task::Build(runs));
+            let way = Configuration::of(kind, resolution).stride(stride);
+            let case = StudyCase::new(&scene, way, Task::Build(runs));
             all.push(case.expect("bricks", count, count));
         }
-        let way = Way::of(BRICKS, resolution);
-        all.push(Case::new(&scene, way, Task::Build(runs)));
+        let way = Configuration::of(BRICKS, resolution);
+        all.push(StudyCase::new(&scene, way, Task::Build(runs)));
     }
-    let dense = Way::of(DENSE, resolution);
+    let dense = Configuration::of(DENSE, resolution);
     let last = sides.last().copied().unwrap_or(8);
-    all.push(Case::new(
+    all.push(StudyCase::new(
         format!("spheres-{last}"),
         dense,
         Task::Build(runs),
@@ -155,7 +157,7 @@ fn construction(plan: &Plan) -> Vec<Case> {
     all
 }
 
-fn dense_fill(plan: &Plan) -> Vec<Case> {
+fn dense_fill(plan: &Plan) -> Vec<StudyCase> {
     let runs = plan.pick(1, 4, 8);
     let resolution = plan.pick(64, 256, 256);
     let mut all = Vec::new();
@@ -166,17 +168,18 @@ fn dense_fill(plan: &Plan) -> Vec<Case> {
             &[false]
         };
         for &naive in ways {
-            let way = Way::of(Kind::Dense { mips: false, naive }, resolution);
-            all.push(Case::new(scene, way, Task::Build(runs)));
+            let way =
+                Configuration::of(ConfigurationKind::Dense { mips: false, naive }, resolution);
+            all.push(StudyCase::new(scene, way, Task::Build(runs)));
         }
-        all.push(Case::new(
+        all.push(StudyCase::new(
             scene,
-            Way::of(STUDY_OCTREE, resolution),
+            Configuration::of(STUDY_OCTREE, resolution),
             Task::Build(runs),
         ));
-        all.push(Case::new(
+        all.push(StudyCase::new(
             scene,
-            Way::of(BRICKS, resolution),
+            Configuration::of(BRICKS, resolution),
             Task::Build(runs),
         ));
     }
@@ -184,9 +187,16 @@ fn dense_fill(plan: &Plan) -> Vec<Case> {
 }
 
 /// Those that are compared frame by frame.
-fn ways(resolution: u32) -> Vec<Way> {
-    let all = [Kind::Field, DENSE, MIPPED, STUDY_OCTREE, BRICKS, MESH];
-    all.map(|kind| Way::of(kind, resolution)).to_vec()
+fn ways(resolution: u32) -> Vec<Configuration> {
+    let all = [
+        ConfigurationKind::Field,
+        DENSE,
+        MIPPED,
+        STUDY_OCTREE,
+        BRICKS,
+        MESH,
+    ];
+    all.map(|kind| Configuration::of(kind, resolution)).to_vec()
 }
 
 fn scenes(plan: &Plan) -> Vec<&'static str> {
@@ -198,29 +208,33 @@ fn scenes(plan: &Plan) -> Vec<&'static str> {
     )
 }
 
-fn frames(plan: &Plan) -> Vec<Case> {
+fn frames(plan: &Plan) -> Vec<StudyCase> {
     let mut all = Vec::new();
     for scene in scenes(plan) {
         for way in ways(plan.resolution()) {
-            let case = Case::new(scene, way, Task::Frames(plan.frames(), Eye::Outside));
+            let case = StudyCase::new(
+                scene,
+                way,
+                Task::Frames(plan.frames(), StudyCamera::Outside),
+            );
             all.push(case.expect("hit_pixels", 1.0, f64::INFINITY));
         }
         // The study's functional renderer had its scene in its shader.
         if plan.is_gpu && scene == "teapot" {
-            let way = Way::of(Kind::Compiled, 0);
-            all.push(Case::new(
+            let way = Configuration::of(ConfigurationKind::Compiled, 0);
+            all.push(StudyCase::new(
                 scene,
                 way,
-                Task::Frames(plan.frames(), Eye::Outside),
+                Task::Frames(plan.frames(), StudyCamera::Outside),
             ));
         }
     }
     all
 }
 
-fn heat(plan: &Plan) -> Vec<Case> {
+fn heat(plan: &Plan) -> Vec<StudyCase> {
     let look = Look {
-        show: Show::Heat,
+        show: RenderMode::Heat,
         is_compared: false,
         ..Look::default()
     };
@@ -228,48 +242,60 @@ fn heat(plan: &Plan) -> Vec<Case> {
     let mut all = Vec::new();
     for scene in OF_THE_STUDY.into_iter().take(plan.pick(3, 5, 5)) {
         for kind in kinds {
-            let way = Way::of(kind, plan.resolution());
-            all.push(Case::new(scene, way, Task::Picture(look)));
+            let way = Configuration::of(kind, plan.resolution());
+            all.push(StudyCase::new(scene, way, Task::Picture(look)));
         }
     }
     all
 }
 
-fn fidelity(plan: &Plan) -> Vec<Case> {
+fn fidelity(plan: &Plan) -> Vec<StudyCase> {
     let mut all = Vec::new();
     let normal = Task::Picture(Look::default());
     for scene in scenes(plan) {
         let resolution = plan.resolution();
-        let flat = Kind::Mesh {
+        let flat = ConfigurationKind::Mesh {
             dual: false,
             flat: true,
         };
-        let dual = Kind::Mesh {
+        let dual = ConfigurationKind::Mesh {
             dual: true,
             flat: false,
         };
         all.extend([
-            Case::new(scene, Way::of(Kind::Field, 0), normal),
-            Case::new(scene, Way::of(DENSE, resolution), normal),
-            Case::new(
+            StudyCase::new(
                 scene,
-                Way::of(DENSE, resolution).bits(Bits::Sixteen),
+                Configuration::of(ConfigurationKind::Field, 0),
                 normal,
             ),
-            Case::new(scene, Way::of(STUDY_OCTREE, resolution), normal),
-            Case::new(scene, Way::of(BRICKS, resolution), normal),
+            StudyCase::new(scene, Configuration::of(DENSE, resolution), normal),
+            StudyCase::new(
+                scene,
+                Configuration::of(DENSE, resolution).bits(SampleFormat::Snorm16),
+                normal,
+            ),
+            StudyCase::new(scene, Configuration::of(STUDY_OCTREE, resolution), normal),
+            StudyCase::new(scene, Configuration::of(BRICKS, resolution), normal),
             // The study's 100³ of triangles with their own normals, then of the volume's resolution.
-            Case::new(scene, Way::of(flat, plan.pick(48, 100, 100)), normal),
-            Case::new(scene, Way::of(flat, resolution), normal),
-            Case::new(scene, Way::of(MESH, resolution), normal),
-            Case::new(scene, Way::of(dual, resolution), normal),
-            Case::new(scene, Way::of(Kind::MeshAsLarge, resolution), normal),
+            StudyCase::new(
+                scene,
+                Configuration::of(flat, plan.pick(48, 100, 100)),
+                normal,
+            ),
+            StudyCase::new(scene, Configuration::of(flat, resolution), normal),
+            StudyCase::new(scene, Configuration::of(MESH, resolution), normal),
+            StudyCase::new(scene, Configuration::of(dual, resolution), normal),
+            StudyCase::new(
+                scene,
+                Configuration::of(ConfigurationKind::MeshAsLarge, resolution),
+                normal,
+            ),
         ]);
     }
     all
 }
 
-fn normals(plan: &Plan) -> Vec<Case> {
+fn normals(plan: &Plan) -> Vec<StudyCase> {
     let mut all = Vec::new();
     let resolution = plan.resolution();
     let biases: &[f32] = plan.pick(
@@ -282,20 +308,24 @@ fn normals(plan: &Plan) -> Vec<Case> {
             bias_voxels: Some(bias),
             ..Look::default()
         };
-        all.push(Case::new(
+        all.push(StudyCase::new(
             "teapot",
-            Way::of(DENSE, resolution),
+            Configuration::of(DENSE, resolution),
             Task::Picture(look),
         ));
     }
-    for normals in [Normals::Voxel, Normals::Smooth, Normals::Field] {
+    for normals in [
+        NormalSource::Voxel,
+        NormalSource::Smooth,
+        NormalSource::Field,
+    ] {
         let look = Look {
             normals,
             ..Look::default()
         };
-        all.push(Case::new(
+        all.push(StudyCase::new(
             "teapot",
-            Way::of(BRICKS, resolution),
+            Configuration::of(BRICKS, resolution),
             Task::Picture(look),
         ));
     }
@@ -303,94 +333,110 @@ fn normals(plan: &Plan) -> Vec<Case> {
     let sizes: &[u32] = plan.pick(&[48], &[100, 500], &[100, 500]);
     for &resolution in sizes {
         for flat in [false, true] {
-            let way = Way::of(Kind::Mesh { dual: false, flat }, resolution);
-            all.push(Case::new("teapot", way, Task::Picture(Look::default())));
+            let way = Configuration::of(ConfigurationKind::Mesh { dual: false, flat }, resolution);
+            all.push(StudyCase::new(
+                "teapot",
+                way,
+                Task::Picture(Look::default()),
+            ));
         }
     }
     all
 }
 
-fn strides(plan: &Plan) -> Vec<Case> {
+fn strides(plan: &Plan) -> Vec<StudyCase> {
     let mut all = Vec::new();
     for stride in [1, 2, 4, 8, 16, 32] {
-        let way = Way::of(DENSE, plan.resolution()).stride(stride);
-        all.push(Case::new("teapot", way, Task::Picture(Look::default())));
+        let way = Configuration::of(DENSE, plan.resolution()).stride(stride);
+        all.push(StudyCase::new(
+            "teapot",
+            way,
+            Task::Picture(Look::default()),
+        ));
         if !plan.is_gpu {
-            all.push(Case::new("teapot", way, Task::Stored(400_000)));
+            all.push(StudyCase::new("teapot", way, Task::Stored(400_000)));
         }
     }
     all
 }
 
-fn center(plan: &Plan) -> Vec<Case> {
+fn center(plan: &Plan) -> Vec<StudyCase> {
     let look = Look {
-        show: Show::Bricks,
+        show: RenderMode::Bricks,
         is_compared: false,
         ..Look::default()
     };
-    let way = Way::of(STUDY_OCTREE, plan.pick(128, 256, 256));
+    let way = Configuration::of(STUDY_OCTREE, plan.pick(128, 256, 256));
     let count = plan.pick(8.0, 8.0, 8.0);
-    let case = Case::new("center", way, Task::Picture(look));
+    let case = StudyCase::new("center", way, Task::Picture(look));
     vec![case.expect("bricks", count, count)]
 }
 
-fn sweep(plan: &Plan) -> Vec<Case> {
+fn sweep(plan: &Plan) -> Vec<StudyCase> {
     let mut all = Vec::new();
     let resolutions: &[u32] = plan.pick(&[64], &[128, 256], &[128, 256, 512]);
     for &resolution in resolutions {
         for brick in [8, 16, 32] {
             for path in [false, true] {
-                let kind = Kind::Octree {
+                let kind = ConfigurationKind::Octree {
                     brick,
                     center: false,
                     path,
                     enumerated: false,
                 };
-                let way = Way::of(kind, resolution);
-                let task = Task::Frames(plan.pick(3, 8, 20), Eye::Outside);
-                all.push(Case::new("teapot", way, task));
+                let way = Configuration::of(kind, resolution);
+                let task = Task::Frames(plan.pick(3, 8, 20), StudyCamera::Outside);
+                all.push(StudyCase::new("teapot", way, task));
             }
         }
         for brick in [4, 8, 16] {
-            let way = Way::of(Kind::Bricks { brick }, resolution);
-            let task = Task::Frames(plan.pick(3, 8, 20), Eye::Outside);
-            all.push(Case::new("teapot", way, task));
+            let way = Configuration::of(ConfigurationKind::Bricks { brick }, resolution);
+            let task = Task::Frames(plan.pick(3, 8, 20), StudyCamera::Outside);
+            all.push(StudyCase::new("teapot", way, task));
         }
     }
     all
 }
 
-fn cameras(plan: &Plan) -> Vec<Case> {
+fn cameras(plan: &Plan) -> Vec<StudyCase> {
     let mut all = Vec::new();
     for scene in plan.pick(
         vec!["teapot"],
         vec!["teapot", "props"],
         vec!["teapot", "props", "temple"],
     ) {
-        for eye in [Eye::Outside, Eye::Inside, Eye::Grazing] {
-            for kind in [Kind::Field, MIPPED, STUDY_OCTREE, BRICKS] {
-                let way = Way::of(kind, plan.resolution());
+        for eye in [
+            StudyCamera::Outside,
+            StudyCamera::Inside,
+            StudyCamera::Grazing,
+        ] {
+            for kind in [ConfigurationKind::Field, MIPPED, STUDY_OCTREE, BRICKS] {
+                let way = Configuration::of(kind, plan.resolution());
                 let task = Task::Frames(plan.pick(3, 8, 20), eye);
-                all.push(Case::new(scene, way, task));
+                all.push(StudyCase::new(scene, way, task));
             }
-            let way = Way::of(BRICKS, plan.resolution());
+            let way = Configuration::of(BRICKS, plan.resolution());
             let look = Look {
                 eye,
                 ..Look::default()
             };
-            all.push(Case::new(scene, way, Task::Picture(look)));
+            all.push(StudyCase::new(scene, way, Task::Picture(look)));
         }
     }
     all
 }
 
-fn edits(plan: &Plan) -> Vec<Case> {
+fn edits(plan: &Plan) -> Vec<StudyCase> {
     let mut all = Vec::new();
     let count = plan.pick(4, 40, 200);
-    let mut add = |scene: &str, kind: Kind, resolution: u32, radius: f32| {
+    let mut add = |scene: &str, kind: ConfigurationKind, resolution: u32, radius: f32| {
         let count = if kind == BRICKS { count } else { count.min(5) };
         let task = Task::Edits(count, radius);
-        all.push(Case::new(scene, Way::of(kind, resolution), task));
+        all.push(StudyCase::new(
+            scene,
+            Configuration::of(kind, resolution),
+            task,
+        ));
     };
     let crowds: &[&str] = plan.pick(
         &["crowd-10"],
@@ -413,38 +459,42 @@ fn edits(plan: &Plan) -> Vec<Case> {
     all
 }
 
-fn memory(plan: &Plan) -> Vec<Case> {
+fn memory(plan: &Plan) -> Vec<StudyCase> {
     let mut all = Vec::new();
     let resolutions: &[u32] = plan.pick(&[64], &[256, 512], &[256, 512, 1024]);
     for scene in ["teapot", "csg20"] {
         for &resolution in resolutions {
             for kind in [DENSE, MIPPED, STUDY_OCTREE, BRICKS] {
-                all.push(Case::new(scene, Way::of(kind, resolution), Task::Build(1)));
+                all.push(StudyCase::new(
+                    scene,
+                    Configuration::of(kind, resolution),
+                    Task::Build(1),
+                ));
             }
-            let eight = Way::of(BRICKS, resolution).bits(Bits::Eight);
-            all.push(Case::new(scene, eight, Task::Build(1)));
+            let eight = Configuration::of(BRICKS, resolution).bits(SampleFormat::Snorm8);
+            all.push(StudyCase::new(scene, eight, Task::Build(1)));
         }
     }
     all
 }
 
-fn stored(plan: &Plan) -> Vec<Case> {
+fn stored(plan: &Plan) -> Vec<StudyCase> {
     let mut all = Vec::new();
     if plan.is_gpu {
         return all;
     }
     for scene in ["teapot", "csg20", "edgy-cube"] {
         for kind in [DENSE, BRICKS] {
-            for bits in [Bits::Eight, Bits::Sixteen] {
-                let way = Way::of(kind, plan.resolution()).bits(bits);
-                all.push(Case::new(scene, way, Task::Stored(1_000_000)));
+            for bits in [SampleFormat::Snorm8, SampleFormat::Snorm16] {
+                let way = Configuration::of(kind, plan.resolution()).bits(bits);
+                all.push(StudyCase::new(scene, way, Task::Stored(1_000_000)));
             }
         }
     }
     all
 }
 
-fn triangles(plan: &Plan) -> Vec<Case> {
+fn triangles(plan: &Plan) -> Vec<StudyCase> {
     let mut all = Vec::new();
     if plan.is_software_gpu {
         return all;
@@ -453,35 +503,35 @@ fn triangles(plan: &Plan) -> Vec<Case> {
     for scene in ["teapot", "csg20", "edgy-cube"] {
         for &resolution in resolutions {
             for (dual, flat) in [(false, false), (false, true), (true, false)] {
-                let way = Way::of(Kind::Mesh { dual, flat }, resolution);
-                all.push(Case::new(scene, way, Task::Surface(20_000)));
+                let way = Configuration::of(ConfigurationKind::Mesh { dual, flat }, resolution);
+                all.push(StudyCase::new(scene, way, Task::Surface(20_000)));
             }
         }
     }
     all
 }
 
-fn lost(plan: &Plan) -> Vec<Case> {
+fn lost(plan: &Plan) -> Vec<StudyCase> {
     let mut all = Vec::new();
     if plan.is_gpu {
         return all;
     }
     for scene in scenes(plan) {
         for center in [false, true] {
-            let kind = Kind::Octree {
+            let kind = ConfigurationKind::Octree {
                 brick: 32,
                 center,
                 path: false,
                 enumerated: false,
             };
-            let case = Case::new(scene, Way::of(kind, 256), Task::Lost);
+            let case = StudyCase::new(scene, Configuration::of(kind, 256), Task::CountLostBricks);
             all.push(if center {
                 case
             } else {
                 case.expect("lost_bricks", 0.0, 0.0)
             });
         }
-        let case = Case::new(scene, Way::of(BRICKS, 256), Task::Lost);
+        let case = StudyCase::new(scene, Configuration::of(BRICKS, 256), Task::CountLostBricks);
         all.push(case.expect("lost_bricks", 0.0, 0.0));
     }
     all

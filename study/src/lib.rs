@@ -4,21 +4,21 @@
 //! case is done by itself and becomes a [`Record`]; a case that fails is one that says why. The [`report`](fn@report) is a function of
 //! records and nothing else: tables, plots, pictures, and what the records say of the study's claims.
 
-pub mod case;
 mod claims;
 mod command;
+pub mod configuration;
+mod environment;
+pub mod experiment;
 pub mod experiments;
-mod machine;
-mod perform;
+mod formatting;
 mod record;
 mod report;
+mod runner;
 mod scenes;
-mod shown;
-pub mod way;
 
 use anyhow::Context;
 use argil::{DeviceKind, Engine};
-use case::{Case, Experiment, Plan};
+use experiment::{Experiment, Plan, StudyCase};
 pub use record::{Check, Machine, Record, Store};
 pub use report::{findings, report};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -27,7 +27,7 @@ use std::time::Instant;
 
 /// What is measured.
 #[derive(Clone, Debug, Default)]
-pub struct Options {
+pub struct StudyOptions {
     /// All that there is, in place of what a quarter of an hour allows.
     pub full: bool,
     /// Names of experiments; all without any.
@@ -35,9 +35,9 @@ pub struct Options {
 }
 
 /// Told as a study goes on.
-pub trait Progress {
+pub trait StudyProgress {
     /// So many cases there are in all, and so many were done in an earlier run.
-    fn begins(&mut self, cases: usize, done: usize);
+    fn started(&mut self, cases: usize, done: usize);
     /// A case begins.
     fn case(&mut self, device: &str, experiment: &str, case: &str);
     /// It is done; with what went wrong.
@@ -61,9 +61,9 @@ pub struct Summary {
 /// If the folder cannot be read or written, or there is no experiment of a name.
 pub fn study(
     engines: &[Engine],
-    options: &Options,
+    options: &StudyOptions,
     folder: &Path,
-    progress: &mut dyn Progress,
+    progress: &mut dyn StudyProgress,
 ) -> anyhow::Result<Summary> {
     for name in &options.only {
         let known = || experiments::ALL.iter().map(|e| e.name).collect::<Vec<_>>();
@@ -77,7 +77,7 @@ pub fn study(
     let mut todo = Vec::new();
     let mut known = 0;
     for engine in engines {
-        let machine = machine::machine(engine, options.full);
+        let machine = environment::machine(engine, options.full);
         let plan = plan(engine, options.full);
         for experiment in experiments::ALL {
             if !options.only.is_empty() && !options.only.iter().any(|n| n == experiment.name) {
@@ -93,7 +93,7 @@ pub fn study(
             }
         }
     }
-    progress.begins(todo.len() + known, known);
+    progress.started(todo.len() + known, known);
     let mut summary = Summary::default();
     for (engine, plan, case, record) in todo {
         progress.case(&record.machine.device, &record.experiment, &record.case);
@@ -116,7 +116,7 @@ fn plan(engine: &Engine, full: bool) -> Plan {
 }
 
 /// A case's record before anything is known.
-fn blank(experiment: &Experiment, case: &Case, plan: &Plan, machine: &Machine) -> Record {
+fn blank(experiment: &Experiment, case: &StudyCase, plan: &Plan, machine: &Machine) -> Record {
     let parameters = case.parameters().into_iter();
     let mut parameters: std::collections::BTreeMap<_, _> = parameters
         .map(|(key, value)| (key.to_owned(), value))
@@ -127,7 +127,7 @@ fn blank(experiment: &Experiment, case: &Case, plan: &Plan, machine: &Machine) -
         experiment: experiment.name.into(),
         case: format!("{}/{}", case.name(), task_word(case)),
         scene: case.scene.clone(),
-        via: case.way.word().into(),
+        via: case.way.label().into(),
         parameters,
         command: command::command(case, plan),
         machine: machine.clone(),
@@ -135,8 +135,8 @@ fn blank(experiment: &Experiment, case: &Case, plan: &Plan, machine: &Machine) -
     }
 }
 
-fn task_word(case: &Case) -> &'static str {
-    use case::Task;
+fn task_word(case: &StudyCase) -> &'static str {
+    use experiment::Task;
     match case.task {
         Task::Build(_) => "build",
         Task::Frames(..) => "frames",
@@ -144,16 +144,16 @@ fn task_word(case: &Case) -> &'static str {
         Task::Stored(_) => "stored",
         Task::Surface(_) => "surface",
         Task::Edits(..) => "edits",
-        Task::Lost => "lost",
+        Task::CountLostBricks => "lost",
     }
 }
 
 type Pictures = Vec<(String, image::RgbImage)>;
 
-fn run(case: &Case, engine: &Engine, plan: &Plan, mut record: Record) -> (Record, Pictures) {
+fn run(case: &StudyCase, engine: &Engine, plan: &Plan, mut record: Record) -> (Record, Pictures) {
     let start = Instant::now();
     // What goes wrong in one case is that case's.
-    let result = catch_unwind(AssertUnwindSafe(|| perform::perform(case, engine, plan)));
+    let result = catch_unwind(AssertUnwindSafe(|| runner::perform(case, engine, plan)));
     let result = result.unwrap_or_else(|panic| {
         let text = panic.downcast_ref::<String>().cloned();
         let text = text.or_else(|| panic.downcast_ref::<&str>().map(|s| (*s).to_owned()));
@@ -169,20 +169,20 @@ fn run(case: &Case, engine: &Engine, plan: &Plan, mut record: Record) -> (Record
         Ok(outcome) => {
             record.samples = outcome.samples;
             record.values = outcome.values;
-            if let Some(clock) = machine::gpu_clock_mhz(&record.machine.device) {
+            if let Some(clock) = environment::gpu_clock_mhz(&record.machine.device) {
                 record.values.insert("gpu_clock_mhz".into(), clock);
             }
             for expect in &case.expect {
                 let found = record.value(expect.value);
                 record.checks.push(Check {
                     value: expect.value.into(),
-                    expected: if expect.least == expect.most {
-                        format!("= {}", expect.least)
+                    expected: if expect.min == expect.max {
+                        format!("= {}", expect.min)
                     } else {
-                        format!("from {} to {}", expect.least, expect.most)
+                        format!("from {} to {}", expect.min, expect.max)
                     },
                     found,
-                    passed: found.is_some_and(|n| (expect.least..=expect.most).contains(&n)),
+                    passed: found.is_some_and(|n| (expect.min..=expect.max).contains(&n)),
                 });
             }
             for (name, picture) in outcome.pictures {

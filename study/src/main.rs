@@ -1,7 +1,7 @@
 //! The study as a program of its own: `argil study` starts it.
 
 use argil::{Backend, Engine};
-use argil_study::{Options, Progress};
+use argil_study::{StudyOptions, StudyProgress};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::json;
@@ -99,7 +99,7 @@ fn run(options: &Study) -> anyhow::Result<()> {
         None => {}
     }
     let engines = engines(options.device)?;
-    let what = Options {
+    let what = StudyOptions {
         full: options.preset == Preset::Full,
         only: options.only.clone(),
     };
@@ -138,10 +138,10 @@ fn run(options: &Study) -> anyhow::Result<()> {
 fn engines(device: Device) -> anyhow::Result<Vec<Engine>> {
     Ok(match device {
         Device::Cpu => vec![Engine::cpu()],
-        Device::Gpu => vec![Engine::on(Backend::Gpu)?],
+        Device::Gpu => vec![Engine::with_backend(Backend::Gpu)?],
         Device::Auto => {
             let mut all = vec![Engine::cpu()];
-            match Engine::on(Backend::Gpu) {
+            match Engine::with_backend(Backend::Gpu) {
                 Ok(gpu) => all.push(gpu),
                 Err(error) => eprintln!("argil-study: the CPU alone is measured: {error}"),
             }
@@ -163,8 +163,8 @@ impl Bar {
     }
 }
 
-impl Progress for Bar {
-    fn begins(&mut self, cases: usize, done: usize) {
+impl StudyProgress for Bar {
+    fn started(&mut self, cases: usize, done: usize) {
         self.bar.set_length(cases as u64);
         self.bar.set_position(done as u64);
         // What was done before tells nothing of how long the rest takes.

@@ -217,7 +217,7 @@ impl Store {
     pub fn add(&mut self, record: Record, pictures: &[(String, RgbImage)]) -> anyhow::Result<()> {
         for (name, picture) in pictures {
             let path = self.folder.join(PICTURES).join(name);
-            let small = crate::shown::shown(picture);
+            let small = crate::formatting::shown(picture);
             argil::save_png(&path, small.dimensions().into(), &small)?;
         }
         let file = self.folder.join(FILE);

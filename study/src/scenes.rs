@@ -60,7 +60,7 @@ pub fn is_shipped(name: &str) -> bool {
 
 fn framed() -> Scene {
     let mut scene = Scene::new();
-    scene.view.frame = Some([[-1.0; 3], [1.0; 3]]);
+    scene.view.bounds = Some([[-1.0; 3], [1.0; 3]]);
     scene
 }
 

@@ -2,9 +2,9 @@
 //! `data/reference.py` and `examples/metrics_data.rs` tell how.
 
 use argil::glam::Vec3;
-use argil::{Solid, read_mesh};
-use argil_metrics::surface::{Apart, points_on};
-use argil_metrics::{Spread, depth};
+use argil::{MeshSdf, read_mesh};
+use argil_metrics::surface::{SurfaceDistance, sample_surface};
+use argil_metrics::{ErrorStats, depth};
 use serde_json::Value;
 use std::path::PathBuf;
 
@@ -34,7 +34,7 @@ fn is_near(found: f64, expected: &Value, part: f64) {
     );
 }
 
-fn is_same(found: &Spread, expected: &Value) {
+fn is_same(found: &ErrorStats, expected: &Value) {
     assert_eq!(expected["count"], found.count);
     is_near(found.mean, &expected["mean"], 1e-9);
     is_near(found.rms, &expected["rms"], 1e-9);
@@ -56,7 +56,7 @@ fn errors_of_stored_distances_agree() {
     let expected = &reference()["stored"];
     let band = expected["band"].as_f64().expect("a number") as f32;
     let (stored, exact) = (numbers("stored-distances"), numbers("exact-distances"));
-    is_same(&Spread::within_band(&stored, &exact, band), expected);
+    is_same(&ErrorStats::within_band(&stored, &exact, band), expected);
 }
 
 /// Theirs are of other points, to the nearest of two millions in place of to triangles.
@@ -64,17 +64,19 @@ fn errors_of_stored_distances_agree() {
 fn distances_between_surfaces_agree() {
     let surfaces = [24, 32].map(|n| {
         let mesh = read_mesh(&data(&format!("teapot-{n}.ply"))).expect("a mesh");
-        let corners: Vec<[Vec3; 3]> = (0..mesh.triangles.len()).map(|i| mesh.corners(i)).collect();
-        let mut points = points_on(&corners, 20_000);
+        let corners: Vec<[Vec3; 3]> = (0..mesh.triangles.len())
+            .map(|i| mesh.triangle_vertices(i))
+            .collect();
+        let mut points = sample_surface(&corners, 20_000);
         points.extend(corners.iter().flatten());
-        let solid = Solid::new(&mesh).expect("triangles");
+        let solid = MeshSdf::new(&mesh).expect("triangles");
         (points, move |p: Vec3| solid.distance(p))
     });
     let [(a, to_a), (b, to_b)] = &surfaces;
-    let apart = Apart::of((a, to_a), (b, to_b));
+    let apart = SurfaceDistance::of((a, to_a), (b, to_b));
     let expected = &reference()["apart"];
     is_near(apart.hausdorff(), &expected["hausdorff"], 0.01);
     let [(a, to_a), (b, to_b)] = [(&a[..20_000], to_a), (&b[..20_000], to_b)];
-    let apart = Apart::of((a, to_a), (b, to_b));
+    let apart = SurfaceDistance::of((a, to_a), (b, to_b));
     is_near(apart.chamfer(), &expected["chamfer"], 0.03);
 }

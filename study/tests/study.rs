@@ -1,7 +1,7 @@
 //! A small study from beginning to end: measured, kept, gone on with, reported.
 
 use argil::Engine;
-use argil_study::{Options, Progress, Record, Store, findings, report, study};
+use argil_study::{Record, Store, StudyOptions, StudyProgress, findings, report, study};
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -12,8 +12,8 @@ struct Seen {
     cases: Vec<String>,
 }
 
-impl Progress for Seen {
-    fn begins(&mut self, cases: usize, done: usize) {
+impl StudyProgress for Seen {
+    fn started(&mut self, cases: usize, done: usize) {
         (self.all, self.known) = (cases, done);
     }
 
@@ -26,8 +26,8 @@ impl Progress for Seen {
     }
 }
 
-fn options(only: &[&str]) -> Options {
-    Options {
+fn options(only: &[&str]) -> StudyOptions {
+    StudyOptions {
         full: false,
         only: only.iter().map(|name| (*name).to_owned()).collect(),
     }

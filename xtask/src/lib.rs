@@ -1,6 +1,6 @@
 //! What all chores stand on: the workspace's folder, programs that are run there, packages that are installed.
 
-pub mod debian;
+pub mod apt;
 
 use anyhow::{Context, bail};
 use std::path::{Path, PathBuf};

@@ -1,7 +1,7 @@
 //! `cargo xtask test`.
 
 use anyhow::bail;
-use xtask::debian::{install, quietly, quietly_with};
+use xtask::apt::{install, quietly, quietly_with};
 use xtask::{LINT_WHILE_COMPILING, chore, run, run_with};
 
 const TESTS: &[&str] = &["nextest", "run", "--workspace", "--locked"];

@@ -1,8 +1,8 @@
 //! The command line.
 
 use argil::{
-    Axes, Backend, Bits, DenseFill, Descent, Keep, MeshMethod, MeshNormals, Normals, Order,
-    Placement, Show, Via,
+    Backend, BrickOrdering, BrickTest, CameraPose, DenseFill, LookupStart, MeshMethod, MeshNormals,
+    NormalSource, RenderMode, Representation, SampleFormat, UpAxis,
 };
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use std::path::PathBuf;
@@ -10,21 +10,21 @@ use std::path::PathBuf;
 /// Malleable environments made of signed distance fields.
 #[derive(Parser)]
 #[command(name = "argil", version, about, max_term_width = 100)]
-pub struct Arguments {
+pub struct CommandLine {
     #[command(subcommand)]
-    pub command: Command,
+    pub command: CliCommand,
 }
 
 #[derive(Subcommand)]
-pub enum Command {
+pub enum CliCommand {
     /// Draw one picture, or with --frames an orbit or what moves, timed
-    Render(Render),
+    Render(RenderArgs),
     /// Build a volume from a scene's field, timed; with -o, write it
-    Bake(Bake),
+    Bake(BakeArgs),
     /// Turn a scene or a volume into triangles; with -o, write them as GLB, OBJ, PLY or STL
-    Mesh(Mesh),
+    Mesh(MeshArgs),
     /// Replay edits on a built volume, timed one by one
-    Edit(Edit),
+    Edit(EditArgs),
     /// Bring back a scene whose edits were journalled, after a crash
     Recover(Recover),
     /// Make a scene of a triangle mesh, or of a file in the tree format of "Lipschitz Pruning" (Barbier et al. 2025)
@@ -44,7 +44,7 @@ pub enum Command {
 }
 
 #[derive(Args)]
-pub struct Render {
+pub struct RenderArgs {
     /// A scene file, or a volume file that `argil bake` has written
     pub scene: PathBuf,
     /// Where the picture goes; without it the scene's name with .png, in this folder. With --frames, a number is added
@@ -52,20 +52,20 @@ pub struct Render {
     pub output: Option<PathBuf>,
     /// What is marched; without it the field of a scene, and of a volume file what is in it
     #[arg(long, value_enum)]
-    pub via: Option<Via>,
+    pub via: Option<Representation>,
     #[command(flatten)]
-    pub volume: VolumeFlags,
+    pub volume: VolumeArgs,
     #[command(flatten)]
-    pub on: On,
+    pub on: DeviceArgs,
     /// Size of the picture in pixels
     #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = size)]
     pub size: [u32; 2],
     /// What the picture shows
-    #[arg(long, value_enum, default_value_t = Show::Shaded)]
-    pub show: Show,
+    #[arg(long, value_enum, default_value_t = RenderMode::Shaded)]
+    pub show: RenderMode,
     /// Camera on an orbit: degrees, degrees, multiples of the scene's radius; without it, the scene's own
     #[arg(long, value_name = "AZIMUTH,ELEVATION,DISTANCE", value_parser = orbit, allow_hyphen_values = true)]
-    pub camera: Option<Placement>,
+    pub camera: Option<CameraPose>,
     /// The second at which what moves stands; without it 0, and with --frames the frames show it moving
     #[arg(long, value_name = "SECONDS", value_parser = seconds)]
     pub time: Option<f32>,
@@ -88,7 +88,7 @@ pub struct Render {
     pub normal_bias: Option<f32>,
     /// Bricks: where normals come from; without it smooth
     #[arg(long, value_enum)]
-    pub normals: Option<Normals>,
+    pub normals: Option<NormalSource>,
     /// Lay a ground plane under the scene
     #[arg(long, overrides_with = "no_ground")]
     pub ground: bool,
@@ -105,7 +105,7 @@ pub struct Render {
 
 /// How a volume is built, and how an octree is marched.
 #[derive(Args, Clone, Default, PartialEq)]
-pub struct VolumeFlags {
+pub struct VolumeArgs {
     /// Voxels along the longest side of the scene's box; without it 256
     #[arg(long, value_name = "N")]
     pub resolution: Option<u32>,
@@ -117,7 +117,7 @@ pub struct VolumeFlags {
     pub mips: bool,
     /// Bits of a stored distance, 8 or 16; without it 16 for bricks, else 8
     #[arg(long, value_name = "8|16", value_parser = bits)]
-    pub bits: Option<Bits>,
+    pub bits: Option<SampleFormat>,
     /// A stored 1.0 stands for so many voxels; without it 16 for bricks of 16 bits, else 4
     #[arg(long, value_name = "VOXELS", conflicts_with = "stride")]
     pub band: Option<f32>,
@@ -135,13 +135,13 @@ pub struct VolumeFlags {
     pub depth: Option<u32>,
     /// Octree: which bricks are kept; without it all in which the surface can be
     #[arg(long, value_enum)]
-    pub keep: Option<Keep>,
+    pub keep: Option<BrickTest>,
     /// Octree: where a ray's look-ups begin; without it at the root
     #[arg(long, value_enum)]
-    pub descent: Option<Descent>,
+    pub descent: Option<LookupStart>,
     /// Octree on a GPU: how bricks get into order; without it by counting
     #[arg(long, value_enum)]
-    pub sort: Option<Order>,
+    pub sort: Option<BrickOrdering>,
     /// Mesh: how triangles are found; without it mc
     #[arg(long, value_enum)]
     pub method: Option<MeshMethod>,
@@ -154,7 +154,7 @@ pub struct VolumeFlags {
 }
 
 #[derive(Args)]
-pub struct Bake {
+pub struct BakeArgs {
     /// A scene file, or a volume file whose scene is built anew
     pub scene: PathBuf,
     /// Where the volume goes; without it, it is timed and dropped
@@ -162,11 +162,11 @@ pub struct Bake {
     pub output: Option<PathBuf>,
     /// What is built; without it sparse bricks, or a dense volume where --mips or --fill is given
     #[arg(long, value_enum)]
-    pub via: Option<Via>,
+    pub via: Option<Representation>,
     #[command(flatten)]
-    pub volume: VolumeFlags,
+    pub volume: VolumeArgs,
     #[command(flatten)]
-    pub on: On,
+    pub on: DeviceArgs,
     /// The second at which what moves stands; without it 0
     #[arg(long, value_name = "SECONDS", value_parser = seconds)]
     pub time: Option<f32>,
@@ -182,7 +182,7 @@ pub struct Bake {
 }
 
 #[derive(Args)]
-pub struct Mesh {
+pub struct MeshArgs {
     /// A scene file, or a volume file that `argil bake` has written
     pub scene: PathBuf,
     /// Where the triangles go: .glb, .obj, .ply or .stl; without it they are counted, timed and dropped
@@ -190,11 +190,11 @@ pub struct Mesh {
     pub output: Option<PathBuf>,
     /// What is meshed: field, dense or bricks; without it the field of a scene, and of a volume file what is in it
     #[arg(long, value_enum)]
-    pub via: Option<Via>,
+    pub via: Option<Representation>,
     #[command(flatten)]
-    pub volume: VolumeFlags,
+    pub volume: VolumeArgs,
     #[command(flatten)]
-    pub on: On,
+    pub on: DeviceArgs,
     /// The distance from the solid at which the surface is taken, in the scene's unit
     #[arg(
         long,
@@ -217,7 +217,7 @@ pub struct Mesh {
     pub unshared: bool,
     /// Which way is up in the file, and which hand its axes are; without it y-up, which .glb always is
     #[arg(long, value_enum)]
-    pub axes: Option<Axes>,
+    pub axes: Option<UpAxis>,
     /// The file's unit, where the scene's is a metre; without it metres, which .glb always is in
     #[arg(long, value_enum)]
     pub unit: Option<MeshUnit>,
@@ -242,7 +242,7 @@ pub enum MeshUnit {
 }
 
 #[derive(Args)]
-pub struct Edit {
+pub struct EditArgs {
     /// A scene file, which is baked first, or a volume file
     pub scene: PathBuf,
     /// The edits, one JSON object a line: insert, remove, replace, move, set_visible, transform, set_material, undo, redo,
@@ -260,11 +260,11 @@ pub struct Edit {
     pub journal: Option<PathBuf>,
     /// What a scene is baked to; without it bricks, which are edited in place. Others are made again after each edit
     #[arg(long, value_enum)]
-    pub via: Option<Via>,
+    pub via: Option<Representation>,
     #[command(flatten)]
-    pub volume: VolumeFlags,
+    pub volume: VolumeArgs,
     #[command(flatten)]
-    pub on: On,
+    pub on: DeviceArgs,
     /// Compare the bricks at the end with a fresh bake: fails if a cell differs
     #[arg(long)]
     pub check: bool,
@@ -287,7 +287,7 @@ pub struct Recover {
 
 /// Where to run.
 #[derive(Args)]
-pub struct On {
+pub struct DeviceArgs {
     /// auto takes a hardware GPU where there is one, else the CPU
     #[arg(long, value_enum, default_value_t = Backend::Auto)]
     pub device: Backend,
@@ -334,7 +334,7 @@ pub struct Compare {
     #[arg(long, value_name = "PNG")]
     pub laplacian: Option<PathBuf>,
     /// How close FLIP's viewer is; without it a screen of 3840 pixels, 0.7 m wide, seen from 0.7 m
-    #[arg(long, value_name = "N", default_value_t = argil_metrics::flip::PIXELS_A_DEGREE, value_parser = pixels_per_degree)]
+    #[arg(long, value_name = "N", default_value_t = argil_metrics::flip::PIXELS_PER_DEGREE, value_parser = pixels_per_degree)]
     pub pixels_per_degree: f32,
     /// Print one JSON object on stdout and nothing else there
     #[arg(long)]
@@ -369,10 +369,10 @@ pub struct Devices {
     pub json: bool,
 }
 
-fn bits(text: &str) -> Result<Bits, String> {
+fn bits(text: &str) -> Result<SampleFormat, String> {
     match text {
-        "8" => Ok(Bits::Eight),
-        "16" => Ok(Bits::Sixteen),
+        "8" => Ok(SampleFormat::Snorm8),
+        "16" => Ok(SampleFormat::Snorm16),
         _ => Err("a stored distance takes 8 or 16 bits".into()),
     }
 }
@@ -408,7 +408,7 @@ fn size(text: &str) -> Result<[u32; 2], String> {
     }
 }
 
-fn orbit(text: &str) -> Result<Placement, String> {
+fn orbit(text: &str) -> Result<CameraPose, String> {
     let numbers: Vec<f32> = text
         .split(',')
         .map(str::trim)
@@ -418,7 +418,7 @@ fn orbit(text: &str) -> Result<Placement, String> {
     let Ok(orbit) = <[f32; 3]>::try_from(numbers) else {
         return Err("expected AZIMUTH,ELEVATION,DISTANCE, such as 30,20,3".into());
     };
-    let placement = Placement::Orbit(orbit);
+    let placement = CameraPose::Orbit(orbit);
     placement.check().map_err(|fault| fault.reason)?;
     Ok(placement)
 }

@@ -1,12 +1,12 @@
 //! `argil bake`.
 
-use crate::args::Bake;
+use crate::args::BakeArgs;
 use crate::{input, output};
 use anyhow::{Context, ensure};
-use argil::{BricksOptions, DenseOptions, Via, Volume, World};
+use argil::{BricksOptions, DenseOptions, Representation, Volume, World};
 use serde_json::{Map, Value, json};
 
-pub fn run(options: &Bake) -> anyhow::Result<()> {
+pub fn run(options: &BakeArgs) -> anyhow::Result<()> {
     let dense = options.volume.mips || options.volume.fill.is_some();
     let via = options.via.unwrap_or(if dense {
         DenseOptions::default().into()
@@ -15,15 +15,15 @@ pub fn run(options: &Bake) -> anyhow::Result<()> {
     });
     // Say what is wrong with the request before any work.
     ensure!(
-        via != Via::Field,
+        via != Representation::Field,
         "--via field: the field is what volumes are baked from; take dense, octree or bricks"
     );
     ensure!(
-        !matches!(via, Via::Mesh(_)),
+        !matches!(via, Representation::Mesh(_)),
         "--via mesh: `argil mesh` makes triangles; bake takes dense, octree or bricks"
     );
     ensure!(
-        !options.count_lost || matches!(via, Via::Octree(_)),
+        !options.count_lost || matches!(via, Representation::Octree(_)),
         "--count-lost counts bricks: add --via octree"
     );
     if let Some(path) = &options.output {
@@ -47,8 +47,8 @@ pub fn run(options: &Bake) -> anyhow::Result<()> {
     let mut samples = Vec::new();
     let mut stages: Vec<(&str, Vec<f64>)> = Vec::new();
     for _ in 0..options.repeat {
-        world = world.kept_anew(&scene, via).with_context(place)?;
-        let times = world.build_times();
+        world = world.rebuilt_as(&scene, via).with_context(place)?;
+        let times = world.build_timings();
         samples.push(times.duration_ms);
         for &(stage, ms) in &times.stages_ms {
             match stages.iter_mut().find(|(known, _)| *known == stage) {
@@ -65,7 +65,7 @@ pub fn run(options: &Bake) -> anyhow::Result<()> {
 }
 
 fn report(
-    options: &Bake,
+    options: &BakeArgs,
     world: &World,
     samples: &[f64],
     stages: &[(&str, Vec<f64>)],
@@ -86,7 +86,7 @@ fn report(
         "volume": options.output.as_ref().map(|p| p.display().to_string()),
     });
     let about = output::volume(
-        world.kept_via(),
+        world.representation(),
         &world.volume_info()?.context("no volume was built")?,
     );
     if let (Some(all), Some(own)) = (report.as_object_mut(), about.as_object()) {

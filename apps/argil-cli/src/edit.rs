@@ -1,15 +1,17 @@
 //! `argil edit`.
 
-use crate::args::Edit;
+use crate::args::EditArgs;
 use crate::{input, output};
 use anyhow::{Context, bail, ensure};
-use argil::{Aabb, Action, Applied, BrickEdit, BricksOptions, Journal, Scene, Via, World};
+use argil::{
+    Aabb, Action, BricksOptions, EditReport, EditStats, Journal, Representation, Scene, World,
+};
 use serde_json::{Value, json};
 use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-pub fn run(options: &Edit) -> anyhow::Result<()> {
+pub fn run(options: &EditArgs) -> anyhow::Result<()> {
     let outputs = [&options.output, &options.scene_output, &options.journal];
     let outputs: Vec<&Path> = outputs
         .into_iter()
@@ -19,7 +21,7 @@ pub fn run(options: &Edit) -> anyhow::Result<()> {
     check_outputs(options, &outputs)?;
     let engine = input::engine(&options.on)?;
     ensure!(
-        !matches!(options.via, Some(Via::Mesh(_))),
+        !matches!(options.via, Some(Representation::Mesh(_))),
         "--via mesh: edits are replayed on volumes; take bricks, dense or octree, and `argil mesh` the result"
     );
     // A volume file is what it is; a scene is baked first.
@@ -29,9 +31,9 @@ pub fn run(options: &Edit) -> anyhow::Result<()> {
     let (mut scene, mut world) =
         input::world(&options.scene, &engine, via, &options.volume, about)?;
     input::spare_meshes(&scene, &options.scene, outputs)?;
-    let build_ms = world.build_times().duration_ms;
+    let build_ms = world.build_timings().duration_ms;
     let mut journal = match &options.journal {
-        Some(path) => Some(Journal::begin(path, &scene)?),
+        Some(path) => Some(Journal::create(path, &scene)?),
         None => None,
     };
     let applied = replay(options, &mut scene, &mut world, journal.as_mut());
@@ -44,7 +46,7 @@ pub fn run(options: &Edit) -> anyhow::Result<()> {
     let applied = applied?;
 
     let differing = if options.check {
-        let count = world.differing_cells()?;
+        let count = world.diff_from_rebuild()?;
         Some(count.context("--check compares sparse bricks: take --via bricks")?)
     } else {
         None
@@ -71,7 +73,7 @@ pub fn run(options: &Edit) -> anyhow::Result<()> {
 }
 
 /// Say what is wrong with the outputs before any work. The journal is there after that.
-fn check_outputs(options: &Edit, outputs: &[&Path]) -> anyhow::Result<()> {
+fn check_outputs(options: &EditArgs, outputs: &[&Path]) -> anyhow::Result<()> {
     for (nth, path) in outputs.iter().enumerate() {
         output::check_place(path, &options.edits)?;
         // A scene can be written back to its own file, but nothing else.
@@ -110,18 +112,18 @@ fn check_outputs(options: &Edit, outputs: &[&Path]) -> anyhow::Result<()> {
 }
 
 /// An edit that was followed.
-struct Done {
-    applied: Applied,
-    counts: BrickEdit,
+struct EditRecord {
+    applied: EditReport,
+    counts: EditStats,
     duration_ms: f64,
 }
 
 fn replay(
-    options: &Edit,
+    options: &EditArgs,
     scene: &mut Scene,
     world: &mut World,
     mut journal: Option<&mut Journal>,
-) -> anyhow::Result<Vec<Done>> {
+) -> anyhow::Result<Vec<EditRecord>> {
     let path = options.edits.display();
     let file = std::fs::File::open(&options.edits).with_context(|| path.to_string())?;
     let mut applied = Vec::new();
@@ -160,10 +162,10 @@ fn replay(
         let start = Instant::now();
         let own = world.apply(scene).with_context(place)?;
         // A GPU is waited for, so that it is known what the edit took.
-        let finished = world.finish().with_context(place)?;
+        let finished = world.flush().with_context(place)?;
         // What the world refuses is not recorded.
         record(&mut journal)?;
-        applied.push(Done {
+        applied.push(EditRecord {
             applied: own,
             counts: finished,
             duration_ms: start.elapsed().as_secs_f64() * 1e3,
@@ -192,11 +194,11 @@ fn next_line(file: &mut impl BufRead) -> anyhow::Result<Option<String>> {
 }
 
 fn report(
-    options: &Edit,
+    options: &EditArgs,
     scene: &Scene,
     world: &World,
     build_ms: f64,
-    done: &[Done],
+    done: &[EditRecord],
     differing: Option<u64>,
 ) {
     let mut sorted: Vec<f64> = done.iter().map(|d| d.duration_ms).collect();
@@ -250,7 +252,7 @@ fn report(
     }
 }
 
-fn edit(done: &Done) -> Value {
+fn edit(done: &EditRecord) -> Value {
     let dirty_box = done.applied.dirty_box;
     let Aabb { min, max } = dirty_box;
     // What is not finite has no number in JSON.

@@ -1,7 +1,7 @@
 //! Errors and exit codes: 1 the input or the request, 3 the machine.
 
 use argil::{
-    BricksError, BuildError, EngineError, GpuError, MeshError, MeshFileError, MeshInput,
+    BricksError, BuildError, EngineError, GpuError, MeshError, MeshFileError, MeshReadError,
     RenderError, SurfaceError, VolumeFileError,
 };
 use std::error::Error;
@@ -95,6 +95,10 @@ fn of_bricks(error: &BricksError) -> Option<&'static str> {
     }
 }
 
-fn of_solid(error: &MeshInput) -> Option<&'static str> {
-    matches!(error, MeshInput::Hollow { .. } | MeshInput::Sheets { .. }).then_some("--thickness")
+fn of_solid(error: &MeshReadError) -> Option<&'static str> {
+    matches!(
+        error,
+        MeshReadError::Hollow { .. } | MeshReadError::Sheets { .. }
+    )
+    .then_some("--thickness")
 }

@@ -3,14 +3,14 @@
 use crate::args::Import;
 use crate::{input, output};
 use anyhow::{Context, ensure};
-use argil::{Brush, Format, LoadedMesh, Scene, Shape, WriteOptions};
+use argil::{Brush, LoadedMesh, MeshFormat, MeshWriteOptions, Scene, Shape};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
 pub fn run(options: &Import) -> anyhow::Result<()> {
     output::check_place(&options.output, &options.file)?;
     output::check_ending(&options.output, "a scene", "json")?;
-    let is_mesh = Format::of(&options.file).is_some();
+    let is_mesh = MeshFormat::of(&options.file).is_some();
     let is_sampled = is_mesh || argil::is_image(&options.file.to_string_lossy());
     if !is_sampled {
         refuse_other_meshes(&options.file)?;
@@ -104,7 +104,7 @@ fn thickened(options: &Import, thickness: f32) -> anyhow::Result<PathBuf> {
     let name = format!("{}-thick.ply", stem.to_string_lossy());
     let place = options.output.with_file_name(name);
     output::check_place(&place, &options.file)?;
-    argil::save_mesh(&mesh, Format::Ply, &WriteOptions::default(), &place)?;
+    argil::save_mesh(&mesh, MeshFormat::Ply, &MeshWriteOptions::default(), &place)?;
     Ok(place)
 }
 
@@ -154,11 +154,11 @@ fn about(loaded: &LoadedMesh) -> Value {
         "sheets_left_out": repairs.sheets,
         "warnings": repairs.warnings(),
         "triangles_dropped": repairs.dropped,
-        "triangles_turned": repairs.turned,
-        "parts_turned": repairs.parts_turned,
+        "triangles_turned": repairs.flipped,
+        "parts_turned": repairs.parts_flipped,
         "corners_welded": repairs.welded,
         "sign": "winding number",
         "memory_bytes": size_of_val(loaded.grid.words()),
-        "from_cache": loaded.was_kept,
+        "from_cache": loaded.from_cache,
     })
 }

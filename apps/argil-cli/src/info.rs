@@ -3,14 +3,14 @@
 use crate::args::Info;
 use crate::output;
 use anyhow::Context;
-use argil::{Body, Engine, Format, Report, Stored, Via, VolumeInfo};
+use argil::{Engine, MeshFormat, MeshReport, NodeKind, Representation, VolumeFile, VolumeInfo};
 use serde_json::{Value, json};
 
 pub fn run(options: &Info) -> anyhow::Result<()> {
     if crate::input::is_volume(&options.scene)? {
         return of_volume(options);
     }
-    if Format::of(&options.scene).is_some() {
+    if MeshFormat::of(&options.scene).is_some() {
         return of_mesh(options);
     }
     let scene = crate::input::scene(&options.scene, options.allow_outside)?;
@@ -19,8 +19,8 @@ pub fn run(options: &Info) -> anyhow::Result<()> {
         .with_context(|| options.scene.display().to_string())?;
     let program = world.program();
     let groups = scene
-        .walk()
-        .filter(|&id| matches!(scene.node(id).entry().body, Body::Group))
+        .iter()
+        .filter(|&id| matches!(scene.node(id).desc().kind, NodeKind::Group))
         .count()
         - 1;
     let bounds = program.aabb();
@@ -40,7 +40,7 @@ pub fn run(options: &Info) -> anyhow::Result<()> {
         "materials": scene.materials().len(),
         "box": [corner(bounds.min), corner(bounds.max)],
         "lipschitz": program.lipschitz(),
-        "instructions": program.instrs().len(),
+        "instructions": program.instructions().len(),
         "stack_slots": program.stack_slots(),
         "memory_bytes": program.memory_bytes(),
     });
@@ -56,7 +56,7 @@ fn of_mesh(options: &Info) -> anyhow::Result<()> {
         "{}: there is no triangle in it",
         options.scene.display()
     );
-    let report = Report::of(&mesh.welded());
+    let report = MeshReport::of(&mesh.welded());
     let mut about = output::mesh(&report);
     let own = json!({ "vertices": mesh.positions.len(), "places": report.vertices });
     output::extend(&mut about, own);
@@ -66,9 +66,12 @@ fn of_mesh(options: &Info) -> anyhow::Result<()> {
 
 /// Of a volume file: what is stored, and the scene that it was made from.
 fn of_volume(options: &Info) -> anyhow::Result<()> {
-    let stored = Stored::open(&options.scene)?;
+    let stored = VolumeFile::open(&options.scene)?;
     let scene = crate::input::scene_of(&stored, &options.scene)?;
-    let mut report = output::volume(Via::of(&stored.volume), &VolumeInfo::of(&stored.volume));
+    let mut report = output::volume(
+        Representation::of(&stored.volume),
+        &VolumeInfo::of(&stored.volume),
+    );
     if let Some(report) = report.as_object_mut() {
         report.insert("scene".into(), json!(scene.name));
         report.insert("brushes".into(), json!(scene.brush_count()));

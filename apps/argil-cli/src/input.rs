@@ -1,34 +1,34 @@
 //! What a command is given: a scene or a volume, a device, a way to keep it.
 
-use crate::args::{On, VolumeFlags};
+use crate::args::{DeviceArgs, VolumeArgs};
 use anyhow::{Context, ensure};
 use argil::{
-    BricksOptions, DenseOptions, Encoding, Engine, MeshViaOptions, OctreeOptions, Range, Scene,
-    Stored, Via, World,
+    Band, BricksOptions, DenseOptions, Encoding, Engine, MeshRenderOptions, OctreeOptions,
+    Representation, Scene, VolumeFile, World,
 };
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// The engine that was asked for, with as many threads.
-pub fn engine(on: &On) -> anyhow::Result<Engine> {
+pub fn engine(on: &DeviceArgs) -> anyhow::Result<Engine> {
     if let Some(threads) = on.threads {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.into());
         pool.build_global()
             .map_err(|e| argil::EngineError::Threads(e.to_string()))?;
     }
-    let engine = Engine::on(on.device)?;
+    let engine = Engine::with_backend(on.device)?;
     Ok(crate::progress::watched(engine))
 }
 
 /// A scene file's scene, or that of a volume file.
 pub fn scene(path: &Path, outside: bool) -> anyhow::Result<Scene> {
     ensure!(
-        argil::Format::of(path).is_none() || is_volume(path)?,
+        argil::MeshFormat::of(path).is_none() || is_volume(path)?,
         "{}: this is a mesh, not a scene: `argil import {0} -o scene.json` makes one of it",
         path.display()
     );
     let mut scene = if is_volume(path)? {
-        scene_of(&Stored::open(path)?, path)?
+        scene_of(&VolumeFile::open(path)?, path)?
     } else {
         Scene::open(path)?
     };
@@ -71,7 +71,7 @@ pub fn spare_meshes<'a>(
 
 /// Whether a file is a volume. One that is named so and is none is refused: as a scene it would make no sense.
 pub fn is_volume(path: &Path) -> anyhow::Result<bool> {
-    let is_volume = Stored::is_volume_file(path);
+    let is_volume = VolumeFile::is_volume_file(path);
     let is_named_so = path.extension().is_some_and(|e| e == "argil");
     if is_named_so && !is_volume && path.is_file() {
         return Err(argil::VolumeError::Other(path.into()).into());
@@ -80,7 +80,7 @@ pub fn is_volume(path: &Path) -> anyhow::Result<bool> {
 }
 
 /// The scene that a volume was made from.
-pub fn scene_of(stored: &Stored, path: &Path) -> anyhow::Result<Scene> {
+pub fn scene_of(stored: &VolumeFile, path: &Path) -> anyhow::Result<Scene> {
     Ok(argil::stored_scene(stored, path)?)
 }
 
@@ -88,8 +88,8 @@ pub fn scene_of(stored: &Stored, path: &Path) -> anyhow::Result<Scene> {
 pub fn world(
     path: &Path,
     engine: &Engine,
-    via: Option<Via>,
-    flags: &VolumeFlags,
+    via: Option<Representation>,
+    flags: &VolumeArgs,
     (time, outside): (Option<f32>, bool),
 ) -> anyhow::Result<(Scene, World)> {
     if !is_volume(path)? {
@@ -99,12 +99,12 @@ pub fn world(
         let place = || path.display().to_string();
         let built = engine.build(&scene).with_context(place)?;
         crate::long_work::warn(built.program(), via, path);
-        let world = built.via(via).with_context(place)?;
+        let world = built.with_representation(via).with_context(place)?;
         return Ok((scene, world));
     }
-    let marching = VolumeFlags {
+    let marching = VolumeArgs {
         descent: flags.descent,
-        ..VolumeFlags::default()
+        ..VolumeArgs::default()
     };
     ensure!(
         via.is_none() && *flags == marching,
@@ -112,13 +112,13 @@ pub fn world(
         path.display()
     );
     let (mut scene, mut world) = if outside {
-        engine.load_with_meshes_outside(Stored::open(path)?, path)?
+        engine.load_with_external_meshes(VolumeFile::open(path)?, path)?
     } else {
-        engine.load(Stored::open(path)?, path)?
+        engine.load(VolumeFile::open(path)?, path)?
     };
     if flags.descent.is_some() {
         ensure!(
-            matches!(world.kept_via(), Via::Octree(_)),
+            matches!(world.representation(), Representation::Octree(_)),
             "--descent: {} is no octree",
             path.display()
         );
@@ -144,7 +144,11 @@ pub fn set_time(scene: &mut Scene, time: Option<f32>, path: &Path) -> anyhow::Re
 }
 
 /// How the flags want a scene to be kept. A flag that would do nothing is refused.
-pub fn representation(via: Via, flags: &VolumeFlags, engine: &Engine) -> anyhow::Result<Via> {
+pub fn representation(
+    via: Representation,
+    flags: &VolumeArgs,
+    engine: &Engine,
+) -> anyhow::Result<Representation> {
     if let Some(flag) = idle_flag(via, flags) {
         anyhow::bail!(
             "{flag} does nothing with --via {}: leave it out, or take another --via",
@@ -161,51 +165,52 @@ pub fn representation(via: Via, flags: &VolumeFlags, engine: &Engine) -> anyhow:
     let resolution = flags.resolution.unwrap_or(256);
     let encoding = encoding(via, flags);
     Ok(match via {
-        Via::Field => Via::Field,
-        Via::Mesh(_) => Via::Mesh(MeshViaOptions {
+        Representation::Field => Representation::Field,
+        Representation::Mesh(_) => Representation::Mesh(MeshRenderOptions {
             resolution,
             method: flags.method.unwrap_or_default(),
             flat: flags.flat,
         }),
-        Via::Dense(_) => Via::Dense(DenseOptions {
+        Representation::Dense(_) => Representation::Dense(DenseOptions {
             resolution,
             encoding,
             mips: flags.mips,
             fill: flags.fill.unwrap_or_default(),
         }),
-        Via::Bricks(_) => {
+        Representation::Bricks(_) => {
             let mut options = BricksOptions {
                 resolution,
-                voxel: flags.voxel_size,
+                voxel_size: flags.voxel_size,
                 memory_budget: flags.memory_budget.map(|mib| u64::from(mib) << 20),
                 ..BricksOptions::default()
             };
             options.settings.encoding = encoding;
-            options.settings.brick = flags.brick.unwrap_or(options.settings.brick);
-            Via::Bricks(options)
+            options.settings.brick_size_voxels =
+                flags.brick.unwrap_or(options.settings.brick_size_voxels);
+            Representation::Bricks(options)
         }
-        Via::Octree(_) => {
+        Representation::Octree(_) => {
             let mut options = OctreeOptions {
                 resolution,
                 ..OctreeOptions::default()
             };
             let settings = &mut options.settings;
             settings.encoding = encoding;
-            settings.brick = flags.brick.unwrap_or(settings.brick);
+            settings.brick_size_voxels = flags.brick.unwrap_or(settings.brick_size_voxels);
             settings.depth = flags.depth;
-            settings.keep = flags.keep.unwrap_or_default();
+            settings.brick_test = flags.keep.unwrap_or_default();
             options.order = flags.sort.unwrap_or_default();
-            Via::Octree(options)
+            Representation::Octree(options)
         }
         other => {
-            let mut all = Via::all(resolution).into_iter();
+            let mut all = Representation::all(resolution).into_iter();
             all.find(|via| via.word() == other.word()).unwrap_or(other)
         }
     })
 }
 
 /// The first flag that is given and does nothing with a representation.
-fn idle_flag(via: Via, flags: &VolumeFlags) -> Option<&'static str> {
+fn idle_flag(via: Representation, flags: &VolumeArgs) -> Option<&'static str> {
     let word = via.word();
     // Each flag, whether it is given, and the representations that take it.
     let volumes = ["dense", "octree", "bricks"];
@@ -214,7 +219,11 @@ fn idle_flag(via: Via, flags: &VolumeFlags) -> Option<&'static str> {
             "--resolution",
             flags.resolution.is_some(),
             // One that has options of its own has a resolution as all have.
-            if via == Via::Field { &[] } else { &[word] },
+            if via == Representation::Field {
+                &[]
+            } else {
+                &[word]
+            },
         ),
         ("--bits", flags.bits.is_some(), &volumes),
         ("--band", flags.band.is_some(), &volumes),
@@ -241,19 +250,22 @@ fn idle_flag(via: Via, flags: &VolumeFlags) -> Option<&'static str> {
     idle.map(|(flag, ..)| *flag)
 }
 
-fn encoding(via: Via, flags: &VolumeFlags) -> Encoding {
+fn encoding(via: Representation, flags: &VolumeArgs) -> Encoding {
     let own = match via {
-        Via::Bricks(_) => BricksOptions::default().settings.encoding,
+        Representation::Bricks(_) => BricksOptions::default().settings.encoding,
         _ => Encoding::default(),
     };
-    let bits = flags.bits.unwrap_or(own.bits);
+    let bits = flags.bits.unwrap_or(own.format);
     let range = match (flags.band, flags.stride) {
-        (Some(voxels), _) => Range::Voxels(voxels),
-        (None, Some(stride)) => Range::Stride(stride),
-        (None, None) if bits == own.bits => own.range,
-        (None, None) => Range::default(),
+        (Some(voxels), _) => Band::Voxels(voxels),
+        (None, Some(stride)) => Band::Stride(stride),
+        (None, None) if bits == own.format => own.band,
+        (None, None) => Band::default(),
     };
-    Encoding { bits, range }
+    Encoding {
+        format: bits,
+        band: range,
+    }
 }
 
 /// A file's path as a scene in a folder names it, with `/` between its parts.

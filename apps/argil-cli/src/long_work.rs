@@ -1,6 +1,6 @@
 //! Why work will take long, said before it begins.
 
-use argil::{Program, Via};
+use argil::{Program, Representation};
 use std::path::Path;
 
 /// Of more brushes a picture or a volume takes seconds.
@@ -10,18 +10,18 @@ const MANY_BRUSHES: usize = 200_000;
 const MANY_COPIES: u64 = 64;
 
 /// Warn of what makes a scene slow that is kept in some way.
-pub fn warn(program: &Program, via: Via, path: &Path) {
+pub fn warn(program: &Program, via: Representation, path: &Path) {
     for reason in reasons(program, via) {
         eprintln!("warning: {}: {reason}", path.display());
     }
 }
 
-fn reasons(program: &Program, via: Via) -> Vec<String> {
+fn reasons(program: &Program, via: Representation) -> Vec<String> {
     let mut all = Vec::new();
     let brushes = program.brush_count();
     if brushes > MANY_BRUSHES {
         let remedy = match via {
-            Via::Field => {
+            Representation::Field => {
                 "; a picture of bricks is drawn sooner, once they are baked (--via bricks)"
             }
             _ => "",
@@ -30,7 +30,7 @@ fn reasons(program: &Program, via: Via) -> Vec<String> {
             "this takes long, as the scene has {brushes} brushes{remedy}"
         ));
     }
-    let copies = program.most_copies();
+    let copies = program.max_copies();
     if copies > MANY_COPIES {
         all.push(format!(
             "this takes long, as {copies} copies of a brush are measured around each point: copies that overlap reach far, and \

@@ -18,32 +18,32 @@ mod recover;
 mod render;
 mod schema;
 
-use args::{Arguments, Command};
+use args::{CliCommand, CommandLine};
 use clap::Parser;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
     // clap prints usage errors itself and exits with 2.
-    let arguments = Arguments::parse();
+    let arguments = CommandLine::parse();
     quiet_loaders();
     // Told to stop in the middle of writing, leave nothing behind. Without a handler the old file is whole all the same.
     let _ = ctrlc::set_handler(|| {
-        argil::remove_unfinished_files();
+        argil::remove_temp_files();
         std::process::exit(130);
     });
     let result = match arguments.command {
-        Command::Study(given) => return ended(companion::run("argil-study", &given)),
-        Command::Studio(given) => return ended(companion::run("argil-studio", &given)),
-        Command::Render(options) => render::run(&options),
-        Command::Bake(options) => bake::run(&options),
-        Command::Mesh(options) => mesh::run(&options),
-        Command::Edit(options) => edit::run(&options),
-        Command::Recover(options) => recover::run(&options),
-        Command::Import(options) => import::run(&options),
-        Command::Compare(options) => compare::run(&options),
-        Command::Info(options) => info::run(&options),
-        Command::Devices(options) => devices::run(&options),
-        Command::Schema => schema::run(),
+        CliCommand::Study(given) => return ended(companion::run("argil-study", &given)),
+        CliCommand::Studio(given) => return ended(companion::run("argil-studio", &given)),
+        CliCommand::Render(options) => render::run(&options),
+        CliCommand::Bake(options) => bake::run(&options),
+        CliCommand::Mesh(options) => mesh::run(&options),
+        CliCommand::Edit(options) => edit::run(&options),
+        CliCommand::Recover(options) => recover::run(&options),
+        CliCommand::Import(options) => import::run(&options),
+        CliCommand::Compare(options) => compare::run(&options),
+        CliCommand::Info(options) => info::run(&options),
+        CliCommand::Devices(options) => devices::run(&options),
+        CliCommand::Schema => schema::run(),
     };
     ended(result.map(|()| ExitCode::SUCCESS))
 }

@@ -1,17 +1,20 @@
 //! `argil mesh`.
 
-use crate::args::{Mesh, MeshUnit};
+use crate::args::{MeshArgs, MeshUnit};
 use crate::{input, output};
 use anyhow::{Context, ensure};
-use argil::{Axes, Format, MeshOptions, Meshed, Report, Via, World, WriteOptions, save_mesh};
+use argil::{
+    MeshFormat, MeshOptions, MeshOutput, MeshReport, MeshWriteOptions, Representation, UpAxis,
+    World, save_mesh,
+};
 use serde_json::json;
 use std::path::{Path, PathBuf};
 
-pub fn run(options: &Mesh) -> anyhow::Result<()> {
+pub fn run(options: &MeshArgs) -> anyhow::Result<()> {
     // Say what is wrong with the request before any work.
     let format = match &options.output {
         Some(path) => {
-            let format = Format::of(path);
+            let format = MeshFormat::of(path);
             let format = format.with_context(|| {
                 format!(
                     "{}: meshes are written as .glb, .obj, .ply or .stl",
@@ -25,17 +28,17 @@ pub fn run(options: &Mesh) -> anyhow::Result<()> {
     };
     let how = write_options(options, format.map(|(_, format)| format))?;
     ensure!(
-        !matches!(options.via, Some(Via::Mesh(_))) && !options.volume.flat,
+        !matches!(options.via, Some(Representation::Mesh(_))) && !options.volume.flat,
         "--via mesh, --flat: they say how a picture is drawn; leave them out, or take --normals face"
     );
     ensure!(
-        !matches!(options.via, Some(Via::Octree(_))),
+        !matches!(options.via, Some(Representation::Octree(_))),
         "--via octree: an octree is not meshed; take field, dense or bricks"
     );
     let engine = input::engine(&options.on)?;
     // The field takes its resolution with the mesh, not before.
-    let is_field =
-        options.via.is_none_or(|via| via == Via::Field) && !input::is_volume(&options.scene)?;
+    let is_field = options.via.is_none_or(|via| via == Representation::Field)
+        && !input::is_volume(&options.scene)?;
     let voxel = options.volume.voxel_size.filter(|_| is_field);
     let resolution = options.volume.resolution;
     let mut flags = options.volume.clone();
@@ -60,12 +63,12 @@ pub fn run(options: &Mesh) -> anyhow::Result<()> {
     let settings = MeshOptions {
         method: options.volume.method.unwrap_or_default(),
         resolution: resolution.unwrap_or(256),
-        voxel,
+        voxel_size: voxel,
         iso: options.iso,
         normals: options.normals,
-        most_triangles: options.triangles.map(|n| n as usize),
-        materials: format.is_some_and(|(_, format)| format != Format::Stl),
-        unshared: options.unshared,
+        max_triangles: options.triangles.map(|n| n as usize),
+        materials: format.is_some_and(|(_, format)| format != MeshFormat::Stl),
+        unindexed: options.unshared,
     };
     let place = || options.scene.display().to_string();
     let meshed = world.mesh(&settings).with_context(place)?;
@@ -92,16 +95,16 @@ pub fn run(options: &Mesh) -> anyhow::Result<()> {
 fn save_coarser(
     world: &World,
     settings: &MeshOptions,
-    report: &Report,
+    report: &MeshReport,
     places: Vec<PathBuf>,
     save: impl Fn(&argil::Mesh, &Path) -> anyhow::Result<()>,
-) -> anyhow::Result<Vec<(PathBuf, Meshed)>> {
+) -> anyhow::Result<Vec<(PathBuf, MeshOutput)>> {
     let mut coarser = Vec::new();
     let mut before = report.triangles;
     for (lod, beside) in (1u32..).zip(places) {
         let most = report.triangles as usize >> (2 * lod).min(60);
         let fewer = MeshOptions {
-            most_triangles: Some(most.max(4)),
+            max_triangles: Some(most.max(4)),
             ..*settings
         };
         let fewer = match world.mesh(&fewer) {
@@ -128,7 +131,7 @@ fn lod_path(path: &Path, lod: u32) -> PathBuf {
 }
 
 /// Whether a surface is closed, and each edge between two triangles, in words.
-fn kind(report: &Report) -> &'static str {
+fn kind(report: &MeshReport) -> &'static str {
     if report.is_watertight() {
         "watertight"
     } else if report.open_edges == 0 {
@@ -138,7 +141,10 @@ fn kind(report: &Report) -> &'static str {
     }
 }
 
-fn write_options(options: &Mesh, format: Option<Format>) -> anyhow::Result<WriteOptions> {
+fn write_options(
+    options: &MeshArgs,
+    format: Option<MeshFormat>,
+) -> anyhow::Result<MeshWriteOptions> {
     let axes = options.axes.unwrap_or_default();
     let scale = match options.unit {
         None | Some(MeshUnit::M) => 1.0,
@@ -146,9 +152,9 @@ fn write_options(options: &Mesh, format: Option<Format>) -> anyhow::Result<Write
         Some(MeshUnit::Mm) => 1000.0,
         Some(MeshUnit::In) => 1.0 / 0.0254,
     };
-    if format == Some(Format::Glb) {
+    if format == Some(MeshFormat::Glb) {
         ensure!(
-            axes == Axes::YUp && scale == 1.0,
+            axes == UpAxis::YUp && scale == 1.0,
             "--axes, --unit: glTF is right-handed with y up and in metres, and what reads it turns it; leave them out, or write .obj, .ply or .stl"
         );
     }
@@ -156,28 +162,28 @@ fn write_options(options: &Mesh, format: Option<Format>) -> anyhow::Result<Write
         format.is_some() || (options.axes.is_none() && options.unit.is_none()),
         "--axes and --unit say how a file is written: add -o"
     );
-    Ok(WriteOptions { axes, scale })
+    Ok(MeshWriteOptions { axes, scale })
 }
 
-fn tell(options: &Mesh, world: &World, meshed: &Meshed, lods: &[(PathBuf, Meshed)]) {
+fn tell(options: &MeshArgs, world: &World, meshed: &MeshOutput, lods: &[(PathBuf, MeshOutput)]) {
     let report = &meshed.report;
     let stages = meshed.stages_ms.iter();
     let stages: serde_json::Map<_, _> = stages
         .map(|(stage, ms)| (stage.to_string(), json!(ms)))
         .collect();
-    let build_ms = world.build_times().duration_ms;
+    let build_ms = world.build_timings().duration_ms;
     let mut whole = json!({
         "device": world.engine().device(),
-        "via": world.kept_via().word(),
+        "via": world.representation().word(),
         "resolution": meshed.lattice.size.to_array(),
-        "voxel": meshed.lattice.voxel,
+        "voxel": meshed.lattice.voxel_size,
         "brushes": world.program().brush_count(),
         "build_ms": build_ms,
         "mesh_ms": meshed.duration_ms,
         "stages_ms": stages,
         "vertices": meshed.mesh.positions.len(),
-        "off_voxels": { "rms": meshed.off_voxels[0], "max": meshed.off_voxels[1] },
-        "simplified_by": meshed.simplified_by,
+        "off_voxels": { "rms": meshed.surface_error_voxels[0], "max": meshed.surface_error_voxels[1] },
+        "simplified_by": meshed.simplification_error,
         "lods": lods.iter().map(|(path, lod)| json!({
             "mesh": path.display().to_string(),
             "triangles": lod.report.triangles,
@@ -185,8 +191,8 @@ fn tell(options: &Mesh, world: &World, meshed: &Meshed, lods: &[(PathBuf, Meshed
             "watertight": lod.report.is_watertight(),
             "open_edges": lod.report.open_edges,
             "non_manifold_edges": lod.report.non_manifold_edges,
-            "simplified_by": lod.simplified_by,
-            "off_voxels": { "rms": lod.off_voxels[0], "max": lod.off_voxels[1] },
+            "simplified_by": lod.simplification_error,
+            "off_voxels": { "rms": lod.surface_error_voxels[0], "max": lod.surface_error_voxels[1] },
         })).collect::<Vec<_>>(),
         "memory_bytes": meshed.mesh.memory_bytes(),
         "mesh": options.output.as_ref().map(|p| p.display().to_string()),
@@ -224,7 +230,7 @@ fn tell(options: &Mesh, world: &World, meshed: &Meshed, lods: &[(PathBuf, Meshed
             "{}: {} triangles, off by {:.4} at most, {}",
             path.display(),
             lod.report.triangles,
-            lod.simplified_by,
+            lod.simplification_error,
             kind(&lod.report),
         ));
     }

@@ -1,7 +1,7 @@
 //! What the commands print.
 
 use anyhow::Context;
-use argil::{BuildTimes, Report, Spread, Via, VolumeInfo};
+use argil::{BuildTimings, MeshReport, Percentiles, Representation, VolumeInfo};
 use serde_json::{Value, json};
 use std::io::Write;
 
@@ -19,7 +19,7 @@ pub fn json(value: &Value) {
     line(&value.to_string());
 }
 
-pub fn spread(s: Spread) -> Value {
+pub fn spread(s: Percentiles) -> Value {
     json!({ "mean": s.mean, "p95": s.p95, "max": s.max })
 }
 
@@ -34,33 +34,33 @@ pub fn pair(key: &str, value: &Value) {
 }
 
 /// What a volume of a representation is.
-pub fn volume(via: Via, info: &VolumeInfo) -> Value {
-    let bounds = info.lattice.aabb();
+pub fn volume(via: Representation, info: &VolumeInfo) -> Value {
+    let bounds = info.voxel_grid.aabb();
     let mut about = json!({
         "via": via.word(),
-        "resolution": info.lattice.size.to_array(),
+        "resolution": info.voxel_grid.size.to_array(),
         "box": [bounds.min.to_array(), bounds.max.to_array()],
-        "voxel": info.lattice.voxel,
+        "voxel": info.voxel_grid.voxel_size,
         // What is endless ends at the box.
-        "is_cut_by_box": info.lattice.is_cut,
-        "bits": 8 * info.encoding.bits.bytes(),
-        "band_voxels": info.encoding.range.voxels(),
+        "is_cut_by_box": info.voxel_grid.is_clipped,
+        "bits": 8 * info.encoding.format.bytes(),
+        "band_voxels": info.encoding.band.voxels(),
         "memory_bytes": info.memory_bytes,
     });
-    let own = match (&info.tree, &info.sparse) {
+    let own = match (&info.octree, &info.bricks) {
         (None, None) => json!({ "levels": info.levels }),
         (None, Some(sparse)) => {
             let cells = sparse.layout.grid().to_array().map(u64::from);
             json!({
-                "brick": sparse.layout.brick,
+                "brick": sparse.layout.brick_size_voxels,
                 "bricks": sparse.bricks,
                 "most_bricks": cells.iter().product::<u64>(),
                 "brick_bytes": sparse.bricks * sparse.layout.brick_bytes(),
             })
         }
         (Some(tree), _) => {
-            let side = u64::from(tree.layout.brick);
-            let texel = info.encoding.bits.bytes() as u64;
+            let side = u64::from(tree.layout.brick_size_voxels);
+            let texel = info.encoding.format.bytes() as u64;
             json!({
                 "brick": side,
                 "depth": tree.layout.depth,
@@ -76,16 +76,16 @@ pub fn volume(via: Via, info: &VolumeInfo) -> Value {
 }
 
 /// What a mesh is like.
-pub fn mesh(report: &Report) -> Value {
+pub fn mesh(report: &MeshReport) -> Value {
     let bounds = report.aabb;
     json!({
         "triangles": report.triangles,
         "watertight": report.is_watertight(),
-        "euler": report.euler,
+        "euler": report.euler_characteristic,
         "open_edges": report.open_edges,
         "non_manifold_edges": report.non_manifold_edges,
         "flipped_edges": report.flipped_edges,
-        "degenerate_triangles": report.degenerate,
+        "degenerate_triangles": report.degenerate_triangles,
         "area": report.area,
         "enclosed_volume": report.volume,
         "box": (report.triangles > 0).then(|| [bounds.min.to_array(), bounds.max.to_array()]),
@@ -100,7 +100,7 @@ pub fn extend(report: &mut Value, own: Value) {
 }
 
 /// What the stages of a build took.
-pub fn stages(times: &BuildTimes) -> Value {
+pub fn stages(times: &BuildTimings) -> Value {
     let stages = times.stages_ms.iter();
     Value::Object(
         stages

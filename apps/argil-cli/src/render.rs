@@ -1,15 +1,15 @@
 //! `argil render`.
 
-use crate::args::Render;
+use crate::args::RenderArgs;
 use crate::{input, output};
 use anyhow::Context;
-use argil::{Camera, Drawn, Orbit, Scene, Settings, Via, World};
+use argil::{Camera, Orbit, RenderSettings, RenderedImage, Representation, Scene, World};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-pub fn run(options: &Render) -> anyhow::Result<()> {
+pub fn run(options: &RenderArgs) -> anyhow::Result<()> {
     // Say what is wrong with the request before any work.
     let picture = picture_path(options)?;
     if let Some(path) = &picture {
@@ -30,20 +30,20 @@ pub fn run(options: &Render) -> anyhow::Result<()> {
     )?;
     if options.specialize {
         anyhow::ensure!(
-            world.kept_via() == Via::Field,
+            world.representation() == Representation::Field,
             "--specialize compiles the field, and this is drawn from a volume: leave it out"
         );
         world.specialize()?;
     }
     if options.normals.is_some() {
         anyhow::ensure!(
-            matches!(world.kept_via(), Via::Bricks(_)),
+            matches!(world.representation(), Representation::Bricks(_)),
             "--normals says where bricks take normals from: leave it out, or add --via bricks"
         );
     }
-    let build_ms = match world.kept_via() {
-        Via::Field => start.elapsed().as_secs_f64() * 1e3,
-        _ => world.build_times().duration_ms,
+    let build_ms = match world.representation() {
+        Representation::Field => start.elapsed().as_secs_f64() * 1e3,
+        _ => world.build_timings().duration_ms,
     };
     let camera = options
         .camera
@@ -88,7 +88,7 @@ pub fn run(options: &Render) -> anyhow::Result<()> {
 }
 
 /// Where the picture goes; nowhere for an orbit without -o.
-fn picture_path(options: &Render) -> anyhow::Result<Option<PathBuf>> {
+fn picture_path(options: &RenderArgs) -> anyhow::Result<Option<PathBuf>> {
     if let Some(path) = &options.output {
         let is_png = path
             .extension()
@@ -110,14 +110,14 @@ fn picture_path(options: &Render) -> anyhow::Result<Option<PathBuf>> {
     Ok(Some(Path::new(name).with_extension("png")))
 }
 
-fn settings(options: &Render, world: &World) -> Settings {
+fn settings(options: &RenderArgs, world: &World) -> RenderSettings {
     let own = world.settings(options.size, options.show);
-    Settings {
+    RenderSettings {
         max_steps: options.max_steps.unwrap_or(own.max_steps),
         epsilon: options.epsilon,
         normal_bias: options.normal_bias,
         normals: options.normals.unwrap_or_default(),
-        descent: options.volume.descent.unwrap_or_default(),
+        lookup_start: options.volume.descent.unwrap_or_default(),
         samples: options.samples.unwrap_or(own.samples),
         ground: (own.ground || options.ground) && !options.no_ground,
         ..own
@@ -126,17 +126,21 @@ fn settings(options: &Render, world: &World) -> Settings {
 
 /// Frames one after the other.
 struct Reel<'a> {
-    settings: &'a Settings,
+    settings: &'a RenderSettings,
     path: Option<&'a Path>,
     progress: ProgressBar,
     times: Vec<f64>,
     /// What it took to move what moves.
     edits: Vec<f64>,
-    last: Option<Drawn>,
+    last: Option<RenderedImage>,
 }
 
 impl<'a> Reel<'a> {
-    fn new(settings: &'a Settings, count: u32, path: Option<&'a Path>) -> anyhow::Result<Self> {
+    fn new(
+        settings: &'a RenderSettings,
+        count: u32,
+        path: Option<&'a Path>,
+    ) -> anyhow::Result<Self> {
         let style = ProgressStyle::with_template("{bar:40} frame {pos} of {len}, {eta} left")?;
         Ok(Self {
             settings,
@@ -176,7 +180,7 @@ fn animate(
         let start = Instant::now();
         scene.set_time(duration * i as f32 / count.saturating_sub(1).max(1) as f32);
         world.apply(scene)?;
-        world.finish()?;
+        world.flush()?;
         reel.edits.push(start.elapsed().as_secs_f64() * 1e3);
         reel.draw(world, &camera)?;
     }
@@ -192,12 +196,12 @@ fn numbered(path: &Path, i: usize) -> PathBuf {
 /// What was drawn, for programs. Times are those of the build, of frames and of edits, in milliseconds.
 fn json_report(
     world: &World,
-    drawn: &Drawn,
+    drawn: &RenderedImage,
     (build_ms, frame_ms, edit_ms): (f64, &[f64], &[f64]),
     picture: Option<&Path>,
 ) -> anyhow::Result<Value> {
     let engine = world.engine();
-    let kept = world.kept_via();
+    let kept = world.representation();
     let mut report = json!({
         "device": engine.device(),
         "device_reason": engine.reason(),
@@ -215,11 +219,11 @@ fn json_report(
         "picture": picture.map(|p| p.display().to_string()),
     });
     if let Some(all) = report.as_object_mut()
-        && kept != Via::Field
+        && kept != Representation::Field
     {
         let statistics = &drawn.statistics;
         all.insert("resolution".into(), json!(world.resolution()));
-        all.insert("stages_ms".into(), output::stages(world.build_times()));
+        all.insert("stages_ms".into(), output::stages(world.build_timings()));
         for (key, spread) in [
             ("samples", statistics.samples),
             ("descents", statistics.descents),
@@ -228,14 +232,14 @@ fn json_report(
             all.insert(key.into(), output::spread(spread));
         }
         let info = world.volume_info()?;
-        if let Some(tree) = info.and_then(|info| info.tree) {
+        if let Some(tree) = info.and_then(|info| info.octree) {
             all.insert("bricks".into(), json!(tree.bricks));
             all.insert("nodes".into(), json!(tree.nodes));
         }
-        if let Some(sparse) = info.and_then(|info| info.sparse) {
+        if let Some(sparse) = info.and_then(|info| info.bricks) {
             all.insert("bricks".into(), json!(sparse.bricks));
         }
-        if let Some([triangles, vertices]) = world.triangle_counts() {
+        if let Some([triangles, vertices]) = world.mesh_counts() {
             all.insert("triangles".into(), json!(triangles));
             all.insert("vertices".into(), json!(vertices));
         }
@@ -244,9 +248,9 @@ fn json_report(
 }
 
 fn report(
-    options: &Render,
+    options: &RenderArgs,
     world: &World,
-    drawn: &Drawn,
+    drawn: &RenderedImage,
     build_ms: f64,
     frame_ms: &[f64],
     edit_ms: &[f64],
@@ -254,7 +258,7 @@ fn report(
 ) -> anyhow::Result<()> {
     let engine = world.engine();
     let times = output::times(frame_ms);
-    let kept = world.kept_via();
+    let kept = world.representation();
     if options.json {
         output::json(&json_report(
             world,
@@ -296,7 +300,7 @@ fn report(
         "{} pixels hit; steps a ray: mean {:.1}, p95 {}, max {}",
         drawn.hit_pixels, steps.mean, steps.p95, steps.max
     ));
-    if matches!(kept, Via::Octree(_)) {
+    if matches!(kept, Representation::Octree(_)) {
         let counts = &drawn.statistics;
         output::line(&format!(
             "of them, means: {:.1} samples, {:.1} nodes, {:.1} cells",

@@ -4,7 +4,7 @@
 
 mod common;
 
-use argil::{Format, Report};
+use argil::{MeshFormat, MeshReport};
 use common::{argil, fails, json, scene};
 use std::path::Path;
 
@@ -36,10 +36,10 @@ fn every_format_comes_back_closed() {
             report["off_voxels"]["rms"].as_f64() < Some(0.02),
             "{report}"
         );
-        let own = Report::of(&read(&file).welded());
+        let own = MeshReport::of(&read(&file).welded());
         assert!(own.is_watertight(), "{ending} {own:?}");
         assert_eq!(report["triangles"], own.triangles, "{ending}");
-        assert_eq!(report["euler"], own.euler, "{ending}");
+        assert_eq!(report["euler"], own.euler_characteristic, "{ending}");
         let info = json(&argil(&["info", &file, "--json"]));
         assert_eq!(info["watertight"], true);
     }
@@ -258,7 +258,7 @@ fn meshes_become_scenes() {
         "--json",
     ]));
     assert_eq!(report["watertight"], true, "{report}");
-    assert!(Format::of(Path::new(&place("back.stl"))).is_some());
+    assert!(MeshFormat::of(Path::new(&place("back.stl"))).is_some());
 
     // A scene elsewhere names it by a path that leads out.
     std::fs::create_dir(place("sub")).expect("a folder");

@@ -3,7 +3,7 @@
 
 use anyhow::Context;
 use argil::{Backend, Engine};
-use argil_studio::{Ask, Files, Options, Studio};
+use argil_studio::{FileAccess, FileRequest, Options, Studio};
 use eframe::egui::{self, Pos2, Vec2};
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
@@ -12,8 +12,8 @@ use std::time::{Duration, Instant};
 
 struct NoFiles;
 
-impl Files for NoFiles {
-    fn ask(&mut self, _: Ask, _: &str) -> Option<PathBuf> {
+impl FileAccess for NoFiles {
+    fn ask(&mut self, _: FileRequest, _: &str) -> Option<PathBuf> {
         None
     }
 }
@@ -52,7 +52,7 @@ fn main() -> anyhow::Result<()> {
         Some("gpu") => Backend::Gpu,
         _ => Backend::Cpu,
     };
-    let engine = Engine::on(backend)?;
+    let engine = Engine::with_backend(backend)?;
     println!("{}", engine.device());
     let options = Options {
         engine,

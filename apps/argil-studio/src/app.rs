@@ -1,18 +1,18 @@
 //! The editor as a whole.
 
 use crate::commands::Command;
-use crate::dialog::{Dialog, Then};
+use crate::dialog::{AfterDialog, Dialog};
 use crate::document::Document;
-use crate::files::{Files, IS_PAGE};
+use crate::files::{FileAccess, IS_PAGE};
 use crate::gallery::Gallery;
 use crate::inspector::Inspector;
 use crate::jobs::Jobs;
-use crate::list::{BrushList, history};
 use crate::materials::Materials;
-use crate::picker::Picker;
+use crate::outliner::{Outliner, history};
+use crate::picking::Picker;
 use crate::preferences::Preferences;
 use crate::recovery::{self, Recovery};
-use crate::renderer::Renderer;
+use crate::render_thread::RenderThread;
 use crate::session::Session;
 use crate::view::{Tool, View};
 use argil::{Engine, Scene};
@@ -30,14 +30,14 @@ pub struct Options {
     /// Where journals are kept; nothing is brought back without.
     pub recovery: Option<PathBuf>,
     /// How files are asked for.
-    pub files: Box<dyn Files>,
+    pub files: Box<dyn FileAccess>,
 }
 
 /// See the module's page.
 pub struct Studio {
     pub(crate) session: Session,
     pub(crate) view: View,
-    pub(crate) list: BrushList,
+    pub(crate) list: Outliner,
     pub(crate) gallery: Gallery,
     pub(crate) inspector: Inspector,
     pub(crate) materials: Materials,
@@ -66,7 +66,7 @@ impl Studio {
             } else {
                 Engine::cpu()
             },
-            renderer: Renderer::new(options.engine, wake),
+            renderer: RenderThread::new(options.engine, wake),
             picker: Picker::new(),
             preferences,
             dialog: None,
@@ -78,14 +78,14 @@ impl Studio {
             may_close: false,
             can: Default::default(),
             is_on: Default::default(),
-            wishes: Vec::new(),
+            requests: Vec::new(),
             #[cfg(target_arch = "wasm32")]
-            keeper: crate::kept::Keeper::new(),
+            keeper: crate::local_storage::LocalStorage::new(),
         };
         let mut studio = Self {
             session,
             view: View::default(),
-            list: BrushList::default(),
+            list: Outliner::default(),
             gallery: Gallery::default(),
             inspector: Inspector::new(),
             materials: Materials::default(),
@@ -94,12 +94,12 @@ impl Studio {
         };
         let session = &mut studio.session;
         #[cfg(target_arch = "wasm32")]
-        if let Some(text) = crate::kept::Keeper::found() {
+        if let Some(text) = crate::local_storage::LocalStorage::found() {
             match Scene::from_json(&text, "what the browser kept") {
                 Ok(scene) => session.open_kept(scene),
                 Err(error) => {
-                    crate::kept::set_aside(&text);
-                    session.replace_scene(crate::samples::first(), None);
+                    crate::local_storage::set_aside(&text);
+                    session.replace_scene(crate::sample_scenes::first(), None);
                     session.fail(&error.into());
                 }
             }
@@ -110,7 +110,7 @@ impl Studio {
         }
         // Where none was asked for, and where it cannot be opened.
         if session.document.path().is_none() {
-            session.replace_scene(crate::samples::first(), None);
+            session.replace_scene(crate::sample_scenes::first(), None);
         }
         if let Some(folder) = &session.recovery_folder {
             let left = recovery::left_in(folder);
@@ -161,7 +161,7 @@ impl Studio {
         if self.session.document.is_in_stroke() && !ctx.input(|i| i.pointer.any_down()) {
             self.session.document.end_stroke();
         }
-        self.session.hand_on();
+        self.session.forward_edits();
         if let Some(fault) = self.session.document.take_fault() {
             self.session.fail(&anyhow::anyhow!(
                 "after a crash nothing would come back: {fault}"
@@ -229,7 +229,7 @@ impl Studio {
         }
         if self.session.document.is_changed() {
             ctx.send_viewport_cmd(egui::ViewportCommand::CancelClose);
-            self.session.dialog = Some(Dialog::Unsaved(Then::Quit));
+            self.session.dialog = Some(Dialog::Unsaved(AfterDialog::Quit));
         } else if !self.session.jobs.all().is_empty() {
             ctx.send_viewport_cmd(egui::ViewportCommand::CancelClose);
             self.session.wait_to_close();
@@ -320,7 +320,7 @@ impl eframe::App for Studio {
         self.dropped(&ctx);
         self.shortcuts(&ctx);
         self.work(&ctx);
-        self.fulfil(&ctx);
+        self.handle_requests(&ctx);
         self.offer();
         let session = &mut self.session;
         session.menu_bar(ui);
@@ -338,7 +338,7 @@ impl eframe::App for Studio {
         egui::CentralPanel::no_frame().show(ui, |ui| self.view.ui(&mut self.session, ui));
         self.session.dialogs(&ctx);
         self.was_typing = ctx.text_edit_focused();
-        self.fulfil(&ctx);
+        self.handle_requests(&ctx);
         self.follow(&ctx);
         self.view.ask_for_picture(&mut self.session, &ctx);
         #[cfg(target_arch = "wasm32")]

@@ -11,10 +11,10 @@ use web_sys::{
 };
 
 /// A file's name and what is in it.
-pub type Given = (String, Vec<u8>);
+pub type NamedBytes = (String, Vec<u8>);
 
 /// Files with what is in them, or why there are none.
-pub type Arrived = anyhow::Result<Vec<Given>>;
+pub type Arrived = anyhow::Result<Vec<NamedBytes>>;
 
 thread_local! {
     static ARRIVED: RefCell<Vec<Arrived>> = const { RefCell::new(Vec::new()) };

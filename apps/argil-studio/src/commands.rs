@@ -72,7 +72,7 @@ pub enum Command {
 }
 
 /// A command in the menus.
-pub struct Entry {
+pub struct CommandInfo {
     /// Which.
     pub command: Command,
     /// Its menu.
@@ -88,8 +88,8 @@ const fn entry(
     menu: &'static str,
     name: &'static str,
     shortcut: Option<KeyboardShortcut>,
-) -> Entry {
-    Entry {
+) -> CommandInfo {
+    CommandInfo {
         command,
         menu,
         name,
@@ -122,7 +122,7 @@ const fn ctrl_shift(key: Key) -> Option<KeyboardShortcut> {
 pub const MENUS: [&str; 5] = ["File", "Edit", "Tool", "View", "Help"];
 
 /// All commands, in the order of the menus.
-pub const ALL: &[Entry] = &[
+pub const ALL: &[CommandInfo] = &[
     entry(Command::New, "File", "New", ctrl(Key::N)),
     entry(Command::Open, "File", "Open…", ctrl(Key::O)),
     entry(Command::Save, "File", "Save", ctrl(Key::S)),
@@ -251,7 +251,7 @@ pub const ALL: &[Entry] = &[
 ];
 
 /// What the table says of a command.
-pub fn info(command: Command) -> &'static Entry {
+pub fn info(command: Command) -> &'static CommandInfo {
     // The table has every command; a test tells.
     ALL.iter().find(|e| e.command == command).unwrap_or(&ALL[0])
 }
@@ -279,7 +279,7 @@ pub fn parse(text: &str) -> Option<KeyboardShortcut> {
 }
 
 /// The text of a shortcut, that is parsed again.
-pub fn written(shortcut: &KeyboardShortcut) -> String {
+pub fn format_shortcut(shortcut: &KeyboardShortcut) -> String {
     let m = shortcut.modifiers;
     let mut text = String::new();
     for (is_held, word) in [
@@ -305,7 +305,11 @@ mod tests {
         assert_eq!(commands.len(), ALL.len());
         assert_eq!(commands.len(), Command::Help as usize + 1);
         assert!(ALL.iter().all(|e| MENUS.contains(&e.menu)));
-        let keys: Vec<String> = ALL.iter().flat_map(|e| &e.shortcut).map(written).collect();
+        let keys: Vec<String> = ALL
+            .iter()
+            .flat_map(|e| &e.shortcut)
+            .map(format_shortcut)
+            .collect();
         let own: BTreeSet<&String> = keys.iter().collect();
         assert_eq!(own.len(), keys.len());
     }
@@ -313,7 +317,7 @@ mod tests {
     #[test]
     fn shortcuts_are_read_as_they_are_written() {
         for shortcut in ALL.iter().flat_map(|e| &e.shortcut) {
-            let text = written(shortcut);
+            let text = format_shortcut(shortcut);
             assert_eq!(parse(&text).as_ref(), Some(shortcut), "{text}");
         }
         for bad in ["", "Ctrl+", "Meta+Z", "Ctrl+Shift", "Zzz"] {

@@ -1,17 +1,17 @@
 //! What can be asked or shown over the window.
 
 use crate::commands::Command;
-use crate::recovery::Left;
+use crate::recovery::RecoverableSession;
 use std::path::PathBuf;
 
 /// Over the window there is at most one.
 pub enum Dialog {
     /// Something is not saved.
-    Unsaved(Then),
+    Unsaved(AfterDialog),
     /// Something is not finished, and the window is to be closed; how many steps there were then.
     Unfinished(usize),
     /// A session before has left something.
-    Recover(Vec<Left>),
+    Recover(Vec<RecoverableSession>),
     /// Commands by parts of their names.
     Palette {
         /// What is typed.
@@ -35,7 +35,7 @@ impl Dialog {
 
 /// What comes after the question whether to save.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Then {
+pub enum AfterDialog {
     /// Something new.
     New,
     /// The file that is asked for.
@@ -44,7 +44,7 @@ pub enum Then {
     Open(PathBuf),
     /// A scene's name and text, with meshes.
     #[cfg(target_arch = "wasm32")]
-    Given(crate::browser::Given, Vec<crate::browser::Given>),
+    NamedBytes(crate::browser::NamedBytes, Vec<crate::browser::NamedBytes>),
     /// One of the scenes that come with the editor.
     Sample(&'static str),
     /// The end.

@@ -1,9 +1,9 @@
 //! What is asked or shown over the window.
 
 use crate::commands::{self, Command};
-use crate::dialog::{Dialog, Then};
-use crate::recovery::{self, Left};
-use crate::session::{Session, Wish};
+use crate::dialog::{AfterDialog, Dialog};
+use crate::recovery::{self, RecoverableSession};
+use crate::session::{Request, Session};
 use eframe::egui::{self, Key, KeyboardShortcut};
 
 impl Session {
@@ -41,7 +41,7 @@ impl Session {
         }
     }
 
-    pub(crate) fn unsaved(&mut self, ctx: &egui::Context, then: &Then) -> bool {
+    pub(crate) fn unsaved(&mut self, ctx: &egui::Context, then: &AfterDialog) -> bool {
         let title = self.document.title();
         let mut stays = true;
         let modal = egui::Modal::new(egui::Id::unique("unsaved")).show(ctx, |ui| {
@@ -64,20 +64,20 @@ impl Session {
     }
 
     /// What was put off until it was known whether to save.
-    pub(crate) fn go_on(&mut self, ctx: &egui::Context, then: Then) {
+    pub(crate) fn go_on(&mut self, ctx: &egui::Context, then: AfterDialog) {
         match then {
-            Then::New => self.replace_scene(argil::Scene::new(), None),
-            Then::Ask => self.ask_to_open(),
-            Then::Open(path) => self.open(&path),
+            AfterDialog::New => self.replace_scene(argil::Scene::new(), None),
+            AfterDialog::Ask => self.ask_to_open(),
+            AfterDialog::Open(path) => self.open(&path),
             #[cfg(target_arch = "wasm32")]
-            Then::Given(scene, meshes) => self.open_given(&scene, &meshes),
-            Then::Sample(name) => {
-                if let Some(scene) = crate::samples::sample(name) {
+            AfterDialog::NamedBytes(scene, meshes) => self.open_given(&scene, &meshes),
+            AfterDialog::Sample(name) => {
+                if let Some(scene) = crate::sample_scenes::sample(name) {
                     self.replace_scene(scene, None);
                 }
             }
-            Then::Quit if !self.jobs.all().is_empty() => self.wait_to_close(),
-            Then::Quit => self.close(ctx),
+            AfterDialog::Quit if !self.jobs.all().is_empty() => self.wait_to_close(),
+            AfterDialog::Quit => self.close(ctx),
         }
     }
 
@@ -103,7 +103,7 @@ impl Session {
             if self.document.history().1 == steps {
                 self.close(ctx);
             } else {
-                self.dialog = Some(Dialog::Unsaved(Then::Quit));
+                self.dialog = Some(Dialog::Unsaved(AfterDialog::Quit));
             }
             return false;
         }
@@ -126,7 +126,11 @@ impl Session {
         stays && !modal.should_close()
     }
 
-    pub(crate) fn left_over(&mut self, ctx: &egui::Context, left: &mut Vec<Left>) -> bool {
+    pub(crate) fn left_over(
+        &mut self,
+        ctx: &egui::Context,
+        left: &mut Vec<RecoverableSession>,
+    ) -> bool {
         let mut stays = true;
         egui::Modal::new(egui::Id::unique("recover")).show(ctx, |ui| {
             ui.heading("A session ended before it was saved");
@@ -178,7 +182,7 @@ impl Session {
                 *at = 0;
             }
             let words: Vec<String> = text.split_whitespace().map(str::to_lowercase).collect();
-            let fits = |e: &&commands::Entry| {
+            let fits = |e: &&commands::CommandInfo| {
                 let name = format!("{} {}", e.menu, e.name).to_lowercase();
                 words.iter().all(|word| name.contains(word))
             };
@@ -220,7 +224,7 @@ impl Session {
                 });
         });
         if let Some(command) = run {
-            self.wishes.push(Wish::Run(command));
+            self.requests.push(Request::Run(command));
             return false;
         }
         !modal.should_close()

@@ -7,7 +7,9 @@ use crate::mesh_files::{Named, moved_paths, nothing};
 use crate::names::name_of;
 use crate::recovery::Recovery;
 use anyhow::Context;
-use argil::{Action, Edit, Edited, Entry, Material, NodeId, Program, SampledGrid, Scene, Subtree};
+use argil::{
+    Action, Edit, EditOutcome, Material, NodeDesc, NodeId, NodeTree, Program, SampledGrid, Scene,
+};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -23,7 +25,7 @@ pub struct Document {
     names: Vec<String>,
     /// How many steps were done when it was saved; none where what was saved cannot be come back to.
     saved: Option<usize>,
-    stroke: Option<Stroke>,
+    stroke: Option<DocumentStroke>,
     /// Meshes for which nothing stands in.
     missing: Vec<Named>,
     /// Those of them that nobody was asked for yet.
@@ -39,7 +41,7 @@ pub struct Document {
 /// Groups within one another that a copy can have, so that a journal can be read again.
 const DEEPEST: usize = 50;
 
-fn check_depth(tree: &Subtree) -> anyhow::Result<()> {
+fn check_depth(tree: &NodeTree) -> anyhow::Result<()> {
     anyhow::ensure!(
         tree.depth() <= DEEPEST,
         "groups that are nested more than {DEEPEST} deep cannot be copied"
@@ -48,7 +50,7 @@ fn check_depth(tree: &Subtree) -> anyhow::Result<()> {
 }
 
 /// Edits that are one step.
-struct Stroke {
+struct DocumentStroke {
     /// Steps before it.
     before: usize,
     /// What it is called, until it has changed something: one that changes nothing is no step.
@@ -74,7 +76,7 @@ impl Document {
             selection: Vec::new(),
             scene,
         };
-        document.stand_in();
+        document.insert_placeholders();
         document
     }
 
@@ -83,7 +85,7 @@ impl Document {
         let mut document = Self::new(Scene::new(), path, Recovery::off());
         document.names = vec!["Edit".into(); scene.history_lengths().iter().sum()];
         (document.scene, document.recovery, document.saved) = (scene, recovery, None);
-        document.stand_in();
+        document.insert_placeholders();
         document
     }
 
@@ -121,7 +123,7 @@ impl Document {
     ///
     /// # Errors
     /// If it cannot be done.
-    pub fn edit(&mut self, name: &str, edit: Edit) -> anyhow::Result<Edited> {
+    pub fn edit(&mut self, name: &str, edit: Edit) -> anyhow::Result<EditOutcome> {
         let edited = self.act(name, Action::Edit(edit))?;
         edited.context("an edit that changes nothing")
     }
@@ -130,7 +132,7 @@ impl Document {
     ///
     /// # Errors
     /// If a value in it cannot be used.
-    pub fn replace(&mut self, name: &str, node: NodeId, entry: Entry) -> anyhow::Result<()> {
+    pub fn replace(&mut self, name: &str, node: NodeId, entry: NodeDesc) -> anyhow::Result<()> {
         self.edit(name, Edit::Replace { node, entry }).map(drop)
     }
 
@@ -152,8 +154,8 @@ impl Document {
     }
 
     /// Have a mesh's distances, for brushes that are there and that are put in after.
-    pub fn know_mesh(&mut self, path: &str, resolution: u32, grid: Arc<SampledGrid>) {
-        self.scene.set_mesh(path, resolution, grid);
+    pub fn add_mesh_grid(&mut self, path: &str, resolution: u32, grid: Arc<SampledGrid>) {
+        self.scene.set_mesh_grid(path, resolution, grid);
         self.missing
             .retain(|(own, size)| (own.as_str(), *size) != (path, resolution));
     }
@@ -167,19 +169,19 @@ impl Document {
     pub fn missing_meshes(&self) -> Vec<Named> {
         let is_named = |(path, resolution): &&Named| {
             let names = |node: NodeId| {
-                let file = self.scene.node(node).entry().body.file();
+                let file = self.scene.node(node).desc().kind.file();
                 file.is_some_and(|(own, size, _)| own == path && size == *resolution)
             };
-            self.scene.walk().any(names)
+            self.scene.iter().any(names)
         };
         self.missing.iter().filter(is_named).cloned().collect()
     }
 
     /// Have nothing in place of meshes that are not there.
-    fn stand_in(&mut self) {
+    fn insert_placeholders(&mut self) {
         for named in self.scene.missing_meshes() {
             self.scene
-                .set_mesh(named.0.clone(), named.1, nothing(&named.0));
+                .set_mesh_grid(named.0.clone(), named.1, nothing(&named.0));
             self.missing.push(named.clone());
             self.wanted.push(named);
         }
@@ -203,7 +205,7 @@ impl Document {
         &mut self,
         name: &str,
         (parent, index): (NodeId, usize),
-        tree: Subtree,
+        tree: NodeTree,
     ) -> anyhow::Result<NodeId> {
         check_depth(&tree)?;
         let insert = Action::InsertTree {
@@ -221,28 +223,28 @@ impl Document {
     ///
     /// # Errors
     /// If groups in them are nested too deep for a file to be read again.
-    pub fn copies(&self, nodes: &[NodeId]) -> anyhow::Result<Vec<Subtree>> {
+    pub fn copies(&self, nodes: &[NodeId]) -> anyhow::Result<Vec<NodeTree>> {
         let copy = |&node: &NodeId| {
             let mut tree = self.scene.subtree(node);
             check_depth(&tree)?;
-            tree.entry.locked = false;
+            tree.desc.locked = false;
             Ok(tree)
         };
         nodes.iter().map(copy).collect()
     }
 
-    fn act(&mut self, name: &str, action: Action) -> anyhow::Result<Option<Edited>> {
+    fn act(&mut self, name: &str, action: Action) -> anyhow::Result<Option<EditOutcome>> {
         let before = self.scene.history_lengths()[0];
         // What a journal says of an action is where its nodes are before it.
         let line = self.line_of(&action)?;
         // What cannot be drawn is refused before it is recorded.
         let edited = self.scene.perform_checked(&action, Program::check)?;
-        let has_mesh = action.entries().any(|entry| entry.body.file().is_some());
+        let has_mesh = action.entries().any(|entry| entry.kind.file().is_some());
         self.recovery.record(&line);
         self.actions.push(action);
         match &mut self.stroke {
             None => self.named(before, name),
-            Some(Stroke { before, name }) => {
+            Some(DocumentStroke { before, name }) => {
                 if let Some(name) = name.take() {
                     let before = *before;
                     self.named(before, &name);
@@ -251,7 +253,7 @@ impl Document {
         }
         // Looking through the scene takes a while where it is large.
         if has_mesh {
-            self.stand_in();
+            self.insert_placeholders();
         }
         Ok(edited)
     }
@@ -301,7 +303,7 @@ impl Document {
         let before = self.scene.history_lengths()[0];
         self.control(Action::BeginStroke);
         let name = Some(name.to_owned());
-        self.stroke = Some(Stroke { before, name });
+        self.stroke = Some(DocumentStroke { before, name });
     }
 
     /// See [`Document::begin_stroke`].
@@ -312,7 +314,7 @@ impl Document {
     }
 
     /// The same, and take back what it did.
-    pub fn give_up_stroke(&mut self) {
+    pub fn cancel_stroke(&mut self) {
         let Some(before) = self.stroke.as_ref().map(|stroke| stroke.before) else {
             return;
         };
@@ -332,7 +334,7 @@ impl Document {
         self.end_stroke();
         if self.scene.history_lengths()[0] > 0 {
             self.control(Action::Undo);
-            self.stand_in();
+            self.insert_placeholders();
             self.forget_removed();
         }
     }
@@ -342,7 +344,7 @@ impl Document {
         self.end_stroke();
         if self.scene.history_lengths()[1] > 0 {
             self.control(Action::Redo);
-            self.stand_in();
+            self.insert_placeholders();
             self.forget_removed();
         }
     }
@@ -364,7 +366,7 @@ impl Document {
 
     /// What to call a node.
     pub fn name_of(&self, node: NodeId) -> String {
-        name_of(self.scene.node(node).entry())
+        name_of(self.scene.node(node).desc())
     }
 
     /// Write the scene to a file, its own from now on. In another folder its meshes are named from there.
@@ -381,7 +383,7 @@ impl Document {
             scene.rename_meshes(&moved);
             scene.to_json()
         };
-        crate::place::put(path, |out| out.write_all(text.as_bytes()))?;
+        crate::save_target::write_output(path, |out| out.write_all(text.as_bytes()))?;
         if !moved.is_empty() {
             self.control(Action::RenameMeshes(moved.clone()));
             for (own, _) in &mut self.missing {

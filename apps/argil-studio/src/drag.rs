@@ -1,7 +1,7 @@
 //! A drag of a handle, and the screen that it is on.
 
-use crate::eye::{on_line, on_plane};
-use crate::pose::Pose;
+use crate::node_transform::NodeTransform;
+use crate::viewport_camera::{on_line, on_plane};
 use argil::glam::{Quat, Vec2, Vec3};
 use argil::{NodeId, Shape};
 use eframe::egui::{Color32, Pos2, Rect};
@@ -26,13 +26,13 @@ pub struct Drag {
     /// The shape of the one brush that is dragged, as it was when it began.
     pub(crate) shape: Option<Shape>,
     /// What is dragged: its place in the world when it began, and that of the groups around it.
-    pub(crate) nodes: Vec<(NodeId, Pose, Pose)>,
+    pub(crate) nodes: Vec<(NodeId, NodeTransform, NodeTransform)>,
     /// What is typed for it.
     pub(crate) typed: String,
     /// What was selected before.
     pub(crate) selection: Vec<NodeId>,
     /// Whether it was taken back while it was held.
-    pub(crate) is_given_up: bool,
+    pub(crate) is_cancelled: bool,
 }
 
 /// Handles are as long as this, in points.
@@ -49,7 +49,7 @@ pub(crate) const RING: usize = 48;
 
 /// The viewport's rectangle, with the eye, as the gizmo needs them.
 pub(crate) struct Screen<'a> {
-    pub(crate) eye: &'a crate::eye::Eye,
+    pub(crate) eye: &'a crate::viewport_camera::ViewportCamera,
     pub(crate) rect: Rect,
 }
 
@@ -70,7 +70,7 @@ impl Screen<'_> {
 
     /// A length in points at a place, in the world.
     pub(crate) fn length(&self, points: f32, at: Vec3) -> f32 {
-        points / self.eye.pixels_a_unit(at, self.size())
+        points / self.eye.pixels_per_unit(at, self.size())
     }
 
     pub(crate) fn ring(&self, pivot: Vec3, axis: Vec3, radius: f32) -> Vec<Option<Vec2>> {
@@ -142,7 +142,7 @@ impl Drag {
 }
 
 /// What a drag does to what is dragged.
-pub(crate) enum Change {
+pub(crate) enum DragChange {
     /// About an axis, by degrees.
     Turn(Vec3, f32),
     /// So many times as large.
@@ -151,9 +151,9 @@ pub(crate) enum Change {
     Shift(Vec3),
 }
 
-impl Change {
+impl DragChange {
     /// In words.
-    pub(crate) fn told(&self) -> String {
+    pub(crate) fn readout(&self) -> String {
         match self {
             Self::Turn(_, degrees) => format!("{degrees:.1}°"),
             Self::Scale(factor) => format!("× {factor:.3}"),
@@ -162,24 +162,24 @@ impl Change {
     }
 
     /// What a pose becomes.
-    pub(crate) fn of(&self, pose: &Pose, pivot: Vec3) -> Pose {
+    pub(crate) fn of(&self, pose: &NodeTransform, pivot: Vec3) -> NodeTransform {
         let pivot = pivot.as_dvec3();
         let from = pose.shift - pivot;
         match *self {
             Self::Turn(axis, degrees) => {
                 let turn = Quat::from_axis_angle(axis, degrees.to_radians()).as_dquat();
-                Pose {
+                NodeTransform {
                     turn: (turn * pose.turn).normalize(),
                     shift: pivot + turn * from,
                     ..*pose
                 }
             }
-            Self::Scale(factor) => Pose {
+            Self::Scale(factor) => NodeTransform {
                 scale: pose.scale * f64::from(factor),
                 shift: pivot + f64::from(factor) * from,
                 ..*pose
             },
-            Self::Shift(by) => Pose {
+            Self::Shift(by) => NodeTransform {
                 shift: pose.shift + by.as_dvec3(),
                 ..*pose
             },

@@ -7,7 +7,7 @@ pub const IS_PAGE: bool = cfg!(target_arch = "wasm32");
 
 /// What a file is asked for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Ask {
+pub enum FileRequest {
     /// A scene to open.
     Open,
     /// Where to save a scene.
@@ -24,7 +24,7 @@ pub enum Ask {
     Volume,
 }
 
-impl Ask {
+impl FileRequest {
     /// What kind of file it is, with the endings of its name.
     pub fn kind(self) -> (&'static str, &'static [&'static str]) {
         match self {
@@ -40,10 +40,10 @@ impl Ask {
 }
 
 /// How files are asked for.
-pub trait Files {
+pub trait FileAccess {
     /// A place; none where the asking was given up, or where what was chosen comes later, as bytes, by
     /// themselves. `name` is what is proposed.
-    fn ask(&mut self, what: Ask, name: &str) -> Option<PathBuf>;
+    fn ask(&mut self, what: FileRequest, name: &str) -> Option<PathBuf>;
 
     /// Why nobody was asked the last time, once.
     fn take_fault(&mut self) -> Option<String> {
@@ -63,8 +63,8 @@ pub struct Native {
 const UNSEEN: std::time::Duration = std::time::Duration::from_millis(100);
 
 #[cfg(not(target_arch = "wasm32"))]
-impl Files for Native {
-    fn ask(&mut self, what: Ask, name: &str) -> Option<PathBuf> {
+impl FileAccess for Native {
+    fn ask(&mut self, what: FileRequest, name: &str) -> Option<PathBuf> {
         let start = std::time::Instant::now();
         let path = dialog(what, name);
         if path.is_none() && start.elapsed() < UNSEEN {
@@ -80,15 +80,15 @@ impl Files for Native {
 }
 
 #[cfg(not(target_arch = "wasm32"))]
-fn dialog(what: Ask, name: &str) -> Option<PathBuf> {
+fn dialog(what: FileRequest, name: &str) -> Option<PathBuf> {
     let (kind, endings) = what.kind();
     let mut dialog = rfd::FileDialog::new();
     if !endings.is_empty() {
         dialog = dialog.add_filter(kind, endings);
     }
     match what {
-        Ask::Open | Ask::Import => dialog.pick_file(),
-        Ask::Turntable => dialog.pick_folder(),
+        FileRequest::Open | FileRequest::Import => dialog.pick_file(),
+        FileRequest::Turntable => dialog.pick_folder(),
         _ => {
             let path = dialog.set_file_name(name).save_file()?;
             // Some dialogs leave the ending out.

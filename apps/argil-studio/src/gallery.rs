@@ -3,7 +3,7 @@
 use crate::names::shape_name;
 use crate::ready::ready;
 use argil::glam::Vec3;
-use argil::{Brush, Camera, Engine, Scene, Settings, Shape, Show};
+use argil::{Brush, Camera, Engine, RenderMode, RenderSettings, Scene, Shape};
 use eframe::egui::{self, ColorImage, Sense, TextureHandle, Vec2};
 
 /// Pictures are drawn when they are looked at first.
@@ -24,9 +24,9 @@ fn picture(shape: &Shape) -> Option<ColorImage> {
         target: Vec3::ZERO,
         field_of_view_degrees: 32.0,
     };
-    let settings = Settings {
+    let settings = RenderSettings {
         samples: 4,
-        ..world.settings([PIXELS; 2], Show::Shaded)
+        ..world.settings([PIXELS; 2], RenderMode::Shaded)
     };
     let drawn = ready(world.draw_async(&camera, &settings)).ok()?;
     Some(ColorImage::from_rgb(

@@ -1,14 +1,14 @@
 //! Handles at what is selected: moved, rotated, scaled by dragging.
 
 use crate::drag::*;
+use crate::node_transform::NodeTransform;
 use crate::overlay::label;
-use crate::picker::off_segment;
-use crate::pose::Pose;
+use crate::picking::off_segment;
 use crate::session::Session;
 use crate::stretch::stretched;
 use crate::view::{Tool, View};
 use argil::glam::{Vec2, Vec3};
-use argil::{Body, NodeId};
+use argil::{NodeId, NodeKind};
 use eframe::egui::{self, Color32, Rect, Stroke};
 
 impl View {
@@ -19,9 +19,9 @@ impl View {
         nodes: &[NodeId],
     ) -> Option<(Vec3, [Vec3; 3])> {
         let scene = session.document.scene();
-        let poses: Vec<Pose> = nodes
+        let poses: Vec<NodeTransform> = nodes
             .iter()
-            .map(|&n| Pose::of(scene.node(n).entry()).and(&Pose::around(scene, n)))
+            .map(|&n| NodeTransform::of(scene.node(n).desc()).and(&NodeTransform::around(scene, n)))
             .collect();
         let last = poses.last()?;
         let pivot = poses.iter().map(|p| p.shift.as_vec3()).sum::<Vec3>() / poses.len() as f32;
@@ -88,12 +88,12 @@ impl View {
         }
         if let Some(mut drag) = self.drag.take() {
             type_into(ui, &mut drag.typed);
-            if !drag.is_given_up && ui.input(|i| i.key_pressed(egui::Key::Escape)) {
-                drag.is_given_up = true;
-                session.document.give_up_stroke();
+            if !drag.is_cancelled && ui.input(|i| i.key_pressed(egui::Key::Escape)) {
+                drag.is_cancelled = true;
+                session.document.cancel_stroke();
                 session.document.selection.clone_from(&drag.selection);
             }
-            if let Some(at) = pointer.filter(|_| !drag.is_given_up) {
+            if let Some(at) = pointer.filter(|_| !drag.is_cancelled) {
                 let snaps = session.preferences.snap != ui.input(|i| i.modifiers.command);
                 let told = self.drag_to(session, &screen, &drag, at, snaps);
                 let place = pos(at) + egui::vec2(16.0, -16.0);
@@ -101,7 +101,7 @@ impl View {
             }
             if response.dragged_by(egui::PointerButton::Primary) {
                 self.drag = Some(drag);
-            } else if !drag.is_given_up {
+            } else if !drag.is_cancelled {
                 session.document.end_stroke();
             }
             return true;
@@ -231,8 +231,12 @@ impl View {
         };
         let scene = session.document.scene();
         let pose = |&n: &NodeId| {
-            let outer = Pose::around(scene, n);
-            (n, Pose::of(scene.node(n).entry()).and(&outer), outer)
+            let outer = NodeTransform::around(scene, n);
+            (
+                n,
+                NodeTransform::of(scene.node(n).desc()).and(&outer),
+                outer,
+            )
         };
         let shape = session.document.plain_shape(&nodes);
         let nodes = nodes.iter().map(pose).collect();
@@ -245,7 +249,7 @@ impl View {
             nodes,
             typed: String::new(),
             selection,
-            is_given_up: false,
+            is_cancelled: false,
         });
     }
 
@@ -271,15 +275,15 @@ impl View {
         let change = match self.tool {
             Tool::Rotate => drag.turned(screen, at, backward).map(|(axis, degrees)| {
                 let snapped = || step(degrees, preferences.snap_degrees);
-                Change::Turn(axis, typed.unwrap_or_else(snapped))
+                DragChange::Turn(axis, typed.unwrap_or_else(snapped))
             }),
             Tool::Scale => drag.scaled(screen, at).map(|factor| {
                 let snapped = || step(factor, 0.1);
-                Change::Scale(typed.unwrap_or_else(snapped).clamp(1e-3, 1e3))
+                DragChange::Scale(typed.unwrap_or_else(snapped).clamp(1e-3, 1e3))
             }),
             _ => drag.shifted(screen, at, backward).map(|by| {
                 let snapped = |by: f32| step(by, preferences.snap_length);
-                Change::Shift(match drag.handle {
+                DragChange::Shift(match drag.handle {
                     Handle::Axis(i) => {
                         let along = by.dot(drag.axes[i]);
                         drag.axes[i] * typed.unwrap_or_else(|| snapped(along))
@@ -291,18 +295,18 @@ impl View {
         let Some(change) = change else {
             return String::new();
         };
-        if let (Change::Scale(factor), Handle::Axis(axis)) = (&change, drag.handle) {
+        if let (DragChange::Scale(factor), Handle::Axis(axis)) = (&change, drag.handle) {
             self.stretch(session, drag, axis, *factor);
-            return change.told();
+            return change.readout();
         }
         for (node, pose, outer) in &drag.nodes {
-            let mut entry = session.document.scene().node(*node).entry().clone();
+            let mut entry = session.document.scene().node(*node).desc().clone();
             change.of(pose, drag.pivot).within(outer).write(&mut entry);
-            if entry != *session.document.scene().node(*node).entry() {
+            if entry != *session.document.scene().node(*node).desc() {
                 session.attempt(|s| s.document.replace("Move", *node, entry));
             }
         }
-        change.told()
+        change.readout()
     }
 
     /// Scale the one brush that is dragged along one of its own axes.
@@ -310,12 +314,12 @@ impl View {
         let ([(node, ..)], Some(shape)) = (&drag.nodes[..], &drag.shape) else {
             return;
         };
-        let mut entry = session.document.scene().node(*node).entry().clone();
+        let mut entry = session.document.scene().node(*node).desc().clone();
         let Some(shape) = stretched(shape, axis, factor) else {
             return;
         };
-        entry.body = Body::Shape(shape);
-        if entry != *session.document.scene().node(*node).entry() {
+        entry.kind = NodeKind::Shape(shape);
+        if entry != *session.document.scene().node(*node).desc() {
             session.attempt(|s| s.document.replace("Scale", *node, entry));
         }
     }

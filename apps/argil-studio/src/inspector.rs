@@ -3,18 +3,20 @@
 //! *Practice.* Shapes and modifiers are shown by what they are in a file, value by value, with what the file's schema says
 //! of each: a new shape needs nothing here.
 
-use crate::alike::changed_alike;
-use crate::choice::choice;
 use crate::docs::Docs;
 use crate::document::Document;
 use crate::files::IS_PAGE;
 use crate::icon::{self, Icon};
 use crate::keyframes::keyframes;
 use crate::materials::material_choice;
-use crate::names::{modifier_name, name_of, shape_name, spoken};
+use crate::multi_edit::apply_same_change;
+use crate::names::{humanize, modifier_name, name_of, shape_name};
+use crate::segmented_control::choice;
 use crate::session::Session;
 use crate::values::{fields, number};
-use argil::{Body, Entry, Exactness, Modifier, NodeId, OperatorKind, Profile, Shape, is_image};
+use argil::{
+    BlendProfile, Exactness, Modifier, NodeDesc, NodeId, NodeKind, OperatorKind, Shape, is_image,
+};
 use eframe::egui::{self, RichText};
 use serde_json::Value;
 
@@ -30,16 +32,16 @@ impl Inspector {
     }
 
     pub(crate) fn ui(&self, session: &mut Session, ui: &mut egui::Ui, node: NodeId) {
-        let before = session.document.scene().node(node).entry().clone();
+        let before = session.document.scene().node(node).desc().clone();
         let mut entry = before.clone();
         let name = name_of(&entry);
         ui.horizontal(|ui| {
             ui.strong(&name);
-            match &entry.body {
-                Body::Shape(shape) => {
+            match &entry.kind {
+                NodeKind::Shape(shape) => {
                     let (text, why) = match shape.exactness() {
                         Exactness::Exact => ("exact", "Its distance is the Euclidean one."),
-                        Exactness::Bound => (
+                        Exactness::LowerBound => (
                             "bound",
                             "Its distance is a lower bound of the Euclidean one; its surface is right.",
                         ),
@@ -47,7 +49,7 @@ impl Inspector {
                     ui.label(RichText::new(text).small().weak())
                         .on_hover_text(why);
                 }
-                Body::Group => {
+                NodeKind::Group => {
                     let count = session.document.scene().node(node).children().len();
                     ui.weak(format!("{count} inside"));
                 }
@@ -66,7 +68,7 @@ impl Inspector {
         let mut done: Option<String> = None;
         ui.add_enabled_ui(!is_locked, |ui| {
             self.operator(&session.document, ui, &mut entry, &mut done);
-            if let Body::Shape(shape) = &mut entry.body {
+            if let NodeKind::Shape(shape) = &mut entry.kind {
                 ui.separator();
                 self.file(session, ui, node, shape);
                 if self.shape(ui, shape) {
@@ -125,7 +127,7 @@ impl Inspector {
         &self,
         document: &Document,
         ui: &mut egui::Ui,
-        entry: &mut Entry,
+        entry: &mut NodeDesc,
         done: &mut Option<String>,
     ) {
         let before = entry.operator;
@@ -150,13 +152,13 @@ impl Inspector {
             ui.label("Blend radius");
             number(ui, "Blend radius", "blend", &mut operator.blend);
             operator.blend = operator.blend.max(0.0);
-            ui.selectable_value(&mut operator.profile, Profile::Smooth, "smooth");
-            ui.selectable_value(&mut operator.profile, Profile::Chamfer, "chamfer");
+            ui.selectable_value(&mut operator.profile, BlendProfile::Smooth, "smooth");
+            ui.selectable_value(&mut operator.profile, BlendProfile::Chamfer, "chamfer");
         });
         if operator.kind == OperatorKind::Morph {
             ui.horizontal(|ui| {
                 ui.label("Amount");
-                ui.add(egui::Slider::new(&mut operator.amount, 0.0..=1.0));
+                ui.add(egui::Slider::new(&mut operator.morph_amount, 0.0..=1.0));
             });
         }
         if *operator != before {
@@ -177,7 +179,7 @@ impl Inspector {
             return false;
         };
         let kind = map["type"].as_str().unwrap_or_default().to_owned();
-        let name = spoken(&kind);
+        let name = humanize(&kind);
         // Those are chosen above.
         let of_file = ["path", "resolution"].map(|key| (key, map.remove(key)));
         if !fields(ui, &name, &mut map, |key| self.docs.of("Shape", &kind, key)) {
@@ -196,7 +198,7 @@ impl Inspector {
         true
     }
 
-    fn modifiers(&self, ui: &mut egui::Ui, entry: &mut Entry, done: &mut Option<String>) {
+    fn modifiers(&self, ui: &mut egui::Ui, entry: &mut NodeDesc, done: &mut Option<String>) {
         ui.horizontal(|ui| {
             ui.label("Modifiers");
             ui.menu_button("Add…", |ui| {
@@ -263,7 +265,7 @@ impl Session {
         &mut self,
         what: &str,
         node: NodeId,
-        (before, after): (&Entry, Entry),
+        (before, after): (&NodeDesc, NodeDesc),
         is_held: bool,
     ) {
         if !self.document.is_in_stroke() {
@@ -273,8 +275,8 @@ impl Session {
             if other == node || self.document.is_locked(other) {
                 continue;
             }
-            let own = self.document.scene().node(other).entry();
-            let changed = changed_alike(before, &after, own);
+            let own = self.document.scene().node(other).desc();
+            let changed = apply_same_change(before, &after, own);
             if changed != *own {
                 self.attempt(|s| s.document.replace(what, other, changed));
             }

@@ -1,14 +1,14 @@
 //! Long work beside the window: with its progress, and an end before its time.
 
-use crate::eye::Eye;
-use crate::files::Ask;
+use crate::files::FileRequest;
 use crate::mesh_files::{Load, Named, scene_of};
-use crate::place;
 use crate::ready::ready;
+use crate::save_target;
+use crate::viewport_camera::ViewportCamera;
 use anyhow::Context;
 use argil::{
-    BricksOptions, Engine, Format, LoadedMesh, MeshOptions, NodeId, Orbit, Scene, Settings, Show,
-    WriteOptions, write_mesh, write_png,
+    BricksOptions, Engine, LoadedMesh, MeshFormat, MeshOptions, MeshWriteOptions, NodeId, Orbit,
+    RenderMode, RenderSettings, Scene, write_mesh, write_png,
 };
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -17,7 +17,7 @@ use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::sync::mpsc::{Receiver, channel};
 
 /// What a job came to.
-pub enum Done {
+pub enum JobResult {
     /// Something was written.
     Written(String),
     /// Meshes were sampled.
@@ -27,7 +27,7 @@ pub enum Done {
 }
 
 /// What meshes are sampled for.
-pub enum Aim {
+pub enum JobTarget {
     /// For brushes that name them.
     Known,
     /// To be what a brush is.
@@ -45,17 +45,17 @@ pub struct Loaded {
     /// The document that they are for.
     pub document: u64,
     /// What they are for.
-    pub aim: Aim,
+    pub aim: JobTarget,
 }
 
 /// How far it is, seen from both sides.
 #[derive(Default)]
-struct Progress {
+struct JobProgress {
     thousandths: AtomicU32,
     is_cancelled: AtomicBool,
 }
 
-impl Progress {
+impl JobProgress {
     fn set(&self, part: f32) -> bool {
         let part = (1000.0 * part) as u32;
         self.thousandths.store(part, Ordering::Relaxed);
@@ -72,7 +72,7 @@ impl Progress {
         path: &Path,
         write: impl FnOnce(&mut dyn Write) -> std::io::Result<()>,
     ) -> anyhow::Result<()> {
-        place::put(path, |out| {
+        save_target::write_output(path, |out| {
             write(out)?;
             if self.is_cancelled() {
                 return Err(std::io::ErrorKind::Interrupted.into());
@@ -83,16 +83,16 @@ impl Progress {
 }
 
 /// One that runs.
-pub struct Job {
+pub struct BackgroundJob {
     /// In words.
     pub name: String,
     /// Whether it reads meshes, and for which brush if it is for one.
     reads: Option<Option<NodeId>>,
-    progress: Arc<Progress>,
-    result: Receiver<anyhow::Result<Done>>,
+    progress: Arc<JobProgress>,
+    result: Receiver<anyhow::Result<JobResult>>,
 }
 
-impl Job {
+impl BackgroundJob {
     /// From 0 to 1; 0 while it is not known.
     pub fn part(&self) -> f32 {
         self.progress.thousandths.load(Ordering::Relaxed) as f32 / 1000.0
@@ -106,7 +106,7 @@ impl Job {
 
 /// All that run.
 #[derive(Default)]
-pub struct Jobs(Vec<Job>);
+pub struct Jobs(Vec<BackgroundJob>);
 
 /// Pictures of a turn.
 const FRAMES: u32 = 72;
@@ -114,7 +114,7 @@ const PICTURE: [u32; 2] = [1920, 1080];
 
 impl Jobs {
     /// Those that run.
-    pub fn all(&self) -> &[Job] {
+    pub fn all(&self) -> &[BackgroundJob] {
         &self.0
     }
 
@@ -124,11 +124,11 @@ impl Jobs {
     }
 
     /// What is done now.
-    pub fn finished(&mut self) -> Vec<anyhow::Result<Done>> {
+    pub fn finished(&mut self) -> Vec<anyhow::Result<JobResult>> {
         let mut done = Vec::new();
         self.0.retain(|job| match job.result.try_recv() {
             _ if job.progress.is_cancelled() => {
-                done.push(Ok(Done::Cancelled));
+                done.push(Ok(JobResult::Cancelled));
                 false
             }
             Ok(result) => {
@@ -148,9 +148,9 @@ impl Jobs {
         &mut self,
         name: String,
         reads: Option<Option<NodeId>>,
-        work: impl AsyncFnOnce(&Progress) -> anyhow::Result<Done> + Send + 'static,
+        work: impl AsyncFnOnce(&JobProgress) -> anyhow::Result<JobResult> + Send + 'static,
     ) {
-        let progress = Arc::new(Progress::default());
+        let progress = Arc::new(JobProgress::default());
         let (sender, result) = channel();
         let own = progress.clone();
         #[cfg(not(target_arch = "wasm32"))]
@@ -163,7 +163,7 @@ impl Jobs {
             breathe().await;
             let _ = sender.send(work(&own).await);
         });
-        self.0.push(Job {
+        self.0.push(BackgroundJob {
             name,
             reads,
             progress,
@@ -177,10 +177,10 @@ impl Jobs {
         name: String,
         wanted: Vec<Named>,
         mut load: Load,
-        (document, aim): (u64, Aim),
+        (document, aim): (u64, JobTarget),
     ) {
         let brush = match aim {
-            Aim::Brush(node) => Some(node),
+            JobTarget::Brush(node) => Some(node),
             _ => None,
         };
         if brush.is_some() {
@@ -192,7 +192,7 @@ impl Jobs {
             for (i, named) in wanted.iter().enumerate() {
                 breathe().await;
                 if progress.set(i as f32 / wanted.len() as f32) {
-                    return Ok(Done::Cancelled);
+                    return Ok(JobResult::Cancelled);
                 }
                 match load(&mut scene_of(named)?) {
                     Ok(loaded) if loaded.is_empty() => faults.push(not_given(named)),
@@ -200,7 +200,7 @@ impl Jobs {
                     Err(error) => faults.push(error.into()),
                 }
             }
-            Ok(Done::Loaded(Loaded {
+            Ok(JobResult::Loaded(Loaded {
                 meshes,
                 faults,
                 document,
@@ -210,7 +210,7 @@ impl Jobs {
     }
 
     /// Write what was asked for.
-    pub fn export(&mut self, what: Ask, scene: Scene, path: PathBuf, how: How) {
+    pub fn export(&mut self, what: FileRequest, scene: Scene, path: PathBuf, how: ExportOptions) {
         let name = format!("Exporting {}", path.display());
         self.start(name, None, async move |progress| {
             export(what, &scene, &path, how, progress).await
@@ -219,13 +219,13 @@ impl Jobs {
 }
 
 /// How something is exported.
-pub struct How {
+pub struct ExportOptions {
     /// What pictures are drawn on.
     pub engine: Engine,
     /// Voxels along the longest side.
     pub resolution: u32,
     /// From where it is looked at.
-    pub eye: Eye,
+    pub eye: ViewportCamera,
 }
 
 /// Let what waits go on: in a browser there is one thread for everything.
@@ -235,15 +235,15 @@ async fn breathe() {
 }
 
 async fn export(
-    what: Ask,
+    what: FileRequest,
     scene: &Scene,
     path: &Path,
-    how: How,
-    progress: &Progress,
-) -> anyhow::Result<Done> {
+    how: ExportOptions,
+    progress: &JobProgress,
+) -> anyhow::Result<JobResult> {
     let mut written = path.display().to_string();
     match what {
-        Ask::Mesh => {
+        FileRequest::Mesh => {
             let world = Engine::cpu().build(scene)?.field();
             let options = MeshOptions {
                 resolution: how.resolution,
@@ -252,36 +252,40 @@ async fn export(
             let meshed = world.mesh_async(&options).await?;
             breathe().await;
             if progress.set(0.5) {
-                return Ok(Done::Cancelled);
+                return Ok(JobResult::Cancelled);
             }
             let counts = meshed.report.triangles;
-            let format = Format::of(path).context("the name ends in .glb, .obj, .ply or .stl")?;
+            let format =
+                MeshFormat::of(path).context("the name ends in .glb, .obj, .ply or .stl")?;
             progress.put(path, |out| {
-                write_mesh(&meshed.mesh, format, &WriteOptions::default(), out)
+                write_mesh(&meshed.mesh, format, &MeshWriteOptions::default(), out)
             })?;
             written += &format!(", {counts} triangles");
         }
-        Ask::Volume => {
+        FileRequest::Volume => {
             let options = BricksOptions {
                 resolution: how.resolution,
                 ..BricksOptions::default()
             };
-            let world = Engine::cpu().build(scene)?.via_async(options).await?;
+            let world = Engine::cpu()
+                .build(scene)?
+                .with_representation_async(options)
+                .await?;
             breathe().await;
             if progress.set(0.5) {
-                return Ok(Done::Cancelled);
+                return Ok(JobResult::Cancelled);
             }
             progress.put(path, |out| ready(world.write_async(out)))?;
         }
-        Ask::Turntable => {
+        FileRequest::Turntable => {
             let world = how.engine.build(scene)?.field();
             let settings = settings(&world);
-            let mut folder = place::Folder::new(path)?;
+            let mut folder = save_target::Folder::new(path)?;
             for (i, camera) in Orbit::around(how.eye.camera(), FRAMES).enumerate() {
                 breathe().await;
                 if progress.set(i as f32 / FRAMES as f32) {
                     folder.discard();
-                    return Ok(Done::Cancelled);
+                    return Ok(JobResult::Cancelled);
                 }
                 let drawn = world.draw_async(&camera, &settings).await?;
                 folder.put(&format!("frame-{i:03}.png"), |out| {
@@ -297,20 +301,20 @@ async fn export(
                 .draw_async(&how.eye.camera(), &settings(&world))
                 .await?;
             if progress.set(0.9) {
-                return Ok(Done::Cancelled);
+                return Ok(JobResult::Cancelled);
             }
             progress.put(path, |out| write_png(drawn.size, &drawn.rgb, out))?;
         }
     }
-    Ok(Done::Written(format!("{written}: written")))
+    Ok(JobResult::Written(format!("{written}: written")))
 }
 
 fn not_given((path, _): &Named) -> anyhow::Error {
     anyhow::anyhow!("the mesh {path} is not there: open its file too, or drop it on the page")
 }
 
-fn settings(world: &argil::World) -> Settings {
-    world.settings(PICTURE, Show::Shaded)
+fn settings(world: &argil::World) -> RenderSettings {
+    world.settings(PICTURE, RenderMode::Shaded)
 }
 
 #[cfg(test)]
@@ -322,7 +326,7 @@ mod tests {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("mesh.obj");
         let write = |text: &'static str| move |out: &mut dyn Write| out.write_all(text.as_bytes());
-        let progress = Progress::default();
+        let progress = JobProgress::default();
         progress.put(&path, write("before")).expect("a file");
         progress.is_cancelled.store(true, Ordering::Relaxed);
         assert!(progress.put(&path, write("after")).is_err());
@@ -342,7 +346,7 @@ mod tests {
                 format!("{resolution}"),
                 vec![named],
                 load,
-                (0, Aim::Brush(node)),
+                (0, JobTarget::Brush(node)),
             );
         }
         let names: Vec<&str> = jobs.all().iter().map(|job| job.name.as_str()).collect();
@@ -357,11 +361,11 @@ mod tests {
         jobs.start("Waiting".into(), None, async move |_| {
             // Until the test has seen what it came for.
             let _ = held.recv();
-            Ok(Done::Written("late".into()))
+            Ok(JobResult::Written("late".into()))
         });
         assert!(jobs.finished().is_empty());
         jobs.all()[0].cancel();
-        assert!(matches!(jobs.finished()[..], [Ok(Done::Cancelled)]));
+        assert!(matches!(jobs.finished()[..], [Ok(JobResult::Cancelled)]));
         assert!(jobs.all().is_empty());
         drop(hold);
     }

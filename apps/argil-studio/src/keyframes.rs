@@ -1,13 +1,13 @@
 //! Values of what is selected that change with time.
 
-use crate::choice::choice;
 use crate::icon::{self, Icon};
+use crate::segmented_control::choice;
 use crate::values::number;
-use argil::{Ease, Entry, Keyframe, Turn};
+use argil::{AxisAngle, Ease, Keyframe, NodeDesc};
 use eframe::egui::{self, RichText};
 
 /// Show an entry's keyframes and let them be changed.
-pub fn keyframes(ui: &mut egui::Ui, entry: &mut Entry, done: &mut Option<String>) {
+pub fn keyframes(ui: &mut egui::Ui, entry: &mut NodeDesc, done: &mut Option<String>) {
     let before = entry.keyframes.clone();
     ui.horizontal(|ui| {
         ui.label("Keyframes");
@@ -77,7 +77,7 @@ fn values(ui: &mut egui::Ui, own: &mut Keyframe) {
             );
         }
     });
-    let still = Turn {
+    let still = AxisAngle {
         axis: [0.0, 1.0, 0.0],
         degrees: 0.0,
     };

@@ -4,56 +4,50 @@
 //! that a session comes back after a crash; the painter, on a thread of its own, follows them with worlds of the pipelines
 //! that are looked at; the window asks it for one picture at a time and shows the last. Nothing waits for anything.
 
-mod alike;
 mod app;
+mod bars;
 #[cfg(target_arch = "wasm32")]
 mod browser;
-mod choice;
+mod command_handlers;
 mod commands;
 mod dialog;
 mod dialogs;
 mod docs;
 mod document;
+mod document_edits;
 mod drag;
-mod edits;
-mod eye;
 mod files;
+mod framing;
 mod gallery;
-#[cfg(target_arch = "wasm32")]
-mod given;
 mod gizmo;
 mod grid;
 mod icon;
 mod inspector;
 mod jobs;
-#[cfg(target_arch = "wasm32")]
-mod kept;
 mod keyframes;
-mod list;
-mod looking;
+#[cfg(target_arch = "wasm32")]
+mod local_storage;
 mod materials;
-mod menus;
 mod mesh_files;
 mod meshes;
 mod mirrors;
+mod multi_edit;
 mod names;
+mod node_transform;
 mod opening;
+mod outliner;
 mod overlay;
-#[cfg(target_arch = "wasm32")]
-mod page;
-mod painter;
-mod picker;
-mod pictures;
-mod place;
-mod pose;
+mod picking;
 mod preferences;
 mod ready;
 mod recovery;
-mod renderer;
-mod run;
-mod samples;
+mod render_thread;
+mod render_worker;
+mod sample_scenes;
+mod save_target;
 mod sculpt;
 mod sculpting;
+mod segmented_control;
 mod selection;
 mod session;
 mod stretch;
@@ -61,13 +55,19 @@ mod tools;
 mod values;
 mod view;
 mod viewport;
+mod viewport_camera;
+mod viewport_images;
+#[cfg(target_arch = "wasm32")]
+mod web;
+#[cfg(target_arch = "wasm32")]
+mod web_files;
 
 pub use app::{Options, Studio};
 pub use document::Document;
-pub use files::{Ask, Files};
+pub use files::{FileAccess, FileRequest};
 
 #[cfg(target_arch = "wasm32")]
-pub use page::{is_settled, place_of, start, told};
+pub use web::{is_settled, place_of, start, told};
 
 /// The machine has no screen, or nothing to draw a window with.
 #[derive(Debug, thiserror::Error)]

@@ -36,7 +36,7 @@ mod native {
                 pool.build_global()
                     .map_err(|e| argil::EngineError::Threads(e.to_string()))?;
             }
-            let engine = Engine::on(match &*arguments.device {
+            let engine = Engine::with_backend(match &*arguments.device {
                 "cpu" => Backend::Cpu,
                 "gpu" => Backend::Gpu,
                 _ => Backend::Auto,

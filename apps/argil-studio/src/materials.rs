@@ -1,8 +1,8 @@
 //! The scene's materials.
 
-use crate::choice::choice;
 use crate::document::Document;
-use crate::session::{Session, Wish};
+use crate::segmented_control::choice;
+use crate::session::{Request, Session};
 use crate::values::number;
 use argil::Material;
 use eframe::egui;
@@ -106,7 +106,7 @@ impl Materials {
                 session.attempt(|s| {
                     s.document.rename_material(name, text.trim())?;
                     let names = [name, text.trim()].map(str::to_owned);
-                    s.wishes.push(Wish::Rename(names));
+                    s.requests.push(Request::Rename(names));
                     Ok(())
                 });
             }

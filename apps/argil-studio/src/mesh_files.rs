@@ -2,7 +2,8 @@
 
 use argil::glam::{UVec3, Vec3};
 use argil::{
-    Aabb, Body, Brush, LoadedMesh, MeshFileError, SampledGrid, Scene, Shape, is_image, load_meshes,
+    Aabb, Brush, LoadedMesh, MeshFileError, NodeKind, SampledGrid, Scene, Shape, is_image,
+    load_meshes,
 };
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -52,8 +53,8 @@ pub fn from_files(folder: PathBuf, outside: bool) -> Load {
 
 /// From files that are at hand.
 #[cfg(target_arch = "wasm32")]
-pub fn from_bytes(files: Vec<crate::browser::Given>) -> Load {
-    Box::new(move |scene| argil::load_meshes_of(scene, &files))
+pub fn from_bytes(files: Vec<crate::browser::NamedBytes>) -> Load {
+    Box::new(move |scene| argil::load_meshes_from_bytes(scene, &files))
 }
 
 /// The folder of a file.
@@ -67,9 +68,9 @@ pub fn folder_of(path: &Path) -> &Path {
 }
 
 /// What a brush is of another file: as long and high as before, if it is of the same kind.
-pub fn other_file(before: &Body, mesh: &LoadedMesh) -> Shape {
+pub fn other_file(before: &NodeKind, mesh: &LoadedMesh) -> Shape {
     let own = mesh.shape();
-    let Body::Shape(before) = before else {
+    let NodeKind::Shape(before) = before else {
         return own;
     };
     let mut kept = before.clone();
@@ -113,9 +114,9 @@ pub fn moved_paths(scene: &Scene, from: Option<&Path>, to: &Path) -> BTreeMap<St
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::eye::Eye;
-    use crate::painter::Pipeline;
-    use argil::{Engine, Show};
+    use crate::render_worker::Pipeline;
+    use crate::viewport_camera::ViewportCamera;
+    use argil::{Engine, RenderMode};
 
     #[test]
     fn what_stands_in_is_seen_by_none() {
@@ -125,7 +126,7 @@ mod tests {
         scene
             .push(Brush::new(Shape::mesh("gone.obj")))
             .expect("a mesh");
-        scene.set_mesh(
+        scene.set_mesh_grid(
             "gone.obj",
             usual_resolution("gone.obj"),
             nothing("gone.obj"),
@@ -134,10 +135,10 @@ mod tests {
         for pipeline in Pipeline::all() {
             let hit = |scene: &Scene| {
                 let built = Engine::cpu().build(scene);
-                let world = built.and_then(|built| built.via(pipeline.via(32)));
+                let world = built.and_then(|built| built.with_representation(pipeline.via(32)));
                 let world = world.expect("a world");
-                let settings = world.settings([60, 40], Show::Normal);
-                let drawn = world.draw(&Eye::default().camera(), &settings);
+                let settings = world.settings([60, 40], RenderMode::Normal);
+                let drawn = world.draw(&ViewportCamera::default().camera(), &settings);
                 drawn.expect("a picture").hit_pixels as f64
             };
             let (with, without) = (hit(&scene), hit(&lone));

@@ -2,11 +2,11 @@
 //! stands in for them.
 
 use crate::files::IS_PAGE;
-use crate::jobs::{Aim, Loaded};
+use crate::jobs::{JobTarget, Loaded};
 use crate::mesh_files::other_file;
 use crate::mesh_files::*;
-use crate::session::{Session, Wish};
-use argil::{Body, Brush, NodeId};
+use crate::session::{Request, Session};
+use argil::{Brush, NodeId, NodeKind};
 use std::path::Path;
 
 impl Session {
@@ -20,7 +20,7 @@ impl Session {
     #[cfg(target_arch = "wasm32")]
     pub(crate) fn load_again<'a>(&self, paths: impl Iterator<Item = &'a str>) -> Load {
         let name = |path: &'a str| path.rsplit('/').next().unwrap_or(path);
-        let kept = paths.filter_map(|path| crate::kept::kept_mesh(name(path)));
+        let kept = paths.filter_map(|path| crate::local_storage::kept_mesh(name(path)));
         crate::mesh_files::from_bytes(kept.collect())
     }
 
@@ -46,14 +46,14 @@ impl Session {
         if !wanted.is_empty() {
             let name = format!("Reading {}", self.document.title());
             self.jobs
-                .load(name, wanted, load, (self.document.id(), Aim::Known));
+                .load(name, wanted, load, (self.document.id(), JobTarget::Known));
         }
     }
 
     /// Have a brush be of another mesh, or of the same at another resolution, once it is sampled.
     pub(crate) fn resample(&mut self, node: NodeId, named: Named, load: Load) {
         let name = format!("Sampling {}", named.0);
-        let aim = (self.document.id(), Aim::Brush(node));
+        let aim = (self.document.id(), JobTarget::Brush(node));
         self.jobs.load(name, vec![named], load, aim);
     }
 
@@ -74,7 +74,7 @@ impl Session {
                 self.read_meshes.insert(mesh.path.clone());
             }
             self.document
-                .know_mesh(&mesh.path, mesh.resolution, mesh.grid.clone());
+                .add_mesh_grid(&mesh.path, mesh.resolution, mesh.grid.clone());
         }
         if !meshes.is_empty() {
             self.reload();
@@ -89,24 +89,24 @@ impl Session {
         // What was left out of it, or filled.
         let warnings = mesh.warnings().join("; ");
         match aim {
-            Aim::Known => {}
-            Aim::Brush(node) => {
+            JobTarget::Known => {}
+            JobTarget::Brush(node) => {
                 anyhow::ensure!(
                     !self.document.is_locked(node),
                     "what is to be changed is locked"
                 );
-                let mut entry = self.document.scene().node(node).entry().clone();
-                entry.body = Body::Shape(other_file(&entry.body, &mesh));
+                let mut entry = self.document.scene().node(node).desc().clone();
+                entry.kind = NodeKind::Shape(other_file(&entry.kind, &mesh));
                 self.document.replace("Change mesh", node, entry)?;
                 if !warnings.is_empty() {
-                    self.tell(format!("{}: {warnings}", mesh.path));
+                    self.show_note(format!("{}: {warnings}", mesh.path));
                 }
             }
-            Aim::New(name) => {
+            JobTarget::New(name) => {
                 let brush = Brush::new(mesh.shape()).named(name);
                 self.document.add_entry("Import mesh", brush.into())?;
-                self.wishes.push(Wish::ShowNew);
-                self.tell(if warnings.is_empty() {
+                self.requests.push(Request::ShowNew);
+                self.show_note(if warnings.is_empty() {
                     format!("{} is in the scene", mesh.path)
                 } else {
                     format!("{} is in the scene: {warnings}", mesh.path)

@@ -1,7 +1,7 @@
 //! The planes at which what is selected, or a stroke, is mirrored, drawn over the picture.
 
 use crate::document::Document;
-use crate::pose::Pose;
+use crate::node_transform::NodeTransform;
 use crate::session::Session;
 use crate::view::{Tool, View};
 use argil::glam::{DVec3, Vec2};
@@ -14,7 +14,7 @@ impl View {
     /// Draw the planes that there are.
     pub(crate) fn draw_mirrors(&self, session: &mut Session, ui: &egui::Ui, rect: Rect) {
         if self.tool == Tool::Sculpt {
-            return self.draw_mirror(ui, rect, &Pose::default(), self.sculpting.mirror);
+            return self.draw_mirror(ui, rect, &NodeTransform::default(), self.sculpting.mirror);
         }
         let Some(node) = session.document.active() else {
             return;
@@ -24,7 +24,13 @@ impl View {
         }
     }
 
-    pub(crate) fn draw_mirror(&self, ui: &egui::Ui, rect: Rect, pose: &Pose, axes: [bool; 3]) {
+    pub(crate) fn draw_mirror(
+        &self,
+        ui: &egui::Ui,
+        rect: Rect,
+        pose: &NodeTransform,
+        axes: [bool; 3],
+    ) {
         let size = Vec2::new(rect.width(), rect.height());
         // Half as high as the picture where it is looked at.
         let half = f64::from(0.5 * self.eye.half_height());
@@ -48,14 +54,16 @@ impl View {
 
 impl Document {
     /// Where a node's mirrors are, and along which of their axes they mirror.
-    pub(crate) fn mirrors_of(&self, node: NodeId) -> Vec<(Pose, [bool; 3])> {
+    pub(crate) fn mirrors_of(&self, node: NodeId) -> Vec<(NodeTransform, [bool; 3])> {
         let scene = self.scene();
-        let entry = scene.node(node).entry();
-        let around = Pose::around(scene, node);
+        let entry = scene.node(node).desc();
+        let around = NodeTransform::around(scene, node);
         let mirrors = entry.modifiers.iter().enumerate();
         mirrors
             .filter_map(|(i, modifier)| match *modifier {
-                Modifier::Mirror { axes } => Some((Pose::behind(entry, i + 1).and(&around), axes)),
+                Modifier::Mirror { axes } => {
+                    Some((NodeTransform::behind(entry, i + 1).and(&around), axes))
+                }
                 _ => None,
             })
             .collect()

@@ -1,15 +1,15 @@
 //! What to call what a scene holds.
 
-use argil::{Body, Entry, Modifier, Shape};
+use argil::{Modifier, NodeDesc, NodeKind, Shape};
 
 /// An entry's name, or what it is.
-pub fn name_of(entry: &Entry) -> String {
+pub fn name_of(entry: &NodeDesc) -> String {
     if !entry.name.is_empty() {
         return entry.name.clone();
     }
-    match &entry.body {
-        Body::Group => "Group".into(),
-        Body::Shape(shape) => shape_name(shape),
+    match &entry.kind {
+        NodeKind::Group => "Group".into(),
+        NodeKind::Shape(shape) => shape_name(shape),
     }
 }
 
@@ -38,7 +38,7 @@ fn in_words(kind: &str) -> String {
 }
 
 /// A key such as `half_size` in words.
-pub fn spoken(key: &str) -> String {
+pub fn humanize(key: &str) -> String {
     let text = key.replace('_', " ");
     let mut letters = text.chars();
     match letters.next() {

@@ -1,22 +1,22 @@
 //! Files that are opened, saved, imported and exported.
 
-use crate::dialog::{Dialog, Then};
+use crate::dialog::{AfterDialog, Dialog};
 use crate::document::Document;
-use crate::eye::Eye;
 use crate::files::*;
-use crate::jobs::{Aim, How};
+use crate::jobs::{ExportOptions, JobTarget};
 use crate::mesh_files::{Load, folder_of, from_files, moved_paths, usual_resolution};
-use crate::recovery::{Left, Recovery};
+use crate::recovery::{RecoverableSession, Recovery};
 use crate::session::Session;
+use crate::viewport_camera::ViewportCamera;
 #[cfg(not(target_arch = "wasm32"))]
-use argil::Format;
+use argil::MeshFormat;
 use argil::{Journal, NodeId, Scene};
 use eframe::egui;
 use std::path::{Path, PathBuf};
 
 impl Session {
     /// Whether what is open may be put away now; else it is asked.
-    pub(crate) fn may_leave(&mut self, then: Then) -> bool {
+    pub(crate) fn may_leave(&mut self, then: AfterDialog) -> bool {
         let is_changed = self.document.is_changed();
         if is_changed {
             self.dialog = Some(Dialog::Unsaved(then));
@@ -25,7 +25,7 @@ impl Session {
     }
 
     /// Put away what is open, asking whether to save it where it is changed, and go on.
-    pub(crate) fn leave_for(&mut self, ctx: &egui::Context, then: Then) {
+    pub(crate) fn leave_for(&mut self, ctx: &egui::Context, then: AfterDialog) {
         if self.may_leave(then.clone()) {
             self.go_on(ctx, then);
         }
@@ -33,7 +33,7 @@ impl Session {
 
     /// Ask for a scene and open it.
     pub(crate) fn ask_to_open(&mut self) {
-        if let Some(path) = self.ask(Ask::Open, "") {
+        if let Some(path) = self.ask(FileRequest::Open, "") {
             self.open(&path);
         }
     }
@@ -54,7 +54,7 @@ impl Session {
             let wanted = s.document.take_wanted();
             s.load_missing(wanted, from_files(folder_of(path).into(), known || outside));
             s.preferences.remember(path);
-            s.tell(format!("{} is open", path.display()));
+            s.show_note(format!("{} is open", path.display()));
             Ok(())
         });
     }
@@ -62,9 +62,9 @@ impl Session {
     /// A file that was dropped on the window.
     #[cfg(not(target_arch = "wasm32"))]
     pub(crate) fn open_or_import(&mut self, path: &Path) {
-        if Format::of(path).is_some() || argil::is_image(&path.to_string_lossy()) {
+        if MeshFormat::of(path).is_some() || argil::is_image(&path.to_string_lossy()) {
             self.attempt(|s| s.import(path));
-        } else if self.may_leave(Then::Open(path.into())) {
+        } else if self.may_leave(AfterDialog::Open(path.into())) {
             self.open(path);
         }
     }
@@ -77,7 +77,7 @@ impl Session {
             None => {
                 let title = self.document.title();
                 let name = title.strip_suffix(".json").unwrap_or(&title).to_owned();
-                self.ask(Ask::Save, &format!("{name}.json"))
+                self.ask(FileRequest::Save, &format!("{name}.json"))
             }
         };
         let Some(path) = path else { return false };
@@ -91,7 +91,7 @@ impl Session {
             if !IS_PAGE {
                 s.preferences.remember(&path);
             }
-            s.tell(format!("{} is saved", path.display()));
+            s.show_note(format!("{} is saved", path.display()));
             Ok(())
         });
         !self.document.is_changed()
@@ -99,7 +99,7 @@ impl Session {
 
     /// Ask for a mesh and import it.
     pub(crate) fn ask_to_import(&mut self) {
-        if let Some(path) = self.ask(Ask::Import, "") {
+        if let Some(path) = self.ask(FileRequest::Import, "") {
             self.attempt(|s| s.import(&path));
         }
     }
@@ -118,7 +118,7 @@ impl Session {
         load: Load,
     ) -> anyhow::Result<()> {
         let stem = path.file_stem().unwrap_or_default();
-        let aim = Aim::New(stem.to_string_lossy().into_owned());
+        let aim = JobTarget::New(stem.to_string_lossy().into_owned());
         let job = format!("Importing {}", path.display());
         let own = self.document.id();
         let resolution = usual_resolution(&named);
@@ -129,7 +129,7 @@ impl Session {
 
     /// Choose the file of a brush that is a mesh.
     pub(crate) fn relocate(&mut self, node: NodeId, resolution: u32) {
-        if let Some(path) = self.ask(Ask::Import, "") {
+        if let Some(path) = self.ask(FileRequest::Import, "") {
             self.attempt(|s| {
                 let named = (s.document.mesh_name(&path)?, resolution);
                 s.resample(node, named, from_files(s.document.mesh_folder(), true));
@@ -139,7 +139,7 @@ impl Session {
     }
 
     /// Ask for a place and export to it.
-    pub(crate) fn export(&mut self, what: Ask, eye: Eye) {
+    pub(crate) fn export(&mut self, what: FileRequest, eye: ViewportCamera) {
         if let Err(error) = self.document.ensure_whole() {
             return self.fail(&error);
         }
@@ -156,7 +156,7 @@ impl Session {
             let path = path.display();
             return self.fail(&anyhow::anyhow!("{path}: the name is to end in .{known}"));
         }
-        let how = How {
+        let how = ExportOptions {
             engine: self.export_engine.clone(),
             resolution: self.preferences.resolution,
             eye,
@@ -166,7 +166,7 @@ impl Session {
     }
 
     /// Ask for a file, and say so where no dialog came.
-    pub(crate) fn ask(&mut self, what: Ask, name: &str) -> Option<PathBuf> {
+    pub(crate) fn ask(&mut self, what: FileRequest, name: &str) -> Option<PathBuf> {
         let path = self.files.ask(what, name);
         if let Some(fault) = self.files.take_fault() {
             self.fail(&anyhow::anyhow!(fault));
@@ -175,16 +175,16 @@ impl Session {
     }
 
     /// Bring back what a session left.
-    pub(crate) fn recover(&mut self, left: Left) -> anyhow::Result<()> {
+    pub(crate) fn recover(&mut self, left: RecoverableSession) -> anyhow::Result<()> {
         let left = left.claim()?;
         let recovered = Journal::recover(&left.journal)?;
         let edits = recovered.edits;
-        let (scene, journal) = recovered.go_on()?;
+        let (scene, journal) = recovered.resume()?;
         self.document.close();
         let journal = Recovery::of(journal);
-        self.take_in(Document::recovered(scene, left.scene, journal));
+        self.set_document(Document::recovered(scene, left.scene, journal));
         self.document.reads_anywhere = true;
-        self.tell(format!("{edits} edits came back"));
+        self.show_note(format!("{edits} edits came back"));
         Ok(())
     }
 }

@@ -1,7 +1,7 @@
 //! What is kept from one session to the next.
 
-use crate::commands::{self, Command, Entry};
-use crate::painter::Pipeline;
+use crate::commands::{self, Command, CommandInfo};
+use crate::render_worker::Pipeline;
 use eframe::egui::{KeyboardShortcut, ThemePreference};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -35,7 +35,7 @@ pub struct Preferences {
     pub snap_degrees: f32,
 }
 
-const MOST_RECENT: usize = 10;
+const MAX_RECENT: usize = 10;
 
 impl Default for Preferences {
     fn default() -> Self {
@@ -72,7 +72,7 @@ impl Preferences {
         if !(16..=1024).contains(&self.resolution) {
             self.resolution = usual.resolution;
         }
-        self.recent.truncate(MOST_RECENT);
+        self.recent.truncate(MAX_RECENT);
         self
     }
 
@@ -81,11 +81,11 @@ impl Preferences {
         let path = std::path::absolute(path).unwrap_or_else(|_| path.into());
         self.recent.retain(|known| *known != path);
         self.recent.insert(0, path);
-        self.recent.truncate(MOST_RECENT);
+        self.recent.truncate(MAX_RECENT);
     }
 
     /// A command's shortcut.
-    pub fn shortcut(&self, entry: &Entry) -> Option<KeyboardShortcut> {
+    pub fn shortcut(&self, entry: &CommandInfo) -> Option<KeyboardShortcut> {
         match self.shortcuts.get(entry.name) {
             Some(text) => commands::parse(text),
             None => entry.shortcut,
@@ -101,7 +101,7 @@ impl Preferences {
                 }
             }
         }
-        let text = shortcut.as_ref().map(commands::written);
+        let text = shortcut.as_ref().map(commands::format_shortcut);
         let name = commands::info(command).name.into();
         self.shortcuts.insert(name, text.unwrap_or_default());
     }

@@ -16,14 +16,14 @@ pub struct Recovery {
 
 /// What a session that ended badly has left.
 #[derive(Debug)]
-pub struct Left {
+pub struct RecoverableSession {
     /// The journal.
     pub journal: PathBuf,
     /// The scene's own file, if it had one.
     pub scene: Option<PathBuf>,
 }
 
-impl Left {
+impl RecoverableSession {
     /// Have it be this process's, so that no other is offered it.
     ///
     /// # Errors
@@ -96,7 +96,7 @@ impl Recovery {
                 None => Ok(()),
             })
             .map_err(|e| e.to_string())
-            .and_then(|()| Journal::begin(&file, scene).map_err(|e| e.to_string()));
+            .and_then(|()| Journal::create(&file, scene).map_err(|e| e.to_string()));
         match made {
             Ok(journal) => self.journal = Some(journal),
             Err(error) => self.fault = Some(format!("{}: {error}", file.display())),
@@ -138,11 +138,11 @@ impl Recovery {
 }
 
 /// What sessions that are over have left in a folder, the newest first.
-pub fn left_in(folder: &Path) -> Vec<Left> {
+pub fn left_in(folder: &Path) -> Vec<RecoverableSession> {
     let Ok(files) = std::fs::read_dir(folder) else {
         return Vec::new();
     };
-    let mut all: Vec<(SystemTime, Left)> = Vec::new();
+    let mut all: Vec<(SystemTime, RecoverableSession)> = Vec::new();
     for file in files.flatten() {
         let path = file.path();
         if path.extension().is_none_or(|e| e != ENDING) || is_alive(&path) {
@@ -153,7 +153,7 @@ pub fn left_in(folder: &Path) -> Vec<Left> {
         }
         let time = file.metadata().and_then(|m| m.modified());
         let scene = std::fs::read_to_string(path.with_extension(ORIGIN)).ok();
-        let left = Left {
+        let left = RecoverableSession {
             journal: path,
             scene: scene.map(PathBuf::from),
         };
@@ -184,7 +184,7 @@ fn remove_beside(journal: &Path) {
 }
 
 /// Forget what was left.
-pub fn discard(left: &Left) {
+pub fn discard(left: &RecoverableSession) {
     let _ = std::fs::remove_file(&left.journal);
     remove_beside(&left.journal);
 }

@@ -4,11 +4,11 @@
 //! A stroke that smooths changes no shape: it widens the blends of the brushes that it passes over.
 
 use crate::materials::material_choice;
-use crate::sculpting::{Kind, Stroke};
-use crate::session::{Session, Wish};
+use crate::sculpting::{SculptKind, SculptStroke};
+use crate::session::{Request, Session};
 use crate::view::{Tool, View};
 use argil::glam::Vec3;
-use argil::{Body, Brush, Edit, Entry, NodeId, Scene, Shape};
+use argil::{Brush, Edit, NodeDesc, NodeId, NodeKind, Scene, Shape};
 use eframe::egui;
 
 impl View {
@@ -21,9 +21,9 @@ impl View {
         pressure: f32,
     ) -> anyhow::Result<()> {
         if self.sculpting.stroke.is_none() {
-            let name = format!("{} stroke", self.sculpting.kind.word());
+            let name = format!("{} stroke", self.sculpting.kind.label());
             session.document.begin_stroke(&name);
-            self.sculpting.stroke = Some(Stroke {
+            self.sculpting.stroke = Some(SculptStroke {
                 group: None,
                 last: None,
             });
@@ -42,13 +42,13 @@ impl View {
         if last.is_some_and(|last| last.distance(point) < 0.35 * radius) {
             return Ok(());
         }
-        if self.sculpting.kind == Kind::Smooth {
+        if self.sculpting.kind == SculptKind::Smooth {
             self.smooth(session, point, radius, strength)?;
         } else {
             // By its strength the ball is pushed out of the surface, from where it only touches it from within.
             let lift = match self.sculpting.kind {
-                Kind::Add => (strength - 0.9) * radius,
-                Kind::Carve => (0.9 - strength) * radius,
+                SculptKind::Add => (strength - 0.9) * radius,
+                SculptKind::Carve => (0.9 - strength) * radius,
                 _ => 0.0,
             };
             let at = point + lift * normal;
@@ -87,7 +87,7 @@ impl View {
                 if let Some(stroke) = &mut self.sculpting.stroke {
                     stroke.group = Some(made.node);
                 }
-                session.wishes.push(Wish::Fold(made.node));
+                session.requests.push(Request::Fold(made.node));
                 made.node
             }
         };
@@ -103,7 +103,7 @@ impl View {
         &mut self,
         session: &mut Session,
         group: NodeId,
-        mut entry: Entry,
+        mut entry: NodeDesc,
     ) -> anyhow::Result<()> {
         entry.material = self.sculpting.material.clone();
         let index = session.document.scene().node(group).children().len();
@@ -123,10 +123,10 @@ impl View {
         radius: f32,
         strength: f32,
     ) -> anyhow::Result<()> {
-        let brushes: Vec<NodeId> = session.document.scene().walk().collect();
+        let brushes: Vec<NodeId> = session.document.scene().iter().collect();
         for node in brushes {
-            let entry = session.document.scene().node(node).entry();
-            let is_first = node == Scene::ROOT || !matches!(entry.body, Body::Shape(_));
+            let entry = session.document.scene().node(node).desc();
+            let is_first = node == Scene::ROOT || !matches!(entry.kind, NodeKind::Shape(_));
             if is_first || !entry.visible || session.document.is_locked(node) {
                 continue;
             }
@@ -135,10 +135,10 @@ impl View {
             if off.is_none_or(|off| off.abs() > radius) {
                 continue;
             }
-            let mut entry = scene.node(node).entry().clone();
+            let mut entry = scene.node(node).desc().clone();
             let wider = entry.operator.blend + 0.2 * strength * radius;
             entry.operator.blend = wider.min(4.0 * radius).max(entry.operator.blend);
-            if entry != *scene.node(node).entry() {
+            if entry != *scene.node(node).desc() {
                 session.document.replace("Smooth", node, entry)?;
             }
         }
@@ -154,10 +154,10 @@ impl View {
     }
 
     /// Take the stroke back that is being made; nothing is done until the pointer is let go.
-    pub(crate) fn give_up_sculpting(&mut self, session: &mut Session) {
+    pub(crate) fn cancel_sculpting(&mut self, session: &mut Session) {
         if self.sculpting.stroke.take().is_some() {
             self.sculpting.is_given_up = true;
-            session.document.give_up_stroke();
+            session.document.cancel_stroke();
         }
     }
 
@@ -173,8 +173,8 @@ impl View {
     pub(crate) fn sculpt_options(&mut self, session: &mut Session, ui: &mut egui::Ui) {
         ui.strong("Sculpt");
         ui.horizontal(|ui| {
-            for kind in Kind::ALL {
-                ui.selectable_value(&mut self.sculpting.kind, kind, kind.word());
+            for kind in SculptKind::ALL {
+                ui.selectable_value(&mut self.sculpting.kind, kind, kind.label());
             }
         });
         ui.add(
@@ -198,10 +198,10 @@ impl View {
     }
 
     /// Sculpt in a way from now on.
-    pub(crate) fn take_up(&mut self, session: &mut Session, kind: Kind) {
+    pub(crate) fn pick_material(&mut self, session: &mut Session, kind: SculptKind) {
         self.tool = Tool::Sculpt;
         self.sculpting.kind = kind;
-        if kind == Kind::Paint && self.sculpting.material.is_none() {
+        if kind == SculptKind::Paint && self.sculpting.material.is_none() {
             self.sculpting.material = session.document.scene().materials().keys().next().cloned();
         }
     }

@@ -1,11 +1,11 @@
 //! How strokes are made.
 
 use argil::glam::Vec3;
-use argil::{Entry, Group, Modifier, NodeId, Operator, OperatorKind};
+use argil::{Group, Modifier, NodeDesc, NodeId, Operator, OperatorKind};
 
 /// What a stroke does.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Kind {
+pub enum SculptKind {
     /// Add.
     #[default]
     Add,
@@ -17,10 +17,10 @@ pub enum Kind {
     Paint,
 }
 
-impl Kind {
+impl SculptKind {
     pub(crate) const ALL: [Self; 4] = [Self::Add, Self::Carve, Self::Smooth, Self::Paint];
 
-    pub(crate) fn word(self) -> &'static str {
+    pub(crate) fn label(self) -> &'static str {
         match self {
             Self::Add => "Add",
             Self::Carve => "Carve",
@@ -34,7 +34,7 @@ impl Kind {
 #[derive(Debug)]
 pub struct Sculpting {
     /// What it does.
-    pub kind: Kind,
+    pub kind: SculptKind,
     /// In the scene's unit.
     pub radius: f32,
     /// From 0 to 1: how far it stands out, or how fast it smooths.
@@ -43,13 +43,13 @@ pub struct Sculpting {
     pub mirror: [bool; 3],
     /// What is painted with.
     pub material: Option<String>,
-    pub(crate) stroke: Option<Stroke>,
+    pub(crate) stroke: Option<SculptStroke>,
     /// Whether the last stroke was taken back and the pointer is held still.
     pub(crate) is_given_up: bool,
 }
 
 #[derive(Debug)]
-pub struct Stroke {
+pub struct SculptStroke {
     pub(crate) group: Option<NodeId>,
     pub(crate) last: Option<Vec3>,
 }
@@ -57,7 +57,7 @@ pub struct Stroke {
 impl Default for Sculpting {
     fn default() -> Self {
         Self {
-            kind: Kind::default(),
+            kind: SculptKind::default(),
             radius: 0.1,
             strength: 0.5,
             mirror: [false; 3],
@@ -86,17 +86,17 @@ impl Sculpting {
         self.is_given_up
     }
 
-    pub(crate) fn group(&self) -> Entry {
-        let word = self.kind.word();
+    pub(crate) fn group(&self) -> NodeDesc {
+        let word = self.kind.label();
         let mut group = Group::new().named(format!("{word} stroke"));
         if self.mirror.contains(&true) {
             group = group.modify(Modifier::Mirror { axes: self.mirror });
         }
-        let mut entry: Entry = group.into();
+        let mut entry: NodeDesc = group.into();
         let (kind, blend) = match self.kind {
-            Kind::Carve => (OperatorKind::Subtract, 0.5 * self.radius),
-            Kind::Paint => (OperatorKind::Paint, 0.0),
-            Kind::Add | Kind::Smooth => (OperatorKind::Union, self.radius),
+            SculptKind::Carve => (OperatorKind::Subtract, 0.5 * self.radius),
+            SculptKind::Paint => (OperatorKind::Paint, 0.0),
+            SculptKind::Add | SculptKind::Smooth => (OperatorKind::Union, self.radius),
         };
         entry.operator = Operator {
             kind,

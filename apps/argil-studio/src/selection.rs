@@ -56,7 +56,7 @@ impl Document {
         {
             return vec![one];
         }
-        self.scene.walk().filter(chosen).collect()
+        self.scene.iter().filter(chosen).collect()
     }
 
     /// Have nodes that cannot be picked or changed, or can again.
@@ -67,7 +67,7 @@ impl Document {
         let word = if locked { "Lock" } else { "Unlock" };
         self.begin_stroke(word);
         for &node in nodes {
-            let mut entry = self.scene.node(node).entry().clone();
+            let mut entry = self.scene.node(node).desc().clone();
             entry.locked = locked;
             self.replace(word, node, entry)?;
         }
@@ -79,7 +79,7 @@ impl Document {
     pub fn is_locked(&self, node: NodeId) -> bool {
         let mut at = Some(node);
         while let Some(n) = at {
-            if self.scene.node(n).entry().locked {
+            if self.scene.node(n).desc().locked {
                 return true;
             }
             at = self.scene.node(n).parent();

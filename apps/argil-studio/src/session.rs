@@ -3,12 +3,12 @@
 use crate::commands::Command;
 use crate::dialog::Dialog;
 use crate::document::Document;
-use crate::files::Files;
+use crate::files::FileAccess;
 use crate::jobs::Jobs;
-use crate::picker::Picker;
+use crate::picking::Picker;
 use crate::preferences::Preferences;
 use crate::recovery::Recovery;
-use crate::renderer::Renderer;
+use crate::render_thread::RenderThread;
 use argil::{Engine, NodeId, Scene};
 use std::collections::BTreeSet;
 use std::path::PathBuf;
@@ -20,7 +20,7 @@ pub struct Session {
     /// Actions of the document since it was opened, and a thousand for each document before.
     pub version: u64,
     /// What draws it.
-    pub renderer: Renderer,
+    pub renderer: RenderThread,
     /// What rays meet of it.
     pub picker: Picker,
     /// What was chosen for all documents.
@@ -36,7 +36,7 @@ pub struct Session {
     /// What exported pictures are drawn on.
     pub export_engine: Engine,
     /// How files are asked for.
-    pub files: Box<dyn Files>,
+    pub files: Box<dyn FileAccess>,
     /// Where journals are kept, if they are.
     pub recovery_folder: Option<PathBuf>,
     /// Whether the window may be closed without a question.
@@ -46,15 +46,15 @@ pub struct Session {
     /// Commands whose switch is on now.
     pub is_on: BTreeSet<Command>,
     /// What the editor's other parts are to do, in this order.
-    pub wishes: Vec<Wish>,
+    pub requests: Vec<Request>,
     /// What the browser keeps of it.
     #[cfg(target_arch = "wasm32")]
-    pub keeper: crate::kept::Keeper,
+    pub keeper: crate::local_storage::LocalStorage,
 }
 
 /// What another part of the editor is to do.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Wish {
+pub enum Request {
     /// Do a command.
     Run(Command),
     /// Show a document that was opened, in full.
@@ -87,19 +87,19 @@ impl Session {
             Some(folder) => Recovery::within(folder.clone()),
             None => Recovery::off(),
         };
-        self.take_in(Document::new(scene, path, recovery));
+        self.set_document(Document::new(scene, path, recovery));
     }
 
     /// Have a document that is as it should be.
-    pub(crate) fn take_in(&mut self, document: Document) {
+    pub(crate) fn set_document(&mut self, document: Document) {
         self.document = document;
         self.version += 1000;
         self.picker.forget();
         self.renderer.load(self.document.scene(), self.version);
-        self.wishes.push(Wish::ShowAll);
+        self.requests.push(Request::ShowAll);
     }
 
-    pub(crate) fn tell(&mut self, text: impl Into<String>) {
+    pub(crate) fn show_note(&mut self, text: impl Into<String>) {
         self.say(text.into(), false);
     }
 
@@ -122,14 +122,14 @@ impl Session {
         if let Err(error) = what(self) {
             // Half of a step is not what anybody wants.
             if !was_in_stroke {
-                self.document.give_up_stroke();
+                self.document.cancel_stroke();
             }
             self.fail(&error);
         }
     }
 
     /// Hand on what was done.
-    pub(crate) fn hand_on(&mut self) {
+    pub(crate) fn forward_edits(&mut self) {
         self.load_wanted();
         let actions = self.document.take_actions();
         self.version += actions.len() as u64;

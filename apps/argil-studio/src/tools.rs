@@ -1,11 +1,11 @@
 //! The bars of tools and of what goes on.
 
-use crate::choice::choice;
 use crate::commands::{self, Command};
-use crate::painter::{Pipeline, SHOWS};
+use crate::render_worker::{Pipeline, SHOWS};
+use crate::segmented_control::choice;
 use crate::session::Session;
 use crate::view::{Tool, View};
-use argil::Show;
+use argil::RenderMode;
 use eframe::egui::{self, Align, Layout};
 
 /// What takes no longer is not told of.
@@ -58,21 +58,21 @@ impl View {
                 ui.separator();
                 for pipeline in Pipeline::all() {
                     let is_shown = session.preferences.pipeline == pipeline;
-                    if ui.selectable_label(is_shown, pipeline.word()).clicked() {
+                    if ui.selectable_label(is_shown, pipeline.label()).clicked() {
                         self.look_at(session, pipeline);
                     }
                 }
                 ui.separator();
                 let has_bricks = session.preferences.pipeline.has_bricks();
                 for (show, word) in SHOWS {
-                    let has = show != Show::Bricks || has_bricks;
+                    let has = show != RenderMode::Bricks || has_bricks;
                     let button = egui::Button::selectable(self.show == show, word);
                     if ui.add_enabled(has, button).clicked() {
                         self.show = show;
                     }
                 }
-                if self.show == Show::Bricks && !has_bricks {
-                    self.show = Show::Shaded;
+                if self.show == RenderMode::Bricks && !has_bricks {
+                    self.show = RenderMode::Shaded;
                 }
                 ui.separator();
                 self.resolution(session, ui);
@@ -106,7 +106,7 @@ impl View {
         ui.label("against");
         let first = session.preferences.pipeline;
         let all = Pipeline::all().filter(|p| *p != first);
-        choice(ui, "Second pipeline", second, all, |p| p.word());
+        choice(ui, "Second pipeline", second, all, |p| p.label());
         ui.toggle_value(&mut self.pictures.shows_difference, "Difference");
     }
 
@@ -119,7 +119,7 @@ impl View {
             ui.ctx().request_repaint_after(MOMENT - since);
             return;
         }
-        let words: Vec<String> = request.pipelines.iter().map(|p| p.word()).collect();
+        let words: Vec<String> = request.pipelines.iter().map(|p| p.label()).collect();
         let resolution = request.resolution;
         ui.spinner();
         ui.label(format!(
@@ -127,12 +127,12 @@ impl View {
             words.join(" and ").to_lowercase()
         ));
         if ui.small_button("Cancel").clicked() {
-            self.give_up_building(session);
+            self.cancel_building(session);
         }
     }
 
     /// Go back to what was shown before, or to the field, which takes no building.
-    pub(crate) fn give_up_building(&mut self, session: &mut Session) {
+    pub(crate) fn cancel_building(&mut self, session: &mut Session) {
         let wanted = [Some(session.preferences.pipeline), self.pictures.split];
         let before = self.pictures.last_shown();
         let is_other = |(pipelines, resolution): &([Option<Pipeline>; 2], u32)| {
@@ -144,12 +144,12 @@ impl View {
         session.preferences.pipeline = first.unwrap_or_default();
         session.preferences.resolution = resolution;
         self.pictures.split = second;
-        session.hand_on();
+        session.forward_edits();
         session
             .renderer
             .abandon(session.document.scene(), session.version);
         self.pictures.forget_request();
-        session.tell("Cancelled");
+        session.show_note("Cancelled");
     }
 
     /// What was told, what runs, and how far it is.

@@ -1,6 +1,6 @@
 //! Values of a file, shown and changed.
 
-use crate::names::spoken;
+use crate::names::humanize;
 use eframe::egui::{self, DragValue};
 use serde_json::{Map, Value};
 
@@ -110,7 +110,7 @@ pub(crate) fn fields<'a>(
     for (key, value) in map.iter_mut().filter(|(key, _)| *key != "type") {
         ui.push_id(key, |ui| {
             ui.horizontal(|ui| {
-                let spoken = spoken(key);
+                let spoken = humanize(key);
                 let label = ui.label(&spoken);
                 if let Some(text) = docs(key) {
                     label.on_hover_text(text);

@@ -1,10 +1,10 @@
 //! What is seen: from where, with which tool, and the pictures of it.
 
 use crate::drag::Drag;
-use crate::eye::Eye;
-use crate::pictures::Pictures;
 use crate::sculpting::Sculpting;
-use argil::{NodeId, Show};
+use crate::viewport_camera::ViewportCamera;
+use crate::viewport_images::ViewportImages;
+use argil::{NodeId, RenderMode};
 
 /// What the pointer does in the viewport.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -26,17 +26,17 @@ pub enum Tool {
 #[derive(Default)]
 pub struct View {
     /// From where it is looked at.
-    pub eye: Eye,
+    pub eye: ViewportCamera,
     /// What the pointer does.
     pub tool: Tool,
     /// Whether handles are along the axes of what is selected.
     pub is_local: bool,
     /// What of the scene is shown.
-    pub show: Show,
+    pub show: RenderMode,
     /// How strokes are made, and the one that is.
     pub sculpting: Sculpting,
     /// What is drawn.
-    pub pictures: Pictures,
+    pub pictures: ViewportImages,
     /// A gizmo's drag.
     pub drag: Option<Drag>,
     /// What the pointer is over.

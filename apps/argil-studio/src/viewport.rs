@@ -1,11 +1,11 @@
 //! The picture, what is drawn over it, and what the pointer does in it.
 
 use crate::overlay::label;
-use crate::painter::{Answer, Picture, Request};
-use crate::picker::Picked;
-use crate::pictures::*;
-use crate::session::{Session, Wish};
+use crate::picking::Picked;
+use crate::render_worker::{RenderAnswer, RenderRequest, WorkerImage};
+use crate::session::{Request, Session};
 use crate::view::{Tool, View};
+use crate::viewport_images::*;
 use argil::glam::{Vec2, Vec3};
 use argil::{NodeId, OperatorKind, Shape};
 use eframe::egui::{
@@ -49,7 +49,7 @@ impl View {
         let Some(answer) = session.renderer.answer() else {
             return;
         };
-        let Answer {
+        let RenderAnswer {
             request,
             pictures,
             duration_ms,
@@ -66,7 +66,7 @@ impl View {
         self.pictures.fault = None;
         self.pictures.duration_ms = duration_ms;
         if !request.is_still {
-            self.pictures.ms_a_pixel = Some(duration_ms / pixels.max(1.0));
+            self.pictures.ms_per_pixel = Some(duration_ms / pixels.max(1.0));
             // However long it took: a whole picture that is begun now would keep the next move waiting.
             self.pictures.moved = Some(Instant::now());
         }
@@ -82,9 +82,9 @@ impl View {
             .map(|picture| {
                 let size = picture.size.map(|n| n as usize);
                 let image = ColorImage::from_rgb(size, &picture.rgb);
-                let name = picture.pipeline.word();
+                let name = picture.pipeline.label();
                 let texture = ctx.load_texture(name, image, TextureOptions::LINEAR);
-                Shown { texture, picture }
+                ShownImage { texture, picture }
             })
             .collect();
         let edits = self.pictures.shown.iter().filter_map(|s| s.picture.edit_ms);
@@ -107,7 +107,7 @@ impl View {
         let most = session.renderer.most_pixels() as f32;
         let fits = (most / (pixels.x * pixels.y)).sqrt().min(1.0);
         let full = [pixels.x, pixels.y].map(|n| ((fits * n) as u32).clamp(1, 4096));
-        let request = |size: [u32; 2], is_still: bool| Request {
+        let request = |size: [u32; 2], is_still: bool| RenderRequest {
             pipelines: pipelines.clone(),
             show: self.show,
             resolution: session.preferences.resolution,
@@ -122,7 +122,7 @@ impl View {
             return;
         }
         let is_other = view.last.as_ref().is_none_or(|last| {
-            Request {
+            RenderRequest {
                 size: full,
                 is_still: true,
                 ..last.clone()
@@ -199,7 +199,7 @@ impl View {
         }
         for (shown, left) in self.pictures.shown.iter().zip([x - 80.0, x + 12.0]) {
             let at = Pos2::new(left, rect.bottom() - 30.0);
-            label(ui, at, &shown.picture.pipeline.word());
+            label(ui, at, &shown.picture.pipeline.label());
         }
         is_held
     }
@@ -216,7 +216,7 @@ impl View {
         if let Some(node) = self.hovered.filter(|_| !is_sculpting) {
             all.push((node, false));
         }
-        if all.len() > MOST_OUTLINED || self.sculpting.is_going() {
+        if all.len() > MAX_OUTLINED || self.sculpting.is_going() {
             return;
         }
         let stands = self.eye.camera().eye;
@@ -225,7 +225,7 @@ impl View {
             if !session.document.has(node) {
                 continue;
             }
-            let takes_away = scene.node(node).entry().operator.kind == OperatorKind::Subtract;
+            let takes_away = scene.node(node).desc().operator.kind == OperatorKind::Subtract;
             let color = match (takes_away, is_selected) {
                 (true, _) => Color32::from_rgb(255, 110, 90),
                 (false, true) => Color32::from_rgb(255, 200, 60),
@@ -318,7 +318,7 @@ impl View {
             let node = found.map(|found| found.node);
             session.document.select(node, held.command || held.shift);
             if let Some(node) = node {
-                session.wishes.push(Wish::Reveal(node));
+                session.requests.push(Request::Reveal(node));
             }
         }
         // What is under a pointer that rests is looked up when it has come to rest.
@@ -360,13 +360,13 @@ impl View {
         let hit = session.picker.cast(scene, ray);
         if let Some(hit) = &hit {
             let point = Vec3::from(hit.point);
-            let pixels = self.eye.pixels_a_unit(point, self.pictures.size);
+            let pixels = self.eye.pixels_per_unit(point, self.pictures.size);
             let radius = self.sculpting.radius * pixels;
             let painter = ui.painter_at(rect);
             painter.circle_stroke(at, radius, Stroke::new(1.5, Color32::from_white_alpha(180)));
         }
         if ui.input(|i| i.key_pressed(egui::Key::Escape)) {
-            self.give_up_sculpting(session);
+            self.cancel_sculpting(session);
         }
         if !is_down {
             self.end_sculpting(session);
@@ -402,7 +402,7 @@ impl View {
             let p = &shown.picture;
             lines.push(format!(
                 "{} · {}×{} · frame {:.1} ms",
-                p.pipeline.word(),
+                p.pipeline.label(),
                 p.size[0],
                 p.size[1],
                 p.frame_ms
@@ -428,7 +428,7 @@ impl View {
 }
 
 /// How far two pictures are apart, four times as bright.
-fn difference(a: &Picture, b: &Picture) -> ColorImage {
+fn difference(a: &WorkerImage, b: &WorkerImage) -> ColorImage {
     let rgb: Vec<u8> = a
         .rgb
         .iter()

@@ -4,7 +4,7 @@
 
 mod common;
 
-use argil::{Body, Entry, Modifier, Scene, Shape};
+use argil::{Modifier, NodeDesc, NodeKind, Scene, Shape};
 use common::{Begin, Desk};
 use eframe::egui::{Key, Modifiers, Pos2, Vec2};
 use std::path::Path;
@@ -17,10 +17,10 @@ fn desk() -> Desk {
     desk
 }
 
-fn entries(desk: &Desk) -> Vec<Entry> {
+fn entries(desk: &Desk) -> Vec<NodeDesc> {
     let scene = desk.scene();
     let nodes = scene.node(Scene::ROOT).children().iter();
-    nodes.map(|&n| scene.node(n).entry().clone()).collect()
+    nodes.map(|&n| scene.node(n).desc().clone()).collect()
 }
 
 fn steps(desk: &Desk) -> Vec<String> {
@@ -117,7 +117,7 @@ fn all_that_are_selected_are_changed_alike() {
     let all = entries(&desk);
     assert!(all[0].operator.blend > 0.0);
     assert_eq!(all[0], all[1]);
-    assert!(matches!(all[0].body, Body::Shape(Shape::Sphere { radius }) if radius > 0.5));
+    assert!(matches!(all[0].kind, NodeKind::Shape(Shape::Sphere { radius }) if radius > 0.5));
     assert_eq!(all[2].operator.blend, 0.0, "it is locked");
     assert_eq!(
         steps(&desk)[3..],
@@ -213,8 +213,8 @@ fn pyramid(path: &Path) {
 }
 
 fn mesh_of(desk: &Desk) -> (String, u32) {
-    match &entries(desk)[0].body {
-        Body::Shape(Shape::Mesh {
+    match &entries(desk)[0].kind {
+        NodeKind::Shape(Shape::Mesh {
             path, resolution, ..
         }) => (path.clone(), *resolution),
         other => panic!("a mesh: {other:?}"),

@@ -4,7 +4,7 @@
 
 mod common;
 
-use argil::{Body, Scene, Shape};
+use argil::{NodeKind, Scene, Shape};
 use common::{Begin, Desk};
 use eframe::egui::{Key, Modifiers, Vec2};
 
@@ -28,7 +28,7 @@ fn count(desk: &Desk) -> usize {
 fn names(desk: &Desk) -> Vec<String> {
     let scene = desk.scene();
     scene
-        .walk()
+        .iter()
         .filter(|&n| n != Scene::ROOT)
         .map(|n| desk.studio().document().name_of(n))
         .collect()
@@ -91,8 +91,8 @@ fn handles_of_one_axis_scale_one_axis() {
     let radii = |desk: &Desk| {
         let scene = desk.scene();
         let node = scene.node(Scene::ROOT).children()[0];
-        match scene.node(node).entry().body {
-            Body::Shape(Shape::Ellipsoid { radii }) => Some(radii),
+        match scene.node(node).desc().kind {
+            NodeKind::Shape(Shape::Ellipsoid { radii }) => Some(radii),
             _ => None,
         }
     };
@@ -130,7 +130,7 @@ fn edits_that_cannot_be_drawn_are_refused() {
     );
     let studio = desk.window.state_mut();
     let node = studio.document().scene().node(Scene::ROOT).children()[0];
-    let mut entry = studio.document().scene().node(node).entry().clone();
+    let mut entry = studio.document().scene().node(node).desc().clone();
     entry.modifiers.push(argil::Modifier::Repeat {
         spacing: [0.001; 3],
         count: None,
@@ -188,7 +188,7 @@ fn a_subtractive_brush_is_picked_where_it_has_carved() {
     // The ball, half as large again, in front of the box and taken away.
     let scene = desk.scene();
     let ball = scene.node(Scene::ROOT).children()[1];
-    let mut entry = scene.node(ball).entry().clone();
+    let mut entry = scene.node(ball).desc().clone();
     entry.operator.kind = argil::OperatorKind::Subtract;
     entry.modifiers.push(argil::Modifier::Translate {
         by: [0.1, 0.1, 0.25],
@@ -212,8 +212,8 @@ fn a_dragged_value_is_one_step_and_lists_are_reordered() {
     desk.drag(value, value + Vec2::new(40.0, 0.0), Modifiers::NONE);
     let radius = |desk: &Desk| {
         let node = desk.scene().node(Scene::ROOT).children()[0];
-        match &desk.scene().node(node).entry().body {
-            Body::Shape(Shape::Sphere { radius }) => *radius,
+        match &desk.scene().node(node).desc().kind {
+            NodeKind::Shape(Shape::Sphere { radius }) => *radius,
             _ => panic!("a ball"),
         }
     };
@@ -421,7 +421,7 @@ fn a_node_that_is_gone_is_not_edited() {
     desk.press(Modifiers::COMMAND, Key::G);
     let group = desk.scene().node(Scene::ROOT).children()[1];
     let node = desk.scene().node(group).children()[0];
-    let entry = desk.scene().node(node).entry().clone();
+    let entry = desk.scene().node(node).desc().clone();
     let document = desk.window.state_mut().document_mut();
     let removal = argil::Edit::Remove { node: group };
     document.edit("Delete", removal).expect("an edit");

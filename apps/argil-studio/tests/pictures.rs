@@ -3,7 +3,7 @@
 mod common;
 
 use argil_metrics::Picture;
-use argil_metrics::flip::{PIXELS_A_DEGREE, flip};
+use argil_metrics::flip::{PIXELS_PER_DEGREE, flip};
 use common::{Begin, Desk};
 use eframe::egui::{Key, Modifiers, Vec2};
 use image::RgbImage;
@@ -30,7 +30,7 @@ fn looks_as_before(desk: &mut Desk, name: &str) {
         own.save(&file).expect("a file");
     }
     let before = image::open(&file).expect("a picture").to_rgb8();
-    let seen = flip(&measured(&before), &measured(&own), PIXELS_A_DEGREE)
+    let seen = flip(&measured(&before), &measured(&own), PIXELS_PER_DEGREE)
         .expect("one size")
         .mean();
     if seen > 0.01 {
@@ -49,7 +49,7 @@ fn is_other(desk: &mut Desk, name: &str) {
     let own = desk.window.render().expect("a device to draw windows with");
     let own: RgbImage = image::DynamicImage::from(own).to_rgb8();
     let before = image::open(&file).expect("a picture").to_rgb8();
-    let seen = flip(&measured(&before), &measured(&own), PIXELS_A_DEGREE)
+    let seen = flip(&measured(&before), &measured(&own), PIXELS_PER_DEGREE)
         .expect("one size")
         .mean();
     assert!(seen > 0.01, "{seen}");

@@ -147,17 +147,17 @@ const WORD_EMPTY: u32 = 2147483648u;
 const WORD_LONELY: u32 = 1u;
 const FAR_ENTRY: u32 = 2147483648u;
 const FAR_SLOTS: u32 = 16u;
-struct Instr {
+struct Instruction {
     op: u32,
     flags: u32,
     params: u32,
     operand: u32,
 }
-struct MaterialWords {
+struct GpuMaterial {
     base_roughness: vec4<f32>,
     emission_metallic: vec4<f32>,
 }
-struct Frame {
+struct FrameUniform {
     eye: vec3<f32>,
     inv_lipschitz: f32,
     right: vec3<f32>,
@@ -200,10 +200,10 @@ struct Hit {
     mark: u32,
     pad0: u32,
 }
-struct Query {
+struct QueryUniform {
     point: vec4<f32>,
 }
-struct Answer {
+struct QueryResult {
     distance: vec4<f32>,
     base_roughness: vec4<f32>,
     emission_metallic: vec4<f32>,
@@ -304,7 +304,7 @@ struct BrickBuild {
     mixed: u32,
     pad0: u32,
 }
-struct Fill {
+struct FillUniform {
     first_bias: vec4<f32>,
     spacing_scale: vec4<f32>,
     size_x: u32,
@@ -316,7 +316,7 @@ struct Fill {
     quanta: u32,
     pad0: u32,
 }
-struct Prune {
+struct PruneUniform {
     slack: f32,
     blocks_first: u32,
     cells_first: u32,
@@ -330,7 +330,7 @@ struct Prune {
     freed_first: u32,
     bounds_first: u32,
 }
-struct Marching {
+struct MarchingUniform {
     first_voxel: vec4<f32>,
     iso: f32,
     quantum: f32,

@@ -1,6 +1,6 @@
 //! The macros that write a declaration in both languages.
 
-use crate::layout::Layout;
+use crate::layout::StructLayout;
 
 /// The WGSL name of a Rust type that structs may hold.
 pub(crate) trait Wgsl {
@@ -64,7 +64,7 @@ macro_rules! numbers {
     };
 }
 
-/// Declares a `#[repr(C)]` Pod struct and the items of [`Layout`] and WGSL text for it.
+/// Declares a `#[repr(C)]` Pod struct and the items of [`StructLayout`] and WGSL text for it.
 macro_rules! shared_struct {
     ($(#[$doc:meta])* $name:ident { $($(#[$field_doc:meta])* $field:ident: $type:ty,)* }) => {
         $(#[$doc])*
@@ -73,7 +73,7 @@ macro_rules! shared_struct {
         pub struct $name { $($(#[$field_doc])* pub $field: $type,)* }
         impl $name {
             /// Size and field offsets, for the test that asks naga for the same.
-            pub const LAYOUT: $crate::layout::Layout = $crate::layout::Layout {
+            pub const LAYOUT: $crate::layout::StructLayout = $crate::layout::StructLayout {
                 name: stringify!($name),
                 size: size_of::<$name>(),
                 fields: &[$((stringify!($field), std::mem::offset_of!($name, $field))),*],
@@ -96,7 +96,7 @@ pub(crate) fn constants_text(all: &[(&str, u32)]) -> String {
 }
 
 /// The WGSL text of a struct.
-pub(crate) fn struct_text(layout: &Layout, types: &[&str]) -> String {
+pub(crate) fn struct_text(layout: &StructLayout, types: &[&str]) -> String {
     let fields: String = layout
         .fields
         .iter()

@@ -15,7 +15,7 @@ mod tuning;
 mod volumes;
 
 pub use bindings::*;
-pub use layout::Layout;
+pub use layout::StructLayout;
 pub use op::*;
 pub use tables::*;
 pub use tuning::*;
@@ -47,6 +47,6 @@ pub fn opcode(name: &str) -> Option<u32> {
 }
 
 /// Every struct shared with WGSL.
-pub fn layouts() -> impl Iterator<Item = &'static Layout> {
+pub fn layouts() -> impl Iterator<Item = &'static StructLayout> {
     tables::STRUCTS.iter().map(|(layout, _)| layout)
 }

@@ -1,12 +1,12 @@
 //! Structs that buffers hold.
 
 use crate::declare::shared_struct;
-use crate::layout::Layout;
+use crate::layout::StructLayout;
 use crate::volumes::{BrickBuild, BrickVolume, CellTable, DenseVolume, OctreeVolume};
 
 shared_struct! {
     /// One step of a field program.
-    Instr {
+    Instruction {
         /// An `OP_…`.
         op: u32,
         /// `COMBINE_…` and `FLAG_…` bits.
@@ -20,7 +20,7 @@ shared_struct! {
 
 shared_struct! {
     /// What a surface looks like. Colours are linear, components in [0, 1] but for the emission.
-    MaterialWords {
+    GpuMaterial {
         /// Base colour, then roughness.
         base_roughness: [f32; 4],
         /// Emitted light, then metallic.
@@ -30,7 +30,7 @@ shared_struct! {
 
 shared_struct! {
     /// What tracing and shading read: one frame, one sample of each pixel. Lengths in the world's unit.
-    Frame {
+    FrameUniform {
         /// Where rays start.
         eye: [f32; 3],
         /// The reciprocal of the field's Lipschitz constant: how far a distance of 1 lets a ray go.
@@ -121,7 +121,7 @@ shared_struct! {
 
 shared_struct! {
     /// A point to evaluate the field at.
-    Query {
+    QueryUniform {
         /// Position, then a spare word.
         point: [f32; 4],
     }
@@ -129,7 +129,7 @@ shared_struct! {
 
 shared_struct! {
     /// The field's answer at a point.
-    Answer {
+    QueryResult {
         /// Signed distance, three spare words.
         distance: [f32; 4],
         /// Base colour, then roughness.
@@ -141,7 +141,7 @@ shared_struct! {
 
 shared_struct! {
     /// What one dispatch samples of a level of a volume.
-    Fill {
+    FillUniform {
         /// Centre of the level's first texel, then what is taken off each distance to make it conservative.
         first_bias: [f32; 4],
         /// Between texels, then stored integers per unit of length.
@@ -167,7 +167,7 @@ shared_struct! {
 
 shared_struct! {
     /// Where the lists stand by which bricks are made, and in which blocks that is.
-    Prune {
+    PruneUniform {
         /// What the margin of two distances has besides the Lipschitz constant's share.
         slack: f32,
         /// Where those of blocks stand.
@@ -197,7 +197,7 @@ shared_struct! {
 
 shared_struct! {
     /// How the surface of a volume is cut into triangles.
-    Marching {
+    MarchingUniform {
         /// Where the first sample lies, then a voxel's edge.
         first_voxel: [f32; 4],
         /// The level of the surface, in stored integers.
@@ -240,20 +240,20 @@ shared_struct! {
     }
 }
 
-pub(crate) const STRUCTS: &[(Layout, &[&str])] = &[
-    (Instr::LAYOUT, Instr::FIELD_TYPES),
-    (MaterialWords::LAYOUT, MaterialWords::FIELD_TYPES),
-    (Frame::LAYOUT, Frame::FIELD_TYPES),
+pub(crate) const STRUCTS: &[(StructLayout, &[&str])] = &[
+    (Instruction::LAYOUT, Instruction::FIELD_TYPES),
+    (GpuMaterial::LAYOUT, GpuMaterial::FIELD_TYPES),
+    (FrameUniform::LAYOUT, FrameUniform::FIELD_TYPES),
     (Hit::LAYOUT, Hit::FIELD_TYPES),
-    (Query::LAYOUT, Query::FIELD_TYPES),
-    (Answer::LAYOUT, Answer::FIELD_TYPES),
+    (QueryUniform::LAYOUT, QueryUniform::FIELD_TYPES),
+    (QueryResult::LAYOUT, QueryResult::FIELD_TYPES),
     (DenseVolume::LAYOUT, DenseVolume::FIELD_TYPES),
     (OctreeVolume::LAYOUT, OctreeVolume::FIELD_TYPES),
     (CellTable::LAYOUT, CellTable::FIELD_TYPES),
     (BrickVolume::LAYOUT, BrickVolume::FIELD_TYPES),
     (BrickBuild::LAYOUT, BrickBuild::FIELD_TYPES),
-    (Fill::LAYOUT, Fill::FIELD_TYPES),
-    (Prune::LAYOUT, Prune::FIELD_TYPES),
-    (Marching::LAYOUT, Marching::FIELD_TYPES),
+    (FillUniform::LAYOUT, FillUniform::FIELD_TYPES),
+    (PruneUniform::LAYOUT, PruneUniform::FIELD_TYPES),
+    (MarchingUniform::LAYOUT, MarchingUniform::FIELD_TYPES),
     (Node::LAYOUT, Node::FIELD_TYPES),
 ];

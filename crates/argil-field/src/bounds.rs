@@ -2,7 +2,7 @@
 
 use crate::space::{RADIAL_WORDS, REPEAT_WORDS};
 use crate::{NearJumps, Program};
-use argil_abi::{self as abi, Instr};
+use argil_abi::{self as abi, Instruction};
 use argil_math::{Aabb, Interval};
 
 impl Program {
@@ -15,16 +15,16 @@ impl Program {
         let center = region.center();
         let value = self.distance(center);
         let radius = self.lipschitz * region.half_diagonal();
-        Interval::around(value, radius * 1.000_01 + self.bounds_slack(region))
+        Interval::around(value, radius * 1.000_01 + self.bound_error(region))
     }
 
     /// What [`Program::bounds`] adds to the Lipschitz constant's share, for any box within the region.
-    pub fn bounds_slack(&self, region: Aabb) -> f32 {
+    pub fn bound_error(&self, region: Aabb) -> f32 {
         self.slack + self.hidden_slack + self.rounding(region)
     }
 
     /// Beyond which distance at a point there is no surface within a length of it, for points of the region.
-    pub fn reach(&self, length: f32, region: Aabb) -> f32 {
+    pub fn distance_threshold(&self, length: f32, region: Aabb) -> f32 {
         let hidden = if length < self.isolation {
             0.0
         } else {
@@ -34,8 +34,8 @@ impl Program {
     }
 
     /// How far around points of a region there is no surface, given the distance there.
-    pub fn clear_terms(&self, region: Aabb) -> ClearTerms {
-        ClearTerms {
+    pub fn clearance_model(&self, region: Aabb) -> ClearanceModel {
+        ClearanceModel {
             slack: self.slack + self.rounding(region),
             hidden: self.hidden_slack,
             isolation: self.isolation,
@@ -46,13 +46,13 @@ impl Program {
     /// What `f32` arithmetic can add to distances at points with coordinates as great as `farthest` that are near the surface, in
     /// a world where `base` is a usual length.
     pub fn rounding_at(&self, base: f32, farthest: f32) -> f32 {
-        self.clear_terms_about(base).at(base, farthest).slack
+        self.clearance_model_in(base).at(base, farthest).slack
     }
 
-    /// [`Program::clear_terms`] for points near the origin and the surface where nothing jumps, in a world where `base` is a usual
-    /// length: see [`ClearTerms::at`] for other points, and [`ClearTerms::with`] for places where something jumps.
-    pub fn clear_terms_about(&self, base: f32) -> ClearTerms {
-        ClearTerms {
+    /// [`Program::clearance_model`] for points near the origin and the surface where nothing jumps, in a world where `base` is a usual
+    /// length: see [`ClearanceModel::at`] for other points, and [`ClearanceModel::with`] for places where something jumps.
+    pub fn clearance_model_in(&self, base: f32) -> ClearanceModel {
+        ClearanceModel {
             slack: self.rounding_about(base, base),
             hidden: 0.0,
             isolation: f32::MAX,
@@ -61,7 +61,7 @@ impl Program {
     }
 
     /// What the distances that a list of instructions gives can jump by.
-    pub fn jump_of(&self, instrs: &[Instr]) -> f32 {
+    pub fn jump_of(&self, instrs: &[Instruction]) -> f32 {
         if self.slack + self.hidden_slack == 0.0 {
             return 0.0;
         }
@@ -80,7 +80,7 @@ impl Program {
     }
 
     /// What a list's distances within the region can be off by: their jumps, and the rounding of `f32`.
-    pub(crate) fn list_slack(&self, instrs: &[Instr], region: Aabb) -> f32 {
+    pub(crate) fn list_slack(&self, instrs: &[Instruction], region: Aabb) -> f32 {
         self.jump_of(instrs) + self.rounding(region)
     }
 
@@ -104,7 +104,7 @@ impl Program {
 
 /// What tells how far around a point there is no surface. `clear_radius` in `bricks/build.wgsl` of argil-volume is the twin.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ClearTerms {
+pub struct ClearanceModel {
     /// What a distance can be off by.
     pub slack: f32,
     /// What copies can add to that beyond the isolation.
@@ -118,8 +118,8 @@ pub struct ClearTerms {
 /// What of a coordinate an affine map into an operand's own space can lose: the rounding of its products and sums.
 const PLACE_ROUNDING: f32 = 4.0 * f32::EPSILON;
 
-impl ClearTerms {
-    /// For points with coordinates as great as `farthest`, where those of [`Program::clear_terms_about`] a base length are
+impl ClearanceModel {
+    /// For points with coordinates as great as `farthest`, where those of [`Program::clearance_model_in`] a base length are
     /// known. Only mapping a point into the space of an operand near it loses more far from the origin: what comes after
     /// that is as near as anywhere.
     #[inline]

@@ -1,6 +1,6 @@
 //! Operators; `combine.wgsl` is the twin.
 
-use crate::real::Real;
+use crate::scalar::Real;
 
 /// The words of a combination.
 #[derive(Clone, Copy, Debug)]
@@ -8,7 +8,7 @@ pub(crate) struct Joint {
     /// Blend radius.
     pub k: f32,
     /// One over four times that; 0 for a hard joint.
-    pub quarter: f32,
+    pub inv_4k: f32,
     /// Signs: union +++, subtract −+−, intersect −−−.
     pub sa: f32,
     pub sb: f32,
@@ -22,14 +22,14 @@ pub(crate) struct Joint {
 pub(crate) fn combine_smooth<R: Real>(a: R, b: R, j: &Joint) -> R {
     let (a, b) = (a * j.sa, b * j.sb);
     let h = (-(a - b).abs() + j.k).positive_part();
-    (a.min(b) - h * h * j.quarter) * j.sr
+    (a.min(b) - h * h * j.inv_4k) * j.sr
 }
 
 /// [`combine_smooth`] where every sign is +1; the same bits.
 #[inline(always)]
 pub(crate) fn union_smooth<R: Real>(a: R, b: R, j: &Joint) -> R {
     let h = (-(a - b).abs() + j.k).positive_part();
-    a.min(b) - h * h * j.quarter
+    a.min(b) - h * h * j.inv_4k
 }
 
 /// Whether an operand whose box is `least` away can change the accumulated `a`: not a union with something farther than
@@ -58,14 +58,14 @@ pub(crate) fn combine_morph<R: Real>(a: R, b: R, j: &Joint) -> R {
 #[inline(always)]
 pub(crate) fn weight_smooth(a: f32, b: f32, j: &Joint) -> f32 {
     let (a, b) = (a * j.sa, b * j.sb);
-    let h = Real::positive_part(j.k - (a - b).abs()) * (2.0 * j.quarter);
+    let h = Real::positive_part(j.k - (a - b).abs()) * (2.0 * j.inv_4k);
     if b < a { 1.0 - h } else { h }
 }
 
 /// The weight of a coat of paint: 1 inside, 0 outside, linear over the blend radius around the surface.
 #[inline(always)]
 pub(crate) fn weight_paint(b: f32, j: &Joint) -> f32 {
-    let soft = Real::clamp_to(0.5 - b * (4.0 * j.quarter), 0.0, 1.0);
+    let soft = Real::clamp_to(0.5 - b * (4.0 * j.inv_4k), 0.0, 1.0);
     let hard = if b < 0.0 { 1.0 } else { 0.0 };
     if j.k > 0.0 { soft } else { hard }
 }

@@ -69,8 +69,8 @@ fn weight(a: f32, b: f32, j: Joint, flags: u32) -> f32 {
     }
 }
 
-fn mix_material(a: MaterialWords, b: MaterialWords, w: f32) -> MaterialWords {
-    return MaterialWords(
+fn mix_material(a: GpuMaterial, b: GpuMaterial, w: f32) -> GpuMaterial {
+    return GpuMaterial(
         a.base_roughness + (b.base_roughness - a.base_roughness) * w,
         a.emission_metallic + (b.emission_metallic - a.emission_metallic) * w,
     );

@@ -6,17 +6,17 @@
 //! ray along +x crosses it an odd number of times; pieces rise or fall throughout, so each is crossed at most once and
 //! a half-open rule on its ends counts every crossing exactly once.
 //!
-//! *Practice.* Points come in blocks of [`BLOCK`], so that a search is left out where none of a block's points can be
+//! *Practice.* Points come in blocks of [`SIMD_BLOCK`], so that a search is left out where none of a block's points can be
 //! concerned: those of a brush that the accumulated distance already beats, and of a piece that another beats. Loops
 //! run pieces outside and points inside, so that the points become SIMD.
 
-use crate::real::Real;
-use crate::registers::words;
+use crate::interpreter_state::words;
+use crate::scalar::Real;
 use crate::shapes::{corner2, length2};
 use argil_abi::PIECE_WORDS;
 
 /// Points searched together.
-pub(crate) const BLOCK: usize = 16;
+pub(crate) const SIMD_BLOCK: usize = 16;
 /// Newton steps after the samples.
 const NEWTON_STEPS: usize = argil_abi::NEWTON_STEPS as usize;
 /// Intervals that a piece of an outline is sampled at.
@@ -25,7 +25,7 @@ const PIECE_SAMPLES: usize = argil_abi::PIECE_SAMPLES as usize;
 const TUBE_SAMPLES: usize = argil_abi::TUBE_SAMPLES as usize;
 
 /// One number for each point of a block.
-pub(crate) type Block<R> = [R; BLOCK];
+pub(crate) type SimdBlock<R> = [R; SIMD_BLOCK];
 
 /// The distance from a point to a box, less what rounding may add to it: a lower bound of the distance to anything
 /// inside.
@@ -57,18 +57,18 @@ fn curve2<R: Real>(x: R, y: R, t: R, w: &[f32; 8]) -> (R, R, R) {
 /// One piece of an outline: lower `best`, the squared distance, and flip `sign` where a ray along +x crosses.
 #[inline(always)]
 fn piece<R: Real>(
-    xs: &Block<R>,
-    ys: &Block<R>,
+    xs: &SimdBlock<R>,
+    ys: &SimdBlock<R>,
     w: &[f32; 8],
-    best: &mut Block<R>,
-    sign: &mut [f32; BLOCK],
+    best: &mut SimdBlock<R>,
+    sign: &mut [f32; SIMD_BLOCK],
 ) {
     let (ax, ay, bx, by, cx, cy) = (w[1], w[2], w[3], w[4], w[5], w[6]);
     if w[0] == 0.0 {
         let (ex, ey) = (cx - ax, cy - ay);
         let reciprocal = 1.0 / (ex * ex + ey * ey);
         let slant = if ey == 0.0 { 0.0 } else { ex / ey };
-        for i in 0..BLOCK {
+        for i in 0..SIMD_BLOCK {
             let (x, y) = (xs[i], ys[i]);
             let (px, py) = (x - ax, y - ay);
             let t = ((px * ex + py * ey) * reciprocal).clamp_to(0.0, 1.0);
@@ -90,7 +90,7 @@ fn piece<R: Real>(
     );
     let (min_y, max_y) = (Real::min(ay, cy), Real::max(ay, cy));
     let mut concerned = 0u32;
-    for i in 0..BLOCK {
+    for i in 0..SIMD_BLOCK {
         let (x, y) = (xs[i].value(), ys[i].value());
         // Where the curve has the point's height: the root of a rising or falling parabola, free of cancellation.
         let height = ay - y;
@@ -107,12 +107,12 @@ fn piece<R: Real>(
         return;
     }
     // The parameter needs no derivatives: at the nearest point a change of it changes nothing.
-    let mut t = [0.0; BLOCK];
-    let mut least = [f32::INFINITY; BLOCK];
+    let mut t = [0.0; SIMD_BLOCK];
+    let mut least = [f32::INFINITY; SIMD_BLOCK];
     let step = 1.0 / PIECE_SAMPLES as f32;
     for sample in 0..=PIECE_SAMPLES {
         let sampled = sample as f32 * step;
-        for i in 0..BLOCK {
+        for i in 0..SIMD_BLOCK {
             let (d, ..) = curve2(xs[i].value(), ys[i].value(), sampled, w);
             t[i] = if d < least[i] { sampled } else { t[i] };
             least[i] = Real::min(least[i], d);
@@ -120,7 +120,7 @@ fn piece<R: Real>(
     }
     let start = t;
     for _ in 0..NEWTON_STEPS {
-        for i in 0..BLOCK {
+        for i in 0..SIMD_BLOCK {
             let (_, pull, slope) = curve2(xs[i].value(), ys[i].value(), t[i], w);
             let (low, high) = (
                 Real::max(start[i] - step, 0.0),
@@ -129,7 +129,7 @@ fn piece<R: Real>(
             t[i] = Real::clamp_to(t[i] - pull / slope, low, high);
         }
     }
-    for i in 0..BLOCK {
+    for i in 0..SIMD_BLOCK {
         let (refined, ..) = curve2(xs[i], ys[i], R::constant(t[i]), w);
         let (sampled, ..) = curve2(xs[i], ys[i], R::constant(start[i]), w);
         best[i] = best[i].min(refined.min(sampled));
@@ -142,13 +142,16 @@ const TUBE_WORDS: usize = argil_abi::TUBE_WORDS as usize;
 /// Signed distances to a tube of several pieces, of which those are searched whose boxes are near enough to matter. `w`: how many there
 /// are, then their words.
 #[inline(always)]
-pub(crate) fn sd_spline_tube<R: Real>([xs, ys, zs]: [&mut Block<R>; 3], w: &[f32]) -> Block<R> {
-    let mut best = [R::constant(1e30); BLOCK];
+pub(crate) fn sd_spline_tube<R: Real>(
+    [xs, ys, zs]: [&mut SimdBlock<R>; 3],
+    w: &[f32],
+) -> SimdBlock<R> {
+    let mut best = [R::constant(1e30); SIMD_BLOCK];
     let pieces = w[1..1 + w[0] as usize * TUBE_WORDS].chunks_exact(TUBE_WORDS);
     for own in pieces {
         let held = words(own, 0);
         let mut concerned = 0u32;
-        for i in 0..BLOCK {
+        for i in 0..SIMD_BLOCK {
             let gap = box_distance(xs[i].value(), ys[i].value(), zs[i].value(), held);
             concerned |= u32::from(gap <= best[i].value().positive_part());
         }
@@ -156,7 +159,7 @@ pub(crate) fn sd_spline_tube<R: Real>([xs, ys, zs]: [&mut Block<R>; 3], w: &[f32
             continue;
         }
         let d = sd_bezier_tube::<R>([xs, ys, zs], &own[6..]);
-        for i in 0..BLOCK {
+        for i in 0..SIMD_BLOCK {
             best[i] = best[i].min(d[i]);
         }
     }
@@ -185,8 +188,8 @@ pub(crate) fn sampled_loops(_: &[f32]) -> u64 {
 
 /// Signed distances to an outline that is turned about y. `w`: how many pieces there are, one more word, the pieces.
 #[inline(always)]
-pub(crate) fn sd_lathe<R: Real>([x, y, z]: [&mut Block<R>; 3], w: &[f32]) -> Block<R> {
-    for i in 0..BLOCK {
+pub(crate) fn sd_lathe<R: Real>([x, y, z]: [&mut SimdBlock<R>; 3], w: &[f32]) -> SimdBlock<R> {
+    for i in 0..SIMD_BLOCK {
         x[i] = length2(x[i], z[i]);
     }
     sd_outline::<R>(x, y, pieces(w))
@@ -194,9 +197,9 @@ pub(crate) fn sd_lathe<R: Real>([x, y, z]: [&mut Block<R>; 3], w: &[f32]) -> Blo
 
 /// Signed distances to an outline that is extruded along z. `w`: how many pieces there are, half of the length, the pieces.
 #[inline(always)]
-pub(crate) fn sd_extrusion<R: Real>([x, y, z]: [&mut Block<R>; 3], w: &[f32]) -> Block<R> {
+pub(crate) fn sd_extrusion<R: Real>([x, y, z]: [&mut SimdBlock<R>; 3], w: &[f32]) -> SimdBlock<R> {
     let mut d = sd_outline::<R>(x, y, pieces(w));
-    for i in 0..BLOCK {
+    for i in 0..SIMD_BLOCK {
         d[i] = corner2(d[i], z[i].abs() - w[1]);
     }
     d
@@ -209,15 +212,15 @@ fn pieces(w: &[f32]) -> &[f32] {
 
 /// Signed distances of the points (xs, ys) to an outline.
 #[inline(always)]
-fn sd_outline<R: Real>(xs: &Block<R>, ys: &Block<R>, pieces: &[f32]) -> Block<R> {
-    let mut best = [R::constant(1e30); BLOCK];
-    let mut sign = [1.0; BLOCK];
+fn sd_outline<R: Real>(xs: &SimdBlock<R>, ys: &SimdBlock<R>, pieces: &[f32]) -> SimdBlock<R> {
+    let mut best = [R::constant(1e30); SIMD_BLOCK];
+    let mut sign = [1.0; SIMD_BLOCK];
     for words in pieces.chunks_exact(PIECE_WORDS as usize) {
         if let Ok(words) = words.try_into() {
             piece::<R>(xs, ys, words, &mut best, &mut sign);
         }
     }
-    for i in 0..BLOCK {
+    for i in 0..SIMD_BLOCK {
         best[i] = best[i].sqrt() * sign[i];
     }
     best
@@ -235,7 +238,7 @@ fn curve3<R: Real>(p: [R; 3], t: R, w: &[f32; 11]) -> [R; 3] {
 
 /// Distance to the ball at t.
 #[inline(always)]
-fn ball<R: Real>(p: [R; 3], t: R, w: &[f32; 11]) -> R {
+fn sphere_box<R: Real>(p: [R; 3], t: R, w: &[f32; 11]) -> R {
     let [x, y, z] = curve3(p, t, w);
     (x * x + y * y + z * z).sqrt() - (t * w[10] + w[9])
 }
@@ -243,15 +246,18 @@ fn ball<R: Real>(p: [R; 3], t: R, w: &[f32; 11]) -> R {
 /// Signed distances to a tube. `w`: the curve's constant, linear and quadratic coefficients, the radius at the start
 /// and what it gains.
 #[inline(always)]
-pub(crate) fn sd_bezier_tube<R: Real>([xs, ys, zs]: [&mut Block<R>; 3], w: &[f32]) -> Block<R> {
+pub(crate) fn sd_bezier_tube<R: Real>(
+    [xs, ys, zs]: [&mut SimdBlock<R>; 3],
+    w: &[f32],
+) -> SimdBlock<R> {
     let w: &[f32; 11] = words(w, 0);
     let step = 1.0 / TUBE_SAMPLES as f32;
-    let mut best = [R::constant(1e30); BLOCK];
-    let mut at = [0.0; BLOCK];
+    let mut best = [R::constant(1e30); SIMD_BLOCK];
+    let mut at = [0.0; SIMD_BLOCK];
     for sample in 0..=TUBE_SAMPLES {
         let t = sample as f32 * step;
-        for i in 0..BLOCK {
-            let d = ball([xs[i], ys[i], zs[i]], R::constant(t), w);
+        for i in 0..SIMD_BLOCK {
+            let d = sphere_box([xs[i], ys[i], zs[i]], R::constant(t), w);
             let nearer = d.value() < best[i].value();
             best[i] = if nearer { d } else { best[i] };
             at[i] = if nearer { t } else { at[i] };
@@ -260,7 +266,7 @@ pub(crate) fn sd_bezier_tube<R: Real>([xs, ys, zs]: [&mut Block<R>; 3], w: &[f32
     // The parameter needs no derivatives: at the nearest ball a change of it changes nothing.
     let mut t = at;
     for _ in 0..NEWTON_STEPS {
-        for i in 0..BLOCK {
+        for i in 0..SIMD_BLOCK {
             let [qx, qy, qz] = curve3([xs[i].value(), ys[i].value(), zs[i].value()], t[i], w);
             let (vx, vy, vz) = (
                 t[i] * (2.0 * w[6]) + w[3],
@@ -279,8 +285,8 @@ pub(crate) fn sd_bezier_tube<R: Real>([xs, ys, zs]: [&mut Block<R>; 3], w: &[f32
             );
         }
     }
-    for i in 0..BLOCK {
-        best[i] = best[i].min(ball([xs[i], ys[i], zs[i]], R::constant(t[i]), w));
+    for i in 0..SIMD_BLOCK {
+        best[i] = best[i].min(sphere_box([xs[i], ys[i], zs[i]], R::constant(t[i]), w));
     }
     best
 }

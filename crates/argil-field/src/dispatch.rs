@@ -1,10 +1,10 @@
 //! Which function measures a shape: opcodes, and the dispatch of both interpreters, from the table of shapes.
 
-use crate::brush::{Brush, brush, mapped};
 use crate::combine::{combine_smooth, matters};
-use crate::curves::{BLOCK, Block};
-use crate::real::{LANES, Real};
-use crate::registers::{Registers, words};
+use crate::curves::{SIMD_BLOCK, SimdBlock};
+use crate::eval_brush::{BrushParams, brush, mapped};
+use crate::interpreter_state::{InterpreterState, words};
+use crate::scalar::{LANES, Real};
 use crate::{Program, curves, sampled, shapes};
 use argil_abi as abi;
 use argil_scene::shape_table;
@@ -60,10 +60,10 @@ macro_rules! dispatch {
         #[inline(always)]
         pub(crate) fn measure<R: Real>(
             program: &Program,
-            r: &mut Registers<R>,
+            r: &mut InterpreterState<R>,
             op: u32,
             flags: u32,
-            b: &Brush<'_>,
+            b: &BrushParams<'_>,
             at: usize,
         ) {
             let is_translation = flags & abi::FLAG_TRANSLATION != 0;
@@ -79,12 +79,12 @@ macro_rules! dispatch {
 
         /// The distances of a block of points in the frame of a shape that is searched, by its words.
         #[inline(always)]
-        pub(crate) fn searched<R: Real>(op: u32, point: [&mut Block<R>; 3], words: &[f32]) -> Block<R> {
+        pub(crate) fn searched<R: Real>(op: u32, point: [&mut SimdBlock<R>; 3], words: &[f32]) -> SimdBlock<R> {
             use curves::*;
             use sampled::*;
             match op {
                 $(op::$searched => $searched_function::<R>(point, words),)*
-                _ => [R::constant(crate::FAR); BLOCK],
+                _ => [R::constant(crate::FAR); SIMD_BLOCK],
             }
         }
     };
@@ -96,21 +96,21 @@ shape_table!(dispatch);
 /// shape's box already leaves the accumulator as it is.
 #[inline(always)]
 fn curve_brush<R: Real>(
-    r: &mut Registers<R>,
+    r: &mut InterpreterState<R>,
     program: &Program,
     op: u32,
-    b: &Brush<'_>,
+    b: &BrushParams<'_>,
     at: usize,
 ) {
     let j = &b.joint;
     let m = *b.m;
     let bounds: [f32; 6] = *words(&program.params, at);
     let [xs, ys, zs] = &r.point;
-    for first in (0..r.active.min(LANES)).step_by(BLOCK) {
-        let zero = [R::constant(0.0); BLOCK];
+    for first in (0..r.active.min(LANES)).step_by(SIMD_BLOCK) {
+        let zero = [R::constant(0.0); SIMD_BLOCK];
         let [mut x, mut y, mut z, mut a] = [zero; 4];
         let mut concerned = 0u32;
-        for i in 0..BLOCK {
+        for i in 0..SIMD_BLOCK {
             let lane = first + i;
             [x[i], y[i], z[i]] = mapped([R::get(xs, lane), R::get(ys, lane), R::get(zs, lane)], &m);
             a[i] = R::get(&r.acc, lane);
@@ -123,7 +123,7 @@ fn curve_brush<R: Real>(
         }
         let point = [&mut x, &mut y, &mut z];
         let d = searched::<R>(op, point, &program.params[at + 6..]);
-        for i in 0..BLOCK {
+        for i in 0..SIMD_BLOCK {
             R::set(
                 &mut r.acc,
                 first + i,
@@ -170,10 +170,10 @@ pub(crate) fn wgsl_dispatch(used: impl Fn(u32) -> bool) -> String {
 impl Program {
     /// Loop iterations of one evaluation on the GPU, at most: one an instruction, those of copies and of searches along
     /// curves besides.
-    pub fn iterations(&self) -> u64 {
+    pub fn max_iterations(&self) -> u64 {
         let mut total = 0u64;
         let mut copies = vec![1u64];
-        for instr in &self.instrs {
+        for instr in &self.instructions {
             let times = copies.last().copied().unwrap_or(1);
             let own = if instr.op < abi::OP_SHAPES_END {
                 let words = instr.params + abi::BRUSH_HEADER_WORDS + 6;

@@ -1,30 +1,34 @@
 //! The ways into the interpreter.
 
-use crate::curves::BLOCK;
+use crate::curves::SIMD_BLOCK;
 use crate::interpret::{Carried, run};
-use crate::real::{Dual, F32Lanes, Real};
-use crate::registers::{Loan, Registers};
+use crate::interpreter_state::{InterpreterState, Loan};
+use crate::scalar::{Dual, F32Lanes, Real};
 use crate::{FAR, Program};
-use argil_abi::{Instr, MaterialWords};
+use argil_abi::{GpuMaterial, Instruction};
 use glam::Vec3;
 use multiversion::multiversion;
 use std::array;
 
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl", "x86_64+avx2"))]
-fn run_distances(program: &Program, instrs: &[Instr], registers: &mut Registers<f32>) {
+fn run_distances(program: &Program, instrs: &[Instruction], registers: &mut InterpreterState<f32>) {
     run::<f32, false>(program, instrs, registers, Carried::Nothing);
 }
 
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl", "x86_64+avx2"))]
-fn run_gradients(program: &Program, instrs: &[Instr], registers: &mut Registers<Dual>) {
+fn run_gradients(
+    program: &Program,
+    instrs: &[Instruction],
+    registers: &mut InterpreterState<Dual>,
+) {
     run::<Dual, false>(program, instrs, registers, Carried::Nothing);
 }
 
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl", "x86_64+avx2"))]
-pub(crate) fn run_apart(
+pub(crate) fn run_parallel(
     program: &Program,
-    instrs: &[Instr],
-    registers: &mut Registers<f32>,
+    instrs: &[Instruction],
+    registers: &mut InterpreterState<f32>,
     carried: Carried,
 ) {
     run::<f32, true>(program, instrs, registers, carried);
@@ -58,16 +62,16 @@ impl<'a> Evaluator<'a> {
     /// # Panics
     /// If the slices differ in length or are longer than [`LANES`](crate::LANES).
     pub fn distances(&mut self, x: &[f32], y: &[f32], z: &[f32], out: &mut [f32]) {
-        self.distances_by(&self.program.instrs, x, y, z, out);
+        self.distances_with(&self.program.instructions, x, y, z, out);
     }
 
     /// The same by a list of instructions that [`Pruner`](crate::Pruner) has left of the program's.
     ///
     /// # Panics
     /// As [`Evaluator::distances`].
-    pub fn distances_by(
+    pub fn distances_with(
         &mut self,
-        instrs: &[Instr],
+        instrs: &[Instruction],
         x: &[f32],
         y: &[f32],
         z: &[f32],
@@ -83,14 +87,14 @@ impl<'a> Evaluator<'a> {
     pub fn distances_from(
         &mut self,
         start: f32,
-        instrs: &[Instr],
+        instrs: &[Instruction],
         points: [&[f32]; 3],
         out: &mut [f32],
     ) {
         let n = out.len();
         assert!(points.iter().all(|axis| axis.len() == n), "as many");
         let plain = &mut *self.plain;
-        plain.active = n.next_multiple_of(BLOCK);
+        plain.active = n.next_multiple_of(SIMD_BLOCK);
         plain.start = start;
         for (lanes, from) in plain.point.iter_mut().zip(points) {
             load(lanes, from, plain.active);
@@ -112,16 +116,16 @@ impl<'a> Evaluator<'a> {
         out: &mut [f32],
         gradients: [&mut [f32]; 3],
     ) {
-        self.gradients_by(&self.program.instrs, [x, y, z], out, gradients);
+        self.gradients_with(&self.program.instructions, [x, y, z], out, gradients);
     }
 
     /// The same by a list of instructions that [`Pruner`](crate::Pruner) has left of the program's.
     ///
     /// # Panics
     /// As [`Evaluator::distances`].
-    pub fn gradients_by(
+    pub fn gradients_with(
         &mut self,
-        instrs: &[Instr],
+        instrs: &[Instruction],
         [x, y, z]: [&[f32]; 3],
         out: &mut [f32],
         gradients: [&mut [f32]; 3],
@@ -129,7 +133,7 @@ impl<'a> Evaluator<'a> {
         let n = out.len();
         assert!([x, y, z].iter().all(|axis| axis.len() == n), "as many");
         let dual = &mut **self.dual.get_or_insert_with(Loan::new);
-        dual.active = n.next_multiple_of(BLOCK);
+        dual.active = n.next_multiple_of(SIMD_BLOCK);
         for (k, (lanes, from)) in dual.point.iter_mut().zip([x, y, z]).enumerate() {
             load(&mut lanes.0[0], from, dual.active);
             for (along, ones) in (0..3).zip(&mut lanes.0[1..]) {
@@ -153,26 +157,26 @@ impl<'a> Evaluator<'a> {
         y: &[f32],
         z: &[f32],
         out: &mut [f32],
-        materials: &mut [MaterialWords],
+        materials: &mut [GpuMaterial],
     ) {
-        self.materials_by(&self.program.instrs, [x, y, z], out, materials);
+        self.materials_with(&self.program.instructions, [x, y, z], out, materials);
     }
 
     /// The same by a list of instructions that [`Pruner`](crate::Pruner) has left of the program's.
     ///
     /// # Panics
     /// As [`Evaluator::distances`].
-    pub fn materials_by(
+    pub fn materials_with(
         &mut self,
-        instrs: &[Instr],
+        instrs: &[Instruction],
         [x, y, z]: [&[f32]; 3],
         out: &mut [f32],
-        materials: &mut [MaterialWords],
+        materials: &mut [GpuMaterial],
     ) {
         let n = out.len();
         assert!([x, y, z].iter().all(|axis| axis.len() == n), "as many");
         let plain = &mut *self.plain;
-        plain.active = n.next_multiple_of(BLOCK);
+        plain.active = n.next_multiple_of(SIMD_BLOCK);
         for (lanes, from) in plain.point.iter_mut().zip([x, y, z]) {
             load(lanes, from, plain.active);
         }
@@ -181,7 +185,7 @@ impl<'a> Evaluator<'a> {
             plain.material[k] = f32::splat(first.base_roughness[k]);
             plain.material[4 + k] = f32::splat(first.emission_metallic[k]);
         }
-        run_apart(self.program, instrs, plain, Carried::Materials);
+        run_parallel(self.program, instrs, plain, Carried::Materials);
         out.copy_from_slice(&plain.acc.0[..n]);
         for (i, material) in materials.iter_mut().enumerate() {
             material.base_roughness = array::from_fn(|k| plain.material[k].0[i]);

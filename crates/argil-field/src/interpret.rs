@@ -1,13 +1,13 @@
 //! The interpreter on the CPU: one instruction at a time over [`LANES`] points. `interpret.wgsl` is the twin, one point
 //! at a time.
 
-use crate::brush::{Brush, HEADER, mapped};
-use crate::carried::{join_aside, mark_brush, mark_group, mix_materials, put_aside, weights};
 use crate::combine::{Joint, combine_chamfer, combine_morph, combine_smooth};
 use crate::dispatch::measure;
+use crate::eval_brush::{BrushParams, HEADER, mapped};
+use crate::interpreter_state::{InterpreterState, words};
+use crate::material_mix::{join_aside, mark_brush, mark_group, mix_materials, put_aside, weights};
 use crate::prefetch::prefetch;
-use crate::real::{F32Lanes, LANES, Real};
-use crate::registers::{Registers, words};
+use crate::scalar::{F32Lanes, LANES, Real};
 use crate::space::{
     RADIAL_WORDS, REPEAT_WORDS, TWIST_WORDS, bend, map_point, radial, repeat_axis, twist, unclamp,
 };
@@ -32,8 +32,8 @@ const AHEAD: usize = 4;
 #[inline(always)]
 pub(crate) fn run<R: Real, const APART: bool>(
     program: &Program,
-    instrs: &[abi::Instr],
-    r: &mut Registers<R>,
+    instrs: &[abi::Instruction],
+    r: &mut InterpreterState<R>,
     carried: Carried,
 ) {
     let materials = APART && carried == Carried::Materials;
@@ -41,12 +41,12 @@ pub(crate) fn run<R: Real, const APART: bool>(
     for i in lanes_of(r.active) {
         R::set(&mut r.acc, i, R::constant(r.start));
     }
-    let any_exiled = exile::<R>(&mut r.point, &mut r.exiled, r.active);
+    let any_exiled = mask_outside_world::<R>(&mut r.point, &mut r.outside_world, r.active);
     let params = &program.params[..];
     // Caches hold what few need.
     let is_long = instrs.len() > 64;
     let mut pc = 0;
-    while let Some(&abi::Instr {
+    while let Some(&abi::Instruction {
         op,
         params: at,
         operand,
@@ -94,7 +94,7 @@ pub(crate) fn run<R: Real, const APART: bool>(
     }
     if any_exiled {
         for i in 0..LANES {
-            let d = if r.exiled.0[i] > 0.0 {
+            let d = if r.outside_world.0[i] > 0.0 {
                 R::constant(FAR)
             } else {
                 R::get(&r.acc, i)
@@ -108,19 +108,19 @@ pub(crate) fn run<R: Real, const APART: bool>(
 #[inline(always)]
 fn brush<R: Real, const APART: bool>(
     program: &Program,
-    r: &mut Registers<R>,
-    instr: &abi::Instr,
+    r: &mut InterpreterState<R>,
+    instr: &abi::Instruction,
     place: usize,
     [materials, marks]: [bool; 2],
 ) {
     let (flags, at) = (instr.flags, instr.params as usize);
     // What is carried wants the brush measured alone first, then combined.
-    let mut b = Brush::read(&program.params, at);
+    let mut b = BrushParams::read(&program.params, at);
     let joint = b.joint;
     if APART {
         b.joint = Joint {
             k: 0.0,
-            quarter: 0.0,
+            inv_4k: 0.0,
             sa: 1.0,
             sb: 1.0,
             sr: 1.0,
@@ -151,7 +151,7 @@ fn brush<R: Real, const APART: bool>(
 
 /// Put the accumulator on the stack and begin anew with nothing.
 #[inline(always)]
-fn save_value<R: Real>(r: &mut Registers<R>, materials: bool) {
+fn save_value<R: Real>(r: &mut InterpreterState<R>, materials: bool) {
     r.values.push(std::mem::replace(&mut r.acc, R::splat(FAR)));
     if materials {
         r.materials.push((*r.material).clone());
@@ -159,7 +159,7 @@ fn save_value<R: Real>(r: &mut Registers<R>, materials: bool) {
 }
 
 #[inline(always)]
-fn restore_point<R: Real>(r: &mut Registers<R>) {
+fn restore_point<R: Real>(r: &mut InterpreterState<R>) {
     if let Some(point) = r.points.pop() {
         r.point = point;
     }
@@ -168,9 +168,9 @@ fn restore_point<R: Real>(r: &mut Registers<R>) {
 /// Join the accumulator with what is on top of the stack.
 #[inline(always)]
 fn combine<R: Real>(
-    r: &mut Registers<R>,
+    r: &mut InterpreterState<R>,
     params: &[f32],
-    instr: &abi::Instr,
+    instr: &abi::Instruction,
     place: usize,
     [materials, marks]: [bool; 2],
 ) {
@@ -178,7 +178,7 @@ fn combine<R: Real>(
     let w: &[f32; 6] = words(params, instr.params as usize);
     let j = Joint {
         k: w[0],
-        quarter: w[1],
+        inv_4k: w[1],
         sa: w[2],
         sb: w[3],
         sr: w[4],
@@ -217,7 +217,7 @@ fn combine<R: Real>(
 /// Begin with the first of the copies that are looked at.
 #[inline(always)]
 fn begin_copies<R: Real>(
-    r: &mut Registers<R>,
+    r: &mut InterpreterState<R>,
     params: &[f32],
     op: u32,
     at: usize,
@@ -232,9 +232,9 @@ fn begin_copies<R: Real>(
 /// Keep the nearer of this copy and the nearest before it, and begin the next; whether there is one.
 #[inline(always)]
 fn next<R: Real>(
-    r: &mut Registers<R>,
+    r: &mut InterpreterState<R>,
     params: &[f32],
-    begin: &abi::Instr,
+    begin: &abi::Instruction,
     materials: bool,
 ) -> bool {
     let (Some(done), Some(least)) = (r.loops.last_mut(), r.values.last_mut()) else {
@@ -270,7 +270,7 @@ fn next<R: Real>(
 }
 
 #[inline(always)]
-fn mirror<R: Real>(r: &mut Registers<R>, w: &[f32; 3]) {
+fn mirror<R: Real>(r: &mut InterpreterState<R>, w: &[f32; 3]) {
     map_point::<R>(&mut r.point, |[x, y, z]| {
         let fold = |c: R, on: f32| if on > 0.0 { c.abs() } else { c };
         [fold(x, w[0]), fold(y, w[1]), fold(z, w[2])]
@@ -278,7 +278,7 @@ fn mirror<R: Real>(r: &mut Registers<R>, w: &[f32; 3]) {
 }
 
 #[inline(always)]
-fn elongate<R: Real>(r: &mut Registers<R>, w: &[f32; 3]) {
+fn elongate<R: Real>(r: &mut InterpreterState<R>, w: &[f32; 3]) {
     map_point::<R>(&mut r.point, |[x, y, z]| {
         let pull = |c: R, by: f32| c - c.clamp_to(-by, by);
         [pull(x, w[0]), pull(y, w[1]), pull(z, w[2])]
@@ -288,7 +288,7 @@ fn elongate<R: Real>(r: &mut Registers<R>, w: &[f32; 3]) {
 /// Twist or bend the points, held in the box in which that is bounded.
 #[inline(always)]
 fn warp<R: Real>(
-    r: &mut Registers<R>,
+    r: &mut InterpreterState<R>,
     w: &[f32; TWIST_WORDS],
     turn: impl Fn([R; 3], f32) -> [R; 3],
 ) {
@@ -307,7 +307,7 @@ fn warp<R: Real>(
 // whoever calls.
 
 #[inline(always)]
-fn unclamp_values<R: Real>(r: &mut Registers<R>, w: &[f32; TWIST_WORDS]) {
+fn unclamp_values<R: Real>(r: &mut InterpreterState<R>, w: &[f32; TWIST_WORDS]) {
     let [xs, ys, zs] = &r.point;
     for i in 0..LANES {
         let p = [R::get(xs, i), R::get(ys, i), R::get(zs, i)];
@@ -317,7 +317,7 @@ fn unclamp_values<R: Real>(r: &mut Registers<R>, w: &[f32; TWIST_WORDS]) {
 }
 
 #[inline(always)]
-fn round<R: Real>(r: &mut Registers<R>, &[radius]: &[f32; 1]) {
+fn round<R: Real>(r: &mut InterpreterState<R>, &[radius]: &[f32; 1]) {
     for i in 0..LANES {
         let d = R::get(&r.acc, i) - radius;
         R::set(&mut r.acc, i, d);
@@ -325,7 +325,7 @@ fn round<R: Real>(r: &mut Registers<R>, &[radius]: &[f32; 1]) {
 }
 
 #[inline(always)]
-fn shell<R: Real>(r: &mut Registers<R>, &[thickness]: &[f32; 1]) {
+fn shell<R: Real>(r: &mut InterpreterState<R>, &[thickness]: &[f32; 1]) {
     for i in 0..LANES {
         let d = R::get(&r.acc, i).abs() - thickness;
         R::set(&mut r.acc, i, d);
@@ -333,7 +333,7 @@ fn shell<R: Real>(r: &mut Registers<R>, &[thickness]: &[f32; 1]) {
 }
 
 #[inline(always)]
-fn displace<R: Real>(r: &mut Registers<R>, &[amplitude, frequency]: &[f32; 2], seed: u32) {
+fn displace<R: Real>(r: &mut InterpreterState<R>, &[amplitude, frequency]: &[f32; 2], seed: u32) {
     let [xs, ys, zs] = &r.point;
     for i in 0..LANES {
         let p = [
@@ -355,7 +355,11 @@ fn lanes_of(active: usize) -> std::ops::Range<usize> {
 /// Move the points that are not in the world to its origin, so that no arithmetic overflows, and mark their lanes with 1;
 /// whether there are any. Most batches have none, and are only read.
 #[inline(always)]
-fn exile<R: Real>([xs, ys, zs]: &mut [R::Lanes; 3], exiled: &mut F32Lanes, active: usize) -> bool {
+fn mask_outside_world<R: Real>(
+    [xs, ys, zs]: &mut [R::Lanes; 3],
+    exiled: &mut F32Lanes,
+    active: usize,
+) -> bool {
     let is_in_world = |c: R| c.value().abs() <= WORLD_LIMIT;
     let mut outside = 0u32;
     for i in lanes_of(active) {
@@ -391,7 +395,7 @@ fn candidates(params: &[f32], op: u32, at: usize) -> u32 {
 
 /// Place the points relative to a loop's copy number `j`.
 #[inline(always)]
-fn candidate<R: Real>(r: &mut Registers<R>, params: &[f32], op: u32, at: usize, j: u32) {
+fn candidate<R: Real>(r: &mut InterpreterState<R>, params: &[f32], op: u32, at: usize, j: u32) {
     let Some(saved) = r.points.last() else { return };
     let [xs, ys, zs] = saved;
     let [px, py, pz] = &mut r.point;

@@ -2,17 +2,17 @@
 //
 // *Length.* One loop over instructions, whose stacks are in the module's scope; trim.rs takes cases out of it line by line.
 
-var<private> field_material: MaterialWords;
+var<private> field_material: GpuMaterial;
 
 // The stacks. In the module's scope, so that they are cleared once a thread and not once a call.
 var<private> values: array<f32, GPU_STACK_SLOTS>;
 var<private> points: array<vec3<f32>, GPU_STACK_SLOTS>;
-var<private> kept: array<MaterialWords, GPU_STACK_SLOTS>;
+var<private> kept: array<GpuMaterial, GPU_STACK_SLOTS>;
 var<private> loops: array<u32, GPU_STACK_SLOTS>;
 
 // Combine a brush with the accumulated distance. `shape_distance` is made from the table of shapes (dispatch.rs); `listed`, `list_length` and `mark` are in whole.wgsl, which runs the
 // whole program, or in prune.wgsl.
-fn brush(acc: f32, point: vec3<f32>, instr: Instr, with_material: bool) -> f32 {
+fn brush(acc: f32, point: vec3<f32>, instr: Instruction, with_material: bool) -> f32 {
     let w = instr.params;
     let j = read_joint(w + 13u);
     let scale = params[w + 12u];

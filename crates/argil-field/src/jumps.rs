@@ -5,7 +5,7 @@ use glam::Vec3;
 
 /// A piece whose distances can jump.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Loose {
+pub(crate) struct JumpRegion {
     /// Outside of this box its jumps change no sign.
     pub aabb: Aabb,
     pub slack: f32,
@@ -13,7 +13,7 @@ pub(crate) struct Loose {
     pub isolation: f32,
 }
 
-impl Loose {
+impl JumpRegion {
     /// All of it, to be told from others.
     pub fn bits(&self) -> [u32; 9] {
         let Self { aabb, .. } = self;

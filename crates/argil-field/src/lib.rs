@@ -10,7 +10,7 @@
 //! *Practice.* [`Program::lower`] makes the program. [`Program::distances`] and its siblings evaluate points in batches
 //! of [`LANES`], each brush one plain loop over the batch, compiled for AVX-512, AVX2 and the baseline and chosen at run
 //! time; no fused multiply-add, so that all give the same bits. `*.wgsl` holds the twins for the GPU, put together by
-//! [`Opcodes::wgsl`]. [`naive`] is the oracle: scalar, double precision, straight from the scene.
+//! [`OpcodeSet::wgsl`]. [`naive`] is the oracle: scalar, double precision, straight from the scene.
 //!
 //! [`Pruner`] makes the lists of instructions that can matter in cells of space.
 //!
@@ -28,58 +28,58 @@
 //! ```
 
 mod bounds;
-mod brush;
-mod by_node;
-mod carried;
 mod combine;
 mod curves;
 mod dispatch;
+mod eval_brush;
 mod evaluate;
 mod grid;
+mod incremental;
 mod interpret;
+mod interpreter_state;
+mod jump_regions;
 mod jumps;
-mod list_tree;
-mod live;
-mod loose;
 mod lower;
 mod marks;
+mod material_mix;
 mod materials;
 pub mod naive;
-mod near;
+mod near_field;
+mod node_map;
 mod noise;
+mod opcode_set;
 mod operands;
-mod pack;
-mod parts;
+mod params;
+mod part_grid;
 mod pieces;
 mod prefetch;
 mod program;
+mod program_tree;
 mod prune;
 mod pruned_grid;
-mod real;
-mod registers;
-mod regular;
+mod regularity;
 mod sampled;
+mod scalar;
 mod shapes;
 mod space;
 mod spans;
 mod specialize;
-mod trim;
 
-pub use bounds::ClearTerms;
+pub use bounds::ClearanceModel;
 pub use evaluate::Evaluator;
 pub use grid::Grid;
+pub use incremental::{Additions, ChangeSet, HardUnionBrush, IncrementalProgram, UpdateOutcome};
 pub use jumps::NearJumps;
-pub use list_tree::ListTree;
-pub use live::{Added, HardBrush, LiveProgram, Touched, Upset};
 pub use lower::LowerError;
-pub use marks::CELLS;
-pub use near::{NearEvaluator, NearField};
+pub use marks::CELLS_PER_BATCH;
+pub use near_field::{NearEvaluator, NearField};
+pub use opcode_set::OpcodeSet;
 pub use operands::OperandIndex;
-pub use parts::Parts;
+pub use part_grid::PartGrid;
 pub use program::Program;
+pub use program_tree::ProgramTree;
 pub use prune::Pruner;
-pub use real::LANES;
-pub use trim::Opcodes;
+pub use scalar::LANES;
 
 /// The distance of nothing, and of points that are not in the world.
 pub const FAR: f32 = argil_abi::FAR;

@@ -4,18 +4,18 @@ mod error;
 mod frame;
 mod lowering;
 mod measure;
+mod params;
 mod solid;
-mod words;
 
 use crate::materials::materials_of;
 use crate::pieces::{self, Pieces, is_open, magnitude};
 use crate::program::Program;
-use argil_abi::{self as abi, Instr};
+use argil_abi::{self as abi, Instruction};
 use argil_scene::{NodeId, Scene};
 pub use error::LowerError;
-pub(crate) use frame::{Around, Frame, extent_in_world};
-use lowering::{Lowering, Task};
-use words::is_single;
+pub(crate) use frame::{EnclosingGroup, Frame, extent_in_world};
+use lowering::{Lowering, LoweringTask};
+use params::is_single;
 
 impl Program {
     /// Lower a scene. Time and memory are linear in the number of its nodes.
@@ -24,7 +24,7 @@ impl Program {
         let mut lowering = Lowering::of(scene, Scene::ROOT, Some(&pieces));
         lowering.measure_pieces(&pieces);
         lowering.program.materials = materials_of(scene);
-        lowering.tasks.push(Task::Solid {
+        lowering.tasks.push(LoweringTask::Solid {
             node: Scene::ROOT,
             frame: Frame::OF_WORLD,
         });
@@ -51,8 +51,8 @@ impl Program {
         while let [.., _, outer] = path[..]
             && is_open(scene, outer, depth)
         {
-            frame = Around::of(scene, outer, frame)?.frame;
-            scale *= pieces::scale_of(scene.node(outer).acting());
+            frame = EnclosingGroup::of(scene, outer, frame)?.frame;
+            scale *= pieces::scale_of(scene.node(outer).at_current_time());
             path.pop();
             depth += 1;
         }
@@ -75,24 +75,24 @@ impl Program {
     ) -> Result<Self, LowerError> {
         let mut lowering = Lowering::of(scene, node, None);
         let own = lowering.regular[node].scaled(scale);
-        lowering.program.magnitude = magnitude(&lowering.extents.outer(node), scale);
+        lowering.program.magnitude = magnitude(&lowering.extents.node_bounds(node), scale);
         lowering.set_regularity(own);
         let frame = Frame {
             jump: Some(own.slack + own.hidden),
             ..within
         };
-        let entry = scene.node(node).acting();
+        let entry = scene.node(node).at_current_time();
         if is_single(entry) {
-            lowering.tasks.push(Task::Brush { node, frame });
+            lowering.tasks.push(LoweringTask::Brush { node, frame });
         } else {
             lowering.program.value_slots += 1;
             let combine = lowering.combine(entry, frame, false);
-            lowering.emit(Instr {
+            lowering.emit(Instruction {
                 op: abi::OP_PUSH_VALUE,
-                ..Instr::default()
+                ..Instruction::default()
             });
-            lowering.tasks.push(Task::Emit(combine));
-            lowering.tasks.push(Task::Solid { node, frame });
+            lowering.tasks.push(LoweringTask::Emit(combine));
+            lowering.tasks.push(LoweringTask::Solid { node, frame });
         }
         lowering.emit_all()?;
         Ok(lowering.program)

@@ -4,7 +4,7 @@ use crate::combine::Joint;
 use argil_abi as abi;
 
 /// Cells that are measured at once.
-pub const CELLS: usize = 64;
+pub const CELLS_PER_BATCH: usize = 64;
 
 /// Which operands cannot matter: a bit for each cell.
 #[derive(Clone, Copy, Default)]
@@ -16,7 +16,7 @@ pub(crate) struct Marks {
 /// Whether `a`, and whether `b`, can be left out of a joint where distances come nearer to one another by at most
 /// `margin`.
 #[inline(always)]
-pub(crate) fn losers(
+pub(crate) fn dominated(
     a: f32,
     b: f32,
     j: &Joint,

@@ -4,7 +4,7 @@
 mod grids;
 mod shapes;
 
-use argil_scene::{Body, Modifier, NodeId, Operator, OperatorKind, Profile, Scene};
+use argil_scene::{BlendProfile, Modifier, NodeId, NodeKind, Operator, OperatorKind, Scene};
 use glam::{DVec2 as V2, DVec3 as V3, Vec3};
 
 use shapes::d3;
@@ -18,20 +18,25 @@ pub fn distance(scene: &Scene, point: Vec3) -> f64 {
 }
 
 fn node(scene: &Scene, id: NodeId, p: V3) -> f64 {
-    modified(scene, id, scene.node(id).acting().modifiers.len(), p)
+    modified(
+        scene,
+        id,
+        scene.node(id).at_current_time().modifiers.len(),
+        p,
+    )
 }
 
 /// A node after its first `count` modifiers.
 fn modified(scene: &Scene, id: NodeId, count: usize, p: V3) -> f64 {
-    let entry = scene.node(id).acting();
+    let entry = scene.node(id).at_current_time();
     let Some(last) = count.checked_sub(1) else {
-        return match &entry.body {
-            Body::Shape(s) => shape(s, p),
-            Body::Group => group(scene, id, p),
+        return match &entry.kind {
+            NodeKind::Shape(s) => shape(s, p),
+            NodeKind::Group => group(scene, id, p),
         };
     };
     let inner = |q: V3| modified(scene, id, last, q);
-    let content = || argil_scene::Extents::of(scene).stages(id)[last].aabb;
+    let content = || argil_scene::Extents::of(scene).modifier_stages(id)[last].aabb;
     match entry.modifiers[last] {
         Modifier::Stretch { by } => {
             let by = d3(by);
@@ -120,7 +125,7 @@ fn copies(spacing: [f32; 3], count: Option<[u32; 3]>, p: V3) -> Vec<V3> {
 fn group(scene: &Scene, id: NodeId, p: V3) -> f64 {
     let mut all: Option<f64> = None;
     for &child in scene.node(id).children() {
-        let entry = scene.node(child).acting();
+        let entry = scene.node(child).at_current_time();
         if !entry.visible {
             continue;
         }
@@ -137,8 +142,10 @@ fn group(scene: &Scene, id: NodeId, p: V3) -> f64 {
 pub fn joint(a: f64, b: f64, operator: &Operator) -> f64 {
     let k = f64::from(operator.blend);
     let smin = |a: f64, b: f64| match operator.profile {
-        Profile::Smooth if k > 0.0 => a.min(b) - (k - (a - b).abs()).max(0.0).powi(2) / (4.0 * k),
-        Profile::Chamfer if k > 0.0 => a.min(b).min((a + b - k) / 2f64.sqrt()),
+        BlendProfile::Smooth if k > 0.0 => {
+            a.min(b) - (k - (a - b).abs()).max(0.0).powi(2) / (4.0 * k)
+        }
+        BlendProfile::Chamfer if k > 0.0 => a.min(b).min((a + b - k) / 2f64.sqrt()),
         _ => a.min(b),
     };
     match operator.kind {
@@ -146,7 +153,7 @@ pub fn joint(a: f64, b: f64, operator: &Operator) -> f64 {
         OperatorKind::Subtract => -smin(-a, b),
         OperatorKind::Intersect => -smin(-a, -b),
         OperatorKind::Paint => a,
-        OperatorKind::Morph => a + (b - a) * f64::from(operator.amount),
+        OperatorKind::Morph => a + (b - a) * f64::from(operator.morph_amount),
     }
 }
 

@@ -1,6 +1,6 @@
 //! Seeded value noise; `noise.wgsl` is the twin.
 
-use crate::real::Real;
+use crate::scalar::Real;
 
 /// A word from a lattice point: its coordinates times large odd numbers, then a mixer of two rounds of shifts and
 /// multiplications (constants found by search, Wellons, "Prospecting for hash functions", 2018).

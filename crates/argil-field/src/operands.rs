@@ -5,18 +5,18 @@
 //! what is near it, however many pieces there are.
 
 use crate::Program;
-use crate::parts::{LEVELS, Part, Parts, parts_between};
-use crate::pieces::{MOST_OPEN, ROOT, Walk, chain};
+use crate::part_grid::{LEVELS, Part, PartGrid, parts_between};
+use crate::pieces::{MAX_OPEN_GROUPS, PieceWalk, ROOT, chain};
 use crate::spans::{OperandSpan, append};
-use argil_abi::Instr;
+use argil_abi::Instruction;
 use argil_math::Aabb;
-use argil_scene::{OperatorKind, Profile, greatest_fall};
+use argil_scene::{BlendProfile, OperatorKind, max_blend_propagation};
 use glam::IVec3;
 use rustc_hash::FxHashMap;
 
 /// Lists of what can matter in each part of a grid. See the module's page.
 pub struct OperandIndex {
-    parts: Parts,
+    parts: PartGrid,
     near: FxHashMap<Part, Vec<u32>>,
     levels: u32,
     /// Operands that matter wherever others do.
@@ -42,8 +42,8 @@ impl Program {
     }
 
     /// The box in which a piece can matter to distances below the parts' far length, given how far values can fall through joints.
-    pub(crate) fn reach_of(&self, own: &OperandSpan, parts: &Parts, falls: [f32; 2]) -> Aabb {
-        let mut room = [ROOT; MOST_OPEN];
+    pub(crate) fn reach_of(&self, own: &OperandSpan, parts: &PartGrid, falls: [f32; 2]) -> Aabb {
+        let mut room = [ROOT; MAX_OPEN_GROUPS];
         let around = chain(own.group, &|group| self.group_around(group), &mut room);
         let groups = around
             .iter()
@@ -61,22 +61,22 @@ impl Program {
         for (group, operator) in all {
             if group == ROOT {
                 outer = outer.max(operator.blend);
-                is_chamfered |= operator.profile == Profile::Chamfer && operator.blend > 0.0;
+                is_chamfered |= operator.profile == BlendProfile::Chamfer && operator.blend > 0.0;
             } else {
                 inner = inner.max(operator.blend);
             }
         }
         [
-            greatest_fall(outer, is_chamfered, far),
-            greatest_fall(inner, false, 0.0),
+            max_blend_propagation(outer, is_chamfered, far),
+            max_blend_propagation(inner, false, 0.0),
         ]
     }
 
     /// Append the instructions of some pieces, which are given in the program's order, with the joints of the groups around them.
-    pub(crate) fn append_operands(&self, some: &[u32], out: &mut Vec<Instr>) {
-        let mut walk = Walk::default();
+    pub(crate) fn append_operands(&self, some: &[u32], out: &mut Vec<Instruction>) {
+        let mut walk = PieceWalk::default();
         let parent_of = |group: u32| self.group_around(group);
-        let step = |out: &mut Vec<Instr>, group: u32, enters: bool| {
+        let step = |out: &mut Vec<Instruction>, group: u32, enters: bool| {
             let own = &self.groups[group as usize];
             out.push(if enters { own.open } else { own.close });
         };
@@ -85,7 +85,7 @@ impl Program {
             walk.go_to(own.group, parent_of, |group, enters| {
                 step(out, group, enters)
             });
-            match &self.instrs[own.begin as usize..own.end as usize] {
+            match &self.instructions[own.begin as usize..own.end as usize] {
                 [only] => out.push(*only),
                 all => append_span(all, own.begin, out),
             }
@@ -97,7 +97,7 @@ impl Program {
 impl OperandIndex {
     /// Enters a program's operands. `None` where they cannot be [told apart](Program::operand_count), or where some morph, which
     /// makes all matter everywhere.
-    pub fn new(program: &Program, parts: Parts) -> Option<Self> {
+    pub fn new(program: &Program, parts: PartGrid) -> Option<Self> {
         let all = &program.operands;
         if !program.is_local() {
             return None;
@@ -131,7 +131,7 @@ impl OperandIndex {
     }
 
     /// In how many parts operands would be entered.
-    pub fn entries(program: &Program, parts: Parts) -> u64 {
+    pub fn entries(program: &Program, parts: PartGrid) -> u64 {
         let falls = program.falls(parts.far);
         let entries = program.operands.iter().map(|own| {
             let is_entered =
@@ -147,7 +147,7 @@ impl OperandIndex {
     }
 
     /// The grid.
-    pub fn parts(&self) -> &Parts {
+    pub fn parts(&self) -> &PartGrid {
         &self.parts
     }
 
@@ -159,8 +159,8 @@ impl OperandIndex {
     }
 
     /// Appends the instructions that can matter in a part, in the program's order. There they give the program's distances, as far
-    /// as those are below [`Parts::far`]. `program` is the one that was entered.
-    pub fn list(&self, program: &Program, part: IVec3, out: &mut Vec<Instr>) {
+    /// as those are below [`PartGrid::far`]. `program` is the one that was entered.
+    pub fn list(&self, program: &Program, part: IVec3, out: &mut Vec<Instruction>) {
         let mut found: Vec<u32> = self.everywhere.clone();
         for level in 0..self.levels.min(LEVELS) {
             if let Some(near) = self.near.get(&(level, part >> (2 * level))) {
@@ -173,7 +173,7 @@ impl OperandIndex {
 }
 
 /// Append a piece's instructions, which begin at `begin` in the program.
-fn append_span(instrs: &[Instr], begin: u32, out: &mut Vec<Instr>) {
+fn append_span(instrs: &[Instruction], begin: u32, out: &mut Vec<Instruction>) {
     let from = out.len();
     append(instrs, out);
     for instr in &mut out[from..] {

@@ -5,28 +5,30 @@
 //! are pieces, which can matter, jump and be edited each by itself, as those of the root can. What is in any other group is one
 //! piece.
 
-use crate::regular::{Regularity, joined};
-use argil_scene::{Body, Entry, Extent, NodeId, Operator, OperatorKind, Profile, Scene};
+use crate::regularity::{Regularity, joined};
+use argil_scene::{
+    BlendProfile, Extent, NodeDesc, NodeId, NodeKind, Operator, OperatorKind, Scene,
+};
 
 /// Groups within each other that are open at most: each takes a slot of the interpreter's stack.
-pub(crate) const MOST_OPEN: usize = 4;
+pub(crate) const MAX_OPEN_GROUPS: usize = 4;
 
 /// The root in [`OpenGroup::parent`] and [`Piece::group`].
 pub(crate) const ROOT: u32 = 0;
 
 /// Whether a group that holds a node can be open: chamfers let values fall far, and what morphs is a mixture of all.
-pub(crate) fn leaves_open(entry: &Entry) -> bool {
+pub(crate) fn leaves_open(entry: &NodeDesc) -> bool {
     let operator = &entry.operator;
-    let is_chamfered = operator.profile == Profile::Chamfer && operator.blend > 0.0;
+    let is_chamfered = operator.profile == BlendProfile::Chamfer && operator.blend > 0.0;
     !is_chamfered && operator.kind != OperatorKind::Morph
 }
 
 /// Whether a group in so many others that are open is open too.
 pub(crate) fn is_open(scene: &Scene, node: NodeId, depth: usize) -> bool {
     let own = scene.node(node);
-    let entry = own.acting();
-    depth < MOST_OPEN
-        && matches!(entry.body, Body::Group)
+    let entry = own.at_current_time();
+    depth < MAX_OPEN_GROUPS
+        && matches!(entry.kind, NodeKind::Group)
         && entry.visible
         && leaves_open(entry)
         && matches!(
@@ -37,11 +39,11 @@ pub(crate) fn is_open(scene: &Scene, node: NodeId, depth: usize) -> bool {
         && own
             .children()
             .iter()
-            .all(|&child| leaves_open(scene.node(child).acting()))
+            .all(|&child| leaves_open(scene.node(child).at_current_time()))
 }
 
 /// How much longer the world's unit is in a node's group than in the node.
-pub(crate) fn scale_of(entry: &Entry) -> f32 {
+pub(crate) fn scale_of(entry: &NodeDesc) -> f32 {
     entry.modifiers.iter().map(|m| m.scale()).product()
 }
 
@@ -97,13 +99,13 @@ impl Pieces {
         pieces
     }
 
-    /// Adds those of a node in a group that is `depth` groups deep. The groups within are no deeper than [`MOST_OPEN`].
+    /// Adds those of a node in a group that is `depth` groups deep. The groups within are no deeper than [`MAX_OPEN_GROUPS`].
     pub fn add(&mut self, scene: &Scene, node: NodeId, group: u32, depth: usize) {
         if !is_open(scene, node, depth) {
             self.all.push(Piece { node, group });
             return;
         }
-        let entry = scene.node(node).acting();
+        let entry = scene.node(node).at_current_time();
         let outer = self.groups[group as usize].scale;
         let own = self.groups.len() as u32;
         self.groups.push(OpenGroup {
@@ -135,7 +137,7 @@ pub(crate) fn magnitude(extent: &Extent, scale: f32) -> f32 {
 
 /// What is said of a piece, in the world's unit.
 #[derive(Clone, Copy)]
-pub(crate) struct Told {
+pub(crate) struct PieceInfo {
     pub group: u32,
     pub operator: Operator,
     pub regularity: Regularity,
@@ -146,9 +148,9 @@ pub(crate) struct Told {
 pub(crate) fn chain<'a>(
     group: u32,
     parent_of: &impl Fn(u32) -> u32,
-    out: &'a mut [u32; MOST_OPEN],
+    out: &'a mut [u32; MAX_OPEN_GROUPS],
 ) -> &'a [u32] {
-    let mut begin = MOST_OPEN;
+    let mut begin = MAX_OPEN_GROUPS;
     let mut at = group;
     while at != ROOT && begin > 0 {
         begin -= 1;
@@ -160,11 +162,11 @@ pub(crate) fn chain<'a>(
 
 /// A walk over pieces that enters and leaves their groups.
 #[derive(Default)]
-pub(crate) struct Walk {
+pub(crate) struct PieceWalk {
     open: Vec<u32>,
 }
 
-impl Walk {
+impl PieceWalk {
     /// Goes to a group: calls `step` with each that is left, innermost first, and then with each that is entered, outermost first.
     pub fn go_to(
         &mut self,
@@ -175,7 +177,7 @@ impl Walk {
         if self.open.last().copied().unwrap_or(ROOT) == group {
             return;
         }
-        let mut room = [ROOT; MOST_OPEN];
+        let mut room = [ROOT; MAX_OPEN_GROUPS];
         let wanted = chain(group, &parent_of, &mut room);
         let same = self
             .open
@@ -197,11 +199,11 @@ impl Walk {
 
 /// How regular all is that pieces make, which are told in the scene's order. Invisible ones are left out.
 pub(crate) fn regularity_of(
-    pieces: impl Iterator<Item = Told>,
+    pieces: impl Iterator<Item = PieceInfo>,
     parent_of: impl Fn(u32) -> u32,
     operator_of: impl Fn(u32) -> Operator,
 ) -> Regularity {
-    let mut walk = Walk::default();
+    let mut walk = PieceWalk::default();
     // Of each group that is entered, and how much its boxes tell too little.
     let mut stack = vec![(Regularity::SMOOTH, 1.0f32)];
     let step = |stack: &mut Vec<(Regularity, f32)>, group: u32, enters: bool| {
@@ -220,7 +222,7 @@ pub(crate) fn regularity_of(
         });
         if let Some((own, most)) = stack.last_mut() {
             *own = joined(*own, piece.regularity, &piece.operator);
-            *most = most.max(piece.extent.underestimate);
+            *most = most.max(piece.extent.lipschitz_inverse);
         }
     }
     walk.go_to(ROOT, &parent_of, |group, enters| {

@@ -1,16 +1,16 @@
-use crate::jumps::Loose;
+use crate::jumps::JumpRegion;
 use crate::materials::materials_of;
 use crate::spans::{GroupSpan, OperandSpan};
-use argil_abi::{self as abi, Instr, MaterialWords};
+use argil_abi::{self as abi, GpuMaterial, Instruction};
 use argil_math::Aabb;
 use argil_scene::Scene;
 
 /// A scene lowered to instructions. See the crate's page.
 #[derive(Clone, Debug)]
 pub struct Program {
-    pub(crate) instrs: Vec<Instr>,
+    pub(crate) instructions: Vec<Instruction>,
     pub(crate) params: Vec<f32>,
-    pub(crate) materials: Vec<MaterialWords>,
+    pub(crate) materials: Vec<GpuMaterial>,
     pub(crate) aabb: Aabb,
     /// A power of two that no finite side of an operand's box exceeds.
     pub(crate) magnitude: f32,
@@ -21,7 +21,7 @@ pub struct Program {
     /// See `Regularity::underestimate`.
     pub(crate) underestimate: f32,
     /// Operands that make `slack` and `hidden_slack`.
-    pub(crate) loose: Vec<Loose>,
+    pub(crate) loose: Vec<JumpRegion>,
     /// The pieces, if there are many, and the open groups that they are in.
     pub(crate) operands: Vec<OperandSpan>,
     pub(crate) groups: Vec<GroupSpan>,
@@ -44,7 +44,7 @@ impl Program {
     /// Without anything, materials neither.
     pub(crate) const fn blank() -> Self {
         Self {
-            instrs: Vec::new(),
+            instructions: Vec::new(),
             params: Vec::new(),
             materials: Vec::new(),
             aabb: Aabb::EMPTY,
@@ -64,8 +64,8 @@ impl Program {
     }
 
     /// The instructions, for the GPU's table.
-    pub fn instrs(&self) -> &[Instr] {
-        &self.instrs
+    pub fn instructions(&self) -> &[Instruction] {
+        &self.instructions
     }
 
     /// The words that instructions point into.
@@ -74,7 +74,7 @@ impl Program {
     }
 
     /// The materials that brushes point at; never empty.
-    pub fn materials(&self) -> &[MaterialWords] {
+    pub fn materials(&self) -> &[GpuMaterial] {
         &self.materials
     }
 
@@ -100,15 +100,15 @@ impl Program {
 
     /// Bytes held by the program's tables.
     pub fn memory_bytes(&self) -> usize {
-        size_of_val(&self.instrs[..])
+        size_of_val(&self.instructions[..])
             + size_of_val(&self.params[..])
             + size_of_val(&self.materials[..])
     }
 
     /// Most copies of a brush that are measured around one point, over all loops that it is in; 1 without any.
-    pub fn most_copies(&self) -> u64 {
+    pub fn max_copies(&self) -> u64 {
         let (mut most, mut open) = (1, vec![1u64]);
-        for instr in &self.instrs {
+        for instr in &self.instructions {
             if let Some(copies) = self.copies_of(instr) {
                 let around = open.last().copied().unwrap_or(1);
                 open.push(around.saturating_mul(copies));
@@ -121,7 +121,7 @@ impl Program {
     }
 
     /// How many copies a loop looks at, if an instruction begins one.
-    pub(crate) fn copies_of(&self, instr: &Instr) -> Option<u64> {
+    pub(crate) fn copies_of(&self, instr: &Instruction) -> Option<u64> {
         let word = |i: u32| {
             let word = self.params.get((instr.params + i) as usize);
             word.copied().unwrap_or(0.0) as u64

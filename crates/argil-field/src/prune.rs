@@ -5,29 +5,30 @@
 //! to the bit (Barbier et al., "Lipschitz pruning: hierarchical simplification of primitive-based SDFs", 2025). What is
 //! left of a cell's list is the list of its children, and so on down.
 //!
-//! *Practice.* [`Pruner::mark`] measures up to [`CELLS`] cells that share a list, one a lane; [`Pruner::list`] writes what
+//! *Practice.* [`Pruner::classify_cells`] measures up to [`CELLS_PER_BATCH`] cells that share a list, one a lane; [`Pruner::prune_into`] writes what
 //! is left for one of them. What differs from the paper: the list is flat, with frames and groups in it. A frame that is
 //! left empty goes too. Loops over copies stay whole, and tell by how much they can jump: a list without them does not. A cut or an intersection never drops what it cuts, whose material
 //! may still show; a union drops either operand.
 
 use crate::Program;
-use crate::brush::Brush;
-use crate::curves::BLOCK;
-use crate::evaluate::run_apart;
+use crate::curves::SIMD_BLOCK;
+use crate::eval_brush::BrushParams;
+use crate::evaluate::run_parallel;
 use crate::interpret::Carried;
-use crate::marks::{CELLS, Marks};
-use crate::registers::Loan;
-use argil_abi::{self as abi, Instr};
+use crate::interpreter_state::Loan;
+use crate::marks::{CELLS_PER_BATCH, Marks};
+use argil_abi::{self as abi, Instruction};
 use argil_math::Aabb;
 use glam::Vec3;
 
-const _: () = assert!(CELLS.is_multiple_of(BLOCK) && CELLS == u64::BITS as usize);
+const _: () =
+    assert!(CELLS_PER_BATCH.is_multiple_of(SIMD_BLOCK) && CELLS_PER_BATCH == u64::BITS as usize);
 
 /// Prunes a program for one thread. Make one a thread and keep it.
 pub struct Pruner<'a> {
     program: &'a Program,
     registers: Loan<f32>,
-    writer: Writer,
+    writer: PrunedWriter,
     /// Of each [`RUN`] of instructions, the cells in which all of them are brushes that are dropped.
     skipped: Vec<u64>,
 }
@@ -41,7 +42,7 @@ impl<'a> Pruner<'a> {
         Self {
             program,
             registers: Loan::new(),
-            writer: Writer::default(),
+            writer: PrunedWriter::default(),
             skipped: Vec::new(),
         }
     }
@@ -49,18 +50,18 @@ impl<'a> Pruner<'a> {
     /// Measure cells of one half diagonal that share a list: the distances at their centres into `out`.
     ///
     /// # Panics
-    /// If there are more than [`CELLS`] of them, or `out` is not as long.
-    pub fn mark(
+    /// If there are more than [`CELLS_PER_BATCH`] of them, or `out` is not as long.
+    pub fn classify_cells(
         &mut self,
-        instrs: &[Instr],
+        instrs: &[Instruction],
         centers: &[Vec3],
         half_diagonal: f32,
         out: &mut [f32],
     ) {
-        assert!(centers.len() <= CELLS && centers.len() == out.len());
+        assert!(centers.len() <= CELLS_PER_BATCH && centers.len() == out.len());
         let r = &mut *self.registers;
         let Some(&last) = centers.last() else { return };
-        r.active = centers.len().next_multiple_of(BLOCK);
+        r.active = centers.len().next_multiple_of(SIMD_BLOCK);
         for (axis, lanes) in r.point.iter_mut().enumerate() {
             lanes.0.fill(last[axis]);
             for (lane, center) in lanes.0.iter_mut().zip(centers) {
@@ -72,7 +73,7 @@ impl<'a> Pruner<'a> {
         r.margin = 2.0 * (change + self.program.list_slack(instrs, region));
         r.marks.clear();
         r.marks.resize(instrs.len(), Marks::default());
-        run_apart(self.program, instrs, r, Carried::Marks);
+        run_parallel(self.program, instrs, r, Carried::Marks);
         self.skipped.clear();
         let runs = instrs.chunks(RUN).zip(r.marks.chunks(RUN));
         self.skipped.extend(runs.map(|(instrs, marks)| {
@@ -93,9 +94,13 @@ impl<'a> Pruner<'a> {
     ///
     /// # Panics
     /// If `instrs` is not the list that was marked.
-    pub fn needed(&self, instrs: &[Instr], is_one: impl Fn(&Instr) -> bool) -> u64 {
+    pub fn affected_cells(
+        &self,
+        instrs: &[Instruction],
+        is_one: impl Fn(&Instruction) -> bool,
+    ) -> u64 {
         let mut needed = 0;
-        self.each_needed(instrs, is_one, |cells| needed |= cells);
+        self.for_each_affected(instrs, is_one, |cells| needed |= cells);
         needed
     }
 
@@ -103,24 +108,24 @@ impl<'a> Pruner<'a> {
     ///
     /// # Panics
     /// If `instrs` is not the list that was marked.
-    pub fn needed_in(
+    pub fn affected_count(
         &self,
-        instrs: &[Instr],
+        instrs: &[Instruction],
         cell: usize,
-        is_one: impl Fn(&Instr) -> bool,
+        is_one: impl Fn(&Instruction) -> bool,
     ) -> usize {
         let mut count = 0;
-        self.each_needed(instrs, is_one, |cells| {
+        self.for_each_affected(instrs, is_one, |cells| {
             count += (cells >> cell & 1) as usize
         });
         count
     }
 
     /// Of each of some instructions, the cells in which it may matter.
-    fn each_needed(
+    fn for_each_affected(
         &self,
-        instrs: &[Instr],
-        is_one: impl Fn(&Instr) -> bool,
+        instrs: &[Instruction],
+        is_one: impl Fn(&Instruction) -> bool,
         mut tell: impl FnMut(u64),
     ) {
         let marks = &self.registers.marks;
@@ -136,7 +141,7 @@ impl<'a> Pruner<'a> {
                 continue;
             }
             if is_one(instr) {
-                let joint = Brush::read(&self.program.params, instr.params as usize).joint;
+                let joint = BrushParams::read(&self.program.params, instr.params as usize).joint;
                 let adds = joint.sa > 0.0 && joint.sb > 0.0;
                 tell(!(marks.drop_b | if adds { wiped } else { 0 }));
             }
@@ -149,7 +154,7 @@ impl<'a> Pruner<'a> {
     ///
     /// # Panics
     /// If `instrs` is not the list that was marked.
-    pub fn list(&mut self, instrs: &[Instr], cell: usize, out: &mut Vec<Instr>) {
+    pub fn prune_into(&mut self, instrs: &[Instruction], cell: usize, out: &mut Vec<Instruction>) {
         let marks = &self.registers.marks;
         assert_eq!(marks.len(), instrs.len(), "the list that was marked");
         let begin = out.len();
@@ -197,7 +202,7 @@ impl<'a> Pruner<'a> {
 }
 
 /// Point each end of a loop at its beginning, which has moved.
-fn close_loops(instrs: &mut [Instr]) {
+fn close_loops(instrs: &mut [Instruction]) {
     let mut open = Vec::new();
     for (at, instr) in instrs.iter_mut().enumerate() {
         match instr.op {
@@ -210,18 +215,18 @@ fn close_loops(instrs: &mut [Instr]) {
 
 /// Where a list is being written.
 #[derive(Default)]
-struct Writer {
+struct PrunedWriter {
     /// Where what is in the accumulator begins.
     segment: usize,
     /// Of each value that is saved: where it begins, and where it was saved.
     saved: Vec<(usize, usize)>,
     /// Open frames: where each was opened, and whether anything was measured in it.
     frames: Vec<(usize, bool)>,
-    /// Scratch of [`Writer::erase`].
-    kept: Vec<Instr>,
+    /// Scratch of [`PrunedWriter::erase`].
+    kept: Vec<Instruction>,
 }
 
-impl Writer {
+impl PrunedWriter {
     fn clear(&mut self, begin: usize) {
         self.segment = begin;
         self.saved.clear();
@@ -234,7 +239,13 @@ impl Writer {
         }
     }
 
-    fn brush(&mut self, instr: Instr, drop_a: bool, drop_b: bool, out: &mut Vec<Instr>) {
+    fn brush(
+        &mut self,
+        instr: Instruction,
+        drop_a: bool,
+        drop_b: bool,
+        out: &mut Vec<Instruction>,
+    ) {
         if drop_b {
             return;
         }
@@ -245,13 +256,19 @@ impl Writer {
         self.has_value();
     }
 
-    fn push_value(&mut self, instr: Instr, out: &mut Vec<Instr>) {
+    fn push_value(&mut self, instr: Instruction, out: &mut Vec<Instruction>) {
         self.saved.push((self.segment, out.len()));
         out.push(instr);
         self.segment = out.len();
     }
 
-    fn combine(&mut self, instr: Instr, drop_a: bool, drop_b: bool, out: &mut Vec<Instr>) {
+    fn combine(
+        &mut self,
+        instr: Instruction,
+        drop_a: bool,
+        drop_b: bool,
+        out: &mut Vec<Instruction>,
+    ) {
         let Some((begin, pushed)) = self.saved.pop() else {
             return;
         };
@@ -273,12 +290,12 @@ impl Writer {
         self.segment = begin;
     }
 
-    fn open(&mut self, instr: Instr, out: &mut Vec<Instr>) {
+    fn open(&mut self, instr: Instruction, out: &mut Vec<Instruction>) {
         self.frames.push((out.len(), false));
         out.push(instr);
     }
 
-    fn close(&mut self, instr: Instr, out: &mut Vec<Instr>) {
+    fn close(&mut self, instr: Instruction, out: &mut Vec<Instruction>) {
         match self.frames.pop() {
             Some((begin, false)) => out.truncate(begin),
             _ => {
@@ -289,7 +306,7 @@ impl Writer {
     }
 
     /// Take out what was measured in a stretch of the list. Frames that are still open stay, with what moves their point.
-    fn erase(&mut self, begin: usize, end: usize, out: &mut Vec<Instr>) {
+    fn erase(&mut self, begin: usize, end: usize, out: &mut Vec<Instruction>) {
         self.kept.clear();
         let mut closed = 0;
         let mut frame = self.frames.len();

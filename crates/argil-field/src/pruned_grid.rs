@@ -3,8 +3,8 @@
 //! *Practice.* A slab of eight layers is cut into columns of 32 × 32 points, and those into cells of 8³, each with its own list: see
 //! [`Pruner`]. What a list gives in its cell are the whole program's bits.
 
-use crate::{CELLS, Evaluator, Grid, LANES, Program, Pruner, WORLD_LIMIT};
-use argil_abi::Instr;
+use crate::{CELLS_PER_BATCH, Evaluator, Grid, LANES, Program, Pruner, WORLD_LIMIT};
+use argil_abi::Instruction;
 use glam::{UVec3, Vec3, uvec3};
 use rayon::prelude::*;
 
@@ -36,32 +36,32 @@ impl Program {
     pub fn distances_pruned(&self, grid: &Grid, out: &mut [f32]) {
         let points = grid.layer_len() * grid.size.z as usize;
         assert_eq!(out.len(), points, "one distance for each point of the grid");
-        if self.instrs().len() <= FEW || out.is_empty() {
+        if self.instructions().len() <= FEW || out.is_empty() {
             return self.distances(grid, out);
         }
         out.par_chunks_mut(grid.layer_len() * SIDE as usize)
             .enumerate()
             .for_each_init(
-                || Worker::new(self, grid),
+                || PrunedGridWorker::new(self, grid),
                 |worker, (nth, slab)| worker.slab(slab, nth as u32 * SIDE),
             );
     }
 }
 
 /// What a thread keeps.
-struct Worker<'a> {
+struct PrunedGridWorker<'a> {
     grid: &'a Grid,
-    whole: &'a [Instr],
+    whole: &'a [Instruction],
     coordinates: [Vec<f32>; 3],
     pruner: Pruner<'a>,
     evaluator: Evaluator<'a>,
 }
 
-impl<'a> Worker<'a> {
+impl<'a> PrunedGridWorker<'a> {
     fn new(program: &'a Program, grid: &'a Grid) -> Self {
         Self {
             grid,
-            whole: program.instrs(),
+            whole: program.instructions(),
             coordinates: [0, 1, 2].map(|axis| grid.coordinates(axis)),
             pruner: Pruner::new(program),
             evaluator: Evaluator::new(program),
@@ -72,7 +72,7 @@ impl<'a> Worker<'a> {
     fn slab(&mut self, out: &mut [f32], z: u32) {
         let edge = SIDE * COLUMN;
         let columns = self.begins(uvec3(0, 0, z), edge, self.grid.size);
-        for columns in columns.chunks(CELLS) {
+        for columns in columns.chunks(CELLS_PER_BATCH) {
             let lists = self.lists(self.whole, columns, uvec3(edge, edge, SIDE));
             for (&column, list) in columns.iter().zip(&lists) {
                 let end = (column + edge).min(self.grid.size);
@@ -93,7 +93,12 @@ impl<'a> Worker<'a> {
     }
 
     /// What can matter in parts of a size, of a list that holds in all of them.
-    fn lists(&mut self, list: &[Instr], begins: &[UVec3], size: UVec3) -> Vec<Vec<Instr>> {
+    fn lists(
+        &mut self,
+        list: &[Instruction],
+        begins: &[UVec3],
+        size: UVec3,
+    ) -> Vec<Vec<Instruction>> {
         let reach = 0.5 * self.grid.spacing * (size - 1).as_vec3();
         let centers: Vec<Vec3> = begins
             .iter()
@@ -109,19 +114,19 @@ impl<'a> Worker<'a> {
         }
         // A little more than half of the diagonal, as coordinates are rounded.
         let radius = 1.000_01 * reach.length();
-        let mut d = [0.0; CELLS];
+        let mut d = [0.0; CELLS_PER_BATCH];
         self.pruner
-            .mark(list, &centers, radius, &mut d[..centers.len()]);
+            .classify_cells(list, &centers, radius, &mut d[..centers.len()]);
         let own = |nth: usize| {
             let mut own = Vec::new();
-            self.pruner.list(list, nth, &mut own);
+            self.pruner.prune_into(list, nth, &mut own);
             own
         };
         (0..centers.len()).map(own).collect()
     }
 
     /// The points of a cell, by its list.
-    fn cell(&mut self, list: &[Instr], begin: UVec3, out: &mut [f32], first_layer: u32) {
+    fn cell(&mut self, list: &[Instruction], begin: UVec3, out: &mut [f32], first_layer: u32) {
         let size = self.grid.size;
         let end = (begin + SIDE).min(size);
         let row = (end.x - begin.x) as usize;
@@ -137,7 +142,7 @@ impl<'a> Worker<'a> {
                 z[lane..lane + row].fill(self.coordinates[2][k as usize]);
             }
             let (d, evaluator) = (&mut d[..n], &mut self.evaluator);
-            evaluator.distances_by(list, &x[..n], &y[..n], &z[..n], d);
+            evaluator.distances_with(list, &x[..n], &y[..n], &z[..n], d);
             for (d, &(j, k)) in d.chunks_exact(row).zip(rows) {
                 let layer = (k - first_layer) as usize * self.grid.layer_len();
                 let to = layer + j as usize * size.x as usize + begin.x as usize;

@@ -1,8 +1,8 @@
 //! Distances that are interpolated between samples, and ground by its heights: see `argil_scene::SampledGrid` for what the words are. Twin:
 //! `sampled.wgsl`.
 
-use crate::curves::{BLOCK, Block};
-use crate::real::Real;
+use crate::curves::{SIMD_BLOCK, SimdBlock};
+use crate::scalar::Real;
 use argil_scene::{SAMPLED_HEADER, SAMPLED_SIDE};
 
 const _: () = assert!(
@@ -13,9 +13,9 @@ const _: () = assert!(
 /// The distances of a block of points. Beyond the grid's box it is the hypotenuse over the way there and what is told at
 /// its side, which no point of the solid is nearer than.
 #[inline(always)]
-pub(crate) fn sd_sampled<R: Real>([x, y, z]: [&mut Block<R>; 3], w: &[f32]) -> Block<R> {
-    let mut out = [R::constant(0.0); BLOCK];
-    for i in 0..BLOCK {
+pub(crate) fn sd_sampled<R: Real>([x, y, z]: [&mut SimdBlock<R>; 3], w: &[f32]) -> SimdBlock<R> {
+    let mut out = [R::constant(0.0); SIMD_BLOCK];
+    for i in 0..SIMD_BLOCK {
         out[i] = sampled([x[i], y[i], z[i]], w);
     }
     out
@@ -71,9 +71,9 @@ fn sampled<R: Real>(p: [R; 3], w: &[f32]) -> R {
 /// Lower bounds of the distances of a block of points to ground as high as a grid of heights tells. The ground's slope is at most
 /// what stands before the grid, so the surface is at least as far as it is straight down, times the cosine of that; beyond the box, as far as that.
 #[inline(always)]
-pub(crate) fn sd_heightmap<R: Real>([x, y, z]: [&mut Block<R>; 3], w: &[f32]) -> Block<R> {
-    let mut out = [R::constant(0.0); BLOCK];
-    for i in 0..BLOCK {
+pub(crate) fn sd_heightmap<R: Real>([x, y, z]: [&mut SimdBlock<R>; 3], w: &[f32]) -> SimdBlock<R> {
+    let mut out = [R::constant(0.0); SIMD_BLOCK];
+    for i in 0..SIMD_BLOCK {
         out[i] = heightmap([x[i], y[i], z[i]], w);
     }
     out

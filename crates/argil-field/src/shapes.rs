@@ -4,7 +4,7 @@
 //! Formulas after Inigo Quilez, <https://iquilezles.org/articles/distfunctions/>, but for the ellipsoid (a bound that
 //! keeps the Lipschitz constant 1) and the pyramid (his leaves out the base). `w` holds a shape's words, see `pack.rs`.
 
-use crate::real::Real;
+use crate::scalar::Real;
 
 type P<R> = [R; 3];
 

@@ -1,6 +1,6 @@
 //! Changes of the point: folds, copies, deformations. `space.wgsl` is the twin.
 
-use crate::real::{LANES, Real};
+use crate::scalar::{LANES, Real};
 
 /// Words of a repetition: spacing, offset, least and greatest cell, candidates, each of three; then by how much the
 /// root's operand that it is in can jump.
@@ -68,7 +68,7 @@ pub(crate) fn radial<R: Real>(x: R, z: R, j: f32, w: &[f32; RADIAL_WORDS]) -> (R
     let own = (angle / w[1] + 0.5).floor();
     let near = nearby(own, angle - own * w[1], j, w[2]);
     let sector = if w[2] == w[0] { j } else { near };
-    let (s, c) = crate::real::sin_cos(sector * w[1]);
+    let (s, c) = crate::scalar::sin_cos(sector * w[1]);
     (x * c + z * s, z * c - x * s)
 }
 

@@ -71,14 +71,14 @@ fn radial(p: vec3<f32>, j: u32, w: u32) -> vec3<f32> {
 }
 
 // Copy number `j` of a loop that begins at `begin`.
-fn candidate(begin: Instr, p: vec3<f32>, j: u32) -> vec3<f32> {
+fn candidate(begin: Instruction, p: vec3<f32>, j: u32) -> vec3<f32> {
     if begin.op == OP_REPEAT {
         return repeated(p, j, begin.params);
     }
     return radial(p, j, begin.params);
 }
 
-fn candidates(begin: Instr) -> u32 {
+fn candidates(begin: Instruction) -> u32 {
     let w = begin.params;
     if begin.op == OP_REPEAT {
         return u32(params[w + 12u] * params[w + 13u] * params[w + 14u]);

@@ -1,6 +1,6 @@
 //! The pieces and open groups of a program, and their instructions in a list.
 
-use argil_abi::{self as abi, Instr};
+use argil_abi::{self as abi, Instruction};
 use argil_scene::{Extent, Operator};
 
 /// A piece of a program.
@@ -24,14 +24,14 @@ pub(crate) struct GroupSpan {
     pub parent: u32,
     pub operator: Operator,
     /// What puts aside what is before it, and what joins it to that.
-    pub open: Instr,
-    pub close: Instr,
+    pub open: Instruction,
+    pub close: Instruction,
 }
 
 /// Append an operand's instructions; the ends of loops point at their beginnings.
-pub(crate) fn append(instrs: &[Instr], out: &mut Vec<Instr>) {
+pub(crate) fn append(instrs: &[Instruction], out: &mut Vec<Instruction>) {
     let begin = out.len() as u32;
-    out.extend(instrs.iter().map(|&instr| Instr {
+    out.extend(instrs.iter().map(|&instr| Instruction {
         operand: if instr.op == abi::OP_NEXT {
             instr.operand + begin
         } else {

@@ -5,16 +5,17 @@
 
 use crate::dispatch::wgsl_function;
 use crate::{Program, WGSL_COMMON};
-use argil_abi::{self as abi, Instr};
+use argil_abi::{self as abi, Instruction};
 use std::fmt::Write;
 
 /// Longest program that is written out: shader compilers take more than linear time.
 const MAX_INSTRUCTIONS: usize = 4096;
 
 impl Program {
-    /// The twin of [`crate::Opcodes::wgsl`] for this program alone; `None` where it is too long to be written out.
+    /// The twin of [`crate::OpcodeSet::wgsl`] for this program alone; `None` where it is too long to be written out.
     pub fn specialized_wgsl(&self) -> Option<String> {
-        (self.instrs.len() <= MAX_INSTRUCTIONS).then(|| [WGSL_COMMON, &write_field(self)].concat())
+        (self.instructions.len() <= MAX_INSTRUCTIONS)
+            .then(|| [WGSL_COMMON, &write_field(self)].concat())
     }
 }
 
@@ -29,12 +30,12 @@ struct Depth {
 fn write_field(program: &Program) -> String {
     let mut body = String::new();
     let mut depth = Depth::default();
-    for instr in &program.instrs {
+    for instr in &program.instructions {
         // Writing to a string does not fail.
         let _ = write_instr(program, instr, &mut depth, &mut body);
     }
     let mut text = String::from(
-        "var<private> field_material: MaterialWords;\n\nfn field(at: vec3<f32>, with_material: bool) -> f32 {\n",
+        "var<private> field_material: GpuMaterial;\n\nfn field(at: vec3<f32>, with_material: bool) -> f32 {\n",
     );
     for i in 0..=program.value_slots {
         text += &format!("    var a{i} = FAR;\n    var m{i} = materials[0];\n");
@@ -51,11 +52,11 @@ fn write_field(program: &Program) -> String {
 
 fn write_instr(
     program: &Program,
-    instr: &Instr,
+    instr: &Instruction,
     depth: &mut Depth,
     out: &mut String,
 ) -> std::fmt::Result {
-    let Instr {
+    let Instruction {
         op,
         params: w,
         operand,
@@ -123,8 +124,8 @@ fn write_instr(
     Ok(())
 }
 
-fn write_combine(instr: &Instr, v: usize, out: &mut String) -> std::fmt::Result {
-    let Instr {
+fn write_combine(instr: &Instruction, v: usize, out: &mut String) -> std::fmt::Result {
+    let Instruction {
         flags, params: w, ..
     } = *instr;
     let saved = v - 1;
@@ -147,9 +148,9 @@ fn write_combine(instr: &Instr, v: usize, out: &mut String) -> std::fmt::Result 
     writeln!(out, "    a{saved} = combine(a{a}, a{b}, j, {flags}u); }}")
 }
 
-fn write_loop(instr: &Instr, depth: &Depth, out: &mut String) -> std::fmt::Result {
+fn write_loop(instr: &Instruction, depth: &Depth, out: &mut String) -> std::fmt::Result {
     let (v, q, n) = (depth.value, depth.point, depth.loops);
-    let begin = format!("Instr({}u, 0u, {}u, 0u)", instr.op, instr.params);
+    let begin = format!("Instruction({}u, 0u, {}u, 0u)", instr.op, instr.params);
     writeln!(
         out,
         "    a{v} = FAR;\n    for (var i{n} = 0u; i{n} < candidates({begin}); i{n}++) {{"
@@ -162,8 +163,8 @@ fn write_loop(instr: &Instr, depth: &Depth, out: &mut String) -> std::fmt::Resul
     )
 }
 
-fn write_brush(instr: &Instr, v: usize, q: usize, out: &mut String) -> std::fmt::Result {
-    let Instr {
+fn write_brush(instr: &Instruction, v: usize, q: usize, out: &mut String) -> std::fmt::Result {
+    let Instruction {
         op,
         flags,
         params: w,

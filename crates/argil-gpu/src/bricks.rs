@@ -5,35 +5,35 @@
 //! build is done its counters are read: what is not needed is given back, and a build that needs more is done again.
 
 mod build;
+mod build_tables;
 mod cells;
 mod edit;
-mod ledger;
-mod lists;
-mod making;
+mod list_arena;
 mod passes;
 mod pool;
+mod pool_accounting;
 mod repack;
 mod tables;
 
-use self::build::{Build, volume_of};
-use self::cells::Cells;
-use self::ledger::Ledger;
+use self::build::{BrickBuilder, volume_of};
+use self::cells::GpuCellTable;
+use self::pool_accounting::PoolAccounting;
 use self::tables::{BrickTables, PLACES, bytes_of, pool_for, pool_texture};
-use crate::pass::{
+use crate::bindings::{
     BRICK_MATERIALS, Bind, CELLS, CELLS_WGSL, LINEAR, LIVE, STORED, VOLUME, VOLUME_WGSL,
 };
 use crate::resources::{STAGING_BYTES, extent, read_table, read_texels};
-use crate::table::Table;
-use crate::volume::{Body, Cut, Editing, Kind, Upload};
-use crate::way::{Bound, Way};
+use crate::storage_buffer::StorageBuffer;
+use crate::trace_mode::{BoundResource, TraceMode};
+use crate::volume::{ClipUpdate, EditContext, Upload, VolumeStorage, VolumeTables};
 use crate::work::Work;
-use crate::{Gpu, GpuError, GpuField, GpuVolume, StagesMs};
+use crate::{Gpu, GpuError, GpuProgram, GpuVolume, StageTimings};
 use argil_abi::{self as abi, BrickVolume};
 use argil_field::Program;
 use argil_math::Control;
 use argil_volume::{
-    Bits, BrickEdit, BrickEdits, BrickLayout, Bricks, Edits, SparseInfo, Texels, Volume,
-    VolumeInfo, empty_word, is_brick,
+    BrickInfo, BrickLayout, BrickPendingEdits, Bricks, EditStats, PendingEdits, SampleFormat,
+    Texels, Volume, VolumeInfo, empty_word, is_brick,
 };
 use std::collections::BTreeSet;
 
@@ -43,9 +43,9 @@ const BRICKS_WGSL: &str = "
 
 macro_rules! way {
     ($name:literal, $constants:expr) => {
-        Way {
+        TraceMode {
             name: $name,
-            march: argil_march::wgsl::BRICKS,
+            march: argil_render::wgsl::BRICKS,
             tables: || {
                 let words = [argil_volume::wgsl::WORDS, argil_volume::wgsl::MATERIAL].concat();
                 [BRICKS_WGSL, VOLUME_WGSL, CELLS_WGSL, &words].concat()
@@ -67,12 +67,12 @@ macro_rules! way {
 }
 
 /// What no table has costs nothing.
-static FLAT: Way = way!("bricks", &[("HAS_LEVELS", 0.0)]);
+static FLAT: TraceMode = way!("bricks", &[("HAS_LEVELS", 0.0)]);
 /// Of a world so wide that the table of its blocks has levels.
-static WIDE: Way = way!("wide bricks", &[]);
+static WIDE: TraceMode = way!("wide bricks", &[]);
 
-impl Kind for BrickTables {
-    fn way(&self) -> &'static Way {
+impl VolumeTables for BrickTables {
+    fn way(&self) -> &'static TraceMode {
         if self.cells.table.levels() > 0 {
             &WIDE
         } else {
@@ -80,7 +80,7 @@ impl Kind for BrickTables {
         }
     }
 
-    fn bind(&self, bound: &mut Vec<Bound>) {
+    fn bind(&self, bound: &mut Vec<BoundResource>) {
         bound.extend(self.cells.buffer.bound(CELLS));
         bound.extend(self.materials.bound(BRICK_MATERIALS));
     }
@@ -89,7 +89,7 @@ impl Kind for BrickTables {
         bytemuck::bytes_of(&self.uniform)
     }
 
-    fn memory_bytes(&self, body: &Body) -> u64 {
+    fn memory_bytes(&self, body: &VolumeStorage) -> u64 {
         let bricks: u64 = self.pool.map(u64::from).iter().product();
         let tables =
             self.cells.memory_bytes() + self.materials.size() + self.ledger.counters.size();
@@ -100,7 +100,7 @@ impl Kind for BrickTables {
 
     fn info<'a>(&'a self, mut info: VolumeInfo, gpu: &'a Gpu) -> Work<'a, VolumeInfo> {
         Box::pin(async move {
-            info.sparse = Some(SparseInfo {
+            info.bricks = Some(BrickInfo {
                 layout: self.layout,
                 bricks: self.count(gpu).await?,
             });
@@ -108,46 +108,51 @@ impl Kind for BrickTables {
         })
     }
 
-    fn read<'a>(&'a self, body: &'a Body, gpu: &'a Gpu) -> Work<'a, Volume> {
+    fn read<'a>(&'a self, body: &'a VolumeStorage, gpu: &'a Gpu) -> Work<'a, Volume> {
         Box::pin(async move { Ok(Volume::Bricks(read(gpu, &body.texture, self).await?)) })
     }
 
-    fn edits(&self) -> Option<Box<dyn Edits>> {
-        Some(Box::new(BrickEdits::of(self.layout)))
+    fn edits(&self) -> Option<Box<dyn PendingEdits>> {
+        Some(Box::new(BrickPendingEdits::of(self.layout)))
     }
 
-    fn grow(&mut self, body: &mut Body, gpu: &Gpu, edits: &dyn Edits) -> Result<(), GpuError> {
-        match BrickEdits::among(edits) {
+    fn grow(
+        &mut self,
+        body: &mut VolumeStorage,
+        gpu: &Gpu,
+        edits: &dyn PendingEdits,
+    ) -> Result<(), GpuError> {
+        match BrickPendingEdits::among(edits) {
             Some(edits) => self.grow_to(body, gpu, edits.layout),
             None => Ok(()),
         }
     }
 
-    fn edit<'a>(&'a mut self, body: &'a mut Body, edit: Editing<'a>) -> Work<'a, ()> {
+    fn edit<'a>(&'a mut self, body: &'a mut VolumeStorage, edit: EditContext<'a>) -> Work<'a, ()> {
         Box::pin(self.edit_in(body, edit))
     }
 
-    fn settle<'a>(&'a mut self, gpu: &'a Gpu) -> Work<'a, BrickEdit> {
-        Box::pin(async move { self.ledger.settle(gpu).await })
+    fn settle<'a>(&'a mut self, gpu: &'a Gpu) -> Work<'a, EditStats> {
+        Box::pin(async move { self.ledger.wait_for_counters(gpu).await })
     }
 
-    fn trim<'a>(&'a mut self, body: &'a mut Body, field: &'a GpuField) -> Work<'a, ()> {
+    fn trim<'a>(&'a mut self, body: &'a mut VolumeStorage, field: &'a GpuProgram) -> Work<'a, ()> {
         Box::pin(self.trim_in(body, field))
     }
 
-    fn cut(&self) -> Option<Cut<'_>> {
-        Some(Cut::Bricks(&self.cells.buffer, &self.uniform))
+    fn cut(&self) -> Option<ClipUpdate<'_>> {
+        Some(ClipUpdate::Bricks(&self.cells.buffer, &self.uniform))
     }
 }
 
 impl Upload for Bricks {
-    fn upload<'a>(&'a self, field: &'a GpuField) -> Work<'a, GpuVolume> {
+    fn upload<'a>(&'a self, field: &'a GpuProgram) -> Work<'a, GpuVolume> {
         Box::pin(GpuVolume::upload_bricks(field, self))
     }
 }
 
 /// Add what the stages of another run took.
-fn add(stages: &mut StagesMs, took: &StagesMs) {
+fn add(stages: &mut StageTimings, took: &StageTimings) {
     for &(stage, ms) in took {
         match stages.iter_mut().find(|(known, _)| *known == stage) {
             Some((_, total)) => *total += ms,
@@ -162,11 +167,11 @@ impl GpuVolume {
     /// # Errors
     /// If pool and tables would take more than `budget` bytes.
     pub async fn bricks(
-        field: &GpuField,
+        field: &GpuProgram,
         program: &Program,
         measures: BrickLayout,
         budget: Option<u64>,
-    ) -> Result<(Self, StagesMs), GpuError> {
+    ) -> Result<(Self, StageTimings), GpuError> {
         Self::bricks_controlled(field, program, measures, budget, &Control::default()).await
     }
 
@@ -175,19 +180,19 @@ impl GpuVolume {
     /// # Errors
     /// As there, and if it was cancelled.
     pub async fn bricks_controlled(
-        field: &GpuField,
+        field: &GpuProgram,
         program: &Program,
         measures: BrickLayout,
         budget: Option<u64>,
         control: &Control,
-    ) -> Result<(Self, StagesMs), GpuError> {
+    ) -> Result<(Self, StageTimings), GpuError> {
         let budget = budget.unwrap_or(u64::MAX);
-        let mut build = Build::new(field, program, measures, budget, control)?;
+        let mut build = BrickBuilder::new(field, program, measures, budget, control)?;
         let guess = build.guess();
         // Where materials meet; a program of one has no such place.
         let mixes = program.materials().len() > 1;
         let mixed_for = |room: u64| if mixes { room / 4 + 16 } else { 0 };
-        let needed = |build: &Build<'_>, room: u64, mixed: u64| -> Result<u64, GpuError> {
+        let needed = |build: &BrickBuilder<'_>, room: u64, mixed: u64| -> Result<u64, GpuError> {
             let pool = pool_for(field.gpu(), &measures, room)?;
             Ok(bytes_of(field.gpu(), &measures, build.cells(), pool, mixed))
         };
@@ -196,7 +201,7 @@ impl GpuVolume {
             room = room * 7 / 8;
         }
         let mut mixed_room = mixed_for(room);
-        let check = |build: &Build<'_>, bricks: u64, mixed: u64| {
+        let check = |build: &BrickBuilder<'_>, bricks: u64, mixed: u64| {
             let needed = needed(build, bricks, mixed)?;
             if needed <= budget {
                 return Ok(());
@@ -208,7 +213,7 @@ impl GpuVolume {
             })
         };
         check(&build, room, mixed_room.min(1))?;
-        let mut stages = StagesMs::new();
+        let mut stages = StageTimings::new();
         loop {
             let (texture, took) = build.run(room, mixed_room, control).await?;
             add(&mut stages, &took);
@@ -225,17 +230,17 @@ impl GpuVolume {
         }
     }
 
-    async fn upload_bricks(field: &GpuField, bricks: &Bricks) -> Result<Self, GpuError> {
+    async fn upload_bricks(field: &GpuProgram, bricks: &Bricks) -> Result<Self, GpuError> {
         let gpu = field.gpu();
         let measures = *bricks.layout();
         let pool = pool_for(gpu, &measures, bricks.len() as u64)?;
         let texture = pool_texture(gpu, &measures, pool)?;
-        let side = (measures.brick + 1) as usize;
+        let side = (measures.brick_size_voxels + 1) as usize;
         let [width, height] = [pool[0] as usize * side, pool[1] as usize * side];
-        let bytes = measures.encoding.bits.bytes();
+        let bytes = measures.encoding.format.bytes();
         let per_layer = (pool[0] * pool[1]) as usize;
         let samples = bricks.pool().bytes();
-        let format = gpu.texels(measures.encoding.bits);
+        let format = gpu.texels(measures.encoding.format);
         // A layer of bricks at a time.
         let mut staged = vec![0u8; width * height * side * bytes];
         for (z, layer) in samples.chunks(per_layer * side.pow(3) * bytes).enumerate() {
@@ -247,7 +252,7 @@ impl GpuVolume {
                     staged[to..to + line.len()].copy_from_slice(line);
                 }
             }
-            gpu.checked(|| {
+            gpu.with_error_scope(|| {
                 gpu.queue.write_texture(
                     wgpu::TexelCopyTextureInfo {
                         texture: &texture,
@@ -277,11 +282,11 @@ impl GpuVolume {
             .map(|&word| packed(word, pool))
             .collect();
         let table = bricks.table().clone();
-        let cells = Cells::new(gpu, table, measures.far_length(), Some(&words))?;
+        let cells = GpuCellTable::new(gpu, table, measures.far_length(), Some(&words))?;
         let mut looks = bricks.materials().to_vec();
         looks.resize(pool.iter().product::<u32>() as usize, 0);
         looks.extend(bricks.mixed().iter().flatten());
-        let mut materials = Table::new("bricks' materials");
+        let mut materials = StorageBuffer::new("bricks' materials");
         materials.write(gpu, &looks)?;
         let tables = BrickTables {
             layout: measures,
@@ -289,7 +294,7 @@ impl GpuVolume {
             materials,
             mixed: (bricks.mixed().len() as u64) / PLACES,
             pool,
-            ledger: Ledger::new(
+            ledger: PoolAccounting::new(
                 gpu,
                 bricks.len() as u64,
                 bricks.mixed().len() as u64 / PLACES,
@@ -326,8 +331,8 @@ async fn read(
     tables: &BrickTables,
 ) -> Result<Bricks, GpuError> {
     let measures = tables.layout;
-    let side = (measures.brick + 1) as usize;
-    let bytes = measures.encoding.bits.bytes();
+    let side = (measures.brick_size_voxels + 1) as usize;
+    let bytes = measures.encoding.format.bytes();
     let [nx, ny, nz] = tables.pool;
     let (width, height) = (nx as usize * side, ny as usize * side);
     let layer_bytes = (width * height * side * bytes) as u64;
@@ -367,7 +372,7 @@ async fn read(
             gpu,
             texture,
             0,
-            measures.encoding.bits,
+            measures.encoding.format,
             [width as u32, height as u32],
             first * side as u32..(first + count) * side as u32,
         )
@@ -394,7 +399,7 @@ async fn read(
     if used.is_empty() {
         samples.fill(0);
     }
-    let bits: Bits = measures.encoding.bits;
+    let bits: SampleFormat = measures.encoding.format;
     let pool = Texels::from_bytes(bits, samples).ok_or_else(|| odd("half a sample"))?;
     let materials = read_looks(gpu, tables, &used).await?;
     let cells = (tables.cells.table.clone(), words);

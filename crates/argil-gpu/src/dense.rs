@@ -1,28 +1,28 @@
 //! `DenseFill`: sampling a field into a texture.
 
-use crate::bake::{Bake, Groups};
-use crate::pass::{
+use crate::bindings::{
     Bind, FIELD_BINDS, FILL, TABLES_WGSL, TEXELS, VOLUME_WGSL, entry, layout, pipelines,
 };
+use crate::pass_recorder::{DispatchSize, PassRecorder};
 use crate::resources::{read_level, texture, uniform_of, upload};
-use crate::texels::TexelFormat;
-use crate::volume::{Body, Cut, Kind, Upload};
-use crate::way::{VOLUME_BINDS, Way};
+use crate::texel_format::TexelFormat;
+use crate::trace_mode::{TraceMode, VOLUME_BINDS};
+use crate::volume::{ClipUpdate, Upload, VolumeStorage, VolumeTables};
 use crate::work::Work;
-use crate::{DenseFill, Gpu, GpuError, GpuField, GpuVolume, StagesMs};
-use argil_abi::{DenseVolume, Fill};
+use crate::{DenseFill, Gpu, GpuError, GpuProgram, GpuVolume, StageTimings};
+use argil_abi::{DenseVolume, FillUniform};
 use argil_field::Program;
-use argil_march::wgsl;
-use argil_volume::{Dense, Encoding, Lattice, Volume};
+use argil_render::wgsl;
+use argil_volume::{Dense, Encoding, Volume, VoxelGrid};
 use glam::UVec3;
 
 /// Instructions times texels that one dispatch may take on.
-pub(crate) const WORK_A_DISPATCH: u64 = 4_000_000_000;
+pub(crate) const WORK_PER_DISPATCH: u64 = 4_000_000_000;
 /// Texels along the side of a dense tile.
 const TILE: u32 = 32;
 
 /// A dense volume is its texture.
-struct OneTexture {
+struct DenseTables {
     words: DenseVolume,
 }
 
@@ -30,7 +30,7 @@ const DENSE_WGSL: &str = "
 @group(0) @binding(BIND_VOLUME) var<uniform> volume: DenseVolume;
 ";
 
-static DENSE: Way = Way {
+static DENSE: TraceMode = TraceMode {
     name: "dense",
     march: wgsl::DENSE,
     tables: || [DENSE_WGSL, VOLUME_WGSL].concat(),
@@ -41,21 +41,21 @@ static DENSE: Way = Way {
     has_cones: false,
 };
 
-impl Kind for OneTexture {
-    fn way(&self) -> &'static Way {
+impl VolumeTables for DenseTables {
+    fn way(&self) -> &'static TraceMode {
         &DENSE
     }
 
-    fn memory_bytes(&self, body: &Body) -> u64 {
+    fn memory_bytes(&self, body: &VolumeStorage) -> u64 {
         body.texture_bytes()
     }
 
-    fn read<'a>(&'a self, body: &'a Body, gpu: &'a Gpu) -> Work<'a, Volume> {
+    fn read<'a>(&'a self, body: &'a VolumeStorage, gpu: &'a Gpu) -> Work<'a, Volume> {
         Box::pin(async move {
             let (lattice, encoding) = (body.lattice, body.encoding);
             let mut levels = Vec::new();
             for level in 0..body.texture.mip_level_count() {
-                let measures = (&lattice, encoding.bits);
+                let measures = (&lattice, encoding.format);
                 levels.push(read_level(gpu, &body.texture, measures, level).await?);
             }
             let dense = Dense::from_levels(lattice, encoding, levels);
@@ -67,39 +67,39 @@ impl Kind for OneTexture {
         bytemuck::bytes_of(&self.words)
     }
 
-    fn cut(&self) -> Option<Cut<'_>> {
-        Some(Cut::Dense(&self.words))
+    fn cut(&self) -> Option<ClipUpdate<'_>> {
+        Some(ClipUpdate::Dense(&self.words))
     }
 }
 
 impl Upload for Dense {
-    fn upload<'a>(&'a self, field: &'a GpuField) -> Work<'a, GpuVolume> {
+    fn upload<'a>(&'a self, field: &'a GpuProgram) -> Work<'a, GpuVolume> {
         Box::pin(async move {
             let gpu = field.gpu();
             let (lattice, encoding) = (*self.lattice(), *self.encoding());
             let levels = self.levels().len() as u32;
-            let texture = texture(gpu, &lattice, encoding.bits, levels)?;
+            let texture = texture(gpu, &lattice, encoding.format, levels)?;
             for (level, texels) in (0..).zip(self.levels()) {
                 upload(gpu, &texture, &lattice, level, texels).await?;
             }
             let words = dense_words(&lattice, &encoding, levels);
-            GpuVolume::new(field, (lattice, encoding), texture, OneTexture { words })
+            GpuVolume::new(field, (lattice, encoding), texture, DenseTables { words })
         })
     }
 }
 
 /// The uniform of a dense volume.
-pub(super) fn dense_words(lattice: &Lattice, encoding: &Encoding, levels: u32) -> DenseVolume {
+pub(super) fn dense_words(lattice: &VoxelGrid, encoding: &Encoding, levels: u32) -> DenseVolume {
     DenseVolume {
         corner: lattice.corner.to_array(),
-        range: encoding.range_length(lattice, 0),
+        range: encoding.band_width(lattice, 0),
         extent: lattice.extent().to_array(),
-        voxel: lattice.voxel,
+        voxel: lattice.voxel_size,
         size_x: lattice.size.x,
         size_y: lattice.size.y,
         size_z: lattice.size.z,
         levels,
-        quanta: encoding.bits.quanta(),
+        quanta: encoding.format.max_code(),
         ..DenseVolume::default()
     }
 }
@@ -107,21 +107,21 @@ pub(super) fn dense_words(lattice: &Lattice, encoding: &Encoding, levels: u32) -
 impl GpuVolume {
     /// Sample a field into a dense volume; what the stages took.
     pub async fn dense(
-        field: &GpuField,
+        field: &GpuProgram,
         program: &Program,
-        lattice: Lattice,
+        lattice: VoxelGrid,
         encoding: Encoding,
         mips: bool,
         way: DenseFill,
-    ) -> Result<(Self, StagesMs), GpuError> {
+    ) -> Result<(Self, StageTimings), GpuError> {
         let gpu = field.gpu();
         let levels = Dense::level_count(program, &lattice, &encoding, mips);
-        let texture = texture(gpu, &lattice, encoding.bits, levels)?;
+        let texture = texture(gpu, &lattice, encoding.format, levels)?;
         let side = tile_side(gpu, TILE);
         let source = [
             &argil_abi::wgsl(),
             TABLES_WGSL,
-            &target_wgsl(gpu.texels(encoding.bits)),
+            &target_wgsl(gpu.texels(encoding.format)),
             field.field_wgsl(),
             argil_volume::wgsl::FILL,
         ]
@@ -129,9 +129,9 @@ impl GpuVolume {
         let mut binds = FIELD_BINDS.to_vec();
         binds.extend([
             Bind::Uniform(FILL),
-            Bind::Target(TEXELS, gpu.texels(encoding.bits).format()),
+            Bind::Target(TEXELS, gpu.texels(encoding.format).format()),
         ]);
-        let layout = gpu.checked(|| layout(gpu, "DenseFill", &binds))?;
+        let layout = gpu.with_error_scope(|| layout(gpu, "DenseFill", &binds))?;
         let constants = [("TILE_SIDE", f64::from(side))];
         let [tiled, naive] = pipelines(
             gpu,
@@ -140,11 +140,11 @@ impl GpuVolume {
             &constants,
             ["fill_tiled", "fill_naive"],
         )?;
-        let uniform = gpu.checked(|| uniform_of::<Fill>(gpu, "fill"))?;
+        let uniform = gpu.with_error_scope(|| uniform_of::<FillUniform>(gpu, "fill"))?;
 
         // Each level, in as many dispatches as its work takes.
-        let mut bake = Bake::new(gpu)?;
-        let filling = Filling {
+        let mut bake = PassRecorder::new(gpu)?;
+        let filling = DenseFillPass {
             field,
             layout: &layout,
             uniform: &uniform,
@@ -157,7 +157,7 @@ impl GpuVolume {
         };
         for level in 0..levels {
             let size = lattice.level_size(level);
-            let fill = Fill {
+            let fill = FillUniform {
                 tile: TILE,
                 ..encoding.fill(program, &lattice, level)
             };
@@ -165,14 +165,14 @@ impl GpuVolume {
         }
         let stages = bake.finish().await?;
         let words = dense_words(&lattice, &encoding, levels);
-        let volume = Self::new(field, (lattice, encoding), texture, OneTexture { words })?;
+        let volume = Self::new(field, (lattice, encoding), texture, DenseTables { words })?;
         Ok((volume, stages))
     }
 }
 
 /// What the levels of a dense volume are filled with.
-struct Filling<'a> {
-    field: &'a GpuField,
+struct DenseFillPass<'a> {
+    field: &'a GpuProgram,
     layout: &'a wgpu::BindGroupLayout,
     uniform: &'a wgpu::Buffer,
     texture: &'a wgpu::Texture,
@@ -180,13 +180,13 @@ struct Filling<'a> {
     way: DenseFill,
 }
 
-impl Filling<'_> {
+impl DenseFillPass<'_> {
     async fn level(
         &self,
-        bake: &mut Bake<'_>,
+        bake: &mut PassRecorder<'_>,
         level: u32,
         size: UVec3,
-        fill: Fill,
+        fill: FillUniform,
     ) -> Result<(), GpuError> {
         let (field, gpu) = (self.field, self.field.gpu());
         let stage = if level == 0 { "fill" } else { "mips" };
@@ -195,7 +195,7 @@ impl Filling<'_> {
             mip_level_count: Some(1),
             ..wgpu::TextureViewDescriptor::default()
         });
-        let bind_group = gpu.checked(|| {
+        let bind_group = gpu.with_error_scope(|| {
             let mut entries: Vec<_> = field.table_bindings().collect();
             entries.push(entry(FILL, self.uniform));
             entries.push(wgpu::BindGroupEntry {
@@ -217,7 +217,7 @@ impl Filling<'_> {
                 own.map(|(first, count)| (first, count, tiles)).collect()
             }
             DenseFill::Naive => {
-                let count = (WORK_A_DISPATCH / layer.max(1)).clamp(1, u64::from(size.z)) as u32;
+                let count = (WORK_PER_DISPATCH / layer.max(1)).clamp(1, u64::from(size.z)) as u32;
                 let own = (0..size.z).step_by(count as usize).map(|first| {
                     let groups = [size.x, size.y, count.min(size.z - first)];
                     (first, fill.layer_count, groups)
@@ -226,14 +226,14 @@ impl Filling<'_> {
             }
         };
         for (first_layer, layer_count, groups) in dispatches {
-            let fill = Fill {
+            let fill = FillUniform {
                 first_layer,
                 layer_count,
                 ..fill
             };
             gpu.queue
                 .write_buffer(self.uniform, 0, bytemuck::bytes_of(&fill));
-            let groups = Groups::Direct(groups);
+            let groups = DispatchSize::Direct(groups);
             bake.pass(stage, self.pipeline, &bind_group, groups).await?;
         }
         Ok(())
@@ -244,7 +244,7 @@ impl Filling<'_> {
 pub(crate) fn target_wgsl(texels: TexelFormat) -> String {
     let format = texels.wgsl();
     format!(
-        "@group(0) @binding(BIND_FILL) var<uniform> fill: Fill;\n\
+        "@group(0) @binding(BIND_FILL) var<uniform> fill: FillUniform;\n\
          @group(0) @binding(BIND_TEXELS) var texels: texture_storage_3d<{format}, write>;\n"
     )
 }
@@ -264,13 +264,13 @@ pub(crate) fn tile_side(gpu: &Gpu, tile: u32) -> u32 {
 /// The layers of a tile that each dispatch fills: as many as its work and the rounds of a thread's loops allow. `layer_work`
 /// is that of one layer of all tiles.
 pub(crate) fn layers(
-    field: &GpuField,
+    field: &GpuProgram,
     layer_work: u64,
     tile: u32,
     side: u32,
 ) -> impl Iterator<Item = (u32, u32)> {
     let columns = (tile / side) * (tile / side);
-    let by_work = (WORK_A_DISPATCH / layer_work.max(1)).min(u64::from(tile)) as u32;
+    let by_work = (WORK_PER_DISPATCH / layer_work.max(1)).min(u64::from(tile)) as u32;
     // The loops over the columns themselves have rounds too.
     let by_budget = field.budget / (columns + 1);
     let count = by_work.min(by_budget).max(1);

@@ -142,7 +142,7 @@ impl Gpu {
     }
 
     /// Pixels of the largest picture that is drawn at once.
-    pub fn most_pixels(&self) -> u64 {
+    pub fn max_pixels(&self) -> u64 {
         let limits = self.device.limits();
         let bytes = limits
             .max_storage_buffer_binding_size
@@ -152,7 +152,7 @@ impl Gpu {
 
     /// Run `work` and turn what wgpu objects to into an error; in a browser that is known, and told, by the next
     /// [`Gpu::wait`] only.
-    pub(crate) fn checked<T>(&self, work: impl FnOnce() -> T) -> Result<T, GpuError> {
+    pub(crate) fn with_error_scope<T>(&self, work: impl FnOnce() -> T) -> Result<T, GpuError> {
         let memory = self.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
         let validation = self.device.push_error_scope(wgpu::ErrorFilter::Validation);
         let result = work();
@@ -185,7 +185,7 @@ impl Gpu {
         buffer: &wgpu::Buffer,
         bytes: u64,
     ) -> Result<Vec<u8>, GpuError> {
-        let staging = self.checked(|| {
+        let staging = self.with_error_scope(|| {
             let staging = self.device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some("read-back"),
                 size: bytes,
@@ -218,7 +218,7 @@ impl Gpu {
                 // The receiver waits below.
                 let _ = sender.send(result);
             });
-        self.turn()?;
+        self.poll()?;
         let lost = |reason: String| GpuError::Lost(reason);
         receiver
             .await
@@ -237,7 +237,7 @@ impl Gpu {
 
     /// Wait until all that was submitted is done.
     pub(crate) async fn wait(&self) -> Result<(), GpuError> {
-        self.turn()?;
+        self.poll()?;
         #[cfg(target_arch = "wasm32")]
         {
             let (sender, receiver) = futures_channel::oneshot::channel();
@@ -251,7 +251,7 @@ impl Gpu {
     }
 
     /// Have the device do what was submitted, and call back. A browser does so by itself, once it is given the time.
-    fn turn(&self) -> Result<(), GpuError> {
+    fn poll(&self) -> Result<(), GpuError> {
         let poll = wgpu::PollType::Wait {
             submission_index: None,
             timeout: None,

@@ -1,14 +1,14 @@
 //! A frame as data: its passes, recorded once for a size and a way to draw, and the buffers that they run on, kept from frame to frame.
 
-use crate::pass::{COLORS, COUNTS, FRAME, HITS, LIVE, PIXELS};
-use crate::recording::{GROUP, Key, Recording, Step};
+use crate::bindings::{COLORS, COUNTS, FRAME, HITS, LIVE, PIXELS};
+use crate::recording::{FrameKey, FrameStep, GROUP, Recording};
 use crate::resolve::ResolvePass;
-use crate::table::Table;
+use crate::storage_buffer::StorageBuffer;
 use crate::timing::Timing;
-use crate::way::Bound;
+use crate::trace_mode::BoundResource;
 use crate::{Gpu, GpuError};
-use argil_abi::{Frame, Hit};
-use argil_march::{Picture, Statistics};
+use argil_abi::{FrameUniform, Hit};
+use argil_render::{RayStatistics, RenderOutput};
 use web_time::Instant;
 
 /// Histograms of what rays did: of steps where nothing but distances was looked up, and else of steps, samples, nodes and cells.
@@ -17,7 +17,7 @@ const HISTOGRAMS: u64 = 5;
 const NO_BLOCKS: [u32; 4] = [0, 1, 1, 0];
 
 /// What a frame's steps run.
-pub(crate) struct Passes<'a> {
+pub(crate) struct FramePasses<'a> {
     pub layout: &'a wgpu::BindGroupLayout,
     pub pipelines: &'a [wgpu::ComputePipeline],
     pub resolve: &'a ResolvePass,
@@ -36,17 +36,17 @@ pub(crate) trait Drawing: Sync {
 }
 
 /// The buffers of a frame's size.
-pub(crate) struct Target {
-    key: Key,
+pub(crate) struct FrameBuffers {
+    key: FrameKey,
     recording: Recording,
-    hits: Table,
-    colors: Table,
-    live: Table,
-    counts: Table,
-    pixels: Table,
+    hits: StorageBuffer,
+    colors: StorageBuffer,
+    live: StorageBuffer,
+    counts: StorageBuffer,
+    pixels: StorageBuffer,
     no_blocks: wgpu::Buffer,
     arguments: wgpu::Buffer,
-    /// A [`Frame`] for each dispatch.
+    /// A [`FrameUniform`] for each dispatch.
     frames: wgpu::Buffer,
     stride: u32,
     bytes: Vec<u8>,
@@ -55,21 +55,21 @@ pub(crate) struct Target {
     staging: wgpu::Buffer,
     /// Hits, likewise, if they were asked for.
     hits_staging: Option<wgpu::Buffer>,
-    bound: Vec<Bound>,
+    bound: Vec<BoundResource>,
     groups: Option<[wgpu::BindGroup; 2]>,
 }
 
-impl Target {
+impl FrameBuffers {
     pub fn new(
         gpu: &Gpu,
-        key: Key,
+        key: FrameKey,
         recording: Recording,
         has_cones: bool,
     ) -> Result<Self, GpuError> {
         let pixels = key.pixels();
         let hit_bytes = pixels * size_of::<Hit>() as u64;
-        let table = |what, bytes| -> Result<Table, GpuError> {
-            let mut table = Table::new(what);
+        let table = |what, bytes| -> Result<StorageBuffer, GpuError> {
+            let mut table = StorageBuffer::new(what);
             table.reserve_exact(gpu, bytes)?;
             Ok(table)
         };
@@ -80,9 +80,9 @@ impl Target {
             .product();
         let count_bytes = 4 * HISTOGRAMS * u64::from(key.bins());
         let alignment = gpu.device.limits().min_uniform_buffer_offset_alignment;
-        let stride = (size_of::<Frame>() as u32).next_multiple_of(alignment);
+        let stride = (size_of::<FrameUniform>() as u32).next_multiple_of(alignment);
         let buffer = |label, size: u64, usage| {
-            gpu.checked(|| {
+            gpu.with_error_scope(|| {
                 gpu.device.create_buffer(&wgpu::BufferDescriptor {
                     label: Some(label),
                     size,
@@ -109,7 +109,7 @@ impl Target {
             pixels: table("picture", 4 * pixels)?,
             no_blocks,
             arguments: buffer("blocks to march", 16, Usage::INDIRECT | Usage::COPY_DST)?,
-            frames: gpu.checked(|| frames_of(gpu, bytes.len() as u64))?,
+            frames: gpu.with_error_scope(|| frames_of(gpu, bytes.len() as u64))?,
             stride,
             bytes,
             timing: Timing::new(gpu, recording.passes())?,
@@ -125,7 +125,7 @@ impl Target {
     }
 
     /// Whether its buffers are those of such a frame.
-    pub fn fits(&self, key: &Key) -> bool {
+    pub fn fits(&self, key: &FrameKey) -> bool {
         let own = &self.key;
         (own.size, own.max_steps, own.with_hits) == (key.size, key.max_steps, key.with_hits)
     }
@@ -135,7 +135,7 @@ impl Target {
     pub fn follow(
         &mut self,
         gpu: &Gpu,
-        key: Key,
+        key: FrameKey,
         record: impl FnOnce() -> Recording,
     ) -> Result<(), GpuError> {
         if self.key == key {
@@ -144,7 +144,7 @@ impl Target {
         let recording = record();
         let needed = self.stride as usize * recording.dispatches.len();
         if needed as u64 > self.frames.size() {
-            self.frames = gpu.checked(|| frames_of(gpu, needed as u64))?;
+            self.frames = gpu.with_error_scope(|| frames_of(gpu, needed as u64))?;
             // They are bound to the old.
             self.groups = None;
         }
@@ -157,11 +157,22 @@ impl Target {
     }
 
     /// Binds what passes read, if it is not the same as before.
-    fn bind(&mut self, gpu: &Gpu, passes: &Passes<'_>, bound: Vec<Bound>) -> Result<(), GpuError> {
+    fn bind(
+        &mut self,
+        gpu: &Gpu,
+        passes: &FramePasses<'_>,
+        bound: Vec<BoundResource>,
+    ) -> Result<(), GpuError> {
         if self.groups.is_some() && self.bound == bound {
             return Ok(());
         }
-        let frame = || Bound::Buffer(FRAME, self.frames.clone(), Some(size_of::<Frame>() as u64));
+        let frame = || {
+            BoundResource::Buffer(
+                FRAME,
+                self.frames.clone(),
+                Some(size_of::<FrameUniform>() as u64),
+            )
+        };
         let mut all = bound.clone();
         all.push(frame());
         all.extend(self.hits.bound(HITS));
@@ -174,15 +185,15 @@ impl Target {
         own.extend(self.colors.bound(COLORS));
         own.extend(self.pixels.bound(PIXELS));
         own.extend(self.counts.bound(COUNTS));
-        let group = |label, layout, bound: &[Bound]| {
-            let entries: Vec<_> = bound.iter().map(Bound::entry).collect();
+        let group = |label, layout, bound: &[BoundResource]| {
+            let entries: Vec<_> = bound.iter().map(BoundResource::entry).collect();
             gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
                 label: Some(label),
                 layout,
                 entries: &entries,
             })
         };
-        self.groups = Some(gpu.checked(|| {
+        self.groups = Some(gpu.with_error_scope(|| {
             [
                 group("Picture", passes.layout, &all),
                 group("Resolve", &passes.resolve.layout, &own),
@@ -196,11 +207,11 @@ impl Target {
     pub async fn run(
         &mut self,
         gpu: &Gpu,
-        passes: Passes<'_>,
-        bound: Vec<Bound>,
+        passes: FramePasses<'_>,
+        bound: Vec<BoundResource>,
         drawing: Option<&dyn Drawing>,
-        frames: &[Frame],
-    ) -> Result<(Picture, f64), GpuError> {
+        frames: &[FrameUniform],
+    ) -> Result<(RenderOutput, f64), GpuError> {
         self.bind(gpu, &passes, bound)?;
         for (dispatch, bytes) in self
             .recording
@@ -208,21 +219,21 @@ impl Target {
             .iter()
             .zip(self.bytes.chunks_exact_mut(self.stride as usize))
         {
-            let frame = Frame {
+            let frame = FrameUniform {
                 max_steps: dispatch.max_steps,
                 first_row: dispatch.first_row,
                 first_step: dispatch.first_step,
                 step_count: dispatch.step_count,
                 ..frames[dispatch.sample]
             };
-            bytes[..size_of::<Frame>()].copy_from_slice(bytemuck::bytes_of(&frame));
+            bytes[..size_of::<FrameUniform>()].copy_from_slice(bytemuck::bytes_of(&frame));
         }
         if let Some(timing) = &mut self.timing {
             timing.restart();
         }
         let start = Instant::now();
         gpu.queue.write_buffer(&self.frames, 0, &self.bytes);
-        gpu.checked(|| self.encode(gpu, &passes, drawing))?;
+        gpu.with_error_scope(|| self.encode(gpu, &passes, drawing))?;
         let duration_ms = match &self.timing {
             Some(timing) => timing.durations_ms(gpu).await?.iter().sum(),
             None => {
@@ -234,14 +245,8 @@ impl Target {
         Ok((picture, duration_ms))
     }
 
-    fn encode(
-        &mut self,
-        gpu: &Gpu,
-        Passes {
-            pipelines, resolve, ..
-        }: &Passes<'_>,
-        drawing: Option<&dyn Drawing>,
-    ) {
+    fn encode(&mut self, gpu: &Gpu, passes: &FramePasses<'_>, drawing: Option<&dyn Drawing>) {
+        let (pipelines, resolve) = (&passes.pipelines, &passes.resolve);
         let Some([own, resolving]) = &self.groups else {
             return;
         };
@@ -260,30 +265,30 @@ impl Target {
         let at = |dispatch: usize| self.stride * dispatch as u32;
         for step in &self.recording.steps {
             match *step {
-                Step::Clear => {
+                FrameStep::Clear => {
                     for table in [&self.colors, &self.counts] {
                         if let Some(buffer) = table.buffer() {
                             encoder.clear_buffer(buffer, 0, None);
                         }
                     }
                 }
-                Step::Draw(dispatch) => {
+                FrameStep::Draw(dispatch) => {
                     if let Some(drawing) = drawing {
                         let frames = (&self.frames, at(dispatch));
                         drawing.draw(gpu, &mut encoder, frames, self.timing.as_mut());
                     }
                 }
-                Step::EmptyBlocks => {
+                FrameStep::EmptyBlocks => {
                     if let Some(live) = self.live.buffer() {
                         encoder.copy_buffer_to_buffer(&self.no_blocks, 0, live, 0, 16);
                     }
                 }
-                Step::TakeBlocks => {
+                FrameStep::TakeBlocks => {
                     if let Some(live) = self.live.buffer() {
                         encoder.copy_buffer_to_buffer(live, 0, &self.arguments, 0, 12);
                     }
                 }
-                Step::Pass {
+                FrameStep::Pass {
                     label,
                     pipeline,
                     dispatch,
@@ -300,42 +305,49 @@ impl Target {
                         None => pass.dispatch_workgroups_indirect(&self.arguments, 0),
                     }
                 }
-                Step::Count(dispatch) => each_pixel(&mut encoder, &resolve.count, at(dispatch)),
-                Step::Resolve(dispatch) => {
+                FrameStep::Count(dispatch) => {
+                    each_pixel(&mut encoder, &resolve.count, at(dispatch))
+                }
+                FrameStep::Resolve(dispatch) => {
                     each_pixel(&mut encoder, &resolve.resolve, at(dispatch));
                 }
-                Step::KeepHits => {
+                FrameStep::KeepHits => {
                     if let (Some(hits), Some(staging)) = (self.hits.buffer(), &self.hits_staging) {
                         encoder.copy_buffer_to_buffer(hits, 0, staging, 0, staging.size());
                     }
                 }
-                Step::Submit => {
+                FrameStep::Submit => {
                     let full = std::mem::replace(&mut encoder, begin());
                     gpu.queue.submit([full.finish()]);
                 }
             }
         }
+        self.copy_to_staging(&mut encoder);
+        gpu.queue.submit([encoder.finish()]);
+    }
+
+    /// Copies the pixels and the counts to the staging buffer.
+    fn copy_to_staging(&self, encoder: &mut wgpu::CommandEncoder) {
         if let (Some(pixels), Some(counts)) = (self.pixels.buffer(), self.counts.buffer()) {
             let first = 4 * self.key.pixels();
             encoder.copy_buffer_to_buffer(pixels, 0, &self.staging, 0, first);
             let rest = self.staging.size() - first;
             encoder.copy_buffer_to_buffer(counts, 0, &self.staging, first, rest);
         }
-        gpu.queue.submit([encoder.finish()]);
     }
 
     /// What is kept from frame to frame.
     #[cfg(test)]
     pub fn buffers(&self) -> Vec<wgpu::Buffer> {
         let tables = [&self.hits, &self.colors, &self.counts, &self.pixels];
-        let tables = tables.into_iter().filter_map(Table::buffer);
+        let tables = tables.into_iter().filter_map(StorageBuffer::buffer);
         tables
             .chain([&self.frames, &self.staging])
             .cloned()
             .collect()
     }
 
-    async fn bring(&self, gpu: &Gpu) -> Result<Picture, GpuError> {
+    async fn bring(&self, gpu: &Gpu) -> Result<RenderOutput, GpuError> {
         let (pixels, bins) = (self.key.pixels(), self.key.bins() as usize);
         let (mut rgb, mut hit_pixels) = (Vec::with_capacity(3 * pixels as usize), 0);
         let mut histograms: Vec<u32> = Vec::new();
@@ -359,17 +371,17 @@ impl Target {
         }
         let mut each = histograms.chunks_exact(bins);
         let histograms = std::array::from_fn(|_| each.next().unwrap_or_default());
-        Ok(Picture {
+        Ok(RenderOutput {
             size: self.key.size,
             rgb,
             hits,
-            statistics: Statistics::of_histograms(pixels, histograms),
+            statistics: RayStatistics::of_histograms(pixels, histograms),
             hit_pixels,
         })
     }
 }
 
-/// A buffer of so many bytes for the [`Frame`] of each dispatch.
+/// A buffer of so many bytes for the [`FrameUniform`] of each dispatch.
 fn frames_of(gpu: &Gpu, size: u64) -> wgpu::Buffer {
     gpu.device.create_buffer(&wgpu::BufferDescriptor {
         label: Some("frames"),
@@ -380,6 +392,6 @@ fn frames_of(gpu: &Gpu, size: u64) -> wgpu::Buffer {
 }
 
 /// Whether there are blocks of pixels: a table of none has the least room.
-fn layout_has_blocks(live: &Table) -> bool {
+fn layout_has_blocks(live: &StorageBuffer) -> bool {
     live.used() > 16
 }

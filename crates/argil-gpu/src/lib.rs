@@ -1,9 +1,9 @@
 //! Argil's passes on the GPU. The only crate that names wgpu.
 //!
-//! *Practice.* [`Gpu`] is a device, opened once and shared. [`GpuField`] holds a program's tables and pipelines there,
+//! *Practice.* [`Gpu`] is a device, opened once and shared. [`GpuProgram`] holds a program's tables and pipelines there,
 //! [`GpuVolume`] a volume's texture and tables: pipelines are made once, tables grow and are kept, uniforms are written
 //! for each dispatch. Passes live in files of their own and do no arithmetic: pictures run `Trace::march`,
-//! `Trace::finish`, `Shade::shadow` and `Shade::light`; [`GpuField::evaluate`] runs `Query::points`; volumes are built by
+//! `Trace::finish`, `Shade::shadow` and `Shade::light`; [`GpuProgram::evaluate`] runs `Query::points`; volumes are built by
 //! `DenseFill` and `Octree::…`. Nothing is compiled when a program changes, unless it was asked to be specialised, or a
 //! software device's trimmed interpreter lacks an opcode.
 //! Without the feature `device`, which is on by default, there is none of that: the same names stand for a device that no
@@ -13,10 +13,12 @@ mod error;
 mod options;
 
 pub use error::GpuError;
-pub use options::{DenseFill, DeviceInfo, DeviceKind, MarchNormals, MarchOptions, Order, StagesMs};
+pub use options::{
+    BrickOrdering, DenseFill, DeviceInfo, DeviceKind, StageTimings, SurfaceNormals, SurfaceOptions,
+};
 
 #[cfg(feature = "device")]
-mod bake;
+mod bindings;
 #[cfg(feature = "device")]
 mod bricks;
 #[cfg(feature = "device")]
@@ -26,51 +28,51 @@ mod dense;
 #[cfg(feature = "device")]
 mod device;
 #[cfg(feature = "device")]
-mod field;
-#[cfg(feature = "device")]
 mod frame;
 #[cfg(feature = "device")]
 mod march_passes;
 #[cfg(feature = "device")]
-mod marching;
-#[cfg(feature = "device")]
-mod mesh;
+mod marching_cubes;
 #[cfg(feature = "device")]
 mod octree;
 #[cfg(feature = "device")]
-mod pass;
+mod pass_recorder;
 #[cfg(feature = "device")]
-mod picture;
+mod program;
 #[cfg(feature = "device")]
 mod query;
 #[cfg(feature = "device")]
+mod raster;
+#[cfg(feature = "device")]
 mod recording;
+#[cfg(feature = "device")]
+mod render;
 #[cfg(feature = "device")]
 mod resolve;
 #[cfg(feature = "device")]
 mod resources;
 #[cfg(feature = "device")]
-mod table;
+mod storage_buffer;
 #[cfg(feature = "device")]
-mod texels;
+mod texel_format;
 #[cfg(feature = "device")]
 mod timing;
 #[cfg(feature = "device")]
-mod volume;
+mod trace_mode;
 #[cfg(feature = "device")]
-mod way;
+mod volume;
 #[cfg(feature = "device")]
 mod work;
 
 #[cfg(feature = "device")]
 pub use {
     device::{Gpu, devices},
-    field::GpuField,
-    mesh::GpuMesh,
+    program::GpuProgram,
+    raster::GpuMesh,
     volume::GpuVolume,
 };
 
 #[cfg(not(feature = "device"))]
-mod none;
+mod no_device;
 #[cfg(not(feature = "device"))]
-pub use none::{Gpu, GpuField, GpuMesh, GpuVolume, devices};
+pub use no_device::{Gpu, GpuField, GpuMesh, GpuVolume, devices};

@@ -1,17 +1,17 @@
 //! The passes that turn distances into triangles.
 
-use crate::pass::{
+use crate::bindings::{
     Bind, CASES, CELLS, EDGE_ROWS, FIELD_BINDS, MARCHING, OWNERS, SPANS, SPREAD, STORED,
     TABLES_WGSL, TRIANGLES, UNIT_GROUPS, UNITS, VERTICES, VOLUME, layout, pipelines,
 };
 use crate::resources::uniform_of;
-use crate::{GpuError, GpuField};
-use argil_mesh::{marching::table::cases, wgsl};
+use crate::{GpuError, GpuProgram};
+use argil_mesh::{marching::case_table::cases, wgsl};
 
 /// The bindings, as the shaders name them.
 const BINDS_WGSL: &str = "
 @group(0) @binding(BIND_STORED) var stored: texture_3d<f32>;
-@group(0) @binding(BIND_MARCHING) var<uniform> marching: Marching;
+@group(0) @binding(BIND_MARCHING) var<uniform> marching: MarchingUniform;
 @group(0) @binding(BIND_CASES) var<uniform> cases: array<vec4<u32>, 128>;
 @group(0) @binding(BIND_UNITS) var<storage, read_write> units: array<Unit>;
 @group(0) @binding(BIND_UNIT_GROUPS) var<storage, read_write> groups: array<vec4<u32>>;
@@ -19,7 +19,7 @@ const BINDS_WGSL: &str = "
 ";
 
 const OUT_WGSL: &str = "
-@group(0) @binding(BIND_MARCHING) var<uniform> marching: Marching;
+@group(0) @binding(BIND_MARCHING) var<uniform> marching: MarchingUniform;
 ";
 
 const MESH_WGSL: &str = "
@@ -56,14 +56,14 @@ pub(crate) struct MarchPasses {
     pub(super) find_owners: Option<wgpu::ComputePipeline>,
     pub(super) march: [wgpu::ComputePipeline; 5],
     pub(super) exact_layout: wgpu::BindGroupLayout,
-    pub(super) refine: wgpu::ComputePipeline,
+    pub(super) project: wgpu::ComputePipeline,
     pub(super) unshared_layout: wgpu::BindGroupLayout,
-    pub(super) unshare: wgpu::ComputePipeline,
+    pub(super) unindex: wgpu::ComputePipeline,
     pub(super) cases: wgpu::Buffer,
 }
 
 impl MarchPasses {
-    pub fn new(field: &GpuField, of_bricks: bool) -> Result<Self, GpuError> {
+    pub fn new(field: &GpuProgram, of_bricks: bool) -> Result<Self, GpuError> {
         let gpu = field.gpu();
         let (own, march) = if of_bricks {
             let own = [CELLS_WGSL, argil_volume::wgsl::WORDS].concat();
@@ -84,7 +84,7 @@ impl MarchPasses {
         if of_bricks {
             binds.extend([Bind::Read(CELLS), Bind::Write(OWNERS)]);
         }
-        let layout = gpu.checked(|| layout(gpu, "March", &binds))?;
+        let layout = gpu.with_error_scope(|| layout(gpu, "March", &binds))?;
         let entry_points = [
             "count_units",
             "add_units",
@@ -112,16 +112,17 @@ impl MarchPasses {
         let mut binds = FIELD_BINDS.to_vec();
         binds.push(Bind::Uniform(MARCHING));
         binds.extend([VERTICES, SPANS].map(Bind::Write));
-        let exact_layout = gpu.checked(|| self::layout(gpu, "March::refine", &binds))?;
+        let exact_layout = gpu.with_error_scope(|| self::layout(gpu, "March::refine", &binds))?;
         let [refine] = pipelines(gpu, source.concat(), &exact_layout, &[], ["refine"])?;
 
         let source = [&abi, OUT_WGSL, MESH_WGSL, SPREAD_WGSL, wgsl::UNSHARED];
         let mut binds = vec![Bind::Uniform(MARCHING)];
         binds.extend([VERTICES, TRIANGLES, SPREAD].map(Bind::Write));
-        let unshared_layout = gpu.checked(|| self::layout(gpu, "March::unshare", &binds))?;
+        let unshared_layout =
+            gpu.with_error_scope(|| self::layout(gpu, "March::unshare", &binds))?;
         let [unshare] = pipelines(gpu, source.concat(), &unshared_layout, &[], ["unshare"])?;
 
-        let cases = gpu.checked(|| {
+        let cases = gpu.with_error_scope(|| {
             let cases = uniform_of::<[u64; 256]>(gpu, "cases");
             let packed = cases_packed();
             gpu.queue
@@ -133,9 +134,9 @@ impl MarchPasses {
             find_owners,
             march,
             exact_layout,
-            refine,
+            project: refine,
             unshared_layout,
-            unshare,
+            unindex: unshare,
             cases,
         })
     }
@@ -143,7 +144,7 @@ impl MarchPasses {
 
 /// Each case's edges, four bits each, and above them how many triangles they make.
 fn cases_packed() -> Vec<u64> {
-    let pack = |case: &argil_mesh::marching::table::Case| {
+    let pack = |case: &argil_mesh::marching::case_table::MarchingCase| {
         let edges = case.triangles().iter().flatten();
         let words = edges.enumerate().fold(0, |words, (nth, &edge)| {
             words | u64::from(edge) << (4 * nth)

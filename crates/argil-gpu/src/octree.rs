@@ -2,22 +2,22 @@
 
 mod build;
 
-use crate::pass::{Bind, LINEAR, NODES, STORED, TREE_WGSL, TREE_WORDS, VOLUME, VOLUME_WGSL};
+use crate::bindings::{Bind, LINEAR, NODES, STORED, TREE_WGSL, TREE_WORDS, VOLUME, VOLUME_WGSL};
 use crate::resources::{read_level, read_table, texture, upload};
-use crate::table::Table;
-use crate::volume::{Body, Kind, Upload};
-use crate::way::{Bound, Way};
+use crate::storage_buffer::StorageBuffer;
+use crate::trace_mode::{BoundResource, TraceMode};
+use crate::volume::{Upload, VolumeStorage, VolumeTables};
 use crate::work::Work;
-use crate::{Gpu, GpuError, GpuField, GpuVolume};
+use crate::{Gpu, GpuError, GpuProgram, GpuVolume};
 use argil_abi::{self as abi, Node, OctreeVolume};
-use argil_volume::{Layout, Octree, Tree, TreeInfo, Volume, VolumeInfo};
+use argil_volume::{Octree, OctreeInfo, OctreeLayout, OctreeNodes, Volume, VolumeInfo};
 
 /// An octree's tables.
-struct TreeTables {
-    layout: Layout,
-    keys: Table,
-    nodes: Table,
-    words: Table,
+struct OctreeTables {
+    layout: OctreeLayout,
+    keys: StorageBuffer,
+    nodes: StorageBuffer,
+    words: StorageBuffer,
     /// The uniform that shaders read.
     uniform: OctreeVolume,
 }
@@ -26,9 +26,9 @@ pub(super) const OCTREE_WGSL: &str = "
 @group(0) @binding(BIND_VOLUME) var<uniform> volume: OctreeVolume;
 ";
 
-static OCTREE: Way = Way {
+static OCTREE: TraceMode = TraceMode {
     name: "octree",
-    march: argil_march::wgsl::OCTREE,
+    march: argil_render::wgsl::OCTREE,
     tables: || {
         [
             OCTREE_WGSL,
@@ -51,12 +51,12 @@ static OCTREE: Way = Way {
     has_cones: false,
 };
 
-impl Kind for TreeTables {
-    fn way(&self) -> &'static Way {
+impl VolumeTables for OctreeTables {
+    fn way(&self) -> &'static TraceMode {
         &OCTREE
     }
 
-    fn bind(&self, bound: &mut Vec<Bound>) {
+    fn bind(&self, bound: &mut Vec<BoundResource>) {
         bound.extend(self.nodes.bound(NODES));
         bound.extend(self.words.bound(TREE_WORDS));
     }
@@ -65,7 +65,7 @@ impl Kind for TreeTables {
         bytemuck::bytes_of(&self.uniform)
     }
 
-    fn memory_bytes(&self, body: &Body) -> u64 {
+    fn memory_bytes(&self, body: &VolumeStorage) -> u64 {
         body.texture_bytes() + self.keys.size() + self.nodes.size() + self.words.size()
     }
 
@@ -74,7 +74,7 @@ impl Kind for TreeTables {
             let words = self.read_words(gpu).await?;
             let word = |i: u32| u64::from(words.get(i as usize).copied().unwrap_or(0));
             let mut info = info;
-            info.tree = Some(TreeInfo {
+            info.octree = Some(OctreeInfo {
                 layout: self.layout,
                 bricks: word(abi::TREE_BRICKS),
                 nodes: word(abi::TREE_NODES),
@@ -83,10 +83,10 @@ impl Kind for TreeTables {
         })
     }
 
-    fn read<'a>(&'a self, body: &'a Body, gpu: &'a Gpu) -> Work<'a, Volume> {
+    fn read<'a>(&'a self, body: &'a VolumeStorage, gpu: &'a Gpu) -> Work<'a, Volume> {
         Box::pin(async move {
             let tree = self.read_tree(gpu).await?;
-            let measures = (&body.lattice, body.encoding.bits);
+            let measures = (&body.lattice, body.encoding.format);
             let texels = read_level(gpu, &body.texture, measures, 0).await?;
             let octree = Octree::from_parts(self.layout, tree, texels);
             Ok(Volume::Octree(octree.ok_or_else(GpuError::odd_volume)?))
@@ -95,14 +95,14 @@ impl Kind for TreeTables {
 }
 
 impl Upload for Octree {
-    fn upload<'a>(&'a self, field: &'a GpuField) -> Work<'a, GpuVolume> {
+    fn upload<'a>(&'a self, field: &'a GpuProgram) -> Work<'a, GpuVolume> {
         Box::pin(async move {
             let gpu = field.gpu();
             let layout = *self.layout();
-            let texture = texture(gpu, &layout.lattice, layout.encoding.bits, 1)?;
-            upload(gpu, &texture, &layout.lattice, 0, self.texels()).await?;
+            let texture = texture(gpu, &layout.voxel_grid, layout.encoding.format, 1)?;
+            upload(gpu, &texture, &layout.voxel_grid, 0, self.texels()).await?;
             let tree = self.tree();
-            let mut tables = TreeTables::new(layout);
+            let mut tables = OctreeTables::new(layout);
             let mut words = [0u32; abi::TREE_WORDS as usize];
             words[abi::TREE_BRICKS as usize] = tree.codes().len() as u32;
             words[abi::TREE_NODES as usize] = tree.nodes().len() as u32;
@@ -113,19 +113,19 @@ impl Upload for Octree {
             tables.words.write(gpu, &words)?;
             tables.keys.write(gpu, tree.codes())?;
             tables.nodes.write(gpu, tree.nodes())?;
-            let measures = (layout.lattice, layout.encoding);
+            let measures = (layout.voxel_grid, layout.encoding);
             GpuVolume::new(field, measures, texture, tables)
         })
     }
 }
 
-impl TreeTables {
-    fn new(layout: Layout) -> Self {
+impl OctreeTables {
+    fn new(layout: OctreeLayout) -> Self {
         Self {
             layout,
-            keys: Table::new("bricks' codes"),
-            nodes: Table::new("nodes"),
-            words: Table::new("tree"),
+            keys: StorageBuffer::new("bricks' codes"),
+            nodes: StorageBuffer::new("nodes"),
+            words: StorageBuffer::new("tree"),
             uniform: octree_words(&layout),
         }
     }
@@ -139,7 +139,7 @@ impl TreeTables {
     }
 
     /// Bring the tree back.
-    async fn read_tree(&self, gpu: &Gpu) -> Result<Tree, GpuError> {
+    async fn read_tree(&self, gpu: &Gpu) -> Result<OctreeNodes, GpuError> {
         let words = self.read_words(gpu).await?;
         let word = |i: u32| words.get(i as usize).copied().unwrap_or(0);
         let (bricks, nodes) = (word(abi::TREE_BRICKS), word(abi::TREE_NODES));
@@ -160,22 +160,22 @@ impl TreeTables {
         let levels = (0..self.layout.depth)
             .map(|level| word(abi::TREE_LEVELS + level))
             .collect();
-        Ok(Tree::from_parts(codes, nodes, levels))
+        Ok(OctreeNodes::from_parts(codes, nodes, levels))
     }
 }
 
 /// The uniform that rays need, which has nothing of the field.
-fn octree_words(layout: &Layout) -> OctreeVolume {
-    let lattice = &layout.lattice;
+fn octree_words(layout: &OctreeLayout) -> OctreeVolume {
+    let lattice = &layout.voxel_grid;
     OctreeVolume {
         corner: lattice.corner.to_array(),
-        range: layout.encoding.range_length(lattice, 0),
+        range: layout.encoding.band_width(lattice, 0),
         extent: lattice.extent().to_array(),
-        voxel: lattice.voxel,
+        voxel: lattice.voxel_size,
         grid_x: layout.grid.x,
         grid_y: layout.grid.y,
         grid_z: layout.grid.z,
-        brick: layout.brick,
+        brick: layout.brick_size_voxels,
         depth: layout.depth,
         code_count: layout.code_count(),
         ..OctreeVolume::default()

@@ -63,17 +63,19 @@ pub enum DenseFill {
 /// How the list of bricks gets into ascending order.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
-pub enum Order {
-    /// Bits are set in Morton order and counted: no sort is needed.
+pub enum BrickOrdering {
+    /// Bits are set in Morton order, and a prefix sum counts them: nothing is sorted.
     #[default]
-    Counted,
+    #[cfg_attr(feature = "clap", value(alias = "counted"))]
+    PrefixSum,
     /// The 2023 study's enumeration sort of a list in any order.
-    Enumerated,
+    #[cfg_attr(feature = "clap", value(alias = "enumerated"))]
+    EnumerationSort,
 }
 
 /// Where vertices' normals come from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum MarchNormals {
+pub enum SurfaceNormals {
     /// They have none.
     None,
     /// The samples' gradient, by central differences.
@@ -87,16 +89,16 @@ pub enum MarchNormals {
 
 /// How a volume is cut into triangles.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct MarchOptions {
+pub struct SurfaceOptions {
     /// The distance at which the surface is taken.
     pub iso: f32,
     /// Where normals come from.
-    pub normals: MarchNormals,
+    pub normals: SurfaceNormals,
     /// Whether vertices go to the exact surface of the field.
-    pub is_moved: bool,
+    pub project_to_field: bool,
     /// Whether each triangle has corners of its own.
-    pub is_unshared: bool,
+    pub is_unindexed: bool,
 }
 
 /// Each stage of a build with its milliseconds.
-pub type StagesMs = Vec<(&'static str, f64)>;
+pub type StageTimings = Vec<(&'static str, f64)>;

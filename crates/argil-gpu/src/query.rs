@@ -1,9 +1,9 @@
-use crate::pass::{
+use crate::bindings::{
     ANSWERS, Bind, FIELD_BINDS, QUERIES, QUERY_WGSL, TABLES_WGSL, layout, pipelines,
 };
-use crate::table::Table;
-use crate::{GpuError, GpuField};
-use argil_abi::{Answer, Query};
+use crate::storage_buffer::StorageBuffer;
+use crate::{GpuError, GpuProgram};
+use argil_abi::{QueryResult, QueryUniform};
 
 /// Points of one workgroup, and workgroups in a row of a dispatch.
 pub(super) const GROUP: u32 = 64;
@@ -12,33 +12,33 @@ const ROW: u32 = 32_768;
 /// The pass's layout and pipeline.
 pub(crate) type QueryPass = (wgpu::BindGroupLayout, wgpu::ComputePipeline);
 
-impl GpuField {
+impl GpuProgram {
     /// The field at points: distances and materials. The pass is compiled when first asked for.
-    pub async fn evaluate(&self, points: &[[f32; 3]]) -> Result<Vec<Answer>, GpuError> {
+    pub async fn evaluate(&self, points: &[[f32; 3]]) -> Result<Vec<QueryResult>, GpuError> {
         if points.is_empty() {
             return Ok(Vec::new());
         }
         let gpu = self.gpu();
         let passes = self.passes("query", || self.make_query())?;
         let (layout, pipeline) = &*passes;
-        let queries: Vec<Query> = points
+        let queries: Vec<QueryUniform> = points
             .iter()
-            .map(|&[x, y, z]| Query {
+            .map(|&[x, y, z]| QueryUniform {
                 point: [x, y, z, 0.0],
             })
             .collect();
-        let mut query_table = Table::new("queries");
+        let mut query_table = StorageBuffer::new("queries");
         query_table.write(gpu, &queries)?;
-        let mut answers = Table::new("answers");
-        let bytes = (points.len() * size_of::<Answer>()) as u64;
+        let mut answers = StorageBuffer::new("answers");
+        let bytes = (points.len() * size_of::<QueryResult>()) as u64;
         answers.reserve(gpu, bytes)?;
         let groups = (points.len() as u32).div_ceil(GROUP);
-        gpu.checked(|| {
+        gpu.with_error_scope(|| {
             let mut entries: Vec<_> = self.table_bindings().collect();
             entries.extend(query_table.binding(QUERIES));
             entries.extend(answers.binding(ANSWERS));
             let bind_group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-                label: Some("Query"),
+                label: Some("QueryUniform"),
                 layout,
                 entries: &entries,
             });
@@ -46,7 +46,7 @@ impl GpuField {
                 .device
                 .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
             let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
-                label: Some("Query::points"),
+                label: Some("QueryUniform::points"),
                 timestamp_writes: None,
             });
             pass.set_pipeline(pipeline);
@@ -61,7 +61,7 @@ impl GpuField {
         Ok(gpu
             .read_back(buffer, bytes)
             .await?
-            .chunks_exact(size_of::<Answer>())
+            .chunks_exact(size_of::<QueryResult>())
             .map(bytemuck::pod_read_unaligned)
             .collect())
     }
@@ -78,7 +78,7 @@ impl GpuField {
         .concat();
         let mut binds = FIELD_BINDS.to_vec();
         binds.extend([Bind::Read(QUERIES), Bind::Write(ANSWERS)]);
-        let layout = gpu.checked(|| layout(gpu, "Query", &binds))?;
+        let layout = gpu.with_error_scope(|| layout(gpu, "QueryUniform", &binds))?;
         let [pipeline] = pipelines(gpu, source, &layout, &[], ["query"])?;
         Ok((layout, pipeline))
     }

@@ -7,5 +7,5 @@ fn query(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) 
         return;
     }
     let d = field_surface(queries[i].point.xyz);
-    answers[i] = Answer(vec4(d, 0.0, 0.0, 0.0), field_material.base_roughness, field_material.emission_metallic);
+    answers[i] = QueryResult(vec4(d, 0.0, 0.0, 0.0), field_material.base_roughness, field_material.emission_metallic);
 }

@@ -8,7 +8,7 @@ pub(crate) const GROUP: u32 = 8;
 
 /// What a recording depends on: while it stays the same, so do the passes.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Key {
+pub(crate) struct FrameKey {
     pub size: [u32; 2],
     pub samples: usize,
     pub show: u32,
@@ -20,7 +20,7 @@ pub(crate) struct Key {
     pub with_hits: bool,
 }
 
-impl Key {
+impl FrameKey {
     /// Words of a histogram.
     pub(super) fn bins(&self) -> u32 {
         self.max_steps.saturating_add(MARGIN)
@@ -33,7 +33,7 @@ impl Key {
 
 /// One step of a frame.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Step {
+pub(crate) enum FrameStep {
     /// Sets colours and counts to zero.
     Clear,
     /// Draws triangles, by the numbers of a dispatch.
@@ -75,14 +75,15 @@ pub(crate) struct Dispatch {
 /// The passes of a frame, and the numbers that each reads.
 #[derive(Debug, Default)]
 pub(crate) struct Recording {
-    pub steps: Vec<Step>,
+    pub steps: Vec<FrameStep>,
     pub dispatches: Vec<Dispatch>,
 }
 
 impl Recording {
     /// Passes that take time.
     pub(super) fn passes(&self) -> u32 {
-        let is_pass = |step: &&Step| matches!(step, Step::Pass { .. } | Step::Draw(_));
+        let is_pass =
+            |step: &&FrameStep| matches!(step, FrameStep::Pass { .. } | FrameStep::Draw(_));
         self.steps.iter().filter(is_pass).count() as u32
     }
 }

@@ -1,10 +1,10 @@
 //! What a frame has gathered as bytes, and what its rays did.
 
-use crate::pass::{
+use crate::bindings::{
     Bind, COLORS, COUNTS, FRAME, FRAME_WGSL, HITS, PICTURE_WGSL, PIXELS, layout, pipelines,
 };
 use crate::{Gpu, GpuError};
-use argil_march::wgsl;
+use argil_render::wgsl;
 
 const RESOLVE_WGSL: &str = "
 @group(0) @binding(BIND_PIXELS) var<storage, read_write> pixels: array<u32>;
@@ -35,7 +35,7 @@ impl ResolvePass {
             Bind::Write(PIXELS),
             Bind::Write(COUNTS),
         ];
-        let layout = gpu.checked(|| layout(gpu, "Resolve", &binds))?;
+        let layout = gpu.with_error_scope(|| layout(gpu, "Resolve", &binds))?;
         let [count, resolve] = pipelines(gpu, source, &layout, &[], ["count", "resolve"])?;
         Ok(Self {
             layout,

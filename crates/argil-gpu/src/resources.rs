@@ -1,8 +1,8 @@
 //! Buffers and textures: making them, and the ways to and from the CPU.
 
-use crate::table::Table;
+use crate::storage_buffer::StorageBuffer;
 use crate::{Gpu, GpuError};
-use argil_volume::{Bits, Lattice, Texels};
+use argil_volume::{SampleFormat, Texels, VoxelGrid};
 
 /// Bytes that a row of texels takes in a buffer is a multiple of this.
 const ROW_ALIGNMENT: u32 = wgpu::COPY_BYTES_PER_ROW_ALIGNMENT;
@@ -27,8 +27,8 @@ pub(crate) fn uniform_for(gpu: &Gpu, label: &str, size: u64) -> wgpu::Buffer {
 /// An empty texture for a lattice that shaders can write and filter.
 pub(crate) fn texture(
     gpu: &Gpu,
-    lattice: &Lattice,
-    bits: Bits,
+    lattice: &VoxelGrid,
+    bits: SampleFormat,
     levels: u32,
 ) -> Result<wgpu::Texture, GpuError> {
     let size = extent(lattice.size.x, lattice.size.y, lattice.size.z);
@@ -39,7 +39,7 @@ pub(crate) fn texture(
 pub(crate) fn texture_of(
     gpu: &Gpu,
     size: wgpu::Extent3d,
-    bits: Bits,
+    bits: SampleFormat,
     levels: u32,
 ) -> Result<wgpu::Texture, GpuError> {
     let format = gpu.texels(bits).format();
@@ -52,7 +52,7 @@ pub(crate) fn texture_of(
             limit,
         });
     }
-    gpu.checked(|| {
+    gpu.with_error_scope(|| {
         gpu.device.create_texture(&wgpu::TextureDescriptor {
             label: Some("volume"),
             size,
@@ -81,7 +81,7 @@ pub(crate) fn extent(width: u32, height: u32, depth_or_array_layers: u32) -> wgp
 pub(crate) async fn upload(
     gpu: &Gpu,
     texture: &wgpu::Texture,
-    lattice: &Lattice,
+    lattice: &VoxelGrid,
     level: u32,
     texels: &Texels,
 ) -> Result<(), GpuError> {
@@ -92,7 +92,7 @@ pub(crate) async fn upload(
     let format = gpu.texels(texels.bits());
     let texel_row = size.x as usize * format.bytes();
     for (i, part) in texels.bytes().chunks(layers * layer_bytes).enumerate() {
-        gpu.checked(|| {
+        gpu.with_error_scope(|| {
             gpu.queue.write_texture(
                 wgpu::TexelCopyTextureInfo {
                     texture,
@@ -125,14 +125,14 @@ pub(crate) async fn read_texels(
     gpu: &Gpu,
     texture: &wgpu::Texture,
     mip_level: u32,
-    bits: Bits,
+    bits: SampleFormat,
     [width, height]: [u32; 2],
     layers: std::ops::Range<u32>,
 ) -> Result<Vec<u8>, GpuError> {
     let texels = gpu.texels(bits);
     let row = width as usize * texels.bytes();
     let padded = (row as u32).next_multiple_of(ROW_ALIGNMENT);
-    let staged = gpu.checked(|| {
+    let staged = gpu.with_error_scope(|| {
         let buffer = gpu.device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("texels"),
             size: u64::from(padded) * u64::from(height) * layers.len() as u64,
@@ -179,7 +179,7 @@ pub(crate) async fn read_texels(
 pub(crate) async fn read_level(
     gpu: &Gpu,
     texture: &wgpu::Texture,
-    (lattice, bits): (&Lattice, Bits),
+    (lattice, bits): (&VoxelGrid, SampleFormat),
     level: u32,
 ) -> Result<Texels, GpuError> {
     let size = lattice.level_size(level);
@@ -195,7 +195,11 @@ pub(crate) async fn read_level(
     Texels::from_bytes(bits, bytes).ok_or_else(|| GpuError::Lost("half a texel".into()))
 }
 
-pub(crate) async fn read_table(gpu: &Gpu, table: &Table, bytes: u64) -> Result<Vec<u8>, GpuError> {
+pub(crate) async fn read_table(
+    gpu: &Gpu,
+    table: &StorageBuffer,
+    bytes: u64,
+) -> Result<Vec<u8>, GpuError> {
     let lost = || GpuError::Lost("a table is not there".into());
     if bytes == 0 {
         return Ok(Vec::new());

@@ -15,7 +15,7 @@ impl Timing {
         if !gpu.has_timestamps || !(2..=wgpu::QUERY_SET_MAX_QUERIES).contains(&capacity) {
             return Ok(None);
         }
-        gpu.checked(|| {
+        gpu.with_error_scope(|| {
             let set = gpu.device.create_query_set(&wgpu::QuerySetDescriptor {
                 label: Some("Timing"),
                 ty: wgpu::QueryType::Timestamp,

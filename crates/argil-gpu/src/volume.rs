@@ -1,28 +1,28 @@
 //! A volume on the device: what all representations have there, and the trait that each implements in its own file.
 
 use crate::resources::uniform_for;
-use crate::table::Table;
-use crate::texels::TexelFormat;
-use crate::way::{Bound, Way};
+use crate::storage_buffer::StorageBuffer;
+use crate::texel_format::TexelFormat;
+use crate::trace_mode::{BoundResource, TraceMode};
 use crate::work::Work;
-use crate::{Gpu, GpuError, GpuField};
-use argil_abi::{BrickVolume, DenseVolume, Frame};
-use argil_field::LiveProgram;
-use argil_march::Picture;
-use argil_volume::{BrickEdit, Edits, Encoding, Lattice, Volume, VolumeInfo};
+use crate::{Gpu, GpuError, GpuProgram};
+use argil_abi::{BrickVolume, DenseVolume, FrameUniform};
+use argil_field::IncrementalProgram;
+use argil_render::RenderOutput;
+use argil_volume::{EditStats, Encoding, PendingEdits, Volume, VolumeInfo, VoxelGrid};
 use std::any::Any;
 use web_time::Duration;
 
 /// What a representation is on the device, besides its texture.
-pub(crate) trait Kind: Any + Send + Sync {
+pub(crate) trait VolumeTables: Any + Send + Sync {
     /// How its pictures are marched.
-    fn way(&self) -> &'static Way;
+    fn way(&self) -> &'static TraceMode;
 
     /// What that reads besides the texture and the words.
-    fn bind(&self, _bound: &mut Vec<Bound>) {}
+    fn bind(&self, _bound: &mut Vec<BoundResource>) {}
 
     /// Bytes of textures and tables.
-    fn memory_bytes(&self, body: &Body) -> u64;
+    fn memory_bytes(&self, body: &VolumeStorage) -> u64;
 
     /// What it is: more than its lattice, encoding and bytes, after a wait for edits.
     fn info<'a>(&'a self, info: VolumeInfo, _gpu: &'a Gpu) -> Work<'a, VolumeInfo> {
@@ -30,30 +30,43 @@ pub(crate) trait Kind: Any + Send + Sync {
     }
 
     /// Brings it back.
-    fn read<'a>(&'a self, body: &'a Body, gpu: &'a Gpu) -> Work<'a, Volume>;
+    fn read<'a>(&'a self, body: &'a VolumeStorage, gpu: &'a Gpu) -> Work<'a, Volume>;
 
     /// What following edits takes, of one that is changed in place.
-    fn edits(&self) -> Option<Box<dyn Edits>> {
+    fn edits(&self) -> Option<Box<dyn PendingEdits>> {
         None
     }
 
     /// Lies over the box that its edits have grown to. Nothing is sampled.
-    fn grow(&mut self, _body: &mut Body, _gpu: &Gpu, _edits: &dyn Edits) -> Result<(), GpuError> {
+    fn grow(
+        &mut self,
+        _body: &mut VolumeStorage,
+        _gpu: &Gpu,
+        _edits: &dyn PendingEdits,
+    ) -> Result<(), GpuError> {
         Ok(())
     }
 
     /// Submits what its edits have left to be done.
-    fn edit<'a>(&'a mut self, _body: &'a mut Body, _edit: Editing<'a>) -> Work<'a, ()> {
+    fn edit<'a>(
+        &'a mut self,
+        _body: &'a mut VolumeStorage,
+        _edit: EditContext<'a>,
+    ) -> Work<'a, ()> {
         Box::pin(async { Ok(()) })
     }
 
     /// Waits for edits; what they did since the last time.
-    fn settle<'a>(&'a mut self, _gpu: &'a Gpu) -> Work<'a, BrickEdit> {
-        Box::pin(async { Ok(BrickEdit::default()) })
+    fn settle<'a>(&'a mut self, _gpu: &'a Gpu) -> Work<'a, EditStats> {
+        Box::pin(async { Ok(EditStats::default()) })
     }
 
     /// Waits for edits, and gives back the room that they have left.
-    fn trim<'a>(&'a mut self, _body: &'a mut Body, _field: &'a GpuField) -> Work<'a, ()> {
+    fn trim<'a>(
+        &'a mut self,
+        _body: &'a mut VolumeStorage,
+        _field: &'a GpuProgram,
+    ) -> Work<'a, ()> {
         Box::pin(async { Ok(()) })
     }
 
@@ -61,17 +74,17 @@ pub(crate) trait Kind: Any + Send + Sync {
     fn uniform(&self) -> &[u8];
 
     /// How its surface is cut into triangles, if it is.
-    fn cut(&self) -> Option<Cut<'_>> {
+    fn cut(&self) -> Option<ClipUpdate<'_>> {
         None
     }
 }
 
 /// What edits have left to be done, and how much of it now.
-pub(crate) struct Editing<'a> {
-    pub field: &'a GpuField,
-    /// What the field [follows](GpuField::follow).
-    pub live: &'a LiveProgram,
-    pub edits: &'a mut dyn Edits,
+pub(crate) struct EditContext<'a> {
+    pub field: &'a GpuProgram,
+    /// What the field [follows](GpuProgram::update).
+    pub live: &'a IncrementalProgram,
+    pub edits: &'a mut dyn PendingEdits,
     /// Bytes that there may be.
     pub budget: Option<u64>,
     /// About as much as the device does in that time.
@@ -79,16 +92,16 @@ pub(crate) struct Editing<'a> {
 }
 
 /// How triangles are found.
-pub(crate) enum Cut<'a> {
+pub(crate) enum ClipUpdate<'a> {
     /// Texel by texel of the lattice.
     Dense(&'a DenseVolume),
     /// Brick by brick, by a table of cells.
-    Bricks(&'a Table, &'a BrickVolume),
+    Bricks(&'a StorageBuffer, &'a BrickVolume),
 }
 
 /// What every volume has on the device.
-pub(crate) struct Body {
-    pub lattice: Lattice,
+pub(crate) struct VolumeStorage {
+    pub lattice: VoxelGrid,
     pub encoding: Encoding,
     pub texture: wgpu::Texture,
     view: wgpu::TextureView,
@@ -96,7 +109,7 @@ pub(crate) struct Body {
     uniform: wgpu::Buffer,
 }
 
-impl Body {
+impl VolumeStorage {
     /// Another texture in place of the old.
     pub fn set_texture(&mut self, texture: wgpu::Texture) {
         self.view = texture.create_view(&wgpu::TextureViewDescriptor::default());
@@ -118,21 +131,21 @@ impl Body {
 
 /// A volume on a device.
 pub struct GpuVolume {
-    body: Body,
-    kind: Box<dyn Kind>,
+    body: VolumeStorage,
+    kind: Box<dyn VolumeTables>,
 }
 
 impl GpuVolume {
     pub(crate) fn new(
-        field: &GpuField,
-        (lattice, encoding): (Lattice, Encoding),
+        field: &GpuProgram,
+        (lattice, encoding): (VoxelGrid, Encoding),
         texture: wgpu::Texture,
-        kind: impl Kind,
+        kind: impl VolumeTables,
     ) -> Result<Self, GpuError> {
         let gpu = field.gpu();
         // Compiled now, if it was not yet, and not when the first picture is wanted.
         field.picture(kind.way())?;
-        let (view, sampler, uniform) = gpu.checked(|| {
+        let (view, sampler, uniform) = gpu.with_error_scope(|| {
             let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
             let sampler = gpu.device.create_sampler(&wgpu::SamplerDescriptor {
                 label: Some("stored distances"),
@@ -144,7 +157,7 @@ impl GpuVolume {
             (view, sampler, uniform_for(gpu, "volume", bytes))
         })?;
         Ok(Self {
-            body: Body {
+            body: VolumeStorage {
                 lattice,
                 encoding,
                 texture,
@@ -156,23 +169,23 @@ impl GpuVolume {
         })
     }
 
-    /// Draws as [`GpuField::render`] does, primary rays and normals through the volume.
+    /// Draws as [`GpuProgram::render`] does, primary rays and normals through the volume.
     ///
     /// # Errors
     /// If the device does not do it.
     pub async fn render(
         &self,
-        field: &GpuField,
-        frames: &[Frame],
+        field: &GpuProgram,
+        frames: &[FrameUniform],
         with_hits: bool,
-    ) -> Result<(Picture, f64), GpuError> {
+    ) -> Result<(RenderOutput, f64), GpuError> {
         let uniform = &self.body.uniform;
         let gpu = field.gpu();
         gpu.queue.write_buffer(uniform, 0, self.kind.uniform());
         let mut bound = vec![
-            Bound::buffer(argil_abi::BIND_VOLUME, uniform),
-            Bound::View(argil_abi::BIND_STORED, self.body.view.clone()),
-            Bound::Sampler(argil_abi::BIND_LINEAR, self.body.sampler.clone()),
+            BoundResource::buffer(argil_abi::BIND_VOLUME, uniform),
+            BoundResource::View(argil_abi::BIND_STORED, self.body.view.clone()),
+            BoundResource::Sampler(argil_abi::BIND_LINEAR, self.body.sampler.clone()),
         ];
         self.kind.bind(&mut bound);
         let passes = field.picture(self.kind.way())?;
@@ -180,7 +193,7 @@ impl GpuVolume {
     }
 
     /// Where the voxels lie.
-    pub fn lattice(&self) -> &Lattice {
+    pub fn lattice(&self) -> &VoxelGrid {
         &self.body.lattice
     }
 
@@ -214,32 +227,32 @@ impl GpuVolume {
     }
 
     /// What following edits takes, of one that is changed in place.
-    pub fn edits(&self) -> Option<Box<dyn Edits>> {
+    pub fn edits(&self) -> Option<Box<dyn PendingEdits>> {
         self.kind.edits()
     }
 
-    /// Lies over the box that its edits have [grown to](Edits::grow_to). Nothing is sampled.
+    /// Lies over the box that its edits have [grown to](PendingEdits::grow_to). Nothing is sampled.
     ///
     /// # Errors
     /// If the device has no room for the tables.
-    pub fn grow(&mut self, gpu: &Gpu, edits: &dyn Edits) -> Result<(), GpuError> {
+    pub fn grow(&mut self, gpu: &Gpu, edits: &dyn PendingEdits) -> Result<(), GpuError> {
         self.kind.grow(&mut self.body, gpu, edits)
     }
 
     /// Submits what its edits have left to be done, without waiting for it: all of it, or about as much as the device does in some
-    /// time. `live` is what `field` [follows](GpuField::follow).
+    /// time. `live` is what `field` [follows](GpuProgram::update).
     ///
     /// # Errors
     /// If it would take more than `budget` bytes; what was taken out of the work last is then not done.
     pub async fn edit(
         &mut self,
-        field: &GpuField,
-        live: &LiveProgram,
-        edits: &mut dyn Edits,
+        field: &GpuProgram,
+        live: &IncrementalProgram,
+        edits: &mut dyn PendingEdits,
         budget: Option<u64>,
         within: Option<Duration>,
     ) -> Result<(), GpuError> {
-        let editing = Editing {
+        let editing = EditContext {
             field,
             live,
             edits,
@@ -253,7 +266,7 @@ impl GpuVolume {
     ///
     /// # Errors
     /// If the device does not do it.
-    pub async fn settle(&mut self, gpu: &Gpu) -> Result<BrickEdit, GpuError> {
+    pub async fn settle(&mut self, gpu: &Gpu) -> Result<EditStats, GpuError> {
         self.kind.settle(gpu).await
     }
 
@@ -261,15 +274,15 @@ impl GpuVolume {
     ///
     /// # Errors
     /// If the device does not do it.
-    pub async fn trim(&mut self, field: &GpuField) -> Result<(), GpuError> {
+    pub async fn trim(&mut self, field: &GpuProgram) -> Result<(), GpuError> {
         self.kind.trim(&mut self.body, field).await
     }
 
-    pub(crate) fn body(&self) -> &Body {
+    pub(crate) fn body(&self) -> &VolumeStorage {
         &self.body
     }
 
-    pub(crate) fn cut(&self) -> Option<Cut<'_>> {
+    pub(crate) fn cut(&self) -> Option<ClipUpdate<'_>> {
         self.kind.cut()
     }
 }
@@ -281,7 +294,7 @@ macro_rules! volumes {
             ///
             /// # Errors
             /// If the device has no room for it.
-            pub async fn upload(field: &GpuField, volume: &Volume) -> Result<Self, GpuError> {
+            pub async fn upload(field: &GpuProgram, volume: &Volume) -> Result<Self, GpuError> {
                 match volume { $(Volume::$name(own) => Upload::upload(own, field).await,)* }
             }
         }
@@ -293,5 +306,5 @@ argil_volume::all_volumes!(volumes);
 /// A representation that can be brought to a device.
 pub(crate) trait Upload {
     /// Brings it over.
-    fn upload<'a>(&'a self, field: &'a GpuField) -> Work<'a, GpuVolume>;
+    fn upload<'a>(&'a self, field: &'a GpuProgram) -> Work<'a, GpuVolume>;
 }

@@ -2,7 +2,7 @@
 
 use argil_field::Program;
 use argil_scene::Scene;
-use argil_volume::{BrickLayout, BrickSettings, Bricks, Lattice};
+use argil_volume::{BrickLayout, BrickSettings, Bricks, VoxelGrid};
 use glam::{IVec3, Vec3};
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
 
@@ -39,11 +39,11 @@ fn marched(bricks: &Bricks, rays: &[[Vec3; 2]]) -> Vec<f32> {
     let [low, high]: [IVec3; 2] = [layout.low(), layout.high()];
     let bound = Bound {
         low: low.to_array(),
-        voxels_a_brick: layout.brick,
+        voxels_a_brick: layout.brick_size_voxels,
         count: (high - low).to_array(),
         rays: rays.len() as u32,
-        corner: layout.lattice.corner.to_array(),
-        voxel: layout.lattice.voxel,
+        corner: layout.voxel_grid.corner.to_array(),
+        voxel: layout.voxel_grid.voxel_size,
         lipschitz: bricks.lipschitz(),
         padding: [0.0; 3],
     };
@@ -149,7 +149,7 @@ fn a_shader_of_ones_own_meets_what_the_field_says() {
         let path = format!("{}/../../scenes/{name}.json", env!("CARGO_MANIFEST_DIR"));
         let scene = Scene::open(path).expect("a scene that ships");
         let program = Program::lower(&scene).expect("a program");
-        let lattice = Lattice::holding(program.aabb(), None, 192).expect("a lattice");
+        let lattice = VoxelGrid::fitting(program.aabb(), None, 192).expect("a lattice");
         let layout = BrickLayout::new(lattice, &BrickSettings::default()).expect("a layout");
         let (bricks, _) = Bricks::bake(&program, layout, None).expect("bricks");
         let held = lattice.aabb();
@@ -170,7 +170,7 @@ fn a_shader_of_ones_own_meets_what_the_field_says() {
                 let p = origin + t * direction;
                 let normal = program.gradient(p).1.try_normalize()?;
                 let aside = normal.any_orthonormal_vector() + 0.1 * normal;
-                Some([p + 2.5 * lattice.voxel * normal, aside.normalize()])
+                Some([p + 2.5 * lattice.voxel_size * normal, aside.normalize()])
             })
             .take(250)
             .collect();
@@ -183,14 +183,14 @@ fn a_shader_of_ones_own_meets_what_the_field_says() {
             if is_hit {
                 hits += 1;
                 let d = program.distance(ray[0] + found * ray[1]);
-                let most = 0.75 * lattice.voxel;
+                let most = 0.75 * lattice.voxel_size;
                 assert!(d.abs() < most, "{name} {ray:?}: {found}, {d} of {most}");
             }
             match exact {
-                Some(t) if is_hit => odd += u32::from((t - found).abs() > 2.0 * lattice.voxel),
+                Some(t) if is_hit => odd += u32::from((t - found).abs() > 2.0 * lattice.voxel_size),
                 Some(_) => odd += 1,
                 // Past an edge, within what bricks tell.
-                None if is_hit => assert!(least < 0.75 * lattice.voxel, "{name} {ray:?}"),
+                None if is_hit => assert!(least < 0.75 * lattice.voxel_size, "{name} {ray:?}"),
                 None => {}
             }
         }

@@ -6,7 +6,7 @@ fn main() {
     let start = std::time::Instant::now();
     let mesh = argil_mesh::read(path.as_ref()).expect("a mesh");
     let read = start.elapsed();
-    let solid = argil_mesh::Solid::new(&mesh).expect("a solid");
+    let solid = argil_mesh::MeshSdf::new(&mesh).expect("a solid");
     let built = start.elapsed();
     let grid = solid.sample(resolution).expect("an inside");
     println!(

@@ -4,9 +4,9 @@
 //! dual contouring one into each cell that the surface goes through. The other way round, a point's distance to triangles is
 //! that to the nearest of them, negative where they wind around it.
 //!
-//! *Practice.* [`marching`] makes meshes of dense grids and sparse bricks, [`exact`] moves their corners to the field's own
-//! surface and asks it for normals and materials, [`dual`] makes sharp ones of them. [`Report`] says whether a mesh is closed
-//! and manifold, [`simplify`] leaves triangles out, [`write`](fn@write) and [`read`] are the files. [`Solid`] repairs
+//! *Practice.* [`marching`] makes meshes of dense grids and sparse bricks, [`project_to_field`] moves their corners to the field's own
+//! surface and asks it for normals and materials, [`dual_contouring`] makes sharp ones of them. [`MeshReport`] says whether a mesh is closed
+//! and manifold, [`simplify`] leaves triangles out, [`write`](fn@write) and [`read`] are the files. [`MeshSdf`] repairs
 //! triangles and measures distances to them.
 //!
 //! ```
@@ -20,18 +20,18 @@
 //! assert!(Report::of(&mesh).is_watertight());
 //! let solid = Solid::new(&mesh)?;
 //! assert!((solid.distance(Vec3::X) - 0.5).abs() < 0.01);
-//! # Ok::<(), argil_mesh::MeshInput>(())
+//! # Ok::<(), argil_mesh::MeshReadError>(())
 //! ```
 
-pub mod dual;
-pub mod exact;
+pub mod dual_contouring;
 pub mod marching;
 mod mesh;
+mod mesh_report;
+mod mesh_sdf;
+pub mod project_to_field;
 mod read;
 mod repair;
-mod report;
 mod simplify;
-mod solid;
 mod thicken;
 mod write;
 
@@ -62,10 +62,10 @@ pub mod wgsl {
 }
 
 pub use mesh::Mesh;
-pub use read::{MeshInput, bytes, from_bytes, read};
-pub use repair::{Repairs, repair};
-pub use report::Report;
+pub use mesh_report::MeshReport;
+pub use mesh_sdf::MeshSdf;
+pub use read::{MeshReadError, bytes, from_bytes, read};
+pub use repair::{RepairReport, repair};
 pub use simplify::simplify;
-pub use solid::Solid;
 pub use thicken::thicken;
-pub use write::{Axes, Format, WriteOptions, write};
+pub use write::{MeshFormat, MeshWriteOptions, UpAxis, write};

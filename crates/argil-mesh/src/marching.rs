@@ -2,8 +2,8 @@
 //! meet there.
 
 pub mod bricks;
+pub mod case_table;
+mod cell_loops;
 pub mod dense;
-mod rings;
 mod signs;
 pub mod surface;
-pub mod table;

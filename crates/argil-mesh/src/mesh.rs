@@ -1,4 +1,4 @@
-use argil_abi::MaterialWords;
+use argil_abi::GpuMaterial;
 use argil_math::Aabb;
 use glam::Vec3;
 
@@ -10,7 +10,7 @@ pub struct Mesh {
     /// A unit normal for each corner, or none.
     pub normals: Vec<Vec3>,
     /// A material for each corner, or none.
-    pub materials: Vec<MaterialWords>,
+    pub materials: Vec<GpuMaterial>,
     /// The corners of each triangle.
     pub triangles: Vec<[u32; 3]>,
 }
@@ -25,7 +25,7 @@ impl Mesh {
     ///
     /// # Panics
     /// If there is no such triangle.
-    pub fn corners(&self, triangle: usize) -> [Vec3; 3] {
+    pub fn triangle_vertices(&self, triangle: usize) -> [Vec3; 3] {
         self.triangles[triangle].map(|i| self.positions[i as usize])
     }
 
@@ -41,7 +41,7 @@ impl Mesh {
     ///
     /// # Panics
     /// If one has a corner that there is not.
-    pub fn part(&self, triangles: &[[u32; 3]]) -> Self {
+    pub fn submesh(&self, triangles: &[[u32; 3]]) -> Self {
         let mut place = vec![u32::MAX; self.positions.len()];
         let mut own = Self::default();
         for triangle in triangles {
@@ -61,7 +61,7 @@ impl Mesh {
 
     /// The same triangles with three corners each that are theirs alone; with the faces' own normals, the 2023 study's true
     /// ones, if asked for. Triangles without an area get a zero normal.
-    pub fn unshared(&self, face_normals: bool) -> Self {
+    pub fn unindexed(&self, face_normals: bool) -> Self {
         let of = |i: u32| self.positions[i as usize];
         let mut out = Self::default();
         for (nth, triangle) in (0..).zip(&self.triangles) {

@@ -4,17 +4,17 @@ mod fault;
 #[cfg(feature = "files")]
 mod formats;
 
-use crate::{Format, Mesh};
-use fault::{MOST_TRIANGLES, ReadFault};
+use crate::{Mesh, MeshFormat};
+use fault::{MAX_TRIANGLES, ReadFault};
 use std::path::{Path, PathBuf};
 
 /// Largest mesh file in bytes.
-const MOST_BYTES: u64 = 4 << 30;
+const MAX_BYTES: u64 = 4 << 30;
 
 /// What is wrong with a mesh that was to be read.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
-pub enum MeshInput {
+pub enum MeshReadError {
     /// Somebody has [cancelled](argil_math::Control::cancel) it.
     #[error("cancelled")]
     Cancelled,
@@ -91,8 +91,8 @@ pub enum MeshInput {
 ///
 /// # Errors
 /// If the file cannot be read or is not what its name says.
-pub fn read(path: &Path) -> Result<Mesh, MeshInput> {
-    let format = Format::of(path).ok_or_else(|| MeshInput::Unknown(path.into()))?;
+pub fn read(path: &Path) -> Result<Mesh, MeshReadError> {
+    let format = MeshFormat::of(path).ok_or_else(|| MeshReadError::Unknown(path.into()))?;
     from_bytes(&bytes(path)?, format, path)
 }
 
@@ -100,8 +100,8 @@ pub fn read(path: &Path) -> Result<Mesh, MeshInput> {
 ///
 /// # Errors
 /// If the file cannot be read, or is too large.
-pub fn bytes(path: &Path) -> Result<Vec<u8>, MeshInput> {
-    let io = |source| MeshInput::Io {
+pub fn bytes(path: &Path) -> Result<Vec<u8>, MeshReadError> {
+    let io = |source| MeshReadError::Io {
         path: path.into(),
         source,
     };
@@ -113,9 +113,9 @@ pub fn bytes(path: &Path) -> Result<Vec<u8>, MeshInput> {
     if !about.is_file() {
         return Err(io(std::io::Error::other("is not a regular file")));
     }
-    if about.len() > MOST_BYTES {
-        let what = format!("{} bytes, and {MOST_BYTES} can be read", about.len());
-        return Err(MeshInput::TooMuch {
+    if about.len() > MAX_BYTES {
+        let what = format!("{} bytes, and {MAX_BYTES} can be read", about.len());
+        return Err(MeshReadError::TooMuch {
             path: path.into(),
             what,
         });
@@ -127,26 +127,26 @@ pub fn bytes(path: &Path) -> Result<Vec<u8>, MeshInput> {
 ///
 /// # Errors
 /// As [`read`].
-pub fn from_bytes(bytes: &[u8], format: Format, path: &Path) -> Result<Mesh, MeshInput> {
+pub fn from_bytes(bytes: &[u8], format: MeshFormat, path: &Path) -> Result<Mesh, MeshReadError> {
     let (kind, found) = parsed(bytes, format);
-    let damaged = |reason| MeshInput::Damaged {
+    let damaged = |reason| MeshReadError::Damaged {
         path: path.into(),
         kind,
         reason,
     };
     let mesh = found.map_err(|fault| match fault {
         ReadFault::Damaged(reason) => damaged(reason),
-        ReadFault::Unsupported(what) => MeshInput::Unsupported {
+        ReadFault::Unsupported(what) => MeshReadError::Unsupported {
             path: path.into(),
             what,
         },
     })?;
-    if mesh.triangles.len() > MOST_TRIANGLES {
+    if mesh.triangles.len() > MAX_TRIANGLES {
         let what = format!(
-            "{} triangles, and {MOST_TRIANGLES} can be read",
+            "{} triangles, and {MAX_TRIANGLES} can be read",
             mesh.triangles.len()
         );
-        return Err(MeshInput::TooMuch {
+        return Err(MeshReadError::TooMuch {
             path: path.into(),
             what,
         });
@@ -159,17 +159,17 @@ pub fn from_bytes(bytes: &[u8], format: Format, path: &Path) -> Result<Mesh, Mes
 }
 
 #[cfg(feature = "files")]
-fn parsed(bytes: &[u8], format: Format) -> (&'static str, Result<Mesh, ReadFault>) {
+fn parsed(bytes: &[u8], format: MeshFormat) -> (&'static str, Result<Mesh, ReadFault>) {
     match format {
-        Format::Obj => ("OBJ", formats::obj(bytes)),
-        Format::Glb => ("GLB", formats::glb(bytes)),
-        Format::Ply => ("PLY", formats::ply(bytes)),
-        Format::Stl => ("STL", formats::stl(bytes)),
+        MeshFormat::Obj => ("OBJ", formats::obj(bytes)),
+        MeshFormat::Glb => ("GLB", formats::glb(bytes)),
+        MeshFormat::Ply => ("PLY", formats::ply(bytes)),
+        MeshFormat::Stl => ("STL", formats::stl(bytes)),
     }
 }
 
 #[cfg(not(feature = "files"))]
-fn parsed(_: &[u8], _: Format) -> (&'static str, Result<Mesh, ReadFault>) {
+fn parsed(_: &[u8], _: MeshFormat) -> (&'static str, Result<Mesh, ReadFault>) {
     let reason = "this program was compiled without mesh files (the feature `mesh-files`)";
     ("mesh", Err(ReadFault::Unsupported(reason.into())))
 }

@@ -9,15 +9,15 @@ use std::collections::HashMap;
 /// What had to be done to triangles so that they enclose something.
 #[derive(Clone, Copy, Debug, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
-pub struct Repairs {
+pub struct RepairReport {
     /// Corners that stood at the same place as another.
     pub welded: u64,
     /// Triangles that were left out: without an area, with a corner that is no number, or there twice.
     pub dropped: u64,
     /// Triangles that were turned over to agree with their neighbours.
-    pub turned: u64,
+    pub flipped: u64,
     /// Parts that were turned inside out as a whole.
-    pub parts_turned: u64,
+    pub parts_flipped: u64,
     /// Holes that were closed.
     pub holes: u64,
     /// Parts that hang together.
@@ -32,7 +32,7 @@ pub struct Repairs {
     pub hole_box: [f32; 6],
 }
 
-impl Repairs {
+impl RepairReport {
     /// What a user should know: what was left out or filled, and where. One sentence each.
     pub fn warnings(&self) -> Vec<String> {
         let held = |[a, b, c, d, e, f]: [f32; 6]| format!("[{a}, {b}, {c}] to [{d}, {e}, {f}]");
@@ -80,8 +80,8 @@ fn joined(known: [f32; 6], held: Aabb, is_first: bool) -> [f32; 6] {
 /// each part's first triangle on; where more than two meet, each is left as it is. Rings of edges that have one triangle are
 /// closed by triangles over half of them, a quarter, and so on. A part whose volume is negative is turned over, unless it lies in another: then it
 /// is a cavity.
-pub fn repair(mesh: &Mesh) -> (Mesh, Repairs) {
-    let mut repairs = Repairs::default();
+pub fn repair(mesh: &Mesh) -> (Mesh, RepairReport) {
+    let mut repairs = RepairReport::default();
     let count = mesh.triangles.len();
     let (mut mesh, welded) = weld(mesh);
     repairs.not_finite = (count - mesh.triangles.len()) as u64;
@@ -89,7 +89,7 @@ pub fn repair(mesh: &Mesh) -> (Mesh, Repairs) {
     drop_doubles(&mut mesh);
     repairs.welded = welded;
     repairs.dropped = (count - mesh.triangles.len()) as u64;
-    let mut beside = neighbours(&mesh.triangles);
+    let mut beside = neighbors(&mesh.triangles);
     let part_of = orient(&mut mesh, &mut beside, &mut repairs);
     let part_of = close(&mut mesh, &beside, part_of, &mut repairs);
     let part_of = drop_sheets(&mut mesh, part_of, &mut repairs);
@@ -180,7 +180,7 @@ pub(super) const OPEN: u32 = u32::MAX;
 pub(super) const SEVERAL: u32 = u32::MAX - 1;
 
 /// The triangle across each edge of each triangle.
-pub(super) fn neighbours(triangles: &[[u32; 3]]) -> Vec<[u32; 3]> {
+pub(super) fn neighbors(triangles: &[[u32; 3]]) -> Vec<[u32; 3]> {
     let mut all: Vec<((u32, u32), u32, u8)> = Vec::with_capacity(3 * triangles.len());
     for (i, triangle) in (0..).zip(triangles) {
         for (k, edge) in (0..).zip(edges(*triangle)) {
@@ -207,7 +207,11 @@ pub(super) fn neighbours(triangles: &[[u32; 3]]) -> Vec<[u32; 3]> {
 }
 
 /// Let neighbours agree; the part that each triangle is of.
-pub(super) fn orient(mesh: &mut Mesh, beside: &mut [[u32; 3]], repairs: &mut Repairs) -> Vec<u32> {
+pub(super) fn orient(
+    mesh: &mut Mesh,
+    beside: &mut [[u32; 3]],
+    repairs: &mut RepairReport,
+) -> Vec<u32> {
     let mut part_of = vec![u32::MAX; mesh.triangles.len()];
     let mut parts = 0;
     for first in 0..mesh.triangles.len() {
@@ -234,7 +238,7 @@ pub(super) fn orient(mesh: &mut Mesh, beside: &mut [[u32; 3]], repairs: &mut Rep
             }
         }
         // The fewer were wrong.
-        repairs.turned += (turned.len() as u64).min(own - turned.len() as u64);
+        repairs.flipped += (turned.len() as u64).min(own - turned.len() as u64);
         parts += 1;
     }
     repairs.parts = u64::from(parts);
@@ -246,7 +250,7 @@ fn close(
     mesh: &mut Mesh,
     beside: &[[u32; 3]],
     mut part_of: Vec<u32>,
-    repairs: &mut Repairs,
+    repairs: &mut RepairReport,
 ) -> Vec<u32> {
     // Along a hole the way back of each open edge. Ascending, so that the result is the same each time.
     let mut next: HashMap<u32, Vec<(u32, u32)>> = HashMap::new();
@@ -309,7 +313,7 @@ fn cap(mesh: &mut Mesh, ring: &[u32]) {
 const FLAT: f64 = 1e-5;
 
 /// Leave out parts that enclose nothing, closed or not; the part of each triangle that is left.
-fn drop_sheets(mesh: &mut Mesh, part_of: Vec<u32>, repairs: &mut Repairs) -> Vec<u32> {
+fn drop_sheets(mesh: &mut Mesh, part_of: Vec<u32>, repairs: &mut RepairReport) -> Vec<u32> {
     let count = repairs.parts as usize;
     let (mut volumes, mut areas) = (vec![0.0f64; count], vec![0.0f64; count]);
     let mut boxes = vec![Aabb::EMPTY; count];
@@ -343,7 +347,7 @@ fn drop_sheets(mesh: &mut Mesh, part_of: Vec<u32>, repairs: &mut Repairs) -> Vec
 }
 
 /// Turn parts over whose inside is out.
-fn turn_parts(mesh: &mut Mesh, part_of: &[u32], repairs: &mut Repairs) {
+fn turn_parts(mesh: &mut Mesh, part_of: &[u32], repairs: &mut RepairReport) {
     let count = repairs.parts as usize;
     let mut volumes = vec![0.0; count];
     let mut a_corner = vec![Vec3::ZERO; count];
@@ -370,7 +374,7 @@ fn turn_parts(mesh: &mut Mesh, part_of: &[u32], repairs: &mut Repairs) {
             }
         }
         turn[part] = around < std::f64::consts::TAU;
-        repairs.parts_turned += u64::from(turn[part]);
+        repairs.parts_flipped += u64::from(turn[part]);
     }
     for (triangle, &part) in mesh.triangles.iter_mut().zip(part_of) {
         if turn[part as usize] {

@@ -36,5 +36,5 @@ fn fewer(mesh: &Mesh, triangles: usize) -> Result<(Mesh, f32), String> {
         Some(&mut error),
     );
     let (left, _) = left.as_chunks::<3>();
-    Ok((mesh.part(left), error))
+    Ok((mesh.submesh(left), error))
 }

@@ -1,7 +1,7 @@
 //! Walls of sheets.
 
-use crate::repair::{OPEN, SEVERAL, drop_doubles, drop_flat, edges, neighbours, orient, weld};
-use crate::{Mesh, Repairs};
+use crate::repair::{OPEN, SEVERAL, drop_doubles, drop_flat, edges, neighbors, orient, weld};
+use crate::{Mesh, RepairReport};
 use glam::Vec3;
 use std::collections::HashMap;
 
@@ -11,8 +11,8 @@ pub fn thicken(mesh: &Mesh, thickness: f32) -> (Mesh, u64) {
     let (mut mesh, _) = weld(mesh);
     drop_flat(&mut mesh);
     drop_doubles(&mut mesh);
-    let mut beside = neighbours(&mesh.triangles);
-    let mut repairs = Repairs::default();
+    let mut beside = neighbors(&mesh.triangles);
+    let mut repairs = RepairReport::default();
     let part_of = orient(&mut mesh, &mut beside, &mut repairs);
     let mut is_open = vec![false; repairs.parts as usize];
     for (across, &part) in beside.iter().zip(&part_of) {

@@ -17,7 +17,7 @@ use std::io::{self, Write};
 /// A kind of mesh file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
-pub enum Format {
+pub enum MeshFormat {
     /// glTF 2.0 in one binary file: normals, materials as metal and roughness, colours of vertices.
     Glb,
     /// Wavefront: text; normals, colours of vertices after their places, as many programs read them.
@@ -28,7 +28,7 @@ pub enum Format {
     Stl,
 }
 
-impl Format {
+impl MeshFormat {
     /// By the ending of a file's name.
     pub fn of(path: &std::path::Path) -> Option<Self> {
         let ending = path.extension()?.to_str()?.to_ascii_lowercase();
@@ -45,7 +45,7 @@ impl Format {
 /// Which way is up, and whether the axes are a right or a left hand's.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
-pub enum Axes {
+pub enum UpAxis {
     /// y up, right-handed: Argil, glTF, Maya, Godot.
     #[default]
     YUp,
@@ -57,7 +57,7 @@ pub enum Axes {
     ZUpLeftHanded,
 }
 
-impl Axes {
+impl UpAxis {
     /// A point or direction as it stands in these axes.
     pub fn turn(self, v: Vec3) -> Vec3 {
         match self {
@@ -77,17 +77,17 @@ impl Axes {
 
 /// How a mesh is written.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct WriteOptions {
+pub struct MeshWriteOptions {
     /// Which way is up.
-    pub axes: Axes,
+    pub axes: UpAxis,
     /// Lengths are multiplied by this.
     pub scale: f32,
 }
 
-impl Default for WriteOptions {
+impl Default for MeshWriteOptions {
     fn default() -> Self {
         Self {
-            axes: Axes::default(),
+            axes: UpAxis::default(),
             scale: 1.0,
         }
     }
@@ -99,30 +99,30 @@ impl Default for WriteOptions {
 /// If `out` does not take it, or the format cannot hold it.
 pub fn write(
     mesh: &Mesh,
-    format: Format,
-    options: &WriteOptions,
+    format: MeshFormat,
+    options: &MeshWriteOptions,
     out: &mut dyn Write,
 ) -> io::Result<()> {
     let turned = turned(mesh, options);
     let mut out = io::BufWriter::with_capacity(1 << 20, out);
     match format {
         #[cfg(feature = "files")]
-        Format::Glb => glb::write(&turned, &mut out)?,
+        MeshFormat::Glb => glb::write(&turned, &mut out)?,
         #[cfg(not(feature = "files"))]
-        Format::Glb => {
+        MeshFormat::Glb => {
             return Err(std::io::Error::other(
                 "this program was compiled without mesh files (the feature `mesh-files`)",
             ));
         }
-        Format::Obj => obj::write(&turned, &mut out)?,
-        Format::Ply => ply::write(&turned, &mut out)?,
-        Format::Stl => stl::write(&turned, &mut out)?,
+        MeshFormat::Obj => obj::write(&turned, &mut out)?,
+        MeshFormat::Ply => ply::write(&turned, &mut out)?,
+        MeshFormat::Stl => stl::write(&turned, &mut out)?,
     }
     out.flush()
 }
 
-fn turned(mesh: &Mesh, options: &WriteOptions) -> Mesh {
-    let WriteOptions { axes, scale } = *options;
+fn turned(mesh: &Mesh, options: &MeshWriteOptions) -> Mesh {
+    let MeshWriteOptions { axes, scale } = *options;
     let mut out = mesh.clone();
     for p in &mut out.positions {
         *p = scale * axes.turn(*p);

@@ -1,11 +1,11 @@
 //! Meshes of fields: closed, the same from a dense grid and from bricks, and where the surface is.
 
 use argil_field::{Grid, Program};
-use argil_mesh::marching::bricks::{self, Marched};
+use argil_mesh::marching::bricks::{self, MarchedMesh};
 use argil_mesh::marching::dense;
-use argil_mesh::{Mesh, Report, dual, exact};
+use argil_mesh::{Mesh, MeshReport, dual_contouring, project_to_field};
 use argil_scene::{Brush, Scene, Shape};
-use argil_volume::{BrickLayout, BrickSettings, Bricks, Lattice};
+use argil_volume::{BrickLayout, BrickSettings, Bricks, VoxelGrid};
 use glam::{UVec3, Vec3};
 
 fn blend() -> Program {
@@ -26,10 +26,10 @@ fn blend() -> Program {
 }
 
 /// The samples of bricks' lattice, at voxels' corners.
-fn corners(program: &Program, lattice: &Lattice) -> (Grid, Vec<f32>) {
+fn corners(program: &Program, lattice: &VoxelGrid) -> (Grid, Vec<f32>) {
     let grid = Grid {
         min: lattice.corner,
-        spacing: Vec3::splat(lattice.voxel),
+        spacing: Vec3::splat(lattice.voxel_size),
         begin: UVec3::ZERO,
         size: lattice.size + 1,
     };
@@ -39,9 +39,9 @@ fn corners(program: &Program, lattice: &Lattice) -> (Grid, Vec<f32>) {
 }
 
 fn baked(program: &Program, resolution: u32, brick: u32) -> Bricks {
-    let lattice = Lattice::holding(program.aabb(), None, resolution).expect("a lattice");
+    let lattice = VoxelGrid::fitting(program.aabb(), None, resolution).expect("a lattice");
     let settings = BrickSettings {
-        brick,
+        brick_size_voxels: brick,
         ..BrickSettings::default()
     };
     let layout = BrickLayout::new(lattice, &settings).expect("a layout");
@@ -53,7 +53,7 @@ fn places(mesh: &Mesh, voxel: f32) -> Vec<[[i64; 3]; 3]> {
     let mut all: Vec<_> = (0..mesh.triangles.len())
         .map(|i| {
             let mut corners = mesh
-                .corners(i)
+                .triangle_vertices(i)
                 .map(|p| (p / (0.001 * voxel)).to_array().map(|c| c.round() as i64));
             let first = (0..3).min_by_key(|&k| corners[k]).unwrap_or(0);
             corners.rotate_left(first);
@@ -70,50 +70,53 @@ fn bricks_and_a_dense_grid_have_the_same_surface() {
     for (resolution, brick) in [(61, 8), (96, 8), (50, 4), (100, 16)] {
         let bricks = baked(&program, resolution, brick);
         let layout = bricks.layout();
-        let (grid, mut d) = corners(&program, &layout.lattice);
+        let (grid, mut d) = corners(&program, &layout.voxel_grid);
         // Rounded as bricks are: what is within half a step from 0 is 0.
-        let step =
-            layout.encoding.range_length(&layout.lattice, 0) / layout.encoding.bits.quanta() as f32;
+        let step = layout.encoding.band_width(&layout.voxel_grid, 0)
+            / layout.encoding.format.max_code() as f32;
         d.iter_mut().for_each(|d| *d = (*d / step).round());
         let whole = dense::march(&d, &grid, 0.0, true);
-        let Marched {
+        let MarchedMesh {
             mesh: sparse,
             groups,
             ..
         } = bricks::march(&bricks);
-        let report = Report::of(&whole);
+        let report = MeshReport::of(&whole);
         assert!(report.is_watertight(), "{resolution}: {report:?}");
-        assert_eq!(report.degenerate, 0);
+        assert_eq!(report.degenerate_triangles, 0);
         assert!(
-            Report::of(&sparse).is_watertight(),
+            MeshReport::of(&sparse).is_watertight(),
             "{resolution}: {:?}",
-            Report::of(&sparse)
+            MeshReport::of(&sparse)
         );
         assert_eq!(sparse.positions.len(), whole.positions.len());
         assert_eq!(sparse.triangles.len(), whole.triangles.len());
         let last = groups.last().expect("bricks");
         assert_eq!(last.ends[2] as usize, sparse.positions.len());
         let (a, b) = (
-            places(&whole, bricks.layout().lattice.voxel),
-            places(&sparse, bricks.layout().lattice.voxel),
+            places(&whole, bricks.layout().voxel_grid.voxel_size),
+            places(&sparse, bricks.layout().voxel_grid.voxel_size),
         );
         let off = a.iter().zip(&b).filter(|(a, b)| a != b).count();
         assert!(off * 1000 < a.len(), "{off} of {}", a.len());
-        assert_eq!(report.euler, Report::of(&sparse).euler);
+        assert_eq!(
+            report.euler_characteristic,
+            MeshReport::of(&sparse).euler_characteristic
+        );
     }
 }
 
 #[test]
 fn normals_and_triangles_point_outwards() {
     let program = blend();
-    let lattice = Lattice::holding(program.aabb(), None, 80).expect("a lattice");
+    let lattice = VoxelGrid::fitting(program.aabb(), None, 80).expect("a lattice");
     let (grid, d) = corners(&program, &lattice);
     let mesh = dense::march(&d, &grid, 0.0, true);
-    let report = Report::of(&mesh);
+    let report = MeshReport::of(&mesh);
     assert!(report.volume > 0.1, "{report:?}");
     for (&p, &n) in mesh.positions.iter().zip(&mesh.normals) {
         let (d, gradient) = program.gradient(p);
-        assert!(d.abs() < 0.3 * lattice.voxel, "{d} at {p}");
+        assert!(d.abs() < 0.3 * lattice.voxel_size, "{d} at {p}");
         assert!(gradient.normalize().dot(n) > 0.6, "{gradient} {n} at {p}");
     }
 }
@@ -128,17 +131,20 @@ fn edges_and_corners_come_out_sharp() {
         .push(Brush::new(shape).rotated(axis, degrees))
         .expect("a brush");
     let program = Program::lower(&scene).expect("a program");
-    let lattice = Lattice::holding(program.aabb(), None, 48).expect("a lattice");
+    let lattice = VoxelGrid::fitting(program.aabb(), None, 48).expect("a lattice");
     let layout = BrickLayout::new(lattice, &BrickSettings::default()).expect("a layout");
-    let (bricks, lists, _) = Bricks::bake_with_lists(&program, layout, None).expect("bricks");
-    let (mut marched, rings) = bricks::march_with_rings(&bricks);
-    exact::refine(&program, &lists, &mut marched);
-    let dual = dual::contour(&lattice, &marched, &rings);
+    let (bricks, lists, _) = Bricks::bake_with_programs(&program, layout, None).expect("bricks");
+    let (mut marched, rings) = bricks::march_with_loops(&bricks);
+    project_to_field::project_to_field(&program, &lists, &mut marched);
+    let dual = dual_contouring::contour(&lattice, &marched, &rings);
 
-    let (soft, sharp) = (Report::of(&marched.mesh), Report::of(&dual));
-    assert!(sharp.is_watertight() && sharp.euler == 2, "{sharp:?}");
+    let (soft, sharp) = (MeshReport::of(&marched.mesh), MeshReport::of(&dual));
+    assert!(
+        sharp.is_watertight() && sharp.euler_characteristic == 2,
+        "{sharp:?}"
+    );
     let size = f64::from(8.0 * half.element_product());
-    let missing = |report: &Report| (1.0 - report.volume / size).abs();
+    let missing = |report: &MeshReport| (1.0 - report.volume / size).abs();
     // Where an edge passes by the grid's own without crossing one, nothing tells of it.
     assert!(missing(&sharp) < 3e-4, "{} of {size}", sharp.volume);
     // Marching cubes cut the edges off.
@@ -152,7 +158,7 @@ fn edges_and_corners_come_out_sharp() {
     let beveled = |mesh: &Mesh| {
         let mut area = 0.0;
         for t in 0..mesh.triangles.len() {
-            let [a, b, c] = mesh.corners(t);
+            let [a, b, c] = mesh.triangle_vertices(t);
             let cross = back * (b - a).cross(c - a);
             if cross.normalize_or_zero().abs().max_element() < 0.999 {
                 area += 0.5 * cross.length();
@@ -184,23 +190,23 @@ fn dual_meshes_of_noise_close() {
             .expect("a brush");
     }
     let program = Program::lower(&scene).expect("a program");
-    let lattice = Lattice::holding(program.aabb(), None, 60).expect("a lattice");
+    let lattice = VoxelGrid::fitting(program.aabb(), None, 60).expect("a lattice");
     let layout = BrickLayout::new(lattice, &BrickSettings::default()).expect("a layout");
-    let (bricks, lists, _) = Bricks::bake_with_lists(&program, layout, None).expect("bricks");
-    let (mut marched, rings) = bricks::march_with_rings(&bricks);
-    exact::refine(&program, &lists, &mut marched);
-    let report = Report::of(&dual::contour(&lattice, &marched, &rings));
-    let soft = Report::of(&marched.mesh);
+    let (bricks, lists, _) = Bricks::bake_with_programs(&program, layout, None).expect("bricks");
+    let (mut marched, rings) = bricks::march_with_loops(&bricks);
+    project_to_field::project_to_field(&program, &lists, &mut marched);
+    let report = MeshReport::of(&dual_contouring::contour(&lattice, &marched, &rings));
+    let soft = MeshReport::of(&marched.mesh);
     assert!(
         soft.is_watertight() && report.is_watertight(),
         "{soft:?} {report:?}"
     );
     // Joining a face the other way round cuts a bridge.
     assert!(
-        (report.euler - soft.euler).abs() <= 4,
+        (report.euler_characteristic - soft.euler_characteristic).abs() <= 4,
         "{} {}",
-        report.euler,
-        soft.euler
+        report.euler_characteristic,
+        soft.euler_characteristic
     );
     // Balls of two voxels: what marching cubes cut off counts.
     assert!((1.0..1.25).contains(&(report.volume / soft.volume)));
@@ -224,7 +230,7 @@ fn noise_of_any_kind_gives_a_closed_surface() {
         })
         .collect();
     let grid = Grid::spanning(Vec3::ZERO, Vec3::ONE, n as u32);
-    let report = Report::of(&dense::march(&d, &grid, 0.0, false));
+    let report = MeshReport::of(&dense::march(&d, &grid, 0.0, false));
     assert!(report.is_watertight(), "{report:?}");
     assert!(report.triangles > 100_000);
 }
@@ -252,7 +258,7 @@ fn rows_of_any_length() {
         );
         assert!(mesh.normals.iter().all(|&n| n.dot(Vec3::X) > 0.99));
         let out = |t: usize| {
-            let [a, b, c] = mesh.corners(t);
+            let [a, b, c] = mesh.triangle_vertices(t);
             (b - a).cross(c - a).x
         };
         assert!((0..40).all(|t| out(t) > 0.0), "{n}");
@@ -273,18 +279,18 @@ fn normals_at_creases_are_turned_outwards() {
     scene.push(slab(24.0)).expect("a brush");
     scene.push(slab(70.0).subtract()).expect("a brush");
     let program = Program::lower(&scene).expect("a program");
-    let lattice = Lattice::holding(program.aabb(), None, 48).expect("a lattice");
+    let lattice = VoxelGrid::fitting(program.aabb(), None, 48).expect("a lattice");
     let layout = BrickLayout::new(lattice, &BrickSettings::default()).expect("a layout");
-    let (bricks, lists, _) = Bricks::bake_with_lists(&program, layout, None).expect("bricks");
+    let (bricks, lists, _) = Bricks::bake_with_programs(&program, layout, None).expect("bricks");
     let mut marched = bricks::march(&bricks);
-    exact::refine(&program, &lists, &mut marched);
-    let against = |marched: &bricks::Marched| {
-        let of = |group: &bricks::Group| {
+    project_to_field::project_to_field(&program, &lists, &mut marched);
+    let against = |marched: &bricks::MarchedMesh| {
+        let of = |group: &bricks::BrickVertexRange| {
             let ends = group.ends;
             (group.begin..ends[2])
                 .filter(|at| {
                     let axis = ends.iter().position(|end| at < end).expect("an axis");
-                    let [a, b] = marched.spans[*at as usize];
+                    let [a, b] = marched.edge_distances[*at as usize];
                     marched.mesh.normals[*at as usize][axis] * (b - a) < 0.0
                 })
                 .count()
@@ -292,11 +298,11 @@ fn normals_at_creases_are_turned_outwards() {
         marched.groups.iter().map(of).sum::<usize>()
     };
     assert!(against(&marched) > 0);
-    let lengths = |marched: &bricks::Marched| -> f32 {
+    let lengths = |marched: &bricks::MarchedMesh| -> f32 {
         marched.mesh.normals.iter().map(|n| n.length()).sum()
     };
     let before = lengths(&marched);
-    exact::outwards(&mut marched);
+    project_to_field::orient_normals(&mut marched);
     assert_eq!((against(&marched), lengths(&marched)), (0, before));
 }
 
@@ -315,15 +321,18 @@ fn dual_meshes_have_no_flat_triangles() {
                 scene.push(brush).expect("a brush");
             }
             let program = Program::lower(&scene).expect("a program");
-            let lattice = Lattice::holding(program.aabb(), None, resolution).expect("a lattice");
+            let lattice = VoxelGrid::fitting(program.aabb(), None, resolution).expect("a lattice");
             let layout = BrickLayout::new(lattice, &BrickSettings::default()).expect("a layout");
             let (bricks, lists, _) =
-                Bricks::bake_with_lists(&program, layout, None).expect("bricks");
-            let (mut marched, rings) = bricks::march_with_rings(&bricks);
-            exact::refine(&program, &lists, &mut marched);
-            let report = Report::of(&dual::contour(&lattice, &marched, &rings));
+                Bricks::bake_with_programs(&program, layout, None).expect("bricks");
+            let (mut marched, rings) = bricks::march_with_loops(&bricks);
+            project_to_field::project_to_field(&program, &lists, &mut marched);
+            let report = MeshReport::of(&dual_contouring::contour(&lattice, &marched, &rings));
             assert!(report.is_watertight(), "{resolution}: {report:?}");
-            assert_eq!(report.degenerate, 0, "{resolution}, {blend}: {report:?}");
+            assert_eq!(
+                report.degenerate_triangles, 0,
+                "{resolution}, {blend}: {report:?}"
+            );
         }
     }
 }

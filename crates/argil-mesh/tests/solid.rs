@@ -5,9 +5,10 @@
 use argil_field::{Grid, Program};
 use argil_mesh::marching::dense;
 use argil_mesh::{
-    Format, Mesh, MeshInput, Report, Solid, WriteOptions, from_bytes, repair, thicken, write,
+    Mesh, MeshFormat, MeshReadError, MeshReport, MeshSdf, MeshWriteOptions, from_bytes, repair,
+    thicken, write,
 };
-use argil_scene::{Brush, Measure, MeshGrid, SampledBlock, Scene, Shape};
+use argil_scene::{Brush, DistanceSampler, LoadedGrid, SampledBlock, Scene, Shape};
 use glam::Vec3;
 use std::path::Path;
 use std::sync::Arc;
@@ -42,7 +43,7 @@ fn points() -> Vec<Vec3> {
 fn slow(mesh: &Mesh, p: Vec3) -> f64 {
     let (mut best, mut turns) = (f64::INFINITY, 0.0);
     for i in 0..mesh.triangles.len() {
-        let [a, b, c] = mesh.corners(i).map(|c| (c - p).as_dvec3());
+        let [a, b, c] = mesh.triangle_vertices(i).map(|c| (c - p).as_dvec3());
         let n = (b - a).cross(c - a);
         let within = [(a, b), (b, c), (c, a)]
             .iter()
@@ -71,7 +72,7 @@ fn slow(mesh: &Mesh, p: Vec3) -> f64 {
 #[test]
 fn the_tree_finds_what_looking_at_all_finds() {
     let mesh = mesh(24);
-    let solid = Solid::new(&mesh).expect("a solid");
+    let solid = MeshSdf::new(&mesh).expect("a solid");
     let points = points();
     let mut d = vec![0.0; points.len()];
     solid.distances(&points, &mut d);
@@ -89,12 +90,12 @@ fn the_tree_finds_what_looking_at_all_finds() {
 #[test]
 fn flipped_split_and_open_meshes_come_out_solid() {
     let whole = mesh(40);
-    let solid = Solid::new(&whole).expect("a solid");
+    let solid = MeshSdf::new(&whole).expect("a solid");
     let points = points();
     let mut right = vec![0.0; points.len()];
     solid.distances(&points, &mut right);
     let same = |mesh: &Mesh, tolerance: f32| {
-        let solid = Solid::new(mesh).expect("a solid");
+        let solid = MeshSdf::new(mesh).expect("a solid");
         let mut d = vec![0.0; points.len()];
         solid.distances(&points, &mut d);
         for ((&a, &b), p) in right.iter().zip(&d).zip(&points) {
@@ -106,14 +107,14 @@ fn flipped_split_and_open_meshes_come_out_solid() {
     // Inside out as a whole; here and there; with corners of its own for each triangle, as STL has it.
     let mut turned = whole.clone();
     turned.triangles.iter_mut().for_each(|t| t.swap(1, 2));
-    assert!(same(&turned, 1e-6).parts_turned > 0);
+    assert!(same(&turned, 1e-6).parts_flipped > 0);
     let mut some = whole.clone();
     some.triangles
         .iter_mut()
         .step_by(7)
         .for_each(|t| t.swap(1, 2));
-    assert!(same(&some, 1e-6).turned > 100);
-    let unshared = whole.unshared(false);
+    assert!(same(&some, 1e-6).flipped > 100);
+    let unshared = whole.unindexed(false);
     assert!(same(&unshared, 1e-6).welded > 1000);
 
     // Without a patch of triangles.
@@ -123,11 +124,11 @@ fn flipped_split_and_open_meshes_come_out_solid() {
         t.iter()
             .all(|&i| whole.positions[i as usize].distance(far) > 0.08)
     });
-    assert!(!Report::of(&open).is_watertight());
+    assert!(!MeshReport::of(&open).is_watertight());
     let repairs = same(&open, 0.02);
     assert_eq!(repairs.holes, 1);
     let (closed, _) = repair(&open);
-    assert!(Report::of(&closed).is_watertight());
+    assert!(MeshReport::of(&closed).is_watertight());
 }
 
 #[test]
@@ -153,7 +154,7 @@ fn a_cavity_stays_hollow_and_crossing_parts_are_one_solid() {
         a.positions.extend(b.positions);
         a.triangles
             .extend(b.triangles.iter().map(|t| t.map(|i| base + i)));
-        Solid::new(&a).expect("a solid")
+        MeshSdf::new(&a).expect("a solid")
     };
     let hollow = joined(ball(0.9, Vec3::ZERO, false), ball(0.5, Vec3::ZERO, true));
     assert!(hollow.distance(Vec3::ZERO) > 0.45 && hollow.distance(Vec3::X * 0.7) < -0.15);
@@ -165,13 +166,13 @@ fn a_cavity_stays_hollow_and_crossing_parts_are_one_solid() {
     for x in [-0.5, 0.0, 0.5] {
         assert!(both.distance(Vec3::X * x) < 0.0, "{x}");
     }
-    assert_eq!(both.repairs().parts_turned, 1);
+    assert_eq!(both.repairs().parts_flipped, 1);
 }
 
 #[test]
 fn samples_follow_the_triangles() {
     let mesh = mesh(60);
-    let solid = Solid::new(&mesh).expect("a solid");
+    let solid = MeshSdf::new(&mesh).expect("a solid");
     let grid = solid.sample(96).expect("an inside");
     assert!(grid.lipschitz() <= 1.74, "{}", grid.lipschitz());
     let spacing = grid.spacing();
@@ -179,7 +180,7 @@ fn samples_follow_the_triangles() {
     let shape = Shape::Mesh {
         path: "ring.obj".into(),
         resolution: 96,
-        grid: MeshGrid(Some(Arc::new(grid))),
+        grid: LoadedGrid(Some(Arc::new(grid))),
     };
     scene.push(Brush::new(shape)).expect("a brush");
     let program = Program::lower(&scene).expect("a program");
@@ -203,18 +204,27 @@ fn samples_follow_the_triangles() {
 #[test]
 fn files_come_back_as_they_were_written() {
     let mesh = mesh(30);
-    let own = Report::of(&mesh);
-    for format in [Format::Glb, Format::Obj, Format::Ply, Format::Stl] {
+    let own = MeshReport::of(&mesh);
+    for format in [
+        MeshFormat::Glb,
+        MeshFormat::Obj,
+        MeshFormat::Ply,
+        MeshFormat::Stl,
+    ] {
         let mut bytes = Vec::new();
-        write(&mesh, format, &WriteOptions::default(), &mut bytes).expect("a file");
+        write(&mesh, format, &MeshWriteOptions::default(), &mut bytes).expect("a file");
         let back = from_bytes(&bytes, format, Path::new("mesh"))
             .expect("a mesh")
             .welded();
-        let report = Report::of(&back);
+        let report = MeshReport::of(&back);
         assert!(report.is_watertight(), "{format:?} {report:?}");
         assert_eq!(
-            (report.vertices, report.triangles, report.euler),
-            (own.vertices, own.triangles, own.euler)
+            (
+                report.vertices,
+                report.triangles,
+                report.euler_characteristic
+            ),
+            (own.vertices, own.triangles, own.euler_characteristic)
         );
         assert!((report.volume - own.volume).abs() < 1e-6, "{format:?}");
 
@@ -227,29 +237,29 @@ fn files_come_back_as_they_were_written() {
             let mut damaged = bytes.clone();
             damaged[at] ^= 0x55;
             let _ = from_bytes(&damaged, format, Path::new("mesh"))
-                .map(|mesh| Solid::new(&mesh).map(|s| s.triangles()));
+                .map(|mesh| MeshSdf::new(&mesh).map(|s| s.triangles()));
         }
     }
 }
 
 #[test]
 fn axes_and_units() {
-    use argil_mesh::Axes;
+    use argil_mesh::UpAxis;
     let mesh = mesh(20);
     for axes in [
-        Axes::YUp,
-        Axes::ZUp,
-        Axes::YUpLeftHanded,
-        Axes::ZUpLeftHanded,
+        UpAxis::YUp,
+        UpAxis::ZUp,
+        UpAxis::YUpLeftHanded,
+        UpAxis::ZUpLeftHanded,
     ] {
-        let options = WriteOptions { axes, scale: 100.0 };
+        let options = MeshWriteOptions { axes, scale: 100.0 };
         let mut bytes = Vec::new();
-        write(&mesh, Format::Ply, &options, &mut bytes).expect("a file");
-        let back = from_bytes(&bytes, Format::Ply, Path::new("mesh")).expect("a mesh");
-        let volume = Report::of(&back).volume;
+        write(&mesh, MeshFormat::Ply, &options, &mut bytes).expect("a file");
+        let back = from_bytes(&bytes, MeshFormat::Ply, Path::new("mesh")).expect("a mesh");
+        let volume = MeshReport::of(&back).volume;
         // The cross product of two sides points out.
         assert!(
-            (volume / (Report::of(&mesh).volume * 1e6) - 1.0).abs() < 1e-4,
+            (volume / (MeshReport::of(&mesh).volume * 1e6) - 1.0).abs() < 1e-4,
             "{axes:?} {volume}"
         );
         let first = axes.turn(mesh.positions[0]) * 100.0;
@@ -259,20 +269,20 @@ fn axes_and_units() {
 
 #[test]
 fn what_is_no_mesh_is_told() {
-    let nothing = from_bytes(b"", Format::Obj, Path::new("empty.obj"))
-        .map(|mesh| Solid::new(&mesh).map(|_| ()));
-    assert!(matches!(nothing, Ok(Err(MeshInput::Nothing)) | Err(_)));
+    let nothing = from_bytes(b"", MeshFormat::Obj, Path::new("empty.obj"))
+        .map(|mesh| MeshSdf::new(&mesh).map(|_| ()));
+    assert!(matches!(nothing, Ok(Err(MeshReadError::Nothing)) | Err(_)));
     let flat = b"v 0 0 0\nv 1 0 0\nv 2 0 0\nv nan 0 1\nf 1 2 3\nf 1 2 4\n";
-    let flat = from_bytes(flat, Format::Obj, Path::new("flat.obj")).expect("a mesh");
-    assert!(matches!(Solid::new(&flat), Err(MeshInput::Nothing)));
-    for format in [Format::Glb, Format::Ply, Format::Stl] {
+    let flat = from_bytes(flat, MeshFormat::Obj, Path::new("flat.obj")).expect("a mesh");
+    assert!(matches!(MeshSdf::new(&flat), Err(MeshReadError::Nothing)));
+    for format in [MeshFormat::Glb, MeshFormat::Ply, MeshFormat::Stl] {
         let error =
             from_bytes(b"solid nonsense", format, Path::new("x")).map(|m| m.triangles.len());
         assert!(!matches!(error, Ok(1..)), "{format:?} {error:?}");
     }
     let beyond = from_bytes(
         b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n",
-        Format::Obj,
+        MeshFormat::Obj,
         Path::new("x.obj"),
     );
     assert!(beyond.is_err());
@@ -295,7 +305,7 @@ fn blocks_of_samples_are_exact_near_the_surface() {
         mesh.triangles
             .extend(own.map(|t: [u32; 3]| t.map(|i| first + i)));
     }
-    let solid = Solid::new(&mesh).expect("a solid");
+    let solid = MeshSdf::new(&mesh).expect("a solid");
     let step = 0.02;
     let (near, far) = (2.0 * step, 8.0 * step);
     let (mut nears, mut fars) = (0, 0);
@@ -336,7 +346,7 @@ fn blocks_of_samples_are_exact_near_the_surface() {
 }
 
 /// A GLB of one tetrahedron, after its JSON was changed.
-fn glb_with(change: impl Fn(&mut serde_json::Value)) -> Result<Mesh, MeshInput> {
+fn glb_with(change: impl Fn(&mut serde_json::Value)) -> Result<Mesh, MeshReadError> {
     let tetrahedron = Mesh {
         positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::Z],
         triangles: vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]],
@@ -345,8 +355,8 @@ fn glb_with(change: impl Fn(&mut serde_json::Value)) -> Result<Mesh, MeshInput> 
     let mut bytes = std::io::Cursor::new(Vec::new());
     write(
         &tetrahedron,
-        Format::Glb,
-        &WriteOptions::default(),
+        MeshFormat::Glb,
+        &MeshWriteOptions::default(),
         &mut bytes,
     )
     .expect("a file");
@@ -358,7 +368,7 @@ fn glb_with(change: impl Fn(&mut serde_json::Value)) -> Result<Mesh, MeshInput> 
         ..file
     };
     let bytes = changed.to_vec().expect("a GLB");
-    from_bytes(&bytes, Format::Glb, Path::new("changed.glb"))
+    from_bytes(&bytes, MeshFormat::Glb, Path::new("changed.glb"))
 }
 
 #[test]
@@ -367,7 +377,10 @@ fn senseless_glbs_are_refused_and_end() {
     assert_eq!(glb_with(|_| {}).map(|m| m.triangles.len()).ok(), Some(4));
     let damaged = |change: &dyn Fn(&mut serde_json::Value)| {
         let found = glb_with(change).map(|mesh| mesh.triangles.len());
-        assert!(matches!(found, Err(MeshInput::Damaged { .. })), "{found:?}");
+        assert!(
+            matches!(found, Err(MeshReadError::Damaged { .. })),
+            "{found:?}"
+        );
     };
     // Nodes in a circle, or twice.
     damaged(&|root| root["nodes"][0]["children"] = json!([0]));
@@ -414,7 +427,7 @@ fn senseless_glbs_are_refused_and_end() {
 #[test]
 fn surfaces_with_two_sides_come_out_solid() {
     let whole = mesh(40);
-    let solid = Solid::new(&whole).expect("a solid");
+    let solid = MeshSdf::new(&whole).expect("a solid");
     for turned in [false, true] {
         let mut both = whole.clone();
         let again = whole
@@ -422,7 +435,7 @@ fn surfaces_with_two_sides_come_out_solid() {
             .iter()
             .map(|&[a, b, c]| if turned { [a, c, b] } else { [b, c, a] });
         both.triangles.extend(again);
-        let own = Solid::new(&both).expect("a solid");
+        let own = MeshSdf::new(&both).expect("a solid");
         assert_eq!(own.triangles(), whole.triangles.len());
         assert_eq!(own.repairs().parts, solid.repairs().parts);
         for p in points().into_iter().take(500) {
@@ -439,8 +452,8 @@ fn what_encloses_nothing_or_cannot_be_measured_is_told() {
         ..Mesh::default()
     };
     assert!(matches!(
-        Solid::new(&square),
-        Err(MeshInput::Sheets { size: 1.0 })
+        MeshSdf::new(&square),
+        Err(MeshReadError::Sheets { size: 1.0 })
     ));
     // A sheet beside a solid is left out, and told; with a thickness it is a wall.
     let mut both = mesh(30);
@@ -449,7 +462,7 @@ fn what_encloses_nothing_or_cannot_be_measured_is_told() {
     both.positions.extend(moved);
     let sheet = square.triangles.iter().map(|t| t.map(|i| base + i));
     both.triangles.extend(sheet);
-    let solid = Solid::new(&both).expect("a solid");
+    let solid = MeshSdf::new(&both).expect("a solid");
     assert_eq!(solid.repairs().sheets, 1);
     assert!(solid.aabb().max.y < 2.0, "{:?}", solid.aabb());
     assert_eq!(solid.repairs().sheet_box, [0.0, 2.0, 0.0, 1.0, 3.0, 0.0]);
@@ -457,8 +470,8 @@ fn what_encloses_nothing_or_cannot_be_measured_is_told() {
     assert!(solid.repairs().warnings()[0].contains("[0, 2, 0] to [1, 3, 0]"));
     let (walls, parts) = thicken(&both, 0.1);
     assert_eq!(parts, 1);
-    assert!(Report::of(&walls).is_watertight());
-    let solid = Solid::new(&walls).expect("a solid");
+    assert!(MeshReport::of(&walls).is_watertight());
+    let solid = MeshSdf::new(&walls).expect("a solid");
     assert_eq!((solid.repairs().sheets, solid.repairs().holes), (0, 0));
     let d = solid.distance(Vec3::new(0.5, 2.5, 0.0));
     assert!((d + 0.05).abs() < 1e-4, "{d}");
@@ -466,25 +479,28 @@ fn what_encloses_nothing_or_cannot_be_measured_is_told() {
     let mut odd = mesh(20);
     let triangles = odd.triangles.iter().filter(|t| t.contains(&7)).count() as u64;
     odd.positions[7].y = f32::NAN;
-    let solid = Solid::new(&odd).expect("a solid");
+    let solid = MeshSdf::new(&odd).expect("a solid");
     assert_eq!(solid.repairs().not_finite, triangles);
     assert!(solid.repairs().warnings()[0].contains("not finite"));
     for scale in [1e-30, 1e-6, 1e7, 1e30, 3e38] {
         let mut scaled = mesh(20);
         scaled.positions.iter_mut().for_each(|p| *p *= scale);
-        let found = Solid::new(&scaled).map(|solid| solid.triangles());
+        let found = MeshSdf::new(&scaled).map(|solid| solid.triangles());
         assert!(found.is_err(), "{scale}: {found:?}");
     }
     for scale in [1e-3, 1e4] {
         let mut scaled = mesh(20);
         scaled.positions.iter_mut().for_each(|p| *p *= scale);
-        let solid = Solid::new(&scaled).expect("a solid");
+        let solid = MeshSdf::new(&scaled).expect("a solid");
         let d = solid.distance(Vec3::X * (0.5 * scale)) / scale;
         assert!((d + 0.2).abs() < 0.02, "{scale}: {d}");
     }
     let mut away = mesh(20);
     away.positions.iter_mut().for_each(|p| p.x += 1e6);
-    assert!(matches!(Solid::new(&away), Err(MeshInput::Extent { .. })));
+    assert!(matches!(
+        MeshSdf::new(&away),
+        Err(MeshReadError::Extent { .. })
+    ));
 }
 
 /// A part within another leaves nothing in the distances, as it is no surface of the solid.
@@ -514,13 +530,13 @@ fn nested_and_overlapping_parts_are_one_solid() {
         }
     };
     let nested = both(sphere(1.0, Vec3::ZERO), sphere(0.5, Vec3::ZERO));
-    let solid = Solid::new(&nested).expect("a solid");
+    let solid = MeshSdf::new(&nested).expect("a solid");
     for (p, expected) in [(0.0, -1.0), (0.4, -0.6), (0.6, -0.4), (1.5, 0.5)] {
         let d = solid.distance(p * Vec3::X);
         assert!((d - expected).abs() < 0.01, "{p}: {d}");
     }
     let crossing = both(sphere(0.8, Vec3::ZERO), sphere(0.8, 0.8 * Vec3::X));
-    let solid = Solid::new(&crossing).expect("a solid");
+    let solid = MeshSdf::new(&crossing).expect("a solid");
     // From the middle of the first, the second's sheet was the nearest before.
     for (p, expected) in [(Vec3::ZERO, -0.8), (Vec3::new(0.3, 0.0, 0.0), -0.747)] {
         let d = solid.distance(p);
@@ -529,7 +545,7 @@ fn nested_and_overlapping_parts_are_one_solid() {
     // A cavity stays one.
     let mut inner = sphere(0.5, Vec3::ZERO);
     inner.triangles.iter_mut().for_each(|t| t.swap(1, 2));
-    let hollow = Solid::new(&both(sphere(1.0, Vec3::ZERO), inner)).expect("a solid");
+    let hollow = MeshSdf::new(&both(sphere(1.0, Vec3::ZERO), inner)).expect("a solid");
     assert!((hollow.distance(Vec3::ZERO) - 0.5).abs() < 0.01);
     assert!((hollow.distance(0.75 * Vec3::X) + 0.25).abs() < 0.01);
 }
@@ -540,11 +556,12 @@ fn strips_are_read_and_compressed_files_are_named() {
     let strips = "ply\nformat ascii 1.0\nelement vertex 5\nproperty float x\nproperty float y\nproperty float z\n\
         element tristrips 1\nproperty list int int vertex_indices\nend_header\n\
         0 0 0\n1 0 0\n0 1 0\n1 1 0\n0 0 1\n8 0 1 2 3 -1 0 2 4\n";
-    let mesh = from_bytes(strips.as_bytes(), Format::Ply, Path::new("strips.ply")).expect("a mesh");
+    let mesh =
+        from_bytes(strips.as_bytes(), MeshFormat::Ply, Path::new("strips.ply")).expect("a mesh");
     assert_eq!(mesh.triangles, [[0, 1, 2], [2, 1, 3], [0, 2, 4]]);
     let bad = from_bytes(
         b"v 0 0 0\nv 1 x 0\nf 1 2 3\n",
-        Format::Obj,
+        MeshFormat::Obj,
         Path::new("bad.obj"),
     );
     let text = bad.expect_err("a fault").to_string();
@@ -556,7 +573,7 @@ fn strips_are_read_and_compressed_files_are_named() {
     glb.extend((json.len() as u32).to_le_bytes());
     glb.extend(b"JSON");
     glb.extend(json);
-    let text = from_bytes(&glb, Format::Glb, Path::new("a.glb"))
+    let text = from_bytes(&glb, MeshFormat::Glb, Path::new("a.glb"))
         .expect_err("a fault")
         .to_string();
     assert!(

@@ -7,13 +7,13 @@
 //! *Practice.* Beyond the border is the border's pixel again. Windows are products of rows and columns.
 
 use crate::Picture;
-use crate::window::Plane;
-use crate::{SizesDiffer, check_sizes};
+use crate::separable_filter::FilterPlane;
+use crate::{SizeMismatch, check_sizes};
 use rayon::prelude::*;
 use std::f32::consts::{PI, SQRT_2};
 
 /// Pixels a degree where a screen of 3840 pixels, 0.7 m wide, is seen from 0.7 m: what the authors take.
-pub const PIXELS_A_DEGREE: f32 = 0.7 * 3840.0 / 0.7 * PI / 180.0;
+pub const PIXELS_PER_DEGREE: f32 = 0.7 * 3840.0 / 0.7 * PI / 180.0;
 
 /// The difference of each pixel, row by row.
 #[derive(Clone, Debug)]
@@ -36,7 +36,7 @@ impl FlipMap {
 ///
 /// # Errors
 /// If the sizes differ.
-pub fn flip(a: &Picture, b: &Picture, pixels_a_degree: f32) -> Result<FlipMap, SizesDiffer> {
+pub fn flip(a: &Picture, b: &Picture, pixels_a_degree: f32) -> Result<FlipMap, SizeMismatch> {
     check_sizes(a, b)?;
     let [own, other] = [a, b].map(opponent);
     let color = color_difference(&own, &other, pixels_a_degree);
@@ -85,7 +85,7 @@ fn inverse(m: &[[f32; 3]; 3]) -> [[f32; 3]; 3] {
 }
 
 /// Brightness, red against green, blue against yellow (YCxCz).
-fn opponent(picture: &Picture) -> [Plane; 3] {
+fn opponent(picture: &Picture) -> [FilterPlane; 3] {
     let (width, height) = (picture.size()[0] as usize, picture.size()[1] as usize);
     let white = white();
     let pixels: Vec<[f32; 3]> = picture
@@ -97,7 +97,7 @@ fn opponent(picture: &Picture) -> [Plane; 3] {
             [116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)]
         })
         .collect();
-    [0, 1, 2].map(|k| Plane::from_fn(width, height, |i| pixels[i][k]))
+    [0, 1, 2].map(|k| FilterPlane::from_fn(width, height, |i| pixels[i][k]))
 }
 
 /// The contrast sensitivity of a channel: up to two Gaussians, each with a weight and a width.
@@ -108,7 +108,7 @@ const SENSITIVITY: [[[f32; 2]; 2]; 3] = [
 ];
 
 /// A channel as the eye sees it.
-fn blurred(plane: &Plane, channel: usize, pixels_a_degree: f32) -> Plane {
+fn blurred(plane: &FilterPlane, channel: usize, pixels_a_degree: f32) -> FilterPlane {
     let widest = 0.04f32;
     let reach = (3.0 * (widest / (2.0 * PI * PI)).sqrt() * pixels_a_degree).ceil() as i32;
     let gaussians = SENSITIVITY[channel].map(|[a, b]| {
@@ -122,7 +122,7 @@ fn blurred(plane: &Plane, channel: usize, pixels_a_degree: f32) -> Plane {
         (weight, line)
     });
     let total: f32 = gaussians.iter().map(|(weight, _)| weight).sum();
-    let mut out = Plane::from_fn(plane.width, plane.height, |_| 0.0);
+    let mut out = FilterPlane::from_fn(plane.width, plane.height, |_| 0.0);
     for (weight, line) in gaussians {
         if weight > 0.0 {
             let own = plane.filtered(&line, &line);
@@ -160,9 +160,9 @@ fn hyab(a: [f32; 3], b: [f32; 3]) -> f32 {
     (a[0] - b[0]).abs() + ((a[1] - b[1]).powi(2) + (a[2] - b[2]).powi(2)).sqrt()
 }
 
-fn color_difference(a: &[Plane; 3], b: &[Plane; 3], pixels_a_degree: f32) -> Vec<f32> {
+fn color_difference(a: &[FilterPlane; 3], b: &[FilterPlane; 3], pixels_a_degree: f32) -> Vec<f32> {
     let (white, to_rgb) = (white(), inverse(&XYZ));
-    let seen = |planes: &[Plane; 3]| {
+    let seen = |planes: &[FilterPlane; 3]| {
         let planes = [0, 1, 2].map(|k| blurred(&planes[k], k, pixels_a_degree));
         let count = planes[0].values.len();
         let lab = (0..count).into_par_iter().map(|i| {
@@ -180,7 +180,7 @@ fn color_difference(a: &[Plane; 3], b: &[Plane; 3], pixels_a_degree: f32) -> Vec
     let (a, b) = (seen(a), seen(b));
     const POWER: f32 = 0.7;
     const FEW: f32 = 0.4;
-    const MOST: f32 = 0.95;
+    const MAX_CONTRAST: f32 = 0.95;
     let greatest = hyab(hunt_lab([0.0, 1.0, 0.0]), hunt_lab([0.0, 0.0, 1.0])).powf(POWER);
     let knee = FEW * greatest;
     a.par_iter()
@@ -188,9 +188,9 @@ fn color_difference(a: &[Plane; 3], b: &[Plane; 3], pixels_a_degree: f32) -> Vec
         .map(|(&a, &b)| {
             let d = hyab(a, b).powf(POWER);
             if d < knee {
-                d * MOST / knee
+                d * MAX_CONTRAST / knee
             } else {
-                MOST + (d - knee) / (greatest - knee) * (1.0 - MOST)
+                MAX_CONTRAST + (d - knee) / (greatest - knee) * (1.0 - MAX_CONTRAST)
             }
         })
         .collect()
@@ -206,7 +206,7 @@ fn balanced(line: &[f32], gaussian: &[f32]) -> Vec<f32> {
         .collect()
 }
 
-fn feature_difference(a: &Plane, b: &Plane, pixels_a_degree: f32) -> Vec<f32> {
+fn feature_difference(a: &FilterPlane, b: &FilterPlane, pixels_a_degree: f32) -> Vec<f32> {
     // Half the width of an edge that is looked for, in degrees.
     let sigma = 0.5 * 0.082 * pixels_a_degree;
     let reach = (3.0 * sigma).ceil() as i32;
@@ -218,8 +218,8 @@ fn feature_difference(a: &Plane, b: &Plane, pixels_a_degree: f32) -> Vec<f32> {
     let gaussian = of(&|_, g| g);
     let edge = balanced(&of(&|x, g| -x * g), &gaussian);
     let point = balanced(&of(&|x, g| (x * x / (sigma * sigma) - 1.0) * g), &gaussian);
-    let magnitudes = |plane: &Plane| {
-        let bright = Plane::from_fn(plane.width, plane.height, |i| {
+    let magnitudes = |plane: &FilterPlane| {
+        let bright = FilterPlane::from_fn(plane.width, plane.height, |i| {
             (plane.values[i] + 16.0) / 116.0
         });
         [&edge, &point].map(|line| {

@@ -6,7 +6,7 @@
 //! usual one of that size.
 
 use crate::Picture;
-use crate::{SizesDiffer, check_sizes};
+use crate::{SizeMismatch, check_sizes};
 use rayon::prelude::*;
 
 /// Pixels to each side.
@@ -40,7 +40,7 @@ pub fn laplacian(picture: &Picture) -> Picture {
 
 /// What two Laplacians differ by.
 #[derive(Clone, Debug)]
-pub struct Difference {
+pub struct LaplacianDifference {
     /// The absolute difference of each channel of each pixel.
     pub picture: Picture,
     /// Pixels in which it is 0 in all channels.
@@ -55,12 +55,12 @@ pub struct Difference {
 ///
 /// # Errors
 /// If their sizes differ.
-pub fn difference(a: &Picture, b: &Picture) -> Result<Difference, SizesDiffer> {
+pub fn difference(a: &Picture, b: &Picture) -> Result<LaplacianDifference, SizeMismatch> {
     check_sizes(a, b)?;
     Ok(between(&laplacian(a), &laplacian(b)))
 }
 
-fn between(a: &Picture, b: &Picture) -> Difference {
+fn between(a: &Picture, b: &Picture) -> LaplacianDifference {
     let pixels: Vec<[u8; 3]> = a
         .pixels()
         .iter()
@@ -75,7 +75,7 @@ fn between(a: &Picture, b: &Picture) -> Difference {
         sum += pixel.iter().map(|&c| u64::from(c)).sum::<u64>();
     }
     let [width, height] = a.size();
-    Difference {
+    LaplacianDifference {
         picture: of_pixels(width, height, &pixels),
         equal_pixels,
         mean_abs: sum as f64 / (3 * pixels.len()).max(1) as f64,

@@ -1,11 +1,11 @@
 use crate::Picture;
-use crate::{SizesDiffer, check_sizes};
+use crate::{SizeMismatch, check_sizes};
 
 /// The peak signal-to-noise ratio in decibels, over all channels of 8-bit sRGB as stored; infinite for equal pictures.
 ///
 /// # Errors
 /// If the sizes differ.
-pub fn psnr(a: &Picture, b: &Picture) -> Result<f64, SizesDiffer> {
+pub fn psnr(a: &Picture, b: &Picture) -> Result<f64, SizeMismatch> {
     check_sizes(a, b)?;
     let squares = a.rgb().iter().zip(b.rgb());
     let sum: f64 = squares
@@ -19,7 +19,7 @@ pub fn psnr(a: &Picture, b: &Picture) -> Result<f64, SizesDiffer> {
 ///
 /// # Errors
 /// If the sizes differ.
-pub fn differing_pixels(a: &Picture, b: &Picture) -> Result<u64, SizesDiffer> {
+pub fn differing_pixels(a: &Picture, b: &Picture) -> Result<u64, SizeMismatch> {
     check_sizes(a, b)?;
     Ok(a.pixels()
         .iter()

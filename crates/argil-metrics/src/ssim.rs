@@ -1,8 +1,8 @@
 //! Structural similarity.
 
 use crate::Picture;
-use crate::window::Plane;
-use crate::{SizesDiffer, check_sizes};
+use crate::separable_filter::FilterPlane;
+use crate::{SizeMismatch, check_sizes};
 
 /// Pixels from the middle of the window to its border.
 const REACH: usize = 5;
@@ -15,7 +15,7 @@ const SIGMA: f32 = 1.5;
 ///
 /// # Errors
 /// If the sizes differ.
-pub fn ssim(a: &Picture, b: &Picture) -> Result<f64, SizesDiffer> {
+pub fn ssim(a: &Picture, b: &Picture) -> Result<f64, SizeMismatch> {
     check_sizes(a, b)?;
     let channels = (0..3).map(|channel| of_channel(a, b, channel));
     Ok(channels.sum::<f64>() / 3.0)
@@ -31,7 +31,7 @@ fn of_channel(a: &Picture, b: &Picture, channel: usize) -> f64 {
     // About the middle of the range, so that variances are not lost in rounding.
     let value = |picture: &Picture, i: usize| f32::from(picture.rgb()[3 * i + channel]) - 128.0;
     let mean = |of: &(dyn Fn(f32, f32) -> f32 + Sync + Send)| {
-        Plane::from_fn(width, height, |i| of(value(a, i), value(b, i)))
+        FilterPlane::from_fn(width, height, |i| of(value(a, i), value(b, i)))
             .filtered(&weights, &weights)
             .values
     };

@@ -3,13 +3,13 @@
 //! *Theory.* Points spread evenly over one surface are measured to the other, and the other way round. The Hausdorff distance
 //! is the greatest of all those, the Chamfer distance the sum of both means.
 
-use crate::Spread;
+use crate::ErrorStats;
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
 /// Points on triangles, as many a unit of area everywhere: `count` in all, by area from a low-discrepancy sequence (Roberts'
 /// R₃, 2018), so that they are the same each time. Triangles without an area get none.
-pub fn points_on(triangles: &[[Vec3; 3]], count: usize) -> Vec<Vec3> {
+pub fn sample_surface(triangles: &[[Vec3; 3]], count: usize) -> Vec<Vec3> {
     let area = |[a, b, c]: &[Vec3; 3]| f64::from(0.5 * (*b - *a).cross(*c - *a).length());
     let mut ends = Vec::with_capacity(triangles.len());
     let mut total = 0.0;
@@ -43,35 +43,35 @@ pub fn points_on(triangles: &[[Vec3; 3]], count: usize) -> Vec<Vec3> {
 
 /// How far two surfaces are apart.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Apart {
+pub struct SurfaceDistance {
     /// From points of the first to the second.
-    pub forth: Spread,
+    pub forward: ErrorStats,
     /// From points of the second to the first.
-    pub back: Spread,
+    pub backward: ErrorStats,
 }
 
-impl Apart {
+impl SurfaceDistance {
     /// Of points of two surfaces, and the distances that each surface tells of a point.
     pub fn of(
         first: (&[Vec3], &dyn Fn(Vec3) -> f32),
         second: (&[Vec3], &dyn Fn(Vec3) -> f32),
     ) -> Self {
         let from = |points: &[Vec3], to: &dyn Fn(Vec3) -> f32| {
-            Spread::of(points.iter().map(|&p| f64::from(to(p))))
+            ErrorStats::of(points.iter().map(|&p| f64::from(to(p))))
         };
         Self {
-            forth: from(first.0, second.1),
-            back: from(second.0, first.1),
+            forward: from(first.0, second.1),
+            backward: from(second.0, first.1),
         }
     }
 
     /// The Hausdorff distance.
     pub fn hausdorff(&self) -> f64 {
-        self.forth.max.max(self.back.max)
+        self.forward.max.max(self.backward.max)
     }
 
     /// The Chamfer distance.
     pub fn chamfer(&self) -> f64 {
-        self.forth.mean + self.back.mean
+        self.forward.mean + self.backward.mean
     }
 }

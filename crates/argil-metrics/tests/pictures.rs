@@ -36,7 +36,7 @@ fn measures_agree_with_independent_ones() {
         assert!((found - number(case, "psnr_db")).abs() < 1e-9, "{found}");
         let found = ssim(&a, &b).expect("one size");
         assert!((found - number(case, "ssim")).abs() < 1e-5, "{found}");
-        let found = flip::flip(&a, &b, flip::PIXELS_A_DEGREE).expect("one size");
+        let found = flip::flip(&a, &b, flip::PIXELS_PER_DEGREE).expect("one size");
         assert_eq!(found.values.len(), 240 * 160);
         let mean = found.mean();
         assert!((mean - number(case, "flip_mean")).abs() < 1e-4, "{mean}");
@@ -60,7 +60,7 @@ fn equal_pictures_are_equal_and_others_are_not() {
     let a = picture("teapot-field.png");
     assert_eq!(psnr(&a, &a), Ok(f64::INFINITY));
     assert!((ssim(&a, &a).expect("one size") - 1.0).abs() < 1e-9);
-    let same = flip::flip(&a, &a, flip::PIXELS_A_DEGREE).expect("one size");
+    let same = flip::flip(&a, &a, flip::PIXELS_PER_DEGREE).expect("one size");
     assert_eq!(same.mean(), 0.0);
     let mut rgb = a.rgb().to_vec();
     let at = 3 * (80 * a.size()[0] as usize + 120);
@@ -68,7 +68,7 @@ fn equal_pictures_are_equal_and_others_are_not() {
     let b = Picture::new(a.size(), rgb).expect("a picture");
     assert!(psnr(&a, &b).expect("one size") < 100.0);
     assert!(ssim(&a, &b).expect("one size") < 1.0);
-    let other = flip::flip(&a, &b, flip::PIXELS_A_DEGREE).expect("one size");
+    let other = flip::flip(&a, &b, flip::PIXELS_PER_DEGREE).expect("one size");
     assert!(other.mean() > 1e-5);
     assert_eq!(differing_pixels(&a, &b), Ok(1));
     // A pixel is in the windows of 25.
@@ -81,7 +81,7 @@ fn equal_pictures_are_equal_and_others_are_not() {
     let most = flip::flip(
         &plain([0, 255, 0]),
         &plain([0, 0, 255]),
-        flip::PIXELS_A_DEGREE,
+        flip::PIXELS_PER_DEGREE,
     );
     let most = most.expect("one size").mean();
     assert!((most - 1.0).abs() < 1e-3, "{most}");

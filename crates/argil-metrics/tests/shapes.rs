@@ -1,7 +1,7 @@
 //! Measures of depths, surfaces and stored distances, where the answer is known.
 
-use argil_metrics::surface::{Apart, points_on};
-use argil_metrics::{Spread, depth};
+use argil_metrics::surface::{SurfaceDistance, sample_surface};
+use argil_metrics::{ErrorStats, depth};
 use glam::Vec3;
 
 /// Triangles of a sphere: a cube's faces, cut and blown up.
@@ -30,9 +30,9 @@ fn sphere(radius: f32, cuts: usize) -> Vec<[Vec3; 3]> {
 #[test]
 fn spheres_are_as_far_apart_as_their_radii() {
     let (small, large) = (sphere(1.0, 40), sphere(1.25, 40));
-    let (small, large) = (points_on(&small, 5000), points_on(&large, 5000));
+    let (small, large) = (sample_surface(&small, 5000), sample_surface(&large, 5000));
     assert_eq!(small.len(), 5000);
-    let apart = Apart::of(
+    let apart = SurfaceDistance::of(
         (&small, &|p: Vec3| p.length() - 1.0),
         (&large, &|p: Vec3| p.length() - 1.25),
     );
@@ -40,7 +40,7 @@ fn spheres_are_as_far_apart_as_their_radii() {
     assert!((apart.chamfer() - 0.5).abs() < 0.004, "{apart:?}");
     // One that is shifted: the greatest distance is the shift, the mean about half of it.
     let shift = Vec3::X * 0.1;
-    let apart = Apart::of(
+    let apart = SurfaceDistance::of(
         (&small, &|p: Vec3| p.length() - 1.0),
         (
             &small.iter().map(|&p| p + shift).collect::<Vec<_>>(),
@@ -54,7 +54,7 @@ fn spheres_are_as_far_apart_as_their_radii() {
 /// Points lie everywhere alike: as many on each eighth, and their middle is that of the sphere.
 #[test]
 fn points_are_spread_by_area() {
-    let points = points_on(&sphere(1.0, 30), 8000);
+    let points = sample_surface(&sphere(1.0, 30), 8000);
     let mut counts = [0; 8];
     for p in &points {
         let bits = [p.x, p.y, p.z].map(|c| usize::from(c > 0.0));
@@ -68,9 +68,12 @@ fn points_are_spread_by_area() {
         [Vec3::ZERO, Vec3::X, Vec3::Y],
         [Vec3::Z, Vec3::Z + 3.0 * Vec3::X, Vec3::Z + 3.0 * Vec3::Y],
     ];
-    let low = points_on(&wide, 1000).iter().filter(|p| p.z == 0.0).count();
+    let low = sample_surface(&wide, 1000)
+        .iter()
+        .filter(|p| p.z == 0.0)
+        .count();
     assert!((95..105).contains(&low), "{low}");
-    assert!(points_on(&[[Vec3::X; 3]], 10).is_empty() && points_on(&[], 10).is_empty());
+    assert!(sample_surface(&[[Vec3::X; 3]], 10).is_empty() && sample_surface(&[], 10).is_empty());
 }
 
 #[test]
@@ -87,10 +90,10 @@ fn depths_and_silhouettes() {
 
 #[test]
 fn errors_count_within_the_band() {
-    let found = Spread::within_band(&[0.1, -0.9, 1.0, 0.5], &[0.2, -0.9, 0.4, 2.0], 1.0);
+    let found = ErrorStats::within_band(&[0.1, -0.9, 1.0, 0.5], &[0.2, -0.9, 0.4, 2.0], 1.0);
     assert_eq!(found.count, 2);
     assert!((found.max - 0.1).abs() < 1e-6);
     // A number that is none is no agreement.
-    assert_eq!(Spread::of([0.0, f64::NAN]).max, f64::INFINITY);
-    assert_eq!(Spread::of([]), Spread::default());
+    assert_eq!(ErrorStats::of([0.0, f64::NAN]).max, f64::INFINITY);
+    assert_eq!(ErrorStats::of([]), ErrorStats::default());
 }

@@ -4,7 +4,7 @@
 //! equal scenes in the same order, they give equal scenes, with the same ids of nodes. [`Scene::action_line`] writes one for a
 //! [journal](crate::Journal) or another machine.
 
-use crate::{Body, Edit, EditError, Edited, Entry, NodeId, Scene};
+use crate::{Edit, EditError, EditOutcome, NodeDesc, NodeId, NodeKind, Scene};
 use std::collections::BTreeMap;
 
 /// A brush, or a group with all that it holds, apart from any scene.
@@ -21,11 +21,11 @@ use std::collections::BTreeMap;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
-pub struct Subtree {
+pub struct NodeTree {
     /// The brush or group itself.
-    pub entry: Entry,
+    pub desc: NodeDesc,
     /// What a group holds, in order.
-    pub children: Vec<Subtree>,
+    pub children: Vec<NodeTree>,
 }
 
 /// Why a line of a log was refused. The scene is as it was.
@@ -89,7 +89,7 @@ pub enum Action {
         /// Where in the group, from 0 to its length.
         index: usize,
         /// What to put there.
-        tree: Subtree,
+        tree: NodeTree,
     },
     /// See [`Scene::rename_meshes`].
     RenameMeshes(BTreeMap<String, String>),
@@ -110,7 +110,7 @@ impl Action {
     }
 
     /// The entries that it puts into the scene.
-    pub fn entries(&self) -> impl Iterator<Item = &Entry> {
+    pub fn entries(&self) -> impl Iterator<Item = &NodeDesc> {
         let (one, tree) = match self {
             Self::Edit(Edit::Insert { entry, .. } | Edit::Replace { entry, .. }) => {
                 (Some(entry), None)
@@ -119,18 +119,18 @@ impl Action {
             _ => (None, None),
         };
         one.into_iter()
-            .chain(tree.into_iter().flat_map(Subtree::entries))
+            .chain(tree.into_iter().flat_map(NodeTree::entries))
     }
 }
 
-impl Subtree {
+impl NodeTree {
     /// Its own entry and those of all that it holds, in no order.
-    pub fn entries(&self) -> impl Iterator<Item = &Entry> {
+    pub fn entries(&self) -> impl Iterator<Item = &NodeDesc> {
         let mut open = vec![self];
         std::iter::from_fn(move || {
             let next = open.pop()?;
             open.extend(&next.children);
-            Some(&next.entry)
+            Some(&next.desc)
         })
     }
 
@@ -147,7 +147,7 @@ impl Subtree {
 }
 
 /// Without recursion: files may nest groups deeper than a thread's stack is long.
-impl Drop for Subtree {
+impl Drop for NodeTree {
     fn drop(&mut self) {
         let mut open = std::mem::take(&mut self.children);
         while let Some(mut next) = open.pop() {
@@ -157,23 +157,23 @@ impl Drop for Subtree {
 }
 
 /// Refuse to put something into a brush.
-fn check_group(tree: &Subtree) -> Result<(), LogError> {
-    match tree.entry.body {
-        Body::Shape(_) if !tree.children.is_empty() => Err(LogError::Both),
+fn check_group(tree: &NodeTree) -> Result<(), LogError> {
+    match tree.desc.kind {
+        NodeKind::Shape(_) if !tree.children.is_empty() => Err(LogError::Both),
         _ => Ok(()),
     }
 }
 
 impl Scene {
     /// A node with all that it holds.
-    pub fn subtree(&self, node: NodeId) -> Subtree {
-        let alone = |node: NodeId| Subtree {
-            entry: self.node(node).entry().clone(),
+    pub fn subtree(&self, node: NodeId) -> NodeTree {
+        let alone = |node: NodeId| NodeTree {
+            desc: self.node(node).desc().clone(),
             children: Vec::new(),
         };
         // Those that are not whole yet, the innermost last, with the children that they lack, the next last.
         let lacking = |node: NodeId| self.node(node).children().iter().rev().copied().collect();
-        let mut open: Vec<(Subtree, Vec<NodeId>)> = vec![(alone(node), lacking(node))];
+        let mut open: Vec<(NodeTree, Vec<NodeId>)> = vec![(alone(node), lacking(node))];
         loop {
             let (_, next) = open.last_mut().expect("the outermost is taken last");
             if let Some(child) = next.pop() {
@@ -191,7 +191,7 @@ impl Scene {
     ///
     /// # Errors
     /// If it cannot be done. Nothing is changed then.
-    pub fn perform(&mut self, action: &Action) -> Result<Option<Edited>, LogError> {
+    pub fn perform(&mut self, action: &Action) -> Result<Option<EditOutcome>, LogError> {
         match action {
             Action::Edit(edit) => Ok(Some(self.apply(edit.clone())?)),
             Action::InsertTree {
@@ -225,7 +225,7 @@ impl Scene {
         &mut self,
         action: &Action,
         check: impl FnOnce(&Self, NodeId) -> Result<(), E>,
-    ) -> Result<Option<Edited>, LogError> {
+    ) -> Result<Option<EditOutcome>, LogError> {
         if !action.is_edit() {
             return self.perform(action);
         }
@@ -246,18 +246,18 @@ impl Scene {
         &mut self,
         parent: NodeId,
         index: usize,
-        tree: &Subtree,
-    ) -> Result<Edited, LogError> {
+        tree: &NodeTree,
+    ) -> Result<EditOutcome, LogError> {
         let group = Edit::Insert {
             parent,
             index,
-            entry: tree.entry.clone(),
+            entry: tree.desc.clone(),
         };
         // Whether all of it can be done is known before any of it is.
         let mut open = vec![tree];
         while let Some(own) = open.pop() {
             check_group(own)?;
-            self.check_entry(&own.entry)?;
+            self.check_entry(&own.desc)?;
             open.extend(&own.children);
         }
         if tree.children.is_empty() {
@@ -275,7 +275,7 @@ impl Scene {
     }
 
     /// Insert a group, and then what it holds.
-    fn insert_each(&mut self, group: Edit, inner: &[Subtree]) -> Result<Edited, EditError> {
+    fn insert_each(&mut self, group: Edit, inner: &[NodeTree]) -> Result<EditOutcome, EditError> {
         let made = self.apply(group)?;
         let mut all = made;
         let mut open = vec![(made.node, inner)];
@@ -284,7 +284,7 @@ impl Scene {
                 let own = self.apply(Edit::Insert {
                     parent,
                     index,
-                    entry: tree.entry.clone(),
+                    entry: tree.desc.clone(),
                 })?;
                 all.dirty_box = all.dirty_box.union(own.dirty_box);
                 open.push((own.node, &tree.children));

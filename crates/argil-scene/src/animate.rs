@@ -1,11 +1,11 @@
 //! A scene at a time.
 
 use crate::keyframe::{at, mix, mix_turns, rotation};
-use crate::{Entry, Modifier, NodeId, Scene};
+use crate::{Modifier, NodeDesc, NodeId, Scene};
 
-impl Entry {
+impl NodeDesc {
     /// The entry as it acts at a time in seconds.
-    pub(crate) fn posed(&self, time: f32) -> Self {
+    pub(crate) fn evaluated_at(&self, time: f32) -> Self {
         let mut posed = self.clone();
         let keys = std::mem::take(&mut posed.keyframes);
         if let Some(by) = at(&keys, time, |k| k.scale, mix) {
@@ -19,7 +19,7 @@ impl Entry {
             posed.modifiers.push(Modifier::Translate { by });
         }
         if let Some(amount) = at(&keys, time, |k| k.amount, mix) {
-            posed.operator.amount = amount;
+            posed.operator.morph_amount = amount;
         }
         if let Some(blend) = at(&keys, time, |k| k.blend, mix) {
             posed.operator.blend = blend;
@@ -36,37 +36,37 @@ impl Scene {
 
     /// The last keyframe's time in seconds; `None` of a scene in which nothing moves.
     pub fn duration(&self) -> Option<f32> {
-        self.walk()
-            .filter_map(|id| self.node(id).entry.keyframes.last())
+        self.iter()
+            .filter_map(|id| self.node(id).desc.keyframes.last())
             .map(|last| last.time)
             .reduce(f32::max)
     }
 
     /// The scene as it stands, without keyframes.
-    pub fn frozen(&self) -> Self {
+    pub fn baked_at_current_time(&self) -> Self {
         let mut frozen = self.clone();
         for i in 0..frozen.nodes.len() {
-            if let Some(posed) = &frozen.nodes[i].posed {
+            if let Some(posed) = &frozen.nodes[i].evaluated {
                 let posed = (**posed).clone();
                 let node = &mut frozen.nodes[i];
-                (node.entry, node.posed) = (posed, None);
+                (node.desc, node.evaluated) = (posed, None);
             }
         }
         frozen.time = 0.0;
         frozen
     }
 
-    /// Let everything with keyframes stand as at a time. What moves becomes a [change](crate::Change) each; it is no step of
+    /// Let everything with keyframes stand as at a time. What moves becomes a [change](crate::SceneChange) each; it is no step of
     /// the history. A time that is not finite is 0.
     pub fn set_time(&mut self, time: f32) {
         self.time = if time.is_finite() { time } else { 0.0 };
         let moving: Vec<NodeId> = self
-            .walk()
-            .filter(|&id| !self.node(id).entry.keyframes.is_empty())
+            .iter()
+            .filter(|&id| !self.node(id).desc.keyframes.is_empty())
             .collect();
         for node in moving {
-            let posed = self.node(node).entry.posed(self.time);
-            if Some(&posed) != self.node(node).posed.as_deref() {
+            let posed = self.node(node).desc.evaluated_at(self.time);
+            if Some(&posed) != self.node(node).evaluated.as_deref() {
                 self.pose(node, posed);
             }
         }
@@ -76,7 +76,7 @@ impl Scene {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Ease, Keyframe, Turn};
+    use crate::{AxisAngle, Ease, Keyframe};
     use glam::Vec3;
 
     fn keys(values: &[(f32, f32, Ease)]) -> Vec<Keyframe> {
@@ -118,22 +118,22 @@ mod tests {
     #[test]
     fn what_comes_back_stands_as_at_the_time() {
         let mut scene = Scene::new();
-        let mut ball = crate::Brush::new(crate::Shape::sphere(0.1));
+        let mut sphere = crate::Brush::new(crate::Shape::sphere(0.1));
         for (time, x) in [(0.0, 0.0), (2.0, 1.0)] {
-            ball = ball.keyframe(Keyframe {
+            sphere = sphere.keyframe(Keyframe {
                 time,
                 translate: Some([x, 0.0, 0.0]),
                 ..Keyframe::default()
             });
         }
-        let node = scene.push(ball).expect("a valid brush").node;
-        let own = scene.node(node).acting().clone();
+        let node = scene.push(sphere).expect("a valid brush").node;
+        let own = scene.node(node).at_current_time().clone();
         scene
             .apply(crate::Edit::Remove { node })
             .expect("it is there");
         scene.set_time(1.0);
         assert!(scene.undo());
-        let there = scene.node(node).acting();
+        let there = scene.node(node).at_current_time();
         assert_ne!(*there, own);
         assert_eq!(
             there.modifiers,
@@ -142,12 +142,12 @@ mod tests {
             }]
         );
         assert_eq!(scene.duration(), Some(2.0));
-        assert_eq!(scene.frozen().duration(), None);
+        assert_eq!(scene.baked_at_current_time().duration(), None);
     }
 
     #[test]
     fn turns_about_one_axis_keep_their_rounds() {
-        let turn = |axis, degrees| Turn { axis, degrees };
+        let turn = |axis, degrees| AxisAngle { axis, degrees };
         let y = [0.0, 1.0, 0.0];
         assert_eq!(
             mix_turns(turn(y, 0.0), turn(y, 720.0), 0.5).degrees,

@@ -1,12 +1,12 @@
 //! Edits, their undoing, and the boxes they make dirty.
 
-use crate::change::Change;
-use crate::extent::Extents;
-use crate::history::{Step, is_covered};
+use crate::bounds::Extents;
+use crate::change::SceneChange;
+use crate::history::{HistoryStep, is_covered};
 use crate::influence::influence;
 use crate::node::pose_of;
 use crate::transform::push_transform;
-use crate::{Body, Entry, Fault, Material, Modifier, NodeId, Scene};
+use crate::{Material, Modifier, NodeDesc, NodeId, NodeKind, Scene, ValidationError};
 use argil_math::Aabb;
 
 /// A change of a scene that can be undone.
@@ -20,7 +20,7 @@ pub enum Edit {
         /// Where in the group, from 0 to its length.
         index: usize,
         /// What to put there.
-        entry: Entry,
+        entry: NodeDesc,
     },
     /// Take a brush, or a group with all that it holds, out of the scene.
     Remove {
@@ -32,7 +32,7 @@ pub enum Edit {
         /// Which.
         node: NodeId,
         /// What it becomes.
-        entry: Entry,
+        entry: NodeDesc,
     },
     /// Put a node elsewhere in the order, or into another group.
     Move {
@@ -72,10 +72,10 @@ type Boxes = (Option<NodeId>, [Aabb; 2], [f32; 2]);
 
 /// What an edit did.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Edited {
+pub struct EditOutcome {
     /// The node that was made or changed.
     pub node: NodeId,
-    /// Outside this box no distance below the first of the scene's [bands](Scene::bands) changed, nor did a material.
+    /// Outside this box no distance below the first of the scene's [bands](Scene::margins) changed, nor did a material.
     pub dirty_box: Aabb,
 }
 
@@ -124,12 +124,12 @@ pub enum EditError {
     },
     /// A value in the entry cannot be used.
     #[error(transparent)]
-    Fault(#[from] Fault),
+    Fault(#[from] ValidationError),
 }
 
 impl Scene {
     /// Put a brush or an empty group at the end of the scene.
-    pub fn push(&mut self, entry: impl Into<Entry>) -> Result<Edited, EditError> {
+    pub fn push(&mut self, entry: impl Into<NodeDesc>) -> Result<EditOutcome, EditError> {
         self.push_into(Self::ROOT, entry)
     }
 
@@ -137,8 +137,8 @@ impl Scene {
     pub fn push_into(
         &mut self,
         parent: NodeId,
-        entry: impl Into<Entry>,
-    ) -> Result<Edited, EditError> {
+        entry: impl Into<NodeDesc>,
+    ) -> Result<EditOutcome, EditError> {
         let index = self
             .get(parent)
             .ok_or(EditError::NoSuchNode(parent))?
@@ -152,7 +152,7 @@ impl Scene {
     }
 
     /// Do an edit. What was undone before can then not be redone.
-    pub fn apply(&mut self, edit: Edit) -> Result<Edited, EditError> {
+    pub fn apply(&mut self, edit: Edit) -> Result<EditOutcome, EditError> {
         let step = self.step(edit)?;
         let (edited, inverse) = self.take(step);
         let history = &mut self.history;
@@ -177,7 +177,7 @@ impl Scene {
     }
 
     /// Check an edit and turn it into a step.
-    fn step(&mut self, edit: Edit) -> Result<Step, EditError> {
+    fn step(&mut self, edit: Edit) -> Result<HistoryStep, EditError> {
         Ok(match edit {
             Edit::Insert {
                 parent,
@@ -188,7 +188,7 @@ impl Scene {
                 self.load(&mut entry);
                 self.check_place(parent, index)?;
                 let node = self.add_node(entry, None);
-                Step::Attach {
+                HistoryStep::Attach {
                     node,
                     parent,
                     index,
@@ -196,18 +196,18 @@ impl Scene {
             }
             Edit::Remove { node } => {
                 self.check_inner(node)?;
-                Step::Detach { node }
+                HistoryStep::Detach { node }
             }
             Edit::Replace { node, mut entry } => {
                 self.check_inner(node)?;
                 self.check_entry(&entry)?;
                 self.load(&mut entry);
-                let same = matches!(self.node(node).entry.body, Body::Group)
-                    == matches!(entry.body, Body::Group);
+                let same = matches!(self.node(node).desc.kind, NodeKind::Group)
+                    == matches!(entry.kind, NodeKind::Group);
                 if !same {
                     return Err(EditError::OtherKind(self.path(node)));
                 }
-                Step::Set { node, entry }
+                HistoryStep::Set { node, entry }
             }
             Edit::Move {
                 node,
@@ -218,7 +218,7 @@ impl Scene {
                 self.check_outside(parent, node)?;
                 let own_place = usize::from(self.node(node).parent == Some(parent));
                 self.check_place(parent, index.saturating_add(own_place))?;
-                Step::Move {
+                HistoryStep::Move {
                     node,
                     parent,
                     index,
@@ -226,11 +226,11 @@ impl Scene {
             }
             Edit::SetVisible { node, visible } => {
                 self.check_inner(node)?;
-                Step::Set {
+                HistoryStep::Set {
                     node,
-                    entry: Entry {
+                    entry: NodeDesc {
                         visible,
-                        ..self.node(node).entry.clone()
+                        ..self.node(node).desc.clone()
                     },
                 }
             }
@@ -239,91 +239,97 @@ impl Scene {
                 if !by.is_similarity() {
                     return Err(EditError::NotATransform);
                 }
-                let mut entry = self.node(node).entry.clone();
+                let mut entry = self.node(node).desc.clone();
                 let nth = entry.modifiers.len();
                 by.check()
                     .map_err(|fault| fault.within(&format!("modifiers[{nth}]")))?;
                 push_transform(&mut entry.modifiers, by);
                 self.check_entry(&entry)?;
-                Step::Set { node, entry }
+                HistoryStep::Set { node, entry }
             }
             Edit::SetMaterial { name, material } => {
                 match &material {
                     Some(material) => material.check()?,
                     None => self.check_unused(&name)?,
                 }
-                Step::SetMaterial { name, material }
+                HistoryStep::SetMaterial { name, material }
             }
         })
     }
 
     /// Take a checked step; the step back.
-    pub(crate) fn take(&mut self, step: Step) -> (Edited, Step) {
+    pub(crate) fn take(&mut self, step: HistoryStep) -> (EditOutcome, HistoryStep) {
         let node = match step {
-            Step::Attach { node, .. }
-            | Step::Detach { node }
-            | Step::Set { node, .. }
-            | Step::Move { node, .. } => node,
-            Step::SetMaterial { .. } => Self::ROOT,
+            HistoryStep::Attach { node, .. }
+            | HistoryStep::Detach { node }
+            | HistoryStep::Set { node, .. }
+            | HistoryStep::Move { node, .. } => node,
+            HistoryStep::SetMaterial { .. } => Self::ROOT,
         };
         let before = self.boxes(node);
         let inverse = match step {
-            Step::Attach {
+            HistoryStep::Attach {
                 node,
                 parent,
                 index,
             } => {
                 self.attach(node, parent, index);
-                Step::Detach { node }
+                HistoryStep::Detach { node }
             }
-            Step::Detach { node } => {
+            HistoryStep::Detach { node } => {
                 let (parent, index) = self.detach(node);
-                Step::Attach {
+                HistoryStep::Attach {
                     node,
                     parent,
                     index,
                 }
             }
-            Step::Set { node, mut entry } => {
+            HistoryStep::Set { node, mut entry } => {
                 // It may be from before its mesh was there.
                 self.load(&mut entry);
                 self.count(node, false);
                 let own = &mut self.nodes[node.index()];
-                std::mem::swap(&mut own.entry, &mut entry);
-                own.posed = pose_of(&own.entry, self.time);
+                std::mem::swap(&mut own.desc, &mut entry);
+                own.evaluated = pose_of(&own.desc, self.time);
                 self.count(node, true);
-                Step::Set { node, entry }
+                HistoryStep::Set { node, entry }
             }
-            Step::Move {
+            HistoryStep::Move {
                 node,
                 parent,
                 index,
             } => {
                 let (old_parent, old_index) = self.detach(node);
                 self.attach(node, parent, index);
-                Step::Move {
+                HistoryStep::Move {
                     node,
                     parent: old_parent,
                     index: old_index,
                 }
             }
-            Step::SetMaterial { name, material } => return self.take_material(name, material),
+            HistoryStep::SetMaterial { name, material } => {
+                return self.take_material(name, material);
+            }
         };
         let dirty_box = self.note(node, before);
-        (Edited { node, dirty_box }, inverse)
+        (EditOutcome { node, dirty_box }, inverse)
     }
 
-    fn take_material(&mut self, name: String, material: Option<Material>) -> (Edited, Step) {
+    fn take_material(
+        &mut self,
+        name: String,
+        material: Option<Material>,
+    ) -> (EditOutcome, HistoryStep) {
         let before = match material {
             Some(material) => self.materials.insert(name.clone(), material),
             None => self.materials.remove(&name),
         };
-        self.history.note(Change::of_everything());
-        let edited = Edited {
+        self.history.note(SceneChange::of_everything());
+        let edited = EditOutcome {
             node: Self::ROOT,
             dirty_box: Aabb::ALL,
         };
-        let inverse = Step::SetMaterial {
+        let inverse = HistoryStep::SetMaterial {
             name,
             material: before,
         };
@@ -331,10 +337,10 @@ impl Scene {
     }
 
     /// Let a node with keyframes act otherwise.
-    pub(crate) fn pose(&mut self, node: NodeId, posed: Entry) {
+    pub(crate) fn pose(&mut self, node: NodeId, posed: NodeDesc) {
         let before = self.boxes(node);
         self.count(node, false);
-        self.nodes[node.index()].posed = Some(Box::new(posed));
+        self.nodes[node.index()].evaluated = Some(Box::new(posed));
         self.count(node, true);
         self.note(node, before);
     }
@@ -343,13 +349,13 @@ impl Scene {
     fn note(&mut self, node: NodeId, before: Boxes) -> Aabb {
         let after = self.boxes(node);
         let [dirty_box, far_box] = [0, 1].map(|i| before.1[i].union(after.1[i]));
-        self.history.note(Change {
+        self.history.note(SceneChange {
             node: Some(node),
             parents: [before.0, after.0],
             dirty_box,
-            far_box,
+            influence_box: far_box,
             // What both hold.
-            bands: [0, 1].map(|i| before.2[i].min(after.2[i])),
+            margins: [0, 1].map(|i| before.2[i].min(after.2[i])),
             apart: [before.1, after.1],
         });
         dirty_box
@@ -357,9 +363,9 @@ impl Scene {
 
     /// The group that a node is in, and where it matters, within each of the bands.
     fn boxes(&mut self, node: NodeId) -> Boxes {
-        self.count_crowds(node);
+        self.summarize_groups(node);
         let mut extents = Extents::of(self);
-        let bands = self.bands();
+        let bands = self.margins();
         let boxes = bands.map(|band| influence(self, &mut extents, node, band));
         (self.node(node).parent, boxes, bands)
     }
@@ -370,12 +376,12 @@ impl Scene {
         // Time may have gone on while it was away.
         let time = self.time;
         let moving: Vec<NodeId> = self
-            .walk_from(node)
-            .filter(|&id| !self.node(id).entry.keyframes.is_empty())
+            .descendants(node)
+            .filter(|&id| !self.node(id).desc.keyframes.is_empty())
             .collect();
         for id in moving {
             let own = &mut self.nodes[id.index()];
-            own.posed = pose_of(&own.entry, time);
+            own.evaluated = pose_of(&own.desc, time);
         }
         self.count(node, true);
     }

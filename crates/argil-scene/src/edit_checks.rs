@@ -1,6 +1,6 @@
 //! What an edit must be to be done.
 
-use crate::{Body, EditError, Entry, NodeId, Scene};
+use crate::{EditError, NodeDesc, NodeId, NodeKind, Scene};
 
 impl Scene {
     /// Whether a node is not within another, nor that itself.
@@ -19,8 +19,8 @@ impl Scene {
         if !self.materials.contains_key(name) {
             return Err(EditError::NoSuchMaterial(name.into()));
         }
-        let uses = |id: &NodeId| self.node(*id).entry.material.as_deref() == Some(name);
-        match self.walk().find(uses) {
+        let uses = |id: &NodeId| self.node(*id).desc.material.as_deref() == Some(name);
+        match self.iter().find(uses) {
             Some(user) => Err(EditError::MaterialInUse {
                 name: name.into(),
                 user: self.path(user),
@@ -51,7 +51,7 @@ impl Scene {
     pub(crate) fn check_place(&self, parent: NodeId, index: usize) -> Result<(), EditError> {
         self.check_attached(parent)?;
         let group = self.node(parent);
-        if !matches!(group.entry.body, Body::Group) {
+        if !matches!(group.desc.kind, NodeKind::Group) {
             return Err(EditError::NotAGroup(self.path(parent)));
         }
         let len = group.children.len();
@@ -62,7 +62,7 @@ impl Scene {
         }
     }
 
-    pub(crate) fn check_entry(&self, entry: &Entry) -> Result<(), EditError> {
+    pub(crate) fn check_entry(&self, entry: &NodeDesc) -> Result<(), EditError> {
         entry.check()?;
         match &entry.material {
             Some(name) if !self.materials.contains_key(name) => {

@@ -98,7 +98,7 @@ impl Scene {
             let place = path.with_file_name("").join(name);
             save_grid(&place, name, grid).map_err(|source| fault(&place, source))?;
         }
-        replace_file(path, |out| write::write(self, out)).map_err(|source| fault(path, source))
+        write_atomically(path, |out| write::write(self, out)).map_err(|source| fault(path, source))
     }
 }
 
@@ -117,12 +117,12 @@ fn save_grid(place: &Path, name: &str, grid: &SampledGrid) -> std::io::Result<()
     if std::fs::read(place).is_ok_and(|there| there == bytes) {
         return Ok(());
     }
-    replace_file(place, |out| std::io::Write::write_all(out, &bytes))
+    write_atomically(place, |out| std::io::Write::write_all(out, &bytes))
 }
 
 /// Write a file beside its place and rename it into it, so that whoever looks finds the old file or the new one, whole. In a
 /// browser there are no files, and that is the error.
-pub fn replace_file(
+pub fn write_atomically(
     path: &Path,
     write: impl FnOnce(&mut std::io::BufWriter<&mut std::fs::File>) -> std::io::Result<()>,
 ) -> std::io::Result<()> {
@@ -175,7 +175,7 @@ fn replace(
     // Like any file that a program makes: readable by others as far as the user's mask allows.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    let begun = Unfinished::begin(|| builder.tempfile_in(folder));
+    let begun = TempFile::begin(|| builder.tempfile_in(folder));
     // The name that it would have had until then says nothing to a user.
     let (mut file, unfinished) = begun.map_err(|error| {
         let reason = format!(
@@ -207,12 +207,12 @@ fn reason_of(kind: std::io::ErrorKind) -> String {
 }
 
 /// Files that are being written beside their places.
-static UNFINISHED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+static TEMP_FILES: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 
-/// Remove what [`replace_file`] has not finished, and let it begin nothing more: for programs that are told to stop in the middle of
+/// Remove what [`write_atomically`] has not finished, and let it begin nothing more: for programs that are told to stop in the middle of
 /// it, and end now.
-pub fn remove_unfinished_files() {
-    let all = UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner);
+pub fn remove_temp_files() {
+    let all = TEMP_FILES.lock().unwrap_or_else(PoisonError::into_inner);
     for path in all.iter() {
         // It may have been renamed this very moment.
         let _ = std::fs::remove_file(path);
@@ -222,15 +222,15 @@ pub fn remove_unfinished_files() {
 }
 
 #[cfg(not(target_arch = "wasm32"))]
-struct Unfinished(PathBuf);
+struct TempFile(PathBuf);
 
 #[cfg(not(target_arch = "wasm32"))]
-impl Unfinished {
+impl TempFile {
     /// Make a file, and take note of it before anybody can be told to stop.
     fn begin(
         make: impl FnOnce() -> std::io::Result<tempfile::NamedTempFile>,
     ) -> std::io::Result<(tempfile::NamedTempFile, Self)> {
-        let mut all = UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut all = TEMP_FILES.lock().unwrap_or_else(PoisonError::into_inner);
         let file = make()?;
         all.push(file.path().into());
         let own = Self(file.path().into());
@@ -239,9 +239,9 @@ impl Unfinished {
 }
 
 #[cfg(not(target_arch = "wasm32"))]
-impl Drop for Unfinished {
+impl Drop for TempFile {
     fn drop(&mut self) {
-        let mut all = UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut all = TEMP_FILES.lock().unwrap_or_else(PoisonError::into_inner);
         all.retain(|path| *path != self.0);
     }
 }

@@ -1,10 +1,10 @@
 //! What can be undone and redone, and what changed for those who follow a scene.
 
-use crate::{Change, Entry, Material, NodeId};
+use crate::{Material, NodeDesc, NodeId, SceneChange};
 
 /// A step that can be taken either way.
 #[derive(Clone, Debug)]
-pub(crate) enum Step {
+pub(crate) enum HistoryStep {
     Attach {
         node: NodeId,
         parent: NodeId,
@@ -15,7 +15,7 @@ pub(crate) enum Step {
     },
     Set {
         node: NodeId,
-        entry: Entry,
+        entry: NodeDesc,
     },
     Move {
         node: NodeId,
@@ -28,14 +28,14 @@ pub(crate) enum Step {
     },
 }
 
-impl Step {
+impl HistoryStep {
     /// What it takes in memory, about.
     pub fn bytes(&self) -> u64 {
         let own = match self {
             Self::Set { entry, .. } => {
                 let text = entry.name.len() + entry.material.as_ref().map_or(0, String::len);
                 let keyframes = size_of_val(&entry.keyframes[..]);
-                text + size_of_val(&entry.modifiers[..]) + keyframes + entry.body.heap_bytes()
+                text + size_of_val(&entry.modifiers[..]) + keyframes + entry.kind.heap_bytes()
             }
             _ => 0,
         };
@@ -70,47 +70,50 @@ impl Default for HistoryLimit {
 
 #[derive(Clone, Debug, Default)]
 pub(crate) struct History {
-    pub undo: Vec<Vec<Step>>,
-    pub redo: Vec<Vec<Step>>,
+    pub undo: Vec<Vec<HistoryStep>>,
+    pub redo: Vec<Vec<HistoryStep>>,
     /// Whether edits join the step before them.
     pub is_stroke: bool,
     pub(crate) limit: HistoryLimit,
     /// What the steps take that can be undone, about.
     pub(crate) bytes: u64,
-    pub(crate) changes: Vec<Change>,
+    pub(crate) changes: Vec<SceneChange>,
     /// Changes before those that are forgotten.
     pub(crate) forgotten: usize,
 }
 
 impl History {
     /// The entries that undo and redo would bring back.
-    pub fn entries(&mut self) -> impl Iterator<Item = &mut Entry> {
+    pub fn entries(&mut self) -> impl Iterator<Item = &mut NodeDesc> {
         let all = self.undo.iter_mut().chain(&mut self.redo).flatten();
         all.filter_map(|step| match step {
-            Step::Set { entry, .. } => Some(entry),
+            HistoryStep::Set { entry, .. } => Some(entry),
             _ => None,
         })
     }
 }
 
 /// Whether undoing `before` makes up for `step` too: both set the same node.
-pub(crate) fn is_covered(before: Option<&Step>, step: &Step) -> bool {
+pub(crate) fn is_covered(before: Option<&HistoryStep>, step: &HistoryStep) -> bool {
     match (before, step) {
-        (Some(Step::Set { node: a, .. }), Step::Set { node: b, .. }) => a == b,
-        (Some(Step::SetMaterial { name: a, .. }), Step::SetMaterial { name: b, .. }) => a == b,
+        (Some(HistoryStep::Set { node: a, .. }), HistoryStep::Set { node: b, .. }) => a == b,
+        (
+            Some(HistoryStep::SetMaterial { name: a, .. }),
+            HistoryStep::SetMaterial { name: b, .. },
+        ) => a == b,
         _ => false,
     }
 }
 
 /// Changes that a scene keeps for those who follow it; of more the older half is forgotten.
-const MOST_CHANGES: usize = 1 << 14;
+const MAX_CHANGES: usize = 1 << 14;
 
 impl History {
     /// Take note of a change.
-    pub fn note(&mut self, change: Change) {
-        if self.changes.len() >= MOST_CHANGES {
-            self.changes.drain(..MOST_CHANGES / 2);
-            self.forgotten += MOST_CHANGES / 2;
+    pub fn note(&mut self, change: SceneChange) {
+        if self.changes.len() >= MAX_CHANGES {
+            self.changes.drain(..MAX_CHANGES / 2);
+            self.forgotten += MAX_CHANGES / 2;
         }
         self.changes.push(change);
     }
@@ -159,7 +162,7 @@ impl History {
     fn bytes_of_steps(&self) -> Vec<u64> {
         let steps = self.undo.iter();
         steps
-            .map(|step| step.iter().map(Step::bytes).sum())
+            .map(|step| step.iter().map(HistoryStep::bytes).sum())
             .collect()
     }
 
@@ -167,11 +170,11 @@ impl History {
     pub fn held_nodes(&self) -> impl Iterator<Item = NodeId> + '_ {
         let all = self.undo.iter().chain(&self.redo).flatten();
         all.filter_map(|step| match step {
-            Step::Attach { node, .. }
-            | Step::Detach { node }
-            | Step::Set { node, .. }
-            | Step::Move { node, .. } => Some(*node),
-            Step::SetMaterial { .. } => None,
+            HistoryStep::Attach { node, .. }
+            | HistoryStep::Detach { node }
+            | HistoryStep::Set { node, .. }
+            | HistoryStep::Move { node, .. } => Some(*node),
+            HistoryStep::SetMaterial { .. } => None,
         })
     }
 
@@ -187,15 +190,15 @@ impl History {
     }
 
     /// Those after so many.
-    pub fn since(&self, count: usize) -> Option<&[Change]> {
+    pub fn since(&self, count: usize) -> Option<&[SceneChange]> {
         self.changes.get(count.checked_sub(self.forgotten)?..)
     }
 }
 
 /// A history as it was before an edit that may be refused yet.
-pub(crate) struct Aside {
-    pub(crate) undo: Vec<Vec<Step>>,
-    pub(crate) redo: Vec<Vec<Step>>,
+pub(crate) struct SuspendedHistory {
+    pub(crate) undo: Vec<Vec<HistoryStep>>,
+    pub(crate) redo: Vec<Vec<HistoryStep>>,
     pub(crate) limit: HistoryLimit,
     pub(crate) is_stroke: bool,
     /// Nodes, and changes, that there were.

@@ -9,7 +9,8 @@
 //! the heap. What differs from the authors' renderer: a blend radius of less than 1e-6 is a hard joint.
 
 use crate::{
-    Brush, Entry, Fault, Group, Material, Modifier, NodeId, OperatorKind, Placement, Scene, Shape,
+    Brush, CameraPose, Group, Material, Modifier, NodeDesc, NodeId, OperatorKind, Scene, Shape,
+    ValidationError,
 };
 use glam::{DMat3, DQuat, DVec3, Vec3};
 use serde_json::{Map, Value};
@@ -47,7 +48,7 @@ pub enum ImportError {
         /// The way to the node; L is a left child, R a right one.
         node: String,
         /// What is wrong in it.
-        fault: Fault,
+        fault: ValidationError,
     },
 }
 
@@ -182,28 +183,28 @@ fn way_to(tree: &[TreeNode], index: usize) -> String {
     }
 }
 
-type Failure = (usize, Fault);
+type Failure = (usize, ValidationError);
 
 fn to_scene(tree: &[TreeNode]) -> Result<Scene, Failure> {
     let mut scene = Scene::new();
     let corner = |key: &str| floats::<3>(&tree[0].fields, key).map_err(|f| (0, f));
     if tree[0].fields.contains_key("aabb_min") {
-        scene.view.frame = Some([corner("aabb_min")?, corner("aabb_max")?]);
+        scene.view.bounds = Some([corner("aabb_min")?, corner("aabb_max")?]);
         scene.view.check().map_err(|f| (0, f))?;
     }
-    scene.view.camera = Placement::Orbit([30.0, 20.0, 2.5]);
+    scene.view.camera = CameraPose::Orbit([30.0, 20.0, 2.5]);
     let mut colors: HashMap<[u32; 3], String> = HashMap::new();
 
     // Each task puts one tree node at the end of a group.
-    let mut tasks: Vec<(usize, NodeId, Entry)> = vec![(0, Scene::ROOT, Group::new().into())];
+    let mut tasks: Vec<(usize, NodeId, NodeDesc)> = vec![(0, Scene::ROOT, Group::new().into())];
     while let Some((index, parent, operand)) = tasks.pop() {
         let node = &tree[index];
-        let failed = |fault: Fault| (index, fault);
+        let failed = |fault: ValidationError| (index, fault);
         let modifiers = transform(&node.fields).map_err(failed)?;
         match text(&node.fields, "nodeType").map_err(failed)? {
             "primitive" => {
                 let (shape, mut own) = primitive(&node.fields).map_err(failed)?;
-                let mut entry: Entry = Brush::new(shape).into();
+                let mut entry: NodeDesc = Brush::new(shape).into();
                 own.extend(modifiers);
                 (entry.operator, entry.modifiers) = (operand.operator, own);
                 entry.material =
@@ -213,7 +214,7 @@ fn to_scene(tree: &[TreeNode]) -> Result<Scene, Failure> {
             }
             "binaryOperator" => {
                 let child = |child: Option<usize>, key: &str| {
-                    child.ok_or(failed(Fault::new(key, "is missing")))
+                    child.ok_or(failed(ValidationError::new(key, "is missing")))
                 };
                 let (left, right) = (
                     child(node.left, "leftChild")?,
@@ -224,21 +225,21 @@ fn to_scene(tree: &[TreeNode]) -> Result<Scene, Failure> {
                 let list = if first && modifiers.is_empty() {
                     parent
                 } else {
-                    let group = Entry {
+                    let group = NodeDesc {
                         modifiers,
                         ..operand
                     };
                     group.check().map_err(failed)?;
                     scene.append(parent, group)
                 };
-                let mut right_operand: Entry = Group::new().into();
+                let mut right_operand: NodeDesc = Group::new().into();
                 right_operand.operator.kind =
                     match text(&node.fields, "blendMode").map_err(failed)? {
                         "union" => OperatorKind::Union,
                         "sub" => OperatorKind::Subtract,
                         "inter" => OperatorKind::Intersect,
                         other => {
-                            return Err(failed(Fault::new(
+                            return Err(failed(ValidationError::new(
                                 "blendMode",
                                 format!("\"{other}\" is not union, sub or inter"),
                             )));
@@ -252,14 +253,14 @@ fn to_scene(tree: &[TreeNode]) -> Result<Scene, Failure> {
             }
             other => {
                 let reason = format!("\"{other}\" is neither primitive nor binaryOperator");
-                return Err(failed(Fault::new("nodeType", reason)));
+                return Err(failed(ValidationError::new("nodeType", reason)));
             }
         }
     }
     Ok(scene)
 }
 
-fn primitive(fields: &Map<String, Value>) -> Result<(Shape, Vec<Modifier>), Fault> {
+fn primitive(fields: &Map<String, Value>) -> Result<(Shape, Vec<Modifier>), ValidationError> {
     let shape = match text(fields, "primitiveType")? {
         "sphere" => Shape::sphere(number(fields, "radius")?),
         "box" => {
@@ -286,7 +287,7 @@ fn primitive(fields: &Map<String, Value>) -> Result<(Shape, Vec<Modifier>), Faul
             return Ok((Shape::Cone { radius, height }, vec![raise]));
         }
         other => {
-            return Err(Fault::new(
+            return Err(ValidationError::new(
                 "primitiveType",
                 format!("\"{other}\" is not sphere, box, cylinder or cone"),
             ));
@@ -296,7 +297,7 @@ fn primitive(fields: &Map<String, Value>) -> Result<(Shape, Vec<Modifier>), Faul
 }
 
 /// The modifiers that place a node, from the map that takes its parent's points into its own space.
-fn transform(fields: &Map<String, Value>) -> Result<Vec<Modifier>, Fault> {
+fn transform(fields: &Map<String, Value>) -> Result<Vec<Modifier>, ValidationError> {
     if !fields.contains_key("matrix") {
         return Ok(Vec::new());
     }
@@ -314,7 +315,7 @@ fn transform(fields: &Map<String, Value>) -> Result<Vec<Modifier>, Fault> {
     if !(scale.is_finite() && scale > 1e-6 && is_rotation) {
         let reason =
             "does more than rotate, move and scale alike along all axes: distances would be wrong";
-        return Err(Fault::new("matrix", reason));
+        return Err(ValidationError::new("matrix", reason));
     }
     let mut modifiers = Vec::new();
     if (scale - 1.0).abs() > 1e-6 {
@@ -342,7 +343,7 @@ fn material(
     scene: &mut Scene,
     names: &mut HashMap<[u32; 3], String>,
     fields: &Map<String, Value>,
-) -> Result<String, Fault> {
+) -> Result<String, ValidationError> {
     // The files' colours are what their renderer shows; ours are linear.
     let color = floats::<3>(fields, "color")?.map(|c| c.clamp(0.0, 1.0).powf(2.2));
     let next = format!("color_{}", names.len() + 1);
@@ -353,28 +354,33 @@ fn material(
     Ok(name)
 }
 
-fn get<'a>(fields: &'a Map<String, Value>, key: &str) -> Result<&'a Value, Fault> {
-    fields.get(key).ok_or_else(|| Fault::new(key, "is missing"))
+fn get<'a>(fields: &'a Map<String, Value>, key: &str) -> Result<&'a Value, ValidationError> {
+    fields
+        .get(key)
+        .ok_or_else(|| ValidationError::new(key, "is missing"))
 }
 
-fn text<'a>(fields: &'a Map<String, Value>, key: &str) -> Result<&'a str, Fault> {
+fn text<'a>(fields: &'a Map<String, Value>, key: &str) -> Result<&'a str, ValidationError> {
     get(fields, key)?
         .as_str()
-        .ok_or_else(|| Fault::new(key, "is not a string"))
+        .ok_or_else(|| ValidationError::new(key, "is not a string"))
 }
 
-fn number(fields: &Map<String, Value>, key: &str) -> Result<f32, Fault> {
+fn number(fields: &Map<String, Value>, key: &str) -> Result<f32, ValidationError> {
     get(fields, key)?
         .as_f64()
         .map(|v| v as f32)
-        .ok_or_else(|| Fault::new(key, "is not a number"))
+        .ok_or_else(|| ValidationError::new(key, "is not a number"))
 }
 
-fn floats<const N: usize>(fields: &Map<String, Value>, key: &str) -> Result<[f32; N], Fault> {
+fn floats<const N: usize>(
+    fields: &Map<String, Value>,
+    key: &str,
+) -> Result<[f32; N], ValidationError> {
     let values: Option<Vec<f32>> = get(fields, key)?
         .as_array()
         .and_then(|a| a.iter().map(|v| v.as_f64().map(|v| v as f32)).collect());
     values
         .and_then(|v| v.try_into().ok())
-        .ok_or_else(|| Fault::new(key, format!("is not a list of {N} numbers")))
+        .ok_or_else(|| ValidationError::new(key, format!("is not a list of {N} numbers")))
 }

@@ -10,9 +10,9 @@
 //! *Practice.* [`influence`] walks down from the root to the node, keeping the greatest distance of interest at each
 //! level, then maps the node's grown box up through its groups' modifiers.
 
-use crate::crowd::{CROWD, Crowd};
-use crate::extent::region_after;
-use crate::{Extent, Extents, Modifier, NodeId, Operator, OperatorKind, Profile, Scene};
+use crate::bounds::region_after;
+use crate::group_summary::{GroupSummary, SUMMARY_THRESHOLD};
+use crate::{BlendProfile, Extent, Extents, Modifier, NodeId, Operator, OperatorKind, Scene};
 use argil_math::Aabb;
 
 /// Falls, in greatest blend radii, after which nothing of a change is left: of smooth joints, and where a chamfer (which
@@ -22,7 +22,7 @@ const CHAMFER_FALLS: f32 = 48.0;
 
 /// How far distances of interest can fall through any number of joints, of which the greatest blend radius is known and
 /// whether some are chamfered, before nothing of a change is left.
-pub fn greatest_fall(blend: f32, has_chamfers: bool, interest: f32) -> f32 {
+pub fn max_blend_propagation(blend: f32, has_chamfers: bool, interest: f32) -> f32 {
     if has_chamfers {
         CHAMFER_FALLS * (blend + 0.6 * interest)
     } else {
@@ -56,7 +56,11 @@ fn grown_box(
         chain.push(parent);
     }
     chain.reverse();
-    if chain[0] != Scene::ROOT || chain.iter().any(|&id| !scene.node(id).acting().visible) {
+    if chain[0] != Scene::ROOT
+        || chain
+            .iter()
+            .any(|&id| !scene.node(id).at_current_time().visible)
+    {
         return Aabb::EMPTY;
     }
 
@@ -69,10 +73,10 @@ fn grown_box(
     for pair in chain.windows(2) {
         let (parent, child) = (pair[0], pair[1]);
         let siblings = &scene.node(parent).children;
-        let entry = scene.node(child).acting();
+        let entry = scene.node(child).at_current_time();
 
-        let (falls, morphed) = match scene.crowds.get(&parent) {
-            Some(crowd) if siblings.len() > CROWD => crowd_falls(crowd, interest),
+        let (falls, morphed) = match scene.summaries.get(&parent) {
+            Some(crowd) if siblings.len() > SUMMARY_THRESHOLD => crowd_falls(crowd, interest),
             _ => {
                 let index = siblings
                     .iter()
@@ -82,7 +86,7 @@ fn grown_box(
                 later_falls(scene, extents, &siblings[index + 1..], interest, near)
             }
         };
-        interest += falls + blend_reach(&entry.operator, interest);
+        interest += falls + blend_influence_radius(&entry.operator, interest);
         if morphed
             || matches!(
                 entry.operator.kind,
@@ -92,21 +96,21 @@ fn grown_box(
             // These act on all of the space that their list fills.
             let everything = siblings
                 .iter()
-                .filter(|&&s| scene.node(s).acting().visible)
-                .map(|&s| extents.outer(s));
+                .filter(|&&s| scene.node(s).at_current_time().visible)
+                .map(|&s| extents.node_bounds(s));
             region = everything.fold(Aabb::EMPTY, |b, e| {
-                b.union(e.aabb.grown(e.underestimate * interest))
+                b.union(e.aabb.grown(e.lipschitz_inverse * interest))
             });
             break;
         }
         if child == node {
-            let outer = extents.outer(child);
-            region = outer.aabb.grown(outer.underestimate * interest);
+            let outer = extents.node_bounds(child);
+            region = outer.aabb.grown(outer.lipschitz_inverse * interest);
         } else if !entry.modifiers.is_empty() {
             // A group is measured only where its modifiers ask for its box: it may hold many.
             let asks = entry.modifiers.iter().any(|m| m.affine().is_none());
             let stages = if asks {
-                extents.stages(child)
+                extents.modifier_stages(child)
             } else {
                 vec![Extent::EMPTY; entry.modifiers.len()]
             };
@@ -129,18 +133,18 @@ fn grown_box(
 }
 
 /// How much further the operator's own joint reaches.
-pub fn blend_reach(operator: &Operator, interest: f32) -> f32 {
+pub fn blend_influence_radius(operator: &Operator, interest: f32) -> f32 {
     match operator.profile {
-        Profile::Smooth => operator.blend,
+        BlendProfile::Smooth => operator.blend,
         // (a + b − k)/√2 < min(a, b) where |a − b| < k + (2 − √2)·|min|, and |min| is at most what is of interest.
-        Profile::Chamfer if operator.blend > 0.0 => operator.blend + 0.6 * interest,
-        Profile::Chamfer => 0.0,
+        BlendProfile::Chamfer if operator.blend > 0.0 => operator.blend + 0.6 * interest,
+        BlendProfile::Chamfer => 0.0,
     }
 }
 
 /// The same as `later_falls` for all operands of a large group, wherever they are.
-fn crowd_falls(crowd: &Crowd, interest: f32) -> (f32, bool) {
-    let fall = greatest_fall(crowd.greatest_blend(), crowd.has_chamfers(), interest);
+fn crowd_falls(crowd: &GroupSummary, interest: f32) -> (f32, bool) {
+    let fall = max_blend_propagation(crowd.max_blend(), crowd.has_chamfers(), interest);
     (fall, crowd.has_morphs())
 }
 
@@ -154,20 +158,20 @@ fn later_falls(
 ) -> (f32, bool) {
     let (mut sum, mut greatest, mut chamfered, mut morphed) = (0.0f32, 0.0f32, false, false);
     for &id in later.iter().rev() {
-        let entry = scene.node(id).acting();
+        let entry = scene.node(id).at_current_time();
         if !entry.visible {
             continue;
         }
         let operator = &entry.operator;
         morphed |= operator.kind == OperatorKind::Morph;
-        let fall = blend_reach(operator, interest);
+        let fall = blend_influence_radius(operator, interest);
         if fall == 0.0 || operator.kind == OperatorKind::Paint {
             continue;
         }
-        let outer = extents.outer(id);
+        let outer = extents.node_bounds(id);
         let reach = outer
             .aabb
-            .grown(outer.underestimate * (interest + sum + fall));
+            .grown(outer.lipschitz_inverse * (interest + sum + fall));
         // Where an intersection's operand is not, it acts most.
         let apart = operator.kind != OperatorKind::Intersect
             && near.is_some_and(|near| near.intersection(reach).is_empty());
@@ -176,7 +180,7 @@ fn later_falls(
         }
         sum += fall;
         greatest = greatest.max(fall);
-        chamfered |= operator.profile == Profile::Chamfer;
+        chamfered |= operator.profile == BlendProfile::Chamfer;
     }
     (
         sum.min(

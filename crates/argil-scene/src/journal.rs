@@ -6,7 +6,7 @@
 //! process dies, all that was recorded is there, and at most the line in flight is torn, which is left out. When the machine
 //! dies, lines that the system had not written yet are lost too. Name and view are those of the beginning: they are no edits.
 
-use crate::{Edit, EditError, Edited, FileError, LogError, Scene, replace_file};
+use crate::{Edit, EditError, EditOutcome, FileError, LogError, Scene, write_atomically};
 use serde::{Deserialize, Serialize};
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom, Write};
@@ -95,7 +95,7 @@ pub struct Journal {
 
 /// What came back from a journal.
 #[derive(Debug)]
-pub struct Recovered {
+pub struct RecoveredSession {
     /// The scene, with its history.
     pub scene: Scene,
     /// Lines that were replayed.
@@ -106,12 +106,12 @@ pub struct Recovered {
     length: u64,
 }
 
-impl Recovered {
+impl RecoveredSession {
     /// Go on with the journal, whose torn end is cut off.
     ///
     /// # Errors
     /// If it cannot be written.
-    pub fn go_on(self) -> Result<(Scene, Journal), JournalError> {
+    pub fn resume(self) -> Result<(Scene, Journal), JournalError> {
         let Self { path, .. } = self;
         let journal = Journal::open(&path, self.length);
         let journal = journal.map_err(|source| JournalError::Io { path, source })?;
@@ -124,7 +124,7 @@ impl Journal {
     ///
     /// # Errors
     /// If it cannot be written, or the scene has a history.
-    pub fn begin(path: impl AsRef<Path>, scene: &Scene) -> Result<Self, JournalError> {
+    pub fn create(path: impl AsRef<Path>, scene: &Scene) -> Result<Self, JournalError> {
         Self::begin_at(path.as_ref().into(), scene)
     }
 
@@ -138,7 +138,7 @@ impl Journal {
             scene: scene.to_json(),
         };
         let line = summed(&serde_json::to_string(&head).expect("a head is JSON"));
-        replace_file(&path, |out| out.write_all(line.as_bytes()))
+        write_atomically(&path, |out| out.write_all(line.as_bytes()))
             .and_then(|()| Self::open(&path, line.len() as u64))
             .map_err(|source| JournalError::Io { path, source })
     }
@@ -147,11 +147,11 @@ impl Journal {
     ///
     /// # Errors
     /// If it cannot be read, or something other than its end is damaged.
-    pub fn recover(path: impl AsRef<Path>) -> Result<Recovered, JournalError> {
+    pub fn recover(path: impl AsRef<Path>) -> Result<RecoveredSession, JournalError> {
         Self::recover_file(path.as_ref())
     }
 
-    fn recover_file(path: &Path) -> Result<Recovered, JournalError> {
+    fn recover_file(path: &Path) -> Result<RecoveredSession, JournalError> {
         let io = |source| JournalError::Io {
             path: path.into(),
             source,
@@ -186,7 +186,7 @@ impl Journal {
                 }
                 break;
             };
-            let replayed = scene.replay(text);
+            let replayed = scene.apply_log_line(text);
             replayed.map_err(|source| JournalError::Line {
                 path: path.into(),
                 line: edits + 2,
@@ -196,7 +196,7 @@ impl Journal {
             edits += 1;
         }
         let torn_bytes = (bytes.len() - length) as u64;
-        Ok(Recovered {
+        Ok(RecoveredSession {
             scene,
             edits,
             torn_bytes,
@@ -227,7 +227,7 @@ impl Journal {
     /// # Errors
     /// If the edit is refused: nothing is recorded then. Or if it cannot be written: the edit is done all the same, the file
     /// is as it was, and the next edit's line is written together with this one.
-    pub fn apply(&mut self, scene: &mut Scene, edit: Edit) -> Result<Edited, JournalError> {
+    pub fn apply(&mut self, scene: &mut Scene, edit: Edit) -> Result<EditOutcome, JournalError> {
         let line = scene.log_line(&edit);
         let edited = scene.apply(edit)?;
         self.record(&line)?;
@@ -242,15 +242,15 @@ impl Journal {
         &mut self,
         scene: &mut Scene,
         line: &str,
-    ) -> Result<Option<Edited>, JournalError> {
-        let edited = scene.replay(line).map_err(JournalError::Replay)?;
+    ) -> Result<Option<EditOutcome>, JournalError> {
+        let edited = scene.apply_log_line(line).map_err(JournalError::Replay)?;
         // A journal's line has no end within it.
         let line = line.replace(['\n', '\r'], " ");
         self.record(&line)?;
         Ok(edited)
     }
 
-    /// Record a line that was done already, by [`Scene::replay`].
+    /// Record a line that was done already, by [`Scene::apply_log_line`].
     ///
     /// # Errors
     /// If it cannot be written; it is written together with the next one then.
@@ -305,7 +305,7 @@ mod tests {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("full.journal");
         let mut scene = Scene::new();
-        let mut journal = Journal::begin(&path, &scene).expect("a journal");
+        let mut journal = Journal::create(&path, &scene).expect("a journal");
         let insert = r#"{"edit":"insert","entry":{"shape":{"type":"sphere","radius":0.1}}}"#;
         // A file that is open for reading takes no line.
         let read_only = File::open(&path).expect("a file");

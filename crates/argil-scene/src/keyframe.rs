@@ -5,7 +5,7 @@
 //! that state it; before the first and after the last of them it stays. What no keyframe states is the entry's own.
 
 use crate::Modifier;
-use crate::fault::{Fault, coordinate, not_negative, within};
+use crate::validation::{ValidationError, coordinate, not_negative, within};
 use glam::{Quat, Vec3};
 #[cfg(feature = "schema")]
 use schemars::JsonSchema;
@@ -29,7 +29,7 @@ pub enum Ease {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
-pub struct Turn {
+pub struct AxisAngle {
     /// The axis; any length but 0.
     pub axis: [f32; 3],
     /// The angle. From one keyframe to the next about the same axis it may be more than a full turn.
@@ -51,7 +51,7 @@ pub struct Keyframe {
     pub translate: Option<[f32; 3]>,
     /// How it is turned.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub rotate: Option<Turn>,
+    pub rotate: Option<AxisAngle>,
     /// How it is scaled, from 1e-4 to 1e4.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub scale: Option<f32>,
@@ -68,11 +68,11 @@ fn is_linear(ease: &Ease) -> bool {
 }
 
 /// Most seconds of an animation: a day.
-const MOST_SECONDS: f32 = 86_400.0;
+const MAX_SECONDS: f32 = 86_400.0;
 
 impl Keyframe {
-    fn check(&self) -> Result<(), Fault> {
-        within("time", self.time, 0.0, MOST_SECONDS)?;
+    fn check(&self) -> Result<(), ValidationError> {
+        within("time", self.time, 0.0, MAX_SECONDS)?;
         let modifiers = [
             self.translate.map(|by| Modifier::Translate { by }),
             self.rotate.map(rotation),
@@ -97,7 +97,7 @@ impl Keyframe {
 }
 
 /// Whether keyframes can be used; else what cannot.
-pub(crate) fn check(keyframes: &[Keyframe]) -> Result<(), Fault> {
+pub(crate) fn check(keyframes: &[Keyframe]) -> Result<(), ValidationError> {
     for (i, keyframe) in keyframes.iter().enumerate() {
         let place = format!("keyframes[{i}]");
         keyframe.check().map_err(|fault| fault.within(&place))?;
@@ -107,14 +107,14 @@ pub(crate) fn check(keyframes: &[Keyframe]) -> Result<(), Fault> {
                 keyframe.time,
                 keyframes[i - 1].time
             );
-            return Err(Fault::new("time", text).within(&place));
+            return Err(ValidationError::new("time", text).within(&place));
         }
     }
     Ok(())
 }
 
-pub(crate) fn rotation(turn: Turn) -> Modifier {
-    let Turn { axis, degrees } = turn;
+pub(crate) fn rotation(turn: AxisAngle) -> Modifier {
+    let AxisAngle { axis, degrees } = turn;
     Modifier::Rotate { axis, degrees }
 }
 
@@ -124,20 +124,20 @@ pub(crate) fn mix(a: f32, b: f32, t: f32) -> f32 {
 }
 
 /// Between two turns: about a common axis by the angle, else the shortest way.
-pub(crate) fn mix_turns(a: Turn, b: Turn, t: f32) -> Turn {
+pub(crate) fn mix_turns(a: AxisAngle, b: AxisAngle, t: f32) -> AxisAngle {
     if a.axis == b.axis {
         let degrees = mix(a.degrees, b.degrees, t);
-        return Turn { degrees, ..a };
+        return AxisAngle { degrees, ..a };
     }
     if t == 0.0 || t == 1.0 {
         return if t == 0.0 { a } else { b };
     }
-    let quaternion = |turn: Turn| {
+    let quaternion = |turn: AxisAngle| {
         let axis = Vec3::from(turn.axis).normalize();
         Quat::from_axis_angle(axis, turn.degrees.to_radians())
     };
     let (axis, angle) = quaternion(a).slerp(quaternion(b), t).to_axis_angle();
-    Turn {
+    AxisAngle {
         axis: axis.to_array(),
         degrees: angle.to_degrees(),
     }

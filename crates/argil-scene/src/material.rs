@@ -1,4 +1,4 @@
-use crate::fault::{Fault, each, within};
+use crate::validation::{ValidationError, each, within};
 #[cfg(feature = "schema")]
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -39,7 +39,7 @@ impl Material {
     }
 
     /// Whether every value is in its range.
-    pub fn check(&self) -> Result<(), Fault> {
+    pub fn check(&self) -> Result<(), ValidationError> {
         each("base_color", self.base_color, |p, v| within(p, v, 0.0, 1.0))?;
         within("roughness", self.roughness, 0.0, 1.0)?;
         within("metallic", self.metallic, 0.0, 1.0)?;

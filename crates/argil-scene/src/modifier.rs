@@ -1,5 +1,5 @@
-use crate::Fault;
-use crate::shape_rules as rules;
+use crate::ValidationError;
+use crate::shape_checks as rules;
 use argil_math::Aabb;
 use glam::{DAffine3, DQuat, DVec3, Vec2, Vec3};
 #[cfg(feature = "schema")]
@@ -37,7 +37,7 @@ macro_rules! modifiers {
             ///
             /// # Errors
             /// The first that cannot.
-            pub fn check(&self) -> Result<(), Fault> {
+            pub fn check(&self) -> Result<(), ValidationError> {
                 match *self {$(
                     Self::$modifier { $($field),* } => {
                         $(rules::$check(stringify!($field), $field $($(, $limit)*)?)?;)*
@@ -278,7 +278,7 @@ pub fn twist_stretch(modifier: &Modifier, clamp_box: Aabb) -> f32 {
 pub(crate) const FEW_COPIES: u64 = 16;
 
 /// Half of the angle about the y axis, measured from +x, that a box covers.
-pub fn angular_half_extent(content: Aabb) -> f32 {
+pub fn half_angle_about_y(content: Aabb) -> f32 {
     if !content.is_finite() || content.min.x <= 0.0 {
         return std::f32::consts::PI;
     }
@@ -294,7 +294,7 @@ pub fn angular_half_extent(content: Aabb) -> f32 {
 ///
 /// The nearest point of all copies lies in copy n only if, of the same point's images, n's is nearest; then
 /// |n · spacing| ≤ spacing / 2 + extent + spacing / 2.
-pub(crate) fn copies_needed(extent: f32, spacing: f32) -> u32 {
+pub(crate) fn neighbor_copies(extent: f32, spacing: f32) -> u32 {
     if extent <= 0.5 * spacing {
         2
     } else {

@@ -1,6 +1,6 @@
 //! Brushes and groups at their places.
 
-use crate::{Entry, Group};
+use crate::{Group, NodeDesc};
 
 /// The name of a brush or group within its scene. It stays with the node through all edits, undo and redo included.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -20,9 +20,9 @@ impl NodeId {
 /// A brush or group at its place.
 #[derive(Clone, Debug)]
 pub struct Node {
-    pub(crate) entry: Entry,
+    pub(crate) desc: NodeDesc,
     /// As it acts at the scene's time, if it has keyframes.
-    pub(crate) posed: Option<Box<Entry>>,
+    pub(crate) evaluated: Option<Box<NodeDesc>>,
     pub(crate) children: Vec<NodeId>,
     pub(crate) parent: Option<NodeId>,
     /// See [`NodeId`].
@@ -36,8 +36,8 @@ impl Node {
     /// The root of a scene.
     pub(crate) fn root() -> Self {
         Self {
-            entry: Group::new().into(),
-            posed: None,
+            desc: Group::new().into(),
+            evaluated: None,
             children: Vec::new(),
             parent: None,
             origin: 0,
@@ -53,13 +53,13 @@ impl Node {
     }
 
     /// What the node is.
-    pub fn entry(&self) -> &Entry {
-        &self.entry
+    pub fn desc(&self) -> &NodeDesc {
+        &self.desc
     }
 
     /// What it is at the scene's time: with the values of its keyframes in place of its own.
-    pub fn acting(&self) -> &Entry {
-        self.posed.as_deref().unwrap_or(&self.entry)
+    pub fn at_current_time(&self) -> &NodeDesc {
+        self.evaluated.as_deref().unwrap_or(&self.desc)
     }
 
     /// What a group holds, in order; nothing for a brush.
@@ -73,7 +73,7 @@ impl Node {
     }
 }
 
-pub(crate) fn pose_of(entry: &Entry, time: f32) -> Option<Box<Entry>> {
+pub(crate) fn pose_of(entry: &NodeDesc, time: f32) -> Option<Box<NodeDesc>> {
     let moves = !entry.keyframes.is_empty();
-    moves.then(|| Box::new(entry.posed(time)))
+    moves.then(|| Box::new(entry.evaluated_at(time)))
 }

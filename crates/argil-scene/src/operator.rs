@@ -1,4 +1,4 @@
-use crate::fault::{Fault, not_negative, within};
+use crate::validation::{ValidationError, not_negative, within};
 #[cfg(feature = "schema")]
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -25,7 +25,7 @@ pub enum OperatorKind {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(rename_all = "snake_case")]
-pub enum Profile {
+pub enum BlendProfile {
     /// `min(a, b) − max(0, k − |a − b|)² / (4k)`, the quadratic polynomial of Inigo Quilez's "smooth minimum".
     #[default]
     Smooth,
@@ -41,22 +41,22 @@ pub struct Operator {
     /// Blend radius k in the unit of the operator's own group; 0 is a hard joint.
     pub blend: f32,
     /// The joint's outline.
-    pub profile: Profile,
+    pub profile: BlendProfile,
     /// How far a morph goes, from 0 (stay) to 1 (become the operand).
-    pub amount: f32,
+    pub morph_amount: f32,
 }
 
 impl Operator {
-    pub(crate) fn check(&self) -> Result<(), Fault> {
+    pub(crate) fn check(&self) -> Result<(), ValidationError> {
         not_negative("blend", self.blend)?;
-        within("amount", self.amount, 0.0, 1.0)
+        within("amount", self.morph_amount, 0.0, 1.0)
     }
 
     /// The greatest distance by which a joint's surface can stand out from both of its operands.
-    pub fn bulge(&self) -> f32 {
+    pub fn max_outward_offset(&self) -> f32 {
         match (self.kind, self.profile) {
-            (OperatorKind::Union, Profile::Smooth) => 0.25 * self.blend,
-            (OperatorKind::Union, Profile::Chamfer) => self.blend,
+            (OperatorKind::Union, BlendProfile::Smooth) => 0.25 * self.blend,
+            (OperatorKind::Union, BlendProfile::Chamfer) => self.blend,
             _ => 0.0,
         }
     }

@@ -1,10 +1,12 @@
-use crate::change::Change;
-use crate::crowd::Crowd;
+use crate::change::SceneChange;
+use crate::group_summary::GroupSummary;
 use crate::history::History;
+use crate::margins::{MarginRequest, MarginRequests};
 use crate::node::{GONE, pose_of};
-use crate::nodes::Nodes;
-use crate::watch::{Watch, Watches};
-use crate::{Body, Entry, Fault, Group, Material, Node, NodeId, SampledGrid, View};
+use crate::node_store::NodeStore;
+use crate::{
+    Group, Material, Node, NodeDesc, NodeId, NodeKind, SampledGrid, ValidationError, View,
+};
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -39,15 +41,15 @@ impl Clone for Origin {
 /// An ordered list of brushes and groups, with materials and a way to look at them. See the crate's page.
 #[derive(Clone, Debug)]
 pub struct Scene {
-    pub(crate) nodes: Nodes,
+    pub(crate) nodes: NodeStore,
     pub(crate) time: f32,
     pub(crate) materials: BTreeMap<String, Material>,
     /// Of meshes, by path and resolution.
     pub(crate) grids: BTreeMap<(String, u32), Arc<SampledGrid>>,
     pub(crate) history: History,
-    pub(crate) watches: Watches,
-    pub(crate) crowds: HashMap<NodeId, Crowd>,
-    pub(crate) identity: Identity,
+    pub(crate) margin_requests: MarginRequests,
+    pub(crate) summaries: HashMap<NodeId, GroupSummary>,
+    pub(crate) scene_id: Identity,
     pub(crate) origin: Origin,
     /// A name for people.
     pub name: String,
@@ -73,14 +75,14 @@ impl Scene {
     /// A scene with nothing in it.
     pub fn new() -> Self {
         Self {
-            nodes: Nodes::of(Node::root()),
+            nodes: NodeStore::of(Node::root()),
             time: 0.0,
             materials: BTreeMap::new(),
             grids: BTreeMap::new(),
             history: History::default(),
-            watches: Watches::default(),
-            crowds: HashMap::new(),
-            identity: Identity::new(),
+            margin_requests: MarginRequests::default(),
+            summaries: HashMap::new(),
+            scene_id: Identity::new(),
             origin: Origin::default(),
             name: String::new(),
             credit: String::new(),
@@ -97,9 +99,9 @@ impl Scene {
             materials: self.materials.clone(),
             grids: self.grids.clone(),
             history: History::default(),
-            watches: Watches::default(),
-            crowds: HashMap::new(),
-            identity: Identity::new(),
+            margin_requests: MarginRequests::default(),
+            summaries: HashMap::new(),
+            scene_id: Identity::new(),
             origin: Origin::default(),
             name: self.name.clone(),
             credit: self.credit.clone(),
@@ -129,7 +131,7 @@ impl Scene {
 
     fn own_origin(&self) -> u32 {
         // Neither a root's nor that of nodes that are gone.
-        let own = (self.identity.0 % u64::from(GONE - 1)) as u32 + 1;
+        let own = (self.scene_id.0 % u64::from(GONE - 1)) as u32 + 1;
         self.origin.0.unwrap_or(own)
     }
 
@@ -150,15 +152,15 @@ impl Scene {
     }
 
     /// Makes a node that is not in the tree yet.
-    pub(crate) fn add_node(&mut self, entry: Entry, parent: Option<NodeId>) -> NodeId {
+    pub(crate) fn add_node(&mut self, entry: NodeDesc, parent: Option<NodeId>) -> NodeId {
         let origin = self.own_origin();
         let id = NodeId {
             index: self.nodes.len() as u32,
             origin,
         };
         self.nodes.push(Node {
-            posed: pose_of(&entry, self.time),
-            entry,
+            evaluated: pose_of(&entry, self.time),
+            desc: entry,
             children: Vec::new(),
             parent,
             origin,
@@ -181,12 +183,12 @@ impl Scene {
         &mut self,
         name: impl Into<String>,
         material: Material,
-    ) -> Result<(), Fault> {
+    ) -> Result<(), ValidationError> {
         let name = name.into();
         material.check().map_err(|f| f.within(&name))?;
         let old = self.materials.insert(name, material);
         if old != Some(material) {
-            self.history.note(Change::of_everything());
+            self.history.note(SceneChange::of_everything());
         }
         Ok(())
     }
@@ -194,8 +196,8 @@ impl Scene {
     /// The meshes that have no distances yet: path and resolution of each.
     pub fn missing_meshes(&self) -> Vec<(String, u32)> {
         let mut missing: Vec<(String, u32)> = self
-            .walk()
-            .filter_map(|id| self.node(id).entry.body.file())
+            .iter()
+            .filter_map(|id| self.node(id).desc.kind.file())
             .filter(|(_, _, grid)| grid.0.is_none())
             .map(|(path, resolution, _)| (path.to_owned(), resolution))
             .collect();
@@ -207,8 +209,8 @@ impl Scene {
     /// The meshes in the scene that have distances: path, resolution and distances of each.
     pub fn loaded_meshes(&self) -> Vec<(&str, u32, &Arc<SampledGrid>)> {
         let mut loaded: BTreeMap<(&str, u32), &Arc<SampledGrid>> = BTreeMap::new();
-        for id in self.walk() {
-            if let Some((path, resolution, grid)) = self.node(id).entry.body.file()
+        for id in self.iter() {
+            if let Some((path, resolution, grid)) = self.node(id).desc.kind.file()
                 && let Some(grid) = &grid.0
             {
                 loaded.insert((path, resolution), grid);
@@ -221,7 +223,7 @@ impl Scene {
 
     /// Brushes of sampled distances: name of the file, and distances of each.
     pub(crate) fn sampled(&self) -> impl Iterator<Item = (&str, &SampledGrid)> {
-        let files = self.walk().filter_map(|id| self.node(id).entry.body.file());
+        let files = self.iter().filter_map(|id| self.node(id).desc.kind.file());
         files.filter_map(|(name, _, grid)| {
             let grid = grid.0.as_deref().filter(|_| crate::is_grid(name))?;
             Some((name, grid))
@@ -231,8 +233,8 @@ impl Scene {
     /// The files of all meshes.
     pub fn mesh_paths(&self) -> Vec<String> {
         let mut paths: Vec<String> = self
-            .walk()
-            .filter_map(|id| self.node(id).entry.body.file())
+            .iter()
+            .filter_map(|id| self.node(id).desc.kind.file())
             .map(|(path, _, _)| path.to_owned())
             .collect();
         paths.sort_unstable();
@@ -248,8 +250,8 @@ impl Scene {
     /// Name meshes' files by other paths, as from another folder, all at once; what is loaded stays. It is no step of the history,
     /// and what undo brings back has the new names too.
     pub fn rename_meshes(&mut self, paths: &BTreeMap<String, String>) {
-        let rename = |entry: &mut Entry| {
-            if let Some((path, _, _)) = entry.body.file_mut()
+        let rename = |entry: &mut NodeDesc| {
+            if let Some((path, _, _)) = entry.kind.file_mut()
                 && let Some(to) = paths.get(path)
             {
                 path.clone_from(to);
@@ -257,10 +259,10 @@ impl Scene {
         };
         for i in 0..self.nodes.len() {
             let is_named = |(path, ..): (&str, _, _)| paths.contains_key(path);
-            if self.nodes[i].entry.body.file().is_some_and(is_named) {
+            if self.nodes[i].desc.kind.file().is_some_and(is_named) {
                 let node = &mut self.nodes[i];
-                rename(&mut node.entry);
-                node.posed.as_deref_mut().map(rename);
+                rename(&mut node.desc);
+                node.evaluated.as_deref_mut().map(rename);
             }
         }
         self.history.entries().for_each(rename);
@@ -275,24 +277,29 @@ impl Scene {
 
     /// The distances of a mesh, for all brushes that name it, in place of what they had, and those of later edits included. Not
     /// part of the history: undo does not bring back what was there. What was built before has to be built anew.
-    pub fn set_mesh(&mut self, path: impl Into<String>, resolution: u32, grid: Arc<SampledGrid>) {
+    pub fn set_mesh_grid(
+        &mut self,
+        path: impl Into<String>,
+        resolution: u32,
+        grid: Arc<SampledGrid>,
+    ) {
         self.grids.insert((path.into(), resolution), grid);
         for i in 0..self.nodes.len() {
-            if self.nodes[i].entry.body.file().is_none() {
+            if self.nodes[i].desc.kind.file().is_none() {
                 continue;
             }
-            let mut entry = std::mem::replace(&mut self.nodes[i].entry, Group::new().into());
+            let mut entry = std::mem::replace(&mut self.nodes[i].desc, Group::new().into());
             self.load(&mut entry);
-            self.nodes[i].posed = pose_of(&entry, self.time);
-            self.nodes[i].entry = entry;
+            self.nodes[i].evaluated = pose_of(&entry, self.time);
+            self.nodes[i].desc = entry;
         }
-        self.crowds.clear();
-        self.history.note(Change::of_everything());
+        self.summaries.clear();
+        self.history.note(SceneChange::of_everything());
     }
 
     /// Give a mesh its distances, where they are known.
-    pub(crate) fn load(&self, entry: &mut Entry) {
-        if let Some((path, resolution, grid)) = entry.body.file_mut()
+    pub(crate) fn load(&self, entry: &mut NodeDesc) {
+        if let Some((path, resolution, grid)) = entry.kind.file_mut()
             // A name is made for the look-up alone; meshes are few.
             // What was sampled in this program comes with its brush.
             && (grid.0.is_none() || !crate::is_grid(path))
@@ -304,20 +311,20 @@ impl Scene {
     }
 
     /// The distances, in the scene's unit, below which the dirty and the far boxes of edits promise to hold every change: the widest
-    /// of all that [watch](Scene::watch).
-    pub fn bands(&self) -> [f32; 2] {
-        self.watches.widest()
+    /// of all that [watch](Scene::request_margins).
+    pub fn margins(&self) -> [f32; 2] {
+        self.margin_requests.maximum()
     }
 
     /// Have the boxes of edits hold every change below two distances, as long as what is returned is held: a volume's narrow
     /// band, and how far its empty cells see. Worlds do that by themselves.
-    pub fn watch(&self, bands: [f32; 2]) -> Watch {
-        self.watches.add(bands)
+    pub fn request_margins(&self, bands: [f32; 2]) -> MarginRequest {
+        self.margin_requests.add(bands)
     }
 
     /// A number that no other scene of this process has, its clones included.
     pub fn identity(&self) -> u64 {
-        self.identity.0
+        self.scene_id.0
     }
 
     /// How many changes there were: edits, undone and redone ones too, and what moved with time.
@@ -327,7 +334,7 @@ impl Scene {
 
     /// The changes after the first so many; nothing where those are forgotten, as there were thousands since, or where there are
     /// not as many.
-    pub fn changes_since(&self, count: usize) -> Option<&[Change]> {
+    pub fn changes_since(&self, count: usize) -> Option<&[SceneChange]> {
         self.history.since(count)
     }
 
@@ -344,12 +351,12 @@ impl Scene {
     }
 
     /// All nodes in the tree, each before what it holds, in the file's order. No recursion: depth costs heap only.
-    pub fn walk(&self) -> impl Iterator<Item = NodeId> + '_ {
-        self.walk_from(Self::ROOT)
+    pub fn iter(&self) -> impl Iterator<Item = NodeId> + '_ {
+        self.descendants(Self::ROOT)
     }
 
     /// A node and all that it holds, each before what it holds.
-    pub fn walk_from(&self, id: NodeId) -> impl Iterator<Item = NodeId> + '_ {
+    pub fn descendants(&self, id: NodeId) -> impl Iterator<Item = NodeId> + '_ {
         let mut pending = vec![id];
         std::iter::from_fn(move || {
             let id = pending.pop()?;
@@ -360,8 +367,8 @@ impl Scene {
 
     /// The number of brushes, hidden ones included.
     pub fn brush_count(&self) -> usize {
-        self.walk()
-            .filter(|&id| matches!(self.node(id).entry.body, Body::Shape(_)))
+        self.iter()
+            .filter(|&id| matches!(self.node(id).desc.kind, NodeKind::Shape(_)))
             .count()
     }
 
@@ -384,7 +391,7 @@ impl Scene {
     }
 
     /// Put an entry at the end of a group without a check or a step in the history.
-    pub(crate) fn append(&mut self, parent: NodeId, entry: Entry) -> NodeId {
+    pub(crate) fn append(&mut self, parent: NodeId, entry: NodeDesc) -> NodeId {
         let id = self.add_node(entry, Some(parent));
         self.nodes[parent.index()].children.push(id);
         id
@@ -396,14 +403,13 @@ impl PartialEq for Scene {
     fn eq(&self, other: &Self) -> bool {
         let same_settings = (&self.name, &self.credit, &self.view, &self.materials)
             == (&other.name, &other.credit, &other.view, &other.materials);
-        let part = |scene: &Self, id: NodeId| {
-            (scene.node(id).entry.clone(), scene.node(id).children.len())
-        };
+        let part =
+            |scene: &Self, id: NodeId| (scene.node(id).desc.clone(), scene.node(id).children.len());
         same_settings
-            && self.walk().count() == other.walk().count()
+            && self.iter().count() == other.iter().count()
             && self
-                .walk()
-                .zip(other.walk())
+                .iter()
+                .zip(other.iter())
                 .all(|(a, b)| part(self, a) == part(other, b))
     }
 }

@@ -1,5 +1,5 @@
-use crate::shape_rules::{self as rules, *};
-use crate::{Fault, MeshGrid, Outline, SampledGrid, SplinePoint, shape_table};
+use crate::shape_checks::{self as rules, *};
+use crate::{LoadedGrid, Path2, SampledGrid, SplinePoint, ValidationError, shape_table};
 use argil_math::Aabb;
 use glam::{Vec2, Vec3};
 #[cfg(feature = "schema")]
@@ -47,7 +47,7 @@ macro_rules! shapes {
             ///
             /// # Errors
             /// The first that cannot.
-            pub fn check(&self) -> Result<(), Fault> {
+            pub fn check(&self) -> Result<(), ValidationError> {
                 match self {$($(
                     Self::$shape { $($field),* } => {
                         $(let $field = $field.read();)*
@@ -94,7 +94,7 @@ macro_rules! shapes {
                         $exact
                     }
                 )*)*};
-                if is_exact { Exactness::Exact } else { Exactness::Bound }
+                if is_exact { Exactness::Exact } else { Exactness::LowerBound }
             }
 
             /// An example of each shape, of a size that goes together with the others, in the order of the table; of a mesh, which is
@@ -158,9 +158,9 @@ macro_rules! read_by_reference {
 read_by_value!(f32, u32, [f32; 2], [f32; 3], [f32; 4]);
 read_by_reference!(
     Vec<SplinePoint> as [SplinePoint]: |points| size_of_val(&points[..]),
-    Outline as Outline: |outline| size_of_val(&outline.pieces[..]),
+    Path2 as Path2: |outline| size_of_val(&outline.segments[..]),
     String as str: String::len,
-    MeshGrid as MeshGrid: |_| 0
+    LoadedGrid as LoadedGrid: |_| 0
 );
 
 fn mesh_resolution() -> u32 {
@@ -181,7 +181,7 @@ pub enum Exactness {
     /// The Euclidean distance, inside and outside.
     Exact,
     /// Never more than the Euclidean distance; the surface itself is right.
-    Bound,
+    LowerBound,
 }
 
 impl Shape {
@@ -199,7 +199,7 @@ impl Shape {
         Self::Mesh {
             path: path.into(),
             resolution: mesh_resolution(),
-            grid: MeshGrid::default(),
+            grid: LoadedGrid::default(),
         }
     }
 
@@ -211,7 +211,7 @@ impl Shape {
             height,
             base: base(),
             resolution: posts(),
-            grid: MeshGrid::default(),
+            grid: LoadedGrid::default(),
         }
     }
 
@@ -220,7 +220,7 @@ impl Shape {
         Self::Mesh {
             path: format!("{}.grid", name.as_ref()),
             resolution: mesh_resolution(),
-            grid: MeshGrid(Some(Arc::new(grid))),
+            grid: LoadedGrid(Some(Arc::new(grid))),
         }
     }
 
@@ -234,7 +234,7 @@ impl Shape {
     }
 
     /// The file that it is made of when the scene is loaded, how finely, and what it then is; of a mesh or a heightmap.
-    pub fn file(&self) -> Option<(&str, u32, &MeshGrid)> {
+    pub fn file(&self) -> Option<(&str, u32, &LoadedGrid)> {
         match self {
             Self::Mesh {
                 path,
@@ -252,7 +252,7 @@ impl Shape {
     }
 
     /// The same, to be changed.
-    pub fn file_mut(&mut self) -> Option<(&mut String, &mut u32, &mut MeshGrid)> {
+    pub fn file_mut(&mut self) -> Option<(&mut String, &mut u32, &mut LoadedGrid)> {
         match self {
             Self::Mesh {
                 path,

@@ -24,7 +24,7 @@ macro_rules! shape_table {
                     radius: f32 => positive,
                 }
                 words([radius])
-                bounds(ball(radius))
+                bounds(enclosing_sphere_box(radius))
                 exact(true)
                 example(Some(Shape::sphere(0.5)));
 
@@ -188,7 +188,7 @@ macro_rules! shape_table {
                     top_radius: f32 => not_negative,
                 }
                 rule(if bottom_radius.max(top_radius) < 1e-6 {
-                    Err(Fault::new("bottom_radius", "both radii are 0: one must be positive"))
+                    Err(ValidationError::new("bottom_radius", "both radii are 0: one must be positive"))
                 } else {
                     Ok(())
                 })
@@ -215,7 +215,7 @@ macro_rules! shape_table {
                     let least = (bottom_radius - top_radius).abs();
                     if height <= least * 1.0001 {
                         let reason = format!("{height} is not more than the radii differ by, {least}");
-                        Err(Fault::new("height", reason))
+                        Err(ValidationError::new("height", reason))
                     } else {
                         Ok(())
                     }
@@ -238,7 +238,7 @@ macro_rules! shape_table {
                     offset: f32 => coordinate,
                 }
                 rule(if Vec3::from(normal).length() < 1e-6 {
-                    Err(Fault::new("normal", "[0, 0, 0] has no direction"))
+                    Err(ValidationError::new("normal", "[0, 0, 0] has no direction"))
                 } else {
                     Ok(())
                 })
@@ -286,7 +286,7 @@ macro_rules! shape_table {
                     radius: f32 => positive,
                 }
                 words([radius])
-                bounds(ball(radius))
+                bounds(enclosing_sphere_box(radius))
                 exact(true)
                 example(Some(Shape::Octahedron { radius: 0.55 }));
 
@@ -313,7 +313,7 @@ macro_rules! shape_table {
                     /// Height of the cut, between −radius and radius.
                     cut: f32 => coordinate,
                 }
-                rule(cuts_ball(radius, cut))
+                rule(cut_inside_sphere(radius, cut))
                 words([radius, cut, rim_radius(radius, cut)])
                 bounds(upright(if cut > 0.0 { rim_radius(radius, cut) } else { radius }, cut, radius))
                 exact(true)
@@ -328,7 +328,7 @@ macro_rules! shape_table {
                     /// Half of the shell's thickness.
                     thickness: f32 => positive,
                 }
-                rule(cuts_ball(radius, cut))
+                rule(cut_inside_sphere(radius, cut))
                 words([radius, cut, rim_radius(radius, cut), thickness])
                 bounds({
                     let widest = if cut < 0.0 { rim_radius(radius, cut) } else { radius };
@@ -506,7 +506,7 @@ macro_rules! shape_table {
                 /// Outline turned about the y axis: its x is the distance from the axis.
                 Lathe(sd_lathe, outline_loops) {
                     /// The outline, at x ≥ 0.
-                    outline: Outline => outline,
+                    outline: Path2 => outline,
                 }
                 rule(beside_axis(outline))
                 words(outline_words(outline, 0.0, true))
@@ -516,7 +516,7 @@ macro_rules! shape_table {
                 })
                 exact(true)
                 example(Some(Shape::Lathe {
-                    outline: Outline::new([0.0, -0.5])
+                    outline: Path2::new([0.0, -0.5])
                         .line([0.3, -0.5])
                         .curve([0.5, -0.1], [0.2, 0.2])
                         .line([0.3, 0.5])
@@ -526,7 +526,7 @@ macro_rules! shape_table {
                 /// Outline in the x–y plane, extruded along z.
                 Extrusion(sd_extrusion, outline_loops) {
                     /// The outline.
-                    outline: Outline => outline,
+                    outline: Path2 => outline,
                     /// Half of the length along z.
                     half_depth: f32 => positive,
                 }
@@ -537,7 +537,7 @@ macro_rules! shape_table {
                 })
                 exact(true)
                 example(Some(Shape::Extrusion {
-                    outline: Outline::new([-0.45, -0.4])
+                    outline: Path2::new([-0.45, -0.4])
                         .line([0.45, -0.4])
                         .line([0.1, 0.0])
                         .curve([0.4, 0.5], [-0.45, 0.4]),
@@ -567,7 +567,7 @@ macro_rules! shape_table {
                     resolution: u32 => mesh_resolution,
                     /// Its distances, once it is loaded.
                     #[serde(skip)]
-                    grid: MeshGrid => distances,
+                    grid: LoadedGrid => distances,
                 }
                 // Of a grid that is not loaded lowering says so.
                 words(grid.words())
@@ -593,7 +593,7 @@ macro_rules! shape_table {
                     resolution: u32 => post_count,
                     /// Its heights, once it is loaded.
                     #[serde(skip)]
-                    grid: MeshGrid => heights,
+                    grid: LoadedGrid => heights,
                 }
                 // Of a grid that is not loaded lowering says so.
                 words(heightmap_words(grid.words(), half_size, [height, base]))

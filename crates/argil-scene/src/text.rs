@@ -1,7 +1,7 @@
 //! Text as outlines, of the letters of a font.
 
-use crate::fault::Fault;
-use crate::{Outline, Piece};
+use crate::validation::ValidationError;
+use crate::{Path2, PathSegment};
 use argil_math::Aabb;
 use glam::Vec2;
 use std::sync::LazyLock;
@@ -16,28 +16,28 @@ static FONT: LazyLock<Face<'static>> =
     LazyLock::new(|| Face::parse(epaint_default_fonts::UBUNTU_LIGHT, 0).expect("the font is one"));
 
 /// Characters that the font has, not too many, with something to see.
-pub(crate) fn letters(path: &str, text: &str) -> Result<(), Fault> {
+pub(crate) fn letters(path: &str, text: &str) -> Result<(), ValidationError> {
     let count = text.chars().count();
     if count > MAX_CHARACTERS {
         let reason = format!("{count} characters are more than the limit, {MAX_CHARACTERS}");
-        return Err(Fault::new(path, reason));
+        return Err(ValidationError::new(path, reason));
     }
     let has = |c: char| !c.is_control() && FONT.glyph_index(c).is_some();
     let unknown = |&c: &char| c != '\n' && !has(c);
     if let Some(unknown) = text.chars().find(unknown) {
         let reason = format!("the font has no letter for {unknown:?}");
-        return Err(Fault::new(path, reason));
+        return Err(ValidationError::new(path, reason));
     }
     if text_bounds(text, 1.0, 1.0).is_empty() {
-        return Err(Fault::new(path, "there is nothing to see in it"));
+        return Err(ValidationError::new(path, "there is nothing to see in it"));
     }
     let outlines = text_outlines(text, 1.0);
-    let pieces: usize = outlines.iter().map(|outline| outline.pieces.len()).sum();
+    let pieces: usize = outlines.iter().map(|outline| outline.segments.len()).sum();
     if pieces > MAX_TEXT_PIECES {
         let reason = format!(
             "its letters have {pieces} lines and curves, more than the limit, {MAX_TEXT_PIECES}: write it as several brushes"
         );
-        return Err(Fault::new(path, reason));
+        return Err(ValidationError::new(path, reason));
     }
     Ok(())
 }
@@ -66,7 +66,7 @@ fn scale_of(size: f32) -> f32 {
 /// The closed outlines of a text in the x–y plane, holes among them: its first line stands on the x axis, each line is centred, and an
 /// em is `size` high. What the font lacks is left out.
 #[doc(hidden)]
-pub fn text_outlines(text: &str, size: f32) -> Vec<Outline> {
+pub fn text_outlines(text: &str, size: f32) -> Vec<Path2> {
     let mut all = Vec::new();
     for (glyph, pen) in glyphs(text) {
         let mut contours = Contours {
@@ -99,7 +99,7 @@ pub(crate) fn text_bounds(text: &str, size: f32, half_depth: f32) -> Aabb {
 
 /// Outlines as they are drawn, from a pen's position.
 struct Contours<'a> {
-    all: &'a mut Vec<Outline>,
+    all: &'a mut Vec<Path2>,
     pen: Vec2,
     scale: f32,
 }
@@ -111,7 +111,7 @@ impl Contours<'_> {
 
     fn put(&mut self, control: Option<[f32; 2]>, to: [f32; 2]) {
         if let Some(last) = self.all.last_mut() {
-            last.pieces.push(Piece { control, to });
+            last.segments.push(PathSegment { control, to });
         }
     }
 }
@@ -119,7 +119,7 @@ impl Contours<'_> {
 impl OutlineBuilder for Contours<'_> {
     fn move_to(&mut self, x: f32, y: f32) {
         let start = self.at(x, y);
-        self.all.push(Outline::new(start));
+        self.all.push(Path2::new(start));
     }
 
     fn line_to(&mut self, x: f32, y: f32) {

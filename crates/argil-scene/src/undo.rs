@@ -1,14 +1,14 @@
 //! A scene's history: what is undone and redone, and who follows its changes.
 
-use crate::history::{Aside, Step, is_covered};
-use crate::{Edited, HistoryLimit, Node, Scene};
+use crate::history::{HistoryStep, SuspendedHistory, is_covered};
+use crate::{EditOutcome, HistoryLimit, Node, Scene};
 
 impl Scene {
     /// Sets the history aside, so that what comes next can be taken back without a trace.
-    pub(crate) fn set_history_aside(&mut self) -> Aside {
+    pub(crate) fn set_history_aside(&mut self) -> SuspendedHistory {
         let (nodes, changes) = (self.nodes.len(), self.history.count());
         let history = &mut self.history;
-        let aside = Aside {
+        let aside = SuspendedHistory {
             nodes,
             changes,
             undo: std::mem::take(&mut history.undo),
@@ -23,15 +23,16 @@ impl Scene {
     }
 
     /// Puts the history back, with what was done since behind it, or with that taken back.
-    pub(crate) fn join_history(&mut self, aside: Aside, is_kept: bool) {
+    pub(crate) fn join_history(&mut self, aside: SuspendedHistory, is_kept: bool) {
         let mut new = std::mem::take(&mut self.history.undo);
         if !is_kept {
-            let steps: Vec<Step> = new.drain(..).flatten().collect();
+            let steps: Vec<HistoryStep> = new.drain(..).flatten().collect();
             for step in steps.into_iter().rev() {
                 self.take(step);
             }
             self.nodes.truncate(aside.nodes);
-            self.crowds.retain(|group, _| group.index() < aside.nodes);
+            self.summaries
+                .retain(|group, _| group.index() < aside.nodes);
             self.history.forget_changes_after(aside.changes);
         }
         let is_empty = new.iter().all(Vec::is_empty);
@@ -105,7 +106,7 @@ impl Scene {
         for root in std::iter::once(Self::ROOT).chain(held) {
             // What is in a tree that was seen was seen with it.
             if !is_needed[root.index()] {
-                let nodes = self.walk_from(root);
+                let nodes = self.descendants(root);
                 nodes.for_each(|node| is_needed[node.index()] = true);
             }
         }
@@ -125,7 +126,7 @@ impl Scene {
     }
 
     /// Take the last edit back, with the box that this makes dirty.
-    pub fn undo_edit(&mut self) -> Option<Edited> {
+    pub fn undo_edit(&mut self) -> Option<EditOutcome> {
         self.end_stroke();
         let steps = self.history.undo.pop()?;
         let (edited, inverse) = self.take_all(steps)?;
@@ -134,7 +135,7 @@ impl Scene {
     }
 
     /// Do again what was undone last, with the box that this makes dirty.
-    pub fn redo_edit(&mut self) -> Option<Edited> {
+    pub fn redo_edit(&mut self) -> Option<EditOutcome> {
         self.end_stroke();
         let steps = self.history.redo.pop()?;
         let (edited, inverse) = self.take_all(steps)?;
@@ -143,13 +144,13 @@ impl Scene {
     }
 
     /// Take the steps of one undo or redo, the last first.
-    fn take_all(&mut self, steps: Vec<Step>) -> Option<(Edited, Vec<Step>)> {
-        let mut all: Option<Edited> = None;
+    fn take_all(&mut self, steps: Vec<HistoryStep>) -> Option<(EditOutcome, Vec<HistoryStep>)> {
+        let mut all: Option<EditOutcome> = None;
         let mut inverses = Vec::with_capacity(steps.len());
         for step in steps.into_iter().rev() {
             let (edited, inverse) = self.take(step);
             inverses.push(inverse);
-            all = Some(Edited {
+            all = Some(EditOutcome {
                 dirty_box: all.map_or(edited.dirty_box, |a| a.dirty_box.union(edited.dirty_box)),
                 ..edited
             });

@@ -1,4 +1,4 @@
-use crate::fault::{Fault, coordinate, each, within};
+use crate::validation::{ValidationError, coordinate, each, within};
 use argil_math::Aabb;
 #[cfg(feature = "schema")]
 use schemars::JsonSchema;
@@ -10,14 +10,14 @@ use serde::{Deserialize, Serialize};
 #[serde(deny_unknown_fields, default)]
 pub struct View {
     /// Where the camera is.
-    pub camera: Placement,
+    pub camera: CameraPose,
     /// The picture's vertical field of view in degrees, from 1 to 170.
     pub field_of_view_degrees: f32,
     /// Whether a ground plane lies under the scene.
     pub ground: bool,
     /// Least and greatest corner of what to look at; without it, the scene's own box.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub frame: Option<[[f32; 3]; 2]>,
+    #[serde(alias = "frame", skip_serializing_if = "Option::is_none")]
+    pub bounds: Option<[[f32; 3]; 2]>,
     /// Direction to the sun as azimuth and elevation in degrees.
     pub sun_degrees: [f32; 2],
 }
@@ -26,11 +26,12 @@ pub struct View {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
-pub enum Placement {
+pub enum CameraPose {
     /// Azimuth and elevation in degrees, and the distance in multiples of the radius of what is looked at.
     Orbit([f32; 3]),
     /// From a point to a point.
-    Look {
+    #[serde(alias = "look")]
+    LookAt {
         /// The camera.
         eye: [f32; 3],
         /// What is in the middle of the picture.
@@ -41,17 +42,17 @@ pub enum Placement {
 impl Default for View {
     fn default() -> Self {
         Self {
-            camera: Placement::Orbit([30.0, 20.0, 3.6]),
+            camera: CameraPose::Orbit([30.0, 20.0, 3.6]),
             field_of_view_degrees: 35.0,
             ground: false,
-            frame: None,
+            bounds: None,
             sun_degrees: [60.0, 50.0],
         }
     }
 }
 
 impl View {
-    pub(crate) fn check(&self) -> Result<(), Fault> {
+    pub(crate) fn check(&self) -> Result<(), ValidationError> {
         self.camera.check().map_err(|f| f.within("camera"))?;
         within(
             "field_of_view_degrees",
@@ -60,13 +61,13 @@ impl View {
             170.0,
         )?;
         each("sun_degrees", self.sun_degrees, coordinate)?;
-        if let Some([min, max]) = self.frame {
-            each("frame[0]", min, coordinate)?;
-            each("frame[1]", max, coordinate)?;
+        if let Some([min, max]) = self.bounds {
+            each("bounds[0]", min, coordinate)?;
+            each("bounds[1]", max, coordinate)?;
             let size = Aabb::new(min.into(), max.into()).size();
             if size.min_element() < 0.0 || size.max_element() < 1e-6 {
-                return Err(Fault::new(
-                    "frame",
+                return Err(ValidationError::new(
+                    "bounds",
                     "the first corner is not below the second",
                 ));
             }
@@ -75,21 +76,21 @@ impl View {
     }
 }
 
-impl Placement {
+impl CameraPose {
     /// Whether a camera can stand so.
-    pub fn check(&self) -> Result<(), Fault> {
+    pub fn check(&self) -> Result<(), ValidationError> {
         match *self {
             Self::Orbit([azimuth, elevation, distance]) => {
                 coordinate("orbit[0]", azimuth)?;
                 within("orbit[1]", elevation, -90.0, 90.0)?;
                 within("orbit[2]", distance, 0.0, 1e4)
             }
-            Self::Look { eye, target } => {
-                each("look.eye", eye, coordinate)?;
-                each("look.target", target, coordinate)?;
+            Self::LookAt { eye, target } => {
+                each("look_at.eye", eye, coordinate)?;
+                each("look_at.target", target, coordinate)?;
                 if eye == target {
-                    return Err(Fault::new(
-                        "look.target",
+                    return Err(ValidationError::new(
+                        "look_at.target",
                         "the camera looks at its own place",
                     ));
                 }

@@ -1,6 +1,6 @@
 //! Edits: what is refused, what can be undone, and that many of them stay quick.
 
-use argil_scene::{Body, Brush, Edit, EditError, Group, HistoryLimit, Modifier, Scene, Shape};
+use argil_scene::{Brush, Edit, EditError, Group, HistoryLimit, Modifier, NodeKind, Scene, Shape};
 
 fn ball() -> Brush {
     Brush::new(Shape::sphere(0.5))
@@ -265,15 +265,15 @@ fn a_mesh_given_anew_is_that_of_what_undo_brings_back() {
         panic!("a mesh")
     };
     let node = scene.push(mesh.clone()).expect("a mesh").node;
-    let has = |scene: &Scene, wanted: f32| match &scene.node(node).entry().body {
-        Body::Shape(Shape::Mesh { grid: own, .. }) => own.0.as_deref() == Some(&*grid(wanted)),
+    let has = |scene: &Scene, wanted: f32| match &scene.node(node).desc().kind {
+        NodeKind::Shape(Shape::Mesh { grid: own, .. }) => own.0.as_deref() == Some(&*grid(wanted)),
         _ => false,
     };
-    scene.set_mesh("a.obj", resolution, grid(2.0));
+    scene.set_mesh_grid("a.obj", resolution, grid(2.0));
     assert!(has(&scene, 2.0));
     let entry = mesh.at([1.0, 0.0, 0.0]).into();
     scene.apply(Edit::Replace { node, entry }).expect("an edit");
-    scene.set_mesh("a.obj", resolution, grid(3.0));
+    scene.set_mesh_grid("a.obj", resolution, grid(3.0));
     assert!(has(&scene, 3.0));
     scene.undo();
     assert!(has(&scene, 3.0), "not what it was when it was moved");
@@ -287,20 +287,20 @@ fn meshes_are_named_anew_all_at_once_in_what_is_undone_too() {
     };
     for path in ["a.obj", "b.obj"] {
         scene.push(Brush::new(Shape::mesh(path))).expect("a mesh");
-        scene.set_mesh(path, resolution, grid(2.0));
+        scene.set_mesh_grid(path, resolution, grid(2.0));
     }
     let node = scene.node(Scene::ROOT).children()[0];
     let entry = Brush::new(Shape::mesh("a.obj")).at([1.0, 0.0, 0.0]).into();
     scene.apply(Edit::Replace { node, entry }).expect("an edit");
     let line = r#"{"edit": "rename_meshes", "paths": {"a.obj": "b.obj", "b.obj": "c.obj"}}"#;
     let mut other = scene.clone();
-    assert_eq!(other.replay(line).expect("a line"), None);
+    assert_eq!(other.apply_log_line(line).expect("a line"), None);
     assert_eq!(other.mesh_paths(), ["b.obj", "c.obj"]);
     // It was no step: what is undone is the edit before it.
     assert_eq!(other.history_lengths(), scene.history_lengths());
     other.undo();
     assert_eq!(other.mesh_paths(), ["b.obj", "c.obj"]);
-    assert!(other.node(node).entry().modifiers.is_empty());
+    assert!(other.node(node).desc().modifiers.is_empty());
     // What is put in by its new name is known.
     other
         .push(Brush::new(Shape::mesh("c.obj")))
@@ -360,7 +360,7 @@ fn histories_keep_to_a_limit() {
         scene.apply(Edit::Remove { node }).expect("an edit");
         assert!(scene.history_lengths()[0] <= 100);
     }
-    assert!(scene.node(ball.node).entry().modifiers.len() <= 6);
+    assert!(scene.node(ball.node).desc().modifiers.len() <= 6);
     let steps = scene.history_lengths()[0];
     for _ in 0..steps {
         assert!(scene.undo());

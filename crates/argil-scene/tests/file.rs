@@ -1,6 +1,6 @@
 //! Scene files: round trips, errors with their place, and hostile input.
 
-use argil_scene::{Brush, FileError, Group, Material, Modifier, Outline, Piece, Scene, Shape};
+use argil_scene::{Brush, FileError, Group, Material, Modifier, Path2, PathSegment, Scene, Shape};
 
 fn parse(json: &str) -> Result<Scene, String> {
     Scene::from_json(json, "s.json").map_err(|e| e.to_string())
@@ -19,14 +19,14 @@ fn a_scene_with_everything_survives_a_round_trip_bit_for_bit() {
             },
         )
         .unwrap();
-    let outline = Outline {
+    let outline = Path2 {
         start: [0.0, 0.0],
-        pieces: vec![
-            Piece {
+        segments: vec![
+            PathSegment {
                 control: None,
                 to: [1.0, 0.0],
             },
-            Piece {
+            PathSegment {
                 control: Some([1.0, 1.0]),
                 to: [0.0, 0.1],
             },
@@ -59,18 +59,16 @@ fn a_scene_with_everything_survives_a_round_trip_bit_for_bit() {
     scene
         .push(Brush::new(Shape::sphere(1.0)).morph(0.25))
         .unwrap();
-    let mut locked: argil_scene::Entry = Brush::new(Shape::sphere(2.0)).into();
+    let mut locked: argil_scene::NodeDesc = Brush::new(Shape::sphere(2.0)).into();
     locked.locked = true;
     scene.push(locked).unwrap();
     let text = scene.to_json();
     let again = parse(&text).unwrap();
     assert_eq!(scene, again);
     assert_eq!(text, again.to_json());
-    let group = again.find(&scene.path(group)).expect("the group");
-    let Modifier::Translate { by } = again
-        .node(again.node(group).children()[0])
-        .entry()
-        .modifiers[0]
+    let group = again.node_by_path(&scene.path(group)).expect("the group");
+    let Modifier::Translate { by } =
+        again.node(again.node(group).children()[0]).desc().modifiers[0]
     else {
         panic!("no translation")
     };
@@ -198,7 +196,7 @@ fn groups_ten_thousand_levels_deep_are_read_and_written() {
         "]}".repeat(depth)
     );
     let scene = parse(&json).unwrap();
-    assert_eq!(scene.walk().count(), depth + 2);
+    assert_eq!(scene.iter().count(), depth + 2);
     assert_eq!(parse(&scene.to_json()).unwrap(), scene);
     // The path of a fault at the bottom is found without a deep stack as well.
     let error = parse(&json.replace("\"radius\": 1", "\"radius\": 0")).unwrap_err();

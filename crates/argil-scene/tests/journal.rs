@@ -51,7 +51,7 @@ fn victim() {
     };
     let path = Path::new(&path);
     let mut scene = beginning();
-    let mut journal = Journal::begin(path, &scene).expect("a journal");
+    let mut journal = Journal::create(path, &scene).expect("a journal");
     let mut out = std::io::stdout();
     for nth in 0.. {
         let line = line(&scene, nth);
@@ -117,7 +117,7 @@ fn killed_at_any_moment_all_but_the_edit_in_flight_comes_back() {
         let mut expected = beginning();
         for nth in 0..found.edits as u64 {
             let line = line(&expected, nth);
-            expected.replay(&line).expect("a valid edit");
+            expected.apply_log_line(&line).expect("a valid edit");
         }
         let mut scene = found.scene;
         assert!(scene == expected, "after {} edits", found.edits);
@@ -140,7 +140,7 @@ fn a_journal_cut_anywhere_gives_what_was_whole() {
     let path = folder.path().join("cut.journal");
     let mut scene = beginning();
     let mut states = vec![scene.clone()];
-    let mut journal = Journal::begin(&path, &scene).expect("a journal");
+    let mut journal = Journal::create(&path, &scene).expect("a journal");
     let head = std::fs::metadata(&path).expect("a file").len() as usize;
     for nth in 0..6 {
         let line = line(&scene, nth);
@@ -155,7 +155,7 @@ fn a_journal_cut_anywhere_gives_what_was_whole() {
                 assert!(length >= head);
                 assert!(found.scene == states[found.edits], "{length}");
                 // It goes on after the cut.
-                let (mut scene, mut journal) = found.go_on().expect("a journal");
+                let (mut scene, mut journal) = found.resume().expect("a journal");
                 let node = scene.node(Scene::ROOT).children()[0];
                 let by = Modifier::Scale { by: 2.0 };
                 let edit = Edit::Transform { node, by };
@@ -195,7 +195,7 @@ fn what_is_refused_is_not_recorded() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("refused.journal");
     let mut scene = beginning();
-    let mut journal = Journal::begin(&path, &scene).expect("a journal");
+    let mut journal = Journal::create(&path, &scene).expect("a journal");
     let root = Edit::Remove { node: Scene::ROOT };
     assert!(matches!(
         journal.apply(&mut scene, root),
@@ -208,7 +208,7 @@ fn what_is_refused_is_not_recorded() {
     assert_eq!(Journal::recover(&path).expect("a journal").edits, 0);
     journal.remove().expect("removed");
     scene.push(Brush::new(Shape::sphere(0.1))).expect("an edit");
-    let late = Journal::begin(&path, &scene);
+    let late = Journal::create(&path, &scene);
     assert!(matches!(late, Err(JournalError::TooLate(1))));
     assert!(matches!(
         Journal::recover(&path),

@@ -1,6 +1,6 @@
 //! Edits as lines of text.
 
-use argil_scene::{Brush, Edit, Entry, Group, Material, Modifier, Scene, Shape};
+use argil_scene::{Brush, Edit, Group, Material, Modifier, NodeDesc, Scene, Shape};
 
 fn ball(radius: f32) -> Brush {
     Brush::new(Shape::sphere(radius)).blend(0.05)
@@ -17,7 +17,7 @@ fn a_log_replays_on_another_scene() {
         lines.push(scene.log_line(&edit));
         scene.apply(edit).unwrap().node
     };
-    let insert = |parent, index, entry: Entry| Edit::Insert {
+    let insert = |parent, index, entry: NodeDesc| Edit::Insert {
         parent,
         index,
         entry,
@@ -58,7 +58,7 @@ fn a_log_replays_on_another_scene() {
     done(&mut scene, Edit::Replace { node: a, entry });
     done(&mut scene, Edit::Remove { node: b });
     for line in &lines {
-        assert!(other.replay(line).unwrap().is_some(), "{line}");
+        assert!(other.apply_log_line(line).unwrap().is_some(), "{line}");
     }
     assert_eq!(other, scene);
     assert_eq!(other.to_json(), scene.to_json());
@@ -68,7 +68,7 @@ fn a_log_replays_on_another_scene() {
         "{\"edit\": \"undo\"}",
         "{\"edit\": \"redo\"}",
     ] {
-        other.replay(line).unwrap();
+        other.apply_log_line(line).unwrap();
     }
     scene.undo();
     assert_eq!(other, scene);
@@ -81,10 +81,14 @@ fn a_group_with_brushes_is_one_step() {
     let line = r#"{"edit": "insert", "entry": {"blend": 0.1, "brushes": [
         {"shape": {"type": "sphere", "radius": 1}},
         {"operator": "subtract", "brushes": [{"shape": {"type": "sphere", "radius": 0.5}}]}]}}"#;
-    let made = scene.replay(line).unwrap().unwrap();
+    let made = scene.apply_log_line(line).unwrap().unwrap();
     assert_eq!(scene.brush_count(), 2);
     assert_eq!(scene.path(made.node), "brushes[0]");
-    assert!(scene.find("brushes[0].brushes[1].brushes[0]").is_some());
+    assert!(
+        scene
+            .node_by_path("brushes[0].brushes[1].brushes[0]")
+            .is_some()
+    );
     assert!(scene.undo());
     assert_eq!(scene.brush_count(), 0);
     assert!(!scene.undo());
@@ -140,7 +144,7 @@ fn lines_that_cannot_be_done_say_why_and_change_nothing() {
         ),
         ("{\"edit\": \"redo\"}", "nothing to redo"),
     ] {
-        let error = scene.replay(line).expect_err(line).to_string();
+        let error = scene.apply_log_line(line).expect_err(line).to_string();
         assert!(
             error.contains(reason),
             "{line}: {error} does not say {reason}"
@@ -198,7 +202,7 @@ fn refused_edits_leave_no_trace() {
     assert!(scene == before);
     let modifiers = |scene: &Scene| {
         let first = scene.node(Scene::ROOT).children()[0];
-        scene.node(first).entry().modifiers.len()
+        scene.node(first).desc().modifiers.len()
     };
     assert!(scene.redo() && modifiers(&scene) == 2);
 }
@@ -210,17 +214,17 @@ fn what_is_a_brush_and_a_group_is_refused_whole() {
     let both = r#"{"shape":{"type":"sphere","radius":0.5},"brushes":[{"brushes":[]}]}"#;
     let mut scene = Scene::new();
     let line = |entry: &str| format!(r#"{{"edit":"insert","entry":{entry}}}"#);
-    scene.replay(&line(ball)).expect("an edit");
+    scene.apply_log_line(&line(ball)).expect("an edit");
     let (before, lengths) = (scene.clone(), scene.history_lengths());
     let deep = format!(r#"{{"brushes":[{ball},{{"brushes":[{both}]}}]}}"#);
     for entry in [both.to_owned(), format!(r#"{{"brushes":[{both}]}}"#), deep] {
-        let refused = scene.replay(&line(&entry)).expect_err("both");
+        let refused = scene.apply_log_line(&line(&entry)).expect_err("both");
         assert!(refused.to_string().contains("this has both"), "{refused}");
         assert!(scene == before && scene.history_lengths() == lengths);
     }
     // Two steps are two.
-    scene.replay(&line(ball)).expect("an edit");
-    scene.replay(&line(ball)).expect("an edit");
+    scene.apply_log_line(&line(ball)).expect("an edit");
+    scene.apply_log_line(&line(ball)).expect("an edit");
     assert!(scene.undo());
     assert_eq!(scene.brush_count(), 2);
 }
@@ -230,7 +234,7 @@ fn what_is_a_brush_and_a_group_is_refused_whole() {
 fn an_absurd_index_is_refused() {
     let mut scene = Scene::new();
     let ball = r#"{"edit":"insert","entry":{"shape":{"type":"sphere","radius":0.5}}}"#;
-    scene.replay(ball).expect("an edit");
+    scene.apply_log_line(ball).expect("an edit");
     let before = scene.clone();
     for line in [
         format!(
@@ -242,7 +246,10 @@ fn an_absurd_index_is_refused() {
             usize::MAX
         ),
     ] {
-        let error = scene.replay(&line).expect_err("no such place").to_string();
+        let error = scene
+            .apply_log_line(&line)
+            .expect_err("no such place")
+            .to_string();
         assert!(error.contains("lies beyond the end"), "{error}");
         assert!(scene == before);
     }

@@ -4,7 +4,7 @@
 use argil_field::Program;
 use argil_math::Aabb;
 use argil_scene::Scene;
-use argil_volume::{Dense, Encoding, Lattice, Layout, Octree, OctreeSettings};
+use argil_volume::{Dense, Encoding, Octree, OctreeLayout, OctreeSettings, VoxelGrid};
 use glam::Vec3;
 use std::time::Instant;
 
@@ -26,7 +26,7 @@ fn main() {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes/csg20.json");
     let scene = Scene::open(path).expect("the scene ships with the project");
     let program = Program::lower(&scene).expect("the scene can be lowered");
-    let lattice = Lattice::over(Aabb::centered(Vec3::ONE), 256).expect("a lattice");
+    let lattice = VoxelGrid::covering(Aabb::centered(Vec3::ONE), 256).expect("a lattice");
     let grid = lattice.grid(0);
     let mut field = vec![0.0f32; 256 * 256 * 256];
     let encoding = Encoding::default();
@@ -49,7 +49,7 @@ fn main() {
             let inside = field.iter().filter(|&&d| d < 0.0).count();
             assert_eq!(inside, EXPECTED_INSIDE);
             // Stored distances round to 0 next to the surface: as many as the field puts below half a step.
-            let step = encoding.range_length(&lattice, 0) / 127.0;
+            let step = encoding.band_width(&lattice, 0) / 127.0;
             let below = field.iter().filter(|&&d| d < -0.5 * step).count();
             let texels = dense.expect("it was baked");
             let texels = texels.levels()[0].bytes();
@@ -69,14 +69,14 @@ fn main() {
     }
     for brick in [8, 16, 32] {
         let settings = OctreeSettings {
-            brick,
+            brick_size_voxels: brick,
             ..OctreeSettings::default()
         };
-        let layout = Layout::new(lattice, &settings).expect("a layout");
+        let layout = OctreeLayout::new(lattice, &settings).expect("a layout");
         let mut times: Vec<f64> = (0..ROUNDS)
-            .map(|_| ms(|| drop(Octree::bake(&program, layout, settings.keep))))
+            .map(|_| ms(|| drop(Octree::bake(&program, layout, settings.brick_test))))
             .collect();
-        let (octree, stages) = Octree::bake(&program, layout, settings.keep);
+        let (octree, stages) = Octree::bake(&program, layout, settings.brick_test);
         println!(
             "octree, bricks of {brick}: {:.1} ms, {} bricks (select {:.2}, fill {:.2}, tree {:.3})",
             median(&mut times),

@@ -6,7 +6,9 @@
 use argil_field::Program;
 use argil_math::Aabb;
 use argil_scene::Scene;
-use argil_volume::{Bits, BrickLayout, BrickSettings, BrickStagesMs, Bricks, Dense, Lattice};
+use argil_volume::{
+    BrickLayout, BrickSettings, BrickTimings, Bricks, Dense, SampleFormat, VoxelGrid,
+};
 use std::time::Instant;
 
 const EXPECTED_BRICKS: usize = 3629;
@@ -25,14 +27,14 @@ fn main() {
         let program = Program::lower(&scene).expect("the scene can be lowered");
         let frame = scene
             .view
-            .frame
+            .bounds
             .map(|[min, max]| Aabb::new(min.into(), max.into()));
         for resolution in [256, 512, 1024] {
-            let lattice = Lattice::holding(program.aabb(), frame, resolution).expect("a lattice");
-            let dense = Dense::bytes_of(&lattice, Bits::Eight, false);
+            let lattice = VoxelGrid::fitting(program.aabb(), frame, resolution).expect("a lattice");
+            let dense = Dense::bytes_of(&lattice, SampleFormat::Snorm8, false);
             let settings = BrickSettings::default();
             let layout = BrickLayout::new(lattice, &settings).expect("a layout");
-            let mut all: Vec<(f64, BrickStagesMs)> = Vec::new();
+            let mut all: Vec<(f64, BrickTimings)> = Vec::new();
             let mut kept = None;
             for _ in 0..7 {
                 drop(kept.take());

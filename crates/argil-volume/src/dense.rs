@@ -8,10 +8,10 @@
 //! *Practice.* [`Dense::bake`] samples every level from the field itself, slabs in parallel, cells with what can matter in
 //! each (`fill.rs`), straight into the texels. [`Dense::bake_whole`] evaluates everything everywhere. What differs from Claybook: it makes its mips from the finest level.
 
-mod kept;
+mod volume_kind;
 
 use crate::encoding::encode;
-use crate::{Bits, Encoding, Lattice, Sampler, Texel, Texels, fill};
+use crate::{Encoding, SampleFormat, Sampler, Texel, Texels, VoxelGrid, bake_level};
 use argil_field::{Evaluator, Program};
 use argil_math::Control;
 use glam::Vec3;
@@ -23,22 +23,22 @@ const COARSEST: u32 = 4;
 /// A dense volume.
 #[derive(Clone, PartialEq)]
 pub struct Dense {
-    lattice: Lattice,
+    voxel_grid: VoxelGrid,
     encoding: Encoding,
     levels: Vec<Texels>,
 }
 
 impl Dense {
     /// Sample a field on all levels, on rayon's current threads, each cell with what can matter there.
-    pub fn bake(program: &Program, lattice: Lattice, encoding: Encoding, mips: bool) -> Self {
+    pub fn bake(program: &Program, lattice: VoxelGrid, encoding: Encoding, mips: bool) -> Self {
         let how = (true, &Control::default());
         Self::bake_with(program, lattice, encoding, mips, how)
     }
 
     /// [`Dense::bake`], which can be stopped and tells how far it is: the stage "layers". `None` if it was cancelled.
-    pub fn bake_controlled(
+    pub fn bake_with_control(
         program: &Program,
-        lattice: Lattice,
+        lattice: VoxelGrid,
         encoding: Encoding,
         mips: bool,
         control: &Control,
@@ -48,43 +48,52 @@ impl Dense {
     }
 
     /// The same texels with nothing pruned: what pruning is held against.
-    pub fn bake_whole(program: &Program, lattice: Lattice, encoding: Encoding, mips: bool) -> Self {
+    pub fn bake_whole(
+        program: &Program,
+        lattice: VoxelGrid,
+        encoding: Encoding,
+        mips: bool,
+    ) -> Self {
         let how = (false, &Control::default());
         Self::bake_with(program, lattice, encoding, mips, how)
     }
 
     fn bake_with(
         program: &Program,
-        lattice: Lattice,
+        voxel_grid: VoxelGrid,
         encoding: Encoding,
         mips: bool,
         (pruned, control): (bool, &Control),
     ) -> Self {
-        let levels = (0..Self::level_count(program, &lattice, &encoding, mips))
-            .map(|level| match encoding.bits {
-                Bits::Eight => {
-                    bake_level::<i8>(program, &lattice, &encoding, level, (pruned, control))
+        let levels = (0..Self::level_count(program, &voxel_grid, &encoding, mips))
+            .map(|level| match encoding.format {
+                SampleFormat::Snorm8 => {
+                    bake_level::<i8>(program, &voxel_grid, &encoding, level, (pruned, control))
                 }
-                Bits::Sixteen => {
-                    bake_level::<i16>(program, &lattice, &encoding, level, (pruned, control))
+                SampleFormat::Snorm16 => {
+                    bake_level::<i16>(program, &voxel_grid, &encoding, level, (pruned, control))
                 }
             })
             .collect();
         Self {
-            lattice,
+            voxel_grid,
             encoding,
             levels,
         }
     }
 
     /// From stored levels; `None` where there are none, or one has not the size that the lattice says.
-    pub fn from_levels(lattice: Lattice, encoding: Encoding, levels: Vec<Texels>) -> Option<Self> {
+    pub fn from_levels(
+        lattice: VoxelGrid,
+        encoding: Encoding,
+        levels: Vec<Texels>,
+    ) -> Option<Self> {
         let fits = |(level, texels): (usize, &Texels)| {
-            let bytes = lattice.texel_count(level as u32) * encoding.bits.bytes() as u64;
-            texels.bits() == encoding.bits && texels.bytes().len() as u64 == bytes
+            let bytes = lattice.texel_count(level as u32) * encoding.format.bytes() as u64;
+            texels.bits() == encoding.format && texels.bytes().len() as u64 == bytes
         };
         (!levels.is_empty() && levels.iter().enumerate().all(fits)).then_some(Self {
-            lattice,
+            voxel_grid: lattice,
             encoding,
             levels,
         })
@@ -94,30 +103,30 @@ impl Dense {
     /// side.
     pub fn level_count(
         program: &Program,
-        lattice: &Lattice,
+        lattice: &VoxelGrid,
         encoding: &Encoding,
         mips: bool,
     ) -> u32 {
-        let most = if mips { Self::most_levels(lattice) } else { 1 };
+        let most = if mips { Self::max_levels(lattice) } else { 1 };
         let tells = |&level: &u32| encoding.fill(program, lattice, level).first_bias[3] < f32::MAX;
         1 + (1..most).take_while(tells).count() as u32
     }
 
     /// Levels of detail that a volume can have.
-    pub fn most_levels(lattice: &Lattice) -> u32 {
+    pub fn max_levels(lattice: &VoxelGrid) -> u32 {
         (lattice.size.max_element() / COARSEST).max(1).ilog2() + 1
     }
 
     /// Bytes of all texels of a volume that is not there yet, at most.
-    pub fn bytes_of(lattice: &Lattice, bits: Bits, mips: bool) -> u64 {
-        (0..if mips { Self::most_levels(lattice) } else { 1 })
+    pub fn bytes_of(lattice: &VoxelGrid, bits: SampleFormat, mips: bool) -> u64 {
+        (0..if mips { Self::max_levels(lattice) } else { 1 })
             .map(|level| lattice.texel_count(level) * bits.bytes() as u64)
             .sum()
     }
 
     /// Where the voxels lie.
-    pub fn lattice(&self) -> &Lattice {
-        &self.lattice
+    pub fn lattice(&self) -> &VoxelGrid {
+        &self.voxel_grid
     }
 
     /// What texels mean.
@@ -140,7 +149,7 @@ impl Dense {
         self.levels
             .iter()
             .zip(0..)
-            .filter_map(|(t, level)| Sampler::new(t.of()?, &self.lattice, &self.encoding, level))
+            .filter_map(|(t, level)| Sampler::new(t.of()?, &self.voxel_grid, &self.encoding, level))
             .collect()
     }
 
@@ -148,13 +157,13 @@ impl Dense {
     /// surface is away at least, where it is above 0. `None` for a level that is not there.
     pub fn distance(&self, level: u32, point: Vec3) -> Option<f32> {
         let texels = self.levels.get(level as usize)?;
-        let (lattice, encoding) = (&self.lattice, &self.encoding);
-        match encoding.bits {
-            Bits::Eight => {
+        let (lattice, encoding) = (&self.voxel_grid, &self.encoding);
+        match encoding.format {
+            SampleFormat::Snorm8 => {
                 let sampler = Sampler::<i8>::new(texels.of()?, lattice, encoding, level)?;
                 Some(sampler.distance(point))
             }
-            Bits::Sixteen => {
+            SampleFormat::Snorm16 => {
                 let sampler = Sampler::<i16>::new(texels.of()?, lattice, encoding, level)?;
                 Some(sampler.distance(point))
             }
@@ -164,7 +173,7 @@ impl Dense {
 
 fn bake_level<T: Texel>(
     program: &Program,
-    lattice: &Lattice,
+    lattice: &VoxelGrid,
     encoding: &Encoding,
     level: u32,
     (pruned, control): (bool, &Control),
@@ -172,7 +181,7 @@ fn bake_level<T: Texel>(
     let words = encoding.fill(program, lattice, level);
     let grid = lattice.grid(level);
     if pruned {
-        return fill::sample::<T>(program, &grid, &words, &|_| None, control);
+        return bake_level::sample::<T>(program, &grid, &words, &|_| None, control);
     }
     let xs = grid.coordinates(0);
     let mut texels = vec![T::default(); lattice.texel_count(level) as usize];

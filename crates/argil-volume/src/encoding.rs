@@ -1,39 +1,39 @@
-use crate::Lattice;
-use argil_abi::Fill;
+use crate::VoxelGrid;
+use argil_abi::FillUniform;
 use argil_field::Program;
 use multiversion::multiversion;
 
 /// What a stored distance takes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Bits {
+pub enum SampleFormat {
     /// A signed byte: −127 … 127 stand for −1 … 1.
     #[default]
-    Eight,
+    Snorm8,
     /// Two bytes: −32,767 … 32,767 stand for −1 … 1.
-    Sixteen,
+    Snorm16,
 }
 
-impl Bits {
+impl SampleFormat {
     /// The stored integer of 1.0.
-    pub fn quanta(self) -> u32 {
+    pub fn max_code(self) -> u32 {
         match self {
-            Self::Eight => 127,
-            Self::Sixteen => 32_767,
+            Self::Snorm8 => 127,
+            Self::Snorm16 => 32_767,
         }
     }
 
     /// Bytes of a texel.
     pub fn bytes(self) -> usize {
         match self {
-            Self::Eight => 1,
-            Self::Sixteen => 2,
+            Self::Snorm8 => 1,
+            Self::Snorm16 => 2,
         }
     }
 }
 
 /// What a stored 1.0 stands for.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Range {
+pub enum Band {
     /// So many voxels.
     Voxels(f32),
     /// The 2023 study's texture stride, from 1 to 32: one voxel is `stride / 256` of what 1.0 stands for, a step from
@@ -41,14 +41,14 @@ pub enum Range {
     Stride(u32),
 }
 
-impl Default for Range {
+impl Default for Band {
     /// ±4 voxels, as in Claybook (Aaltonen 2018).
     fn default() -> Self {
         Self::Voxels(4.0)
     }
 }
 
-impl Range {
+impl Band {
     /// In voxels of the finest level.
     pub fn voxels(self) -> f32 {
         match self {
@@ -65,15 +65,15 @@ impl Range {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Encoding {
     /// What a texel takes.
-    pub bits: Bits,
+    pub format: SampleFormat,
     /// What 1.0 stands for.
-    pub range: Range,
+    pub band: Band,
 }
 
 impl Encoding {
     /// The length of 1.0 on a level.
-    pub fn range_length(&self, lattice: &Lattice, level: u32) -> f32 {
-        self.range.voxels() * lattice.voxel * (1u32 << level.min(31)) as f32
+    pub fn band_width(&self, lattice: &VoxelGrid, level: u32) -> f32 {
+        self.band.voxels() * lattice.voxel_size * (1u32 << level.min(31)) as f32
     }
 
     /// How a level is sampled; layers and tiles are left open.
@@ -82,17 +82,17 @@ impl Encoding {
     /// distance without its sign, less what it can change between texels, half of a cell's diagonal times the Lipschitz
     /// constant, with what rounding can do. Interpolated, that is never more than the distance; at or below 0 it tells
     /// nothing.
-    pub fn fill(&self, program: &Program, lattice: &Lattice, level: u32) -> Fill {
+    pub fn fill(&self, program: &Program, lattice: &VoxelGrid, level: u32) -> FillUniform {
         let grid = lattice.grid(level);
         let bias = if level == 0 {
             0.0
         } else {
             let cell = argil_math::Aabb::centered(grid.spacing * 0.5);
-            let slack = program.bounds_slack(lattice.aabb());
+            let slack = program.bound_error(lattice.aabb());
             // A filter in hardware has weights of eight bits.
             let bias = 1.01 * program.lipschitz() * cell.half_diagonal() + slack;
             // Clamped below, what is stored would be more than it should be: a level of so narrow a band tells nothing.
-            if bias < self.range_length(lattice, level) {
+            if bias < self.band_width(lattice, level) {
                 bias
             } else {
                 f32::MAX
@@ -100,20 +100,15 @@ impl Encoding {
         };
         let [fx, fy, fz] = grid.min.to_array();
         let [sx, sy, sz] = grid.spacing.to_array();
-        let quanta = self.bits.quanta();
-        Fill {
+        let quanta = self.format.max_code();
+        FillUniform {
             first_bias: [fx, fy, fz, bias],
-            spacing_scale: [
-                sx,
-                sy,
-                sz,
-                quanta as f32 / self.range_length(lattice, level),
-            ],
+            spacing_scale: [sx, sy, sz, quanta as f32 / self.band_width(lattice, level)],
             size_x: grid.size.x,
             size_y: grid.size.y,
             size_z: grid.size.z,
             quanta,
-            ..Fill::default()
+            ..FillUniform::default()
         }
     }
 }
@@ -125,11 +120,11 @@ pub trait Texel: bytemuck::Pod + PartialEq + Send + Sync + Default {
     /// The integer.
     fn integer(self) -> f32;
     /// Of which width.
-    const BITS: Bits;
+    const BITS: SampleFormat;
 }
 
 impl Texel for i8 {
-    const BITS: Bits = Bits::Eight;
+    const BITS: SampleFormat = SampleFormat::Snorm8;
     #[inline(always)]
     fn stored(integer: i32) -> Self {
         integer as i8
@@ -141,7 +136,7 @@ impl Texel for i8 {
 }
 
 impl Texel for i16 {
-    const BITS: Bits = Bits::Sixteen;
+    const BITS: SampleFormat = SampleFormat::Snorm16;
     #[inline(always)]
     fn stored(integer: i32) -> Self {
         integer as i16
@@ -155,7 +150,7 @@ impl Texel for i16 {
 /// The integer that a distance is stored as: the nearest one, or, on a level with a bias, one that is not above what is
 /// left of the distance.
 #[inline(always)]
-pub(crate) fn integer_of(d: f32, bias: f32, scale: f32, quanta: f32) -> i32 {
+pub(crate) fn code_of(d: f32, bias: f32, scale: f32, quanta: f32) -> i32 {
     if bias == 0.0 {
         whole(d * scale, 0.5, quanta)
     } else {
@@ -174,7 +169,7 @@ fn whole(value: f32, half: f32, quanta: f32) -> i32 {
 }
 
 #[inline(always)]
-fn encode_all<T: Texel>(d: &[f32], fill: &Fill, out: &mut [T]) {
+fn encode_all<T: Texel>(d: &[f32], fill: &FillUniform, out: &mut [T]) {
     let (bias, scale, quanta) = (
         fill.first_bias[3],
         fill.spacing_scale[3],
@@ -182,7 +177,7 @@ fn encode_all<T: Texel>(d: &[f32], fill: &Fill, out: &mut [T]) {
     );
     if bias == 0.0 {
         for (out, &d) in out.iter_mut().zip(d) {
-            *out = T::stored(integer_of(d, 0.0, scale, quanta));
+            *out = T::stored(code_of(d, 0.0, scale, quanta));
         }
     } else {
         for (out, &d) in out.iter_mut().zip(d) {
@@ -193,20 +188,20 @@ fn encode_all<T: Texel>(d: &[f32], fill: &Fill, out: &mut [T]) {
 }
 
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl", "x86_64+avx2"))]
-fn encode_i8(d: &[f32], fill: &Fill, out: &mut [i8]) {
+fn encode_i8(d: &[f32], fill: &FillUniform, out: &mut [i8]) {
     encode_all(d, fill, out);
 }
 
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl", "x86_64+avx2"))]
-fn encode_i16(d: &[f32], fill: &Fill, out: &mut [i16]) {
+fn encode_i16(d: &[f32], fill: &FillUniform, out: &mut [i16]) {
     encode_all(d, fill, out);
 }
 
 /// Store a batch of distances.
-pub(crate) fn encode<T: Texel>(d: &[f32], fill: &Fill, out: &mut [T]) {
+pub(crate) fn encode<T: Texel>(d: &[f32], fill: &FillUniform, out: &mut [T]) {
     match T::BITS {
-        Bits::Eight => encode_i8(d, fill, bytemuck::cast_slice_mut(out)),
-        Bits::Sixteen => encode_i16(d, fill, bytemuck::cast_slice_mut(out)),
+        SampleFormat::Snorm8 => encode_i8(d, fill, bytemuck::cast_slice_mut(out)),
+        SampleFormat::Snorm16 => encode_i16(d, fill, bytemuck::cast_slice_mut(out)),
     }
 }
 
@@ -216,22 +211,22 @@ mod tests {
 
     #[test]
     fn integers_are_the_nearest_and_biased_ones_are_rounded_down() {
-        let near = |d| integer_of(d, 0.0, 127.0, 127.0);
+        let near = |d| code_of(d, 0.0, 127.0, 127.0);
         assert_eq!([near(0.0), near(1.0), near(-1.0)], [0, 127, -127]);
         assert_eq!([near(1e30), near(-1e30), near(-1.004)], [127, -127, -127]);
         assert_eq!([near(0.6 / 127.0), near(-0.6 / 127.0)], [1, -1]);
         assert_eq!(near(f32::NAN), -127);
-        let biased = |d| integer_of(d, 0.25, 127.0, 127.0);
+        let biased = |d| code_of(d, 0.25, 127.0, 127.0);
         assert_eq!([biased(0.2), biased(-0.2)], [-7, -7]);
         assert_eq!([biased(1e30), biased(-1e30)], [127, 127]);
-        assert_eq!(integer_of(1.0, f32::MAX, 127.0, 127.0), -127);
+        assert_eq!(code_of(1.0, f32::MAX, 127.0, 127.0), -127);
         assert!(biased(0.5) <= 31 && biased(0.5) > 30);
     }
 
     #[test]
     fn strides_are_steps_between_texels() {
-        assert_eq!(Range::Stride(1).voxels(), 256.0);
-        assert_eq!(Range::Stride(32).voxels(), 8.0);
-        assert_eq!(Range::default().voxels(), 4.0);
+        assert_eq!(Band::Stride(1).voxels(), 256.0);
+        assert_eq!(Band::Stride(32).voxels(), 8.0);
+        assert_eq!(Band::default().voxels(), 4.0);
     }
 }

@@ -24,7 +24,7 @@ mod write;
 
 pub use format::{FilePart, Section, VolumeError};
 pub use meshes::StoredMesh;
-pub use read::Stored;
+pub use read::VolumeFile;
 pub use reader::FileReader;
 
 #[cfg(target_endian = "big")]

@@ -3,8 +3,8 @@
 //! *Theory.* A field is exact and slow; a volume is its distances at regular points, clamped and rounded, with an error
 //! and a size. Between points they are interpolated.
 //!
-//! *Practice.* A [`Lattice`] says where voxels lie, an [`Encoding`] what a texel means; [`Dense`] and [`Octree`] hold
-//! texels and are built from an `argil_field::Program`. [`Stored`] is either, read from a file or written to one.
+//! *Practice.* A [`VoxelGrid`] says where voxels lie, an [`Encoding`] what a texel means; [`Dense`] and [`Octree`] hold
+//! texels and are built from an `argil_field::Program`. [`VolumeFile`] is either, read from a file or written to one.
 //! `*.wgsl` beside the Rust files are the twins for the GPU, put together by [`wgsl`].
 //!
 //! ```
@@ -21,39 +21,42 @@
 //! assert!((d - 0.02).abs() < 0.001);
 //! ```
 
-mod batch;
+mod bake_level;
 mod bricks;
 mod dense;
-mod edits;
 mod encoding;
 mod file;
-mod fill;
-mod lattice;
+mod mip_sampler;
 mod octree;
+mod pending_edits;
 mod representation;
-mod sample;
+mod sampler;
 mod texels;
+mod voxel_grid;
 
-pub use batch::Levels;
 pub use bricks::{
-    BLOCK_SIDE, BLOCK_WORDS, Beyond, BlockList, BlockPlan, BlockTable, Brick, BrickChanges,
-    BrickEdit, BrickEdits, BrickLayout, BrickSampler, BrickSettings, BrickStagesMs, Bricks,
-    BricksError, CellLists, Corners, EditWork, FAR_ENTRY, FAR_SLOTS, Located, Unit, Word,
-    center_of, emptied_around, empty_word, far_words, is_brick, is_lonely,
+    BLOCK_SIDE, BLOCK_WORDS, BlockPlan, BlockProgram, BlockTable, Brick, BrickChanges, BrickLayout,
+    BrickPendingEdits, BrickSampler, BrickSettings, BrickTimings, Bricks, BricksError, Cell,
+    CellLocations, CellPrograms, EditBatch, EditQueue, EditStats, FAR_ENTRY, FAR_SLOTS,
+    NeighborPlanes, VoxelSamples, center_of, emptied_around, empty_word, far_words, is_block_empty,
+    is_brick,
 };
 pub use dense::Dense;
-pub use edits::Edits;
-pub use encoding::{Bits, Encoding, Range, Texel};
-pub use file::{FilePart, FileReader, Section, Stored, StoredMesh, VolumeError};
-pub use lattice::{
-    FARTHEST_VOXEL, Lattice, MOST_SPARSE, RESOLUTIONS, ResolutionError, TooFarError, VoxelError,
-};
+pub use encoding::{Band, Encoding, SampleFormat, Texel};
+pub use file::{FilePart, FileReader, Section, StoredMesh, VolumeError, VolumeFile};
+pub use mip_sampler::MipSampler;
 pub use octree::{
-    Keep, Layout, Octree, OctreeError, OctreeSettings, Path, Selection, StagesMs, Tree, Visit,
+    BrickSelection, BrickTest, DescentPath, Lookup, Octree, OctreeError, OctreeLayout, OctreeNodes,
+    OctreeSettings, OctreeTimings,
 };
-pub use representation::{Representation, SparseInfo, TreeInfo, Volume, VolumeInfo};
-pub use sample::Sampler;
+pub use pending_edits::PendingEdits;
+pub use representation::{BrickInfo, OctreeInfo, Volume, VolumeInfo, VolumeKind};
+pub use sampler::Sampler;
 pub use texels::Texels;
+pub use voxel_grid::{
+    FARTHEST_VOXEL, MAX_SPARSE_RESOLUTION, RESOLUTIONS, ResolutionError, TooFarError, VoxelGrid,
+    VoxelSizeError,
+};
 
 /// The WGSL twins of the passes that build a volume.
 pub mod wgsl {

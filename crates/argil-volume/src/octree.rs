@@ -22,24 +22,24 @@
 //! where the study leaves texels as they were.
 
 mod fill;
-mod kept;
 mod layout;
 mod select;
 mod tree;
+mod volume_kind;
 
-use crate::{Bits, Texels};
+use crate::{SampleFormat, Texels};
 use argil_field::Program;
 use argil_math::{Control, cell_of, morton};
 use glam::UVec3;
 use web_time::Instant;
 
-pub use layout::{Keep, Layout, OctreeError, OctreeSettings};
-pub use select::Selection;
-pub use tree::{Path, Tree, Visit};
+pub use layout::{BrickTest, OctreeError, OctreeLayout, OctreeSettings};
+pub use select::BrickSelection;
+pub use tree::{DescentPath, Lookup, OctreeNodes};
 
 /// What the stages of a build took.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct StagesMs {
+pub struct OctreeTimings {
     /// Choosing bricks.
     pub select: f64,
     /// Filling bricks, and the cells without one.
@@ -51,43 +51,52 @@ pub struct StagesMs {
 /// An octree of bricks.
 #[derive(Clone, PartialEq)]
 pub struct Octree {
-    layout: Layout,
-    tree: Tree,
+    layout: OctreeLayout,
+    tree: OctreeNodes,
     texels: Texels,
 }
 
 impl Octree {
     /// Build from a field, on rayon's current threads.
-    pub fn bake(program: &Program, layout: Layout, keep: Keep) -> (Self, StagesMs) {
+    pub fn bake(program: &Program, layout: OctreeLayout, keep: BrickTest) -> (Self, OctreeTimings) {
         Self::made(program, layout, keep, &Control::default())
     }
 
     /// [`Octree::bake`], which can be stopped and tells how far it is: `None` if it was cancelled.
-    pub fn bake_controlled(
+    pub fn bake_with_control(
         program: &Program,
-        layout: Layout,
-        keep: Keep,
+        layout: OctreeLayout,
+        keep: BrickTest,
         control: &Control,
-    ) -> Option<(Self, StagesMs)> {
+    ) -> Option<(Self, OctreeTimings)> {
         let made = Self::made(program, layout, keep, control);
         (!control.is_cancelled()).then_some(made)
     }
 
-    fn made(program: &Program, layout: Layout, keep: Keep, control: &Control) -> (Self, StagesMs) {
+    fn made(
+        program: &Program,
+        layout: OctreeLayout,
+        keep: BrickTest,
+        control: &Control,
+    ) -> (Self, OctreeTimings) {
         let start = Instant::now();
-        let selection = Selection::of(program, &layout, keep);
+        let selection = BrickSelection::of(program, &layout, keep);
         let selected = start.elapsed();
-        let tree = Tree::over(selection.codes, layout.depth);
+        let tree = OctreeNodes::from_codes(selection.codes, layout.depth);
         let built = start.elapsed();
-        let fill = layout.encoding.fill(program, &layout.lattice, 0);
+        let fill = layout.encoding.fill(program, &layout.voxel_grid, 0);
         let words = layout.words(program, keep);
         let tree_of = (&tree, &selection.centers[..]);
-        let texels = match layout.encoding.bits {
-            Bits::Eight => fill::bricks::<i8>(program, &layout, &words, &fill, tree_of, control),
-            Bits::Sixteen => fill::bricks::<i16>(program, &layout, &words, &fill, tree_of, control),
+        let texels = match layout.encoding.format {
+            SampleFormat::Snorm8 => {
+                fill::bricks::<i8>(program, &layout, &words, &fill, tree_of, control)
+            }
+            SampleFormat::Snorm16 => {
+                fill::bricks::<i16>(program, &layout, &words, &fill, tree_of, control)
+            }
         };
         let ms = |d: std::time::Duration| d.as_secs_f64() * 1e3;
-        let stages = StagesMs {
+        let stages = OctreeTimings {
             select: ms(selected),
             tree: ms(built - selected),
             fill: ms(start.elapsed() - built),
@@ -103,9 +112,9 @@ impl Octree {
     }
 
     /// From stored parts; `None` where they do not fit one another.
-    pub fn from_parts(layout: Layout, tree: Tree, texels: Texels) -> Option<Self> {
-        let bytes = layout.lattice.texel_count(0) * layout.encoding.bits.bytes() as u64;
-        let fits = texels.bits() == layout.encoding.bits
+    pub fn from_parts(layout: OctreeLayout, tree: OctreeNodes, texels: Texels) -> Option<Self> {
+        let bytes = layout.voxel_grid.texel_count(0) * layout.encoding.format.bytes() as u64;
+        let fits = texels.bits() == layout.encoding.format
             && texels.bytes().len() as u64 == bytes
             && tree.check(&layout).is_none();
         fits.then_some(Self {
@@ -119,19 +128,19 @@ impl Octree {
     pub fn settings(&self) -> OctreeSettings {
         OctreeSettings {
             encoding: self.layout.encoding,
-            brick: self.layout.brick,
+            brick_size_voxels: self.layout.brick_size_voxels,
             depth: Some(self.layout.depth),
-            keep: Keep::Conservative,
+            brick_test: BrickTest::Conservative,
         }
     }
 
     /// Its measures.
-    pub fn layout(&self) -> &Layout {
+    pub fn layout(&self) -> &OctreeLayout {
         &self.layout
     }
 
     /// Its bricks' codes and its nodes.
-    pub fn tree(&self) -> &Tree {
+    pub fn tree(&self) -> &OctreeNodes {
         &self.tree
     }
 
@@ -147,7 +156,7 @@ impl Octree {
 
     /// The cells of the study's test that the conservative one would keep and it does not: bricks lost.
     pub fn lost_bricks(&self, program: &Program) -> usize {
-        let whole = Selection::of(program, &self.layout, Keep::Conservative);
+        let whole = BrickSelection::of(program, &self.layout, BrickTest::Conservative);
         let own = self.tree.codes();
         whole
             .codes

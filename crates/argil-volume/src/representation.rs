@@ -1,21 +1,21 @@
 //! What a representation is on the CPU: one trait, which each implements in its own file, and the list of them.
 
 use crate::{
-    BrickEdit, BrickLayout, Bricks, BricksError, Dense, Edits, Encoding, FilePart, FileReader,
-    Lattice, Layout, Octree, VolumeError,
+    BrickLayout, Bricks, BricksError, Dense, EditStats, Encoding, FilePart, FileReader, Octree,
+    OctreeLayout, PendingEdits, VolumeError, VoxelGrid,
 };
-use argil_abi::MaterialWords;
-use argil_field::LiveProgram;
+use argil_abi::GpuMaterial;
+use argil_field::IncrementalProgram;
 use glam::Vec3;
 use web_time::Instant;
 
 /// Distances that are kept on the CPU.
-pub trait Representation: Sized + Send + Sync {
+pub trait VolumeKind: Sized + Send + Sync {
     /// Its number in a volume file.
     const KIND: u32;
 
     /// Where the voxels lie.
-    fn lattice(&self) -> &Lattice;
+    fn voxel_grid(&self) -> &VoxelGrid;
 
     /// What texels mean.
     fn encoding(&self) -> &Encoding;
@@ -35,21 +35,21 @@ pub trait Representation: Sized + Send + Sync {
         &self,
         _point: Vec3,
         _outwards: Vec3,
-        _palette: &[MaterialWords],
-    ) -> Option<MaterialWords> {
+        _palette: &[GpuMaterial],
+    ) -> Option<GpuMaterial> {
         None
     }
 
     /// Says whether the box cuts what is solid, of a volume that does not know.
-    fn set_cut(&mut self, _is_cut: bool) {}
+    fn set_clipped(&mut self, _is_cut: bool) {}
 
     /// What following edits takes, of one that is changed in place.
-    fn edits(&self) -> Option<Box<dyn Edits>> {
+    fn edits(&self) -> Option<Box<dyn PendingEdits>> {
         None
     }
 
-    /// Lies over the box that its edits have [grown to](Edits::grow_to). Nothing is sampled.
-    fn grow(&mut self, _edits: &dyn Edits) {}
+    /// Lies over the box that its edits have [grown to](PendingEdits::grow_to). Nothing is sampled.
+    fn grow(&mut self, _edits: &dyn PendingEdits) {}
 
     /// Does what its edits have left to be done, on rayon's current threads: all of it, or as much as can be done until a point in
     /// time, and at least a little.
@@ -58,19 +58,19 @@ pub trait Representation: Sized + Send + Sync {
     /// If it would take more than `budget` bytes; what was taken out of the work last is then not done.
     fn edit(
         &mut self,
-        _live: &LiveProgram,
-        _edits: &mut dyn Edits,
+        _live: &IncrementalProgram,
+        _edits: &mut dyn PendingEdits,
         _budget: Option<u64>,
         _until: Option<Instant>,
-    ) -> Result<BrickEdit, BricksError> {
-        Ok(BrickEdit::default())
+    ) -> Result<EditStats, BricksError> {
+        Ok(EditStats::default())
     }
 
     /// What a volume file keeps of it.
     fn file_parts(&self) -> FilePart<'_>;
 
     /// Whether a file of a version can have such a lattice.
-    fn fits_file(lattice: &Lattice, version: u32) -> bool;
+    fn fits_file(lattice: &VoxelGrid, version: u32) -> bool;
 
     /// What a volume file has kept: of a lattice and encoding that make sense, and the three numbers of [`FilePart::own`].
     ///
@@ -78,7 +78,7 @@ pub trait Representation: Sized + Send + Sync {
     /// If it is damaged.
     fn from_file(
         file: &FileReader<'_>,
-        lattice: Lattice,
+        lattice: VoxelGrid,
         encoding: Encoding,
         own: [u32; 3],
     ) -> Result<Self, VolumeError>;
@@ -89,7 +89,7 @@ pub trait Representation: Sized + Send + Sync {
 #[non_exhaustive]
 pub struct VolumeInfo {
     /// Where the voxels lie.
-    pub lattice: Lattice,
+    pub voxel_grid: VoxelGrid,
     /// What texels mean.
     pub encoding: Encoding,
     /// Levels of detail.
@@ -97,21 +97,21 @@ pub struct VolumeInfo {
     /// Bytes of everything that it holds.
     pub memory_bytes: u64,
     /// Of an octree, what its bricks are.
-    pub tree: Option<TreeInfo>,
+    pub octree: Option<OctreeInfo>,
     /// Of sparse bricks, what they are.
-    pub sparse: Option<SparseInfo>,
+    pub bricks: Option<BrickInfo>,
 }
 
 impl VolumeInfo {
     /// Of one level of detail, and neither a tree nor sparse bricks.
-    pub fn new(lattice: Lattice, encoding: Encoding, memory_bytes: u64) -> Self {
+    pub fn new(voxel_grid: VoxelGrid, encoding: Encoding, memory_bytes: u64) -> Self {
         Self {
-            lattice,
+            voxel_grid,
             encoding,
             levels: 1,
             memory_bytes,
-            tree: None,
-            sparse: None,
+            octree: None,
+            bricks: None,
         }
     }
 
@@ -123,7 +123,7 @@ impl VolumeInfo {
 
 /// What sparse bricks are.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SparseInfo {
+pub struct BrickInfo {
     /// Cells and bricks.
     pub layout: BrickLayout,
     /// Number of bricks.
@@ -132,9 +132,9 @@ pub struct SparseInfo {
 
 /// What an octree's bricks are.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TreeInfo {
+pub struct OctreeInfo {
     /// Bricks and levels of nodes.
-    pub layout: Layout,
+    pub layout: OctreeLayout,
     /// Number of bricks.
     pub bricks: u64,
     /// Number of nodes.
@@ -156,18 +156,18 @@ macro_rules! volumes {
 
         impl Volume {
             /// Where the voxels lie.
-            pub fn lattice(&self) -> &Lattice {
-                match self { $(Self::$name(own) => Representation::lattice(own),)* }
+            pub fn voxel_grid(&self) -> &VoxelGrid {
+                match self { $(Self::$name(own) => VolumeKind::voxel_grid(own),)* }
             }
 
             /// What texels mean.
             pub fn encoding(&self) -> &Encoding {
-                match self { $(Self::$name(own) => Representation::encoding(own),)* }
+                match self { $(Self::$name(own) => VolumeKind::encoding(own),)* }
             }
 
             /// Bytes of everything that it holds.
             pub fn memory_bytes(&self) -> u64 {
-                match self { $(Self::$name(own) => Representation::memory_bytes(own),)* }
+                match self { $(Self::$name(own) => VolumeKind::memory_bytes(own),)* }
             }
 
             /// What it is, without its texels.
@@ -175,48 +175,48 @@ macro_rules! volumes {
                 match self { $(Self::$name(own) => own.info(),)* }
             }
 
-            /// See [`Representation::distance_in`].
+            /// See [`VolumeKind::distance_in`].
             pub fn distance_in(&self, point: Vec3) -> Option<(f32, bool)> {
                 match self { $(Self::$name(own) => own.distance_in(point),)* }
             }
 
-            /// See [`Representation::material_at`].
+            /// See [`VolumeKind::material_at`].
             pub fn material_at(
                 &self,
                 point: Vec3,
                 outwards: Vec3,
-                palette: &[MaterialWords],
-            ) -> Option<MaterialWords> {
+                palette: &[GpuMaterial],
+            ) -> Option<GpuMaterial> {
                 match self { $(Self::$name(own) => own.material_at(point, outwards, palette),)* }
             }
 
             /// Says whether the box cuts what is solid, of a volume that does not know: files of version 1 do not tell.
-            pub fn set_cut(&mut self, is_cut: bool) {
-                match self { $(Self::$name(own) => own.set_cut(is_cut),)* }
+            pub fn set_clipped(&mut self, is_cut: bool) {
+                match self { $(Self::$name(own) => own.set_clipped(is_cut),)* }
             }
 
-            /// See [`Representation::edits`].
-            pub fn edits(&self) -> Option<Box<dyn Edits>> {
+            /// See [`VolumeKind::edits`].
+            pub fn edits(&self) -> Option<Box<dyn PendingEdits>> {
                 match self { $(Self::$name(own) => own.edits(),)* }
             }
 
-            /// See [`Representation::grow`].
-            pub fn grow(&mut self, edits: &dyn Edits) {
-                match self { $(Self::$name(own) => Representation::grow(own, edits),)* }
+            /// See [`VolumeKind::grow`].
+            pub fn grow(&mut self, edits: &dyn PendingEdits) {
+                match self { $(Self::$name(own) => VolumeKind::grow(own, edits),)* }
             }
 
-            /// See [`Representation::edit`].
+            /// See [`VolumeKind::edit`].
             ///
             /// # Errors
             /// As there.
             pub fn edit(
                 &mut self,
-                live: &LiveProgram,
-                edits: &mut dyn Edits,
+                live: &IncrementalProgram,
+                edits: &mut dyn PendingEdits,
                 budget: Option<u64>,
                 until: Option<Instant>,
-            ) -> Result<BrickEdit, BricksError> {
-                match self { $(Self::$name(own) => Representation::edit(own, live, edits, budget, until),)* }
+            ) -> Result<EditStats, BricksError> {
+                match self { $(Self::$name(own) => VolumeKind::edit(own, live, edits, budget, until),)* }
             }
 
             /// Its number in a file, and what that keeps of it.
@@ -228,7 +228,7 @@ macro_rules! volumes {
             pub(crate) fn from_file(
                 kind: u32,
                 (file, version): (&FileReader<'_>, u32),
-                lattice: Lattice,
+                lattice: VoxelGrid,
                 encoding: Encoding,
                 own: [u32; 3],
             ) -> Result<Self, FromFileError> {

@@ -1,4 +1,4 @@
-use crate::{Bits, Texel};
+use crate::{SampleFormat, Texel};
 use memmap2::Mmap;
 use std::ops::Range;
 use std::sync::Arc;
@@ -17,7 +17,7 @@ pub enum Texels {
         /// The part, aligned to 64 bytes.
         range: Range<usize>,
         /// What a texel takes.
-        bits: Bits,
+        bits: SampleFormat,
     },
 }
 
@@ -35,10 +35,10 @@ impl Texels {
     }
 
     /// What a texel takes.
-    pub fn bits(&self) -> Bits {
+    pub fn bits(&self) -> SampleFormat {
         match self {
-            Self::Eight(_) => Bits::Eight,
-            Self::Sixteen(_) => Bits::Sixteen,
+            Self::Eight(_) => SampleFormat::Snorm8,
+            Self::Sixteen(_) => SampleFormat::Snorm16,
             Self::Mapped { bits, .. } => *bits,
         }
     }
@@ -51,10 +51,10 @@ impl Texels {
     }
 
     /// From bytes, little-endian; `None` where half a texel is left.
-    pub fn from_bytes(bits: Bits, bytes: Vec<u8>) -> Option<Self> {
+    pub fn from_bytes(bits: SampleFormat, bytes: Vec<u8>) -> Option<Self> {
         match bits {
-            Bits::Eight => Some(Self::Eight(bytemuck::allocation::cast_vec(bytes))),
-            Bits::Sixteen => {
+            SampleFormat::Snorm8 => Some(Self::Eight(bytemuck::allocation::cast_vec(bytes))),
+            SampleFormat::Snorm16 => {
                 let (pairs, rest) = bytes.as_chunks::<2>();
                 rest.is_empty()
                     .then(|| Self::Sixteen(pairs.iter().map(|&b| i16::from_le_bytes(b)).collect()))
@@ -76,8 +76,8 @@ impl Texels {
 
     pub(crate) fn from_vec<T: Texel>(all: Vec<T>) -> Self {
         match T::BITS {
-            Bits::Eight => Self::Eight(bytemuck::allocation::cast_vec(all)),
-            Bits::Sixteen => Self::Sixteen(bytemuck::allocation::cast_vec(all)),
+            SampleFormat::Snorm8 => Self::Eight(bytemuck::allocation::cast_vec(all)),
+            SampleFormat::Snorm16 => Self::Sixteen(bytemuck::allocation::cast_vec(all)),
         }
     }
 }

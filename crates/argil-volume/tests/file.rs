@@ -4,8 +4,8 @@ use argil_field::Program;
 use argil_math::Aabb;
 use argil_scene::{Brush, Scene, Shape};
 use argil_volume::{
-    Bits, BrickLayout, BrickSettings, Bricks, Dense, Encoding, Lattice, Layout, Octree,
-    OctreeSettings, Range, Section, Stored, StoredMesh, Volume, VolumeError,
+    Band, BrickLayout, BrickSettings, Bricks, Dense, Encoding, Octree, OctreeLayout,
+    OctreeSettings, SampleFormat, Section, StoredMesh, Volume, VolumeError, VolumeFile, VoxelGrid,
 };
 use glam::Vec3;
 
@@ -33,33 +33,39 @@ fn program() -> Program {
 
 fn volumes() -> Vec<Volume> {
     let program = program();
-    let lattice = Lattice::holding(program.aabb(), None, 21).expect("a lattice");
+    let lattice = VoxelGrid::fitting(program.aabb(), None, 21).expect("a lattice");
     let sixteen = Encoding {
-        bits: Bits::Sixteen,
-        range: Range::Voxels(6.0),
+        format: SampleFormat::Snorm16,
+        band: Band::Voxels(6.0),
     };
-    let layout = Layout::new(
+    let layout = OctreeLayout::new(
         lattice,
         &OctreeSettings {
-            brick: 8,
+            brick_size_voxels: 8,
             ..OctreeSettings::default()
         },
     )
     .expect("a layout");
     let bricks = |bits| {
-        let encoding = Encoding { bits, ..sixteen };
-        let settings = BrickSettings { encoding, brick: 4 };
+        let encoding = Encoding {
+            format: bits,
+            ..sixteen
+        };
+        let settings = BrickSettings {
+            encoding,
+            brick_size_voxels: 4,
+        };
         let layout = BrickLayout::new(lattice, &settings).expect("a layout");
         Bricks::bake(&program, layout, None).expect("bricks").0
     };
     vec![
         Dense::bake(&program, lattice, Encoding::default(), true).into(),
         Dense::bake(&program, lattice, sixteen, false).into(),
-        Octree::bake(&program, layout, OctreeSettings::default().keep)
+        Octree::bake(&program, layout, OctreeSettings::default().brick_test)
             .0
             .into(),
-        bricks(Bits::Sixteen).into(),
-        bricks(Bits::Eight).into(),
+        bricks(SampleFormat::Snorm16).into(),
+        bricks(SampleFormat::Snorm8).into(),
     ]
 }
 
@@ -78,9 +84,9 @@ fn volumes_survive_a_round_trip_bit_for_bit() {
         let bytes = bytes_of(&volume);
         let path = folder.path().join(format!("{i}.argil"));
         std::fs::write(&path, &bytes).expect("a file");
-        assert!(Stored::is_volume_file(&path));
-        let mapped = Stored::open(&path).expect("a volume");
-        let copied = Stored::from_bytes(&bytes, "copy").expect("a volume");
+        assert!(VolumeFile::is_volume_file(&path));
+        let mapped = VolumeFile::open(&path).expect("a volume");
+        let copied = VolumeFile::from_bytes(&bytes, "copy").expect("a volume");
         for stored in [mapped, copied] {
             assert!(stored.volume == volume);
             assert_eq!(stored.scene_json, SCENE);
@@ -98,13 +104,13 @@ fn a_volume_with_the_most_levels_survives_too() {
     let rod = Brush::new(Shape::cuboid([1.0, 1e-3, 1e-3]));
     scene.push(rod).expect("a valid brush");
     let program = Program::lower(&scene).expect("a program");
-    let lattice = Lattice::holding(program.aabb(), None, 4096).expect("a lattice");
+    let lattice = VoxelGrid::fitting(program.aabb(), None, 4096).expect("a lattice");
     let volume: Volume = Dense::bake(&program, lattice, Encoding::default(), true).into();
     let Volume::Dense(dense) = &volume else {
         panic!("it is dense");
     };
     assert_eq!(dense.levels().len(), 11);
-    let stored = Stored::from_bytes(&bytes_of(&volume), "long").expect("a volume");
+    let stored = VolumeFile::from_bytes(&bytes_of(&volume), "long").expect("a volume");
     assert!(stored.volume == volume);
 }
 
@@ -114,7 +120,7 @@ fn a_truncated_file_is_refused_at_every_length_with_the_section_at_fault() {
         let bytes = bytes_of(&volume);
         let mut sections = Vec::new();
         for length in 0..bytes.len() {
-            let error = Stored::from_bytes(&bytes[..length], "cut").err();
+            let error = VolumeFile::from_bytes(&bytes[..length], "cut").err();
             match error {
                 Some(VolumeError::Truncated {
                     section, end, size, ..
@@ -131,7 +137,7 @@ fn a_truncated_file_is_refused_at_every_length_with_the_section_at_fault() {
         // From the header on, each section was the one at fault once.
         assert!(sections.len() >= 4, "{sections:?}");
         assert_eq!(sections[0], Section::Header);
-        assert!(Stored::from_bytes(&[&bytes[..], &[0]].concat(), "long").is_err());
+        assert!(VolumeFile::from_bytes(&[&bytes[..], &[0]].concat(), "long").is_err());
     }
 }
 
@@ -143,7 +149,7 @@ fn no_changed_byte_goes_unnoticed_but_in_gaps() {
         for i in 0..bytes.len() {
             let mut damaged = bytes.clone();
             damaged[i] ^= 0x10;
-            match Stored::from_bytes(&damaged, "damaged") {
+            match VolumeFile::from_bytes(&damaged, "damaged") {
                 // Nothing is stored between sections.
                 Ok(stored) => {
                     assert!(stored.volume == volume);
@@ -160,18 +166,20 @@ fn no_changed_byte_goes_unnoticed_but_in_gaps() {
 fn newer_files_and_others_say_so() {
     let mut bytes = bytes_of(&volumes()[0]);
     bytes[8] = 3;
-    let error = Stored::from_bytes(&bytes, "new").err().expect("an error");
+    let error = VolumeFile::from_bytes(&bytes, "new")
+        .err()
+        .expect("an error");
     assert_eq!(
         error.to_string(),
         "new: format version 3 is newer than this program reads (2): update argil"
     );
-    let error = Stored::from_bytes(b"PNG, or something else", "other").err();
+    let error = VolumeFile::from_bytes(b"PNG, or something else", "other").err();
     assert_eq!(
         error.expect("an error").to_string(),
         "other: not a volume file"
     );
-    assert!(Stored::open("/nowhere/at/all.argil").is_err());
-    assert!(Stored::open(".").is_err());
+    assert!(VolumeFile::open("/nowhere/at/all.argil").is_err());
+    assert!(VolumeFile::open(".").is_err());
 }
 
 /// A file whose checksums are right and whose contents are not: what a fuzzer with a repaired checksum would find.
@@ -198,10 +206,10 @@ fn contents_that_make_no_sense_are_refused_whatever_they_are() {
                 changed[at] = [0, 1, 0x7f, 0x80, 0xff, next() as u8][next() as usize % 6];
             }
             repair(&mut changed);
-            match Stored::from_bytes(&changed, "fuzz") {
+            match VolumeFile::from_bytes(&changed, "fuzz") {
                 Ok(stored) => {
                     // What is accepted can be used.
-                    let p = stored.volume.lattice().aabb().center();
+                    let p = stored.volume.voxel_grid().aabb().center();
                     if let Volume::Dense(dense) = &stored.volume {
                         assert!(dense.distance(0, p).is_some());
                     }

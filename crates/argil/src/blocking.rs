@@ -1,15 +1,15 @@
 //! What waits in place for futures: each method here is the one of the same name with `_async`, waited for. On a page, where nothing can
 //! be waited for in place, there are only those.
 
-use crate::live::{Applied, Pace};
-use crate::triangles::{MeshError, MeshOptions, Meshed};
+use crate::edit_session::{EditBudget, EditReport};
+use crate::meshing::{MeshError, MeshOptions, MeshOutput};
 use crate::{
-    Backend, BricksOptions, Build, BuildError, DenseOptions, DeviceInfo, Drawn, Engine,
-    EngineError, OctreeOptions, RenderError, Scene, Stored, Via, Volume, VolumeFileError,
-    VolumeInfo, World,
+    Backend, BricksOptions, Build, BuildError, DenseOptions, DeviceInfo, Engine, EngineError,
+    OctreeOptions, RenderError, RenderedImage, Representation, Scene, Volume, VolumeFile,
+    VolumeFileError, VolumeInfo, World,
 };
-use argil_march::{Camera, Settings, Show};
-use argil_volume::BrickEdit;
+use argil_render::{Camera, RenderMode, RenderSettings};
+use argil_volume::EditStats;
 use pollster::block_on as wait;
 use std::borrow::Cow;
 use std::path::Path;
@@ -17,12 +17,12 @@ use std::path::Path;
 impl Engine {
     /// A GPU where there is a real one, else the CPU.
     pub fn auto() -> Result<Self, EngineError> {
-        Self::on(Backend::Auto)
+        Self::with_backend(Backend::Auto)
     }
 
     /// The given back end, or why it is not there.
-    pub fn on(backend: Backend) -> Result<Self, EngineError> {
-        wait(Self::on_async(backend))
+    pub fn with_backend(backend: Backend) -> Result<Self, EngineError> {
+        wait(Self::with_backend_async(backend))
     }
 
     /// The graphics devices of this machine, the best first; the CPU path is always there besides.
@@ -36,7 +36,7 @@ impl Engine {
     /// If what it holds makes no sense, or a device does not take it.
     pub fn load(
         &self,
-        stored: Stored,
+        stored: VolumeFile,
         path: impl AsRef<Path>,
     ) -> Result<(Scene, World), VolumeFileError> {
         wait(self.load_async(stored, path, false))
@@ -46,9 +46,9 @@ impl Engine {
     ///
     /// # Errors
     /// As [`Engine::load`].
-    pub fn load_with_meshes_outside(
+    pub fn load_with_external_meshes(
         &self,
-        stored: Stored,
+        stored: VolumeFile,
         path: impl AsRef<Path>,
     ) -> Result<(Scene, World), VolumeFileError> {
         wait(self.load_async(stored, path, true))
@@ -61,7 +61,7 @@ impl Build<'_> {
     /// # Errors
     /// If the options make no sense, or what they ask for takes too much.
     pub fn bricks(self, options: impl Into<BricksOptions>) -> Result<World, BuildError> {
-        self.via(options.into())
+        self.with_representation(options.into())
     }
 
     /// Kept as a dense volume, of options or of so many voxels along the longest side.
@@ -69,7 +69,7 @@ impl Build<'_> {
     /// # Errors
     /// As [`Build::bricks`].
     pub fn dense(self, options: impl Into<DenseOptions>) -> Result<World, BuildError> {
-        self.via(options.into())
+        self.with_representation(options.into())
     }
 
     /// Kept as an octree of bricks, of options or of so many voxels along the longest side.
@@ -77,15 +77,15 @@ impl Build<'_> {
     /// # Errors
     /// As [`Build::bricks`].
     pub fn octree(self, options: impl Into<OctreeOptions>) -> Result<World, BuildError> {
-        self.via(options.into())
+        self.with_representation(options.into())
     }
 
     /// Kept in some way.
     ///
     /// # Errors
     /// As [`Build::bricks`].
-    pub fn via(self, via: impl Into<Via>) -> Result<World, BuildError> {
-        wait(self.via_async(via))
+    pub fn with_representation(self, via: impl Into<Representation>) -> Result<World, BuildError> {
+        wait(self.with_representation_async(via))
     }
 }
 
@@ -94,8 +94,8 @@ impl World {
     ///
     /// # Errors
     /// As [`Build::bricks`](crate::Build::bricks).
-    pub fn kept_anew(self, scene: &Scene, via: Via) -> Result<Self, BuildError> {
-        wait(self.kept_anew_async(scene, via))
+    pub fn rebuilt_as(self, scene: &Scene, via: Representation) -> Result<Self, BuildError> {
+        wait(self.rebuilt_as_async(scene, via))
     }
 
     /// What the volume is; `None` of a field.
@@ -110,17 +110,21 @@ impl World {
     ///
     /// # Errors
     /// If the scene cannot be built, or takes too much; the next scene that can be is followed all the same.
-    pub fn apply(&mut self, scene: &Scene) -> Result<Applied, BuildError> {
+    pub fn apply(&mut self, scene: &Scene) -> Result<EditReport, BuildError> {
         wait(self.apply_async(scene))
     }
 
     /// The same at a pace: as much as there is time for, what is near to the eye first. What is left is told, and done by
-    /// calls that follow, or by [`World::finish`]. A picture in between shows each cell as it was or as it will be.
+    /// calls that follow, or by [`World::flush`]. A picture in between shows each cell as it was or as it will be.
     ///
     /// # Errors
     /// As [`World::apply`].
-    pub fn apply_at(&mut self, scene: &Scene, pace: Pace) -> Result<Applied, BuildError> {
-        wait(self.apply_at_async(scene, pace))
+    pub fn apply_within(
+        &mut self,
+        scene: &Scene,
+        pace: EditBudget,
+    ) -> Result<EditReport, BuildError> {
+        wait(self.apply_within_async(scene, pace))
     }
 
     /// Do what edits at a pace have left to be done, and wait for the device; what edits did since the last time, all bricks counted as
@@ -128,24 +132,32 @@ impl World {
     ///
     /// # Errors
     /// As [`World::apply`].
-    pub fn finish(&mut self) -> Result<BrickEdit, BuildError> {
-        wait(self.finish_async())
+    pub fn flush(&mut self) -> Result<EditStats, BuildError> {
+        wait(self.flush_async())
     }
 
     /// A shaded picture.
-    pub fn render(&self, camera: &Camera, size: [u32; 2]) -> Result<Drawn, RenderError> {
-        self.draw(camera, &self.settings(size, Show::Shaded))
+    pub fn render(&self, camera: &Camera, size: [u32; 2]) -> Result<RenderedImage, RenderError> {
+        self.draw(camera, &self.settings(size, RenderMode::Shaded))
     }
 
     /// A picture by settings.
-    pub fn draw(&self, camera: &Camera, settings: &Settings) -> Result<Drawn, RenderError> {
+    pub fn draw(
+        &self,
+        camera: &Camera,
+        settings: &RenderSettings,
+    ) -> Result<RenderedImage, RenderError> {
         wait(self.draw_async(camera, settings))
     }
 
     /// How far the ray of each pixel goes until it hits a solid, row by row from the top, of the first sample where there are
     /// several; infinite where it hits none.
-    pub fn lengths(&self, camera: &Camera, settings: &Settings) -> Result<Vec<f32>, RenderError> {
-        let (_, lengths) = wait(self.draw_with_lengths_async(camera, settings))?;
+    pub fn ray_distances(
+        &self,
+        camera: &Camera,
+        settings: &RenderSettings,
+    ) -> Result<Vec<f32>, RenderError> {
+        let (_, lengths) = wait(self.render_with_distances_async(camera, settings))?;
         Ok(lengths)
     }
 
@@ -169,8 +181,8 @@ impl World {
     ///
     /// # Errors
     /// If the device does not do it.
-    pub fn trim(&mut self) -> Result<(), BuildError> {
-        wait(self.trim_async())
+    pub fn shrink_to_fit(&mut self) -> Result<(), BuildError> {
+        wait(self.shrink_to_fit_async())
     }
 
     /// In how many cells sparse bricks differ from those of a fresh bake on the same device with the same voxels, whose box is
@@ -179,8 +191,8 @@ impl World {
     ///
     /// # Errors
     /// If the scene cannot be baked.
-    pub fn differing_cells(&self) -> Result<Option<u64>, BuildError> {
-        wait(self.differing_cells_async())
+    pub fn diff_from_rebuild(&self) -> Result<Option<u64>, BuildError> {
+        wait(self.diff_from_rebuild_async())
     }
 
     /// The world's surface as triangles: of the field by marching cubes over sparse bricks that are made for it, its corners
@@ -189,7 +201,7 @@ impl World {
     ///
     /// # Errors
     /// If there is no mesh of what the world is kept as.
-    pub fn mesh(&self, options: &MeshOptions) -> Result<Meshed, MeshError> {
+    pub fn mesh(&self, options: &MeshOptions) -> Result<MeshOutput, MeshError> {
         wait(self.mesh_async(options))
     }
 

@@ -1,4 +1,4 @@
-use crate::{BuildError, Engine, Scene, Via, World};
+use crate::{BuildError, Engine, Representation, Scene, World};
 use argil_field::Program;
 
 /// A scene that an engine has checked and lowered, and that is to become a [`World`], kept in some way.
@@ -44,17 +44,20 @@ impl<'a> Build<'a> {
         self.world
     }
 
-    /// [`Build::via`] where a GPU cannot be waited for in place: in a browser. A future of a world on the CPU does all of its work
+    /// [`Build::with_representation`] where a GPU cannot be waited for in place: in a browser. A future of a world on the CPU does all of its work
     /// when it is first polled, as nothing is waited for: poll it on a thread that may be busy, and stop it by a
     /// [`Control`](crate::Control).
     ///
     /// # Errors
     /// As [`Build::bricks`].
-    pub async fn via_async(self, via: impl Into<Via>) -> Result<World, BuildError> {
+    pub async fn with_representation_async(
+        self,
+        via: impl Into<Representation>,
+    ) -> Result<World, BuildError> {
         let via = via.into();
-        if via == Via::Field {
+        if via == Representation::Field {
             return Ok(self.world);
         }
-        self.world.kept_anew_async(self.scene, via).await
+        self.world.rebuilt_as_async(self.scene, via).await
     }
 }

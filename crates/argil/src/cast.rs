@@ -4,19 +4,19 @@
 
 use crate::Material;
 use crate::probe::{AHEAD, Probe, material_of};
-use crate::query::{Query, Source};
+use crate::query::{Query, QuerySource};
 use glam::Vec3;
 
 /// Steps of a cast.
-const MOST_STEPS: usize = 4096;
+const MAX_STEPS: usize = 4096;
 /// How much of what a step may go too far it goes: the surface is no plane.
 const RELAXATION: f32 = argil_abi::RELAXATION;
 
 /// Where a cast has met the surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct CastHit {
+pub struct RayHit {
     /// How far the ray, or the sphere's centre, has come.
-    pub t: f32,
+    pub distance: f32,
     /// The point of the surface.
     pub point: [f32; 3],
     /// The unit normal there, out of the solid; zero where the field has none.
@@ -28,14 +28,14 @@ pub struct CastHit {
 /// How far a cast goes at once: past what is known to be free, by as much as distances have shrunk along the way, and back to
 /// its end where what is free there does not reach back to it (auto-relaxed sphere tracing, Bán and Valasek 2023).
 #[derive(Default)]
-struct Pace {
+struct StepPlanner {
     /// Up to there the way is known to be free.
     free: f32,
     /// Where an exact distance was told last, what was free there, and by how much that shrinks along the way.
     last: Option<(f32, f32, f32)>,
 }
 
-impl Pace {
+impl StepPlanner {
     /// Where to look next, and where then if distances go on as they have; how many places that are.
     fn plan(&self, most: f32, epsilon: f32, out: &mut [f32; AHEAD]) -> usize {
         out[0] = self.free.min(most);
@@ -56,7 +56,7 @@ impl Pace {
     }
 
     /// So much is free about `t`; told exactly, or at least.
-    fn go(&mut self, t: f32, free: f32, is_exact: bool) {
+    fn advance(&mut self, t: f32, free: f32, is_exact: bool) {
         let slope = match self.last {
             Some((before, was_free, _)) if t > before => {
                 ((was_free - free) / (t - before)).clamp(0.0, 1.0)
@@ -68,7 +68,7 @@ impl Pace {
     }
 
     /// What was left out is to be looked at.
-    fn part(&mut self) {
+    fn reset(&mut self) {
         self.last = None;
     }
 }
@@ -76,40 +76,40 @@ impl Pace {
 impl Query<'_> {
     /// Where a ray meets the surface first, within a length; from inside of a solid, where it leaves it. The direction need
     /// not be a unit vector, lengths are the world's. Nothing for a direction of no length, or what is not finite.
-    pub fn ray_cast(&self, origin: [f32; 3], direction: [f32; 3], most: f32) -> Option<CastHit> {
+    pub fn cast_ray(&self, origin: [f32; 3], direction: [f32; 3], most: f32) -> Option<RayHit> {
         self.cast(origin.into(), direction.into(), 0.0, most).0
     }
 
     /// Where a sphere of a radius that moves along a ray meets the surface from outside; `t` is 0 where it touches it already.
     ///
     /// Its work is bounded: steps are as long as what is free, and each looks at the operands that are near.
-    pub fn sphere_cast(
+    pub fn cast_sphere(
         &self,
         origin: [f32; 3],
         direction: [f32; 3],
         radius: f32,
         most: f32,
-    ) -> Option<CastHit> {
+    ) -> Option<RayHit> {
         let is_sphere = radius.is_finite() && radius >= 0.0;
         is_sphere
             .then(|| self.cast(origin.into(), direction.into(), radius, most).0)
             .flatten()
     }
 
-    /// [`Query::ray_cast`] of many rays, on rayon's threads.
+    /// [`Query::cast_ray`] of many rays, on rayon's threads.
     ///
     /// # Panics
     /// If there are not as many directions as origins.
-    pub fn ray_casts(
+    pub fn cast_rays(
         &self,
         origins: &[[f32; 3]],
         directions: &[[f32; 3]],
         most: f32,
-    ) -> Vec<Option<CastHit>> {
+    ) -> Vec<Option<RayHit>> {
         use rayon::prelude::*;
         assert_eq!(origins.len(), directions.len(), "a direction for each ray");
         let rays = origins.par_iter().zip(directions);
-        rays.map(|(&origin, &direction)| self.ray_cast(origin, direction, most))
+        rays.map(|(&origin, &direction)| self.cast_ray(origin, direction, most))
             .collect()
     }
 
@@ -120,33 +120,33 @@ impl Query<'_> {
         direction: Vec3,
         radius: f32,
         most: f32,
-    ) -> (Option<CastHit>, [u64; 2]) {
+    ) -> (Option<RayHit>, [u64; 2]) {
         let Some(direction) = direction.try_normalize() else {
             return (None, [0; 2]);
         };
         if !origin.is_finite() || most.is_nan() {
             return (None, [0; 2]);
         }
-        let is_field = matches!(self.source, Source::Field);
+        let is_field = matches!(self.source, QuerySource::Field);
         let scale = 1.0 / self.tables().lipschitz();
         let mut probe = Probe::new(self.world, radius + self.epsilon);
-        let first = self.tell(&mut probe, origin).0;
+        let first = self.sample(&mut probe, origin).0;
         let side = if first < 0.0 && radius == 0.0 {
             -1.0
         } else {
             1.0
         };
         let ray = (origin, direction);
-        let mut pace = Pace::default();
+        let mut pace = StepPlanner::default();
         let (mut ahead, mut found) = ([0.0; AHEAD], [0.0; AHEAD]);
-        for _ in 0..MOST_STEPS {
+        for _ in 0..MAX_STEPS {
             let planned = pace.plan(most, self.epsilon, &mut ahead);
             let p = origin + ahead[0] * direction;
             let mut count = 1;
             let mut is_told = true;
             let mut asks = is_field;
             if !is_field {
-                (found[0], is_told) = self.tell(&mut probe, p);
+                (found[0], is_told) = self.sample(&mut probe, p);
                 // The sphere reaches farther than what is stored: the field knows more.
                 asks = !is_told && radius > 0.0 && found[0] < 2.0 * radius;
             }
@@ -161,7 +161,7 @@ impl Query<'_> {
                     free = free.max(0.5 * self.voxel());
                 }
                 if t > pace.free && t - free > pace.free {
-                    pace.part();
+                    pace.reset();
                     break;
                 }
                 let is_near = gap < self.epsilon.max(2.0 * f32::EPSILON * t);
@@ -169,7 +169,7 @@ impl Query<'_> {
                     let at = (origin + t * direction, t);
                     return (Some(self.hit(&mut probe, at, asks)), probe.counts);
                 }
-                pace.go(t, free, is_told || asks);
+                pace.advance(t, free, is_told || asks);
                 if pace.free > most {
                     return (None, probe.counts);
                 }
@@ -179,21 +179,21 @@ impl Query<'_> {
     }
 
     /// What a sphere at a point meets.
-    fn hit(&self, probe: &mut Probe<'_>, (p, t): (Vec3, f32), by_field: bool) -> CastHit {
+    fn hit(&self, probe: &mut Probe<'_>, (p, t): (Vec3, f32), by_field: bool) -> RayHit {
         let asked = if by_field { self.of_field() } else { *self };
-        let (d, g) = asked.slope(probe, p);
+        let (d, g) = asked.distance_and_gradient(probe, p);
         let normal = g.normalize_or_zero();
         // Where distances fall short of the real ones the surface is some way on.
-        let point = asked.walk(probe, p).unwrap_or(p - d * normal);
+        let point = asked.project_to_surface(probe, p).unwrap_or(p - d * normal);
         let kept = match self.source {
-            Source::Volume(volume) if !by_field => {
+            QuerySource::Volume(volume) if !by_field => {
                 volume.material_at(point, normal, self.tables().materials())
             }
             _ => None,
         };
         let material = kept.unwrap_or_else(|| probe.material(point));
-        CastHit {
-            t,
+        RayHit {
+            distance: t,
             point: point.to_array(),
             normal: normal.to_array(),
             material: material_of(&material),
@@ -265,9 +265,12 @@ mod tests {
                 let at = |t: f32| world.distance((origin + t * direction).to_array());
                 // Bricks and the field differ by a fraction of a voxel.
                 let voxel = 8.0 / 192.0;
-                assert!((at(hit.t) - radius).abs() < 0.6 * voxel, "{i}: {hit:?}");
+                assert!(
+                    (at(hit.distance) - radius).abs() < 0.6 * voxel,
+                    "{i}: {hit:?}"
+                );
                 for k in 0..50 {
-                    let before = at(hit.t * k as f32 / 50.0);
+                    let before = at(hit.distance * k as f32 / 50.0);
                     assert!(before > radius - 0.6 * voxel, "{i}: {before} {hit:?}");
                 }
             }
@@ -300,11 +303,11 @@ mod tests {
         for query in [world.query(), world.query_volume().expect("bricks")] {
             for (x, expected) in [(1.0, red), (-1.0, Material::default())] {
                 let down = [0.0, -1.0, 0.0];
-                let ray = query.ray_cast([x, 2.0, 0.0], down, 5.0).expect("a hit");
+                let ray = query.cast_ray([x, 2.0, 0.0], down, 5.0).expect("a hit");
                 assert!(near(ray.material, expected), "{ray:?}");
                 assert!(near(query.material(ray.point), expected));
                 let sphere = query
-                    .sphere_cast([x, 2.0, 0.0], down, 0.2, 5.0)
+                    .cast_sphere([x, 2.0, 0.0], down, 0.2, 5.0)
                     .expect("a hit");
                 assert!(near(sphere.material, expected), "{sphere:?}");
             }

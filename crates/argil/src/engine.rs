@@ -20,7 +20,7 @@ pub enum Backend {
 #[derive(Clone)]
 pub struct Engine {
     pub(crate) gpu: Option<Arc<Gpu>>,
-    reason: String,
+    selection_reason: String,
     pub(crate) control: Control,
 }
 
@@ -29,20 +29,20 @@ impl Engine {
     pub fn cpu() -> Self {
         Self {
             gpu: None,
-            reason: "the CPU was asked for".into(),
+            selection_reason: "the CPU was asked for".into(),
             control: Control::default(),
         }
     }
 
-    /// [`Engine::on`] as a future.
-    pub async fn on_async(backend: Backend) -> Result<Self, EngineError> {
+    /// [`Engine::with_backend`] as a future.
+    pub async fn with_backend_async(backend: Backend) -> Result<Self, EngineError> {
         match backend {
             Backend::Cpu => Ok(Self::cpu()),
             Backend::Gpu => {
                 let gpu = Gpu::open().await?;
                 Ok(Self {
                     gpu: Some(Arc::new(gpu)),
-                    reason: "a GPU was asked for".into(),
+                    selection_reason: "a GPU was asked for".into(),
                     control: Control::default(),
                 })
             }
@@ -52,19 +52,19 @@ impl Engine {
                 let Some(device) = real else {
                     return Ok(Self {
                         gpu: None,
-                        reason: "no hardware GPU was found".into(),
+                        selection_reason: "no hardware GPU was found".into(),
                         control: Control::default(),
                     });
                 };
                 match Gpu::open().await {
                     Ok(gpu) => Ok(Self {
                         gpu: Some(Arc::new(gpu)),
-                        reason: format!("{} is a GPU", device.name),
+                        selection_reason: format!("{} is a GPU", device.name),
                         control: Control::default(),
                     }),
                     Err(error) => Ok(Self {
                         gpu: None,
-                        reason: format!("{} cannot be used: {error}", device.name),
+                        selection_reason: format!("{} cannot be used: {error}", device.name),
                         control: Control::default(),
                     }),
                 }
@@ -113,15 +113,15 @@ impl Engine {
     }
 
     /// Pixels of the largest picture that it draws: a device's buffers have their limits.
-    pub fn most_pixels(&self) -> u64 {
-        let of_gpu = self.gpu.as_ref().map(|gpu| gpu.most_pixels());
-        of_gpu.map_or(crate::limits::MAX_PIXELS, |most| {
-            most.min(crate::limits::MAX_PIXELS)
+    pub fn max_pixels(&self) -> u64 {
+        let of_gpu = self.gpu.as_ref().map(|gpu| gpu.max_pixels());
+        of_gpu.map_or(crate::limits::MAX_IMAGE_PIXELS, |most| {
+            most.min(crate::limits::MAX_IMAGE_PIXELS)
         })
     }
 
     /// Why the engine runs on that.
     pub fn reason(&self) -> &str {
-        &self.reason
+        &self.selection_reason
     }
 }

@@ -27,7 +27,7 @@ pub enum BuildError {
     Resolution(#[from] argil_volume::ResolutionError),
     /// No volume has voxels of that size.
     #[error(transparent)]
-    Voxel(#[from] argil_volume::VoxelError),
+    Voxel(#[from] argil_volume::VoxelSizeError),
     /// No octree can be like that.
     #[error(transparent)]
     Octree(#[from] argil_volume::OctreeError),
@@ -120,8 +120,8 @@ pub enum RenderError {
     /// The size is zero or too large.
     #[error(
         "size {width}x{height}: both sides must be from 1 to {} and their product at most {}",
-        crate::limits::MAX_SIDE,
-        crate::limits::MAX_PIXELS
+        crate::limits::MAX_IMAGE_SIDE,
+        crate::limits::MAX_IMAGE_PIXELS
     )]
     Size {
         /// Asked for.
@@ -153,7 +153,7 @@ pub enum RenderError {
 /// Why a picture could not be written.
 #[derive(Debug, thiserror::Error)]
 #[error("{path}: {reason}")]
-pub struct PictureError {
+pub struct ImageFileError {
     /// Where to.
     pub path: PathBuf,
     /// What went wrong.

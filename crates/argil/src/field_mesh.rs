@@ -3,11 +3,11 @@
 use crate::memory::budget_on;
 use crate::{BuildError, Engine};
 use argil_field::Program;
-use argil_gpu::{GpuField, GpuMesh, GpuVolume, MarchNormals, MarchOptions, StagesMs};
+use argil_gpu::{GpuMesh, GpuProgram, GpuVolume, StageTimings, SurfaceNormals, SurfaceOptions};
 use argil_math::Control;
-use argil_mesh::marching::bricks::Rings;
-use argil_mesh::{Mesh, dual, exact, marching};
-use argil_volume::{BrickLayout, BrickSettings, Bricks, CellLists, Lattice};
+use argil_mesh::marching::bricks::CellLoops;
+use argil_mesh::{Mesh, dual_contouring, marching, project_to_field};
+use argil_volume::{BrickLayout, BrickSettings, Bricks, CellPrograms, VoxelGrid};
 use web_time::Instant;
 
 /// How triangles are found.
@@ -28,36 +28,37 @@ pub(crate) struct FieldMesh {
     /// With the field's normals if it is marching cubes', else without.
     pub mesh: Mesh,
     pub bricks: Bricks,
-    pub lists: CellLists,
+    pub lists: CellPrograms,
 }
 
 /// Triangles of the field: of bricks that are made for it, corners moved to where the exact distance is 0.
 pub(crate) fn field_mesh(
     engine: &Engine,
     program: &Program,
-    lattice: Lattice,
+    lattice: VoxelGrid,
     method: MeshMethod,
     stages: &mut Stages,
 ) -> Result<FieldMesh, BuildError> {
     let layout = layout_of(lattice)?;
     let budget = budget_on(engine, None);
     let control = &engine.control;
-    let (bricks, lists, _) = Bricks::bake_with_lists_controlled(program, layout, budget, control)?;
+    let (bricks, lists, _) =
+        Bricks::bake_with_programs_and_control(program, layout, budget, control)?;
     stages.done("bake")?;
     let is_dual = method == MeshMethod::DualContouring;
     let (mut marched, rings) = if is_dual {
-        marching::bricks::march_with_rings(&bricks)
+        marching::bricks::march_with_loops(&bricks)
     } else {
-        (marching::bricks::march(&bricks), Rings::default())
+        (marching::bricks::march(&bricks), CellLoops::default())
     };
     stages.done("march")?;
-    exact::refine(program, &lists, &mut marched);
+    project_to_field::project_to_field(program, &lists, &mut marched);
     stages.done("refine")?;
     if is_dual {
-        marched.mesh = dual::contour(&lattice, &marched, &rings);
+        marched.mesh = dual_contouring::contour(&lattice, &marched, &rings);
         stages.done("contour")?;
     } else {
-        exact::outwards(&mut marched);
+        project_to_field::orient_normals(&mut marched);
     }
     let mesh = marched.mesh;
     Ok(FieldMesh {
@@ -70,21 +71,21 @@ pub(crate) fn field_mesh(
 /// The same, built, marched and left on a GPU; what the stages took.
 pub(crate) async fn field_mesh_on_gpu(
     engine: &Engine,
-    field: &GpuField,
+    field: &GpuProgram,
     program: &Program,
-    lattice: Lattice,
-    normals: MarchNormals,
+    lattice: VoxelGrid,
+    normals: SurfaceNormals,
     is_unshared: bool,
-) -> Result<(GpuMesh, StagesMs), BuildError> {
+) -> Result<(GpuMesh, StageTimings), BuildError> {
     let budget = budget_on(engine, None);
     let (volume, mut stages) =
         GpuVolume::bricks_controlled(field, program, layout_of(lattice)?, budget, &engine.control)
             .await?;
-    let options = MarchOptions {
+    let options = SurfaceOptions {
         iso: 0.0,
         normals,
-        is_moved: true,
-        is_unshared,
+        project_to_field: true,
+        is_unindexed: is_unshared,
     };
     let (mesh, took) = volume.march(field, &options).await?;
     stages.extend(took);
@@ -92,7 +93,7 @@ pub(crate) async fn field_mesh_on_gpu(
 }
 
 /// Cells of bricks over a lattice.
-pub(crate) fn layout_of(lattice: Lattice) -> Result<BrickLayout, BuildError> {
+pub(crate) fn layout_of(lattice: VoxelGrid) -> Result<BrickLayout, BuildError> {
     Ok(BrickLayout::new(lattice, &BrickSettings::default())?)
 }
 

@@ -1,18 +1,22 @@
 //! Images as heights.
 
-use argil_mesh::MeshInput;
+use argil_mesh::MeshReadError;
 use argil_scene::SampledGrid;
 use std::path::Path;
 
 /// Most pixels of an image of heights.
 #[cfg(feature = "png")]
-const MOST_PIXELS: u64 = 1 << 26;
+const MAX_PIXELS: u64 = 1 << 26;
 
 /// The heights of a PNG image, from 0 for black to 1 for white, with so many along its longer side, or as many as it has. Of colours
 /// it is how bright they look; finer images are averaged. `place` stands in messages.
 #[cfg(feature = "png")]
-pub(crate) fn heights(bytes: &[u8], posts: u32, place: &Path) -> Result<SampledGrid, MeshInput> {
-    let damaged = |reason: String| MeshInput::Damaged {
+pub(crate) fn heights(
+    bytes: &[u8],
+    posts: u32,
+    place: &Path,
+) -> Result<SampledGrid, MeshReadError> {
+    let damaged = |reason: String| MeshReadError::Damaged {
         path: place.into(),
         kind: "PNG",
         reason,
@@ -22,16 +26,16 @@ pub(crate) fn heights(bytes: &[u8], posts: u32, place: &Path) -> Result<SampledG
     decoder.set_transformations(png::Transformations::EXPAND);
     let mut reader = decoder.read_info().map_err(wrong)?;
     let (width, height) = reader.info().size();
-    if u64::from(width) * u64::from(height) > MOST_PIXELS {
-        return Err(MeshInput::TooMuch {
+    if u64::from(width) * u64::from(height) > MAX_PIXELS {
+        return Err(MeshReadError::TooMuch {
             path: place.into(),
             what: format!(
-                "{width} × {height} pixels: heights are read of up to {MOST_PIXELS}; make it smaller"
+                "{width} × {height} pixels: heights are read of up to {MAX_PIXELS}; make it smaller"
             ),
         });
     }
     if width < 2 || height < 2 {
-        return Err(MeshInput::Unsupported {
+        return Err(MeshReadError::Unsupported {
             path: place.into(),
             what: format!("{width} × {height} pixels: heights need two along each side"),
         });
@@ -82,8 +86,8 @@ pub(crate) fn heights(bytes: &[u8], posts: u32, place: &Path) -> Result<SampledG
 }
 
 #[cfg(not(feature = "png"))]
-pub(crate) fn heights(_: &[u8], _: u32, place: &Path) -> Result<SampledGrid, MeshInput> {
-    Err(MeshInput::Unsupported {
+pub(crate) fn heights(_: &[u8], _: u32, place: &Path) -> Result<SampledGrid, MeshReadError> {
+    Err(MeshReadError::Unsupported {
         path: place.into(),
         what: "this was built without the feature png, which reads heights".into(),
     })

@@ -19,25 +19,25 @@
 mod blocking;
 mod build;
 mod cast;
-mod drawing;
+mod edit_session;
 mod engine;
 mod error;
 mod field_mesh;
 mod heightmap;
+mod image;
 mod limits;
-mod listeners;
-mod live;
-mod lowered;
 mod memory;
+mod mesh_assets;
 #[cfg(feature = "mesh-files")]
 mod mesh_cache;
-mod meshes;
-mod picture;
+mod meshing;
+mod observers;
 mod probe;
+mod program_cache;
 mod query;
+mod rendering;
 mod representation;
-mod stored;
-mod triangles;
+mod volume_io;
 mod world;
 
 /// The crates below, with everything that signatures here name.
@@ -45,54 +45,59 @@ pub mod crates {
     pub use argil_abi as abi;
     pub use argil_field as field;
     pub use argil_gpu as gpu;
-    pub use argil_march as march;
     pub use argil_math as math;
     pub use argil_mesh as mesh;
+    pub use argil_render as render;
     pub use argil_scene as scene;
     pub use argil_volume as volume;
 }
 
 pub use argil_field::{FAR, Grid, LowerError, Program};
-pub use argil_gpu::{DenseFill, DeviceInfo, DeviceKind, GpuError, Order};
-pub use argil_march::{Camera, Descent, Normals, Settings, Show, Spread, Statistics};
+pub use argil_gpu::{BrickOrdering, DenseFill, DeviceInfo, DeviceKind, GpuError};
 pub use argil_math::{Aabb, Control, Interval, Progress};
 pub use argil_mesh::marching::surface::SurfaceError;
 pub use argil_mesh::{
-    Axes, Format, Mesh, MeshInput, Repairs, Report, Solid, WriteOptions, read as read_mesh,
-    thicken, write as write_mesh,
+    Mesh, MeshFormat, MeshReadError, MeshReport, MeshSdf, MeshWriteOptions, RepairReport, UpAxis,
+    read as read_mesh, thicken, write as write_mesh,
+};
+pub use argil_render::{
+    Camera, LookupStart, NormalSource, Percentiles, RayStatistics, RenderMode, RenderSettings,
 };
 #[cfg(feature = "schema")]
 pub use argil_scene::schema;
 pub use argil_scene::{
-    Action, Body, Brush, Change, Ease, Edit, EditError, Edited, Entry, Exactness, Fault, FileError,
-    Group, HistoryLimit, ImportError, Journal, JournalError, Keyframe, LogError, Material,
-    MeshGrid, Modifier, Node, NodeId, Operator, OperatorKind, Outline, Piece, Placement, Profile,
-    Recovered, SampledGrid, Scene, Shape, SplinePoint, Subtree, Turn, View, Watch, is_image,
-    remove_unfinished_files, replace_file,
+    Action, AxisAngle, BlendProfile, Brush, CameraPose, Ease, Edit, EditError, EditOutcome,
+    Exactness, FileError, Group, HistoryLimit, ImportError, Journal, JournalError, Keyframe,
+    LoadedGrid, LogError, MarginRequest, Material, Modifier, Node, NodeDesc, NodeId, NodeKind,
+    NodeTree, Operator, OperatorKind, Path2, PathSegment, RecoveredSession, SampledGrid, Scene,
+    SceneChange, Shape, SplinePoint, ValidationError, View, is_image, remove_temp_files,
+    write_atomically,
 };
 pub use argil_volume::{
-    Bits, Brick, BrickChanges, BrickEdit, BrickLayout, BrickSettings, Bricks, BricksError, Dense,
-    Encoding, Keep, Lattice, Layout, Octree, OctreeError, OctreeSettings, Range, ResolutionError,
-    Section, SparseInfo, Stored, TooFarError, TreeInfo, Volume, VolumeError, VolumeInfo,
-    VoxelError, Word,
+    Band, Brick, BrickChanges, BrickInfo, BrickLayout, BrickSettings, BrickTest, Bricks,
+    BricksError, Cell, Dense, EditStats, Encoding, Octree, OctreeError, OctreeInfo, OctreeLayout,
+    OctreeSettings, ResolutionError, SampleFormat, Section, TooFarError, Volume, VolumeError,
+    VolumeFile, VolumeInfo, VoxelGrid, VoxelSizeError,
 };
 pub use build::Build;
-pub use cast::CastHit;
-pub use drawing::Orbit;
+pub use cast::RayHit;
+pub use edit_session::{EditBudget, EditReport, RebuildReason};
 pub use engine::{Backend, Engine};
-pub use error::{BuildError, EngineError, GridError, PictureError, RenderError, VolumeFileError};
+pub use error::{BuildError, EngineError, GridError, ImageFileError, RenderError, VolumeFileError};
 pub use field_mesh::MeshMethod;
 pub use glam;
-pub use listeners::Listener;
-pub use live::{Applied, Pace, Rebuilt};
-pub use meshes::{LoadedMesh, MeshFileError, load_meshes, load_meshes_controlled, load_meshes_of};
-pub use picture::Drawn;
+pub use image::RenderedImage;
 #[cfg(feature = "png")]
-pub use picture::{ReadPicture, read_png, save_png, write_png};
-pub use query::{Closest, MOST_BOXES, Overlap, Query};
-pub use representation::{
-    BricksOptions, BuildTimes, DenseOptions, MeshViaOptions, OctreeOptions, Via,
+pub use image::{PngImage, read_png, save_png, write_png};
+pub use mesh_assets::{
+    LoadedMesh, MeshFileError, load_meshes, load_meshes_from_bytes, load_meshes_with_control,
 };
-pub use stored::stored_scene;
-pub use triangles::{MeshError, MeshNormals, MeshOptions, Meshed, save_mesh};
+pub use meshing::{MeshError, MeshNormals, MeshOptions, MeshOutput, save_mesh};
+pub use observers::SubscriptionId;
+pub use query::{BoxPosition, ClosestPoint, MAX_BOXES, Query};
+pub use rendering::Orbit;
+pub use representation::{
+    BricksOptions, BuildTimings, DenseOptions, MeshRenderOptions, OctreeOptions, Representation,
+};
+pub use volume_io::stored_scene;
 pub use world::World;

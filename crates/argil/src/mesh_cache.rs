@@ -1,7 +1,7 @@
 //! The distances of meshes, kept from one time to the next.
 
 use argil_math::Aabb;
-use argil_mesh::{Format, Repairs};
+use argil_mesh::{MeshFormat, RepairReport};
 use argil_scene::{SAMPLED_HEADER, SampledGrid};
 use std::path::{Path, PathBuf};
 
@@ -15,7 +15,7 @@ const HEAD: usize = 6;
 const MAGIC_TEXT: &str = "grid04";
 
 /// Where the distances of a file's mesh are kept, by the hash of its bytes.
-pub fn place(bytes: &[u8], format: Format, resolution: u32) -> Option<PathBuf> {
+pub fn place(bytes: &[u8], format: MeshFormat, resolution: u32) -> Option<PathBuf> {
     let hash = blake3::hash(bytes).to_hex();
     let name = format!("{hash}-{format:?}-{resolution}.{MAGIC_TEXT}");
     Some(cache_folder()?.join(name))
@@ -32,7 +32,7 @@ fn cache_folder() -> Option<PathBuf> {
 pub fn write(
     path: &Path,
     grid: &SampledGrid,
-    (triangles, repairs): (u64, Repairs),
+    (triangles, repairs): (u64, RepairReport),
 ) -> std::io::Result<()> {
     if let Some(folder) = path.parent() {
         std::fs::create_dir_all(folder)?;
@@ -44,7 +44,7 @@ pub fn write(
     words.extend_from_slice(grid.words());
     let bytes: &[u8] = bytemuck::cast_slice(&words);
     let head = [&triangles.to_le_bytes(), bytemuck::bytes_of(&repairs)].concat();
-    argil_scene::replace_file(path, |out| {
+    argil_scene::write_atomically(path, |out| {
         use std::io::Write;
         out.write_all(&MAGIC)?;
         out.write_all(hash_of(&head, bytes).as_bytes())?;
@@ -59,11 +59,11 @@ fn hash_of(head: &[u8], bytes: &[u8]) -> blake3::Hash {
 }
 
 /// What was kept, if it is whole.
-pub fn read(path: &Path) -> Option<(SampledGrid, (u64, Repairs))> {
+pub fn read(path: &Path) -> Option<(SampledGrid, (u64, RepairReport))> {
     let all = std::fs::read(path).ok()?;
     let (magic, rest) = all.split_at_checked(MAGIC.len())?;
     let (hash, rest) = rest.split_at_checked(32)?;
-    let (head, bytes) = rest.split_at_checked(8 + size_of::<Repairs>())?;
+    let (head, bytes) = rest.split_at_checked(8 + size_of::<RepairReport>())?;
     if magic != MAGIC || hash_of(head, bytes).as_bytes() != hash {
         return None;
     }
@@ -105,10 +105,10 @@ mod tests {
         let solid = Aabb::centered(glam::Vec3::splat(0.5));
         let corner = glam::Vec3::splat(-0.75);
         let grid = SampledGrid::sample(corner, 0.5, glam::UVec3::splat(3), solid, &ball);
-        let repairs = Repairs {
+        let repairs = RepairReport {
             holes: 3,
             parts: 1,
-            ..Repairs::default()
+            ..RepairReport::default()
         };
         write(&path, &grid, (77, repairs)).expect("a file");
         assert_eq!(read(&path), Some((grid, (77, repairs))));

@@ -5,8 +5,8 @@
 //! tell distances as far as their parts are long; what is farther is at least that far.
 
 use crate::{Material, World};
-use argil_abi::{Instr, MaterialWords};
-use argil_field::{Evaluator, ListTree, LiveProgram, OperandIndex, Parts, Program};
+use argil_abi::{GpuMaterial, Instruction};
+use argil_field::{Evaluator, IncrementalProgram, OperandIndex, PartGrid, Program, ProgramTree};
 use argil_math::Aabb;
 use glam::{IVec3, Vec3};
 
@@ -16,8 +16,8 @@ pub(crate) const AHEAD: usize = 16;
 /// Where lists of what is near come from.
 #[derive(Clone, Copy)]
 enum Lists<'a> {
-    Tree(&'a ListTree),
-    Live(&'a LiveProgram),
+    Tree(&'a ProgramTree),
+    Live(&'a IncrementalProgram),
     Index(&'a OperandIndex),
     /// All of the program.
     Whole,
@@ -25,7 +25,7 @@ enum Lists<'a> {
 
 impl Lists<'_> {
     /// The part that a point is in, where lists are of parts.
-    fn part_of(&self, p: Vec3) -> Option<(&Parts, IVec3)> {
+    fn part_of(&self, p: Vec3) -> Option<(&PartGrid, IVec3)> {
         let parts = match self {
             Self::Live(live) => live.parts(),
             Self::Index(index) => index.parts(),
@@ -42,9 +42,9 @@ pub(crate) struct Probe<'a> {
     evaluator: Option<Evaluator<'a>>,
     /// The part that `list` is of.
     part: Option<IVec3>,
-    list: Vec<Instr>,
+    list: Vec<Instruction>,
     /// The last list of a tree, and where it holds.
-    last: Option<(&'a [Instr], Aabb)>,
+    last: Option<(&'a [Instruction], Aabb)>,
     /// Instructions that were run, and how often.
     pub counts: [u64; 2],
 }
@@ -54,7 +54,7 @@ impl<'a> Probe<'a> {
     pub fn new(world: &'a World, reach: f32) -> Self {
         let fits = |far: f32| reach <= 0.8 * far;
         let lists = match world.live_program() {
-            Some(live) if fits(live.parts().far) && world.is_seldom_asked() => Lists::Live(live),
+            Some(live) if fits(live.parts().far) && world.has_few_queries() => Lists::Live(live),
             _ => match world.list_tree() {
                 Some(tree) => Lists::Tree(tree),
                 // An index is made only where there is no tree.
@@ -92,7 +92,7 @@ impl<'a> Probe<'a> {
     }
 
     /// Have the list for a point at hand; an evaluator to run it, and where it holds.
-    fn prepare(&mut self, p: Vec3) -> (&mut Evaluator<'a>, &[Instr], Aabb) {
+    fn prepare(&mut self, p: Vec3) -> (&mut Evaluator<'a>, &[Instruction], Aabb) {
         let program = self.program();
         let mut held = Aabb::ALL;
         if let Some((parts, part)) = self.lists.part_of(p) {
@@ -102,7 +102,7 @@ impl<'a> Probe<'a> {
                 self.part = Some(part);
                 self.list.clear();
                 match self.lists {
-                    Lists::Live(live) => live.list(part, &mut self.list),
+                    Lists::Live(live) => live.part_program(part, &mut self.list),
                     Lists::Index(index) => index.list(program, part, &mut self.list),
                     Lists::Tree(_) | Lists::Whole => {}
                 }
@@ -113,7 +113,7 @@ impl<'a> Probe<'a> {
                 let (list, cell) = match self.last {
                     Some(last) if last.1.contains(p) => last,
                     _ => {
-                        let beyond = (program.instrs(), Aabb::new(p, p));
+                        let beyond = (program.instructions(), Aabb::new(p, p));
                         tree.list(program, p).unwrap_or(beyond)
                     }
                 };
@@ -122,7 +122,7 @@ impl<'a> Probe<'a> {
                 list
             }
             Lists::Live(_) | Lists::Index(_) => &self.list,
-            Lists::Whole => program.instrs(),
+            Lists::Whole => program.instructions(),
         };
         self.counts[0] += list.len() as u64;
         self.counts[1] += 1;
@@ -137,7 +137,7 @@ impl<'a> Probe<'a> {
         let far = self.far();
         let (evaluator, list, _) = self.prepare(p);
         let mut d = [0.0];
-        evaluator.distances_by(list, &[p.x], &[p.y], &[p.z], &mut d);
+        evaluator.distances_with(list, &[p.x], &[p.y], &[p.z], &mut d);
         d[0].clamp(-far, far)
     }
 
@@ -165,7 +165,7 @@ impl<'a> Probe<'a> {
             count += 1;
         }
         let [x, y, z] = points.each_ref().map(|axis| &axis[..count]);
-        evaluator.distances_by(list, x, y, z, &mut out[..count]);
+        evaluator.distances_with(list, x, y, z, &mut out[..count]);
         for d in &mut out[..count] {
             *d = d.clamp(-far, far);
         }
@@ -178,22 +178,22 @@ impl<'a> Probe<'a> {
         let (mut d, mut g) = ([0.0], [[0.0]; 3]);
         let [x, y, z] = &mut g;
         let point: [&[f32]; 3] = [&[p.x], &[p.y], &[p.z]];
-        evaluator.gradients_by(list, point, &mut d, [x, y, z]);
+        evaluator.gradients_with(list, point, &mut d, [x, y, z]);
         (d[0], Vec3::new(g[0][0], g[1][0], g[2][0]))
     }
 
     /// What a point near the surface is made of.
-    pub fn material(&mut self, p: Vec3) -> MaterialWords {
+    pub fn material(&mut self, p: Vec3) -> GpuMaterial {
         let (evaluator, list, _) = self.prepare(p);
-        let (mut d, mut material) = ([0.0], [MaterialWords::default()]);
+        let (mut d, mut material) = ([0.0], [GpuMaterial::default()]);
         let point: [&[f32]; 3] = [&[p.x], &[p.y], &[p.z]];
-        evaluator.materials_by(list, point, &mut d, &mut material);
+        evaluator.materials_with(list, point, &mut d, &mut material);
         material[0]
     }
 }
 
 /// A material as the interpreter has it.
-pub(crate) fn material_of(words: &MaterialWords) -> Material {
+pub(crate) fn material_of(words: &GpuMaterial) -> Material {
     let [r, g, b, roughness] = words.base_roughness;
     let [er, eg, eb, metallic] = words.emission_metallic;
     Material {

@@ -8,7 +8,7 @@ mod closest;
 
 use crate::probe::{Probe, material_of};
 use crate::{Material, World};
-use argil_abi::{Instr, WORLD_LIMIT};
+use argil_abi::{Instruction, WORLD_LIMIT};
 use argil_field::{Evaluator, LANES, Program};
 use argil_math::Aabb;
 use argil_volume::Volume;
@@ -17,34 +17,34 @@ use glam::Vec3;
 /// Steps of a walk to the surface.
 const WALK_STEPS: usize = 64;
 /// Boxes that a search for a closest point looks at, at most.
-pub const MOST_BOXES: usize = 1 << 16;
+pub const MAX_BOXES: usize = 1 << 16;
 
 /// A point of the surface that is near to another.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Closest {
+pub struct ClosestPoint {
     /// The point of the surface.
     pub point: [f32; 3],
     /// How far it is.
     pub distance: f32,
     /// Whether it is known that none is nearer by more than a hundredth of the distance. Otherwise it is the best that was found
-    /// among [`MOST_BOXES`] boxes.
+    /// among [`MAX_BOXES`] boxes.
     pub is_nearest: bool,
 }
 
 /// How a box lies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Overlap {
+pub enum BoxPosition {
     /// No part of it is solid.
     Outside,
     /// The surface goes through it, or so near to it that the tolerance does not tell.
-    Touching,
+    Intersecting,
     /// All of it is solid.
     Inside,
 }
 
 /// What is asked.
 #[derive(Clone, Copy)]
-pub(crate) enum Source<'a> {
+pub(crate) enum QuerySource<'a> {
     Field,
     Volume(&'a Volume),
 }
@@ -65,7 +65,7 @@ pub(crate) enum Source<'a> {
 /// ```
 #[derive(Clone, Copy)]
 pub struct Query<'a> {
-    pub(crate) source: Source<'a>,
+    pub(crate) source: QuerySource<'a>,
     pub(crate) world: &'a World,
     /// Nearer than this is on the surface.
     pub(crate) epsilon: f32,
@@ -75,9 +75,9 @@ impl World {
     /// Questions to the exact field.
     pub fn query(&self) -> Query<'_> {
         Query {
-            source: Source::Field,
+            source: QuerySource::Field,
             world: self,
-            epsilon: 1e-5 * self.focus().half_diagonal().max(1e-3),
+            epsilon: 1e-5 * self.view_bounds().half_diagonal().max(1e-3),
         }
     }
 
@@ -85,11 +85,11 @@ impl World {
     /// of what is beyond their band or box that it is not nearer. Nothing of a world that is kept in another way.
     pub fn query_volume(&self) -> Option<Query<'_>> {
         let volume = self.volume_on_cpu()?;
-        volume.distance_in(volume.lattice().aabb().center())?;
+        volume.distance_in(volume.voxel_grid().aabb().center())?;
         Some(Query {
-            source: Source::Volume(volume),
+            source: QuerySource::Volume(volume),
             world: self,
-            epsilon: 0.01 * volume.lattice().voxel,
+            epsilon: 0.01 * volume.voxel_grid().voxel_size,
         })
     }
 }
@@ -97,7 +97,7 @@ impl World {
 impl<'a> Query<'a> {
     /// The signed distance at a point, negative inside.
     pub fn distance(&self, point: [f32; 3]) -> f32 {
-        self.tell(&mut self.probe(), point.into()).0
+        self.sample(&mut self.probe(), point.into()).0
     }
 
     /// The signed distances at points.
@@ -107,18 +107,18 @@ impl<'a> Query<'a> {
     pub fn distances(&self, points: &[[f32; 3]], out: &mut [f32]) {
         assert_eq!(points.len(), out.len(), "a distance for each point");
         match self.source {
-            Source::Field => {
+            QuerySource::Field => {
                 let mut evaluator = Evaluator::new(self.world.program());
                 let mut d = [0.0f32; LANES];
                 self.each_list(points, |list, [x, y, z], nths| {
                     let d = &mut d[..nths.len()];
-                    evaluator.distances_by(list, x, y, z, d);
+                    evaluator.distances_with(list, x, y, z, d);
                     for (d, &nth) in d.iter().zip(nths) {
                         out[nth as usize] = *d;
                     }
                 });
             }
-            Source::Volume(volume) => {
+            QuerySource::Volume(volume) => {
                 for (point, out) in points.iter().zip(out) {
                     *out = stored(volume, (*point).into());
                 }
@@ -128,7 +128,7 @@ impl<'a> Query<'a> {
 
     /// The distance and its gradient at a point; of a volume by differences over a voxel.
     pub fn gradient(&self, point: [f32; 3]) -> (f32, [f32; 3]) {
-        let (d, g) = self.slope(&mut self.probe(), point.into());
+        let (d, g) = self.distance_and_gradient(&mut self.probe(), point.into());
         (d, g.to_array())
     }
 
@@ -138,7 +138,7 @@ impl<'a> Query<'a> {
     /// If there are not as many places in `out`.
     pub fn gradients(&self, points: &[[f32; 3]], out: &mut [(f32, [f32; 3])]) {
         assert_eq!(points.len(), out.len(), "a gradient for each point");
-        let Source::Field = self.source else {
+        let QuerySource::Field = self.source else {
             for (point, out) in points.iter().zip(out) {
                 *out = self.gradient(*point);
             }
@@ -149,7 +149,7 @@ impl<'a> Query<'a> {
         self.each_list(points, |list, points, nths| {
             let n = nths.len();
             let gradients = g.each_mut().map(|g| &mut g[..n]);
-            evaluator.gradients_by(list, points, &mut d[..n], gradients);
+            evaluator.gradients_with(list, points, &mut d[..n], gradients);
             for (i, &nth) in nths.iter().enumerate() {
                 out[nth as usize] = (d[i], [g[0][i], g[1][i], g[2][i]]);
             }
@@ -157,16 +157,20 @@ impl<'a> Query<'a> {
     }
 
     /// Calls `visit` with points that what can matter near them is the same of, and with which of all they are.
-    fn each_list(&self, points: &[[f32; 3]], mut visit: impl FnMut(&[Instr], [&[f32]; 3], &[u32])) {
+    fn each_list(
+        &self,
+        points: &[[f32; 3]],
+        mut visit: impl FnMut(&[Instruction], [&[f32]; 3], &[u32]),
+    ) {
         let program = self.world.program();
         let mut lanes = [[0.0f32; LANES]; 3];
-        let mut visit = |list: Option<&[Instr]>, nths: &[u32]| {
+        let mut visit = |list: Option<&[Instruction]>, nths: &[u32]| {
             for (i, &nth) in nths.iter().enumerate() {
                 for (lanes, own) in lanes.iter_mut().zip(points[nth as usize]) {
                     lanes[i] = own;
                 }
             }
-            let list = list.unwrap_or(program.instrs());
+            let list = list.unwrap_or(program.instructions());
             visit(list, lanes.each_ref().map(|own| &own[..nths.len()]), nths);
         };
         match self.world.list_tree() {
@@ -186,7 +190,7 @@ impl<'a> Query<'a> {
     /// The same questions to the exact field.
     pub(crate) fn of_field(&self) -> Self {
         Self {
-            source: Source::Field,
+            source: QuerySource::Field,
             ..*self
         }
     }
@@ -196,11 +200,11 @@ impl<'a> Query<'a> {
     pub fn material(&self, point: [f32; 3]) -> Material {
         let p = Vec3::from(point);
         let words = match self.source {
-            Source::Volume(volume) => {
+            QuerySource::Volume(volume) => {
                 let (_, outwards) = self.gradient(point);
                 volume.material_at(p, outwards.into(), self.tables().materials())
             }
-            Source::Field => None,
+            QuerySource::Field => None,
         };
         let words = words.unwrap_or_else(|| Probe::new(self.world, 0.0).material(p));
         material_of(&words)
@@ -212,11 +216,11 @@ impl<'a> Query<'a> {
     }
 
     /// The distance and its gradient at a point.
-    pub(crate) fn slope(&self, probe: &mut Probe<'_>, p: Vec3) -> (f32, Vec3) {
+    pub(crate) fn distance_and_gradient(&self, probe: &mut Probe<'_>, p: Vec3) -> (f32, Vec3) {
         match self.source {
-            Source::Field => probe.gradient(p),
-            Source::Volume(volume) => {
-                let h = 0.5 * volume.lattice().voxel;
+            QuerySource::Field => probe.gradient(p),
+            QuerySource::Volume(volume) => {
+                let h = 0.5 * volume.voxel_grid().voxel_size;
                 let along =
                     |axis: Vec3| stored(volume, p + h * axis) - stored(volume, p - h * axis);
                 let g = Vec3::new(along(Vec3::X), along(Vec3::Y), along(Vec3::Z)) / (2.0 * h);
@@ -227,10 +231,10 @@ impl<'a> Query<'a> {
 
     /// The distance at a point, and whether that is its distance or only one that it does not fall short of. The field's is told as
     /// far as the probe tells it.
-    pub(crate) fn tell(&self, probe: &mut Probe<'_>, point: Vec3) -> (f32, bool) {
+    pub(crate) fn sample(&self, probe: &mut Probe<'_>, point: Vec3) -> (f32, bool) {
         match self.source {
-            Source::Field => (probe.distance(point), true),
-            Source::Volume(volume) => {
+            QuerySource::Field => (probe.distance(point), true),
+            QuerySource::Volume(volume) => {
                 let d = stored(volume, point);
                 (d, Self::is_sampled(volume, point, d))
             }
@@ -242,32 +246,34 @@ impl<'a> Query<'a> {
         let has_samples = volume
             .distance_in(point)
             .is_some_and(|(_, is_kept)| is_kept);
-        let range = volume.encoding().range_length(volume.lattice(), 0);
-        volume.lattice().aabb().contains(point) && has_samples && d.abs() < 0.99 * range
+        let range = volume.encoding().band_width(volume.voxel_grid(), 0);
+        volume.voxel_grid().aabb().contains(point) && has_samples && d.abs() < 0.99 * range
     }
 
     pub(crate) fn voxel(&self) -> f32 {
         match self.source {
-            Source::Field => 0.0,
-            Source::Volume(volume) => volume.lattice().voxel,
+            QuerySource::Field => 0.0,
+            QuerySource::Volume(volume) => volume.voxel_grid().voxel_size,
         }
     }
 
     /// What distances in a box can be off by.
     fn slack(&self, held: Aabb) -> f32 {
         let between = match self.source {
-            Source::Field => 0.0,
-            Source::Volume(volume) => 0.87 * volume.lattice().voxel * self.tables().lipschitz(),
+            QuerySource::Field => 0.0,
+            QuerySource::Volume(volume) => {
+                0.87 * volume.voxel_grid().voxel_size * self.tables().lipschitz()
+            }
         };
-        self.tables().bounds_slack(held) + between
+        self.tables().bound_error(held) + between
     }
 
     /// Down the gradient to the surface.
-    pub(crate) fn walk(&self, probe: &mut Probe<'_>, from: Vec3) -> Option<Vec3> {
+    pub(crate) fn project_to_surface(&self, probe: &mut Probe<'_>, from: Vec3) -> Option<Vec3> {
         let mut p = from;
         for _ in 0..WALK_STEPS {
-            let (d, g) = self.slope(probe, p);
-            if let Source::Volume(volume) = self.source
+            let (d, g) = self.distance_and_gradient(probe, p);
+            if let QuerySource::Volume(volume) = self.source
                 && !Self::is_sampled(volume, p, d)
             {
                 return None;
@@ -284,17 +290,17 @@ impl<'a> Query<'a> {
         None
     }
 
-    /// How a box lies, told to a tolerance in the world's unit. Where [`MOST_BOXES`] parts of it do not tell, it is said to touch.
-    pub fn box_overlap(&self, min: [f32; 3], max: [f32; 3], tolerance: f32) -> Overlap {
+    /// How a box lies, told to a tolerance in the world's unit. Where [`MAX_BOXES`] parts of it do not tell, it is said to touch.
+    pub fn classify_box(&self, min: [f32; 3], max: [f32; 3], tolerance: f32) -> BoxPosition {
         let whole = Aabb::new(min.into(), max.into());
         // What is not a number is nowhere.
         if whole.is_empty() || min.iter().chain(&max).any(|c| c.is_nan()) {
-            return Overlap::Outside;
+            return BoxPosition::Outside;
         }
         // Nothing but what is endless is beyond the world.
         let whole = whole.intersection(Aabb::centered(Vec3::splat(WORLD_LIMIT)));
         if whole.is_empty() {
-            return Overlap::Outside;
+            return BoxPosition::Outside;
         }
         let tolerance = tolerance.max(self.epsilon);
         let mut looked_at = 0;
@@ -304,19 +310,19 @@ impl<'a> Query<'a> {
         let (mut solid, mut free) = (false, false);
         while let Some(held) = open.pop() {
             looked_at += 1;
-            if looked_at > MOST_BOXES {
-                return Overlap::Touching;
+            if looked_at > MAX_BOXES {
+                return BoxPosition::Intersecting;
             }
             let center = held.center();
             let half = held.half_diagonal();
-            let d = self.tell(&mut probe, center).0;
+            let d = self.sample(&mut probe, center).0;
             if d.abs() > lipschitz * half + self.slack(held) {
                 solid |= d < 0.0;
                 free |= d >= 0.0;
             } else if half <= tolerance {
-                let (d, is_told) = self.tell(&mut probe, center);
+                let (d, is_told) = self.sample(&mut probe, center);
                 if is_told {
-                    return Overlap::Touching;
+                    return BoxPosition::Intersecting;
                 }
                 solid |= d < 0.0;
                 free |= d >= 0.0;
@@ -325,20 +331,20 @@ impl<'a> Query<'a> {
                 open.extend(corners.map(|c| Aabb::new(c.min(center), c.max(center))));
             }
             if solid && free {
-                return Overlap::Touching;
+                return BoxPosition::Intersecting;
             }
         }
         if solid {
-            Overlap::Inside
+            BoxPosition::Inside
         } else {
-            Overlap::Outside
+            BoxPosition::Outside
         }
     }
 }
 
 /// What a volume tells of a point; outside of its box at least what the box's side tells.
 fn stored(volume: &Volume, point: Vec3) -> f32 {
-    let held = volume.lattice().aabb();
+    let held = volume.voxel_grid().aabb();
     let inside = point.clamp(held.min, held.max);
     let d = volume.distance_in(inside).map_or(0.0, |(d, _)| d);
     let beside = inside.distance(point);

@@ -2,25 +2,25 @@
 
 mod bricks;
 mod dense;
-mod lattice;
 mod mesh;
-mod mesh_kept;
+mod mesh_storage;
 mod octree;
 mod options;
+mod voxel_grid;
 
 use crate::BuildError;
-use argil_march::Show;
-use argil_volume::{Lattice, Volume};
+use argil_render::RenderMode;
+use argil_volume::{Volume, VoxelGrid};
 
 pub use bricks::BricksOptions;
 pub use dense::DenseOptions;
-pub(crate) use lattice::{focus, following, found_again};
-pub use mesh::MeshViaOptions;
-pub(crate) use mesh_kept::{Drawable, Triangulated, triangles};
+pub use mesh::MeshRenderOptions;
+pub(crate) use mesh_storage::{MeshStorage, StoredTriangles, triangles};
 pub use octree::OctreeOptions;
-pub use options::BuildTimes;
-use options::Options;
-pub(crate) use options::{Kept, Site};
+pub use options::BuildTimings;
+use options::RepresentationOptions;
+pub(crate) use options::{BuildContext, Storage};
+pub(crate) use voxel_grid::{recomputed_grid, updated_grid, view_bounds_of};
 
 /// What follows of the list of representations.
 macro_rules! representations {
@@ -28,30 +28,30 @@ macro_rules! representations {
         /// How a world is kept.
         #[derive(Clone, Copy, Debug, Default, PartialEq)]
         #[non_exhaustive]
-        pub enum Via {
+        pub enum Representation {
             /// As it is: every distance is evaluated when it is asked for.
             #[default]
             Field,
             $($(#[$doc])* $name($options),)*
         }
 
-        impl Via {
+        impl Representation {
             /// All of them, with options as they come and so many voxels along the longest side.
             ///
             /// ```
-            /// use argil::Via;
-            /// let words: Vec<&str> = Via::all(64).iter().map(Via::word).collect();
+            /// use argil::Representation;
+            /// let words: Vec<&str> = Representation::all(64).iter().map(Representation::word).collect();
             /// assert_eq!(words, ["field", "bricks", "dense", "octree", "mesh"]);
             /// ```
             pub fn all(resolution: u32) -> Vec<Self> {
-                vec![Self::Field, $(Self::$name($options::at(resolution)),)*]
+                vec![Self::Field, $(Self::$name($options::with_resolution(resolution)),)*]
             }
 
             /// In a word: `field`, `bricks`, and so on.
             pub fn word(&self) -> &'static str {
                 match self {
                     Self::Field => "field",
-                    $(Self::$name(_) => $options::WORD,)*
+                    $(Self::$name(_) => $options::NAME,)*
                 }
             }
 
@@ -59,16 +59,16 @@ macro_rules! representations {
             pub fn about(&self) -> &'static str {
                 match self {
                     Self::Field => "The exact field",
-                    $(Self::$name(_) => $options::ABOUT,)*
+                    $(Self::$name(_) => $options::DESCRIPTION,)*
                 }
             }
 
             /// Whether pictures can show that: light, normals and the like always, bricks and nodes of some.
-            pub fn shows(&self, show: Show) -> bool {
+            pub fn shows(&self, show: RenderMode) -> bool {
                 match self {
-                    _ if !matches!(show, Show::Bricks | Show::Nodes) => true,
+                    _ if !matches!(show, RenderMode::Bricks | RenderMode::Nodes) => true,
                     Self::Field => false,
-                    $(Self::$name(options) => options.shows(show),)*
+                    $(Self::$name(options) => options.supports_mode(show),)*
                 }
             }
 
@@ -92,18 +92,18 @@ macro_rules! representations {
             /// Builds it on the engine's device, on a lattice or on the scene's own.
             pub(crate) async fn build(
                 &self,
-                site: &Site<'_>,
-                lattice: Option<Lattice>,
-            ) -> Result<(Kept, BuildTimes), BuildError> {
+                site: &BuildContext<'_>,
+                lattice: Option<VoxelGrid>,
+            ) -> Result<(Storage, BuildTimings), BuildError> {
                 match self {
-                    Self::Field => Ok((Kept::Field, BuildTimes::default())),
+                    Self::Field => Ok((Storage::Field, BuildTimings::default())),
                     $(Self::$name(options) => options.build_on(site, lattice).await,)*
                 }
             }
         }
 
         $(
-            impl From<$options> for Via {
+            impl From<$options> for Representation {
                 fn from(options: $options) -> Self {
                     Self::$name(options)
                 }
@@ -112,7 +112,7 @@ macro_rules! representations {
             impl From<u32> for $options {
                 /// So many voxels along the longest side.
                 fn from(resolution: u32) -> Self {
-                    Self::at(resolution)
+                    Self::with_resolution(resolution)
                 }
             }
         )*
@@ -127,13 +127,14 @@ representations! {
     /// As bricks under a tree.
     Octree(OctreeOptions),
     /// As triangles.
-    Mesh(MeshViaOptions),
+    Mesh(MeshRenderOptions),
 }
 
 #[cfg(feature = "clap")]
-impl clap::ValueEnum for Via {
+impl clap::ValueEnum for Representation {
     fn value_variants<'a>() -> &'a [Self] {
-        static ALL: std::sync::LazyLock<Vec<Via>> = std::sync::LazyLock::new(|| Via::all(256));
+        static ALL: std::sync::LazyLock<Vec<Representation>> =
+            std::sync::LazyLock::new(|| Representation::all(256));
         &ALL
     }
 

@@ -1,12 +1,14 @@
-mod follow;
+mod edits;
 
-use crate::listeners::Listeners;
-use crate::live::Live;
-use crate::lowered::Lowered;
-use crate::representation::{Kept, Site, Triangulated, focus};
-use crate::{BuildError, BuildTimes, Engine, GridError, Scene, Via, Volume, VolumeInfo};
-use argil_field::{Grid, ListTree, LiveProgram, OperandIndex, Program};
-use argil_gpu::GpuField;
+use crate::edit_session::EditSession;
+use crate::observers::Observers;
+use crate::program_cache::ProgramCache;
+use crate::representation::{BuildContext, Storage, StoredTriangles, view_bounds_of};
+use crate::{
+    BuildError, BuildTimings, Engine, GridError, Representation, Scene, Volume, VolumeInfo,
+};
+use argil_field::{Grid, IncrementalProgram, OperandIndex, Program, ProgramTree};
+use argil_gpu::GpuProgram;
 use argil_math::{Aabb, Control, Interval};
 use argil_volume::BrickChanges;
 use std::borrow::Cow;
@@ -15,7 +17,7 @@ use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 /// So few questions between two edits are no reason to make lists for them.
-const SELDOM: u32 = 64;
+const FEW_QUERIES: u32 = 64;
 
 /// A scene that an engine has built: its exact field on the engine's device and, once asked for, a volume of it.
 ///
@@ -32,18 +34,18 @@ const SELDOM: u32 = 64;
 /// ```
 pub struct World {
     pub(crate) engine: Engine,
-    program: OnceLock<Lowered>,
-    live: Live,
+    program: OnceLock<ProgramCache>,
+    edits: EditSession,
     /// Questions since the program was put together or an edit was followed.
-    asked: AtomicU32,
-    pub(crate) gpu: Option<GpuField>,
-    listeners: Listeners,
-    pub(crate) focus: Aabb,
+    query_count: AtomicU32,
+    pub(crate) gpu: Option<GpuProgram>,
+    observers: Observers,
+    pub(crate) view_bounds: Aabb,
     /// The scene as it was followed last.
     pub(crate) scene: Scene,
-    pub(crate) via: Via,
-    pub(crate) kept: Kept,
-    times: BuildTimes,
+    pub(crate) representation: Representation,
+    pub(crate) storage: Storage,
+    build_timings: BuildTimings,
 }
 
 impl World {
@@ -51,57 +53,62 @@ impl World {
         let program = Program::lower(scene)?;
         let gpu = match &engine.gpu {
             Some(gpu) => {
-                let field = GpuField::new(gpu.clone(), &program, false)?;
+                let field = GpuProgram::new(gpu.clone(), &program, false)?;
                 field.prepare()?;
                 Some(field)
             }
             None => None,
         };
-        let focus = focus(scene, &program);
+        let focus = view_bounds_of(scene, &program);
         Ok(Self {
             engine,
-            program: OnceLock::from(Lowered::from(program)),
-            live: Live::of(scene),
-            asked: AtomicU32::new(0),
+            program: OnceLock::from(ProgramCache::from(program)),
+            edits: EditSession::of(scene),
+            query_count: AtomicU32::new(0),
             gpu,
-            listeners: Listeners::default(),
-            focus,
+            observers: Observers::default(),
+            view_bounds: focus,
             scene: scene.snapshot(),
-            via: Via::Field,
-            kept: Kept::Field,
-            times: BuildTimes::default(),
+            representation: Representation::Field,
+            storage: Storage::Field,
+            build_timings: BuildTimings::default(),
         })
     }
 
-    /// [`World::kept_anew`] as a future; see [`Build::via_async`](crate::Build::via_async).
+    /// [`World::rebuilt_as`] as a future; see [`Build::with_representation_async`](crate::Build::with_representation_async).
     ///
     /// # Errors
     /// As there.
-    pub async fn kept_anew_async(mut self, scene: &Scene, via: Via) -> Result<Self, BuildError> {
+    pub async fn rebuilt_as_async(
+        mut self,
+        scene: &Scene,
+        via: Representation,
+    ) -> Result<Self, BuildError> {
         // What was there before is not needed while the new volume is made.
-        self.kept = Kept::Field;
-        if !self.live.has_seen_all(scene) {
-            self.program = OnceLock::from(Lowered::from(Program::lower(scene)?));
+        self.storage = Storage::Field;
+        if !self.edits.has_seen_all(scene) {
+            self.program = OnceLock::from(ProgramCache::from(Program::lower(scene)?));
         }
         // Also for what is no edit: its name, view and the names of its meshes.
         self.scene = scene.snapshot();
-        let program = &Lowered::of(&self.program, &self.live).program;
-        self.focus = focus(scene, program);
+        let program = &ProgramCache::of(&self.program, &self.edits).program;
+        self.view_bounds = view_bounds_of(scene, program);
         // Edits that were followed have left tables in an order of their own.
         if let Some(gpu) = &mut self.gpu
             && !gpu.is_specialized()
         {
             gpu.update(program)?;
         }
-        (self.kept, self.times) = via.build(&self.site(scene, self.program()), None).await?;
+        (self.storage, self.build_timings) =
+            via.build(&self.site(scene, self.program()), None).await?;
         self.begin_following(scene);
-        self.via = via;
+        self.representation = via;
         Ok(self)
     }
 
     /// Where what the world is kept as is built anew.
-    fn site<'a>(&'a self, scene: &'a Scene, program: &'a Program) -> Site<'a> {
-        Site {
+    fn site<'a>(&'a self, scene: &'a Scene, program: &'a Program) -> BuildContext<'a> {
+        BuildContext {
             engine: &self.engine,
             field: self.gpu.as_ref(),
             scene,
@@ -110,18 +117,20 @@ impl World {
     }
 
     /// How the world is kept.
-    pub fn kept_via(&self) -> Via {
-        self.via
+    pub fn representation(&self) -> Representation {
+        self.representation
     }
 
     /// What building the volume took.
-    pub fn build_times(&self) -> &BuildTimes {
-        &self.times
+    pub fn build_timings(&self) -> &BuildTimings {
+        &self.build_timings
     }
 
     /// Voxels along each axis of the volume; `None` of a field.
     pub fn resolution(&self) -> Option<[u32; 3]> {
-        self.kept.lattice().map(|lattice| lattice.size.to_array())
+        self.storage
+            .lattice()
+            .map(|lattice| lattice.size.to_array())
     }
 
     /// [`World::volume_info`] as a future.
@@ -129,37 +138,37 @@ impl World {
     /// # Errors
     /// As there.
     pub async fn volume_info_async(&self) -> Result<Option<VolumeInfo>, BuildError> {
-        match (&self.kept, &self.gpu) {
-            (Kept::Cpu(volume), _) => Ok(Some(volume.info())),
-            (Kept::Gpu(volume), Some(field)) => Ok(Some(volume.info(field.gpu()).await?)),
+        match (&self.storage, &self.gpu) {
+            (Storage::Cpu(volume), _) => Ok(Some(volume.info())),
+            (Storage::Gpu(volume), Some(field)) => Ok(Some(volume.info(field.gpu()).await?)),
             _ => Ok(None),
         }
     }
 
-    pub(crate) fn kept(&self) -> &Kept {
-        &self.kept
+    pub(crate) fn storage(&self) -> &Storage {
+        &self.storage
     }
 
-    pub(crate) fn field_on_gpu(&self) -> Option<&GpuField> {
+    pub(crate) fn field_on_gpu(&self) -> Option<&GpuProgram> {
         self.gpu.as_ref()
     }
 
     /// Numbers of triangles and of their corners, where that is how the world is kept.
-    pub fn triangle_counts(&self) -> Option<[u64; 2]> {
-        let Kept::Mesh(drawable) = &self.kept else {
+    pub fn mesh_counts(&self) -> Option<[u64; 2]> {
+        let Storage::Mesh(drawable) = &self.storage else {
             return None;
         };
         Some(match &drawable.mesh {
-            Triangulated::Cpu(mesh) => {
+            StoredTriangles::Cpu(mesh) => {
                 [mesh.triangles.len(), mesh.positions.len()].map(|n| n as u64)
             }
-            Triangulated::Gpu(mesh) => mesh.counts(),
+            StoredTriangles::Gpu(mesh) => mesh.counts(),
         })
     }
 
     pub(crate) fn volume_on_cpu(&self) -> Option<&Volume> {
-        match &self.kept {
-            Kept::Cpu(volume) => Some(volume),
+        match &self.storage {
+            Storage::Cpu(volume) => Some(volume),
             _ => None,
         }
     }
@@ -184,9 +193,9 @@ impl World {
     /// # Errors
     /// As there.
     pub async fn volume_async(&self) -> Result<Option<Cow<'_, Volume>>, BuildError> {
-        match (&self.kept, &self.gpu) {
-            (Kept::Cpu(volume), _) => Ok(Some(Cow::Borrowed(volume))),
-            (Kept::Gpu(volume), Some(field)) => {
+        match (&self.storage, &self.gpu) {
+            (Storage::Cpu(volume), _) => Ok(Some(Cow::Borrowed(volume))),
+            (Storage::Gpu(volume), Some(field)) => {
                 Ok(Some(Cow::Owned(volume.read(field.gpu()).await?)))
             }
             _ => Ok(None),
@@ -194,11 +203,11 @@ impl World {
     }
 
     /// What edits have changed of sparse bricks on the CPU since this was last called, or since they were built: what a copy of them
-    /// elsewhere has to bring over. Nothing of worlds that are kept in another way; after a [rebuild](crate::Applied::rebuilt)
+    /// elsewhere has to bring over. Nothing of worlds that are kept in another way; after a [rebuild](crate::EditReport::rebuilt)
     /// everything is new.
     pub fn take_brick_changes(&mut self) -> Option<BrickChanges> {
-        match &mut self.kept {
-            Kept::Cpu(Volume::Bricks(bricks)) => Some(bricks.take_changes()),
+        match &mut self.storage {
+            Storage::Cpu(Volume::Bricks(bricks)) => Some(bricks.take_changes()),
             _ => None,
         }
     }
@@ -208,9 +217,9 @@ impl World {
     /// # Errors
     /// As there.
     pub async fn specialize_async(&mut self) -> Result<(), BuildError> {
-        self.finish_async().await?;
+        self.flush_async().await?;
         if let Some(gpu) = &self.gpu {
-            let specialized = GpuField::new(gpu.gpu().clone(), self.program(), true)?;
+            let specialized = GpuProgram::new(gpu.gpu().clone(), self.program(), true)?;
             self.gpu = Some(specialized);
         }
         Ok(())
@@ -219,37 +228,37 @@ impl World {
     /// Another program is to be put together when it is asked for.
     fn forget_program(&mut self) {
         self.program = OnceLock::new();
-        self.asked = AtomicU32::new(0);
+        self.query_count = AtomicU32::new(0);
     }
 
     /// The program, with what is made of it for queries.
-    fn lowered(&self) -> &Lowered {
-        Lowered::of(&self.program, &self.live)
+    fn lowered(&self) -> &ProgramCache {
+        ProgramCache::of(&self.program, &self.edits)
     }
 
     /// The program as edits are followed, if they are.
-    pub(crate) fn live_program(&self) -> Option<&LiveProgram> {
-        self.live.program()
+    pub(crate) fn live_program(&self) -> Option<&IncrementalProgram> {
+        self.edits.program()
     }
 
     /// The tables that hold of all of the scene: its materials, how steep it is. They have no list.
     pub(crate) fn tables(&self) -> &Program {
-        self.live.tables().unwrap_or_else(|| self.program())
+        self.edits.tables().unwrap_or_else(|| self.program())
     }
 
     /// What can matter near a point, of a program that is neither short nor very long.
-    pub(crate) fn list_tree(&self) -> Option<&ListTree> {
-        self.lowered().list_tree(self.focus)
+    pub(crate) fn list_tree(&self) -> Option<&ProgramTree> {
+        self.lowered().list_tree(self.view_bounds)
     }
 
     /// Whether few questions were asked since the last edit: then lists that follow edits cost less than to make others.
-    pub(crate) fn is_seldom_asked(&self) -> bool {
-        self.asked.fetch_add(1, Ordering::Relaxed) < SELDOM
+    pub(crate) fn has_few_queries(&self) -> bool {
+        self.query_count.fetch_add(1, Ordering::Relaxed) < FEW_QUERIES
     }
 
     /// What is near where in the program, of one with many pieces.
     pub(crate) fn operand_index(&self) -> Option<&OperandIndex> {
-        self.lowered().operand_index(self.focus)
+        self.lowered().operand_index(self.view_bounds)
     }
 
     /// The program that the scene was lowered to.
@@ -261,16 +270,16 @@ impl World {
     /// Bytes that the way in which the world is kept takes: a volume's texels and tables; of a field the program's
     /// tables, on the GPU too where there is one.
     pub fn memory_bytes(&self) -> u64 {
-        match &self.kept {
-            Kept::Field => {
-                let on_gpu = self.gpu.as_ref().map_or(0, GpuField::memory_bytes);
+        match &self.storage {
+            Storage::Field => {
+                let on_gpu = self.gpu.as_ref().map_or(0, GpuProgram::memory_bytes);
                 self.program().memory_bytes() as u64 + on_gpu
             }
-            Kept::Cpu(volume) => volume.memory_bytes(),
-            Kept::Gpu(volume) => volume.memory_bytes(),
-            Kept::Mesh(drawable) => match &drawable.mesh {
-                Triangulated::Gpu(mesh) => mesh.memory_bytes(),
-                Triangulated::Cpu(mesh) => mesh.memory_bytes(),
+            Storage::Cpu(volume) => volume.memory_bytes(),
+            Storage::Gpu(volume) => volume.memory_bytes(),
+            Storage::Mesh(drawable) => match &drawable.mesh {
+                StoredTriangles::Gpu(mesh) => mesh.memory_bytes(),
+                StoredTriangles::Cpu(mesh) => mesh.memory_bytes(),
             },
         }
     }
@@ -287,8 +296,8 @@ impl World {
     }
 
     /// The box that the scene is looked at in.
-    pub fn focus(&self) -> Aabb {
-        self.focus
+    pub fn view_bounds(&self) -> Aabb {
+        self.view_bounds
     }
 
     /// The signed distance at a point, negative inside.

@@ -2,7 +2,8 @@
 
 use argil::{
     Backend, BricksOptions, Brush, Control, DenseOptions, Engine, MeshError, MeshFileError,
-    MeshInput, MeshOptions, MeshViaOptions, OctreeOptions, RenderError, Scene, Shape, Via,
+    MeshOptions, MeshReadError, MeshRenderOptions, OctreeOptions, RenderError, Representation,
+    Scene, Shape,
 };
 
 const SUZANNE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes/suzanne.json");
@@ -34,9 +35,9 @@ fn worlds_follow_their_scene() -> Result<(), Box<dyn std::error::Error>> {
     for backend in [Backend::Cpu, Backend::Gpu] {
         let mut scene = Scene::new();
         scene.push(Brush::new(Shape::sphere(0.5)))?;
-        let mut world = Engine::on(backend)?.build(&scene)?.field();
+        let mut world = Engine::with_backend(backend)?.build(&scene)?.field();
         let camera = world.camera();
-        let settings = world.settings([48, 48], argil::Show::Normal);
+        let settings = world.settings([48, 48], argil::RenderMode::Normal);
         let before = world.draw(&camera, &settings)?.hit_pixels;
         scene.push(Brush::new(Shape::cuboid([0.1, 0.9, 0.1])).blend(0.05))?;
         world.apply(&scene)?;
@@ -54,16 +55,16 @@ fn worlds_follow_their_scene() -> Result<(), Box<dyn std::error::Error>> {
 fn bricks_follow_their_scene_in_place() -> Result<(), Box<dyn std::error::Error>> {
     let mut scene = Scene::open(TEAPOT)?;
     let mut world = Engine::cpu().build(&scene)?.bricks(128)?;
-    let all = world.volume_info()?.and_then(|info| info.sparse);
+    let all = world.volume_info()?.and_then(|info| info.bricks);
     let all = all.map_or(0, |sparse| sparse.bricks);
     let dent = Brush::new(Shape::sphere(0.1)).at([0.3, 0.9, 0.9]);
     scene.push(dent.subtract().blend(0.02))?;
     let applied = world.apply(&scene)?;
-    let sampled = world.finish()?.filled;
+    let sampled = world.flush()?.filled;
     assert!(!applied.rebuilt && sampled > 0);
     assert!(sampled * 4 < all, "{sampled} of {all}");
     assert!(applied.dirty_box.contains([0.3, 0.9, 0.9].into()));
-    assert_eq!(world.differing_cells()?, Some(0));
+    assert_eq!(world.diff_from_rebuild()?, Some(0));
 
     // Queries and pictures see it.
     let mut before = world.render(&world.camera(), [48, 32])?.hit_pixels;
@@ -82,7 +83,7 @@ fn bricks_follow_their_scene_in_place() -> Result<(), Box<dyn std::error::Error>
         assert!(scene.undo());
     }
     assert!(!world.apply(&scene)?.rebuilt);
-    assert_eq!(world.differing_cells()?, Some(0));
+    assert_eq!(world.diff_from_rebuild()?, Some(0));
 
     // What takes too much memory changes no brick; what comes after is right all the same.
     let tight = argil::BricksOptions {
@@ -99,33 +100,33 @@ fn bricks_follow_their_scene_in_place() -> Result<(), Box<dyn std::error::Error>
     assert!(refused.is_err(), "{refused:?}");
     assert!(scene.undo());
     tight.apply(&scene)?;
-    assert_eq!(tight.differing_cells()?, Some(0));
+    assert_eq!(tight.diff_from_rebuild()?, Some(0));
     for _ in 0..2 {
         assert!(scene.undo());
     }
     scene.push(Brush::new(Shape::sphere(0.06)).at([0.3, 0.9, 0.9]))?;
     tight.apply(&scene)?;
-    assert_eq!(tight.differing_cells()?, Some(0));
+    assert_eq!(tight.diff_from_rebuild()?, Some(0));
     assert!(scene.undo());
     world.apply(&scene)?;
 
     // Nothing left, then everything again; and a clone, whose edits were not followed.
-    let nodes: Vec<_> = scene.walk().skip(1).collect();
+    let nodes: Vec<_> = scene.iter().skip(1).collect();
     for node in nodes {
         let _ = scene.apply(argil::Edit::Remove { node });
     }
     world.apply(&scene)?;
-    assert_eq!(world.differing_cells()?, Some(0));
+    assert_eq!(world.diff_from_rebuild()?, Some(0));
     assert_eq!(world.render(&world.camera(), [48, 32])?.hit_pixels, 0);
     while scene.undo() {}
     world.apply(&scene)?;
-    assert_eq!(world.differing_cells()?, Some(0));
+    assert_eq!(world.diff_from_rebuild()?, Some(0));
     before = world.render(&world.camera(), [48, 32])?.hit_pixels;
     assert!(before > 100, "{before}");
     let mut other = scene.clone();
     other.push(Brush::new(Shape::sphere(0.2)).at([1.0, 1.5, 0.0]))?;
     assert!(world.apply(&other)?.rebuilt);
-    assert_eq!(world.differing_cells()?, Some(0));
+    assert_eq!(world.diff_from_rebuild()?, Some(0));
     Ok(())
 }
 
@@ -141,7 +142,7 @@ fn normals_of_fine_meshes_are_the_fields() {
         ..argil::MeshOptions::default()
     };
     let mesh = world.mesh(&options).expect("a mesh").mesh;
-    let h = 1e-3 * world.focus().half_diagonal();
+    let h = 1e-3 * world.view_bounds().half_diagonal();
     let is_off = |i: &usize| {
         let (p, own) = (mesh.positions[*i], mesh.normals[*i]);
         let by = [0, 1, 2].map(|axis| {
@@ -176,13 +177,13 @@ fn what_is_cancelled_ends_and_is_no_loss() -> Result<(), Box<dyn std::error::Err
     let mesh = world.mesh(&MeshOptions::default());
     assert!(matches!(mesh, Err(MeshError::Build(error)) if error.is_cancelled()));
     let vias = [
-        Via::Dense(DenseOptions::default()),
-        Via::Octree(OctreeOptions::default()),
-        Via::Bricks(BricksOptions::default()),
-        Via::Mesh(MeshViaOptions::default()),
+        Representation::Dense(DenseOptions::default()),
+        Representation::Octree(OctreeOptions::default()),
+        Representation::Bricks(BricksOptions::default()),
+        Representation::Mesh(MeshRenderOptions::default()),
     ];
     for via in vias {
-        let built = engine.build(&scene)?.via(via);
+        let built = engine.build(&scene)?.with_representation(via);
         assert!(built.is_err_and(|error| error.is_cancelled()), "{via:?}");
     }
     world.set_control(&Control::new());
@@ -204,11 +205,11 @@ fn what_is_cancelled_ends_and_is_no_loss() -> Result<(), Box<dyn std::error::Err
     // A mesh that a scene names.
     let mut scene = Scene::open(SUZANNE)?;
     let folder = std::path::Path::new(SUZANNE).parent().expect("a folder");
-    let loaded = argil::load_meshes_controlled(&mut scene, folder, false, &control);
+    let loaded = argil::load_meshes_with_control(&mut scene, folder, false, &control);
     let was_kept = loaded
         .as_ref()
-        .is_ok_and(|all| all.iter().all(|mesh| mesh.was_kept));
-    let is_cancelled = matches!(loaded, Err(MeshFileError::Input(MeshInput::Cancelled)));
+        .is_ok_and(|all| all.iter().all(|mesh| mesh.from_cache));
+    let is_cancelled = matches!(loaded, Err(MeshFileError::Input(MeshReadError::Cancelled)));
     assert!(is_cancelled || was_kept);
     Ok(())
 }
@@ -225,17 +226,18 @@ fn futures_can_be_sent() -> Result<(), Box<dyn std::error::Error>> {
         resolution: 24,
         ..BricksOptions::default()
     };
-    let engine = pollster::block_on(sent(Engine::on_async(Backend::Cpu)))?;
+    let engine = pollster::block_on(sent(Engine::with_backend_async(Backend::Cpu)))?;
     let built = engine.build(&scene)?;
-    let mut world = pollster::block_on(sent(built.via_async(options)))?;
+    let mut world = pollster::block_on(sent(built.with_representation_async(options)))?;
     scene.push(Brush::new(Shape::sphere(0.4)))?;
     pollster::block_on(sent(world.apply_async(&scene)))?;
-    pollster::block_on(sent(world.finish_async()))?;
+    pollster::block_on(sent(world.flush_async()))?;
     pollster::block_on(sent(world.volume_info_async()))?;
     let camera = world.camera();
-    let settings = world.settings([16, 16], argil::Show::Normal);
+    let settings = world.settings([16, 16], argil::RenderMode::Normal);
     let drawn = pollster::block_on(sent(world.draw_async(&camera, &settings)))?;
-    let (again, _) = pollster::block_on(sent(world.draw_with_lengths_async(&camera, &settings)))?;
+    let (again, _) =
+        pollster::block_on(sent(world.render_with_distances_async(&camera, &settings)))?;
     assert_eq!(drawn.hit_pixels, again.hit_pixels);
     Ok(())
 }
@@ -304,7 +306,7 @@ fn sampled_functions_stay_where_they_belong() -> Result<(), Box<dyn std::error::
     let world = Engine::cpu().build(&scene)?.field();
     let hit = world
         .query()
-        .ray_cast([2.0, 0.0, 0.0], [-1.0, 0.0, 0.0], 5.0);
+        .cast_ray([2.0, 0.0, 0.0], [-1.0, 0.0, 0.0], 5.0);
     assert!(
         (hit.expect("its side").point[0] - 0.5).abs() < 0.01,
         "{hit:?}"
@@ -369,7 +371,7 @@ fn images_are_ground() -> Result<(), Box<dyn std::error::Error>> {
     let mut scene = Scene::new();
     scene.push(Brush::new(Shape::heightmap("ramp.png", [1.0, 0.75], 0.5)))?;
     argil::load_meshes(&mut scene, here.path(), false)?;
-    for engine in [Engine::cpu(), Engine::on(Backend::Gpu)?] {
+    for engine in [Engine::cpu(), Engine::with_backend(Backend::Gpu)?] {
         let world = engine.build(&scene)?.bricks(96)?;
         let picture = world.render(&world.camera(), [96, 64])?;
         assert!(picture.hit_pixels > 500, "{}", picture.hit_pixels);
@@ -378,11 +380,11 @@ fn images_are_ground() -> Result<(), Box<dyn std::error::Error>> {
     for query in [world.query(), world.query_volume().expect("bricks")] {
         for (x, height) in [(-0.9, 0.025), (0.0, 0.25), (0.7, 0.425)] {
             let hit = query
-                .ray_cast([x, 2.0, 0.1], [0.0, -1.0, 0.0], 5.0)
+                .cast_ray([x, 2.0, 0.1], [0.0, -1.0, 0.0], 5.0)
                 .expect("ground");
             assert!((hit.point[1] - height).abs() < 0.01, "{hit:?}");
             let hit = query
-                .ray_cast([x, -2.0, 0.1], [0.0, 1.0, 0.0], 5.0)
+                .cast_ray([x, -2.0, 0.1], [0.0, 1.0, 0.0], 5.0)
                 .expect("its bottom");
             assert!((hit.point[1] + 0.1).abs() < 0.01, "{hit:?}");
         }
@@ -390,7 +392,7 @@ fn images_are_ground() -> Result<(), Box<dyn std::error::Error>> {
     let file = here.path().join("ramp.argil");
     world.save(&file)?;
     std::fs::remove_file(here.path().join("ramp.png"))?;
-    let (_, world) = Engine::cpu().load(argil::Stored::open(&file)?, &file)?;
-    assert_eq!(world.differing_cells()?, Some(0));
+    let (_, world) = Engine::cpu().load(argil::VolumeFile::open(&file)?, &file)?;
+    assert_eq!(world.diff_from_rebuild()?, Some(0));
     Ok(())
 }

@@ -1,6 +1,8 @@
 //! Futures go to any thread, and come to what waiting in place does.
 
-use argil::{Brush, Edit, Engine, MeshOptions, Pace, Scene, Shape, Show, Via};
+use argil::{
+    Brush, Edit, EditBudget, Engine, MeshOptions, RenderMode, Representation, Scene, Shape,
+};
 
 fn scene() -> Scene {
     let mut scene = Scene::new();
@@ -19,25 +21,32 @@ fn sent<T: Send>(future: impl Future<Output = T> + Send) -> T {
 
 #[test]
 fn futures_can_be_sent_to_other_threads() -> Result<(), Box<dyn std::error::Error>> {
-    for engine in [Engine::cpu(), sent(Engine::on_async(argil::Backend::Gpu))?] {
+    for engine in [
+        Engine::cpu(),
+        sent(Engine::with_backend_async(argil::Backend::Gpu))?,
+    ] {
         let mut scene = scene();
-        let mut world = sent(engine.build(&scene)?.via_async(Via::Bricks(32.into())))?;
+        let mut world = sent(
+            engine
+                .build(&scene)?
+                .with_representation_async(Representation::Bricks(32.into())),
+        )?;
         let node = scene
             .push(Brush::new(Shape::sphere(0.3)).at([0.5, 0.0, 0.0]))?
             .node;
         let eye = [2.0, 0.0, 0.0];
-        let pace = Pace {
-            budget_ms: 1.0,
-            eye,
+        let pace = EditBudget {
+            max_ms: 1.0,
+            priority_point: eye,
         };
-        sent(world.apply_at_async(&scene, pace))?;
-        sent(world.finish_async())?;
+        sent(world.apply_within_async(&scene, pace))?;
+        sent(world.flush_async())?;
         scene.apply(Edit::Remove { node })?;
         sent(world.apply_async(&scene))?;
-        sent(world.finish_async())?;
-        sent(world.trim_async())?;
-        assert_eq!(sent(world.differing_cells_async())?, Some(0));
-        let settings = world.settings([32, 24], Show::Normal);
+        sent(world.flush_async())?;
+        sent(world.shrink_to_fit_async())?;
+        assert_eq!(sent(world.diff_from_rebuild_async())?, Some(0));
+        let settings = world.settings([32, 24], RenderMode::Normal);
         let drawn = sent(world.draw_async(&world.camera(), &settings))?;
         assert_eq!(drawn.rgb, world.draw(&world.camera(), &settings)?.rgb);
         let info = sent(world.volume_info_async())?;
@@ -49,7 +58,7 @@ fn futures_can_be_sent_to_other_threads() -> Result<(), Box<dyn std::error::Erro
         let mut again = Vec::new();
         world.write(&mut again)?;
         assert!(bytes == again && bytes.len() > 1000);
-        let world = sent(world.kept_anew_async(&scene, Via::Field))?;
+        let world = sent(world.rebuilt_as_async(&scene, Representation::Field))?;
         assert_eq!(world.distance([0.0; 3]), -0.5);
     }
     Ok(())

@@ -1,8 +1,8 @@
 //! A world has no box: what is put anywhere is there, with voxels of the same size.
 
 use argil::{
-    Backend, BricksOptions, Brush, BuildError, DenseOptions, Edit, Engine, Lattice, Modifier,
-    OctreeOptions, Rebuilt, Scene, Shape, Show, Stored, Via, Volume, World,
+    Backend, BricksOptions, Brush, BuildError, DenseOptions, Edit, Engine, Modifier, OctreeOptions,
+    RebuildReason, RenderMode, Representation, Scene, Shape, Volume, VolumeFile, VoxelGrid, World,
 };
 
 type Outcome = Result<(), Box<dyn std::error::Error>>;
@@ -26,9 +26,9 @@ fn bricks_of(engine: &Engine, scene: &mut Scene, resolution: u32) -> World {
     world.expect("a world")
 }
 
-fn lattice_of(world: &World) -> Lattice {
+fn lattice_of(world: &World) -> VoxelGrid {
     let info = world.volume_info().expect("an answer");
-    info.expect("a volume").lattice
+    info.expect("a volume").voxel_grid
 }
 
 /// Pixels of a ball of radius 0.5 that is looked at from straight ahead.
@@ -36,12 +36,12 @@ fn pixels_of_ball(world: &World, at: [f32; 3]) -> usize {
     let mut camera = world.camera();
     camera.target = at.into();
     camera.eye = argil::glam::Vec3::from(at) + argil::glam::Vec3::new(0.0, 0.0, 4.0);
-    let settings = argil::Settings {
+    let settings = argil::RenderSettings {
         ground: false,
         samples: 1,
         // Of the field it is a share of the scene's size, which is great here.
         epsilon: Some(1e-3),
-        ..world.settings([96, 72], Show::Normal)
+        ..world.settings([96, 72], RenderMode::Normal)
     };
     world
         .draw(&camera, &settings)
@@ -50,7 +50,10 @@ fn pixels_of_ball(world: &World, at: [f32; 3]) -> usize {
 }
 
 fn engines() -> [Engine; 2] {
-    [Engine::cpu(), Engine::on(Backend::Gpu).expect("a GPU")]
+    [
+        Engine::cpu(),
+        Engine::with_backend(Backend::Gpu).expect("a GPU"),
+    ]
 }
 
 /// A surface with more blocks of cells than there may be is refused while those are looked for, and what comes then is built.
@@ -70,7 +73,7 @@ fn what_is_too_large_is_refused_before_it_takes_memory() -> Outcome {
         assert!(text.contains("blocks of cells take over"), "{text}");
         scene.undo();
         world.apply(&scene)?;
-        assert_eq!(world.differing_cells()?, Some(0));
+        assert_eq!(world.diff_from_rebuild()?, Some(0));
     }
     Ok(())
 }
@@ -91,11 +94,14 @@ fn what_is_put_outside_of_the_first_box_is_there() -> Outcome {
         ] {
             scene.push(ball_at(at))?;
             let applied = world.apply(&scene)?;
-            world.finish()?;
+            world.flush()?;
             assert!(!applied.rebuilt, "{at:?}: {:?}", applied.reason);
-            assert_eq!(world.differing_cells()?, Some(0), "{at:?}");
+            assert_eq!(world.diff_from_rebuild()?, Some(0), "{at:?}");
             let lattice = lattice_of(&world);
-            assert_eq!((lattice.voxel, lattice.corner), (first.voxel, first.corner));
+            assert_eq!(
+                (lattice.voxel_size, lattice.corner),
+                (first.voxel_size, first.corner)
+            );
             // The field is the independent witness.
             let field = engine.build(&scene)?.field();
             let [own, exact] = [&world, &field].map(|world| pixels_of_ball(world, at));
@@ -110,8 +116,8 @@ fn what_is_put_outside_of_the_first_box_is_there() -> Outcome {
         let [own, exact] = [&world, &field].map(|world| pixels_of_ball(world, [0.0; 3]));
         assert!(own.abs_diff(exact) <= exact / 12 + 2, "{own} and {exact}");
         if let Some(query) = world.query_volume() {
-            let hit = query.ray_cast([900.0, -700.0, 830.0], [0.0, 0.0, -1.0], 100.0);
-            assert!((hit.expect("the far ball").t - 29.5).abs() < 0.1);
+            let hit = query.cast_ray([900.0, -700.0, 830.0], [0.0, 0.0, -1.0], 100.0);
+            assert!((hit.expect("the far ball").distance - 29.5).abs() < 0.1);
         }
     }
     Ok(())
@@ -121,7 +127,7 @@ fn what_is_put_outside_of_the_first_box_is_there() -> Outcome {
 #[test]
 fn what_is_far_apart_is_baked_from_nothing() -> Outcome {
     let options = BricksOptions {
-        voxel: Some(0.02),
+        voxel_size: Some(0.02),
         ..BricksOptions::default()
     };
     for engine in engines() {
@@ -144,7 +150,7 @@ fn what_is_far_apart_is_baked_from_nothing() -> Outcome {
         // Coarse bricks have blocks that are hardly used.
         assert!(far < 1.2 * near, "{far} and {near}");
         let fine = BricksOptions {
-            voxel: Some(1e-4),
+            voxel_size: Some(1e-4),
             ..options
         };
         let mut scene = one_ball()?;
@@ -202,12 +208,12 @@ fn edits_anywhere_are_those_of_a_fresh_bake() -> Outcome {
                 }
             }
             let applied = world.apply(&scene)?;
-            world.finish()?;
+            world.flush()?;
             if applied.rebuilt {
                 rebuilt += 1;
             }
             assert_eq!(
-                world.differing_cells()?,
+                world.diff_from_rebuild()?,
                 Some(0),
                 "edit {nth}, {reach} away, {:?}",
                 applied.reason
@@ -247,7 +253,7 @@ fn blocks_are_given_back() -> Outcome {
         assert!(world.memory_bytes() > before + before / 2);
         scene.undo();
         assert!(!world.apply(&scene)?.rebuilt);
-        assert_eq!(world.differing_cells()?, Some(0));
+        assert_eq!(world.diff_from_rebuild()?, Some(0));
     }
     let after = world.memory_bytes();
     // But for the top of a table that reaches as far, of which there are 65,536 entries at most.
@@ -258,27 +264,33 @@ fn blocks_are_given_back() -> Outcome {
 /// Dense volumes and octrees are built anew for the larger box, with voxels of the same size, and say why.
 #[test]
 fn others_are_built_for_a_larger_box() -> Outcome {
-    let dense = Via::Dense(DenseOptions {
+    let dense = Representation::Dense(DenseOptions {
         resolution: 32,
         ..DenseOptions::default()
     });
-    let octree = Via::Octree(OctreeOptions {
+    let octree = Representation::Octree(OctreeOptions {
         resolution: 32,
         ..OctreeOptions::default()
     });
     for via in [dense, octree] {
         let mut scene = one_ball()?;
-        let mut world = Engine::cpu().build(&scene)?.via(via)?;
-        let (voxel, whole) = (lattice_of(&world).voxel, pixels_of_ball(&world, [0.0; 3]));
+        let mut world = Engine::cpu().build(&scene)?.with_representation(via)?;
+        let (voxel, whole) = (
+            lattice_of(&world).voxel_size,
+            pixels_of_ball(&world, [0.0; 3]),
+        );
         scene.push(
             Brush::new(Shape::sphere(0.2))
                 .at([0.1, 0.0, 0.0])
                 .subtract(),
         )?;
-        assert_eq!(world.apply(&scene)?.reason, Some(Rebuilt::Kept));
+        assert_eq!(
+            world.apply(&scene)?.reason,
+            Some(RebuildReason::NotEditable)
+        );
         scene.push(ball_at([1.8, 0.0, 0.0]))?;
-        assert_eq!(world.apply(&scene)?.reason, Some(Rebuilt::Box));
-        assert_eq!(lattice_of(&world).voxel, voxel);
+        assert_eq!(world.apply(&scene)?.reason, Some(RebuildReason::OutsideBox));
+        assert_eq!(lattice_of(&world).voxel_size, voxel);
         let found = pixels_of_ball(&world, [1.8, 0.0, 0.0]);
         assert!(found > whole / 2, "{found} of {whole}");
     }
@@ -289,19 +301,19 @@ fn others_are_built_for_a_larger_box() -> Outcome {
 #[test]
 fn what_is_endless_is_cut() -> Outcome {
     let mut scene = one_ball()?;
-    scene.view.frame = Some([[-1.0; 3], [1.0; 3]]);
+    scene.view.bounds = Some([[-1.0; 3], [1.0; 3]]);
     let mut world = bricks_of(&Engine::cpu(), &mut scene, 48);
-    assert!(!lattice_of(&world).is_cut);
+    assert!(!lattice_of(&world).is_clipped);
     scene.push(Brush::new(Shape::Plane {
         normal: [0.0, 1.0, 0.0],
         offset: -0.2,
     }))?;
-    assert_eq!(world.apply(&scene)?.reason, Some(Rebuilt::Cut));
-    assert!(lattice_of(&world).is_cut);
-    assert_eq!(world.differing_cells()?, Some(0));
+    assert_eq!(world.apply(&scene)?.reason, Some(RebuildReason::Unbounded));
+    assert!(lattice_of(&world).is_clipped);
+    assert_eq!(world.diff_from_rebuild()?, Some(0));
     scene.push(ball_at([0.0, 0.4, 0.0]))?;
     assert!(!world.apply(&scene)?.rebuilt);
-    assert_eq!(world.differing_cells()?, Some(0));
+    assert_eq!(world.diff_from_rebuild()?, Some(0));
     Ok(())
 }
 
@@ -317,8 +329,8 @@ fn a_grown_world_survives_a_file() -> Outcome {
         world.apply(&scene)?;
     }
     world.save(&path)?;
-    let (mut scene, mut again) = Engine::cpu().load(Stored::open(&path)?, &path)?;
-    assert_eq!(again.differing_cells()?, Some(0));
+    let (mut scene, mut again) = Engine::cpu().load(VolumeFile::open(&path)?, &path)?;
+    assert_eq!(again.diff_from_rebuild()?, Some(0));
     let (own, theirs) = (world.volume()?, again.volume()?);
     let (Some(Volume::Bricks(own)), Some(Volume::Bricks(theirs))) =
         (own.as_deref(), theirs.as_deref())
@@ -328,7 +340,7 @@ fn a_grown_world_survives_a_file() -> Outcome {
     assert_eq!(own.differing_cells(theirs), 0);
     scene.push(ball_at([0.0, 0.0, -90.0]))?;
     assert!(!again.apply(&scene)?.rebuilt);
-    assert_eq!(again.differing_cells()?, Some(0));
+    assert_eq!(again.diff_from_rebuild()?, Some(0));
     Ok(())
 }
 
@@ -338,7 +350,7 @@ fn voxels_are_of_the_size_that_was_asked_for() -> Result<(), Box<dyn std::error:
     let mut scene = Scene::new();
     scene.push(Brush::new(Shape::cuboid([1.0, 0.3, 0.5])))?;
     let of = |voxel| BricksOptions {
-        voxel: Some(voxel),
+        voxel_size: Some(voxel),
         ..BricksOptions::default()
     };
     let built = |scene: &Scene, voxel| Engine::cpu().build(scene)?.bricks(of(voxel));
@@ -348,7 +360,7 @@ fn voxels_are_of_the_size_that_was_asked_for() -> Result<(), Box<dyn std::error:
     assert_eq!(size, [104, 34, 54]);
     scene.push(Brush::new(Shape::sphere(0.2)).at([5.0, 0.0, 0.0]))?;
     world.apply(&scene)?;
-    assert_eq!(world.differing_cells()?, Some(0));
+    assert_eq!(world.diff_from_rebuild()?, Some(0));
     for voxel in [f32::NAN, 0.0, -1.0, f32::INFINITY, 1e-9, 1e9] {
         let refused = built(&scene, voxel).err().expect("no such voxels");
         assert!(

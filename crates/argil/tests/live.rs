@@ -3,8 +3,8 @@
 //! *Length.* A test for each kind of change that a world follows, with the scenes that they share.
 
 use argil::{
-    Aabb, Backend, Bits, BricksOptions, Brush, Edit, Engine, Material, Modifier, Pace, Range,
-    Scene, Shape, Volume, World,
+    Aabb, Backend, Band, BricksOptions, Brush, Edit, EditBudget, Engine, Material, Modifier,
+    SampleFormat, Scene, Shape, Volume, World,
 };
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, Mutex};
@@ -24,7 +24,7 @@ fn world_of(engine: Engine, scene: &mut Scene, resolution: u32) -> World {
         ..BricksOptions::default()
     };
     // So that a small volume has many blocks.
-    options.settings.brick = 4;
+    options.settings.brick_size_voxels = 4;
     let world = engine.build(scene).and_then(|w| w.bricks(options));
     world.expect("a world")
 }
@@ -61,35 +61,40 @@ fn cells(world: &World) -> BTreeMap<[i32; 3], Vec<u8>> {
             bricks.pool().bytes()[brick * bytes..][..bytes].to_vec(),
         )
     };
-    bricks.owners().iter().enumerate().map(held).collect()
+    bricks
+        .cell_of_brick()
+        .iter()
+        .enumerate()
+        .map(held)
+        .collect()
 }
 
 /// A large edit is done bit by bit, what is near to the eye first, and no cell is ever anything but what it was or will be.
 #[test]
 fn edits_keep_to_a_budget() -> Outcome {
-    for engine in [Engine::cpu(), Engine::on(Backend::Gpu)?] {
+    for engine in [Engine::cpu(), Engine::with_backend(Backend::Gpu)?] {
         let is_gpu = engine.gpu_kind().is_some();
         let resolution = if is_gpu { 96 } else { 256 };
         let mut scene = Scene::open(shipped("csg20"))?;
         let mut world = world_of(engine, &mut scene, resolution);
         let told = Arc::new(Mutex::new(Vec::<Aabb>::new()));
         let heard = told.clone();
-        let listener = world.listen(move |boxes| heard.lock().expect("a lock").extend(boxes));
+        let listener = world.subscribe(move |boxes| heard.lock().expect("a lock").extend(boxes));
         let before = cells(&world);
         moved(&mut scene, 16, [0.2, 0.1, 0.0]);
         let mut fresh = scene.clone();
         let after = cells(&world_of(world.engine().clone(), &mut fresh, resolution));
 
-        let pace = Pace {
-            budget_ms: 0.1,
-            eye: [3.0, 0.0, 0.0],
+        let pace = EditBudget {
+            max_ms: 0.1,
+            priority_point: [3.0, 0.0, 0.0],
         };
         let mut left = u64::MAX;
         let (mut calls, mut halves) = (0, 0);
         while left > 0 {
-            let applied = world.apply_at(&scene, pace)?;
-            assert!(!applied.rebuilt && applied.blocks_left < left);
-            left = applied.blocks_left;
+            let applied = world.apply_within(&scene, pace)?;
+            assert!(!applied.rebuilt && applied.remaining_blocks < left);
+            left = applied.remaining_blocks;
             calls += 1;
             assert_eq!(told.lock().expect("a lock").is_empty(), left > 0);
             if calls % 3 == 1 {
@@ -109,27 +114,28 @@ fn edits_keep_to_a_budget() -> Outcome {
                 }
                 if !news.is_empty() && !olds.is_empty() {
                     halves += 1;
-                    let [done, left] = [news, olds].map(|c| distance_of(&world, &c, pace.eye));
+                    let [done, left] =
+                        [news, olds].map(|c| distance_of(&world, &c, pace.priority_point));
                     assert!(done < left, "{done} {left}");
                 }
             }
         }
         assert!(calls > 3 && halves > 0, "{calls} calls, {halves}");
         assert!(told.lock().expect("a lock")[0].contains([0.1, 0.0, 0.0].into()));
-        assert_eq!(world.differing_cells()?, Some(0));
+        assert_eq!(world.diff_from_rebuild()?, Some(0));
 
         // Edits go on while others are not done.
         moved(&mut scene, 16, [-0.3, 0.0, 0.1]);
-        assert!(world.apply_at(&scene, pace)?.blocks_left > 0);
+        assert!(world.apply_within(&scene, pace)?.remaining_blocks > 0);
         moved(&mut scene, 3, [0.0, 0.1, 0.0]);
         let dent = Brush::new(Shape::sphere(0.1)).at([0.5, 0.0, 0.2]);
         scene.push(dent.subtract().blend(0.03))?;
-        assert!(world.apply_at(&scene, pace)?.blocks_left > 0);
-        assert!(world.unlisten(listener) && !world.unlisten(listener));
+        assert!(world.apply_within(&scene, pace)?.remaining_blocks > 0);
+        assert!(world.unsubscribe(listener) && !world.unsubscribe(listener));
         let count = told.lock().expect("a lock").len();
-        world.finish()?;
+        world.flush()?;
         assert_eq!(told.lock().expect("a lock").len(), count);
-        assert_eq!(world.differing_cells()?, Some(0));
+        assert_eq!(world.diff_from_rebuild()?, Some(0));
     }
     Ok(())
 }
@@ -137,17 +143,17 @@ fn edits_keep_to_a_budget() -> Outcome {
 /// On a GPU as on the CPU; and what edits leave there can be given back.
 #[test]
 fn odd_edits_are_right_or_refused() -> Outcome {
-    for engine in [Engine::cpu(), Engine::on(Backend::Gpu)?] {
+    for engine in [Engine::cpu(), Engine::with_backend(Backend::Gpu)?] {
         let mut scene = Scene::new();
         scene.push(Brush::new(Shape::sphere(0.8)))?;
-        scene.view.frame = Some([[-1.0; 3], [1.0; 3]]);
+        scene.view.bounds = Some([[-1.0; 3], [1.0; 3]]);
         let mut world = world_of(engine, &mut scene, 64);
         let bytes = world.memory_bytes();
         let check = |world: &mut World, scene: &Scene| -> Outcome {
             let applied = world.apply(scene)?;
             assert!(!applied.rebuilt);
-            world.finish()?;
-            assert_eq!(world.differing_cells()?, Some(0));
+            world.flush()?;
+            assert_eq!(world.diff_from_rebuild()?, Some(0));
             Ok(())
         };
         // Outside the box, over its side, and far away.
@@ -166,7 +172,7 @@ fn odd_edits_are_right_or_refused() -> Outcome {
         assert!(world.apply(&scene).is_err());
         scene.undo();
         world.apply(&scene)?;
-        assert_eq!(world.differing_cells()?, Some(0));
+        assert_eq!(world.diff_from_rebuild()?, Some(0));
         // What is no number is refused, and nothing changes.
         let lengths = scene.history_lengths();
         for wrong in [f32::NAN, f32::INFINITY, 1e30] {
@@ -186,7 +192,7 @@ fn odd_edits_are_right_or_refused() -> Outcome {
         assert_eq!(
             world
                 .volume_info()?
-                .and_then(|i| i.sparse)
+                .and_then(|i| i.bricks)
                 .map(|s| s.bricks),
             Some(0)
         );
@@ -194,8 +200,8 @@ fn odd_edits_are_right_or_refused() -> Outcome {
         while scene.undo() {}
         scene.redo();
         check(&mut world, &scene)?;
-        world.trim()?;
-        assert_eq!(world.differing_cells()?, Some(0));
+        world.shrink_to_fit()?;
+        assert_eq!(world.diff_from_rebuild()?, Some(0));
         // On a GPU within a page: the pool is whole layers, and the stack of free bricks is there.
         let page = if world.engine().gpu_kind().is_some() {
             16_384 + bytes / 16
@@ -214,17 +220,17 @@ fn odd_edits_are_right_or_refused() -> Outcome {
 /// another way.
 #[test]
 fn a_pool_that_is_full_refuses() -> Outcome {
-    for engine in [Engine::cpu(), Engine::on(Backend::Gpu)?] {
+    for engine in [Engine::cpu(), Engine::with_backend(Backend::Gpu)?] {
         let mut scene = Scene::new();
         scene.push(Brush::new(Shape::sphere(0.3)))?;
-        scene.view.frame = Some([[-1.0; 3], [1.0; 3]]);
+        scene.view.bounds = Some([[-1.0; 3], [1.0; 3]]);
         let roomy = world_of(engine.clone(), &mut scene, 64);
         let mut options = BricksOptions {
             resolution: 64,
             memory_budget: Some(2 * roomy.memory_bytes()),
             ..BricksOptions::default()
         };
-        options.settings.brick = 4;
+        options.settings.brick_size_voxels = 4;
         let mut world = engine.build(&scene)?.bricks(options)?;
         let before = cells(&world);
         let drawn = world.render(&world.camera(), [32, 32])?.hit_pixels;
@@ -248,18 +254,18 @@ fn a_pool_that_is_full_refuses() -> Outcome {
         assert!(cells(&world) == before);
         scene.push(Brush::new(Shape::sphere(0.1)).at([0.3, 0.0, 0.0]))?;
         assert!(!world.apply(&scene)?.rebuilt);
-        assert_eq!(world.differing_cells()?, Some(0));
+        assert_eq!(world.diff_from_rebuild()?, Some(0));
 
-        options.settings.brick = 8;
-        let mut world = world.kept_anew(&scene, options.into())?;
-        assert_eq!(world.differing_cells()?, Some(0));
+        options.settings.brick_size_voxels = 8;
+        let mut world = world.rebuilt_as(&scene, options.into())?;
+        assert_eq!(world.diff_from_rebuild()?, Some(0));
         scene.push(
             Brush::new(Shape::sphere(0.1))
                 .at([-0.3, 0.0, 0.0])
                 .subtract(),
         )?;
         assert!(!world.apply(&scene)?.rebuilt);
-        assert_eq!(world.differing_cells()?, Some(0));
+        assert_eq!(world.diff_from_rebuild()?, Some(0));
     }
     Ok(())
 }
@@ -267,20 +273,20 @@ fn a_pool_that_is_full_refuses() -> Outcome {
 /// What changed between building a world and keeping it in some way is in it.
 #[test]
 fn a_scene_can_change_before_it_is_kept() -> Outcome {
-    for engine in [Engine::cpu(), Engine::on(Backend::Gpu)?] {
+    for engine in [Engine::cpu(), Engine::with_backend(Backend::Gpu)?] {
         let mut scene = Scene::open(shipped("melting"))?;
         let world = engine.build(&scene)?.field();
         scene.set_time(2.0);
         scene.push(Brush::new(Shape::sphere(0.2)).at([0.6, 0.3, 0.0]))?;
-        let mut world = world.kept_anew(&scene, BricksOptions::from(48).into())?;
+        let mut world = world.rebuilt_as(&scene, BricksOptions::from(48).into())?;
         // What is no edit, too.
         scene.name = "melted".into();
-        world = world.kept_anew(&scene, BricksOptions::from(48).into())?;
+        world = world.rebuilt_as(&scene, BricksOptions::from(48).into())?;
         assert_eq!(world.scene().name, "melted");
         assert!(world.distance([0.6, 0.3, 0.0]) < -0.1);
-        assert_eq!(world.differing_cells()?, Some(0));
+        assert_eq!(world.diff_from_rebuild()?, Some(0));
         assert!(!world.apply(&scene)?.rebuilt);
-        assert_eq!(world.differing_cells()?, Some(0));
+        assert_eq!(world.diff_from_rebuild()?, Some(0));
     }
     Ok(())
 }
@@ -290,7 +296,7 @@ fn a_scene_can_change_before_it_is_kept() -> Outcome {
 fn a_stroke_of_ten_thousand_points_is_one_step() -> Outcome {
     let mut scene = Scene::new();
     scene.push(Brush::new(Shape::sphere(0.8)))?;
-    scene.view.frame = Some([[-1.0; 3], [1.0; 3]]);
+    scene.view.bounds = Some([[-1.0; 3], [1.0; 3]]);
     let mut world = world_of(Engine::cpu(), &mut scene, 128);
     let before = cells(&world);
     scene.begin_stroke();
@@ -304,7 +310,7 @@ fn a_stroke_of_ten_thousand_points_is_one_step() -> Outcome {
     scene.end_stroke();
     let applied = world.apply(&scene)?;
     assert!(!applied.rebuilt);
-    assert_eq!(world.differing_cells()?, Some(0));
+    assert_eq!(world.diff_from_rebuild()?, Some(0));
     assert_eq!(scene.history_lengths()[0], 2);
     assert!(scene.undo());
     assert!(!world.apply(&scene)?.rebuilt);
@@ -340,10 +346,10 @@ fn what_jumps_costs_where_it_is() -> Outcome {
             moved(scene, nth, [0.02, 0.0, 0.01]);
             let applied = world.apply(scene)?;
             assert!(!applied.rebuilt, "{:?}", applied.reason);
-            done.push(world.finish()?.filled);
+            done.push(world.flush()?.filled);
             scene.undo();
             assert!(!world.apply(scene)?.rebuilt);
-            world.finish()?;
+            world.flush()?;
         }
         Ok(done)
     };
@@ -357,11 +363,11 @@ fn what_jumps_costs_where_it_is() -> Outcome {
                     {{"type":"displace","amplitude":0.01,"frequency":9}},{copies},
                     {{"type":"translate","by":[0.9,0.8,-0.8]}}],"blend":0.0{nth}}}}}"#
             );
-            scene.replay(&text.replace('\n', ""))?;
+            scene.apply_log_line(&text.replace('\n', ""))?;
             let applied = world.apply(&scene)?;
             assert!(!applied.rebuilt, "{:?}", applied.reason);
-            world.finish()?;
-            assert_eq!(world.differing_cells()?, Some(0), "{text}");
+            world.flush()?;
+            assert_eq!(world.diff_from_rebuild()?, Some(0), "{text}");
             let with = cells(&world).len();
             assert!(with < 2 * bricks, "{with} bricks, {bricks} without: {text}");
             let far = drag(&mut scene, &mut world)?;
@@ -370,7 +376,7 @@ fn what_jumps_costs_where_it_is() -> Outcome {
             assert!(scene.undo());
             let applied = world.apply(&scene)?;
             assert!(!applied.rebuilt, "{:?}", applied.reason);
-            assert_eq!(world.differing_cells()?, Some(0), "{text}, undone");
+            assert_eq!(world.diff_from_rebuild()?, Some(0), "{text}, undone");
         }
     }
     assert_eq!(cells(&world).len(), bricks);
@@ -383,11 +389,16 @@ fn what_jumps_costs_where_it_is() -> Outcome {
 fn hard_brushes_change_bricks_as_a_fresh_bake_does() -> Outcome {
     let cpu = Engine::cpu();
     for (engine, brick, bits, band) in [
-        (&cpu, 4, Bits::Sixteen, 4.0),
-        (&cpu, 8, Bits::Sixteen, 4.0),
-        (&cpu, 8, Bits::Eight, 24.0),
-        (&cpu, 16, Bits::Eight, 4.0),
-        (&Engine::on(Backend::Gpu)?, 8, Bits::Sixteen, 4.0),
+        (&cpu, 4, SampleFormat::Snorm16, 4.0),
+        (&cpu, 8, SampleFormat::Snorm16, 4.0),
+        (&cpu, 8, SampleFormat::Snorm8, 24.0),
+        (&cpu, 16, SampleFormat::Snorm8, 4.0),
+        (
+            &Engine::with_backend(Backend::Gpu)?,
+            8,
+            SampleFormat::Snorm16,
+            4.0,
+        ),
     ] {
         let mut scene = Scene::new();
         for (name, base_color) in [("red", [0.8, 0.1, 0.1]), ("blue", [0.1, 0.1, 0.8])] {
@@ -402,9 +413,9 @@ fn hard_brushes_change_bricks_as_a_fresh_bake_does() -> Outcome {
             resolution: 96,
             ..BricksOptions::default()
         };
-        options.settings.brick = brick;
-        options.settings.encoding.bits = bits;
-        options.settings.encoding.range = Range::Voxels(band);
+        options.settings.brick_size_voxels = brick;
+        options.settings.encoding.format = bits;
+        options.settings.encoding.band = Band::Voxels(band);
         let mut world = engine.build(&scene)?.bricks(options)?;
         let count = if engine.gpu_kind().is_some() { 96 } else { 160 };
         for i in 0..count {
@@ -427,7 +438,7 @@ fn hard_brushes_change_bricks_as_a_fresh_bake_does() -> Outcome {
                 assert!(!world.apply(&scene)?.rebuilt);
             }
             if i % 32 == 31 {
-                let differing = world.differing_cells()?;
+                let differing = world.diff_from_rebuild()?;
                 assert_eq!(differing, Some(0), "{brick} {bits:?} {band} {i}");
             }
         }
@@ -438,7 +449,7 @@ fn hard_brushes_change_bricks_as_a_fresh_bake_does() -> Outcome {
 /// Hundreds of carves and fills of one place, undone and moved in between, leave the bricks of a fresh bake.
 #[test]
 fn carving_one_place_again_and_again_stays_right() -> Outcome {
-    for engine in [Engine::cpu(), Engine::on(Backend::Gpu)?] {
+    for engine in [Engine::cpu(), Engine::with_backend(Backend::Gpu)?] {
         let is_gpu = engine.gpu_kind().is_some();
         let (count, resolution) = if is_gpu { (100, 64) } else { (320, 96) };
         let mut scene = Scene::new();
@@ -479,12 +490,12 @@ fn carving_one_place_again_and_again_stays_right() -> Outcome {
                     assert!(!world.apply(&scene)?.rebuilt);
                 }
                 39 if !is_gpu || i % 80 == 79 => {
-                    assert_eq!(world.differing_cells()?, Some(0), "after {i}");
+                    assert_eq!(world.diff_from_rebuild()?, Some(0), "after {i}");
                 }
                 _ => {}
             }
         }
-        assert_eq!(world.differing_cells()?, Some(0));
+        assert_eq!(world.diff_from_rebuild()?, Some(0));
     }
     Ok(())
 }
@@ -546,8 +557,8 @@ fn moving_scenes_are_followed() -> Outcome {
         for share in [0.3, 0.5, 0.51, 1.0] {
             scene.set_time(share * duration);
             world.apply(&scene)?;
-            assert_eq!(world.differing_cells()?, Some(0), "{name} at {share}");
-            let frozen = Engine::cpu().build(&scene.frozen())?.field();
+            assert_eq!(world.diff_from_rebuild()?, Some(0), "{name} at {share}");
+            let frozen = Engine::cpu().build(&scene.baked_at_current_time())?.field();
             for i in 0..50 {
                 let p = [0.02 * i as f32 - 0.5, 0.5, 0.01 * i as f32];
                 assert_eq!(frozen.distance(p), world.distance(p), "{name} at {share}");
@@ -570,20 +581,26 @@ fn a_world_from_a_file_goes_on() -> Result<(), Box<dyn std::error::Error>> {
     let folder = tempfile::tempdir()?;
     let mut scene = Scene::new();
     scene.push(Brush::new(Shape::sphere(0.5)))?;
-    for via in argil::Via::all(128) {
-        if matches!(via, argil::Via::Field | argil::Via::Mesh(_)) {
+    for via in argil::Representation::all(128) {
+        if matches!(
+            via,
+            argil::Representation::Field | argil::Representation::Mesh(_)
+        ) {
             continue;
         }
         let path = folder.path().join(format!("{}.argil", via.word()));
-        Engine::cpu().build(&scene)?.via(via)?.save(&path)?;
-        let stored = argil::Stored::open(&path)?;
+        Engine::cpu()
+            .build(&scene)?
+            .with_representation(via)?
+            .save(&path)?;
+        let stored = argil::VolumeFile::open(&path)?;
         let (mut again, mut world) = Engine::cpu().load(stored, &path)?;
         again.push(Brush::new(Shape::sphere(0.2)).at([0.9, 0.0, 0.0]))?;
         again.name = "grown".into();
         world.apply(&again)?;
         assert!(world.distance([0.9, 0.0, 0.0]) < -0.19, "{}", via.word());
         world.save(&path)?;
-        let (saved, _) = Engine::cpu().load(argil::Stored::open(&path)?, &path)?;
+        let (saved, _) = Engine::cpu().load(argil::VolumeFile::open(&path)?, &path)?;
         assert!(saved == again && saved.name == "grown");
     }
     Ok(())

@@ -1,12 +1,12 @@
 //! Questions about the surface, to the field and to volumes, from many threads.
 
-use argil::{BricksOptions, Brush, Engine, Overlap, Query, Scene, Shape, World};
+use argil::{BoxPosition, BricksOptions, Brush, Engine, Query, Scene, Shape, World};
 use std::sync::RwLock;
 
 /// A ball with a bite out of it, beside a box.
 fn scene() -> Scene {
     let mut scene = Scene::new();
-    scene.view.frame = Some([[-1.0; 3], [1.0; 3]]);
+    scene.view.bounds = Some([[-1.0; 3], [1.0; 3]]);
     let brushes = [
         Brush::new(Shape::sphere(0.5)).at([-0.3, 0.0, 0.0]),
         Brush::new(Shape::sphere(0.3))
@@ -70,64 +70,64 @@ fn distances_and_gradients_come_one_by_one_and_in_batches() {
 fn rays_and_balls_meet_the_surface() {
     ask(|query, off| {
         let hit = query
-            .ray_cast([-0.3, -2.0, 0.0], [0.0, 3.0, 0.0], 10.0)
+            .cast_ray([-0.3, -2.0, 0.0], [0.0, 3.0, 0.0], 10.0)
             .expect("a hit");
-        assert!((hit.t - 1.5).abs() < off && (hit.point[1] + 0.5).abs() < off);
+        assert!((hit.distance - 1.5).abs() < off && (hit.point[1] + 0.5).abs() < off);
         assert!(hit.normal[1] < -0.99);
         // Through the bite, which is 0.2 deep.
         let hit = query
-            .ray_cast([-0.3, 2.0, 0.0], [0.0, -1.0, 0.0], 10.0)
+            .cast_ray([-0.3, 2.0, 0.0], [0.0, -1.0, 0.0], 10.0)
             .expect("a hit");
-        assert!((hit.t - 1.8).abs() < off, "{}", hit.t);
+        assert!((hit.distance - 1.8).abs() < off, "{}", hit.distance);
         // From inside to where it leaves.
         let hit = query
-            .ray_cast([-0.3, -0.2, 0.0], [0.0, -1.0, 0.0], 10.0)
+            .cast_ray([-0.3, -0.2, 0.0], [0.0, -1.0, 0.0], 10.0)
             .expect("a hit");
-        assert!((hit.t - 0.3).abs() < off);
+        assert!((hit.distance - 0.3).abs() < off);
         // A ball of 0.2 stops so much before, and does not fit between the solids.
         let hit = query
-            .sphere_cast([-0.3, -2.0, 0.0], [0.0, 1.0, 0.0], 0.2, 10.0)
+            .cast_sphere([-0.3, -2.0, 0.0], [0.0, 1.0, 0.0], 0.2, 10.0)
             .expect("a hit");
-        assert!((hit.t - 1.3).abs() < off && (hit.point[1] + 0.5).abs() < off);
+        assert!((hit.distance - 1.3).abs() < off && (hit.point[1] + 0.5).abs() < off);
         assert!(
             query
-                .sphere_cast([0.28, 0.0, -2.0], [0.0, 0.0, 1.0], 0.2, 10.0)
+                .cast_sphere([0.28, 0.0, -2.0], [0.0, 0.0, 1.0], 0.2, 10.0)
                 .is_some()
         );
         assert!(
             query
-                .ray_cast([0.28, 0.0, -2.0], [0.0, 0.0, 1.0], 10.0)
+                .cast_ray([0.28, 0.0, -2.0], [0.0, 0.0, 1.0], 10.0)
                 .is_none()
         );
-        let touching = query.sphere_cast([-0.3, -0.6, 0.0], [0.0, -1.0, 0.0], 0.2, 1.0);
-        assert_eq!(touching.map(|hit| hit.t), Some(0.0));
+        let touching = query.cast_sphere([-0.3, -0.6, 0.0], [0.0, -1.0, 0.0], 0.2, 1.0);
+        assert_eq!(touching.map(|hit| hit.distance), Some(0.0));
         // Too short, beside, and what makes no sense.
         assert!(
             query
-                .ray_cast([-0.3, -2.0, 0.0], [0.0, 1.0, 0.0], 1.0)
+                .cast_ray([-0.3, -2.0, 0.0], [0.0, 1.0, 0.0], 1.0)
                 .is_none()
         );
         assert!(
             query
-                .ray_cast([0.0, 3.0, 0.0], [1.0, 0.0, 0.0], 100.0)
+                .cast_ray([0.0, 3.0, 0.0], [1.0, 0.0, 0.0], 100.0)
                 .is_none()
         );
-        assert!(query.ray_cast([0.0; 3], [0.0; 3], 1.0).is_none());
+        assert!(query.cast_ray([0.0; 3], [0.0; 3], 1.0).is_none());
         assert!(
             query
-                .ray_cast([f32::NAN; 3], [1.0, 0.0, 0.0], 1.0)
+                .cast_ray([f32::NAN; 3], [1.0, 0.0, 0.0], 1.0)
                 .is_none()
         );
         assert!(
             query
-                .sphere_cast([0.0, 2.0, 0.0], [0.0, -1.0, 0.0], f32::NAN, 9.0)
+                .cast_sphere([0.0, 2.0, 0.0], [0.0, -1.0, 0.0], f32::NAN, 9.0)
                 .is_none()
         );
         let origins: Vec<_> = directions(200).map(|p| p.map(|c| 3.0 * c)).collect();
         let inwards: Vec<_> = origins.iter().map(|p| p.map(|c| -c)).collect();
-        let hits = query.ray_casts(&origins, &inwards, 9.0);
+        let hits = query.cast_rays(&origins, &inwards, 9.0);
         for ((origin, inwards), hit) in origins.iter().zip(&inwards).zip(&hits) {
-            assert_eq!(*hit, query.ray_cast(*origin, *inwards, 9.0));
+            assert_eq!(*hit, query.cast_ray(*origin, *inwards, 9.0));
         }
         assert!(hits.iter().flatten().count() > 100);
     });
@@ -170,20 +170,20 @@ fn boxes_lie_outside_inside_or_across() {
         let tolerance = 0.5 * off;
         let of = |center: [f32; 3], half: f32| {
             let (min, max) = (center.map(|c| c - half), center.map(|c| c + half));
-            query.box_overlap(min, max, tolerance)
+            query.classify_box(min, max, tolerance)
         };
-        assert_eq!(of([-0.3, 0.5, 0.0], 0.1), Overlap::Outside);
-        assert_eq!(of([-0.3, -0.1, 0.0], 0.1), Overlap::Inside);
-        assert_eq!(of([-0.3, -0.5, 0.0], 0.1), Overlap::Touching);
-        assert_eq!(of([0.0, 0.0, 0.0], 0.9), Overlap::Touching);
+        assert_eq!(of([-0.3, 0.5, 0.0], 0.1), BoxPosition::Outside);
+        assert_eq!(of([-0.3, -0.1, 0.0], 0.1), BoxPosition::Inside);
+        assert_eq!(of([-0.3, -0.5, 0.0], 0.1), BoxPosition::Intersecting);
+        assert_eq!(of([0.0, 0.0, 0.0], 0.9), BoxPosition::Intersecting);
         // A sliver in a large box.
         assert_eq!(
-            query.box_overlap([0.5, -2.0, -2.0], [0.9, 2.0, 2.0], tolerance),
-            Overlap::Touching
+            query.classify_box([0.5, -2.0, -2.0], [0.9, 2.0, 2.0], tolerance),
+            BoxPosition::Intersecting
         );
         assert_eq!(
-            query.box_overlap([1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], tolerance),
-            Overlap::Outside
+            query.classify_box([1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], tolerance),
+            BoxPosition::Outside
         );
     });
 }
@@ -207,8 +207,8 @@ fn threads_ask_while_edits_go_on() {
                     while !done.load(std::sync::atomic::Ordering::Relaxed) {
                         let world = world.read().expect("a lock");
                         let way = |query: Query<'_>| {
-                            let hit = query.ray_cast([-0.3, 0.0, 2.0], [0.0, 0.0, -1.0], 9.0);
-                            hit.map_or(f32::NAN, |hit| hit.t)
+                            let hit = query.cast_ray([-0.3, 0.0, 2.0], [0.0, 0.0, -1.0], 9.0);
+                            hit.map_or(f32::NAN, |hit| hit.distance)
                         };
                         let volume = world.query_volume().expect("a volume");
                         let (a, b) = (way(world.query()), way(volume));
@@ -277,11 +277,11 @@ fn near_surfaces_are_found_within_far_limits() {
             let told = world.distance(found.point);
             assert!(told.abs() < 0.03, "{p:?}: {found:?}, {told}");
         }
-        let nan = query.box_overlap([f32::NAN; 3], [1.0; 3], 0.1);
-        assert_eq!(nan, argil::Overlap::Outside);
+        let nan = query.classify_box([f32::NAN; 3], [1.0; 3], 0.1);
+        assert_eq!(nan, argil::BoxPosition::Outside);
         assert_eq!(
-            query.box_overlap([-1e30; 3], [1e30; 3], 1e-3),
-            argil::Overlap::Touching
+            query.classify_box([-1e30; 3], [1e30; 3], 1e-3),
+            argil::BoxPosition::Intersecting
         );
     }
 }

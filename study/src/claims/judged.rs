@@ -79,7 +79,11 @@ pub(super) fn ratios(
 }
 
 /// A verdict on ratios, with their range on each device.
-pub(super) fn told(ratios: &[Ratio], holds: impl Fn(f64) -> bool, what: &str) -> (Verdict, String) {
+pub(super) fn judge(
+    ratios: &[Ratio],
+    holds: impl Fn(f64) -> bool,
+    what: &str,
+) -> (Verdict, String) {
     if ratios.is_empty() {
         return nothing();
     }
@@ -113,7 +117,7 @@ pub(super) fn ranges(all: &[Ratio], unit: &str) -> String {
             None => devices.push((device, *value, *value)),
         }
     }
-    let number = crate::shown::number;
+    let number = crate::formatting::number;
     let one = |(device, least, most): &(&str, f64, f64)| {
         let [least, most] = [least, most].map(|v| number(*v));
         let range = if least == most {
@@ -148,7 +152,7 @@ pub(super) fn less_is_faster(all: &[&Record]) -> (Verdict, String) {
         else {
             continue;
         };
-        let number = crate::shown::number;
+        let number = crate::formatting::number;
         told.push(format!(
             "on {device} an octree of {} bricks takes {} of the time of the whole volume, one of {} bricks {}",
             number(few.0),
@@ -261,7 +265,7 @@ pub(super) fn both_at_once(all: &[&Record]) -> (Verdict, String) {
     if frames.is_empty() || edits.is_empty() || again.is_empty() {
         return nothing();
     }
-    let (_, marched) = told(
+    let (_, marched) = judge(
         &frames,
         |r| r <= 1.0,
         "of a frame through a dense volume with mips, one through sparse bricks takes",

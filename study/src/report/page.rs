@@ -4,8 +4,8 @@ use super::source::Source;
 use super::{plots, sections, sentences};
 use crate::claims;
 use crate::experiments::ALL;
+use crate::formatting::escaped;
 use crate::record::Record;
-use crate::shown::escaped;
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use std::io::Cursor;
@@ -136,7 +136,7 @@ pub fn page(all: &[Source]) -> String {
 }
 
 /// A picture in the page, or why it is not there.
-fn picture(shown: &sections::Shown<'_>) -> String {
+fn picture(shown: &sections::Figure<'_>) -> String {
     let record = &shown.source.record;
     let caption = format!(
         "{}{}",
@@ -155,7 +155,7 @@ fn picture(shown: &sections::Shown<'_>) -> String {
         .map(|file| shown.source.pictures.join(file));
     let encoded = place.and_then(|place| {
         let picture = image::open(place).ok()?.to_rgb8();
-        let small = crate::shown::shown(&picture);
+        let small = crate::formatting::shown(&picture);
         let mut bytes = Cursor::new(Vec::new());
         small.write_to(&mut bytes, image::ImageFormat::Png).ok()?;
         Some(STANDARD.encode(bytes.into_inner()))

@@ -25,7 +25,7 @@ pub type Series = (String, Vec<(f64, f64)>);
 
 /// What a plot says around its data.
 #[derive(Clone, Copy)]
-pub struct Axes<'a> {
+pub struct PlotAxes<'a> {
     /// Of the plot.
     pub title: &'a str,
     /// Along x.
@@ -50,13 +50,13 @@ fn drawn(title: &str, draw: impl FnOnce(DrawingArea<SVGBackend<'_>, Shift>) -> D
     if let Err(error) = draw(area) {
         return format!(
             "<p class=\"fault\">no plot: {}</p>",
-            crate::shown::escaped(&error.to_string())
+            crate::formatting::escaped(&error.to_string())
         );
     }
     // It scales with the page, and has its ink.
     let open = format!(
         "<svg role=\"img\" aria-label=\"{}\" viewBox=\"0 0 {} {}\" ",
-        crate::shown::escaped(title),
+        crate::formatting::escaped(title),
         SIZE.0,
         SIZE.1
     );
@@ -99,8 +99,8 @@ macro_rules! framed {
             .configure_mesh()
             .x_desc($axes.x)
             .y_desc($axes.y)
-            .x_label_formatter(&|x| crate::shown::number(*x))
-            .y_label_formatter(&|y| crate::shown::number(*y))
+            .x_label_formatter(&|x| crate::formatting::number(*x))
+            .y_label_formatter(&|y| crate::formatting::number(*y))
             .axis_style(INK)
             .label_style(("sans-serif", 12, &INK))
             .axis_desc_style(("sans-serif", 13, &INK))
@@ -151,7 +151,7 @@ fn beside(series: &[Series]) -> SeriesLabelPosition {
 }
 
 /// Lines through points.
-pub fn lines(axes: Axes<'_>, series: &[Series]) -> String {
+pub fn lines(axes: PlotAxes<'_>, series: &[Series]) -> String {
     let all = || series.iter().flat_map(|(_, points)| points);
     let x = range(all().map(|p| p.0), axes.log_x);
     let y = range(all().map(|p| p.1), axes.log_y);
@@ -178,7 +178,7 @@ pub fn lines(axes: Axes<'_>, series: &[Series]) -> String {
 
 /// A bar: how high it is, and from where to where its samples reach.
 #[derive(Clone, Copy, Debug)]
-pub struct Bar {
+pub struct PlotBar {
     /// Its height.
     pub value: f64,
     /// Where its whisker begins and ends.
@@ -189,7 +189,7 @@ pub struct Bar {
 fn heights(
     is_log: bool,
     groups: usize,
-    series: &[(String, Vec<Option<Bar>>)],
+    series: &[(String, Vec<Option<PlotBar>>)],
     stacked: bool,
 ) -> [f64; 2] {
     let heights = || series.iter().flat_map(|(_, bars)| bars.iter().flatten());
@@ -221,9 +221,9 @@ fn heights(
 
 /// Groups of bars, one of each series in a group; or, stacked, one bar a group.
 pub fn bars(
-    axes: Axes<'_>,
+    axes: PlotAxes<'_>,
     groups: &[String],
-    series: &[(String, Vec<Option<Bar>>)],
+    series: &[(String, Vec<Option<PlotBar>>)],
     stacked: bool,
 ) -> String {
     let [floor, ceiling] = heights(axes.log_y, groups.len(), series, stacked);
@@ -253,7 +253,7 @@ pub fn bars(
                     .x_label_formatter(&name)
                     .x_desc(axes.x)
                     .y_desc(axes.y)
-                    .y_label_formatter(&|y| crate::shown::number(*y))
+                    .y_label_formatter(&|y| crate::formatting::number(*y))
                     .axis_style(INK)
                     .label_style(("sans-serif", 12, &INK))
                     .axis_desc_style(("sans-serif", 13, &INK))
@@ -309,7 +309,7 @@ struct Place {
 type Span = [(f64, f64); 2];
 
 /// The corners of a series' bars, and the ends of their whiskers. `under` is how high each group is stacked.
-fn placed(own: &[Option<Bar>], place: &Place, under: &mut [f64]) -> (Vec<Span>, Vec<Span>) {
+fn placed(own: &[Option<PlotBar>], place: &Place, under: &mut [f64]) -> (Vec<Span>, Vec<Span>) {
     let &Place {
         nth,
         each,

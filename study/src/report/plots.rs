@@ -1,10 +1,10 @@
 //! What each experiment shows in plots.
 
 use super::devices::done_by_device;
-use super::plot::{Axes, Bar, Series, bars, lines};
+use super::plot::{PlotAxes, PlotBar, Series, bars, lines};
 use super::table::varied;
+use crate::formatting::number;
 use crate::record::{Record, quantile};
-use crate::shown::number;
 use std::collections::BTreeMap;
 
 /// An experiment's plots.
@@ -41,8 +41,8 @@ pub fn plots(name: &str, records: &[&Record]) -> Vec<String> {
     all
 }
 
-fn axes<'a>(title: &'a str, x: &'a str, y: &'a str, log_x: bool, log_y: bool) -> Axes<'a> {
-    Axes {
+fn axes<'a>(title: &'a str, x: &'a str, y: &'a str, log_x: bool, log_y: bool) -> PlotAxes<'a> {
+    PlotAxes {
         title,
         x,
         y,
@@ -91,7 +91,7 @@ fn construction(records: &[&Record], device: &str) -> Vec<String> {
     let line = lines(axes(&title, "bricks", "ms", false, false), &series);
     let mut groups = Vec::new();
     let stages = ["select", "sort", "fill", "tree"];
-    let mut stacks: Vec<(String, Vec<Option<Bar>>)> =
+    let mut stacks: Vec<(String, Vec<Option<PlotBar>>)> =
         stages.map(|s| (s.to_owned(), Vec::new())).to_vec();
     let mut ordered = octree;
     ordered.sort_by_key(|r| r.value("bricks").unwrap_or(0.0) as u64);
@@ -99,7 +99,7 @@ fn construction(records: &[&Record], device: &str) -> Vec<String> {
         groups.push(number(record.value("bricks").unwrap_or(0.0)));
         for (stage, (_, own)) in stages.iter().zip(&mut stacks) {
             let value = record.value(&format!("{stage}_ms"));
-            own.push(value.map(|value| Bar {
+            own.push(value.map(|value| PlotBar {
                 value,
                 reach: (value, value),
             }));
@@ -134,17 +134,17 @@ fn grouped(
     records: &[&Record],
     group: impl Fn(&Record) -> String,
     value: &str,
-    axes: Axes<'_>,
+    axes: PlotAxes<'_>,
 ) -> String {
     let mut groups: Vec<String> = Vec::new();
-    let mut series: Vec<(String, Vec<Option<Bar>>)> = Vec::new();
+    let mut series: Vec<(String, Vec<Option<PlotBar>>)> = Vec::new();
     for record in records {
         let Some(median) = record.value(value) else {
             continue;
         };
         let samples = record.samples.get(value);
         let reach = |part| samples.and_then(|s| quantile(s, part)).unwrap_or(median);
-        let bar = Bar {
+        let bar = PlotBar {
             value: median,
             reach: (reach(0.05), reach(0.95)),
         };

@@ -2,11 +2,11 @@
 
 use super::source::Source;
 use super::table::{Column, column, megabytes, table, varied};
+use crate::formatting::number;
 use crate::record::Record;
-use crate::shown::number;
 
 /// A picture with what stands under it.
-pub struct Shown<'a> {
+pub struct Figure<'a> {
     /// Whose it is.
     pub source: &'a Source,
     /// Which.
@@ -39,7 +39,7 @@ const BUILDS: &[Column] = &[
     megabytes("MB", "memory_bytes"),
 ];
 
-const LIKENESS: &[Column] = &[
+const IMAGE_ERROR_COLUMNS: &[Column] = &[
     column("FLIP", "flip_mean"),
     column("PSNR, dB", "psnr_db"),
     column("SSIM", "ssim"),
@@ -92,7 +92,7 @@ const LOST: &[Column] = &[
 pub fn table_of(name: &str, records: &[&Record], several: bool) -> String {
     let columns = match name {
         "construction" | "dense-fill" | "memory" => BUILDS,
-        "fidelity" | "normals" => LIKENESS,
+        "fidelity" | "normals" => IMAGE_ERROR_COLUMNS,
         "strides" | "stored" => ERRORS,
         "edits" => EDITS,
         "triangles" => SURFACES,
@@ -113,7 +113,7 @@ pub fn is_shown(record: &Record, part: &str) -> bool {
 }
 
 /// Pictures that are shown.
-pub fn pictures<'a>(name: &str, sources: &[&'a Source]) -> Vec<Shown<'a>> {
+pub fn pictures<'a>(name: &str, sources: &[&'a Source]) -> Vec<Figure<'a>> {
     let mut all = Vec::new();
     for source in sources {
         let record = &source.record;
@@ -134,7 +134,7 @@ pub fn pictures<'a>(name: &str, sources: &[&'a Source]) -> Vec<Shown<'a>> {
                 if let Some(steps) = record.value("steps_mean").filter(|_| name == "heat") {
                     text += &format!(": {} steps a ray", number(steps));
                 }
-                all.push(Shown {
+                all.push(Figure {
                     source,
                     name: part,
                     text,

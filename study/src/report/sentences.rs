@@ -1,8 +1,8 @@
 //! What each experiment's records say, in words.
 
 use super::devices::done_by_device;
+use crate::formatting::number;
 use crate::record::Record;
-use crate::shown::number;
 
 /// What an experiment's records of one device say; nothing where some are missing.
 type Sentence = fn(&[&Record]) -> Option<String>;

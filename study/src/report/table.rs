@@ -1,7 +1,7 @@
 //! Tables that can be sorted.
 
+use crate::formatting::{escaped, number};
 use crate::record::{Record, quantile};
-use crate::shown::{escaped, number};
 
 /// A column: its head, and the value's name with what it is divided by.
 pub struct Column {

@@ -1,7 +1,7 @@
 //! The chores that `cargo xtask` builds and runs: `web`, `generate`.
 
-mod page;
 mod web;
+mod web_test;
 
 use anyhow::{Context, bail};
 use xtask::root;
@@ -13,7 +13,7 @@ fn main() -> anyhow::Result<()> {
         ["web"] => web::build(),
         ["web", "test"] => {
             web::build()?;
-            page::test()
+            web_test::test()
         }
         ["web", "serve"] => serve(8080),
         ["web", "serve", port] => serve(port.parse().context("a port is a number up to 65535")?),

@@ -5,7 +5,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use wasm_bindgen_cli_support::Bindgen;
-use xtask::debian::{install, quietly};
+use xtask::apt::{install, quietly};
 use xtask::root;
 
 const TARGET: &str = "wasm32-unknown-unknown";

@@ -2,7 +2,7 @@
 #![allow(dead_code, reason = "not every test does everything")]
 
 use argil::{Engine, Scene};
-use argil_studio::{Ask, Files, Options, Studio};
+use argil_studio::{FileAccess, FileRequest, Options, Studio};
 use eframe::egui::{self, Modifiers, PointerButton, Pos2, Vec2};
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
@@ -16,8 +16,8 @@ pub type Answers = Rc<RefCell<Vec<PathBuf>>>;
 
 struct Scripted(Answers);
 
-impl Files for Scripted {
-    fn ask(&mut self, _: Ask, _: &str) -> Option<PathBuf> {
+impl FileAccess for Scripted {
+    fn ask(&mut self, _: FileRequest, _: &str) -> Option<PathBuf> {
         self.0.borrow_mut().pop()
     }
 }

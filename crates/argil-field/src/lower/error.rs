@@ -47,4 +47,4 @@ pub enum LowerError {
 /// Most copies that one point may be compared with, over all loops around a brush.
 pub(super) const MAX_COPIES: u64 = 4096;
 /// Most of them in one loop.
-pub(super) const MAX_COPIES_A_LOOP: u64 = 125;
+pub(super) const MAX_COPIES_PER_LOOP: u64 = 125;

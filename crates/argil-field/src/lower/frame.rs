@@ -1,10 +1,10 @@
 //! Where a node is evaluated, and how it is joined with what stands before it.
 
 use super::error::LowerError;
-use super::words::keep;
-use argil_abi::{self as abi, Instr};
+use super::params::keep;
+use argil_abi::{self as abi, Instruction};
 use argil_scene::{
-    Entry, Extent, Extents, Modifier, NodeId, Operator, OperatorKind, Profile, Scene,
+    BlendProfile, Extent, Extents, Modifier, NodeDesc, NodeId, Operator, OperatorKind, Scene,
 };
 use glam::DAffine3;
 
@@ -21,19 +21,19 @@ pub(crate) struct Frame {
 }
 
 /// What stands around the pieces of an open group.
-pub(crate) struct Around {
+pub(crate) struct EnclosingGroup {
     /// The frame of what is in it.
     pub frame: Frame,
     /// What puts aside what is before it, and what joins it to that; both with parameters at 0.
-    pub open: Instr,
-    pub close: Instr,
+    pub open: Instruction,
+    pub close: Instruction,
     pub params: Vec<f32>,
 }
 
-impl Around {
+impl EnclosingGroup {
     /// Of a group in a frame.
     pub fn of(scene: &Scene, node: NodeId, within: Frame) -> Result<Self, LowerError> {
-        let entry = scene.node(node).acting();
+        let entry = scene.node(node).at_current_time();
         let names = || scene.materials().keys().zip(1..);
         let named = entry.material.as_ref();
         let found = named.and_then(|name| names().find(|(own, _)| *own == name));
@@ -47,14 +47,14 @@ impl Around {
         let (flags, words) = combine_words(entry, within, false);
         Ok(Self {
             frame,
-            open: Instr {
+            open: Instruction {
                 op: abi::OP_PUSH_VALUE,
-                ..Instr::default()
+                ..Instruction::default()
             },
-            close: Instr {
+            close: Instruction {
                 op: abi::OP_COMBINE,
                 flags,
-                ..Instr::default()
+                ..Instruction::default()
             },
             params: words.to_vec(),
         })
@@ -74,24 +74,24 @@ pub(super) fn joint(operator: &Operator, scale: f64) -> [f32; 5] {
 }
 
 /// The flags and words of a joint with what was put aside.
-pub(super) fn combine_words(entry: &Entry, frame: Frame, swapped: bool) -> (u32, [f32; 6]) {
+pub(super) fn combine_words(entry: &NodeDesc, frame: Frame, swapped: bool) -> (u32, [f32; 6]) {
     let mode = match (entry.operator.kind, entry.operator.profile) {
         (OperatorKind::Paint, _) => abi::COMBINE_PAINT,
         (OperatorKind::Morph, _) => abi::COMBINE_MORPH,
-        (_, Profile::Chamfer) => abi::COMBINE_CHAMFER,
-        (_, Profile::Smooth) => abi::COMBINE_SMOOTH,
+        (_, BlendProfile::Chamfer) => abi::COMBINE_CHAMFER,
+        (_, BlendProfile::Smooth) => abi::COMBINE_SMOOTH,
     };
     let [k, quarter, a, b, r] = joint(&entry.operator, frame.scale);
     let flags = mode | keep(entry) | if swapped { abi::FLAG_SWAPPED } else { 0 };
-    (flags, [k, quarter, a, b, r, entry.operator.amount])
+    (flags, [k, quarter, a, b, r, entry.operator.morph_amount])
 }
 
 /// A node's extent in the world, where all groups around it are open.
 pub(crate) fn extent_in_world(scene: &Scene, extents: &mut Extents<'_>, node: NodeId) -> Extent {
-    let mut extent = extents.outer(node);
+    let mut extent = extents.node_bounds(node);
     let mut at = scene.node(node).parent();
     while let Some(group) = at {
-        extent = extent.under(&scene.node(group).acting().modifiers);
+        extent = extent.under(&scene.node(group).at_current_time().modifiers);
         at = scene.node(group).parent();
     }
     extent

@@ -2,14 +2,14 @@
 
 use super::error::LowerError;
 use super::frame::{Frame, combine_words, extent_in_world};
-use super::words::is_single;
-use crate::by_node::ByNode;
+use super::params::is_single;
+use crate::node_map::NodeMap;
 use crate::pieces::scaled;
 use crate::program::Program;
-use crate::regular::Regularity;
+use crate::regularity::Regularity;
 use crate::spans::{GroupSpan, OperandSpan};
-use argil_abi::{self as abi, Instr};
-use argil_scene::{Entry, Extents, NodeId, Scene};
+use argil_abi::{self as abi, Instruction};
+use argil_scene::{Extents, NodeDesc, NodeId, Scene};
 use rustc_hash::FxHashMap;
 use std::collections::HashMap;
 
@@ -17,7 +17,7 @@ use std::collections::HashMap;
 pub(super) const FEW_OPERANDS: usize = 64;
 
 /// What is still to be emitted, the next on top.
-pub(super) enum Task {
+pub(super) enum LoweringTask {
     /// The first `count` operands of a group, into an empty accumulator.
     List {
         group: NodeId,
@@ -34,7 +34,7 @@ pub(super) enum Task {
         node: NodeId,
         frame: Frame,
     },
-    Emit(Instr),
+    Emit(Instruction),
     /// The end of the loop that begins at an instruction.
     Next {
         begin: usize,
@@ -44,13 +44,13 @@ pub(super) enum Task {
     /// Its end.
     EndPiece {
         node: NodeId,
-        within: Open,
+        within: OpenScope,
     },
 }
 
 /// An open group where it is lowered.
 #[derive(Clone, Copy)]
-pub(super) struct Open {
+pub(super) struct OpenScope {
     /// Its place among the program's.
     pub(super) group: u32,
     /// What a length in it is in the world.
@@ -63,18 +63,18 @@ pub(super) struct Lowering<'a> {
     /// By group: its operands that take part.
     pub(super) operands: HashMap<NodeId, Vec<NodeId>>,
     /// By node: stack slots to evaluate it into an empty accumulator.
-    pub(super) slots: ByNode<u32>,
+    pub(super) slots: NodeMap<u32>,
     /// By node: what can be said of its distances.
-    pub(super) regular: ByNode<Regularity>,
+    pub(super) regular: NodeMap<Regularity>,
     /// By group: slots to evaluate its first 1, 2, … operands.
     pub(super) prefix_slots: HashMap<NodeId, Vec<u32>>,
     pub(super) material_index: HashMap<&'a str, u32>,
     pub(super) program: Program,
     pub(super) points: usize,
-    pub(super) tasks: Vec<Task>,
+    pub(super) tasks: Vec<LoweringTask>,
     /// The open groups, where there are so many pieces that their places are kept: what those hold is emitted in the scene's
     /// order. And where the piece begins that is emitted.
-    pub(super) open: FxHashMap<NodeId, Open>,
+    pub(super) open: FxHashMap<NodeId, OpenScope>,
     pub(super) begun: u32,
 }
 
@@ -82,37 +82,40 @@ impl<'a> Lowering<'a> {
     pub(super) fn emit_all(&mut self) -> Result<(), LowerError> {
         while let Some(task) = self.tasks.pop() {
             match task {
-                Task::Emit(instr) => self.emit(instr),
-                Task::Next { begin } => self.emit(Instr {
+                LoweringTask::Emit(instr) => self.emit(instr),
+                LoweringTask::Next { begin } => self.emit(Instruction {
                     op: abi::OP_NEXT,
                     operand: begin as u32,
-                    ..Instr::default()
+                    ..Instruction::default()
                 }),
-                Task::BeginPiece => self.begun = self.program.instrs.len() as u32,
-                Task::EndPiece { node, within } => {
-                    let operator = scaled(&self.scene.node(node).acting().operator, within.scale);
+                LoweringTask::BeginPiece => self.begun = self.program.instructions.len() as u32,
+                LoweringTask::EndPiece { node, within } => {
+                    let operator = scaled(
+                        &self.scene.node(node).at_current_time().operator,
+                        within.scale,
+                    );
                     let extent = extent_in_world(self.scene, &mut self.extents, node);
                     self.program.operands.push(OperandSpan {
                         begin: self.begun,
-                        end: self.program.instrs.len() as u32,
+                        end: self.program.instructions.len() as u32,
                         group: within.group,
                         operator,
                         extent,
                     });
                 }
-                Task::List {
+                LoweringTask::List {
                     group,
                     count,
                     frame,
                 } => self.list(group, count, frame),
-                Task::Solid { node, frame } => self.solid(node, frame)?,
-                Task::Brush { node, frame } => self.brush(node, frame)?,
+                LoweringTask::Solid { node, frame } => self.solid(node, frame)?,
+                LoweringTask::Brush { node, frame } => self.brush(node, frame)?,
             }
         }
         Ok(())
     }
 
-    pub(super) fn emit(&mut self, instr: Instr) {
+    pub(super) fn emit(&mut self, instr: Instruction) {
         match instr.op {
             abi::OP_PUSH_POINT | abi::OP_REPEAT | abi::OP_RADIAL | abi::OP_TWIST | abi::OP_BEND => {
                 self.points += 1
@@ -121,17 +124,17 @@ impl<'a> Lowering<'a> {
             _ => {}
         }
         self.program.point_slots = self.program.point_slots.max(self.points);
-        self.program.instrs.push(instr);
+        self.program.instructions.push(instr);
     }
 
     /// An instruction with parameters.
-    pub(super) fn with(&mut self, op: u32, words: &[f32]) -> Instr {
+    pub(super) fn with(&mut self, op: u32, words: &[f32]) -> Instruction {
         let params = self.program.params.len() as u32;
         self.program.params.extend_from_slice(words);
-        Instr {
+        Instruction {
             op,
             params,
-            ..Instr::default()
+            ..Instruction::default()
         }
     }
 
@@ -140,12 +143,12 @@ impl<'a> Lowering<'a> {
             return;
         };
         let node = self.operands[&group][last];
-        let entry = self.scene.node(node).acting();
+        let entry = self.scene.node(node).at_current_time();
         let around = self.open.get(&group).copied();
         let is_piece = around.is_some() && !self.open.contains_key(&node);
-        let begin = is_piece.then_some(Task::BeginPiece);
+        let begin = is_piece.then_some(LoweringTask::BeginPiece);
         let end = around.filter(|_| is_piece);
-        let end = end.map(|within| Task::EndPiece { node, within });
+        let end = end.map(|within| LoweringTask::EndPiece { node, within });
         self.tasks.extend(end);
         if last == 0 {
             // What is first in a group is in nothing else: so is what an open group holds.
@@ -154,26 +157,26 @@ impl<'a> Lowering<'a> {
             {
                 own.group = within.group;
             }
-            self.tasks.push(Task::Solid { node, frame });
+            self.tasks.push(LoweringTask::Solid { node, frame });
             self.tasks.extend(begin);
             return;
         }
-        let before = Task::List {
+        let before = LoweringTask::List {
             group,
             count: last,
             frame,
         };
         if is_single(entry) {
-            self.tasks.push(Task::Brush { node, frame });
+            self.tasks.push(LoweringTask::Brush { node, frame });
             self.tasks.extend(begin);
             self.tasks.push(before);
             return;
         }
         let swapped = around.is_none() && self.slots[node] > self.prefix_slots[&group][last - 1];
         let close = self.combine(entry, frame, swapped);
-        let open = Instr {
+        let open = Instruction {
             op: abi::OP_PUSH_VALUE,
-            ..Instr::default()
+            ..Instruction::default()
         };
         if let Some(within) = around
             && let Some(own) = self.open.get(&node)
@@ -185,21 +188,21 @@ impl<'a> Lowering<'a> {
                 close,
             };
         }
-        self.tasks.push(Task::Emit(close));
-        let solid = Task::Solid { node, frame };
+        self.tasks.push(LoweringTask::Emit(close));
+        let solid = LoweringTask::Solid { node, frame };
         let (first, second) = if swapped {
             (solid, before)
         } else {
             (before, solid)
         };
-        self.tasks.extend([second, Task::Emit(open)]);
+        self.tasks.extend([second, LoweringTask::Emit(open)]);
         self.tasks.extend(begin);
         self.tasks.push(first);
     }
 
-    pub(super) fn combine(&mut self, entry: &Entry, frame: Frame, swapped: bool) -> Instr {
+    pub(super) fn combine(&mut self, entry: &NodeDesc, frame: Frame, swapped: bool) -> Instruction {
         let (flags, words) = combine_words(entry, frame, swapped);
-        Instr {
+        Instruction {
             flags,
             ..self.with(abi::OP_COMBINE, &words)
         }
@@ -207,7 +210,7 @@ impl<'a> Lowering<'a> {
 
     /// A node's frame from that of its group.
     pub(super) fn enter(&self, node: NodeId, frame: Frame) -> Frame {
-        let entry = self.scene.node(node).acting();
+        let entry = self.scene.node(node).at_current_time();
         let material = match &entry.material {
             Some(name) => self
                 .material_index

@@ -1,16 +1,16 @@
 //! What is known of a scene before it is lowered: stack slots, and how regular its distances are.
 
 use super::frame::extent_in_world;
-use super::lowering::{FEW_OPERANDS, Lowering, Open};
-use super::words::{is_loop, is_single};
-use crate::by_node::ByNode;
-use crate::loose::loose_of;
-use crate::pieces::{OpenGroup, Piece, Pieces, ROOT, Told, magnitude, regularity_of, scaled};
+use super::lowering::{FEW_OPERANDS, Lowering, OpenScope};
+use super::params::{is_loop, is_single};
+use crate::jump_regions::loose_of;
+use crate::node_map::NodeMap;
+use crate::pieces::{OpenGroup, Piece, PieceInfo, Pieces, ROOT, magnitude, regularity_of, scaled};
 use crate::program::Program;
-use crate::regular::{Regularity, regularity};
+use crate::regularity::{Regularity, regularity};
 use crate::spans::GroupSpan;
-use argil_abi::Instr;
-use argil_scene::{Body, Extents, NodeId, Operator, OperatorKind, Scene};
+use argil_abi::Instruction;
+use argil_scene::{Extents, NodeId, NodeKind, Operator, OperatorKind, Scene};
 use rustc_hash::FxHashMap;
 use std::collections::HashMap;
 
@@ -20,15 +20,15 @@ impl<'a> Lowering<'a> {
         let names = scene.materials().keys().map(String::as_str);
         let material_index = names.zip(1..).collect();
         let mut extents = Extents::of(scene);
-        let aabb = extents.outer(root).aabb;
-        let parents_first: Vec<NodeId> = scene.walk_from(root).collect();
+        let aabb = extents.node_bounds(root).aabb;
+        let parents_first: Vec<NodeId> = scene.descendants(root).collect();
         let all = regularity(scene, &mut extents, &parents_first);
         let regular = all[root];
         let mut lowering = Lowering {
             scene,
             extents,
             operands: HashMap::new(),
-            slots: ByNode::of(&parents_first, 0),
+            slots: NodeMap::of(&parents_first, 0),
             regular: all,
             prefix_slots: HashMap::new(),
             material_index,
@@ -50,14 +50,14 @@ impl<'a> Lowering<'a> {
             let groups = pieces.groups.iter().zip(0..);
             let open = |(own, group): (&OpenGroup, u32)| {
                 let scale = own.scale;
-                (own.node, Open { group, scale })
+                (own.node, OpenScope { group, scale })
             };
             lowering.open = groups.map(open).collect();
             let root = GroupSpan {
                 parent: ROOT,
                 operator: Operator::default(),
-                open: Instr::default(),
-                close: Instr::default(),
+                open: Instruction::default(),
+                close: Instruction::default(),
             };
             lowering.program.groups = vec![root; pieces.groups.len()];
         }
@@ -70,12 +70,12 @@ impl<'a> Lowering<'a> {
         for &id in parents_first.iter().rev() {
             let node = self.scene.node(id);
             let mut need = 0;
-            if matches!(node.acting().body, Body::Group) {
+            if matches!(node.at_current_time().kind, NodeKind::Group) {
                 // What stands first has nothing to act on unless it adds.
                 let mut operands: Vec<NodeId> = Vec::new();
                 let mut prefix: Vec<u32> = Vec::new();
                 for &child in node.children() {
-                    let entry = self.scene.node(child).acting();
+                    let entry = self.scene.node(child).at_current_time();
                     let acts = !operands.is_empty() || entry.operator.kind == OperatorKind::Union;
                     if !entry.visible || !acts {
                         continue;
@@ -96,7 +96,7 @@ impl<'a> Lowering<'a> {
             }
             self.slots[id] = need
                 + node
-                    .acting()
+                    .at_current_time()
                     .modifiers
                     .iter()
                     .filter(|m| is_loop(m))
@@ -117,10 +117,10 @@ impl<'a> Lowering<'a> {
     }
 
     /// What is said of a piece, if it is visible.
-    pub(super) fn told(&mut self, groups: &Pieces, piece: Piece) -> Option<Told> {
-        let entry = self.scene.node(piece.node).acting();
+    pub(super) fn told(&mut self, groups: &Pieces, piece: Piece) -> Option<PieceInfo> {
+        let entry = self.scene.node(piece.node).at_current_time();
         let scale = groups.groups[piece.group as usize].scale;
-        entry.visible.then(|| Told {
+        entry.visible.then(|| PieceInfo {
             group: piece.group,
             operator: scaled(&entry.operator, scale),
             regularity: self.regular[piece.node].scaled(scale),
@@ -132,9 +132,9 @@ impl<'a> Lowering<'a> {
     pub(super) fn measure_pieces(&mut self, pieces: &Pieces) {
         let mut greatest = 0.0f32;
         for piece in &pieces.all {
-            if self.scene.node(piece.node).acting().visible {
+            if self.scene.node(piece.node).at_current_time().visible {
                 let scale = pieces.groups[piece.group as usize].scale;
-                greatest = greatest.max(magnitude(&self.extents.outer(piece.node), scale));
+                greatest = greatest.max(magnitude(&self.extents.node_bounds(piece.node), scale));
             }
         }
         self.program.magnitude = greatest;

@@ -1,12 +1,12 @@
 //! Brushes and what their modifiers make of them, as instructions.
 
-use super::error::{LowerError, MAX_COPIES, MAX_COPIES_A_LOOP};
+use super::error::{LowerError, MAX_COPIES, MAX_COPIES_PER_LOOP};
 use super::frame::{Frame, joint, map};
-use super::lowering::{Lowering, Task};
-use super::words::{affine_words, is_loop, keep, repeat_words, scale_of};
-use crate::pack::pack;
-use argil_abi::{self as abi, Instr};
-use argil_scene::{Body, Extent, Modifier, NodeId, Operator, copies_looked_at};
+use super::lowering::{Lowering, LoweringTask};
+use super::params::{affine_words, is_loop, keep, repeat_words, scale_of};
+use crate::params::pack;
+use argil_abi::{self as abi, Instruction};
+use argil_scene::{Extent, Modifier, NodeId, NodeKind, Operator, copies_looked_at};
 use glam::DAffine3;
 use std::f32::consts::TAU;
 
@@ -21,7 +21,7 @@ fn offset_of(modifier: &Modifier) -> Option<(u32, f32)> {
 
 impl Lowering<'_> {
     pub(super) fn brush(&mut self, node: NodeId, frame: Frame) -> Result<(), LowerError> {
-        let entry = self.scene.node(node).acting();
+        let entry = self.scene.node(node).at_current_time();
         let mut frame = self.enter(node, frame);
         for modifier in entry.modifiers.iter().rev() {
             map(self.scene, node, modifier, &mut frame)?;
@@ -37,8 +37,8 @@ impl Lowering<'_> {
         frame: Frame,
         joint: [f32; 5],
     ) -> Result<(), LowerError> {
-        let entry = self.scene.node(node).acting();
-        let Body::Shape(shape) = &entry.body else {
+        let entry = self.scene.node(node).at_current_time();
+        let NodeKind::Shape(shape) = &entry.kind else {
             return Ok(());
         };
         if let Some((path, _, grid)) = shape.file()
@@ -63,7 +63,7 @@ impl Lowering<'_> {
             } else {
                 0
             };
-        let instr = Instr {
+        let instr = Instruction {
             flags,
             operand: frame.material,
             ..self.with(op, &words)
@@ -74,29 +74,29 @@ impl Lowering<'_> {
     }
 
     pub(super) fn solid(&mut self, node: NodeId, frame: Frame) -> Result<(), LowerError> {
-        let entry = self.scene.node(node).acting();
+        let entry = self.scene.node(node).at_current_time();
         let mut frame = self.enter(node, frame);
-        let stages = self.extents.stages(node);
+        let stages = self.extents.modifier_stages(node);
         // The modifiers from the outermost in: what opens now, and what closes after the content, innermost first.
-        let mut closing: Vec<Task> = Vec::new();
+        let mut closing: Vec<LoweringTask> = Vec::new();
         for (modifier, content) in entry.modifiers.iter().zip(&stages).rev() {
             if modifier.affine().is_some() {
                 map(self.scene, node, modifier, &mut frame)?;
             } else if let Some((op, length)) = offset_of(modifier) {
                 let length = (f64::from(length) * frame.scale) as f32;
-                closing.push(Task::Emit(self.with(op, &[length])));
+                closing.push(LoweringTask::Emit(self.with(op, &[length])));
             } else if !matches!(modifier, Modifier::Repeat { .. }) || is_loop(modifier) {
                 // One copy is no repetition.
                 self.open(node, modifier, content, &mut frame, &mut closing)?;
             }
         }
         self.tasks.extend(closing);
-        if matches!(entry.body, Body::Shape(_)) {
+        if matches!(entry.kind, NodeKind::Shape(_)) {
             // Onto an empty accumulator, by a hard union.
             self.shape(node, frame, joint(&Operator::default(), 1.0))?;
         } else {
             let count = self.operands[&node].len();
-            self.tasks.push(Task::List {
+            self.tasks.push(LoweringTask::List {
                 group: node,
                 count,
                 frame,
@@ -112,15 +112,15 @@ impl Lowering<'_> {
         modifier: &Modifier,
         content: &Extent,
         frame: &mut Frame,
-        closing: &mut Vec<Task>,
+        closing: &mut Vec<LoweringTask>,
     ) -> Result<(), LowerError> {
-        self.emit(Instr {
+        self.emit(Instruction {
             op: abi::OP_PUSH_POINT,
-            ..Instr::default()
+            ..Instruction::default()
         });
-        closing.push(Task::Emit(Instr {
+        closing.push(LoweringTask::Emit(Instruction {
             op: abi::OP_POP_POINT,
-            ..Instr::default()
+            ..Instruction::default()
         }));
         if frame.own_from_point != DAffine3::IDENTITY {
             let instr = self.with(abi::OP_AFFINE, &affine_words(&frame.own_from_point));
@@ -162,7 +162,7 @@ impl Lowering<'_> {
                     let amplitude = (f64::from(amplitude) * part * frame.scale) as f32;
                     let words = [amplitude, (f64::from(frequency) / part) as f32];
                     let operand = seed.wrapping_add(octave);
-                    closing.push(Task::Emit(Instr {
+                    closing.push(LoweringTask::Emit(Instruction {
                         operand,
                         ..self.with(abi::OP_DISPLACE, &words)
                     }));
@@ -180,7 +180,7 @@ impl Lowering<'_> {
         degrees_per_unit: f32,
         content: &Extent,
         frame: &mut Frame,
-        closing: &mut Vec<Task>,
+        closing: &mut Vec<LoweringTask>,
     ) -> Result<(), LowerError> {
         let (op, what) = match modifier {
             Modifier::Twist { .. } => (abi::OP_TWIST, "twist"),
@@ -202,7 +202,7 @@ impl Lowering<'_> {
         let instr = self.with(op, &words);
         self.emit(instr);
         frame.scale /= f64::from(modifier.stretch(content.aabb));
-        closing.push(Task::Emit(self.with(abi::OP_UNCLAMP, &words)));
+        closing.push(LoweringTask::Emit(self.with(abi::OP_UNCLAMP, &words)));
         Ok(())
     }
 
@@ -213,10 +213,10 @@ impl Lowering<'_> {
         words: &[f32],
         copies: u64,
         frame: &mut Frame,
-        closing: &mut Vec<Task>,
+        closing: &mut Vec<LoweringTask>,
     ) -> Result<(), LowerError> {
         frame.copies = frame.copies.saturating_mul(copies);
-        if copies > MAX_COPIES_A_LOOP && op == abi::OP_REPEAT || frame.copies > MAX_COPIES {
+        if copies > MAX_COPIES_PER_LOOP && op == abi::OP_REPEAT || frame.copies > MAX_COPIES {
             return Err(LowerError::TooManyCopies {
                 path: self.scene.path(node),
                 count: if frame.copies > MAX_COPIES {
@@ -227,14 +227,14 @@ impl Lowering<'_> {
                 limit: if frame.copies > MAX_COPIES {
                     MAX_COPIES
                 } else {
-                    MAX_COPIES_A_LOOP
+                    MAX_COPIES_PER_LOOP
                 },
             });
         }
         let words = [words, &[frame.jump.unwrap_or(0.0)]].concat();
         let instr = self.with(op, &words);
-        closing.push(Task::Next {
-            begin: self.program.instrs.len(),
+        closing.push(LoweringTask::Next {
+            begin: self.program.instructions.len(),
         });
         self.emit(instr);
         Ok(())

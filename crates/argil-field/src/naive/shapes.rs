@@ -1,7 +1,7 @@
 //! The oracle's shapes: each by its definition.
 
 use super::grids::{heightmap, sampled, triangle};
-use argil_scene::{Outline, Shape};
+use argil_scene::{Path2, Shape};
 use glam::{DVec2 as V2, DVec3 as V3, Vec3};
 
 /// Points that curves are sampled at.
@@ -61,7 +61,7 @@ fn bezier(a: V2, b: V2, c: V2, t: f64) -> V2 {
 }
 
 /// Distance to an outline as a polygon of many short sides.
-fn outline(o: &Outline, p: V2, is_lathe: bool) -> f64 {
+fn outline(o: &Path2, p: V2, is_lathe: bool) -> f64 {
     let v = |p: [f32; 2]| V2::new(f64::from(p[0]), f64::from(p[1]));
     let steps = 400;
     let mut corners = Vec::new();

@@ -1,47 +1,47 @@
 //! Building all bricks: as an edit that makes all blocks. Which those are the CPU finds out, with their lists; all else the device
 //! does.
 
-use super::cells::Cells;
+use super::cells::GpuCellTable;
 
-use super::ledger::Ledger;
-use super::lists::Blocks;
-use super::making::{Scratch, Site};
-use super::passes::{Order, check, chunks, make};
+use super::build_tables::{BrickTargets, EditScratch};
+use super::list_arena::BlockTables;
+use super::passes::{BuildParams, check, chunks, encode_build};
+use super::pool_accounting::PoolAccounting;
 use super::tables::{BrickTables, PLACES, pool_for, pool_texture};
-use crate::bake::Bake;
-use crate::field::IDLE;
-use crate::table::Table;
-use crate::{GpuError, GpuField, GpuVolume, StagesMs};
+use crate::pass_recorder::PassRecorder;
+use crate::program::NOP;
+use crate::storage_buffer::StorageBuffer;
+use crate::{GpuError, GpuProgram, GpuVolume, StageTimings};
 use argil_abi::{self as abi, BrickBuild, BrickVolume};
 use argil_field::Program;
 use argil_math::Control;
 use argil_volume::{BLOCK_SIDE, BlockPlan, BlockTable, BrickLayout, FAR_SLOTS};
 
 /// Blocks that one run makes, and instructions of their lists: its tables have their limits.
-const MOST_BLOCKS: usize = 4096;
-const MOST_INSTRS: usize = 1 << 20;
+const MAX_BLOCKS: usize = 4096;
+const MAX_INSTRUCTIONS: usize = 1 << 20;
 /// Bricks of a block, about: there is room for more than a surface needs.
-const BRICKS_A_BLOCK: u64 = 16;
+const BRICKS_PER_BLOCK: u64 = 16;
 
 /// The tables of a build.
-pub(super) struct Build<'a> {
-    field: &'a GpuField,
+pub(super) struct BrickBuilder<'a> {
+    field: &'a GpuProgram,
     program: &'a Program,
     layout: BrickLayout,
-    runs: Vec<Blocks>,
+    runs: Vec<BlockTables>,
     pool: [u32; 3],
     mixed_room: u64,
-    scratch: Scratch,
-    instrs: Table,
-    cells: Cells,
-    materials: Table,
-    ledger: Ledger,
+    scratch: EditScratch,
+    instrs: StorageBuffer,
+    cells: GpuCellTable,
+    materials: StorageBuffer,
+    ledger: PoolAccounting,
 }
 
-impl<'a> Build<'a> {
+impl<'a> BrickBuilder<'a> {
     /// Of a field, with a table that is no larger than `budget` bytes.
     pub fn new(
-        field: &'a GpuField,
+        field: &'a GpuProgram,
         program: &'a Program,
         layout: BrickLayout,
         budget: u64,
@@ -53,7 +53,7 @@ impl<'a> Build<'a> {
         if control.is_cancelled() {
             return Err(GpuError::Cancelled);
         }
-        let needed = Cells::bytes_for(plan.blocks.len() as u64);
+        let needed = GpuCellTable::bytes_for(plan.blocks.len() as u64);
         if needed > budget {
             return Err(GpuError::Budget {
                 bricks: 0,
@@ -61,13 +61,13 @@ impl<'a> Build<'a> {
                 budget,
             });
         }
-        let mut runs: Vec<Blocks> = Vec::new();
+        let mut runs: Vec<BlockTables> = Vec::new();
         for (slot, (block, range)) in (FAR_SLOTS..).zip(&plan.blocks) {
-            let is_full = |run: &Blocks| {
-                run.slots.len() >= MOST_BLOCKS || run.instrs.len() + range.len() > MOST_INSTRS
+            let is_full = |run: &BlockTables| {
+                run.slots.len() >= MAX_BLOCKS || run.instrs.len() + range.len() > MAX_INSTRUCTIONS
             };
             if runs.last().is_none_or(is_full) {
-                runs.push(Blocks::default());
+                runs.push(BlockTables::default());
             }
             if let Some(run) = runs.last_mut() {
                 let list = &plan.instrs[range.clone()];
@@ -84,23 +84,23 @@ impl<'a> Build<'a> {
             runs,
             pool: [1; 3],
             mixed_room: 0,
-            scratch: Scratch::new(gpu)?,
-            instrs: Table::new("instructions of lists"),
-            cells: Cells::new(gpu, table, layout.far_length(), None)?,
-            materials: Table::new("bricks' materials"),
-            ledger: Ledger::new(gpu, 0, 0)?,
+            scratch: EditScratch::new(gpu)?,
+            instrs: StorageBuffer::new("instructions of lists"),
+            cells: GpuCellTable::new(gpu, table, layout.far_length(), None)?,
+            materials: StorageBuffer::new("bricks' materials"),
+            ledger: PoolAccounting::new(gpu, 0, 0)?,
         })
     }
 
     /// The table of blocks.
-    pub fn cells(&self) -> &Cells {
+    pub fn cells(&self) -> &GpuCellTable {
         &self.cells
     }
 
     /// About how many bricks there will be, or more.
     pub fn guess(&self) -> u64 {
         let blocks: u64 = self.runs.iter().map(|run| run.slots.len() as u64).sum();
-        BRICKS_A_BLOCK * blocks + 64
+        BRICKS_PER_BLOCK * blocks + 64
     }
 
     /// Build into a pool with room for so many bricks.
@@ -109,7 +109,7 @@ impl<'a> Build<'a> {
         room: u64,
         mixed_room: u64,
         control: &Control,
-    ) -> Result<(wgpu::Texture, StagesMs), GpuError> {
+    ) -> Result<(wgpu::Texture, StageTimings), GpuError> {
         let gpu = self.field.gpu();
         self.pool = pool_for(gpu, &self.layout, room)?;
         self.mixed_room = mixed_room;
@@ -117,9 +117,9 @@ impl<'a> Build<'a> {
         let capacity: u32 = self.pool.iter().product();
         let bytes = 4 * u64::from(capacity) + 8 * PLACES * mixed_room;
         self.materials.reserve_exact(gpu, bytes)?;
-        self.ledger = Ledger::new(gpu, 0, 0)?;
+        self.ledger = PoolAccounting::new(gpu, 0, 0)?;
         self.cells.clear(gpu);
-        gpu.checked(|| {
+        gpu.with_error_scope(|| {
             let mut encoder = gpu
                 .device
                 .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
@@ -128,7 +128,7 @@ impl<'a> Build<'a> {
             }
             gpu.queue.submit([encoder.finish()]);
         })?;
-        let mut bake = Bake::new(gpu)?;
+        let mut bake = PassRecorder::new(gpu)?;
         let blocks = self.runs.iter().map(|run| run.slots.len() as u64);
         control.begin("blocks", blocks.sum());
         for run in &self.runs {
@@ -137,7 +137,7 @@ impl<'a> Build<'a> {
             }
             control.advance(run.slots.len() as u64);
             let instrs = if run.instrs.is_empty() {
-                IDLE
+                NOP
             } else {
                 &run.instrs
             };
@@ -157,31 +157,31 @@ impl<'a> Build<'a> {
                 table: self.cells.described(),
                 ..self.layout.words(self.program)
             };
-            let order = Order {
+            let order = BuildParams {
                 words,
                 fill: self
                     .layout
                     .encoding
-                    .fill(self.program, &self.layout.lattice, 0),
+                    .fill(self.program, &self.layout.voxel_grid, 0),
                 prune,
                 instrs: &self.instrs,
                 length: run.instrs.len(),
                 mixes: self.program.materials().len() > 1,
             };
-            let site = Site {
+            let site = BrickTargets {
                 texture: &texture,
                 cells: &self.cells.buffer,
                 materials: &self.materials,
                 counters: &self.ledger.counters,
             };
-            make(self.field, &mut self.scratch, &site, &order, &mut bake).await?;
+            encode_build(self.field, &mut self.scratch, &site, &order, &mut bake).await?;
         }
         Ok((texture, bake.finish().await?))
     }
 
     /// How many bricks the build has needed, and how many of them are mixed.
     pub async fn counts(&mut self) -> Result<[u64; 2], GpuError> {
-        self.ledger.settle(self.field.gpu()).await?;
+        self.ledger.wait_for_counters(self.field.gpu()).await?;
         let counters = [abi::COUNTER_TOP, abi::COUNTER_TOP_MIXED];
         Ok(counters.map(|counter| self.ledger.known.get(counter)))
     }
@@ -217,11 +217,11 @@ impl<'a> Build<'a> {
 
 /// A volume of tables and a pool.
 pub(super) fn volume_of(
-    field: &GpuField,
+    field: &GpuProgram,
     texture: wgpu::Texture,
     mut tables: BrickTables,
 ) -> Result<GpuVolume, GpuError> {
-    let measures = (tables.layout.lattice, tables.layout.encoding);
+    let measures = (tables.layout.voxel_grid, tables.layout.encoding);
     tables.describe();
     GpuVolume::new(field, measures, texture, tables)
 }

@@ -10,15 +10,15 @@
 //! is in the words is the device's alone.
 
 use crate::resources::read_table;
-use crate::table::Table;
+use crate::storage_buffer::StorageBuffer;
 use crate::{Gpu, GpuError};
 use argil_abi::CellTable;
 use argil_volume::{BlockTable, empty_word, far_words};
 
 /// See the module's page.
-pub(crate) struct Cells {
+pub(crate) struct GpuCellTable {
     pub table: BlockTable,
-    pub buffer: Table,
+    pub buffer: StorageBuffer,
     tree_room: u32,
     slot_room: u32,
     /// The greatest distance that a cell tells.
@@ -26,11 +26,11 @@ pub(crate) struct Cells {
 }
 
 /// A little more than is needed, so that not every block moves the buffer.
-fn with_air(needed: usize) -> u32 {
+fn with_headroom(needed: usize) -> u32 {
     (needed + needed / 4 + 64) as u32
 }
 
-impl Cells {
+impl GpuCellTable {
     /// Of a table, with empty words in all slots; or with words.
     pub fn new(
         gpu: &Gpu,
@@ -43,7 +43,7 @@ impl Cells {
             tree_room: table.entries().len() as u32,
             slot_room: table.slots() as u32,
             table,
-            buffer: Table::new("cells"),
+            buffer: StorageBuffer::new("cells"),
             far,
         };
         cells.buffer.reserve_exact(gpu, cells.bytes())?;
@@ -120,12 +120,12 @@ impl Cells {
         let (entries, slots) = (self.table.entries().len(), self.table.slots());
         if entries as u32 > self.tree_room || slots as u32 > self.slot_room {
             let (old_at, old_slots) = (self.words_at(), self.slot_room);
-            self.tree_room = with_air(entries);
-            self.slot_room = with_air(slots);
-            let mut buffer = Table::new("cells");
+            self.tree_room = with_headroom(entries);
+            self.slot_room = with_headroom(slots);
+            let mut buffer = StorageBuffer::new("cells");
             buffer.reserve_exact(gpu, self.bytes())?;
             let old = std::mem::replace(&mut self.buffer, buffer);
-            gpu.checked(|| {
+            gpu.with_error_scope(|| {
                 let mut encoder = gpu
                     .device
                     .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());

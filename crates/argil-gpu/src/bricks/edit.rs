@@ -6,56 +6,58 @@
 //! brick for each of its cells would be far more than there is room for, or than there may be, it is counted first what it
 //! needs, and waited for.
 
-use super::cells::Cells;
-use super::lists::Blocks;
-use super::making::{Making, Site};
-use super::passes::{Order, check, chunks, make};
+use super::build_tables::{BrickTargets, BuildTables};
+use super::cells::GpuCellTable;
+use super::list_arena::BlockTables;
+use super::passes::{BuildParams, check, chunks, encode_build};
 use super::tables::BrickTables;
-use crate::bake::Bake;
-use crate::field::IDLE;
-use crate::volume::Body;
-use crate::{Gpu, GpuError, GpuField};
-use argil_abi::{self as abi, BrickBuild, Prune};
-use argil_field::LiveProgram;
-use argil_volume::{BLOCK_SIDE, BrickEdits, BrickLayout, EditWork, Unit, emptied_around};
+use crate::pass_recorder::PassRecorder;
+use crate::program::NOP;
+use crate::volume::VolumeStorage;
+use crate::{Gpu, GpuError, GpuProgram};
+use argil_abi::{self as abi, BrickBuild, PruneUniform};
+use argil_field::IncrementalProgram;
+use argil_volume::{
+    BLOCK_SIDE, BrickLayout, BrickPendingEdits, EditBatch, EditQueue, emptied_around,
+};
 use glam::IVec3;
 
 /// Cells for which room is made without a look at how many of them have a surface.
 const FEW_CELLS: u64 = 4096;
 /// Cells that are sampled in a millisecond, before it is known.
-const CELLS_A_MS: f64 = 200.0;
+const CELLS_PER_MS: f64 = 200.0;
 
 /// Units, of 64 blocks at most, that one run makes: its tables have their limits.
-const MOST_UNITS: usize = 512;
+const MAX_BATCHES: usize = 512;
 
 impl BrickTables {
     /// Submit what edits have left to be done, in the words and the texture of a volume.
     pub(super) async fn edit_in(
         &mut self,
-        body: &mut Body,
-        edit: crate::volume::Editing<'_>,
+        body: &mut VolumeStorage,
+        edit: crate::volume::EditContext<'_>,
     ) -> Result<(), GpuError> {
-        let Some(edits) = BrickEdits::among_mut(edit.edits) else {
+        let Some(edits) = BrickPendingEdits::among_mut(edit.edits) else {
             return Ok(());
         };
-        let (field, live, work) = (edit.field, edit.live, &mut edits.work);
+        let (field, live, work) = (edit.field, edit.live, &mut edits.queue);
         check(field, live.program(), &self.layout)?;
         let gpu = field.gpu().clone();
-        self.ledger.hear(&gpu)?;
+        self.ledger.poll_counters(&gpu)?;
         let mut making = match self.making.take() {
             Some(making) => making,
-            None => Box::new(Making::new(&gpu)?),
+            None => Box::new(BuildTables::new(&gpu)?),
         };
         let within = edit.within;
-        let edit = Editing {
+        let edit = EditRun {
             field,
             live,
             budget: edit.budget.unwrap_or(u64::MAX),
         };
-        let mut left = within.map(|within| CELLS_A_MS * within.as_secs_f64() * 1e3);
+        let mut left = within.map(|within| CELLS_PER_MS * within.as_secs_f64() * 1e3);
         let mut result = Ok(());
         while !work.is_done() && result.is_ok() {
-            let count = if left.is_some() { 4 } else { MOST_UNITS };
+            let count = if left.is_some() { 4 } else { MAX_BATCHES };
             let units = work.next(count);
             let (blocks, gone) = edit.gather(&gpu, self, work, units)?;
             result = edit.submit(self, body, &mut making, &blocks).await;
@@ -79,24 +81,24 @@ impl BrickTables {
     /// The same voxels over a larger box.
     pub(super) fn grow_to(
         &mut self,
-        body: &mut Body,
+        body: &mut VolumeStorage,
         gpu: &Gpu,
         layout: BrickLayout,
     ) -> Result<(), GpuError> {
-        self.layout.lattice = layout.lattice;
+        self.layout.voxel_grid = layout.voxel_grid;
         let [low, high] = layout.block_range();
         self.cells.table.cover(low, high);
         self.cells.follow(gpu, &[])?;
         self.describe();
-        body.lattice = layout.lattice;
+        body.lattice = layout.voxel_grid;
         Ok(())
     }
 
     /// Wait for edits, and give back the room that they have left.
     pub(super) async fn trim_in(
         &mut self,
-        body: &mut Body,
-        field: &GpuField,
+        body: &mut VolumeStorage,
+        field: &GpuProgram,
     ) -> Result<(), GpuError> {
         let counted = self.ledger.read(field.gpu()).await?;
         self.making = None;
@@ -107,24 +109,24 @@ impl BrickTables {
     }
 }
 
-struct Editing<'a> {
-    field: &'a GpuField,
-    live: &'a LiveProgram,
+struct EditRun<'a> {
+    field: &'a GpuProgram,
+    live: &'a IncrementalProgram,
     budget: u64,
 }
 
-impl Editing<'_> {
+impl EditRun<'_> {
     /// The blocks of some units in which something can have changed, with their lists; and those that are far from everything
     /// now, and whether they are inside.
     fn gather(
         &self,
         gpu: &Gpu,
         tables: &mut BrickTables,
-        work: &EditWork,
-        units: Vec<Unit>,
-    ) -> Result<(Blocks, Vec<(IVec3, bool)>), GpuError> {
+        work: &EditQueue,
+        units: Vec<EditBatch>,
+    ) -> Result<(BlockTables, Vec<(IVec3, bool)>), GpuError> {
         let layout = &tables.layout;
-        let mut blocks = Blocks::default();
+        let mut blocks = BlockTables::default();
         let (mut gone, mut new) = (Vec::new(), Vec::new());
         let table = &mut tables.cells.table;
         for list in work.lists(layout, self.live, units) {
@@ -142,10 +144,10 @@ impl Editing<'_> {
                 slot
             });
             let dirty = work.dirty_cells(layout, self.live, list.first);
-            let bounds = layout.block_words(self.live.program(), list.first, &list.now);
-            blocks.push(slot, dirty, &list.now, bounds);
+            let bounds = layout.block_words(self.live.program(), list.first, &list.current);
+            blocks.push(slot, dirty, &list.current, bounds);
         }
-        let needed = Cells::bytes_for(new.len() as u64) + tables.cells.memory_bytes();
+        let needed = GpuCellTable::bytes_for(new.len() as u64) + tables.cells.memory_bytes();
         if !new.is_empty() && needed > self.budget {
             return Err(GpuError::Budget {
                 bricks: tables.ledger.known.bricks(),
@@ -168,9 +170,9 @@ impl Editing<'_> {
     async fn submit(
         &self,
         tables: &mut BrickTables,
-        body: &mut Body,
-        making: &mut Making,
-        blocks: &Blocks,
+        body: &mut VolumeStorage,
+        making: &mut BuildTables,
+        blocks: &BlockTables,
     ) -> Result<(), GpuError> {
         if blocks.slots.is_empty() {
             return Ok(());
@@ -179,7 +181,7 @@ impl Editing<'_> {
         let program = self.live.program();
         let mixes = program.materials().len() > 1;
         let instrs = if blocks.instrs.is_empty() {
-            IDLE
+            NOP
         } else {
             &blocks.instrs
         };
@@ -195,13 +197,13 @@ impl Editing<'_> {
             .then(|| tables.make_room(self.field, &body.texture, more, mixes, self.budget));
         let room = match room {
             None | Some(Err(GpuError::Budget { .. })) => {
-                let counted = Prune {
+                let counted = PruneUniform {
                     make: abi::MAKE_NONE,
                     ..prune
                 };
-                self.make(tables, &body.texture, making, blocks, counted)
+                self.encode(tables, &body.texture, making, blocks, counted)
                     .await?;
-                tables.ledger.settle_known(gpu).await?;
+                tables.ledger.take_known(gpu).await?;
                 more = [abi::COUNTER_BRICKS, abi::COUNTER_MIXED]
                     .map(|counter| tables.ledger.known.get(counter));
                 tables.make_room(self.field, &body.texture, more, mixes, self.budget)?
@@ -211,23 +213,23 @@ impl Editing<'_> {
         if let Some(moved) = room {
             body.set_texture(moved);
         }
-        self.make(tables, &body.texture, making, blocks, prune)
+        self.encode(tables, &body.texture, making, blocks, prune)
             .await?;
-        tables.ledger.spend(gpu, more)
+        tables.ledger.record_upper_bound(gpu, more)
     }
 
-    async fn make(
+    async fn encode(
         &self,
         tables: &BrickTables,
         texture: &wgpu::Texture,
-        making: &mut Making,
-        blocks: &Blocks,
-        prune: Prune,
+        making: &mut BuildTables,
+        blocks: &BlockTables,
+        prune: PruneUniform,
     ) -> Result<(), GpuError> {
         let program = self.live.program();
         let layout = &tables.layout;
         let [chunk, chunks] = chunks(layout, blocks.longest(), blocks.cells());
-        let order = Order {
+        let order = BuildParams {
             words: BrickBuild {
                 chunk,
                 // Without cells to sample there is one that is empty.
@@ -239,19 +241,19 @@ impl Editing<'_> {
                 table: tables.cells.described(),
                 ..layout.words(program)
             },
-            fill: layout.encoding.fill(program, &layout.lattice, 0),
+            fill: layout.encoding.fill(program, &layout.voxel_grid, 0),
             prune,
             instrs: &making.instrs,
             length: blocks.instrs.len(),
             mixes: program.materials().len() > 1,
         };
-        let site = Site {
+        let site = BrickTargets {
             texture,
             cells: &tables.cells.buffer,
             materials: &tables.materials,
             counters: &tables.ledger.counters,
         };
-        let mut bake = Bake::untimed(self.field.gpu());
-        make(self.field, &mut making.scratch, &site, &order, &mut bake).await
+        let mut bake = PassRecorder::untimed(self.field.gpu());
+        encode_build(self.field, &mut making.scratch, &site, &order, &mut bake).await
     }
 }

@@ -1,25 +1,25 @@
 //! The passes that make bricks, all of them or some, compiled once for a field and a width of samples.
 
-use super::making::{Scratch, Site};
+use super::build_tables::{BrickTargets, EditScratch};
 use super::repack::RepackPass;
-use crate::bake::{Bake, Groups};
-use crate::field::check_depth;
-use crate::pass::{
+use crate::bindings::{
     ARGUMENTS, BRICK_MATERIALS, Bind, CANDIDATES, CELLS, COUNTERS, FIELD_BINDS, FILL, LISTS, PRUNE,
     TABLES_WGSL, TEXELS, VOLUME, entry, layout, pipelines,
 };
-use crate::table::Table;
-use crate::texels::TexelFormat;
-use crate::{GpuError, GpuField};
-use argil_abi::{self as abi, BrickBuild, Fill, Prune};
+use crate::pass_recorder::{DispatchSize, PassRecorder};
+use crate::program::check_depth;
+use crate::storage_buffer::StorageBuffer;
+use crate::texel_format::TexelFormat;
+use crate::{GpuError, GpuProgram};
+use argil_abi::{self as abi, BrickBuild, FillUniform, PruneUniform};
 use argil_field::Program;
-use argil_volume::{Bits, BrickLayout, wgsl};
+use argil_volume::{BrickLayout, SampleFormat, wgsl};
 use std::sync::Arc;
 
 /// Instructions times samples that one dispatch may take on.
-const WORK_A_DISPATCH: u64 = 4_000_000_000;
+const WORK_PER_DISPATCH: u64 = 4_000_000_000;
 /// Most bricks that one dispatch samples.
-const MOST_BRICKS_A_DISPATCH: u64 = 32_768;
+const MAX_BRICKS_PER_DISPATCH: u64 = 32_768;
 /// Threads that sample a brick.
 const BRICK_GROUP: u32 = 256;
 
@@ -35,7 +35,7 @@ const BINDS_WGSL: &str = "
 @group(0) @binding(BIND_CANDIDATES) var<storage, read_write> near_cells: array<u32>;
 @group(0) @binding(BIND_COUNTERS) var<storage, read_write> counters: array<atomic<u32>>;
 @group(0) @binding(BIND_LISTS) var<storage, read_write> lists: array<u32>;
-@group(0) @binding(BIND_PRUNE) var<uniform> prune: Prune;
+@group(0) @binding(BIND_PRUNE) var<uniform> prune: PruneUniform;
 ";
 
 /// The passes. See the module's page.
@@ -56,15 +56,15 @@ pub(crate) struct BrickPasses {
 
 impl BrickPasses {
     /// For a field and samples of so many bits, compiled when they are first asked for.
-    pub fn of(field: &GpuField, bits: Bits) -> Result<Arc<Self>, GpuError> {
+    pub fn of(field: &GpuProgram, bits: SampleFormat) -> Result<Arc<Self>, GpuError> {
         let name = match bits {
-            Bits::Eight => "bricks of 8 bits",
-            Bits::Sixteen => "bricks of 16 bits",
+            SampleFormat::Snorm8 => "bricks of 8 bits",
+            SampleFormat::Snorm16 => "bricks of 16 bits",
         };
         field.passes(name, || Self::new(field, bits))
     }
 
-    pub fn new(field: &GpuField, bits: Bits) -> Result<Self, GpuError> {
+    pub fn new(field: &GpuProgram, bits: SampleFormat) -> Result<Self, GpuError> {
         let gpu = field.gpu();
         let source = [
             &argil_abi::wgsl(),
@@ -90,7 +90,7 @@ impl BrickPasses {
             Bind::Write(LISTS),
             Bind::Uniform(PRUNE),
         ]);
-        let layout = gpu.checked(|| self::layout(gpu, "Bricks::make", &binds))?;
+        let layout = gpu.with_error_scope(|| self::layout(gpu, "Bricks::make", &binds))?;
         let constants = [("BRICK_GROUP", f64::from(BRICK_GROUP))];
         let entry_points = [
             "begin_lists",
@@ -116,7 +116,7 @@ impl BrickPasses {
             Bind::Write(ARGUMENTS),
             Bind::Write(COUNTERS),
         ];
-        let plan_layout = gpu.checked(|| self::layout(gpu, "Bricks::plan", &binds))?;
+        let plan_layout = gpu.with_error_scope(|| self::layout(gpu, "Bricks::plan", &binds))?;
         let [plan] = pipelines(gpu, source, &plan_layout, &[], ["plan"])?;
         Ok(Self {
             layout,
@@ -136,7 +136,7 @@ impl BrickPasses {
 
 /// Refuse a program whose loops the device would cut short.
 pub(super) fn check(
-    field: &GpuField,
+    field: &GpuProgram,
     program: &Program,
     layout: &BrickLayout,
 ) -> Result<(), GpuError> {
@@ -158,18 +158,18 @@ pub(super) fn check(
 /// How many of `cells` are sampled in a dispatch with lists of so many instructions, and in how many dispatches.
 pub(super) fn chunks(layout: &BrickLayout, length: usize, cells: u64) -> [u32; 2] {
     let work = u64::from(layout.brick_samples()) * length as u64;
-    let chunk = (WORK_A_DISPATCH / work.max(1)).clamp(64, MOST_BRICKS_A_DISPATCH);
+    let chunk = (WORK_PER_DISPATCH / work.max(1)).clamp(64, MAX_BRICKS_PER_DISPATCH);
     [chunk as u32, cells.div_ceil(chunk) as u32]
 }
 
 /// What is made.
-pub(super) struct Order<'a> {
+pub(super) struct BuildParams<'a> {
     pub words: BrickBuild,
-    pub fill: Fill,
+    pub fill: FillUniform,
     /// The blocks, and where their lists stand.
-    pub prune: Prune,
+    pub prune: PruneUniform,
     /// The instructions that the lists are of.
-    pub instrs: &'a Table,
+    pub instrs: &'a StorageBuffer,
     /// Number of instructions.
     pub length: usize,
     /// Whether there is more than one material.
@@ -177,8 +177,8 @@ pub(super) struct Order<'a> {
 }
 
 /// Workgroups, row by row.
-fn rows(groups: u32) -> Groups<'static> {
-    Groups::Direct([
+fn rows(groups: u32) -> DispatchSize<'static> {
+    DispatchSize::Direct([
         groups.min(abi::DISPATCH_ROW),
         groups.div_ceil(abi::DISPATCH_ROW),
         1,
@@ -187,17 +187,17 @@ fn rows(groups: u32) -> Groups<'static> {
 
 /// What an order's passes read and write, and what its plan does.
 fn groups_of(
-    field: &GpuField,
-    scratch: &Scratch,
-    site: &Site<'_>,
-    order: &Order<'_>,
+    field: &GpuProgram,
+    scratch: &EditScratch,
+    site: &BrickTargets<'_>,
+    order: &BuildParams<'_>,
     passes: &BrickPasses,
 ) -> Result<(wgpu::BindGroup, wgpu::BindGroup), GpuError> {
     let gpu = field.gpu();
     let view = site
         .texture
         .create_view(&wgpu::TextureViewDescriptor::default());
-    gpu.checked(|| {
+    gpu.with_error_scope(|| {
         let mut entries: Vec<_> = field.bindings_with(order.instrs).collect();
         entries.push(entry(VOLUME, &scratch.words));
         entries.push(entry(FILL, &scratch.fill));
@@ -228,12 +228,12 @@ fn groups_of(
 }
 
 /// Submit all passes of an order.
-pub(super) async fn make(
-    field: &GpuField,
-    scratch: &mut Scratch,
-    site: &Site<'_>,
-    order: &Order<'_>,
-    bake: &mut Bake<'_>,
+pub(super) async fn encode_build(
+    field: &GpuProgram,
+    scratch: &mut EditScratch,
+    site: &BrickTargets<'_>,
+    order: &BuildParams<'_>,
+    bake: &mut PassRecorder<'_>,
 ) -> Result<(), GpuError> {
     let gpu = field.gpu();
     let last = &order.prune;
@@ -253,13 +253,13 @@ pub(super) async fn make(
     if last.make == abi::MAKE_NONE {
         return Ok(());
     }
-    let groups = Groups::Direct([order.words.chunks.div_ceil(64), 1, 1]);
+    let groups = DispatchSize::Direct([order.words.chunks.div_ceil(64), 1, 1]);
     bake.pass("measure", &passes.plan, &plan_group, groups)
         .await?;
     let (Some(arguments), Some(indirect)) = (scratch.arguments.buffer(), &scratch.indirect) else {
         return Err(GpuError::Lost("no buffer".into()));
     };
-    gpu.checked(|| {
+    gpu.with_error_scope(|| {
         let mut encoder = gpu
             .device
             .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
@@ -268,16 +268,16 @@ pub(super) async fn make(
         gpu.queue.submit([encoder.finish()]);
     })?;
     for chunk in 0..order.words.chunks {
-        let fill = Fill {
+        let fill = FillUniform {
             first_layer: chunk * order.words.chunk,
             ..order.fill
         };
         gpu.queue
             .write_buffer(&scratch.fill, 0, bytemuck::bytes_of(&fill));
-        let groups = Groups::Indirect(indirect, 24 * u64::from(chunk) + 12);
+        let groups = DispatchSize::Indirect(indirect, 24 * u64::from(chunk) + 12);
         bake.pass("prune", &passes.prune_cells, &bind_group, groups)
             .await?;
-        let groups = Groups::Indirect(indirect, 24 * u64::from(chunk));
+        let groups = DispatchSize::Indirect(indirect, 24 * u64::from(chunk));
         bake.pass("fill", &passes.fill_bricks, &bind_group, groups)
             .await?;
         if order.mixes {
@@ -288,7 +288,7 @@ pub(super) async fn make(
     let groups = rows(last.count.div_ceil(64));
     bake.pass("settle", &passes.settle, &bind_group, groups)
         .await?;
-    let groups = Groups::Direct([1, 1, 1]);
+    let groups = DispatchSize::Direct([1, 1, 1]);
     bake.pass("settle", &passes.give_back, &bind_group, groups)
         .await?;
     Ok(())

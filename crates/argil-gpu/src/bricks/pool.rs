@@ -5,15 +5,15 @@
 //! can have sampled since. So there is room for all before an edit is submitted, and nobody waits. The counters are copied
 //! after edits, and heard of when they happen to have come.
 
-use super::making::Site;
+use super::build_tables::BrickTargets;
 use super::passes::BrickPasses;
 use super::tables::{BrickTables, PLACES, bytes_of, pool_for, pool_texture};
-use crate::table::Table;
-use crate::{GpuError, GpuField};
+use crate::storage_buffer::StorageBuffer;
+use crate::{GpuError, GpuProgram};
 use argil_abi as abi;
 
 /// An eighth more than is needed, so that not every edit moves the pool.
-fn with_air(needed: u64) -> u64 {
+fn with_headroom(needed: u64) -> u64 {
     needed + needed / 8 + 64
 }
 
@@ -24,14 +24,14 @@ impl BrickTables {
     /// If they would take more than `budget` bytes, or there cannot be as many: nothing is changed then.
     pub fn make_room(
         &mut self,
-        field: &GpuField,
+        field: &GpuProgram,
         texture: &wgpu::Texture,
         more: [u64; 2],
         mixes: bool,
         budget: u64,
     ) -> Result<Option<wgpu::Texture>, GpuError> {
         let gpu = field.gpu();
-        let most = self.ledger.most();
+        let most = self.ledger.upper_bound();
         let [bricks, mixed] = [0, 1].map(|i| most[i] + more[i]);
         let mixed = if mixes { mixed } else { 0 };
         let capacity: u64 = self.pool.map(u64::from).iter().product();
@@ -44,7 +44,10 @@ impl BrickTables {
             let needed = bytes_of(gpu, &self.layout, &self.cells, pool, mixed);
             Ok::<_, GpuError>((pool, mixed, needed))
         };
-        let (air, mixed_air) = (with_air(bricks), if mixes { with_air(mixed) } else { 0 });
+        let (air, mixed_air) = (
+            with_headroom(bricks),
+            if mixes { with_headroom(mixed) } else { 0 },
+        );
         let (mut pool, mut mixed_room, mut needed) = fit(air, mixed_air)?;
         if needed > budget {
             (pool, mixed_room, needed) = fit(bricks, mixed)?;
@@ -69,7 +72,7 @@ impl BrickTables {
     /// A pool with no more room than so many bricks and mixed ones need: the texture.
     pub fn fit(
         &mut self,
-        field: &GpuField,
+        field: &GpuProgram,
         texture: &wgpu::Texture,
         bricks: u64,
         mixed: u64,
@@ -84,21 +87,21 @@ impl BrickTables {
     /// Move everything to another pool, without gaps.
     fn resize(
         &mut self,
-        field: &GpuField,
+        field: &GpuProgram,
         texture: &wgpu::Texture,
         pool: [u32; 3],
         mixed: u64,
     ) -> Result<wgpu::Texture, GpuError> {
         let gpu = field.gpu();
-        let passes = BrickPasses::of(field, self.layout.encoding.bits)?;
+        let passes = BrickPasses::of(field, self.layout.encoding.format)?;
         let capacity: u64 = pool.map(u64::from).iter().product();
         let moved = pool_texture(gpu, &self.layout, pool)?;
-        let mut materials = Table::new("bricks' materials");
+        let mut materials = StorageBuffer::new("bricks' materials");
         materials.reserve_exact(gpu, 4 * capacity + 8 * PLACES * mixed)?;
-        let mut counters = Table::new("counters");
+        let mut counters = StorageBuffer::new("counters");
         let head = 4 * u64::from(abi::COUNTERS);
         counters.reserve_exact(gpu, head + 4 * (capacity + mixed))?;
-        gpu.checked(|| {
+        gpu.with_error_scope(|| {
             let mut encoder = gpu
                 .device
                 .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
@@ -109,13 +112,13 @@ impl BrickTables {
             }
             gpu.queue.submit([encoder.finish()]);
         })?;
-        let old = Site {
+        let old = BrickTargets {
             texture,
             cells: &self.cells.buffer,
             materials: &self.materials,
             counters: &self.ledger.counters,
         };
-        let new = Site {
+        let new = BrickTargets {
             texture: &moved,
             cells: &self.cells.buffer,
             materials: &materials,

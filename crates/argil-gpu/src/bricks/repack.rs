@@ -1,16 +1,16 @@
 //! Moving bricks from one pool to another.
 
-use super::cells::Cells;
-use super::making::Site;
+use super::build_tables::BrickTargets;
+use super::cells::GpuCellTable;
 use super::tables::march_words;
-use crate::pass::{
+use crate::bindings::{
     BRICK_MATERIALS, Bind, CELLS, COUNTERS, OLD_MATERIALS, OLD_POOL, STORED, TEXELS, VOLUME, entry,
     layout, pipelines,
 };
 use crate::resources::uniform_of;
 use crate::{Gpu, GpuError};
 use argil_abi::{self as abi, BrickVolume};
-use argil_volume::{Bits, BrickLayout, wgsl};
+use argil_volume::{BrickLayout, SampleFormat, wgsl};
 
 /// The bindings, as the shader names them.
 const BINDS_WGSL: &str = "
@@ -30,7 +30,7 @@ pub(crate) struct RepackPass {
 }
 
 impl RepackPass {
-    pub fn new(gpu: &Gpu, bits: Bits) -> Result<Self, GpuError> {
+    pub fn new(gpu: &Gpu, bits: SampleFormat) -> Result<Self, GpuError> {
         let format = gpu.texels(bits).wgsl();
         let target = format!(
             "@group(0) @binding(BIND_TEXELS) var texels: texture_storage_3d<{format}, write>;\n"
@@ -53,7 +53,7 @@ impl RepackPass {
             Bind::Read(OLD_MATERIALS),
             Bind::Uniform(OLD_POOL),
         ];
-        let layout = gpu.checked(|| self::layout(gpu, "Bricks::repack", &binds))?;
+        let layout = gpu.with_error_scope(|| self::layout(gpu, "Bricks::repack", &binds))?;
         let [repack] = pipelines(gpu, source, &layout, &[], ["repack"])?;
         Ok(Self { layout, repack })
     }
@@ -62,16 +62,16 @@ impl RepackPass {
     pub fn run(
         &self,
         gpu: &Gpu,
-        (measures, cells): (&BrickLayout, &Cells),
+        (measures, cells): (&BrickLayout, &GpuCellTable),
         [from, to]: [[u32; 3]; 2],
-        old: &Site<'_>,
-        new: &Site<'_>,
+        old: &BrickTargets<'_>,
+        new: &BrickTargets<'_>,
     ) -> Result<(), GpuError> {
         let words = march_words(measures, cells, to, 1.0);
         let before = [from[0], from[1], from.iter().product(), 0];
         let [old_view, view] = [old.texture, new.texture]
             .map(|texture| texture.create_view(&wgpu::TextureViewDescriptor::default()));
-        gpu.checked(|| {
+        gpu.with_error_scope(|| {
             let volume = uniform_of::<BrickVolume>(gpu, "volume");
             let old_pool = uniform_of::<[u32; 4]>(gpu, "the pool before");
             gpu.queue

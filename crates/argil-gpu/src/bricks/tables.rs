@@ -1,10 +1,10 @@
 //! What there is of sparse bricks on the device, and how large their pool is.
 
-use super::cells::Cells;
-use super::ledger::Ledger;
-use super::making::Making;
+use super::build_tables::BuildTables;
+use super::cells::GpuCellTable;
+use super::pool_accounting::PoolAccounting;
 use crate::resources::{extent, texture_of};
-use crate::table::Table;
+use crate::storage_buffer::StorageBuffer;
 use crate::{Gpu, GpuError};
 use argil_abi::{self as abi, BrickVolume};
 use argil_volume::BrickLayout;
@@ -15,16 +15,16 @@ pub(super) const PLACES: u64 = (abi::MATERIAL_SIDE as u64).pow(3);
 /// What there is of sparse bricks besides the pool's texture.
 pub(crate) struct BrickTables {
     pub layout: BrickLayout,
-    pub cells: Cells,
+    pub cells: GpuCellTable,
     /// What each brick of the pool looks like, then the materials of mixed ones.
-    pub materials: Table,
+    pub materials: StorageBuffer,
     pub mixed: u64,
     /// Bricks of the pool along each axis.
     pub pool: [u32; 3],
-    pub ledger: Ledger,
+    pub ledger: PoolAccounting,
     pub lipschitz: f32,
     /// Once it was edited.
-    pub making: Option<Box<Making>>,
+    pub making: Option<Box<BuildTables>>,
     /// The uniform that shaders read.
     pub uniform: BrickVolume,
 }
@@ -45,14 +45,14 @@ impl BrickTables {
 pub(super) fn bytes_of(
     gpu: &Gpu,
     measures: &BrickLayout,
-    cells: &Cells,
+    cells: &GpuCellTable,
     pool: [u32; 3],
     mixed: u64,
 ) -> u64 {
     let bricks: u64 = pool.map(u64::from).iter().product();
     // With a stack of what is free.
     let of_mixed = (8 * PLACES + 4) * mixed;
-    let brick = gpu.texture_bytes(measures.encoding.bits, measures.brick_bytes());
+    let brick = gpu.texture_bytes(measures.encoding.format, measures.brick_bytes());
     cells.memory_bytes() + bricks * (brick + 8) + of_mixed
 }
 
@@ -63,7 +63,7 @@ pub(super) fn pool_for(
     bricks: u64,
 ) -> Result<[u32; 3], GpuError> {
     let limit = gpu.device.limits().max_texture_dimension_3d;
-    let most = limit / (measures.brick + 1);
+    let most = limit / (measures.brick_size_voxels + 1);
     let bricks = bricks.max(1);
     let side = ((bricks as f64).cbrt().ceil() as u32).clamp(1, most.max(1));
     let depth = bricks.div_ceil(u64::from(side) * u64::from(side));
@@ -82,30 +82,30 @@ pub(super) fn pool_texture(
     measures: &BrickLayout,
     pool: [u32; 3],
 ) -> Result<wgpu::Texture, GpuError> {
-    let [x, y, z] = pool.map(|n| n * (measures.brick + 1));
-    texture_of(gpu, extent(x, y, z), measures.encoding.bits, 1)
+    let [x, y, z] = pool.map(|n| n * (measures.brick_size_voxels + 1));
+    texture_of(gpu, extent(x, y, z), measures.encoding.format, 1)
 }
 
 /// The uniform that reads of bricks need, which has nothing of the field.
 pub(super) fn march_words(
     measures: &BrickLayout,
-    cells: &Cells,
+    cells: &GpuCellTable,
     pool: [u32; 3],
     lipschitz: f32,
 ) -> BrickVolume {
-    let lattice = &measures.lattice;
+    let lattice = &measures.voxel_grid;
     let [low, high] = [measures.low(), measures.high()];
     BrickVolume {
         corner: lattice.corner.to_array(),
-        range: measures.encoding.range_length(lattice, 0),
+        range: measures.encoding.band_width(lattice, 0),
         extent: lattice.extent().to_array(),
-        voxel: lattice.voxel,
-        per_texel: pool.map(|n| 1.0 / (n * (measures.brick + 1)) as f32),
-        slope: 1.000_01 * lipschitz * lattice.voxel,
+        voxel: lattice.voxel_size,
+        per_texel: pool.map(|n| 1.0 / (n * (measures.brick_size_voxels + 1)) as f32),
+        slope: 1.000_01 * lipschitz * lattice.voxel_size,
         size_x: lattice.size.x,
         size_y: lattice.size.y,
         size_z: lattice.size.z,
-        brick: measures.brick,
+        brick: measures.brick_size_voxels,
         begin_x: lattice.begin.x,
         begin_y: lattice.begin.y,
         begin_z: lattice.begin.z,
@@ -119,7 +119,7 @@ pub(super) fn march_words(
         high_z: high.z,
         pool_y: pool[1],
         table: cells.described(),
-        quanta: measures.encoding.bits.quanta(),
+        quanta: measures.encoding.format.max_code(),
         ..BrickVolume::default()
     }
 }

@@ -1,21 +1,21 @@
 //! An octree is built: no step of it waits for the CPU.
 
-use super::TreeTables;
-use crate::bake::{Bake, Groups};
-use crate::dense::{layers, target_wgsl, tile_side};
-use crate::pass::{
+use super::OctreeTables;
+use crate::bindings::{
     ARGUMENTS, Bind, CENTERS, FIELD_BINDS, FILL, KEYS, NODES, OCCUPIED, TABLES_WGSL, TEXELS,
     TREE_WORDS, VOLUME, entry, layout, pipelines,
 };
+use crate::dense::{layers, target_wgsl, tile_side};
+use crate::pass_recorder::{DispatchSize, PassRecorder};
 use crate::resources::{texture, uniform_of};
-use crate::table::Table;
-use crate::{Gpu, GpuError, GpuField, GpuVolume, Order, StagesMs};
-use argil_abi::{self as abi, Fill, Node, OctreeVolume};
+use crate::storage_buffer::StorageBuffer;
+use crate::{BrickOrdering, Gpu, GpuError, GpuProgram, GpuVolume, StageTimings};
+use argil_abi::{self as abi, FillUniform, Node, OctreeVolume};
 use argil_field::Program;
-use argil_volume::{Keep, Layout, wgsl};
+use argil_volume::{BrickTest, OctreeLayout, wgsl};
 
 /// Most cells for the enumeration sort.
-const MOST_TO_ENUMERATE: u32 = 32_768;
+const MAX_TO_ENUMERATE: u32 = 32_768;
 
 /// The bindings of each module, as the shaders name them.
 const SELECT_BINDS_WGSL: &str = "
@@ -42,43 +42,43 @@ const BRICKS_BINDS_WGSL: &str = "
 ";
 
 /// A pass's layout and its pipelines.
-type Passes<const N: usize> = (wgpu::BindGroupLayout, [wgpu::ComputePipeline; N]);
+type OctreePasses<const N: usize> = (wgpu::BindGroupLayout, [wgpu::ComputePipeline; N]);
 
 impl GpuVolume {
     /// Build an octree from a field; what the stages took.
     pub async fn octree(
-        field: &GpuField,
+        field: &GpuProgram,
         program: &Program,
-        measures: Layout,
-        keep: Keep,
-        order: Order,
-    ) -> Result<(Self, StagesMs), GpuError> {
+        measures: OctreeLayout,
+        keep: BrickTest,
+        order: BrickOrdering,
+    ) -> Result<(Self, StageTimings), GpuError> {
         let gpu = field.gpu();
         let codes = measures.code_count();
-        if order == Order::Enumerated && codes > MOST_TO_ENUMERATE {
-            let limit = MOST_TO_ENUMERATE;
+        if order == BrickOrdering::EnumerationSort && codes > MAX_TO_ENUMERATE {
+            let limit = MAX_TO_ENUMERATE;
             return Err(GpuError::TooManyToEnumerate { codes, limit });
         }
         let words = measures.words(program, keep);
-        let build = Build::new(field, measures, &words, order)?;
+        let build = OctreeBuilder::new(field, measures, &words, order)?;
         let (tree_layout, [compact, rank, link]) = tree_passes(gpu)?;
         let tree_group = build.tree_group(&tree_layout)?;
-        let mut bake = Bake::new(gpu)?;
+        let mut bake = PassRecorder::new(gpu)?;
         build.select(&mut bake, order).await?;
-        let once = Groups::Direct([1, 1, 1]);
+        let once = DispatchSize::Direct([1, 1, 1]);
         let (sort, groups) = match order {
-            Order::Counted => (&compact, once),
-            Order::Enumerated => {
+            BrickOrdering::PrefixSum => (&compact, once),
+            BrickOrdering::EnumerationSort => {
                 let groups = (measures.capacity() as u32).div_ceil(256);
-                (&rank, Groups::Direct([groups, 1, 1]))
+                (&rank, DispatchSize::Direct([groups, 1, 1]))
             }
         };
         bake.pass("sort", sort, &tree_group, groups).await?;
         build.fill(&mut bake, program).await?;
         bake.pass("tree", &link, &tree_group, once).await?;
         let stages = bake.finish().await?;
-        let (lattice, encoding) = (measures.lattice, measures.encoding);
-        let Build {
+        let (lattice, encoding) = (measures.voxel_grid, measures.encoding);
+        let OctreeBuilder {
             texture, tables, ..
         } = build;
         let volume = Self::new(field, (lattice, encoding), texture, tables)?;
@@ -87,47 +87,47 @@ impl GpuVolume {
 }
 
 /// What a build works with; tables have room for all bricks.
-struct Build<'a> {
-    field: &'a GpuField,
-    measures: Layout,
+struct OctreeBuilder<'a> {
+    field: &'a GpuProgram,
+    measures: OctreeLayout,
     texture: wgpu::Texture,
-    tables: TreeTables,
-    occupied: Table,
-    centers: Table,
+    tables: OctreeTables,
+    occupied: StorageBuffer,
+    centers: StorageBuffer,
     volume: wgpu::Buffer,
     fill: wgpu::Buffer,
     arguments: wgpu::Buffer,
 }
 
-impl<'a> Build<'a> {
+impl<'a> OctreeBuilder<'a> {
     fn new(
-        field: &'a GpuField,
-        measures: Layout,
+        field: &'a GpuProgram,
+        measures: OctreeLayout,
         words: &OctreeVolume,
-        order: Order,
+        order: BrickOrdering,
     ) -> Result<Self, GpuError> {
         let gpu = field.gpu();
-        let texture = texture(gpu, &measures.lattice, measures.encoding.bits, 1)?;
+        let texture = texture(gpu, &measures.voxel_grid, measures.encoding.format, 1)?;
         let capacity = measures.capacity();
         let nodes: u64 = (0..measures.depth)
             .map(|level| capacity.min(1 << (3 * (measures.depth - 1 - level))))
             .sum();
-        let mut tables = TreeTables::new(measures);
+        let mut tables = OctreeTables::new(measures);
         let bytes = 4 * u64::from(abi::TREE_WORDS);
         tables.words.reserve_exact(gpu, bytes)?;
         tables.keys.reserve_exact(gpu, 4 * (capacity + nodes))?;
         let bytes = size_of::<Node>() as u64 * nodes;
         tables.nodes.reserve_exact(gpu, bytes)?;
-        let mut occupied = Table::new("occupied cells");
+        let mut occupied = StorageBuffer::new("occupied cells");
         let code_count = measures.code_count();
         let occupied_words = match order {
-            Order::Counted => u64::from(code_count.div_ceil(32)),
-            Order::Enumerated => capacity,
+            BrickOrdering::PrefixSum => u64::from(code_count.div_ceil(32)),
+            BrickOrdering::EnumerationSort => capacity,
         };
         occupied.reserve_exact(gpu, 4 * occupied_words)?;
-        let mut centers = Table::new("distances of cells");
+        let mut centers = StorageBuffer::new("distances of cells");
         centers.reserve_exact(gpu, 4 * u64::from(code_count))?;
-        let (volume, fill, arguments) = gpu.checked(|| {
+        let (volume, fill, arguments) = gpu.with_error_scope(|| {
             let arguments = gpu.device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some("bricks to fill"),
                 size: 16,
@@ -135,7 +135,7 @@ impl<'a> Build<'a> {
                 mapped_at_creation: false,
             });
             let volume = uniform_of::<OctreeVolume>(gpu, "volume");
-            (volume, uniform_of::<Fill>(gpu, "fill"), arguments)
+            (volume, uniform_of::<FillUniform>(gpu, "fill"), arguments)
         })?;
         gpu.queue
             .write_buffer(&volume, 0, bytemuck::bytes_of(words));
@@ -160,7 +160,7 @@ impl<'a> Build<'a> {
         entries: &[wgpu::BindGroupEntry<'_>],
     ) -> Result<wgpu::BindGroup, GpuError> {
         let gpu = self.field.gpu();
-        gpu.checked(|| {
+        gpu.with_error_scope(|| {
             gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
                 label: Some(label),
                 layout,
@@ -182,7 +182,11 @@ impl<'a> Build<'a> {
     }
 
     /// Find the cells in which the surface can be.
-    async fn select(&self, bake: &mut Bake<'_>, order: Order) -> Result<(), GpuError> {
+    async fn select(
+        &self,
+        bake: &mut PassRecorder<'_>,
+        order: BrickOrdering,
+    ) -> Result<(), GpuError> {
         let (layout, [bits, list]) = select_passes(self.field.gpu(), self.field)?;
         let mut entries: Vec<_> = self.field.table_bindings().collect();
         entries.push(entry(VOLUME, &self.volume));
@@ -191,24 +195,24 @@ impl<'a> Build<'a> {
         entries.extend(self.centers.binding(CENTERS));
         let group = self.group("Octree::select", &layout, &entries)?;
         let groups = self.measures.code_count().div_ceil(64);
-        let groups = Groups::Direct([
+        let groups = DispatchSize::Direct([
             groups.min(abi::DISPATCH_ROW),
             groups.div_ceil(abi::DISPATCH_ROW),
             1,
         ]);
         let select = match order {
-            Order::Counted => &bits,
-            Order::Enumerated => &list,
+            BrickOrdering::PrefixSum => &bits,
+            BrickOrdering::EnumerationSort => &list,
         };
         bake.pass("select", select, &group, groups).await
     }
 
     /// Sample the bricks, and what tells of the cells without one.
-    async fn fill(&self, bake: &mut Bake<'_>, program: &Program) -> Result<(), GpuError> {
+    async fn fill(&self, bake: &mut PassRecorder<'_>, program: &Program) -> Result<(), GpuError> {
         let (field, measures) = (self.field, &self.measures);
         let gpu = field.gpu();
-        let side = tile_side(gpu, measures.brick);
-        let bits = measures.encoding.bits;
+        let side = tile_side(gpu, measures.brick_size_voxels);
+        let bits = measures.encoding.format;
         let (layout, [bricks, vacant]) = bricks_passes(gpu, field, bits, side)?;
         let view = self
             .texture
@@ -224,29 +228,29 @@ impl<'a> Build<'a> {
         entries.extend(self.centers.binding(CENTERS));
         entries.extend(self.tables.keys.binding(KEYS));
         let group = self.group("Octree::fill", &layout, &entries)?;
-        let fill = Fill {
-            tile: measures.brick,
-            ..measures.encoding.fill(program, &measures.lattice, 0)
+        let fill = FillUniform {
+            tile: measures.brick_size_voxels,
+            ..measures.encoding.fill(program, &measures.voxel_grid, 0)
         };
-        let area = u64::from(measures.brick * measures.brick);
+        let area = u64::from(measures.brick_size_voxels * measures.brick_size_voxels);
         let work = measures.capacity() * area * field.length() as u64;
-        for (first, count) in layers(field, work, measures.brick, side) {
-            let fill = Fill {
+        for (first, count) in layers(field, work, measures.brick_size_voxels, side) {
+            let fill = FillUniform {
                 first_layer: first,
                 layer_count: count,
                 ..fill
             };
             gpu.queue
                 .write_buffer(&self.fill, 0, bytemuck::bytes_of(&fill));
-            let groups = Groups::Indirect(&self.arguments, 0);
+            let groups = DispatchSize::Indirect(&self.arguments, 0);
             bake.pass("fill", &bricks, &group, groups).await?;
         }
-        let groups = Groups::Direct(measures.grid.to_array());
+        let groups = DispatchSize::Direct(measures.grid.to_array());
         bake.pass("vacant", &vacant, &group, groups).await
     }
 }
 
-fn select_passes(gpu: &Gpu, field: &GpuField) -> Result<Passes<2>, GpuError> {
+fn select_passes(gpu: &Gpu, field: &GpuProgram) -> Result<OctreePasses<2>, GpuError> {
     let source = [
         &argil_abi::wgsl(),
         TABLES_WGSL,
@@ -263,12 +267,12 @@ fn select_passes(gpu: &Gpu, field: &GpuField) -> Result<Passes<2>, GpuError> {
         Bind::Write(OCCUPIED),
         Bind::Write(CENTERS),
     ]);
-    let layout = gpu.checked(|| layout(gpu, "Octree::select", &binds))?;
+    let layout = gpu.with_error_scope(|| layout(gpu, "Octree::select", &binds))?;
     let pipelines = pipelines(gpu, source, &layout, &[], ["select_bits", "select_list"])?;
     Ok((layout, pipelines))
 }
 
-fn tree_passes(gpu: &Gpu) -> Result<Passes<3>, GpuError> {
+fn tree_passes(gpu: &Gpu) -> Result<OctreePasses<3>, GpuError> {
     let source = [&argil_abi::wgsl(), TREE_BINDS_WGSL, wgsl::TREE].concat();
     let binds = [
         Bind::Uniform(VOLUME),
@@ -278,17 +282,17 @@ fn tree_passes(gpu: &Gpu) -> Result<Passes<3>, GpuError> {
         Bind::Write(KEYS),
         Bind::Write(ARGUMENTS),
     ];
-    let layout = gpu.checked(|| layout(gpu, "Octree::tree", &binds))?;
+    let layout = gpu.with_error_scope(|| layout(gpu, "Octree::tree", &binds))?;
     let pipelines = pipelines(gpu, source, &layout, &[], ["compact", "rank", "build"])?;
     Ok((layout, pipelines))
 }
 
 fn bricks_passes(
     gpu: &Gpu,
-    field: &GpuField,
-    bits: argil_volume::Bits,
+    field: &GpuProgram,
+    bits: argil_volume::SampleFormat,
     side: u32,
-) -> Result<Passes<2>, GpuError> {
+) -> Result<OctreePasses<2>, GpuError> {
     let source = [
         &argil_abi::wgsl(),
         TABLES_WGSL,
@@ -309,7 +313,7 @@ fn bricks_passes(
         Bind::Read(CENTERS),
         Bind::Read(KEYS),
     ]);
-    let layout = gpu.checked(|| layout(gpu, "Octree::fill", &binds))?;
+    let layout = gpu.with_error_scope(|| layout(gpu, "Octree::fill", &binds))?;
     let constants = [("TILE_SIDE", f64::from(side))];
     let entry_points = ["fill_bricks", "fill_vacant"];
     let pipelines = pipelines(gpu, source, &layout, &constants, entry_points)?;
@@ -317,8 +321,11 @@ fn bricks_passes(
 }
 
 /// Set tables to zero.
-fn clear<const N: usize>(gpu: &Gpu, tables: [&crate::table::Table; N]) -> Result<(), GpuError> {
-    gpu.checked(|| {
+fn clear<const N: usize>(
+    gpu: &Gpu,
+    tables: [&crate::storage_buffer::StorageBuffer; N],
+) -> Result<(), GpuError> {
+    gpu.with_error_scope(|| {
         let mut encoder = gpu
             .device
             .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());

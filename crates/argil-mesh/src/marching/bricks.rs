@@ -4,20 +4,20 @@
 //! neighbour's, where there is one. Bricks are counted, then each writes its own vertices and triangles; a neighbour's
 //! vertices are found by counting the bits before them. No cell without a brick is looked at, as no surface is there.
 
-use super::dense::part;
-use super::rings::Ring;
-pub use super::rings::Rings;
-use super::table::{cases, rings};
+use super::case_table::{case_loops, cases};
+pub use super::cell_loops::CellLoops;
+use super::cell_loops::Ring;
+use super::dense::edge_crossing;
 use crate::Mesh;
-use crate::marching::rings::gathered;
+use crate::marching::cell_loops::gathered;
 use crate::marching::signs::signs;
-use argil_volume::{Bits, Bricks, Texel, Word};
+use argil_volume::{Bricks, Cell, SampleFormat, Texel};
 use glam::{IVec3, Vec3, ivec3};
 use rayon::prelude::*;
 
 /// The vertices of a brick: `begin` to `ends[0]` lie on edges along x, from there to `ends[1]` along y, to `ends[2]` along z.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Group {
+pub struct BrickVertexRange {
     /// The brick's cell.
     pub cell: IVec3,
     /// The first vertex.
@@ -28,38 +28,38 @@ pub struct Group {
 
 /// A surface with where its vertices come from.
 #[derive(Clone, Debug, Default)]
-pub struct Marched {
+pub struct MarchedMesh {
     /// The surface, without normals.
     pub mesh: Mesh,
     /// Which vertices are of which brick.
-    pub groups: Vec<Group>,
+    pub groups: Vec<BrickVertexRange>,
     /// Of each vertex, the distances stored at the beginning and the end of its edge.
-    pub spans: Vec<[f32; 2]>,
+    pub edge_distances: Vec<[f32; 2]>,
 }
 
 /// The surface that bricks hold.
-pub fn march(bricks: &Bricks) -> Marched {
+pub fn march(bricks: &Bricks) -> MarchedMesh {
     march_with(bricks, false).0
 }
 
 /// The surface, and its loops, for the dual mesh.
-pub fn march_with_rings(bricks: &Bricks) -> (Marched, Rings) {
+pub fn march_with_loops(bricks: &Bricks) -> (MarchedMesh, CellLoops) {
     march_with(bricks, true)
 }
 
-fn march_with(bricks: &Bricks, with_rings: bool) -> (Marched, Rings) {
+fn march_with(bricks: &Bricks, with_rings: bool) -> (MarchedMesh, CellLoops) {
     if bricks.is_empty() {
-        return <(Marched, Rings)>::default();
+        return <(MarchedMesh, CellLoops)>::default();
     }
-    match bricks.layout().encoding.bits {
-        Bits::Eight => march_of::<i8>(bricks, with_rings),
-        Bits::Sixteen => march_of::<i16>(bricks, with_rings),
+    match bricks.layout().encoding.format {
+        SampleFormat::Snorm8 => march_of::<i8>(bricks, with_rings),
+        SampleFormat::Snorm16 => march_of::<i16>(bricks, with_rings),
     }
 }
 
-fn march_of<T: Texel>(bricks: &Bricks, with_rings: bool) -> (Marched, Rings) {
+fn march_of<T: Texel>(bricks: &Bricks, with_rings: bool) -> (MarchedMesh, CellLoops) {
     let Some(pool) = bricks.pool().of::<T>() else {
-        return <(Marched, Rings)>::default();
+        return <(MarchedMesh, CellLoops)>::default();
     };
     let mut all = All::<T>::new(bricks, pool);
     let (mut vertices, mut triangles) = (0u32, 0u32);
@@ -68,7 +68,7 @@ fn march_of<T: Texel>(bricks: &Bricks, with_rings: bool) -> (Marched, Rings) {
         let counts = own.counts;
         own.begin = [vertices, triangles];
         let [x, y, z, own_triangles] = counts;
-        groups.push(Group {
+        groups.push(BrickVertexRange {
             cell: own.cell,
             begin: vertices,
             ends: [vertices + x, vertices + x + y, vertices + x + y + z],
@@ -115,22 +115,22 @@ fn march_of<T: Texel>(bricks: &Bricks, with_rings: bool) -> (Marched, Rings) {
             },
         )
         .collect();
-    let marched = Marched {
+    let marched = MarchedMesh {
         mesh,
         groups,
-        spans,
+        edge_distances: spans,
     };
     let rings = if with_rings {
         gathered(found, marched.mesh.positions.len())
     } else {
-        Rings::default()
+        CellLoops::default()
     };
     (marched, rings)
 }
 
 /// What a brick has.
 #[derive(Clone, Copy)]
-struct Own {
+struct BrickVertices {
     cell: IVec3,
     /// Bricks beside it: by 1 towards x, 2 towards y, 4 towards z, and by sums of those. Itself where there is none.
     beside: [u32; 8],
@@ -142,7 +142,7 @@ struct Own {
     begin: [u32; 2],
 }
 
-impl Own {
+impl BrickVertices {
     fn new(brick: usize, cell: IVec3, beside: [u32; 8]) -> Self {
         let mut own = Self {
             cell,
@@ -177,7 +177,7 @@ struct All<'a, T> {
     points: usize,
     /// Rows of samples in a brick.
     rows: usize,
-    own: Vec<Own>,
+    own: Vec<BrickVertices>,
     /// Of each row of each brick, which samples are inside.
     bits: Vec<u32>,
     /// How many of a brick's vertices come before a row's: for edges along x, y and z.
@@ -187,11 +187,11 @@ struct All<'a, T> {
 impl<'a, T: Texel> All<'a, T> {
     fn new(bricks: &'a Bricks, pool: &'a [T]) -> Self {
         let layout = bricks.layout();
-        let side = layout.brick as usize;
+        let side = layout.brick_size_voxels as usize;
         let points = side + 1;
         let rows = points * points;
-        let own: Vec<Own> = bricks
-            .owners()
+        let own: Vec<BrickVertices> = bricks
+            .cell_of_brick()
             .par_iter()
             .enumerate()
             .with_min_len(64)
@@ -201,11 +201,11 @@ impl<'a, T: Texel> All<'a, T> {
                     let d = d as i32;
                     let other = cell + ivec3(d & 1, d >> 1 & 1, d >> 2);
                     match bricks.cell(other) {
-                        Word::Brick(other) => other,
+                        Cell::Brick(other) => other,
                         _ => brick as u32,
                     }
                 });
-                Own::new(brick, cell, beside)
+                BrickVertices::new(brick, cell, beside)
             })
             .collect();
         let mut all = Self {
@@ -270,7 +270,7 @@ impl<'a, T: Texel> All<'a, T> {
     }
 
     /// Of those, the brick's own.
-    fn owned(&self, own: &Own, axis: usize, row: usize, crossed: u32) -> u32 {
+    fn owned(&self, own: &BrickVertices, axis: usize, row: usize, crossed: u32) -> u32 {
         let mut edges = crossed;
         let sides = self.sides(axis, row);
         if !own.has[sides] {
@@ -340,8 +340,9 @@ impl<'a, T: Texel> All<'a, T> {
     ) {
         let bits = self.bits(brick);
         let layout = self.bricks.layout();
-        let lattice = &layout.lattice;
-        let unit = layout.encoding.range_length(lattice, 0) / layout.encoding.bits.quanta() as f32;
+        let lattice = &layout.voxel_grid;
+        let unit =
+            layout.encoding.band_width(lattice, 0) / layout.encoding.format.max_code() as f32;
         let length = self.rows * self.points;
         let samples = &self.pool[brick * length..][..length];
         let own = &self.own[brick];
@@ -369,8 +370,8 @@ impl<'a, T: Texel> All<'a, T> {
                     }
                     let (a, b) = (samples[at].integer(), samples[at + step].integer());
                     let mut place = Vec3::new(x as f32, y as f32, z as f32);
-                    place[axis] += part(a, b, 0.0);
-                    positions[next] = lattice.corner + lattice.voxel * (first + place);
+                    place[axis] += edge_crossing(a, b, 0.0);
+                    positions[next] = lattice.corner + lattice.voxel_size * (first + place);
                     spans[next] = [a * unit, b * unit];
                     *id = own.begin[0] + next as u32;
                     next += 1;
@@ -398,7 +399,7 @@ impl<'a, T: Texel> All<'a, T> {
         let first = self.own[brick].cell * self.side as i32;
         self.cells(self.bits(brick), |[x, y, z], case| {
             let from = (z * self.points + y) * self.points + x;
-            for ring in &rings()[case] {
+            for ring in &case_loops()[case] {
                 let edges = ring
                     .iter()
                     .map(|&edge| (ids[from + places[usize::from(edge)]], edge % 4));

@@ -5,7 +5,7 @@
 //! vertices come before one) is done on 64 cells at a time. Rows are counted, then each layer writes to its own part of the
 //! mesh, so that the order of vertices and triangles does not depend on threads.
 
-use super::table::{Case, cases};
+use super::case_table::{MarchingCase, cases};
 use crate::Mesh;
 use argil_field::Grid;
 use argil_math::bits_of;
@@ -50,8 +50,8 @@ pub fn march<T: Sample>(samples: &[T], grid: &Grid, iso: f32, normals: bool) -> 
     if n.min_element() < 2 {
         return Mesh::default();
     }
-    let field = Field::new(samples, grid, iso);
-    let rows: Vec<Row> = (0..n.z)
+    let field = GridField::new(samples, grid, iso);
+    let rows: Vec<SampleRow> = (0..n.z)
         .into_par_iter()
         .flat_map_iter(|z| (0..n.y).map(move |y| (y, z)))
         .map(|(y, z)| field.count(y, z))
@@ -112,12 +112,12 @@ pub fn march<T: Sample>(samples: &[T], grid: &Grid, iso: f32, normals: bool) -> 
 
 /// Of a row: how many vertices on its edges along x, y and z, and triangles in its cells; after the scan, where they begin.
 #[derive(Clone, Copy, Debug, Default)]
-struct Row {
+struct SampleRow {
     first: [u32; 3],
     triangles: u32,
 }
 
-impl Row {
+impl SampleRow {
     /// Of the total: all vertices.
     fn vertices(&self) -> u32 {
         self.first[0]
@@ -125,8 +125,8 @@ impl Row {
 }
 
 /// From counts to where rows begin, and the total.
-fn scan(mut rows: Vec<Row>) -> (Vec<Row>, Row) {
-    let mut total = Row::default();
+fn scan(mut rows: Vec<SampleRow>) -> (Vec<SampleRow>, SampleRow) {
+    let mut total = SampleRow::default();
     for row in &mut rows {
         let counts = *row;
         row.triangles = total.triangles;
@@ -142,7 +142,7 @@ fn scan(mut rows: Vec<Row>) -> (Vec<Row>, Row) {
 }
 
 /// Samples with their bits.
-struct Field<'a, T> {
+struct GridField<'a, T> {
     samples: &'a [T],
     grid: Grid,
     iso: f32,
@@ -155,7 +155,7 @@ struct Field<'a, T> {
 /// The words of a row from one on: which samples are inside, and which of those after them.
 type Pair = [u64; 2];
 
-impl<'a, T: Sample> Field<'a, T> {
+impl<'a, T: Sample> GridField<'a, T> {
     fn new(samples: &'a [T], grid: &Grid, iso: f32) -> Self {
         let n = grid.size.as_usizevec3();
         let width = n.x.div_ceil(64);
@@ -239,9 +239,9 @@ impl<'a, T: Sample> Field<'a, T> {
         })
     }
 
-    fn count(&self, y: usize, z: usize) -> Row {
+    fn count(&self, y: usize, z: usize) -> SampleRow {
         let rows = self.four(y, z);
-        let mut count = Row::default();
+        let mut count = SampleRow::default();
         if self.is_uniform(rows) {
             return count;
         }
@@ -295,7 +295,7 @@ impl<'a, T: Sample> Field<'a, T> {
         after[axis] += 1;
         let (a, b) = (self.value(place), self.value(after));
         let mut at = (self.grid.begin + place).as_vec3();
-        at[axis] += part(a, b, self.iso);
+        at[axis] += edge_crossing(a, b, self.iso);
         self.grid.min + self.grid.spacing * at
     }
 
@@ -322,7 +322,7 @@ impl<'a, T: Sample> Field<'a, T> {
     }
 
     /// The triangles in the cells from a row's points on.
-    fn triangles(&self, rows: &[Row], y: usize, z: usize, mut emit: impl FnMut([u32; 3])) {
+    fn triangles(&self, rows: &[SampleRow], y: usize, z: usize, mut emit: impl FnMut([u32; 3])) {
         if !self.has_cells(y, z) {
             return;
         }
@@ -397,7 +397,7 @@ const NEAREST: f32 = argil_abi::NEAREST_ON_EDGE;
 
 /// Where between two samples the value is reached: from 0 to 1.
 #[inline]
-pub(crate) fn part(a: f32, b: f32, iso: f32) -> f32 {
+pub(crate) fn edge_crossing(a: f32, b: f32, iso: f32) -> f32 {
     let t = (iso - a) / (b - a);
     if t.is_nan() { 0.5 } else { clamp(t) }
 }
@@ -430,7 +430,7 @@ fn active(pairs: [Pair; 4], cells: u64) -> u64 {
     any & !all & cells
 }
 
-fn case_of(pairs: [Pair; 4], i: u32) -> &'static Case {
+fn case_of(pairs: [Pair; 4], i: u32) -> &'static MarchingCase {
     let mut case = 0;
     for (k, pair) in pairs.iter().enumerate() {
         case |= (pair[0] >> i & 1) << (2 * k) | (pair[1] >> i & 1) << (2 * k + 1);

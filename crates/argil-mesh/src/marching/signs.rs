@@ -1,14 +1,14 @@
 //! The signs of samples, as bits.
 
 use argil_math::bits_of;
-use argil_volume::{Bits, Texel};
+use argil_volume::{SampleFormat, Texel};
 
 /// The signs of samples, as a stream of bits.
 pub(super) fn signs<T: Texel>(samples: &[T], out: &mut [u64]) {
     out.fill(0);
     match T::BITS {
-        Bits::Eight => put_signs::<i8>(bytemuck::cast_slice(samples), out),
-        Bits::Sixteen => put_signs::<i16>(bytemuck::cast_slice(samples), out),
+        SampleFormat::Snorm8 => put_signs::<i8>(bytemuck::cast_slice(samples), out),
+        SampleFormat::Snorm16 => put_signs::<i16>(bytemuck::cast_slice(samples), out),
     }
 }
 

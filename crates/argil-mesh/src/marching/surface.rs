@@ -2,7 +2,7 @@
 
 use super::{bricks, dense};
 use crate::Mesh;
-use argil_volume::{Bits, Bricks, Dense, Octree, Volume};
+use argil_volume::{Bricks, Dense, Octree, SampleFormat, Volume};
 
 /// Why a volume has no triangles at a level.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
@@ -53,17 +53,17 @@ pub trait Surface {
 impl Surface for Dense {
     fn triangles(&self, iso: f32, with_normals: bool) -> Result<Mesh, SurfaceError> {
         let (lattice, encoding) = (self.lattice(), self.encoding());
-        let band = encoding.range_length(lattice, 0);
+        let band = encoding.band_width(lattice, 0);
         SurfaceError::check_band(iso, band)?;
-        let iso = iso / band * encoding.bits.quanta() as f32;
+        let iso = iso / band * encoding.format.max_code() as f32;
         let grid = lattice.grid(0);
         let texels = &self.levels()[0];
-        Ok(match encoding.bits {
-            Bits::Eight => {
+        Ok(match encoding.format {
+            SampleFormat::Snorm8 => {
                 let samples = texels.of::<i8>().expect("texels of 8 bits");
                 dense::march(samples, &grid, iso, with_normals)
             }
-            Bits::Sixteen => {
+            SampleFormat::Snorm16 => {
                 let samples = texels.of::<i16>().expect("texels of 16 bits");
                 dense::march(samples, &grid, iso, with_normals)
             }

@@ -1,7 +1,7 @@
 //! Why bytes are no mesh.
 
 /// Most triangles of a mesh.
-pub(super) const MOST_TRIANGLES: usize = 50_000_000;
+pub(super) const MAX_TRIANGLES: usize = 50_000_000;
 
 /// Why bytes are no mesh.
 #[derive(Debug)]

@@ -1,6 +1,6 @@
 //! What the bytes of each format mean.
 
-use super::fault::{MOST_TRIANGLES, ReadFault};
+use super::fault::{MAX_TRIANGLES, ReadFault};
 use crate::Mesh;
 use glam::{Mat4, Vec3};
 use ply_rs_bw::parser::{ParseError, Parser, Reader};
@@ -186,8 +186,8 @@ pub(super) fn glb(bytes: &[u8]) -> Result<Mesh, ReadFault> {
                 let [b, c] = if is_mirrored { [c, b] } else { [b, c] };
                 [a, b, c].map(|i| base.saturating_add(i))
             }));
-            if mesh.triangles.len() > MOST_TRIANGLES {
-                return Err(format!("more than {MOST_TRIANGLES} triangles").into());
+            if mesh.triangles.len() > MAX_TRIANGLES {
+                return Err(format!("more than {MAX_TRIANGLES} triangles").into());
             }
         }
     }

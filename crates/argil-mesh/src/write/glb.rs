@@ -3,7 +3,7 @@
 //! *Practice.* Triangles are sorted by their corners' roughness, metal and emission, in steps; the colour is the vertices' own, so that blends between colours come through.
 
 use crate::Mesh;
-use argil_abi::MaterialWords;
+use argil_abi::GpuMaterial;
 use glam::Vec3;
 use gltf::binary::{Glb, Header};
 use serde_json::{Value, json};
@@ -24,15 +24,15 @@ type Finish = [u32; 5];
 const STEPS: f32 = 64.0;
 
 /// Most materials of a file.
-const MOST_FINISHES: usize = 16;
+const MAX_FINISHES: usize = 16;
 
 /// What a mesh without materials has.
-const PLAIN: MaterialWords = MaterialWords {
+const PLAIN: GpuMaterial = GpuMaterial {
     base_roughness: [1.0, 1.0, 1.0, 0.55],
     emission_metallic: [0.0; 4],
 };
 
-fn finish(material: &MaterialWords) -> Finish {
+fn finish(material: &GpuMaterial) -> Finish {
     let [_, _, _, roughness] = material.base_roughness;
     let [r, g, b, metallic] = material.emission_metallic;
     [roughness, metallic, r, g, b].map(|value| (STEPS * value).round() as u32)
@@ -44,13 +44,13 @@ pub fn write(mesh: &Mesh, out: &mut impl Write) -> io::Result<()> {
         return Err(io::Error::new(io::ErrorKind::InvalidInput, reason));
     }
     let groups = groups(mesh);
-    let mut parts = Parts::default();
+    let mut parts = GlbParts::default();
     let mut primitives = Vec::new();
     let mut materials = Vec::new();
     let mut is_strong = false;
     for (finish, triangles) in &groups {
         // Readers give each primitive corners of its own, so that shared ones would be multiplied.
-        let mut primitive = primitive(&mut parts, &mesh.part(triangles));
+        let mut primitive = primitive(&mut parts, &mesh.submesh(triangles));
         primitive["material"] = json!(materials.len());
         primitives.push(primitive);
         let material = material(finish);
@@ -88,7 +88,7 @@ pub fn write(mesh: &Mesh, out: &mut impl Write) -> io::Result<()> {
     glb.to_writer(out).map_err(io::Error::other)
 }
 
-fn primitive(parts: &mut Parts, mesh: &Mesh) -> Value {
+fn primitive(parts: &mut GlbParts, mesh: &Mesh) -> Value {
     let count = mesh.positions.len();
     let mut attributes = json!({});
     let bounds = mesh.aabb();
@@ -114,7 +114,7 @@ fn primitive(parts: &mut Parts, mesh: &Mesh) -> Value {
     }
     if !mesh.materials.is_empty() {
         let step = |c: f32| (65535.0 * c.clamp(0.0, 1.0) + 0.5) as u16;
-        let color = |m: &MaterialWords| {
+        let color = |m: &GpuMaterial| {
             let [r, g, b, _] = m.base_roughness;
             [step(r), step(g), step(b), u16::MAX]
         };
@@ -133,13 +133,13 @@ fn primitive(parts: &mut Parts, mesh: &Mesh) -> Value {
 
 /// The file's one buffer, and what is where in it.
 #[derive(Default)]
-struct Parts {
+struct GlbParts {
     bytes: Vec<u8>,
     views: Vec<Value>,
     accessors: Vec<Value>,
 }
 
-impl Parts {
+impl GlbParts {
     /// Add bytes, whose length is a multiple of four, and the accessor that reads them; its number.
     fn accessor(&mut self, bytes: &[u8], mut about: Value) -> Value {
         let is_index = about["type"] == "SCALAR";
@@ -171,7 +171,7 @@ fn groups(mesh: &Mesh) -> BTreeMap<Finish, Vec<[u32; 3]>> {
     common.sort_unstable_by(|a, b| b.cmp(a));
     let enough = own.len() / 100;
     let kept = common.iter().take_while(|(n, _)| *n > enough).count();
-    common.truncate(kept.clamp(1, MOST_FINISHES));
+    common.truncate(kept.clamp(1, MAX_FINISHES));
     let nearest = |finish: &Finish| {
         let way = |other: &Finish| -> u32 {
             let pairs = finish.iter().zip(other);

@@ -1,6 +1,6 @@
 //! The parts of a scene file, for the schema and for writing. Reading goes by [`super::read`].
 
-use crate::{Keyframe, Modifier, Operator, OperatorKind, Profile, Shape};
+use crate::{BlendProfile, Keyframe, Modifier, Operator, OperatorKind, Shape};
 #[cfg(feature = "schema")]
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -27,7 +27,7 @@ pub(crate) struct Item {
     pub blend: f32,
     /// Outline of the joint.
     #[serde(default, skip_serializing_if = "is_default")]
-    pub profile: Profile,
+    pub profile: BlendProfile,
     /// How far a morph goes, from 0 to 1.
     #[serde(default, skip_serializing_if = "is_positive_zero")]
     pub amount: f32,
@@ -66,7 +66,7 @@ pub(super) struct Head<'a> {
     #[serde(skip_serializing_if = "is_positive_zero")]
     pub blend: f32,
     #[serde(skip_serializing_if = "is_default")]
-    pub profile: Profile,
+    pub profile: BlendProfile,
     #[serde(skip_serializing_if = "is_positive_zero")]
     pub amount: f32,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -80,14 +80,14 @@ pub(super) struct Head<'a> {
 }
 
 impl<'a> Head<'a> {
-    pub fn of(entry: &'a crate::Entry) -> Self {
+    pub fn of(entry: &'a crate::NodeDesc) -> Self {
         let Operator {
             kind,
             blend,
             profile,
-            amount,
+            morph_amount: amount,
         } = entry.operator;
-        let shape = if let crate::Body::Shape(shape) = &entry.body {
+        let shape = if let crate::NodeKind::Shape(shape) = &entry.kind {
             Some(shape)
         } else {
             None

@@ -1,6 +1,6 @@
 //! Why a scene's file cannot be read or written, and how large one may be.
 
-use crate::{EditError, Fault};
+use crate::{EditError, ValidationError};
 use std::path::PathBuf;
 
 /// The version that this program writes, and the newest that it reads.
@@ -37,7 +37,7 @@ pub enum FileError {
         /// Column in characters, from 1.
         column: u64,
         /// The path in the document, and what is wrong there.
-        fault: Fault,
+        fault: ValidationError,
     },
     /// The file was written by a newer program.
     #[error(
@@ -52,12 +52,12 @@ pub enum FileError {
 }
 
 /// A fault in an entry seen as a fault in the file.
-pub(super) fn fault_of(error: EditError) -> Fault {
+pub(super) fn fault_of(error: EditError) -> ValidationError {
     match error {
         EditError::Fault(fault) => fault,
         EditError::NoSuchMaterial(name) => {
-            Fault::new("material", format!("the scene has no material \"{name}\""))
+            ValidationError::new("material", format!("the scene has no material \"{name}\""))
         }
-        other => Fault::new("", other.to_string()),
+        other => ValidationError::new("", other.to_string()),
     }
 }

@@ -1,7 +1,7 @@
 //! What is wrong with a file, and where.
 
 use super::tokens::{Source, Tokens, tokens};
-use crate::Fault;
+use crate::ValidationError;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 use struson::reader::{JsonReader, ReaderError, SyntaxErrorKind, ValueType};
@@ -12,10 +12,10 @@ pub(super) fn explain<T: DeserializeOwned>(
     path: &str,
     text: &[u8],
     error: &serde_json::Error,
-) -> Fault {
+) -> ValidationError {
     let message = error.to_string();
     let reason = message.split(" at line ").next().unwrap_or_default();
-    let mut fault = Fault::new("", reason);
+    let mut fault = ValidationError::new("", reason);
     if reason.starts_with("missing field") {
         return fault.within(path);
     }
@@ -118,6 +118,13 @@ pub(super) fn enter_array(reader: &mut Tokens<'_>, index: usize) -> Result<bool,
     reader.has_next()
 }
 
+/// Former names of members, which files of earlier versions have, and their names now.
+const RENAMED: &[(&str, &str)] = &[
+    ("frame", "bounds"),
+    ("look", "look_at"),
+    ("pieces", "segments"),
+];
+
 /// Enter the first member whose name the path begins with, and take that off the path. Names may hold dots and brackets:
 /// what follows the name must be the path's end or a new step.
 pub(super) fn enter_object(reader: &mut Tokens<'_>, path: &mut &str) -> Result<bool, ReaderError> {
@@ -127,8 +134,10 @@ pub(super) fn enter_object(reader: &mut Tokens<'_>, path: &mut &str) -> Result<b
     reader.begin_object()?;
     while reader.has_next()? {
         let name = reader.next_name()?;
+        let now = RENAMED.iter().find(|(former, _)| *former == name);
         if let Some(after) = path
             .strip_prefix(name)
+            .or_else(|| path.strip_prefix(now?.1))
             .filter(|a| a.is_empty() || a.starts_with(['.', '[']))
         {
             *path = after;

@@ -6,7 +6,7 @@
 //! once more.
 
 use super::error::{FORMAT_VERSION, MAX_PART_BYTES};
-use crate::{Body, Entry, Group, Material, NodeId, Scene, View};
+use crate::{Group, Material, NodeDesc, NodeId, NodeKind, Scene, View};
 use rayon::prelude::*;
 use serde::de::{DeserializeOwned, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer};
@@ -95,7 +95,7 @@ struct Level<'a> {
 }
 
 struct ReadItem<'a> {
-    entry: Entry,
+    entry: NodeDesc,
     brushes: Option<&'a RawValue>,
 }
 
@@ -127,7 +127,7 @@ impl<'a> Level<'a> {
 
 fn item<'a>(scene: &Scene, text: &'a RawValue) -> Option<ReadItem<'a>> {
     let fields: Members<'_, Field> = serde_json::from_slice(text.get().as_bytes()).ok()?;
-    let mut entry: Entry = Group::new().into();
+    let mut entry: NodeDesc = Group::new().into();
     let (mut has_shape, mut brushes) = (false, None);
     let mut seen = 0u32;
     for (field, value) in fields.0 {
@@ -143,12 +143,12 @@ fn item<'a>(scene: &Scene, text: &'a RawValue) -> Option<ReadItem<'a>> {
             Field::Operator => entry.operator.kind = part(value)?,
             Field::Blend => entry.operator.blend = part(value)?,
             Field::Profile => entry.operator.profile = part(value)?,
-            Field::Amount => entry.operator.amount = part(value)?,
+            Field::Amount => entry.operator.morph_amount = part(value)?,
             Field::Material => entry.material = Some(part(value)?),
             Field::Modifiers => entry.modifiers = part(value)?,
             Field::Keyframes => entry.keyframes = part(value)?,
             Field::Shape => {
-                entry.body = Body::Shape(part(value)?);
+                entry.kind = NodeKind::Shape(part(value)?);
                 has_shape = true;
             }
             Field::Brushes => brushes = Some(value),

@@ -4,7 +4,7 @@ use super::error::{FORMAT_VERSION, FileError, MAX_PART_BYTES, fault_of};
 use crate::file::explain::{describe, explain, locate, position};
 use crate::file::tokens::{Meter, Source, Stop, Tokens, tokens};
 use crate::node::pose_of;
-use crate::{Body, Entry, Fault, Group, NodeId, Scene};
+use crate::{Group, NodeDesc, NodeId, NodeKind, Scene, ValidationError};
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 use std::path::Path;
@@ -32,7 +32,7 @@ pub(super) fn read<'a>(
                 content(
                     line,
                     column,
-                    Fault::new("", "something follows the scene's closing brace"),
+                    ValidationError::new("", "something follows the scene's closing brace"),
                 )
             };
             reader.consume_trailing_whitespace().map_err(follows)?;
@@ -52,7 +52,11 @@ pub(super) fn read<'a>(
         }
         Err(Stop::Reader(error)) => {
             let (line, column) = position(&reader);
-            Err(content(line, column, Fault::new("", describe(&error))))
+            Err(content(
+                line,
+                column,
+                ValidationError::new("", describe(&error)),
+            ))
         }
         Err(Stop::Fault(fault)) => {
             let (line, column) = locate(again()?, &fault.path);
@@ -63,7 +67,7 @@ pub(super) fn read<'a>(
 
 fn document(reader: &mut Tokens<'_>, meter: &Meter) -> Result<Scene, Stop> {
     let mut scene = Scene::new();
-    let fault = |path: &str, reason: &str| Err(Stop::Fault(Fault::new(path, reason)));
+    let fault = |path: &str, reason: &str| Err(Stop::Fault(ValidationError::new(path, reason)));
     if reader.peek()? != ValueType::Object {
         return fault("", "a scene file holds one JSON object, {\"argil\": 1, …}");
     }
@@ -134,7 +138,7 @@ fn materials(reader: &mut Tokens<'_>, meter: &Meter, scene: &mut Scene) -> Resul
         let name = reader.next_name_owned()?;
         let path = format!("materials.{name}");
         if scene.materials.contains_key(&name) {
-            return Err(Stop::Fault(Fault::new(
+            return Err(Stop::Fault(ValidationError::new(
                 path,
                 "a material of this name stands above",
             )));
@@ -152,7 +156,7 @@ struct Open {
     /// The group that the item belongs to, and its index there.
     parent: NodeId,
     index: usize,
-    entry: Entry,
+    entry: NodeDesc,
     group: Option<NodeId>,
     has_shape: bool,
     seen: u32,
@@ -228,7 +232,8 @@ fn field(
     key: &str,
 ) -> Result<bool, Stop> {
     let at = |open: &[Open]| format!("{}.{key}", path_of(open));
-    let fault = |open: &[Open], reason: String| Err(Stop::Fault(Fault::new(at(open), reason)));
+    let fault =
+        |open: &[Open], reason: String| Err(Stop::Fault(ValidationError::new(at(open), reason)));
     let Some(number) = FIELDS.iter().position(|f| *f == key) else {
         return fault(
             open,
@@ -250,12 +255,12 @@ fn field(
         "operator" => part(reader, "").map(|v| item.entry.operator.kind = v),
         "blend" => part(reader, "").map(|v| item.entry.operator.blend = v),
         "profile" => part(reader, "").map(|v| item.entry.operator.profile = v),
-        "amount" => part(reader, "").map(|v| item.entry.operator.amount = v),
+        "amount" => part(reader, "").map(|v| item.entry.operator.morph_amount = v),
         "material" => part(reader, "").map(|v| item.entry.material = Some(v)),
         "modifiers" => part(reader, "").map(|v| item.entry.modifiers = v),
         "keyframes" => part(reader, "").map(|v| item.entry.keyframes = v),
         "shape" => part(reader, "").map(|v| {
-            item.entry.body = Body::Shape(v);
+            item.entry.kind = NodeKind::Shape(v);
             item.has_shape = true;
         }),
         _ => {
@@ -271,21 +276,21 @@ fn field(
 }
 
 /// Put a closed item into the scene.
-fn finish(scene: &mut Scene, item: &mut Open) -> Result<(), Fault> {
+fn finish(scene: &mut Scene, item: &mut Open) -> Result<(), ValidationError> {
     scene.check_entry(&item.entry).map_err(fault_of)?;
     match (item.group, item.has_shape) {
-        (Some(_), true) => Err(Fault::new(
+        (Some(_), true) => Err(ValidationError::new(
             "",
             "a brush has a \"shape\" and a group has \"brushes\": this has both",
         )),
-        (None, false) => Err(Fault::new(
+        (None, false) => Err(ValidationError::new(
             "",
             "neither a \"shape\" (a brush) nor \"brushes\" (a group)",
         )),
         (Some(group), false) => {
             let node = &mut scene.nodes[group.index()];
-            node.entry = std::mem::replace(&mut item.entry, Group::new().into());
-            node.posed = pose_of(&node.entry, 0.0);
+            node.desc = std::mem::replace(&mut item.entry, Group::new().into());
+            node.evaluated = pose_of(&node.desc, 0.0);
             Ok(())
         }
         (None, true) => {
@@ -312,7 +317,7 @@ fn part<T: DeserializeOwned>(reader: &mut Tokens<'_>, path: &str) -> Result<T, S
     let mut text = Vec::with_capacity(USUAL_PART_BYTES);
     let mut writer = JsonStreamWriter::new(Limited(&mut text));
     let too_long = || {
-        Stop::Fault(Fault::new(
+        Stop::Fault(ValidationError::new(
             path,
             format!("longer than the limit, {MAX_PART_BYTES} bytes"),
         ))

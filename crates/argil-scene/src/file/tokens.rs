@@ -1,7 +1,7 @@
 //! A file as tokens, with how much of it was read.
 
 use super::error::{MAX_DEPTH, MAX_PART_BYTES};
-use crate::Fault;
+use crate::ValidationError;
 use std::cell::Cell;
 use std::io::Read;
 use std::rc::Rc;
@@ -10,7 +10,7 @@ use struson::reader::{JsonStreamReader, ReaderError, ReaderSettings};
 /// What stopped the reading.
 pub(super) enum Stop {
     /// A value that can be read but not used, with its path from the document's root.
-    Fault(Fault),
+    Fault(ValidationError),
     /// Not the JSON that was expected; the reader knows where.
     Reader(ReaderError),
     Newer(u64),

@@ -1,7 +1,7 @@
 //! Writing: one brush a line, groups indented.
 
 use super::document::Head;
-use crate::{Body, NodeId, Scene};
+use crate::{NodeId, NodeKind, Scene};
 use std::io::{self, Write};
 
 pub(super) fn write(scene: &Scene, out: &mut impl Write) -> io::Result<()> {
@@ -51,11 +51,11 @@ fn write_items(scene: &Scene, out: &mut impl Write) -> io::Result<()> {
         let indent = 2 + 2 * open.len().min(16);
         write!(out, "{comma}\n{:indent$}", "")?;
 
-        let entry = scene.node(id).entry();
+        let entry = scene.node(id).desc();
         let head = serde_json::to_string(&Head::of(entry))?;
-        match entry.body {
-            Body::Shape(_) => out.write_all(head.as_bytes())?,
-            Body::Group => {
+        match entry.kind {
+            NodeKind::Shape(_) => out.write_all(head.as_bytes())?,
+            NodeKind::Group => {
                 let separator = if head.len() > 2 { ", " } else { "" };
                 write!(out, "{}{separator}\"brushes\": [", &head[..head.len() - 1])?;
                 open.push((scene.node(id).children(), true));

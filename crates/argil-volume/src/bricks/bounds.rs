@@ -1,16 +1,16 @@
 //! How much distances can be off, and change, in cells and blocks.
 
 use super::layout::BrickLayout;
-use argil_abi::Instr;
-use argil_field::{ClearTerms, NearJumps, Program};
+use argil_abi::Instruction;
+use argil_field::{ClearanceModel, NearJumps, Program};
 use argil_math::Aabb;
 use glam::{IVec3, Vec3};
 
 /// What of distances can be relied on.
 #[derive(Clone, Copy)]
-pub(super) struct Bounds<'a> {
+pub(super) struct CellBounds<'a> {
     pub program: &'a Program,
-    terms: ClearTerms,
+    terms: ClearanceModel,
     jumps: NearJumps,
     base: f32,
     lipschitz: f32,
@@ -18,12 +18,12 @@ pub(super) struct Bounds<'a> {
     far: f32,
 }
 
-impl<'a> Bounds<'a> {
+impl<'a> CellBounds<'a> {
     /// Near the origin, where nothing jumps.
     pub fn new(program: &'a Program, layout: &BrickLayout) -> Self {
         Self {
             program,
-            terms: program.clear_terms_about(layout.base_length()),
+            terms: program.clearance_model_in(layout.base_length()),
             jumps: NearJumps::NONE,
             base: layout.base_length(),
             lipschitz: program.lipschitz(),
@@ -44,7 +44,7 @@ impl<'a> Bounds<'a> {
 
     /// Of a block with a first cell.
     pub fn of_block(&self, layout: &BrickLayout, first: IVec3) -> Self {
-        let center = layout.middle(first, super::BLOCK_SIDE);
+        let center = layout.center(first, super::BLOCK_SIDE);
         self.about(
             center,
             0.5 * layout.cell_length() * super::BLOCK_SIDE as f32,
@@ -53,7 +53,7 @@ impl<'a> Bounds<'a> {
 
     /// For shaders, where a list gives the distances: what rounding adds to them, how far away what jumps is, and how it does;
     /// then by how much the list can jump.
-    fn words(&self, instrs: &[Instr]) -> [f32; BLOCK_WORDS] {
+    fn words(&self, instrs: &[Instruction]) -> [f32; BLOCK_WORDS] {
         let jumps = &self.jumps;
         [
             self.terms.slack,
@@ -94,7 +94,7 @@ impl<'a> Bounds<'a> {
     /// The length up to which distances at cells' centres decide what their bricks hold, where nothing jumps: those of the others
     /// are clear of the surface, or stored as the end of the range. Materials count nearer to the surface only.
     pub fn near_length(&self, layout: &BrickLayout) -> f32 {
-        let range = layout.encoding.range_length(&layout.lattice, 0);
+        let range = layout.encoding.band_width(&layout.voxel_grid, 0);
         self.unclear_length(layout.half_diagonal(1)).max(range)
     }
 
@@ -136,9 +136,9 @@ impl BrickLayout {
         &self,
         program: &Program,
         first: IVec3,
-        instrs: &[Instr],
+        instrs: &[Instruction],
     ) -> [f32; BLOCK_WORDS] {
-        Bounds::new(program, self)
+        CellBounds::new(program, self)
             .of_block(self, first)
             .words(instrs)
     }

@@ -1,6 +1,6 @@
 use super::{Bricks, inner_cell};
-use crate::{Bits, Texel};
-use argil_field::CELLS;
+use crate::{SampleFormat, Texel};
+use argil_field::CELLS_PER_BATCH;
 use argil_math::Aabb;
 use glam::{IVec3, UVec3, Vec3, uvec3};
 
@@ -19,8 +19,8 @@ impl Brick<'_> {
 
     /// Its cell, counted in bricks from the lattice's corner.
     pub fn cell(&self) -> IVec3 {
-        let owner = self.bricks.owners[self.index as usize] as usize;
-        self.bricks.table.cell(owner / CELLS) + inner_cell(owner % CELLS)
+        let owner = self.bricks.cell_of_brick[self.index as usize] as usize;
+        self.bricks.table.cell(owner / CELLS_PER_BATCH) + inner_cell(owner % CELLS_PER_BATCH)
     }
 
     /// Its box in the scene's unit: its first sample stands at the least corner, its last at the greatest.
@@ -30,16 +30,16 @@ impl Brick<'_> {
 
     /// Samples along each side: one more than voxels.
     pub fn side(&self) -> u32 {
-        self.bricks.layout.brick + 1
+        self.bricks.layout.brick_size_voxels + 1
     }
 
     /// Where the nth sample stands, x fastest, in the scene's unit.
     pub fn place(&self, nth: usize) -> Vec3 {
         let (side, nth) = (self.side(), nth as u32);
         let inner: UVec3 = uvec3(nth % side, nth / side % side, nth / side / side);
-        let lattice = &self.bricks.layout.lattice;
-        let first = self.cell() * self.bricks.layout.brick as i32;
-        lattice.corner + lattice.voxel * (first + inner.as_ivec3()).as_vec3()
+        let lattice = &self.bricks.layout.voxel_grid;
+        let first = self.cell() * self.bricks.layout.brick_size_voxels as i32;
+        lattice.corner + lattice.voxel_size * (first + inner.as_ivec3()).as_vec3()
     }
 
     /// Its samples as distances in the scene's unit, x fastest. Within the band they are the field's, rounded to what is stored; at its
@@ -48,16 +48,16 @@ impl Brick<'_> {
         let layout = &self.bricks.layout;
         let count = layout.brick_samples() as usize;
         let first = self.index as usize * count;
-        let range = layout.encoding.range_length(&layout.lattice, 0);
-        let unit = range / self.bricks.pool.bits().quanta() as f32;
+        let range = layout.encoding.band_width(&layout.voxel_grid, 0);
+        let unit = range / self.bricks.pool.bits().max_code() as f32;
         (first..first + count).map(move |at| unit * self.integer(at))
     }
 
     fn integer(&self, at: usize) -> f32 {
         let pool = &self.bricks.pool;
         match pool.bits() {
-            Bits::Eight => pool.of::<i8>().map_or(0.0, |all| all[at].integer()),
-            Bits::Sixteen => pool.of::<i16>().map_or(0.0, |all| all[at].integer()),
+            SampleFormat::Snorm8 => pool.of::<i8>().map_or(0.0, |all| all[at].integer()),
+            SampleFormat::Snorm16 => pool.of::<i16>().map_or(0.0, |all| all[at].integer()),
         }
     }
 }

@@ -3,10 +3,10 @@
 //! *Practice.* The plan tells which blocks there are, each with its list (`plan.rs`). The 64 cells of a block are measured in one
 //! run of the interpreter. In those where the surface can be, the samples are evaluated, brick by brick, straight into the pool.
 
-use super::bounds::{Bounds, SLOT_BYTES};
-use super::candidates::{Candidates, candidates, settle};
-use super::cell_lists::CellLists;
-use super::filler::{Filler, Places};
+use super::bounds::{CellBounds, SLOT_BYTES};
+use super::brick_baker::{BrickBaker, SampleOffsets};
+use super::candidates::{CandidateBlock, candidates, empty_cells_of};
+use super::cell_programs::CellPrograms;
 use super::inner_cell;
 use super::layout::{BrickLayout, BricksError};
 use super::material::PLACES;
@@ -14,7 +14,7 @@ use super::plan::BlockPlan;
 use super::pool::owners_of_mixed;
 use super::table::{BlockTable, FAR_SLOTS};
 use super::tables::Bricks;
-use crate::{Bits, Texel, Texels};
+use crate::{SampleFormat, Texel, Texels};
 use argil_abi::BRICK_MIXED;
 use argil_field::Program;
 use argil_math::Control;
@@ -23,7 +23,7 @@ use web_time::Instant;
 
 /// What the stages of a build took.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct BrickStagesMs {
+pub struct BrickTimings {
     /// Pruning, and choosing cells.
     pub prune: f64,
     /// Sampling bricks.
@@ -37,7 +37,7 @@ pub(super) fn bake(
     layout: BrickLayout,
     budget: Option<u64>,
     control: &Control,
-) -> Result<(Bricks, CellLists, BrickStagesMs), BricksError> {
+) -> Result<(Bricks, CellPrograms, BrickTimings), BricksError> {
     let start = Instant::now();
     let refuse = |bricks: usize, needed: u64| match budget {
         Some(budget) if needed > budget => Err(BricksError::Budget {
@@ -47,7 +47,7 @@ pub(super) fn bake(
         }),
         _ => Ok(()),
     };
-    let bounds = Bounds::new(program, &layout);
+    let bounds = CellBounds::new(program, &layout);
     let plan = BlockPlan::of(program, &layout, budget, control)?;
     check(control)?;
     let slots = u64::from(FAR_SLOTS) + plan.blocks.len() as u64;
@@ -66,8 +66,8 @@ pub(super) fn bake(
     let pruned = start.elapsed();
     // Fill, drop, close the gaps.
     control.begin("bricks", count as u64);
-    let (filled, at) = match layout.encoding.bits {
-        Bits::Eight => fill::<i8>(
+    let (filled, at) = match layout.encoding.format {
+        SampleFormat::Snorm8 => fill::<i8>(
             program,
             &layout,
             &bounds,
@@ -75,7 +75,7 @@ pub(super) fn bake(
             count,
             &mut words,
         ),
-        Bits::Sixteen => fill::<i16>(
+        SampleFormat::Snorm16 => fill::<i16>(
             program,
             &layout,
             &bounds,
@@ -88,10 +88,10 @@ pub(super) fn bake(
     let masks: Vec<u64> = words
         .par_chunks_mut(64)
         .with_min_len(256)
-        .map(settle)
+        .map(empty_cells_of)
         .collect();
     let ms = |d: std::time::Duration| d.as_secs_f64() * 1e3;
-    let stages = BrickStagesMs {
+    let stages = BrickTimings {
         prune: ms(pruned),
         fill: ms(at.duration_since(start) - pruned),
         settle: ms(at.elapsed()),
@@ -102,8 +102,8 @@ pub(super) fn bake(
         table: table.clone(),
         masks,
         words,
-        owners: filled.owners,
-        mixed_owners: owners_of_mixed(&filled.materials, &filled.mixed),
+        cell_of_brick: filled.owners,
+        brick_of_mixed: owners_of_mixed(&filled.materials, &filled.mixed),
         changes: Default::default(),
         materials: filled.materials,
         mixed: filled.mixed,
@@ -111,7 +111,7 @@ pub(super) fn bake(
     };
     // How many bricks are mixed was not known before.
     refuse(bricks.len(), bricks.memory_bytes())?;
-    Ok((bricks, CellLists::new(layout, table, candidates), stages))
+    Ok((bricks, CellPrograms::new(layout, table, candidates), stages))
 }
 
 fn check(control: &Control) -> Result<(), BricksError> {
@@ -126,13 +126,13 @@ fn check(control: &Control) -> Result<(), BricksError> {
 fn fill<T: Texel>(
     program: &Program,
     layout: &BrickLayout,
-    bounds: &Bounds<'_>,
-    (candidates, table, control): (&[Candidates], &BlockTable, &Control),
+    bounds: &CellBounds<'_>,
+    (candidates, table, control): (&[CandidateBlock], &BlockTable, &Control),
     count: usize,
     words: &mut [u32],
 ) -> (Filled, Instant) {
     let samples = layout.brick_samples() as usize;
-    let fill = layout.encoding.fill(program, &layout.lattice, 0);
+    let fill = layout.encoding.fill(program, &layout.voxel_grid, 0);
     let mut pool = vec![T::default(); count.max(1) * samples];
     let mut owners = vec![0u32; count];
     let mut materials = vec![0u32; count];
@@ -163,11 +163,11 @@ fn fill<T: Texel>(
         ));
         brick += n as u32;
     }
-    let places = Places::new(layout);
+    let places = SampleOffsets::new(layout);
     let mixed: Vec<Vec<[u32; 2]>> = jobs
         .into_par_iter()
         .map_init(
-            || Filler::new(program, layout, &fill, &places),
+            || BrickBaker::new(program, layout, &fill, &places),
             |filler, (found, first, pool, (owners, materials), words)| {
                 let mut mixed = Vec::new();
                 control.advance(found.cells.len() as u64);
@@ -183,7 +183,7 @@ fn fill<T: Texel>(
                     let cell = corner + inner_cell(usize::from(*inner));
                     let least = filler.brick(&found.instrs[range.clone()], cell, out);
                     // Half of a voxel's diagonal from a sample at most.
-                    let reach = 0.5 * 3f32.sqrt() * layout.lattice.voxel;
+                    let reach = 0.5 * 3f32.sqrt() * layout.voxel_grid.voxel_size;
                     *owner = u32::MAX;
                     if !bounds.is_clear(least, reach) {
                         *owner = (found.slot * 64) as u32 + u32::from(*inner);
@@ -266,20 +266,20 @@ impl Bricks {
         program: &Program,
         layout: BrickLayout,
         budget: Option<u64>,
-    ) -> Result<(Self, BrickStagesMs), BricksError> {
-        Self::bake_controlled(program, layout, budget, &Control::default())
+    ) -> Result<(Self, BrickTimings), BricksError> {
+        Self::bake_with_control(program, layout, budget, &Control::default())
     }
 
     /// [`Bricks::bake`], which can be stopped and tells how far it is: the stages "blocks" and "bricks".
     ///
     /// # Errors
     /// As there, and if it was cancelled.
-    pub fn bake_controlled(
+    pub fn bake_with_control(
         program: &Program,
         layout: BrickLayout,
         budget: Option<u64>,
         control: &Control,
-    ) -> Result<(Self, BrickStagesMs), BricksError> {
+    ) -> Result<(Self, BrickTimings), BricksError> {
         let baked = bake(program, layout, budget, control);
         baked.map(|(bricks, _, stages)| (bricks, stages))
     }
@@ -288,24 +288,24 @@ impl Bricks {
     ///
     /// # Errors
     /// As [`Bricks::bake`].
-    pub fn bake_with_lists(
+    pub fn bake_with_programs(
         program: &Program,
         layout: BrickLayout,
         budget: Option<u64>,
-    ) -> Result<(Self, CellLists, BrickStagesMs), BricksError> {
+    ) -> Result<(Self, CellPrograms, BrickTimings), BricksError> {
         bake(program, layout, budget, &Control::default())
     }
 
     /// The same, which can be stopped and tells how far it is.
     ///
     /// # Errors
-    /// As [`Bricks::bake_controlled`].
-    pub fn bake_with_lists_controlled(
+    /// As [`Bricks::bake_with_control`].
+    pub fn bake_with_programs_and_control(
         program: &Program,
         layout: BrickLayout,
         budget: Option<u64>,
         control: &Control,
-    ) -> Result<(Self, CellLists, BrickStagesMs), BricksError> {
+    ) -> Result<(Self, CellPrograms, BrickTimings), BricksError> {
         bake(program, layout, budget, control)
     }
 }

@@ -26,7 +26,7 @@ fn bounds_of(nth: u32) -> BlockBounds {
     );
 }
 
-// Twin of ClearTerms::radius: how far around a point there is no surface that is `d` from it.
+// Twin of ClearanceModel::radius: how far around a point there is no surface that is `d` from it.
 fn plain_radius(d: f32, bounds: BlockBounds) -> f32 {
     return (d - bounds.rounding) / volume.steepness;
 }

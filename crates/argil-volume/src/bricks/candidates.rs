@@ -1,13 +1,13 @@
 //! The cells near the surface, and what can matter in each.
 
-use super::bounds::Bounds;
+use super::bounds::CellBounds;
+use super::cell::{Cell, block_empty_word, empty_word};
 use super::inner_cell;
 use super::layout::BrickLayout;
 use super::plan::BlockPlan;
 use super::table::far_words;
-use super::words::{Word, empty_word, lonely_word};
-use argil_abi::Instr;
-use argil_field::{CELLS, Program, Pruner};
+use argil_abi::Instruction;
+use argil_field::{CELLS_PER_BATCH, Program, Pruner};
 use argil_math::Control;
 use glam::{IVec3, Vec3};
 use rayon::prelude::*;
@@ -15,25 +15,25 @@ use std::ops::Range;
 
 /// Cells of a block in which the surface can be, each with its stretch of a list.
 #[derive(Default)]
-pub(super) struct Candidates {
+pub(super) struct CandidateBlock {
     pub slot: usize,
     pub cells: Vec<(u8, Range<usize>)>,
-    pub instrs: Vec<Instr>,
+    pub instrs: Vec<Instruction>,
 }
 
 /// The cells in which the surface can be, each with its list, and the words of all slots.
 pub(super) fn candidates(
     program: &Program,
     layout: &BrickLayout,
-    bounds: &Bounds<'_>,
+    bounds: &CellBounds<'_>,
     plan: &BlockPlan,
     control: &Control,
-) -> (Vec<Candidates>, Vec<u32>) {
+) -> (Vec<CandidateBlock>, Vec<u32>) {
     let mut words = far_words(layout.far_length());
-    let first_slot = words.len() / CELLS;
-    words.resize(words.len() + CELLS * plan.blocks.len(), 0);
-    let candidates = words[first_slot * CELLS..]
-        .par_chunks_mut(CELLS)
+    let first_slot = words.len() / CELLS_PER_BATCH;
+    words.resize(words.len() + CELLS_PER_BATCH * plan.blocks.len(), 0);
+    let candidates = words[first_slot * CELLS_PER_BATCH..]
+        .par_chunks_mut(CELLS_PER_BATCH)
         .zip(&plan.blocks)
         .enumerate()
         .with_min_len(8)
@@ -42,7 +42,7 @@ pub(super) fn candidates(
             |pruner, (at, (words, (block, range)))| {
                 control.advance(1);
                 if control.is_cancelled() {
-                    return Candidates::default();
+                    return CandidateBlock::default();
                 }
                 let first = *block * super::BLOCK_SIDE as i32;
                 let bounds = bounds.of_block(layout, first);
@@ -66,13 +66,15 @@ pub(super) fn candidates(
 }
 
 /// A block's mask; its words say whether it is empty.
-pub(super) fn settle(words: &mut [u32]) -> u64 {
+pub(super) fn empty_cells_of(words: &mut [u32]) -> u64 {
     let mut mask = 0u64;
     for (i, &word) in words.iter().enumerate() {
-        mask |= u64::from(matches!(Word::of(word), Word::Brick(_))) << i;
+        mask |= u64::from(matches!(Cell::of(word), Cell::Brick(_))) << i;
     }
     if mask == 0 {
-        words.iter_mut().for_each(|word| *word = lonely_word(*word));
+        words
+            .iter_mut()
+            .for_each(|word| *word = block_empty_word(*word));
     }
     mask
 }
@@ -81,24 +83,25 @@ pub(super) fn settle(words: &mut [u32]) -> u64 {
 /// wanted once the pruner has marked them, in their order.
 pub(super) fn near_block(
     layout: &BrickLayout,
-    bounds: &Bounds<'_>,
+    bounds: &CellBounds<'_>,
     first: IVec3,
-    (instrs, some): (&[Instr], u64),
+    (instrs, some): (&[Instruction], u64),
     pruner: &mut Pruner<'_>,
     words: &mut [u32],
     wanted: impl FnOnce(&Pruner<'_>) -> u64,
-) -> Candidates {
+) -> CandidateBlock {
     let cell = |i: usize| first + inner_cell(i);
-    let mut cells = [0; CELLS];
+    let mut cells = [0; CELLS_PER_BATCH];
     let count = some.count_ones() as usize;
-    let all = (0..CELLS).filter(|i| some >> i & 1 != 0);
+    let all = (0..CELLS_PER_BATCH).filter(|i| some >> i & 1 != 0);
     cells.iter_mut().zip(all).for_each(|(own, i)| *own = i);
-    let centers: [Vec3; CELLS] = std::array::from_fn(|nth| layout.middle(cell(cells[nth]), 1));
-    let mut d = [0.0; CELLS];
+    let centers: [Vec3; CELLS_PER_BATCH] =
+        std::array::from_fn(|nth| layout.center(cell(cells[nth]), 1));
+    let mut d = [0.0; CELLS_PER_BATCH];
     let radius = layout.half_diagonal(1);
-    pruner.mark(instrs, &centers[..count], radius, &mut d[..count]);
+    pruner.classify_cells(instrs, &centers[..count], radius, &mut d[..count]);
     let wanted = wanted(pruner);
-    let mut found = Candidates::default();
+    let mut found = CandidateBlock::default();
     let mut doubtful = 0u64;
     for (nth, (&i, &d)) in cells.iter().zip(&d).enumerate().take(count) {
         // Of a candidate, what stays if its brick is dropped.
@@ -108,7 +111,7 @@ pub(super) fn near_block(
         }
         if wanted >> nth & 1 != 0 && layout.may_hold(cell(i)) {
             let from = found.instrs.len();
-            pruner.list(instrs, nth, &mut found.instrs);
+            pruner.prune_into(instrs, nth, &mut found.instrs);
             found.cells.push((i as u8, from..found.instrs.len()));
             doubtful |= u64::from(bounds.is_doubtful(d, radius)) << i;
         }
@@ -116,7 +119,7 @@ pub(super) fn near_block(
     if doubtful != 0 {
         // The marks of all cells are needed still.
         let mut pruner = Pruner::new(bounds.program);
-        let Candidates { cells, instrs, .. } = &mut found;
+        let CandidateBlock { cells, instrs, .. } = &mut found;
         cells.retain(|(i, range)| {
             let list = &instrs[range.clone()];
             doubtful >> i & 1 == 0
@@ -133,17 +136,17 @@ const PARTS: i32 = 4;
 /// Whether no part of a cell has a surface, by its list.
 fn is_clear_in_parts(
     layout: &BrickLayout,
-    bounds: &Bounds<'_>,
+    bounds: &CellBounds<'_>,
     cell: IVec3,
-    instrs: &[Instr],
+    instrs: &[Instruction],
     pruner: &mut Pruner<'_>,
 ) -> bool {
     let edge = layout.cell_length();
-    let corner = layout.lattice.corner + cell.as_vec3() * edge;
-    let centers: [Vec3; CELLS] =
+    let corner = layout.voxel_grid.corner + cell.as_vec3() * edge;
+    let centers: [Vec3; CELLS_PER_BATCH] =
         std::array::from_fn(|i| corner + (inner_cell(i).as_vec3() + 0.5) * (edge / PARTS as f32));
     let radius = layout.half_diagonal(1) / PARTS as f32;
-    let mut d = [0.0; CELLS];
-    pruner.mark(instrs, &centers, radius, &mut d);
+    let mut d = [0.0; CELLS_PER_BATCH];
+    pruner.classify_cells(instrs, &centers, radius, &mut d);
     d.iter().all(|&d| bounds.is_clear(d, radius))
 }

@@ -13,9 +13,9 @@ pub struct BrickChanges {
 
 /// What has changed and was not asked for. Volumes that differ in nothing else are equal.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Noted(BrickChanges);
+pub(super) struct ChangeLog(BrickChanges);
 
-impl PartialEq for Noted {
+impl PartialEq for ChangeLog {
     fn eq(&self, _: &Self) -> bool {
         true
     }
@@ -36,7 +36,7 @@ fn tidy(all: &mut Vec<u32>) {
     all.dedup();
 }
 
-impl Noted {
+impl ChangeLog {
     pub fn brick(&mut self, brick: u32) {
         note(&mut self.0.bricks, brick);
     }

@@ -7,21 +7,21 @@
 //! of those: it has the same distances, to the bit. That is far less than the boxes hold where blends are wide. Any number of
 //! edits go in one pass. What was made is put into the pool at the end, so that nothing is changed if it does not fit.
 
-use super::block_list::{BlockList, emptied_around};
-use super::bounds::{Bounds, SLOT_BYTES};
-use super::candidates::settle;
-use super::filler::Places;
+use super::additions::ReachedBlock;
+use super::block_editor::{BakedBlock, BlockEditor};
+use super::block_program::{BlockProgram, emptied_around};
+use super::bounds::{CellBounds, SLOT_BYTES};
+use super::brick_baker::SampleOffsets;
+use super::candidates::empty_cells_of;
+use super::cell::{empty_word, is_brick};
+use super::edit_queue::{EditBatch, EditQueue};
 use super::material::PLACES;
 use super::pool::Pool;
-use super::reached::ReachedBlock;
-use super::remake::{Editing, Made};
 use super::table::FAR_SLOTS;
-use super::words::{empty_word, is_brick};
-use super::work::{EditWork, Unit};
 use super::{BLOCK_SIDE, BrickLayout, Bricks, BricksError};
-use crate::{Bits, Texel};
-use argil_abi::Fill;
-use argil_field::{CELLS, HardBrush, LiveProgram, Parts, Program};
+use crate::{SampleFormat, Texel};
+use argil_abi::FillUniform;
+use argil_field::{CELLS_PER_BATCH, HardUnionBrush, IncrementalProgram, PartGrid, Program};
 use glam::IVec3;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
@@ -35,7 +35,7 @@ const MANY: usize = 500;
 
 /// What an edit of bricks did.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct BrickEdit {
+pub struct EditStats {
     /// Bricks that were sampled again or anew.
     pub filled: u64,
     /// Bricks that there were not before.
@@ -46,7 +46,7 @@ pub struct BrickEdit {
     pub cells: u64,
 }
 
-impl std::ops::AddAssign for BrickEdit {
+impl std::ops::AddAssign for EditStats {
     fn add_assign(&mut self, other: Self) {
         self.filled += other.filled;
         self.added += other.added;
@@ -56,43 +56,43 @@ impl std::ops::AddAssign for BrickEdit {
 }
 
 /// A block that is to be made.
-enum Job {
+enum EditJob {
     /// Some cells, by what can matter in all of it.
-    Listed(u64, BlockList),
+    Listed(u64, BlockProgram),
     /// By what can matter in cells where something can have changed.
     Reached(ReachedBlock),
 }
 
 impl BrickLayout {
-    /// The parts in which a [`LiveProgram`] of these bricks tells lists.
-    pub fn parts(&self, program: &Program) -> Parts {
+    /// The parts in which a [`IncrementalProgram`] of these bricks tells lists.
+    pub fn parts(&self, program: &Program) -> PartGrid {
         let blocks = if program.brush_count() > MANY {
             SMALL_PART_SIDE
         } else {
             PART_SIDE
         };
         let side = blocks * BLOCK_SIDE;
-        Parts {
-            corner: self.lattice.corner,
+        PartGrid {
+            corner: self.voxel_grid.corner,
             edge: side as f32 * self.cell_length(),
-            far: self.bands(program)[1],
+            far: self.margins(program)[1],
             base: self.base_length(),
         }
     }
 
     /// The distances up to which edits must tell their boxes: what bricks hold, and what empty cells tell.
-    pub fn bands(&self, program: &Program) -> [f32; 2] {
-        self.least_bands(program).map(|band| 1.1 * band)
+    pub fn margins(&self, program: &Program) -> [f32; 2] {
+        self.min_margins(program).map(|band| 1.1 * band)
     }
 
-    /// The least of them that will do. A world that grows needs a little more than before, which [`BrickLayout::bands`] has
+    /// The least of them that will do. A world that grows needs a little more than before, which [`BrickLayout::margins`] has
     /// room for.
-    pub fn least_bands(&self, program: &Program) -> [f32; 2] {
+    pub fn min_margins(&self, program: &Program) -> [f32; 2] {
         let region = self.region();
         let farthest = region.min.abs().max(region.max.abs()).max_element();
         let rounding = program.rounding_at(self.base_length(), farthest);
         let near = program.lipschitz() * self.half_diagonal(1) + rounding;
-        let range = self.encoding.range_length(&self.lattice, 0);
+        let range = self.encoding.band_width(&self.voxel_grid, 0);
         [near.max(range), (self.far_length() + rounding).max(near)]
     }
 }
@@ -105,12 +105,12 @@ impl Bricks {
     /// If the bricks would take more than `budget` bytes; what was taken out of the work last is then not done.
     pub fn edit(
         &mut self,
-        live: &LiveProgram,
-        work: &mut EditWork,
+        live: &IncrementalProgram,
+        work: &mut EditQueue,
         budget: Option<u64>,
         until: Option<Instant>,
-    ) -> Result<BrickEdit, BricksError> {
-        let mut done = BrickEdit::default();
+    ) -> Result<EditStats, BricksError> {
+        let mut done = EditStats::default();
         let mut count = if until.is_some() {
             2 * rayon::current_num_threads()
         } else {
@@ -119,9 +119,9 @@ impl Bricks {
         while !work.is_done() {
             let start = Instant::now();
             let units = work.next(count);
-            done += match self.layout.encoding.bits {
-                Bits::Eight => self.do_units::<i8>(live, work, units, budget)?,
-                Bits::Sixteen => self.do_units::<i16>(live, work, units, budget)?,
+            done += match self.layout.encoding.format {
+                SampleFormat::Snorm8 => self.process_batches::<i8>(live, work, units, budget)?,
+                SampleFormat::Snorm16 => self.process_batches::<i16>(live, work, units, budget)?,
             };
             if let Some(until) = until {
                 let now = Instant::now();
@@ -137,35 +137,35 @@ impl Bricks {
         Ok(done)
     }
 
-    fn do_units<T: Texel>(
+    fn process_batches<T: Texel>(
         &mut self,
-        live: &LiveProgram,
-        work: &EditWork,
-        units: Vec<Unit>,
+        live: &IncrementalProgram,
+        work: &EditQueue,
+        units: Vec<EditBatch>,
         budget: Option<u64>,
-    ) -> Result<BrickEdit, BricksError> {
-        let bounds = Bounds::new(live.program(), &self.layout);
+    ) -> Result<EditStats, BricksError> {
+        let bounds = CellBounds::new(live.program(), &self.layout);
         let encoding = &self.layout.encoding;
-        let fill = encoding.fill(live.program(), &self.layout.lattice, 0);
+        let fill = encoding.fill(live.program(), &self.layout.voxel_grid, 0);
         let (jobs, hard) = self.jobs::<T>(live, work, units, (&bounds, &fill));
-        let edit = Editing {
+        let edit = BlockEditor {
             layout: self.layout,
             live,
             touched: work.touched(live),
             hard,
             bounds,
             fill,
-            places: Places::new(&self.layout),
+            places: SampleOffsets::new(&self.layout),
             work,
         };
         let bricks = &*self;
-        let made: Vec<Made<T>> = jobs
+        let made: Vec<BakedBlock<T>> = jobs
             .into_par_iter()
             .map_init(
                 || edit.worker(),
                 |worker, job| match job {
-                    Job::Listed(cells, lists) => edit.make(worker, &lists, cells, bricks),
-                    Job::Reached(block) => {
+                    EditJob::Listed(cells, lists) => edit.make(worker, &lists, cells, bricks),
+                    EditJob::Reached(block) => {
                         let lists = block.list(&edit.layout, live);
                         edit.make(worker, &lists, block.cells, bricks)
                     }
@@ -173,41 +173,41 @@ impl Bricks {
             )
             .collect();
         self.check_budget(&made, budget)?;
-        Ok(self.put_in(&made, live))
+        Ok(self.commit(&made, live))
     }
 
     /// The blocks that units of work make anew, and the brushes that alone tell how bricks there have changed.
     fn jobs<T: Texel>(
         &self,
-        live: &LiveProgram,
-        work: &EditWork,
-        units: Vec<Unit>,
-        (bounds, fill): (&Bounds<'_>, &Fill),
-    ) -> (Vec<Job>, Vec<HardBrush>) {
+        live: &IncrementalProgram,
+        work: &EditQueue,
+        units: Vec<EditBatch>,
+        (bounds, fill): (&CellBounds<'_>, &FillUniform),
+    ) -> (Vec<EditJob>, Vec<HardUnionBrush>) {
         let Some((reached, hard)) = self.reached::<T>(live, work, &units, (bounds, fill)) else {
             let lists = work.lists(&self.layout, live, units).into_iter();
-            let all = lists.map(|list| Job::Listed(u64::MAX, list));
+            let all = lists.map(|list| EditJob::Listed(u64::MAX, list));
             return (all.collect(), Vec::new());
         };
         // Boxes tell less than marks: of few brushes, a list that is cut by marks is shorter.
-        let are_many = live.length() > MANY;
+        let are_many = live.instruction_count() > MANY;
         let is_near = |block: &ReachedBlock| are_many && block.is_near(&self.layout);
         let (near, others): (Vec<_>, Vec<_>) = reached.into_iter().partition(is_near);
-        let mut jobs: Vec<Job> = near.into_iter().map(Job::Reached).collect();
+        let mut jobs: Vec<EditJob> = near.into_iter().map(EditJob::Reached).collect();
         let lists = work.lists(&self.layout, live, ReachedBlock::units(&others));
         let cells: FxHashMap<IVec3, u64> = others
             .iter()
             .map(|block| (block.first, block.cells))
             .collect();
-        let listed = |list: BlockList| Job::Listed(cells[&list.first], list);
+        let listed = |list: BlockProgram| EditJob::Listed(cells[&list.first], list);
         jobs.extend(lists.into_iter().map(listed));
         (jobs, hard)
     }
 
     /// Put blocks that were made anew in the place of those that were there.
-    fn put_in<T: Texel>(&mut self, made: &[Made<T>], live: &LiveProgram) -> BrickEdit {
-        let mut result = BrickEdit::default();
-        let before = self.owners.len() as u64;
+    fn commit<T: Texel>(&mut self, made: &[BakedBlock<T>], live: &IncrementalProgram) -> EditStats {
+        let mut result = EditStats::default();
+        let before = self.cell_of_brick.len() as u64;
         let samples = self.layout.brick_samples() as usize;
         // Blocks come first, so that there are words for their bricks. The order in which that is done is the same for all
         // numbers of threads.
@@ -215,7 +215,7 @@ impl Bricks {
         let mut pool = Pool::<T>::open(self);
         // What is freed can then be taken.
         for (own, &slot) in made.iter().zip(&slots) {
-            let first = slot * CELLS;
+            let first = slot * CELLS_PER_BATCH;
             for (i, &word) in own.words.iter().enumerate() {
                 if !is_brick(word) && slot >= FAR_SLOTS as usize {
                     let old = pool.bricks().words[first + i];
@@ -223,7 +223,7 @@ impl Bricks {
                     pool.clear((first + i) as u32, word);
                 }
             }
-            result.cells += CELLS as u64;
+            result.cells += CELLS_PER_BATCH as u64;
         }
         for (own, &slot) in made.iter().zip(&slots) {
             let mut mixed = own.mixed.chunks_exact(PLACES);
@@ -235,7 +235,7 @@ impl Bricks {
                     &[]
                 };
                 pool.put(
-                    (slot * CELLS) as u32 + u32::from(i),
+                    (slot * CELLS_PER_BATCH) as u32 + u32::from(i),
                     texels,
                     material,
                     own_mixed,
@@ -244,19 +244,24 @@ impl Bricks {
             result.filled += own.sampled;
         }
         pool.close();
-        self.settle_blocks(made, &slots, live);
-        result.added = (self.owners.len() as u64 + result.removed) - before;
+        self.finish_blocks(made, &slots, live);
+        result.added = (self.cell_of_brick.len() as u64 + result.removed) - before;
         result
     }
 
     /// Tell of blocks that were put in which cells have bricks, and give those back that are far from everything now.
-    fn settle_blocks<T>(&mut self, made: &[Made<T>], slots: &[usize], live: &LiveProgram) {
+    fn finish_blocks<T>(
+        &mut self,
+        made: &[BakedBlock<T>],
+        slots: &[usize],
+        live: &IncrementalProgram,
+    ) {
         let mut gone = Vec::new();
         for (own, &slot) in made.iter().zip(slots) {
             self.changes.slot(slot as u32);
-            let words = &mut self.words[slot * CELLS..(slot + 1) * CELLS];
+            let words = &mut self.words[slot * CELLS_PER_BATCH..(slot + 1) * CELLS_PER_BATCH];
             match own.far {
-                None => self.masks[slot] = settle(words),
+                None => self.masks[slot] = empty_cells_of(words),
                 Some(inside) => {
                     if slot >= FAR_SLOTS as usize {
                         self.masks[slot] = 0;
@@ -275,7 +280,7 @@ impl Bricks {
     }
 
     /// The slot of a block, which gets one if it needs one.
-    fn slot_for<T>(&mut self, made: &Made<T>) -> usize {
+    fn slot_for<T>(&mut self, made: &BakedBlock<T>) -> usize {
         let block = made.first / BLOCK_SIDE as i32;
         if made.far.is_some() {
             return self.table.slot(block) as usize;
@@ -286,14 +291,19 @@ impl Bricks {
         let slot = self.table.insert(block) as usize;
         if slot >= self.masks.len() {
             self.masks.resize(slot + 1, 0);
-            self.words.resize((slot + 1) * CELLS, empty_word(0.0));
+            self.words
+                .resize((slot + 1) * CELLS_PER_BATCH, empty_word(0.0));
         }
         slot
     }
 
-    fn check_budget<T>(&self, made: &[Made<T>], budget: Option<u64>) -> Result<(), BricksError> {
+    fn check_budget<T>(
+        &self,
+        made: &[BakedBlock<T>],
+        budget: Option<u64>,
+    ) -> Result<(), BricksError> {
         let budget = budget.unwrap_or(u64::MAX);
-        let mut bricks = self.owners.len() as u64;
+        let mut bricks = self.cell_of_brick.len() as u64;
         let (mut mixed, mut slots) = (0, self.table.slots() as u64);
         for own in made {
             let slot = self.table.slot(own.first / BLOCK_SIDE as i32);

@@ -6,9 +6,9 @@
 )]
 
 use super::BLOCK_SIDE;
-use super::words::{center_of, is_brick};
-use crate::bricks::batch::low;
-use crate::{BrickSampler, Corners, Located, Texel};
+use super::cell::{center_of, is_brick};
+use crate::bricks::sampler::low;
+use crate::{BrickSampler, CellLocations, Texel, VoxelSamples};
 use argil_field::LANES;
 use glam::IVec3;
 
@@ -22,8 +22,8 @@ impl<T: Texel> BrickSampler<'_, T> {
     pub fn estimates(&self, points: [&[f32]; 3], out: &mut [f32]) {
         let n = out.len();
         assert!(n <= LANES && points.iter().all(|p| p.len() == n));
-        let lattice = &self.layout.lattice;
-        let per_voxel = 1.0 / lattice.voxel;
+        let lattice = &self.layout.voxel_grid;
+        let per_voxel = 1.0 / lattice.voxel_size;
         let mut u = [[0.0f32; LANES]; 3];
         let mut beside = [0.0f32; LANES];
         for (axis, from) in points.into_iter().enumerate() {
@@ -36,22 +36,22 @@ impl<T: Texel> BrickSampler<'_, T> {
                 beside[i] += (own - held) * (own - held);
             }
         }
-        let (mut at, mut corners) = (Located::default(), Corners::default());
+        let (mut at, mut corners) = (CellLocations::default(), VoxelSamples::default());
         self.locate([&u[0][..n], &u[1][..n], &u[2][..n]], &mut at);
-        self.corners(&at, n, &mut corners);
+        self.voxel_samples(&at, n, &mut corners);
         for i in 0..n {
             let d = if is_brick(at.word[i]) {
                 corners.value::<T>(i) * self.quantum
             } else {
                 self.between_centers([u[0][i], u[1][i], u[2][i]])
             };
-            out[i] = d + beside[i].sqrt() * lattice.voxel;
+            out[i] = d + beside[i].sqrt() * lattice.voxel_size;
         }
     }
 
     /// Interpolated between the centres of the eight nearest cells.
     fn between_centers(&self, u: [f32; 3]) -> f32 {
-        let per_cell = 1.0 / self.layout.brick as f32;
+        let per_cell = 1.0 / self.layout.brick_size_voxels as f32;
         let mut low_cell = [0.0f32; 3];
         let mut share = [0.0f32; 3];
         for axis in 0..3 {
@@ -88,7 +88,10 @@ impl<T: Texel> BrickSampler<'_, T> {
         if !is_brick(word) {
             return center_of(word);
         }
-        let (half, side) = (self.layout.brick / 2, self.layout.brick + 1);
+        let (half, side) = (
+            self.layout.brick_size_voxels / 2,
+            self.layout.brick_size_voxels + 1,
+        );
         let middle = half * (1 + side * (1 + side));
         let sample = self.pool[(word * self.layout.brick_samples() + middle) as usize];
         sample.integer() * self.quantum
@@ -103,16 +106,19 @@ impl<T: Texel> BrickSampler<'_, T> {
     pub fn distances(&self, [x, y, z]: [&[f32]; 3], margin: f32, out: &mut [f32]) {
         let n = out.len();
         assert!(n <= LANES && x.len() == n && y.len() == n && z.len() == n);
-        let (corner, per_voxel) = (self.layout.lattice.corner, 1.0 / self.layout.lattice.voxel);
+        let (corner, per_voxel) = (
+            self.layout.voxel_grid.corner,
+            1.0 / self.layout.voxel_grid.voxel_size,
+        );
         let mut u = [[0.0f32; LANES]; 3];
         for (axis, from) in [x, y, z].into_iter().enumerate() {
             for i in 0..n {
                 u[axis][i] = (from[i] - corner[axis]) * per_voxel;
             }
         }
-        let (mut at, mut corners) = (Located::default(), Corners::default());
+        let (mut at, mut corners) = (CellLocations::default(), VoxelSamples::default());
         self.locate([&u[0][..n], &u[1][..n], &u[2][..n]], &mut at);
-        self.corners(&at, n, &mut corners);
+        self.voxel_samples(&at, n, &mut corners);
         for i in 0..n {
             let d = corners.value::<T>(i) * self.quantum;
             let word = at.word[i];
@@ -122,7 +128,7 @@ impl<T: Texel> BrickSampler<'_, T> {
             out[i] = if is_brick(word) {
                 shorter
             } else {
-                self.away(&at, i)
+                self.empty_cell_distance(&at, i)
             };
         }
         if self.levels > 0 {
@@ -131,19 +137,19 @@ impl<T: Texel> BrickSampler<'_, T> {
     }
 
     /// In a large empty cube, the surface is as far from a point as it is from the cube, and the way out of that.
-    fn add_ways_out(&self, u: [&[f32]; 3], at: &Located, out: &mut [f32]) {
+    fn add_ways_out(&self, u: [&[f32]; 3], at: &CellLocations, out: &mut [f32]) {
         for i in 0..out.len() {
             let cells = self.empty_cells(at, i);
             if cells <= BLOCK_SIDE {
                 continue;
             }
-            let edge = (cells * self.layout.brick) as f32;
+            let edge = (cells * self.layout.brick_size_voxels) as f32;
             let mut way = edge;
             for axis in 0..3 {
                 let begin = (u[axis][i] / edge).floor() * edge;
                 way = low(way, low(u[axis][i] - begin, begin + edge - u[axis][i]));
             }
-            let way = if way > 0.0 { way } else { 0.0 } * self.layout.lattice.voxel;
+            let way = if way > 0.0 { way } else { 0.0 } * self.layout.voxel_grid.voxel_size;
             let d = center_of(at.word[i]);
             out[i] = if d < 0.0 { d - way } else { d + way };
         }

@@ -1,5 +1,5 @@
 use super::inner_cell;
-use crate::{Bits, Encoding, Lattice, Range, TooFarError};
+use crate::{Band, Encoding, SampleFormat, TooFarError, VoxelGrid};
 use argil_abi::BrickBuild;
 use argil_field::Program;
 use argil_math::Aabb;
@@ -21,18 +21,18 @@ pub struct BrickSettings {
     /// How distances are stored.
     pub encoding: Encoding,
     /// Voxels along a brick's side: 4, 8 or 16.
-    pub brick: u32,
+    pub brick_size_voxels: u32,
 }
 
 impl Default for BrickSettings {
     fn default() -> Self {
         Self {
             encoding: Encoding {
-                bits: Bits::Sixteen,
+                format: SampleFormat::Snorm16,
                 // Twice a brick's side: fine enough, and a ray need not stop in between.
-                range: Range::Voxels(16.0),
+                band: Band::Voxels(16.0),
             },
-            brick: 8,
+            brick_size_voxels: 8,
         }
     }
 }
@@ -100,44 +100,44 @@ pub enum BricksError {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BrickLayout {
     /// Where the voxels lie.
-    pub lattice: Lattice,
+    pub voxel_grid: VoxelGrid,
     /// What samples mean.
     pub encoding: Encoding,
     /// Voxels along a brick's side.
-    pub brick: u32,
+    pub brick_size_voxels: u32,
 }
 
 impl BrickLayout {
     /// Check what was asked for.
-    pub fn new(lattice: Lattice, settings: &BrickSettings) -> Result<Self, BricksError> {
-        let brick = settings.brick;
+    pub fn new(lattice: VoxelGrid, settings: &BrickSettings) -> Result<Self, BricksError> {
+        let brick = settings.brick_size_voxels;
         if ![4, 8, 16].contains(&brick) {
             return Err(BricksError::Brick(brick));
         }
-        let band = settings.encoding.range_length(&lattice, 0) / lattice.voxel;
+        let band = settings.encoding.band_width(&lattice, 0) / lattice.voxel_size;
         if band.is_nan() || band < 2.0 {
             return Err(BricksError::Band(band));
         }
         Ok(Self {
-            lattice,
+            voxel_grid: lattice,
             encoding: settings.encoding,
-            brick,
+            brick_size_voxels: brick,
         })
     }
 
     /// The first cell that the lattice's box touches.
     #[inline]
     pub fn low(&self) -> IVec3 {
-        self.lattice
+        self.voxel_grid
             .begin
-            .div_euclid(IVec3::splat(self.brick as i32))
+            .div_euclid(IVec3::splat(self.brick_size_voxels as i32))
     }
 
     /// The cell behind the last one that it touches.
     #[inline]
     pub fn high(&self) -> IVec3 {
-        let end = self.lattice.begin + self.lattice.size.as_ivec3() - 1;
-        end.div_euclid(IVec3::splat(self.brick as i32)) + 1
+        let end = self.voxel_grid.begin + self.voxel_grid.size.as_ivec3() - 1;
+        end.div_euclid(IVec3::splat(self.brick_size_voxels as i32)) + 1
     }
 
     /// Cells along each axis of the box; the last ones may reach over its sides.
@@ -157,7 +157,8 @@ impl BrickLayout {
     /// Whether there may be bricks in a cell: a box that cuts what is solid cuts the bricks.
     #[inline]
     pub fn may_hold(&self, cell: IVec3) -> bool {
-        !self.lattice.is_cut || (cell.cmpge(self.low()).all() && cell.cmplt(self.high()).all())
+        !self.voxel_grid.is_clipped
+            || (cell.cmpge(self.low()).all() && cell.cmplt(self.high()).all())
     }
 
     /// The same voxels over a box that holds a solid too, unless the box cuts what is solid.
@@ -165,18 +166,23 @@ impl BrickLayout {
     /// # Errors
     /// If that is farther away than voxels can be counted.
     pub fn grown_to(&self, solid: Aabb) -> Result<Self, TooFarError> {
-        let lattice = self.lattice.grown_to(solid, self.brick * BLOCK_SIDE)?;
-        Ok(Self { lattice, ..*self })
+        let lattice = self
+            .voxel_grid
+            .grown_to(solid, self.brick_size_voxels * BLOCK_SIDE)?;
+        Ok(Self {
+            voxel_grid: lattice,
+            ..*self
+        })
     }
 
     /// Samples of a brick.
     pub fn brick_samples(&self) -> u32 {
-        (self.brick + 1).pow(3)
+        (self.brick_size_voxels + 1).pow(3)
     }
 
     /// Bytes of a brick's samples.
     pub fn brick_bytes(&self) -> u64 {
-        u64::from(self.brick_samples()) * self.encoding.bits.bytes() as u64
+        u64::from(self.brick_samples()) * self.encoding.format.bytes() as u64
     }
 
     /// Whether so many bricks can be: their samples are counted in 32 bits.
@@ -192,23 +198,23 @@ impl BrickLayout {
     /// and a little more for those that are. It depends on nothing but voxels, so that a world that grows decides in its
     /// cells as before.
     pub fn base_length(&self) -> f32 {
-        BASE_VOXELS * self.lattice.voxel
+        BASE_VOXELS * self.voxel_grid.voxel_size
     }
 
     /// The greatest distance that a cell without a brick tells.
     pub fn far_length(&self) -> f32 {
-        let range = self.encoding.range_length(&self.lattice, 0);
-        range.max(FAR_VOXELS * self.lattice.voxel)
+        let range = self.encoding.band_width(&self.voxel_grid, 0);
+        range.max(FAR_VOXELS * self.voxel_grid.voxel_size)
     }
 
     /// The edge of a cell.
     pub fn cell_length(&self) -> f32 {
-        self.brick as f32 * self.lattice.voxel
+        self.brick_size_voxels as f32 * self.voxel_grid.voxel_size
     }
 
     /// A cell's box.
     pub fn cell_box(&self, cell: IVec3) -> Aabb {
-        let min = self.lattice.corner + cell.as_vec3() * self.cell_length();
+        let min = self.voxel_grid.corner + cell.as_vec3() * self.cell_length();
         Aabb::new(min, min + self.cell_length())
     }
 
@@ -222,7 +228,7 @@ impl BrickLayout {
 
     /// The cell of a point.
     pub fn cell_of(&self, point: Vec3) -> IVec3 {
-        ((point - self.lattice.corner) / self.cell_length())
+        ((point - self.voxel_grid.corner) / self.cell_length())
             .floor()
             .as_ivec3()
     }
@@ -230,22 +236,22 @@ impl BrickLayout {
     /// The uniform that shaders read while they make blocks; the pool, the table and how it is cut up are left to whoever has them. `program` sets
     /// what is known of distances.
     pub fn words(&self, program: &Program) -> BrickBuild {
-        let lattice = &self.lattice;
-        let terms = program.clear_terms_about(self.base_length());
+        let lattice = &self.voxel_grid;
+        let terms = program.clearance_model_in(self.base_length());
         let [low, high] = [self.low(), self.high()];
         BrickBuild {
             corner: lattice.corner.to_array(),
-            voxel: lattice.voxel,
+            voxel: lattice.voxel_size,
             low_x: low.x,
             low_y: low.y,
             low_z: low.z,
-            brick: self.brick,
+            brick: self.brick_size_voxels,
             high_x: high.x,
             high_y: high.y,
             high_z: high.z,
-            is_cut: u32::from(lattice.is_cut),
+            is_cut: u32::from(lattice.is_clipped),
             reach: self.half_diagonal(1),
-            half_diagonal: 0.5 * 3f32.sqrt() * lattice.voxel,
+            half_diagonal: 0.5 * 3f32.sqrt() * lattice.voxel_size,
             lipschitz: program.lipschitz(),
             steepness: terms.steepness,
             far: self.far_length(),
@@ -257,14 +263,14 @@ impl BrickLayout {
     pub fn region(&self) -> Aabb {
         let [low, high] = self.block_range().map(|block| {
             let cell = block * BLOCK_SIDE as i32;
-            self.lattice.corner + cell.as_vec3() * self.cell_length()
+            self.voxel_grid.corner + cell.as_vec3() * self.cell_length()
         });
         Aabb::new(low, high)
     }
 
     /// The middle of `side` cells from a cell on.
-    pub(crate) fn middle(&self, cell: IVec3, side: u32) -> Vec3 {
-        self.lattice.corner + (cell.as_vec3() + 0.5 * side as f32) * self.cell_length()
+    pub(crate) fn center(&self, cell: IVec3, side: u32) -> Vec3 {
+        self.voxel_grid.corner + (cell.as_vec3() + 0.5 * side as f32) * self.cell_length()
     }
 
     /// Half of the diagonal of `side` cells.

@@ -5,8 +5,8 @@
 //! interpolated.
 
 use super::Bricks;
-use crate::Bits;
-use argil_abi::{BRICK_MIXED, MATERIAL_SIDE, MaterialWords};
+use crate::SampleFormat;
+use argil_abi::{BRICK_MIXED, GpuMaterial, MATERIAL_SIDE};
 use glam::{UVec3, Vec3};
 
 /// Places of a mixed brick.
@@ -22,7 +22,7 @@ pub(super) fn sample_of(nth: u32, brick: u32) -> u32 {
 }
 
 /// A material in eight bytes: the square roots of base colours, roughness; emission e as e / (1 + e), metallic.
-pub(crate) fn packed(m: &MaterialWords) -> [u32; 2] {
+pub(crate) fn packed(m: &GpuMaterial) -> [u32; 2] {
     let byte = |v: f32| (v.clamp(0.0, 1.0) * 255.0 + 0.5) as u32;
     let [r, g, b, roughness] = m.base_roughness;
     let [er, eg, eb, metallic] = m.emission_metallic;
@@ -34,11 +34,11 @@ pub(crate) fn packed(m: &MaterialWords) -> [u32; 2] {
     ]
 }
 
-fn unpacked([a, b]: [u32; 2]) -> MaterialWords {
+fn unpacked([a, b]: [u32; 2]) -> GpuMaterial {
     let byte = |word: u32, at: u32| (word >> (8 * at) & 255) as f32 * (1.0 / 255.0);
     let square = |at: u32| byte(a, at) * byte(a, at);
     let light = |at: u32| byte(b, at) / (1.0 - byte(b, at)).max(1.0 / 512.0);
-    MaterialWords {
+    GpuMaterial {
         base_roughness: [square(0), square(1), square(2), byte(a, 3)],
         emission_metallic: [light(0), light(1), light(2), byte(b, 3)],
     }
@@ -53,13 +53,13 @@ impl Bricks {
         &self,
         point: Vec3,
         outwards: Vec3,
-        palette: &[MaterialWords],
-    ) -> Option<MaterialWords> {
-        let lattice = &self.layout.lattice;
+        palette: &[GpuMaterial],
+    ) -> Option<GpuMaterial> {
+        let lattice = &self.layout.voxel_grid;
         let end = lattice.begin + lattice.size.as_ivec3();
-        let u = ((point - lattice.corner) / lattice.voxel)
+        let u = ((point - lattice.corner) / lattice.voxel_size)
             .clamp(lattice.begin.as_vec3(), end.as_vec3());
-        let side = self.layout.brick as f32;
+        let side = self.layout.brick_size_voxels as f32;
         let cell = (u / side).floor().as_ivec3().min(self.layout.high() - 1);
         let word = self.words[self.word_index(cell)];
         if !super::is_brick(word) {
@@ -76,9 +76,9 @@ impl Bricks {
         let share = place - begin;
         let begin = begin.as_uvec3();
         let block = (material & !BRICK_MIXED) as usize * PLACES;
-        let range = self.layout.encoding.range_length(lattice, 0) / lattice.voxel;
+        let range = self.layout.encoding.band_width(lattice, 0) / lattice.voxel_size;
         let inner = u - cell.as_vec3() * side;
-        let (mut total, mut sum) = (MaterialWords::default(), 0.0);
+        let (mut total, mut sum) = (GpuMaterial::default(), 0.0);
         for corner in 0..8u32 {
             let far = glam::uvec3(corner & 1, corner >> 1 & 1, corner >> 2);
             let at = begin + far;
@@ -91,8 +91,10 @@ impl Bricks {
                     1.0 - share[axis]
                 }
             };
-            let sample =
-                UVec3::from_array(at.to_array().map(|nth| sample_of(nth, self.layout.brick)));
+            let sample = UVec3::from_array(
+                at.to_array()
+                    .map(|nth| sample_of(nth, self.layout.brick_size_voxels)),
+            );
             let d = self.stored(word, sample) * range;
             let from_plane = (sample.as_vec3() - inner).dot(outwards);
             let beside = (1.0 - (d - from_plane.clamp(-range, range)).abs()).max(0.0);
@@ -112,14 +114,14 @@ impl Bricks {
 
     /// What is stored at a sample of a brick, 1 for all of the range.
     fn stored(&self, brick: u32, sample: UVec3) -> f32 {
-        let side = self.layout.brick as usize + 1;
+        let side = self.layout.brick_size_voxels as usize + 1;
         let [x, y, z] = sample.to_array().map(|c| c as usize);
         let at = brick as usize * side.pow(3) + x + side * (y + side * z);
         let integer = match self.pool.bits() {
-            Bits::Eight => self.pool.of::<i8>().map_or(0.0, |all| f32::from(all[at])),
-            Bits::Sixteen => self.pool.of::<i16>().map_or(0.0, |all| f32::from(all[at])),
+            SampleFormat::Snorm8 => self.pool.of::<i8>().map_or(0.0, |all| f32::from(all[at])),
+            SampleFormat::Snorm16 => self.pool.of::<i16>().map_or(0.0, |all| f32::from(all[at])),
         };
-        integer / self.pool.bits().quanta() as f32
+        integer / self.pool.bits().max_code() as f32
     }
 
     /// What each brick looks like: a place in the program's table, or with the top bit set that of a mixed brick.
@@ -131,7 +133,7 @@ impl Bricks {
     ///
     /// # Panics
     /// If there is no such brick.
-    pub fn look(&self, brick: u32) -> (u32, &[[u32; 2]]) {
+    pub fn brick_material(&self, brick: u32) -> (u32, &[[u32; 2]]) {
         let material = self.materials[brick as usize];
         if material & BRICK_MIXED == 0 {
             return (material, &[]);
@@ -152,7 +154,7 @@ mod tests {
 
     #[test]
     fn eight_bytes_hold_a_material_to_a_hundredth() {
-        let m = MaterialWords {
+        let m = GpuMaterial {
             base_roughness: [0.75, 0.02, 0.31, 0.4],
             emission_metallic: [0.0, 0.5, 4.0, 1.0],
         };

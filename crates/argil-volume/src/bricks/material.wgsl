@@ -4,7 +4,7 @@ fn byte_of(v: f32) -> u32 {
     return u32(clamp(v, 0.0, 1.0) * 255.0 + 0.5);
 }
 
-fn pack_material(m: MaterialWords) -> vec2<u32> {
+fn pack_material(m: GpuMaterial) -> vec2<u32> {
     let base = sqrt(max(m.base_roughness.xyz, vec3(0.0)));
     let e = max(m.emission_metallic.xyz, vec3(0.0));
     let light = e / (1.0 + e);
@@ -18,10 +18,10 @@ fn unpack_bytes(word: u32) -> vec4<f32> {
     return vec4<f32>((vec4(word) >> vec4(0u, 8u, 16u, 24u)) & vec4(255u)) * (1.0 / 255.0);
 }
 
-fn unpack_material(packed: vec2<u32>) -> MaterialWords {
+fn unpack_material(packed: vec2<u32>) -> GpuMaterial {
     let a = unpack_bytes(packed.x);
     let b = unpack_bytes(packed.y);
-    return MaterialWords(vec4(a.xyz * a.xyz, a.w), vec4(b.xyz / max(1.0 - b.xyz, vec3(1.0 / 512.0)), b.w));
+    return GpuMaterial(vec4(a.xyz * a.xyz, a.w), vec4(b.xyz / max(1.0 - b.xyz, vec3(1.0 / 512.0)), b.w));
 }
 
 // How many bricks into the pool a brick's word is.

@@ -1,8 +1,8 @@
 //! Which octants of bricks edits can have changed: finer than cells, as a brush reaches far where blends are wide.
 
 use super::BrickLayout;
-use argil_abi::Instr;
-use argil_field::{CELLS, Pruner, Touched};
+use argil_abi::Instruction;
+use argil_field::{CELLS_PER_BATCH, ChangeSet, Pruner};
 use glam::{IVec3, UVec3, Vec3, uvec3};
 
 /// Octants of a brick.
@@ -17,13 +17,13 @@ pub(super) fn place_of(octant: usize) -> UVec3 {
 impl BrickLayout {
     /// The middle of an octant of a cell.
     pub(super) fn middle_of_octant(&self, cell: IVec3, octant: usize) -> Vec3 {
-        let first = self.lattice.corner + cell.as_vec3() * self.cell_length();
+        let first = self.voxel_grid.corner + cell.as_vec3() * self.cell_length();
         first + 0.5 * self.cell_length() * (place_of(octant).as_vec3() + 0.5)
     }
 }
 
 /// Cells whose octants are measured at once.
-pub(super) const CELLS_AT_ONCE: usize = CELLS / OCTANTS;
+pub(super) const CELLS_AT_ONCE: usize = CELLS_PER_BATCH / OCTANTS;
 
 /// Of some cells, a bit for each octant in which something that was touched can matter, by a list of what can matter in all of
 /// them: the first cell's in the lowest byte.
@@ -33,17 +33,17 @@ pub(super) const CELLS_AT_ONCE: usize = CELLS / OCTANTS;
 pub(super) fn changed(
     layout: &BrickLayout,
     pruner: &mut Pruner<'_>,
-    touched: &Touched,
-    list: &[Instr],
+    touched: &ChangeSet,
+    list: &[Instruction],
     cells: &[IVec3],
 ) -> u64 {
-    let mut centers = [Vec3::ZERO; CELLS];
+    let mut centers = [Vec3::ZERO; CELLS_PER_BATCH];
     let centers = &mut centers[..cells.len() * OCTANTS];
     for (i, center) in centers.iter_mut().enumerate() {
         *center = layout.middle_of_octant(cells[i / OCTANTS], i % OCTANTS);
     }
-    let mut d = [0.0; CELLS];
+    let mut d = [0.0; CELLS_PER_BATCH];
     let d = &mut d[..centers.len()];
-    pruner.mark(list, centers, 0.5 * layout.half_diagonal(1), d);
-    pruner.needed(list, |instr| touched.has(instr))
+    pruner.classify_cells(list, centers, 0.5 * layout.half_diagonal(1), d);
+    pruner.affected_cells(list, |instr| touched.has(instr))
 }

@@ -1,14 +1,14 @@
 //! Bricks from stored parts, which need not fit one another.
 
-use super::changes::Noted;
+use super::cell::Cell;
+use super::changes::ChangeLog;
 use super::layout::BrickLayout;
 use super::table::{BlockTable, FAR_SLOTS, far_words};
 use super::tables::Bricks;
-use super::words::Word;
 use super::{material, pool};
 use crate::Texels;
 use argil_abi::BRICK_MIXED;
-use argil_field::CELLS;
+use argil_field::CELLS_PER_BATCH;
 
 impl Bricks {
     /// From stored parts, with 64 words for each slot of the table; what is wrong with them where they do not fit one another.
@@ -23,34 +23,35 @@ impl Bricks {
             return Err("its Lipschitz constant makes no sense");
         }
         let samples = layout.brick_samples() as usize;
-        if pool.bits() != layout.encoding.bits {
+        if pool.bits() != layout.encoding.format {
             return Err("the samples have another width");
         }
         let length = pool.bytes().len() / pool.bits().bytes();
         if !length.is_multiple_of(samples) || length == 0 {
             return Err("half a brick is left");
         }
-        if words.len() != table.slots() * CELLS {
+        if words.len() != table.slots() * CELLS_PER_BATCH {
             return Err("there are not as many cells as the blocks have");
         }
         let [low, high] = layout.block_range();
         table.cover(low, high);
-        words[..FAR_SLOTS as usize * CELLS].copy_from_slice(&far_words(layout.far_length()));
+        words[..FAR_SLOTS as usize * CELLS_PER_BATCH]
+            .copy_from_slice(&far_words(layout.far_length()));
         if layout.check_count((length / samples) as u64).is_err() {
             return Err("it has more bricks than can be");
         }
         let mut owners = vec![u32::MAX; length / samples];
-        let mut masks = vec![0u64; words.len() / CELLS];
+        let mut masks = vec![0u64; words.len() / CELLS_PER_BATCH];
         let mut is_there = vec![false; table.slots()];
         for (slot, block) in table.blocks() {
             is_there[slot] = true;
-            if layout.lattice.is_cut && (block.cmplt(low).any() || block.cmpge(high).any()) {
+            if layout.voxel_grid.is_clipped && (block.cmplt(low).any() || block.cmpge(high).any()) {
                 return Err("a block is outside of the box");
             }
         }
         for (at, &word) in words.iter().enumerate() {
-            if let Word::Brick(brick) = Word::of(word) {
-                if !is_there[at / CELLS] {
+            if let Cell::Brick(brick) = Cell::of(word) {
+                if !is_there[at / CELLS_PER_BATCH] {
                     return Err("a brick is in no block");
                 }
                 match owners.get_mut(brick as usize) {
@@ -76,8 +77,8 @@ impl Bricks {
             return Err("a mixed brick's materials are not there");
         }
         Ok(Self {
-            mixed_owners: pool::owners_of_mixed(&materials, &mixed),
-            changes: Noted::default(),
+            brick_of_mixed: pool::owners_of_mixed(&materials, &mixed),
+            changes: ChangeLog::default(),
             materials,
             mixed,
             layout,
@@ -85,7 +86,7 @@ impl Bricks {
             table,
             masks,
             words,
-            owners,
+            cell_of_brick: owners,
             pool,
         })
     }

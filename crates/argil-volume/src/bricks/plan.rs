@@ -7,11 +7,11 @@
 //! Where operands are many, a grid knows what can matter in each block. A block all of whose cells are near the surface gets
 //! what can matter to such small distances alone, which is several times less.
 
-use super::bounds::{Bounds, SLOT_BYTES};
+use super::bounds::{CellBounds, SLOT_BYTES};
 use super::layout::{BLOCK_SIDE, BrickLayout, BricksError};
 use super::table::{BlockTable, FAR_SLOTS};
-use argil_abi::Instr;
-use argil_field::{CELLS, Evaluator, OperandIndex, Parts, Program, Pruner};
+use argil_abi::Instruction;
+use argil_field::{CELLS_PER_BATCH, Evaluator, OperandIndex, PartGrid, Program, Pruner};
 use argil_math::Control;
 use glam::{IVec3, Vec3};
 use rayon::prelude::*;
@@ -24,13 +24,13 @@ pub struct BlockPlan {
     /// The blocks, z slowest, each with its stretch of the instructions.
     pub blocks: Vec<(IVec3, Range<usize>)>,
     /// The lists.
-    pub instrs: Vec<Instr>,
+    pub instrs: Vec<Instruction>,
     /// Boxes of blocks that are not needed, as they are far inside: from one block to before another.
     pub inside: Vec<[IVec3; 2]>,
 }
 
 /// Most blocks: the words of their cells are told apart by 32 bits.
-const MOST_BLOCKS: u64 = (1 << 32) / CELLS as u64 - FAR_SLOTS as u64;
+const MAX_BLOCKS: u64 = (1 << 32) / CELLS_PER_BATCH as u64 - FAR_SLOTS as u64;
 
 /// How many parts of one size have been found that have surface in them or near them. There are some sixteen times as many of the next
 /// size, so that where these are too many, blocks are.
@@ -58,8 +58,8 @@ impl BlockCount {
 
 /// Parts of one size with a list of instructions each.
 #[derive(Default)]
-struct Level {
-    instrs: Vec<Instr>,
+struct PlanLevel {
+    instrs: Vec<Instruction>,
     parts: Vec<(IVec3, Range<usize>)>,
     inside: Vec<IVec3>,
 }
@@ -68,11 +68,11 @@ struct Level {
 const MANY_OPERANDS: usize = 2048;
 /// Blocks along the side of a part that is done as one then, and most of those parts.
 const PART_SIDE: i32 = 4;
-const MOST_PARTS: f32 = 1e6;
+const MAX_PARTS: f32 = 1e6;
 /// Most entries for each operand where blocks have lists of their own.
-const MOST_ENTRIES: u64 = 40;
+const MAX_ENTRIES: u64 = 40;
 
-impl Level {
+impl PlanLevel {
     /// Parts of `side` blocks that were cut out of others, as one level.
     fn joined(
         all: Vec<Self>,
@@ -118,7 +118,7 @@ impl BlockPlan {
         budget: Option<u64>,
         control: &Control,
     ) -> Result<Self, BricksError> {
-        let most = MOST_BLOCKS.min(budget.map_or(MOST_BLOCKS, |budget| budget / SLOT_BYTES));
+        let most = MAX_BLOCKS.min(budget.map_or(MAX_BLOCKS, |budget| budget / SLOT_BYTES));
         let count = BlockCount {
             most,
             found: AtomicU64::new(0),
@@ -141,7 +141,7 @@ impl BlockPlan {
         count: &BlockCount,
         control: &Control,
     ) -> Self {
-        let bounds = Bounds::new(program, layout);
+        let bounds = CellBounds::new(program, layout);
         let [low, high] = searched(layout);
         if let Some(plan) =
             Self::by_operands(program, layout, &bounds, [low, high], (count, control))
@@ -155,13 +155,13 @@ impl BlockPlan {
             side *= 4;
         }
         // Parts lie where those of an edit lie, so that the lists of a cell are the same.
-        let all = 0..program.instrs().len();
+        let all = 0..program.instructions().len();
         let (first, last) = (
             low.div_euclid(IVec3::splat(side)),
             (high - 1).div_euclid(IVec3::splat(side)),
         );
-        let mut level = Level {
-            instrs: program.instrs().to_vec(),
+        let mut level = PlanLevel {
+            instrs: program.instructions().to_vec(),
             parts: super::table::places(first, last)
                 .map(|place| (place * side, all.clone()))
                 .collect(),
@@ -174,18 +174,18 @@ impl BlockPlan {
             is_cut = true;
             control.begin("parts", level.parts.len() as u64);
             count.begin();
-            let parts: Vec<Level> = level
+            let parts: Vec<PlanLevel> = level
                 .parts
                 .par_iter()
                 .map_init(
                     || Pruner::new(program),
                     |pruner, (block, range)| {
                         if control.is_cancelled() || count.is_too_much() {
-                            return Level::default();
+                            return PlanLevel::default();
                         }
                         let instrs = &level.instrs[range.clone()];
                         let blocks = parts_of(*block, (side, [low, high]));
-                        let mut own = Level::default();
+                        let mut own = PlanLevel::default();
                         own.cut(layout, &bounds, &blocks, side, instrs, pruner);
                         count.add(own.parts.len());
                         control.advance(1);
@@ -193,7 +193,7 @@ impl BlockPlan {
                     },
                 )
                 .collect();
-            level = Level::joined(parts, (side, [low, high]), &mut inside);
+            level = PlanLevel::joined(parts, (side, [low, high]), &mut inside);
         }
         level.finished(inside)
     }
@@ -202,24 +202,24 @@ impl BlockPlan {
     fn by_operands(
         program: &Program,
         layout: &BrickLayout,
-        bounds: &Bounds<'_>,
+        bounds: &CellBounds<'_>,
         [low, high]: [IVec3; 2],
         (block_count, control): (&BlockCount, &Control),
     ) -> Option<Self> {
         let side = IVec3::splat(PART_SIDE);
         let [first, last] = [low, high - 1].map(|block| block.div_euclid(side));
         let count = (last - first + 1).as_vec3().element_product();
-        if program.operand_count() < MANY_OPERANDS || count > MOST_PARTS {
+        if program.operand_count() < MANY_OPERANDS || count > MAX_PARTS {
             return None;
         }
         let parts = layout.parts(program);
         let edge = BLOCK_SIDE as f32 * layout.cell_length();
-        let of_parts = Parts {
+        let of_parts = PartGrid {
             edge: PART_SIDE as f32 * edge,
             ..parts
         };
         let index = OperandIndex::new(program, of_parts)?;
-        let near_parts = Parts {
+        let near_parts = PartGrid {
             // Far from the origin rounding takes a little more.
             far: 1.01 * bounds.near_length(layout),
             ..parts
@@ -238,19 +238,19 @@ impl BlockPlan {
         let places: Vec<IVec3> = super::table::places(first, last).collect();
         control.begin("parts", places.len() as u64);
         block_count.begin();
-        let parts: Vec<Level> = places
+        let parts: Vec<PlanLevel> = places
             .par_iter()
             .map_init(
                 || (Pruner::new(program), Evaluator::new(program), Vec::new()),
                 |(pruner, evaluator, list), &place| {
-                    let mut level = Level::default();
+                    let mut level = PlanLevel::default();
                     control.advance(1);
                     if index.is_empty(place) {
                         return level;
                     }
                     for block in parts_of(place * PART_SIDE, (1, [low, high])) {
                         if control.is_cancelled() || block_count.is_too_much() {
-                            return Level::default();
+                            return PlanLevel::default();
                         }
                         if !blocks.near(block, evaluator, &mut level) {
                             list.clear();
@@ -266,7 +266,7 @@ impl BlockPlan {
         // They take as much as lists do.
         drop((index, blocks));
         let mut inside = Vec::new();
-        let level = Level::joined(parts, (1, [low, high]), &mut inside);
+        let level = PlanLevel::joined(parts, (1, [low, high]), &mut inside);
         Some(level.finished(inside))
     }
 }
@@ -293,7 +293,7 @@ impl BlockTable {
 /// The blocks that are looked at, from one to before another. A cut box is that. Otherwise what is near to the surface is found
 /// wherever it is: as far from the box as cells tell. What is farther away is far from the surface, whatever distances are there.
 pub(super) fn searched(layout: &BrickLayout) -> [IVec3; 2] {
-    if layout.lattice.is_cut {
+    if layout.voxel_grid.is_clipped {
         return layout.block_range();
     }
     let region = layout.region();
@@ -308,33 +308,33 @@ pub(super) fn searched(layout: &BrickLayout) -> [IVec3; 2] {
 
 /// The parts of `side` blocks in a part, as far as they are looked at.
 fn parts_of(block: IVec3, (side, [low, high]): (i32, [IVec3; 2])) -> Vec<IVec3> {
-    (0..CELLS)
+    (0..CELLS_PER_BATCH)
         .map(|i| block + side * super::inner_cell(i))
         .filter(|&b| b.cmplt(high).all() && (b + side).cmpgt(low).all())
         .collect()
 }
 
-impl Level {
+impl PlanLevel {
     /// Take in parts of `side` blocks with a list that they share, each with what is left of it, and those that are far inside.
     fn cut(
         &mut self,
         layout: &BrickLayout,
-        bounds: &Bounds<'_>,
+        bounds: &CellBounds<'_>,
         blocks: &[IVec3],
         side: i32,
-        instrs: &[Instr],
+        instrs: &[Instruction],
         pruner: &mut Pruner<'_>,
     ) {
         let cells = side as u32 * BLOCK_SIDE;
         let centers: Vec<Vec3> = blocks
             .iter()
-            .map(|&b| layout.middle(b * BLOCK_SIDE as i32, cells))
+            .map(|&b| layout.center(b * BLOCK_SIDE as i32, cells))
             .collect();
-        let mut d = [0.0; CELLS];
+        let mut d = [0.0; CELLS_PER_BATCH];
         let d = &mut d[..blocks.len()];
         let radius = layout.half_diagonal(cells);
         let half = 0.5 * layout.cell_length() * cells as f32;
-        pruner.mark(instrs, &centers, radius, d);
+        pruner.classify_cells(instrs, &centers, radius, d);
         for (i, (&block, &d)) in blocks.iter().zip(d.iter()).enumerate() {
             if bounds.about(centers[i], half).is_far(d, radius) {
                 if d < 0.0 {
@@ -343,7 +343,7 @@ impl Level {
                 continue;
             }
             let from = self.instrs.len();
-            pruner.list(instrs, i, &mut self.instrs);
+            pruner.prune_into(instrs, i, &mut self.instrs);
             self.parts.push((block, from..self.instrs.len()));
         }
     }
@@ -353,7 +353,7 @@ impl Level {
 struct BlockLists<'a> {
     program: &'a Program,
     layout: &'a BrickLayout,
-    bounds: &'a Bounds<'a>,
+    bounds: &'a CellBounds<'a>,
     /// What can matter to distances that cells tell.
     far: BlockIndex,
     /// What can matter to those that decide what bricks hold.
@@ -368,9 +368,9 @@ struct BlockIndex {
 
 impl BlockIndex {
     /// Of single blocks, unless operands are so large that they are in too many.
-    fn new(program: &Program, parts: Parts, edge: f32) -> Option<Self> {
-        let most = MOST_ENTRIES * program.operand_count() as u64;
-        let of_side = |side: i32| Parts {
+    fn new(program: &Program, parts: PartGrid, edge: f32) -> Option<Self> {
+        let most = MAX_ENTRIES * program.operand_count() as u64;
+        let of_side = |side: i32| PartGrid {
             edge: side as f32 * edge,
             ..parts
         };
@@ -382,7 +382,7 @@ impl BlockIndex {
     }
 
     /// Append what can matter in a block.
-    fn append(&self, program: &Program, block: IVec3, out: &mut Vec<Instr>) {
+    fn append(&self, program: &Program, block: IVec3, out: &mut Vec<Instruction>) {
         let part = block.div_euclid(IVec3::splat(self.side));
         self.index.list(program, part, out);
     }
@@ -391,7 +391,7 @@ impl BlockIndex {
 impl BlockLists<'_> {
     /// Take a block in, if all of its cells are near the surface, with what is near enough to decide what is in those: of many
     /// operands that is far less.
-    fn near(&self, block: IVec3, evaluator: &mut Evaluator<'_>, level: &mut Level) -> bool {
+    fn near(&self, block: IVec3, evaluator: &mut Evaluator<'_>, level: &mut PlanLevel) -> bool {
         let first = block * BLOCK_SIDE as i32;
         let bounds = self.bounds.of_block(self.layout, first);
         let far = self.near.index.parts().far;
@@ -400,12 +400,12 @@ impl BlockLists<'_> {
         }
         let from = level.instrs.len();
         self.near.append(self.program, block, &mut level.instrs);
-        let [mut x, mut y, mut z, mut d] = [[0.0; CELLS]; 4];
-        for i in 0..CELLS {
-            let center = self.layout.middle(first + super::inner_cell(i), 1);
+        let [mut x, mut y, mut z, mut d] = [[0.0; CELLS_PER_BATCH]; 4];
+        for i in 0..CELLS_PER_BATCH {
+            let center = self.layout.center(first + super::inner_cell(i), 1);
             (x[i], y[i], z[i]) = (center.x, center.y, center.z);
         }
-        evaluator.distances_by(&level.instrs[from..], &x, &y, &z, &mut d);
+        evaluator.distances_with(&level.instrs[from..], &x, &y, &z, &mut d);
         // What is left out is farther away than these, and changes none of them.
         let is_near = d.iter().all(|d| d.abs() <= far);
         if is_near {

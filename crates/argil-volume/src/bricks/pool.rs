@@ -29,8 +29,8 @@ impl<'a, T: Texel> Pool<'a, T> {
         let texels = std::mem::replace(&mut bricks.pool, Texels::from_vec(Vec::<T>::new()));
         let mut texels = texels.into_vec::<T>();
         // Of an empty volume the pool has one brick of zeros.
-        texels.truncate(bricks.owners.len() * samples);
-        let mixed_owners = std::mem::take(&mut bricks.mixed_owners);
+        texels.truncate(bricks.cell_of_brick.len() * samples);
+        let mixed_owners = std::mem::take(&mut bricks.brick_of_mixed);
         Self {
             bricks,
             texels,
@@ -66,7 +66,7 @@ impl<'a, T: Texel> Pool<'a, T> {
         let old = std::mem::replace(&mut self.bricks.words[at as usize], word);
         if super::is_brick(old) {
             self.free_mixed(old);
-            self.bricks.owners[old as usize] = u32::MAX;
+            self.bricks.cell_of_brick[old as usize] = u32::MAX;
             self.free.push(old);
         }
     }
@@ -74,18 +74,18 @@ impl<'a, T: Texel> Pool<'a, T> {
     /// A place for the brick of a word's cell.
     fn take(&mut self, at: u32) -> u32 {
         if let Some(brick) = self.free.pop() {
-            self.bricks.owners[brick as usize] = at;
+            self.bricks.cell_of_brick[brick as usize] = at;
             return brick;
         }
-        let brick = self.bricks.owners.len() as u32;
+        let brick = self.bricks.cell_of_brick.len() as u32;
         if self.texels.len() + self.samples > self.texels.capacity() {
             self.texels.reserve_exact(PAGE * self.samples);
-            self.bricks.owners.reserve_exact(PAGE);
+            self.bricks.cell_of_brick.reserve_exact(PAGE);
             self.bricks.materials.reserve_exact(PAGE);
         }
         let length = self.texels.len() + self.samples;
         self.texels.resize(length, T::default());
-        self.bricks.owners.push(at);
+        self.bricks.cell_of_brick.push(at);
         self.bricks.materials.push(0);
         brick
     }
@@ -131,17 +131,17 @@ impl<'a, T: Texel> Pool<'a, T> {
         } = self;
         free.sort_unstable();
         for &gap in &free {
-            while bricks.owners.last() == Some(&u32::MAX) {
-                bricks.owners.pop();
+            while bricks.cell_of_brick.last() == Some(&u32::MAX) {
+                bricks.cell_of_brick.pop();
             }
-            let (gap, last) = (gap as usize, bricks.owners.len().wrapping_sub(1));
-            if gap >= bricks.owners.len() {
+            let (gap, last) = (gap as usize, bricks.cell_of_brick.len().wrapping_sub(1));
+            if gap >= bricks.cell_of_brick.len() {
                 break;
             }
             let from = last * samples;
             texels.copy_within(from..from + samples, gap * samples);
-            let owner = bricks.owners[last];
-            bricks.owners[gap] = owner;
+            let owner = bricks.cell_of_brick[last];
+            bricks.cell_of_brick[gap] = owner;
             bricks.words[owner as usize] = gap as u32;
             bricks.changes.brick(gap as u32);
             bricks.changes.slot(owner / 64);
@@ -150,12 +150,12 @@ impl<'a, T: Texel> Pool<'a, T> {
             if material & BRICK_MIXED != 0 {
                 mixed_owners[(material & !BRICK_MIXED) as usize] = gap as u32;
             }
-            bricks.owners.pop();
+            bricks.cell_of_brick.pop();
         }
-        while bricks.owners.last() == Some(&u32::MAX) {
-            bricks.owners.pop();
+        while bricks.cell_of_brick.last() == Some(&u32::MAX) {
+            bricks.cell_of_brick.pop();
         }
-        let count = bricks.owners.len();
+        let count = bricks.cell_of_brick.len();
         bricks.materials.truncate(count);
         texels.truncate(count * samples);
 
@@ -185,7 +185,7 @@ impl<'a, T: Texel> Pool<'a, T> {
         // What a great edit took and gave back goes back too.
         if texels.capacity() > texels.len() + 2 * PAGE * samples {
             texels.shrink_to(texels.len() + PAGE * samples);
-            bricks.owners.shrink_to(count + PAGE);
+            bricks.cell_of_brick.shrink_to(count + PAGE);
             bricks.materials.shrink_to(count + PAGE);
         }
         if bricks.mixed.capacity() > bricks.mixed.len() + PAGE * PLACES {
@@ -196,7 +196,7 @@ impl<'a, T: Texel> Pool<'a, T> {
         if texels.is_empty() {
             texels.resize(samples, T::default());
         }
-        bricks.mixed_owners = mixed_owners;
+        bricks.brick_of_mixed = mixed_owners;
         bricks.pool = Texels::from_vec(texels);
     }
 

@@ -1,11 +1,11 @@
 //! What bricks tell: one by one, cell by cell, point by point.
 
-use super::batch::BrickSampler;
 use super::brick::Brick;
+use super::cell::Cell;
+use super::sampler::BrickSampler;
 use super::table::places;
 use super::tables::Bricks;
-use super::words::Word;
-use argil_field::CELLS;
+use argil_field::CELLS_PER_BATCH;
 use glam::{IVec3, Vec3};
 use std::ops::Range;
 
@@ -30,14 +30,14 @@ impl Bricks {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn iter(&self) -> impl ExactSizeIterator<Item = Brick<'_>> + '_ {
-        (0..self.owners.len()).map(|index| Brick {
+        (0..self.cell_of_brick.len()).map(|index| Brick {
             bricks: self,
             index: index as u32,
         })
     }
 
     /// The words of all cells from one to before another, x fastest, as a shader of one's own reads them: see `docs/march-bricks.md` of
-    /// the repository. What each means [`Word::of`] tells.
+    /// the repository. What each means [`Cell::of`] tells.
     ///
     /// ```
     /// # use argil_volume::{BrickLayout, BrickSettings, Bricks, Lattice, Word};
@@ -62,16 +62,16 @@ impl Bricks {
 
     /// Whether a point lies in a cell with a brick.
     pub fn has_brick(&self, point: Vec3) -> bool {
-        matches!(self.cell(self.layout.cell_of(point)), Word::Brick(_))
+        matches!(self.cell(self.layout.cell_of(point)), Cell::Brick(_))
     }
 
     /// What is stored for a point of the box: in a brick the interpolated distance, else one that is of its sign and never
     /// longer.
     pub fn distance(&self, point: Vec3) -> f32 {
         let mut out = [0.0];
-        match self.layout.encoding.bits {
-            crate::Bits::Eight => self.sampled::<i8>(point, &mut out),
-            crate::Bits::Sixteen => self.sampled::<i16>(point, &mut out),
+        match self.layout.encoding.format {
+            crate::SampleFormat::Snorm8 => self.sampled::<i8>(point, &mut out),
+            crate::SampleFormat::Snorm16 => self.sampled::<i16>(point, &mut out),
         }
         out[0]
     }
@@ -86,12 +86,12 @@ impl Bricks {
     /// Where bricks stand in the pool makes no difference, nor does the box. Of other voxels, all cells differ.
     pub fn differing_cells(&self, other: &Self) -> u64 {
         let measures = |own: &Self| {
-            let lattice = own.layout.lattice;
+            let lattice = own.layout.voxel_grid;
             (
                 lattice.corner,
-                lattice.voxel,
-                own.layout.brick,
-                own.layout.encoding.bits,
+                lattice.voxel_size,
+                own.layout.brick_size_voxels,
+                own.layout.encoding.format,
             )
         };
         if measures(self) != measures(other) {
@@ -102,16 +102,17 @@ impl Bricks {
             let from = brick as usize * bytes;
             from..(from + bytes).min(bricks.pool.bytes().len())
         };
-        let differ = |own: u32, theirs: u32| match (Word::of(own), Word::of(theirs)) {
-            (Word::Brick(a), Word::Brick(b)) => {
+        let differ = |own: u32, theirs: u32| match (Cell::of(own), Cell::of(theirs)) {
+            (Cell::Brick(a), Cell::Brick(b)) => {
                 self.pool.bytes()[samples(self, a)] != other.pool.bytes()[samples(other, b)]
-                    || self.look(a) != other.look(b)
+                    || self.brick_material(a) != other.brick_material(b)
             }
-            (Word::Empty { .. }, Word::Empty { .. }) => false,
+            (Cell::Empty { .. }, Cell::Empty { .. }) => false,
             _ => true,
         };
-        let of_slot =
-            |bricks: &Self, slot: usize| slot * CELLS..((slot + 1) * CELLS).min(bricks.words.len());
+        let of_slot = |bricks: &Self, slot: usize| {
+            slot * CELLS_PER_BATCH..((slot + 1) * CELLS_PER_BATCH).min(bricks.words.len())
+        };
         let mut count = 0;
         for (slot, block) in self.table.blocks() {
             let theirs = other.table.slot(block) as usize;

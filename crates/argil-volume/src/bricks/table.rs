@@ -6,7 +6,7 @@
 //! `bricks/words.wgsl` has the twin of the look-up.
 
 use super::BLOCK_SIDE;
-use super::words::{empty_word, lonely_word};
+use super::cell::{block_empty_word, empty_word};
 pub use argil_abi::{FAR_ENTRY, FAR_SLOTS};
 use glam::{IVec3, UVec3};
 use std::ops::Range;
@@ -16,12 +16,12 @@ const NODE_BITS: u32 = 3;
 /// Entries of a node.
 const NODE: usize = 1 << (3 * NODE_BITS);
 /// Most entries of the top; with more there is another level.
-const MOST_TOP: u64 = 1 << 16;
+const MAX_TOP: u64 = 1 << 16;
 /// Most levels: enough for as many voxels as can be counted.
-const MOST_LEVELS: u32 = 7;
+const MAX_LEVELS: u32 = 7;
 /// In place of a block that a slot has not.
 const NONE: IVec3 = IVec3::splat(i32::MIN / 64);
-const _: () = assert!(FAR_SLOTS == 2 * (MOST_LEVELS + 1), "two for each level");
+const _: () = assert!(FAR_SLOTS == 2 * (MAX_LEVELS + 1), "two for each level");
 
 /// Where blocks are. See the module's page.
 #[derive(Clone, Debug)]
@@ -57,7 +57,7 @@ fn far_entry(level: u32, inside: bool) -> u32 {
 pub fn far_words(far: f32) -> Vec<u32> {
     let of_slot = |slot: u32| {
         let center = if slot & 1 == 0 { far } else { -far };
-        [lonely_word(empty_word(center)); 64]
+        [block_empty_word(empty_word(center)); 64]
     };
     (0..FAR_SLOTS).flat_map(of_slot).collect()
 }
@@ -218,7 +218,7 @@ impl BlockTable {
         let far = far_entry(level, inside);
         let is_so = |entry: u32| entry & FAR_ENTRY != 0 && entry & 1 == far & 1;
         if all || level == 0 {
-            self.give_back(place, level);
+            self.release_node(place, level);
             self.set(place, far);
             return;
         }
@@ -244,7 +244,7 @@ impl BlockTable {
     }
 
     /// Give back what an entry of a level holds.
-    fn give_back(&mut self, place: usize, level: u32) {
+    fn release_node(&mut self, place: usize, level: u32) {
         let entry = self.entries[place];
         if entry & FAR_ENTRY != 0 {
             return;
@@ -255,7 +255,7 @@ impl BlockTable {
             return;
         }
         for inner in 0..NODE {
-            self.give_back(entry as usize + inner, level - 1);
+            self.release_node(entry as usize + inner, level - 1);
         }
         self.free_nodes.push(entry);
     }
@@ -324,7 +324,7 @@ impl BlockTable {
                 .map(|n| u64::from(n >> (NODE_BITS * levels)) + 2);
             size.iter().product::<u64>()
         };
-        while levels < MOST_LEVELS && entries_at(levels) > MOST_TOP {
+        while levels < MAX_LEVELS && entries_at(levels) > MAX_TOP {
             levels += 1;
         }
         let edge = 1 << (NODE_BITS * levels);

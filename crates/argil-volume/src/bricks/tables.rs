@@ -1,11 +1,11 @@
 //! What sparse bricks hold.
 
-use super::changes::{BrickChanges, Noted};
+use super::cell::{Cell, inner_cell};
+use super::changes::{BrickChanges, ChangeLog};
 use super::layout::{BLOCK_SIDE, BrickLayout};
 use super::table::BlockTable;
-use super::words::{Word, inner_cell};
 use crate::Texels;
-use argil_field::CELLS;
+use argil_field::CELLS_PER_BATCH;
 use glam::IVec3;
 
 /// A sparse volume of bricks.
@@ -21,15 +21,15 @@ pub struct Bricks {
     /// What is in each cell, slot by slot.
     pub(super) words: Vec<u32>,
     /// Whose brick it is: the place of its cell's word.
-    pub(super) owners: Vec<u32>,
+    pub(super) cell_of_brick: Vec<u32>,
     /// What each brick looks like.
     pub(super) materials: Vec<u32>,
     /// The materials of mixed bricks.
     pub(super) mixed: Vec<[u32; 2]>,
     /// Which brick each of those is of.
-    pub(super) mixed_owners: Vec<u32>,
+    pub(super) brick_of_mixed: Vec<u32>,
     pub(super) pool: Texels,
-    pub(super) changes: Noted,
+    pub(super) changes: ChangeLog,
 }
 
 impl Bricks {
@@ -37,7 +37,7 @@ impl Bricks {
     /// to bring over. Its brick `n` is at `n · (brick + 1)³` samples of [`Bricks::pool`], its slot `n` at `64 n` of
     /// [`Bricks::words`].
     pub fn take_changes(&mut self) -> BrickChanges {
-        self.changes.take(self.owners.len() as u32)
+        self.changes.take(self.cell_of_brick.len() as u32)
     }
 
     /// Its measures.
@@ -66,23 +66,25 @@ impl Bricks {
     }
 
     pub(crate) fn set_cut(&mut self, is_cut: bool) {
-        self.layout.lattice.is_cut = is_cut;
+        self.layout.voxel_grid.is_clipped = is_cut;
     }
 
     /// The same voxels over a larger box. Nothing is sampled.
     pub fn grow(&mut self, layout: BrickLayout) {
-        let same = (self.layout.lattice.corner, self.layout.lattice.voxel)
-            == (layout.lattice.corner, layout.lattice.voxel);
-        if same && self.layout.brick == layout.brick {
-            self.layout.lattice = layout.lattice;
+        let same = (
+            self.layout.voxel_grid.corner,
+            self.layout.voxel_grid.voxel_size,
+        ) == (layout.voxel_grid.corner, layout.voxel_grid.voxel_size);
+        if same && self.layout.brick_size_voxels == layout.brick_size_voxels {
+            self.layout.voxel_grid = layout.voxel_grid;
             let [low, high] = layout.block_range();
             self.table.cover(low, high);
         }
     }
 
     /// Whose each brick is: the place of its cell's word.
-    pub fn owners(&self) -> &[u32] {
-        &self.owners
+    pub fn cell_of_brick(&self) -> &[u32] {
+        &self.cell_of_brick
     }
 
     /// The bricks' samples, brick by brick. Where there is no brick at all, there is one of zeros.
@@ -92,22 +94,22 @@ impl Bricks {
 
     /// Number of bricks.
     pub fn len(&self) -> usize {
-        self.owners.len()
+        self.cell_of_brick.len()
     }
 
     /// Whether there is no brick.
     pub fn is_empty(&self) -> bool {
-        self.owners.is_empty()
+        self.cell_of_brick.is_empty()
     }
 
     /// Bytes of everything.
     pub fn memory_bytes(&self) -> u64 {
         let tables = size_of_val(&self.masks[..])
             + size_of_val(&self.words[..])
-            + size_of_val(&self.owners[..])
+            + size_of_val(&self.cell_of_brick[..])
             + size_of_val(&self.materials[..])
             + size_of_val(&self.mixed[..])
-            + size_of_val(&self.mixed_owners[..]);
+            + size_of_val(&self.brick_of_mixed[..]);
         self.table.memory_bytes() + tables as u64 + self.pool.bytes().len() as u64
     }
 
@@ -117,17 +119,17 @@ impl Bricks {
         let side = BLOCK_SIDE as i32;
         let block = cell.div_euclid(IVec3::splat(side));
         let inner = cell - block * side;
-        self.table.slot(block) as usize * CELLS
+        self.table.slot(block) as usize * CELLS_PER_BATCH
             + (inner.x + side * (inner.y + side * inner.z)) as usize
     }
 
     /// The cell whose word stands there, of a block.
     pub fn cell_at(&self, index: usize) -> IVec3 {
-        self.table.cell(index / CELLS) + inner_cell(index % CELLS)
+        self.table.cell(index / CELLS_PER_BATCH) + inner_cell(index % CELLS_PER_BATCH)
     }
 
     /// What is in a cell, wherever it is.
-    pub fn cell(&self, cell: IVec3) -> Word {
-        Word::of(self.words[self.word_index(cell)])
+    pub fn cell(&self, cell: IVec3) -> Cell {
+        Cell::of(self.words[self.word_index(cell)])
     }
 }

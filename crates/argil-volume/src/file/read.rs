@@ -5,7 +5,7 @@ use super::meshes::{StoredMesh, meshes_of};
 use super::reader::FileReader;
 use super::write::{DESCRIPTION_WORDS, DESCRIPTION_WORDS_1};
 use crate::representation::FromFileError;
-use crate::{Bits, Encoding, Lattice, Range, Volume};
+use crate::{Band, Encoding, SampleFormat, Volume, VoxelGrid};
 use glam::{UVec3, Vec3};
 use memmap2::{Mmap, MmapMut};
 use std::fs::File;
@@ -14,7 +14,7 @@ use std::sync::Arc;
 
 /// What a volume file holds.
 #[derive(Clone, PartialEq)]
-pub struct Stored {
+pub struct VolumeFile {
     /// The distances.
     pub volume: Volume,
     /// The scene that they were sampled from, as a scene file's text; may be empty.
@@ -23,7 +23,7 @@ pub struct Stored {
     pub meshes: Vec<StoredMesh<'static>>,
 }
 
-impl Stored {
+impl VolumeFile {
     /// Whether a file begins as volume files do.
     pub fn is_volume_file(path: &Path) -> bool {
         // What is read from a pipe cannot be read again.
@@ -47,7 +47,7 @@ impl Stored {
     }
 }
 
-fn open(path: &Path) -> Result<Stored, VolumeError> {
+fn open(path: &Path) -> Result<VolumeFile, VolumeError> {
     let io = |source| VolumeError::Io {
         path: path.into(),
         source,
@@ -65,7 +65,7 @@ fn open(path: &Path) -> Result<Stored, VolumeError> {
     read(FileReader::new(Arc::new(map), path)?)
 }
 
-fn copied(bytes: &[u8], path: &Path) -> Result<Stored, VolumeError> {
+fn copied(bytes: &[u8], path: &Path) -> Result<VolumeFile, VolumeError> {
     let io = |source| VolumeError::Io {
         path: path.into(),
         source,
@@ -79,7 +79,7 @@ fn copied(bytes: &[u8], path: &Path) -> Result<Stored, VolumeError> {
     read(FileReader::new(Arc::new(map), path)?)
 }
 
-fn read(file: FileReader<'_>) -> Result<Stored, VolumeError> {
+fn read(file: FileReader<'_>) -> Result<VolumeFile, VolumeError> {
     let about = Section::Description;
     let mut words = file.words(about)?;
     if file.version == 1 && words.len() == DESCRIPTION_WORDS_1 {
@@ -108,30 +108,30 @@ fn read(file: FileReader<'_>) -> Result<Stored, VolumeError> {
         is_cut,
     ] = words;
     let bits = match bits {
-        8 => Bits::Eight,
-        16 => Bits::Sixteen,
+        8 => SampleFormat::Snorm8,
+        16 => SampleFormat::Snorm16,
         _ => return Err(file.fault(about, "distances of neither 8 nor 16 bits")),
     };
     let range = f32::from_bits(range);
-    let lattice = Lattice {
+    let lattice = VoxelGrid {
         corner: Vec3::from_array([x, y, z].map(f32::from_bits)),
-        voxel: f32::from_bits(voxel),
+        voxel_size: f32::from_bits(voxel),
         begin: UVec3::new(first_x, first_y, first_z).as_ivec3(),
         size: UVec3::new(nx, ny, nz),
-        is_cut: is_cut != 0,
+        is_clipped: is_cut != 0,
     };
     let is_positive = |v: f32| v.is_finite() && v > 0.0;
     let is_sane = is_positive(range)
         && range <= 1e6
-        && is_positive(lattice.voxel)
+        && is_positive(lattice.voxel_size)
         && lattice.aabb().is_finite()
         && lattice.size.min_element() >= 1;
     if !is_sane {
         return Err(file.fault(about, "its measures make no sense"));
     }
     let encoding = Encoding {
-        bits,
-        range: Range::Voxels(range),
+        format: bits,
+        band: Band::Voxels(range),
     };
     let own = [levels, brick, depth];
     let volume = Volume::from_file(kind, (&file, file.version), lattice, encoding, own);
@@ -149,7 +149,7 @@ fn read(file: FileReader<'_>) -> Result<Stored, VolumeError> {
             .ok_or_else(|| file.fault(Section::Meshes, "its lengths make no sense"))?,
         false => Vec::new(),
     };
-    Ok(Stored {
+    Ok(VolumeFile {
         volume,
         scene_json,
         meshes,

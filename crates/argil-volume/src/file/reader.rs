@@ -3,7 +3,7 @@
 use super::format::{
     ALIGNMENT, ENTRY_BYTES, FORMAT_VERSION, HEADER_BYTES, MAGIC, MAX_SECTIONS, Section, VolumeError,
 };
-use crate::{Bits, Texels};
+use crate::{SampleFormat, Texels};
 use memmap2::Mmap;
 use std::path::Path;
 use std::sync::Arc;
@@ -132,7 +132,12 @@ impl<'a> FileReader<'a> {
     }
 
     /// The texels of a level of detail, not copied.
-    pub(crate) fn texels(&self, level: u8, bits: Bits, count: u64) -> Result<Texels, VolumeError> {
+    pub(crate) fn texels(
+        &self,
+        level: u8,
+        bits: SampleFormat,
+        count: u64,
+    ) -> Result<Texels, VolumeError> {
         let section = Section::Texels(level);
         let range = self.range(section)?;
         let (expected, found) = (count * bits.bytes() as u64, range.len());
@@ -148,7 +153,11 @@ impl<'a> FileReader<'a> {
     }
 
     /// Samples that fill whole bricks of so many bytes, not copied.
-    pub(crate) fn samples(&self, bits: Bits, brick_bytes: u64) -> Result<Texels, VolumeError> {
+    pub(crate) fn samples(
+        &self,
+        bits: SampleFormat,
+        brick_bytes: u64,
+    ) -> Result<Texels, VolumeError> {
         let section = Section::Texels(0);
         let range = self.range(section)?;
         if !(range.len() as u64).is_multiple_of(brick_bytes) {

@@ -2,7 +2,7 @@ use super::format::{ALIGNMENT, ENTRY_BYTES, FORMAT_VERSION, HEADER_BYTES, MAGIC,
 use super::meshes::StoredMesh;
 use super::meshes::bytes_of;
 use crate::Volume;
-use crate::{Encoding, Lattice};
+use crate::{Encoding, VoxelGrid};
 use std::io::{self, Write};
 
 /// Words of the description: kind, bits, range in voxels, corner, voxel, size, levels, brick, depth or, of sparse bricks, the
@@ -18,7 +18,7 @@ fn write(
 ) -> io::Result<()> {
     // Gather the sections; what is large is borrowed.
     let (kind, part) = volume.file_parts();
-    let description = describe(kind, volume.encoding(), volume.lattice(), part.own);
+    let description = describe(kind, volume.encoding(), volume.voxel_grid(), part.own);
     let mut sections: Vec<(Section, &[u8])> = vec![
         (Section::Description, &description),
         (Section::Scene, scene_json.as_bytes()),
@@ -67,11 +67,11 @@ fn write(
     out.flush()
 }
 
-fn describe(kind: u32, encoding: &Encoding, lattice: &Lattice, own: [u32; 3]) -> Vec<u8> {
+fn describe(kind: u32, encoding: &Encoding, lattice: &VoxelGrid, own: [u32; 3]) -> Vec<u8> {
     let [x, y, z] = lattice.corner.to_array().map(f32::to_bits);
     let [nx, ny, nz] = lattice.size.to_array();
-    let range = encoding.range.voxels().to_bits();
-    let bits = 8 * encoding.bits.bytes() as u32;
+    let range = encoding.band.voxels().to_bits();
+    let bits = 8 * encoding.format.bytes() as u32;
     let [levels, brick, depth] = own;
     let words: [u32; DESCRIPTION_WORDS] = [
         kind,
@@ -80,7 +80,7 @@ fn describe(kind: u32, encoding: &Encoding, lattice: &Lattice, own: [u32; 3]) ->
         x,
         y,
         z,
-        lattice.voxel.to_bits(),
+        lattice.voxel_size.to_bits(),
         nx,
         ny,
         nz,
@@ -90,7 +90,7 @@ fn describe(kind: u32, encoding: &Encoding, lattice: &Lattice, own: [u32; 3]) ->
         lattice.begin.x as u32,
         lattice.begin.y as u32,
         lattice.begin.z as u32,
-        u32::from(lattice.is_cut),
+        u32::from(lattice.is_clipped),
     ];
     words.iter().flat_map(|w| w.to_le_bytes()).collect()
 }

@@ -1,6 +1,6 @@
 //! Where an octree's bricks lie, and how it is asked for.
 
-use crate::{Encoding, Lattice};
+use crate::{Encoding, VoxelGrid};
 use argil_abi::{OCTREE_MAX_DEPTH, OctreeVolume};
 use argil_field::Program;
 use argil_math::Aabb;
@@ -9,7 +9,7 @@ use glam::{UVec3, Vec3};
 /// Which bricks are kept.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
-pub enum Keep {
+pub enum BrickTest {
     /// All in which the surface can be.
     #[default]
     Conservative,
@@ -24,20 +24,20 @@ pub struct OctreeSettings {
     /// How distances are stored.
     pub encoding: Encoding,
     /// Voxels along a brick's side: 8, 16 or 32.
-    pub brick: u32,
+    pub brick_size_voxels: u32,
     /// Levels of nodes above the bricks; as many as are needed without it.
     pub depth: Option<u32>,
     /// Which bricks are kept.
-    pub keep: Keep,
+    pub brick_test: BrickTest,
 }
 
 impl Default for OctreeSettings {
     fn default() -> Self {
         Self {
             encoding: Encoding::default(),
-            brick: 32,
+            brick_size_voxels: 32,
             depth: None,
-            keep: Keep::Conservative,
+            brick_test: BrickTest::Conservative,
         }
     }
 }
@@ -74,23 +74,23 @@ pub enum OctreeError {
 
 /// Bricks along each axis, and how many levels of nodes there are above them.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Layout {
+pub struct OctreeLayout {
     /// Where the voxels lie.
-    pub lattice: Lattice,
+    pub voxel_grid: VoxelGrid,
     /// What texels mean.
     pub encoding: Encoding,
     /// Voxels along a brick's side.
-    pub brick: u32,
+    pub brick_size_voxels: u32,
     /// Bricks along each axis; the last ones may reach over the volume's sides.
     pub grid: UVec3,
     /// Levels of nodes.
     pub depth: u32,
 }
 
-impl Layout {
+impl OctreeLayout {
     /// Check what was asked for.
-    pub fn new(lattice: Lattice, settings: &OctreeSettings) -> Result<Self, OctreeError> {
-        let brick = settings.brick;
+    pub fn new(lattice: VoxelGrid, settings: &OctreeSettings) -> Result<Self, OctreeError> {
+        let brick = settings.brick_size_voxels;
         if ![8, 16, 32].contains(&brick) {
             return Err(OctreeError::Brick(brick));
         }
@@ -109,9 +109,9 @@ impl Layout {
             });
         }
         Ok(Self {
-            lattice,
+            voxel_grid: lattice,
             encoding: settings.encoding,
-            brick,
+            brick_size_voxels: brick,
             grid,
             depth,
         })
@@ -129,12 +129,12 @@ impl Layout {
 
     /// The edge of a brick.
     pub fn brick_length(&self) -> f32 {
-        self.brick as f32 * self.lattice.voxel
+        self.brick_size_voxels as f32 * self.voxel_grid.voxel_size
     }
 
     /// A brick's box.
     pub fn brick_box(&self, cell: UVec3) -> Aabb {
-        let min = self.lattice.corner + cell.as_vec3() * self.brick_length();
+        let min = self.voxel_grid.corner + cell.as_vec3() * self.brick_length();
         Aabb::new(min, min + self.brick_length())
     }
 
@@ -145,34 +145,36 @@ impl Layout {
 
     /// The cell's centre; `select.wgsl` does the same.
     pub(crate) fn center(&self, cell: UVec3) -> Vec3 {
-        let (corner, length) = (self.lattice.corner, self.brick_length());
+        let (corner, length) = (self.voxel_grid.corner, self.brick_length());
         corner + (cell.as_vec3() + 0.5) * length
     }
 
     /// Words for shaders. `program` sets how far from the surface a brick's centre may be for the brick to be kept.
-    pub fn words(&self, program: &Program, keep: Keep) -> OctreeVolume {
-        let lattice = &self.lattice;
-        let range = self.encoding.range_length(lattice, 0);
+    pub fn words(&self, program: &Program, keep: BrickTest) -> OctreeVolume {
+        let lattice = &self.voxel_grid;
+        let range = self.encoding.band_width(lattice, 0);
         // Around the brick with half a voxel more on each side, and around its outermost texels.
-        let half_diagonal = |voxels: f32| 0.5 * 3f32.sqrt() * voxels * lattice.voxel;
+        let half_diagonal = |voxels: f32| 0.5 * 3f32.sqrt() * voxels * lattice.voxel_size;
         let region = lattice.aabb().grown(self.brick_length());
-        let slack = program.bounds_slack(region);
+        let slack = program.bound_error(region);
         let lipschitz = 1.000_01 * program.lipschitz();
-        let brick = self.brick as f32;
+        let brick = self.brick_size_voxels as f32;
         OctreeVolume {
             corner: lattice.corner.to_array(),
             range,
             extent: lattice.extent().to_array(),
-            voxel: lattice.voxel,
+            voxel: lattice.voxel_size,
             grid_x: self.grid.x,
             grid_y: self.grid.y,
             grid_z: self.grid.z,
-            brick: self.brick,
+            brick: self.brick_size_voxels,
             depth: self.depth,
             code_count: self.code_count(),
             reach: match keep {
-                Keep::Conservative => program.reach(half_diagonal(brick + 1.0), region),
-                Keep::CenterInRange => range,
+                BrickTest::Conservative => {
+                    program.distance_threshold(half_diagonal(brick + 1.0), region)
+                }
+                BrickTest::CenterInRange => range,
             },
             spread: lipschitz * half_diagonal(brick - 1.0) + slack,
         }

@@ -1,21 +1,21 @@
 //! Which bricks are kept; `select.wgsl` is the twin.
 
-use super::{Keep, Layout};
+use super::{BrickTest, OctreeLayout};
 use argil_field::{Evaluator, LANES, Program};
 use argil_math::cell_of;
 use rayon::prelude::*;
 
 /// The bricks that are kept, and what is known of the others.
-pub struct Selection {
+pub struct BrickSelection {
     /// Codes of the bricks, ascending.
     pub codes: Vec<u32>,
     /// The distance at the centre of each cell, by code; 0 for codes outside of the volume.
     pub centers: Vec<f32>,
 }
 
-impl Selection {
+impl BrickSelection {
     /// Measure the centres of all cells in Morton order and keep those that are near enough.
-    pub fn of(program: &Program, layout: &Layout, keep: Keep) -> Self {
+    pub fn of(program: &Program, layout: &OctreeLayout, keep: BrickTest) -> Self {
         let reach = layout.words(program, keep).reach;
         let mut centers = vec![0.0; layout.code_count() as usize];
         let is_kept = |code: u32, d: f32| layout.holds(cell_of(code)) && d.abs() <= reach;
@@ -44,7 +44,7 @@ impl Selection {
 }
 
 /// The distances at the centres of a stretch of codes.
-fn measure(layout: &Layout, evaluator: &mut Evaluator<'_>, first: u32, centers: &mut [f32]) {
+fn measure(layout: &OctreeLayout, evaluator: &mut Evaluator<'_>, first: u32, centers: &mut [f32]) {
     let (mut x, mut y, mut z) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
     let (mut places, mut d) = ([0; LANES], [0.0; LANES]);
     let mut n = 0;

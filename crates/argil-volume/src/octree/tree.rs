@@ -1,13 +1,13 @@
 //! The tree above the bricks; `tree.wgsl` is the twin.
 
-use super::Layout;
+use super::OctreeLayout;
 use argil_abi::Node;
 use argil_math::morton;
 use glam::UVec3;
 
 /// Bricks by code, and the nodes above them.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Tree {
+pub struct OctreeNodes {
     codes: Vec<u32>,
     nodes: Vec<Node>,
     /// Where each level begins among the nodes; the parents of bricks are level 0, the root is the last.
@@ -16,19 +16,19 @@ pub struct Tree {
 
 /// What a look-up found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Visit {
+pub struct Lookup {
     /// The brick's place among the codes; `None` where there is no brick.
     pub brick: Option<u32>,
     /// Nodes that were visited.
     pub nodes: u32,
 }
 
-impl Tree {
+impl OctreeNodes {
     /// Build over ascending codes, `depth` levels.
     ///
     /// Level by level: a child whose parent is another than its left neighbour's begins a node, and each child sets its
     /// bit in its parent's mask.
-    pub fn over(codes: Vec<u32>, depth: u32) -> Self {
+    pub fn from_codes(codes: Vec<u32>, depth: u32) -> Self {
         let mut nodes = Vec::new();
         let mut levels = Vec::new();
         let mut keys = codes.clone();
@@ -59,7 +59,7 @@ impl Tree {
         }
     }
 
-    /// From stored parts. [`Tree::check`] says whether they are a tree.
+    /// From stored parts. [`OctreeNodes::check`] says whether they are a tree.
     pub fn from_parts(codes: Vec<u32>, nodes: Vec<Node>, levels: Vec<u32>) -> Self {
         Self {
             codes,
@@ -92,7 +92,7 @@ impl Tree {
 
     /// What is wrong with the tree, if anything: codes that do not ascend or lie outside of the volume, or nodes other
     /// than those that the codes make.
-    pub fn check(&self, layout: &Layout) -> Option<&'static str> {
+    pub fn check(&self, layout: &OctreeLayout) -> Option<&'static str> {
         if !self.codes.is_sorted_by(|a, b| a < b) {
             return Some("codes do not ascend");
         }
@@ -101,7 +101,7 @@ impl Tree {
         if !self.codes.iter().all(in_grid) {
             return Some("a code lies outside of the volume");
         }
-        let right = Self::over(self.codes.clone(), layout.depth);
+        let right = Self::from_codes(self.codes.clone(), layout.depth);
         if right.levels != self.levels {
             return Some("levels do not begin where their nodes do");
         }
@@ -109,16 +109,16 @@ impl Tree {
     }
 
     /// Go down from the root to a cell.
-    pub fn find(&self, cell: UVec3) -> Visit {
-        self.find_from(cell, &mut Path::default())
+    pub fn find(&self, cell: UVec3) -> Lookup {
+        self.find_from(cell, &mut DescentPath::default())
     }
 
     /// Go down to a cell from the deepest node that it shares with the cell that `path` was left at.
-    pub fn find_from(&self, cell: UVec3, path: &mut Path) -> Visit {
+    pub fn find_from(&self, cell: UVec3, path: &mut DescentPath) -> Lookup {
         let code = morton(cell);
         let depth = self.levels.len() as u32;
         let Some(root) = self.nodes.len().checked_sub(1) else {
-            return Visit {
+            return Lookup {
                 brick: None,
                 nodes: 0,
             };
@@ -133,12 +133,12 @@ impl Tree {
             let bit = code >> (3 * level) & 7;
             if node.valid_mask >> bit & 1 == 0 {
                 path.end = level;
-                return Visit { brick: None, nodes };
+                return Lookup { brick: None, nodes };
             }
             let child = node.child_offset + (node.valid_mask & ((1 << bit) - 1)).count_ones();
             if level == 0 {
                 path.end = 0;
-                return Visit {
+                return Lookup {
                     brick: Some(child),
                     nodes,
                 };
@@ -151,7 +151,7 @@ impl Tree {
 
 /// The nodes from the root to where a look-up ended. An empty one makes the next look-up begin at the root.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Path {
+pub struct DescentPath {
     /// By level.
     nodes: [u32; argil_abi::OCTREE_MAX_DEPTH as usize],
     code: u32,
@@ -160,7 +160,7 @@ pub struct Path {
     is_known: bool,
 }
 
-impl Path {
+impl DescentPath {
     /// A path that will be remembered.
     pub fn remembered() -> Self {
         Self {
@@ -196,8 +196,8 @@ mod tests {
     proptest! {
         #[test]
         fn every_brick_is_found_and_nothing_else(all in codes(4), probes in prop::collection::vec(0..1u32 << 12, 64)) {
-            let tree = Tree::over(all.clone(), 4);
-            let mut path = Path::remembered();
+            let tree = OctreeNodes::from_codes(all.clone(), 4);
+            let mut path = DescentPath::remembered();
             for code in all.iter().chain(&probes) {
                 let cell = cell_of(*code);
                 let expected = all.binary_search(code).ok().map(|i| i as u32);
@@ -211,7 +211,7 @@ mod tests {
 
         #[test]
         fn nodes_hold_their_children_and_none_is_an_orphan(all in codes(3)) {
-            let tree = Tree::over(all.clone(), 3);
+            let tree = OctreeNodes::from_codes(all.clone(), 3);
             prop_assert_eq!(tree.levels().len(), 3);
             let ends = tree.levels().iter().skip(1).copied().chain([tree.nodes().len() as u32]);
             let mut below = all.len() as u32;
@@ -233,7 +233,7 @@ mod tests {
 
     #[test]
     fn an_empty_tree_finds_nothing() {
-        let tree = Tree::over(Vec::new(), 3);
+        let tree = OctreeNodes::from_codes(Vec::new(), 3);
         assert_eq!(tree.nodes().len(), 0);
         assert_eq!(tree.find(UVec3::ZERO).brick, None);
     }

@@ -1,14 +1,14 @@
 //! The nearest point of the surface.
 
-use super::{Closest, MOST_BOXES, Query};
+use super::{ClosestPoint, MAX_BOXES, Query};
 use argil_math::Aabb;
 use glam::Vec3;
 
 impl Query<'_> {
-    /// The nearest point of the surface, or the best that is found among [`MOST_BOXES`] boxes, and which of the two it is;
+    /// The nearest point of the surface, or the best that is found among [`MAX_BOXES`] boxes, and which of the two it is;
     /// nothing where none is found within `most`.
-    pub fn closest_point(&self, point: [f32; 3], most: f32) -> Option<Closest> {
-        self.closest_point_among(point, most, MOST_BOXES)
+    pub fn closest_point(&self, point: [f32; 3], most: f32) -> Option<ClosestPoint> {
+        self.closest_point_among(point, most, MAX_BOXES)
     }
 
     /// The same among so many boxes, for who has little time: where brushes are twisted or blended a box takes up to some 10 µs, and
@@ -23,17 +23,24 @@ impl Query<'_> {
     /// assert!(found.is_some_and(|found| (found.distance - 0.3).abs() < 1e-3));
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
-    pub fn closest_point_among(&self, point: [f32; 3], most: f32, boxes: usize) -> Option<Closest> {
+    pub fn closest_point_among(
+        &self,
+        point: [f32; 3],
+        most: f32,
+        boxes: usize,
+    ) -> Option<ClosestPoint> {
         let p = Vec3::from(point);
         if !p.is_finite() || most.is_nan() {
             return None;
         }
         let mut probe = self.probe();
-        let d = self.tell(&mut probe, p).0;
+        let d = self.sample(&mut probe, p).0;
         let lipschitz = self.tables().lipschitz();
         // The surface is not in the ball that is free; how far it is at most a walk tells, or the search goes to `most`.
         let free = d.abs() / lipschitz;
-        let mut best = self.walk(&mut probe, p).filter(|q| q.distance(p) <= most);
+        let mut best = self
+            .project_to_surface(&mut probe, p)
+            .filter(|q| q.distance(p) <= most);
         let mut reach = best.map_or(most, |q| q.distance(p));
         let bounds = self.tables().aabb().grown(self.epsilon);
         if best.is_none() {
@@ -42,7 +49,7 @@ impl Query<'_> {
             reach = reach.min(farthest.into_iter().fold(0.0, f32::max));
         }
         let found = |best: Option<Vec3>, is_nearest: bool| {
-            best.map(|q| Closest {
+            best.map(|q| ClosestPoint {
                 point: q.to_array(),
                 distance: q.distance(p),
                 is_nearest,
@@ -54,10 +61,10 @@ impl Query<'_> {
         // The nearest boxes first.
         let whole = Aabb::new(p - reach, p + reach);
         let mut open = std::collections::BinaryHeap::new();
-        open.push(Open(0.0, whole));
+        open.push(OpenBox(0.0, whole));
         let mut looked_at = 0;
         let mut is_nearest = true;
-        while let Some(Open(nearest, held)) = open.pop() {
+        while let Some(OpenBox(nearest, held)) = open.pop() {
             if nearest >= 0.99 * reach {
                 break;
             }
@@ -68,13 +75,13 @@ impl Query<'_> {
             looked_at += 1;
             let center = held.center();
             let half = held.half_diagonal();
-            let d = self.tell(&mut probe, center).0;
+            let d = self.sample(&mut probe, center).0;
             if d.abs() > lipschitz * half + self.slack(held) {
                 continue;
             }
             let is_least = |reach: f32| half < 0.005 * reach.max(self.epsilon);
             if (half < 0.25 * free.max(self.epsilon) || is_least(reach))
-                && let Some(q) = self.walk(&mut probe, center)
+                && let Some(q) = self.project_to_surface(&mut probe, center)
                 && q.distance(p) < reach
             {
                 reach = q.distance(p);
@@ -87,7 +94,7 @@ impl Query<'_> {
                 let part = Aabb::new(corner.min(center), corner.max(center));
                 let nearest = p.distance(p.clamp(part.min, part.max)).max(free);
                 if nearest < 0.99 * reach {
-                    open.push(Open(nearest, part));
+                    open.push(OpenBox(nearest, part));
                 }
             }
         }
@@ -95,7 +102,7 @@ impl Query<'_> {
     }
 
     /// [`Query::closest_point`] of many points, on rayon's threads.
-    pub fn closest_points(&self, points: &[[f32; 3]], most: f32) -> Vec<Option<Closest>> {
+    pub fn closest_points(&self, points: &[[f32; 3]], most: f32) -> Vec<Option<ClosestPoint>> {
         use rayon::prelude::*;
         points
             .par_iter()
@@ -105,23 +112,23 @@ impl Query<'_> {
 }
 
 /// A box to be looked at, by how near it is.
-struct Open(f32, Aabb);
+struct OpenBox(f32, Aabb);
 
-impl PartialEq for Open {
+impl PartialEq for OpenBox {
     fn eq(&self, other: &Self) -> bool {
         self.cmp(other).is_eq()
     }
 }
 
-impl Eq for Open {}
+impl Eq for OpenBox {}
 
-impl PartialOrd for Open {
+impl PartialOrd for OpenBox {
     fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
         Some(self.cmp(other))
     }
 }
 
-impl Ord for Open {
+impl Ord for OpenBox {
     fn cmp(&self, other: &Self) -> std::cmp::Ordering {
         // The nearest is the greatest.
         other.0.total_cmp(&self.0)

@@ -1,11 +1,11 @@
 //! Kept as sparse bricks.
 
-use super::options::{BuildTimes, Kept, Options, Site, checked};
+use super::options::{BuildContext, BuildTimings, RepresentationOptions, Storage, checked};
 use crate::BuildError;
 use crate::memory::budget_on;
 use argil_gpu::GpuVolume;
-use argil_march::Show;
-use argil_volume::{BrickLayout, BrickSettings, Bricks, Lattice, Volume};
+use argil_render::RenderMode;
+use argil_volume::{BrickLayout, BrickSettings, Bricks, Volume, VoxelGrid};
 
 /// Sparse bricks to be built.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -13,7 +13,7 @@ pub struct BricksOptions {
     /// Voxels along the longest side.
     pub resolution: u32,
     /// The edge of a voxel in the scene's unit, in place of that.
-    pub voxel: Option<f32>,
+    pub voxel_size: Option<f32>,
     /// Bricks and encoding.
     pub settings: BrickSettings,
     /// Bytes that bricks and tables may take; as much as there is without it.
@@ -24,20 +24,20 @@ impl Default for BricksOptions {
     fn default() -> Self {
         Self {
             resolution: 256,
-            voxel: None,
+            voxel_size: None,
             settings: BrickSettings::default(),
             memory_budget: None,
         }
     }
 }
 
-impl Options for BricksOptions {
-    const WORD: &'static str = "bricks";
-    const ABOUT: &'static str = "Sparse bricks of distances: the product's own structure";
+impl RepresentationOptions for BricksOptions {
+    const NAME: &'static str = "bricks";
+    const DESCRIPTION: &'static str = "Sparse bricks of distances: the product's own structure";
     /// Voxels are counted from anywhere.
-    const IS_ENDLESS: bool = true;
+    const IS_UNBOUNDED: bool = true;
 
-    fn at(resolution: u32) -> Self {
+    fn with_resolution(resolution: u32) -> Self {
         Self {
             resolution,
             ..Self::default()
@@ -48,16 +48,16 @@ impl Options for BricksOptions {
         self.resolution
     }
 
-    fn voxel(&self) -> Option<f32> {
-        self.voxel
+    fn voxel_size(&self) -> Option<f32> {
+        self.voxel_size
     }
 
     fn memory_budget(&self) -> Option<u64> {
         self.memory_budget
     }
 
-    fn shows(&self, show: Show) -> bool {
-        show == Show::Bricks
+    fn supports_mode(&self, show: RenderMode) -> bool {
+        show == RenderMode::Bricks
     }
 
     fn of(volume: &Volume) -> Option<Self> {
@@ -66,10 +66,10 @@ impl Options for BricksOptions {
         };
         let layout = bricks.layout();
         Some(Self {
-            resolution: layout.lattice.size.max_element(),
+            resolution: layout.voxel_grid.size.max_element(),
             settings: BrickSettings {
                 encoding: layout.encoding,
-                brick: layout.brick,
+                brick_size_voxels: layout.brick_size_voxels,
             },
             ..Self::default()
         })
@@ -77,10 +77,10 @@ impl Options for BricksOptions {
 
     async fn build(
         &self,
-        site: &Site<'_>,
-        lattice: Lattice,
-    ) -> Result<(Kept, BuildTimes), BuildError> {
-        let Site {
+        site: &BuildContext<'_>,
+        lattice: VoxelGrid,
+    ) -> Result<(Storage, BuildTimings), BuildError> {
+        let BuildContext {
             engine, program, ..
         } = *site;
         checked(self.settings.encoding)?;
@@ -90,14 +90,14 @@ impl Options for BricksOptions {
         if let Some(field) = site.field {
             let made = GpuVolume::bricks_controlled(field, program, layout, budget, control);
             let (volume, stages) = made.await?;
-            return Ok((Kept::Gpu(volume), BuildTimes::of_stages(stages)));
+            return Ok((Storage::Gpu(volume), BuildTimings::of_stages(stages)));
         }
-        let (bricks, stages) = Bricks::bake_controlled(program, layout, budget, control)?;
+        let (bricks, stages) = Bricks::bake_with_control(program, layout, budget, control)?;
         let stages = vec![
             ("prune", stages.prune),
             ("fill", stages.fill),
             ("settle", stages.settle),
         ];
-        Ok((Kept::Cpu(bricks.into()), BuildTimes::of_stages(stages)))
+        Ok((Storage::Cpu(bricks.into()), BuildTimings::of_stages(stages)))
     }
 }

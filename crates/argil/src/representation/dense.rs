@@ -1,10 +1,10 @@
 //! Kept as a dense volume.
 
-use super::options::{BuildTimes, Kept, Options, Site, checked};
+use super::options::{BuildContext, BuildTimings, RepresentationOptions, Storage, checked};
 use crate::BuildError;
 use crate::memory::check_memory;
 use argil_gpu::{DenseFill, GpuVolume};
-use argil_volume::{Dense, Encoding, Lattice, Volume};
+use argil_volume::{Dense, Encoding, Volume, VoxelGrid};
 use web_time::Instant;
 
 /// A dense volume to be built.
@@ -31,11 +31,11 @@ impl Default for DenseOptions {
     }
 }
 
-impl Options for DenseOptions {
-    const WORD: &'static str = "dense";
-    const ABOUT: &'static str = "One texture of distances";
+impl RepresentationOptions for DenseOptions {
+    const NAME: &'static str = "dense";
+    const DESCRIPTION: &'static str = "One texture of distances";
 
-    fn at(resolution: u32) -> Self {
+    fn with_resolution(resolution: u32) -> Self {
         Self {
             resolution,
             ..Self::default()
@@ -60,25 +60,28 @@ impl Options for DenseOptions {
 
     async fn build(
         &self,
-        site: &Site<'_>,
-        lattice: Lattice,
-    ) -> Result<(Kept, BuildTimes), BuildError> {
-        let Site {
+        site: &BuildContext<'_>,
+        lattice: VoxelGrid,
+    ) -> Result<(Storage, BuildTimings), BuildError> {
+        let BuildContext {
             engine, program, ..
         } = *site;
         let encoding = checked(self.encoding)?;
-        check_memory(engine, Dense::bytes_of(&lattice, encoding.bits, self.mips))?;
+        check_memory(
+            engine,
+            Dense::bytes_of(&lattice, encoding.format, self.mips),
+        )?;
         if let Some(field) = site.field {
             let made = GpuVolume::dense(field, program, lattice, encoding, self.mips, self.fill);
             let (volume, stages) = made.await?;
-            return Ok((Kept::Gpu(volume), BuildTimes::of_stages(stages)));
+            return Ok((Storage::Gpu(volume), BuildTimings::of_stages(stages)));
         }
         let start = Instant::now();
         let control = &engine.control;
-        let dense = Dense::bake_controlled(program, lattice, encoding, self.mips, control);
+        let dense = Dense::bake_with_control(program, lattice, encoding, self.mips, control);
         let dense = dense.ok_or(BuildError::Cancelled)?;
         let ms = start.elapsed().as_secs_f64() * 1e3;
-        let times = BuildTimes::of_stages(vec![("fill", ms)]);
-        Ok((Kept::Cpu(dense.into()), times))
+        let times = BuildTimings::of_stages(vec![("fill", ms)]);
+        Ok((Storage::Cpu(dense.into()), times))
     }
 }

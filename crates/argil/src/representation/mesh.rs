@@ -1,16 +1,16 @@
 //! Kept as triangles.
 
-use super::mesh_kept::{Drawable, Triangulated, triangles};
-use super::options::{BuildTimes, Kept, Options, Site};
+use super::mesh_storage::{MeshStorage, StoredTriangles, triangles};
+use super::options::{BuildContext, BuildTimings, RepresentationOptions, Storage};
 use crate::BuildError;
 use crate::field_mesh::{MeshMethod, Stages, field_mesh, field_mesh_on_gpu};
-use argil_gpu::{GpuMesh, MarchNormals};
-use argil_mesh::exact;
-use argil_volume::{Lattice, Volume};
+use argil_gpu::{GpuMesh, SurfaceNormals};
+use argil_mesh::project_to_field;
+use argil_volume::{Volume, VoxelGrid};
 
 /// Triangles to be drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct MeshViaOptions {
+pub struct MeshRenderOptions {
     /// Voxels along the longest side.
     pub resolution: u32,
     /// How triangles are found.
@@ -19,7 +19,7 @@ pub struct MeshViaOptions {
     pub flat: bool,
 }
 
-impl Default for MeshViaOptions {
+impl Default for MeshRenderOptions {
     fn default() -> Self {
         Self {
             resolution: 256,
@@ -29,11 +29,11 @@ impl Default for MeshViaOptions {
     }
 }
 
-impl Options for MeshViaOptions {
-    const WORD: &'static str = "mesh";
-    const ABOUT: &'static str = "Triangles, drawn in the order of their depth";
+impl RepresentationOptions for MeshRenderOptions {
+    const NAME: &'static str = "mesh";
+    const DESCRIPTION: &'static str = "Triangles, drawn in the order of their depth";
 
-    fn at(resolution: u32) -> Self {
+    fn with_resolution(resolution: u32) -> Self {
         Self {
             resolution,
             ..Self::default()
@@ -50,44 +50,44 @@ impl Options for MeshViaOptions {
 
     async fn build(
         &self,
-        site: &Site<'_>,
-        lattice: Lattice,
-    ) -> Result<(Kept, BuildTimes), BuildError> {
-        let Site {
+        site: &BuildContext<'_>,
+        lattice: VoxelGrid,
+    ) -> Result<(Storage, BuildTimings), BuildError> {
+        let BuildContext {
             engine, program, ..
         } = *site;
         if let Some(field) = site.field
             && self.method == MeshMethod::MarchingCubes
         {
             let normals = if self.flat {
-                MarchNormals::Face
+                SurfaceNormals::Face
             } else {
-                MarchNormals::Field
+                SurfaceNormals::Field
             };
             let made = field_mesh_on_gpu(engine, field, program, lattice, normals, self.flat);
             let (mesh, stages) = made.await?;
-            let mesh = Triangulated::Gpu(Box::new(mesh));
-            let times = BuildTimes::of_stages(stages);
-            return Ok((Kept::Mesh(Drawable { mesh, lattice }), times));
+            let mesh = StoredTriangles::Gpu(Box::new(mesh));
+            let times = BuildTimings::of_stages(stages);
+            return Ok((Storage::Mesh(MeshStorage { mesh, lattice }), times));
         }
         let mut stages = Stages::of(engine);
         let made = field_mesh(engine, program, lattice, self.method, &mut stages)?;
         let mut mesh = made.mesh;
         if self.flat {
-            mesh = mesh.unshared(true);
+            mesh = mesh.unindexed(true);
             stages.done("unshare")?;
         } else if mesh.normals.is_empty() {
-            exact::normals(program, &made.lists, &mut mesh);
+            project_to_field::normals(program, &made.lists, &mut mesh);
             stages.done("normals")?;
         }
         let mesh = match site.field {
             Some(field) => {
                 let uploaded = GpuMesh::upload(field, triangles(&mesh))?;
-                Triangulated::Gpu(Box::new(uploaded))
+                StoredTriangles::Gpu(Box::new(uploaded))
             }
-            None => Triangulated::Cpu(mesh),
+            None => StoredTriangles::Cpu(mesh),
         };
-        let times = BuildTimes::of_stages(stages.all);
-        Ok((Kept::Mesh(Drawable { mesh, lattice }), times))
+        let times = BuildTimings::of_stages(stages.all);
+        Ok((Storage::Mesh(MeshStorage { mesh, lattice }), times))
     }
 }

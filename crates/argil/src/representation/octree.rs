@@ -1,11 +1,11 @@
 //! Kept as an octree of bricks.
 
-use super::options::{BuildTimes, Kept, Options, Site, checked};
+use super::options::{BuildContext, BuildTimings, RepresentationOptions, Storage, checked};
 use crate::BuildError;
 use crate::memory::check_memory;
-use argil_gpu::{GpuVolume, Order};
-use argil_march::Show;
-use argil_volume::{Dense, Lattice, Layout, Octree, OctreeSettings, Volume};
+use argil_gpu::{BrickOrdering, GpuVolume};
+use argil_render::RenderMode;
+use argil_volume::{Dense, Octree, OctreeLayout, OctreeSettings, Volume, VoxelGrid};
 
 /// An octree to be built.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -15,7 +15,7 @@ pub struct OctreeOptions {
     /// Bricks, levels, encoding.
     pub settings: OctreeSettings,
     /// How a GPU puts bricks in order.
-    pub order: Order,
+    pub order: BrickOrdering,
 }
 
 impl Default for OctreeOptions {
@@ -23,16 +23,17 @@ impl Default for OctreeOptions {
         Self {
             resolution: 256,
             settings: OctreeSettings::default(),
-            order: Order::default(),
+            order: BrickOrdering::default(),
         }
     }
 }
 
-impl Options for OctreeOptions {
-    const WORD: &'static str = "octree";
-    const ABOUT: &'static str = "Bricks of distances under a tree: the 2023 study's structure";
+impl RepresentationOptions for OctreeOptions {
+    const NAME: &'static str = "octree";
+    const DESCRIPTION: &'static str =
+        "Bricks of distances under a tree: the 2023 study's structure";
 
-    fn at(resolution: u32) -> Self {
+    fn with_resolution(resolution: u32) -> Self {
         Self {
             resolution,
             ..Self::default()
@@ -43,15 +44,15 @@ impl Options for OctreeOptions {
         self.resolution
     }
 
-    fn shows(&self, show: Show) -> bool {
-        matches!(show, Show::Bricks | Show::Nodes)
+    fn supports_mode(&self, show: RenderMode) -> bool {
+        matches!(show, RenderMode::Bricks | RenderMode::Nodes)
     }
 
     fn of(volume: &Volume) -> Option<Self> {
         let Volume::Octree(octree) = volume else {
             return None;
         };
-        let lattice = octree.layout().lattice;
+        let lattice = octree.layout().voxel_grid;
         let settings = octree.settings();
         // As deep as the box asked for: of a larger one that may be deeper.
         let free = OctreeSettings {
@@ -59,7 +60,7 @@ impl Options for OctreeOptions {
             ..settings
         };
         let is_usual =
-            Layout::new(lattice, &free).is_ok_and(|own| Some(own.depth) == settings.depth);
+            OctreeLayout::new(lattice, &free).is_ok_and(|own| Some(own.depth) == settings.depth);
         Some(Self {
             resolution: lattice.size.max_element(),
             settings: if is_usual { free } else { settings },
@@ -69,30 +70,30 @@ impl Options for OctreeOptions {
 
     async fn build(
         &self,
-        site: &Site<'_>,
-        lattice: Lattice,
-    ) -> Result<(Kept, BuildTimes), BuildError> {
-        let Site {
+        site: &BuildContext<'_>,
+        lattice: VoxelGrid,
+    ) -> Result<(Storage, BuildTimings), BuildError> {
+        let BuildContext {
             engine, program, ..
         } = *site;
         checked(self.settings.encoding)?;
-        let layout = Layout::new(lattice, &self.settings)?;
-        let bits = layout.encoding.bits;
+        let layout = OctreeLayout::new(lattice, &self.settings)?;
+        let bits = layout.encoding.format;
         let cells = 12 * u64::from(layout.code_count());
         check_memory(engine, Dense::bytes_of(&lattice, bits, false) + cells)?;
-        let keep = self.settings.keep;
+        let keep = self.settings.brick_test;
         if let Some(field) = site.field {
             let made = GpuVolume::octree(field, program, layout, keep, self.order);
             let (volume, stages) = made.await?;
-            return Ok((Kept::Gpu(volume), BuildTimes::of_stages(stages)));
+            return Ok((Storage::Gpu(volume), BuildTimings::of_stages(stages)));
         }
-        let baked = Octree::bake_controlled(program, layout, keep, &engine.control);
+        let baked = Octree::bake_with_control(program, layout, keep, &engine.control);
         let (octree, stages) = baked.ok_or(BuildError::Cancelled)?;
         let stages = vec![
             ("select", stages.select),
             ("fill", stages.fill),
             ("tree", stages.tree),
         ];
-        Ok((Kept::Cpu(octree.into()), BuildTimes::of_stages(stages)))
+        Ok((Storage::Cpu(octree.into()), BuildTimings::of_stages(stages)))
     }
 }

@@ -1,39 +1,39 @@
 //! What each representation's options say, and what comes of a build.
 
-use super::lattice::lattice_of;
-use super::mesh_kept::Drawable;
+use super::mesh_storage::MeshStorage;
+use super::voxel_grid::voxel_grid_of;
 use crate::{BuildError, Engine, Scene};
 use argil_field::Program;
-use argil_gpu::{GpuField, GpuVolume};
-use argil_march::Show;
-use argil_volume::{Encoding, Lattice, Volume};
+use argil_gpu::{GpuProgram, GpuVolume};
+use argil_render::RenderMode;
+use argil_volume::{Encoding, Volume, VoxelGrid};
 
 /// Where a representation is built: what for, and on which device.
-pub(crate) struct Site<'a> {
+pub(crate) struct BuildContext<'a> {
     pub engine: &'a Engine,
     /// The field on a GPU, if the engine has one.
-    pub field: Option<&'a GpuField>,
+    pub field: Option<&'a GpuProgram>,
     pub scene: &'a Scene,
     pub program: &'a Program,
 }
 
 /// The options of a representation: what it is called, how it lies, and how it is built on either device.
-pub(crate) trait Options: Copy + Default {
+pub(crate) trait RepresentationOptions: Copy + Default {
     /// In a word, as the command says it.
-    const WORD: &'static str;
+    const NAME: &'static str;
     /// What it is, in a line.
-    const ABOUT: &'static str;
+    const DESCRIPTION: &'static str;
     /// Whether voxels are counted from elsewhere than the box's corner, so that the box can grow.
-    const IS_ENDLESS: bool = false;
+    const IS_UNBOUNDED: bool = false;
 
     /// With so many voxels along the longest side.
-    fn at(resolution: u32) -> Self;
+    fn with_resolution(resolution: u32) -> Self;
 
     /// Voxels along the longest side.
     fn resolution(&self) -> u32;
 
     /// The edge of a voxel in the scene's unit, in place of that.
-    fn voxel(&self) -> Option<f32> {
+    fn voxel_size(&self) -> Option<f32> {
         None
     }
 
@@ -43,7 +43,7 @@ pub(crate) trait Options: Copy + Default {
     }
 
     /// Whether there is something to be seen of what pictures show only of some.
-    fn shows(&self, _show: Show) -> bool {
+    fn supports_mode(&self, _show: RenderMode) -> bool {
         false
     }
 
@@ -53,20 +53,25 @@ pub(crate) trait Options: Copy + Default {
     /// Builds it.
     async fn build(
         &self,
-        site: &Site<'_>,
-        lattice: Lattice,
-    ) -> Result<(Kept, BuildTimes), BuildError>;
+        site: &BuildContext<'_>,
+        lattice: VoxelGrid,
+    ) -> Result<(Storage, BuildTimings), BuildError>;
 
     /// Builds it on a lattice, or on the scene's own.
     async fn build_on(
         &self,
-        site: &Site<'_>,
-        lattice: Option<Lattice>,
-    ) -> Result<(Kept, BuildTimes), BuildError> {
+        site: &BuildContext<'_>,
+        lattice: Option<VoxelGrid>,
+    ) -> Result<(Storage, BuildTimings), BuildError> {
         let lattice = match lattice {
-            Some(lattice) if Self::IS_ENDLESS => lattice,
+            Some(lattice) if Self::IS_UNBOUNDED => lattice,
             Some(lattice) => lattice.rebased(),
-            None => lattice_of(site.scene, site.program, self.resolution(), self.voxel())?,
+            None => voxel_grid_of(
+                site.scene,
+                site.program,
+                self.resolution(),
+                self.voxel_size(),
+            )?,
         };
         self.build(site, lattice).await
     }
@@ -74,14 +79,14 @@ pub(crate) trait Options: Copy + Default {
 
 /// What a build took.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct BuildTimes {
+pub struct BuildTimings {
     /// In all: on a GPU by its time stamps, compiling apart; on the CPU, or a GPU in software, by the clock.
     pub duration_ms: f64,
     /// By stage.
     pub stages_ms: Vec<(&'static str, f64)>,
 }
 
-impl BuildTimes {
+impl BuildTimings {
     pub(crate) fn of_stages(stages_ms: Vec<(&'static str, f64)>) -> Self {
         Self {
             duration_ms: stages_ms.iter().map(|(_, ms)| ms).sum(),
@@ -91,19 +96,19 @@ impl BuildTimes {
 }
 
 /// Where the distances are.
-pub(crate) enum Kept {
+pub(crate) enum Storage {
     Field,
     Cpu(Volume),
     Gpu(GpuVolume),
-    Mesh(Drawable),
+    Mesh(MeshStorage),
 }
 
-impl Kept {
+impl Storage {
     /// Where voxels lie, or lay.
-    pub fn lattice(&self) -> Option<Lattice> {
+    pub fn lattice(&self) -> Option<VoxelGrid> {
         match self {
             Self::Field => None,
-            Self::Cpu(volume) => Some(*volume.lattice()),
+            Self::Cpu(volume) => Some(*volume.voxel_grid()),
             Self::Gpu(volume) => Some(*volume.lattice()),
             Self::Mesh(drawable) => Some(drawable.lattice),
         }
@@ -111,7 +116,7 @@ impl Kept {
 }
 
 pub(super) fn checked(encoding: Encoding) -> Result<Encoding, BuildError> {
-    let voxels = encoding.range.voxels();
+    let voxels = encoding.band.voxels();
     if (0.5..=4096.0).contains(&voxels) {
         Ok(encoding)
     } else {

@@ -1,0 +1,285 @@
+//! What is under the cursor: a place of the surface, and the brush that makes it.
+
+use crate::ready::ready;
+use argil::glam::{Vec2, Vec3};
+use argil::{
+    Engine, Group, MeshMethod, MeshNormals, MeshOptions, NodeDesc, NodeId, NodeKind, Operator,
+    RayHit, Scene, World,
+};
+use std::collections::HashMap;
+
+/// A field of the scene on the CPU, and one of each brush by itself.
+pub struct Picker {
+    world: Option<World>,
+    version: u64,
+    /// Brushes by themselves, with what they were made of.
+    alone: HashMap<NodeId, (Vec<NodeDesc>, Option<SingleBrushWorld>)>,
+}
+
+struct SingleBrushWorld {
+    world: World,
+    outline: Option<Silhouette>,
+}
+
+/// A brush's surface, coarse, to draw its outline.
+pub struct Silhouette {
+    corners: Vec<Vec3>,
+    normals: Vec<Vec3>,
+    triangles: Vec<[u32; 3]>,
+}
+
+impl Silhouette {
+    /// Where it turns away from what looks at it: the zeros of the angle between the field's normals and the line of sight, between
+    /// corners, triangle by triangle (Hertzmann and Zorin 2000).
+    pub fn seen_from(&self, eye: Vec3) -> impl Iterator<Item = [Vec3; 2]> + '_ {
+        let place = move |i: u32| {
+            let (corner, normal) = (self.corners[i as usize], self.normals[i as usize]);
+            (corner, normal.dot(corner - eye))
+        };
+        self.triangles.iter().filter_map(move |triangle| {
+            let corners = triangle.map(place);
+            let mut ends = [0, 1, 2].into_iter().filter_map(|k| {
+                let [(p, s), (q, t)] = [corners[k], corners[(k + 1) % 3]];
+                ((s > 0.0) != (t > 0.0)).then(|| p.lerp(q, s / (s - t)))
+            });
+            Some([ends.next()?, ends.next()?])
+        })
+    }
+}
+
+/// A place of the surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Picked {
+    /// Where.
+    pub hit: RayHit,
+    /// The brush that makes it.
+    pub node: NodeId,
+}
+
+const FAR: f32 = 1e6;
+const OUTLINE_CELLS: u32 = 32;
+
+impl Picker {
+    /// Of nothing.
+    pub fn new() -> Self {
+        Self {
+            world: None,
+            version: u64::MAX,
+            alone: HashMap::new(),
+        }
+    }
+
+    /// The field of the scene as it is; nothing where it cannot be built.
+    pub fn world(&mut self, scene: &Scene, version: u64) -> Option<&World> {
+        if self.version != version {
+            self.version = version;
+            let followed = match &mut self.world {
+                Some(world) => ready(world.apply_async(scene)).is_ok(),
+                None => false,
+            };
+            if !followed {
+                self.world = Engine::cpu().build(scene).ok().map(argil::Build::field);
+            }
+        }
+        self.world.as_ref()
+    }
+
+    /// Another scene.
+    pub fn forget(&mut self) {
+        *self = Self::new();
+    }
+
+    /// Where a ray meets the surface.
+    pub fn cast(&mut self, (scene, version): (&Scene, u64), ray: [Vec3; 2]) -> Option<RayHit> {
+        let [origin, direction] = ray.map(|v| v.to_array());
+        self.world(scene, version)?
+            .query()
+            .cast_ray(origin, direction, FAR)
+    }
+
+    /// Where a ray meets the surface, and which visible brush makes it there, whatever it does to those above it.
+    pub fn pick(
+        &mut self,
+        (scene, version): (&Scene, u64),
+        ray: [Vec3; 2],
+        may: impl Fn(NodeId) -> bool,
+    ) -> Option<Picked> {
+        let hit = self.cast((scene, version), ray)?;
+        let point = hit.point;
+        let mut best: Option<(f32, NodeId)> = None;
+        let brushes: Vec<NodeId> = scene.iter().collect();
+        for node in brushes {
+            let is_brush = matches!(scene.node(node).desc().kind, NodeKind::Shape(_));
+            if !is_brush || !may(node) || !is_visible(scene, node) {
+                continue;
+            }
+            let Some(alone) = self.alone(scene, node) else {
+                continue;
+            };
+            let off = alone.world.distance(point).abs();
+            // Of those that are as near, the last: it has the last word.
+            if best.is_none_or(|(least, _)| off <= least + 1e-6) {
+                best = Some((off, node));
+            }
+        }
+        best.map(|(_, node)| Picked { hit, node })
+    }
+
+    /// The distance to a brush by itself.
+    pub fn distance_to(&mut self, scene: &Scene, node: NodeId, point: [f32; 3]) -> Option<f32> {
+        Some(self.alone(scene, node)?.world.distance(point))
+    }
+
+    /// The box of a brush or group by itself.
+    pub fn box_of(&mut self, scene: &Scene, node: NodeId) -> Option<argil::Aabb> {
+        let found = self.alone(scene, node)?.world.program().aabb();
+        found.is_finite().then_some(found)
+    }
+
+    /// A brush's or group's surface, whether it adds or takes away; nothing of what is endless.
+    pub fn outline(&mut self, scene: &Scene, node: NodeId) -> Option<&Silhouette> {
+        let alone = self.alone(scene, node)?;
+        if alone.outline.is_none() {
+            alone.outline = Some(outline(&alone.world)?);
+        }
+        alone.outline.as_ref()
+    }
+
+    fn alone(&mut self, scene: &Scene, node: NodeId) -> Option<&mut SingleBrushWorld> {
+        let chain = chain(scene, node);
+        let is_current = self
+            .alone
+            .get(&node)
+            .is_some_and(|(made, _)| *made == chain);
+        if !is_current {
+            let made = alone(scene, node, &chain);
+            self.alone.insert(node, (chain, made));
+        }
+        self.alone.get_mut(&node)?.1.as_mut()
+    }
+}
+
+impl Default for Picker {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// Whether a node and all groups around it are shown.
+pub fn is_visible(scene: &Scene, node: NodeId) -> bool {
+    let mut at = Some(node);
+    while let Some(n) = at {
+        if !scene.node(n).desc().visible {
+            return false;
+        }
+        at = scene.node(n).parent();
+    }
+    true
+}
+
+/// The entries of all groups around a node and its own, and of what a group holds, as far as they say where it is.
+fn chain(scene: &Scene, node: NodeId) -> Vec<NodeDesc> {
+    let mut all = Vec::new();
+    let mut at = Some(node);
+    while let Some(n) = at {
+        all.push(plain(scene.node(n).at_current_time()));
+        at = scene.node(n).parent();
+    }
+    all.reverse();
+    if scene.node(node).children().is_empty() {
+        return all;
+    }
+    for inner in scene.descendants(node).filter(|&inner| inner != node) {
+        all.push(scene.node(inner).at_current_time().clone());
+    }
+    all
+}
+
+/// An entry that adds, visible, without a name, a material or keyframes.
+fn plain(entry: &NodeDesc) -> NodeDesc {
+    NodeDesc {
+        name: String::new(),
+        visible: true,
+        locked: false,
+        operator: Operator::default(),
+        material: None,
+        keyframes: Vec::new(),
+        ..entry.clone()
+    }
+}
+
+fn alone(scene: &Scene, node: NodeId, chain: &[NodeDesc]) -> Option<SingleBrushWorld> {
+    let mut own = Scene::new();
+    let mut parent = Scene::ROOT;
+    let mut depth = 0;
+    let mut at = scene.node(node).parent();
+    while let Some(n) = at {
+        depth += 1;
+        at = scene.node(n).parent();
+    }
+    // The first is the root, which is there.
+    for entry in &chain[1..=depth] {
+        parent = own.push_into(parent, entry.clone()).ok()?.node;
+    }
+    copy(scene, node, &mut own, parent);
+    let world = Engine::cpu().build(&own).ok()?.field();
+    Some(SingleBrushWorld {
+        world,
+        outline: None,
+    })
+}
+
+/// What a group holds, with all that is in it.
+fn copy(scene: &Scene, from: NodeId, own: &mut Scene, to: NodeId) {
+    for &child in scene.node(from).children() {
+        let entry = NodeDesc {
+            material: None,
+            keyframes: Vec::new(),
+            ..scene.node(child).at_current_time().clone()
+        };
+        let is_group = matches!(entry.kind, NodeKind::Group);
+        let entry = if is_group {
+            entry_of_group(entry)
+        } else {
+            entry
+        };
+        if let Ok(made) = own.push_into(to, entry) {
+            copy(scene, child, own, made.node);
+        }
+    }
+}
+
+/// A group is put in empty.
+fn entry_of_group(entry: NodeDesc) -> NodeDesc {
+    let blank: NodeDesc = Group::new().into();
+    NodeDesc {
+        kind: blank.kind,
+        ..entry
+    }
+}
+
+fn outline(world: &World) -> Option<Silhouette> {
+    if !world.program().aabb().is_finite() {
+        return None;
+    }
+    let options = MeshOptions {
+        method: MeshMethod::MarchingCubes,
+        resolution: OUTLINE_CELLS,
+        normals: MeshNormals::Field,
+        materials: false,
+        ..MeshOptions::default()
+    };
+    let mesh = ready(world.mesh_async(&options)).ok()?.mesh;
+    Some(Silhouette {
+        corners: mesh.positions,
+        normals: mesh.normals,
+        triangles: mesh.triangles,
+    })
+}
+
+/// How far a place is from a segment.
+pub fn off_segment(at: Vec2, [a, b]: [Vec2; 2]) -> f32 {
+    let along = b - a;
+    let t = (at - a).dot(along) / along.length_squared().max(1e-12);
+    at.distance(a + along * t.clamp(0.0, 1.0))
+}

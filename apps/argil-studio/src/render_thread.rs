@@ -1,0 +1,276 @@
+//! The painter beside the window: on a thread of its own, or in a browser, where there is none, while it waits for the GPU.
+
+use crate::render_worker::{RenderAnswer, RenderRequest, RenderWorker};
+use argil::{Action, Engine, Scene};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+use web_time::Instant;
+
+enum Message {
+    Load(Box<Scene>, u64),
+    Follow(Vec<Action>),
+    Time(f32),
+    Draw(Box<RenderRequest>),
+}
+
+async fn take(painter: &mut RenderWorker, message: Message) -> Option<RenderAnswer> {
+    match message {
+        Message::Load(scene, version) => painter.load(*scene, version),
+        Message::Follow(actions) => painter.follow(&actions),
+        Message::Time(time) => painter.set_time(time),
+        Message::Draw(request) => return Some(painter.draw(*request).await),
+    }
+    None
+}
+
+#[cfg(not(target_arch = "wasm32"))]
+mod place {
+    use super::{Message, RenderAnswer, RenderWorker, take};
+    use std::sync::mpsc::{Receiver, Sender, channel};
+
+    /// A thread with a painter.
+    pub struct Place {
+        messages: Sender<Message>,
+        answers: Receiver<RenderAnswer>,
+        thread: std::thread::JoinHandle<()>,
+    }
+
+    impl Place {
+        pub fn new(mut painter: RenderWorker, wake: impl Fn() + Send + 'static) -> Self {
+            let (messages, inbox) = channel();
+            let (outbox, answers) = channel();
+            let thread = std::thread::spawn(move || {
+                for message in inbox {
+                    if let Some(answer) = pollster::block_on(take(&mut painter, message)) {
+                        if outbox.send(answer).is_err() {
+                            return;
+                        }
+                        wake();
+                    }
+                }
+            });
+            Self {
+                messages,
+                answers,
+                thread,
+            }
+        }
+
+        pub fn send(&mut self, message: Message) {
+            // It is gone only with the program.
+            let _ = self.messages.send(message);
+        }
+
+        pub fn answer(&mut self) -> Option<RenderAnswer> {
+            self.answers.try_recv().ok()
+        }
+
+        /// Whether it has ended by a fault.
+        pub fn is_gone(&self) -> bool {
+            self.thread.is_finished()
+        }
+    }
+}
+
+#[cfg(target_arch = "wasm32")]
+mod place {
+    use super::{Message, RenderAnswer, RenderWorker, take};
+    use std::cell::RefCell;
+    use std::collections::VecDeque;
+    use std::rc::Rc;
+
+    /// A painter that goes on whenever the GPU has answered.
+    pub struct Place {
+        inner: Rc<RefCell<Inner>>,
+        wake: Rc<dyn Fn()>,
+    }
+
+    struct Inner {
+        /// Not here while it paints.
+        painter: Option<RenderWorker>,
+        messages: VecDeque<Message>,
+        answers: VecDeque<RenderAnswer>,
+    }
+
+    impl Place {
+        pub fn new(painter: RenderWorker, wake: impl Fn() + Send + 'static) -> Self {
+            let inner = Inner {
+                painter: Some(painter),
+                messages: VecDeque::new(),
+                answers: VecDeque::new(),
+            };
+            Self {
+                inner: Rc::new(RefCell::new(inner)),
+                wake: Rc::new(wake),
+            }
+        }
+
+        pub fn send(&mut self, message: Message) {
+            let mut inner = self.inner.borrow_mut();
+            inner.messages.push_back(message);
+            if let Some(painter) = inner.painter.take() {
+                let (inner, wake) = (self.inner.clone(), self.wake.clone());
+                wasm_bindgen_futures::spawn_local(paint(inner, wake, painter));
+            }
+        }
+
+        pub fn answer(&mut self) -> Option<RenderAnswer> {
+            self.inner.borrow_mut().answers.pop_front()
+        }
+
+        /// A page ends as a whole.
+        pub fn is_gone(&self) -> bool {
+            false
+        }
+    }
+
+    /// Take all messages, then put the painter back.
+    async fn paint(inner: Rc<RefCell<Inner>>, wake: Rc<dyn Fn()>, mut painter: RenderWorker) {
+        loop {
+            let message = inner.borrow_mut().messages.pop_front();
+            let Some(message) = message else {
+                inner.borrow_mut().painter = Some(painter);
+                return;
+            };
+            if let Some(answer) = take(&mut painter, message).await {
+                inner.borrow_mut().answers.push_back(answer);
+                wake();
+            }
+        }
+    }
+}
+
+/// See the module's page.
+pub struct RenderThread {
+    engine: Engine,
+    place: place::Place,
+    wake: Arc<dyn Fn() + Send + Sync>,
+    is_building: Arc<AtomicBool>,
+    /// What is being drawn, and since when.
+    waiting: Option<(RenderRequest, Instant)>,
+}
+
+impl RenderThread {
+    /// On an engine; `wake` is called when there is an answer.
+    pub fn new(engine: Engine, wake: impl Fn() + Send + Sync + 'static) -> Self {
+        Self::with(engine, Arc::new(wake))
+    }
+
+    fn with(engine: Engine, wake: Arc<dyn Fn() + Send + Sync>) -> Self {
+        let painter = RenderWorker::new(engine.clone());
+        let own = wake.clone();
+        Self {
+            engine,
+            is_building: painter.is_building(),
+            place: place::Place::new(painter, move || own()),
+            wake,
+            waiting: None,
+        }
+    }
+
+    /// Begin anew with a scene: nothing comes any more of what is being drawn. It goes on to its end, beside everything.
+    pub fn abandon(&mut self, scene: &Scene, version: u64) {
+        *self = Self::with(self.engine.clone(), self.wake.clone());
+        self.load(scene, version);
+    }
+
+    /// What it draws on.
+    pub fn device(&self) -> String {
+        self.engine.device()
+    }
+
+    /// Pixels of the largest picture.
+    pub fn most_pixels(&self) -> u64 {
+        self.engine.max_pixels()
+    }
+
+    /// Another scene, as it is after so many lines.
+    pub fn load(&mut self, scene: &Scene, version: u64) {
+        let message = Message::Load(Box::new(scene.replica()), version);
+        self.place.send(message);
+    }
+
+    /// What was done to the document.
+    pub fn follow(&mut self, actions: Vec<Action>) {
+        if !actions.is_empty() {
+            self.place.send(Message::Follow(actions));
+        }
+    }
+
+    /// What has keyframes is as it is at a time.
+    pub fn set_time(&mut self, time: f32) {
+        self.place.send(Message::Time(time));
+    }
+
+    /// Whether a request is on its way.
+    pub fn is_busy(&self) -> bool {
+        self.waiting.is_some()
+    }
+
+    /// What is waited for while a world is being made for it, and for how long.
+    pub fn is_building(&self) -> Option<(&RenderRequest, Duration)> {
+        let (request, since) = self.waiting.as_ref()?;
+        let is_building = self.is_building.load(Ordering::Relaxed);
+        is_building.then(|| (request, since.elapsed()))
+    }
+
+    /// Draw; to be asked when it is not busy.
+    pub fn draw(&mut self, request: RenderRequest) {
+        self.waiting = Some((request.clone(), Instant::now()));
+        self.place.send(Message::Draw(Box::new(request)));
+    }
+
+    /// Whether no picture will come any more.
+    pub fn is_gone(&self) -> bool {
+        self.place.is_gone()
+    }
+
+    /// What came, if something did.
+    pub fn answer(&mut self) -> Option<RenderAnswer> {
+        let answer = self.place.answer();
+        if answer.is_some() {
+            self.waiting = None;
+        }
+        answer
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::render_worker::Pipeline;
+    use crate::sample_scenes::first;
+    use crate::viewport_camera::ViewportCamera;
+    use argil::RenderMode;
+
+    #[test]
+    fn nothing_comes_of_what_is_abandoned() {
+        let request = |pipeline, resolution| RenderRequest {
+            pipelines: vec![pipeline],
+            show: RenderMode::Normal,
+            resolution,
+            camera: ViewportCamera::default().camera(),
+            size: [40, 30],
+            is_still: true,
+            version: 0,
+        };
+        let mut renderer = RenderThread::new(Engine::cpu(), || {});
+        renderer.load(&first(), 0);
+        let dense = Pipeline::all().find(|own| own.label() == "Dense");
+        renderer.draw(request(dense.expect("a dense volume"), 256));
+        renderer.abandon(&first(), 0);
+        assert!(!renderer.is_busy());
+        let wanted = request(Pipeline::field(), 32);
+        renderer.draw(wanted.clone());
+        let answer = loop {
+            match renderer.answer() {
+                Some(answer) => break answer,
+                None => std::thread::sleep(Duration::from_millis(2)),
+            }
+        };
+        assert_eq!(answer.request, wanted);
+        assert_eq!(answer.pictures.expect("a picture").len(), 1);
+        assert!(!renderer.is_busy() && renderer.answer().is_none());
+    }
+}

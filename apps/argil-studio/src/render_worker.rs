@@ -1,0 +1,405 @@
+//! What draws the scene: a copy of it that does what the document does, action by action, and a world of each pipeline that is looked at.
+
+use anyhow::Context;
+use argil::{
+    Action, Camera, DenseOptions, Engine, Percentiles, RenderMode, RenderSettings, RenderedImage,
+    Representation, Scene, World,
+};
+use serde::{Deserialize, Serialize};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use web_time::Instant;
+
+/// How a scene is kept and drawn: one of the engine's representations, by its word.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Pipeline(&'static str);
+
+impl Pipeline {
+    /// All of them.
+    pub fn all() -> impl Iterator<Item = Self> {
+        Representation::all(1).into_iter().map(Self::of)
+    }
+
+    /// The field as it is, which takes no building.
+    pub fn field() -> Self {
+        Self::of(Representation::Field)
+    }
+
+    fn of(via: Representation) -> Self {
+        Self(via.word())
+    }
+
+    /// In a word.
+    pub fn label(self) -> String {
+        let (first, rest) = self.0.split_at(1);
+        first.to_uppercase() + rest
+    }
+
+    /// Whether there are bricks to be shown.
+    pub fn has_bricks(self) -> bool {
+        self.via(1).shows(RenderMode::Bricks)
+    }
+
+    /// As the engine says it.
+    pub fn via(self, resolution: u32) -> Representation {
+        let all = Representation::all(resolution);
+        let found = all.into_iter().find(|via| via.word() == self.0);
+        match found.unwrap_or_default() {
+            Representation::Dense(options) => Representation::Dense(DenseOptions {
+                mips: true,
+                ..options
+            }),
+            via => via,
+        }
+    }
+}
+
+impl Default for Pipeline {
+    fn default() -> Self {
+        Self::of(argil::BricksOptions::default().into())
+    }
+}
+
+impl Serialize for Pipeline {
+    fn serialize<S: serde::Serializer>(&self, out: S) -> Result<S::Ok, S::Error> {
+        out.serialize_str(&self.label())
+    }
+}
+
+/// One that this program does not have is the usual one.
+impl<'de> Deserialize<'de> for Pipeline {
+    fn deserialize<D: serde::Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
+        let word = String::deserialize(from)?.to_lowercase();
+        let found = Self::all().find(|own| own.0 == word);
+        Ok(found.unwrap_or_default())
+    }
+}
+
+/// What can be shown of it, and what it is called.
+pub const SHOWS: [(RenderMode, &str); 5] = [
+    (RenderMode::Shaded, "Shaded"),
+    (RenderMode::Normal, "Normal"),
+    (RenderMode::Depth, "Depth"),
+    (RenderMode::Heat, "Heat"),
+    // A pipeline is called bricks too.
+    (RenderMode::Bricks, "Brick colors"),
+];
+
+/// What is to be drawn.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RenderRequest {
+    /// One, or two to be compared.
+    pub pipelines: Vec<Pipeline>,
+    /// What of them.
+    pub show: RenderMode,
+    /// Voxels along the longest side.
+    pub resolution: u32,
+    /// From where.
+    pub camera: Camera,
+    /// Pixels.
+    pub size: [u32; 2],
+    /// Whether it is the last word, or something moves still.
+    pub is_still: bool,
+    /// Lines of the document that it knows of.
+    pub version: u64,
+}
+
+/// A picture with what it took.
+#[derive(Clone, Debug)]
+pub struct WorkerImage {
+    /// Which.
+    pub pipeline: Pipeline,
+    /// Width and height in pixels.
+    pub size: [u32; 2],
+    /// RGB in sRGB.
+    pub rgb: Vec<u8>,
+    /// What the device took to draw it.
+    pub frame_ms: f64,
+    /// What following the edits took since the picture before, in all; none where there were none.
+    pub edit_ms: Option<f64>,
+    /// Steps of the primary rays.
+    pub steps: Percentiles,
+    /// What the representation holds.
+    pub memory_bytes: u64,
+    /// Bricks, of what has some.
+    pub bricks: Option<u64>,
+    /// Triangles, of a mesh.
+    pub triangles: Option<u64>,
+    /// How far each pixel's ray goes to a solid, infinite where it meets none.
+    pub lengths: Vec<f32>,
+}
+
+/// What came of a request.
+#[derive(Debug)]
+pub struct RenderAnswer {
+    /// The request.
+    pub request: RenderRequest,
+    /// Its pictures, or why there are none.
+    pub pictures: Result<Vec<WorkerImage>, String>,
+    /// From taking the request to the pictures.
+    pub duration_ms: f64,
+}
+
+struct KeptWorld {
+    pipeline: Pipeline,
+    resolution: u32,
+    world: World,
+    /// Lines of the replica that it follows.
+    version: u64,
+}
+
+/// See the module's page.
+pub struct RenderWorker {
+    engine: Engine,
+    scene: Scene,
+    /// Changes so far.
+    version: u64,
+    /// Why the copy has parted from the document, if it has.
+    fault: Option<String>,
+    kept: Vec<KeptWorld>,
+    /// Whether a world is being made, which may take long.
+    is_building: Arc<AtomicBool>,
+}
+
+/// As many worlds are kept at most: two that are compared, and one to go back to.
+const MAX_KEPT: usize = 3;
+
+impl RenderWorker {
+    /// Of nothing.
+    pub fn new(engine: Engine) -> Self {
+        Self {
+            engine,
+            scene: Scene::new(),
+            version: 0,
+            fault: None,
+            kept: Vec::new(),
+            is_building: Arc::default(),
+        }
+    }
+
+    /// Whether a world is being made; to be looked at from elsewhere.
+    pub fn is_building(&self) -> Arc<AtomicBool> {
+        self.is_building.clone()
+    }
+
+    /// Another scene.
+    pub fn load(&mut self, scene: Scene, version: u64) {
+        (self.scene, self.version) = (scene, version);
+        self.fault = None;
+        self.kept.clear();
+    }
+
+    /// Follow the document. What the document did can be done here: if it cannot, nothing is drawn from then on but the reason,
+    /// until a scene is loaded.
+    pub fn follow(&mut self, actions: &[Action]) {
+        for action in actions {
+            if let Err(error) = self.scene.perform(action) {
+                let fault = format!(
+                    "the picture has parted from the document: {error}; save and open the scene again"
+                );
+                self.fault.get_or_insert(fault);
+            }
+            self.version += 1;
+        }
+    }
+
+    /// What has keyframes is as it is at a time.
+    pub fn set_time(&mut self, time: f32) {
+        self.scene.set_time(time);
+        self.version += 1;
+    }
+
+    /// Draw.
+    pub async fn draw(&mut self, request: RenderRequest) -> RenderAnswer {
+        let start = Instant::now();
+        if let Some(fault) = &self.fault {
+            return RenderAnswer {
+                request,
+                pictures: Err(fault.clone()),
+                duration_ms: 0.0,
+            };
+        }
+        let mut pictures = Ok(Vec::new());
+        for &pipeline in &request.pipelines {
+            match (self.picture(pipeline, &request).await, &mut pictures) {
+                (Ok(picture), Ok(all)) => all.push(picture),
+                (Err(error), _) => {
+                    pictures = Err(format!("{error:#}"));
+                    break;
+                }
+                _ => {}
+            }
+        }
+        RenderAnswer {
+            request,
+            pictures,
+            duration_ms: start.elapsed().as_secs_f64() * 1e3,
+        }
+    }
+
+    async fn picture(
+        &mut self,
+        pipeline: Pipeline,
+        request: &RenderRequest,
+    ) -> anyhow::Result<WorkerImage> {
+        let edit_ms = self.bring_up(pipeline, request.resolution).await?;
+        let kept = self.kept.last().context("a world was made")?;
+        let world = &kept.world;
+        let settings = settings(world, request);
+        let drawn = world.render_with_distances_async(&request.camera, &settings);
+        let (drawn, lengths): (RenderedImage, _) = drawn.await?;
+        let info = world.volume_info_async().await?;
+        let bricks = info.and_then(|info| {
+            let tree = info.octree.map(|tree| tree.bricks);
+            tree.or(info.bricks.map(|sparse| sparse.bricks))
+        });
+        Ok(WorkerImage {
+            pipeline,
+            size: drawn.size,
+            rgb: drawn.rgb,
+            frame_ms: drawn.duration_ms,
+            edit_ms,
+            steps: drawn.statistics.steps,
+            memory_bytes: world.memory_bytes(),
+            bricks,
+            triangles: world.mesh_counts().map(|[triangles, _]| triangles),
+            lengths,
+        })
+    }
+
+    /// Have a pipeline's world be of the scene as it is, the last of those that are kept; what following edits took.
+    async fn bring_up(
+        &mut self,
+        pipeline: Pipeline,
+        resolution: u32,
+    ) -> anyhow::Result<Option<f64>> {
+        let is_it = |k: &KeptWorld| k.pipeline == pipeline && k.resolution == resolution;
+        let Some(at) = self.kept.iter().position(is_it) else {
+            self.kept.retain(|k| k.pipeline != pipeline);
+            if self.kept.len() >= MAX_KEPT {
+                self.kept.remove(0);
+            }
+            self.is_building.store(true, Ordering::Relaxed);
+            let world = self.build(pipeline, resolution).await;
+            self.is_building.store(false, Ordering::Relaxed);
+            let world = world?;
+            self.kept.push(KeptWorld {
+                pipeline,
+                resolution,
+                world,
+                version: self.version,
+            });
+            return Ok(None);
+        };
+        let mut kept = self.kept.remove(at);
+        let start = Instant::now();
+        let is_behind = kept.version != self.version;
+        if is_behind {
+            // A world that cannot follow is made again at the next request.
+            kept.world.apply_async(&self.scene).await?;
+            kept.world.flush_async().await?;
+            kept.version = self.version;
+        }
+        self.kept.push(kept);
+        Ok(is_behind.then(|| start.elapsed().as_secs_f64() * 1e3))
+    }
+
+    async fn build(&self, pipeline: Pipeline, resolution: u32) -> anyhow::Result<World> {
+        let built = self.engine.build(&self.scene)?;
+        Ok(built
+            .with_representation_async(pipeline.via(resolution))
+            .await?)
+    }
+}
+
+fn settings(world: &World, request: &RenderRequest) -> RenderSettings {
+    let has_bricks = request.pipelines.iter().all(|p| p.has_bricks());
+    let show = match request.show {
+        RenderMode::Bricks if !has_bricks => RenderMode::Normal,
+        show => show,
+    };
+    let own = world.settings(request.size, show);
+    RenderSettings {
+        samples: if request.is_still { own.samples } else { 1 },
+        max_steps: if show == RenderMode::Heat {
+            256
+        } else {
+            own.max_steps
+        },
+        ..own
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sample_scenes::first;
+    use crate::viewport_camera::ViewportCamera;
+    use argil::{Brush, Edit, Shape};
+
+    fn request(pipeline: Pipeline) -> RenderRequest {
+        RenderRequest {
+            pipelines: vec![pipeline],
+            show: RenderMode::Normal,
+            resolution: 48,
+            camera: ViewportCamera::default().camera(),
+            size: [80, 60],
+            is_still: true,
+            version: 0,
+        }
+    }
+
+    fn picture(painter: &mut RenderWorker, pipeline: Pipeline) -> Vec<u8> {
+        let answer = pollster::block_on(painter.draw(request(pipeline)));
+        answer.pictures.expect("a picture").remove(0).rgb
+    }
+
+    #[test]
+    fn a_copy_that_parts_from_the_document_is_loud() {
+        let mut painter = RenderWorker::new(Engine::cpu());
+        painter.load(first(), 0);
+        let node = first()
+            .push(Brush::new(Shape::sphere(0.1)))
+            .expect("a brush")
+            .node;
+        painter.follow(&[Action::Edit(Edit::Remove { node })]);
+        let answer = pollster::block_on(painter.draw(request(Pipeline::field())));
+        let fault = answer.pictures.expect_err("a fault");
+        assert!(fault.contains("is not in the scene"), "{fault}");
+        painter.load(first(), 0);
+        picture(&mut painter, Pipeline::field());
+    }
+
+    #[test]
+    fn what_is_drawn_follows_the_document() {
+        let entry = Brush::new(Shape::sphere(0.3)).at([0.3, 0.6, 0.5]);
+        let edit = Action::Edit(Edit::Insert {
+            parent: Scene::ROOT,
+            index: first().node(Scene::ROOT).children().len(),
+            entry: entry.into(),
+        });
+        let mut edited = first();
+        edited.perform(&edit).expect("an edit");
+        for pipeline in Pipeline::all() {
+            let mut painter = RenderWorker::new(Engine::cpu());
+            painter.load(first(), 0);
+            let before = picture(&mut painter, pipeline);
+            painter.follow(std::slice::from_ref(&edit));
+            let after = picture(&mut painter, pipeline);
+            let apart = |a: &[u8], b: &[u8]| a.iter().zip(b).filter(|(a, b)| a != b).count();
+            let shown = apart(&before, &after);
+            assert!(shown > 100, "{pipeline:?}: {shown}");
+            let mut fresh = RenderWorker::new(Engine::cpu());
+            fresh.load(edited.clone(), 0);
+            let off = apart(&picture(&mut fresh, pipeline), &after);
+            // Its lattice may lie otherwise.
+            assert!(8 * off < shown, "{pipeline:?}: {off} of {shown}");
+            painter.follow(&[Action::Undo]);
+            let off = apart(&picture(&mut painter, pipeline), &before);
+            assert!(
+                20 * off < shown,
+                "{pipeline:?}: {off} of {shown} after undo"
+            );
+        }
+    }
+}

@@ -1,0 +1,106 @@
+//! Files of which there are only the names and the bytes: those that a browser gives.
+
+use crate::browser::NamedBytes;
+use crate::dialog::Then;
+use crate::document::Document;
+use crate::mesh_files::from_bytes;
+use crate::session::Session;
+use anyhow::Context;
+use argil::{Format, Scene, is_image};
+use std::path::Path;
+
+impl Session {
+    /// Take a scene with the meshes that it names, meshes that what is open lacks, or others to be imported.
+    pub(crate) fn open_bytes(&mut self, files: Vec<NamedBytes>) {
+        let is_mesh = |name: &str| Format::of(Path::new(name)).is_some() || is_image(name);
+        let (meshes, scenes): (Vec<_>, Vec<_>) =
+            files.into_iter().partition(|(name, _)| is_mesh(name));
+        if let Some(scene) = scenes.into_iter().next() {
+            if self.may_leave(Then::NamedBytes(scene.clone(), meshes.clone())) {
+                self.open_given(&scene, &meshes);
+            }
+            return;
+        }
+        self.attempt(|s| {
+            let missing = s.document.missing_meshes();
+            let is_missing = |name: &str| missing.iter().any(|(path, _)| is_file(path, name));
+            let meshes: Vec<NamedBytes> = meshes
+                .into_iter()
+                .map(|own| s.document.own_name(own))
+                .collect();
+            for given in &meshes {
+                s.attempt(|_| crate::local_storage::keep_mesh(given));
+            }
+            let (found, new): (Vec<_>, Vec<_>) =
+                meshes.into_iter().partition(|(name, _)| is_missing(name));
+            if !found.is_empty() {
+                let wanted = missing.into_iter();
+                let wanted =
+                    wanted.filter(|(path, _)| found.iter().any(|(name, _)| is_file(path, name)));
+                s.load_missing(wanted.collect(), from_bytes(found.clone()));
+            }
+            for (name, bytes) in new {
+                let load = from_bytes(vec![(name.clone(), bytes)]);
+                s.import_by(Path::new(&name), name.clone(), load)?;
+            }
+            Ok(())
+        });
+    }
+
+    /// Open a scene's text, with the meshes that were given with it.
+    pub(crate) fn open_given(&mut self, (name, text): &NamedBytes, meshes: &[NamedBytes]) {
+        self.attempt(|s| {
+            let text = std::str::from_utf8(text).with_context(|| format!("{name} is no text"))?;
+            let scene = Scene::from_json(text, name)?;
+            for given in meshes {
+                s.attempt(|_| crate::local_storage::keep_mesh(given));
+            }
+            s.replace_scene(scene, Some(name.into()));
+            s.tell(format!("{name} is open"));
+            let wanted = s.document.take_wanted();
+            s.load_missing(wanted, from_bytes(meshes.to_vec()));
+            Ok(())
+        });
+    }
+
+    /// Open what another visit of the page has left.
+    pub(crate) fn open_kept(&mut self, scene: Scene) {
+        let missing = scene.missing_meshes();
+        let is_named = |name: &str| missing.iter().any(|(path, _)| is_file(path, name));
+        let meshes = crate::local_storage::kept_meshes(is_named);
+        self.replace_scene(scene, None);
+        if crate::local_storage::LocalStorage::is_unsaved() {
+            self.document.is_unsaved();
+        }
+        let wanted = self.document.take_wanted();
+        self.load_missing(wanted, from_bytes(meshes));
+    }
+}
+
+impl Document {
+    /// A mesh under a name that no other mesh of the scene has: files come without their folders.
+    pub(crate) fn own_name(&self, (name, bytes): NamedBytes) -> NamedBytes {
+        let scene = self.scene();
+        let missing = self.missing_meshes();
+        let is_free = |name: &str| {
+            let is_known = scene.known_mesh_paths().any(|path| is_file(path, name));
+            let is_missing = missing.iter().any(|(path, _)| is_file(path, name));
+            let is_same =
+                || crate::local_storage::kept_mesh(name).is_some_and(|(_, own)| own == bytes);
+            !is_known || is_missing || is_same()
+        };
+        let path = Path::new(&name);
+        let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+        let ending = path.extension().unwrap_or_default().to_string_lossy();
+        let others = (2..).map(|i| format!("{stem}-{i}.{ending}"));
+        let free = std::iter::once(name.clone())
+            .chain(others)
+            .find(|name| is_free(name));
+        (free.unwrap_or(name), bytes)
+    }
+}
+
+/// Whether a path is of a file of a name.
+fn is_file(path: &str, name: &str) -> bool {
+    Path::new(path).file_name() == Some(name.as_ref())
+}

@@ -1,0 +1,219 @@
+//! Bricks that are edited, for tests and benchmarks.
+
+use crate::Wait;
+use crate::lattice;
+use argil_field::{IncrementalProgram, Program};
+use argil_gpu::{Gpu, GpuProgram, GpuVolume};
+use argil_math::Aabb;
+use argil_scene::{MarginRequest, Scene};
+use argil_volume::{
+    BrickLayout, BrickPendingEdits, BrickSettings, Bricks, Cell, EditQueue, EditStats, Volume,
+};
+use glam::IVec3;
+use std::borrow::Cow;
+use std::sync::Arc;
+
+/// Bricks where they are.
+enum RigVolume {
+    Cpu(Box<Bricks>),
+    Gpu(Box<(GpuProgram, GpuVolume)>),
+}
+
+impl RigVolume {
+    fn bake(gpu: Option<&Arc<Gpu>>, program: &Program, layout: BrickLayout) -> Self {
+        let Some(gpu) = gpu else {
+            let (bricks, _) = Bricks::bake(program, layout, None).expect("bricks");
+            return Self::Cpu(Box::new(bricks));
+        };
+        let field = GpuProgram::new(gpu.clone(), program, false).expect("a field");
+        let (volume, _) = GpuVolume::bricks(&field, program, layout, None)
+            .wait()
+            .expect("bricks");
+        Self::Gpu(Box::new((field, volume)))
+    }
+
+    fn bricks(&self) -> Cow<'_, Bricks> {
+        match self {
+            Self::Cpu(bricks) => Cow::Borrowed(&**bricks),
+            Self::Gpu(gpu) => match gpu.1.read(gpu.0.gpu()).wait() {
+                Ok(Volume::Bricks(bricks)) => Cow::Owned(bricks),
+                other => panic!("bricks come back: {:?}", other.err()),
+            },
+        }
+    }
+}
+
+/// Bricks that follow a scene.
+pub struct EditRig {
+    /// Where they lie.
+    pub layout: BrickLayout,
+    gpu: Option<Arc<Gpu>>,
+    kept: RigVolume,
+    live: IncrementalProgram,
+    seen: usize,
+    /// Lets the scene's edits tell as much as the bricks need.
+    watch: MarginRequest,
+    /// How often everything had to be made again.
+    pub rebakes: usize,
+    /// What edits did; of a GPU, once it was waited for.
+    pub done: EditStats,
+}
+
+impl EditRig {
+    /// Bake a scene on the CPU; its edits tell the boxes that the bricks need from now on.
+    pub fn of(scene: &mut Scene, resolution: u32, settings: &BrickSettings) -> Self {
+        Self::on(None, scene, resolution, settings)
+    }
+
+    /// The same on a GPU where there is one.
+    pub fn on(
+        gpu: Option<Arc<Gpu>>,
+        scene: &mut Scene,
+        resolution: u32,
+        settings: &BrickSettings,
+    ) -> Self {
+        let program = Program::lower(scene).expect("a program");
+        let layout = BrickLayout::new(lattice(scene, &program, resolution), settings);
+        let layout = layout.expect("a layout");
+        let watch = scene.request_margins(layout.margins(&program));
+        Self {
+            layout,
+            kept: RigVolume::bake(gpu.as_ref(), &program, layout),
+            gpu,
+            live: IncrementalProgram::new(scene, layout.parts(&program)).expect("a program"),
+            seen: scene.change_count(),
+            watch,
+            rebakes: 0,
+            done: EditStats::default(),
+        }
+    }
+
+    /// Follow its edits since the last time, in one pass.
+    pub fn follow(&mut self, scene: &mut Scene) {
+        let changes = scene.changes_since(self.seen).expect("changes");
+        let upset = self.live.update(scene, changes).expect("a program");
+        let boxes: Vec<_> = changes.iter().flat_map(|c| c.boxes()).collect();
+        let program = Program::lower(scene).expect("a program");
+        let solid = program.aabb();
+        let is_cut = !solid.is_finite() && !solid.is_empty();
+        let turns = is_cut != self.layout.voxel_grid.is_clipped;
+        if turns {
+            let lattice = self.layout.voxel_grid.covering_on(solid, frame_of(scene));
+            self.layout.voxel_grid = lattice.expect("a lattice");
+        } else {
+            self.layout = self.layout.grown_to(solid).expect("a layout");
+            match &mut self.kept {
+                RigVolume::Cpu(bricks) => bricks.grow(self.layout),
+                RigVolume::Gpu(gpu) => {
+                    let (field, volume) = &mut **gpu;
+                    volume
+                        .grow(field.gpu(), &BrickPendingEdits::of(self.layout))
+                        .expect("room");
+                }
+            }
+        }
+        let work = EditQueue::new(&self.layout, &self.live, &boxes);
+        let Some(work) = work.filter(|_| !upset.needs_rebuild && !turns) else {
+            self.watch.set(self.layout.margins(&program));
+            self.kept = RigVolume::bake(self.gpu.as_ref(), &program, self.layout);
+            self.live =
+                IncrementalProgram::new(scene, self.layout.parts(&program)).expect("a program");
+            self.rebakes += 1;
+            self.seen = scene.change_count();
+            return;
+        };
+        let mut edits = BrickPendingEdits {
+            layout: self.layout,
+            queue: work,
+        };
+        match &mut self.kept {
+            RigVolume::Cpu(bricks) => {
+                let edit = bricks.edit(&self.live, &mut edits.queue, None, None);
+                self.done += edit.expect("bricks");
+            }
+            RigVolume::Gpu(gpu) => {
+                let (field, volume) = &mut **gpu;
+                field.update_from(&self.live).expect("a field");
+                let edit = volume
+                    .edit(field, &self.live, &mut edits, None, None)
+                    .wait();
+                edit.expect("an edit");
+            }
+        }
+        self.seen = scene.change_count();
+    }
+
+    /// Wait for a GPU.
+    pub fn settle(&mut self) {
+        if let RigVolume::Gpu(gpu) = &mut self.kept {
+            let (field, volume) = &mut **gpu;
+            self.done += volume.settle(field.gpu()).wait().expect("an answer");
+        }
+    }
+
+    /// Give back what room edits have left on a GPU.
+    pub fn trim(&mut self) {
+        if let RigVolume::Gpu(gpu) = &mut self.kept {
+            let (field, volume) = &mut **gpu;
+            volume.trim(field).wait().expect("room");
+        }
+    }
+
+    /// The bricks, brought back from a GPU.
+    pub fn bricks(&self) -> Cow<'_, Bricks> {
+        self.kept.bricks()
+    }
+
+    /// Bytes of everything.
+    pub fn memory_bytes(&self) -> u64 {
+        match &self.kept {
+            RigVolume::Cpu(bricks) => bricks.memory_bytes(),
+            RigVolume::Gpu(gpu) => gpu.1.memory_bytes(),
+        }
+    }
+
+    /// What differs from a fresh bake whose box is found anew: cells, entries of tables that are more or fewer, and blocks that
+    /// should have been given back.
+    pub fn differing(&self, scene: &Scene) -> u64 {
+        let program = Program::lower(scene).expect("a program");
+        let lattice = self.layout.voxel_grid;
+        let lattice = lattice.covering_on(program.aabb(), frame_of(scene));
+        let layout = BrickLayout {
+            voxel_grid: lattice.expect("a lattice"),
+            ..self.layout
+        };
+        let fresh = RigVolume::bake(self.gpu.as_ref(), &program, layout);
+        let (own, fresh) = (self.bricks(), fresh.bricks());
+        let tables =
+            own.len().abs_diff(fresh.len()) + own.mixed().len().abs_diff(fresh.mixed().len());
+        let (blocks, most) = (own.table().len(), fresh.table().len());
+        // A box that has grown has more around it.
+        let kept = blocks.saturating_sub(3 * most + 64);
+        let mut wrong = 0;
+        for (_, block) in own.table().blocks().chain(fresh.table().blocks()) {
+            for nth in 0..64 {
+                let inner = IVec3::new(nth % 4, nth / 4 % 4, nth / 16);
+                let cell = 4 * block + inner;
+                wrong += u64::from(match (own.cell(cell), fresh.cell(cell)) {
+                    (
+                        Cell::Empty { center, lonely },
+                        Cell::Empty {
+                            center: theirs,
+                            lonely: as_lonely,
+                        },
+                    ) => {
+                        lonely != as_lonely
+                            || (center < 0.0) != (theirs < 0.0) && center * theirs != 0.0
+                    }
+                    _ => false,
+                });
+            }
+        }
+        own.differing_cells(&fresh) + (tables + kept) as u64 + wrong
+    }
+}
+
+fn frame_of(scene: &Scene) -> Option<Aabb> {
+    let frame = scene.view.bounds;
+    frame.map(|[min, max]| Aabb::new(min.into(), max.into()))
+}

@@ -1,0 +1,39 @@
+//! Scenes of any size, the same each time.
+
+use crate::Numbers;
+use argil_scene::{Brush, Scene, Shape};
+use glam::Vec3;
+
+/// So many boxes, capsules, tori and balls, turned, blended, every fifth a cut, in a box from −1 to 1. Their sizes are such
+/// that all of them together have the same surface, however many there are, before they are joined.
+pub fn random_scene(brushes: usize, seed: u64) -> Scene {
+    let mut numbers = Numbers::new(seed);
+    let mut scene = Scene::new();
+    scene.name = format!("{brushes} random brushes");
+    scene.view.bounds = Some([[-1.0; 3], [1.0; 3]]);
+    let unit = 2.0 / (brushes.max(1) as f32).sqrt();
+    for i in 0..brushes {
+        let size = [
+            unit * numbers.between(0.6, 1.4),
+            unit * numbers.between(0.4, 1.0),
+            unit * numbers.between(0.3, 0.8),
+        ];
+        let shape = match i % 4 {
+            0 => Shape::rounded_box(size, 0.3 * size[2]),
+            1 => Shape::capsule([0.0; 3], [size[0], 0.0, 0.0], size[2]),
+            2 => Shape::torus(size[0], 0.4 * size[2]),
+            _ => Shape::sphere(size[1]),
+        };
+        let axis = numbers.point(1.0).normalize_or(Vec3::Y);
+        let mut brush = Brush::new(shape)
+            .rotated(axis.to_array(), numbers.between(0.0, 360.0))
+            .at(numbers.point(0.9).to_array())
+            .blend(0.3 * unit);
+        if i % 5 == 4 {
+            brush = brush.subtract();
+        }
+        // Finite sizes and places: nothing to refuse.
+        let _ = scene.push(brush);
+    }
+    scene
+}

@@ -1,0 +1,103 @@
+//! One brush against a batch of points: place the points, measure, combine. The interpreter's hot loops.
+
+use crate::combine::{Joint, combine_smooth, union_smooth};
+use crate::curves::SIMD_BLOCK;
+use crate::interpreter_state::words;
+use crate::scalar::{LANES, Real};
+use argil_abi as abi;
+
+pub(crate) const HEADER: usize = abi::BRUSH_HEADER_WORDS as usize;
+
+/// A brush's map from the point and its joint.
+pub(crate) struct BrushParams<'a> {
+    pub m: &'a [f32; 12],
+    pub scale: f32,
+    pub joint: Joint,
+}
+
+impl<'a> BrushParams<'a> {
+    #[inline(always)]
+    pub fn read(params: &'a [f32], at: usize) -> Self {
+        let h: &[f32; HEADER] = words(params, at);
+        Self {
+            m: words(h, 0),
+            scale: h[12],
+            joint: Joint {
+                k: h[13],
+                inv_4k: h[14],
+                sa: h[15],
+                sb: h[16],
+                sr: h[17],
+                amount: 0.0,
+            },
+        }
+    }
+}
+
+#[inline(always)]
+fn translated<R: Real>(p: [R; 3], m: &[f32; 12]) -> [R; 3] {
+    [p[0] + m[3], p[1] + m[7], p[2] + m[11]]
+}
+
+#[inline(always)]
+pub(crate) fn mapped<R: Real>([x, y, z]: [R; 3], m: &[f32; 12]) -> [R; 3] {
+    [
+        x * m[0] + y * m[1] + z * m[2] + m[3],
+        x * m[4] + y * m[5] + z * m[6] + m[7],
+        x * m[8] + y * m[9] + z * m[10] + m[11],
+    ]
+}
+
+/// The hot loop: place the points, measure, combine. The common case, a translated union, is spared the multiplications
+/// by a scale and signs of 1.
+#[inline(always)]
+pub(crate) fn brush<R: Real, const N: usize>(
+    point: &[R::Lanes; 3],
+    acc: &mut R::Lanes,
+    b: &BrushParams<'_>,
+    active: usize,
+    is_translation: bool,
+    w: &[f32; N],
+    shape: impl Fn([R; 3], &[f32; N]) -> R,
+) {
+    let [xs, ys, zs] = point;
+    // Copies: the optimiser then need not prove that the words lie apart from the lanes.
+    let (m, w) = (*b.m, *w);
+    let blocks = (active / SIMD_BLOCK).min(LANES / SIMD_BLOCK);
+    let is_union = b.joint.sa > 0.0 && b.joint.sb > 0.0;
+    match (is_translation, is_union) {
+        (true, true) => {
+            for block in 0..blocks {
+                for i in block * SIMD_BLOCK..(block + 1) * SIMD_BLOCK {
+                    let d = shape(
+                        translated([R::get(xs, i), R::get(ys, i), R::get(zs, i)], &m),
+                        &w,
+                    );
+                    R::set(acc, i, union_smooth(R::get(acc, i), d, &b.joint));
+                }
+            }
+        }
+        (true, false) => {
+            for block in 0..blocks {
+                for i in block * SIMD_BLOCK..(block + 1) * SIMD_BLOCK {
+                    let d = shape(
+                        translated([R::get(xs, i), R::get(ys, i), R::get(zs, i)], &m),
+                        &w,
+                    );
+                    R::set(acc, i, combine_smooth(R::get(acc, i), d, &b.joint));
+                }
+            }
+        }
+        (false, _) => {
+            for block in 0..blocks {
+                for i in block * SIMD_BLOCK..(block + 1) * SIMD_BLOCK {
+                    let d = shape(
+                        mapped([R::get(xs, i), R::get(ys, i), R::get(zs, i)], &m),
+                        &w,
+                    ) * b.scale;
+                    R::set(acc, i, combine_smooth(R::get(acc, i), d, &b.joint));
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,347 @@
+//! A program that follows a scene edit by edit, at the cost of what an edit touches.
+//!
+//! *Practice.* Each [piece](crate::pieces) is lowered on its own; its parameters stand in a table that all of them share. A
+//! coarse grid of parts knows which pieces can matter in each, by their boxes grown as far as [dirty
+//! boxes](argil_scene::SceneChange) reach: the list for a part is theirs, in the scene's order, with the joints of the groups that they
+//! are in. In the part it gives the scene's distances, as far as those are below the live program's far length. What remains
+//! linear in the number of operands of a group, with a small factor, is finding a piece's place in the order.
+
+mod additions;
+mod arena;
+mod change_set;
+mod changes;
+mod counts;
+mod groups;
+mod index;
+mod lists;
+mod piece;
+mod units;
+
+use crate::jump_regions::loose_of;
+use crate::jumps::JumpRegion;
+use crate::materials::materials_of;
+use crate::part_grid::PartGrid;
+use crate::pieces::{PieceInfo, ROOT, regularity_of};
+use crate::program::Program;
+use crate::{ClearanceModel, LowerError, OpcodeSet};
+pub use additions::{Additions, HardUnionBrush};
+use arena::Arena;
+use argil_math::Aabb;
+use argil_scene::{Extents, NodeId, Scene, SceneChange};
+pub use change_set::ChangeSet;
+use change_set::ChangeTracker;
+use counts::PieceCounts;
+use glam::Vec3;
+use groups::{GroupPosition, GroupTree};
+use index::PartIndex;
+use piece::{Operand, lower_into};
+use rustc_hash::FxHashSet;
+use std::collections::{BTreeMap, HashMap};
+
+/// Ranks between neighbours, to begin with.
+const RANK_STEP: u64 = 1 << 32;
+
+/// What an update could not keep.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct UpdateOutcome {
+    /// Distances everywhere are relied on in another way than before: all that was made of them is to be made again.
+    pub needs_rebuild: bool,
+}
+
+/// A scene's program, operand by operand. See the module's page.
+pub struct IncrementalProgram {
+    /// The tables, and what holds of the whole; its list is not kept.
+    tables: Program,
+    /// All pieces, and the groups that they are in.
+    operands: HashMap<NodeId, Operand>,
+    groups: GroupTree,
+    /// All pieces in the scene's order.
+    order: BTreeMap<u64, NodeId>,
+    /// Which of them can matter where.
+    index: PartIndex,
+    /// What is counted of the visible operands.
+    counts: PieceCounts,
+    /// Places among the parameters.
+    arena: Arena,
+    /// What the last update did.
+    update: ChangeTracker,
+    /// Instructions and iterations of all operands, seen or not; opcodes of all that there ever were.
+    length: usize,
+    iterations: u64,
+    opcodes: OpcodeSet,
+}
+
+/// Where along a curve through the parts' region a box's middle is.
+fn morton(aabb: Aabb, parts: &PartGrid) -> u64 {
+    if !aabb.is_finite() {
+        return 0;
+    }
+    // An eighth of a part is as fine as need be.
+    let across = 8.0 * (aabb.center() - parts.corner) / parts.edge + 512.0;
+    let at = across.clamp(Vec3::ZERO, Vec3::splat(1023.0)).as_uvec3();
+    let spread = |c: u32| {
+        (0..10).fold(0u64, |code, bit| {
+            code | u64::from(c >> bit & 1) << (3 * bit)
+        })
+    };
+    spread(at.x) | spread(at.y) << 1 | spread(at.z) << 2
+}
+
+impl IncrementalProgram {
+    /// Of a scene as it is now.
+    ///
+    /// # Errors
+    /// As [`Program::lower`].
+    pub fn new(scene: &Scene, parts: PartGrid) -> Result<Self, LowerError> {
+        let mut live = Self {
+            tables: Program::default(),
+            operands: HashMap::new(),
+            groups: GroupTree::default(),
+            order: BTreeMap::new(),
+            index: PartIndex::new(parts),
+            counts: PieceCounts::default(),
+            arena: Arena::default(),
+            update: ChangeTracker::default(),
+            length: 0,
+            iterations: 0,
+            opcodes: OpcodeSet::default(),
+        };
+        let mut extents = Extents::of(scene);
+        let mut items = Vec::new();
+        for &node in scene.node(Scene::ROOT).children() {
+            lower_into(scene, &mut extents, node, &GroupPosition::ROOT, &mut items)?;
+        }
+        let mut all = live.place(items, ROOT, &mut Vec::new());
+        for ((_, operand), nth) in all.iter_mut().zip(1..) {
+            operand.rank = nth * RANK_STEP;
+        }
+        // Parameters of neighbours stand side by side.
+        all.sort_by_cached_key(|(_, operand)| morton(operand.extent.aabb, &parts));
+        for (node, operand) in all {
+            live.insert(node, operand);
+        }
+        live.arena.written.clear();
+        live.tables.materials = materials_of(scene);
+        live.index_all();
+        live.recompute_regularity();
+        live.update.loosened.clear();
+        live.tables.aabb = live.solid_box();
+        Ok(live)
+    }
+
+    /// Where it tells lists.
+    pub fn parts(&self) -> &PartGrid {
+        &self.index.parts
+    }
+
+    /// The tables that lists point into, and what holds of the whole scene. It has no list of its own.
+    pub fn program(&self) -> &Program {
+        &self.tables
+    }
+
+    /// Stretches of the parameters, each from one to before another, that the last update has written. Those that it has
+    /// appended are among them.
+    pub fn dirty_ranges(&self) -> &[(u32, u32)] {
+        &self.arena.written
+    }
+
+    /// A box of what the last update put into the scene, and whether how far the scene reaches may have changed elsewhere too:
+    /// if that touched what is endless, or what cuts the rest.
+    pub fn inserted_box(&self) -> (Aabb, bool) {
+        (self.update.put, self.update.touched_ends)
+    }
+
+    /// Boxes in which the last update changed what is known of [jumps](Program::jumps_near).
+    pub fn jumps_added(&self) -> &[Aabb] {
+        &self.update.loosened
+    }
+
+    /// Instructions of the whole at most.
+    pub fn instruction_count(&self) -> usize {
+        self.length
+    }
+
+    /// [`Program::max_iterations`] of the whole at most.
+    pub fn max_iterations(&self) -> u64 {
+        self.iterations
+    }
+
+    /// Opcodes of the whole, and of what was there before.
+    pub fn opcodes(&self) -> OpcodeSet {
+        self.opcodes
+    }
+
+    /// Follow a scene's changes since the last time.
+    ///
+    /// # Errors
+    /// As [`Program::lower`]; nothing is changed then.
+    pub fn update(
+        &mut self,
+        scene: &Scene,
+        changes: &[SceneChange],
+    ) -> Result<UpdateOutcome, LowerError> {
+        let before = self.reliance();
+        let units = self.units(scene, changes);
+        let mut extents = Extents::of(scene);
+        let mut there = Vec::new();
+        for &node in &units {
+            if let Some(group) = self.group_for(scene, node, &units) {
+                let mut items = Vec::new();
+                let place = self.groups.inside(group);
+                lower_into(scene, &mut extents, node, &place, &mut items)?;
+                there.push((node, group, items));
+            }
+        }
+        let gone = self.groups.remove_unused();
+        let old = std::mem::take(&mut self.update).touched;
+        let old = old.unwrap_or_default().before.into_iter();
+        self.arena.begin(old.map(|old| old.params).chain(gone));
+        let mut told = ChangeSet::default();
+        let had_morphs = self.counts.morphs > 0;
+        for &node in &units {
+            self.take_out(node, &mut told);
+        }
+        let mut plain = told.before.iter().all(Operand::is_plain);
+        self.update.touched_ends |= told.before.iter().any(Operand::ends);
+        for (node, group, items) in there {
+            let pieces = self.place(items, group, &mut told.stretches);
+            let (mut rank, step) = self.ranks_for(scene, node, pieces.len() as u64);
+            for (node, mut operand) in pieces {
+                rank += step;
+                operand.rank = rank;
+                plain &= operand.is_plain();
+                told.after.insert(node);
+                self.update.touched_ends |= operand.ends();
+                if operand.adds() {
+                    self.update.put = self.update.put.union(operand.extent.aabb);
+                }
+                self.insert(node, operand);
+                self.enter(node);
+            }
+        }
+        // Blends swell what they join.
+        self.update.put = self.update.put.grown(self.counts.max_outward_offset());
+        self.tables.aabb = self.tables.aabb.union(self.update.put);
+        let needed = self.counts.blend_propagation(self.index.parts.far);
+        if !self.index.has_room_for(needed) {
+            self.index_all();
+        }
+        let has_morphs = had_morphs || self.counts.morphs > 0;
+        self.update.is_collected = !has_morphs && !self.update.renumbered;
+        if self.update.is_collected {
+            self.collect_changes(&mut told);
+        }
+        // Kept for their parameters, whether they are told of or not.
+        self.update.touched = Some(told);
+        if !plain || !self.tables.loose.is_empty() {
+            self.recompute_regularity();
+        }
+        self.tables.magnitude = self.counts.magnitude();
+        let of_everything = changes
+            .iter()
+            .any(|change| change.influence_box == Aabb::ALL);
+        if of_everything {
+            self.tables.materials = materials_of(scene);
+        }
+        let everything = of_everything || before != self.reliance();
+        Ok(UpdateOutcome {
+            needs_rebuild: everything,
+        })
+    }
+
+    /// Whether what was made of a program's distances can be relied on as before.
+    pub fn has_same_bounds_as(&self, program: &Program) -> bool {
+        let own = (
+            program.lipschitz(),
+            program.clearance_model_in(self.index.parts.base),
+        );
+        own == self.reliance() && program.materials() == self.tables.materials
+    }
+
+    /// What decisions about distances rest on.
+    fn reliance(&self) -> (f32, ClearanceModel) {
+        (
+            self.tables.lipschitz,
+            self.tables.clearance_model_in(self.index.parts.base),
+        )
+    }
+
+    /// Take note of an operand and give its parameters a place; `near` is not touched.
+    fn insert(&mut self, node: NodeId, mut operand: Operand) {
+        let own = std::mem::take(&mut operand.own_params);
+        let length = own.len() as u32;
+        let at = self.arena.put(&mut self.tables.params, &own);
+        for instr in &mut operand.instrs {
+            instr.params += at;
+        }
+        operand.params = (at, length);
+        self.length += operand.instrs.len();
+        self.iterations += operand.iterations;
+        self.opcodes = self.opcodes.union(operand.opcodes);
+        let slots = (&mut self.tables.value_slots, &mut self.tables.point_slots);
+        let depth = self.groups.inside(operand.group).depth;
+        *slots.0 = (operand.slots.0 + depth).max(*slots.0);
+        *slots.1 = operand.slots.1.max(*slots.1);
+        self.order.insert(operand.rank, node);
+        self.counts.count(&operand, depth, true);
+        self.operands.insert(node, operand);
+    }
+
+    /// Take an operand out; its parameters stay.
+    fn remove(&mut self, node: NodeId) -> Option<Operand> {
+        let operand = self.operands.remove(&node)?;
+        self.length -= operand.instrs.len();
+        self.iterations -= operand.iterations;
+        self.order.remove(&operand.rank);
+        self.index.remove(&operand, &self.groups);
+        let depth = self.groups.inside(operand.group).depth;
+        self.counts.count(&operand, depth, false);
+        Some(operand)
+    }
+
+    /// How regular the whole is.
+    fn recompute_regularity(&mut self) {
+        let parent_of = |group: u32| self.groups.parent_of(group);
+        let operator_of = |group: u32| self.groups.operator_of(group);
+        let told = |node: &NodeId| {
+            let own = &self.operands[node];
+            own.visible.then_some(PieceInfo {
+                group: own.group,
+                operator: own.operator,
+                regularity: own.regularity,
+                extent: own.extent,
+            })
+        };
+        let first_last = self.order.values().filter_map(told);
+        let all = regularity_of(first_last, parent_of, operator_of);
+        let loose = if all.slack + all.hidden == 0.0 {
+            Vec::new()
+        } else {
+            let last_first = self.order.values().rev().filter_map(told);
+            loose_of(last_first, parent_of, operator_of, all)
+        };
+        let before = std::mem::replace(&mut self.tables.loose, loose);
+        let tables = &mut self.tables;
+        if before != tables.loose {
+            let known: [FxHashSet<_>; 2] =
+                [&before, &tables.loose].map(|all| all.iter().map(JumpRegion::bits).collect());
+            let changed = known[0].symmetric_difference(&known[1]);
+            self.update.loosened.extend(changed.map(JumpRegion::box_of));
+        }
+        tables.lipschitz = all.lipschitz;
+        tables.slack = all.slack;
+        tables.hidden_slack = all.hidden;
+        tables.isolation = all.isolation;
+        tables.magnitude = self.counts.magnitude();
+    }
+
+    /// A box around everything that adds.
+    fn solid_box(&self) -> Aabb {
+        let adding = self.operands.values().filter(|operand| operand.adds());
+        let boxes = adding.fold(Aabb::EMPTY, |all, operand| all.union(operand.extent.aabb));
+        boxes.grown(self.counts.max_outward_offset())
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,98 @@
+//! What an update has touched, found out and told.
+
+use super::IncrementalProgram;
+use super::change_set::ChangeSet;
+use super::groups::ListWriter;
+use super::piece::Operand;
+use crate::part_grid::LEVELS;
+use argil_abi::Instruction;
+use argil_scene::NodeId;
+use glam::IVec3;
+use std::collections::HashSet;
+
+impl IncrementalProgram {
+    /// Find out what is touched, in which parts.
+    pub(super) fn collect_changes(&self, told: &mut ChangeSet) {
+        let words = |operand: &Operand, begin: u32, end: u32| {
+            let at = operand.params.0;
+            &self.tables.params[(at + begin) as usize..(at + end) as usize]
+        };
+        let mut alike = HashSet::new();
+        for old in &told.before {
+            let there = self.order.get(&old.rank);
+            let now = there
+                .filter(|node| told.after.contains(node))
+                .map(|node| &self.operands[node]);
+            let now = now.filter(|now| old.same_structure(now));
+            alike.extend(now.map(|now| now.rank));
+            for (begin, end) in old.stretches() {
+                if let Some(now) = now {
+                    if words(old, begin, end) == words(now, begin, end) {
+                        continue;
+                    }
+                    told.stretches
+                        .push((now.params.0 + begin, now.params.0 + end));
+                }
+                told.stretches
+                    .push((old.params.0 + begin, old.params.0 + end));
+            }
+        }
+        for node in &told.after {
+            let now = &self.operands[node];
+            if !alike.contains(&now.rank) {
+                let (at, length) = now.params;
+                told.stretches.push((at, at + length));
+            }
+        }
+        told.stretches.sort_unstable();
+        for (nth, old) in told.before.iter().enumerate() {
+            for part in self.index.parts_of(old, &self.groups) {
+                told.near.entry(part).or_default().push(nth);
+            }
+        }
+    }
+
+    /// What the last update has touched; nothing where that may be anything.
+    pub fn changes(&self) -> Option<&ChangeSet> {
+        self.update.collected()
+    }
+
+    /// [`IncrementalProgram::part_program`] as it was before the last update, where what that touched is known.
+    pub fn previous_part_program(&self, part: IVec3, out: &mut Vec<Instruction>) {
+        let Some(touched) = self.changes() else {
+            return;
+        };
+        let stays = |node: &NodeId| !touched.after.contains(node);
+        let mut own: Vec<usize> = (0..LEVELS)
+            .filter_map(|level| touched.near.get(&(level, part >> (2 * level))))
+            .flatten()
+            .copied()
+            .collect();
+        own.sort_unstable();
+        own.dedup();
+        let own = own.into_iter().map(|nth| &touched.before[nth]);
+        let everywhere = self.index.everywhere.iter().filter(|(_, node)| stays(node));
+        let was_everywhere = |old: &&Operand| self.index.is_everywhere(old, &self.groups);
+        let mut others: Vec<(u64, &Operand)> = own
+            .chain(touched.before.iter().filter(was_everywhere))
+            .map(|old| (old.rank, old))
+            .chain(everywhere.map(|(&rank, node)| (rank, &self.operands[node])))
+            .collect();
+        others.sort_by_key(|&(rank, _)| rank);
+        let mut others = others.into_iter().peekable();
+        let mut writer = ListWriter::new(&self.groups, out);
+        for own in self
+            .index
+            .near_in(part)
+            .iter()
+            .filter(|own| stays(&own.node))
+        {
+            while let Some((_, other)) = others.next_if(|&(other, _)| other < own.rank) {
+                writer.put(other.group, &other.instrs);
+            }
+            self.put_near(&mut writer, own);
+        }
+        others.for_each(|(_, other)| writer.put(other.group, &other.instrs));
+        writer.end();
+    }
+}

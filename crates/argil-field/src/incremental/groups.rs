@@ -1,0 +1,221 @@
+//! The open groups of a scene that is followed.
+
+use crate::lower::{EnclosingGroup, Frame};
+use crate::pieces::{PieceWalk, ROOT};
+use crate::spans::append;
+use argil_abi::Instruction;
+use argil_scene::{NodeId, Operator, OperatorKind, Scene};
+use rustc_hash::{FxHashMap, FxHashSet};
+
+/// Where a piece or a group is put.
+#[derive(Clone, Copy)]
+pub(super) struct GroupPosition {
+    /// The open group, or the root.
+    pub group: u32,
+    pub frame: Frame,
+    /// What a length there is in the world.
+    pub scale: f32,
+    /// Groups around it.
+    pub depth: usize,
+    /// Whether those all add.
+    pub adds: bool,
+}
+
+impl GroupPosition {
+    pub const ROOT: Self = Self {
+        group: ROOT,
+        frame: Frame::OF_WORLD,
+        scale: 1.0,
+        depth: 0,
+        adds: true,
+    };
+}
+
+/// An open group.
+pub(super) struct LoweredGroup {
+    pub node: NodeId,
+    pub parent: u32,
+    /// In the world's unit.
+    pub operator: Operator,
+    /// Of what it holds.
+    pub inside: GroupPosition,
+    pub open: Instruction,
+    pub close: Instruction,
+    /// Its stretch of the parameters.
+    pub params: (u32, u32),
+    /// The pieces and groups that it holds.
+    pub children: FxHashSet<NodeId>,
+}
+
+impl LoweredGroup {
+    /// With parameters that stand at a place; `outside` is where it is put.
+    pub fn new(
+        node: NodeId,
+        around: &EnclosingGroup,
+        operator: Operator,
+        outside: &GroupPosition,
+        scale: f32,
+        at: u32,
+    ) -> Self {
+        let moved = |instr: Instruction| Instruction {
+            params: at,
+            ..instr
+        };
+        Self {
+            node,
+            parent: outside.group,
+            operator,
+            inside: GroupPosition {
+                group: ROOT,
+                frame: around.frame,
+                scale: outside.scale * scale,
+                depth: outside.depth + 1,
+                adds: outside.adds && operator.kind == OperatorKind::Union,
+            },
+            open: moved(around.open),
+            close: moved(around.close),
+            params: (at, around.params.len() as u32),
+            children: FxHashSet::default(),
+        }
+    }
+}
+
+/// All of them.
+#[derive(Default)]
+pub(super) struct GroupTree {
+    all: FxHashMap<u32, LoweredGroup>,
+    of: FxHashMap<NodeId, u32>,
+    last: u32,
+    /// Those that the last update has taken out: lists of before have them still.
+    gone: Vec<u32>,
+}
+
+impl GroupTree {
+    /// What stands for a node that is an open group, or the root.
+    pub fn find(&self, node: NodeId) -> Option<u32> {
+        if node == Scene::ROOT {
+            return Some(ROOT);
+        }
+        self.of.get(&node).copied()
+    }
+
+    /// A group that is no root.
+    pub fn get(&self, group: u32) -> Option<&LoweredGroup> {
+        self.all.get(&group)
+    }
+
+    pub fn parent_of(&self, group: u32) -> u32 {
+        self.all.get(&group).map_or(ROOT, |own| own.parent)
+    }
+
+    pub fn operator_of(&self, group: u32) -> Operator {
+        self.all
+            .get(&group)
+            .map_or_else(Operator::default, |own| own.operator)
+    }
+
+    /// Where something in a group is put.
+    pub fn inside(&self, group: u32) -> GroupPosition {
+        self.all
+            .get(&group)
+            .map_or(GroupPosition::ROOT, |own| own.inside)
+    }
+
+    pub fn insert(&mut self, mut group: LoweredGroup) -> u32 {
+        self.last += 1;
+        let id = self.last;
+        group.inside.group = id;
+        self.of.insert(group.node, id);
+        self.hold(group.parent, group.node);
+        self.all.insert(id, group);
+        id
+    }
+
+    /// Take note that a group holds a node.
+    pub fn hold(&mut self, group: u32, node: NodeId) {
+        if let Some(own) = self.all.get_mut(&group) {
+            own.children.insert(node);
+        }
+    }
+
+    /// The same, that it does no more.
+    pub fn release(&mut self, group: u32, node: NodeId) {
+        if let Some(own) = self.all.get_mut(&group) {
+            own.children.remove(&node);
+        }
+    }
+
+    /// Take one out. It stands until the next update.
+    pub fn remove(&mut self, group: u32) {
+        if let Some(own) = self.all.get(&group) {
+            self.of.remove(&own.node);
+            let (parent, node) = (own.parent, own.node);
+            self.release(parent, node);
+            self.gone.push(group);
+        }
+    }
+
+    /// Forget what the last update has taken out: the stretches of parameters that are free then.
+    pub fn remove_unused(&mut self) -> Vec<(u32, u32)> {
+        let gone = std::mem::take(&mut self.gone);
+        let own = gone.into_iter().filter_map(|id| self.all.remove(&id));
+        own.map(|group| group.params).collect()
+    }
+
+    /// The outermost group around what is in one; the root of what is in that.
+    pub fn outermost(&self, group: u32) -> u32 {
+        let mut at = group;
+        loop {
+            match self.parent_of(at) {
+                ROOT => return at,
+                parent => at = parent,
+            }
+        }
+    }
+}
+
+/// Writes a list, with the joints of groups around what is in them.
+pub(super) struct ListWriter<'a> {
+    groups: &'a GroupTree,
+    walk: PieceWalk,
+    out: &'a mut Vec<Instruction>,
+}
+
+impl<'a> ListWriter<'a> {
+    pub fn new(groups: &'a GroupTree, out: &'a mut Vec<Instruction>) -> Self {
+        Self {
+            groups,
+            walk: PieceWalk::default(),
+            out,
+        }
+    }
+
+    /// Append a piece.
+    pub fn put(&mut self, group: u32, instrs: &[Instruction]) {
+        self.go_to(group);
+        match instrs {
+            [only] => self.out.push(*only),
+            all => append(all, self.out),
+        }
+    }
+
+    /// How many instructions there are.
+    pub fn len(&self) -> usize {
+        self.out.len()
+    }
+
+    /// Leave all groups.
+    pub fn end(&mut self) {
+        self.go_to(ROOT);
+    }
+
+    fn go_to(&mut self, group: u32) {
+        let (groups, out) = (self.groups, &mut *self.out);
+        let parent_of = |group: u32| groups.parent_of(group);
+        self.walk.go_to(group, parent_of, |group, enters| {
+            if let Some(own) = groups.get(group) {
+                out.push(if enters { own.open } else { own.close });
+            }
+        });
+    }
+}

@@ -1,0 +1,167 @@
+//! Which operands can matter where: a coarse grid of parts, at several levels, and what matters everywhere.
+
+use super::groups::GroupTree;
+use super::piece::Operand;
+use crate::part_grid::{Part, PartGrid, parts_between};
+use argil_abi::Instruction;
+use argil_math::Aabb;
+use argil_scene::{NodeId, OperatorKind};
+use glam::IVec3;
+use rustc_hash::FxHashMap;
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+
+/// An operand where it can matter.
+#[derive(Clone, Copy)]
+pub(super) struct PartEntry {
+    pub rank: u64,
+    pub node: NodeId,
+    pub group: u32,
+    /// Of an operand of one instruction, that: most are, and their records lie all over memory.
+    pub instr: Option<Instruction>,
+    /// The box in which it can matter.
+    pub held: Aabb,
+}
+
+/// See the module's page.
+pub(super) struct PartIndex {
+    pub parts: PartGrid,
+    /// Of each part, the operands that can matter there, by rank.
+    near: FxHashMap<Part, Vec<PartEntry>>,
+    /// Levels that have any.
+    levels: u32,
+    /// Those that matter wherever others do, by rank.
+    pub everywhere: BTreeMap<u64, NodeId>,
+    /// How far values can fall at the root and in each open group, as far as the boxes allow for it.
+    falls: [f32; 2],
+}
+
+impl PartIndex {
+    /// Of nothing.
+    pub fn new(parts: PartGrid) -> Self {
+        Self {
+            parts,
+            near: FxHashMap::default(),
+            levels: 1,
+            everywhere: BTreeMap::new(),
+            falls: [0.0; 2],
+        }
+    }
+
+    /// Whether the boxes allow for values that fall so far.
+    pub fn has_room_for(&self, falls: [f32; 2]) -> bool {
+        falls[0] <= self.falls[0] && falls[1] <= self.falls[1]
+    }
+
+    /// Forget all, and allow for values that fall so far.
+    pub fn begin(&mut self, falls: [f32; 2]) {
+        // With some room, so that a blend which grows does not do this each time.
+        self.falls = std::array::from_fn(|i| self.falls[i].max(1.25 * falls[i]));
+        self.near.clear();
+        self.everywhere.clear();
+    }
+
+    /// Enter a node's operand.
+    pub fn enter(&mut self, node: NodeId, operand: &Operand, groups: &GroupTree) {
+        let rank = operand.rank;
+        let instr = match operand.instrs[..] {
+            [only] => Some(only),
+            _ => None,
+        };
+        let own = PartEntry {
+            rank,
+            node,
+            group: operand.group,
+            instr,
+            held: self.grown_box(operand, groups),
+        };
+        if self.is_everywhere(operand, groups) {
+            self.everywhere.insert(rank, node);
+        }
+        for at in self.parts_of(operand, groups) {
+            self.levels = self.levels.max(at.0 + 1);
+            let list = self.near.entry(at).or_default();
+            if let Err(place) = list.binary_search_by_key(&rank, |near| near.rank) {
+                list.insert(place, own);
+            }
+        }
+    }
+
+    /// Take an operand out.
+    pub fn remove(&mut self, operand: &Operand, groups: &GroupTree) {
+        self.everywhere.remove(&operand.rank);
+        for at in self.parts_of(operand, groups) {
+            let Some(list) = self.near.get_mut(&at) else {
+                continue;
+            };
+            if let Ok(place) = list.binary_search_by_key(&operand.rank, |near| near.rank) {
+                list.remove(place);
+            }
+            if list.is_empty() {
+                self.near.remove(&at);
+            }
+        }
+    }
+
+    /// The operands that are entered in a part, and in those of other levels that hold it, each level's by rank.
+    pub fn near_by_level(&self, part: IVec3) -> impl Iterator<Item = &[PartEntry]> {
+        (0..self.levels).filter_map(move |level| {
+            let own = self.near.get(&(level, part >> (2 * level)));
+            own.map(Vec::as_slice)
+        })
+    }
+
+    /// All of them by rank.
+    pub fn near_in(&self, part: IVec3) -> Cow<'_, [PartEntry]> {
+        let mut all = Cow::Borrowed(&[][..]);
+        for own in self.near_by_level(part) {
+            if all.is_empty() {
+                all = Cow::Borrowed(own);
+            } else {
+                let joined = all.to_mut();
+                joined.extend_from_slice(own);
+                joined.sort_by_key(|near| near.rank);
+            }
+        }
+        all
+    }
+
+    /// The box in which an operand can matter where it is not everywhere that others do.
+    pub fn grown_box(&self, operand: &Operand, groups: &GroupTree) -> Aabb {
+        let mut joints = vec![operand.operator];
+        let mut at = operand.group;
+        while let Some(group) = groups.get(at) {
+            joints.push(group.operator);
+            at = group.parent;
+        }
+        let outermost_first = joints.iter().rev();
+        self.parts
+            .reached_by(outermost_first, &operand.extent, self.falls)
+    }
+
+    pub fn is_everywhere(&self, operand: &Operand, groups: &GroupTree) -> bool {
+        let acts = operand.visible && !operand.extent.aabb.is_empty();
+        let is_intersection = operand.operator.kind == OperatorKind::Intersect;
+        (operand.visible && is_intersection)
+            || (acts
+                && self
+                    .parts
+                    .level_of(self.grown_box(operand, groups))
+                    .is_none())
+    }
+
+    /// The parts in which an operand can matter.
+    pub fn parts_of(
+        &self,
+        operand: &Operand,
+        groups: &GroupTree,
+    ) -> impl Iterator<Item = Part> + use<> {
+        let is_near = operand.visible
+            && operand.operator.kind != OperatorKind::Intersect
+            && !operand.extent.aabb.is_empty();
+        let found = is_near
+            .then(|| self.parts.level_of(self.grown_box(operand, groups)))
+            .flatten();
+        found.into_iter().flat_map(parts_between)
+    }
+}

@@ -1,0 +1,163 @@
+//! Which pieces can matter where, and the lists that they make.
+
+use super::IncrementalProgram;
+use super::groups::ListWriter;
+use super::index::PartEntry;
+use super::piece::Operand;
+use crate::pieces::ROOT;
+use crate::program::Program;
+use crate::spans::{GroupSpan, OperandSpan};
+use argil_abi::Instruction;
+use argil_math::Aabb;
+use argil_scene::{NodeId, Operator, OperatorKind};
+use glam::IVec3;
+use rustc_hash::FxHashMap;
+
+impl IncrementalProgram {
+    /// Append the instructions that can matter in a part.
+    pub fn part_program(&self, part: IVec3, out: &mut Vec<Instruction>) {
+        self.list_of(&self.index.near_in(part), out);
+    }
+
+    /// Append the instructions that can matter in a box within a part, to distances up to a length.
+    pub fn part_program_in(
+        &self,
+        part: IVec3,
+        region: Aabb,
+        reach: f32,
+        out: &mut Vec<Instruction>,
+    ) {
+        // Boxes have grown by the far length at least; what blends add to that is no less of nearer distances.
+        let region = region.grown(0.999_9 * (reach - self.index.parts.far).min(0.0));
+        let touches =
+            |held: &Aabb| held.max.cmpge(region.min).all() && held.min.cmple(region.max).all();
+        let mut some: Vec<PartEntry> = Vec::new();
+        for own in self.index.near_by_level(part) {
+            some.extend(own.iter().filter(|own| touches(&own.held)));
+        }
+        // Of levels that are in order, this only joins them.
+        some.sort_by_key(|near| near.rank);
+        self.list_of(&some, out);
+    }
+
+    /// Append the instructions of what is near a place, and of what matters everywhere.
+    fn list_of(&self, near: &[PartEntry], out: &mut Vec<Instruction>) {
+        let mut writer = ListWriter::new(&self.groups, out);
+        if self.counts.morphs > 0 {
+            // A morph takes its share of everything.
+            self.acting()
+                .for_each(|own| writer.put(own.group, &own.instrs));
+            writer.end();
+            return;
+        }
+        let mut others = self
+            .index
+            .everywhere
+            .iter()
+            .map(|(&r, &n)| (r, n))
+            .peekable();
+        for own in near {
+            while let Some((_, other)) = others.next_if(|&(other, _)| other < own.rank) {
+                let other = &self.operands[&other];
+                writer.put(other.group, &other.instrs);
+            }
+            self.put_near(&mut writer, own);
+        }
+        for (_, other) in others {
+            let other = &self.operands[&other];
+            writer.put(other.group, &other.instrs);
+        }
+        writer.end();
+    }
+
+    pub(super) fn put_near(&self, writer: &mut ListWriter<'_>, own: &PartEntry) {
+        match &own.instr {
+            Some(instr) => writer.put(own.group, std::slice::from_ref(instr)),
+            None => writer.put(own.group, &self.operands[&own.node].instrs),
+        }
+    }
+
+    /// The visible pieces in the scene's order. The first to act is in what adds.
+    pub(super) fn acting(&self) -> impl Iterator<Item = &Operand> {
+        let all = self.order.values().map(|node| &self.operands[node]);
+        all.filter(|own| own.visible).skip_while(|own| {
+            let kind = match self.groups.outermost(own.group) {
+                ROOT => own.operator.kind,
+                group => self.groups.operator_of(group).kind,
+            };
+            kind != OperatorKind::Union
+        })
+    }
+
+    /// The whole scene's program, as [`Program::lower`] gives it but for the order of what does not depend on order.
+    pub fn to_program(&self) -> Program {
+        let mut whole = self.tables.clone();
+        let mut instrs = Vec::with_capacity(self.length);
+        let mut operands = Vec::with_capacity(self.order.len());
+        let root = GroupSpan {
+            parent: ROOT,
+            operator: Operator::default(),
+            open: Instruction::default(),
+            close: Instruction::default(),
+        };
+        let mut groups = vec![root];
+        let mut places = FxHashMap::default();
+        places.insert(ROOT, ROOT);
+        let mut writer = ListWriter::new(&self.groups, &mut instrs);
+        for own in self.acting() {
+            writer.put(own.group, &own.instrs);
+            let end = writer.len() as u32;
+            operands.push(OperandSpan {
+                begin: end - own.instrs.len() as u32,
+                end,
+                group: self.place_of(own.group, &mut places, &mut groups),
+                operator: own.operator,
+                extent: own.extent,
+            });
+            whole.brushes += own.brushes;
+        }
+        writer.end();
+        whole.instructions = instrs;
+        (whole.operands, whole.groups) = (operands, groups);
+        whole
+    }
+
+    /// The place of an open group among a program's, which are entered with those around them.
+    fn place_of(
+        &self,
+        group: u32,
+        places: &mut FxHashMap<u32, u32>,
+        groups: &mut Vec<GroupSpan>,
+    ) -> u32 {
+        if let Some(&place) = places.get(&group) {
+            return place;
+        }
+        let Some(own) = self.groups.get(group) else {
+            return ROOT;
+        };
+        // No more deep than open groups are.
+        let parent = self.place_of(own.parent, places, groups);
+        let place = groups.len() as u32;
+        groups.push(GroupSpan {
+            parent,
+            operator: own.operator,
+            open: own.open,
+            close: own.close,
+        });
+        places.insert(group, place);
+        place
+    }
+
+    /// Enter an operand into the parts.
+    pub(super) fn enter(&mut self, node: NodeId) {
+        self.index.enter(node, &self.operands[&node], &self.groups);
+    }
+
+    /// Enter all operands anew.
+    pub(super) fn index_all(&mut self) {
+        self.index
+            .begin(self.counts.blend_propagation(self.index.parts.far));
+        let all: Vec<NodeId> = self.order.values().copied().collect();
+        all.into_iter().for_each(|node| self.enter(node));
+    }
+}

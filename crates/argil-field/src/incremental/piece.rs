@@ -1,0 +1,173 @@
+//! Pieces as they are followed, and how they are lowered.
+
+use super::groups::GroupPosition;
+use crate::lower::{EnclosingGroup, extent_in_world};
+use crate::pieces::{ROOT, is_open, scale_of, scaled};
+use crate::program::Program;
+use crate::regularity::Regularity;
+use crate::{LowerError, OpcodeSet};
+use argil_abi::Instruction;
+use argil_scene::{BlendProfile, Extent, Extents, NodeId, Operator, OperatorKind, Scene};
+
+/// A piece.
+pub(super) struct Operand {
+    /// Where it stands in the order.
+    pub rank: u64,
+    /// The open group that it is in.
+    pub group: u32,
+    /// Whether that group and all around it add.
+    pub group_adds: bool,
+    pub instrs: Vec<Instruction>,
+    /// Its parameters, until they have a place.
+    pub own_params: Vec<f32>,
+    /// Its stretch of the parameters.
+    pub params: (u32, u32),
+    /// In the world's unit.
+    pub operator: Operator,
+    pub visible: bool,
+    /// In the world.
+    pub extent: Extent,
+    pub regularity: Regularity,
+    pub magnitude: f32,
+    pub slots: (usize, usize),
+    pub brushes: usize,
+    pub opcodes: OpcodeSet,
+    pub iterations: u64,
+}
+
+impl Operand {
+    pub fn is_chamfered(&self) -> bool {
+        self.operator.profile == BlendProfile::Chamfer && self.operator.blend > 0.0
+    }
+
+    /// Whether something can be solid where it is.
+    pub fn adds(&self) -> bool {
+        self.visible
+            && self.group_adds
+            && matches!(
+                self.operator.kind,
+                OperatorKind::Union | OperatorKind::Morph
+            )
+    }
+
+    /// Whether it is endless, or cuts what is.
+    pub fn ends(&self) -> bool {
+        let is_endless =
+            self.adds() && !self.extent.aabb.is_empty() && !self.extent.aabb.is_finite();
+        is_endless || (self.visible && self.operator.kind == OperatorKind::Intersect)
+    }
+
+    /// Whether another has the same instructions but for the values of parameters.
+    pub fn same_structure(&self, other: &Self) -> bool {
+        let relative = |operand: &Self, instr: &Instruction| Instruction {
+            params: instr.params - operand.params.0,
+            ..*instr
+        };
+        self.visible == other.visible
+            && self.group == other.group
+            && self.params.1 == other.params.1
+            && self.instrs.len() == other.instrs.len()
+            && self
+                .instrs
+                .iter()
+                .zip(&other.instrs)
+                .all(|(a, b)| relative(self, a) == relative(other, b))
+    }
+
+    /// Where the words of each instruction begin and end among its own.
+    pub fn stretches(&self) -> Vec<(u32, u32)> {
+        let mut begins: Vec<u32> = self
+            .instrs
+            .iter()
+            .map(|i| i.params - self.params.0)
+            .collect();
+        begins.push(self.params.1);
+        begins.sort_unstable();
+        begins.dedup();
+        begins.windows(2).map(|pair| (pair[0], pair[1])).collect()
+    }
+
+    /// Whether how regular the whole is cannot depend on it.
+    pub fn is_plain(&self) -> bool {
+        !self.visible || (self.regularity == Regularity::SMOOTH && !self.is_chamfered())
+    }
+}
+
+/// What a node is put together of, as it is met.
+pub(super) enum PieceItem {
+    Piece(NodeId, Box<Operand>),
+    /// An open group with its operator in the world's unit, and what its unit is in that of the group around.
+    Enter(NodeId, EnclosingGroup, Operator, f32),
+    Leave,
+}
+
+/// Lower a node into a place.
+pub(super) fn lower_into(
+    scene: &Scene,
+    extents: &mut Extents<'_>,
+    node: NodeId,
+    place: &GroupPosition,
+    items: &mut Vec<PieceItem>,
+) -> Result<(), LowerError> {
+    if !is_open(scene, node, place.depth) {
+        let operand = lowered(scene, extents, node, place)?;
+        items.push(PieceItem::Piece(node, Box::new(operand)));
+        return Ok(());
+    }
+    let entry = scene.node(node).at_current_time();
+    let around = EnclosingGroup::of(scene, node, place.frame)?;
+    let scale = scale_of(entry);
+    let inside = GroupPosition {
+        frame: around.frame,
+        scale: place.scale * scale,
+        depth: place.depth + 1,
+        ..*place
+    };
+    let operator = scaled(&entry.operator, place.scale);
+    items.push(PieceItem::Enter(node, around, operator, scale));
+    for &child in scene.node(node).children() {
+        lower_into(scene, extents, child, &inside, items)?;
+    }
+    items.push(PieceItem::Leave);
+    Ok(())
+}
+
+/// Lower a piece; it has no rank yet, and its parameters no place.
+fn lowered(
+    scene: &Scene,
+    extents: &mut Extents<'_>,
+    node: NodeId,
+    place: &GroupPosition,
+) -> Result<Operand, LowerError> {
+    let entry = scene.node(node).at_current_time();
+    let own = Program::lower_piece(scene, node, place.frame, place.scale)?;
+    let (opcodes, iterations) = (OpcodeSet::of(&own), own.max_iterations());
+    Ok(Operand {
+        rank: 0,
+        group: ROOT,
+        group_adds: true,
+        instrs: own.instructions,
+        own_params: own.params,
+        params: (0, 0),
+        operator: scaled(&entry.operator, place.scale),
+        visible: entry.visible,
+        extent: extent_in_world(scene, extents, node),
+        regularity: Regularity {
+            lipschitz: own.lipschitz,
+            slack: own.slack,
+            hidden: own.hidden_slack,
+            isolation: own.isolation,
+            underestimate: if own.hidden_slack > 0.0 {
+                own.underestimate
+            } else {
+                1.0
+            },
+            ..Regularity::SMOOTH
+        },
+        magnitude: own.magnitude,
+        slots: (own.value_slots, own.point_slots),
+        brushes: own.brushes,
+        opcodes,
+        iterations,
+    })
+}

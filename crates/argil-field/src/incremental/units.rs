@@ -1,0 +1,188 @@
+//! What updates take out and put in whole: pieces, and open groups with all that they hold.
+
+use super::change_set::ChangeSet;
+use super::groups::LoweredGroup;
+use super::piece::{Operand, PieceItem};
+use super::{IncrementalProgram, RANK_STEP};
+use crate::pieces::{ROOT, leaves_open};
+use argil_scene::{NodeId, Scene, SceneChange};
+use rustc_hash::FxHashSet;
+
+impl IncrementalProgram {
+    /// What updates take out and put in whole: pieces, and open groups with all that they hold.
+    pub(super) fn units(&self, scene: &Scene, changes: &[SceneChange]) -> FxHashSet<NodeId> {
+        let mut units = FxHashSet::default();
+        for change in changes {
+            let Some(node) = change.node else {
+                continue;
+            };
+            units.extend(self.unit_of(scene, node));
+            for parent in change.parents.into_iter().flatten() {
+                if self.groups.find(parent).is_none() {
+                    units.extend(self.unit_of(scene, parent));
+                } else if parent != Scene::ROOT
+                    && scene.node(node).parent() == Some(parent)
+                    && !leaves_open(scene.node(node).at_current_time())
+                {
+                    // It is open no more.
+                    units.insert(parent);
+                }
+            }
+        }
+        units
+    }
+
+    /// The open group that a node is, or the piece that it is in or is to be. Nothing of what is neither known nor in the scene.
+    pub(super) fn unit_of(&self, scene: &Scene, node: NodeId) -> Option<NodeId> {
+        if self.groups.find(node).is_some() {
+            return Some(node);
+        }
+        let mut at = node;
+        loop {
+            let parent = scene.node(at).parent();
+            let is_apart = parent.is_some_and(|parent| self.groups.find(parent).is_some());
+            if is_apart || self.operands.contains_key(&at) {
+                return Some(at);
+            }
+            at = parent?;
+        }
+    }
+
+    /// The group that a unit is to be put into: none if it is not in the scene, or another unit holds it.
+    pub(super) fn group_for(
+        &self,
+        scene: &Scene,
+        node: NodeId,
+        units: &FxHashSet<NodeId>,
+    ) -> Option<u32> {
+        let group = self.groups.find(scene.node(node).parent()?)?;
+        let mut at = node;
+        while let Some(parent) = scene.node(at).parent() {
+            if units.contains(&parent) {
+                return None;
+            }
+            at = parent;
+        }
+        (at == Scene::ROOT).then_some(group)
+    }
+
+    /// Take a unit out. The joints of groups are told as touched.
+    pub(super) fn take_out(&mut self, node: NodeId, told: &mut ChangeSet) {
+        let mut open = vec![node];
+        while let Some(node) = open.pop() {
+            if let Some(old) = self.remove(node) {
+                self.groups.release(old.group, node);
+                told.before.push(old);
+                continue;
+            }
+            let found = self.groups.find(node).filter(|&group| group != ROOT);
+            let Some((id, group)) = found.and_then(|id| Some((id, self.groups.get(id)?))) else {
+                continue;
+            };
+            open.extend(&group.children);
+            let (at, length) = group.params;
+            told.stretches.push((at, at + length));
+            let (operator, depth) = (group.operator, group.inside.depth);
+            self.counts.count_blend(operator.blend, depth - 1, false);
+            self.length -= 2;
+            self.groups.remove(id);
+        }
+    }
+
+    /// Put the groups of a unit in place, into a group; its pieces, which are told the groups that they are in. `stretches` are of
+    /// the groups' parameters.
+    pub(super) fn place(
+        &mut self,
+        items: Vec<PieceItem>,
+        group: u32,
+        stretches: &mut Vec<(u32, u32)>,
+    ) -> Vec<(NodeId, Operand)> {
+        let mut pieces = Vec::new();
+        let mut at = group;
+        for item in items {
+            match item {
+                PieceItem::Piece(node, operand) => {
+                    self.groups.hold(at, node);
+                    let operand = Operand {
+                        group: at,
+                        group_adds: self.groups.inside(at).adds,
+                        ..*operand
+                    };
+                    pieces.push((node, operand));
+                }
+                PieceItem::Enter(node, around, operator, scale) => {
+                    let outside = self.groups.inside(at);
+                    let params = self.arena.put(&mut self.tables.params, &around.params);
+                    stretches.push((params, params + around.params.len() as u32));
+                    self.counts.count_blend(operator.blend, outside.depth, true);
+                    self.length += 2;
+                    let group = LoweredGroup::new(node, &around, operator, &outside, scale, params);
+                    at = self.groups.insert(group);
+                }
+                PieceItem::Leave => at = self.groups.parent_of(at),
+            }
+        }
+        pieces
+    }
+
+    /// Ranks for so many pieces of a node, between those of its neighbours in the scene: what the first is more than, and by how much
+    /// each is more than the one before.
+    pub(super) fn ranks_for(&mut self, scene: &Scene, node: NodeId, count: u64) -> (u64, u64) {
+        for _ in 0..2 {
+            let before = self.neighbor(scene, node, false).unwrap_or(0);
+            let Some(after) = self.neighbor(scene, node, true) else {
+                return (before, RANK_STEP);
+            };
+            let step = (after - before) / (count + 1);
+            if step > 0 {
+                return (before, step);
+            }
+            // No room: everyone moves.
+            self.update.renumbered = true;
+            let order = std::mem::take(&mut self.order);
+            for (&node, nth) in order.values().zip(1..) {
+                if let Some(operand) = self.operands.get_mut(&node) {
+                    operand.rank = nth * RANK_STEP;
+                    self.order.insert(operand.rank, node);
+                }
+            }
+            self.index_all();
+        }
+        unreachable!("a step of 2³² has room for all pieces that there can be")
+    }
+
+    /// The rank of the piece that stands before or after a node.
+    pub(super) fn neighbor(&self, scene: &Scene, node: NodeId, is_after: bool) -> Option<u64> {
+        let mut at = node;
+        loop {
+            let parent = scene.node(at).parent()?;
+            let siblings = scene.node(parent).children();
+            let own = siblings.iter().rposition(|&n| n == at)?;
+            let end = |&node: &NodeId| self.end_rank(scene, node, is_after);
+            let found = if is_after {
+                siblings[own + 1..].iter().find_map(end)
+            } else {
+                siblings[..own].iter().rev().find_map(end)
+            };
+            if found.is_some() || parent == Scene::ROOT {
+                return found;
+            }
+            at = parent;
+        }
+    }
+
+    /// The rank of the first or the last piece of a node.
+    pub(super) fn end_rank(&self, scene: &Scene, node: NodeId, is_first: bool) -> Option<u64> {
+        if let Some(operand) = self.operands.get(&node) {
+            return Some(operand.rank);
+        }
+        self.groups.find(node)?;
+        let mut children = scene.node(node).children().iter();
+        let end = |&node: &NodeId| self.end_rank(scene, node, is_first);
+        if is_first {
+            children.find_map(end)
+        } else {
+            children.rev().find_map(end)
+        }
+    }
+}

@@ -1,0 +1,127 @@
+//! What a run of the interpreter carries along besides distances: materials, and marks of what cannot matter.
+
+use crate::FAR;
+use crate::combine::{Joint, combine_smooth, weight_paint, weight_smooth};
+use crate::curves::SIMD_BLOCK;
+use crate::interpreter_state::{InterpreterState, MaterialLanes};
+use crate::marks::{CELLS_PER_BATCH, Marks, dominated};
+use crate::scalar::{F32Lanes, LANES, Real};
+use argil_abi as abi;
+use argil_math::bits_of;
+
+/// `a` ← mix(a, b, weights).
+#[inline(always)]
+pub(crate) fn mix_materials(
+    a: &mut MaterialLanes,
+    active: usize,
+    b: impl Fn(usize, usize) -> f32,
+    weights: &F32Lanes,
+) {
+    for (k, lanes) in a.iter_mut().enumerate() {
+        for i in 0..active.min(LANES) {
+            lanes.0[i] += (b(k, i) - lanes.0[i]) * weights.0[i];
+        }
+    }
+}
+
+#[inline(always)]
+pub(crate) fn weights<R: Real>(
+    a: &R::Lanes,
+    b: &R::Lanes,
+    j: &Joint,
+    flags: u32,
+    active: usize,
+) -> F32Lanes {
+    let mut out = f32::splat(0.0);
+    if flags & abi::FLAG_KEEP_MATERIAL != 0 {
+        return out;
+    }
+    for i in 0..active.min(LANES) {
+        let (a, b) = (R::get(a, i).value(), R::get(b, i).value());
+        out.0[i] = match flags & abi::COMBINE_MASK {
+            abi::COMBINE_PAINT => weight_paint(b, j),
+            abi::COMBINE_MORPH => j.amount,
+            _ => weight_smooth(a, b, j),
+        };
+    }
+    out
+}
+
+/// Put what is in the accumulator aside, of the lanes in use, and begin anew.
+#[inline(always)]
+pub(crate) fn put_aside<R: Real>(r: &mut InterpreterState<R>) {
+    for first in (0..r.active.min(LANES)).step_by(SIMD_BLOCK) {
+        for i in first..first + SIMD_BLOCK {
+            R::set(&mut r.aside, i, R::get(&r.acc, i));
+            R::set(&mut r.acc, i, R::constant(FAR));
+        }
+    }
+}
+
+/// Join a brush in the accumulator with what was put aside.
+#[inline(always)]
+pub(crate) fn join_aside<R: Real>(r: &mut InterpreterState<R>, joint: &Joint) {
+    for first in (0..r.active.min(LANES)).step_by(SIMD_BLOCK) {
+        for i in first..first + SIMD_BLOCK {
+            let d = combine_smooth(R::get(&r.aside, i), R::get(&r.acc, i), joint);
+            R::set(&mut r.acc, i, d);
+        }
+    }
+}
+
+/// Note which operand of the joint at `pc` loses so clearly that it cannot matter: what was put aside, or the brush in the
+/// accumulator.
+#[inline(always)]
+pub(crate) fn mark_brush<R: Real>(r: &mut InterpreterState<R>, pc: usize, j: &Joint, flags: u32) {
+    // Within a loop there is a distance for each copy: it stays whole.
+    if r.loops.is_empty() {
+        let marks = marks_of::<R>(&r.aside, &r.acc, j, flags, false, (r.active, r.margin));
+        if let Some(place) = r.marks.get_mut(pc) {
+            *place = marks;
+        }
+    }
+}
+
+/// The same of a group: `a`, or the accumulator.
+#[inline(always)]
+pub(crate) fn mark_group<R: Real>(
+    r: &mut InterpreterState<R>,
+    pc: usize,
+    a: &R::Lanes,
+    j: &Joint,
+    flags: u32,
+) {
+    if r.loops.is_empty() {
+        let marks = marks_of::<R>(a, &r.acc, j, flags, true, (r.active, r.margin));
+        if let Some(place) = r.marks.get_mut(pc) {
+            *place = marks;
+        }
+    }
+}
+
+#[inline(always)]
+fn marks_of<R: Real>(
+    a: &R::Lanes,
+    b: &R::Lanes,
+    j: &Joint,
+    flags: u32,
+    is_group: bool,
+    (active, margin): (usize, f32),
+) -> Marks {
+    let (mut drop_a, mut drop_b) = ([0; CELLS_PER_BATCH], [0; CELLS_PER_BATCH]);
+    let mut mark = |i: usize| {
+        let (a, b) = (R::get(a, i).value(), R::get(b, i).value());
+        let (is_a, is_b) = dominated(a, b, j, flags, is_group, margin);
+        (drop_a[i], drop_b[i]) = (u8::from(is_a), u8::from(is_b));
+    };
+    // Of two lengths that are known, so that both vectorise.
+    if active <= SIMD_BLOCK {
+        (0..SIMD_BLOCK).for_each(&mut mark);
+    } else {
+        (0..CELLS_PER_BATCH).for_each(&mut mark);
+    }
+    Marks {
+        drop_a: bits_of(&drop_a),
+        drop_b: bits_of(&drop_b),
+    }
+}

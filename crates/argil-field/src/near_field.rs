@@ -1,0 +1,431 @@
+//! Distances in a scene of many brushes, at a cost that their number hardly changes.
+//!
+//! *Theory.* To whoever marches a ray, or asks how open a place is, distances beyond some length are all the same. Below a far
+//! length, what a point's distance depends on is near that point.
+//!
+//! *Practice.* Grids of parts, each twice as coarse as the one before, know which pieces can matter in a part
+//! to distances below the grid's far length. The list of a part is put together and pruned when a point in it is first asked for,
+//! by whichever thread that is. A point asks the finest grid; if its distance is not below the far length, the next.
+
+use crate::part_grid::PartGrid;
+use crate::spans::OperandSpan;
+use crate::{Evaluator, LANES, Program, Pruner};
+use argil_abi::{GpuMaterial, Instruction};
+use argil_math::Aabb;
+use argil_scene::OperatorKind;
+use glam::{UVec3, Vec3};
+use std::ops::Range;
+use std::sync::OnceLock;
+
+/// A grid's far length, in edges of its parts.
+const FAR: f32 = 0.5;
+/// Operands for each part of the finest grid, where they are spread evenly.
+const OPERANDS_PER_PART: f32 = 2.0;
+/// Most parts along an axis.
+const MAX_PARTS: f32 = 128.0;
+/// Most entries for each operand: where operands are larger, parts are.
+const MAX_ENTRIES: u64 = 64;
+/// The longest list that a coarser grid may have in the mean over its entries.
+const MAX_LIST_LENGTH: u64 = 1 << 15;
+/// What covers more than one of so many parts is entered once for all.
+const SHARE: u32 = 8;
+/// Lists of no more instructions are left as they are.
+const SHORT: usize = 16;
+
+/// Lists of what is near, for all threads. See the module's page.
+pub struct NearField<'a> {
+    program: &'a Program,
+    levels: Vec<NearLevel>,
+}
+
+/// Where the parts of a level are.
+struct NearGrid {
+    parts: PartGrid,
+    around: Aabb,
+    /// Parts along each axis.
+    size: UVec3,
+    /// How far values can fall through joints.
+    falls: [f32; 2],
+}
+
+struct NearLevel {
+    grid: NearGrid,
+    /// Of each part, where its operands begin; one more for the end.
+    begins: Vec<u32>,
+    operands: Vec<u32>,
+    /// Operands that are entered once for all parts.
+    everywhere: Vec<u32>,
+    lists: Box<[OnceLock<Box<[Instruction]>>]>,
+}
+
+impl<'a> NearField<'a> {
+    /// Of a program, for points of a finite box, where distances up to `far` are asked for. `None` where the program's pieces
+    /// cannot be [told apart](Program::operand_count), or where some morph, which makes all matter everywhere.
+    pub fn new(program: &'a Program, around: Aabb, far: f32) -> Option<Self> {
+        let all = &program.operands;
+        let size = around.size().max_element();
+        let is_usual = size > 0.0 && size.is_finite() && far > 0.0;
+        if !program.is_local() || !is_usual {
+            return None;
+        }
+        let mut count = (all.len() as f32 / OPERANDS_PER_PART).cbrt();
+        count = count.ceil().clamp(1.0, MAX_PARTS);
+        // Counted before anything is made: large pieces can be in more parts than there is memory for.
+        while count > 4.0 {
+            let grid = NearGrid::new(program, around, size / count, far);
+            let entries: u64 = all.iter().map(|own| grid.covered_by(program, own)).sum();
+            if entries <= MAX_ENTRIES * all.len() as u64 {
+                break;
+            }
+            count = (0.5 * count).ceil();
+        }
+        let mut levels = Vec::new();
+        loop {
+            let level = NearLevel::new(program, NearGrid::new(program, around, size / count, far));
+            let entries = level.operands.len() as u64;
+            let lengths = level
+                .begins
+                .windows(2)
+                .map(|own| u64::from(own[1] - own[0]));
+            let is_long = lengths.map(|n| n * n).sum::<u64>() > MAX_LIST_LENGTH * entries.max(1);
+            if is_long && !levels.is_empty() {
+                break;
+            }
+            let is_enough = level.grid.parts.far >= far;
+            levels.push(level);
+            if is_enough {
+                break;
+            }
+            count *= 0.5;
+        }
+        Some(Self { program, levels })
+    }
+
+    /// Distances of points beyond this length are not told apart.
+    pub fn far(&self) -> f32 {
+        self.levels.last().map_or(0.0, |level| level.grid.parts.far)
+    }
+}
+
+impl NearGrid {
+    fn new(program: &Program, around: Aabb, edge: f32, most: f32) -> Self {
+        // The last level reaches as far as is asked for.
+        let own = FAR * edge;
+        let far = if 1.5 * own < most { own } else { most };
+        let parts = PartGrid {
+            corner: around.min,
+            edge,
+            far,
+            base: around.size().max_element(),
+        };
+        Self {
+            parts,
+            around,
+            size: (around.size() / edge).ceil().as_uvec3().max(UVec3::ONE),
+            falls: program.falls(far),
+        }
+    }
+
+    fn count(&self) -> u32 {
+        self.size.element_product()
+    }
+
+    /// The parts in which a piece can matter, if it can in any.
+    fn range_of(&self, program: &Program, own: &OperandSpan) -> Option<Range<UVec3>> {
+        if own.operator.kind == OperatorKind::Intersect {
+            return Some(UVec3::ZERO..self.size);
+        }
+        let held = program.reach_of(own, &self.parts, self.falls);
+        if own.extent.aabb.is_empty() || held.intersection(self.around).is_empty() {
+            return None;
+        }
+        let [first, last] = [held.min, held.max].map(|corner| {
+            let place = ((corner - self.parts.corner) / self.parts.edge).floor();
+            place.max(Vec3::ZERO).as_uvec3().min(self.size - 1)
+        });
+        Some(first..last + 1)
+    }
+
+    /// How many those are.
+    fn covered_by(&self, program: &Program, own: &OperandSpan) -> u64 {
+        self.range_of(program, own).map_or(0, |range| {
+            u64::from((range.end - range.start).element_product())
+        })
+    }
+}
+
+impl NearLevel {
+    fn new(program: &Program, grid: NearGrid) -> Self {
+        let all = &program.operands;
+        let (count, size) = (grid.count(), grid.size);
+        // The parts of a piece: an error where it is entered for all.
+        let mut everywhere = Vec::new();
+        let parts_of = |own: &OperandSpan| {
+            let Some(range) = grid.range_of(program, own) else {
+                return Ok(UVec3::ZERO..UVec3::ZERO);
+            };
+            let covered = (range.end - range.start).element_product();
+            let is_everywhere = own.operator.kind == OperatorKind::Intersect
+                || count > SHARE && covered > count / SHARE;
+            if is_everywhere { Err(()) } else { Ok(range) }
+        };
+        let mut begins = vec![0u32; count as usize + 1];
+        for (nth, own) in (0..).zip(all) {
+            match parts_of(own) {
+                Err(()) => everywhere.push(nth),
+                Ok(range) => each_part(range, size, |part| begins[part + 1] += 1),
+            }
+        }
+        let mut sum = 0u32;
+        for begin in &mut begins {
+            sum = sum.saturating_add(*begin);
+            *begin = sum;
+        }
+        let mut operands = vec![0; sum as usize];
+        let mut ends = begins.clone();
+        for (nth, own) in (0..).zip(all) {
+            if let Ok(range) = parts_of(own) {
+                each_part(range, size, |part| {
+                    operands[ends[part] as usize] = nth;
+                    ends[part] += 1;
+                });
+            }
+        }
+        Self {
+            grid,
+            begins,
+            operands,
+            everywhere,
+            lists: (0..count).map(|_| OnceLock::new()).collect(),
+        }
+    }
+
+    /// The part that a point is in.
+    #[inline]
+    fn part_of(&self, point: Vec3) -> Option<u32> {
+        let place = ((point - self.grid.parts.corner) / self.grid.parts.edge).floor();
+        let is_in = place.cmpge(Vec3::ZERO) & place.cmplt(self.grid.size.as_vec3());
+        let place = place.as_uvec3();
+        let [x, y, _] = self.grid.size.to_array();
+        is_in.all().then(|| (place.z * y + place.y) * x + place.x)
+    }
+
+    /// The list of a part.
+    fn list(&self, program: &Program, part: u32, scratch: &mut NearScratch<'_>) -> &[Instruction] {
+        self.lists[part as usize].get_or_init(|| {
+            let own = self.begins[part as usize] as usize..self.begins[part as usize + 1] as usize;
+            let (found, list) = (&mut scratch.found, &mut scratch.list);
+            found.clear();
+            found.extend_from_slice(&self.operands[own]);
+            if !self.everywhere.is_empty() {
+                found.extend_from_slice(&self.everywhere);
+                found.sort_unstable();
+            }
+            list.clear();
+            program.append_operands(found, list);
+            if list.len() <= SHORT {
+                return list.as_slice().into();
+            }
+            let [x, y, _] = self.grid.size.to_array();
+            let place = UVec3::new(part % x, part / x % y, part / (x * y));
+            let parts = &self.grid.parts;
+            let center = parts.corner + parts.edge * (place.as_vec3() + 0.5);
+            // Half of the diagonal, and what rounding can put into the part.
+            let half = 0.8661 * parts.edge;
+            scratch
+                .pruner
+                .classify_cells(list, &[center], half, &mut [0.0]);
+            let mut left = Vec::new();
+            scratch.pruner.prune_into(list, 0, &mut left);
+            left.into_boxed_slice()
+        })
+    }
+}
+
+/// Calls `visit` with each part of a range.
+fn each_part(range: Range<UVec3>, size: UVec3, mut visit: impl FnMut(usize)) {
+    for z in range.start.z..range.end.z {
+        for y in range.start.y..range.end.y {
+            for x in range.start.x..range.end.x {
+                visit(((z * size.y + y) * size.x + x) as usize);
+            }
+        }
+    }
+}
+
+/// Evaluates a [`NearField`] for one thread. Make one a thread and keep it.
+pub struct NearEvaluator<'a> {
+    field: &'a NearField<'a>,
+    evaluator: Evaluator<'a>,
+    scratch: NearScratch<'a>,
+    /// The points that a level is asked for: their parts, and their places among all.
+    asked: Vec<(u32, u32)>,
+    next: Vec<u32>,
+    batch: Box<Batch>,
+}
+
+struct NearScratch<'a> {
+    pruner: Pruner<'a>,
+    found: Vec<u32>,
+    list: Vec<Instruction>,
+}
+
+/// Points that are in one part.
+struct Batch {
+    p: [[f32; LANES]; 3],
+    d: [f32; LANES],
+    materials: [GpuMaterial; LANES],
+}
+
+/// What is asked of a batch.
+enum Wanted<'a> {
+    Distances(&'a mut [f32]),
+    Materials(&'a mut [GpuMaterial]),
+}
+
+impl<'a> NearEvaluator<'a> {
+    /// For a field.
+    pub fn new(field: &'a NearField<'a>) -> Self {
+        Self {
+            field,
+            evaluator: Evaluator::new(field.program),
+            scratch: NearScratch {
+                pruner: Pruner::new(field.program),
+                found: Vec::new(),
+                list: Vec::new(),
+            },
+            asked: Vec::new(),
+            next: Vec::new(),
+            batch: Box::new(Batch {
+                p: [[0.0; LANES]; 3],
+                d: [0.0; LANES],
+                materials: [GpuMaterial::default(); LANES],
+            }),
+        }
+    }
+
+    /// What is evaluated.
+    pub fn program(&self) -> &'a Program {
+        self.field.program
+    }
+
+    /// As [`NearField::far`].
+    pub fn far(&self) -> f32 {
+        self.field.far()
+    }
+
+    /// Signed distances of any number of points `(x[i], y[i], z[i])` into `out`; [`NearField::far`] where the distance is no
+    /// less. Points out of the box that the field was made for are asked of the whole program.
+    ///
+    /// # Panics
+    /// If the slices differ in length.
+    pub fn distances(&mut self, points: [&[f32]; 3], out: &mut [f32]) {
+        self.ask(points, Wanted::Distances(out));
+    }
+
+    /// The materials of points that are nearer to the surface than [`NearField::far`].
+    ///
+    /// # Panics
+    /// If the slices differ in length.
+    pub fn materials(&mut self, points: [&[f32]; 3], out: &mut [GpuMaterial]) {
+        self.ask(points, Wanted::Materials(out));
+    }
+
+    fn ask(&mut self, points: [&[f32]; 3], mut wanted: Wanted<'_>) {
+        let count = match &wanted {
+            Wanted::Distances(out) => out.len(),
+            Wanted::Materials(out) => out.len(),
+        };
+        assert!(points.iter().all(|axis| axis.len() == count), "as many");
+        let [x, y, z] = points;
+        self.next.clear();
+        self.next.extend(0..count as u32);
+        let field = self.field;
+        for (nth, level) in field.levels.iter().enumerate() {
+            let is_last = nth + 1 == field.levels.len();
+            self.asked.clear();
+            for &i in &self.next {
+                let k = i as usize;
+                let part = level.part_of(Vec3::new(x[k], y[k], z[k]));
+                self.asked.push((part.unwrap_or(u32::MAX), i));
+            }
+            self.next.clear();
+            self.asked.sort_unstable();
+            let asked = std::mem::take(&mut self.asked);
+            for own in asked.chunk_by(|a, b| a.0 == b.0) {
+                let part = own[0].0;
+                if part == u32::MAX {
+                    self.evaluate(
+                        &field.program.instructions,
+                        f32::INFINITY,
+                        true,
+                        own,
+                        points,
+                        &mut wanted,
+                    );
+                    continue;
+                }
+                let list = level.list(field.program, part, &mut self.scratch);
+                self.evaluate(
+                    list,
+                    level.grid.parts.far,
+                    is_last,
+                    own,
+                    points,
+                    &mut wanted,
+                );
+            }
+            self.asked = asked;
+        }
+    }
+
+    /// Evaluates points by a list that is right below `far`; others are left for the next level, unless this is the last.
+    fn evaluate(
+        &mut self,
+        list: &[Instruction],
+        far: f32,
+        is_last: bool,
+        own: &[(u32, u32)],
+        points: [&[f32]; 3],
+        wanted: &mut Wanted<'_>,
+    ) {
+        let batch = &mut *self.batch;
+        for own in own.chunks(LANES) {
+            let n = own.len();
+            for (lanes, from) in batch.p.iter_mut().zip(points) {
+                for (lane, &(_, i)) in lanes.iter_mut().zip(own) {
+                    *lane = from[i as usize];
+                }
+            }
+            let [x, y, z] = batch.p.each_ref().map(|lanes| &lanes[..n]);
+            let d = &mut batch.d[..n];
+            match wanted {
+                Wanted::Distances(out) => {
+                    if list.is_empty() {
+                        d.fill(far);
+                    } else {
+                        self.evaluator.distances_with(list, x, y, z, d);
+                    }
+                    for (&d, &(_, i)) in d.iter().zip(own) {
+                        if d < far || is_last {
+                            out[i as usize] = d.min(far);
+                        } else {
+                            self.next.push(i);
+                        }
+                    }
+                }
+                Wanted::Materials(out) => {
+                    let materials = &mut batch.materials[..n];
+                    self.evaluator.materials_with(list, [x, y, z], d, materials);
+                    for ((found, d), &(_, i)) in materials.iter().zip(d).zip(own) {
+                        if *d < far || is_last {
+                            out[i as usize] = *found;
+                        } else {
+                            self.next.push(i);
+                        }
+                    }
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,377 @@
+//! What can matter near a point, found when a point there is first asked about.
+//!
+//! *Theory.* What a [`Pruner`] leaves of a list for a cell gives the list's values in all of the cell, however far the surface is. So
+//! lists can be made from the coarse to the fine, and a point costs what is as near to it as its nearest, within a cell's size.
+//!
+//! *Practice.* A cube around the program is cut into 2³ cells, and those again, where points are asked about. All lists together
+//! are bounded; where there is no room, coarser lists serve. Threads share a tree.
+
+use crate::curves::SIMD_BLOCK;
+use crate::{LANES, Program, Pruner, WORLD_LIMIT};
+use argil_abi::Instruction;
+use argil_math::Aabb;
+use glam::{UVec3, Vec3};
+use std::sync::atomic::{AtomicI64, Ordering};
+use std::sync::{Arc, OnceLock};
+
+/// Cells along a side of the cell that they are of.
+const SIDE: u32 = 2;
+const CELLS: usize = (SIDE * SIDE * SIDE) as usize;
+/// How often the cube is cut.
+const DEPTH: u32 = 7;
+/// Edges of the program's box that the cube is long: points about it are asked about too.
+const ROOM: f32 = 4.0;
+/// Lists of no more instructions are left as they are.
+const SHORT: usize = 16;
+/// Lists of more instructions are to be half as long as those that they are made of.
+const LONG: usize = 64;
+/// What the cells of a cell take themselves, in instructions.
+const NODES: i64 = (CELLS * size_of::<ProgramTreeNode>() / size_of::<Instruction>()) as i64;
+/// How far the surface is from cells that stay whole, in edges.
+const FAR: f32 = 2.0;
+/// Instructions that a point alone takes the time of, about.
+const ALONE: usize = 24;
+/// Programs of fewer instructions need no tree, and those of more take too long for the first point.
+const FEW: usize = 24;
+const MANY: usize = 1 << 14;
+/// Instructions in all lists of a tree, about: 32 MiB.
+const MAX_BYTES_TOTAL: i64 = 1 << 21;
+
+/// Lists of what can matter near a point. See the module's page.
+pub struct ProgramTree {
+    corner: Vec3,
+    edge: f32,
+    root: ProgramTreeNode,
+    /// How many instructions there is room for.
+    room: AtomicI64,
+}
+
+/// The key of what is out of the cube.
+const OUTSIDE: u32 = u32::MAX;
+
+struct ProgramTreeNode {
+    list: Arc<[Instruction]>,
+    /// Whether the surface is far: what asks goes a long way from there, and seldom comes.
+    is_far: bool,
+    /// Its cells, once a point in it is asked about; none where it stays whole.
+    cells: OnceLock<Option<Box<[ProgramTreeNode]>>>,
+}
+
+impl ProgramTreeNode {
+    fn new(list: Arc<[Instruction]>, is_far: bool) -> Self {
+        Self {
+            list,
+            is_far,
+            cells: OnceLock::new(),
+        }
+    }
+}
+
+/// A node with the cell that it is of.
+struct Asked<'a> {
+    node: &'a ProgramTreeNode,
+    corner: Vec3,
+    edge: f32,
+    depth: u32,
+}
+
+impl ProgramTree {
+    /// Of a program in a box. Nothing for a program of few instructions, which is as soon evaluated, or of very many.
+    pub fn new(program: &Program, around: Aabb) -> Option<Self> {
+        let count = program.instructions().len();
+        let edge = ROOM * around.size().max_element();
+        let is_usual = edge > 0.0 && edge.is_finite() && (FEW..=MANY).contains(&count);
+        is_usual.then(|| Self {
+            corner: around.center() - 0.5 * edge,
+            edge,
+            root: ProgramTreeNode::new(program.instructions().into(), false),
+            room: AtomicI64::new(MAX_BYTES_TOTAL),
+        })
+    }
+
+    /// The list for a point, and the cell that it holds in; nothing for a point out of the tree's cube. `program` is the one that the
+    /// tree was made for.
+    pub fn list(&self, program: &Program, point: Vec3) -> Option<(&[Instruction], Aabb)> {
+        let mut node = self.holds(point).then_some(&self.root)?;
+        let (mut corner, mut edge) = (self.corner, self.edge);
+        for depth in 0..DEPTH {
+            let Some(cells) = self.cells(program, node, corner, edge, depth) else {
+                break;
+            };
+            edge /= SIDE as f32;
+            let place = place_of(point, corner, edge);
+            corner += edge * place.as_vec3();
+            node = &cells[nth_of(place)];
+        }
+        Some((&node.list, Aabb::new(corner, corner + edge)))
+    }
+
+    fn holds(&self, point: Vec3) -> bool {
+        let from = point - self.corner;
+        let is_in = from.cmpge(Vec3::ZERO) & from.cmple(Vec3::splat(self.edge));
+        is_in.all() && point.abs().max_element() < 0.5 * WORLD_LIMIT
+    }
+
+    /// The cells of a node.
+    fn cells<'a>(
+        &self,
+        program: &Program,
+        node: &'a ProgramTreeNode,
+        corner: Vec3,
+        edge: f32,
+        depth: u32,
+    ) -> Option<&'a [ProgramTreeNode]> {
+        if node.list.len() <= SHORT || node.is_far {
+            return None;
+        }
+        let make = || {
+            // The finest leave room for coarser ones, which are worth more.
+            if self.room.load(Ordering::Relaxed) < MAX_BYTES_TOTAL / 32 * i64::from(depth) {
+                return None;
+            }
+            let mut pruner = Pruner::new(program);
+            let own = edge / SIDE as f32;
+            let centers: [Vec3; CELLS] =
+                std::array::from_fn(|nth| corner + own * (place_of_nth(nth).as_vec3() + 0.5));
+            // Half of the diagonal, and what rounding can put into a cell.
+            let rounding = 4.0 * f32::EPSILON * (self.corner.abs().max_element() + self.edge);
+            let half = 0.8661 * own + rounding;
+            let mut distances = [0.0; CELLS];
+            pruner.classify_cells(&node.list, &centers, half, &mut distances);
+            let (mut list, mut taken) = (Vec::new(), NODES);
+            let cells: Box<[ProgramTreeNode]> = (0..CELLS)
+                .map(|nth| {
+                    list.clear();
+                    pruner.prune_into(&node.list, nth, &mut list);
+                    let is_far = distances[nth].abs() > FAR * own;
+                    // A list that is hardly shorter is not worth its memory.
+                    let is_shorter =
+                        list.len() < node.list.len().min(LONG).max(node.list.len() / 2);
+                    let held = if is_shorter {
+                        taken += list.len() as i64;
+                        list.as_slice().into()
+                    } else {
+                        node.list.clone()
+                    };
+                    ProgramTreeNode::new(held, is_far)
+                })
+                .collect();
+            self.room.fetch_sub(taken, Ordering::Relaxed);
+            Some(cells)
+        };
+        node.cells.get_or_init(make).as_deref()
+    }
+
+    /// Calls `visit` with points that share a list, by their places among `points`, at most [`LANES`] at once; with no list
+    /// for those out of the tree's cube.
+    pub fn each_list(
+        &self,
+        program: &Program,
+        points: &[[f32; 3]],
+        mut visit: impl FnMut(Option<&[Instruction]>, &[u32]),
+    ) {
+        let finest = self.edge / SIDE.pow(DEPTH) as f32;
+        let mut keys: Vec<(u32, u32)> = (0..points.len() as u32)
+            .map(|nth| {
+                let point = Vec3::from(points[nth as usize]);
+                (self.key_of(point, finest), nth)
+            })
+            .collect();
+        keys.sort_unstable();
+        let inside = keys.partition_point(|&(key, _)| key != OUTSIDE);
+        let mut nths: Vec<u32> = keys.iter().map(|&(_, nth)| nth).collect();
+        for outside in nths.split_off(inside).chunks(LANES) {
+            visit(None, outside);
+        }
+        let whole = Asked {
+            node: &self.root,
+            corner: self.corner,
+            edge: self.edge,
+            depth: 0,
+        };
+        self.descend(program, whole, (&keys[..inside], &nths), &mut visit);
+    }
+
+    /// The cells that a point is in, from the coarsest to the finest.
+    fn key_of(&self, point: Vec3, finest: f32) -> u32 {
+        if !self.holds(point) {
+            return OUTSIDE;
+        }
+        let most = SIDE.pow(DEPTH) - 1;
+        let place = ((point - self.corner) / finest).as_uvec3();
+        let place = place.min(UVec3::splat(most));
+        (0..DEPTH).fold(0, |key, level| {
+            let own = (place >> level) & UVec3::splat(SIDE - 1);
+            key | (nth_of(own) as u32) << (3 * level)
+        })
+    }
+
+    fn descend(
+        &self,
+        program: &Program,
+        asked: Asked<'_>,
+        (keys, nths): (&[(u32, u32)], &[u32]),
+        visit: &mut impl FnMut(Option<&[Instruction]>, &[u32]),
+    ) {
+        let Asked {
+            node,
+            corner,
+            edge,
+            depth,
+        } = asked;
+        // Points that share a list are evaluated in blocks, and each of few points with a list of its own alone.
+        let blocks = keys.len().div_ceil(SIMD_BLOCK);
+        let is_cut = depth < DEPTH && node.list.len() * blocks > ALONE * keys.len();
+        let cells = is_cut.then(|| self.cells(program, node, corner, edge, depth));
+        let Some(cells) = cells.flatten() else {
+            for nths in nths.chunks(LANES) {
+                visit(Some(&node.list), nths);
+            }
+            return;
+        };
+        let own = edge / SIDE as f32;
+        let cell_of = |key: u32| (key >> (3 * (DEPTH - 1 - depth))) as usize % CELLS;
+        let mut begin = 0;
+        for some in keys.chunk_by(|a, b| cell_of(a.0) == cell_of(b.0)) {
+            let nth = cell_of(some[0].0);
+            let asked = Asked {
+                node: &cells[nth],
+                corner: corner + own * place_of_nth(nth).as_vec3(),
+                edge: own,
+                depth: depth + 1,
+            };
+            let nths = &nths[begin..begin + some.len()];
+            begin += some.len();
+            self.descend(program, asked, (some, nths), visit);
+        }
+    }
+}
+
+fn place_of(point: Vec3, corner: Vec3, edge: f32) -> UVec3 {
+    ((point - corner) / edge)
+        .as_uvec3()
+        .min(UVec3::splat(SIDE - 1))
+}
+
+fn place_of_nth(nth: usize) -> UVec3 {
+    let nth = nth as u32;
+    UVec3::new(nth % SIDE, nth / SIDE % SIDE, nth / (SIDE * SIDE))
+}
+
+fn nth_of(place: UVec3) -> usize {
+    (place.x + SIDE * (place.y + SIDE * place.z)) as usize
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Evaluator;
+    use argil_scene::{Brush, Scene, Shape};
+
+    fn scene(count: u32) -> Scene {
+        let mut scene = Scene::new();
+        for i in 0..count {
+            let along = |k: u32| 4.0 * ((i * k) % 97) as f32 / 97.0 - 2.0;
+            let brush = match i % 4 {
+                0 => Brush::new(Shape::sphere(0.3)),
+                1 => Brush::new(Shape::cuboid([0.1, 0.4, 0.2])).blend(0.1),
+                2 => Brush::new(Shape::torus(0.3, 0.1)),
+                _ => Brush::new(Shape::sphere(0.2)).subtract(),
+            };
+            let brush = brush.at([along(13), along(31), along(57)]);
+            scene.push(brush).expect("a brush");
+        }
+        scene
+    }
+
+    fn points(count: u32) -> Vec<[f32; 3]> {
+        let along = |i: u32, k: u32| 9.0 * ((i * k) % 1009) as f32 / 1009.0 - 4.5;
+        let mut points: Vec<[f32; 3]> = (0..count)
+            .map(|i| [along(i, 101), along(i, 307), along(i, 571)])
+            .collect();
+        // Sides of cells, what is out of the cube, and out of the world.
+        points.extend([[0.0; 3], [2.0; 3], [-2.0, 2.0, 0.0], [50.0, 0.0, 0.0]]);
+        points.extend([[f32::NAN, 0.0, 0.0], [0.0, f32::INFINITY, 0.0], [1e30; 3]]);
+        points
+    }
+
+    /// Lists give distances and gradients of the whole program, to the bit, wherever a point is, one at a time and
+    /// together; and are far shorter.
+    #[test]
+    fn lists_are_the_whole_programs() {
+        let program = Program::lower(&scene(400)).expect("a program");
+        let tree = ProgramTree::new(&program, program.aabb()).expect("a tree");
+        let mut evaluator = Evaluator::new(&program);
+        let points = points(2_000);
+        let (mut d, mut g) = ([0.0; LANES], [[0.0; LANES]; 3]);
+        let (mut visited, mut lengths) = (vec![0; points.len()], 0);
+        tree.each_list(&program, &points, |list, nths| {
+            let list = list.unwrap_or(program.instructions());
+            lengths += list.len() * nths.len();
+            let n = nths.len();
+            let lanes = [0, 1, 2].map(|axis| -> Vec<f32> {
+                nths.iter().map(|&nth| points[nth as usize][axis]).collect()
+            });
+            let [gx, gy, gz] = &mut g;
+            let gradients = [&mut gx[..n], &mut gy[..n], &mut gz[..n]];
+            evaluator.gradients_with(
+                list,
+                lanes.each_ref().map(|l| &l[..]),
+                &mut d[..n],
+                gradients,
+            );
+            for (i, &nth) in nths.iter().enumerate() {
+                visited[nth as usize] += 1;
+                let (distance, gradient) = program.gradient(points[nth as usize].into());
+                assert_eq!(
+                    d[i].to_bits(),
+                    distance.to_bits(),
+                    "{:?}",
+                    points[nth as usize]
+                );
+                let own = [g[0][i], g[1][i], g[2][i]].map(f32::to_bits);
+                assert_eq!(own, gradient.to_array().map(f32::to_bits));
+            }
+        });
+        assert!(visited.iter().all(|&times| times == 1));
+        assert!(
+            lengths < points.len() * 100,
+            "{lengths} of {}",
+            400 * points.len()
+        );
+        let mut beyond = 0;
+        for &point in &points {
+            let p = Vec3::from(point);
+            let Some((list, cell)) = tree.list(&program, p) else {
+                beyond += 1;
+                continue;
+            };
+            assert!(cell.grown(1e-5).contains(p), "{p} {cell:?}");
+            let mut own = [0.0];
+            evaluator.distances_with(list, &[p.x], &[p.y], &[p.z], &mut own);
+            assert_eq!(own[0].to_bits(), program.distance(p).to_bits(), "{p}");
+        }
+        assert_eq!(beyond, 4);
+    }
+
+    /// Threads that ask at once get the same lists; memory stays within its bound.
+    #[test]
+    fn threads_share_a_tree() {
+        let program = Program::lower(&scene(2_000)).expect("a program");
+        let tree = ProgramTree::new(&program, program.aabb()).expect("a tree");
+        let points = points(20_000);
+        let ask = || -> Vec<usize> {
+            let lists = points.iter().map(|&p| tree.list(&program, p.into()));
+            lists
+                .map(|list| list.map_or(0, |(list, _)| list.len()))
+                .collect()
+        };
+        let (a, b) = std::thread::scope(|scope| {
+            let other = scope.spawn(ask);
+            (ask(), other.join().expect("no panic"))
+        });
+        assert_eq!(a, b);
+        let room = tree.room.load(Ordering::Relaxed);
+        assert!(room > -2 * 8 * 2_000, "{room}");
+    }
+}

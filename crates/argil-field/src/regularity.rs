@@ -1,0 +1,319 @@
+//! How regular a field is: its Lipschitz constant and its jumps.
+
+use crate::node_map::NodeMap;
+use argil_math::Aabb;
+use argil_scene::{
+    BlendProfile, Extents, Modifier, NodeId, NodeKind, Operator, OperatorKind, Scene,
+    copies_looked_at, half_angle_about_y, max_blend_propagation,
+};
+use glam::Vec2;
+use std::f32::consts::{FRAC_1_SQRT_2, FRAC_PI_2, TAU};
+
+/// What can be said of |d(p) − d(q)| for points p and q: at most `lipschitz` · |p − q| + `slack` + `hidden`.
+///
+/// Where copies are joined with others by hard operators alone, more can be said of the sign: a copy that the field does
+/// not look at is at least `isolation` away, so within that length the sign changes as if nothing jumped.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Regularity {
+    pub lipschitz: f32,
+    pub slack: f32,
+    /// Jumps that change no sign within `isolation`.
+    pub hidden: f32,
+    pub isolation: f32,
+    /// Where there are hidden jumps: a copy's distance is at least that to its box divided by this.
+    pub underestimate: f32,
+    /// The blend radii of the smooth joints since, added up, and the greatest of them.
+    pub blends: f32,
+    pub blend: f32,
+}
+
+impl Regularity {
+    pub const SMOOTH: Self = Self {
+        lipschitz: 1.0,
+        slack: 0.0,
+        hidden: 0.0,
+        isolation: f32::INFINITY,
+        underestimate: 1.0,
+        blends: 0.0,
+        blend: 0.0,
+    };
+
+    /// The same where lengths are so many times as long.
+    pub fn scaled(self, scale: f32) -> Self {
+        Self {
+            slack: self.slack * scale,
+            hidden: self.hidden * scale,
+            isolation: self.isolation * scale,
+            blends: self.blends * scale,
+            blend: self.blend * scale,
+            ..self
+        }
+    }
+
+    /// The same under a smooth joint of a radius.
+    fn blended_over(self, radius: f32) -> Self {
+        if self.hidden == 0.0 {
+            return self;
+        }
+        Self {
+            blends: self.blends + radius,
+            blend: self.blend.max(radius),
+            ..self
+        }
+    }
+
+    /// With what smooth joints take off the isolation: a joint of radius k leaves the sign alone where the copy's distance is at
+    /// least k: it takes off (k − |a − b|)² / 4k, which is less than the other value then. Of many joints no more adds up than values can fall.
+    /// `underestimate` is the solid's.
+    pub fn settled(self, underestimate: f32) -> Self {
+        if self.hidden == 0.0 {
+            return Self {
+                underestimate: 1.0,
+                ..self
+            };
+        }
+        let underestimate = underestimate.max(self.underestimate);
+        let falls = self
+            .blends
+            .min(max_blend_propagation(self.blend, false, 0.0));
+        let isolation = self.isolation - 1.000_1 * underestimate * falls;
+        let settled = Self {
+            isolation,
+            underestimate,
+            blends: 0.0,
+            blend: 0.0,
+            ..self
+        };
+        if isolation > 0.0 {
+            settled
+        } else {
+            settled.by_value()
+        }
+    }
+
+    /// The same where values matter and not only signs.
+    fn by_value(self) -> Self {
+        Self {
+            slack: self.slack + self.hidden,
+            hidden: 0.0,
+            isolation: f32::INFINITY,
+            underestimate: 1.0,
+            blends: 0.0,
+            blend: 0.0,
+            ..self
+        }
+    }
+}
+
+/// Of some nodes: one and all that it holds, each before what it holds.
+pub(crate) fn regularity(
+    scene: &Scene,
+    extents: &mut Extents<'_>,
+    parents_first: &[NodeId],
+) -> NodeMap<Regularity> {
+    let mut all = NodeMap::of(parents_first, Regularity::SMOOTH);
+    for &id in parents_first.iter().rev() {
+        let entry = scene.node(id).at_current_time();
+        let mut result = Regularity::SMOOTH;
+        if let NodeKind::Shape(shape) = &entry.kind {
+            result.lipschitz = shape.lipschitz();
+        }
+        if matches!(entry.kind, NodeKind::Group) {
+            for &child in scene.node(id).children() {
+                let operand = scene.node(child).at_current_time();
+                if operand.visible {
+                    result = joined(result, all[child], &operand.operator);
+                }
+            }
+        }
+        if !entry.modifiers.is_empty() {
+            let stages = extents.modifier_stages(id);
+            for (modifier, content) in entry.modifiers.iter().zip(&stages) {
+                result = result.scaled(modifier.scale());
+                if modifier.affine().is_some() {
+                    continue;
+                }
+                result = result.by_value();
+                let (jump, isolation) = (jump(modifier, content), isolation(modifier, content));
+                if isolation > 0.0 {
+                    (result.hidden, result.isolation) = (jump, isolation);
+                } else {
+                    result.slack += jump;
+                }
+            }
+        }
+        // Of the root its pieces tell, which is all that a program that is followed knows.
+        if id != Scene::ROOT {
+            all[id] = result.settled(extents.node_bounds(id).lipschitz_inverse);
+        }
+    }
+    all
+}
+
+pub(crate) fn joined(a: Regularity, b: Regularity, operator: &Operator) -> Regularity {
+    let is_boolean = operator.blend == 0.0
+        && !matches!(operator.kind, OperatorKind::Paint | OperatorKind::Morph);
+    let is_smooth = operator.profile == BlendProfile::Smooth
+        && !matches!(operator.kind, OperatorKind::Paint | OperatorKind::Morph);
+    let (a, b) = if is_boolean {
+        (a, b)
+    } else if is_smooth {
+        (
+            a.blended_over(operator.blend),
+            b.blended_over(operator.blend),
+        )
+    } else {
+        (a.by_value(), b.by_value())
+    };
+    let hard = Regularity {
+        lipschitz: a.lipschitz.max(b.lipschitz),
+        slack: a.slack.max(b.slack),
+        hidden: a.hidden.max(b.hidden),
+        isolation: a.isolation.min(b.isolation),
+        underestimate: a.underestimate.max(b.underestimate),
+        blends: a.blends.max(b.blends),
+        blend: a.blend.max(b.blend),
+    };
+    let chamfered = operator.profile == BlendProfile::Chamfer && operator.blend > 0.0;
+    if chamfered && !matches!(operator.kind, OperatorKind::Paint | OperatorKind::Morph) {
+        // The face is (a + b − k) / √2.
+        Regularity {
+            lipschitz: hard
+                .lipschitz
+                .max((a.lipschitz + b.lipschitz) * FRAC_1_SQRT_2),
+            slack: hard.slack.max((a.slack + b.slack) * FRAC_1_SQRT_2),
+            ..hard
+        }
+    } else {
+        hard
+    }
+}
+
+/// How many steps the centres of copies are away, at least, that are not looked at: a point looks at its own copy and the nearest
+/// neighbour, or at as many on each side.
+fn steps_away(looked_at: u32) -> f32 {
+    if looked_at <= 2 {
+        1.0
+    } else {
+        0.5 * looked_at as f32
+    }
+}
+
+/// The centres of copies that a point does not look at are at least some steps away, and they begin half of a copy's angle
+/// nearer. Seen from the axis that is no length, but a copy begins some way from the axis; least is the greater of the two
+/// where they are equal.
+fn radial_isolation(count: u32, looked_at: u32, content: Aabb) -> f32 {
+    let step = TAU / count as f32;
+    let half = half_angle_about_y(content);
+    let angle = steps_away(looked_at) * step - half;
+    if angle <= 0.0 {
+        return 0.0;
+    }
+    let sine = angle.min(FRAC_PI_2).sin();
+    let nearest = Vec2::ZERO.clamp(
+        Vec2::new(content.min.x, content.min.z),
+        Vec2::new(content.max.x, content.max.z),
+    );
+    0.999 * nearest.length() * sine / (1.0 + sine)
+}
+
+/// Where the set of nearest copies changes, the minimum over them can jump by what the solid's own distance falls short
+/// of the Euclidean one; that is at most the greatest distance between points of neighbouring cells.
+fn jump(modifier: &Modifier, content: &argil_scene::Extent) -> f32 {
+    let looked_at = copies_looked_at(modifier, content);
+    let takes_all = match *modifier {
+        Modifier::Repeat { count, .. } => count == Some(looked_at),
+        Modifier::RadialRepeat { count } => count == looked_at[0],
+        _ => true,
+    };
+    if takes_all {
+        return 0.0;
+    }
+    let width = match *modifier {
+        Modifier::Repeat { spacing, .. } => glam::Vec3::from(spacing).length(),
+        Modifier::RadialRepeat { .. } => {
+            content.aabb.min.abs().max(content.aabb.max.abs()).length()
+        }
+        _ => return 0.0,
+    };
+    let size = if content.aabb.is_finite() {
+        2.0 * content.aabb.half_diagonal()
+    } else {
+        0.0
+    };
+    content.max_underestimate.min(width + size)
+}
+
+/// How far the copies are, at least, that a point does not look at; 0 where that is not known.
+fn isolation(modifier: &Modifier, content: &argil_scene::Extent) -> f32 {
+    if !content.aabb.is_finite() || content.aabb.is_empty() {
+        return 0.0;
+    }
+    let (spacing, count) = match *modifier {
+        Modifier::Repeat { spacing, count } => (spacing, count),
+        Modifier::RadialRepeat { count } => {
+            let looked_at = copies_looked_at(modifier, content)[0];
+            return radial_isolation(count, looked_at, content.aabb);
+        }
+        _ => return 0.0,
+    };
+    let half = content.aabb.min.abs().max(content.aabb.max.abs());
+    let looked_at = copies_looked_at(modifier, content);
+    (0..3)
+        .filter(|&axis| match count {
+            Some(count) => count[axis] != looked_at[axis],
+            None => spacing[axis] > 0.0,
+        })
+        .map(|axis| steps_away(looked_at[axis]) * spacing[axis] - half[axis])
+        .fold(f32::INFINITY, f32::min)
+        * 0.999
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::Vec3;
+
+    /// Conservative: of a ring of boxes, those that a point does not look at are no nearer than the isolation; and not much
+    /// farther at least.
+    #[test]
+    fn copies_that_are_not_looked_at_are_isolated() {
+        for (count, looked_at, near, width) in [
+            (8, 2, 0.44, 0.1),
+            (3, 2, 0.2, 0.3),
+            (32, 2, 0.6, 0.02),
+            (5, 2, 0.05, 0.03),
+            (16, 5, 0.3, 0.15),
+            (40, 7, 0.3, 0.12),
+        ] {
+            let content = Aabb::new(
+                Vec3::new(near, -0.2, -width),
+                Vec3::new(near + 0.3, 0.2, width),
+            );
+            let isolation = radial_isolation(count, looked_at, content);
+            assert!(isolation > 0.0, "{count}");
+            let step = TAU / count as f32;
+            let mut least = f32::INFINITY;
+            for i in 0..200 {
+                for k in 0..=100 {
+                    let r = 2.0 * near * (i as f32 / 100.0);
+                    let angle = 0.5 * step * (k as f32 / 100.0);
+                    let side = looked_at / 2;
+                    let last = count - (looked_at - 1) / 2;
+                    for copy in (side + 1..last).map(|copy| copy as f32) {
+                        let turned = angle - copy * step;
+                        let p = Vec3::new(r * turned.cos(), 0.0, r * turned.sin());
+                        least = least.min(p.distance(p.clamp(content.min, content.max)));
+                    }
+                }
+            }
+            assert!(least >= isolation, "{count}: {least} and {isolation}");
+            assert!(least <= 2.5 * isolation, "{count}: {least} and {isolation}");
+        }
+        // A box around the axis, or wider than its sector, tells nothing.
+        let around = Aabb::centered(Vec3::ONE);
+        assert_eq!(radial_isolation(4, 2, around), 0.0);
+        let wide = Aabb::new(Vec3::new(0.1, -0.1, -1.0), Vec3::new(0.2, 0.1, 1.0));
+        assert_eq!(radial_isolation(32, 5, wide), 0.0);
+    }
+}

@@ -1,0 +1,212 @@
+//! Pipelines and the bindings that all of them share.
+
+use crate::{Gpu, GpuError};
+
+/// Where each table is bound.
+pub(crate) use argil_abi::{
+    BIND_ANSWERS as ANSWERS, BIND_ARGUMENTS as ARGUMENTS, BIND_BRICK_MATERIALS as BRICK_MATERIALS,
+    BIND_CANDIDATES as CANDIDATES, BIND_CASES as CASES, BIND_CELLS as CELLS,
+    BIND_CENTERS as CENTERS, BIND_COLORS as COLORS, BIND_COUNTERS as COUNTERS,
+    BIND_COUNTS as COUNTS, BIND_DRAWN as DRAWN, BIND_EDGE_ROWS as EDGE_ROWS, BIND_FILL as FILL,
+    BIND_FRAME as FRAME, BIND_HITS as HITS, BIND_INSTRS as INSTRS, BIND_KEYS as KEYS,
+    BIND_LINEAR as LINEAR, BIND_LISTS as LISTS, BIND_LIVE as LIVE, BIND_MARCHING as MARCHING,
+    BIND_MATERIALS as MATERIALS, BIND_NODES as NODES, BIND_OCCUPIED as OCCUPIED,
+    BIND_OLD_MATERIALS as OLD_MATERIALS, BIND_OLD_POOL as OLD_POOL, BIND_OWNERS as OWNERS,
+    BIND_PARAMS as PARAMS, BIND_PIXELS as PIXELS, BIND_PRUNE as PRUNE, BIND_QUERIES as QUERIES,
+    BIND_SPANS as SPANS, BIND_SPREAD as SPREAD, BIND_STORED as STORED, BIND_TEXELS as TEXELS,
+    BIND_TREE_WORDS as TREE_WORDS, BIND_TRIANGLES as TRIANGLES, BIND_UNIT_GROUPS as UNIT_GROUPS,
+    BIND_UNITS as UNITS, BIND_VERTICES as VERTICES, BIND_VOLUME as VOLUME,
+};
+
+pub(crate) const TABLES_WGSL: &str = "
+@group(0) @binding(BIND_INSTRS) var<storage, read> instrs: array<Instruction>;
+@group(0) @binding(BIND_PARAMS) var<storage, read> params: array<f32>;
+@group(0) @binding(BIND_MATERIALS) var<storage, read> materials: array<GpuMaterial>;
+";
+
+pub(crate) const FRAME_WGSL: &str = "
+@group(0) @binding(BIND_FRAME) var<uniform> frame: FrameUniform;
+";
+
+pub(crate) const PICTURE_WGSL: &str = "
+@group(0) @binding(BIND_HITS) var<storage, read_write> hits: array<Hit>;
+@group(0) @binding(BIND_COLORS) var<storage, read_write> colors: array<vec4<f32>>;
+";
+
+pub(crate) const QUERY_WGSL: &str = "
+@group(0) @binding(BIND_QUERIES) var<storage, read> queries: array<QueryUniform>;
+@group(0) @binding(BIND_ANSWERS) var<storage, read_write> answers: array<QueryResult>;
+";
+
+/// A volume, whose uniform `DenseVolume`, `OctreeVolume` or `BrickVolume` is declared beside it.
+pub(crate) const VOLUME_WGSL: &str = "
+@group(0) @binding(BIND_STORED) var stored: texture_3d<f32>;
+@group(0) @binding(BIND_LINEAR) var linear: sampler;
+";
+
+pub(crate) const TREE_WGSL: &str = "
+@group(0) @binding(BIND_NODES) var<storage, read> nodes: array<Node>;
+@group(0) @binding(BIND_TREE_WORDS) var<storage, read> tree_words: array<u32>;
+";
+
+pub(crate) const CELLS_WGSL: &str = "
+@group(0) @binding(BIND_CELLS) var<storage, read> cells: array<u32>;
+@group(0) @binding(BIND_BRICK_MATERIALS) var<storage, read> brick_materials: array<u32>;
+// Of each block of pixels its cone; and a list of those that are left.
+struct PixelBlock {
+    begin: f32,
+    steps: u32,
+    place: u32,
+    spare: u32,
+}
+struct Live {
+    groups_x: atomic<u32>,
+    groups_y: u32,
+    groups_z: u32,
+    spare: u32,
+    blocks: array<PixelBlock>,
+}
+@group(0) @binding(BIND_LIVE) var<storage, read_write> live: Live;
+";
+
+pub(crate) const DRAWN_WGSL: &str = "
+@group(0) @binding(BIND_DRAWN) var drawn: texture_2d<f32>;
+";
+
+/// What a shader does with a binding.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Bind {
+    Uniform(u32),
+    /// A uniform of which each pass has its own, found by an offset.
+    Uniforms(u32),
+    Read(u32),
+    Write(u32),
+    /// A 3D texture to be filtered.
+    Texture(u32),
+    Filter(u32),
+    /// A picture whose texels are read as they are.
+    Picture(u32),
+    /// A 3D texture to be written.
+    Target(u32, wgpu::TextureFormat),
+}
+
+/// The tables of a field.
+pub(crate) const FIELD_BINDS: [Bind; 3] = [
+    Bind::Read(INSTRS),
+    Bind::Read(PARAMS),
+    Bind::Read(MATERIALS),
+];
+
+/// A layout of the given bindings.
+pub(crate) fn layout(gpu: &Gpu, label: &str, binds: &[Bind]) -> wgpu::BindGroupLayout {
+    let buffer = |ty| wgpu::BindingType::Buffer {
+        ty,
+        has_dynamic_offset: false,
+        min_binding_size: None,
+    };
+    let storage = |read_only| buffer(wgpu::BufferBindingType::Storage { read_only });
+    let entries: Vec<_> = binds
+        .iter()
+        .map(|bind| {
+            let (binding, ty) = match *bind {
+                Bind::Uniform(at) => (at, buffer(wgpu::BufferBindingType::Uniform)),
+                Bind::Uniforms(at) => {
+                    let ty = wgpu::BindingType::Buffer {
+                        ty: wgpu::BufferBindingType::Uniform,
+                        has_dynamic_offset: true,
+                        min_binding_size: None,
+                    };
+                    (at, ty)
+                }
+                Bind::Read(at) => (at, storage(true)),
+                Bind::Write(at) => (at, storage(false)),
+                Bind::Texture(at) => {
+                    let ty = wgpu::BindingType::Texture {
+                        sample_type: wgpu::TextureSampleType::Float { filterable: true },
+                        view_dimension: wgpu::TextureViewDimension::D3,
+                        multisampled: false,
+                    };
+                    (at, ty)
+                }
+                Bind::Picture(at) => {
+                    let ty = wgpu::BindingType::Texture {
+                        sample_type: wgpu::TextureSampleType::Float { filterable: false },
+                        view_dimension: wgpu::TextureViewDimension::D2,
+                        multisampled: false,
+                    };
+                    (at, ty)
+                }
+                Bind::Filter(at) => {
+                    let ty = wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering);
+                    (at, ty)
+                }
+                Bind::Target(at, format) => {
+                    let ty = wgpu::BindingType::StorageTexture {
+                        access: wgpu::StorageTextureAccess::WriteOnly,
+                        format,
+                        view_dimension: wgpu::TextureViewDimension::D3,
+                    };
+                    (at, ty)
+                }
+            };
+            wgpu::BindGroupLayoutEntry {
+                binding,
+                visibility: wgpu::ShaderStages::COMPUTE,
+                ty,
+                count: None,
+            }
+        })
+        .collect();
+    gpu.device
+        .create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+            label: Some(label),
+            entries: &entries,
+        })
+}
+
+/// A whole buffer as a binding.
+pub(crate) fn entry(binding: u32, buffer: &wgpu::Buffer) -> wgpu::BindGroupEntry<'_> {
+    wgpu::BindGroupEntry {
+        binding,
+        resource: buffer.as_entire_binding(),
+    }
+}
+
+/// One pipeline for each entry point of a module.
+pub(crate) fn pipelines<const N: usize>(
+    gpu: &Gpu,
+    source: String,
+    layout: &wgpu::BindGroupLayout,
+    constants: &[(&str, f64)],
+    entry_points: [&str; N],
+) -> Result<[wgpu::ComputePipeline; N], GpuError> {
+    gpu.with_error_scope(|| {
+        let module = gpu
+            .device
+            .create_shader_module(wgpu::ShaderModuleDescriptor {
+                label: Some("argil"),
+                source: wgpu::ShaderSource::Wgsl(source.into()),
+            });
+        let layout = gpu
+            .device
+            .create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+                label: Some("argil"),
+                bind_group_layouts: &[Some(layout)],
+                immediate_size: 0,
+            });
+        entry_points.map(|entry_point| {
+            gpu.device
+                .create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+                    label: Some(entry_point),
+                    layout: Some(&layout),
+                    module: &module,
+                    entry_point: Some(entry_point),
+                    compilation_options: wgpu::PipelineCompilationOptions {
+                        constants,
+                        ..Default::default()
+                    },
+                    cache: None,
+                })
+        })
+    })
+}

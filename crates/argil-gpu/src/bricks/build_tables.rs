@@ -1,0 +1,90 @@
+//! What builds and edits of bricks write besides the volume.
+
+use crate::resources::uniform_of;
+use crate::storage_buffer::StorageBuffer;
+use crate::{Gpu, GpuError};
+use argil_abi::{BrickBuild, FillUniform, PruneUniform};
+
+/// The volume that bricks are made in.
+pub(crate) struct BrickTargets<'a> {
+    pub texture: &'a wgpu::Texture,
+    pub cells: &'a StorageBuffer,
+    pub materials: &'a StorageBuffer,
+    pub counters: &'a StorageBuffer,
+}
+
+/// What the passes write besides the volume, and their uniforms.
+pub(super) struct EditScratch {
+    pub lists: StorageBuffer,
+    pub candidates: StorageBuffer,
+    pub arguments: StorageBuffer,
+    /// What is dispatched is read from another buffer than it is written to.
+    pub indirect: Option<wgpu::Buffer>,
+    pub words: wgpu::Buffer,
+    pub fill: wgpu::Buffer,
+    pub prune: wgpu::Buffer,
+}
+
+impl EditScratch {
+    pub fn new(gpu: &Gpu) -> Result<Self, GpuError> {
+        let [words, fill, prune] = gpu.with_error_scope(|| {
+            [
+                uniform_of::<BrickBuild>(gpu, "volume"),
+                uniform_of::<FillUniform>(gpu, "fill"),
+                uniform_of::<PruneUniform>(gpu, "prune"),
+            ]
+        })?;
+        Ok(Self {
+            lists: StorageBuffer::new("lists"),
+            candidates: StorageBuffer::new("cells near the surface"),
+            arguments: StorageBuffer::new("bricks to fill"),
+            indirect: None,
+            words,
+            fill,
+            prune,
+        })
+    }
+
+    /// Bytes on the device.
+    pub fn size(&self) -> u64 {
+        let indirect = self.indirect.as_ref().map_or(0, wgpu::Buffer::size);
+        self.lists.size() + self.candidates.size() + self.arguments.size() + indirect
+    }
+
+    pub fn reserve_arguments(&mut self, gpu: &Gpu, chunks: u32) -> Result<(), GpuError> {
+        let bytes = (24 * u64::from(chunks)).next_multiple_of(16);
+        self.arguments.reserve_exact(gpu, bytes)?;
+        if self.indirect.as_ref().is_none_or(|b| b.size() < bytes) {
+            let buffer = gpu.with_error_scope(|| {
+                gpu.device.create_buffer(&wgpu::BufferDescriptor {
+                    label: Some("bricks to fill"),
+                    size: bytes,
+                    usage: wgpu::BufferUsages::INDIRECT | wgpu::BufferUsages::COPY_DST,
+                    mapped_at_creation: false,
+                })
+            })?;
+            self.indirect = Some(buffer);
+        }
+        Ok(())
+    }
+}
+
+/// What edits write besides the volume, kept from one to the next.
+pub(super) struct BuildTables {
+    pub scratch: EditScratch,
+    pub instrs: StorageBuffer,
+}
+
+impl BuildTables {
+    pub fn new(gpu: &Gpu) -> Result<Self, GpuError> {
+        Ok(Self {
+            scratch: EditScratch::new(gpu)?,
+            instrs: StorageBuffer::new("instructions of lists"),
+        })
+    }
+
+    /// Bytes on the device.
+    pub fn size(&self) -> u64 {
+        self.scratch.size() + self.instrs.size()
+    }
+}

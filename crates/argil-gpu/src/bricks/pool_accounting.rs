@@ -1,0 +1,181 @@
+//! What the CPU knows of the pool on the device, without waiting.
+
+use crate::resources::read_table;
+use crate::storage_buffer::StorageBuffer;
+use crate::{Gpu, GpuError};
+use argil_abi as abi;
+use argil_volume::EditStats;
+use std::sync::{Arc, OnceLock};
+
+/// What the device counts.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct BrickCounts([u32; abi::COUNTERS as usize]);
+
+impl BrickCounts {
+    fn of(bytes: &[u8]) -> Self {
+        let mut counted = Self::default();
+        for (to, from) in counted.0.iter_mut().zip(bytes.chunks_exact(4)) {
+            *to = bytemuck::pod_read_unaligned(from);
+        }
+        counted
+    }
+
+    pub fn get(&self, counter: u32) -> u64 {
+        u64::from(self.0[counter as usize])
+    }
+
+    /// Bricks that there are.
+    pub fn bricks(&self) -> u64 {
+        self.get(abi::COUNTER_TOP)
+            .saturating_sub(self.get(abi::COUNTER_FREE))
+    }
+
+    /// Mixed ones among them.
+    pub fn mixed(&self) -> u64 {
+        self.get(abi::COUNTER_TOP_MIXED)
+            .saturating_sub(self.get(abi::COUNTER_FREE_MIXED))
+    }
+
+    /// What edits did between another time and this.
+    pub fn since(&self, before: &Self) -> EditStats {
+        let count = |counter: u32| {
+            let now = self.0[counter as usize];
+            u64::from(now.wrapping_sub(before.0[counter as usize]))
+        };
+        EditStats {
+            filled: count(abi::COUNTER_FILLED),
+            added: count(abi::COUNTER_ADDED),
+            removed: count(abi::COUNTER_REMOVED),
+            cells: 0,
+        }
+    }
+}
+
+/// Counters on their way.
+struct PendingReadback {
+    buffer: wgpu::Buffer,
+    arrived: Arc<OnceLock<Result<(), wgpu::BufferAsyncError>>>,
+    /// Bricks, and mixed ones, that edits after it can have taken.
+    since: [u64; 2],
+}
+
+/// What the CPU knows of the counters.
+pub(super) struct PoolAccounting {
+    pub counters: StorageBuffer,
+    /// As they were when they were last heard of.
+    pub known: BrickCounts,
+    /// As they were when edits were last told.
+    told: BrickCounts,
+    /// Bricks, and mixed ones, that edits can have taken since.
+    since: [u64; 2],
+    letter: Option<PendingReadback>,
+}
+
+impl PoolAccounting {
+    /// Of a pool with so many bricks and mixed bricks, all of them in use.
+    pub fn new(gpu: &Gpu, bricks: u64, mixed: u64) -> Result<Self, GpuError> {
+        let mut known = BrickCounts::default();
+        known.0[abi::COUNTER_TOP as usize] = bricks as u32;
+        known.0[abi::COUNTER_TOP_MIXED as usize] = mixed as u32;
+        let mut counters = StorageBuffer::new("counters");
+        // No more: with a stack it is larger.
+        counters.reserve_exact(gpu, size_of_val(&known.0) as u64)?;
+        counters.rewrite(gpu, &known.0);
+        Ok(Self {
+            counters,
+            known,
+            told: known,
+            since: [0; 2],
+            letter: None,
+        })
+    }
+
+    /// The counters as they are, after a wait.
+    pub async fn read(&self, gpu: &Gpu) -> Result<BrickCounts, GpuError> {
+        let bytes = 4 * u64::from(abi::COUNTERS);
+        Ok(BrickCounts::of(
+            &read_table(gpu, &self.counters, bytes).await?,
+        ))
+    }
+
+    /// Hear of the counters as they are, after a wait; what edits did since they were last told.
+    pub async fn wait_for_counters(&mut self, gpu: &Gpu) -> Result<EditStats, GpuError> {
+        self.take_known(gpu).await?;
+        let edit = self.known.since(&self.told);
+        self.told = self.known;
+        Ok(edit)
+    }
+
+    /// Hear of the counters as they are, after a wait, and tell nobody.
+    pub async fn take_known(&mut self, gpu: &Gpu) -> Result<(), GpuError> {
+        self.known = self.read(gpu).await?;
+        (self.since, self.letter) = ([0; 2], None);
+        Ok(())
+    }
+
+    /// Take note of an edit that can take so many bricks, and mixed ones, and ask for the counters.
+    pub fn record_upper_bound(&mut self, gpu: &Gpu, taken: [u64; 2]) -> Result<(), GpuError> {
+        let add = |to: &mut [u64; 2]| to.iter_mut().zip(taken).for_each(|(to, more)| *to += more);
+        add(&mut self.since);
+        if let Some(letter) = &mut self.letter {
+            add(&mut letter.since);
+            return Ok(());
+        }
+        let Some(counters) = self.counters.buffer() else {
+            return Ok(());
+        };
+        let bytes = 4 * u64::from(abi::COUNTERS);
+        let buffer = gpu.with_error_scope(|| {
+            let buffer = gpu.device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some("counters"),
+                size: bytes,
+                usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
+                mapped_at_creation: false,
+            });
+            let mut encoder = gpu
+                .device
+                .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            encoder.copy_buffer_to_buffer(counters, 0, &buffer, 0, bytes);
+            gpu.queue.submit([encoder.finish()]);
+            buffer
+        })?;
+        let arrived = Arc::new(OnceLock::new());
+        let note = arrived.clone();
+        let arrive = move |result| {
+            // It is called once.
+            let _ = note.set(result);
+        };
+        buffer.slice(..).map_async(wgpu::MapMode::Read, arrive);
+        self.letter = Some(PendingReadback {
+            buffer,
+            arrived,
+            since: [0; 2],
+        });
+        Ok(())
+    }
+
+    /// Hear of the counters if they have come; the device is asked, and not waited for.
+    pub fn poll_counters(&mut self, gpu: &Gpu) -> Result<(), GpuError> {
+        let lost = |reason: String| GpuError::Lost(reason);
+        let polled = gpu.device.poll(wgpu::PollType::Poll);
+        polled.map_err(|e| lost(e.to_string()))?;
+        let Some(letter) = &self.letter else {
+            return Ok(());
+        };
+        let Some(result) = letter.arrived.get() else {
+            return Ok(());
+        };
+        result.clone().map_err(|e| lost(e.to_string()))?;
+        let view = letter.buffer.slice(..).get_mapped_range();
+        self.known = BrickCounts::of(&view.map_err(|e| lost(e.to_string()))?);
+        self.since = letter.since;
+        self.letter = None;
+        Ok(())
+    }
+
+    /// Bricks and mixed bricks that there can be at most.
+    pub fn upper_bound(&self) -> [u64; 2] {
+        let known = [self.known.bricks(), self.known.mixed()];
+        [0, 1].map(|i| known[i] + self.since[i])
+    }
+}

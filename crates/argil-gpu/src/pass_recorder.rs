@@ -1,0 +1,135 @@
+//! Running the passes of a build, with what each stage takes.
+
+use crate::timing::Timing;
+use crate::{Gpu, GpuError, StageTimings};
+use web_time::Instant;
+
+/// Passes between two readings of time stamps.
+const PASSES_PER_READBACK: u32 = 500;
+
+/// Whether each pass is waited for, to take the clock, where there are no time stamps. In a browser all of a build counts as
+/// its last stage then.
+pub(crate) const CAN_WAIT: bool = cfg!(not(target_arch = "wasm32"));
+
+/// How many workgroups a pass has.
+#[derive(Clone, Copy)]
+pub(crate) enum DispatchSize<'a> {
+    Direct([u32; 3]),
+    /// As a buffer says from a byte on, which a pass before has written.
+    Indirect(&'a wgpu::Buffer, u64),
+}
+
+/// The passes of one build, timed by stage.
+pub(crate) struct PassRecorder<'a> {
+    gpu: &'a Gpu,
+    timing: Option<Timing>,
+    /// Whether what passes take is to be known.
+    is_timed: bool,
+    start: Instant,
+    /// The stage of each pass, and by the clock what it took where there are no time stamps.
+    passes: Vec<(&'static str, f64)>,
+    /// By time stamps what each pass took, as far as they have been read.
+    stamps: Vec<f64>,
+}
+
+impl<'a> PassRecorder<'a> {
+    /// For any number of passes.
+    pub fn new(gpu: &'a Gpu) -> Result<Self, GpuError> {
+        Ok(Self {
+            gpu,
+            timing: Timing::new(gpu, PASSES_PER_READBACK)?,
+            is_timed: true,
+            start: Instant::now(),
+            passes: Vec::new(),
+            stamps: Vec::new(),
+        })
+    }
+
+    /// Without a wait, nor a look at what passes take.
+    pub fn untimed(gpu: &'a Gpu) -> Self {
+        Self {
+            gpu,
+            timing: None,
+            is_timed: false,
+            start: Instant::now(),
+            passes: Vec::new(),
+            stamps: Vec::new(),
+        }
+    }
+
+    /// Submit one pass, after whatever was written to buffers so far.
+    pub async fn pass(
+        &mut self,
+        stage: &'static str,
+        pipeline: &wgpu::ComputePipeline,
+        bind_group: &wgpu::BindGroup,
+        groups: DispatchSize<'_>,
+    ) -> Result<(), GpuError> {
+        if self.timing.as_ref().is_some_and(Timing::is_full) {
+            self.collect().await?;
+        }
+        let start = Instant::now();
+        let (gpu, timing) = (self.gpu, &mut self.timing);
+        gpu.with_error_scope(|| {
+            let mut encoder = gpu
+                .device
+                .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+                label: Some(stage),
+                timestamp_writes: timing.as_mut().and_then(Timing::next),
+            });
+            pass.set_pipeline(pipeline);
+            pass.set_bind_group(0, bind_group, &[]);
+            match groups {
+                DispatchSize::Direct([x, y, z]) => pass.dispatch_workgroups(x, y, z),
+                DispatchSize::Indirect(buffer, offset) => {
+                    pass.dispatch_workgroups_indirect(buffer, offset);
+                }
+            }
+            drop(pass);
+            gpu.queue.submit([encoder.finish()]);
+        })?;
+        if !self.is_timed {
+            return Ok(());
+        }
+        if self.timing.is_none() && CAN_WAIT {
+            gpu.wait().await?;
+        }
+        self.passes
+            .push((stage, start.elapsed().as_secs_f64() * 1e3));
+        Ok(())
+    }
+
+    /// Read the time stamps so far, and make room for others.
+    async fn collect(&mut self) -> Result<(), GpuError> {
+        if let Some(timing) = &mut self.timing {
+            self.stamps.extend(timing.durations_ms(self.gpu).await?);
+            timing.restart();
+        }
+        Ok(())
+    }
+
+    /// Wait for all passes; each stage with what its passes took, in the order of their first.
+    pub async fn finish(mut self) -> Result<StageTimings, GpuError> {
+        self.gpu.wait().await?;
+        self.collect().await?;
+        if self.timing.is_none()
+            && !CAN_WAIT
+            && let Some((_, ms)) = self.passes.last_mut()
+        {
+            *ms += self.start.elapsed().as_secs_f64() * 1e3;
+        }
+        let stamps = match &self.timing {
+            Some(_) => self.stamps,
+            None => self.passes.iter().map(|&(_, ms)| ms).collect(),
+        };
+        let mut stages = StageTimings::new();
+        for (&(stage, _), ms) in self.passes.iter().zip(stamps) {
+            match stages.iter_mut().find(|(known, _)| *known == stage) {
+                Some((_, total)) => *total += ms,
+                None => stages.push((stage, ms)),
+            }
+        }
+        Ok(stages)
+    }
+}

@@ -1,0 +1,331 @@
+//! Triangles on the device, drawn with a depth buffer.
+
+use crate::bindings::{Bind, DRAWN, DRAWN_WGSL, FRAME, FRAME_WGSL};
+use crate::frame::Drawing;
+use crate::resources::read_table;
+use crate::storage_buffer::StorageBuffer;
+use crate::timing::Timing;
+use crate::trace_mode::{BoundResource, TraceMode};
+use crate::{Gpu, GpuError, GpuProgram};
+use argil_abi::FrameUniform;
+use argil_mesh::Mesh;
+use argil_render::{RenderOutput, Triangles, wgsl};
+use glam::Vec3;
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+const DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
+/// A normal and the length of a ray.
+const NEAREST: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
+
+static MESH: TraceMode = TraceMode {
+    name: "mesh",
+    march: wgsl::MESH,
+    tables: || DRAWN_WGSL.to_owned(),
+    binds: &[Bind::Picture(DRAWN)],
+    constants: &[],
+    draws: true,
+    is_exact: false,
+    has_cones: false,
+};
+
+/// Triangles on a device.
+pub struct GpuMesh {
+    /// Positions and normals.
+    vertices: StorageBuffer,
+    /// None where each triangle has corners of its own.
+    indices: Option<StorageBuffer>,
+    triangles: u32,
+    corners: u32,
+    pipeline: wgpu::RenderPipeline,
+    layout: wgpu::BindGroupLayout,
+    /// Of the frame before.
+    target: Mutex<Option<RasterTarget>>,
+}
+
+impl GpuMesh {
+    /// Bring triangles over; corners without a normal are lit as if they faced the viewer. `field` is what they were made
+    /// from: it gives the light.
+    pub fn upload(field: &GpuProgram, mesh: Triangles<'_>) -> Result<Self, GpuError> {
+        let gpu = field.gpu();
+        let vertices: Vec<[Vec3; 2]> = mesh
+            .positions
+            .iter()
+            .enumerate()
+            .map(|(i, &p)| [p, mesh.normals.get(i).copied().unwrap_or(Vec3::ZERO)])
+            .collect();
+        let mut corners = StorageBuffer::drawn("corners");
+        corners.write(gpu, &vertices)?;
+        let mut indices = StorageBuffer::drawn("triangles");
+        indices.write(gpu, mesh.triangles)?;
+        let counts = [mesh.positions.len(), mesh.triangles.len()];
+        Self::of_tables(field, corners, Some(indices), counts.map(|n| n as u32))
+    }
+
+    pub(crate) fn of_tables(
+        field: &GpuProgram,
+        vertices: StorageBuffer,
+        indices: Option<StorageBuffer>,
+        [corners, triangles]: [u32; 2],
+    ) -> Result<Self, GpuError> {
+        let gpu = field.gpu();
+        field.picture(&MESH)?;
+        let (layout, pipeline) = gpu.with_error_scope(|| pipeline(gpu))?;
+        Ok(Self {
+            vertices,
+            indices,
+            triangles,
+            corners,
+            pipeline,
+            layout,
+            target: Mutex::default(),
+        })
+    }
+
+    /// Numbers of triangles and of corners.
+    pub fn counts(&self) -> [u64; 2] {
+        [self.triangles, self.corners].map(u64::from)
+    }
+
+    /// Bring the triangles back, without materials; normals are zero where there are none.
+    pub async fn read(&self, gpu: &Gpu) -> Result<Mesh, GpuError> {
+        let vertices = read_table(gpu, &self.vertices, 24 * u64::from(self.corners)).await?;
+        let of = |at: usize, bytes: &[u8]| -> Vec3 {
+            Vec3::from_array(bytemuck::pod_read_unaligned(&bytes[12 * at..12 * at + 12]))
+        };
+        let triangles = match &self.indices {
+            Some(indices) => read_table(gpu, indices, 12 * u64::from(self.triangles))
+                .await?
+                .chunks_exact(12)
+                .map(bytemuck::pod_read_unaligned)
+                .collect(),
+            None => (0..self.triangles)
+                .map(|i| [3 * i, 3 * i + 1, 3 * i + 2])
+                .collect(),
+        };
+        Ok(Mesh {
+            positions: vertices.chunks_exact(24).map(|v| of(0, v)).collect(),
+            normals: vertices.chunks_exact(24).map(|v| of(1, v)).collect(),
+            materials: Vec::new(),
+            triangles,
+        })
+    }
+
+    /// Bytes on the device.
+    pub fn memory_bytes(&self) -> u64 {
+        self.vertices.size() + self.indices.as_ref().map_or(0, StorageBuffer::size)
+    }
+
+    /// Draws as [`GpuProgram::render`] does, what is nearest by the device's depth test.
+    ///
+    /// # Errors
+    /// If the device has no room for it.
+    pub async fn render(
+        &self,
+        field: &GpuProgram,
+        frames: &[FrameUniform],
+        with_hits: bool,
+    ) -> Result<(RenderOutput, f64), GpuError> {
+        let Some(first) = frames.first() else {
+            return Ok((RenderOutput::empty(), 0.0));
+        };
+        let size = [first.width, first.height];
+        let kept = self.lock().take().filter(|target| target.size == size);
+        let target = match kept {
+            Some(target) => target,
+            None => RasterTarget::new(field.gpu(), size)?,
+        };
+        let bound = vec![BoundResource::View(DRAWN, target.nearest.clone())];
+        let drawing = RasterOutput {
+            mesh: self,
+            target: &target,
+        };
+        let passes = field.picture(&MESH)?;
+        let drawn = passes
+            .draw(field, bound, Some(&drawing), frames, with_hits)
+            .await;
+        *self.lock() = Some(target);
+        drawn
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Option<RasterTarget>> {
+        self.target.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// What triangles of a frame's size are drawn on.
+struct RasterTarget {
+    size: [u32; 2],
+    nearest: wgpu::TextureView,
+    depth: wgpu::TextureView,
+    /// The frames that it was last drawn by, as they are bound.
+    bound: Mutex<Option<(wgpu::Buffer, wgpu::BindGroup)>>,
+}
+
+impl RasterTarget {
+    fn new(gpu: &Gpu, size: [u32; 2]) -> Result<Self, GpuError> {
+        let view = |label, format, usage| {
+            let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
+                label: Some(label),
+                size: wgpu::Extent3d {
+                    width: size[0],
+                    height: size[1],
+                    depth_or_array_layers: 1,
+                },
+                mip_level_count: 1,
+                sample_count: 1,
+                dimension: wgpu::TextureDimension::D2,
+                format,
+                usage: usage | wgpu::TextureUsages::RENDER_ATTACHMENT,
+                view_formats: &[],
+            });
+            texture.create_view(&wgpu::TextureViewDescriptor::default())
+        };
+        let (nearest, depth) = gpu.with_error_scope(|| {
+            let nearest = view("nearest", NEAREST, wgpu::TextureUsages::TEXTURE_BINDING);
+            let depth = view("depth", DEPTH, wgpu::TextureUsages::empty());
+            (nearest, depth)
+        })?;
+        Ok(Self {
+            size,
+            nearest,
+            depth,
+            bound: Mutex::default(),
+        })
+    }
+}
+
+/// Triangles, and what they are drawn on.
+struct RasterOutput<'a> {
+    mesh: &'a GpuMesh,
+    target: &'a RasterTarget,
+}
+
+impl Drawing for RasterOutput<'_> {
+    fn draw(
+        &self,
+        gpu: &Gpu,
+        encoder: &mut wgpu::CommandEncoder,
+        (frames, offset): (&wgpu::Buffer, u32),
+        timing: Option<&mut Timing>,
+    ) {
+        let (mesh, target) = (self.mesh, self.target);
+        let mut bound = target.bound.lock().unwrap_or_else(PoisonError::into_inner);
+        let same = bound.take().filter(|(buffer, _)| buffer == frames);
+        let (_, group) = bound.insert(same.unwrap_or_else(|| {
+            let frame = BoundResource::Buffer(
+                FRAME,
+                frames.clone(),
+                Some(size_of::<FrameUniform>() as u64),
+            );
+            let group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+                label: Some("Triangles"),
+                layout: &mesh.layout,
+                entries: &[frame.entry()],
+            });
+            (frames.clone(), group)
+        }));
+        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("Triangles"),
+            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+                view: &target.nearest,
+                depth_slice: None,
+                resolve_target: None,
+                ops: wgpu::Operations {
+                    load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT),
+                    store: wgpu::StoreOp::Store,
+                },
+            })],
+            depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
+                view: &target.depth,
+                depth_ops: Some(wgpu::Operations {
+                    load: wgpu::LoadOp::Clear(0.0),
+                    store: wgpu::StoreOp::Discard,
+                }),
+                stencil_ops: None,
+            }),
+            timestamp_writes: timing.and_then(|timing| timing.next_render()),
+            ..wgpu::RenderPassDescriptor::default()
+        });
+        if let Some(vertices) = mesh.vertices.buffer()
+            && mesh.triangles > 0
+        {
+            pass.set_pipeline(&mesh.pipeline);
+            pass.set_bind_group(0, &*group, &[offset]);
+            pass.set_vertex_buffer(0, vertices.slice(..));
+            match mesh.indices.as_ref().and_then(StorageBuffer::buffer) {
+                Some(indices) => {
+                    pass.set_index_buffer(indices.slice(..), wgpu::IndexFormat::Uint32);
+                    pass.draw_indexed(0..3 * mesh.triangles, 0, 0..1);
+                }
+                None => pass.draw(0..3 * mesh.triangles, 0..1),
+            }
+        }
+    }
+}
+
+fn pipeline(gpu: &Gpu) -> (wgpu::BindGroupLayout, wgpu::RenderPipeline) {
+    let layout = gpu
+        .device
+        .create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+            label: Some("Triangles"),
+            entries: &[wgpu::BindGroupLayoutEntry {
+                binding: FRAME,
+                visibility: wgpu::ShaderStages::VERTEX,
+                ty: wgpu::BindingType::Buffer {
+                    ty: wgpu::BufferBindingType::Uniform,
+                    has_dynamic_offset: true,
+                    min_binding_size: None,
+                },
+                count: None,
+            }],
+        });
+    let source = [&argil_abi::wgsl(), FRAME_WGSL, wgsl::DRAW].concat();
+    let module = gpu
+        .device
+        .create_shader_module(wgpu::ShaderModuleDescriptor {
+            label: Some("Triangles"),
+            source: wgpu::ShaderSource::Wgsl(source.into()),
+        });
+    let pipeline_layout = gpu
+        .device
+        .create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: Some("Triangles"),
+            bind_group_layouts: &[Some(&layout)],
+            ..wgpu::PipelineLayoutDescriptor::default()
+        });
+    let pipeline = gpu
+        .device
+        .create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+            label: Some("Triangles"),
+            layout: Some(&pipeline_layout),
+            vertex: wgpu::VertexState {
+                module: &module,
+                entry_point: Some("place"),
+                compilation_options: wgpu::PipelineCompilationOptions::default(),
+                buffers: &[Some(wgpu::VertexBufferLayout {
+                    array_stride: 24,
+                    step_mode: wgpu::VertexStepMode::Vertex,
+                    attributes: &wgpu::vertex_attr_array![0 => Float32x3, 1 => Float32x3],
+                })],
+            },
+            // Counterclockwise as seen from outside; nothing is culled, as the eye may be inside.
+            primitive: wgpu::PrimitiveState::default(),
+            depth_stencil: Some(wgpu::DepthStencilState {
+                format: DEPTH,
+                depth_write_enabled: Some(true),
+                depth_compare: Some(wgpu::CompareFunction::Greater),
+                stencil: wgpu::StencilState::default(),
+                bias: wgpu::DepthBiasState::default(),
+            }),
+            multisample: wgpu::MultisampleState::default(),
+            fragment: Some(wgpu::FragmentState {
+                module: &module,
+                entry_point: Some("nearest"),
+                compilation_options: wgpu::PipelineCompilationOptions::default(),
+                targets: &[Some(NEAREST.into())],
+            }),
+            multiview_mask: None,
+            cache: None,
+        });
+    (layout, pipeline)
+}

@@ -1,0 +1,410 @@
+//! The passes of a picture: compiled once for a field and a way to march, and recorded once for a frame.
+
+use crate::bindings::{
+    Bind, COLORS, FIELD_BINDS, FRAME, FRAME_WGSL, HITS, PICTURE_WGSL, TABLES_WGSL, layout,
+    pipelines,
+};
+use crate::frame::{Drawing, FrameBuffers, FramePasses};
+use crate::recording::{Dispatch, FrameKey, FrameStep, GROUP, Recording};
+use crate::resolve::ResolvePass;
+use crate::trace_mode::{BoundResource, TraceMode};
+use crate::{DeviceKind, Gpu, GpuError, GpuProgram};
+use argil_abi::FrameUniform;
+use argil_render::{RenderOutput, wgsl};
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// Instructions times pixels that one dispatch, and one submission, may take on: a fraction of a second even on a small GPU, so
+/// that no driver takes it for hung.
+const WORK_PER_DISPATCH: u64 = 400_000_000;
+/// Steps of a ray through a volume on a software device, which ends a thread's loops after 65,535 rounds.
+const SOFTWARE_STEPS: u32 = 50_000;
+/// Pixels of the largest frame whose buffers wait for the next: those of a larger one, over a gigabyte, are given back.
+const MAX_CACHED: u64 = 1 << 24;
+/// Most workgroups along one axis that every device has.
+const MAX_GROUPS: u32 = 65_535;
+
+/// Places of the pipelines that every way has, then of those that cones take.
+const MARCH: usize = 0;
+const FINISH: usize = 1;
+const SHADOW: usize = 2;
+const SHADE: usize = 3;
+const SHOW: usize = 4;
+const CONE: usize = 5;
+const EXACT_NORMALS: usize = 6;
+
+static FIELD: TraceMode = TraceMode {
+    name: "field",
+    march: wgsl::FIELD,
+    tables: String::new,
+    binds: &[],
+    constants: &[],
+    draws: false,
+    is_exact: true,
+    has_cones: false,
+};
+
+impl GpuProgram {
+    /// The passes of a way to march, compiled when they are first asked for.
+    pub(crate) fn picture(&self, way: &'static TraceMode) -> Result<Arc<RenderPasses>, GpuError> {
+        let make = || RenderPasses::new(self.gpu(), self.field_wgsl(), way);
+        self.passes(way.name, make)
+    }
+
+    /// Compiles the passes of pictures, which otherwise waits until the first.
+    ///
+    /// # Errors
+    /// If the device does not take them.
+    pub fn prepare(&self) -> Result<(), GpuError> {
+        self.picture(&FIELD).map(|_| ())
+    }
+
+    /// Draws: `frames` as `argil_render::frames` makes them, one a sample. With the picture, what its passes took, by the
+    /// device's time stamps where it has them, else by the clock. The picture's hits are left out unless they are asked for.
+    ///
+    /// # Errors
+    /// If the device has no room for it.
+    pub async fn render(
+        &self,
+        frames: &[FrameUniform],
+        with_hits: bool,
+    ) -> Result<(RenderOutput, f64), GpuError> {
+        let passes = self.picture(&FIELD)?;
+        passes.draw(self, Vec::new(), None, frames, with_hits).await
+    }
+}
+
+/// The passes of a picture.
+pub(crate) struct RenderPasses {
+    way: &'static TraceMode,
+    layout: wgpu::BindGroupLayout,
+    pipelines: Vec<wgpu::ComputePipeline>,
+    /// Of the frame before.
+    target: Mutex<Option<FrameBuffers>>,
+}
+
+impl RenderPasses {
+    /// Compile for a field's interpreter.
+    pub fn new(gpu: &Gpu, field_wgsl: &str, way: &'static TraceMode) -> Result<Self, GpuError> {
+        let source = [
+            &argil_abi::wgsl(),
+            TABLES_WGSL,
+            FRAME_WGSL,
+            PICTURE_WGSL,
+            &(way.tables)(),
+            field_wgsl,
+            wgsl::CAMERA,
+            way.march,
+            wgsl::FINISH,
+            wgsl::SHADE,
+        ]
+        .concat();
+        let mut binds = FIELD_BINDS.to_vec();
+        binds.extend([
+            Bind::Uniforms(FRAME),
+            Bind::Write(HITS),
+            Bind::Write(COLORS),
+        ]);
+        binds.extend(way.binds);
+        let layout = gpu.with_error_scope(|| layout(gpu, "Picture", &binds))?;
+        let entry_points = ["march", "finish", "shadow", "shade", "show"];
+        let all = pipelines(gpu, source.clone(), &layout, way.constants, entry_points)?;
+        let mut all = Vec::from(all);
+        if way.has_cones {
+            let entry_points = ["cone", "exact_normals"];
+            let own = pipelines(gpu, source, &layout, way.constants, entry_points)?;
+            all.extend(own);
+        }
+        Ok(Self {
+            way,
+            layout,
+            pipelines: all,
+            target: Mutex::default(),
+        })
+    }
+
+    /// Draw with a field's tables, what else the way to march reads, and triangles that each sample begins with, if there are any. With
+    /// the picture, what its passes took.
+    pub async fn draw(
+        &self,
+        field: &GpuProgram,
+        bound: Vec<BoundResource>,
+        drawing: Option<&dyn Drawing>,
+        frames: &[FrameUniform],
+        with_hits: bool,
+    ) -> Result<(RenderOutput, f64), GpuError> {
+        let Some(first) = frames.first() else {
+            return Ok((RenderOutput::empty(), 0.0));
+        };
+        let gpu = field.gpu();
+        let key = FrameKey {
+            size: [first.width, first.height],
+            samples: frames.len(),
+            show: first.show,
+            normals: first.normals,
+            has_ground: first.has_ground != 0,
+            max_steps: first.max_steps,
+            field: (field.length(), field.budget),
+            with_hits,
+        };
+        let record = || self.record(&key, gpu.info.kind == DeviceKind::Software);
+        let kept = self.take().filter(|target| target.fits(&key));
+        let mut target = match kept {
+            Some(mut target) => {
+                target.follow(gpu, key, record)?;
+                target
+            }
+            None => FrameBuffers::new(gpu, key, record(), self.way.has_cones)?,
+        };
+        let passes = FramePasses {
+            layout: &self.layout,
+            pipelines: &self.pipelines,
+            resolve: &*field.passes("resolve", || ResolvePass::new(gpu))?,
+        };
+        let bound = field.bound().chain(bound).collect();
+        let drawn = target.run(gpu, passes, bound, drawing, frames).await?;
+        if u64::from(first.width) * u64::from(first.height) <= MAX_CACHED {
+            let mut place = self.target.lock().unwrap_or_else(PoisonError::into_inner);
+            *place = Some(target);
+        }
+        Ok(drawn)
+    }
+
+    /// The buffers of the frame before, if nobody else draws on them.
+    fn take(&self) -> Option<FrameBuffers> {
+        let mut place = self.target.lock().unwrap_or_else(PoisonError::into_inner);
+        place.take()
+    }
+
+    /// All passes of a frame.
+    fn record(&self, key: &FrameKey, is_software: bool) -> Recording {
+        let [width, height] = key.size;
+        // Rows in bands, each a dispatch of both passes.
+        let row_work = u64::from(width) * key.field.0 as u64;
+        let rows = u32::try_from(WORK_PER_DISPATCH / row_work.max(1)).unwrap_or(u32::MAX);
+        // As many blocks as a dispatch may have along one axis.
+        let most_rows = MAX_GROUPS / width.div_ceil(GROUP) * GROUP;
+        let rows = rows.min(most_rows);
+        let rows = (rows.min(height) / GROUP * GROUP).max(GROUP);
+        let most_steps = if is_software && !self.way.is_exact {
+            SOFTWARE_STEPS
+        } else {
+            u32::MAX
+        };
+        let stages = self.stages(key);
+        let mut all = Recording::default();
+        let mut work = 0;
+        all.steps.push(FrameStep::Clear);
+        for sample in 0..key.samples {
+            let dispatch = |first_row, first_step, step_count| Dispatch {
+                sample,
+                first_row,
+                first_step,
+                step_count,
+                max_steps: key.max_steps.min(most_steps),
+            };
+            let whole = all.dispatches.len();
+            all.dispatches.push(dispatch(0, 0, 1));
+            if self.way.draws {
+                all.steps.push(FrameStep::Draw(whole));
+            }
+            for first_row in (0..height).step_by(rows as usize) {
+                let band = rows.min(height - first_row);
+                for stage in &stages {
+                    let own = u64::from(width) * u64::from(band);
+                    let length = if stage.is_exact {
+                        key.field.0 as u64
+                    } else {
+                        1
+                    };
+                    if work > 0 && work + own * length > WORK_PER_DISPATCH {
+                        all.steps.push(FrameStep::Submit);
+                        work = 0;
+                    }
+                    work += own * length;
+                    let across = |group: u32| [width.div_ceil(group), rows.div_ceil(group), 1];
+                    let groups = match stage.pipeline {
+                        CONE => {
+                            all.steps.push(FrameStep::EmptyBlocks);
+                            // A cone's thread has as many pixels as another's group.
+                            Some(across(GROUP * GROUP))
+                        }
+                        MARCH if self.way.has_cones => {
+                            all.steps.push(FrameStep::TakeBlocks);
+                            None
+                        }
+                        _ => Some(across(GROUP)),
+                    };
+                    all.steps.push(FrameStep::Pass {
+                        label: stage.label,
+                        pipeline: stage.pipeline,
+                        dispatch: all.dispatches.len(),
+                        groups,
+                    });
+                    let own = dispatch(first_row, stage.first_step, stage.step_count);
+                    all.dispatches.push(own);
+                }
+            }
+            if sample == 0 {
+                all.steps.push(FrameStep::Count(whole));
+                if key.with_hits {
+                    all.steps.push(FrameStep::KeepHits);
+                }
+            }
+            if sample + 1 == key.samples {
+                all.steps.push(FrameStep::Resolve(whole));
+            }
+        }
+        all
+    }
+
+    /// The dispatches of one sample of one band: marches are cut into as many steps as a thread may do at once.
+    fn stages(&self, key: &FrameKey) -> Vec<Stage> {
+        let (way, budget) = (self.way, key.field.1);
+        let exact = |label, pipeline, steps: u32| {
+            let budget = budget.min(steps).max(1);
+            (0..steps)
+                .step_by(budget as usize)
+                .map(move |first_step| Stage {
+                    label,
+                    pipeline,
+                    first_step,
+                    step_count: budget.min(steps - first_step),
+                    is_exact: true,
+                })
+        };
+        // Evaluates nothing: it is one dispatch.
+        let whole = |label, pipeline| Stage {
+            label,
+            pipeline,
+            first_step: 0,
+            step_count: key.max_steps,
+            is_exact: false,
+        };
+        let mut stages: Vec<Stage> = if way.is_exact {
+            exact("Trace::march", MARCH, key.max_steps).collect()
+        } else if way.has_cones {
+            vec![whole("Cones::march", CONE), whole("Bricks::march", MARCH)]
+        } else {
+            vec![whole("Trace::march", MARCH)]
+        };
+        // Bricks have their normals already.
+        if !way.has_cones || key.has_ground {
+            stages.extend(exact("Trace::finish", FINISH, 1));
+        }
+        if key.normals == argil_abi::NORMALS_FIELD && way.has_cones {
+            stages.extend(exact("Trace::normals", EXACT_NORMALS, 1));
+        }
+        if key.show == argil_abi::SHOW_SHADED {
+            let steps = argil_render::SHADOW_STEPS;
+            stages.extend(exact("Shade::shadow", SHADOW, steps));
+            stages.extend(exact("Shade::light", SHADE, 1));
+        } else {
+            stages.extend(exact("Shade::show", SHOW, 1));
+        }
+        // Where nothing of the field is asked, it does not count how long that is.
+        for stage in &mut stages {
+            let asks = match stage.pipeline {
+                MARCH | FINISH => way.is_exact,
+                EXACT_NORMALS => true,
+                SHADOW | SHADE => !way.has_cones,
+                _ => false,
+            };
+            stage.is_exact = asks;
+        }
+        stages
+    }
+}
+
+/// One dispatch.
+struct Stage {
+    label: &'static str,
+    /// Its place among the pipelines.
+    pipeline: usize,
+    first_step: u32,
+    step_count: u32,
+    /// Whether it evaluates the field.
+    is_exact: bool,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use argil_field::Program;
+    use argil_render::{Camera, RenderSettings, frame_uniforms};
+    use argil_scene::{Brush, Scene, Shape};
+
+    /// The buffers of a frame are those of the frame before, until its size is another.
+    #[test]
+    fn frames_of_a_size_share_their_buffers() {
+        let mut scene = Scene::new();
+        scene.push(Brush::new(Shape::sphere(0.5))).expect("a brush");
+        let program = Program::lower(&scene).expect("a program");
+        let gpu = Arc::new(pollster::block_on(Gpu::open()).expect("a device"));
+        let mut field = GpuProgram::new(gpu, &program, false).expect("a field");
+        let camera = Camera::orbit(program.aabb(), [30.0, 20.0, 2.5], 45.0);
+        let draw = |field: &GpuProgram, size| {
+            let settings = RenderSettings {
+                size,
+                ..RenderSettings::default()
+            };
+            let all = frame_uniforms(&settings, &camera, &program, None, program.aabb());
+            let drawn = pollster::block_on(field.render(&all, false));
+            drawn.expect("a picture").0
+        };
+        let passes = field.picture(&FIELD).expect("passes");
+        let kept = || {
+            let target = passes.take().expect("a frame before");
+            let buffers = target.buffers();
+            *passes.target.lock().expect("nobody else") = Some(target);
+            buffers
+        };
+        let first = draw(&field, [40, 24]);
+        let buffers = kept();
+        let second = draw(&field, [40, 24]);
+        assert!(buffers == kept(), "the same frame has other buffers");
+        assert_eq!(first.rgb, second.rgb);
+        assert!(first.hit_pixels > 100 && first.hits.is_empty());
+        // An edit changes how long the field is, and with it the passes.
+        for _ in 0..40 {
+            scene.push(Brush::new(Shape::sphere(0.1))).expect("a brush");
+        }
+        let longer = Program::lower(&scene).expect("a program");
+        field.update(&longer).expect("a field");
+        draw(&field, [40, 24]);
+        assert!(
+            buffers == kept(),
+            "after an edit the frame has other buffers"
+        );
+        draw(&field, [48, 24]);
+        assert!(buffers != kept(), "another size has the same buffers");
+    }
+
+    /// What the device counts is what the hits say.
+    #[test]
+    fn counts_are_those_of_the_hits() {
+        let mut scene = Scene::new();
+        scene.push(Brush::new(Shape::sphere(0.5))).expect("a brush");
+        let program = Program::lower(&scene).expect("a program");
+        let gpu = Arc::new(pollster::block_on(Gpu::open()).expect("a device"));
+        let field = GpuProgram::new(gpu, &program, false).expect("a field");
+        let camera = Camera::orbit(program.aabb(), [30.0, 20.0, 2.5], 45.0);
+        let settings = RenderSettings {
+            size: [75, 50],
+            ..RenderSettings::default()
+        };
+        let all = frame_uniforms(&settings, &camera, &program, None, program.aabb());
+        let drawn = pollster::block_on(field.render(&all, true));
+        let (picture, _) = drawn.expect("a picture");
+        let steps = picture.hits.iter().map(|hit| f64::from(hit.steps));
+        let sum: f64 = steps.clone().sum();
+        let told = picture.statistics;
+        assert!(sum > 1000.0 && (told.steps.mean * 3750.0 - sum).abs() < 0.5);
+        assert_eq!(told.steps.max, steps.fold(0.0, f64::max));
+        assert_eq!((told.samples, told.cells.max), (told.steps, 0.0));
+        let is_solid = |hit: &&argil_abi::Hit| hit.kind != argil_abi::HIT_NONE;
+        assert_eq!(
+            picture.hit_pixels,
+            picture.hits.iter().filter(is_solid).count()
+        );
+    }
+}

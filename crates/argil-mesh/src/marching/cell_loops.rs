@@ -1,0 +1,128 @@
+//! Triangles around the corners of bricks, for light that is gathered at them.
+
+use glam::IVec3;
+use std::collections::HashMap;
+
+/// The loops in which the surface goes through cells.
+#[derive(Clone, Debug, Default)]
+pub struct CellLoops {
+    /// Of each loop: its cell, in voxels from the lattice's corner.
+    pub cells: Vec<IVec3>,
+    /// Where each loop's vertices begin and end among `vertices`.
+    pub bounds: Vec<[u32; 2]>,
+    /// The vertices of all loops.
+    pub vertices: Vec<u32>,
+    /// Of each vertex, the loops that go through its edge: by where the cell lies along the first of the other axes, 1 for
+    /// before, and along the second, 2. `u32::MAX` where there is none.
+    pub around: Vec<[u32; 4]>,
+}
+
+/// What one brick's loops are: the cell, and the vertices with their places in [`CellLoops::around`].
+pub(super) type Ring = (IVec3, Vec<(u32, u8)>);
+
+/// All bricks' loops, one after the other.
+pub(super) fn gathered(found: Vec<Vec<Ring>>, vertices: usize) -> CellLoops {
+    let mut rings = CellLoops {
+        around: vec![[u32::MAX; 4]; vertices],
+        ..CellLoops::default()
+    };
+    for (cell, edges) in found.into_iter().flatten() {
+        let own = rings.cells.len() as u32;
+        rings.cells.push(cell);
+        let begin = rings.vertices.len() as u32;
+        rings.bounds.push([begin, begin + edges.len() as u32]);
+        for (vertex, place) in edges {
+            rings.vertices.push(vertex);
+            rings.around[vertex as usize][usize::from(place)] = own;
+        }
+    }
+    rings.part();
+    rings
+}
+
+impl CellLoops {
+    /// A loop's vertices, in order.
+    pub fn of(&self, ring: usize) -> &[u32] {
+        let [begin, end] = self.bounds[ring];
+        &self.vertices[begin as usize..end as usize]
+    }
+
+    /// Where two loops in neighbouring cells share both segments of a face, their dual vertices would have four triangles on
+    /// one edge: on that face the segments are joined the other way round, which makes two loops of each (Wenger, "Isosurfaces",
+    /// 2013).
+    fn part(&mut self) {
+        // Both segments, and at least two more vertices.
+        const SHORTEST: usize = 6;
+        let mut owner: HashMap<(u32, u32), usize> = HashMap::new();
+        let long: Vec<usize> = (0..self.cells.len())
+            .filter(|&ring| self.of(ring).len() >= SHORTEST)
+            .collect();
+        for &ring in &long {
+            let own = self.of(ring);
+            for (i, &from) in own.iter().enumerate() {
+                owner.insert((from, own[(i + 1) % own.len()]), ring);
+            }
+        }
+        for &ring in &long {
+            let Some((other, own, theirs)) = self.twice_beside(ring, &owner) else {
+                continue;
+            };
+            self.split(ring, own);
+            self.split(other, theirs);
+        }
+    }
+
+    /// The loop that shares two segments with one, and at which places those begin in both.
+    fn twice_beside(
+        &self,
+        ring: usize,
+        owner: &HashMap<(u32, u32), usize>,
+    ) -> Option<(usize, [usize; 2], [usize; 2])> {
+        let own = self.of(ring);
+        let mut seen: Vec<(usize, usize)> = Vec::new();
+        for i in 0..own.len() {
+            let (from, to) = (own[i], own[(i + 1) % own.len()]);
+            let Some(&other) = owner.get(&(to, from)) else {
+                continue;
+            };
+            let Some(&(_, first)) = seen.iter().find(|(known, _)| *known == other) else {
+                seen.push((other, i));
+                continue;
+            };
+            // Either may have been split since it was noted.
+            let theirs = self.of(other);
+            let at = |k: usize| theirs.iter().position(|&v| v == own[(k + 1) % own.len()]);
+            let (mut a, mut b) = (at(first)?, at(i)?);
+            let goes_on = |a: usize, k: usize| theirs[(a + 1) % theirs.len()] == own[k];
+            if !goes_on(a, first) || !goes_on(b, i) {
+                continue;
+            }
+            if a > b {
+                std::mem::swap(&mut a, &mut b);
+            }
+            return Some((other, [first, i], [a, b]));
+        }
+        None
+    }
+
+    /// Cut a loop behind two of its places: what is between them becomes one of its own.
+    fn split(&mut self, ring: usize, [first, second]: [usize; 2]) {
+        let [begin, end] = self.bounds[ring].map(|i| i as usize);
+        let own = &mut self.vertices[begin..end];
+        // What is between comes last.
+        own.rotate_left(second + 1);
+        let between = second - first;
+        let cut = end - between;
+        self.bounds[ring] = [begin as u32, cut as u32];
+        let new = self.cells.len() as u32;
+        self.cells.push(self.cells[ring]);
+        self.bounds.push([cut as u32, end as u32]);
+        for &vertex in &self.vertices[cut..end] {
+            for slot in &mut self.around[vertex as usize] {
+                if *slot == ring as u32 {
+                    *slot = new;
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,95 @@
+//! A solid's distances in a grid.
+
+use super::{MeshSdf, block};
+use crate::MeshReadError;
+use argil_math::Control;
+use argil_scene::{DistanceSampler, SAMPLED_SIDE, SampledBlock, SampledGrid};
+use glam::{UVec3, Vec3};
+use multiversion::multiversion;
+
+impl MeshSdf {
+    /// Its distances in a box with room around it, `resolution` samples along the longest side of its own box.
+    ///
+    /// # Errors
+    /// If no sample is inside.
+    pub fn sample(&self, resolution: u32) -> Result<SampledGrid, MeshReadError> {
+        self.sample_with_control(resolution, &Control::default())
+    }
+
+    /// [`MeshSdf::sample`], which can be stopped; how long it takes is not known beforehand.
+    ///
+    /// # Errors
+    /// As there, and if it was cancelled.
+    pub fn sample_with_control(
+        &self,
+        resolution: u32,
+        control: &Control,
+    ) -> Result<SampledGrid, MeshReadError> {
+        control.begin("distances to a mesh", 0);
+        let spacing = self.aabb.size().max_element().max(1e-6) / resolution as f32;
+        let cell = spacing * SAMPLED_SIDE as f32;
+        let region = self.aabb.grown(2.0 * spacing);
+        let cells = (region.size() / cell).ceil().as_uvec3().max(UVec3::ONE);
+        let corner = region.center() - 0.5 * cell * cells.as_vec3();
+        let watched = Watched {
+            solid: self,
+            control,
+        };
+        let grid = SampledGrid::sample(corner, cell, cells, self.aabb, &watched);
+        control.end();
+        if control.is_cancelled() {
+            return Err(MeshReadError::Cancelled);
+        }
+        if grid.has_inside() {
+            Ok(grid)
+        } else {
+            Err(MeshReadError::Hollow { resolution })
+        }
+    }
+}
+
+/// A solid that is no longer measured once that is cancelled.
+struct Watched<'a> {
+    solid: &'a MeshSdf,
+    control: &'a Control,
+}
+
+impl DistanceSampler for Watched<'_> {
+    fn distances(&self, points: &[Vec3], out: &mut [f32]) {
+        if !self.control.is_cancelled() {
+            DistanceSampler::distances(self.solid, points, out);
+        }
+    }
+
+    fn length(&self, point: Vec3) -> f32 {
+        if self.control.is_cancelled() {
+            return f32::INFINITY;
+        }
+        DistanceSampler::length(self.solid, point)
+    }
+
+    fn block(&self, block: &SampledBlock, out: &mut [f32]) {
+        if !self.control.is_cancelled() {
+            DistanceSampler::block(self.solid, block, out);
+        }
+    }
+}
+
+impl DistanceSampler for MeshSdf {
+    fn distances(&self, points: &[Vec3], out: &mut [f32]) {
+        MeshSdf::distances(self, points, out);
+    }
+
+    fn length(&self, point: Vec3) -> f32 {
+        self.surface.nearest(point, 0, &mut Vec::new()).0
+    }
+
+    fn block(&self, block: &SampledBlock, out: &mut [f32]) {
+        measure_block(self, block, out);
+    }
+}
+
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl", "x86_64+avx2"))]
+fn measure_block(solid: &MeshSdf, block: &SampledBlock, out: &mut [f32]) {
+    block::measure(solid, block, out);
+}

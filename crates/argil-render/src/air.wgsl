@@ -1,0 +1,10 @@
+// Light and materials of the field, and of volumes that leave them to the field.
+
+fn air_distance(p: vec3<f32>) -> f32 {
+    return field_distance(p);
+}
+
+fn surface_material(p: vec3<f32>, outwards: vec3<f32>) -> GpuMaterial {
+    field_surface(p);
+    return field_material;
+}

@@ -1,0 +1,75 @@
+// What light asks of bricks: distances in the air, and materials.
+
+// Twin of BrickSampler::at_center.
+fn at_center(cell: vec3<i32>) -> f32 {
+    let word = word_at(word_index(cell));
+    let in_brick = is_brick(word);
+    let stored_d = brick_distance(filter_origin(select(0u, word, in_brick)), vec3(f32(volume.brick / 2u)));
+    return select(center_of(word), stored_d, in_brick);
+}
+
+// Twin of BrickSampler::estimates: the distance at a point in the air, as nearly as it is known.
+fn air_distance(p: vec3<f32>) -> f32 {
+    let own = in_voxels(p);
+    let u = held_voxels(own);
+    let beside = distance(own, u) * volume.voxel;
+    let at = locate(u);
+    let in_brick = is_brick(at.word);
+    let stored_d = brick_distance(filter_origin(select(0u, at.word, in_brick)), at.inner);
+    let low = vec3<f32>(low_cell());
+    let last = vec3<f32>(high_cell() - 1);
+    let place = clamp(u * (1.0 / f32(volume.brick)) - 0.5, low, last);
+    let begin = min(floor(place), max(last - 1.0, low));
+    let share = place - begin;
+    var total = 0.0;
+    for (var corner = 0u; corner < 8u; corner++) {
+        let far = vec3(corner & 1u, (corner >> 1u) & 1u, corner >> 2u);
+        let weights = select(1.0 - share, share, far != vec3(0u));
+        let cell = min(vec3<i32>(begin) + vec3<i32>(far), vec3<i32>(last));
+        total += weights.x * weights.y * weights.z * at_center(cell);
+    }
+    return select(total, stored_d, in_brick) + beside;
+}
+
+// Where a place that has a material is, in voxels: at a sample.
+fn material_place(nth: vec3<u32>) -> vec3<u32> {
+    let steps = MATERIAL_SIDE - 1u;
+    return (2u * nth * volume.brick + steps) / (2u * steps);
+}
+
+// Twin of Bricks::material; what bricks do not tell the field does.
+fn surface_material(p: vec3<f32>, outwards: vec3<f32>) -> GpuMaterial {
+    let at = locate(in_voxels(p));
+    if !is_brick(at.word) {
+        field_surface(p);
+        return field_material;
+    }
+    let own = brick_materials[brick_number(at.word)];
+    if (own & BRICK_MIXED) == 0u {
+        return materials[min(own, arrayLength(&materials) - 1u)];
+    }
+    let steps = f32(MATERIAL_SIDE - 1u);
+    let place = clamp(at.inner * (steps / f32(volume.brick)), vec3(0.0), vec3(steps));
+    let begin = min(floor(place), vec3(steps - 1.0));
+    let share = place - begin;
+    let block = (own & ~BRICK_MIXED) * MATERIAL_SIDE * MATERIAL_SIDE * MATERIAL_SIDE;
+    let per_voxel = volume.range / volume.voxel;
+    var total = GpuMaterial(vec4(0.0), vec4(0.0));
+    var sum = 0.0;
+    for (var corner = 0u; corner < 8u; corner++) {
+        let far = vec3(corner & 1u, (corner >> 1u) & 1u, corner >> 2u);
+        let index = vec3<u32>(begin) + far;
+        let sample = material_place(index);
+        let d = textureLoad(stored, brick_origin(at.word) + sample, 0).x * per_voxel;
+        let from_plane = clamp(dot(vec3<f32>(sample) - at.inner, outwards), -per_voxel, per_voxel);
+        let beside = max(1.0 - abs(d - from_plane), 0.0);
+        let word = volume.capacity + 2u * (block + index.x + MATERIAL_SIDE * (index.y + MATERIAL_SIDE * index.z));
+        let found = unpack_material(vec2(brick_materials[word], brick_materials[word + 1u]));
+        let weights = select(1.0 - share, share, far != vec3(0u));
+        let weight = weights.x * weights.y * weights.z * (LEAST_WEIGHT + beside * beside);
+        sum += weight;
+        total.base_roughness += weight * found.base_roughness;
+        total.emission_metallic += weight * found.emission_metallic;
+    }
+    return GpuMaterial(total.base_roughness / sum, total.emission_metallic / sum);
+}

@@ -1,0 +1,96 @@
+//! Bricks of either width, ready to be marched through.
+
+use argil_abi::GpuMaterial;
+use argil_volume::{BrickSampler, Bricks, SampleFormat};
+use glam::Vec3;
+use multiversion::multiversion;
+
+/// Bricks, ready to be marched through.
+pub(crate) enum BrickRays<'a> {
+    Eight(BrickSampler<'a, i8>, &'a Bricks),
+    Sixteen(BrickSampler<'a, i16>, &'a Bricks),
+}
+
+impl<'a> BrickRays<'a> {
+    pub fn new(bricks: &'a Bricks) -> Option<Self> {
+        match bricks.layout().encoding.format {
+            SampleFormat::Snorm8 => BrickSampler::new(bricks).map(|s| Self::Eight(s, bricks)),
+            SampleFormat::Snorm16 => BrickSampler::new(bricks).map(|s| Self::Sixteen(s, bricks)),
+        }
+    }
+
+    /// Around points in the world, how far the surface is at least, with the sign of the side. What is interpolated is off
+    /// by half of a voxel's diagonal at most.
+    pub fn clearances(&self, points: [&[f32]; 3], out: &mut [f32]) {
+        let margin = 0.5 * 3f32.sqrt() * self.voxel();
+        match self {
+            Self::Eight(sampler, _) => clearances_i8(sampler, points, margin, out),
+            Self::Sixteen(sampler, _) => clearances_i16(sampler, points, margin, out),
+        }
+    }
+
+    /// The signed distances at points in the world, as nearly as they are known.
+    pub fn estimates(&self, points: [&[f32]; 3], out: &mut [f32]) {
+        match self {
+            Self::Eight(sampler, _) => estimates_i8(sampler, points, out),
+            Self::Sixteen(sampler, _) => estimates_i16(sampler, points, out),
+        }
+    }
+
+    /// What a point in a brick looks like.
+    pub fn look(
+        &self,
+        point: Vec3,
+        outwards: Vec3,
+        palette: &[GpuMaterial],
+    ) -> Option<GpuMaterial> {
+        let (Self::Eight(_, bricks) | Self::Sixteen(_, bricks)) = self;
+        bricks.material(point, outwards, palette)
+    }
+
+    pub fn voxel(&self) -> f32 {
+        match self {
+            Self::Eight(sampler, _) => sampler.layout().voxel_grid.voxel_size,
+            Self::Sixteen(sampler, _) => sampler.layout().voxel_grid.voxel_size,
+        }
+    }
+
+    pub fn bounds(&self) -> argil_math::Aabb {
+        match self {
+            Self::Eight(sampler, _) => sampler.layout().voxel_grid.aabb(),
+            Self::Sixteen(sampler, _) => sampler.layout().voxel_grid.aabb(),
+        }
+    }
+}
+
+// `multiversion` takes no generic functions: each has a wrapper for each type of sample.
+
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl", "x86_64+avx2"))]
+fn clearances_i8(
+    sampler: &BrickSampler<'_, i8>,
+    points: [&[f32]; 3],
+    margin: f32,
+    out: &mut [f32],
+) {
+    sampler.distances(points, margin, out);
+}
+
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl", "x86_64+avx2"))]
+fn clearances_i16(
+    sampler: &BrickSampler<'_, i16>,
+    points: [&[f32]; 3],
+    margin: f32,
+    out: &mut [f32],
+) {
+    sampler.distances(points, margin, out);
+}
+
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl", "x86_64+avx2"))]
+fn estimates_i8(sampler: &BrickSampler<'_, i8>, points: [&[f32]; 3], out: &mut [f32]) {
+    sampler.estimates(points, out);
+}
+
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl", "x86_64+avx2"))]
+fn estimates_i16(sampler: &BrickSampler<'_, i16>, points: [&[f32]; 3], out: &mut [f32]) {
+    sampler.estimates(points, out);
+}

@@ -1,0 +1,275 @@
+//! One step of a batch of rays.
+
+#![expect(
+    clippy::needless_range_loop,
+    reason = "a lane has its place in many arrays"
+)]
+
+use crate::ray_batch::{RETIRED, RayBatch};
+use argil_abi::FrameUniform;
+use argil_field::LANES;
+use argil_volume::{
+    BLOCK_SIDE, BrickSampler, CellLocations, Texel, VoxelSamples, is_block_empty, is_brick,
+};
+use multiversion::multiversion;
+use std::ops::Range;
+
+/// Nearer than this many voxels a ray looks for the surface in its voxel.
+const NEAR_VOXELS: f32 = argil_abi::NEAR_VOXELS;
+/// A ray that a pixel's footprint ends is so many voxels within what is stored, at least.
+const MARGIN_VOXELS: f32 = argil_abi::BRICK_MARGIN_VOXELS;
+/// How much of what spheres along a plane allow a ray goes beyond its own.
+pub(super) const RELAXATION: f32 = argil_abi::RELAXATION;
+/// A ray that leaves a cell or a voxel goes so many voxels farther, and so much of its length, to be in the next.
+pub(super) const NUDGE_VOXELS: f32 = argil_abi::NUDGE_VOXELS;
+pub(super) const NUDGE_SHARE: f32 = argil_abi::NUDGE_SHARE;
+
+/// And so much of its place in voxels, in a world so wide that rounding is more than that.
+const NUDGE_PLACE: f32 = argil_abi::NUDGE_PLACE;
+
+/// How far beyond a voxel a ray goes for the rounding of its place.
+#[inline(always)]
+pub(super) fn nudge_for(place: [f32; 3], voxel: f32) -> f32 {
+    let [x, y, z] = place.map(f32::abs);
+    NUDGE_PLACE * high(x, high(y, z)) * voxel
+}
+
+/// What a step of a batch finds: a 1 for each ray.
+pub(super) struct StepOutcome {
+    pub near: [u8; LANES],
+    pub reached: [u8; LANES],
+    pub ended: [u8; LANES],
+}
+
+/// Rays at their lengths, in voxels from the volume's corner.
+#[inline(always)]
+pub(super) fn place<T: Texel>(
+    frame: &FrameUniform,
+    sampler: &BrickSampler<'_, T>,
+    direction: [&[f32]; 3],
+    t: &[f32],
+    out: &mut [[f32; LANES]; 3],
+) {
+    let lattice = &sampler.layout().voxel_grid;
+    let per_voxel = 1.0 / lattice.voxel_size;
+    for axis in 0..3 {
+        let (eye, corner) = (frame.eye[axis], lattice.corner[axis]);
+        for ((u, d), t) in out[axis].iter_mut().zip(direction[axis]).zip(t) {
+            *u = (eye + d * t - corner) * per_voxel;
+        }
+    }
+}
+
+#[inline(always)]
+pub(super) fn tiny(d: f32) -> f32 {
+    if d.abs() < 1e-20 { 1e-20 } else { d }
+}
+
+#[inline(always)]
+pub(super) fn low(a: f32, b: f32) -> f32 {
+    if b < a { b } else { a }
+}
+
+#[inline(always)]
+pub(super) fn high(a: f32, b: f32) -> f32 {
+    if b > a { b } else { a }
+}
+
+/// The greatest distance at which a pixel's footprint ends a ray: farther out the samples that a normal needs are beyond
+/// what is stored.
+pub(super) fn widest_footprint<T: Texel>(sampler: &BrickSampler<'_, T>) -> f32 {
+    let layout = sampler.layout();
+    let range = layout.encoding.band_width(&layout.voxel_grid, 0);
+    high(range - MARGIN_VOXELS * layout.voxel_grid.voxel_size, 0.0)
+}
+
+/// What is stored where each ray is.
+#[inline(always)]
+fn gaps<T: Texel>(
+    sampler: &BrickSampler<'_, T>,
+    at: &CellLocations,
+    corners: &VoxelSamples,
+    gap: &mut [f32],
+) {
+    let quantum = sampler.quantum();
+    for i in 0..gap.len() {
+        gap[i] = if is_brick(at.word[i]) {
+            corners.value::<T>(i) * quantum
+        } else {
+            sampler.empty_cell_distance(at, i)
+        };
+    }
+}
+
+/// On which side of the surface each ray begins: one that enters the volume through a solid's cut side has hit there; one that starts
+/// within goes on.
+#[inline(always)]
+fn begin(gap: &[f32], side: &mut [f32]) {
+    for i in 0..gap.len() {
+        let from_outside = side[i] > 1.0;
+        side[i] = if (gap[i] < 0.0) & !from_outside {
+            -1.0
+        } else {
+            1.0
+        };
+    }
+}
+
+/// How far each ray has to the end of its cell, or of the block, or of what is empty around that; and by how much more it goes, as
+/// places are rounded.
+#[inline(always)]
+fn leaves<T: Texel>(
+    sampler: &BrickSampler<'_, T>,
+    at: &CellLocations,
+    u: &[[f32; LANES]; 3],
+    direction: [&[f32]; 3],
+    n: usize,
+    leave: &mut [f32; LANES],
+    rounding: &mut [f32; LANES],
+) {
+    let layout = sampler.layout();
+    let (voxel, brick) = (
+        layout.voxel_grid.voxel_size,
+        layout.brick_size_voxels as f32,
+    );
+    leave[..n].fill(f32::MAX);
+    let block = BLOCK_SIDE as f32;
+    let mut edges = [1.0f32; LANES];
+    for i in 0..n {
+        edges[i] = if is_block_empty(at.word[i]) {
+            block
+        } else {
+            1.0
+        };
+    }
+    if sampler.has_levels() {
+        for i in 0..n {
+            edges[i] = high(edges[i], sampler.empty_cells(at, i) as f32);
+            rounding[i] = nudge_for([u[0][i], u[1][i], u[2][i]], voxel);
+        }
+    }
+    for axis in 0..3 {
+        let (cells, u, d) = (&at.cell[axis][..n], &u[axis][..n], &direction[axis][..n]);
+        for i in 0..n {
+            let edge = edges[i];
+            let begin = (cells[i] * (1.0 / edge)).floor() * edge;
+            let d = tiny(d[i]);
+            let ahead = if d > 0.0 { begin + edge } else { begin };
+            leave[i] = low(leave[i], (ahead * brick - u[i]) * voxel / d);
+        }
+    }
+}
+
+/// One step of a batch of rays.
+#[inline(always)]
+fn step<T: Texel>(
+    frame: &FrameUniform,
+    sampler: &BrickSampler<'_, T>,
+    steps: u32,
+    wave: &mut RayBatch,
+    range: Range<usize>,
+    found: &mut StepOutcome,
+) {
+    let n = range.len();
+    let layout = sampler.layout();
+    let voxel = layout.voxel_grid.voxel_size;
+    let (scale, footprint) = (frame.inv_lipschitz, 0.5 * frame.pixel);
+    let widest = widest_footprint(sampler);
+    let (is_first, is_last) = (steps == 1, steps >= frame.max_steps);
+    let [dx, dy, dz] = &wave.direction;
+    let direction = [&dx[range.clone()], &dy[range.clone()], &dz[range.clone()]];
+    let (t, ends) = (&mut wave.t[range.clone()], &wave.end[range.clone()]);
+    let side = &mut wave.side[range.clone()];
+    let (samples, cells) = (
+        &mut wave.samples[range.clone()],
+        &mut wave.cells[range.clone()],
+    );
+    let (over, last_gap) = (
+        &mut wave.over[range.clone()],
+        &mut wave.last_gap[range.clone()],
+    );
+    let last_way = &mut wave.last_way[range.clone()];
+    let last = &mut wave.level[range];
+    let mut u = [[0.0f32; LANES]; 3];
+    place(frame, sampler, direction, t, &mut u);
+    let (mut at, mut corners) = (CellLocations::default(), VoxelSamples::default());
+    sampler.locate([&u[0][..n], &u[1][..n], &u[2][..n]], &mut at);
+    sampler.voxel_samples(&at, n, &mut corners);
+
+    let (mut gap, mut leave) = ([0.0f32; LANES], [0.0f32; LANES]);
+    let gap = &mut gap[..n];
+    gaps(sampler, &at, &corners, gap);
+    if is_first {
+        last.fill(u32::MAX);
+        begin(gap, side);
+    }
+    let mut rounding = [0.0f32; LANES];
+    leaves(sampler, &at, &u, direction, n, &mut leave, &mut rounding);
+    for i in 0..n {
+        let g = gap[i] * side[i];
+        let in_brick = is_brick(at.word[i]);
+        let nudge = NUDGE_VOXELS * voxel + NUDGE_SHARE * t[i] + rounding[i];
+        let empty_way = high(g * scale, leave[i] + nudge);
+        let close = high(NEAR_VOXELS * voxel, low(footprint * t[i], widest));
+        // Spheres that no longer touch: back to where the last one ended.
+        let too_far = (over[i] > 0.0) & (g < over[i]);
+        let near = in_brick & (g < close) & !too_far;
+        let reached = !in_brick & (g < 0.0) & !too_far;
+        // Along a plane, spheres still touch with so much more than their radius between their centres.
+        let (before, fell) = (last_way[i], high(last_gap[i] - g, 0.0));
+        let sum = before + fell;
+        let share = high((before - fell) / (if sum > 0.0 { sum } else { 1.0 }), 0.0);
+        let more = RELAXATION * g * share * scale;
+        let beyond = if in_brick & !too_far { more } else { 0.0 };
+        let moved = if in_brick {
+            g * scale + beyond
+        } else {
+            empty_way
+        };
+        let moved = if too_far { -over[i] } else { moved };
+        let stays = near | reached;
+        over[i] = if stays { 0.0 } else { beyond };
+        let tells = in_brick & !too_far & !stays;
+        last_gap[i] = g;
+        last_way[i] = if tells { moved } else { 0.0 };
+        t[i] += if stays { 0.0 } else { moved };
+        // Beyond the ray's end it goes no farther than is known to be free, or what is at the end would be missed.
+        let pull = low(high(t[i] - ends[i], 0.0), over[i]);
+        t[i] -= pull;
+        over[i] -= pull;
+        last_way[i] = high(last_way[i] - pull, 0.0);
+        let is_there = ends[i] != RETIRED;
+        cells[i] += u32::from(last[i] != at.index[i]);
+        last[i] = at.index[i];
+        samples[i] += u32::from(in_brick);
+        found.near[i] = u8::from(near);
+        found.reached[i] = u8::from(reached);
+        found.ended[i] = u8::from(is_there & (near | reached | is_last | (t[i] > ends[i])));
+    }
+}
+
+// `multiversion` takes no generic functions: each has a wrapper for each type of sample.
+
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl", "x86_64+avx2"))]
+pub(super) fn step_i8(
+    frame: &FrameUniform,
+    sampler: &BrickSampler<'_, i8>,
+    steps: u32,
+    wave: &mut RayBatch,
+    range: Range<usize>,
+    found: &mut StepOutcome,
+) {
+    step(frame, sampler, steps, wave, range, found);
+}
+
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl", "x86_64+avx2"))]
+pub(super) fn step_i16(
+    frame: &FrameUniform,
+    sampler: &BrickSampler<'_, i16>,
+    steps: u32,
+    wave: &mut RayBatch,
+    range: Range<usize>,
+    found: &mut StepOutcome,
+) {
+    step(frame, sampler, steps, wave, range, found);
+}

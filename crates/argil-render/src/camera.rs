@@ -1,0 +1,96 @@
+use argil_abi::FrameUniform;
+use argil_math::{Aabb, Ray};
+use glam::Vec3;
+
+/// A pinhole camera.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Camera {
+    /// Where it stands.
+    pub eye: Vec3,
+    /// What is in the middle of the picture.
+    pub target: Vec3,
+    /// Vertical field of view in degrees.
+    pub field_of_view_degrees: f32,
+}
+
+impl Camera {
+    /// Around the middle of a box: azimuth about y from +z towards +x and elevation, in degrees, and the distance in
+    /// multiples of the radius of the ball around the box.
+    pub fn orbit(
+        around: Aabb,
+        [azimuth, elevation, distance]: [f32; 3],
+        field_of_view_degrees: f32,
+    ) -> Self {
+        let (around, radius) = finite(around);
+        let (azimuth, elevation) = (azimuth.to_radians(), elevation.to_radians());
+        let direction = Vec3::new(
+            elevation.cos() * azimuth.sin(),
+            elevation.sin(),
+            elevation.cos() * azimuth.cos(),
+        );
+        let target = around.center();
+        // A camera in its target has no direction: it looks along the orbit's from there.
+        let eye = target + direction * (distance * radius).max(1e-4 * radius);
+        Self {
+            eye,
+            target,
+            field_of_view_degrees,
+        }
+    }
+
+    /// The camera turned about the vertical axis through its target.
+    pub fn orbited(self, degrees: f32) -> Self {
+        let turn = glam::Quat::from_rotation_y(degrees.to_radians());
+        Self {
+            eye: self.target + turn * (self.eye - self.target),
+            ..self
+        }
+    }
+
+    /// The axes to the right, up and forward, of length 1.
+    pub(crate) fn axes(&self) -> [Vec3; 3] {
+        let forward = (self.target - self.eye)
+            .try_normalize()
+            .unwrap_or(Vec3::NEG_Z);
+        // Straight up or down there is no horizon: keep x to the right.
+        let right = forward
+            .cross(Vec3::Y)
+            .try_normalize()
+            .filter(|_| forward.y.abs() < 0.999_999)
+            .unwrap_or(Vec3::X);
+        [right, right.cross(forward), forward]
+    }
+}
+
+/// A box that can be looked at, with its radius: the box itself where it is finite, else one of size 2 around the
+/// origin.
+pub(crate) fn finite(b: Aabb) -> (Aabb, f32) {
+    let b = if b.is_finite() {
+        b
+    } else {
+        Aabb::centered(Vec3::ONE)
+    };
+    (b, b.half_diagonal().max(1e-4))
+}
+
+/// The primary ray of a pixel, at the frame's offset within it. `camera.wgsl` is the twin.
+#[inline]
+pub(crate) fn primary_ray(frame: &FrameUniform, x: u32, y: u32) -> Ray {
+    let u = (x as f32 + frame.jitter_x) / frame.width as f32 * 2.0 - 1.0;
+    let v = 1.0 - (y as f32 + frame.jitter_y) / frame.height as f32 * 2.0;
+    let axis = |k: usize| frame.forward[k] + frame.right[k] * u + frame.up[k] * v;
+    let (dx, dy, dz) = (axis(0), axis(1), axis(2));
+    let length = (dx * dx + dy * dy + dz * dz).sqrt();
+    let [ex, ey, ez] = frame.eye;
+    Ray {
+        origin: Vec3::new(ex, ey, ez),
+        direction: Vec3::new(dx / length, dy / length, dz / length),
+    }
+}
+
+/// The box outside which nothing solid lies.
+pub(crate) fn bounds_of(frame: &FrameUniform) -> Aabb {
+    let [ax, ay, az] = frame.box_min;
+    let [bx, by, bz] = frame.box_max;
+    Aabb::new(Vec3::new(ax, ay, az), Vec3::new(bx, by, bz))
+}

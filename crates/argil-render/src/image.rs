@@ -1,0 +1,59 @@
+use crate::ray_stats::{RayCounts, RayStatistics};
+use argil_abi::{FrameUniform, Hit, SHOW_SHADED};
+
+/// A finished frame.
+#[derive(Clone, Debug)]
+pub struct RenderOutput {
+    /// Width and height in pixels.
+    pub size: [u32; 2],
+    /// RGB in sRGB, 8 bits a channel, row by row from the top.
+    pub rgb: Vec<u8>,
+    /// What the first sample of each pixel hit, with its steps; empty where that was not asked for.
+    pub hits: Vec<Hit>,
+    /// What the first sample of each pixel did.
+    pub statistics: RayStatistics,
+    /// Pixels of which at least half of the samples hit a solid.
+    pub hit_pixels: usize,
+}
+
+impl RenderOutput {
+    /// Without pixels.
+    pub fn empty() -> Self {
+        Self {
+            size: [0, 0],
+            rgb: Vec::new(),
+            hits: Vec::new(),
+            statistics: RayCounts::default().statistics(),
+            hit_pixels: 0,
+        }
+    }
+}
+
+/// Accumulated colours as bytes.
+pub(crate) fn show(frame: &FrameUniform, colors: &[[f32; 4]], rgb: &mut [u8]) {
+    let is_light = frame.show == SHOW_SHADED;
+    for (rgb, color) in rgb.chunks_exact_mut(3).zip(colors) {
+        if *color == [0.0; 4] {
+            rgb.fill(0);
+            continue;
+        }
+        for (byte, &c) in rgb.iter_mut().zip(color) {
+            let shown = if is_light { srgb_from_linear(c) } else { c };
+            *byte = (shown.clamp(0.0, 1.0) * 255.0 + 0.5) as u8;
+        }
+    }
+}
+
+/// Pixels of which at least half of the samples hit a solid.
+pub(crate) fn covered(colors: &[[f32; 4]]) -> usize {
+    colors.iter().filter(|c| c[3] >= 0.499).count()
+}
+
+/// The sRGB transfer function (IEC 61966-2-1).
+fn srgb_from_linear(c: f32) -> f32 {
+    if c <= 0.003_130_8 {
+        c * 12.92
+    } else {
+        1.055 * c.powf(1.0 / 2.4) - 0.055
+    }
+}

@@ -1,0 +1,342 @@
+//! A block of rays that go through slabs together.
+
+use crate::tile::Tile;
+use crate::trace::set_indices;
+use argil_abi::{self as abi, FrameUniform, Hit, Instruction};
+use argil_field::{Evaluator, LANES};
+use glam::Vec3;
+use multiversion::multiversion;
+use std::ops::Range;
+
+/// Pixels along a block's side.
+pub(super) const BLOCK: u32 = 16;
+/// Rays of a block.
+pub(super) const RAYS: usize = (BLOCK * BLOCK) as usize;
+/// How much of what spheres along a plane allow a ray goes beyond its own.
+const RELAXATION: f32 = argil_abi::RELAXATION;
+/// Rays of a block that are left out together where none goes.
+const STRETCH: usize = 64;
+/// Six points around each hit.
+const DIFFERENCES: usize = 6;
+
+/// What is known of a block's rays during a step.
+pub(super) struct RayLanes {
+    p: [[f32; RAYS]; 3],
+    d: [f32; RAYS],
+    /// The rays that are evaluated, where those are few.
+    few: [u16; RAYS],
+    few_p: [[f32; RAYS]; 3],
+    few_d: [f32; RAYS],
+    goes: [u8; RAYS],
+    reached: [f32; RAYS],
+    /// Of what has hit: pixels and points.
+    hits: Vec<(u32, Vec3)>,
+}
+
+impl Default for RayLanes {
+    fn default() -> Self {
+        Self {
+            p: [[0.0; RAYS]; 3],
+            d: [0.0; RAYS],
+            few: [0; RAYS],
+            few_p: [[0.0; RAYS]; 3],
+            few_d: [0.0; RAYS],
+            goes: [0; RAYS],
+            reached: [0.0; RAYS],
+            hits: Vec::new(),
+        }
+    }
+}
+
+/// The rays of a block, the first `count` of each array; those that have ended have an endless length.
+pub(super) struct RayBlock {
+    pub(super) count: usize,
+    pixel: [u32; RAYS],
+    direction: [[f32; RAYS]; 3],
+    pub(super) t: [f32; RAYS],
+    end: [f32; RAYS],
+    /// 1 outside, −1 inside, 0 before the first evaluation.
+    side: [f32; RAYS],
+    steps: [u32; RAYS],
+    /// How far a ray has gone beyond what was known to be free, its last distance, and how far it went with that.
+    over: [f32; RAYS],
+    last_gap: [f32; RAYS],
+    last_way: [f32; RAYS],
+    /// The middle of the block, and how far its rays are from there at length 1.
+    pub(super) axis: Vec3,
+    pub(super) slope: f32,
+}
+
+impl RayBlock {
+    pub(super) fn new() -> Self {
+        Self {
+            count: 0,
+            pixel: [0; RAYS],
+            direction: [[0.0; RAYS]; 3],
+            t: [0.0; RAYS],
+            end: [0.0; RAYS],
+            side: [0.0; RAYS],
+            steps: [0; RAYS],
+            over: [0.0; RAYS],
+            last_gap: [0.0; RAYS],
+            last_way: [0.0; RAYS],
+            axis: Vec3::ZERO,
+            slope: 0.0,
+        }
+    }
+
+    /// Take up the rays of some pixels.
+    pub(super) fn push_row(&mut self, starts: &crate::ray_batch::RaySetup, row: Range<usize>) {
+        let to = self.count..self.count + row.len();
+        for (lanes, from) in self.direction.iter_mut().zip(&starts.direction) {
+            lanes[to.clone()].copy_from_slice(&from[row.clone()]);
+        }
+        self.t[to.clone()].copy_from_slice(&starts.near[row.clone()]);
+        self.end[to.clone()].copy_from_slice(&starts.far[row.clone()]);
+        self.side[to.clone()].fill(0.0);
+        self.steps[to.clone()].fill(0);
+        self.over[to.clone()].fill(0.0);
+        self.last_way[to.clone()].fill(0.0);
+        for (pixel, i) in self.pixel[to.clone()].iter_mut().zip(row) {
+            *pixel = i as u32;
+        }
+        self.count = to.end;
+    }
+}
+
+impl RayBlock {
+    /// March to a slab's end by a list.
+    #[expect(clippy::too_many_arguments, reason = "a tile's whole context")]
+    pub(super) fn march(
+        &mut self,
+        frame: &FrameUniform,
+        tile: Tile,
+        (begin, end): (f32, f32),
+        list: &[Instruction],
+        evaluator: &mut Evaluator<'_>,
+        lanes: &mut RayLanes,
+        out: &mut [Hit],
+    ) {
+        let n = self.count;
+        enter(self, begin);
+        lanes.hits.clear();
+        loop {
+            let going = place(self, frame, end, lanes);
+            if going == 0 {
+                break;
+            }
+            if 4 * going > 3 * n {
+                evaluate(list, &lanes.p, n, evaluator, &mut lanes.d);
+            } else {
+                // Only those that are before the slab's end.
+                list_active(lanes);
+                let few = &lanes.few[..going];
+                for (from, to) in lanes.p.iter().zip(lanes.few_p.iter_mut()) {
+                    for (to, &i) in to.iter_mut().zip(few.iter()) {
+                        *to = from[usize::from(i) % RAYS];
+                    }
+                }
+                evaluate(list, &lanes.few_p, going, evaluator, &mut lanes.few_d);
+                for (&i, own) in few.iter().zip(lanes.few_d.iter()) {
+                    lanes.d[usize::from(i) % RAYS] = *own;
+                }
+            }
+            if step(self, frame, end, lanes) {
+                self.end_rays(frame, lanes, out);
+            }
+        }
+        if !lanes.hits.is_empty() {
+            normals(frame, tile, &lanes.hits, list, evaluator, out);
+        }
+    }
+
+    /// Write down what has hit.
+    fn end_rays(&mut self, frame: &FrameUniform, lanes: &mut RayLanes, out: &mut [Hit]) {
+        let [ex, ey, ez] = frame.eye;
+        for (goes, reached) in lanes.goes.iter_mut().zip(&lanes.reached) {
+            *goes = u8::from(*reached > 0.0);
+        }
+        for i in set_indices(&lanes.goes) {
+            let hit = &mut out[self.pixel[i] as usize];
+            hit.kind = if self.side[i] < 0.0 {
+                abi::HIT_INSIDE
+            } else {
+                abi::HIT_OUTSIDE
+            };
+            let t = self.t[i];
+            hit.normal_t[3] = t;
+            self.t[i] = f32::INFINITY;
+            let [x, y, z] = &self.direction;
+            let p = Vec3::new(ex + x[i] * t, ey + y[i] * t, ez + z[i] * t);
+            lanes.hits.push((self.pixel[i], p));
+        }
+    }
+
+    /// Write down how many steps each ray took.
+    pub(super) fn finish(&self, out: &mut [Hit]) {
+        for (&pixel, &steps) in self.pixel.iter().zip(&self.steps).take(self.count) {
+            if steps > 0 {
+                out[pixel as usize].steps = steps;
+            }
+        }
+    }
+}
+
+/// The places of the rays that go. Without branches: each place is written, and counts if its ray goes.
+#[inline(always)]
+fn list_active(lanes: &mut RayLanes) {
+    let mut n = 0;
+    for (k, goes) in lanes.goes.as_chunks::<8>().0.iter().enumerate() {
+        if u64::from_le_bytes(*goes) == 0 {
+            continue;
+        }
+        for (i, &goes) in goes.iter().enumerate() {
+            lanes.few[n % RAYS] = (8 * k + i) as u16;
+            n += usize::from(goes);
+        }
+    }
+}
+
+/// Distances of the first `n` of some points by a list.
+fn evaluate(
+    list: &[Instruction],
+    p: &[[f32; RAYS]; 3],
+    n: usize,
+    evaluator: &mut Evaluator<'_>,
+    d: &mut [f32; RAYS],
+) {
+    for first in (0..n).step_by(LANES) {
+        let r = first..(first + LANES).min(n);
+        let [x, y, z] = p;
+        let out = &mut d[r.clone()];
+        evaluator.distances_with(list, &x[r.clone()], &y[r.clone()], &z[r], out);
+    }
+}
+
+/// Go to a slab's beginning: nothing is in between.
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl", "x86_64+avx2"))]
+fn enter(block: &mut RayBlock, begin: f32) {
+    let n = block.count.min(RAYS);
+    for (t, end) in block.t[..n].iter_mut().zip(&block.end[..n]) {
+        let from = if *t < begin { begin } else { *t };
+        *t = if from > *end { f32::INFINITY } else { from };
+    }
+}
+
+/// Where the rays are, and which are before a slab's end; how many.
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl", "x86_64+avx2"))]
+fn place(block: &RayBlock, frame: &FrameUniform, end: f32, lanes: &mut RayLanes) -> usize {
+    let n = block.count.min(RAYS);
+    let t = &block.t[..n];
+    let mut going = 0u32;
+    for (goes, &t) in lanes.goes[..n].iter_mut().zip(t) {
+        *goes = u8::from(t < end);
+        going += u32::from(*goes);
+    }
+    lanes.goes[n..].fill(0);
+    for (axis, p) in lanes.p.iter_mut().enumerate() {
+        let eye = frame.eye[axis];
+        let lanes = block.direction[axis][..n].iter().zip(t);
+        for (p, (direction, &t)) in p[..n].iter_mut().zip(lanes) {
+            // A ray that has ended is somewhere.
+            let t = if t < f32::MAX { t } else { 0.0 };
+            *p = eye + direction * t;
+        }
+    }
+    going as usize
+}
+
+/// One step of the rays that go; whether any hits.
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl", "x86_64+avx2"))]
+fn step(block: &mut RayBlock, frame: &FrameUniform, slab_end: f32, lanes: &mut RayLanes) -> bool {
+    let (epsilon, scale) = (frame.epsilon, frame.inv_lipschitz);
+    let (pixel, max_steps) = (frame.pixel, frame.max_steps);
+    let mut any = 0u32;
+    for k in 0..RAYS / STRETCH {
+        let goes = &lanes.goes.as_chunks::<STRETCH>().0[k];
+        let reached = &mut lanes.reached.as_chunks_mut::<STRETCH>().0[k];
+        if goes.iter().all(|&goes| goes == 0) {
+            reached.fill(0.0);
+            continue;
+        }
+        let d = &lanes.d.as_chunks::<STRETCH>().0[k];
+        let end = &block.end.as_chunks::<STRETCH>().0[k];
+        let t = &mut block.t.as_chunks_mut::<STRETCH>().0[k];
+        let side = &mut block.side.as_chunks_mut::<STRETCH>().0[k];
+        let steps = &mut block.steps.as_chunks_mut::<STRETCH>().0[k];
+        let over = &mut block.over.as_chunks_mut::<STRETCH>().0[k];
+        let last_gap = &mut block.last_gap.as_chunks_mut::<STRETCH>().0[k];
+        let last_way = &mut block.last_way.as_chunks_mut::<STRETCH>().0[k];
+        for i in 0..STRETCH {
+            let goes = t[i] < slab_end;
+            let own = if d[i] < 0.0 { -1.0 } else { 1.0 };
+            let own = if side[i] == 0.0 { own } else { side[i] };
+            let gap = d[i] * own;
+            let taken = steps[i] + 1;
+            let spent = taken >= max_steps;
+            // Spheres that no longer touch: back to where the last one ended.
+            let too_far = (over[i] > 0.0) & (gap < over[i]);
+            // A ray that grazes the surface may run out of steps within a pixel of it.
+            let arrives = !too_far & ((gap < epsilon) | (spent & (gap < pixel * t[i])));
+            // Along a plane, spheres still touch with so much more than their radius between their centres.
+            let (before, fell) = (last_way[i], last_gap[i] - gap);
+            let fell = if fell > 0.0 { fell } else { 0.0 };
+            let sum = before + fell;
+            let share = (before - fell) / (if sum > 0.0 { sum } else { 1.0 });
+            let share = if share > 0.0 { share } else { 0.0 };
+            let way = gap * scale;
+            let more = RELAXATION * way * share;
+            // Beyond the slab's end, or the box's, nothing would tell whether they do.
+            let beyond = t[i] + way + more;
+            let is_kept = !too_far & (beyond < slab_end) & (beyond <= end[i]);
+            let more = if is_kept { more } else { 0.0 };
+            let moved = if too_far { -over[i] } else { way + more };
+            let next = t[i] + moved;
+            let misses = !arrives & (spent | (next > end[i]));
+            let next = if misses { f32::INFINITY } else { next };
+            let way = if too_far { 0.0 } else { way + more };
+            side[i] = if goes { own } else { side[i] };
+            steps[i] = if goes { taken } else { steps[i] };
+            over[i] = if goes { more } else { over[i] };
+            last_gap[i] = if goes { gap } else { last_gap[i] };
+            last_way[i] = if goes { way } else { last_way[i] };
+            t[i] = if goes { next } else { t[i] };
+            let hits = goes & arrives;
+            reached[i] = if hits { 1.0 } else { 0.0 };
+        }
+        any |= reached.iter().fold(0, |bits, hit| bits | hit.to_bits());
+    }
+    any != 0
+}
+
+/// Normals of hits by central differences of what matters around them.
+fn normals(
+    frame: &FrameUniform,
+    tile: Tile,
+    hits: &[(u32, Vec3)],
+    list: &[Instruction],
+    evaluator: &mut Evaluator<'_>,
+    out: &mut [Hit],
+) {
+    let bias = frame.normal_bias;
+    let [mut x, mut y, mut z, mut d] = [[0.0f32; LANES]; 4];
+    for part in hits.chunks(LANES / DIFFERENCES) {
+        let places = x
+            .as_chunks_mut::<DIFFERENCES>()
+            .0
+            .iter_mut()
+            .zip(y.as_chunks_mut::<DIFFERENCES>().0)
+            .zip(z.as_chunks_mut::<DIFFERENCES>().0);
+        for (((x, y), z), &(_, p)) in places.zip(part) {
+            let (low, high) = (p - bias, p + bias);
+            *x = [high.x, low.x, p.x, p.x, p.x, p.x];
+            *y = [p.y, p.y, high.y, low.y, p.y, p.y];
+            *z = [p.z, p.z, p.z, p.z, high.z, low.z];
+        }
+        let n = part.len() * DIFFERENCES;
+        evaluator.distances_with(list, &x[..n], &y[..n], &z[..n], &mut d[..n]);
+        for (&(pixel, _), d) in part.iter().zip(d.as_chunks::<DIFFERENCES>().0) {
+            crate::trace::set_normal(frame, tile, pixel, d, out);
+        }
+    }
+}

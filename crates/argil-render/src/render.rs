@@ -1,0 +1,141 @@
+use crate::image::{RenderOutput, covered, show};
+use crate::probe::FieldProbe;
+use crate::ray_stats::RayCounts;
+use crate::shade::{light_reach, shade_tile};
+use crate::source::RenderSource;
+use crate::tile::{tile_rows, tiles};
+use crate::tile_buffers::{TilePicture, TileScratch};
+use argil_abi::{FrameUniform, Hit};
+use argil_field::{NearField, Program};
+use argil_math::Control;
+use rayon::prelude::*;
+use std::cell::RefCell;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+thread_local! {
+    /// Kept as long as the thread: a frame allocates nothing but its picture.
+    static SCRATCH: RefCell<(TileScratch, TilePicture)> = RefCell::default();
+}
+
+/// Draw on the CPU, on rayon's current threads: `frames` as [`crate::frame_uniforms`] makes them, one a sample. Primary rays and
+/// normals are what `through` gives, and of sparse bricks the light; materials are the field's, and so is other light. The picture's hits are left out.
+pub fn render(
+    program: &Program,
+    through: &dyn RenderSource,
+    frames: &[FrameUniform],
+) -> RenderOutput {
+    draw(program, through, frames, false, &Control::default())
+}
+
+/// The same with what the first sample of each pixel hit.
+pub fn render_with_hits(
+    program: &Program,
+    through: &dyn RenderSource,
+    frames: &[FrameUniform],
+) -> RenderOutput {
+    draw(program, through, frames, true, &Control::default())
+}
+
+/// The same, with or without hits, told and stopped by somebody else; `None` if it was cancelled before the last tile was drawn.
+pub fn render_controlled(
+    program: &Program,
+    through: &dyn RenderSource,
+    frames: &[FrameUniform],
+    keeps_hits: bool,
+    control: &Control,
+) -> Option<RenderOutput> {
+    let picture = draw(program, through, frames, keeps_hits, control);
+    (!control.is_cancelled()).then_some(picture)
+}
+
+fn draw(
+    program: &Program,
+    through: &dyn RenderSource,
+    frames: &[FrameUniform],
+    keeps_hits: bool,
+    control: &Control,
+) -> RenderOutput {
+    let Some(first) = frames.first() else {
+        return RenderOutput::empty();
+    };
+    let (width, height) = (first.width, first.height);
+    let pixels = width as usize * height as usize;
+    let mut rgb = vec![0; 3 * pixels];
+    let mut hits = vec![Hit::default(); if keeps_hits { pixels } else { 0 }];
+    let rays = through.rays(first);
+    let asks_near = rays
+        .as_ref()
+        .is_some_and(|rays| rays.asks_field(first.show));
+    let near = asks_near.then(|| near_field(program, first)).flatten();
+    let counts = Mutex::new(RayCounts::default());
+    let hit_pixels = AtomicUsize::new(0);
+    let mut hit_rows = tile_rows(&mut hits, width, 1);
+    let all: Vec<_> = tiles(width, height).collect();
+    hit_rows.resize_with(all.len(), Vec::new);
+    control.begin("picture", all.len() as u64);
+    all.par_iter()
+        .zip(tile_rows(&mut rgb, width, 3))
+        .zip(hit_rows)
+        .for_each_init(
+            || FieldProbe::new(program, near.as_ref()),
+            |probe, ((&tile, rgb_rows), mut hit_rows)| {
+                if control.is_cancelled() {
+                    return;
+                }
+                SCRATCH.with_borrow_mut(|(scratch, own)| {
+                    own.colors.clear();
+                    own.colors.resize(tile.area(), [0.0; 4]);
+                    own.hits.resize(tile.area(), Hit::default());
+                    for (i, frame) in frames.iter().enumerate() {
+                        if let Some(rays) = &rays {
+                            rays.trace(frame, tile, probe, scratch, &mut own.hits);
+                        }
+                        if i == 0 {
+                            own.counts.add(&own.hits);
+                            let rows = own.hits.chunks(tile.width as usize);
+                            for (to, from) in hit_rows.iter_mut().zip(rows) {
+                                to.copy_from_slice(from);
+                            }
+                        }
+                        let air = rays.as_ref().and_then(|rays| rays.air());
+                        shade_tile(frame, tile, probe, air, scratch, &own.hits, &mut own.colors);
+                    }
+                    own.rgb.resize(3 * tile.area(), 0);
+                    show(first, &own.colors, &mut own.rgb);
+                    let rows = own.rgb.chunks(3 * tile.width as usize);
+                    for (to, from) in rgb_rows.into_iter().zip(rows) {
+                        to.copy_from_slice(from);
+                    }
+                    hit_pixels.fetch_add(covered(&own.colors), Ordering::Relaxed);
+                    if let Ok(mut counts) = counts.lock() {
+                        counts.merge(&own.counts);
+                    }
+                    own.counts.clear();
+                });
+                control.advance(1);
+            },
+        );
+    RenderOutput {
+        size: [width, height],
+        rgb,
+        hits,
+        statistics: counts
+            .into_inner()
+            .expect("no thread of it has panicked")
+            .statistics(),
+        hit_pixels: hit_pixels.into_inner(),
+    }
+}
+
+/// A program of as many operands is asked by what is near each point.
+const MANY: usize = 1024;
+
+/// What is near where, if that pays: made once a picture, for the places that its rays and its light come to.
+fn near_field<'a>(program: &'a Program, frame: &FrameUniform) -> Option<NearField<'a>> {
+    if program.operand_count() < MANY {
+        return None;
+    }
+    let (around, far) = light_reach(frame);
+    NearField::new(program, around, far)
+}

@@ -1,0 +1,236 @@
+use crate::camera::{Camera, finite};
+use argil_abi::{self as abi, FrameUniform};
+use argil_field::Program;
+use argil_math::Aabb;
+use argil_volume::VoxelGrid;
+use glam::Vec3;
+
+/// What a picture shows.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
+#[non_exhaustive]
+pub enum RenderMode {
+    /// Light on materials.
+    #[default]
+    Shaded,
+    /// Normals as colours: x, y, z from −1 to 1 as red, green, blue from 0 to 1.
+    Normal,
+    /// The length of each ray, near white and far black.
+    Depth,
+    /// The steps of each ray, 0 to 256 as blue → green → yellow → red.
+    Heat,
+    /// The first brick that each ray meets, each in a colour of its own; of sparse bricks and octrees only.
+    Bricks,
+    /// The first node above bricks that has a brick on the ray's way, likewise; of octrees only.
+    Nodes,
+}
+
+/// Where bricks take normals from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
+pub enum NormalSource {
+    /// The gradient in the voxel that is hit; it jumps from voxel to voxel.
+    Voxel,
+    /// Differences over a voxel's width around the hit, which change without jumps.
+    #[default]
+    Smooth,
+    /// Differences of the exact field.
+    Field,
+}
+
+/// Where look-ups in an octree begin.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
+pub enum LookupStart {
+    /// At the root, as in the study.
+    #[default]
+    Root,
+    /// At the deepest node that is shared with the look-up before.
+    Path,
+}
+
+/// How to draw. Lengths in the scene's unit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RenderSettings {
+    /// Width and height in pixels.
+    pub size: [u32; 2],
+    /// What to show.
+    pub mode: RenderMode,
+    /// Most steps a primary ray takes.
+    pub max_steps: u32,
+    /// The distance below which a ray has hit; without it, 1e-4 of the scene's radius, or 0.02 voxels of a volume.
+    pub epsilon: Option<f32>,
+    /// Half of the normal's central difference; without it, 5e-4 of the scene's radius, or a voxel of a volume.
+    pub normal_bias: Option<f32>,
+    /// Where bricks take normals from.
+    pub normals: NormalSource,
+    /// Where look-ups in an octree begin.
+    pub lookup_start: LookupStart,
+    /// Rays a pixel, from 1 to 64.
+    pub samples: u32,
+    /// Whether a ground plane lies under the scene.
+    pub ground: bool,
+    /// Direction to the sun as azimuth and elevation in degrees.
+    pub sun_degrees: [f32; 2],
+}
+
+impl Default for RenderSettings {
+    fn default() -> Self {
+        Self {
+            size: [1280, 720],
+            mode: RenderMode::Shaded,
+            max_steps: 256,
+            epsilon: None,
+            normal_bias: None,
+            normals: NormalSource::default(),
+            lookup_start: LookupStart::default(),
+            samples: 1,
+            ground: false,
+            sun_degrees: [60.0, 50.0],
+        }
+    }
+}
+
+/// Around a volume's solid, in voxels: rays start there, where the stored distance is not yet negative.
+const MARGIN_VOXELS: f32 = 2.0;
+
+/// The frame of each sample: what both devices read. With a lattice, lengths are measured in its voxels and rays are cut
+/// to its box. `focus` is the box that is looked at; it sets the lengths that depend on the scene's size.
+pub fn frame_uniforms(
+    settings: &RenderSettings,
+    camera: &Camera,
+    program: &Program,
+    lattice: Option<&VoxelGrid>,
+    focus: Aabb,
+) -> Vec<FrameUniform> {
+    let (focus, radius) = finite(focus);
+    let [width, height] = settings.size;
+    let [right, up, forward] = camera.axes();
+    let half_height = (0.5 * camera.field_of_view_degrees).to_radians().tan();
+    let half_width = half_height * width as f32 / height as f32;
+    let own = |of_radius: f32, of_voxel: f32| {
+        lattice.map_or(of_radius * radius, |lattice| of_voxel * lattice.voxel_size)
+    };
+    let epsilon = settings.epsilon.unwrap_or(own(1e-4, 0.02));
+    let normal_bias = settings
+        .normal_bias
+        .unwrap_or_else(|| match settings.normals {
+            NormalSource::Field => 5e-4 * radius,
+            _ => own(5e-4, 1.0),
+        });
+    // Light is gathered off the surface; a volume's surface is not quite that of the field, which casts the shadows.
+    let lift = lattice.map_or(8.0 * epsilon, |lattice| 1.5 * lattice.voxel_size);
+    let solid = program.aabb();
+    let bounds = ray_box(settings.mode, solid, lattice, epsilon);
+    let ground_y = if solid.is_finite() {
+        solid.min.y
+    } else {
+        focus.min.y
+    };
+    let depth_far = focus
+        .corners()
+        .map(|c| c.distance(camera.eye))
+        .into_iter()
+        .fold(0.0, f32::max);
+    let samples = settings.samples.clamp(1, 64);
+    (0..samples)
+        .map(|sample| {
+            let [jitter_x, jitter_y] = offset(sample, samples);
+            FrameUniform {
+                eye: camera.eye.to_array(),
+                inv_lipschitz: 1.0 / program.lipschitz(),
+                right: (right * half_width).to_array(),
+                jitter_x,
+                up: (up * half_height).to_array(),
+                jitter_y,
+                forward: forward.to_array(),
+                ground_y,
+                box_min: bounds.min.to_array(),
+                epsilon,
+                box_max: bounds.max.to_array(),
+                normal_bias,
+                sun: toward_sun(settings.sun_degrees),
+                radius,
+                width,
+                height,
+                first_row: 0,
+                max_steps: settings.max_steps,
+                show: mode_word(settings.mode),
+                sample_weight: 1.0 / samples as f32,
+                far: 60.0 * radius,
+                depth_near: focus.distance(camera.eye),
+                depth_far,
+                pixel: 2.0 * half_height / height as f32,
+                first_step: 0,
+                step_count: settings.max_steps,
+                lift,
+                normals: match settings.normals {
+                    NormalSource::Voxel => abi::NORMALS_VOXEL,
+                    NormalSource::Smooth => abi::NORMALS_SMOOTH,
+                    NormalSource::Field => abi::NORMALS_FIELD,
+                },
+                has_ground: u32::from(settings.ground),
+                descent: match settings.lookup_start {
+                    LookupStart::Root => abi::DESCENT_ROOT,
+                    LookupStart::Path => abi::DESCENT_PATH,
+                },
+            }
+        })
+        .collect()
+}
+
+/// The box that rays are cut to: the solid's, a little larger, as a ray should not start within epsilon of a flat side. Nothing solid
+/// is a box that no ray meets.
+fn ray_box(show: RenderMode, solid: Aabb, lattice: Option<&VoxelGrid>, epsilon: f32) -> Aabb {
+    let margin = lattice.map_or(4.0 * epsilon, |lattice| MARGIN_VOXELS * lattice.voxel_size);
+    let held = lattice.map_or(Aabb::ALL, VoxelGrid::aabb);
+    let shows_boxes = matches!(show, RenderMode::Bricks | RenderMode::Nodes);
+    let bounds = if solid.is_empty() {
+        NOWHERE
+    } else if shows_boxes && lattice.is_some() {
+        // Bricks reach farther than what is in them.
+        held
+    } else {
+        let cut = solid.grown(margin).intersection(held);
+        if cut.is_empty() { NOWHERE } else { cut }
+    };
+    let limit = Vec3::splat(argil_field::WORLD_LIMIT);
+    Aabb::new(bounds.min.max(-limit), bounds.max.min(limit))
+}
+
+/// The direction to the sun.
+fn toward_sun(azimuth_elevation_degrees: [f32; 2]) -> [f32; 3] {
+    let [azimuth, elevation] = azimuth_elevation_degrees.map(f32::to_radians);
+    [
+        elevation.cos() * azimuth.sin(),
+        elevation.sin(),
+        elevation.cos() * azimuth.cos(),
+    ]
+}
+
+fn mode_word(show: RenderMode) -> u32 {
+    match show {
+        RenderMode::Shaded => abi::SHOW_SHADED,
+        RenderMode::Normal => abi::SHOW_NORMAL,
+        RenderMode::Depth => abi::SHOW_DEPTH,
+        RenderMode::Heat => abi::SHOW_HEAT,
+        RenderMode::Bricks => abi::SHOW_BRICKS,
+        RenderMode::Nodes => abi::SHOW_NODES,
+    }
+}
+
+/// A box that no ray meets.
+const NOWHERE: Aabb = Aabb::new(Vec3::splat(1e8), Vec3::splat(1e8));
+
+/// Where in its pixel a sample lies: one in the middle; more along the R2 sequence (Roberts, "The unreasonable
+/// effectiveness of quasirandom sequences", 2018).
+fn offset(sample: u32, samples: u32) -> [f32; 2] {
+    if samples == 1 {
+        return [0.5, 0.5];
+    }
+    let n = sample as f32;
+    [
+        (0.5 + n * 0.754_877_7).fract(),
+        (0.5 + n * 0.569_840_3).fract(),
+    ]
+}

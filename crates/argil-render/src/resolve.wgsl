@@ -1,0 +1,50 @@
+// What a frame has gathered as bytes, and what its rays did; twin of `show` in picture.rs and `RayCounts` in statistics.rs. One thread a pixel.
+
+// The sRGB transfer function (IEC 61966-2-1).
+fn srgb_from_linear(c: vec3<f32>) -> vec3<f32> {
+    return select(1.055 * pow(c, vec3(1.0 / 2.4)) - 0.055, c * 12.92, c <= vec3(0.0031308));
+}
+
+// Three bytes of sRGB, and whether at least half of the samples hit a solid.
+@compute @workgroup_size(8, 8)
+fn resolve(@builtin(global_invocation_id) id: vec3<u32>) {
+    if id.x >= frame.width || id.y >= frame.height {
+        return;
+    }
+    let at = id.y * frame.width + id.x;
+    let color = colors[at];
+    var shown = color.xyz;
+    if frame.show == SHOW_SHADED {
+        shown = srgb_from_linear(max(shown, vec3(0.0)));
+    }
+    let bytes = vec3<u32>(clamp(shown, vec3(0.0), vec3(1.0)) * 255.0 + 0.5);
+    let is_hit = select(0u, 1u, color.w >= 0.499);
+    pixels[at] = bytes.x | (bytes.y << 8u) | (bytes.z << 16u) | (is_hit << 24u);
+}
+
+// One more ray that did something so many times, in a histogram.
+fn count_one(histogram: u32, times: u32) {
+    let bins = arrayLength(&counts) / 5u;
+    atomicAdd(&counts[histogram * bins + min(times, bins - 1u)], 1u);
+}
+
+// Rays that did nothing are not counted: they are what is left. Most look up distances alone.
+@compute @workgroup_size(8, 8)
+fn count(@builtin(global_invocation_id) id: vec3<u32>) {
+    if id.x >= frame.width || id.y >= frame.height {
+        return;
+    }
+    let hit = hits[id.y * frame.width + id.x];
+    if hit.steps == 0u {
+        return;
+    }
+    let other = hit.descents + hit.cells;
+    if other == 0u {
+        count_one(0u, hit.steps);
+        return;
+    }
+    count_one(1u, hit.steps);
+    count_one(2u, hit.steps - min(other, hit.steps));
+    count_one(3u, hit.descents);
+    count_one(4u, hit.cells);
+}

@@ -1,0 +1,217 @@
+// Twin of shade.rs, one thread a pixel.
+//
+// *Length.* One pass: what it asks of the light is of no use to any other.
+
+const PI: f32 = 3.1415927;
+
+fn tap_height(tap: u32) -> f32 {
+    let step = f32(tap + 1u) / f32(OCCLUSION_TAPS);
+    return frame.radius * 0.16 * step * step;
+}
+
+// How much of the sky a point sees.
+fn openness(p: vec3<f32>, n: vec3<f32>) -> f32 {
+    var closed = 0.0;
+    var weight = 1.0;
+    for (var tap = 0u; tap < OCCLUSION_TAPS; tap++) {
+        let height = tap_height(tap);
+        var d = air_distance(p + n * height);
+        if frame.has_ground != 0u {
+            d = min(d, p.y + n.y * height - frame.ground_y);
+        }
+        closed += weight * max(height - d, 0.0) / height;
+        weight *= 0.75;
+    }
+    return clamp(1.0 - 0.42 * closed, 0.0, 1.0);
+}
+
+// The sun's share of each hit, in as many dispatches as its steps take.
+@compute @workgroup_size(8, 8)
+fn shadow(@builtin(global_invocation_id) id: vec3<u32>) {
+    let y = id.y + frame.first_row;
+    if id.x >= frame.width || y >= frame.height {
+        return;
+    }
+    let at = y * frame.width + id.x;
+    let hit = hits[at];
+    let n = hit.normal_t.xyz;
+    let view = primary_ray(id.x, y);
+    let epsilon = frame.epsilon;
+    let ray = Ray(view.origin + view.direction * hit.normal_t.w + n * frame.lift, frame.sun);
+    let span = box_span(ray);
+    var share = hit.sun_share;
+    var t = hit.sun_t;
+    if frame.first_step == 0u {
+        // The side away from the sun needs no ray, and one that misses the box meets nothing.
+        let dark = hit.kind == HIT_NONE || dot(n, ray.direction) <= 0.0 || span.x > span.y;
+        t = select(span.x, -1.0, dark);
+    }
+    for (var step = 0u; step < frame.step_count; step++) {
+        if t < 0.0 {
+            break;
+        }
+        let d = air_distance(ray.origin + ray.direction * t);
+        let own = clamp(SHADOW_SHARPNESS * d / max(t, epsilon), 0.0, 1.0);
+        share = min(share, own);
+        t += max(d * frame.inv_lipschitz, 2.0 * epsilon);
+        if own <= 0.005 || t >= span.y {
+            t = -1.0;
+        }
+    }
+    hits[at].sun_share = share;
+    hits[at].sun_t = t;
+}
+
+fn sky(direction: vec3<f32>) -> vec3<f32> {
+    let up = direction.y;
+    let above = mix(HORIZON, ZENITH, sqrt(max(up, 0.0)));
+    let below = mix(HORIZON, BELOW, clamp(-up * 4.0, 0.0, 1.0));
+    let base = select(below, above, up >= 0.0);
+    let hazy = select(base, HORIZON, frame.has_ground != 0u && up < 0.0);
+    let glow = max(dot(direction, frame.sun), 0.0);
+    let glow2 = glow * glow;
+    let glow8 = glow2 * glow2 * glow2 * glow2;
+    return hazy + vec3(0.25, 0.18, 0.08) * (glow8 * glow8);
+}
+
+fn schlick(mirror: vec3<f32>, cosine: f32, gloss: f32) -> vec3<f32> {
+    let m = clamp(1.0 - cosine, 0.0, 1.0);
+    let m2 = m * m;
+    return mirror + (max(mirror, vec3(gloss)) - mirror) * (m2 * m2 * m);
+}
+
+// The light that a surface sends towards the viewer.
+fn lit(ray: Ray, hit: Hit, material: GpuMaterial, sunlit: f32, open: f32) -> vec3<f32> {
+    let base = material.base_roughness.xyz;
+    let roughness = material.base_roughness.w;
+    let metallic = material.emission_metallic.w;
+    let n = hit.normal_t.xyz;
+    let view = -ray.direction;
+    let sun = frame.sun;
+    let facing = max(dot(n, view), 1e-3);
+    let body = base * (1.0 - metallic);
+    let mirror = mix(vec3(0.04), base, metallic);
+
+    // The sun.
+    let toward = sun + view;
+    let toward_length = length(toward);
+    let halfway = select(vec3(0.0), toward / max(toward_length, 1e-20), toward_length > 0.0);
+    let alpha = max(roughness * roughness, 0.01);
+    let alpha2 = alpha * alpha;
+    let peak = max(dot(n, halfway), 0.0);
+    let spread = peak * peak * (alpha2 - 1.0) + 1.0;
+    let lobe = alpha2 / (PI * spread * spread);
+    let k = (roughness + 1.0) * (roughness + 1.0) * 0.125;
+    let lit_height = max(dot(n, sun), 0.0);
+    let visibility = 0.25 / ((facing * (1.0 - k) + k) * (lit_height * (1.0 - k) + k));
+    let fresnel = schlick(mirror, max(dot(view, halfway), 0.0), 1.0);
+    let share = sunlit * sunlit * (3.0 - 2.0 * sunlit);
+    let direct = (body / PI + fresnel * (lobe * visibility)) * SUN_LIGHT * (lit_height * share * (PI * 0.5));
+
+    // The sky.
+    let around = mix(BELOW, mix(ZENITH, HORIZON, 0.5), 0.5 + 0.5 * n.y);
+    let reflected = ray.direction - n * (2.0 * dot(ray.direction, n));
+    let gloss = 1.0 - roughness;
+    let environment = mix(around, sky(reflected), gloss * gloss);
+    let rim = schlick(mirror, facing, gloss);
+    let ambient = (body * around * 0.9 + rim * environment) * open;
+
+    // Light thrown back from below.
+    let bounce = body * vec3(0.16, 0.14, 0.12) * ((0.5 - 0.5 * n.y) * open);
+    let color = direct + ambient + bounce + material.emission_metallic.xyz;
+    if hit.kind != HIT_GROUND {
+        return color;
+    }
+    return mix(color, sky(ray.direction), clamp(hit.normal_t.w / frame.far * 2.2, 0.0, 1.0));
+}
+
+fn tone(c: vec3<f32>) -> vec3<f32> {
+    let x = c * 0.5;
+    return clamp(x * (x * 2.51 + 0.03) / (x * (x * 2.43 + 0.59) + 0.14), vec3(0.0), vec3(1.0));
+}
+
+fn marked(hit: Hit) -> vec3<f32> {
+    let mixed = hit.mark * 2654435761u;
+    let bytes = vec3<f32>((vec3(mixed) >> vec3(8u, 16u, 24u)) & vec3(255u));
+    let n = abs(hit.normal_t.xyz);
+    return (vec3(0.25) + 0.75 * bytes / 255.0) * (0.55 * n.x + n.y + 0.75 * n.z);
+}
+
+fn heat(steps: u32) -> vec3<f32> {
+    let s = clamp(f32(steps) / 256.0, 0.0, 1.0) * 3.0;
+    return vec3(
+        clamp(s - 1.0, 0.0, 1.0),
+        clamp(s, 0.0, 1.0) - clamp(s - 2.0, 0.0, 1.0),
+        clamp(1.0 - s, 0.0, 1.0),
+    );
+}
+
+fn shaded(ray: Ray, hit: Hit) -> vec3<f32> {
+    if hit.kind == HIT_NONE {
+        return tone(sky(ray.direction));
+    }
+    let p = ray.origin + ray.direction * hit.normal_t.w;
+    let n = hit.normal_t.xyz;
+    let is_solid = hit.kind != HIT_GROUND;
+    var material = GpuMaterial(vec4(0.46, 0.45, 0.43, 0.9), vec4(0.0));
+    if is_solid {
+        material = surface_material(p, select(n, -n, hit.kind == HIT_INSIDE));
+    }
+    let reach = tap_height(OCCLUSION_TAPS - 1u);
+    let low = frame.box_min - reach;
+    let high = frame.box_max + reach;
+    var open = 1.0;
+    if is_solid || (all(p >= low) && all(p <= high)) {
+        open = openness(p, n);
+    }
+    return tone(lit(ray, hit, material, hit.sun_share, open));
+}
+
+fn put(at: u32, kind: u32, color: vec3<f32>) {
+    let covered = select(0.0, 1.0, kind == HIT_OUTSIDE || kind == HIT_INSIDE);
+    colors[at] += vec4(color, covered) * frame.sample_weight;
+}
+
+// Light on materials.
+@compute @workgroup_size(8, 8)
+fn shade(@builtin(global_invocation_id) id: vec3<u32>) {
+    let y = id.y + frame.first_row;
+    if id.x >= frame.width || y >= frame.height {
+        return;
+    }
+    let at = y * frame.width + id.x;
+    let hit = hits[at];
+    put(at, hit.kind, shaded(primary_ray(id.x, y), hit));
+}
+
+// What pictures show that are not lit.
+@compute @workgroup_size(8, 8)
+fn show(@builtin(global_invocation_id) id: vec3<u32>) {
+    let y = id.y + frame.first_row;
+    if id.x >= frame.width || y >= frame.height {
+        return;
+    }
+    let at = y * frame.width + id.x;
+    let hit = hits[at];
+    var color = vec3(0.0);
+    switch frame.show {
+        case SHOW_NORMAL: {
+            if hit.kind != HIT_NONE {
+                color = hit.normal_t.xyz * 0.5 + 0.5;
+            }
+        }
+        case SHOW_DEPTH: {
+            if hit.kind != HIT_NONE {
+                let range = max(frame.depth_far - frame.depth_near, 1e-6);
+                color = vec3(clamp(1.0 - (hit.normal_t.w - frame.depth_near) / range, 0.0, 1.0));
+            }
+        }
+        case SHOW_BRICKS, SHOW_NODES: {
+            if hit.mark != 0u {
+                color = marked(hit);
+            }
+        }
+        default: { color = heat(hit.steps); }
+    }
+    put(at, hit.kind, color);
+}

@@ -1,0 +1,57 @@
+//! A thread's buffers.
+
+use crate::ray_batch::{Points, RayBatch, RaySetup};
+use crate::ray_stats::RayCounts;
+use argil_abi::{GpuMaterial, Hit};
+use std::any::Any;
+
+/// A thread's buffers, kept from tile to tile and from picture to picture.
+#[derive(Default)]
+pub struct TileScratch {
+    pub(crate) starts: RaySetup,
+    pub(crate) wave: RayBatch,
+    pub(crate) own: SourceScratch,
+    pub(crate) points: Points,
+    pub(crate) hits: Vec<u32>,
+    pub(crate) shading: Shading,
+}
+
+/// The buffers that only one way to march needs, each made when it is first asked for.
+#[derive(Default)]
+pub struct SourceScratch(Vec<Box<dyn Any + Send>>);
+
+impl SourceScratch {
+    /// Those of a type.
+    pub fn of<T: Default + Send + 'static>(&mut self) -> &mut T {
+        let place = self.0.iter().position(|one| one.is::<T>());
+        let place = place.unwrap_or_else(|| {
+            self.0.push(Box::new(T::default()));
+            self.0.len() - 1
+        });
+        let own = self.0[place].downcast_mut();
+        own.expect("the place was found by its type")
+    }
+}
+
+/// What a thread makes of a tile before it goes into the picture.
+#[derive(Default)]
+pub(crate) struct TilePicture {
+    pub hits: Vec<Hit>,
+    pub colors: Vec<[f32; 4]>,
+    pub rgb: Vec<u8>,
+    pub counts: RayCounts,
+}
+
+/// Buffers of the shading pass.
+#[derive(Default)]
+pub(crate) struct Shading {
+    /// The tile's pixels that show a surface.
+    pub lit: Vec<u32>,
+    pub materials: Vec<GpuMaterial>,
+    /// Of the solid's points whose materials are evaluated: places among the materials, and what is found.
+    pub unresolved: Vec<u32>,
+    pub found: Vec<GpuMaterial>,
+    pub sun: Vec<f32>,
+    pub sky: Vec<f32>,
+    pub wave: RayBatch,
+}

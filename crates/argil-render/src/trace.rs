@@ -1,0 +1,291 @@
+//! Primary rays; `trace.wgsl` is the twin.
+
+use crate::camera::primary_ray;
+use crate::probe::FieldProbe;
+use crate::ray_batch::{Points, RETIRED, RayBatch, RaySetup};
+use crate::source::{RayTracer, RenderSource};
+use crate::tile::Tile;
+use crate::tile_buffers::TileScratch;
+use argil_abi::{self as abi, FrameUniform, Hit};
+use argil_field::LANES;
+use argil_math::Ray;
+use glam::Vec3;
+
+/// Six points around one, two along each axis.
+const DIFFERENCES: usize = 6;
+
+/// The field with nothing pruned, as a GPU marches through it: what pruning is held against.
+pub struct WholeField;
+
+impl RenderSource for WholeField {
+    fn rays<'a>(&'a self, _: &FrameUniform) -> Option<Box<dyn RayTracer + 'a>> {
+        Some(Box::new(Self))
+    }
+}
+
+impl RayTracer for WholeField {
+    fn asks_field(&self, _: u32) -> bool {
+        false
+    }
+
+    fn trace(
+        &self,
+        frame: &FrameUniform,
+        tile: Tile,
+        probe: &mut FieldProbe<'_>,
+        scratch: &mut TileScratch,
+        out: &mut [Hit],
+    ) {
+        trace_tile(frame, tile, probe, scratch, out);
+    }
+}
+
+/// What the primary ray of each pixel of a tile hits, row by row, into `out`.
+///
+/// # Panics
+/// If `out` is shorter than the tile's area.
+pub(crate) fn trace_tile(
+    frame: &FrameUniform,
+    tile: Tile,
+    probe: &mut FieldProbe<'_>,
+    scratch: &mut TileScratch,
+    out: &mut [Hit],
+) {
+    let TileScratch {
+        starts,
+        wave,
+        points,
+        hits,
+        ..
+    } = scratch;
+    let (eye, step_scale) = (Vec3::from(frame.eye), frame.inv_lipschitz);
+    let epsilon = frame.epsilon;
+
+    // Start the rays that meet the box.
+    hits.clear();
+    start_rays(frame, tile, starts, wave, out);
+
+    // March until every ray has hit, left the box or spent its steps.
+    let (mut steps, batch) = (0, probe.batch());
+    while wave.len() > 0 {
+        steps += 1;
+        let spent = steps >= frame.max_steps;
+        let count = wave.len();
+        for first in (0..count).step_by(batch) {
+            let range = first..first + batch.min(count - first);
+            points.clear();
+            let Points { x, y, z, .. } = points;
+            for (k, p) in [x, y, z].into_iter().enumerate() {
+                let (t, direction) = (&wave.t[range.clone()], &wave.direction[k][range.clone()]);
+                let places = t.iter().zip(direction);
+                p.extend(places.map(|(t, direction)| eye[k] + direction * t));
+            }
+            probe.measure(points);
+            for (d, first) in points.d.chunks(LANES).zip(range.step_by(LANES)) {
+                let range = first..first + d.len();
+                let (t, end) = (&mut wave.t[range.clone()], &wave.end[range.clone()]);
+                let side = &mut wave.side[range];
+                if steps == 1 {
+                    for (side, &d) in side.iter_mut().zip(d) {
+                        *side = if d < 0.0 { -1.0 } else { 1.0 };
+                    }
+                }
+
+                // One step for all; then look at those that end with it.
+                let mut found = TraceState::default();
+                for i in 0..d.len() {
+                    let gap = d[i] * side[i];
+                    // A ray that grazes the surface may run out of steps within a pixel of it.
+                    let arrives = (gap < epsilon) | (spent & (gap < frame.pixel * t[i]));
+                    t[i] += gap * step_scale;
+                    found.reached[i] = u8::from(arrives);
+                    found.ended[i] =
+                        u8::from((end[i] != RETIRED) & (arrives | spent | (t[i] > end[i])));
+                }
+                end_rays(wave, first, steps, &found, hits, out);
+            }
+        }
+        // A ray that has left the box is near nothing.
+        if probe.is_near() {
+            wave.close();
+        } else {
+            wave.compact();
+        }
+    }
+
+    // Normals by central differences.
+    central_difference_points(frame, tile, hits, points, out);
+    probe.measure(points);
+    set_normals(frame, tile, hits, points, out);
+    intersect_ground(frame, tile, out);
+}
+
+/// Take up the rays that meet the box.
+pub(crate) fn start_rays(
+    frame: &FrameUniform,
+    tile: Tile,
+    starts: &mut RaySetup,
+    wave: &mut RayBatch,
+    out: &mut [Hit],
+) {
+    wave.clear();
+    out[..tile.area()].fill(Hit::default());
+    starts.fill(frame, tile);
+    for i in 0..tile.area() {
+        if starts.near[i] <= starts.far[i] {
+            let [x, y, z] = &starts.direction;
+            let direction = Vec3::new(x[i], y[i], z[i]);
+            wave.push(i as u32, direction, (starts.near[i], starts.far[i]));
+        }
+    }
+}
+
+/// What a batch of rays finds with one step: a 1 for each that has hit, and for each whose march ends.
+pub(crate) struct TraceState {
+    pub reached: [u8; LANES],
+    pub ended: [u8; LANES],
+}
+
+impl Default for TraceState {
+    fn default() -> Self {
+        Self {
+            reached: [0; LANES],
+            ended: [0; LANES],
+        }
+    }
+}
+
+/// Write down what the rays found that end with this step, and take them out of the march.
+pub(crate) fn end_rays(
+    wave: &mut RayBatch,
+    first: usize,
+    steps: u32,
+    found: &TraceState,
+    hits: &mut Vec<u32>,
+    out: &mut [Hit],
+) {
+    for i in set_indices(&found.ended) {
+        let ray = first + i;
+        let hit = &mut out[wave.pixel[ray] as usize];
+        hit.steps = steps;
+        if found.reached[i] != 0 {
+            hit.kind = if wave.side[ray] < 0.0 {
+                abi::HIT_INSIDE
+            } else {
+                abi::HIT_OUTSIDE
+            };
+            hit.normal_t[3] = wave.t[ray];
+            hits.push(wave.pixel[ray]);
+        }
+        wave.retire(ray);
+    }
+}
+
+/// The points around each hit, two along each axis, whose distances make its normal.
+pub(crate) fn central_difference_points(
+    frame: &FrameUniform,
+    tile: Tile,
+    hits: &[u32],
+    points: &mut Points,
+    out: &[Hit],
+) {
+    let bias = frame.normal_bias;
+    points.clear();
+    for &pixel in hits {
+        let (x, y) = tile.pixel(pixel as usize);
+        let p = primary_ray(frame, x, y).at(out[pixel as usize].normal_t[3]);
+        let (low, high) = (p - bias, p + bias);
+        points
+            .x
+            .extend_from_slice(&[high.x, low.x, p.x, p.x, p.x, p.x]);
+        points
+            .y
+            .extend_from_slice(&[p.y, p.y, high.y, low.y, p.y, p.y]);
+        points
+            .z
+            .extend_from_slice(&[p.z, p.z, p.z, p.z, high.z, low.z]);
+    }
+}
+
+/// The normals of hits from the distances around them.
+pub(crate) fn set_normals(
+    frame: &FrameUniform,
+    tile: Tile,
+    hits: &[u32],
+    points: &Points,
+    out: &mut [Hit],
+) {
+    for (&pixel, d) in hits.iter().zip(points.d.as_chunks::<DIFFERENCES>().0) {
+        set_normal(frame, tile, pixel, d, out);
+    }
+}
+
+/// The normal of a hit from the distances around it, two along each axis.
+#[inline]
+pub(crate) fn set_normal(
+    frame: &FrameUniform,
+    tile: Tile,
+    pixel: u32,
+    d: &[f32; DIFFERENCES],
+    out: &mut [Hit],
+) {
+    let hit = &mut out[pixel as usize];
+    let side = if hit.kind == abi::HIT_INSIDE {
+        -1.0
+    } else {
+        1.0
+    };
+    let (nx, ny, nz) = (
+        (d[0] - d[1]) * side,
+        (d[2] - d[3]) * side,
+        (d[4] - d[5]) * side,
+    );
+    let length = (nx * nx + ny * ny + nz * nz).sqrt();
+    let t = hit.normal_t[3];
+    hit.normal_t = if length > 0.0 {
+        let scale = 1.0 / length;
+        [nx * scale, ny * scale, nz * scale, t]
+    } else {
+        // Where all differences are the same, towards the viewer.
+        let (x, y) = tile.pixel(pixel as usize);
+        let [x, y, z] = (-primary_ray(frame, x, y).direction).to_array();
+        [x, y, z, t]
+    };
+}
+
+/// The ground, where it is nearer.
+pub(crate) fn intersect_ground(frame: &FrameUniform, tile: Tile, out: &mut [Hit]) {
+    if frame.has_ground == 0 {
+        return;
+    }
+    for (i, hit) in out.iter_mut().enumerate().take(tile.area()) {
+        let (x, y) = tile.pixel(i);
+        if let Some(t) = ground(frame, primary_ray(frame, x, y))
+            && (hit.kind == abi::HIT_NONE || t < hit.normal_t[3])
+        {
+            hit.kind = abi::HIT_GROUND;
+            hit.normal_t = [0.0, 1.0, 0.0, t];
+        }
+    }
+}
+
+/// The indices of ones among zeros, eight at a look: few rays end with any one step.
+pub(crate) fn set_indices(flags: &[u8]) -> impl Iterator<Item = usize> + '_ {
+    flags.chunks_exact(8).enumerate().flat_map(|(word, bytes)| {
+        let mut bits = u64::from_le_bytes(bytes.try_into().expect("eight bytes"));
+        std::iter::from_fn(move || {
+            let bit = (bits != 0).then(|| bits.trailing_zeros() as usize)?;
+            bits &= bits - 1;
+            Some(8 * word + bit / 8)
+        })
+    })
+}
+
+/// Where a ray from above meets the ground.
+fn ground(frame: &FrameUniform, ray: Ray) -> Option<f32> {
+    if ray.direction.y > -1e-6 {
+        return None;
+    }
+    let t = (frame.ground_y - ray.origin.y) / ray.direction.y;
+    (t > 0.0 && t < frame.far).then_some(t)
+}

@@ -1,0 +1,368 @@
+//! Boxes around brushes and groups, from the leaves up.
+
+use crate::modifier::{FEW_COPIES, NOISE_LIPSCHITZ, half_angle_about_y, neighbor_copies};
+use crate::{Exactness, Modifier, NodeId, NodeKind, OperatorKind, Scene, Shape, twist_stretch};
+use argil_math::Aabb;
+use glam::{Vec2, Vec3};
+use rustc_hash::FxHashMap;
+
+/// What is known of a distance without evaluating it, in the frame of whoever holds it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Extent {
+    /// A box around the solid.
+    pub aabb: Aabb,
+    /// A factor u ≥ 1: at a point, the distance is at least that to the box divided by u.
+    pub lipschitz_inverse: f32,
+    /// By how much the distance outside can fall short of the Euclidean one; infinite where nothing is known.
+    pub max_underestimate: f32,
+}
+
+impl Extent {
+    /// Of nothing.
+    pub const EMPTY: Self = Self {
+        aabb: Aabb::EMPTY,
+        lipschitz_inverse: 1.0,
+        max_underestimate: 0.0,
+    };
+
+    fn of_shape(shape: &Shape) -> Self {
+        let aabb = shape.aabb();
+        let max_underestimate = match shape.exactness() {
+            Exactness::LowerBound => 2.0 * aabb.half_diagonal(),
+            Exactness::Exact => 0.0,
+        };
+        Self {
+            aabb,
+            lipschitz_inverse: 1.0,
+            max_underestimate,
+        }
+    }
+
+    /// What holds of it in the frame of whoever holds what has these modifiers.
+    pub fn under(self, modifiers: &[Modifier]) -> Self {
+        modifiers.iter().fold(self, |all, m| all.modified(m))
+    }
+
+    /// A surface moved outwards by at most `by`.
+    fn offset(self, by: f32) -> Self {
+        Self {
+            aabb: self.aabb.grown(self.lipschitz_inverse * by),
+            ..self
+        }
+    }
+
+    /// After one modifier.
+    pub(crate) fn modified(self, modifier: &Modifier) -> Self {
+        if self.aabb.is_empty() {
+            return self;
+        }
+        match *modifier {
+            Modifier::Round { radius } => self.offset(radius),
+            Modifier::Shell { thickness } => self.offset(thickness),
+            Modifier::Displace { amplitude, .. } => {
+                let moved = self.offset(2.0 * amplitude);
+                Self {
+                    lipschitz_inverse: self.lipschitz_inverse * stretch(modifier, self.aabb),
+                    max_underestimate: f32::INFINITY,
+                    ..moved
+                }
+            }
+            Modifier::Twist { .. } | Modifier::Bend { .. } => Self {
+                aabb: region_after(modifier, self.aabb, self.aabb),
+                lipschitz_inverse: 1.0,
+                max_underestimate: f32::INFINITY,
+            },
+            Modifier::Scale { by } => Self {
+                aabb: region_after(modifier, self.aabb, self.aabb),
+                max_underestimate: self.max_underestimate * by,
+                ..self
+            },
+            Modifier::Stretch { by } => {
+                // The box is stretched by the greatest factor at most, the distance by the least.
+                let (least, most) = (modifier.scale(), Vec3::from(by).max_element());
+                Self {
+                    aabb: region_after(modifier, self.aabb, self.aabb),
+                    lipschitz_inverse: self.lipschitz_inverse * (most / least),
+                    max_underestimate: if most > least {
+                        f32::INFINITY
+                    } else {
+                        self.max_underestimate * least
+                    },
+                }
+            }
+            Modifier::Elongate { by } => {
+                let shortfall = self.max_underestimate + 2.0 * Vec3::from(by).length();
+                Self {
+                    aabb: region_after(modifier, self.aabb, self.aabb),
+                    max_underestimate: shortfall,
+                    ..self
+                }
+            }
+            _ => Self {
+                aabb: region_after(modifier, self.aabb, self.aabb),
+                ..self
+            },
+        }
+    }
+}
+
+/// The factor by which a modifier's distance must shrink to keep the Lipschitz constant of what it modifies, given
+/// the box of that.
+pub(crate) fn stretch(modifier: &Modifier, content: Aabb) -> f32 {
+    match *modifier {
+        // Each octave halves the amplitude and doubles the frequency: the same slope again.
+        Modifier::Displace {
+            amplitude,
+            frequency,
+            octaves,
+            ..
+        } => 1.0 + amplitude * frequency * NOISE_LIPSCHITZ * octaves as f32,
+        _ => modifier
+            .clamp_box(content)
+            .map_or(1.0, |b| twist_stretch(modifier, b)),
+    }
+}
+
+/// A box around the points that a modifier maps into `region`, which lies in the frame of what is modified; `content`
+/// is the box of that.
+pub(crate) fn region_after(modifier: &Modifier, region: Aabb, content: Aabb) -> Aabb {
+    if region.is_empty() {
+        return region;
+    }
+    if let Some(content_from_outer) = modifier.affine() {
+        return region.mapped(&content_from_outer.inverse());
+    }
+    let mut after = region;
+    match *modifier {
+        Modifier::Mirror { axes } => {
+            for axis in (0..3).filter(|&a| axes[a]) {
+                after.max[axis] = region.max[axis].max(0.0);
+                after.min[axis] = -after.max[axis];
+            }
+        }
+        Modifier::Repeat { spacing, count } => {
+            for axis in 0..3 {
+                let reach = match count {
+                    Some(count) => 0.5 * count[axis].saturating_sub(1) as f32 * spacing[axis],
+                    None if spacing[axis] > 0.0 => f32::INFINITY,
+                    None => 0.0,
+                };
+                after.min[axis] -= reach;
+                after.max[axis] += reach;
+            }
+        }
+        Modifier::RadialRepeat { .. } => {
+            let far = region.min.abs().max(region.max.abs());
+            let r = Vec2::new(far.x, far.z).length();
+            after = Aabb::new(
+                Vec3::new(-r, region.min.y, -r),
+                Vec3::new(r, region.max.y, r),
+            );
+        }
+        Modifier::Elongate { by } => {
+            after = Aabb::new(region.min - Vec3::from(by), region.max + Vec3::from(by));
+        }
+        Modifier::Twist { .. } | Modifier::Bend { .. } => {
+            let clamp_box = modifier.clamp_box(content).unwrap_or(Aabb::ALL);
+            after = modifier
+                .clamp_box(region)
+                .unwrap_or(Aabb::ALL)
+                .intersection(clamp_box);
+        }
+        _ => {}
+    }
+    after
+}
+
+/// The extents of nodes, measured when first asked for.
+///
+/// Asking for the root measures everything, in time linear in the number of nodes; asking for a brush, only that
+/// brush, so that one edit among 100,000 brushes does not pay for all of them. No recursion: depth costs heap only.
+#[derive(Clone, Debug)]
+pub struct Extents<'a> {
+    scene: &'a Scene,
+    /// Of the shape or of what the group holds before its modifiers, and after them in the frame of the group around.
+    known: Known,
+}
+
+/// What is known of nodes: a table of few of a scene's, or a place for each.
+#[derive(Clone, Debug)]
+enum Known {
+    Few(FxHashMap<NodeId, [Extent; 2]>),
+    All(Vec<Option<[Extent; 2]>>),
+}
+
+impl Known {
+    #[inline]
+    fn get(&self, id: NodeId) -> Option<[Extent; 2]> {
+        match self {
+            Self::Few(known) => known.get(&id).copied(),
+            Self::All(known) => known[id.index()],
+        }
+    }
+
+    #[inline]
+    fn insert(&mut self, id: NodeId, extents: [Extent; 2]) {
+        match self {
+            Self::Few(known) => {
+                known.insert(id, extents);
+            }
+            Self::All(known) => known[id.index()] = Some(extents),
+        }
+    }
+
+    /// So many more are to come, of a scene of so many nodes.
+    fn expect(&mut self, more: usize, nodes: usize) {
+        if let Self::Few(known) = self
+            && 4 * (known.len() + more) > nodes
+        {
+            let mut all = vec![None; nodes];
+            for (id, extents) in known.drain() {
+                all[id.index()] = Some(extents);
+            }
+            *self = Self::All(all);
+        }
+    }
+}
+
+impl<'a> Extents<'a> {
+    /// Of a scene, nothing measured yet.
+    pub fn of(scene: &'a Scene) -> Self {
+        Self {
+            scene,
+            known: Known::Few(FxHashMap::default()),
+        }
+    }
+
+    /// Before the node's modifiers, in its own frame.
+    pub fn content_bounds(&mut self, id: NodeId) -> Extent {
+        self.measure(id)[0]
+    }
+
+    /// After the node's modifiers, in the frame of the group around it.
+    pub fn node_bounds(&mut self, id: NodeId) -> Extent {
+        self.measure(id)[1]
+    }
+
+    /// The extents of a node before its first modifier, before its second, …, after its last.
+    pub fn modifier_stages(&mut self, id: NodeId) -> Vec<Extent> {
+        let mut stages = vec![self.content_bounds(id)];
+        for modifier in &self.scene.node(id).at_current_time().modifiers {
+            stages.push(stages[stages.len() - 1].modified(modifier));
+        }
+        stages
+    }
+
+    fn measure(&mut self, id: NodeId) -> [Extent; 2] {
+        if let Some(known) = self.known.get(id) {
+            return known;
+        }
+        let parents_first: Vec<NodeId> = self.scene.descendants(id).collect();
+        let nodes = self.scene.nodes.len();
+        self.known.expect(parents_first.len(), nodes);
+        let mut found = [Extent::EMPTY; 2];
+        for &id in parents_first.iter().rev() {
+            let node = self.scene.node(id);
+            let content = match &node.at_current_time().kind {
+                NodeKind::Shape(shape) => Extent::of_shape(shape),
+                NodeKind::Group => self.fold(&node.children),
+            };
+            let outer = node
+                .at_current_time()
+                .modifiers
+                .iter()
+                .fold(content, |e, m| e.modified(m));
+            found = [content, outer];
+            self.known.insert(id, found);
+        }
+        // The node itself was the last.
+        found
+    }
+
+    /// The extent of a list of operands.
+    fn fold(&self, children: &[NodeId]) -> Extent {
+        let mut all = Extent::EMPTY;
+        // A chain of smooth unions stands out from its operands by the sum of the joints' bulges, and by no more than
+        // the greatest blend radius: where the result is that far below every operand, |a − b| ≥ k.
+        let (mut bulges, mut greatest) = (0.0f32, 0.0f32);
+        for &id in children {
+            let entry = self.scene.node(id).at_current_time();
+            let operand = self.known.get(id).map_or(Extent::EMPTY, |own| own[1]);
+            if !entry.visible || operand.aabb.is_empty() {
+                continue;
+            }
+            let operator = &entry.operator;
+            let first = all.aabb.is_empty();
+            match operator.kind {
+                OperatorKind::Union if first => all = operand,
+                _ if first => continue,
+                OperatorKind::Paint => continue,
+                OperatorKind::Union => {
+                    bulges += operator.max_outward_offset();
+                    greatest = greatest.max(operator.blend);
+                    all.aabb = all.aabb.union(operand.aabb);
+                    all.max_underestimate = all.max_underestimate.max(operand.max_underestimate)
+                        + operator.max_outward_offset();
+                }
+                OperatorKind::Intersect => {
+                    let both = all
+                        .offset(bulges.min(greatest))
+                        .aabb
+                        .intersection(operand.aabb);
+                    (bulges, greatest) = (0.0, 0.0);
+                    all.aabb = if both.is_empty() { operand.aabb } else { both };
+                    // To the corner of two boxes that overlap it is up to √2 times as far as to either.
+                    all.lipschitz_inverse *= std::f32::consts::SQRT_2;
+                    all.max_underestimate = f32::INFINITY;
+                }
+                OperatorKind::Subtract => all.max_underestimate = f32::INFINITY,
+                OperatorKind::Morph => {
+                    all.aabb = all.aabb.union(operand.aabb);
+                    all.max_underestimate = f32::INFINITY;
+                }
+            }
+            all.lipschitz_inverse = all.lipschitz_inverse.max(operand.lipschitz_inverse);
+        }
+        all.offset(bulges.min(greatest))
+    }
+}
+
+impl Modifier {
+    /// The factor by which the distance must shrink, see the crate's `stretch`.
+    pub fn stretch(&self, content: Aabb) -> f32 {
+        stretch(self, content)
+    }
+}
+
+/// How many copies of a repetition a point looks at along each axis; of a radial one, along the first. All that there are, or
+/// those nearest to it. `content` is what is repeated.
+pub fn copies_looked_at(modifier: &Modifier, content: &Extent) -> [u32; 3] {
+    let (there, extent, step) = match *modifier {
+        Modifier::Repeat { spacing, count } => {
+            let reach = content.aabb.min.abs().max(content.aabb.max.abs());
+            // A side without copies has one.
+            let own = |axis: usize| match count {
+                Some(count) => count[axis],
+                None if spacing[axis] > 0.0 => u32::MAX,
+                None => 1,
+            };
+            let there = std::array::from_fn(own);
+            (there, reach.to_array(), spacing)
+        }
+        Modifier::RadialRepeat { count } => {
+            let half = half_angle_about_y(content.aabb);
+            let step = std::f32::consts::TAU / count as f32;
+            ([count, 1, 1], [half, 0.0, 0.0], [step, 1.0, 1.0])
+        }
+        _ => return [1; 3],
+    };
+    let axes = || (0..3).filter(|&axis| there[axis] > 1);
+    let all = axes().fold(1u64, |all, axis| all.saturating_mul(there[axis].into()));
+    let overlap = axes().any(|axis| extent[axis] > 0.5 * step[axis]);
+    let takes_all = overlap && content.max_underestimate > 0.0 && all <= FEW_COPIES;
+    std::array::from_fn(|axis| match there[axis] {
+        0 | 1 => 1,
+        there if takes_all => there,
+        there => neighbor_copies(extent[axis], step[axis]).min(there),
+    })
+}

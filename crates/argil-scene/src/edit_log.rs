@@ -1,0 +1,295 @@
+//! Edits as lines of text: a log that can be replayed on the same scene, here or on another machine.
+//!
+//! Each line is one JSON object. Nodes are named by their paths at that moment, `brushes[3].brushes[0]`:
+//!
+//! ```text
+//! {"edit": "insert", "into": "brushes[2]", "index": 0, "entry": {"shape": {"type": "sphere", "radius": 0.1}}}
+//! {"edit": "transform", "node": "brushes[2].brushes[0]", "by": {"type": "translate", "by": [0.1, 0, 0]}}
+//! {"edit": "undo"}
+//! ```
+
+use crate::file::Item;
+use crate::{
+    Action, Edit, EditOutcome, LogError, Material, Modifier, NodeDesc, NodeId, NodeKind, NodeTree,
+    Operator, Scene,
+};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// A line of a log.
+#[derive(Serialize, Deserialize)]
+#[serde(tag = "edit", rename_all = "snake_case", deny_unknown_fields)]
+enum LogLine {
+    Insert {
+        /// The group; the root without it.
+        #[serde(default, skip_serializing_if = "String::is_empty")]
+        into: String,
+        /// At its end without it.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        index: Option<usize>,
+        entry: Box<Item>,
+    },
+    Remove {
+        node: String,
+    },
+    Replace {
+        node: String,
+        entry: Box<Item>,
+    },
+    Move {
+        node: String,
+        #[serde(default, skip_serializing_if = "String::is_empty")]
+        into: String,
+        index: usize,
+    },
+    SetVisible {
+        node: String,
+        visible: bool,
+    },
+    Transform {
+        node: String,
+        by: Modifier,
+    },
+    SetMaterial {
+        name: String,
+        /// Nothing takes it away.
+        #[serde(default)]
+        material: Option<Material>,
+    },
+    /// See [`Scene::rename_meshes`].
+    RenameMeshes {
+        paths: BTreeMap<String, String>,
+    },
+    BeginStroke {},
+    EndStroke {},
+    Undo {},
+    Redo {},
+}
+
+impl Item {
+    fn into_entry(self) -> (NodeDesc, Vec<Item>) {
+        let operator = Operator {
+            kind: self.operator,
+            blend: self.blend,
+            profile: self.profile,
+            morph_amount: self.amount,
+        };
+        let entry = NodeDesc {
+            name: self.name,
+            visible: self.visible,
+            locked: self.locked,
+            operator,
+            modifiers: self.modifiers,
+            material: self.material,
+            keyframes: self.keyframes,
+            kind: self.shape.map_or(NodeKind::Group, NodeKind::Shape),
+        };
+        (entry, self.brushes.unwrap_or_default())
+    }
+
+    fn of(entry: &NodeDesc) -> Self {
+        let (shape, brushes) = match &entry.kind {
+            NodeKind::Shape(shape) => (Some(shape.clone()), None),
+            NodeKind::Group => (None, Some(Vec::new())),
+        };
+        Self {
+            name: entry.name.clone(),
+            visible: entry.visible,
+            locked: entry.locked,
+            operator: entry.operator.kind,
+            blend: entry.operator.blend,
+            profile: entry.operator.profile,
+            amount: entry.operator.morph_amount,
+            material: entry.material.clone(),
+            modifiers: entry.modifiers.clone(),
+            keyframes: entry.keyframes.clone(),
+            shape,
+            brushes,
+        }
+    }
+}
+
+impl From<Item> for NodeTree {
+    fn from(item: Item) -> Self {
+        let (entry, inner) = item.into_entry();
+        Self {
+            desc: entry,
+            children: inner.into_iter().map(Self::from).collect(),
+        }
+    }
+}
+
+impl From<&NodeTree> for Item {
+    fn from(tree: &NodeTree) -> Self {
+        let mut item = Self::of(&tree.desc);
+        if let Some(brushes) = &mut item.brushes {
+            brushes.extend(tree.children.iter().map(Self::from));
+        }
+        item
+    }
+}
+
+/// As a brush or group of a scene's file.
+impl Serialize for NodeTree {
+    fn serialize<S: serde::Serializer>(&self, out: S) -> Result<S::Ok, S::Error> {
+        Item::from(self).serialize(out)
+    }
+}
+
+/// As a brush or group of a scene's file.
+impl<'de> Deserialize<'de> for NodeTree {
+    fn deserialize<D: serde::Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
+        Item::deserialize(from).map(Self::from)
+    }
+}
+
+impl Scene {
+    /// The node of a path, as [`Scene::path`] writes it; the root's is empty.
+    pub fn node_by_path(&self, path: &str) -> Option<NodeId> {
+        let mut at = Self::ROOT;
+        for step in path.split('.').filter(|_| !path.is_empty()) {
+            let index = step.strip_prefix("brushes[")?.strip_suffix(']')?;
+            at = *self.node(at).children.get(index.parse::<usize>().ok()?)?;
+        }
+        Some(at)
+    }
+
+    /// Do what a line of a log says; what that did, of what changes something.
+    ///
+    /// # Errors
+    /// If the line cannot be read or done. Nothing is changed then.
+    pub fn apply_log_line(&mut self, line: &str) -> Result<Option<EditOutcome>, LogError> {
+        let action = self.read_action(line)?;
+        self.perform(&action)
+    }
+
+    /// What a line of a log says, of the scene as it is.
+    ///
+    /// # Errors
+    /// If the line cannot be read, or names what is not there.
+    pub fn read_action(&self, line: &str) -> Result<Action, LogError> {
+        let node_of = |path: &str| {
+            let found = self.node_by_path(path);
+            found.ok_or_else(|| LogError::NoSuchPath(path.to_owned()))
+        };
+        Ok(match serde_json::from_slice(line.as_bytes())? {
+            LogLine::Insert { into, index, entry } => {
+                let parent = node_of(&into)?;
+                let index = index.unwrap_or(self.node(parent).children.len());
+                let tree = NodeTree::from(*entry);
+                Action::InsertTree {
+                    parent,
+                    index,
+                    tree,
+                }
+            }
+            LogLine::Remove { node } => Action::Edit(Edit::Remove {
+                node: node_of(&node)?,
+            }),
+            LogLine::Replace { node, entry } => {
+                let node = node_of(&node)?;
+                let (entry, inner) = entry.into_entry();
+                if !inner.is_empty() {
+                    return Err(LogError::Inner);
+                }
+                Action::Edit(Edit::Replace { node, entry })
+            }
+            LogLine::Move { node, into, index } => Action::Edit(Edit::Move {
+                node: node_of(&node)?,
+                parent: node_of(&into)?,
+                index,
+            }),
+            LogLine::SetVisible { node, visible } => Action::Edit(Edit::SetVisible {
+                node: node_of(&node)?,
+                visible,
+            }),
+            LogLine::Transform { node, by } => Action::Edit(Edit::Transform {
+                node: node_of(&node)?,
+                by,
+            }),
+            LogLine::SetMaterial { name, material } => {
+                Action::Edit(Edit::SetMaterial { name, material })
+            }
+            LogLine::RenameMeshes { paths } => Action::RenameMeshes(paths),
+            LogLine::BeginStroke {} => Action::BeginStroke,
+            LogLine::EndStroke {} => Action::EndStroke,
+            LogLine::Undo {} => Action::Undo,
+            LogLine::Redo {} => Action::Redo,
+        })
+    }
+
+    /// An action as a line of a log, without the line's end. To be asked before it is done, as it may move nodes.
+    pub fn action_line(&self, action: &Action) -> String {
+        let line = match action {
+            Action::Edit(edit) => self.line_of(edit),
+            Action::InsertTree {
+                parent,
+                index,
+                tree,
+            } => LogLine::Insert {
+                into: self.path(*parent),
+                index: Some(*index),
+                entry: Box::new(Item::from(tree)),
+            },
+            Action::RenameMeshes(paths) => LogLine::RenameMeshes {
+                paths: paths.clone(),
+            },
+            Action::BeginStroke => LogLine::BeginStroke {},
+            Action::EndStroke => LogLine::EndStroke {},
+            Action::Undo => LogLine::Undo {},
+            Action::Redo => LogLine::Redo {},
+        };
+        text_of(&line)
+    }
+
+    /// An edit as a line of a log, as [`Scene::action_line`] writes it.
+    pub fn log_line(&self, edit: &Edit) -> String {
+        text_of(&self.line_of(edit))
+    }
+
+    fn line_of(&self, edit: &Edit) -> LogLine {
+        match edit {
+            Edit::Insert {
+                parent,
+                index,
+                entry,
+            } => LogLine::Insert {
+                into: self.path(*parent),
+                index: Some(*index),
+                entry: Box::new(Item::of(entry)),
+            },
+            Edit::Remove { node } => LogLine::Remove {
+                node: self.path(*node),
+            },
+            Edit::Replace { node, entry } => LogLine::Replace {
+                node: self.path(*node),
+                entry: Box::new(Item::of(entry)),
+            },
+            Edit::Move {
+                node,
+                parent,
+                index,
+            } => LogLine::Move {
+                node: self.path(*node),
+                into: self.path(*parent),
+                index: *index,
+            },
+            Edit::SetVisible { node, visible } => LogLine::SetVisible {
+                node: self.path(*node),
+                visible: *visible,
+            },
+            Edit::Transform { node, by } => LogLine::Transform {
+                node: self.path(*node),
+                by: by.clone(),
+            },
+            Edit::SetMaterial { name, material } => LogLine::SetMaterial {
+                name: name.clone(),
+                material: *material,
+            },
+        }
+    }
+}
+
+fn text_of(line: &LogLine) -> String {
+    serde_json::to_string(line).expect("entries are JSON")
+}

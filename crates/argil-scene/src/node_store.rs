@@ -1,0 +1,121 @@
+//! A scene's nodes, which clones of it share until one of them changes.
+
+use crate::Node;
+use std::ops::{Index, IndexMut};
+use std::sync::Arc;
+
+/// Nodes that are copied together when one of them changes while a clone has them too.
+const CHUNK: usize = 64;
+
+/// Nodes by their index. The first, the root, is in a chunk by itself: its list of children may be long.
+#[derive(Clone, Debug)]
+pub(crate) struct NodeStore {
+    root: Arc<Node>,
+    chunks: Vec<Arc<Vec<Node>>>,
+    len: usize,
+}
+
+impl NodeStore {
+    /// With a root alone.
+    pub fn of(root: Node) -> Self {
+        Self {
+            root: Arc::new(root),
+            chunks: Vec::new(),
+            len: 1,
+        }
+    }
+
+    pub fn len(&self) -> usize {
+        self.len
+    }
+
+    pub fn get(&self, index: usize) -> Option<&Node> {
+        (index < self.len).then(|| &self[index])
+    }
+
+    pub fn push(&mut self, node: Node) {
+        if (self.len - 1).is_multiple_of(CHUNK) {
+            self.chunks.push(Arc::new(Vec::with_capacity(CHUNK)));
+        }
+        if let Some(last) = self.chunks.last_mut() {
+            Arc::make_mut(last).push(node);
+            self.len += 1;
+        }
+    }
+
+    /// Keep the first so many, the root among them.
+    pub fn truncate(&mut self, len: usize) {
+        let len = len.clamp(1, self.len);
+        self.chunks.truncate((len - 1).div_ceil(CHUNK));
+        let rest = (len - 1) % CHUNK;
+        if let Some(last) = self.chunks.last_mut().filter(|_| rest > 0) {
+            Arc::make_mut(last).truncate(rest);
+        }
+        self.len = len;
+    }
+}
+
+impl Index<usize> for NodeStore {
+    type Output = Node;
+
+    #[inline]
+    fn index(&self, index: usize) -> &Node {
+        match index.checked_sub(1) {
+            Some(at) => &self.chunks[at / CHUNK][at % CHUNK],
+            None => &self.root,
+        }
+    }
+}
+
+impl IndexMut<usize> for NodeStore {
+    #[inline]
+    fn index_mut(&mut self, index: usize) -> &mut Node {
+        match index.checked_sub(1) {
+            Some(at) => &mut Arc::make_mut(&mut self.chunks[at / CHUNK])[at % CHUNK],
+            None => Arc::make_mut(&mut self.root),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Brush, Shape};
+
+    fn node(nth: usize) -> Node {
+        let entry = Brush::new(Shape::sphere(1.0)).named(format!("{nth}"));
+        Node {
+            desc: entry.into(),
+            ..Node::gone()
+        }
+    }
+
+    #[test]
+    fn clones_share_what_neither_changes() {
+        let mut own = NodeStore::of(Node::root());
+        for nth in 1..300 {
+            own.push(node(nth));
+        }
+        let clone = own.clone();
+        own[130].desc.name = "another".into();
+        own.push(node(300));
+        assert_eq!((own.len(), clone.len()), (301, 300));
+        assert_eq!(
+            (&*own[130].desc.name, &*clone[130].desc.name),
+            ("another", "130")
+        );
+        let shared = own.chunks.iter().zip(&clone.chunks);
+        let shared = shared.filter(|(a, b)| Arc::ptr_eq(a, b)).count();
+        // But that of the change and that of the end.
+        assert_eq!(shared, clone.chunks.len() - 2);
+        for len in [300, 257, 256, 129, 65, 64, 2, 1] {
+            own.truncate(len);
+            assert_eq!(own.len(), len);
+            assert!(own.get(len).is_none() && own.get(len - 1).is_some());
+            own.push(node(7));
+            assert_eq!(own[len].desc.name, "7");
+            own.truncate(len);
+        }
+        assert!(clone.get(299).is_some_and(|node| node.desc.name == "299"));
+    }
+}

@@ -1,0 +1,154 @@
+//! Which cells brushes can matter in that edits have put behind all else, by what bricks hold: where brushes are many, that is
+//! known sooner than by lists of them.
+
+use super::block_program::BlockProgram;
+use super::bounds::CellBounds;
+use super::cell::{center_of, is_brick};
+use super::edit_queue::{EditBatch, EditQueue};
+use super::{BLOCK_SIDE, BrickLayout, Bricks, inner_cell};
+use crate::Texel;
+use crate::texels::OF_THIS_TYPE;
+use argil_abi::FillUniform;
+use argil_field::{Additions, CELLS_PER_BATCH, HardUnionBrush, IncrementalProgram};
+use glam::IVec3;
+use rayon::prelude::*;
+
+/// A block in which something can have changed.
+pub(super) struct ReachedBlock {
+    part: IVec3,
+    /// Its first cell.
+    pub first: IVec3,
+    /// A bit for each of its cells.
+    pub cells: u64,
+    /// The greatest length that a distance can have in those now; infinite, where that is not known.
+    reach: f32,
+}
+
+/// More brushes than this are not joined with bricks as they are.
+const FEW_BRUSHES: usize = 8;
+/// Blocks that a thread looks at by itself.
+const FEW: usize = 64;
+
+impl ReachedBlock {
+    /// Whether a list for distances that cells tell is enough.
+    pub fn is_near(&self, layout: &BrickLayout) -> bool {
+        self.reach < layout.far_length()
+    }
+
+    /// What can matter in those cells, if they are near.
+    pub fn list(&self, layout: &BrickLayout, live: &IncrementalProgram) -> BlockProgram {
+        let mut now = Vec::new();
+        let cells = layout.box_of_cells(self.first, self.cells);
+        live.part_program_in(self.part, cells, self.reach, &mut now);
+        BlockProgram {
+            first: self.first,
+            // It has cells that are not.
+            far: None,
+            current: now,
+            previous: Some(Vec::new()),
+        }
+    }
+
+    /// Those of one part as units.
+    pub fn units(all: &[Self]) -> Vec<EditBatch> {
+        let parts = all.chunk_by(|a, b| a.part == b.part);
+        let unit = |own: &[Self]| EditBatch {
+            part: own[0].part,
+            blocks: own.iter().map(|block| block.first).collect(),
+        };
+        parts.map(unit).collect()
+    }
+}
+
+impl Bricks {
+    /// The blocks of units in which something can have changed, if it is known what was touched and that nothing else was; the
+    /// others are as they were. With the brushes that alone tell how bricks change, if they do.
+    pub(super) fn reached<T: Texel>(
+        &self,
+        live: &IncrementalProgram,
+        work: &EditQueue,
+        units: &[EditBatch],
+        (bounds, fill): (&CellBounds<'_>, &FillUniform),
+    ) -> Option<(Vec<ReachedBlock>, Vec<HardUnionBrush>)> {
+        let added = work.touched(live).and_then(|_| live.added())?;
+        let all: Vec<(IVec3, IVec3)> = units
+            .iter()
+            .flat_map(|unit| unit.blocks.iter().map(|&first| (unit.part, first)))
+            .collect();
+        let reached = all.into_par_iter().with_min_len(FEW).map(|(part, first)| {
+            let (cells, reach) = if work.is_loosened(&self.layout, first) {
+                (u64::MAX, f32::INFINITY)
+            } else {
+                self.reached_in::<T>(&added, first, bounds, fill)
+            };
+            ReachedBlock {
+                part,
+                first,
+                cells,
+                reach,
+            }
+        });
+        let reached = reached.filter(|block| block.cells != 0).collect();
+        let mut hard = added.hard().unwrap_or_default();
+        // Of many, most are not in a cell.
+        if hard.len() > FEW_BRUSHES {
+            hard.clear();
+        }
+        hard.reverse();
+        Some((reached, hard))
+    }
+
+    fn reached_in<T: Texel>(
+        &self,
+        added: &Additions<'_>,
+        first: IVec3,
+        bounds: &CellBounds<'_>,
+        fill: &FillUniform,
+    ) -> (u64, f32) {
+        let layout = &self.layout;
+        let bounds = bounds.of_block(layout, first);
+        let slot = self.table.slot(first / BLOCK_SIDE as i32) as usize;
+        let words = &self.words[slot * CELLS_PER_BATCH..(slot + 1) * CELLS_PER_BATCH];
+        let pool = self.pool.of::<T>().expect(OF_THIS_TYPE);
+        let samples = layout.brick_samples() as usize;
+        let side = layout.brick_size_voxels as usize + 1;
+        let middle = (side / 2) * (1 + side + side * side);
+        let scale = fill.spacing_scale[3];
+        let radius = layout.half_diagonal(1);
+        let (mut cells, mut greatest) = (0, 0.0f32);
+        for (i, &word) in words.iter().enumerate() {
+            let (side, lengths) = if is_brick(word) {
+                let stored = pool[word as usize * samples + middle].integer();
+                let least = (stored.abs() - 1.0).max(0.0) / scale;
+                // What is beyond the range is stored as its end.
+                let most = if stored.abs() < fill.quanta as f32 {
+                    (stored.abs() + 1.0) / scale
+                } else {
+                    bounds.unclear_length(radius)
+                };
+                (stored, [least, most])
+            } else {
+                let center = center_of(word);
+                (center, bounds.lengths(center))
+            };
+            let center = layout.center(first + inner_cell(i), 1);
+            if added.can_matter(center, radius, signed(side, lengths)) {
+                cells |= 1 << i;
+                greatest = greatest.max(lengths[1]);
+            }
+        }
+        let reach = added.greatest(greatest).max(bounds.near_length(layout));
+        (cells, reach)
+    }
+}
+
+/// Distances of a side, of lengths from one to another; of both, where they begin at 0.
+fn signed(side: f32, [least, most]: [f32; 2]) -> [f32; 2] {
+    if least == 0.0 {
+        [-most, most]
+    } else if side < 0.0 {
+        [-most, -least]
+    } else {
+        [least, most]
+    }
+}

@@ -1,0 +1,344 @@
+//! A block made anew by an edit: which of its cells can have changed, and their samples.
+
+use super::block_program::BlockProgram;
+use super::bounds::CellBounds;
+use super::brick_baker::{BrickBaker, SampleOffsets, only_material};
+use super::candidates::{CandidateBlock, near_block};
+use super::cell::{center_of, empty_word, is_brick};
+use super::edit_queue::EditQueue;
+use super::octants::{self, OCTANTS};
+use super::{BLOCK_SIDE, BrickLayout, Bricks, inner_cell};
+use crate::Texel;
+use crate::texels::OF_THIS_TYPE;
+use argil_abi::{FillUniform, Instruction};
+use argil_field::{CELLS_PER_BATCH, ChangeSet, HardUnionBrush, IncrementalProgram, Pruner};
+use glam::{IVec3, Vec3};
+use std::ops::Range;
+
+/// A brick of which more octants changed is sampled as a whole: an octant's samples are more than an eighth of a brick's.
+const MAX_OCTANTS: u32 = 5;
+/// From so many instructions in a block's list on, octants are measured by the lists of their cells.
+const LONG_LIST: usize = 64;
+/// A block's new words and bricks.
+pub(super) struct BakedBlock<T> {
+    /// The block's first cell.
+    pub first: IVec3,
+    /// Whether it is far from everything now, and then whether it is inside.
+    pub far: Option<bool>,
+    pub words: [u32; CELLS_PER_BATCH],
+    /// Cells with a brick: which, and what it looks like.
+    pub bricks: Vec<(u8, u32)>,
+    pub texels: Vec<T>,
+    pub mixed: Vec<[u32; 2]>,
+    /// Bricks among them of which anything was sampled.
+    pub sampled: u64,
+}
+
+/// The lowest bits of `bits`, each at the place of one of the bits of `places`, in their order.
+fn scattered(bits: u64, places: u64) -> u64 {
+    if places == u64::MAX {
+        return bits;
+    }
+    let all = (0..CELLS_PER_BATCH)
+        .filter(|i| places >> i & 1 != 0)
+        .enumerate();
+    all.fold(0, |out, (nth, i)| out | (bits >> nth & 1) << i)
+}
+
+/// The other way round.
+fn gathered(bits: u64, places: u64) -> u64 {
+    if places == u64::MAX {
+        return bits;
+    }
+    let all = (0..CELLS_PER_BATCH)
+        .filter(|i| places >> i & 1 != 0)
+        .enumerate();
+    all.fold(0, |out, (nth, i)| out | (bits >> i & 1) << nth)
+}
+
+/// What all blocks of an edit share.
+pub(super) struct BlockEditor<'a> {
+    pub layout: BrickLayout,
+    pub live: &'a IncrementalProgram,
+    pub bounds: CellBounds<'a>,
+    pub fill: FillUniform,
+    pub places: SampleOffsets,
+    /// What can have changed, where that is known.
+    pub touched: Option<&'a ChangeSet>,
+    /// Brushes that alone tell how bricks that there were have changed; none where more must be known.
+    pub hard: Vec<HardUnionBrush>,
+    pub work: &'a EditQueue,
+}
+
+/// What a thread keeps.
+pub(super) struct BlockWorker<'a> {
+    pruner: Pruner<'a>,
+    filler: BrickBaker<'a>,
+}
+
+impl<T> BakedBlock<T> {
+    fn new(first: IVec3, far: Option<bool>) -> Self {
+        Self {
+            first,
+            far,
+            words: [empty_word(0.0); CELLS_PER_BATCH],
+            bricks: Vec::new(),
+            texels: Vec::new(),
+            mixed: Vec::new(),
+            sampled: 0,
+        }
+    }
+}
+
+/// The word of a cell in which nothing changed that a brick holds; none where it was measured again and has no brick.
+fn kept_word(old: u32, is_changed: bool) -> Option<u32> {
+    match (is_brick(old), is_changed) {
+        (true, _) => Some(old),
+        // Whether the block is empty is found out anew.
+        (false, false) => Some(empty_word(center_of(old))),
+        (false, true) => None,
+    }
+}
+
+/// A brick as it was.
+struct PreviousBlock<'a, T> {
+    samples: &'a [T],
+    look: u32,
+}
+
+/// A cell near the surface: what can matter in it, and in which octants something can have changed.
+struct NearSurface<'a> {
+    list: &'a [Instruction],
+    cell: IVec3,
+    octants: u8,
+    bounds: &'a CellBounds<'a>,
+}
+
+/// What sampling a brick has come to.
+enum Sampled {
+    /// It is as it was.
+    Same,
+    /// No surface is in it.
+    Clear,
+    /// It is there, and whether any of its samples can be another.
+    New(bool),
+}
+
+impl BlockEditor<'_> {
+    pub fn worker(&self) -> BlockWorker<'_> {
+        BlockWorker {
+            pruner: Pruner::new(self.live.program()),
+            filler: BrickBaker::new(self.live.program(), &self.layout, &self.fill, &self.places),
+        }
+    }
+
+    /// In which of a block's cells something that was touched can have mattered: a bit for each. Takes the pruner's marks.
+    fn mattered(&self, first: IVec3, lists: &BlockProgram, pruner: &mut Pruner<'_>) -> u64 {
+        let (Some(before), Some(touched)) = (&lists.previous, self.touched) else {
+            return u64::MAX;
+        };
+        if !touched.any(before) {
+            return 0;
+        }
+        let centers: [Vec3; CELLS_PER_BATCH] =
+            std::array::from_fn(|i| self.layout.center(first + inner_cell(i), 1));
+        let mut d = [0.0; CELLS_PER_BATCH];
+        pruner.classify_cells(before, &centers, self.layout.half_diagonal(1), &mut d);
+        pruner.affected_cells(before, |instr| touched.has(instr))
+    }
+
+    /// Of some cells of a block that have a brick and are near the surface, which octants edits can have changed: a bit for
+    /// each. All of them elsewhere.
+    fn octants(
+        &self,
+        first: IVec3,
+        lists: &BlockProgram,
+        some: u64,
+        (found, old): (&CandidateBlock, &[u32]),
+        pruner: &mut Pruner<'_>,
+    ) -> [u8; CELLS_PER_BATCH] {
+        let mut octants = [u8::MAX; CELLS_PER_BATCH];
+        let (Some(before), Some(touched)) = (&lists.previous, self.touched) else {
+            return octants;
+        };
+        let has_brick = |i: u8| some >> i & 1 != 0 && is_brick(old[usize::from(i)]);
+        let near: Vec<&(u8, Range<usize>)> =
+            found.cells.iter().filter(|(i, _)| has_brick(*i)).collect();
+        let in_block = touched.count(&lists.current);
+        let had_any = touched.any(before);
+        for near in near.chunks(octants::CELLS_AT_ONCE) {
+            let cells: Vec<IVec3> = near
+                .iter()
+                .map(|(i, _)| first + inner_cell(usize::from(*i)))
+                .collect();
+            let mut changed = |list: &[Instruction], cells: &[IVec3]| {
+                octants::changed(&self.layout, pruner, touched, list, cells)
+            };
+            let mut bits = if had_any { changed(before, &cells) } else { 0 };
+            if lists.current.len() > LONG_LIST {
+                for (nth, (_, range)) in near.iter().enumerate() {
+                    let own = &found.instrs[range.clone()];
+                    // One that may matter in the cell can be missing in its list, as another takes its place.
+                    let is_whole = touched.count(own) == in_block;
+                    let list = if is_whole { own } else { &lists.current[..] };
+                    bits |= changed(list, &cells[nth..=nth]) << (nth * OCTANTS);
+                }
+            } else if in_block > 0 {
+                bits |= changed(&lists.current, &cells);
+            }
+            for (nth, (i, _)) in near.iter().enumerate() {
+                octants[usize::from(*i)] = (bits >> (nth * OCTANTS)) as u8;
+            }
+        }
+        octants
+    }
+
+    /// Whether a brick whose samples and places of materials cannot have changed looks as before. A list that has one
+    /// material gives that, else the places tell, which a mixed brick has kept.
+    fn has_same_material(&self, list: &[Instruction], look: u32) -> bool {
+        match only_material(list, self.live.program().materials()) {
+            Some(only) => only == look,
+            None => look & argil_abi::BRICK_MIXED != 0,
+        }
+    }
+
+    /// Measure some of a block's cells, a bit for each, and sample what is dirty.
+    pub fn make<T: Texel>(
+        &self,
+        worker: &mut BlockWorker<'_>,
+        lists: &BlockProgram,
+        some: u64,
+        bricks: &Bricks,
+    ) -> BakedBlock<T> {
+        let (first, instrs) = (lists.first, &lists.current);
+        let mut made = BakedBlock::new(first, lists.far);
+        if made.far.is_some() {
+            return made;
+        }
+        let bounds = self.bounds.of_block(&self.layout, first);
+        let BlockWorker { pruner, filler } = worker;
+        // The cells that edits can have changed: a bit for each.
+        let mut changed = self.mattered(first, lists, pruner);
+        let wanted = |pruner: &Pruner<'_>| {
+            if let Some(touched) = self.touched.filter(|_| changed != u64::MAX) {
+                let needed = pruner.affected_cells(instrs, |instr| touched.has(instr));
+                changed |= scattered(needed, some);
+                return gathered(changed, some);
+            }
+            changed
+        };
+        let words = &mut made.words;
+        let listed = (&instrs[..], some);
+        let found = near_block(&self.layout, &bounds, first, listed, pruner, words, wanted);
+        // The others are as they were.
+        changed &= some;
+        let samples = self.layout.brick_samples() as usize;
+        // Of a block that there was not, far words.
+        let slot = bricks.table.slot(first / BLOCK_SIDE as i32) as usize;
+        let old = &bricks.words[slot * CELLS_PER_BATCH..(slot + 1) * CELLS_PER_BATCH];
+        let pool = bricks.pool.of::<T>().expect(OF_THIS_TYPE);
+        let dirty = self.work.dirty_cells(&self.layout, self.live, first);
+        let octants = if self.hard.is_empty() {
+            self.octants(first, lists, changed & dirty, (&found, old), pruner)
+        } else {
+            [u8::MAX; CELLS_PER_BATCH]
+        };
+        // No more bricks than that, so that they are moved once.
+        let near = found.cells.iter().filter(|&&(i, _)| {
+            let i = usize::from(i);
+            (changed & dirty) >> i & 1 != 0 && octants[i] != 0
+        });
+        made.texels.reserve_exact(near.count() * samples);
+        let mut next = found.cells.iter().peekable();
+        for (i, &old) in old.iter().enumerate() {
+            let list: Option<Range<usize>> = next
+                .next_if(|&&(inner, _)| usize::from(inner) == i)
+                .map(|(_, range)| range.clone());
+            if (changed & dirty) >> i & 1 == 0 {
+                let is_changed = changed >> i & 1 != 0;
+                made.words[i] = kept_word(old, is_changed).unwrap_or(made.words[i]);
+                continue;
+            }
+            let Some(list) = list else { continue };
+            let list = &found.instrs[list];
+            if octants[i] == 0 && self.has_same_material(list, bricks.materials[old as usize]) {
+                made.words[i] = old;
+                continue;
+            }
+            let was = is_brick(old).then(|| PreviousBlock {
+                samples: &pool[old as usize * samples..][..samples],
+                look: bricks.materials[old as usize],
+            });
+            let cell = first + inner_cell(i);
+            let near = NearSurface {
+                list,
+                cell,
+                octants: octants[i],
+                bounds: &bounds,
+            };
+            match self.sample(filler, &near, was, &mut made.texels) {
+                Sampled::Same => made.words[i] = old,
+                Sampled::Clear => {}
+                Sampled::New(is_other) => {
+                    made.sampled += u64::from(is_other);
+                    let material = filler.material(list, cell, &mut made.mixed);
+                    made.bricks.push((i as u8, material));
+                    // Any brick: which one is known when it is put into the pool.
+                    made.words[i] = 0;
+                }
+            }
+        }
+        made
+    }
+
+    /// Sample a brick behind `texels`, where it stays unless it is clear of the surface or as before.
+    fn sample<T: Texel>(
+        &self,
+        filler: &mut BrickBaker<'_>,
+        near: &NearSurface<'_>,
+        was: Option<PreviousBlock<'_, T>>,
+        texels: &mut Vec<T>,
+    ) -> Sampled {
+        let (list, cell) = (near.list, near.cell);
+        let reach = 0.5 * 3f32.sqrt() * self.layout.voxel_grid.voxel_size;
+        let samples = self.layout.brick_samples() as usize;
+        let begin = texels.len();
+        let mut changed = near.octants;
+        let stays = match &was {
+            Some(was) if !self.hard.is_empty() => {
+                texels.extend_from_slice(was.samples);
+                let out = &mut texels[begin..];
+                let least = filler.joined(&self.hard, cell, out);
+                // Where it is not certain, the whole list tells.
+                let stays = least.is_finite() && !near.bounds.is_clear(least, reach);
+                if out == was.samples {
+                    changed = 0;
+                    // Places of materials can have changed all the same.
+                    let only = only_material(list, self.live.program().materials());
+                    if stays && only == Some(was.look) {
+                        texels.truncate(begin);
+                        return Sampled::Same;
+                    }
+                }
+                stays
+            }
+            Some(was) if changed.count_ones() <= MAX_OCTANTS => {
+                texels.extend_from_slice(was.samples);
+                let out = &mut texels[begin..];
+                // What is near enough in a part is near enough in the whole.
+                let mut again = || filler.octants(list, cell, changed, out);
+                changed == 0 || !near.bounds.is_clear(again(), reach)
+            }
+            _ => false,
+        };
+        if !stays {
+            texels.resize(begin + samples, T::default());
+            let least = filler.brick(list, cell, &mut texels[begin..]);
+            if near.bounds.is_clear(least, reach) {
+                texels.truncate(begin);
+                return Sampled::Clear;
+            }
+        }
+        Sampled::New(changed != 0)
+    }
+}

@@ -1,0 +1,304 @@
+//! Sampling bricks.
+
+use super::BrickLayout;
+use super::material::{PLACES, packed};
+use super::octants::{OCTANTS, place_of};
+use crate::Texel;
+use crate::encoding::encode;
+use argil_abi::{BRICK_MIXED, FillUniform, GpuMaterial, Instruction, MATERIAL_SIDE, MATERIAL_TOLD};
+use argil_field::{Evaluator, FAR, HardUnionBrush, LANES, Program, Pruner};
+use glam::{IVec3, Vec3, uvec3};
+use multiversion::multiversion;
+
+/// Of each sample of a brick, and of one of its octants, in the order of the pool: its place along x, y and z.
+pub(super) struct SampleOffsets {
+    brick: [Vec<f32>; 3],
+    octant: [Vec<f32>; 3],
+}
+
+impl SampleOffsets {
+    pub fn new(layout: &BrickLayout) -> Self {
+        let of = |side: u32| {
+            [1, side, side * side].map(|divisor| -> Vec<f32> {
+                (0..side.pow(3))
+                    .map(|i| (i / divisor % side) as f32)
+                    .collect()
+            })
+        };
+        Self {
+            brick: of(layout.brick_size_voxels + 1),
+            octant: of(layout.brick_size_voxels / 2 + 1),
+        }
+    }
+}
+
+/// Evaluates bricks for one thread.
+pub(super) struct BrickBaker<'a> {
+    program: &'a Program,
+    layout: &'a BrickLayout,
+    fill: &'a FillUniform,
+    evaluator: Evaluator<'a>,
+    places: &'a SampleOffsets,
+    d: Vec<f32>,
+    /// Where lists are long.
+    pruner: Option<Box<(Pruner<'a>, Vec<Instruction>)>>,
+}
+
+/// A brick's list of more instructions is cut again for its octants, which take a third more samples than the brick.
+const LONG: usize = 48;
+
+impl<'a> BrickBaker<'a> {
+    pub fn new(
+        program: &'a Program,
+        layout: &'a BrickLayout,
+        fill: &'a FillUniform,
+        places: &'a SampleOffsets,
+    ) -> Self {
+        Self {
+            program,
+            layout,
+            fill,
+            evaluator: Evaluator::new(program),
+            places,
+            d: vec![0.0; layout.brick_samples() as usize],
+            pruner: None,
+        }
+    }
+
+    /// Sample a cell's brick; the distance that is nearest to the surface.
+    pub fn brick<T: Texel>(&mut self, instrs: &[Instruction], cell: IVec3, out: &mut [T]) -> f32 {
+        if instrs.len() > LONG {
+            return self.octants(instrs, cell, u8::MAX, out);
+        }
+        let first = (cell * self.layout.brick_size_voxels as i32).as_vec3();
+        let Self { places, d, .. } = self;
+        let places = &places.brick;
+        let from = (FAR, instrs);
+        sample(self.layout, &mut self.evaluator, from, first, places, d);
+        encode(d, self.fill, out);
+        nearest(d)
+    }
+
+    /// Sample some octants of a cell's brick again, a bit for each; the same of their distances. Of a long list, each is sampled by
+    /// what is left of it there.
+    pub fn octants<T: Texel>(
+        &mut self,
+        instrs: &[Instruction],
+        cell: IVec3,
+        some: u8,
+        out: &mut [T],
+    ) -> f32 {
+        let some = (0..OCTANTS).filter(|octant| some >> octant & 1 != 0);
+        let mut least = f32::INFINITY;
+        let mut nearer = |found: f32| {
+            if found.abs() < least.abs() {
+                least = found;
+            }
+        };
+        if instrs.len() <= LONG {
+            some.for_each(|octant| nearer(self.octant(instrs, cell, octant, out)));
+            return least;
+        }
+        let mut pruner = self.pruner.take().unwrap_or_else(|| {
+            let (pruner, list) = (Pruner::new(self.program), Vec::new());
+            Box::new((pruner, list))
+        });
+        let (own, list) = &mut *pruner;
+        let centers: [Vec3; OCTANTS] =
+            std::array::from_fn(|octant| self.layout.middle_of_octant(cell, octant));
+        // Samples lie on the octants' sides too.
+        let radius = 0.500_1 * self.layout.half_diagonal(1);
+        own.classify_cells(instrs, &centers, radius, &mut [0.0; OCTANTS]);
+        for octant in some {
+            list.clear();
+            own.prune_into(instrs, octant, list);
+            nearer(self.octant(list, cell, octant, out));
+        }
+        self.pruner = Some(pruner);
+        least
+    }
+
+    /// Sample an octant of a cell's brick again; the same of its distances.
+    fn octant<T: Texel>(
+        &mut self,
+        instrs: &[Instruction],
+        cell: IVec3,
+        octant: usize,
+        out: &mut [T],
+    ) -> f32 {
+        let half = self.layout.brick_size_voxels / 2;
+        let corner = place_of(octant) * half;
+        let first = (cell * self.layout.brick_size_voxels as i32).as_vec3() + corner.as_vec3();
+        let count = (half + 1).pow(3) as usize;
+        let d = &mut self.d[..count];
+        let evaluator = &mut self.evaluator;
+        sample(
+            self.layout,
+            evaluator,
+            (FAR, instrs),
+            first,
+            &self.places.octant,
+            d,
+        );
+        // No brick has more.
+        let mut texels = [T::default(); 729];
+        encode(d, self.fill, &mut texels[..count]);
+        let (row, side) = (
+            half as usize + 1,
+            self.layout.brick_size_voxels as usize + 1,
+        );
+        for (line, texels) in texels[..count].chunks_exact(row).enumerate() {
+            let (y, z) = (
+                corner.y as usize + line % row,
+                corner.z as usize + line / row,
+            );
+            let to = (z * side + y) * side + corner.x as usize;
+            out[to..to + row].copy_from_slice(texels);
+        }
+        nearest(d)
+    }
+
+    /// A cell's brick as it was, joined with brushes in their order; in lengths, no sample is farther from the surface than what is
+    /// told. Encoding keeps the order of distances, so that the greater of two texels is that of the greater distance.
+    pub fn joined<T: Texel>(
+        &mut self,
+        brushes: &[HardUnionBrush],
+        cell: IVec3,
+        brick: &mut [T],
+    ) -> f32 {
+        let first = (cell * self.layout.brick_size_voxels as i32).as_vec3();
+        let Self { places, d, .. } = self;
+        // No brick has more.
+        let mut own = [T::default(); 17 * 17 * 17];
+        let own = &mut own[..brick.len()];
+        for brush in brushes {
+            let evaluator = &mut self.evaluator;
+            let from = (brush.start(), brush.list());
+            sample(self.layout, evaluator, from, first, &places.brick, d);
+            encode(d, self.fill, own);
+            for (texel, &own) in brick.iter_mut().zip(&*own) {
+                let is_greater = own.integer() > texel.integer();
+                if is_greater != brush.adds {
+                    *texel = own;
+                }
+            }
+        }
+        let least = brick.iter().map(|texel| texel.integer().abs());
+        let least = least.fold(f32::INFINITY, f32::min);
+        if least < self.fill.quanta as f32 {
+            (least + 1.0) / self.fill.spacing_scale[3]
+        } else {
+            f32::INFINITY
+        }
+    }
+
+    /// What a cell's brick looks like: one material, or a mixed brick's place among the block's.
+    pub fn material(
+        &mut self,
+        instrs: &[Instruction],
+        cell: IVec3,
+        mixed: &mut Vec<[u32; 2]>,
+    ) -> u32 {
+        if let Some(only) = only_material(instrs, self.program.materials()) {
+            return only;
+        }
+        let lattice = &self.layout.voxel_grid;
+        let begin = (cell * self.layout.brick_size_voxels as i32).as_vec3();
+        let step = self.layout.brick_size_voxels as f32 / (MATERIAL_SIDE - 1) as f32;
+        let [mut x, mut y, mut z, mut d] = [[0.0f32; PLACES]; 4];
+        for i in 0..PLACES {
+            let place = i as u32;
+            let place = uvec3(
+                place % MATERIAL_SIDE,
+                place / MATERIAL_SIDE % MATERIAL_SIDE,
+                place / MATERIAL_SIDE / MATERIAL_SIDE,
+            );
+            let p = lattice.corner + lattice.voxel_size * (begin + step * place.as_vec3());
+            (x[i], y[i], z[i]) = (p.x, p.y, p.z);
+        }
+        let mut found = [GpuMaterial::default(); PLACES];
+        self.evaluator
+            .materials_with(instrs, [&x, &y, &z], &mut d, &mut found);
+        // Between places that are farther from the surface than the diagonal from one to the next, there is none.
+        let reach = 1.01 * self.program.lipschitz() * 3f32.sqrt() * step * lattice.voxel_size;
+        // Where no place is near, all of them count: so that it does not matter whether a list holds more than it need.
+        let has_near = d.iter().any(|d| d.abs() <= reach);
+        let reach = if has_near { reach } else { f32::INFINITY };
+        let mut near = found.iter().zip(&d).filter(|(_, d)| d.abs() <= reach);
+        let palette = self.program.materials();
+        let mut first = [0; 2];
+        if let Some((one, _)) = near.next() {
+            let own = packed(one);
+            first = own;
+            if near.all(|(m, _)| m == one || packed(m) == own)
+                && let Some(place) = palette.iter().position(|m| packed(m) == own)
+            {
+                return place as u32;
+            }
+        }
+        // Neighbours often are of one material. Lists do not tell what is so far that none of it is looked at.
+        let far = MATERIAL_TOLD * reach;
+        let (mut last, mut word) = (&found[0], packed(&found[0]));
+        mixed.extend(found.iter().zip(&d).map(|(m, d)| {
+            if m != last {
+                (last, word) = (m, packed(m));
+            }
+            if d.abs() <= far { word } else { first }
+        }));
+        BRICK_MIXED | (mixed.len() / PLACES - 1) as u32
+    }
+}
+
+/// The material of a list that has no more than one: of those in the table that look the same, the first.
+pub(super) fn only_material(instrs: &[Instruction], palette: &[GpuMaterial]) -> Option<u32> {
+    let takes = |i: &&Instruction| {
+        i.op < argil_abi::OP_SHAPES_END && i.flags & argil_abi::FLAG_KEEP_MATERIAL == 0
+    };
+    let mut all = instrs.iter().filter(takes).map(|i| i.operand);
+    let only = all.next().unwrap_or(0);
+    if !all.all(|other| other == only) {
+        return None;
+    }
+    let Some(own) = palette.get(only as usize).map(packed) else {
+        return Some(only);
+    };
+    let before = &palette[..only as usize];
+    let first = before.iter().position(|m| packed(m) == own);
+    Some(first.map_or(only, |first| first as u32))
+}
+
+/// Distances at places from a first sample on, as many as there are: of what instructions join with a distance.
+fn sample(
+    layout: &BrickLayout,
+    evaluator: &mut Evaluator<'_>,
+    (start, instrs): (f32, &[Instruction]),
+    first: Vec3,
+    places: &[Vec<f32>; 3],
+    d: &mut [f32],
+) {
+    let lattice = &layout.voxel_grid;
+    let [mut x, mut y, mut z] = [[0.0f32; LANES]; 3];
+    for begin in (0..d.len()).step_by(LANES) {
+        let n = LANES.min(d.len() - begin);
+        for (axis, out) in [&mut x, &mut y, &mut z].into_iter().enumerate() {
+            let (corner, first) = (lattice.corner[axis], first[axis]);
+            let places = &places[axis][begin..begin + n];
+            for (out, place) in out[..n].iter_mut().zip(places) {
+                *out = corner + lattice.voxel_size * (first + place);
+            }
+        }
+        let d = &mut d[begin..begin + n];
+        evaluator.distances_from(start, instrs, [&x[..n], &y[..n], &z[..n]], d);
+    }
+}
+
+/// The value of least magnitude.
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl", "x86_64+avx2"))]
+fn nearest(d: &[f32]) -> f32 {
+    // Positive floats are ordered as their bits; the sign goes to the lowest bit.
+    let least = d
+        .iter()
+        .map(|d| d.to_bits().rotate_left(1))
+        .fold(u32::MAX, |a, b| if b < a { b } else { a });
+    f32::from_bits(least.rotate_right(1))
+}

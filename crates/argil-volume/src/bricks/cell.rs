@@ -1,0 +1,99 @@
+//! What a cell's word means; `bricks/words.wgsl` is the twin.
+
+use glam::IVec3;
+
+/// The top bit of a word without a brick.
+const EMPTY: u32 = argil_abi::WORD_EMPTY;
+/// Of such a word: whether its whole block has no brick.
+const BLOCK_EMPTY: u32 = argil_abi::WORD_LONELY;
+
+/// What is in a cell.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Cell {
+    /// The brick's place in the pool.
+    Brick(u32),
+    /// No surface.
+    Empty {
+        /// At the cell's centre: how far the surface is at least, with the sign of the side.
+        center: f32,
+        /// Whether no cell of the block has a brick.
+        lonely: bool,
+    },
+}
+
+impl Cell {
+    /// What a word means.
+    #[inline(always)]
+    pub fn of(word: u32) -> Self {
+        if is_brick(word) {
+            Self::Brick(word)
+        } else {
+            Self::Empty {
+                center: center_of(word),
+                lonely: is_block_empty(word),
+            }
+        }
+    }
+}
+
+/// The word of a cell without a brick: 22 bits of the distance's fraction are kept, so it never grows.
+#[inline(always)]
+pub fn empty_word(center: f32) -> u32 {
+    EMPTY | (center.to_bits() >> 1) & !BLOCK_EMPTY
+}
+
+/// The same in a block without any brick.
+#[inline(always)]
+pub(crate) fn block_empty_word(word: u32) -> u32 {
+    word | BLOCK_EMPTY
+}
+
+/// Whether a cell has a brick.
+#[inline(always)]
+pub fn is_brick(word: u32) -> bool {
+    word & EMPTY == 0
+}
+
+/// Whether, of a cell without one, the whole block has none; of others, nothing.
+#[inline(always)]
+pub fn is_block_empty(word: u32) -> bool {
+    word & BLOCK_EMPTY != 0
+}
+
+/// The distance at the centre of a cell without a brick.
+#[inline(always)]
+pub fn center_of(word: u32) -> f32 {
+    f32::from_bits((word & !BLOCK_EMPTY) << 1)
+}
+
+/// Where a cell lies in its block.
+pub(crate) fn inner_cell(nth: usize) -> IVec3 {
+    let nth = nth as i32;
+    IVec3::new(nth % 4, nth / 4 % 4, nth / 16)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn distances_keep_their_sign_and_never_grow() {
+        for d in [0.0, 1.0, -1.0, 0.1, -0.3, 1e-20, 1e30, -1e30, 1e-40] {
+            let Cell::Empty { center, lonely } = Cell::of(empty_word(d)) else {
+                panic!("{d} became a brick");
+            };
+            assert!(center.abs() <= d.abs() && center.abs() >= d.abs() * 0.999_999 - 1e-44);
+            assert_eq!(center.is_sign_negative(), d.is_sign_negative());
+            assert!(!lonely);
+            let lonely = Cell::of(block_empty_word(empty_word(d)));
+            assert_eq!(
+                lonely,
+                Cell::Empty {
+                    center,
+                    lonely: true
+                }
+            );
+        }
+        assert_eq!(Cell::of(77), Cell::Brick(77));
+    }
+}

@@ -1,0 +1,66 @@
+use super::bounds::CellBounds;
+use super::candidates::{CandidateBlock, candidates};
+use super::layout::BricksError;
+use super::plan::BlockPlan;
+use super::table::BlockTable;
+use super::{BLOCK_SIDE, BrickLayout};
+use argil_abi::Instruction;
+use argil_field::Program;
+use argil_math::Control;
+use glam::IVec3;
+
+/// What can matter in each cell near the surface: lists of instructions that give the whole program's distances there, to
+/// the bit, as far as those decide what bricks hold.
+pub struct CellPrograms {
+    layout: BrickLayout,
+    table: BlockTable,
+    /// In the order of slots.
+    candidates: Vec<CandidateBlock>,
+}
+
+impl CellPrograms {
+    pub(super) fn new(
+        layout: BrickLayout,
+        table: BlockTable,
+        candidates: Vec<CandidateBlock>,
+    ) -> Self {
+        Self {
+            layout,
+            table,
+            candidates,
+        }
+    }
+
+    /// Of a program, on rayon's current threads.
+    ///
+    /// # Errors
+    /// If there are more blocks than can be told apart.
+    pub fn of(program: &Program, layout: &BrickLayout) -> Result<Self, BricksError> {
+        let bounds = CellBounds::new(program, layout);
+        let control = Control::default();
+        let plan = BlockPlan::of(program, layout, None, &control)?;
+        let (candidates, _) = candidates(program, layout, &bounds, &plan, &control);
+        Ok(Self::new(
+            *layout,
+            BlockTable::of(layout, &plan),
+            candidates,
+        ))
+    }
+
+    /// Where the cells lie.
+    pub fn layout(&self) -> &BrickLayout {
+        &self.layout
+    }
+
+    /// The list of a cell; `None` where no surface can be.
+    pub fn list(&self, cell: IVec3) -> Option<&[Instruction]> {
+        let block = cell.div_euclid(IVec3::splat(BLOCK_SIDE as i32));
+        let inner = cell - block * BLOCK_SIDE as i32;
+        let slot = self.table.find(block)? as usize;
+        let place = self.candidates.binary_search_by_key(&slot, |c| c.slot);
+        let found = &self.candidates[place.ok()?];
+        let inner = (inner.x + 4 * inner.y + 16 * inner.z) as u8;
+        let place = found.cells.binary_search_by_key(&inner, |cell| cell.0);
+        Some(&found.instrs[found.cells[place.ok()?].1.clone()])
+    }
+}

@@ -1,0 +1,229 @@
+//! What edits leave to be done: blocks that are to be measured again, and which of their cells are to be sampled.
+
+use super::plan::searched;
+use super::{BLOCK_SIDE, BrickLayout, inner_cell};
+use argil_field::{CELLS_PER_BATCH, IncrementalProgram};
+use argil_math::Aabb;
+use glam::{IVec3, Vec3};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// Most blocks that boxes of edits may hold: what touches more of the world is as soon baked.
+const MAX_BLOCKS: f32 = 262_144.0;
+/// Most blocks that are done as one where work can be cut short.
+const SHORT_UNIT: usize = 8;
+
+/// Blocks of one part that are done as one.
+#[derive(Clone, Debug, PartialEq)]
+pub struct EditBatch {
+    /// The part of a [`IncrementalProgram`] that they are in.
+    pub part: IVec3,
+    /// The first cell of each.
+    pub blocks: Vec<IVec3>,
+}
+
+/// What edits leave to be done, of a layout's blocks. Work that is cut short can be taken up later.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct EditQueue {
+    /// Of each edit the boxes outside of which nothing changed within the stored band, and nothing in empty cells.
+    boxes: Vec<[Aabb; 2]>,
+    units: Vec<EditBatch>,
+    /// Whether all of it is of the program's last update, so that what that touched is all that can have changed.
+    is_latest: bool,
+    /// Boxes in which what is known of jumps has changed.
+    loosened: Vec<Aabb>,
+}
+
+impl EditQueue {
+    /// For the boxes of edits, told for a layout's [bands](BrickLayout::margins), that `live` has just followed. Nothing where
+    /// they hold so much that it is to be baked anew.
+    pub fn new(
+        layout: &BrickLayout,
+        live: &IncrementalProgram,
+        boxes: &[[Aabb; 2]],
+    ) -> Option<Self> {
+        // Cells tell of what jumps as far as they tell of anything.
+        let far = layout.far_length() + layout.cell_length();
+        let loosened = live.jumps_added().iter().map(|held| held.grown(far));
+        let loosened: Vec<Aabb> = loosened.collect();
+        let mut work = Self {
+            boxes: joined(boxes),
+            units: Vec::new(),
+            is_latest: true,
+            loosened: loosened.clone(),
+        };
+        work.boxes
+            .extend(loosened.into_iter().map(|held| [held; 2]));
+        let blocks = work.touched_blocks(layout)?;
+        work.units = units(layout, live, blocks);
+        Some(work)
+    }
+
+    /// Take on what was left of earlier edits.
+    pub fn merge(&mut self, layout: &BrickLayout, live: &IncrementalProgram, left: Self) {
+        if left.units.is_empty() {
+            return;
+        }
+        let all = self.units.iter().chain(&left.units);
+        let blocks = all.flat_map(|unit| unit.blocks.iter().map(|block| block.to_array()));
+        self.units = units(layout, live, blocks.collect());
+        self.boxes.extend(left.boxes);
+        self.loosened.extend(left.loosened);
+        self.is_latest = false;
+    }
+
+    /// Cut units small, and put what is near a point first.
+    pub fn sort_by_distance(&mut self, layout: &BrickLayout, eye: Vec3) {
+        let cut = |unit: &EditBatch| -> Vec<EditBatch> {
+            let few = unit.blocks.chunks(SHORT_UNIT);
+            let blocks = few.map(<[IVec3]>::to_vec);
+            let part = unit.part;
+            blocks.map(|blocks| EditBatch { part, blocks }).collect()
+        };
+        self.units = self.units.iter().flat_map(cut).collect();
+        let nearest = |unit: &EditBatch| {
+            let distances = unit.blocks.iter().map(|&block| {
+                let middle = layout.center(block, BLOCK_SIDE);
+                middle.distance_squared(eye)
+            });
+            distances.fold(f32::INFINITY, f32::min)
+        };
+        self.units
+            .sort_by_cached_key(|unit| nearest(unit).max(0.0).to_bits());
+    }
+
+    /// Take out the first so many units.
+    pub fn next(&mut self, count: usize) -> Vec<EditBatch> {
+        self.units.drain(..count.min(self.units.len())).collect()
+    }
+
+    /// Whether nothing is left.
+    pub fn is_done(&self) -> bool {
+        self.units.is_empty()
+    }
+
+    /// Blocks that are left.
+    pub fn blocks(&self) -> u64 {
+        self.units.iter().map(|unit| unit.blocks.len() as u64).sum()
+    }
+
+    /// Whether what the program's last update touched is all that can have changed.
+    pub(crate) fn is_latest(&self) -> bool {
+        self.is_latest
+    }
+
+    /// Whether more can have changed in a block with a first cell than what distances tell.
+    pub(crate) fn is_loosened(&self, layout: &BrickLayout, first: IVec3) -> bool {
+        let last = layout.cell_box(first + (BLOCK_SIDE as i32 - 1));
+        let block = Aabb::new(layout.cell_box(first).min, last.max);
+        let mut loosened = self.loosened.iter();
+        loosened.any(|held| !held.intersection(block).is_empty())
+    }
+
+    /// Of the block with a first cell, those whose samples can have changed: a bit for each. What jumps is looked at as far as
+    /// cells tell distances.
+    pub fn dirty_cells(
+        &self,
+        layout: &BrickLayout,
+        live: &IncrementalProgram,
+        first: IVec3,
+    ) -> u64 {
+        let last = layout.cell_box(first + (BLOCK_SIDE as i32 - 1));
+        let block = Aabb::new(layout.cell_box(first).min, last.max);
+        if live.program().jumps_near(block, layout.cell_length()).gap < f32::MAX {
+            return u64::MAX;
+        }
+        let block = block.grown(layout.voxel_grid.voxel_size);
+        let touches = |held: Aabb, dirty: &Aabb| !held.intersection(*dirty).is_empty();
+        let mut cells = 0;
+        for [dirty, _] in &self.boxes {
+            if !touches(block, dirty) || cells == u64::MAX {
+                continue;
+            }
+            for i in 0..CELLS_PER_BATCH {
+                let cell = first + inner_cell(i);
+                // What lies on a cell's side is in both.
+                let held = layout
+                    .cell_box(cell)
+                    .grown(0.01 * layout.voxel_grid.voxel_size);
+                cells |= u64::from(touches(held, dirty)) << i;
+            }
+        }
+        cells
+    }
+
+    fn touched_blocks(&self, layout: &BrickLayout) -> Option<BTreeSet<[i32; 3]>> {
+        let edge = layout.cell_length() * BLOCK_SIDE as f32;
+        let mut blocks = BTreeSet::new();
+        let [low, high] = searched(layout).map(|block| block.as_vec3());
+        let high = high - 1.0;
+        let mut count = 0.0;
+        for [_, far] in &self.boxes {
+            let first = ((far.min - layout.voxel_grid.corner) / edge).floor();
+            let end = ((far.max - layout.voxel_grid.corner) / edge).floor();
+            // There is no surface elsewhere: the box has grown for what was put outside of it.
+            if far.is_empty() || !first.cmple(high).all() || !end.cmpge(low).all() {
+                continue;
+            }
+            let (first, end) = (first.clamp(low, high), end.clamp(low, high));
+            count += (end - first + 1.0).element_product();
+            if count > MAX_BLOCKS {
+                return None;
+            }
+            let (first, end) = (first.as_ivec3(), end.as_ivec3());
+            for z in first.z..=end.z {
+                for y in first.y..=end.y {
+                    for x in first.x..=end.x {
+                        let block = IVec3::new(x, y, z) * BLOCK_SIDE as i32;
+                        blocks.insert(block.to_array());
+                    }
+                }
+            }
+        }
+        Some(blocks)
+    }
+}
+
+/// Blocks by their first cells, part by part.
+fn units(
+    layout: &BrickLayout,
+    live: &IncrementalProgram,
+    blocks: BTreeSet<[i32; 3]>,
+) -> Vec<EditBatch> {
+    let side = (live.parts().edge / layout.cell_length()).round() as i32;
+    let mut parts: BTreeMap<[i32; 3], Vec<IVec3>> = BTreeMap::new();
+    for block in blocks {
+        let block = IVec3::from_array(block);
+        parts
+            .entry(block.div_euclid(IVec3::splat(side)).to_array())
+            .or_default()
+            .push(block);
+    }
+    let unit = |(part, blocks)| EditBatch {
+        part: IVec3::from_array(part),
+        blocks,
+    };
+    parts.into_iter().map(unit).collect()
+}
+
+/// Boxes of edits one after the other, as one where that is hardly larger: those of a drag.
+fn joined(boxes: &[[Aabb; 2]]) -> Vec<[Aabb; 2]> {
+    let volume = |b: Aabb| {
+        if b.is_empty() {
+            0.0
+        } else {
+            b.size().element_product()
+        }
+    };
+    let mut all: Vec<[Aabb; 2]> = Vec::new();
+    for &[dirty, far] in boxes {
+        if let Some([last_dirty, last_far]) = all.last_mut() {
+            let both = [last_dirty.union(dirty), last_far.union(far)];
+            if volume(both[1]) <= 1.1 * volume(*last_far).max(volume(far)) {
+                [*last_dirty, *last_far] = both;
+                continue;
+            }
+        }
+        all.push([dirty, far]);
+    }
+    all
+}

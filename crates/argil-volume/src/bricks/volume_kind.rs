@@ -1,0 +1,240 @@
+//! Sparse bricks as a representation, and in a volume file.
+
+use super::cell::{center_of, is_block_empty};
+use crate::{
+    BLOCK_SIDE, BlockTable, BrickInfo, BrickLayout, BrickPendingEdits, BrickSettings, Bricks,
+    BricksError, EditStats, Encoding, FAR_SLOTS, FARTHEST_VOXEL, FilePart, FileReader,
+    PendingEdits, RESOLUTIONS, Section, VolumeError, VolumeInfo, VolumeKind, VoxelGrid,
+};
+use argil_abi::GpuMaterial;
+use argil_field::IncrementalProgram;
+use glam::{IVec3, UVec3, Vec3};
+use web_time::Instant;
+
+impl VolumeKind for Bricks {
+    const KIND: u32 = 3;
+
+    fn voxel_grid(&self) -> &VoxelGrid {
+        &self.layout().voxel_grid
+    }
+
+    fn encoding(&self) -> &Encoding {
+        &self.layout().encoding
+    }
+
+    fn memory_bytes(&self) -> u64 {
+        Bricks::memory_bytes(self)
+    }
+
+    fn info(&self) -> VolumeInfo {
+        VolumeInfo {
+            bricks: Some(BrickInfo {
+                layout: *self.layout(),
+                bricks: self.len() as u64,
+            }),
+            ..VolumeInfo::new(*self.voxel_grid(), *self.encoding(), self.memory_bytes())
+        }
+    }
+
+    fn distance_in(&self, point: Vec3) -> Option<(f32, bool)> {
+        Some((self.distance(point), self.has_brick(point)))
+    }
+
+    fn material_at(
+        &self,
+        point: Vec3,
+        outwards: Vec3,
+        palette: &[GpuMaterial],
+    ) -> Option<GpuMaterial> {
+        self.material(point, outwards, palette)
+    }
+
+    fn set_clipped(&mut self, is_cut: bool) {
+        Bricks::set_cut(self, is_cut);
+    }
+
+    fn edits(&self) -> Option<Box<dyn PendingEdits>> {
+        Some(Box::new(BrickPendingEdits::of(*self.layout())))
+    }
+
+    fn grow(&mut self, edits: &dyn PendingEdits) {
+        if let Some(edits) = BrickPendingEdits::among(edits) {
+            Bricks::grow(self, edits.layout);
+        }
+    }
+
+    fn edit(
+        &mut self,
+        live: &IncrementalProgram,
+        edits: &mut dyn PendingEdits,
+        budget: Option<u64>,
+        until: Option<Instant>,
+    ) -> Result<EditStats, BricksError> {
+        match BrickPendingEdits::among_mut(edits) {
+            Some(edits) => Bricks::edit(self, live, &mut edits.queue, budget, until),
+            None => Ok(EditStats::default()),
+        }
+    }
+
+    fn file_parts(&self) -> FilePart<'_> {
+        // Without slots that are of no block.
+        let (mut blocks, mut inside) = (Vec::new(), Vec::new());
+        let mut cells: Vec<u8> = Vec::new();
+        for (slot, block) in self.table().blocks() {
+            blocks.extend(block.to_array());
+            cells.extend_from_slice(bytemuck::cast_slice(
+                &self.words()[64 * slot..64 * (slot + 1)],
+            ));
+        }
+        self.table().each_inside(|low, high| {
+            inside.extend(low.to_array());
+            inside.push(high.x - low.x);
+        });
+        let signed = |words: &[i32]| bytemuck::cast_slice(words).to_vec().into();
+        FilePart {
+            own: [
+                1,
+                self.layout().brick_size_voxels,
+                self.lipschitz().to_bits(),
+            ],
+            sections: vec![
+                (Section::Blocks, signed(&blocks)),
+                (Section::Inside, signed(&inside)),
+                (Section::Cells, cells.into()),
+                (
+                    Section::Materials,
+                    bytemuck::cast_slice(self.materials()).into(),
+                ),
+                (Section::Mixed, bytemuck::cast_slice(self.mixed()).into()),
+                (Section::Texels(0), self.pool().bytes().into()),
+            ],
+        }
+    }
+
+    fn fits_file(lattice: &VoxelGrid, version: u32) -> bool {
+        if version == 1 {
+            return RESOLUTIONS.contains(&lattice.size.max_element())
+                && lattice.begin == IVec3::ZERO;
+        }
+        let begin = lattice.begin.to_array().map(i64::from);
+        begin
+            .iter()
+            .zip(lattice.size.to_array())
+            .all(|(first, size)| {
+                let farthest = i64::from(FARTHEST_VOXEL);
+                *first >= -farthest && first + i64::from(size) <= farthest
+            })
+    }
+
+    fn from_file(
+        file: &FileReader<'_>,
+        lattice: VoxelGrid,
+        encoding: Encoding,
+        [_, brick, lipschitz]: [u32; 3],
+    ) -> Result<Self, VolumeError> {
+        let layout = BrickLayout::new(
+            lattice,
+            &BrickSettings {
+                encoding,
+                brick_size_voxels: brick,
+            },
+        )
+        .map_err(|e| file.fault(Section::Description, &e.to_string()))?;
+        let pool = file.samples(encoding.format, layout.brick_bytes())?;
+        let mixed = file.words(Section::Mixed)?;
+        if !mixed.len().is_multiple_of(2) {
+            return Err(file.fault(Section::Mixed, "half a material is left"));
+        }
+        let mixed = mixed.as_chunks::<2>().0.to_vec();
+        let cells = file.words(Section::Cells)?;
+        let blocks = if file.version() == 1 {
+            all_blocks(&layout, &cells).ok_or_else(|| {
+                file.fault(Section::Cells, "there are not as many as the volume has")
+            })?
+        } else {
+            blocks_of(file, &layout, &cells)?
+        };
+        Bricks::from_parts(
+            layout,
+            f32::from_bits(lipschitz),
+            blocks,
+            (file.words(Section::Materials)?, mixed),
+            pool,
+        )
+        .map_err(|reason| file.fault(Section::Cells, reason))
+    }
+}
+
+/// The table of blocks, and the words of its slots.
+fn blocks_of(
+    file: &FileReader<'_>,
+    layout: &BrickLayout,
+    cells: &[u32],
+) -> Result<(BlockTable, Vec<u32>), VolumeError> {
+    let signed = |section| -> Result<Vec<i32>, VolumeError> {
+        Ok(file.words(section)?.iter().map(|&w| w as i32).collect())
+    };
+    let blocks = signed(Section::Blocks)?;
+    let (blocks, rest) = blocks.as_chunks::<3>();
+    if !rest.is_empty() || cells.len() != 64 * blocks.len() {
+        return Err(file.fault(Section::Blocks, "there are not as many as cells"));
+    }
+    let farthest = FARTHEST_VOXEL / (layout.brick_size_voxels * BLOCK_SIDE) as i32 + 1;
+    let is_near = |c: &i32| (-farthest..=farthest).contains(c);
+    let [low, high] = layout.block_range();
+    let mut table = BlockTable::new(low, high);
+    let inside = signed(Section::Inside)?;
+    let (inside, rest) = inside.as_chunks::<4>();
+    for &[x, y, z, side] in inside {
+        let first = IVec3::new(x, y, z);
+        let is_cube = [x, y, z].iter().all(is_near)
+            && (1..=1 << 21).contains(&side)
+            && side.ilog2() % 3 == 0
+            && side.count_ones() == 1
+            && first.rem_euclid(IVec3::splat(side)) == IVec3::ZERO;
+        if !is_cube || !rest.is_empty() {
+            return Err(file.fault(Section::Inside, "a cube that cannot be"));
+        }
+        table.set_far(first, first + side, true);
+    }
+    let mut words = vec![0; FAR_SLOTS as usize * 64];
+    for (block, own) in blocks.iter().zip(cells.as_chunks::<64>().0) {
+        let at = IVec3::from_array(*block);
+        if !block.iter().all(is_near) || table.find(at).is_some() {
+            return Err(file.fault(Section::Blocks, "a block that cannot be, or is there twice"));
+        }
+        table.insert(at);
+        words.extend(own);
+    }
+    Ok((table, words))
+}
+
+/// Of version 1, which has the words of all blocks of the box: the table of those that are not far from everything.
+fn all_blocks(layout: &BrickLayout, cells: &[u32]) -> Option<(BlockTable, Vec<u32>)> {
+    let [low, high] = layout.block_range();
+    let size = (high - low).as_uvec3();
+    let count = size
+        .to_array()
+        .map(|n| n as usize)
+        .iter()
+        .product::<usize>();
+    if cells.len() != 64 * count {
+        return None;
+    }
+    let mut table = BlockTable::new(low, high);
+    let mut words = vec![0; FAR_SLOTS as usize * 64];
+    let far = 0.999 * layout.far_length();
+    for (at, own) in (0u32..).zip(cells.as_chunks::<64>().0) {
+        let place = UVec3::new(at % size.x, at / size.x % size.y, at / size.x / size.y);
+        let block = low + place.as_ivec3();
+        let center = center_of(own[0]);
+        let is_far = |&w: &u32| is_block_empty(w) && w >> 31 != 0 && center_of(w).abs() >= far;
+        if own.iter().all(is_far) {
+            table.set_far(block, block + 1, center < 0.0);
+        } else {
+            table.insert(block);
+            words.extend(own);
+        }
+    }
+    Some((table, words))
+}

@@ -1,0 +1,92 @@
+//! An octree as a representation, and in a volume file.
+
+use crate::{
+    BrickTest, Encoding, FilePart, FileReader, Octree, OctreeInfo, OctreeLayout, OctreeNodes,
+    OctreeSettings, RESOLUTIONS, Section, VolumeError, VolumeInfo, VolumeKind, VoxelGrid,
+};
+use glam::{IVec3, Vec3};
+
+impl VolumeKind for Octree {
+    const KIND: u32 = 2;
+
+    fn voxel_grid(&self) -> &VoxelGrid {
+        &self.layout().voxel_grid
+    }
+
+    fn encoding(&self) -> &Encoding {
+        &self.layout().encoding
+    }
+
+    fn memory_bytes(&self) -> u64 {
+        Octree::memory_bytes(self)
+    }
+
+    fn info(&self) -> VolumeInfo {
+        VolumeInfo {
+            octree: Some(OctreeInfo {
+                layout: *self.layout(),
+                bricks: self.tree().codes().len() as u64,
+                nodes: self.tree().nodes().len() as u64,
+            }),
+            ..VolumeInfo::new(*self.voxel_grid(), *self.encoding(), self.memory_bytes())
+        }
+    }
+
+    fn distance_in(&self, _: Vec3) -> Option<(f32, bool)> {
+        // A cell without a brick knows what none of its texels falls short of, but not where between them.
+        None
+    }
+
+    fn file_parts(&self) -> FilePart<'_> {
+        let (layout, tree) = (self.layout(), self.tree());
+        let numbers = |words| bytemuck::cast_slice::<u32, u8>(words).into();
+        FilePart {
+            own: [1, layout.brick_size_voxels, layout.depth],
+            sections: vec![
+                (Section::Codes, numbers(tree.codes())),
+                (Section::Nodes, bytemuck::cast_slice(tree.nodes()).into()),
+                (Section::Levels, numbers(tree.levels())),
+                (Section::Texels(0), self.texels().bytes().into()),
+            ],
+        }
+    }
+
+    fn fits_file(lattice: &VoxelGrid, _version: u32) -> bool {
+        RESOLUTIONS.contains(&lattice.size.max_element()) && lattice.begin == IVec3::ZERO
+    }
+
+    fn from_file(
+        file: &FileReader<'_>,
+        lattice: VoxelGrid,
+        encoding: Encoding,
+        [_, brick, depth]: [u32; 3],
+    ) -> Result<Self, VolumeError> {
+        let settings = OctreeSettings {
+            encoding,
+            brick_size_voxels: brick,
+            depth: Some(depth),
+            brick_test: BrickTest::Conservative,
+        };
+        let layout = OctreeLayout::new(lattice, &settings)
+            .map_err(|e| file.fault(Section::Description, &e.to_string()))?;
+        let nodes = file.bytes(Section::Nodes)?;
+        if !nodes.len().is_multiple_of(size_of::<argil_abi::Node>()) {
+            return Err(file.fault(Section::Nodes, "half a node is left"));
+        }
+        let nodes = nodes
+            .chunks_exact(size_of::<argil_abi::Node>())
+            .map(bytemuck::pod_read_unaligned)
+            .collect();
+        let tree = OctreeNodes::from_parts(
+            file.words(Section::Codes)?,
+            nodes,
+            file.words(Section::Levels)?,
+        );
+        if let Some(reason) = tree.check(&layout) {
+            return Err(file.fault(Section::Nodes, reason));
+        }
+        let texels = file.texels(0, encoding.format, lattice.texel_count(0))?;
+        Octree::from_parts(layout, tree, texels)
+            .ok_or_else(|| file.fault(Section::Texels(0), "its size is another"))
+    }
+}

@@ -1,0 +1,339 @@
+use argil_field::Grid;
+use argil_math::Aabb;
+use glam::{IVec3, UVec3, Vec3};
+
+/// Fewest voxels along the longest side of a volume, and most.
+pub const RESOLUTIONS: std::ops::RangeInclusive<u32> = 8..=4096;
+
+/// Voxels between the solid and the sides of its volume, at least.
+const MARGIN_VOXELS: f32 = 2.0;
+
+/// Why a volume of that size cannot be.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[error(
+    "resolution {0}: a volume has from {least} to {most} voxels along its longest side",
+    least = RESOLUTIONS.start(),
+    most = RESOLUTIONS.end()
+)]
+pub struct ResolutionError(
+    /// Asked for.
+    pub u32,
+);
+
+/// No volume has voxels of that size.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[error(
+    "voxels of {voxel_size}: the box is {longest} long, and there can be {least} to {max} voxels along it",
+    least = RESOLUTIONS.start()
+)]
+pub struct VoxelSizeError {
+    /// Most voxels along it.
+    pub max: u32,
+    /// Asked for.
+    pub voxel_size: f32,
+    /// The longest side of the box, in the scene's unit.
+    pub longest: f32,
+}
+
+/// Voxels from its corner that a lattice reaches at most: `f32` counts no farther.
+pub const FARTHEST_VOXEL: i32 = 1 << 23;
+
+/// Voxels along the longest side of sparse bricks at most, where they are of a size that is given. As many again are left to grow.
+pub const MAX_SPARSE_RESOLUTION: u32 = FARTHEST_VOXEL as u32 / 2;
+
+/// Why a lattice cannot grow as far as it should.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[error(
+    "the scene reaches {voxels} voxels from where its volume began, and {FARTHEST_VOXEL} can be counted: take larger voxels, or put it nearer"
+)]
+pub struct TooFarError {
+    /// How far it reaches.
+    pub voxels: f32,
+}
+
+/// Where a volume's voxels lie: cubes of one size that fill a box.
+///
+/// ```text
+///   corner          corner + voxel
+///     │ texel 0's centre │        texel i is sampled at corner + voxel · (i + ½)
+///     ├────────●─────────┼────────●─────────┤ …
+/// ```
+///
+/// Voxels are counted from `corner`, in both directions. The box of a world that grew begins elsewhere: at `begin`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct VoxelGrid {
+    /// Voxel 0's least corner, in the world.
+    pub corner: Vec3,
+    /// The edge of a voxel.
+    pub voxel_size: f32,
+    /// The first voxel along each axis.
+    pub begin: IVec3,
+    /// Voxels along each axis.
+    pub size: UVec3,
+    /// Whether the box cuts what is solid: what is endless is cut by a box that is stated, or around the origin.
+    pub is_clipped: bool,
+}
+
+impl VoxelGrid {
+    /// `resolution` voxels along the longest side of a finite box, and as many as are needed along the others, where the
+    /// volume may be up to a voxel longer than the box.
+    pub fn covering(region: Aabb, resolution: u32) -> Result<Self, ResolutionError> {
+        if !RESOLUTIONS.contains(&resolution) {
+            return Err(ResolutionError(resolution));
+        }
+        let sides = region.size().max(Vec3::splat(1e-6));
+        let voxel = sides.max_element() / resolution as f32;
+        // A side that is a multiple of the voxel but for rounding gets no voxel more.
+        let size = (sides / voxel - 1e-3)
+            .ceil()
+            .as_uvec3()
+            .clamp(UVec3::ONE, UVec3::splat(resolution));
+        Ok(Self {
+            corner: region.center() - size.as_vec3() * (0.5 * voxel),
+            voxel_size: voxel,
+            begin: IVec3::ZERO,
+            size,
+            is_clipped: true,
+        })
+    }
+
+    /// A lattice that holds a solid with two voxels around it, and the frame that it is looked at in. A solid without
+    /// end is cut to the frame, or to a box of size 2 around the origin.
+    pub fn fitting(
+        solid: Aabb,
+        frame: Option<Aabb>,
+        resolution: u32,
+    ) -> Result<Self, ResolutionError> {
+        if !RESOLUTIONS.contains(&resolution) {
+            return Err(ResolutionError(resolution));
+        }
+        // The margin's voxels count among the resolution.
+        let voxel_of =
+            |whole: Aabb| whole.size().max_element() / (resolution as f32 - 2.0 * MARGIN_VOXELS);
+        let (held, is_cut) = held_by(solid, frame, voxel_of);
+        let lattice = Self::covering(held, resolution)?;
+        Ok(Self {
+            is_clipped: is_cut,
+            ..lattice
+        })
+    }
+
+    /// The same of voxels of a size, in the scene's unit: as many as hold that, `most` along a side.
+    pub fn of_voxels(
+        solid: Aabb,
+        frame: Option<Aabb>,
+        voxel: f32,
+        most: u32,
+    ) -> Result<Self, VoxelSizeError> {
+        let (held, is_cut) = held_by(solid, frame, |_| voxel);
+        let count = (held.size() / voxel - 1e-3).ceil();
+        let longest = count.max_element() as u32;
+        if !(voxel > 0.0 && (*RESOLUTIONS.start()..=most).contains(&longest)) {
+            let longest = held_by(solid, frame, |_| 0.0).0.size().max_element();
+            return Err(VoxelSizeError {
+                max: most,
+                voxel_size: voxel,
+                longest,
+            });
+        }
+        let size = count.as_uvec3().max(UVec3::ONE);
+        Ok(Self {
+            corner: held.center() - size.as_vec3() * (0.5 * voxel),
+            voxel_size: voxel,
+            begin: IVec3::ZERO,
+            size,
+            is_clipped: is_cut,
+        })
+    }
+
+    /// The same voxels, and as many more as hold a solid too, with two voxels around it; in steps of `step` voxels.
+    /// A lattice that cuts its solid, and what is endless, stays as it is.
+    ///
+    /// # Errors
+    /// If that is farther from the corner than voxels can be counted.
+    pub fn grown_to(&self, solid: Aabb, step: u32) -> Result<Self, TooFarError> {
+        if self.is_clipped || !solid.is_finite() {
+            return Ok(*self);
+        }
+        let step = step.max(1) as f32;
+        let count = |p: Vec3| (p - self.corner) / self.voxel_size;
+        let low = count(solid.min) - MARGIN_VOXELS;
+        let high = count(solid.max) + MARGIN_VOXELS;
+        let end = self.begin + self.size.as_ivec3();
+        let farthest = low.abs().max(high.abs()).max_element();
+        if farthest.is_nan() || farthest > (FARTHEST_VOXEL - 4096) as f32 {
+            return Err(TooFarError { voxels: farthest });
+        }
+        let (low, high) = (low.floor().as_ivec3(), high.ceil().as_ivec3());
+        // Along an axis where nothing is beyond the box, the box is as it was.
+        let mut grown = *self;
+        for axis in 0..3 {
+            let (mut first, mut last) = (self.begin[axis], end[axis]);
+            if low[axis] < first {
+                first = ((low[axis] as f32 / step).floor() * step) as i32;
+            }
+            if high[axis] > last {
+                last = ((high[axis] as f32 / step).ceil() * step) as i32;
+            }
+            grown.begin[axis] = first;
+            grown.size[axis] = (last - first) as u32;
+        }
+        Ok(grown)
+    }
+
+    /// The same voxels over the box that [`VoxelGrid::fitting`] finds for a solid and a frame.
+    ///
+    /// # Errors
+    /// If that is farther from the corner than voxels can be counted.
+    pub fn covering_on(&self, solid: Aabb, frame: Option<Aabb>) -> Result<Self, TooFarError> {
+        let frame = frame.filter(|f| f.is_finite()).unwrap_or(Aabb::EMPTY);
+        let held = if solid.is_finite() {
+            frame.union(solid.grown(MARGIN_VOXELS * self.voxel_size))
+        } else if frame.is_finite() {
+            frame
+        } else {
+            Aabb::centered(Vec3::ONE)
+        };
+        // A side that is a multiple of the voxel but for rounding gets no voxel more.
+        let low = ((held.min - self.corner) / self.voxel_size + 1e-3).floor();
+        let high = ((held.max - self.corner) / self.voxel_size - 1e-3).ceil();
+        let farthest = low.abs().max(high.abs()).max_element();
+        if farthest.is_nan() || farthest > FARTHEST_VOXEL as f32 {
+            return Err(TooFarError { voxels: farthest });
+        }
+        let begin = low.as_ivec3();
+        Ok(Self {
+            begin,
+            size: (high.as_ivec3() - begin).max(IVec3::ONE).as_uvec3(),
+            is_clipped: !solid.is_finite() && !solid.is_empty(),
+            ..*self
+        })
+    }
+
+    /// The same voxels, counted from the box's own corner.
+    pub fn rebased(&self) -> Self {
+        Self {
+            corner: self.aabb().min,
+            begin: IVec3::ZERO,
+            ..*self
+        }
+    }
+
+    /// Lengths of the box's sides.
+    pub fn extent(&self) -> Vec3 {
+        self.size.as_vec3() * self.voxel_size
+    }
+
+    /// The box.
+    pub fn aabb(&self) -> Aabb {
+        let place = |voxel: IVec3| self.corner + self.voxel_size * voxel.as_vec3();
+        Aabb::new(place(self.begin), place(self.begin + self.size.as_ivec3()))
+    }
+
+    /// Texels along each axis of a level of detail: half of those of the level before, rounded down, as textures have it.
+    pub fn level_size(&self, level: u32) -> UVec3 {
+        UVec3::from_array(self.size.to_array().map(|n| (n >> level).max(1)))
+    }
+
+    /// Between the texels of a level.
+    pub fn level_spacing(&self, level: u32) -> Vec3 {
+        if level == 0 {
+            Vec3::splat(self.voxel_size)
+        } else {
+            self.extent() / self.level_size(level).as_vec3()
+        }
+    }
+
+    /// The centres of a level's texels.
+    pub fn grid(&self, level: u32) -> Grid {
+        let spacing = self.level_spacing(level);
+        Grid {
+            min: self.aabb().min + spacing * 0.5,
+            spacing,
+            begin: UVec3::ZERO,
+            size: self.level_size(level),
+        }
+    }
+
+    /// Texels of a level.
+    pub fn texel_count(&self, level: u32) -> u64 {
+        let size = self.level_size(level);
+        u64::from(size.x) * u64::from(size.y) * u64::from(size.z)
+    }
+}
+
+/// The box of a lattice, whose voxel is told by that of the solid and its frame, and whether it cuts the solid.
+fn held_by(solid: Aabb, frame: Option<Aabb>, voxel_of: impl Fn(Aabb) -> f32) -> (Aabb, bool) {
+    let frame = frame.filter(|f| f.is_finite()).unwrap_or(Aabb::EMPTY);
+    if solid.is_finite() {
+        let voxel = voxel_of(frame.union(solid));
+        return (frame.union(solid.grown(MARGIN_VOXELS * voxel)), false);
+    }
+    let held = if frame.is_finite() {
+        frame
+    } else {
+        Aabb::centered(Vec3::ONE)
+    };
+    (held, !solid.is_empty())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_longest_side_has_what_was_asked_for() {
+        for resolution in [8, 37, 256, 300, 1000] {
+            for half in [[1.0, 1.0, 1.0], [2.0, 1.0, 0.3], [0.01, 5.0, 5.0]] {
+                let solid = Aabb::centered(half.into());
+                let lattice = VoxelGrid::fitting(solid, None, resolution).expect("a lattice");
+                assert_eq!(lattice.size.max_element(), resolution);
+                let inner = lattice.aabb().grown(-1.99 * lattice.voxel_size);
+                assert!(inner.contains(solid.min) && inner.contains(solid.max));
+            }
+        }
+    }
+
+    #[test]
+    fn a_frame_with_room_to_spare_is_the_box_itself() {
+        let frame = Aabb::centered(Vec3::ONE);
+        let solid = Aabb::centered(Vec3::splat(0.9));
+        let lattice = VoxelGrid::fitting(solid, Some(frame), 256).expect("a lattice");
+        assert_eq!(lattice.aabb(), frame);
+        assert_eq!(lattice.size, UVec3::splat(256));
+        let endless = VoxelGrid::fitting(Aabb::ALL, Some(frame), 64).expect("a lattice");
+        assert_eq!(endless.aabb(), frame);
+        let nothing = VoxelGrid::fitting(Aabb::EMPTY, None, 64).expect("a lattice");
+        assert_eq!(nothing.aabb(), frame);
+    }
+
+    #[test]
+    fn a_lattice_grows_by_whole_steps_and_keeps_its_voxels() {
+        let first = VoxelGrid::fitting(Aabb::centered(Vec3::ONE), None, 64).expect("a lattice");
+        let far = Aabb::new(Vec3::new(-9.0, 0.0, 0.0), Vec3::new(-8.0, 1.0, 3.0));
+        let grown = first.grown_to(far, 32).expect("a lattice");
+        assert_eq!(
+            (grown.corner, grown.voxel_size),
+            (first.corner, first.voxel_size)
+        );
+        assert!(grown.begin.x < 0 && grown.begin.x % 32 == 0);
+        assert_eq!([grown.begin.y, grown.begin.z], [0; 2]);
+        assert_eq!(grown.size.y, first.size.y);
+        let inner = grown.aabb().grown(-1.99 * grown.voxel_size);
+        assert!(inner.contains(far.min) && inner.contains(far.max));
+        assert_eq!(grown.grown_to(far, 32), Ok(grown));
+        assert_eq!(grown.rebased().aabb().min, grown.aabb().min);
+        let endless = VoxelGrid::fitting(Aabb::ALL, None, 64).expect("a lattice");
+        assert_eq!(endless.grown_to(far, 32), Ok(endless));
+        let lost = Aabb::new(far.min, Vec3::splat(1e30));
+        assert!(first.grown_to(lost, 32).is_err());
+    }
+
+    #[test]
+    fn absurd_resolutions_are_refused() {
+        for resolution in [0, 1, 7, 4097, u32::MAX] {
+            let made = VoxelGrid::fitting(Aabb::ALL, None, resolution);
+            assert_eq!(made, Err(ResolutionError(resolution)));
+        }
+    }
+}

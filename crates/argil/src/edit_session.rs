@@ -1,0 +1,433 @@
+//! Following a scene in place.
+
+use crate::memory::budget_on;
+use crate::representation::Storage;
+use crate::{BuildError, Engine, Scene, SceneChange};
+use argil_field::{IncrementalProgram, Program};
+use argil_gpu::{GpuProgram, GpuVolume};
+use argil_math::Aabb;
+use argil_scene::{Extents, MarginRequest};
+use argil_volume::{BricksError, EditStats, PendingEdits, Volume};
+use web_time::{Duration, Instant};
+
+/// How much of an edit is done at once, and what first.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EditBudget {
+    /// Milliseconds that may be taken, about. A GPU takes on as much as it is expected to do in that time.
+    pub max_ms: f64,
+    /// What is near to it comes first: the camera's eye.
+    pub priority_point: [f32; 3],
+}
+
+/// What following a scene's edits did to a world. What was done to bricks [`World::finish`](crate::World::flush) tells, as a GPU is
+/// waited for then.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct EditReport {
+    /// Blocks of 4³ cells that are left to be done, where a [`EditBudget`] was given: the next call goes on with them.
+    pub remaining_blocks: u64,
+    /// Outside this box no distance within the stored band changed, nor did a material.
+    pub dirty_box: Aabb,
+    /// Milliseconds; of a GPU, those of the CPU.
+    pub duration_ms: f64,
+    /// Whether everything was made again and not only what the edits touched.
+    pub rebuilt: bool,
+    /// Why, if it was.
+    pub reason: Option<RebuildReason>,
+}
+
+/// Why everything was made again.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum RebuildReason {
+    /// Only sparse bricks are changed in place.
+    #[error("only sparse bricks are edited in place: this world is kept in another way")]
+    NotEditable,
+    /// The scene reaches beyond the volume's box, and only sparse bricks grow.
+    #[error(
+        "the scene reaches beyond the volume's box: it was built for a larger one, with voxels of the same size"
+    )]
+    OutsideBox,
+    /// What is endless is cut by the box, and came or went.
+    #[error("something endless came or went, and what is endless is cut by the volume's box")]
+    Unbounded,
+    /// All distances are relied on in another way than before.
+    #[error(
+        "what all distances are relied on for has changed: materials, or how steep they are or jump"
+    )]
+    GlobalBounds,
+    /// The world came to need to know more of edits than they told, as it has grown since.
+    #[error("the world has grown so much that it needs to know more of edits than they told")]
+    DirtyMargin,
+    /// Another scene than the one that the world was built from.
+    #[error("it is another scene than the one that the world was built from")]
+    OtherScene,
+    /// Changes of the scene that the world has not seen are gone.
+    #[error("the scene has forgotten changes that the world has not followed")]
+    HistoryGone,
+    /// The edit touches so much that a bake is as soon done.
+    #[error("the edit touches so much of the world that a bake is as soon done")]
+    TooLarge,
+    /// Shaders were compiled for the scene as it was.
+    #[error("the world's shaders were compiled for the scene as it was")]
+    Specialized,
+    /// An earlier edit was refused half-way.
+    #[error("an edit before was refused, and everything is made again after that")]
+    FailedEdit,
+}
+
+/// What came of following edits in place.
+pub(crate) enum UpdateResult {
+    InPlace(EditReport),
+    /// Everything is to be made again.
+    Rebuild(RebuildReason),
+}
+
+/// No scene's identity: what was followed is not what the bricks are.
+const STALE: u64 = 0;
+
+/// A volume that is changed in place, wherever it is.
+pub(crate) enum EditableVolume<'a> {
+    Cpu(&'a mut Volume),
+    Gpu(&'a mut GpuVolume, &'a mut GpuProgram),
+}
+
+impl<'a> EditableVolume<'a> {
+    /// Of a world; nothing where it is kept as no volume, or its shaders are for one scene alone.
+    pub fn of(kept: &'a mut Storage, field: Option<&'a mut GpuProgram>) -> Option<Self> {
+        match (kept, field) {
+            (Storage::Cpu(volume), _) => Some(Self::Cpu(volume)),
+            (Storage::Gpu(volume), Some(field)) if !field.is_specialized() => {
+                Some(Self::Gpu(volume, field))
+            }
+            _ => None,
+        }
+    }
+
+    fn reborrow(&mut self) -> EditableVolume<'_> {
+        match self {
+            Self::Cpu(volume) => EditableVolume::Cpu(volume),
+            Self::Gpu(volume, field) => EditableVolume::Gpu(volume, field),
+        }
+    }
+
+    fn grow(&mut self, edits: &dyn PendingEdits) -> Result<(), BuildError> {
+        match self {
+            Self::Cpu(volume) => volume.grow(edits),
+            Self::Gpu(volume, field) => volume.grow(field.gpu(), edits)?,
+        }
+        Ok(())
+    }
+}
+
+/// How far a world has followed its scene.
+pub(crate) struct EditSession {
+    /// The scene's, or [`STALE`].
+    identity: u64,
+    /// Changes of the scene that the world knows.
+    seen_changes: usize,
+    /// Of what is changed in place: what edits have left to be done.
+    edits: Option<Box<dyn PendingEdits>>,
+    /// Lets the scene's edits tell as much as that needs.
+    watch: Option<MarginRequest>,
+    /// Made when it is first needed.
+    program: Option<IncrementalProgram>,
+    /// The boxes of edits that are not done.
+    pending_boxes: Vec<Aabb>,
+    /// What is known to have been done since it was last asked for.
+    stats: EditStats,
+    /// Why nothing can be followed, where that is so.
+    stale_reason: RebuildReason,
+}
+
+impl EditSession {
+    pub fn of(scene: &Scene) -> Self {
+        Self {
+            identity: scene.identity(),
+            seen_changes: scene.change_count(),
+            edits: None,
+            watch: None,
+            program: None,
+            pending_boxes: Vec::new(),
+            stats: EditStats::default(),
+            stale_reason: RebuildReason::FailedEdit,
+        }
+    }
+
+    /// Has the scene's edits tell boxes for what is changed in place, from now on.
+    pub fn watch(&mut self, scene: &Scene, edits: Box<dyn PendingEdits>, program: &Program) {
+        self.watch = Some(scene.request_margins(edits.margins(program)));
+        self.edits = Some(edits);
+    }
+
+    /// Whether what the world is kept as is changed in place.
+    pub fn is_in_place(&self) -> bool {
+        self.edits.is_some()
+    }
+
+    /// Whether a scene is the one that was built, and nothing changed that the world does not know.
+    pub fn has_seen_all(&self, scene: &Scene) -> bool {
+        self.identity == scene.identity() && self.seen_changes == scene.change_count()
+    }
+
+    /// Why a scene's changes cannot be followed, if they cannot.
+    fn rebuild_reason(&self, scene: &Scene) -> Option<RebuildReason> {
+        if self.identity == STALE {
+            return Some(self.stale_reason);
+        }
+        let is_other =
+            self.identity != scene.identity() || self.seen_changes > scene.change_count();
+        is_other.then_some(RebuildReason::OtherScene)
+    }
+
+    /// Returns the scene's changes since the last update. `min_margins` are those that their dirty boxes must have.
+    ///
+    /// # Errors
+    /// The reason for a rebuild, if the world cannot be updated from these changes.
+    fn changes_of<'s>(
+        &self,
+        scene: &'s Scene,
+        min_margins: [f32; 2],
+    ) -> Result<&'s [SceneChange], RebuildReason> {
+        if let Some(reason) = self.rebuild_reason(scene) {
+            return Err(reason);
+        }
+        let changes = scene
+            .changes_since(self.seen_changes)
+            .ok_or(RebuildReason::HistoryGone)?;
+        let has_margins = |change: &SceneChange| {
+            let mut pairs = change.margins.into_iter().zip(min_margins);
+            pairs.all(|(margin, min)| margin >= min)
+        };
+        if changes.iter().all(has_margins) {
+            Ok(changes)
+        } else {
+            Err(RebuildReason::DirtyMargin)
+        }
+    }
+
+    /// Follow a scene's changes with bricks; `before` is the program that they were made of, where it is not followed yet.
+    /// Or why everything is to be made again.
+    ///
+    /// # Errors
+    /// If the scene cannot be lowered: nothing is changed then; or if its bricks take too much: everything is to be made again
+    /// the next time.
+    pub async fn update(
+        &mut self,
+        scene: &Scene,
+        mut kept: EditableVolume<'_>,
+        before: Option<&Program>,
+        (engine, budget): (&Engine, Option<u64>),
+        pace: Option<EditBudget>,
+    ) -> Result<UpdateResult, BuildError> {
+        let start = Instant::now();
+        let Some(edits) = &self.edits else {
+            return Ok(UpdateResult::Rebuild(RebuildReason::NotEditable));
+        };
+        let Some(tables) = self.tables().or(before) else {
+            return Ok(UpdateResult::Rebuild(RebuildReason::FailedEdit));
+        };
+        let changes = match self.changes_of(scene, edits.min_margins(tables)) {
+            Ok(changes) => changes,
+            Err(reason) => return Ok(UpdateResult::Rebuild(reason)),
+        };
+        let first_put;
+        let live = match &mut self.program {
+            Some(live) => {
+                if live.update(scene, changes)?.needs_rebuild {
+                    return Ok(self.request_rebuild(RebuildReason::GlobalBounds));
+                }
+                first_put = None;
+                live
+            }
+            None => {
+                let Some(before) = before else {
+                    return Ok(UpdateResult::Rebuild(RebuildReason::FailedEdit));
+                };
+                let live = IncrementalProgram::new(scene, edits.parts(before))?;
+                if !live.has_same_bounds_as(before) {
+                    return Ok(UpdateResult::Rebuild(RebuildReason::GlobalBounds));
+                }
+                // What of it is new is not known.
+                first_put = Some((Aabb::ALL, true));
+                self.program.insert(live)
+            }
+        };
+        let put = first_put.unwrap_or_else(|| live.inserted_box());
+        match self.grow(scene, &mut kept, put) {
+            Ok(None) => {}
+            Ok(Some(reason)) => return Ok(self.request_rebuild(reason)),
+            // The program has gone ahead, whatever comes of it.
+            Err(error) => return Err(self.mark_stale(error)),
+        }
+        let (Some(live), Some(edits)) = (&mut self.program, &mut self.edits) else {
+            return Ok(UpdateResult::Rebuild(RebuildReason::FailedEdit));
+        };
+        self.seen_changes = scene.change_count();
+        if let Some(watch) = &self.watch {
+            watch.set(edits.margins(live.program()));
+        }
+        if let EditableVolume::Gpu(_, field) = &mut kept
+            && let Err(error) = field.update_from(live)
+        {
+            return Err(self.mark_stale(error.into()));
+        }
+        let boxes: Vec<[Aabb; 2]> = changes.iter().flat_map(SceneChange::boxes).collect();
+        if !edits.merge(live, &boxes) {
+            return Ok(self.request_rebuild(RebuildReason::TooLarge));
+        }
+        if let Some(pace) = pace {
+            edits.sort_by_distance(pace.priority_point.into());
+        }
+        self.pending_boxes
+            .extend(boxes.iter().map(|[dirty, _]| *dirty));
+        if let Err(error) = self
+            .continue_edits(kept, (engine, budget), pace, start)
+            .await
+        {
+            return Err(self.mark_stale(error));
+        }
+        let dirty_box = boxes
+            .iter()
+            .fold(Aabb::EMPTY, |all, [own, _]| all.union(*own));
+        Ok(UpdateResult::InPlace(EditReport {
+            remaining_blocks: self.remaining_blocks(),
+            dirty_box,
+            duration_ms: start.elapsed().as_secs_f64() * 1e3,
+            rebuilt: false,
+            reason: None,
+        }))
+    }
+
+    /// Have the lattice hold what was put into the scene; why everything is to be made again where that cannot be.
+    fn grow(
+        &mut self,
+        scene: &Scene,
+        kept: &mut EditableVolume<'_>,
+        (put, touched_ends): (Aabb, bool),
+    ) -> Result<Option<RebuildReason>, BuildError> {
+        let Some(edits) = &mut self.edits else {
+            return Ok(None);
+        };
+        let lattice = *edits.voxel_grid();
+        let held = lattice.aabb().grown(-2.0 * lattice.voxel_size);
+        let is_held = put.is_empty() || (held.contains(put.min) && held.contains(put.max));
+        if !touched_ends && (is_held || lattice.is_clipped) {
+            return Ok(None);
+        }
+        let solid = Extents::of(scene).node_bounds(Scene::ROOT).aabb;
+        let is_endless = !solid.is_finite() && !solid.is_empty();
+        if is_endless != lattice.is_clipped {
+            return Ok(Some(RebuildReason::Unbounded));
+        }
+        if edits.grow_to(solid).map_err(BricksError::from)? {
+            kept.grow(&**edits)?;
+        }
+        Ok(None)
+    }
+
+    /// Go on with what is left to be done.
+    async fn continue_edits(
+        &mut self,
+        kept: EditableVolume<'_>,
+        (engine, budget): (&Engine, Option<u64>),
+        pace: Option<EditBudget>,
+        start: Instant,
+    ) -> Result<(), BuildError> {
+        let (Some(live), Some(edits)) = (&self.program, &mut self.edits) else {
+            return Ok(());
+        };
+        let budget = budget_on(engine, budget);
+        // A number that is none, or is no time, is the least there is.
+        let within = pace.map(|pace| {
+            let seconds = (pace.max_ms * 1e-3).clamp(0.0, 1e6);
+            Duration::try_from_secs_f64(seconds).unwrap_or_default()
+        });
+        match kept {
+            EditableVolume::Cpu(volume) => {
+                let until = within.map(|within| start + within);
+                self.stats += volume.edit(live, &mut **edits, budget, until)?;
+            }
+            EditableVolume::Gpu(volume, field) => {
+                volume
+                    .edit(field, live, &mut **edits, budget, within)
+                    .await?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Blocks of cells that are left to be done.
+    fn remaining_blocks(&self) -> u64 {
+        self.edits
+            .as_ref()
+            .map_or(0, |edits| edits.remaining_blocks())
+    }
+
+    /// Everything is to be made again, whatever comes of it now.
+    fn request_rebuild(&mut self, reason: RebuildReason) -> UpdateResult {
+        (self.identity, self.stale_reason) = (STALE, reason);
+        UpdateResult::Rebuild(reason)
+    }
+
+    /// The program has gone ahead of the bricks: everything is to be made again the next time.
+    fn mark_stale(&mut self, error: BuildError) -> BuildError {
+        (self.identity, self.stale_reason) = (STALE, RebuildReason::FailedEdit);
+        if let Some(edits) = &mut self.edits {
+            edits.clear();
+        }
+        self.pending_boxes.clear();
+        error
+    }
+
+    /// Do what is left to be done and wait for it; what edits did since this was last called.
+    pub async fn flush(
+        &mut self,
+        mut kept: EditableVolume<'_>,
+        machine: (&Engine, Option<u64>),
+    ) -> Result<EditStats, BuildError> {
+        let going = self.continue_edits(kept.reborrow(), machine, None, Instant::now());
+        if let Err(error) = going.await {
+            return Err(self.mark_stale(error));
+        }
+        if let EditableVolume::Gpu(volume, field) = kept {
+            self.stats += volume.settle(field.gpu()).await?;
+        }
+        Ok(self.take_stats())
+    }
+
+    /// What is known to have been done since this was last called.
+    pub fn take_stats(&mut self) -> EditStats {
+        std::mem::take(&mut self.stats)
+    }
+
+    /// So many bricks were made anew, after what was done before.
+    pub fn record_rebuild(&mut self, bricks: u64, before: EditStats) {
+        self.stats = before;
+        self.stats.filled += bricks;
+    }
+
+    /// The boxes of edits that are done by now and were not told.
+    pub fn take_finished_boxes(&mut self) -> Vec<Aabb> {
+        if self.remaining_blocks() == 0 {
+            std::mem::take(&mut self.pending_boxes)
+        } else {
+            Vec::new()
+        }
+    }
+
+    /// The program operand by operand, if the scene was followed.
+    pub fn program(&self) -> Option<&IncrementalProgram> {
+        self.program.as_ref()
+    }
+
+    /// What holds of the whole, and the tables, if the scene was followed.
+    pub fn tables(&self) -> Option<&Program> {
+        self.program.as_ref().map(IncrementalProgram::program)
+    }
+
+    /// The whole program as it is now, if the scene was followed.
+    pub fn to_program(&self) -> Option<Program> {
+        self.program.as_ref().map(IncrementalProgram::to_program)
+    }
+}

@@ -1,0 +1,126 @@
+#[cfg(feature = "png")]
+use crate::ImageFileError;
+use argil_render::{RayStatistics, RenderOutput};
+#[cfg(feature = "png")]
+use std::path::Path;
+
+/// A picture with how it was made.
+#[derive(Clone, Debug)]
+pub struct RenderedImage {
+    /// Width and height in pixels.
+    pub size: [u32; 2],
+    /// RGB in sRGB, 8 bits a channel, row by row from the top.
+    pub rgb: Vec<u8>,
+    /// What the primary rays did.
+    pub statistics: RayStatistics,
+    /// Pixels of which at least half of the samples hit a solid.
+    pub hit_pixels: usize,
+    /// What the device took: by a GPU's own time stamps, by the clock on the CPU and on a GPU in software, whose stamps tell nothing.
+    pub duration_ms: f64,
+}
+
+impl RenderedImage {
+    pub(crate) fn new(picture: RenderOutput, duration_ms: f64) -> Self {
+        Self {
+            size: picture.size,
+            statistics: picture.statistics,
+            hit_pixels: picture.hit_pixels,
+            rgb: picture.rgb,
+            duration_ms,
+        }
+    }
+
+    /// Write a PNG, beside its place and then renamed into it.
+    #[cfg(feature = "png")]
+    pub fn save(&self, path: impl AsRef<Path>) -> Result<(), ImageFileError> {
+        save_png(path.as_ref(), self.size, &self.rgb)
+    }
+}
+
+/// Write 8-bit RGB as a PNG, beside its place and then renamed into it.
+#[cfg(feature = "png")]
+pub fn save_png(path: &Path, size: [u32; 2], rgb: &[u8]) -> Result<(), ImageFileError> {
+    argil_scene::write_atomically(path, |out| write_png(size, rgb, out)).map_err(|e| {
+        ImageFileError {
+            path: path.into(),
+            reason: e.to_string(),
+        }
+    })
+}
+
+/// Write 8-bit RGB as a PNG.
+///
+/// # Errors
+/// If `out` does not take it, or there are not as many bytes as pixels take.
+#[cfg(feature = "png")]
+pub fn write_png(
+    [width, height]: [u32; 2],
+    rgb: &[u8],
+    out: &mut dyn std::io::Write,
+) -> std::io::Result<()> {
+    let mut encoder = png::Encoder::new(out, width, height);
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.set_depth(png::BitDepth::Eight);
+    let mut writer = encoder.write_header().map_err(std::io::Error::other)?;
+    writer
+        .write_image_data(rgb)
+        .map_err(std::io::Error::other)?;
+    writer.finish().map_err(std::io::Error::other)
+}
+
+/// A PNG picture that was read.
+#[cfg(feature = "png")]
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct PngImage {
+    /// Width and height.
+    pub size: [u32; 2],
+    /// 8-bit RGB, row by row from the top.
+    pub rgb: Vec<u8>,
+    /// Whether there was more in the file, which is left out: alpha, or finer steps.
+    pub had_more: bool,
+}
+
+/// Read a PNG picture as 8-bit RGB.
+///
+/// # Errors
+/// If the file cannot be read, or is no PNG picture.
+#[cfg(feature = "png")]
+pub fn read_png(path: impl AsRef<Path>) -> Result<PngImage, ImageFileError> {
+    let path = path.as_ref();
+    let fault = |reason: String| ImageFileError {
+        path: path.into(),
+        reason,
+    };
+    let file = std::fs::File::open(path).map_err(|e| fault(e.to_string()))?;
+    let mut decoder = png::Decoder::new(std::io::BufReader::new(file));
+    let own = decoder
+        .read_header_info()
+        .map_err(|e| fault(format!("it is read as a PNG picture: {e}")))?;
+    let had_more = own.bit_depth == png::BitDepth::Sixteen
+        || matches!(
+            own.color_type,
+            png::ColorType::Rgba | png::ColorType::GrayscaleAlpha
+        );
+    decoder.set_transformations(png::Transformations::normalize_to_color8());
+    let wrong = |e: png::DecodingError| fault(format!("it is damaged: {e}"));
+    let mut reader = decoder.read_info().map_err(wrong)?;
+    let bytes = reader
+        .output_buffer_size()
+        .ok_or_else(|| fault("it is too large".into()))?;
+    let mut pixels = vec![0; bytes];
+    let frame = reader.next_frame(&mut pixels).map_err(wrong)?;
+    let samples = frame.color_type.samples();
+    let rgb = pixels[..frame.buffer_size()]
+        .chunks_exact(samples)
+        .flat_map(|pixel| match *pixel {
+            [r, g, b, ..] => [r, g, b],
+            [gray, ..] => [gray; 3],
+            [] => [0; 3],
+        })
+        .collect();
+    Ok(PngImage {
+        size: [frame.width, frame.height],
+        rgb,
+        had_more,
+    })
+}

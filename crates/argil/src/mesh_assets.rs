@@ -1,0 +1,318 @@
+//! The meshes that scenes name: found, checked, sampled, and kept for the next time.
+
+use crate::heightmap::heights;
+#[cfg(feature = "mesh-files")]
+use crate::mesh_cache;
+use argil_math::Control;
+use argil_mesh::{MeshFormat, MeshReadError, MeshSdf, RepairReport, from_bytes};
+use argil_scene::{SampledGrid, Scene, Shape, is_grid, is_image};
+use argil_volume::StoredMesh;
+use std::collections::HashMap;
+use std::path::{Component, Path, PathBuf};
+use std::sync::Arc;
+
+/// A mesh that a scene names, or the image of a heightmap, loaded.
+#[derive(Clone, Debug)]
+pub struct LoadedMesh {
+    /// As the scene names it.
+    pub path: String,
+    /// Samples along the longest side, or posts.
+    pub resolution: u32,
+    /// Its distances, or heights.
+    pub grid: Arc<SampledGrid>,
+    /// Triangles, those that close holes included.
+    pub triangles: u64,
+    /// What was done to them.
+    pub repairs: RepairReport,
+    /// Whether its samples were kept from another time.
+    pub from_cache: bool,
+}
+
+impl LoadedMesh {
+    /// What whoever loaded it should know: what was left out of a mesh or filled, and whether a heightmap has a cliff.
+    pub fn warnings(&self) -> Vec<String> {
+        let mut warnings = self.repairs.warnings();
+        let share = self.grid.steepest_share();
+        if share > STEEP {
+            warnings.push(format!(
+                "one step between posts is {share:.0} times as steep as nearly all others: distances fall short everywhere for it, and pictures through bricks swell; smooth the image there, or take fewer posts"
+            ));
+        }
+        warnings
+    }
+
+    /// The shape that it is; a heightmap is as long and wide as its image, with a longer side of 2.
+    pub fn shape(&self) -> Shape {
+        let mut shape = Shape::of_file(self.path.clone());
+        if let Some((_, resolution, grid)) = shape.file_mut() {
+            *resolution = self.resolution;
+            grid.0 = Some(self.grid.clone());
+        }
+        if let Shape::Heightmap { half_size, .. } = &mut shape {
+            let [x, z] = self.grid.posts().map(|n| n as f32 - 1.0);
+            *half_size = [x, z].map(|side| side / x.max(z));
+        }
+        shape
+    }
+}
+
+/// So many times as steep as nearly all others a step of a heightmap is told of.
+const STEEP: f32 = 6.0;
+
+/// Why a mesh that a scene names is not loaded.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum MeshFileError {
+    /// Its file cannot be read.
+    #[error(transparent)]
+    Input(#[from] MeshReadError),
+    /// The file holds no solid.
+    #[error("{}", path.display())]
+    Empty {
+        /// Which.
+        path: PathBuf,
+        /// Why.
+        source: MeshReadError,
+    },
+    /// It is elsewhere.
+    #[error(
+        "the file \"{path}\" is not in the folder of the scene that names it, {}: put it there, or allow files outside",
+        folder.display()
+    )]
+    Outside {
+        /// As the scene names it.
+        path: String,
+        /// Where the scene is.
+        folder: PathBuf,
+    },
+}
+
+/// Load the meshes and the images of heightmaps that a scene names and that are not loaded yet, from the folder of its file; with `outside`, from anywhere
+/// that their paths lead to. What was sampled is kept in the user's cache folder, by the hash of the file's bytes.
+///
+/// # Errors
+/// If a file is elsewhere, cannot be read, or holds no triangles.
+pub fn load_meshes(
+    scene: &mut Scene,
+    folder: &Path,
+    outside: bool,
+) -> Result<Vec<LoadedMesh>, MeshFileError> {
+    load_meshes_with_control(scene, folder, outside, &Control::default())
+}
+
+/// [`load_meshes`], which can be stopped; meshes that were loaded before that stay in the scene.
+///
+/// # Errors
+/// As there, and if it was cancelled.
+pub fn load_meshes_with_control(
+    scene: &mut Scene,
+    folder: &Path,
+    outside: bool,
+    control: &Control,
+) -> Result<Vec<LoadedMesh>, MeshFileError> {
+    let mut loaded = Vec::new();
+    // The same file at another resolution is read once.
+    let mut solids: HashMap<PathBuf, MeshSdf> = HashMap::new();
+    for (path, resolution) in scene.missing_meshes() {
+        let place = place_of(&path, folder, outside)?;
+        let mesh = load(&path, &place, resolution, &mut solids, control)?;
+        scene.set_mesh_grid(path, resolution, mesh.grid.clone());
+        loaded.push(mesh);
+    }
+    Ok(loaded)
+}
+
+/// The same of files whose bytes are at hand, found by their names without folders; those that are not there stay missing.
+/// Nothing is kept.
+///
+/// # Errors
+/// If a file holds no mesh.
+pub fn load_meshes_from_bytes(
+    scene: &mut Scene,
+    files: &[(String, Vec<u8>)],
+) -> Result<Vec<LoadedMesh>, MeshFileError> {
+    let mut loaded = Vec::new();
+    for (path, resolution) in scene.missing_meshes() {
+        let name = Path::new(&path).file_name().unwrap_or_default();
+        let Some((own, bytes)) = files.iter().find(|(own, _)| name == own.as_str()) else {
+            continue;
+        };
+        let place = Path::new(own);
+        if is_image(own) || is_grid(own) {
+            let grid = match is_image(own) {
+                true => heights(bytes, resolution, place)?,
+                false => grid_of(bytes, place)?,
+            };
+            let mesh = of_grid(&path, resolution, grid);
+            scene.set_mesh_grid(path, resolution, mesh.grid.clone());
+            loaded.push(mesh);
+            continue;
+        }
+        let format = MeshFormat::of(place).ok_or_else(|| MeshReadError::Unknown(place.into()))?;
+        let solid = solid_of(bytes, format, place)?;
+        let mesh = LoadedMesh {
+            grid: Arc::new(sampled(&solid, resolution, place, &Control::default())?),
+            resolution,
+            triangles: solid.triangles() as u64,
+            repairs: *solid.repairs(),
+            from_cache: false,
+            path,
+        };
+        scene.set_mesh_grid(mesh.path.clone(), resolution, mesh.grid.clone());
+        loaded.push(mesh);
+    }
+    Ok(loaded)
+}
+
+/// The meshes that a scene has, for a volume's file.
+pub(crate) fn meshes_to_store(scene: &Scene) -> Vec<StoredMesh<'_>> {
+    let loaded = scene.loaded_meshes().into_iter();
+    loaded
+        .map(|(path, resolution, grid)| StoredMesh {
+            path: path.into(),
+            resolution,
+            solid: grid.solid(),
+            words: grid.words().into(),
+        })
+        .collect()
+}
+
+fn solid_of(bytes: &[u8], format: MeshFormat, place: &Path) -> Result<MeshSdf, MeshFileError> {
+    let mesh = from_bytes(bytes, format, place)?;
+    MeshSdf::new(&mesh).map_err(|source| MeshFileError::Empty {
+        path: place.into(),
+        source,
+    })
+}
+
+fn sampled(
+    solid: &MeshSdf,
+    resolution: u32,
+    place: &Path,
+    control: &Control,
+) -> Result<SampledGrid, MeshFileError> {
+    let grid = solid.sample_with_control(resolution, control);
+    grid.map_err(|source| match source {
+        MeshReadError::Cancelled => source.into(),
+        source => MeshFileError::Empty {
+            path: place.into(),
+            source,
+        },
+    })
+}
+
+/// The grid of distances in a file.
+fn grid_of(bytes: &[u8], place: &Path) -> Result<SampledGrid, MeshReadError> {
+    let grid = SampledGrid::from_bytes(bytes).filter(|grid| !grid.has_heights());
+    grid.ok_or_else(|| MeshReadError::Damaged {
+        path: place.into(),
+        kind: "grid",
+        reason: "its numbers make no grid of distances".into(),
+    })
+}
+
+/// Where a mesh's file is.
+fn place_of(path: &str, folder: &Path, outside: bool) -> Result<PathBuf, MeshFileError> {
+    let folder = if folder.as_os_str().is_empty() {
+        Path::new(".")
+    } else {
+        folder
+    };
+    let place = folder.join(path);
+    if outside {
+        return Ok(place);
+    }
+    let refuse = || MeshFileError::Outside {
+        path: path.to_owned(),
+        folder: folder.into(),
+    };
+    let plain = |part: Component<'_>| matches!(part, Component::Normal(_) | Component::CurDir);
+    if !Path::new(path).components().all(plain) {
+        return Err(refuse());
+    }
+    // A link may lead out, too. What is not there is told when it is read.
+    match (place.canonicalize(), folder.canonicalize()) {
+        (Ok(place), Ok(folder)) if !place.starts_with(&folder) => Err(refuse()),
+        _ => Ok(place),
+    }
+}
+
+/// What is no mesh is loaded as: it has no triangles.
+fn of_grid(path: &str, resolution: u32, grid: SampledGrid) -> LoadedMesh {
+    LoadedMesh {
+        path: path.to_owned(),
+        resolution,
+        grid: Arc::new(grid),
+        triangles: 0,
+        repairs: RepairReport::default(),
+        from_cache: false,
+    }
+}
+
+fn load(
+    path: &str,
+    place: &Path,
+    resolution: u32,
+    solids: &mut HashMap<PathBuf, MeshSdf>,
+    control: &Control,
+) -> Result<LoadedMesh, MeshFileError> {
+    if is_grid(path) {
+        let grid = grid_of(&argil_mesh::bytes(place)?, place)?;
+        return Ok(of_grid(path, resolution, grid));
+    }
+    if is_image(path) {
+        let grid = heights(&argil_mesh::bytes(place)?, resolution, place)?;
+        return Ok(of_grid(path, resolution, grid));
+    }
+    let format = MeshFormat::of(place).ok_or_else(|| MeshReadError::Unknown(place.into()))?;
+    let bytes = argil_mesh::bytes(place)?;
+    #[cfg(feature = "mesh-files")]
+    let kept = mesh_cache::place(&bytes, format, resolution);
+    let done = |grid, (triangles, repairs), was_kept| LoadedMesh {
+        path: path.to_owned(),
+        resolution,
+        grid: Arc::new(grid),
+        triangles,
+        repairs,
+        from_cache: was_kept,
+    };
+    #[cfg(feature = "mesh-files")]
+    if let Some((grid, counts)) = kept.as_deref().and_then(mesh_cache::read) {
+        return Ok(done(grid, counts, true));
+    }
+    if !solids.contains_key(place) {
+        solids.insert(place.into(), solid_of(&bytes, format, place)?);
+    }
+    let solid = &solids[place];
+    let grid = sampled(solid, resolution, place, control)?;
+    let counts = (solid.triangles() as u64, *solid.repairs());
+    #[cfg(feature = "mesh-files")]
+    if let Some(kept) = kept {
+        // A cache that cannot be written costs time, nothing else.
+        let _ = mesh_cache::write(&kept, &grid, counts);
+    }
+    Ok(done(grid, counts, false))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn paths_that_lead_out_are_refused() {
+        let here = tempfile::tempdir().expect("a folder");
+        let inner = here.path().join("scene");
+        std::fs::create_dir(&inner).expect("a folder");
+        std::fs::write(here.path().join("secret.obj"), "").expect("a file");
+        let refused = |path: &str| place_of(path, &inner, false).is_err();
+        assert!(refused("../secret.obj") && refused("/etc/passwd.obj") && refused("a/../../b.obj"));
+        assert!(!refused("a.obj") && !refused("sub/a.obj") && !refused("./a.obj"));
+        assert!(place_of("../secret.obj", &inner, true).is_ok());
+        #[cfg(unix)]
+        {
+            let link = inner.join("link.obj");
+            std::os::unix::fs::symlink(here.path().join("secret.obj"), link).expect("a link");
+            assert!(refused("link.obj"));
+        }
+    }
+}

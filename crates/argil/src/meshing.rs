@@ -1,0 +1,383 @@
+//! Triangles of a world.
+
+use crate::field_mesh::{MeshMethod, Stages, field_mesh, field_mesh_on_gpu, layout_of};
+use crate::representation::Storage;
+use crate::{BuildError, World};
+use argil_field::Grid;
+use argil_gpu::{GpuError, GpuMesh, GpuProgram, GpuVolume, SurfaceNormals, SurfaceOptions};
+use argil_math::Aabb;
+use argil_mesh::marching::surface::{Surface, SurfaceError};
+use argil_mesh::{
+    Mesh, MeshFormat, MeshReport, MeshWriteOptions, marching, project_to_field, simplify, write,
+};
+use argil_volume::{CellPrograms, RESOLUTIONS, Volume, VoxelGrid};
+use glam::Vec3;
+use rayon::prelude::*;
+use std::path::{Path, PathBuf};
+use web_time::Instant;
+
+/// Most samples of a grid that is made for a mesh alone.
+const MAX_SAMPLES: u64 = 1 << 31;
+
+/// Where a mesh's normals come from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
+pub enum MeshNormals {
+    /// The exact field's gradient at each corner: the 2023 study's false normals.
+    #[default]
+    Field,
+    /// The gradient of what is stored, by central differences.
+    Gradient,
+    /// The triangles' own, with corners that are not shared: the study's true normals.
+    Face,
+    /// There are none.
+    None,
+}
+
+/// How a mesh is made.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MeshOptions {
+    /// How triangles are found.
+    pub method: MeshMethod,
+    /// Voxels along the longest side, where the world is not kept as a volume.
+    pub resolution: u32,
+    /// The edge of a voxel in the scene's unit, in place of that: the 2023 study's grid stride.
+    pub voxel_size: Option<f32>,
+    /// The distance at which the surface is taken, in the scene's unit: above 0 it is outside of the solid.
+    pub iso: f32,
+    /// Where normals come from.
+    pub normals: MeshNormals,
+    /// Most triangles; as many as there are without it.
+    pub max_triangles: Option<usize>,
+    /// Whether corners get materials.
+    pub materials: bool,
+    /// Whether each triangle has corners of its own, as in the 2023 study.
+    pub unindexed: bool,
+}
+
+impl Default for MeshOptions {
+    fn default() -> Self {
+        Self {
+            method: MeshMethod::default(),
+            resolution: 256,
+            voxel_size: None,
+            iso: 0.0,
+            normals: MeshNormals::default(),
+            max_triangles: None,
+            materials: true,
+            unindexed: false,
+        }
+    }
+}
+
+/// A mesh, and what it took.
+#[derive(Clone, Debug)]
+pub struct MeshOutput {
+    /// The mesh.
+    pub mesh: Mesh,
+    /// Where the voxels lie.
+    pub lattice: VoxelGrid,
+    /// What it is like, before corners were given to triangles of their own.
+    pub report: MeshReport,
+    /// In all, by the clock.
+    pub duration_ms: f64,
+    /// By stage.
+    pub stages_ms: Vec<(&'static str, f64)>,
+    /// How far leaving triangles out may have moved the surface, in the scene's unit.
+    pub simplification_error: f32,
+    /// How far corners are from the exact surface: the root of the mean square, and the most, in voxels.
+    pub surface_error_voxels: [f64; 2],
+}
+
+/// Why there is no mesh.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum MeshError {
+    /// The world cannot be sampled.
+    #[error(transparent)]
+    Build(#[from] BuildError),
+    /// The volume has no triangles at that level.
+    #[error(transparent)]
+    Surface(#[from] SurfaceError),
+    /// What is stored has no normals on the grid's edges.
+    #[error(
+        "dual contouring takes normals from the exact field, at iso level 0: mesh the field of a scene, or take marching cubes"
+    )]
+    Dual,
+    /// There are too many corners to leave some out.
+    #[error("simplifying: {0}")]
+    Simplify(String),
+    /// Not a length.
+    #[error("an iso level of {0}: it is a length in the scene's unit, from -1e6 to 1e6")]
+    NotALength(f32),
+    /// It would not fit.
+    #[error(
+        "{0} samples: another iso level than 0 takes a dense grid, of 2^31 samples at most; take a smaller resolution"
+    )]
+    TooMany(u64),
+    /// The file cannot be written.
+    #[error("{}", path.display())]
+    Write {
+        /// Which.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+}
+
+impl World {
+    /// [`World::mesh`] as a future.
+    ///
+    /// # Errors
+    /// As there.
+    pub async fn mesh_async(&self, options: &MeshOptions) -> Result<MeshOutput, MeshError> {
+        let iso = options.iso;
+        if !(-1e6..=1e6).contains(&iso) {
+            return Err(MeshError::NotALength(iso));
+        }
+        let start = Instant::now();
+        let mut stages = Stages::of(self.engine());
+        let program = self.program();
+        let mut made = None;
+        let is_dual = options.method == MeshMethod::DualContouring;
+        let is_volume = matches!(self.storage(), Storage::Cpu(_) | Storage::Gpu(_));
+        if is_dual && (is_volume || iso != 0.0) {
+            return Err(MeshError::Dual);
+        }
+        let (mut mesh, lattice, lists) = match (self.storage(), self.field_on_gpu()) {
+            (Storage::Gpu(volume), Some(field)) => {
+                let mesh = of_gpu(volume, field, options, &mut stages).await?;
+                (mesh, *volume.lattice(), None)
+            }
+            (Storage::Cpu(volume), _) => {
+                let with_normals = options.normals == MeshNormals::Gradient;
+                let mesh = volume.triangles(iso, with_normals)?;
+                stages.done("march")?;
+                (mesh, *volume.voxel_grid(), None)
+            }
+            (_, Some(field)) if iso == 0.0 && !is_dual => {
+                self.of_field_on_gpu(field, options, &mut stages).await?
+            }
+            _ if iso == 0.0 => self.of_field(options, &mut made, &mut stages)?,
+            _ => self.of_level(options, &mut stages)?,
+        };
+        let mut simplified_by = 0.0;
+        if let Some(most) = options.max_triangles {
+            (mesh, simplified_by) = simplify(&mesh, most).map_err(MeshError::Simplify)?;
+            stages.done("simplify")?;
+        }
+        let needs_normals = mesh.normals.is_empty() && options.normals != MeshNormals::None;
+        let needs_normals = needs_normals && options.normals != MeshNormals::Face;
+        let lists = match lists {
+            Some(lists) => lists,
+            None => CellPrograms::of(program, &layout_of(lattice)?).map_err(BuildError::from)?,
+        };
+        if needs_normals && options.normals == MeshNormals::Field {
+            project_to_field::normals(program, &lists, &mut mesh);
+            stages.done("normals")?;
+        } else if needs_normals {
+            if let Some(volume) = self.volume_on_cpu().or(made.as_ref()) {
+                stored_normals(&mut mesh, volume);
+            }
+            stages.done("normals")?;
+        }
+        if options.materials {
+            project_to_field::materials(program, &lists, &mut mesh);
+            stages.done("materials")?;
+        }
+        self.engine().control.end();
+        let duration_ms = start.elapsed().as_secs_f64() * 1e3;
+        let report = MeshReport::of(&mesh);
+        let off = project_to_field::distances(program, &lists, &mesh);
+        if options.normals == MeshNormals::Face || options.unindexed {
+            let shared = std::mem::take(&mut mesh);
+            mesh = shared.unindexed(options.normals == MeshNormals::Face);
+        }
+        if options.normals == MeshNormals::None {
+            mesh.normals = Vec::new();
+        }
+        let voxels = |d: f32| f64::from((d - iso).abs() / lattice.voxel_size);
+        let square: f64 = off.iter().map(|&d| voxels(d).powi(2)).sum();
+        let most = off.iter().map(|&d| voxels(d)).fold(0.0, f64::max);
+        Ok(MeshOutput {
+            surface_error_voxels: [(square / off.len().max(1) as f64).sqrt(), most],
+            mesh,
+            report,
+            simplification_error: simplified_by,
+            lattice,
+            duration_ms,
+            stages_ms: stages.all,
+        })
+    }
+
+    fn own_lattice(&self, options: &MeshOptions) -> Result<VoxelGrid, MeshError> {
+        let frame = self.view().bounds;
+        let frame = frame.map(|[min, max]| Aabb::new(min.into(), max.into()));
+        let solid = self.program().aabb().grown(options.iso.max(0.0));
+        let most = *RESOLUTIONS.end();
+        let lattice = match options.voxel_size {
+            Some(voxel) => {
+                VoxelGrid::of_voxels(solid, frame, voxel, most).map_err(BuildError::from)?
+            }
+            None => {
+                VoxelGrid::fitting(solid, frame, options.resolution).map_err(BuildError::from)?
+            }
+        };
+        Ok(lattice)
+    }
+
+    fn of_field(
+        &self,
+        options: &MeshOptions,
+        made: &mut Option<Volume>,
+        stages: &mut Stages,
+    ) -> Result<(Mesh, VoxelGrid, Option<CellPrograms>), MeshError> {
+        let lattice = self.own_lattice(options)?;
+        let own = field_mesh(
+            self.engine(),
+            self.program(),
+            lattice,
+            options.method,
+            stages,
+        )?;
+        let mut mesh = own.mesh;
+        if options.normals != MeshNormals::Field {
+            mesh.normals = Vec::new();
+        }
+        *made = Some(own.bricks.into());
+        Ok((mesh, lattice, Some(own.lists)))
+    }
+
+    /// The same on a GPU: bricks are built, marched and given up there.
+    async fn of_field_on_gpu(
+        &self,
+        field: &GpuProgram,
+        options: &MeshOptions,
+        stages: &mut Stages,
+    ) -> Result<(Mesh, VoxelGrid, Option<CellPrograms>), MeshError> {
+        let lattice = self.own_lattice(options)?;
+        field.upload_instructions(|| self.program());
+        let normals = match options.normals {
+            MeshNormals::Field => SurfaceNormals::Field,
+            MeshNormals::Gradient => SurfaceNormals::Gradient,
+            MeshNormals::Face | MeshNormals::None => SurfaceNormals::None,
+        };
+        let made = field_mesh_on_gpu(
+            self.engine(),
+            field,
+            self.program(),
+            lattice,
+            normals,
+            false,
+        );
+        let (mesh, took) = made.await?;
+        stages.all.extend(took);
+        Ok((brought(&mesh, field, stages).await?, lattice, None))
+    }
+
+    /// Another iso level of the field: a dense grid of it.
+    fn of_level(
+        &self,
+        options: &MeshOptions,
+        stages: &mut Stages,
+    ) -> Result<(Mesh, VoxelGrid, Option<CellPrograms>), MeshError> {
+        let lattice = self.own_lattice(options)?;
+        let grid = Grid {
+            min: lattice.corner,
+            spacing: Vec3::splat(lattice.voxel_size),
+            begin: glam::UVec3::ZERO,
+            size: lattice.size + 1,
+        };
+        let count = grid.size.to_array().map(u64::from).iter().product::<u64>();
+        if count > MAX_SAMPLES {
+            return Err(MeshError::TooMany(count));
+        }
+        let mut samples = vec![0.0; count as usize];
+        self.program().distances(&grid, &mut samples);
+        stages.done("sample")?;
+        let gradient = options.normals == MeshNormals::Gradient;
+        let mesh = marching::dense::march(&samples, &grid, options.iso, gradient);
+        stages.done("march")?;
+        Ok((mesh, lattice, None))
+    }
+}
+
+/// Triangles of a volume on a GPU.
+async fn of_gpu(
+    volume: &GpuVolume,
+    field: &GpuProgram,
+    options: &MeshOptions,
+    stages: &mut Stages,
+) -> Result<Mesh, MeshError> {
+    let iso = options.iso;
+    SurfaceError::check_band(iso, volume.encoding().band_width(volume.lattice(), 0))?;
+    let options = SurfaceOptions {
+        iso,
+        normals: match options.normals {
+            MeshNormals::Gradient => SurfaceNormals::Gradient,
+            // The exact ones are the CPU's, as those of a volume on the CPU are.
+            _ => SurfaceNormals::None,
+        },
+        ..SurfaceOptions::default()
+    };
+    let marched = volume.march(field, &options).await;
+    let (mesh, took) = marched.map_err(|error| match error {
+        GpuError::NotMarched => SurfaceError::Octree.into(),
+        GpuError::OtherLevel => SurfaceError::Iso.into(),
+        error => MeshError::from(BuildError::from(error)),
+    })?;
+    stages.all.extend(took);
+    brought(&mesh, field, stages).await
+}
+
+/// A mesh on the CPU; without normals where they are all zero.
+async fn brought(
+    mesh: &GpuMesh,
+    field: &GpuProgram,
+    stages: &mut Stages,
+) -> Result<Mesh, MeshError> {
+    stages.restart();
+    let mut mesh = mesh.read(field.gpu()).await.map_err(BuildError::from)?;
+    if mesh.normals.iter().all(|&n| n == Vec3::ZERO) {
+        mesh.normals = Vec::new();
+    }
+    stages.done("bring back")?;
+    Ok(mesh)
+}
+
+/// Central differences over a voxel's width of what is stored.
+fn stored_normals(mesh: &mut Mesh, volume: &Volume) {
+    let half = 0.5 * volume.voxel_grid().voxel_size;
+    let held = volume.voxel_grid().aabb();
+    let at = |p: Vec3| {
+        let told = volume.distance_in(p.clamp(held.min, held.max));
+        told.map_or(0.0, |(d, _)| d)
+    };
+    mesh.normals = mesh
+        .positions
+        .par_iter()
+        .map(|&p| {
+            let along = |axis: Vec3| at(p + half * axis) - at(p - half * axis);
+            Vec3::new(along(Vec3::X), along(Vec3::Y), along(Vec3::Z)).normalize_or_zero()
+        })
+        .collect();
+}
+
+/// Write a mesh beside its place, and rename it into it.
+///
+/// # Errors
+/// If the file cannot be written, or its format does not hold the mesh.
+pub fn save_mesh(
+    mesh: &Mesh,
+    format: MeshFormat,
+    options: &MeshWriteOptions,
+    path: impl AsRef<Path>,
+) -> Result<(), MeshError> {
+    let path = path.as_ref();
+    argil_scene::write_atomically(path, |out| write(mesh, format, options, out)).map_err(|source| {
+        MeshError::Write {
+            path: path.into(),
+            source,
+        }
+    })
+}

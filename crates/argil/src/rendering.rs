@@ -1,0 +1,187 @@
+//! Pictures of a world.
+
+use crate::limits::{MAX_IMAGE_PIXELS, MAX_IMAGE_SIDE};
+use crate::representation::{MeshStorage, Storage, StoredTriangles, triangles};
+use crate::{CameraPose, RenderError, RenderedImage, Representation, World};
+use argil_abi::{HIT_INSIDE, HIT_OUTSIDE, Hit};
+use argil_render::{
+    Camera, RenderMode, RenderOutput, RenderSettings, RenderSource, frame_uniforms,
+};
+use web_time::Instant;
+
+/// Most steps of a ray, unless it is asked for otherwise: through the field, and through a volume, where a step is short.
+const FIELD_STEPS: u32 = 256;
+const VOLUME_STEPS: u32 = 4096;
+
+impl World {
+    /// The scene's own camera.
+    pub fn camera(&self) -> Camera {
+        self.camera_at(self.scene.view.camera)
+    }
+
+    /// A camera with the scene's field of view.
+    pub fn camera_at(&self, placement: CameraPose) -> Camera {
+        let field_of_view_degrees = self.scene.view.field_of_view_degrees;
+        match placement {
+            CameraPose::Orbit(orbit) => {
+                Camera::orbit(self.view_bounds, orbit, field_of_view_degrees)
+            }
+            CameraPose::LookAt { eye, target } => Camera {
+                eye: eye.into(),
+                target: target.into(),
+                field_of_view_degrees,
+            },
+        }
+    }
+
+    /// How the scene wants to be drawn, for a size; four samples a pixel when shaded.
+    pub fn settings(&self, size: [u32; 2], show: RenderMode) -> RenderSettings {
+        RenderSettings {
+            size,
+            mode: show,
+            samples: if show == RenderMode::Shaded { 4 } else { 1 },
+            ground: self.scene.view.ground && show == RenderMode::Shaded,
+            sun_degrees: self.scene.view.sun_degrees,
+            max_steps: match self.representation {
+                Representation::Field => FIELD_STEPS,
+                _ => VOLUME_STEPS,
+            },
+            ..RenderSettings::default()
+        }
+    }
+
+    /// [`World::draw`] as a future; see [`Build::with_representation_async`](crate::Build::with_representation_async).
+    ///
+    /// # Errors
+    /// As there.
+    pub async fn draw_async(
+        &self,
+        camera: &Camera,
+        settings: &RenderSettings,
+    ) -> Result<RenderedImage, RenderError> {
+        let (picture, duration_ms) = self.picture(camera, settings, false).await?;
+        Ok(RenderedImage::new(picture, duration_ms))
+    }
+
+    /// [`World::draw_async`] and [`World::ray_distances`] in one.
+    ///
+    /// # Errors
+    /// As there.
+    pub async fn render_with_distances_async(
+        &self,
+        camera: &Camera,
+        settings: &RenderSettings,
+    ) -> Result<(RenderedImage, Vec<f32>), RenderError> {
+        let (picture, duration_ms) = self.picture(camera, settings, true).await?;
+        let length = |hit: &Hit| match hit.kind {
+            HIT_OUTSIDE | HIT_INSIDE => hit.normal_t[3],
+            _ => f32::INFINITY,
+        };
+        let lengths = picture.hits.iter().map(length).collect();
+        Ok((RenderedImage::new(picture, duration_ms), lengths))
+    }
+
+    async fn picture(
+        &self,
+        camera: &Camera,
+        settings: &RenderSettings,
+        with_hits: bool,
+    ) -> Result<(RenderOutput, f64), RenderError> {
+        check(camera, settings)?;
+        if !self.representation.shows(settings.mode) {
+            return Err(RenderError::NoBricks);
+        }
+        let lattice = self.storage.lattice();
+        let frames = frame_uniforms(
+            settings,
+            camera,
+            self.program(),
+            lattice.as_ref(),
+            self.view_bounds,
+        );
+        if let Some(field) = &self.gpu {
+            field.upload_instructions(|| self.program());
+            let (picture, duration_ms) = match &self.storage {
+                Storage::Gpu(volume) => volume.render(field, &frames, with_hits).await?,
+                Storage::Mesh(MeshStorage {
+                    mesh: StoredTriangles::Gpu(mesh),
+                    ..
+                }) => mesh.render(field, &frames, with_hits).await?,
+                _ => field.render(&frames, with_hits).await?,
+            };
+            return Ok((picture, duration_ms));
+        }
+        let drawn;
+        let through: &dyn RenderSource = match &self.storage {
+            Storage::Cpu(volume) => volume,
+            Storage::Mesh(MeshStorage {
+                mesh: StoredTriangles::Cpu(mesh),
+                ..
+            }) => {
+                drawn = triangles(mesh);
+                &drawn
+            }
+            _ => &argil_render::PrunedField,
+        };
+        let start = Instant::now();
+        let control = &self.engine.control;
+        let picture =
+            argil_render::render_controlled(self.program(), through, &frames, with_hits, control);
+        let picture = picture.ok_or(RenderError::Cancelled)?;
+        Ok((picture, start.elapsed().as_secs_f64() * 1e3))
+    }
+}
+
+/// The cameras of an orbit: the first as given, the others turned about the vertical by equal angles.
+pub struct Orbit;
+
+impl Orbit {
+    /// `count` cameras around `camera`'s target.
+    pub fn around(camera: Camera, count: u32) -> impl Iterator<Item = Camera> {
+        (0..count).map(move |i| camera.orbited(360.0 * i as f32 / count as f32))
+    }
+}
+
+fn check(camera: &Camera, settings: &RenderSettings) -> Result<(), RenderError> {
+    let [width, height] = settings.size;
+    if u64::from(width) * u64::from(height) > MAX_IMAGE_PIXELS {
+        return Err(RenderError::Size { width, height });
+    }
+    if !(1..=MAX_IMAGE_SIDE).contains(&width) || !(1..=MAX_IMAGE_SIDE).contains(&height) {
+        return Err(RenderError::Size { width, height });
+    }
+    let fault = |name, value: f32, expected| {
+        Err(RenderError::Setting {
+            name,
+            value: f64::from(value),
+            expected,
+        })
+    };
+    if !(1..=100_000).contains(&settings.max_steps) {
+        return fault("max_steps", settings.max_steps as f32, "from 1 to 100000");
+    }
+    if !(1..=64).contains(&settings.samples) {
+        return fault("samples", settings.samples as f32, "from 1 to 64");
+    }
+    for (name, value) in [
+        ("epsilon", settings.epsilon),
+        ("normal_bias", settings.normal_bias),
+    ] {
+        if let Some(v) = value
+            && !(v.is_finite() && v > 0.0)
+        {
+            return fault(name, v, "a positive number");
+        }
+    }
+    if !camera.eye.is_finite() || !camera.target.is_finite() {
+        return fault("camera", f32::NAN, "at finite coordinates");
+    }
+    if !(1.0..=170.0).contains(&camera.field_of_view_degrees) {
+        return fault(
+            "field_of_view_degrees",
+            camera.field_of_view_degrees,
+            "from 1 to 170",
+        );
+    }
+    Ok(())
+}

@@ -1,0 +1,27 @@
+//! Triangles on either device.
+
+use argil_gpu::GpuMesh;
+use argil_mesh::Mesh;
+use argil_render::Triangles;
+use argil_volume::VoxelGrid;
+
+/// Triangles, and where their voxels lay.
+pub(crate) struct MeshStorage {
+    pub mesh: StoredTriangles,
+    pub lattice: VoxelGrid,
+}
+
+/// Triangles on either device.
+pub(crate) enum StoredTriangles {
+    Cpu(Mesh),
+    Gpu(Box<GpuMesh>),
+}
+
+/// A mesh as it is drawn.
+pub(crate) fn triangles(mesh: &Mesh) -> Triangles<'_> {
+    Triangles {
+        positions: &mesh.positions,
+        normals: &mesh.normals,
+        triangles: &mesh.triangles,
+    }
+}

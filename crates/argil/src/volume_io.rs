@@ -1,0 +1,120 @@
+//! Worlds from and to volume files.
+
+use crate::representation::Storage;
+use crate::{BuildError, Engine, Representation, Scene, VolumeFile, VolumeFileError, World};
+use argil_gpu::GpuVolume;
+use argil_scene::SampledGrid;
+use argil_volume::{Section, StoredMesh, VolumeError};
+use std::path::Path;
+use std::sync::Arc;
+
+impl Engine {
+    /// [`Engine::load`] as a future; with `outside`, the scene's meshes may be anywhere.
+    ///
+    /// # Errors
+    /// As there.
+    pub async fn load_async(
+        &self,
+        stored: VolumeFile,
+        path: impl AsRef<Path>,
+        outside: bool,
+    ) -> Result<(Scene, World), VolumeFileError> {
+        World::load(self.clone(), stored, path.as_ref(), outside).await
+    }
+}
+
+impl World {
+    async fn load(
+        engine: Engine,
+        stored: VolumeFile,
+        path: &Path,
+        outside: bool,
+    ) -> Result<(Scene, Self), VolumeFileError> {
+        let mut scene = crate::stored_scene(&stored, path)?;
+        // Files of version 1 have no meshes.
+        let folder = path.parent().unwrap_or(Path::new("."));
+        let control = &engine.control;
+        crate::load_meshes_with_control(&mut scene, folder, outside, control)?;
+        let mut world = Self::new(engine, &scene)?;
+        let mut stored = stored;
+        let solid = world.program().aabb();
+        stored
+            .volume
+            .set_clipped(!solid.is_finite() && !solid.is_empty());
+        world.representation = Representation::of(&stored.volume);
+        world.storage = match &world.gpu {
+            Some(gpu) => {
+                let volume = GpuVolume::upload(gpu, &stored.volume).await;
+                Storage::Gpu(volume.map_err(BuildError::from)?)
+            }
+            None => Storage::Cpu(stored.volume),
+        };
+        world.begin_following(&scene);
+        Ok((scene, world))
+    }
+
+    /// [`World::save`] as a future.
+    ///
+    /// # Errors
+    /// As there.
+    pub async fn save_async(&self, path: impl AsRef<Path>) -> Result<(), VolumeFileError> {
+        let path = path.as_ref();
+        let volume = self.volume_async().await?;
+        let volume = volume.ok_or(VolumeFileError::NoVolume)?;
+        let (scene_json, meshes) = self.scene_to_store();
+        argil_scene::write_atomically(path, |out| volume.write(&scene_json, &meshes, out)).map_err(
+            |source| VolumeFileError::Write {
+                path: path.into(),
+                source,
+            },
+        )
+    }
+
+    /// [`World::write`] as a future.
+    ///
+    /// # Errors
+    /// As there.
+    pub async fn write_async(
+        &self,
+        mut out: &mut (impl std::io::Write + ?Sized),
+    ) -> std::io::Result<()> {
+        let volume = self.volume_async().await.map_err(std::io::Error::other)?;
+        let volume = volume.ok_or_else(|| std::io::Error::other(VolumeFileError::NoVolume))?;
+        let (scene_json, meshes) = self.scene_to_store();
+        volume.write(&scene_json, &meshes, &mut out)
+    }
+
+    fn scene_to_store(&self) -> (String, Vec<StoredMesh<'_>>) {
+        let meshes = crate::mesh_assets::meshes_to_store(&self.scene);
+        (at_time_0(&self.scene), meshes)
+    }
+}
+
+/// A scene's text for a file: what is read again stands at time 0.
+fn at_time_0(scene: &Scene) -> String {
+    if scene.time() == 0.0 {
+        scene.to_json()
+    } else {
+        scene.baked_at_current_time().to_json()
+    }
+}
+
+/// The scene that a volume was made from, with the meshes that its file holds. `path` stands in messages.
+///
+/// # Errors
+/// If the file's scene or a mesh in it cannot be read. Meshes that the file does not hold stay missing: see [`load_meshes`](crate::load_meshes).
+pub fn stored_scene(stored: &VolumeFile, path: &Path) -> Result<Scene, VolumeFileError> {
+    let inside = format!("{}, its scene", path.display());
+    let mut scene = Scene::from_json(&stored.scene_json, inside)?;
+    for mesh in &stored.meshes {
+        let grid = SampledGrid::from_words(mesh.words.to_vec(), mesh.solid).ok_or_else(|| {
+            VolumeError::Content {
+                path: path.into(),
+                section: Section::Meshes,
+                reason: format!("the distances of {:?} make no sense", mesh.path),
+            }
+        })?;
+        scene.set_mesh_grid(mesh.path.as_ref(), mesh.resolution, Arc::new(grid));
+    }
+    Ok(scene)
+}

@@ -1,0 +1,199 @@
+//! How a world follows its scene.
+
+use super::World;
+use crate::edit_session::{
+    EditBudget, EditReport, EditSession, EditableVolume, RebuildReason, UpdateResult,
+};
+use crate::observers::SubscriptionId;
+use crate::program_cache::ProgramCache;
+use crate::representation::{BuildContext, Storage, recomputed_grid, updated_grid, view_bounds_of};
+use crate::{BuildError, Scene, Volume};
+use argil_field::Program;
+use argil_gpu::GpuProgram;
+use argil_math::Aabb;
+use argil_volume::EditStats;
+use std::sync::OnceLock;
+use web_time::Instant;
+
+impl World {
+    /// Follow a scene from now on, whose changes are all known.
+    pub(crate) fn begin_following(&mut self, scene: &Scene) {
+        self.edits = EditSession::of(scene);
+        let edits = match &self.storage {
+            Storage::Cpu(volume) => volume.edits(),
+            Storage::Gpu(volume) => volume.edits(),
+            Storage::Field | Storage::Mesh(_) => None,
+        };
+        if let Some(edits) = edits {
+            let program = &ProgramCache::of(&self.program, &self.edits).program;
+            self.edits.watch(scene, edits, program);
+        }
+    }
+
+    /// [`World::apply`] as a future; see [`Build::with_representation_async`](crate::Build::with_representation_async).
+    ///
+    /// # Errors
+    /// As there.
+    pub async fn apply_async(&mut self, scene: &Scene) -> Result<EditReport, BuildError> {
+        self.follow(scene, None).await
+    }
+
+    /// [`World::apply_within`] as a future.
+    ///
+    /// # Errors
+    /// As there.
+    pub async fn apply_within_async(
+        &mut self,
+        scene: &Scene,
+        pace: EditBudget,
+    ) -> Result<EditReport, BuildError> {
+        self.follow(scene, Some(pace)).await
+    }
+
+    async fn follow(
+        &mut self,
+        scene: &Scene,
+        pace: Option<EditBudget>,
+    ) -> Result<EditReport, BuildError> {
+        let start = Instant::now();
+        let mut reason = RebuildReason::NotEditable;
+        if self.edits.is_in_place() {
+            reason = RebuildReason::Specialized;
+        }
+        if let Some(kept) = EditableVolume::of(&mut self.storage, self.gpu.as_mut()) {
+            let machine = (&self.engine, self.representation.memory_budget());
+            let before = self.program.get().map(|lowered| &lowered.program);
+            let followed = self.edits.update(scene, kept, before, machine, pace).await;
+            // The field on a GPU has the parameters of what was followed, even where the volume could not be.
+            if self.gpu.is_some() && self.edits.tables().is_some() {
+                self.forget_program();
+            }
+            match followed? {
+                UpdateResult::InPlace(applied) => {
+                    self.forget_program();
+                    self.scene = scene.snapshot();
+                    let boxes = self.edits.take_finished_boxes();
+                    self.observers.notify(&boxes);
+                    return Ok(applied);
+                }
+                UpdateResult::Rebuild(why) => reason = why,
+            }
+        }
+        let program = Program::lower(scene)?;
+        match &mut self.gpu {
+            Some(gpu) if !gpu.is_specialized() => gpu.update(&program)?,
+            Some(gpu) => *gpu = GpuProgram::new(gpu.gpu().clone(), &program, true)?,
+            None => {}
+        }
+        let lattice = match self.storage.lattice() {
+            Some(old) => {
+                let new = updated_grid(&old, scene, &program)?;
+                if new != old && reason == RebuildReason::NotEditable {
+                    reason = RebuildReason::OutsideBox;
+                }
+                Some(new)
+            }
+            None => None,
+        };
+        let site = self.site(scene, &program);
+        let (kept, times) = self.representation.build(&site, lattice).await?;
+        (self.storage, self.build_timings) = (kept, times);
+        self.view_bounds = view_bounds_of(scene, &program);
+        self.scene = scene.snapshot();
+        self.program = OnceLock::from(ProgramCache::from(program));
+        let done = self.edits.take_stats();
+        self.begin_following(scene);
+        self.observers.notify(&[Aabb::ALL]);
+        let bricks = self
+            .volume_info_async()
+            .await?
+            .and_then(|info| info.bricks)
+            .map_or(0, |s| s.bricks);
+        self.edits.record_rebuild(bricks, done);
+        Ok(EditReport {
+            remaining_blocks: 0,
+            dirty_box: Aabb::ALL,
+            duration_ms: start.elapsed().as_secs_f64() * 1e3,
+            rebuilt: true,
+            reason: Some(reason),
+        })
+    }
+
+    /// [`World::flush`] as a future.
+    ///
+    /// # Errors
+    /// As there.
+    pub async fn flush_async(&mut self) -> Result<EditStats, BuildError> {
+        let Some(kept) = EditableVolume::of(&mut self.storage, self.gpu.as_mut()) else {
+            return Ok(self.edits.take_stats());
+        };
+        let machine = (&self.engine, self.representation.memory_budget());
+        let edit = self.edits.flush(kept, machine).await?;
+        let boxes = self.edits.take_finished_boxes();
+        self.observers.notify(&boxes);
+        Ok(edit)
+    }
+
+    /// [`World::shrink_to_fit`] as a future.
+    ///
+    /// # Errors
+    /// As there.
+    pub async fn shrink_to_fit_async(&mut self) -> Result<(), BuildError> {
+        if let (Storage::Gpu(volume), Some(field)) = (&mut self.storage, &self.gpu) {
+            volume.trim(field).await?;
+        }
+        Ok(())
+    }
+
+    /// Call `listener` whenever edits are done, with the boxes outside of which no distance near a surface changed: the
+    /// box of everything where all was made again. It is called by the thread that applies edits, after they were applied;
+    /// of a GPU, after they were submitted.
+    pub fn subscribe(
+        &mut self,
+        listener: impl FnMut(&[Aabb]) + Send + Sync + 'static,
+    ) -> SubscriptionId {
+        self.observers.add(Box::new(listener))
+    }
+
+    /// Call a listener no more; whether it was there.
+    pub fn unsubscribe(&mut self, listener: SubscriptionId) -> bool {
+        self.observers.remove(listener)
+    }
+
+    /// [`World::diff_from_rebuild`] as a future.
+    ///
+    /// # Errors
+    /// As there.
+    pub async fn diff_from_rebuild_async(&self) -> Result<Option<u64>, BuildError> {
+        let volume = self.volume_async().await?;
+        let Some(Volume::Bricks(bricks)) = volume.as_deref() else {
+            return Ok(None);
+        };
+        let program = Program::lower(&self.scene)?;
+        // The world's own field follows edits, with tables in another order.
+        let field = match &self.gpu {
+            Some(own) => Some(GpuProgram::new(own.gpu().clone(), &program, false)?),
+            None => None,
+        };
+        let field = field.as_ref();
+        // The box is found anew: what an edit has put outside of the old one must be there.
+        let lattice = match self.storage.lattice() {
+            Some(lattice) => Some(recomputed_grid(&lattice, &self.scene, &program)?),
+            None => None,
+        };
+        let site = BuildContext {
+            field,
+            ..self.site(&self.scene, &program)
+        };
+        let (fresh, _) = self.representation.build(&site, lattice).await?;
+        let fresh = match (fresh, field) {
+            (Storage::Cpu(volume), _) => volume,
+            (Storage::Gpu(volume), Some(field)) => volume.read(field.gpu()).await?,
+            _ => return Ok(None),
+        };
+        Ok(match &fresh {
+            Volume::Bricks(fresh) => Some(bricks.differing_cells(fresh)),
+            _ => None,
+        })
+    }
+}

@@ -1,0 +1,439 @@
+//! Doing what a case asks for.
+
+use crate::configuration::{Configuration, ConfigurationKind, DENSE, MESH};
+use crate::experiment::{Look, Plan, StudyCamera, StudyCase, Task};
+use crate::scenes::{Numbers, scene};
+use anyhow::Context;
+use argil::glam::Vec3;
+use argil::{
+    Brush, Camera, CameraPose, Engine, MeshMethod, MeshNormals, MeshOptions, Orbit, RenderMode,
+    RenderSettings, RenderedImage, Representation, Scene, Shape, Volume, World,
+};
+use argil_metrics::surface::{SurfaceDistance, sample_surface};
+use argil_metrics::{ErrorStats, Picture, depth, flip, laplacian, psnr, ssim};
+use image::RgbImage;
+use std::collections::BTreeMap;
+use std::time::Instant;
+
+/// What came out of a case.
+#[derive(Default)]
+pub struct Outcome {
+    /// See [`crate::Record`].
+    pub samples: BTreeMap<String, Vec<f64>>,
+    /// See [`crate::Record`].
+    pub values: BTreeMap<String, f64>,
+    /// Pictures by their names.
+    pub pictures: Vec<(String, RgbImage)>,
+}
+
+impl Outcome {
+    /// Keep a value. One that is no finite number is none, and a check that asks for it fails.
+    fn set(&mut self, name: &str, value: f64) {
+        if value.is_finite() {
+            self.values.insert(name.into(), value);
+        }
+    }
+
+    /// Keep one of several samples, if it is a finite number.
+    fn add(&mut self, name: &str, sample: f64) {
+        if sample.is_finite() {
+            self.samples.entry(name.into()).or_default().push(sample);
+        }
+    }
+
+    fn spread(&mut self, name: &str, spread: &ErrorStats, unit: f64) {
+        self.set(&format!("{name}_mean"), spread.mean / unit);
+        self.set(&format!("{name}_rms"), spread.rms / unit);
+        self.set(&format!("{name}_max"), spread.max / unit);
+    }
+
+    /// What a world's representation is.
+    fn about(&mut self, world: &World) -> anyhow::Result<()> {
+        self.set("memory_bytes", world.memory_bytes() as f64);
+        let info = world.volume_info()?;
+        if let Some(tree) = info.and_then(|info| info.octree) {
+            self.set("bricks", tree.bricks as f64);
+            self.set("nodes", tree.nodes as f64);
+        }
+        if let Some(sparse) = info.and_then(|info| info.bricks) {
+            self.set("bricks", sparse.bricks as f64);
+        }
+        if let Some([triangles, vertices]) = world.mesh_counts() {
+            self.set("triangles", triangles as f64);
+            self.set("vertices", vertices as f64);
+        }
+        Ok(())
+    }
+}
+
+/// Do it.
+///
+/// # Errors
+/// If it cannot be done.
+pub fn perform(case: &StudyCase, engine: &Engine, plan: &Plan) -> anyhow::Result<Outcome> {
+    let scene = scene(&case.scene)?;
+    let mut out = Outcome::default();
+    let way = resolved(case.way, engine, &scene)?;
+    let build = || -> anyhow::Result<World> {
+        let mut world = engine.build(&scene)?.with_representation(way.via())?;
+        if way.kind == ConfigurationKind::Compiled {
+            world.specialize()?;
+        }
+        Ok(world)
+    };
+    match case.task {
+        Task::Build(runs) => {
+            // What is compiled, and memory that is touched for the first time, is no part of a build.
+            let mut world = build()?;
+            for _ in 0..runs {
+                world = world.rebuilt_as(&scene, way.via())?;
+                let times = world.build_timings();
+                out.add("build_ms", times.duration_ms);
+                for (stage, ms) in &times.stages_ms {
+                    out.add(&format!("{stage}_ms"), *ms);
+                }
+            }
+            out.about(&world)?;
+        }
+        Task::Frames(count, eye) => frames(&build()?, plan, (&case.way, count, eye), &mut out)?,
+        Task::Picture(look) => picture(&build()?, case, plan, look, &mut out)?,
+        Task::Stored(count) => stored(&build()?, count, &mut out)?,
+        Task::Surface(count) => surface(&engine.build(&scene)?.field(), way, count, &mut out)?,
+        Task::Edits(count, radius) => edits(build()?, scene, (count, radius), &mut out)?,
+        Task::CountLostBricks => lost(&build()?, &mut out)?,
+    }
+    Ok(out)
+}
+
+/// A way whose resolution follows from what another takes.
+fn resolved(way: Configuration, engine: &Engine, scene: &Scene) -> anyhow::Result<Configuration> {
+    if way.kind != ConfigurationKind::MeshAsLarge {
+        return Ok(way);
+    }
+    let bytes = |way: Configuration| -> anyhow::Result<f64> {
+        let world = engine.build(scene)?.with_representation(way.via())?;
+        Ok(world.memory_bytes() as f64)
+    };
+    let target = bytes(Configuration::of(DENSE, way.resolution))?;
+    let mut resolution = 64.0;
+    // Triangles grow as the square, nearly: less where what is thin appears only then.
+    for _ in 0..3 {
+        let own = bytes(Configuration::of(MESH, resolution as u32))?.max(1.0);
+        resolution = (resolution * (target / own).sqrt())
+            .clamp(16.0, 1024.0)
+            .round();
+    }
+    Ok(Configuration::of(MESH, resolution as u32))
+}
+
+fn camera(world: &World, eye: StudyCamera) -> Camera {
+    match eye {
+        StudyCamera::Outside => world.camera(),
+        StudyCamera::Inside => world.camera_at(CameraPose::Orbit([25.0, 10.0, 0.3])),
+        StudyCamera::Grazing => world.camera_at(CameraPose::Orbit([70.0, 3.0, 0.9])),
+    }
+}
+
+fn frames(
+    world: &World,
+    plan: &Plan,
+    (way, count, eye): (&Configuration, u32, StudyCamera),
+    out: &mut Outcome,
+) -> anyhow::Result<()> {
+    let settings = RenderSettings {
+        samples: 1,
+        ground: false,
+        lookup_start: way.descent(),
+        ..world.settings(plan.size(), RenderMode::Normal)
+    };
+    let first = camera(world, eye);
+    // The first ones are slower, until caches and clocks are up: a tenth of what is measured is not counted.
+    for camera in Orbit::around(first, (count / 10).max(1)) {
+        world.draw(&camera, &settings)?;
+    }
+    let mut hit_pixels = 0;
+    for camera in Orbit::around(first, count) {
+        let drawn = world.draw(&camera, &settings)?;
+        out.add("frame_ms", drawn.duration_ms);
+        let statistics = &drawn.statistics;
+        for (name, spread) in [
+            ("steps", statistics.steps),
+            ("samples", statistics.samples),
+            ("descents", statistics.descents),
+            ("cells", statistics.cells),
+        ] {
+            out.add(&format!("{name}_mean"), spread.mean);
+            if name == "steps" {
+                out.add("steps_p95", spread.p95);
+                out.add("steps_max", spread.max);
+            }
+        }
+        hit_pixels += drawn.hit_pixels;
+    }
+    out.set("hit_pixels", hit_pixels as f64);
+    out.about(world)
+}
+
+fn settings(world: &World, plan: &Plan, (way, look): (&Configuration, &Look)) -> RenderSettings {
+    let own = world.settings(plan.size(), look.show);
+    let voxel = world.volume_info().ok().flatten();
+    let voxel = voxel.map(|info| info.voxel_grid.voxel_size);
+    RenderSettings {
+        samples: 1,
+        ground: false,
+        normals: look.normals,
+        lookup_start: way.descent(),
+        normal_bias: look.bias_voxels.zip(voxel).map(|(n, voxel)| n * voxel),
+        // The study's limit, which its colours stand for.
+        max_steps: if look.show == RenderMode::Heat {
+            256
+        } else {
+            own.max_steps
+        },
+        ..own
+    }
+}
+
+fn image(drawn: RenderedImage) -> anyhow::Result<RgbImage> {
+    let [width, height] = drawn.size;
+    RgbImage::from_raw(width, height, drawn.rgb).context("a picture of another size")
+}
+
+/// A picture as it is measured, and as it is kept.
+fn measured(own: &RgbImage) -> anyhow::Result<Picture> {
+    let measured = Picture::new(own.dimensions().into(), own.as_raw().clone());
+    measured.context("a picture of another size")
+}
+
+fn kept(own: &Picture) -> anyhow::Result<RgbImage> {
+    let [width, height] = own.size();
+    RgbImage::from_raw(width, height, own.rgb().to_vec()).context("a picture of another size")
+}
+
+fn picture(
+    world: &World,
+    case: &StudyCase,
+    plan: &Plan,
+    look: Look,
+    out: &mut Outcome,
+) -> anyhow::Result<()> {
+    let (camera, settings) = (
+        camera(world, look.eye),
+        settings(world, plan, (&case.way, &look)),
+    );
+    let drawn = world.draw(&camera, &settings)?;
+    out.add("frame_ms", drawn.duration_ms);
+    out.set("hit_pixels", drawn.hit_pixels as f64);
+    for (name, spread) in [
+        ("steps", drawn.statistics.steps),
+        ("descents", drawn.statistics.descents),
+    ] {
+        out.set(&format!("{name}_mean"), spread.mean);
+        out.set(&format!("{name}_p95"), spread.p95);
+        out.set(&format!("{name}_max"), spread.max);
+    }
+    out.about(world)?;
+    let own = image(drawn)?;
+    let seen_own = measured(&own)?;
+    if look.is_compared && case.way.kind != ConfigurationKind::Field {
+        // The reference is the field, drawn by the same device.
+        let scene = scene(&case.scene)?;
+        let reference = world.engine().build(&scene)?.field();
+        let exact = RenderSettings {
+            samples: 1,
+            ground: false,
+            ..reference.settings(plan.size(), look.show)
+        };
+        let right = measured(&image(reference.draw(&camera, &exact)?)?)?;
+        out.set("psnr_db", psnr(&right, &seen_own)?.min(200.0));
+        out.set("ssim", ssim(&right, &seen_own)?);
+        let seen = flip::flip(&right, &seen_own, flip::PIXELS_PER_DEGREE)?;
+        out.set("flip_mean", seen.mean());
+        let edges = laplacian::difference(&right, &seen_own)?;
+        out.set("laplacian_equal_pixels", edges.equal_pixels as f64);
+        out.set("laplacian_mean_abs", edges.mean_abs);
+        let histogram = edges.histogram.iter().map(|&n| n as f64).collect();
+        out.samples.insert("laplacian_histogram".into(), histogram);
+        let depths = depth::compare(
+            &reference.ray_distances(&camera, &exact)?,
+            &world.ray_distances(&camera, &settings)?,
+        );
+        let radius = f64::from(world.view_bounds().half_diagonal());
+        out.spread("depth", &depths.both, radius);
+        out.set("missed_pixels", depths.missed as f64);
+        out.set("added_pixels", depths.added as f64);
+        let edges = kept(&edges.picture)?;
+        out.pictures.push(("laplacian".into(), edges));
+    }
+    if look.is_compared && case.way.kind == ConfigurationKind::Field {
+        // The study's figure 29: what a blank picture differs by.
+        let edges = laplacian::laplacian(&seen_own);
+        let equal = edges.pixels().iter().filter(|p| **p == [0; 3]).count();
+        out.set("laplacian_equal_pixels", equal as f64);
+        out.pictures.push(("laplacian".into(), kept(&edges)?));
+    }
+    out.pictures.push(("picture".into(), own));
+    Ok(())
+}
+
+/// Points all over the box that is looked at, and their exact distances.
+fn points(world: &World, count: u32) -> (Vec<[f32; 3]>, Vec<f32>) {
+    let focus = world.view_bounds();
+    let mut numbers = Numbers::new(7);
+    let mut place = || {
+        let part = Vec3::from([(); 3].map(|()| numbers.next()));
+        (focus.min + part * focus.size()).to_array()
+    };
+    let points: Vec<[f32; 3]> = (0..count).map(|_| place()).collect();
+    let mut exact = vec![0.0; points.len()];
+    world.query().distances(&points, &mut exact);
+    (points, exact)
+}
+
+/// Points of the exact surface.
+fn surface_points(world: &World, count: u32) -> Vec<[f32; 3]> {
+    let (all, exact) = points(world, 100 * count);
+    let radius = world.view_bounds().half_diagonal();
+    let close = all
+        .into_iter()
+        .zip(exact)
+        .filter(|(_, d)| d.abs() < 0.05 * radius);
+    let mut close: Vec<[f32; 3]> = close.map(|(p, _)| p).take(count as usize).collect();
+    // Down the gradient, a few times, as distances may fall short.
+    let mut found = vec![(0.0, [0.0; 3]); close.len()];
+    for _ in 0..12 {
+        world.query().gradients(&close, &mut found);
+        for (p, (d, g)) in close.iter_mut().zip(&found) {
+            let g = Vec3::from(*g).normalize_or_zero();
+            *p = (Vec3::from(*p) - *d * g).to_array();
+        }
+    }
+    let mut left = vec![0.0; close.len()];
+    world.query().distances(&close, &mut left);
+    let there = close.into_iter().zip(left);
+    there
+        .filter(|(_, d)| d.abs() < 1e-4 * radius)
+        .map(|(p, _)| p)
+        .collect()
+}
+
+fn stored(world: &World, count: u32, out: &mut Outcome) -> anyhow::Result<()> {
+    let info = world.volume_info()?.context("no volume")?;
+    let band = info.encoding.band.voxels() * info.voxel_grid.voxel_size;
+    let (all, exact) = points(world, count);
+    let volume = world
+        .query_volume()
+        .context("no distances are asked of it")?;
+    // What cells without a brick tell is a bound, and not stored.
+    let (all, exact): (Vec<_>, Vec<_>) = match world.volume()?.as_deref() {
+        Some(Volume::Bricks(bricks)) => all
+            .into_iter()
+            .zip(exact)
+            .filter(|(p, _)| bricks.has_brick((*p).into()))
+            .unzip(),
+        _ => (all, exact),
+    };
+    let mut own = vec![0.0; all.len()];
+    volume.distances(&all, &mut own);
+    // Four voxels for all, so that they are compared at the same places.
+    let near = band.min(4.0 * info.voxel_grid.voxel_size);
+    let errors = ErrorStats::within_band(&own, &exact, 0.99 * near);
+    out.set("points", errors.count as f64);
+    out.spread(
+        "error_voxels",
+        &errors,
+        f64::from(info.voxel_grid.voxel_size),
+    );
+    out.about(world)
+}
+
+fn surface(world: &World, way: Configuration, count: u32, out: &mut Outcome) -> anyhow::Result<()> {
+    let Representation::Mesh(via) = way.via() else {
+        anyhow::bail!("a surface is compared of triangles");
+    };
+    let options = MeshOptions {
+        method: via.method,
+        resolution: via.resolution,
+        normals: if via.flat {
+            MeshNormals::Face
+        } else {
+            MeshNormals::Field
+        },
+        materials: false,
+        unindexed: via.flat && via.method == MeshMethod::MarchingCubes,
+        ..MeshOptions::default()
+    };
+    let mesh = || world.mesh(&options);
+    let meshed = mesh()?;
+    out.add("mesh_ms", meshed.duration_ms);
+    // The first had memory to touch and lists to make.
+    out.samples.clear();
+    for _ in 0..3 {
+        out.add("mesh_ms", mesh()?.duration_ms);
+    }
+    out.set("triangles", meshed.report.triangles as f64);
+    out.set("vertices", meshed.mesh.positions.len() as f64);
+    out.set("memory_bytes", meshed.mesh.memory_bytes() as f64);
+    let watertight = meshed.report.is_watertight();
+    out.set("watertight", f64::from(u8::from(watertight)));
+    let mesh = meshed.mesh;
+    let corners: Vec<[Vec3; 3]> = (0..mesh.triangles.len())
+        .map(|i| mesh.triangle_vertices(i))
+        .collect();
+    let own = sample_surface(&corners, count as usize);
+    let exact: Vec<Vec3> = surface_points(world, count / 4)
+        .into_iter()
+        .map(Vec3::from)
+        .collect();
+    let solid = argil::MeshSdf::new(&mesh).context("triangles without an area")?;
+    let apart = SurfaceDistance::of(
+        (&own, &|p: Vec3| solid.distance(p)),
+        (&exact, &|p: Vec3| world.distance(p.to_array())),
+    );
+    let voxel = f64::from(meshed.lattice.voxel_size);
+    out.set("hausdorff_voxels", apart.hausdorff() / voxel);
+    out.set("chamfer_voxels", apart.chamfer() / voxel);
+    out.set("off_rms_voxels", meshed.surface_error_voxels[0]);
+    Ok(())
+}
+
+fn edits(
+    mut world: World,
+    mut scene: Scene,
+    (count, radius): (u32, f32),
+    out: &mut Outcome,
+) -> anyhow::Result<()> {
+    let places = surface_points(&world, count);
+    let radius = radius * world.view_bounds().size().max_element();
+    for place in places {
+        scene.push(Brush::new(Shape::sphere(radius)).at(place).subtract())?;
+        let start = Instant::now();
+        let applied = world.apply(&scene)?;
+        let counts = world.flush()?;
+        let ms = start.elapsed().as_secs_f64() * 1e3;
+        out.add("edit_ms", ms);
+        if !applied.rebuilt {
+            out.add("edited_bricks", counts.filled as f64);
+        }
+        out.add(
+            "dirty_volume",
+            f64::from(applied.dirty_box.size().element_product()),
+        );
+    }
+    out.set("brushes", world.program().brush_count() as f64);
+    out.about(&world)
+}
+
+fn lost(world: &World, out: &mut Outcome) -> anyhow::Result<()> {
+    out.about(world)?;
+    let missing = match world.volume()?.as_deref() {
+        Some(Volume::Octree(octree)) => octree.lost_bricks(world.program()),
+        Some(Volume::Bricks(bricks)) => surface_points(world, 5000)
+            .into_iter()
+            .filter(|&p| !bricks.has_brick(p.into()))
+            .count(),
+        _ => anyhow::bail!("bricks are looked for where there are some"),
+    };
+    out.set("lost_bricks", missing as f64);
+    Ok(())
+}
