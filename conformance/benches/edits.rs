@@ -26,7 +26,7 @@ fn crowd(brushes: usize) -> (Scene, f32) {
         let mut brush = Brush::new(shape)
             .rotated([0.3, 1.0, 0.2], numbers.between(0.0, 360.0))
             .at(on_shell(&mut numbers, 0.5 * (i as f32 + 0.5).cbrt()))
-            .blend(0.05);
+            .smooth(0.05);
         if i % 5 == 4 {
             brush = brush.subtract();
         }
@@ -128,7 +128,7 @@ fn trees() {
     bakes.sort_by(f64::total_cmp);
     let leaf = Brush::new(Shape::sphere(0.02))
         .at([0.0, 0.3, 0.0])
-        .blend(0.005);
+        .smooth(0.005);
     let node = scene.push(leaf).expect("a valid brush").node;
     clay.follow(&mut scene);
     let before = clay.done.filled;
@@ -153,7 +153,7 @@ fn session() {
         let size = numbers.between(0.05, 0.08);
         let mut brush = Brush::new(Shape::sphere(size))
             .at(numbers.point(0.6).to_array())
-            .blend(0.02);
+            .smooth(0.02);
         if nth % 2 == 1 {
             brush = brush.subtract();
         }
@@ -164,7 +164,7 @@ fn session() {
     }
     all.sort_by(f64::total_cmp);
     let grown = clay.memory_bytes();
-    while scene.history_lengths()[0] > 0 && scene.brush_count() > 20 {
+    while scene.undo_depth() > 0 && scene.brush_count() > 20 {
         scene.undo();
         clay.follow(&mut scene);
     }

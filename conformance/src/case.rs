@@ -56,7 +56,7 @@ pub(crate) fn one(name: &str, brush: Brush) -> SceneCase {
 pub(crate) fn push(
     scene: &mut Scene,
     group: NodeId,
-    entry: impl Into<argil_scene::NodeDesc>,
+    entry: impl Into<argil_scene::NodeTree>,
 ) -> NodeId {
     scene.push_into(group, entry).expect("a valid entry").node
 }

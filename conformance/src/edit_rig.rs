@@ -7,7 +7,7 @@ use argil_gpu::{Gpu, GpuProgram, GpuVolume};
 use argil_math::Aabb;
 use argil_scene::{MarginRequest, Scene};
 use argil_volume::{
-    BrickLayout, BrickPendingEdits, BrickSettings, Bricks, Cell, EditQueue, EditStats, Volume,
+    BrickCell, BrickLayout, BrickPendingEdits, BrickSettings, Bricks, EditQueue, EditStats, Volume,
 };
 use glam::IVec3;
 use std::borrow::Cow;
@@ -196,8 +196,8 @@ impl EditRig {
                 let cell = 4 * block + inner;
                 wrong += u64::from(match (own.cell(cell), fresh.cell(cell)) {
                     (
-                        Cell::Empty { center, lonely },
-                        Cell::Empty {
+                        BrickCell::Empty { center, lonely },
+                        BrickCell::Empty {
                             center: theirs,
                             lonely: as_lonely,
                         },

@@ -48,7 +48,7 @@ pub fn random_blends(seed: u64, brushes: usize) -> SceneCase {
         let turned = Brush::new(shape)
             .rotated(axis, numbers.between(0.0, 360.0))
             .at(numbers.point(0.6).to_array())
-            .blend(numbers.between(0.0, 0.15));
+            .smooth(numbers.between(0.0, 0.15));
         let brush = if i % 5 == 4 {
             turned.subtract()
         } else {

@@ -94,16 +94,16 @@ pub fn modifier_cases() -> Vec<SceneCase> {
     let mut all = Vec::new();
     let body = || Brush::new(Shape::rounded_box([0.3, 0.2, 0.25], 0.05)).at([0.06, 0.04, -0.03]);
     for (name, modifier) in modifiers {
-        all.push(one(name, body().modify(modifier.clone())));
+        all.push(one(name, body().with_modifier(modifier.clone())));
         let around = body()
-            .modify(modifier.clone())
+            .with_modifier(modifier.clone())
             .rotated([0.0, 1.0, 0.3], 35.0)
             .scaled(1.3)
             .at([0.1, 0.2, 0.0]);
         all.push(one(&format!("{name}, placed"), around));
         let mut scene = Scene::new();
         let group = Group::new()
-            .modify(modifier)
+            .with_modifier(modifier)
             .rotated([1.0, 0.0, 0.3], 20.0)
             .scaled(0.8);
         let group = push(&mut scene, Scene::ROOT, group);
@@ -113,7 +113,7 @@ pub fn modifier_cases() -> Vec<SceneCase> {
             group,
             Brush::new(Shape::sphere(0.18))
                 .at([0.15, 0.15, 0.1])
-                .blend(0.1),
+                .smooth(0.1),
         );
         all.push(SceneCase {
             name: format!("{name}, group"),
@@ -132,7 +132,7 @@ pub fn modifier_cases() -> Vec<SceneCase> {
         all.push(one(
             name,
             spoke
-                .modify(Modifier::RadialRepeat { count })
+                .with_modifier(Modifier::RadialRepeat { count })
                 .at([0.1, 0.0, 0.2]),
         ));
     }

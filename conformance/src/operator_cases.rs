@@ -30,7 +30,7 @@ pub fn operator_cases() -> Vec<SceneCase> {
             push(
                 &mut scene,
                 Scene::ROOT,
-                Brush::new(Shape::sphere(0.5)).material("red"),
+                Brush::new(Shape::sphere(0.5)).with_material("red"),
             );
             let second = Brush::new(Shape::cuboid([0.3; 3]))
                 .rotated([1.0, 1.0, 0.0], 30.0)
@@ -38,9 +38,13 @@ pub fn operator_cases() -> Vec<SceneCase> {
             let second = if chamfer {
                 second.chamfer(k)
             } else {
-                second.blend(k)
+                second.smooth(k)
             };
-            push(&mut scene, Scene::ROOT, operator(second.material("blue")));
+            push(
+                &mut scene,
+                Scene::ROOT,
+                operator(second.with_material("blue")),
+            );
             all.push(SceneCase {
                 name: format!("{joint} {name}"),
                 scene,

@@ -28,7 +28,7 @@ pub fn random_scene(brushes: usize, seed: u64) -> Scene {
         let mut brush = Brush::new(shape)
             .rotated(axis.to_array(), numbers.between(0.0, 360.0))
             .at(numbers.point(0.9).to_array())
-            .blend(0.3 * unit);
+            .smooth(0.3 * unit);
         if i % 5 == 4 {
             brush = brush.subtract();
         }

@@ -21,7 +21,7 @@ pub fn structure_cases() -> Vec<SceneCase> {
     push(
         &mut scene,
         Scene::ROOT,
-        ball(0.2, 0.4).intersect().blend(0.1),
+        ball(0.2, 0.4).intersect().smooth(0.1),
     );
     push(&mut scene, Scene::ROOT, Group::new());
     push(&mut scene, Scene::ROOT, Group::new().subtract());
@@ -42,8 +42,8 @@ pub fn structure_cases() -> Vec<SceneCase> {
         ];
         push(&mut scene, group, Brush::new(Shape::sphere(0.12)).at(at));
         let next = match depth % 4 {
-            0 => Group::new().blend(0.05),
-            1 => Group::new().subtract().blend(0.03),
+            0 => Group::new().smooth(0.05),
+            1 => Group::new().subtract().smooth(0.03),
             2 => Group::new().chamfer(0.04),
             _ => Group::new().morph(0.9),
         };
@@ -58,19 +58,19 @@ pub fn structure_cases() -> Vec<SceneCase> {
     // Loops in loops under deformations.
     let mut scene = Scene::new();
     let outer = Group::new()
-        .modify(Modifier::Repeat {
+        .with_modifier(Modifier::Repeat {
             spacing: [0.8, 0.0, 0.0],
             count: Some([2, 1, 1]),
         })
-        .modify(Modifier::Twist {
+        .with_modifier(Modifier::Twist {
             degrees_per_unit: 40.0,
         })
-        .modify(Modifier::Shell { thickness: 0.03 });
+        .with_modifier(Modifier::Shell { thickness: 0.03 });
     let outer = push(&mut scene, Scene::ROOT, outer);
     let ring = push(
         &mut scene,
         outer,
-        Group::new().modify(Modifier::RadialRepeat { count: 5 }),
+        Group::new().with_modifier(Modifier::RadialRepeat { count: 5 }),
     );
     push(
         &mut scene,
@@ -82,15 +82,15 @@ pub fn structure_cases() -> Vec<SceneCase> {
         outer,
         Brush::new(Shape::sphere(0.15))
             .at([0.0, 0.2, 0.0])
-            .blend(0.05),
+            .smooth(0.05),
     );
     push(
         &mut scene,
         Scene::ROOT,
         ball(0.0, 0.3)
             .subtract()
-            .blend(0.05)
-            .modify(Modifier::Round { radius: 0.02 }),
+            .smooth(0.05)
+            .with_modifier(Modifier::Round { radius: 0.02 }),
     );
     all.push(SceneCase {
         name: "loops in loops".into(),
@@ -102,7 +102,7 @@ pub fn structure_cases() -> Vec<SceneCase> {
     let lathe = || Brush::new(Shape::Lathe { outline: vase() });
     push(&mut scene, Scene::ROOT, lathe());
     for _ in 0..2 {
-        push(&mut scene, Scene::ROOT, lathe().subtract().blend(0.05));
+        push(&mut scene, Scene::ROOT, lathe().subtract().smooth(0.05));
     }
     all.push(SceneCase {
         name: "a curve cut from itself twice".into(),

@@ -86,28 +86,28 @@ fn garden() -> (Scene, Vec<NodeId>) {
             .at(at);
         let k = numbers.between(0.0, 0.15);
         match i % 5 {
-            1 => brush.subtract().blend(k),
+            1 => brush.subtract().smooth(k),
             2 => brush.chamfer(k),
-            _ => brush.blend(k),
+            _ => brush.smooth(k),
         }
     };
     for i in 0..12 {
         nodes.push(scene.push(brush(i)).expect("valid").node);
     }
     let twisted = Group::new()
-        .modify(Modifier::Twist {
+        .with_modifier(Modifier::Twist {
             degrees_per_unit: 60.0,
         })
         .at([0.3, 0.0, 0.2])
-        .blend(0.1);
+        .smooth(0.1);
     let mirrored = Group::new()
-        .modify(Modifier::Mirror {
+        .with_modifier(Modifier::Mirror {
             axes: [true, false, false],
         })
         .scaled(0.8)
         .subtract()
-        .blend(0.05);
-    let repeated = Group::new().modify(Modifier::Repeat {
+        .smooth(0.05);
+    let repeated = Group::new().with_modifier(Modifier::Repeat {
         spacing: [1.2, 0.0, 0.0],
         count: Some([2, 1, 1]),
     });
@@ -118,8 +118,8 @@ fn garden() -> (Scene, Vec<NodeId>) {
         octaves: 2,
     };
     let rounded = Group::new()
-        .modify(rough)
-        .modify(Modifier::Shell { thickness: 0.05 });
+        .with_modifier(rough)
+        .with_modifier(Modifier::Shell { thickness: 0.05 });
     for (g, group) in [twisted, mirrored, repeated, rounded]
         .into_iter()
         .enumerate()
@@ -199,8 +199,8 @@ fn edits(nodes: &[NodeId]) -> Vec<Edit> {
     }
     let ball = || Brush::new(Shape::sphere(0.3)).at([0.2, 0.1, -0.3]);
     for entry in [
-        ball().blend(0.1),
-        ball().subtract().blend(0.05),
+        ball().smooth(0.1),
+        ball().subtract().smooth(0.05),
         ball().intersect(),
         ball().morph(0.4),
     ] {
@@ -223,7 +223,7 @@ fn nothing_changes_outside_of_dirty_boxes_and_undo_restores() {
         for _ in 0..crowd {
             let small = Brush::new(Shape::sphere(0.05))
                 .at(numbers.point(1.5).to_array())
-                .blend(0.02);
+                .smooth(0.02);
             scene.push(small).expect("a valid brush");
         }
         let _watch = scene.request_margins([band, 2.0 * band]);
@@ -261,12 +261,12 @@ fn nothing_changes_outside_of_dirty_boxes_and_undo_restores() {
 
             // Back and forth and back: the same text, and the same boxes hold.
             let done = scene.to_json();
-            let undone = scene.undo_edit().expect("one to undo");
+            let undone = scene.undo().expect("one to undo");
             assert_eq!(scene.to_json(), text, "{edit:?}");
             assert_eq!(undone.dirty_box, edited.dirty_box);
-            scene.redo_edit().expect("one to redo");
+            scene.redo().expect("one to redo");
             assert_eq!(scene.to_json(), done);
-            scene.undo_edit().expect("one to undo");
+            scene.undo().expect("one to undo");
         }
     }
     assert!(
@@ -283,7 +283,7 @@ fn a_dirty_box_is_no_larger_than_it_needs_to_be() {
             .push(
                 Brush::new(Shape::sphere(0.2))
                     .at([i as f32, 0.0, 0.0])
-                    .blend(0.1),
+                    .smooth(0.1),
             )
             .expect("valid");
     }

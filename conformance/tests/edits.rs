@@ -48,12 +48,12 @@ fn disturb(scene: &mut Scene, numbers: &mut Numbers, materials: &[String]) {
             ))
             .rotated([0.3, 1.0, 0.2], 360.0 * numbers.unit())
             .at(numbers.point(0.8).to_array())
-            .blend(0.2 * size);
+            .smooth(0.2 * size);
             if numbers.unit() < 0.4 {
                 brush = brush.subtract();
             }
             if !materials.is_empty() {
-                brush = brush.material(materials[pick(numbers, materials.len())].clone());
+                brush = brush.with_material(materials[pick(numbers, materials.len())].clone());
             }
             let children = scene.node(Scene::ROOT).children().len();
             Edit::Insert {
@@ -107,10 +107,10 @@ fn sculpt_on(
         }
     }
     // All the way back, and forth again.
-    while scene.undo() {}
+    while scene.undo().is_some() {}
     clay.follow(scene);
     assert_eq!(clay.differing(scene), 0, "{name}, undone");
-    while scene.redo() {}
+    while scene.redo().is_some() {}
     clay.follow(scene);
     assert_eq!(clay.differing(scene), 0, "{name}, done again");
     clay.trim();
@@ -165,11 +165,11 @@ fn edited_bricks_are_those_of_a_fresh_bake() {
 #[test]
 fn many_small_brushes_and_groups_are_edited_in_place() {
     let mut scene = random_scene(600, 5);
-    let group = scene.push(Group::new().blend(0.05)).expect("a group").node;
+    let group = scene.push(Group::new().smooth(0.05)).expect("a group").node;
     for i in 0..5 {
         let ball: NodeDesc = Brush::new(Shape::sphere(0.1))
             .at([0.1 * i as f32 - 0.2, 0.9, 0.0])
-            .blend(0.04)
+            .smooth(0.04)
             .into();
         scene.push_into(group, ball).expect("a valid brush");
     }
@@ -197,7 +197,7 @@ fn what_comes_last_is_followed() {
                     .scaled(numbers.between(0.1, 0.5))
                     .rotated([0.3, 1.0, 0.2], 360.0 * numbers.unit())
                     .at(numbers.point(1.0).to_array())
-                    .blend(numbers.between(-0.02, 0.1).max(0.0));
+                    .smooth(numbers.between(-0.02, 0.1).max(0.0));
                 if numbers.unit() < 0.6 {
                     brush = brush.subtract();
                 }
@@ -235,9 +235,9 @@ fn what_comes_last_among_many_is_followed() {
             };
             let mut brush = Brush::new(shape)
                 .at(numbers.point(1.0).to_array())
-                .blend(numbers.between(-0.002, 0.003).max(0.0));
+                .smooth(numbers.between(-0.002, 0.003).max(0.0));
             if numbers.unit() < 0.6 {
-                brush = brush.material(["red", "blue"][usize::from(numbers.unit() < 0.5)]);
+                brush = brush.with_material(["red", "blue"][usize::from(numbers.unit() < 0.5)]);
             }
             if numbers.unit() < 0.8 {
                 brush = brush.subtract();
@@ -296,7 +296,7 @@ fn what_stands_in_a_hole_is_lost_and_found_with_it() {
         for nth in 0..2 {
             clay.follow(&mut scene);
             assert_eq!(clay.differing(&scene), 0, "{nth}, done {:?}", clay.rebakes);
-            assert!(scene.undo());
+            assert!(scene.undo().is_some());
             clay.follow(&mut scene);
             assert_eq!(
                 clay.differing(&scene),
@@ -304,7 +304,7 @@ fn what_stands_in_a_hole_is_lost_and_found_with_it() {
                 "{nth}, undone {:?}",
                 clay.rebakes
             );
-            assert!(scene.redo());
+            assert!(scene.redo().is_some());
         }
     }
 }
@@ -348,14 +348,14 @@ fn piece(numbers: &mut Numbers) -> Brush {
     let mut brush = Brush::new(shape)
         .rotated([0.2, 1.0, 0.4], 360.0 * numbers.unit())
         .at((0.9 * numbers.point(1.0)).to_array())
-        .blend(0.1 * size * numbers.unit());
+        .smooth(0.1 * size * numbers.unit());
     match (20.0 * numbers.unit()) as u32 {
         0..5 => brush = brush.subtract(),
         5 => brush = brush.paint(),
         6 => brush = brush.intersect().scaled(4.0),
         7 => brush = brush.chamfer(0.2 * size),
-        8 => brush = brush.modify(Modifier::RadialRepeat { count: 7 }),
-        9 => brush = brush.material("red"),
+        8 => brush = brush.with_modifier(Modifier::RadialRepeat { count: 7 }),
+        9 => brush = brush.with_material("red"),
         _ => {}
     }
     brush
@@ -396,20 +396,20 @@ fn disturb_groups(scene: &mut Scene, numbers: &mut Numbers) {
         8 => Edit::Insert {
             parent,
             index,
-            entry: Group::new().blend(0.01 * numbers.unit()).into(),
+            entry: Group::new().smooth(0.01 * numbers.unit()).into(),
         },
         9 => {
             // What a group does to what it holds.
-            let mut group = Group::new().blend(0.01 * numbers.unit());
+            let mut group = Group::new().smooth(0.01 * numbers.unit());
             match pick(numbers, 6) {
                 0 => group = group.subtract(),
                 1 => {
-                    group = group.modify(Modifier::Mirror {
+                    group = group.with_modifier(Modifier::Mirror {
                         axes: [true, false, false],
                     })
                 }
-                2 => group = group.modify(Modifier::Round { radius: 0.01 }),
-                3 => group = group.material("red"),
+                2 => group = group.with_modifier(Modifier::Round { radius: 0.01 }),
+                3 => group = group.with_material("red"),
                 _ => group = group.rotated([0.0, 1.0, 0.0], 30.0),
             }
             Edit::Replace {
@@ -449,7 +449,7 @@ fn what_groups_hold_is_edited_in_place() {
                 .rotated([0.3, 0.9, 0.1], 25.0 * depth as f32)
                 .scaled([0.7, 1.3][depth % 2])
                 .at([1.4, -0.9, 0.6])
-                .blend(0.005);
+                .smooth(0.005);
             group = scene.push_into(group, inner).expect("a group").node;
         }
         let settings = BrickSettings {
@@ -466,7 +466,7 @@ fn what_groups_hold_is_edited_in_place() {
             clay.follow(&mut scene);
             assert_eq!(clay.differing(&scene), 0, "seed {seed}, edit {nth}");
         }
-        while scene.undo() {}
+        while scene.undo().is_some() {}
         clay.follow(&mut scene);
         assert_eq!(clay.differing(&scene), 0, "seed {seed}, undone");
         rebakes += clay.rebakes;

@@ -287,11 +287,11 @@ fn many_pieces() -> Scene {
     let mut scene = Scene::new();
     let ground = Brush::new(Shape::cuboid([1.1, 0.05, 1.1])).at([0.0, -0.9, 0.0]);
     scene.push(ground).expect("a brush");
-    let outer = Group::new().rotated([0.0, 1.0, 0.0], 20.0).blend(0.03);
+    let outer = Group::new().rotated([0.0, 1.0, 0.0], 20.0).smooth(0.03);
     let outer = scene.push(outer).expect("a group").node;
-    let inner = Group::new().scaled(0.5).at([0.2, 0.1, 0.0]).blend(0.02);
+    let inner = Group::new().scaled(0.5).at([0.2, 0.1, 0.0]).smooth(0.02);
     let inner = scene.push_into(outer, inner).expect("a group").node;
-    let less = Group::new().subtract().blend(0.02);
+    let less = Group::new().subtract().smooth(0.02);
     let less = scene.push(less).expect("a group").node;
     for i in 0..1500 {
         let at = numbers.point(1.0).to_array();
@@ -303,12 +303,12 @@ fn many_pieces() -> Scene {
         };
         let mut solid = Brush::new(shape);
         if i % 7 == 0 {
-            solid = solid.modify(Modifier::Twist {
+            solid = solid.with_modifier(Modifier::Twist {
                 degrees_per_unit: 90.0,
             });
         }
         if i % 5 == 0 {
-            solid = solid.blend(0.02);
+            solid = solid.smooth(0.02);
         }
         if i % 31 == 0 {
             solid = solid.chamfer(0.02);

@@ -32,18 +32,18 @@ fn scene() -> Scene {
         )
         .expect("valid");
     let mut push = |b: Brush| scene.push(b).expect("valid");
-    push(Brush::new(Shape::sphere(0.5)).material("red"));
+    push(Brush::new(Shape::sphere(0.5)).with_material("red"));
     push(
         Brush::new(Shape::cuboid([0.3, 0.3, 0.6]))
             .rotated([0.0, 1.0, 0.0], 30.0)
-            .blend(0.1)
-            .material("gold"),
+            .smooth(0.1)
+            .with_material("gold"),
     );
     push(
         Brush::new(Shape::sphere(0.3))
             .at([0.0, 0.4, 0.2])
             .subtract()
-            .blend(0.05),
+            .smooth(0.05),
     );
     push(Brush::new(Shape::capsule(
         [-0.9, -0.6, 0.0],
@@ -52,7 +52,7 @@ fn scene() -> Scene {
     )));
     push(
         Brush::new(Shape::rounded_box([0.1, 0.5, 0.1], 0.02))
-            .modify(Modifier::Twist {
+            .with_modifier(Modifier::Twist {
                 degrees_per_unit: 120.0,
             })
             .at([0.7, 0.0, -0.3]),
@@ -278,7 +278,7 @@ fn shipped_scenes_and_long_programs_are_the_same_on_both_devices() {
         many.push(
             Brush::new(Shape::sphere(0.12))
                 .at(numbers.point(1.0).to_array())
-                .blend(0.03),
+                .smooth(0.03),
         )
         .expect("valid");
     }
@@ -436,7 +436,7 @@ fn light_of_many_is_the_whole_fields() {
             .expect("a material");
         let group = match is_grouped {
             true => {
-                let group = Group::new().rotated([0.0, 1.0, 0.0], 30.0).blend(0.01);
+                let group = Group::new().rotated([0.0, 1.0, 0.0], 30.0).smooth(0.01);
                 scene.push(group).expect("a group").node
             }
             false => Scene::ROOT,
@@ -450,7 +450,7 @@ fn light_of_many_is_the_whole_fields() {
             };
             let mut solid = Brush::new(shape).at(numbers.point(0.9).to_array());
             if i % 3 == 0 {
-                solid = solid.material("red");
+                solid = solid.with_material("red");
             }
             scene.push_into(group, solid).expect("a brush");
         }

@@ -115,7 +115,7 @@ fn a_small_cell_has_a_short_list() {
     for _ in 0..1000 {
         let ball = Brush::new(Shape::sphere(0.08))
             .at(numbers.point(1.0).to_array())
-            .blend(0.03);
+            .smooth(0.03);
         scene.push(ball).expect("a valid brush");
     }
     let case = SceneCase {

@@ -12,7 +12,7 @@ use argil_field::{Evaluator, Grid, Program};
 use argil_gpu::{GpuProgram, GpuVolume};
 use argil_math::Aabb;
 use argil_scene::{Brush, Group, Scene, Shape};
-use argil_volume::{BrickLayout, BrickSettings, Bricks, BricksError, Cell, Encoding, Volume};
+use argil_volume::{BrickCell, BrickLayout, BrickSettings, Bricks, BricksError, Encoding, Volume};
 use glam::{IVec3, UVec3, Vec3};
 
 /// Samples along a voxel's edge.
@@ -78,7 +78,7 @@ fn crossings(program: &Program, bricks: &Bricks) -> (usize, usize, usize) {
     for cell in cells(layout) {
         if is_crossed(&mut evaluator, layout, cell) {
             crossed += 1;
-            let has_brick = matches!(bricks.cell(cell), Cell::Brick(_));
+            let has_brick = matches!(bricks.cell(cell), BrickCell::Brick(_));
             missed += usize::from(!has_brick);
             let d = program.distance(layout.cell_box(cell).center());
             lost_by_less += usize::from(d.abs() > 0.5 * layout.half_diagonal(1));
@@ -116,7 +116,7 @@ fn check_empty_cells(name: &str, program: &Program, bricks: &Bricks) -> (usize, 
     let spread = program.lipschitz() * layout.half_diagonal(1);
     let (mut checked, mut too_much) = (0, 0);
     for cell in cells(layout) {
-        let Cell::Empty { center, lonely } = bricks.cell(cell) else {
+        let BrickCell::Empty { center, lonely } = bricks.cell(cell) else {
             continue;
         };
         let held = layout.cell_box(cell);
@@ -186,7 +186,7 @@ fn deep(levels: u32) -> SceneCase {
     for _ in 0..levels {
         let ball = Brush::new(Shape::sphere(0.05))
             .at(numbers.point(0.9).to_array())
-            .blend(0.02);
+            .smooth(0.02);
         scene.push_into(group, ball).expect("a valid brush");
         let made = scene.push_into(group, Group::new()).expect("a group");
         group = made.node;
@@ -219,7 +219,7 @@ fn samples_are_the_fields() {
         );
         let quanta = layout.encoding.format.max_code() as f32;
         for cell in cells(&layout).step_by(3) {
-            let Cell::Brick(brick) = bricks.cell(cell) else {
+            let BrickCell::Brick(brick) = bricks.cell(cell) else {
                 continue;
             };
             let stride = if program.instructions().len() > 1000 {
@@ -255,7 +255,7 @@ fn compare(cpu: &Bricks, found: &Bricks) -> (usize, usize, usize) {
     let step = layout.encoding.format.max_code() as f32 / range;
     for cell in cells(layout) {
         match (cpu.cell(cell), found.cell(cell)) {
-            (Cell::Brick(own), Cell::Brick(other)) => {
+            (BrickCell::Brick(own), BrickCell::Brick(other)) => {
                 let own = &a[(own * samples) as usize..][..samples as usize];
                 let other = &b[(other * samples) as usize..][..samples as usize];
                 for (own, other) in own.iter().zip(other) {
@@ -265,7 +265,7 @@ fn compare(cpu: &Bricks, found: &Bricks) -> (usize, usize, usize) {
                     texels += 1;
                 }
             }
-            (Cell::Empty { center: own, .. }, Cell::Empty { center: other, .. }) => {
+            (BrickCell::Empty { center: own, .. }, BrickCell::Empty { center: other, .. }) => {
                 // The CPU knows less of cells that are far.
                 let is_same = own.abs() <= other.abs() + 1e-4 && (own < 0.0) == (other < 0.0);
                 let is_zero = own == 0.0 || other == 0.0;
@@ -510,7 +510,7 @@ fn colours_and_blends_survive_baking() {
         let mut turned = palette.to_vec();
         turned.rotate_left(1);
         let (mut near, mut off, mut total, mut off_turned) = (0, 0, 0.0, 0);
-        for cell in cells(&layout).filter(|&c| matches!(bricks.cell(c), Cell::Brick(_))) {
+        for cell in cells(&layout).filter(|&c| matches!(bricks.cell(c), BrickCell::Brick(_))) {
             for _ in 0..40 {
                 let held = layout.cell_box(cell);
                 let p = held.min + held.size() * (numbers.point(0.5) + 0.5);

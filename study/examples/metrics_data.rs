@@ -2,9 +2,9 @@
 //! distances, as little-endian 32-bit numbers. `cargo run --release -p argil-study --example metrics_data FOLDER`
 
 use anyhow::Context;
-use argil::{
-    BricksOptions, Engine, MeshRenderOptions, RenderMode, RenderSettings, Representation, Scene,
-};
+use argil::render::{RenderMode, RenderSettings};
+use argil::scene::Scene;
+use argil::{BricksOptions, Engine, MeshRenderOptions, Representation};
 use std::path::Path;
 
 fn main() -> anyhow::Result<()> {
@@ -26,7 +26,7 @@ fn main() -> anyhow::Result<()> {
         let settings = RenderSettings {
             samples: 1,
             ground: false,
-            ..world.settings([60, 40], RenderMode::Depth)
+            ..world.render_settings([60, 40], RenderMode::Depth)
         };
         write(
             &format!("{name}.f32"),

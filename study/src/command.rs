@@ -3,7 +3,10 @@
 use crate::configuration::{Configuration, ConfigurationKind};
 use crate::experiment::{Plan, StudyCamera, StudyCase, Task};
 use crate::scenes::{is_shipped, scene};
-use argil::{Aabb, Engine, NormalSource, RenderMode, VoxelGrid};
+use argil::Engine;
+use argil::math::Aabb;
+use argil::render::{NormalSource, RenderMode};
+use argil::volume::VoxelGrid;
 
 /// Where a camera is, as the command has it.
 fn placed(eye: StudyCamera) -> &'static str {

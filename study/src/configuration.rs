@@ -1,8 +1,10 @@
 //! How a scene is kept while it is measured.
 
+use argil::gpu::{BrickOrdering, DenseFill};
+use argil::render::LookupStart;
+use argil::volume::{Band, BrickTest, Encoding, SampleFormat};
 use argil::{
-    Band, BrickOrdering, BrickTest, BricksOptions, DenseFill, DenseOptions, Encoding, LookupStart,
-    MeshMethod, MeshRenderOptions, OctreeOptions, Representation, SampleFormat,
+    BricksOptions, DenseOptions, MeshMethod, MeshRenderOptions, OctreeOptions, Representation,
 };
 
 /// How a scene is kept, with all that an experiment varies.

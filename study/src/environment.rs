@@ -63,7 +63,7 @@ pub fn machine(engine: &Engine, full: bool) -> Machine {
     let name = engine.device();
     let gpu = engine.gpu_kind().and_then(|_| {
         let devices = Engine::devices().into_iter();
-        let own = |d: &argil::DeviceInfo| name.ends_with(&d.name);
+        let own = |d: &argil::gpu::DeviceInfo| name.ends_with(&d.name);
         devices.into_iter().find(own)
     });
     let release = sysinfo::System::long_os_version().unwrap_or_default();

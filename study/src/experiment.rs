@@ -1,7 +1,7 @@
 //! Experiments as data.
 
 use crate::configuration::Configuration;
-use argil::{NormalSource, RenderMode};
+use argil::render::{NormalSource, RenderMode};
 use serde_json::Value;
 
 /// A question with all that is tried to answer it.

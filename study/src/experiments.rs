@@ -7,7 +7,8 @@ use crate::configuration::{
 };
 use crate::experiment::{Experiment, Look, Plan, StudyCamera, StudyCase, Task};
 use crate::scenes::OF_THE_STUDY;
-use argil::{NormalSource, RenderMode, SampleFormat};
+use argil::render::{NormalSource, RenderMode};
+use argil::volume::SampleFormat;
 
 /// In the order of the report.
 pub const ALL: &[Experiment] = &[

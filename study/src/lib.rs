@@ -17,7 +17,8 @@ mod runner;
 mod scenes;
 
 use anyhow::Context;
-use argil::{DeviceKind, Engine};
+use argil::Engine;
+use argil::gpu::DeviceKind;
 use experiment::{Experiment, Plan, StudyCase};
 pub use record::{Check, Machine, Record, Store};
 pub use report::{findings, report};

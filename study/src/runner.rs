@@ -5,9 +5,11 @@ use crate::experiment::{Look, Plan, StudyCamera, StudyCase, Task};
 use crate::scenes::{Numbers, scene};
 use anyhow::Context;
 use argil::glam::Vec3;
+use argil::render::{Camera, RenderMode, RenderSettings};
+use argil::scene::{Brush, CameraPose, Scene, Shape};
+use argil::volume::Volume;
 use argil::{
-    Brush, Camera, CameraPose, Engine, MeshMethod, MeshNormals, MeshOptions, Orbit, RenderMode,
-    RenderSettings, RenderedImage, Representation, Scene, Shape, Volume, World,
+    Engine, MeshMethod, MeshNormals, MeshOptions, Orbit, RenderedImage, Representation, World,
 };
 use argil_metrics::surface::{SurfaceDistance, sample_surface};
 use argil_metrics::{ErrorStats, Picture, depth, flip, laplacian, psnr, ssim};
@@ -58,7 +60,11 @@ impl Outcome {
         if let Some(sparse) = info.and_then(|info| info.bricks) {
             self.set("bricks", sparse.bricks as f64);
         }
-        if let Some([triangles, vertices]) = world.mesh_counts() {
+        if let Some(argil::MeshCounts {
+            triangles,
+            vertices,
+        }) = world.mesh_counts()
+        {
             self.set("triangles", triangles as f64);
             self.set("vertices", vertices as f64);
         }
@@ -144,16 +150,16 @@ fn frames(
         samples: 1,
         ground: false,
         lookup_start: way.descent(),
-        ..world.settings(plan.size(), RenderMode::Normal)
+        ..world.render_settings(plan.size(), RenderMode::Normal)
     };
     let first = camera(world, eye);
     // The first ones are slower, until caches and clocks are up: a tenth of what is measured is not counted.
-    for camera in Orbit::around(first, (count / 10).max(1)) {
-        world.draw(&camera, &settings)?;
+    for camera in Orbit::cameras(first, (count / 10).max(1)) {
+        world.render(&camera, &settings)?;
     }
     let mut hit_pixels = 0;
-    for camera in Orbit::around(first, count) {
-        let drawn = world.draw(&camera, &settings)?;
+    for camera in Orbit::cameras(first, count) {
+        let drawn = world.render(&camera, &settings)?;
         out.add("frame_ms", drawn.duration_ms);
         let statistics = &drawn.statistics;
         for (name, spread) in [
@@ -175,7 +181,7 @@ fn frames(
 }
 
 fn settings(world: &World, plan: &Plan, (way, look): (&Configuration, &Look)) -> RenderSettings {
-    let own = world.settings(plan.size(), look.show);
+    let own = world.render_settings(plan.size(), look.show);
     let voxel = world.volume_info().ok().flatten();
     let voxel = voxel.map(|info| info.voxel_grid.voxel_size);
     RenderSettings {
@@ -221,7 +227,7 @@ fn picture(
         camera(world, look.eye),
         settings(world, plan, (&case.way, &look)),
     );
-    let drawn = world.draw(&camera, &settings)?;
+    let drawn = world.render(&camera, &settings)?;
     out.add("frame_ms", drawn.duration_ms);
     out.set("hit_pixels", drawn.hit_pixels as f64);
     for (name, spread) in [
@@ -242,9 +248,9 @@ fn picture(
         let exact = RenderSettings {
             samples: 1,
             ground: false,
-            ..reference.settings(plan.size(), look.show)
+            ..reference.render_settings(plan.size(), look.show)
         };
-        let right = measured(&image(reference.draw(&camera, &exact)?)?)?;
+        let right = measured(&image(reference.render(&camera, &exact)?)?)?;
         out.set("psnr_db", psnr(&right, &seen_own)?.min(200.0));
         out.set("ssim", ssim(&right, &seen_own)?);
         let seen = flip::flip(&right, &seen_own, flip::PIXELS_PER_DEGREE)?;
@@ -385,7 +391,7 @@ fn surface(world: &World, way: Configuration, count: u32, out: &mut Outcome) -> 
         .into_iter()
         .map(Vec3::from)
         .collect();
-    let solid = argil::MeshSdf::new(&mesh).context("triangles without an area")?;
+    let solid = argil::mesh::MeshSdf::new(&mesh).context("triangles without an area")?;
     let apart = SurfaceDistance::of(
         (&own, &|p: Vec3| solid.distance(p)),
         (&exact, &|p: Vec3| world.distance(p.to_array())),

@@ -1,7 +1,7 @@
 //! The scenes that are measured. They are in the program, so that the study runs from anywhere.
 
 use anyhow::Context;
-use argil::{Brush, Modifier, Scene, Shape};
+use argil::scene::{Brush, Modifier, Scene, Shape};
 
 /// The scenes that ship, by name.
 const SHIPPED: [(&str, &str); 9] = [
@@ -72,7 +72,7 @@ fn spheres(side: u32) -> anyhow::Result<Scene> {
         spacing: [edge; 3],
         count: Some([side; 3]),
     };
-    let mut brush = Brush::new(Shape::sphere(0.3 * edge)).modify(repeat);
+    let mut brush = Brush::new(Shape::sphere(0.3 * edge)).with_modifier(repeat);
     if side % 2 == 1 {
         // Bricks' middles are off the origin.
         brush = brush.at([0.5 * edge; 3]);

@@ -2,7 +2,7 @@
 //! `data/reference.py` and `examples/metrics_data.rs` tell how.
 
 use argil::glam::Vec3;
-use argil::{MeshSdf, read_mesh};
+use argil::mesh::{MeshSdf, read as read_mesh};
 use argil_metrics::surface::{SurfaceDistance, sample_surface};
 use argil_metrics::{ErrorStats, depth};
 use serde_json::Value;

@@ -1,9 +1,11 @@
 //! The command line.
 
-use argil::{
-    Backend, BrickOrdering, BrickTest, CameraPose, DenseFill, LookupStart, MeshMethod, MeshNormals,
-    NormalSource, RenderMode, Representation, SampleFormat, UpAxis,
-};
+use argil::gpu::{BrickOrdering, DenseFill};
+use argil::mesh::UpAxis;
+use argil::render::{LookupStart, NormalSource, RenderMode};
+use argil::scene::CameraPose;
+use argil::volume::{BrickTest, SampleFormat};
+use argil::{Backend, MeshMethod, MeshNormals, Representation};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use std::path::PathBuf;
 

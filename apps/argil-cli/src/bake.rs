@@ -3,7 +3,8 @@
 use crate::args::BakeArgs;
 use crate::{input, output};
 use anyhow::{Context, ensure};
-use argil::{BricksOptions, DenseOptions, Representation, Volume, World};
+use argil::volume::Volume;
+use argil::{BricksOptions, DenseOptions, Representation, World};
 use serde_json::{Map, Value, json};
 
 pub fn run(options: &BakeArgs) -> anyhow::Result<()> {

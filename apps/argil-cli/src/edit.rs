@@ -3,9 +3,10 @@
 use crate::args::EditArgs;
 use crate::{input, output};
 use anyhow::{Context, bail, ensure};
-use argil::{
-    Aabb, Action, BricksOptions, EditReport, EditStats, Journal, Representation, Scene, World,
-};
+use argil::math::Aabb;
+use argil::scene::{Action, Journal, Scene};
+use argil::volume::EditStats;
+use argil::{BricksOptions, EditReport, Representation, World};
 use serde_json::{Value, json};
 use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};

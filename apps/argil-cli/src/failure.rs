@@ -1,9 +1,10 @@
 //! Errors and exit codes: 1 the input or the request, 3 the machine.
 
-use argil::{
-    BricksError, BuildError, EngineError, GpuError, MeshError, MeshFileError, MeshReadError,
-    RenderError, SurfaceError, VolumeFileError,
-};
+use argil::gpu::GpuError;
+use argil::mesh::MeshReadError;
+use argil::mesh::marching::surface::SurfaceError;
+use argil::volume::BricksError;
+use argil::{BuildError, EngineError, MeshError, MeshFileError, RenderError, VolumeFileError};
 use std::error::Error;
 use std::process::ExitCode;
 

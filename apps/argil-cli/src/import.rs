@@ -3,15 +3,17 @@
 use crate::args::Import;
 use crate::{input, output};
 use anyhow::{Context, ensure};
-use argil::{Brush, LoadedMesh, MeshFormat, MeshWriteOptions, Scene, Shape};
+use argil::LoadedMesh;
+use argil::mesh::{MeshFormat, MeshWriteOptions};
+use argil::scene::{Brush, Scene, Shape};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
 pub fn run(options: &Import) -> anyhow::Result<()> {
     output::check_place(&options.output, &options.file)?;
     output::check_ending(&options.output, "a scene", "json")?;
-    let is_mesh = MeshFormat::of(&options.file).is_some();
-    let is_sampled = is_mesh || argil::is_image(&options.file.to_string_lossy());
+    let is_mesh = MeshFormat::from_path(&options.file).is_some();
+    let is_sampled = is_mesh || argil::scene::is_image(&options.file.to_string_lossy());
     if !is_sampled {
         refuse_other_meshes(&options.file)?;
     }
@@ -38,7 +40,7 @@ pub fn run(options: &Import) -> anyhow::Result<()> {
         .to_string_lossy()
         .into_owned();
     // What cannot be lowered should be said now, not when it is drawn.
-    argil::Program::lower(&scene).with_context(|| options.file.display().to_string())?;
+    argil::field::Program::lower(&scene).with_context(|| options.file.display().to_string())?;
     scene.save(&options.output)?;
     let brushes = scene.brush_count();
     let mut report = json!({ "scene": options.output.display().to_string(), "brushes": brushes });
@@ -94,7 +96,7 @@ fn refuse_scenes(path: &Path) -> anyhow::Result<()> {
 
 /// Writes the mesh with walls in place of parts that are open; where.
 fn thickened(options: &Import, thickness: f32) -> anyhow::Result<PathBuf> {
-    let (mesh, parts) = argil::thicken(&argil::read_mesh(&options.file)?, thickness);
+    let (mesh, parts) = argil::mesh::thicken(&argil::mesh::read(&options.file)?, thickness);
     ensure!(
         parts > 0,
         "--thickness: {} has no open edges: leave it out",

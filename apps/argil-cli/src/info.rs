@@ -3,14 +3,17 @@
 use crate::args::Info;
 use crate::output;
 use anyhow::Context;
-use argil::{Engine, MeshFormat, MeshReport, NodeKind, Representation, VolumeFile, VolumeInfo};
+use argil::mesh::{MeshFormat, MeshReport};
+use argil::scene::NodeKind;
+use argil::volume::{VolumeFile, VolumeInfo};
+use argil::{Engine, Representation};
 use serde_json::{Value, json};
 
 pub fn run(options: &Info) -> anyhow::Result<()> {
     if crate::input::is_volume(&options.scene)? {
         return of_volume(options);
     }
-    if MeshFormat::of(&options.scene).is_some() {
+    if MeshFormat::from_path(&options.scene).is_some() {
         return of_mesh(options);
     }
     let scene = crate::input::scene(&options.scene, options.allow_outside)?;
@@ -50,7 +53,7 @@ pub fn run(options: &Info) -> anyhow::Result<()> {
 
 /// Of a mesh file: its triangles as they are, corners at one place taken for one.
 fn of_mesh(options: &Info) -> anyhow::Result<()> {
-    let mesh = argil::read_mesh(&options.scene)?;
+    let mesh = argil::mesh::read(&options.scene)?;
     anyhow::ensure!(
         !mesh.triangles.is_empty(),
         "{}: there is no triangle in it",

@@ -2,9 +2,10 @@
 
 use crate::args::{DeviceArgs, VolumeArgs};
 use anyhow::{Context, ensure};
+use argil::scene::Scene;
+use argil::volume::{Band, Encoding, VolumeFile};
 use argil::{
-    Band, BricksOptions, DenseOptions, Encoding, Engine, MeshRenderOptions, OctreeOptions,
-    Representation, Scene, VolumeFile, World,
+    BricksOptions, DenseOptions, Engine, MeshRenderOptions, OctreeOptions, Representation, World,
 };
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -23,7 +24,7 @@ pub fn engine(on: &DeviceArgs) -> anyhow::Result<Engine> {
 /// A scene file's scene, or that of a volume file.
 pub fn scene(path: &Path, outside: bool) -> anyhow::Result<Scene> {
     ensure!(
-        argil::MeshFormat::of(path).is_none() || is_volume(path)?,
+        argil::mesh::MeshFormat::from_path(path).is_none() || is_volume(path)?,
         "{}: this is a mesh, not a scene: `argil import {0} -o scene.json` makes one of it",
         path.display()
     );
@@ -74,7 +75,7 @@ pub fn is_volume(path: &Path) -> anyhow::Result<bool> {
     let is_volume = VolumeFile::is_volume_file(path);
     let is_named_so = path.extension().is_some_and(|e| e == "argil");
     if is_named_so && !is_volume && path.is_file() {
-        return Err(argil::VolumeError::Other(path.into()).into());
+        return Err(argil::volume::VolumeError::Other(path.into()).into());
     }
     Ok(is_volume)
 }

@@ -1,6 +1,7 @@
 //! Why work will take long, said before it begins.
 
-use argil::{Program, Representation};
+use argil::Representation;
+use argil::field::Program;
 use std::path::Path;
 
 /// Of more brushes a picture or a volume takes seconds.

@@ -28,7 +28,7 @@ fn main() -> ExitCode {
     quiet_loaders();
     // Told to stop in the middle of writing, leave nothing behind. Without a handler the old file is whole all the same.
     let _ = ctrlc::set_handler(|| {
-        argil::remove_temp_files();
+        argil::scene::remove_temp_files();
         std::process::exit(130);
     });
     let result = match arguments.command {

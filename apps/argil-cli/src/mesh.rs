@@ -3,10 +3,8 @@
 use crate::args::{MeshArgs, MeshUnit};
 use crate::{input, output};
 use anyhow::{Context, ensure};
-use argil::{
-    MeshFormat, MeshOptions, MeshOutput, MeshReport, MeshWriteOptions, Representation, UpAxis,
-    World, save_mesh,
-};
+use argil::mesh::{MeshFormat, MeshReport, MeshWriteOptions, UpAxis};
+use argil::{MeshOptions, MeshOutput, Representation, World, save_mesh};
 use serde_json::json;
 use std::path::{Path, PathBuf};
 
@@ -14,7 +12,7 @@ pub fn run(options: &MeshArgs) -> anyhow::Result<()> {
     // Say what is wrong with the request before any work.
     let format = match &options.output {
         Some(path) => {
-            let format = MeshFormat::of(path);
+            let format = MeshFormat::from_path(path);
             let format = format.with_context(|| {
                 format!(
                     "{}: meshes are written as .glb, .obj, .ply or .stl",
@@ -97,7 +95,7 @@ fn save_coarser(
     settings: &MeshOptions,
     report: &MeshReport,
     places: Vec<PathBuf>,
-    save: impl Fn(&argil::Mesh, &Path) -> anyhow::Result<()>,
+    save: impl Fn(&argil::mesh::Mesh, &Path) -> anyhow::Result<()>,
 ) -> anyhow::Result<Vec<(PathBuf, MeshOutput)>> {
     let mut coarser = Vec::new();
     let mut before = report.triangles;

@@ -1,7 +1,10 @@
 //! What the commands print.
 
 use anyhow::Context;
-use argil::{BuildTimings, MeshReport, Percentiles, Representation, VolumeInfo};
+use argil::mesh::MeshReport;
+use argil::render::Percentiles;
+use argil::volume::VolumeInfo;
+use argil::{BuildTimings, Representation};
 use serde_json::{Value, json};
 use std::io::Write;
 

@@ -1,6 +1,7 @@
 //! How far long work is, on stderr, for people: nothing is written there where it is no terminal.
 
-use argil::{Control, Engine};
+use argil::Engine;
+use argil::math::Control;
 use std::io::{IsTerminal, Write};
 use std::time::{Duration, Instant};
 

@@ -2,7 +2,7 @@
 
 use crate::args::Recover;
 use crate::output;
-use argil::Journal;
+use argil::scene::Journal;
 use serde_json::json;
 
 pub fn run(options: &Recover) -> anyhow::Result<()> {

@@ -3,7 +3,9 @@
 use crate::args::RenderArgs;
 use crate::{input, output};
 use anyhow::Context;
-use argil::{Camera, Orbit, RenderSettings, RenderedImage, Representation, Scene, World};
+use argil::render::{Camera, RenderSettings};
+use argil::scene::Scene;
+use argil::{Orbit, RenderedImage, Representation, World};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
@@ -53,7 +55,7 @@ pub fn run(options: &RenderArgs) -> anyhow::Result<()> {
     let mut edit_ms = Vec::new();
     let (drawn, frame_ms) = match options.frames {
         None => {
-            let drawn = world.draw(&camera, &settings)?;
+            let drawn = world.render(&camera, &settings)?;
             if let Some(path) = &picture {
                 drawn.save(path)?;
             }
@@ -67,7 +69,7 @@ pub fn run(options: &RenderArgs) -> anyhow::Result<()> {
                     animate(&mut scene, &mut world, camera, duration, &mut reel)?;
                 }
                 None => {
-                    for camera in Orbit::around(camera, count) {
+                    for camera in Orbit::cameras(camera, count) {
                         reel.draw(&world, &camera)?;
                     }
                 }
@@ -111,7 +113,7 @@ fn picture_path(options: &RenderArgs) -> anyhow::Result<Option<PathBuf>> {
 }
 
 fn settings(options: &RenderArgs, world: &World) -> RenderSettings {
-    let own = world.settings(options.size, options.show);
+    let own = world.render_settings(options.size, options.show);
     RenderSettings {
         max_steps: options.max_steps.unwrap_or(own.max_steps),
         epsilon: options.epsilon,
@@ -153,7 +155,7 @@ impl<'a> Reel<'a> {
     }
 
     fn draw(&mut self, world: &World, camera: &Camera) -> anyhow::Result<()> {
-        let drawn = world.draw(camera, self.settings)?;
+        let drawn = world.render(camera, self.settings)?;
         if let Some(path) = self.path {
             drawn.save(numbered(path, self.times.len()))?;
         }
@@ -239,7 +241,11 @@ fn json_report(
         if let Some(sparse) = info.and_then(|info| info.bricks) {
             all.insert("bricks".into(), json!(sparse.bricks));
         }
-        if let Some([triangles, vertices]) = world.mesh_counts() {
+        if let Some(argil::MeshCounts {
+            triangles,
+            vertices,
+        }) = world.mesh_counts()
+        {
             all.insert("triangles".into(), json!(triangles));
             all.insert("vertices".into(), json!(vertices));
         }

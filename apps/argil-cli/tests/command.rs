@@ -49,9 +49,9 @@ fn every_scene_that_ships_is_drawn_and_can_be_written_again() {
             image::open(&png).expect("a PNG").to_rgb8().dimensions(),
             (64, 40)
         );
-        let read = argil::Scene::open(&path).expect("a scene");
+        let read = argil::scene::Scene::open(&path).expect("a scene");
         assert_eq!(
-            argil::Scene::from_json(&read.to_json(), "again").expect("the same"),
+            argil::scene::Scene::from_json(&read.to_json(), "again").expect("the same"),
             read
         );
     }

@@ -4,12 +4,12 @@
 
 mod common;
 
-use argil::{MeshFormat, MeshReport};
+use argil::mesh::{MeshFormat, MeshReport};
 use common::{argil, fails, json, scene};
 use std::path::Path;
 
-fn read(path: &str) -> argil::Mesh {
-    argil::read_mesh(Path::new(path)).expect("a mesh file")
+fn read(path: &str) -> argil::mesh::Mesh {
+    argil::mesh::read(Path::new(path)).expect("a mesh file")
 }
 
 #[test]
@@ -258,7 +258,7 @@ fn meshes_become_scenes() {
         "--json",
     ]));
     assert_eq!(report["watertight"], true, "{report}");
-    assert!(MeshFormat::of(Path::new(&place("back.stl"))).is_some());
+    assert!(MeshFormat::from_path(Path::new(&place("back.stl"))).is_some());
 
     // A scene elsewhere names it by a path that leads out.
     std::fs::create_dir(place("sub")).expect("a folder");

@@ -72,7 +72,7 @@ fn main() -> anyhow::Result<()> {
     println!("a view of {:.0}×{:.0}", view.width(), view.height());
 
     let scene = window.state().document().scene();
-    let node = scene.node(argil::Scene::ROOT).children()[2];
+    let node = scene.node(argil::scene::Scene::ROOT).children()[2];
     window.state_mut().document_mut().select(Some(node), false);
     window.key_press(egui::Key::F);
     window.key_press(egui::Key::W);

@@ -15,7 +15,8 @@ use crate::recovery::{self, Recovery};
 use crate::render_thread::RenderThread;
 use crate::session::Session;
 use crate::view::{Tool, View};
-use argil::{Engine, Scene};
+use argil::Engine;
+use argil::scene::Scene;
 use eframe::egui::{self, Align, Layout};
 use std::path::PathBuf;
 

@@ -10,8 +10,8 @@ use crate::sculpting::SculptKind;
 use crate::session::{Request, Session};
 use crate::view::Tool;
 use crate::viewport_camera::{ViewSide, ViewportCamera};
-use argil::Scene;
 use argil::glam::Vec3;
+use argil::scene::Scene;
 use eframe::egui;
 
 impl Studio {

@@ -66,7 +66,7 @@ impl Session {
     /// What was put off until it was known whether to save.
     pub(crate) fn go_on(&mut self, ctx: &egui::Context, then: AfterDialog) {
         match then {
-            AfterDialog::New => self.replace_scene(argil::Scene::new(), None),
+            AfterDialog::New => self.replace_scene(argil::scene::Scene::new(), None),
             AfterDialog::Ask => self.ask_to_open(),
             AfterDialog::Open(path) => self.open(&path),
             #[cfg(target_arch = "wasm32")]

@@ -8,7 +8,7 @@ pub struct Docs(Value);
 impl Docs {
     /// Of the schema.
     pub fn new() -> Self {
-        Self(serde_json::from_str(&argil::schema()).expect("a schema is JSON"))
+        Self(serde_json::from_str(&argil::scene::schema()).expect("a schema is JSON"))
     }
 
     /// What stands at a key of a kind, such as `radius` of the `Shape` `sphere`.

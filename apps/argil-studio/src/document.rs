@@ -7,8 +7,9 @@ use crate::mesh_files::{Named, moved_paths, nothing};
 use crate::names::name_of;
 use crate::recovery::Recovery;
 use anyhow::Context;
-use argil::{
-    Action, Edit, EditOutcome, Material, NodeDesc, NodeId, NodeTree, Program, SampledGrid, Scene,
+use argil::field::Program;
+use argil::scene::{
+    Action, Edit, EditOutcome, Material, NodeDesc, NodeId, NodeTree, SampledGrid, Scene,
 };
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -61,7 +62,7 @@ impl Document {
     /// Of a scene that nothing was changed of; nothing is journalled where `recovery` is off.
     pub fn new(scene: Scene, path: Option<PathBuf>, mut recovery: Recovery) -> Self {
         recovery.begin(&scene, path.as_deref());
-        let steps = scene.history_lengths();
+        let steps = [scene.undo_depth(), scene.redo_depth()];
         let mut document = Self {
             path,
             recovery,
@@ -83,7 +84,7 @@ impl Document {
     /// Of what a journal brought back: it is not saved.
     pub fn recovered(scene: Scene, path: Option<PathBuf>, recovery: Recovery) -> Self {
         let mut document = Self::new(Scene::new(), path, Recovery::off());
-        document.names = vec!["Edit".into(); scene.history_lengths().iter().sum()];
+        document.names = vec!["Edit".into(); scene.undo_depth() + scene.redo_depth()];
         (document.scene, document.recovery, document.saved) = (scene, recovery, None);
         document.insert_placeholders();
         document
@@ -111,7 +112,7 @@ impl Document {
 
     /// Whether there is something to lose.
     pub fn is_changed(&self) -> bool {
-        self.saved != Some(self.scene.history_lengths()[0])
+        self.saved != Some(self.scene.undo_depth())
     }
 
     /// What was done since the last time, for those that follow.
@@ -234,7 +235,7 @@ impl Document {
     }
 
     fn act(&mut self, name: &str, action: Action) -> anyhow::Result<Option<EditOutcome>> {
-        let before = self.scene.history_lengths()[0];
+        let before = self.scene.undo_depth();
         // What a journal says of an action is where its nodes are before it.
         let line = self.line_of(&action)?;
         // What cannot be drawn is refused before it is recorded.
@@ -300,7 +301,7 @@ impl Document {
     /// From here to its end all edits are one step.
     pub fn begin_stroke(&mut self, name: &str) {
         self.end_stroke();
-        let before = self.scene.history_lengths()[0];
+        let before = self.scene.undo_depth();
         self.control(Action::BeginStroke);
         let name = Some(name.to_owned());
         self.stroke = Some(DocumentStroke { before, name });
@@ -319,7 +320,7 @@ impl Document {
             return;
         };
         self.end_stroke();
-        if self.scene.history_lengths()[0] > before {
+        if self.scene.undo_depth() > before {
             self.undo();
         }
     }
@@ -332,7 +333,7 @@ impl Document {
     /// Take the last step back.
     pub fn undo(&mut self) {
         self.end_stroke();
-        if self.scene.history_lengths()[0] > 0 {
+        if self.scene.undo_depth() > 0 {
             self.control(Action::Undo);
             self.insert_placeholders();
             self.forget_removed();
@@ -342,7 +343,7 @@ impl Document {
     /// Do again what was undone last.
     pub fn redo(&mut self) {
         self.end_stroke();
-        if self.scene.history_lengths()[1] > 0 {
+        if self.scene.redo_depth() > 0 {
             self.control(Action::Redo);
             self.insert_placeholders();
             self.forget_removed();
@@ -351,15 +352,15 @@ impl Document {
 
     /// The names of all steps, and how many of them are done.
     pub fn history(&self) -> (&[String], usize) {
-        (&self.names, self.scene.history_lengths()[0])
+        (&self.names, self.scene.undo_depth())
     }
 
     /// Undo or redo until so many steps are done.
     pub fn go_to(&mut self, steps: usize) {
-        while self.scene.history_lengths()[0] > steps {
+        while self.scene.undo_depth() > steps {
             self.undo();
         }
-        while self.scene.history_lengths()[0] < steps && self.scene.history_lengths()[1] > 0 {
+        while self.scene.undo_depth() < steps && self.scene.redo_depth() > 0 {
             self.redo();
         }
     }
@@ -400,7 +401,7 @@ impl Document {
     }
 
     fn has_saved(&mut self) {
-        self.saved = Some(self.scene.history_lengths()[0]);
+        self.saved = Some(self.scene.undo_depth());
     }
 
     /// It was not saved when it was kept.

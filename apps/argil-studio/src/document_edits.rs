@@ -2,7 +2,7 @@
 
 use crate::document::Document;
 use crate::mesh_files::folder_of;
-use argil::{Edit, Group, Modifier, NodeDesc, NodeId, NodeKind, NodeTree, Scene, Shape};
+use argil::scene::{Edit, Group, Modifier, NodeDesc, NodeId, NodeKind, NodeTree, Scene, Shape};
 use std::path::{Path, PathBuf};
 
 impl Document {

@@ -3,7 +3,7 @@
 use crate::node_transform::NodeTransform;
 use crate::viewport_camera::{on_line, on_plane};
 use argil::glam::{Quat, Vec2, Vec3};
-use argil::{NodeId, Shape};
+use argil::scene::{NodeId, Shape};
 use eframe::egui::{Color32, Pos2, Rect};
 
 /// A part of the gizmo that can be dragged.

@@ -5,7 +5,7 @@ use crate::render_worker::Pipeline;
 use crate::session::Session;
 use crate::view::View;
 use argil::glam::Vec3;
-use argil::{Brush, Shape};
+use argil::scene::{Brush, Shape};
 
 impl View {
     /// Another document.

@@ -2,8 +2,10 @@
 
 use crate::names::shape_name;
 use crate::ready::ready;
+use argil::Engine;
 use argil::glam::Vec3;
-use argil::{Brush, Camera, Engine, RenderMode, RenderSettings, Scene, Shape};
+use argil::render::{Camera, RenderMode, RenderSettings};
+use argil::scene::{Brush, Scene, Shape};
 use eframe::egui::{self, ColorImage, Sense, TextureHandle, Vec2};
 
 /// Pictures are drawn when they are looked at first.
@@ -26,9 +28,9 @@ fn picture(shape: &Shape) -> Option<ColorImage> {
     };
     let settings = RenderSettings {
         samples: 4,
-        ..world.settings([PIXELS; 2], RenderMode::Shaded)
+        ..world.render_settings([PIXELS; 2], RenderMode::Shaded)
     };
-    let drawn = ready(world.draw_async(&camera, &settings)).ok()?;
+    let drawn = ready(world.render_async(&camera, &settings)).ok()?;
     Some(ColorImage::from_rgb(
         drawn.size.map(|n| n as usize),
         &drawn.rgb,

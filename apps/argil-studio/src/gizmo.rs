@@ -8,7 +8,7 @@ use crate::session::Session;
 use crate::stretch::stretched;
 use crate::view::{Tool, View};
 use argil::glam::{Vec2, Vec3};
-use argil::{NodeId, NodeKind};
+use argil::scene::{NodeId, NodeKind};
 use eframe::egui::{self, Color32, Rect, Stroke};
 
 impl View {

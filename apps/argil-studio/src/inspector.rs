@@ -14,7 +14,7 @@ use crate::names::{humanize, modifier_name, name_of, shape_name};
 use crate::segmented_control::choice;
 use crate::session::Session;
 use crate::values::{fields, number};
-use argil::{
+use argil::scene::{
     BlendProfile, Exactness, Modifier, NodeDesc, NodeId, NodeKind, OperatorKind, Shape, is_image,
 };
 use eframe::egui::{self, RichText};

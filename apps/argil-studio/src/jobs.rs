@@ -6,10 +6,10 @@ use crate::ready::ready;
 use crate::save_target;
 use crate::viewport_camera::ViewportCamera;
 use anyhow::Context;
-use argil::{
-    BricksOptions, Engine, LoadedMesh, MeshFormat, MeshOptions, MeshWriteOptions, NodeId, Orbit,
-    RenderMode, RenderSettings, Scene, write_mesh, write_png,
-};
+use argil::mesh::{MeshFormat, MeshWriteOptions, write as write_mesh};
+use argil::render::{RenderMode, RenderSettings};
+use argil::scene::{NodeId, Scene};
+use argil::{BricksOptions, Engine, LoadedMesh, MeshOptions, Orbit, write_png};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -256,7 +256,7 @@ async fn export(
             }
             let counts = meshed.report.triangles;
             let format =
-                MeshFormat::of(path).context("the name ends in .glb, .obj, .ply or .stl")?;
+                MeshFormat::from_path(path).context("the name ends in .glb, .obj, .ply or .stl")?;
             progress.put(path, |out| {
                 write_mesh(&meshed.mesh, format, &MeshWriteOptions::default(), out)
             })?;
@@ -281,13 +281,13 @@ async fn export(
             let world = how.engine.build(scene)?.field();
             let settings = settings(&world);
             let mut folder = save_target::Folder::new(path)?;
-            for (i, camera) in Orbit::around(how.eye.camera(), FRAMES).enumerate() {
+            for (i, camera) in Orbit::cameras(how.eye.camera(), FRAMES).enumerate() {
                 breathe().await;
                 if progress.set(i as f32 / FRAMES as f32) {
                     folder.discard();
                     return Ok(JobResult::Cancelled);
                 }
-                let drawn = world.draw_async(&camera, &settings).await?;
+                let drawn = world.render_async(&camera, &settings).await?;
                 folder.put(&format!("frame-{i:03}.png"), |out| {
                     write_png(drawn.size, &drawn.rgb, out)
                 })?;
@@ -298,7 +298,7 @@ async fn export(
         _ => {
             let world = how.engine.build(scene)?.field();
             let drawn = world
-                .draw_async(&how.eye.camera(), &settings(&world))
+                .render_async(&how.eye.camera(), &settings(&world))
                 .await?;
             if progress.set(0.9) {
                 return Ok(JobResult::Cancelled);
@@ -314,7 +314,7 @@ fn not_given((path, _): &Named) -> anyhow::Error {
 }
 
 fn settings(world: &argil::World) -> RenderSettings {
-    world.settings(PICTURE, RenderMode::Shaded)
+    world.render_settings(PICTURE, RenderMode::Shaded)
 }
 
 #[cfg(test)]
@@ -338,7 +338,10 @@ mod tests {
     #[test]
     fn what_is_wanted_last_of_a_brush_is_what_comes() {
         let mut jobs = Jobs::default();
-        let node = Scene::new().push(argil::Group::new()).expect("a node").node;
+        let node = Scene::new()
+            .push(argil::scene::Group::new())
+            .expect("a node")
+            .node;
         for resolution in [512, 32] {
             let load = Box::new(|_: &mut Scene| Ok(Vec::new()));
             let named = ("a.obj".to_owned(), resolution);

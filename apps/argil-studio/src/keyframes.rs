@@ -3,7 +3,7 @@
 use crate::icon::{self, Icon};
 use crate::segmented_control::choice;
 use crate::values::number;
-use argil::{AxisAngle, Ease, Keyframe, NodeDesc};
+use argil::scene::{AxisAngle, Ease, Keyframe, NodeDesc};
 use eframe::egui::{self, RichText};
 
 /// Show an entry's keyframes and let them be changed.

@@ -29,7 +29,7 @@ mod native {
         let begun = || -> anyhow::Result<()> {
             // What is at fault in a file is told here, and not in a window that shows something else.
             if let Some(path) = &arguments.scene {
-                argil::Scene::open(path)?;
+                argil::scene::Scene::open(path)?;
             }
             if let Some(threads) = arguments.threads {
                 let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.into());

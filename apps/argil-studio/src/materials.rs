@@ -4,7 +4,7 @@ use crate::document::Document;
 use crate::segmented_control::choice;
 use crate::session::{Request, Session};
 use crate::values::number;
-use argil::Material;
+use argil::scene::Material;
 use eframe::egui;
 
 /// See the module's page.

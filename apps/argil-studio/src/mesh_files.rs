@@ -1,10 +1,9 @@
 //! Files of meshes and images that a scene names.
 
 use argil::glam::{UVec3, Vec3};
-use argil::{
-    Aabb, Brush, LoadedMesh, MeshFileError, NodeKind, SampledGrid, Scene, Shape, is_image,
-    load_meshes,
-};
+use argil::math::Aabb;
+use argil::scene::{Brush, NodeKind, SampledGrid, Scene, Shape, is_image};
+use argil::{LoadedMesh, MeshFileError, load_meshes};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -116,7 +115,8 @@ mod tests {
     use super::*;
     use crate::render_worker::Pipeline;
     use crate::viewport_camera::ViewportCamera;
-    use argil::{Engine, RenderMode};
+    use argil::Engine;
+    use argil::render::RenderMode;
 
     #[test]
     fn what_stands_in_is_seen_by_none() {
@@ -137,8 +137,8 @@ mod tests {
                 let built = Engine::cpu().build(scene);
                 let world = built.and_then(|built| built.with_representation(pipeline.via(32)));
                 let world = world.expect("a world");
-                let settings = world.settings([60, 40], RenderMode::Normal);
-                let drawn = world.draw(&ViewportCamera::default().camera(), &settings);
+                let settings = world.render_settings([60, 40], RenderMode::Normal);
+                let drawn = world.render(&ViewportCamera::default().camera(), &settings);
                 drawn.expect("a picture").hit_pixels as f64
             };
             let (with, without) = (hit(&scene), hit(&lone));

@@ -6,7 +6,7 @@ use crate::jobs::{JobTarget, Loaded};
 use crate::mesh_files::other_file;
 use crate::mesh_files::*;
 use crate::session::{Request, Session};
-use argil::{Brush, NodeId, NodeKind};
+use argil::scene::{Brush, NodeId, NodeKind};
 use std::path::Path;
 
 impl Session {
@@ -103,7 +103,7 @@ impl Session {
                 }
             }
             JobTarget::New(name) => {
-                let brush = Brush::new(mesh.shape()).named(name);
+                let brush = Brush::new(mesh.shape()).with_name(name);
                 self.document.add_entry("Import mesh", brush.into())?;
                 self.requests.push(Request::ShowNew);
                 self.show_note(if warnings.is_empty() {

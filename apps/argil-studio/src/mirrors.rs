@@ -5,7 +5,7 @@ use crate::node_transform::NodeTransform;
 use crate::session::Session;
 use crate::view::{Tool, View};
 use argil::glam::{DVec3, Vec2};
-use argil::{Modifier, NodeId};
+use argil::scene::{Modifier, NodeId};
 use eframe::egui::{self, Color32, Pos2, Rect, Shape, Stroke};
 
 const COLORS: [[u8; 3]; 3] = [[230, 70, 70], [90, 190, 70], [70, 120, 240]];

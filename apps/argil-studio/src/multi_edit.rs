@@ -1,6 +1,6 @@
 //! What is changed of one of several that are selected, changed of the others.
 
-use argil::{Modifier, NodeDesc, NodeKind, Operator};
+use argil::scene::{Modifier, NodeDesc, NodeKind, Operator};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
@@ -112,7 +112,7 @@ fn merge_values(before: &Value, after: &Value, own: &mut Value) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use argil::{Brush, OperatorKind, Shape};
+    use argil::scene::{Brush, OperatorKind, Shape};
 
     fn ball(radius: f32) -> NodeDesc {
         Brush::new(Shape::sphere(radius))
@@ -156,7 +156,7 @@ mod tests {
     #[test]
     fn what_is_of_another_kind_stays() {
         let cube: NodeDesc = Brush::new(Shape::rounded_box([1.0; 3], 0.1))
-            .modify(Modifier::Round { radius: 0.1 })
+            .with_modifier(Modifier::Round { radius: 0.1 })
             .into();
         let own = apply_same_change(&ball(1.0), &ball(3.0), &cube);
         assert_eq!(own, cube);

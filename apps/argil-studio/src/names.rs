@@ -1,6 +1,6 @@
 //! What to call what a scene holds.
 
-use argil::{Modifier, NodeDesc, NodeKind, Shape};
+use argil::scene::{Modifier, NodeDesc, NodeKind, Shape};
 
 /// An entry's name, or what it is.
 pub fn name_of(entry: &NodeDesc) -> String {

@@ -1,7 +1,7 @@
 //! Where a node is: the translations, rotations and scales at the end of its modifiers, as one.
 
 use argil::glam::{DQuat, DVec3, Vec3};
-use argil::{Modifier, NodeDesc, NodeId, Scene};
+use argil::scene::{Modifier, NodeDesc, NodeId, Scene};
 
 /// First scaled, then turned, then moved.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -132,12 +132,12 @@ fn own_length(entry: &NodeDesc) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use argil::{Brush, Group, Shape};
+    use argil::scene::{Brush, Group, Shape};
 
     #[test]
     fn a_pose_is_written_as_it_is_read() {
         let entry: NodeDesc = Brush::new(Shape::sphere(1.0))
-            .modify(Modifier::Round { radius: 0.1 })
+            .with_modifier(Modifier::Round { radius: 0.1 })
             .at([1.0, 2.0, 3.0])
             .rotated([0.0, 1.0, 1.0], 40.0)
             .scaled(2.0)
@@ -164,7 +164,7 @@ mod tests {
     fn keyframes_are_around_what_they_move() {
         let mut scene = Scene::new();
         let mut entry: NodeDesc = Brush::new(Shape::sphere(1.0)).at([1.0, 0.0, 0.0]).into();
-        let key = |time, x| argil::Keyframe {
+        let key = |time, x| argil::scene::Keyframe {
             time,
             translate: Some([x, 0.0, 0.0]),
             scale: Some(2.0),

@@ -9,8 +9,8 @@ use crate::recovery::{RecoverableSession, Recovery};
 use crate::session::Session;
 use crate::viewport_camera::ViewportCamera;
 #[cfg(not(target_arch = "wasm32"))]
-use argil::MeshFormat;
-use argil::{Journal, NodeId, Scene};
+use argil::mesh::MeshFormat;
+use argil::scene::{Journal, NodeId, Scene};
 use eframe::egui;
 use std::path::{Path, PathBuf};
 
@@ -62,7 +62,8 @@ impl Session {
     /// A file that was dropped on the window.
     #[cfg(not(target_arch = "wasm32"))]
     pub(crate) fn open_or_import(&mut self, path: &Path) {
-        if MeshFormat::of(path).is_some() || argil::is_image(&path.to_string_lossy()) {
+        if MeshFormat::from_path(path).is_some() || argil::scene::is_image(&path.to_string_lossy())
+        {
             self.attempt(|s| s.import(path));
         } else if self.may_leave(AfterDialog::Open(path.into())) {
             self.open(path);

@@ -5,7 +5,7 @@ use crate::document::Document;
 use crate::icon::{self, Icon};
 use crate::names::name_of;
 use crate::session::Session;
-use argil::{Edit, NodeId, NodeKind, OperatorKind, Scene};
+use argil::scene::{Edit, NodeId, NodeKind, OperatorKind, Scene};
 use eframe::egui::{self, Align, Layout, RichText, Sense, Vec2};
 
 /// A row of the list.
@@ -24,10 +24,10 @@ enum DropTarget {
 /// See the module's page.
 #[derive(Default)]
 pub struct Outliner {
-    renaming: Option<(argil::NodeId, String)>,
-    collapsed: std::collections::BTreeSet<argil::NodeId>,
+    renaming: Option<(argil::scene::NodeId, String)>,
+    collapsed: std::collections::BTreeSet<argil::scene::NodeId>,
     /// Whose row the list is to show.
-    revealed: Option<argil::NodeId>,
+    revealed: Option<argil::scene::NodeId>,
 }
 
 impl Outliner {
@@ -180,7 +180,7 @@ impl Outliner {
         session: &mut Session,
         ui: &mut egui::Ui,
         node: NodeId,
-        entry: &argil::NodeDesc,
+        entry: &argil::scene::NodeDesc,
     ) -> egui::Response {
         let sign = match entry.operator.kind {
             OperatorKind::Union => "+",

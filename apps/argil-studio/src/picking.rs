@@ -2,10 +2,8 @@
 
 use crate::ready::ready;
 use argil::glam::{Vec2, Vec3};
-use argil::{
-    Engine, Group, MeshMethod, MeshNormals, MeshOptions, NodeDesc, NodeId, NodeKind, Operator,
-    RayHit, Scene, World,
-};
+use argil::scene::{Group, NodeDesc, NodeId, NodeKind, Operator, Scene};
+use argil::{Engine, MeshMethod, MeshNormals, MeshOptions, RayHit, World};
 use std::collections::HashMap;
 
 /// A field of the scene on the CPU, and one of each brush by itself.
@@ -131,7 +129,7 @@ impl Picker {
     }
 
     /// The box of a brush or group by itself.
-    pub fn box_of(&mut self, scene: &Scene, node: NodeId) -> Option<argil::Aabb> {
+    pub fn box_of(&mut self, scene: &Scene, node: NodeId) -> Option<argil::math::Aabb> {
         let found = self.alone(scene, node)?.world.program().aabb();
         found.is_finite().then_some(found)
     }

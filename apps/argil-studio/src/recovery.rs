@@ -1,7 +1,7 @@
 //! Journals of what is being edited, from which it comes back after a crash.
 
 use anyhow::Context;
-use argil::{Journal, Scene};
+use argil::scene::{Journal, Scene};
 use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
 

@@ -1,7 +1,8 @@
 //! The painter beside the window: on a thread of its own, or in a browser, where there is none, while it waits for the GPU.
 
 use crate::render_worker::{RenderAnswer, RenderRequest, RenderWorker};
-use argil::{Action, Engine, Scene};
+use argil::Engine;
+use argil::scene::{Action, Scene};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
@@ -242,7 +243,7 @@ mod tests {
     use crate::render_worker::Pipeline;
     use crate::sample_scenes::first;
     use crate::viewport_camera::ViewportCamera;
-    use argil::RenderMode;
+    use argil::render::RenderMode;
 
     #[test]
     fn nothing_comes_of_what_is_abandoned() {

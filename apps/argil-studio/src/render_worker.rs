@@ -1,10 +1,9 @@
 //! What draws the scene: a copy of it that does what the document does, action by action, and a world of each pipeline that is looked at.
 
 use anyhow::Context;
-use argil::{
-    Action, Camera, DenseOptions, Engine, Percentiles, RenderMode, RenderSettings, RenderedImage,
-    Representation, Scene, World,
-};
+use argil::render::{Camera, Percentiles, RenderMode, RenderSettings};
+use argil::scene::{Action, Scene};
+use argil::{DenseOptions, Engine, RenderedImage, Representation, World};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -262,7 +261,7 @@ impl RenderWorker {
             steps: drawn.statistics.steps,
             memory_bytes: world.memory_bytes(),
             bricks,
-            triangles: world.mesh_counts().map(|[triangles, _]| triangles),
+            triangles: world.mesh_counts().map(|counts| counts.triangles),
             lengths,
         })
     }
@@ -318,7 +317,7 @@ fn settings(world: &World, request: &RenderRequest) -> RenderSettings {
         RenderMode::Bricks if !has_bricks => RenderMode::Normal,
         show => show,
     };
-    let own = world.settings(request.size, show);
+    let own = world.render_settings(request.size, show);
     RenderSettings {
         samples: if request.is_still { own.samples } else { 1 },
         max_steps: if show == RenderMode::Heat {
@@ -335,7 +334,7 @@ mod tests {
     use super::*;
     use crate::sample_scenes::first;
     use crate::viewport_camera::ViewportCamera;
-    use argil::{Brush, Edit, Shape};
+    use argil::scene::{Brush, Edit, Shape};
 
     fn request(pipeline: Pipeline) -> RenderRequest {
         RenderRequest {

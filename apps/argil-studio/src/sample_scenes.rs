@@ -1,6 +1,6 @@
 //! Scenes that come with the editor.
 
-use argil::Scene;
+use argil::scene::Scene;
 
 /// Names and files.
 pub const ALL: &[(&str, &str)] = &[

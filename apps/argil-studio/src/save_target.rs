@@ -18,7 +18,7 @@ pub fn write_output(
         write(&mut bytes).and_then(|()| crate::browser::download(path, &bytes))
     };
     #[cfg(not(target_arch = "wasm32"))]
-    let written = argil::write_atomically(path, |out| write(out));
+    let written = argil::scene::write_atomically(path, |out| write(out));
     written.with_context(|| path.display().to_string())
 }
 

@@ -8,7 +8,7 @@ use crate::sculpting::{SculptKind, SculptStroke};
 use crate::session::{Request, Session};
 use crate::view::{Tool, View};
 use argil::glam::Vec3;
-use argil::{Brush, Edit, NodeDesc, NodeId, NodeKind, Scene, Shape};
+use argil::scene::{Brush, Edit, NodeDesc, NodeId, NodeKind, Scene, Shape};
 use eframe::egui;
 
 impl View {

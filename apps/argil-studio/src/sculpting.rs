@@ -1,7 +1,7 @@
 //! How strokes are made.
 
 use argil::glam::Vec3;
-use argil::{Group, Modifier, NodeDesc, NodeId, Operator, OperatorKind};
+use argil::scene::{Group, Modifier, NodeDesc, NodeId, Operator, OperatorKind};
 
 /// What a stroke does.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -88,9 +88,9 @@ impl Sculpting {
 
     pub(crate) fn group(&self) -> NodeDesc {
         let word = self.kind.label();
-        let mut group = Group::new().named(format!("{word} stroke"));
+        let mut group = Group::new().with_name(format!("{word} stroke"));
         if self.mirror.contains(&true) {
-            group = group.modify(Modifier::Mirror { axes: self.mirror });
+            group = group.with_modifier(Modifier::Mirror { axes: self.mirror });
         }
         let mut entry: NodeDesc = group.into();
         let (kind, blend) = match self.kind {

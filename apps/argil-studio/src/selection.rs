@@ -1,7 +1,7 @@
 //! What of a document is selected, and what is locked.
 
 use crate::document::Document;
-use argil::{NodeId, Scene};
+use argil::scene::{NodeId, Scene};
 use std::collections::BTreeSet;
 
 impl Document {

@@ -9,7 +9,8 @@ use crate::picking::Picker;
 use crate::preferences::Preferences;
 use crate::recovery::Recovery;
 use crate::render_thread::RenderThread;
-use argil::{Engine, NodeId, Scene};
+use argil::Engine;
+use argil::scene::{NodeId, Scene};
 use std::collections::BTreeSet;
 use std::path::PathBuf;
 

@@ -1,6 +1,6 @@
 //! Scaling a shape along one of its own axes, where it has a parameter for that.
 
-use argil::Shape;
+use argil::scene::Shape;
 
 /// The shape, `factor` times as long along an axis (0, 1 or 2). `None` if it has no parameter for that axis alone.
 pub fn stretched(shape: &Shape, axis: usize, factor: f32) -> Option<Shape> {

@@ -5,7 +5,7 @@ use crate::render_worker::{Pipeline, SHOWS};
 use crate::segmented_control::choice;
 use crate::session::Session;
 use crate::view::{Tool, View};
-use argil::RenderMode;
+use argil::render::RenderMode;
 use eframe::egui::{self, Align, Layout};
 
 /// What takes no longer is not told of.

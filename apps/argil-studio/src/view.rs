@@ -4,7 +4,8 @@ use crate::drag::Drag;
 use crate::sculpting::Sculpting;
 use crate::viewport_camera::ViewportCamera;
 use crate::viewport_images::ViewportImages;
-use argil::{NodeId, RenderMode};
+use argil::render::RenderMode;
+use argil::scene::NodeId;
 
 /// What the pointer does in the viewport.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -7,7 +7,7 @@ use crate::session::{Request, Session};
 use crate::view::{Tool, View};
 use crate::viewport_images::*;
 use argil::glam::{Vec2, Vec3};
-use argil::{NodeId, OperatorKind, Shape};
+use argil::scene::{NodeId, OperatorKind, Shape};
 use eframe::egui::{
     self, Color32, ColorImage, PointerButton, Pos2, Rect, Sense, Stroke, TextureOptions,
 };

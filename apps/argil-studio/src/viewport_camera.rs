@@ -1,7 +1,8 @@
 //! The viewport's camera: around a point, or flown.
 
 use argil::glam::{Quat, Vec2, Vec3};
-use argil::{Aabb, Camera};
+use argil::math::Aabb;
+use argil::render::Camera;
 
 /// A view along an axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -6,7 +6,8 @@ use crate::document::Document;
 use crate::mesh_files::from_bytes;
 use crate::session::Session;
 use anyhow::Context;
-use argil::{Format, Scene, is_image};
+use argil::Format;
+use argil::scene::{Scene, is_image};
 use std::path::Path;
 
 impl Session {

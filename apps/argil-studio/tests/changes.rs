@@ -4,7 +4,7 @@
 
 mod common;
 
-use argil::{Modifier, NodeDesc, NodeKind, Scene, Shape};
+use argil::scene::{Modifier, NodeDesc, NodeKind, Scene, Shape};
 use common::{Begin, Desk};
 use eframe::egui::{Key, Modifiers, Pos2, Vec2};
 use std::path::Path;

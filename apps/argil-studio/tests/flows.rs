@@ -4,7 +4,7 @@
 
 mod common;
 
-use argil::{NodeKind, Scene, Shape};
+use argil::scene::{NodeKind, Scene, Shape};
 use common::{Begin, Desk};
 use eframe::egui::{Key, Modifiers, Vec2};
 
@@ -131,7 +131,7 @@ fn edits_that_cannot_be_drawn_are_refused() {
     let studio = desk.window.state_mut();
     let node = studio.document().scene().node(Scene::ROOT).children()[0];
     let mut entry = studio.document().scene().node(node).desc().clone();
-    entry.modifiers.push(argil::Modifier::Repeat {
+    entry.modifiers.push(argil::scene::Modifier::Repeat {
         spacing: [0.001; 3],
         count: None,
     });
@@ -189,8 +189,8 @@ fn a_subtractive_brush_is_picked_where_it_has_carved() {
     let scene = desk.scene();
     let ball = scene.node(Scene::ROOT).children()[1];
     let mut entry = scene.node(ball).desc().clone();
-    entry.operator.kind = argil::OperatorKind::Subtract;
-    entry.modifiers.push(argil::Modifier::Translate {
+    entry.operator.kind = argil::scene::OperatorKind::Subtract;
+    entry.modifiers.push(argil::scene::Modifier::Translate {
         by: [0.1, 0.1, 0.25],
     });
     desk.window
@@ -423,7 +423,7 @@ fn a_node_that_is_gone_is_not_edited() {
     let node = desk.scene().node(group).children()[0];
     let entry = desk.scene().node(node).desc().clone();
     let document = desk.window.state_mut().document_mut();
-    let removal = argil::Edit::Remove { node: group };
+    let removal = argil::scene::Edit::Remove { node: group };
     document.edit("Delete", removal).expect("an edit");
     // Where it was in its group, there is the ball in the scene.
     let before = document.scene().to_json();
@@ -465,7 +465,7 @@ fn a_crash_after_a_save_brings_back_what_came_after() {
     desk.press(Modifiers::COMMAND, Key::S);
     assert!(!desk.studio().document().is_changed());
     crash();
-    let left = argil::Journal::recover(sessions.join("4294967294-1.journal"));
+    let left = argil::scene::Journal::recover(sessions.join("4294967294-1.journal"));
     assert_eq!(left.expect("a journal").edits, 2);
     let mut another = Desk::new(begin());
     another.step();

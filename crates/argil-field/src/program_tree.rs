@@ -274,7 +274,7 @@ mod tests {
             let along = |k: u32| 4.0 * ((i * k) % 97) as f32 / 97.0 - 2.0;
             let brush = match i % 4 {
                 0 => Brush::new(Shape::sphere(0.3)),
-                1 => Brush::new(Shape::cuboid([0.1, 0.4, 0.2])).blend(0.1),
+                1 => Brush::new(Shape::cuboid([0.1, 0.4, 0.2])).smooth(0.1),
                 2 => Brush::new(Shape::torus(0.3, 0.1)),
                 _ => Brush::new(Shape::sphere(0.2)).subtract(),
             };

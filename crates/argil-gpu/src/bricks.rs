@@ -172,14 +172,14 @@ impl GpuVolume {
         measures: BrickLayout,
         budget: Option<u64>,
     ) -> Result<(Self, StageTimings), GpuError> {
-        Self::bricks_controlled(field, program, measures, budget, &Control::default()).await
+        Self::bricks_with_control(field, program, measures, budget, &Control::default()).await
     }
 
     /// [`GpuVolume::bricks`], which can be stopped and tells how far it is: the stage "blocks".
     ///
     /// # Errors
     /// As there, and if it was cancelled.
-    pub async fn bricks_controlled(
+    pub async fn bricks_with_control(
         field: &GpuProgram,
         program: &Program,
         measures: BrickLayout,

@@ -11,14 +11,14 @@
 //!
 //! ```
 //! use argil_field::Grid;
-//! use argil_mesh::{Report, Solid, marching};
+//! use argil_mesh::{MeshReport, MeshSdf, marching};
 //! use glam::Vec3;
 //! let grid = Grid::spanning(Vec3::splat(-1.0), Vec3::ONE, 33);
 //! let at = |i: usize| Vec3::new((i % 33) as f32, (i / 33 % 33) as f32, (i / 1089) as f32) / 16.0 - 1.0;
 //! let ball: Vec<f32> = (0..35937).map(|i| at(i).length() - 0.5).collect();
 //! let mesh = marching::dense::march(&ball, &grid, 0.0, true);
-//! assert!(Report::of(&mesh).is_watertight());
-//! let solid = Solid::new(&mesh)?;
+//! assert!(MeshReport::of(&mesh).is_watertight());
+//! let solid = MeshSdf::new(&mesh)?;
 //! assert!((solid.distance(Vec3::X) - 0.5).abs() < 0.01);
 //! # Ok::<(), argil_mesh::MeshReadError>(())
 //! ```

@@ -92,7 +92,7 @@ pub enum MeshReadError {
 /// # Errors
 /// If the file cannot be read or is not what its name says.
 pub fn read(path: &Path) -> Result<Mesh, MeshReadError> {
-    let format = MeshFormat::of(path).ok_or_else(|| MeshReadError::Unknown(path.into()))?;
+    let format = MeshFormat::from_path(path).ok_or_else(|| MeshReadError::Unknown(path.into()))?;
     from_bytes(&bytes(path)?, format, path)
 }
 

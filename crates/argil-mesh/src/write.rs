@@ -29,8 +29,8 @@ pub enum MeshFormat {
 }
 
 impl MeshFormat {
-    /// By the ending of a file's name.
-    pub fn of(path: &std::path::Path) -> Option<Self> {
+    /// Returns the format that a file name's extension stands for, whatever its case.
+    pub fn from_path(path: &std::path::Path) -> Option<Self> {
         let ending = path.extension()?.to_str()?.to_ascii_lowercase();
         match ending.as_str() {
             "glb" => Some(Self::Glb),

@@ -14,11 +14,11 @@ fn blend() -> Program {
         Brush::new(Shape::rounded_box([0.5, 0.3, 0.4], 0.05)).rotated([0.3, 1.0, 0.2], 25.0),
         Brush::new(Shape::torus(0.5, 0.12))
             .at([0.1, 0.2, 0.0])
-            .blend(0.1),
+            .smooth(0.1),
         Brush::new(Shape::sphere(0.25))
             .at([0.3, 0.2, 0.3])
             .subtract()
-            .blend(0.02),
+            .smooth(0.02),
     ] {
         scene.push(brush).expect("a brush");
     }
@@ -317,7 +317,7 @@ fn dual_meshes_have_no_flat_triangles() {
                 ([0.25, 0.5, 0.25], [0.25, 0.25, 0.0]),
                 ([0.125, 0.125, 0.5], [-0.5, 0.25, 0.25]),
             ] {
-                let brush = Brush::new(Shape::cuboid(half)).at(at).blend(blend);
+                let brush = Brush::new(Shape::cuboid(half)).at(at).smooth(blend);
                 scene.push(brush).expect("a brush");
             }
             let program = Program::lower(&scene).expect("a program");

@@ -33,7 +33,7 @@ pub use image::RenderOutput;
 pub use pruned_trace::PrunedField;
 pub use raster::Triangles;
 pub use ray_stats::{Percentiles, RayStatistics};
-pub use render::{render, render_controlled, render_with_hits};
+pub use render::{render, render_with_control, render_with_hits};
 pub use render_settings::{LookupStart, NormalSource, RenderMode, RenderSettings, frame_uniforms};
 pub use shade::SHADOW_STEPS;
 pub use source::RenderSource;

@@ -38,7 +38,7 @@ pub fn render_with_hits(
 }
 
 /// The same, with or without hits, told and stopped by somebody else; `None` if it was cancelled before the last tile was drawn.
-pub fn render_controlled(
+pub fn render_with_control(
     program: &Program,
     through: &dyn RenderSource,
     frames: &[FrameUniform],

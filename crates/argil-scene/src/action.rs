@@ -4,29 +4,8 @@
 //! equal scenes in the same order, they give equal scenes, with the same ids of nodes. [`Scene::action_line`] writes one for a
 //! [journal](crate::Journal) or another machine.
 
-use crate::{Edit, EditError, EditOutcome, NodeDesc, NodeId, NodeKind, Scene};
+use crate::{Edit, EditError, EditOutcome, NodeDesc, NodeId, NodeKind, NodeTree, Scene};
 use std::collections::BTreeMap;
-
-/// A brush, or a group with all that it holds, apart from any scene.
-///
-/// ```
-/// use argil_scene::{Action, Brush, Group, Scene, Shape};
-/// let mut scene = Scene::new();
-/// let group = scene.push(Group::new().at([1.0, 0.0, 0.0]))?.node;
-/// scene.push_into(group, Brush::new(Shape::sphere(0.5)))?;
-/// let tree = scene.subtree(group);
-/// let copy = Action::InsertTree { parent: Scene::ROOT, index: 1, tree };
-/// scene.perform(&copy)?;
-/// assert_eq!(scene.brush_count(), 2);
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
-#[derive(Clone, Debug, PartialEq)]
-pub struct NodeTree {
-    /// The brush or group itself.
-    pub desc: NodeDesc,
-    /// What a group holds, in order.
-    pub children: Vec<NodeTree>,
-}
 
 /// Why a line of a log was refused. The scene is as it was.
 #[derive(Debug, thiserror::Error)]
@@ -46,9 +25,6 @@ pub enum LogError {
         "\"brushes\": a group that is replaced keeps what it holds: leave them out, or remove it and insert another"
     )]
     Inner,
-    /// Something to be inserted is a brush and a group at once.
-    #[error("a brush has a \"shape\" and a group has \"brushes\": this has both")]
-    Both,
     /// Whoever asked for it has refused it.
     #[error(transparent)]
     Refused(Box<dyn std::error::Error + Send + Sync>),
@@ -123,43 +99,10 @@ impl Action {
     }
 }
 
-impl NodeTree {
-    /// Its own entry and those of all that it holds, in no order.
-    pub fn entries(&self) -> impl Iterator<Item = &NodeDesc> {
-        let mut open = vec![self];
-        std::iter::from_fn(move || {
-            let next = open.pop()?;
-            open.extend(&next.children);
-            Some(&next.desc)
-        })
-    }
-
-    /// How many nodes are within one another at most, itself included.
-    pub fn depth(&self) -> usize {
-        let mut level: Vec<&Self> = vec![self];
-        let mut depth = 0;
-        while !level.is_empty() {
-            depth += 1;
-            level = level.into_iter().flat_map(|own| &own.children).collect();
-        }
-        depth
-    }
-}
-
-/// Without recursion: files may nest groups deeper than a thread's stack is long.
-impl Drop for NodeTree {
-    fn drop(&mut self) {
-        let mut open = std::mem::take(&mut self.children);
-        while let Some(mut next) = open.pop() {
-            open.append(&mut next.children);
-        }
-    }
-}
-
 /// Refuse to put something into a brush.
-fn check_group(tree: &NodeTree) -> Result<(), LogError> {
+fn check_group(tree: &NodeTree) -> Result<(), EditError> {
     match tree.desc.kind {
-        NodeKind::Shape(_) if !tree.children.is_empty() => Err(LogError::Both),
+        NodeKind::Shape(_) if !tree.children.is_empty() => Err(EditError::BrushWithChildren),
         _ => Ok(()),
     }
 }
@@ -198,7 +141,7 @@ impl Scene {
                 parent,
                 index,
                 tree,
-            } => self.insert_tree(*parent, *index, tree).map(Some),
+            } => Ok(Some(self.insert_tree(*parent, *index, tree)?)),
             Action::RenameMeshes(paths) => {
                 self.rename_meshes(paths);
                 Ok(None)
@@ -211,8 +154,8 @@ impl Scene {
                 self.end_stroke();
                 Ok(None)
             }
-            Action::Undo => self.undo_edit().map(Some).ok_or(LogError::NothingToUndo),
-            Action::Redo => self.redo_edit().map(Some).ok_or(LogError::NothingToRedo),
+            Action::Undo => self.undo().map(Some).ok_or(LogError::NothingToUndo),
+            Action::Redo => self.redo().map(Some).ok_or(LogError::NothingToRedo),
         }
     }
 
@@ -242,12 +185,12 @@ impl Scene {
     }
 
     /// Insert a brush, or a group with all that it holds as one step.
-    fn insert_tree(
+    pub(crate) fn insert_tree(
         &mut self,
         parent: NodeId,
         index: usize,
         tree: &NodeTree,
-    ) -> Result<EditOutcome, LogError> {
+    ) -> Result<EditOutcome, EditError> {
         let group = Edit::Insert {
             parent,
             index,
@@ -261,7 +204,7 @@ impl Scene {
             open.extend(&own.children);
         }
         if tree.children.is_empty() {
-            return Ok(self.apply(group)?);
+            return self.apply(group);
         }
         let is_stroke = self.is_stroke();
         if !is_stroke {
@@ -271,7 +214,7 @@ impl Scene {
         if !is_stroke {
             self.end_stroke();
         }
-        Ok(made?)
+        made
     }
 
     /// Insert a group, and then what it holds.

@@ -120,7 +120,7 @@ mod tests {
         let mut scene = Scene::new();
         let mut sphere = crate::Brush::new(crate::Shape::sphere(0.1));
         for (time, x) in [(0.0, 0.0), (2.0, 1.0)] {
-            sphere = sphere.keyframe(Keyframe {
+            sphere = sphere.with_keyframe(Keyframe {
                 time,
                 translate: Some([x, 0.0, 0.0]),
                 ..Keyframe::default()
@@ -132,7 +132,7 @@ mod tests {
             .apply(crate::Edit::Remove { node })
             .expect("it is there");
         scene.set_time(1.0);
-        assert!(scene.undo());
+        assert!(scene.undo().is_some());
         let there = scene.node(node).at_current_time();
         assert_ne!(*there, own);
         assert_eq!(

@@ -6,7 +6,7 @@ use crate::history::{HistoryStep, is_covered};
 use crate::influence::influence;
 use crate::node::pose_of;
 use crate::transform::push_transform;
-use crate::{Material, Modifier, NodeDesc, NodeId, NodeKind, Scene, ValidationError};
+use crate::{Material, Modifier, NodeDesc, NodeId, NodeKind, NodeTree, Scene, ValidationError};
 use argil_math::Aabb;
 
 /// A change of a scene that can be undone.
@@ -122,6 +122,9 @@ pub enum EditError {
         /// Who uses it.
         user: String,
     },
+    /// A tree to be inserted is a brush that has children.
+    #[error("a brush has a \"shape\" and a group has \"brushes\": this has both")]
+    BrushWithChildren,
     /// A value in the entry cannot be used.
     #[error(transparent)]
     Fault(#[from] ValidationError),
@@ -129,7 +132,7 @@ pub enum EditError {
 
 impl Scene {
     /// Put a brush or an empty group at the end of the scene.
-    pub fn push(&mut self, entry: impl Into<NodeDesc>) -> Result<EditOutcome, EditError> {
+    pub fn push(&mut self, entry: impl Into<NodeTree>) -> Result<EditOutcome, EditError> {
         self.push_into(Self::ROOT, entry)
     }
 
@@ -137,18 +140,14 @@ impl Scene {
     pub fn push_into(
         &mut self,
         parent: NodeId,
-        entry: impl Into<NodeDesc>,
+        entry: impl Into<NodeTree>,
     ) -> Result<EditOutcome, EditError> {
         let index = self
             .get(parent)
             .ok_or(EditError::NoSuchNode(parent))?
             .children
             .len();
-        self.apply(Edit::Insert {
-            parent,
-            index,
-            entry: entry.into(),
-        })
+        self.insert_tree(parent, index, &entry.into())
     }
 
     /// Do an edit. What was undone before can then not be redone.

@@ -129,7 +129,7 @@ impl Journal {
     }
 
     fn begin_at(path: PathBuf, scene: &Scene) -> Result<Self, JournalError> {
-        let edits: usize = scene.history_lengths().iter().sum();
+        let edits: usize = scene.undo_depth() + scene.redo_depth();
         if edits > 0 {
             return Err(JournalError::TooLate(edits));
         }

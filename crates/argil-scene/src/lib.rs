@@ -12,9 +12,9 @@
 //! use argil_scene::{Brush, Scene, Shape};
 //! let mut scene = Scene::new();
 //! scene.push(Brush::new(Shape::sphere(1.0)))?;
-//! let cut = scene.push(Brush::new(Shape::sphere(0.5)).at([0.0, 1.0, 0.0]).subtract().blend(0.1))?;
+//! let cut = scene.push(Brush::new(Shape::sphere(0.5)).at([0.0, 1.0, 0.0]).subtract().smooth(0.1))?;
 //! assert!(cut.dirty_box.contains([0.0, 1.0, 0.0].into()));
-//! assert!(scene.undo());
+//! assert!(scene.undo().is_some());
 //! # Ok::<(), argil_scene::EditError>(())
 //! ```
 
@@ -38,6 +38,7 @@ mod modifier;
 mod node;
 mod node_desc;
 mod node_store;
+mod node_tree;
 mod operator;
 mod path2;
 mod sampled_grid;
@@ -54,7 +55,7 @@ mod transform;
 mod undo;
 mod view;
 
-pub use action::{Action, LogError, NodeTree};
+pub use action::{Action, LogError};
 pub use bounds::{Extent, Extents, copies_looked_at};
 pub use change::SceneChange;
 pub use edit::{Edit, EditError, EditOutcome};
@@ -71,7 +72,8 @@ pub use margins::MarginRequest;
 pub use material::Material;
 pub use modifier::{Modifier, half_angle_about_y, twist_stretch};
 pub use node::{Node, NodeId};
-pub use node_desc::{Brush, Group, NodeDesc, NodeKind};
+pub use node_desc::{NodeDesc, NodeKind};
+pub use node_tree::{Brush, Group, NodeTree};
 pub use operator::{BlendProfile, Operator, OperatorKind};
 pub use path2::{Path2, PathSegment, SplinePoint, TubePiece, spline_pieces};
 pub use sampled_grid::{

@@ -13,10 +13,10 @@ type Bands = [f32; 2];
 /// ```
 /// use argil_scene::{Brush, Scene, Shape};
 /// let mut scene = Scene::new();
-/// let watch = scene.watch([0.5, 2.0]);
-/// assert_eq!(scene.bands(), [0.5, 2.0]);
-/// watch.set([0.25, 3.0]);
-/// assert_eq!(scene.bands(), [0.25, 3.0]);
+/// let request = scene.request_margins([0.5, 2.0]);
+/// assert_eq!(scene.margins(), [0.5, 2.0]);
+/// request.set([0.25, 3.0]);
+/// assert_eq!(scene.margins(), [0.25, 3.0]);
 /// ```
 #[derive(Clone, Debug)]
 pub struct MarginRequest(Arc<[AtomicU32; 2]>);

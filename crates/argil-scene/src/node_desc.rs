@@ -1,6 +1,6 @@
 use crate::keyframe::{self, Keyframe};
 use crate::validation::ValidationError;
-use crate::{BlendProfile, LoadedGrid, Modifier, Operator, OperatorKind, Shape};
+use crate::{LoadedGrid, Modifier, Operator, Shape};
 
 /// What a brush or a group is apart from its place in the scene.
 #[derive(Clone, Debug, PartialEq)]
@@ -59,7 +59,7 @@ impl NodeKind {
 }
 
 impl NodeDesc {
-    fn new(kind: NodeKind) -> Self {
+    pub(crate) fn new(kind: NodeKind) -> Self {
         Self {
             name: String::new(),
             visible: true,
@@ -87,130 +87,3 @@ impl NodeDesc {
         }
     }
 }
-
-/// Methods that a brush and a group are built with.
-macro_rules! builder {
-    ($name:ident) => {
-        impl $name {
-            /// Give it a name.
-            pub fn named(mut self, name: impl Into<String>) -> Self {
-                self.0.name = name.into();
-                self
-            }
-
-            /// Append a modifier.
-            pub fn modify(mut self, modifier: Modifier) -> Self {
-                self.0.modifiers.push(modifier);
-                self
-            }
-
-            /// Move it.
-            pub fn at(self, position: [f32; 3]) -> Self {
-                self.modify(Modifier::Translate { by: position })
-            }
-
-            /// Turn it about an axis through the origin.
-            pub fn rotated(self, axis: [f32; 3], degrees: f32) -> Self {
-                self.modify(Modifier::Rotate { axis, degrees })
-            }
-
-            /// Scale it about the origin.
-            pub fn scaled(self, by: f32) -> Self {
-                self.modify(Modifier::Scale { by })
-            }
-
-            /// Act by an operator other than union.
-            pub fn operator(mut self, kind: OperatorKind) -> Self {
-                self.0.operator.kind = kind;
-                self
-            }
-
-            /// Take it away from what stands above.
-            pub fn subtract(self) -> Self {
-                self.operator(OperatorKind::Subtract)
-            }
-
-            /// Keep only what lies in it.
-            pub fn intersect(self) -> Self {
-                self.operator(OperatorKind::Intersect)
-            }
-
-            /// Give its material to what stands above.
-            pub fn paint(self) -> Self {
-                self.operator(OperatorKind::Paint)
-            }
-
-            /// Interpolate what stands above towards it, by `amount` from 0 to 1.
-            pub fn morph(mut self, amount: f32) -> Self {
-                self.0.operator.morph_amount = amount;
-                self.operator(OperatorKind::Morph)
-            }
-
-            /// Blend the joint over a radius.
-            pub fn blend(mut self, radius: f32) -> Self {
-                self.0.operator.blend = radius;
-                self
-            }
-
-            /// Chamfer the joint over a radius.
-            pub fn chamfer(mut self, radius: f32) -> Self {
-                self.0.operator.profile = BlendProfile::Chamfer;
-                self.blend(radius)
-            }
-
-            /// Use a material of the scene.
-            pub fn material(mut self, name: impl Into<String>) -> Self {
-                self.0.material = Some(name.into());
-                self
-            }
-
-            /// Append a keyframe.
-            pub fn keyframe(mut self, keyframe: Keyframe) -> Self {
-                self.0.keyframes.push(keyframe);
-                self
-            }
-
-            /// Take no part.
-            pub fn hidden(mut self) -> Self {
-                self.0.visible = false;
-                self
-            }
-        }
-
-        impl From<$name> for NodeDesc {
-            fn from(value: $name) -> Self {
-                value.0
-            }
-        }
-    };
-}
-
-/// A brush to be put into a scene.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Brush(NodeDesc);
-
-impl Brush {
-    /// A visible union of a shape at the origin.
-    pub fn new(shape: Shape) -> Self {
-        Self(NodeDesc::new(NodeKind::Shape(shape)))
-    }
-}
-builder!(Brush);
-
-/// An empty group to be put into a scene.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Group(NodeDesc);
-
-impl Group {
-    /// A visible group that is a union.
-    pub fn new() -> Self {
-        Self(NodeDesc::new(NodeKind::Group))
-    }
-}
-
-impl Default for Group {
-    fn default() -> Self {
-        Self::new()
-    }
-}
-builder!(Group);

@@ -83,7 +83,7 @@ mod tests {
     use crate::{Brush, Shape};
 
     fn node(nth: usize) -> Node {
-        let entry = Brush::new(Shape::sphere(1.0)).named(format!("{nth}"));
+        let entry = Brush::new(Shape::sphere(1.0)).with_name(format!("{nth}"));
         Node {
             desc: entry.into(),
             ..Node::gone()

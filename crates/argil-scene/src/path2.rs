@@ -75,8 +75,8 @@ impl Path2 {
     /// An outline that starts at a point.
     ///
     /// ```
-    /// use argil_scene::{Outline, Shape};
-    /// let outline = Outline::new([0.0, 0.0]).line([1.0, 0.0]).curve([1.0, 1.0], [0.0, 1.0]);
+    /// use argil_scene::{Path2, Shape};
+    /// let outline = Path2::new([0.0, 0.0]).line([1.0, 0.0]).curve([1.0, 1.0], [0.0, 1.0]);
     /// assert!(Shape::Extrusion { outline, half_depth: 0.1 }.check().is_ok());
     /// ```
     pub fn new(start: [f32; 2]) -> Self {

@@ -77,9 +77,14 @@ impl Scene {
         self.history.is_stroke
     }
 
-    /// How many steps can be undone, and how many redone.
-    pub fn history_lengths(&self) -> [usize; 2] {
-        [self.history.undo.len(), self.history.redo.len()]
+    /// Returns the number of steps that can be undone.
+    pub fn undo_depth(&self) -> usize {
+        self.history.undo.len()
+    }
+
+    /// Returns the number of steps that can be redone.
+    pub fn redo_depth(&self) -> usize {
+        self.history.redo.len()
     }
 
     /// Sets how much of the history is kept from now on: the oldest steps are dropped first, and the newest always stays.
@@ -115,18 +120,8 @@ impl Scene {
         }
     }
 
-    /// Take the last edit back. Whether there was one; [`Scene::undo_edit`] tells what changed.
-    pub fn undo(&mut self) -> bool {
-        self.undo_edit().is_some()
-    }
-
-    /// Do again what was undone last. Whether there was something.
-    pub fn redo(&mut self) -> bool {
-        self.redo_edit().is_some()
-    }
-
-    /// Take the last edit back, with the box that this makes dirty.
-    pub fn undo_edit(&mut self) -> Option<EditOutcome> {
+    /// Undoes the last step, which is one edit or one stroke. Returns what changed, or `None` if there is nothing to undo.
+    pub fn undo(&mut self) -> Option<EditOutcome> {
         self.end_stroke();
         let steps = self.history.undo.pop()?;
         let (edited, inverse) = self.take_all(steps)?;
@@ -134,8 +129,8 @@ impl Scene {
         Some(edited)
     }
 
-    /// Do again what was undone last, with the box that this makes dirty.
-    pub fn redo_edit(&mut self) -> Option<EditOutcome> {
+    /// Redoes the step that was undone last. Returns what changed, or `None` if there is nothing to redo.
+    pub fn redo(&mut self) -> Option<EditOutcome> {
         self.end_stroke();
         let steps = self.history.redo.pop()?;
         let (edited, inverse) = self.take_all(steps)?;

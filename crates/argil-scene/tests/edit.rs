@@ -10,7 +10,7 @@ fn ball() -> Brush {
 #[expect(clippy::too_many_lines, reason = "a list of edits")]
 fn edits_are_checked_and_leave_the_scene_as_it_was() {
     let mut scene = Scene::new();
-    let brush = scene.push(ball().named("ball")).unwrap().node;
+    let brush = scene.push(ball().with_name("ball")).unwrap().node;
     let group = scene.push(Group::new()).unwrap().node;
     let inner = scene.push_into(group, Group::new()).unwrap().node;
     let before = scene.to_json();
@@ -78,7 +78,7 @@ fn edits_are_checked_and_leave_the_scene_as_it_was() {
         },
         "modifiers[0].by[0]: NaN",
     );
-    let gone = ball().material("gold").into();
+    let gone = ball().with_material("gold").into();
     refused(
         Edit::Insert {
             parent: group,
@@ -103,7 +103,7 @@ fn edits_are_checked_and_leave_the_scene_as_it_was() {
         visible: false,
     };
     assert_eq!(scene.apply(hide.clone()), Err(EditError::NoSuchNode(inner)));
-    assert!(scene.undo());
+    assert!(scene.undo().is_some());
     assert!(scene.apply(hide).is_ok());
 }
 
@@ -113,7 +113,10 @@ fn undo_and_redo_walk_through_every_state() {
     let mut states = vec![scene.to_json()];
     let a = scene.push(ball()).unwrap().node;
     states.push(scene.to_json());
-    let group = scene.push(Group::new().subtract().blend(0.1)).unwrap().node;
+    let group = scene
+        .push(Group::new().subtract().smooth(0.1))
+        .unwrap()
+        .node;
     states.push(scene.to_json());
     for edit in [
         Edit::Move {
@@ -147,19 +150,19 @@ fn undo_and_redo_walk_through_every_state() {
         states.push(scene.to_json());
     }
     for state in states.iter().rev().skip(1) {
-        assert!(scene.undo());
+        assert!(scene.undo().is_some());
         assert_eq!(&scene.to_json(), state);
     }
-    assert!(!scene.undo());
+    assert!(scene.undo().is_none());
     for state in states.iter().skip(1) {
-        assert!(scene.redo());
+        assert!(scene.redo().is_some());
         assert_eq!(&scene.to_json(), state);
     }
-    assert!(!scene.redo());
+    assert!(scene.redo().is_none());
     // A new edit ends what could be redone.
     scene.undo();
     scene.push(ball()).unwrap();
-    assert!(!scene.redo());
+    assert!(scene.redo().is_none());
 }
 
 /// Quadratic work would take minutes here.
@@ -168,12 +171,12 @@ fn a_hundred_thousand_brushes_can_be_pushed_and_undone() {
     let mut scene = Scene::new();
     for i in 0..100_000 {
         scene
-            .push(ball().at([i as f32, 0.0, 0.0]).blend(0.1))
+            .push(ball().at([i as f32, 0.0, 0.0]).smooth(0.1))
             .unwrap();
     }
     assert_eq!(scene.brush_count(), 100_000);
     for _ in 0..1000 {
-        assert!(scene.undo());
+        assert!(scene.undo().is_some());
     }
     assert_eq!(scene.brush_count(), 99_000);
 }
@@ -193,21 +196,21 @@ fn a_stroke_is_one_step() {
     scene.push(ball().at([9.0, 0.0, 0.0])).unwrap();
     scene.end_stroke();
     let after = scene.to_json();
-    assert_eq!(scene.history_lengths(), [2, 0]);
-    let undone = scene.undo_edit().unwrap();
+    assert_eq!([scene.undo_depth(), scene.redo_depth()], [2, 0]);
+    let undone = scene.undo().unwrap();
     assert_eq!(scene.to_json(), before);
     // From where the brush was to where it went.
     assert!(undone.dirty_box.contains([0.0; 3].into()));
     assert!(undone.dirty_box.contains([100.0, 0.0, 0.0].into()));
-    scene.redo_edit().unwrap();
+    scene.redo().unwrap();
     assert_eq!(scene.to_json(), after);
     // A stroke that did nothing leaves no step; one that is under way ends with an undo.
     scene.begin_stroke();
     scene.end_stroke();
-    assert_eq!(scene.history_lengths(), [2, 0]);
+    assert_eq!([scene.undo_depth(), scene.redo_depth()], [2, 0]);
     scene.begin_stroke();
     scene.push(ball()).unwrap();
-    assert!(scene.undo());
+    assert!(scene.undo().is_some());
     assert_eq!(scene.to_json(), after);
 }
 
@@ -297,7 +300,10 @@ fn meshes_are_named_anew_all_at_once_in_what_is_undone_too() {
     assert_eq!(other.apply_log_line(line).expect("a line"), None);
     assert_eq!(other.mesh_paths(), ["b.obj", "c.obj"]);
     // It was no step: what is undone is the edit before it.
-    assert_eq!(other.history_lengths(), scene.history_lengths());
+    assert_eq!(
+        [other.undo_depth(), other.redo_depth()],
+        [scene.undo_depth(), scene.redo_depth()]
+    );
     other.undo();
     assert_eq!(other.mesh_paths(), ["b.obj", "c.obj"]);
     assert!(other.node(node).desc().modifiers.is_empty());
@@ -332,10 +338,10 @@ fn changes_are_kept_for_a_while() {
     let last = scene.changes_since(first + 39_990).expect("the last");
     assert_eq!(last.len(), 10);
     scene.push(Brush::new(Shape::sphere(0.1))).expect("a brush");
-    scene.push(Brush::new(Shape::sphere(0.1))).expect("a brush");
+    assert!(scene.undo().is_some() && scene.undo().is_none());
     scene.forget_history(1);
-    assert_eq!(scene.history_lengths(), [1, 0]);
-    assert!(scene.undo() && !scene.undo());
+    assert_eq!([scene.undo_depth(), scene.redo_depth()], [1, 0]);
+    assert!(scene.undo().is_some() && scene.undo().is_none());
 }
 
 /// A history with a limit stays within it, by steps or by bytes, and frees what only it held; thousands of turns of one node
@@ -355,27 +361,27 @@ fn histories_keep_to_a_limit() {
             degrees: 1.0,
         };
         scene.apply(Edit::Transform { node, by }).expect("an edit");
-        let other = scene.push(Brush::new(Shape::sphere(0.1)).named("x".repeat(500)));
+        let other = scene.push(Brush::new(Shape::sphere(0.1)).with_name("x".repeat(500)));
         let node = other.expect("a brush").node;
         scene.apply(Edit::Remove { node }).expect("an edit");
-        assert!(scene.history_lengths()[0] <= 100);
+        assert!(scene.undo_depth() <= 100);
     }
     assert!(scene.node(ball.node).desc().modifiers.len() <= 6);
-    let steps = scene.history_lengths()[0];
+    let steps = scene.undo_depth();
     for _ in 0..steps {
-        assert!(scene.undo());
+        assert!(scene.undo().is_some());
     }
-    assert!(!scene.undo());
-    while scene.redo() {}
+    assert!(scene.undo().is_none());
+    while scene.redo().is_some() {}
     scene.set_history_limit(HistoryLimit {
         bytes: 10_000,
         ..HistoryLimit::default()
     });
-    let few = scene.history_lengths()[0];
+    let few = scene.undo_depth();
     assert!((1..steps).contains(&few), "{few} of {steps}");
     let fresh = scene.clone();
-    while scene.undo() {}
-    while scene.redo() {}
+    while scene.undo().is_some() {}
+    while scene.redo().is_some() {}
     assert!(scene == fresh);
 }
 

@@ -35,12 +35,12 @@ fn a_scene_with_everything_survives_a_round_trip_bit_for_bit() {
     scene
         .push(
             Brush::new(Shape::Lathe { outline })
-                .material("glaze")
-                .named("pot"),
+                .with_material("glaze")
+                .with_name("pot"),
         )
         .unwrap();
     let group = scene
-        .push(Group::new().modify(Modifier::Mirror {
+        .push(Group::new().with_modifier(Modifier::Mirror {
             axes: [true, false, false],
         }))
         .unwrap()

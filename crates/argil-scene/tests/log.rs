@@ -3,7 +3,7 @@
 use argil_scene::{Brush, Edit, Group, Material, Modifier, NodeDesc, Scene, Shape};
 
 fn ball(radius: f32) -> Brush {
-    Brush::new(Shape::sphere(radius)).blend(0.05)
+    Brush::new(Shape::sphere(radius)).smooth(0.05)
 }
 
 /// Whatever is done to one scene and logged can be done to another that began alike.
@@ -28,11 +28,11 @@ fn a_log_replays_on_another_scene() {
     );
     let a = done(
         &mut scene,
-        insert(group, 0, ball(0.5).material("stone").into()),
+        insert(group, 0, ball(0.5).with_material("stone").into()),
     );
     let b = done(
         &mut scene,
-        insert(Scene::ROOT, 0, ball(0.3).named("b").into()),
+        insert(Scene::ROOT, 0, ball(0.3).with_name("b").into()),
     );
     let by = Modifier::Rotate {
         axis: [0.0, 1.0, 0.0],
@@ -89,9 +89,9 @@ fn a_group_with_brushes_is_one_step() {
             .node_by_path("brushes[0].brushes[1].brushes[0]")
             .is_some()
     );
-    assert!(scene.undo());
+    assert!(scene.undo().is_some());
     assert_eq!(scene.brush_count(), 0);
-    assert!(!scene.undo());
+    assert!(scene.undo().is_none());
 }
 
 #[test]
@@ -172,21 +172,21 @@ fn refused_edits_leave_no_trace() {
     for _ in 0..3 {
         checked(&mut scene, ball, accept).expect("an edit");
     }
-    assert!(scene.undo());
-    let (before, lengths) = (scene.clone(), scene.history_lengths());
+    assert!(scene.undo().is_some());
+    let (before, lengths) = (scene.clone(), [scene.undo_depth(), scene.redo_depth()]);
     let counts = |scene: &Scene| (scene.node_count(), scene.change_count());
     let (seen, mut copy) = (counts(&scene), scene.replica());
     for line in [ball, group, grow] {
         assert!(checked(&mut scene, line, refuse).is_err());
-        assert!(scene == before && scene.history_lengths() == lengths);
+        assert!(scene == before && [scene.undo_depth(), scene.redo_depth()] == lengths);
         assert_eq!(counts(&scene), seen);
     }
     // Who follows it by what was done, and not what was refused, has nodes of the same ids.
     let action = scene.read_action(group).expect("a line");
     let made = [&mut scene, &mut copy].map(|own| own.perform(&action).expect("an edit"));
     assert_eq!(made[0].map(|own| own.node), made[1].map(|own| own.node));
-    assert!(scene.undo() && scene == before);
-    let lengths = scene.history_lengths();
+    assert!(scene.undo().is_some() && scene == before);
+    let lengths = [scene.undo_depth(), scene.redo_depth()];
     // Within a stroke what was done before in it stays.
     scene.begin_stroke();
     checked(&mut scene, grow, accept).expect("an edit");
@@ -197,14 +197,17 @@ fn refused_edits_leave_no_trace() {
     }
     checked(&mut scene, grow, accept).expect("an edit");
     scene.end_stroke();
-    assert_eq!(scene.history_lengths(), [lengths[0] + 1, 0]);
-    assert!(scene.undo());
+    assert_eq!(
+        [scene.undo_depth(), scene.redo_depth()],
+        [lengths[0] + 1, 0]
+    );
+    assert!(scene.undo().is_some());
     assert!(scene == before);
     let modifiers = |scene: &Scene| {
         let first = scene.node(Scene::ROOT).children()[0];
         scene.node(first).desc().modifiers.len()
     };
-    assert!(scene.redo() && modifiers(&scene) == 2);
+    assert!(scene.redo().is_some() && modifiers(&scene) == 2);
 }
 
 /// What is a brush and a group at once is refused before anything is done, however deep it is: no stroke stays open.
@@ -215,17 +218,17 @@ fn what_is_a_brush_and_a_group_is_refused_whole() {
     let mut scene = Scene::new();
     let line = |entry: &str| format!(r#"{{"edit":"insert","entry":{entry}}}"#);
     scene.apply_log_line(&line(ball)).expect("an edit");
-    let (before, lengths) = (scene.clone(), scene.history_lengths());
+    let (before, lengths) = (scene.clone(), [scene.undo_depth(), scene.redo_depth()]);
     let deep = format!(r#"{{"brushes":[{ball},{{"brushes":[{both}]}}]}}"#);
     for entry in [both.to_owned(), format!(r#"{{"brushes":[{both}]}}"#), deep] {
         let refused = scene.apply_log_line(&line(&entry)).expect_err("both");
         assert!(refused.to_string().contains("this has both"), "{refused}");
-        assert!(scene == before && scene.history_lengths() == lengths);
+        assert!(scene == before && [scene.undo_depth(), scene.redo_depth()] == lengths);
     }
     // Two steps are two.
     scene.apply_log_line(&line(ball)).expect("an edit");
     scene.apply_log_line(&line(ball)).expect("an edit");
-    assert!(scene.undo());
+    assert!(scene.undo().is_some());
     assert_eq!(scene.brush_count(), 2);
 }
 

@@ -59,7 +59,7 @@ pub use bounds::BLOCK_WORDS;
 pub use brick::Brick;
 pub use build::BrickTimings;
 pub(crate) use cell::inner_cell;
-pub use cell::{Cell, center_of, empty_word, is_block_empty, is_brick};
+pub use cell::{BrickCell, center_of, empty_word, is_block_empty, is_brick};
 pub use cell_programs::CellPrograms;
 pub use changes::BrickChanges;
 pub use edit::EditStats;

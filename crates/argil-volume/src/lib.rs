@@ -11,11 +11,11 @@
 //! use argil_field::Program;
 //! use argil_math::Aabb;
 //! use argil_scene::{Brush, Scene, Shape};
-//! use argil_volume::{Dense, Encoding, Lattice};
+//! use argil_volume::{Dense, Encoding, VoxelGrid};
 //! let mut scene = Scene::new();
 //! scene.push(Brush::new(Shape::sphere(0.5))).unwrap();
 //! let program = Program::lower(&scene).unwrap();
-//! let lattice = Lattice::holding(program.aabb(), None, 64).unwrap();
+//! let lattice = VoxelGrid::fitting(program.aabb(), None, 64).unwrap();
 //! let volume = Dense::bake(&program, lattice, Encoding::default(), false);
 //! let d = volume.distance(0, [0.52, 0.0, 0.0].into()).unwrap();
 //! assert!((d - 0.02).abs() < 0.001);
@@ -35,8 +35,8 @@ mod texels;
 mod voxel_grid;
 
 pub use bricks::{
-    BLOCK_SIDE, BLOCK_WORDS, BlockPlan, BlockProgram, BlockTable, Brick, BrickChanges, BrickLayout,
-    BrickPendingEdits, BrickSampler, BrickSettings, BrickTimings, Bricks, BricksError, Cell,
+    BLOCK_SIDE, BLOCK_WORDS, BlockPlan, BlockProgram, BlockTable, Brick, BrickCell, BrickChanges,
+    BrickLayout, BrickPendingEdits, BrickSampler, BrickSettings, BrickTimings, Bricks, BricksError,
     CellLocations, CellPrograms, EditBatch, EditQueue, EditStats, FAR_ENTRY, FAR_SLOTS,
     NeighborPlanes, VoxelSamples, center_of, emptied_around, empty_word, far_words, is_block_empty,
     is_brick,

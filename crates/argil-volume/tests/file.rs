@@ -25,7 +25,7 @@ const SCENE: &str = "{\"argil\": 1, \"brushes\": []}";
 fn program() -> Program {
     let mut scene = Scene::new();
     for (x, r) in [(0.0, 0.4), (0.5, 0.2)] {
-        let ball = Brush::new(Shape::sphere(r)).at([x, 0.1, 0.0]).blend(0.1);
+        let ball = Brush::new(Shape::sphere(r)).at([x, 0.1, 0.0]).smooth(0.1);
         scene.push(ball).expect("a valid brush");
     }
     Program::lower(&scene).expect("a program")

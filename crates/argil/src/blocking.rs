@@ -4,12 +4,14 @@
 use crate::edit_session::{EditBudget, EditReport};
 use crate::meshing::{MeshError, MeshOptions, MeshOutput};
 use crate::{
-    Backend, BricksOptions, Build, BuildError, DenseOptions, DeviceInfo, Engine, EngineError,
-    OctreeOptions, RenderError, RenderedImage, Representation, Scene, Volume, VolumeFile,
-    VolumeFileError, VolumeInfo, World,
+    Backend, BricksOptions, Build, BuildError, DenseOptions, Engine, EngineError, OctreeOptions,
+    RenderError, RenderedImage, Representation, VolumeFileError, World,
 };
+use argil_gpu::DeviceInfo;
 use argil_render::{Camera, RenderMode, RenderSettings};
+use argil_scene::Scene;
 use argil_volume::EditStats;
+use argil_volume::{Volume, VolumeFile, VolumeInfo};
 use pollster::block_on as wait;
 use std::borrow::Cow;
 use std::path::Path;
@@ -136,18 +138,24 @@ impl World {
         wait(self.flush_async())
     }
 
-    /// A shaded picture.
-    pub fn render(&self, camera: &Camera, size: [u32; 2]) -> Result<RenderedImage, RenderError> {
-        self.draw(camera, &self.settings(size, RenderMode::Shaded))
+    /// Renders the scene's own view, shaded: see [`World::camera`] and [`World::render_settings`]. `size` is in pixels.
+    ///
+    /// # Errors
+    /// If the size is 0 or too large, or the device fails.
+    pub fn render_view(&self, size: [u32; 2]) -> Result<RenderedImage, RenderError> {
+        self.render(
+            &self.camera(),
+            &self.render_settings(size, RenderMode::Shaded),
+        )
     }
 
     /// A picture by settings.
-    pub fn draw(
+    pub fn render(
         &self,
         camera: &Camera,
         settings: &RenderSettings,
     ) -> Result<RenderedImage, RenderError> {
-        wait(self.draw_async(camera, settings))
+        wait(self.render_async(camera, settings))
     }
 
     /// How far the ray of each pixel goes until it hits a solid, row by row from the top, of the first sample where there are

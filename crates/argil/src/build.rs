@@ -1,11 +1,12 @@
-use crate::{BuildError, Engine, Representation, Scene, World};
+use crate::{BuildError, Engine, Representation, World};
 use argil_field::Program;
+use argil_scene::Scene;
 
 /// A scene that an engine has checked and lowered, and that is to become a [`World`], kept in some way.
 /// [`Engine::build`](crate::Engine::build) makes it.
 ///
 /// ```
-/// use argil::{Brush, Engine, Scene, Shape};
+/// use argil::prelude::*;
 /// let mut scene = Scene::new();
 /// scene.push(Brush::new(Shape::sphere(0.5)))?;
 /// let field = Engine::cpu().build(&scene)?.field();

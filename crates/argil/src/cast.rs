@@ -2,9 +2,9 @@
 //!
 //! *Practice.* A cast evaluates the field by what can matter near it, which a [`Probe`] finds.
 
-use crate::Material;
 use crate::probe::{AHEAD, Probe, material_of};
 use crate::query::{Query, QuerySource};
+use argil_scene::Material;
 use glam::Vec3;
 
 /// Steps of a cast.
@@ -204,7 +204,8 @@ impl Query<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{BricksOptions, Brush, Edit, Engine, Modifier, Scene, Shape};
+    use crate::{BricksOptions, Engine};
+    use argil_scene::{Brush, Edit, Modifier, Scene, Shape};
 
     /// A level of many brushes over a floor.
     fn level(count: u32) -> Scene {
@@ -220,7 +221,7 @@ mod tests {
             };
             let brush = brush
                 .at([along(101), 0.1, along(57)])
-                .blend(0.02 * (i % 2) as f32);
+                .smooth(0.02 * (i % 2) as f32);
             scene.push(brush).expect("a brush");
         }
         scene
@@ -290,7 +291,7 @@ mod tests {
         };
         scene.set_material("red", red).expect("a material");
         let solid = Brush::new(Shape::sphere(0.5)).at([1.0, 0.0, 0.0]);
-        scene.push(solid.material("red")).expect("a brush");
+        scene.push(solid.with_material("red")).expect("a brush");
         scene
             .push(Brush::new(Shape::sphere(0.5)).at([-1.0, 0.0, 0.0]))
             .expect("a brush");

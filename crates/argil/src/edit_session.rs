@@ -2,11 +2,12 @@
 
 use crate::memory::budget_on;
 use crate::representation::Storage;
-use crate::{BuildError, Engine, Scene, SceneChange};
+use crate::{BuildError, Engine};
 use argil_field::{IncrementalProgram, Program};
 use argil_gpu::{GpuProgram, GpuVolume};
 use argil_math::Aabb;
 use argil_scene::{Extents, MarginRequest};
+use argil_scene::{Scene, SceneChange};
 use argil_volume::{BricksError, EditStats, PendingEdits, Volume};
 use web_time::{Duration, Instant};
 
@@ -17,6 +18,25 @@ pub struct EditBudget {
     pub max_ms: f64,
     /// What is near to it comes first: the camera's eye.
     pub priority_point: [f32; 3],
+}
+
+impl EditBudget {
+    /// Creates a budget of milliseconds that starts with the blocks nearest to the origin.
+    pub fn new(max_ms: f64) -> Self {
+        Self {
+            max_ms,
+            priority_point: [0.0; 3],
+        }
+    }
+
+    /// Starts with the blocks nearest to a point, which is usually the camera.
+    #[must_use]
+    pub fn near(self, priority_point: [f32; 3]) -> Self {
+        Self {
+            priority_point,
+            ..self
+        }
+    }
 }
 
 /// What following a scene's edits did to a world. What was done to bricks [`World::finish`](crate::World::flush) tells, as a GPU is

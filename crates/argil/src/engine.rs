@@ -1,5 +1,6 @@
-use crate::{Control, EngineError};
+use crate::EngineError;
 use argil_gpu::{DeviceInfo, DeviceKind, Gpu};
+use argil_math::Control;
 use std::sync::Arc;
 
 /// What to run on.
@@ -94,7 +95,7 @@ impl Engine {
     /// volumes too.
     ///
     /// ```
-    /// # use argil::{Brush, BuildError, Control, Engine, Scene, Shape};
+    /// # use argil::prelude::*;
     /// let control = Control::new();
     /// let engine = Engine::cpu().with_control(&control);
     /// # let mut scene = Scene::new();

@@ -78,9 +78,14 @@ pub(crate) async fn field_mesh_on_gpu(
     is_unshared: bool,
 ) -> Result<(GpuMesh, StageTimings), BuildError> {
     let budget = budget_on(engine, None);
-    let (volume, mut stages) =
-        GpuVolume::bricks_controlled(field, program, layout_of(lattice)?, budget, &engine.control)
-            .await?;
+    let (volume, mut stages) = GpuVolume::bricks_with_control(
+        field,
+        program,
+        layout_of(lattice)?,
+        budget,
+        &engine.control,
+    )
+    .await?;
     let options = SurfaceOptions {
         iso: 0.0,
         normals,

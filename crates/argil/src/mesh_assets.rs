@@ -148,7 +148,8 @@ pub fn load_meshes_from_bytes(
             loaded.push(mesh);
             continue;
         }
-        let format = MeshFormat::of(place).ok_or_else(|| MeshReadError::Unknown(place.into()))?;
+        let format =
+            MeshFormat::from_path(place).ok_or_else(|| MeshReadError::Unknown(place.into()))?;
         let solid = solid_of(bytes, format, place)?;
         let mesh = LoadedMesh {
             grid: Arc::new(sampled(&solid, resolution, place, &Control::default())?),
@@ -264,7 +265,8 @@ fn load(
         let grid = heights(&argil_mesh::bytes(place)?, resolution, place)?;
         return Ok(of_grid(path, resolution, grid));
     }
-    let format = MeshFormat::of(place).ok_or_else(|| MeshReadError::Unknown(place.into()))?;
+    let format =
+        MeshFormat::from_path(place).ok_or_else(|| MeshReadError::Unknown(place.into()))?;
     let bytes = argil_mesh::bytes(place)?;
     #[cfg(feature = "mesh-files")]
     let kept = mesh_cache::place(&bytes, format, resolution);

@@ -89,6 +89,22 @@ pub struct MeshOutput {
     pub surface_error_voxels: [f64; 2],
 }
 
+impl MeshOutput {
+    /// Writes the mesh to a file, in the format that the path's extension names: `.glb`, `.obj`, `.ply` or `.stl`. The file is
+    /// written beside its place and then renamed into it.
+    ///
+    /// # Errors
+    /// If the extension is none of these, the file cannot be written, or the format cannot hold the mesh.
+    pub fn save(&self, path: impl AsRef<Path>) -> Result<(), MeshError> {
+        let path = path.as_ref();
+        let format = MeshFormat::from_path(path).ok_or_else(|| MeshError::Write {
+            path: path.into(),
+            source: std::io::Error::other("a mesh file ends in .glb, .obj, .ply or .stl"),
+        })?;
+        save_mesh(&self.mesh, format, &MeshWriteOptions::default(), path)
+    }
+}
+
 /// Why there is no mesh.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]

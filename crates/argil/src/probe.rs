@@ -4,10 +4,11 @@
 //! few questions are asked between two of them; or, of programs too long for a tree, from an index over their operands. Those two
 //! tell distances as far as their parts are long; what is farther is at least that far.
 
-use crate::{Material, World};
+use crate::World;
 use argil_abi::{GpuMaterial, Instruction};
 use argil_field::{Evaluator, IncrementalProgram, OperandIndex, PartGrid, Program, ProgramTree};
 use argil_math::Aabb;
+use argil_scene::Material;
 use glam::{IVec3, Vec3};
 
 /// Points of a ray that are measured at once: as many as the evaluator takes for one.

@@ -6,11 +6,12 @@
 
 mod closest;
 
+use crate::World;
 use crate::probe::{Probe, material_of};
-use crate::{Material, World};
 use argil_abi::{Instruction, WORLD_LIMIT};
 use argil_field::{Evaluator, LANES, Program};
 use argil_math::Aabb;
+use argil_scene::Material;
 use argil_volume::Volume;
 use glam::Vec3;
 
@@ -55,12 +56,12 @@ pub(crate) enum QuerySource<'a> {
 /// are kept for it.
 ///
 /// ```
-/// # use argil::{Brush, Engine, Scene, Shape};
+/// # use argil::prelude::*;
 /// let mut scene = Scene::new();
 /// scene.push(Brush::new(Shape::sphere(0.5)))?;
 /// let world = Engine::cpu().build(&scene)?.field();
-/// let hit = world.query().ray_cast([0.0, 0.0, 2.0], [0.0, 0.0, -1.0], 10.0).expect("the ball");
-/// assert!((hit.t - 1.5).abs() < 1e-3);
+/// let hit = world.query().cast_ray([0.0, 0.0, 2.0], [0.0, 0.0, -1.0], 10.0).expect("the ball");
+/// assert!((hit.distance - 1.5).abs() < 1e-3);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Copy)]

@@ -2,11 +2,12 @@
 
 use crate::limits::{MAX_IMAGE_PIXELS, MAX_IMAGE_SIDE};
 use crate::representation::{MeshStorage, Storage, StoredTriangles, triangles};
-use crate::{CameraPose, RenderError, RenderedImage, Representation, World};
+use crate::{RenderError, RenderedImage, Representation, World};
 use argil_abi::{HIT_INSIDE, HIT_OUTSIDE, Hit};
 use argil_render::{
     Camera, RenderMode, RenderOutput, RenderSettings, RenderSource, frame_uniforms,
 };
+use argil_scene::CameraPose;
 use web_time::Instant;
 
 /// Most steps of a ray, unless it is asked for otherwise: through the field, and through a volume, where a step is short.
@@ -35,7 +36,7 @@ impl World {
     }
 
     /// How the scene wants to be drawn, for a size; four samples a pixel when shaded.
-    pub fn settings(&self, size: [u32; 2], show: RenderMode) -> RenderSettings {
+    pub fn render_settings(&self, size: [u32; 2], show: RenderMode) -> RenderSettings {
         RenderSettings {
             size,
             mode: show,
@@ -54,7 +55,7 @@ impl World {
     ///
     /// # Errors
     /// As there.
-    pub async fn draw_async(
+    pub async fn render_async(
         &self,
         camera: &Camera,
         settings: &RenderSettings,
@@ -91,7 +92,7 @@ impl World {
         if !self.representation.shows(settings.mode) {
             return Err(RenderError::NoBricks);
         }
-        let lattice = self.storage.lattice();
+        let lattice = self.storage.voxel_grid();
         let frames = frame_uniforms(
             settings,
             camera,
@@ -126,7 +127,7 @@ impl World {
         let start = Instant::now();
         let control = &self.engine.control;
         let picture =
-            argil_render::render_controlled(self.program(), through, &frames, with_hits, control);
+            argil_render::render_with_control(self.program(), through, &frames, with_hits, control);
         let picture = picture.ok_or(RenderError::Cancelled)?;
         Ok((picture, start.elapsed().as_secs_f64() * 1e3))
     }
@@ -137,7 +138,7 @@ pub struct Orbit;
 
 impl Orbit {
     /// `count` cameras around `camera`'s target.
-    pub fn around(camera: Camera, count: u32) -> impl Iterator<Item = Camera> {
+    pub fn cameras(camera: Camera, count: u32) -> impl Iterator<Item = Camera> {
         (0..count).map(move |i| camera.orbited(360.0 * i as f32 / count as f32))
     }
 }

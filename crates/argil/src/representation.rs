@@ -15,6 +15,7 @@ use argil_volume::{Volume, VoxelGrid};
 pub use bricks::BricksOptions;
 pub use dense::DenseOptions;
 pub use mesh::MeshRenderOptions;
+pub use mesh_storage::MeshCounts;
 pub(crate) use mesh_storage::{MeshStorage, StoredTriangles, triangles};
 pub use octree::OctreeOptions;
 pub use options::BuildTimings;

@@ -1,9 +1,11 @@
 //! Worlds from and to volume files.
 
 use crate::representation::Storage;
-use crate::{BuildError, Engine, Representation, Scene, VolumeFile, VolumeFileError, World};
+use crate::{BuildError, Engine, Representation, VolumeFileError, World};
 use argil_gpu::GpuVolume;
 use argil_scene::SampledGrid;
+use argil_scene::Scene;
+use argil_volume::VolumeFile;
 use argil_volume::{Section, StoredMesh, VolumeError};
 use std::path::Path;
 use std::sync::Arc;

@@ -1,16 +1,17 @@
 mod edits;
 
+use crate::MeshCounts;
 use crate::edit_session::EditSession;
 use crate::observers::Observers;
 use crate::program_cache::ProgramCache;
 use crate::representation::{BuildContext, Storage, StoredTriangles, view_bounds_of};
-use crate::{
-    BuildError, BuildTimings, Engine, GridError, Representation, Scene, Volume, VolumeInfo,
-};
+use crate::{BuildError, BuildTimings, Engine, GridError, Representation};
 use argil_field::{Grid, IncrementalProgram, OperandIndex, Program, ProgramTree};
 use argil_gpu::GpuProgram;
 use argil_math::{Aabb, Control, Interval};
+use argil_scene::Scene;
 use argil_volume::BrickChanges;
+use argil_volume::{Volume, VolumeInfo};
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::sync::OnceLock;
@@ -22,13 +23,13 @@ const FEW_QUERIES: u32 = 64;
 /// A scene that an engine has built: its exact field on the engine's device and, once asked for, a volume of it.
 ///
 /// ```
-/// use argil::{Brush, DenseOptions, Engine, Scene, Shape};
+/// use argil::prelude::*;
 /// let mut scene = Scene::new();
 /// scene.push(Brush::new(Shape::sphere(0.5)))?;
 /// let options = DenseOptions { resolution: 64, mips: true, ..Default::default() };
 /// let world = Engine::cpu().build(&scene)?.dense(options)?;
 /// assert_eq!(world.resolution(), Some([64, 64, 64]));
-/// let picture = world.render(&world.camera(), [64, 48])?;
+/// let picture = world.render_view([64, 48])?;
 /// # assert!(picture.hit_pixels > 0);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
@@ -129,7 +130,7 @@ impl World {
     /// Voxels along each axis of the volume; `None` of a field.
     pub fn resolution(&self) -> Option<[u32; 3]> {
         self.storage
-            .lattice()
+            .voxel_grid()
             .map(|lattice| lattice.size.to_array())
     }
 
@@ -153,16 +154,23 @@ impl World {
         self.gpu.as_ref()
     }
 
-    /// Numbers of triangles and of their corners, where that is how the world is kept.
-    pub fn mesh_counts(&self) -> Option<[u64; 2]> {
-        let Storage::Mesh(drawable) = &self.storage else {
+    /// Returns the numbers of triangles and vertices, or `None` unless the world is represented as a mesh.
+    pub fn mesh_counts(&self) -> Option<MeshCounts> {
+        let Storage::Mesh(stored) = &self.storage else {
             return None;
         };
-        Some(match &drawable.mesh {
-            StoredTriangles::Cpu(mesh) => {
-                [mesh.triangles.len(), mesh.positions.len()].map(|n| n as u64)
+        Some(match &stored.mesh {
+            StoredTriangles::Cpu(mesh) => MeshCounts {
+                triangles: mesh.triangles.len() as u64,
+                vertices: mesh.positions.len() as u64,
+            },
+            StoredTriangles::Gpu(mesh) => {
+                let [triangles, vertices] = mesh.counts();
+                MeshCounts {
+                    triangles,
+                    vertices,
+                }
             }
-            StoredTriangles::Gpu(mesh) => mesh.counts(),
         })
     }
 
@@ -174,7 +182,7 @@ impl World {
     }
 
     /// How the scene is looked at.
-    pub fn view(&self) -> &crate::View {
+    pub fn view(&self) -> &argil_scene::View {
         &self.scene.view
     }
 
@@ -315,7 +323,7 @@ impl World {
     /// each evaluated by the brushes that can matter near it.
     ///
     /// ```
-    /// use argil::{Brush, Engine, Grid, Scene, Shape};
+    /// use argil::prelude::*;
     /// let mut scene = Scene::new();
     /// scene.push(Brush::new(Shape::sphere(0.5)))?;
     /// let world = Engine::cpu().build(&scene)?.field();

@@ -1,9 +1,11 @@
 //! The facade as the README uses it.
 
+use argil::math::Control;
+use argil::mesh::MeshReadError;
+use argil::scene::{Brush, Scene, Shape};
 use argil::{
-    Backend, BricksOptions, Brush, Control, DenseOptions, Engine, MeshError, MeshFileError,
-    MeshOptions, MeshReadError, MeshRenderOptions, OctreeOptions, RenderError, Representation,
-    Scene, Shape,
+    Backend, BricksOptions, DenseOptions, Engine, MeshError, MeshFileError, MeshOptions,
+    MeshRenderOptions, OctreeOptions, RenderError, Representation,
 };
 
 const SUZANNE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes/suzanne.json");
@@ -17,14 +19,14 @@ fn the_readmes_example() -> Result<(), Box<dyn std::error::Error>> {
         Brush::new(Shape::sphere(0.4))
             .at([0.3, 0.9, 0.9])
             .subtract()
-            .blend(0.1),
+            .smooth(0.1),
     )?;
     let world = Engine::auto()?.build(&scene)?.field();
     assert!(world.distance([0.0, 2.0, 0.0]) > 0.0);
     world
-        .render(&world.camera(), [64, 36])?
+        .render_view([64, 36])?
         .save(folder.path().join("teapot.png"))?;
-    assert!(scene.undo());
+    assert!(scene.undo().is_some());
     Ok(())
 }
 
@@ -37,11 +39,11 @@ fn worlds_follow_their_scene() -> Result<(), Box<dyn std::error::Error>> {
         scene.push(Brush::new(Shape::sphere(0.5)))?;
         let mut world = Engine::with_backend(backend)?.build(&scene)?.field();
         let camera = world.camera();
-        let settings = world.settings([48, 48], argil::RenderMode::Normal);
-        let before = world.draw(&camera, &settings)?.hit_pixels;
-        scene.push(Brush::new(Shape::cuboid([0.1, 0.9, 0.1])).blend(0.05))?;
+        let settings = world.render_settings([48, 48], argil::render::RenderMode::Normal);
+        let before = world.render(&camera, &settings)?.hit_pixels;
+        scene.push(Brush::new(Shape::cuboid([0.1, 0.9, 0.1])).smooth(0.05))?;
         world.apply(&scene)?;
-        let after = world.draw(&camera, &settings)?.hit_pixels;
+        let after = world.render(&camera, &settings)?.hit_pixels;
         assert!(after > before + 20, "{before} {after}");
         hits.push((before, after));
     }
@@ -58,7 +60,7 @@ fn bricks_follow_their_scene_in_place() -> Result<(), Box<dyn std::error::Error>
     let all = world.volume_info()?.and_then(|info| info.bricks);
     let all = all.map_or(0, |sparse| sparse.bricks);
     let dent = Brush::new(Shape::sphere(0.1)).at([0.3, 0.9, 0.9]);
-    scene.push(dent.subtract().blend(0.02))?;
+    scene.push(dent.subtract().smooth(0.02))?;
     let applied = world.apply(&scene)?;
     let sampled = world.flush()?.filled;
     assert!(!applied.rebuilt && sampled > 0);
@@ -67,20 +69,20 @@ fn bricks_follow_their_scene_in_place() -> Result<(), Box<dyn std::error::Error>
     assert_eq!(world.diff_from_rebuild()?, Some(0));
 
     // Queries and pictures see it.
-    let mut before = world.render(&world.camera(), [48, 32])?.hit_pixels;
+    let mut before = world.render_view([48, 32])?.hit_pixels;
     assert!(world.distance([0.3, 0.9, 0.9]) > 0.05);
 
     // What cannot be built changes nothing, and can be taken back.
     let node = scene.push(Brush::new(Shape::sphere(0.1)))?.node;
-    let tiny = argil::Modifier::Scale { by: 1e-4 };
+    let tiny = argil::scene::Modifier::Scale { by: 1e-4 };
     for _ in 0..2 {
         let by = tiny.clone();
-        scene.apply(argil::Edit::Transform { node, by })?;
+        scene.apply(argil::scene::Edit::Transform { node, by })?;
     }
     assert!(world.apply(&scene).is_err());
-    assert_eq!(world.render(&world.camera(), [48, 32])?.hit_pixels, before);
+    assert_eq!(world.render_view([48, 32])?.hit_pixels, before);
     for _ in 0..3 {
-        assert!(scene.undo());
+        assert!(scene.undo().is_some());
     }
     assert!(!world.apply(&scene)?.rebuilt);
     assert_eq!(world.diff_from_rebuild()?, Some(0));
@@ -98,30 +100,30 @@ fn bricks_follow_their_scene_in_place() -> Result<(), Box<dyn std::error::Error>
     }
     let refused = tight.apply(&scene);
     assert!(refused.is_err(), "{refused:?}");
-    assert!(scene.undo());
+    assert!(scene.undo().is_some());
     tight.apply(&scene)?;
     assert_eq!(tight.diff_from_rebuild()?, Some(0));
     for _ in 0..2 {
-        assert!(scene.undo());
+        assert!(scene.undo().is_some());
     }
     scene.push(Brush::new(Shape::sphere(0.06)).at([0.3, 0.9, 0.9]))?;
     tight.apply(&scene)?;
     assert_eq!(tight.diff_from_rebuild()?, Some(0));
-    assert!(scene.undo());
+    assert!(scene.undo().is_some());
     world.apply(&scene)?;
 
     // Nothing left, then everything again; and a clone, whose edits were not followed.
     let nodes: Vec<_> = scene.iter().skip(1).collect();
     for node in nodes {
-        let _ = scene.apply(argil::Edit::Remove { node });
+        let _ = scene.apply(argil::scene::Edit::Remove { node });
     }
     world.apply(&scene)?;
     assert_eq!(world.diff_from_rebuild()?, Some(0));
-    assert_eq!(world.render(&world.camera(), [48, 32])?.hit_pixels, 0);
-    while scene.undo() {}
+    assert_eq!(world.render_view([48, 32])?.hit_pixels, 0);
+    while scene.undo().is_some() {}
     world.apply(&scene)?;
     assert_eq!(world.diff_from_rebuild()?, Some(0));
-    before = world.render(&world.camera(), [48, 32])?.hit_pixels;
+    before = world.render_view([48, 32])?.hit_pixels;
     assert!(before > 100, "{before}");
     let mut other = scene.clone();
     other.push(Brush::new(Shape::sphere(0.2)).at([1.0, 1.5, 0.0]))?;
@@ -168,11 +170,11 @@ fn what_is_cancelled_ends_and_is_no_loss() -> Result<(), Box<dyn std::error::Err
     let engine = Engine::cpu().with_control(&control);
     let mut world = engine.build(&scene)?.field();
     let size = [48, 32];
-    let before = world.render(&world.camera(), size)?.hit_pixels;
+    let before = world.render_view(size)?.hit_pixels;
     let seen = control.progress().expect("the picture told of itself");
     assert!(seen.stage == "picture" && seen.total > 0 && seen.done == seen.total);
     control.cancel();
-    let picture = world.render(&world.camera(), size);
+    let picture = world.render_view(size);
     assert!(matches!(picture, Err(RenderError::Cancelled)));
     let mesh = world.mesh(&MeshOptions::default());
     assert!(matches!(mesh, Err(MeshError::Build(error)) if error.is_cancelled()));
@@ -187,20 +189,20 @@ fn what_is_cancelled_ends_and_is_no_loss() -> Result<(), Box<dyn std::error::Err
         assert!(built.is_err_and(|error| error.is_cancelled()), "{via:?}");
     }
     world.set_control(&Control::new());
-    assert_eq!(world.render(&world.camera(), size)?.hit_pixels, before);
+    assert_eq!(world.render_view(size)?.hit_pixels, before);
 
     // A world whose edit makes all anew.
     let mut world = Engine::cpu()
         .build(&scene)?
         .dense(DenseOptions::default())?;
-    let before = world.render(&world.camera(), size)?.hit_pixels;
+    let before = world.render_view(size)?.hit_pixels;
     scene.push(Brush::new(Shape::sphere(0.7)).at([0.0, 2.5, 0.0]))?;
     world.set_control(&control);
     assert!(world.apply(&scene).is_err_and(|error| error.is_cancelled()));
     world.set_control(&Control::new());
-    assert_eq!(world.render(&world.camera(), size)?.hit_pixels, before);
+    assert_eq!(world.render_view(size)?.hit_pixels, before);
     assert!(world.apply(&scene)?.rebuilt);
-    assert_ne!(world.render(&world.camera(), size)?.hit_pixels, before);
+    assert_ne!(world.render_view(size)?.hit_pixels, before);
 
     // A mesh that a scene names.
     let mut scene = Scene::open(SUZANNE)?;
@@ -234,8 +236,8 @@ fn futures_can_be_sent() -> Result<(), Box<dyn std::error::Error>> {
     pollster::block_on(sent(world.flush_async()))?;
     pollster::block_on(sent(world.volume_info_async()))?;
     let camera = world.camera();
-    let settings = world.settings([16, 16], argil::RenderMode::Normal);
-    let drawn = pollster::block_on(sent(world.draw_async(&camera, &settings)))?;
+    let settings = world.render_settings([16, 16], argil::render::RenderMode::Normal);
+    let drawn = pollster::block_on(sent(world.render_async(&camera, &settings)))?;
     let (again, _) =
         pollster::block_on(sent(world.render_with_distances_async(&camera, &settings)))?;
     assert_eq!(drawn.hit_pixels, again.hit_pixels);
@@ -248,7 +250,7 @@ fn sampled_functions_are_brushes() -> Result<(), Box<dyn std::error::Error>> {
     let here = tempfile::tempdir()?;
     let ring = |[x, y, z]: [f32; 3]| (x.hypot(z) - 0.5).hypot(y) - 0.2;
     let solid = [[-0.7, -0.2, -0.7], [0.7, 0.2, 0.7]];
-    let grid = argil::SampledGrid::of(solid, 96, ring)?;
+    let grid = argil::scene::SampledGrid::of(solid, 96, ring)?;
     let mut scene = Scene::new();
     scene.push(Brush::new(Shape::sampled("ring", grid)))?;
     let place = here.path().join("scene.json");
@@ -284,10 +286,10 @@ fn sampled_functions_are_brushes() -> Result<(), Box<dyn std::error::Error>> {
         let refused = refused.expect_err("a part of a grid").to_string();
         assert!(refused.contains("ring.grid"), "{refused}");
     }
-    let of = |solid, resolution| argil::SampledGrid::of(solid, resolution, ring).map(|_| ());
+    let of = |solid, resolution| argil::scene::SampledGrid::of(solid, resolution, ring).map(|_| ());
     assert!(of([[0.0; 3]; 2], 96).is_err() && of(solid, 8).is_err() && of(solid, 513).is_err());
     assert!(of([[2.0; 3], [3.0; 3]], 32).is_err(), "nothing is inside");
-    assert!(argil::SampledGrid::of(solid, 32, |_| f32::NAN).is_err());
+    assert!(argil::scene::SampledGrid::of(solid, 32, |_| f32::NAN).is_err());
     Ok(())
 }
 
@@ -299,7 +301,7 @@ fn sampled_functions_stay_where_they_belong() -> Result<(), Box<dyn std::error::
     std::fs::create_dir(&folder)?;
     let ball = |radius: f32| {
         let of = move |[x, y, z]: [f32; 3]| (x * x + y * y + z * z).sqrt() - radius;
-        argil::SampledGrid::of([[-0.5; 3], [0.5; 3]], 32, of)
+        argil::scene::SampledGrid::of([[-0.5; 3], [0.5; 3]], 32, of)
     };
     let mut scene = Scene::new();
     scene.push(Brush::new(Shape::sampled("a", ball(0.8)?)))?;
@@ -318,7 +320,7 @@ fn sampled_functions_stay_where_they_belong() -> Result<(), Box<dyn std::error::
     argil::load_meshes(&mut again, &folder, false)?;
     let node = again.node(Scene::ROOT).children()[0];
     let entry = Brush::new(Shape::sampled("a", ball(0.2)?)).into();
-    again.apply(argil::Edit::Replace { node, entry })?;
+    again.apply(argil::scene::Edit::Replace { node, entry })?;
     let world = Engine::cpu().build(&again)?.field();
     let told = world.distance([0.2, 0.0, 0.0]);
     assert!(told.abs() < 0.02, "{told}");
@@ -331,7 +333,7 @@ fn sampled_functions_stay_where_they_belong() -> Result<(), Box<dyn std::error::
         assert!(scene.save(folder.join("out.json")).is_err(), "{name}");
     }
     assert!(!here.path().join("b.grid").exists() && !folder.join("out.json").exists());
-    let steep = argil::SampledGrid::of([[-0.5; 3], [0.5; 3]], 32, |[x, _, _]| 1e6 * x);
+    let steep = argil::scene::SampledGrid::of([[-0.5; 3], [0.5; 3]], 32, |[x, _, _]| 1e6 * x);
     assert!(steep.is_err());
     Ok(())
 }
@@ -373,7 +375,7 @@ fn images_are_ground() -> Result<(), Box<dyn std::error::Error>> {
     argil::load_meshes(&mut scene, here.path(), false)?;
     for engine in [Engine::cpu(), Engine::with_backend(Backend::Gpu)?] {
         let world = engine.build(&scene)?.bricks(96)?;
-        let picture = world.render(&world.camera(), [96, 64])?;
+        let picture = world.render_view([96, 64])?;
         assert!(picture.hit_pixels > 500, "{}", picture.hit_pixels);
     }
     let world = Engine::cpu().build(&scene)?.bricks(128)?;
@@ -392,7 +394,7 @@ fn images_are_ground() -> Result<(), Box<dyn std::error::Error>> {
     let file = here.path().join("ramp.argil");
     world.save(&file)?;
     std::fs::remove_file(here.path().join("ramp.png"))?;
-    let (_, world) = Engine::cpu().load(argil::VolumeFile::open(&file)?, &file)?;
+    let (_, world) = Engine::cpu().load(argil::volume::VolumeFile::open(&file)?, &file)?;
     assert_eq!(world.diff_from_rebuild()?, Some(0));
     Ok(())
 }

@@ -1,8 +1,8 @@
 //! Futures go to any thread, and come to what waiting in place does.
 
-use argil::{
-    Brush, Edit, EditBudget, Engine, MeshOptions, RenderMode, Representation, Scene, Shape,
-};
+use argil::render::RenderMode;
+use argil::scene::{Brush, Edit, Scene, Shape};
+use argil::{EditBudget, Engine, MeshOptions, Representation};
 
 fn scene() -> Scene {
     let mut scene = Scene::new();
@@ -46,9 +46,9 @@ fn futures_can_be_sent_to_other_threads() -> Result<(), Box<dyn std::error::Erro
         sent(world.flush_async())?;
         sent(world.shrink_to_fit_async())?;
         assert_eq!(sent(world.diff_from_rebuild_async())?, Some(0));
-        let settings = world.settings([32, 24], RenderMode::Normal);
-        let drawn = sent(world.draw_async(&world.camera(), &settings))?;
-        assert_eq!(drawn.rgb, world.draw(&world.camera(), &settings)?.rgb);
+        let settings = world.render_settings([32, 24], RenderMode::Normal);
+        let drawn = sent(world.render_async(&world.camera(), &settings))?;
+        assert_eq!(drawn.rgb, world.render(&world.camera(), &settings)?.rgb);
         let info = sent(world.volume_info_async())?;
         assert!(info.is_some() && sent(world.volume_async())?.is_some());
         let meshed = sent(world.mesh_async(&MeshOptions::default()))?;

@@ -1,8 +1,11 @@
 //! A world has no box: what is put anywhere is there, with voxels of the same size.
 
+use argil::render::RenderMode;
+use argil::scene::{Brush, Edit, Modifier, Scene, Shape};
+use argil::volume::{Volume, VolumeFile, VoxelGrid};
 use argil::{
-    Backend, BricksOptions, Brush, BuildError, DenseOptions, Edit, Engine, Modifier, OctreeOptions,
-    RebuildReason, RenderMode, Representation, Scene, Shape, Volume, VolumeFile, VoxelGrid, World,
+    Backend, BricksOptions, BuildError, DenseOptions, Engine, OctreeOptions, RebuildReason,
+    Representation, World,
 };
 
 type Outcome = Result<(), Box<dyn std::error::Error>>;
@@ -11,7 +14,7 @@ fn ball_at(at: [f32; 3]) -> Brush {
     Brush::new(Shape::sphere(0.5)).at(at)
 }
 
-fn one_ball() -> Result<Scene, argil::EditError> {
+fn one_ball() -> Result<Scene, argil::scene::EditError> {
     let mut scene = Scene::new();
     scene.push(ball_at([0.0; 3]))?;
     Ok(scene)
@@ -36,15 +39,15 @@ fn pixels_of_ball(world: &World, at: [f32; 3]) -> usize {
     let mut camera = world.camera();
     camera.target = at.into();
     camera.eye = argil::glam::Vec3::from(at) + argil::glam::Vec3::new(0.0, 0.0, 4.0);
-    let settings = argil::RenderSettings {
+    let settings = argil::render::RenderSettings {
         ground: false,
         samples: 1,
         // Of the field it is a share of the scene's size, which is great here.
         epsilon: Some(1e-3),
-        ..world.settings([96, 72], RenderMode::Normal)
+        ..world.render_settings([96, 72], RenderMode::Normal)
     };
     world
-        .draw(&camera, &settings)
+        .render(&camera, &settings)
         .expect("a picture")
         .hit_pixels
 }
@@ -189,7 +192,7 @@ fn edits_anywhere_are_those_of_a_fresh_bake() -> Outcome {
                     let brush = Brush::new(Shape::sphere(0.2 + 0.4 * unit())).at(at);
                     let brush = match nth % 3 {
                         0 => brush,
-                        1 => brush.blend(0.1),
+                        1 => brush.smooth(0.1),
                         _ => brush.subtract(),
                     };
                     nodes.push(scene.push(brush)?.node);

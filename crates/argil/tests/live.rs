@@ -2,10 +2,10 @@
 //!
 //! *Length.* A test for each kind of change that a world follows, with the scenes that they share.
 
-use argil::{
-    Aabb, Backend, Band, BricksOptions, Brush, Edit, EditBudget, Engine, Material, Modifier,
-    SampleFormat, Scene, Shape, Volume, World,
-};
+use argil::math::Aabb;
+use argil::scene::{Brush, Edit, Material, Modifier, Scene, Shape};
+use argil::volume::{Band, SampleFormat, Volume};
+use argil::{Backend, BricksOptions, EditBudget, Engine, World};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, Mutex};
 
@@ -129,7 +129,7 @@ fn edits_keep_to_a_budget() -> Outcome {
         assert!(world.apply_within(&scene, pace)?.remaining_blocks > 0);
         moved(&mut scene, 3, [0.0, 0.1, 0.0]);
         let dent = Brush::new(Shape::sphere(0.1)).at([0.5, 0.0, 0.2]);
-        scene.push(dent.subtract().blend(0.03))?;
+        scene.push(dent.subtract().smooth(0.03))?;
         assert!(world.apply_within(&scene, pace)?.remaining_blocks > 0);
         assert!(world.unsubscribe(listener) && !world.unsubscribe(listener));
         let count = told.lock().expect("a lock").len();
@@ -174,13 +174,13 @@ fn odd_edits_are_right_or_refused() -> Outcome {
         world.apply(&scene)?;
         assert_eq!(world.diff_from_rebuild()?, Some(0));
         // What is no number is refused, and nothing changes.
-        let lengths = scene.history_lengths();
+        let lengths = [scene.undo_depth(), scene.redo_depth()];
         for wrong in [f32::NAN, f32::INFINITY, 1e30] {
             let ball = Brush::new(Shape::sphere(0.1)).at([0.0, wrong, 0.0]);
             assert!(scene.push(ball).is_err());
             assert!(scene.push(Brush::new(Shape::sphere(wrong))).is_err());
         }
-        assert_eq!(scene.history_lengths(), lengths);
+        assert_eq!([scene.undo_depth(), scene.redo_depth()], lengths);
         assert_eq!(world.apply(&scene)?.dirty_box, Aabb::EMPTY);
 
         // Everything is removed, and comes back.
@@ -196,8 +196,8 @@ fn odd_edits_are_right_or_refused() -> Outcome {
                 .map(|s| s.bricks),
             Some(0)
         );
-        assert_eq!(world.render(&world.camera(), [16, 16])?.hit_pixels, 0);
-        while scene.undo() {}
+        assert_eq!(world.render_view([16, 16])?.hit_pixels, 0);
+        while scene.undo().is_some() {}
         scene.redo();
         check(&mut world, &scene)?;
         world.shrink_to_fit()?;
@@ -233,7 +233,7 @@ fn a_pool_that_is_full_refuses() -> Outcome {
         options.settings.brick_size_voxels = 4;
         let mut world = engine.build(&scene)?.bricks(options)?;
         let before = cells(&world);
-        let drawn = world.render(&world.camera(), [32, 32])?.hit_pixels;
+        let drawn = world.render_view([32, 32])?.hit_pixels;
         for at in [
             [0.5, 0.5, 0.0],
             [-0.5, 0.5, 0.1],
@@ -245,9 +245,9 @@ fn a_pool_that_is_full_refuses() -> Outcome {
         let refused = world.apply(&scene);
         assert!(refused.is_err(), "{refused:?}");
         assert!(cells(&world) == before);
-        assert_eq!(world.render(&world.camera(), [32, 32])?.hit_pixels, drawn);
+        assert_eq!(world.render_view([32, 32])?.hit_pixels, drawn);
         assert!(world.apply(&scene).is_err());
-        while scene.history_lengths()[0] > 1 {
+        while scene.undo_depth() > 1 {
             scene.undo();
         }
         world.apply(&scene)?;
@@ -305,14 +305,14 @@ fn a_stroke_of_ten_thousand_points_is_one_step() -> Outcome {
         let [x, z] = [(3.0 * t).cos(), (3.0 * t).sin()];
         let y = 0.1 * t - 0.5;
         let ball = Brush::new(Shape::sphere(0.03)).at([0.8 * x, y, 0.8 * z]);
-        scene.push(ball.subtract().blend(0.01))?;
+        scene.push(ball.subtract().smooth(0.01))?;
     }
     scene.end_stroke();
     let applied = world.apply(&scene)?;
     assert!(!applied.rebuilt);
     assert_eq!(world.diff_from_rebuild()?, Some(0));
-    assert_eq!(scene.history_lengths()[0], 2);
-    assert!(scene.undo());
+    assert_eq!(scene.undo_depth(), 2);
+    assert!(scene.undo().is_some());
     assert!(!world.apply(&scene)?.rebuilt);
     assert!(cells(&world) == before);
     Ok(())
@@ -336,7 +336,7 @@ fn what_jumps_costs_where_it_is() -> Outcome {
     let mut scene = Scene::new();
     for i in 0..150 {
         let ball = Brush::new(Shape::sphere(0.06)).at([spread(i, 7), spread(i, 31), spread(i, 57)]);
-        scene.push(ball.blend(0.01 * (i % 3) as f32))?;
+        scene.push(ball.smooth(0.01 * (i % 3) as f32))?;
     }
     let mut world = world_of(Engine::cpu(), &mut scene, 224);
     let drag = |scene: &mut Scene, world: &mut World| -> Result<_, Box<dyn std::error::Error>> {
@@ -373,7 +373,7 @@ fn what_jumps_costs_where_it_is() -> Outcome {
             let far = drag(&mut scene, &mut world)?;
             let [far, alone] = [far, without.clone()].map(|all| all.iter().sum::<u64>());
             assert!(5 * far <= 6 * alone, "{far} {alone}: {text}");
-            assert!(scene.undo());
+            assert!(scene.undo().is_some());
             let applied = world.apply(&scene)?;
             assert!(!applied.rebuilt, "{:?}", applied.reason);
             assert_eq!(world.diff_from_rebuild()?, Some(0), "{text}, undone");
@@ -427,8 +427,8 @@ fn hard_brushes_change_bricks_as_a_fresh_bake_does() -> Outcome {
                 _ => Brush::new(Shape::torus(0.2, 0.05)),
             };
             let brush = match i % 4 {
-                0 => brush.material("red"),
-                1 => brush.material("blue"),
+                0 => brush.with_material("red"),
+                1 => brush.with_material("blue"),
                 _ => brush,
             };
             let brush = brush.at([along(37), along(91), along(150)]);
@@ -459,11 +459,11 @@ fn carving_one_place_again_and_again_stays_right() -> Outcome {
             let along = |k: u32| 0.9 * ((i * k) % 211) as f32 / 211.0 - 0.45;
             let at = [along(37), 0.3 * along(91) + 0.2, along(150)];
             let brush = match i % 7 {
-                3 => Brush::new(Shape::rounded_box([0.05; 3], 0.01)).blend(0.01),
-                5 => Brush::new(Shape::sphere(0.04)).blend(0.02),
+                3 => Brush::new(Shape::rounded_box([0.05; 3], 0.01)).smooth(0.01),
+                5 => Brush::new(Shape::sphere(0.04)).smooth(0.02),
                 _ => Brush::new(Shape::sphere(0.06))
                     .subtract()
-                    .blend(0.005 * (i % 3) as f32),
+                    .smooth(0.005 * (i % 3) as f32),
             };
             scene.push(brush.at(at))?;
             let applied = world.apply(&scene)?;
@@ -471,7 +471,7 @@ fn carving_one_place_again_and_again_stays_right() -> Outcome {
             match i % 40 {
                 19 => {
                     for _ in 0..5 {
-                        assert!(scene.undo());
+                        assert!(scene.undo().is_some());
                         assert!(!world.apply(&scene)?.rebuilt);
                     }
                 }
@@ -503,7 +503,7 @@ fn carving_one_place_again_and_again_stays_right() -> Outcome {
 /// Who keeps a copy of bricks can follow edits by what has changed.
 #[test]
 fn changes_of_bricks_are_told() -> Outcome {
-    fn bricks(world: &World) -> argil::Bricks {
+    fn bricks(world: &World) -> argil::volume::Bricks {
         match world
             .volume()
             .expect("a volume")
@@ -566,7 +566,7 @@ fn moving_scenes_are_followed() -> Outcome {
         }
         assert!(cells(&world) != at_first);
         // No step of the history, and back at the beginning everything is as it was.
-        assert_eq!(scene.history_lengths(), [0, 0]);
+        assert_eq!([scene.undo_depth(), scene.redo_depth()], [0, 0]);
         scene.set_time(f32::NAN);
         assert_eq!(scene.time(), 0.0);
         world.apply(&scene)?;
@@ -593,14 +593,14 @@ fn a_world_from_a_file_goes_on() -> Result<(), Box<dyn std::error::Error>> {
             .build(&scene)?
             .with_representation(via)?
             .save(&path)?;
-        let stored = argil::VolumeFile::open(&path)?;
+        let stored = argil::volume::VolumeFile::open(&path)?;
         let (mut again, mut world) = Engine::cpu().load(stored, &path)?;
         again.push(Brush::new(Shape::sphere(0.2)).at([0.9, 0.0, 0.0]))?;
         again.name = "grown".into();
         world.apply(&again)?;
         assert!(world.distance([0.9, 0.0, 0.0]) < -0.19, "{}", via.word());
         world.save(&path)?;
-        let (saved, _) = Engine::cpu().load(argil::VolumeFile::open(&path)?, &path)?;
+        let (saved, _) = Engine::cpu().load(argil::volume::VolumeFile::open(&path)?, &path)?;
         assert!(saved == again && saved.name == "grown");
     }
     Ok(())

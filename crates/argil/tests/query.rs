@@ -1,6 +1,7 @@
 //! Questions about the surface, to the field and to volumes, from many threads.
 
-use argil::{BoxPosition, BricksOptions, Brush, Engine, Query, Scene, Shape, World};
+use argil::scene::{Brush, Scene, Shape};
+use argil::{BoxPosition, BricksOptions, Engine, Query, World};
 use std::sync::RwLock;
 
 /// A ball with a bite out of it, beside a box.
@@ -14,7 +15,7 @@ fn scene() -> Scene {
             .subtract(),
         Brush::new(Shape::cuboid([0.2, 0.3, 0.1]))
             .at([0.6, 0.0, 0.0])
-            .blend(0.05),
+            .smooth(0.05),
     ];
     for brush in brushes {
         scene.push(brush).expect("a valid brush");
@@ -256,7 +257,7 @@ fn near_surfaces_are_found_within_far_limits() {
         let along = |k: u32| 4.0 * ((i * k) % 97) as f32 / 97.0 - 2.0;
         let brush = match i % 2 {
             0 => Brush::new(Shape::sphere(0.15)),
-            _ => Brush::new(Shape::cuboid([0.1, 0.15, 0.1])).blend(0.03),
+            _ => Brush::new(Shape::cuboid([0.1, 0.15, 0.1])).smooth(0.03),
         };
         scene
             .push(brush.at([along(13), along(31), along(57)]))

@@ -1,7 +1,8 @@
 //! The editor, driven as a person would.
 #![allow(dead_code, reason = "not every test does everything")]
 
-use argil::{Engine, Scene};
+use argil::Engine;
+use argil::scene::Scene;
 use argil_studio::{FileAccess, FileRequest, Options, Studio};
 use eframe::egui::{self, Modifiers, PointerButton, Pos2, Vec2};
 use egui_kittest::Harness;

@@ -15,14 +15,14 @@ fn parts() -> PartGrid {
 #[test]
 fn an_edit_in_a_group_costs_what_it_touches() {
     let mut scene = Scene::new();
-    let outer = Group::new().scaled(0.5).blend(0.01);
+    let outer = Group::new().scaled(0.5).smooth(0.01);
     let outer = scene.push(outer).expect("a group").node;
     let group = Group::new().at([0.1, 0.0, 0.0]);
     let group = scene.push_into(outer, group).expect("a group").node;
     let mut nodes = Vec::new();
     for i in 0..512 {
         let at = [i % 8, i / 8 % 8, i / 64].map(|c| 0.5 * c as f32 - 1.75);
-        let solid = Brush::new(Shape::sphere(0.1)).at(at).blend(0.01);
+        let solid = Brush::new(Shape::sphere(0.1)).at(at).smooth(0.01);
         nodes.push(scene.push_into(group, solid).expect("a brush").node);
     }
     let mut live = IncrementalProgram::new(&scene, parts()).expect("a program");
@@ -63,7 +63,7 @@ fn pieces_are_checked_where_they_are() {
     let solid = Brush::new(Shape::sphere(0.1));
     let good = scene.push_into(outer, solid.clone()).expect("a brush").node;
     let spacing = [0.001; 3];
-    let many = solid.modify(Modifier::Repeat {
+    let many = solid.with_modifier(Modifier::Repeat {
         spacing,
         count: None,
     });

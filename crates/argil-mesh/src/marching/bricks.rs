@@ -11,7 +11,7 @@ use super::dense::edge_crossing;
 use crate::Mesh;
 use crate::marching::cell_loops::gathered;
 use crate::marching::signs::signs;
-use argil_volume::{Bricks, Cell, SampleFormat, Texel};
+use argil_volume::{BrickCell, Bricks, SampleFormat, Texel};
 use glam::{IVec3, Vec3, ivec3};
 use rayon::prelude::*;
 
@@ -201,7 +201,7 @@ impl<'a, T: Texel> All<'a, T> {
                     let d = d as i32;
                     let other = cell + ivec3(d & 1, d >> 1 & 1, d >> 2);
                     match bricks.cell(other) {
-                        Cell::Brick(other) => other,
+                        BrickCell::Brick(other) => other,
                         _ => brick as u32,
                     }
                 });

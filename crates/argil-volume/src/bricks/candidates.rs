@@ -1,7 +1,7 @@
 //! The cells near the surface, and what can matter in each.
 
 use super::bounds::CellBounds;
-use super::cell::{Cell, block_empty_word, empty_word};
+use super::cell::{BrickCell, block_empty_word, empty_word};
 use super::inner_cell;
 use super::layout::BrickLayout;
 use super::plan::BlockPlan;
@@ -69,7 +69,7 @@ pub(super) fn candidates(
 pub(super) fn empty_cells_of(words: &mut [u32]) -> u64 {
     let mut mask = 0u64;
     for (i, &word) in words.iter().enumerate() {
-        mask |= u64::from(matches!(Cell::of(word), Cell::Brick(_))) << i;
+        mask |= u64::from(matches!(BrickCell::of(word), BrickCell::Brick(_))) << i;
     }
     if mask == 0 {
         words

@@ -9,7 +9,7 @@ const BLOCK_EMPTY: u32 = argil_abi::WORD_LONELY;
 
 /// What is in a cell.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Cell {
+pub enum BrickCell {
     /// The brick's place in the pool.
     Brick(u32),
     /// No surface.
@@ -21,7 +21,7 @@ pub enum Cell {
     },
 }
 
-impl Cell {
+impl BrickCell {
     /// What a word means.
     #[inline(always)]
     pub fn of(word: u32) -> Self {
@@ -79,21 +79,21 @@ mod tests {
     #[test]
     fn distances_keep_their_sign_and_never_grow() {
         for d in [0.0, 1.0, -1.0, 0.1, -0.3, 1e-20, 1e30, -1e30, 1e-40] {
-            let Cell::Empty { center, lonely } = Cell::of(empty_word(d)) else {
+            let BrickCell::Empty { center, lonely } = BrickCell::of(empty_word(d)) else {
                 panic!("{d} became a brick");
             };
             assert!(center.abs() <= d.abs() && center.abs() >= d.abs() * 0.999_999 - 1e-44);
             assert_eq!(center.is_sign_negative(), d.is_sign_negative());
             assert!(!lonely);
-            let lonely = Cell::of(block_empty_word(empty_word(d)));
+            let lonely = BrickCell::of(block_empty_word(empty_word(d)));
             assert_eq!(
                 lonely,
-                Cell::Empty {
+                BrickCell::Empty {
                     center,
                     lonely: true
                 }
             );
         }
-        assert_eq!(Cell::of(77), Cell::Brick(77));
+        assert_eq!(BrickCell::of(77), BrickCell::Brick(77));
     }
 }

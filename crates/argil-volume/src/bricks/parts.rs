@@ -1,6 +1,6 @@
 //! Bricks from stored parts, which need not fit one another.
 
-use super::cell::Cell;
+use super::cell::BrickCell;
 use super::changes::ChangeLog;
 use super::layout::BrickLayout;
 use super::table::{BlockTable, FAR_SLOTS, far_words};
@@ -50,7 +50,7 @@ impl Bricks {
             }
         }
         for (at, &word) in words.iter().enumerate() {
-            if let Cell::Brick(brick) = Cell::of(word) {
+            if let BrickCell::Brick(brick) = BrickCell::of(word) {
                 if !is_there[at / CELLS_PER_BATCH] {
                     return Err("a brick is in no block");
                 }

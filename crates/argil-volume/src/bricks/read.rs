@@ -1,7 +1,7 @@
 //! What bricks tell: one by one, cell by cell, point by point.
 
 use super::brick::Brick;
-use super::cell::Cell;
+use super::cell::BrickCell;
 use super::sampler::BrickSampler;
 use super::table::places;
 use super::tables::Bricks;
@@ -15,16 +15,16 @@ impl Bricks {
     /// ```
     /// use argil_field::Program;
     /// use argil_scene::{Brush, Scene, Shape};
-    /// use argil_volume::{BrickLayout, Bricks, Lattice};
+    /// use argil_volume::{BrickLayout, Bricks, VoxelGrid};
     /// let mut scene = Scene::new();
     /// scene.push(Brush::new(Shape::sphere(1.0))).unwrap();
     /// let program = Program::lower(&scene)?;
-    /// let layout = BrickLayout::new(Lattice::holding(program.aabb(), None, 64)?, &Default::default())?;
+    /// let layout = BrickLayout::new(VoxelGrid::fitting(program.aabb(), None, 64)?, &Default::default())?;
     /// let (bricks, _) = Bricks::bake(&program, layout, None)?;
     /// for brick in bricks.iter() {
     ///     let first = brick.distances().next().expect("samples");
     ///     let exact = program.distance(brick.place(0));
-    ///     let band = layout.encoding.range_length(&layout.lattice, 0);
+    ///     let band = layout.encoding.band_width(&layout.voxel_grid, 0);
     ///     assert!((first - exact.clamp(-band, band)).abs() < 1e-4 * band);
     /// }
     /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -40,16 +40,16 @@ impl Bricks {
     /// the repository. What each means [`Cell::of`] tells.
     ///
     /// ```
-    /// # use argil_volume::{BrickLayout, BrickSettings, Bricks, Lattice, Word};
+    /// # use argil_volume::{BrickLayout, BrickSettings, Bricks, VoxelGrid, BrickCell};
     /// # let mut scene = argil_scene::Scene::new();
     /// # scene.push(argil_scene::Brush::new(argil_scene::Shape::sphere(1.0)))?;
     /// # let program = argil_field::Program::lower(&scene)?;
-    /// # let lattice = Lattice::holding(program.aabb(), None, 64)?;
+    /// # let lattice = VoxelGrid::fitting(program.aabb(), None, 64)?;
     /// # let (bricks, _) = Bricks::bake(&program, BrickLayout::new(lattice, &BrickSettings::default())?, None)?;
     /// let [low, high] = [bricks.layout().low(), bricks.layout().high()];
     /// let words = bricks.words_between(low, high);
     /// assert_eq!(words.len(), (high - low).element_product() as usize);
-    /// let count = words.iter().filter(|&&word| matches!(Word::of(word), Word::Brick(_))).count();
+    /// let count = words.iter().filter(|&&word| matches!(BrickCell::of(word), BrickCell::Brick(_))).count();
     /// assert_eq!(count, bricks.len());
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
@@ -62,7 +62,7 @@ impl Bricks {
 
     /// Whether a point lies in a cell with a brick.
     pub fn has_brick(&self, point: Vec3) -> bool {
-        matches!(self.cell(self.layout.cell_of(point)), Cell::Brick(_))
+        matches!(self.cell(self.layout.cell_of(point)), BrickCell::Brick(_))
     }
 
     /// What is stored for a point of the box: in a brick the interpolated distance, else one that is of its sign and never
@@ -102,12 +102,12 @@ impl Bricks {
             let from = brick as usize * bytes;
             from..(from + bytes).min(bricks.pool.bytes().len())
         };
-        let differ = |own: u32, theirs: u32| match (Cell::of(own), Cell::of(theirs)) {
-            (Cell::Brick(a), Cell::Brick(b)) => {
+        let differ = |own: u32, theirs: u32| match (BrickCell::of(own), BrickCell::of(theirs)) {
+            (BrickCell::Brick(a), BrickCell::Brick(b)) => {
                 self.pool.bytes()[samples(self, a)] != other.pool.bytes()[samples(other, b)]
                     || self.brick_material(a) != other.brick_material(b)
             }
-            (Cell::Empty { .. }, Cell::Empty { .. }) => false,
+            (BrickCell::Empty { .. }, BrickCell::Empty { .. }) => false,
             _ => true,
         };
         let of_slot = |bricks: &Self, slot: usize| {

@@ -1,6 +1,6 @@
 //! What sparse bricks hold.
 
-use super::cell::{Cell, inner_cell};
+use super::cell::{BrickCell, inner_cell};
 use super::changes::{BrickChanges, ChangeLog};
 use super::layout::{BLOCK_SIDE, BrickLayout};
 use super::table::BlockTable;
@@ -129,7 +129,7 @@ impl Bricks {
     }
 
     /// What is in a cell, wherever it is.
-    pub fn cell(&self, cell: IVec3) -> Cell {
-        Cell::of(self.words[self.word_index(cell)])
+    pub fn cell(&self, cell: IVec3) -> BrickCell {
+        BrickCell::of(self.words[self.word_index(cell)])
     }
 }

@@ -15,7 +15,7 @@ impl Query<'_> {
     /// a few hundred of them find a point that is near enough to step out of a wall.
     ///
     /// ```
-    /// use argil::{Brush, Engine, Scene, Shape};
+    /// use argil::prelude::*;
     /// let mut scene = Scene::new();
     /// scene.push(Brush::new(Shape::sphere(0.5)))?;
     /// let world = Engine::cpu().build(&scene)?.field();

@@ -88,7 +88,7 @@ impl RepresentationOptions for BricksOptions {
         let budget = budget_on(engine, self.memory_budget);
         let control = &engine.control;
         if let Some(field) = site.field {
-            let made = GpuVolume::bricks_controlled(field, program, layout, budget, control);
+            let made = GpuVolume::bricks_with_control(field, program, layout, budget, control);
             let (volume, stages) = made.await?;
             return Ok((Storage::Gpu(volume), BuildTimings::of_stages(stages)));
         }

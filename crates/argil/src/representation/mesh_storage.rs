@@ -25,3 +25,12 @@ pub(crate) fn triangles(mesh: &Mesh) -> Triangles<'_> {
         triangles: &mesh.triangles,
     }
 }
+
+/// The size of a world's mesh.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct MeshCounts {
+    /// Number of triangles.
+    pub triangles: u64,
+    /// Number of vertices.
+    pub vertices: u64,
+}

@@ -2,10 +2,11 @@
 
 use super::mesh_storage::MeshStorage;
 use super::voxel_grid::voxel_grid_of;
-use crate::{BuildError, Engine, Scene};
+use crate::{BuildError, Engine};
 use argil_field::Program;
 use argil_gpu::{GpuProgram, GpuVolume};
 use argil_render::RenderMode;
+use argil_scene::Scene;
 use argil_volume::{Encoding, Volume, VoxelGrid};
 
 /// Where a representation is built: what for, and on which device.
@@ -105,7 +106,7 @@ pub(crate) enum Storage {
 
 impl Storage {
     /// Where voxels lie, or lay.
-    pub fn lattice(&self) -> Option<VoxelGrid> {
+    pub fn voxel_grid(&self) -> Option<VoxelGrid> {
         match self {
             Self::Field => None,
             Self::Cpu(volume) => Some(*volume.voxel_grid()),

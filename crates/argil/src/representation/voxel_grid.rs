@@ -1,8 +1,9 @@
 //! Where the voxels of a scene's volume lie.
 
-use crate::{BuildError, Scene};
+use crate::BuildError;
 use argil_field::Program;
 use argil_math::Aabb;
+use argil_scene::Scene;
 use argil_volume::{MAX_SPARSE_RESOLUTION, VoxelGrid};
 use glam::Vec3;
 

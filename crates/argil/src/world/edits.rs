@@ -1,17 +1,19 @@
 //! How a world follows its scene.
 
 use super::World;
+use crate::BuildError;
 use crate::edit_session::{
     EditBudget, EditReport, EditSession, EditableVolume, RebuildReason, UpdateResult,
 };
 use crate::observers::SubscriptionId;
 use crate::program_cache::ProgramCache;
 use crate::representation::{BuildContext, Storage, recomputed_grid, updated_grid, view_bounds_of};
-use crate::{BuildError, Scene, Volume};
 use argil_field::Program;
 use argil_gpu::GpuProgram;
 use argil_math::Aabb;
+use argil_scene::Scene;
 use argil_volume::EditStats;
+use argil_volume::Volume;
 use std::sync::OnceLock;
 use web_time::Instant;
 
@@ -85,7 +87,7 @@ impl World {
             Some(gpu) => *gpu = GpuProgram::new(gpu.gpu().clone(), &program, true)?,
             None => {}
         }
-        let lattice = match self.storage.lattice() {
+        let lattice = match self.storage.voxel_grid() {
             Some(old) => {
                 let new = updated_grid(&old, scene, &program)?;
                 if new != old && reason == RebuildReason::NotEditable {
@@ -177,7 +179,7 @@ impl World {
         };
         let field = field.as_ref();
         // The box is found anew: what an edit has put outside of the old one must be there.
-        let lattice = match self.storage.lattice() {
+        let lattice = match self.storage.voxel_grid() {
             Some(lattice) => Some(recomputed_grid(&lattice, &self.scene, &program)?),
             None => None,
         };
