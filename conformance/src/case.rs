@@ -4,6 +4,7 @@ use argil_scene::{Brush, NodeId, Scene};
 use glam::Vec3;
 
 /// A scene with a name for messages.
+#[derive(Debug)]
 pub struct SceneCase {
     /// What it tries.
     pub name: String,
@@ -12,6 +13,7 @@ pub struct SceneCase {
 }
 
 /// Numbers that look random and are the same each time: a 64-bit linear congruential generator (Knuth's constants).
+#[derive(Debug)]
 pub struct Numbers(u64);
 
 impl Numbers {

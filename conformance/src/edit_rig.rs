@@ -14,6 +14,7 @@ use std::borrow::Cow;
 use std::sync::Arc;
 
 /// Bricks where they are.
+#[derive(Debug)]
 enum RigVolume {
     Cpu(Box<Bricks>),
     Gpu(Box<(GpuProgram, GpuVolume)>),
@@ -44,6 +45,7 @@ impl RigVolume {
 }
 
 /// Bricks that follow a scene.
+#[derive(Debug)]
 pub struct EditRig {
     /// Where they lie.
     pub layout: BrickLayout,

@@ -3,6 +3,11 @@
 //! The tests stand in `tests/`: each pass's contract, on every back end, at the buffer, with a negative control beside
 //! each comparison that shows that it can fail.
 
+#![allow(
+    clippy::missing_panics_doc,
+    reason = "fixtures of tests: a panic fails the test"
+)]
+
 mod case;
 mod edit_rig;
 mod modifier_cases;

@@ -8,10 +8,10 @@ use crate::claims::judged::{
     is_plain_bricks, judge, less_is_faster, nothing, of, ratios, same_place, tree_is_constant,
 };
 use crate::record::{Record, quantile};
-pub use verdict::{Claim, Verdict};
+pub(crate) use verdict::{Claim, Verdict};
 
 /// In the study's order.
-pub const ALL: &[Claim] = &[
+pub(crate) const ALL: &[Claim] = &[
     Claim {
         place: "§1.4",
         text: "Building only what holds the surface is faster than building everything.",
@@ -235,7 +235,7 @@ pub const ALL: &[Claim] = &[
 ];
 
 /// What is said of a claim: where it does not hold, with the reason.
-pub fn with_reason(claim: &Claim, verdict: Verdict, why: String) -> String {
+pub(crate) fn with_reason(claim: &Claim, verdict: Verdict, why: String) -> String {
     if verdict == Verdict::Confirmed || why == NOT_MEASURED {
         return why;
     }

@@ -30,7 +30,7 @@ fn voxel(name: &str, way: Configuration) -> Option<f32> {
 }
 
 /// The command that shows what a case does; none of scenes that are no files.
-pub fn command(case: &StudyCase, plan: &Plan) -> Option<String> {
+pub(crate) fn command(case: &StudyCase, plan: &Plan) -> Option<String> {
     if !is_shipped(&case.scene) || case.way.kind == ConfigurationKind::MeshAsLarge {
         return None;
     }

@@ -5,7 +5,7 @@ use argil::Engine;
 
 /// What a GPU runs at, in MHz: by NVIDIA's `nvidia-smi`, or what Linux tells of AMD's and Intel's. `None` where neither is,
 /// as with software GPUs.
-pub fn gpu_clock_mhz(device: &str) -> Option<f64> {
+pub(crate) fn gpu_clock_mhz(device: &str) -> Option<f64> {
     nvidia_clock(device).or_else(|| linux_clock(device))
 }
 
@@ -56,7 +56,7 @@ fn starred(levels: &str) -> Option<String> {
 }
 
 /// The machine and an engine's device.
-pub fn machine(engine: &Engine, full: bool) -> Machine {
+pub(crate) fn machine(engine: &Engine, full: bool) -> Machine {
     let mut system = sysinfo::System::new();
     system.refresh_cpu_all();
     let cpu = system.cpus().first();

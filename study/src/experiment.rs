@@ -5,6 +5,7 @@ use argil::render::{NormalSource, RenderMode};
 use serde_json::Value;
 
 /// A question with all that is tried to answer it.
+#[derive(Debug)]
 pub struct Experiment {
     /// Its name, in one word.
     pub name: &'static str,

@@ -103,7 +103,7 @@ impl Record {
 }
 
 /// The middle one, of an even count the mean of both; `None` of nothing.
-pub fn median(samples: &[f64]) -> Option<f64> {
+pub(crate) fn median(samples: &[f64]) -> Option<f64> {
     let mut all = samples.to_vec();
     all.sort_by(f64::total_cmp);
     let last = all.len().checked_sub(1)?;
@@ -111,7 +111,7 @@ pub fn median(samples: &[f64]) -> Option<f64> {
 }
 
 /// The sample that a part of all is no greater than.
-pub fn quantile(samples: &[f64], part: f64) -> Option<f64> {
+pub(crate) fn quantile(samples: &[f64], part: f64) -> Option<f64> {
     let mut all = samples.to_vec();
     all.sort_by(f64::total_cmp);
     let at = (part * all.len() as f64).ceil() as usize;
@@ -119,6 +119,7 @@ pub fn quantile(samples: &[f64], part: f64) -> Option<f64> {
 }
 
 /// A folder of records.
+#[derive(Debug)]
 pub struct Store {
     folder: PathBuf,
     records: Vec<Record>,

@@ -19,7 +19,7 @@ use std::time::Instant;
 
 /// What came out of a case.
 #[derive(Default)]
-pub struct Outcome {
+pub(crate) struct Outcome {
     /// See [`crate::Record`].
     pub samples: BTreeMap<String, Vec<f64>>,
     /// See [`crate::Record`].
@@ -76,7 +76,7 @@ impl Outcome {
 ///
 /// # Errors
 /// If it cannot be done.
-pub fn perform(case: &StudyCase, engine: &Engine, plan: &Plan) -> anyhow::Result<Outcome> {
+pub(crate) fn perform(case: &StudyCase, engine: &Engine, plan: &Plan) -> anyhow::Result<Outcome> {
     let scene = scene(&case.scene)?;
     let mut out = Outcome::default();
     let way = resolved(case.way, engine, &scene)?;

@@ -23,7 +23,7 @@ const SHIPPED: [(&str, &str); 9] = [
 ];
 
 /// The five of the 2023 study.
-pub const OF_THE_STUDY: [&str; 5] = [
+pub(crate) const OF_THE_STUDY: [&str; 5] = [
     "brick",
     "teapot",
     "edgy-cube",
@@ -36,7 +36,7 @@ const BRICKS: u32 = 8;
 
 /// A scene by name: one that ships; `spheres-N`, N³ spheres in as many bricks of the study's 8³; `center`, one around which
 /// those in the middle are; `crowd-N`, N balls.
-pub fn scene(name: &str) -> anyhow::Result<Scene> {
+pub(crate) fn scene(name: &str) -> anyhow::Result<Scene> {
     if let Some((name, text)) = SHIPPED.iter().find(|(own, _)| *own == name) {
         return Ok(Scene::from_json(text, format!("scenes/{name}.json"))?);
     }
@@ -54,7 +54,7 @@ pub fn scene(name: &str) -> anyhow::Result<Scene> {
 }
 
 /// Whether a name is of a file that users have.
-pub fn is_shipped(name: &str) -> bool {
+pub(crate) fn is_shipped(name: &str) -> bool {
     SHIPPED.iter().any(|(own, _)| *own == name)
 }
 
@@ -82,16 +82,16 @@ fn spheres(side: u32) -> anyhow::Result<Scene> {
 }
 
 /// Numbers from 0 to 1, the same each time.
-pub struct Numbers(u64);
+pub(crate) struct Numbers(u64);
 
 impl Numbers {
     /// From a seed on.
-    pub fn new(seed: u64) -> Self {
+    pub(crate) fn new(seed: u64) -> Self {
         Self(seed.wrapping_mul(2).wrapping_add(1))
     }
 
     /// The next one.
-    pub fn next(&mut self) -> f32 {
+    pub(crate) fn next(&mut self) -> f32 {
         self.0 = self
             .0
             .wrapping_mul(6_364_136_223_846_793_005)

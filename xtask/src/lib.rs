@@ -21,11 +21,17 @@ pub const LINT_WHILE_COMPILING: &[(&str, &str)] = &[
 ];
 
 /// Runs a program in the workspace's folder and says how long it took; an error unless it succeeds.
+///
+/// # Errors
+/// If the program cannot be started, or fails.
 pub fn run(program: &str, arguments: &[&str]) -> anyhow::Result<()> {
     run_with(&[], program, arguments)
 }
 
 /// Runs a program as [`run`] does, with environment variables.
+///
+/// # Errors
+/// If the program cannot be started, or fails.
 pub fn run_with(
     environment: &[(&str, &str)],
     program: &str,
@@ -47,6 +53,9 @@ pub fn run_with(
 }
 
 /// Builds the program of chores with these environment variables, and runs it without them.
+///
+/// # Errors
+/// If the build or the chore fails.
 pub fn chore(environment: &[(&str, &str)], arguments: &[impl AsRef<str>]) -> anyhow::Result<()> {
     run_with(
         environment,

@@ -16,7 +16,7 @@ const NOT_DOCUMENTED: &[&str] = &[
     "xtask",
 ];
 
-pub fn run_all() -> anyhow::Result<()> {
+pub(crate) fn run_all() -> anyhow::Result<()> {
     run("cargo", &["fmt", "--all", "--check"])?;
     let compiled = |arguments: &[&str]| run_with(LINT_WHILE_COMPILING, "cargo", arguments);
     compiled(&["build", "--workspace", "--all-targets", "--locked"])?;

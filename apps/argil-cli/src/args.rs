@@ -12,13 +12,13 @@ use std::path::PathBuf;
 /// Malleable environments made of signed distance fields.
 #[derive(Parser)]
 #[command(name = "argil", version, about, max_term_width = 100)]
-pub struct CommandLine {
+pub(crate) struct CommandLine {
     #[command(subcommand)]
     pub command: CliCommand,
 }
 
 #[derive(Subcommand)]
-pub enum CliCommand {
+pub(crate) enum CliCommand {
     /// Draw one picture, or with --frames an orbit or what moves, timed
     Render(RenderArgs),
     /// Build a volume from a scene's field, timed; with -o, write it
@@ -46,7 +46,7 @@ pub enum CliCommand {
 }
 
 #[derive(Args)]
-pub struct RenderArgs {
+pub(crate) struct RenderArgs {
     /// A scene file, or a volume file that `argil bake` has written
     pub scene: PathBuf,
     /// Where the picture goes; without it the scene's name with .png, in this folder. With --frames, a number is added
@@ -107,7 +107,7 @@ pub struct RenderArgs {
 
 /// How a volume is built, and how an octree is marched.
 #[derive(Args, Clone, Default, PartialEq)]
-pub struct VolumeArgs {
+pub(crate) struct VolumeArgs {
     /// Voxels along the longest side of the scene's box; without it 256
     #[arg(long, value_name = "N")]
     pub resolution: Option<u32>,
@@ -156,7 +156,7 @@ pub struct VolumeArgs {
 }
 
 #[derive(Args)]
-pub struct BakeArgs {
+pub(crate) struct BakeArgs {
     /// A scene file, or a volume file whose scene is built anew
     pub scene: PathBuf,
     /// Where the volume goes; without it, it is timed and dropped
@@ -184,7 +184,7 @@ pub struct BakeArgs {
 }
 
 #[derive(Args)]
-pub struct MeshArgs {
+pub(crate) struct MeshArgs {
     /// A scene file, or a volume file that `argil bake` has written
     pub scene: PathBuf,
     /// Where the triangles go: .glb, .obj, .ply or .stl; without it they are counted, timed and dropped
@@ -232,7 +232,7 @@ pub struct MeshArgs {
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum MeshUnit {
+pub(crate) enum MeshUnit {
     /// Metres
     M,
     /// Centimetres
@@ -244,7 +244,7 @@ pub enum MeshUnit {
 }
 
 #[derive(Args)]
-pub struct EditArgs {
+pub(crate) struct EditArgs {
     /// A scene file, which is baked first, or a volume file
     pub scene: PathBuf,
     /// The edits, one JSON object a line: insert, remove, replace, move, set_visible, transform, set_material, undo, redo,
@@ -276,7 +276,7 @@ pub struct EditArgs {
 }
 
 #[derive(Args)]
-pub struct Recover {
+pub(crate) struct Recover {
     /// What `argil edit --journal` has left
     pub journal: PathBuf,
     /// Where the scene goes
@@ -289,7 +289,7 @@ pub struct Recover {
 
 /// Where to run.
 #[derive(Args)]
-pub struct DeviceArgs {
+pub(crate) struct DeviceArgs {
     /// auto takes a hardware GPU where there is one, else the CPU
     #[arg(long, value_enum, default_value_t = Backend::Auto)]
     pub device: Backend,
@@ -302,7 +302,7 @@ pub struct DeviceArgs {
 }
 
 #[derive(Args)]
-pub struct Import {
+pub(crate) struct Import {
     /// A tree file, a mesh: .obj, .glb, .ply or .stl, or a heightmap: .png
     pub file: PathBuf,
     /// Where the scene goes
@@ -324,7 +324,7 @@ pub struct Import {
 }
 
 #[derive(Args)]
-pub struct Compare {
+pub(crate) struct Compare {
     /// A PNG picture, the reference
     pub a: PathBuf,
     /// One of the same size
@@ -344,7 +344,7 @@ pub struct Compare {
 }
 
 #[derive(Args)]
-pub struct Info {
+pub(crate) struct Info {
     /// A scene, volume or mesh file
     pub scene: PathBuf,
     /// Load meshes that a scene names from outside of its folder
@@ -358,14 +358,14 @@ pub struct Info {
 /// What another program of Argil is given.
 #[derive(Args)]
 #[command(disable_help_flag = true)]
-pub struct Companion {
+pub(crate) struct Companion {
     /// Its arguments; `--help` lists them
     #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
     pub arguments: Vec<std::ffi::OsString>,
 }
 
 #[derive(Args)]
-pub struct Devices {
+pub(crate) struct Devices {
     /// Print one JSON object on stdout and nothing else there
     #[arg(long)]
     pub json: bool,

@@ -7,7 +7,7 @@ use argil::volume::Volume;
 use argil::{BricksOptions, DenseOptions, Representation, World};
 use serde_json::{Map, Value, json};
 
-pub fn run(options: &BakeArgs) -> anyhow::Result<()> {
+pub(crate) fn run(options: &BakeArgs) -> anyhow::Result<()> {
     let dense = options.volume.mips || options.volume.fill.is_some();
     let via = options.via.unwrap_or(if dense {
         DenseOptions::default().into()

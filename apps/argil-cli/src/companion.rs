@@ -9,13 +9,13 @@ use std::process::{Command, ExitCode};
 #[error(
     "{0} is a program of its own, and is neither beside this one nor on the PATH: `cargo build --release -p {0}` in Argil's folder builds it"
 )]
-pub struct Missing(&'static str);
+pub(crate) struct Missing(&'static str);
 
 /// Starts a program with arguments, and ends as it does.
 ///
 /// # Errors
 /// If it is not there.
-pub fn run(name: &'static str, given: &Companion) -> anyhow::Result<ExitCode> {
+pub(crate) fn run(name: &'static str, given: &Companion) -> anyhow::Result<ExitCode> {
     let file = format!("{name}{}", std::env::consts::EXE_SUFFIX);
     let beside = std::env::current_exe()
         .ok()

@@ -8,7 +8,7 @@ use argil_metrics::{Picture, differing_pixels, laplacian, psnr, ssim};
 use serde_json::json;
 use std::path::Path;
 
-pub fn run(options: &Compare) -> anyhow::Result<()> {
+pub(crate) fn run(options: &Compare) -> anyhow::Result<()> {
     for place in [&options.flip, &options.laplacian].into_iter().flatten() {
         for input in [&options.a, &options.b] {
             output::check_place(place, input)?;

@@ -5,7 +5,7 @@ use crate::output;
 use argil::Engine;
 use serde_json::json;
 
-pub fn run(options: &Devices) -> anyhow::Result<()> {
+pub(crate) fn run(options: &Devices) -> anyhow::Result<()> {
     let devices = Engine::devices();
     let chosen = Engine::auto()?;
     if options.json {

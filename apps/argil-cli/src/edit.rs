@@ -12,7 +12,7 @@ use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-pub fn run(options: &EditArgs) -> anyhow::Result<()> {
+pub(crate) fn run(options: &EditArgs) -> anyhow::Result<()> {
     let outputs = [&options.output, &options.scene_output, &options.journal];
     let outputs: Vec<&Path> = outputs
         .into_iter()

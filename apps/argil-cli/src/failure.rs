@@ -8,7 +8,7 @@ use argil::{BuildError, EngineError, MeshError, MeshFileError, RenderError, Volu
 use std::error::Error;
 use std::process::ExitCode;
 
-pub fn report(error: &anyhow::Error) -> ExitCode {
+pub(crate) fn report(error: &anyhow::Error) -> ExitCode {
     let remedies: Vec<&str> = error.chain().filter_map(remedy).collect();
     match remedies.first() {
         Some(remedy) => eprintln!("argil: {error:#} ({remedy})"),

@@ -9,7 +9,7 @@ use argil::scene::{Brush, Scene, Shape};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
-pub fn run(options: &Import) -> anyhow::Result<()> {
+pub(crate) fn run(options: &Import) -> anyhow::Result<()> {
     output::check_place(&options.output, &options.file)?;
     output::check_ending(&options.output, "a scene", "json")?;
     let is_mesh = MeshFormat::from_path(&options.file).is_some();

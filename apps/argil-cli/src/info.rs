@@ -9,7 +9,7 @@ use argil::volume::{VolumeFile, VolumeInfo};
 use argil::{Engine, Representation};
 use serde_json::{Value, json};
 
-pub fn run(options: &Info) -> anyhow::Result<()> {
+pub(crate) fn run(options: &Info) -> anyhow::Result<()> {
     if crate::input::is_volume(&options.scene)? {
         return of_volume(options);
     }

@@ -11,7 +11,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// The engine that was asked for, with as many threads.
-pub fn engine(on: &DeviceArgs) -> anyhow::Result<Engine> {
+pub(crate) fn engine(on: &DeviceArgs) -> anyhow::Result<Engine> {
     if let Some(threads) = on.threads {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.into());
         pool.build_global()
@@ -22,7 +22,7 @@ pub fn engine(on: &DeviceArgs) -> anyhow::Result<Engine> {
 }
 
 /// A scene file's scene, or that of a volume file.
-pub fn scene(path: &Path, outside: bool) -> anyhow::Result<Scene> {
+pub(crate) fn scene(path: &Path, outside: bool) -> anyhow::Result<Scene> {
     ensure!(
         argil::mesh::MeshFormat::from_path(path).is_none() || is_volume(path)?,
         "{}: this is a mesh, not a scene: `argil import {0} -o scene.json` makes one of it",
@@ -38,7 +38,7 @@ pub fn scene(path: &Path, outside: bool) -> anyhow::Result<Scene> {
 }
 
 /// Load what a scene's file names, and warn of what was left out of it or filled.
-pub fn load_meshes(
+pub(crate) fn load_meshes(
     scene: &mut Scene,
     path: &Path,
     outside: bool,
@@ -55,7 +55,7 @@ pub fn load_meshes(
 }
 
 /// Refuse an output that would replace a mesh which the scene is made of.
-pub fn spare_meshes<'a>(
+pub(crate) fn spare_meshes<'a>(
     scene: &Scene,
     place: &Path,
     outputs: impl IntoIterator<Item = &'a Path>,
@@ -71,7 +71,7 @@ pub fn spare_meshes<'a>(
 }
 
 /// Whether a file is a volume. One that is named so and is none is refused: as a scene it would make no sense.
-pub fn is_volume(path: &Path) -> anyhow::Result<bool> {
+pub(crate) fn is_volume(path: &Path) -> anyhow::Result<bool> {
     let is_volume = VolumeFile::is_volume_file(path);
     let is_named_so = path.extension().is_some_and(|e| e == "argil");
     if is_named_so && !is_volume && path.is_file() {
@@ -81,12 +81,12 @@ pub fn is_volume(path: &Path) -> anyhow::Result<bool> {
 }
 
 /// The scene that a volume was made from.
-pub fn scene_of(stored: &VolumeFile, path: &Path) -> anyhow::Result<Scene> {
+pub(crate) fn scene_of(stored: &VolumeFile, path: &Path) -> anyhow::Result<Scene> {
     Ok(argil::stored_scene(stored, path)?)
 }
 
 /// What is to be drawn: a scene, kept as the flags say, or a volume as it was baked.
-pub fn world(
+pub(crate) fn world(
     path: &Path,
     engine: &Engine,
     via: Option<Representation>,
@@ -132,7 +132,7 @@ pub fn world(
 }
 
 /// Let what moves stand as at a time.
-pub fn set_time(scene: &mut Scene, time: Option<f32>, path: &Path) -> anyhow::Result<()> {
+pub(crate) fn set_time(scene: &mut Scene, time: Option<f32>, path: &Path) -> anyhow::Result<()> {
     if let Some(time) = time {
         ensure!(
             scene.duration().is_some(),
@@ -145,7 +145,7 @@ pub fn set_time(scene: &mut Scene, time: Option<f32>, path: &Path) -> anyhow::Re
 }
 
 /// How the flags want a scene to be kept. A flag that would do nothing is refused.
-pub fn representation(
+pub(crate) fn representation(
     via: Representation,
     flags: &VolumeArgs,
     engine: &Engine,
@@ -270,7 +270,7 @@ fn encoding(via: Representation, flags: &VolumeArgs) -> Encoding {
 }
 
 /// A file's path as a scene in a folder names it, with `/` between its parts.
-pub fn from_folder(file: &Path, scene: &Path) -> anyhow::Result<String> {
+pub(crate) fn from_folder(file: &Path, scene: &Path) -> anyhow::Result<String> {
     let place = |path: &Path| -> anyhow::Result<PathBuf> {
         let path = if path.as_os_str().is_empty() {
             Path::new(".")
@@ -296,7 +296,7 @@ pub fn from_folder(file: &Path, scene: &Path) -> anyhow::Result<String> {
 }
 
 /// The paths of a scene's meshes as they are in another file: they start from there.
-pub fn moved_meshes(
+pub(crate) fn moved_meshes(
     scene: &Scene,
     from: &Path,
     to: &Path,

@@ -11,7 +11,7 @@ const MANY_BRUSHES: usize = 200_000;
 const MANY_COPIES: u64 = 64;
 
 /// Warn of what makes a scene slow that is kept in some way.
-pub fn warn(program: &Program, via: Representation, path: &Path) {
+pub(crate) fn warn(program: &Program, via: Representation, path: &Path) {
     for reason in reasons(program, via) {
         eprintln!("warning: {}: {reason}", path.display());
     }

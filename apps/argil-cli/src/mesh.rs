@@ -8,7 +8,7 @@ use argil::{MeshOptions, MeshOutput, Representation, World, save_mesh};
 use serde_json::json;
 use std::path::{Path, PathBuf};
 
-pub fn run(options: &MeshArgs) -> anyhow::Result<()> {
+pub(crate) fn run(options: &MeshArgs) -> anyhow::Result<()> {
     // Say what is wrong with the request before any work.
     let format = match &options.output {
         Some(path) => {

@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 use std::io::Write;
 
 /// One line on stdout. A reader that went away is no fault of ours; a full disk is.
-pub fn line(text: &str) {
+pub(crate) fn line(text: &str) {
     if let Err(error) = writeln!(std::io::stdout(), "{text}")
         && error.kind() != std::io::ErrorKind::BrokenPipe
     {
@@ -18,16 +18,16 @@ pub fn line(text: &str) {
     }
 }
 
-pub fn json(value: &Value) {
+pub(crate) fn json(value: &Value) {
     line(&value.to_string());
 }
 
-pub fn spread(s: Percentiles) -> Value {
+pub(crate) fn spread(s: Percentiles) -> Value {
     json!({ "mean": s.mean, "p95": s.p95, "max": s.max })
 }
 
 /// A line of a report that people read.
-pub fn pair(key: &str, value: &Value) {
+pub(crate) fn pair(key: &str, value: &Value) {
     let text = value
         .as_str()
         .map_or_else(|| value.to_string(), str::to_owned);
@@ -37,7 +37,7 @@ pub fn pair(key: &str, value: &Value) {
 }
 
 /// What a volume of a representation is.
-pub fn volume(via: Representation, info: &VolumeInfo) -> Value {
+pub(crate) fn volume(via: Representation, info: &VolumeInfo) -> Value {
     let bounds = info.voxel_grid.aabb();
     let mut about = json!({
         "via": via.word(),
@@ -79,7 +79,7 @@ pub fn volume(via: Representation, info: &VolumeInfo) -> Value {
 }
 
 /// What a mesh is like.
-pub fn mesh(report: &MeshReport) -> Value {
+pub(crate) fn mesh(report: &MeshReport) -> Value {
     let bounds = report.aabb;
     json!({
         "triangles": report.triangles,
@@ -96,14 +96,14 @@ pub fn mesh(report: &MeshReport) -> Value {
 }
 
 /// Add the keys of one report to another's.
-pub fn extend(report: &mut Value, own: Value) {
+pub(crate) fn extend(report: &mut Value, own: Value) {
     if let (Some(report), Value::Object(own)) = (report.as_object_mut(), own) {
         report.extend(own);
     }
 }
 
 /// What the stages of a build took.
-pub fn stages(times: &BuildTimings) -> Value {
+pub(crate) fn stages(times: &BuildTimings) -> Value {
     let stages = times.stages_ms.iter();
     Value::Object(
         stages
@@ -112,12 +112,12 @@ pub fn stages(times: &BuildTimings) -> Value {
     )
 }
 
-pub fn median(samples: &[f64]) -> f64 {
+pub(crate) fn median(samples: &[f64]) -> f64 {
     times(samples)["median"].as_f64().unwrap_or(0.0)
 }
 
 /// Least, median, 95th percentile and greatest of some durations.
-pub fn times(samples: &[f64]) -> Value {
+pub(crate) fn times(samples: &[f64]) -> Value {
     let mut sorted = samples.to_vec();
     sorted.sort_by(f64::total_cmp);
     let at = |share: f64| {
@@ -129,7 +129,7 @@ pub fn times(samples: &[f64]) -> Value {
 }
 
 /// Whether two paths would be one file, there or not.
-pub fn is_same_place(a: &std::path::Path, b: &std::path::Path) -> bool {
+pub(crate) fn is_same_place(a: &std::path::Path, b: &std::path::Path) -> bool {
     let place = |path: &std::path::Path| {
         let folder = path
             .parent()
@@ -142,7 +142,7 @@ pub fn is_same_place(a: &std::path::Path, b: &std::path::Path) -> bool {
 
 /// Refuse a place that cannot be written before hours are spent on what goes there.
 /// Nor may the output be the input.
-pub fn check_place(path: &std::path::Path, input: &std::path::Path) -> anyhow::Result<()> {
+pub(crate) fn check_place(path: &std::path::Path, input: &std::path::Path) -> anyhow::Result<()> {
     let folder = path
         .parent()
         .filter(|p| !p.as_os_str().is_empty())
@@ -178,7 +178,7 @@ const KINDS: [&str; 17] = [
 ];
 
 /// Refuse a place whose name says that something else is there than what is written: a `what`, whose own ending is `own`.
-pub fn check_ending(path: &std::path::Path, what: &str, own: &str) -> anyhow::Result<()> {
+pub(crate) fn check_ending(path: &std::path::Path, what: &str, own: &str) -> anyhow::Result<()> {
     let ending = path.extension().unwrap_or_default().to_string_lossy();
     let ending = ending.to_lowercase();
     anyhow::ensure!(

@@ -10,7 +10,7 @@ const PATIENCE: Duration = Duration::from_secs(1);
 const PERIOD: Duration = Duration::from_millis(250);
 
 /// The engine, whose long work is told of while it goes on.
-pub fn watched(engine: Engine) -> Engine {
+pub(crate) fn watched(engine: Engine) -> Engine {
     if !std::io::stderr().is_terminal() {
         return engine;
     }

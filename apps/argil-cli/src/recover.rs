@@ -5,7 +5,7 @@ use crate::output;
 use argil::scene::Journal;
 use serde_json::json;
 
-pub fn run(options: &Recover) -> anyhow::Result<()> {
+pub(crate) fn run(options: &Recover) -> anyhow::Result<()> {
     output::check_place(&options.output, &options.journal)?;
     output::check_ending(&options.output, "a scene", "json")?;
     let found = Journal::recover(&options.journal)?;

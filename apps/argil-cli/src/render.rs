@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-pub fn run(options: &RenderArgs) -> anyhow::Result<()> {
+pub(crate) fn run(options: &RenderArgs) -> anyhow::Result<()> {
     // Say what is wrong with the request before any work.
     let picture = picture_path(options)?;
     if let Some(path) = &picture {

@@ -8,7 +8,7 @@ use eframe::egui::{Key, KeyboardShortcut, Modifiers};
     missing_docs,
     reason = "names of commands say what they do, and the table has them in words"
 )]
-pub enum Command {
+pub(crate) enum Command {
     New,
     Open,
     Save,
@@ -72,7 +72,7 @@ pub enum Command {
 }
 
 /// A command in the menus.
-pub struct CommandInfo {
+pub(crate) struct CommandInfo {
     /// Which.
     pub command: Command,
     /// Its menu.
@@ -119,10 +119,10 @@ const fn ctrl_shift(key: Key) -> Option<KeyboardShortcut> {
 }
 
 /// The menus, from left to right.
-pub const MENUS: [&str; 5] = ["File", "Edit", "Tool", "View", "Help"];
+pub(crate) const MENUS: [&str; 5] = ["File", "Edit", "Tool", "View", "Help"];
 
 /// All commands, in the order of the menus.
-pub const ALL: &[CommandInfo] = &[
+pub(crate) const ALL: &[CommandInfo] = &[
     entry(Command::New, "File", "New", ctrl(Key::N)),
     entry(Command::Open, "File", "Open…", ctrl(Key::O)),
     entry(Command::Save, "File", "Save", ctrl(Key::S)),
@@ -251,13 +251,13 @@ pub const ALL: &[CommandInfo] = &[
 ];
 
 /// What the table says of a command.
-pub fn info(command: Command) -> &'static CommandInfo {
+pub(crate) fn info(command: Command) -> &'static CommandInfo {
     // The table has every command; a test tells.
     ALL.iter().find(|e| e.command == command).unwrap_or(&ALL[0])
 }
 
 /// A shortcut from text such as `Ctrl+Shift+Z`.
-pub fn parse(text: &str) -> Option<KeyboardShortcut> {
+pub(crate) fn parse(text: &str) -> Option<KeyboardShortcut> {
     let mut modifiers = Modifiers::NONE;
     let mut parts = text.split('+').map(str::trim).peekable();
     while let Some(part) = parts.next() {
@@ -279,7 +279,7 @@ pub fn parse(text: &str) -> Option<KeyboardShortcut> {
 }
 
 /// The text of a shortcut, that is parsed again.
-pub fn format_shortcut(shortcut: &KeyboardShortcut) -> String {
+pub(crate) fn format_shortcut(shortcut: &KeyboardShortcut) -> String {
     let m = shortcut.modifiers;
     let mut text = String::new();
     for (is_held, word) in [

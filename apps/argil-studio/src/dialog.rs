@@ -5,7 +5,7 @@ use crate::recovery::RecoverableSession;
 use std::path::PathBuf;
 
 /// Over the window there is at most one.
-pub enum Dialog {
+pub(crate) enum Dialog {
     /// Something is not saved.
     Unsaved(AfterDialog),
     /// Something is not finished, and the window is to be closed; how many steps there were then.
@@ -25,7 +25,7 @@ pub enum Dialog {
 
 impl Dialog {
     /// The palette with nothing typed.
-    pub fn palette() -> Self {
+    pub(crate) fn palette() -> Self {
         Self::Palette {
             text: String::new(),
             at: 0,
@@ -35,7 +35,7 @@ impl Dialog {
 
 /// What comes after the question whether to save.
 #[derive(Clone, Debug, PartialEq)]
-pub enum AfterDialog {
+pub(crate) enum AfterDialog {
     /// Something new.
     New,
     /// The file that is asked for.

@@ -3,16 +3,16 @@
 use serde_json::Value;
 
 /// What the file's schema says of shapes and modifiers.
-pub struct Docs(Value);
+pub(crate) struct Docs(Value);
 
 impl Docs {
     /// Of the schema.
-    pub fn new() -> Self {
+    pub(crate) fn new() -> Self {
         Self(serde_json::from_str(&argil::scene::schema()).expect("a schema is JSON"))
     }
 
     /// What stands at a key of a kind, such as `radius` of the `Shape` `sphere`.
-    pub fn of(&self, which: &str, kind: &str, key: &str) -> Option<&str> {
+    pub(crate) fn of(&self, which: &str, kind: &str, key: &str) -> Option<&str> {
         let kinds = self.0["$defs"][which]["oneOf"].as_array()?;
         let own = kinds
             .iter()

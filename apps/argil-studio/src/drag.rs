@@ -8,7 +8,7 @@ use eframe::egui::{Color32, Pos2, Rect};
 
 /// A part of the gizmo that can be dragged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Handle {
+pub(crate) enum Handle {
     /// Along or about an axis; of a scale, along an axis of the brush itself.
     Axis(usize),
     /// In the picture's plane, or about its normal; of a scale, all of it.
@@ -17,7 +17,7 @@ pub enum Handle {
 
 /// A drag that is going on.
 #[derive(Clone, Debug)]
-pub struct Drag {
+pub(crate) struct Drag {
     pub(crate) handle: Handle,
     /// Where it began.
     pub(crate) start: Vec2,

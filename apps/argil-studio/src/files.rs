@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 /// Whether it runs in a browser, which has no files: those that are opened are read whole, those that are written are downloads.
-pub const IS_PAGE: bool = cfg!(target_arch = "wasm32");
+pub(crate) const IS_PAGE: bool = cfg!(target_arch = "wasm32");
 
 /// What a file is asked for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -54,7 +54,7 @@ pub trait FileAccess {
 /// The system's own dialogs.
 #[cfg(not(target_arch = "wasm32"))]
 #[derive(Default)]
-pub struct Native {
+pub(crate) struct Native {
     fault: Option<String>,
 }
 

@@ -10,7 +10,7 @@ use eframe::egui::{self, ColorImage, Sense, TextureHandle, Vec2};
 
 /// Pictures are drawn when they are looked at first.
 #[derive(Default)]
-pub struct Gallery {
+pub(crate) struct Gallery {
     pictures: Vec<Option<TextureHandle>>,
 }
 

@@ -4,7 +4,7 @@ use eframe::egui::{self, Pos2, Rect, Sense, Shape, Stroke, Vec2};
 
 /// What is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Icon {
+pub(crate) enum Icon {
     /// An eye, or a closed one.
     Eye(bool),
     /// A lock, or an open one.
@@ -20,12 +20,12 @@ pub enum Icon {
 }
 
 /// How wide and high a button is.
-pub fn side(ui: &egui::Ui) -> f32 {
+pub(crate) fn side(ui: &egui::Ui) -> f32 {
     ui.spacing().icon_width + 2.0
 }
 
 /// A button with a drawing, called by its label.
-pub fn button(ui: &mut egui::Ui, icon: Icon, enabled: bool, label: &str) -> egui::Response {
+pub(crate) fn button(ui: &mut egui::Ui, icon: Icon, enabled: bool, label: &str) -> egui::Response {
     let side = side(ui);
     let sense = if enabled {
         Sense::click()

@@ -21,13 +21,13 @@ use eframe::egui::{self, RichText};
 use serde_json::Value;
 
 /// See the module's page.
-pub struct Inspector {
+pub(crate) struct Inspector {
     docs: Docs,
 }
 
 impl Inspector {
     /// Of the file's schema.
-    pub fn new() -> Self {
+    pub(crate) fn new() -> Self {
         Self { docs: Docs::new() }
     }
 

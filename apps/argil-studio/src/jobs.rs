@@ -17,7 +17,7 @@ use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::sync::mpsc::{Receiver, channel};
 
 /// What a job came to.
-pub enum JobResult {
+pub(crate) enum JobResult {
     /// Something was written.
     Written(String),
     /// Meshes were sampled.
@@ -27,7 +27,7 @@ pub enum JobResult {
 }
 
 /// What meshes are sampled for.
-pub enum JobTarget {
+pub(crate) enum JobTarget {
     /// For brushes that name them.
     Known,
     /// To be what a brush is.
@@ -37,7 +37,7 @@ pub enum JobTarget {
 }
 
 /// Meshes that were sampled.
-pub struct Loaded {
+pub(crate) struct Loaded {
     /// Those that could be.
     pub meshes: Vec<LoadedMesh>,
     /// Why the others could not.
@@ -83,7 +83,7 @@ impl JobProgress {
 }
 
 /// One that runs.
-pub struct BackgroundJob {
+pub(crate) struct BackgroundJob {
     /// In words.
     pub name: String,
     /// Whether it reads meshes, and for which brush if it is for one.
@@ -94,19 +94,19 @@ pub struct BackgroundJob {
 
 impl BackgroundJob {
     /// From 0 to 1; 0 while it is not known.
-    pub fn part(&self) -> f32 {
+    pub(crate) fn part(&self) -> f32 {
         self.progress.thousandths.load(Ordering::Relaxed) as f32 / 1000.0
     }
 
     /// Nothing comes of it any more. The step that it is in goes on to its end, beside everything.
-    pub fn cancel(&self) {
+    pub(crate) fn cancel(&self) {
         self.progress.is_cancelled.store(true, Ordering::Relaxed);
     }
 }
 
 /// All that run.
 #[derive(Default)]
-pub struct Jobs(Vec<BackgroundJob>);
+pub(crate) struct Jobs(Vec<BackgroundJob>);
 
 /// Pictures of a turn.
 const FRAMES: u32 = 72;
@@ -114,17 +114,17 @@ const PICTURE: [u32; 2] = [1920, 1080];
 
 impl Jobs {
     /// Those that run.
-    pub fn all(&self) -> &[BackgroundJob] {
+    pub(crate) fn all(&self) -> &[BackgroundJob] {
         &self.0
     }
 
     /// Whether some read meshes.
-    pub fn are_meshes_read(&self) -> bool {
+    pub(crate) fn are_meshes_read(&self) -> bool {
         self.0.iter().any(|job| job.reads.is_some())
     }
 
     /// What is done now.
-    pub fn finished(&mut self) -> Vec<anyhow::Result<JobResult>> {
+    pub(crate) fn finished(&mut self) -> Vec<anyhow::Result<JobResult>> {
         let mut done = Vec::new();
         self.0.retain(|job| match job.result.try_recv() {
             _ if job.progress.is_cancelled() => {
@@ -172,7 +172,7 @@ impl Jobs {
     }
 
     /// Sample meshes for a document, one after another.
-    pub fn load(
+    pub(crate) fn load(
         &mut self,
         name: String,
         wanted: Vec<Named>,
@@ -210,7 +210,13 @@ impl Jobs {
     }
 
     /// Write what was asked for.
-    pub fn export(&mut self, what: FileRequest, scene: Scene, path: PathBuf, how: ExportOptions) {
+    pub(crate) fn export(
+        &mut self,
+        what: FileRequest,
+        scene: Scene,
+        path: PathBuf,
+        how: ExportOptions,
+    ) {
         let name = format!("Exporting {}", path.display());
         self.start(name, None, async move |progress| {
             export(what, &scene, &path, how, progress).await
@@ -219,7 +225,7 @@ impl Jobs {
 }
 
 /// How something is exported.
-pub struct ExportOptions {
+pub(crate) struct ExportOptions {
     /// What pictures are drawn on.
     pub engine: Engine,
     /// Voxels along the longest side.

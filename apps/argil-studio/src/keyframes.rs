@@ -7,7 +7,7 @@ use argil::scene::{AxisAngle, Ease, Keyframe, NodeDesc};
 use eframe::egui::{self, RichText};
 
 /// Show an entry's keyframes and let them be changed.
-pub fn keyframes(ui: &mut egui::Ui, entry: &mut NodeDesc, done: &mut Option<String>) {
+pub(crate) fn keyframes(ui: &mut egui::Ui, entry: &mut NodeDesc, done: &mut Option<String>) {
     let before = entry.keyframes.clone();
     ui.horizontal(|ui| {
         ui.label("Keyframes");

@@ -4,6 +4,11 @@
 //! that a session comes back after a crash; the painter, on a thread of its own, follows them with worlds of the pipelines
 //! that are looked at; the window asks it for one picture at a time and shows the last. Nothing waits for anything.
 
+#![allow(
+    missing_debug_implementations,
+    reason = "a program's own types, which nobody prints"
+)]
+
 mod app;
 mod bars;
 #[cfg(target_arch = "wasm32")]

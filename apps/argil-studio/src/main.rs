@@ -24,7 +24,7 @@ mod native {
         threads: Option<u16>,
     }
 
-    pub fn run() -> ExitCode {
+    pub(crate) fn run() -> ExitCode {
         let arguments = Arguments::parse();
         let begun = || -> anyhow::Result<()> {
             // What is at fault in a file is told here, and not in a window that shows something else.

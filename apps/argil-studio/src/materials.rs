@@ -9,7 +9,7 @@ use eframe::egui;
 
 /// See the module's page.
 #[derive(Default)]
-pub struct Materials {
+pub(crate) struct Materials {
     /// A material that is given another name, and what is typed.
     naming: Option<(String, String)>,
 }

@@ -9,10 +9,10 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// A mesh's path and resolution, as a scene names it.
-pub type Named = (String, u32);
+pub(crate) type Named = (String, u32);
 
 /// Distances to nothing; of an image that is not there, flat ground.
-pub fn nothing(path: &str) -> Arc<SampledGrid> {
+pub(crate) fn nothing(path: &str) -> Arc<SampledGrid> {
     let flat = || SampledGrid::of_heights([2, 2], &[0.0; 4]);
     if let Some(flat) = is_image(path).then(flat).flatten() {
         return Arc::new(flat);
@@ -27,12 +27,12 @@ pub fn nothing(path: &str) -> Arc<SampledGrid> {
 }
 
 /// Samples along the longest side where nothing else is said, or posts.
-pub fn usual_resolution(path: &str) -> u32 {
+pub(crate) fn usual_resolution(path: &str) -> u32 {
     Shape::of_file(path).file().map_or(64, |(_, own, _)| own)
 }
 
 /// A scene of one brush.
-pub fn scene_of((path, resolution): &Named) -> anyhow::Result<Scene> {
+pub(crate) fn scene_of((path, resolution): &Named) -> anyhow::Result<Scene> {
     let mut scene = Scene::new();
     let mut shape = Shape::of_file(path.clone());
     if let Some((_, own, _)) = shape.file_mut() {
@@ -43,10 +43,10 @@ pub fn scene_of((path, resolution): &Named) -> anyhow::Result<Scene> {
 }
 
 /// What reads and samples the meshes of a scene.
-pub type Load = Box<dyn FnMut(&mut Scene) -> Result<Vec<LoadedMesh>, MeshFileError> + Send>;
+pub(crate) type Load = Box<dyn FnMut(&mut Scene) -> Result<Vec<LoadedMesh>, MeshFileError> + Send>;
 
 /// From files: beside a scene, and with `outside`, anywhere.
-pub fn from_files(folder: PathBuf, outside: bool) -> Load {
+pub(crate) fn from_files(folder: PathBuf, outside: bool) -> Load {
     Box::new(move |scene| load_meshes(scene, &folder, outside))
 }
 
@@ -57,7 +57,7 @@ pub fn from_bytes(files: Vec<crate::browser::NamedBytes>) -> Load {
 }
 
 /// The folder of a file.
-pub fn folder_of(path: &Path) -> &Path {
+pub(crate) fn folder_of(path: &Path) -> &Path {
     let folder = path.parent().unwrap_or(Path::new("."));
     if folder.as_os_str().is_empty() {
         Path::new(".")
@@ -67,7 +67,7 @@ pub fn folder_of(path: &Path) -> &Path {
 }
 
 /// What a brush is of another file: as long and high as before, if it is of the same kind.
-pub fn other_file(before: &NodeKind, mesh: &LoadedMesh) -> Shape {
+pub(crate) fn other_file(before: &NodeKind, mesh: &LoadedMesh) -> Shape {
     let own = mesh.shape();
     let NodeKind::Shape(before) = before else {
         return own;
@@ -85,7 +85,11 @@ pub fn other_file(before: &NodeKind, mesh: &LoadedMesh) -> Shape {
 }
 
 /// Give the paths of a scene's meshes as they are to be from another folder.
-pub fn moved_paths(scene: &Scene, from: Option<&Path>, to: &Path) -> BTreeMap<String, String> {
+pub(crate) fn moved_paths(
+    scene: &Scene,
+    from: Option<&Path>,
+    to: &Path,
+) -> BTreeMap<String, String> {
     let Some(from) = from.map(folder_of) else {
         return BTreeMap::new();
     };

@@ -7,7 +7,7 @@ use serde_json::Value;
 
 /// An entry with what makes `after` differ from `before`, as far as it has the like: values of a shape of the same kind, of
 /// modifiers of the same kind at the same place.
-pub fn apply_same_change(before: &NodeDesc, after: &NodeDesc, other: &NodeDesc) -> NodeDesc {
+pub(crate) fn apply_same_change(before: &NodeDesc, after: &NodeDesc, other: &NodeDesc) -> NodeDesc {
     let mut own = other.clone();
     own.operator = operator(&before.operator, &after.operator, other.operator);
     if before.material != after.material {

@@ -3,7 +3,7 @@
 use argil::scene::{Modifier, NodeDesc, NodeKind, Shape};
 
 /// An entry's name, or what it is.
-pub fn name_of(entry: &NodeDesc) -> String {
+pub(crate) fn name_of(entry: &NodeDesc) -> String {
     if !entry.name.is_empty() {
         return entry.name.clone();
     }
@@ -14,12 +14,12 @@ pub fn name_of(entry: &NodeDesc) -> String {
 }
 
 /// What a shape is, such as `Round cone`.
-pub fn shape_name(shape: &Shape) -> String {
+pub(crate) fn shape_name(shape: &Shape) -> String {
     in_words(shape.kind())
 }
 
 /// What a modifier is, such as `Radial repeat`.
-pub fn modifier_name(modifier: &Modifier) -> String {
+pub(crate) fn modifier_name(modifier: &Modifier) -> String {
     in_words(modifier.kind())
 }
 
@@ -38,7 +38,7 @@ fn in_words(kind: &str) -> String {
 }
 
 /// A key such as `half_size` in words.
-pub fn humanize(key: &str) -> String {
+pub(crate) fn humanize(key: &str) -> String {
     let text = key.replace('_', " ");
     let mut letters = text.chars();
     match letters.next() {

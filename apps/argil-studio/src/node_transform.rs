@@ -5,7 +5,7 @@ use argil::scene::{Modifier, NodeDesc, NodeId, Scene};
 
 /// First scaled, then turned, then moved.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct NodeTransform {
+pub(crate) struct NodeTransform {
     /// Along all axes.
     pub scale: f64,
     /// About the origin.
@@ -26,12 +26,12 @@ impl Default for NodeTransform {
 
 impl NodeTransform {
     /// Of an entry: all that stands behind its last modifier of another kind.
-    pub fn of(entry: &NodeDesc) -> Self {
+    pub(crate) fn of(entry: &NodeDesc) -> Self {
         Self::behind(entry, entry.modifiers.len() - own_length(entry))
     }
 
     /// Of what stands behind so many modifiers of an entry; those of other kinds are passed over.
-    pub fn behind(entry: &NodeDesc, count: usize) -> Self {
+    pub(crate) fn behind(entry: &NodeDesc, count: usize) -> Self {
         let mut pose = Self::default();
         for modifier in entry.modifiers.iter().skip(count) {
             pose.then(modifier);
@@ -40,7 +40,7 @@ impl NodeTransform {
     }
 
     /// Of a node's keyframes as the scene stands, and of all groups around it; modifiers of other kinds are passed over.
-    pub fn around(scene: &Scene, node: NodeId) -> Self {
+    pub(crate) fn around(scene: &Scene, node: NodeId) -> Self {
         let own = scene.node(node);
         let mut pose = Self::behind(own.at_current_time(), own.desc().modifiers.len());
         let mut at = own.parent();
@@ -71,7 +71,7 @@ impl NodeTransform {
     }
 
     /// Put it in place of the one that an entry has.
-    pub fn write(&self, entry: &mut NodeDesc) {
+    pub(crate) fn write(&self, entry: &mut NodeDesc) {
         let start = entry.modifiers.len() - own_length(entry);
         entry.modifiers.truncate(start);
         if (self.scale - 1.0).abs() > 1e-6 {
@@ -95,17 +95,17 @@ impl NodeTransform {
     }
 
     /// Where it puts a point.
-    pub fn apply(&self, point: DVec3) -> DVec3 {
+    pub(crate) fn apply(&self, point: DVec3) -> DVec3 {
         self.shift + self.turn * (self.scale * point)
     }
 
     /// Where a point was before.
-    pub fn unapply(&self, point: DVec3) -> DVec3 {
+    pub(crate) fn unapply(&self, point: DVec3) -> DVec3 {
         (self.turn.inverse() * (point - self.shift)) / self.scale
     }
 
     /// First this and then another.
-    pub fn and(&self, outer: &Self) -> Self {
+    pub(crate) fn and(&self, outer: &Self) -> Self {
         Self {
             scale: self.scale * outer.scale,
             turn: (outer.turn * self.turn).normalize(),
@@ -114,7 +114,7 @@ impl NodeTransform {
     }
 
     /// What it is within another, so that [`NodeTransform::and`] of both is this.
-    pub fn within(&self, outer: &Self) -> Self {
+    pub(crate) fn within(&self, outer: &Self) -> Self {
         Self {
             scale: self.scale / outer.scale,
             turn: (outer.turn.inverse() * self.turn).normalize(),

@@ -23,7 +23,7 @@ enum DropTarget {
 
 /// See the module's page.
 #[derive(Default)]
-pub struct Outliner {
+pub(crate) struct Outliner {
     renaming: Option<(argil::scene::NodeId, String)>,
     collapsed: std::collections::BTreeSet<argil::scene::NodeId>,
     /// Whose row the list is to show.
@@ -291,7 +291,7 @@ impl Outliner {
 }
 
 /// The steps that were done, to go back to one or forward.
-pub fn history(document: &mut Document, ui: &mut egui::Ui) {
+pub(crate) fn history(document: &mut Document, ui: &mut egui::Ui) {
     ui.separator();
     ui.strong("History");
     let (names, done) = document.history();

@@ -7,7 +7,7 @@ use argil::{Engine, MeshMethod, MeshNormals, MeshOptions, RayHit, World};
 use std::collections::HashMap;
 
 /// A field of the scene on the CPU, and one of each brush by itself.
-pub struct Picker {
+pub(crate) struct Picker {
     world: Option<World>,
     version: u64,
     /// Brushes by themselves, with what they were made of.
@@ -20,7 +20,7 @@ struct SingleBrushWorld {
 }
 
 /// A brush's surface, coarse, to draw its outline.
-pub struct Silhouette {
+pub(crate) struct Silhouette {
     corners: Vec<Vec3>,
     normals: Vec<Vec3>,
     triangles: Vec<[u32; 3]>,
@@ -29,7 +29,7 @@ pub struct Silhouette {
 impl Silhouette {
     /// Where it turns away from what looks at it: the zeros of the angle between the field's normals and the line of sight, between
     /// corners, triangle by triangle (Hertzmann and Zorin 2000).
-    pub fn seen_from(&self, eye: Vec3) -> impl Iterator<Item = [Vec3; 2]> + '_ {
+    pub(crate) fn seen_from(&self, eye: Vec3) -> impl Iterator<Item = [Vec3; 2]> + '_ {
         let place = move |i: u32| {
             let (corner, normal) = (self.corners[i as usize], self.normals[i as usize]);
             (corner, normal.dot(corner - eye))
@@ -47,7 +47,7 @@ impl Silhouette {
 
 /// A place of the surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Picked {
+pub(crate) struct Picked {
     /// Where.
     pub hit: RayHit,
     /// The brush that makes it.
@@ -59,7 +59,7 @@ const OUTLINE_CELLS: u32 = 32;
 
 impl Picker {
     /// Of nothing.
-    pub fn new() -> Self {
+    pub(crate) fn new() -> Self {
         Self {
             world: None,
             version: u64::MAX,
@@ -68,7 +68,7 @@ impl Picker {
     }
 
     /// The field of the scene as it is; nothing where it cannot be built.
-    pub fn world(&mut self, scene: &Scene, version: u64) -> Option<&World> {
+    pub(crate) fn world(&mut self, scene: &Scene, version: u64) -> Option<&World> {
         if self.version != version {
             self.version = version;
             let followed = match &mut self.world {
@@ -83,12 +83,16 @@ impl Picker {
     }
 
     /// Another scene.
-    pub fn forget(&mut self) {
+    pub(crate) fn forget(&mut self) {
         *self = Self::new();
     }
 
     /// Where a ray meets the surface.
-    pub fn cast(&mut self, (scene, version): (&Scene, u64), ray: [Vec3; 2]) -> Option<RayHit> {
+    pub(crate) fn cast(
+        &mut self,
+        (scene, version): (&Scene, u64),
+        ray: [Vec3; 2],
+    ) -> Option<RayHit> {
         let [origin, direction] = ray.map(|v| v.to_array());
         self.world(scene, version)?
             .query()
@@ -96,7 +100,7 @@ impl Picker {
     }
 
     /// Where a ray meets the surface, and which visible brush makes it there, whatever it does to those above it.
-    pub fn pick(
+    pub(crate) fn pick(
         &mut self,
         (scene, version): (&Scene, u64),
         ray: [Vec3; 2],
@@ -124,18 +128,23 @@ impl Picker {
     }
 
     /// The distance to a brush by itself.
-    pub fn distance_to(&mut self, scene: &Scene, node: NodeId, point: [f32; 3]) -> Option<f32> {
+    pub(crate) fn distance_to(
+        &mut self,
+        scene: &Scene,
+        node: NodeId,
+        point: [f32; 3],
+    ) -> Option<f32> {
         Some(self.alone(scene, node)?.world.distance(point))
     }
 
     /// The box of a brush or group by itself.
-    pub fn box_of(&mut self, scene: &Scene, node: NodeId) -> Option<argil::math::Aabb> {
+    pub(crate) fn box_of(&mut self, scene: &Scene, node: NodeId) -> Option<argil::math::Aabb> {
         let found = self.alone(scene, node)?.world.program().aabb();
         found.is_finite().then_some(found)
     }
 
     /// A brush's or group's surface, whether it adds or takes away; nothing of what is endless.
-    pub fn outline(&mut self, scene: &Scene, node: NodeId) -> Option<&Silhouette> {
+    pub(crate) fn outline(&mut self, scene: &Scene, node: NodeId) -> Option<&Silhouette> {
         let alone = self.alone(scene, node)?;
         if alone.outline.is_none() {
             alone.outline = Some(outline(&alone.world)?);
@@ -164,7 +173,7 @@ impl Default for Picker {
 }
 
 /// Whether a node and all groups around it are shown.
-pub fn is_visible(scene: &Scene, node: NodeId) -> bool {
+pub(crate) fn is_visible(scene: &Scene, node: NodeId) -> bool {
     let mut at = Some(node);
     while let Some(n) = at {
         if !scene.node(n).desc().visible {
@@ -276,7 +285,7 @@ fn outline(world: &World) -> Option<Silhouette> {
 }
 
 /// How far a place is from a segment.
-pub fn off_segment(at: Vec2, [a, b]: [Vec2; 2]) -> f32 {
+pub(crate) fn off_segment(at: Vec2, [a, b]: [Vec2; 2]) -> f32 {
     let along = b - a;
     let t = (at - a).dot(along) / along.length_squared().max(1e-12);
     at.distance(a + along * t.clamp(0.0, 1.0))

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 /// See the module's page.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(default)]
-pub struct Preferences {
+pub(crate) struct Preferences {
     /// Scenes that were opened or saved, the last first.
     pub recent: Vec<PathBuf>,
     /// Other shortcuts than those at first, by the command's name; empty for none.
@@ -57,7 +57,7 @@ impl Default for Preferences {
 
 impl Preferences {
     /// What was kept may be of another version, or changed by hand.
-    pub fn mended(mut self) -> Self {
+    pub(crate) fn mended(mut self) -> Self {
         let usual = Self::default();
         let within = |value: f32, least: f32, most: f32, usual: f32| {
             if (least..=most).contains(&value) {
@@ -77,7 +77,7 @@ impl Preferences {
     }
 
     /// A file was opened or saved.
-    pub fn remember(&mut self, path: &Path) {
+    pub(crate) fn remember(&mut self, path: &Path) {
         let path = std::path::absolute(path).unwrap_or_else(|_| path.into());
         self.recent.retain(|known| *known != path);
         self.recent.insert(0, path);
@@ -85,7 +85,7 @@ impl Preferences {
     }
 
     /// A command's shortcut.
-    pub fn shortcut(&self, entry: &CommandInfo) -> Option<KeyboardShortcut> {
+    pub(crate) fn shortcut(&self, entry: &CommandInfo) -> Option<KeyboardShortcut> {
         match self.shortcuts.get(entry.name) {
             Some(text) => commands::parse(text),
             None => entry.shortcut,
@@ -93,7 +93,7 @@ impl Preferences {
     }
 
     /// Give a command another shortcut, taken from whichever has it; without one, none.
-    pub fn bind(&mut self, command: Command, shortcut: Option<KeyboardShortcut>) {
+    pub(crate) fn bind(&mut self, command: Command, shortcut: Option<KeyboardShortcut>) {
         if let Some(shortcut) = shortcut {
             for other in commands::ALL {
                 if other.command != command && self.shortcut(other) == Some(shortcut) {
@@ -107,7 +107,7 @@ impl Preferences {
     }
 
     /// As egui says it.
-    pub fn theme(&self) -> ThemePreference {
+    pub(crate) fn theme(&self) -> ThemePreference {
         match self.is_dark {
             None => ThemePreference::System,
             Some(true) => ThemePreference::Dark,

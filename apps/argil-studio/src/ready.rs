@@ -6,7 +6,7 @@ use std::task::{Context, Poll, Waker};
 ///
 /// # Panics
 /// If there is something to be waited for after all: of a world on a GPU, which is not what this is for.
-pub fn ready<T>(work: impl Future<Output = T>) -> T {
+pub(crate) fn ready<T>(work: impl Future<Output = T>) -> T {
     let work = std::pin::pin!(work);
     match work.poll(&mut Context::from_waker(Waker::noop())) {
         Poll::Ready(result) => result,

@@ -16,7 +16,7 @@ pub struct Recovery {
 
 /// What a session that ended badly has left.
 #[derive(Debug)]
-pub struct RecoverableSession {
+pub(crate) struct RecoverableSession {
     /// The journal.
     pub journal: PathBuf,
     /// The scene's own file, if it had one.
@@ -28,7 +28,7 @@ impl RecoverableSession {
     ///
     /// # Errors
     /// If it is another's by now.
-    pub fn claim(self) -> anyhow::Result<Self> {
+    pub(crate) fn claim(self) -> anyhow::Result<Self> {
         let folder = self.journal.parent().unwrap_or(Path::new("."));
         let journal = folder.join(own_name());
         std::fs::rename(&self.journal, &journal)
@@ -138,7 +138,7 @@ impl Recovery {
 }
 
 /// What sessions that are over have left in a folder, the newest first.
-pub fn left_in(folder: &Path) -> Vec<RecoverableSession> {
+pub(crate) fn left_in(folder: &Path) -> Vec<RecoverableSession> {
     let Ok(files) = std::fs::read_dir(folder) else {
         return Vec::new();
     };
@@ -184,7 +184,7 @@ fn remove_beside(journal: &Path) {
 }
 
 /// Forget what was left.
-pub fn discard(left: &RecoverableSession) {
+pub(crate) fn discard(left: &RecoverableSession) {
     let _ = std::fs::remove_file(&left.journal);
     remove_beside(&left.journal);
 }

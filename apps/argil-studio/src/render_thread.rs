@@ -31,14 +31,14 @@ mod place {
     use std::sync::mpsc::{Receiver, Sender, channel};
 
     /// A thread with a painter.
-    pub struct Place {
+    pub(super) struct Place {
         messages: Sender<Message>,
         answers: Receiver<RenderAnswer>,
         thread: std::thread::JoinHandle<()>,
     }
 
     impl Place {
-        pub fn new(mut painter: RenderWorker, wake: impl Fn() + Send + 'static) -> Self {
+        pub(super) fn new(mut painter: RenderWorker, wake: impl Fn() + Send + 'static) -> Self {
             let (messages, inbox) = channel();
             let (outbox, answers) = channel();
             let thread = std::thread::spawn(move || {
@@ -58,17 +58,17 @@ mod place {
             }
         }
 
-        pub fn send(&mut self, message: Message) {
+        pub(super) fn send(&mut self, message: Message) {
             // It is gone only with the program.
             let _ = self.messages.send(message);
         }
 
-        pub fn answer(&mut self) -> Option<RenderAnswer> {
+        pub(super) fn answer(&mut self) -> Option<RenderAnswer> {
             self.answers.try_recv().ok()
         }
 
         /// Whether it has ended by a fault.
-        pub fn is_gone(&self) -> bool {
+        pub(super) fn is_gone(&self) -> bool {
             self.thread.is_finished()
         }
     }
@@ -143,7 +143,7 @@ mod place {
 }
 
 /// See the module's page.
-pub struct RenderThread {
+pub(crate) struct RenderThread {
     engine: Engine,
     place: place::Place,
     wake: Arc<dyn Fn() + Send + Sync>,
@@ -154,7 +154,7 @@ pub struct RenderThread {
 
 impl RenderThread {
     /// On an engine; `wake` is called when there is an answer.
-    pub fn new(engine: Engine, wake: impl Fn() + Send + Sync + 'static) -> Self {
+    pub(crate) fn new(engine: Engine, wake: impl Fn() + Send + Sync + 'static) -> Self {
         Self::with(engine, Arc::new(wake))
     }
 
@@ -171,64 +171,64 @@ impl RenderThread {
     }
 
     /// Begin anew with a scene: nothing comes any more of what is being drawn. It goes on to its end, beside everything.
-    pub fn abandon(&mut self, scene: &Scene, version: u64) {
+    pub(crate) fn abandon(&mut self, scene: &Scene, version: u64) {
         *self = Self::with(self.engine.clone(), self.wake.clone());
         self.load(scene, version);
     }
 
     /// What it draws on.
-    pub fn device(&self) -> String {
+    pub(crate) fn device(&self) -> String {
         self.engine.device()
     }
 
     /// Pixels of the largest picture.
-    pub fn most_pixels(&self) -> u64 {
+    pub(crate) fn most_pixels(&self) -> u64 {
         self.engine.max_pixels()
     }
 
     /// Another scene, as it is after so many lines.
-    pub fn load(&mut self, scene: &Scene, version: u64) {
+    pub(crate) fn load(&mut self, scene: &Scene, version: u64) {
         let message = Message::Load(Box::new(scene.replica()), version);
         self.place.send(message);
     }
 
     /// What was done to the document.
-    pub fn follow(&mut self, actions: Vec<Action>) {
+    pub(crate) fn follow(&mut self, actions: Vec<Action>) {
         if !actions.is_empty() {
             self.place.send(Message::Follow(actions));
         }
     }
 
     /// What has keyframes is as it is at a time.
-    pub fn set_time(&mut self, time: f32) {
+    pub(crate) fn set_time(&mut self, time: f32) {
         self.place.send(Message::Time(time));
     }
 
     /// Whether a request is on its way.
-    pub fn is_busy(&self) -> bool {
+    pub(crate) fn is_busy(&self) -> bool {
         self.waiting.is_some()
     }
 
     /// What is waited for while a world is being made for it, and for how long.
-    pub fn is_building(&self) -> Option<(&RenderRequest, Duration)> {
+    pub(crate) fn is_building(&self) -> Option<(&RenderRequest, Duration)> {
         let (request, since) = self.waiting.as_ref()?;
         let is_building = self.is_building.load(Ordering::Relaxed);
         is_building.then(|| (request, since.elapsed()))
     }
 
     /// Draw; to be asked when it is not busy.
-    pub fn draw(&mut self, request: RenderRequest) {
+    pub(crate) fn draw(&mut self, request: RenderRequest) {
         self.waiting = Some((request.clone(), Instant::now()));
         self.place.send(Message::Draw(Box::new(request)));
     }
 
     /// Whether no picture will come any more.
-    pub fn is_gone(&self) -> bool {
+    pub(crate) fn is_gone(&self) -> bool {
         self.place.is_gone()
     }
 
     /// What came, if something did.
-    pub fn answer(&mut self) -> Option<RenderAnswer> {
+    pub(crate) fn answer(&mut self) -> Option<RenderAnswer> {
         let answer = self.place.answer();
         if answer.is_some() {
             self.waiting = None;

@@ -11,16 +11,16 @@ use web_time::Instant;
 
 /// How a scene is kept and drawn: one of the engine's representations, by its word.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct Pipeline(&'static str);
+pub(crate) struct Pipeline(&'static str);
 
 impl Pipeline {
     /// All of them.
-    pub fn all() -> impl Iterator<Item = Self> {
+    pub(crate) fn all() -> impl Iterator<Item = Self> {
         Representation::all(1).into_iter().map(Self::of)
     }
 
     /// The field as it is, which takes no building.
-    pub fn field() -> Self {
+    pub(crate) fn field() -> Self {
         Self::of(Representation::Field)
     }
 
@@ -29,18 +29,18 @@ impl Pipeline {
     }
 
     /// In a word.
-    pub fn label(self) -> String {
+    pub(crate) fn label(self) -> String {
         let (first, rest) = self.0.split_at(1);
         first.to_uppercase() + rest
     }
 
     /// Whether there are bricks to be shown.
-    pub fn has_bricks(self) -> bool {
+    pub(crate) fn has_bricks(self) -> bool {
         self.via(1).shows(RenderMode::Bricks)
     }
 
     /// As the engine says it.
-    pub fn via(self, resolution: u32) -> Representation {
+    pub(crate) fn via(self, resolution: u32) -> Representation {
         let all = Representation::all(resolution);
         let found = all.into_iter().find(|via| via.word() == self.0);
         match found.unwrap_or_default() {
@@ -75,7 +75,7 @@ impl<'de> Deserialize<'de> for Pipeline {
 }
 
 /// What can be shown of it, and what it is called.
-pub const SHOWS: [(RenderMode, &str); 5] = [
+pub(crate) const SHOWS: [(RenderMode, &str); 5] = [
     (RenderMode::Shaded, "Shaded"),
     (RenderMode::Normal, "Normal"),
     (RenderMode::Depth, "Depth"),
@@ -86,7 +86,7 @@ pub const SHOWS: [(RenderMode, &str); 5] = [
 
 /// What is to be drawn.
 #[derive(Clone, Debug, PartialEq)]
-pub struct RenderRequest {
+pub(crate) struct RenderRequest {
     /// One, or two to be compared.
     pub pipelines: Vec<Pipeline>,
     /// What of them.
@@ -105,7 +105,7 @@ pub struct RenderRequest {
 
 /// A picture with what it took.
 #[derive(Clone, Debug)]
-pub struct WorkerImage {
+pub(crate) struct WorkerImage {
     /// Which.
     pub pipeline: Pipeline,
     /// Width and height in pixels.
@@ -130,7 +130,7 @@ pub struct WorkerImage {
 
 /// What came of a request.
 #[derive(Debug)]
-pub struct RenderAnswer {
+pub(crate) struct RenderAnswer {
     /// The request.
     pub request: RenderRequest,
     /// Its pictures, or why there are none.
@@ -148,7 +148,7 @@ struct KeptWorld {
 }
 
 /// See the module's page.
-pub struct RenderWorker {
+pub(crate) struct RenderWorker {
     engine: Engine,
     scene: Scene,
     /// Changes so far.
@@ -165,7 +165,7 @@ const MAX_KEPT: usize = 3;
 
 impl RenderWorker {
     /// Of nothing.
-    pub fn new(engine: Engine) -> Self {
+    pub(crate) fn new(engine: Engine) -> Self {
         Self {
             engine,
             scene: Scene::new(),
@@ -177,12 +177,12 @@ impl RenderWorker {
     }
 
     /// Whether a world is being made; to be looked at from elsewhere.
-    pub fn is_building(&self) -> Arc<AtomicBool> {
+    pub(crate) fn is_building(&self) -> Arc<AtomicBool> {
         self.is_building.clone()
     }
 
     /// Another scene.
-    pub fn load(&mut self, scene: Scene, version: u64) {
+    pub(crate) fn load(&mut self, scene: Scene, version: u64) {
         (self.scene, self.version) = (scene, version);
         self.fault = None;
         self.kept.clear();
@@ -190,7 +190,7 @@ impl RenderWorker {
 
     /// Follow the document. What the document did can be done here: if it cannot, nothing is drawn from then on but the reason,
     /// until a scene is loaded.
-    pub fn follow(&mut self, actions: &[Action]) {
+    pub(crate) fn follow(&mut self, actions: &[Action]) {
         for action in actions {
             if let Err(error) = self.scene.perform(action) {
                 let fault = format!(
@@ -203,13 +203,13 @@ impl RenderWorker {
     }
 
     /// What has keyframes is as it is at a time.
-    pub fn set_time(&mut self, time: f32) {
+    pub(crate) fn set_time(&mut self, time: f32) {
         self.scene.set_time(time);
         self.version += 1;
     }
 
     /// Draw.
-    pub async fn draw(&mut self, request: RenderRequest) -> RenderAnswer {
+    pub(crate) async fn draw(&mut self, request: RenderRequest) -> RenderAnswer {
         let start = Instant::now();
         if let Some(fault) = &self.fault {
             return RenderAnswer {

@@ -3,7 +3,7 @@
 use argil::scene::Scene;
 
 /// Names and files.
-pub const ALL: &[(&str, &str)] = &[
+pub(crate) const ALL: &[(&str, &str)] = &[
     ("Melting", include_str!("../../../scenes/melting.json")),
     ("Teapot", include_str!("../../../scenes/teapot.json")),
     (
@@ -17,13 +17,13 @@ pub const ALL: &[(&str, &str)] = &[
 ];
 
 /// One of them.
-pub fn sample(name: &str) -> Option<Scene> {
+pub(crate) fn sample(name: &str) -> Option<Scene> {
     let (_, text) = ALL.iter().find(|(known, _)| *known == name)?;
     Scene::from_json(text, name).ok()
 }
 
 /// What is there at first.
-pub fn first() -> Scene {
+pub(crate) fn first() -> Scene {
     sample(ALL[0].0).expect("a sample that is compiled in")
 }
 

@@ -8,7 +8,7 @@ use std::path::Path;
 ///
 /// # Errors
 /// If it cannot be written; what was there stays.
-pub fn write_output(
+pub(crate) fn write_output(
     path: &Path,
     write: impl FnOnce(&mut dyn Write) -> std::io::Result<()>,
 ) -> anyhow::Result<()> {
@@ -23,7 +23,7 @@ pub fn write_output(
 }
 
 /// Several files in a folder, or in a browser in an archive.
-pub struct Folder {
+pub(crate) struct Folder {
     path: std::path::PathBuf,
     /// What was not there before.
     #[cfg(not(target_arch = "wasm32"))]
@@ -37,7 +37,7 @@ impl Folder {
     ///
     /// # Errors
     /// If it cannot be made.
-    pub fn new(path: &Path) -> anyhow::Result<Self> {
+    pub(crate) fn new(path: &Path) -> anyhow::Result<Self> {
         #[cfg(not(target_arch = "wasm32"))]
         std::fs::create_dir_all(path).with_context(|| path.display().to_string())?;
         Ok(Self {
@@ -53,7 +53,7 @@ impl Folder {
     ///
     /// # Errors
     /// If it cannot be written.
-    pub fn put(
+    pub(crate) fn put(
         &mut self,
         name: &str,
         write: impl FnOnce(&mut dyn Write) -> std::io::Result<()>,
@@ -78,7 +78,7 @@ impl Folder {
     }
 
     /// It is not wanted any more: take out what was written. What was written over stays as it is now.
-    pub fn discard(self) {
+    pub(crate) fn discard(self) {
         #[cfg(not(target_arch = "wasm32"))]
         for path in self.made {
             // Who has taken it out already has done the same.
@@ -90,7 +90,7 @@ impl Folder {
     ///
     /// # Errors
     /// If it cannot be handed over.
-    pub fn close(self) -> anyhow::Result<()> {
+    pub(crate) fn close(self) -> anyhow::Result<()> {
         #[cfg(target_arch = "wasm32")]
         {
             let bytes = self.archive.finish()?.into_inner();

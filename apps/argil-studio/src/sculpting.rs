@@ -5,7 +5,7 @@ use argil::scene::{Group, Modifier, NodeDesc, NodeId, Operator, OperatorKind};
 
 /// What a stroke does.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum SculptKind {
+pub(crate) enum SculptKind {
     /// Add.
     #[default]
     Add,
@@ -32,7 +32,7 @@ impl SculptKind {
 
 /// How strokes are made, and the one that is.
 #[derive(Debug)]
-pub struct Sculpting {
+pub(crate) struct Sculpting {
     /// What it does.
     pub kind: SculptKind,
     /// In the scene's unit.
@@ -49,7 +49,7 @@ pub struct Sculpting {
 }
 
 #[derive(Debug)]
-pub struct SculptStroke {
+pub(crate) struct SculptStroke {
     pub(crate) group: Option<NodeId>,
     pub(crate) last: Option<Vec3>,
 }
@@ -70,19 +70,19 @@ impl Default for Sculpting {
 
 impl Sculpting {
     /// Whether a stroke is being made, or was until it was taken back and the pointer is still held.
-    pub fn is_going(&self) -> bool {
+    pub(crate) fn is_going(&self) -> bool {
         self.stroke.is_some() || self.is_given_up
     }
 
     /// A material has another name.
-    pub fn rename(&mut self, from: &str, to: String) {
+    pub(crate) fn rename(&mut self, from: &str, to: String) {
         if self.material.as_deref() == Some(from) {
             self.material = Some(to);
         }
     }
 
     /// Whether nothing is done until the pointer is let go.
-    pub fn is_given_up(&self) -> bool {
+    pub(crate) fn is_given_up(&self) -> bool {
         self.is_given_up
     }
 

@@ -3,7 +3,7 @@
 use eframe::egui;
 
 /// Let one of `all` be chosen, under a name that screen readers are told.
-pub fn choice<T: PartialEq>(
+pub(crate) fn choice<T: PartialEq>(
     ui: &mut egui::Ui,
     name: &str,
     value: &mut T,

@@ -15,7 +15,7 @@ use std::collections::BTreeSet;
 use std::path::PathBuf;
 
 /// See the module's page.
-pub struct Session {
+pub(crate) struct Session {
     /// The document.
     pub document: Document,
     /// Actions of the document since it was opened, and a thousand for each document before.
@@ -55,7 +55,7 @@ pub struct Session {
 
 /// What another part of the editor is to do.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Request {
+pub(crate) enum Request {
     /// Do a command.
     Run(Command),
     /// Show a document that was opened, in full.
@@ -71,7 +71,7 @@ pub enum Request {
 }
 
 /// Something to be told.
-pub struct Note {
+pub(crate) struct Note {
     /// In words.
     pub text: String,
     /// Whether it went wrong.

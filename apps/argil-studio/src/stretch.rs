@@ -3,7 +3,7 @@
 use argil::scene::Shape;
 
 /// The shape, `factor` times as long along an axis (0, 1 or 2). `None` if it has no parameter for that axis alone.
-pub fn stretched(shape: &Shape, axis: usize, factor: f32) -> Option<Shape> {
+pub(crate) fn stretched(shape: &Shape, axis: usize, factor: f32) -> Option<Shape> {
     let mut own = shape.clone();
     let length = match &mut own {
         Shape::Sphere { radius } => {

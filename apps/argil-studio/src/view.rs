@@ -9,7 +9,7 @@ use argil::scene::NodeId;
 
 /// What the pointer does in the viewport.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Tool {
+pub(crate) enum Tool {
     /// Pick.
     #[default]
     Select,
@@ -25,7 +25,7 @@ pub enum Tool {
 
 /// See the module's page.
 #[derive(Default)]
-pub struct View {
+pub(crate) struct View {
     /// From where it is looked at.
     pub eye: ViewportCamera,
     /// What the pointer does.

@@ -6,7 +6,7 @@ use argil::render::Camera;
 
 /// A view along an axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ViewSide {
+pub(crate) enum ViewSide {
     /// From +z.
     Front,
     /// From +x.
@@ -17,7 +17,7 @@ pub enum ViewSide {
 
 /// Where it looks from.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ViewportCamera {
+pub(crate) struct ViewportCamera {
     /// What it turns about.
     pub target: Vec3,
     /// Degrees about y, from +z towards +x.
@@ -50,7 +50,7 @@ impl Default for ViewportCamera {
 
 impl ViewportCamera {
     /// As a camera stands.
-    pub fn of(camera: &Camera) -> Self {
+    pub(crate) fn of(camera: &Camera) -> Self {
         let away = camera.eye - camera.target;
         let distance = away.length().max(1e-6);
         Self {
@@ -64,20 +64,20 @@ impl ViewportCamera {
     }
 
     /// Out of the target, towards the camera.
-    pub fn backward(&self) -> Vec3 {
+    pub(crate) fn backward(&self) -> Vec3 {
         let (a, e) = (self.azimuth.to_radians(), self.elevation.to_radians());
         Vec3::new(e.cos() * a.sin(), e.sin(), e.cos() * a.cos())
     }
 
     /// To the right and up in the picture.
-    pub fn axes(&self) -> [Vec3; 2] {
+    pub(crate) fn axes(&self) -> [Vec3; 2] {
         let turn = Quat::from_rotation_y(self.azimuth.to_radians())
             * Quat::from_rotation_x(-self.elevation.to_radians());
         [turn * Vec3::X, turn * Vec3::Y]
     }
 
     /// The lens that it has.
-    pub fn lens_degrees(&self) -> f32 {
+    pub(crate) fn lens_degrees(&self) -> f32 {
         if self.is_ortho {
             ORTHO_DEGREES
         } else {
@@ -92,7 +92,7 @@ impl ViewportCamera {
     }
 
     /// As the engine wants it.
-    pub fn camera(&self) -> Camera {
+    pub(crate) fn camera(&self) -> Camera {
         Camera {
             eye: self.target + self.backward() * self.away(),
             target: self.target,
@@ -101,43 +101,43 @@ impl ViewportCamera {
     }
 
     /// Turn by degrees.
-    pub fn orbit(&mut self, by: Vec2) {
+    pub(crate) fn orbit(&mut self, by: Vec2) {
         self.azimuth = (self.azimuth + by.x).rem_euclid(360.0);
         self.elevation = (self.elevation + by.y).clamp(-89.9, 89.9);
     }
 
     /// Half of the picture's height at the target.
-    pub fn half_height(&self) -> f32 {
+    pub(crate) fn half_height(&self) -> f32 {
         self.distance * (0.5 * self.field_of_view_degrees.to_radians()).tan()
     }
 
     /// Shift by heights of the picture.
-    pub fn pan(&mut self, by: Vec2) {
+    pub(crate) fn pan(&mut self, by: Vec2) {
         let [right, up] = self.axes();
         let height = 2.0 * self.half_height();
         self.target += height * (up * by.y - right * by.x);
     }
 
     /// Come nearer, or with a factor above 1 go away.
-    pub fn zoom(&mut self, by: f32) {
+    pub(crate) fn zoom(&mut self, by: f32) {
         self.distance = (self.distance * by).clamp(1e-3, 1e5);
     }
 
     /// Look about without moving.
-    pub fn look(&mut self, by: Vec2) {
+    pub(crate) fn look(&mut self, by: Vec2) {
         let stands = self.camera().eye;
         self.orbit(by);
         self.target = stands - self.backward() * self.away();
     }
 
     /// Go: right, up, forward.
-    pub fn fly(&mut self, by: Vec3) {
+    pub(crate) fn fly(&mut self, by: Vec3) {
         let [right, up] = self.axes();
         self.target += right * by.x + up * by.y - self.backward() * by.z;
     }
 
     /// Have all of a box in view.
-    pub fn frame(&mut self, what: Aabb) {
+    pub(crate) fn frame(&mut self, what: Aabb) {
         if !what.is_finite() {
             return;
         }
@@ -147,7 +147,7 @@ impl ViewportCamera {
     }
 
     /// Along an axis; from the other end when it looks along it already.
-    pub fn along(&mut self, side: ViewSide) {
+    pub(crate) fn along(&mut self, side: ViewSide) {
         let [azimuth, elevation] = match side {
             ViewSide::Front => [0.0, 0.0],
             ViewSide::Right => [90.0, 0.0],
@@ -163,7 +163,7 @@ impl ViewportCamera {
     }
 
     /// Where a point lies in a picture of a size in pixels, from its upper left corner; none behind the camera.
-    pub fn project(&self, point: Vec3, size: Vec2) -> Option<Vec2> {
+    pub(crate) fn project(&self, point: Vec3, size: Vec2) -> Option<Vec2> {
         let camera = self.camera();
         let [right, up] = self.axes();
         let from = point - camera.eye;
@@ -176,7 +176,7 @@ impl ViewportCamera {
     }
 
     /// The ray through a place of a picture: its origin and direction.
-    pub fn ray(&self, at: Vec2, size: Vec2) -> [Vec3; 2] {
+    pub(crate) fn ray(&self, at: Vec2, size: Vec2) -> [Vec3; 2] {
         let camera = self.camera();
         let [right, up] = self.axes();
         let half = (0.5 * camera.field_of_view_degrees.to_radians()).tan();
@@ -186,7 +186,7 @@ impl ViewportCamera {
     }
 
     /// Pixels that a length of 1 at a point takes.
-    pub fn pixels_per_unit(&self, point: Vec3, size: Vec2) -> f32 {
+    pub(crate) fn pixels_per_unit(&self, point: Vec3, size: Vec2) -> f32 {
         let camera = self.camera();
         let depth = -(point - camera.eye).dot(self.backward());
         let half = (0.5 * camera.field_of_view_degrees.to_radians()).tan();
@@ -195,14 +195,14 @@ impl ViewportCamera {
 }
 
 /// Where a plane through a point is met by a ray.
-pub fn on_plane([origin, direction]: [Vec3; 2], point: Vec3, normal: Vec3) -> Option<Vec3> {
+pub(crate) fn on_plane([origin, direction]: [Vec3; 2], point: Vec3, normal: Vec3) -> Option<Vec3> {
     let along = direction.dot(normal);
     let t = (point - origin).dot(normal) / along;
     (along.abs() > 1e-6 && t > 0.0 && t.is_finite()).then(|| origin + t * direction)
 }
 
 /// The parameter of a line's point that is nearest to a ray.
-pub fn on_line([origin, direction]: [Vec3; 2], point: Vec3, axis: Vec3) -> Option<f32> {
+pub(crate) fn on_line([origin, direction]: [Vec3; 2], point: Vec3, axis: Vec3) -> Option<f32> {
     let cross = direction.cross(axis);
     let square = cross.length_squared();
     if square < 1e-8 {

@@ -7,14 +7,14 @@ use std::time::Duration;
 use web_time::Instant;
 
 /// A picture that is shown.
-pub struct ShownImage {
+pub(crate) struct ShownImage {
     pub texture: TextureHandle,
     pub picture: WorkerImage,
 }
 
 /// See the module's page.
 #[derive(Default)]
-pub struct ViewportImages {
+pub(crate) struct ViewportImages {
     pub shown: Vec<ShownImage>,
     pub difference: Option<TextureHandle>,
     /// What was drawn last.
@@ -42,46 +42,46 @@ pub struct ViewportImages {
 }
 
 /// So long nothing must move before the picture is drawn in full.
-pub const REST: Duration = Duration::from_millis(150);
+pub(crate) const REST: Duration = Duration::from_millis(150);
 /// A picture that moves is to take no longer.
-pub const MOVING_MS: f64 = 50.0;
+pub(crate) const MOVING_MS: f64 = 50.0;
 /// One that is still, with one sample, is begun with where it takes longer.
-pub const LONG_MS: f64 = 150.0;
+pub(crate) const LONG_MS: f64 = 150.0;
 /// Outlines of more than this are not drawn.
-pub const MAX_OUTLINED: usize = 12;
+pub(crate) const MAX_OUTLINED: usize = 12;
 
 impl ViewportImages {
     /// Another document.
-    pub fn forget(&mut self) {
+    pub(crate) fn forget(&mut self) {
         self.last = None;
         self.is_settled = false;
     }
 
     /// Show the difference of two pictures in place of both, or both again.
-    pub fn switch_difference(&mut self) {
+    pub(crate) fn switch_difference(&mut self) {
         self.shows_difference = !self.shows_difference;
     }
 
     /// Why there is no picture.
-    pub fn fault(&self) -> Option<&str> {
+    pub(crate) fn fault(&self) -> Option<&str> {
         self.fault.as_deref()
     }
 
     /// Ask for a picture anew.
-    pub fn forget_request(&mut self) {
+    pub(crate) fn forget_request(&mut self) {
         self.last = None;
         self.is_settled = false;
     }
 
     /// The pipelines that are shown, and at what resolution.
-    pub fn last_shown(&self) -> Option<([Option<Pipeline>; 2], u32)> {
+    pub(crate) fn last_shown(&self) -> Option<([Option<Pipeline>; 2], u32)> {
         let last = self.last.as_ref()?;
         let pipelines = [0, 1].map(|i| last.pipelines.get(i).copied());
         Some((pipelines, last.resolution))
     }
 
     /// How far the ray through a part of the picture goes to a solid.
-    pub fn length_at(&self, part: Vec2) -> Option<f32> {
+    pub(crate) fn length_at(&self, part: Vec2) -> Option<f32> {
         let is_left = part.x < self.divider;
         let shown = match &self.shown[..] {
             [_, second] if !is_left => second,
@@ -97,16 +97,16 @@ impl ViewportImages {
     }
 
     /// See [`Studio::formatting`].
-    pub fn shown_request(&self) -> Option<(u64, bool, f64)> {
+    pub(crate) fn shown_request(&self) -> Option<(u64, bool, f64)> {
         let last = self.last.as_ref()?;
         Some((last.version, last.is_still, self.duration_ms))
     }
 
-    pub fn is_long(&self, pixels: f64) -> bool {
+    pub(crate) fn is_long(&self, pixels: f64) -> bool {
         self.ms_per_pixel.is_some_and(|ms| ms * pixels > LONG_MS)
     }
 
-    pub fn scale(&self, pixels: f64) -> f64 {
+    pub(crate) fn scale(&self, pixels: f64) -> f64 {
         match self.ms_per_pixel {
             Some(ms) => (MOVING_MS / (ms * pixels)).sqrt().clamp(0.2, 1.0),
             None => 0.5,

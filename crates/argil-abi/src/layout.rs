@@ -1,6 +1,7 @@
 //! Where the fields of a shared struct lie.
 
 /// A struct shared with WGSL, for the test of layouts.
+#[derive(Debug)]
 pub struct StructLayout {
     /// The struct's name in both languages.
     pub name: &'static str,

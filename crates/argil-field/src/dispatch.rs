@@ -44,8 +44,8 @@ macro_rules! dispatch {
         pub(crate) mod op {
             use super::{Plain, Searched};
             use argil_abi as abi;
-            $(pub const $shape: u32 = Plain::$shape as u32;)*
-            $(pub const $searched: u32 = abi::OP_SEARCHED + Searched::$searched as u32;)*
+            $(pub(crate) const $shape: u32 = Plain::$shape as u32;)*
+            $(pub(crate) const $searched: u32 = abi::OP_SEARCHED + Searched::$searched as u32;)*
         }
 
         /// Each opcode with the function that measures its shape, of the same name in both languages.

@@ -17,7 +17,7 @@ pub(crate) struct BrushParams<'a> {
 
 impl<'a> BrushParams<'a> {
     #[inline(always)]
-    pub fn read(params: &'a [f32], at: usize) -> Self {
+    pub(crate) fn read(params: &'a [f32], at: usize) -> Self {
         let h: &[f32; HEADER] = words(params, at);
         Self {
             m: words(h, 0),

@@ -36,6 +36,7 @@ pub(crate) fn run_parallel(
 
 /// Evaluates one program for one thread, batch after batch. Make one a thread and keep it: its stacks are allocated
 /// once.
+#[derive(Debug)]
 pub struct Evaluator<'a> {
     program: &'a Program,
     plain: Loan<f32>,

@@ -49,6 +49,7 @@ pub struct UpdateOutcome {
 }
 
 /// A scene's program, operand by operand. See the module's page.
+#[derive(Debug)]
 pub struct IncrementalProgram {
     /// The tables, and what holds of the whole; its list is not kept.
     tables: Program,

@@ -56,7 +56,7 @@ macro_rules! spare {
 spare!(f32, Dual);
 
 impl<R: Real> InterpreterState<R> {
-    pub fn new() -> Self {
+    pub(crate) fn new() -> Self {
         let zero = || R::splat(0.0);
         Self {
             point: [zero(), zero(), zero()],
@@ -81,8 +81,14 @@ pub(crate) struct Loan<R: Spare>(Option<Box<InterpreterState<R>>>);
 
 const LOANED: &str = "registers, until they are given back";
 
+impl<R: Spare> std::fmt::Debug for Loan<R> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Loan").finish_non_exhaustive()
+    }
+}
+
 impl<R: Spare> Loan<R> {
-    pub fn new() -> Self {
+    pub(crate) fn new() -> Self {
         let spare = R::spare().take();
         Self(Some(
             spare.unwrap_or_else(|| Box::new(InterpreterState::new())),

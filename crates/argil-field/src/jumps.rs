@@ -15,7 +15,7 @@ pub(crate) struct JumpRegion {
 
 impl JumpRegion {
     /// All of it, to be told from others.
-    pub fn bits(&self) -> [u32; 9] {
+    pub(crate) fn bits(&self) -> [u32; 9] {
         let Self { aabb, .. } = self;
         let [a, b, c] = aabb.min.to_array();
         let [d, e, f] = aabb.max.to_array();
@@ -23,7 +23,7 @@ impl JumpRegion {
     }
 
     /// The box of the one that has such bits.
-    pub fn box_of(bits: &[u32; 9]) -> Aabb {
+    pub(crate) fn box_of(bits: &[u32; 9]) -> Aabb {
         let own = bits.map(f32::from_bits);
         Aabb::new(Vec3::from_slice(&own[..3]), Vec3::from_slice(&own[3..6]))
     }

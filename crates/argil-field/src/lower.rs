@@ -19,6 +19,9 @@ use params::is_single;
 
 impl Program {
     /// Lower a scene. Time and memory are linear in the number of its nodes.
+    ///
+    /// # Errors
+    /// If the scene exceeds a limit, such as too many copies in a `Repeat`, or if a number leaves the range of `f32`.
     pub fn lower(scene: &Scene) -> Result<Self, LowerError> {
         let pieces = Pieces::of(scene);
         let mut lowering = Lowering::of(scene, Scene::ROOT, Some(&pieces));

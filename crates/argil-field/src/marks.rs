@@ -7,7 +7,7 @@ use argil_abi as abi;
 pub const CELLS_PER_BATCH: usize = 64;
 
 /// Which operands cannot matter: a bit for each cell.
-#[derive(Clone, Copy, Default)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Marks {
     pub drop_a: u64,
     pub drop_b: u64,

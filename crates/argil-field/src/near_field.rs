@@ -33,12 +33,14 @@ const SHARE: u32 = 8;
 const SHORT: usize = 16;
 
 /// Lists of what is near, for all threads. See the module's page.
+#[derive(Debug)]
 pub struct NearField<'a> {
     program: &'a Program,
     levels: Vec<NearLevel>,
 }
 
 /// Where the parts of a level are.
+#[derive(Debug)]
 struct NearGrid {
     parts: PartGrid,
     around: Aabb,
@@ -48,6 +50,7 @@ struct NearGrid {
     falls: [f32; 2],
 }
 
+#[derive(Debug)]
 struct NearLevel {
     grid: NearGrid,
     /// Of each part, where its operands begin; one more for the end.
@@ -254,6 +257,7 @@ fn each_part(range: Range<UVec3>, size: UVec3, mut visit: impl FnMut(usize)) {
 }
 
 /// Evaluates a [`NearField`] for one thread. Make one a thread and keep it.
+#[derive(Debug)]
 pub struct NearEvaluator<'a> {
     field: &'a NearField<'a>,
     evaluator: Evaluator<'a>,
@@ -264,6 +268,7 @@ pub struct NearEvaluator<'a> {
     batch: Box<Batch>,
 }
 
+#[derive(Debug)]
 struct NearScratch<'a> {
     pruner: Pruner<'a>,
     found: Vec<u32>,
@@ -271,6 +276,7 @@ struct NearScratch<'a> {
 }
 
 /// Points that are in one part.
+#[derive(Debug)]
 struct Batch {
     p: [[f32; LANES]; 3],
     d: [f32; LANES],

@@ -8,7 +8,7 @@ pub(crate) struct NodeMap<T> {
 }
 
 impl<T: Clone> NodeMap<T> {
-    pub fn of(nodes: &[NodeId], value: T) -> Self {
+    pub(crate) fn of(nodes: &[NodeId], value: T) -> Self {
         let ids = || nodes.iter().map(|id| id.index());
         let first = ids().min().unwrap_or(0);
         let end = ids().max().map_or(first, |last| last + 1);

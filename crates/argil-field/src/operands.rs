@@ -15,6 +15,7 @@ use glam::IVec3;
 use rustc_hash::FxHashMap;
 
 /// Lists of what can matter in each part of a grid. See the module's page.
+#[derive(Debug)]
 pub struct OperandIndex {
     parts: PartGrid,
     near: FxHashMap<Part, Vec<u32>>,

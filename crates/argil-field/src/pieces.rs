@@ -82,7 +82,7 @@ pub(crate) struct Pieces {
 
 impl Pieces {
     /// Of all of a scene.
-    pub fn of(scene: &Scene) -> Self {
+    pub(crate) fn of(scene: &Scene) -> Self {
         let root = OpenGroup {
             node: Scene::ROOT,
             parent: ROOT,
@@ -100,7 +100,7 @@ impl Pieces {
     }
 
     /// Adds those of a node in a group that is `depth` groups deep. The groups within are no deeper than [`MAX_OPEN_GROUPS`].
-    pub fn add(&mut self, scene: &Scene, node: NodeId, group: u32, depth: usize) {
+    pub(crate) fn add(&mut self, scene: &Scene, node: NodeId, group: u32, depth: usize) {
         if !is_open(scene, node, depth) {
             self.all.push(Piece { node, group });
             return;
@@ -168,7 +168,7 @@ pub(crate) struct PieceWalk {
 
 impl PieceWalk {
     /// Goes to a group: calls `step` with each that is left, innermost first, and then with each that is entered, outermost first.
-    pub fn go_to(
+    pub(crate) fn go_to(
         &mut self,
         group: u32,
         parent_of: impl Fn(u32) -> u32,

@@ -38,6 +38,7 @@ const MANY: usize = 1 << 14;
 const MAX_BYTES_TOTAL: i64 = 1 << 21;
 
 /// Lists of what can matter near a point. See the module's page.
+#[derive(Debug)]
 pub struct ProgramTree {
     corner: Vec3,
     edge: f32,
@@ -49,6 +50,7 @@ pub struct ProgramTree {
 /// The key of what is out of the cube.
 const OUTSIDE: u32 = u32::MAX;
 
+#[derive(Debug)]
 struct ProgramTreeNode {
     list: Arc<[Instruction]>,
     /// Whether the surface is far: what asks goes a long way from there, and seldom comes.

@@ -25,6 +25,7 @@ const _: () =
     assert!(CELLS_PER_BATCH.is_multiple_of(SIMD_BLOCK) && CELLS_PER_BATCH == u64::BITS as usize);
 
 /// Prunes a program for one thread. Make one a thread and keep it.
+#[derive(Debug)]
 pub struct Pruner<'a> {
     program: &'a Program,
     registers: Loan<f32>,
@@ -214,7 +215,7 @@ fn close_loops(instrs: &mut [Instruction]) {
 }
 
 /// Where a list is being written.
-#[derive(Default)]
+#[derive(Debug, Default)]
 struct PrunedWriter {
     /// Where what is in the accumulator begins.
     segment: usize,

@@ -28,7 +28,7 @@ pub(crate) struct Regularity {
 }
 
 impl Regularity {
-    pub const SMOOTH: Self = Self {
+    pub(crate) const SMOOTH: Self = Self {
         lipschitz: 1.0,
         slack: 0.0,
         hidden: 0.0,
@@ -39,7 +39,7 @@ impl Regularity {
     };
 
     /// The same where lengths are so many times as long.
-    pub fn scaled(self, scale: f32) -> Self {
+    pub(crate) fn scaled(self, scale: f32) -> Self {
         Self {
             slack: self.slack * scale,
             hidden: self.hidden * scale,
@@ -65,7 +65,7 @@ impl Regularity {
     /// With what smooth joints take off the isolation: a joint of radius k leaves the sign alone where the copy's distance is at
     /// least k: it takes off (k − |a − b|)² / 4k, which is less than the other value then. Of many joints no more adds up than values can fall.
     /// `underestimate` is the solid's.
-    pub fn settled(self, underestimate: f32) -> Self {
+    pub(crate) fn settled(self, underestimate: f32) -> Self {
         if self.hidden == 0.0 {
             return Self {
                 underestimate: 1.0,

@@ -5,12 +5,12 @@ use std::any::Any;
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// Passes by name, each of its own type.
-#[derive(Default)]
+#[derive(Debug, Default)]
 pub(crate) struct Cache(Mutex<Vec<(&'static str, Arc<dyn Any + Send + Sync>)>>);
 
 impl Cache {
     /// What has a name, made if there is none yet.
-    pub fn get<T: Any + Send + Sync>(
+    pub(crate) fn get<T: Any + Send + Sync>(
         &self,
         name: &'static str,
         make: impl FnOnce() -> Result<T, GpuError>,

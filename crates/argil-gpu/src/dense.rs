@@ -22,6 +22,7 @@ pub(crate) const WORK_PER_DISPATCH: u64 = 4_000_000_000;
 const TILE: u32 = 32;
 
 /// A dense volume is its texture.
+#[derive(Debug)]
 struct DenseTables {
     words: DenseVolume,
 }
@@ -106,6 +107,9 @@ pub(super) fn dense_words(lattice: &VoxelGrid, encoding: &Encoding, levels: u32)
 
 impl GpuVolume {
     /// Sample a field into a dense volume; what the stages took.
+    ///
+    /// # Errors
+    /// If the texture exceeds the device's limits or memory, or the device fails.
     pub async fn dense(
         field: &GpuProgram,
         program: &Program,

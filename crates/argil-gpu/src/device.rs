@@ -63,6 +63,7 @@ pub async fn devices() -> Vec<DeviceInfo> {
 }
 
 /// A device that is open.
+#[derive(Debug)]
 pub struct Gpu {
     pub(crate) device: wgpu::Device,
     pub(crate) queue: wgpu::Queue,
@@ -79,6 +80,9 @@ pub struct Gpu {
 impl Gpu {
     /// Open the best device there is, a software one where there is no other; in a browser, within the limits and features
     /// that every WebGPU device has.
+    ///
+    /// # Errors
+    /// If no adapter is found, or it refuses the device.
     pub async fn open() -> Result<Self, GpuError> {
         if cfg!(target_arch = "wasm32") {
             return Self::open_portable().await;
@@ -89,6 +93,9 @@ impl Gpu {
     }
 
     /// The same with no more than the limits and the formats that every WebGPU device has: what runs on it runs in a browser.
+    ///
+    /// # Errors
+    /// If no adapter is found, or it refuses the device.
     pub async fn open_portable() -> Result<Self, GpuError> {
         Self::open_with(|_| wgpu::Limits::default(), wgpu::Features::empty()).await
     }

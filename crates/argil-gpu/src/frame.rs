@@ -60,7 +60,7 @@ pub(crate) struct FrameBuffers {
 }
 
 impl FrameBuffers {
-    pub fn new(
+    pub(crate) fn new(
         gpu: &Gpu,
         key: FrameKey,
         recording: Recording,
@@ -125,14 +125,14 @@ impl FrameBuffers {
     }
 
     /// Whether its buffers are those of such a frame.
-    pub fn fits(&self, key: &FrameKey) -> bool {
+    pub(crate) fn fits(&self, key: &FrameKey) -> bool {
         let own = &self.key;
         (own.size, own.max_steps, own.with_hits) == (key.size, key.max_steps, key.with_hits)
     }
 
     /// Takes up the recording of another frame that fits, as where an edit has changed how long the field is. Room for dispatches is
     /// made if there are more than ever before.
-    pub fn follow(
+    pub(crate) fn follow(
         &mut self,
         gpu: &Gpu,
         key: FrameKey,
@@ -204,7 +204,7 @@ impl FrameBuffers {
     }
 
     /// Runs a frame and brings it back; with the picture, what its passes took.
-    pub async fn run(
+    pub(crate) async fn run(
         &mut self,
         gpu: &Gpu,
         passes: FramePasses<'_>,
@@ -338,7 +338,7 @@ impl FrameBuffers {
 
     /// What is kept from frame to frame.
     #[cfg(test)]
-    pub fn buffers(&self) -> Vec<wgpu::Buffer> {
+    pub(crate) fn buffers(&self) -> Vec<wgpu::Buffer> {
         let tables = [&self.hits, &self.colors, &self.counts, &self.pixels];
         let tables = tables.into_iter().filter_map(StorageBuffer::buffer);
         tables

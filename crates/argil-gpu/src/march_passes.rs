@@ -63,7 +63,7 @@ pub(crate) struct MarchPasses {
 }
 
 impl MarchPasses {
-    pub fn new(field: &GpuProgram, of_bricks: bool) -> Result<Self, GpuError> {
+    pub(crate) fn new(field: &GpuProgram, of_bricks: bool) -> Result<Self, GpuError> {
         let gpu = field.gpu();
         let (own, march) = if of_bricks {
             let own = [CELLS_WGSL, argil_volume::wgsl::WORDS].concat();

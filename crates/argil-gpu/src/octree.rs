@@ -13,6 +13,7 @@ use argil_abi::{self as abi, Node, OctreeVolume};
 use argil_volume::{Octree, OctreeInfo, OctreeLayout, OctreeNodes, Volume, VolumeInfo};
 
 /// An octree's tables.
+#[derive(Debug)]
 struct OctreeTables {
     layout: OctreeLayout,
     keys: StorageBuffer,

@@ -34,7 +34,7 @@ pub(crate) struct PassRecorder<'a> {
 
 impl<'a> PassRecorder<'a> {
     /// For any number of passes.
-    pub fn new(gpu: &'a Gpu) -> Result<Self, GpuError> {
+    pub(crate) fn new(gpu: &'a Gpu) -> Result<Self, GpuError> {
         Ok(Self {
             gpu,
             timing: Timing::new(gpu, PASSES_PER_READBACK)?,
@@ -46,7 +46,7 @@ impl<'a> PassRecorder<'a> {
     }
 
     /// Without a wait, nor a look at what passes take.
-    pub fn untimed(gpu: &'a Gpu) -> Self {
+    pub(crate) fn untimed(gpu: &'a Gpu) -> Self {
         Self {
             gpu,
             timing: None,
@@ -58,7 +58,7 @@ impl<'a> PassRecorder<'a> {
     }
 
     /// Submit one pass, after whatever was written to buffers so far.
-    pub async fn pass(
+    pub(crate) async fn pass(
         &mut self,
         stage: &'static str,
         pipeline: &wgpu::ComputePipeline,
@@ -110,7 +110,7 @@ impl<'a> PassRecorder<'a> {
     }
 
     /// Wait for all passes; each stage with what its passes took, in the order of their first.
-    pub async fn finish(mut self) -> Result<StageTimings, GpuError> {
+    pub(crate) async fn finish(mut self) -> Result<StageTimings, GpuError> {
         self.gpu.wait().await?;
         self.collect().await?;
         if self.timing.is_none()

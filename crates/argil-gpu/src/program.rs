@@ -18,6 +18,7 @@ pub(crate) const NOP: &[Instruction] = &[Instruction {
 }];
 
 /// A program on a GPU, ready to be drawn.
+#[derive(Debug)]
 pub struct GpuProgram {
     gpu: Arc<Gpu>,
     instrs: StorageBuffer,
@@ -41,6 +42,9 @@ pub struct GpuProgram {
 
 impl GpuProgram {
     /// Bring a program to a device and make the pipelines. `specialized`: for this program alone.
+    ///
+    /// # Errors
+    /// If the program nests too deep for the device, exceeds its limits or memory, or the device fails.
     pub fn new(gpu: Arc<Gpu>, program: &Program, specialized: bool) -> Result<Self, GpuError> {
         // A software device pays for every case of the interpreter, used or not.
         let opcodes = if gpu.info().kind == DeviceKind::Software {
@@ -76,6 +80,9 @@ impl GpuProgram {
 
     /// Take over another program; only for a field that was not specialised. Compiles nothing, but on a software device
     /// whose trimmed interpreter lacks one of the program's opcodes.
+    ///
+    /// # Errors
+    /// If the program nests too deep for the device, exceeds its limits or memory, or the device fails.
     pub fn update(&mut self, program: &Program) -> Result<(), GpuError> {
         check_depth(program)?;
         self.extend_opcodes(OpcodeSet::of(program));

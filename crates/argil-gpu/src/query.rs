@@ -14,6 +14,9 @@ pub(crate) type QueryPass = (wgpu::BindGroupLayout, wgpu::ComputePipeline);
 
 impl GpuProgram {
     /// The field at points: distances and materials. The pass is compiled when first asked for.
+    ///
+    /// # Errors
+    /// If the device fails.
     pub async fn evaluate(&self, points: &[[f32; 3]]) -> Result<Vec<QueryResult>, GpuError> {
         if points.is_empty() {
             return Ok(Vec::new());

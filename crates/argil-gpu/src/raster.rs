@@ -29,6 +29,7 @@ static MESH: TraceMode = TraceMode {
 };
 
 /// Triangles on a device.
+#[derive(Debug)]
 pub struct GpuMesh {
     /// Positions and normals.
     vertices: StorageBuffer,
@@ -45,6 +46,9 @@ pub struct GpuMesh {
 impl GpuMesh {
     /// Bring triangles over; corners without a normal are lit as if they faced the viewer. `field` is what they were made
     /// from: it gives the light.
+    ///
+    /// # Errors
+    /// If the mesh exceeds the device's limits or memory.
     pub fn upload(field: &GpuProgram, mesh: Triangles<'_>) -> Result<Self, GpuError> {
         let gpu = field.gpu();
         let vertices: Vec<[Vec3; 2]> = mesh
@@ -87,6 +91,9 @@ impl GpuMesh {
     }
 
     /// Bring the triangles back, without materials; normals are zero where there are none.
+    ///
+    /// # Errors
+    /// If the device fails.
     pub async fn read(&self, gpu: &Gpu) -> Result<Mesh, GpuError> {
         let vertices = read_table(gpu, &self.vertices, 24 * u64::from(self.corners)).await?;
         let of = |at: usize, bytes: &[u8]| -> Vec3 {
@@ -153,6 +160,7 @@ impl GpuMesh {
 }
 
 /// What triangles of a frame's size are drawn on.
+#[derive(Debug)]
 struct RasterTarget {
     size: [u32; 2],
     nearest: wgpu::TextureView,

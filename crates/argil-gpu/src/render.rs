@@ -84,7 +84,11 @@ pub(crate) struct RenderPasses {
 
 impl RenderPasses {
     /// Compile for a field's interpreter.
-    pub fn new(gpu: &Gpu, field_wgsl: &str, way: &'static TraceMode) -> Result<Self, GpuError> {
+    pub(crate) fn new(
+        gpu: &Gpu,
+        field_wgsl: &str,
+        way: &'static TraceMode,
+    ) -> Result<Self, GpuError> {
         let source = [
             &argil_abi::wgsl(),
             TABLES_WGSL,
@@ -124,7 +128,7 @@ impl RenderPasses {
 
     /// Draw with a field's tables, what else the way to march reads, and triangles that each sample begins with, if there are any. With
     /// the picture, what its passes took.
-    pub async fn draw(
+    pub(crate) async fn draw(
         &self,
         field: &GpuProgram,
         bound: Vec<BoundResource>,

@@ -19,7 +19,7 @@ pub(crate) struct ResolvePass {
 }
 
 impl ResolvePass {
-    pub fn new(gpu: &Gpu) -> Result<Self, GpuError> {
+    pub(crate) fn new(gpu: &Gpu) -> Result<Self, GpuError> {
         let source = [
             &argil_abi::wgsl(),
             FRAME_WGSL,

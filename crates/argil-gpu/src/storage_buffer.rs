@@ -4,6 +4,7 @@ use bytemuck::Pod;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// A storage buffer that grows when it must and is kept when it need not. What is bound is exactly what was written.
+#[derive(Debug)]
 pub(crate) struct StorageBuffer {
     what: &'static str,
     buffer: Option<wgpu::Buffer>,
@@ -13,7 +14,7 @@ pub(crate) struct StorageBuffer {
 }
 
 impl StorageBuffer {
-    pub fn new(what: &'static str) -> Self {
+    pub(crate) fn new(what: &'static str) -> Self {
         Self {
             what,
             buffer: None,
@@ -23,7 +24,7 @@ impl StorageBuffer {
     }
 
     /// One that triangles are drawn from.
-    pub fn drawn(what: &'static str) -> Self {
+    pub(crate) fn drawn(what: &'static str) -> Self {
         Self {
             usage: wgpu::BufferUsages::VERTEX | wgpu::BufferUsages::INDEX,
             ..Self::new(what)
@@ -31,13 +32,13 @@ impl StorageBuffer {
     }
 
     /// Make room for `bytes`, and some more if that takes a new buffer.
-    pub fn reserve(&mut self, gpu: &Gpu, bytes: u64) -> Result<(), GpuError> {
+    pub(crate) fn reserve(&mut self, gpu: &Gpu, bytes: u64) -> Result<(), GpuError> {
         // Some air, so that a scene which grows brush by brush does not need a new buffer each time.
         self.reserve_with(gpu, bytes, bytes / 2)
     }
 
     /// Make room for `bytes`, no more.
-    pub fn reserve_exact(&mut self, gpu: &Gpu, bytes: u64) -> Result<(), GpuError> {
+    pub(crate) fn reserve_exact(&mut self, gpu: &Gpu, bytes: u64) -> Result<(), GpuError> {
         self.reserve_with(gpu, bytes, 0)
     }
 
@@ -75,14 +76,14 @@ impl StorageBuffer {
     }
 
     /// Hold exactly these rows.
-    pub fn write<T: Pod>(&mut self, gpu: &Gpu, rows: &[T]) -> Result<(), GpuError> {
+    pub(crate) fn write<T: Pod>(&mut self, gpu: &Gpu, rows: &[T]) -> Result<(), GpuError> {
         self.reserve(gpu, size_of_val(rows) as u64)?;
         self.rewrite(gpu, rows);
         Ok(())
     }
 
     /// The same where there is room for them.
-    pub fn rewrite<T: Pod>(&self, gpu: &Gpu, rows: &[T]) {
+    pub(crate) fn rewrite<T: Pod>(&self, gpu: &Gpu, rows: &[T]) {
         let bytes: &[u8] = bytemuck::cast_slice(rows);
         self.patch(gpu, 0, bytes);
         // The binding must not show more rows than there are.
@@ -91,7 +92,7 @@ impl StorageBuffer {
     }
 
     /// Replace some bytes, from one on.
-    pub fn patch(&self, gpu: &Gpu, at: u64, bytes: &[u8]) {
+    pub(crate) fn patch(&self, gpu: &Gpu, at: u64, bytes: &[u8]) {
         if let Some(buffer) = &self.buffer
             && !bytes.is_empty()
         {
@@ -99,27 +100,27 @@ impl StorageBuffer {
         }
     }
 
-    pub fn buffer(&self) -> Option<&wgpu::Buffer> {
+    pub(crate) fn buffer(&self) -> Option<&wgpu::Buffer> {
         self.buffer.as_ref()
     }
 
     /// Bytes that are bound.
-    pub fn used(&self) -> u64 {
+    pub(crate) fn used(&self) -> u64 {
         self.used.load(Ordering::Relaxed)
     }
 
     /// Bytes on the device.
-    pub fn size(&self) -> u64 {
+    pub(crate) fn size(&self) -> u64 {
         self.buffer.as_ref().map_or(0, wgpu::Buffer::size)
     }
 
     /// What is bound of it.
-    pub fn bound(&self, at: u32) -> Option<BoundResource> {
+    pub(crate) fn bound(&self, at: u32) -> Option<BoundResource> {
         let buffer = self.buffer.as_ref()?;
         Some(BoundResource::Buffer(at, buffer.clone(), Some(self.used())))
     }
 
-    pub fn binding(&self, binding: u32) -> Option<wgpu::BindGroupEntry<'_>> {
+    pub(crate) fn binding(&self, binding: u32) -> Option<wgpu::BindGroupEntry<'_>> {
         let buffer = self.buffer.as_ref()?;
         let resource = wgpu::BindingResource::Buffer(wgpu::BufferBinding {
             buffer,

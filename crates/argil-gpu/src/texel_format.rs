@@ -42,7 +42,7 @@ impl Gpu {
 
 impl TexelFormat {
     /// Of a texture that was made for samples of some width.
-    pub fn of(format: wgpu::TextureFormat) -> Self {
+    pub(crate) fn of(format: wgpu::TextureFormat) -> Self {
         match format {
             wgpu::TextureFormat::R8Snorm => Self::Plain(SampleFormat::Snorm8),
             wgpu::TextureFormat::R16Snorm => Self::Plain(SampleFormat::Snorm16),
@@ -52,7 +52,7 @@ impl TexelFormat {
     }
 
     /// As wgpu calls it.
-    pub fn format(self) -> wgpu::TextureFormat {
+    pub(crate) fn format(self) -> wgpu::TextureFormat {
         match self {
             Self::Plain(SampleFormat::Snorm8) => wgpu::TextureFormat::R8Snorm,
             Self::Plain(SampleFormat::Snorm16) => wgpu::TextureFormat::R16Snorm,
@@ -62,7 +62,7 @@ impl TexelFormat {
     }
 
     /// As shaders call it.
-    pub fn wgsl(self) -> &'static str {
+    pub(crate) fn wgsl(self) -> &'static str {
         match self {
             Self::Plain(SampleFormat::Snorm8) => "r8snorm",
             Self::Plain(SampleFormat::Snorm16) => "r16snorm",
@@ -72,14 +72,14 @@ impl TexelFormat {
     }
 
     /// The width of the samples.
-    pub fn bits(self) -> SampleFormat {
+    pub(crate) fn bits(self) -> SampleFormat {
         match self {
             Self::Plain(bits) | Self::Wide(bits) => bits,
         }
     }
 
     /// Bytes of a texel.
-    pub fn bytes(self) -> usize {
+    pub(crate) fn bytes(self) -> usize {
         match self {
             Self::Plain(bits) => bits.bytes(),
             Self::Wide(bits) => 4 * bits.bytes(),
@@ -87,7 +87,7 @@ impl TexelFormat {
     }
 
     /// Samples as texels.
-    pub fn texels_of(self, samples: &[u8]) -> Cow<'_, [u8]> {
+    pub(crate) fn texels_of(self, samples: &[u8]) -> Cow<'_, [u8]> {
         let mut texels = match self {
             Self::Plain(_) => return Cow::Borrowed(samples),
             Self::Wide(bits) => Vec::with_capacity(samples.len() / bits.bytes() * self.bytes()),
@@ -106,7 +106,7 @@ impl TexelFormat {
     }
 
     /// The samples of some texels, after others.
-    pub fn samples_into(self, texels: &[u8], samples: &mut Vec<u8>) {
+    pub(crate) fn samples_into(self, texels: &[u8], samples: &mut Vec<u8>) {
         match self {
             Self::Plain(_) => samples.extend_from_slice(texels),
             Self::Wide(SampleFormat::Snorm8) => samples.extend(texels.iter().step_by(4)),

@@ -10,7 +10,7 @@ pub(crate) struct Timing {
 
 impl Timing {
     /// For `passes` passes; `None` where the device has no time stamps, or not that many in one set.
-    pub fn new(gpu: &Gpu, passes: u32) -> Result<Option<Self>, GpuError> {
+    pub(crate) fn new(gpu: &Gpu, passes: u32) -> Result<Option<Self>, GpuError> {
         let capacity = passes.saturating_mul(2);
         if !gpu.has_timestamps || !(2..=wgpu::QUERY_SET_MAX_QUERIES).contains(&capacity) {
             return Ok(None);
@@ -37,7 +37,7 @@ impl Timing {
     }
 
     /// The stamps of the next pass; none once the set is full.
-    pub fn next(&mut self) -> Option<wgpu::ComputePassTimestampWrites<'_>> {
+    pub(crate) fn next(&mut self) -> Option<wgpu::ComputePassTimestampWrites<'_>> {
         let begin = self.used;
         if begin + 2 > self.capacity {
             return None;
@@ -51,7 +51,7 @@ impl Timing {
     }
 
     /// The same of a pass that draws.
-    pub fn next_render(&mut self) -> Option<wgpu::RenderPassTimestampWrites<'_>> {
+    pub(crate) fn next_render(&mut self) -> Option<wgpu::RenderPassTimestampWrites<'_>> {
         let compute = self.next()?;
         Some(wgpu::RenderPassTimestampWrites {
             query_set: compute.query_set,
@@ -61,17 +61,17 @@ impl Timing {
     }
 
     /// Whether there are no stamps left.
-    pub fn is_full(&self) -> bool {
+    pub(crate) fn is_full(&self) -> bool {
         self.used + 2 > self.capacity
     }
 
     /// Use the stamps anew.
-    pub fn restart(&mut self) {
+    pub(crate) fn restart(&mut self) {
         self.used = 0;
     }
 
     /// What each pass took, in the order in which they were begun.
-    pub async fn durations_ms(&self, gpu: &Gpu) -> Result<Vec<f64>, GpuError> {
+    pub(crate) async fn durations_ms(&self, gpu: &Gpu) -> Result<Vec<f64>, GpuError> {
         if self.used == 0 {
             return Ok(Vec::new());
         }

@@ -43,12 +43,12 @@ pub(crate) enum BoundResource {
 
 impl BoundResource {
     /// A whole buffer.
-    pub fn buffer(at: u32, buffer: &wgpu::Buffer) -> Self {
+    pub(crate) fn buffer(at: u32, buffer: &wgpu::Buffer) -> Self {
         Self::Buffer(at, buffer.clone(), None)
     }
 
     /// As wgpu takes it.
-    pub fn entry(&self) -> wgpu::BindGroupEntry<'_> {
+    pub(crate) fn entry(&self) -> wgpu::BindGroupEntry<'_> {
         let (binding, resource) = match self {
             Self::Buffer(at, buffer, bytes) => {
                 let size = bytes.and_then(std::num::NonZeroU64::new);

@@ -14,7 +14,7 @@ use std::any::Any;
 use web_time::Duration;
 
 /// What a representation is on the device, besides its texture.
-pub(crate) trait VolumeTables: Any + Send + Sync {
+pub(crate) trait VolumeTables: std::fmt::Debug + Any + Send + Sync {
     /// How its pictures are marched.
     fn way(&self) -> &'static TraceMode;
 
@@ -100,6 +100,7 @@ pub(crate) enum ClipUpdate<'a> {
 }
 
 /// What every volume has on the device.
+#[derive(Debug)]
 pub(crate) struct VolumeStorage {
     pub lattice: VoxelGrid,
     pub encoding: Encoding,
@@ -111,18 +112,18 @@ pub(crate) struct VolumeStorage {
 
 impl VolumeStorage {
     /// Another texture in place of the old.
-    pub fn set_texture(&mut self, texture: wgpu::Texture) {
+    pub(crate) fn set_texture(&mut self, texture: wgpu::Texture) {
         self.view = texture.create_view(&wgpu::TextureViewDescriptor::default());
         self.texture = texture;
     }
 
     /// Bytes of a texel.
-    pub fn texel_bytes(&self) -> u64 {
+    pub(crate) fn texel_bytes(&self) -> u64 {
         TexelFormat::of(self.texture.format()).bytes() as u64
     }
 
     /// Bytes of a texture as large as the lattice, with its levels.
-    pub fn texture_bytes(&self) -> u64 {
+    pub(crate) fn texture_bytes(&self) -> u64 {
         (0..self.texture.mip_level_count())
             .map(|level| self.lattice.texel_count(level) * self.texel_bytes())
             .sum()
@@ -130,6 +131,7 @@ impl VolumeStorage {
 }
 
 /// A volume on a device.
+#[derive(Debug)]
 pub struct GpuVolume {
     body: VolumeStorage,
     kind: Box<dyn VolumeTables>,

@@ -24,6 +24,7 @@ const SHORTEST: f32 = 1e-4;
 const LONGEST: f32 = 1e5;
 
 /// A solid whose surface is made of triangles.
+#[derive(Debug)]
 pub struct MeshSdf {
     /// The triangles that are between inside and outside.
     surface: Bvh,

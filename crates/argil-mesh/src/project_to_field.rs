@@ -16,6 +16,9 @@ const OUT: f32 = 0.05;
 /// Move the vertices of a mesh along their edges to where the exact field is 0, and give them its gradients as normals. One
 /// look at its distances, between the stored samples: false position, so that no vertex leaves its edge. Then one at its
 /// gradients, beside the surface.
+///
+/// # Panics
+/// If `marched` was not made from bricks of this program and these cell programs.
 pub fn project_to_field(program: &Program, lists: &CellPrograms, marched: &mut MarchedMesh) {
     let MarchedMesh {
         mesh,
@@ -62,6 +65,9 @@ pub fn project_to_field(program: &Program, lists: &CellPrograms, marched: &mut M
 
 /// Turn normals to the side of their edges that is outside: at a crease the gradient can be that of a surface which is not seen,
 /// and light would come from within. Planes for dual contouring are gradients as they are.
+///
+/// # Panics
+/// If `marched` has a vertex outside its ranges.
 pub fn orient_normals(marched: &mut MarchedMesh) {
     let MarchedMesh {
         mesh,

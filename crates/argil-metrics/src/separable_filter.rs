@@ -11,7 +11,11 @@ pub(crate) struct FilterPlane {
 }
 
 impl FilterPlane {
-    pub fn from_fn(width: usize, height: usize, of: impl Fn(usize) -> f32 + Sync + Send) -> Self {
+    pub(crate) fn from_fn(
+        width: usize,
+        height: usize,
+        of: impl Fn(usize) -> f32 + Sync + Send,
+    ) -> Self {
         Self {
             width,
             height,
@@ -21,7 +25,7 @@ impl FilterPlane {
 
     /// Weighted sums along rows with one window, then along columns with another; both have an odd number of weights, the
     /// middle one for the pixel itself. What lies beyond the border is the pixel there again.
-    pub fn filtered(&self, row: &[f32], column: &[f32]) -> Self {
+    pub(crate) fn filtered(&self, row: &[f32], column: &[f32]) -> Self {
         let (width, height) = (self.width, self.height);
         let along = |length: usize, weights: &[f32], at: usize, get: &dyn Fn(usize) -> f32| {
             let reach = weights.len() / 2;

@@ -26,7 +26,7 @@ pub(crate) struct SurfaceStep {
 }
 
 impl SurfaceStep {
-    pub fn from(near: f32) -> Self {
+    pub(crate) fn from(near: f32) -> Self {
         Self {
             t: near,
             side: 0.0,
@@ -36,7 +36,7 @@ impl SurfaceStep {
 
     /// Go by a stored distance; the gap, and whether the surface is reached.
     #[inline(always)]
-    pub fn step(&mut self, frame: &FrameUniform, d: f32, is_last: bool) -> (f32, bool) {
+    pub(crate) fn step(&mut self, frame: &FrameUniform, d: f32, is_last: bool) -> (f32, bool) {
         let is_first = self.side == 0.0;
         if is_first {
             self.side = if d < 0.0 && self.near <= 0.0 {
@@ -56,7 +56,7 @@ impl SurfaceStep {
         (gap, reached)
     }
 
-    pub fn kind(&self) -> u32 {
+    pub(crate) fn kind(&self) -> u32 {
         if self.side < 0.0 {
             abi::HIT_INSIDE
         } else {

@@ -5,6 +5,7 @@ use argil_abi::GpuMaterial;
 use argil_field::{Evaluator, LANES, NearEvaluator, NearField, Program, Pruner};
 
 /// What a thread asks the field by.
+#[derive(Debug)]
 pub struct FieldProbe<'a> {
     pub(crate) program: &'a Program,
     pub(crate) evaluator: Evaluator<'a>,

@@ -34,6 +34,7 @@ const _: () =
     assert!(RAYS.is_multiple_of(LANES) && BLOCKS <= CELLS_PER_BATCH && SLABS <= CELLS_PER_BATCH);
 
 /// The field itself; of many operands by what is near each point, else by lists for slabs of rays.
+#[derive(Debug)]
 pub struct PrunedField;
 
 impl RenderSource for PrunedField {

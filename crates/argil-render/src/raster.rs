@@ -19,7 +19,7 @@ use glam::{Vec2, Vec3, vec2};
 use rayon::prelude::*;
 
 /// Triangles to be drawn, counterclockwise as seen from outside.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub struct Triangles<'a> {
     /// Corners.
     pub positions: &'a [Vec3],

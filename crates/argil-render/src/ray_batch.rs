@@ -7,7 +7,7 @@ use glam::Vec3;
 use multiversion::multiversion;
 
 /// The rays of a tile with where they enter and leave the box, row by row; a ray that misses it enters after it leaves.
-#[derive(Default)]
+#[derive(Debug, Default)]
 pub(crate) struct RaySetup {
     pub direction: [Vec<f32>; 3],
     pub near: Vec<f32>,
@@ -15,7 +15,7 @@ pub(crate) struct RaySetup {
 }
 
 impl RaySetup {
-    pub fn fill(&mut self, frame: &FrameUniform, tile: Tile) {
+    pub(crate) fn fill(&mut self, frame: &FrameUniform, tile: Tile) {
         let [x, y, z] = &mut self.direction;
         for lanes in [x, y, z, &mut self.near, &mut self.far] {
             lanes.resize(tile.area(), 0.0);
@@ -68,7 +68,7 @@ fn start_row(starts: &mut RaySetup, frame: &FrameUniform, tile: Tile, row: u32) 
 }
 
 /// Rays under way, one field an array. They march together, so all have taken the same number of steps.
-#[derive(Default)]
+#[derive(Debug, Default)]
 pub(crate) struct RayBatch {
     pub pixel: Vec<u32>,
     pub direction: [Vec<f32>; 3],
@@ -95,12 +95,12 @@ pub(crate) struct RayBatch {
 pub(crate) const RETIRED: f32 = -1.0;
 
 impl RayBatch {
-    pub fn clear(&mut self) {
+    pub(crate) fn clear(&mut self) {
         self.truncate(0);
         self.retired = 0;
     }
 
-    pub fn truncate(&mut self, n: usize) {
+    pub(crate) fn truncate(&mut self, n: usize) {
         self.pixel.truncate(n);
         self.direction.iter_mut().for_each(|d| d.truncate(n));
         self.t.truncate(n);
@@ -114,7 +114,7 @@ impl RayBatch {
         self.last_way.truncate(n);
     }
 
-    pub fn push(&mut self, pixel: u32, direction: Vec3, (t, end): (f32, f32)) {
+    pub(crate) fn push(&mut self, pixel: u32, direction: Vec3, (t, end): (f32, f32)) {
         self.pixel.push(pixel);
         for k in 0..3 {
             self.direction[k].push(direction[k]);
@@ -132,20 +132,20 @@ impl RayBatch {
 
     /// Take a ray out of the march. Its place stays until enough have gone.
     #[inline]
-    pub fn retire(&mut self, i: usize) {
+    pub(crate) fn retire(&mut self, i: usize) {
         self.end[i] = RETIRED;
         self.retired += 1;
     }
 
     /// Close the gaps once a quarter of the places is empty: moving rays costs more than marching a few for nothing.
-    pub fn compact(&mut self) {
+    pub(crate) fn compact(&mut self) {
         if 4 * self.retired >= self.len() {
             self.close();
         }
     }
 
     /// Close all gaps.
-    pub fn close(&mut self) {
+    pub(crate) fn close(&mut self) {
         if self.retired == 0 {
             return;
         }
@@ -182,17 +182,17 @@ impl RayBatch {
 
     /// Whether a place holds a ray.
     #[inline]
-    pub fn is_active(&self, i: usize) -> bool {
+    pub(crate) fn is_active(&self, i: usize) -> bool {
         self.end[i] != RETIRED
     }
 
-    pub fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         self.pixel.len()
     }
 }
 
 /// Points gathered to be evaluated, with whose they are.
-#[derive(Default)]
+#[derive(Debug, Default)]
 pub struct Points {
     pub x: Vec<f32>,
     pub y: Vec<f32>,

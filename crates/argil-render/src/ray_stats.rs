@@ -103,7 +103,7 @@ pub(crate) struct RayCounts {
 }
 
 impl RayCounts {
-    pub fn add(&mut self, hits: &[Hit]) {
+    pub(crate) fn add(&mut self, hits: &[Hit]) {
         // Many rays do nothing.
         let idle = hits.iter().filter(|hit| hit.steps == 0).count() as u64;
         for histogram in [
@@ -123,14 +123,14 @@ impl RayCounts {
         }
     }
 
-    pub fn merge(&mut self, other: &Self) {
+    pub(crate) fn merge(&mut self, other: &Self) {
         self.steps.merge(&other.steps);
         self.samples.merge(&other.samples);
         self.descents.merge(&other.descents);
         self.cells.merge(&other.cells);
     }
 
-    pub fn clear(&mut self) {
+    pub(crate) fn clear(&mut self) {
         for histogram in [
             &mut self.steps,
             &mut self.samples,
@@ -141,7 +141,7 @@ impl RayCounts {
         }
     }
 
-    pub fn statistics(&self) -> RayStatistics {
+    pub(crate) fn statistics(&self) -> RayStatistics {
         RayStatistics {
             steps: self.steps.spread(),
             samples: self.samples.spread(),

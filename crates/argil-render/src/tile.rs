@@ -35,7 +35,7 @@ impl Tile {
 }
 
 /// The tiles of a picture, row by row from the top.
-pub fn tiles(width: u32, height: u32) -> impl Iterator<Item = Tile> {
+pub(crate) fn tiles(width: u32, height: u32) -> impl Iterator<Item = Tile> {
     (0..height)
         .step_by(TILE_HEIGHT as usize)
         .flat_map(move |first_row| {

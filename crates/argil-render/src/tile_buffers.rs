@@ -6,7 +6,7 @@ use argil_abi::{GpuMaterial, Hit};
 use std::any::Any;
 
 /// A thread's buffers, kept from tile to tile and from picture to picture.
-#[derive(Default)]
+#[derive(Debug, Default)]
 pub struct TileScratch {
     pub(crate) starts: RaySetup,
     pub(crate) wave: RayBatch,
@@ -17,12 +17,12 @@ pub struct TileScratch {
 }
 
 /// The buffers that only one way to march needs, each made when it is first asked for.
-#[derive(Default)]
-pub struct SourceScratch(Vec<Box<dyn Any + Send>>);
+#[derive(Debug, Default)]
+pub(crate) struct SourceScratch(Vec<Box<dyn Any + Send>>);
 
 impl SourceScratch {
     /// Those of a type.
-    pub fn of<T: Default + Send + 'static>(&mut self) -> &mut T {
+    pub(crate) fn of<T: Default + Send + 'static>(&mut self) -> &mut T {
         let place = self.0.iter().position(|one| one.is::<T>());
         let place = place.unwrap_or_else(|| {
             self.0.push(Box::new(T::default()));
@@ -43,7 +43,7 @@ pub(crate) struct TilePicture {
 }
 
 /// Buffers of the shading pass.
-#[derive(Default)]
+#[derive(Debug, Default)]
 pub(crate) struct Shading {
     /// The tile's pixels that show a surface.
     pub lit: Vec<u32>,

@@ -15,6 +15,7 @@ use glam::Vec3;
 const DIFFERENCES: usize = 6;
 
 /// The field with nothing pruned, as a GPU marches through it: what pruning is held against.
+#[derive(Debug)]
 pub struct WholeField;
 
 impl RenderSource for WholeField {

@@ -109,6 +109,9 @@ fn check_group(tree: &NodeTree) -> Result<(), EditError> {
 
 impl Scene {
     /// A node with all that it holds.
+    ///
+    /// # Panics
+    /// If `node` is not in the scene.
     pub fn subtree(&self, node: NodeId) -> NodeTree {
         let alone = |node: NodeId| NodeTree {
             desc: self.node(node).desc().clone(),

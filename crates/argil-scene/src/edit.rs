@@ -132,11 +132,17 @@ pub enum EditError {
 
 impl Scene {
     /// Put a brush or an empty group at the end of the scene.
+    ///
+    /// # Errors
+    /// If a value is invalid, a brush has children, or a material is missing. The scene stays unchanged.
     pub fn push(&mut self, entry: impl Into<NodeTree>) -> Result<EditOutcome, EditError> {
         self.push_into(Self::ROOT, entry)
     }
 
     /// Put a brush or an empty group at the end of a group.
+    ///
+    /// # Errors
+    /// If `parent` is not a group of the scene, a value is invalid, a brush has children, or a material is missing. The scene stays unchanged.
     pub fn push_into(
         &mut self,
         parent: NodeId,
@@ -151,6 +157,9 @@ impl Scene {
     }
 
     /// Do an edit. What was undone before can then not be redone.
+    ///
+    /// # Errors
+    /// If the edit cannot be applied: see [`EditError`]. The scene stays unchanged.
     pub fn apply(&mut self, edit: Edit) -> Result<EditOutcome, EditError> {
         let step = self.step(edit)?;
         let (edited, inverse) = self.take(step);

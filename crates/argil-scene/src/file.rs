@@ -31,6 +31,9 @@ pub use schema::schema;
 
 impl Scene {
     /// Read a scene file.
+    ///
+    /// # Errors
+    /// If the file cannot be read, is not valid JSON, or holds an invalid value. The error gives the line, the column and the path in the document.
     pub fn open(path: impl AsRef<Path>) -> Result<Self, FileError> {
         Self::open_file(path.as_ref())
     }
@@ -58,6 +61,9 @@ impl Scene {
     }
 
     /// Read a scene from text. `path` stands in messages only.
+    ///
+    /// # Errors
+    /// If the text is not valid JSON or holds an invalid value. The error gives the line, the column and the path in the document.
     pub fn from_json(json: &str, path: impl AsRef<Path>) -> Result<Self, FileError> {
         Self::read_text(json.as_bytes(), path.as_ref())
     }
@@ -79,6 +85,9 @@ impl Scene {
 
     /// Write a scene file, beside its place and then renamed into it, so that a failure leaves the old file whole. What is [sampled](crate::Shape::sampled) is written to files of its own
     /// beside it.
+    ///
+    /// # Errors
+    /// If the file cannot be written. The old file stays unchanged.
     pub fn save(&self, path: impl AsRef<Path>) -> Result<(), FileError> {
         let path = path.as_ref();
         let fault = |path: &Path, source| FileError::Io {
@@ -122,6 +131,9 @@ fn save_grid(place: &Path, name: &str, grid: &SampledGrid) -> std::io::Result<()
 
 /// Write a file beside its place and rename it into it, so that whoever looks finds the old file or the new one, whole. In a
 /// browser there are no files, and that is the error.
+///
+/// # Errors
+/// If a folder or the file cannot be written, or `write` fails. The old file stays unchanged.
 pub fn write_atomically(
     path: &Path,
     write: impl FnOnce(&mut std::io::BufWriter<&mut std::fs::File>) -> std::io::Result<()>,

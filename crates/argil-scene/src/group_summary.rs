@@ -17,7 +17,7 @@ pub(crate) struct GroupSummary {
 
 impl GroupSummary {
     /// One operand more.
-    pub fn add(&mut self, entry: &NodeDesc) {
+    pub(crate) fn add(&mut self, entry: &NodeDesc) {
         let Some([blend, chamfer, morph]) = parts(entry) else {
             return;
         };
@@ -27,7 +27,7 @@ impl GroupSummary {
     }
 
     /// One operand less.
-    pub fn remove(&mut self, entry: &NodeDesc) {
+    pub(crate) fn remove(&mut self, entry: &NodeDesc) {
         let Some([blend, chamfer, morph]) = parts(entry) else {
             return;
         };
@@ -42,16 +42,16 @@ impl GroupSummary {
     }
 
     /// The greatest blend radius.
-    pub fn max_blend(&self) -> f32 {
+    pub(crate) fn max_blend(&self) -> f32 {
         let greatest = self.blends.last_key_value();
         greatest.map_or(0.0, |(&bits, _)| f32::from_bits(bits))
     }
 
-    pub fn has_chamfers(&self) -> bool {
+    pub(crate) fn has_chamfers(&self) -> bool {
         self.chamfers > 0
     }
 
-    pub fn has_morphs(&self) -> bool {
+    pub(crate) fn has_morphs(&self) -> bool {
         self.morphs > 0
     }
 }

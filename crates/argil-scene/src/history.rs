@@ -30,7 +30,7 @@ pub(crate) enum HistoryStep {
 
 impl HistoryStep {
     /// What it takes in memory, about.
-    pub fn bytes(&self) -> u64 {
+    pub(crate) fn bytes(&self) -> u64 {
         let own = match self {
             Self::Set { entry, .. } => {
                 let text = entry.name.len() + entry.material.as_ref().map_or(0, String::len);
@@ -84,7 +84,7 @@ pub(crate) struct History {
 
 impl History {
     /// The entries that undo and redo would bring back.
-    pub fn entries(&mut self) -> impl Iterator<Item = &mut NodeDesc> {
+    pub(crate) fn entries(&mut self) -> impl Iterator<Item = &mut NodeDesc> {
         let all = self.undo.iter_mut().chain(&mut self.redo).flatten();
         all.filter_map(|step| match step {
             HistoryStep::Set { entry, .. } => Some(entry),
@@ -110,7 +110,7 @@ const MAX_CHANGES: usize = 1 << 14;
 
 impl History {
     /// Take note of a change.
-    pub fn note(&mut self, change: SceneChange) {
+    pub(crate) fn note(&mut self, change: SceneChange) {
         if self.changes.len() >= MAX_CHANGES {
             self.changes.drain(..MAX_CHANGES / 2);
             self.forgotten += MAX_CHANGES / 2;
@@ -119,14 +119,14 @@ impl History {
     }
 
     /// Keep the last so many steps.
-    pub fn keep(&mut self, keep: usize) {
+    pub(crate) fn keep(&mut self, keep: usize) {
         let steps = self.undo.len().saturating_sub(keep);
         self.undo.drain(..steps);
         self.bytes = self.bytes_of_steps().iter().sum();
     }
 
     /// Set a limit; how many steps can stay.
-    pub fn set_limit(&mut self, limit: HistoryLimit) -> usize {
+    pub(crate) fn set_limit(&mut self, limit: HistoryLimit) -> usize {
         self.limit = limit;
         self.bytes = self.bytes_of_steps().iter().sum();
         if self.undo.len() > limit.steps || self.bytes > limit.bytes {
@@ -137,7 +137,7 @@ impl History {
     }
 
     /// Whether there is more than the limit allows, now that a step of so many bytes was added.
-    pub fn is_over_limit(&mut self, added: u64) -> bool {
+    pub(crate) fn is_over_limit(&mut self, added: u64) -> bool {
         self.bytes += added;
         if self.bytes > self.limit.bytes {
             // What was undone since is counted still.
@@ -147,7 +147,7 @@ impl History {
     }
 
     /// How many of the last steps are within three quarters of the limit, so that steps are not dropped one by one; one at least.
-    pub fn steps_within_limit(&self) -> usize {
+    pub(crate) fn steps_within_limit(&self) -> usize {
         let sizes = self.bytes_of_steps();
         let mut left = self.limit.bytes - self.limit.bytes / 4;
         let mut fits = |&size: &u64| {
@@ -167,7 +167,7 @@ impl History {
     }
 
     /// Removed nodes that undo or redo can bring back.
-    pub fn held_nodes(&self) -> impl Iterator<Item = NodeId> + '_ {
+    pub(crate) fn held_nodes(&self) -> impl Iterator<Item = NodeId> + '_ {
         let all = self.undo.iter().chain(&self.redo).flatten();
         all.filter_map(|step| match step {
             HistoryStep::Attach { node, .. }
@@ -179,18 +179,18 @@ impl History {
     }
 
     /// Forget the changes after so many: they were taken back before anybody could see them.
-    pub fn forget_changes_after(&mut self, count: usize) {
+    pub(crate) fn forget_changes_after(&mut self, count: usize) {
         self.forgotten = self.forgotten.min(count);
         self.changes.truncate(count - self.forgotten);
     }
 
     /// How many changes there were.
-    pub fn count(&self) -> usize {
+    pub(crate) fn count(&self) -> usize {
         self.forgotten + self.changes.len()
     }
 
     /// Those after so many.
-    pub fn since(&self, count: usize) -> Option<&[SceneChange]> {
+    pub(crate) fn since(&self, count: usize) -> Option<&[SceneChange]> {
         self.changes.get(count.checked_sub(self.forgotten)?..)
     }
 }

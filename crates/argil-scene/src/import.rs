@@ -63,6 +63,9 @@ struct TreeNode {
 
 impl Scene {
     /// Read a scene in the tree format.
+    ///
+    /// # Errors
+    /// If the file cannot be read, is not a tree of this format, or uses an operation that scenes do not have.
     pub fn import_tree(path: impl AsRef<Path>) -> Result<Self, ImportError> {
         Self::import_tree_file(path.as_ref())
     }

@@ -54,7 +54,7 @@ impl Clone for MarginRequests {
 const NO_MARGINS: Bands = [0.1; 2];
 
 impl MarginRequests {
-    pub fn add(&self, bands: Bands) -> MarginRequest {
+    pub(crate) fn add(&self, bands: Bands) -> MarginRequest {
         let watch = MarginRequest::new(bands);
         let mut all = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         all.retain(|watch| watch.strong_count() > 0);
@@ -63,7 +63,7 @@ impl MarginRequests {
     }
 
     /// The widest of all that are held.
-    pub fn maximum(&self) -> Bands {
+    pub(crate) fn maximum(&self) -> Bands {
         let all = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         let held = all.iter().filter_map(Weak::upgrade);
         let widest = held

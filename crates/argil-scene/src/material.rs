@@ -39,6 +39,9 @@ impl Material {
     }
 
     /// Whether every value is in its range.
+    ///
+    /// # Errors
+    /// The first value that is out of range.
     pub fn check(&self) -> Result<(), ValidationError> {
         each("base_color", self.base_color, |p, v| within(p, v, 0.0, 1.0))?;
         within("roughness", self.roughness, 0.0, 1.0)?;

@@ -73,6 +73,9 @@ impl NodeDesc {
     }
 
     /// Whether every value can be used; else the first that cannot.
+    ///
+    /// # Errors
+    /// The first value that is out of range.
     pub fn check(&self) -> Result<(), ValidationError> {
         self.operator.check()?;
         for (i, modifier) in self.modifiers.iter().enumerate() {

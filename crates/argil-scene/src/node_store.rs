@@ -17,7 +17,7 @@ pub(crate) struct NodeStore {
 
 impl NodeStore {
     /// With a root alone.
-    pub fn of(root: Node) -> Self {
+    pub(crate) fn of(root: Node) -> Self {
         Self {
             root: Arc::new(root),
             chunks: Vec::new(),
@@ -25,15 +25,15 @@ impl NodeStore {
         }
     }
 
-    pub fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         self.len
     }
 
-    pub fn get(&self, index: usize) -> Option<&Node> {
+    pub(crate) fn get(&self, index: usize) -> Option<&Node> {
         (index < self.len).then(|| &self[index])
     }
 
-    pub fn push(&mut self, node: Node) {
+    pub(crate) fn push(&mut self, node: Node) {
         if (self.len - 1).is_multiple_of(CHUNK) {
             self.chunks.push(Arc::new(Vec::with_capacity(CHUNK)));
         }
@@ -44,7 +44,7 @@ impl NodeStore {
     }
 
     /// Keep the first so many, the root among them.
-    pub fn truncate(&mut self, len: usize) {
+    pub(crate) fn truncate(&mut self, len: usize) {
         let len = len.clamp(1, self.len);
         self.chunks.truncate((len - 1).div_ceil(CHUNK));
         let rest = (len - 1) % CHUNK;

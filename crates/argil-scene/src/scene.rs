@@ -179,6 +179,9 @@ impl Scene {
     }
 
     /// Add or change a material. Not part of the history.
+    ///
+    /// # Errors
+    /// If a value is out of range.
     pub fn set_material(
         &mut self,
         name: impl Into<String>,
@@ -373,6 +376,9 @@ impl Scene {
     }
 
     /// The path of a node as files and messages name it, `brushes[3].brushes[0]`; empty for the root.
+    ///
+    /// # Panics
+    /// If `id` is not in the scene.
     pub fn path(&self, id: NodeId) -> String {
         let mut steps = Vec::new();
         let mut at = id;

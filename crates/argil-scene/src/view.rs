@@ -78,6 +78,9 @@ impl View {
 
 impl CameraPose {
     /// Whether a camera can stand so.
+    ///
+    /// # Errors
+    /// The first value that is out of range.
     pub fn check(&self) -> Result<(), ValidationError> {
         match *self {
             Self::Orbit([azimuth, elevation, distance]) => {

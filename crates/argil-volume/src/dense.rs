@@ -21,7 +21,7 @@ use rayon::prelude::*;
 const COARSEST: u32 = 4;
 
 /// A dense volume.
-#[derive(Clone, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Dense {
     voxel_grid: VoxelGrid,
     encoding: Encoding,

@@ -11,6 +11,7 @@ use std::borrow::Cow;
 const MAX_LEVELS: usize = 16;
 
 /// All levels of a dense volume, ready to be sampled in batches.
+#[derive(Debug)]
 pub struct MipSampler<'a, T: Texel> {
     texels: [Cow<'a, [T]>; MAX_LEVELS],
     /// By level: texels per unit, the greatest index, the greatest index that has one above it, along each axis.

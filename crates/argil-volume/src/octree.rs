@@ -49,7 +49,7 @@ pub struct OctreeTimings {
 }
 
 /// An octree of bricks.
-#[derive(Clone, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Octree {
     layout: OctreeLayout,
     tree: OctreeNodes,

@@ -9,7 +9,7 @@ use std::any::Any;
 
 /// Following edits with a representation, wherever its texels are: how it lies, how far edits must tell what they change, and what they
 /// have left to be done. Each that is changed in place has its own.
-pub trait PendingEdits: Any + Send + Sync {
+pub trait PendingEdits: std::fmt::Debug + Any + Send + Sync {
     /// Where the voxels lie.
     fn voxel_grid(&self) -> &VoxelGrid;
 

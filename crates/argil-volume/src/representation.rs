@@ -150,6 +150,7 @@ macro_rules! volumes {
             clippy::large_enum_variant,
             reason = "volumes are few, and hold megabytes elsewhere"
         )]
+        #[derive(Debug)]
         pub enum Volume {
             $(#[doc = concat!("[`", stringify!($name), "`](struct@", stringify!($name), ")")] $name($name),)*
         }

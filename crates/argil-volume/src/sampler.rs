@@ -4,7 +4,7 @@ use crate::{Encoding, RESOLUTIONS, Texel, VoxelGrid};
 use glam::Vec3;
 
 /// A level of a volume, ready to be sampled.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub struct Sampler<'a, T> {
     texels: &'a [T],
     /// The greatest index along each axis.

@@ -4,7 +4,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 /// Stored distances, in memory or in a file that is mapped into it; x fastest, then y.
-#[derive(Clone)]
+#[derive(Clone, Debug)]
 pub enum Texels {
     /// Bytes.
     Eight(Vec<i8>),

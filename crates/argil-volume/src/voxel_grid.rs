@@ -77,6 +77,9 @@ pub struct VoxelGrid {
 impl VoxelGrid {
     /// `resolution` voxels along the longest side of a finite box, and as many as are needed along the others, where the
     /// volume may be up to a voxel longer than the box.
+    ///
+    /// # Errors
+    /// If the resolution is outside [`RESOLUTIONS`].
     pub fn covering(region: Aabb, resolution: u32) -> Result<Self, ResolutionError> {
         if !RESOLUTIONS.contains(&resolution) {
             return Err(ResolutionError(resolution));
@@ -99,6 +102,9 @@ impl VoxelGrid {
 
     /// A lattice that holds a solid with two voxels around it, and the frame that it is looked at in. A solid without
     /// end is cut to the frame, or to a box of size 2 around the origin.
+    ///
+    /// # Errors
+    /// If the resolution is outside [`RESOLUTIONS`].
     pub fn fitting(
         solid: Aabb,
         frame: Option<Aabb>,
@@ -119,6 +125,9 @@ impl VoxelGrid {
     }
 
     /// The same of voxels of a size, in the scene's unit: as many as hold that, `most` along a side.
+    ///
+    /// # Errors
+    /// If the region would have too few or too many voxels along its longest side.
     pub fn of_voxels(
         solid: Aabb,
         frame: Option<Aabb>,

@@ -166,9 +166,7 @@ fn no_changed_byte_goes_unnoticed_but_in_gaps() {
 fn newer_files_and_others_say_so() {
     let mut bytes = bytes_of(&volumes()[0]);
     bytes[8] = 3;
-    let error = VolumeFile::from_bytes(&bytes, "new")
-        .err()
-        .expect("an error");
+    let error = VolumeFile::from_bytes(&bytes, "new").expect_err("an error");
     assert_eq!(
         error.to_string(),
         "new: format version 3 is newer than this program reads (2): update argil"

@@ -18,11 +18,17 @@ use std::path::Path;
 
 impl Engine {
     /// A GPU where there is a real one, else the CPU.
+    ///
+    /// # Errors
+    /// Only if a GPU is there but refuses to open.
     pub fn auto() -> Result<Self, EngineError> {
         Self::with_backend(Backend::Auto)
     }
 
     /// The given back end, or why it is not there.
+    ///
+    /// # Errors
+    /// If `backend` asks for a GPU and there is none, or it refuses to open.
     pub fn with_backend(backend: Backend) -> Result<Self, EngineError> {
         wait(Self::with_backend_async(backend))
     }
@@ -101,6 +107,9 @@ impl World {
     }
 
     /// What the volume is; `None` of a field.
+    ///
+    /// # Errors
+    /// If the device fails.
     pub fn volume_info(&self) -> Result<Option<VolumeInfo>, BuildError> {
         wait(self.volume_info_async())
     }
@@ -150,6 +159,9 @@ impl World {
     }
 
     /// A picture by settings.
+    ///
+    /// # Errors
+    /// If a setting is out of range, the mode needs bricks that the world does not have, or the device fails.
     pub fn render(
         &self,
         camera: &Camera,
@@ -160,6 +172,9 @@ impl World {
 
     /// How far the ray of each pixel goes until it hits a solid, row by row from the top, of the first sample where there are
     /// several; infinite where it hits none.
+    ///
+    /// # Errors
+    /// See [`World::render`].
     pub fn ray_distances(
         &self,
         camera: &Camera,

@@ -15,6 +15,7 @@ use argil_scene::Scene;
 /// assert_eq!(bricks.resolution(), Some([64, 64, 64]));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
+#[derive(Debug)]
 pub struct Build<'a> {
     world: World,
     scene: &'a Scene,

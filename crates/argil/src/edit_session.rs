@@ -114,7 +114,7 @@ pub(crate) enum EditableVolume<'a> {
 
 impl<'a> EditableVolume<'a> {
     /// Of a world; nothing where it is kept as no volume, or its shaders are for one scene alone.
-    pub fn of(kept: &'a mut Storage, field: Option<&'a mut GpuProgram>) -> Option<Self> {
+    pub(crate) fn of(kept: &'a mut Storage, field: Option<&'a mut GpuProgram>) -> Option<Self> {
         match (kept, field) {
             (Storage::Cpu(volume), _) => Some(Self::Cpu(volume)),
             (Storage::Gpu(volume), Some(field)) if !field.is_specialized() => {
@@ -141,6 +141,7 @@ impl<'a> EditableVolume<'a> {
 }
 
 /// How far a world has followed its scene.
+#[derive(Debug)]
 pub(crate) struct EditSession {
     /// The scene's, or [`STALE`].
     identity: u64,
@@ -161,7 +162,7 @@ pub(crate) struct EditSession {
 }
 
 impl EditSession {
-    pub fn of(scene: &Scene) -> Self {
+    pub(crate) fn of(scene: &Scene) -> Self {
         Self {
             identity: scene.identity(),
             seen_changes: scene.change_count(),
@@ -175,18 +176,18 @@ impl EditSession {
     }
 
     /// Has the scene's edits tell boxes for what is changed in place, from now on.
-    pub fn watch(&mut self, scene: &Scene, edits: Box<dyn PendingEdits>, program: &Program) {
+    pub(crate) fn watch(&mut self, scene: &Scene, edits: Box<dyn PendingEdits>, program: &Program) {
         self.watch = Some(scene.request_margins(edits.margins(program)));
         self.edits = Some(edits);
     }
 
     /// Whether what the world is kept as is changed in place.
-    pub fn is_in_place(&self) -> bool {
+    pub(crate) fn is_in_place(&self) -> bool {
         self.edits.is_some()
     }
 
     /// Whether a scene is the one that was built, and nothing changed that the world does not know.
-    pub fn has_seen_all(&self, scene: &Scene) -> bool {
+    pub(crate) fn has_seen_all(&self, scene: &Scene) -> bool {
         self.identity == scene.identity() && self.seen_changes == scene.change_count()
     }
 
@@ -232,7 +233,7 @@ impl EditSession {
     /// # Errors
     /// If the scene cannot be lowered: nothing is changed then; or if its bricks take too much: everything is to be made again
     /// the next time.
-    pub async fn update(
+    pub(crate) async fn update(
         &mut self,
         scene: &Scene,
         mut kept: EditableVolume<'_>,
@@ -401,7 +402,7 @@ impl EditSession {
     }
 
     /// Do what is left to be done and wait for it; what edits did since this was last called.
-    pub async fn flush(
+    pub(crate) async fn flush(
         &mut self,
         mut kept: EditableVolume<'_>,
         machine: (&Engine, Option<u64>),
@@ -417,18 +418,18 @@ impl EditSession {
     }
 
     /// What is known to have been done since this was last called.
-    pub fn take_stats(&mut self) -> EditStats {
+    pub(crate) fn take_stats(&mut self) -> EditStats {
         std::mem::take(&mut self.stats)
     }
 
     /// So many bricks were made anew, after what was done before.
-    pub fn record_rebuild(&mut self, bricks: u64, before: EditStats) {
+    pub(crate) fn record_rebuild(&mut self, bricks: u64, before: EditStats) {
         self.stats = before;
         self.stats.filled += bricks;
     }
 
     /// The boxes of edits that are done by now and were not told.
-    pub fn take_finished_boxes(&mut self) -> Vec<Aabb> {
+    pub(crate) fn take_finished_boxes(&mut self) -> Vec<Aabb> {
         if self.remaining_blocks() == 0 {
             std::mem::take(&mut self.pending_boxes)
         } else {
@@ -437,17 +438,17 @@ impl EditSession {
     }
 
     /// The program operand by operand, if the scene was followed.
-    pub fn program(&self) -> Option<&IncrementalProgram> {
+    pub(crate) fn program(&self) -> Option<&IncrementalProgram> {
         self.program.as_ref()
     }
 
     /// What holds of the whole, and the tables, if the scene was followed.
-    pub fn tables(&self) -> Option<&Program> {
+    pub(crate) fn tables(&self) -> Option<&Program> {
         self.program.as_ref().map(IncrementalProgram::program)
     }
 
     /// The whole program as it is now, if the scene was followed.
-    pub fn to_program(&self) -> Option<Program> {
+    pub(crate) fn to_program(&self) -> Option<Program> {
         self.program.as_ref().map(IncrementalProgram::to_program)
     }
 }

@@ -18,7 +18,7 @@ pub enum Backend {
 }
 
 /// A device that worlds are built on. Cheap to clone.
-#[derive(Clone)]
+#[derive(Clone, Debug)]
 pub struct Engine {
     pub(crate) gpu: Option<Arc<Gpu>>,
     selection_reason: String,
@@ -36,6 +36,9 @@ impl Engine {
     }
 
     /// [`Engine::with_backend`] as a future.
+    ///
+    /// # Errors
+    /// If `backend` asks for a GPU and there is none, or it refuses to open.
     pub async fn with_backend_async(backend: Backend) -> Result<Self, EngineError> {
         match backend {
             Backend::Cpu => Ok(Self::cpu()),

@@ -109,7 +109,7 @@ pub(crate) struct Stages {
 }
 
 impl Stages {
-    pub fn of(engine: &Engine) -> Self {
+    pub(crate) fn of(engine: &Engine) -> Self {
         Self {
             control: engine.control.clone(),
             last: Instant::now(),
@@ -118,12 +118,12 @@ impl Stages {
     }
 
     /// What was done since is counted elsewhere.
-    pub fn restart(&mut self) {
+    pub(crate) fn restart(&mut self) {
         self.last = Instant::now();
     }
 
     /// A stage is done; an error if the work is to end.
-    pub fn done(&mut self, stage: &'static str) -> Result<(), BuildError> {
+    pub(crate) fn done(&mut self, stage: &'static str) -> Result<(), BuildError> {
         let now = Instant::now();
         self.all
             .push((stage, (now - self.last).as_secs_f64() * 1e3));

@@ -31,6 +31,9 @@ impl RenderedImage {
     }
 
     /// Write a PNG, beside its place and then renamed into it.
+    ///
+    /// # Errors
+    /// If the file cannot be written.
     #[cfg(feature = "png")]
     pub fn save(&self, path: impl AsRef<Path>) -> Result<(), ImageFileError> {
         save_png(path.as_ref(), self.size, &self.rgb)
@@ -38,6 +41,9 @@ impl RenderedImage {
 }
 
 /// Write 8-bit RGB as a PNG, beside its place and then renamed into it.
+///
+/// # Errors
+/// If the file cannot be written, or `rgb` is not three bytes per pixel.
 #[cfg(feature = "png")]
 pub fn save_png(path: &Path, size: [u32; 2], rgb: &[u8]) -> Result<(), ImageFileError> {
     argil_scene::write_atomically(path, |out| write_png(size, rgb, out)).map_err(|e| {

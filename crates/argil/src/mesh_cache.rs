@@ -15,7 +15,7 @@ const HEAD: usize = 6;
 const MAGIC_TEXT: &str = "grid04";
 
 /// Where the distances of a file's mesh are kept, by the hash of its bytes.
-pub fn place(bytes: &[u8], format: MeshFormat, resolution: u32) -> Option<PathBuf> {
+pub(crate) fn place(bytes: &[u8], format: MeshFormat, resolution: u32) -> Option<PathBuf> {
     let hash = blake3::hash(bytes).to_hex();
     let name = format!("{hash}-{format:?}-{resolution}.{MAGIC_TEXT}");
     Some(cache_folder()?.join(name))
@@ -29,7 +29,7 @@ fn cache_folder() -> Option<PathBuf> {
 }
 
 /// Keeps distances, with how many triangles they are of and what was done to those.
-pub fn write(
+pub(crate) fn write(
     path: &Path,
     grid: &SampledGrid,
     (triangles, repairs): (u64, RepairReport),
@@ -59,7 +59,7 @@ fn hash_of(head: &[u8], bytes: &[u8]) -> blake3::Hash {
 }
 
 /// What was kept, if it is whole.
-pub fn read(path: &Path) -> Option<(SampledGrid, (u64, RepairReport))> {
+pub(crate) fn read(path: &Path) -> Option<(SampledGrid, (u64, RepairReport))> {
     let all = std::fs::read(path).ok()?;
     let (magic, rest) = all.split_at_checked(MAGIC.len())?;
     let (hash, rest) = rest.split_at_checked(32)?;

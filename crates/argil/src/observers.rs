@@ -1,36 +1,46 @@
-//! Who is told of changes.
+//! Callbacks that a world calls when boxes of it change.
 
 use argil_math::Aabb;
 
-/// A listener of a world, to be taken away by.
+/// Identifies a subscription, to end it with [`World::unsubscribe`](crate::World::unsubscribe).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SubscriptionId(u64);
 
-type Call = Box<dyn FnMut(&[Aabb]) + Send + Sync>;
+type Callback = Box<dyn FnMut(&[Aabb]) + Send + Sync>;
 
 #[derive(Default)]
 pub(crate) struct Observers {
-    all: Vec<(SubscriptionId, Call)>,
-    given: u64,
+    callbacks: Vec<(SubscriptionId, Callback)>,
+    last_id: u64,
+}
+
+impl std::fmt::Debug for Observers {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Observers").finish_non_exhaustive()
+    }
 }
 
 impl Observers {
-    pub fn add(&mut self, call: Call) -> SubscriptionId {
-        self.given += 1;
-        let listener = SubscriptionId(self.given);
-        self.all.push((listener, call));
-        listener
+    pub(crate) fn add(&mut self, callback: Callback) -> SubscriptionId {
+        self.last_id += 1;
+        let id = SubscriptionId(self.last_id);
+        self.callbacks.push((id, callback));
+        id
     }
 
-    pub fn remove(&mut self, listener: SubscriptionId) -> bool {
-        let before = self.all.len();
-        self.all.retain(|(own, _)| *own != listener);
-        self.all.len() < before
+    /// Returns whether there was such a subscription.
+    pub(crate) fn remove(&mut self, id: SubscriptionId) -> bool {
+        let before = self.callbacks.len();
+        self.callbacks.retain(|(own, _)| *own != id);
+        self.callbacks.len() < before
     }
 
-    pub fn notify(&mut self, boxes: &[Aabb]) {
+    /// Calls every callback with boxes that changed, unless there are none.
+    pub(crate) fn notify(&mut self, boxes: &[Aabb]) {
         if !boxes.is_empty() {
-            self.all.iter_mut().for_each(|(_, call)| call(boxes));
+            self.callbacks
+                .iter_mut()
+                .for_each(|(_, callback)| callback(boxes));
         }
     }
 }

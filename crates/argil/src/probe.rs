@@ -52,7 +52,7 @@ pub(crate) struct Probe<'a> {
 
 impl<'a> Probe<'a> {
     /// For distances that matter up to `reach`. What is farther is told to be at least as far as what is told.
-    pub fn new(world: &'a World, reach: f32) -> Self {
+    pub(crate) fn new(world: &'a World, reach: f32) -> Self {
         let fits = |far: f32| reach <= 0.8 * far;
         let lists = match world.live_program() {
             Some(live) if fits(live.parts().far) && world.has_few_queries() => Lists::Live(live),
@@ -134,7 +134,7 @@ impl<'a> Probe<'a> {
     }
 
     /// The distance at a point, as far as it is told.
-    pub fn distance(&mut self, p: Vec3) -> f32 {
+    pub(crate) fn distance(&mut self, p: Vec3) -> f32 {
         let far = self.far();
         let (evaluator, list, _) = self.prepare(p);
         let mut d = [0.0];
@@ -144,7 +144,7 @@ impl<'a> Probe<'a> {
 
     /// The same at points along a ray, into `out`: of the first, and of those that follow as far as one list is theirs; how many
     /// that are. They cost what one does.
-    pub fn distances_along(
+    pub(crate) fn distances_along(
         &mut self,
         (origin, direction): (Vec3, Vec3),
         t: &[f32],
@@ -174,7 +174,7 @@ impl<'a> Probe<'a> {
     }
 
     /// The distance and its gradient at a point near the surface.
-    pub fn gradient(&mut self, p: Vec3) -> (f32, Vec3) {
+    pub(crate) fn gradient(&mut self, p: Vec3) -> (f32, Vec3) {
         let (evaluator, list, _) = self.prepare(p);
         let (mut d, mut g) = ([0.0], [[0.0]; 3]);
         let [x, y, z] = &mut g;
@@ -184,7 +184,7 @@ impl<'a> Probe<'a> {
     }
 
     /// What a point near the surface is made of.
-    pub fn material(&mut self, p: Vec3) -> GpuMaterial {
+    pub(crate) fn material(&mut self, p: Vec3) -> GpuMaterial {
         let (evaluator, list, _) = self.prepare(p);
         let (mut d, mut material) = ([0.0], [GpuMaterial::default()]);
         let point: [&[f32]; 3] = [&[p.x], &[p.y], &[p.z]];

@@ -10,6 +10,7 @@ const QUERY_PARTS: f32 = 24.0;
 const QUERY_REACH: f32 = 3.0;
 
 /// A program, and what is made of it for queries when they are first asked.
+#[derive(Debug)]
 pub(crate) struct ProgramCache {
     pub program: Program,
     index: OnceLock<Option<OperandIndex>>,
@@ -28,7 +29,7 @@ impl From<Program> for ProgramCache {
 
 impl ProgramCache {
     /// While edits are followed in place, the program is put together when it is asked for.
-    pub fn of<'a>(program: &'a OnceLock<Self>, live: &EditSession) -> &'a Self {
+    pub(crate) fn of<'a>(program: &'a OnceLock<Self>, live: &EditSession) -> &'a Self {
         program.get_or_init(|| {
             let whole = live.to_program();
             whole.expect("a program, or one that is followed").into()
@@ -42,13 +43,13 @@ impl ProgramCache {
     }
 
     /// What can matter near a point, of a program that is neither short nor very long.
-    pub fn list_tree(&self, focus: Aabb) -> Option<&ProgramTree> {
+    pub(crate) fn list_tree(&self, focus: Aabb) -> Option<&ProgramTree> {
         let make = || ProgramTree::new(&self.program, self.held(focus));
         self.tree.get_or_init(make).as_ref()
     }
 
     /// What is near where in the program, of one with many pieces. `focus` is the box of one without end.
-    pub fn operand_index(&self, focus: Aabb) -> Option<&OperandIndex> {
+    pub(crate) fn operand_index(&self, focus: Aabb) -> Option<&OperandIndex> {
         let make = || {
             let held = self.held(focus);
             let size = held.size().max_element();

@@ -44,7 +44,7 @@ pub enum BoxPosition {
 }
 
 /// What is asked.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub(crate) enum QuerySource<'a> {
     Field,
     Volume(&'a Volume),
@@ -64,7 +64,7 @@ pub(crate) enum QuerySource<'a> {
 /// assert!((hit.distance - 1.5).abs() < 1e-3);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub struct Query<'a> {
     pub(crate) source: QuerySource<'a>,
     pub(crate) world: &'a World,

@@ -134,6 +134,7 @@ impl World {
 }
 
 /// The cameras of an orbit: the first as given, the others turned about the vertical by equal angles.
+#[derive(Debug)]
 pub struct Orbit;
 
 impl Orbit {

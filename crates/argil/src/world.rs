@@ -33,6 +33,7 @@ const FEW_QUERIES: u32 = 64;
 /// # assert!(picture.hit_pixels > 0);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
+#[derive(Debug)]
 pub struct World {
     pub(crate) engine: Engine,
     program: OnceLock<ProgramCache>,

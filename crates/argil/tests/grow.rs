@@ -161,8 +161,7 @@ fn what_is_far_apart_is_baked_from_nothing() -> Outcome {
         let refused = engine
             .build(&scene)?
             .bricks(fine)
-            .err()
-            .expect("too many voxels");
+            .expect_err("too many voxels");
         assert!(refused.to_string().contains("4194304"), "{refused}");
     }
     Ok(())
@@ -365,7 +364,7 @@ fn voxels_are_of_the_size_that_was_asked_for() -> Result<(), Box<dyn std::error:
     world.apply(&scene)?;
     assert_eq!(world.diff_from_rebuild()?, Some(0));
     for voxel in [f32::NAN, 0.0, -1.0, f32::INFINITY, 1e-9, 1e9] {
-        let refused = built(&scene, voxel).err().expect("no such voxels");
+        let refused = built(&scene, voxel).expect_err("no such voxels");
         assert!(
             matches!(refused, BuildError::Voxel(_)),
             "{voxel}: {refused}"

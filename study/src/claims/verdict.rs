@@ -4,7 +4,7 @@ use crate::record::Record;
 
 /// What records say of a claim.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Verdict {
+pub(crate) enum Verdict {
     /// All that was measured agrees.
     Confirmed,
     /// All that was measured disagrees.
@@ -15,7 +15,7 @@ pub enum Verdict {
 
 impl Verdict {
     /// In one word.
-    pub fn word(self) -> &'static str {
+    pub(crate) fn word(self) -> &'static str {
         match self {
             Self::Confirmed => "confirmed",
             Self::Refuted => "refuted",
@@ -25,7 +25,7 @@ impl Verdict {
 }
 
 /// A claim, and how it is judged.
-pub struct Claim {
+pub(crate) struct Claim {
     /// Where it stands.
     pub place: &'static str,
     /// What it says.

@@ -3,7 +3,7 @@
 use crate::record::Record;
 
 /// Devices in the order of their records.
-pub fn devices<'a>(records: &[&'a Record]) -> Vec<&'a str> {
+pub(super) fn devices<'a>(records: &[&'a Record]) -> Vec<&'a str> {
     let mut all: Vec<&str> = Vec::new();
     for record in records {
         if !all.contains(&record.machine.device.as_str()) {
@@ -14,7 +14,7 @@ pub fn devices<'a>(records: &[&'a Record]) -> Vec<&'a str> {
 }
 
 /// The records of each device that have no error, devices in the order of their records.
-pub fn done_by_device<'a>(records: &[&'a Record]) -> Vec<(&'a str, Vec<&'a Record>)> {
+pub(super) fn done_by_device<'a>(records: &[&'a Record]) -> Vec<(&'a str, Vec<&'a Record>)> {
     let of = |device| {
         let own = records.iter().copied();
         own.filter(|r| r.machine.device == device && r.error.is_none())

@@ -27,7 +27,7 @@ fn clocks(records: &[&Record], device: &str) -> String {
 }
 
 /// What was measured where, a line each.
-pub fn machines(records: &[&Record]) -> Vec<String> {
+pub(super) fn machines(records: &[&Record]) -> Vec<String> {
     let mut all: Vec<String> = Vec::new();
     for record in records {
         let m = &record.machine;
@@ -55,7 +55,7 @@ pub fn machines(records: &[&Record]) -> Vec<String> {
 }
 
 /// The whole page.
-pub fn page(all: &[Source]) -> String {
+pub(super) fn page(all: &[Source]) -> String {
     let records: Vec<&Record> = all.iter().map(|source| &source.record).collect();
     let devices = {
         let mut all: Vec<&str> = records.iter().map(|r| r.machine.device.as_str()).collect();

@@ -21,11 +21,11 @@ const COLORS: [RGBColor; 7] = [
 const INK: RGBColor = RGBColor(1, 2, 3);
 
 /// Named points.
-pub type Series = (String, Vec<(f64, f64)>);
+pub(super) type Series = (String, Vec<(f64, f64)>);
 
 /// What a plot says around its data.
 #[derive(Clone, Copy)]
-pub struct PlotAxes<'a> {
+pub(super) struct PlotAxes<'a> {
     /// Of the plot.
     pub title: &'a str,
     /// Along x.
@@ -151,7 +151,7 @@ fn beside(series: &[Series]) -> SeriesLabelPosition {
 }
 
 /// Lines through points.
-pub fn lines(axes: PlotAxes<'_>, series: &[Series]) -> String {
+pub(super) fn lines(axes: PlotAxes<'_>, series: &[Series]) -> String {
     let all = || series.iter().flat_map(|(_, points)| points);
     let x = range(all().map(|p| p.0), axes.log_x);
     let y = range(all().map(|p| p.1), axes.log_y);
@@ -178,7 +178,7 @@ pub fn lines(axes: PlotAxes<'_>, series: &[Series]) -> String {
 
 /// A bar: how high it is, and from where to where its samples reach.
 #[derive(Clone, Copy, Debug)]
-pub struct PlotBar {
+pub(super) struct PlotBar {
     /// Its height.
     pub value: f64,
     /// Where its whisker begins and ends.
@@ -220,7 +220,7 @@ fn heights(
 }
 
 /// Groups of bars, one of each series in a group; or, stacked, one bar a group.
-pub fn bars(
+pub(super) fn bars(
     axes: PlotAxes<'_>,
     groups: &[String],
     series: &[(String, Vec<Option<PlotBar>>)],

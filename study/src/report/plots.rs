@@ -8,7 +8,7 @@ use crate::record::{Record, quantile};
 use std::collections::BTreeMap;
 
 /// An experiment's plots.
-pub fn plots(name: &str, records: &[&Record]) -> Vec<String> {
+pub(super) fn plots(name: &str, records: &[&Record]) -> Vec<String> {
     let mut all = Vec::new();
     for (device, own) in done_by_device(records) {
         match name {

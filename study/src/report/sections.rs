@@ -6,7 +6,7 @@ use crate::formatting::number;
 use crate::record::Record;
 
 /// A picture with what stands under it.
-pub struct Figure<'a> {
+pub(super) struct Figure<'a> {
     /// Whose it is.
     pub source: &'a Source,
     /// Which.
@@ -89,7 +89,7 @@ const LOST: &[Column] = &[
 ];
 
 /// An experiment's table.
-pub fn table_of(name: &str, records: &[&Record], several: bool) -> String {
+pub(super) fn table_of(name: &str, records: &[&Record], several: bool) -> String {
     let columns = match name {
         "construction" | "dense-fill" | "memory" => BUILDS,
         "fidelity" | "normals" => IMAGE_ERROR_COLUMNS,
@@ -103,7 +103,7 @@ pub fn table_of(name: &str, records: &[&Record], several: bool) -> String {
 }
 
 /// Whether a record's picture is shown.
-pub fn is_shown(record: &Record, part: &str) -> bool {
+pub(crate) fn is_shown(record: &Record, part: &str) -> bool {
     match record.experiment.as_str() {
         "fidelity" if part == "laplacian" => record.scene == "teapot",
         "fidelity" => ["teapot", "edgy-cube"].contains(&record.scene.as_str()),
@@ -113,7 +113,7 @@ pub fn is_shown(record: &Record, part: &str) -> bool {
 }
 
 /// Pictures that are shown.
-pub fn pictures<'a>(name: &str, sources: &[&'a Source]) -> Vec<Figure<'a>> {
+pub(super) fn pictures<'a>(name: &str, sources: &[&'a Source]) -> Vec<Figure<'a>> {
     let mut all = Vec::new();
     for source in sources {
         let record = &source.record;

@@ -26,7 +26,7 @@ const SENTENCES: &[(&str, Sentence)] = &[
 ];
 
 /// What the records say, in words.
-pub fn sentences(name: &str, records: &[&Record]) -> Vec<String> {
+pub(super) fn sentences(name: &str, records: &[&Record]) -> Vec<String> {
     let mut all = Vec::new();
     let known = SENTENCES.iter().find(|(own, _)| *own == name);
     for (device, own) in done_by_device(records) {

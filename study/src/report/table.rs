@@ -4,7 +4,7 @@ use crate::formatting::{escaped, number};
 use crate::record::{Record, quantile};
 
 /// A column: its head, and the value's name with what it is divided by.
-pub struct Column {
+pub(super) struct Column {
     /// What stands above.
     pub head: &'static str,
     /// Which value.
@@ -14,7 +14,7 @@ pub struct Column {
 }
 
 /// A column of a value as it is.
-pub const fn column(head: &'static str, value: &'static str) -> Column {
+pub(super) const fn column(head: &'static str, value: &'static str) -> Column {
     Column {
         head,
         value,
@@ -23,7 +23,7 @@ pub const fn column(head: &'static str, value: &'static str) -> Column {
 }
 
 /// A column of bytes, in MB.
-pub const fn megabytes(head: &'static str, value: &'static str) -> Column {
+pub(super) const fn megabytes(head: &'static str, value: &'static str) -> Column {
     Column {
         head,
         value,
@@ -32,7 +32,7 @@ pub const fn megabytes(head: &'static str, value: &'static str) -> Column {
 }
 
 /// What is varied in a record besides scene and representation.
-pub fn varied(record: &Record) -> String {
+pub(super) fn varied(record: &Record) -> String {
     let left_out = ["size", "show", "eye"];
     let all = record.parameters.iter();
     let all = all.filter(|(key, value)| {
@@ -56,7 +56,7 @@ pub fn varied(record: &Record) -> String {
 }
 
 /// A row a record.
-pub fn table(records: &[&Record], columns: &[Column], several: bool) -> String {
+pub(super) fn table(records: &[&Record], columns: &[Column], several: bool) -> String {
     let columns: Vec<&Column> = columns
         .iter()
         .filter(|c| records.iter().any(|r| r.value(c.value).is_some()))

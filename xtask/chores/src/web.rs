@@ -21,12 +21,12 @@ enum Toolchain {
 }
 
 /// The folder of the page.
-pub fn folder() -> PathBuf {
+pub(crate) fn folder() -> PathBuf {
     root().join("target").join("page")
 }
 
 /// Build the page, and say what it weighs.
-pub fn build() -> anyhow::Result<()> {
+pub(crate) fn build() -> anyhow::Result<()> {
     let toolchain = toolchain()?;
     let compiled = root().join("target").join("web");
     let mut arguments = vec![
@@ -158,7 +158,7 @@ fn debian() -> Option<PathBuf> {
 }
 
 /// Hand out the page's files on this machine, until the program ends.
-pub fn serve(port: u16) -> anyhow::Result<()> {
+pub(crate) fn serve(port: u16) -> anyhow::Result<()> {
     let server = server(port)?;
     println!("\nhttp://{}/ until Ctrl-C", server.server_addr());
     answer(&server);
@@ -166,13 +166,13 @@ pub fn serve(port: u16) -> anyhow::Result<()> {
 }
 
 /// What hands out the page's files; any port for 0.
-pub fn server(port: u16) -> anyhow::Result<tiny_http::Server> {
+pub(crate) fn server(port: u16) -> anyhow::Result<tiny_http::Server> {
     let place = format!("127.0.0.1:{port}");
     tiny_http::Server::http(&place).map_err(|error| anyhow::anyhow!("{place}: {error}"))
 }
 
 /// Answer all requests that come.
-pub fn answer(server: &tiny_http::Server) {
+pub(crate) fn answer(server: &tiny_http::Server) {
     for request in server.incoming_requests() {
         let path = request.url().split('?').next().unwrap_or("/");
         let kind = match path {

@@ -14,7 +14,7 @@ const BROWSERS: [&str; 4] = [
 ];
 
 /// Press, drag and type on the page that was built; pictures of it are left in `target/page-test`.
-pub fn test() -> anyhow::Result<()> {
+pub(crate) fn test() -> anyhow::Result<()> {
     let browser = ensure_browser()?;
     ensure_node()?;
     // Node looks for packages beside what it runs.

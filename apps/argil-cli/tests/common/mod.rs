@@ -2,7 +2,7 @@
 
 use std::process::{Command, Output};
 
-pub fn argil(arguments: &[&str]) -> Output {
+pub(crate) fn argil(arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_argil"))
         .args(arguments)
         // What is kept for the next time is not the user's.
@@ -11,11 +11,11 @@ pub fn argil(arguments: &[&str]) -> Output {
         .expect("the command starts")
 }
 
-pub fn scene(name: &str) -> String {
+pub(crate) fn scene(name: &str) -> String {
     format!("{}/../../scenes/{name}.json", env!("CARGO_MANIFEST_DIR"))
 }
 
-pub fn json(output: &Output) -> serde_json::Value {
+pub(crate) fn json(output: &Output) -> serde_json::Value {
     assert!(
         output.status.success(),
         "{}",
@@ -25,7 +25,7 @@ pub fn json(output: &Output) -> serde_json::Value {
 }
 
 #[track_caller]
-pub fn fails(arguments: &[&str], code: i32, message: &str) {
+pub(crate) fn fails(arguments: &[&str], code: i32, message: &str) {
     let output = argil(arguments);
     let errors = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(code), "{arguments:?}: {errors}");

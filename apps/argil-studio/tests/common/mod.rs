@@ -13,7 +13,7 @@ use std::rc::Rc;
 use std::time::{Duration, Instant};
 
 /// What is answered when a file is asked for, and what was.
-pub type Answers = Rc<RefCell<Vec<PathBuf>>>;
+pub(crate) type Answers = Rc<RefCell<Vec<PathBuf>>>;
 
 struct Scripted(Answers);
 
@@ -24,14 +24,14 @@ impl FileAccess for Scripted {
 }
 
 /// The editor in a window that is none.
-pub struct Desk {
+pub(crate) struct Desk {
     pub window: Harness<'static, Studio>,
     pub answers: Answers,
 }
 
 /// How to begin.
 #[derive(Default)]
-pub struct Begin {
+pub(crate) struct Begin {
     pub scene: Option<PathBuf>,
     pub outside: bool,
     pub recovery: Option<PathBuf>,
@@ -39,7 +39,7 @@ pub struct Begin {
 }
 
 impl Desk {
-    pub fn new(begin: Begin) -> Self {
+    pub(crate) fn new(begin: Begin) -> Self {
         let answers = Answers::default();
         let options = Options {
             engine: Engine::cpu(),
@@ -58,31 +58,31 @@ impl Desk {
         Self { window, answers }
     }
 
-    pub fn studio(&self) -> &Studio {
+    pub(crate) fn studio(&self) -> &Studio {
         self.window.state()
     }
 
-    pub fn scene(&self) -> &Scene {
+    pub(crate) fn scene(&self) -> &Scene {
         self.studio().document().scene()
     }
 
     /// Whether something is called so.
-    pub fn has(&self, label: &str) -> bool {
+    pub(crate) fn has(&self, label: &str) -> bool {
         self.window.query_all_by_label(label).next().is_some()
     }
 
     /// Whether it offers what a session before has left.
-    pub fn asks_to_bring_back(&self) -> bool {
+    pub(crate) fn asks_to_bring_back(&self) -> bool {
         self.has("Bring it back")
     }
 
     /// Why nothing is drawn.
-    pub fn fault(&self) -> Option<&str> {
+    pub(crate) fn fault(&self) -> Option<&str> {
         self.studio().fault()
     }
 
     /// Leave the session in a folder as by another process, which is gone.
-    pub fn crash(self, sessions: &Path) {
+    pub(crate) fn crash(self, sessions: &Path) {
         let files = std::fs::read_dir(sessions).expect("a folder").flatten();
         let own = files
             .map(|file| file.path())
@@ -97,12 +97,12 @@ impl Desk {
     }
 
     /// A few frames.
-    pub fn step(&mut self) {
+    pub(crate) fn step(&mut self) {
         self.window.run_steps(4);
     }
 
     /// Until the picture is of what there is.
-    pub fn settle(&mut self) {
+    pub(crate) fn settle(&mut self) {
         let start = Instant::now();
         loop {
             self.window.run_steps(2);
@@ -118,7 +118,7 @@ impl Desk {
     }
 
     /// Until something is told that has a word in it.
-    pub fn until_told(&mut self, word: &str) {
+    pub(crate) fn until_told(&mut self, word: &str) {
         let start = Instant::now();
         while !self.studio().note().is_some_and(|note| note.contains(word)) {
             self.window.run_steps(1);
@@ -131,29 +131,29 @@ impl Desk {
         }
     }
 
-    pub fn click(&mut self, label: &str) {
+    pub(crate) fn click(&mut self, label: &str) {
         self.node(label).click();
         self.step();
     }
 
     /// Through a menu.
-    pub fn choose(&mut self, menu: &str, item: &str) {
+    pub(crate) fn choose(&mut self, menu: &str, item: &str) {
         self.click(menu);
         self.click(item);
     }
 
-    pub fn press(&mut self, modifiers: Modifiers, key: egui::Key) {
+    pub(crate) fn press(&mut self, modifiers: Modifiers, key: egui::Key) {
         self.window.key_press_modifiers(modifiers, key);
         self.step();
     }
 
-    pub fn type_text(&mut self, text: &str) {
+    pub(crate) fn type_text(&mut self, text: &str) {
         self.window.event(egui::Event::Text(text.into()));
         self.step();
     }
 
     /// The middle of something.
-    pub fn place_of(&self, label: &str) -> Pos2 {
+    pub(crate) fn place_of(&self, label: &str) -> Pos2 {
         self.node(label).rect().center()
     }
 
@@ -176,29 +176,29 @@ impl Desk {
     }
 
     /// Press and stay.
-    pub fn hold(&mut self, at: Pos2) {
+    pub(crate) fn hold(&mut self, at: Pos2) {
         self.hold_with(at, Modifiers::NONE);
     }
 
-    pub fn hold_with(&mut self, at: Pos2, modifiers: Modifiers) {
+    pub(crate) fn hold_with(&mut self, at: Pos2, modifiers: Modifiers) {
         self.window.event(egui::Event::PointerMoved(at));
         self.step();
         self.button(at, PointerButton::Primary, true, modifiers);
         self.window.run_steps(1);
     }
 
-    pub fn move_to(&mut self, at: Pos2) {
+    pub(crate) fn move_to(&mut self, at: Pos2) {
         self.window.event(egui::Event::PointerMoved(at));
         self.step();
     }
 
     /// Let go of what is held.
-    pub fn let_go(&mut self, at: Pos2) {
+    pub(crate) fn let_go(&mut self, at: Pos2) {
         self.button(at, PointerButton::Primary, false, Modifiers::NONE);
         self.step();
     }
 
-    pub fn click_at(&mut self, at: Pos2, modifiers: Modifiers) {
+    pub(crate) fn click_at(&mut self, at: Pos2, modifiers: Modifiers) {
         self.window.event(egui::Event::PointerMoved(at));
         self.step();
         self.button(at, PointerButton::Primary, true, modifiers);
@@ -210,7 +210,7 @@ impl Desk {
     }
 
     /// Press, move over a few places, let go.
-    pub fn drag(&mut self, from: Pos2, to: Pos2, modifiers: Modifiers) {
+    pub(crate) fn drag(&mut self, from: Pos2, to: Pos2, modifiers: Modifiers) {
         self.window.event(egui::Event::PointerMoved(from));
         self.step();
         self.button(from, PointerButton::Primary, true, modifiers);

@@ -12,12 +12,14 @@ use glam::Vec3;
 
 /// Brushes that the last update has put behind all that was there, as a carve is: the scene as it was is what they are joined
 /// with, so that distances which somebody has kept tell where they can matter.
+#[derive(Debug)]
 pub struct Additions<'a> {
     program: &'a Program,
     brushes: Vec<(Extent, Joint, Instruction)>,
 }
 
 /// A brush that is joined hard with all that was there: how, and the instruction that measures it.
+#[derive(Debug)]
 pub struct HardUnionBrush {
     instr: Instruction,
     /// Whether it is united, not subtracted.

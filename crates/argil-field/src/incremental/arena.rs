@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 /// See the module's page.
-#[derive(Default)]
+#[derive(Debug, Default)]
 pub(super) struct Arena {
     /// Stretches of the parameters that are free, by length.
     free: HashMap<u32, Vec<u32>>,
@@ -13,7 +13,7 @@ pub(super) struct Arena {
 
 impl Arena {
     /// Begin an update: nothing is written yet, and stretches, by begin and length, are free.
-    pub fn begin(&mut self, free: impl Iterator<Item = (u32, u32)>) {
+    pub(super) fn begin(&mut self, free: impl Iterator<Item = (u32, u32)>) {
         self.written.clear();
         for (at, length) in free {
             self.free.entry(length).or_default().push(at);
@@ -21,7 +21,7 @@ impl Arena {
     }
 
     /// Put words among the parameters: where they begin.
-    pub fn put(&mut self, params: &mut Vec<f32>, own: &[f32]) -> u32 {
+    pub(super) fn put(&mut self, params: &mut Vec<f32>, own: &[f32]) -> u32 {
         let length = own.len() as u32;
         let at = match self.free.get_mut(&length).and_then(Vec::pop) {
             Some(at) => {

@@ -9,7 +9,7 @@ use rustc_hash::FxHashMap;
 use std::collections::HashSet;
 
 /// What the last update has touched, as it was and as it is: by instructions of either.
-#[derive(Default)]
+#[derive(Debug, Default)]
 pub struct ChangeSet {
     /// Operands as they were; their parameters stand until the next update.
     pub(super) before: Vec<Operand>,
@@ -43,6 +43,7 @@ impl ChangeSet {
 }
 
 /// What an update did.
+#[derive(Debug)]
 pub(super) struct ChangeTracker {
     pub touched: Option<ChangeSet>,
     /// Whether what was touched is known.
@@ -72,7 +73,7 @@ impl Default for ChangeTracker {
 
 impl ChangeTracker {
     /// What was touched; nothing where that may be anything.
-    pub fn collected(&self) -> Option<&ChangeSet> {
+    pub(super) fn collected(&self) -> Option<&ChangeSet> {
         self.touched.as_ref().filter(|_| self.is_collected)
     }
 }

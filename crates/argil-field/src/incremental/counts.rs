@@ -5,7 +5,7 @@ use argil_scene::{OperatorKind, max_blend_propagation};
 use std::collections::BTreeMap;
 
 /// See the module's page. Lengths are counted by their bits.
-#[derive(Default)]
+#[derive(Debug, Default)]
 pub(super) struct PieceCounts {
     magnitudes: BTreeMap<u32, u32>,
     /// Blend radii at the root.
@@ -37,7 +37,7 @@ fn maximum(counts: &BTreeMap<u32, u32>) -> f32 {
 
 impl PieceCounts {
     /// Count an operand that is so many open groups deep, or count it no more.
-    pub fn count(&mut self, operand: &Operand, depth: usize, is_there: bool) {
+    pub(super) fn count(&mut self, operand: &Operand, depth: usize, is_there: bool) {
         if !operand.visible {
             return;
         }
@@ -59,7 +59,7 @@ impl PieceCounts {
     }
 
     /// Count a joint's blend radius, or count it no more.
-    pub fn count_blend(&mut self, blend: f32, depth: usize, is_there: bool) {
+    pub(super) fn count_blend(&mut self, blend: f32, depth: usize, is_there: bool) {
         let counts = if depth == 0 {
             &mut self.blends
         } else {
@@ -69,12 +69,12 @@ impl PieceCounts {
     }
 
     /// The greatest magnitude.
-    pub fn magnitude(&self) -> f32 {
+    pub(super) fn magnitude(&self) -> f32 {
         maximum(&self.magnitudes)
     }
 
     /// By how much joints swell what they join, at most.
-    pub fn max_outward_offset(&self) -> f32 {
+    pub(super) fn max_outward_offset(&self) -> f32 {
         let inner = maximum(&self.inner_blends);
         // Groups that are open are no deeper.
         maximum(&self.blends) + if inner > 0.0 { 4.0 * inner } else { 0.0 }
@@ -82,7 +82,7 @@ impl PieceCounts {
 
     /// How far values can fall through the joints of the root, and of each open group, before anything of a change is lost in
     /// rounding; `far` is the length up to which distances count.
-    pub fn blend_propagation(&self, far: f32) -> [f32; 2] {
+    pub(super) fn blend_propagation(&self, far: f32) -> [f32; 2] {
         let root = maximum(&self.blends);
         [
             max_blend_propagation(root, self.chamfers > 0, far),

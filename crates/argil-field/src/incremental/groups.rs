@@ -8,7 +8,7 @@ use argil_scene::{NodeId, Operator, OperatorKind, Scene};
 use rustc_hash::{FxHashMap, FxHashSet};
 
 /// Where a piece or a group is put.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub(super) struct GroupPosition {
     /// The open group, or the root.
     pub group: u32,
@@ -22,7 +22,7 @@ pub(super) struct GroupPosition {
 }
 
 impl GroupPosition {
-    pub const ROOT: Self = Self {
+    pub(super) const ROOT: Self = Self {
         group: ROOT,
         frame: Frame::OF_WORLD,
         scale: 1.0,
@@ -32,6 +32,7 @@ impl GroupPosition {
 }
 
 /// An open group.
+#[derive(Debug)]
 pub(super) struct LoweredGroup {
     pub node: NodeId,
     pub parent: u32,
@@ -49,7 +50,7 @@ pub(super) struct LoweredGroup {
 
 impl LoweredGroup {
     /// With parameters that stand at a place; `outside` is where it is put.
-    pub fn new(
+    pub(super) fn new(
         node: NodeId,
         around: &EnclosingGroup,
         operator: Operator,
@@ -81,7 +82,7 @@ impl LoweredGroup {
 }
 
 /// All of them.
-#[derive(Default)]
+#[derive(Debug, Default)]
 pub(super) struct GroupTree {
     all: FxHashMap<u32, LoweredGroup>,
     of: FxHashMap<NodeId, u32>,
@@ -92,7 +93,7 @@ pub(super) struct GroupTree {
 
 impl GroupTree {
     /// What stands for a node that is an open group, or the root.
-    pub fn find(&self, node: NodeId) -> Option<u32> {
+    pub(super) fn find(&self, node: NodeId) -> Option<u32> {
         if node == Scene::ROOT {
             return Some(ROOT);
         }
@@ -100,28 +101,28 @@ impl GroupTree {
     }
 
     /// A group that is no root.
-    pub fn get(&self, group: u32) -> Option<&LoweredGroup> {
+    pub(super) fn get(&self, group: u32) -> Option<&LoweredGroup> {
         self.all.get(&group)
     }
 
-    pub fn parent_of(&self, group: u32) -> u32 {
+    pub(super) fn parent_of(&self, group: u32) -> u32 {
         self.all.get(&group).map_or(ROOT, |own| own.parent)
     }
 
-    pub fn operator_of(&self, group: u32) -> Operator {
+    pub(super) fn operator_of(&self, group: u32) -> Operator {
         self.all
             .get(&group)
             .map_or_else(Operator::default, |own| own.operator)
     }
 
     /// Where something in a group is put.
-    pub fn inside(&self, group: u32) -> GroupPosition {
+    pub(super) fn inside(&self, group: u32) -> GroupPosition {
         self.all
             .get(&group)
             .map_or(GroupPosition::ROOT, |own| own.inside)
     }
 
-    pub fn insert(&mut self, mut group: LoweredGroup) -> u32 {
+    pub(super) fn insert(&mut self, mut group: LoweredGroup) -> u32 {
         self.last += 1;
         let id = self.last;
         group.inside.group = id;
@@ -132,21 +133,21 @@ impl GroupTree {
     }
 
     /// Take note that a group holds a node.
-    pub fn hold(&mut self, group: u32, node: NodeId) {
+    pub(super) fn hold(&mut self, group: u32, node: NodeId) {
         if let Some(own) = self.all.get_mut(&group) {
             own.children.insert(node);
         }
     }
 
     /// The same, that it does no more.
-    pub fn release(&mut self, group: u32, node: NodeId) {
+    pub(super) fn release(&mut self, group: u32, node: NodeId) {
         if let Some(own) = self.all.get_mut(&group) {
             own.children.remove(&node);
         }
     }
 
     /// Take one out. It stands until the next update.
-    pub fn remove(&mut self, group: u32) {
+    pub(super) fn remove(&mut self, group: u32) {
         if let Some(own) = self.all.get(&group) {
             self.of.remove(&own.node);
             let (parent, node) = (own.parent, own.node);
@@ -156,14 +157,14 @@ impl GroupTree {
     }
 
     /// Forget what the last update has taken out: the stretches of parameters that are free then.
-    pub fn remove_unused(&mut self) -> Vec<(u32, u32)> {
+    pub(super) fn remove_unused(&mut self) -> Vec<(u32, u32)> {
         let gone = std::mem::take(&mut self.gone);
         let own = gone.into_iter().filter_map(|id| self.all.remove(&id));
         own.map(|group| group.params).collect()
     }
 
     /// The outermost group around what is in one; the root of what is in that.
-    pub fn outermost(&self, group: u32) -> u32 {
+    pub(super) fn outermost(&self, group: u32) -> u32 {
         let mut at = group;
         loop {
             match self.parent_of(at) {
@@ -182,7 +183,7 @@ pub(super) struct ListWriter<'a> {
 }
 
 impl<'a> ListWriter<'a> {
-    pub fn new(groups: &'a GroupTree, out: &'a mut Vec<Instruction>) -> Self {
+    pub(super) fn new(groups: &'a GroupTree, out: &'a mut Vec<Instruction>) -> Self {
         Self {
             groups,
             walk: PieceWalk::default(),
@@ -191,7 +192,7 @@ impl<'a> ListWriter<'a> {
     }
 
     /// Append a piece.
-    pub fn put(&mut self, group: u32, instrs: &[Instruction]) {
+    pub(super) fn put(&mut self, group: u32, instrs: &[Instruction]) {
         self.go_to(group);
         match instrs {
             [only] => self.out.push(*only),
@@ -200,12 +201,12 @@ impl<'a> ListWriter<'a> {
     }
 
     /// How many instructions there are.
-    pub fn len(&self) -> usize {
+    pub(super) fn len(&self) -> usize {
         self.out.len()
     }
 
     /// Leave all groups.
-    pub fn end(&mut self) {
+    pub(super) fn end(&mut self) {
         self.go_to(ROOT);
     }
 

@@ -12,7 +12,7 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 /// An operand where it can matter.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub(super) struct PartEntry {
     pub rank: u64,
     pub node: NodeId,
@@ -24,6 +24,7 @@ pub(super) struct PartEntry {
 }
 
 /// See the module's page.
+#[derive(Debug)]
 pub(super) struct PartIndex {
     pub parts: PartGrid,
     /// Of each part, the operands that can matter there, by rank.
@@ -38,7 +39,7 @@ pub(super) struct PartIndex {
 
 impl PartIndex {
     /// Of nothing.
-    pub fn new(parts: PartGrid) -> Self {
+    pub(super) fn new(parts: PartGrid) -> Self {
         Self {
             parts,
             near: FxHashMap::default(),
@@ -49,12 +50,12 @@ impl PartIndex {
     }
 
     /// Whether the boxes allow for values that fall so far.
-    pub fn has_room_for(&self, falls: [f32; 2]) -> bool {
+    pub(super) fn has_room_for(&self, falls: [f32; 2]) -> bool {
         falls[0] <= self.falls[0] && falls[1] <= self.falls[1]
     }
 
     /// Forget all, and allow for values that fall so far.
-    pub fn begin(&mut self, falls: [f32; 2]) {
+    pub(super) fn begin(&mut self, falls: [f32; 2]) {
         // With some room, so that a blend which grows does not do this each time.
         self.falls = std::array::from_fn(|i| self.falls[i].max(1.25 * falls[i]));
         self.near.clear();
@@ -62,7 +63,7 @@ impl PartIndex {
     }
 
     /// Enter a node's operand.
-    pub fn enter(&mut self, node: NodeId, operand: &Operand, groups: &GroupTree) {
+    pub(super) fn enter(&mut self, node: NodeId, operand: &Operand, groups: &GroupTree) {
         let rank = operand.rank;
         let instr = match operand.instrs[..] {
             [only] => Some(only),
@@ -88,7 +89,7 @@ impl PartIndex {
     }
 
     /// Take an operand out.
-    pub fn remove(&mut self, operand: &Operand, groups: &GroupTree) {
+    pub(super) fn remove(&mut self, operand: &Operand, groups: &GroupTree) {
         self.everywhere.remove(&operand.rank);
         for at in self.parts_of(operand, groups) {
             let Some(list) = self.near.get_mut(&at) else {
@@ -104,7 +105,7 @@ impl PartIndex {
     }
 
     /// The operands that are entered in a part, and in those of other levels that hold it, each level's by rank.
-    pub fn near_by_level(&self, part: IVec3) -> impl Iterator<Item = &[PartEntry]> {
+    pub(super) fn near_by_level(&self, part: IVec3) -> impl Iterator<Item = &[PartEntry]> {
         (0..self.levels).filter_map(move |level| {
             let own = self.near.get(&(level, part >> (2 * level)));
             own.map(Vec::as_slice)
@@ -112,7 +113,7 @@ impl PartIndex {
     }
 
     /// All of them by rank.
-    pub fn near_in(&self, part: IVec3) -> Cow<'_, [PartEntry]> {
+    pub(super) fn near_in(&self, part: IVec3) -> Cow<'_, [PartEntry]> {
         let mut all = Cow::Borrowed(&[][..]);
         for own in self.near_by_level(part) {
             if all.is_empty() {
@@ -127,7 +128,7 @@ impl PartIndex {
     }
 
     /// The box in which an operand can matter where it is not everywhere that others do.
-    pub fn grown_box(&self, operand: &Operand, groups: &GroupTree) -> Aabb {
+    pub(super) fn grown_box(&self, operand: &Operand, groups: &GroupTree) -> Aabb {
         let mut joints = vec![operand.operator];
         let mut at = operand.group;
         while let Some(group) = groups.get(at) {
@@ -139,7 +140,7 @@ impl PartIndex {
             .reached_by(outermost_first, &operand.extent, self.falls)
     }
 
-    pub fn is_everywhere(&self, operand: &Operand, groups: &GroupTree) -> bool {
+    pub(super) fn is_everywhere(&self, operand: &Operand, groups: &GroupTree) -> bool {
         let acts = operand.visible && !operand.extent.aabb.is_empty();
         let is_intersection = operand.operator.kind == OperatorKind::Intersect;
         (operand.visible && is_intersection)
@@ -151,7 +152,7 @@ impl PartIndex {
     }
 
     /// The parts in which an operand can matter.
-    pub fn parts_of(
+    pub(super) fn parts_of(
         &self,
         operand: &Operand,
         groups: &GroupTree,

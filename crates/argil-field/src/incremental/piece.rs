@@ -10,6 +10,7 @@ use argil_abi::Instruction;
 use argil_scene::{BlendProfile, Extent, Extents, NodeId, Operator, OperatorKind, Scene};
 
 /// A piece.
+#[derive(Debug)]
 pub(super) struct Operand {
     /// Where it stands in the order.
     pub rank: u64,
@@ -36,12 +37,12 @@ pub(super) struct Operand {
 }
 
 impl Operand {
-    pub fn is_chamfered(&self) -> bool {
+    pub(super) fn is_chamfered(&self) -> bool {
         self.operator.profile == BlendProfile::Chamfer && self.operator.blend > 0.0
     }
 
     /// Whether something can be solid where it is.
-    pub fn adds(&self) -> bool {
+    pub(super) fn adds(&self) -> bool {
         self.visible
             && self.group_adds
             && matches!(
@@ -51,14 +52,14 @@ impl Operand {
     }
 
     /// Whether it is endless, or cuts what is.
-    pub fn ends(&self) -> bool {
+    pub(super) fn ends(&self) -> bool {
         let is_endless =
             self.adds() && !self.extent.aabb.is_empty() && !self.extent.aabb.is_finite();
         is_endless || (self.visible && self.operator.kind == OperatorKind::Intersect)
     }
 
     /// Whether another has the same instructions but for the values of parameters.
-    pub fn same_structure(&self, other: &Self) -> bool {
+    pub(super) fn same_structure(&self, other: &Self) -> bool {
         let relative = |operand: &Self, instr: &Instruction| Instruction {
             params: instr.params - operand.params.0,
             ..*instr
@@ -75,7 +76,7 @@ impl Operand {
     }
 
     /// Where the words of each instruction begin and end among its own.
-    pub fn stretches(&self) -> Vec<(u32, u32)> {
+    pub(super) fn stretches(&self) -> Vec<(u32, u32)> {
         let mut begins: Vec<u32> = self
             .instrs
             .iter()
@@ -88,7 +89,7 @@ impl Operand {
     }
 
     /// Whether how regular the whole is cannot depend on it.
-    pub fn is_plain(&self) -> bool {
+    pub(super) fn is_plain(&self) -> bool {
         !self.visible || (self.regularity == Regularity::SMOOTH && !self.is_chamfered())
     }
 }

@@ -10,7 +10,7 @@ use glam::DAffine3;
 
 /// Where a node is evaluated: the map from the interpreter's point to the node's frame, the factor from its distances
 /// to the world's, its material, and the copies looked at around it.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct Frame {
     pub(super) own_from_point: DAffine3,
     pub(super) scale: f64,
@@ -32,7 +32,7 @@ pub(crate) struct EnclosingGroup {
 
 impl EnclosingGroup {
     /// Of a group in a frame.
-    pub fn of(scene: &Scene, node: NodeId, within: Frame) -> Result<Self, LowerError> {
+    pub(crate) fn of(scene: &Scene, node: NodeId, within: Frame) -> Result<Self, LowerError> {
         let entry = scene.node(node).at_current_time();
         let names = || scene.materials().keys().zip(1..);
         let named = entry.material.as_ref();
@@ -118,7 +118,7 @@ pub(super) fn map(
 }
 
 impl Frame {
-    pub const OF_WORLD: Self = Self {
+    pub(crate) const OF_WORLD: Self = Self {
         own_from_point: DAffine3::IDENTITY,
         scale: 1.0,
         material: 0,

@@ -40,7 +40,7 @@ pub(super) struct BrickBuilder<'a> {
 
 impl<'a> BrickBuilder<'a> {
     /// Of a field, with a table that is no larger than `budget` bytes.
-    pub fn new(
+    pub(super) fn new(
         field: &'a GpuProgram,
         program: &'a Program,
         layout: BrickLayout,
@@ -93,18 +93,18 @@ impl<'a> BrickBuilder<'a> {
     }
 
     /// The table of blocks.
-    pub fn cells(&self) -> &GpuCellTable {
+    pub(super) fn cells(&self) -> &GpuCellTable {
         &self.cells
     }
 
     /// About how many bricks there will be, or more.
-    pub fn guess(&self) -> u64 {
+    pub(super) fn guess(&self) -> u64 {
         let blocks: u64 = self.runs.iter().map(|run| run.slots.len() as u64).sum();
         BRICKS_PER_BLOCK * blocks + 64
     }
 
     /// Build into a pool with room for so many bricks.
-    pub async fn run(
+    pub(super) async fn run(
         &mut self,
         room: u64,
         mixed_room: u64,
@@ -180,20 +180,20 @@ impl<'a> BrickBuilder<'a> {
     }
 
     /// How many bricks the build has needed, and how many of them are mixed.
-    pub async fn counts(&mut self) -> Result<[u64; 2], GpuError> {
+    pub(super) async fn counts(&mut self) -> Result<[u64; 2], GpuError> {
         self.ledger.wait_for_counters(self.field.gpu()).await?;
         let counters = [abi::COUNTER_TOP, abi::COUNTER_TOP_MIXED];
         Ok(counters.map(|counter| self.ledger.known.get(counter)))
     }
 
     /// Whether so many bricks, and mixed ones, have had room.
-    pub fn has_room_for(&self, bricks: u64, mixed: u64) -> bool {
+    pub(super) fn has_room_for(&self, bricks: u64, mixed: u64) -> bool {
         let capacity: u64 = self.pool.map(u64::from).iter().product();
         bricks <= capacity && mixed <= self.mixed_room
     }
 
     /// What was built, without the room that it does not need.
-    pub fn finish(
+    pub(super) fn finish(
         self,
         texture: &wgpu::Texture,
         count: u64,

@@ -14,6 +14,7 @@ pub(crate) struct BrickTargets<'a> {
 }
 
 /// What the passes write besides the volume, and their uniforms.
+#[derive(Debug)]
 pub(super) struct EditScratch {
     pub lists: StorageBuffer,
     pub candidates: StorageBuffer,
@@ -26,7 +27,7 @@ pub(super) struct EditScratch {
 }
 
 impl EditScratch {
-    pub fn new(gpu: &Gpu) -> Result<Self, GpuError> {
+    pub(super) fn new(gpu: &Gpu) -> Result<Self, GpuError> {
         let [words, fill, prune] = gpu.with_error_scope(|| {
             [
                 uniform_of::<BrickBuild>(gpu, "volume"),
@@ -46,12 +47,12 @@ impl EditScratch {
     }
 
     /// Bytes on the device.
-    pub fn size(&self) -> u64 {
+    pub(super) fn size(&self) -> u64 {
         let indirect = self.indirect.as_ref().map_or(0, wgpu::Buffer::size);
         self.lists.size() + self.candidates.size() + self.arguments.size() + indirect
     }
 
-    pub fn reserve_arguments(&mut self, gpu: &Gpu, chunks: u32) -> Result<(), GpuError> {
+    pub(super) fn reserve_arguments(&mut self, gpu: &Gpu, chunks: u32) -> Result<(), GpuError> {
         let bytes = (24 * u64::from(chunks)).next_multiple_of(16);
         self.arguments.reserve_exact(gpu, bytes)?;
         if self.indirect.as_ref().is_none_or(|b| b.size() < bytes) {
@@ -70,13 +71,14 @@ impl EditScratch {
 }
 
 /// What edits write besides the volume, kept from one to the next.
+#[derive(Debug)]
 pub(super) struct BuildTables {
     pub scratch: EditScratch,
     pub instrs: StorageBuffer,
 }
 
 impl BuildTables {
-    pub fn new(gpu: &Gpu) -> Result<Self, GpuError> {
+    pub(super) fn new(gpu: &Gpu) -> Result<Self, GpuError> {
         Ok(Self {
             scratch: EditScratch::new(gpu)?,
             instrs: StorageBuffer::new("instructions of lists"),
@@ -84,7 +86,7 @@ impl BuildTables {
     }
 
     /// Bytes on the device.
-    pub fn size(&self) -> u64 {
+    pub(super) fn size(&self) -> u64 {
         self.scratch.size() + self.instrs.size()
     }
 }

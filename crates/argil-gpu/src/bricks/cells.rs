@@ -16,6 +16,7 @@ use argil_abi::CellTable;
 use argil_volume::{BlockTable, empty_word, far_words};
 
 /// See the module's page.
+#[derive(Debug)]
 pub(crate) struct GpuCellTable {
     pub table: BlockTable,
     pub buffer: StorageBuffer,
@@ -32,7 +33,7 @@ fn with_headroom(needed: usize) -> u32 {
 
 impl GpuCellTable {
     /// Of a table, with empty words in all slots; or with words.
-    pub fn new(
+    pub(super) fn new(
         gpu: &Gpu,
         mut table: BlockTable,
         far: f32,
@@ -68,12 +69,12 @@ impl GpuCellTable {
     }
 
     /// Bytes on the device, and of the table beside it.
-    pub fn memory_bytes(&self) -> u64 {
+    pub(super) fn memory_bytes(&self) -> u64 {
         self.buffer.size() + self.table.memory_bytes()
     }
 
     /// The uniform that shaders read.
-    pub fn described(&self) -> CellTable {
+    pub(super) fn described(&self) -> CellTable {
         let (low, top) = self.table.top();
         CellTable {
             tree_x: low.x,
@@ -108,14 +109,14 @@ impl GpuCellTable {
     }
 
     /// Make all blocks empty.
-    pub fn clear(&self, gpu: &Gpu) {
+    pub(super) fn clear(&self, gpu: &Gpu) {
         let mut words = far_words(self.far);
         words.resize(64 * self.table.slots(), empty_word(0.0));
         self.patch(gpu, self.words_at(), &words);
     }
 
     /// Bring over what changed in the table, with empty words for slots that have a new block.
-    pub fn follow(&mut self, gpu: &Gpu, new: &[u32]) -> Result<(), GpuError> {
+    pub(super) fn follow(&mut self, gpu: &Gpu, new: &[u32]) -> Result<(), GpuError> {
         let changed = self.table.take_changed();
         let (entries, slots) = (self.table.entries().len(), self.table.slots());
         if entries as u32 > self.tree_room || slots as u32 > self.slot_room {
@@ -156,7 +157,7 @@ impl GpuCellTable {
     }
 
     /// The words of all slots, after a wait.
-    pub async fn read(&self, gpu: &Gpu) -> Result<Vec<u32>, GpuError> {
+    pub(super) async fn read(&self, gpu: &Gpu) -> Result<Vec<u32>, GpuError> {
         let begin = self.words_at() as usize;
         let end = begin + 64 * self.table.slots();
         let bytes = read_table(gpu, &self.buffer, 4 * end as u64).await?;
@@ -165,7 +166,7 @@ impl GpuCellTable {
     }
 
     /// Bytes of so many slots that are not there yet.
-    pub fn bytes_for(more: u64) -> u64 {
+    pub(super) fn bytes_for(more: u64) -> u64 {
         more * (256 + 24)
     }
 }

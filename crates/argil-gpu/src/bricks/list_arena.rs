@@ -26,7 +26,7 @@ pub(super) struct BlockTables {
 
 impl BlockTables {
     /// Add a block.
-    pub fn push(
+    pub(super) fn push(
         &mut self,
         slot: u32,
         dirty: u64,
@@ -50,19 +50,19 @@ impl BlockTables {
     }
 
     /// Cells that are to be sampled.
-    pub fn cells(&self) -> u64 {
+    pub(super) fn cells(&self) -> u64 {
         let counts = self.dirty.iter().map(|mask| u64::from(mask.count_ones()));
         counts.sum()
     }
 
     /// The length of the longest list.
-    pub fn longest(&self) -> usize {
+    pub(super) fn longest(&self) -> usize {
         let lengths = self.stretches.iter().map(|&[_, length]| length as usize);
         lengths.max().unwrap_or(0)
     }
 
     /// Bring them over; what they are made with.
-    pub fn write(
+    pub(super) fn write(
         &self,
         gpu: &Gpu,
         table: &mut StorageBuffer,

@@ -56,7 +56,7 @@ pub(crate) struct BrickPasses {
 
 impl BrickPasses {
     /// For a field and samples of so many bits, compiled when they are first asked for.
-    pub fn of(field: &GpuProgram, bits: SampleFormat) -> Result<Arc<Self>, GpuError> {
+    pub(super) fn of(field: &GpuProgram, bits: SampleFormat) -> Result<Arc<Self>, GpuError> {
         let name = match bits {
             SampleFormat::Snorm8 => "bricks of 8 bits",
             SampleFormat::Snorm16 => "bricks of 16 bits",
@@ -64,7 +64,7 @@ impl BrickPasses {
         field.passes(name, || Self::new(field, bits))
     }
 
-    pub fn new(field: &GpuProgram, bits: SampleFormat) -> Result<Self, GpuError> {
+    pub(super) fn new(field: &GpuProgram, bits: SampleFormat) -> Result<Self, GpuError> {
         let gpu = field.gpu();
         let source = [
             &argil_abi::wgsl(),

@@ -22,7 +22,7 @@ impl BrickTables {
     ///
     /// # Errors
     /// If they would take more than `budget` bytes, or there cannot be as many: nothing is changed then.
-    pub fn make_room(
+    pub(super) fn make_room(
         &mut self,
         field: &GpuProgram,
         texture: &wgpu::Texture,
@@ -70,7 +70,7 @@ impl BrickTables {
     }
 
     /// A pool with no more room than so many bricks and mixed ones need: the texture.
-    pub fn fit(
+    pub(super) fn fit(
         &mut self,
         field: &GpuProgram,
         texture: &wgpu::Texture,

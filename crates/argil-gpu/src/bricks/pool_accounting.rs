@@ -20,24 +20,24 @@ impl BrickCounts {
         counted
     }
 
-    pub fn get(&self, counter: u32) -> u64 {
+    pub(super) fn get(&self, counter: u32) -> u64 {
         u64::from(self.0[counter as usize])
     }
 
     /// Bricks that there are.
-    pub fn bricks(&self) -> u64 {
+    pub(super) fn bricks(&self) -> u64 {
         self.get(abi::COUNTER_TOP)
             .saturating_sub(self.get(abi::COUNTER_FREE))
     }
 
     /// Mixed ones among them.
-    pub fn mixed(&self) -> u64 {
+    pub(super) fn mixed(&self) -> u64 {
         self.get(abi::COUNTER_TOP_MIXED)
             .saturating_sub(self.get(abi::COUNTER_FREE_MIXED))
     }
 
     /// What edits did between another time and this.
-    pub fn since(&self, before: &Self) -> EditStats {
+    pub(super) fn since(&self, before: &Self) -> EditStats {
         let count = |counter: u32| {
             let now = self.0[counter as usize];
             u64::from(now.wrapping_sub(before.0[counter as usize]))
@@ -52,6 +52,7 @@ impl BrickCounts {
 }
 
 /// Counters on their way.
+#[derive(Debug)]
 struct PendingReadback {
     buffer: wgpu::Buffer,
     arrived: Arc<OnceLock<Result<(), wgpu::BufferAsyncError>>>,
@@ -60,6 +61,7 @@ struct PendingReadback {
 }
 
 /// What the CPU knows of the counters.
+#[derive(Debug)]
 pub(super) struct PoolAccounting {
     pub counters: StorageBuffer,
     /// As they were when they were last heard of.
@@ -73,7 +75,7 @@ pub(super) struct PoolAccounting {
 
 impl PoolAccounting {
     /// Of a pool with so many bricks and mixed bricks, all of them in use.
-    pub fn new(gpu: &Gpu, bricks: u64, mixed: u64) -> Result<Self, GpuError> {
+    pub(super) fn new(gpu: &Gpu, bricks: u64, mixed: u64) -> Result<Self, GpuError> {
         let mut known = BrickCounts::default();
         known.0[abi::COUNTER_TOP as usize] = bricks as u32;
         known.0[abi::COUNTER_TOP_MIXED as usize] = mixed as u32;
@@ -91,7 +93,7 @@ impl PoolAccounting {
     }
 
     /// The counters as they are, after a wait.
-    pub async fn read(&self, gpu: &Gpu) -> Result<BrickCounts, GpuError> {
+    pub(super) async fn read(&self, gpu: &Gpu) -> Result<BrickCounts, GpuError> {
         let bytes = 4 * u64::from(abi::COUNTERS);
         Ok(BrickCounts::of(
             &read_table(gpu, &self.counters, bytes).await?,
@@ -99,7 +101,7 @@ impl PoolAccounting {
     }
 
     /// Hear of the counters as they are, after a wait; what edits did since they were last told.
-    pub async fn wait_for_counters(&mut self, gpu: &Gpu) -> Result<EditStats, GpuError> {
+    pub(super) async fn wait_for_counters(&mut self, gpu: &Gpu) -> Result<EditStats, GpuError> {
         self.take_known(gpu).await?;
         let edit = self.known.since(&self.told);
         self.told = self.known;
@@ -107,14 +109,18 @@ impl PoolAccounting {
     }
 
     /// Hear of the counters as they are, after a wait, and tell nobody.
-    pub async fn take_known(&mut self, gpu: &Gpu) -> Result<(), GpuError> {
+    pub(super) async fn take_known(&mut self, gpu: &Gpu) -> Result<(), GpuError> {
         self.known = self.read(gpu).await?;
         (self.since, self.letter) = ([0; 2], None);
         Ok(())
     }
 
     /// Take note of an edit that can take so many bricks, and mixed ones, and ask for the counters.
-    pub fn record_upper_bound(&mut self, gpu: &Gpu, taken: [u64; 2]) -> Result<(), GpuError> {
+    pub(super) fn record_upper_bound(
+        &mut self,
+        gpu: &Gpu,
+        taken: [u64; 2],
+    ) -> Result<(), GpuError> {
         let add = |to: &mut [u64; 2]| to.iter_mut().zip(taken).for_each(|(to, more)| *to += more);
         add(&mut self.since);
         if let Some(letter) = &mut self.letter {
@@ -155,7 +161,7 @@ impl PoolAccounting {
     }
 
     /// Hear of the counters if they have come; the device is asked, and not waited for.
-    pub fn poll_counters(&mut self, gpu: &Gpu) -> Result<(), GpuError> {
+    pub(super) fn poll_counters(&mut self, gpu: &Gpu) -> Result<(), GpuError> {
         let lost = |reason: String| GpuError::Lost(reason);
         let polled = gpu.device.poll(wgpu::PollType::Poll);
         polled.map_err(|e| lost(e.to_string()))?;
@@ -174,7 +180,7 @@ impl PoolAccounting {
     }
 
     /// Bricks and mixed bricks that there can be at most.
-    pub fn upper_bound(&self) -> [u64; 2] {
+    pub(super) fn upper_bound(&self) -> [u64; 2] {
         let known = [self.known.bricks(), self.known.mixed()];
         [0, 1].map(|i| known[i] + self.since[i])
     }

@@ -30,7 +30,7 @@ pub(crate) struct RepackPass {
 }
 
 impl RepackPass {
-    pub fn new(gpu: &Gpu, bits: SampleFormat) -> Result<Self, GpuError> {
+    pub(super) fn new(gpu: &Gpu, bits: SampleFormat) -> Result<Self, GpuError> {
         let format = gpu.texels(bits).wgsl();
         let target = format!(
             "@group(0) @binding(BIND_TEXELS) var texels: texture_storage_3d<{format}, write>;\n"
@@ -59,7 +59,7 @@ impl RepackPass {
     }
 
     /// Move all bricks from one pool to another; the cells are told where they are then.
-    pub fn run(
+    pub(super) fn run(
         &self,
         gpu: &Gpu,
         (measures, cells): (&BrickLayout, &GpuCellTable),

@@ -13,6 +13,7 @@ use argil_volume::BrickLayout;
 pub(super) const PLACES: u64 = (abi::MATERIAL_SIDE as u64).pow(3);
 
 /// What there is of sparse bricks besides the pool's texture.
+#[derive(Debug)]
 pub(crate) struct BrickTables {
     pub layout: BrickLayout,
     pub cells: GpuCellTable,
@@ -31,12 +32,12 @@ pub(crate) struct BrickTables {
 
 impl BrickTables {
     /// Tell shaders where things are now.
-    pub fn describe(&mut self) {
+    pub(super) fn describe(&mut self) {
         self.uniform = march_words(&self.layout, &self.cells, self.pool, self.lipschitz);
     }
 
     /// Bricks that there are, after a wait for edits.
-    pub async fn count(&self, gpu: &Gpu) -> Result<u64, GpuError> {
+    pub(super) async fn count(&self, gpu: &Gpu) -> Result<u64, GpuError> {
         Ok(self.ledger.read(gpu).await?.bricks())
     }
 }

@@ -46,6 +46,9 @@ type OctreePasses<const N: usize> = (wgpu::BindGroupLayout, [wgpu::ComputePipeli
 
 impl GpuVolume {
     /// Build an octree from a field; what the stages took.
+    ///
+    /// # Errors
+    /// If the octree exceeds the device's limits or memory, or the device fails.
     pub async fn octree(
         field: &GpuProgram,
         program: &Program,

@@ -15,14 +15,14 @@ pub(super) const FAR_RADII: f32 = 2.3;
 pub(super) type Wide3 = [[f32; WIDE]; 3];
 
 /// A leaf's triangles: a corner, and the ways to the other two. What is missing is the first again.
-#[derive(Clone)]
+#[derive(Clone, Debug)]
 pub(super) struct BvhLeaf {
     pub(super) a: Wide3,
     pub(super) ab: Wide3,
     pub(super) ac: Wide3,
 }
 
-#[derive(Clone)]
+#[derive(Clone, Debug)]
 pub(super) struct BvhNode {
     pub(super) low: Vec3,
     pub(super) high: Vec3,
@@ -36,6 +36,7 @@ pub(super) struct BvhNode {
 }
 
 /// A tree of boxes over triangles.
+#[derive(Debug)]
 pub(super) struct Bvh {
     pub(super) nodes: Vec<BvhNode>,
     pub(super) leaves: Vec<BvhLeaf>,

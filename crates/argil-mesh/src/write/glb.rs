@@ -38,7 +38,7 @@ fn finish(material: &GpuMaterial) -> Finish {
     [roughness, metallic, r, g, b].map(|value| (STEPS * value).round() as u32)
 }
 
-pub fn write(mesh: &Mesh, out: &mut impl Write) -> io::Result<()> {
+pub(super) fn write(mesh: &Mesh, out: &mut impl Write) -> io::Result<()> {
     if mesh.triangles.is_empty() {
         let reason = "there are no triangles, and glTF has no empty meshes";
         return Err(io::Error::new(io::ErrorKind::InvalidInput, reason));

@@ -1,7 +1,7 @@
 use crate::Mesh;
 use std::io::{self, Write};
 
-pub fn write(mesh: &Mesh, out: &mut impl Write) -> io::Result<()> {
+pub(super) fn write(mesh: &Mesh, out: &mut impl Write) -> io::Result<()> {
     writeln!(
         out,
         "# Argil: {} vertices, {} triangles",

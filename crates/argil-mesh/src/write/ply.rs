@@ -2,7 +2,7 @@ use super::srgb::srgb;
 use crate::Mesh;
 use std::io::{self, Write};
 
-pub fn write(mesh: &Mesh, out: &mut impl Write) -> io::Result<()> {
+pub(super) fn write(mesh: &Mesh, out: &mut impl Write) -> io::Result<()> {
     writeln!(out, "ply\nformat binary_little_endian 1.0\ncomment Argil")?;
     writeln!(out, "element vertex {}", mesh.positions.len())?;
     for axis in ["x", "y", "z"] {

@@ -1,7 +1,7 @@
 use crate::Mesh;
 use std::io::{self, Write};
 
-pub fn write(mesh: &Mesh, out: &mut impl Write) -> io::Result<()> {
+pub(super) fn write(mesh: &Mesh, out: &mut impl Write) -> io::Result<()> {
     let mut head = [0; 80];
     head[..5].copy_from_slice(b"Argil");
     out.write_all(&head)?;

@@ -34,12 +34,12 @@ pub(crate) struct Cones {
 
 impl Cones {
     /// Where the rays of the block begin that holds a pixel of the tile.
-    pub fn begin(&self, column: u32, row: u32) -> f32 {
+    pub(super) fn begin(&self, column: u32, row: u32) -> f32 {
         self.begin[(row / CONE_SIDE * self.across + column / CONE_SIDE) as usize]
     }
 
     /// March the cones of a tile; their steps are counted with the first pixel of each block.
-    pub fn march(
+    pub(super) fn march(
         &mut self,
         frame: &FrameUniform,
         tile: Tile,

@@ -12,7 +12,7 @@ pub(crate) enum BrickRays<'a> {
 }
 
 impl<'a> BrickRays<'a> {
-    pub fn new(bricks: &'a Bricks) -> Option<Self> {
+    pub(super) fn new(bricks: &'a Bricks) -> Option<Self> {
         match bricks.layout().encoding.format {
             SampleFormat::Snorm8 => BrickSampler::new(bricks).map(|s| Self::Eight(s, bricks)),
             SampleFormat::Snorm16 => BrickSampler::new(bricks).map(|s| Self::Sixteen(s, bricks)),
@@ -21,7 +21,7 @@ impl<'a> BrickRays<'a> {
 
     /// Around points in the world, how far the surface is at least, with the sign of the side. What is interpolated is off
     /// by half of a voxel's diagonal at most.
-    pub fn clearances(&self, points: [&[f32]; 3], out: &mut [f32]) {
+    pub(super) fn clearances(&self, points: [&[f32]; 3], out: &mut [f32]) {
         let margin = 0.5 * 3f32.sqrt() * self.voxel();
         match self {
             Self::Eight(sampler, _) => clearances_i8(sampler, points, margin, out),
@@ -30,7 +30,7 @@ impl<'a> BrickRays<'a> {
     }
 
     /// The signed distances at points in the world, as nearly as they are known.
-    pub fn estimates(&self, points: [&[f32]; 3], out: &mut [f32]) {
+    pub(super) fn estimates(&self, points: [&[f32]; 3], out: &mut [f32]) {
         match self {
             Self::Eight(sampler, _) => estimates_i8(sampler, points, out),
             Self::Sixteen(sampler, _) => estimates_i16(sampler, points, out),
@@ -38,7 +38,7 @@ impl<'a> BrickRays<'a> {
     }
 
     /// What a point in a brick looks like.
-    pub fn look(
+    pub(super) fn look(
         &self,
         point: Vec3,
         outwards: Vec3,
@@ -48,14 +48,14 @@ impl<'a> BrickRays<'a> {
         bricks.material(point, outwards, palette)
     }
 
-    pub fn voxel(&self) -> f32 {
+    pub(super) fn voxel(&self) -> f32 {
         match self {
             Self::Eight(sampler, _) => sampler.layout().voxel_grid.voxel_size,
             Self::Sixteen(sampler, _) => sampler.layout().voxel_grid.voxel_size,
         }
     }
 
-    pub fn bounds(&self) -> argil_math::Aabb {
+    pub(super) fn bounds(&self) -> argil_math::Aabb {
         match self {
             Self::Eight(sampler, _) => sampler.layout().voxel_grid.aabb(),
             Self::Sixteen(sampler, _) => sampler.layout().voxel_grid.aabb(),

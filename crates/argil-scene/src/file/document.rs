@@ -80,7 +80,7 @@ pub(super) struct Head<'a> {
 }
 
 impl<'a> Head<'a> {
-    pub fn of(entry: &'a crate::NodeDesc) -> Self {
+    pub(super) fn of(entry: &'a crate::NodeDesc) -> Self {
         let Operator {
             kind,
             blend,

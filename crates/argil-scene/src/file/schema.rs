@@ -30,6 +30,9 @@ struct Document {
 }
 
 /// The JSON schema of scene files, as text.
+///
+/// # Panics
+/// Never: every type of the schema serializes.
 pub fn schema() -> String {
     let schema = schemars::schema_for!(Document);
     serde_json::to_string_pretty(&schema).expect("a schema is JSON") + "\n"

@@ -31,12 +31,12 @@ const FEW: usize = 64;
 
 impl ReachedBlock {
     /// Whether a list for distances that cells tell is enough.
-    pub fn is_near(&self, layout: &BrickLayout) -> bool {
+    pub(super) fn is_near(&self, layout: &BrickLayout) -> bool {
         self.reach < layout.far_length()
     }
 
     /// What can matter in those cells, if they are near.
-    pub fn list(&self, layout: &BrickLayout, live: &IncrementalProgram) -> BlockProgram {
+    pub(super) fn list(&self, layout: &BrickLayout, live: &IncrementalProgram) -> BlockProgram {
         let mut now = Vec::new();
         let cells = layout.box_of_cells(self.first, self.cells);
         live.part_program_in(self.part, cells, self.reach, &mut now);
@@ -50,7 +50,7 @@ impl ReachedBlock {
     }
 
     /// Those of one part as units.
-    pub fn units(all: &[Self]) -> Vec<EditBatch> {
+    pub(super) fn units(all: &[Self]) -> Vec<EditBatch> {
         let parts = all.chunk_by(|a, b| a.part == b.part);
         let unit = |own: &[Self]| EditBatch {
             part: own[0].part,

@@ -125,7 +125,7 @@ enum Sampled {
 }
 
 impl BlockEditor<'_> {
-    pub fn worker(&self) -> BlockWorker<'_> {
+    pub(super) fn worker(&self) -> BlockWorker<'_> {
         BlockWorker {
             pruner: Pruner::new(self.live.program()),
             filler: BrickBaker::new(self.live.program(), &self.layout, &self.fill, &self.places),
@@ -203,7 +203,7 @@ impl BlockEditor<'_> {
     }
 
     /// Measure some of a block's cells, a bit for each, and sample what is dirty.
-    pub fn make<T: Texel>(
+    pub(super) fn make<T: Texel>(
         &self,
         worker: &mut BlockWorker<'_>,
         lists: &BlockProgram,

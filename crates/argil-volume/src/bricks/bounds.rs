@@ -20,7 +20,7 @@ pub(super) struct CellBounds<'a> {
 
 impl<'a> CellBounds<'a> {
     /// Near the origin, where nothing jumps.
-    pub fn new(program: &'a Program, layout: &BrickLayout) -> Self {
+    pub(super) fn new(program: &'a Program, layout: &BrickLayout) -> Self {
         Self {
             program,
             terms: program.clearance_model_in(layout.base_length()),
@@ -32,7 +32,7 @@ impl<'a> CellBounds<'a> {
     }
 
     /// In a cube with a middle: of what those tell that are for the origin.
-    pub fn about(&self, center: Vec3, half: f32) -> Self {
+    pub(super) fn about(&self, center: Vec3, half: f32) -> Self {
         let farthest = center.abs().max_element() + 3f32.sqrt() * half;
         let cube = Aabb::new(center - half, center + half);
         Self {
@@ -43,7 +43,7 @@ impl<'a> CellBounds<'a> {
     }
 
     /// Of a block with a first cell.
-    pub fn of_block(&self, layout: &BrickLayout, first: IVec3) -> Self {
+    pub(super) fn of_block(&self, layout: &BrickLayout, first: IVec3) -> Self {
         let center = layout.center(first, super::BLOCK_SIDE);
         self.about(
             center,
@@ -66,7 +66,7 @@ impl<'a> CellBounds<'a> {
     }
 
     /// Whether there is no surface within `radius`, as far as that is within the cube.
-    pub fn is_clear(&self, d: f32, radius: f32) -> bool {
+    pub(super) fn is_clear(&self, d: f32, radius: f32) -> bool {
         let terms = if self.jumps.gap > 0.0 {
             self.terms
         } else {
@@ -77,34 +77,34 @@ impl<'a> CellBounds<'a> {
     }
 
     /// Whether it is only for what jumps that it is not [clear](Self::is_clear).
-    pub fn is_doubtful(&self, d: f32, radius: f32) -> bool {
+    pub(super) fn is_doubtful(&self, d: f32, radius: f32) -> bool {
         self.jumps.gap <= 0.0 && self.terms.radius(d.abs().min(self.far)) > radius
     }
 
     /// Whether all of the cube, which is within `radius`, is farther from the surface than cells tell.
-    pub fn is_far(&self, d: f32, radius: f32) -> bool {
+    pub(super) fn is_far(&self, d: f32, radius: f32) -> bool {
         self.is_steady() && (self.terms.radius(d) - 1.000_01 * radius) * self.lipschitz >= self.far
     }
 
     /// The greatest length of a distance that is not [clear](Self::is_clear), where nothing jumps.
-    pub fn unclear_length(&self, radius: f32) -> f32 {
+    pub(super) fn unclear_length(&self, radius: f32) -> f32 {
         1.000_01 * (radius * self.terms.steepness + self.terms.slack)
     }
 
     /// The length up to which distances at cells' centres decide what their bricks hold, where nothing jumps: those of the others
     /// are clear of the surface, or stored as the end of the range. Materials count nearer to the surface only.
-    pub fn near_length(&self, layout: &BrickLayout) -> f32 {
+    pub(super) fn near_length(&self, layout: &BrickLayout) -> f32 {
         let range = layout.encoding.band_width(&layout.voxel_grid, 0);
         self.unclear_length(layout.half_diagonal(1)).max(range)
     }
 
     /// Whether nothing jumps as far away as cells tell.
-    pub fn is_steady(&self) -> bool {
+    pub(super) fn is_steady(&self) -> bool {
         self.jumps.gap == f32::MAX
     }
 
     /// The lengths that a distance can have of which a cell [keeps](Self::center) so much, where nothing jumps.
-    pub fn lengths(&self, center: f32) -> [f32; 2] {
+    pub(super) fn lengths(&self, center: f32) -> [f32; 2] {
         let least = center.abs().min(self.far);
         if least > 0.999 * self.far {
             return [least, f32::MAX];
@@ -114,7 +114,7 @@ impl<'a> CellBounds<'a> {
     }
 
     /// What a cell keeps whose centre is so far.
-    pub fn center(&self, d: f32) -> f32 {
+    pub(super) fn center(&self, d: f32) -> f32 {
         let plain = self.terms.radius(d);
         let clear = if self.is_steady() {
             plain

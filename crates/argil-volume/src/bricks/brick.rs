@@ -5,7 +5,7 @@ use argil_math::Aabb;
 use glam::{IVec3, UVec3, Vec3, uvec3};
 
 /// A brick of a sparse volume: where it is, and its samples. [`Bricks::iter`] gives them.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub struct Brick<'a> {
     pub(super) bricks: &'a Bricks,
     pub(super) index: u32,

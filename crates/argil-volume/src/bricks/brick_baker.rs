@@ -17,7 +17,7 @@ pub(super) struct SampleOffsets {
 }
 
 impl SampleOffsets {
-    pub fn new(layout: &BrickLayout) -> Self {
+    pub(super) fn new(layout: &BrickLayout) -> Self {
         let of = |side: u32| {
             [1, side, side * side].map(|divisor| -> Vec<f32> {
                 (0..side.pow(3))
@@ -48,7 +48,7 @@ pub(super) struct BrickBaker<'a> {
 const LONG: usize = 48;
 
 impl<'a> BrickBaker<'a> {
-    pub fn new(
+    pub(super) fn new(
         program: &'a Program,
         layout: &'a BrickLayout,
         fill: &'a FillUniform,
@@ -66,7 +66,12 @@ impl<'a> BrickBaker<'a> {
     }
 
     /// Sample a cell's brick; the distance that is nearest to the surface.
-    pub fn brick<T: Texel>(&mut self, instrs: &[Instruction], cell: IVec3, out: &mut [T]) -> f32 {
+    pub(super) fn brick<T: Texel>(
+        &mut self,
+        instrs: &[Instruction],
+        cell: IVec3,
+        out: &mut [T],
+    ) -> f32 {
         if instrs.len() > LONG {
             return self.octants(instrs, cell, u8::MAX, out);
         }
@@ -81,7 +86,7 @@ impl<'a> BrickBaker<'a> {
 
     /// Sample some octants of a cell's brick again, a bit for each; the same of their distances. Of a long list, each is sampled by
     /// what is left of it there.
-    pub fn octants<T: Texel>(
+    pub(super) fn octants<T: Texel>(
         &mut self,
         instrs: &[Instruction],
         cell: IVec3,
@@ -160,7 +165,7 @@ impl<'a> BrickBaker<'a> {
 
     /// A cell's brick as it was, joined with brushes in their order; in lengths, no sample is farther from the surface than what is
     /// told. Encoding keeps the order of distances, so that the greater of two texels is that of the greater distance.
-    pub fn joined<T: Texel>(
+    pub(super) fn joined<T: Texel>(
         &mut self,
         brushes: &[HardUnionBrush],
         cell: IVec3,
@@ -193,7 +198,7 @@ impl<'a> BrickBaker<'a> {
     }
 
     /// What a cell's brick looks like: one material, or a mixed brick's place among the block's.
-    pub fn material(
+    pub(super) fn material(
         &mut self,
         instrs: &[Instruction],
         cell: IVec3,

@@ -14,7 +14,7 @@ use rayon::prelude::*;
 use std::ops::Range;
 
 /// Cells of a block in which the surface can be, each with its stretch of a list.
-#[derive(Default)]
+#[derive(Debug, Default)]
 pub(super) struct CandidateBlock {
     pub slot: usize,
     pub cells: Vec<(u8, Range<usize>)>,

@@ -11,6 +11,7 @@ use glam::IVec3;
 
 /// What can matter in each cell near the surface: lists of instructions that give the whole program's distances there, to
 /// the bit, as far as those decide what bricks hold.
+#[derive(Debug)]
 pub struct CellPrograms {
     layout: BrickLayout,
     table: BlockTable,

@@ -37,20 +37,20 @@ fn tidy(all: &mut Vec<u32>) {
 }
 
 impl ChangeLog {
-    pub fn brick(&mut self, brick: u32) {
+    pub(super) fn brick(&mut self, brick: u32) {
         note(&mut self.0.bricks, brick);
     }
 
-    pub fn slot(&mut self, slot: u32) {
+    pub(super) fn slot(&mut self, slot: u32) {
         note(&mut self.0.slots, slot);
     }
 
-    pub fn blocks(&mut self) {
+    pub(super) fn blocks(&mut self) {
         self.0.blocks = true;
     }
 
     /// What there is of so many bricks.
-    pub fn take(&mut self, bricks: u32) -> BrickChanges {
+    pub(super) fn take(&mut self, bricks: u32) -> BrickChanges {
         let mut taken = std::mem::take(&mut self.0);
         tidy(&mut taken.bricks);
         tidy(&mut taken.slots);

@@ -109,6 +109,9 @@ pub struct BrickLayout {
 
 impl BrickLayout {
     /// Check what was asked for.
+    ///
+    /// # Errors
+    /// If the brick size or the encoding is not supported, or the grid is too large.
     pub fn new(lattice: VoxelGrid, settings: &BrickSettings) -> Result<Self, BricksError> {
         let brick = settings.brick_size_voxels;
         if ![4, 8, 16].contains(&brick) {

@@ -12,6 +12,9 @@ use argil_field::CELLS_PER_BATCH;
 
 impl Bricks {
     /// From stored parts, with 64 words for each slot of the table; what is wrong with them where they do not fit one another.
+    ///
+    /// # Errors
+    /// If the tables contradict each other.
     pub fn from_parts(
         layout: BrickLayout,
         lipschitz: f32,

@@ -8,6 +8,7 @@ use glam::Vec3;
 use std::any::Any;
 
 /// How sparse bricks lie, and what edits have left to be done.
+#[derive(Debug)]
 pub struct BrickPendingEdits {
     /// How they lie.
     pub layout: BrickLayout,

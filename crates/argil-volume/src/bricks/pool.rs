@@ -24,7 +24,7 @@ pub(super) struct Pool<'a, T> {
 }
 
 impl<'a, T: Texel> Pool<'a, T> {
-    pub fn open(bricks: &'a mut Bricks) -> Self {
+    pub(super) fn open(bricks: &'a mut Bricks) -> Self {
         let samples = bricks.layout.brick_samples() as usize;
         let texels = std::mem::replace(&mut bricks.pool, Texels::from_vec(Vec::<T>::new()));
         let mut texels = texels.into_vec::<T>();
@@ -42,7 +42,7 @@ impl<'a, T: Texel> Pool<'a, T> {
     }
 
     /// Put a brick into the cell of a word: over the one that is there, or into one of its own.
-    pub fn put(&mut self, at: u32, texels: &[T], material: u32, mixed: &[[u32; 2]]) {
+    pub(super) fn put(&mut self, at: u32, texels: &[T], material: u32, mixed: &[[u32; 2]]) {
         let word = self.bricks.words[at as usize];
         let brick = if super::is_brick(word) {
             self.free_mixed(word);
@@ -62,7 +62,7 @@ impl<'a, T: Texel> Pool<'a, T> {
     }
 
     /// Free the brick in the cell of a word, if there is one; the word is then whatever it is set to.
-    pub fn clear(&mut self, at: u32, word: u32) {
+    pub(super) fn clear(&mut self, at: u32, word: u32) {
         let old = std::mem::replace(&mut self.bricks.words[at as usize], word);
         if super::is_brick(old) {
             self.free_mixed(old);
@@ -120,7 +120,7 @@ impl<'a, T: Texel> Pool<'a, T> {
     }
 
     /// Move the last bricks into what was freed and not taken.
-    pub fn close(self) {
+    pub(super) fn close(self) {
         let Self {
             bricks,
             mut texels,
@@ -200,7 +200,7 @@ impl<'a, T: Texel> Pool<'a, T> {
         bricks.pool = Texels::from_vec(texels);
     }
 
-    pub fn bricks(&mut self) -> &mut Bricks {
+    pub(super) fn bricks(&mut self) -> &mut Bricks {
         self.bricks
     }
 }

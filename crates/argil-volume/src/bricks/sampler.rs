@@ -17,6 +17,7 @@ use argil_field::LANES;
 use glam::IVec3;
 
 /// Bricks, ready to be sampled.
+#[derive(Debug)]
 pub struct BrickSampler<'a, T> {
     pub(super) bricks: &'a Bricks,
     pub(super) words: &'a [u32],
@@ -224,6 +225,9 @@ impl<'a, T: Texel> BrickSampler<'a, T> {
     }
 
     /// The corners of the voxels that points lie in; of points in cells without a brick, anything.
+    ///
+    /// # Panics
+    /// If `n` exceeds the batch size.
     #[inline(always)]
     pub fn voxel_samples(&self, at: &CellLocations, n: usize, out: &mut VoxelSamples) {
         assert!(n <= LANES);

@@ -9,7 +9,7 @@ use argil_field::CELLS_PER_BATCH;
 use glam::IVec3;
 
 /// A sparse volume of bricks.
-#[derive(Clone, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Bricks {
     pub(super) layout: BrickLayout,
     /// By how much distances can change over a length of 1.

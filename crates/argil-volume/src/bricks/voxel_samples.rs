@@ -5,6 +5,7 @@ use crate::mip_sampler::unpacked;
 use argil_field::LANES;
 
 /// Where points lie: their cell, its word, and the place in it in voxels.
+#[derive(Debug)]
 pub struct CellLocations {
     /// The cell's place along each axis.
     pub cell: [[f32; LANES]; 3],
@@ -28,6 +29,7 @@ impl Default for CellLocations {
 }
 
 /// The samples at a voxel's corners, two neighbours along x in each word, and where in the voxel a point is.
+#[derive(Debug)]
 pub struct VoxelSamples {
     pub(crate) pairs: [[u32; LANES]; 4],
     /// The voxel's place in its brick.
@@ -40,6 +42,7 @@ pub struct VoxelSamples {
 
 /// Beyond the face of a voxel that is nearest along each axis: the next plane of samples, four each, and 1 for whether they
 /// are there.
+#[derive(Debug)]
 pub struct NeighborPlanes {
     /// By axis: first along the lower of the other two axes.
     pub plane: [[[f32; LANES]; 4]; 3],

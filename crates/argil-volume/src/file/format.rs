@@ -5,7 +5,7 @@ use std::fmt;
 use std::path::PathBuf;
 
 /// The version that this program writes, and the newest that it reads.
-pub const FORMAT_VERSION: u32 = 2;
+pub(super) const FORMAT_VERSION: u32 = 2;
 
 pub(super) const MAGIC: [u8; 8] = *b"ARGILVOL";
 pub(super) const HEADER_BYTES: usize = 32;
@@ -161,6 +161,7 @@ pub enum VolumeError {
 }
 
 /// What a volume file keeps of a volume, besides its lattice and its encoding.
+#[derive(Debug)]
 pub struct FilePart<'a> {
     /// Three numbers of its own: of a dense volume its levels, of bricks 1, the voxels along a brick's side, and one more.
     pub own: [u32; 3],

@@ -13,7 +13,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 /// What a volume file holds.
-#[derive(Clone, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct VolumeFile {
     /// The distances.
     pub volume: Volume,
@@ -37,11 +37,17 @@ impl VolumeFile {
     }
 
     /// Read a file by mapping it into memory.
+    ///
+    /// # Errors
+    /// If the file cannot be read, is not a volume file, is of a newer version, or is damaged. The error names the section.
     pub fn open(path: impl AsRef<Path>) -> Result<Self, VolumeError> {
         open(path.as_ref())
     }
 
     /// Read a file's bytes. `path` stands in messages only.
+    ///
+    /// # Errors
+    /// If the bytes are not a volume file, are of a newer version, or are damaged. The error names the section.
     pub fn from_bytes(bytes: &[u8], path: impl AsRef<Path>) -> Result<Self, VolumeError> {
         copied(bytes, path.as_ref())
     }

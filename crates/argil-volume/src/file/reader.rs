@@ -9,6 +9,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 /// A volume file whose header, table and checksums are as they should be.
+#[derive(Debug)]
 pub struct FileReader<'a> {
     pub(super) map: Arc<Mmap>,
     pub(super) path: &'a Path,

@@ -89,6 +89,9 @@ pub struct OctreeLayout {
 
 impl OctreeLayout {
     /// Check what was asked for.
+    ///
+    /// # Errors
+    /// If the brick size, the depth or the encoding is not supported, or the grid is too large.
     pub fn new(lattice: VoxelGrid, settings: &OctreeSettings) -> Result<Self, OctreeError> {
         let brick = settings.brick_size_voxels;
         if ![8, 16, 32].contains(&brick) {

@@ -6,6 +6,7 @@ use argil_math::cell_of;
 use rayon::prelude::*;
 
 /// The bricks that are kept, and what is known of the others.
+#[derive(Debug)]
 pub struct BrickSelection {
     /// Codes of the bricks, ascending.
     pub codes: Vec<u32>,

@@ -6,12 +6,14 @@ use argil_render::Triangles;
 use argil_volume::VoxelGrid;
 
 /// Triangles, and where their voxels lay.
+#[derive(Debug)]
 pub(crate) struct MeshStorage {
     pub mesh: StoredTriangles,
     pub lattice: VoxelGrid,
 }
 
 /// Triangles on either device.
+#[derive(Debug)]
 pub(crate) enum StoredTriangles {
     Cpu(Mesh),
     Gpu(Box<GpuMesh>),

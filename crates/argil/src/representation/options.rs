@@ -97,6 +97,7 @@ impl BuildTimings {
 }
 
 /// Where the distances are.
+#[derive(Debug)]
 pub(crate) enum Storage {
     Field,
     Cpu(Volume),
@@ -106,7 +107,7 @@ pub(crate) enum Storage {
 
 impl Storage {
     /// Where voxels lie, or lay.
-    pub fn voxel_grid(&self) -> Option<VoxelGrid> {
+    pub(crate) fn voxel_grid(&self) -> Option<VoxelGrid> {
         match self {
             Self::Field => None,
             Self::Cpu(volume) => Some(*volume.voxel_grid()),

@@ -6,7 +6,7 @@ use syn::visit::{self, Visit};
 
 /// A module of its own file, or one written inside another's.
 #[derive(Default)]
-pub struct Module {
+pub(crate) struct Module {
     pub file: PathBuf,
     /// Names that it only hands on, with the path that leads to what they mean.
     pub reexports: BTreeMap<String, Vec<String>>,
@@ -22,7 +22,7 @@ pub struct Module {
     pub paths: BTreeSet<Vec<String>>,
 }
 
-pub type Modules = BTreeMap<Vec<String>, Module>;
+pub(crate) type Modules = BTreeMap<Vec<String>, Module>;
 
 fn is_for_tests(attributes: &[syn::Attribute]) -> bool {
     attributes.iter().any(|own| {
@@ -47,7 +47,7 @@ struct Reader<'a> {
     folder: PathBuf,
 }
 
-pub fn read(modules: &mut Modules, at: Vec<String>, file: &Path, folder: PathBuf) {
+pub(crate) fn read(modules: &mut Modules, at: Vec<String>, file: &Path, folder: PathBuf) {
     let text = std::fs::read_to_string(file).unwrap_or_else(|e| panic!("{}: {e}", file.display()));
     let parsed = syn::parse_file(&text).unwrap_or_else(|e| panic!("{}: {e}", file.display()));
     let own = modules.entry(at.clone()).or_default();
