@@ -294,7 +294,7 @@ fn a_dirty_box_is_no_larger_than_it_needs_to_be() {
             visible: false,
         })
         .expect("valid");
-    // 0.2 of radius, 0.1 of band, 0.1 of its own blend; its neighbours are too far to carry it on.
+    // 0.2 of radius, 0.1 of band, 0.1 of its own blend; its neighbors are too far to carry it on.
     assert!(
         edited.dirty_box.size().max_element() < 2.0 * 0.401,
         "{:?}",

@@ -104,7 +104,7 @@ fn cases() -> Vec<SceneCase> {
     cases
 }
 
-/// Conservative: no brick with surface in it is lost, in any scene. The study's test of the centre loses some: the same
+/// Conservative: no brick with surface in it is lost, in any scene. The study's test of the center loses some: the same
 /// count finds them, so it can.
 #[test]
 fn no_brick_with_surface_is_lost() {
@@ -322,7 +322,7 @@ fn no_ray_passes_through_solid_or_stops_in_the_air() {
                     case.name
                 );
             }
-            // Negative control: the study's test of the centre loses bricks, and rays pass through walls there.
+            // Negative control: the study's test of the center loses bricks, and rays pass through walls there.
             let hits = shown(&by_center);
             let (passed, stray) = wrong(&program, &lattice, &frames[0], &hits, 0.0);
             wrong_by_center += passed + stray;
@@ -338,7 +338,7 @@ fn no_ray_passes_through_solid_or_stops_in_the_air() {
 /// What the study's test loses depends on what 1.0 stands for: with a stride of 8, 32 voxels, it keeps all bricks of 32
 /// around a ball; with 32, 8 voxels, it does not.
 #[test]
-fn the_centre_test_is_as_good_as_its_stride() {
+fn the_center_test_is_as_good_as_its_stride() {
     let mut scene = Scene::new();
     scene
         .push(Brush::new(Shape::sphere(0.7)))

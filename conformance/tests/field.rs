@@ -86,7 +86,7 @@ fn few_copies_are_where_the_oracle_has_them() {
     }
 }
 
-/// The comparison above can fail: each case's neighbour in the list is another field.
+/// The comparison above can fail: each case's neighbor in the list is another field.
 #[test]
 fn cpu_distances_are_not_another_fields() {
     let cases = all_cases();

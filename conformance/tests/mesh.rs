@@ -110,7 +110,7 @@ fn both_devices_draw_the_same_triangles_and_they_are_the_surface() {
     assert!(differing(&right.hits, &moved.hits, 1e-3 * lattice.voxel_size) > 2000);
 }
 
-/// A closed surface has no gaps: wherever the eye is, no ray slips through between neighbours.
+/// A closed surface has no gaps: wherever the eye is, no ray slips through between neighbors.
 #[test]
 fn no_ray_slips_through_between_triangles() {
     let mut scene = Scene::new();
@@ -189,7 +189,7 @@ fn the_gpu_marches_bricks_as_the_cpu_does() {
         (8, SampleFormat::Snorm8),
         (16, SampleFormat::Snorm16),
     ] {
-        // A frame that cuts the solid, so that there are bricks without neighbours.
+        // A frame that cuts the solid, so that there are bricks without neighbors.
         let cut = Aabb::new(Vec3::new(-0.3, -0.4, -0.5), Vec3::new(0.6, 0.5, 0.45));
         for frame in [None, Some(cut)] {
             let lattice = match frame {

@@ -108,7 +108,7 @@ fn color_gap(a: &RenderOutput, b: &RenderOutput) -> (usize, u8) {
 }
 
 /// Bounded. Where a ray just grazes or just reaches, a rounding decides, so a few in a thousand may differ in kind; the
-/// others agree to what a central difference makes of rounding. Colours: one step of 255, two where a shadow's edge is.
+/// others agree to what a central difference makes of rounding. Colors: one step of 255, two where a shadow's edge is.
 #[test]
 fn gpu_pictures_are_the_cpus() {
     let scene = scene();

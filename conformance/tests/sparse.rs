@@ -88,7 +88,7 @@ fn crossings(program: &Program, bricks: &Bricks) -> (usize, usize, usize) {
 }
 
 /// Conservative: each cell with a change of sign at four times the resolution has its brick. A smaller reach would lose
-/// some: bricks that the distance at the centre and half of the diagonal's half keep.
+/// some: bricks that the distance at the center and half of the diagonal's half keep.
 #[test]
 fn no_cell_with_surface_is_without_its_brick() {
     let mut all_lost = 0;
@@ -200,7 +200,7 @@ fn deep(levels: u32) -> SceneCase {
     }
 }
 
-/// Exact: samples are the whole program's at the voxels' corners; neighbours have the same on their common side.
+/// Exact: samples are the whole program's at the voxels' corners; neighbors have the same on their common side.
 #[test]
 fn samples_are_the_fields() {
     let long = SceneCase {
@@ -331,7 +331,7 @@ fn gpu_bricks_are_the_cpus() {
         };
         let texels = assert_alike(&case.name, &cpu, &found);
 
-        // What they look like, at the centre of each.
+        // What they look like, at the center of each.
         let palette = program.materials();
         let (mut alike, mut unlike) = (0, 0);
         for cell in cells(&layout) {
@@ -497,7 +497,7 @@ fn material_gap(a: &GpuMaterial, b: &GpuMaterial) -> f32 {
 /// Bounded: near the surface, stored materials are the field's but where two meet within a place's width. With another
 /// table of materials they are not.
 #[test]
-fn colours_and_blends_survive_baking() {
+fn colors_and_blends_survive_baking() {
     let (mut mixed, mut all_near, mut all_off, mut all_turned) = (0, 0, 0, 0);
     for case in cases() {
         let program = Program::lower(&case.scene).expect("a program");

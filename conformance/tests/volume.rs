@@ -605,7 +605,7 @@ fn rays_meet_the_eight_middle_bricks_where_they_are() {
         .expect("a valid brush");
     let program = Program::lower(&scene).expect("a program");
     let lattice = lattice(&scene, &program, 256);
-    // The study's test keeps a brick whose centre is within the range, here 0.25.
+    // The study's test keeps a brick whose center is within the range, here 0.25.
     let mut settings = settings(32, None, BrickTest::CenterInRange);
     settings.encoding.band = Band::Voxels(0.25 * 128.0);
     let layout = OctreeLayout::new(lattice, &settings).expect("a layout");

@@ -39,7 +39,7 @@ pub enum ConfigurationKind {
     Octree {
         /// Voxels along a brick's side.
         brick: u32,
-        /// The study's test of bricks by their centres.
+        /// The study's test of bricks by their centers.
         center: bool,
         /// Look-ups begin where the last one ended.
         path: bool,

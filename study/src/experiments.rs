@@ -35,7 +35,7 @@ pub const ALL: &[Experiment] = &[
     },
     Experiment {
         name: "heat",
-        title: "Steps, as colours",
+        title: "Steps, as colors",
         question: "How many steps does a ray take, and of which kind?",
         study: "Figure 25: both ways ended at about 128 to 134 steps at most; with dense scenes the octree took fewer.",
         cases: heat,
@@ -113,8 +113,8 @@ pub const ALL: &[Experiment] = &[
     Experiment {
         name: "lost",
         title: "Bricks that are missed",
-        question: "Does the test of a brick's centre lose surface, and does ours?",
-        study: "Section 3.5.1: a brick is kept where its centre is near; not checked there.",
+        question: "Does the test of a brick's center lose surface, and does ours?",
+        study: "Section 3.5.1: a brick is kept where its center is near; not checked there.",
         cases: lost,
     },
 ];

@@ -190,7 +190,7 @@ fn settings(world: &World, plan: &Plan, (way, look): (&Configuration, &Look)) ->
         normals: look.normals,
         lookup_start: way.descent(),
         normal_bias: look.bias_voxels.zip(voxel).map(|(n, voxel)| n * voxel),
-        // The study's limit, which its colours stand for.
+        // The study's limit, which its colors stand for.
         max_steps: if look.show == RenderMode::Heat {
             256
         } else {

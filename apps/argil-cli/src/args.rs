@@ -220,7 +220,7 @@ pub(crate) struct MeshArgs {
     /// Which way is up in the file, and which hand its axes are; without it y-up, which .glb always is
     #[arg(long, value_enum)]
     pub axes: Option<UpAxis>,
-    /// The file's unit, where the scene's is a metre; without it metres, which .glb always is in
+    /// The file's unit, where the scene's is a meter; without it meters, which .glb always is in
     #[arg(long, value_enum)]
     pub unit: Option<MeshUnit>,
     /// The second at which what moves stands; without it 0
@@ -233,11 +233,11 @@ pub(crate) struct MeshArgs {
 
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum MeshUnit {
-    /// Metres
+    /// Meters
     M,
-    /// Centimetres
+    /// Centimeters
     Cm,
-    /// Millimetres
+    /// Millimeters
     Mm,
     /// Inches
     In,

@@ -153,7 +153,7 @@ fn write_options(
     if format == Some(MeshFormat::Glb) {
         ensure!(
             axes == UpAxis::YUp && scale == 1.0,
-            "--axes, --unit: glTF is right-handed with y up and in metres, and what reads it turns it; leave them out, or write .obj, .ply or .stl"
+            "--axes, --unit: glTF is right-handed with y up and in meters, and what reads it turns it; leave them out, or write .obj, .ply or .stl"
         );
     }
     ensure!(

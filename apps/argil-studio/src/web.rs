@@ -45,7 +45,7 @@ pub async fn start(canvas: HtmlCanvasElement) -> Result<(), JsValue> {
     runner.start(canvas, options, Box::new(begin)).await
 }
 
-/// The rectangle of what is labelled so, in points of the canvas: left, top, width, height. For programs that drive the page.
+/// The rectangle of what is labeled so, in points of the canvas: left, top, width, height. For programs that drive the page.
 #[wasm_bindgen]
 pub fn place_of(label: &str) -> Option<Vec<f32>> {
     PLACES.with_borrow(|places| places.get(label).map(|place| place.to_vec()))

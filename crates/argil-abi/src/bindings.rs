@@ -13,7 +13,7 @@ constants! { BINDINGS:
     BIND_MATERIALS = 3;
     /// What rays have met.
     BIND_HITS = 4;
-    /// Samples' colours.
+    /// Samples' colors.
     BIND_COLORS = 5;
     /// Points that are asked about.
     BIND_QUERIES = 6;
@@ -35,7 +35,7 @@ constants! { BINDINGS:
     BIND_TEXELS = 14;
     /// An octree's nodes with a surface.
     BIND_OCCUPIED = 15;
-    /// Distances at nodes' centres.
+    /// Distances at nodes' centers.
     BIND_CENTERS = 16;
     /// Nodes' keys.
     BIND_KEYS = 17;

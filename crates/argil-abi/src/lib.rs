@@ -1,10 +1,4 @@
-//! What Argil's CPU code and its WGSL both read, declared once.
-//!
-//! *Theory.* Two programs that share memory must agree on its layout. Here each struct and constant is written one
-//! time, as Rust; the WGSL text is made from the same tokens, so the two cannot drift apart.
-//!
-//! *Practice.* [`wgsl`] is that text. It is committed as `abi.wgsl` beside this file, for people who read shaders; a
-//! test makes it again and compares. Another test asks naga for every struct's offsets.
+#![doc = include_str!("crate.md")]
 
 mod bindings;
 mod declare;

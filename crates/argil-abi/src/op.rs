@@ -69,7 +69,7 @@ constants! { FLAGS:
     SAMPLED_SIDE = 8;
     /// What to draw: shaded.
     SHOW_SHADED = 0;
-    /// Normals as colours.
+    /// Normals as colors.
     SHOW_NORMAL = 1;
     /// Distance along the ray.
     SHOW_DEPTH = 2;

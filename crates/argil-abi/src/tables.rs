@@ -19,9 +19,9 @@ shared_struct! {
 }
 
 shared_struct! {
-    /// What a surface looks like. Colours are linear, components in [0, 1] but for the emission.
+    /// What a surface looks like. Colors are linear, components in [0, 1] but for the emission.
     GpuMaterial {
-        /// Base colour, then roughness.
+        /// Base color, then roughness.
         base_roughness: [f32; 4],
         /// Emitted light, then metallic.
         emission_metallic: [f32; 4],
@@ -111,7 +111,7 @@ shared_struct! {
         descents: u32,
         /// Of the steps, cells of a grid that were walked through.
         cells: u32,
-        /// What is shown as a colour: 1 and the place of a sparse brick's word, or the Morton code of an octree's brick or of
+        /// What is shown as a color: 1 and the place of a sparse brick's word, or the Morton code of an octree's brick or of
         /// a node above bricks; else 0.
         mark: u32,
         /// Zero.
@@ -132,7 +132,7 @@ shared_struct! {
     QueryResult {
         /// Signed distance, three spare words.
         distance: [f32; 4],
-        /// Base colour, then roughness.
+        /// Base color, then roughness.
         base_roughness: [f32; 4],
         /// Emitted light, then metallic.
         emission_metallic: [f32; 4],
@@ -142,7 +142,7 @@ shared_struct! {
 shared_struct! {
     /// What one dispatch samples of a level of a volume.
     FillUniform {
-        /// Centre of the level's first texel, then what is taken off each distance to make it conservative.
+        /// Center of the level's first texel, then what is taken off each distance to make it conservative.
         first_bias: [f32; 4],
         /// Between texels, then stored integers per unit of length.
         spacing_scale: [f32; 4],

@@ -31,7 +31,7 @@ numbers! { NUMBERS:
     CONE_SIDE: u32 = 8;
     /// Most steps of a cone.
     CONE_STEPS: u32 = 64;
-    /// From a block's centre to the corners of its corner pixels, in pixels, and a little more.
+    /// From a block's center to the corners of its corner pixels, in pixels, and a little more.
     CONE_RADIUS: f32 = 5.7;
     /// A sample of at least this share of the band is saturated.
     SATURATED: f32 = 0.99;

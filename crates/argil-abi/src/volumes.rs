@@ -55,9 +55,9 @@ shared_struct! {
         depth: u32,
         /// Morton codes there are: 8 to the depth.
         code_count: u32,
-        /// A brick whose centre is no farther than this from the surface is kept.
+        /// A brick whose center is no farther than this from the surface is kept.
         reach: f32,
-        /// By how much a brick's texels can be nearer to the surface than its centre.
+        /// By how much a brick's texels can be nearer to the surface than its center.
         spread: f32,
     }
 }
@@ -177,7 +177,7 @@ shared_struct! {
         is_cut: u32,
         /// Where blocks and cells are found.
         table: CellTable,
-        /// A cell whose centre is no farther than this from the surface may have a brick: half of its diagonal.
+        /// A cell whose center is no farther than this from the surface may have a brick: half of its diagonal.
         reach: f32,
         /// Half of a voxel's diagonal.
         half_diagonal: f32,

@@ -6,7 +6,7 @@ use argil_abi::{self as abi, Instruction};
 use argil_math::{Aabb, Interval};
 
 impl Program {
-    /// An interval that holds the distance of every point of a finite box: the value at its centre, plus and minus the
+    /// An interval that holds the distance of every point of a finite box: the value at its center, plus and minus the
     /// Lipschitz constant times half of the diagonal.
     ///
     /// Added to that are what copies can leave out (the field of repeated solids can jump where the nearest copies

@@ -61,7 +61,7 @@ pub(crate) fn brush<R: Real, const N: usize>(
     shape: impl Fn([R; 3], &[f32; N]) -> R,
 ) {
     let [xs, ys, zs] = point;
-    // Copies: the optimiser then need not prove that the words lie apart from the lanes.
+    // Copies: the optimizer then need not prove that the words lie apart from the lanes.
     let (m, w) = (*b.m, *w);
     let blocks = (active / SIMD_BLOCK).min(LANES / SIMD_BLOCK);
     let is_union = b.joint.sa > 0.0 && b.joint.sb > 0.0;

@@ -38,7 +38,7 @@ use piece::{Operand, lower_into};
 use rustc_hash::FxHashSet;
 use std::collections::{BTreeMap, HashMap};
 
-/// Ranks between neighbours, to begin with.
+/// Ranks between neighbors, to begin with.
 const RANK_STEP: u64 = 1 << 32;
 
 /// What an update could not keep.
@@ -116,7 +116,7 @@ impl IncrementalProgram {
         for ((_, operand), nth) in all.iter_mut().zip(1..) {
             operand.rank = nth * RANK_STEP;
         }
-        // Parameters of neighbours stand side by side.
+        // Parameters of neighbors stand side by side.
         all.sort_by_cached_key(|(_, operand)| morton(operand.extent.aabb, &parts));
         for (node, operand) in all {
             live.insert(node, operand);

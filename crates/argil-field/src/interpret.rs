@@ -346,7 +346,7 @@ fn displace<R: Real>(r: &mut InterpreterState<R>, &[amplitude, frequency]: &[f32
     }
 }
 
-/// The lanes in use, so that the optimiser knows that there are as many.
+/// The lanes in use, so that the optimizer knows that there are as many.
 #[inline(always)]
 fn lanes_of(active: usize) -> std::ops::Range<usize> {
     0..active.min(LANES)

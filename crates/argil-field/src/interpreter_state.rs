@@ -7,7 +7,7 @@ use std::cell::Cell;
 use std::ops::{Deref, DerefMut};
 use std::thread::LocalKey;
 
-/// Base colour, roughness, emission, metallic of each lane.
+/// Base color, roughness, emission, metallic of each lane.
 pub(crate) type MaterialLanes = [F32Lanes; 8];
 
 /// What the interpreter works on. Allocated once, used for many batches.

@@ -48,7 +48,7 @@ impl<'a> Pruner<'a> {
         }
     }
 
-    /// Measure cells of one half diagonal that share a list: the distances at their centres into `out`.
+    /// Measure cells of one half diagonal that share a list: the distances at their centers into `out`.
     ///
     /// # Panics
     /// If there are more than [`CELLS_PER_BATCH`] of them, or `out` is not as long.

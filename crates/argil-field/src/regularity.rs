@@ -189,8 +189,8 @@ pub(crate) fn joined(a: Regularity, b: Regularity, operator: &Operator) -> Regul
     }
 }
 
-/// How many steps the centres of copies are away, at least, that are not looked at: a point looks at its own copy and the nearest
-/// neighbour, or at as many on each side.
+/// How many steps the centers of copies are away, at least, that are not looked at: a point looks at its own copy and the nearest
+/// neighbor, or at as many on each side.
 fn steps_away(looked_at: u32) -> f32 {
     if looked_at <= 2 {
         1.0
@@ -199,7 +199,7 @@ fn steps_away(looked_at: u32) -> f32 {
     }
 }
 
-/// The centres of copies that a point does not look at are at least some steps away, and they begin half of a copy's angle
+/// The centers of copies that a point does not look at are at least some steps away, and they begin half of a copy's angle
 /// nearer. Seen from the axis that is no length, but a copy begins some way from the axis; least is the greater of the two
 /// where they are equal.
 fn radial_isolation(count: u32, looked_at: u32, content: Aabb) -> f32 {
@@ -218,7 +218,7 @@ fn radial_isolation(count: u32, looked_at: u32, content: Aabb) -> f32 {
 }
 
 /// Where the set of nearest copies changes, the minimum over them can jump by what the solid's own distance falls short
-/// of the Euclidean one; that is at most the greatest distance between points of neighbouring cells.
+/// of the Euclidean one; that is at most the greatest distance between points of neighboring cells.
 fn jump(modifier: &Modifier, content: &argil_scene::Extent) -> f32 {
     let looked_at = copies_looked_at(modifier, content);
     let takes_all = match *modifier {

@@ -10,7 +10,7 @@ pub(crate) const RADIAL_WORDS: usize = 4;
 /// Words of a clamp: least corner, greatest corner; then the angle for a length of 1, and the scale to the world.
 pub(crate) const TWIST_WORDS: usize = 8;
 
-/// Candidate `j` of `candidates` around a coordinate's own cell: with two, the own and the nearest neighbour; with
+/// Candidate `j` of `candidates` around a coordinate's own cell: with two, the own and the nearest neighbor; with
 /// more, as many to each side.
 #[inline(always)]
 pub(crate) fn nearby(own: f32, beyond: f32, j: f32, candidates: f32) -> f32 {
@@ -23,7 +23,7 @@ pub(crate) fn nearby(own: f32, beyond: f32, j: f32, candidates: f32) -> f32 {
     own + offset
 }
 
-/// A coordinate relative to the centre of candidate cell `j`.
+/// A coordinate relative to the center of candidate cell `j`.
 #[inline(always)]
 pub(crate) fn repeat_axis<R: Real>(p: R, j: f32, w: &[f32; REPEAT_WORDS], axis: usize) -> R {
     let (spacing, offset, low, high, candidates) =

@@ -70,7 +70,7 @@ pub struct Gpu {
     pub(crate) info: DeviceInfo,
     /// Whether passes can be timed by the device; else the clock is taken around each, with a wait.
     pub(crate) has_timestamps: bool,
-    /// Whether shaders can write textures of 8 and of 16 bits, signed and normalised.
+    /// Whether shaders can write textures of 8 and of 16 bits, signed and normalized.
     pub(crate) writes_snorm: [bool; 2],
     /// What the device objected to and nothing has waited for, as there is no waiting in a browser.
     #[cfg(target_arch = "wasm32")]

@@ -94,7 +94,7 @@ pub enum GpuError {
         limit: u64,
     },
     /// The program is too long to be written out as a shader.
-    #[error("the scene has too many brushes to be specialised into a shader: use the interpreter")]
+    #[error("the scene has too many brushes to be specialized into a shader: use the interpreter")]
     TooLongToSpecialize,
     /// A volume is larger than a 3D texture can be.
     #[error(

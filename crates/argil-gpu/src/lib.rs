@@ -1,13 +1,4 @@
-//! Argil's passes on the GPU. The only crate that names wgpu.
-//!
-//! *Practice.* [`Gpu`] is a device, opened once and shared. [`GpuProgram`] holds a program's tables and pipelines there,
-//! [`GpuVolume`] a volume's texture and tables: pipelines are made once, tables grow and are kept, uniforms are written
-//! for each dispatch. Passes live in files of their own and do no arithmetic: pictures run `Trace::march`,
-//! `Trace::finish`, `Shade::shadow` and `Shade::light`; [`GpuProgram::evaluate`] runs `Query::points`; volumes are built by
-//! `DenseFill` and `Octree::…`. Nothing is compiled when a program changes, unless it was asked to be specialised, or a
-//! software device's trimmed interpreter lacks an opcode.
-//! Without the feature `device`, which is on by default, there is none of that: the same names stand for a device that no
-//! machine has, and nothing is compiled of wgpu.
+#![doc = include_str!("crate.md")]
 
 mod error;
 mod options;

@@ -78,7 +78,7 @@ impl GpuProgram {
         Ok(field)
     }
 
-    /// Take over another program; only for a field that was not specialised. Compiles nothing, but on a software device
+    /// Take over another program; only for a field that was not specialized. Compiles nothing, but on a software device
     /// whose trimmed interpreter lacks one of the program's opcodes.
     ///
     /// # Errors
@@ -90,7 +90,7 @@ impl GpuProgram {
     }
 
     /// Follow a live program: what its last update wrote, or all of it the first time. Its instructions are brought over
-    /// when something is to be drawn through the field, by [`GpuProgram::upload_instructions`]. Only for a field that was not specialised.
+    /// when something is to be drawn through the field, by [`GpuProgram::upload_instructions`]. Only for a field that was not specialized.
     ///
     /// # Errors
     /// If the device cannot run the program; the field is then as it was.

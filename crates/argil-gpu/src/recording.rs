@@ -34,7 +34,7 @@ impl FrameKey {
 /// One step of a frame.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum FrameStep {
-    /// Sets colours and counts to zero.
+    /// Sets colors and counts to zero.
     Clear,
     /// Draws triangles, by the numbers of a dispatch.
     Draw(usize),
@@ -56,7 +56,7 @@ pub(crate) enum FrameStep {
     Count(usize),
     /// Keeps what they hit.
     KeepHits,
-    /// Makes bytes of the colours.
+    /// Makes bytes of the colors.
     Resolve(usize),
     /// What follows is submitted apart: a device takes so much at once.
     Submit,

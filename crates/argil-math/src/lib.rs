@@ -1,4 +1,4 @@
-//! Boxes, intervals, rays and Morton codes: the small geometry that every other crate of Argil shares.
+#![doc = include_str!("crate.md")]
 
 mod aabb;
 mod bits;

@@ -4,7 +4,7 @@ use glam::UVec3;
 /// masks of Karras, "Thinking parallel, part III", 2012). `morton.wgsl` is the twin.
 ///
 /// Cells in ascending order of their codes follow a Z-shaped curve, on which the eight cells of an octree's node are
-/// neighbours: `code >> 3` is the node's own code.
+/// neighbors: `code >> 3` is the node's own code.
 ///
 /// ```
 /// use argil_math::{cell_of, morton};

@@ -14,7 +14,7 @@ pub struct RepairReport {
     pub welded: u64,
     /// Triangles that were left out: without an area, with a corner that is no number, or there twice.
     pub dropped: u64,
-    /// Triangles that were turned over to agree with their neighbours.
+    /// Triangles that were turned over to agree with their neighbors.
     pub flipped: u64,
     /// Parts that were turned inside out as a whole.
     pub parts_flipped: u64,
@@ -206,7 +206,7 @@ pub(super) fn neighbors(triangles: &[[u32; 3]]) -> Vec<[u32; 3]> {
     beside
 }
 
-/// Let neighbours agree; the part that each triangle is of.
+/// Let neighbors agree; the part that each triangle is of.
 pub(super) fn orient(
     mesh: &mut Mesh,
     beside: &mut [[u32; 3]],

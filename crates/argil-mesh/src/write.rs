@@ -1,7 +1,7 @@
 //! Mesh files.
 //!
 //! *Practice.* What a mesh is in memory is right-handed with y up, as glTF has it. Other files can have other axes and
-//! another unit. GLB is always as its specification says: y up, right-handed, in metres.
+//! another unit. GLB is always as its specification says: y up, right-handed, in meters.
 
 #[cfg(feature = "files")]
 mod glb;
@@ -18,11 +18,11 @@ use std::io::{self, Write};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum MeshFormat {
-    /// glTF 2.0 in one binary file: normals, materials as metal and roughness, colours of vertices.
+    /// glTF 2.0 in one binary file: normals, materials as metal and roughness, colors of vertices.
     Glb,
-    /// Wavefront: text; normals, colours of vertices after their places, as many programs read them.
+    /// Wavefront: text; normals, colors of vertices after their places, as many programs read them.
     Obj,
-    /// Stanford triangles, binary and little-endian: normals, colours of vertices.
+    /// Stanford triangles, binary and little-endian: normals, colors of vertices.
     Ply,
     /// Stereolithography, binary: triangles alone.
     Stl,

@@ -1,8 +1,8 @@
 //! The difference that a viewer sees when two pictures alternate.
 //!
 //! *Theory.* LDR-FLIP (Andersson, Nilsson, Akenine-Möller, Oskarsson, Åström, Fairchild 2020): pictures are blurred as the eye
-//! does at a viewing distance, compared in a uniform colour space, and differences of edges and points, found in the
-//! brightness, make a colour's difference count for more. 0 is equal, 1 the greatest.
+//! does at a viewing distance, compared in a uniform color space, and differences of edges and points, found in the
+//! brightness, make a color's difference count for more. 0 is equal, 1 the greatest.
 //!
 //! *Practice.* Beyond the border is the border's pixel again. Windows are products of rows and columns.
 
@@ -134,7 +134,7 @@ fn blurred(plane: &FilterPlane, channel: usize, pixels_a_degree: f32) -> FilterP
     out
 }
 
-/// CIE L*a*b*, colours adjusted for brightness after Hunt.
+/// CIE L*a*b*, colors adjusted for brightness after Hunt.
 fn hunt_lab(linear_rgb: [f32; 3]) -> [f32; 3] {
     let (xyz, white) = (times(&XYZ, linear_rgb), white());
     let delta = 6.0f32 / 29.0;
@@ -155,7 +155,7 @@ fn hunt_lab(linear_rgb: [f32; 3]) -> [f32; 3] {
     ]
 }
 
-/// Distance in lightness plus that in colour.
+/// Distance in lightness plus that in color.
 fn hyab(a: [f32; 3], b: [f32; 3]) -> f32 {
     (a[0] - b[0]).abs() + ((a[1] - b[1]).powi(2) + (a[2] - b[2]).powi(2)).sqrt()
 }

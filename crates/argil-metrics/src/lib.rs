@@ -1,13 +1,4 @@
-//! How far two answers are apart.
-//!
-//! *Theory.* Pictures are compared as a viewer would ([`flip`], [`ssim`]), as signals ([`psnr`]), and as the 2023 study did, by
-//! the difference of their Laplacians ([`laplacian`]). Rays' lengths are compared where both hit, and silhouettes where one
-//! does ([`depth`]). Surfaces are compared by how far points of one are from the other ([`surface`]), stored distances by
-//! their error ([`ErrorStats`]).
-//!
-//! *Practice.* A judge shares no code with what it judges: this crate knows pictures, slices and closures, and no other of
-//! Argil's crates. Each measure is held in the tests against an independent implementation, on pictures that Argil drew. Pictures are 8-bit sRGB, and all
-//! windows are applied as each page says.
+#![doc = include_str!("crate.md")]
 
 pub mod depth;
 mod error_stats;

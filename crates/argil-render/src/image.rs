@@ -29,7 +29,7 @@ impl RenderOutput {
     }
 }
 
-/// Accumulated colours as bytes.
+/// Accumulated colors as bytes.
 pub(crate) fn show(frame: &FrameUniform, colors: &[[f32; 4]], rgb: &mut [u8]) {
     let is_light = frame.show == SHOW_SHADED;
     for (rgb, color) in rgb.chunks_exact_mut(3).zip(colors) {

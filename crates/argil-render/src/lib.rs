@@ -1,13 +1,4 @@
-//! Pictures of fields and volumes: rays, normals, light.
-//!
-//! *Theory.* Sphere tracing (Hart 1996): from a point, a ray can go as far as the distance there without crossing the
-//! surface. Divided by the field's Lipschitz constant, that holds for chamfered joints too.
-//!
-//! *Practice.* Two passes, each with a twin in WGSL: `trace_tile` finds what each primary ray hits, `shade_tile` colours
-//! it. On the CPU a tile's rays march together: each round evaluates the field in batches for the
-//! rays still under way and closes the gaps that the finished ones leave. [`render`] runs both over all tiles and
-//! samples. What differs from a textbook tracer: a ray that starts inside a solid marches to the surface from within,
-//! and rays are cut to the scene's box first, which costs nothing and saves the steps of those that miss it.
+#![doc = include_str!("crate.md")]
 
 mod bricks;
 mod camera;
@@ -81,8 +72,8 @@ pub mod wgsl {
     );
     /// Normals and the ground.
     pub const FINISH: &str = include_str!("finish.wgsl");
-    /// Bytes of colours, and counts, for a module of their own.
+    /// Bytes of colors, and counts, for a module of their own.
     pub const RESOLVE: &str = include_str!("resolve.wgsl");
-    /// Light and colours.
+    /// Light and colors.
     pub const SHADE: &str = include_str!("shade.wgsl");
 }

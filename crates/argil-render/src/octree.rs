@@ -1,7 +1,7 @@
 //! Rays through an octree of bricks; `octree.wgsl` is the twin.
 //!
 //! *Theory.* The ray walks through the grid of bricks cell by cell (Amanatides and Woo 1987, in the branchless form of
-//! Quilez), asks the tree whether there is a brick at each cell's centre, and marches inside the bricks by what is
+//! Quilez), asks the tree whether there is a brick at each cell's center, and marches inside the bricks by what is
 //! stored there, from where it enters to where it leaves.
 //!
 //! *Practice.* The study's look-up goes down from the root for every cell (GigaVoxels' kd-restart, Crassin 2009). The

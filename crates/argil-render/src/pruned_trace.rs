@@ -1,7 +1,7 @@
 //! Primary rays through the field, with what can matter to each.
 //!
 //! *Theory.* The rays of a block of pixels lie, between two lengths, in a ball around the middle one. What can matter in
-//! that ball is a short list of the program's instructions, and where its centre is far from the surface, nothing is to
+//! that ball is a short list of the program's instructions, and where its center is far from the surface, nothing is to
 //! be evaluated at all (Barbier et al., "Lipschitz pruning", 2025, prune a grid in the same way; balls along the view's
 //! own frusta need no more of them than there are pixels).
 //!

@@ -1,7 +1,7 @@
 //! Triangles, drawn in the order of their depth.
 //!
 //! *Theory.* The ray of a pixel is on one side of the plane through the eye and an edge; within a triangle where it is on the
-//! same side of all three (Olano and Greer, "Triangle scan conversion using 2D homogeneous coordinates", 1997). Neighbours
+//! same side of all three (Olano and Greer, "Triangle scan conversion using 2D homogeneous coordinates", 1997). Neighbors
 //! have an edge's plane with opposite signs, to the bit, so that no pixel between them is missed. Nothing is clipped: what is
 //! behind the eye has no place on the ray.
 //!

@@ -13,13 +13,13 @@ pub enum RenderMode {
     /// Light on materials.
     #[default]
     Shaded,
-    /// Normals as colours: x, y, z from −1 to 1 as red, green, blue from 0 to 1.
+    /// Normals as colors: x, y, z from −1 to 1 as red, green, blue from 0 to 1.
     Normal,
     /// The length of each ray, near white and far black.
     Depth,
     /// The steps of each ray, 0 to 256 as blue → green → yellow → red.
     Heat,
-    /// The first brick that each ray meets, each in a colour of its own; of sparse bricks and octrees only.
+    /// The first brick that each ray meets, each in a color of its own; of sparse bricks and octrees only.
     Bricks,
     /// The first node above bricks that has a brick on the ray's way, likewise; of octrees only.
     Nodes,

@@ -69,7 +69,7 @@ pub(crate) fn light_reach(frame: &FrameUniform) -> (Aabb, f32) {
     (around, tap.max(penumbra))
 }
 
-/// Add the colours of a tile's hits, times the frame's sample weight, to `out`: RGB and coverage. Shaded colours are linear,
+/// Add the colors of a tile's hits, times the frame's sample weight, to `out`: RGB and coverage. Shaded colors are linear,
 /// after the tone curve; other values are what the picture shows.
 ///
 /// # Panics
@@ -405,7 +405,7 @@ fn depth(frame: &FrameUniform, t: f32) -> f32 {
     (1.0 - (t - frame.depth_near) / range).clamp(0.0, 1.0)
 }
 
-/// A colour of a mark's own, darker on the sides that face x and z.
+/// A color of a mark's own, darker on the sides that face x and z.
 fn id_color(hit: &Hit) -> Vec3 {
     let mixed = hit.mark.wrapping_mul(2_654_435_761);
     let channel = |shift: u32| 0.25 + 0.75 * (mixed >> shift & 0xff) as f32 / 255.0;

@@ -341,13 +341,13 @@ fn transform(fields: &Map<String, Value>) -> Result<Vec<Modifier>, ValidationErr
     Ok(modifiers)
 }
 
-/// The name of the scene's material for a node's colour.
+/// The name of the scene's material for a node's color.
 fn material(
     scene: &mut Scene,
     names: &mut HashMap<[u32; 3], String>,
     fields: &Map<String, Value>,
 ) -> Result<String, ValidationError> {
-    // The files' colours are what their renderer shows; ours are linear.
+    // The files' colors are what their renderer shows; ours are linear.
     let color = floats::<3>(fields, "color")?.map(|c| c.clamp(0.0, 1.0).powf(2.2));
     let next = format!("color_{}", names.len() + 1);
     let name = names.entry(color.map(f32::to_bits)).or_insert(next).clone();

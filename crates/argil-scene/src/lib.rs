@@ -1,22 +1,4 @@
-//! Scenes made of brushes: what is in a world, in an artist's words.
-//!
-//! *Theory.* A scene is an ordered list (Evans, "Learning from failure", 2015): each brush acts on all that stands
-//! above it in its group, by union, subtraction, intersection, paint or morph, hard or with a blend radius. A list and
-//! not a tree, since lists with local culling scale.
-//!
-//! *Practice.* [`Scene`] owns the brushes and groups and the history of edits; each [`Edit`] yields the box outside
-//! which no distance changes. Scenes are read and written as JSON ([`Scene::open`], [`Scene::save`]). Nothing here
-//! knows how distances are evaluated.
-//!
-//! ```
-//! use argil_scene::{Brush, Scene, Shape};
-//! let mut scene = Scene::new();
-//! scene.push(Brush::new(Shape::sphere(1.0)))?;
-//! let cut = scene.push(Brush::new(Shape::sphere(0.5)).at([0.0, 1.0, 0.0]).subtract().smooth(0.1))?;
-//! assert!(cut.dirty_box.contains([0.0, 1.0, 0.0].into()));
-//! assert!(scene.undo().is_some());
-//! # Ok::<(), argil_scene::EditError>(())
-//! ```
+#![doc = include_str!("crate.md")]
 
 mod action;
 mod animate;

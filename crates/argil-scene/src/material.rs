@@ -3,12 +3,12 @@ use crate::validation::{ValidationError, each, within};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What a surface looks like, in the terms of the metallic–roughness model. Colours are linear RGB.
+/// What a surface looks like, in the terms of the metallic–roughness model. Colors are linear RGB.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct Material {
-    /// Colour of a dielectric's body or a metal's reflection, components from 0 to 1.
+    /// Color of a dielectric's body or a metal's reflection, components from 0 to 1.
     pub base_color: [f32; 3],
     /// From 0, a mirror, to 1, chalk.
     pub roughness: f32,
@@ -30,7 +30,7 @@ impl Default for Material {
 }
 
 impl Material {
-    /// A dull dielectric of a colour.
+    /// A dull dielectric of a color.
     pub fn colored(base_color: [f32; 3]) -> Self {
         Self {
             base_color,

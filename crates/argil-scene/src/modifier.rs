@@ -111,7 +111,7 @@ modifiers! {
     }
     example(Self::Mirror { axes: [true, false, false] });
 
-    /// Copies on a grid, centred on the origin. The solid should lie within its own cell; where it reaches beyond, up
+    /// Copies on a grid, centered on the origin. The solid should lie within its own cell; where it reaches beyond, up
     /// to 125 copies are looked at.
     Repeat {
         /// Distance between copies along each axis; 0 for an axis without copies.
@@ -290,7 +290,7 @@ pub fn half_angle_about_y(content: Aabb) -> f32 {
 }
 
 /// How many copies to look at along one axis (or ring) so that the nearest is among them, when the solid reaches to
-/// `extent` from its cell's centre: 2 where it stays within its cell, the own one and the nearest neighbour.
+/// `extent` from its cell's center: 2 where it stays within its cell, the own one and the nearest neighbor.
 ///
 /// The nearest point of all copies lies in copy n only if, of the same point's images, n's is nearest; then
 /// |n · spacing| ≤ spacing / 2 + extent + spacing / 2.

@@ -79,7 +79,7 @@ macro_rules! shape_table {
 
                 /// Ring about the y axis.
                 Torus(sd_torus) {
-                    /// From the centre to the middle of the tube.
+                    /// From the center to the middle of the tube.
                     major_radius: f32 => positive,
                     /// Of the tube.
                     minor_radius: f32 => positive,
@@ -91,7 +91,7 @@ macro_rules! shape_table {
 
                 /// Arc of a ring about the z axis, its middle on +y, with round ends.
                 CappedTorus(sd_capped_torus) {
-                    /// From the centre to the middle of the tube.
+                    /// From the center to the middle of the tube.
                     major_radius: f32 => positive,
                     /// Of the tube.
                     minor_radius: f32 => positive,
@@ -178,7 +178,7 @@ macro_rules! shape_table {
                 exact(true)
                 example(Some(Shape::Cone { radius: 0.45, height: 0.9 }));
 
-                /// Cone about y without its tip, centred.
+                /// Cone about y without its tip, centered.
                 CappedCone(sd_capped_cone) {
                     /// Half of the height.
                     half_height: f32 => positive,
@@ -208,7 +208,7 @@ macro_rules! shape_table {
                     bottom_radius: f32 => positive,
                     /// Radius of the ball at the top.
                     top_radius: f32 => positive,
-                    /// Between the centres; more than the radii differ by.
+                    /// Between the centers; more than the radii differ by.
                     height: f32 => positive,
                 }
                 rule({
@@ -252,7 +252,7 @@ macro_rules! shape_table {
 
                 /// Hexagonal prism along z with flat sides up and down.
                 HexPrism(sd_hex_prism) {
-                    /// From the centre to the middle of a side.
+                    /// From the center to the middle of a side.
                     apothem: f32 => positive,
                     /// Half of the length along z.
                     half_depth: f32 => positive,
@@ -282,7 +282,7 @@ macro_rules! shape_table {
 
                 /// Regular octahedron with its corners on the axes.
                 Octahedron(sd_octahedron) {
-                    /// From the centre to a corner.
+                    /// From the center to a corner.
                     radius: f32 => positive,
                 }
                 words([radius])
@@ -544,7 +544,7 @@ macro_rules! shape_table {
                     half_depth: 0.15,
                 }));
 
-                /// Letters in the x–y plane, extruded along z: the first line stands on the x axis, and each is centred.
+                /// Letters in the x–y plane, extruded along z: the first line stands on the x axis, and each is centered.
                 Text(sd_extrusion, outline_loops) {
                     /// What is written, up to 64 characters, in lines.
                     text: String => letters,

@@ -11,7 +11,7 @@ use ttf_parser::{Face, GlyphId, OutlineBuilder};
 const MAX_CHARACTERS: usize = 64;
 const MAX_TEXT_PIECES: usize = 1024;
 
-/// The font that comes along: Ubuntu Light, under the Ubuntu Font Licence 1.0.
+/// The font that comes along: Ubuntu Light, under the Ubuntu Font License 1.0.
 static FONT: LazyLock<Face<'static>> =
     LazyLock::new(|| Face::parse(epaint_default_fonts::UBUNTU_LIGHT, 0).expect("the font is one"));
 
@@ -63,7 +63,7 @@ fn scale_of(size: f32) -> f32 {
     size / f32::from(FONT.units_per_em())
 }
 
-/// The closed outlines of a text in the x–y plane, holes among them: its first line stands on the x axis, each line is centred, and an
+/// The closed outlines of a text in the x–y plane, holes among them: its first line stands on the x axis, each line is centered, and an
 /// em is `size` high. What the font lacks is left out.
 #[doc(hidden)]
 pub fn text_outlines(text: &str, size: f32) -> Vec<Path2> {
@@ -161,7 +161,7 @@ mod tests {
     }
 
     #[test]
-    fn outlines_lie_in_their_box_and_lines_are_centred() {
+    fn outlines_lie_in_their_box_and_lines_are_centered() {
         let held = text_bounds("Ag\nworld", 2.0, 0.1);
         let outlines = text_outlines("Ag\nworld", 2.0);
         assert!(outlines.len() >= 9, "{}", outlines.len());

@@ -114,7 +114,7 @@ fn errors_name_line_column_path_and_reason() {
             brush(r#"{"shape": {"type": "sphere"}}"#),
             "brushes[1].shape: missing field `radius`",
         ),
-        (brush(&format!("{{{sphere}, \"colour\": 1}}")), "s.json:3:"),
+        (brush(&format!("{{{sphere}, \"color\": 1}}")), "s.json:3:"),
         (
             brush(&format!("{{{sphere}, \"blend\": -0.5}}")),
             "brushes[1].blend: -0.5 is negative",

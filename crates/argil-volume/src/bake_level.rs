@@ -1,7 +1,7 @@
 //! Sampling a level with what can matter in each cell; `fill.wgsl` is the twin, which evaluates everything.
 //!
 //! *Theory.* The lattice is cut into slabs, slabs into columns, columns into cells of 8³ points; each keeps the list of
-//! instructions that can matter there (`argil_field::Pruner`). Where the distance at a cell's centre shows that all of it
+//! instructions that can matter there (`argil_field::Pruner`). Where the distance at a cell's center shows that all of it
 //! is saturated, nothing is evaluated. Texels are those of the whole program, to the bit.
 
 use crate::encoding::encode;

@@ -1,7 +1,7 @@
 //! Sparse bricks: the product's own representation.
 //!
 //! *Theory.* Only cells near the surface need samples; what a ray wants to know elsewhere is how far it can go. So a grid
-//! of cells holds, where there is no brick, how far the surface is from the cell's centre at least (what Barbier et al.,
+//! of cells holds, where there is no brick, how far the surface is from the cell's center at least (what Barbier et al.,
 //! "Lipschitz pruning", 2025, keep for far cells): less half of the cell's diagonal, no point of the cell falls short
 //! of it. Bricks are as small as caches like them (8³ cells, after Lumen and GigaVoxels, Crassin 2009).
 //!
@@ -14,15 +14,15 @@
 //! ```
 //!
 //! *For readers in shaders of their own.* The word of a cell with a brick is the brick's number. Any other word is a signed distance
-//! (see [`center_of`]): no surface is nearer to the cell's centre than that. It says nothing of how far away one is: beside the
+//! (see [`center_of`]): no surface is nearer to the cell's center than that. It says nothing of how far away one is: beside the
 //! surface it can be near 0, and it is never more than [`BrickLayout::far_length`]. A point of the cell that is `r` from its
-//! centre is free for `|d| − L · r`, where L is [`Bricks::lipschitz`]. Samples of a brick are distances over its band, and
+//! center is free for `|d| − L · r`, where L is [`Bricks::lipschitz`]. Samples of a brick are distances over its band, and
 //! within it those of the field; at the band's end they are cut off. After edits, [`Bricks::take_changes`] tells what to bring over.
 //!
 //! Blocks are counted from the lattice's corner in all directions: where there is surface there are blocks, and a world that
 //! grows keeps what it has.
 //!
-//! *Practice.* Samples stand at voxels' corners, `corner + voxel · (i, j, k)`; neighbouring bricks have those of their
+//! *Practice.* Samples stand at voxels' corners, `corner + voxel · (i, j, k)`; neighboring bricks have those of their
 //! common side both. `build.rs` bakes on the CPU, `batch.rs` reads for rays. What differs from the literature: a brick is
 //! dropped again where its own samples show that the surface cannot be in it. The tables hold the very resolution that was asked for.
 

@@ -1,25 +1,4 @@
-//! Stored distances: dense volumes with mips, octrees of bricks, and their files.
-//!
-//! *Theory.* A field is exact and slow; a volume is its distances at regular points, clamped and rounded, with an error
-//! and a size. Between points they are interpolated.
-//!
-//! *Practice.* A [`VoxelGrid`] says where voxels lie, an [`Encoding`] what a texel means; [`Dense`] and [`Octree`] hold
-//! texels and are built from an `argil_field::Program`. [`VolumeFile`] is either, read from a file or written to one.
-//! `*.wgsl` beside the Rust files are the twins for the GPU, put together by [`wgsl`].
-//!
-//! ```
-//! use argil_field::Program;
-//! use argil_math::Aabb;
-//! use argil_scene::{Brush, Scene, Shape};
-//! use argil_volume::{Dense, Encoding, VoxelGrid};
-//! let mut scene = Scene::new();
-//! scene.push(Brush::new(Shape::sphere(0.5))).unwrap();
-//! let program = Program::lower(&scene).unwrap();
-//! let lattice = VoxelGrid::fitting(program.aabb(), None, 64).unwrap();
-//! let volume = Dense::bake(&program, lattice, Encoding::default(), false);
-//! let d = volume.distance(0, [0.52, 0.0, 0.0].into()).unwrap();
-//! assert!((d - 0.02).abs() < 0.001);
-//! ```
+#![doc = include_str!("crate.md")]
 
 mod bake_level;
 mod bricks;

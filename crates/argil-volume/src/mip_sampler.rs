@@ -1,6 +1,6 @@
 //! Many samples at once: the arithmetic of [`Sampler`](crate::Sampler) in plain loops over lanes, which the compiler turns into SIMD.
 //!
-//! *Practice.* Where each sample reads is computed for all lanes first; then the texels are fetched, two neighbours along x
+//! *Practice.* Where each sample reads is computed for all lanes first; then the texels are fetched, two neighbors along x
 //! in one load; then all lanes interpolate. Only the loads are done lane by lane, and none waits for another.
 
 use crate::{Dense, RESOLUTIONS, SampleFormat, Texel};
@@ -122,7 +122,7 @@ impl<'a, T: Texel> MipSampler<'a, T> {
             let whole = |v: f32| unsafe { v.to_int_unchecked::<i32>() } as u32;
             (low[0][i], low[1][i], low[2][i]) = (whole(lx), whole(ly), whole(lz));
         }
-        // Four pairs of neighbours along x.
+        // Four pairs of neighbors along x.
         let mut pairs = [[0u32; LANES]; 4];
         for i in 0..n {
             let k = level[i] as usize % MAX_LEVELS;

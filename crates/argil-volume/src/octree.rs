@@ -1,13 +1,13 @@
 //! Bricks where the surface is, and a tree that finds them: the 2023 study's structure.
 //!
 //! *Theory.* The volume is cut into cubes of `brick` voxels. A brick is kept where the surface can be in it: the distance
-//! at its centre is at most the Lipschitz constant times half of its diagonal, half a voxel around the brick included,
+//! at its center is at most the Lipschitz constant times half of its diagonal, half a voxel around the brick included,
 //! because interpolation at its border reads that far. Bricks are listed by ascending Morton code, so the eight
-//! children of a node are neighbours, and the tree is made bottom-up by looking at neighbours only (after Laine and
+//! children of a node are neighbors, and the tree is made bottom-up by looking at neighbors only (after Laine and
 //! Karras, "Efficient sparse voxel octrees", 2010, and the study's bottom-up construction).
 //!
 //! *Practice.* Three stages, each with a twin in WGSL: [`select`], [`fill`], [`tree`]. Bricks stand in the volume's
-//! texture where a dense volume would have them, as in the study, so that a brick needs no pointer and its neighbours'
+//! texture where a dense volume would have them, as in the study, so that a brick needs no pointer and its neighbors'
 //! texels are where a filter looks for them.
 //!
 //! ```text
@@ -17,7 +17,7 @@
 //!   level 2       └────┬───┘        the root, which comes last
 //! ```
 //!
-//! What differs from the study: its test of the centre alone loses bricks and is an option; a list in Morton order
+//! What differs from the study: its test of the center alone loses bricks and is an option; a list in Morton order
 //! needs no sort, its enumeration sort is an option; and cells without a brick hold a distance that is never too large,
 //! where the study leaves texels as they were.
 

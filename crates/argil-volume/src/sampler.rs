@@ -42,7 +42,7 @@ impl<'a, T: Texel> Sampler<'a, T> {
         })
     }
 
-    /// The stored distance at a point; outside of the volume, that of the nearest point of its border texels' centres.
+    /// The stored distance at a point; outside of the volume, that of the nearest point of its border texels' centers.
     #[inline(always)]
     pub fn distance(&self, p: Vec3) -> f32 {
         let at = |axis: usize| {

@@ -55,7 +55,7 @@ pub struct TooFarError {
 ///
 /// ```text
 ///   corner          corner + voxel
-///     │ texel 0's centre │        texel i is sampled at corner + voxel · (i + ½)
+///     │ texel 0's center │        texel i is sampled at corner + voxel · (i + ½)
 ///     ├────────●─────────┼────────●─────────┤ …
 /// ```
 ///
@@ -253,7 +253,7 @@ impl VoxelGrid {
         }
     }
 
-    /// The centres of a level's texels.
+    /// The centers of a level's texels.
     pub fn grid(&self, level: u32) -> Grid {
         let spacing = self.level_spacing(level);
         Grid {

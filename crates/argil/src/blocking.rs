@@ -117,7 +117,7 @@ impl World {
     /// Follow a scene that was edited. Sparse bricks are changed in place, at the cost of what the edits touch, if the scene
     /// is the one that the world was built from. Otherwise, and where an edit changes what all distances are relied on for, everything is made again, of voxels of the same size; the
     /// result is that of a fresh bake. On a GPU edits are submitted and not waited for, and nothing is compiled unless the world is
-    /// specialised, or a software device lacks an opcode.
+    /// specialized, or a software device lacks an opcode.
     ///
     /// # Errors
     /// If the scene cannot be built, or takes too much; the next scene that can be is followed all the same.

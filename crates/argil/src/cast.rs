@@ -15,7 +15,7 @@ const RELAXATION: f32 = argil_abi::RELAXATION;
 /// Where a cast has met the surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RayHit {
-    /// How far the ray, or the sphere's centre, has come.
+    /// How far the ray, or the sphere's center, has come.
     pub distance: f32,
     /// The point of the surface.
     pub point: [f32; 3],

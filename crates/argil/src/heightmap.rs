@@ -8,7 +8,7 @@ use std::path::Path;
 #[cfg(feature = "png")]
 const MAX_PIXELS: u64 = 1 << 26;
 
-/// The heights of a PNG image, from 0 for black to 1 for white, with so many along its longer side, or as many as it has. Of colours
+/// The heights of a PNG image, from 0 for black to 1 for white, with so many along its longer side, or as many as it has. Of colors
 /// it is how bright they look; finer images are averaged. `place` stands in messages.
 #[cfg(feature = "png")]
 pub(crate) fn heights(
@@ -125,7 +125,7 @@ mod tests {
             all.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-6),
             "{all:?}"
         );
-        // Of colours their brightness; of one bit, black and white.
+        // Of colors their brightness; of one bit, black and white.
         let colors = image(
             [2, 2],
             BitDepth::Eight,

@@ -1,19 +1,4 @@
-//! Malleable environments made of signed distance fields.
-//!
-//! A [`Scene`] is an ordered list of brushes. An [`Engine`] runs on a GPU or on the CPU; a [`World`] is a scene that it
-//! has built, to be asked for distances and drawn.
-//!
-//! ```
-//! use argil::prelude::*;
-//! let mut scene = Scene::new();
-//! scene.push(Brush::new(Shape::sphere(0.5)))?;
-//! scene.push(Brush::new(Shape::sphere(0.2)).at([0.0, 0.4, 0.0]).subtract().smooth(0.05))?;
-//! let world = Engine::cpu().build(&scene)?.field();
-//! println!("{} from the surface", world.distance([1.0, 0.0, 0.0]));
-//! let picture = world.render_view([64, 48])?;
-//! # assert_eq!(picture.size, [64, 48]);
-//! # Ok::<(), Box<dyn std::error::Error>>(())
-//! ```
+#![doc = include_str!("crate.md")]
 
 #[cfg(not(target_arch = "wasm32"))]
 mod blocking;

@@ -1,4 +1,4 @@
-//! Plots as SVG, drawn in the page's own colours.
+//! Plots as SVG, drawn in the page's own colors.
 
 use plotters::coord::Shift;
 use plotters::prelude::*;
@@ -17,7 +17,7 @@ const COLORS: [RGBColor; 7] = [
     RGBColor(128, 128, 128),
 ];
 
-/// What stands for the page's own colour until it is put in its place.
+/// What stands for the page's own color until it is put in its place.
 const INK: RGBColor = RGBColor(1, 2, 3);
 
 /// Named points.

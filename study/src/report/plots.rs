@@ -118,7 +118,7 @@ fn construction(records: &[&Record], device: &str) -> Vec<String> {
     ]
 }
 
-/// Bars of a value, a group for each scene (and place of the eye), a colour for each representation.
+/// Bars of a value, a group for each scene (and place of the eye), a color for each representation.
 fn by_scene(records: &[&Record], value: &str, unit: &str, title: &str, log: bool) -> String {
     let group = |r: &Record| {
         let eye = r.parameters.get("eye").and_then(|v| v.as_str());
@@ -216,7 +216,7 @@ fn histograms(records: &[&Record], device: &str) -> String {
             series.push((format!("{} {}", record.via, varied(record)), points));
         }
     }
-    // As many as there are colours.
+    // As many as there are colors.
     series.truncate(7);
     let title = format!(
         "Teapot: difference of Laplacians, red, without zeros, {device} (figures 29 to 31)"

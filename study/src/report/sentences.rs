@@ -257,7 +257,7 @@ fn lost(own: &[&Record]) -> Option<String> {
     let by_center = via(own, "octree").filter(|r| r.parameters.contains_key("keep"));
     let others = own.iter().filter(|r| !r.parameters.contains_key("keep"));
     Some(format!(
-        "the study's test, that a brick's centre is within ±4 voxels of the surface, loses {} bricks of 32³ a scene that hold surface, the conservative one and sparse bricks {}.",
+        "the study's test, that a brick's center is within ±4 voxels of the surface, loses {} bricks of 32³ a scene that hold surface, the conservative one and sparse bricks {}.",
         spread(by_center, "lost_bricks")?,
         spread(others, "lost_bricks")?
     ))

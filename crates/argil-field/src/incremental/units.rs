@@ -125,7 +125,7 @@ impl IncrementalProgram {
         pieces
     }
 
-    /// Ranks for so many pieces of a node, between those of its neighbours in the scene: what the first is more than, and by how much
+    /// Ranks for so many pieces of a node, between those of its neighbors in the scene: what the first is more than, and by how much
     /// each is more than the one before.
     pub(super) fn ranks_for(&mut self, scene: &Scene, node: NodeId, count: u64) -> (u64, u64) {
         for _ in 0..2 {

@@ -1,7 +1,7 @@
 //! Marching cubes over sparse bricks.
 //!
 //! *Practice.* A vertex is the brick's at whose low sides its edge lies; what lies at a brick's high sides is its
-//! neighbour's, where there is one. Bricks are counted, then each writes its own vertices and triangles; a neighbour's
+//! neighbor's, where there is one. Bricks are counted, then each writes its own vertices and triangles; a neighbor's
 //! vertices are found by counting the bits before them. No cell without a brick is looked at, as no surface is there.
 
 use super::case_table::{case_loops, cases};

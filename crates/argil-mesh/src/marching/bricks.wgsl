@@ -46,7 +46,7 @@ fn stored_at(unit: u32, place: vec3<u32>) -> f32 {
     return round(textureLoad(stored, brick_origin(brick_word(unit)) + place, 0).x * f32(volume.quanta));
 }
 
-// The same of a place that may be in a neighbour; then whether there is any.
+// The same of a place that may be in a neighbor; then whether there is any.
 fn stored_beyond(unit: u32, place: vec3<i32>) -> vec2<f32> {
     let side = i32(marching.side);
     let way = vec3<i32>(place > vec3(side)) - vec3<i32>(place < vec3(0));

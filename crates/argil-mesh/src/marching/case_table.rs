@@ -197,7 +197,7 @@ mod tests {
     }
 
     #[test]
-    fn neighbours_have_the_same_segments_the_other_way_round() {
+    fn neighbors_have_the_same_segments_the_other_way_round() {
         // Segments in the face x = 1 of one cell against those in x = 0 of the next.
         for axis in 0..3u8 {
             for number in 0..=255u8 {

@@ -47,7 +47,7 @@ impl CellLoops {
         &self.vertices[begin as usize..end as usize]
     }
 
-    /// Where two loops in neighbouring cells share both segments of a face, their dual vertices would have four triangles on
+    /// Where two loops in neighboring cells share both segments of a face, their dual vertices would have four triangles on
     /// one edge: on that face the segments are joined the other way round, which makes two loops of each (Wenger, "Isosurfaces",
     /// 2013).
     fn part(&mut self) {

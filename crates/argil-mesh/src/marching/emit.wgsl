@@ -16,7 +16,7 @@ fn edge_place(edge: u32) -> vec3<u32> {
 @compute @workgroup_size(GROUP)
 fn emit(@builtin(workgroup_id) id: vec3<u32>, @builtin(num_workgroups) count: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     let unit = min(group_index(id, count), marching.units - 1u);
-    // A unit can have triangles whose vertices are all its neighbours'.
+    // A unit can have triangles whose vertices are all its neighbors'.
     let is_there = is_unit(unit);
     if is_there {
         load(unit, local);

@@ -1,6 +1,6 @@
 //! glTF 2.0, binary.
 //!
-//! *Practice.* Triangles are sorted by their corners' roughness, metal and emission, in steps; the colour is the vertices' own, so that blends between colours come through.
+//! *Practice.* Triangles are sorted by their corners' roughness, metal and emission, in steps; the color is the vertices' own, so that blends between colors come through.
 
 use crate::Mesh;
 use argil_abi::GpuMaterial;
@@ -18,7 +18,7 @@ const SHORT: u32 = 5123;
 const VERTICES: u32 = 34962;
 const INDICES: u32 = 34963;
 
-/// What is not a colour, in steps: roughness, metal, and emission in red, green and blue.
+/// What is not a color, in steps: roughness, metal, and emission in red, green and blue.
 type Finish = [u32; 5];
 
 const STEPS: f32 = 64.0;

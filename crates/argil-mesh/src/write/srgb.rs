@@ -1,6 +1,6 @@
-//! Colours as bytes.
+//! Colors as bytes.
 
-/// A linear colour component as a byte of sRGB.
+/// A linear color component as a byte of sRGB.
 pub(crate) fn srgb(linear: f32) -> u8 {
     let c = linear.clamp(0.0, 1.0);
     let c = if c <= 0.003_130_8 {

@@ -18,7 +18,7 @@ use glam::Vec3;
 pub(crate) const CONE_SIDE: u32 = argil_abi::CONE_SIDE;
 /// Most steps of a cone.
 const CONE_STEPS: u32 = argil_abi::CONE_STEPS;
-/// From a block's centre to the corners of its corner pixels, in pixels, and a little more.
+/// From a block's center to the corners of its corner pixels, in pixels, and a little more.
 const CONE_RADIUS: f32 = argil_abi::CONE_RADIUS;
 
 /// The cones of a tile.

@@ -77,7 +77,7 @@ fn cubic(c3: f32, c2: f32, c1: f32, c0: f32, s: f32) -> f32 {
 }
 
 // What is interpolated at a place that may be beyond a brick's end along an axis, and how far that is from `inner`: in the
-// neighbour's brick, or where there is none, at the brick's end. Without branches, which software devices walk both.
+// neighbor's brick, or where there is none, at the brick's end. Without branches, which software devices walk both.
 fn brick_beside(at: Located, axis: u32, by: f32) -> vec2<f32> {
     let side = f32(volume.brick);
     var place = at.inner;

@@ -215,7 +215,7 @@ fn step<T: Texel>(
         let too_far = (over[i] > 0.0) & (g < over[i]);
         let near = in_brick & (g < close) & !too_far;
         let reached = !in_brick & (g < 0.0) & !too_far;
-        // Along a plane, spheres still touch with so much more than their radius between their centres.
+        // Along a plane, spheres still touch with so much more than their radius between their centers.
         let (before, fell) = (last_way[i], high(last_gap[i] - g, 0.0));
         let sum = before + fell;
         let share = high((before - fell) / (if sum > 0.0 { sum } else { 1.0 }), 0.0);

@@ -78,7 +78,7 @@ fn march(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_id) 
             let ahead = select(first, first + edge, d > vec3(0.0));
             let ways = (ahead * brick - u) * per_way;
             let leave = min(ways.x, min(ways.y, ways.z)) + NUDGE_VOXELS * voxel + NUDGE_SHARE * t + nudge_for(u);
-            // Along a plane, spheres still touch with so much more than their radius between their centres.
+            // Along a plane, spheres still touch with so much more than their radius between their centers.
             let fell = max(last_gap - g, 0.0);
             let sum = last_way + fell;
             let share = max((last_way - fell) / select(1.0, sum, sum > 0.0), 0.0);

@@ -278,7 +278,7 @@ fn step(block: &mut RayBlock, frame: &FrameUniform, slab_end: f32, lanes: &mut R
             let too_far = (over[i] > 0.0) & (gap < over[i]);
             // A ray that grazes the surface may run out of steps within a pixel of it.
             let arrives = !too_far & ((gap < epsilon) | (spent & (gap < pixel * t[i])));
-            // Along a plane, spheres still touch with so much more than their radius between their centres.
+            // Along a plane, spheres still touch with so much more than their radius between their centers.
             let (before, fell) = (last_way[i], last_gap[i] - gap);
             let fell = if fell > 0.0 { fell } else { 0.0 };
             let sum = before + fell;

@@ -91,7 +91,7 @@ impl<'a> CellBounds<'a> {
         1.000_01 * (radius * self.terms.steepness + self.terms.slack)
     }
 
-    /// The length up to which distances at cells' centres decide what their bricks hold, where nothing jumps: those of the others
+    /// The length up to which distances at cells' centers decide what their bricks hold, where nothing jumps: those of the others
     /// are clear of the surface, or stored as the end of the range. Materials count nearer to the surface only.
     pub(super) fn near_length(&self, layout: &BrickLayout) -> f32 {
         let range = layout.encoding.band_width(&layout.voxel_grid, 0);
@@ -113,7 +113,7 @@ impl<'a> CellBounds<'a> {
         [least, 1.000_01 * (least * steepness + self.terms.slack)]
     }
 
-    /// What a cell keeps whose centre is so far.
+    /// What a cell keeps whose center is so far.
     pub(super) fn center(&self, d: f32) -> f32 {
         let plain = self.terms.radius(d);
         let clear = if self.is_steady() {

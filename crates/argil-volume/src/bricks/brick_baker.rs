@@ -241,7 +241,7 @@ impl<'a> BrickBaker<'a> {
                 return place as u32;
             }
         }
-        // Neighbours often are of one material. Lists do not tell what is so far that none of it is looked at.
+        // Neighbors often are of one material. Lists do not tell what is so far that none of it is looked at.
         let far = MATERIAL_TOLD * reach;
         let (mut last, mut word) = (&found[0], packed(&found[0]));
         mixed.extend(found.iter().zip(&d).map(|(m, d)| {

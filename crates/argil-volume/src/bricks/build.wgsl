@@ -44,7 +44,7 @@ fn is_clear(d: f32, bounds: BlockBounds, radius: f32) -> bool {
     return select(jumping_radius(near, bounds), plain_radius(near, bounds), bounds.gap > 0.0) > radius;
 }
 
-// Twin of Bounds::center: the word of an empty cell whose centre is so far.
+// Twin of Bounds::center: the word of an empty cell whose center is so far.
 fn center_word(d: f32, bounds: BlockBounds) -> u32 {
     let jumping = max(jumping_radius(min(abs(d), volume.far), bounds), bounds.gap);
     let clear = min(plain_radius(abs(d), bounds), jumping);

@@ -14,7 +14,7 @@ pub enum BrickCell {
     Brick(u32),
     /// No surface.
     Empty {
-        /// At the cell's centre: how far the surface is at least, with the sign of the side.
+        /// At the cell's center: how far the surface is at least, with the sign of the side.
         center: f32,
         /// Whether no cell of the block has a brick.
         lonely: bool,
@@ -60,7 +60,7 @@ pub fn is_block_empty(word: u32) -> bool {
     word & BLOCK_EMPTY != 0
 }
 
-/// The distance at the centre of a cell without a brick.
+/// The distance at the center of a cell without a brick.
 #[inline(always)]
 pub fn center_of(word: u32) -> f32 {
     f32::from_bits((word & !BLOCK_EMPTY) << 1)

@@ -14,7 +14,7 @@ use glam::IVec3;
 
 impl<T: Texel> BrickSampler<'_, T> {
     /// The signed distances at points in the world as nearly as they are known: interpolated in bricks, elsewhere between
-    /// cells' centres; beyond the box, as much more as the way to it. For light, not for steps.
+    /// cells' centers; beyond the box, as much more as the way to it. For light, not for steps.
     ///
     /// # Panics
     /// If there are more points than [`LANES`], or the slices differ in length.
@@ -49,7 +49,7 @@ impl<T: Texel> BrickSampler<'_, T> {
         }
     }
 
-    /// Interpolated between the centres of the eight nearest cells.
+    /// Interpolated between the centers of the eight nearest cells.
     fn between_centers(&self, u: [f32; 3]) -> f32 {
         let per_cell = 1.0 / self.layout.brick_size_voxels as f32;
         let mut low_cell = [0.0f32; 3];
@@ -82,7 +82,7 @@ impl<T: Texel> BrickSampler<'_, T> {
         total
     }
 
-    /// The distance at a cell's centre.
+    /// The distance at a cell's center.
     fn at_center(&self, cell: IVec3) -> f32 {
         let word = self.words[self.bricks.word_index(cell)];
         if !is_brick(word) {

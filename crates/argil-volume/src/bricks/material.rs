@@ -21,7 +21,7 @@ pub(super) fn sample_of(nth: u32, brick: u32) -> u32 {
     (2 * nth * brick + steps) / (2 * steps)
 }
 
-/// A material in eight bytes: the square roots of base colours, roughness; emission e as e / (1 + e), metallic.
+/// A material in eight bytes: the square roots of base colors, roughness; emission e as e / (1 + e), metallic.
 pub(crate) fn packed(m: &GpuMaterial) -> [u32; 2] {
     let byte = |v: f32| (v.clamp(0.0, 1.0) * 255.0 + 0.5) as u32;
     let [r, g, b, roughness] = m.base_roughness;

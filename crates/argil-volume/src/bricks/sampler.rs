@@ -113,7 +113,7 @@ impl<'a, T: Texel> BrickSampler<'a, T> {
         }
     }
 
-    /// Of a lane in a cell without a brick, the signed distance that it does not fall short of: that of the cell's centre,
+    /// Of a lane in a cell without a brick, the signed distance that it does not fall short of: that of the cell's center,
     /// less what it can be on the way.
     #[inline(always)]
     pub fn empty_cell_distance(&self, at: &CellLocations, i: usize) -> f32 {
@@ -272,7 +272,7 @@ impl<'a, T: Texel> BrickSampler<'a, T> {
     }
 
     /// The samples beyond the faces of a lane's voxel that are nearest to a place in it: in its own brick, or in the
-    /// neighbour's where there is one.
+    /// neighbor's where there is one.
     #[inline(always)]
     pub fn neighbor_planes(
         &self,
@@ -299,7 +299,7 @@ impl<'a, T: Texel> BrickSampler<'a, T> {
                 })
             } else {
                 self.neighbor(at, i, axis, goes_up).map(|brick| {
-                    // The same place in the neighbour, one plane from the common face.
+                    // The same place in the neighbor, one plane from the common face.
                     let own = at.word[i] * self.layout.brick_samples();
                     let inner = start - own - voxel * stride;
                     let plane = if goes_up { 1 } else { last };

@@ -28,7 +28,7 @@ impl Default for CellLocations {
     }
 }
 
-/// The samples at a voxel's corners, two neighbours along x in each word, and where in the voxel a point is.
+/// The samples at a voxel's corners, two neighbors along x in each word, and where in the voxel a point is.
 #[derive(Debug)]
 pub struct VoxelSamples {
     pub(crate) pairs: [[u32; LANES]; 4],

@@ -26,7 +26,7 @@ pub(super) fn bricks<T: Texel>(
     sample(program, &layout.voxel_grid.grid(0), fill, &vacant, control)
 }
 
-/// What is stored in all texels of a cell without a brick, whose centre is so far from the surface: the distance that
+/// What is stored in all texels of a cell without a brick, whose center is so far from the surface: the distance that
 /// none of them falls short of, at least one step so that the sign is kept.
 fn vacant(words: &OctreeVolume, fill: &FillUniform, away: f32) -> i32 {
     let low = |a: f32, b: f32| if b < a { b } else { a };

@@ -13,7 +13,7 @@ pub enum BrickTest {
     /// All in which the surface can be.
     #[default]
     Conservative,
-    /// Those whose centre is no farther from the surface than the encoding's range: the study's test.
+    /// Those whose center is no farther from the surface than the encoding's range: the study's test.
     #[cfg_attr(feature = "clap", value(name = "center"))]
     CenterInRange,
 }
@@ -146,13 +146,13 @@ impl OctreeLayout {
         cell.cmplt(self.grid).all()
     }
 
-    /// The cell's centre; `select.wgsl` does the same.
+    /// The cell's center; `select.wgsl` does the same.
     pub(crate) fn center(&self, cell: UVec3) -> Vec3 {
         let (corner, length) = (self.voxel_grid.corner, self.brick_length());
         corner + (cell.as_vec3() + 0.5) * length
     }
 
-    /// Words for shaders. `program` sets how far from the surface a brick's centre may be for the brick to be kept.
+    /// Words for shaders. `program` sets how far from the surface a brick's center may be for the brick to be kept.
     pub fn words(&self, program: &Program, keep: BrickTest) -> OctreeVolume {
         let lattice = &self.voxel_grid;
         let range = self.encoding.band_width(lattice, 0);

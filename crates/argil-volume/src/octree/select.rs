@@ -10,12 +10,12 @@ use rayon::prelude::*;
 pub struct BrickSelection {
     /// Codes of the bricks, ascending.
     pub codes: Vec<u32>,
-    /// The distance at the centre of each cell, by code; 0 for codes outside of the volume.
+    /// The distance at the center of each cell, by code; 0 for codes outside of the volume.
     pub centers: Vec<f32>,
 }
 
 impl BrickSelection {
-    /// Measure the centres of all cells in Morton order and keep those that are near enough.
+    /// Measure the centers of all cells in Morton order and keep those that are near enough.
     pub fn of(program: &Program, layout: &OctreeLayout, keep: BrickTest) -> Self {
         let reach = layout.words(program, keep).reach;
         let mut centers = vec![0.0; layout.code_count() as usize];
@@ -44,7 +44,7 @@ impl BrickSelection {
     }
 }
 
-/// The distances at the centres of a stretch of codes.
+/// The distances at the centers of a stretch of codes.
 fn measure(layout: &OctreeLayout, evaluator: &mut Evaluator<'_>, first: u32, centers: &mut [f32]) {
     let (mut x, mut y, mut z) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
     let (mut places, mut d) = ([0; LANES], [0.0; LANES]);

@@ -4,7 +4,7 @@ fn cell_is_held(cell: vec3<u32>) -> bool {
     return cell.x < volume.grid_x && cell.y < volume.grid_y && cell.z < volume.grid_z;
 }
 
-// The distance at a cell's centre, kept for the cells that stay without a brick; whether the cell gets one.
+// The distance at a cell's center, kept for the cells that stay without a brick; whether the cell gets one.
 fn measure_cell(code: u32) -> bool {
     let cell = cell_of(code);
     if code >= volume.code_count || !cell_is_held(cell) {

@@ -26,7 +26,7 @@ pub struct Lookup {
 impl OctreeNodes {
     /// Build over ascending codes, `depth` levels.
     ///
-    /// Level by level: a child whose parent is another than its left neighbour's begins a node, and each child sets its
+    /// Level by level: a child whose parent is another than its left neighbor's begins a node, and each child sets its
     /// bit in its parent's mask.
     pub fn from_codes(codes: Vec<u32>, depth: u32) -> Self {
         let mut nodes = Vec::new();
