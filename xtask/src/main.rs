@@ -8,9 +8,9 @@ use xtask::chore;
 
 const USAGE: &str = "usage: cargo xtask COMMAND
 
-  test      format, lint, test, document: everything that CI checks; installs what GPU tests and the page need where it can
-  web       build the editor's page into target/page; with `serve [PORT]`, hand it out on this machine; with `test`, drive it in Chromium
-  generate  write the files that are made from code: the schema of scenes, the WGSL of shared structs";
+  test      check everything that CI checks: format, lints, spelling, licenses, tests, documentation, page; install what that needs where it can
+  web       build the editor's page into target/page; with `serve [PORT]`, serve it on this machine; with `test`, drive it in Chromium
+  generate  write the files that come from code: the scene schema, the WGSL of shared structs, the README of each crate";
 
 fn main() -> anyhow::Result<()> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();

@@ -18,6 +18,11 @@ const NOT_DOCUMENTED: &[&str] = &[
 
 pub(crate) fn run_all() -> anyhow::Result<()> {
     run("cargo", &["fmt", "--all", "--check"])?;
+    ensure_typos()?;
+    run("typos", &[])?;
+    ensure_deny()?;
+    run("cargo", &["deny", "check", "licenses", "bans", "sources"])?;
+    run("cargo", &packages())?;
     let compiled = |arguments: &[&str]| run_with(LINT_WHILE_COMPILING, "cargo", arguments);
     compiled(&["build", "--workspace", "--all-targets", "--locked"])?;
     ensure_nextest()?;
@@ -34,6 +39,19 @@ fn documentation() -> Vec<&'static str> {
     let mut arguments = vec!["doc", "--workspace", "--lib", "--no-deps", "--locked"];
     arguments.extend(NOT_DOCUMENTED.iter().flat_map(|name| ["--exclude", name]));
     arguments.extend(["--config", "build.rustdocflags=['-Dwarnings']"]);
+    arguments
+}
+
+/// Packages every crate that others can use. What packages compile to is tested in the workspace.
+fn packages() -> Vec<&'static str> {
+    let mut arguments = vec![
+        "package",
+        "--workspace",
+        "--no-verify",
+        "--locked",
+        "--allow-dirty",
+    ];
+    arguments.extend(NOT_DOCUMENTED.iter().flat_map(|name| ["--exclude", name]));
     arguments
 }
 
@@ -55,6 +73,22 @@ fn ensure_gpu() -> anyhow::Result<()> {
         );
     }
     Ok(())
+}
+
+/// Its wheel needs no compiler.
+fn ensure_typos() -> anyhow::Result<()> {
+    let is_there = || quietly("typos", &["--version"]);
+    if is_there() || quietly("pip", &["install", "typos"]) && is_there() {
+        return Ok(());
+    }
+    run("cargo", &["install", "typos-cli", "--locked"])
+}
+
+fn ensure_deny() -> anyhow::Result<()> {
+    if quietly("cargo", &["deny", "--version"]) {
+        return Ok(());
+    }
+    run("cargo", &["install", "cargo-deny", "--locked"])
 }
 
 fn ensure_nextest() -> anyhow::Result<()> {

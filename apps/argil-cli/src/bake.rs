@@ -37,7 +37,7 @@ pub(crate) fn run(options: &BakeArgs) -> anyhow::Result<()> {
     );
     let engine = input::engine(&options.on)?;
     let via = input::representation(via, &options.volume, &engine)?;
-    let mut scene = input::scene(&options.scene, options.on.allow_outside)?;
+    let mut scene = input::scene(&options.scene, options.on.allow_external_meshes)?;
     input::set_time(&mut scene, options.time, &options.scene)?;
     let outputs = options.output.as_deref();
     input::spare_meshes(&scene, &options.scene, outputs)?;

@@ -28,7 +28,7 @@ pub(crate) fn run(options: &EditArgs) -> anyhow::Result<()> {
     // A volume file is what it is; a scene is baked first.
     let via = (!input::is_volume(&options.scene)?)
         .then_some(options.via.unwrap_or(BricksOptions::default().into()));
-    let about = (None, options.on.allow_outside);
+    let about = (None, options.on.allow_external_meshes);
     let (mut scene, mut world) =
         input::world(&options.scene, &engine, via, &options.volume, about)?;
     input::spare_meshes(&scene, &options.scene, outputs)?;
@@ -157,7 +157,7 @@ fn replay(
         }
         // What the edit brought has its file beside the scene's, as what was there before.
         if !scene.missing_meshes().is_empty() {
-            input::load_meshes(scene, &options.scene, options.on.allow_outside)
+            input::load_meshes(scene, &options.scene, options.on.allow_external_meshes)
                 .with_context(place)?;
         }
         let start = Instant::now();

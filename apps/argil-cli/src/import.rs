@@ -126,7 +126,7 @@ fn of_file(options: &Import) -> anyhow::Result<(Scene, Option<LoadedMesh>)> {
         .push(Brush::new(shape))
         .with_context(|| options.file.display().to_string())?;
     let folder = options.output.parent().unwrap_or(Path::new("."));
-    let mut loaded = argil::load_meshes(&mut scene, folder, options.allow_outside)?;
+    let mut loaded = argil::load_meshes(&mut scene, folder, options.allow_external_meshes)?;
     let loaded = loaded.pop();
     if let Some(heights) = loaded.as_ref().filter(|own| own.grid.has_heights()) {
         // As long and wide as the image is.

@@ -16,7 +16,7 @@ pub(crate) fn run(options: &Info) -> anyhow::Result<()> {
     if MeshFormat::from_path(&options.scene).is_some() {
         return of_mesh(options);
     }
-    let scene = crate::input::scene(&options.scene, options.allow_outside)?;
+    let scene = crate::input::scene(&options.scene, options.allow_external_meshes)?;
     let world = Engine::cpu()
         .build(&scene)
         .with_context(|| options.scene.display().to_string())?;

@@ -45,7 +45,7 @@ pub(crate) fn run(options: &MeshArgs) -> anyhow::Result<()> {
         flags.voxel_size = None;
         flags.method = None;
     }
-    let about = (options.time, options.on.allow_outside);
+    let about = (options.time, options.on.allow_external_meshes);
     let (scene, world) = input::world(&options.scene, &engine, options.via, &flags, about)?;
     let lods: Vec<PathBuf> = match format {
         Some((path, _)) => (1..=options.lods.unwrap_or(0))
@@ -64,9 +64,9 @@ pub(crate) fn run(options: &MeshArgs) -> anyhow::Result<()> {
         voxel_size: voxel,
         iso: options.iso,
         normals: options.normals,
-        max_triangles: options.triangles.map(|n| n as usize),
+        max_triangles: options.max_triangles.map(|n| n as usize),
         materials: format.is_some_and(|(_, format)| format != MeshFormat::Stl),
-        unindexed: options.unshared,
+        unindexed: options.unindexed,
     };
     let place = || options.scene.display().to_string();
     let meshed = world.mesh(&settings).with_context(place)?;

@@ -28,7 +28,7 @@ pub(crate) fn run(options: &RenderArgs) -> anyhow::Result<()> {
         &engine,
         options.via,
         &options.volume,
-        (options.time, options.on.allow_outside),
+        (options.time, options.on.allow_external_meshes),
     )?;
     if options.specialize {
         anyhow::ensure!(

@@ -11,15 +11,15 @@ mod native {
     #[derive(Parser)]
     #[command(name = "argil-studio", version)]
     struct Arguments {
-        /// A scene to open; without one, a sample
+        /// The scene to open [default: a sample]
         scene: Option<PathBuf>,
-        /// auto takes a hardware GPU where there is one, else the CPU
+        /// Device: auto selects a hardware GPU if there is one, else the CPU
         #[arg(long, default_value = "auto", value_parser = ["auto", "cpu", "gpu"])]
         device: String,
-        /// Load meshes that a scene names from outside of its folder
-        #[arg(long)]
-        allow_outside: bool,
-        /// Threads of the CPU path; without it, all cores
+        /// Load meshes from outside the scene's folder
+        #[arg(long, alias = "allow-outside")]
+        allow_external_meshes: bool,
+        /// Threads of the CPU path [default: all cores]
         #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
         threads: Option<u16>,
     }

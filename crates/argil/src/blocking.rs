@@ -1,12 +1,12 @@
 //! What waits in place for futures: each method here is the one of the same name with `_async`, waited for. On a page, where nothing can
 //! be waited for in place, there are only those.
 
-use crate::edit_session::{EditBudget, EditReport};
 use crate::meshing::{MeshError, MeshOptions, MeshOutput};
 use crate::{
     Backend, BricksOptions, Build, BuildError, DenseOptions, Engine, EngineError, OctreeOptions,
     RenderError, RenderedImage, Representation, VolumeFileError, World,
 };
+use crate::{EditBudget, EditReport};
 use argil_gpu::DeviceInfo;
 use argil_render::{Camera, RenderMode, RenderSettings};
 use argil_scene::Scene;

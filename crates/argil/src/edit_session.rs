@@ -1,5 +1,6 @@
-//! Following a scene in place.
+//! Updates a world after its scene's edits, in place.
 
+use crate::edit_report::{EditBudget, EditReport, RebuildReason};
 use crate::memory::budget_on;
 use crate::representation::Storage;
 use crate::{BuildError, Engine};
@@ -10,91 +11,6 @@ use argil_scene::{Extents, MarginRequest};
 use argil_scene::{Scene, SceneChange};
 use argil_volume::{BricksError, EditStats, PendingEdits, Volume};
 use web_time::{Duration, Instant};
-
-/// How much of an edit is done at once, and what first.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct EditBudget {
-    /// Milliseconds that may be taken, about. A GPU takes on as much as it is expected to do in that time.
-    pub max_ms: f64,
-    /// What is near to it comes first: the camera's eye.
-    pub priority_point: [f32; 3],
-}
-
-impl EditBudget {
-    /// Creates a budget of milliseconds that starts with the blocks nearest to the origin.
-    pub fn new(max_ms: f64) -> Self {
-        Self {
-            max_ms,
-            priority_point: [0.0; 3],
-        }
-    }
-
-    /// Starts with the blocks nearest to a point, which is usually the camera.
-    #[must_use]
-    pub fn near(self, priority_point: [f32; 3]) -> Self {
-        Self {
-            priority_point,
-            ..self
-        }
-    }
-}
-
-/// What following a scene's edits did to a world. What was done to bricks [`World::finish`](crate::World::flush) tells, as a GPU is
-/// waited for then.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[non_exhaustive]
-pub struct EditReport {
-    /// Blocks of 4³ cells that are left to be done, where a [`EditBudget`] was given: the next call goes on with them.
-    pub remaining_blocks: u64,
-    /// Outside this box no distance within the stored band changed, nor did a material.
-    pub dirty_box: Aabb,
-    /// Milliseconds; of a GPU, those of the CPU.
-    pub duration_ms: f64,
-    /// Whether everything was made again and not only what the edits touched.
-    pub rebuilt: bool,
-    /// Why, if it was.
-    pub reason: Option<RebuildReason>,
-}
-
-/// Why everything was made again.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[non_exhaustive]
-pub enum RebuildReason {
-    /// Only sparse bricks are changed in place.
-    #[error("only sparse bricks are edited in place: this world is kept in another way")]
-    NotEditable,
-    /// The scene reaches beyond the volume's box, and only sparse bricks grow.
-    #[error(
-        "the scene reaches beyond the volume's box: it was built for a larger one, with voxels of the same size"
-    )]
-    OutsideBox,
-    /// What is endless is cut by the box, and came or went.
-    #[error("something endless came or went, and what is endless is cut by the volume's box")]
-    Unbounded,
-    /// All distances are relied on in another way than before.
-    #[error(
-        "what all distances are relied on for has changed: materials, or how steep they are or jump"
-    )]
-    GlobalBounds,
-    /// The world came to need to know more of edits than they told, as it has grown since.
-    #[error("the world has grown so much that it needs to know more of edits than they told")]
-    DirtyMargin,
-    /// Another scene than the one that the world was built from.
-    #[error("it is another scene than the one that the world was built from")]
-    OtherScene,
-    /// Changes of the scene that the world has not seen are gone.
-    #[error("the scene has forgotten changes that the world has not followed")]
-    HistoryGone,
-    /// The edit touches so much that a bake is as soon done.
-    #[error("the edit touches so much of the world that a bake is as soon done")]
-    TooLarge,
-    /// Shaders were compiled for the scene as it was.
-    #[error("the world's shaders were compiled for the scene as it was")]
-    Specialized,
-    /// An earlier edit was refused half-way.
-    #[error("an edit before was refused, and everything is made again after that")]
-    FailedEdit,
-}
 
 /// What came of following edits in place.
 pub(crate) enum UpdateResult {

@@ -4,6 +4,7 @@
 mod blocking;
 mod build;
 mod cast;
+mod edit_report;
 mod edit_session;
 mod engine;
 mod error;
@@ -37,7 +38,7 @@ pub use glam;
 
 pub use build::Build;
 pub use cast::RayHit;
-pub use edit_session::{EditBudget, EditReport, RebuildReason};
+pub use edit_report::{EditBudget, EditReport, RebuildReason};
 pub use engine::{Backend, Engine};
 pub use error::{BuildError, EngineError, GridError, ImageFileError, RenderError, VolumeFileError};
 pub use field_mesh::MeshMethod;
@@ -72,3 +73,9 @@ pub mod prelude {
         Operator, OperatorKind, Path2, SampledGrid, Scene, Shape, View,
     };
 }
+
+/// The examples of the repository's README, which compile with the tests.
+#[cfg(doctest)]
+#[doc = include_str!("../../../README.md")]
+#[derive(Debug)]
+pub struct RepositoryReadme;

@@ -3,7 +3,12 @@
 use std::path::Path;
 
 /// Pages with the limits on their sentences.
-const PAGES: &[&str] = &["README.md", "ARCHITECTURE.md", "CONTRIBUTING.md", "SECURITY.md"];
+const PAGES: &[&str] = &[
+    "README.md",
+    "ARCHITECTURE.md",
+    "CONTRIBUTING.md",
+    "SECURITY.md",
+];
 /// Words of a sentence: the median, and the 95th percentile.
 const MAX_MEDIAN: usize = 18;
 const MAX_LONG: usize = 35;
@@ -28,9 +33,12 @@ fn sentences(text: &str) -> Vec<String> {
         if line.starts_with("```") {
             is_code = !is_code;
         }
-        let is_other = is_code || line.starts_with(['`', '|', '#', '!', '<']) && !line.starts_with("`--");
+        let is_other =
+            is_code || line.starts_with(['`', '|', '#', '!', '<']) && !line.starts_with("`--");
         let is_item = ["* ", "- "].iter().any(|mark| line.starts_with(mark))
-            || line.split_once(". ").is_some_and(|(n, _)| n.parse::<u32>().is_ok());
+            || line
+                .split_once(". ")
+                .is_some_and(|(n, _)| n.parse::<u32>().is_ok());
         if line.is_empty() || is_other || is_item {
             paragraphs.push(String::new());
         }
@@ -57,21 +65,32 @@ fn sentences(text: &str) -> Vec<String> {
 }
 
 fn words(sentence: &str) -> usize {
-    sentence.split_whitespace().filter(|word| word.contains(char::is_alphanumeric)).count()
+    sentence
+        .split_whitespace()
+        .filter(|word| word.contains(char::is_alphanumeric))
+        .count()
 }
 
 #[test]
 fn sentences_are_short() {
     for page in PAGES {
         let text = std::fs::read_to_string(xtask::root().join(page)).expect("a page");
-        let mut all: Vec<(usize, String)> =
-            sentences(&text).into_iter().map(|s| (words(&s), s)).collect();
+        let mut all: Vec<(usize, String)> = sentences(&text)
+            .into_iter()
+            .map(|s| (words(&s), s))
+            .collect();
         all.sort();
         assert!(all.len() > 5, "{page}: {} sentences", all.len());
         let (median, _) = all[all.len() / 2];
         let (long, sentence) = &all[all.len() * 95 / 100];
-        println!("{page}: {} sentences, median {median}, 95 % {long}", all.len());
-        assert!(median <= MAX_MEDIAN, "{page}: the median sentence has {median} words");
+        println!(
+            "{page}: {} sentences, median {median}, 95 % {long}",
+            all.len()
+        );
+        assert!(
+            median <= MAX_MEDIAN,
+            "{page}: the median sentence has {median} words"
+        );
         assert!(*long <= MAX_LONG, "{page}: {long} words: {sentence}");
     }
 }
@@ -97,7 +116,11 @@ fn check(path: &Path, found: &mut Vec<String>) {
                     && (word.ends_with(' ') || !after.is_some_and(char::is_alphanumeric))
             });
             if is_there {
-                found.push(format!("{}:{}: \"{word}\": write {instead}", path.display(), number + 1));
+                found.push(format!(
+                    "{}:{}: \"{word}\": write {instead}",
+                    path.display(),
+                    number + 1
+                ));
             }
         }
     }
@@ -109,7 +132,10 @@ fn private_words_do_not_come_back() {
     for page in PAGES {
         check(&xtask::root().join(page), &mut found);
     }
-    for folder in std::fs::read_dir(xtask::root().join("crates")).expect("crates").flatten() {
+    for folder in std::fs::read_dir(xtask::root().join("crates"))
+        .expect("crates")
+        .flatten()
+    {
         check(&folder.path().join("src/crate.md"), &mut found);
     }
     assert!(found.is_empty(), "{found:#?}");

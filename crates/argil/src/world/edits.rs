@@ -1,13 +1,11 @@
 //! How a world follows its scene.
 
 use super::World;
-use crate::BuildError;
-use crate::edit_session::{
-    EditBudget, EditReport, EditSession, EditableVolume, RebuildReason, UpdateResult,
-};
+use crate::edit_session::{EditSession, EditableVolume, UpdateResult};
 use crate::observers::SubscriptionId;
 use crate::program_cache::ProgramCache;
 use crate::representation::{BuildContext, Storage, recomputed_grid, updated_grid, view_bounds_of};
+use crate::{BuildError, EditBudget, EditReport, RebuildReason};
 use argil_field::Program;
 use argil_gpu::GpuProgram;
 use argil_math::Aabb;

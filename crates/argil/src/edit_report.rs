@@ -1,0 +1,95 @@
+//! Budgets of edits, and reports on what edits did.
+
+use argil_math::Aabb;
+
+/// A limit on how much work [`World::apply_within`](crate::World::apply_within) does in one call.
+///
+/// ```
+/// use argil::EditBudget;
+/// let budget = EditBudget::new(2.0).near([0.0, 1.7, 5.0]);
+/// assert_eq!(budget.max_ms, 2.0);
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EditBudget {
+    /// The time to spend, in milliseconds, approximately. On a GPU, the call submits as much work as it expects to run in that time.
+    pub max_ms: f64,
+    /// Blocks near this point come first. It is usually the camera.
+    pub priority_point: [f32; 3],
+}
+
+impl EditBudget {
+    /// Creates a budget of milliseconds that starts with the blocks nearest to the origin.
+    pub fn new(max_ms: f64) -> Self {
+        Self {
+            max_ms,
+            priority_point: [0.0; 3],
+        }
+    }
+
+    /// Starts with the blocks nearest to a point, which is usually the camera.
+    #[must_use]
+    pub fn near(self, priority_point: [f32; 3]) -> Self {
+        Self {
+            priority_point,
+            ..self
+        }
+    }
+}
+
+/// What applying a scene's edits did to a world. [`World::flush`](crate::World::flush) returns the numbers of bricks, because it waits for a GPU.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct EditReport {
+    /// Blocks of 4³ cells that remain to be rebuilt, if there was an [`EditBudget`]. The next call continues with them.
+    pub remaining_blocks: u64,
+    /// Outside this box, no distance within the stored band changed, and no material.
+    pub dirty_box: Aabb,
+    /// Duration in milliseconds. With a GPU, only the CPU's part.
+    pub duration_ms: f64,
+    /// Whether the whole world was rebuilt.
+    pub rebuilt: bool,
+    /// The reason for the rebuild, if there was one.
+    pub reason: Option<RebuildReason>,
+}
+
+/// The reason why the whole world was rebuilt.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum RebuildReason {
+    /// The representation cannot be edited in place. Only sparse bricks can.
+    #[error("only sparse bricks are edited in place, and this world has another representation")]
+    NotEditable,
+    /// The scene reaches outside the volume's box. Only sparse bricks grow.
+    #[error(
+        "the scene reaches outside the volume's box; the new volume has a larger box and voxels of the same size"
+    )]
+    OutsideBox,
+    /// An endless solid, which the volume's box clips, was added or removed.
+    #[error("an endless solid, which the volume's box clips, was added or removed")]
+    Unbounded,
+    /// A bound that all distances rely on changed: the Lipschitz constant, the size of jumps, or the list of materials.
+    #[error(
+        "the edit changed the materials, or a bound on the slope or the jumps of all distances"
+    )]
+    GlobalBounds,
+    /// The world grew, and the edits were recorded with margins that are now too small.
+    #[error(
+        "the world has grown, and the edits were recorded with margins that are too small for it"
+    )]
+    DirtyMargin,
+    /// The scene is not the one that the world was built from.
+    #[error("the world was built from another scene")]
+    OtherScene,
+    /// The scene no longer has the changes that the world missed.
+    #[error("the scene no longer has the changes that the world missed")]
+    HistoryGone,
+    /// The edit touches so much that a rebuild is as fast.
+    #[error("the edit touches so much of the world that a rebuild is as fast")]
+    TooLarge,
+    /// The world's shaders were compiled for the scene before the edit.
+    #[error("the world's shaders were compiled for the scene before the edit")]
+    Specialized,
+    /// An earlier edit failed halfway.
+    #[error("an earlier edit failed halfway")]
+    FailedEdit,
+}

@@ -1,0 +1,51 @@
+//! Every example runs, and leaves the pictures that it promises.
+
+use std::path::Path;
+use std::process::Command;
+
+/// Runs an example in a folder of its own. Cargo builds examples next to the tests.
+fn run(name: &str) -> tempfile::TempDir {
+    let tests = std::env::current_exe().expect("this test");
+    let folder = tests.ancestors().nth(2).expect("the build's folder");
+    let program = folder
+        .join("examples")
+        .join(format!("{name}{}", std::env::consts::EXE_SUFFIX));
+    let out = tempfile::tempdir().expect("a folder");
+    let run = Command::new(&program)
+        .current_dir(&out)
+        .output()
+        .unwrap_or_else(|e| panic!("{}: {e}: build all targets first", program.display()));
+    assert!(
+        run.status.success(),
+        "{name}: {}",
+        String::from_utf8_lossy(&run.stderr)
+    );
+    out
+}
+
+#[test]
+fn every_example_runs() {
+    let sources = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples");
+    let mut count = 0;
+    for source in std::fs::read_dir(sources).expect("examples").flatten() {
+        let path = source.path();
+        let name = path
+            .file_stem()
+            .and_then(|name| name.to_str())
+            .expect("a name");
+        let lines = std::fs::read_to_string(&path)
+            .expect("text")
+            .lines()
+            .count();
+        assert!(lines <= 60, "{name} has {lines} lines");
+        let out = run(name);
+        let picture = if name == "animation" {
+            "animation-0"
+        } else {
+            name
+        };
+        assert!(out.path().join(format!("{picture}.png")).exists(), "{name}");
+        count += 1;
+    }
+    assert_eq!(count, 8);
+}
