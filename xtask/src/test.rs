@@ -42,15 +42,9 @@ fn documentation() -> Vec<&'static str> {
     arguments
 }
 
-/// Packages every crate that others can use. What packages compile to is tested in the workspace.
+/// Packages every crate that others can use, and compiles each from its package.
 fn packages() -> Vec<&'static str> {
-    let mut arguments = vec![
-        "package",
-        "--workspace",
-        "--no-verify",
-        "--locked",
-        "--allow-dirty",
-    ];
+    let mut arguments = vec!["package", "--workspace", "--locked", "--allow-dirty"];
     arguments.extend(NOT_DOCUMENTED.iter().flat_map(|name| ["--exclude", name]));
     arguments
 }

@@ -1,5 +1,5 @@
-//! What waits in place for futures: each method here is the one of the same name with `_async`, waited for. On a page, where nothing can
-//! be waited for in place, there are only those.
+//! Methods that block until their asynchronous twin, which has the same name with `_async`, has finished. A web
+//! page has no such methods, because its only thread must not wait.
 
 use crate::meshing::{MeshError, MeshOptions, MeshOutput};
 use crate::{
@@ -17,31 +17,29 @@ use std::borrow::Cow;
 use std::path::Path;
 
 impl Engine {
-    /// A GPU where there is a real one, else the CPU.
-    ///
+    /// Creates an engine on a hardware GPU if there is one, and on the CPU otherwise.
     /// # Errors
-    /// Only if a GPU is there but refuses to open.
+    /// If there is a GPU that does not open.
     pub fn auto() -> Result<Self, EngineError> {
         Self::with_backend(Backend::Auto)
     }
 
-    /// The given back end, or why it is not there.
-    ///
+    /// Creates an engine on a given back end.
     /// # Errors
-    /// If `backend` asks for a GPU and there is none, or it refuses to open.
+    /// If `backend` requires a GPU and there is none, or it does not open.
     pub fn with_backend(backend: Backend) -> Result<Self, EngineError> {
         wait(Self::with_backend_async(backend))
     }
 
-    /// The graphics devices of this machine, the best first; the CPU path is always there besides.
+    /// Lists the graphics devices of this machine, the best one first. The CPU is always available besides.
     pub fn devices() -> Vec<DeviceInfo> {
         wait(Self::devices_async())
     }
 
-    /// A world of what a volume file holds, drawn from there. `path` stands in messages.
-    ///
+    /// Creates a world from a volume file, without building it again. `path` appears in messages, and its folder is
+    /// where the scene's meshes are looked for.
     /// # Errors
-    /// If what it holds makes no sense, or a device does not take it.
+    /// If the file's contents are inconsistent, a mesh cannot be loaded, or the device does not accept the volume.
     pub fn load(
         &self,
         stored: VolumeFile,
@@ -50,10 +48,10 @@ impl Engine {
         wait(self.load_async(stored, path, false))
     }
 
-    /// The same, where the scene's meshes may be anywhere.
-    ///
+    /// Creates a world from a volume file, and also loads meshes from outside the file's folder: see
+    /// [`Engine::load`].
     /// # Errors
-    /// As [`Engine::load`].
+    /// If the file's contents are inconsistent, a mesh cannot be loaded, or the device does not accept the volume.
     pub fn load_with_external_meshes(
         &self,
         stored: VolumeFile,
@@ -64,72 +62,71 @@ impl Engine {
 }
 
 impl Build<'_> {
-    /// Kept as sparse bricks, of options or of so many voxels along the longest side.
-    ///
+    /// Builds a world of sparse bricks. A number stands for the voxels along the longest side.
     /// # Errors
-    /// If the options make no sense, or what they ask for takes too much.
+    /// If an option is out of range, or the bricks exceed the memory budget or the device's limits.
     pub fn bricks(self, options: impl Into<BricksOptions>) -> Result<World, BuildError> {
         self.with_representation(options.into())
     }
 
-    /// Kept as a dense volume, of options or of so many voxels along the longest side.
-    ///
+    /// Builds a world that stores one dense volume. A number stands for the voxels along the longest side.
     /// # Errors
-    /// As [`Build::bricks`].
+    /// If an option is out of range, or the volume exceeds the free memory or the device's limits.
     pub fn dense(self, options: impl Into<DenseOptions>) -> Result<World, BuildError> {
         self.with_representation(options.into())
     }
 
-    /// Kept as an octree of bricks, of options or of so many voxels along the longest side.
-    ///
+    /// Builds a world that stores an octree of bricks. A number stands for the voxels along the longest side.
     /// # Errors
-    /// As [`Build::bricks`].
+    /// If an option is out of range, or the octree exceeds the free memory or the device's limits.
     pub fn octree(self, options: impl Into<OctreeOptions>) -> Result<World, BuildError> {
         self.with_representation(options.into())
     }
 
-    /// Kept in some way.
-    ///
+    /// Builds a world with a representation chosen at run time.
     /// # Errors
-    /// As [`Build::bricks`].
+    /// If an option is out of range, or the result exceeds the memory budget or the device's limits.
     pub fn with_representation(self, via: impl Into<Representation>) -> Result<World, BuildError> {
         wait(self.with_representation_async(via))
     }
 }
 
 impl World {
-    /// The same world, made anew of a scene and kept in some way, on the same device and by the same shaders.
-    ///
+    /// Builds this world again with another representation, or from another scene, on the same device and with the
+    /// same shaders.
     /// # Errors
-    /// As [`Build::bricks`](crate::Build::bricks).
+    /// If the scene cannot be lowered, an option is out of range, or the result exceeds the memory budget or the
+    /// device's limits.
     pub fn rebuilt_as(self, scene: &Scene, via: Representation) -> Result<Self, BuildError> {
         wait(self.rebuilt_as_async(scene, via))
     }
 
-    /// What the volume is; `None` of a field.
-    ///
+    /// Describes the volume. Returns `None` for a world without one.
     /// # Errors
     /// If the device fails.
     pub fn volume_info(&self) -> Result<Option<VolumeInfo>, BuildError> {
         wait(self.volume_info_async())
     }
 
-    /// Follow a scene that was edited. Sparse bricks are changed in place, at the cost of what the edits touch, if the scene
-    /// is the one that the world was built from. Otherwise, and where an edit changes what all distances are relied on for, everything is made again, of voxels of the same size; the
-    /// result is that of a fresh bake. On a GPU edits are submitted and not waited for, and nothing is compiled unless the world is
-    /// specialized, or a software device lacks an opcode.
-    ///
+    /// Updates the world after its scene was edited.
+    /// Sparse bricks change in place, at the cost of what the edits touch, if `scene` is the scene that the world
+    /// was built from. The result equals a fresh build. Other representations are rebuilt with voxels of the same
+    /// size, and so are bricks if an edit changes a bound that all distances rely on: [`EditReport::reason`] tells
+    /// which.
+    /// On a GPU the call submits work and does not wait for it. It compiles nothing, unless the world is
+    /// specialized or a software device lacks an opcode.
     /// # Errors
-    /// If the scene cannot be built, or takes too much; the next scene that can be is followed all the same.
+    /// If the scene cannot be lowered, or the result exceeds the memory budget. The world can still follow the next
+    /// scene that works.
     pub fn apply(&mut self, scene: &Scene) -> Result<EditReport, BuildError> {
         wait(self.apply_async(scene))
     }
 
-    /// The same at a pace: as much as there is time for, what is near to the eye first. What is left is told, and done by
-    /// calls that follow, or by [`World::flush`]. A picture in between shows each cell as it was or as it will be.
-    ///
+    /// Updates the world as [`World::apply`] does, within a time budget. Blocks near [`EditBudget::priority_point`]
+    /// come first. Later calls, or [`World::flush`], process the remaining ones. Until then, each cell is either in
+    /// its old or in its new state.
     /// # Errors
-    /// As [`World::apply`].
+    /// If the scene cannot be lowered, or the result exceeds the memory budget.
     pub fn apply_within(
         &mut self,
         scene: &Scene,
@@ -138,11 +135,10 @@ impl World {
         wait(self.apply_within_async(scene, pace))
     }
 
-    /// Do what edits at a pace have left to be done, and wait for the device; what edits did since the last time, all bricks counted as
-    /// filled where everything was made again.
-    ///
+    /// Processes the remaining blocks of earlier edits and waits for the device. Returns what all edits did since
+    /// the last call. A rebuild counts all bricks as filled.
     /// # Errors
-    /// As [`World::apply`].
+    /// If the result exceeds the memory budget, or the device fails.
     pub fn flush(&mut self) -> Result<EditStats, BuildError> {
         wait(self.flush_async())
     }
@@ -158,8 +154,8 @@ impl World {
         )
     }
 
-    /// A picture by settings.
-    ///
+    /// Renders an image with a camera and settings. [`World::render_settings`] returns settings that suit the
+    /// scene.
     /// # Errors
     /// If a setting is out of range, the mode needs bricks that the world does not have, or the device fails.
     pub fn render(
@@ -170,11 +166,10 @@ impl World {
         wait(self.render_async(camera, settings))
     }
 
-    /// How far the ray of each pixel goes until it hits a solid, row by row from the top, of the first sample where there are
-    /// several; infinite where it hits none.
-    ///
+    /// Returns the length of each pixel's ray until it hits a solid, in the scene's unit, row by row from the top.
+    /// A ray that hits nothing has length infinity. With several samples per pixel, it is the first sample's ray.
     /// # Errors
-    /// See [`World::render`].
+    /// If a setting is out of range, the mode needs bricks that the world does not have, or the device fails.
     pub fn ray_distances(
         &self,
         camera: &Camera,
@@ -184,63 +179,59 @@ impl World {
         Ok(lengths)
     }
 
-    /// The volume, brought from the GPU where it is there; `None` of a field.
-    ///
+    /// Returns the volume, downloaded from the GPU if it is there, or `None` for a world without one.
     /// # Errors
-    /// If the device does not give it.
+    /// If the device fails.
     pub fn volume(&self) -> Result<Option<Cow<'_, Volume>>, BuildError> {
         wait(self.volume_async())
     }
 
-    /// Compile shaders for this very scene, in place of the interpreter. The CPU always interprets.
-    ///
+    /// Compiles shaders for this scene, instead of interpreting it. Has no effect on the CPU, which always
+    /// interprets.
     /// # Errors
-    /// If the device does not take them.
+    /// If the device does not accept the shaders.
     pub fn specialize(&mut self) -> Result<(), BuildError> {
         wait(self.specialize_async())
     }
 
-    /// Give back the room for bricks that edits have left on a GPU, after a wait. On the CPU none is left.
-    ///
+    /// Frees the memory that edits left unused on a GPU, and waits for it. Does nothing on the CPU, which leaves
+    /// none.
     /// # Errors
-    /// If the device does not do it.
+    /// If the device fails.
     pub fn shrink_to_fit(&mut self) -> Result<(), BuildError> {
         wait(self.shrink_to_fit_async())
     }
 
-    /// In how many cells sparse bricks differ from those of a fresh bake on the same device with the same voxels, whose box is
-    /// found anew: whether there is a
-    /// brick, its samples, its materials. Nothing of a world that is kept in another way.
-    ///
+    /// Counts the cells in which sparse bricks differ from a fresh bake of the same scene with the same voxels, on
+    /// the same device. Compares which cells have bricks, the samples, and the materials. Returns `None` unless the
+    /// world stores bricks. This is a check for tests.
     /// # Errors
     /// If the scene cannot be baked.
     pub fn diff_from_rebuild(&self) -> Result<Option<u64>, BuildError> {
         wait(self.diff_from_rebuild_async())
     }
 
-    /// The world's surface as triangles: of the field by marching cubes over sparse bricks that are made for it, its corners
-    /// moved to where the exact distance is 0; of a dense volume or bricks of what they store. Where the world is on a GPU it
-    /// is marched there, and triangles alone are brought back.
-    ///
+    /// Extracts the surface as triangles.
+    /// For the field, it bakes sparse bricks, runs marching cubes, and moves the vertices to where the exact
+    /// distance is 0. For bricks and dense volumes, it meshes the stored samples. On a GPU it runs there, and only
+    /// triangles are downloaded.
     /// # Errors
-    /// If there is no mesh of what the world is kept as.
+    /// If the representation cannot be meshed, an option is out of range, or the mesh would be too large.
     pub fn mesh(&self, options: &MeshOptions) -> Result<MeshOutput, MeshError> {
         wait(self.mesh_async(options))
     }
 
-    /// Write the volume with its [scene](World::scene) as it was applied last (its name, view and meshes too), beside its place and then
-    /// renamed into it.
-    ///
+    /// Writes the volume and its [scene](World::scene) to a file, next to its final place, and then renames it. The
+    /// scene is the one that was applied last.
     /// # Errors
-    /// If there is no volume, or the file cannot be written.
+    /// If the world has no volume, or the file cannot be written.
     pub fn save(&self, path: impl AsRef<Path>) -> Result<(), VolumeFileError> {
         wait(self.save_async(path))
     }
 
-    /// Write what [`World::save`] does, wherever it goes.
-    ///
+    /// Writes the contents of [`World::save`] to a stream.
     /// # Errors
-    /// If there is no volume, or `out` does not take it.
+    /// If the world has no volume, or `out` fails.
     pub fn write(&self, out: &mut (impl std::io::Write + ?Sized)) -> std::io::Result<()> {
         wait(self.write_async(out))
     }

@@ -2,8 +2,8 @@ use crate::{BuildError, Engine, Representation, World};
 use argil_field::Program;
 use argil_scene::Scene;
 
-/// A scene that an engine has checked and lowered, and that is to become a [`World`], kept in some way.
-/// [`Engine::build`](crate::Engine::build) makes it.
+/// A scene that an engine has checked and lowered. Its methods build a [`World`] with a representation.
+/// [`Engine::build`](crate::Engine::build) returns it.
 ///
 /// ```
 /// use argil::prelude::*;
@@ -22,10 +22,9 @@ pub struct Build<'a> {
 }
 
 impl Engine {
-    /// Check and lower a scene, to be kept in some way: [`Build`] says how.
-    ///
+    /// Checks and lowers a scene. The returned [`Build`] builds a world from it.
     /// # Errors
-    /// If the scene cannot be lowered, or not by a GPU.
+    /// If the scene exceeds a limit, or nests too deep for the GPU.
     pub fn build<'a>(&self, scene: &'a Scene) -> Result<Build<'a>, BuildError> {
         Ok(Build::new(World::new(self.clone(), scene)?, scene))
     }
@@ -36,22 +35,21 @@ impl<'a> Build<'a> {
         Self { world, scene }
     }
 
-    /// What the scene was lowered to.
+    /// Returns the program that the scene was lowered to.
     pub fn program(&self) -> &Program {
         self.world.program()
     }
 
-    /// Kept as its field: every distance is evaluated when it is asked for.
+    /// Builds a world that stores only its program, and evaluates each distance when asked.
     pub fn field(self) -> World {
         self.world
     }
 
-    /// [`Build::with_representation`] where a GPU cannot be waited for in place: in a browser. A future of a world on the CPU does all of its work
-    /// when it is first polled, as nothing is waited for: poll it on a thread that may be busy, and stop it by a
-    /// [`Control`](crate::Control).
-    ///
+    /// Builds a world with a representation, as a future. A page needs it, because it cannot wait for a GPU.
+    /// For a world on the CPU, the future does all its work when it is first polled. Poll it on a worker thread,
+    /// and cancel it through a [`Control`](argil_math::Control).
     /// # Errors
-    /// As [`Build::bricks`].
+    /// If an option is out of range, or the result exceeds the memory budget or the device's limits.
     pub async fn with_representation_async(
         self,
         via: impl Into<Representation>,

@@ -1,48 +1,47 @@
-//! Rays and spheres that move until they meet the surface.
-//!
-//! *Practice.* A cast evaluates the field by what can matter near it, which a [`Probe`] finds.
+//! Casts rays and spheres against the surface.
+//! *Practice.* A cast evaluates only the operands near it, which a [`Probe`] finds.
 
 use crate::probe::{AHEAD, Probe, material_of};
 use crate::query::{Query, QuerySource};
 use argil_scene::Material;
 use glam::Vec3;
 
-/// Steps of a cast.
+/// Maximum steps of a cast.
 const MAX_STEPS: usize = 4096;
-/// How much of what a step may go too far it goes: the surface is no plane.
+/// Fraction of the largest over-relaxed step to take, because surfaces are not planes.
 const RELAXATION: f32 = argil_abi::RELAXATION;
 
-/// Where a cast has met the surface.
+/// Where a cast met the surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RayHit {
-    /// How far the ray, or the sphere's center, has come.
+    /// Distance traveled along the ray, in the scene's unit.
     pub distance: f32,
-    /// The point of the surface.
+    /// The point on the surface.
     pub point: [f32; 3],
-    /// The unit normal there, out of the solid; zero where the field has none.
+    /// The unit normal, pointing out of the solid. Zero where the field has none.
     pub normal: [f32; 3],
-    /// What the surface is made of there.
+    /// The material of the surface at that point.
     pub material: Material,
 }
 
-/// How far a cast goes at once: past what is known to be free, by as much as distances have shrunk along the way, and back to
-/// its end where what is free there does not reach back to it (auto-relaxed sphere tracing, Bán and Valasek 2023).
+/// Plans the steps of a cast. A step goes beyond the free sphere by as much as distances have shrunk along the way,
+/// and returns if the next free sphere does not reach back (auto-relaxed sphere tracing, Bán and Valasek 2023).
 #[derive(Default)]
 struct StepPlanner {
-    /// Up to there the way is known to be free.
+    /// The ray is known to be free up to this distance.
     free: f32,
-    /// Where an exact distance was told last, what was free there, and by how much that shrinks along the way.
+    /// The last place with an exact distance: where it was, how far it was free, and how fast that shrinks.
     last: Option<(f32, f32, f32)>,
 }
 
 impl StepPlanner {
-    /// Where to look next, and where then if distances go on as they have; how many places that are.
+    /// Fills in the next places to sample, as if distances keep shrinking at the same rate. Returns their number.
     fn plan(&self, most: f32, epsilon: f32, out: &mut [f32; AHEAD]) -> usize {
         out[0] = self.free.min(most);
         let Some((mut t, mut free, slope)) = self.last else {
             return 1;
         };
-        // Before a plane, what is free about the next point then reaches back.
+        // / In front of a plane, the free sphere of the next point then reaches back exactly.
         let step = 1.0 + RELAXATION * (1.0 - slope) / (1.0 + slope);
         for (place, out) in out.iter_mut().enumerate() {
             if t >= most || place > 0 && free < epsilon {
@@ -55,7 +54,8 @@ impl StepPlanner {
         AHEAD
     }
 
-    /// So much is free about `t`; told exactly, or at least.
+    /// Records that a sphere of radius `free` around `t` is free. `is_exact` tells whether that is the distance or
+    /// a lower bound.
     fn advance(&mut self, t: f32, free: f32, is_exact: bool) {
         let slope = match self.last {
             Some((before, was_free, _)) if t > before => {
@@ -67,22 +67,24 @@ impl StepPlanner {
         self.last = is_exact.then_some((t, free, slope));
     }
 
-    /// What was left out is to be looked at.
+    /// Forgets the rate, because a step skipped a part of the ray that must be sampled.
     fn reset(&mut self) {
         self.last = None;
     }
 }
 
 impl Query<'_> {
-    /// Where a ray meets the surface first, within a length; from inside of a solid, where it leaves it. The direction need
-    /// not be a unit vector, lengths are the world's. Nothing for a direction of no length, or what is not finite.
+    /// Casts a ray, and returns the first point where it meets the surface within `max_distance`. A ray that starts
+    /// inside a solid hits where it leaves.
+    /// `direction` need not be a unit vector. Distances are in the scene's unit. Returns `None` for a direction of
+    /// length 0, and for values that are not finite.
     pub fn cast_ray(&self, origin: [f32; 3], direction: [f32; 3], most: f32) -> Option<RayHit> {
         self.cast(origin.into(), direction.into(), 0.0, most).0
     }
 
-    /// Where a sphere of a radius that moves along a ray meets the surface from outside; `t` is 0 where it touches it already.
-    ///
-    /// Its work is bounded: steps are as long as what is free, and each looks at the operands that are near.
+    /// Casts a sphere of a radius along a ray, and returns where it touches the surface from outside. The distance
+    /// is 0 if it touches at the start.
+    /// The work is bounded: each step is as long as the free distance, and evaluates only operands near it.
     pub fn cast_sphere(
         &self,
         origin: [f32; 3],
@@ -96,10 +98,9 @@ impl Query<'_> {
             .flatten()
     }
 
-    /// [`Query::cast_ray`] of many rays, on rayon's threads.
-    ///
+    /// Casts many rays on rayon's threads: see [`Query::cast_ray`].
     /// # Panics
-    /// If there are not as many directions as origins.
+    /// If `origins` and `directions` differ in length.
     pub fn cast_rays(
         &self,
         origins: &[[f32; 3]],
@@ -113,7 +114,7 @@ impl Query<'_> {
             .collect()
     }
 
-    /// What a cast meets, and the instructions that it has run, with how often.
+    /// Returns what a cast meets, and how many instructions it ran in how many evaluations.
     fn cast(
         &self,
         origin: Vec3,
@@ -147,7 +148,7 @@ impl Query<'_> {
             let mut asks = is_field;
             if !is_field {
                 (found[0], is_told) = self.sample(&mut probe, p);
-                // The sphere reaches farther than what is stored: the field knows more.
+                // / The sphere reaches beyond the stored band, where the field knows more.
                 asks = !is_told && radius > 0.0 && found[0] < 2.0 * radius;
             }
             if asks {
@@ -157,7 +158,7 @@ impl Query<'_> {
                 let gap = side * d - radius;
                 let mut free = gap * scale;
                 if !is_told && radius == 0.0 {
-                    // No surface is here, however little is known of where it is.
+                    // / The sample proves that no surface is near, but not how far it is.
                     free = free.max(0.5 * self.voxel());
                 }
                 if t > pace.free && t - free > pace.free {
@@ -178,12 +179,12 @@ impl Query<'_> {
         (None, probe.counts)
     }
 
-    /// What a sphere at a point meets.
+    /// Describes the surface at the point where a cast ended.
     fn hit(&self, probe: &mut Probe<'_>, (p, t): (Vec3, f32), by_field: bool) -> RayHit {
         let asked = if by_field { self.of_field() } else { *self };
         let (d, g) = asked.distance_and_gradient(probe, p);
         let normal = g.normalize_or_zero();
-        // Where distances fall short of the real ones the surface is some way on.
+        // / Where distances are underestimates, the surface lies farther along.
         let point = asked.project_to_surface(probe, p).unwrap_or(p - d * normal);
         let kept = match self.source {
             QuerySource::Volume(volume) if !by_field => {

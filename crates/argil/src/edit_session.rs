@@ -12,24 +12,24 @@ use argil_scene::{Scene, SceneChange};
 use argil_volume::{BricksError, EditStats, PendingEdits, Volume};
 use web_time::{Duration, Instant};
 
-/// What came of following edits in place.
+/// The result of updating a world in place.
 pub(crate) enum UpdateResult {
     InPlace(EditReport),
-    /// Everything is to be made again.
+    /// The whole world must be rebuilt.
     Rebuild(RebuildReason),
 }
 
-/// No scene's identity: what was followed is not what the bricks are.
+/// An id that no scene has. It marks a world that no longer matches any scene.
 const STALE: u64 = 0;
 
-/// A volume that is changed in place, wherever it is.
+/// A volume that can change in place, on either device.
 pub(crate) enum EditableVolume<'a> {
     Cpu(&'a mut Volume),
     Gpu(&'a mut GpuVolume, &'a mut GpuProgram),
 }
 
 impl<'a> EditableVolume<'a> {
-    /// Of a world; nothing where it is kept as no volume, or its shaders are for one scene alone.
+    /// Returns the editable volume of a world, or `None` if it has none, or if its shaders are specialized.
     pub(crate) fn of(kept: &'a mut Storage, field: Option<&'a mut GpuProgram>) -> Option<Self> {
         match (kept, field) {
             (Storage::Cpu(volume), _) => Some(Self::Cpu(volume)),
@@ -56,24 +56,24 @@ impl<'a> EditableVolume<'a> {
     }
 }
 
-/// How far a world has followed its scene.
+/// Tracks which changes of its scene a world has applied.
 #[derive(Debug)]
 pub(crate) struct EditSession {
-    /// The scene's, or [`STALE`].
+    /// The scene's id, or [`STALE`].
     identity: u64,
-    /// Changes of the scene that the world knows.
+    /// Number of the scene's changes that the world has applied.
     seen_changes: usize,
-    /// Of what is changed in place: what edits have left to be done.
+    /// What earlier edits left to do. `None` unless the representation can change in place.
     edits: Option<Box<dyn PendingEdits>>,
-    /// Lets the scene's edits tell as much as that needs.
+    /// Makes the scene record dirty boxes with the margins that the representation needs.
     watch: Option<MarginRequest>,
-    /// Made when it is first needed.
+    /// Created when it is first needed.
     program: Option<IncrementalProgram>,
-    /// The boxes of edits that are not done.
+    /// Dirty boxes of edits that are not finished.
     pending_boxes: Vec<Aabb>,
-    /// What is known to have been done since it was last asked for.
+    /// What edits did since this was last taken.
     stats: EditStats,
-    /// Why nothing can be followed, where that is so.
+    /// Why the world cannot be updated in place, if it is stale.
     stale_reason: RebuildReason,
 }
 
@@ -91,23 +91,23 @@ impl EditSession {
         }
     }
 
-    /// Has the scene's edits tell boxes for what is changed in place, from now on.
+    /// Starts to track a scene with a representation that can change in place.
     pub(crate) fn watch(&mut self, scene: &Scene, edits: Box<dyn PendingEdits>, program: &Program) {
         self.watch = Some(scene.request_margins(edits.margins(program)));
         self.edits = Some(edits);
     }
 
-    /// Whether what the world is kept as is changed in place.
+    /// Whether the representation can change in place.
     pub(crate) fn is_in_place(&self) -> bool {
         self.edits.is_some()
     }
 
-    /// Whether a scene is the one that was built, and nothing changed that the world does not know.
+    /// Whether the world has applied every change of this scene.
     pub(crate) fn has_seen_all(&self, scene: &Scene) -> bool {
         self.identity == scene.identity() && self.seen_changes == scene.change_count()
     }
 
-    /// Why a scene's changes cannot be followed, if they cannot.
+    /// Returns why this scene's changes cannot be applied in place, or `None` if they can.
     fn rebuild_reason(&self, scene: &Scene) -> Option<RebuildReason> {
         if self.identity == STALE {
             return Some(self.stale_reason);
@@ -117,8 +117,8 @@ impl EditSession {
         is_other.then_some(RebuildReason::OtherScene)
     }
 
-    /// Returns the scene's changes since the last update. `min_margins` are those that their dirty boxes must have.
-    ///
+    /// Returns the scene's changes since the last update. `min_margins` are the margins that their dirty boxes must
+    /// have.
     /// # Errors
     /// The reason for a rebuild, if the world cannot be updated from these changes.
     fn changes_of<'s>(
@@ -143,12 +143,11 @@ impl EditSession {
         }
     }
 
-    /// Follow a scene's changes with bricks; `before` is the program that they were made of, where it is not followed yet.
-    /// Or why everything is to be made again.
-    ///
+    /// Applies a scene's changes to a volume. `before` is the program that the volume was built from, if there is
+    /// no incremental program yet.
     /// # Errors
-    /// If the scene cannot be lowered: nothing is changed then; or if its bricks take too much: everything is to be made again
-    /// the next time.
+    /// If the scene cannot be lowered; then nothing changes. If the bricks exceed the memory budget; then the next
+    /// update rebuilds the world.
     pub(crate) async fn update(
         &mut self,
         scene: &Scene,
@@ -185,7 +184,7 @@ impl EditSession {
                 if !live.has_same_bounds_as(before) {
                     return Ok(UpdateResult::Rebuild(RebuildReason::GlobalBounds));
                 }
-                // What of it is new is not known.
+                // / It is not known which parts are new.
                 first_put = Some((Aabb::ALL, true));
                 self.program.insert(live)
             }
@@ -194,7 +193,7 @@ impl EditSession {
         match self.grow(scene, &mut kept, put) {
             Ok(None) => {}
             Ok(Some(reason)) => return Ok(self.request_rebuild(reason)),
-            // The program has gone ahead, whatever comes of it.
+            // / The program is already ahead of the volume, so the next update must rebuild.
             Err(error) => return Err(self.mark_stale(error)),
         }
         let (Some(live), Some(edits)) = (&mut self.program, &mut self.edits) else {
@@ -236,7 +235,7 @@ impl EditSession {
         }))
     }
 
-    /// Have the lattice hold what was put into the scene; why everything is to be made again where that cannot be.
+    /// Grows the voxel grid to contain what was inserted. Returns the reason for a rebuild if it cannot.
     fn grow(
         &mut self,
         scene: &Scene,
@@ -263,7 +262,7 @@ impl EditSession {
         Ok(None)
     }
 
-    /// Go on with what is left to be done.
+    /// Processes remaining batches until the budget is used up.
     async fn continue_edits(
         &mut self,
         kept: EditableVolume<'_>,
@@ -275,7 +274,7 @@ impl EditSession {
             return Ok(());
         };
         let budget = budget_on(engine, budget);
-        // A number that is none, or is no time, is the least there is.
+        // / NaN and negative budgets count as 0.
         let within = pace.map(|pace| {
             let seconds = (pace.max_ms * 1e-3).clamp(0.0, 1e6);
             Duration::try_from_secs_f64(seconds).unwrap_or_default()
@@ -294,20 +293,20 @@ impl EditSession {
         Ok(())
     }
 
-    /// Blocks of cells that are left to be done.
+    /// Returns the number of blocks that remain to be rebuilt.
     fn remaining_blocks(&self) -> u64 {
         self.edits
             .as_ref()
             .map_or(0, |edits| edits.remaining_blocks())
     }
 
-    /// Everything is to be made again, whatever comes of it now.
+    /// Marks the world as stale, and returns the request for a rebuild.
     fn request_rebuild(&mut self, reason: RebuildReason) -> UpdateResult {
         (self.identity, self.stale_reason) = (STALE, reason);
         UpdateResult::Rebuild(reason)
     }
 
-    /// The program has gone ahead of the bricks: everything is to be made again the next time.
+    /// Marks the world as stale after a failure, because the program is ahead of the bricks.
     fn mark_stale(&mut self, error: BuildError) -> BuildError {
         (self.identity, self.stale_reason) = (STALE, RebuildReason::FailedEdit);
         if let Some(edits) = &mut self.edits {
@@ -317,7 +316,7 @@ impl EditSession {
         error
     }
 
-    /// Do what is left to be done and wait for it; what edits did since this was last called.
+    /// Processes all remaining blocks and waits for the device. Returns what edits did since the last call.
     pub(crate) async fn flush(
         &mut self,
         mut kept: EditableVolume<'_>,
@@ -333,18 +332,18 @@ impl EditSession {
         Ok(self.take_stats())
     }
 
-    /// What is known to have been done since this was last called.
+    /// Takes what edits did since the last call.
     pub(crate) fn take_stats(&mut self) -> EditStats {
         std::mem::take(&mut self.stats)
     }
 
-    /// So many bricks were made anew, after what was done before.
+    /// Records that a rebuild filled a number of bricks, after earlier edits.
     pub(crate) fn record_rebuild(&mut self, bricks: u64, before: EditStats) {
         self.stats = before;
         self.stats.filled += bricks;
     }
 
-    /// The boxes of edits that are done by now and were not told.
+    /// Takes the dirty boxes of finished edits, once no block remains.
     pub(crate) fn take_finished_boxes(&mut self) -> Vec<Aabb> {
         if self.remaining_blocks() == 0 {
             std::mem::take(&mut self.pending_boxes)
@@ -353,7 +352,7 @@ impl EditSession {
         }
     }
 
-    /// The program operand by operand, if the scene was followed.
+    /// Returns the incremental program, if there is one.
     pub(crate) fn program(&self) -> Option<&IncrementalProgram> {
         self.program.as_ref()
     }

@@ -3,21 +3,23 @@ use argil_gpu::{DeviceInfo, DeviceKind, Gpu};
 use argil_math::Control;
 use std::sync::Arc;
 
-/// What to run on.
+/// The device to run on.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 #[non_exhaustive]
 pub enum Backend {
-    /// A GPU where there is a real one, else the CPU.
+    /// A hardware GPU if there is one, and the CPU otherwise.
     #[default]
     Auto,
-    /// The CPU, all its cores.
+    /// The CPU, with all its cores.
     Cpu,
-    /// A GPU, a software one included; an error where there is none.
+    /// A GPU, including a software one. An error if there is none.
     Gpu,
 }
 
-/// A device that worlds are built on. Cheap to clone.
+/// A device that builds worlds. Cheap to clone.
+///
+/// [`Engine::auto`] selects one, and [`Engine::build`] starts a world.
 #[derive(Clone, Debug)]
 pub struct Engine {
     pub(crate) gpu: Option<Arc<Gpu>>,
@@ -26,7 +28,7 @@ pub struct Engine {
 }
 
 impl Engine {
-    /// The CPU.
+    /// Creates an engine on the CPU.
     pub fn cpu() -> Self {
         Self {
             gpu: None,
@@ -35,10 +37,10 @@ impl Engine {
         }
     }
 
-    /// [`Engine::with_backend`] as a future.
+    /// Creates an engine on a given back end, as a future.
     ///
     /// # Errors
-    /// If `backend` asks for a GPU and there is none, or it refuses to open.
+    /// If `backend` requires a GPU and there is none, or it does not open.
     pub async fn with_backend_async(backend: Backend) -> Result<Self, EngineError> {
         match backend {
             Backend::Cpu => Ok(Self::cpu()),
@@ -76,12 +78,12 @@ impl Engine {
         }
     }
 
-    /// [`Engine::devices`] as a future.
+    /// Lists the graphics devices of this machine, as a future: see [`Engine::devices`].
     pub async fn devices_async() -> Vec<DeviceInfo> {
         argil_gpu::devices().await
     }
 
-    /// What the engine runs on, in words.
+    /// Describes the device for people.
     pub fn device(&self) -> String {
         match &self.gpu {
             Some(gpu) => format!("gpu: {}", gpu.info().name),
@@ -89,13 +91,12 @@ impl Engine {
         }
     }
 
-    /// Whether that is a GPU, and of which kind.
+    /// Returns the kind of GPU, or `None` on the CPU.
     pub fn gpu_kind(&self) -> Option<DeviceKind> {
         self.gpu.as_ref().map(|gpu| gpu.info().kind)
     }
 
-    /// The same engine, whose worlds' long work can be stopped and tells how far it is: building sparse bricks, and on the CPU dense
-    /// volumes too.
+    /// Returns an engine on the same device whose long work reports to a [`Control`], which can also cancel it.
     ///
     /// ```
     /// # use argil::prelude::*;
@@ -116,7 +117,7 @@ impl Engine {
         }
     }
 
-    /// Pixels of the largest picture that it draws: a device's buffers have their limits.
+    /// Returns the number of pixels of the largest image that the device can render.
     pub fn max_pixels(&self) -> u64 {
         let of_gpu = self.gpu.as_ref().map(|gpu| gpu.max_pixels());
         of_gpu.map_or(crate::limits::MAX_IMAGE_PIXELS, |most| {
@@ -124,7 +125,7 @@ impl Engine {
         })
     }
 
-    /// Why the engine runs on that.
+    /// Returns the reason why this device was selected.
     pub fn reason(&self) -> &str {
         &self.selection_reason
     }

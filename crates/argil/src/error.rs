@@ -1,53 +1,53 @@
 use std::path::PathBuf;
 
-/// Why an engine could not be had.
+/// The reason why an engine cannot be created.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum EngineError {
     /// There is no GPU that can run Argil.
     #[error(transparent)]
     Gpu(#[from] argil_gpu::GpuError),
-    /// Threads could not be started.
+    /// Threads cannot be started.
     #[error("threads: {0}")]
     Threads(String),
 }
 
-/// Why a scene could not be built.
+/// The reason why a world cannot be built.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum BuildError {
-    /// The scene itself is at fault.
+    /// The scene exceeds a limit.
     #[error(transparent)]
     Scene(#[from] argil_field::LowerError),
-    /// The GPU cannot hold it.
+    /// The GPU cannot hold it, or failed.
     #[error(transparent)]
     Gpu(#[from] argil_gpu::GpuError),
-    /// No volume has that many voxels.
+    /// The resolution is out of range.
     #[error(transparent)]
     Resolution(#[from] argil_volume::ResolutionError),
-    /// No volume has voxels of that size.
+    /// The voxel size is out of range.
     #[error(transparent)]
     Voxel(#[from] argil_volume::VoxelSizeError),
-    /// No octree can be like that.
+    /// The octree's options are invalid.
     #[error(transparent)]
     Octree(#[from] argil_volume::OctreeError),
-    /// No sparse bricks can be like that, or they take more than they may.
+    /// The bricks' options are invalid, or the bricks exceed the memory budget.
     #[error(transparent)]
     Bricks(#[from] argil_volume::BricksError),
-    /// Somebody has [cancelled](argil_math::Control::cancel) it.
+    /// A [`Control`](argil_math::Control) canceled the work.
     #[error("cancelled")]
     Cancelled,
-    /// What 1.0 stands for makes no sense.
+    /// The stored band is out of range.
     #[error("a band of {0} voxels: stored distances reach from 0.5 to 4096 voxels")]
     Range(f32),
-    /// It would not fit into memory.
+    /// The volume exceeds the free memory.
     #[error(
         "the volume takes {} MiB, and {} MiB of memory are free: take a smaller resolution",
         needed >> 20,
         available >> 20
     )]
     Memory {
-        /// Bytes that it takes.
+        /// Bytes that the volume needs.
         needed: u64,
         /// Bytes that are free.
         available: u64,
@@ -55,7 +55,7 @@ pub enum BuildError {
 }
 
 impl BuildError {
-    /// Whether it was [cancelled](argil_math::Control::cancel), wherever.
+    /// Whether a [`Control`](argil_math::Control) canceled the work.
     pub fn is_cancelled(&self) -> bool {
         use argil_volume::BricksError;
         matches!(
@@ -67,82 +67,82 @@ impl BuildError {
     }
 }
 
-/// Why a volume file could not be read or written.
+/// The reason why a volume file cannot be read or written.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum VolumeFileError {
-    /// The file cannot be read, or is not what it should be.
+    /// The file cannot be read, or is damaged.
     #[error(transparent)]
     File(#[from] argil_volume::VolumeError),
-    /// The scene in it cannot be read.
+    /// The scene in the file cannot be read.
     #[error(transparent)]
     Scene(#[from] argil_scene::FileError),
     /// A mesh that the scene names cannot be loaded.
     #[error(transparent)]
     Mesh(#[from] crate::MeshFileError),
-    /// It cannot be built here.
+    /// The world cannot be built on this device.
     #[error(transparent)]
     Build(#[from] BuildError),
-    /// The world is its field: there is no volume to be written.
+    /// The world has no volume to write.
     #[error("there is no volume: build one first")]
     NoVolume,
-    /// It cannot be written.
+    /// The file cannot be written.
     #[error("{path}")]
     Write {
-        /// Where to.
+        /// Path of the file.
         path: PathBuf,
-        /// What the system said.
+        /// The system's error.
         source: std::io::Error,
     },
 }
 
-/// Why distances cannot be sampled on a grid.
+/// The reason why a grid cannot be sampled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum GridError {
-    /// There is not one number for each point.
+    /// The output has another length than the grid has points.
     #[error("the grid has {points} points, and there is room for {numbers} distances")]
     Length {
-        /// Points of the grid.
+        /// Number of points of the grid.
         points: usize,
-        /// Numbers that there is room for.
+        /// Length of the output.
         numbers: usize,
     },
-    /// Its corner or its spacing is no number.
+    /// The grid's corner or spacing is not finite.
     #[error("the grid's corner and spacing must be finite numbers")]
     NotFinite,
 }
 
-/// Why a picture could not be drawn.
+/// The reason why an image cannot be rendered.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum RenderError {
-    /// The size is zero or too large.
+    /// The image size is zero or too large.
     #[error(
         "size {width}x{height}: both sides must be from 1 to {} and their product at most {}",
         crate::limits::MAX_IMAGE_SIDE,
         crate::limits::MAX_IMAGE_PIXELS
     )]
     Size {
-        /// Asked for.
+        /// Requested width in pixels.
         width: u32,
-        /// Asked for.
+        /// Requested height in pixels.
         height: u32,
     },
-    /// A setting is not a positive number, or out of its range.
+    /// A setting is out of range.
     #[error("{name}: {value} is not {expected}")]
     Setting {
-        /// Which.
+        /// Name of the setting.
         name: &'static str,
-        /// Asked for.
+        /// Requested value.
         value: f64,
-        /// What would be right.
+        /// Expected range.
         expected: &'static str,
     },
-    /// There is nothing of the kind to be shown.
+    /// The render mode shows bricks or nodes, and the representation has none.
     #[error("bricks can be shown of sparse bricks and octrees, nodes of octrees only")]
     NoBricks,
-    /// Somebody has [cancelled](argil_math::Control::cancel) it.
+    /// A [`Control`](argil_math::Control) canceled the work.
     #[error("cancelled")]
     Cancelled,
     /// The GPU failed.
@@ -150,11 +150,11 @@ pub enum RenderError {
     Gpu(#[from] argil_gpu::GpuError),
 }
 
-/// Why a picture could not be written.
+/// The reason why an image file cannot be read or written.
 #[derive(Debug, thiserror::Error)]
 #[error("{path}: {reason}")]
 pub struct ImageFileError {
-    /// Where to.
+    /// Path of the file.
     pub path: PathBuf,
     /// What went wrong.
     pub reason: String,

@@ -1,4 +1,4 @@
-//! Triangles of a field, on either device.
+//! Meshes of a field, on either device.
 
 use crate::memory::budget_on;
 use crate::{BuildError, Engine};
@@ -10,28 +10,29 @@ use argil_mesh::{Mesh, dual_contouring, marching, project_to_field};
 use argil_volume::{BrickLayout, BrickSettings, Bricks, CellPrograms, VoxelGrid};
 use web_time::Instant;
 
-/// How triangles are found.
+/// The algorithm that extracts triangles.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum MeshMethod {
-    /// Marching cubes: corners on the grid's edges.
+    /// Marching cubes: vertices on the edges of the voxel grid (Lorensen and Cline 1987).
     #[default]
     #[cfg_attr(feature = "clap", value(name = "mc"))]
     MarchingCubes,
-    /// Dual contouring: corners in the grid's cells, where the exact surface's planes meet; edges of solids come out sharp.
+    /// Dual contouring: vertices inside cells, where the planes of the exact surface meet (Ju et al. 2002). It
+    /// keeps sharp edges.
     #[cfg_attr(feature = "clap", value(name = "dc"))]
     DualContouring,
 }
 
-/// A field's mesh with what it was made by.
+/// A mesh of a field, with the bricks that it was extracted from.
 pub(crate) struct FieldMesh {
-    /// With the field's normals if it is marching cubes', else without.
+    /// The mesh. Marching cubes gives it the field's normals.
     pub mesh: Mesh,
     pub bricks: Bricks,
     pub lists: CellPrograms,
 }
 
-/// Triangles of the field: of bricks that are made for it, corners moved to where the exact distance is 0.
+/// Bakes bricks, extracts triangles, and moves their vertices to where the exact distance is 0.
 pub(crate) fn field_mesh(
     engine: &Engine,
     program: &Program,
@@ -68,7 +69,7 @@ pub(crate) fn field_mesh(
     })
 }
 
-/// The same, built, marched and left on a GPU; what the stages took.
+/// Does the work of [`field_mesh`] on a GPU, and leaves the mesh there. Returns the timings of its stages.
 pub(crate) async fn field_mesh_on_gpu(
     engine: &Engine,
     field: &GpuProgram,
@@ -97,7 +98,7 @@ pub(crate) async fn field_mesh_on_gpu(
     Ok((mesh, stages))
 }
 
-/// Cells of bricks over a lattice.
+/// Returns the brick layout on a voxel grid.
 pub(crate) fn layout_of(lattice: VoxelGrid) -> Result<BrickLayout, BuildError> {
     Ok(BrickLayout::new(lattice, &BrickSettings::default())?)
 }
@@ -117,18 +118,21 @@ impl Stages {
         }
     }
 
-    /// What was done since is counted elsewhere.
+    /// Restarts the clock, because the work since the last stage is counted elsewhere.
     pub(crate) fn restart(&mut self) {
         self.last = Instant::now();
     }
 
-    /// A stage is done; an error if the work is to end.
+    /// Ends a stage.
+    ///
+    /// # Errors
+    /// If the work was canceled.
     pub(crate) fn done(&mut self, stage: &'static str) -> Result<(), BuildError> {
         let now = Instant::now();
         self.all
             .push((stage, (now - self.last).as_secs_f64() * 1e3));
         self.last = now;
-        // How long the next takes is not known.
+        // / The number of steps of the next stage is not known.
         self.control.begin("mesh", 0);
         if self.control.is_cancelled() {
             return Err(BuildError::Cancelled);

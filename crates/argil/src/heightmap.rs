@@ -1,15 +1,15 @@
-//! Images as heights.
+//! Reads heightmap images.
 
 use argil_mesh::MeshReadError;
 use argil_scene::SampledGrid;
 use std::path::Path;
 
-/// Most pixels of an image of heights.
+/// Maximum pixels of a heightmap image.
 #[cfg(feature = "png")]
 const MAX_PIXELS: u64 = 1 << 26;
 
-/// The heights of a PNG image, from 0 for black to 1 for white, with so many along its longer side, or as many as it has. Of colors
-/// it is how bright they look; finer images are averaged. `place` stands in messages.
+/// Returns the heights of a PNG image, from 0 for black to 1 for white. `resolution` limits the posts along the
+/// longer side; a finer image is averaged. Colors count by their luminance. `place` appears in messages.
 #[cfg(feature = "png")]
 pub(crate) fn heights(
     bytes: &[u8],
@@ -54,7 +54,7 @@ pub(crate) fn heights(
             f32::from(pixels[at]) / 255.0
         }
     };
-    // The weights of Rec. ITU-R BT.709.
+    // / The luminance weights of Rec. ITU-R BT.709.
     let brightness = |pixel: usize| match channels {
         3.. => 0.2126 * value(pixel, 0) + 0.7152 * value(pixel, 1) + 0.0722 * value(pixel, 2),
         _ => value(pixel, 0),

@@ -4,18 +4,20 @@ use argil_render::{RayStatistics, RenderOutput};
 #[cfg(feature = "png")]
 use std::path::Path;
 
-/// A picture with how it was made.
+/// A rendered image, with statistics.
+///
+/// [`World::render`](crate::World::render) returns it.
 #[derive(Clone, Debug)]
 pub struct RenderedImage {
     /// Width and height in pixels.
     pub size: [u32; 2],
-    /// RGB in sRGB, 8 bits a channel, row by row from the top.
+    /// Pixels as 8-bit sRGB, three bytes each, row by row from the top.
     pub rgb: Vec<u8>,
-    /// What the primary rays did.
+    /// Statistics of the primary rays.
     pub statistics: RayStatistics,
     /// Pixels of which at least half of the samples hit a solid.
     pub hit_pixels: usize,
-    /// What the device took: by a GPU's own time stamps, by the clock on the CPU and on a GPU in software, whose stamps tell nothing.
+    /// Duration in milliseconds: from the GPU's timestamps, or from the clock on the CPU and on software GPUs.
     pub duration_ms: f64,
 }
 
@@ -30,7 +32,7 @@ impl RenderedImage {
         }
     }
 
-    /// Write a PNG, beside its place and then renamed into it.
+    /// Writes the image as a PNG file, next to its final place, and then renames it.
     ///
     /// # Errors
     /// If the file cannot be written.
@@ -40,7 +42,7 @@ impl RenderedImage {
     }
 }
 
-/// Write 8-bit RGB as a PNG, beside its place and then renamed into it.
+/// Writes 8-bit RGB as a PNG file, next to its final place, and then renames it.
 ///
 /// # Errors
 /// If the file cannot be written, or `rgb` is not three bytes per pixel.
@@ -54,10 +56,10 @@ pub fn save_png(path: &Path, size: [u32; 2], rgb: &[u8]) -> Result<(), ImageFile
     })
 }
 
-/// Write 8-bit RGB as a PNG.
+/// Writes 8-bit RGB as a PNG stream.
 ///
 /// # Errors
-/// If `out` does not take it, or there are not as many bytes as pixels take.
+/// If `out` fails, or `rgb` is not three bytes per pixel.
 #[cfg(feature = "png")]
 pub fn write_png(
     [width, height]: [u32; 2],
@@ -74,22 +76,22 @@ pub fn write_png(
     writer.finish().map_err(std::io::Error::other)
 }
 
-/// A PNG picture that was read.
+/// An image from a PNG file.
 #[cfg(feature = "png")]
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PngImage {
-    /// Width and height.
+    /// Width and height in pixels.
     pub size: [u32; 2],
-    /// 8-bit RGB, row by row from the top.
+    /// Pixels as 8-bit RGB, three bytes each, row by row from the top.
     pub rgb: Vec<u8>,
-    /// Whether there was more in the file, which is left out: alpha, or finer steps.
+    /// Whether the file held more than that: an alpha channel, or 16 bits per channel.
     pub had_more: bool,
 }
 
-/// Read a PNG picture as 8-bit RGB.
+/// Reads a PNG file as 8-bit RGB.
 ///
 /// # Errors
-/// If the file cannot be read, or is no PNG picture.
+/// If the file cannot be read, or is not a PNG image.
 #[cfg(feature = "png")]
 pub fn read_png(path: impl AsRef<Path>) -> Result<PngImage, ImageFileError> {
     let path = path.as_ref();

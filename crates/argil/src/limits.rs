@@ -1,6 +1,6 @@
-//! How large pictures can be.
+//! Limits on image sizes.
 
-/// Longest side of a picture in pixels.
+/// Maximum side of an image in pixels.
 pub(crate) const MAX_IMAGE_SIDE: u32 = 16_384;
-/// Most pixels of a picture: it takes 76 bytes a pixel while it is drawn.
+/// Maximum pixels of an image. Rendering takes 76 bytes per pixel.
 pub(crate) const MAX_IMAGE_PIXELS: u64 = 1 << 26;

@@ -1,10 +1,10 @@
-//! What memory there is for what is built.
+//! Checks memory before it is allocated.
 
 use crate::{BuildError, Engine};
 #[cfg(all(not(target_arch = "wasm32"), feature = "memory"))]
 use std::sync::{LazyLock, Mutex, PoisonError};
 
-/// What is left of a budget, and of the machine's memory where volumes are kept there.
+/// Returns the smaller of a budget and the free memory, where volumes live in the machine's memory.
 pub(crate) fn budget_on(engine: &Engine, budget: Option<u64>) -> Option<u64> {
     if engine.gpu_kind().is_some_and(|kind| kind.is_real_gpu()) {
         return budget;
@@ -15,21 +15,21 @@ pub(crate) fn budget_on(engine: &Engine, budget: Option<u64>) -> Option<u64> {
     }
 }
 
-/// Refuse what the machine has no memory for before it is asked for.
+/// Refuses work that needs more memory than is free.
 pub(crate) fn check_memory(engine: &Engine, needed: u64) -> Result<(), BuildError> {
     if engine.gpu_kind().is_some_and(|kind| kind.is_real_gpu()) {
         return Ok(());
     }
-    // A software GPU keeps its own in the same memory, beside what is brought back.
+    // / A software GPU keeps its buffers in the same memory, next to the downloaded data.
     let needed = needed.saturating_mul(if engine.gpu_kind().is_some() { 2 } else { 1 });
     match available_memory() {
         Some(available) if needed > available => Err(BuildError::Memory { needed, available }),
-        // Where the system does not tell, trust it.
+        // / If the system does not report free memory, allow the work.
         _ => Ok(()),
     }
 }
 
-/// Bytes of memory that are free; not known in a browser.
+/// Returns the bytes of free memory, or `None` in a browser.
 fn available_memory() -> Option<u64> {
     #[cfg(any(target_arch = "wasm32", not(feature = "memory")))]
     return None;
@@ -39,7 +39,7 @@ fn available_memory() -> Option<u64> {
 
 #[cfg(all(not(target_arch = "wasm32"), feature = "memory"))]
 fn free_memory() -> Option<u64> {
-    // Each edit asks, and a new `System` takes longer than a look.
+    // / Each edit asks, and creating a `System` takes longer than refreshing it.
     static SYSTEM: LazyLock<Mutex<sysinfo::System>> =
         LazyLock::new(|| Mutex::new(sysinfo::System::new()));
     let mut system = SYSTEM.lock().unwrap_or_else(PoisonError::into_inner);

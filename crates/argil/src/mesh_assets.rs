@@ -1,4 +1,4 @@
-//! The meshes that scenes name: found, checked, sampled, and kept for the next time.
+//! Finds, checks, samples and caches the meshes that scenes name.
 
 use crate::heightmap::heights;
 #[cfg(feature = "mesh-files")]
@@ -11,25 +11,25 @@ use std::collections::HashMap;
 use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
 
-/// A mesh that a scene names, or the image of a heightmap, loaded.
+/// A mesh or a heightmap image that a scene names.
 #[derive(Clone, Debug)]
 pub struct LoadedMesh {
-    /// As the scene names it.
+    /// Path in the scene.
     pub path: String,
-    /// Samples along the longest side, or posts.
+    /// Samples along the longest side, or posts of a heightmap.
     pub resolution: u32,
     /// Its distances, or heights.
     pub grid: Arc<SampledGrid>,
-    /// Triangles, those that close holes included.
+    /// Number of triangles, including those that close holes.
     pub triangles: u64,
-    /// What was done to them.
+    /// What was repaired.
     pub repairs: RepairReport,
-    /// Whether its samples were kept from another time.
+    /// Whether the samples came from the cache.
     pub from_cache: bool,
 }
 
 impl LoadedMesh {
-    /// What whoever loaded it should know: what was left out of a mesh or filled, and whether a heightmap has a cliff.
+    /// Describes what a user should know: which parts were dropped or filled, and whether a heightmap has a cliff.
     pub fn warnings(&self) -> Vec<String> {
         let mut warnings = self.repairs.warnings();
         let share = self.grid.steepest_share();
@@ -41,7 +41,7 @@ impl LoadedMesh {
         warnings
     }
 
-    /// The shape that it is; a heightmap is as long and wide as its image, with a longer side of 2.
+    /// Returns a shape of this mesh. A heightmap keeps its image's proportions, and its longer side is 2.
     pub fn shape(&self) -> Shape {
         let mut shape = Shape::of_file(self.path.clone());
         if let Some((_, resolution, grid)) = shape.file_mut() {
@@ -56,42 +56,43 @@ impl LoadedMesh {
     }
 }
 
-/// So many times as steep as nearly all others a step of a heightmap is told of.
+/// A step of a heightmap that is this many times steeper than nearly all others is reported as a cliff.
 const STEEP: f32 = 6.0;
 
-/// Why a mesh that a scene names is not loaded.
+/// The reason why a mesh that a scene names cannot be loaded.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum MeshFileError {
-    /// Its file cannot be read.
+    /// The file cannot be read.
     #[error(transparent)]
     Input(#[from] MeshReadError),
     /// The file holds no solid.
     #[error("{}", path.display())]
     Empty {
-        /// Which.
+        /// Path of the file.
         path: PathBuf,
-        /// Why.
+        /// What was wrong.
         source: MeshReadError,
     },
-    /// It is elsewhere.
+    /// The file lies outside the scene's folder.
     #[error(
         "the file \"{path}\" is not in the folder of the scene that names it, {}: put it there, or allow files outside",
         folder.display()
     )]
     Outside {
-        /// As the scene names it.
+        /// Path in the scene.
         path: String,
-        /// Where the scene is.
+        /// Folder of the scene.
         folder: PathBuf,
     },
 }
 
-/// Load the meshes and the images of heightmaps that a scene names and that are not loaded yet, from the folder of its file; with `outside`, from anywhere
-/// that their paths lead to. What was sampled is kept in the user's cache folder, by the hash of the file's bytes.
+/// Loads the meshes and heightmap images that a scene names and does not have yet. `folder` is the folder of the
+/// scene's file. If `outside` is false, paths may not leave it. The samples are cached in the user's cache folder,
+/// by the hash of the file's bytes.
 ///
 /// # Errors
-/// If a file is elsewhere, cannot be read, or holds no triangles.
+/// If a file lies outside the folder, cannot be read, or holds no triangles.
 pub fn load_meshes(
     scene: &mut Scene,
     folder: &Path,
@@ -100,10 +101,10 @@ pub fn load_meshes(
     load_meshes_with_control(scene, folder, outside, &Control::default())
 }
 
-/// [`load_meshes`], which can be stopped; meshes that were loaded before that stay in the scene.
+/// Loads meshes as [`load_meshes`] does, and can be canceled. Meshes that were loaded before stay in the scene.
 ///
 /// # Errors
-/// As there, and if it was cancelled.
+/// If a file lies outside the folder, cannot be read, or holds no triangles, or if the work was canceled.
 pub fn load_meshes_with_control(
     scene: &mut Scene,
     folder: &Path,
@@ -111,7 +112,7 @@ pub fn load_meshes_with_control(
     control: &Control,
 ) -> Result<Vec<LoadedMesh>, MeshFileError> {
     let mut loaded = Vec::new();
-    // The same file at another resolution is read once.
+    // / A file that is used at several resolutions is read once.
     let mut solids: HashMap<PathBuf, MeshSdf> = HashMap::new();
     for (path, resolution) in scene.missing_meshes() {
         let place = place_of(&path, folder, outside)?;
@@ -122,11 +123,11 @@ pub fn load_meshes_with_control(
     Ok(loaded)
 }
 
-/// The same of files whose bytes are at hand, found by their names without folders; those that are not there stay missing.
-/// Nothing is kept.
+/// Loads meshes from bytes, found by file name without folder. Names that are not given stay missing. Nothing is
+/// cached.
 ///
 /// # Errors
-/// If a file holds no mesh.
+/// If the bytes hold no mesh.
 pub fn load_meshes_from_bytes(
     scene: &mut Scene,
     files: &[(String, Vec<u8>)],
@@ -165,7 +166,7 @@ pub fn load_meshes_from_bytes(
     Ok(loaded)
 }
 
-/// The meshes that a scene has, for a volume's file.
+/// Returns the meshes of a scene, for a volume file.
 pub(crate) fn meshes_to_store(scene: &Scene) -> Vec<StoredMesh<'_>> {
     let loaded = scene.loaded_meshes().into_iter();
     loaded
@@ -202,7 +203,7 @@ fn sampled(
     })
 }
 
-/// The grid of distances in a file.
+/// Reads the grid of distances in a file.
 fn grid_of(bytes: &[u8], place: &Path) -> Result<SampledGrid, MeshReadError> {
     let grid = SampledGrid::from_bytes(bytes).filter(|grid| !grid.has_heights());
     grid.ok_or_else(|| MeshReadError::Damaged {
@@ -212,7 +213,7 @@ fn grid_of(bytes: &[u8], place: &Path) -> Result<SampledGrid, MeshReadError> {
     })
 }
 
-/// Where a mesh's file is.
+/// Returns the path of a mesh's file.
 fn place_of(path: &str, folder: &Path, outside: bool) -> Result<PathBuf, MeshFileError> {
     let folder = if folder.as_os_str().is_empty() {
         Path::new(".")
@@ -231,14 +232,14 @@ fn place_of(path: &str, folder: &Path, outside: bool) -> Result<PathBuf, MeshFil
     if !Path::new(path).components().all(plain) {
         return Err(refuse());
     }
-    // A link may lead out, too. What is not there is told when it is read.
+    // / A link may also lead outside. A missing file is reported when it is read.
     match (place.canonicalize(), folder.canonicalize()) {
         (Ok(place), Ok(folder)) if !place.starts_with(&folder) => Err(refuse()),
         _ => Ok(place),
     }
 }
 
-/// What is no mesh is loaded as: it has no triangles.
+/// Wraps a grid that is not a mesh: it has no triangles.
 fn of_grid(path: &str, resolution: u32, grid: SampledGrid) -> LoadedMesh {
     LoadedMesh {
         path: path.to_owned(),
@@ -290,7 +291,7 @@ fn load(
     let counts = (solid.triangles() as u64, *solid.repairs());
     #[cfg(feature = "mesh-files")]
     if let Some(kept) = kept {
-        // A cache that cannot be written costs time, nothing else.
+        // / A cache that cannot be written costs time, and nothing else.
         let _ = mesh_cache::write(&kept, &grid, counts);
     }
     Ok(done(grid, counts, false))

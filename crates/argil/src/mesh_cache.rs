@@ -1,20 +1,20 @@
-//! The distances of meshes, kept from one time to the next.
+//! Caches the samples of meshes in files.
 
 use argil_math::Aabb;
 use argil_mesh::{MeshFormat, RepairReport};
 use argil_scene::{SAMPLED_HEADER, SampledGrid};
 use std::path::{Path, PathBuf};
 
-/// What kept samples begin with; another number for another way of sampling.
+/// First bytes of a cache file. The number changes with the way of sampling.
 const MAGIC: [u8; 8] = *b"argilm04";
 
-/// Words of a kept file before the samples: the box.
+/// Words before the samples in a cache file: the box.
 const HEAD: usize = 6;
 
-/// The ending of kept files' names.
+/// Extension of cache files.
 const MAGIC_TEXT: &str = "grid04";
 
-/// Where the distances of a file's mesh are kept, by the hash of its bytes.
+/// Returns the path of a mesh's cache file, named by the hash of the mesh file's bytes.
 pub(crate) fn place(bytes: &[u8], format: MeshFormat, resolution: u32) -> Option<PathBuf> {
     let hash = blake3::hash(bytes).to_hex();
     let name = format!("{hash}-{format:?}-{resolution}.{MAGIC_TEXT}");
@@ -28,7 +28,7 @@ fn cache_folder() -> Option<PathBuf> {
     Some(dirs::cache_dir()?.join("argil").join("meshes"))
 }
 
-/// Keeps distances, with how many triangles they are of and what was done to those.
+/// Writes samples, with the number of triangles and the repairs.
 pub(crate) fn write(
     path: &Path,
     grid: &SampledGrid,
@@ -53,12 +53,12 @@ pub(crate) fn write(
     })
 }
 
-/// Of what is kept besides the samples, and of those.
+/// Hashes a cache file's head and samples.
 fn hash_of(head: &[u8], bytes: &[u8]) -> blake3::Hash {
     blake3::Hasher::new().update(head).update(bytes).finalize()
 }
 
-/// What was kept, if it is whole.
+/// Reads a cache file. Returns `None` if it is missing or damaged.
 pub(crate) fn read(path: &Path) -> Option<(SampledGrid, (u64, RepairReport))> {
     let all = std::fs::read(path).ok()?;
     let (magic, rest) = all.split_at_checked(MAGIC.len())?;

@@ -1,4 +1,4 @@
-//! Triangles of a world.
+//! Extracts triangle meshes from worlds.
 
 use crate::field_mesh::{MeshMethod, Stages, field_mesh, field_mesh_on_gpu, layout_of};
 use crate::representation::Storage;
@@ -16,42 +16,48 @@ use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 use web_time::Instant;
 
-/// Most samples of a grid that is made for a mesh alone.
+/// Maximum samples of a grid that is made only for a mesh.
 const MAX_SAMPLES: u64 = 1 << 31;
 
-/// Where a mesh's normals come from.
+/// The source of a mesh's normals.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum MeshNormals {
-    /// The exact field's gradient at each corner: the 2023 study's false normals.
+    /// The exact field's gradient at each vertex: the 2023 study's false normals.
     #[default]
     Field,
-    /// The gradient of what is stored, by central differences.
+    /// The gradient of the stored samples, by central differences.
     Gradient,
-    /// The triangles' own, with corners that are not shared: the study's true normals.
+    /// The triangles' own normals, with vertices that are not shared: the study's true normals.
     Face,
-    /// There are none.
+    /// No normals.
     None,
 }
 
-/// How a mesh is made.
+/// Options of [`World::mesh`].
+///
+/// ```
+/// use argil::MeshOptions;
+/// let options = MeshOptions { max_triangles: Some(10_000), ..MeshOptions::default() };
+/// assert_eq!(options.resolution, 256);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MeshOptions {
-    /// How triangles are found.
+    /// The algorithm that extracts triangles.
     pub method: MeshMethod,
-    /// Voxels along the longest side, where the world is not kept as a volume.
+    /// Voxels along the longest side, unless the world has a volume of its own.
     pub resolution: u32,
-    /// The edge of a voxel in the scene's unit, in place of that: the 2023 study's grid stride.
+    /// Edge of a voxel in the scene's unit, instead of `resolution`: the 2023 study's grid stride.
     pub voxel_size: Option<f32>,
-    /// The distance at which the surface is taken, in the scene's unit: above 0 it is outside of the solid.
+    /// Distance at which to extract the surface, in the scene's unit. Above 0 it lies outside the solid.
     pub iso: f32,
-    /// Where normals come from.
+    /// The source of normals.
     pub normals: MeshNormals,
-    /// Most triangles; as many as there are without it.
+    /// Maximum number of triangles. `None` keeps all.
     pub max_triangles: Option<usize>,
-    /// Whether corners get materials.
+    /// Whether vertices get materials.
     pub materials: bool,
-    /// Whether each triangle has corners of its own, as in the 2023 study.
+    /// Whether each triangle gets its own three vertices, as in the 2023 study.
     pub unindexed: bool,
 }
 
@@ -70,31 +76,31 @@ impl Default for MeshOptions {
     }
 }
 
-/// A mesh, and what it took.
+/// A mesh, with a report.
 #[derive(Clone, Debug)]
 pub struct MeshOutput {
     /// The mesh.
     pub mesh: Mesh,
-    /// Where the voxels lie.
+    /// The voxel grid that it was extracted from.
     pub lattice: VoxelGrid,
-    /// What it is like, before corners were given to triangles of their own.
+    /// Counts and checks of the mesh, before vertices were duplicated for [`MeshOptions::unindexed`].
     pub report: MeshReport,
-    /// In all, by the clock.
+    /// Total duration in milliseconds, by the clock.
     pub duration_ms: f64,
-    /// By stage.
+    /// Duration of each stage in milliseconds.
     pub stages_ms: Vec<(&'static str, f64)>,
-    /// How far leaving triangles out may have moved the surface, in the scene's unit.
+    /// Upper estimate of how far simplification moved the surface, in the scene's unit.
     pub simplification_error: f32,
-    /// How far corners are from the exact surface: the root of the mean square, and the most, in voxels.
+    /// Distance of vertices from the exact surface in voxels: root mean square, and maximum.
     pub surface_error_voxels: [f64; 2],
 }
 
 impl MeshOutput {
-    /// Writes the mesh to a file, in the format that the path's extension names: `.glb`, `.obj`, `.ply` or `.stl`. The file is
-    /// written beside its place and then renamed into it.
+    /// Writes the mesh to a file in the format of its extension: `.glb`, `.obj`, `.ply` or `.stl`. Writes next to
+    /// the final place, and then renames.
     ///
     /// # Errors
-    /// If the extension is none of these, the file cannot be written, or the format cannot hold the mesh.
+    /// If the extension is unknown, the file cannot be written, or the format cannot hold the mesh.
     pub fn save(&self, path: impl AsRef<Path>) -> Result<(), MeshError> {
         let path = path.as_ref();
         let format = MeshFormat::from_path(path).ok_or_else(|| MeshError::Write {
@@ -105,28 +111,28 @@ impl MeshOutput {
     }
 }
 
-/// Why there is no mesh.
+/// The reason why a world cannot be meshed.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum MeshError {
     /// The world cannot be sampled.
     #[error(transparent)]
     Build(#[from] BuildError),
-    /// The volume has no triangles at that level.
+    /// The volume has no surface at that distance.
     #[error(transparent)]
     Surface(#[from] SurfaceError),
-    /// What is stored has no normals on the grid's edges.
+    /// The stored samples have no normals on the grid's edges.
     #[error(
         "dual contouring takes normals from the exact field, at iso level 0: mesh the field of a scene, or take marching cubes"
     )]
     Dual,
-    /// There are too many corners to leave some out.
+    /// There are too many vertices to simplify.
     #[error("simplifying: {0}")]
     Simplify(String),
-    /// Not a length.
+    /// The iso level is not a length.
     #[error("an iso level of {0}: it is a length in the scene's unit, from -1e6 to 1e6")]
     NotALength(f32),
-    /// It would not fit.
+    /// The grid would be too large.
     #[error(
         "{0} samples: another iso level than 0 takes a dense grid, of 2^31 samples at most; take a smaller resolution"
     )]
@@ -134,18 +140,18 @@ pub enum MeshError {
     /// The file cannot be written.
     #[error("{}", path.display())]
     Write {
-        /// Which.
+        /// Path of the file.
         path: PathBuf,
-        /// Why.
+        /// The system's error.
         source: std::io::Error,
     },
 }
 
 impl World {
-    /// [`World::mesh`] as a future.
+    /// Extracts the surface as triangles, as a future: see [`World::mesh`].
     ///
     /// # Errors
-    /// As there.
+    /// If the representation cannot be meshed, an option is out of range, or the mesh would be too large.
     pub async fn mesh_async(&self, options: &MeshOptions) -> Result<MeshOutput, MeshError> {
         let iso = options.iso;
         if !(-1e6..=1e6).contains(&iso) {
@@ -264,7 +270,7 @@ impl World {
         Ok((mesh, lattice, Some(own.lists)))
     }
 
-    /// The same on a GPU: bricks are built, marched and given up there.
+    /// Meshes the field on a GPU. The bricks are built, meshed and freed there.
     async fn of_field_on_gpu(
         &self,
         field: &GpuProgram,
@@ -291,7 +297,7 @@ impl World {
         Ok((brought(&mesh, field, stages).await?, lattice, None))
     }
 
-    /// Another iso level of the field: a dense grid of it.
+    /// Meshes another iso level of the field, through a dense grid.
     fn of_level(
         &self,
         options: &MeshOptions,
@@ -318,7 +324,7 @@ impl World {
     }
 }
 
-/// Triangles of a volume on a GPU.
+/// Meshes a volume on a GPU.
 async fn of_gpu(
     volume: &GpuVolume,
     field: &GpuProgram,
@@ -331,7 +337,7 @@ async fn of_gpu(
         iso,
         normals: match options.normals {
             MeshNormals::Gradient => SurfaceNormals::Gradient,
-            // The exact ones are the CPU's, as those of a volume on the CPU are.
+            // / The CPU computes exact normals later, as for volumes on the CPU.
             _ => SurfaceNormals::None,
         },
         ..SurfaceOptions::default()
@@ -346,7 +352,7 @@ async fn of_gpu(
     brought(&mesh, field, stages).await
 }
 
-/// A mesh on the CPU; without normals where they are all zero.
+/// Downloads a mesh. Drops its normals if all are zero.
 async fn brought(
     mesh: &GpuMesh,
     field: &GpuProgram,
@@ -361,7 +367,7 @@ async fn brought(
     Ok(mesh)
 }
 
-/// Central differences over a voxel's width of what is stored.
+/// Computes normals as central differences of stored samples, over one voxel.
 fn stored_normals(mesh: &mut Mesh, volume: &Volume) {
     let half = 0.5 * volume.voxel_grid().voxel_size;
     let held = volume.voxel_grid().aabb();
@@ -379,10 +385,10 @@ fn stored_normals(mesh: &mut Mesh, volume: &Volume) {
         .collect();
 }
 
-/// Write a mesh beside its place, and rename it into it.
+/// Writes a mesh to a file, next to its final place, and then renames it.
 ///
 /// # Errors
-/// If the file cannot be written, or its format does not hold the mesh.
+/// If the file cannot be written, or the format cannot hold the mesh.
 pub fn save_mesh(
     mesh: &Mesh,
     format: MeshFormat,

@@ -1,8 +1,8 @@
-//! The field at one point after the other, by what can matter there.
+//! Evaluates the field point by point, through pruned programs.
 //!
-//! *Practice.* Lists of instructions come from a tree over the program, which tells all distances; or from what follows edits, while
-//! few questions are asked between two of them; or, of programs too long for a tree, from an index over their operands. Those two
-//! tell distances as far as their parts are long; what is farther is at least that far.
+//! *Practice.* Pruned programs come from a tree over the program, which gives all distances. While few queries are
+//! asked between two edits, they come from the incremental program. Programs too long for a tree use an index over
+//! their operands. The last two give distances up to the length of a part, and a lower bound beyond.
 
 use crate::World;
 use argil_abi::{GpuMaterial, Instruction};
@@ -11,21 +11,21 @@ use argil_math::Aabb;
 use argil_scene::Material;
 use glam::{IVec3, Vec3};
 
-/// Points of a ray that are measured at once: as many as the evaluator takes for one.
+/// Points of a ray that are evaluated at once: as many as the evaluator needs for the cost of one.
 pub(crate) const AHEAD: usize = 16;
 
-/// Where lists of what is near come from.
+/// The source of pruned programs.
 #[derive(Clone, Copy)]
 enum Lists<'a> {
     Tree(&'a ProgramTree),
     Live(&'a IncrementalProgram),
     Index(&'a OperandIndex),
-    /// All of the program.
+    /// The whole program.
     Whole,
 }
 
 impl Lists<'_> {
-    /// The part that a point is in, where lists are of parts.
+    /// Returns the part that contains a point, if programs belong to parts.
     fn part_of(&self, p: Vec3) -> Option<(&PartGrid, IVec3)> {
         let parts = match self {
             Self::Live(live) => live.parts(),
@@ -36,29 +36,29 @@ impl Lists<'_> {
     }
 }
 
-/// Evaluates the field at one point after the other.
+/// Evaluates the field at one point after another.
 pub(crate) struct Probe<'a> {
     world: &'a World,
     lists: Lists<'a>,
     evaluator: Option<Evaluator<'a>>,
-    /// The part that `list` is of.
+    /// The part that `list` belongs to.
     part: Option<IVec3>,
     list: Vec<Instruction>,
-    /// The last list of a tree, and where it holds.
+    /// The last program of a tree, and the box where it holds.
     last: Option<(&'a [Instruction], Aabb)>,
-    /// Instructions that were run, and how often.
+    /// Instructions that ran, and the number of evaluations.
     pub counts: [u64; 2],
 }
 
 impl<'a> Probe<'a> {
-    /// For distances that matter up to `reach`. What is farther is told to be at least as far as what is told.
+    /// Creates a probe for distances that matter up to `reach`. Larger distances are lower bounds.
     pub(crate) fn new(world: &'a World, reach: f32) -> Self {
         let fits = |far: f32| reach <= 0.8 * far;
         let lists = match world.live_program() {
             Some(live) if fits(live.parts().far) && world.has_few_queries() => Lists::Live(live),
             _ => match world.list_tree() {
                 Some(tree) => Lists::Tree(tree),
-                // An index is made only where there is no tree.
+                // / An index is built only where there is no tree.
                 None => match world.operand_index() {
                     Some(index) if fits(index.parts().far) => Lists::Index(index),
                     _ => Lists::Whole,
@@ -83,7 +83,7 @@ impl<'a> Probe<'a> {
         }
     }
 
-    /// The distance beyond which nothing is told.
+    /// Returns the distance beyond which results are lower bounds.
     fn far(&self) -> f32 {
         match self.lists {
             Lists::Live(live) => live.parts().far,
@@ -92,7 +92,7 @@ impl<'a> Probe<'a> {
         }
     }
 
-    /// Have the list for a point at hand; an evaluator to run it, and where it holds.
+    /// Prepares the program for a point. Returns an evaluator, the program, and the box where it holds.
     fn prepare(&mut self, p: Vec3) -> (&mut Evaluator<'a>, &[Instruction], Aabb) {
         let program = self.program();
         let mut held = Aabb::ALL;
@@ -133,7 +133,7 @@ impl<'a> Probe<'a> {
         (evaluator, list, held)
     }
 
-    /// The distance at a point, as far as it is told.
+    /// Returns the distance at a point, exact up to [`Probe::far`].
     pub(crate) fn distance(&mut self, p: Vec3) -> f32 {
         let far = self.far();
         let (evaluator, list, _) = self.prepare(p);
@@ -142,8 +142,8 @@ impl<'a> Probe<'a> {
         d[0].clamp(-far, far)
     }
 
-    /// The same at points along a ray, into `out`: of the first, and of those that follow as far as one list is theirs; how many
-    /// that are. They cost what one does.
+    /// Evaluates points along a ray into `out`, as far as the first point's program holds. Returns their number.
+    /// They cost as much as one point.
     pub(crate) fn distances_along(
         &mut self,
         (origin, direction): (Vec3, Vec3),
@@ -173,7 +173,7 @@ impl<'a> Probe<'a> {
         count
     }
 
-    /// The distance and its gradient at a point near the surface.
+    /// Returns the distance and its gradient at a point near the surface.
     pub(crate) fn gradient(&mut self, p: Vec3) -> (f32, Vec3) {
         let (evaluator, list, _) = self.prepare(p);
         let (mut d, mut g) = ([0.0], [[0.0]; 3]);
@@ -183,7 +183,7 @@ impl<'a> Probe<'a> {
         (d[0], Vec3::new(g[0][0], g[1][0], g[2][0]))
     }
 
-    /// What a point near the surface is made of.
+    /// Returns the material at a point near the surface.
     pub(crate) fn material(&mut self, p: Vec3) -> GpuMaterial {
         let (evaluator, list, _) = self.prepare(p);
         let (mut d, mut material) = ([0.0], [GpuMaterial::default()]);
@@ -193,7 +193,7 @@ impl<'a> Probe<'a> {
     }
 }
 
-/// A material as the interpreter has it.
+/// Converts a material from the interpreter's form.
 pub(crate) fn material_of(words: &GpuMaterial) -> Material {
     let [r, g, b, roughness] = words.base_roughness;
     let [er, eg, eb, metallic] = words.emission_metallic;

@@ -1,15 +1,15 @@
-//! The program of a world, and what is made of it when it is first asked for.
+//! The program of a world, and what queries derive from it when first asked.
 
 use crate::edit_session::EditSession;
 use argil_field::{OperandIndex, PartGrid, Program, ProgramTree};
 use argil_math::Aabb;
 use std::sync::OnceLock;
 
-/// Parts along the longest side of a world in which queries look for what is near, and how many of them far they tell distances.
+/// Parts along the longest side in which queries find nearby operands. Distances are exact within as many of them.
 const QUERY_PARTS: f32 = 24.0;
 const QUERY_REACH: f32 = 3.0;
 
-/// A program, and what is made of it for queries when they are first asked.
+/// A program, and what queries derive from it when first asked.
 #[derive(Debug)]
 pub(crate) struct ProgramCache {
     pub program: Program,
@@ -28,7 +28,7 @@ impl From<Program> for ProgramCache {
 }
 
 impl ProgramCache {
-    /// While edits are followed in place, the program is put together when it is asked for.
+    /// Returns the cache. While edits apply in place, the program is put together when it is first needed.
     pub(crate) fn of<'a>(program: &'a OnceLock<Self>, live: &EditSession) -> &'a Self {
         program.get_or_init(|| {
             let whole = live.to_program();
@@ -36,19 +36,19 @@ impl ProgramCache {
         })
     }
 
-    /// The box that is asked about: the solid's, or `focus` of one without end.
+    /// Returns the box that queries cover: the solid's, or `focus` for an endless one.
     fn held(&self, focus: Aabb) -> Aabb {
         let held = self.program.aabb();
         if held.is_finite() { held } else { focus }
     }
 
-    /// What can matter near a point, of a program that is neither short nor very long.
+    /// Returns the tree of pruned programs, for a program that is neither short nor very long.
     pub(crate) fn list_tree(&self, focus: Aabb) -> Option<&ProgramTree> {
         let make = || ProgramTree::new(&self.program, self.held(focus));
         self.tree.get_or_init(make).as_ref()
     }
 
-    /// What is near where in the program, of one with many pieces. `focus` is the box of one without end.
+    /// Returns the index over operands, for a program of many pieces. `focus` replaces the box of an endless solid.
     pub(crate) fn operand_index(&self, focus: Aabb) -> Option<&OperandIndex> {
         let make = || {
             let held = self.held(focus);

@@ -1,8 +1,8 @@
-//! Asking a world where its surface is.
+//! Queries about a world's surface.
 //!
-//! *Theory.* A distance that changes by at most L over a length of 1 leaves a ball of |d| / L around a point free: rays and
-//! balls go from ball to ball (sphere tracing, Hart 1996), and boxes are halved until each is free, solid or as small as
-//! was asked for (interval search, Duff 1992).
+//! *Theory.* A distance d with Lipschitz constant L leaves a sphere of radius |d| / L around a point free. Rays and
+//! moving spheres step from free sphere to free sphere (sphere tracing, Hart 1996). Boxes are halved until each is
+//! free, solid, or as small as the tolerance (interval search, Duff 1992).
 
 mod closest;
 
@@ -15,45 +15,46 @@ use argil_scene::Material;
 use argil_volume::Volume;
 use glam::Vec3;
 
-/// Steps of a walk to the surface.
+/// Maximum steps of a projection to the surface.
 const WALK_STEPS: usize = 64;
-/// Boxes that a search for a closest point looks at, at most.
+/// Maximum boxes that a search for the closest point examines.
 pub const MAX_BOXES: usize = 1 << 16;
 
-/// A point of the surface that is near to another.
+/// A point of the surface near another point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ClosestPoint {
-    /// The point of the surface.
+    /// The point on the surface.
     pub point: [f32; 3],
-    /// How far it is.
+    /// Its distance in the scene's unit.
     pub distance: f32,
-    /// Whether it is known that none is nearer by more than a hundredth of the distance. Otherwise it is the best that was found
-    /// among [`MAX_BOXES`] boxes.
+    /// Whether no surface point is closer by more than 1 % of the distance. Otherwise, this is the best point found
+    /// in [`MAX_BOXES`] boxes.
     pub is_nearest: bool,
 }
 
-/// How a box lies.
+/// The position of a box relative to the solid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BoxPosition {
-    /// No part of it is solid.
+    /// No part of the box is solid.
     Outside,
-    /// The surface goes through it, or so near to it that the tolerance does not tell.
+    /// The surface passes through the box, or too near to tell within the tolerance.
     Intersecting,
-    /// All of it is solid.
+    /// All of the box is solid.
     Inside,
 }
 
-/// What is asked.
+/// What a query reads.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum QuerySource<'a> {
     Field,
     Volume(&'a Volume),
 }
 
-/// Questions about the surface of a world, of its exact field or of the volume that is kept of it. Cheap to make, and to be
-/// used from any number of threads at once; an edit waits until they are done. Where there are many brushes, a place is asked about
-/// the first time at the cost of finding what is near it, some tenths of a millisecond, and then at the cost of that; up to 32 MiB
-/// are kept for it.
+/// Queries about a world's surface, from its exact field or its stored volume.
+///
+/// Creating one is free, and many threads may use it at once. In a scene of many brushes, the first query near a
+/// place costs some tenths of a millisecond, and prepares a pruned program there. Up to 32 MiB of such programs are
+/// kept.
 ///
 /// ```
 /// # use argil::prelude::*;
@@ -68,12 +69,12 @@ pub(crate) enum QuerySource<'a> {
 pub struct Query<'a> {
     pub(crate) source: QuerySource<'a>,
     pub(crate) world: &'a World,
-    /// Nearer than this is on the surface.
+    /// Points nearer than this lie on the surface.
     pub(crate) epsilon: f32,
 }
 
 impl World {
-    /// Questions to the exact field.
+    /// Returns queries that read the exact field.
     pub fn query(&self) -> Query<'_> {
         Query {
             source: QuerySource::Field,
@@ -82,8 +83,8 @@ impl World {
         }
     }
 
-    /// Questions to the dense volume or the sparse bricks that are kept on the CPU: what they tell between their samples, and
-    /// of what is beyond their band or box that it is not nearer. Nothing of a world that is kept in another way.
+    /// Returns queries that read the dense volume or the sparse bricks on the CPU, or `None` if there are none.
+    /// Distances are interpolated between samples. Beyond the stored band or box, they are lower bounds.
     pub fn query_volume(&self) -> Option<Query<'_>> {
         let volume = self.volume_on_cpu()?;
         volume.distance_in(volume.voxel_grid().aabb().center())?;
@@ -96,15 +97,15 @@ impl World {
 }
 
 impl<'a> Query<'a> {
-    /// The signed distance at a point, negative inside.
+    /// Returns the signed distance at a point, in the scene's unit, negative inside.
     pub fn distance(&self, point: [f32; 3]) -> f32 {
         self.sample(&mut self.probe(), point.into()).0
     }
 
-    /// The signed distances at points.
+    /// Computes the signed distances at points into `out`.
     ///
     /// # Panics
-    /// If there are not as many places in `out`.
+    /// If `points` and `out` differ in length.
     pub fn distances(&self, points: &[[f32; 3]], out: &mut [f32]) {
         assert_eq!(points.len(), out.len(), "a distance for each point");
         match self.source {
@@ -127,16 +128,16 @@ impl<'a> Query<'a> {
         }
     }
 
-    /// The distance and its gradient at a point; of a volume by differences over a voxel.
+    /// Returns the distance and its gradient at a point. A volume's gradient is a difference over one voxel.
     pub fn gradient(&self, point: [f32; 3]) -> (f32, [f32; 3]) {
         let (d, g) = self.distance_and_gradient(&mut self.probe(), point.into());
         (d, g.to_array())
     }
 
-    /// The distances and gradients at points.
+    /// Computes the distances and gradients at points into `out`.
     ///
     /// # Panics
-    /// If there are not as many places in `out`.
+    /// If `points` and `out` differ in length.
     pub fn gradients(&self, points: &[[f32; 3]], out: &mut [(f32, [f32; 3])]) {
         assert_eq!(points.len(), out.len(), "a gradient for each point");
         let QuerySource::Field = self.source else {
@@ -157,7 +158,7 @@ impl<'a> Query<'a> {
         });
     }
 
-    /// Calls `visit` with points that what can matter near them is the same of, and with which of all they are.
+    /// Calls `visit` with groups of points that share a pruned program, and with their indices.
     fn each_list(
         &self,
         points: &[[f32; 3]],
@@ -183,12 +184,12 @@ impl<'a> Query<'a> {
         }
     }
 
-    /// What holds of all of the scene.
+    /// Returns the data that holds for the whole scene.
     pub(crate) fn tables(&self) -> &'a Program {
         self.world.tables()
     }
 
-    /// The same questions to the exact field.
+    /// Returns the same queries on the exact field.
     pub(crate) fn of_field(&self) -> Self {
         Self {
             source: QuerySource::Field,
@@ -196,8 +197,8 @@ impl<'a> Query<'a> {
         }
     }
 
-    /// What the scene is made of at a point of its surface, blends of materials included. Of bricks as they keep it; elsewhere the
-    /// field's.
+    /// Returns the material at a point of the surface, including blends. Bricks return their stored material, and
+    /// other sources the field's.
     pub fn material(&self, point: [f32; 3]) -> Material {
         let p = Vec3::from(point);
         let words = match self.source {
@@ -211,12 +212,12 @@ impl<'a> Query<'a> {
         material_of(&words)
     }
 
-    /// What asks the field for all distances, however far.
+    /// Returns a probe for distances of any length.
     fn probe(&self) -> Probe<'a> {
         Probe::new(self.world, f32::MAX)
     }
 
-    /// The distance and its gradient at a point.
+    /// Returns the distance and its gradient at a point.
     pub(crate) fn distance_and_gradient(&self, probe: &mut Probe<'_>, p: Vec3) -> (f32, Vec3) {
         match self.source {
             QuerySource::Field => probe.gradient(p),
@@ -230,8 +231,7 @@ impl<'a> Query<'a> {
         }
     }
 
-    /// The distance at a point, and whether that is its distance or only one that it does not fall short of. The field's is told as
-    /// far as the probe tells it.
+    /// Returns the distance at a point, and whether it is exact or a lower bound.
     pub(crate) fn sample(&self, probe: &mut Probe<'_>, point: Vec3) -> (f32, bool) {
         match self.source {
             QuerySource::Field => (probe.distance(point), true),
@@ -242,7 +242,7 @@ impl<'a> Query<'a> {
         }
     }
 
-    /// Whether a volume's distance at a point is the scene's there, and not only one that that does not fall short of.
+    /// Whether a volume's value at a point is a sampled distance, and not a lower bound.
     fn is_sampled(volume: &Volume, point: Vec3, d: f32) -> bool {
         let has_samples = volume
             .distance_in(point)
@@ -258,7 +258,7 @@ impl<'a> Query<'a> {
         }
     }
 
-    /// What distances in a box can be off by.
+    /// Returns the error bound of distances in a box.
     fn slack(&self, held: Aabb) -> f32 {
         let between = match self.source {
             QuerySource::Field => 0.0,
@@ -269,7 +269,7 @@ impl<'a> Query<'a> {
         self.tables().bound_error(held) + between
     }
 
-    /// Down the gradient to the surface.
+    /// Follows the gradient to the surface.
     pub(crate) fn project_to_surface(&self, probe: &mut Probe<'_>, from: Vec3) -> Option<Vec3> {
         let mut p = from;
         for _ in 0..WALK_STEPS {
@@ -291,14 +291,15 @@ impl<'a> Query<'a> {
         None
     }
 
-    /// How a box lies, told to a tolerance in the world's unit. Where [`MAX_BOXES`] parts of it do not tell, it is said to touch.
+    /// Classifies a box as outside, inside or intersecting the solid, within a tolerance in the scene's unit. If
+    /// [`MAX_BOXES`] parts of it do not suffice, the result is [`BoxPosition::Intersecting`].
     pub fn classify_box(&self, min: [f32; 3], max: [f32; 3], tolerance: f32) -> BoxPosition {
         let whole = Aabb::new(min.into(), max.into());
-        // What is not a number is nowhere.
+        // / A box with NaN lies nowhere.
         if whole.is_empty() || min.iter().chain(&max).any(|c| c.is_nan()) {
             return BoxPosition::Outside;
         }
-        // Nothing but what is endless is beyond the world.
+        // / Only endless solids reach beyond the world's limit.
         let whole = whole.intersection(Aabb::centered(Vec3::splat(WORLD_LIMIT)));
         if whole.is_empty() {
             return BoxPosition::Outside;
@@ -343,7 +344,7 @@ impl<'a> Query<'a> {
     }
 }
 
-/// What a volume tells of a point; outside of its box at least what the box's side tells.
+/// Returns a volume's distance at a point. Outside its box, it is a lower bound from the nearest side.
 fn stored(volume: &Volume, point: Vec3) -> f32 {
     let held = volume.voxel_grid().aabb();
     let inside = point.clamp(held.min, held.max);

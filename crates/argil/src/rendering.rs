@@ -1,4 +1,4 @@
-//! Pictures of a world.
+//! Renders images of worlds.
 
 use crate::limits::{MAX_IMAGE_PIXELS, MAX_IMAGE_SIDE};
 use crate::representation::{MeshStorage, Storage, StoredTriangles, triangles};
@@ -10,17 +10,17 @@ use argil_render::{
 use argil_scene::CameraPose;
 use web_time::Instant;
 
-/// Most steps of a ray, unless it is asked for otherwise: through the field, and through a volume, where a step is short.
+/// Default maximum of steps per ray: through the field, and through a volume, whose steps are shorter.
 const FIELD_STEPS: u32 = 256;
 const VOLUME_STEPS: u32 = 4096;
 
 impl World {
-    /// The scene's own camera.
+    /// Returns the scene's camera.
     pub fn camera(&self) -> Camera {
         self.camera_at(self.scene.view.camera)
     }
 
-    /// A camera with the scene's field of view.
+    /// Returns a camera in another pose, with the scene's field of view.
     pub fn camera_at(&self, placement: CameraPose) -> Camera {
         let field_of_view_degrees = self.scene.view.field_of_view_degrees;
         match placement {
@@ -35,7 +35,8 @@ impl World {
         }
     }
 
-    /// How the scene wants to be drawn, for a size; four samples a pixel when shaded.
+    /// Returns settings that suit the scene, for a size in pixels and a mode. Shaded images get four samples per
+    /// pixel.
     pub fn render_settings(&self, size: [u32; 2], show: RenderMode) -> RenderSettings {
         RenderSettings {
             size,
@@ -51,10 +52,10 @@ impl World {
         }
     }
 
-    /// [`World::draw`] as a future; see [`Build::with_representation_async`](crate::Build::with_representation_async).
+    /// Renders an image, as a future: see [`World::render`].
     ///
     /// # Errors
-    /// As there.
+    /// If a setting is out of range, the mode needs bricks that the world does not have, or the device fails.
     pub async fn render_async(
         &self,
         camera: &Camera,
@@ -64,10 +65,11 @@ impl World {
         Ok(RenderedImage::new(picture, duration_ms))
     }
 
-    /// [`World::draw_async`] and [`World::ray_distances`] in one.
+    /// Renders an image and also returns the lengths of its rays, as a future: see [`World::render`] and
+    /// [`World::ray_distances`].
     ///
     /// # Errors
-    /// As there.
+    /// If a setting is out of range, the mode needs bricks that the world does not have, or the device fails.
     pub async fn render_with_distances_async(
         &self,
         camera: &Camera,
@@ -133,12 +135,24 @@ impl World {
     }
 }
 
-/// The cameras of an orbit: the first as given, the others turned about the vertical by equal angles.
+/// An orbit of cameras around a target.
+///
+/// ```
+/// use argil::{Orbit, prelude::*};
+/// let mut scene = Scene::new();
+/// scene.push(Shape::sphere(1.0))?;
+/// let world = Engine::cpu().build(&scene)?.field();
+/// let cameras: Vec<Camera> = Orbit::cameras(world.camera(), 4).collect();
+/// assert_eq!(cameras[0], world.camera());
+/// assert_eq!(cameras.len(), 4);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug)]
 pub struct Orbit;
 
 impl Orbit {
-    /// `count` cameras around `camera`'s target.
+    /// Returns `count` cameras: the given one, and others rotated about the vertical axis through its target by
+    /// equal angles.
     pub fn cameras(camera: Camera, count: u32) -> impl Iterator<Item = Camera> {
         (0..count).map(move |i| camera.orbited(360.0 * i as f32 / count as f32))
     }

@@ -1,4 +1,4 @@
-//! How a world is kept: a trait that each representation's options implement, in a file of their own, and the list of them.
+//! Representations of worlds: one file for the options of each, and the list of all.
 
 mod bricks;
 mod dense;
@@ -23,21 +23,23 @@ use options::RepresentationOptions;
 pub(crate) use options::{BuildContext, Storage};
 pub(crate) use voxel_grid::{recomputed_grid, updated_grid, view_bounds_of};
 
-/// What follows of the list of representations.
+/// Generates [`Representation`] and its conversions from a list.
 macro_rules! representations {
     ($($(#[$doc:meta])* $name:ident($options:ident),)*) => {
-        /// How a world is kept.
+        /// How a world stores its geometry.
+        ///
+        /// `From` converts options, such as [`BricksOptions`].
         #[derive(Clone, Copy, Debug, Default, PartialEq)]
         #[non_exhaustive]
         pub enum Representation {
-            /// As it is: every distance is evaluated when it is asked for.
+            /// The program itself. Each distance is evaluated when asked.
             #[default]
             Field,
             $($(#[$doc])* $name($options),)*
         }
 
         impl Representation {
-            /// All of them, with options as they come and so many voxels along the longest side.
+            /// Returns all representations with default options and a resolution in voxels along the longest side.
             ///
             /// ```
             /// use argil::Representation;
@@ -48,7 +50,7 @@ macro_rules! representations {
                 vec![Self::Field, $(Self::$name($options::with_resolution(resolution)),)*]
             }
 
-            /// In a word: `field`, `bricks`, and so on.
+            /// Returns the name that the command line uses: `field`, `bricks`, and so on.
             pub fn word(&self) -> &'static str {
                 match self {
                     Self::Field => "field",
@@ -56,7 +58,7 @@ macro_rules! representations {
                 }
             }
 
-            /// What it is, in a line.
+            /// Describes the representation in one line.
             pub fn about(&self) -> &'static str {
                 match self {
                     Self::Field => "The exact field",
@@ -64,7 +66,7 @@ macro_rules! representations {
                 }
             }
 
-            /// Whether pictures can show that: light, normals and the like always, bricks and nodes of some.
+            /// Whether a render mode works with this representation. Only some have bricks or nodes to show.
             pub fn shows(&self, show: RenderMode) -> bool {
                 match self {
                     _ if !matches!(show, RenderMode::Bricks | RenderMode::Nodes) => true,
@@ -73,7 +75,7 @@ macro_rules! representations {
                 }
             }
 
-            /// Bytes that it may take, if that was said.
+            /// Returns the memory budget in bytes, if one was set.
             pub(crate) fn memory_budget(&self) -> Option<u64> {
                 match self {
                     Self::Field => None,
@@ -81,7 +83,7 @@ macro_rules! representations {
                 }
             }
 
-            /// As a volume was built.
+            /// Returns the options that a volume was built with.
             pub fn of(volume: &Volume) -> Self {
                 let mut via = Self::Field;
                 $(if let Some(options) = $options::of(volume) {
@@ -90,7 +92,7 @@ macro_rules! representations {
                 via
             }
 
-            /// Builds it on the engine's device, on a lattice or on the scene's own.
+            /// Builds the representation on the engine's device, on a given voxel grid or on the scene's own.
             pub(crate) async fn build(
                 &self,
                 site: &BuildContext<'_>,
@@ -111,7 +113,7 @@ macro_rules! representations {
             }
 
             impl From<u32> for $options {
-                /// So many voxels along the longest side.
+                /// Sets the number of voxels along the longest side.
                 fn from(resolution: u32) -> Self {
                     Self::with_resolution(resolution)
                 }
@@ -121,13 +123,13 @@ macro_rules! representations {
 }
 
 representations! {
-    /// As sparse bricks.
+    /// Sparse bricks.
     Bricks(BricksOptions),
-    /// As one texture.
+    /// A dense volume in one texture.
     Dense(DenseOptions),
-    /// As bricks under a tree.
+    /// Bricks under an octree.
     Octree(OctreeOptions),
-    /// As triangles.
+    /// Triangles.
     Mesh(MeshRenderOptions),
 }
 

@@ -1,4 +1,4 @@
-//! Worlds from and to volume files.
+//! Reads and writes volume files.
 
 use crate::representation::Storage;
 use crate::{BuildError, Engine, Representation, VolumeFileError, World};
@@ -11,10 +11,11 @@ use std::path::Path;
 use std::sync::Arc;
 
 impl Engine {
-    /// [`Engine::load`] as a future; with `outside`, the scene's meshes may be anywhere.
+    /// Creates a world from a volume file, as a future: see [`Engine::load`]. If `outside` is true, meshes may lie
+    /// outside the file's folder.
     ///
     /// # Errors
-    /// As there.
+    /// If the file's contents are inconsistent, a mesh cannot be loaded, or the device does not accept the volume.
     pub async fn load_async(
         &self,
         stored: VolumeFile,
@@ -33,7 +34,7 @@ impl World {
         outside: bool,
     ) -> Result<(Scene, Self), VolumeFileError> {
         let mut scene = crate::stored_scene(&stored, path)?;
-        // Files of version 1 have no meshes.
+        // / Files of version 1 hold no meshes.
         let folder = path.parent().unwrap_or(Path::new("."));
         let control = &engine.control;
         crate::load_meshes_with_control(&mut scene, folder, outside, control)?;
@@ -55,10 +56,10 @@ impl World {
         Ok((scene, world))
     }
 
-    /// [`World::save`] as a future.
+    /// Writes the volume to a file, as a future: see [`World::save`].
     ///
     /// # Errors
-    /// As there.
+    /// If the world has no volume, or the file cannot be written.
     pub async fn save_async(&self, path: impl AsRef<Path>) -> Result<(), VolumeFileError> {
         let path = path.as_ref();
         let volume = self.volume_async().await?;
@@ -72,10 +73,10 @@ impl World {
         )
     }
 
-    /// [`World::write`] as a future.
+    /// Writes the volume to a stream, as a future: see [`World::write`].
     ///
     /// # Errors
-    /// As there.
+    /// If the world has no volume, or `out` fails.
     pub async fn write_async(
         &self,
         mut out: &mut (impl std::io::Write + ?Sized),
@@ -92,7 +93,7 @@ impl World {
     }
 }
 
-/// A scene's text for a file: what is read again stands at time 0.
+/// Returns a scene's text for a file, at time 0.
 fn at_time_0(scene: &Scene) -> String {
     if scene.time() == 0.0 {
         scene.to_json()
@@ -101,10 +102,11 @@ fn at_time_0(scene: &Scene) -> String {
     }
 }
 
-/// The scene that a volume was made from, with the meshes that its file holds. `path` stands in messages.
+/// Returns the scene of a volume file, with the meshes that the file holds. `path` appears in messages. Meshes that
+/// the file does not hold stay missing: see [`load_meshes`](crate::load_meshes).
 ///
 /// # Errors
-/// If the file's scene or a mesh in it cannot be read. Meshes that the file does not hold stay missing: see [`load_meshes`](crate::load_meshes).
+/// If the scene or a mesh in the file cannot be read.
 pub fn stored_scene(stored: &VolumeFile, path: &Path) -> Result<Scene, VolumeFileError> {
     let inside = format!("{}, its scene", path.display());
     let mut scene = Scene::from_json(&stored.scene_json, inside)?;

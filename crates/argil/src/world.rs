@@ -17,10 +17,12 @@ use std::collections::BTreeMap;
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU32, Ordering};
 
-/// So few questions between two edits are no reason to make lists for them.
+/// With fewer queries than this between two edits, preparing pruned programs does not pay.
 const FEW_QUERIES: u32 = 64;
 
-/// A scene that an engine has built: its exact field on the engine's device and, once asked for, a volume of it.
+/// A scene that an engine has built: its exact field, and a volume or a mesh if its representation has one.
+///
+/// A world does not borrow its scene. After an edit of the scene, [`World::apply`] updates the world.
 ///
 /// ```
 /// use argil::prelude::*;
@@ -38,12 +40,12 @@ pub struct World {
     pub(crate) engine: Engine,
     program: OnceLock<ProgramCache>,
     edits: EditSession,
-    /// Questions since the program was put together or an edit was followed.
+    /// Queries since the last edit.
     query_count: AtomicU32,
     pub(crate) gpu: Option<GpuProgram>,
     observers: Observers,
     pub(crate) view_bounds: Aabb,
-    /// The scene as it was followed last.
+    /// The scene at the last edit that was applied.
     pub(crate) scene: Scene,
     pub(crate) representation: Representation,
     pub(crate) storage: Storage,
@@ -77,25 +79,25 @@ impl World {
         })
     }
 
-    /// [`World::rebuilt_as`] as a future; see [`Build::with_representation_async`](crate::Build::with_representation_async).
+    /// Builds this world again, as a future: see [`World::rebuilt_as`].
     ///
     /// # Errors
-    /// As there.
+    /// If the scene cannot be lowered, an option is out of range, or the result exceeds the memory budget.
     pub async fn rebuilt_as_async(
         mut self,
         scene: &Scene,
         via: Representation,
     ) -> Result<Self, BuildError> {
-        // What was there before is not needed while the new volume is made.
+        // / Free the old volume before the new one is built.
         self.storage = Storage::Field;
         if !self.edits.has_seen_all(scene) {
             self.program = OnceLock::from(ProgramCache::from(Program::lower(scene)?));
         }
-        // Also for what is no edit: its name, view and the names of its meshes.
+        // / Also takes over what is not an edit: name, view, and the paths of meshes.
         self.scene = scene.snapshot();
         let program = &ProgramCache::of(&self.program, &self.edits).program;
         self.view_bounds = view_bounds_of(scene, program);
-        // Edits that were followed have left tables in an order of their own.
+        // / Earlier edits left the tables in another order.
         if let Some(gpu) = &mut self.gpu
             && !gpu.is_specialized()
         {
@@ -108,7 +110,7 @@ impl World {
         Ok(self)
     }
 
-    /// Where what the world is kept as is built anew.
+    /// Returns what a representation is built from.
     fn site<'a>(&'a self, scene: &'a Scene, program: &'a Program) -> BuildContext<'a> {
         BuildContext {
             engine: &self.engine,
@@ -118,27 +120,27 @@ impl World {
         }
     }
 
-    /// How the world is kept.
+    /// Returns how the world stores its geometry.
     pub fn representation(&self) -> Representation {
         self.representation
     }
 
-    /// What building the volume took.
+    /// Returns the timings of the last build.
     pub fn build_timings(&self) -> &BuildTimings {
         &self.build_timings
     }
 
-    /// Voxels along each axis of the volume; `None` of a field.
+    /// Returns the voxels along each axis of the volume, or `None` for a world without one.
     pub fn resolution(&self) -> Option<[u32; 3]> {
         self.storage
             .voxel_grid()
             .map(|lattice| lattice.size.to_array())
     }
 
-    /// [`World::volume_info`] as a future.
+    /// Describes the volume, as a future: see [`World::volume_info`].
     ///
     /// # Errors
-    /// As there.
+    /// If the device fails.
     pub async fn volume_info_async(&self) -> Result<Option<VolumeInfo>, BuildError> {
         match (&self.storage, &self.gpu) {
             (Storage::Cpu(volume), _) => Ok(Some(volume.info())),
@@ -182,25 +184,25 @@ impl World {
         }
     }
 
-    /// How the scene is looked at.
+    /// Returns the scene's view: camera, ground, sun and bounds.
     pub fn view(&self) -> &argil_scene::View {
         &self.scene.view
     }
 
-    /// The scene that the world is of, as it was when it was built or [applied](World::apply) last.
+    /// Returns the scene as it was built or [applied](World::apply) last.
     pub fn scene(&self) -> &Scene {
         &self.scene
     }
 
-    /// Name the scene's meshes by other paths in files that the world is saved to: see [`Scene::rename_meshes`].
+    /// Renames the paths of meshes in files that this world saves: see [`Scene::rename_meshes`].
     pub fn rename_meshes(&mut self, paths: &BTreeMap<String, String>) {
         self.scene.rename_meshes(paths);
     }
 
-    /// [`World::volume`] as a future.
+    /// Returns the volume, as a future: see [`World::volume`].
     ///
     /// # Errors
-    /// As there.
+    /// If the device fails.
     pub async fn volume_async(&self) -> Result<Option<Cow<'_, Volume>>, BuildError> {
         match (&self.storage, &self.gpu) {
             (Storage::Cpu(volume), _) => Ok(Some(Cow::Borrowed(volume))),
@@ -211,9 +213,9 @@ impl World {
         }
     }
 
-    /// What edits have changed of sparse bricks on the CPU since this was last called, or since they were built: what a copy of them
-    /// elsewhere has to bring over. Nothing of worlds that are kept in another way; after a [rebuild](crate::EditReport::rebuilt)
-    /// everything is new.
+    /// Takes the list of what edits changed in sparse bricks on the CPU, since the last call or the build. A
+    /// renderer with its own copy updates it from this list. Returns `None` unless the world stores bricks on the
+    /// CPU. After a [rebuild](crate::EditReport::rebuilt), everything is new.
     pub fn take_brick_changes(&mut self) -> Option<BrickChanges> {
         match &mut self.storage {
             Storage::Cpu(Volume::Bricks(bricks)) => Some(bricks.take_changes()),
@@ -221,10 +223,10 @@ impl World {
         }
     }
 
-    /// [`World::specialize`] as a future.
+    /// Compiles shaders for this scene, as a future: see [`World::specialize`].
     ///
     /// # Errors
-    /// As there.
+    /// If the device does not accept the shaders.
     pub async fn specialize_async(&mut self) -> Result<(), BuildError> {
         self.flush_async().await?;
         if let Some(gpu) = &self.gpu {
@@ -234,50 +236,50 @@ impl World {
         Ok(())
     }
 
-    /// Another program is to be put together when it is asked for.
+    /// Drops the program. It is put together again when it is needed.
     fn forget_program(&mut self) {
         self.program = OnceLock::new();
         self.query_count = AtomicU32::new(0);
     }
 
-    /// The program, with what is made of it for queries.
+    /// Returns the program, with what queries derive from it.
     fn lowered(&self) -> &ProgramCache {
         ProgramCache::of(&self.program, &self.edits)
     }
 
-    /// The program as edits are followed, if they are.
+    /// Returns the incremental program, if edits have been applied.
     pub(crate) fn live_program(&self) -> Option<&IncrementalProgram> {
         self.edits.program()
     }
 
-    /// The tables that hold of all of the scene: its materials, how steep it is. They have no list.
+    /// Returns what holds for the whole scene, such as materials and bounds. Its list of instructions may be empty.
     pub(crate) fn tables(&self) -> &Program {
         self.edits.tables().unwrap_or_else(|| self.program())
     }
 
-    /// What can matter near a point, of a program that is neither short nor very long.
+    /// Returns the tree of pruned programs, for a program that is neither short nor very long.
     pub(crate) fn list_tree(&self) -> Option<&ProgramTree> {
         self.lowered().list_tree(self.view_bounds)
     }
 
-    /// Whether few questions were asked since the last edit: then lists that follow edits cost less than to make others.
+    /// Counts a query. Returns whether there were few since the last edit.
     pub(crate) fn has_few_queries(&self) -> bool {
         self.query_count.fetch_add(1, Ordering::Relaxed) < FEW_QUERIES
     }
 
-    /// What is near where in the program, of one with many pieces.
+    /// Returns the index over operands, for a program of many pieces.
     pub(crate) fn operand_index(&self) -> Option<&OperandIndex> {
         self.lowered().operand_index(self.view_bounds)
     }
 
-    /// The program that the scene was lowered to.
+    /// Returns the program that the scene was lowered to.
     pub fn program(&self) -> &Program {
-        // While edits are followed in place, it is put together when it is asked for.
+        // / While edits apply in place, the program is put together when it is asked for.
         &self.lowered().program
     }
 
-    /// Bytes that the way in which the world is kept takes: a volume's texels and tables; of a field the program's
-    /// tables, on the GPU too where there is one.
+    /// Returns the bytes that the representation holds: samples and tables of a volume, or the program's tables,
+    /// including those on the GPU.
     pub fn memory_bytes(&self) -> u64 {
         match &self.storage {
             Storage::Field => {
@@ -293,35 +295,35 @@ impl World {
         }
     }
 
-    /// Lets long work of the world (what [`World::apply`] builds anew, meshes, pictures on the CPU) be told of and stopped by another
-    /// control from now on: one that is cancelled stays so.
+    /// Replaces the [`Control`] that long work of this world reports to: rebuilds, meshes, and images on the CPU. A
+    /// canceled control stays canceled.
     pub fn set_control(&mut self, control: &Control) {
         self.engine = self.engine.with_control(control);
     }
 
-    /// The engine that built the world.
+    /// Returns the engine that built the world.
     pub fn engine(&self) -> &Engine {
         &self.engine
     }
 
-    /// The box that the scene is looked at in.
+    /// Returns the box that the scene is viewed in.
     pub fn view_bounds(&self) -> Aabb {
         self.view_bounds
     }
 
-    /// The signed distance at a point, negative inside.
+    /// Returns the signed distance at a point, in the scene's unit, negative inside. It comes from the exact field.
     pub fn distance(&self, point: [f32; 3]) -> f32 {
         self.program().distance(point.into())
     }
 
-    /// The distance and its gradient at a point.
+    /// Returns the distance and its gradient at a point, from the exact field.
     pub fn gradient(&self, point: [f32; 3]) -> (f32, [f32; 3]) {
         let (d, g) = self.program().gradient(point.into());
         (d, g.to_array())
     }
 
-    /// The field's distances at a grid's points, x fastest, on rayon's current threads: exact everywhere, not cut off at a band, and
-    /// each evaluated by the brushes that can matter near it.
+    /// Samples the exact field at a grid's points into `out`, x fastest, on rayon's current threads. Distances are
+    /// exact everywhere, and each point evaluates only the brushes near it.
     ///
     /// ```
     /// use argil::prelude::*;
@@ -349,7 +351,7 @@ impl World {
         Ok(())
     }
 
-    /// An interval that holds the distances of all points of a box.
+    /// Returns an interval that contains the distances of all points in a box.
     pub fn bounds(&self, min: [f32; 3], max: [f32; 3]) -> Interval {
         self.program().bounds(Aabb::new(min.into(), max.into()))
     }

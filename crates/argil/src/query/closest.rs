@@ -1,18 +1,18 @@
-//! The nearest point of the surface.
+//! Finds the closest point of the surface.
 
 use super::{ClosestPoint, MAX_BOXES, Query};
 use argil_math::Aabb;
 use glam::Vec3;
 
 impl Query<'_> {
-    /// The nearest point of the surface, or the best that is found among [`MAX_BOXES`] boxes, and which of the two it is;
-    /// nothing where none is found within `most`.
+    /// Returns the closest point of the surface within `max_distance`, or the best one found in [`MAX_BOXES`]
+    /// boxes: [`ClosestPoint::is_nearest`] tells which. Returns `None` if there is none.
     pub fn closest_point(&self, point: [f32; 3], most: f32) -> Option<ClosestPoint> {
         self.closest_point_among(point, most, MAX_BOXES)
     }
 
-    /// The same among so many boxes, for who has little time: where brushes are twisted or blended a box takes up to some 10 µs, and
-    /// a few hundred of them find a point that is near enough to step out of a wall.
+    /// Finds the closest point within a budget of boxes. A box costs up to 10 µs where brushes are twisted or
+    /// blended. A few hundred boxes find a point that is good enough to push a character out of a wall.
     ///
     /// ```
     /// use argil::prelude::*;
@@ -36,7 +36,8 @@ impl Query<'_> {
         let mut probe = self.probe();
         let d = self.sample(&mut probe, p).0;
         let lipschitz = self.tables().lipschitz();
-        // The surface is not in the ball that is free; how far it is at most a walk tells, or the search goes to `most`.
+        // / The surface lies outside the free sphere. A projection finds an upper bound, or the search extends to
+        // the maximum.
         let free = d.abs() / lipschitz;
         let mut best = self
             .project_to_surface(&mut probe, p)
@@ -44,7 +45,7 @@ impl Query<'_> {
         let mut reach = best.map_or(most, |q| q.distance(p));
         let bounds = self.tables().aabb().grown(self.epsilon);
         if best.is_none() {
-            // No farther than what there is.
+            // / No farther than the scene extends.
             let farthest = bounds.corners().map(|c| c.distance(p));
             reach = reach.min(farthest.into_iter().fold(0.0, f32::max));
         }
@@ -58,7 +59,7 @@ impl Query<'_> {
         if !reach.is_finite() || reach <= free || bounds.is_empty() {
             return found(best, reach.is_finite());
         }
-        // The nearest boxes first.
+        // / Nearest boxes first.
         let whole = Aabb::new(p - reach, p + reach);
         let mut open = std::collections::BinaryHeap::new();
         open.push(OpenBox(0.0, whole));
@@ -101,7 +102,7 @@ impl Query<'_> {
         found(best, is_nearest)
     }
 
-    /// [`Query::closest_point`] of many points, on rayon's threads.
+    /// Finds the closest points of many points, on rayon's threads: see [`Query::closest_point`].
     pub fn closest_points(&self, points: &[[f32; 3]], most: f32) -> Vec<Option<ClosestPoint>> {
         use rayon::prelude::*;
         points
@@ -111,7 +112,7 @@ impl Query<'_> {
     }
 }
 
-/// A box to be looked at, by how near it is.
+/// A box to examine, ordered by its distance.
 struct OpenBox(f32, Aabb);
 
 impl PartialEq for OpenBox {
@@ -130,7 +131,7 @@ impl PartialOrd for OpenBox {
 
 impl Ord for OpenBox {
     fn cmp(&self, other: &Self) -> std::cmp::Ordering {
-        // The nearest is the greatest.
+        // / The heap returns the greatest first, which must be the nearest.
         other.0.total_cmp(&self.0)
     }
 }

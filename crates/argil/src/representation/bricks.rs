@@ -1,4 +1,4 @@
-//! Kept as sparse bricks.
+//! Options of sparse bricks.
 
 use super::options::{BuildContext, BuildTimings, RepresentationOptions, Storage, checked};
 use crate::BuildError;
@@ -7,16 +7,23 @@ use argil_gpu::GpuVolume;
 use argil_render::RenderMode;
 use argil_volume::{BrickLayout, BrickSettings, Bricks, Volume, VoxelGrid};
 
-/// Sparse bricks to be built.
+/// Options of sparse bricks.
+///
+/// ```
+/// use argil::BricksOptions;
+/// let options = BricksOptions { voxel_size: Some(0.01), ..BricksOptions::default() };
+/// assert_eq!(BricksOptions::from(512).resolution, 512);
+/// # let _ = options;
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BricksOptions {
-    /// Voxels along the longest side.
+    /// Voxels along the longest side of the scene's box.
     pub resolution: u32,
-    /// The edge of a voxel in the scene's unit, in place of that.
+    /// Edge of a voxel in the scene's unit, instead of `resolution`.
     pub voxel_size: Option<f32>,
-    /// Bricks and encoding.
+    /// Brick size and encoding.
     pub settings: BrickSettings,
-    /// Bytes that bricks and tables may take; as much as there is without it.
+    /// Maximum bytes of bricks and tables. `None` allows what is free.
     pub memory_budget: Option<u64>,
 }
 
@@ -34,7 +41,7 @@ impl Default for BricksOptions {
 impl RepresentationOptions for BricksOptions {
     const NAME: &'static str = "bricks";
     const DESCRIPTION: &'static str = "Sparse bricks of distances: the product's own structure";
-    /// Voxels are counted from anywhere.
+    /// Voxels are counted from the world's origin, so the grid can grow.
     const IS_UNBOUNDED: bool = true;
 
     fn with_resolution(resolution: u32) -> Self {

@@ -1,4 +1,4 @@
-//! Kept as a dense volume.
+//! Options of dense volumes.
 
 use super::options::{BuildContext, BuildTimings, RepresentationOptions, Storage, checked};
 use crate::BuildError;
@@ -7,16 +7,16 @@ use argil_gpu::{DenseFill, GpuVolume};
 use argil_volume::{Dense, Encoding, Volume, VoxelGrid};
 use web_time::Instant;
 
-/// A dense volume to be built.
+/// Options of a dense volume.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DenseOptions {
-    /// Voxels along the longest side.
+    /// Voxels along the longest side of the scene's box.
     pub resolution: u32,
-    /// How distances are stored.
+    /// Format and band of samples.
     pub encoding: Encoding,
-    /// Whether levels of detail are built whose band doubles.
+    /// Whether to build mips, whose band doubles with each level.
     pub mips: bool,
-    /// How a GPU fills it.
+    /// How a GPU fills the texture.
     pub fill: DenseFill,
 }
 

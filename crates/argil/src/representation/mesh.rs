@@ -1,4 +1,4 @@
-//! Kept as triangles.
+//! Options of meshes to render.
 
 use super::mesh_storage::{MeshStorage, StoredTriangles, triangles};
 use super::options::{BuildContext, BuildTimings, RepresentationOptions, Storage};
@@ -8,14 +8,15 @@ use argil_gpu::{GpuMesh, SurfaceNormals};
 use argil_mesh::project_to_field;
 use argil_volume::{Volume, VoxelGrid};
 
-/// Triangles to be drawn.
+/// Options of a mesh that is rendered. To export a mesh, use [`World::mesh`](crate::World::mesh).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MeshRenderOptions {
-    /// Voxels along the longest side.
+    /// Voxels along the longest side of the scene's box.
     pub resolution: u32,
-    /// How triangles are found.
+    /// The algorithm that extracts triangles.
     pub method: MeshMethod,
-    /// Whether each has its own normal, the 2023 study's true ones; else corners have the exact field's.
+    /// Whether each triangle is shaded with its own normal, the 2023 study's true normal. Otherwise, vertices have
+    /// the exact field's normals.
     pub flat: bool,
 }
 

@@ -1,11 +1,11 @@
-//! Triangles on either device.
+//! Triangles of a world, on either device.
 
 use argil_gpu::GpuMesh;
 use argil_mesh::Mesh;
 use argil_render::Triangles;
 use argil_volume::VoxelGrid;
 
-/// Triangles, and where their voxels lay.
+/// Triangles, and the voxel grid that they came from.
 #[derive(Debug)]
 pub(crate) struct MeshStorage {
     pub mesh: StoredTriangles,
@@ -19,7 +19,7 @@ pub(crate) enum StoredTriangles {
     Gpu(Box<GpuMesh>),
 }
 
-/// A mesh as it is drawn.
+/// Borrows a mesh in the form that is rendered.
 pub(crate) fn triangles(mesh: &Mesh) -> Triangles<'_> {
     Triangles {
         positions: &mesh.positions,

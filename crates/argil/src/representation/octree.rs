@@ -1,4 +1,4 @@
-//! Kept as an octree of bricks.
+//! Options of octrees.
 
 use super::options::{BuildContext, BuildTimings, RepresentationOptions, Storage, checked};
 use crate::BuildError;
@@ -7,14 +7,14 @@ use argil_gpu::{BrickOrdering, GpuVolume};
 use argil_render::RenderMode;
 use argil_volume::{Dense, Octree, OctreeLayout, OctreeSettings, Volume, VoxelGrid};
 
-/// An octree to be built.
+/// Options of an octree.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OctreeOptions {
-    /// Voxels along the longest side.
+    /// Voxels along the longest side of the scene's box.
     pub resolution: u32,
-    /// Bricks, levels, encoding.
+    /// Brick size, depth and encoding.
     pub settings: OctreeSettings,
-    /// How a GPU puts bricks in order.
+    /// How a GPU orders bricks.
     pub order: BrickOrdering,
 }
 
@@ -54,7 +54,7 @@ impl RepresentationOptions for OctreeOptions {
         };
         let lattice = octree.layout().voxel_grid;
         let settings = octree.settings();
-        // As deep as the box asked for: of a larger one that may be deeper.
+        // / The requested depth, because a larger box may allow a deeper tree.
         let free = OctreeSettings {
             depth: None,
             ..settings

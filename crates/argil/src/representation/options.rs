@@ -1,4 +1,4 @@
-//! What each representation's options say, and what comes of a build.
+//! The trait that each representation's options implement, and the result of a build.
 
 use super::mesh_storage::MeshStorage;
 use super::voxel_grid::voxel_grid_of;
@@ -9,56 +9,56 @@ use argil_render::RenderMode;
 use argil_scene::Scene;
 use argil_volume::{Encoding, Volume, VoxelGrid};
 
-/// Where a representation is built: what for, and on which device.
+/// What a representation is built from, and on which device.
 pub(crate) struct BuildContext<'a> {
     pub engine: &'a Engine,
-    /// The field on a GPU, if the engine has one.
+    /// The program on a GPU, if the engine has one.
     pub field: Option<&'a GpuProgram>,
     pub scene: &'a Scene,
     pub program: &'a Program,
 }
 
-/// The options of a representation: what it is called, how it lies, and how it is built on either device.
+/// Options of a representation: its name, and how to build it on either device.
 pub(crate) trait RepresentationOptions: Copy + Default {
-    /// In a word, as the command says it.
+    /// The name that the command line uses.
     const NAME: &'static str;
-    /// What it is, in a line.
+    /// A description in one line.
     const DESCRIPTION: &'static str;
-    /// Whether voxels are counted from elsewhere than the box's corner, so that the box can grow.
+    /// Whether voxels are counted from the world's origin, so that the grid can grow.
     const IS_UNBOUNDED: bool = false;
 
-    /// With so many voxels along the longest side.
+    /// Creates options with a number of voxels along the longest side.
     fn with_resolution(resolution: u32) -> Self;
 
-    /// Voxels along the longest side.
+    /// Returns the voxels along the longest side.
     fn resolution(&self) -> u32;
 
-    /// The edge of a voxel in the scene's unit, in place of that.
+    /// Returns the edge of a voxel in the scene's unit, if it replaces the resolution.
     fn voxel_size(&self) -> Option<f32> {
         None
     }
 
-    /// Bytes that it may take.
+    /// Returns the memory budget in bytes.
     fn memory_budget(&self) -> Option<u64> {
         None
     }
 
-    /// Whether there is something to be seen of what pictures show only of some.
+    /// Whether a render mode works with this representation.
     fn supports_mode(&self, _show: RenderMode) -> bool {
         false
     }
 
-    /// As a volume was built, if it is of this kind.
+    /// Returns the options that a volume was built with, if it is of this kind.
     fn of(volume: &Volume) -> Option<Self>;
 
-    /// Builds it.
+    /// Builds the representation on a voxel grid.
     async fn build(
         &self,
         site: &BuildContext<'_>,
         lattice: VoxelGrid,
     ) -> Result<(Storage, BuildTimings), BuildError>;
 
-    /// Builds it on a lattice, or on the scene's own.
+    /// Builds the representation on a given voxel grid, or on the scene's own.
     async fn build_on(
         &self,
         site: &BuildContext<'_>,
@@ -78,12 +78,13 @@ pub(crate) trait RepresentationOptions: Copy + Default {
     }
 }
 
-/// What a build took.
+/// Timings of a build.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct BuildTimings {
-    /// In all: on a GPU by its time stamps, compiling apart; on the CPU, or a GPU in software, by the clock.
+    /// Total duration in milliseconds: from the GPU's timestamps, without compilation, or from the clock on the CPU
+    /// and on software GPUs.
     pub duration_ms: f64,
-    /// By stage.
+    /// Name and duration of each stage in milliseconds.
     pub stages_ms: Vec<(&'static str, f64)>,
 }
 
@@ -96,7 +97,7 @@ impl BuildTimings {
     }
 }
 
-/// Where the distances are.
+/// What a world stores.
 #[derive(Debug)]
 pub(crate) enum Storage {
     Field,
@@ -106,7 +107,7 @@ pub(crate) enum Storage {
 }
 
 impl Storage {
-    /// Where voxels lie, or lay.
+    /// Returns the voxel grid that the storage has or came from.
     pub(crate) fn voxel_grid(&self) -> Option<VoxelGrid> {
         match self {
             Self::Field => None,

@@ -1,4 +1,4 @@
-//! Where the voxels of a scene's volume lie.
+//! Chooses the voxel grid of a scene's volume.
 
 use crate::BuildError;
 use argil_field::Program;
@@ -7,7 +7,7 @@ use argil_scene::Scene;
 use argil_volume::{MAX_SPARSE_RESOLUTION, VoxelGrid};
 use glam::Vec3;
 
-/// The lattice of a scene's volume: of so many voxels, or of sparse ones of a size.
+/// Returns the voxel grid of a scene, from a resolution or a voxel size.
 pub(crate) fn voxel_grid_of(
     scene: &Scene,
     program: &Program,
@@ -22,10 +22,10 @@ pub(crate) fn voxel_grid_of(
     })
 }
 
-/// Times at which it is looked how far an animated scene reaches.
+/// Number of times at which an animated scene's box is measured.
 const PROBE_COUNT: u16 = 16;
 
-/// The box of the solid; of a scene that moves, of what it is at times of equal distance.
+/// Returns the box of the solid. For an animated scene, it is the union of boxes at equally spaced times.
 pub(crate) fn sampled_box(scene: &Scene, program: &Program) -> Aabb {
     let Some(duration) = scene.duration() else {
         return program.aabb();
@@ -33,19 +33,19 @@ pub(crate) fn sampled_box(scene: &Scene, program: &Program) -> Aabb {
     let mut moved = scene.clone();
     let boxes = (0..=PROBE_COUNT).filter_map(|look| {
         moved.set_time(duration * f32::from(look) / f32::from(PROBE_COUNT));
-        // What cannot be lowered then is told when it is to be drawn.
+        // / A scene that cannot be lowered at that time is reported when it is rendered.
         Program::lower(&moved).ok().map(|program| program.aabb())
     });
     boxes.fold(program.aabb(), |all, own| all.union(own))
 }
 
-/// The frame that a scene is looked at in.
+/// Returns the bounds of the scene's view.
 fn frame_of(scene: &Scene) -> Option<Aabb> {
     let frame = scene.view.bounds;
     frame.map(|[min, max]| Aabb::new(min.into(), max.into()))
 }
 
-/// The same voxels over a box that holds a scene, found anew.
+/// Returns a grid with the same voxels over the scene's current box.
 pub(crate) fn recomputed_grid(
     lattice: &VoxelGrid,
     scene: &Scene,
@@ -55,7 +55,7 @@ pub(crate) fn recomputed_grid(
     Ok(found.map_err(argil_volume::BricksError::from)?)
 }
 
-/// The same voxels over a box that holds a scene that was edited: the old one if that does.
+/// Returns a grid with the same voxels that contains an edited scene: the old one, if it does.
 pub(crate) fn updated_grid(
     lattice: &VoxelGrid,
     scene: &Scene,
@@ -69,7 +69,7 @@ pub(crate) fn updated_grid(
     recomputed_grid(lattice, scene, program)
 }
 
-/// The view's frame, else the solid's box where it is finite, else what is finite of it.
+/// Returns the view's bounds, or the solid's box if it is finite, or its finite part.
 pub(crate) fn view_bounds_of(scene: &Scene, program: &Program) -> Aabb {
     if let Some([min, max]) = scene.view.bounds {
         return Aabb::new(min.into(), max.into());

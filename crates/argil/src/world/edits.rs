@@ -1,4 +1,4 @@
-//! How a world follows its scene.
+//! Updates a world after its scene's edits.
 
 use super::World;
 use crate::edit_session::{EditSession, EditableVolume, UpdateResult};
@@ -16,7 +16,7 @@ use std::sync::OnceLock;
 use web_time::Instant;
 
 impl World {
-    /// Follow a scene from now on, whose changes are all known.
+    /// Starts to track a scene whose changes are all applied.
     pub(crate) fn begin_following(&mut self, scene: &Scene) {
         self.edits = EditSession::of(scene);
         let edits = match &self.storage {
@@ -30,18 +30,18 @@ impl World {
         }
     }
 
-    /// [`World::apply`] as a future; see [`Build::with_representation_async`](crate::Build::with_representation_async).
+    /// Updates the world after its scene was edited, as a future: see [`World::apply`].
     ///
     /// # Errors
-    /// As there.
+    /// If the scene cannot be lowered, or the result exceeds the memory budget.
     pub async fn apply_async(&mut self, scene: &Scene) -> Result<EditReport, BuildError> {
         self.follow(scene, None).await
     }
 
-    /// [`World::apply_within`] as a future.
+    /// Updates the world within a time budget, as a future: see [`World::apply_within`].
     ///
     /// # Errors
-    /// As there.
+    /// If the scene cannot be lowered, or the result exceeds the memory budget.
     pub async fn apply_within_async(
         &mut self,
         scene: &Scene,
@@ -64,7 +64,7 @@ impl World {
             let machine = (&self.engine, self.representation.memory_budget());
             let before = self.program.get().map(|lowered| &lowered.program);
             let followed = self.edits.update(scene, kept, before, machine, pace).await;
-            // The field on a GPU has the parameters of what was followed, even where the volume could not be.
+            // / The program on the GPU already has the new parameters, even if the volume cannot follow.
             if self.gpu.is_some() && self.edits.tables().is_some() {
                 self.forget_program();
             }
@@ -119,10 +119,10 @@ impl World {
         })
     }
 
-    /// [`World::flush`] as a future.
+    /// Finishes earlier edits, as a future: see [`World::flush`].
     ///
     /// # Errors
-    /// As there.
+    /// If the result exceeds the memory budget, or the device fails.
     pub async fn flush_async(&mut self) -> Result<EditStats, BuildError> {
         let Some(kept) = EditableVolume::of(&mut self.storage, self.gpu.as_mut()) else {
             return Ok(self.edits.take_stats());
@@ -134,10 +134,10 @@ impl World {
         Ok(edit)
     }
 
-    /// [`World::shrink_to_fit`] as a future.
+    /// Frees unused memory on a GPU, as a future: see [`World::shrink_to_fit`].
     ///
     /// # Errors
-    /// As there.
+    /// If the device fails.
     pub async fn shrink_to_fit_async(&mut self) -> Result<(), BuildError> {
         if let (Storage::Gpu(volume), Some(field)) = (&mut self.storage, &self.gpu) {
             volume.trim(field).await?;
@@ -145,9 +145,9 @@ impl World {
         Ok(())
     }
 
-    /// Call `listener` whenever edits are done, with the boxes outside of which no distance near a surface changed: the
-    /// box of everything where all was made again. It is called by the thread that applies edits, after they were applied;
-    /// of a GPU, after they were submitted.
+    /// Calls `listener` whenever edits are finished, with boxes outside which no distance near a surface changed.
+    /// After a rebuild, it is the box of everything. The thread that applies edits makes the call. On a GPU, the
+    /// call comes after the work is submitted.
     pub fn subscribe(
         &mut self,
         listener: impl FnMut(&[Aabb]) + Send + Sync + 'static,
@@ -155,28 +155,28 @@ impl World {
         self.observers.add(Box::new(listener))
     }
 
-    /// Call a listener no more; whether it was there.
+    /// Ends a subscription. Returns whether there was one.
     pub fn unsubscribe(&mut self, listener: SubscriptionId) -> bool {
         self.observers.remove(listener)
     }
 
-    /// [`World::diff_from_rebuild`] as a future.
+    /// Counts differing cells, as a future: see [`World::diff_from_rebuild`].
     ///
     /// # Errors
-    /// As there.
+    /// If the scene cannot be baked.
     pub async fn diff_from_rebuild_async(&self) -> Result<Option<u64>, BuildError> {
         let volume = self.volume_async().await?;
         let Some(Volume::Bricks(bricks)) = volume.as_deref() else {
             return Ok(None);
         };
         let program = Program::lower(&self.scene)?;
-        // The world's own field follows edits, with tables in another order.
+        // / The world's own program has its tables in another order after edits.
         let field = match &self.gpu {
             Some(own) => Some(GpuProgram::new(own.gpu().clone(), &program, false)?),
             None => None,
         };
         let field = field.as_ref();
-        // The box is found anew: what an edit has put outside of the old one must be there.
+        // / The box is computed again, because it must contain what edits put outside the old one.
         let lattice = match self.storage.voxel_grid() {
             Some(lattice) => Some(recomputed_grid(&lattice, &self.scene, &program)?),
             None => None,
