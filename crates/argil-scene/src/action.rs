@@ -1,31 +1,31 @@
-//! What is done to a scene, as values: edits, whole groups that are put in, words on the history.
+//! Changes of a scene as values: edits, inserted trees, undo and redo.
 //!
-//! *Practice.* A program that edits one scene and follows it elsewhere, as an editor with a renderer beside it, sends actions: done on
-//! equal scenes in the same order, they give equal scenes, with the same ids of nodes. [`Scene::action_line`] writes one for a
-//! [journal](crate::Journal) or another machine.
+//! *Practice.* A program that edits one scene and mirrors it elsewhere, such as an editor with a render thread,
+//! sends actions. Equal scenes that perform the same actions in the same order stay equal, and give nodes the same
+//! ids. [`Scene::action_line`] writes an action for a [journal](crate::Journal) or another machine.
 
 use crate::{Edit, EditError, EditOutcome, NodeDesc, NodeId, NodeKind, NodeTree, Scene};
 use std::collections::BTreeMap;
 
-/// Why a line of a log was refused. The scene is as it was.
+/// The reason why a line of an edit log was refused. The scene stays unchanged.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum LogError {
-    /// It is not one of the lines that there are.
+    /// The line is not a valid log line.
     #[error("{}", reason(.0))]
     Line(serde_json::Error),
-    /// It names a node that is not there.
+    /// The line names a node that does not exist.
     #[error("the scene has no {0}")]
     NoSuchPath(String),
-    /// The edit cannot be done.
+    /// The edit was refused.
     #[error(transparent)]
     Edit(#[from] EditError),
-    /// A replaced group would have other contents.
+    /// The line replaces a group and changes its contents.
     #[error(
         "\"brushes\": a group that is replaced keeps what it holds: leave them out, or remove it and insert another"
     )]
     Inner,
-    /// Whoever asked for it has refused it.
+    /// The caller's own check refused it.
     #[error(transparent)]
     Refused(Box<dyn std::error::Error + Send + Sync>),
     /// There is nothing to undo.
@@ -42,7 +42,7 @@ impl From<serde_json::Error> for LogError {
     }
 }
 
-/// serde's message with the column, where that is known: of what is read by its tag it is not. The line is always 1.
+/// Returns serde's message with the column, where serde knows it. The line is always 1.
 fn reason(error: &serde_json::Error) -> String {
     let text = error.to_string();
     let reason = text.split(" at line ").next().unwrap_or(&text);
@@ -52,19 +52,19 @@ fn reason(error: &serde_json::Error) -> String {
     }
 }
 
-/// Something that is done to a scene.
+/// A change of a scene.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Action {
-    /// An edit.
+    /// An edit of one node.
     Edit(Edit),
-    /// Put a brush, or a group with all that it holds, into a group as one step.
+    /// Inserts a brush, or a group with its contents, as one undo step.
     InsertTree {
-        /// The group.
+        /// The group to insert into.
         parent: NodeId,
-        /// Where in the group, from 0 to its length.
+        /// Index in the group, from 0 to its length.
         index: usize,
-        /// What to put there.
+        /// The tree to insert.
         tree: NodeTree,
     },
     /// See [`Scene::rename_meshes`].
@@ -80,12 +80,12 @@ pub enum Action {
 }
 
 impl Action {
-    /// Whether it is an edit, and not a word on the history or on files.
+    /// Whether this is an edit, and not undo, redo, a stroke or a renaming of meshes.
     pub fn is_edit(&self) -> bool {
         matches!(self, Self::Edit(_) | Self::InsertTree { .. })
     }
 
-    /// The entries that it puts into the scene.
+    /// Iterates over the descriptions that this action inserts.
     pub fn entries(&self) -> impl Iterator<Item = &NodeDesc> {
         let (one, tree) = match self {
             Self::Edit(Edit::Insert { entry, .. } | Edit::Replace { entry, .. }) => {
@@ -99,7 +99,7 @@ impl Action {
     }
 }
 
-/// Refuse to put something into a brush.
+/// Refuses brushes that have children.
 fn check_group(tree: &NodeTree) -> Result<(), EditError> {
     match tree.desc.kind {
         NodeKind::Shape(_) if !tree.children.is_empty() => Err(EditError::BrushWithChildren),
@@ -108,7 +108,7 @@ fn check_group(tree: &NodeTree) -> Result<(), EditError> {
 }
 
 impl Scene {
-    /// A node with all that it holds.
+    /// Copies a node and everything in it.
     ///
     /// # Panics
     /// If `node` is not in the scene.
@@ -117,7 +117,7 @@ impl Scene {
             desc: self.node(node).desc().clone(),
             children: Vec::new(),
         };
-        // Those that are not whole yet, the innermost last, with the children that they lack, the next last.
+        // / Incomplete copies, innermost last, each with the children that are still missing, next one last.
         let lacking = |node: NodeId| self.node(node).children().iter().rev().copied().collect();
         let mut open: Vec<(NodeTree, Vec<NodeId>)> = vec![(alone(node), lacking(node))];
         loop {
@@ -133,10 +133,10 @@ impl Scene {
         }
     }
 
-    /// Do an action; what that did, of one that changes something.
+    /// Performs an action. Returns what it changed, or `None` if it changes no geometry.
     ///
     /// # Errors
-    /// If it cannot be done. Nothing is changed then.
+    /// If the action is refused. The scene stays unchanged.
     pub fn perform(&mut self, action: &Action) -> Result<Option<EditOutcome>, LogError> {
         match action {
             Action::Edit(edit) => Ok(Some(self.apply(edit.clone())?)),
@@ -162,11 +162,11 @@ impl Scene {
         }
     }
 
-    /// [`Scene::perform`], unless a check of the scene as it then is refuses it; the check is told the node that was made or
-    /// changed. Only edits are checked: what undo and redo bring back was there before.
+    /// Performs an action, unless a check of the resulting scene refuses it. The check receives the node that was
+    /// created or changed. Undo and redo are not checked, because they restore earlier states.
     ///
     /// # Errors
-    /// As there, or what the check says. Nothing is changed then: neither the scene nor what can be undone and redone.
+    /// If the action or the check refuses it. The scene and its history stay unchanged.
     pub fn perform_checked<E: std::error::Error + Send + Sync + 'static>(
         &mut self,
         action: &Action,
@@ -187,7 +187,7 @@ impl Scene {
         checked.and(done)
     }
 
-    /// Insert a brush, or a group with all that it holds as one step.
+    /// Inserts a brush, or a group with its contents, as one undo step.
     pub(crate) fn insert_tree(
         &mut self,
         parent: NodeId,
@@ -199,7 +199,7 @@ impl Scene {
             index,
             entry: tree.desc.clone(),
         };
-        // Whether all of it can be done is known before any of it is.
+        // / Check everything before changing anything.
         let mut open = vec![tree];
         while let Some(own) = open.pop() {
             check_group(own)?;
@@ -220,7 +220,7 @@ impl Scene {
         made
     }
 
-    /// Insert a group, and then what it holds.
+    /// Inserts a group, and then its contents.
     fn insert_each(&mut self, group: Edit, inner: &[NodeTree]) -> Result<EditOutcome, EditError> {
         let made = self.apply(group)?;
         let mut all = made;

@@ -1,10 +1,10 @@
-//! A scene at a time.
+//! Evaluates a scene's keyframes.
 
 use crate::keyframe::{at, mix, mix_turns, rotation};
 use crate::{Modifier, NodeDesc, NodeId, Scene};
 
 impl NodeDesc {
-    /// The entry as it acts at a time in seconds.
+    /// Returns the description with its keyframed values at a time in seconds.
     pub(crate) fn evaluated_at(&self, time: f32) -> Self {
         let mut posed = self.clone();
         let keys = std::mem::take(&mut posed.keyframes);
@@ -29,12 +29,12 @@ impl NodeDesc {
 }
 
 impl Scene {
-    /// The time in seconds that the scene stands at: 0 until it is set.
+    /// Returns the scene's current time in seconds, initially 0.
     pub fn time(&self) -> f32 {
         self.time
     }
 
-    /// The last keyframe's time in seconds; `None` of a scene in which nothing moves.
+    /// Returns the time of the last keyframe in seconds, or `None` if nothing is animated.
     pub fn duration(&self) -> Option<f32> {
         self.iter()
             .filter_map(|id| self.node(id).desc.keyframes.last())
@@ -42,7 +42,7 @@ impl Scene {
             .reduce(f32::max)
     }
 
-    /// The scene as it stands, without keyframes.
+    /// Returns a copy of the scene at its current time, without keyframes.
     pub fn baked_at_current_time(&self) -> Self {
         let mut frozen = self.clone();
         for i in 0..frozen.nodes.len() {
@@ -56,8 +56,8 @@ impl Scene {
         frozen
     }
 
-    /// Let everything with keyframes stand as at a time. What moves becomes a [change](crate::SceneChange) each; it is no step of
-    /// the history. A time that is not finite is 0.
+    /// Sets the scene's time in seconds. Each node that moves becomes a [change](crate::SceneChange), but no undo
+    /// step. A time that is not finite counts as 0.
     pub fn set_time(&mut self, time: f32) {
         self.time = if time.is_finite() { time } else { 0.0 };
         let moving: Vec<NodeId> = self

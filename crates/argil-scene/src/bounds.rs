@@ -1,4 +1,4 @@
-//! Boxes around brushes and groups, from the leaves up.
+//! Bounds of brushes and groups, from the leaves up.
 
 use crate::modifier::{FEW_COPIES, NOISE_LIPSCHITZ, half_angle_about_y, neighbor_copies};
 use crate::{Exactness, Modifier, NodeId, NodeKind, OperatorKind, Scene, Shape, twist_stretch};
@@ -6,19 +6,20 @@ use argil_math::Aabb;
 use glam::{Vec2, Vec3};
 use rustc_hash::FxHashMap;
 
-/// What is known of a distance without evaluating it, in the frame of whoever holds it.
+/// Facts about a distance that are known without evaluating it, in a frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Extent {
-    /// A box around the solid.
+    /// A box that contains the solid.
     pub aabb: Aabb,
-    /// A factor u ≥ 1: at a point, the distance is at least that to the box divided by u.
+    /// A factor u ≥ 1. At any point, the distance is at least the distance to the box divided by u.
     pub lipschitz_inverse: f32,
-    /// By how much the distance outside can fall short of the Euclidean one; infinite where nothing is known.
+    /// The largest amount by which the distance outside underestimates the Euclidean distance. Infinite if it is
+    /// unknown.
     pub max_underestimate: f32,
 }
 
 impl Extent {
-    /// Of nothing.
+    /// The extent of an empty solid.
     pub const EMPTY: Self = Self {
         aabb: Aabb::EMPTY,
         lipschitz_inverse: 1.0,
@@ -38,12 +39,12 @@ impl Extent {
         }
     }
 
-    /// What holds of it in the frame of whoever holds what has these modifiers.
+    /// Returns the extent after a list of modifiers.
     pub fn under(self, modifiers: &[Modifier]) -> Self {
         modifiers.iter().fold(self, |all, m| all.modified(m))
     }
 
-    /// A surface moved outwards by at most `by`.
+    /// Returns the extent of a surface that moved outward by at most `by`.
     fn offset(self, by: f32) -> Self {
         Self {
             aabb: self.aabb.grown(self.lipschitz_inverse * by),
@@ -51,7 +52,7 @@ impl Extent {
         }
     }
 
-    /// After one modifier.
+    /// Returns the extent after one modifier.
     pub(crate) fn modified(self, modifier: &Modifier) -> Self {
         if self.aabb.is_empty() {
             return self;
@@ -78,7 +79,7 @@ impl Extent {
                 ..self
             },
             Modifier::Stretch { by } => {
-                // The box is stretched by the greatest factor at most, the distance by the least.
+                // / The box grows by the largest factor, and the distance only by the smallest.
                 let (least, most) = (modifier.scale(), Vec3::from(by).max_element());
                 Self {
                     aabb: region_after(modifier, self.aabb, self.aabb),
@@ -106,11 +107,11 @@ impl Extent {
     }
 }
 
-/// The factor by which a modifier's distance must shrink to keep the Lipschitz constant of what it modifies, given
-/// the box of that.
+/// Returns the factor by which a modifier's distance must shrink to keep the Lipschitz constant of its content,
+/// given the content's box.
 pub(crate) fn stretch(modifier: &Modifier, content: Aabb) -> f32 {
     match *modifier {
-        // Each octave halves the amplitude and doubles the frequency: the same slope again.
+        // / Each octave halves the amplitude and doubles the frequency, so it adds the same slope.
         Modifier::Displace {
             amplitude,
             frequency,
@@ -123,8 +124,8 @@ pub(crate) fn stretch(modifier: &Modifier, content: Aabb) -> f32 {
     }
 }
 
-/// A box around the points that a modifier maps into `region`, which lies in the frame of what is modified; `content`
-/// is the box of that.
+/// Returns a box around all points that a modifier maps into `region`, which is in the content's frame. `content`
+/// is the content's box.
 pub(crate) fn region_after(modifier: &Modifier, region: Aabb, content: Aabb) -> Aabb {
     if region.is_empty() {
         return region;
@@ -174,18 +175,18 @@ pub(crate) fn region_after(modifier: &Modifier, region: Aabb, content: Aabb) -> 
     after
 }
 
-/// The extents of nodes, measured when first asked for.
+/// The extents of a scene's nodes, computed when first asked for.
 ///
-/// Asking for the root measures everything, in time linear in the number of nodes; asking for a brush, only that
-/// brush, so that one edit among 100,000 brushes does not pay for all of them. No recursion: depth costs heap only.
+/// The root's extent measures all nodes, in linear time. A brush's extent measures only that brush, so that an edit
+/// among 100,000 brushes stays cheap. Nothing recurses.
 #[derive(Clone, Debug)]
 pub struct Extents<'a> {
     scene: &'a Scene,
-    /// Of the shape or of what the group holds before its modifiers, and after them in the frame of the group around.
+    /// Extents before a node's modifiers, and after them in the frame of the surrounding group.
     known: Known,
 }
 
-/// What is known of nodes: a table of few of a scene's, or a place for each.
+/// Known extents: a map for a few nodes, or a table for all.
 #[derive(Clone, Debug)]
 enum Known {
     Few(FxHashMap<NodeId, [Extent; 2]>),
@@ -211,7 +212,7 @@ impl Known {
         }
     }
 
-    /// So many more are to come, of a scene of so many nodes.
+    /// Prepares for a number of queries, given the scene's number of nodes.
     fn expect(&mut self, more: usize, nodes: usize) {
         if let Self::Few(known) = self
             && 4 * (known.len() + more) > nodes
@@ -226,7 +227,7 @@ impl Known {
 }
 
 impl<'a> Extents<'a> {
-    /// Of a scene, nothing measured yet.
+    /// Creates the extents of a scene. Nothing is measured yet.
     pub fn of(scene: &'a Scene) -> Self {
         Self {
             scene,
@@ -234,17 +235,17 @@ impl<'a> Extents<'a> {
         }
     }
 
-    /// Before the node's modifiers, in its own frame.
+    /// Returns the extent before a node's modifiers, in its own frame.
     pub fn content_bounds(&mut self, id: NodeId) -> Extent {
         self.measure(id)[0]
     }
 
-    /// After the node's modifiers, in the frame of the group around it.
+    /// Returns the extent after a node's modifiers, in the frame of the group around it.
     pub fn node_bounds(&mut self, id: NodeId) -> Extent {
         self.measure(id)[1]
     }
 
-    /// The extents of a node before its first modifier, before its second, …, after its last.
+    /// Returns the extents of a node before its first modifier, before its second, and so on, and after its last.
     pub fn modifier_stages(&mut self, id: NodeId) -> Vec<Extent> {
         let mut stages = vec![self.content_bounds(id)];
         for modifier in &self.scene.node(id).at_current_time().modifiers {
@@ -275,15 +276,15 @@ impl<'a> Extents<'a> {
             found = [content, outer];
             self.known.insert(id, found);
         }
-        // The node itself was the last.
+        // / The node itself was the last.
         found
     }
 
-    /// The extent of a list of operands.
+    /// Returns the extent of a list of operands.
     fn fold(&self, children: &[NodeId]) -> Extent {
         let mut all = Extent::EMPTY;
-        // A chain of smooth unions stands out from its operands by the sum of the joints' bulges, and by no more than
-        // the greatest blend radius: where the result is that far below every operand, |a − b| ≥ k.
+        // / A chain of smooth unions stands out from its operands by the sum of the joints' offsets, but by no more
+        // than the largest blend radius: if the result is that far below every operand, then |a − b| ≥ k.
         let (mut bulges, mut greatest) = (0.0f32, 0.0f32);
         for &id in children {
             let entry = self.scene.node(id).at_current_time();
@@ -311,7 +312,7 @@ impl<'a> Extents<'a> {
                         .intersection(operand.aabb);
                     (bulges, greatest) = (0.0, 0.0);
                     all.aabb = if both.is_empty() { operand.aabb } else { both };
-                    // To the corner of two boxes that overlap it is up to √2 times as far as to either.
+                    // / The corner of two overlapping boxes can be √2 times as far as either box.
                     all.lipschitz_inverse *= std::f32::consts::SQRT_2;
                     all.max_underestimate = f32::INFINITY;
                 }
@@ -328,19 +329,19 @@ impl<'a> Extents<'a> {
 }
 
 impl Modifier {
-    /// The factor by which the distance must shrink, see the crate's `stretch`.
+    /// Returns the factor by which the distance must shrink: see [`stretch`].
     pub fn stretch(&self, content: Aabb) -> f32 {
         stretch(self, content)
     }
 }
 
-/// How many copies of a repetition a point looks at along each axis; of a radial one, along the first. All that there are, or
-/// those nearest to it. `content` is what is repeated.
+/// Returns the number of copies of a repetition that a point must evaluate along each axis. For a radial repeat,
+/// the first value counts. `content` is the box of what is repeated.
 pub fn copies_looked_at(modifier: &Modifier, content: &Extent) -> [u32; 3] {
     let (there, extent, step) = match *modifier {
         Modifier::Repeat { spacing, count } => {
             let reach = content.aabb.min.abs().max(content.aabb.max.abs());
-            // A side without copies has one.
+            // / An axis without copies has one.
             let own = |axis: usize| match count {
                 Some(count) => count[axis],
                 None if spacing[axis] > 0.0 => u32::MAX,

@@ -1,27 +1,27 @@
-//! What edits tell those who follow a scene.
+//! The record of a change, for worlds that follow a scene.
 
 use crate::NodeId;
 use argil_math::Aabb;
 
-/// What changed in a scene, for those that keep something made of it.
+/// A change of a scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SceneChange {
-    /// The node that was made, taken out, moved or changed; `None` where everything may have.
+    /// The node that was inserted, removed, moved or changed. `None` if everything may have changed.
     pub node: Option<NodeId>,
-    /// The groups that held it, before and after; `None` where it was not in the scene.
+    /// The groups that contained the node before and after. `None` where it was not in the scene.
     pub parents: [Option<NodeId>; 2],
-    /// Outside this box no distance below the first of the scene's [bands](crate::Scene::margins) changed, nor did a material.
+    /// Outside this box, no distance below the first [margin](crate::Scene::margins) changed, and no material.
     pub dirty_box: Aabb,
-    /// Outside this box no distance below the second of them changed.
+    /// Outside this box, no distance below the second margin changed.
     pub influence_box: Aabb,
-    /// What the scene's [bands](crate::Scene::margins) were.
+    /// The scene's [margins](crate::Scene::margins) at the time of the change, in its unit.
     pub margins: [f32; 2],
-    /// The two boxes by themselves, around where it was and where it is.
+    /// Both boxes, separately around the old and the new position.
     pub(crate) apart: [[Aabb; 2]; 2],
 }
 
 impl SceneChange {
-    /// Of what everything can depend on.
+    /// Creates a change that may affect everything.
     pub(crate) fn of_everything() -> Self {
         Self {
             node: None,
@@ -33,7 +33,8 @@ impl SceneChange {
         }
     }
 
-    /// The dirty and the far box; of what was moved far away, those of where it was and those of where it is.
+    /// Iterates over pairs of dirty box and influence box. A node that moved far has separate pairs for its old and
+    /// its new position.
     pub fn boxes(&self) -> impl Iterator<Item = [Aabb; 2]> + use<> {
         let volume = |b: Aabb| {
             if b.is_empty() {

@@ -1,4 +1,4 @@
-//! Edits, their undoing, and the boxes they make dirty.
+//! Edits, their undo steps, and their dirty boxes.
 
 use crate::bounds::Extents;
 use crate::change::SceneChange;
@@ -10,139 +10,150 @@ use crate::{Material, Modifier, NodeDesc, NodeId, NodeKind, NodeTree, Scene, Val
 use argil_math::Aabb;
 
 /// A change of a scene that can be undone.
+///
+/// ```
+/// use argil_scene::{Edit, Modifier, Scene, Shape};
+/// let mut scene = Scene::new();
+/// let node = scene.push(Shape::sphere(1.0))?.node;
+/// let by = Modifier::Translate { by: [2.0, 0.0, 0.0] };
+/// let outcome = scene.apply(Edit::Transform { node, by })?;
+/// assert!(outcome.dirty_box.contains([3.0, 0.0, 0.0].into()));
+/// # Ok::<(), argil_scene::EditError>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Edit {
-    /// Put a brush or an empty group into a group, before what is at `index` now.
+    /// Inserts a brush or an empty group into a group, before the node at `index`.
     Insert {
-        /// The group.
+        /// The group to insert into.
         parent: NodeId,
-        /// Where in the group, from 0 to its length.
+        /// Index in the group, from 0 to its length.
         index: usize,
-        /// What to put there.
+        /// The brush or group to insert.
         entry: NodeDesc,
     },
-    /// Take a brush, or a group with all that it holds, out of the scene.
+    /// Removes a brush, or a group with its contents.
     Remove {
-        /// Which.
+        /// The node to remove.
         node: NodeId,
     },
-    /// Give a node another entry. A group stays a group and keeps what it holds.
+    /// Replaces a node's description. A group stays a group and keeps its contents.
     Replace {
-        /// Which.
+        /// The node to replace.
         node: NodeId,
-        /// What it becomes.
+        /// The new description.
         entry: NodeDesc,
     },
-    /// Put a node elsewhere in the order, or into another group.
+    /// Moves a node to another place in its group, or to another group.
     Move {
-        /// Which.
+        /// The node to move.
         node: NodeId,
-        /// The group it goes to.
+        /// The group to move it to.
         parent: NodeId,
-        /// Its index there, counted without the node itself.
+        /// The new index there, not counting the node itself.
         index: usize,
     },
-    /// Show or hide a node.
+    /// Shows or hides a node.
     SetVisible {
-        /// Which.
+        /// The node to show or hide.
         node: NodeId,
-        /// Whether it takes part.
+        /// Whether the node takes part in the solid.
         visible: bool,
     },
-    /// Translate, rotate or scale a node once more. Translations in a row add up, and so do rotations about one axis; more than six
-    /// transforms in a row become a scale, a rotation and a translation that do the same.
+    /// Appends a translation, rotation or scale to a node. Consecutive translations add up, and so do rotations
+    /// about one axis. More than six transforms in a row become one scale, one rotation and one translation.
     Transform {
-        /// Which.
+        /// The node to transform.
         node: NodeId,
         /// A translate, rotate or scale modifier.
         by: Modifier,
     },
-    /// Add or change a material, or take one away that no brush uses.
+    /// Adds or changes a material, or removes one that no node uses.
     SetMaterial {
-        /// Its name.
+        /// The material's name.
         name: String,
-        /// What it becomes; nothing to take it away.
+        /// The new material, or `None` to remove it.
         material: Option<Material>,
     },
 }
 
-/// The group that a node is in, where it matters within each of two bands, and those.
+/// The group of a node, its boxes for both margins, and those margins.
 type Boxes = (Option<NodeId>, [Aabb; 2], [f32; 2]);
 
-/// What an edit did.
+/// What an edit changed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EditOutcome {
-    /// The node that was made or changed.
+    /// The node that was created or changed.
     pub node: NodeId,
-    /// Outside this box no distance below the first of the scene's [bands](Scene::margins) changed, nor did a material.
+    /// Outside this box, no distance below the first [margin](Scene::margins) changed, and no material.
     pub dirty_box: Aabb,
 }
 
-/// Why an edit was refused. The scene is as it was.
+/// The reason why an edit was refused. The scene stays unchanged.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum EditError {
-    /// The node is not in the scene now, or is of another scene.
+    /// The node is not in the scene, or belongs to another scene.
     #[error("node {0:?} is not in the scene")]
     NoSuchNode(NodeId),
-    /// Something was to be put into a brush.
+    /// The target is a brush, which cannot contain nodes.
     #[error("{0} is a brush: only a group can hold others")]
     NotAGroup(String),
-    /// The index lies beyond the group's end.
+    /// The index is beyond the end of the group.
     #[error("index {index} lies beyond the end of the group, {len}")]
     BadIndex {
-        /// The index asked for.
+        /// The requested index.
         index: usize,
-        /// The group's length.
+        /// The length of the group.
         len: usize,
     },
-    /// The group of everything was to be removed, moved or changed.
+    /// The root group cannot be removed, moved or replaced.
     #[error("the root group cannot be removed, moved or replaced")]
     Root,
-    /// A group was to be put into itself.
+    /// A group cannot move into itself.
     #[error("{0} cannot be moved into itself")]
     IntoItself(String),
-    /// A brush was to become a group or the other way round.
+    /// A brush cannot become a group, or a group a brush.
     #[error("{0} cannot change between brush and group: remove it and insert another")]
     OtherKind(String),
-    /// A modifier that is not a translation, rotation or scale.
+    /// The modifier is not a translation, rotation or scale.
     #[error(
         "only translate, rotate and scale transform a node: replace its entry to change other modifiers"
     )]
     NotATransform,
-    /// The entry names a material that the scene does not have.
+    /// The description names a material that the scene does not have.
     #[error("material: the scene has no material \"{0}\"")]
     NoSuchMaterial(String),
-    /// A material that is used was to be taken away.
+    /// The material to remove is in use.
     #[error("material: {user} uses \"{name}\": give it another first")]
     MaterialInUse {
-        /// The material.
+        /// The material's name.
         name: String,
-        /// Who uses it.
+        /// The node that uses it.
         user: String,
     },
-    /// A tree to be inserted is a brush that has children.
+    /// The tree to insert is a brush with children.
     #[error("a brush has a \"shape\" and a group has \"brushes\": this has both")]
     BrushWithChildren,
-    /// A value in the entry cannot be used.
+    /// A value is out of range.
     #[error(transparent)]
     Fault(#[from] ValidationError),
 }
 
 impl Scene {
-    /// Put a brush or an empty group at the end of the scene.
+    /// Appends a brush, a group or a tree to the scene.
     ///
     /// # Errors
-    /// If a value is invalid, a brush has children, or a material is missing. The scene stays unchanged.
+    /// If a value is out of range, a brush has children, or a material is missing. The scene stays unchanged.
     pub fn push(&mut self, entry: impl Into<NodeTree>) -> Result<EditOutcome, EditError> {
         self.push_into(Self::ROOT, entry)
     }
 
-    /// Put a brush or an empty group at the end of a group.
+    /// Appends a brush, a group or a tree to a group.
     ///
     /// # Errors
-    /// If `parent` is not a group of the scene, a value is invalid, a brush has children, or a material is missing. The scene stays unchanged.
+    /// If `parent` is not a group of the scene, a value is out of range, a brush has children, or a material is
+    /// missing. The scene stays unchanged.
     pub fn push_into(
         &mut self,
         parent: NodeId,
@@ -156,10 +167,10 @@ impl Scene {
         self.insert_tree(parent, index, &entry.into())
     }
 
-    /// Do an edit. What was undone before can then not be redone.
+    /// Applies an edit. What was undone before can no longer be redone.
     ///
     /// # Errors
-    /// If the edit cannot be applied: see [`EditError`]. The scene stays unchanged.
+    /// If the edit is refused: see [`EditError`]. The scene stays unchanged.
     pub fn apply(&mut self, edit: Edit) -> Result<EditOutcome, EditError> {
         let step = self.step(edit)?;
         let (edited, inverse) = self.take(step);
@@ -167,7 +178,7 @@ impl Scene {
         history.redo.clear();
         let added = inverse.bytes();
         match history.undo.last_mut().filter(|_| history.is_stroke) {
-            // Of what a stroke changes again and again, what there was at first is enough.
+            // / A stroke that changes a node repeatedly keeps only the node's first state.
             Some(stroke) if is_covered(stroke.last(), &inverse) => return Ok(edited),
             Some(stroke) => stroke.push(inverse),
             None => history.undo.push(vec![inverse]),
@@ -176,7 +187,7 @@ impl Scene {
         Ok(edited)
     }
 
-    /// Drops the oldest steps if there are more than the limit allows, now that one of so many bytes was added.
+    /// Drops the oldest steps if the history exceeds its limit, after a step of a number of bytes was added.
     pub(crate) fn keep_to_limit(&mut self, added: u64) {
         if self.history.is_over_limit(added) {
             let steps = self.history.steps_within_limit();
@@ -184,7 +195,7 @@ impl Scene {
         }
     }
 
-    /// Check an edit and turn it into a step.
+    /// Checks an edit and turns it into a step.
     fn step(&mut self, edit: Edit) -> Result<HistoryStep, EditError> {
         Ok(match edit {
             Edit::Insert {
@@ -265,7 +276,7 @@ impl Scene {
         })
     }
 
-    /// Take a checked step; the step back.
+    /// Takes a checked step. Returns the step that reverses it.
     pub(crate) fn take(&mut self, step: HistoryStep) -> (EditOutcome, HistoryStep) {
         let node = match step {
             HistoryStep::Attach { node, .. }
@@ -293,7 +304,7 @@ impl Scene {
                 }
             }
             HistoryStep::Set { node, mut entry } => {
-                // It may be from before its mesh was there.
+                // / The description may be older than its mesh.
                 self.load(&mut entry);
                 self.count(node, false);
                 let own = &mut self.nodes[node.index()];
@@ -344,7 +355,7 @@ impl Scene {
         (edited, inverse)
     }
 
-    /// Let a node with keyframes act otherwise.
+    /// Sets the current state of a node with keyframes.
     pub(crate) fn pose(&mut self, node: NodeId, posed: NodeDesc) {
         let before = self.boxes(node);
         self.count(node, false);
@@ -353,7 +364,7 @@ impl Scene {
         self.note(node, before);
     }
 
-    /// Take note of a change, by what a node was before; the box that it makes dirty.
+    /// Records a change, given the node's boxes before it. Returns the dirty box.
     fn note(&mut self, node: NodeId, before: Boxes) -> Aabb {
         let after = self.boxes(node);
         let [dirty_box, far_box] = [0, 1].map(|i| before.1[i].union(after.1[i]));
@@ -362,14 +373,14 @@ impl Scene {
             parents: [before.0, after.0],
             dirty_box,
             influence_box: far_box,
-            // What both hold.
+            // / The margins that both boxes have.
             margins: [0, 1].map(|i| before.2[i].min(after.2[i])),
             apart: [before.1, after.1],
         });
         dirty_box
     }
 
-    /// The group that a node is in, and where it matters, within each of the bands.
+    /// Returns a node's group, and its boxes for each margin.
     fn boxes(&mut self, node: NodeId) -> Boxes {
         self.summarize_groups(node);
         let mut extents = Extents::of(self);
@@ -381,7 +392,7 @@ impl Scene {
     fn attach(&mut self, node: NodeId, parent: NodeId, index: usize) {
         self.nodes[parent.index()].children.insert(index, node);
         self.nodes[node.index()].parent = Some(parent);
-        // Time may have gone on while it was away.
+        // / The scene's time may have changed while the node was removed.
         let time = self.time;
         let moving: Vec<NodeId> = self
             .descendants(node)

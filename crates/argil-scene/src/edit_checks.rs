@@ -1,9 +1,9 @@
-//! What an edit must be to be done.
+//! Checks of edits.
 
 use crate::{EditError, NodeDesc, NodeId, NodeKind, Scene};
 
 impl Scene {
-    /// Whether a node is not within another, nor that itself.
+    /// Checks that `inner` is neither `node` nor inside it.
     pub(crate) fn check_outside(&self, inner: NodeId, node: NodeId) -> Result<(), EditError> {
         let mut at = Some(inner);
         while let Some(id) = at {
@@ -29,7 +29,7 @@ impl Scene {
         }
     }
 
-    /// Whether a node is in the tree, the root aside.
+    /// Checks that a node is in the scene, and is not the root.
     pub(crate) fn check_inner(&self, node: NodeId) -> Result<(), EditError> {
         if node == Self::ROOT {
             return Err(EditError::Root);

@@ -1,6 +1,6 @@
-//! Edits as lines of text: a log that can be replayed on the same scene, here or on another machine.
+//! Edits as lines of text. A log can be replayed on an equal scene, in another process or on another machine.
 //!
-//! Each line is one JSON object. Nodes are named by their paths at that moment, `brushes[3].brushes[0]`:
+//! Each line is one JSON object. Nodes are named by their current paths, such as `brushes[3].brushes[0]`:
 //!
 //! ```text
 //! {"edit": "insert", "into": "brushes[2]", "index": 0, "entry": {"shape": {"type": "sphere", "radius": 0.1}}}
@@ -21,10 +21,10 @@ use std::collections::BTreeMap;
 #[serde(tag = "edit", rename_all = "snake_case", deny_unknown_fields)]
 enum LogLine {
     Insert {
-        /// The group; the root without it.
+        /// The group. The root if it is missing.
         #[serde(default, skip_serializing_if = "String::is_empty")]
         into: String,
-        /// At its end without it.
+        /// The end of the group if it is missing.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         index: Option<usize>,
         entry: Box<Item>,
@@ -52,7 +52,7 @@ enum LogLine {
     },
     SetMaterial {
         name: String,
-        /// Nothing takes it away.
+        /// Removes the material if it is missing.
         #[serde(default)]
         material: Option<Material>,
     },
@@ -129,14 +129,14 @@ impl From<&NodeTree> for Item {
     }
 }
 
-/// As a brush or group of a scene's file.
+/// Serializes as a brush or group of a scene file.
 impl Serialize for NodeTree {
     fn serialize<S: serde::Serializer>(&self, out: S) -> Result<S::Ok, S::Error> {
         Item::from(self).serialize(out)
     }
 }
 
-/// As a brush or group of a scene's file.
+/// Deserializes from a brush or group of a scene file.
 impl<'de> Deserialize<'de> for NodeTree {
     fn deserialize<D: serde::Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
         Item::deserialize(from).map(Self::from)
@@ -144,7 +144,7 @@ impl<'de> Deserialize<'de> for NodeTree {
 }
 
 impl Scene {
-    /// The node of a path, as [`Scene::path`] writes it; the root's is empty.
+    /// Returns the node at a path, as [`Scene::path`] writes it. The root's path is empty.
     pub fn node_by_path(&self, path: &str) -> Option<NodeId> {
         let mut at = Self::ROOT;
         for step in path.split('.').filter(|_| !path.is_empty()) {
@@ -154,19 +154,19 @@ impl Scene {
         Some(at)
     }
 
-    /// Do what a line of a log says; what that did, of what changes something.
+    /// Performs the action on a line of a log. Returns what it changed, or `None` if it changes no geometry.
     ///
     /// # Errors
-    /// If the line cannot be read or done. Nothing is changed then.
+    /// If the line is invalid, or the action is refused. The scene stays unchanged.
     pub fn apply_log_line(&mut self, line: &str) -> Result<Option<EditOutcome>, LogError> {
         let action = self.read_action(line)?;
         self.perform(&action)
     }
 
-    /// What a line of a log says, of the scene as it is.
+    /// Reads the action on a line of a log, for the scene's current paths.
     ///
     /// # Errors
-    /// If the line cannot be read, or names what is not there.
+    /// If the line is invalid, or names a node that does not exist.
     pub fn read_action(&self, line: &str) -> Result<Action, LogError> {
         let node_of = |path: &str| {
             let found = self.node_by_path(path);
@@ -218,7 +218,8 @@ impl Scene {
         })
     }
 
-    /// An action as a line of a log, without the line's end. To be asked before it is done, as it may move nodes.
+    /// Writes an action as a line of a log, without line end. Call it before the action is performed, because
+    /// actions change paths.
     pub fn action_line(&self, action: &Action) -> String {
         let line = match action {
             Action::Edit(edit) => self.line_of(edit),
@@ -242,7 +243,7 @@ impl Scene {
         text_of(&line)
     }
 
-    /// An edit as a line of a log, as [`Scene::action_line`] writes it.
+    /// Writes an edit as a line of a log: see [`Scene::action_line`].
     pub fn log_line(&self, edit: &Edit) -> String {
         text_of(&self.line_of(edit))
     }

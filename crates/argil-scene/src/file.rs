@@ -1,12 +1,12 @@
-//! Scenes as JSON.
+//! Scenes as JSON files.
 //!
-//! *Theory.* Groups nest, thousands of levels where a tree was imported, so the document's skeleton is read token by
-//! token with a stack on the heap. What hangs on it (shapes, modifiers, materials) is small and shallow; each such part
-//! is copied out, at most [`MAX_PART_BYTES`] of it, and read by serde.
+//! *Theory.* Groups nest, thousands of levels deep in imported trees. So the document's skeleton is read token by
+//! token, with a stack on the heap. Shapes, modifiers and materials are small and shallow: each is copied out, up
+//! to [`error::MAX_PART_BYTES`], and read by serde.
 //!
-//! *Practice.* A file that holds a scene is read as a whole, by all cores. Where that fails it is streamed: garbage is refused
-//! at its first wrong byte, and every error knows its place: the reader's position, or, for a value that can be read but
-//! not used, the place that another pass finds by the value's path.
+//! *Practice.* All cores first read the whole file. If that fails, the file is streamed: it is refused at its first
+//! wrong byte. Every error has a place. If a value can be read but not used, another pass finds the place from the
+//! value's path.
 
 mod document;
 mod error;
@@ -30,10 +30,11 @@ pub use error::{FORMAT_VERSION, FileError};
 pub use schema::schema;
 
 impl Scene {
-    /// Read a scene file.
+    /// Reads a scene file.
     ///
     /// # Errors
-    /// If the file cannot be read, is not valid JSON, or holds an invalid value. The error gives the line, the column and the path in the document.
+    /// If the file cannot be read, is not valid JSON, or holds a value out of range. The error gives the line, the
+    /// column and the path in the document.
     pub fn open(path: impl AsRef<Path>) -> Result<Self, FileError> {
         Self::open_file(path.as_ref())
     }
@@ -50,7 +51,7 @@ impl Scene {
         if about.is_dir() {
             return Err(io(std::io::Error::other("is a folder, not a scene file")));
         }
-        // What is no regular file may be endless, and can be read once.
+        // / A pipe may be endless, and can be read only once.
         if about.is_file() && about.len() <= MAX_QUICK_BYTES {
             let text = std::fs::read(path).map_err(io)?;
             if let Some(scene) = quick::read(&text) {
@@ -60,10 +61,11 @@ impl Scene {
         read::read(path, open()?, &open)
     }
 
-    /// Read a scene from text. `path` stands in messages only.
+    /// Reads a scene from JSON text. `path` appears only in messages.
     ///
     /// # Errors
-    /// If the text is not valid JSON or holds an invalid value. The error gives the line, the column and the path in the document.
+    /// If the text is not valid JSON, or holds a value out of range. The error gives the line, the column and the
+    /// path in the document.
     pub fn from_json(json: &str, path: impl AsRef<Path>) -> Result<Self, FileError> {
         Self::read_text(json.as_bytes(), path.as_ref())
     }
@@ -75,19 +77,19 @@ impl Scene {
         read::read(path, Box::new(json), &|| Ok(Box::new(json)))
     }
 
-    /// The scene as the text of a file.
+    /// Returns the scene as JSON text.
     pub fn to_json(&self) -> String {
         let mut text = Vec::new();
-        // A vector takes every byte, and every string here is UTF-8.
+        // / A vector takes every byte, and every string here is UTF-8.
         let _ = write::write(self, &mut text);
         String::from_utf8_lossy(&text).into_owned()
     }
 
-    /// Write a scene file, beside its place and then renamed into it, so that a failure leaves the old file whole. What is [sampled](crate::Shape::sampled) is written to files of its own
-    /// beside it.
+    /// Writes a scene file, next to its final place, and then renames it. [Sampled](crate::Shape::sampled) shapes
+    /// go to files of their own next to it.
     ///
     /// # Errors
-    /// If the file cannot be written. The old file stays unchanged.
+    /// If a file cannot be written. The old file stays unchanged.
     pub fn save(&self, path: impl AsRef<Path>) -> Result<(), FileError> {
         let path = path.as_ref();
         let fault = |path: &Path, source| FileError::Io {
@@ -111,7 +113,7 @@ impl Scene {
     }
 }
 
-/// Write sampled distances, if they are not there already: into the scene's own folder, never elsewhere.
+/// Writes sampled distances into the scene's folder, unless they are there already.
 fn save_grid(place: &Path, name: &str, grid: &SampledGrid) -> std::io::Result<()> {
     let is_name = Path::new(name).file_name() == Some(std::ffi::OsStr::new(name));
     if !is_name {
@@ -129,8 +131,8 @@ fn save_grid(place: &Path, name: &str, grid: &SampledGrid) -> std::io::Result<()
     write_atomically(place, |out| std::io::Write::write_all(out, &bytes))
 }
 
-/// Write a file beside its place and rename it into it, so that whoever looks finds the old file or the new one, whole. In a
-/// browser there are no files, and that is the error.
+/// Writes a file next to its final place and renames it. Readers find either the old file or the new one, complete.
+/// A browser has no files, which is an error.
 ///
 /// # Errors
 /// If a folder or the file cannot be written, or `write` fails. The old file stays unchanged.
@@ -147,11 +149,11 @@ pub fn write_atomically(
     replace(path, write)
 }
 
-/// How old a file must be that was being written before it is taken for one whose program was killed.
+/// A temporary file that is older than this belongs to a program that was killed.
 #[cfg(not(target_arch = "wasm32"))]
 const ABANDONED_AFTER: std::time::Duration = std::time::Duration::from_secs(24 * 3600);
 
-/// Remove what programs that were killed have left in a folder.
+/// Removes temporary files that killed programs left in a folder.
 #[cfg(not(target_arch = "wasm32"))]
 fn remove_abandoned(folder: &Path) {
     let Ok(entries) = std::fs::read_dir(folder) else {
@@ -166,7 +168,7 @@ fn remove_abandoned(folder: &Path) {
         let age = entry.metadata().ok().filter(std::fs::Metadata::is_file);
         let age = age.and_then(|about| about.modified().ok()?.elapsed().ok());
         if is_own && age.is_some_and(|age| age > ABANDONED_AFTER) {
-            // If it cannot be, it stays.
+            // / It stays if it cannot be removed.
             let _ = std::fs::remove_file(entry.path());
         }
     }
@@ -184,11 +186,11 @@ fn replace(
     remove_abandoned(folder);
     let mut builder = tempfile::Builder::new();
     builder.prefix(".argil-");
-    // Like any file that a program makes: readable by others as far as the user's mask allows.
+    // / Readable by others as far as the user's mask allows, like any new file.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
     let begun = TempFile::begin(|| builder.tempfile_in(folder));
-    // The name that it would have had until then says nothing to a user.
+    // / The temporary name would not help a user.
     let (mut file, unfinished) = begun.map_err(|error| {
         let reason = format!(
             "no file can be made in {}: {}",
@@ -201,14 +203,14 @@ fn replace(
     write(&mut out)?;
     std::io::Write::flush(&mut out)?;
     drop(out);
-    // A name must not come to stand for what the disk does not hold yet.
+    // / Write the contents to disk before the name refers to them.
     file.as_file().sync_all()?;
     file.persist(path).map_err(|e| e.error)?;
     drop(unfinished);
     Ok(())
 }
 
-/// Why the system refuses something, without a place.
+/// Describes a system error, without a path.
 #[cfg(not(target_arch = "wasm32"))]
 fn reason_of(kind: std::io::ErrorKind) -> String {
     match kind {
@@ -218,18 +220,18 @@ fn reason_of(kind: std::io::ErrorKind) -> String {
     }
 }
 
-/// Files that are being written beside their places.
+/// Temporary files that are being written.
 static TEMP_FILES: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 
-/// Remove what [`write_atomically`] has not finished, and let it begin nothing more: for programs that are told to stop in the middle of
-/// it, and end now.
+/// Removes unfinished files of [`write_atomically`], and prevents new ones. A program calls this when it must end
+/// at once.
 pub fn remove_temp_files() {
     let all = TEMP_FILES.lock().unwrap_or_else(PoisonError::into_inner);
     for path in all.iter() {
-        // It may have been renamed this very moment.
+        // / It may have been renamed just now.
         let _ = std::fs::remove_file(path);
     }
-    // Whoever would begin another waits until the program has ended.
+    // / Writers wait on this lock until the program ends.
     std::mem::forget(all);
 }
 
@@ -238,7 +240,7 @@ struct TempFile(PathBuf);
 
 #[cfg(not(target_arch = "wasm32"))]
 impl TempFile {
-    /// Make a file, and take note of it before anybody can be told to stop.
+    /// Creates a temporary file and registers it.
     fn begin(
         make: impl FnOnce() -> std::io::Result<tempfile::NamedTempFile>,
     ) -> std::io::Result<(tempfile::NamedTempFile, Self)> {

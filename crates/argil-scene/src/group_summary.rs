@@ -1,22 +1,22 @@
-//! What is known of a large group's operands without looking at each: an edit among 100,000 brushes must not.
+//! Facts about a large group's operands, so that an edit among 100,000 brushes need not visit each.
 
 use crate::{BlendProfile, NodeDesc, OperatorKind};
 use std::collections::BTreeMap;
 
-/// Groups of more operands than this are counted.
+/// Groups with more operands than this have a summary.
 pub(crate) const SUMMARY_THRESHOLD: usize = 256;
 
-/// The visible operands of a group.
+/// A summary of a group's visible operands.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct GroupSummary {
-    /// By the bits of the blend radius, which are ordered as the radii: how many have it.
+    /// The number of operands with each blend radius. Keys are the radius's bits, which sort like the radius.
     blends: BTreeMap<u32, u32>,
     chamfers: u32,
     morphs: u32,
 }
 
 impl GroupSummary {
-    /// One operand more.
+    /// Adds an operand.
     pub(crate) fn add(&mut self, entry: &NodeDesc) {
         let Some([blend, chamfer, morph]) = parts(entry) else {
             return;
@@ -26,7 +26,7 @@ impl GroupSummary {
         self.morphs += morph;
     }
 
-    /// One operand less.
+    /// Removes an operand.
     pub(crate) fn remove(&mut self, entry: &NodeDesc) {
         let Some([blend, chamfer, morph]) = parts(entry) else {
             return;
@@ -41,7 +41,7 @@ impl GroupSummary {
         self.morphs -= morph;
     }
 
-    /// The greatest blend radius.
+    /// Returns the largest blend radius.
     pub(crate) fn max_blend(&self) -> f32 {
         let greatest = self.blends.last_key_value();
         greatest.map_or(0.0, |(&bits, _)| f32::from_bits(bits))
@@ -56,12 +56,12 @@ impl GroupSummary {
     }
 }
 
-/// The bits of the blend radius, 1 for a chamfer, 1 for a morph; nothing of what takes no part.
+/// Returns the bits of the blend radius, 1 for a chamfer, and 1 for a morph. Returns `None` for hidden operands.
 fn parts(entry: &NodeDesc) -> Option<[u32; 3]> {
     let operator = &entry.operator;
     let is_chamfer = operator.profile == BlendProfile::Chamfer && operator.blend > 0.0;
     let is_morph = operator.kind == OperatorKind::Morph;
-    // Never negative, as entries are checked; -0 would be the greatest of all.
+    // / Checks exclude negative radii, but −0 would sort as the largest.
     let blend = operator.blend.max(0.0).to_bits() & 0x7fff_ffff;
     entry
         .visible

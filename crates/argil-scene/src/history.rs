@@ -1,8 +1,8 @@
-//! What can be undone and redone, and what changed for those who follow a scene.
+//! Undo and redo steps, and the record of changes for worlds.
 
 use crate::{Material, NodeDesc, NodeId, SceneChange};
 
-/// A step that can be taken either way.
+/// A step that can be taken and reversed.
 #[derive(Clone, Debug)]
 pub(crate) enum HistoryStep {
     Attach {
@@ -29,7 +29,7 @@ pub(crate) enum HistoryStep {
 }
 
 impl HistoryStep {
-    /// What it takes in memory, about.
+    /// Returns its approximate size in bytes.
     pub(crate) fn bytes(&self) -> u64 {
         let own = match self {
             Self::Set { entry, .. } => {
@@ -43,7 +43,7 @@ impl HistoryStep {
     }
 }
 
-/// How much of its history a scene keeps.
+/// A limit on a scene's undo history.
 ///
 /// ```
 /// use argil_scene::{HistoryLimit, Scene};
@@ -52,14 +52,14 @@ impl HistoryStep {
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct HistoryLimit {
-    /// Steps that can be undone.
+    /// Maximum number of steps.
     pub steps: usize,
-    /// Bytes that those take, about.
+    /// Maximum bytes of all steps, approximately.
     pub bytes: u64,
 }
 
 impl Default for HistoryLimit {
-    /// No limit.
+    /// Returns no limit.
     fn default() -> Self {
         Self {
             steps: usize::MAX,
@@ -72,18 +72,18 @@ impl Default for HistoryLimit {
 pub(crate) struct History {
     pub undo: Vec<Vec<HistoryStep>>,
     pub redo: Vec<Vec<HistoryStep>>,
-    /// Whether edits join the step before them.
+    /// Whether edits join the previous step.
     pub is_stroke: bool,
     pub(crate) limit: HistoryLimit,
-    /// What the steps take that can be undone, about.
+    /// Approximate bytes of the steps that can be undone.
     pub(crate) bytes: u64,
     pub(crate) changes: Vec<SceneChange>,
-    /// Changes before those that are forgotten.
+    /// Number of changes that were dropped from the front.
     pub(crate) forgotten: usize,
 }
 
 impl History {
-    /// The entries that undo and redo would bring back.
+    /// Iterates over the descriptions that undo and redo would restore.
     pub(crate) fn entries(&mut self) -> impl Iterator<Item = &mut NodeDesc> {
         let all = self.undo.iter_mut().chain(&mut self.redo).flatten();
         all.filter_map(|step| match step {
@@ -93,7 +93,7 @@ impl History {
     }
 }
 
-/// Whether undoing `before` makes up for `step` too: both set the same node.
+/// Whether undoing `before` also undoes `step`, because both set the same node.
 pub(crate) fn is_covered(before: Option<&HistoryStep>, step: &HistoryStep) -> bool {
     match (before, step) {
         (Some(HistoryStep::Set { node: a, .. }), HistoryStep::Set { node: b, .. }) => a == b,
@@ -105,11 +105,11 @@ pub(crate) fn is_covered(before: Option<&HistoryStep>, step: &HistoryStep) -> bo
     }
 }
 
-/// Changes that a scene keeps for those who follow it; of more the older half is forgotten.
+/// Maximum recorded changes. If there are more, the older half is dropped.
 const MAX_CHANGES: usize = 1 << 14;
 
 impl History {
-    /// Take note of a change.
+    /// Records a change.
     pub(crate) fn note(&mut self, change: SceneChange) {
         if self.changes.len() >= MAX_CHANGES {
             self.changes.drain(..MAX_CHANGES / 2);
@@ -118,14 +118,14 @@ impl History {
         self.changes.push(change);
     }
 
-    /// Keep the last so many steps.
+    /// Keeps only the last steps.
     pub(crate) fn keep(&mut self, keep: usize) {
         let steps = self.undo.len().saturating_sub(keep);
         self.undo.drain(..steps);
         self.bytes = self.bytes_of_steps().iter().sum();
     }
 
-    /// Set a limit; how many steps can stay.
+    /// Sets a limit. Returns how many steps may stay.
     pub(crate) fn set_limit(&mut self, limit: HistoryLimit) -> usize {
         self.limit = limit;
         self.bytes = self.bytes_of_steps().iter().sum();
@@ -136,17 +136,18 @@ impl History {
         }
     }
 
-    /// Whether there is more than the limit allows, now that a step of so many bytes was added.
+    /// Whether the history exceeds its limit, after a step of a number of bytes was added.
     pub(crate) fn is_over_limit(&mut self, added: u64) -> bool {
         self.bytes += added;
         if self.bytes > self.limit.bytes {
-            // What was undone since is counted still.
+            // / Counted again, because steps may have been undone since.
             self.bytes = self.bytes_of_steps().iter().sum();
         }
         self.undo.len() > self.limit.steps.max(1) || self.bytes > self.limit.bytes
     }
 
-    /// How many of the last steps are within three quarters of the limit, so that steps are not dropped one by one; one at least.
+    /// Returns how many of the last steps fit into three quarters of the limit, and at least 1. Dropping several at
+    /// once saves time.
     pub(crate) fn steps_within_limit(&self) -> usize {
         let sizes = self.bytes_of_steps();
         let mut left = self.limit.bytes - self.limit.bytes / 4;
@@ -166,7 +167,7 @@ impl History {
             .collect()
     }
 
-    /// Removed nodes that undo or redo can bring back.
+    /// Iterates over removed nodes that undo or redo can restore.
     pub(crate) fn held_nodes(&self) -> impl Iterator<Item = NodeId> + '_ {
         let all = self.undo.iter().chain(&self.redo).flatten();
         all.filter_map(|step| match step {
@@ -178,30 +179,30 @@ impl History {
         })
     }
 
-    /// Forget the changes after so many: they were taken back before anybody could see them.
+    /// Drops the changes after a count, which nobody has seen.
     pub(crate) fn forget_changes_after(&mut self, count: usize) {
         self.forgotten = self.forgotten.min(count);
         self.changes.truncate(count - self.forgotten);
     }
 
-    /// How many changes there were.
+    /// Returns the number of changes so far.
     pub(crate) fn count(&self) -> usize {
         self.forgotten + self.changes.len()
     }
 
-    /// Those after so many.
+    /// Returns the changes after a count.
     pub(crate) fn since(&self, count: usize) -> Option<&[SceneChange]> {
         self.changes.get(count.checked_sub(self.forgotten)?..)
     }
 }
 
-/// A history as it was before an edit that may be refused yet.
+/// A history before an edit that may still be refused.
 pub(crate) struct SuspendedHistory {
     pub(crate) undo: Vec<Vec<HistoryStep>>,
     pub(crate) redo: Vec<Vec<HistoryStep>>,
     pub(crate) limit: HistoryLimit,
     pub(crate) is_stroke: bool,
-    /// Nodes, and changes, that there were.
+    /// Number of nodes and changes at that time.
     pub(crate) nodes: usize,
     pub(crate) changes: usize,
 }

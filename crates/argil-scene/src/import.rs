@@ -1,12 +1,12 @@
-//! Scenes in the tree format of "Lipschitz Pruning: Hierarchical Simplification of Primitive-Based SDFs" (Barbier et
-//! al., Eurographics 2025).
+//! Imports scenes in the tree format of "Lipschitz Pruning: Hierarchical Simplification of Primitive-Based SDFs"
+//! (Barbier et al., Eurographics 2025).
 //!
-//! *Theory.* There a scene is a binary tree of operators over primitives. The left spine of such a tree is a list, so
-//! `((a ∪ b) ∪ c) − d` becomes one group of four brushes; only a right child that is an operator, or a transformed
-//! operator, needs a group of its own.
+//! *Theory.* In that format, a scene is a binary tree of operators over primitives. The left spine of the tree is a
+//! list: `((a ∪ b) ∪ c) − d` becomes one group of four brushes. Only a right child that is an operator, or a
+//! transformed operator, needs a group of its own.
 //!
-//! *Practice.* Trees may be thousands of levels deep: both passes, reading and turning into lists, keep their stack on
-//! the heap. What differs from the authors' renderer: a blend radius of less than 1e-6 is a hard joint.
+//! *Practice.* Trees may be thousands of levels deep, so both passes keep their stack on the heap. Unlike in the
+//! authors' renderer, a blend radius below 1e-6 makes a hard joint.
 
 use crate::{
     Brush, CameraPose, Group, Material, Modifier, NodeDesc, NodeId, OperatorKind, Scene, Shape,
@@ -18,41 +18,41 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use struson::reader::{JsonReader, JsonStreamReader, ReaderError, ReaderSettings};
 
-/// Why a tree could not be imported.
+/// The reason why a tree cannot be imported.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ImportError {
-    /// The file could not be opened or read.
+    /// The file cannot be opened or read.
     #[error("{path}")]
     Io {
-        /// Which file.
+        /// Path of the file.
         path: PathBuf,
-        /// What the system said.
+        /// The system's error.
         source: std::io::Error,
     },
     /// The file is not JSON, or not an object of objects.
     #[error("{path}: {reason}")]
     Syntax {
-        /// Which file.
+        /// Path of the file.
         path: PathBuf,
-        /// What is wrong and where.
+        /// What is wrong, and where.
         reason: String,
     },
     /// A node of the tree cannot be used.
     #[error("{path}:{line}: {node}: {fault}")]
     Node {
-        /// Which file.
+        /// Path of the file.
         path: PathBuf,
         /// The line on which the node begins, from 1.
         line: u64,
-        /// The way to the node; L is a left child, R a right one.
+        /// The path to the node: L is a left child, and R a right one.
         node: String,
         /// What is wrong in it.
         fault: ValidationError,
     },
 }
 
-/// A node as the file has it.
+/// A node of the file.
 struct TreeNode {
     line: u64,
     parent: Option<(usize, char)>,
@@ -62,7 +62,7 @@ struct TreeNode {
 }
 
 impl Scene {
-    /// Read a scene in the tree format.
+    /// Imports a scene in the tree format.
     ///
     /// # Errors
     /// If the file cannot be read, is not a tree of this format, or uses an operation that scenes do not have.
@@ -92,7 +92,7 @@ impl Scene {
     }
 }
 
-/// All nodes, each before its children; the first is the root.
+/// Reads all nodes, each before its children. The first is the root.
 fn read_tree(source: impl std::io::Read) -> Result<Vec<TreeNode>, ReaderError> {
     let settings = ReaderSettings {
         max_nesting_depth: Some(1_000_000),
@@ -104,7 +104,7 @@ fn read_tree(source: impl std::io::Read) -> Result<Vec<TreeNode>, ReaderError> {
     let mut open: Vec<usize> = Vec::new();
     let mut parent = None;
     loop {
-        // Begin a node.
+        // / Begin a node.
         reader.begin_object()?;
         let line = reader
             .current_position(false)
@@ -120,7 +120,7 @@ fn read_tree(source: impl std::io::Read) -> Result<Vec<TreeNode>, ReaderError> {
             right: None,
         });
 
-        // Read on to the next child; close what ends.
+        // / Continue with the next child, and close what ends.
         parent = None;
         while let Some(&at) = open.last() {
             if !reader.has_next()? {
@@ -154,7 +154,7 @@ fn read_tree(source: impl std::io::Read) -> Result<Vec<TreeNode>, ReaderError> {
                 }
             }
             let _ = struson::writer::JsonWriter::finish_document(writer);
-            // What is too deep for serde is of no use in a field of a node.
+            // / A field too deep for serde is of no use in a node.
             let value = serde_json::from_slice(&text).unwrap_or(Value::Null);
             tree[at].fields.insert(key, value);
         }
@@ -198,7 +198,7 @@ fn to_scene(tree: &[TreeNode]) -> Result<Scene, Failure> {
     scene.view.camera = CameraPose::Orbit([30.0, 20.0, 2.5]);
     let mut colors: HashMap<[u32; 3], String> = HashMap::new();
 
-    // Each task puts one tree node at the end of a group.
+    // / Each task appends one tree node to a group.
     let mut tasks: Vec<(usize, NodeId, NodeDesc)> = vec![(0, Scene::ROOT, Group::new().into())];
     while let Some((index, parent, operand)) = tasks.pop() {
         let node = &tree[index];
@@ -223,7 +223,7 @@ fn to_scene(tree: &[TreeNode]) -> Result<Scene, Failure> {
                     child(node.left, "leftChild")?,
                     child(node.right, "rightChild")?,
                 );
-                // The spine goes on in the same list where nothing stands there yet and nothing is transformed.
+                // / The spine continues in the same list if the list is empty and the node is not transformed.
                 let first = scene.node(parent).children().is_empty();
                 let list = if first && modifiers.is_empty() {
                     parent
@@ -268,7 +268,7 @@ fn primitive(fields: &Map<String, Value>) -> Result<(Shape, Vec<Modifier>), Vali
         "sphere" => Shape::sphere(number(fields, "radius")?),
         "box" => {
             let half_size = floats::<3>(fields, "sides")?.map(|s| 0.5 * s);
-            // The bevel is given like the sides, as a full length: a bevel as long as a side makes it round.
+            // / The bevel is a full length like the sides: a bevel as long as a side makes it round.
             let corner_radii = floats::<4>(fields, "bevel")?.map(|b| 0.5 * b);
             let rounding = [number(fields, "round_x")?, number(fields, "round_y")?];
             if corner_radii == [0.0; 4] && rounding == [0.0; 2] {
@@ -299,7 +299,7 @@ fn primitive(fields: &Map<String, Value>) -> Result<(Shape, Vec<Modifier>), Vali
     Ok((shape, Vec::new()))
 }
 
-/// The modifiers that place a node, from the map that takes its parent's points into its own space.
+/// Returns the modifiers that place a node, from the map from its parent's space into its own.
 fn transform(fields: &Map<String, Value>) -> Result<Vec<Modifier>, ValidationError> {
     if !fields.contains_key("matrix") {
         return Ok(Vec::new());
@@ -341,13 +341,13 @@ fn transform(fields: &Map<String, Value>) -> Result<Vec<Modifier>, ValidationErr
     Ok(modifiers)
 }
 
-/// The name of the scene's material for a node's color.
+/// Returns the name of the material for a node's color.
 fn material(
     scene: &mut Scene,
     names: &mut HashMap<[u32; 3], String>,
     fields: &Map<String, Value>,
 ) -> Result<String, ValidationError> {
-    // The files' colors are what their renderer shows; ours are linear.
+    // / The file's colors are sRGB, and scenes use linear colors.
     let color = floats::<3>(fields, "color")?.map(|c| c.clamp(0.0, 1.0).powf(2.2));
     let next = format!("color_{}", names.len() + 1);
     let name = names.entry(color.map(f32::to_bits)).or_insert(next).clone();

@@ -1,27 +1,27 @@
-//! Where a brush or group can matter.
+//! Computes where a brush or group can matter.
 //!
-//! *Theory.* Say a change is worth noting where the scene's distance, clamped to ±band, differs. A change of an operand
-//! by a smooth union of radius k shows only where the operand lies below the other plus k, so the box of a change is
-//! the operand's own, grown by band + k. What stands below in the list carries changes further: if a value reaches the
-//! final band only through a later blend of radius k, it was at most k higher before. Those radii add up, over the
-//! operands that are near. They need not add up for ever: a blend that lowers a value by δ lets through at most
-//! (k − δ) / 2k of a change, so after a fall of 7 k in all, less than 2⁻²⁴ of it is left, and `f32` cannot show it.
+//! *Theory.* A change matters where the scene's distance, clamped to ±band, differs. A smooth union of radius k
+//! shows an operand's change only where the operand is below the other operand plus k. So the change lies in the
+//! operand's box, grown by band + k. Later operands carry changes farther: if a value reaches the final band only
+//! through a later blend of radius k, it was at most k higher before. These radii add up over the operands that are
+//! near, but not forever. A blend that lowers a value by δ passes at most (k − δ) / 2k of a change. After a total
+//! fall of 7 k, less than 2⁻²⁴ of it is left, which `f32` cannot show.
 //!
-//! *Practice.* [`influence`] walks down from the root to the node, keeping the greatest distance of interest at each
-//! level, then maps the node's grown box up through its groups' modifiers.
+//! *Practice.* [`influence`] walks down from the root to the node and tracks the largest distance of interest at
+//! each level. Then it maps the node's grown box up through the modifiers of its groups.
 
 use crate::bounds::region_after;
 use crate::group_summary::{GroupSummary, SUMMARY_THRESHOLD};
 use crate::{BlendProfile, Extent, Extents, Modifier, NodeId, Operator, OperatorKind, Scene};
 use argil_math::Aabb;
 
-/// Falls, in greatest blend radii, after which nothing of a change is left: of smooth joints, and where a chamfer (which
-/// lets through 1/√2 of a change per joint) is among them.
+/// Fall after which nothing of a change is left, in units of the largest blend radius: for smooth joints, and if
+/// there are chamfers, which pass 1/√2 of a change per joint.
 const SMOOTH_FALLS: f32 = 7.0;
 const CHAMFER_FALLS: f32 = 48.0;
 
-/// How far distances of interest can fall through any number of joints, of which the greatest blend radius is known and
-/// whether some are chamfered, before nothing of a change is left.
+/// Returns how far distances of interest can fall through any number of joints before nothing of a change is left,
+/// given the largest blend radius and whether there are chamfers.
 pub fn max_blend_propagation(blend: f32, has_chamfers: bool, interest: f32) -> f32 {
     if has_chamfers {
         CHAMFER_FALLS * (blend + 0.6 * interest)
@@ -30,9 +30,9 @@ pub fn max_blend_propagation(blend: f32, has_chamfers: bool, interest: f32) -> f
     }
 }
 
-/// A box outside which the scene's distance, clamped to ±`band`, does not depend on a node.
+/// Returns a box outside which the scene's distance, clamped to ±`band`, does not depend on a node.
 pub(crate) fn influence(scene: &Scene, extents: &mut Extents<'_>, node: NodeId, band: f32) -> Aabb {
-    // The first box counts every later blend; the next ones only those of operands near the box before.
+    // / The first box counts every later blend. The next ones count only operands near the previous box.
     let mut found = Aabb::ALL;
     for _ in 0..4 {
         let tighter = grown_box(scene, extents, node, band, found);
@@ -64,11 +64,11 @@ fn grown_box(
         return Aabb::EMPTY;
     }
 
-    // Down: the distance of interest at each level, and the modifiers passed on the way.
+    // / Down: the distance of interest at each level, and the modifiers on the way.
     let mut interest = band;
     let mut passed: Vec<(&Modifier, f32, Aabb)> = Vec::new();
     let mut region = Aabb::EMPTY;
-    // Boxes of siblings can be compared with `near` only while their frame is the world's.
+    // / Boxes of siblings can be compared with `near` only while their frame is the world's.
     let mut in_world = true;
     for pair in chain.windows(2) {
         let (parent, child) = (pair[0], pair[1]);
@@ -93,7 +93,7 @@ fn grown_box(
                 OperatorKind::Intersect | OperatorKind::Morph
             )
         {
-            // These act on all of the space that their list fills.
+            // / These act on all the space that their list fills.
             let everything = siblings
                 .iter()
                 .filter(|&&s| scene.node(s).at_current_time().visible)
@@ -107,7 +107,7 @@ fn grown_box(
             let outer = extents.node_bounds(child);
             region = outer.aabb.grown(outer.lipschitz_inverse * interest);
         } else if !entry.modifiers.is_empty() {
-            // A group is measured only where its modifiers ask for its box: it may hold many.
+            // / A group is measured only if its modifiers need its box, because it may be large.
             let asks = entry.modifiers.iter().any(|m| m.affine().is_none());
             let stages = if asks {
                 extents.modifier_stages(child)
@@ -122,7 +122,7 @@ fn grown_box(
         }
     }
 
-    // Up: through the modifiers of the groups, innermost first.
+    // / Up: through the modifiers of the groups, innermost first.
     for (modifier, interest, content) in passed.into_iter().rev() {
         region = region_after(modifier, region, content);
         if modifier.clamp_box(content).is_some() {
@@ -132,23 +132,24 @@ fn grown_box(
     region
 }
 
-/// How much further the operator's own joint reaches.
+/// Returns how much farther the operator's own joint reaches.
 pub fn blend_influence_radius(operator: &Operator, interest: f32) -> f32 {
     match operator.profile {
         BlendProfile::Smooth => operator.blend,
-        // (a + b − k)/√2 < min(a, b) where |a − b| < k + (2 − √2)·|min|, and |min| is at most what is of interest.
+        // / (a + b − k)/√2 < min(a, b) if |a − b| < k + (2 − √2)·|min|, and |min| is at most the distance of
+        // interest.
         BlendProfile::Chamfer if operator.blend > 0.0 => operator.blend + 0.6 * interest,
         BlendProfile::Chamfer => 0.0,
     }
 }
 
-/// The same as `later_falls` for all operands of a large group, wherever they are.
+/// Returns what `later_falls` returns, for all operands of a large group, wherever they are.
 fn crowd_falls(crowd: &GroupSummary, interest: f32) -> (f32, bool) {
     let fall = max_blend_propagation(crowd.max_blend(), crowd.has_chamfers(), interest);
     (fall, crowd.has_morphs())
 }
 
-/// How far values of interest can fall through the operands below, and whether one of these is a morph.
+/// Returns how far values of interest can fall through the later operands, and whether one of them is a morph.
 fn later_falls(
     scene: &Scene,
     extents: &mut Extents<'_>,
@@ -172,7 +173,7 @@ fn later_falls(
         let reach = outer
             .aabb
             .grown(outer.lipschitz_inverse * (interest + sum + fall));
-        // Where an intersection's operand is not, it acts most.
+        // / An intersection acts most where its operand is not.
         let apart = operator.kind != OperatorKind::Intersect
             && near.is_some_and(|near| near.intersection(reach).is_empty());
         if apart {
@@ -195,7 +196,7 @@ fn later_falls(
     )
 }
 
-/// The distance of interest before a modifier, given that after it.
+/// Returns the distance of interest before a modifier, given the one after it.
 fn interest_inside(modifier: &Modifier, interest: f32, content: Aabb) -> f32 {
     match *modifier {
         Modifier::Scale { .. } | Modifier::Stretch { .. } => interest / modifier.scale(),

@@ -1,10 +1,9 @@
-//! A journal of a session's edits, written as they are made, from which a scene comes back after a crash with all its
-//! history.
+//! A journal records a session's edits as they happen. After a crash, it restores the scene with its history.
 //!
-//! *Practice.* Its first line holds the scene as it was when the journal was begun, each further one an edit as a
-//! [log](crate::LogError) has it, with a checksum before it. A line is handed to the system at once and whole: when the
-//! process dies, all that was recorded is there, and at most the line in flight is torn, which is left out. When the machine
-//! dies, lines that the system had not written yet are lost too. Name and view are those of the beginning: they are no edits.
+//! *Practice.* The first line holds the scene when the journal began. Each later line holds an edit with a
+//! checksum. The system receives each line at once and complete. If the process dies, every recorded edit is there,
+//! and at most the last line is torn. If the machine dies, lines that the system had not written yet are lost. Name
+//! and view are from the beginning, because they are not edits.
 
 use crate::{Edit, EditError, EditOutcome, FileError, LogError, Scene, write_atomically};
 use serde::{Deserialize, Serialize};
@@ -14,7 +13,7 @@ use std::path::{Path, PathBuf};
 
 /// Version of the format.
 const VERSION: u32 = 1;
-/// Hexadecimal digits of a checksum and a space.
+/// Hexadecimal digits of a checksum, and a space.
 const SUM_BYTES: usize = 9;
 
 #[derive(Serialize, Deserialize)]
@@ -23,22 +22,22 @@ struct Head {
     scene: String,
 }
 
-/// Why a journal could not be written or read.
+/// The reason why a journal cannot be written or read.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum JournalError {
-    /// The file could not be written or read.
+    /// The file cannot be written or read.
     #[error("{path}")]
     Io {
-        /// Which file.
+        /// Path of the file.
         path: PathBuf,
-        /// What the system said.
+        /// The system's error.
         source: std::io::Error,
     },
-    /// The scene was edited already: what is undone later could not be replayed.
+    /// The scene already has a history, whose undo could not be replayed.
     #[error("a journal is to be begun before the first edit: this scene has {0} already")]
     TooLate(usize),
-    /// It does not begin as a journal does.
+    /// The file does not begin as a journal does.
     #[error("{0} is no journal of edits, or its beginning is damaged")]
     NoJournal(PathBuf),
     /// A newer program wrote it.
@@ -46,7 +45,7 @@ pub enum JournalError {
         "{path}: journal version {found} is newer than this program reads ({VERSION}): update argil"
     )]
     Newer {
-        /// Which file.
+        /// Path of the file.
         path: PathBuf,
         /// Its version.
         found: u32,
@@ -54,63 +53,77 @@ pub enum JournalError {
     /// The scene at its beginning cannot be read.
     #[error(transparent)]
     Scene(#[from] FileError),
-    /// A line that is not the last is damaged.
+    /// A line before the last one is damaged.
     #[error(
         "{path}:{line}: this line is damaged, and others come after it: what is before it comes back from a copy that is cut there"
     )]
     Damaged {
-        /// Which file.
+        /// Path of the file.
         path: PathBuf,
         /// The line, from 1.
         line: usize,
     },
-    /// An edit that is whole cannot be done.
+    /// A complete line cannot be replayed.
     #[error("{path}:{line}")]
     Line {
-        /// Which file.
+        /// Path of the file.
         path: PathBuf,
         /// The line, from 1.
         line: usize,
-        /// Why not.
+        /// The reason.
         source: LogError,
     },
-    /// The edit itself was refused; nothing was recorded.
+    /// The edit was refused, and nothing was recorded.
     #[error(transparent)]
     Edit(#[from] EditError),
-    /// A line to replay was refused; nothing was recorded.
+    /// A line to replay was refused, and nothing was recorded.
     #[error(transparent)]
     Replay(LogError),
 }
 
 /// A journal that is being written.
+///
+/// ```
+/// use argil_scene::{Edit, Journal, Scene, Shape};
+/// # let folder = tempfile::tempdir()?;
+/// # let path = folder.path().join("session.journal");
+/// let mut scene = Scene::new();
+/// let mut journal = Journal::create(&path, &scene)?;
+/// let entry = Shape::sphere(1.0).into();
+/// journal.apply(&mut scene, Edit::Insert { parent: Scene::ROOT, index: 0, entry })?;
+/// // After a crash:
+/// let recovered = Journal::recover(&path)?;
+/// assert_eq!(recovered.scene, scene);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug)]
 pub struct Journal {
     path: PathBuf,
     file: File,
-    /// Bytes that are whole.
+    /// Bytes that are complete.
     length: u64,
     /// Lines that could not be written yet.
     unwritten: String,
 }
 
-/// What came back from a journal.
+/// A scene restored from a journal.
 #[derive(Debug)]
 pub struct RecoveredSession {
     /// The scene, with its history.
     pub scene: Scene,
-    /// Lines that were replayed.
+    /// Number of lines that were replayed.
     pub edits: usize,
-    /// Bytes of a line that was not whole and is left out.
+    /// Bytes of an incomplete last line, which was ignored.
     pub torn_bytes: u64,
     path: PathBuf,
     length: u64,
 }
 
 impl RecoveredSession {
-    /// Go on with the journal, whose torn end is cut off.
+    /// Continues the journal, after cutting off an incomplete last line.
     ///
     /// # Errors
-    /// If it cannot be written.
+    /// If the file cannot be written.
     pub fn resume(self) -> Result<(Scene, Journal), JournalError> {
         let Self { path, .. } = self;
         let journal = Journal::open(&path, self.length);
@@ -120,10 +133,10 @@ impl RecoveredSession {
 }
 
 impl Journal {
-    /// Begin a journal of a scene's edits. What was in its place is replaced at once and whole.
+    /// Creates a journal of a scene's edits, and replaces a file at that path.
     ///
     /// # Errors
-    /// If it cannot be written, or the scene has a history.
+    /// If the file cannot be written, or the scene already has a history.
     pub fn create(path: impl AsRef<Path>, scene: &Scene) -> Result<Self, JournalError> {
         Self::begin_at(path.as_ref().into(), scene)
     }
@@ -143,10 +156,10 @@ impl Journal {
             .map_err(|source| JournalError::Io { path, source })
     }
 
-    /// Bring a scene back. The file is left as it is.
+    /// Restores a scene from a journal, which stays unchanged.
     ///
     /// # Errors
-    /// If it cannot be read, or something other than its end is damaged.
+    /// If the file cannot be read, or is damaged before its last line.
     pub fn recover(path: impl AsRef<Path>) -> Result<RecoveredSession, JournalError> {
         Self::recover_file(path.as_ref())
     }
@@ -217,16 +230,16 @@ impl Journal {
         })
     }
 
-    /// Where it is.
+    /// Returns the path of the file.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Do an edit and record it.
+    /// Applies an edit to a scene and records it.
     ///
     /// # Errors
-    /// If the edit is refused: nothing is recorded then. Or if it cannot be written: the edit is done all the same, the file
-    /// is as it was, and the next edit's line is written together with this one.
+    /// If the edit is refused; then nothing is recorded. If it cannot be written; then the edit is applied, the
+    /// file stays unchanged, and the next record also writes this line.
     pub fn apply(&mut self, scene: &mut Scene, edit: Edit) -> Result<EditOutcome, JournalError> {
         let line = scene.log_line(&edit);
         let edited = scene.apply(edit)?;
@@ -234,31 +247,32 @@ impl Journal {
         Ok(edited)
     }
 
-    /// Do what a line of a log says and record it: edits, undo and redo, the beginnings and ends of strokes.
+    /// Performs the action on a line of a log and records it.
     ///
     /// # Errors
-    /// As [`Journal::apply`].
+    /// If the action is refused; then nothing is recorded. If it cannot be written; then the next record also
+    /// writes this line.
     pub fn replay(
         &mut self,
         scene: &mut Scene,
         line: &str,
     ) -> Result<Option<EditOutcome>, JournalError> {
         let edited = scene.apply_log_line(line).map_err(JournalError::Replay)?;
-        // A journal's line has no end within it.
+        // / A line of the journal must not contain a line end.
         let line = line.replace(['\n', '\r'], " ");
         self.record(&line)?;
         Ok(edited)
     }
 
-    /// Record a line that was done already, by [`Scene::apply_log_line`].
+    /// Records a line that was already performed, by [`Scene::apply_log_line`].
     ///
     /// # Errors
-    /// If it cannot be written; it is written together with the next one then.
+    /// If it cannot be written. Then the next record also writes this line.
     pub fn record(&mut self, line: &str) -> Result<(), JournalError> {
         self.unwritten.push_str(&summed(line));
         let written = self.file.write_all(self.unwritten.as_bytes());
         written.map_err(|source| {
-            // Half a line would hide what comes after it; if this fails too, the next line's checksum tells.
+            // / Half a line would hide the lines after it. If this fails too, the next line's checksum reveals it.
             let _ = self.file.set_len(self.length);
             let _ = self.file.seek(SeekFrom::Start(self.length));
             JournalError::Io {
@@ -271,10 +285,10 @@ impl Journal {
         Ok(())
     }
 
-    /// Remove it: the scene is saved, and nothing is left to bring back.
+    /// Removes the journal, after the scene was saved.
     ///
     /// # Errors
-    /// If it cannot be removed.
+    /// If the file cannot be removed.
     pub fn remove(self) -> Result<(), JournalError> {
         let Self { path, file, .. } = self;
         drop(file);
@@ -282,12 +296,12 @@ impl Journal {
     }
 }
 
-/// A line with its checksum and end.
+/// Returns a line with its checksum and line end.
 fn summed(text: &str) -> String {
     format!("{:08x} {text}\n", crc32fast::hash(text.as_bytes()))
 }
 
-/// What a line says, if it is whole.
+/// Returns the contents of a line, if it is complete.
 fn whole(line: &[u8]) -> Option<&str> {
     let line = line.strip_suffix(b"\n")?;
     let (sum, text) = line.split_at_checked(SUM_BYTES)?;

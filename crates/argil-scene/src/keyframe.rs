@@ -1,8 +1,9 @@
 //! Values of a brush or group that change with time.
 //!
-//! A keyframe states some of: a translation, a rotation and a scale, which move the solid after its modifiers (scaled first,
-//! then turned, then moved), the amount of a morph, and a blend radius. Each is interpolated on its own between the keyframes
-//! that state it; before the first and after the last of them it stays. What no keyframe states is the entry's own.
+//! A keyframe may set a translation, a rotation and a scale, which move the solid after its modifiers: first scale,
+//! then rotation, then translation. It may also set the amount of a morph, and a blend radius. Each value is
+//! interpolated between the keyframes that set it, and constant before the first and after the last of them. Other
+//! values come from the node.
 
 use crate::Modifier;
 use crate::validation::{ValidationError, coordinate, not_negative, within};
@@ -11,28 +12,28 @@ use glam::{Quat, Vec3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// How a value goes from the keyframe before to this one.
+/// How a value moves from the previous keyframe to this one.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Ease {
-    /// By equal steps.
+    /// At constant speed.
     #[default]
     Linear,
     /// Slowly at both ends: `3t² − 2t³`.
     Smooth,
-    /// Not at all, until this one is reached.
+    /// It stays, and jumps at this keyframe.
     Hold,
 }
 
-/// A turn about an axis through the origin.
+/// A rotation about an axis through the origin.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct AxisAngle {
-    /// The axis; any length but 0.
+    /// The axis, of any length but 0.
     pub axis: [f32; 3],
-    /// The angle. From one keyframe to the next about the same axis it may be more than a full turn.
+    /// The angle in degrees. Between two keyframes about the same axis, it may exceed a full turn.
     pub degrees: f32,
 }
 
@@ -41,18 +42,18 @@ pub struct AxisAngle {
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Keyframe {
-    /// Seconds, later than the keyframe before.
+    /// Time in seconds, later than the previous keyframe.
     pub time: f32,
-    /// How the values below are reached.
+    /// How the values reach this keyframe.
     #[serde(default, skip_serializing_if = "is_linear")]
     pub ease: Ease,
-    /// Where the solid is moved.
+    /// Translation of the solid.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub translate: Option<[f32; 3]>,
-    /// How it is turned.
+    /// Rotation of the solid.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rotate: Option<AxisAngle>,
-    /// How it is scaled, from 1e-4 to 1e4.
+    /// Scale of the solid, from 1e-4 to 1e4.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub scale: Option<f32>,
     /// How far a morph goes, from 0 to 1.
@@ -67,7 +68,7 @@ fn is_linear(ease: &Ease) -> bool {
     *ease == Ease::Linear
 }
 
-/// Most seconds of an animation: a day.
+/// Maximum length of an animation in seconds: a day.
 const MAX_SECONDS: f32 = 86_400.0;
 
 impl Keyframe {
@@ -96,7 +97,7 @@ impl Keyframe {
     }
 }
 
-/// Whether keyframes can be used; else what cannot.
+/// Checks keyframes.
 pub(crate) fn check(keyframes: &[Keyframe]) -> Result<(), ValidationError> {
     for (i, keyframe) in keyframes.iter().enumerate() {
         let place = format!("keyframes[{i}]");
@@ -119,11 +120,11 @@ pub(crate) fn rotation(turn: AxisAngle) -> Modifier {
 }
 
 pub(crate) fn mix(a: f32, b: f32, t: f32) -> f32 {
-    // Exact at both ends.
+    // / Exact at both ends.
     a * (1.0 - t) + b * t
 }
 
-/// Between two turns: about a common axis by the angle, else the shortest way.
+/// Interpolates two rotations: by the angle if they share an axis, else along the shortest path.
 pub(crate) fn mix_turns(a: AxisAngle, b: AxisAngle, t: f32) -> AxisAngle {
     if a.axis == b.axis {
         let degrees = mix(a.degrees, b.degrees, t);
@@ -143,7 +144,7 @@ pub(crate) fn mix_turns(a: AxisAngle, b: AxisAngle, t: f32) -> AxisAngle {
     }
 }
 
-/// A value at a time, of the keyframes that state it.
+/// Interpolates a value at a time, from the keyframes that set it.
 pub(crate) fn at<T: Copy>(
     keyframes: &[Keyframe],
     time: f32,
@@ -160,7 +161,7 @@ pub(crate) fn at<T: Copy>(
                 Ease::Smooth => t * t * (3.0 - 2.0 * t),
                 Ease::Hold => 0.0,
             };
-            // Before the first there is nothing to come from.
+            // / Before the first keyframe, there is nothing to come from.
             let is_first = std::ptr::eq(before.0, after.0);
             let t = if is_first { 0.0 } else { t };
             return Some(mix(before.1, after.1, t));

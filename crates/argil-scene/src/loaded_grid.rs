@@ -4,7 +4,7 @@ use crate::SampledGrid;
 use argil_math::Aabb;
 use std::sync::Arc;
 
-/// The distances of a mesh, where it is loaded. Any two are equal: what they are follows from the file's name.
+/// The distances of a mesh, if they are loaded. Any two are equal, because the file's name determines them.
 #[derive(Clone, Debug, Default)]
 pub struct LoadedGrid(pub Option<Arc<SampledGrid>>);
 
@@ -15,13 +15,13 @@ impl PartialEq for LoadedGrid {
 }
 
 impl LoadedGrid {
-    /// A box around the solid, as far as it is known: its samples'; empty where it is not loaded.
+    /// Returns the box of the samples, or an empty box if they are not loaded.
     #[doc(hidden)]
     pub fn region(&self) -> Aabb {
         self.0.as_ref().map_or(Aabb::EMPTY, |grid| grid.region())
     }
 
-    /// The samples as interpreters read them; none where it is not loaded.
+    /// Returns the samples as interpreters read them, or none if they are not loaded.
     #[doc(hidden)]
     pub fn words(&self) -> &[f32] {
         self.0.as_ref().map_or(&[], |grid| grid.words())

@@ -1,14 +1,14 @@
-//! Who follows a scene, and from how far edits matter to them.
+//! The margins that worlds need for dirty boxes.
 
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Arc, Mutex, PoisonError, Weak};
 
-/// Two distances in the scene's unit: those below the first are kept as they are, as in a volume's narrow band; those below the second
-/// at least as bounds, as in its empty cells.
+/// Two distances in the scene's unit. Distances below the first are stored as samples, as in a narrow band.
+/// Distances below the second are stored as bounds, as in empty cells.
 type Bands = [f32; 2];
 
-/// What follows a scene's edits holds one: while it does, the boxes of edits hold every change within its bands.
-/// Worlds do so by themselves.
+/// A request for margins. While it exists, dirty boxes contain every change within these margins of a surface.
+/// Worlds hold one by themselves.
 ///
 /// ```
 /// use argil_scene::{Brush, Scene, Shape};
@@ -28,7 +28,7 @@ impl MarginRequest {
         watch
     }
 
-    /// From how far edits matter from now on.
+    /// Changes the requested margins, from the next edit on.
     pub fn set(&self, bands: Bands) {
         for (own, band) in self.0.iter().zip(bands) {
             own.store(band.max(0.0).to_bits(), Ordering::Relaxed);
@@ -40,7 +40,7 @@ fn bands_of(watch: &[AtomicU32; 2]) -> Bands {
     [&watch[0], &watch[1]].map(|bits| f32::from_bits(bits.load(Ordering::Relaxed)))
 }
 
-/// The watches of a scene; its clones have their own.
+/// The requests for a scene. A clone has its own.
 #[derive(Debug, Default)]
 pub(crate) struct MarginRequests(Mutex<Vec<Weak<[AtomicU32; 2]>>>);
 
@@ -50,7 +50,7 @@ impl Clone for MarginRequests {
     }
 }
 
-/// The bands where nobody follows: edits tell boxes all the same.
+/// The margins without requests.
 const NO_MARGINS: Bands = [0.1; 2];
 
 impl MarginRequests {
@@ -62,7 +62,7 @@ impl MarginRequests {
         watch
     }
 
-    /// The widest of all that are held.
+    /// Returns the largest of all requested margins.
     pub(crate) fn maximum(&self) -> Bands {
         let all = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         let held = all.iter().filter_map(Weak::upgrade);

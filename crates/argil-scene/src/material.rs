@@ -3,18 +3,24 @@ use crate::validation::{ValidationError, each, within};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What a surface looks like, in the terms of the metallic–roughness model. Colors are linear RGB.
+/// The appearance of a surface, in the metallic–roughness model. Colors are linear RGB.
+///
+/// ```
+/// use argil_scene::Material;
+/// let gold = Material { metallic: 1.0, roughness: 0.3, ..Material::colored([1.0, 0.77, 0.34]) };
+/// assert!(gold.check().is_ok());
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct Material {
-    /// Color of a dielectric's body or a metal's reflection, components from 0 to 1.
+    /// Color of a dielectric, or reflectance of a metal, with components from 0 to 1.
     pub base_color: [f32; 3],
-    /// From 0, a mirror, to 1, chalk.
+    /// Roughness, from 0 for a mirror to 1 for chalk.
     pub roughness: f32,
-    /// From 0, a dielectric, to 1, a metal.
+    /// Metalness, from 0 for a dielectric to 1 for a metal.
     pub metallic: f32,
-    /// Light given off, components from 0 to 1000.
+    /// Emitted light, with components from 0 to 1000.
     pub emission: [f32; 3],
 }
 
@@ -30,7 +36,7 @@ impl Default for Material {
 }
 
 impl Material {
-    /// A dull dielectric of a color.
+    /// Creates a rough dielectric of a color.
     pub fn colored(base_color: [f32; 3]) -> Self {
         Self {
             base_color,
@@ -38,7 +44,7 @@ impl Material {
         }
     }
 
-    /// Whether every value is in its range.
+    /// Checks that every value is in its range.
     ///
     /// # Errors
     /// The first value that is out of range.

@@ -6,9 +6,9 @@ use glam::{DAffine3, DQuat, DVec3, Vec2, Vec3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Makes [`Modifier`] and what follows from each row: its parameters, with a check each, a rule that several have to keep together, and
-/// an example. What else a modifier is stands by hand where it belongs: how boxes change ([`Extents`](crate::Extents)), how distances do
-/// (`regular.rs` of argil-field), what instructions it takes (`lower/solid.rs`), and its definition for the oracle.
+/// Generates [`Modifier`] from a table. Each row has parameters with checks, a rule between parameters, and an
+/// example. Other files define how a modifier changes boxes ([`Extents`](crate::Extents)), distances
+/// (`regularity.rs` of argil-field), instructions (`lower/solid.rs`), and the oracle.
 macro_rules! modifiers {
     ($(
         $(#[$doc:meta])*
@@ -19,8 +19,8 @@ macro_rules! modifiers {
         $(rule($rule:expr))?
         example($example:expr);
     )*) => {
-        /// A change of a solid or of the space around it. A list of modifiers acts in its order: the first on the solid
-        /// itself, the next on what that made.
+        /// A transform or a deformation. A node's modifiers act in order: the first on the solid itself, and the
+        /// next on its result.
         #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
         #[cfg_attr(feature = "schema", derive(JsonSchema))]
         #[serde(tag = "type", rename_all = "snake_case", deny_unknown_fields)]
@@ -33,10 +33,10 @@ macro_rules! modifiers {
         )*}
 
         impl Modifier {
-            /// Whether every parameter can be used.
+            /// Checks that every parameter is in its range.
             ///
             /// # Errors
-            /// The first that cannot.
+            /// The first parameter that is out of range.
             pub fn check(&self) -> Result<(), ValidationError> {
                 match *self {$(
                     Self::$modifier { $($field),* } => {
@@ -47,7 +47,7 @@ macro_rules! modifiers {
                 )*}
             }
 
-            /// What modifier it is: the variant's name.
+            /// Returns the name of the modifier: the variant's name.
             ///
             /// ```
             /// let modifier = argil_scene::Modifier::Round { radius: 0.1 };
@@ -59,7 +59,7 @@ macro_rules! modifiers {
                 )*}
             }
 
-            /// An example of each modifier, as it is added before anything of it is chosen, in the order of the rows.
+            /// Returns an example of each modifier, in the order of the table, as an editor inserts it.
             ///
             /// ```
             /// let examples = argil_scene::Modifier::examples();
@@ -73,109 +73,109 @@ macro_rules! modifiers {
 }
 
 modifiers! {
-    /// Move.
+    /// Translates.
     Translate {
-        /// By how much along each axis.
+        /// Translation along each axis.
         by: [f32; 3] => coordinate,
     }
     example(Self::Translate { by: [0.0; 3] });
 
-    /// Turn about an axis through the origin, counter-clockwise when the axis points at the viewer.
+    /// Rotates about an axis through the origin, counterclockwise when the axis points at the viewer.
     Rotate {
-        /// The axis; any length but 0.
+        /// The axis, of any length but 0.
         axis: [f32; 3] => direction,
-        /// The angle.
+        /// The angle in degrees.
         degrees: f32 => coordinate,
     }
     example(Self::Rotate { axis: [0.0, 1.0, 0.0], degrees: 0.0 });
 
-    /// Scale about the origin, all axes alike.
+    /// Scales about the origin, by the same factor along all axes.
     Scale {
         /// The factor, from 1e-4 to 1e4.
         by: f32 => within(1e-4, 1e4),
     }
     example(Self::Scale { by: 1.0 });
 
-    /// Scale about the origin, each axis by a factor of its own. The distance is the solid's times the least factor: a bound, the more
-    /// cautious the more the factors differ.
+    /// Scales about the origin, by a factor per axis. The distance becomes a lower bound: the solid's distance
+    /// times the smallest factor.
     Stretch {
         /// The factors, from 1e-3 to 1e3 each.
         by: [f32; 3] => within(1e-3, 1e3),
     }
     example(Self::Stretch { by: [1.0; 3] });
 
-    /// Keep the part on the positive side of the origin and add its mirror image, for each axis chosen.
+    /// Keeps the part on the positive side of the origin, and adds its mirror image, along each selected axis.
     Mirror {
-        /// Which axes change sign.
+        /// The axes to mirror.
         axes: [bool; 3] => any,
     }
     example(Self::Mirror { axes: [true, false, false] });
 
-    /// Copies on a grid, centered on the origin. The solid should lie within its own cell; where it reaches beyond, up
-    /// to 125 copies are looked at.
+    /// Repeats on a grid that is centered on the origin. The solid should stay within its cell; if it does not, up
+    /// to 125 copies are evaluated per point.
     Repeat {
         /// Distance between copies along each axis; 0 for an axis without copies.
         spacing: [f32; 3] => not_negative,
-        /// How many along each axis; without it, endlessly.
+        /// Number of copies along each axis. Endless if it is missing.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         count: Option<[u32; 3]> => counts(1, 1_000_000),
     }
     rule(rules::steps(spacing, count))
     example(Self::Repeat { spacing: [1.5, 0.0, 0.0], count: Some([3, 1, 1]) });
 
-    /// Copies turned about the y axis at equal angles. The solid belongs on the +x side.
+    /// Repeats around the y axis at equal angles. The solid belongs on the +x side.
     RadialRepeat {
-        /// How many.
+        /// Number of copies.
         count: u32 => count(1, 10_000),
     }
     example(Self::RadialRepeat { count: 6 });
 
-    /// Cut the solid at the origin and pull the halves apart along each axis.
+    /// Cuts the solid at the origin and pulls the halves apart along each axis.
     Elongate {
-        /// Half of the length put in, an axis.
+        /// Half of the inserted length per axis.
         by: [f32; 3] => not_negative,
     }
     example(Self::Elongate { by: [0.2, 0.0, 0.0] });
 
-    /// Move the surface outwards; edges become round.
+    /// Moves the surface outward, which rounds edges.
     Round {
-        /// By how much.
+        /// The distance.
         radius: f32 => not_negative,
     }
     example(Self::Round { radius: 0.05 });
 
-    /// Keep only a shell around the surface.
+    /// Keeps only a shell around the surface.
     Shell {
         /// Half of the shell's thickness.
         thickness: f32 => positive,
     }
     example(Self::Shell { thickness: 0.03 });
 
-    /// Turn about the y axis by an angle that grows with y.
+    /// Rotates about the y axis by an angle that grows with y.
     Twist {
-        /// Degrees for a length of 1.
+        /// Degrees per unit of length.
         degrees_per_unit: f32 => within(-1e5, 1e5),
     }
     example(Self::Twist { degrees_per_unit: 45.0 });
 
-    /// Turn in the x–y plane by an angle that grows with x.
+    /// Rotates in the x–y plane by an angle that grows with x.
     Bend {
-        /// Degrees for a length of 1.
+        /// Degrees per unit of length.
         degrees_per_unit: f32 => within(-1e5, 1e5),
     }
     example(Self::Bend { degrees_per_unit: 30.0 });
 
-    /// Move the surface in and out by seeded value noise, octave upon octave of half the amplitude and twice the
-    /// frequency.
+    /// Moves the surface in and out by value noise. Each octave has half the amplitude and twice the frequency of
+    /// the one before.
     Displace {
-        /// Greatest distance of the first octave.
+        /// Maximum displacement of the first octave.
         amplitude: f32 => not_negative,
-        /// Cells of the first octave's lattice for a length of 1.
+        /// Noise cells of the first octave per unit of length.
         frequency: f32 => within(1e-4, 1e4),
-        /// Which noise.
+        /// Seed of the noise.
         #[serde(default)]
         seed: u32 => any,
-        /// How many octaves, from 1 to 8.
+        /// Number of octaves, from 1 to 8.
         #[serde(default = "one")]
         octaves: u32 => count(1, 8),
     }
@@ -186,12 +186,12 @@ fn one() -> u32 {
     1
 }
 
-/// The steepest slope of value noise in [−1, 1] on a unit lattice with the fade 6t⁵ − 15t⁴ + 10t³: along a lattice
-/// edge between −1 and 1, twice the fade's slope of 15/8 in its middle.
+/// The steepest slope of value noise in [−1, 1] on a unit grid with the fade 6t⁵ − 15t⁴ + 10t³. Along a grid edge
+/// from −1 to 1, it is twice the fade's slope of 15/8 at its middle.
 pub(crate) const NOISE_LIPSCHITZ: f32 = 3.75;
 
 impl Modifier {
-    /// Whether it keeps angles: translate, rotate or scale.
+    /// Whether the modifier preserves angles: translate, rotate or scale.
     pub fn is_similarity(&self) -> bool {
         matches!(
             self,
@@ -199,7 +199,7 @@ impl Modifier {
         )
     }
 
-    /// The map from the modified solid's frame to the solid's own, for translate, rotate, scale and stretch.
+    /// Returns the map from the modified frame to the solid's own frame, for translate, rotate, scale and stretch.
     pub fn affine(&self) -> Option<DAffine3> {
         match *self {
             Self::Translate { by } => Some(DAffine3::from_translation(-Vec3::from(by).as_dvec3())),
@@ -216,7 +216,8 @@ impl Modifier {
         }
     }
 
-    /// The factor by which every length grows at least: that of a scale, the least of a stretch, else 1. Distances grow by it.
+    /// Returns the factor by which every length grows at least: the factor of a scale, the smallest of a stretch,
+    /// and 1 otherwise. Distances grow by it.
     pub fn scale(&self) -> f32 {
         match *self {
             Self::Scale { by } => by,
@@ -225,8 +226,8 @@ impl Modifier {
         }
     }
 
-    /// Where a twist or bend holds the points that it evaluates: a box around the deformed solid with a margin. `None`
-    /// for other modifiers.
+    /// Returns the box to which a twist or bend clamps points: a box around the deformed solid with a margin.
+    /// `None` for other modifiers.
     pub fn clamp_box(&self, content: Aabb) -> Option<Aabb> {
         let farthest = |a: f32, b: f32| a.abs().max(b.abs());
         let (x, y, z) = (
@@ -251,15 +252,16 @@ impl Modifier {
             }
             _ => return None,
         };
-        // Without a margin the distance would be 0 on the box's own faces where the solid touches them.
+        // / Without a margin, the distance would be 0 on faces of the box that the solid touches.
         Some(turned.grown(0.05 * turned.half_diagonal()))
     }
 }
 
-/// How much a twist or bend inside `clamp_box` can stretch space: the largest singular value of its Jacobian.
+/// Returns how much a twist or bend inside `clamp_box` can stretch space: the largest singular value of its
+/// Jacobian.
 ///
-/// A twist shears a point at radius r by a = rate · r, and a shear's largest singular value is (a + √(a² + 4)) / 2; a
-/// bend's Jacobian is a rotation plus one column of length rate · r.
+/// A twist shears a point at radius r by a = rate · r, and the largest singular value of a shear is (a + √(a² + 4))
+/// / 2. A bend's Jacobian is a rotation plus one column of length rate · r.
 pub fn twist_stretch(modifier: &Modifier, clamp_box: Aabb) -> f32 {
     let far = clamp_box.min.abs().max(clamp_box.max.abs());
     match *modifier {
@@ -274,10 +276,10 @@ pub fn twist_stretch(modifier: &Modifier, clamp_box: Aabb) -> f32 {
     }
 }
 
-/// Most copies that are all looked at where they overlap and their distances are bounds: then nothing jumps.
+/// Up to this many overlapping copies with bounded distances are all evaluated, so that nothing jumps.
 pub(crate) const FEW_COPIES: u64 = 16;
 
-/// Half of the angle about the y axis, measured from +x, that a box covers.
+/// Returns half of the angle about the y axis, measured from +x, that a box covers.
 pub fn half_angle_about_y(content: Aabb) -> f32 {
     if !content.is_finite() || content.min.x <= 0.0 {
         return std::f32::consts::PI;
@@ -289,11 +291,12 @@ pub fn half_angle_about_y(content: Aabb) -> f32 {
         .fold(0.0, f32::max)
 }
 
-/// How many copies to look at along one axis (or ring) so that the nearest is among them, when the solid reaches to
-/// `extent` from its cell's center: 2 where it stays within its cell, the own one and the nearest neighbor.
+/// Returns how many copies to evaluate along one axis or ring, so that the nearest is among them, if the solid
+/// reaches to `extent` from its cell's center. It is 2 for a solid within its cell: the point's own copy and the
+/// nearest neighbor.
 ///
-/// The nearest point of all copies lies in copy n only if, of the same point's images, n's is nearest; then
-/// |n · spacing| ≤ spacing / 2 + extent + spacing / 2.
+/// Copy n can contain the nearest point only if, among the images of the point, n's is nearest. Then |n · spacing|
+/// ≤ spacing / 2 + extent + spacing / 2.
 pub(crate) fn neighbor_copies(extent: f32, spacing: f32) -> u32 {
     if extent <= 0.5 * spacing {
         2

@@ -1,27 +1,27 @@
-//! Brushes and groups at their places.
+//! Brushes and groups in a scene.
 
 use crate::{Group, NodeDesc};
 
-/// The name of a brush or group within its scene. It stays with the node through all edits, undo and redo included.
+/// Identifies a brush or group within its scene. It stays the same through all edits, including undo and redo.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct NodeId {
     pub(crate) index: u32,
-    /// Of the scene that made the node, and of its clones; 0 of every root. A node of another scene is told by it.
+    /// Identifies the scene that created the node, and its clones. 0 for every root.
     pub(crate) origin: u32,
 }
 
 impl NodeId {
-    /// A number that counts up from 0 over all nodes that the scene ever held.
+    /// Returns a number that counts from 0 over all nodes that the scene ever had.
     pub fn index(self) -> usize {
         self.index as usize
     }
 }
 
-/// A brush or group at its place.
+/// A brush or group in a scene.
 #[derive(Clone, Debug)]
 pub struct Node {
     pub(crate) desc: NodeDesc,
-    /// As it acts at the scene's time, if it has keyframes.
+    /// Its description at the scene's time, if it has keyframes.
     pub(crate) evaluated: Option<Box<NodeDesc>>,
     pub(crate) children: Vec<NodeId>,
     pub(crate) parent: Option<NodeId>,
@@ -29,11 +29,11 @@ pub struct Node {
     pub(crate) origin: u32,
 }
 
-/// Of nodes that nothing can bring back.
+/// Marks nodes that nothing can restore.
 pub(crate) const GONE: u32 = u32::MAX;
 
 impl Node {
-    /// The root of a scene.
+    /// Creates the root of a scene.
     pub(crate) fn root() -> Self {
         Self {
             desc: Group::new().into(),
@@ -44,7 +44,7 @@ impl Node {
         }
     }
 
-    /// In the place of a node that nothing can bring back.
+    /// Replaces a node that nothing can restore.
     pub(crate) fn gone() -> Self {
         Self {
             origin: GONE,
@@ -52,22 +52,22 @@ impl Node {
         }
     }
 
-    /// What the node is.
+    /// Returns the node's description.
     pub fn desc(&self) -> &NodeDesc {
         &self.desc
     }
 
-    /// What it is at the scene's time: with the values of its keyframes in place of its own.
+    /// Returns the description at the scene's time, with the values of its keyframes.
     pub fn at_current_time(&self) -> &NodeDesc {
         self.evaluated.as_deref().unwrap_or(&self.desc)
     }
 
-    /// What a group holds, in order; nothing for a brush.
+    /// Returns the contents of a group in order. A brush has none.
     pub fn children(&self) -> &[NodeId] {
         &self.children
     }
 
-    /// The group around the node; `None` for the root, and for what was removed.
+    /// Returns the group around the node, or `None` for the root and for removed nodes.
     pub fn parent(&self) -> Option<NodeId> {
         self.parent
     }

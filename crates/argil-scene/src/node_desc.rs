@@ -2,38 +2,38 @@ use crate::keyframe::{self, Keyframe};
 use crate::validation::ValidationError;
 use crate::{LoadedGrid, Modifier, Operator, Shape};
 
-/// What a brush or a group is apart from its place in the scene.
+/// The description of a brush or a group, apart from its place in a scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NodeDesc {
-    /// A name for people; may be empty, need not be unique.
+    /// A name for people. It may be empty, and need not be unique.
     pub name: String,
-    /// Whether it takes part.
+    /// Whether it takes part in the solid.
     pub visible: bool,
-    /// Whether editors leave it as it is.
+    /// Whether editors protect it from changes.
     pub locked: bool,
-    /// How it acts on what stands above it.
+    /// How it combines with everything before it.
     pub operator: Operator,
-    /// Changes of its solid, the first first.
+    /// Transforms and deformations, applied in order.
     pub modifiers: Vec<Modifier>,
-    /// The name of a material of the scene; without one, that of the group around it.
+    /// Name of a material of the scene. If it is missing, the surrounding group's material applies.
     pub material: Option<String>,
-    /// Values that change with time, in its order.
+    /// Values that change with time, in order of time.
     pub keyframes: Vec<Keyframe>,
-    /// A shape, or a group that holds others.
+    /// A shape, or a group.
     pub kind: NodeKind,
 }
 
-/// What an entry is made of.
+/// What a node is.
 #[derive(Clone, Debug, PartialEq)]
 pub enum NodeKind {
-    /// A brush.
+    /// A brush with a shape.
     Shape(Shape),
-    /// A group; what it holds is asked of the scene.
+    /// A group. The scene holds its contents.
     Group,
 }
 
 impl NodeKind {
-    /// As [`Shape::file`], of a shape.
+    /// Returns the file of a shape: see [`Shape::file`].
     pub fn file(&self) -> Option<(&str, u32, &LoadedGrid)> {
         match self {
             Self::Shape(shape) => shape.file(),
@@ -41,7 +41,7 @@ impl NodeKind {
         }
     }
 
-    /// As [`Shape::file_mut`], of a shape.
+    /// Returns the file of a shape, to change it: see [`Shape::file_mut`].
     pub fn file_mut(&mut self) -> Option<(&mut String, &mut u32, &mut LoadedGrid)> {
         match self {
             Self::Shape(shape) => shape.file_mut(),
@@ -49,7 +49,7 @@ impl NodeKind {
         }
     }
 
-    /// What a shape takes besides itself, but for a mesh's distances, which are shared.
+    /// Returns the heap bytes of a shape, without shared mesh samples.
     pub(crate) fn heap_bytes(&self) -> usize {
         match self {
             Self::Shape(shape) => shape.heap_bytes(),
@@ -72,7 +72,7 @@ impl NodeDesc {
         }
     }
 
-    /// Whether every value can be used; else the first that cannot.
+    /// Checks that every value is in its range.
     ///
     /// # Errors
     /// The first value that is out of range.

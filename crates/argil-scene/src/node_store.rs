@@ -1,13 +1,13 @@
-//! A scene's nodes, which clones of it share until one of them changes.
+//! Stores a scene's nodes. Clones share them until one of them changes.
 
 use crate::Node;
 use std::ops::{Index, IndexMut};
 use std::sync::Arc;
 
-/// Nodes that are copied together when one of them changes while a clone has them too.
+/// Nodes that are copied together when one of them changes in a clone.
 const CHUNK: usize = 64;
 
-/// Nodes by their index. The first, the root, is in a chunk by itself: its list of children may be long.
+/// Nodes by index. The root is in a chunk by itself, because its list of children may be long.
 #[derive(Clone, Debug)]
 pub(crate) struct NodeStore {
     root: Arc<Node>,
@@ -16,7 +16,7 @@ pub(crate) struct NodeStore {
 }
 
 impl NodeStore {
-    /// With a root alone.
+    /// Creates a store with a root.
     pub(crate) fn of(root: Node) -> Self {
         Self {
             root: Arc::new(root),
@@ -43,7 +43,7 @@ impl NodeStore {
         }
     }
 
-    /// Keep the first so many, the root among them.
+    /// Keeps the first nodes, including the root.
     pub(crate) fn truncate(&mut self, len: usize) {
         let len = len.clamp(1, self.len);
         self.chunks.truncate((len - 1).div_ceil(CHUNK));

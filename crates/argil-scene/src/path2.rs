@@ -1,37 +1,39 @@
-//! Curves that shapes are drawn with: outlines of pieces, and splines through points.
+//! Curves of shapes: 2D paths, and splines through points.
 
 use glam::{Vec2, Vec3};
 #[cfg(feature = "schema")]
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// A point that a spline tube goes through.
+/// A point that a spline tube passes through.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct SplinePoint {
-    /// Where it is.
+    /// Its position.
     pub at: [f32; 3],
     /// Radius of the tube there.
     pub radius: f32,
 }
 
 impl SplinePoint {
-    /// A point, with the tube's radius there.
+    /// Creates a point with the tube's radius there.
     pub fn new(at: [f32; 3], radius: f32) -> Self {
         Self { at, radius }
     }
 }
 
-/// A piece of a spline tube: start, control point and end of a quadratic Bézier curve, radii at its start and end.
+/// A segment of a spline tube: the start, control point and end of a quadratic Bézier curve, and the radii at its
+/// start and end.
 #[doc(hidden)]
 pub type TubePiece = ([Vec3; 3], [f32; 2]);
 
-/// The pieces of a tube through points, two from each to the next, which meet halfway between their control points.
+/// Returns the segments of a tube through points: two from each point to the next, which meet halfway between their
+/// control points.
 #[doc(hidden)]
 pub fn spline_pieces(points: &[SplinePoint]) -> impl Iterator<Item = TubePiece> + '_ {
     let at = |i: usize| Vec3::from(points[i.min(points.len() - 1)].at);
-    // A quarter of the way that the curve goes at a point in the unit of its parameter.
+    // / A quarter of the tangent at a point.
     let quarter = move |i: usize| 0.125 * (at(i + 1) - at(i.saturating_sub(1)));
     (1..points.len()).flat_map(move |i| {
         let (a, b) = (at(i - 1), at(i));
@@ -46,20 +48,22 @@ pub fn spline_pieces(points: &[SplinePoint]) -> impl Iterator<Item = TubePiece> 
     })
 }
 
-/// A closed outline in 2D, of lines and quadratic Bézier curves. A line closes it where the last piece ends elsewhere
-/// than at the start. What lies inside is decided by the even-odd rule.
+/// A closed 2D path of lines and quadratic Bézier curves. If the last segment does not end at the start, a line
+/// closes the path. The even-odd rule decides what lies inside.
+///
+/// Used by [`Shape::Extrusion`](crate::Shape::Extrusion) and [`Shape::Lathe`](crate::Shape::Lathe).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Path2 {
-    /// Where the outline starts.
+    /// Start of the path.
     pub start: [f32; 2],
-    /// Its pieces, each from where the one before ended.
+    /// Segments, each from the end of the previous one.
     #[serde(alias = "pieces")]
     pub segments: Vec<PathSegment>,
 }
 
-/// A piece of an outline: a line, or a curve where there is a control point.
+/// A segment of a path: a line, or a curve if it has a control point.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
@@ -67,12 +71,12 @@ pub struct PathSegment {
     /// Control point of a quadratic Bézier curve.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub control: Option<[f32; 2]>,
-    /// Where the piece ends.
+    /// End of the segment.
     pub to: [f32; 2],
 }
 
 impl Path2 {
-    /// An outline that starts at a point.
+    /// Creates a path that starts at a point.
     ///
     /// ```
     /// use argil_scene::{Path2, Shape};
@@ -86,14 +90,14 @@ impl Path2 {
         }
     }
 
-    /// A line from where it ends, to a point.
+    /// Appends a line to a point.
     #[must_use]
     pub fn line(mut self, to: [f32; 2]) -> Self {
         self.segments.push(PathSegment { control: None, to });
         self
     }
 
-    /// A quadratic Bézier curve from where it ends, by a control point, to a point.
+    /// Appends a quadratic Bézier curve to a point.
     #[must_use]
     pub fn curve(mut self, control: [f32; 2], to: [f32; 2]) -> Self {
         let control = Some(control);
@@ -101,7 +105,7 @@ impl Path2 {
         self
     }
 
-    /// The corners of a box around the outline: that of its points and control points.
+    /// Returns the corners of a box around the path's points and control points.
     pub fn bounds(&self) -> (Vec2, Vec2) {
         let points = self
             .segments()
@@ -112,7 +116,8 @@ impl Path2 {
         })
     }
 
-    /// Start, control and end point of each piece, the closing line included; a line has no control point.
+    /// Iterates over the start, control point and end of each segment, including the closing line. A line has no
+    /// control point.
     pub fn segments(&self) -> impl Iterator<Item = ([f32; 2], Option<[f32; 2]>, [f32; 2])> + '_ {
         let mut at = self.start;
         let closing = PathSegment {

@@ -1,9 +1,9 @@
-//! Distances at points of a grid, of what has no formula: triangles, or a stored volume.
+//! Distances at the points of a grid, for solids without a formula: triangles, or stored volumes.
 //!
-//! *Theory.* Samples are fine near the surface and coarse elsewhere (adaptively sampled distance fields, Frisken et al.
-//! 2000), and interpolated linearly along each axis. Away from the surface the fine ones fade into what the coarse ones
-//! tell, so that the distance has no jump where fine meets coarse. Its gradient in a cell is a mean of those at the corners, which are differences along
-//! edges: the greatest of them is its Lipschitz constant.
+//! *Theory.* Samples are fine near the surface and coarse elsewhere (adaptively sampled distance fields, Frisken et
+//! al. 2000). They are interpolated linearly along each axis. Away from the surface, fine samples fade into the
+//! interpolated coarse ones, so that nothing jumps where they meet. The gradient in a cell is a mean of the
+//! gradients at its corners, which are differences along edges. The largest of them is the Lipschitz constant.
 
 mod heights;
 
@@ -13,44 +13,45 @@ use glam::{UVec3, Vec3, uvec3};
 use rayon::prelude::*;
 use std::fmt;
 
-/// Samples' intervals along the side of a cell that has fine ones.
+/// Intervals along the side of a cell with fine samples.
 pub const SAMPLED_SIDE: u32 = 8;
 
-/// Words before the table of cells: corner, reciprocal of a cell's edge, cells along each axis, 0. Of heights: the greatest step
-/// along x and along z, the least and the greatest height, posts along x, 0, posts along z, 0.
+/// Words before the table of cells: corner, reciprocal of a cell's edge, cells along each axis, 0. For heights: the
+/// largest step along x and along z, the smallest and the largest height, posts along x, 0, posts along z, 0.
 pub const SAMPLED_HEADER: usize = 8;
 
-/// By how much distances of a grid may change over a length of 1.
+/// Maximum slope of a grid's distance.
 const MAX_LIPSCHITZ: f32 = 100.0;
 
-/// What the file of a grid begins with.
+/// First bytes of a grid's file.
 pub const GRID_MAGIC: [u8; 8] = *b"argilg01";
 
-/// Most posts along a side of a grid of heights.
+/// Maximum posts along a side of a height grid.
 pub const MAX_POSTS: u32 = 2048;
 
-/// Samples of a cell that has fine ones.
+/// Number of samples of a cell with fine samples.
 const FINE: usize = 729;
 
-/// Fine samples are the distance up to so many intervals from the surface.
+/// Up to this many intervals from the surface, fine samples are the distance itself.
 const NEAR: f32 = 2.0;
 
-/// From there on, fine samples are what the coarse ones tell; all cells that the surface is nearer to have some.
+/// From this many intervals on, fine samples equal the interpolated coarse ones. All cells nearer to the surface
+/// have fine samples.
 const FAR: f32 = 8.0;
 
-/// What a grid is sampled from.
+/// The source of a grid's samples.
 pub trait DistanceSampler: Sync {
-    /// The signed distances of points that lie near one another.
+    /// Computes the signed distances of points that lie close together.
     fn distances(&self, points: &[Vec3], out: &mut [f32]);
 
-    /// The distance of a point, without its sign.
+    /// Returns the unsigned distance of a point.
     fn length(&self, point: Vec3) -> f32 {
         let mut out = [0.0];
         self.distances(&[point], &mut out);
         out[0].abs()
     }
 
-    /// Those of a block's points, x fastest.
+    /// Computes the signed distances of a block's points, x fastest.
     fn block(&self, block: &SampledBlock, out: &mut [f32]) {
         let places: Vec<Vec3> = (0..FINE).map(|i| block.place(i)).collect();
         self.distances(&places, out);
@@ -63,23 +64,23 @@ impl<F: Fn(&[Vec3], &mut [f32]) + Sync> DistanceSampler for F {
     }
 }
 
-/// 9³ points, and what is wanted of them.
+/// A block of 9³ points, and the accuracy that it needs.
 #[derive(Clone, Copy, Debug)]
 pub struct SampledBlock {
     /// The first point.
     pub first: Vec3,
-    /// Between points.
+    /// Distance between points.
     pub step: f32,
-    /// The signed distances at the block's corners, x fastest.
+    /// Signed distances at the block's corners, x fastest.
     pub corners: [f32; 8],
-    /// Distances up to here are told exactly.
+    /// Distances up to this value must be exact.
     pub near: f32,
-    /// From here on, only that they are so long is used of distances. In between they may be somewhat longer than they are.
+    /// From this value on, only a lower bound is needed. Distances in between may be slightly too large.
     pub far: f32,
 }
 
 impl SampledBlock {
-    /// Where the nth point is.
+    /// Returns the position of the nth point.
     #[inline]
     pub fn place(&self, nth: usize) -> Vec3 {
         let inner = place_of(nth, UVec3::splat(SAMPLED_SIDE + 1));
@@ -90,8 +91,8 @@ impl SampledBlock {
 /// A distance that is interpolated between samples.
 #[derive(Clone, PartialEq)]
 pub struct SampledGrid {
-    /// What interpreters read, all numbers: the header, of each cell 0 or one more than the place of its fine samples, the
-    /// coarse samples at cells' corners, the fine ones cell by cell; x fastest.
+    /// What interpreters read, as numbers: the header; for each cell, 0 or one more than the position of its fine
+    /// samples; the coarse samples at cell corners; the fine samples cell by cell. x is fastest.
     words: Vec<f32>,
     corner: Vec3,
     cell: f32,
@@ -112,8 +113,9 @@ impl fmt::Debug for SampledGrid {
 }
 
 impl SampledGrid {
-    /// Sample a function of points: a signed distance, negative inside, or what is nowhere farther from 0 than that. `solid` is the box that
-    /// what is solid lies in; what reaches beyond it is cut. `resolution` is samples along its longest side, from 16 to 512.
+    /// Samples a function of points that returns a signed distance, or a value nowhere farther from 0 than the
+    /// distance. `solid` is the box of the solid; anything outside it is cut off. `resolution` is the number of
+    /// samples along its longest side, from 16 to 512.
     ///
     /// ```
     /// use argil_scene::{Brush, SampledGrid, Scene, Shape};
@@ -153,7 +155,7 @@ impl SampledGrid {
             for (point, out) in points.iter().zip(out) {
                 let beyond = (*point - solid.center()).abs() - half;
                 let of_box = beyond.max(Vec3::ZERO).length() + beyond.max_element().min(0.0);
-                // No number stays none, as what is greatest would not.
+                // / NaN stays NaN, which a maximum would hide.
                 let own = distance(point.to_array());
                 *out = if own < of_box { of_box } else { own };
             }
@@ -179,7 +181,7 @@ impl SampledGrid {
         Ok(grid)
     }
 
-    /// Sample a distance in cells from `corner` on; `solid` is a box around the solid.
+    /// Samples a distance in cells from `corner` on. `solid` is the box of the solid.
     pub fn sample(
         corner: Vec3,
         cell: f32,
@@ -200,7 +202,7 @@ impl SampledGrid {
                     .collect();
                 measure.distances(&places, out);
             });
-        // The surface is no nearer to a cell's middle than a corner tells.
+        // / The surface is no nearer to a cell's center than its corner tells.
         let half = 0.5 * 3f32.sqrt() * cell;
         let step = cell / SAMPLED_SIDE as f32;
         let far = FAR * step;
@@ -264,7 +266,7 @@ impl SampledGrid {
         grid
     }
 
-    /// From words that were kept; `None` where they make no grid.
+    /// Creates a grid from stored words. Returns `None` if they are not a valid grid.
     pub fn from_words(words: Vec<f32>, solid: Aabb) -> Option<Self> {
         let head = words.get(..SAMPLED_HEADER)?;
         if head[5] == 0.0 {
@@ -302,7 +304,8 @@ impl SampledGrid {
         (is_near && is_held && grid.lipschitz <= MAX_LIPSCHITZ).then_some(grid)
     }
 
-    /// The grid as the bytes of a file: [`GRID_MAGIC`], the box around the solid, and its [words](Self::words), all little-endian `f32`.
+    /// Returns the grid as the bytes of a file: [`GRID_MAGIC`], the box of the solid, and its [words](Self::words),
+    /// as little-endian `f32`.
     pub fn to_bytes(&self) -> Vec<u8> {
         let solid = [self.solid.min, self.solid.max].map(|corner| corner.to_array());
         let words = solid.as_flattened().iter().chain(&self.words);
@@ -311,7 +314,7 @@ impl SampledGrid {
         bytes
     }
 
-    /// From the bytes of a file; `None` if they are not those of a whole grid.
+    /// Creates a grid from the bytes of a file. Returns `None` if they are not a complete grid.
     pub fn from_bytes(bytes: &[u8]) -> Option<Self> {
         let (words, rest) = bytes.strip_prefix(&GRID_MAGIC)?.as_chunks::<4>();
         let words: Vec<f32> = words.iter().map(|&word| f32::from_le_bytes(word)).collect();
@@ -321,44 +324,44 @@ impl SampledGrid {
         rest.is_empty().then_some(grid)
     }
 
-    /// What interpreters read.
+    /// Returns the words that interpreters read.
     pub fn words(&self) -> &[f32] {
         &self.words
     }
 
-    /// A box around the solid.
+    /// Returns the box of the solid.
     pub fn solid(&self) -> Aabb {
         self.solid
     }
 
-    /// The box in which distances are stored.
+    /// Returns the box in which distances are stored.
     pub fn region(&self) -> Aabb {
         Aabb::new(self.corner, self.corner + self.cell * self.cells.as_vec3())
     }
 
-    /// By how much the distance can change over a length of 1.
+    /// Returns the Lipschitz constant of the distance.
     pub fn lipschitz(&self) -> f32 {
         self.lipschitz
     }
 
-    /// Whether any sample is inside.
+    /// Whether any sample lies inside the solid.
     pub fn has_inside(&self) -> bool {
         let fixed = SAMPLED_HEADER + volume(self.cells);
         self.words[fixed..].iter().any(|&d| d < 0.0)
     }
 
-    /// Between fine samples.
+    /// Returns the distance between fine samples.
     pub fn spacing(&self) -> f32 {
         self.cell / SAMPLED_SIDE as f32
     }
 
-    /// Cells with fine samples.
+    /// Returns the number of cells with fine samples.
     pub fn fine_cells(&self) -> usize {
         let fixed = SAMPLED_HEADER + volume(self.cells) + volume(self.cells + 1);
         (self.words.len() - fixed) / FINE
     }
 
-    /// The greatest gradient in any cell.
+    /// Returns the largest gradient in any cell.
     fn steepest(&self) -> f32 {
         let table = &self.words[SAMPLED_HEADER..][..volume(self.cells)];
         let coarse = &self.words[SAMPLED_HEADER + volume(self.cells)..];
@@ -383,12 +386,12 @@ impl SampledGrid {
             greatest
         };
         let all = table.par_iter().enumerate().map(in_cell);
-        // Rounding of the samples themselves.
+        // / Rounding of the samples themselves.
         all.reduce(|| 0.0, f32::max) * 1.0001
     }
 }
 
-/// The longest gradient at a corner, of samples a length of 1 apart.
+/// Returns the longest gradient at a corner, for samples a unit apart.
 fn steepest(v: [f32; 8]) -> f32 {
     let mut greatest = 0.0f32;
     for c in 0..8 {
@@ -399,8 +402,8 @@ fn steepest(v: [f32; 8]) -> f32 {
     greatest.sqrt()
 }
 
-/// What a fine sample holds: the distance near the surface, more and more of what the coarse samples tell farther off, and
-/// that alone from where cells without fine samples may begin. It keeps its sign.
+/// Returns the value of a fine sample: the distance near the surface, which fades into the interpolated coarse
+/// value with distance. It keeps its sign.
 fn faded(d: f32, coarse: f32, step: f32) -> f32 {
     let share = ((d.abs() / step - NEAR) / (FAR - NEAR)).clamp(0.0, 1.0);
     let own = coarse * d.signum();
@@ -427,12 +430,12 @@ fn place_of(i: usize, n: UVec3) -> UVec3 {
     uvec3(i % n.x, i / n.x % n.y, i / n.x / n.y)
 }
 
-/// A cell's corners, x fastest.
+/// Returns the corners of a cell, x fastest.
 fn corners(place: UVec3) -> [UVec3; 8] {
     std::array::from_fn(|c| place + uvec3(c as u32 & 1, c as u32 >> 1 & 1, c as u32 >> 2))
 }
 
-/// How finely a mesh is sampled.
+/// Checks the resolution of a mesh.
 pub(crate) fn mesh_resolution(path: &str, value: u32) -> Result<(), ValidationError> {
     if (16..=512).contains(&value) {
         Ok(())

@@ -11,7 +11,7 @@ use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// A number that no other scene of the process has; a clone has its own.
+/// The id of a scene within this process. A clone gets its own.
 #[derive(Debug)]
 pub(crate) struct Identity(u64);
 
@@ -28,7 +28,7 @@ impl Clone for Identity {
     }
 }
 
-/// What the ids of new nodes are marked with: that of the scene that a replica is of; a clone's are its own.
+/// Marks the ids of new nodes: with the id of the scene that a replica mirrors. A clone uses its own.
 #[derive(Debug, Default)]
 pub(crate) struct Origin(Option<u32>);
 
@@ -38,13 +38,15 @@ impl Clone for Origin {
     }
 }
 
-/// An ordered list of brushes and groups, with materials and a way to look at them. See the crate's page.
+/// An ordered list of brushes and groups, with materials and a view.
+///
+/// See the [crate page](crate) for the model. Cloning is cheap: clones share nodes until one of them changes.
 #[derive(Clone, Debug)]
 pub struct Scene {
     pub(crate) nodes: NodeStore,
     pub(crate) time: f32,
     pub(crate) materials: BTreeMap<String, Material>,
-    /// Of meshes, by path and resolution.
+    /// Samples of meshes, by path and resolution.
     pub(crate) grids: BTreeMap<(String, u32), Arc<SampledGrid>>,
     pub(crate) history: History,
     pub(crate) margin_requests: MarginRequests,
@@ -53,9 +55,9 @@ pub struct Scene {
     pub(crate) origin: Origin,
     /// A name for people.
     pub name: String,
-    /// Where the scene or its parts come from.
+    /// Source and license of the scene or its parts.
     pub credit: String,
-    /// How the scene is meant to be looked at.
+    /// Camera, ground, sun and bounds.
     pub view: View,
 }
 
@@ -66,13 +68,13 @@ impl Default for Scene {
 }
 
 impl Scene {
-    /// The group that holds everything.
+    /// The group that contains everything.
     pub const ROOT: NodeId = NodeId {
         index: 0,
         origin: 0,
     };
 
-    /// A scene with nothing in it.
+    /// Creates an empty scene.
     pub fn new() -> Self {
         Self {
             nodes: NodeStore::of(Node::root()),
@@ -90,8 +92,8 @@ impl Scene {
         }
     }
 
-    /// The scene as it stands, without its history: what a [clone](Clone) has that nobody edits. It shares the nodes that the scene does
-    /// not change from then on, so that it costs little, however many there are.
+    /// Returns a copy of the scene without its history. The copy shares unchanged nodes, so it costs little,
+    /// however many there are.
     pub fn snapshot(&self) -> Self {
         Self {
             nodes: self.nodes.clone(),
@@ -109,8 +111,8 @@ impl Scene {
         }
     }
 
-    /// A clone in which the same [actions](crate::Action), in the same order, make nodes of the same ids: for whoever follows a scene
-    /// elsewhere, as on another thread. Refused actions count for nothing.
+    /// Returns a clone in which the same [actions](crate::Action), in the same order, give nodes the same ids. It
+    /// mirrors a scene elsewhere, such as on another thread. Refused actions do not count.
     ///
     /// ```
     /// use argil_scene::{Action, Brush, Edit, Scene, Shape};
@@ -130,28 +132,28 @@ impl Scene {
     }
 
     fn own_origin(&self) -> u32 {
-        // Neither a root's nor that of nodes that are gone.
+        // / Neither the root's mark nor that of nodes that are gone.
         let own = (self.scene_id.0 % u64::from(GONE - 1)) as u32 + 1;
         self.origin.0.unwrap_or(own)
     }
 
-    /// A node by its id.
+    /// Returns a node.
     ///
     /// # Panics
-    /// If it is a node of another scene, or its history was dropped: see [`Scene::get`].
+    /// If the node belongs to another scene, or its history was dropped: see [`Scene::get`].
     pub fn node(&self, id: NodeId) -> &Node {
         let node = &self.nodes[id.index()];
         assert_eq!(node.origin, id.origin, "a node of this scene");
         node
     }
 
-    /// A node by its id, removed nodes included. `None` for a node of another scene.
+    /// Returns a node, which may be a removed one, or `None` for a node of another scene.
     pub fn get(&self, id: NodeId) -> Option<&Node> {
         let node = self.nodes.get(id.index())?;
         (node.origin == id.origin).then_some(node)
     }
 
-    /// Makes a node that is not in the tree yet.
+    /// Creates a node outside the tree.
     pub(crate) fn add_node(&mut self, entry: NodeDesc, parent: Option<NodeId>) -> NodeId {
         let origin = self.own_origin();
         let id = NodeId {
@@ -168,17 +170,17 @@ impl Scene {
         id
     }
 
-    /// One more than the greatest [`NodeId::index`].
+    /// Returns one more than the largest [`NodeId::index`].
     pub fn node_count(&self) -> usize {
         self.nodes.len()
     }
 
-    /// The materials by name.
+    /// Returns the materials by name.
     pub fn materials(&self) -> &BTreeMap<String, Material> {
         &self.materials
     }
 
-    /// Add or change a material. Not part of the history.
+    /// Adds or changes a material, without an undo step.
     ///
     /// # Errors
     /// If a value is out of range.
@@ -196,7 +198,7 @@ impl Scene {
         Ok(())
     }
 
-    /// The meshes that have no distances yet: path and resolution of each.
+    /// Returns path and resolution of each mesh that is not loaded.
     pub fn missing_meshes(&self) -> Vec<(String, u32)> {
         let mut missing: Vec<(String, u32)> = self
             .iter()
@@ -209,7 +211,7 @@ impl Scene {
         missing
     }
 
-    /// The meshes in the scene that have distances: path, resolution and distances of each.
+    /// Returns path, resolution and samples of each loaded mesh in the scene.
     pub fn loaded_meshes(&self) -> Vec<(&str, u32, &Arc<SampledGrid>)> {
         let mut loaded: BTreeMap<(&str, u32), &Arc<SampledGrid>> = BTreeMap::new();
         for id in self.iter() {
@@ -224,7 +226,7 @@ impl Scene {
             .collect()
     }
 
-    /// Brushes of sampled distances: name of the file, and distances of each.
+    /// Iterates over sampled shapes: the name of the file, and the samples.
     pub(crate) fn sampled(&self) -> impl Iterator<Item = (&str, &SampledGrid)> {
         let files = self.iter().filter_map(|id| self.node(id).desc.kind.file());
         files.filter_map(|(name, _, grid)| {
@@ -233,7 +235,7 @@ impl Scene {
         })
     }
 
-    /// The files of all meshes.
+    /// Returns the paths of all mesh files.
     pub fn mesh_paths(&self) -> Vec<String> {
         let mut paths: Vec<String> = self
             .iter()
@@ -245,13 +247,13 @@ impl Scene {
         paths
     }
 
-    /// The files of all meshes that it has had distances of, those that undo would bring back included.
+    /// Iterates over the paths of all meshes that were ever loaded, including those that undo would restore.
     pub fn known_mesh_paths(&self) -> impl Iterator<Item = &str> {
         self.grids.keys().map(|(path, _)| path.as_str())
     }
 
-    /// Name meshes' files by other paths, as from another folder, all at once; what is loaded stays. It is no step of the history,
-    /// and what undo brings back has the new names too.
+    /// Renames the paths of mesh files, all at once, as for another folder. Loaded samples stay. This is not an
+    /// undo step, and nodes that undo restores have the new names too.
     pub fn rename_meshes(&mut self, paths: &BTreeMap<String, String>) {
         let rename = |entry: &mut NodeDesc| {
             if let Some((path, _, _)) = entry.kind.file_mut()
@@ -278,8 +280,8 @@ impl Scene {
             .collect();
     }
 
-    /// The distances of a mesh, for all brushes that name it, in place of what they had, and those of later edits included. Not
-    /// part of the history: undo does not bring back what was there. What was built before has to be built anew.
+    /// Sets the samples of a mesh, for all brushes that name it now or later. This is not an undo step. Worlds of
+    /// the scene must be rebuilt.
     pub fn set_mesh_grid(
         &mut self,
         path: impl Into<String>,
@@ -300,11 +302,11 @@ impl Scene {
         self.history.note(SceneChange::of_everything());
     }
 
-    /// Give a mesh its distances, where they are known.
+    /// Gives a mesh its samples, if they are known.
     pub(crate) fn load(&self, entry: &mut NodeDesc) {
         if let Some((path, resolution, grid)) = entry.kind.file_mut()
-            // A name is made for the look-up alone; meshes are few.
-            // What was sampled in this program comes with its brush.
+            // / The name is allocated only for the look-up. A shape that was sampled in this program has its own
+            // samples.
             && (grid.0.is_none() || !crate::is_grid(path))
             && let Some(known) = self.grids.get(&(path.clone(), *resolution))
             && known.has_heights() == crate::is_image(path)
@@ -313,35 +315,35 @@ impl Scene {
         }
     }
 
-    /// The distances, in the scene's unit, below which the dirty and the far boxes of edits promise to hold every change: the widest
-    /// of all that [watch](Scene::request_margins).
+    /// Returns the margins, in the scene's unit, that dirty boxes and influence boxes have: the largest of all
+    /// [requests](Scene::request_margins).
     pub fn margins(&self) -> [f32; 2] {
         self.margin_requests.maximum()
     }
 
-    /// Have the boxes of edits hold every change below two distances, as long as what is returned is held: a volume's narrow
-    /// band, and how far its empty cells see. Worlds do that by themselves.
+    /// Requests margins for the boxes of edits, for as long as the returned value exists. Worlds do this by
+    /// themselves.
     pub fn request_margins(&self, bands: [f32; 2]) -> MarginRequest {
         self.margin_requests.add(bands)
     }
 
-    /// A number that no other scene of this process has, its clones included.
+    /// Returns the id of this scene within the process. Clones have ids of their own.
     pub fn identity(&self) -> u64 {
         self.scene_id.0
     }
 
-    /// How many changes there were: edits, undone and redone ones too, and what moved with time.
+    /// Returns the number of changes so far: edits, undone and redone ones, and animated nodes.
     pub fn change_count(&self) -> usize {
         self.history.count()
     }
 
-    /// The changes after the first so many; nothing where those are forgotten, as there were thousands since, or where there are
-    /// not as many.
+    /// Returns the changes after the first `count`, or `None` if they were dropped because thousands followed, or
+    /// if there are fewer.
     pub fn changes_since(&self, count: usize) -> Option<&[SceneChange]> {
         self.history.since(count)
     }
 
-    /// The operand of the root that a node is, or is in; `None` for the root and for what was removed.
+    /// Returns the root's operand that contains a node, or `None` for the root and for removed nodes.
     pub fn operand_of(&self, node: NodeId) -> Option<NodeId> {
         let mut at = node;
         while let Some(parent) = self.node(at).parent {
@@ -353,12 +355,12 @@ impl Scene {
         None
     }
 
-    /// All nodes in the tree, each before what it holds, in the file's order. No recursion: depth costs heap only.
+    /// Iterates over all nodes in the tree, each before its contents, in file order. Does not recurse.
     pub fn iter(&self) -> impl Iterator<Item = NodeId> + '_ {
         self.descendants(Self::ROOT)
     }
 
-    /// A node and all that it holds, each before what it holds.
+    /// Iterates over a node and everything in it, each before its contents.
     pub fn descendants(&self, id: NodeId) -> impl Iterator<Item = NodeId> + '_ {
         let mut pending = vec![id];
         std::iter::from_fn(move || {
@@ -368,14 +370,15 @@ impl Scene {
         })
     }
 
-    /// The number of brushes, hidden ones included.
+    /// Returns the number of brushes, including hidden ones.
     pub fn brush_count(&self) -> usize {
         self.iter()
             .filter(|&id| matches!(self.node(id).desc.kind, NodeKind::Shape(_)))
             .count()
     }
 
-    /// The path of a node as files and messages name it, `brushes[3].brushes[0]`; empty for the root.
+    /// Returns the path of a node, as files and messages name it: `brushes[3].brushes[0]`. The root's path is
+    /// empty.
     ///
     /// # Panics
     /// If `id` is not in the scene.
@@ -396,7 +399,7 @@ impl Scene {
         steps.join(".")
     }
 
-    /// Put an entry at the end of a group without a check or a step in the history.
+    /// Appends a node to a group, without checks and without an undo step.
     pub(crate) fn append(&mut self, parent: NodeId, entry: NodeDesc) -> NodeId {
         let id = self.add_node(entry, Some(parent));
         self.nodes[parent.index()].children.push(id);
@@ -404,7 +407,7 @@ impl Scene {
     }
 }
 
-/// Scenes are equal when a file would hold the same: entries in order, materials, view; not ids or history.
+/// Compares what a file would hold: nodes in order, materials and view, but not ids or history.
 impl PartialEq for Scene {
     fn eq(&self, other: &Self) -> bool {
         let same_settings = (&self.name, &self.credit, &self.view, &self.materials)

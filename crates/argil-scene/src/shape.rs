@@ -7,7 +7,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-/// Makes [`Shape`] and what follows from each row of the [table](crate::shape_table).
+/// Generates [`Shape`] from the rows of the [table](crate::shape_table).
 macro_rules! shapes {
     ($($kind:ident {$(
         $(#[$doc:meta])*
@@ -21,8 +21,10 @@ macro_rules! shapes {
         exact($exact:expr)
         example($example:expr);
     )*})*) => {
-        /// A solid around the origin, in the scene's length unit. Names and placements follow Inigo Quilez's catalogue
-        /// of distance functions (<https://iquilezles.org/articles/distfunctions/>); what "up" is, is y.
+        /// A solid around the origin, in the scene's unit of length.
+        ///
+        /// Names and placements follow Inigo Quilez's catalog of distance functions
+        /// (<https://iquilezles.org/articles/distfunctions/>). The axis y points up.
         ///
         /// ```
         /// use argil_scene::{Exactness, Shape};
@@ -43,10 +45,10 @@ macro_rules! shapes {
 
         #[allow(unused_variables, reason = "not every row needs all of its parameters everywhere")]
         impl Shape {
-            /// Whether every parameter can be used.
+            /// Checks that every parameter is in its range.
             ///
             /// # Errors
-            /// The first that cannot.
+            /// The first parameter that is out of range.
             pub fn check(&self) -> Result<(), ValidationError> {
                 match self {$($(
                     Self::$shape { $($field),* } => {
@@ -58,7 +60,7 @@ macro_rules! shapes {
                 )*)*}
             }
 
-            /// A box around the solid, in the shape's own frame; infinite for a plane.
+            /// Returns the box of the solid in the shape's own frame. It is infinite for a plane.
             pub fn aabb(&self) -> Aabb {
                 match self {$($(
                     Self::$shape { $($field),* } => {
@@ -68,14 +70,14 @@ macro_rules! shapes {
                 )*)*}
             }
 
-            /// Bytes that it takes besides itself, but for a mesh's distances, which are shared.
+            /// Returns the heap bytes of the shape, without shared mesh samples.
             pub(crate) fn heap_bytes(&self) -> usize {
                 match self {$($(
                     Self::$shape { $($field),* } => 0 $(+ $field.heap_bytes())*,
                 )*)*}
             }
 
-            /// What shape it is: the variant's name.
+            /// Returns the name of the shape: the variant's name.
             ///
             /// ```
             /// assert_eq!(argil_scene::Shape::sphere(1.0).kind(), "Sphere");
@@ -86,7 +88,7 @@ macro_rules! shapes {
                 )*)*}
             }
 
-            /// Whether the distance is Euclidean or a lower bound of it.
+            /// Returns whether the distance is Euclidean or a lower bound of it.
             pub fn exactness(&self) -> Exactness {
                 let is_exact = match self {$($(
                     Self::$shape { $($field),* } => {
@@ -97,8 +99,8 @@ macro_rules! shapes {
                 if is_exact { Exactness::Exact } else { Exactness::LowerBound }
             }
 
-            /// An example of each shape, of a size that goes together with the others, in the order of the table; of a mesh, which is
-            /// a file, there is none.
+            /// Returns an example of each shape, of similar size, in the order of the table. There is none of a
+            /// mesh, which needs a file.
             ///
             /// ```
             /// let examples = argil_scene::Shape::examples();
@@ -114,16 +116,16 @@ macro_rules! shapes {
 
 shape_table!(shapes);
 
-/// A parameter as rows read it: numbers by value, what is larger by reference.
+/// How a table row reads a parameter: numbers by value, and larger data by reference.
 #[doc(hidden)]
 pub trait ShapeParameter {
-    /// How it is read.
+    /// The type that rows see.
     type Read<'a>
     where
         Self: 'a;
-    /// Read it.
+    /// Reads the parameter.
     fn read(&self) -> Self::Read<'_>;
-    /// Bytes that it takes besides itself, but for what is shared.
+    /// Returns its heap bytes, without shared data.
     fn heap_bytes(&self) -> usize {
         0
     }
@@ -175,18 +177,17 @@ fn base() -> f32 {
     0.1
 }
 
-/// How far to trust a shape's distance, divided by its Lipschitz constant.
+/// The accuracy of a shape's distance, divided by its Lipschitz constant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Exactness {
     /// The Euclidean distance, inside and outside.
     Exact,
-    /// Never more than the Euclidean distance; the surface itself is right.
+    /// A lower bound of the Euclidean distance. The surface itself is exact.
     LowerBound,
 }
 
 impl Shape {
-    /// By how much the distance can change over a length of 1: 1, and of what lies between samples of a mesh's edges and
-    /// corners up to √3.
+    /// Returns the Lipschitz constant of the distance: 1, or up to √3 between the samples of a mesh.
     pub fn lipschitz(&self) -> f32 {
         match self {
             Self::Mesh { grid, .. } => grid.0.as_ref().map_or(1.0, |grid| grid.lipschitz()),
@@ -194,7 +195,8 @@ impl Shape {
         }
     }
 
-    /// The triangles of a file, with 128 samples along the longest side, to be loaded.
+    /// Creates the solid of a mesh file, with 128 samples along its longest side. Load it with
+    /// `argil::load_meshes`.
     pub fn mesh(path: impl Into<String>) -> Self {
         Self::Mesh {
             path: path.into(),
@@ -203,7 +205,8 @@ impl Shape {
         }
     }
 
-    /// Ground as high as a PNG image is bright, with up to 512 posts along its longer side, to be loaded.
+    /// Creates ground from a PNG image, with up to 512 posts along its longer side. Load it with
+    /// `argil::load_meshes`.
     pub fn heightmap(path: impl Into<String>, half_size: [f32; 2], height: f32) -> Self {
         Self::Heightmap {
             path: path.into(),
@@ -215,7 +218,8 @@ impl Shape {
         }
     }
 
-    /// Sampled distances, under a name of one's own. [Saving](crate::Scene::save) the scene writes them beside it, as `name.grid`.
+    /// Creates a shape from sampled distances, with a name. [Saving](crate::Scene::save) the scene writes the
+    /// samples next to it, as `name.grid`.
     pub fn sampled(name: impl AsRef<str>, grid: SampledGrid) -> Self {
         Self::Mesh {
             path: format!("{}.grid", name.as_ref()),
@@ -224,7 +228,7 @@ impl Shape {
         }
     }
 
-    /// What a file is in a scene: a heightmap of an image, with a longer side of 2, a mesh of any other.
+    /// Creates the shape of a file: a heightmap with a longer side of 2 for an image, and a mesh otherwise.
     pub fn of_file(path: impl Into<String>) -> Self {
         let path = path.into();
         match rules::is_image(&path) {
@@ -233,7 +237,7 @@ impl Shape {
         }
     }
 
-    /// The file that it is made of when the scene is loaded, how finely, and what it then is; of a mesh or a heightmap.
+    /// Returns path, resolution and samples of a mesh or a heightmap, and `None` for other shapes.
     pub fn file(&self) -> Option<(&str, u32, &LoadedGrid)> {
         match self {
             Self::Mesh {
@@ -251,7 +255,7 @@ impl Shape {
         }
     }
 
-    /// The same, to be changed.
+    /// Returns path, resolution and samples of a mesh or a heightmap, to change them.
     pub fn file_mut(&mut self) -> Option<(&mut String, &mut u32, &mut LoadedGrid)> {
         match self {
             Self::Mesh {
@@ -269,12 +273,12 @@ impl Shape {
         }
     }
 
-    /// A ball.
+    /// Creates a sphere.
     pub fn sphere(radius: f32) -> Self {
         Self::Sphere { radius }
     }
 
-    /// A box with sharp edges.
+    /// Creates a box with sharp edges. `half_size` is half the length of each side.
     pub fn cuboid(half_size: [f32; 3]) -> Self {
         Self::Box {
             half_size,
@@ -282,7 +286,7 @@ impl Shape {
         }
     }
 
-    /// A box with round edges, of the same half size.
+    /// Creates a box with rounded edges, within the same half size.
     pub fn rounded_box(half_size: [f32; 3], rounding: f32) -> Self {
         Self::Box {
             half_size,
@@ -290,7 +294,7 @@ impl Shape {
         }
     }
 
-    /// A ring about the y axis.
+    /// Creates a torus about the y axis.
     pub fn torus(major_radius: f32, minor_radius: f32) -> Self {
         Self::Torus {
             major_radius,
@@ -298,12 +302,12 @@ impl Shape {
         }
     }
 
-    /// A ball swept between two points.
+    /// Creates a capsule: a sphere swept between two points.
     pub fn capsule(from: [f32; 3], to: [f32; 3], radius: f32) -> Self {
         Self::Capsule { from, to, radius }
     }
 
-    /// A cylinder about y with sharp rims.
+    /// Creates a cylinder about the y axis with sharp rims.
     pub fn cylinder(radius: f32, half_height: f32) -> Self {
         Self::Cylinder {
             radius,

@@ -1,4 +1,4 @@
-//! What rows of the [table of shapes](crate::shape_table) are written with: checks of parameters, and boxes.
+//! Checks and boxes for the rows of the [table of shapes](crate::shape_table).
 
 use crate::path2::spline_pieces;
 use crate::validation::{self, ValidationError};
@@ -10,12 +10,12 @@ pub(crate) use crate::sampled_grid::mesh_resolution;
 pub(crate) use crate::text::{letters, text_bounds};
 pub(crate) use validation::at_most;
 
-/// Most pieces of an outline: each costs every evaluation of its shape.
+/// Maximum segments of a path. Each one costs every evaluation of its shape.
 const MAX_PIECES: usize = 256;
 
 /// One number, or several of the same kind.
 pub(crate) trait Numbers {
-    /// Check each, by its path.
+    /// Calls a check for each number, with its path.
     fn each(
         self,
         path: &str,
@@ -44,22 +44,22 @@ impl<const N: usize> Numbers for [f32; N] {
     }
 }
 
-/// Lengths that are not 0.
+/// Checks lengths above 0.
 pub(crate) fn positive(path: &str, value: impl Numbers) -> Result<(), ValidationError> {
     value.each(path, validation::positive)
 }
 
-/// Lengths that may be 0.
+/// Checks lengths of 0 or more.
 pub(crate) fn not_negative(path: &str, value: impl Numbers) -> Result<(), ValidationError> {
     value.each(path, validation::not_negative)
 }
 
-/// Coordinates.
+/// Checks coordinates.
 pub(crate) fn coordinate(path: &str, value: impl Numbers) -> Result<(), ValidationError> {
     value.each(path, validation::coordinate)
 }
 
-/// Numbers of a range, both ends included.
+/// Checks numbers in a range, including both ends.
 pub(crate) fn within(
     path: &str,
     value: impl Numbers,
@@ -71,7 +71,7 @@ pub(crate) fn within(
     })
 }
 
-/// Numbers up to a limit, where `what` says what the limit is.
+/// Checks numbers up to a limit. `what` describes the limit.
 pub(crate) fn each_at_most(
     path: &str,
     value: impl Numbers,
@@ -81,13 +81,13 @@ pub(crate) fn each_at_most(
     value.each(path, |path, value| at_most(path, value, limit, what))
 }
 
-/// Anything that can be read.
+/// Accepts anything that can be read.
 #[expect(clippy::unnecessary_wraps, reason = "a check among others")]
 pub(crate) fn any<T>(_: &str, _: T) -> Result<(), ValidationError> {
     Ok(())
 }
 
-/// A direction, of any length but 0.
+/// Checks a direction, of any length but 0.
 pub(crate) fn direction(path: &str, value: [f32; 3]) -> Result<(), ValidationError> {
     coordinate(path, value)?;
     if Vec3::from(value).length() < 1e-6 {
@@ -96,12 +96,12 @@ pub(crate) fn direction(path: &str, value: [f32; 3]) -> Result<(), ValidationErr
     Ok(())
 }
 
-/// A number of things, of a range with both ends.
+/// Checks a count in a range, including both ends.
 pub(crate) fn count(path: &str, value: u32, min: u32, max: u32) -> Result<(), ValidationError> {
     validation::within(path, value, min, max)
 }
 
-/// Such numbers along each axis, if there are any.
+/// Checks optional counts along each axis.
 pub(crate) fn counts(
     path: &str,
     value: Option<[u32; 3]>,
@@ -112,7 +112,7 @@ pub(crate) fn counts(
     all.try_for_each(|(axis, value)| count(&format!("{path}[{axis}]"), value, min, max))
 }
 
-/// The steps of a repetition: where there are several copies, they do not lie in one another.
+/// Checks the steps of a repetition: several copies must not coincide.
 pub(crate) fn steps(spacing: [f32; 3], count: Option<[u32; 3]>) -> Result<(), ValidationError> {
     for (axis, step) in spacing.into_iter().enumerate() {
         if count.map_or(step != 0.0, |count| count[axis] > 1) {
@@ -122,7 +122,7 @@ pub(crate) fn steps(spacing: [f32; 3], count: Option<[u32; 3]>) -> Result<(), Va
     Ok(())
 }
 
-/// The distances of a mesh, if it has any yet.
+/// Checks the samples of a mesh, if it is loaded.
 pub(crate) fn distances(path: &str, grid: &LoadedGrid) -> Result<(), ValidationError> {
     match &grid.0 {
         Some(grid) if grid.has_heights() => {
@@ -132,7 +132,7 @@ pub(crate) fn distances(path: &str, grid: &LoadedGrid) -> Result<(), ValidationE
     }
 }
 
-/// The heights of a heightmap, if it has any yet.
+/// Checks the heights of a heightmap, if it is loaded.
 pub(crate) fn heights(path: &str, grid: &LoadedGrid) -> Result<(), ValidationError> {
     match &grid.0 {
         Some(grid) if !grid.has_heights() => {
@@ -142,7 +142,7 @@ pub(crate) fn heights(path: &str, grid: &LoadedGrid) -> Result<(), ValidationErr
     }
 }
 
-/// The name of a file.
+/// Checks the path of a file.
 pub(crate) fn path(path: &str, name: &str) -> Result<(), ValidationError> {
     if name.is_empty() {
         return Err(ValidationError::new(path, "names no file"));
@@ -150,7 +150,7 @@ pub(crate) fn path(path: &str, name: &str) -> Result<(), ValidationError> {
     Ok(())
 }
 
-/// The name of an image's file.
+/// Checks the path of an image file.
 pub(crate) fn image_path(place: &str, name: &str) -> Result<(), ValidationError> {
     path(place, name)?;
     match is_image(name) {
@@ -162,19 +162,19 @@ pub(crate) fn image_path(place: &str, name: &str) -> Result<(), ValidationError>
     }
 }
 
-/// Whether a file's name is that of an image that is read.
+/// Whether a file name is that of a supported image.
 pub fn is_image(name: &str) -> bool {
     let ending = name.rsplit_once('.').map(|(_, ending)| ending);
     ending.is_some_and(|ending| ending.eq_ignore_ascii_case("png"))
 }
 
-/// Whether a file's name is that of a grid of distances.
+/// Whether a file name is that of a grid of distances.
 pub fn is_grid(name: &str) -> bool {
     let ending = name.rsplit_once('.').map(|(_, ending)| ending);
     ending.is_some_and(|ending| ending.eq_ignore_ascii_case("grid"))
 }
 
-/// The name of a mesh's file.
+/// Checks the path of a mesh file.
 pub(crate) fn mesh_path(place: &str, name: &str) -> Result<(), ValidationError> {
     path(place, name)?;
     match is_image(name) {
@@ -186,7 +186,7 @@ pub(crate) fn mesh_path(place: &str, name: &str) -> Result<(), ValidationError> 
     }
 }
 
-/// How many posts a heightmap has.
+/// Checks the number of posts of a heightmap.
 pub(crate) fn post_count(path: &str, value: u32) -> Result<(), ValidationError> {
     if (16..=crate::MAX_POSTS).contains(&value) {
         Ok(())
@@ -198,7 +198,7 @@ pub(crate) fn post_count(path: &str, value: u32) -> Result<(), ValidationError> 
     }
 }
 
-/// The box of a heightmap; empty where it is not loaded.
+/// Returns the box of a heightmap, empty if it is not loaded.
 pub(crate) fn heightmap_bounds(
     grid: &LoadedGrid,
     [x, z]: [f32; 2],
@@ -213,7 +213,7 @@ pub(crate) fn heightmap_bounds(
     }
 }
 
-/// Whether an outline to be turned about an axis lies on one side of it.
+/// Checks that a path to be revolved lies on one side of the axis.
 pub(crate) fn beside_axis(outline: &Path2) -> Result<(), ValidationError> {
     let mut points = outline
         .segments()
@@ -228,7 +228,7 @@ pub(crate) fn beside_axis(outline: &Path2) -> Result<(), ValidationError> {
     }
 }
 
-/// Whether a periodic sheet in a box leaves holes, which it does up to a share of its period, and repeats so seldom that angles are exact.
+/// Checks that a periodic sheet leaves holes, and repeats so few times that angles are exact.
 pub(crate) fn sheet_in_box(
     half_size: [f32; 3],
     period: f32,
@@ -240,10 +240,10 @@ pub(crate) fn sheet_in_box(
     each_at_most("half_size", half_size, 100.0 * period, "a hundred periods")
 }
 
-/// Most points of a spline tube: each costs every evaluation of its shape.
+/// Maximum points of a spline tube. Each one costs every evaluation of its shape.
 const MAX_SPLINE_POINTS: usize = 128;
 
-/// Points that a tube can go through.
+/// Checks the points of a spline tube.
 pub(crate) fn spline(path: &str, points: &[SplinePoint]) -> Result<(), ValidationError> {
     let count = points.len();
     if !(2..=MAX_SPLINE_POINTS).contains(&count) {
@@ -257,19 +257,19 @@ pub(crate) fn spline(path: &str, points: &[SplinePoint]) -> Result<(), Validatio
     Ok(())
 }
 
-/// The box of a tube: each piece lies in the hull of its three points.
+/// Returns the box of a spline tube: each segment lies in the hull of its three points.
 pub(crate) fn spline_bounds(points: &[SplinePoint]) -> Aabb {
     let held =
         spline_pieces(points).map(|(curve, [from, to])| Aabb::around(curve).grown(from.max(to)));
     held.fold(Aabb::EMPTY, |all, own| all.union(own))
 }
 
-/// The box of a ball.
+/// Returns the box of a sphere.
 pub(crate) fn enclosing_sphere_box(radius: f32) -> Aabb {
     Aabb::centered(Vec3::splat(radius))
 }
 
-/// The box of what is round about y.
+/// Returns the box of a solid of revolution about y.
 pub(crate) fn upright(radius: f32, min_y: f32, max_y: f32) -> Aabb {
     Aabb::new(
         Vec3::new(-radius, min_y, -radius),
@@ -277,22 +277,22 @@ pub(crate) fn upright(radius: f32, min_y: f32, max_y: f32) -> Aabb {
     )
 }
 
-/// The box of what has a length along z.
+/// Returns the box of a solid that is extruded along z.
 pub(crate) fn along_z(half_size: Vec2, half_depth: f32) -> Aabb {
     Aabb::centered(half_size.extend(half_depth))
 }
 
-/// The least of three.
+/// Returns the smallest of three numbers.
 pub(crate) fn least(v: [f32; 3]) -> f32 {
     Vec3::from(v).min_element()
 }
 
-/// The radius of the circle in which a ball is cut.
+/// Returns the radius of the circle in which a plane cuts a sphere.
 pub(crate) fn rim_radius(radius: f32, cut: f32) -> f32 {
     (radius * radius - cut * cut).max(0.0).sqrt()
 }
 
-/// Whether a plane cuts a ball.
+/// Checks that a plane cuts a sphere.
 pub(crate) fn cut_inside_sphere(radius: f32, cut: f32) -> Result<(), ValidationError> {
     if cut.abs() < radius * 0.9999 {
         Ok(())
@@ -304,7 +304,7 @@ pub(crate) fn cut_inside_sphere(radius: f32, cut: f32) -> Result<(), ValidationE
     }
 }
 
-/// The box of a half space.
+/// Returns the box of a half space.
 pub(crate) fn half_space(normal: Vec3, offset: f32) -> Aabb {
     let n = normal.normalize();
     let mut b = Aabb::ALL;
@@ -318,7 +318,7 @@ pub(crate) fn half_space(normal: Vec3, offset: f32) -> Aabb {
     b
 }
 
-/// Points that can be used, not too many, around some area.
+/// Checks the points of a path: not too many, and around some area.
 pub(crate) fn outline(path: &str, outline: &Path2) -> Result<(), ValidationError> {
     coordinate(&format!("{path}.start"), outline.start)?;
     for (i, piece) in outline.segments.iter().enumerate() {

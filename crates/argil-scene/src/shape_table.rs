@@ -1,15 +1,16 @@
-//! The table of shapes: what a shape is, in one row.
+//! The table of shapes: one row defines a shape.
 //!
-//! A row has the shape's parameters, each with its unit, its check and where it may be left out; a rule that several have to keep
-//! together; the words that both interpreters read; a box around the solid; whether the distance is Euclidean; and an example. From it
-//! follow [`Shape`](crate::Shape), its file format and schema, its validation and box here; in `argil-field` its opcode, its
-//! packing and the dispatch of both interpreters; the gallery of the editor and the first of its tests. By hand stay the function
-//! that measures it (`argil-field/src/shapes.rs`), that function's WGSL twin, and its definition for the oracle (`naive/shapes.rs`).
+//! A row has parameters with units, checks and defaults; a rule between parameters; the words that both
+//! interpreters read; the box of the solid; whether the distance is Euclidean; and an example. From a row follow
+//! [`Shape`](crate::Shape) with its file format, schema, validation and box; the opcode, the packing and the
+//! dispatch of both interpreters in `argil-field`; the editor's gallery; and the first tests. Written by hand are
+//! the distance function (`argil-field/src/shapes.rs`), its WGSL twin, and its definition for the oracle
+//! (`naive/shapes.rs`).
 //!
-//! Shapes are `plain`, which take a fixed number of words and are measured point by point, or `searched`: those look for a
-//! nearest point among many, block by block of points, with as many words as it takes.
+//! Shapes are `plain` or `searched`. A plain shape has a fixed number of words and is evaluated point by point. A
+//! searched shape looks for the nearest of many points, in blocks of points, and has any number of words.
 //!
-//! *Length.* A row for each shape: a list, to be read by its rows.
+//! *Length.* One row per shape.
 
 /// Calls a macro with all rows, after the tokens of a second argument.
 #[doc(hidden)]
@@ -18,7 +19,7 @@ macro_rules! shape_table {
     ($with:ident) => {
         $with! {
             plain {
-                /// Ball around the origin.
+                /// Sphere around the origin.
                 Sphere(sd_sphere) {
                     /// Radius.
                     radius: f32 => positive,
@@ -30,7 +31,7 @@ macro_rules! shape_table {
 
                 /// Ellipsoid around the origin.
                 Ellipsoid(sd_ellipsoid) {
-                    /// Half axes.
+                    /// Semi-axes.
                     radii: [f32; 3] => positive,
                 }
                 words({
@@ -43,9 +44,9 @@ macro_rules! shape_table {
                 exact(false)
                 example(Some(Shape::Ellipsoid { radii: [0.6, 0.35, 0.45] }));
 
-                /// Box around the origin; the rounding lies within the half size.
+                /// Box around the origin. The rounding lies within the half size.
                 Box(sd_box) {
-                    /// Half of each side.
+                    /// Half the length of each side.
                     half_size: [f32; 3] => positive,
                     /// Radius of edges and corners.
                     #[serde(default)]
@@ -62,7 +63,7 @@ macro_rules! shape_table {
 
                 /// The twelve edges of a box, as beams.
                 BoxFrame(sd_box_frame) {
-                    /// Half of each side.
+                    /// Half the length of each side.
                     half_size: [f32; 3] => positive,
                     /// Half of a beam's width.
                     thickness: f32 => positive,
@@ -73,15 +74,15 @@ macro_rules! shape_table {
                     [x, y, z, thickness]
                 })
                 bounds(Aabb::centered(half_size.into()))
-                // Beams overlap, and the minimum of two inner distances is a bound.
+                // / Beams overlap, and the minimum of two inner distances is only a bound.
                 exact(false)
                 example(Some(Shape::BoxFrame { half_size: [0.45, 0.45, 0.45], thickness: 0.06 }));
 
-                /// Ring about the y axis.
+                /// Torus about the y axis.
                 Torus(sd_torus) {
-                    /// From the center to the middle of the tube.
+                    /// Distance from the center to the middle of the tube.
                     major_radius: f32 => positive,
-                    /// Of the tube.
+                    /// Radius of the tube.
                     minor_radius: f32 => positive,
                 }
                 words([major_radius, minor_radius])
@@ -89,13 +90,13 @@ macro_rules! shape_table {
                 exact(true)
                 example(Some(Shape::torus(0.4, 0.15)));
 
-                /// Arc of a ring about the z axis, its middle on +y, with round ends.
+                /// Arc of a torus about the z axis, centered on +y, with round ends.
                 CappedTorus(sd_capped_torus) {
-                    /// From the center to the middle of the tube.
+                    /// Distance from the center to the middle of the tube.
                     major_radius: f32 => positive,
-                    /// Of the tube.
+                    /// Radius of the tube.
                     minor_radius: f32 => positive,
-                    /// Half of the angle that the arc covers, in degrees, up to 180.
+                    /// Half of the arc's angle in degrees, up to 180.
                     half_angle_degrees: f32 => within(0.1, 180.0),
                 }
                 words({
@@ -112,11 +113,11 @@ macro_rules! shape_table {
 
                 /// Chain link along y.
                 Link(sd_link) {
-                    /// Half of the straight part.
+                    /// Half the length of the straight part.
                     half_length: f32 => not_negative,
-                    /// From the middle to the middle of the wire.
+                    /// Distance from the center of a bend to the middle of the wire.
                     major_radius: f32 => positive,
-                    /// Of the wire.
+                    /// Radius of the wire.
                     minor_radius: f32 => positive,
                 }
                 words([half_length, major_radius, minor_radius])
@@ -127,11 +128,11 @@ macro_rules! shape_table {
                 exact(true)
                 example(Some(Shape::Link { half_length: 0.25, major_radius: 0.25, minor_radius: 0.1 }));
 
-                /// Ball swept from one point to another.
+                /// Sphere swept from one point to another.
                 Capsule(sd_capsule) {
                     /// One end of the axis.
                     from: [f32; 3] => coordinate,
-                    /// The other end.
+                    /// The other end of the axis.
                     to: [f32; 3] => coordinate,
                     /// Radius.
                     radius: f32 => positive,
@@ -147,7 +148,7 @@ macro_rules! shape_table {
                 exact(true)
                 example(Some(Shape::capsule([0.0, -0.35, 0.0], [0.0, 0.35, 0.0], 0.2)));
 
-                /// Cylinder about y; the rounding lies within radius and height.
+                /// Cylinder about y. The rounding lies within radius and height.
                 Cylinder(sd_cylinder) {
                     /// Radius.
                     radius: f32 => positive,
@@ -166,11 +167,11 @@ macro_rules! shape_table {
                 exact(true)
                 example(Some(Shape::Cylinder { radius: 0.4, half_height: 0.45, rounding: 0.03 }));
 
-                /// Cone about y, its tip at the origin and its base at y = −height.
+                /// Cone about y, with its tip at the origin and its base at y = −height.
                 Cone(sd_cone) {
                     /// Radius of the base.
                     radius: f32 => positive,
-                    /// From base to tip.
+                    /// Distance from base to tip.
                     height: f32 => positive,
                 }
                 words([radius, height, 1.0 / (radius * radius + height * height)])
@@ -178,7 +179,7 @@ macro_rules! shape_table {
                 exact(true)
                 example(Some(Shape::Cone { radius: 0.45, height: 0.9 }));
 
-                /// Cone about y without its tip, centered.
+                /// Truncated cone about y, centered on the origin.
                 CappedCone(sd_capped_cone) {
                     /// Half of the height.
                     half_height: f32 => positive,
@@ -193,7 +194,7 @@ macro_rules! shape_table {
                     Ok(())
                 })
                 words({
-                    // The side runs from the top rim down: (slope, −2 · half height).
+                    // / The side runs down from the top rim: (slope, −2 · half height).
                     let slope = bottom_radius - top_radius;
                     let side = 1.0 / (slope * slope + 4.0 * half_height * half_height);
                     [half_height, bottom_radius, top_radius, -slope, side]
@@ -202,13 +203,13 @@ macro_rules! shape_table {
                 exact(true)
                 example(Some(Shape::CappedCone { half_height: 0.4, bottom_radius: 0.45, top_radius: 0.2 }));
 
-                /// Hull of two balls on the y axis: one at the origin, one at y = height.
+                /// Convex hull of two spheres on the y axis, at the origin and at y = height.
                 RoundCone(sd_round_cone) {
-                    /// Radius of the ball at the origin.
+                    /// Radius of the sphere at the origin.
                     bottom_radius: f32 => positive,
-                    /// Radius of the ball at the top.
+                    /// Radius of the sphere at the top.
                     top_radius: f32 => positive,
-                    /// Between the centers; more than the radii differ by.
+                    /// Distance between the centers, which must exceed the difference of the radii.
                     height: f32 => positive,
                 }
                 rule({
@@ -231,9 +232,9 @@ macro_rules! shape_table {
 
                 /// Half space: the points p with p · normal ≤ offset.
                 Plane(sd_plane) {
-                    /// Direction out of the solid; any length but 0.
+                    /// Direction out of the solid, of any length but 0.
                     normal: [f32; 3] => coordinate,
-                    /// Where along the unit normal the surface is.
+                    /// Position of the surface along the unit normal.
                     #[serde(default)]
                     offset: f32 => coordinate,
                 }
@@ -250,9 +251,9 @@ macro_rules! shape_table {
                 exact(true)
                 example(Some(Shape::Plane { normal: [0.0, 1.0, 0.0], offset: 0.0 }));
 
-                /// Hexagonal prism along z with flat sides up and down.
+                /// Hexagonal prism along z, with flat sides at the top and bottom.
                 HexPrism(sd_hex_prism) {
-                    /// From the center to the middle of a side.
+                    /// Distance from the center to the middle of a side.
                     apothem: f32 => positive,
                     /// Half of the length along z.
                     half_depth: f32 => positive,
@@ -280,9 +281,9 @@ macro_rules! shape_table {
                 exact(true)
                 example(Some(Shape::TriPrism { half_side: 0.45, half_depth: 0.25 }));
 
-                /// Regular octahedron with its corners on the axes.
+                /// Regular octahedron with its vertices on the axes.
                 Octahedron(sd_octahedron) {
-                    /// From the center to a corner.
+                    /// Distance from the center to a vertex.
                     radius: f32 => positive,
                 }
                 words([radius])
@@ -294,7 +295,7 @@ macro_rules! shape_table {
                 Pyramid(sd_pyramid) {
                     /// Side of the square.
                     base: f32 => positive,
-                    /// From the base to the tip.
+                    /// Distance from the base to the tip.
                     height: f32 => positive,
                 }
                 words({
@@ -306,9 +307,9 @@ macro_rules! shape_table {
                 exact(true)
                 example(Some(Shape::Pyramid { base: 0.8, height: 0.7 }));
 
-                /// The part of a ball above y = cut.
+                /// The part of a sphere above y = cut.
                 CutSphere(sd_cut_sphere) {
-                    /// Radius of the ball.
+                    /// Radius of the sphere.
                     radius: f32 => positive,
                     /// Height of the cut, between −radius and radius.
                     cut: f32 => coordinate,
@@ -319,9 +320,9 @@ macro_rules! shape_table {
                 exact(true)
                 example(Some(Shape::CutSphere { radius: 0.5, cut: 0.1 }));
 
-                /// The shell of a ball below y = cut, with a round rim.
+                /// The shell of a sphere below y = cut, with a round rim.
                 CutHollowSphere(sd_cut_hollow_sphere) {
-                    /// Radius of the ball.
+                    /// Radius of the sphere.
                     radius: f32 => positive,
                     /// Height of the cut, between −radius and radius.
                     cut: f32 => coordinate,
@@ -337,9 +338,9 @@ macro_rules! shape_table {
                 exact(true)
                 example(Some(Shape::CutHollowSphere { radius: 0.5, cut: 0.1, thickness: 0.04 }));
 
-                /// The part of a ball within an angle around +y.
+                /// The part of a sphere within an angle around +y.
                 SolidAngle(sd_solid_angle) {
-                    /// Radius of the ball.
+                    /// Radius of the sphere.
                     radius: f32 => positive,
                     /// Half of the opening angle in degrees, below 180.
                     half_angle_degrees: f32 => within(0.1, 179.9),
@@ -356,11 +357,11 @@ macro_rules! shape_table {
                 exact(true)
                 example(Some(Shape::SolidAngle { radius: 0.6, half_angle_degrees: 35.0 }));
 
-                /// Rhombus in the x–z plane, extruded along y; the rounding is added outside.
+                /// Rhombus in the x–z plane, extruded along y. The rounding is added outside.
                 Rhombus(sd_rhombus) {
-                    /// Half diagonal along x.
+                    /// Half of the diagonal along x.
                     half_length_x: f32 => positive,
-                    /// Half diagonal along z.
+                    /// Half of the diagonal along z.
                     half_length_z: f32 => positive,
                     /// Half of the height.
                     half_height: f32 => positive,
@@ -381,13 +382,14 @@ macro_rules! shape_table {
                     rounding: 0.02,
                 }));
 
-                /// Box whose four upright edges each have a radius of their own, and whose rims are rounded; all within the half size.
+                /// Box with a radius for each of its four upright edges, and with rounded rims, all within the half
+                /// size.
                 ExtrudedRoundedBox(sd_extruded_rounded_box) {
-                    /// Half of each side.
+                    /// Half the length of each side.
                     half_size: [f32; 3] => positive,
                     /// Radii of the upright edges at (+x, +z), (+x, −z), (−x, +z), (−x, −z).
                     corner_radii: [f32; 4] => not_negative,
-                    /// Radius of the rim at the top, then at the bottom.
+                    /// Radius of the rim at the top, and at the bottom.
                     #[serde(default)]
                     rounding: [f32; 2] => not_negative,
                 }
@@ -402,7 +404,8 @@ macro_rules! shape_table {
                     [x, y, z, a, b, c, d, top, bottom]
                 })
                 bounds(Aabb::centered(half_size.into()))
-                // A rim rounder than an upright edge cuts that edge's corner, where the outline's distance is too small.
+                // / A rim that is rounder than an upright edge cuts that edge's corner, where the path's distance
+                // is too small.
                 exact({
                     let sharpest = corner_radii.into_iter().fold(f32::INFINITY, f32::min);
                     rounding.into_iter().all(|r| r <= sharpest)
@@ -415,11 +418,12 @@ macro_rules! shape_table {
 
                 /// Sheet along a gyroid, sin x cos y + sin y cos z + sin z cos x = 0, in a box.
                 Gyroid(sd_gyroid) {
-                    /// Half of each side of the box; a hundred periods at most.
+                    /// Half the length of each side of the box, at most a hundred periods.
                     half_size: [f32; 3] => positive,
                     /// Length after which it repeats.
                     period: f32 => positive,
-                    /// Of the sheet where it is thinnest; elsewhere up to 1.23 times as much. At most 0.27 periods: of more, the box is solid.
+                    /// Thickness of the sheet where it is thinnest; elsewhere it is up to 1.23 times as thick. At
+                    /// most 0.27 periods, beyond which the box would be solid.
                     thickness: f32 => positive,
                 }
                 rule(sheet_in_box(half_size, period, thickness, 0.27))
@@ -428,13 +432,14 @@ macro_rules! shape_table {
                 exact(false)
                 example(Some(Shape::Gyroid { half_size: [0.45; 3], period: 0.6, thickness: 0.06 }));
 
-                /// Sheet along Schwarz' P surface, cos x + cos y + cos z = 0, in a box.
+                /// Sheet along Schwarz's P surface, cos x + cos y + cos z = 0, in a box.
                 SchwarzP(sd_schwarz_p) {
-                    /// Half of each side of the box; a hundred periods at most.
+                    /// Half the length of each side of the box, at most a hundred periods.
                     half_size: [f32; 3] => positive,
                     /// Length after which it repeats.
                     period: f32 => positive,
-                    /// Of the sheet where it is thinnest; elsewhere up to √3 times as much. At most half of the period: of more, the box is solid.
+                    /// Thickness of the sheet where it is thinnest; elsewhere it is up to √3 times as thick. At
+                    /// most half of the period, beyond which the box would be solid.
                     thickness: f32 => positive,
                 }
                 rule(sheet_in_box(half_size, period, thickness, 0.5))
@@ -443,12 +448,13 @@ macro_rules! shape_table {
                 exact(false)
                 example(Some(Shape::SchwarzP { half_size: [0.45; 3], period: 0.45, thickness: 0.04 }));
 
-                /// Superellipsoid around the origin: ((|x/a|ᵐ + |z/c|ᵐ)ⁿᐟᵐ + |y/b|ⁿ)¹ᐟⁿ = 1 with half axes a, b and c.
+                /// Superellipsoid around the origin: ((|x/a|ᵐ + |z/c|ᵐ)ⁿᐟᵐ + |y/b|ⁿ)¹ᐟⁿ = 1 with semi-axes a, b and
+                /// c.
                 Superellipsoid(sd_superellipsoid) {
-                    /// Half axes.
+                    /// Semi-axes.
                     radii: [f32; 3] => positive,
-                    /// n, of sections upright, and m, of level ones, each from 1 to 16: 1 gives straight sides between the axes, 2 round ones,
-                    /// great numbers those of a box.
+                    /// Exponents n of upright sections and m of level ones, each from 1 to 16: 1 gives straight
+                    /// sides between the axes, 2 gives ellipses, and large values approach a box.
                     exponents: [f32; 2] => within(1.0, 16.0),
                 }
                 words(superellipsoid_words(radii, exponents))
@@ -457,13 +463,14 @@ macro_rules! shape_table {
                 example(Some(Shape::Superellipsoid { radii: [0.55, 0.4, 0.45], exponents: [2.5, 5.0] }));
             }
             searched {
-                /// Ball swept along a quadratic Bézier curve while its radius changes linearly with the curve's parameter.
+                /// Sphere swept along a quadratic Bézier curve, while its radius changes linearly with the curve's
+                /// parameter.
                 BezierTube(sd_bezier_tube, bezier_tube_loops) {
-                    /// Where the curve starts.
+                    /// Start of the curve.
                     from: [f32; 3] => coordinate,
-                    /// Its control point.
+                    /// Control point of the curve.
                     control: [f32; 3] => coordinate,
-                    /// Where it ends.
+                    /// End of the curve.
                     to: [f32; 3] => coordinate,
                     /// Radius at the start.
                     from_radius: f32 => positive,
@@ -471,7 +478,7 @@ macro_rules! shape_table {
                     to_radius: f32 => positive,
                 }
                 words(tube_words([from, control, to], [from_radius, to_radius]))
-                // The curve lies in the hull of its three points.
+                // / The curve lies in the hull of its three points.
                 bounds({
                     let hull = Aabb::around([from.into(), control.into(), to.into()]);
                     hull.grown(from_radius.max(to_radius))
@@ -485,10 +492,11 @@ macro_rules! shape_table {
                     to_radius: 0.06,
                 }));
 
-                /// Ball swept through points along a smooth curve, while its radius changes from each to the next. Between two points the
-                /// curve is two quadratic Bézier curves; at a point it goes as from the one before to the one after, after Catmull and Rom.
+                /// Sphere swept along a smooth curve through points, while its radius changes from each point to
+                /// the next. Between two points, the curve is two quadratic Bézier curves. Its tangent at a point
+                /// is parallel to the line between the neighbors, after Catmull and Rom.
                 SplineTube(sd_spline_tube, spline_tube_loops) {
-                    /// The points, from 2 to 128, in their order.
+                    /// The points, from 2 to 128, in order.
                     points: Vec<SplinePoint> => spline,
                 }
                 words(spline_words(points))
@@ -503,9 +511,9 @@ macro_rules! shape_table {
                     ],
                 }));
 
-                /// Outline turned about the y axis: its x is the distance from the axis.
+                /// Path revolved about the y axis. The path's x is the distance from the axis.
                 Lathe(sd_lathe, outline_loops) {
-                    /// The outline, at x ≥ 0.
+                    /// The path, at x ≥ 0.
                     outline: Path2 => outline,
                 }
                 rule(beside_axis(outline))
@@ -523,9 +531,9 @@ macro_rules! shape_table {
                         .line([0.0, 0.5]),
                 }));
 
-                /// Outline in the x–y plane, extruded along z.
+                /// Path in the x–y plane, extruded along z.
                 Extrusion(sd_extrusion, outline_loops) {
-                    /// The outline.
+                    /// The path.
                     outline: Path2 => outline,
                     /// Half of the length along z.
                     half_depth: f32 => positive,
@@ -544,11 +552,12 @@ macro_rules! shape_table {
                     half_depth: 0.15,
                 }));
 
-                /// Letters in the x–y plane, extruded along z: the first line stands on the x axis, and each is centered.
+                /// Letters in the x–y plane, extruded along z. The first line stands on the x axis, and each line
+                /// is centered.
                 Text(sd_extrusion, outline_loops) {
-                    /// What is written, up to 64 characters, in lines.
+                    /// The text, up to 64 characters, in lines.
                     text: String => letters,
-                    /// The height of an em, which holds a letter with what reaches below the line.
+                    /// The height of an em.
                     size: f32 => positive,
                     /// Half of the length along z.
                     half_depth: f32 => positive,
@@ -558,44 +567,45 @@ macro_rules! shape_table {
                 exact(true)
                 example(Some(Shape::Text { text: "Ag".into(), size: 0.9, half_depth: 0.1 }));
 
-                /// Triangles of a file, as a solid: sampled when the scene is loaded, holes closed.
+                /// The solid of a mesh file. It is sampled when the scene is loaded, and holes are closed.
                 Mesh(sd_sampled, sampled_loops) {
-                    /// An OBJ, GLB, PLY or STL file, or a .grid of sampled distances; relative to the scene's.
+                    /// An OBJ, GLB, PLY or STL file, or a .grid file of sampled distances, relative to the scene's
+                    /// file.
                     path: String => mesh_path,
                     /// Samples along the longest side of its box, from 16 to 512.
                     #[serde(default = "mesh_resolution")]
                     resolution: u32 => mesh_resolution,
-                    /// Its distances, once it is loaded.
+                    /// Its samples, once it is loaded.
                     #[serde(skip)]
                     grid: LoadedGrid => distances,
                 }
-                // Of a grid that is not loaded lowering says so.
+                // / Lowering reports a grid that is not loaded.
                 words(grid.words())
-                // Beyond the samples' box it is told how far that is at least, not how far the solid is.
+                // / Outside the box of the samples, the distance is a lower bound.
                 bounds(grid.region())
                 exact(false)
                 example(None);
 
-                /// Ground as high as an image is bright: black is at y = 0.
+                /// Ground from a grayscale image. Black is at y = 0.
                 Heightmap(sd_heightmap, sampled_loops) {
-                    /// A PNG image of grey values, 16 bits for smooth ground; relative to the scene's. Its rows run along x, the first
-                    /// at −z.
+                    /// A PNG image, relative to the scene's file. 16 bits make smooth ground. Its rows run along x,
+                    /// and the first row is at −z.
                     path: String => image_path,
                     /// Half of the lengths along x and z.
                     half_size: [f32; 2] => positive,
-                    /// How high white is.
+                    /// Height of white.
                     height: f32 => positive,
-                    /// How thick the ground is where the image is black: its flat bottom is as far below y = 0.
+                    /// Thickness of the ground where the image is black. The flat bottom is at y = −base.
                     #[serde(default = "base")]
                     base: f32 => positive,
-                    /// Posts along the longer side of the image, from 16 to 2048, if it has as many pixels.
+                    /// Posts along the image's longer side, from 16 to 2048, if it has as many pixels.
                     #[serde(default = "posts")]
                     resolution: u32 => post_count,
                     /// Its heights, once it is loaded.
                     #[serde(skip)]
                     grid: LoadedGrid => heights,
                 }
-                // Of a grid that is not loaded lowering says so.
+                // / Lowering reports a grid that is not loaded.
                 words(heightmap_words(grid.words(), half_size, [height, base]))
                 bounds(heightmap_bounds(grid, half_size, [height, base]))
                 exact(false)

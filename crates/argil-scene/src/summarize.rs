@@ -1,4 +1,4 @@
-//! Counting the operands of large groups.
+//! Maintains the summaries of large groups.
 
 use crate::group_summary::{GroupSummary, SUMMARY_THRESHOLD};
 use crate::{NodeId, Scene};
@@ -14,7 +14,7 @@ impl GroupSummary {
 }
 
 impl Scene {
-    /// Count the large groups around a node, unless they are counted.
+    /// Creates the summaries of large groups around a node, unless they exist.
     pub(crate) fn summarize_groups(&mut self, node: NodeId) {
         let mut at = self.node(node).parent;
         while let Some(group) = at {
@@ -28,7 +28,7 @@ impl Scene {
         }
     }
 
-    /// Count a node in, or out again, where its group is counted.
+    /// Adds a node to its group's summary, or removes it.
     pub(crate) fn count(&mut self, node: NodeId, is_there: bool) {
         let Self {
             nodes,

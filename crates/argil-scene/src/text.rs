@@ -1,4 +1,4 @@
-//! Text as outlines, of the letters of a font.
+//! Text as paths, from the letters of a font.
 
 use crate::validation::ValidationError;
 use crate::{Path2, PathSegment};
@@ -7,15 +7,16 @@ use glam::Vec2;
 use std::sync::LazyLock;
 use ttf_parser::{Face, GlyphId, OutlineBuilder};
 
-/// Most characters of a text, and most pieces of their outlines: those cost every evaluation of its shape.
+/// Maximum characters of a text, and maximum segments of their paths. Each segment costs every evaluation of its
+/// shape.
 const MAX_CHARACTERS: usize = 64;
 const MAX_TEXT_PIECES: usize = 1024;
 
-/// The font that comes along: Ubuntu Light, under the Ubuntu Font License 1.0.
+/// The built-in font: Ubuntu Light, under the Ubuntu Font License 1.0.
 static FONT: LazyLock<Face<'static>> =
     LazyLock::new(|| Face::parse(epaint_default_fonts::UBUNTU_LIGHT, 0).expect("the font is one"));
 
-/// Characters that the font has, not too many, with something to see.
+/// Checks that the font has the characters, that there are not too many, and that something is visible.
 pub(crate) fn letters(path: &str, text: &str) -> Result<(), ValidationError> {
     let count = text.chars().count();
     if count > MAX_CHARACTERS {
@@ -42,7 +43,7 @@ pub(crate) fn letters(path: &str, text: &str) -> Result<(), ValidationError> {
     Ok(())
 }
 
-/// Each glyph of a text with where its pen stands, in the font's units.
+/// Iterates over the glyphs of a text, with the pen's position in the font's units.
 fn glyphs(text: &str) -> impl Iterator<Item = (GlyphId, Vec2)> + '_ {
     let font = &*FONT;
     let line_height = f32::from(font.height()) + f32::from(font.line_gap());
@@ -63,8 +64,8 @@ fn scale_of(size: f32) -> f32 {
     size / f32::from(FONT.units_per_em())
 }
 
-/// The closed outlines of a text in the x–y plane, holes among them: its first line stands on the x axis, each line is centered, and an
-/// em is `size` high. What the font lacks is left out.
+/// Returns the closed paths of a text in the x–y plane, including holes. The first line stands on the x axis, each
+/// line is centered, and an em is `size` high. Characters that the font lacks are skipped.
 #[doc(hidden)]
 pub fn text_outlines(text: &str, size: f32) -> Vec<Path2> {
     let mut all = Vec::new();
@@ -74,13 +75,13 @@ pub fn text_outlines(text: &str, size: f32) -> Vec<Path2> {
             pen,
             scale: scale_of(size),
         };
-        // What has no outline is a space.
+        // / A glyph without a path is a space.
         let _ = FONT.outline_glyph(glyph, &mut contours);
     }
     all
 }
 
-/// The box of those outlines, extruded along z: that of the letters' boxes.
+/// Returns the box of a text, extruded along z: the union of its letters' boxes.
 pub(crate) fn text_bounds(text: &str, size: f32, half_depth: f32) -> Aabb {
     let scale = scale_of(size);
     let held = glyphs(text).filter_map(|(glyph, pen)| {
@@ -97,7 +98,7 @@ pub(crate) fn text_bounds(text: &str, size: f32, half_depth: f32) -> Aabb {
     held.fold(Aabb::EMPTY, |all, own| all.union(own))
 }
 
-/// Outlines as they are drawn, from a pen's position.
+/// Collects paths as they are drawn, from a pen's position.
 struct Contours<'a> {
     all: &'a mut Vec<Path2>,
     pen: Vec2,
@@ -133,7 +134,7 @@ impl OutlineBuilder for Contours<'_> {
     }
 
     fn curve_to(&mut self, x1: f32, y1: f32, x2: f32, y2: f32, x: f32, y: f32) {
-        // Fonts of cubic curves: the quadratic one of the same tangents, nearly.
+        // / For fonts with cubic curves: the quadratic curve with nearly the same tangents.
         self.quad_to(0.5 * (x1 + x2), 0.5 * (y1 + y2), x, y);
     }
 

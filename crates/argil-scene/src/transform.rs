@@ -1,13 +1,13 @@
-//! Transforms of a node, one after the other.
+//! Appends transforms to a node.
 
 use crate::Modifier;
 use glam::{DQuat, DVec3, Vec3};
 
-/// A node may have so many transforms at its end before they become one scale, one rotation and one translation.
+/// Maximum transforms at the end of a node, before they are combined into a scale, a rotation and a translation.
 const MAX_TRANSFORMS: usize = 6;
 
-/// Transforms a solid once more. Transforms of one kind in a row become one, and so do long runs of them: thousands of small turns
-/// cost no more than one.
+/// Appends a transform. Consecutive transforms of one kind combine, and so do long runs, so that thousands of small
+/// rotations cost no more than one.
 pub(crate) fn push_transform(modifiers: &mut Vec<Modifier>, by: Modifier) {
     match (modifiers.last_mut(), &by) {
         (Some(Modifier::Translate { by: old }), Modifier::Translate { by: more }) => {
@@ -37,8 +37,8 @@ pub(crate) fn push_transform(modifiers: &mut Vec<Modifier>, by: Modifier) {
     }
 }
 
-/// The scale, the rotation and the translation that do what some transforms do one after the other. Nothing where a value can then
-/// not be used.
+/// Returns a scale, a rotation and a translation that do what a list of transforms does. Returns `None` if a value
+/// would be out of range.
 fn composed(transforms: &[Modifier]) -> Option<Vec<Modifier>> {
     let (mut scale, mut turn, mut shift) = (1.0f64, DQuat::IDENTITY, DVec3::ZERO);
     for transform in transforms {

@@ -1,10 +1,10 @@
-//! A scene's history: what is undone and redone, and who follows its changes.
+//! Undo and redo of a scene.
 
 use crate::history::{HistoryStep, SuspendedHistory, is_covered};
 use crate::{EditOutcome, HistoryLimit, Node, Scene};
 
 impl Scene {
-    /// Sets the history aside, so that what comes next can be taken back without a trace.
+    /// Suspends the history, so that the next edits can be reversed without a trace.
     pub(crate) fn set_history_aside(&mut self) -> SuspendedHistory {
         let (nodes, changes) = (self.nodes.len(), self.history.count());
         let history = &mut self.history;
@@ -22,7 +22,7 @@ impl Scene {
         aside
     }
 
-    /// Puts the history back, with what was done since behind it, or with that taken back.
+    /// Restores a suspended history. It either appends the steps since then, or reverses them.
     pub(crate) fn join_history(&mut self, aside: SuspendedHistory, is_kept: bool) {
         let mut new = std::mem::take(&mut self.history.undo);
         if !is_kept {
@@ -57,14 +57,14 @@ impl Scene {
         self.keep_to_limit(0);
     }
 
-    /// From here to [`Scene::end_stroke`] all edits are undone and redone as one.
+    /// Begins a stroke: until [`Scene::end_stroke`], all edits form one undo step.
     pub fn begin_stroke(&mut self) {
         self.end_stroke();
         self.history.undo.push(Vec::new());
         self.history.is_stroke = true;
     }
 
-    /// End a stroke. One that has changed nothing leaves no step.
+    /// Ends a stroke. A stroke that changed nothing leaves no step.
     pub fn end_stroke(&mut self) {
         let history = &mut self.history;
         if std::mem::take(&mut history.is_stroke) && history.undo.last().is_some_and(Vec::is_empty)
@@ -87,7 +87,7 @@ impl Scene {
         self.history.redo.len()
     }
 
-    /// Sets how much of the history is kept from now on: the oldest steps are dropped first, and the newest always stays.
+    /// Limits the undo history. The oldest steps are dropped first, and the newest step always stays.
     pub fn set_history_limit(&mut self, limit: HistoryLimit) {
         self.end_stroke();
         let steps = self.history.set_limit(limit);
@@ -96,20 +96,20 @@ impl Scene {
         }
     }
 
-    /// Forget all but the last so many steps that can be undone, and what could be redone: what they held is free then.
+    /// Drops all but the last `keep` undo steps, and all redo steps, to free their memory.
     pub fn forget_history(&mut self, keep: usize) {
         self.end_stroke();
         self.history.redo.clear();
         self.drop_history(keep);
     }
 
-    /// Drops all but the last steps, and the contents of removed nodes that nothing can bring back.
+    /// Drops all but the last steps, and the contents of removed nodes that nothing can restore.
     pub(super) fn drop_history(&mut self, keep: usize) {
         self.history.keep(keep);
         let mut is_needed = vec![false; self.nodes.len()];
         let held = self.history.held_nodes().collect::<Vec<_>>();
         for root in std::iter::once(Self::ROOT).chain(held) {
-            // What is in a tree that was seen was seen with it.
+            // / The contents of a visited tree were visited with it.
             if !is_needed[root.index()] {
                 let nodes = self.descendants(root);
                 nodes.for_each(|node| is_needed[node.index()] = true);
@@ -138,7 +138,7 @@ impl Scene {
         Some(edited)
     }
 
-    /// Take the steps of one undo or redo, the last first.
+    /// Takes the steps of one undo or redo, last first.
     fn take_all(&mut self, steps: Vec<HistoryStep>) -> Option<(EditOutcome, Vec<HistoryStep>)> {
         let mut all: Option<EditOutcome> = None;
         let mut inverses = Vec::with_capacity(steps.len());

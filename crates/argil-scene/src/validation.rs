@@ -1,16 +1,16 @@
-//! What is wrong with a value, and where in its owner.
+//! Errors of values, with their place.
 
 use std::fmt;
 
-/// Lengths and coordinates beyond this are refused: `f32` squares and sums of them must stay finite.
+/// Maximum of lengths and coordinates. Squares and sums of them stay finite in `f32`.
 pub const MAX_LENGTH: f32 = 1e6;
 
-/// A value that cannot be used.
+/// A value that is out of range.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ValidationError {
-    /// The path from the checked object to the value, as in `shape.radius`; empty for the object itself.
+    /// Path from the checked object to the value, such as `shape.radius`. Empty for the object itself.
     pub path: String,
-    /// What is wrong, with the value and what would be right.
+    /// What is wrong, with the value and the valid range.
     pub reason: String,
 }
 
@@ -22,7 +22,7 @@ impl ValidationError {
         }
     }
 
-    /// The same fault seen from the owner of the checked object.
+    /// Returns the error with the path from the owner of the checked object.
     pub(crate) fn within(mut self, owner: &str) -> Self {
         self.path = match (owner.is_empty(), self.path.is_empty()) {
             (true, _) => self.path,
@@ -46,7 +46,7 @@ impl fmt::Display for ValidationError {
 
 impl std::error::Error for ValidationError {}
 
-/// A finite number of at most [`MAX_LENGTH`].
+/// Checks a finite number of at most [`MAX_LENGTH`].
 pub(crate) fn coordinate(path: &str, value: f32) -> Result<(), ValidationError> {
     if value.abs() <= MAX_LENGTH {
         Ok(())
@@ -58,7 +58,7 @@ pub(crate) fn coordinate(path: &str, value: f32) -> Result<(), ValidationError> 
     }
 }
 
-/// A coordinate that is above zero by at least what lengths can be told apart by.
+/// Checks a coordinate above zero.
 pub(crate) fn positive(path: &str, value: f32) -> Result<(), ValidationError> {
     coordinate(path, value)?;
     if value <= 0.0 {
@@ -76,7 +76,7 @@ pub(crate) fn positive(path: &str, value: f32) -> Result<(), ValidationError> {
     }
 }
 
-/// A coordinate that is zero or more.
+/// Checks a coordinate of zero or more.
 pub(crate) fn not_negative(path: &str, value: f32) -> Result<(), ValidationError> {
     coordinate(path, value)?;
     if value < 0.0 {
@@ -86,7 +86,7 @@ pub(crate) fn not_negative(path: &str, value: f32) -> Result<(), ValidationError
     }
 }
 
-/// A value in a range, both ends included; NaN is refused.
+/// Checks a value in a range, including both ends. NaN is refused.
 pub(crate) fn within<T: PartialOrd + std::fmt::Display + Copy>(
     path: &str,
     value: T,
@@ -103,7 +103,7 @@ pub(crate) fn within<T: PartialOrd + std::fmt::Display + Copy>(
     }
 }
 
-/// `value` ≤ `limit`, where `what` says what the limit is.
+/// Checks `value` ≤ `limit`. `what` describes the limit.
 pub(crate) fn at_most(
     path: &str,
     value: f32,
@@ -120,7 +120,7 @@ pub(crate) fn at_most(
     }
 }
 
-/// One check for each element of an array.
+/// Calls a check for each element of an array.
 pub(crate) fn each<const N: usize>(
     path: &str,
     values: [f32; N],

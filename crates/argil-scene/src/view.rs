@@ -4,37 +4,37 @@ use argil_math::Aabb;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// How a scene is meant to be looked at.
+/// The view of a scene: camera, ground, sun and bounds.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct View {
-    /// Where the camera is.
+    /// Pose of the camera.
     pub camera: CameraPose,
-    /// The picture's vertical field of view in degrees, from 1 to 170.
+    /// Vertical field of view in degrees, from 1 to 170.
     pub field_of_view_degrees: f32,
-    /// Whether a ground plane lies under the scene.
+    /// Whether there is a ground plane under the scene.
     pub ground: bool,
-    /// Least and greatest corner of what to look at; without it, the scene's own box.
+    /// Minimum and maximum corner of the box to view. If it is missing, the scene's own box.
     #[serde(alias = "frame", skip_serializing_if = "Option::is_none")]
     pub bounds: Option<[[f32; 3]; 2]>,
-    /// Direction to the sun as azimuth and elevation in degrees.
+    /// Direction to the sun, as azimuth and elevation in degrees.
     pub sun_degrees: [f32; 2],
 }
 
-/// Where a camera stands.
+/// Position and direction of a camera.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum CameraPose {
-    /// Azimuth and elevation in degrees, and the distance in multiples of the radius of what is looked at.
+    /// Azimuth and elevation in degrees, and the distance in multiples of the radius of what is viewed.
     Orbit([f32; 3]),
-    /// From a point to a point.
+    /// From a point toward a point.
     #[serde(alias = "look")]
     LookAt {
-        /// The camera.
+        /// Position of the camera.
         eye: [f32; 3],
-        /// What is in the middle of the picture.
+        /// The point in the middle of the image.
         target: [f32; 3],
     },
 }
@@ -77,7 +77,7 @@ impl View {
 }
 
 impl CameraPose {
-    /// Whether a camera can stand so.
+    /// Checks that every value is in its range.
     ///
     /// # Errors
     /// The first value that is out of range.

@@ -1,4 +1,4 @@
-//! The parts of a scene file, for the schema and for writing. Reading goes by [`super::read`].
+//! The parts of a scene file, for the schema and for writing. [`super::read`] reads them.
 
 use crate::{BlendProfile, Keyframe, Modifier, Operator, OperatorKind, Shape};
 #[cfg(feature = "schema")]
@@ -13,37 +13,37 @@ pub(crate) struct Item {
     /// A name for people.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub name: String,
-    /// Whether it takes part.
+    /// Whether it takes part in the solid.
     #[serde(default = "yes", skip_serializing_if = "Clone::clone")]
     pub visible: bool,
-    /// Whether editors leave it as it is.
+    /// Whether editors protect it from changes.
     #[serde(default, skip_serializing_if = "is_default")]
     pub locked: bool,
-    /// How it acts on what stands above it in its group.
+    /// How it combines with everything before it in its group.
     #[serde(default, skip_serializing_if = "is_default")]
     pub operator: OperatorKind,
-    /// Blend radius of the joint.
+    /// Blend radius of the joint, in the scene's unit.
     #[serde(default, skip_serializing_if = "is_positive_zero")]
     pub blend: f32,
-    /// Outline of the joint.
+    /// Profile of the joint within the blend radius.
     #[serde(default, skip_serializing_if = "is_default")]
     pub profile: BlendProfile,
     /// How far a morph goes, from 0 to 1.
     #[serde(default, skip_serializing_if = "is_positive_zero")]
     pub amount: f32,
-    /// The name of one of the scene's materials.
+    /// Name of one of the scene's materials.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub material: Option<String>,
-    /// Changes of the solid, the first first.
+    /// Transforms and deformations, applied in order.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub modifiers: Vec<Modifier>,
-    /// Values that change with time, in its order.
+    /// Values that change with time, in order of time.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub keyframes: Vec<Keyframe>,
     /// The shape of a brush.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shape: Option<Shape>,
-    /// What a group holds, in order.
+    /// The contents of a group, in order.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub brushes: Option<Vec<Item>>,
 }
@@ -52,7 +52,7 @@ fn yes() -> bool {
     true
 }
 
-/// The fields of an item other than `brushes`, as a file holds them: defaults are left out.
+/// The fields of an item other than `brushes`. Default values are not written.
 #[derive(Serialize)]
 pub(super) struct Head<'a> {
     #[serde(skip_serializing_if = "str::is_empty")]
@@ -112,7 +112,7 @@ fn is_default<T: Default + PartialEq>(value: &T) -> bool {
     *value == T::default()
 }
 
-/// −0 is written, so that what is read again is the same bit for bit.
+/// Whether a value is +0. The value −0 is written, so that reading it returns the same bits.
 fn is_positive_zero(value: &f32) -> bool {
     value.to_bits() == 0
 }

@@ -1,4 +1,4 @@
-//! Why a scene's file cannot be read or written, and how large one may be.
+//! Errors of scene files, and limits on their size.
 
 use crate::{EditError, ValidationError};
 use std::path::PathBuf;
@@ -6,52 +6,52 @@ use std::path::PathBuf;
 /// The version that this program writes, and the newest that it reads.
 pub const FORMAT_VERSION: u32 = 1;
 
-/// Deepest nesting of JSON values in a file; two levels make one level of groups.
+/// Maximum nesting of JSON values. Two levels make one level of groups.
 pub(super) const MAX_DEPTH: u32 = 200_000;
 
-/// Longest part (a shape, a list of modifiers, a name) in bytes.
+/// Maximum bytes of a part: a shape, a list of modifiers, a name.
 pub(super) const MAX_PART_BYTES: usize = 1 << 20;
 
-/// Longest file that is read as a whole; others are streamed.
+/// Maximum bytes of a file that is read as a whole. Larger files are streamed.
 pub(super) const MAX_QUICK_BYTES: u64 = 1 << 30;
 
-/// Why a scene file could not be read or written.
+/// The reason why a scene file cannot be read or written.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum FileError {
-    /// The file itself could not be opened, read or written.
+    /// The file cannot be opened, read or written.
     #[error("{path}")]
     Io {
-        /// Which file.
+        /// Path of the file.
         path: PathBuf,
-        /// What the system said.
+        /// The system's error.
         source: std::io::Error,
     },
-    /// What the file holds is not a scene.
+    /// The file does not hold a valid scene.
     #[error("{path}:{line}:{column}: {fault}")]
     Content {
-        /// Which file.
+        /// Path of the file.
         path: PathBuf,
         /// Line, from 1.
         line: u64,
         /// Column in characters, from 1.
         column: u64,
-        /// The path in the document, and what is wrong there.
+        /// Path in the document, and what is wrong there.
         fault: ValidationError,
     },
-    /// The file was written by a newer program.
+    /// A newer program wrote the file.
     #[error(
         "{path}: format version {found} is newer than this program reads ({FORMAT_VERSION}): update argil"
     )]
     Newer {
-        /// Which file.
+        /// Path of the file.
         path: PathBuf,
         /// Its version.
         found: u64,
     },
 }
 
-/// A fault in an entry seen as a fault in the file.
+/// Turns an error of an edit into an error of the file.
 pub(super) fn fault_of(error: EditError) -> ValidationError {
     match error {
         EditError::Fault(fault) => fault,

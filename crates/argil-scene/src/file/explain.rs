@@ -1,4 +1,4 @@
-//! What is wrong with a file, and where.
+//! Finds what is wrong with a file, and where.
 
 use super::tokens::{Source, Tokens, tokens};
 use crate::ValidationError;
@@ -6,8 +6,8 @@ use serde::de::DeserializeOwned;
 use serde_json::Value;
 use struson::reader::{JsonReader, ReaderError, SyntaxErrorKind, ValueType};
 
-/// Name the member that serde's error is about: the one without which serde only misses it. (Tagged enums are read
-/// through a buffer, which forgets where it was.)
+/// Finds the member that serde's error is about: without it, serde only misses it. Serde reads tagged enums through
+/// a buffer, which loses the place.
 pub(super) fn explain<T: DeserializeOwned>(
     path: &str,
     text: &[u8],
@@ -25,7 +25,7 @@ pub(super) fn explain<T: DeserializeOwned>(
                 culprit(&members, |m| complaint::<T>(Value::Object(m))).unwrap_or_default();
         }
         Ok(Value::Array(elements)) => {
-            // The first element that cannot stand alone in a list.
+            // / The first element that is invalid by itself.
             let alone = |v: Value| complaint::<T>(Value::Array(vec![v]));
             if let Some((index, element)) = elements
                 .into_iter()
@@ -46,16 +46,16 @@ pub(super) fn explain<T: DeserializeOwned>(
     fault.within(path)
 }
 
-/// What serde says against a value.
+/// Returns serde's complaint about a value.
 pub(super) fn complaint<T: DeserializeOwned>(value: Value) -> Option<String> {
     let error = serde_json::from_slice::<T>(value.to_string().as_bytes())
         .err()?
         .to_string();
-    // The place is one in a text that nobody has written.
+    // / Its place refers to text that no user wrote.
     Some(error.split(" at line ").next().unwrap_or(&error).to_owned())
 }
 
-/// The member without which there is no complaint, or only that it is missing.
+/// Returns the member without which serde accepts the value, or only misses the member.
 pub(super) fn culprit(
     members: &serde_json::Map<String, Value>,
     complaint: impl Fn(serde_json::Map<String, Value>) -> Option<String>,
@@ -75,9 +75,9 @@ pub(super) fn culprit(
         .cloned()
 }
 
-/// Line and column, from 1, of the value at a path, or of the deepest part of the path that is there.
+/// Returns line and column, from 1, of the value at a path, or of the deepest part of the path that exists.
 pub(super) fn locate(source: Source<'_>, path: &str) -> (u64, u64) {
-    // The first pass has held this part of the file against the limits.
+    // / The first pass already checked this part against the limits.
     let mut reader = tokens(source, None);
     let mut rest = path;
     while !rest.is_empty() {
@@ -89,17 +89,17 @@ pub(super) fn locate(source: Source<'_>, path: &str) -> (u64, u64) {
             None => enter_object(&mut reader, &mut rest),
         };
         if !matches!(entered, Ok(true)) {
-            // Not further along the path: the place reached so far is near enough.
+            // / The path ends here: this place is close enough.
             return position(&reader);
         }
         rest = rest.strip_prefix('.').unwrap_or(rest);
     }
-    // Peeking skips the blanks before the value.
+    // / Peeking skips white space before the value.
     let _ = reader.peek();
     position(&reader)
 }
 
-/// Line and column of the reader, from 1.
+/// Returns the reader's line and column, from 1.
 pub(super) fn position(reader: &Tokens<'_>) -> (u64, u64) {
     reader
         .current_position(false)
@@ -118,15 +118,15 @@ pub(super) fn enter_array(reader: &mut Tokens<'_>, index: usize) -> Result<bool,
     reader.has_next()
 }
 
-/// Former names of members, which files of earlier versions have, and their names now.
+/// Former names of members, in files of earlier versions, with their current names.
 const RENAMED: &[(&str, &str)] = &[
     ("frame", "bounds"),
     ("look", "look_at"),
     ("pieces", "segments"),
 ];
 
-/// Enter the first member whose name the path begins with, and take that off the path. Names may hold dots and brackets:
-/// what follows the name must be the path's end or a new step.
+/// Enters the first member whose name begins the path, and removes it from the path. Names may contain dots and
+/// brackets, so the rest must be empty or start a new step.
 pub(super) fn enter_object(reader: &mut Tokens<'_>, path: &mut &str) -> Result<bool, ReaderError> {
     if reader.peek()? != ValueType::Object {
         return Ok(false);

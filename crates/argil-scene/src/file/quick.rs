@@ -1,9 +1,9 @@
-//! Reading of what is as it should be, by all cores; [`super::read`] reads the rest again, and says what is wrong.
+//! Reads valid files with all cores. [`super::read`] reads the others, and reports what is wrong.
 //!
-//! *Practice.* serde_json splits the document into the texts of its items, and each item into those of its fields, without
-//! looking into them. Many items are then read at once, each field by the same call as in [`super::read`]: what is taken
-//! here is what is taken there. Groups that nest deeper than [`MAX_LEVELS`] are left to that reader, as each level is split
-//! once more.
+//! *Practice.* serde_json splits the document into the texts of its items, and each item into the texts of its
+//! fields. Many items are then parsed at once, each field by the same call as in [`super::read`]. So both accept
+//! the same files. Groups nested deeper than [`MAX_LEVELS`] are left to the other reader, because each level is
+//! split once more.
 
 use super::error::{FORMAT_VERSION, MAX_PART_BYTES};
 use crate::{Group, Material, NodeDesc, NodeId, NodeKind, Scene, View};
@@ -14,16 +14,16 @@ use serde_json::value::RawValue;
 use std::fmt;
 use std::marker::PhantomData;
 
-/// Levels of groups.
+/// Maximum levels of groups.
 const MAX_LEVELS: usize = 16;
 
-/// Items that are read before the first of them is put into the scene.
+/// Items that are parsed before the first one enters the scene.
 const ITEMS_AT_ONCE: usize = 4096;
 
-/// Fewer items are not worth waking another thread.
+/// Fewer items than this are not worth another thread.
 const FEW_ITEMS: usize = 64;
 
-/// The scene that a text is, or nothing, if the other reader has to look at it.
+/// Reads a scene, or returns `None` if the other reader must look at the text.
 pub(super) fn read(text: &[u8]) -> Option<Scene> {
     let text = text
         .strip_prefix(super::tokens::BYTE_ORDER_MARK)
@@ -87,7 +87,7 @@ fn brushes(scene: &mut Scene, items: &RawValue) -> Option<()> {
     Some(())
 }
 
-/// A group's items, of which some have been read.
+/// A group's items, some of which have been read.
 struct Level<'a> {
     group: NodeId,
     unread: std::vec::IntoIter<&'a RawValue>,
@@ -109,7 +109,7 @@ impl<'a> Level<'a> {
         })
     }
 
-    /// The next item, nothing at the end; nothing at all where one is wrong.
+    /// Returns the next item, `Some(None)` at the end, and `None` if an item is invalid.
     fn next(&mut self, scene: &Scene) -> Option<Option<ReadItem<'a>>> {
         if let Some(item) = self.read.next() {
             return Some(Some(item));
@@ -158,13 +158,13 @@ fn item<'a>(scene: &Scene, text: &'a RawValue) -> Option<ReadItem<'a>> {
     (has_shape != brushes.is_some()).then_some(ReadItem { entry, brushes })
 }
 
-/// A value of the length that the other reader takes.
+/// Parses a value, up to the length that the other reader accepts.
 fn part<T: DeserializeOwned>(text: &RawValue) -> Option<T> {
     let text = text.get();
     if text.len() > MAX_PART_BYTES {
         return None;
     }
-    // As everywhere here from bytes, so that all that reads is compiled once.
+    // / From bytes, as everywhere here, so that the parser is compiled once.
     serde_json::from_slice(text.as_bytes()).ok()
 }
 
@@ -186,7 +186,7 @@ enum Field {
     Brushes,
 }
 
-/// The members of an object with the texts of their values, in the file's order: a name may stand there twice.
+/// The members of an object with the texts of their values, in file order. A name may appear twice.
 struct Members<'a, K>(Vec<(K, &'a RawValue)>);
 
 impl<'de, K: Deserialize<'de>> Deserialize<'de> for Members<'de, K> {

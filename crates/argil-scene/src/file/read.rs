@@ -1,4 +1,4 @@
-//! Reading: a walk over the document's tokens with a stack on the heap.
+//! Reads a document's tokens with a stack on the heap.
 
 use super::error::{FORMAT_VERSION, FileError, MAX_PART_BYTES, fault_of};
 use crate::file::explain::{describe, explain, locate, position};
@@ -11,7 +11,7 @@ use std::path::Path;
 use struson::reader::{JsonReader, ReaderError, TransferError, ValueType};
 use struson::writer::{JsonStreamWriter, JsonWriter};
 
-/// Read from `source`; `again` opens it anew, to find the line of a fault.
+/// Reads from `source`. `again` opens it once more, to find the line of an error.
 pub(super) fn read<'a>(
     path: &Path,
     source: Source<'a>,
@@ -151,9 +151,9 @@ fn materials(reader: &mut Tokens<'_>, meter: &Meter, scene: &mut Scene) -> Resul
     Ok(reader.end_object()?)
 }
 
-/// An item that is open: its fields so far, and its node once it is known to be a group.
+/// An open item: its fields so far, and its node once it is known to be a group.
 struct Open {
-    /// The group that the item belongs to, and its index there.
+    /// The group that contains the item, and its index there.
     parent: NodeId,
     index: usize,
     entry: NodeDesc,
@@ -180,13 +180,13 @@ const FIELDS: [&str; 12] = [
 fn brushes(reader: &mut Tokens<'_>, meter: &Meter, scene: &mut Scene) -> Result<(), Stop> {
     reader.begin_array()?;
     let mut open: Vec<Open> = Vec::new();
-    // Whether the next token is in a list of items; else it is in the item on top.
+    // / Whether the next token belongs to a list of items, or to the item on top.
     let mut in_list = true;
     loop {
         meter.mark();
         if in_list {
             if reader.has_next()? {
-                // Begin the next item of the list.
+                // / Begin the next item of the list.
                 reader.begin_object()?;
                 let parent = open.last().and_then(|o| o.group).unwrap_or(Scene::ROOT);
                 let index = scene.node(parent).children.len();
@@ -200,7 +200,7 @@ fn brushes(reader: &mut Tokens<'_>, meter: &Meter, scene: &mut Scene) -> Result<
                 });
                 in_list = false;
             } else {
-                // The list ends: back to the group it belongs to, or done.
+                // / The list ends: return to its group, or finish.
                 reader.end_array()?;
                 if open.is_empty() {
                     return Ok(());
@@ -224,7 +224,7 @@ fn brushes(reader: &mut Tokens<'_>, meter: &Meter, scene: &mut Scene) -> Result<
     }
 }
 
-/// Read one field of the item on top; whether it began a list of items.
+/// Reads one field of the item on top. Returns whether it began a list of items.
 fn field(
     reader: &mut Tokens<'_>,
     scene: &mut Scene,
@@ -247,7 +247,7 @@ fn field(
         return fault(open, "this field stands twice".into());
     }
     item.seen |= 1 << number;
-    // The path costs a walk over the open groups: made only when something is wrong.
+    // / The path costs a walk over the open groups, so it is made only for errors.
     let result = match key {
         "name" => part(reader, "").map(|v| item.entry.name = v),
         "visible" => part(reader, "").map(|v| item.entry.visible = v),
@@ -275,7 +275,7 @@ fn field(
     }
 }
 
-/// Put a closed item into the scene.
+/// Inserts a complete item into the scene.
 fn finish(scene: &mut Scene, item: &mut Open) -> Result<(), ValidationError> {
     scene.check_entry(&item.entry).map_err(fault_of)?;
     match (item.group, item.has_shape) {
@@ -309,10 +309,10 @@ fn path_of(open: &[Open]) -> String {
     steps.join(".")
 }
 
-/// Most values are shorter.
+/// Most values are shorter than this.
 const USUAL_PART_BYTES: usize = 256;
 
-/// Copy the next value out and let serde read it.
+/// Copies the next value and parses it with serde.
 fn part<T: DeserializeOwned>(reader: &mut Tokens<'_>, path: &str) -> Result<T, Stop> {
     let mut text = Vec::with_capacity(USUAL_PART_BYTES);
     let mut writer = JsonStreamWriter::new(Limited(&mut text));

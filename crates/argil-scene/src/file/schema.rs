@@ -1,4 +1,4 @@
-//! The shape of a scene file as a whole.
+//! The structure of a scene file.
 
 use super::document::Item;
 use crate::{Material, View};
@@ -10,26 +10,26 @@ use std::collections::BTreeMap;
 #[derive(Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct Document {
-    /// Version of the format; must come first.
+    /// Version of the format. It must come first.
     #[schemars(range(min = 1, max = 1))]
     pub argil: u32,
     /// A name for people.
     #[serde(default)]
     pub name: String,
-    /// Where the scene or its parts come from.
+    /// Source and license of the scene or its parts.
     #[serde(default)]
     pub credit: String,
-    /// How the scene is meant to be looked at.
+    /// Camera, ground, sun and bounds.
     #[serde(default)]
     pub view: View,
-    /// Materials by name; must come before the brushes that use them.
+    /// Materials by name. They must come before the brushes that use them.
     #[serde(default)]
     pub materials: BTreeMap<String, Material>,
     /// Brushes and groups in order.
     pub brushes: Vec<Item>,
 }
 
-/// The JSON schema of scene files, as text.
+/// Returns the JSON schema of scene files as text.
 ///
 /// # Panics
 /// Never: every type of the schema serializes.

@@ -1,4 +1,4 @@
-//! A file as tokens, with how much of it was read.
+//! Reads a file as tokens, and limits the size of each part.
 
 use super::error::{MAX_DEPTH, MAX_PART_BYTES};
 use crate::ValidationError;
@@ -7,11 +7,11 @@ use std::io::Read;
 use std::rc::Rc;
 use struson::reader::{JsonStreamReader, ReaderError, ReaderSettings};
 
-/// What stopped the reading.
+/// What stopped reading.
 pub(super) enum Stop {
-    /// A value that can be read but not used, with its path from the document's root.
+    /// A value that is out of range, with its path from the document's root.
     Fault(ValidationError),
-    /// Not the JSON that was expected; the reader knows where.
+    /// Unexpected JSON. The reader knows the place.
     Reader(ReaderError),
     Newer(u64),
 }
@@ -24,19 +24,18 @@ impl From<ReaderError> for Stop {
 
 pub(super) type Tokens<'a> = JsonStreamReader<Metered<'a>>;
 
-/// Where bytes come from. Of one type, so that all that reads is compiled once.
+/// A source of bytes. It has one type, so that the parser is compiled once.
 pub(super) type Source<'a> = Box<dyn Read + 'a>;
 
-/// A source that refuses to give more than a part's length between two marks: names and numbers have no limit of their
-/// own.
+/// A source that returns at most a part's length between two marks. Names and numbers have no limit of their own.
 pub(super) struct Metered<'a> {
     source: Source<'a>,
     meter: Option<Meter>,
-    /// What was read of the source's beginning, to see whether it is a byte order mark, and is still to be given.
+    /// Bytes that were read to detect a byte order mark, and must still be returned.
     head: Option<Vec<u8>>,
 }
 
-/// What some editors put before UTF-8.
+/// A mark that some editors put before UTF-8 text.
 pub(super) const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
 
 /// Bytes since the last mark.

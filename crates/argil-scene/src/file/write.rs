@@ -1,4 +1,4 @@
-//! Writing: one brush a line, groups indented.
+//! Writes one brush per line, with groups indented.
 
 use super::document::Head;
 use crate::{NodeId, NodeKind, Scene};
@@ -34,7 +34,7 @@ pub(super) fn write(scene: &Scene, out: &mut impl Write) -> io::Result<()> {
     out.write_all(b"\n  ]\n}\n")
 }
 
-/// The lists, innermost last: what is left of each.
+/// The lists, innermost last, each with what remains of it.
 fn write_items(scene: &Scene, out: &mut impl Write) -> io::Result<()> {
     let mut open: Vec<(&[NodeId], bool)> = vec![(scene.node(Scene::ROOT).children(), true)];
     while let Some((rest, first)) = open.last_mut() {
@@ -47,7 +47,7 @@ fn write_items(scene: &Scene, out: &mut impl Write) -> io::Result<()> {
         };
         let comma = if std::mem::take(first) { "" } else { "," };
         *rest = tail;
-        // Indentation stops growing: a tree a thousand levels deep would be mostly blanks.
+        // / Indentation stops growing, because a tree a thousand levels deep would be mostly white space.
         let indent = 2 + 2 * open.len().min(16);
         write!(out, "{comma}\n{:indent$}", "")?;
 

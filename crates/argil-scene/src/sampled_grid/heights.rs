@@ -6,8 +6,8 @@ use argil_math::Aabb;
 use glam::{Vec3, uvec3};
 
 impl SampledGrid {
-    /// A grid of heights from 0 to 1, as a heightmap's image has them: from 2 to [`MAX_POSTS`] posts along x and along z, x fastest.
-    /// `None` if there are others, or not as many heights, or one is no number from 0 to 1.
+    /// Creates a grid of heights from 0 to 1, x fastest. `posts` are the numbers along x and z, from 2 to
+    /// [`MAX_POSTS`] each. Returns `None` if the counts do not match, or a height is out of range.
     ///
     /// ```
     /// use argil_scene::{LoadedGrid, SampledGrid, Shape};
@@ -56,12 +56,13 @@ impl SampledGrid {
         })
     }
 
-    /// Posts along x and along z, of a grid of heights.
+    /// Returns the posts along x and z, for a grid of heights.
     pub fn posts(&self) -> [u32; 2] {
         [self.cells.x, self.cells.z]
     }
 
-    /// How many times as steep as nearly all others (99 of 100) the steepest step between posts is; 1 of what is flat.
+    /// Returns the slope of the steepest step between posts, as a multiple of the 99th percentile. Flat ground
+    /// returns 1.
     pub fn steepest_share(&self) -> f32 {
         if !self.has_heights() {
             return 1.0;
@@ -82,7 +83,7 @@ impl SampledGrid {
         }
     }
 
-    /// Whether it holds heights.
+    /// Whether the grid holds heights.
     pub fn has_heights(&self) -> bool {
         self.cells.y == 0
     }
