@@ -1,8 +1,8 @@
-//! Sampling a level with what can matter in each cell; `fill.wgsl` is the twin, which evaluates everything.
+//! Bakes one level of a dense volume with pruned programs. Its twin `fill.wgsl` evaluates the whole program.
 //!
-//! *Theory.* The lattice is cut into slabs, slabs into columns, columns into cells of 8³ points; each keeps the list of
-//! instructions that can matter there (`argil_field::Pruner`). Where the distance at a cell's center shows that all of it
-//! is saturated, nothing is evaluated. Texels are those of the whole program, to the bit.
+//! *Theory.* The grid is cut into slabs, slabs into columns, and columns into cells of 8³ points. Each has the
+//! instructions that can matter there (`argil_field::Pruner`). A cell whose center distance proves that all its
+//! samples are saturated is not evaluated. The samples equal the whole program's, bit for bit.
 
 use crate::encoding::encode;
 use crate::{Texel, Texels};
@@ -18,13 +18,13 @@ use std::ops::Range;
 const SIDE: u32 = 8;
 /// Cells along a column's side.
 const COLUMN: u32 = 4;
-/// Layers of a cell that make a full batch.
+/// Layers of a cell that fill a batch.
 const BATCH_LAYERS: u32 = LANES as u32 / (SIDE * SIDE);
 
-/// What a cell holds that is not to be sampled, by its first point.
+/// Returns the value of a cell that is not sampled, given its first point.
 pub(crate) type Vacant<'a, T> = &'a (dyn Fn(UVec3) -> Option<T> + Sync);
 
-/// Sample all points of a level's grid, but for the cells that are vacant.
+/// Samples all points of a level's grid, except in vacant cells.
 pub(crate) fn sample<T: Texel>(
     program: &Program,
     grid: &Grid,
@@ -51,7 +51,7 @@ pub(crate) fn sample<T: Texel>(
     Texels::from_vec(texels)
 }
 
-/// What a thread keeps.
+/// The state of a thread.
 struct LevelBaker<'a, T> {
     program: &'a Program,
     grid: &'a Grid,
@@ -59,15 +59,15 @@ struct LevelBaker<'a, T> {
     vacant: Vacant<'a, T>,
     pruner: Pruner<'a>,
     evaluator: Evaluator<'a>,
-    /// What is left of the program for some columns, and of a column for its cells.
+    /// Pruned programs of some columns, and of the cells of a column.
     columns: LevelParts,
     cells: LevelParts,
-    /// Where points lie along x and along y.
+    /// Positions of points along x and along y.
     x: Vec<f32>,
     y: Vec<f32>,
 }
 
-/// Cells by their first points, each with its stretch of a common list.
+/// Cells by their first points, each with its range of a shared list.
 #[derive(Default)]
 struct LevelParts {
     instrs: Vec<Instruction>,
@@ -95,7 +95,7 @@ impl<'a, T: Texel> LevelBaker<'a, T> {
         }
     }
 
-    /// Eight layers of the grid, from layer `z` on.
+    /// Bakes eight layers of the grid, from layer `z` on.
     fn slab(&mut self, texels: &mut [T], z: u32) {
         let edge = SIDE * COLUMN;
         let size = self.grid.size;
@@ -131,7 +131,7 @@ impl<'a, T: Texel> LevelBaker<'a, T> {
         (self.columns, self.cells) = (columns, cells);
     }
 
-    /// Prune a list for cells of `size` points; those that are saturated are stored at once.
+    /// Prunes a program for cells of `size` points. Saturated cells are stored at once.
     fn part(
         &mut self,
         instrs: &[Instruction],
@@ -140,7 +140,7 @@ impl<'a, T: Texel> LevelBaker<'a, T> {
         parts: &mut LevelParts,
         texels: &mut [T],
     ) {
-        // Between the outermost points of a cell.
+        // / The distance between the outermost points of a cell.
         let span = self.grid.spacing * (size - 1).as_vec3();
         let half_diagonal = 0.5 * span.length();
         let mut centers = [Vec3::ZERO; CELLS_PER_BATCH];
@@ -152,7 +152,7 @@ impl<'a, T: Texel> LevelBaker<'a, T> {
         self.pruner
             .classify_cells(instrs, centers, half_diagonal, d);
 
-        // A distance of the range and the bias is stored as 1.0.
+        // / The distance that is stored as 1.0, with the bias.
         let range = self.fill.quanta as f32 / self.fill.spacing_scale[3];
         let around = Aabb::around(centers.iter().copied()).grown(half_diagonal);
         let away = 1.000_01
@@ -180,12 +180,12 @@ impl<'a, T: Texel> LevelBaker<'a, T> {
         }
     }
 
-    /// The part of a cell that lies in the grid.
+    /// Returns the size of a cell within the grid.
     fn held(&self, begin: UVec3, size: UVec3) -> UVec3 {
         (begin + size).min(self.grid.size) - begin
     }
 
-    /// Cells whose texels all hold the least or the greatest integer.
+    /// Stores cells whose samples all have the smallest or the largest code.
     fn store_saturated(&self, begin: UVec3, size: UVec3, d: f32, texels: &mut [T]) {
         let mut stored = [T::default()];
         encode(&[d], self.fill, &mut stored);
@@ -198,7 +198,7 @@ impl<'a, T: Texel> LevelBaker<'a, T> {
         }
     }
 
-    /// A cell of one value.
+    /// Stores one value in a cell.
     fn store(&self, begin: UVec3, value: T, texels: &mut [T]) {
         let held = self.held(begin, UVec3::splat(SIDE));
         for k in 0..held.z {
@@ -209,13 +209,13 @@ impl<'a, T: Texel> LevelBaker<'a, T> {
         }
     }
 
-    /// Where a cell's row begins in its slab.
+    /// Returns the index of a row of a cell in its slab.
     fn row(&self, begin: UVec3, j: u32, k: u32) -> usize {
         let width = self.grid.size.x as usize;
         k as usize * self.grid.layer_len() + (begin.y + j) as usize * width + begin.x as usize
     }
 
-    /// A cell of [`SIDE`]³ points, by its own list.
+    /// Evaluates a cell of [`SIDE`]³ points with its own program.
     fn evaluate(&mut self, instrs: &[Instruction], begin: UVec3, texels: &mut [T]) {
         let held = self.held(begin, UVec3::splat(SIDE));
         let [mut x, mut y, mut z, mut d] = [[0.0f32; LANES]; 4];

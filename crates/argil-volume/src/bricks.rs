@@ -1,9 +1,9 @@
-//! Sparse bricks: the product's own representation.
+//! Sparse bricks: Argil's main representation.
 //!
-//! *Theory.* Only cells near the surface need samples; what a ray wants to know elsewhere is how far it can go. So a grid
-//! of cells holds, where there is no brick, how far the surface is from the cell's center at least (what Barbier et al.,
-//! "Lipschitz pruning", 2025, keep for far cells): less half of the cell's diagonal, no point of the cell falls short
-//! of it. Bricks are as small as caches like them (8³ cells, after Lumen and GigaVoxels, Crassin 2009).
+//! *Theory.* Only cells near the surface need samples. Elsewhere a ray needs only a step length. So a cell without
+//! a brick stores a lower bound of the distance from its center to the surface, as Barbier et al. store in
+//! "Lipschitz Pruning" (2025). Less half of the cell's diagonal, it is a lower bound for every point in the cell.
+//! Bricks have 8³ voxels, which suits caches (Lumen; GigaVoxels, Crassin 2009).
 //!
 //! ```text
 //!   table   which blocks of 4³ cells there are: each has a slot; what has none is far from every surface

@@ -1,12 +1,13 @@
-//! One texture over the whole box, as Claybook has it (Aaltonen, "GPU-based clay simulation and ray-tracing tech in
+//! One texture over the whole box, as in Claybook (Aaltonen, "GPU-based clay simulation and ray-tracing tech in
 //! Claybook", 2018).
 //!
-//! *Theory.* A texel holds a distance clamped to a narrow band, so that a step of a ray is no longer than the band. On
-//! mips the band doubles level by level: far from the surface a coarse level gives long steps. A coarse level tells
-//! how far the surface is at least (see [`Encoding::fill`]).
+//! *Theory.* A sample holds a distance clamped to a narrow band, so a ray's step is at most the band. The band
+//! doubles with each mip: far from the surface, a coarse level gives long steps. Coarse levels store lower bounds
+//! (see [`Encoding::fill`]).
 //!
-//! *Practice.* [`Dense::bake`] samples every level from the field itself, slabs in parallel, cells with what can matter in
-//! each (`fill.rs`), straight into the texels. [`Dense::bake_whole`] evaluates everything everywhere. What differs from Claybook: it makes its mips from the finest level.
+//! *Practice.* [`Dense::bake`] samples every level from the field itself, with slabs in parallel and a pruned
+//! program per cell (`bake_level.rs`). [`Dense::bake_whole`] evaluates the whole program everywhere. Claybook makes
+//! its mips from the finest level instead.
 
 mod volume_kind;
 
@@ -17,10 +18,23 @@ use argil_math::Control;
 use glam::Vec3;
 use rayon::prelude::*;
 
-/// Fewest texels along the longest side of the coarsest mip.
+/// Minimum samples along the longest side of the coarsest mip.
 const COARSEST: u32 = 4;
 
-/// A dense volume.
+/// A dense volume: samples at the center of every voxel.
+///
+/// ```
+/// use argil_field::Program;
+/// use argil_scene::{Scene, Shape};
+/// use argil_volume::{Dense, Encoding, VoxelGrid};
+/// let mut scene = Scene::new();
+/// scene.push(Shape::sphere(0.5))?;
+/// let program = Program::lower(&scene)?;
+/// let grid = VoxelGrid::fitting(program.aabb(), None, 32)?;
+/// let volume = Dense::bake(&program, grid, Encoding::default(), true);
+/// assert!(volume.levels().len() > 1);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Dense {
     voxel_grid: VoxelGrid,
@@ -29,13 +43,14 @@ pub struct Dense {
 }
 
 impl Dense {
-    /// Sample a field on all levels, on rayon's current threads, each cell with what can matter there.
+    /// Bakes all levels from a field with pruned programs, on rayon's current threads.
     pub fn bake(program: &Program, lattice: VoxelGrid, encoding: Encoding, mips: bool) -> Self {
         let how = (true, &Control::default());
         Self::bake_with(program, lattice, encoding, mips, how)
     }
 
-    /// [`Dense::bake`], which can be stopped and tells how far it is: the stage "layers". `None` if it was cancelled.
+    /// Bakes as [`Dense::bake`] does, reports progress as the stage "layers", and can be canceled. Returns `None`
+    /// if it was.
     pub fn bake_with_control(
         program: &Program,
         lattice: VoxelGrid,
@@ -47,7 +62,7 @@ impl Dense {
         (!control.is_cancelled()).then_some(dense)
     }
 
-    /// The same texels with nothing pruned: what pruning is held against.
+    /// Bakes the same samples without pruning, as a reference for tests.
     pub fn bake_whole(
         program: &Program,
         lattice: VoxelGrid,
@@ -82,7 +97,8 @@ impl Dense {
         }
     }
 
-    /// From stored levels; `None` where there are none, or one has not the size that the lattice says.
+    /// Creates a volume from stored levels. Returns `None` if there are none, or if a level's size does not match
+    /// the grid.
     pub fn from_levels(
         lattice: VoxelGrid,
         encoding: Encoding,
@@ -99,8 +115,8 @@ impl Dense {
         })
     }
 
-    /// Levels of detail of a volume: one, or with mips as many as tell something, down to four texels along the longest
-    /// side.
+    /// Returns the number of levels: one, or with mips as many as are useful, down to four samples along the
+    /// longest side.
     pub fn level_count(
         program: &Program,
         lattice: &VoxelGrid,
@@ -112,39 +128,39 @@ impl Dense {
         1 + (1..most).take_while(tells).count() as u32
     }
 
-    /// Levels of detail that a volume can have.
+    /// Returns the maximum number of levels.
     pub fn max_levels(lattice: &VoxelGrid) -> u32 {
         (lattice.size.max_element() / COARSEST).max(1).ilog2() + 1
     }
 
-    /// Bytes of all texels of a volume that is not there yet, at most.
+    /// Returns the maximum bytes of a volume before it is baked.
     pub fn bytes_of(lattice: &VoxelGrid, bits: SampleFormat, mips: bool) -> u64 {
         (0..if mips { Self::max_levels(lattice) } else { 1 })
             .map(|level| lattice.texel_count(level) * bits.bytes() as u64)
             .sum()
     }
 
-    /// Where the voxels lie.
+    /// Returns the voxel grid.
     pub fn lattice(&self) -> &VoxelGrid {
         &self.voxel_grid
     }
 
-    /// What texels mean.
+    /// Returns the format and band of samples.
     pub fn encoding(&self) -> &Encoding {
         &self.encoding
     }
 
-    /// The texels of each level, the finest first.
+    /// Returns the samples of each level, finest first.
     pub fn levels(&self) -> &[Texels] {
         &self.levels
     }
 
-    /// Bytes of all texels.
+    /// Returns the bytes of all samples.
     pub fn memory_bytes(&self) -> u64 {
         self.levels.iter().map(|t| t.bytes().len() as u64).sum()
     }
 
-    /// Samplers of all levels; empty if the volume has texels of another type.
+    /// Returns samplers of all levels, or none if the samples have another type.
     pub fn samplers<T: Texel>(&self) -> Vec<Sampler<'_, T>> {
         self.levels
             .iter()
@@ -153,8 +169,8 @@ impl Dense {
             .collect()
     }
 
-    /// What is stored on a level at a point of the box: the signed distance on level 0, on others a length that the
-    /// surface is away at least, where it is above 0. `None` for a level that is not there.
+    /// Returns the stored value at a point of the box: the signed distance on level 0, and a lower bound of the
+    /// unsigned distance on the others, if above 0. Returns `None` if the level does not exist.
     pub fn distance(&self, level: u32, point: Vec3) -> Option<f32> {
         let texels = self.levels.get(level as usize)?;
         let (lattice, encoding) = (&self.voxel_grid, &self.encoding);

@@ -3,18 +3,18 @@ use argil_abi::FillUniform;
 use argil_field::Program;
 use multiversion::multiversion;
 
-/// What a stored distance takes.
+/// The format of a stored distance.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum SampleFormat {
-    /// A signed byte: −127 … 127 stand for −1 … 1.
+    /// A signed byte: −127 to 127 mean −1 to 1.
     #[default]
     Snorm8,
-    /// Two bytes: −32,767 … 32,767 stand for −1 … 1.
+    /// Two signed bytes: −32,767 to 32,767 mean −1 to 1.
     Snorm16,
 }
 
 impl SampleFormat {
-    /// The stored integer of 1.0.
+    /// Returns the code of 1.0.
     pub fn max_code(self) -> u32 {
         match self {
             Self::Snorm8 => 127,
@@ -22,7 +22,7 @@ impl SampleFormat {
         }
     }
 
-    /// Bytes of a texel.
+    /// Returns the bytes per sample.
     pub fn bytes(self) -> usize {
         match self {
             Self::Snorm8 => 1,
@@ -31,25 +31,25 @@ impl SampleFormat {
     }
 }
 
-/// What a stored 1.0 stands for.
+/// The distance that a stored 1.0 means.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Band {
-    /// So many voxels.
+    /// A number of voxels.
     Voxels(f32),
-    /// The 2023 study's texture stride, from 1 to 32: one voxel is `stride / 256` of what 1.0 stands for, a step from
-    /// 1/256 to 1/8 between texels. 1.0 is `256 / stride` voxels, from the whole of a 256³ volume down to 8 voxels.
+    /// The 2023 study's texture stride, from 1 to 32. One voxel is `stride / 256` of the band, so the band is `256
+    /// / stride` voxels: from a whole 256³ volume down to 8 voxels.
     Stride(u32),
 }
 
 impl Default for Band {
-    /// ±4 voxels, as in Claybook (Aaltonen 2018).
+    /// Returns ±4 voxels, as in Claybook (Aaltonen 2018).
     fn default() -> Self {
         Self::Voxels(4.0)
     }
 }
 
 impl Band {
-    /// In voxels of the finest level.
+    /// Returns the band in voxels of the finest level.
     pub fn voxels(self) -> f32 {
         match self {
             Self::Voxels(n) => n,
@@ -58,30 +58,29 @@ impl Band {
     }
 }
 
-/// How distances are stored: `round(quanta · clamp(d / range, −1, 1))`.
+/// How distances are stored: `round(max_code · clamp(d / band, −1, 1))`.
 ///
-/// With 8 bits and the default of ±4 voxels, one step is 4/127 of a voxel. On level of detail `k` 1.0 stands for `2ᵏ`
-/// times the length, and what is stored there is `|d|` less a bias, rounded down (see [`Encoding::fill`]).
+/// With 8 bits and the default band of ±4 voxels, one step is 4/127 of a voxel. On level `k`, the band is `2ᵏ`
+/// times as wide, and the stored value is `|d|` minus a bias, rounded down (see [`Encoding::fill`]).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Encoding {
-    /// What a texel takes.
+    /// The format of a sample.
     pub format: SampleFormat,
-    /// What 1.0 stands for.
+    /// The distance that 1.0 means.
     pub band: Band,
 }
 
 impl Encoding {
-    /// The length of 1.0 on a level.
+    /// Returns the band's width on a level, in the scene's unit.
     pub fn band_width(&self, lattice: &VoxelGrid, level: u32) -> f32 {
         self.band.voxels() * lattice.voxel_size * (1u32 << level.min(31)) as f32
     }
 
-    /// How a level is sampled; layers and tiles are left open.
+    /// Returns the parameters for sampling a level, without layers and tiles.
     ///
-    /// Level 0 holds signed distances as they are. The others hold how far from the surface a point is at least: the
-    /// distance without its sign, less what it can change between texels, half of a cell's diagonal times the Lipschitz
-    /// constant, with what rounding can do. Interpolated, that is never more than the distance; at or below 0 it tells
-    /// nothing.
+    /// Level 0 stores signed distances. The others store a lower bound: the unsigned distance, minus what it can
+    /// change within half of a cell's diagonal, minus rounding. After interpolation it never exceeds the distance.
+    /// A value of 0 or less carries no information.
     pub fn fill(&self, program: &Program, lattice: &VoxelGrid, level: u32) -> FillUniform {
         let grid = lattice.grid(level);
         let bias = if level == 0 {
@@ -89,9 +88,10 @@ impl Encoding {
         } else {
             let cell = argil_math::Aabb::centered(grid.spacing * 0.5);
             let slack = program.bound_error(lattice.aabb());
-            // A filter in hardware has weights of eight bits.
+            // / A hardware filter has weights of eight bits.
             let bias = 1.01 * program.lipschitz() * cell.half_diagonal() + slack;
-            // Clamped below, what is stored would be more than it should be: a level of so narrow a band tells nothing.
+            // / Clamped from below, the stored value would be too large, so a level with such a narrow band stores
+            // nothing.
             if bias < self.band_width(lattice, level) {
                 bias
             } else {
@@ -115,11 +115,11 @@ impl Encoding {
 
 /// A stored distance. `encode` in `fill.wgsl` is the twin.
 pub trait Texel: bytemuck::Pod + PartialEq + Send + Sync + Default {
-    /// What an integer within the quanta is stored as.
+    /// Converts a code to a sample.
     fn stored(integer: i32) -> Self;
-    /// The integer.
+    /// Converts a sample to its code.
     fn integer(self) -> f32;
-    /// Of which width.
+    /// The sample's format.
     const BITS: SampleFormat;
 }
 
@@ -147,8 +147,8 @@ impl Texel for i16 {
     }
 }
 
-/// The integer that a distance is stored as: the nearest one, or, on a level with a bias, one that is not above what is
-/// left of the distance.
+/// Returns the code of a distance: the nearest one, or on a level with a bias, one that does not exceed the
+/// remaining distance.
 #[inline(always)]
 pub(crate) fn code_of(d: f32, bias: f32, scale: f32, quanta: f32) -> i32 {
     if bias == 0.0 {
@@ -161,7 +161,7 @@ pub(crate) fn code_of(d: f32, bias: f32, scale: f32, quanta: f32) -> i32 {
 /// `floor(clamp(value, ±quanta) + half)`.
 #[inline(always)]
 fn whole(value: f32, half: f32, quanta: f32) -> i32 {
-    // Not a number becomes the least.
+    // / NaN becomes the smallest code.
     let value = if value > -quanta { value } else { -quanta };
     let value = if value < quanta { value } else { quanta };
     // SAFETY: at most `quanta`, which fits, and half more.
@@ -197,7 +197,7 @@ fn encode_i16(d: &[f32], fill: &FillUniform, out: &mut [i16]) {
     encode_all(d, fill, out);
 }
 
-/// Store a batch of distances.
+/// Encodes a batch of distances.
 pub(crate) fn encode<T: Texel>(d: &[f32], fill: &FillUniform, out: &mut [T]) {
     match T::BITS {
         SampleFormat::Snorm8 => encode_i8(d, fill, bytemuck::cast_slice_mut(out)),

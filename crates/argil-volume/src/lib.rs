@@ -39,20 +39,20 @@ pub use voxel_grid::{
 
 /// The WGSL twins of the passes that build a volume.
 pub mod wgsl {
-    /// Sampling a level of a texture: `fill_naive` and `fill_tiled`.
+    /// Samples a level of a texture: `fill_naive` and `fill_tiled`.
     pub const FILL: &str = include_str!("fill.wgsl");
-    /// Choosing bricks: `select_bits` and `select_list`.
+    /// Selects bricks of an octree: `select_bits` and `select_list`.
     pub const SELECT: &str = include_str!("octree/select.wgsl");
-    /// Listing bricks in ascending order, `compact` and `rank`, and the tree above them, `build`.
+    /// Lists bricks in ascending order (`compact`, `rank`), and builds the tree above them (`build`).
     pub const TREE: &str = concat!(
         include_str!("octree/sort.wgsl"),
         include_str!("octree/tree.wgsl")
     );
-    /// What is in a cell of sparse bricks.
+    /// Decodes the cells of sparse bricks.
     pub const WORDS: &str = include_str!("bricks/words.wgsl");
-    /// Materials of sparse bricks.
+    /// Reads the materials of sparse bricks.
     pub const MATERIAL: &str = include_str!("bricks/material.wgsl");
-    /// Making sparse bricks: lists, `measure`, `plan`, `fill_bricks`, `fill_materials`, `settle` and `give_back`.
+    /// Builds sparse bricks: lists, `measure`, `plan`, `fill_bricks`, `fill_materials`, `settle` and `give_back`.
     pub const SPARSE: &str = concat!(
         include_str!("bricks/build.wgsl"),
         include_str!("bricks/measure.wgsl"),
@@ -60,8 +60,8 @@ pub mod wgsl {
         include_str!("bricks/looks.wgsl"),
         include_str!("bricks/settle.wgsl")
     );
-    /// Moving sparse bricks to another pool: `repack`.
+    /// Moves sparse bricks to another pool: `repack`.
     pub const REPACK: &str = include_str!("bricks/repack.wgsl");
-    /// Filling bricks and the cells without one: `fill_bricks` and `fill_vacant`.
+    /// Fills an octree's bricks and vacant cells: `fill_bricks` and `fill_vacant`.
     pub const BRICKS: &str = include_str!("octree/fill.wgsl");
 }

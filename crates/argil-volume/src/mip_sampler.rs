@@ -1,37 +1,38 @@
-//! Many samples at once: the arithmetic of [`Sampler`](crate::Sampler) in plain loops over lanes, which the compiler turns into SIMD.
+//! Samples many points at once: the arithmetic of [`Sampler`](crate::Sampler) in plain loops over lanes, which the
+//! compiler turns into SIMD.
 //!
-//! *Practice.* Where each sample reads is computed for all lanes first; then the texels are fetched, two neighbors along x
-//! in one load; then all lanes interpolate. Only the loads are done lane by lane, and none waits for another.
+//! *Practice.* First it computes the addresses for all lanes. Then it loads the samples, two neighbors along x per
+//! load. Then all lanes interpolate. Only the loads run lane by lane, and none waits for another.
 
 use crate::{Dense, RESOLUTIONS, SampleFormat, Texel};
 use argil_field::LANES;
 use std::borrow::Cow;
 
-/// Most levels of detail of a volume.
+/// Maximum number of levels.
 const MAX_LEVELS: usize = 16;
 
 /// All levels of a dense volume, ready to be sampled in batches.
 #[derive(Debug)]
 pub struct MipSampler<'a, T: Texel> {
     texels: [Cow<'a, [T]>; MAX_LEVELS],
-    /// By level: texels per unit, the greatest index, the greatest index that has one above it, along each axis.
+    /// By level: samples per unit, the largest index, and the largest index with one above it, along each axis.
     per_unit: [[f32; MAX_LEVELS]; 3],
     last: [[f32; MAX_LEVELS]; 3],
     last_pair: [[f32; MAX_LEVELS]; 3],
-    /// From a texel to the next along y and z; 0 where there is none.
+    /// Distance to the next sample along y and z, or 0 if there is none.
     stride: [[usize; MAX_LEVELS]; 2],
-    /// The length that an integer of 1 stands for.
+    /// The distance that one code step means.
     quantum: [f32; MAX_LEVELS],
     corner: [f32; 3],
     count: usize,
 }
 
 impl<'a, T: Texel> MipSampler<'a, T> {
-    /// Of a volume whose texels are of this type; `None` of others.
+    /// Creates a sampler. Returns `None` if the samples have another type.
     pub fn new(dense: &'a Dense) -> Option<Self> {
         let (lattice, encoding) = (dense.lattice(), dense.encoding());
         let count = dense.levels().len();
-        // Indices must be exact as `f32`.
+        // / Indices must be exact as `f32`.
         if count > MAX_LEVELS || lattice.size.max_element() > *RESOLUTIONS.end() {
             return None;
         }
@@ -51,7 +52,7 @@ impl<'a, T: Texel> MipSampler<'a, T> {
             if texels.is_empty() || texels.len() as u64 != lattice.texel_count(k as u32) {
                 return None;
             }
-            // Texels are read in pairs along x: where there is but one, the last needs another behind it.
+            // / Samples are read in pairs along x, so a single one needs another after it.
             all.texels[k] = if size.x > 1 {
                 Cow::Borrowed(texels)
             } else {
@@ -73,15 +74,15 @@ impl<'a, T: Texel> MipSampler<'a, T> {
         Some(all)
     }
 
-    /// Number of levels.
+    /// Returns the number of levels.
     pub fn count(&self) -> usize {
         self.count
     }
 
-    /// What is stored at the points `(x[i], y[i], z[i])` on level `level[i]`.
+    /// Samples the points `(x[i], y[i], z[i])` on level `level[i]` into `out`.
     ///
     /// # Panics
-    /// If a slice is shorter than `out`, `out` is longer than [`LANES`], or there is no such level.
+    /// If a slice is shorter than `out`, if `out` is longer than [`LANES`], or if a level does not exist.
     #[inline(always)]
     pub fn distances(&self, [x, y, z]: [&[f32]; 3], level: &[u32], out: &mut [f32]) {
         let n = out.len();
@@ -91,12 +92,12 @@ impl<'a, T: Texel> MipSampler<'a, T> {
             level.iter().all(|&k| (k as usize) < self.count),
             "a level that is there"
         );
-        // Where each sample begins to read, and how far it is on its way to the next texel.
+        // / The index where each sample's cell begins, and the fraction within it.
         let mut low = [[0u32; LANES]; 3];
         let mut f = [[0.0f32; LANES]; 3];
         let place = |p: f32, axis: usize, k: usize| {
             let u = (p - self.corner[axis]) * self.per_unit[axis][k] - 0.5;
-            // Not a number becomes 0.
+            // / NaN becomes 0.
             let u = if u > 0.0 { u } else { 0.0 };
             let u = if u < self.last[axis][k] {
                 u
@@ -122,7 +123,7 @@ impl<'a, T: Texel> MipSampler<'a, T> {
             let whole = |v: f32| unsafe { v.to_int_unchecked::<i32>() } as u32;
             (low[0][i], low[1][i], low[2][i]) = (whole(lx), whole(ly), whole(lz));
         }
-        // Four pairs of neighbors along x.
+        // / Four pairs of neighbors along x.
         let mut pairs = [[0u32; LANES]; 4];
         for i in 0..n {
             let k = level[i] as usize % MAX_LEVELS;
@@ -135,7 +136,7 @@ impl<'a, T: Texel> MipSampler<'a, T> {
                 pair[i] = unsafe { pair_at(texels, begin + step) };
             }
         }
-        // Interpolate.
+        // / Interpolate.
         for i in 0..n {
             let row = |pair: u32| {
                 let (a, b) = unpacked::<T>(pair);
@@ -151,10 +152,10 @@ impl<'a, T: Texel> MipSampler<'a, T> {
     }
 }
 
-/// Two texels in one load.
+/// Loads two samples at once.
 ///
 /// # Safety
-/// Both must be there. Where assertions are compiled in, as in tests, it is looked.
+/// Both must exist. Builds with assertions check it.
 #[inline(always)]
 pub(crate) unsafe fn pair_at<T: Texel>(texels: &[T], at: usize) -> u32 {
     debug_assert!(
@@ -172,7 +173,7 @@ pub(crate) unsafe fn pair_at<T: Texel>(texels: &[T], at: usize) -> u32 {
     }
 }
 
-/// The integers of a pair, the first in the low bits.
+/// Returns the codes of a pair, the first from the low bits.
 #[inline(always)]
 pub(crate) fn unpacked<T: Texel>(pair: u32) -> (f32, f32) {
     let (low, high) = match T::BITS {

@@ -1,14 +1,14 @@
-//! Bricks where the surface is, and a tree that finds them: the 2023 study's structure.
+//! Bricks near the surface under a tree: the 2023 study's structure.
 //!
-//! *Theory.* The volume is cut into cubes of `brick` voxels. A brick is kept where the surface can be in it: the distance
-//! at its center is at most the Lipschitz constant times half of its diagonal, half a voxel around the brick included,
-//! because interpolation at its border reads that far. Bricks are listed by ascending Morton code, so the eight
-//! children of a node are neighbors, and the tree is made bottom-up by looking at neighbors only (after Laine and
-//! Karras, "Efficient sparse voxel octrees", 2010, and the study's bottom-up construction).
+//! *Theory.* The volume is cut into cubes of `brick_size_voxels`. A brick is kept if the surface can pass through
+//! it: if the distance at its center is at most the Lipschitz constant times half of its diagonal, including half a
+//! voxel around it, because interpolation at its border reads that far. Bricks are listed by ascending Morton code,
+//! so the eight children of a node are neighbors. The tree is built bottom-up by comparing neighbors (Laine and
+//! Karras, "Efficient sparse voxel octrees", 2010).
 //!
-//! *Practice.* Three stages, each with a twin in WGSL: [`select`], [`fill`], [`tree`]. Bricks stand in the volume's
-//! texture where a dense volume would have them, as in the study, so that a brick needs no pointer and its neighbors'
-//! texels are where a filter looks for them.
+//! *Practice.* There are three stages, each with a WGSL twin: [`select`], [`fill`], [`tree`]. As in the study,
+//! bricks stay in the texture where a dense volume would have them. So a brick needs no pointer, and a filter finds
+//! its neighbors' samples.
 //!
 //! ```text
 //!   codes   ·  ·  ·  ·  ·  ·  ·     bricks, ascending
@@ -37,18 +37,32 @@ pub use layout::{BrickTest, OctreeError, OctreeLayout, OctreeSettings};
 pub use select::BrickSelection;
 pub use tree::{DescentPath, Lookup, OctreeNodes};
 
-/// What the stages of a build took.
+/// Durations of the stages of a build, in milliseconds.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct OctreeTimings {
-    /// Choosing bricks.
+    /// Selecting bricks.
     pub select: f64,
-    /// Filling bricks, and the cells without one.
+    /// Filling bricks and vacant cells.
     pub fill: f64,
-    /// Making the tree.
+    /// Building the tree.
     pub tree: f64,
 }
 
 /// An octree of bricks.
+///
+/// ```
+/// use argil_field::Program;
+/// use argil_scene::{Scene, Shape};
+/// use argil_volume::{Octree, OctreeLayout, OctreeSettings, VoxelGrid};
+/// let mut scene = Scene::new();
+/// scene.push(Shape::sphere(0.5))?;
+/// let program = Program::lower(&scene)?;
+/// let grid = VoxelGrid::fitting(program.aabb(), None, 64)?;
+/// let layout = OctreeLayout::new(grid, &OctreeSettings { brick_size_voxels: 8, ..Default::default() })?;
+/// let (octree, _) = Octree::bake(&program, layout, Default::default());
+/// assert!(octree.cells().count() > 100);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Octree {
     layout: OctreeLayout,
@@ -57,12 +71,12 @@ pub struct Octree {
 }
 
 impl Octree {
-    /// Build from a field, on rayon's current threads.
+    /// Bakes a field, on rayon's current threads.
     pub fn bake(program: &Program, layout: OctreeLayout, keep: BrickTest) -> (Self, OctreeTimings) {
         Self::made(program, layout, keep, &Control::default())
     }
 
-    /// [`Octree::bake`], which can be stopped and tells how far it is: `None` if it was cancelled.
+    /// Bakes as [`Octree::bake`] does, reports progress, and can be canceled. Returns `None` if it was.
     pub fn bake_with_control(
         program: &Program,
         layout: OctreeLayout,
@@ -111,7 +125,7 @@ impl Octree {
         )
     }
 
-    /// From stored parts; `None` where they do not fit one another.
+    /// Creates an octree from stored parts. Returns `None` if they do not match.
     pub fn from_parts(layout: OctreeLayout, tree: OctreeNodes, texels: Texels) -> Option<Self> {
         let bytes = layout.voxel_grid.texel_count(0) * layout.encoding.format.bytes() as u64;
         let fits = texels.bits() == layout.encoding.format
@@ -124,7 +138,7 @@ impl Octree {
         })
     }
 
-    /// What it would be built by; which bricks were kept is not known of a file.
+    /// Returns the settings that would build it. A file does not record the brick test.
     pub fn settings(&self) -> OctreeSettings {
         OctreeSettings {
             encoding: self.layout.encoding,
@@ -134,27 +148,27 @@ impl Octree {
         }
     }
 
-    /// Its measures.
+    /// Returns the layout of bricks.
     pub fn layout(&self) -> &OctreeLayout {
         &self.layout
     }
 
-    /// Its bricks' codes and its nodes.
+    /// Returns the bricks' codes and the nodes.
     pub fn tree(&self) -> &OctreeNodes {
         &self.tree
     }
 
-    /// The volume's texels.
+    /// Returns the samples of the texture.
     pub fn texels(&self) -> &Texels {
         &self.texels
     }
 
-    /// Bytes of everything: the texture, which has room for all bricks, the codes and the nodes.
+    /// Returns the bytes of everything: the texture, which has room for all bricks, the codes and the nodes.
     pub fn memory_bytes(&self) -> u64 {
         self.texels.bytes().len() as u64 + self.tree.memory_bytes()
     }
 
-    /// The cells of the study's test that the conservative one would keep and it does not: bricks lost.
+    /// Counts the bricks that the conservative test keeps and this octree lacks.
     pub fn lost_bricks(&self, program: &Program) -> usize {
         let whole = BrickSelection::of(program, &self.layout, BrickTest::Conservative);
         let own = self.tree.codes();
@@ -165,12 +179,12 @@ impl Octree {
             .count()
     }
 
-    /// Whether the brick of a cell is there.
+    /// Whether a cell has a brick.
     pub fn has_brick(&self, cell: UVec3) -> bool {
         self.layout.holds(cell) && self.tree.codes().binary_search(&morton(cell)).is_ok()
     }
 
-    /// The cells of all bricks, in the order of their codes.
+    /// Iterates over the cells of all bricks, in the order of their codes.
     pub fn cells(&self) -> impl Iterator<Item = UVec3> + '_ {
         self.tree.codes().iter().map(|&code| cell_of(code))
     }

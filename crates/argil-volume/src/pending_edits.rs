@@ -1,4 +1,4 @@
-//! What following edits takes on the CPU's side, of a representation that is changed in place.
+//! The CPU's side of edits in place.
 
 use crate::TooFarError;
 use crate::VoxelGrid;
@@ -7,37 +7,39 @@ use argil_math::Aabb;
 use glam::Vec3;
 use std::any::Any;
 
-/// Following edits with a representation, wherever its texels are: how it lies, how far edits must tell what they change, and what they
-/// have left to be done. Each that is changed in place has its own.
+/// What earlier edits left to do, for a representation that can change in place. The samples may be on either
+/// device.
 pub trait PendingEdits: std::fmt::Debug + Any + Send + Sync {
-    /// Where the voxels lie.
+    /// Returns the voxel grid.
     fn voxel_grid(&self) -> &VoxelGrid;
 
-    /// The distances up to which edits must tell their boxes: within the stored band, and where bounds alone are kept.
+    /// Returns the margins that dirty boxes must have: the stored band, and the distance up to which cells store
+    /// bounds.
     fn margins(&self, program: &Program) -> [f32; 2];
 
-    /// The least of them that will do. A world that grows needs a little more than before, which [`PendingEdits::margins`] has room for.
+    /// Returns the smallest margins that suffice. A world that grows needs a little more over time, and
+    /// [`PendingEdits::margins`] includes it.
     fn min_margins(&self, program: &Program) -> [f32; 2];
 
-    /// The parts in which a [`IncrementalProgram`] tells lists.
+    /// Returns the grid of parts for an [`IncrementalProgram`].
     fn parts(&self, program: &Program) -> PartGrid;
 
-    /// Lies over a box that holds a solid too, of the same voxels; whether it is larger than before.
+    /// Grows the grid to contain a solid, with the same voxels. Returns whether it grew.
     ///
     /// # Errors
-    /// If that is too far away.
+    /// If the solid is too far away.
     fn grow_to(&mut self, solid: Aabb) -> Result<bool, TooFarError>;
 
-    /// Takes on what edits that `live` has just followed have touched: of each the boxes outside of which nothing changed within
-    /// either band. Whether it did: not where they hold so much that it is to be baked anew.
+    /// Adds the blocks that the last edits of `live` touched. `boxes` are pairs of dirty box and influence box.
+    /// Returns false if they touch so much that a rebuild is as fast.
     fn merge(&mut self, live: &IncrementalProgram, boxes: &[[Aabb; 2]]) -> bool;
 
-    /// Puts what is near a point first, and cuts it into what can be done in a short time.
+    /// Sorts the work by its distance to a point, and cuts it into small batches.
     fn sort_by_distance(&mut self, eye: Vec3);
 
-    /// Blocks of 4³ cells that are left to be done.
+    /// Returns the number of blocks that remain.
     fn remaining_blocks(&self) -> u64;
 
-    /// Leaves undone what is left.
+    /// Drops all remaining work.
     fn clear(&mut self);
 }

@@ -1,4 +1,4 @@
-//! What a representation is on the CPU: one trait, which each implements in its own file, and the list of them.
+//! Kinds of volumes on the CPU: a trait, which each kind implements in its own file, and the list of all kinds.
 
 use crate::{
     BrickLayout, Bricks, BricksError, Dense, EditStats, Encoding, FilePart, FileReader, Octree,
@@ -9,28 +9,29 @@ use argil_field::IncrementalProgram;
 use glam::Vec3;
 use web_time::Instant;
 
-/// Distances that are kept on the CPU.
+/// A kind of stored distances on the CPU.
 pub trait VolumeKind: Sized + Send + Sync {
     /// Its number in a volume file.
     const KIND: u32;
 
-    /// Where the voxels lie.
+    /// Returns the voxel grid.
     fn voxel_grid(&self) -> &VoxelGrid;
 
-    /// What texels mean.
+    /// Returns the format and band of samples.
     fn encoding(&self) -> &Encoding;
 
-    /// Bytes of everything that it holds.
+    /// Returns the bytes of everything.
     fn memory_bytes(&self) -> u64;
 
-    /// What it is, without its texels.
+    /// Describes the volume.
     fn info(&self) -> VolumeInfo;
 
-    /// What it tells of a point in its box, and whether that is the distance there, as nearly as it is kept, and not only one that
-    /// the distance does not fall short of. `None` where distances are not told everywhere.
+    /// Returns the distance at a point of the box, and whether it is a sampled distance or a lower bound. Returns
+    /// `None` if the kind does not know distances everywhere.
     fn distance_in(&self, point: Vec3) -> Option<(f32, bool)>;
 
-    /// What is kept of the material at a point of a surface, given the direction out of the solid; a place in `palette` says which.
+    /// Returns the stored material at a point of the surface, given the outward direction and the program's
+    /// materials.
     fn material_at(
         &self,
         _point: Vec3,
@@ -40,22 +41,22 @@ pub trait VolumeKind: Sized + Send + Sync {
         None
     }
 
-    /// Says whether the box cuts what is solid, of a volume that does not know.
+    /// Sets whether the box clips the solid, for a volume that does not know.
     fn set_clipped(&mut self, _is_cut: bool) {}
 
-    /// What following edits takes, of one that is changed in place.
+    /// Returns the state for edits in place, if this kind supports them.
     fn edits(&self) -> Option<Box<dyn PendingEdits>> {
         None
     }
 
-    /// Lies over the box that its edits have [grown to](PendingEdits::grow_to). Nothing is sampled.
+    /// Grows to the box that the edits have [grown to](PendingEdits::grow_to). Samples nothing.
     fn grow(&mut self, _edits: &dyn PendingEdits) {}
 
-    /// Does what its edits have left to be done, on rayon's current threads: all of it, or as much as can be done until a point in
-    /// time, and at least a little.
+    /// Processes remaining edits on rayon's current threads, all of them or until a point in time, and at least a
+    /// little.
     ///
     /// # Errors
-    /// If it would take more than `budget` bytes; what was taken out of the work last is then not done.
+    /// If the result would exceed `budget` bytes. The batch in progress is lost then.
     fn edit(
         &mut self,
         _live: &IncrementalProgram,
@@ -66,16 +67,16 @@ pub trait VolumeKind: Sized + Send + Sync {
         Ok(EditStats::default())
     }
 
-    /// What a volume file keeps of it.
+    /// Returns what a volume file stores.
     fn file_parts(&self) -> FilePart<'_>;
 
-    /// Whether a file of a version can have such a lattice.
+    /// Whether a file of a version can have such a grid.
     fn fits_file(lattice: &VoxelGrid, version: u32) -> bool;
 
-    /// What a volume file has kept: of a lattice and encoding that make sense, and the three numbers of [`FilePart::own`].
+    /// Reads a volume from a file with a valid grid and encoding, and the three numbers of [`FilePart::own`].
     ///
     /// # Errors
-    /// If it is damaged.
+    /// If the file is damaged.
     fn from_file(
         file: &FileReader<'_>,
         lattice: VoxelGrid,
@@ -84,26 +85,26 @@ pub trait VolumeKind: Sized + Send + Sync {
     ) -> Result<Self, VolumeError>;
 }
 
-/// What a volume is, without its texels.
+/// A description of a volume, without its samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct VolumeInfo {
-    /// Where the voxels lie.
+    /// The voxel grid.
     pub voxel_grid: VoxelGrid,
-    /// What texels mean.
+    /// The format and band of samples.
     pub encoding: Encoding,
-    /// Levels of detail.
+    /// Number of levels of detail.
     pub levels: u32,
-    /// Bytes of everything that it holds.
+    /// Bytes of everything.
     pub memory_bytes: u64,
-    /// Of an octree, what its bricks are.
+    /// Details of an octree.
     pub octree: Option<OctreeInfo>,
-    /// Of sparse bricks, what they are.
+    /// Details of sparse bricks.
     pub bricks: Option<BrickInfo>,
 }
 
 impl VolumeInfo {
-    /// Of one level of detail, and neither a tree nor sparse bricks.
+    /// Describes a volume with one level, and without octree or bricks.
     pub fn new(voxel_grid: VoxelGrid, encoding: Encoding, memory_bytes: u64) -> Self {
         Self {
             voxel_grid,
@@ -115,13 +116,13 @@ impl VolumeInfo {
         }
     }
 
-    /// Of a volume in memory or in a file.
+    /// Describes a volume in memory or in a file.
     pub fn of(volume: &Volume) -> Self {
         volume.info()
     }
 }
 
-/// What sparse bricks are.
+/// Details of sparse bricks.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BrickInfo {
     /// Cells and bricks.
@@ -130,10 +131,10 @@ pub struct BrickInfo {
     pub bricks: u64,
 }
 
-/// What an octree's bricks are.
+/// Details of an octree.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OctreeInfo {
-    /// Bricks and levels of nodes.
+    /// Bricks, and levels of nodes.
     pub layout: OctreeLayout,
     /// Number of bricks.
     pub bricks: u64,
@@ -141,7 +142,7 @@ pub struct OctreeInfo {
     pub nodes: u64,
 }
 
-/// What follows of the list of representations.
+/// Generates [`Volume`] from the list of kinds.
 macro_rules! volumes {
     ($($name:ident),*) => {
         /// A volume of any kind.
@@ -156,32 +157,32 @@ macro_rules! volumes {
         }
 
         impl Volume {
-            /// Where the voxels lie.
+            /// Returns the voxel grid.
             pub fn voxel_grid(&self) -> &VoxelGrid {
                 match self { $(Self::$name(own) => VolumeKind::voxel_grid(own),)* }
             }
 
-            /// What texels mean.
+            /// Returns the format and band of samples.
             pub fn encoding(&self) -> &Encoding {
                 match self { $(Self::$name(own) => VolumeKind::encoding(own),)* }
             }
 
-            /// Bytes of everything that it holds.
+            /// Returns the bytes of everything.
             pub fn memory_bytes(&self) -> u64 {
                 match self { $(Self::$name(own) => VolumeKind::memory_bytes(own),)* }
             }
 
-            /// What it is, without its texels.
+            /// Describes the volume, without its samples.
             pub fn info(&self) -> VolumeInfo {
                 match self { $(Self::$name(own) => own.info(),)* }
             }
 
-            /// See [`VolumeKind::distance_in`].
+            /// Returns the distance at a point of the box: see [`VolumeKind::distance_in`].
             pub fn distance_in(&self, point: Vec3) -> Option<(f32, bool)> {
                 match self { $(Self::$name(own) => own.distance_in(point),)* }
             }
 
-            /// See [`VolumeKind::material_at`].
+            /// Returns the stored material at a point of the surface: see [`VolumeKind::material_at`].
             pub fn material_at(
                 &self,
                 point: Vec3,
@@ -191,25 +192,25 @@ macro_rules! volumes {
                 match self { $(Self::$name(own) => own.material_at(point, outwards, palette),)* }
             }
 
-            /// Says whether the box cuts what is solid, of a volume that does not know: files of version 1 do not tell.
+            /// Sets whether the box clips the solid. Files of version 1 do not say.
             pub fn set_clipped(&mut self, is_cut: bool) {
                 match self { $(Self::$name(own) => own.set_clipped(is_cut),)* }
             }
 
-            /// See [`VolumeKind::edits`].
+            /// Returns the state for edits in place: see [`VolumeKind::edits`].
             pub fn edits(&self) -> Option<Box<dyn PendingEdits>> {
                 match self { $(Self::$name(own) => own.edits(),)* }
             }
 
-            /// See [`VolumeKind::grow`].
+            /// Grows to the box that edits have grown to: see [`VolumeKind::grow`].
             pub fn grow(&mut self, edits: &dyn PendingEdits) {
                 match self { $(Self::$name(own) => VolumeKind::grow(own, edits),)* }
             }
 
-            /// See [`VolumeKind::edit`].
+            /// Processes remaining edits: see [`VolumeKind::edit`].
             ///
             /// # Errors
-            /// As there.
+            /// If the result would exceed `budget` bytes.
             pub fn edit(
                 &mut self,
                 live: &IncrementalProgram,
@@ -220,12 +221,15 @@ macro_rules! volumes {
                 match self { $(Self::$name(own) => VolumeKind::edit(own, live, edits, budget, until),)* }
             }
 
-            /// Its number in a file, and what that keeps of it.
+            /// Returns the kind's number, and what a file stores of the volume.
             pub(crate) fn file_parts(&self) -> (u32, FilePart<'_>) {
                 match self { $(Self::$name(own) => ($name::KIND, own.file_parts()),)* }
             }
 
-            /// What a file has kept of the kind of a number; `None` if there is no such kind, or its lattice cannot be one's.
+            /// Reads a volume of a kind from a file.
+            ///
+            /// # Errors
+            /// If there is no such kind, its grid does not fit, or the file is damaged.
             pub(crate) fn from_file(
                 kind: u32,
                 (file, version): (&FileReader<'_>, u32),
@@ -251,7 +255,7 @@ macro_rules! volumes {
     };
 }
 
-/// Why a file's volume is none.
+/// The reason why a file's volume cannot be read.
 pub(crate) enum FromFileError {
     Kind,
     Lattice,
@@ -264,8 +268,8 @@ impl From<VolumeError> for FromFileError {
     }
 }
 
-/// The list of representations on the CPU: a name here and the traits, in a file a crate, make one. It calls another macro with all
-/// names, for who does something with each.
+/// The list of volume kinds. Each is a name here, and an implementation of the traits in one file per crate. The
+/// macro calls another macro with all names.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! all_volumes {

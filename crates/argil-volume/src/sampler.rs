@@ -1,4 +1,4 @@
-//! Trilinear interpolation between texels: what a linear filter with clamping at the border gives.
+//! Trilinear interpolation between samples, like a linear texture filter that clamps at the border.
 
 use crate::{Encoding, RESOLUTIONS, Texel, VoxelGrid};
 use glam::Vec3;
@@ -7,18 +7,19 @@ use glam::Vec3;
 #[derive(Clone, Copy, Debug)]
 pub struct Sampler<'a, T> {
     texels: &'a [T],
-    /// The greatest index along each axis.
+    /// The largest index along each axis.
     last: Vec3,
-    /// From a texel to the next along y and z.
+    /// Distance to the next sample along y and z.
     stride: [usize; 2],
     corner: Vec3,
     texels_per_unit: Vec3,
-    /// The length that an integer of 1 stands for.
+    /// The distance that one code step means.
     quantum: f32,
 }
 
 impl<'a, T: Texel> Sampler<'a, T> {
-    /// Over a level's texels; `None` if there are not as many as the lattice says, or more along a side than a volume has.
+    /// Creates a sampler of a level. Returns `None` if the number of samples does not match the grid, or a side is
+    /// too long.
     pub fn new(
         texels: &'a [T],
         lattice: &VoxelGrid,
@@ -26,7 +27,7 @@ impl<'a, T: Texel> Sampler<'a, T> {
         level: u32,
     ) -> Option<Self> {
         let size = lattice.level_size(level);
-        // Indices must be exact as `f32`.
+        // / Indices must be exact as `f32`.
         let is_small = lattice.size.max_element() <= *RESOLUTIONS.end();
         if !is_small || texels.is_empty() || texels.len() as u64 != lattice.texel_count(level) {
             return None;
@@ -42,12 +43,12 @@ impl<'a, T: Texel> Sampler<'a, T> {
         })
     }
 
-    /// The stored distance at a point; outside of the volume, that of the nearest point of its border texels' centers.
+    /// Returns the stored distance at a point. Outside the volume, it is that of the nearest point.
     #[inline(always)]
     pub fn distance(&self, p: Vec3) -> f32 {
         let at = |axis: usize| {
             let u = (p[axis] - self.corner[axis]) * self.texels_per_unit[axis] - 0.5;
-            // Not a number becomes 0.
+            // / NaN becomes 0.
             let u = if u > 0.0 { u } else { 0.0 };
             let u = if u < self.last[axis] {
                 u

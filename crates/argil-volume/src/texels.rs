@@ -3,29 +3,29 @@ use memmap2::Mmap;
 use std::ops::Range;
 use std::sync::Arc;
 
-/// Stored distances, in memory or in a file that is mapped into it; x fastest, then y.
+/// Stored distances, in memory or in a mapped file. x is fastest, then y.
 #[derive(Clone, Debug)]
 pub enum Texels {
-    /// Bytes.
+    /// Samples of one byte.
     Eight(Vec<i8>),
-    /// Two bytes each.
+    /// Samples of two bytes.
     Sixteen(Vec<i16>),
-    /// Part of a file.
+    /// A part of a file.
     Mapped {
         /// The file.
         file: Arc<Mmap>,
-        /// The part, aligned to 64 bytes.
+        /// The range of bytes, aligned to 64 bytes.
         range: Range<usize>,
-        /// What a texel takes.
+        /// The format of a sample.
         bits: SampleFormat,
     },
 }
 
-/// What is asked for is what is stored: both follow the encoding's bits.
+/// The requested type is the stored one, because both follow from the encoding.
 pub(crate) const OF_THIS_TYPE: &str = "texels of the encoding's type";
 
 impl Texels {
-    /// The texels' bytes, little-endian.
+    /// Returns the samples' bytes, little-endian.
     pub fn bytes(&self) -> &[u8] {
         match self {
             Self::Eight(all) => bytemuck::cast_slice(all),
@@ -34,7 +34,7 @@ impl Texels {
         }
     }
 
-    /// What a texel takes.
+    /// Returns the format of a sample.
     pub fn bits(&self) -> SampleFormat {
         match self {
             Self::Eight(_) => SampleFormat::Snorm8,
@@ -43,14 +43,14 @@ impl Texels {
         }
     }
 
-    /// The texels, if they are of this type.
+    /// Returns the samples, if they are of this type.
     pub fn of<T: Texel>(&self) -> Option<&[T]> {
         (self.bits() == T::BITS)
             .then(|| bytemuck::try_cast_slice(self.bytes()).ok())
             .flatten()
     }
 
-    /// From bytes, little-endian; `None` where half a texel is left.
+    /// Creates samples from little-endian bytes. Returns `None` if half a sample remains.
     pub fn from_bytes(bits: SampleFormat, bytes: Vec<u8>) -> Option<Self> {
         match bits {
             SampleFormat::Snorm8 => Some(Self::Eight(bytemuck::allocation::cast_vec(bytes))),
@@ -62,7 +62,7 @@ impl Texels {
         }
     }
 
-    /// The texels, copied if they are in a file.
+    /// Returns the samples, copied if they are in a file.
     ///
     /// # Panics
     /// If they are of another type.

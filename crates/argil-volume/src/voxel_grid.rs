@@ -2,13 +2,13 @@ use argil_field::Grid;
 use argil_math::Aabb;
 use glam::{IVec3, UVec3, Vec3};
 
-/// Fewest voxels along the longest side of a volume, and most.
+/// Valid numbers of voxels along the longest side of a volume.
 pub const RESOLUTIONS: std::ops::RangeInclusive<u32> = 8..=4096;
 
-/// Voxels between the solid and the sides of its volume, at least.
+/// Minimum voxels between the solid and the sides of its volume.
 const MARGIN_VOXELS: f32 = 2.0;
 
-/// Why a volume of that size cannot be.
+/// The resolution is out of range.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error(
     "resolution {0}: a volume has from {least} to {most} voxels along its longest side",
@@ -16,42 +16,43 @@ const MARGIN_VOXELS: f32 = 2.0;
     most = RESOLUTIONS.end()
 )]
 pub struct ResolutionError(
-    /// Asked for.
+    /// The requested resolution.
     pub u32,
 );
 
-/// No volume has voxels of that size.
+/// The voxel size is out of range.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error(
     "voxels of {voxel_size}: the box is {longest} long, and there can be {least} to {max} voxels along it",
     least = RESOLUTIONS.start()
 )]
 pub struct VoxelSizeError {
-    /// Most voxels along it.
+    /// Maximum voxels along the longest side.
     pub max: u32,
-    /// Asked for.
+    /// The requested voxel size.
     pub voxel_size: f32,
     /// The longest side of the box, in the scene's unit.
     pub longest: f32,
 }
 
-/// Voxels from its corner that a lattice reaches at most: `f32` counts no farther.
+/// Maximum distance of a voxel from the grid's corner, in voxels. `f32` counts no farther.
 pub const FARTHEST_VOXEL: i32 = 1 << 23;
 
-/// Voxels along the longest side of sparse bricks at most, where they are of a size that is given. As many again are left to grow.
+/// Maximum voxels along the longest side of sparse bricks with a given voxel size. The same number is left for
+/// growth.
 pub const MAX_SPARSE_RESOLUTION: u32 = FARTHEST_VOXEL as u32 / 2;
 
-/// Why a lattice cannot grow as far as it should.
+/// A grid cannot grow that far.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error(
     "the scene reaches {voxels} voxels from where its volume began, and {FARTHEST_VOXEL} can be counted: take larger voxels, or put it nearer"
 )]
 pub struct TooFarError {
-    /// How far it reaches.
+    /// The requested distance in voxels.
     pub voxels: f32,
 }
 
-/// Where a volume's voxels lie: cubes of one size that fill a box.
+/// Places a volume's voxels: cubes of one size that fill a box.
 ///
 /// ```text
 ///   corner          corner + voxel
@@ -62,21 +63,22 @@ pub struct TooFarError {
 /// Voxels are counted from `corner`, in both directions. The box of a world that grew begins elsewhere: at `begin`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VoxelGrid {
-    /// Voxel 0's least corner, in the world.
+    /// Minimum corner of voxel 0, in the scene's space.
     pub corner: Vec3,
-    /// The edge of a voxel.
+    /// Edge of a voxel, in the scene's unit.
     pub voxel_size: f32,
     /// The first voxel along each axis.
     pub begin: IVec3,
-    /// Voxels along each axis.
+    /// Number of voxels along each axis.
     pub size: UVec3,
-    /// Whether the box cuts what is solid: what is endless is cut by a box that is stated, or around the origin.
+    /// Whether the box clips the solid. An endless solid is clipped by the scene's bounds, or by a box around the
+    /// origin.
     pub is_clipped: bool,
 }
 
 impl VoxelGrid {
-    /// `resolution` voxels along the longest side of a finite box, and as many as are needed along the others, where the
-    /// volume may be up to a voxel longer than the box.
+    /// Creates a grid of `resolution` voxels along the longest side of a finite box. The other sides may be up to
+    /// one voxel longer than the box.
     ///
     /// # Errors
     /// If the resolution is outside [`RESOLUTIONS`].
@@ -86,7 +88,7 @@ impl VoxelGrid {
         }
         let sides = region.size().max(Vec3::splat(1e-6));
         let voxel = sides.max_element() / resolution as f32;
-        // A side that is a multiple of the voxel but for rounding gets no voxel more.
+        // / A side that is a multiple of the voxel, but for rounding, gets no extra voxel.
         let size = (sides / voxel - 1e-3)
             .ceil()
             .as_uvec3()
@@ -100,8 +102,8 @@ impl VoxelGrid {
         })
     }
 
-    /// A lattice that holds a solid with two voxels around it, and the frame that it is looked at in. A solid without
-    /// end is cut to the frame, or to a box of size 2 around the origin.
+    /// Creates a grid that contains a solid with two voxels around it, and the bounds of its view. An endless solid
+    /// is clipped to the bounds, or to a box of size 2 around the origin.
     ///
     /// # Errors
     /// If the resolution is outside [`RESOLUTIONS`].
@@ -113,7 +115,7 @@ impl VoxelGrid {
         if !RESOLUTIONS.contains(&resolution) {
             return Err(ResolutionError(resolution));
         }
-        // The margin's voxels count among the resolution.
+        // / The margin's voxels count among the resolution.
         let voxel_of =
             |whole: Aabb| whole.size().max_element() / (resolution as f32 - 2.0 * MARGIN_VOXELS);
         let (held, is_cut) = held_by(solid, frame, voxel_of);
@@ -124,10 +126,11 @@ impl VoxelGrid {
         })
     }
 
-    /// The same of voxels of a size, in the scene's unit: as many as hold that, `most` along a side.
+    /// Creates a grid as [`VoxelGrid::fitting`] does, with voxels of a size in the scene's unit, and at most `most`
+    /// along a side.
     ///
     /// # Errors
-    /// If the region would have too few or too many voxels along its longest side.
+    /// If there would be too few or too many voxels along the longest side.
     pub fn of_voxels(
         solid: Aabb,
         frame: Option<Aabb>,
@@ -155,11 +158,11 @@ impl VoxelGrid {
         })
     }
 
-    /// The same voxels, and as many more as hold a solid too, with two voxels around it; in steps of `step` voxels.
-    /// A lattice that cuts its solid, and what is endless, stays as it is.
+    /// Returns a grid with the same voxels that also contains a solid, with two voxels around it, grown in steps of
+    /// `step` voxels. A grid that clips its solid does not grow.
     ///
     /// # Errors
-    /// If that is farther from the corner than voxels can be counted.
+    /// If the solid is too far from the grid's corner.
     pub fn grown_to(&self, solid: Aabb, step: u32) -> Result<Self, TooFarError> {
         if self.is_clipped || !solid.is_finite() {
             return Ok(*self);
@@ -174,7 +177,7 @@ impl VoxelGrid {
             return Err(TooFarError { voxels: farthest });
         }
         let (low, high) = (low.floor().as_ivec3(), high.ceil().as_ivec3());
-        // Along an axis where nothing is beyond the box, the box is as it was.
+        // / An axis where nothing is outside the box does not grow.
         let mut grown = *self;
         for axis in 0..3 {
             let (mut first, mut last) = (self.begin[axis], end[axis]);
@@ -190,10 +193,10 @@ impl VoxelGrid {
         Ok(grown)
     }
 
-    /// The same voxels over the box that [`VoxelGrid::fitting`] finds for a solid and a frame.
+    /// Returns a grid with the same voxels over the box that [`VoxelGrid::fitting`] computes.
     ///
     /// # Errors
-    /// If that is farther from the corner than voxels can be counted.
+    /// If the box is too far from the grid's corner.
     pub fn covering_on(&self, solid: Aabb, frame: Option<Aabb>) -> Result<Self, TooFarError> {
         let frame = frame.filter(|f| f.is_finite()).unwrap_or(Aabb::EMPTY);
         let held = if solid.is_finite() {
@@ -203,7 +206,7 @@ impl VoxelGrid {
         } else {
             Aabb::centered(Vec3::ONE)
         };
-        // A side that is a multiple of the voxel but for rounding gets no voxel more.
+        // / A side that is a multiple of the voxel, but for rounding, gets no extra voxel.
         let low = ((held.min - self.corner) / self.voxel_size + 1e-3).floor();
         let high = ((held.max - self.corner) / self.voxel_size - 1e-3).ceil();
         let farthest = low.abs().max(high.abs()).max_element();
@@ -219,7 +222,7 @@ impl VoxelGrid {
         })
     }
 
-    /// The same voxels, counted from the box's own corner.
+    /// Returns the same voxels, counted from the box's own corner.
     pub fn rebased(&self) -> Self {
         Self {
             corner: self.aabb().min,
@@ -228,23 +231,24 @@ impl VoxelGrid {
         }
     }
 
-    /// Lengths of the box's sides.
+    /// Returns the lengths of the box's sides.
     pub fn extent(&self) -> Vec3 {
         self.size.as_vec3() * self.voxel_size
     }
 
-    /// The box.
+    /// Returns the box.
     pub fn aabb(&self) -> Aabb {
         let place = |voxel: IVec3| self.corner + self.voxel_size * voxel.as_vec3();
         Aabb::new(place(self.begin), place(self.begin + self.size.as_ivec3()))
     }
 
-    /// Texels along each axis of a level of detail: half of those of the level before, rounded down, as textures have it.
+    /// Returns the number of samples along each axis of a level: half of the level before, rounded down, as in
+    /// textures.
     pub fn level_size(&self, level: u32) -> UVec3 {
         UVec3::from_array(self.size.to_array().map(|n| (n >> level).max(1)))
     }
 
-    /// Between the texels of a level.
+    /// Returns the distances between samples of a level.
     pub fn level_spacing(&self, level: u32) -> Vec3 {
         if level == 0 {
             Vec3::splat(self.voxel_size)
@@ -253,7 +257,7 @@ impl VoxelGrid {
         }
     }
 
-    /// The centers of a level's texels.
+    /// Returns the centers of a level's samples.
     pub fn grid(&self, level: u32) -> Grid {
         let spacing = self.level_spacing(level);
         Grid {
@@ -264,14 +268,15 @@ impl VoxelGrid {
         }
     }
 
-    /// Texels of a level.
+    /// Returns the number of samples of a level.
     pub fn texel_count(&self, level: u32) -> u64 {
         let size = self.level_size(level);
         u64::from(size.x) * u64::from(size.y) * u64::from(size.z)
     }
 }
 
-/// The box of a lattice, whose voxel is told by that of the solid and its frame, and whether it cuts the solid.
+/// Returns the box of a grid and whether it clips the solid. The solid's box and the bounds determine the voxel
+/// size.
 fn held_by(solid: Aabb, frame: Option<Aabb>, voxel_of: impl Fn(Aabb) -> f32) -> (Aabb, bool) {
     let frame = frame.filter(|f| f.is_finite()).unwrap_or(Aabb::EMPTY);
     if solid.is_finite() {

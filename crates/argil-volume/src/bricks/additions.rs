@@ -1,5 +1,5 @@
-//! Which cells brushes can matter in that edits have put behind all else, by what bricks hold: where brushes are many, that is
-//! known sooner than by lists of them.
+//! Finds the cells where appended brushes can matter, from the bricks themselves. With many brushes, that is faster
+//! than pruning.
 
 use super::block_program::BlockProgram;
 use super::bounds::CellBounds;
@@ -20,36 +20,36 @@ pub(super) struct ReachedBlock {
     pub first: IVec3,
     /// A bit for each of its cells.
     pub cells: u64,
-    /// The greatest length that a distance can have in those now; infinite, where that is not known.
+    /// The largest distance in those cells now. Infinite if it is unknown.
     reach: f32,
 }
 
-/// More brushes than this are not joined with bricks as they are.
+/// More brushes than this are not joined with existing bricks.
 const FEW_BRUSHES: usize = 8;
-/// Blocks that a thread looks at by itself.
+/// Blocks that one thread examines.
 const FEW: usize = 64;
 
 impl ReachedBlock {
-    /// Whether a list for distances that cells tell is enough.
+    /// Whether a program for the distances that cells store is enough.
     pub(super) fn is_near(&self, layout: &BrickLayout) -> bool {
         self.reach < layout.far_length()
     }
 
-    /// What can matter in those cells, if they are near.
+    /// Returns what can matter in those cells, if they are near the surface.
     pub(super) fn list(&self, layout: &BrickLayout, live: &IncrementalProgram) -> BlockProgram {
         let mut now = Vec::new();
         let cells = layout.box_of_cells(self.first, self.cells);
         live.part_program_in(self.part, cells, self.reach, &mut now);
         BlockProgram {
             first: self.first,
-            // It has cells that are not.
+            // / It has cells that are near.
             far: None,
             current: now,
             previous: Some(Vec::new()),
         }
     }
 
-    /// Those of one part as units.
+    /// Returns the blocks of each part as a batch.
     pub(super) fn units(all: &[Self]) -> Vec<EditBatch> {
         let parts = all.chunk_by(|a, b| a.part == b.part);
         let unit = |own: &[Self]| EditBatch {
@@ -61,8 +61,8 @@ impl ReachedBlock {
 }
 
 impl Bricks {
-    /// The blocks of units in which something can have changed, if it is known what was touched and that nothing else was; the
-    /// others are as they were. With the brushes that alone tell how bricks change, if they do.
+    /// Returns the blocks of batches in which something can have changed, if the touched instructions are known and
+    /// only brushes were appended. Also returns those brushes, if they alone determine how bricks change.
     pub(super) fn reached<T: Texel>(
         &self,
         live: &IncrementalProgram,
@@ -90,7 +90,7 @@ impl Bricks {
         });
         let reached = reached.filter(|block| block.cells != 0).collect();
         let mut hard = added.hard().unwrap_or_default();
-        // Of many, most are not in a cell.
+        // / Of many brushes, most are not in a cell.
         if hard.len() > FEW_BRUSHES {
             hard.clear();
         }
@@ -120,7 +120,7 @@ impl Bricks {
             let (side, lengths) = if is_brick(word) {
                 let stored = pool[word as usize * samples + middle].integer();
                 let least = (stored.abs() - 1.0).max(0.0) / scale;
-                // What is beyond the range is stored as its end.
+                // / Distances beyond the band are stored as its end.
                 let most = if stored.abs() < fill.quanta as f32 {
                     (stored.abs() + 1.0) / scale
                 } else {
@@ -142,7 +142,7 @@ impl Bricks {
     }
 }
 
-/// Distances of a side, of lengths from one to another; of both, where they begin at 0.
+/// Returns signed distances of a side for a range of lengths, or of both sides if the range begins at 0.
 fn signed(side: f32, [least, most]: [f32; 2]) -> [f32; 2] {
     if least == 0.0 {
         [-most, most]

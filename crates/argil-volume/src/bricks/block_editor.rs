@@ -1,4 +1,4 @@
-//! A block made anew by an edit: which of its cells can have changed, and their samples.
+//! Rebuilds a block after an edit: decides which cells can have changed, and samples them.
 
 use super::block_program::BlockProgram;
 use super::bounds::CellBounds;
@@ -15,26 +15,27 @@ use argil_field::{CELLS_PER_BATCH, ChangeSet, HardUnionBrush, IncrementalProgram
 use glam::{IVec3, Vec3};
 use std::ops::Range;
 
-/// A brick of which more octants changed is sampled as a whole: an octant's samples are more than an eighth of a brick's.
+/// If more octants than this changed, the whole brick is sampled, because an octant has more than an eighth of a
+/// brick's samples.
 const MAX_OCTANTS: u32 = 5;
-/// From so many instructions in a block's list on, octants are measured by the lists of their cells.
+/// From this many instructions in a block's program on, octants are tested with the programs of their cells.
 const LONG_LIST: usize = 64;
 /// A block's new words and bricks.
 pub(super) struct BakedBlock<T> {
     /// The block's first cell.
     pub first: IVec3,
-    /// Whether it is far from everything now, and then whether it is inside.
+    /// Whether the block is far from every surface now, and then whether it is inside.
     pub far: Option<bool>,
     pub words: [u32; CELLS_PER_BATCH],
-    /// Cells with a brick: which, and what it looks like.
+    /// Cells with a brick: their index, and the brick's material.
     pub bricks: Vec<(u8, u32)>,
     pub texels: Vec<T>,
     pub mixed: Vec<[u32; 2]>,
-    /// Bricks among them of which anything was sampled.
+    /// Bricks of which at least one sample was evaluated.
     pub sampled: u64,
 }
 
-/// The lowest bits of `bits`, each at the place of one of the bits of `places`, in their order.
+/// Moves the lowest bits of `bits` to the positions of the set bits in `places`, in order.
 fn scattered(bits: u64, places: u64) -> u64 {
     if places == u64::MAX {
         return bits;
@@ -45,7 +46,7 @@ fn scattered(bits: u64, places: u64) -> u64 {
     all.fold(0, |out, (nth, i)| out | (bits >> nth & 1) << i)
 }
 
-/// The other way round.
+/// Moves the bits of `bits` at the set positions of `places` to the lowest bits, in order.
 fn gathered(bits: u64, places: u64) -> u64 {
     if places == u64::MAX {
         return bits;
@@ -63,14 +64,14 @@ pub(super) struct BlockEditor<'a> {
     pub bounds: CellBounds<'a>,
     pub fill: FillUniform,
     pub places: SampleOffsets,
-    /// What can have changed, where that is known.
+    /// What can have changed, if it is known.
     pub touched: Option<&'a ChangeSet>,
-    /// Brushes that alone tell how bricks that there were have changed; none where more must be known.
+    /// Appended brushes that alone determine how existing bricks changed. Empty if more must be known.
     pub hard: Vec<HardUnionBrush>,
     pub work: &'a EditQueue,
 }
 
-/// What a thread keeps.
+/// The state of a thread.
 pub(super) struct BlockWorker<'a> {
     pruner: Pruner<'a>,
     filler: BrickBaker<'a>,
@@ -90,23 +91,24 @@ impl<T> BakedBlock<T> {
     }
 }
 
-/// The word of a cell in which nothing changed that a brick holds; none where it was measured again and has no brick.
+/// Returns the word of a cell in which no stored distance changed, or `None` if it was measured again and has no
+/// brick.
 fn kept_word(old: u32, is_changed: bool) -> Option<u32> {
     match (is_brick(old), is_changed) {
         (true, _) => Some(old),
-        // Whether the block is empty is found out anew.
+        // / Whether the whole block is empty is determined later.
         (false, false) => Some(empty_word(center_of(old))),
         (false, true) => None,
     }
 }
 
-/// A brick as it was.
+/// A brick before the edit.
 struct PreviousBlock<'a, T> {
     samples: &'a [T],
     look: u32,
 }
 
-/// A cell near the surface: what can matter in it, and in which octants something can have changed.
+/// A cell near the surface: its program, and the octants in which something can have changed.
 struct NearSurface<'a> {
     list: &'a [Instruction],
     cell: IVec3,
@@ -114,13 +116,13 @@ struct NearSurface<'a> {
     bounds: &'a CellBounds<'a>,
 }
 
-/// What sampling a brick has come to.
+/// The result of sampling a brick.
 enum Sampled {
-    /// It is as it was.
+    /// The brick is unchanged.
     Same,
-    /// No surface is in it.
+    /// No surface passes through the cell.
     Clear,
-    /// It is there, and whether any of its samples can be another.
+    /// The brick is there. The flag tells whether any sample may differ.
     New(bool),
 }
 
@@ -132,7 +134,8 @@ impl BlockEditor<'_> {
         }
     }
 
-    /// In which of a block's cells something that was touched can have mattered: a bit for each. Takes the pruner's marks.
+    /// Returns the cells of a block in which a touched instruction can have mattered, one bit each. Uses the
+    /// pruner's classification.
     fn mattered(&self, first: IVec3, lists: &BlockProgram, pruner: &mut Pruner<'_>) -> u64 {
         let (Some(before), Some(touched)) = (&lists.previous, self.touched) else {
             return u64::MAX;
@@ -147,8 +150,8 @@ impl BlockEditor<'_> {
         pruner.affected_cells(before, |instr| touched.has(instr))
     }
 
-    /// Of some cells of a block that have a brick and are near the surface, which octants edits can have changed: a bit for
-    /// each. All of them elsewhere.
+    /// Returns the octants that edits can have changed, for some cells of a block that have a brick and are near
+    /// the surface. Other cells return all octants.
     fn octants(
         &self,
         first: IVec3,
@@ -178,7 +181,8 @@ impl BlockEditor<'_> {
             if lists.current.len() > LONG_LIST {
                 for (nth, (_, range)) in near.iter().enumerate() {
                     let own = &found.instrs[range.clone()];
-                    // One that may matter in the cell can be missing in its list, as another takes its place.
+                    // / An instruction that matters in the cell can be missing from its program, because another
+                    // covers it.
                     let is_whole = touched.count(own) == in_block;
                     let list = if is_whole { own } else { &lists.current[..] };
                     bits |= changed(list, &cells[nth..=nth]) << (nth * OCTANTS);
@@ -193,8 +197,8 @@ impl BlockEditor<'_> {
         octants
     }
 
-    /// Whether a brick whose samples and places of materials cannot have changed looks as before. A list that has one
-    /// material gives that, else the places tell, which a mixed brick has kept.
+    /// Whether a brick whose samples cannot have changed keeps its material. A program of one material gives it;
+    /// otherwise the stored materials tell.
     fn has_same_material(&self, list: &[Instruction], look: u32) -> bool {
         match only_material(list, self.live.program().materials()) {
             Some(only) => only == look,
@@ -202,7 +206,7 @@ impl BlockEditor<'_> {
         }
     }
 
-    /// Measure some of a block's cells, a bit for each, and sample what is dirty.
+    /// Measures some of a block's cells, one bit each, and samples the dirty ones.
     pub(super) fn make<T: Texel>(
         &self,
         worker: &mut BlockWorker<'_>,
@@ -217,7 +221,7 @@ impl BlockEditor<'_> {
         }
         let bounds = self.bounds.of_block(&self.layout, first);
         let BlockWorker { pruner, filler } = worker;
-        // The cells that edits can have changed: a bit for each.
+        // / The cells that edits can have changed, one bit each.
         let mut changed = self.mattered(first, lists, pruner);
         let wanted = |pruner: &Pruner<'_>| {
             if let Some(touched) = self.touched.filter(|_| changed != u64::MAX) {
@@ -230,10 +234,10 @@ impl BlockEditor<'_> {
         let words = &mut made.words;
         let listed = (&instrs[..], some);
         let found = near_block(&self.layout, &bounds, first, listed, pruner, words, wanted);
-        // The others are as they were.
+        // / The other cells are unchanged.
         changed &= some;
         let samples = self.layout.brick_samples() as usize;
-        // Of a block that there was not, far words.
+        // / A missing block reads as far.
         let slot = bricks.table.slot(first / BLOCK_SIDE as i32) as usize;
         let old = &bricks.words[slot * CELLS_PER_BATCH..(slot + 1) * CELLS_PER_BATCH];
         let pool = bricks.pool.of::<T>().expect(OF_THIS_TYPE);
@@ -243,7 +247,7 @@ impl BlockEditor<'_> {
         } else {
             [u8::MAX; CELLS_PER_BATCH]
         };
-        // No more bricks than that, so that they are moved once.
+        // / The maximum number of bricks, so that they are moved only once.
         let near = found.cells.iter().filter(|&&(i, _)| {
             let i = usize::from(i);
             (changed & dirty) >> i & 1 != 0 && octants[i] != 0
@@ -283,7 +287,7 @@ impl BlockEditor<'_> {
                     made.sampled += u64::from(is_other);
                     let material = filler.material(list, cell, &mut made.mixed);
                     made.bricks.push((i as u8, material));
-                    // Any brick: which one is known when it is put into the pool.
+                    // / The brick's index is known when it is committed to the pool.
                     made.words[i] = 0;
                 }
             }
@@ -291,7 +295,7 @@ impl BlockEditor<'_> {
         made
     }
 
-    /// Sample a brick behind `texels`, where it stays unless it is clear of the surface or as before.
+    /// Samples a brick behind `texels`. It stays there unless no surface passes through it or it is unchanged.
     fn sample<T: Texel>(
         &self,
         filler: &mut BrickBaker<'_>,
@@ -309,11 +313,11 @@ impl BlockEditor<'_> {
                 texels.extend_from_slice(was.samples);
                 let out = &mut texels[begin..];
                 let least = filler.joined(&self.hard, cell, out);
-                // Where it is not certain, the whole list tells.
+                // / In doubt, the whole program decides.
                 let stays = least.is_finite() && !near.bounds.is_clear(least, reach);
                 if out == was.samples {
                     changed = 0;
-                    // Places of materials can have changed all the same.
+                    // / The positions where materials are sampled can have changed all the same.
                     let only = only_material(list, self.live.program().materials());
                     if stays && only == Some(was.look) {
                         texels.truncate(begin);
@@ -325,7 +329,7 @@ impl BlockEditor<'_> {
             Some(was) if changed.count_ones() <= MAX_OCTANTS => {
                 texels.extend_from_slice(was.samples);
                 let out = &mut texels[begin..];
-                // What is near enough in a part is near enough in the whole.
+                // / What is near enough in a part is near enough in the whole.
                 let mut again = || filler.octants(list, cell, changed, out);
                 changed == 0 || !near.bounds.is_clear(again(), reach)
             }

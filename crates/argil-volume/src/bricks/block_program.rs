@@ -1,4 +1,4 @@
-//! What can matter in the blocks that edits touch.
+//! Pruned programs of the blocks that edits touch.
 
 use super::bounds::CellBounds;
 use super::edit_queue::{EditBatch, EditQueue};
@@ -10,28 +10,29 @@ use rayon::prelude::*;
 use rustc_hash::FxHashSet;
 use std::collections::BTreeMap;
 
-/// What can matter in a block.
+/// The pruned program of a block, before and after an edit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BlockProgram {
     /// Its first cell.
     pub first: IVec3,
-    /// Whether all of it is farther from the surface now than cells tell, and then whether it is inside.
+    /// Whether the block is farther from the surface now than cells store, and then whether it is inside.
     pub far: Option<bool>,
-    /// The instructions.
+    /// The block's instructions after the edit.
     pub current: Vec<Instruction>,
-    /// As they were, if it is known what was touched, and what of that may matter in the block is in these lists: what takes
-    /// the place of all before it takes that out of a list too. Nothing, where nothing of that was there.
+    /// The block's instructions before the edit. `None` if the edited instructions are unknown, or if a covering
+    /// brush removed one of them. Empty if none of them existed.
     pub previous: Option<Vec<Instruction>>,
 }
 
 impl EditQueue {
-    /// What can have changed, where that is known.
+    /// Returns what can have changed, if it is known.
     pub(crate) fn touched<'a>(&self, live: &'a IncrementalProgram) -> Option<&'a ChangeSet> {
         live.changes().filter(|_| self.is_latest())
     }
 
-    /// The blocks of units that edits can have changed, each with its list, and with what that was before where it is known
-    /// what was touched: where nothing of that is in either list, distances are what they were. On rayon's current threads.
+    /// Returns the blocks of batches that edits can have changed, with their programs. Blocks whose programs
+    /// contain no touched instruction, before or after, are skipped: their distances are unchanged. Runs on rayon's
+    /// current threads.
     pub fn lists(
         &self,
         layout: &BrickLayout,
@@ -91,7 +92,7 @@ impl EditQueue {
         if loosened == 0 && !touched.any(&whole) && !touched.any(&before) {
             return Vec::new();
         }
-        // Where nothing that was touched was before, nobody asks what was.
+        // / If nothing touched was there before, the previous program is not needed.
         if !touched.any(&before) {
             before.clear();
         }
@@ -120,8 +121,8 @@ impl EditQueue {
     }
 }
 
-/// Blocks that `live` knows to be far from everything now, around some that have become so, with the side that they are on: the
-/// boxes of edits end where cells tell nothing, and a block may reach beyond.
+/// Returns the blocks around newly empty ones that are far from everything now, with their side. The boxes of edits
+/// end where cells store nothing, and a block may extend beyond.
 pub fn emptied_around(
     table: &BlockTable,
     layout: &BrickLayout,

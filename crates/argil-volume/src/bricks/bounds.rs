@@ -1,4 +1,4 @@
-//! How much distances can be off, and change, in cells and blocks.
+//! Bounds on the error and the change of distances in cells and blocks.
 
 use super::layout::BrickLayout;
 use argil_abi::Instruction;
@@ -6,7 +6,7 @@ use argil_field::{ClearanceModel, NearJumps, Program};
 use argil_math::Aabb;
 use glam::{IVec3, Vec3};
 
-/// What of distances can be relied on.
+/// Bounds on the distances of a cell or block.
 #[derive(Clone, Copy)]
 pub(super) struct CellBounds<'a> {
     pub program: &'a Program,
@@ -14,12 +14,12 @@ pub(super) struct CellBounds<'a> {
     jumps: NearJumps,
     base: f32,
     lipschitz: f32,
-    /// The greatest distance that a cell keeps.
+    /// The largest distance that a cell stores.
     far: f32,
 }
 
 impl<'a> CellBounds<'a> {
-    /// Near the origin, where nothing jumps.
+    /// Creates bounds near the origin, without jumps.
     pub(super) fn new(program: &'a Program, layout: &BrickLayout) -> Self {
         Self {
             program,
@@ -31,7 +31,7 @@ impl<'a> CellBounds<'a> {
         }
     }
 
-    /// In a cube with a middle: of what those tell that are for the origin.
+    /// Returns the bounds in a cube with a center, derived from those at the origin.
     pub(super) fn about(&self, center: Vec3, half: f32) -> Self {
         let farthest = center.abs().max_element() + 3f32.sqrt() * half;
         let cube = Aabb::new(center - half, center + half);
@@ -42,7 +42,7 @@ impl<'a> CellBounds<'a> {
         }
     }
 
-    /// Of a block with a first cell.
+    /// Returns the bounds in a block with a first cell.
     pub(super) fn of_block(&self, layout: &BrickLayout, first: IVec3) -> Self {
         let center = layout.center(first, super::BLOCK_SIDE);
         self.about(
@@ -51,8 +51,8 @@ impl<'a> CellBounds<'a> {
         )
     }
 
-    /// For shaders, where a list gives the distances: what rounding adds to them, how far away what jumps is, and how it does;
-    /// then by how much the list can jump.
+    /// Returns values for shaders that use a pruned program: its rounding error, the distance and size of jumps,
+    /// and the largest jump of the program.
     fn words(&self, instrs: &[Instruction]) -> [f32; BLOCK_WORDS] {
         let jumps = &self.jumps;
         [
@@ -65,45 +65,46 @@ impl<'a> CellBounds<'a> {
         ]
     }
 
-    /// Whether there is no surface within `radius`, as far as that is within the cube.
+    /// Whether no surface lies within `radius`, inside the cube.
     pub(super) fn is_clear(&self, d: f32, radius: f32) -> bool {
         let terms = if self.jumps.gap > 0.0 {
             self.terms
         } else {
             self.terms.with(&self.jumps)
         };
-        // Lists of edits do not tell what is farther.
+        // / Programs of edits give no distances beyond it.
         terms.radius(d.abs().min(self.far)) > radius
     }
 
-    /// Whether it is only for what jumps that it is not [clear](Self::is_clear).
+    /// Whether only jumps keep the cell from being [clear](Self::is_clear).
     pub(super) fn is_doubtful(&self, d: f32, radius: f32) -> bool {
         self.jumps.gap <= 0.0 && self.terms.radius(d.abs().min(self.far)) > radius
     }
 
-    /// Whether all of the cube, which is within `radius`, is farther from the surface than cells tell.
+    /// Whether the whole cube, which lies within `radius`, is farther from the surface than cells store.
     pub(super) fn is_far(&self, d: f32, radius: f32) -> bool {
         self.is_steady() && (self.terms.radius(d) - 1.000_01 * radius) * self.lipschitz >= self.far
     }
 
-    /// The greatest length of a distance that is not [clear](Self::is_clear), where nothing jumps.
+    /// Returns the largest distance that is not [clear](Self::is_clear), where nothing jumps.
     pub(super) fn unclear_length(&self, radius: f32) -> f32 {
         1.000_01 * (radius * self.terms.steepness + self.terms.slack)
     }
 
-    /// The length up to which distances at cells' centers decide what their bricks hold, where nothing jumps: those of the others
-    /// are clear of the surface, or stored as the end of the range. Materials count nearer to the surface only.
+    /// Returns the distance up to which cell centers determine their bricks, where nothing jumps. Instructions
+    /// farther away leave the brick clear or saturated. Materials matter only nearer to the surface.
     pub(super) fn near_length(&self, layout: &BrickLayout) -> f32 {
         let range = layout.encoding.band_width(&layout.voxel_grid, 0);
         self.unclear_length(layout.half_diagonal(1)).max(range)
     }
 
-    /// Whether nothing jumps as far away as cells tell.
+    /// Whether nothing jumps within the distances that cells store.
     pub(super) fn is_steady(&self) -> bool {
         self.jumps.gap == f32::MAX
     }
 
-    /// The lengths that a distance can have of which a cell [keeps](Self::center) so much, where nothing jumps.
+    /// Returns the range of distances that a cell's stored [value](Self::center) can come from, where nothing
+    /// jumps.
     pub(super) fn lengths(&self, center: f32) -> [f32; 2] {
         let least = center.abs().min(self.far);
         if least > 0.999 * self.far {
@@ -113,7 +114,7 @@ impl<'a> CellBounds<'a> {
         [least, 1.000_01 * (least * steepness + self.terms.slack)]
     }
 
-    /// What a cell keeps whose center is so far.
+    /// Returns the value that a cell stores for a distance at its center.
     pub(super) fn center(&self, d: f32) -> f32 {
         let plain = self.terms.radius(d);
         let clear = if self.is_steady() {
@@ -127,11 +128,11 @@ impl<'a> CellBounds<'a> {
     }
 }
 
-/// Words that shaders need of a block besides its list.
+/// Words that shaders need of a block besides its program.
 pub const BLOCK_WORDS: usize = 6;
 
 impl BrickLayout {
-    /// What shaders need of a block with a first cell, besides its list.
+    /// Returns the words that shaders need of a block besides its program.
     pub fn block_words(
         &self,
         program: &Program,
@@ -144,5 +145,5 @@ impl BrickLayout {
     }
 }
 
-/// Bytes that a slot takes: its words, its mask, and which block it has.
+/// Bytes of a slot: its words, its mask, and its block's position.
 pub(super) const SLOT_BYTES: u64 = 64 * 4 + 8 + 12;

@@ -4,7 +4,7 @@ use argil_field::CELLS_PER_BATCH;
 use argil_math::Aabb;
 use glam::{IVec3, UVec3, Vec3, uvec3};
 
-/// A brick of a sparse volume: where it is, and its samples. [`Bricks::iter`] gives them.
+/// A brick of a sparse volume: its position and its samples. [`Bricks::iter`](super::Bricks::iter) returns bricks.
 #[derive(Clone, Copy, Debug)]
 pub struct Brick<'a> {
     pub(super) bricks: &'a Bricks,
@@ -12,28 +12,28 @@ pub struct Brick<'a> {
 }
 
 impl Brick<'_> {
-    /// Its place in the pool, which edits can change.
+    /// Returns its index in the pool, which edits can change.
     pub fn index(&self) -> u32 {
         self.index
     }
 
-    /// Its cell, counted in bricks from the lattice's corner.
+    /// Returns its cell, counted in bricks from the grid's corner.
     pub fn cell(&self) -> IVec3 {
         let owner = self.bricks.cell_of_brick[self.index as usize] as usize;
         self.bricks.table.cell(owner / CELLS_PER_BATCH) + inner_cell(owner % CELLS_PER_BATCH)
     }
 
-    /// Its box in the scene's unit: its first sample stands at the least corner, its last at the greatest.
+    /// Returns its box in the scene's unit. Its first sample is at the minimum corner, and its last at the maximum.
     pub fn aabb(&self) -> Aabb {
         self.bricks.layout.cell_box(self.cell())
     }
 
-    /// Samples along each side: one more than voxels.
+    /// Returns the samples along each side: one more than voxels.
     pub fn side(&self) -> u32 {
         self.bricks.layout.brick_size_voxels + 1
     }
 
-    /// Where the nth sample stands, x fastest, in the scene's unit.
+    /// Returns the position of the nth sample, x fastest, in the scene's unit.
     pub fn place(&self, nth: usize) -> Vec3 {
         let (side, nth) = (self.side(), nth as u32);
         let inner: UVec3 = uvec3(nth % side, nth / side % side, nth / side / side);
@@ -42,8 +42,8 @@ impl Brick<'_> {
         lattice.corner + lattice.voxel_size * (first + inner.as_ivec3()).as_vec3()
     }
 
-    /// Its samples as distances in the scene's unit, x fastest. Within the band they are the field's, rounded to what is stored; at its
-    /// end they are cut off.
+    /// Iterates over its samples as distances in the scene's unit, x fastest. Within the band, they are the field's
+    /// distances, rounded to the format. At the ends of the band, they are clamped.
     pub fn distances(&self) -> impl ExactSizeIterator<Item = f32> + '_ {
         let layout = &self.bricks.layout;
         let count = layout.brick_samples() as usize;

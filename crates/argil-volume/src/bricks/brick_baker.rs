@@ -1,4 +1,4 @@
-//! Sampling bricks.
+//! Samples bricks.
 
 use super::BrickLayout;
 use super::material::{PLACES, packed};
@@ -10,7 +10,7 @@ use argil_field::{Evaluator, FAR, HardUnionBrush, LANES, Program, Pruner};
 use glam::{IVec3, Vec3, uvec3};
 use multiversion::multiversion;
 
-/// Of each sample of a brick, and of one of its octants, in the order of the pool: its place along x, y and z.
+/// The offsets of a brick's samples, and of an octant's, in the order of the pool, along x, y and z.
 pub(super) struct SampleOffsets {
     brick: [Vec<f32>; 3],
     octant: [Vec<f32>; 3],
@@ -40,11 +40,12 @@ pub(super) struct BrickBaker<'a> {
     evaluator: Evaluator<'a>,
     places: &'a SampleOffsets,
     d: Vec<f32>,
-    /// Where lists are long.
+    /// For long programs.
     pruner: Option<Box<(Pruner<'a>, Vec<Instruction>)>>,
 }
 
-/// A brick's list of more instructions is cut again for its octants, which take a third more samples than the brick.
+/// A brick's program of more instructions is pruned again for its octants, which have a third more samples than the
+/// brick.
 const LONG: usize = 48;
 
 impl<'a> BrickBaker<'a> {
@@ -65,7 +66,7 @@ impl<'a> BrickBaker<'a> {
         }
     }
 
-    /// Sample a cell's brick; the distance that is nearest to the surface.
+    /// Samples a cell's brick. Returns the distance nearest to the surface.
     pub(super) fn brick<T: Texel>(
         &mut self,
         instrs: &[Instruction],
@@ -84,8 +85,8 @@ impl<'a> BrickBaker<'a> {
         nearest(d)
     }
 
-    /// Sample some octants of a cell's brick again, a bit for each; the same of their distances. Of a long list, each is sampled by
-    /// what is left of it there.
+    /// Samples some octants of a cell's brick again, one bit each. Returns the distance nearest to the surface. A
+    /// long program is pruned for each octant.
     pub(super) fn octants<T: Texel>(
         &mut self,
         instrs: &[Instruction],
@@ -111,7 +112,7 @@ impl<'a> BrickBaker<'a> {
         let (own, list) = &mut *pruner;
         let centers: [Vec3; OCTANTS] =
             std::array::from_fn(|octant| self.layout.middle_of_octant(cell, octant));
-        // Samples lie on the octants' sides too.
+        // / Samples also lie on the sides of octants.
         let radius = 0.500_1 * self.layout.half_diagonal(1);
         own.classify_cells(instrs, &centers, radius, &mut [0.0; OCTANTS]);
         for octant in some {
@@ -123,7 +124,7 @@ impl<'a> BrickBaker<'a> {
         least
     }
 
-    /// Sample an octant of a cell's brick again; the same of its distances.
+    /// Samples an octant of a cell's brick again. Returns the distance nearest to the surface.
     fn octant<T: Texel>(
         &mut self,
         instrs: &[Instruction],
@@ -145,7 +146,7 @@ impl<'a> BrickBaker<'a> {
             &self.places.octant,
             d,
         );
-        // No brick has more.
+        // / No brick has more.
         let mut texels = [T::default(); 729];
         encode(d, self.fill, &mut texels[..count]);
         let (row, side) = (
@@ -163,8 +164,8 @@ impl<'a> BrickBaker<'a> {
         nearest(d)
     }
 
-    /// A cell's brick as it was, joined with brushes in their order; in lengths, no sample is farther from the surface than what is
-    /// told. Encoding keeps the order of distances, so that the greater of two texels is that of the greater distance.
+    /// Joins a cell's existing brick with appended brushes in order. Returns an upper bound of the distance nearest
+    /// to the surface. Encoding keeps the order of distances, so codes can be compared directly.
     pub(super) fn joined<T: Texel>(
         &mut self,
         brushes: &[HardUnionBrush],
@@ -173,7 +174,7 @@ impl<'a> BrickBaker<'a> {
     ) -> f32 {
         let first = (cell * self.layout.brick_size_voxels as i32).as_vec3();
         let Self { places, d, .. } = self;
-        // No brick has more.
+        // / No brick has more.
         let mut own = [T::default(); 17 * 17 * 17];
         let own = &mut own[..brick.len()];
         for brush in brushes {
@@ -197,7 +198,7 @@ impl<'a> BrickBaker<'a> {
         }
     }
 
-    /// What a cell's brick looks like: one material, or a mixed brick's place among the block's.
+    /// Returns a cell's material: one material, or an index among the block's mixed bricks.
     pub(super) fn material(
         &mut self,
         instrs: &[Instruction],
@@ -224,9 +225,10 @@ impl<'a> BrickBaker<'a> {
         let mut found = [GpuMaterial::default(); PLACES];
         self.evaluator
             .materials_with(instrs, [&x, &y, &z], &mut d, &mut found);
-        // Between places that are farther from the surface than the diagonal from one to the next, there is none.
+        // / If two neighboring points are farther from the surface than the distance between them, no surface lies
+        // between.
         let reach = 1.01 * self.program.lipschitz() * 3f32.sqrt() * step * lattice.voxel_size;
-        // Where no place is near, all of them count: so that it does not matter whether a list holds more than it need.
+        // / If no point is near, all of them count. Then a program may contain more than it needs.
         let has_near = d.iter().any(|d| d.abs() <= reach);
         let reach = if has_near { reach } else { f32::INFINITY };
         let mut near = found.iter().zip(&d).filter(|(_, d)| d.abs() <= reach);
@@ -241,7 +243,8 @@ impl<'a> BrickBaker<'a> {
                 return place as u32;
             }
         }
-        // Neighbors often are of one material. Lists do not tell what is so far that none of it is looked at.
+        // / Neighbors often have the same material. Programs do not give distances that are too far to be looked
+        // at.
         let far = MATERIAL_TOLD * reach;
         let (mut last, mut word) = (&found[0], packed(&found[0]));
         mixed.extend(found.iter().zip(&d).map(|(m, d)| {
@@ -254,7 +257,7 @@ impl<'a> BrickBaker<'a> {
     }
 }
 
-/// The material of a list that has no more than one: of those in the table that look the same, the first.
+/// Returns the material of a program that has only one. Equal materials of the table count as the first of them.
 pub(super) fn only_material(instrs: &[Instruction], palette: &[GpuMaterial]) -> Option<u32> {
     let takes = |i: &&Instruction| {
         i.op < argil_abi::OP_SHAPES_END && i.flags & argil_abi::FLAG_KEEP_MATERIAL == 0
@@ -272,7 +275,7 @@ pub(super) fn only_material(instrs: &[Instruction], palette: &[GpuMaterial]) -> 
     Some(first.map_or(only, |first| first as u32))
 }
 
-/// Distances at places from a first sample on, as many as there are: of what instructions join with a distance.
+/// Evaluates a program at points from a first sample on.
 fn sample(
     layout: &BrickLayout,
     evaluator: &mut Evaluator<'_>,
@@ -297,10 +300,10 @@ fn sample(
     }
 }
 
-/// The value of least magnitude.
+/// Returns the value of smallest magnitude.
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl", "x86_64+avx2"))]
 fn nearest(d: &[f32]) -> f32 {
-    // Positive floats are ordered as their bits; the sign goes to the lowest bit.
+    // / Positive floats sort like their bits. The sign moves to the lowest bit.
     let least = d
         .iter()
         .map(|d| d.to_bits().rotate_left(1))

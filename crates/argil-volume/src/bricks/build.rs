@@ -1,7 +1,8 @@
-//! Baking bricks on the CPU.
+//! Bakes bricks on the CPU.
 //!
-//! *Practice.* The plan tells which blocks there are, each with its list (`plan.rs`). The 64 cells of a block are measured in one
-//! run of the interpreter. In those where the surface can be, the samples are evaluated, brick by brick, straight into the pool.
+//! *Practice.* The plan lists the blocks with their programs (`plan.rs`). One run of the interpreter measures the
+//! 64 cells of a block. In cells that the surface can pass through, the samples are evaluated brick by brick,
+//! straight into the pool.
 
 use super::bounds::{CellBounds, SLOT_BYTES};
 use super::brick_baker::{BrickBaker, SampleOffsets};
@@ -21,14 +22,14 @@ use argil_math::Control;
 use rayon::prelude::*;
 use web_time::Instant;
 
-/// What the stages of a build took.
+/// Durations of the stages of a build, in milliseconds.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct BrickTimings {
-    /// Pruning, and choosing cells.
+    /// Pruning, and selecting cells.
     pub prune: f64,
     /// Sampling bricks.
     pub fill: f64,
-    /// Closing the gaps of bricks that were dropped again, and marking what is empty.
+    /// Removing dropped bricks, and marking empty blocks.
     pub settle: f64,
 }
 
@@ -64,7 +65,7 @@ pub(super) fn bake(
     refuse(count, needed)?;
     layout.check_count(count as u64)?;
     let pruned = start.elapsed();
-    // Fill, drop, close the gaps.
+    // / Fill the bricks, drop clear ones, and close the gaps.
     control.begin("bricks", count as u64);
     let (filled, at) = match layout.encoding.format {
         SampleFormat::Snorm8 => fill::<i8>(
@@ -109,7 +110,7 @@ pub(super) fn bake(
         mixed: filled.mixed,
         pool: filled.pool,
     };
-    // How many bricks are mixed was not known before.
+    // / The number of mixed bricks was not known before.
     refuse(bricks.len(), bricks.memory_bytes())?;
     Ok((bricks, CellPrograms::new(layout, table, candidates), stages))
 }
@@ -122,7 +123,7 @@ fn check(control: &Control) -> Result<(), BricksError> {
     }
 }
 
-/// Sample all candidates' bricks; those in which no surface can be leave a distance in their cell.
+/// Samples the bricks of all candidates. If no surface can pass through one, its cell keeps a distance.
 fn fill<T: Texel>(
     program: &Program,
     layout: &BrickLayout,
@@ -137,7 +138,7 @@ fn fill<T: Texel>(
     let mut owners = vec![0u32; count];
     let mut materials = vec![0u32; count];
 
-    // Each block's own parts of the pool and of the words.
+    // / Each block's own parts of the pool and of the words.
     let (mut pool_left, mut words_left, mut done) = (&mut pool[..], &mut *words, 0);
     let mut owners_left = &mut owners[..];
     let mut materials_left = &mut materials[..];
@@ -182,7 +183,7 @@ fn fill<T: Texel>(
                 {
                     let cell = corner + inner_cell(usize::from(*inner));
                     let least = filler.brick(&found.instrs[range.clone()], cell, out);
-                    // Half of a voxel's diagonal from a sample at most.
+                    // / At most half of a voxel's diagonal from a sample.
                     let reach = 0.5 * 3f32.sqrt() * layout.voxel_grid.voxel_size;
                     *owner = u32::MAX;
                     if !bounds.is_clear(least, reach) {
@@ -196,7 +197,7 @@ fn fill<T: Texel>(
         )
         .collect();
 
-    // Each block of cells has counted its mixed bricks from 0.
+    // / Each block has numbered its mixed bricks from 0.
     let (mut brick, mut before) = (0, 0);
     for (found, own) in candidates.iter().zip(&mixed) {
         for material in &mut materials[brick..brick + found.cells.len()] {
@@ -218,7 +219,7 @@ fn fill<T: Texel>(
     (filled, at)
 }
 
-/// Bricks as they were filled.
+/// Filled bricks.
 struct Filled {
     pool: Texels,
     owners: Vec<u32>,
@@ -226,7 +227,7 @@ struct Filled {
     mixed: Vec<[u32; 2]>,
 }
 
-/// Move the last bricks into the places of those that were dropped.
+/// Moves the last bricks into the places of dropped ones.
 fn close_gaps<T: Texel>(
     pool: &mut Vec<T>,
     owners: &mut Vec<u32>,
@@ -258,10 +259,10 @@ fn close_gaps<T: Texel>(
 }
 
 impl Bricks {
-    /// Sample a field, on rayon's current threads; what the stages took.
+    /// Bakes a field on rayon's current threads. Returns the bricks and the timings.
     ///
     /// # Errors
-    /// If the bricks and tables would take more than `budget` bytes.
+    /// If the bricks and tables would exceed `budget` bytes.
     pub fn bake(
         program: &Program,
         layout: BrickLayout,
@@ -270,10 +271,10 @@ impl Bricks {
         Self::bake_with_control(program, layout, budget, &Control::default())
     }
 
-    /// [`Bricks::bake`], which can be stopped and tells how far it is: the stages "blocks" and "bricks".
+    /// Bakes as [`Bricks::bake`] does, reports progress as the stages "blocks" and "bricks", and can be canceled.
     ///
     /// # Errors
-    /// As there, and if it was cancelled.
+    /// If the bricks and tables would exceed `budget` bytes, or if it was canceled.
     pub fn bake_with_control(
         program: &Program,
         layout: BrickLayout,
@@ -284,10 +285,10 @@ impl Bricks {
         baked.map(|(bricks, _, stages)| (bricks, stages))
     }
 
-    /// The same, with the lists of what can matter in cells near the surface, which a bake makes anyway.
+    /// Bakes as [`Bricks::bake`] does, and also returns the pruned programs of cells near the surface.
     ///
     /// # Errors
-    /// As [`Bricks::bake`].
+    /// If the bricks and tables would exceed `budget` bytes.
     pub fn bake_with_programs(
         program: &Program,
         layout: BrickLayout,
@@ -296,10 +297,10 @@ impl Bricks {
         bake(program, layout, budget, &Control::default())
     }
 
-    /// The same, which can be stopped and tells how far it is.
+    /// Bakes as [`Bricks::bake_with_programs`] does, reports progress, and can be canceled.
     ///
     /// # Errors
-    /// As [`Bricks::bake_with_control`].
+    /// If the bricks and tables would exceed `budget` bytes, or if it was canceled.
     pub fn bake_with_programs_and_control(
         program: &Program,
         layout: BrickLayout,

@@ -1,4 +1,4 @@
-//! The cells near the surface, and what can matter in each.
+//! Finds the cells near the surface, and their pruned programs.
 
 use super::bounds::CellBounds;
 use super::cell::{BrickCell, block_empty_word, empty_word};
@@ -13,7 +13,7 @@ use glam::{IVec3, Vec3};
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// Cells of a block in which the surface can be, each with its stretch of a list.
+/// The cells of a block that the surface can pass through, each with its range of a program.
 #[derive(Debug, Default)]
 pub(super) struct CandidateBlock {
     pub slot: usize,
@@ -21,7 +21,7 @@ pub(super) struct CandidateBlock {
     pub instrs: Vec<Instruction>,
 }
 
-/// The cells in which the surface can be, each with its list, and the words of all slots.
+/// Returns the cells that the surface can pass through, with their programs, and the words of all slots.
 pub(super) fn candidates(
     program: &Program,
     layout: &BrickLayout,
@@ -65,7 +65,7 @@ pub(super) fn candidates(
     (candidates, words)
 }
 
-/// A block's mask; its words say whether it is empty.
+/// Returns a block's mask, and marks its words if the block is empty.
 pub(super) fn empty_cells_of(words: &mut [u32]) -> u64 {
     let mut mask = 0u64;
     for (i, &word) in words.iter().enumerate() {
@@ -79,8 +79,8 @@ pub(super) fn empty_cells_of(words: &mut [u32]) -> u64 {
     mask
 }
 
-/// Measure some of a block's cells: the words of those that are empty, and the others with their lists, of the cells that are
-/// wanted once the pruner has marked them, in their order.
+/// Measures some of a block's cells. Returns the words of empty cells, and the others with their pruned programs,
+/// for the cells that `wanted` selects after the pruner classified them.
 pub(super) fn near_block(
     layout: &BrickLayout,
     bounds: &CellBounds<'_>,
@@ -104,7 +104,7 @@ pub(super) fn near_block(
     let mut found = CandidateBlock::default();
     let mut doubtful = 0u64;
     for (nth, (&i, &d)) in cells.iter().zip(&d).enumerate().take(count) {
-        // Of a candidate, what stays if its brick is dropped.
+        // / If a candidate's brick is dropped, this remains.
         words[i] = empty_word(bounds.center(d));
         if bounds.is_clear(d, radius) {
             continue;
@@ -117,7 +117,7 @@ pub(super) fn near_block(
         }
     }
     if doubtful != 0 {
-        // The marks of all cells are needed still.
+        // / The classification of all cells is still needed.
         let mut pruner = Pruner::new(bounds.program);
         let CandidateBlock { cells, instrs, .. } = &mut found;
         cells.retain(|(i, range)| {
@@ -129,11 +129,11 @@ pub(super) fn near_block(
     found
 }
 
-/// Parts of a cell along each axis that are measured where something jumps: a long way from the surface that is, and farther than
-/// copies are isolated.
+/// Parts of a cell along each axis that are measured where something jumps, far from the surface compared with the
+/// isolation of copies.
 const PARTS: i32 = 4;
 
-/// Whether no part of a cell has a surface, by its list.
+/// Whether no part of a cell contains a surface, by its pruned program.
 fn is_clear_in_parts(
     layout: &BrickLayout,
     bounds: &CellBounds<'_>,

@@ -1,20 +1,20 @@
-//! What a cell's word means; `bricks/words.wgsl` is the twin.
+//! The meaning of a cell's word. `bricks/words.wgsl` is the twin.
 
 use glam::IVec3;
 
 /// The top bit of a word without a brick.
 const EMPTY: u32 = argil_abi::WORD_EMPTY;
-/// Of such a word: whether its whole block has no brick.
+/// Set in such a word if its whole block has no brick.
 const BLOCK_EMPTY: u32 = argil_abi::WORD_LONELY;
 
-/// What is in a cell.
+/// The contents of a cell.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum BrickCell {
-    /// The brick's place in the pool.
+    /// A brick, with its index in the pool.
     Brick(u32),
     /// No surface.
     Empty {
-        /// At the cell's center: how far the surface is at least, with the sign of the side.
+        /// A lower bound of the distance from the cell's center to the surface, negative inside.
         center: f32,
         /// Whether no cell of the block has a brick.
         lonely: bool,
@@ -22,7 +22,7 @@ pub enum BrickCell {
 }
 
 impl BrickCell {
-    /// What a word means.
+    /// Decodes a word.
     #[inline(always)]
     pub fn of(word: u32) -> Self {
         if is_brick(word) {
@@ -36,13 +36,13 @@ impl BrickCell {
     }
 }
 
-/// The word of a cell without a brick: 22 bits of the distance's fraction are kept, so it never grows.
+/// Returns the word of a cell without a brick. It keeps 22 bits of the fraction, rounded toward 0.
 #[inline(always)]
 pub fn empty_word(center: f32) -> u32 {
     EMPTY | (center.to_bits() >> 1) & !BLOCK_EMPTY
 }
 
-/// The same in a block without any brick.
+/// Returns the word of a cell without a brick, in a block without bricks.
 #[inline(always)]
 pub(crate) fn block_empty_word(word: u32) -> u32 {
     word | BLOCK_EMPTY
@@ -54,19 +54,19 @@ pub fn is_brick(word: u32) -> bool {
     word & EMPTY == 0
 }
 
-/// Whether, of a cell without one, the whole block has none; of others, nothing.
+/// Whether a cell's whole block has no brick. False for cells with a brick.
 #[inline(always)]
 pub fn is_block_empty(word: u32) -> bool {
     word & BLOCK_EMPTY != 0
 }
 
-/// The distance at the center of a cell without a brick.
+/// Returns the distance at the center of a cell without a brick.
 #[inline(always)]
 pub fn center_of(word: u32) -> f32 {
     f32::from_bits((word & !BLOCK_EMPTY) << 1)
 }
 
-/// Where a cell lies in its block.
+/// Returns the position of the nth cell in its block.
 pub(crate) fn inner_cell(nth: usize) -> IVec3 {
     let nth = nth as i32;
     IVec3::new(nth % 4, nth / 4 % 4, nth / 16)

@@ -9,8 +9,8 @@ use argil_field::Program;
 use argil_math::Control;
 use glam::IVec3;
 
-/// What can matter in each cell near the surface: lists of instructions that give the whole program's distances there, to
-/// the bit, as far as those decide what bricks hold.
+/// The pruned program of each cell near the surface. Its distances equal the whole program's, bit for bit, as far
+/// as they determine what bricks store.
 #[derive(Debug)]
 pub struct CellPrograms {
     layout: BrickLayout,
@@ -32,10 +32,10 @@ impl CellPrograms {
         }
     }
 
-    /// Of a program, on rayon's current threads.
+    /// Computes the programs, on rayon's current threads.
     ///
     /// # Errors
-    /// If there are more blocks than can be told apart.
+    /// If there are more blocks than can be numbered.
     pub fn of(program: &Program, layout: &BrickLayout) -> Result<Self, BricksError> {
         let bounds = CellBounds::new(program, layout);
         let control = Control::default();
@@ -48,12 +48,12 @@ impl CellPrograms {
         ))
     }
 
-    /// Where the cells lie.
+    /// Returns the layout of cells.
     pub fn layout(&self) -> &BrickLayout {
         &self.layout
     }
 
-    /// The list of a cell; `None` where no surface can be.
+    /// Returns the program of a cell, or `None` if no surface can pass through it.
     pub fn list(&self, cell: IVec3) -> Option<&[Instruction]> {
         let block = cell.div_euclid(IVec3::splat(BLOCK_SIDE as i32));
         let inner = cell - block * BLOCK_SIDE as i32;

@@ -1,17 +1,17 @@
-//! Which bricks edits have changed, for those who keep a copy of them elsewhere.
+//! Records what edits changed, for copies of the bricks elsewhere.
 
-/// What edits have changed since it was last asked for: see [`Bricks::take_changes`](super::Bricks::take_changes).
+/// What edits changed since it was last taken: see [`Bricks::take_changes`](super::Bricks::take_changes).
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct BrickChanges {
-    /// Bricks whose samples or materials are others now, ascending. Those that are behind the last brick are gone.
+    /// Bricks with new samples or materials, ascending. Indices beyond the last brick were removed.
     pub bricks: Vec<u32>,
-    /// Slots of blocks whose cells have other words now, ascending.
+    /// Slots of blocks with new cell words, ascending.
     pub slots: Vec<u32>,
-    /// Whether [blocks](super::BlockTable) came, went, or are known to be far.
+    /// Whether [blocks](super::BlockTable) were added, removed, or became far.
     pub blocks: bool,
 }
 
-/// What has changed and was not asked for. Volumes that differ in nothing else are equal.
+/// Changes that were not taken yet. Volumes that differ only in them are equal.
 #[derive(Clone, Debug, Default)]
 pub(super) struct ChangeLog(BrickChanges);
 
@@ -21,7 +21,7 @@ impl PartialEq for ChangeLog {
     }
 }
 
-/// Notes that are kept before doubles are taken out.
+/// Entries that are kept before duplicates are removed.
 const MANY: usize = 1 << 16;
 
 fn note(all: &mut Vec<u32>, nth: u32) {
@@ -49,7 +49,7 @@ impl ChangeLog {
         self.0.blocks = true;
     }
 
-    /// What there is of so many bricks.
+    /// Takes the changes for a number of bricks.
     pub(super) fn take(&mut self, bricks: u32) -> BrickChanges {
         let mut taken = std::mem::take(&mut self.0);
         tidy(&mut taken.bricks);

@@ -1,11 +1,11 @@
-//! Changing bricks in place.
+//! Changes bricks in place.
 //!
-//! *Practice.* An edit tells two boxes: outside of the first nothing changed within the stored band, outside of the
-//! second nothing within what empty cells tell. Blocks that the second touches are pruned and measured again, from the
-//! operands that can matter near them; of their cells, those that the first touches are sampled again. Where it is known
-//! which instructions were touched, a cell is left alone in whose pruned lists, as they are and as they were, there is none
-//! of those: it has the same distances, to the bit. That is far less than the boxes hold where blends are wide. Any number of
-//! edits go in one pass. What was made is put into the pool at the end, so that nothing is changed if it does not fit.
+//! *Practice.* An edit has two boxes. Outside the dirty box, nothing changed within the stored band. Outside the
+//! influence box, nothing changed within the distances that empty cells store. Blocks in the influence box are
+//! pruned and measured again, and their cells in the dirty box are sampled again. If the touched instructions are
+//! known, a cell is skipped when its pruned programs contain none of them, before and after: its distances are
+//! unchanged, bit for bit. With wide blends, that skips most of the boxes. Any number of edits go in one pass. The
+//! results are committed to the pool at the end, so nothing changes if they do not fit.
 
 use super::additions::ReachedBlock;
 use super::block_editor::{BakedBlock, BlockEditor};
@@ -27,22 +27,23 @@ use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 use web_time::Instant;
 
-/// Blocks along the side of a part that shares a list: where brushes are many, its list should not be of all of them.
+/// Blocks along the side of a part that shares a program. With many brushes, its program should not contain all of
+/// them.
 const PART_SIDE: u32 = 4;
 const SMALL_PART_SIDE: u32 = 2;
-/// More brushes than this, or instructions, are many.
+/// More brushes or instructions than this are many.
 const MANY: usize = 500;
 
-/// What an edit of bricks did.
+/// What edits did to bricks.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct EditStats {
-    /// Bricks that were sampled again or anew.
+    /// Bricks that were sampled.
     pub filled: u64,
-    /// Bricks that there were not before.
+    /// Bricks that were added.
     pub added: u64,
-    /// Bricks that there are no more.
+    /// Bricks that were removed.
     pub removed: u64,
-    /// Cells that were measured again.
+    /// Cells that were measured.
     pub cells: u64,
 }
 
@@ -55,16 +56,16 @@ impl std::ops::AddAssign for EditStats {
     }
 }
 
-/// A block that is to be made.
+/// A block to rebuild.
 enum EditJob {
-    /// Some cells, by what can matter in all of it.
+    /// Some cells, with the whole block's program.
     Listed(u64, BlockProgram),
-    /// By what can matter in cells where something can have changed.
+    /// Cells in which something can have changed, with their program.
     Reached(ReachedBlock),
 }
 
 impl BrickLayout {
-    /// The parts in which a [`IncrementalProgram`] of these bricks tells lists.
+    /// Returns the grid of parts for an [`IncrementalProgram`] of these bricks.
     pub fn parts(&self, program: &Program) -> PartGrid {
         let blocks = if program.brush_count() > MANY {
             SMALL_PART_SIDE
@@ -80,13 +81,14 @@ impl BrickLayout {
         }
     }
 
-    /// The distances up to which edits must tell their boxes: what bricks hold, and what empty cells tell.
+    /// Returns the margins that dirty boxes must have: the stored band, and the distance up to which empty cells
+    /// store bounds.
     pub fn margins(&self, program: &Program) -> [f32; 2] {
         self.min_margins(program).map(|band| 1.1 * band)
     }
 
-    /// The least of them that will do. A world that grows needs a little more than before, which [`BrickLayout::margins`] has
-    /// room for.
+    /// Returns the smallest margins that suffice. A world that grows needs a little more over time, and
+    /// [`BrickLayout::margins`] includes it.
     pub fn min_margins(&self, program: &Program) -> [f32; 2] {
         let region = self.region();
         let farthest = region.min.abs().max(region.max.abs()).max_element();
@@ -98,11 +100,11 @@ impl BrickLayout {
 }
 
 impl Bricks {
-    /// Do what edits have left to be done, on rayon's current threads: all of it, or as much as can be done until a point in
-    /// time, and at least a little.
+    /// Processes remaining edits on rayon's current threads, all of them or until a point in time, and at least a
+    /// little.
     ///
     /// # Errors
-    /// If the bricks would take more than `budget` bytes; what was taken out of the work last is then not done.
+    /// If the bricks would exceed `budget` bytes. The batch in progress is lost then.
     pub fn edit(
         &mut self,
         live: &IncrementalProgram,
@@ -129,7 +131,7 @@ impl Bricks {
                 if left == 0.0 {
                     break;
                 }
-                // Half of what there seems to be time for: what comes next may be dearer.
+                // / Half of what seems to fit, because the next blocks may cost more.
                 let fits = 0.5 * left / (now - start).as_secs_f64().max(1e-6);
                 count = ((count as f64 * fits.min(4.0)) as usize).max(1);
             }
@@ -176,7 +178,8 @@ impl Bricks {
         Ok(self.commit(&made, live))
     }
 
-    /// The blocks that units of work make anew, and the brushes that alone tell how bricks there have changed.
+    /// Returns the blocks that batches rebuild, and the appended brushes that alone determine how existing bricks
+    /// changed.
     fn jobs<T: Texel>(
         &self,
         live: &IncrementalProgram,
@@ -189,7 +192,7 @@ impl Bricks {
             let all = lists.map(|list| EditJob::Listed(u64::MAX, list));
             return (all.collect(), Vec::new());
         };
-        // Boxes tell less than marks: of few brushes, a list that is cut by marks is shorter.
+        // / Boxes are less precise than pruning: with few brushes, a pruned program is shorter.
         let are_many = live.instruction_count() > MANY;
         let is_near = |block: &ReachedBlock| are_many && block.is_near(&self.layout);
         let (near, others): (Vec<_>, Vec<_>) = reached.into_iter().partition(is_near);
@@ -204,16 +207,15 @@ impl Bricks {
         (jobs, hard)
     }
 
-    /// Put blocks that were made anew in the place of those that were there.
+    /// Commits rebuilt blocks to the pool.
     fn commit<T: Texel>(&mut self, made: &[BakedBlock<T>], live: &IncrementalProgram) -> EditStats {
         let mut result = EditStats::default();
         let before = self.cell_of_brick.len() as u64;
         let samples = self.layout.brick_samples() as usize;
-        // Blocks come first, so that there are words for their bricks. The order in which that is done is the same for all
-        // numbers of threads.
+        // / Blocks first, so that their bricks have words. The order does not depend on the number of threads.
         let slots: Vec<usize> = made.iter().map(|own| self.slot_for(own)).collect();
         let mut pool = Pool::<T>::open(self);
-        // What is freed can then be taken.
+        // / Then what is freed can be reused.
         for (own, &slot) in made.iter().zip(&slots) {
             let first = slot * CELLS_PER_BATCH;
             for (i, &word) in own.words.iter().enumerate() {
@@ -249,7 +251,7 @@ impl Bricks {
         result
     }
 
-    /// Tell of blocks that were put in which cells have bricks, and give those back that are far from everything now.
+    /// Updates which cells have bricks in committed blocks, and releases blocks that are far from everything now.
     fn finish_blocks<T>(
         &mut self,
         made: &[BakedBlock<T>],
@@ -279,7 +281,7 @@ impl Bricks {
         }
     }
 
-    /// The slot of a block, which gets one if it needs one.
+    /// Returns the slot of a block, and inserts one if needed.
     fn slot_for<T>(&mut self, made: &BakedBlock<T>) -> usize {
         let block = made.first / BLOCK_SIDE as i32;
         if made.far.is_some() {

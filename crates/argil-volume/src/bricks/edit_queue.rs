@@ -1,4 +1,4 @@
-//! What edits leave to be done: blocks that are to be measured again, and which of their cells are to be sampled.
+//! The blocks that edits left to rebuild, and which of their cells to sample.
 
 use super::plan::searched;
 use super::{BLOCK_SIDE, BrickLayout, inner_cell};
@@ -7,41 +7,41 @@ use argil_math::Aabb;
 use glam::{IVec3, Vec3};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Most blocks that boxes of edits may hold: what touches more of the world is as soon baked.
+/// Maximum blocks in the boxes of edits. Larger edits are baked instead.
 const MAX_BLOCKS: f32 = 262_144.0;
-/// Most blocks that are done as one where work can be cut short.
+/// Maximum blocks per batch, if the work has a time budget.
 const SHORT_UNIT: usize = 8;
 
-/// Blocks of one part that are done as one.
+/// Blocks of one part that are rebuilt together.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EditBatch {
-    /// The part of a [`IncrementalProgram`] that they are in.
+    /// Their part of an [`IncrementalProgram`].
     pub part: IVec3,
-    /// The first cell of each.
+    /// The first cell of each block.
     pub blocks: Vec<IVec3>,
 }
 
-/// What edits leave to be done, of a layout's blocks. Work that is cut short can be taken up later.
+/// The blocks that edits left to rebuild. Interrupted work can continue later.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct EditQueue {
-    /// Of each edit the boxes outside of which nothing changed within the stored band, and nothing in empty cells.
+    /// For each edit, its dirty box and its influence box.
     boxes: Vec<[Aabb; 2]>,
     units: Vec<EditBatch>,
-    /// Whether all of it is of the program's last update, so that what that touched is all that can have changed.
+    /// Whether all work comes from the program's last update, so that its change set is complete.
     is_latest: bool,
-    /// Boxes in which what is known of jumps has changed.
+    /// Boxes in which the facts about jumps changed.
     loosened: Vec<Aabb>,
 }
 
 impl EditQueue {
-    /// For the boxes of edits, told for a layout's [bands](BrickLayout::margins), that `live` has just followed. Nothing where
-    /// they hold so much that it is to be baked anew.
+    /// Creates the work for edits that `live` has just applied, whose boxes have a layout's
+    /// [margins](BrickLayout::margins). Returns `None` if a rebuild is as fast.
     pub fn new(
         layout: &BrickLayout,
         live: &IncrementalProgram,
         boxes: &[[Aabb; 2]],
     ) -> Option<Self> {
-        // Cells tell of what jumps as far as they tell of anything.
+        // / Cells account for jumps as far as they store distances.
         let far = layout.far_length() + layout.cell_length();
         let loosened = live.jumps_added().iter().map(|held| held.grown(far));
         let loosened: Vec<Aabb> = loosened.collect();
@@ -58,7 +58,7 @@ impl EditQueue {
         Some(work)
     }
 
-    /// Take on what was left of earlier edits.
+    /// Adds the work of earlier edits.
     pub fn merge(&mut self, layout: &BrickLayout, live: &IncrementalProgram, left: Self) {
         if left.units.is_empty() {
             return;
@@ -71,7 +71,7 @@ impl EditQueue {
         self.is_latest = false;
     }
 
-    /// Cut units small, and put what is near a point first.
+    /// Cuts batches small, and sorts them by their distance to a point.
     pub fn sort_by_distance(&mut self, layout: &BrickLayout, eye: Vec3) {
         let cut = |unit: &EditBatch| -> Vec<EditBatch> {
             let few = unit.blocks.chunks(SHORT_UNIT);
@@ -91,27 +91,27 @@ impl EditQueue {
             .sort_by_cached_key(|unit| nearest(unit).max(0.0).to_bits());
     }
 
-    /// Take out the first so many units.
+    /// Takes the first batches.
     pub fn next(&mut self, count: usize) -> Vec<EditBatch> {
         self.units.drain(..count.min(self.units.len())).collect()
     }
 
-    /// Whether nothing is left.
+    /// Whether nothing remains.
     pub fn is_done(&self) -> bool {
         self.units.is_empty()
     }
 
-    /// Blocks that are left.
+    /// Returns the number of remaining blocks.
     pub fn blocks(&self) -> u64 {
         self.units.iter().map(|unit| unit.blocks.len() as u64).sum()
     }
 
-    /// Whether what the program's last update touched is all that can have changed.
+    /// Whether the change set of the program's last update is complete.
     pub(crate) fn is_latest(&self) -> bool {
         self.is_latest
     }
 
-    /// Whether more can have changed in a block with a first cell than what distances tell.
+    /// Whether more than distances can have changed in a block.
     pub(crate) fn is_loosened(&self, layout: &BrickLayout, first: IVec3) -> bool {
         let last = layout.cell_box(first + (BLOCK_SIDE as i32 - 1));
         let block = Aabb::new(layout.cell_box(first).min, last.max);
@@ -119,8 +119,8 @@ impl EditQueue {
         loosened.any(|held| !held.intersection(block).is_empty())
     }
 
-    /// Of the block with a first cell, those whose samples can have changed: a bit for each. What jumps is looked at as far as
-    /// cells tell distances.
+    /// Returns the cells of a block whose samples can have changed, one bit each. Jumps are considered as far as
+    /// cells store distances.
     pub fn dirty_cells(
         &self,
         layout: &BrickLayout,
@@ -141,7 +141,7 @@ impl EditQueue {
             }
             for i in 0..CELLS_PER_BATCH {
                 let cell = first + inner_cell(i);
-                // What lies on a cell's side is in both.
+                // / A point on a cell's side belongs to both cells.
                 let held = layout
                     .cell_box(cell)
                     .grown(0.01 * layout.voxel_grid.voxel_size);
@@ -160,7 +160,7 @@ impl EditQueue {
         for [_, far] in &self.boxes {
             let first = ((far.min - layout.voxel_grid.corner) / edge).floor();
             let end = ((far.max - layout.voxel_grid.corner) / edge).floor();
-            // There is no surface elsewhere: the box has grown for what was put outside of it.
+            // / No surface is elsewhere: the box has grown for what was inserted outside it.
             if far.is_empty() || !first.cmple(high).all() || !end.cmpge(low).all() {
                 continue;
             }
@@ -183,7 +183,7 @@ impl EditQueue {
     }
 }
 
-/// Blocks by their first cells, part by part.
+/// Groups blocks by part.
 fn units(
     layout: &BrickLayout,
     live: &IncrementalProgram,
@@ -205,7 +205,7 @@ fn units(
     parts.into_iter().map(unit).collect()
 }
 
-/// Boxes of edits one after the other, as one where that is hardly larger: those of a drag.
+/// Merges boxes of consecutive edits if the union is hardly larger, as for a drag.
 fn joined(boxes: &[[Aabb; 2]]) -> Vec<[Aabb; 2]> {
     let volume = |b: Aabb| {
         if b.is_empty() {

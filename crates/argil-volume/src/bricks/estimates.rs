@@ -1,4 +1,4 @@
-//! Distances that bricks tell wherever a point is.
+//! Reads distances from bricks at any point.
 
 #![expect(
     clippy::needless_range_loop,
@@ -13,8 +13,8 @@ use argil_field::LANES;
 use glam::IVec3;
 
 impl<T: Texel> BrickSampler<'_, T> {
-    /// The signed distances at points in the world as nearly as they are known: interpolated in bricks, elsewhere between
-    /// cells' centers; beyond the box, as much more as the way to it. For light, not for steps.
+    /// Estimates the signed distances at points in the scene's space: interpolated in bricks, and between cell
+    /// centers elsewhere. Beyond the box, the way to it is added. For light, not for steps.
     ///
     /// # Panics
     /// If there are more points than [`LANES`], or the slices differ in length.
@@ -49,7 +49,7 @@ impl<T: Texel> BrickSampler<'_, T> {
         }
     }
 
-    /// Interpolated between the centers of the eight nearest cells.
+    /// Interpolates between the centers of the eight nearest cells.
     fn between_centers(&self, u: [f32; 3]) -> f32 {
         let per_cell = 1.0 / self.layout.brick_size_voxels as f32;
         let mut low_cell = [0.0f32; 3];
@@ -82,7 +82,7 @@ impl<T: Texel> BrickSampler<'_, T> {
         total
     }
 
-    /// The distance at a cell's center.
+    /// Returns the distance at a cell's center.
     fn at_center(&self, cell: IVec3) -> f32 {
         let word = self.words[self.bricks.word_index(cell)];
         if !is_brick(word) {
@@ -97,8 +97,8 @@ impl<T: Texel> BrickSampler<'_, T> {
         sample.integer() * self.quantum
     }
 
-    /// The signed distances at points in the world: interpolated in bricks, elsewhere what is stored. `margin` is taken
-    /// off the length of those that are interpolated.
+    /// Computes the signed distances at points in the scene's space: interpolated in bricks, and stored bounds
+    /// elsewhere. `margin` is subtracted from the length of interpolated ones.
     ///
     /// # Panics
     /// If there are more points than [`LANES`], or the slices differ in length.
@@ -136,7 +136,7 @@ impl<T: Texel> BrickSampler<'_, T> {
         }
     }
 
-    /// In a large empty cube, the surface is as far from a point as it is from the cube, and the way out of that.
+    /// In a large empty cube, adds the way out of the cube to the stored bound.
     fn add_ways_out(&self, u: [&[f32]; 3], at: &CellLocations, out: &mut [f32]) {
         for i in 0..out.len() {
             let cells = self.empty_cells(at, i);

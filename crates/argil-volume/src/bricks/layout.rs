@@ -5,17 +5,17 @@ use argil_field::Program;
 use argil_math::Aabb;
 use glam::{IVec3, UVec3, Vec3};
 
-/// Voxels up to which cells without a brick tell distances, at least: an edit changes nothing that is farther away. Rays
-/// take 1 to 5 in a hundred more look-ups for it, as the cones before them step over most of what is empty.
+/// Minimum distance, in voxels, up to which empty cells store bounds. An edit changes nothing farther away. Rays
+/// need 1 to 5 % more look-ups for it, because cones cross most of the empty space first.
 const FAR_VOXELS: f32 = 24.0;
 
-/// A usual length of a world, in voxels: see [`BrickLayout::base_length`].
+/// A typical size of a world, in voxels: see [`BrickLayout::base_length`].
 const BASE_VOXELS: f32 = 512.0;
 
 /// Cells along a block's side.
 pub const BLOCK_SIDE: u32 = argil_abi::BLOCK_SIDE;
 
-/// How to build bricks.
+/// Settings of sparse bricks.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BrickSettings {
     /// How distances are stored.
@@ -29,7 +29,7 @@ impl Default for BrickSettings {
         Self {
             encoding: Encoding {
                 format: SampleFormat::Snorm16,
-                // Twice a brick's side: fine enough, and a ray need not stop in between.
+                // / Twice a brick's side: precise enough, and a ray need not stop in between.
                 band: Band::Voxels(16.0),
             },
             brick_size_voxels: 8,
@@ -37,33 +37,33 @@ impl Default for BrickSettings {
     }
 }
 
-/// Why bricks cannot be built.
+/// The reason why bricks cannot be built.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum BricksError {
-    /// No such size.
+    /// The brick size is not supported.
     #[error("bricks of {0} voxels: a sparse brick's side is 4, 8 or 16")]
     Brick(u32),
-    /// A band in which no surface can be found.
+    /// The band is too narrow to find surfaces.
     #[error(
         "a band of {0} voxels: sparse bricks need 2 at least, as a surface lies between their samples"
     )]
     Band(f32),
-    /// They would take more memory than they may.
+    /// The bricks and tables would exceed the memory budget.
     #[error(
         "{bricks} bricks and their tables take up to {} MiB, and the budget is {} MiB: take a smaller resolution, fewer bits, or a larger memory budget",
         needed.div_ceil(1 << 20),
         budget >> 20
     )]
     Budget {
-        /// Bricks that there may be.
+        /// Maximum number of bricks.
         bricks: u64,
-        /// Bytes that they take.
+        /// Bytes that they need.
         needed: u64,
-        /// Bytes that they may take.
+        /// The budget in bytes.
         budget: u64,
     },
-    /// The tables alone would take more memory than they may.
+    /// The block tables alone would exceed the memory budget.
     #[error(
         "more than {blocks} blocks of cells take over {} MiB by themselves, and {} MiB is the most: the surface is too large for voxels of this \
          size; take larger ones, or, where that is less than the machine has, a larger memory budget",
@@ -71,44 +71,44 @@ pub enum BricksError {
         budget >> 20
     )]
     Blocks {
-        /// Blocks that were found until then.
+        /// Blocks found so far.
         blocks: u64,
-        /// Bytes that their tables take.
+        /// Bytes that their tables need.
         needed: u64,
-        /// Bytes that they may take.
+        /// The budget in bytes.
         budget: u64,
     },
-    /// Somebody has [cancelled](argil_math::Control::cancel) it.
+    /// A [`Control`](argil_math::Control) canceled the work.
     #[error("cancelled")]
     Cancelled,
-    /// They are too far apart.
+    /// The solids are too far apart.
     #[error(transparent)]
     TooFar(#[from] TooFarError),
-    /// They have more samples than can be told apart.
+    /// There would be more samples than can be numbered.
     #[error(
         "{bricks} bricks, and there can be {limit} of this size: take a smaller resolution or a larger brick"
     )]
     TooMany {
-        /// Bricks that there may be.
+        /// Maximum number of bricks.
         bricks: u64,
-        /// Most that there can be.
+        /// The limit.
         limit: u64,
     },
 }
 
-/// Where cells and bricks lie. Cells are counted from the lattice's corner, in both directions.
+/// The layout of cells and bricks. Cells are counted from the grid's corner, in both directions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BrickLayout {
-    /// Where the voxels lie.
+    /// The voxel grid.
     pub voxel_grid: VoxelGrid,
-    /// What samples mean.
+    /// How samples are stored.
     pub encoding: Encoding,
     /// Voxels along a brick's side.
     pub brick_size_voxels: u32,
 }
 
 impl BrickLayout {
-    /// Check what was asked for.
+    /// Checks settings for a voxel grid.
     ///
     /// # Errors
     /// If the brick size or the encoding is not supported, or the grid is too large.
@@ -128,7 +128,7 @@ impl BrickLayout {
         })
     }
 
-    /// The first cell that the lattice's box touches.
+    /// Returns the first cell that the grid's box touches.
     #[inline]
     pub fn low(&self) -> IVec3 {
         self.voxel_grid
@@ -136,19 +136,19 @@ impl BrickLayout {
             .div_euclid(IVec3::splat(self.brick_size_voxels as i32))
     }
 
-    /// The cell behind the last one that it touches.
+    /// Returns the cell after the last one that the box touches.
     #[inline]
     pub fn high(&self) -> IVec3 {
         let end = self.voxel_grid.begin + self.voxel_grid.size.as_ivec3() - 1;
         end.div_euclid(IVec3::splat(self.brick_size_voxels as i32)) + 1
     }
 
-    /// Cells along each axis of the box; the last ones may reach over its sides.
+    /// Returns the number of cells along each axis of the box. The last ones may extend beyond it.
     pub fn grid(&self) -> UVec3 {
         (self.high() - self.low()).as_uvec3()
     }
 
-    /// The first block that the box touches, and the one behind the last.
+    /// Returns the first block that the box touches, and the one after the last.
     pub fn block_range(&self) -> [IVec3; 2] {
         let side = IVec3::splat(BLOCK_SIDE as i32);
         [
@@ -157,17 +157,17 @@ impl BrickLayout {
         ]
     }
 
-    /// Whether there may be bricks in a cell: a box that cuts what is solid cuts the bricks.
+    /// Whether a cell may have a brick. A box that clips the solid also clips the bricks.
     #[inline]
     pub fn may_hold(&self, cell: IVec3) -> bool {
         !self.voxel_grid.is_clipped
             || (cell.cmpge(self.low()).all() && cell.cmplt(self.high()).all())
     }
 
-    /// The same voxels over a box that holds a solid too, unless the box cuts what is solid.
+    /// Returns a layout with the same voxels that also contains a solid. A clipping box does not grow.
     ///
     /// # Errors
-    /// If that is farther away than voxels can be counted.
+    /// If the solid is too far away.
     pub fn grown_to(&self, solid: Aabb) -> Result<Self, TooFarError> {
         let lattice = self
             .voxel_grid
@@ -178,17 +178,17 @@ impl BrickLayout {
         })
     }
 
-    /// Samples of a brick.
+    /// Returns the number of samples of a brick.
     pub fn brick_samples(&self) -> u32 {
         (self.brick_size_voxels + 1).pow(3)
     }
 
-    /// Bytes of a brick's samples.
+    /// Returns the bytes of a brick's samples.
     pub fn brick_bytes(&self) -> u64 {
         u64::from(self.brick_samples()) * self.encoding.format.bytes() as u64
     }
 
-    /// Whether so many bricks can be: their samples are counted in 32 bits.
+    /// Checks a number of bricks: their samples are numbered with 32 bits.
     pub(crate) fn check_count(&self, bricks: u64) -> Result<(), BricksError> {
         let limit = u64::from(u32::MAX) / u64::from(self.brick_samples());
         if bricks > limit {
@@ -197,31 +197,30 @@ impl BrickLayout {
         Ok(())
     }
 
-    /// A usual length of the world: what distances can be off by for rounding is that of points no farther from the origin,
-    /// and a little more for those that are. It depends on nothing but voxels, so that a world that grows decides in its
-    /// cells as before.
+    /// Returns a typical size of the world, which bounds the rounding error of points up to that distance from the
+    /// origin. It depends only on voxels, so that a growing world makes the same decisions in its cells.
     pub fn base_length(&self) -> f32 {
         BASE_VOXELS * self.voxel_grid.voxel_size
     }
 
-    /// The greatest distance that a cell without a brick tells.
+    /// Returns the largest distance that an empty cell stores.
     pub fn far_length(&self) -> f32 {
         let range = self.encoding.band_width(&self.voxel_grid, 0);
         range.max(FAR_VOXELS * self.voxel_grid.voxel_size)
     }
 
-    /// The edge of a cell.
+    /// Returns the edge of a cell, in the scene's unit.
     pub fn cell_length(&self) -> f32 {
         self.brick_size_voxels as f32 * self.voxel_grid.voxel_size
     }
 
-    /// A cell's box.
+    /// Returns the box of a cell.
     pub fn cell_box(&self, cell: IVec3) -> Aabb {
         let min = self.voxel_grid.corner + cell.as_vec3() * self.cell_length();
         Aabb::new(min, min + self.cell_length())
     }
 
-    /// A box around some cells of a block with a first cell: a bit for each.
+    /// Returns a box around some cells of a block, one bit each.
     pub(super) fn box_of_cells(&self, first: IVec3, cells: u64) -> Aabb {
         let some = (0..64).filter(|i| cells >> i & 1 != 0);
         some.fold(Aabb::EMPTY, |all, i| {
@@ -229,15 +228,15 @@ impl BrickLayout {
         })
     }
 
-    /// The cell of a point.
+    /// Returns the cell of a point.
     pub fn cell_of(&self, point: Vec3) -> IVec3 {
         ((point - self.voxel_grid.corner) / self.cell_length())
             .floor()
             .as_ivec3()
     }
 
-    /// The uniform that shaders read while they make blocks; the pool, the table and how it is cut up are left to whoever has them. `program` sets
-    /// what is known of distances.
+    /// Returns the uniform for shaders that build blocks, without the pool and the table. `program` determines the
+    /// bounds of distances.
     pub fn words(&self, program: &Program) -> BrickBuild {
         let lattice = &self.voxel_grid;
         let terms = program.clearance_model_in(self.base_length());
@@ -262,7 +261,7 @@ impl BrickLayout {
         }
     }
 
-    /// The box of all blocks.
+    /// Returns the box of all blocks.
     pub fn region(&self) -> Aabb {
         let [low, high] = self.block_range().map(|block| {
             let cell = block * BLOCK_SIDE as i32;
@@ -271,12 +270,12 @@ impl BrickLayout {
         Aabb::new(low, high)
     }
 
-    /// The middle of `side` cells from a cell on.
+    /// Returns the center of a cube of `side` cells.
     pub(crate) fn center(&self, cell: IVec3, side: u32) -> Vec3 {
         self.voxel_grid.corner + (cell.as_vec3() + 0.5 * side as f32) * self.cell_length()
     }
 
-    /// Half of the diagonal of `side` cells.
+    /// Returns half of the diagonal of a cube of `side` cells.
     pub fn half_diagonal(&self, side: u32) -> f32 {
         0.5 * 3f32.sqrt() * side as f32 * self.cell_length()
     }

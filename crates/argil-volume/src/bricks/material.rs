@@ -1,27 +1,28 @@
-//! What bricks look like; `material.wgsl` is the twin.
+//! The materials of bricks. `material.wgsl` is the twin.
 //!
-//! A brick of one material keeps that material's place in the program's table. A brick of several, or of blends, keeps
-//! materials at 4³ places, from one end to the other along each axis, eight bytes each; between them they are
-//! interpolated.
+//! A brick of one material stores its index in the program's table. A brick of several materials, or of blends,
+//! stores materials at 4³ points, from one end to the other along each axis, eight bytes each. Between them they
+//! are interpolated.
 
 use super::Bricks;
 use crate::SampleFormat;
 use argil_abi::{BRICK_MIXED, GpuMaterial, MATERIAL_SIDE};
 use glam::{UVec3, Vec3};
 
-/// Places of a mixed brick.
+/// Number of points of a mixed brick.
 pub(crate) const PLACES: usize = MATERIAL_SIDE.pow(3) as usize;
 
-/// The weight of a place on another surface, of 1.
+/// The weight of a point on another surface, relative to 1.
 const LEAST_WEIGHT: f32 = argil_abi::LEAST_WEIGHT;
 
-/// The sample that stands at the nth place along a brick's side.
+/// Returns the sample at the nth point along a brick's side.
 pub(super) fn sample_of(nth: u32, brick: u32) -> u32 {
     let steps = MATERIAL_SIDE - 1;
     (2 * nth * brick + steps) / (2 * steps)
 }
 
-/// A material in eight bytes: the square roots of base colors, roughness; emission e as e / (1 + e), metallic.
+/// Packs a material into eight bytes: the square roots of the base color, the roughness, emission e as e / (1 + e),
+/// and the metalness.
 pub(crate) fn packed(m: &GpuMaterial) -> [u32; 2] {
     let byte = |v: f32| (v.clamp(0.0, 1.0) * 255.0 + 0.5) as u32;
     let [r, g, b, roughness] = m.base_roughness;
@@ -45,10 +46,11 @@ fn unpacked([a, b]: [u32; 2]) -> GpuMaterial {
 }
 
 impl Bricks {
-    /// What a point of a surface in a brick looks like, of a program's table of materials; `None` where there is no brick.
+    /// Returns the material at a point of a surface in a brick, given the program's materials. Returns `None` if
+    /// there is no brick.
     ///
-    /// Of the places around the point those count that belong to the same surface: their distance is that to its
-    /// tangent plane, which is normal to `outwards`. What is behind a thin wall does not shine through it.
+    /// Only points of the same surface count: those whose distance matches that to the tangent plane, which is
+    /// normal to `outwards`. So a thin wall's other side does not show through.
     pub fn material(
         &self,
         point: Vec3,
@@ -112,7 +114,7 @@ impl Bricks {
         Some(total)
     }
 
-    /// What is stored at a sample of a brick, 1 for all of the range.
+    /// Returns the stored value at a sample of a brick, where 1 is the whole band.
     fn stored(&self, brick: u32, sample: UVec3) -> f32 {
         let side = self.layout.brick_size_voxels as usize + 1;
         let [x, y, z] = sample.to_array().map(|c| c as usize);
@@ -124,12 +126,14 @@ impl Bricks {
         integer / self.pool.bits().max_code() as f32
     }
 
-    /// What each brick looks like: a place in the program's table, or with the top bit set that of a mixed brick.
+    /// Returns each brick's material: an index in the program's table, or with the top bit set, the index of a
+    /// mixed brick.
     pub fn materials(&self) -> &[u32] {
         &self.materials
     }
 
-    /// What one brick looks like: the place of its material in the program's table, or its materials at 4³ places.
+    /// Returns a brick's material: its index in the program's table, and the materials of a mixed brick at 4³
+    /// points.
     ///
     /// # Panics
     /// If there is no such brick.
@@ -142,7 +146,7 @@ impl Bricks {
         (BRICK_MIXED, &self.mixed[from..from + PLACES])
     }
 
-    /// The materials of mixed bricks, 4³ each.
+    /// Returns the materials of mixed bricks, 4³ each.
     pub fn mixed(&self) -> &[[u32; 2]] {
         &self.mixed
     }

@@ -1,4 +1,5 @@
-//! Which octants of bricks edits can have changed: finer than cells, as a brush reaches far where blends are wide.
+//! Finds the octants of bricks that edits can have changed. This is finer than cells, because wide blends reach
+//! far.
 
 use super::BrickLayout;
 use argil_abi::Instruction;
@@ -8,14 +9,14 @@ use glam::{IVec3, UVec3, Vec3, uvec3};
 /// Octants of a brick.
 pub(super) const OCTANTS: usize = 8;
 
-/// Where an octant lies along each axis: in the lower half of its brick, or the upper one.
+/// Returns an octant's half along each axis, 0 or 1.
 pub(super) fn place_of(octant: usize) -> UVec3 {
     let octant = octant as u32;
     uvec3(octant & 1, octant >> 1 & 1, octant >> 2)
 }
 
 impl BrickLayout {
-    /// The middle of an octant of a cell.
+    /// Returns the center of an octant of a cell.
     pub(super) fn middle_of_octant(&self, cell: IVec3, octant: usize) -> Vec3 {
         let first = self.voxel_grid.corner + cell.as_vec3() * self.cell_length();
         first + 0.5 * self.cell_length() * (place_of(octant).as_vec3() + 0.5)
@@ -25,11 +26,11 @@ impl BrickLayout {
 /// Cells whose octants are measured at once.
 pub(super) const CELLS_AT_ONCE: usize = CELLS_PER_BATCH / OCTANTS;
 
-/// Of some cells, a bit for each octant in which something that was touched can matter, by a list of what can matter in all of
-/// them: the first cell's in the lowest byte.
+/// Returns, for some cells, one bit for each octant in which a touched instruction can matter, given a program for
+/// all of them. The first cell's bits are the lowest byte.
 ///
 /// # Panics
-/// If there are more than [`CELLS_AT_ONCE`].
+/// If there are more than [`CELLS_AT_ONCE`] cells.
 pub(super) fn changed(
     layout: &BrickLayout,
     pruner: &mut Pruner<'_>,

@@ -1,4 +1,4 @@
-//! Bricks from stored parts, which need not fit one another.
+//! Creates bricks from stored parts, after checking them.
 
 use super::cell::BrickCell;
 use super::changes::ChangeLog;
@@ -11,10 +11,10 @@ use argil_abi::BRICK_MIXED;
 use argil_field::CELLS_PER_BATCH;
 
 impl Bricks {
-    /// From stored parts, with 64 words for each slot of the table; what is wrong with them where they do not fit one another.
+    /// Creates bricks from stored parts, with 64 words per slot of the table.
     ///
     /// # Errors
-    /// If the tables contradict each other.
+    /// A description of how the tables contradict each other.
     pub fn from_parts(
         layout: BrickLayout,
         lipschitz: f32,

@@ -1,4 +1,4 @@
-//! What following edits with sparse bricks takes, on either device.
+//! The state of sparse bricks for edits in place, on either device.
 
 use super::{BrickLayout, EditQueue};
 use crate::{PendingEdits, TooFarError, VoxelGrid};
@@ -7,17 +7,17 @@ use argil_math::Aabb;
 use glam::Vec3;
 use std::any::Any;
 
-/// How sparse bricks lie, and what edits have left to be done.
+/// The layout of sparse bricks, and what edits left to do.
 #[derive(Debug)]
 pub struct BrickPendingEdits {
-    /// How they lie.
+    /// The layout.
     pub layout: BrickLayout,
-    /// What is left.
+    /// The remaining work.
     pub queue: EditQueue,
 }
 
 impl BrickPendingEdits {
-    /// Of bricks that lie so, with nothing to be done.
+    /// Creates the state of bricks with a layout, with nothing to do.
     pub fn of(layout: BrickLayout) -> Self {
         Self {
             layout,
@@ -25,12 +25,12 @@ impl BrickPendingEdits {
         }
     }
 
-    /// If edits are of sparse bricks, these.
+    /// Returns edits of sparse bricks, if these are.
     pub fn among(edits: &dyn PendingEdits) -> Option<&Self> {
         (edits as &dyn Any).downcast_ref()
     }
 
-    /// The same, to be worked on.
+    /// Returns edits of sparse bricks, to change them.
     pub fn among_mut(edits: &mut dyn PendingEdits) -> Option<&mut Self> {
         (edits as &mut dyn Any).downcast_mut()
     }

@@ -1,11 +1,11 @@
-//! Which blocks a field needs, each with the list of what can matter in it.
+//! Plans the blocks that a field needs, each with its pruned program.
 //!
-//! *Practice.* A cube around the box is cut into 4³ parts, those into 4³ again, down to blocks; each part has its own list. The
-//! 64 parts of a part are measured in one run of the interpreter. A part all of which is farther from the surface than cells
-//! tell has no blocks, and is not cut further.
+//! *Practice.* A cube around the box is cut into 4³ parts, those into 4³ again, down to blocks. Each part has its
+//! own program. One run of the interpreter measures the 64 parts of a part. A part that is farther from the surface
+//! than cells store needs no blocks, and is not cut further.
 //!
-//! Where operands are many, a grid knows what can matter in each block. A block all of whose cells are near the surface gets
-//! what can matter to such small distances alone, which is several times less.
+//! With many operands, a grid finds what can matter in each block. A block whose cells are all near the surface
+//! gets a program for such small distances, which is several times shorter.
 
 use super::bounds::{CellBounds, SLOT_BYTES};
 use super::layout::{BLOCK_SIDE, BrickLayout, BricksError};
@@ -18,29 +18,29 @@ use rayon::prelude::*;
 use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// Which blocks a field needs.
+/// The blocks that a field needs.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct BlockPlan {
-    /// The blocks, z slowest, each with its stretch of the instructions.
+    /// The blocks, z slowest, each with its range of the instructions.
     pub blocks: Vec<(IVec3, Range<usize>)>,
-    /// The lists.
+    /// The programs.
     pub instrs: Vec<Instruction>,
-    /// Boxes of blocks that are not needed, as they are far inside: from one block to before another.
+    /// Boxes of blocks that are far inside the solid, from one block to before another.
     pub inside: Vec<[IVec3; 2]>,
 }
 
-/// Most blocks: the words of their cells are told apart by 32 bits.
+/// Maximum blocks: 32 bits number the words of their cells.
 const MAX_BLOCKS: u64 = (1 << 32) / CELLS_PER_BATCH as u64 - FAR_SLOTS as u64;
 
-/// How many parts of one size have been found that have surface in them or near them. There are some sixteen times as many of the next
-/// size, so that where these are too many, blocks are.
+/// Counts the parts of one size near the surface. There are about sixteen times as many of the next size, so too
+/// many of these mean too many blocks.
 struct BlockCount {
     most: u64,
     found: AtomicU64,
 }
 
 impl BlockCount {
-    /// Parts of another size are to be counted.
+    /// Starts to count parts of another size.
     fn begin(&self) {
         if !self.is_too_much() {
             self.found.store(0, Ordering::Relaxed);
@@ -56,7 +56,7 @@ impl BlockCount {
     }
 }
 
-/// Parts of one size with a list of instructions each.
+/// Parts of one size, each with a program.
 #[derive(Default)]
 struct PlanLevel {
     instrs: Vec<Instruction>,
@@ -64,16 +64,16 @@ struct PlanLevel {
     inside: Vec<IVec3>,
 }
 
-/// From so many operands on, blocks begin with lists of what is near them.
+/// From this many operands on, blocks start with programs of what is near them.
 const MANY_OPERANDS: usize = 2048;
-/// Blocks along the side of a part that is done as one then, and most of those parts.
+/// Blocks along the side of such a part, and the maximum number of those parts.
 const PART_SIDE: i32 = 4;
 const MAX_PARTS: f32 = 1e6;
-/// Most entries for each operand where blocks have lists of their own.
+/// Maximum entries per operand if each block has its own list.
 const MAX_ENTRIES: u64 = 40;
 
 impl PlanLevel {
-    /// Parts of `side` blocks that were cut out of others, as one level.
+    /// Returns parts of `side` blocks that were cut out of others, as one level.
     fn joined(
         all: Vec<Self>,
         (side, [low, high]): (i32, [IVec3; 2]),
@@ -94,7 +94,7 @@ impl PlanLevel {
         joined
     }
 
-    /// What is cut into blocks.
+    /// Returns the plan of a level of blocks.
     fn finished(mut self, inside: Vec<[IVec3; 2]>) -> BlockPlan {
         self.parts
             .sort_by_key(|(block, _)| [block.z, block.y, block.x]);
@@ -107,11 +107,10 @@ impl PlanLevel {
 }
 
 impl BlockPlan {
-    /// Of a program, on rayon's current threads; of no use if it is cancelled.
+    /// Plans the blocks of a program, on rayon's current threads. The result is useless if the work was canceled.
     ///
     /// # Errors
-    /// If the blocks by themselves take more than `budget` bytes, or are more than can be told apart: that is known long before all
-    /// of them are found.
+    /// If the blocks alone exceed `budget` bytes, or are too many to number. That is detected early.
     pub fn of(
         program: &Program,
         layout: &BrickLayout,
@@ -149,12 +148,12 @@ impl BlockPlan {
             return plan;
         }
         let extent = (high - low).max_element();
-        // In blocks.
+        // / In blocks.
         let mut side = 1;
         while side < extent {
             side *= 4;
         }
-        // Parts lie where those of an edit lie, so that the lists of a cell are the same.
+        // / Parts have the same positions as in an edit, so that a cell's program is the same.
         let all = 0..program.instructions().len();
         let (first, last) = (
             low.div_euclid(IVec3::splat(side)),
@@ -198,7 +197,7 @@ impl BlockPlan {
         level.finished(inside)
     }
 
-    /// Of many operands: blocks begin with lists of what is near them.
+    /// Plans many operands: blocks start with programs of what is near them.
     fn by_operands(
         program: &Program,
         layout: &BrickLayout,
@@ -220,7 +219,7 @@ impl BlockPlan {
         };
         let index = OperandIndex::new(program, of_parts)?;
         let near_parts = PartGrid {
-            // Far from the origin rounding takes a little more.
+            // / Far from the origin, rounding adds a little.
             far: 1.01 * bounds.near_length(layout),
             ..parts
         };
@@ -263,7 +262,7 @@ impl BlockPlan {
                 },
             )
             .collect();
-        // They take as much as lists do.
+        // / They take as much memory as the programs.
         drop((index, blocks));
         let mut inside = Vec::new();
         let level = PlanLevel::joined(parts, (1, [low, high]), &mut inside);
@@ -272,7 +271,7 @@ impl BlockPlan {
 }
 
 impl BlockTable {
-    /// With the blocks of a plan, which have slots in its order, from [`FAR_SLOTS`](super::FAR_SLOTS) on.
+    /// Creates the table of a plan's blocks. Their slots follow its order, from [`FAR_SLOTS`](super::FAR_SLOTS) on.
     pub fn of(layout: &BrickLayout, plan: &BlockPlan) -> Self {
         let [low, high] = layout.block_range();
         let blocks = plan.blocks.iter();
@@ -290,8 +289,8 @@ impl BlockTable {
     }
 }
 
-/// The blocks that are looked at, from one to before another. A cut box is that. Otherwise what is near to the surface is found
-/// wherever it is: as far from the box as cells tell. What is farther away is far from the surface, whatever distances are there.
+/// Returns the range of blocks to examine. For a clipping box, it is the box. Otherwise, blocks near the surface
+/// are found as far from the box as cells store distances. What lies farther away is far from the surface.
 pub(super) fn searched(layout: &BrickLayout) -> [IVec3; 2] {
     if layout.voxel_grid.is_clipped {
         return layout.block_range();
@@ -306,7 +305,7 @@ pub(super) fn searched(layout: &BrickLayout) -> [IVec3; 2] {
     ]
 }
 
-/// The parts of `side` blocks in a part, as far as they are looked at.
+/// Returns the parts of `side` blocks in a part, within the examined range.
 fn parts_of(block: IVec3, (side, [low, high]): (i32, [IVec3; 2])) -> Vec<IVec3> {
     (0..CELLS_PER_BATCH)
         .map(|i| block + side * super::inner_cell(i))
@@ -315,7 +314,8 @@ fn parts_of(block: IVec3, (side, [low, high]): (i32, [IVec3; 2])) -> Vec<IVec3> 
 }
 
 impl PlanLevel {
-    /// Take in parts of `side` blocks with a list that they share, each with what is left of it, and those that are far inside.
+    /// Adds parts of `side` blocks that share a program, each with its pruned program, and those far inside the
+    /// solid.
     fn cut(
         &mut self,
         layout: &BrickLayout,
@@ -349,25 +349,25 @@ impl PlanLevel {
     }
 }
 
-/// Lists of blocks of many operands.
+/// Programs of blocks with many operands.
 struct BlockLists<'a> {
     program: &'a Program,
     layout: &'a BrickLayout,
     bounds: &'a CellBounds<'a>,
-    /// What can matter to distances that cells tell.
+    /// What can matter for the distances that cells store.
     far: BlockIndex,
-    /// What can matter to those that decide what bricks hold.
+    /// What can matter for the distances that determine bricks.
     near: BlockIndex,
 }
 
-/// An index with parts of so many blocks along a side.
+/// An index with parts of a number of blocks along a side.
 struct BlockIndex {
     index: OperandIndex,
     side: i32,
 }
 
 impl BlockIndex {
-    /// Of single blocks, unless operands are so large that they are in too many.
+    /// Creates an index of single blocks, unless operands are so large that they would be in too many.
     fn new(program: &Program, parts: PartGrid, edge: f32) -> Option<Self> {
         let most = MAX_ENTRIES * program.operand_count() as u64;
         let of_side = |side: i32| PartGrid {
@@ -381,7 +381,7 @@ impl BlockIndex {
         Some(Self { index, side })
     }
 
-    /// Append what can matter in a block.
+    /// Appends what can matter in a block.
     fn append(&self, program: &Program, block: IVec3, out: &mut Vec<Instruction>) {
         let part = block.div_euclid(IVec3::splat(self.side));
         self.index.list(program, part, out);
@@ -389,8 +389,8 @@ impl BlockIndex {
 }
 
 impl BlockLists<'_> {
-    /// Take a block in, if all of its cells are near the surface, with what is near enough to decide what is in those: of many
-    /// operands that is far less.
+    /// Adds a block whose cells are all near the surface, with what is near enough to determine its bricks. With
+    /// many operands, that is far less.
     fn near(&self, block: IVec3, evaluator: &mut Evaluator<'_>, level: &mut PlanLevel) -> bool {
         let first = block * BLOCK_SIDE as i32;
         let bounds = self.bounds.of_block(self.layout, first);
@@ -406,7 +406,7 @@ impl BlockLists<'_> {
             (x[i], y[i], z[i]) = (center.x, center.y, center.z);
         }
         evaluator.distances_with(&level.instrs[from..], &x, &y, &z, &mut d);
-        // What is left out is farther away than these, and changes none of them.
+        // / What is omitted is farther away, and changes none of these distances.
         let is_near = d.iter().all(|d| d.abs() <= far);
         if is_near {
             level.parts.push((block, from..level.instrs.len()));

@@ -1,7 +1,8 @@
-//! Bricks that come and go.
+//! Adds and removes bricks of the pool.
 //!
-//! A pool has no holes between edits: what an edit frees is taken by what it needs, then the last bricks move into what
-//! is left. So files and other devices see the same as after a bake, and an edit moves no more bricks than it freed.
+//! The pool has no holes between edits. Bricks that an edit needs take freed places, and then the last bricks move
+//! into the rest. So files and other devices see the same as after a bake, and an edit moves no more bricks than it
+//! freed.
 
 use super::Bricks;
 use super::material::PLACES;
@@ -9,16 +10,16 @@ use crate::Texel;
 use crate::Texels;
 use argil_abi::BRICK_MIXED;
 
-/// Bricks that a pool grows by.
+/// Bricks by which the pool grows.
 const PAGE: usize = 1024;
 
-/// The pool of bricks while it is edited.
+/// The pool of bricks during an edit.
 pub(super) struct Pool<'a, T> {
     bricks: &'a mut Bricks,
     texels: Vec<T>,
     samples: usize,
     free: Vec<u32>,
-    /// Of each mixed brick's materials: whose they are.
+    /// The owner of each mixed brick's materials.
     mixed_owners: Vec<u32>,
     mixed_free: Vec<u32>,
 }
@@ -28,7 +29,7 @@ impl<'a, T: Texel> Pool<'a, T> {
         let samples = bricks.layout.brick_samples() as usize;
         let texels = std::mem::replace(&mut bricks.pool, Texels::from_vec(Vec::<T>::new()));
         let mut texels = texels.into_vec::<T>();
-        // Of an empty volume the pool has one brick of zeros.
+        // / An empty volume's pool has one brick of zeros.
         texels.truncate(bricks.cell_of_brick.len() * samples);
         let mixed_owners = std::mem::take(&mut bricks.brick_of_mixed);
         Self {
@@ -41,7 +42,7 @@ impl<'a, T: Texel> Pool<'a, T> {
         }
     }
 
-    /// Put a brick into the cell of a word: over the one that is there, or into one of its own.
+    /// Stores a brick for the cell of a word, over its old brick or in a new place.
     pub(super) fn put(&mut self, at: u32, texels: &[T], material: u32, mixed: &[[u32; 2]]) {
         let word = self.bricks.words[at as usize];
         let brick = if super::is_brick(word) {
@@ -61,7 +62,7 @@ impl<'a, T: Texel> Pool<'a, T> {
         self.bricks.changes.brick(brick);
     }
 
-    /// Free the brick in the cell of a word, if there is one; the word is then whatever it is set to.
+    /// Frees the brick of a word's cell, if there is one. The word then gets a new value.
     pub(super) fn clear(&mut self, at: u32, word: u32) {
         let old = std::mem::replace(&mut self.bricks.words[at as usize], word);
         if super::is_brick(old) {
@@ -71,7 +72,7 @@ impl<'a, T: Texel> Pool<'a, T> {
         }
     }
 
-    /// A place for the brick of a word's cell.
+    /// Takes a place for the brick of a word's cell.
     fn take(&mut self, at: u32) -> u32 {
         if let Some(brick) = self.free.pop() {
             self.bricks.cell_of_brick[brick as usize] = at;
@@ -119,7 +120,7 @@ impl<'a, T: Texel> Pool<'a, T> {
         }
     }
 
-    /// Move the last bricks into what was freed and not taken.
+    /// Moves the last bricks into places that were freed and not reused.
     pub(super) fn close(self) {
         let Self {
             bricks,
@@ -182,7 +183,7 @@ impl<'a, T: Texel> Pool<'a, T> {
         }
         bricks.mixed.truncate(mixed_owners.len() * PLACES);
 
-        // What a great edit took and gave back goes back too.
+        // / Also return memory that a large edit needed.
         if texels.capacity() > texels.len() + 2 * PAGE * samples {
             texels.shrink_to(texels.len() + PAGE * samples);
             bricks.cell_of_brick.shrink_to(count + PAGE);
@@ -205,7 +206,7 @@ impl<'a, T: Texel> Pool<'a, T> {
     }
 }
 
-/// Whose each mixed brick's materials are.
+/// Returns the owner of each mixed brick's materials.
 pub(super) fn owners_of_mixed(materials: &[u32], mixed: &[[u32; 2]]) -> Vec<u32> {
     let mut owners = vec![u32::MAX; mixed.len() / PLACES];
     for (brick, &material) in (0..).zip(materials) {

@@ -1,4 +1,4 @@
-//! What bricks tell: one by one, cell by cell, point by point.
+//! Reads bricks one by one, by cell, and by point.
 
 use super::brick::Brick;
 use super::cell::BrickCell;
@@ -10,7 +10,7 @@ use glam::{IVec3, Vec3};
 use std::ops::Range;
 
 impl Bricks {
-    /// All bricks, in the order of the pool.
+    /// Iterates over all bricks in the order of the pool.
     ///
     /// ```
     /// use argil_field::Program;
@@ -36,8 +36,8 @@ impl Bricks {
         })
     }
 
-    /// The words of all cells from one to before another, x fastest, as a shader of one's own reads them: see `docs/march-bricks.md` of
-    /// the repository. What each means [`Cell::of`] tells.
+    /// Returns the words of all cells from one to before another, x fastest, for a shader of your own: see
+    /// `docs/march-bricks.md` in the repository. [`BrickCell::of`] decodes them.
     ///
     /// ```
     /// # use argil_volume::{BrickLayout, BrickSettings, Bricks, VoxelGrid, BrickCell};
@@ -65,8 +65,8 @@ impl Bricks {
         matches!(self.cell(self.layout.cell_of(point)), BrickCell::Brick(_))
     }
 
-    /// What is stored for a point of the box: in a brick the interpolated distance, else one that is of its sign and never
-    /// longer.
+    /// Returns the stored distance at a point of the box: interpolated in a brick, and a lower bound with the right
+    /// sign elsewhere.
     pub fn distance(&self, point: Vec3) -> f32 {
         let mut out = [0.0];
         match self.layout.encoding.format {
@@ -82,8 +82,8 @@ impl Bricks {
         }
     }
 
-    /// In how many cells other bricks of the same voxels differ: whether there is a brick, its samples, what it looks like.
-    /// Where bricks stand in the pool makes no difference, nor does the box. Of other voxels, all cells differ.
+    /// Counts the cells in which other bricks of the same voxels differ: whether there is a brick, its samples, its
+    /// materials. The order of the pool and the box do not matter. With other voxels, all cells differ.
     pub fn differing_cells(&self, other: &Self) -> u64 {
         let measures = |own: &Self| {
             let lattice = own.layout.voxel_grid;

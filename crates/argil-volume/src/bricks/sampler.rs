@@ -1,7 +1,7 @@
-//! Bricks read for many points at once, in plain loops over lanes that the compiler turns into SIMD.
+//! Reads bricks at many points at once, in plain loops over lanes, which the compiler turns into SIMD.
 //!
-//! *Practice.* As in the crate's other batches, only loads are done lane by lane, and none waits for another. Lanes in empty
-//! cells load from the pool's first brick, which costs less than a branch.
+//! *Practice.* Only loads run lane by lane, and none waits for another. Lanes in empty cells load from the pool's
+//! first brick, which costs less than a branch.
 
 #![expect(
     clippy::needless_range_loop,
@@ -28,24 +28,24 @@ pub struct BrickSampler<'a, T> {
     pub(super) end: [f32; 3],
     pub(super) low: [f32; 3],
     pub(super) last: [f32; 3],
-    /// From the first cell to that of the block where the table begins.
+    /// From the first cell to the first cell of the table.
     to_table: [u32; 3],
     /// Entries of the table's top, and levels below it.
     top: [u32; 3],
     pub(super) levels: u32,
     entries: &'a [u32],
-    /// Bricks that there are.
+    /// Number of bricks.
     count: u32,
-    /// The length that an integer of 1 stands for.
+    /// The distance that one code step means.
     pub(super) quantum: f32,
-    /// By how much a distance can change over a voxel's edge.
+    /// How much a distance can change over a voxel's edge.
     steepness: f32,
 }
 
-/// Whole numbers from 0 to below 2³¹.
+/// Converts a whole number from 0 to below 2³¹.
 ///
 /// # Safety
-/// It is one, with a fraction or without.
+/// `v` must be in that range. A fraction is cut off.
 #[inline(always)]
 unsafe fn whole(v: f32) -> u32 {
     // SAFETY: as is asked for.
@@ -58,7 +58,7 @@ pub(super) fn low(a: f32, b: f32) -> f32 {
 }
 
 impl<'a, T: Texel> BrickSampler<'a, T> {
-    /// Over bricks whose samples are of this type; `None` for others.
+    /// Creates a sampler. Returns `None` if the samples have another type.
     pub fn new(bricks: &'a Bricks) -> Option<Self> {
         let layout = *bricks.layout();
         let encoding = &layout.encoding;
@@ -68,7 +68,7 @@ impl<'a, T: Texel> BrickSampler<'a, T> {
         let to_table = low - table_low * BLOCK_SIDE as i32;
         let blocks = top.as_ivec3() * (1 << (3 * table.levels()));
         let reach = high - low + to_table;
-        // What is read without a look at where it stands is there.
+        // / Reads without bounds checks stay within the tables.
         let is_held = to_table.cmpge(IVec3::ZERO).all()
             && reach.cmple(blocks * BLOCK_SIDE as i32).all()
             && bricks.words().len() >= table.slots() * 64;
@@ -95,14 +95,14 @@ impl<'a, T: Texel> BrickSampler<'a, T> {
         })
     }
 
-    /// Whether empty space is told of in cubes larger than blocks.
+    /// Whether empty space is known in cubes larger than blocks.
     #[inline(always)]
     pub fn has_levels(&self) -> bool {
         self.levels > 0
     }
 
-    /// Cells along the side of the empty cube that a lane's cell is in, which is aligned to its own size; 0 where there is a
-    /// block.
+    /// Returns the cells along the side of the empty cube that contains a lane's cell. The cube is aligned to its
+    /// size. 0 if there is a block.
     #[inline(always)]
     pub fn empty_cells(&self, at: &CellLocations, i: usize) -> u32 {
         let slot = at.index[i] / 64;
@@ -113,8 +113,8 @@ impl<'a, T: Texel> BrickSampler<'a, T> {
         }
     }
 
-    /// Of a lane in a cell without a brick, the signed distance that it does not fall short of: that of the cell's center,
-    /// less what it can be on the way.
+    /// Returns a lower bound of the signed distance for a lane in a cell without a brick: the center's, minus what
+    /// the way can change.
     #[inline(always)]
     pub fn empty_cell_distance(&self, at: &CellLocations, i: usize) -> f32 {
         let center = center_of(at.word[i]);
@@ -125,22 +125,22 @@ impl<'a, T: Texel> BrickSampler<'a, T> {
             at.inner[2][i] - half,
         );
         let left = center.abs() - self.steepness * (x * x + y * y + z * z).sqrt();
-        // Never quite 0, so that the sign stays.
+        // / Never quite 0, so that the sign survives.
         let left = if left > 1e-30 { left } else { 1e-30 };
         if center < 0.0 { -left } else { left }
     }
 
-    /// Where cells and bricks lie.
+    /// Returns the layout of cells and bricks.
     pub fn layout(&self) -> &BrickLayout {
         &self.layout
     }
 
-    /// The length that an integer of 1 stands for.
+    /// Returns the distance that one code step means.
     pub fn quantum(&self) -> f32 {
         self.quantum
     }
 
-    /// The cells of points of the box in voxels from its corner; points outside count as the nearest ones in it.
+    /// Finds the cells of points, in voxels from the box's corner. Points outside count as the nearest ones inside.
     ///
     /// # Panics
     /// If there are more points than [`LANES`], or the slices differ in length.
@@ -157,7 +157,7 @@ impl<'a, T: Texel> BrickSampler<'a, T> {
             let (cells, inner) = (&mut out.cell[axis], &mut out.inner[axis]);
             for i in 0..n {
                 let u = points[axis][i];
-                // Not a number becomes the first.
+                // / NaN becomes the first position.
                 let u = if u > begin { u } else { begin };
                 let u = low(u, end);
                 let place = u * per_cell - first;
@@ -173,7 +173,7 @@ impl<'a, T: Texel> BrickSampler<'a, T> {
         let [fx, fy, fz] = self.low;
         let [nx, ny, _] = self.top;
         let shift = 3 * self.levels;
-        // From the table's first cell on.
+        // / From the table's first cell on.
         let mut place = [[0u32; LANES]; 3];
         for i in 0..n {
             // SAFETY: each is a whole number between 0 and the number of cells along the axis.
@@ -224,10 +224,11 @@ impl<'a, T: Texel> BrickSampler<'a, T> {
         }
     }
 
-    /// The corners of the voxels that points lie in; of points in cells without a brick, anything.
+    /// Loads the corner samples of the voxels that contain the points. The result is arbitrary for points in cells
+    /// without a brick.
     ///
     /// # Panics
-    /// If `n` exceeds the batch size.
+    /// If `n` exceeds [`LANES`].
     #[inline(always)]
     pub fn voxel_samples(&self, at: &CellLocations, n: usize, out: &mut VoxelSamples) {
         assert!(n <= LANES);
@@ -254,7 +255,7 @@ impl<'a, T: Texel> BrickSampler<'a, T> {
                     whole(out.voxel[2][i]),
                 )
             };
-            // A word that names no brick that there is counts as none: anybody may have written it.
+            // / A word that names a missing brick counts as none, because words may come from a file.
             let brick = if at.word[i] < self.count {
                 at.word[i]
             } else {
@@ -271,8 +272,8 @@ impl<'a, T: Texel> BrickSampler<'a, T> {
         }
     }
 
-    /// The samples beyond the faces of a lane's voxel that are nearest to a place in it: in its own brick, or in the
-    /// neighbor's where there is one.
+    /// Loads the samples beyond the faces of a lane's voxel that are nearest to a position in it, from its own
+    /// brick or a neighbor's.
     #[inline(always)]
     pub fn neighbor_planes(
         &self,
@@ -299,7 +300,7 @@ impl<'a, T: Texel> BrickSampler<'a, T> {
                 })
             } else {
                 self.neighbor(at, i, axis, goes_up).map(|brick| {
-                    // The same place in the neighbor, one plane from the common face.
+                    // / The same position in the neighbor, one plane from the common face.
                     let own = at.word[i] * self.layout.brick_samples();
                     let inner = start - own - voxel * stride;
                     let plane = if goes_up { 1 } else { last };
@@ -313,14 +314,14 @@ impl<'a, T: Texel> BrickSampler<'a, T> {
                 strides[2 - (axis == 2) as usize],
             );
             for (k, step) in [0, a, b, a + b].into_iter().enumerate() {
-                // Bricks end where voxels do: all four are in the brick.
+                // / Bricks end where voxels do, so all four are in the brick.
                 let sample = self.pool.get((first + step) as usize);
                 out.plane[axis][k][i] = sample.map_or(0.0, |s| s.integer());
             }
         }
     }
 
-    /// The brick of the cell beside a lane's.
+    /// Returns the brick of the cell next to a lane's.
     #[inline(always)]
     fn neighbor(&self, at: &CellLocations, i: usize, axis: usize, goes_up: bool) -> Option<u32> {
         let mut cell = IVec3::new(

@@ -1,8 +1,8 @@
-//! Where blocks of cells are: a tree over space whose leaves are slots of blocks, in place of a word for each cell of a box.
+//! Finds blocks: a tree over space whose leaves are slots of blocks.
 //!
-//! *Practice.* The top is a small array over the box of all blocks, whose entries are cubes of 8^levels blocks; below it are
-//! nodes of 8³ entries. A scene of usual size has no level but the top, whose entries are blocks then. What has no block is
-//! far from every surface; its entry names a slot of words that say so, and how large the empty cube is.
+//! *Practice.* The top is a small array over the box of all blocks. Its entries are cubes of 8^levels blocks. Below
+//! it are nodes of 8³ entries. Typical scenes have only the top, and its entries are blocks. A missing block is far
+//! from every surface: its entry names a slot of words that say so, and how large the empty cube is.
 //! `bricks/words.wgsl` has the twin of the look-up.
 
 use super::BLOCK_SIDE;
@@ -15,15 +15,15 @@ use std::ops::Range;
 const NODE_BITS: u32 = 3;
 /// Entries of a node.
 const NODE: usize = 1 << (3 * NODE_BITS);
-/// Most entries of the top; with more there is another level.
+/// Maximum entries of the top. More entries add a level.
 const MAX_TOP: u64 = 1 << 16;
-/// Most levels: enough for as many voxels as can be counted.
+/// Maximum levels: enough for all voxels that can be counted.
 const MAX_LEVELS: u32 = 7;
-/// In place of a block that a slot has not.
+/// The block of a slot that has none.
 const NONE: IVec3 = IVec3::splat(i32::MIN / 64);
 const _: () = assert!(FAR_SLOTS == 2 * (MAX_LEVELS + 1), "two for each level");
 
-/// Where blocks are. See the module's page.
+/// A map from block positions to slots. A slot has 64 words, one per cell.
 #[derive(Clone, Debug)]
 pub struct BlockTable {
     /// The first entry of the top, in blocks.
@@ -31,13 +31,13 @@ pub struct BlockTable {
     /// Entries of the top.
     size: UVec3,
     levels: u32,
-    /// The top, then nodes.
+    /// The top, and then nodes.
     entries: Vec<u32>,
     free_nodes: Vec<u32>,
-    /// Of each slot: which block, and of one that is free, nothing that means anything.
+    /// The block of each slot. Arbitrary for free slots.
     blocks: Vec<IVec3>,
     free: Vec<u32>,
-    /// What was changed among the entries since it was last asked for.
+    /// The range of entries that changed since it was last taken.
     changed: Range<usize>,
 }
 
@@ -48,12 +48,12 @@ impl PartialEq for BlockTable {
     }
 }
 
-/// What of a block a slot is for: far from everything, outside or inside.
+/// Returns the entry of a far cube on a level, outside or inside the solid.
 fn far_entry(level: u32, inside: bool) -> u32 {
     FAR_ENTRY | (2 * level + u32::from(inside))
 }
 
-/// The words of the slots that no block has.
+/// Returns the words of the slots that no block has.
 pub fn far_words(far: f32) -> Vec<u32> {
     let of_slot = |slot: u32| {
         let center = if slot & 1 == 0 { far } else { -far };
@@ -63,7 +63,7 @@ pub fn far_words(far: f32) -> Vec<u32> {
 }
 
 impl BlockTable {
-    /// Without blocks, for those from `low` to before `high`.
+    /// Creates a table without blocks, for blocks from `low` to before `high`.
     pub fn new(low: IVec3, high: IVec3) -> Self {
         let mut table = Self {
             low,
@@ -79,33 +79,33 @@ impl BlockTable {
         table
     }
 
-    /// Levels below the top.
+    /// Returns the number of levels below the top.
     pub fn levels(&self) -> u32 {
         self.levels
     }
 
-    /// The first entry of the top, in blocks, and entries of the top along each axis.
+    /// Returns the first entry of the top, in blocks, and the number of its entries along each axis.
     pub fn top(&self) -> (IVec3, UVec3) {
         (self.low, self.size)
     }
 
-    /// The top, x fastest, then nodes of 8³. An entry is a slot or, above the last level, where a node begins; or a
+    /// Returns the top, x fastest, and then nodes of 8³. An entry is a slot, the start of a node, or a
     /// [`FAR_ENTRY`].
     pub fn entries(&self) -> &[u32] {
         &self.entries
     }
 
-    /// The entries that may have changed since this was last asked for.
+    /// Takes the range of entries that may have changed since the last call.
     pub fn take_changed(&mut self) -> Range<usize> {
         std::mem::replace(&mut self.changed, 0..0)
     }
 
-    /// Slots that there are, free ones and those of no block among them.
+    /// Returns the number of slots, including free ones and the far slots.
     pub fn slots(&self) -> usize {
         self.blocks.len()
     }
 
-    /// Number of blocks.
+    /// Returns the number of blocks.
     pub fn len(&self) -> usize {
         self.blocks.len() - FAR_SLOTS as usize - self.free.len()
     }
@@ -115,28 +115,28 @@ impl BlockTable {
         self.len() == 0
     }
 
-    /// Bytes of the tree and of what is known of slots.
+    /// Returns the bytes of the tree and the slots' positions.
     pub fn memory_bytes(&self) -> u64 {
         (size_of_val(&self.entries[..]) + size_of_val(&self.blocks[..])) as u64
     }
 
-    /// The first cell of the block in a slot.
+    /// Returns the first cell of the block in a slot.
     pub fn cell(&self, slot: usize) -> IVec3 {
         self.blocks[slot] * BLOCK_SIDE as i32
     }
 
-    /// All blocks and their slots.
+    /// Iterates over all blocks and their slots.
     pub fn blocks(&self) -> impl Iterator<Item = (usize, IVec3)> + '_ {
         let all = self.blocks.iter().copied().enumerate();
         all.filter(|(_, block)| *block != NONE)
     }
 
-    /// The slot in which to look for a block's words: its own, or one of far words.
+    /// Returns the slot with a block's words: its own, or a far slot.
     #[inline]
     pub fn slot(&self, block: IVec3) -> u32 {
         let at = block - self.low;
         let top = (at >> (NODE_BITS * self.levels)).as_uvec3();
-        // What is below wraps around.
+        // / Coordinates below the first entry wrap around.
         if !top.cmplt(self.size).all() {
             return far_entry(self.levels, false) & !FAR_ENTRY;
         }
@@ -150,12 +150,12 @@ impl BlockTable {
         entry & !FAR_ENTRY
     }
 
-    /// The slot of a block that is there.
+    /// Returns the slot of a block, or `None` if it is missing.
     pub fn find(&self, block: IVec3) -> Option<u32> {
         Some(self.slot(block)).filter(|&slot| slot >= FAR_SLOTS)
     }
 
-    /// Put a block in; its slot. The box of blocks grows to hold it.
+    /// Inserts a block and returns its slot. The box of blocks grows to contain it.
     pub fn insert(&mut self, block: IVec3) -> u32 {
         self.cover(block, block + 1);
         let at = block - self.low;
@@ -179,15 +179,14 @@ impl BlockTable {
         slot
     }
 
-    /// Take a block out that is far from everything now, on one side.
+    /// Removes a block that is far from everything now, on one side.
     pub fn remove(&mut self, block: IVec3, inside: bool) {
         if self.find(block).is_some() {
             self.set_far(block, block + 1, inside);
         }
     }
 
-    /// Say of the blocks from `low` to before `high` that they are far from everything, on one side; those that are there are
-    /// taken out.
+    /// Marks the blocks from `low` to before `high` as far from everything, on one side, and removes existing ones.
     pub fn set_far(&mut self, low: IVec3, high: IVec3, inside: bool) {
         let end = self.low + (self.size.as_ivec3() << (NODE_BITS * self.levels));
         let (low, high) = (low.max(self.low), high.min(end));
@@ -204,7 +203,7 @@ impl BlockTable {
         }
     }
 
-    /// The same within an entry of a level.
+    /// Marks blocks within an entry of a level.
     fn set_far_in(
         &mut self,
         place: usize,
@@ -236,14 +235,14 @@ impl BlockTable {
             let to = node + (inner.x + 8 * inner.y + 64 * inner.z) as usize;
             self.set_far_in(to, corner, level - 1, (low, high), inside);
         }
-        // A node without anything is an entry again.
+        // / A node with nothing in it becomes an entry again.
         if self.entries[node..node + NODE].iter().all(|&e| is_so(e)) {
             self.free_nodes.push(node as u32);
             self.set(place, far);
         }
     }
 
-    /// Give back what an entry of a level holds.
+    /// Releases what an entry of a level contains.
     fn release_node(&mut self, place: usize, level: u32) {
         let entry = self.entries[place];
         if entry & FAR_ENTRY != 0 {
@@ -260,13 +259,13 @@ impl BlockTable {
         self.free_nodes.push(entry);
     }
 
-    /// Where the node of an entry begins, which is made if there is none.
+    /// Returns the start of an entry's node, and creates one if needed.
     fn node_at(&mut self, place: usize) -> usize {
         let entry = self.entries[place];
         if entry & FAR_ENTRY == 0 {
             return entry as usize;
         }
-        // Of the level above: the words of what is around tell the same, of a smaller cube.
+        // / An entry of the level above: its words hold for smaller cubes too.
         let below = FAR_ENTRY | (entry & !FAR_ENTRY).saturating_sub(2);
         let node = match self.free_nodes.pop() {
             Some(node) => {
@@ -304,16 +303,16 @@ impl BlockTable {
         (top.x + self.size.x * (top.y + self.size.y * top.z)) as usize
     }
 
-    /// Have room for the blocks from `low` to before `high`.
+    /// Grows to contain the blocks from `low` to before `high`.
     pub fn cover(&mut self, low: IVec3, high: IVec3) {
         let end = self.low + (self.size.as_ivec3() << (NODE_BITS * self.levels));
         if low.cmplt(self.low).any() || high.cmpgt(end).any() {
-            // What is inside stays inside: only solids without end reach beyond the box, and that is cut.
+            // / What is inside stays inside: only endless solids extend beyond the box, and they are clipped.
             self.reroot(self.low.min(low), end.max(high));
         }
     }
 
-    /// Make the tree again, over another box that holds this one.
+    /// Builds the tree again over a larger box.
     fn reroot(&mut self, low: IVec3, high: IVec3) {
         let old = self.clone();
         let extent = (high - low).max(IVec3::ONE).as_uvec3();
@@ -328,7 +327,7 @@ impl BlockTable {
             levels += 1;
         }
         let edge = 1 << (NODE_BITS * levels);
-        // Cubes lie where those of any other box lie.
+        // / Cubes have the same positions in any box.
         self.low = (low >> (NODE_BITS * levels)) << (NODE_BITS * levels);
         self.size = ((high - self.low + (edge - 1)) >> (NODE_BITS * levels)).as_uvec3();
         self.levels = levels;
@@ -348,7 +347,7 @@ impl BlockTable {
         }
     }
 
-    /// The cubes of blocks that are not there, as they are far inside: from one block to before another.
+    /// Calls `tell` for each cube of missing blocks far inside the solid, from one block to before another.
     pub fn each_inside(&self, mut tell: impl FnMut(IVec3, IVec3)) {
         let edge = 1 << (NODE_BITS * self.levels);
         let mut open: Vec<(u32, IVec3, u32)> = Vec::new();
@@ -372,21 +371,21 @@ impl BlockTable {
         }
     }
 
-    /// Cells along the side of the empty cube that a slot of far words is for.
+    /// Returns the cells along the side of the empty cube that a far slot means.
     #[inline]
     pub fn far_cells(slot: u32) -> u32 {
         BLOCK_SIDE << (NODE_BITS * (slot / 2))
     }
 }
 
-/// Which of a node's entries a block is in, counted from the tree's first block.
+/// Returns the index of a block within a node, counted from the tree's first block.
 #[inline(always)]
 fn child(at: IVec3, level: u32) -> usize {
     let inner = (at >> (NODE_BITS * level)) & 7;
     (inner.x + 8 * inner.y + 64 * inner.z) as usize
 }
 
-/// All places from one to another, x fastest.
+/// Iterates over all positions from one to another, x fastest.
 pub(super) fn places(first: IVec3, last: IVec3) -> impl Iterator<Item = IVec3> {
     (first.z..=last.z).flat_map(move |z| {
         (first.y..=last.y).flat_map(move |y| (first.x..=last.x).map(move |x| IVec3::new(x, y, z)))

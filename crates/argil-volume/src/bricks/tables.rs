@@ -1,4 +1,4 @@
-//! What sparse bricks hold.
+//! The tables of sparse bricks.
 
 use super::cell::{BrickCell, inner_cell};
 use super::changes::{BrickChanges, ChangeLog};
@@ -9,58 +9,73 @@ use argil_field::CELLS_PER_BATCH;
 use glam::IVec3;
 
 /// A sparse volume of bricks.
+///
+/// ```
+/// use argil_field::Program;
+/// use argil_scene::{Scene, Shape};
+/// use argil_volume::{BrickLayout, BrickSettings, Bricks, VoxelGrid};
+/// let mut scene = Scene::new();
+/// scene.push(Shape::sphere(0.5))?;
+/// let program = Program::lower(&scene)?;
+/// let grid = VoxelGrid::fitting(program.aabb(), None, 64)?;
+/// let layout = BrickLayout::new(grid, &BrickSettings::default())?;
+/// let (bricks, _) = Bricks::bake(&program, layout, None)?;
+/// assert!(bricks.has_brick([0.5, 0.0, 0.0].into()));
+/// assert!(!bricks.has_brick([0.0, 0.0, 0.0].into()));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Bricks {
     pub(super) layout: BrickLayout,
-    /// By how much distances can change over a length of 1.
+    /// The Lipschitz constant of the distances.
     pub(super) lipschitz: f32,
-    /// Which blocks there are.
+    /// The blocks.
     pub(super) table: BlockTable,
-    /// A bit for each cell of a slot's block that has a brick.
+    /// For each slot, a bit for each cell with a brick.
     pub(super) masks: Vec<u64>,
-    /// What is in each cell, slot by slot.
+    /// The word of each cell, slot by slot.
     pub(super) words: Vec<u32>,
-    /// Whose brick it is: the place of its cell's word.
+    /// The owner of each brick: the index of its cell's word.
     pub(super) cell_of_brick: Vec<u32>,
-    /// What each brick looks like.
+    /// The material of each brick.
     pub(super) materials: Vec<u32>,
     /// The materials of mixed bricks.
     pub(super) mixed: Vec<[u32; 2]>,
-    /// Which brick each of those is of.
+    /// The brick of each mixed brick's materials.
     pub(super) brick_of_mixed: Vec<u32>,
     pub(super) pool: Texels,
     pub(super) changes: ChangeLog,
 }
 
 impl Bricks {
-    /// What edits have changed since this was last called, or since the bake: what a copy elsewhere, as on a renderer's own GPU, has
-    /// to bring over. Its brick `n` is at `n · (brick + 1)³` samples of [`Bricks::pool`], its slot `n` at `64 n` of
-    /// [`Bricks::words`].
+    /// Takes the list of what edits changed since the last call or the bake. A copy elsewhere, such as on a
+    /// renderer's GPU, updates from it. Brick `n` is at `n · (brick_size_voxels + 1)³` samples of [`Bricks::pool`],
+    /// and slot `n` at `64 n` of [`Bricks::words`].
     pub fn take_changes(&mut self) -> BrickChanges {
         self.changes.take(self.cell_of_brick.len() as u32)
     }
 
-    /// Its measures.
+    /// Returns the layout of cells and bricks.
     pub fn layout(&self) -> &BrickLayout {
         &self.layout
     }
 
-    /// By how much distances can change over a length of 1.
+    /// Returns the Lipschitz constant of the distances.
     pub fn lipschitz(&self) -> f32 {
         self.lipschitz
     }
 
-    /// Which blocks there are, and their slots.
+    /// Returns the blocks and their slots.
     pub fn table(&self) -> &BlockTable {
         &self.table
     }
 
-    /// What is in each cell, slot by slot; the first slots are of no block and tell of what is far.
+    /// Returns the word of each cell, slot by slot. The first slots are the far slots.
     pub fn words(&self) -> &[u32] {
         &self.words
     }
 
-    /// A bit for each cell with a brick, a mask for each slot.
+    /// Returns the mask of each slot: a bit for each cell with a brick.
     pub fn masks(&self) -> &[u64] {
         &self.masks
     }
@@ -69,7 +84,7 @@ impl Bricks {
         self.layout.voxel_grid.is_clipped = is_cut;
     }
 
-    /// The same voxels over a larger box. Nothing is sampled.
+    /// Grows to a larger box with the same voxels. Samples nothing.
     pub fn grow(&mut self, layout: BrickLayout) {
         let same = (
             self.layout.voxel_grid.corner,
@@ -82,17 +97,17 @@ impl Bricks {
         }
     }
 
-    /// Whose each brick is: the place of its cell's word.
+    /// Returns the owner of each brick: the index of its cell's word.
     pub fn cell_of_brick(&self) -> &[u32] {
         &self.cell_of_brick
     }
 
-    /// The bricks' samples, brick by brick. Where there is no brick at all, there is one of zeros.
+    /// Returns the samples, brick by brick. An empty volume has one brick of zeros.
     pub fn pool(&self) -> &Texels {
         &self.pool
     }
 
-    /// Number of bricks.
+    /// Returns the number of bricks.
     pub fn len(&self) -> usize {
         self.cell_of_brick.len()
     }
@@ -102,7 +117,7 @@ impl Bricks {
         self.cell_of_brick.is_empty()
     }
 
-    /// Bytes of everything.
+    /// Returns the bytes of everything.
     pub fn memory_bytes(&self) -> u64 {
         let tables = size_of_val(&self.masks[..])
             + size_of_val(&self.words[..])
@@ -113,7 +128,7 @@ impl Bricks {
         self.table.memory_bytes() + tables as u64 + self.pool.bytes().len() as u64
     }
 
-    /// Where a cell's word stands.
+    /// Returns the index of a cell's word.
     #[inline]
     pub fn word_index(&self, cell: IVec3) -> usize {
         let side = BLOCK_SIDE as i32;
@@ -123,12 +138,12 @@ impl Bricks {
             + (inner.x + side * (inner.y + side * inner.z)) as usize
     }
 
-    /// The cell whose word stands there, of a block.
+    /// Returns the cell of a word in a block.
     pub fn cell_at(&self, index: usize) -> IVec3 {
         self.table.cell(index / CELLS_PER_BATCH) + inner_cell(index % CELLS_PER_BATCH)
     }
 
-    /// What is in a cell, wherever it is.
+    /// Returns the contents of a cell anywhere.
     pub fn cell(&self, cell: IVec3) -> BrickCell {
         BrickCell::of(self.words[self.word_index(cell)])
     }

@@ -1,4 +1,4 @@
-//! Sparse bricks as a representation, and in a volume file.
+//! Sparse bricks as a kind of volume, and in files.
 
 use super::cell::{center_of, is_block_empty};
 use crate::{
@@ -77,7 +77,7 @@ impl VolumeKind for Bricks {
     }
 
     fn file_parts(&self) -> FilePart<'_> {
-        // Without slots that are of no block.
+        // / Without the far slots.
         let (mut blocks, mut inside) = (Vec::new(), Vec::new());
         let mut cells: Vec<u8> = Vec::new();
         for (slot, block) in self.table().blocks() {
@@ -165,7 +165,7 @@ impl VolumeKind for Bricks {
     }
 }
 
-/// The table of blocks, and the words of its slots.
+/// Returns the table of blocks, and the words of its slots.
 fn blocks_of(
     file: &FileReader<'_>,
     layout: &BrickLayout,
@@ -209,7 +209,8 @@ fn blocks_of(
     Ok((table, words))
 }
 
-/// Of version 1, which has the words of all blocks of the box: the table of those that are not far from everything.
+/// Returns the table of blocks for files of version 1, which store the words of all blocks in the box. Far blocks
+/// are omitted.
 fn all_blocks(layout: &BrickLayout, cells: &[u32]) -> Option<(BlockTable, Vec<u32>)> {
     let [low, high] = layout.block_range();
     let size = (high - low).as_uvec3();

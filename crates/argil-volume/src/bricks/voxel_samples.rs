@@ -1,19 +1,19 @@
-//! Where points lie among bricks, and the samples around them.
+//! The positions of points among bricks, and the samples around them.
 
 use crate::Texel;
 use crate::mip_sampler::unpacked;
 use argil_field::LANES;
 
-/// Where points lie: their cell, its word, and the place in it in voxels.
+/// The cells of points, their words, and the positions within them in voxels.
 #[derive(Debug)]
 pub struct CellLocations {
-    /// The cell's place along each axis.
+    /// The cell along each axis.
     pub cell: [[f32; LANES]; 3],
-    /// From the cell's least corner, 0 to the brick's side.
+    /// Position from the cell's minimum corner, from 0 to the brick's side.
     pub inner: [[f32; LANES]; 3],
-    /// What is in the cell.
+    /// The cell's word.
     pub word: [u32; LANES],
-    /// Where the word stands.
+    /// The index of the word.
     pub index: [u32; LANES],
 }
 
@@ -28,23 +28,22 @@ impl Default for CellLocations {
     }
 }
 
-/// The samples at a voxel's corners, two neighbors along x in each word, and where in the voxel a point is.
+/// The samples at a voxel's corners, two neighbors along x in each word, and a point's position in the voxel.
 #[derive(Debug)]
 pub struct VoxelSamples {
     pub(crate) pairs: [[u32; LANES]; 4],
-    /// The voxel's place in its brick.
+    /// The voxel's position in its brick.
     pub voxel: [[f32; LANES]; 3],
-    /// From the voxel's least corner, 0 to 1.
+    /// Position from the voxel's minimum corner, from 0 to 1.
     pub fraction: [[f32; LANES]; 3],
-    /// Where the voxel's first sample stands.
+    /// The index of the voxel's first sample.
     pub(super) start: [u32; LANES],
 }
 
-/// Beyond the face of a voxel that is nearest along each axis: the next plane of samples, four each, and 1 for whether they
-/// are there.
+/// For each axis, the next plane of samples beyond the nearest face of a voxel, four each, and 1 if they exist.
 #[derive(Debug)]
 pub struct NeighborPlanes {
-    /// By axis: first along the lower of the other two axes.
+    /// By axis. The lower of the other two axes is fastest.
     pub plane: [[[f32; LANES]; 4]; 3],
     /// By axis.
     pub is_there: [[f32; LANES]; 3],
@@ -71,7 +70,7 @@ impl Default for VoxelSamples {
 }
 
 impl VoxelSamples {
-    /// The eight corners of a lane, x fastest.
+    /// Returns the eight corner codes of a lane, x fastest.
     #[inline(always)]
     pub fn integers<T: Texel>(&self, i: usize) -> [f32; 8] {
         let (a, b) = unpacked::<T>(self.pairs[0][i]);
@@ -81,7 +80,7 @@ impl VoxelSamples {
         [a, b, c, d, e, f, g, h]
     }
 
-    /// What is interpolated between a lane's corners.
+    /// Returns the interpolated value of a lane.
     #[inline(always)]
     pub fn value<T: Texel>(&self, i: usize) -> f32 {
         let [a, b, c, d, e, f, g, h] = self.integers::<T>(i);

@@ -1,4 +1,4 @@
-//! A dense volume as a representation, and in a volume file.
+//! Dense volumes as a kind of volume, and in files.
 
 use crate::{
     Dense, Encoding, FilePart, FileReader, RESOLUTIONS, Section, VolumeError, VolumeInfo,

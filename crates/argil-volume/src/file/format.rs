@@ -1,4 +1,4 @@
-//! What a volume file is made of, and what can be wrong with it.
+//! The parts of a volume file, and what can be wrong with them.
 
 use std::borrow::Cow;
 use std::fmt;
@@ -12,37 +12,37 @@ pub(super) const HEADER_BYTES: usize = 32;
 pub(super) const ENTRY_BYTES: usize = 32;
 pub(super) const ALIGNMENT: u64 = 64;
 pub(super) const MAX_SECTIONS: u32 = 32;
-/// One for each level of detail that a volume can have.
+/// One character for each level of detail.
 pub(super) const DIGITS: &[u8; 12] = b"0123456789AB";
 
-/// A part of the file.
+/// A section of the file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Section {
-    /// The first bytes and the table of sections.
+    /// The first bytes, and the table of sections.
     Header,
-    /// What the volume is.
+    /// The description of the volume.
     Description,
     /// The scene.
     Scene,
     /// The scene's meshes.
     Meshes,
-    /// Codes of bricks.
+    /// Codes of an octree's bricks.
     Codes,
-    /// Nodes above bricks.
+    /// Nodes above an octree's bricks.
     Nodes,
-    /// Where levels of nodes begin.
+    /// Indices where levels of nodes begin.
     Levels,
-    /// Which blocks of cells there are.
+    /// The blocks of sparse bricks.
     Blocks,
-    /// What is far inside.
+    /// Empty cubes inside the solid.
     Inside,
-    /// Words of cells.
+    /// Cells of sparse bricks.
     Cells,
-    /// What bricks look like.
+    /// Materials of sparse bricks.
     Materials,
-    /// The materials of mixed bricks.
+    /// Materials of mixed bricks.
     Mixed,
-    /// Texels of a level of detail, or the samples of bricks.
+    /// Samples of a level, or of sparse bricks.
     Texels(u8),
 }
 
@@ -109,62 +109,63 @@ impl fmt::Display for Section {
     }
 }
 
-/// Why a volume file could not be read.
+/// The reason why a volume file cannot be read.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum VolumeError {
-    /// The file could not be opened or read.
+    /// The file cannot be opened or read.
     #[error("{path}")]
     Io {
-        /// Which file.
+        /// Path of the file.
         path: PathBuf,
-        /// What the system said.
+        /// The system's error.
         source: std::io::Error,
     },
-    /// It is not a volume file at all.
+    /// The file is not a volume file.
     #[error("{0}: not a volume file")]
     Other(PathBuf),
-    /// It was written by a newer program.
+    /// A newer program wrote the file.
     #[error(
         "{path}: format version {found} is newer than this program reads ({FORMAT_VERSION}): update argil"
     )]
     Newer {
-        /// Which file.
+        /// Path of the file.
         path: PathBuf,
         /// Its version.
         found: u32,
     },
-    /// It ends too early.
+    /// The file is truncated.
     #[error(
         "{path}: {section} ends at byte {end}, and the file has {size}: it was cut short; bake it again"
     )]
     Truncated {
-        /// Which file.
+        /// Path of the file.
         path: PathBuf,
-        /// What is cut.
+        /// The section that is cut off.
         section: Section,
-        /// Where it should end.
+        /// Byte at which it should end.
         end: u64,
-        /// Bytes there are.
+        /// Bytes in the file.
         size: u64,
     },
-    /// A part is not what it should be.
+    /// A section is damaged or inconsistent.
     #[error("{path}: {section}: {reason}; bake it again")]
     Content {
-        /// Which file.
+        /// Path of the file.
         path: PathBuf,
-        /// Which part.
+        /// The section.
         section: Section,
         /// What is wrong.
         reason: String,
     },
 }
 
-/// What a volume file keeps of a volume, besides its lattice and its encoding.
+/// What a volume file stores of a volume, besides its grid and its encoding.
 #[derive(Debug)]
 pub struct FilePart<'a> {
-    /// Three numbers of its own: of a dense volume its levels, of bricks 1, the voxels along a brick's side, and one more.
+    /// Three numbers of the volume's own: for a dense volume its levels; for bricks 1, the voxels along a brick's
+    /// side, and one more.
     pub own: [u32; 3],
-    /// Its sections, what is large borrowed.
+    /// Its sections. Large ones are borrowed.
     pub sections: Vec<(Section, Cow<'a, [u8]>)>,
 }

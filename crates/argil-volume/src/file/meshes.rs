@@ -1,4 +1,4 @@
-//! The meshes that a volume's scene names: their distances, so that a volume stands alone.
+//! The meshes of a volume's scene. Their samples are stored, so that a volume file is complete by itself.
 //!
 //! ```text
 //!   of each mesh: bytes of its path  resolution  the box around it, 6 numbers  words, 8 bytes  path  words
@@ -10,16 +10,16 @@ use argil_math::Aabb;
 use glam::Vec3;
 use std::borrow::Cow;
 
-/// A mesh that a volume's scene names, sampled.
+/// A sampled mesh of a volume's scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StoredMesh<'a> {
-    /// As the scene names it.
+    /// Path in the scene.
     pub path: Cow<'a, str>,
     /// Samples along its longest side.
     pub resolution: u32,
-    /// A box around the solid.
+    /// The box of the solid.
     pub solid: Aabb,
-    /// Its distances, as `SampledGrid` of `argil-scene` has them.
+    /// Its samples, as the words of `SampledGrid` in `argil-scene`.
     pub words: Cow<'a, [f32]>,
 }
 
@@ -42,7 +42,7 @@ pub(super) fn bytes_of(meshes: &[StoredMesh<'_>]) -> Vec<u8> {
     out
 }
 
-/// `None` if the bytes are not those of meshes.
+/// Reads meshes. Returns `None` if the bytes are not valid.
 pub(super) fn meshes_of(mut bytes: &[u8]) -> Option<Vec<StoredMesh<'static>>> {
     let number = |four: &[u8]| Some(u32::from_le_bytes(four.try_into().ok()?));
     let mut meshes = Vec::new();

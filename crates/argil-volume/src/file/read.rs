@@ -1,4 +1,4 @@
-//! Reading volume files.
+//! Reads volume files.
 
 use super::format::{MAGIC, Section, VolumeError};
 use super::meshes::{StoredMesh, meshes_of};
@@ -12,21 +12,23 @@ use std::fs::File;
 use std::path::Path;
 use std::sync::Arc;
 
-/// What a volume file holds.
+/// The contents of a volume file.
+///
+/// [`VolumeFile::open`] reads one, and [`write`](super::write::write) writes one.
 #[derive(Clone, Debug, PartialEq)]
 pub struct VolumeFile {
-    /// The distances.
+    /// The samples.
     pub volume: Volume,
-    /// The scene that they were sampled from, as a scene file's text; may be empty.
+    /// The scene that was sampled, as JSON text. May be empty.
     pub scene_json: String,
-    /// The meshes that the scene names; none in files of version 1.
+    /// The meshes of the scene. Files of version 1 have none.
     pub meshes: Vec<StoredMesh<'static>>,
 }
 
 impl VolumeFile {
     /// Whether a file begins as volume files do.
     pub fn is_volume_file(path: &Path) -> bool {
-        // What is read from a pipe cannot be read again.
+        // / A pipe can be read only once.
         if !std::fs::metadata(path).is_ok_and(|m| m.is_file()) {
             return false;
         }
@@ -36,15 +38,16 @@ impl VolumeFile {
         read.is_ok() && begin == MAGIC
     }
 
-    /// Read a file by mapping it into memory.
+    /// Reads a file by mapping it into memory. No other program may shorten the file meanwhile.
     ///
     /// # Errors
-    /// If the file cannot be read, is not a volume file, is of a newer version, or is damaged. The error names the section.
+    /// If the file cannot be read, is not a volume file, is of a newer version, or is damaged. The error names the
+    /// section.
     pub fn open(path: impl AsRef<Path>) -> Result<Self, VolumeError> {
         open(path.as_ref())
     }
 
-    /// Read a file's bytes. `path` stands in messages only.
+    /// Reads a file's bytes. `path` appears only in messages.
     ///
     /// # Errors
     /// If the bytes are not a volume file, are of a newer version, or are damaged. The error names the section.

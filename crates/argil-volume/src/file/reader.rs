@@ -1,4 +1,4 @@
-//! A volume file's sections, checked.
+//! Checks a volume file's sections.
 
 use super::format::{
     ALIGNMENT, ENTRY_BYTES, FORMAT_VERSION, HEADER_BYTES, MAGIC, MAX_SECTIONS, Section, VolumeError,
@@ -8,7 +8,7 @@ use memmap2::Mmap;
 use std::path::Path;
 use std::sync::Arc;
 
-/// A volume file whose header, table and checksums are as they should be.
+/// A volume file with a valid header, table and checksums.
 #[derive(Debug)]
 pub struct FileReader<'a> {
     pub(super) map: Arc<Mmap>,
@@ -27,7 +27,7 @@ fn long(bytes: &[u8], at: usize) -> u64 {
 }
 
 impl<'a> FileReader<'a> {
-    /// Check header, table, sizes and checksums.
+    /// Checks header, table, sizes and checksums.
     pub(super) fn new(map: Arc<Mmap>, path: &'a Path) -> Result<Self, VolumeError> {
         let bytes = &map[..];
         let size = bytes.len() as u64;
@@ -105,12 +105,12 @@ impl<'a> FileReader<'a> {
         })
     }
 
-    /// Something is wrong with a section.
+    /// Creates an error about a section.
     pub(crate) fn fault(&self, section: Section, reason: &str) -> VolumeError {
         content(self.path, section, reason)
     }
 
-    /// Where a section's bytes are.
+    /// Returns the range of a section's bytes.
     pub(crate) fn range(&self, section: Section) -> Result<std::ops::Range<usize>, VolumeError> {
         let found = self.sections.iter().find(|(s, _)| *s == section);
         found
@@ -118,12 +118,12 @@ impl<'a> FileReader<'a> {
             .ok_or_else(|| self.fault(section, "it is missing"))
     }
 
-    /// A section's bytes.
+    /// Returns a section's bytes.
     pub(crate) fn bytes(&self, section: Section) -> Result<&[u8], VolumeError> {
         Ok(&self.map[self.range(section)?])
     }
 
-    /// A section's numbers.
+    /// Returns a section's numbers.
     pub(crate) fn words(&self, section: Section) -> Result<Vec<u32>, VolumeError> {
         let (words, rest) = self.bytes(section)?.as_chunks::<4>();
         if !rest.is_empty() {
@@ -132,7 +132,7 @@ impl<'a> FileReader<'a> {
         Ok(words.iter().map(|&w| u32::from_le_bytes(w)).collect())
     }
 
-    /// The texels of a level of detail, not copied.
+    /// Returns the samples of a level, without copying.
     pub(crate) fn texels(
         &self,
         level: u8,
@@ -153,7 +153,7 @@ impl<'a> FileReader<'a> {
         })
     }
 
-    /// Samples that fill whole bricks of so many bytes, not copied.
+    /// Returns samples that fill whole bricks of a number of bytes, without copying.
     pub(crate) fn samples(
         &self,
         bits: SampleFormat,
@@ -171,7 +171,7 @@ impl<'a> FileReader<'a> {
         })
     }
 
-    /// The version of the format.
+    /// Returns the version of the format.
     pub(crate) fn version(&self) -> u32 {
         self.version
     }

@@ -5,8 +5,9 @@ use crate::Volume;
 use crate::{Encoding, VoxelGrid};
 use std::io::{self, Write};
 
-/// Words of the description: kind, bits, range in voxels, corner, voxel, size, levels, brick, depth or, of sparse bricks, the
-/// Lipschitz constant; then the first voxel, and whether the box cuts what is solid, which version 1 has not.
+/// Words of the description: kind, format, band in voxels, corner, voxel size, size, levels, brick size, and depth
+/// or, for sparse bricks, the Lipschitz constant; then the first voxel, and whether the box clips the solid.
+/// Version 1 lacks the last two.
 pub(super) const DESCRIPTION_WORDS: usize = 17;
 pub(super) const DESCRIPTION_WORDS_1: usize = 13;
 
@@ -16,7 +17,7 @@ fn write(
     meshes: &[StoredMesh<'_>],
     mut out: impl Write,
 ) -> io::Result<()> {
-    // Gather the sections; what is large is borrowed.
+    // / Gather the sections. Large ones are borrowed.
     let (kind, part) = volume.file_parts();
     let description = describe(kind, volume.encoding(), volume.voxel_grid(), part.own);
     let mut sections: Vec<(Section, &[u8])> = vec![
@@ -30,7 +31,7 @@ fn write(
         sections.insert(2, (Section::Meshes, &meshes));
     }
 
-    // Lay them out.
+    // / Lay them out.
     let mut table = Vec::new();
     let mut at = (HEADER_BYTES + ENTRY_BYTES * sections.len()) as u64;
     let mut offsets = Vec::new();
@@ -96,10 +97,10 @@ fn describe(kind: u32, encoding: &Encoding, lattice: &VoxelGrid, own: [u32; 3]) 
 }
 
 impl Volume {
-    /// Writes a file's bytes, with the scene that the volume was made from, as a scene file's text, and the meshes that it names.
+    /// Writes a volume file, with the scene that was sampled, as JSON text, and its meshes.
     ///
     /// # Errors
-    /// If `out` does not take them.
+    /// If `out` fails.
     pub fn write(
         &self,
         scene_json: &str,

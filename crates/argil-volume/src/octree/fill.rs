@@ -1,5 +1,4 @@
-//! The texels of bricks, and what stands in the cells without one; `fill.wgsl` beside this and in the crate's root are
-//! the twins.
+//! Fills bricks and vacant cells. Its twins are `fill.wgsl` in this folder and in the crate's root.
 
 use super::{OctreeLayout, OctreeNodes};
 use crate::{Texel, Texels, bake_level::sample};
@@ -8,7 +7,7 @@ use argil_field::Program;
 use argil_math::{Control, morton};
 use glam::UVec3;
 
-/// FillUniform the whole texture: bricks with what can matter in each of their cells.
+/// Fills the whole texture: bricks with pruned programs, and vacant cells.
 pub(super) fn bricks<T: Texel>(
     program: &Program,
     layout: &OctreeLayout,
@@ -26,8 +25,8 @@ pub(super) fn bricks<T: Texel>(
     sample(program, &layout.voxel_grid.grid(0), fill, &vacant, control)
 }
 
-/// What is stored in all texels of a cell without a brick, whose center is so far from the surface: the distance that
-/// none of them falls short of, at least one step so that the sign is kept.
+/// Returns the value of all samples in a vacant cell, given the distance at its center: a lower bound for all of
+/// them, and at least one code step, so that the sign survives.
 fn vacant(words: &OctreeVolume, fill: &FillUniform, away: f32) -> i32 {
     let low = |a: f32, b: f32| if b < a { b } else { a };
     let magnitude = away.abs() - words.spread;

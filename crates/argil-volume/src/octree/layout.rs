@@ -1,4 +1,4 @@
-//! Where an octree's bricks lie, and how it is asked for.
+//! The layout of an octree's bricks, and the settings of a build.
 
 use crate::{Encoding, VoxelGrid};
 use argil_abi::{OCTREE_MAX_DEPTH, OctreeVolume};
@@ -6,28 +6,28 @@ use argil_field::Program;
 use argil_math::Aabb;
 use glam::{UVec3, Vec3};
 
-/// Which bricks are kept.
+/// Which bricks to keep.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum BrickTest {
-    /// All in which the surface can be.
+    /// All bricks that the surface can pass through.
     #[default]
     Conservative,
-    /// Those whose center is no farther from the surface than the encoding's range: the study's test.
+    /// Bricks whose center lies within the band: the study's test, which loses some.
     #[cfg_attr(feature = "clap", value(name = "center"))]
     CenterInRange,
 }
 
-/// How to build an octree.
+/// Settings of an octree.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OctreeSettings {
     /// How distances are stored.
     pub encoding: Encoding,
     /// Voxels along a brick's side: 8, 16 or 32.
     pub brick_size_voxels: u32,
-    /// Levels of nodes above the bricks; as many as are needed without it.
+    /// Levels of nodes above the bricks. `None` uses as many as are needed.
     pub depth: Option<u32>,
-    /// Which bricks are kept.
+    /// Which bricks to keep.
     pub brick_test: BrickTest,
 }
 
@@ -42,53 +42,53 @@ impl Default for OctreeSettings {
     }
 }
 
-/// Why an octree cannot be built.
+/// The reason why an octree cannot be built.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum OctreeError {
-    /// No such size.
+    /// The brick size is not supported.
     #[error("bricks of {0} voxels: a brick's side is 8, 16 or 32")]
     Brick(u32),
-    /// The tree would not reach over the volume.
+    /// The tree would not cover the volume.
     #[error(
         "{depth} levels over bricks of {brick} voxels reach over {reach} voxels, and the volume has {longest}: {needed} levels are needed",
         reach = u64::from(*brick) << depth
     )]
     Shallow {
-        /// Asked for.
+        /// Requested levels.
         depth: u32,
         /// Voxels along a brick's side.
         brick: u32,
         /// Voxels along the volume's longest side.
         longest: u32,
-        /// Levels that would do.
+        /// Levels that would suffice.
         needed: u32,
     },
-    /// Morton codes do not reach that far.
+    /// Morton codes do not reach that deep.
     #[error("{depth} levels of nodes: at most {OCTREE_MAX_DEPTH} can be built; take larger bricks")]
     Deep {
-        /// Asked for, or needed.
+        /// Requested or needed levels.
         depth: u32,
     },
 }
 
-/// Bricks along each axis, and how many levels of nodes there are above them.
+/// The number of bricks along each axis, and the levels of nodes above them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OctreeLayout {
-    /// Where the voxels lie.
+    /// The voxel grid.
     pub voxel_grid: VoxelGrid,
-    /// What texels mean.
+    /// How distances are stored.
     pub encoding: Encoding,
     /// Voxels along a brick's side.
     pub brick_size_voxels: u32,
-    /// Bricks along each axis; the last ones may reach over the volume's sides.
+    /// Bricks along each axis. The last ones may extend beyond the volume.
     pub grid: UVec3,
     /// Levels of nodes.
     pub depth: u32,
 }
 
 impl OctreeLayout {
-    /// Check what was asked for.
+    /// Checks settings for a voxel grid.
     ///
     /// # Errors
     /// If the brick size, the depth or the encoding is not supported, or the grid is too large.
@@ -120,43 +120,43 @@ impl OctreeLayout {
         })
     }
 
-    /// Morton codes from 0 that a tree of this depth can have.
+    /// Returns the number of Morton codes of this depth.
     pub fn code_count(&self) -> u32 {
         1 << (3 * self.depth)
     }
 
-    /// Bricks that fit into the volume.
+    /// Returns the number of bricks that fit into the volume.
     pub fn capacity(&self) -> u64 {
         self.grid.to_array().map(u64::from).iter().product()
     }
 
-    /// The edge of a brick.
+    /// Returns the edge of a brick, in the scene's unit.
     pub fn brick_length(&self) -> f32 {
         self.brick_size_voxels as f32 * self.voxel_grid.voxel_size
     }
 
-    /// A brick's box.
+    /// Returns the box of a brick.
     pub fn brick_box(&self, cell: UVec3) -> Aabb {
         let min = self.voxel_grid.corner + cell.as_vec3() * self.brick_length();
         Aabb::new(min, min + self.brick_length())
     }
 
-    /// Whether a cell holds voxels of the volume.
+    /// Whether a cell contains voxels of the volume.
     pub fn holds(&self, cell: UVec3) -> bool {
         cell.cmplt(self.grid).all()
     }
 
-    /// The cell's center; `select.wgsl` does the same.
+    /// Returns the center of a cell, as `select.wgsl` does.
     pub(crate) fn center(&self, cell: UVec3) -> Vec3 {
         let (corner, length) = (self.voxel_grid.corner, self.brick_length());
         corner + (cell.as_vec3() + 0.5) * length
     }
 
-    /// Words for shaders. `program` sets how far from the surface a brick's center may be for the brick to be kept.
+    /// Returns the uniform for shaders. `program` determines how far from the surface a kept brick's center may be.
     pub fn words(&self, program: &Program, keep: BrickTest) -> OctreeVolume {
         let lattice = &self.voxel_grid;
         let range = self.encoding.band_width(lattice, 0);
-        // Around the brick with half a voxel more on each side, and around its outermost texels.
+        // / Around the brick with half a voxel more on each side, and around its outermost samples.
         let half_diagonal = |voxels: f32| 0.5 * 3f32.sqrt() * voxels * lattice.voxel_size;
         let region = lattice.aabb().grown(self.brick_length());
         let slack = program.bound_error(region);

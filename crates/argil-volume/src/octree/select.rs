@@ -1,26 +1,26 @@
-//! Which bricks are kept; `select.wgsl` is the twin.
+//! Selects bricks. `select.wgsl` is the twin.
 
 use super::{BrickTest, OctreeLayout};
 use argil_field::{Evaluator, LANES, Program};
 use argil_math::cell_of;
 use rayon::prelude::*;
 
-/// The bricks that are kept, and what is known of the others.
+/// The bricks to keep, and the distances at all centers.
 #[derive(Debug)]
 pub struct BrickSelection {
     /// Codes of the bricks, ascending.
     pub codes: Vec<u32>,
-    /// The distance at the center of each cell, by code; 0 for codes outside of the volume.
+    /// The distance at the center of each cell, by code. 0 for codes outside the volume.
     pub centers: Vec<f32>,
 }
 
 impl BrickSelection {
-    /// Measure the centers of all cells in Morton order and keep those that are near enough.
+    /// Evaluates the centers of all cells in Morton order, and keeps those near enough.
     pub fn of(program: &Program, layout: &OctreeLayout, keep: BrickTest) -> Self {
         let reach = layout.words(program, keep).reach;
         let mut centers = vec![0.0; layout.code_count() as usize];
         let is_kept = |code: u32, d: f32| layout.holds(cell_of(code)) && d.abs() <= reach;
-        // Parts come back in order, so their codes stand in a row.
+        // / Parts come back in order, so their codes are ascending.
         let parts: Vec<Vec<u32>> = centers
             .par_chunks_mut(64 * LANES)
             .enumerate()
@@ -44,7 +44,7 @@ impl BrickSelection {
     }
 }
 
-/// The distances at the centers of a stretch of codes.
+/// Evaluates the centers of a range of codes.
 fn measure(layout: &OctreeLayout, evaluator: &mut Evaluator<'_>, first: u32, centers: &mut [f32]) {
     let (mut x, mut y, mut z) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
     let (mut places, mut d) = ([0; LANES], [0.0; LANES]);

@@ -1,4 +1,4 @@
-//! The tree above the bricks; `tree.wgsl` is the twin.
+//! The tree above the bricks. `tree.wgsl` is the twin.
 
 use super::OctreeLayout;
 use argil_abi::Node;
@@ -10,24 +10,24 @@ use glam::UVec3;
 pub struct OctreeNodes {
     codes: Vec<u32>,
     nodes: Vec<Node>,
-    /// Where each level begins among the nodes; the parents of bricks are level 0, the root is the last.
+    /// The index where each level begins. The parents of bricks are level 0, and the root is the last.
     levels: Vec<u32>,
 }
 
-/// What a look-up found.
+/// The result of a look-up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Lookup {
-    /// The brick's place among the codes; `None` where there is no brick.
+    /// The brick's index among the codes, or `None` if there is no brick.
     pub brick: Option<u32>,
-    /// Nodes that were visited.
+    /// Number of nodes that were visited.
     pub nodes: u32,
 }
 
 impl OctreeNodes {
-    /// Build over ascending codes, `depth` levels.
+    /// Builds `depth` levels over ascending codes.
     ///
-    /// Level by level: a child whose parent is another than its left neighbor's begins a node, and each child sets its
-    /// bit in its parent's mask.
+    /// Level by level, a child whose parent differs from its left neighbor's begins a node. Each child sets its bit
+    /// in its parent's mask.
     pub fn from_codes(codes: Vec<u32>, depth: u32) -> Self {
         let mut nodes = Vec::new();
         let mut levels = Vec::new();
@@ -59,7 +59,7 @@ impl OctreeNodes {
         }
     }
 
-    /// From stored parts. [`OctreeNodes::check`] says whether they are a tree.
+    /// Creates nodes from stored parts. [`OctreeNodes::check`] validates them.
     pub fn from_parts(codes: Vec<u32>, nodes: Vec<Node>, levels: Vec<u32>) -> Self {
         Self {
             codes,
@@ -68,30 +68,30 @@ impl OctreeNodes {
         }
     }
 
-    /// Morton codes of the bricks, ascending.
+    /// Returns the Morton codes of the bricks, ascending.
     pub fn codes(&self) -> &[u32] {
         &self.codes
     }
 
-    /// All nodes, the parents of bricks first, the root last.
+    /// Returns all nodes, parents of bricks first, root last.
     pub fn nodes(&self) -> &[Node] {
         &self.nodes
     }
 
-    /// Where each level begins among the nodes.
+    /// Returns the index where each level begins among the nodes.
     pub fn levels(&self) -> &[u32] {
         &self.levels
     }
 
-    /// Bytes of codes, nodes and levels.
+    /// Returns the bytes of codes, nodes and levels.
     pub fn memory_bytes(&self) -> u64 {
         (size_of_val(&self.codes[..])
             + size_of_val(&self.nodes[..])
             + size_of_val(&self.levels[..])) as u64
     }
 
-    /// What is wrong with the tree, if anything: codes that do not ascend or lie outside of the volume, or nodes other
-    /// than those that the codes make.
+    /// Returns what is wrong with the tree, if anything: codes that do not ascend or lie outside the volume, or
+    /// nodes that do not match the codes.
     pub fn check(&self, layout: &OctreeLayout) -> Option<&'static str> {
         if !self.codes.is_sorted_by(|a, b| a < b) {
             return Some("codes do not ascend");
@@ -108,12 +108,12 @@ impl OctreeNodes {
         (right.nodes != self.nodes).then_some("nodes are not those of the codes")
     }
 
-    /// Go down from the root to a cell.
+    /// Descends from the root to a cell.
     pub fn find(&self, cell: UVec3) -> Lookup {
         self.find_from(cell, &mut DescentPath::default())
     }
 
-    /// Go down to a cell from the deepest node that it shares with the cell that `path` was left at.
+    /// Descends to a cell from the deepest node that it shares with the cell where `path` ended.
     pub fn find_from(&self, cell: UVec3, path: &mut DescentPath) -> Lookup {
         let code = morton(cell);
         let depth = self.levels.len() as u32;
@@ -149,19 +149,19 @@ impl OctreeNodes {
     }
 }
 
-/// The nodes from the root to where a look-up ended. An empty one makes the next look-up begin at the root.
+/// The nodes from the root to the end of a look-up. An empty path makes the next look-up start at the root.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct DescentPath {
-    /// By level.
+    /// Nodes by level.
     nodes: [u32; argil_abi::OCTREE_MAX_DEPTH as usize],
     code: u32,
-    /// The lowest level that is known; the depth, or more, where none is.
+    /// The lowest known level. The depth, or more, if none is known.
     end: u32,
     is_known: bool,
 }
 
 impl DescentPath {
-    /// A path that will be remembered.
+    /// Creates a path that records look-ups.
     pub fn remembered() -> Self {
         Self {
             is_known: true,
@@ -170,12 +170,12 @@ impl DescentPath {
         }
     }
 
-    /// The level to begin at: the lowest whose node holds both codes and is known.
+    /// Returns the level to start at: the lowest known one whose node contains both codes.
     fn first_level(&self, code: u32, depth: u32) -> u32 {
         if !self.is_known || self.end >= depth {
             return depth - 1;
         }
-        // A node of level l holds all codes that agree from bit 3 (l + 1) on.
+        // / A node of level l contains all codes that agree from bit 3 (l + 1) on.
         let differing = 32 - (code ^ self.code).leading_zeros();
         let shared = differing.div_ceil(3).max(1) - 1;
         shared.max(self.end).min(depth - 1)

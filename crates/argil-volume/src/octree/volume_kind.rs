@@ -1,4 +1,4 @@
-//! An octree as a representation, and in a volume file.
+//! Octrees as a kind of volume, and in files.
 
 use crate::{
     BrickTest, Encoding, FilePart, FileReader, Octree, OctreeInfo, OctreeLayout, OctreeNodes,
@@ -33,7 +33,7 @@ impl VolumeKind for Octree {
     }
 
     fn distance_in(&self, _: Vec3) -> Option<(f32, bool)> {
-        // A cell without a brick knows what none of its texels falls short of, but not where between them.
+        // / A vacant cell stores a lower bound for all its samples, but no distance at a point.
         None
     }
 

@@ -1,7 +1,8 @@
 use super::*;
 use std::collections::HashMap;
 
-/// Against a map: blocks and empty cubes put in and taken out anywhere, from next to each other to a million apart.
+/// Compares the table with a map: blocks and empty cubes are inserted and removed, from next to each other to a
+/// million apart.
 #[test]
 fn a_table_is_a_map_of_blocks() {
     let mut seed = 7u64;
