@@ -1,4 +1,4 @@
-//! Bounds of the distance over boxes.
+//! Bounds of distances over boxes.
 
 use crate::space::{RADIAL_WORDS, REPEAT_WORDS};
 use crate::{NearJumps, Program};
@@ -6,11 +6,23 @@ use argil_abi::{self as abi, Instruction};
 use argil_math::{Aabb, Interval};
 
 impl Program {
-    /// An interval that holds the distance of every point of a finite box: the value at its center, plus and minus the
-    /// Lipschitz constant times half of the diagonal.
+    /// Returns an interval that contains the distance of every point in a finite box: the value at the center, plus
+    /// and minus the Lipschitz constant times half of the diagonal.
     ///
-    /// Added to that are what copies can leave out (the field of repeated solids can jump where the nearest copies
-    /// change, by as much as their own distance falls short of the Euclidean one) and the rounding of `f32`.
+    /// It also accounts for the rounding of `f32`, and for the jumps of repeated solids, which are at most the
+    /// amount by which their distance underestimates the Euclidean one.
+    ///
+    /// ```
+    /// use argil_field::Program;
+    /// use argil_math::Aabb;
+    /// use argil_scene::{Scene, Shape};
+    /// let mut scene = Scene::new();
+    /// scene.push(Shape::sphere(1.0))?;
+    /// let program = Program::lower(&scene)?;
+    /// let far = program.bounds(Aabb::new([2.0; 3].into(), [3.0; 3].into()));
+    /// assert!(far.is_positive());
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn bounds(&self, region: Aabb) -> Interval {
         let center = region.center();
         let value = self.distance(center);
@@ -18,12 +30,13 @@ impl Program {
         Interval::around(value, radius * 1.000_01 + self.bound_error(region))
     }
 
-    /// What [`Program::bounds`] adds to the Lipschitz constant's share, for any box within the region.
+    /// Returns what [`Program::bounds`] adds to the Lipschitz constant's share, for any box in the region.
     pub fn bound_error(&self, region: Aabb) -> f32 {
         self.slack + self.hidden_slack + self.rounding(region)
     }
 
-    /// Beyond which distance at a point there is no surface within a length of it, for points of the region.
+    /// Returns a distance. If the distance at a point of the region is larger, no surface lies within `length` of
+    /// the point.
     pub fn distance_threshold(&self, length: f32, region: Aabb) -> f32 {
         let hidden = if length < self.isolation {
             0.0
@@ -33,7 +46,7 @@ impl Program {
         1.000_01 * self.lipschitz * length + self.slack + hidden + self.rounding(region)
     }
 
-    /// How far around points of a region there is no surface, given the distance there.
+    /// Returns the model of how far around a point of the region no surface lies, given its distance.
     pub fn clearance_model(&self, region: Aabb) -> ClearanceModel {
         ClearanceModel {
             slack: self.slack + self.rounding(region),
@@ -43,14 +56,15 @@ impl Program {
         }
     }
 
-    /// What `f32` arithmetic can add to distances at points with coordinates as great as `farthest` that are near the surface, in
-    /// a world where `base` is a usual length.
+    /// Returns what `f32` arithmetic can add to distances near the surface, for coordinates up to `farthest`, in a
+    /// world of typical size `base`.
     pub fn rounding_at(&self, base: f32, farthest: f32) -> f32 {
         self.clearance_model_in(base).at(base, farthest).slack
     }
 
-    /// [`Program::clearance_model`] for points near the origin and the surface where nothing jumps, in a world where `base` is a usual
-    /// length: see [`ClearanceModel::at`] for other points, and [`ClearanceModel::with`] for places where something jumps.
+    /// Returns the [`Program::clearance_model`] for points near the origin and the surface, where nothing jumps, in
+    /// a world of typical size `base`. See [`ClearanceModel::at`] for other points, and [`ClearanceModel::with`]
+    /// for jumps.
     pub fn clearance_model_in(&self, base: f32) -> ClearanceModel {
         ClearanceModel {
             slack: self.rounding_about(base, base),
@@ -60,7 +74,7 @@ impl Program {
         }
     }
 
-    /// What the distances that a list of instructions gives can jump by.
+    /// Returns the largest jump of distances from a list of instructions.
     pub fn jump_of(&self, instrs: &[Instruction]) -> f32 {
         if self.slack + self.hidden_slack == 0.0 {
             return 0.0;
@@ -79,20 +93,20 @@ impl Program {
         }
     }
 
-    /// What a list's distances within the region can be off by: their jumps, and the rounding of `f32`.
+    /// Returns the error of a list's distances in the region: jumps, and the rounding of `f32`.
     pub(crate) fn list_slack(&self, instrs: &[Instruction], region: Aabb) -> f32 {
         self.jump_of(instrs) + self.rounding(region)
     }
 
-    /// How far `f32` arithmetic can take a distance within the box from the real one.
+    /// Returns the error that `f32` arithmetic can add to a distance in the box.
     pub fn rounding(&self, region: Aabb) -> f32 {
         let farthest = region.min.abs().max(region.max.abs()).max_element();
         self.rounding_about(farthest, farthest)
     }
 
     fn rounding_about(&self, farthest: f32, base: f32) -> f32 {
-        // Operands no larger than a few base lengths change nothing, so that edits of them do not change what is relied on
-        // elsewhere.
+        // Operands no larger than a few base lengths change nothing, so editing them does not affect other
+        // places.
         let magnitude = if self.magnitude > 4.0 * base {
             self.magnitude
         } else {
@@ -102,26 +116,26 @@ impl Program {
     }
 }
 
-/// What tells how far around a point there is no surface. `clear_radius` in `bricks/build.wgsl` of argil-volume is the twin.
+/// Tells how far around a point no surface lies. `clear_radius` in `bricks/build.wgsl` of argil-volume is the twin.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ClearanceModel {
-    /// What a distance can be off by.
+    /// The error of a distance.
     pub slack: f32,
-    /// What copies can add to that beyond the isolation.
+    /// What copies can add to it beyond the isolation.
     pub hidden: f32,
-    /// A copy that a point does not look at is at least so far away.
+    /// A copy that a point does not evaluate is at least this far away.
     pub isolation: f32,
-    /// The Lipschitz constant with room for rounding.
+    /// The Lipschitz constant, with room for rounding.
     pub steepness: f32,
 }
 
-/// What of a coordinate an affine map into an operand's own space can lose: the rounding of its products and sums.
+/// The relative error of a coordinate after an affine map into an operand's space: the rounding of its products and
+/// sums.
 const PLACE_ROUNDING: f32 = 4.0 * f32::EPSILON;
 
 impl ClearanceModel {
-    /// For points with coordinates as great as `farthest`, where those of [`Program::clearance_model_in`] a base length are
-    /// known. Only mapping a point into the space of an operand near it loses more far from the origin: what comes after
-    /// that is as near as anywhere.
+    /// Returns the model for coordinates up to `farthest`, from [`Program::clearance_model_in`]. Far from the
+    /// origin, only the map into a nearby operand's space is less precise.
     #[inline]
     pub fn at(self, base: f32, farthest: f32) -> Self {
         let beyond = if farthest > base {
@@ -135,7 +149,7 @@ impl ClearanceModel {
         }
     }
 
-    /// Where something jumps.
+    /// Returns the model where something jumps.
     #[inline]
     pub fn with(self, jumps: &NearJumps) -> Self {
         Self {
@@ -146,7 +160,7 @@ impl ClearanceModel {
         }
     }
 
-    /// How far around a point of distance `d` there is no surface.
+    /// Returns the radius around a point of distance `d` without a surface.
     #[inline]
     pub fn radius(&self, d: f32) -> f32 {
         let left = d.abs() - self.slack;

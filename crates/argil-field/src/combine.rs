@@ -1,13 +1,13 @@
-//! Operators; `combine.wgsl` is the twin.
+//! Operators. `combine.wgsl` is the twin.
 
 use crate::scalar::Real;
 
-/// The words of a combination.
+/// The words of an operator.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Joint {
     /// Blend radius.
     pub k: f32,
-    /// One over four times that; 0 for a hard joint.
+    /// 1 / (4 k), or 0 for a hard joint.
     pub inv_4k: f32,
     /// Signs: union +++, subtract −+−, intersect −−−.
     pub sa: f32,
@@ -17,7 +17,7 @@ pub(crate) struct Joint {
     pub amount: f32,
 }
 
-/// `sr · smin(sa · a, sb · b)` with the quadratic kernel.
+/// Returns `sr · smin(sa · a, sb · b)` with the quadratic kernel.
 #[inline(always)]
 pub(crate) fn combine_smooth<R: Real>(a: R, b: R, j: &Joint) -> R {
     let (a, b) = (a * j.sa, b * j.sb);
@@ -25,22 +25,22 @@ pub(crate) fn combine_smooth<R: Real>(a: R, b: R, j: &Joint) -> R {
     (a.min(b) - h * h * j.inv_4k) * j.sr
 }
 
-/// [`combine_smooth`] where every sign is +1; the same bits.
+/// Returns [`combine_smooth`] where every sign is +1, with the same bits.
 #[inline(always)]
 pub(crate) fn union_smooth<R: Real>(a: R, b: R, j: &Joint) -> R {
     let h = (-(a - b).abs() + j.k).positive_part();
     a.min(b) - h * h * j.inv_4k
 }
 
-/// Whether an operand whose box is `least` away can change the accumulated `a`: not a union with something farther than
-/// a + k, nor a cut by something farther than k − a. In the box itself it can be anything.
+/// Whether an operand whose box is `least` away can change the accumulated `a`. A union farther than a + k cannot,
+/// and neither can a cut farther than k − a. Inside the box, anything is possible.
 #[inline(always)]
 pub(crate) fn matters(a: f32, least: f32, j: &Joint) -> bool {
     // sb is −1 for an intersection, which a far operand changes most.
     j.sb < 0.0 || least <= 0.0 || least < a * j.sa + j.k
 }
 
-/// The same with a flat face across the joint.
+/// Returns the combination with a flat face across the joint.
 #[inline(always)]
 pub(crate) fn combine_chamfer<R: Real>(a: R, b: R, j: &Joint) -> R {
     let (a, b) = (a * j.sa, b * j.sb);
@@ -54,7 +54,7 @@ pub(crate) fn combine_morph<R: Real>(a: R, b: R, j: &Joint) -> R {
     a + (b - a) * j.amount
 }
 
-/// The weight of b's material: that of b's distance in the quadratic kernel.
+/// Returns the weight of b's material: the weight of b's distance in the quadratic kernel.
 #[inline(always)]
 pub(crate) fn weight_smooth(a: f32, b: f32, j: &Joint) -> f32 {
     let (a, b) = (a * j.sa, b * j.sb);
@@ -62,7 +62,7 @@ pub(crate) fn weight_smooth(a: f32, b: f32, j: &Joint) -> f32 {
     if b < a { 1.0 - h } else { h }
 }
 
-/// The weight of a coat of paint: 1 inside, 0 outside, linear over the blend radius around the surface.
+/// Returns the weight of paint: 1 inside, 0 outside, and linear over the blend radius around the surface.
 #[inline(always)]
 pub(crate) fn weight_paint(b: f32, j: &Joint) -> f32 {
     let soft = Real::clamp_to(0.5 - b * (4.0 * j.inv_4k), 0.0, 1.0);

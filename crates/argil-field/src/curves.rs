@@ -1,34 +1,33 @@
-//! Distances that search along curves: outlines and Bézier tubes. Twins of the functions of the same names in
-//! `curves.wgsl`.
+//! Distances that search along curves: paths and Bézier tubes. The functions of `curves.wgsl` are twins.
 //!
 //! *Theory.* The nearest point of a quadratic curve is a root of a cubic. A few samples find the right valley, and
-//! Newton's method its floor; no trigonometry, and the same operations on every device. Inside an outline is where a
-//! ray along +x crosses it an odd number of times; pieces rise or fall throughout, so each is crossed at most once and
-//! a half-open rule on its ends counts every crossing exactly once.
+//! Newton's method finds its floor, with the same operations on every device. A point is inside a path if a ray
+//! along +x crosses it an odd number of times. Each segment rises or falls throughout, so it is crossed at most
+//! once, and a half-open rule at its ends counts each crossing exactly once.
 //!
-//! *Practice.* Points come in blocks of [`SIMD_BLOCK`], so that a search is left out where none of a block's points can be
-//! concerned: those of a brush that the accumulated distance already beats, and of a piece that another beats. Loops
-//! run pieces outside and points inside, so that the points become SIMD.
+//! *Practice.* Points come in blocks of [`SIMD_BLOCK`]. A search is skipped if none of a block's points can be
+//! affected: for a brush that the accumulator beats, and for a segment that another beats. The outer loop runs over
+//! segments and the inner one over points, so that the points become SIMD.
 
 use crate::interpreter_state::words;
 use crate::scalar::Real;
 use crate::shapes::{corner2, length2};
 use argil_abi::PIECE_WORDS;
 
-/// Points searched together.
+/// Points that are searched together.
 pub(crate) const SIMD_BLOCK: usize = 16;
 /// Newton steps after the samples.
 const NEWTON_STEPS: usize = argil_abi::NEWTON_STEPS as usize;
-/// Intervals that a piece of an outline is sampled at.
+/// Samples per segment of a path.
 const PIECE_SAMPLES: usize = argil_abi::PIECE_SAMPLES as usize;
-/// Intervals that a tube's curve is sampled at.
+/// Samples along a tube's curve.
 const TUBE_SAMPLES: usize = argil_abi::TUBE_SAMPLES as usize;
 
 /// One number for each point of a block.
 pub(crate) type SimdBlock<R> = [R; SIMD_BLOCK];
 
-/// The distance from a point to a box, less what rounding may add to it: a lower bound of the distance to anything
-/// inside.
+/// Returns a lower bound of the distance from a point to anything in a box: the distance to the box, minus
+/// rounding.
 #[inline(always)]
 pub(crate) fn box_distance(x: f32, y: f32, z: f32, w: &[f32; 6]) -> f32 {
     let gap = |c: f32, k: usize| Real::max(Real::max(w[k] - c, c - w[3 + k]), 0.0);
@@ -36,8 +35,8 @@ pub(crate) fn box_distance(x: f32, y: f32, z: f32, w: &[f32; 6]) -> f32 {
     f32::sqrt(gx * gx + gy * gy + gz * gz) * 0.9999
 }
 
-/// Squared distance from (x, y) to a quadratic curve at parameter t, with what a Newton step needs: q′·(q − p), and the
-/// slope of that, kept positive.
+/// Returns the squared distance from (x, y) to a quadratic curve at parameter t, with what a Newton step needs:
+/// q′·(q − p), and its slope, kept positive.
 #[inline(always)]
 fn curve2<R: Real>(x: R, y: R, t: R, w: &[f32; 8]) -> (R, R, R) {
     let (e1x, e1y) = (w[3] - w[1], w[4] - w[2]);
@@ -54,7 +53,8 @@ fn curve2<R: Real>(x: R, y: R, t: R, w: &[f32; 8]) -> (R, R, R) {
     )
 }
 
-/// One piece of an outline: lower `best`, the squared distance, and flip `sign` where a ray along +x crosses.
+/// Evaluates one segment of a path: lowers `best`, the squared distance, and flips `sign` where a ray along +x
+/// crosses.
 #[inline(always)]
 fn piece<R: Real>(
     xs: &SimdBlock<R>,
@@ -92,7 +92,7 @@ fn piece<R: Real>(
     let mut concerned = 0u32;
     for i in 0..SIMD_BLOCK {
         let (x, y) = (xs[i].value(), ys[i].value());
-        // Where the curve has the point's height: the root of a rising or falling parabola, free of cancellation.
+        // The parameter at the point's height: the root of a rising or falling parabola, without cancellation.
         let height = ay - y;
         let root = f32::sqrt((e1y * e1y - e2y * height).positive_part());
         let s = (-height / (e1y + rising * root)).clamp_to(0.0, 1.0);
@@ -106,7 +106,7 @@ fn piece<R: Real>(
     if concerned == 0 {
         return;
     }
-    // The parameter needs no derivatives: at the nearest point a change of it changes nothing.
+    // The parameter needs no derivatives: at the nearest point, changing it changes nothing.
     let mut t = [0.0; SIMD_BLOCK];
     let mut least = [f32::INFINITY; SIMD_BLOCK];
     let step = 1.0 / PIECE_SAMPLES as f32;
@@ -136,11 +136,11 @@ fn piece<R: Real>(
     }
 }
 
-/// Words of a piece of a spline tube: its box, its curve.
+/// Words of a spline tube's segment: its box and its curve.
 const TUBE_WORDS: usize = argil_abi::TUBE_WORDS as usize;
 
-/// Signed distances to a tube of several pieces, of which those are searched whose boxes are near enough to matter. `w`: how many there
-/// are, then their words.
+/// Computes signed distances to a tube of several segments. Only segments whose boxes are near enough are searched.
+/// `w`: their number, and then their words.
 #[inline(always)]
 pub(crate) fn sd_spline_tube<R: Real>(
     [xs, ys, zs]: [&mut SimdBlock<R>; 3],
@@ -166,27 +166,27 @@ pub(crate) fn sd_spline_tube<R: Real>(
     best
 }
 
-/// Iterations of a GPU's loops for a tube.
+/// Returns the iterations of a GPU's loops for a tube.
 pub(crate) fn bezier_tube_loops(_: &[f32]) -> u64 {
     16
 }
 
-/// Those for a tube of several pieces.
+/// Returns the iterations for a tube of several segments.
 pub(crate) fn spline_tube_loops(words: &[f32]) -> u64 {
     2 + 17 * words.first().map_or(0, |&count| count as u64)
 }
 
-/// Those for an outline: of each piece.
+/// Returns the iterations for a path.
 pub(crate) fn outline_loops(words: &[f32]) -> u64 {
     2 + 12 * words.first().map_or(0, |&count| count as u64)
 }
 
-/// Those between samples, which are not searched for.
+/// Returns the iterations for samples, which need no search.
 pub(crate) fn sampled_loops(_: &[f32]) -> u64 {
     1
 }
 
-/// Signed distances to an outline that is turned about y. `w`: how many pieces there are, one more word, the pieces.
+/// Computes signed distances to a path revolved about y. `w`: the number of segments, one more word, the segments.
 #[inline(always)]
 pub(crate) fn sd_lathe<R: Real>([x, y, z]: [&mut SimdBlock<R>; 3], w: &[f32]) -> SimdBlock<R> {
     for i in 0..SIMD_BLOCK {
@@ -195,7 +195,8 @@ pub(crate) fn sd_lathe<R: Real>([x, y, z]: [&mut SimdBlock<R>; 3], w: &[f32]) ->
     sd_outline::<R>(x, y, pieces(w))
 }
 
-/// Signed distances to an outline that is extruded along z. `w`: how many pieces there are, half of the length, the pieces.
+/// Computes signed distances to a path extruded along z. `w`: the number of segments, half of the length, the
+/// segments.
 #[inline(always)]
 pub(crate) fn sd_extrusion<R: Real>([x, y, z]: [&mut SimdBlock<R>; 3], w: &[f32]) -> SimdBlock<R> {
     let mut d = sd_outline::<R>(x, y, pieces(w));
@@ -210,7 +211,7 @@ fn pieces(w: &[f32]) -> &[f32] {
     &w[2..2 + w[0] as usize * PIECE_WORDS as usize]
 }
 
-/// Signed distances of the points (xs, ys) to an outline.
+/// Computes signed distances of the points (xs, ys) to a path.
 #[inline(always)]
 fn sd_outline<R: Real>(xs: &SimdBlock<R>, ys: &SimdBlock<R>, pieces: &[f32]) -> SimdBlock<R> {
     let mut best = [R::constant(1e30); SIMD_BLOCK];
@@ -226,7 +227,7 @@ fn sd_outline<R: Real>(xs: &SimdBlock<R>, ys: &SimdBlock<R>, pieces: &[f32]) -> 
     best
 }
 
-/// Offset from the point to the curve at t.
+/// Returns the offset from the point to the curve at t.
 #[inline(always)]
 fn curve3<R: Real>(p: [R; 3], t: R, w: &[f32; 11]) -> [R; 3] {
     [
@@ -236,15 +237,15 @@ fn curve3<R: Real>(p: [R; 3], t: R, w: &[f32; 11]) -> [R; 3] {
     ]
 }
 
-/// Distance to the ball at t.
+/// Returns the distance to the sphere at t.
 #[inline(always)]
 fn sphere_box<R: Real>(p: [R; 3], t: R, w: &[f32; 11]) -> R {
     let [x, y, z] = curve3(p, t, w);
     (x * x + y * y + z * z).sqrt() - (t * w[10] + w[9])
 }
 
-/// Signed distances to a tube. `w`: the curve's constant, linear and quadratic coefficients, the radius at the start
-/// and what it gains.
+/// Computes signed distances to a tube. `w`: the curve's constant, linear and quadratic coefficients, the radius at
+/// the start, and its change.
 #[inline(always)]
 pub(crate) fn sd_bezier_tube<R: Real>(
     [xs, ys, zs]: [&mut SimdBlock<R>; 3],
@@ -263,7 +264,7 @@ pub(crate) fn sd_bezier_tube<R: Real>(
             at[i] = if nearer { t } else { at[i] };
         }
     }
-    // The parameter needs no derivatives: at the nearest ball a change of it changes nothing.
+    // The parameter needs no derivatives: at the nearest sphere, changing it changes nothing.
     let mut t = at;
     for _ in 0..NEWTON_STEPS {
         for i in 0..SIMD_BLOCK {

@@ -1,4 +1,5 @@
-//! Which function measures a shape: opcodes, and the dispatch of both interpreters, from the table of shapes.
+//! Selects the distance function of a shape: opcodes and the dispatch of both interpreters, from the table of
+//! shapes.
 
 use crate::combine::{combine_smooth, matters};
 use crate::curves::{SIMD_BLOCK, SimdBlock};
@@ -10,7 +11,7 @@ use argil_abi as abi;
 use argil_scene::shape_table;
 use std::fmt::Write;
 
-/// What a search takes, in iterations of a GPU's loops, by the words of the shape.
+/// Returns the loop iterations of a search on a GPU, given the shape's words.
 type Loops = fn(&[f32]) -> u64;
 
 macro_rules! dispatch {
@@ -48,7 +49,7 @@ macro_rules! dispatch {
             $(pub(crate) const $searched: u32 = abi::OP_SEARCHED + Searched::$searched as u32;)*
         }
 
-        /// Each opcode with the function that measures its shape, of the same name in both languages.
+        /// The distance function of each opcode, with the same name in both languages.
         const FUNCTIONS: &[(u32, &str)] = &[
             $((op::$shape, stringify!($function)),)*
             $((op::$searched, stringify!($searched_function)),)*
@@ -56,7 +57,7 @@ macro_rules! dispatch {
 
         const SEARCHES: &[Loops] = &[$(curves::$loops),*];
 
-        /// Combine one brush with the accumulator.
+        /// Combines one brush with the accumulator.
         #[inline(always)]
         pub(crate) fn measure<R: Real>(
             program: &Program,
@@ -77,7 +78,7 @@ macro_rules! dispatch {
             }
         }
 
-        /// The distances of a block of points in the frame of a shape that is searched, by its words.
+        /// Computes the distances of a block of points to a searched shape, in its frame.
         #[inline(always)]
         pub(crate) fn searched<R: Real>(op: u32, point: [&mut SimdBlock<R>; 3], words: &[f32]) -> SimdBlock<R> {
             use curves::*;
@@ -92,8 +93,8 @@ macro_rules! dispatch {
 
 shape_table!(dispatch);
 
-/// A brush whose shape searches along curves, block by block, where it can matter: not where the distance to the
-/// shape's box already leaves the accumulator as it is.
+/// Combines a brush whose shape searches along curves, block by block. It skips blocks where the distance to the
+/// shape's box leaves the accumulator unchanged.
 #[inline(always)]
 fn curve_brush<R: Real>(
     r: &mut InterpreterState<R>,
@@ -139,20 +140,20 @@ const _: () = assert!(
     "each kind of shape has its range of opcodes"
 );
 
-/// Iterations of a GPU's loops that one evaluation of a shape takes.
+/// Returns the loop iterations of one evaluation of a shape on a GPU.
 pub(crate) fn loops(op: u32, words: &[f32]) -> u64 {
     let search = op.checked_sub(abi::OP_SEARCHED);
     let search = search.and_then(|nth| SEARCHES.get(nth as usize));
     search.map_or(1, |loops| loops(words))
 }
 
-/// The WGSL function that measures a shape.
+/// Returns the name of a shape's WGSL function.
 pub(crate) fn wgsl_function(op: u32) -> &'static str {
     let own = FUNCTIONS.iter().find(|&&(known, _)| known == op);
     own.map_or("", |&(_, name)| name)
 }
 
-/// WGSL that chooses the function by opcode, of those that are `used`.
+/// Returns WGSL that selects the function by opcode, among the `used` ones.
 pub(crate) fn wgsl_dispatch(used: impl Fn(u32) -> bool) -> String {
     let mut text =
         "fn shape_distance(op: u32, p: vec3<f32>, w: u32) -> f32 {\n    switch op {\n".to_owned();
@@ -168,8 +169,8 @@ pub(crate) fn wgsl_dispatch(used: impl Fn(u32) -> bool) -> String {
 }
 
 impl Program {
-    /// Loop iterations of one evaluation on the GPU, at most: one an instruction, those of copies and of searches along
-    /// curves besides.
+    /// Returns the maximum loop iterations of one evaluation on a GPU: one per instruction, plus those of copies
+    /// and searches.
     pub fn max_iterations(&self) -> u64 {
         let mut total = 0u64;
         let mut copies = vec![1u64];

@@ -1,4 +1,5 @@
-//! One brush against a batch of points: place the points, measure, combine. The interpreter's hot loops.
+//! Evaluates one brush for a batch of points: place the points, measure, combine. These are the interpreter's hot
+//! loops.
 
 use crate::combine::{Joint, combine_smooth, union_smooth};
 use crate::curves::SIMD_BLOCK;
@@ -8,7 +9,7 @@ use argil_abi as abi;
 
 pub(crate) const HEADER: usize = abi::BRUSH_HEADER_WORDS as usize;
 
-/// A brush's map from the point and its joint.
+/// A brush's map from the point, and its joint.
 pub(crate) struct BrushParams<'a> {
     pub m: &'a [f32; 12],
     pub scale: f32,
@@ -48,8 +49,8 @@ pub(crate) fn mapped<R: Real>([x, y, z]: [R; 3], m: &[f32; 12]) -> [R; 3] {
     ]
 }
 
-/// The hot loop: place the points, measure, combine. The common case, a translated union, is spared the multiplications
-/// by a scale and signs of 1.
+/// The hot loop: place the points, measure, combine. A translated union, the common case, needs no scale and no
+/// signs.
 #[inline(always)]
 pub(crate) fn brush<R: Real, const N: usize>(
     point: &[R::Lanes; 3],
@@ -61,7 +62,7 @@ pub(crate) fn brush<R: Real, const N: usize>(
     shape: impl Fn([R; 3], &[f32; N]) -> R,
 ) {
     let [xs, ys, zs] = point;
-    // Copies: the optimizer then need not prove that the words lie apart from the lanes.
+    // Copies, so that the optimizer need not prove that the words and the lanes do not overlap.
     let (m, w) = (*b.m, *w);
     let blocks = (active / SIMD_BLOCK).min(LANES / SIMD_BLOCK);
     let is_union = b.joint.sa > 0.0 && b.joint.sb > 0.0;

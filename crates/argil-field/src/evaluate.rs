@@ -1,4 +1,4 @@
-//! The ways into the interpreter.
+//! The entry points of the interpreter.
 
 use crate::curves::SIMD_BLOCK;
 use crate::interpret::{Carried, run};
@@ -34,8 +34,22 @@ pub(crate) fn run_parallel(
     run::<f32, true>(program, instrs, registers, carried);
 }
 
-/// Evaluates one program for one thread, batch after batch. Make one a thread and keep it: its stacks are allocated
-/// once.
+/// Evaluates a program for one thread, batch after batch. Create one per thread and keep it, because it allocates
+/// its stacks once.
+///
+/// ```
+/// use argil_field::{Evaluator, Program};
+/// use argil_scene::{Scene, Shape};
+/// let mut scene = Scene::new();
+/// scene.push(Shape::sphere(1.0))?;
+/// let program = Program::lower(&scene)?;
+/// let mut evaluator = Evaluator::new(&program);
+/// let (x, zero) = ([0.0, 1.0, 3.0], [0.0; 3]);
+/// let mut out = [0.0; 3];
+/// evaluator.distances(&x, &zero, &zero, &mut out);
+/// assert_eq!(out, [-1.0, 0.0, 2.0]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug)]
 pub struct Evaluator<'a> {
     program: &'a Program,
@@ -44,7 +58,7 @@ pub struct Evaluator<'a> {
 }
 
 impl<'a> Evaluator<'a> {
-    /// For a program.
+    /// Creates an evaluator of a program.
     pub fn new(program: &'a Program) -> Self {
         Self {
             program,
@@ -53,23 +67,24 @@ impl<'a> Evaluator<'a> {
         }
     }
 
-    /// What is evaluated.
+    /// Returns the program.
     pub fn program(&self) -> &'a Program {
         self.program
     }
 
-    /// Signed distances of the points `(x[i], y[i], z[i])`, at most [`LANES`](crate::LANES) of them, into `out`.
+    /// Computes the signed distances of the points `(x[i], y[i], z[i])` into `out`, in the scene's unit. At most
+    /// [`LANES`](crate::LANES) points.
     ///
     /// # Panics
-    /// If the slices differ in length or are longer than [`LANES`](crate::LANES).
+    /// If the slices differ in length, or are longer than [`LANES`](crate::LANES).
     pub fn distances(&mut self, x: &[f32], y: &[f32], z: &[f32], out: &mut [f32]) {
         self.distances_with(&self.program.instructions, x, y, z, out);
     }
 
-    /// The same by a list of instructions that [`Pruner`](crate::Pruner) has left of the program's.
+    /// Computes distances with a pruned list of the program's instructions, from [`Pruner`](crate::Pruner).
     ///
     /// # Panics
-    /// As [`Evaluator::distances`].
+    /// If the slices differ in length, or are longer than [`LANES`](crate::LANES).
     pub fn distances_with(
         &mut self,
         instrs: &[Instruction],
@@ -81,10 +96,10 @@ impl<'a> Evaluator<'a> {
         self.distances_from(FAR, instrs, [x, y, z], out);
     }
 
-    /// The same of what is joined with a distance that is the same everywhere, not with nothing.
+    /// Computes distances with a pruned list that continues from a constant distance, instead of an empty scene.
     ///
     /// # Panics
-    /// As [`Evaluator::distances`].
+    /// If the slices differ in length, or are longer than [`LANES`](crate::LANES).
     pub fn distances_from(
         &mut self,
         start: f32,
@@ -105,10 +120,10 @@ impl<'a> Evaluator<'a> {
         out.copy_from_slice(&plain.acc.0[..n]);
     }
 
-    /// Distances as [`Evaluator::distances`] gives them, with their gradients along x, y and z.
+    /// Computes distances and their gradients along x, y and z.
     ///
     /// # Panics
-    /// As [`Evaluator::distances`].
+    /// If the slices differ in length, or are longer than [`LANES`](crate::LANES).
     pub fn gradients(
         &mut self,
         x: &[f32],
@@ -120,10 +135,10 @@ impl<'a> Evaluator<'a> {
         self.gradients_with(&self.program.instructions, [x, y, z], out, gradients);
     }
 
-    /// The same by a list of instructions that [`Pruner`](crate::Pruner) has left of the program's.
+    /// Computes distances and gradients with a pruned list, from [`Pruner`](crate::Pruner).
     ///
     /// # Panics
-    /// As [`Evaluator::distances`].
+    /// If the slices differ in length, or are longer than [`LANES`](crate::LANES).
     pub fn gradients_with(
         &mut self,
         instrs: &[Instruction],
@@ -148,10 +163,10 @@ impl<'a> Evaluator<'a> {
         }
     }
 
-    /// Distances as [`Evaluator::distances`] gives them, with the materials there.
+    /// Computes distances and materials.
     ///
     /// # Panics
-    /// As [`Evaluator::distances`].
+    /// If the slices differ in length, or are longer than [`LANES`](crate::LANES).
     pub fn materials(
         &mut self,
         x: &[f32],
@@ -163,10 +178,10 @@ impl<'a> Evaluator<'a> {
         self.materials_with(&self.program.instructions, [x, y, z], out, materials);
     }
 
-    /// The same by a list of instructions that [`Pruner`](crate::Pruner) has left of the program's.
+    /// Computes distances and materials with a pruned list, from [`Pruner`](crate::Pruner).
     ///
     /// # Panics
-    /// As [`Evaluator::distances`].
+    /// If the slices differ in length, or are longer than [`LANES`](crate::LANES).
     pub fn materials_with(
         &mut self,
         instrs: &[Instruction],
@@ -195,7 +210,8 @@ impl<'a> Evaluator<'a> {
     }
 }
 
-/// Fill the lanes in use from a slice: those that it has nothing for repeat its last value. What is in the others is of runs before.
+/// Loads the lanes in use from a slice. Lanes beyond its end repeat its last value. Other lanes keep earlier
+/// values.
 #[inline(always)]
 fn load(lanes: &mut F32Lanes, from: &[f32], active: usize) {
     let (own, rest) = lanes.0[..active].split_at_mut(from.len());
@@ -204,14 +220,14 @@ fn load(lanes: &mut F32Lanes, from: &[f32], active: usize) {
 }
 
 impl Program {
-    /// The signed distance at one point. For many points, [`Evaluator`] is a hundred times as fast.
+    /// Returns the signed distance at one point. For many points, [`Evaluator`] is a hundred times as fast.
     pub fn distance(&self, point: Vec3) -> f32 {
         let mut out = [0.0];
         Evaluator::new(self).distances(&[point.x], &[point.y], &[point.z], &mut out);
         out[0]
     }
 
-    /// The distance and its gradient at one point.
+    /// Returns the distance and its gradient at one point.
     pub fn gradient(&self, point: Vec3) -> (f32, Vec3) {
         let (mut d, mut g) = ([0.0], [[0.0]; 3]);
         let [gx, gy, gz] = &mut g;

@@ -3,21 +3,21 @@ use glam::{UVec3, Vec3};
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// Points on a regular lattice: `min + spacing * (begin + (i, j, k))`, x fastest.
+/// The points of a regular grid: `min + spacing * (begin + (i, j, k))`, x fastest.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Grid {
-    /// The lattice's origin.
+    /// The grid's origin.
     pub min: Vec3,
-    /// Between points.
+    /// The distance between points.
     pub spacing: Vec3,
-    /// The first point, in steps from the origin: parts of one lattice have the same points to the bit.
+    /// The first point, in steps from the origin. Parts of one grid have the same points, bit for bit.
     pub begin: UVec3,
-    /// Points along each axis.
+    /// Number of points along each axis.
     pub size: UVec3,
 }
 
 impl Grid {
-    /// `n` points along each axis from `min` to `max`, both ends included.
+    /// Creates `n` points along each axis from `min` to `max`, including both ends.
     pub fn spanning(min: Vec3, max: Vec3, n: u32) -> Self {
         Self {
             min,
@@ -27,7 +27,7 @@ impl Grid {
         }
     }
 
-    /// Points in all.
+    /// Returns the number of points.
     #[expect(
         clippy::len_without_is_empty,
         reason = "a grid of no points is nothing to ask for"
@@ -36,12 +36,12 @@ impl Grid {
         self.layer_len().saturating_mul(self.size.z as usize)
     }
 
-    /// Points in a layer of constant z.
+    /// Returns the number of points in a layer of constant z.
     pub fn layer_len(&self) -> usize {
         self.size.x as usize * self.size.y as usize
     }
 
-    /// The points' coordinates along an axis.
+    /// Returns the points' coordinates along an axis.
     pub fn coordinates(&self, axis: usize) -> Vec<f32> {
         let n = self.size[axis] as usize;
         (0..n).map(|i| self.at(axis, i)).collect()
@@ -52,8 +52,8 @@ impl Grid {
         self.min[axis] + self.spacing[axis] * (self.begin[axis] + i as u32) as f32
     }
 
-    /// The distances of layer `k`, batch after batch: where in the layer each batch stands, and its values. `xs` are the
-    /// points' [`Grid::coordinates`] along x.
+    /// Computes the distances of layer `k`, batch after batch. `visit` receives the position of each batch in the
+    /// layer, and its values. `xs` are the points' [`Grid::coordinates`] along x.
     ///
     /// # Panics
     /// If `xs` is not as long as the grid is wide.
@@ -71,7 +71,7 @@ impl Grid {
         let (mut x, mut y, mut d) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
         for first in (0..self.layer_len()).step_by(LANES) {
             let n = LANES.min(self.layer_len() - first);
-            // The batch may hold the end of one row, whole rows and the beginning of another.
+            // A batch may hold the end of one row, whole rows, and the start of another.
             let mut lane = 0;
             while lane < n {
                 let (i, j) = ((first + lane) % nx, (first + lane) / nx);
@@ -87,7 +87,7 @@ impl Grid {
 }
 
 impl Program {
-    /// The distances of a grid's points, `out[i + nx * (j + ny * k)]`, on rayon's current threads.
+    /// Computes the distances of a grid's points into `out[i + nx * (j + ny * k)]`, on rayon's current threads.
     ///
     /// # Panics
     /// If `out` has another length than the grid has points.

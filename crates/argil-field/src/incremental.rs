@@ -1,10 +1,10 @@
 //! A program that follows a scene edit by edit, at the cost of what an edit touches.
 //!
-//! *Practice.* Each [piece](crate::pieces) is lowered on its own; its parameters stand in a table that all of them share. A
-//! coarse grid of parts knows which pieces can matter in each, by their boxes grown as far as [dirty
-//! boxes](argil_scene::SceneChange) reach: the list for a part is theirs, in the scene's order, with the joints of the groups that they
-//! are in. In the part it gives the scene's distances, as far as those are below the live program's far length. What remains
-//! linear in the number of operands of a group, with a small factor, is finding a piece's place in the order.
+//! *Practice.* Each [piece](crate::pieces) is lowered by itself. Its parameters live in a table that all pieces
+//! share. A coarse grid of parts knows which pieces can matter in each part, by their boxes grown as far as [dirty
+//! boxes](argil_scene::SceneChange) reach. A part's program consists of them, in the scene's order, with the joints
+//! of their groups. In the part, it gives the scene's distances below the program's far length. Finding a piece's
+//! place in the order remains linear in the operands of a group, with a small factor.
 
 mod additions;
 mod arena;
@@ -38,46 +38,49 @@ use piece::{Operand, lower_into};
 use rustc_hash::FxHashSet;
 use std::collections::{BTreeMap, HashMap};
 
-/// Ranks between neighbors, to begin with.
+/// Initial difference between the ranks of neighbors.
 const RANK_STEP: u64 = 1 << 32;
 
-/// What an update could not keep.
+/// The result of an update.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct UpdateOutcome {
-    /// Distances everywhere are relied on in another way than before: all that was made of them is to be made again.
+    /// Whether bounds changed that all distances rely on, so that everything derived from them must be rebuilt.
     pub needs_rebuild: bool,
 }
 
-/// A scene's program, operand by operand. See the module's page.
+/// A scene's program, piece by piece, which follows edits.
+///
+/// Create it from a scene, then [update](Self::update) it after each change. [`IncrementalProgram::part_program`]
+/// returns the instructions of a part of space.
 #[derive(Debug)]
 pub struct IncrementalProgram {
-    /// The tables, and what holds of the whole; its list is not kept.
+    /// The tables, and what holds for the whole scene. Its list is empty.
     tables: Program,
-    /// All pieces, and the groups that they are in.
+    /// All pieces, and the groups that contain them.
     operands: HashMap<NodeId, Operand>,
     groups: GroupTree,
     /// All pieces in the scene's order.
     order: BTreeMap<u64, NodeId>,
-    /// Which of them can matter where.
+    /// Which pieces can matter where.
     index: PartIndex,
-    /// What is counted of the visible operands.
+    /// Statistics of the visible operands.
     counts: PieceCounts,
-    /// Places among the parameters.
+    /// Space in the table of parameters.
     arena: Arena,
     /// What the last update did.
     update: ChangeTracker,
-    /// Instructions and iterations of all operands, seen or not; opcodes of all that there ever were.
+    /// Instructions and iterations of all operands, visible or not, and all opcodes that ever occurred.
     length: usize,
     iterations: u64,
     opcodes: OpcodeSet,
 }
 
-/// Where along a curve through the parts' region a box's middle is.
+/// Returns the position of a box's center along a space-filling curve.
 fn morton(aabb: Aabb, parts: &PartGrid) -> u64 {
     if !aabb.is_finite() {
         return 0;
     }
-    // An eighth of a part is as fine as need be.
+    // An eighth of a part is fine enough.
     let across = 8.0 * (aabb.center() - parts.corner) / parts.edge + 512.0;
     let at = across.clamp(Vec3::ZERO, Vec3::splat(1023.0)).as_uvec3();
     let spread = |c: u32| {
@@ -89,10 +92,10 @@ fn morton(aabb: Aabb, parts: &PartGrid) -> u64 {
 }
 
 impl IncrementalProgram {
-    /// Of a scene as it is now.
+    /// Creates the program of a scene.
     ///
     /// # Errors
-    /// As [`Program::lower`].
+    /// If the scene exceeds a limit: see [`Program::lower`].
     pub fn new(scene: &Scene, parts: PartGrid) -> Result<Self, LowerError> {
         let mut live = Self {
             tables: Program::default(),
@@ -116,7 +119,7 @@ impl IncrementalProgram {
         for ((_, operand), nth) in all.iter_mut().zip(1..) {
             operand.rank = nth * RANK_STEP;
         }
-        // Parameters of neighbors stand side by side.
+        // Parameters of neighbors are stored together.
         all.sort_by_cached_key(|(_, operand)| morton(operand.extent.aabb, &parts));
         for (node, operand) in all {
             live.insert(node, operand);
@@ -130,52 +133,51 @@ impl IncrementalProgram {
         Ok(live)
     }
 
-    /// Where it tells lists.
+    /// Returns the grid of parts.
     pub fn parts(&self) -> &PartGrid {
         &self.index.parts
     }
 
-    /// The tables that lists point into, and what holds of the whole scene. It has no list of its own.
+    /// Returns the tables that part programs refer to, and what holds for the whole scene. Its own list is empty.
     pub fn program(&self) -> &Program {
         &self.tables
     }
 
-    /// Stretches of the parameters, each from one to before another, that the last update has written. Those that it has
-    /// appended are among them.
+    /// Returns the ranges of parameters that the last update wrote, including appended ones.
     pub fn dirty_ranges(&self) -> &[(u32, u32)] {
         &self.arena.written
     }
 
-    /// A box of what the last update put into the scene, and whether how far the scene reaches may have changed elsewhere too:
-    /// if that touched what is endless, or what cuts the rest.
+    /// Returns the box of what the last update inserted, and whether the scene's extent may have changed elsewhere
+    /// too: if the update touched an endless solid, or one that clips others.
     pub fn inserted_box(&self) -> (Aabb, bool) {
         (self.update.put, self.update.touched_ends)
     }
 
-    /// Boxes in which the last update changed what is known of [jumps](Program::jumps_near).
+    /// Returns boxes in which the facts about [jumps](Program::jumps_near) changed in the last update.
     pub fn jumps_added(&self) -> &[Aabb] {
         &self.update.loosened
     }
 
-    /// Instructions of the whole at most.
+    /// Returns the maximum number of instructions of the whole program.
     pub fn instruction_count(&self) -> usize {
         self.length
     }
 
-    /// [`Program::max_iterations`] of the whole at most.
+    /// Returns [`Program::max_iterations`] of the whole program, or more.
     pub fn max_iterations(&self) -> u64 {
         self.iterations
     }
 
-    /// Opcodes of the whole, and of what was there before.
+    /// Returns the opcodes of the whole program, including earlier ones.
     pub fn opcodes(&self) -> OpcodeSet {
         self.opcodes
     }
 
-    /// Follow a scene's changes since the last time.
+    /// Applies a scene's changes since the last update.
     ///
     /// # Errors
-    /// As [`Program::lower`]; nothing is changed then.
+    /// If the scene exceeds a limit: see [`Program::lower`]. Nothing changes then.
     pub fn update(
         &mut self,
         scene: &Scene,
@@ -220,7 +222,7 @@ impl IncrementalProgram {
                 self.enter(node);
             }
         }
-        // Blends swell what they join.
+        // Blends extend what they join.
         self.update.put = self.update.put.grown(self.counts.max_outward_offset());
         self.tables.aabb = self.tables.aabb.union(self.update.put);
         let needed = self.counts.blend_propagation(self.index.parts.far);
@@ -232,7 +234,7 @@ impl IncrementalProgram {
         if self.update.is_collected {
             self.collect_changes(&mut told);
         }
-        // Kept for their parameters, whether they are told of or not.
+        // Kept for their parameters, whether they are collected or not.
         self.update.touched = Some(told);
         if !plain || !self.tables.loose.is_empty() {
             self.recompute_regularity();
@@ -250,7 +252,7 @@ impl IncrementalProgram {
         })
     }
 
-    /// Whether what was made of a program's distances can be relied on as before.
+    /// Whether everything derived from a program's distances is still valid for this one.
     pub fn has_same_bounds_as(&self, program: &Program) -> bool {
         let own = (
             program.lipschitz(),
@@ -259,7 +261,7 @@ impl IncrementalProgram {
         own == self.reliance() && program.materials() == self.tables.materials
     }
 
-    /// What decisions about distances rest on.
+    /// Returns what decisions about distances rely on.
     fn reliance(&self) -> (f32, ClearanceModel) {
         (
             self.tables.lipschitz,
@@ -267,7 +269,7 @@ impl IncrementalProgram {
         )
     }
 
-    /// Take note of an operand and give its parameters a place; `near` is not touched.
+    /// Adds an operand and gives its parameters a place, without changing the index.
     fn insert(&mut self, node: NodeId, mut operand: Operand) {
         let own = std::mem::take(&mut operand.own_params);
         let length = own.len() as u32;
@@ -288,7 +290,7 @@ impl IncrementalProgram {
         self.operands.insert(node, operand);
     }
 
-    /// Take an operand out; its parameters stay.
+    /// Removes an operand. Its parameters stay.
     fn remove(&mut self, node: NodeId) -> Option<Operand> {
         let operand = self.operands.remove(&node)?;
         self.length -= operand.instrs.len();
@@ -300,7 +302,7 @@ impl IncrementalProgram {
         Some(operand)
     }
 
-    /// How regular the whole is.
+    /// Recomputes the regularity of the whole scene.
     fn recompute_regularity(&mut self) {
         let parent_of = |group: u32| self.groups.parent_of(group);
         let operator_of = |group: u32| self.groups.operator_of(group);
@@ -336,7 +338,7 @@ impl IncrementalProgram {
         tables.magnitude = self.counts.magnitude();
     }
 
-    /// A box around everything that adds.
+    /// Returns a box around everything that adds to the solid.
     fn solid_box(&self) -> Aabb {
         let adding = self.operands.values().filter(|operand| operand.adds());
         let boxes = adding.fold(Aabb::EMPTY, |all, operand| all.union(operand.extent.aabb));

@@ -1,5 +1,5 @@
-//! The interpreter on the CPU: one instruction at a time over [`LANES`] points. `interpret.wgsl` is the twin, one point
-//! at a time.
+//! The interpreter on the CPU: one instruction at a time over [`LANES`] points. `interpret.wgsl` is the twin, one
+//! point at a time.
 
 use crate::combine::{Joint, combine_chamfer, combine_morph, combine_smooth};
 use crate::dispatch::measure;
@@ -14,7 +14,7 @@ use crate::space::{
 use crate::{FAR, Program, WORLD_LIMIT, noise};
 use argil_abi as abi;
 
-/// What a run carries along besides distances.
+/// What a run carries besides distances.
 #[derive(Clone, Copy, PartialEq)]
 pub(crate) enum Carried {
     Nothing,
@@ -23,12 +23,12 @@ pub(crate) enum Carried {
     Marks,
 }
 
-/// How many instructions ahead parameters are fetched.
+/// The number of instructions by which parameters are prefetched.
 const AHEAD: usize = 4;
 
-/// Run a list of a program's instructions on the points in the registers. `APART`: each brush is measured on its own and
-/// then joined, as what is carried needs it; nothing is carried otherwise. What is carried is no parameter of the type:
-/// each copy of this function takes seconds to compile.
+/// Runs a list of a program's instructions on the points in the state. With `APART`, each brush is measured by
+/// itself and then joined, which everything carried needs; without, nothing is carried. What is carried is not a
+/// type parameter, because each copy of this function takes seconds to compile.
 #[inline(always)]
 pub(crate) fn run<R: Real, const APART: bool>(
     program: &Program,
@@ -43,7 +43,7 @@ pub(crate) fn run<R: Real, const APART: bool>(
     }
     let any_exiled = mask_outside_world::<R>(&mut r.point, &mut r.outside_world, r.active);
     let params = &program.params[..];
-    // Caches hold what few need.
+    // Caches hold the parameters of short lists.
     let is_long = instrs.len() > 64;
     let mut pc = 0;
     while let Some(&abi::Instruction {
@@ -104,7 +104,7 @@ pub(crate) fn run<R: Real, const APART: bool>(
     }
 }
 
-/// Measure a brush and join it with what is in the accumulator.
+/// Measures a brush and joins it with the accumulator.
 #[inline(always)]
 fn brush<R: Real, const APART: bool>(
     program: &Program,
@@ -114,7 +114,7 @@ fn brush<R: Real, const APART: bool>(
     [materials, marks]: [bool; 2],
 ) {
     let (flags, at) = (instr.flags, instr.params as usize);
-    // What is carried wants the brush measured alone first, then combined.
+    // What is carried needs the brush measured by itself first.
     let mut b = BrushParams::read(&program.params, at);
     let joint = b.joint;
     if APART {
@@ -149,7 +149,7 @@ fn brush<R: Real, const APART: bool>(
     }
 }
 
-/// Put the accumulator on the stack and begin anew with nothing.
+/// Pushes the accumulator onto the stack, and starts again with an empty one.
 #[inline(always)]
 fn save_value<R: Real>(r: &mut InterpreterState<R>, materials: bool) {
     r.values.push(std::mem::replace(&mut r.acc, R::splat(FAR)));
@@ -165,7 +165,7 @@ fn restore_point<R: Real>(r: &mut InterpreterState<R>) {
     }
 }
 
-/// Join the accumulator with what is on top of the stack.
+/// Joins the accumulator with the top of the stack.
 #[inline(always)]
 fn combine<R: Real>(
     r: &mut InterpreterState<R>,
@@ -187,7 +187,7 @@ fn combine<R: Real>(
     let Some(mut saved) = r.values.pop() else {
         return;
     };
-    // From here `saved` is a and the accumulator b.
+    // From here, `saved` is a and the accumulator is b.
     if flags & abi::FLAG_SWAPPED != 0 {
         std::mem::swap(&mut saved, &mut r.acc);
     }
@@ -214,7 +214,7 @@ fn combine<R: Real>(
     }
 }
 
-/// Begin with the first of the copies that are looked at.
+/// Begins with the first of the copies to evaluate.
 #[inline(always)]
 fn begin_copies<R: Real>(
     r: &mut InterpreterState<R>,
@@ -229,7 +229,7 @@ fn begin_copies<R: Real>(
     candidate(r, params, op, at, 0);
 }
 
-/// Keep the nearer of this copy and the nearest before it, and begin the next; whether there is one.
+/// Keeps the nearer of this copy and the nearest before it, and begins the next one. Returns whether there is one.
 #[inline(always)]
 fn next<R: Real>(
     r: &mut InterpreterState<R>,
@@ -285,7 +285,7 @@ fn elongate<R: Real>(r: &mut InterpreterState<R>, w: &[f32; 3]) {
     });
 }
 
-/// Twist or bend the points, held in the box in which that is bounded.
+/// Twists or bends the points, clamped to the box in which that is bounded.
 #[inline(always)]
 fn warp<R: Real>(
     r: &mut InterpreterState<R>,
@@ -303,8 +303,8 @@ fn warp<R: Real>(
     });
 }
 
-// What changes values by points loops here and not in a closure: one that is not inlined is compiled without the vectors of
-// whoever calls.
+// Loops over points are functions here and not closures, because a closure that is not inlined loses the caller's
+// vector instructions.
 
 #[inline(always)]
 fn unclamp_values<R: Real>(r: &mut InterpreterState<R>, w: &[f32; TWIST_WORDS]) {
@@ -346,14 +346,14 @@ fn displace<R: Real>(r: &mut InterpreterState<R>, &[amplitude, frequency]: &[f32
     }
 }
 
-/// The lanes in use, so that the optimizer knows that there are as many.
+/// Returns the lanes in use, so that the optimizer knows their number.
 #[inline(always)]
 fn lanes_of(active: usize) -> std::ops::Range<usize> {
     0..active.min(LANES)
 }
 
-/// Move the points that are not in the world to its origin, so that no arithmetic overflows, and mark their lanes with 1;
-/// whether there are any. Most batches have none, and are only read.
+/// Moves points outside the world to its origin, so that no arithmetic overflows, and marks their lanes with 1.
+/// Returns whether there are any. Most batches have none, and are only read.
 #[inline(always)]
 fn mask_outside_world<R: Real>(
     [xs, ys, zs]: &mut [R::Lanes; 3],
@@ -382,7 +382,7 @@ fn mask_outside_world<R: Real>(
     true
 }
 
-/// How many copies a loop looks at.
+/// Returns the copies that a loop evaluates.
 fn candidates(params: &[f32], op: u32, at: usize) -> u32 {
     if op == abi::OP_REPEAT {
         let w: &[f32; REPEAT_WORDS] = words(params, at);
@@ -393,7 +393,7 @@ fn candidates(params: &[f32], op: u32, at: usize) -> u32 {
     }
 }
 
-/// Place the points relative to a loop's copy number `j`.
+/// Places the points relative to a loop's copy `j`.
 #[inline(always)]
 fn candidate<R: Real>(r: &mut InterpreterState<R>, params: &[f32], op: u32, at: usize, j: u32) {
     let Some(saved) = r.points.last() else { return };

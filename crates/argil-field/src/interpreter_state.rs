@@ -1,4 +1,4 @@
-//! What the interpreter works on.
+//! The state of the interpreter.
 
 use crate::FAR;
 use crate::marks::Marks;
@@ -7,38 +7,38 @@ use std::cell::Cell;
 use std::ops::{Deref, DerefMut};
 use std::thread::LocalKey;
 
-/// Base color, roughness, emission, metallic of each lane.
+/// Base color, roughness, emission and metalness of each lane.
 pub(crate) type MaterialLanes = [F32Lanes; 8];
 
-/// What the interpreter works on. Allocated once, used for many batches.
+/// The state of the interpreter: allocated once, used for many batches.
 pub(crate) struct InterpreterState<R: Real> {
-    /// The points, changed along the way.
+    /// The points, which instructions change.
     pub point: [R::Lanes; 3],
-    /// Lanes in use, rounded up to whole blocks: what brushes are measured for.
+    /// Lanes in use, rounded up to whole blocks.
     pub active: usize,
-    /// What distances are accumulated from.
+    /// The initial value of distances.
     pub start: f32,
-    /// The accumulated distances, and after the run the answer.
+    /// The accumulated distances, and the result after a run.
     pub acc: R::Lanes,
-    /// What was accumulated before a brush, while that is measured on its own.
+    /// The accumulator before a brush, while that is measured by itself.
     pub aside: R::Lanes,
     /// The accumulated materials.
     pub material: Box<MaterialLanes>,
     pub values: Vec<R::Lanes>,
     pub points: Vec<[R::Lanes; 3]>,
     pub materials: Vec<MaterialLanes>,
-    /// Candidates done of each open loop.
+    /// Finished candidates of each open loop.
     pub loops: Vec<u32>,
     pub outside_world: F32Lanes,
-    /// Of each instruction: who loses there.
+    /// Which operand each instruction rules out.
     pub marks: Vec<Marks>,
-    /// By how much a distance can come nearer to another within a cell.
+    /// How much distances can approach each other within a cell.
     pub margin: f32,
 }
 
-/// Numbers whose registers a thread keeps while nobody uses them.
+/// Number types whose state a thread caches.
 pub(crate) trait Spare: Real {
-    /// Registers that nobody on this thread uses at the moment.
+    /// Returns the thread's cached state.
     fn spare() -> &'static LocalKey<Cell<Option<Box<InterpreterState<Self>>>>>;
 }
 
@@ -76,7 +76,8 @@ impl<R: Real> InterpreterState<R> {
     }
 }
 
-/// Registers on loan: a thread's spare ones, or new ones, which become its spare. A single question then allocates nothing.
+/// A state on loan: the thread's cached one, or a new one, which becomes the cached one. So a single evaluation
+/// allocates nothing.
 pub(crate) struct Loan<R: Spare>(Option<Box<InterpreterState<R>>>);
 
 const LOANED: &str = "registers, until they are given back";
@@ -112,16 +113,17 @@ impl<R: Spare> DerefMut for Loan<R> {
 impl<R: Spare> Drop for Loan<R> {
     fn drop(&mut self) {
         let mut own = self.0.take();
-        // What long lists have left is not kept.
+        // Do not keep the memory of long lists.
         if let Some(own) = &mut own {
             own.marks = Vec::new();
         }
-        // A thread that ends has no spare ones.
+        // A thread that ends has no cache.
         let _ = R::spare().try_with(|spare| spare.set(own));
     }
 }
 
-/// The first `N` words at an instruction's parameters. A program's tables agree, so the default is never used.
+/// Returns the first `N` words of an instruction's parameters. A program's tables are consistent, so the default is
+/// never used.
 #[inline(always)]
 pub(crate) fn words<const N: usize>(params: &[f32], at: usize) -> &[f32; N] {
     params

@@ -1,9 +1,9 @@
 //! Pieces whose distances can jump, and where that matters.
 //!
-//! *Theory.* The field of repeated solids jumps where the nearest copies change. A jump of one [piece](crate::pieces) changes the
-//! sign of the scene nowhere but near that piece: outside of its box its distance is positive, and at least the distance to the box
-//! divided by its underestimate. A smooth joint of radius k leaves the sign alone where that is k or more. So what is said of
-//! a place that is outside of the grown boxes of all loose pieces need not allow for their jumps.
+//! *Theory.* The field of repeated solids jumps where the nearest copies change. A jump of one
+//! [piece](crate::pieces) changes the scene's sign only near that piece. Outside its box its distance is positive,
+//! and at least the distance to the box divided by its underestimate. A smooth joint of radius k keeps the sign if
+//! that is at least k. So places outside the grown boxes of all such pieces need not account for their jumps.
 
 use crate::Program;
 use crate::jumps::{JumpRegion, NearJumps};
@@ -14,12 +14,12 @@ use argil_scene::{BlendProfile, Operator, OperatorKind, max_blend_propagation};
 use glam::Vec3;
 
 impl Program {
-    /// What operands that jump can do in a box, of those that are less than `far` away.
+    /// Returns what jumping operands can do in a box, for those less than `far` away.
     pub fn jumps_near(&self, region: Aabb, far: f32) -> NearJumps {
         let mut near = NearJumps::NONE;
         for own in &self.loose {
             let gap = (own.aabb.min - region.max).max(region.min - own.aabb.max);
-            // NaN is taken for 0: of what is endless.
+            // NaN, from endless solids, counts as 0.
             let gap = gap.max(Vec3::ZERO).length();
             let gap = if gap.is_nan() { 0.0 } else { gap };
             if gap < far {
@@ -35,10 +35,10 @@ impl Program {
     }
 }
 
-/// The joints that come after a piece, up to the end of the list.
+/// The joints after a piece, up to the end of the list.
 #[derive(Clone, Copy, Default)]
 struct Later {
-    /// By how much values can fall through the joints outside of the group.
+    /// How far values can fall through the joints outside the group.
     outside: f32,
     blends: f32,
     blend: f32,
@@ -64,7 +64,7 @@ impl Later {
         self.outside + inside
     }
 
-    /// Of the last in a group.
+    /// Returns the joints after the last operand of a group.
     fn inside(&self) -> Self {
         Self {
             outside: self.falls(),
@@ -75,7 +75,8 @@ impl Later {
     }
 }
 
-/// The loose ones of the visible pieces of a scene, which are told from the last to the first. `all` is how regular the whole is.
+/// Returns the jumping pieces among a scene's visible pieces, given from last to first. `all` is the regularity of
+/// the whole scene.
 pub(crate) fn loose_of(
     last_first: impl Iterator<Item = PieceInfo>,
     parent_of: impl Fn(u32) -> u32,
@@ -112,7 +113,7 @@ pub(crate) fn loose_of(
             .underestimate
             .max(own.extent.lipschitz_inverse);
         let falls = later.falls();
-        // What morphs is a mixture of all, wherever that is.
+        // A morph mixes everything, wherever it is.
         let aabb = if later.morphed {
             Aabb::ALL
         } else {

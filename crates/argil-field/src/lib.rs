@@ -54,10 +54,10 @@ pub use program_tree::ProgramTree;
 pub use prune::Pruner;
 pub use scalar::LANES;
 
-/// The distance of nothing, and of points that are not in the world.
+/// The distance of an empty scene, and of points outside the world.
 pub const FAR: f32 = argil_abi::FAR;
 
-/// Points farther than this from the origin along an axis are not in the world.
+/// Points farther than this from the origin along an axis are outside the world.
 pub const WORLD_LIMIT: f32 = argil_abi::WORLD_LIMIT;
 
 pub(crate) const WGSL_COMMON: &str = concat!(

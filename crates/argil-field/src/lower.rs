@@ -1,4 +1,4 @@
-//! A scene's list of brushes as a program.
+//! Lowers a scene to a program.
 
 mod error;
 mod frame;
@@ -18,10 +18,11 @@ use lowering::{Lowering, LoweringTask};
 use params::is_single;
 
 impl Program {
-    /// Lower a scene. Time and memory are linear in the number of its nodes.
+    /// Lowers a scene to a program. Time and memory are linear in the number of nodes.
     ///
     /// # Errors
-    /// If the scene exceeds a limit, such as too many copies in a `Repeat`, or if a number leaves the range of `f32`.
+    /// If the scene exceeds a limit, such as too many copies in a `Repeat`, or if nested scales leave the range of
+    /// `f32`.
     pub fn lower(scene: &Scene) -> Result<Self, LowerError> {
         let pieces = Pieces::of(scene);
         let mut lowering = Lowering::of(scene, Scene::ROOT, Some(&pieces));
@@ -35,11 +36,11 @@ impl Program {
         Ok(lowering.program)
     }
 
-    /// Whether the piece that holds a node can be lowered, but for meshes that are not loaded yet; all of an open group where the node
-    /// is that.
+    /// Checks that the piece that contains a node can be lowered, except for meshes that are not loaded. An open
+    /// group is checked as a whole.
     ///
     /// # Errors
-    /// As [`Program::lower`].
+    /// If it exceeds a limit: see [`Program::lower`].
     pub fn check(scene: &Scene, node: NodeId) -> Result<(), LowerError> {
         // From the node up to the root.
         let mut path = vec![node];
@@ -68,8 +69,8 @@ impl Program {
         }
     }
 
-    /// Lower a piece, onto whatever is in the accumulator: a program whose list can follow any other's. `within` is the frame of the
-    /// group that it is in, whose unit is `scale` in the world.
+    /// Lowers a piece onto the current accumulator, as a program whose list can follow any other. `within` is the
+    /// frame of its group, whose unit has length `scale` in the scene.
     pub(crate) fn lower_piece(
         scene: &Scene,
         node: NodeId,

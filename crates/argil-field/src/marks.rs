@@ -1,19 +1,19 @@
-//! Which operands cannot matter in cells: what pruning marks, and the interpreter finds.
+//! Classifies operands that cannot matter in cells, for pruning.
 
 use crate::combine::Joint;
 use argil_abi as abi;
 
-/// Cells that are measured at once.
+/// Cells that are classified at once.
 pub const CELLS_PER_BATCH: usize = 64;
 
-/// Which operands cannot matter: a bit for each cell.
+/// Operands that cannot matter, one bit per cell.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Marks {
     pub drop_a: u64,
     pub drop_b: u64,
 }
 
-/// Whether `a`, and whether `b`, can be left out of a joint where distances come nearer to one another by at most
+/// Whether `a`, and whether `b`, can be dropped from a joint, if their distances approach each other by at most
 /// `margin`.
 #[inline(always)]
 pub(crate) fn dominated(
@@ -24,7 +24,7 @@ pub(crate) fn dominated(
     is_group: bool,
     margin: f32,
 ) -> (bool, bool) {
-    // A brush on its own is never painted, morphed or chamfered.
+    // A single brush is never painted, morphed or chamfered.
     let mode = if is_group {
         flags & abi::COMBINE_MASK
     } else {
@@ -35,10 +35,10 @@ pub(crate) fn dominated(
     let clear = margin + j.k;
     match mode {
         abi::COMBINE_MORPH => (false, false),
-        // Paint is taken where b is inside, or within its blend radius.
+        // Paint applies where b is inside, or within its blend radius.
         abi::COMBINE_PAINT => (false, b > clear),
         abi::COMBINE_CHAMFER if j.k > 0.0 => {
-            // The face must be clear of the winner too; it is steeper by √2.
+            // The face must be clear of the winner too, and it is steeper by √2.
             let face = (a + b - j.k) * std::f32::consts::FRAC_1_SQRT_2;
             let steeper = 1.25 * margin;
             (

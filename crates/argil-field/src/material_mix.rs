@@ -1,4 +1,4 @@
-//! What a run of the interpreter carries along besides distances: materials, and marks of what cannot matter.
+//! What the interpreter carries besides distances: materials, and the classification of operands.
 
 use crate::FAR;
 use crate::combine::{Joint, combine_smooth, weight_paint, weight_smooth};
@@ -9,7 +9,7 @@ use crate::scalar::{F32Lanes, LANES, Real};
 use argil_abi as abi;
 use argil_math::bits_of;
 
-/// `a` ← mix(a, b, weights).
+/// Sets `a` to mix(a, b, weights).
 #[inline(always)]
 pub(crate) fn mix_materials(
     a: &mut MaterialLanes,
@@ -47,7 +47,7 @@ pub(crate) fn weights<R: Real>(
     out
 }
 
-/// Put what is in the accumulator aside, of the lanes in use, and begin anew.
+/// Saves the accumulator of the lanes in use, and starts a new one.
 #[inline(always)]
 pub(crate) fn put_aside<R: Real>(r: &mut InterpreterState<R>) {
     for first in (0..r.active.min(LANES)).step_by(SIMD_BLOCK) {
@@ -58,7 +58,7 @@ pub(crate) fn put_aside<R: Real>(r: &mut InterpreterState<R>) {
     }
 }
 
-/// Join a brush in the accumulator with what was put aside.
+/// Combines a brush in the accumulator with the saved value.
 #[inline(always)]
 pub(crate) fn join_aside<R: Real>(r: &mut InterpreterState<R>, joint: &Joint) {
     for first in (0..r.active.min(LANES)).step_by(SIMD_BLOCK) {
@@ -69,11 +69,11 @@ pub(crate) fn join_aside<R: Real>(r: &mut InterpreterState<R>, joint: &Joint) {
     }
 }
 
-/// Note which operand of the joint at `pc` loses so clearly that it cannot matter: what was put aside, or the brush in the
+/// Records which operand of the joint at `pc` clearly cannot matter: the saved value, or the brush in the
 /// accumulator.
 #[inline(always)]
 pub(crate) fn mark_brush<R: Real>(r: &mut InterpreterState<R>, pc: usize, j: &Joint, flags: u32) {
-    // Within a loop there is a distance for each copy: it stays whole.
+    // A loop has a distance per copy, so it stays whole.
     if r.loops.is_empty() {
         let marks = marks_of::<R>(&r.aside, &r.acc, j, flags, false, (r.active, r.margin));
         if let Some(place) = r.marks.get_mut(pc) {
@@ -82,7 +82,7 @@ pub(crate) fn mark_brush<R: Real>(r: &mut InterpreterState<R>, pc: usize, j: &Jo
     }
 }
 
-/// The same of a group: `a`, or the accumulator.
+/// Records the same for a group: `a`, or the accumulator.
 #[inline(always)]
 pub(crate) fn mark_group<R: Real>(
     r: &mut InterpreterState<R>,
@@ -114,7 +114,7 @@ fn marks_of<R: Real>(
         let (is_a, is_b) = dominated(a, b, j, flags, is_group, margin);
         (drop_a[i], drop_b[i]) = (u8::from(is_a), u8::from(is_b));
     };
-    // Of two lengths that are known, so that both vectorise.
+    // Two constant lengths, so that both vectorize.
     if active <= SIMD_BLOCK {
         (0..SIMD_BLOCK).for_each(&mut mark);
     } else {

@@ -3,7 +3,7 @@
 use argil_abi::GpuMaterial;
 use argil_scene::{Material, Scene};
 
-/// The table of a scene's materials: a material for what has none, then all by name.
+/// Returns the table: the default material, and then all materials by name.
 pub(crate) fn materials_of(scene: &Scene) -> Vec<GpuMaterial> {
     let own = scene.materials().values().map(words_of);
     std::iter::once(words_of(&Material::default()))

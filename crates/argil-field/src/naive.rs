@@ -1,5 +1,5 @@
-//! The oracle: distances straight from the scene, one point at a time, in double precision, by definitions too short to
-//! be wrong. Slow and recursive; for tests only.
+//! The oracle: distances directly from the scene, point by point, in double precision, by definitions too short to
+//! be wrong. It is slow and recursive, and only for tests.
 
 mod grids;
 mod shapes;
@@ -12,7 +12,7 @@ pub use shapes::shape;
 
 const NOTHING: f64 = crate::FAR as f64;
 
-/// The signed distance of a scene at a point.
+/// Returns the signed distance of a scene at a point.
 pub fn distance(scene: &Scene, point: Vec3) -> f64 {
     node(scene, Scene::ROOT, point.as_dvec3())
 }
@@ -26,7 +26,7 @@ fn node(scene: &Scene, id: NodeId, p: V3) -> f64 {
     )
 }
 
-/// A node after its first `count` modifiers.
+/// Evaluates a node after its first `count` modifiers.
 fn modified(scene: &Scene, id: NodeId, count: usize, p: V3) -> f64 {
     let entry = scene.node(id).at_current_time();
     let Some(last) = count.checked_sub(1) else {
@@ -98,9 +98,9 @@ fn modified(scene: &Scene, id: NodeId, count: usize, p: V3) -> f64 {
     }
 }
 
-/// Where the copies of a repetition stand.
+/// Returns the positions of a repetition's copies.
 fn copies(spacing: [f32; 3], count: Option<[u32; 3]>, p: V3) -> Vec<V3> {
-    // Every copy there is, or of endless many all within three cells.
+    // All copies, or for endless repetitions, those within three cells.
     let range = |axis: usize| -> Vec<f64> {
         let step = f64::from(spacing[axis]);
         match count {
@@ -138,7 +138,7 @@ fn group(scene: &Scene, id: NodeId, p: V3) -> f64 {
     all.unwrap_or(NOTHING)
 }
 
-/// An operator's distance from that of its two operands.
+/// Combines two distances with an operator.
 pub fn joint(a: f64, b: f64, operator: &Operator) -> f64 {
     let k = f64::from(operator.blend);
     let smin = |a: f64, b: f64| match operator.profile {

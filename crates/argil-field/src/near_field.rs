@@ -1,11 +1,11 @@
-//! Distances in a scene of many brushes, at a cost that their number hardly changes.
+//! Distances in a scene of many brushes, at a cost that hardly depends on their number.
 //!
-//! *Theory.* To whoever marches a ray, or asks how open a place is, distances beyond some length are all the same. Below a far
-//! length, what a point's distance depends on is near that point.
+//! *Theory.* A ray marcher, or an occlusion test, treats all distances beyond some length the same. Below that far
+//! length, a point's distance depends only on what is near.
 //!
-//! *Practice.* Grids of parts, each twice as coarse as the one before, know which pieces can matter in a part
-//! to distances below the grid's far length. The list of a part is put together and pruned when a point in it is first asked for,
-//! by whichever thread that is. A point asks the finest grid; if its distance is not below the far length, the next.
+//! *Practice.* Grids of parts, each twice as coarse as the one before, know which pieces can matter in a part for
+//! distances below the grid's far length. The first thread that asks for a point in a part prunes its program. A
+//! point uses the finest grid first. If its distance is not below the far length, it uses the next.
 
 use crate::part_grid::PartGrid;
 use crate::spans::OperandSpan;
@@ -19,32 +19,33 @@ use std::sync::OnceLock;
 
 /// A grid's far length, in edges of its parts.
 const FAR: f32 = 0.5;
-/// Operands for each part of the finest grid, where they are spread evenly.
+/// Operands per part of the finest grid, if they are spread evenly.
 const OPERANDS_PER_PART: f32 = 2.0;
-/// Most parts along an axis.
+/// Maximum parts along an axis.
 const MAX_PARTS: f32 = 128.0;
-/// Most entries for each operand: where operands are larger, parts are.
+/// Maximum entries per operand. Larger operands get larger parts.
 const MAX_ENTRIES: u64 = 64;
-/// The longest list that a coarser grid may have in the mean over its entries.
+/// Maximum mean length of a coarse grid's programs, over its entries.
 const MAX_LIST_LENGTH: u64 = 1 << 15;
-/// What covers more than one of so many parts is entered once for all.
+/// What covers more than one in this many parts is entered once for all.
 const SHARE: u32 = 8;
-/// Lists of no more instructions are left as they are.
+/// Programs of up to this many instructions are not pruned.
 const SHORT: usize = 16;
 
-/// Lists of what is near, for all threads. See the module's page.
+/// Pruned programs near each point, shared by all threads. Create one per program, and a [`NearEvaluator`] per
+/// thread.
 #[derive(Debug)]
 pub struct NearField<'a> {
     program: &'a Program,
     levels: Vec<NearLevel>,
 }
 
-/// Where the parts of a level are.
+/// The position of a level's parts.
 #[derive(Debug)]
 struct NearGrid {
     parts: PartGrid,
     around: Aabb,
-    /// Parts along each axis.
+    /// Number of parts along each axis.
     size: UVec3,
     /// How far values can fall through joints.
     falls: [f32; 2],
@@ -53,7 +54,7 @@ struct NearGrid {
 #[derive(Debug)]
 struct NearLevel {
     grid: NearGrid,
-    /// Of each part, where its operands begin; one more for the end.
+    /// For each part, the index of its first operand, and one more for the end.
     begins: Vec<u32>,
     operands: Vec<u32>,
     /// Operands that are entered once for all parts.
@@ -62,8 +63,8 @@ struct NearLevel {
 }
 
 impl<'a> NearField<'a> {
-    /// Of a program, for points of a finite box, where distances up to `far` are asked for. `None` where the program's pieces
-    /// cannot be [told apart](Program::operand_count), or where some morph, which makes all matter everywhere.
+    /// Creates a field for points of a finite box and distances up to `far`. Returns `None` if the program's pieces
+    /// are not [tracked](Program::operand_count), or if there is a morph, which makes everything matter everywhere.
     pub fn new(program: &'a Program, around: Aabb, far: f32) -> Option<Self> {
         let all = &program.operands;
         let size = around.size().max_element();
@@ -73,7 +74,7 @@ impl<'a> NearField<'a> {
         }
         let mut count = (all.len() as f32 / OPERANDS_PER_PART).cbrt();
         count = count.ceil().clamp(1.0, MAX_PARTS);
-        // Counted before anything is made: large pieces can be in more parts than there is memory for.
+        // Counted before anything is allocated: large pieces can be in more parts than fit into memory.
         while count > 4.0 {
             let grid = NearGrid::new(program, around, size / count, far);
             let entries: u64 = all.iter().map(|own| grid.covered_by(program, own)).sum();
@@ -104,7 +105,7 @@ impl<'a> NearField<'a> {
         Some(Self { program, levels })
     }
 
-    /// Distances of points beyond this length are not told apart.
+    /// Returns the distance beyond which results are clamped.
     pub fn far(&self) -> f32 {
         self.levels.last().map_or(0.0, |level| level.grid.parts.far)
     }
@@ -112,7 +113,7 @@ impl<'a> NearField<'a> {
 
 impl NearGrid {
     fn new(program: &Program, around: Aabb, edge: f32, most: f32) -> Self {
-        // The last level reaches as far as is asked for.
+        // The last level reaches as far as requested.
         let own = FAR * edge;
         let far = if 1.5 * own < most { own } else { most };
         let parts = PartGrid {
@@ -133,7 +134,7 @@ impl NearGrid {
         self.size.element_product()
     }
 
-    /// The parts in which a piece can matter, if it can in any.
+    /// Returns the range of parts in which a piece can matter, if there is any.
     fn range_of(&self, program: &Program, own: &OperandSpan) -> Option<Range<UVec3>> {
         if own.operator.kind == OperatorKind::Intersect {
             return Some(UVec3::ZERO..self.size);
@@ -149,7 +150,7 @@ impl NearGrid {
         Some(first..last + 1)
     }
 
-    /// How many those are.
+    /// Returns the number of those parts.
     fn covered_by(&self, program: &Program, own: &OperandSpan) -> u64 {
         self.range_of(program, own).map_or(0, |range| {
             u64::from((range.end - range.start).element_product())
@@ -161,7 +162,7 @@ impl NearLevel {
     fn new(program: &Program, grid: NearGrid) -> Self {
         let all = &program.operands;
         let (count, size) = (grid.count(), grid.size);
-        // The parts of a piece: an error where it is entered for all.
+        // The parts of a piece, or an error if it is entered for all.
         let mut everywhere = Vec::new();
         let parts_of = |own: &OperandSpan| {
             let Some(range) = grid.range_of(program, own) else {
@@ -203,7 +204,7 @@ impl NearLevel {
         }
     }
 
-    /// The part that a point is in.
+    /// Returns the part that contains a point.
     #[inline]
     fn part_of(&self, point: Vec3) -> Option<u32> {
         let place = ((point - self.grid.parts.corner) / self.grid.parts.edge).floor();
@@ -213,7 +214,7 @@ impl NearLevel {
         is_in.all().then(|| (place.z * y + place.y) * x + place.x)
     }
 
-    /// The list of a part.
+    /// Returns the program of a part.
     fn list(&self, program: &Program, part: u32, scratch: &mut NearScratch<'_>) -> &[Instruction] {
         self.lists[part as usize].get_or_init(|| {
             let own = self.begins[part as usize] as usize..self.begins[part as usize + 1] as usize;
@@ -233,7 +234,7 @@ impl NearLevel {
             let place = UVec3::new(part % x, part / x % y, part / (x * y));
             let parts = &self.grid.parts;
             let center = parts.corner + parts.edge * (place.as_vec3() + 0.5);
-            // Half of the diagonal, and what rounding can put into the part.
+            // Half of the diagonal, and rounding.
             let half = 0.8661 * parts.edge;
             scratch
                 .pruner
@@ -245,7 +246,7 @@ impl NearLevel {
     }
 }
 
-/// Calls `visit` with each part of a range.
+/// Calls `visit` for each part of a range.
 fn each_part(range: Range<UVec3>, size: UVec3, mut visit: impl FnMut(usize)) {
     for z in range.start.z..range.end.z {
         for y in range.start.y..range.end.y {
@@ -256,13 +257,13 @@ fn each_part(range: Range<UVec3>, size: UVec3, mut visit: impl FnMut(usize)) {
     }
 }
 
-/// Evaluates a [`NearField`] for one thread. Make one a thread and keep it.
+/// Evaluates a [`NearField`] for one thread. Create one per thread and keep it.
 #[derive(Debug)]
 pub struct NearEvaluator<'a> {
     field: &'a NearField<'a>,
     evaluator: Evaluator<'a>,
     scratch: NearScratch<'a>,
-    /// The points that a level is asked for: their parts, and their places among all.
+    /// The points for a level: their parts, and their indices.
     asked: Vec<(u32, u32)>,
     next: Vec<u32>,
     batch: Box<Batch>,
@@ -275,7 +276,7 @@ struct NearScratch<'a> {
     list: Vec<Instruction>,
 }
 
-/// Points that are in one part.
+/// Points in one part.
 #[derive(Debug)]
 struct Batch {
     p: [[f32; LANES]; 3],
@@ -283,14 +284,14 @@ struct Batch {
     materials: [GpuMaterial; LANES],
 }
 
-/// What is asked of a batch.
+/// What to evaluate.
 enum Wanted<'a> {
     Distances(&'a mut [f32]),
     Materials(&'a mut [GpuMaterial]),
 }
 
 impl<'a> NearEvaluator<'a> {
-    /// For a field.
+    /// Creates an evaluator of a field.
     pub fn new(field: &'a NearField<'a>) -> Self {
         Self {
             field,
@@ -310,18 +311,18 @@ impl<'a> NearEvaluator<'a> {
         }
     }
 
-    /// What is evaluated.
+    /// Returns the program.
     pub fn program(&self) -> &'a Program {
         self.field.program
     }
 
-    /// As [`NearField::far`].
+    /// Returns the distance beyond which results are clamped: see [`NearField::far`].
     pub fn far(&self) -> f32 {
         self.field.far()
     }
 
-    /// Signed distances of any number of points `(x[i], y[i], z[i])` into `out`; [`NearField::far`] where the distance is no
-    /// less. Points out of the box that the field was made for are asked of the whole program.
+    /// Computes the signed distances of any number of points into `out`, clamped to [`NearField::far`]. Points
+    /// outside the field's box use the whole program.
     ///
     /// # Panics
     /// If the slices differ in length.
@@ -329,7 +330,7 @@ impl<'a> NearEvaluator<'a> {
         self.ask(points, Wanted::Distances(out));
     }
 
-    /// The materials of points that are nearer to the surface than [`NearField::far`].
+    /// Computes the materials of points that are nearer to the surface than [`NearField::far`].
     ///
     /// # Panics
     /// If the slices differ in length.
@@ -385,7 +386,8 @@ impl<'a> NearEvaluator<'a> {
         }
     }
 
-    /// Evaluates points by a list that is right below `far`; others are left for the next level, unless this is the last.
+    /// Evaluates points with a program that holds below `far`. Other points are left for the next level, unless
+    /// this is the last.
     fn evaluate(
         &mut self,
         list: &[Instruction],

@@ -1,7 +1,7 @@
 use argil_scene::NodeId;
 use std::ops::{Index, IndexMut};
 
-/// A value for each of some nodes whose ids lie close together.
+/// A map from nodes whose ids are close together to values.
 pub(crate) struct NodeMap<T> {
     first: usize,
     values: Vec<T>,

@@ -1,9 +1,9 @@
-//! Seeded value noise; `noise.wgsl` is the twin.
+//! Seeded value noise. `noise.wgsl` is the twin.
 
 use crate::scalar::Real;
 
-/// A word from a lattice point: its coordinates times large odd numbers, then a mixer of two rounds of shifts and
-/// multiplications (constants found by search, Wellons, "Prospecting for hash functions", 2018).
+/// Hashes a grid point: its coordinates times large odd numbers, then two rounds of shifts and multiplications,
+/// with constants from Wellons, "Prospecting for hash functions" (2018).
 #[inline(always)]
 fn hash(x: i32, y: i32, z: i32, seed: u32) -> u32 {
     let mut h = (x as u32).wrapping_mul(0x8da6_b343)
@@ -15,16 +15,17 @@ fn hash(x: i32, y: i32, z: i32, seed: u32) -> u32 {
     h ^ (h >> 16)
 }
 
-/// A value from −1 to 1 at a lattice point.
+/// Returns a value from −1 to 1 at a grid point.
 #[inline(always)]
 pub(crate) fn lattice(x: i32, y: i32, z: i32, seed: u32) -> f32 {
     (hash(x, y, z, seed) >> 8) as f32 * (2.0 / 16_777_215.0) - 1.0
 }
 
-/// Value noise from −1 to 1: lattice values mixed with the fade 6t⁵ − 15t⁴ + 10t³ (Perlin 2002) along each axis.
+/// Returns value noise from −1 to 1: grid values mixed with the fade 6t⁵ − 15t⁴ + 10t³ (Perlin 2002) along each
+/// axis.
 #[inline(always)]
 pub(crate) fn value_noise<R: Real>(p: [R; 3], seed: u32) -> R {
-    // Beyond this the lattice is finer than f32; the clamp keeps the conversion to integers defined.
+    // Beyond this, the grid is finer than f32. The clamp keeps the conversion to integers defined.
     let cell = |c: R| Real::min(Real::max(c.value().floor(), -1e9), 1e9);
     let floor = [cell(p[0]), cell(p[1]), cell(p[2])];
     let (ix, iy, iz) = (floor[0] as i32, floor[1] as i32, floor[2] as i32);

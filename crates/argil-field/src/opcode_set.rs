@@ -1,21 +1,21 @@
-//! The interpreter's WGSL without the cases that a program does not use.
+//! The interpreter's WGSL, without the cases that a program does not use.
 //!
-//! A hardware GPU jumps over the cases of a switch that no thread takes. A software one (lavapipe) works through all of
-//! them with its lanes switched off, so that one sphere costs as much as every shape together.
+//! A hardware GPU skips cases of a switch that no thread takes. A software GPU (lavapipe) executes all of them with
+//! its lanes masked, so that one sphere would cost as much as all shapes together.
 
 use crate::dispatch::wgsl_dispatch;
 use crate::{Program, WGSL_COMMON};
 use argil_abi as abi;
 
-/// Opcodes, a bit each.
+/// A set of opcodes, one bit each.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct OpcodeSet(u128);
 
 impl OpcodeSet {
-    /// All of them.
+    /// All opcodes.
     pub const ALL: Self = Self(u128::MAX);
 
-    /// Those of a program.
+    /// Returns the opcodes of a program.
     pub fn of(program: &Program) -> Self {
         Self(
             program
@@ -25,37 +25,38 @@ impl OpcodeSet {
         )
     }
 
-    /// Whether the set has an opcode.
+    /// Whether the set contains an opcode.
     pub fn contains(self, op: u32) -> bool {
         self.0 >> (op & 127) & 1 == 1
     }
 
-    /// The opcodes of either.
+    /// Returns the union of two sets.
     pub fn union(self, other: Self) -> Self {
         Self(self.0 | other.0)
     }
 
-    /// Whether every opcode of `other` is here.
+    /// Whether the set contains every opcode of `other`.
     pub fn is_superset(self, other: Self) -> bool {
         self.0 & other.0 == other.0
     }
 
-    /// The WGSL twins: shapes, operators and an interpreter of programs of these opcodes, for a module that declares the
-    /// tables `instrs: array<Instruction>`, `params: array<f32>` and `materials: array<GpuMaterial>`, and includes
+    /// Returns the WGSL twins: shapes, operators and an interpreter of these opcodes. The module must declare the
+    /// tables `instrs: array<Instruction>`, `params: array<f32>` and `materials: array<GpuMaterial>`, and include
     /// `argil_abi::wgsl`.
     pub fn wgsl(self) -> String {
         self.interpreter() + include_str!("whole.wgsl")
     }
 
-    /// The same, and the twin of [`crate::Pruner`]: the interpreter runs the stretch `list` of `lists: array<u32>`, of
-    /// which `pruned` makes others. The module declares `prune: Prune` and `counters: array<atomic<u32>>` too.
+    /// Returns the WGSL twins with pruning, the twin of [`crate::Pruner`]. The interpreter runs the range `list` of
+    /// `lists: array<u32>`, and `pruned` derives others from it. The module must also declare `prune: PruneUniform`
+    /// and `counters: array<atomic<u32>>`.
     pub fn pruning_wgsl(self) -> String {
         self.interpreter() + include_str!("prune.wgsl")
     }
 
     fn interpreter(self) -> String {
         let mut text = WGSL_COMMON.to_owned() + &wgsl_dispatch(|op| self.contains(op));
-        // While skipping: how many braces of the case are open.
+        // While skipping: the number of open braces of the case.
         let mut skipping = 0i32;
         for line in include_str!("interpret.wgsl").lines() {
             let balance = line.matches('{').count() as i32 - line.matches('}').count() as i32;

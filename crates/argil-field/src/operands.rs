@@ -1,8 +1,8 @@
-//! Which pieces of a program can matter where.
+//! Finds the pieces of a program that can matter at a place.
 //!
-//! *Practice.* A program of many [pieces](crate::pieces) knows the stretch of instructions and the box of each, and the open groups that
-//! they are in. An [`OperandIndex`] enters them into a grid of parts: the list of a part costs
-//! what is near it, however many pieces there are.
+//! *Practice.* A program of many [pieces](crate::pieces) records the range of instructions and the box of each, and
+//! the open groups that contain it. An [`OperandIndex`] enters them into a grid of parts. A part's program then
+//! costs what is near it, however many pieces there are.
 
 use crate::Program;
 use crate::part_grid::{LEVELS, Part, PartGrid, parts_between};
@@ -14,7 +14,9 @@ use argil_scene::{BlendProfile, OperatorKind, max_blend_propagation};
 use glam::IVec3;
 use rustc_hash::FxHashMap;
 
-/// Lists of what can matter in each part of a grid. See the module's page.
+/// An index from parts of space to the pieces that can matter there.
+///
+/// Only programs of many pieces have one.
 #[derive(Debug)]
 pub struct OperandIndex {
     parts: PartGrid,
@@ -25,12 +27,12 @@ pub struct OperandIndex {
 }
 
 impl Program {
-    /// Pieces that an [`OperandIndex`] can tell apart: none where they are few.
+    /// Returns the number of pieces that an [`OperandIndex`] can track, or 0 if there are few.
     pub fn operand_count(&self) -> usize {
         self.operands.len()
     }
 
-    /// Whether no piece morphs: one that does makes all matter everywhere.
+    /// Whether no piece morphs. A morph makes everything matter everywhere.
     pub(crate) fn is_local(&self) -> bool {
         let morphs = |own: &OperandSpan| own.operator.kind == OperatorKind::Morph;
         !self.operands.is_empty() && !self.operands.iter().any(morphs)
@@ -42,7 +44,8 @@ impl Program {
             .map_or(ROOT, |own| own.parent)
     }
 
-    /// The box in which a piece can matter to distances below the parts' far length, given how far values can fall through joints.
+    /// Returns the box in which a piece can matter for distances below the parts' far length, given how far values
+    /// can fall through joints.
     pub(crate) fn reach_of(&self, own: &OperandSpan, parts: &PartGrid, falls: [f32; 2]) -> Aabb {
         let mut room = [ROOT; MAX_OPEN_GROUPS];
         let around = chain(own.group, &|group| self.group_around(group), &mut room);
@@ -53,7 +56,7 @@ impl Program {
         parts.reached_by(joints, &own.extent, falls)
     }
 
-    /// How far values below `far` can fall through the joints of the root, and through those of each group.
+    /// Returns how far values below `far` can fall through the joints of the root, and of each group.
     pub(crate) fn falls(&self, far: f32) -> [f32; 2] {
         let own = self.operands.iter().map(|own| (own.group, &own.operator));
         let groups = self.groups.iter().skip(1);
@@ -73,7 +76,7 @@ impl Program {
         ]
     }
 
-    /// Append the instructions of some pieces, which are given in the program's order, with the joints of the groups around them.
+    /// Appends the instructions of pieces, given in the program's order, with the joints of the groups around them.
     pub(crate) fn append_operands(&self, some: &[u32], out: &mut Vec<Instruction>) {
         let mut walk = PieceWalk::default();
         let parent_of = |group: u32| self.group_around(group);
@@ -96,8 +99,8 @@ impl Program {
 }
 
 impl OperandIndex {
-    /// Enters a program's operands. `None` where they cannot be [told apart](Program::operand_count), or where some morph, which
-    /// makes all matter everywhere.
+    /// Creates an index. Returns `None` if the program's pieces are not [tracked](Program::operand_count), or if
+    /// there is a morph.
     pub fn new(program: &Program, parts: PartGrid) -> Option<Self> {
         let all = &program.operands;
         if !program.is_local() {
@@ -131,7 +134,7 @@ impl OperandIndex {
         Some(index)
     }
 
-    /// In how many parts operands would be entered.
+    /// Returns the number of entries that an index would have.
     pub fn entries(program: &Program, parts: PartGrid) -> u64 {
         let falls = program.falls(parts.far);
         let entries = program.operands.iter().map(|own| {
@@ -147,7 +150,7 @@ impl OperandIndex {
         entries.sum()
     }
 
-    /// The grid.
+    /// Returns the grid of parts.
     pub fn parts(&self) -> &PartGrid {
         &self.parts
     }
@@ -159,8 +162,8 @@ impl OperandIndex {
             && !levels.any(|level| self.near.contains_key(&(level, part >> (2 * level))))
     }
 
-    /// Appends the instructions that can matter in a part, in the program's order. There they give the program's distances, as far
-    /// as those are below [`PartGrid::far`]. `program` is the one that was entered.
+    /// Appends the instructions that can matter in a part, in the program's order. In the part, they give the
+    /// program's distances below [`PartGrid::far`]. `program` must be the indexed one.
     pub fn list(&self, program: &Program, part: IVec3, out: &mut Vec<Instruction>) {
         let mut found: Vec<u32> = self.everywhere.clone();
         for level in 0..self.levels.min(LEVELS) {
@@ -173,7 +176,7 @@ impl OperandIndex {
     }
 }
 
-/// Append a piece's instructions, which begin at `begin` in the program.
+/// Appends a piece's instructions, which begin at `begin` in the program.
 fn append_span(instrs: &[Instruction], begin: u32, out: &mut Vec<Instruction>) {
     let from = out.len();
     append(instrs, out);

@@ -1,4 +1,4 @@
-//! A shape's parameters as the words that both interpreters read.
+//! Packs a shape's parameters into the words that both interpreters read.
 
 use crate::dispatch::op;
 use argil_math::Aabb;
@@ -7,9 +7,9 @@ use argil_scene::{
 };
 use glam::{Vec2, Vec3};
 
-/// Words of a row of the table.
+/// The words of a table row.
 trait Words {
-    /// Append them.
+    /// Appends the words.
     fn append_to(self, words: &mut Vec<f32>);
 }
 
@@ -58,7 +58,7 @@ macro_rules! packing {
             example($searched_example:expr);
         )*}
     ) => {
-        /// The shape's opcode; its words are appended to `words`, those of one that is searched after its box.
+        /// Returns the shape's opcode, and appends its words. A searched shape's words follow its box.
         #[allow(unused_variables, reason = "not every shape packs all of its parameters")]
         pub(crate) fn pack(shape: &Shape, words: &mut Vec<f32>) -> u32 {
             match shape {
@@ -85,15 +85,17 @@ fn rim_radius(radius: f32, cut: f32) -> f32 {
     (radius * radius - cut * cut).max(0.0).sqrt()
 }
 
-/// Half of each side of the box, radians a length, the greatest slope's reciprocal, half of the thickness. A sum of products of one sine
-/// and one cosine each, or of three cosines, changes by √3 a radian at most.
+/// Returns half of each side of the box, radians per length, the reciprocal of the largest slope, and half of the
+/// thickness. A sum of products of one sine and one cosine each, or of three cosines, has slope up to √3 per
+/// radian.
 fn sheet_words([x, y, z]: [f32; 3], period: f32, thickness: f32) -> [f32; 6] {
     let rate = std::f32::consts::TAU / period;
     [x, y, z, rate, 1.0 / (3f32.sqrt() * rate), 0.5 * thickness]
 }
 
-/// Half axes, their reciprocals, both exponents and their reciprocals, and the radius of the ball that the solid holds: with exponents
-/// of 2 and more it holds the ellipsoid of its axes, with less their octahedron.
+/// Returns the semi-axes, their reciprocals, both exponents and their reciprocals, and the radius of an inscribed
+/// sphere. With exponents of 2 or more, the solid contains the ellipsoid of its axes, and otherwise their
+/// octahedron.
 fn superellipsoid_words(radii: [f32; 3], [n, m]: [f32; 2]) -> [f32; 11] {
     let r = Vec3::from(radii);
     let inverse = r.recip();
@@ -106,7 +108,7 @@ fn superellipsoid_words(radii: [f32; 3], [n, m]: [f32; 2]) -> [f32; 11] {
     [a, b, c, x, y, z, m, n, 1.0 / m, 1.0 / n, held]
 }
 
-/// A quadratic curve's coefficients, the radius at its start, and what that gains.
+/// Returns a quadratic curve's coefficients, the radius at its start, and its change.
 fn tube_words([from, control, to]: [[f32; 3]; 3], [from_radius, to_radius]: [f32; 2]) -> [f32; 11] {
     let (a, b, c) = (Vec3::from(from), Vec3::from(control), Vec3::from(to));
     let (linear, quadratic) = ((b - a) * 2.0, a - 2.0 * b + c);
@@ -125,7 +127,7 @@ fn tube_words([from, control, to]: [[f32; 3]; 3], [from_radius, to_radius]: [f32
     ]
 }
 
-/// How many pieces there are, and of each its box and its curve.
+/// Returns the number of segments, and the box and the curve of each.
 fn spline_words(points: &[SplinePoint]) -> Vec<f32> {
     let mut words = vec![2.0 * (points.len() - 1) as f32];
     for ([a, b, c], radii) in spline_pieces(points) {
@@ -136,14 +138,15 @@ fn spline_words(points: &[SplinePoint]) -> Vec<f32> {
     words
 }
 
-/// How many pieces there are, half of the length along z, and the pieces.
+/// Returns the number of segments, half of the length along z, and the segments.
 fn outline_words(outline: &Path2, half_depth: f32, is_lathe: bool) -> Vec<f32> {
     let mut words = vec![0.0, half_depth];
     words[0] = pack_outline(outline, is_lathe, &mut words) as f32;
     words
 }
 
-/// Half sizes, height, base, and by how much the way to the surface is shorter than straight down at most; what a grid of heights has.
+/// Returns half sizes, height, base, and the ratio of the shortest to the vertical way to the surface, followed by
+/// the grid's words.
 fn heightmap_words(grid: &[f32], [x, z]: [f32; 2], [height, base]: [f32; 2]) -> Vec<f32> {
     let &[along_x, along_z, _, _, nx, _, nz, ..] = grid else {
         return Vec::new();
@@ -153,14 +156,14 @@ fn heightmap_words(grid: &[f32], [x, z]: [f32; 2], [height, base]: [f32; 2]) -> 
         height * along_z * (nz - 1.0) / (2.0 * z),
     ];
     let steepest = slopes.iter().map(|slope| slope * slope).sum::<f32>();
-    // A little less than that, for rounding.
+    // A little less, for rounding.
     let share = 0.999_9 / (1.0 + steepest).sqrt();
     let mut words = vec![x, z, height, base, share];
     words.extend_from_slice(grid);
     words
 }
 
-/// The same as of an outline, of a text's outlines.
+/// Returns the words of a text's paths, like those of a path.
 fn text_words(text: &str, size: f32, half_depth: f32) -> Vec<f32> {
     let mut words = vec![0.0, half_depth];
     let outlines = text_outlines(text, size);
@@ -171,10 +174,10 @@ fn text_words(text: &str, size: f32, half_depth: f32) -> Vec<f32> {
     words
 }
 
-/// Append the pieces, each as kind (0 a line, 1 a curve), start, control, end, spare. Curves are cut where they turn
-/// around in y, so that a horizontal line meets each at most once, and where they turn by more than half of a right
-/// angle, so that a point has one nearest point inside each at most. Pieces on a lathe's axis are not part of its
-/// surface.
+/// Appends the segments, each as kind (0 for a line, 1 for a curve), start, control, end, and a spare word. Curves
+/// are cut where they turn in y, so that a horizontal line crosses each at most once. They are also cut where they
+/// turn by more than 45 degrees, so that each has at most one nearest point inside. Segments on a lathe's axis are
+/// not part of its surface.
 fn pack_outline(outline: &Path2, is_lathe: bool, words: &mut Vec<f32>) -> usize {
     let mut count = 0;
     let mut push = |kind: f32, [a, b, c]: [Vec2; 3]| {
@@ -194,7 +197,7 @@ fn pack_outline(outline: &Path2, is_lathe: bool, words: &mut Vec<f32>) -> usize 
         let turn = (a.y - b.y) / (a.y - 2.0 * b.y + c.y);
         if turn > 0.0 && turn < 1.0 {
             let [mut left, mut right] = cut([a, b, c], turn);
-            // Flat at the turn: the controls' heights are exactly the turn's.
+            // Flat at the turn: the controls' heights equal the turn's.
             left[1].y = left[2].y;
             right[1].y = left[2].y;
             flatten(left, 0, &mut |curve| push(1.0, curve));
@@ -206,7 +209,7 @@ fn pack_outline(outline: &Path2, is_lathe: bool, words: &mut Vec<f32>) -> usize 
     count
 }
 
-/// Halve a curve until its ends' directions are less than 45 degrees apart, five times at most.
+/// Halves a curve, up to five times, until the directions at its ends differ by less than 45 degrees.
 fn flatten(curve: [Vec2; 3], depth: u32, push: &mut impl FnMut([Vec2; 3])) {
     let [a, b, c] = curve;
     let turned = (b - a).angle_to(c - b).abs();
@@ -219,7 +222,7 @@ fn flatten(curve: [Vec2; 3], depth: u32, push: &mut impl FnMut([Vec2; 3])) {
     }
 }
 
-/// De Casteljau's cut of a quadratic curve.
+/// Cuts a quadratic curve (de Casteljau).
 fn cut([a, b, c]: [Vec2; 3], t: f32) -> [[Vec2; 3]; 2] {
     let (left, right) = (a.lerp(b, t), b.lerp(c, t));
     let middle = left.lerp(right, t);

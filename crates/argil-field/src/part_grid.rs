@@ -1,24 +1,24 @@
-//! A grid of parts over space, without bounds: where operands are entered by their boxes.
+//! A grid of parts over unbounded space, in which operands are entered by their boxes.
 
 use argil_math::Aabb;
 use argil_scene::{Extent, Operator, blend_influence_radius};
 use glam::{IVec3, Vec3};
 
-/// Most parts of a level that an operand is entered in; a larger one goes to a level whose parts are four times as long.
+/// Maximum parts of a level for one operand. A larger one goes to a level whose parts are four times as long.
 const MAX_PARTS: f32 = 512.0;
-/// Levels of parts. What is larger still is everywhere.
+/// Levels of parts. Larger operands are everywhere.
 pub(crate) const LEVELS: u32 = 12;
 
-/// Where lists are asked for: a grid of cubic parts, without bounds.
+/// A grid of cubic parts over unbounded space, each with a program of its own.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PartGrid {
-    /// The least corner of part 0.
+    /// The minimum corner of part 0.
     pub corner: Vec3,
     /// The edge of a part.
     pub edge: f32,
-    /// The distance below which lists give the scene's.
+    /// The distance below which a part's program gives the scene's distances.
     pub far: f32,
-    /// The usual length of the world, see [`Program::clearance_model_in`](crate::Program::clearance_model_in).
+    /// The typical size of the world: see [`Program::clearance_model_in`](crate::Program::clearance_model_in).
     pub base: f32,
 }
 
@@ -26,14 +26,14 @@ pub struct PartGrid {
 pub(crate) type Part = (u32, IVec3);
 
 impl PartGrid {
-    /// The part that a point is in.
+    /// Returns the part that contains a point.
     pub fn part_of(&self, point: Vec3) -> IVec3 {
         ((point - self.corner) / self.edge).floor().as_ivec3()
     }
 
-    /// The box in which a piece can matter where it is not everywhere that others do. `joints` are the operators of the groups that
-    /// it is in, the outermost first, and its own. Values can fall by the first of `falls` through joints of the root, and by the
-    /// second through those of each group.
+    /// Returns the box in which a piece can matter, unless it matters everywhere. `joints` are the operators of the
+    /// groups that contain it, outermost first, and its own. Values can fall by `falls[0]` through joints of the
+    /// root, and by `falls[1]` through those of each group.
     pub(crate) fn reached_by<'a>(
         &self,
         joints: impl Iterator<Item = &'a Operator>,
@@ -50,7 +50,8 @@ impl PartGrid {
             .grown(1.000_1 * extent.lipschitz_inverse * interest)
     }
 
-    /// The level at which a box is in few parts, with the first and the last of them; nothing where there is none.
+    /// Returns the level on which a box is in few parts, with its first and last part. Returns `None` if there is
+    /// none.
     pub(crate) fn level_of(&self, held: Aabb) -> Option<(u32, IVec3, IVec3)> {
         let mut edge = self.edge;
         for level in 0..LEVELS {
@@ -67,7 +68,7 @@ impl PartGrid {
     }
 }
 
-/// All parts of a level from one to another.
+/// Iterates over all parts of a level from one to another.
 pub(crate) fn parts_between(
     (level, first, last): (u32, IVec3, IVec3),
 ) -> impl Iterator<Item = Part> {

@@ -1,29 +1,29 @@
-//! What a scene is put together of, below its root.
+//! Divides a scene into pieces.
 //!
-//! *Theory.* A group that is only moved, turned and scaled, and that is united or subtracted, acts on what is before it as its
-//! operands do: where one of those is far away, the group's distance does not depend on it. So such a group is open: its operands
-//! are pieces, which can matter, jump and be edited each by itself, as those of the root can. What is in any other group is one
-//! piece.
+//! *Theory.* A group that is only transformed, and that is united or subtracted, acts on what comes before it as
+//! its operands do. Where one of them is far away, the group's distance does not depend on it. So such a group is
+//! open: its operands are pieces, which can matter, jump and be edited by themselves, like those of the root. Any
+//! other group is one piece with its contents.
 
 use crate::regularity::{Regularity, joined};
 use argil_scene::{
     BlendProfile, Extent, NodeDesc, NodeId, NodeKind, Operator, OperatorKind, Scene,
 };
 
-/// Groups within each other that are open at most: each takes a slot of the interpreter's stack.
+/// Maximum nesting of open groups, because each takes a slot of the interpreter's stack.
 pub(crate) const MAX_OPEN_GROUPS: usize = 4;
 
-/// The root in [`OpenGroup::parent`] and [`Piece::group`].
+/// The root, in [`OpenGroup::parent`] and [`Piece::group`].
 pub(crate) const ROOT: u32 = 0;
 
-/// Whether a group that holds a node can be open: chamfers let values fall far, and what morphs is a mixture of all.
+/// Whether a group that contains a node can be open. Chamfers let values fall far, and a morph mixes everything.
 pub(crate) fn leaves_open(entry: &NodeDesc) -> bool {
     let operator = &entry.operator;
     let is_chamfered = operator.profile == BlendProfile::Chamfer && operator.blend > 0.0;
     !is_chamfered && operator.kind != OperatorKind::Morph
 }
 
-/// Whether a group in so many others that are open is open too.
+/// Whether a group inside a number of open groups is open too.
 pub(crate) fn is_open(scene: &Scene, node: NodeId, depth: usize) -> bool {
     let own = scene.node(node);
     let entry = own.at_current_time();
@@ -42,12 +42,12 @@ pub(crate) fn is_open(scene: &Scene, node: NodeId, depth: usize) -> bool {
             .all(|&child| leaves_open(scene.node(child).at_current_time()))
 }
 
-/// How much longer the world's unit is in a node's group than in the node.
+/// Returns the length of a node's unit in its group's unit.
 pub(crate) fn scale_of(entry: &NodeDesc) -> f32 {
     entry.modifiers.iter().map(|m| m.scale()).product()
 }
 
-/// An operator as it is in the world, where its group is scaled.
+/// Returns an operator in the scene's unit, given its group's scale.
 pub(crate) fn scaled(operator: &Operator, scale: f32) -> Operator {
     Operator {
         blend: operator.blend * scale,
@@ -58,11 +58,11 @@ pub(crate) fn scaled(operator: &Operator, scale: f32) -> Operator {
 /// An open group.
 pub(crate) struct OpenGroup {
     pub node: NodeId,
-    /// The open group around it, by its place among all, or [`ROOT`].
+    /// The open group around it, by index, or [`ROOT`].
     pub parent: u32,
-    /// In the world's unit.
+    /// Its operator, in the scene's unit.
     pub operator: Operator,
-    /// What a length in it is in the world.
+    /// The length of its unit in the scene's unit.
     pub scale: f32,
 }
 
@@ -70,18 +70,18 @@ pub(crate) struct OpenGroup {
 #[derive(Clone, Copy)]
 pub(crate) struct Piece {
     pub node: NodeId,
-    /// The group that it is in.
+    /// The group that contains it.
     pub group: u32,
 }
 
-/// A node's pieces in the scene's order, and the open groups that they are in. The first of those stands for the root.
+/// A node's pieces in the scene's order, and the open groups that contain them. The first group is the root.
 pub(crate) struct Pieces {
     pub groups: Vec<OpenGroup>,
     pub all: Vec<Piece>,
 }
 
 impl Pieces {
-    /// Of all of a scene.
+    /// Returns the pieces of a scene.
     pub(crate) fn of(scene: &Scene) -> Self {
         let root = OpenGroup {
             node: Scene::ROOT,
@@ -99,7 +99,7 @@ impl Pieces {
         pieces
     }
 
-    /// Adds those of a node in a group that is `depth` groups deep. The groups within are no deeper than [`MAX_OPEN_GROUPS`].
+    /// Adds the pieces of a node that is `depth` groups deep. Groups within are open up to [`MAX_OPEN_GROUPS`].
     pub(crate) fn add(&mut self, scene: &Scene, node: NodeId, group: u32, depth: usize) {
         if !is_open(scene, node, depth) {
             self.all.push(Piece { node, group });
@@ -120,8 +120,9 @@ impl Pieces {
     }
 }
 
-/// The power of two that no finite side of an extent's box exceeds, where its frame's unit is `scale` in the world; 0 where there is
-/// none. Where the box is does not matter: a point near its surface has coordinates as great.
+/// Returns the power of two that no finite side of an extent's box exceeds, if its frame's unit has length `scale`
+/// in the scene. Returns 0 for an empty box. The box's position does not matter, because a point near its surface
+/// has coordinates of that size.
 pub(crate) fn magnitude(extent: &Extent, scale: f32) -> f32 {
     if extent.aabb.is_empty() {
         return 0.0;
@@ -135,7 +136,7 @@ pub(crate) fn magnitude(extent: &Extent, scale: f32) -> f32 {
     }
 }
 
-/// What is said of a piece, in the world's unit.
+/// Facts about a piece, in the scene's unit.
 #[derive(Clone, Copy)]
 pub(crate) struct PieceInfo {
     pub group: u32,
@@ -144,7 +145,7 @@ pub(crate) struct PieceInfo {
     pub extent: Extent,
 }
 
-/// The groups that something is in, the outermost first.
+/// Returns the groups that contain something, outermost first.
 pub(crate) fn chain<'a>(
     group: u32,
     parent_of: &impl Fn(u32) -> u32,
@@ -167,7 +168,8 @@ pub(crate) struct PieceWalk {
 }
 
 impl PieceWalk {
-    /// Goes to a group: calls `step` with each that is left, innermost first, and then with each that is entered, outermost first.
+    /// Goes to a group. Calls `step` for each group that is left, innermost first, and then for each that is
+    /// entered, outermost first.
     pub(crate) fn go_to(
         &mut self,
         group: u32,
@@ -197,14 +199,14 @@ impl PieceWalk {
     }
 }
 
-/// How regular all is that pieces make, which are told in the scene's order. Invisible ones are left out.
+/// Returns the regularity of all pieces, given in the scene's order. Invisible ones are left out.
 pub(crate) fn regularity_of(
     pieces: impl Iterator<Item = PieceInfo>,
     parent_of: impl Fn(u32) -> u32,
     operator_of: impl Fn(u32) -> Operator,
 ) -> Regularity {
     let mut walk = PieceWalk::default();
-    // Of each group that is entered, and how much its boxes tell too little.
+    // For each entered group, and how much its boxes understate distances.
     let mut stack = vec![(Regularity::SMOOTH, 1.0f32)];
     let step = |stack: &mut Vec<(Regularity, f32)>, group: u32, enters: bool| {
         if enters {
@@ -228,6 +230,6 @@ pub(crate) fn regularity_of(
     walk.go_to(ROOT, &parent_of, |group, enters| {
         step(&mut stack, group, enters)
     });
-    // Each piece has told its own underestimate.
+    // Each piece has included its own underestimate.
     stack[0].0.settled(1.0)
 }

@@ -1,5 +1,5 @@
-/// Ask the processor to fetch some words of a slice from `at` on, if it can be asked: parameters of many brushes are more than
-/// caches hold, and each is used once in a list. Nothing else happens, wherever `at` is.
+/// Asks the processor to fetch the words of a slice from `at` on, if possible. The parameters of many brushes
+/// exceed the caches, and each is used once per program. Any `at` is allowed.
 #[inline(always)]
 pub(crate) fn prefetch(words: &[f32], at: usize) {
     #[cfg(target_arch = "x86_64")]
@@ -9,7 +9,7 @@ pub(crate) fn prefetch(words: &[f32], at: usize) {
         // SAFETY: every x86-64 has SSE; a prefetch reads nothing and never faults, whatever the address.
         unsafe {
             _mm_prefetch::<_MM_HINT_T0>(first);
-            // A brush takes two lines.
+            // A brush takes two cache lines.
             _mm_prefetch::<_MM_HINT_T0>(first.wrapping_add(64));
         }
     }

@@ -5,7 +5,21 @@ use argil_abi::{self as abi, GpuMaterial, Instruction};
 use argil_math::Aabb;
 use argil_scene::Scene;
 
-/// A scene lowered to instructions. See the crate's page.
+/// A scene lowered to instructions.
+///
+/// See the [crate page](crate) for how it works.
+///
+/// ```
+/// use argil_field::Program;
+/// use argil_scene::{Scene, Shape};
+/// let mut scene = Scene::new();
+/// scene.push(Shape::sphere(1.0) - Shape::cuboid([0.5; 3]))?;
+/// let program = Program::lower(&scene)?;
+/// assert_eq!(program.brush_count(), 2);
+/// assert_eq!(program.lipschitz(), 1.0);
+/// assert!(program.distance([0.0, 0.0, 0.0].into()) > 0.0);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Program {
     pub(crate) instructions: Vec<Instruction>,
@@ -20,9 +34,9 @@ pub struct Program {
     pub(crate) isolation: f32,
     /// See `Regularity::underestimate`.
     pub(crate) underestimate: f32,
-    /// Operands that make `slack` and `hidden_slack`.
+    /// Operands that contribute to `slack` and `hidden_slack`.
     pub(crate) loose: Vec<JumpRegion>,
-    /// The pieces, if there are many, and the open groups that they are in.
+    /// The pieces, if there are many, and the open groups that contain them.
     pub(crate) operands: Vec<OperandSpan>,
     pub(crate) groups: Vec<GroupSpan>,
     pub(crate) value_slots: usize,
@@ -31,7 +45,7 @@ pub struct Program {
 }
 
 impl Default for Program {
-    /// Of an empty scene.
+    /// Returns the program of an empty scene.
     fn default() -> Self {
         Self {
             materials: materials_of(&Scene::new()),
@@ -41,7 +55,7 @@ impl Default for Program {
 }
 
 impl Program {
-    /// Without anything, materials neither.
+    /// Returns a program without anything, not even materials.
     pub(crate) const fn blank() -> Self {
         Self {
             instructions: Vec::new(),
@@ -63,49 +77,49 @@ impl Program {
         }
     }
 
-    /// The instructions, for the GPU's table.
+    /// Returns the instructions.
     pub fn instructions(&self) -> &[Instruction] {
         &self.instructions
     }
 
-    /// The words that instructions point into.
+    /// Returns the words that instructions refer to.
     pub fn params(&self) -> &[f32] {
         &self.params
     }
 
-    /// The materials that brushes point at; never empty.
+    /// Returns the materials that brushes refer to. Never empty.
     pub fn materials(&self) -> &[GpuMaterial] {
         &self.materials
     }
 
-    /// A box outside which nothing solid lies; may be infinite, or empty for an empty scene.
+    /// Returns a box that contains the solid. It may be infinite, or empty for an empty scene.
     pub fn aabb(&self) -> Aabb {
         self.aabb
     }
 
-    /// By how much the distance can change over a length of 1: 1, or more where joints are chamfered.
+    /// Returns the Lipschitz constant of the distance: 1, or more with chamfers or meshes.
     pub fn lipschitz(&self) -> f32 {
         self.lipschitz
     }
 
-    /// Slots that the stacks of values and of points need.
+    /// Returns the slots that the stacks of values and of points need.
     pub fn stack_slots(&self) -> (usize, usize) {
         (self.value_slots, self.point_slots)
     }
 
-    /// The number of visible brushes.
+    /// Returns the number of visible brushes.
     pub fn brush_count(&self) -> usize {
         self.brushes
     }
 
-    /// Bytes held by the program's tables.
+    /// Returns the bytes of the program's tables.
     pub fn memory_bytes(&self) -> usize {
         size_of_val(&self.instructions[..])
             + size_of_val(&self.params[..])
             + size_of_val(&self.materials[..])
     }
 
-    /// Most copies of a brush that are measured around one point, over all loops that it is in; 1 without any.
+    /// Returns the maximum copies of a brush that a point evaluates, over all loops around it. 1 without loops.
     pub fn max_copies(&self) -> u64 {
         let (mut most, mut open) = (1, vec![1u64]);
         for instr in &self.instructions {
@@ -120,7 +134,7 @@ impl Program {
         most
     }
 
-    /// How many copies a loop looks at, if an instruction begins one.
+    /// Returns the copies that a loop evaluates, if an instruction begins one.
     pub(crate) fn copies_of(&self, instr: &Instruction) -> Option<u64> {
         let word = |i: u32| {
             let word = self.params.get((instr.params + i) as usize);

@@ -1,10 +1,11 @@
-//! What can matter near a point, found when a point there is first asked about.
+//! Pruned programs in a tree, created when a point is first asked about.
 //!
-//! *Theory.* What a [`Pruner`] leaves of a list for a cell gives the list's values in all of the cell, however far the surface is. So
-//! lists can be made from the coarse to the fine, and a point costs what is as near to it as its nearest, within a cell's size.
+//! *Theory.* The instructions that a [`Pruner`] leaves for a cell give the program's values everywhere in the cell,
+//! however far the surface is. So programs can be refined from coarse to fine, and a point costs what is as near as
+//! its nearest operand, within a cell's size.
 //!
-//! *Practice.* A cube around the program is cut into 2³ cells, and those again, where points are asked about. All lists together
-//! are bounded; where there is no room, coarser lists serve. Threads share a tree.
+//! *Practice.* A cube around the program is cut into 2³ cells, and those again, where points are asked about. All
+//! programs together are limited in memory. If the limit is reached, coarser programs serve. Threads share a tree.
 
 use crate::curves::SIMD_BLOCK;
 use crate::{LANES, Program, Pruner, WORLD_LIMIT};
@@ -14,48 +15,50 @@ use glam::{UVec3, Vec3};
 use std::sync::atomic::{AtomicI64, Ordering};
 use std::sync::{Arc, OnceLock};
 
-/// Cells along a side of the cell that they are of.
+/// Cells along a side of their parent cell.
 const SIDE: u32 = 2;
 const CELLS: usize = (SIDE * SIDE * SIDE) as usize;
-/// How often the cube is cut.
+/// Maximum depth.
 const DEPTH: u32 = 7;
-/// Edges of the program's box that the cube is long: points about it are asked about too.
+/// Edge of the cube, in edges of the program's box, because points around it are asked about too.
 const ROOM: f32 = 4.0;
-/// Lists of no more instructions are left as they are.
+/// Programs of up to this many instructions are not refined.
 const SHORT: usize = 16;
-/// Lists of more instructions are to be half as long as those that they are made of.
+/// Longer programs must be half as long as their parent's.
 const LONG: usize = 64;
-/// What the cells of a cell take themselves, in instructions.
+/// The memory of a cell's children themselves, in instructions.
 const NODES: i64 = (CELLS * size_of::<ProgramTreeNode>() / size_of::<Instruction>()) as i64;
-/// How far the surface is from cells that stay whole, in edges.
+/// The distance of the surface from cells that stay whole, in edges.
 const FAR: f32 = 2.0;
-/// Instructions that a point alone takes the time of, about.
+/// The cost of a single point, in instructions, approximately.
 const ALONE: usize = 24;
-/// Programs of fewer instructions need no tree, and those of more take too long for the first point.
+/// Shorter programs need no tree, and longer ones take too long for the first point.
 const FEW: usize = 24;
 const MANY: usize = 1 << 14;
-/// Instructions in all lists of a tree, about: 32 MiB.
+/// Maximum instructions in all programs of a tree, approximately: 32 MiB.
 const MAX_BYTES_TOTAL: i64 = 1 << 21;
 
-/// Lists of what can matter near a point. See the module's page.
+/// A tree of pruned programs.
+///
+/// [`ProgramTree::list`] returns the program for a point, and the cell where it holds.
 #[derive(Debug)]
 pub struct ProgramTree {
     corner: Vec3,
     edge: f32,
     root: ProgramTreeNode,
-    /// How many instructions there is room for.
+    /// Remaining instructions.
     room: AtomicI64,
 }
 
-/// The key of what is out of the cube.
+/// The key of points outside the cube.
 const OUTSIDE: u32 = u32::MAX;
 
 #[derive(Debug)]
 struct ProgramTreeNode {
     list: Arc<[Instruction]>,
-    /// Whether the surface is far: what asks goes a long way from there, and seldom comes.
+    /// Whether the surface is far. Rays take long steps there, and seldom return.
     is_far: bool,
-    /// Its cells, once a point in it is asked about; none where it stays whole.
+    /// Its children, once a point in it is asked about. `None` if it stays whole.
     cells: OnceLock<Option<Box<[ProgramTreeNode]>>>,
 }
 
@@ -69,7 +72,7 @@ impl ProgramTreeNode {
     }
 }
 
-/// A node with the cell that it is of.
+/// A node with its cell.
 struct Asked<'a> {
     node: &'a ProgramTreeNode,
     corner: Vec3,
@@ -78,7 +81,7 @@ struct Asked<'a> {
 }
 
 impl ProgramTree {
-    /// Of a program in a box. Nothing for a program of few instructions, which is as soon evaluated, or of very many.
+    /// Creates a tree for a program in a box. Returns `None` if the program has few instructions, or very many.
     pub fn new(program: &Program, around: Aabb) -> Option<Self> {
         let count = program.instructions().len();
         let edge = ROOM * around.size().max_element();
@@ -91,8 +94,8 @@ impl ProgramTree {
         })
     }
 
-    /// The list for a point, and the cell that it holds in; nothing for a point out of the tree's cube. `program` is the one that the
-    /// tree was made for.
+    /// Returns the program for a point, and the cell where it holds. Returns `None` outside the tree's cube.
+    /// `program` must be the tree's.
     pub fn list(&self, program: &Program, point: Vec3) -> Option<(&[Instruction], Aabb)> {
         let mut node = self.holds(point).then_some(&self.root)?;
         let (mut corner, mut edge) = (self.corner, self.edge);
@@ -114,7 +117,7 @@ impl ProgramTree {
         is_in.all() && point.abs().max_element() < 0.5 * WORLD_LIMIT
     }
 
-    /// The cells of a node.
+    /// Returns the children of a node.
     fn cells<'a>(
         &self,
         program: &Program,
@@ -127,7 +130,7 @@ impl ProgramTree {
             return None;
         }
         let make = || {
-            // The finest leave room for coarser ones, which are worth more.
+            // The finest cells leave room for coarser ones, which are worth more.
             if self.room.load(Ordering::Relaxed) < MAX_BYTES_TOTAL / 32 * i64::from(depth) {
                 return None;
             }
@@ -135,7 +138,7 @@ impl ProgramTree {
             let own = edge / SIDE as f32;
             let centers: [Vec3; CELLS] =
                 std::array::from_fn(|nth| corner + own * (place_of_nth(nth).as_vec3() + 0.5));
-            // Half of the diagonal, and what rounding can put into a cell.
+            // Half of the diagonal, and rounding.
             let rounding = 4.0 * f32::EPSILON * (self.corner.abs().max_element() + self.edge);
             let half = 0.8661 * own + rounding;
             let mut distances = [0.0; CELLS];
@@ -146,7 +149,7 @@ impl ProgramTree {
                     list.clear();
                     pruner.prune_into(&node.list, nth, &mut list);
                     let is_far = distances[nth].abs() > FAR * own;
-                    // A list that is hardly shorter is not worth its memory.
+                    // A program that is hardly shorter is not worth its memory.
                     let is_shorter =
                         list.len() < node.list.len().min(LONG).max(node.list.len() / 2);
                     let held = if is_shorter {
@@ -164,8 +167,8 @@ impl ProgramTree {
         node.cells.get_or_init(make).as_deref()
     }
 
-    /// Calls `visit` with points that share a list, by their places among `points`, at most [`LANES`] at once; with no list
-    /// for those out of the tree's cube.
+    /// Calls `visit` with points that share a program, by their indices, at most [`LANES`] at once. Points outside
+    /// the tree's cube have none.
     pub fn each_list(
         &self,
         program: &Program,
@@ -194,7 +197,7 @@ impl ProgramTree {
         self.descend(program, whole, (&keys[..inside], &nths), &mut visit);
     }
 
-    /// The cells that a point is in, from the coarsest to the finest.
+    /// Returns the cells that contain a point, from coarse to fine.
     fn key_of(&self, point: Vec3, finest: f32) -> u32 {
         if !self.holds(point) {
             return OUTSIDE;
@@ -221,7 +224,8 @@ impl ProgramTree {
             edge,
             depth,
         } = asked;
-        // Points that share a list are evaluated in blocks, and each of few points with a list of its own alone.
+        // Points that share a program are evaluated in blocks. If each of a few has its own program, they are
+        // evaluated one by one.
         let blocks = keys.len().div_ceil(SIMD_BLOCK);
         let is_cut = depth < DEPTH && node.list.len() * blocks > ALONE * keys.len();
         let cells = is_cut.then(|| self.cells(program, node, corner, edge, depth));

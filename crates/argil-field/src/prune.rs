@@ -1,14 +1,15 @@
-//! What of a program can matter in a cell.
+//! Finds the instructions that can matter in a cell.
 //!
-//! *Theory.* Distances change by no more than the Lipschitz constant times the way. In a ball of radius R around a point,
-//! an operand that loses there by more than 2·L·R and the blend radius loses everywhere, and the joint gives the winner
-//! to the bit (Barbier et al., "Lipschitz pruning: hierarchical simplification of primitive-based SDFs", 2025). What is
-//! left of a cell's list is the list of its children, and so on down.
+//! *Theory.* Distances change by at most the Lipschitz constant times the way. In a sphere of radius R around a
+//! point, an operand that loses there by more than 2·L·R and the blend radius loses everywhere, and the joint
+//! returns the winner, bit for bit (Barbier et al., "Lipschitz pruning: hierarchical simplification of
+//! primitive-based SDFs", 2025). A cell's pruned program is the program of its children, and so on.
 //!
-//! *Practice.* [`Pruner::classify_cells`] measures up to [`CELLS_PER_BATCH`] cells that share a list, one a lane; [`Pruner::prune_into`] writes what
-//! is left for one of them. What differs from the paper: the list is flat, with frames and groups in it. A frame that is
-//! left empty goes too. Loops over copies stay whole, and tell by how much they can jump: a list without them does not. A cut or an intersection never drops what it cuts, whose material
-//! may still show; a union drops either operand.
+//! *Practice.* [`Pruner::classify_cells`] measures up to [`CELLS_PER_BATCH`] cells that share a program, one per
+//! lane. [`Pruner::prune_into`] writes the pruned program of one of them. Unlike in the paper, the program is a
+//! flat list with frames and groups. An empty frame is dropped too. Loops over copies stay whole, and report their
+//! largest jump. A cut or an intersection never drops what it cuts, because its material may show. A union drops
+//! either operand.
 
 use crate::Program;
 use crate::curves::SIMD_BLOCK;
@@ -24,21 +25,21 @@ use glam::Vec3;
 const _: () =
     assert!(CELLS_PER_BATCH.is_multiple_of(SIMD_BLOCK) && CELLS_PER_BATCH == u64::BITS as usize);
 
-/// Prunes a program for one thread. Make one a thread and keep it.
+/// Prunes a program for one thread. Create one per thread and keep it.
 #[derive(Debug)]
 pub struct Pruner<'a> {
     program: &'a Program,
     registers: Loan<f32>,
     writer: PrunedWriter,
-    /// Of each [`RUN`] of instructions, the cells in which all of them are brushes that are dropped.
+    /// For each [`RUN`] of instructions, the cells in which all of them are dropped brushes.
     skipped: Vec<u64>,
 }
 
-/// Instructions that a cell skips at once: most of a long list is dropped.
+/// Instructions that a cell skips at once, because most of a long program is dropped.
 const RUN: usize = 8;
 
 impl<'a> Pruner<'a> {
-    /// For a program.
+    /// Creates a pruner of a program.
     pub fn new(program: &'a Program) -> Self {
         Self {
             program,
@@ -48,10 +49,11 @@ impl<'a> Pruner<'a> {
         }
     }
 
-    /// Measure cells of one half diagonal that share a list: the distances at their centers into `out`.
+    /// Classifies cells with one half diagonal that share a program. Computes the distances at their centers into
+    /// `out`.
     ///
     /// # Panics
-    /// If there are more than [`CELLS_PER_BATCH`] of them, or `out` is not as long.
+    /// If there are more than [`CELLS_PER_BATCH`] cells, or `out` has another length.
     pub fn classify_cells(
         &mut self,
         instrs: &[Instruction],
@@ -87,14 +89,16 @@ impl<'a> Pruner<'a> {
         out.copy_from_slice(&r.acc.0[..centers.len()]);
     }
 
-    /// Of the list that was marked last, the cells in which one of some instructions may matter: a bit for each. Where none
-    /// does in two lists that differ in nothing else, both give the same, to the bit: either it does not come in, or it adds,
-    /// and a brush that stands after it takes the place of all before. As joints are monotone in what is before them, that
-    /// brush does so in the other list too, where what is before is no nearer. What takes away is no excuse: without it,
-    /// what is before is nearer.
+    /// Returns a bit mask of the cells, from the last [`Pruner::classify_cells`], whose distance may depend on one
+    /// of the selected instructions.
+    ///
+    /// If two programs differ only in those instructions, and a cell's bit is clear for both, their distances in
+    /// that cell are bit-equal. Then each selected instruction either does not matter, or it adds and a later brush
+    /// covers it. Joints are monotone in what comes before them, so that brush also covers it in the other program.
+    /// Subtractive brushes always count, because removing one brings the surface nearer.
     ///
     /// # Panics
-    /// If `instrs` is not the list that was marked.
+    /// If `instrs` is not the classified program.
     pub fn affected_cells(
         &self,
         instrs: &[Instruction],
@@ -105,10 +109,10 @@ impl<'a> Pruner<'a> {
         needed
     }
 
-    /// How many of them may matter in a cell.
+    /// Returns how many of the selected instructions may matter in a cell.
     ///
     /// # Panics
-    /// If `instrs` is not the list that was marked.
+    /// If `instrs` is not the classified program.
     pub fn affected_count(
         &self,
         instrs: &[Instruction],
@@ -122,7 +126,7 @@ impl<'a> Pruner<'a> {
         count
     }
 
-    /// Of each of some instructions, the cells in which it may matter.
+    /// Calls `visit` with each selected instruction, and the cells in which it may matter.
     fn for_each_affected(
         &self,
         instrs: &[Instruction],
@@ -131,7 +135,7 @@ impl<'a> Pruner<'a> {
     ) {
         let marks = &self.registers.marks;
         assert_eq!(marks.len(), instrs.len(), "the list that was marked");
-        // Cells in which a brush that comes takes the place of what was before it in the same group.
+        // Cells in which a later brush covers everything before it in the same group.
         let mut wiped = 0;
         for (instr, marks) in instrs.iter().zip(marks).rev() {
             if instr.op >= abi::OP_SHAPES_END {
@@ -150,11 +154,11 @@ impl<'a> Pruner<'a> {
         }
     }
 
-    /// Append what is left of the list that was marked last, for its cell `cell`. Its distances are those of the list
-    /// in all of the cell, to the bit.
+    /// Appends the pruned program of cell `cell` to `out`. In the cell, its distances are bit-equal to those of the
+    /// classified program.
     ///
     /// # Panics
-    /// If `instrs` is not the list that was marked.
+    /// If `instrs` is not the classified program.
     pub fn prune_into(&mut self, instrs: &[Instruction], cell: usize, out: &mut Vec<Instruction>) {
         let marks = &self.registers.marks;
         assert_eq!(marks.len(), instrs.len(), "the list that was marked");
@@ -202,7 +206,7 @@ impl<'a> Pruner<'a> {
     }
 }
 
-/// Point each end of a loop at its beginning, which has moved.
+/// Points each end of a loop at its beginning, which has moved.
 fn close_loops(instrs: &mut [Instruction]) {
     let mut open = Vec::new();
     for (at, instr) in instrs.iter_mut().enumerate() {
@@ -214,16 +218,16 @@ fn close_loops(instrs: &mut [Instruction]) {
     }
 }
 
-/// Where a list is being written.
+/// The state of writing a pruned program.
 #[derive(Debug, Default)]
 struct PrunedWriter {
-    /// Where what is in the accumulator begins.
+    /// The beginning of what is in the accumulator.
     segment: usize,
-    /// Of each value that is saved: where it begins, and where it was saved.
+    /// For each saved value: its beginning, and where it was saved.
     saved: Vec<(usize, usize)>,
     /// Open frames: where each was opened, and whether anything was measured in it.
     frames: Vec<(usize, bool)>,
-    /// Scratch of [`PrunedWriter::erase`].
+    /// Scratch memory of [`PrunedWriter::erase`].
     kept: Vec<Instruction>,
 }
 
@@ -306,7 +310,7 @@ impl PrunedWriter {
         }
     }
 
-    /// Take out what was measured in a stretch of the list. Frames that are still open stay, with what moves their point.
+    /// Removes what a range of the program measured. Open frames stay, with what moves their point.
     fn erase(&mut self, begin: usize, end: usize, out: &mut Vec<Instruction>) {
         self.kept.clear();
         let mut closed = 0;
@@ -327,7 +331,7 @@ impl PrunedWriter {
                         closed -= 1;
                         false
                     } else {
-                        // An open frame: it will be that many places from the stretch's new end.
+                        // An open frame: its position relative to the range's new end.
                         frame = frame.saturating_sub(1);
                         if let Some(open) = self.frames.get_mut(frame) {
                             *open = (self.kept.len(), false);

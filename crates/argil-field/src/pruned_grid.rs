@@ -1,7 +1,7 @@
-//! The distances of a grid's points, each by what can matter near it.
+//! Computes the distances of a grid's points with pruned programs.
 //!
-//! *Practice.* A slab of eight layers is cut into columns of 32 × 32 points, and those into cells of 8³, each with its own list: see
-//! [`Pruner`]. What a list gives in its cell are the whole program's bits.
+//! *Practice.* A slab of eight layers is cut into columns of 32 × 32 points, and those into cells of 8³, each with
+//! its own program: see [`Pruner`]. In a cell, its program gives the whole program's bits.
 
 use crate::{CELLS_PER_BATCH, Evaluator, Grid, LANES, Program, Pruner, WORLD_LIMIT};
 use argil_abi::Instruction;
@@ -12,11 +12,11 @@ use rayon::prelude::*;
 const SIDE: u32 = 8;
 /// Cells along a column's side.
 const COLUMN: u32 = 4;
-/// Fewer instructions are as soon evaluated as pruned.
+/// Programs of fewer instructions are not worth pruning.
 const FEW: usize = 4;
 
 impl Program {
-    /// What [`Program::distances`] gives, to the bit, of a program of many brushes in far less time.
+    /// Computes what [`Program::distances`] computes, bit for bit, much faster for many brushes.
     ///
     /// ```
     /// # use argil_field::{Grid, Program};
@@ -48,7 +48,7 @@ impl Program {
     }
 }
 
-/// What a thread keeps.
+/// The state of a thread.
 struct PrunedGridWorker<'a> {
     grid: &'a Grid,
     whole: &'a [Instruction],
@@ -68,7 +68,7 @@ impl<'a> PrunedGridWorker<'a> {
         }
     }
 
-    /// Eight layers, from layer `z` on.
+    /// Computes eight layers from layer `z` on.
     fn slab(&mut self, out: &mut [f32], z: u32) {
         let edge = SIDE * COLUMN;
         let columns = self.begins(uvec3(0, 0, z), edge, self.grid.size);
@@ -85,14 +85,14 @@ impl<'a> PrunedGridWorker<'a> {
         }
     }
 
-    /// The first points of parts side by side, in one layer of parts, from a point to before another.
+    /// Returns the first points of adjacent parts in a layer, from a point to before another.
     fn begins(&self, from: UVec3, side: u32, end: UVec3) -> Vec<UVec3> {
         let along = |axis: usize| (from[axis]..end[axis]).step_by(side as usize);
         let row = |y: u32| along(0).map(move |x| uvec3(x, y, from.z));
         along(1).flat_map(row).collect()
     }
 
-    /// What can matter in parts of a size, of a list that holds in all of them.
+    /// Prunes a program for parts of a size.
     fn lists(
         &mut self,
         list: &[Instruction],
@@ -107,12 +107,12 @@ impl<'a> PrunedGridWorker<'a> {
                 Vec3::new(at(0), at(1), at(2)) + reach
             })
             .collect();
-        // A part whose middle is not in the world tells nothing of what is.
+        // A part whose center is outside the world says nothing about the points inside.
         let is_in_world = |c: &Vec3| c.abs().max_element() < WORLD_LIMIT;
         if !centers.iter().all(is_in_world) {
             return vec![list.to_vec(); begins.len()];
         }
-        // A little more than half of the diagonal, as coordinates are rounded.
+        // A little more than half of the diagonal, because coordinates are rounded.
         let radius = 1.000_01 * reach.length();
         let mut d = [0.0; CELLS_PER_BATCH];
         self.pruner
@@ -125,7 +125,7 @@ impl<'a> PrunedGridWorker<'a> {
         (0..centers.len()).map(own).collect()
     }
 
-    /// The points of a cell, by its list.
+    /// Computes the points of a cell with its own program.
     fn cell(&mut self, list: &[Instruction], begin: UVec3, out: &mut [f32], first_layer: u32) {
         let size = self.grid.size;
         let end = (begin + SIDE).min(size);

@@ -1,4 +1,4 @@
-//! How regular a field is: its Lipschitz constant and its jumps.
+//! The regularity of a field: its Lipschitz constant and its jumps.
 
 use crate::node_map::NodeMap;
 use argil_math::Aabb;
@@ -9,10 +9,10 @@ use argil_scene::{
 use glam::Vec2;
 use std::f32::consts::{FRAC_1_SQRT_2, FRAC_PI_2, TAU};
 
-/// What can be said of |d(p) − d(q)| for points p and q: at most `lipschitz` · |p − q| + `slack` + `hidden`.
+/// A bound on |d(p) − d(q)| for points p and q: `lipschitz` · |p − q| + `slack` + `hidden`.
 ///
-/// Where copies are joined with others by hard operators alone, more can be said of the sign: a copy that the field does
-/// not look at is at least `isolation` away, so within that length the sign changes as if nothing jumped.
+/// If copies are joined only by hard operators, more is known about the sign. A copy that the field does not
+/// evaluate is at least `isolation` away, so within that distance the sign changes as if nothing jumped.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Regularity {
     pub lipschitz: f32,
@@ -20,9 +20,9 @@ pub(crate) struct Regularity {
     /// Jumps that change no sign within `isolation`.
     pub hidden: f32,
     pub isolation: f32,
-    /// Where there are hidden jumps: a copy's distance is at least that to its box divided by this.
+    /// If there are hidden jumps: a copy's distance is at least the distance to its box, divided by this.
     pub underestimate: f32,
-    /// The blend radii of the smooth joints since, added up, and the greatest of them.
+    /// The blend radii of later smooth joints: their sum, and the largest.
     pub blends: f32,
     pub blend: f32,
 }
@@ -38,7 +38,7 @@ impl Regularity {
         blend: 0.0,
     };
 
-    /// The same where lengths are so many times as long.
+    /// Returns the regularity after scaling lengths by a factor.
     pub(crate) fn scaled(self, scale: f32) -> Self {
         Self {
             slack: self.slack * scale,
@@ -50,7 +50,7 @@ impl Regularity {
         }
     }
 
-    /// The same under a smooth joint of a radius.
+    /// Returns the regularity under a smooth joint of a radius.
     fn blended_over(self, radius: f32) -> Self {
         if self.hidden == 0.0 {
             return self;
@@ -62,9 +62,9 @@ impl Regularity {
         }
     }
 
-    /// With what smooth joints take off the isolation: a joint of radius k leaves the sign alone where the copy's distance is at
-    /// least k: it takes off (k − |a − b|)² / 4k, which is less than the other value then. Of many joints no more adds up than values can fall.
-    /// `underestimate` is the solid's.
+    /// Returns the regularity with what smooth joints subtract from the isolation. A joint of radius k keeps the
+    /// sign where the copy's distance is at least k: it subtracts (k − |a − b|)² / 4k, which is less than the other
+    /// value then. Many joints add up to no more than values can fall. `underestimate` is the solid's.
     pub(crate) fn settled(self, underestimate: f32) -> Self {
         if self.hidden == 0.0 {
             return Self {
@@ -91,7 +91,7 @@ impl Regularity {
         }
     }
 
-    /// The same where values matter and not only signs.
+    /// Returns the regularity where values matter, and not only signs.
     fn by_value(self) -> Self {
         Self {
             slack: self.slack + self.hidden,
@@ -105,7 +105,7 @@ impl Regularity {
     }
 }
 
-/// Of some nodes: one and all that it holds, each before what it holds.
+/// Returns the regularity of nodes, given each before its contents.
 pub(crate) fn regularity(
     scene: &Scene,
     extents: &mut Extents<'_>,
@@ -142,7 +142,7 @@ pub(crate) fn regularity(
                 }
             }
         }
-        // Of the root its pieces tell, which is all that a program that is followed knows.
+        // The root's comes from its pieces, which are all that an incremental program knows.
         if id != Scene::ROOT {
             all[id] = result.settled(extents.node_bounds(id).lipschitz_inverse);
         }
@@ -189,8 +189,8 @@ pub(crate) fn joined(a: Regularity, b: Regularity, operator: &Operator) -> Regul
     }
 }
 
-/// How many steps the centers of copies are away, at least, that are not looked at: a point looks at its own copy and the nearest
-/// neighbor, or at as many on each side.
+/// Returns the minimum distance, in steps, of the centers of copies that are not evaluated. A point evaluates its
+/// own copy and the nearest neighbor, or the same number on each side.
 fn steps_away(looked_at: u32) -> f32 {
     if looked_at <= 2 {
         1.0
@@ -199,9 +199,9 @@ fn steps_away(looked_at: u32) -> f32 {
     }
 }
 
-/// The centers of copies that a point does not look at are at least some steps away, and they begin half of a copy's angle
-/// nearer. Seen from the axis that is no length, but a copy begins some way from the axis; least is the greater of the two
-/// where they are equal.
+/// Returns the isolation of radial copies. The centers of copies that are not evaluated are some steps away, and
+/// the copies begin half of their angle nearer. On the axis, that is no distance, but a copy begins some way from
+/// the axis. The minimum is the larger of the two where they are equal.
 fn radial_isolation(count: u32, looked_at: u32, content: Aabb) -> f32 {
     let step = TAU / count as f32;
     let half = half_angle_about_y(content);
@@ -217,8 +217,9 @@ fn radial_isolation(count: u32, looked_at: u32, content: Aabb) -> f32 {
     0.999 * nearest.length() * sine / (1.0 + sine)
 }
 
-/// Where the set of nearest copies changes, the minimum over them can jump by what the solid's own distance falls short
-/// of the Euclidean one; that is at most the greatest distance between points of neighboring cells.
+/// Returns the largest jump. Where the set of nearest copies changes, their minimum jumps by at most the amount by
+/// which the solid's distance underestimates the Euclidean one, and by at most the largest distance between points
+/// of neighboring cells.
 fn jump(modifier: &Modifier, content: &argil_scene::Extent) -> f32 {
     let looked_at = copies_looked_at(modifier, content);
     let takes_all = match *modifier {
@@ -244,7 +245,7 @@ fn jump(modifier: &Modifier, content: &argil_scene::Extent) -> f32 {
     content.max_underestimate.min(width + size)
 }
 
-/// How far the copies are, at least, that a point does not look at; 0 where that is not known.
+/// Returns the minimum distance of copies that a point does not evaluate, or 0 if it is unknown.
 fn isolation(modifier: &Modifier, content: &argil_scene::Extent) -> f32 {
     if !content.aabb.is_finite() || content.aabb.is_empty() {
         return 0.0;

@@ -1,5 +1,5 @@
-//! Distances that are interpolated between samples, and ground by its heights: see `argil_scene::SampledGrid` for what the words are. Twin:
-//! `sampled.wgsl`.
+//! Distances that are interpolated between samples, and ground from heights. `argil_scene::SampledGrid` defines the
+//! words. `sampled.wgsl` is the twin.
 
 use crate::curves::{SIMD_BLOCK, SimdBlock};
 use crate::scalar::Real;
@@ -10,8 +10,8 @@ const _: () = assert!(
     "both interpreters read what the scene holds"
 );
 
-/// The distances of a block of points. Beyond the grid's box it is the hypotenuse over the way there and what is told at
-/// its side, which no point of the solid is nearer than.
+/// Computes the distances of a block of points. Outside the grid's box, the result is the hypotenuse over the way
+/// to the box and the value at its side, which is a lower bound.
 #[inline(always)]
 pub(crate) fn sd_sampled<R: Real>([x, y, z]: [&mut SimdBlock<R>; 3], w: &[f32]) -> SimdBlock<R> {
     let mut out = [R::constant(0.0); SIMD_BLOCK];
@@ -68,8 +68,9 @@ fn sampled<R: Real>(p: [R; 3], w: &[f32]) -> R {
     }
 }
 
-/// Lower bounds of the distances of a block of points to ground as high as a grid of heights tells. The ground's slope is at most
-/// what stands before the grid, so the surface is at least as far as it is straight down, times the cosine of that; beyond the box, as far as that.
+/// Computes lower bounds of the distances of a block of points to ground from heights. The grid stores the ground's
+/// largest slope, so the surface is at least as far as the vertical distance times the cosine of that slope.
+/// Outside the box, the distance to the box is also a bound.
 #[inline(always)]
 pub(crate) fn sd_heightmap<R: Real>([x, y, z]: [&mut SimdBlock<R>; 3], w: &[f32]) -> SimdBlock<R> {
     let mut out = [R::constant(0.0); SIMD_BLOCK];

@@ -1,12 +1,12 @@
-//! Numbers that shapes are evaluated with: plain `f32` for distances, dual numbers for gradients.
+//! Number types for shapes: `f32` for distances, and dual numbers for gradients.
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-/// Points evaluated together. 128 lanes of three coordinates fit the first-level cache many times over, and make the
-/// interpreter's dispatch cheap.
+/// Points that are evaluated together. Three coordinates of them fit into the first-level cache many times, and
+/// make the interpreter's dispatch cheap.
 pub const LANES: usize = 256;
 
-/// A number, with arrays of [`LANES`] of it laid out for SIMD.
+/// A number, with arrays of [`LANES`] of it for SIMD.
 pub(crate) trait Real:
     Copy
     + 'static
@@ -27,11 +27,11 @@ pub(crate) trait Real:
     fn value(self) -> f32;
     fn sqrt(self) -> Self;
     fn sin_cos(self) -> (Self, Self);
-    /// The power of what is not negative, of a positive exponent.
+    /// Returns the power of a number of at least 0, with a positive exponent.
     fn power(self, exponent: f32) -> Self;
 
     fn abs(self) -> Self;
-    /// The lesser; `self` where either is NaN.
+    /// Returns the smaller number, or `self` if either is NaN.
     #[inline(always)]
     fn min(self, other: Self) -> Self {
         if other.value() < self.value() {
@@ -40,7 +40,7 @@ pub(crate) trait Real:
             self
         }
     }
-    /// The greater; `self` where either is NaN.
+    /// Returns the larger number, or `self` if either is NaN.
     #[inline(always)]
     fn max(self, other: Self) -> Self {
         if other.value() > self.value() {
@@ -49,7 +49,7 @@ pub(crate) trait Real:
             self
         }
     }
-    /// Zero where negative or NaN.
+    /// Returns the number, or 0 if it is negative or NaN.
     #[inline(always)]
     fn positive_part(self) -> Self {
         if self.value() > 0.0 {
@@ -62,14 +62,14 @@ pub(crate) trait Real:
     fn clamp_to(self, min: f32, max: f32) -> Self {
         self.max(Self::constant(min)).min(Self::constant(max))
     }
-    /// `self` with the sign of `sign`; positive where that is 0.
+    /// Returns `self` with the sign of `sign`, positive if that is 0.
     #[inline(always)]
     fn signed_as(self, sign: Self) -> Self {
         if sign.value() < 0.0 { -self } else { self }
     }
 }
 
-/// One array of plain numbers, aligned to a cache line and to the widest registers.
+/// An array of plain numbers, aligned to a cache line and to the widest registers.
 #[derive(Clone, Debug)]
 #[repr(align(64))]
 pub(crate) struct F32Lanes(pub [f32; LANES]);
@@ -114,10 +114,10 @@ impl Real for f32 {
     }
 }
 
-/// Sine and cosine by polynomials over a quarter turn, the same operations on every device: the standard library's
-/// differ between platforms and do not vectorise. Within 2e-7 for |x| < 1000.
+/// Returns sine and cosine by polynomials over a quarter turn. Every device uses the same operations, because the
+/// standard library's results differ between platforms and do not vectorize. Accurate to 2e-7 for |x| < 1000.
 ///
-/// Range reduction after Cody and Waite; minimax coefficients as in Cephes' `sinf` and `cosf`.
+/// Range reduction after Cody and Waite, and minimax coefficients as in Cephes' `sinf` and `cosf`.
 #[inline(always)]
 pub(crate) fn sin_cos(x: f32) -> (f32, f32) {
     let turns = (x * std::f32::consts::FRAC_2_PI + 0.5).floor();
@@ -126,7 +126,7 @@ pub(crate) fn sin_cos(x: f32) -> (f32, f32) {
     let s = r + r * r2 * (-1.666_665_5e-1 + r2 * (8.332_161e-3 - r2 * 1.951_529_6e-4));
     let c =
         1.0 - 0.5 * r2 + r2 * r2 * (4.166_664_6e-2 + r2 * (-1.388_731_6e-3 + r2 * 2.443_315_7e-5));
-    // The quarter, 0 to 3, without a conversion to integers.
+    // The quarter, from 0 to 3, without a conversion to integers.
     let quarter = turns - 4.0 * (turns * 0.25).floor();
     let odd = quarter == 1.0 || quarter == 3.0;
     let (sin, cos) = if odd { (c, s) } else { (s, c) };
@@ -139,10 +139,11 @@ pub(crate) fn sin_cos(x: f32) -> (f32, f32) {
     (sin, cos)
 }
 
-/// A power by polynomials, the same operations on every device; 0 of what is below 1e-30. Within 2e-6 of it where the exponent is from
-/// 1/16 to 16 and the base from 0 to 2.
+/// Returns a power by polynomials, with the same operations on every device. Bases below 1e-30 return 0. Accurate
+/// to 2e-6 for exponents from 1/16 to 16 and bases from 0 to 2.
 ///
-/// The logarithm is the series of (m − 1)/(m + 1) about a mantissa m near 1, the exponential that of a number up to a half.
+/// The logarithm is the series of (m − 1)/(m + 1) about a mantissa m near 1, and the exponential is a series for
+/// numbers up to one half.
 #[inline(always)]
 pub(crate) fn power(base: f32, exponent: f32) -> f32 {
     let bits = base.to_bits();
@@ -166,7 +167,7 @@ pub(crate) fn power(base: f32, exponent: f32) -> f32 {
     if base < 1e-30 { 0.0 } else { series * scale }
 }
 
-/// A number with its derivatives along x, y and z of the query point.
+/// A number with its derivatives along x, y and z of the evaluated point.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Dual {
     pub v: f32,
@@ -183,7 +184,7 @@ impl Dual {
     }
 }
 
-/// Four arrays: values, then derivatives.
+/// Four arrays: values, and then derivatives.
 #[derive(Clone, Debug)]
 pub(crate) struct DualLanes(pub [F32Lanes; 4]);
 
@@ -228,7 +229,7 @@ impl Real for Dual {
     #[inline(always)]
     fn sqrt(self) -> Dual {
         let root = self.v.sqrt();
-        // Where the root is 0 its slope has no limit; the surface has none there either.
+        // At a root of 0, the slope has no limit, and the surface has none there either.
         let slope = 0.5 / Real::max(root, 1e-18);
         Dual::with(root, |i| self.d[i] * slope)
     }
@@ -247,7 +248,7 @@ impl Real for Dual {
     #[inline(always)]
     fn power(self, exponent: f32) -> Dual {
         let value = power(self.v, exponent);
-        // Where the base is 0 the slope of a root has no limit.
+        // At a base of 0, the slope of a root has no limit.
         let slope = exponent * value / Real::max(self.v, 1e-18);
         Dual::with(value, |i| self.d[i] * slope)
     }

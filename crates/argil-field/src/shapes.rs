@@ -1,8 +1,9 @@
-//! The shapes' distances, written once for plain and dual numbers. `shapes.wgsl` is the twin: the same names, the same
-//! order of operations. `naive.rs` is what both are held against.
+//! The distance functions of shapes, written once for plain and dual numbers. `shapes.wgsl` is the twin, with the
+//! same names and the same order of operations. Tests compare both with `naive.rs`.
 //!
-//! Formulas after Inigo Quilez, <https://iquilezles.org/articles/distfunctions/>, but for the ellipsoid (a bound that
-//! keeps the Lipschitz constant 1) and the pyramid (his leaves out the base). `w` holds a shape's words, see `pack.rs`.
+//! Formulas after Inigo Quilez, <https://iquilezles.org/articles/distfunctions/>, except for the ellipsoid (a bound
+//! that keeps the Lipschitz constant 1) and the pyramid (his omits the base). `w` holds a shape's words: see
+//! `params.rs`.
 
 use crate::scalar::Real;
 
@@ -18,7 +19,7 @@ pub(crate) fn length3<R: Real>(x: R, y: R, z: R) -> R {
     (x * x + y * y + z * z).sqrt()
 }
 
-/// The distance to a region from the signed distances along two orthogonal directions.
+/// Returns the distance to a region, given the signed distances along two orthogonal directions.
 #[inline(always)]
 pub(crate) fn corner2<R: Real>(x: R, y: R) -> R {
     x.max(y).min(R::constant(0.0)) + length2(x.positive_part(), y.positive_part())
@@ -35,17 +36,17 @@ pub(crate) fn sd_sphere<R: Real>([x, y, z]: P<R>, w: &[f32; 1]) -> R {
     length3(x, y, z) - w[0]
 }
 
-/// `w`: radii, their reciprocals, the least, the greatest.
+/// Returns the distance to an ellipsoid. `w`: radii, their reciprocals, the smallest, the largest.
 #[inline(always)]
 pub(crate) fn sd_ellipsoid<R: Real>([x, y, z]: P<R>, w: &[f32; 8]) -> R {
-    // Three bounds with the constant 1: the ball-shaped one in scaled space, and those of the box and ball around.
+    // Three bounds with constant 1: the sphere's in scaled space, and those of the box and the sphere around.
     let scaled = (length3(x * w[3], y * w[4], z * w[5]) - 1.0) * w[6];
     let cuboid = corner3(x.abs() - w[0], y.abs() - w[1], z.abs() - w[2]);
     let ball = length3(x, y, z) - w[7];
     scaled.max(cuboid.max(ball))
 }
 
-/// `w`: half size less the rounding, rounding.
+/// Returns the distance to a box. `w`: half size minus the rounding, rounding.
 #[inline(always)]
 pub(crate) fn sd_box<R: Real>([x, y, z]: P<R>, w: &[f32; 4]) -> R {
     corner3(x.abs() - w[0], y.abs() - w[1], z.abs() - w[2]) - w[3]
@@ -66,11 +67,11 @@ pub(crate) fn sd_torus<R: Real>([x, y, z]: P<R>, w: &[f32; 2]) -> R {
     length2(length2(x, z) - w[0], y) - w[1]
 }
 
-/// `w`: sine and cosine of the half angle, radii.
+/// Returns the distance to a capped torus. `w`: sine and cosine of the half angle, radii.
 #[inline(always)]
 pub(crate) fn sd_capped_torus<R: Real>([x, y, z]: P<R>, w: &[f32; 4]) -> R {
     let x = x.abs();
-    // Beyond the arc's end its last point is nearest; else the ring.
+    // Beyond the arc's end, its last point is nearest; otherwise the ring.
     let beyond = w[1] * x.value() > w[0] * y.value();
     let end = length3(x - w[0] * w[2], y - w[1] * w[2], z);
     let ring = length2(length2(x, y) - w[2], z);
@@ -83,7 +84,7 @@ pub(crate) fn sd_link<R: Real>([x, y, z]: P<R>, w: &[f32; 3]) -> R {
     length2(length2(x, y) - w[1], z) - w[2]
 }
 
-/// `w`: start, end less start, one over its squared length, radius.
+/// Returns the distance to a capsule. `w`: start, end minus start, reciprocal of its squared length, radius.
 #[inline(always)]
 pub(crate) fn sd_capsule<R: Real>([x, y, z]: P<R>, w: &[f32; 8]) -> R {
     let (x, y, z) = (x - w[0], y - w[1], z - w[2]);
@@ -91,16 +92,16 @@ pub(crate) fn sd_capsule<R: Real>([x, y, z]: P<R>, w: &[f32; 8]) -> R {
     length3(x - h * w[3], y - h * w[4], z - h * w[5]) - w[7]
 }
 
-/// `w`: radius and half height less the rounding, rounding.
+/// Returns the distance to a cylinder. `w`: radius and half height minus the rounding, rounding.
 #[inline(always)]
 pub(crate) fn sd_cylinder<R: Real>([x, y, z]: P<R>, w: &[f32; 3]) -> R {
     corner2(length2(x, z) - w[0], y.abs() - w[1]) - w[2]
 }
 
-/// `w`: radius, height, one over the squared length of the side.
+/// Returns the distance to a cone. `w`: radius, height, reciprocal of the squared length of the side.
 #[inline(always)]
 pub(crate) fn sd_cone<R: Real>([x, y, z]: P<R>, w: &[f32; 3]) -> R {
-    // In the half plane (distance from the axis, y) the side goes from the tip (0, 0) to (radius, −height).
+    // In the half plane (distance from the axis, y), the side goes from the tip (0, 0) to (radius, −height).
     let q = length2(x, z);
     let side = ((q * w[0] - y * w[1]) * w[2]).clamp_to(0.0, 1.0);
     let (ax, ay) = (q - side * w[0], y + side * w[1]);
@@ -110,7 +111,8 @@ pub(crate) fn sd_cone<R: Real>([x, y, z]: P<R>, w: &[f32; 3]) -> R {
     d.signed_as(outside)
 }
 
-/// `w`: half height, bottom radius, top radius, difference of radii, one over the squared length of the side.
+/// Returns the distance to a capped cone. `w`: half height, bottom radius, top radius, difference of radii,
+/// reciprocal of the squared length of the side.
 #[inline(always)]
 pub(crate) fn sd_capped_cone<R: Real>([x, y, z]: P<R>, w: &[f32; 5]) -> R {
     let q = length2(x, z);
@@ -125,7 +127,8 @@ pub(crate) fn sd_capped_cone<R: Real>([x, y, z]: P<R>, w: &[f32; 5]) -> R {
     if inside { -d } else { d }
 }
 
-/// `w`: bottom radius, top radius, height, sine and cosine of the side's slope.
+/// Returns the distance to a round cone. `w`: bottom radius, top radius, height, sine and cosine of the side's
+/// slope.
 #[inline(always)]
 pub(crate) fn sd_round_cone<R: Real>([x, y, z]: P<R>, w: &[f32; 5]) -> R {
     let q = length2(x, z);
@@ -137,13 +140,13 @@ pub(crate) fn sd_round_cone<R: Real>([x, y, z]: P<R>, w: &[f32; 5]) -> R {
     if k.value() < 0.0 { bottom } else { upper }
 }
 
-/// `w`: unit normal, offset.
+/// Returns the distance to a half space. `w`: unit normal, offset.
 #[inline(always)]
 pub(crate) fn sd_plane<R: Real>([x, y, z]: P<R>, w: &[f32; 4]) -> R {
     x * w[0] + y * w[1] + z * w[2] - w[3]
 }
 
-/// `w`: apothem, half depth.
+/// Returns the distance to a hexagonal prism. `w`: apothem, half depth.
 #[inline(always)]
 pub(crate) fn sd_hex_prism<R: Real>([x, y, z]: P<R>, w: &[f32; 2]) -> R {
     let (x, y) = (x.abs(), y.abs());
@@ -156,7 +159,7 @@ pub(crate) fn sd_hex_prism<R: Real>([x, y, z]: P<R>, w: &[f32; 2]) -> R {
     corner2(d, z.abs() - w[1])
 }
 
-/// `w`: half side, half depth.
+/// Returns the distance to a triangular prism. `w`: half side, half depth.
 #[inline(always)]
 pub(crate) fn sd_tri_prism<R: Real>([x, y, z]: P<R>, w: &[f32; 2]) -> R {
     let x = x.abs() - w[0];
@@ -173,7 +176,7 @@ pub(crate) fn sd_tri_prism<R: Real>([x, y, z]: P<R>, w: &[f32; 2]) -> R {
 pub(crate) fn sd_octahedron<R: Real>([x, y, z]: P<R>, w: &[f32; 1]) -> R {
     let (x, y, z) = (x.abs(), y.abs(), z.abs());
     let m = x + y + z - w[0];
-    // Where the plane's foot leaves the face, the nearest edge is that opposite to the least coordinate.
+    // If the foot of the plane leaves the face, the nearest edge is opposite the smallest coordinate.
     let first = 3.0 * x.value() < m.value();
     let second = 3.0 * y.value() < m.value();
     let third = 3.0 * z.value() < m.value();
@@ -193,19 +196,19 @@ pub(crate) fn sd_octahedron<R: Real>([x, y, z]: P<R>, w: &[f32; 1]) -> R {
     }
 }
 
-/// `w`: half base, height, length of a face's slope, its cosine and sine.
+/// Returns the distance to a pyramid. `w`: half base, height, length of a face's slope, its cosine and sine.
 #[inline(always)]
 pub(crate) fn sd_pyramid<R: Real>([x, y, z]: P<R>, w: &[f32; 5]) -> R {
     let (x, z) = (x.abs(), z.abs());
     let swap = z.value() > x.value();
     let (x, z) = if swap { (z, x) } else { (x, z) };
-    // Below the base plane the base is nearest.
+    // Below the base plane, the base is nearest.
     let below = length3((x - w[0]).positive_part(), y, (z - w[0]).positive_part());
-    // The face towards +x, as seen from its foot: along the slope from the base's edge, and out of its plane.
+    // The face toward +x, seen from its foot: along the slope from the base's edge, and out of its plane.
     let ex = x - w[0];
     let out = ex * w[4] + y * w[3];
     let along = y * w[4] - ex * w[3];
-    // The nearest point of the triangle: the part of it with the same side of the middle line, z ≥ 0.
+    // The nearest point of the triangle, on the side z ≥ 0 of its middle line.
     let t = along.clamp_to(0.0, w[2]);
     let half = (R::constant(w[2]) - t) * (w[0] / w[2]);
     let inner = length3(along - t, out, (z - half).positive_part());
@@ -224,7 +227,7 @@ pub(crate) fn sd_pyramid<R: Real>([x, y, z]: P<R>, w: &[f32; 5]) -> R {
     if y.value() < 0.0 { below } else { above }
 }
 
-/// `w`: radius, cut, radius of the rim.
+/// Returns the distance to a cut sphere. `w`: radius, cut, radius of the rim.
 #[inline(always)]
 pub(crate) fn sd_cut_sphere<R: Real>([x, y, z]: P<R>, w: &[f32; 3]) -> R {
     let q = length2(x, z);
@@ -237,7 +240,7 @@ pub(crate) fn sd_cut_sphere<R: Real>([x, y, z]: P<R>, w: &[f32; 3]) -> R {
     if s.value() < 0.0 { ball } else { flat }
 }
 
-/// `w`: radius, cut, radius of the rim, thickness.
+/// Returns the distance to a cut hollow sphere. `w`: radius, cut, radius of the rim, thickness.
 #[inline(always)]
 pub(crate) fn sd_cut_hollow_sphere<R: Real>([x, y, z]: P<R>, w: &[f32; 4]) -> R {
     let q = length2(x, z);
@@ -247,7 +250,7 @@ pub(crate) fn sd_cut_hollow_sphere<R: Real>([x, y, z]: P<R>, w: &[f32; 4]) -> R 
     (if beyond { rim } else { ball }) - w[3]
 }
 
-/// `w`: sine and cosine of the half angle, radius.
+/// Returns the distance to a solid angle. `w`: sine and cosine of the half angle, radius.
 #[inline(always)]
 pub(crate) fn sd_solid_angle<R: Real>([x, y, z]: P<R>, w: &[f32; 3]) -> R {
     let q = length2(x, z);
@@ -257,7 +260,8 @@ pub(crate) fn sd_solid_angle<R: Real>([x, y, z]: P<R>, w: &[f32; 3]) -> R {
     ball.max(side)
 }
 
-/// `w`: half diagonals, half height, rounding, one over the squared length of a side.
+/// Returns the distance to an extruded rhombus. `w`: half diagonals, half height, rounding, reciprocal of the
+/// squared length of a side.
 #[inline(always)]
 pub(crate) fn sd_rhombus<R: Real>([x, y, z]: P<R>, w: &[f32; 5]) -> R {
     let (x, y, z) = (x.abs(), y.abs(), z.abs());
@@ -271,7 +275,8 @@ pub(crate) fn sd_rhombus<R: Real>([x, y, z]: P<R>, w: &[f32; 5]) -> R {
     corner2(length2(ax, az).signed_as(side) - w[3], y - w[2])
 }
 
-/// `w`: half size, corner radii, rounding at the top and at the bottom.
+/// Returns the distance to an extruded rounded box. `w`: half size, corner radii, rounding at the top and at the
+/// bottom.
 #[inline(always)]
 pub(crate) fn sd_extruded_rounded_box<R: Real>([x, y, z]: P<R>, w: &[f32; 9]) -> R {
     let right = if z.value() > 0.0 { w[3] } else { w[4] };
@@ -282,8 +287,9 @@ pub(crate) fn sd_extruded_rounded_box<R: Real>([x, y, z]: P<R>, w: &[f32; 9]) ->
     corner2(flat + rim, y.abs() - (w[1] - rim)) - rim
 }
 
-/// The distance to a sheet in a box, from the level at the point of the box that is nearest to a point: no point of the box is nearer
-/// to that than to its nearest. `w`: half size, radians a length, one over the level's greatest slope, half of the thickness.
+/// Returns the distance to a sheet in a box, from the level at the box's point nearest to `p`. No point of the box
+/// is nearer to `p`. `w`: half size, radians per length, reciprocal of the level's largest slope, half of the
+/// thickness.
 #[inline(always)]
 fn sheet_in_box<R: Real>([x, y, z]: P<R>, w: &[f32; 6], level: impl Fn([(R, R); 3]) -> R) -> R {
     let angle = |c: R, half: f32| (c.clamp_to(-half, half) * w[3]).sin_cos();
@@ -292,7 +298,8 @@ fn sheet_in_box<R: Real>([x, y, z]: P<R>, w: &[f32; 6], level: impl Fn([(R, R); 
     sheet.max(corner3(x.abs() - w[0], y.abs() - w[1], z.abs() - w[2]))
 }
 
-/// After A. Schoen, "Infinite periodic minimal surfaces without self-intersections" (1970), by its usual approximation.
+/// Returns the distance to a gyroid sheet, by the usual approximation of A. Schoen's surface, "Infinite periodic
+/// minimal surfaces without self-intersections" (1970).
 #[inline(always)]
 pub(crate) fn sd_gyroid<R: Real>(p: P<R>, w: &[f32; 6]) -> R {
     sheet_in_box(p, w, |[(sx, cx), (sy, cy), (sz, cz)]| {
@@ -300,20 +307,21 @@ pub(crate) fn sd_gyroid<R: Real>(p: P<R>, w: &[f32; 6]) -> R {
     })
 }
 
-/// After H. A. Schwarz, by the usual approximation of his P surface.
+/// Returns the distance to a sheet of H. A. Schwarz's P surface, by its usual approximation.
 #[inline(always)]
 pub(crate) fn sd_schwarz_p<R: Real>(p: P<R>, w: &[f32; 6]) -> R {
     sheet_in_box(p, w, |[(_, cx), (_, cy), (_, cz)]| cx + cy + cz)
 }
 
-/// A norm whose unit ball is the solid, which is convex: its slope is at most one over the radius of a ball that the solid holds. After
-/// A. Barr, "Superquadrics and angle-preserving transformations" (1981). `w`: half axes, their reciprocals, the exponents of level and of
-/// upright sections, one over each, that radius.
+/// Returns a lower bound of the distance to a superellipsoid: a norm whose unit sphere is the surface. The solid is
+/// convex, so its slope is at most the reciprocal of the radius of an inscribed sphere. After A. Barr,
+/// "Superquadrics and angle-preserving transformations" (1981). `w`: semi-axes, their reciprocals, the exponents of
+/// level and of upright sections, their reciprocals, that radius.
 #[inline(always)]
 pub(crate) fn sd_superellipsoid<R: Real>([x, y, z]: P<R>, w: &[f32; 11]) -> R {
     let (x, y, z) = (x.abs(), y.abs(), z.abs());
     let (u, v, t) = (x * w[3], y * w[4], z * w[5]);
-    // Powers of what is at most 1.
+    // Powers of numbers up to 1.
     let most = u.max(v.max(t)).max(R::constant(1e-18));
     let level = (u / most).power(w[6]) + (t / most).power(w[6]);
     let whole = level.power(w[7] * w[8]) + (v / most).power(w[7]);

@@ -2,16 +2,17 @@
 
 use crate::scalar::{LANES, Real};
 
-/// Words of a repetition: spacing, offset, least and greatest cell, candidates, each of three; then by how much the
-/// root's operand that it is in can jump.
+/// Words of a repetition: spacing, offset, smallest and largest cell, candidates, three each; then the largest jump
+/// of the root's operand that contains it.
 pub(crate) const REPEAT_WORDS: usize = 16;
-/// Words of a radial repetition: copies, angle between them, candidates; then the same.
+/// Words of a radial repetition: copies, angle between them, candidates; then the largest jump.
 pub(crate) const RADIAL_WORDS: usize = 4;
-/// Words of a clamp: least corner, greatest corner; then the angle for a length of 1, and the scale to the world.
+/// Words of a clamp: minimum corner, maximum corner; then the angle per unit of length, and the scale to the
+/// scene's unit.
 pub(crate) const TWIST_WORDS: usize = 8;
 
-/// Candidate `j` of `candidates` around a coordinate's own cell: with two, the own and the nearest neighbor; with
-/// more, as many to each side.
+/// Returns candidate `j` of `candidates` around a coordinate's own cell: with two, the own cell and the nearest
+/// neighbor; with more, the same number on each side.
 #[inline(always)]
 pub(crate) fn nearby(own: f32, beyond: f32, j: f32, candidates: f32) -> f32 {
     let side = if beyond < 0.0 { -j } else { j };
@@ -23,7 +24,7 @@ pub(crate) fn nearby(own: f32, beyond: f32, j: f32, candidates: f32) -> f32 {
     own + offset
 }
 
-/// A coordinate relative to the center of candidate cell `j`.
+/// Returns a coordinate relative to the center of candidate cell `j`.
 #[inline(always)]
 pub(crate) fn repeat_axis<R: Real>(p: R, j: f32, w: &[f32; REPEAT_WORDS], axis: usize) -> R {
     let (spacing, offset, low, high, candidates) =
@@ -35,7 +36,7 @@ pub(crate) fn repeat_axis<R: Real>(p: R, j: f32, w: &[f32; REPEAT_WORDS], axis: 
         low,
         high,
     );
-    // All that there are, one after the other.
+    // All cells, one after another.
     let cell = if candidates > high - low {
         low + j
     } else {
@@ -44,7 +45,7 @@ pub(crate) fn repeat_axis<R: Real>(p: R, j: f32, w: &[f32; REPEAT_WORDS], axis: 
     shifted - cell * spacing
 }
 
-/// An angle's approximation, within 1e-4: enough to find a sector, whose exact turn is applied afterwards.
+/// Returns an angle within 1e-4, which is enough to find a sector. The exact rotation follows.
 #[inline(always)]
 pub(crate) fn rough_atan2(y: f32, x: f32) -> f32 {
     let (ax, ay) = (x.abs(), y.abs());
@@ -61,7 +62,7 @@ pub(crate) fn rough_atan2(y: f32, x: f32) -> f32 {
     if y < 0.0 { -r } else { r }
 }
 
-/// x and z turned back by candidate `j`'s angle.
+/// Returns x and z rotated back by candidate `j`'s angle.
 #[inline(always)]
 pub(crate) fn radial<R: Real>(x: R, z: R, j: f32, w: &[f32; RADIAL_WORDS]) -> (R, R) {
     let angle = rough_atan2(z.value(), x.value());
@@ -84,8 +85,8 @@ pub(crate) fn bend<R: Real>([x, y, z]: [R; 3], rate: f32) -> [R; 3] {
     [c * x - s * y, s * x + c * y, z]
 }
 
-/// The distance from outside a clamp's box: that to the box and that within it are legs of a right-angled triangle at
-/// least.
+/// Returns the distance from outside a clamp's box: the distances to the box and within it are legs of a right
+/// triangle.
 #[inline(always)]
 pub(crate) fn unclamp<R: Real>(d: R, p: [R; 3], w: &[f32; TWIST_WORDS]) -> R {
     let gap = [
@@ -102,7 +103,7 @@ pub(crate) fn unclamp<R: Real>(d: R, p: [R; 3], w: &[f32; TWIST_WORDS]) -> R {
     }
 }
 
-/// Map every lane of a point by one function.
+/// Maps every lane of a point by a function.
 #[inline(always)]
 pub(crate) fn map_point<R: Real>(p: &mut [R::Lanes; 3], f: impl Fn([R; 3]) -> [R; 3]) {
     let [xs, ys, zs] = p;

@@ -6,29 +6,29 @@ use argil_scene::{Extent, Operator};
 /// A piece of a program.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct OperandSpan {
-    /// Its first instruction, and the one behind its last.
+    /// Its first instruction, and the one after its last.
     pub begin: u32,
     pub end: u32,
-    /// The group that it is in, by its place among the program's, or [`ROOT`].
+    /// The group that contains it, by index, or [`crate::pieces::ROOT`].
     pub group: u32,
-    /// In the world's unit.
+    /// Its operator, in the scene's unit.
     pub operator: Operator,
-    /// In the world.
+    /// Its extent, in the scene's space.
     pub extent: Extent,
 }
 
-/// An open group of a program. The first of all stands for the root.
+/// An open group of a program. The first one is the root.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct GroupSpan {
     /// The group around it.
     pub parent: u32,
     pub operator: Operator,
-    /// What puts aside what is before it, and what joins it to that.
+    /// The instructions that save the accumulator and combine it again.
     pub open: Instruction,
     pub close: Instruction,
 }
 
-/// Append an operand's instructions; the ends of loops point at their beginnings.
+/// Appends an operand's instructions, and points the ends of loops at their beginnings.
 pub(crate) fn append(instrs: &[Instruction], out: &mut Vec<Instruction>) {
     let begin = out.len() as u32;
     out.extend(instrs.iter().map(|&instr| Instruction {

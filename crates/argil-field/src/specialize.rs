@@ -1,25 +1,26 @@
-//! WGSL for one fixed program: its instructions written out, in place of the interpreter.
+//! WGSL for one fixed program: its instructions written out, instead of the interpreter.
 //!
-//! The numbers stay in the table of parameters, so that a brush can still be moved without a new shader; what is gone
-//! is the loop over instructions, the choice by opcode and the stacks.
+//! The numbers stay in the table of parameters, so a brush can move without a new shader. The loop over
+//! instructions, the selection by opcode and the stacks disappear.
 
 use crate::dispatch::wgsl_function;
 use crate::{Program, WGSL_COMMON};
 use argil_abi::{self as abi, Instruction};
 use std::fmt::Write;
 
-/// Longest program that is written out: shader compilers take more than linear time.
+/// Maximum length of a program to write out, because shader compilers take more than linear time.
 const MAX_INSTRUCTIONS: usize = 4096;
 
 impl Program {
-    /// The twin of [`crate::OpcodeSet::wgsl`] for this program alone; `None` where it is too long to be written out.
+    /// Returns the twin of [`crate::OpcodeSet::wgsl`] for this program alone, or `None` if it is too long.
     pub fn specialized_wgsl(&self) -> Option<String> {
         (self.instructions.len() <= MAX_INSTRUCTIONS)
             .then(|| [WGSL_COMMON, &write_field(self)].concat())
     }
 }
 
-/// Depths of the stacks while writing: where the interpreter would index, the text has a variable of that number.
+/// Depths of the stacks while writing. Where the interpreter would index a stack, the text has a variable of that
+/// number.
 #[derive(Default)]
 struct Depth {
     value: usize,

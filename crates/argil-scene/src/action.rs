@@ -117,7 +117,7 @@ impl Scene {
             desc: self.node(node).desc().clone(),
             children: Vec::new(),
         };
-        // / Incomplete copies, innermost last, each with the children that are still missing, next one last.
+        // Incomplete copies, innermost last, each with the children that are still missing, next one last.
         let lacking = |node: NodeId| self.node(node).children().iter().rev().copied().collect();
         let mut open: Vec<(NodeTree, Vec<NodeId>)> = vec![(alone(node), lacking(node))];
         loop {
@@ -199,7 +199,7 @@ impl Scene {
             index,
             entry: tree.desc.clone(),
         };
-        // / Check everything before changing anything.
+        // Check everything before changing anything.
         let mut open = vec![tree];
         while let Some(own) = open.pop() {
             check_group(own)?;

@@ -79,7 +79,7 @@ impl Extent {
                 ..self
             },
             Modifier::Stretch { by } => {
-                // / The box grows by the largest factor, and the distance only by the smallest.
+                // The box grows by the largest factor, and the distance only by the smallest.
                 let (least, most) = (modifier.scale(), Vec3::from(by).max_element());
                 Self {
                     aabb: region_after(modifier, self.aabb, self.aabb),
@@ -111,7 +111,7 @@ impl Extent {
 /// given the content's box.
 pub(crate) fn stretch(modifier: &Modifier, content: Aabb) -> f32 {
     match *modifier {
-        // / Each octave halves the amplitude and doubles the frequency, so it adds the same slope.
+        // Each octave halves the amplitude and doubles the frequency, so it adds the same slope.
         Modifier::Displace {
             amplitude,
             frequency,
@@ -276,14 +276,14 @@ impl<'a> Extents<'a> {
             found = [content, outer];
             self.known.insert(id, found);
         }
-        // / The node itself was the last.
+        // The node itself was the last.
         found
     }
 
     /// Returns the extent of a list of operands.
     fn fold(&self, children: &[NodeId]) -> Extent {
         let mut all = Extent::EMPTY;
-        // / A chain of smooth unions stands out from its operands by the sum of the joints' offsets, but by no more
+        // A chain of smooth unions stands out from its operands by the sum of the joints' offsets, but by no more
         // than the largest blend radius: if the result is that far below every operand, then |a − b| ≥ k.
         let (mut bulges, mut greatest) = (0.0f32, 0.0f32);
         for &id in children {
@@ -312,7 +312,7 @@ impl<'a> Extents<'a> {
                         .intersection(operand.aabb);
                     (bulges, greatest) = (0.0, 0.0);
                     all.aabb = if both.is_empty() { operand.aabb } else { both };
-                    // / The corner of two overlapping boxes can be √2 times as far as either box.
+                    // The corner of two overlapping boxes can be √2 times as far as either box.
                     all.lipschitz_inverse *= std::f32::consts::SQRT_2;
                     all.max_underestimate = f32::INFINITY;
                 }
@@ -341,7 +341,7 @@ pub fn copies_looked_at(modifier: &Modifier, content: &Extent) -> [u32; 3] {
     let (there, extent, step) = match *modifier {
         Modifier::Repeat { spacing, count } => {
             let reach = content.aabb.min.abs().max(content.aabb.max.abs());
-            // / An axis without copies has one.
+            // An axis without copies has one.
             let own = |axis: usize| match count {
                 Some(count) => count[axis],
                 None if spacing[axis] > 0.0 => u32::MAX,

@@ -178,7 +178,7 @@ impl Scene {
         history.redo.clear();
         let added = inverse.bytes();
         match history.undo.last_mut().filter(|_| history.is_stroke) {
-            // / A stroke that changes a node repeatedly keeps only the node's first state.
+            // A stroke that changes a node repeatedly keeps only the node's first state.
             Some(stroke) if is_covered(stroke.last(), &inverse) => return Ok(edited),
             Some(stroke) => stroke.push(inverse),
             None => history.undo.push(vec![inverse]),
@@ -304,7 +304,7 @@ impl Scene {
                 }
             }
             HistoryStep::Set { node, mut entry } => {
-                // / The description may be older than its mesh.
+                // The description may be older than its mesh.
                 self.load(&mut entry);
                 self.count(node, false);
                 let own = &mut self.nodes[node.index()];
@@ -373,7 +373,7 @@ impl Scene {
             parents: [before.0, after.0],
             dirty_box,
             influence_box: far_box,
-            // / The margins that both boxes have.
+            // The margins that both boxes have.
             margins: [0, 1].map(|i| before.2[i].min(after.2[i])),
             apart: [before.1, after.1],
         });
@@ -392,7 +392,7 @@ impl Scene {
     fn attach(&mut self, node: NodeId, parent: NodeId, index: usize) {
         self.nodes[parent.index()].children.insert(index, node);
         self.nodes[node.index()].parent = Some(parent);
-        // / The scene's time may have changed while the node was removed.
+        // The scene's time may have changed while the node was removed.
         let time = self.time;
         let moving: Vec<NodeId> = self
             .descendants(node)

@@ -51,7 +51,7 @@ impl Scene {
         if about.is_dir() {
             return Err(io(std::io::Error::other("is a folder, not a scene file")));
         }
-        // / A pipe may be endless, and can be read only once.
+        // A pipe may be endless, and can be read only once.
         if about.is_file() && about.len() <= MAX_QUICK_BYTES {
             let text = std::fs::read(path).map_err(io)?;
             if let Some(scene) = quick::read(&text) {
@@ -80,7 +80,7 @@ impl Scene {
     /// Returns the scene as JSON text.
     pub fn to_json(&self) -> String {
         let mut text = Vec::new();
-        // / A vector takes every byte, and every string here is UTF-8.
+        // A vector takes every byte, and every string here is UTF-8.
         let _ = write::write(self, &mut text);
         String::from_utf8_lossy(&text).into_owned()
     }
@@ -168,7 +168,7 @@ fn remove_abandoned(folder: &Path) {
         let age = entry.metadata().ok().filter(std::fs::Metadata::is_file);
         let age = age.and_then(|about| about.modified().ok()?.elapsed().ok());
         if is_own && age.is_some_and(|age| age > ABANDONED_AFTER) {
-            // / It stays if it cannot be removed.
+            // It stays if it cannot be removed.
             let _ = std::fs::remove_file(entry.path());
         }
     }
@@ -186,11 +186,11 @@ fn replace(
     remove_abandoned(folder);
     let mut builder = tempfile::Builder::new();
     builder.prefix(".argil-");
-    // / Readable by others as far as the user's mask allows, like any new file.
+    // Readable by others as far as the user's mask allows, like any new file.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
     let begun = TempFile::begin(|| builder.tempfile_in(folder));
-    // / The temporary name would not help a user.
+    // The temporary name would not help a user.
     let (mut file, unfinished) = begun.map_err(|error| {
         let reason = format!(
             "no file can be made in {}: {}",
@@ -203,7 +203,7 @@ fn replace(
     write(&mut out)?;
     std::io::Write::flush(&mut out)?;
     drop(out);
-    // / Write the contents to disk before the name refers to them.
+    // Write the contents to disk before the name refers to them.
     file.as_file().sync_all()?;
     file.persist(path).map_err(|e| e.error)?;
     drop(unfinished);
@@ -228,10 +228,10 @@ static TEMP_FILES: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 pub fn remove_temp_files() {
     let all = TEMP_FILES.lock().unwrap_or_else(PoisonError::into_inner);
     for path in all.iter() {
-        // / It may have been renamed just now.
+        // It may have been renamed just now.
         let _ = std::fs::remove_file(path);
     }
-    // / Writers wait on this lock until the program ends.
+    // Writers wait on this lock until the program ends.
     std::mem::forget(all);
 }
 

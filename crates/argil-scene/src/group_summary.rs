@@ -61,7 +61,7 @@ fn parts(entry: &NodeDesc) -> Option<[u32; 3]> {
     let operator = &entry.operator;
     let is_chamfer = operator.profile == BlendProfile::Chamfer && operator.blend > 0.0;
     let is_morph = operator.kind == OperatorKind::Morph;
-    // / Checks exclude negative radii, but −0 would sort as the largest.
+    // Checks exclude negative radii, but −0 would sort as the largest.
     let blend = operator.blend.max(0.0).to_bits() & 0x7fff_ffff;
     entry
         .visible

@@ -140,7 +140,7 @@ impl History {
     pub(crate) fn is_over_limit(&mut self, added: u64) -> bool {
         self.bytes += added;
         if self.bytes > self.limit.bytes {
-            // / Counted again, because steps may have been undone since.
+            // Counted again, because steps may have been undone since.
             self.bytes = self.bytes_of_steps().iter().sum();
         }
         self.undo.len() > self.limit.steps.max(1) || self.bytes > self.limit.bytes

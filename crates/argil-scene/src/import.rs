@@ -104,7 +104,7 @@ fn read_tree(source: impl std::io::Read) -> Result<Vec<TreeNode>, ReaderError> {
     let mut open: Vec<usize> = Vec::new();
     let mut parent = None;
     loop {
-        // / Begin a node.
+        // Begin a node.
         reader.begin_object()?;
         let line = reader
             .current_position(false)
@@ -120,7 +120,7 @@ fn read_tree(source: impl std::io::Read) -> Result<Vec<TreeNode>, ReaderError> {
             right: None,
         });
 
-        // / Continue with the next child, and close what ends.
+        // Continue with the next child, and close what ends.
         parent = None;
         while let Some(&at) = open.last() {
             if !reader.has_next()? {
@@ -154,7 +154,7 @@ fn read_tree(source: impl std::io::Read) -> Result<Vec<TreeNode>, ReaderError> {
                 }
             }
             let _ = struson::writer::JsonWriter::finish_document(writer);
-            // / A field too deep for serde is of no use in a node.
+            // A field too deep for serde is of no use in a node.
             let value = serde_json::from_slice(&text).unwrap_or(Value::Null);
             tree[at].fields.insert(key, value);
         }
@@ -198,7 +198,7 @@ fn to_scene(tree: &[TreeNode]) -> Result<Scene, Failure> {
     scene.view.camera = CameraPose::Orbit([30.0, 20.0, 2.5]);
     let mut colors: HashMap<[u32; 3], String> = HashMap::new();
 
-    // / Each task appends one tree node to a group.
+    // Each task appends one tree node to a group.
     let mut tasks: Vec<(usize, NodeId, NodeDesc)> = vec![(0, Scene::ROOT, Group::new().into())];
     while let Some((index, parent, operand)) = tasks.pop() {
         let node = &tree[index];
@@ -223,7 +223,7 @@ fn to_scene(tree: &[TreeNode]) -> Result<Scene, Failure> {
                     child(node.left, "leftChild")?,
                     child(node.right, "rightChild")?,
                 );
-                // / The spine continues in the same list if the list is empty and the node is not transformed.
+                // The spine continues in the same list if the list is empty and the node is not transformed.
                 let first = scene.node(parent).children().is_empty();
                 let list = if first && modifiers.is_empty() {
                     parent
@@ -268,7 +268,7 @@ fn primitive(fields: &Map<String, Value>) -> Result<(Shape, Vec<Modifier>), Vali
         "sphere" => Shape::sphere(number(fields, "radius")?),
         "box" => {
             let half_size = floats::<3>(fields, "sides")?.map(|s| 0.5 * s);
-            // / The bevel is a full length like the sides: a bevel as long as a side makes it round.
+            // The bevel is a full length like the sides: a bevel as long as a side makes it round.
             let corner_radii = floats::<4>(fields, "bevel")?.map(|b| 0.5 * b);
             let rounding = [number(fields, "round_x")?, number(fields, "round_y")?];
             if corner_radii == [0.0; 4] && rounding == [0.0; 2] {
@@ -347,7 +347,7 @@ fn material(
     names: &mut HashMap<[u32; 3], String>,
     fields: &Map<String, Value>,
 ) -> Result<String, ValidationError> {
-    // / The file's colors are sRGB, and scenes use linear colors.
+    // The file's colors are sRGB, and scenes use linear colors.
     let color = floats::<3>(fields, "color")?.map(|c| c.clamp(0.0, 1.0).powf(2.2));
     let next = format!("color_{}", names.len() + 1);
     let name = names.entry(color.map(f32::to_bits)).or_insert(next).clone();

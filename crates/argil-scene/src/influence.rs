@@ -32,7 +32,7 @@ pub fn max_blend_propagation(blend: f32, has_chamfers: bool, interest: f32) -> f
 
 /// Returns a box outside which the scene's distance, clamped to ±`band`, does not depend on a node.
 pub(crate) fn influence(scene: &Scene, extents: &mut Extents<'_>, node: NodeId, band: f32) -> Aabb {
-    // / The first box counts every later blend. The next ones count only operands near the previous box.
+    // The first box counts every later blend. The next ones count only operands near the previous box.
     let mut found = Aabb::ALL;
     for _ in 0..4 {
         let tighter = grown_box(scene, extents, node, band, found);
@@ -64,11 +64,11 @@ fn grown_box(
         return Aabb::EMPTY;
     }
 
-    // / Down: the distance of interest at each level, and the modifiers on the way.
+    // Down: the distance of interest at each level, and the modifiers on the way.
     let mut interest = band;
     let mut passed: Vec<(&Modifier, f32, Aabb)> = Vec::new();
     let mut region = Aabb::EMPTY;
-    // / Boxes of siblings can be compared with `near` only while their frame is the world's.
+    // Boxes of siblings can be compared with `near` only while their frame is the world's.
     let mut in_world = true;
     for pair in chain.windows(2) {
         let (parent, child) = (pair[0], pair[1]);
@@ -93,7 +93,7 @@ fn grown_box(
                 OperatorKind::Intersect | OperatorKind::Morph
             )
         {
-            // / These act on all the space that their list fills.
+            // These act on all the space that their list fills.
             let everything = siblings
                 .iter()
                 .filter(|&&s| scene.node(s).at_current_time().visible)
@@ -107,7 +107,7 @@ fn grown_box(
             let outer = extents.node_bounds(child);
             region = outer.aabb.grown(outer.lipschitz_inverse * interest);
         } else if !entry.modifiers.is_empty() {
-            // / A group is measured only if its modifiers need its box, because it may be large.
+            // A group is measured only if its modifiers need its box, because it may be large.
             let asks = entry.modifiers.iter().any(|m| m.affine().is_none());
             let stages = if asks {
                 extents.modifier_stages(child)
@@ -122,7 +122,7 @@ fn grown_box(
         }
     }
 
-    // / Up: through the modifiers of the groups, innermost first.
+    // Up: through the modifiers of the groups, innermost first.
     for (modifier, interest, content) in passed.into_iter().rev() {
         region = region_after(modifier, region, content);
         if modifier.clamp_box(content).is_some() {
@@ -136,7 +136,7 @@ fn grown_box(
 pub fn blend_influence_radius(operator: &Operator, interest: f32) -> f32 {
     match operator.profile {
         BlendProfile::Smooth => operator.blend,
-        // / (a + b − k)/√2 < min(a, b) if |a − b| < k + (2 − √2)·|min|, and |min| is at most the distance of
+        // (a + b − k)/√2 < min(a, b) if |a − b| < k + (2 − √2)·|min|, and |min| is at most the distance of
         // interest.
         BlendProfile::Chamfer if operator.blend > 0.0 => operator.blend + 0.6 * interest,
         BlendProfile::Chamfer => 0.0,
@@ -173,7 +173,7 @@ fn later_falls(
         let reach = outer
             .aabb
             .grown(outer.lipschitz_inverse * (interest + sum + fall));
-        // / An intersection acts most where its operand is not.
+        // An intersection acts most where its operand is not.
         let apart = operator.kind != OperatorKind::Intersect
             && near.is_some_and(|near| near.intersection(reach).is_empty());
         if apart {

@@ -258,7 +258,7 @@ impl Journal {
         line: &str,
     ) -> Result<Option<EditOutcome>, JournalError> {
         let edited = scene.apply_log_line(line).map_err(JournalError::Replay)?;
-        // / A line of the journal must not contain a line end.
+        // A line of the journal must not contain a line end.
         let line = line.replace(['\n', '\r'], " ");
         self.record(&line)?;
         Ok(edited)
@@ -272,7 +272,7 @@ impl Journal {
         self.unwritten.push_str(&summed(line));
         let written = self.file.write_all(self.unwritten.as_bytes());
         written.map_err(|source| {
-            // / Half a line would hide the lines after it. If this fails too, the next line's checksum reveals it.
+            // Half a line would hide the lines after it. If this fails too, the next line's checksum reveals it.
             let _ = self.file.set_len(self.length);
             let _ = self.file.seek(SeekFrom::Start(self.length));
             JournalError::Io {

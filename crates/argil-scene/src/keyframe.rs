@@ -120,7 +120,7 @@ pub(crate) fn rotation(turn: AxisAngle) -> Modifier {
 }
 
 pub(crate) fn mix(a: f32, b: f32, t: f32) -> f32 {
-    // / Exact at both ends.
+    // Exact at both ends.
     a * (1.0 - t) + b * t
 }
 
@@ -161,7 +161,7 @@ pub(crate) fn at<T: Copy>(
                 Ease::Smooth => t * t * (3.0 - 2.0 * t),
                 Ease::Hold => 0.0,
             };
-            // / Before the first keyframe, there is nothing to come from.
+            // Before the first keyframe, there is nothing to come from.
             let is_first = std::ptr::eq(before.0, after.0);
             let t = if is_first { 0.0 } else { t };
             return Some(mix(before.1, after.1, t));

@@ -252,7 +252,7 @@ impl Modifier {
             }
             _ => return None,
         };
-        // / Without a margin, the distance would be 0 on faces of the box that the solid touches.
+        // Without a margin, the distance would be 0 on faces of the box that the solid touches.
         Some(turned.grown(0.05 * turned.half_diagonal()))
     }
 }

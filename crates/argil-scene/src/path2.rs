@@ -33,7 +33,7 @@ pub type TubePiece = ([Vec3; 3], [f32; 2]);
 #[doc(hidden)]
 pub fn spline_pieces(points: &[SplinePoint]) -> impl Iterator<Item = TubePiece> + '_ {
     let at = |i: usize| Vec3::from(points[i.min(points.len() - 1)].at);
-    // / A quarter of the tangent at a point.
+    // A quarter of the tangent at a point.
     let quarter = move |i: usize| 0.125 * (at(i + 1) - at(i.saturating_sub(1)));
     (1..points.len()).flat_map(move |i| {
         let (a, b) = (at(i - 1), at(i));

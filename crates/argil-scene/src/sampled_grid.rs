@@ -155,7 +155,7 @@ impl SampledGrid {
             for (point, out) in points.iter().zip(out) {
                 let beyond = (*point - solid.center()).abs() - half;
                 let of_box = beyond.max(Vec3::ZERO).length() + beyond.max_element().min(0.0);
-                // / NaN stays NaN, which a maximum would hide.
+                // NaN stays NaN, which a maximum would hide.
                 let own = distance(point.to_array());
                 *out = if own < of_box { of_box } else { own };
             }
@@ -202,7 +202,7 @@ impl SampledGrid {
                     .collect();
                 measure.distances(&places, out);
             });
-        // / The surface is no nearer to a cell's center than its corner tells.
+        // The surface is no nearer to a cell's center than its corner tells.
         let half = 0.5 * 3f32.sqrt() * cell;
         let step = cell / SAMPLED_SIDE as f32;
         let far = FAR * step;
@@ -386,7 +386,7 @@ impl SampledGrid {
             greatest
         };
         let all = table.par_iter().enumerate().map(in_cell);
-        // / Rounding of the samples themselves.
+        // Rounding of the samples themselves.
         all.reduce(|| 0.0, f32::max) * 1.0001
     }
 }

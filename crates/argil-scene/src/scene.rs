@@ -132,7 +132,7 @@ impl Scene {
     }
 
     fn own_origin(&self) -> u32 {
-        // / Neither the root's mark nor that of nodes that are gone.
+        // Neither the root's mark nor that of nodes that are gone.
         let own = (self.scene_id.0 % u64::from(GONE - 1)) as u32 + 1;
         self.origin.0.unwrap_or(own)
     }
@@ -305,7 +305,7 @@ impl Scene {
     /// Gives a mesh its samples, if they are known.
     pub(crate) fn load(&self, entry: &mut NodeDesc) {
         if let Some((path, resolution, grid)) = entry.kind.file_mut()
-            // / The name is allocated only for the look-up. A shape that was sampled in this program has its own
+            // The name is allocated only for the look-up. A shape that was sampled in this program has its own
             // samples.
             && (grid.0.is_none() || !crate::is_grid(path))
             && let Some(known) = self.grids.get(&(path.clone(), *resolution))

@@ -74,7 +74,7 @@ macro_rules! shape_table {
                     [x, y, z, thickness]
                 })
                 bounds(Aabb::centered(half_size.into()))
-                // / Beams overlap, and the minimum of two inner distances is only a bound.
+                // Beams overlap, and the minimum of two inner distances is only a bound.
                 exact(false)
                 example(Some(Shape::BoxFrame { half_size: [0.45, 0.45, 0.45], thickness: 0.06 }));
 
@@ -194,7 +194,7 @@ macro_rules! shape_table {
                     Ok(())
                 })
                 words({
-                    // / The side runs down from the top rim: (slope, −2 · half height).
+                    // The side runs down from the top rim: (slope, −2 · half height).
                     let slope = bottom_radius - top_radius;
                     let side = 1.0 / (slope * slope + 4.0 * half_height * half_height);
                     [half_height, bottom_radius, top_radius, -slope, side]
@@ -404,7 +404,7 @@ macro_rules! shape_table {
                     [x, y, z, a, b, c, d, top, bottom]
                 })
                 bounds(Aabb::centered(half_size.into()))
-                // / A rim that is rounder than an upright edge cuts that edge's corner, where the path's distance
+                // A rim that is rounder than an upright edge cuts that edge's corner, where the path's distance
                 // is too small.
                 exact({
                     let sharpest = corner_radii.into_iter().fold(f32::INFINITY, f32::min);
@@ -478,7 +478,7 @@ macro_rules! shape_table {
                     to_radius: f32 => positive,
                 }
                 words(tube_words([from, control, to], [from_radius, to_radius]))
-                // / The curve lies in the hull of its three points.
+                // The curve lies in the hull of its three points.
                 bounds({
                     let hull = Aabb::around([from.into(), control.into(), to.into()]);
                     hull.grown(from_radius.max(to_radius))
@@ -579,9 +579,9 @@ macro_rules! shape_table {
                     #[serde(skip)]
                     grid: LoadedGrid => distances,
                 }
-                // / Lowering reports a grid that is not loaded.
+                // Lowering reports a grid that is not loaded.
                 words(grid.words())
-                // / Outside the box of the samples, the distance is a lower bound.
+                // Outside the box of the samples, the distance is a lower bound.
                 bounds(grid.region())
                 exact(false)
                 example(None);
@@ -605,7 +605,7 @@ macro_rules! shape_table {
                     #[serde(skip)]
                     grid: LoadedGrid => heights,
                 }
-                // / Lowering reports a grid that is not loaded.
+                // Lowering reports a grid that is not loaded.
                 words(heightmap_words(grid.words(), half_size, [height, base]))
                 bounds(heightmap_bounds(grid, half_size, [height, base]))
                 exact(false)

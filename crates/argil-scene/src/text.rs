@@ -75,7 +75,7 @@ pub fn text_outlines(text: &str, size: f32) -> Vec<Path2> {
             pen,
             scale: scale_of(size),
         };
-        // / A glyph without a path is a space.
+        // A glyph without a path is a space.
         let _ = FONT.outline_glyph(glyph, &mut contours);
     }
     all
@@ -134,7 +134,7 @@ impl OutlineBuilder for Contours<'_> {
     }
 
     fn curve_to(&mut self, x1: f32, y1: f32, x2: f32, y2: f32, x: f32, y: f32) {
-        // / For fonts with cubic curves: the quadratic curve with nearly the same tangents.
+        // For fonts with cubic curves: the quadratic curve with nearly the same tangents.
         self.quad_to(0.5 * (x1 + x2), 0.5 * (y1 + y2), x, y);
     }
 

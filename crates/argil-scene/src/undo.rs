@@ -109,7 +109,7 @@ impl Scene {
         let mut is_needed = vec![false; self.nodes.len()];
         let held = self.history.held_nodes().collect::<Vec<_>>();
         for root in std::iter::once(Self::ROOT).chain(held) {
-            // / The contents of a visited tree were visited with it.
+            // The contents of a visited tree were visited with it.
             if !is_needed[root.index()] {
                 let nodes = self.descendants(root);
                 nodes.for_each(|node| is_needed[node.index()] = true);

@@ -140,7 +140,7 @@ impl<'a, T: Texel> LevelBaker<'a, T> {
         parts: &mut LevelParts,
         texels: &mut [T],
     ) {
-        // / The distance between the outermost points of a cell.
+        // The distance between the outermost points of a cell.
         let span = self.grid.spacing * (size - 1).as_vec3();
         let half_diagonal = 0.5 * span.length();
         let mut centers = [Vec3::ZERO; CELLS_PER_BATCH];
@@ -152,7 +152,7 @@ impl<'a, T: Texel> LevelBaker<'a, T> {
         self.pruner
             .classify_cells(instrs, centers, half_diagonal, d);
 
-        // / The distance that is stored as 1.0, with the bias.
+        // The distance that is stored as 1.0, with the bias.
         let range = self.fill.quanta as f32 / self.fill.spacing_scale[3];
         let around = Aabb::around(centers.iter().copied()).grown(half_diagonal);
         let away = 1.000_01

@@ -88,9 +88,9 @@ impl Encoding {
         } else {
             let cell = argil_math::Aabb::centered(grid.spacing * 0.5);
             let slack = program.bound_error(lattice.aabb());
-            // / A hardware filter has weights of eight bits.
+            // A hardware filter has weights of eight bits.
             let bias = 1.01 * program.lipschitz() * cell.half_diagonal() + slack;
-            // / Clamped from below, the stored value would be too large, so a level with such a narrow band stores
+            // Clamped from below, the stored value would be too large, so a level with such a narrow band stores
             // nothing.
             if bias < self.band_width(lattice, level) {
                 bias
@@ -161,7 +161,7 @@ pub(crate) fn code_of(d: f32, bias: f32, scale: f32, quanta: f32) -> i32 {
 /// `floor(clamp(value, ±quanta) + half)`.
 #[inline(always)]
 fn whole(value: f32, half: f32, quanta: f32) -> i32 {
-    // / NaN becomes the smallest code.
+    // NaN becomes the smallest code.
     let value = if value > -quanta { value } else { -quanta };
     let value = if value < quanta { value } else { quanta };
     // SAFETY: at most `quanta`, which fits, and half more.

@@ -32,7 +32,7 @@ impl<'a, T: Texel> MipSampler<'a, T> {
     pub fn new(dense: &'a Dense) -> Option<Self> {
         let (lattice, encoding) = (dense.lattice(), dense.encoding());
         let count = dense.levels().len();
-        // / Indices must be exact as `f32`.
+        // Indices must be exact as `f32`.
         if count > MAX_LEVELS || lattice.size.max_element() > *RESOLUTIONS.end() {
             return None;
         }
@@ -52,7 +52,7 @@ impl<'a, T: Texel> MipSampler<'a, T> {
             if texels.is_empty() || texels.len() as u64 != lattice.texel_count(k as u32) {
                 return None;
             }
-            // / Samples are read in pairs along x, so a single one needs another after it.
+            // Samples are read in pairs along x, so a single one needs another after it.
             all.texels[k] = if size.x > 1 {
                 Cow::Borrowed(texels)
             } else {
@@ -92,12 +92,12 @@ impl<'a, T: Texel> MipSampler<'a, T> {
             level.iter().all(|&k| (k as usize) < self.count),
             "a level that is there"
         );
-        // / The index where each sample's cell begins, and the fraction within it.
+        // The index where each sample's cell begins, and the fraction within it.
         let mut low = [[0u32; LANES]; 3];
         let mut f = [[0.0f32; LANES]; 3];
         let place = |p: f32, axis: usize, k: usize| {
             let u = (p - self.corner[axis]) * self.per_unit[axis][k] - 0.5;
-            // / NaN becomes 0.
+            // NaN becomes 0.
             let u = if u > 0.0 { u } else { 0.0 };
             let u = if u < self.last[axis][k] {
                 u
@@ -123,7 +123,7 @@ impl<'a, T: Texel> MipSampler<'a, T> {
             let whole = |v: f32| unsafe { v.to_int_unchecked::<i32>() } as u32;
             (low[0][i], low[1][i], low[2][i]) = (whole(lx), whole(ly), whole(lz));
         }
-        // / Four pairs of neighbors along x.
+        // Four pairs of neighbors along x.
         let mut pairs = [[0u32; LANES]; 4];
         for i in 0..n {
             let k = level[i] as usize % MAX_LEVELS;
@@ -136,7 +136,7 @@ impl<'a, T: Texel> MipSampler<'a, T> {
                 pair[i] = unsafe { pair_at(texels, begin + step) };
             }
         }
-        // / Interpolate.
+        // Interpolate.
         for i in 0..n {
             let row = |pair: u32| {
                 let (a, b) = unpacked::<T>(pair);

@@ -27,7 +27,7 @@ impl<'a, T: Texel> Sampler<'a, T> {
         level: u32,
     ) -> Option<Self> {
         let size = lattice.level_size(level);
-        // / Indices must be exact as `f32`.
+        // Indices must be exact as `f32`.
         let is_small = lattice.size.max_element() <= *RESOLUTIONS.end();
         if !is_small || texels.is_empty() || texels.len() as u64 != lattice.texel_count(level) {
             return None;
@@ -48,7 +48,7 @@ impl<'a, T: Texel> Sampler<'a, T> {
     pub fn distance(&self, p: Vec3) -> f32 {
         let at = |axis: usize| {
             let u = (p[axis] - self.corner[axis]) * self.texels_per_unit[axis] - 0.5;
-            // / NaN becomes 0.
+            // NaN becomes 0.
             let u = if u > 0.0 { u } else { 0.0 };
             let u = if u < self.last[axis] {
                 u

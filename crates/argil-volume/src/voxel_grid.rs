@@ -88,7 +88,7 @@ impl VoxelGrid {
         }
         let sides = region.size().max(Vec3::splat(1e-6));
         let voxel = sides.max_element() / resolution as f32;
-        // / A side that is a multiple of the voxel, but for rounding, gets no extra voxel.
+        // A side that is a multiple of the voxel, but for rounding, gets no extra voxel.
         let size = (sides / voxel - 1e-3)
             .ceil()
             .as_uvec3()
@@ -115,7 +115,7 @@ impl VoxelGrid {
         if !RESOLUTIONS.contains(&resolution) {
             return Err(ResolutionError(resolution));
         }
-        // / The margin's voxels count among the resolution.
+        // The margin's voxels count among the resolution.
         let voxel_of =
             |whole: Aabb| whole.size().max_element() / (resolution as f32 - 2.0 * MARGIN_VOXELS);
         let (held, is_cut) = held_by(solid, frame, voxel_of);
@@ -177,7 +177,7 @@ impl VoxelGrid {
             return Err(TooFarError { voxels: farthest });
         }
         let (low, high) = (low.floor().as_ivec3(), high.ceil().as_ivec3());
-        // / An axis where nothing is outside the box does not grow.
+        // An axis where nothing is outside the box does not grow.
         let mut grown = *self;
         for axis in 0..3 {
             let (mut first, mut last) = (self.begin[axis], end[axis]);
@@ -206,7 +206,7 @@ impl VoxelGrid {
         } else {
             Aabb::centered(Vec3::ONE)
         };
-        // / A side that is a multiple of the voxel, but for rounding, gets no extra voxel.
+        // A side that is a multiple of the voxel, but for rounding, gets no extra voxel.
         let low = ((held.min - self.corner) / self.voxel_size + 1e-3).floor();
         let high = ((held.max - self.corner) / self.voxel_size - 1e-3).ceil();
         let farthest = low.abs().max(high.abs()).max_element();

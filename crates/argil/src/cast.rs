@@ -41,7 +41,7 @@ impl StepPlanner {
         let Some((mut t, mut free, slope)) = self.last else {
             return 1;
         };
-        // / In front of a plane, the free sphere of the next point then reaches back exactly.
+        // In front of a plane, the free sphere of the next point then reaches back exactly.
         let step = 1.0 + RELAXATION * (1.0 - slope) / (1.0 + slope);
         for (place, out) in out.iter_mut().enumerate() {
             if t >= most || place > 0 && free < epsilon {
@@ -148,7 +148,7 @@ impl Query<'_> {
             let mut asks = is_field;
             if !is_field {
                 (found[0], is_told) = self.sample(&mut probe, p);
-                // / The sphere reaches beyond the stored band, where the field knows more.
+                // The sphere reaches beyond the stored band, where the field knows more.
                 asks = !is_told && radius > 0.0 && found[0] < 2.0 * radius;
             }
             if asks {
@@ -158,7 +158,7 @@ impl Query<'_> {
                 let gap = side * d - radius;
                 let mut free = gap * scale;
                 if !is_told && radius == 0.0 {
-                    // / The sample proves that no surface is near, but not how far it is.
+                    // The sample proves that no surface is near, but not how far it is.
                     free = free.max(0.5 * self.voxel());
                 }
                 if t > pace.free && t - free > pace.free {
@@ -184,7 +184,7 @@ impl Query<'_> {
         let asked = if by_field { self.of_field() } else { *self };
         let (d, g) = asked.distance_and_gradient(probe, p);
         let normal = g.normalize_or_zero();
-        // / Where distances are underestimates, the surface lies farther along.
+        // Where distances are underestimates, the surface lies farther along.
         let point = asked.project_to_surface(probe, p).unwrap_or(p - d * normal);
         let kept = match self.source {
             QuerySource::Volume(volume) if !by_field => {

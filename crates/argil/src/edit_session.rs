@@ -184,7 +184,7 @@ impl EditSession {
                 if !live.has_same_bounds_as(before) {
                     return Ok(UpdateResult::Rebuild(RebuildReason::GlobalBounds));
                 }
-                // / It is not known which parts are new.
+                // It is not known which parts are new.
                 first_put = Some((Aabb::ALL, true));
                 self.program.insert(live)
             }
@@ -193,7 +193,7 @@ impl EditSession {
         match self.grow(scene, &mut kept, put) {
             Ok(None) => {}
             Ok(Some(reason)) => return Ok(self.request_rebuild(reason)),
-            // / The program is already ahead of the volume, so the next update must rebuild.
+            // The program is already ahead of the volume, so the next update must rebuild.
             Err(error) => return Err(self.mark_stale(error)),
         }
         let (Some(live), Some(edits)) = (&mut self.program, &mut self.edits) else {
@@ -274,7 +274,7 @@ impl EditSession {
             return Ok(());
         };
         let budget = budget_on(engine, budget);
-        // / NaN and negative budgets count as 0.
+        // NaN and negative budgets count as 0.
         let within = pace.map(|pace| {
             let seconds = (pace.max_ms * 1e-3).clamp(0.0, 1e6);
             Duration::try_from_secs_f64(seconds).unwrap_or_default()

@@ -132,7 +132,7 @@ impl Stages {
         self.all
             .push((stage, (now - self.last).as_secs_f64() * 1e3));
         self.last = now;
-        // / The number of steps of the next stage is not known.
+        // The number of steps of the next stage is not known.
         self.control.begin("mesh", 0);
         if self.control.is_cancelled() {
             return Err(BuildError::Cancelled);

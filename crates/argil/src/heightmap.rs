@@ -54,7 +54,7 @@ pub(crate) fn heights(
             f32::from(pixels[at]) / 255.0
         }
     };
-    // / The luminance weights of Rec. ITU-R BT.709.
+    // The luminance weights of Rec. ITU-R BT.709.
     let brightness = |pixel: usize| match channels {
         3.. => 0.2126 * value(pixel, 0) + 0.7152 * value(pixel, 1) + 0.0722 * value(pixel, 2),
         _ => value(pixel, 0),

@@ -20,11 +20,11 @@ pub(crate) fn check_memory(engine: &Engine, needed: u64) -> Result<(), BuildErro
     if engine.gpu_kind().is_some_and(|kind| kind.is_real_gpu()) {
         return Ok(());
     }
-    // / A software GPU keeps its buffers in the same memory, next to the downloaded data.
+    // A software GPU keeps its buffers in the same memory, next to the downloaded data.
     let needed = needed.saturating_mul(if engine.gpu_kind().is_some() { 2 } else { 1 });
     match available_memory() {
         Some(available) if needed > available => Err(BuildError::Memory { needed, available }),
-        // / If the system does not report free memory, allow the work.
+        // If the system does not report free memory, allow the work.
         _ => Ok(()),
     }
 }
@@ -39,7 +39,7 @@ fn available_memory() -> Option<u64> {
 
 #[cfg(all(not(target_arch = "wasm32"), feature = "memory"))]
 fn free_memory() -> Option<u64> {
-    // / Each edit asks, and creating a `System` takes longer than refreshing it.
+    // Each edit asks, and creating a `System` takes longer than refreshing it.
     static SYSTEM: LazyLock<Mutex<sysinfo::System>> =
         LazyLock::new(|| Mutex::new(sysinfo::System::new()));
     let mut system = SYSTEM.lock().unwrap_or_else(PoisonError::into_inner);

@@ -112,7 +112,7 @@ pub fn load_meshes_with_control(
     control: &Control,
 ) -> Result<Vec<LoadedMesh>, MeshFileError> {
     let mut loaded = Vec::new();
-    // / A file that is used at several resolutions is read once.
+    // A file that is used at several resolutions is read once.
     let mut solids: HashMap<PathBuf, MeshSdf> = HashMap::new();
     for (path, resolution) in scene.missing_meshes() {
         let place = place_of(&path, folder, outside)?;
@@ -232,7 +232,7 @@ fn place_of(path: &str, folder: &Path, outside: bool) -> Result<PathBuf, MeshFil
     if !Path::new(path).components().all(plain) {
         return Err(refuse());
     }
-    // / A link may also lead outside. A missing file is reported when it is read.
+    // A link may also lead outside. A missing file is reported when it is read.
     match (place.canonicalize(), folder.canonicalize()) {
         (Ok(place), Ok(folder)) if !place.starts_with(&folder) => Err(refuse()),
         _ => Ok(place),
@@ -291,7 +291,7 @@ fn load(
     let counts = (solid.triangles() as u64, *solid.repairs());
     #[cfg(feature = "mesh-files")]
     if let Some(kept) = kept {
-        // / A cache that cannot be written costs time, and nothing else.
+        // A cache that cannot be written costs time, and nothing else.
         let _ = mesh_cache::write(&kept, &grid, counts);
     }
     Ok(done(grid, counts, false))

@@ -337,7 +337,7 @@ async fn of_gpu(
         iso,
         normals: match options.normals {
             MeshNormals::Gradient => SurfaceNormals::Gradient,
-            // / The CPU computes exact normals later, as for volumes on the CPU.
+            // The CPU computes exact normals later, as for volumes on the CPU.
             _ => SurfaceNormals::None,
         },
         ..SurfaceOptions::default()

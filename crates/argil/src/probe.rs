@@ -58,7 +58,7 @@ impl<'a> Probe<'a> {
             Some(live) if fits(live.parts().far) && world.has_few_queries() => Lists::Live(live),
             _ => match world.list_tree() {
                 Some(tree) => Lists::Tree(tree),
-                // / An index is built only where there is no tree.
+                // An index is built only where there is no tree.
                 None => match world.operand_index() {
                     Some(index) if fits(index.parts().far) => Lists::Index(index),
                     _ => Lists::Whole,

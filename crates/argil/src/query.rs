@@ -295,11 +295,11 @@ impl<'a> Query<'a> {
     /// [`MAX_BOXES`] parts of it do not suffice, the result is [`BoxPosition::Intersecting`].
     pub fn classify_box(&self, min: [f32; 3], max: [f32; 3], tolerance: f32) -> BoxPosition {
         let whole = Aabb::new(min.into(), max.into());
-        // / A box with NaN lies nowhere.
+        // A box with NaN lies nowhere.
         if whole.is_empty() || min.iter().chain(&max).any(|c| c.is_nan()) {
             return BoxPosition::Outside;
         }
-        // / Only endless solids reach beyond the world's limit.
+        // Only endless solids reach beyond the world's limit.
         let whole = whole.intersection(Aabb::centered(Vec3::splat(WORLD_LIMIT)));
         if whole.is_empty() {
             return BoxPosition::Outside;

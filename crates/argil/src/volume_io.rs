@@ -34,7 +34,7 @@ impl World {
         outside: bool,
     ) -> Result<(Scene, Self), VolumeFileError> {
         let mut scene = crate::stored_scene(&stored, path)?;
-        // / Files of version 1 hold no meshes.
+        // Files of version 1 hold no meshes.
         let folder = path.parent().unwrap_or(Path::new("."));
         let control = &engine.control;
         crate::load_meshes_with_control(&mut scene, folder, outside, control)?;

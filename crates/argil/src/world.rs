@@ -88,16 +88,16 @@ impl World {
         scene: &Scene,
         via: Representation,
     ) -> Result<Self, BuildError> {
-        // / Free the old volume before the new one is built.
+        // Free the old volume before the new one is built.
         self.storage = Storage::Field;
         if !self.edits.has_seen_all(scene) {
             self.program = OnceLock::from(ProgramCache::from(Program::lower(scene)?));
         }
-        // / Also takes over what is not an edit: name, view, and the paths of meshes.
+        // Also takes over what is not an edit: name, view, and the paths of meshes.
         self.scene = scene.snapshot();
         let program = &ProgramCache::of(&self.program, &self.edits).program;
         self.view_bounds = view_bounds_of(scene, program);
-        // / Earlier edits left the tables in another order.
+        // Earlier edits left the tables in another order.
         if let Some(gpu) = &mut self.gpu
             && !gpu.is_specialized()
         {
@@ -274,7 +274,7 @@ impl World {
 
     /// Returns the program that the scene was lowered to.
     pub fn program(&self) -> &Program {
-        // / While edits apply in place, the program is put together when it is asked for.
+        // While edits apply in place, the program is put together when it is asked for.
         &self.lowered().program
     }
 

@@ -1,4 +1,4 @@
-//! What an update has put behind all that was there.
+//! Brushes that an update appended to the scene.
 
 use super::IncrementalProgram;
 use crate::combine::Joint;
@@ -10,15 +10,15 @@ use argil_math::Aabb;
 use argil_scene::Extent;
 use glam::Vec3;
 
-/// Brushes that the last update has put behind all that was there, as a carve is: the scene as it was is what they are joined
-/// with, so that distances which somebody has kept tell where they can matter.
+/// Brushes that the last update appended after everything else, as carving does. They combine with the scene as it
+/// was, so distances stored before the update tell where they can matter.
 #[derive(Debug)]
 pub struct Additions<'a> {
     program: &'a Program,
     brushes: Vec<(Extent, Joint, Instruction)>,
 }
 
-/// A brush that is joined hard with all that was there: how, and the instruction that measures it.
+/// An appended brush with a hard joint: its operator, and the instruction that measures it.
 #[derive(Debug)]
 pub struct HardUnionBrush {
     instr: Instruction,
@@ -27,21 +27,21 @@ pub struct HardUnionBrush {
 }
 
 impl HardUnionBrush {
-    /// A list that begins with [`HardUnionBrush::start`] and then is what it joins the scene with: the nearer of both where it
-    /// adds, else the farther.
+    /// Returns instructions that start with [`HardUnionBrush::start`] and give what combines with the scene: the
+    /// smaller of both for a union, and the larger otherwise.
     pub fn list(&self) -> &[Instruction] {
         std::slice::from_ref(&self.instr)
     }
 
-    /// See [`HardUnionBrush::list`].
+    /// Returns the start value for [`HardUnionBrush::list`].
     pub fn start(&self) -> f32 {
         if self.adds { FAR } else { -FAR }
     }
 }
 
 impl IncrementalProgram {
-    /// The brushes that are all that the last update has touched; nothing where that was more, where one is no single brush that
-    /// is united or subtracted, where something jumps or takes its share of everything.
+    /// Returns the appended brushes, if the last update touched nothing else. Returns `None` if one of them is not
+    /// a single brush that is united or subtracted, if something jumps, or if there is a morph.
     pub fn added(&self) -> Option<Additions<'_>> {
         let touched = self.changes()?;
         let program = self.program();
@@ -68,7 +68,7 @@ impl IncrementalProgram {
 }
 
 impl Additions<'_> {
-    /// All of them, the last first, if each is joined hard.
+    /// Returns all of them, last first, if each has a hard joint.
     pub fn hard(&self) -> Option<Vec<HardUnionBrush>> {
         let brushes = self.brushes.iter().map(|(_, joint, instr)| {
             (joint.k == 0.0).then_some(HardUnionBrush {
@@ -79,19 +79,19 @@ impl Additions<'_> {
         brushes.collect()
     }
 
-    /// The greatest length of a distance where that of the scene without them is so much at most.
+    /// Returns the largest distance where the scene's distance without them is at most `before`.
     pub fn greatest(&self, before: f32) -> f32 {
         let all = self.brushes.iter();
         let [depth, blends] = all.fold([0.0f32; 2], |[depth, blends], (extent, joint, _)| {
-            // No point inside is farther from the way out than half of the box.
+            // No interior point is farther from the surface than half of the box.
             let own = 0.5 * extent.aabb.size().min_element();
             [depth.max(own), blends + joint.k]
         });
         before.max(self.program.lipschitz() * depth) + blends
     }
 
-    /// Whether one of them can matter within `radius` of a point at which the scene without them is from `least` to `most`.
-    /// [`Pruner`](crate::Pruner) leaves the others out of lists.
+    /// Whether one of them can matter within `radius` of a point where the scene's distance without them is from
+    /// `least` to `most`. [`Pruner`](crate::Pruner) drops the others.
     pub fn can_matter(&self, point: Vec3, radius: f32, [least, most]: [f32; 2]) -> bool {
         let region = Aabb::new(point, point).grown(radius);
         let change = self.program.lipschitz() * radius * 1.000_01;
@@ -101,7 +101,7 @@ impl Additions<'_> {
             let gap = (held.min - point).max(point - held.max).max(Vec3::ZERO);
             let own = gap.length() / (1.000_1 * extent.lipschitz_inverse);
             let scene = if joint.sa > 0.0 { most } else { -least };
-            // Not a number, of what is endless, is no less.
+            // NaN, from an endless solid, does not count as less.
             let loses = own > 0.0 && own - scene > margin + joint.k;
             !loses
         })

@@ -1,18 +1,18 @@
-//! Places among the parameters that all operands share.
+//! Allocates ranges in the table of parameters.
 
 use std::collections::HashMap;
 
-/// See the module's page.
+/// The free and the written ranges of the table of parameters.
 #[derive(Debug, Default)]
 pub(super) struct Arena {
-    /// Stretches of the parameters that are free, by length.
+    /// Free ranges by length.
     free: HashMap<u32, Vec<u32>>,
-    /// Stretches of parameters that this update has written, each from one to before another.
+    /// Ranges that this update wrote, each from one index to before another.
     pub written: Vec<(u32, u32)>,
 }
 
 impl Arena {
-    /// Begin an update: nothing is written yet, and stretches, by begin and length, are free.
+    /// Begins an update: nothing is written yet, and the given ranges are free.
     pub(super) fn begin(&mut self, free: impl Iterator<Item = (u32, u32)>) {
         self.written.clear();
         for (at, length) in free {
@@ -20,7 +20,7 @@ impl Arena {
         }
     }
 
-    /// Put words among the parameters: where they begin.
+    /// Stores words in the table. Returns their index.
     pub(super) fn put(&mut self, params: &mut Vec<f32>, own: &[f32]) -> u32 {
         let length = own.len() as u32;
         let at = match self.free.get_mut(&length).and_then(Vec::pop) {

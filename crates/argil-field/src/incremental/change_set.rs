@@ -1,4 +1,4 @@
-//! What the last update of a program has touched.
+//! What the last update of a program touched.
 
 use super::piece::Operand;
 use crate::part_grid::Part;
@@ -8,21 +8,21 @@ use argil_scene::NodeId;
 use rustc_hash::FxHashMap;
 use std::collections::HashSet;
 
-/// What the last update has touched, as it was and as it is: by instructions of either.
+/// The instructions that the last update touched, before and after it.
 #[derive(Debug, Default)]
 pub struct ChangeSet {
-    /// Operands as they were; their parameters stand until the next update.
+    /// Operands before the update. Their parameters stay until the next update.
     pub(super) before: Vec<Operand>,
-    /// Those of each part.
+    /// Operands of each part.
     pub(super) near: FxHashMap<Part, Vec<usize>>,
-    /// Operands as they are.
+    /// Operands after the update.
     pub(super) after: HashSet<NodeId>,
-    /// Stretches of parameters, ascending.
+    /// Ranges of parameters, ascending.
     pub(super) stretches: Vec<(u32, u32)>,
 }
 
 impl ChangeSet {
-    /// Whether an instruction was touched, or is as it was before it was.
+    /// Whether an instruction was touched, before or after the update.
     pub fn has(&self, instr: &Instruction) -> bool {
         let at = self
             .stretches
@@ -31,12 +31,12 @@ impl ChangeSet {
         last.is_some_and(|(_, end)| instr.params < end)
     }
 
-    /// Whether a list has an instruction that was touched: without one it gives the same distances as before.
+    /// Whether a list contains a touched instruction. If it does not, its distances are unchanged.
     pub fn any(&self, list: &[Instruction]) -> bool {
         list.iter().any(|instr| self.has(instr))
     }
 
-    /// How many instructions of a list were touched.
+    /// Returns the number of touched instructions in a list.
     pub fn count(&self, list: &[Instruction]) -> usize {
         list.iter().filter(|instr| self.has(instr)).count()
     }
@@ -46,15 +46,15 @@ impl ChangeSet {
 #[derive(Debug)]
 pub(super) struct ChangeTracker {
     pub touched: Option<ChangeSet>,
-    /// Whether what was touched is known.
+    /// Whether the touched operands are known.
     pub is_collected: bool,
-    /// Whether ranks were given anew.
+    /// Whether ranks were renumbered.
     pub renumbered: bool,
-    /// The boxes of what it put in, with room for blends.
+    /// The box of what it inserted, with room for blends.
     pub put: Aabb,
-    /// Whether it touched what is endless or cuts.
+    /// Whether it touched an endless solid, or one that clips.
     pub touched_ends: bool,
-    /// Boxes outside of which it changed nothing of what is known of jumps.
+    /// Boxes outside which the facts about jumps did not change.
     pub loosened: Vec<Aabb>,
 }
 
@@ -72,7 +72,7 @@ impl Default for ChangeTracker {
 }
 
 impl ChangeTracker {
-    /// What was touched; nothing where that may be anything.
+    /// Returns what was touched, or `None` if it may be anything.
     pub(super) fn collected(&self) -> Option<&ChangeSet> {
         self.touched.as_ref().filter(|_| self.is_collected)
     }

@@ -1,4 +1,4 @@
-//! What an update has touched, found out and told.
+//! Collects what an update touched.
 
 use super::IncrementalProgram;
 use super::change_set::ChangeSet;
@@ -11,7 +11,7 @@ use glam::IVec3;
 use std::collections::HashSet;
 
 impl IncrementalProgram {
-    /// Find out what is touched, in which parts.
+    /// Finds the parts of what was touched.
     pub(super) fn collect_changes(&self, told: &mut ChangeSet) {
         let words = |operand: &Operand, begin: u32, end: u32| {
             let at = operand.params.0;
@@ -52,12 +52,12 @@ impl IncrementalProgram {
         }
     }
 
-    /// What the last update has touched; nothing where that may be anything.
+    /// Returns what the last update touched, or `None` if it may be anything.
     pub fn changes(&self) -> Option<&ChangeSet> {
         self.update.collected()
     }
 
-    /// [`IncrementalProgram::part_program`] as it was before the last update, where what that touched is known.
+    /// Appends the [`IncrementalProgram::part_program`] before the last update. Returns whether it is known.
     pub fn previous_part_program(&self, part: IVec3, out: &mut Vec<Instruction>) {
         let Some(touched) = self.changes() else {
             return;

@@ -1,10 +1,10 @@
-//! What is counted of the visible operands, so that the greatest is known when one goes.
+//! Statistics of the visible operands. They give the maximum after an operand is removed.
 
 use super::piece::Operand;
 use argil_scene::{OperatorKind, max_blend_propagation};
 use std::collections::BTreeMap;
 
-/// See the module's page. Lengths are counted by their bits.
+/// Counts of lengths by their bits.
 #[derive(Debug, Default)]
 pub(super) struct PieceCounts {
     magnitudes: BTreeMap<u32, u32>,
@@ -36,7 +36,7 @@ fn maximum(counts: &BTreeMap<u32, u32>) -> f32 {
 }
 
 impl PieceCounts {
-    /// Count an operand that is so many open groups deep, or count it no more.
+    /// Adds an operand in a number of open groups, or removes it.
     pub(super) fn count(&mut self, operand: &Operand, depth: usize, is_there: bool) {
         if !operand.visible {
             return;
@@ -58,7 +58,7 @@ impl PieceCounts {
         }
     }
 
-    /// Count a joint's blend radius, or count it no more.
+    /// Adds a joint's blend radius, or removes it.
     pub(super) fn count_blend(&mut self, blend: f32, depth: usize, is_there: bool) {
         let counts = if depth == 0 {
             &mut self.blends
@@ -68,20 +68,20 @@ impl PieceCounts {
         count(counts, blend, is_there);
     }
 
-    /// The greatest magnitude.
+    /// Returns the largest magnitude.
     pub(super) fn magnitude(&self) -> f32 {
         maximum(&self.magnitudes)
     }
 
-    /// By how much joints swell what they join, at most.
+    /// Returns the maximum by which joints extend what they join.
     pub(super) fn max_outward_offset(&self) -> f32 {
         let inner = maximum(&self.inner_blends);
-        // Groups that are open are no deeper.
+        // Open groups are no deeper.
         maximum(&self.blends) + if inner > 0.0 { 4.0 * inner } else { 0.0 }
     }
 
-    /// How far values can fall through the joints of the root, and of each open group, before anything of a change is lost in
-    /// rounding; `far` is the length up to which distances count.
+    /// Returns how far values can fall through the joints of the root, and of each open group, before rounding
+    /// hides a change. `far` is the distance up to which values count.
     pub(super) fn blend_propagation(&self, far: f32) -> [f32; 2] {
         let root = maximum(&self.blends);
         [

@@ -1,4 +1,4 @@
-//! The open groups of a scene that is followed.
+//! The open groups of an incremental program.
 
 use crate::lower::{EnclosingGroup, Frame};
 use crate::pieces::{PieceWalk, ROOT};
@@ -7,17 +7,17 @@ use argil_abi::Instruction;
 use argil_scene::{NodeId, Operator, OperatorKind, Scene};
 use rustc_hash::{FxHashMap, FxHashSet};
 
-/// Where a piece or a group is put.
+/// The place of a piece or a group.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct GroupPosition {
     /// The open group, or the root.
     pub group: u32,
     pub frame: Frame,
-    /// What a length there is in the world.
+    /// The length of its unit in the scene's unit.
     pub scale: f32,
-    /// Groups around it.
+    /// Number of groups around it.
     pub depth: usize,
-    /// Whether those all add.
+    /// Whether all of them add.
     pub adds: bool,
 }
 
@@ -36,20 +36,20 @@ impl GroupPosition {
 pub(super) struct LoweredGroup {
     pub node: NodeId,
     pub parent: u32,
-    /// In the world's unit.
+    /// Its operator, in the scene's unit.
     pub operator: Operator,
-    /// Of what it holds.
+    /// The place of its contents.
     pub inside: GroupPosition,
     pub open: Instruction,
     pub close: Instruction,
-    /// Its stretch of the parameters.
+    /// Its range of the parameters.
     pub params: (u32, u32),
-    /// The pieces and groups that it holds.
+    /// The pieces and groups in it.
     pub children: FxHashSet<NodeId>,
 }
 
 impl LoweredGroup {
-    /// With parameters that stand at a place; `outside` is where it is put.
+    /// Creates a group at a place, with parameters at an index.
     pub(super) fn new(
         node: NodeId,
         around: &EnclosingGroup,
@@ -81,18 +81,18 @@ impl LoweredGroup {
     }
 }
 
-/// All of them.
+/// All open groups.
 #[derive(Debug, Default)]
 pub(super) struct GroupTree {
     all: FxHashMap<u32, LoweredGroup>,
     of: FxHashMap<NodeId, u32>,
     last: u32,
-    /// Those that the last update has taken out: lists of before have them still.
+    /// Groups that the last update removed. Earlier programs still refer to them.
     gone: Vec<u32>,
 }
 
 impl GroupTree {
-    /// What stands for a node that is an open group, or the root.
+    /// Returns the index of a node that is an open group, or the root.
     pub(super) fn find(&self, node: NodeId) -> Option<u32> {
         if node == Scene::ROOT {
             return Some(ROOT);
@@ -100,7 +100,7 @@ impl GroupTree {
         self.of.get(&node).copied()
     }
 
-    /// A group that is no root.
+    /// Returns a group that is not the root.
     pub(super) fn get(&self, group: u32) -> Option<&LoweredGroup> {
         self.all.get(&group)
     }
@@ -115,7 +115,7 @@ impl GroupTree {
             .map_or_else(Operator::default, |own| own.operator)
     }
 
-    /// Where something in a group is put.
+    /// Returns the place of a group's contents.
     pub(super) fn inside(&self, group: u32) -> GroupPosition {
         self.all
             .get(&group)
@@ -132,21 +132,21 @@ impl GroupTree {
         id
     }
 
-    /// Take note that a group holds a node.
+    /// Records that a group contains a node.
     pub(super) fn hold(&mut self, group: u32, node: NodeId) {
         if let Some(own) = self.all.get_mut(&group) {
             own.children.insert(node);
         }
     }
 
-    /// The same, that it does no more.
+    /// Records that a group no longer contains a node.
     pub(super) fn release(&mut self, group: u32, node: NodeId) {
         if let Some(own) = self.all.get_mut(&group) {
             own.children.remove(&node);
         }
     }
 
-    /// Take one out. It stands until the next update.
+    /// Removes a group. It stays until the next update.
     pub(super) fn remove(&mut self, group: u32) {
         if let Some(own) = self.all.get(&group) {
             self.of.remove(&own.node);
@@ -156,14 +156,14 @@ impl GroupTree {
         }
     }
 
-    /// Forget what the last update has taken out: the stretches of parameters that are free then.
+    /// Drops the groups that the last update removed. Returns their ranges of parameters.
     pub(super) fn remove_unused(&mut self) -> Vec<(u32, u32)> {
         let gone = std::mem::take(&mut self.gone);
         let own = gone.into_iter().filter_map(|id| self.all.remove(&id));
         own.map(|group| group.params).collect()
     }
 
-    /// The outermost group around what is in one; the root of what is in that.
+    /// Returns the outermost group around the contents of a group, or the root for the root's.
     pub(super) fn outermost(&self, group: u32) -> u32 {
         let mut at = group;
         loop {
@@ -175,7 +175,7 @@ impl GroupTree {
     }
 }
 
-/// Writes a list, with the joints of groups around what is in them.
+/// Writes a program with the joints of the groups around its pieces.
 pub(super) struct ListWriter<'a> {
     groups: &'a GroupTree,
     walk: PieceWalk,
@@ -191,7 +191,7 @@ impl<'a> ListWriter<'a> {
         }
     }
 
-    /// Append a piece.
+    /// Appends a piece.
     pub(super) fn put(&mut self, group: u32, instrs: &[Instruction]) {
         self.go_to(group);
         match instrs {
@@ -200,12 +200,12 @@ impl<'a> ListWriter<'a> {
         }
     }
 
-    /// How many instructions there are.
+    /// Returns the number of instructions.
     pub(super) fn len(&self) -> usize {
         self.out.len()
     }
 
-    /// Leave all groups.
+    /// Leaves all groups.
     pub(super) fn end(&mut self) {
         self.go_to(ROOT);
     }

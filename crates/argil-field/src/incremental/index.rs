@@ -1,4 +1,5 @@
-//! Which operands can matter where: a coarse grid of parts, at several levels, and what matters everywhere.
+//! Finds the operands that can matter at a place: a coarse grid of parts on several levels, and a list of what
+//! matters everywhere.
 
 use super::groups::GroupTree;
 use super::piece::Operand;
@@ -11,34 +12,34 @@ use rustc_hash::FxHashMap;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 
-/// An operand where it can matter.
+/// An operand in a part.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PartEntry {
     pub rank: u64,
     pub node: NodeId,
     pub group: u32,
-    /// Of an operand of one instruction, that: most are, and their records lie all over memory.
+    /// The instruction of an operand that has only one. Most do, and their records are scattered in memory.
     pub instr: Option<Instruction>,
     /// The box in which it can matter.
     pub held: Aabb,
 }
 
-/// See the module's page.
+/// The operands that can matter in each part.
 #[derive(Debug)]
 pub(super) struct PartIndex {
     pub parts: PartGrid,
-    /// Of each part, the operands that can matter there, by rank.
+    /// The operands of each part, by rank.
     near: FxHashMap<Part, Vec<PartEntry>>,
-    /// Levels that have any.
+    /// The levels in use, one bit each.
     levels: u32,
-    /// Those that matter wherever others do, by rank.
+    /// Operands that matter wherever others do, by rank.
     pub everywhere: BTreeMap<u64, NodeId>,
-    /// How far values can fall at the root and in each open group, as far as the boxes allow for it.
+    /// How far values can fall at the root and in each open group, as far as the boxes account for it.
     falls: [f32; 2],
 }
 
 impl PartIndex {
-    /// Of nothing.
+    /// Creates an empty index.
     pub(super) fn new(parts: PartGrid) -> Self {
         Self {
             parts,
@@ -49,20 +50,20 @@ impl PartIndex {
         }
     }
 
-    /// Whether the boxes allow for values that fall so far.
+    /// Whether the boxes account for values that fall this far.
     pub(super) fn has_room_for(&self, falls: [f32; 2]) -> bool {
         falls[0] <= self.falls[0] && falls[1] <= self.falls[1]
     }
 
-    /// Forget all, and allow for values that fall so far.
+    /// Empties the index, and accounts for values that fall this far.
     pub(super) fn begin(&mut self, falls: [f32; 2]) {
-        // With some room, so that a blend which grows does not do this each time.
+        // With some room, so that a growing blend does not repeat this each time.
         self.falls = std::array::from_fn(|i| self.falls[i].max(1.25 * falls[i]));
         self.near.clear();
         self.everywhere.clear();
     }
 
-    /// Enter a node's operand.
+    /// Adds an operand.
     pub(super) fn enter(&mut self, node: NodeId, operand: &Operand, groups: &GroupTree) {
         let rank = operand.rank;
         let instr = match operand.instrs[..] {
@@ -88,7 +89,7 @@ impl PartIndex {
         }
     }
 
-    /// Take an operand out.
+    /// Removes an operand.
     pub(super) fn remove(&mut self, operand: &Operand, groups: &GroupTree) {
         self.everywhere.remove(&operand.rank);
         for at in self.parts_of(operand, groups) {
@@ -104,7 +105,7 @@ impl PartIndex {
         }
     }
 
-    /// The operands that are entered in a part, and in those of other levels that hold it, each level's by rank.
+    /// Iterates over the operands of a part, and of the parts on other levels that contain it, each level by rank.
     pub(super) fn near_by_level(&self, part: IVec3) -> impl Iterator<Item = &[PartEntry]> {
         (0..self.levels).filter_map(move |level| {
             let own = self.near.get(&(level, part >> (2 * level)));
@@ -112,7 +113,7 @@ impl PartIndex {
         })
     }
 
-    /// All of them by rank.
+    /// Returns all operands near a part, by rank.
     pub(super) fn near_in(&self, part: IVec3) -> Cow<'_, [PartEntry]> {
         let mut all = Cow::Borrowed(&[][..]);
         for own in self.near_by_level(part) {
@@ -127,7 +128,7 @@ impl PartIndex {
         all
     }
 
-    /// The box in which an operand can matter where it is not everywhere that others do.
+    /// Returns the box in which an operand can matter, unless it matters everywhere.
     pub(super) fn grown_box(&self, operand: &Operand, groups: &GroupTree) -> Aabb {
         let mut joints = vec![operand.operator];
         let mut at = operand.group;
@@ -151,7 +152,7 @@ impl PartIndex {
                     .is_none())
     }
 
-    /// The parts in which an operand can matter.
+    /// Returns the parts in which an operand can matter.
     pub(super) fn parts_of(
         &self,
         operand: &Operand,

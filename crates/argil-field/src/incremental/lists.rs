@@ -1,4 +1,4 @@
-//! Which pieces can matter where, and the lists that they make.
+//! Writes the programs of parts.
 
 use super::IncrementalProgram;
 use super::groups::ListWriter;
@@ -14,12 +14,12 @@ use glam::IVec3;
 use rustc_hash::FxHashMap;
 
 impl IncrementalProgram {
-    /// Append the instructions that can matter in a part.
+    /// Appends the instructions that can matter in a part.
     pub fn part_program(&self, part: IVec3, out: &mut Vec<Instruction>) {
         self.list_of(&self.index.near_in(part), out);
     }
 
-    /// Append the instructions that can matter in a box within a part, to distances up to a length.
+    /// Appends the instructions that can matter in a box within a part, for distances up to a length.
     pub fn part_program_in(
         &self,
         part: IVec3,
@@ -27,7 +27,7 @@ impl IncrementalProgram {
         reach: f32,
         out: &mut Vec<Instruction>,
     ) {
-        // Boxes have grown by the far length at least; what blends add to that is no less of nearer distances.
+        // Boxes have grown by at least the far length. What blends add is no less for smaller distances.
         let region = region.grown(0.999_9 * (reach - self.index.parts.far).min(0.0));
         let touches =
             |held: &Aabb| held.max.cmpge(region.min).all() && held.min.cmple(region.max).all();
@@ -35,16 +35,16 @@ impl IncrementalProgram {
         for own in self.index.near_by_level(part) {
             some.extend(own.iter().filter(|own| touches(&own.held)));
         }
-        // Of levels that are in order, this only joins them.
+        // Each level is sorted already, so this only merges them.
         some.sort_by_key(|near| near.rank);
         self.list_of(&some, out);
     }
 
-    /// Append the instructions of what is near a place, and of what matters everywhere.
+    /// Appends the instructions of nearby entries, and of what matters everywhere.
     fn list_of(&self, near: &[PartEntry], out: &mut Vec<Instruction>) {
         let mut writer = ListWriter::new(&self.groups, out);
         if self.counts.morphs > 0 {
-            // A morph takes its share of everything.
+            // A morph affects everything.
             self.acting()
                 .for_each(|own| writer.put(own.group, &own.instrs));
             writer.end();
@@ -77,7 +77,7 @@ impl IncrementalProgram {
         }
     }
 
-    /// The visible pieces in the scene's order. The first to act is in what adds.
+    /// Iterates over the visible pieces in the scene's order. The first one adds.
     pub(super) fn acting(&self) -> impl Iterator<Item = &Operand> {
         let all = self.order.values().map(|node| &self.operands[node]);
         all.filter(|own| own.visible).skip_while(|own| {
@@ -89,7 +89,7 @@ impl IncrementalProgram {
         })
     }
 
-    /// The whole scene's program, as [`Program::lower`] gives it but for the order of what does not depend on order.
+    /// Returns the whole scene's program, equal to [`Program::lower`] except for orders that do not matter.
     pub fn to_program(&self) -> Program {
         let mut whole = self.tables.clone();
         let mut instrs = Vec::with_capacity(self.length);
@@ -122,7 +122,7 @@ impl IncrementalProgram {
         whole
     }
 
-    /// The place of an open group among a program's, which are entered with those around them.
+    /// Returns the index of an open group in a program, and adds it and the groups around it if needed.
     fn place_of(
         &self,
         group: u32,
@@ -135,7 +135,7 @@ impl IncrementalProgram {
         let Some(own) = self.groups.get(group) else {
             return ROOT;
         };
-        // No more deep than open groups are.
+        // Open groups limit the depth.
         let parent = self.place_of(own.parent, places, groups);
         let place = groups.len() as u32;
         groups.push(GroupSpan {
@@ -148,12 +148,12 @@ impl IncrementalProgram {
         place
     }
 
-    /// Enter an operand into the parts.
+    /// Adds an operand to the parts.
     pub(super) fn enter(&mut self, node: NodeId) {
         self.index.enter(node, &self.operands[&node], &self.groups);
     }
 
-    /// Enter all operands anew.
+    /// Adds all operands to the parts again.
     pub(super) fn index_all(&mut self) {
         self.index
             .begin(self.counts.blend_propagation(self.index.parts.far));

@@ -1,4 +1,4 @@
-//! Pieces as they are followed, and how they are lowered.
+//! The pieces of an incremental program, and how they are lowered.
 
 use super::groups::GroupPosition;
 use crate::lower::{EnclosingGroup, extent_in_world};
@@ -12,21 +12,21 @@ use argil_scene::{BlendProfile, Extent, Extents, NodeId, Operator, OperatorKind,
 /// A piece.
 #[derive(Debug)]
 pub(super) struct Operand {
-    /// Where it stands in the order.
+    /// Its place in the order.
     pub rank: u64,
-    /// The open group that it is in.
+    /// The open group that contains it.
     pub group: u32,
     /// Whether that group and all around it add.
     pub group_adds: bool,
     pub instrs: Vec<Instruction>,
-    /// Its parameters, until they have a place.
+    /// Its parameters, until they are stored in the table.
     pub own_params: Vec<f32>,
-    /// Its stretch of the parameters.
+    /// Its range of the parameters.
     pub params: (u32, u32),
-    /// In the world's unit.
+    /// Its operator, in the scene's unit.
     pub operator: Operator,
     pub visible: bool,
-    /// In the world.
+    /// Its extent, in the scene's space.
     pub extent: Extent,
     pub regularity: Regularity,
     pub magnitude: f32,
@@ -41,7 +41,7 @@ impl Operand {
         self.operator.profile == BlendProfile::Chamfer && self.operator.blend > 0.0
     }
 
-    /// Whether something can be solid where it is.
+    /// Whether it can add to the solid.
     pub(super) fn adds(&self) -> bool {
         self.visible
             && self.group_adds
@@ -51,14 +51,14 @@ impl Operand {
             )
     }
 
-    /// Whether it is endless, or cuts what is.
+    /// Whether it is endless, or clips endless solids.
     pub(super) fn ends(&self) -> bool {
         let is_endless =
             self.adds() && !self.extent.aabb.is_empty() && !self.extent.aabb.is_finite();
         is_endless || (self.visible && self.operator.kind == OperatorKind::Intersect)
     }
 
-    /// Whether another has the same instructions but for the values of parameters.
+    /// Whether another piece has the same instructions, apart from the values of parameters.
     pub(super) fn same_structure(&self, other: &Self) -> bool {
         let relative = |operand: &Self, instr: &Instruction| Instruction {
             params: instr.params - operand.params.0,
@@ -75,7 +75,7 @@ impl Operand {
                 .all(|(a, b)| relative(self, a) == relative(other, b))
     }
 
-    /// Where the words of each instruction begin and end among its own.
+    /// Returns the range of each instruction's words among its own.
     pub(super) fn stretches(&self) -> Vec<(u32, u32)> {
         let mut begins: Vec<u32> = self
             .instrs
@@ -88,21 +88,21 @@ impl Operand {
         begins.windows(2).map(|pair| (pair[0], pair[1])).collect()
     }
 
-    /// Whether how regular the whole is cannot depend on it.
+    /// Whether the regularity of the whole scene cannot depend on it.
     pub(super) fn is_plain(&self) -> bool {
         !self.visible || (self.regularity == Regularity::SMOOTH && !self.is_chamfered())
     }
 }
 
-/// What a node is put together of, as it is met.
+/// A step of walking through a node's pieces.
 pub(super) enum PieceItem {
     Piece(NodeId, Box<Operand>),
-    /// An open group with its operator in the world's unit, and what its unit is in that of the group around.
+    /// Enters an open group with its operator in the scene's unit, and its unit in that of the surrounding group.
     Enter(NodeId, EnclosingGroup, Operator, f32),
     Leave,
 }
 
-/// Lower a node into a place.
+/// Lowers a node into a place.
 pub(super) fn lower_into(
     scene: &Scene,
     extents: &mut Extents<'_>,
@@ -133,7 +133,7 @@ pub(super) fn lower_into(
     Ok(())
 }
 
-/// Lower a piece; it has no rank yet, and its parameters no place.
+/// Lowers a piece. It has no rank yet, and its parameters no place.
 fn lowered(
     scene: &Scene,
     extents: &mut Extents<'_>,

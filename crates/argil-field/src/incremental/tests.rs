@@ -11,7 +11,7 @@ fn parts() -> PartGrid {
     }
 }
 
-/// Of a group of many, an edit of one lowers that one, and the list of a part is of what is near.
+/// An edit in a large group lowers one piece, and a part's program contains only what is near.
 #[test]
 fn an_edit_in_a_group_costs_what_it_touches() {
     let mut scene = Scene::new();
@@ -43,7 +43,7 @@ fn an_edit_in_a_group_costs_what_it_touches() {
     let mut list = Vec::new();
     live.part_program(IVec3::splat(2), &mut list);
     assert!((5..60).contains(&list.len()), "{}", list.len());
-    // The whole is what it would be if it were lowered at once.
+    // The whole program equals one that is lowered at once.
     let (whole, fresh) = (
         live.to_program(),
         Program::lower(&scene).expect("a program"),
@@ -55,7 +55,7 @@ fn an_edit_in_a_group_costs_what_it_touches() {
     }
 }
 
-/// What is checked is the piece: one in a group in a group, where only it is wrong, and what is no longer in the scene.
+/// The check covers the piece: one in a nested group, where only it is wrong, and one that left the scene.
 #[test]
 fn pieces_are_checked_where_they_are() {
     let mut scene = Scene::new();

@@ -1,4 +1,4 @@
-//! What updates take out and put in whole: pieces, and open groups with all that they hold.
+//! Removes and inserts units: pieces, and open groups with their contents.
 
 use super::change_set::ChangeSet;
 use super::groups::LoweredGroup;
@@ -9,7 +9,7 @@ use argil_scene::{NodeId, Scene, SceneChange};
 use rustc_hash::FxHashSet;
 
 impl IncrementalProgram {
-    /// What updates take out and put in whole: pieces, and open groups with all that they hold.
+    /// Returns the units that changes affect.
     pub(super) fn units(&self, scene: &Scene, changes: &[SceneChange]) -> FxHashSet<NodeId> {
         let mut units = FxHashSet::default();
         for change in changes {
@@ -24,7 +24,7 @@ impl IncrementalProgram {
                     && scene.node(node).parent() == Some(parent)
                     && !leaves_open(scene.node(node).at_current_time())
                 {
-                    // It is open no more.
+                    // It is no longer open.
                     units.insert(parent);
                 }
             }
@@ -32,7 +32,8 @@ impl IncrementalProgram {
         units
     }
 
-    /// The open group that a node is, or the piece that it is in or is to be. Nothing of what is neither known nor in the scene.
+    /// Returns the open group that a node is, or the piece that contains it. Returns `None` if it is neither known
+    /// nor in the scene.
     pub(super) fn unit_of(&self, scene: &Scene, node: NodeId) -> Option<NodeId> {
         if self.groups.find(node).is_some() {
             return Some(node);
@@ -48,7 +49,7 @@ impl IncrementalProgram {
         }
     }
 
-    /// The group that a unit is to be put into: none if it is not in the scene, or another unit holds it.
+    /// Returns the group for a unit, or `None` if it is not in the scene, or if another unit contains it.
     pub(super) fn group_for(
         &self,
         scene: &Scene,
@@ -66,7 +67,7 @@ impl IncrementalProgram {
         (at == Scene::ROOT).then_some(group)
     }
 
-    /// Take a unit out. The joints of groups are told as touched.
+    /// Removes a unit, and records the joints of its groups as touched.
     pub(super) fn take_out(&mut self, node: NodeId, told: &mut ChangeSet) {
         let mut open = vec![node];
         while let Some(node) = open.pop() {
@@ -89,8 +90,8 @@ impl IncrementalProgram {
         }
     }
 
-    /// Put the groups of a unit in place, into a group; its pieces, which are told the groups that they are in. `stretches` are of
-    /// the groups' parameters.
+    /// Places the groups of a unit in a group, and tells its pieces which groups contain them. `stretches` are the
+    /// ranges of the groups' parameters.
     pub(super) fn place(
         &mut self,
         items: Vec<PieceItem>,
@@ -125,8 +126,8 @@ impl IncrementalProgram {
         pieces
     }
 
-    /// Ranks for so many pieces of a node, between those of its neighbors in the scene: what the first is more than, and by how much
-    /// each is more than the one before.
+    /// Returns ranks for a number of pieces, between those of a node's neighbors in the scene: the rank before the
+    /// first, and the step.
     pub(super) fn ranks_for(&mut self, scene: &Scene, node: NodeId, count: u64) -> (u64, u64) {
         for _ in 0..2 {
             let before = self.neighbor(scene, node, false).unwrap_or(0);
@@ -137,7 +138,7 @@ impl IncrementalProgram {
             if step > 0 {
                 return (before, step);
             }
-            // No room: everyone moves.
+            // No room: renumber everything.
             self.update.renumbered = true;
             let order = std::mem::take(&mut self.order);
             for (&node, nth) in order.values().zip(1..) {
@@ -151,7 +152,7 @@ impl IncrementalProgram {
         unreachable!("a step of 2³² has room for all pieces that there can be")
     }
 
-    /// The rank of the piece that stands before or after a node.
+    /// Returns the rank of the piece before or after a node.
     pub(super) fn neighbor(&self, scene: &Scene, node: NodeId, is_after: bool) -> Option<u64> {
         let mut at = node;
         loop {
@@ -171,7 +172,7 @@ impl IncrementalProgram {
         }
     }
 
-    /// The rank of the first or the last piece of a node.
+    /// Returns the rank of the first or the last piece of a node.
     pub(super) fn end_rank(&self, scene: &Scene, node: NodeId, is_first: bool) -> Option<u64> {
         if let Some(operand) = self.operands.get(&node) {
             return Some(operand.rank);

@@ -1,4 +1,4 @@
-//! Where a node is evaluated, and how it is joined with what stands before it.
+//! The frame of a node, and its joint with what comes before it.
 
 use super::error::LowerError;
 use super::params::keep;
@@ -8,30 +8,30 @@ use argil_scene::{
 };
 use glam::DAffine3;
 
-/// Where a node is evaluated: the map from the interpreter's point to the node's frame, the factor from its distances
-/// to the world's, its material, and the copies looked at around it.
+/// The frame of a node: the map from the interpreter's point, the factor from its distances to the scene's, its
+/// material, and the copies around it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Frame {
     pub(super) own_from_point: DAffine3,
     pub(super) scale: f64,
     pub(super) material: u32,
     pub(super) copies: u64,
-    /// By how much the distances of the operand of the root can jump that it is in, once that is known.
+    /// The largest jump of the root's operand that contains it, once it is known.
     pub(super) jump: Option<f32>,
 }
 
-/// What stands around the pieces of an open group.
+/// What surrounds the pieces of an open group.
 pub(crate) struct EnclosingGroup {
-    /// The frame of what is in it.
+    /// The frame of its contents.
     pub frame: Frame,
-    /// What puts aside what is before it, and what joins it to that; both with parameters at 0.
+    /// The instructions that save the accumulator and combine it again. Their parameters are at 0.
     pub open: Instruction,
     pub close: Instruction,
     pub params: Vec<f32>,
 }
 
 impl EnclosingGroup {
-    /// Of a group in a frame.
+    /// Creates it for a group in a frame.
     pub(crate) fn of(scene: &Scene, node: NodeId, within: Frame) -> Result<Self, LowerError> {
         let entry = scene.node(node).at_current_time();
         let names = || scene.materials().keys().zip(1..);
@@ -61,7 +61,7 @@ impl EnclosingGroup {
     }
 }
 
-/// k, 1/(4k) and the signs.
+/// Returns k, 1/(4k) and the signs.
 pub(super) fn joint(operator: &Operator, scale: f64) -> [f32; 5] {
     let k = (f64::from(operator.blend) * scale) as f32;
     let quarter = if k > 0.0 { 0.25 / k } else { 0.0 };
@@ -73,7 +73,7 @@ pub(super) fn joint(operator: &Operator, scale: f64) -> [f32; 5] {
     [k, quarter, a, b, r]
 }
 
-/// The flags and words of a joint with what was put aside.
+/// Returns the flags and words of a joint with a saved value.
 pub(super) fn combine_words(entry: &NodeDesc, frame: Frame, swapped: bool) -> (u32, [f32; 6]) {
     let mode = match (entry.operator.kind, entry.operator.profile) {
         (OperatorKind::Paint, _) => abi::COMBINE_PAINT,
@@ -86,7 +86,7 @@ pub(super) fn combine_words(entry: &NodeDesc, frame: Frame, swapped: bool) -> (u
     (flags, [k, quarter, a, b, r, entry.operator.morph_amount])
 }
 
-/// A node's extent in the world, where all groups around it are open.
+/// Returns a node's extent in the scene's space, if all groups around it are open.
 pub(crate) fn extent_in_world(scene: &Scene, extents: &mut Extents<'_>, node: NodeId) -> Extent {
     let mut extent = extents.node_bounds(node);
     let mut at = scene.node(node).parent();
@@ -97,7 +97,7 @@ pub(crate) fn extent_in_world(scene: &Scene, extents: &mut Extents<'_>, node: No
     extent
 }
 
-/// A translate, rotate, scale or stretch.
+/// Applies a translate, rotate, scale or stretch.
 pub(super) fn map(
     scene: &Scene,
     node: NodeId,

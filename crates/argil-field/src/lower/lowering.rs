@@ -1,4 +1,4 @@
-//! A scene, or a piece of one, while it is lowered: what is still to be emitted.
+//! The state of lowering a scene or a piece: what is still to be emitted.
 
 use super::error::LowerError;
 use super::frame::{Frame, combine_words, extent_in_world};
@@ -13,10 +13,10 @@ use argil_scene::{Extents, NodeDesc, NodeId, Scene};
 use rustc_hash::FxHashMap;
 use std::collections::HashMap;
 
-/// Of no more operands than this a list is as soon looked through.
+/// A list of up to this many operands is not worth an index.
 pub(super) const FEW_OPERANDS: usize = 64;
 
-/// What is still to be emitted, the next on top.
+/// What is still to be emitted, next on top.
 pub(super) enum LoweringTask {
     /// The first `count` operands of a group, into an empty accumulator.
     List {
@@ -29,7 +29,7 @@ pub(super) enum LoweringTask {
         node: NodeId,
         frame: Frame,
     },
-    /// A brush without folds or offsets, straight onto the accumulator.
+    /// A brush without folds or offsets, directly onto the accumulator.
     Brush {
         node: NodeId,
         frame: Frame,
@@ -41,39 +41,39 @@ pub(super) enum LoweringTask {
     },
     /// The beginning of a piece.
     BeginPiece,
-    /// Its end.
+    /// The end of a piece.
     EndPiece {
         node: NodeId,
         within: OpenScope,
     },
 }
 
-/// An open group where it is lowered.
+/// An open group that is being lowered.
 #[derive(Clone, Copy)]
 pub(super) struct OpenScope {
-    /// Its place among the program's.
+    /// Its index among the program's groups.
     pub(super) group: u32,
-    /// What a length in it is in the world.
+    /// The length of its unit in the scene's unit.
     pub(super) scale: f32,
 }
 
 pub(super) struct Lowering<'a> {
     pub(super) scene: &'a Scene,
     pub(super) extents: Extents<'a>,
-    /// By group: its operands that take part.
+    /// The visible operands of each group.
     pub(super) operands: HashMap<NodeId, Vec<NodeId>>,
-    /// By node: stack slots to evaluate it into an empty accumulator.
+    /// The stack slots that each node needs with an empty accumulator.
     pub(super) slots: NodeMap<u32>,
-    /// By node: what can be said of its distances.
+    /// The regularity of each node's distances.
     pub(super) regular: NodeMap<Regularity>,
-    /// By group: slots to evaluate its first 1, 2, … operands.
+    /// The slots that the first 1, 2, … operands of each group need.
     pub(super) prefix_slots: HashMap<NodeId, Vec<u32>>,
     pub(super) material_index: HashMap<&'a str, u32>,
     pub(super) program: Program,
     pub(super) points: usize,
     pub(super) tasks: Vec<LoweringTask>,
-    /// The open groups, where there are so many pieces that their places are kept: what those hold is emitted in the scene's
-    /// order. And where the piece begins that is emitted.
+    /// The open groups, if there are so many pieces that their places are kept. Their contents are emitted in the
+    /// scene's order. Also the beginning of the current piece.
     pub(super) open: FxHashMap<NodeId, OpenScope>,
     pub(super) begun: u32,
 }
@@ -127,7 +127,7 @@ impl<'a> Lowering<'a> {
         self.program.instructions.push(instr);
     }
 
-    /// An instruction with parameters.
+    /// Emits an instruction with parameters.
     pub(super) fn with(&mut self, op: u32, words: &[f32]) -> Instruction {
         let params = self.program.params.len() as u32;
         self.program.params.extend_from_slice(words);
@@ -151,7 +151,7 @@ impl<'a> Lowering<'a> {
         let end = end.map(|within| LoweringTask::EndPiece { node, within });
         self.tasks.extend(end);
         if last == 0 {
-            // What is first in a group is in nothing else: so is what an open group holds.
+            // The first operand of a group is in nothing else, and so are the contents of an open group.
             if let Some(within) = around
                 && let Some(own) = self.open.get_mut(&node)
             {
@@ -208,7 +208,7 @@ impl<'a> Lowering<'a> {
         }
     }
 
-    /// A node's frame from that of its group.
+    /// Returns a node's frame, given its group's.
     pub(super) fn enter(&self, node: NodeId, frame: Frame) -> Frame {
         let entry = self.scene.node(node).at_current_time();
         let material = match &entry.material {

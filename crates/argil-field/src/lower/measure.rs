@@ -1,4 +1,4 @@
-//! What is known of a scene before it is lowered: stack slots, and how regular its distances are.
+//! Measures a scene before lowering: stack slots, and the regularity of distances.
 
 use super::frame::extent_in_world;
 use super::lowering::{FEW_OPERANDS, Lowering, OpenScope};
@@ -15,7 +15,7 @@ use rustc_hash::FxHashMap;
 use std::collections::HashMap;
 
 impl<'a> Lowering<'a> {
-    /// Of a node and all that it holds; nothing is emitted yet. `pieces` are those of the root.
+    /// Measures a node and its contents. Nothing is emitted yet. `pieces` are the root's.
     pub(super) fn of(scene: &'a Scene, root: NodeId, pieces: Option<&Pieces>) -> Self {
         let names = scene.materials().keys().map(String::as_str);
         let material_index = names.zip(1..).collect();
@@ -65,13 +65,13 @@ impl<'a> Lowering<'a> {
         lowering
     }
 
-    /// Which operands take part, and what of the stack each node needs, from the leaves up.
+    /// Finds the visible operands and the stack slots of each node, from the leaves up.
     pub(super) fn measure(&mut self, parents_first: &[NodeId]) {
         for &id in parents_first.iter().rev() {
             let node = self.scene.node(id);
             let mut need = 0;
             if matches!(node.at_current_time().kind, NodeKind::Group) {
-                // What stands first has nothing to act on unless it adds.
+                // The first operand has nothing to act on unless it adds.
                 let mut operands: Vec<NodeId> = Vec::new();
                 let mut prefix: Vec<u32> = Vec::new();
                 for &child in node.children() {
@@ -85,7 +85,7 @@ impl<'a> Lowering<'a> {
                         true => own,
                         false if is_single(entry) => need,
                         false if self.open.contains_key(&id) => need.max(1 + own),
-                        // The needier goes first; the other then has one slot less.
+                        // The operand that needs more goes first, and the other then has one slot less.
                         false => need.max(own).max(1 + need.min(own)),
                     };
                     operands.push(child);
@@ -116,7 +116,7 @@ impl<'a> Lowering<'a> {
         program.underestimate = own.underestimate;
     }
 
-    /// What is said of a piece, if it is visible.
+    /// Returns the facts about a piece, if it is visible.
     pub(super) fn told(&mut self, groups: &Pieces, piece: Piece) -> Option<PieceInfo> {
         let entry = self.scene.node(piece.node).at_current_time();
         let scale = groups.groups[piece.group as usize].scale;
@@ -128,7 +128,7 @@ impl<'a> Lowering<'a> {
         })
     }
 
-    /// What holds of the whole scene, from what holds of its pieces.
+    /// Combines the facts about pieces into those of the whole scene.
     pub(super) fn measure_pieces(&mut self, pieces: &Pieces) {
         let mut greatest = 0.0f32;
         for piece in &pieces.all {

@@ -1,10 +1,10 @@
-//! What the instructions of a scene's parts hold.
+//! Parameters of instructions.
 
 use argil_abi::{self as abi};
 use argil_scene::{BlendProfile, Modifier, NodeDesc, NodeKind, OperatorKind};
 use glam::{DAffine3, DVec3};
 
-/// Whether an entry is one instruction: a shape that is only moved, turned and scaled, with a smooth or hard joint.
+/// Whether a node is one instruction: a shape that is only transformed, with a smooth or hard joint.
 pub(super) fn is_single(entry: &NodeDesc) -> bool {
     let smooth = entry.operator.profile == BlendProfile::Smooth || entry.operator.blend == 0.0;
     matches!(entry.kind, NodeKind::Shape(_))
@@ -16,7 +16,7 @@ pub(super) fn is_single(entry: &NodeDesc) -> bool {
         && entry.modifiers.iter().all(|m| m.affine().is_some())
 }
 
-/// Whether a modifier needs a loop, which keeps the nearest copy so far on the stack of values.
+/// Whether a modifier needs a loop, which keeps the nearest copy so far on the stack.
 pub(super) fn is_loop(modifier: &Modifier) -> bool {
     match *modifier {
         Modifier::Repeat { spacing, count } => (0..3).any(|axis| has_copies(spacing, count, axis)),
@@ -29,7 +29,7 @@ fn has_copies(spacing: [f32; 3], count: Option<[u32; 3]>, axis: usize) -> bool {
     count.map_or(spacing[axis] > 0.0, |c| c[axis] > 1)
 }
 
-/// The flag by which a cut without a material of its own leaves the material alone.
+/// Returns the flag by which a cut without a material of its own keeps the material.
 pub(super) fn keep(entry: &NodeDesc) -> u32 {
     let cuts = matches!(
         entry.operator.kind,
@@ -42,7 +42,7 @@ pub(super) fn keep(entry: &NodeDesc) -> u32 {
     }
 }
 
-/// The product of an entry's own scales: its joint is in the unit of the group around it.
+/// Returns the product of a node's own scales, because its joint is in the unit of the surrounding group.
 pub(super) fn scale_of(entry: &NodeDesc) -> f64 {
     entry
         .modifiers
@@ -70,7 +70,7 @@ pub(super) fn affine_words(m: &DAffine3) -> [f32; 12] {
     std::array::from_fn(|i| rows[i / 4][i % 4])
 }
 
-/// The words of a repetition, and how many copies it looks at.
+/// Returns the words of a repetition, and the number of copies per point.
 pub(super) fn repeat_words(
     spacing: [f32; 3],
     count: Option<[u32; 3]>,

@@ -1,4 +1,4 @@
-//! Brushes and what their modifiers make of them, as instructions.
+//! Lowers brushes and their modifiers.
 
 use super::error::{LowerError, MAX_COPIES, MAX_COPIES_PER_LOOP};
 use super::frame::{Frame, joint, map};
@@ -10,7 +10,7 @@ use argil_scene::{Extent, Modifier, NodeId, NodeKind, Operator, copies_looked_at
 use glam::DAffine3;
 use std::f32::consts::TAU;
 
-/// What closes over the content with a length: the opcode and the length in the node's unit.
+/// Returns the opcode of a modifier that offsets its content's distance, and the length in the node's unit.
 fn offset_of(modifier: &Modifier) -> Option<(u32, f32)> {
     match *modifier {
         Modifier::Round { radius } => Some((abi::OP_ROUND, radius)),
@@ -30,7 +30,7 @@ impl Lowering<'_> {
         self.shape(node, frame, joint)
     }
 
-    /// The instruction of a brush's shape.
+    /// Emits a brush's shape.
     pub(super) fn shape(
         &mut self,
         node: NodeId,
@@ -77,7 +77,8 @@ impl Lowering<'_> {
         let entry = self.scene.node(node).at_current_time();
         let mut frame = self.enter(node, frame);
         let stages = self.extents.modifier_stages(node);
-        // The modifiers from the outermost in: what opens now, and what closes after the content, innermost first.
+        // The modifiers from the outermost inward: what opens now, and what closes after the content, innermost
+        // first.
         let mut closing: Vec<LoweringTask> = Vec::new();
         for (modifier, content) in entry.modifiers.iter().zip(&stages).rev() {
             if modifier.affine().is_some() {
@@ -86,13 +87,13 @@ impl Lowering<'_> {
                 let length = (f64::from(length) * frame.scale) as f32;
                 closing.push(LoweringTask::Emit(self.with(op, &[length])));
             } else if !matches!(modifier, Modifier::Repeat { .. }) || is_loop(modifier) {
-                // One copy is no repetition.
+                // One copy is not a repetition.
                 self.open(node, modifier, content, &mut frame, &mut closing)?;
             }
         }
         self.tasks.extend(closing);
         if matches!(entry.kind, NodeKind::Shape(_)) {
-            // Onto an empty accumulator, by a hard union.
+            // Onto an empty accumulator, with a hard union.
             self.shape(node, frame, joint(&Operator::default(), 1.0))?;
         } else {
             let count = self.operands[&node].len();
@@ -105,7 +106,7 @@ impl Lowering<'_> {
         Ok(())
     }
 
-    /// Open a modifier that works on the point in the node's own frame; the outer point is saved.
+    /// Opens a modifier that changes the point in the node's own frame. The outer point is saved.
     fn open(
         &mut self,
         node: NodeId,
@@ -197,7 +198,7 @@ impl Lowering<'_> {
             });
         };
         let mut words = [held.min.to_array(), held.max.to_array()].concat();
-        // The gap to the box is measured in the node's own unit, distances in the world's.
+        // The gap to the box is in the node's own unit, and distances are in the scene's.
         words.extend([degrees_per_unit.to_radians(), frame.scale as f32]);
         let instr = self.with(op, &words);
         self.emit(instr);

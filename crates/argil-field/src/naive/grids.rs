@@ -1,8 +1,8 @@
-//! Distances of what is sampled: heightmaps and grids.
+//! Distances of sampled solids: heightmaps and grids.
 
 use glam::DVec3 as V3;
 
-/// As far as the steepest of the ground's triangles of heights lets the surface be nearer than straight down.
+/// Returns the vertical distance, reduced by the slope of the steepest triangle.
 pub(super) fn heightmap(
     p: V3,
     grid: &argil_scene::SampledGrid,
@@ -48,7 +48,7 @@ pub(super) fn heightmap(
     beside.max((p.y - ground) * cosine)
 }
 
-/// What lies between the samples around a point; beyond their box, the hypotenuse over the way there.
+/// Interpolates between samples. Outside their box, it returns the hypotenuse over the way to the box.
 pub(super) fn sampled(p: V3, grid: &argil_scene::SampledGrid) -> f64 {
     let w = grid.words();
     let n = [4, 5, 6].map(|i| w[i] as usize);
@@ -81,7 +81,7 @@ pub(super) fn sampled(p: V3, grid: &argil_scene::SampledGrid) -> f64 {
     if gap > 0.0 { gap.hypot(d.max(0.0)) } else { d }
 }
 
-/// The distance to a triangle: its plane where the foot lies within, else its sides.
+/// Returns the distance to a triangle: to its plane if the foot lies within, else to its sides.
 pub(super) fn triangle(p: V3, [a, b, c]: [V3; 3]) -> f64 {
     let n = (b - a).cross(c - a);
     let within = [(a, b), (b, c), (c, a)]

@@ -1,17 +1,17 @@
-//! The oracle's shapes: each by its definition.
+//! The oracle's shapes, each by its definition.
 
 use super::grids::{heightmap, sampled, triangle};
 use argil_scene::{Path2, Shape};
 use glam::{DVec2 as V2, DVec3 as V3, Vec3};
 
-/// Points that curves are sampled at.
+/// Samples along a curve.
 const SAMPLES: u32 = 20_000;
 
 pub(super) fn d3(v: [f32; 3]) -> V3 {
     Vec3::from(v).as_dvec3()
 }
 
-/// Distance to a box of a half size, in 2D.
+/// Returns the distance to a 2D box of a half size.
 fn rect(p: V2, half: V2) -> f64 {
     let q = p.abs() - half;
     q.max(V2::ZERO).length() + q.max_element().min(0.0)
@@ -46,12 +46,12 @@ fn polygon(p: V2, corners: &[V2]) -> f64 {
     if is_inside(p, corners) { -d } else { d }
 }
 
-/// A flat distance given a thickness along a further axis.
+/// Returns the distance of a 2D distance extruded along another axis.
 fn extruded(flat: f64, along: f64, half: f64) -> f64 {
     corner(flat, along.abs() - half)
 }
 
-/// The distance to what lies behind two walls at a right angle.
+/// Returns the distance to a region behind two walls at a right angle.
 fn corner(a: f64, b: f64) -> f64 {
     V2::new(a, b).max(V2::ZERO).length() + a.max(b).min(0.0)
 }
@@ -60,7 +60,7 @@ fn bezier(a: V2, b: V2, c: V2, t: f64) -> V2 {
     a.lerp(b, t).lerp(b.lerp(c, t), t)
 }
 
-/// Distance to an outline as a polygon of many short sides.
+/// Returns the distance to a path, as a polygon with many short sides.
 fn outline(o: &Path2, p: V2, is_lathe: bool) -> f64 {
     let v = |p: [f32; 2]| V2::new(f64::from(p[0]), f64::from(p[1]));
     let steps = 400;
@@ -80,7 +80,7 @@ fn outline(o: &Path2, p: V2, is_lathe: bool) -> f64 {
     if is_inside(p, &corners) { -d } else { d }
 }
 
-/// A shape's signed distance at a point in its own frame.
+/// Returns a shape's signed distance at a point in its own frame.
 #[expect(
     clippy::too_many_lines,
     reason = "an arm for each shape, each as short as its definition"
@@ -103,7 +103,7 @@ pub fn shape(s: &Shape, p: V3) -> f64 {
             half_size,
             thickness,
         } => {
-            // Twelve beams, three of which are nearest by symmetry.
+            // Twelve beams, of which symmetry leaves three.
             let (h, e) = (d3(half_size), f(thickness));
             let beam = |axis: usize| {
                 let mut half = V3::splat(e);
@@ -340,7 +340,7 @@ pub fn shape(s: &Shape, p: V3) -> f64 {
             let (n, m, q) = (f(n), f(m), (p / d3(radii)).abs());
             let level = (q.x.powf(m) + q.z.powf(m)).powf(1.0 / m);
             let norm = (level.powf(n) + q.y.powf(n)).powf(1.0 / n);
-            // The slope along each axis of an octahedron in it, or the least axis of an ellipsoid.
+            // The slope along each axis of an inscribed octahedron, or the smallest axis of an ellipsoid.
             let held = if n.min(m) >= 2.0 {
                 d3(radii).min_element()
             } else {
@@ -385,7 +385,7 @@ pub fn shape(s: &Shape, p: V3) -> f64 {
         } => {
             let all = argil_scene::text_outlines(text, size);
             let own = all.iter().map(|o| outline(o, V2::new(p.x, p.y), false));
-            // Inside of an odd number of them, as far as from the nearest.
+            // Inside an odd number of them, and as far as the nearest.
             let (d, sign) = own.fold((f64::INFINITY, 1.0f64), |(d, sign), own| {
                 (d.min(own.abs()), sign * own.signum())
             });
@@ -409,7 +409,7 @@ pub fn shape(s: &Shape, p: V3) -> f64 {
     }
 }
 
-/// A sheet along a level that changes by √3 a radian at most, in a box.
+/// Returns the distance to a sheet along a level set with slope up to √3 per radian, in a box.
 fn sheet(p: V3, half_size: [f32; 3], [period, thickness]: [f32; 2], level: fn(V3) -> f64) -> f64 {
     let (half, rate) = (d3(half_size), std::f64::consts::TAU / f64::from(period));
     let level = level(p.clamp(-half, half) * rate);

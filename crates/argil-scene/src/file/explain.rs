@@ -25,7 +25,7 @@ pub(super) fn explain<T: DeserializeOwned>(
                 culprit(&members, |m| complaint::<T>(Value::Object(m))).unwrap_or_default();
         }
         Ok(Value::Array(elements)) => {
-            // / The first element that is invalid by itself.
+            // The first element that is invalid by itself.
             let alone = |v: Value| complaint::<T>(Value::Array(vec![v]));
             if let Some((index, element)) = elements
                 .into_iter()
@@ -51,7 +51,7 @@ pub(super) fn complaint<T: DeserializeOwned>(value: Value) -> Option<String> {
     let error = serde_json::from_slice::<T>(value.to_string().as_bytes())
         .err()?
         .to_string();
-    // / Its place refers to text that no user wrote.
+    // Its place refers to text that no user wrote.
     Some(error.split(" at line ").next().unwrap_or(&error).to_owned())
 }
 
@@ -77,7 +77,7 @@ pub(super) fn culprit(
 
 /// Returns line and column, from 1, of the value at a path, or of the deepest part of the path that exists.
 pub(super) fn locate(source: Source<'_>, path: &str) -> (u64, u64) {
-    // / The first pass already checked this part against the limits.
+    // The first pass already checked this part against the limits.
     let mut reader = tokens(source, None);
     let mut rest = path;
     while !rest.is_empty() {
@@ -89,12 +89,12 @@ pub(super) fn locate(source: Source<'_>, path: &str) -> (u64, u64) {
             None => enter_object(&mut reader, &mut rest),
         };
         if !matches!(entered, Ok(true)) {
-            // / The path ends here: this place is close enough.
+            // The path ends here: this place is close enough.
             return position(&reader);
         }
         rest = rest.strip_prefix('.').unwrap_or(rest);
     }
-    // / Peeking skips white space before the value.
+    // Peeking skips white space before the value.
     let _ = reader.peek();
     position(&reader)
 }

@@ -164,7 +164,7 @@ fn part<T: DeserializeOwned>(text: &RawValue) -> Option<T> {
     if text.len() > MAX_PART_BYTES {
         return None;
     }
-    // / From bytes, as everywhere here, so that the parser is compiled once.
+    // From bytes, as everywhere here, so that the parser is compiled once.
     serde_json::from_slice(text.as_bytes()).ok()
 }
 

@@ -180,13 +180,13 @@ const FIELDS: [&str; 12] = [
 fn brushes(reader: &mut Tokens<'_>, meter: &Meter, scene: &mut Scene) -> Result<(), Stop> {
     reader.begin_array()?;
     let mut open: Vec<Open> = Vec::new();
-    // / Whether the next token belongs to a list of items, or to the item on top.
+    // Whether the next token belongs to a list of items, or to the item on top.
     let mut in_list = true;
     loop {
         meter.mark();
         if in_list {
             if reader.has_next()? {
-                // / Begin the next item of the list.
+                // Begin the next item of the list.
                 reader.begin_object()?;
                 let parent = open.last().and_then(|o| o.group).unwrap_or(Scene::ROOT);
                 let index = scene.node(parent).children.len();
@@ -200,7 +200,7 @@ fn brushes(reader: &mut Tokens<'_>, meter: &Meter, scene: &mut Scene) -> Result<
                 });
                 in_list = false;
             } else {
-                // / The list ends: return to its group, or finish.
+                // The list ends: return to its group, or finish.
                 reader.end_array()?;
                 if open.is_empty() {
                     return Ok(());
@@ -247,7 +247,7 @@ fn field(
         return fault(open, "this field stands twice".into());
     }
     item.seen |= 1 << number;
-    // / The path costs a walk over the open groups, so it is made only for errors.
+    // The path costs a walk over the open groups, so it is made only for errors.
     let result = match key {
         "name" => part(reader, "").map(|v| item.entry.name = v),
         "visible" => part(reader, "").map(|v| item.entry.visible = v),

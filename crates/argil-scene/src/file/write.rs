@@ -47,7 +47,7 @@ fn write_items(scene: &Scene, out: &mut impl Write) -> io::Result<()> {
         };
         let comma = if std::mem::take(first) { "" } else { "," };
         *rest = tail;
-        // / Indentation stops growing, because a tree a thousand levels deep would be mostly white space.
+        // Indentation stops growing, because a tree a thousand levels deep would be mostly white space.
         let indent = 2 + 2 * open.len().min(16);
         write!(out, "{comma}\n{:indent$}", "")?;
 

@@ -42,7 +42,7 @@ impl ReachedBlock {
         live.part_program_in(self.part, cells, self.reach, &mut now);
         BlockProgram {
             first: self.first,
-            // / It has cells that are near.
+            // It has cells that are near.
             far: None,
             current: now,
             previous: Some(Vec::new()),
@@ -90,7 +90,7 @@ impl Bricks {
         });
         let reached = reached.filter(|block| block.cells != 0).collect();
         let mut hard = added.hard().unwrap_or_default();
-        // / Of many brushes, most are not in a cell.
+        // Of many brushes, most are not in a cell.
         if hard.len() > FEW_BRUSHES {
             hard.clear();
         }
@@ -120,7 +120,7 @@ impl Bricks {
             let (side, lengths) = if is_brick(word) {
                 let stored = pool[word as usize * samples + middle].integer();
                 let least = (stored.abs() - 1.0).max(0.0) / scale;
-                // / Distances beyond the band are stored as its end.
+                // Distances beyond the band are stored as its end.
                 let most = if stored.abs() < fill.quanta as f32 {
                     (stored.abs() + 1.0) / scale
                 } else {

@@ -96,7 +96,7 @@ impl<T> BakedBlock<T> {
 fn kept_word(old: u32, is_changed: bool) -> Option<u32> {
     match (is_brick(old), is_changed) {
         (true, _) => Some(old),
-        // / Whether the whole block is empty is determined later.
+        // Whether the whole block is empty is determined later.
         (false, false) => Some(empty_word(center_of(old))),
         (false, true) => None,
     }
@@ -181,7 +181,7 @@ impl BlockEditor<'_> {
             if lists.current.len() > LONG_LIST {
                 for (nth, (_, range)) in near.iter().enumerate() {
                     let own = &found.instrs[range.clone()];
-                    // / An instruction that matters in the cell can be missing from its program, because another
+                    // An instruction that matters in the cell can be missing from its program, because another
                     // covers it.
                     let is_whole = touched.count(own) == in_block;
                     let list = if is_whole { own } else { &lists.current[..] };
@@ -221,7 +221,7 @@ impl BlockEditor<'_> {
         }
         let bounds = self.bounds.of_block(&self.layout, first);
         let BlockWorker { pruner, filler } = worker;
-        // / The cells that edits can have changed, one bit each.
+        // The cells that edits can have changed, one bit each.
         let mut changed = self.mattered(first, lists, pruner);
         let wanted = |pruner: &Pruner<'_>| {
             if let Some(touched) = self.touched.filter(|_| changed != u64::MAX) {
@@ -234,10 +234,10 @@ impl BlockEditor<'_> {
         let words = &mut made.words;
         let listed = (&instrs[..], some);
         let found = near_block(&self.layout, &bounds, first, listed, pruner, words, wanted);
-        // / The other cells are unchanged.
+        // The other cells are unchanged.
         changed &= some;
         let samples = self.layout.brick_samples() as usize;
-        // / A missing block reads as far.
+        // A missing block reads as far.
         let slot = bricks.table.slot(first / BLOCK_SIDE as i32) as usize;
         let old = &bricks.words[slot * CELLS_PER_BATCH..(slot + 1) * CELLS_PER_BATCH];
         let pool = bricks.pool.of::<T>().expect(OF_THIS_TYPE);
@@ -247,7 +247,7 @@ impl BlockEditor<'_> {
         } else {
             [u8::MAX; CELLS_PER_BATCH]
         };
-        // / The maximum number of bricks, so that they are moved only once.
+        // The maximum number of bricks, so that they are moved only once.
         let near = found.cells.iter().filter(|&&(i, _)| {
             let i = usize::from(i);
             (changed & dirty) >> i & 1 != 0 && octants[i] != 0
@@ -287,7 +287,7 @@ impl BlockEditor<'_> {
                     made.sampled += u64::from(is_other);
                     let material = filler.material(list, cell, &mut made.mixed);
                     made.bricks.push((i as u8, material));
-                    // / The brick's index is known when it is committed to the pool.
+                    // The brick's index is known when it is committed to the pool.
                     made.words[i] = 0;
                 }
             }
@@ -313,11 +313,11 @@ impl BlockEditor<'_> {
                 texels.extend_from_slice(was.samples);
                 let out = &mut texels[begin..];
                 let least = filler.joined(&self.hard, cell, out);
-                // / In doubt, the whole program decides.
+                // In doubt, the whole program decides.
                 let stays = least.is_finite() && !near.bounds.is_clear(least, reach);
                 if out == was.samples {
                     changed = 0;
-                    // / The positions where materials are sampled can have changed all the same.
+                    // The positions where materials are sampled can have changed all the same.
                     let only = only_material(list, self.live.program().materials());
                     if stays && only == Some(was.look) {
                         texels.truncate(begin);
@@ -329,7 +329,7 @@ impl BlockEditor<'_> {
             Some(was) if changed.count_ones() <= MAX_OCTANTS => {
                 texels.extend_from_slice(was.samples);
                 let out = &mut texels[begin..];
-                // / What is near enough in a part is near enough in the whole.
+                // What is near enough in a part is near enough in the whole.
                 let mut again = || filler.octants(list, cell, changed, out);
                 changed == 0 || !near.bounds.is_clear(again(), reach)
             }

@@ -92,7 +92,7 @@ impl EditQueue {
         if loosened == 0 && !touched.any(&whole) && !touched.any(&before) {
             return Vec::new();
         }
-        // / If nothing touched was there before, the previous program is not needed.
+        // If nothing touched was there before, the previous program is not needed.
         if !touched.any(&before) {
             before.clear();
         }

@@ -72,7 +72,7 @@ impl<'a> CellBounds<'a> {
         } else {
             self.terms.with(&self.jumps)
         };
-        // / Programs of edits give no distances beyond it.
+        // Programs of edits give no distances beyond it.
         terms.radius(d.abs().min(self.far)) > radius
     }
 

@@ -112,7 +112,7 @@ impl<'a> BrickBaker<'a> {
         let (own, list) = &mut *pruner;
         let centers: [Vec3; OCTANTS] =
             std::array::from_fn(|octant| self.layout.middle_of_octant(cell, octant));
-        // / Samples also lie on the sides of octants.
+        // Samples also lie on the sides of octants.
         let radius = 0.500_1 * self.layout.half_diagonal(1);
         own.classify_cells(instrs, &centers, radius, &mut [0.0; OCTANTS]);
         for octant in some {
@@ -146,7 +146,7 @@ impl<'a> BrickBaker<'a> {
             &self.places.octant,
             d,
         );
-        // / No brick has more.
+        // No brick has more.
         let mut texels = [T::default(); 729];
         encode(d, self.fill, &mut texels[..count]);
         let (row, side) = (
@@ -174,7 +174,7 @@ impl<'a> BrickBaker<'a> {
     ) -> f32 {
         let first = (cell * self.layout.brick_size_voxels as i32).as_vec3();
         let Self { places, d, .. } = self;
-        // / No brick has more.
+        // No brick has more.
         let mut own = [T::default(); 17 * 17 * 17];
         let own = &mut own[..brick.len()];
         for brush in brushes {
@@ -225,10 +225,10 @@ impl<'a> BrickBaker<'a> {
         let mut found = [GpuMaterial::default(); PLACES];
         self.evaluator
             .materials_with(instrs, [&x, &y, &z], &mut d, &mut found);
-        // / If two neighboring points are farther from the surface than the distance between them, no surface lies
+        // If two neighboring points are farther from the surface than the distance between them, no surface lies
         // between.
         let reach = 1.01 * self.program.lipschitz() * 3f32.sqrt() * step * lattice.voxel_size;
-        // / If no point is near, all of them count. Then a program may contain more than it needs.
+        // If no point is near, all of them count. Then a program may contain more than it needs.
         let has_near = d.iter().any(|d| d.abs() <= reach);
         let reach = if has_near { reach } else { f32::INFINITY };
         let mut near = found.iter().zip(&d).filter(|(_, d)| d.abs() <= reach);
@@ -243,7 +243,7 @@ impl<'a> BrickBaker<'a> {
                 return place as u32;
             }
         }
-        // / Neighbors often have the same material. Programs do not give distances that are too far to be looked
+        // Neighbors often have the same material. Programs do not give distances that are too far to be looked
         // at.
         let far = MATERIAL_TOLD * reach;
         let (mut last, mut word) = (&found[0], packed(&found[0]));
@@ -303,7 +303,7 @@ fn sample(
 /// Returns the value of smallest magnitude.
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl", "x86_64+avx2"))]
 fn nearest(d: &[f32]) -> f32 {
-    // / Positive floats sort like their bits. The sign moves to the lowest bit.
+    // Positive floats sort like their bits. The sign moves to the lowest bit.
     let least = d
         .iter()
         .map(|d| d.to_bits().rotate_left(1))

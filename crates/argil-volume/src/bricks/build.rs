@@ -65,7 +65,7 @@ pub(super) fn bake(
     refuse(count, needed)?;
     layout.check_count(count as u64)?;
     let pruned = start.elapsed();
-    // / Fill the bricks, drop clear ones, and close the gaps.
+    // Fill the bricks, drop clear ones, and close the gaps.
     control.begin("bricks", count as u64);
     let (filled, at) = match layout.encoding.format {
         SampleFormat::Snorm8 => fill::<i8>(
@@ -110,7 +110,7 @@ pub(super) fn bake(
         mixed: filled.mixed,
         pool: filled.pool,
     };
-    // / The number of mixed bricks was not known before.
+    // The number of mixed bricks was not known before.
     refuse(bricks.len(), bricks.memory_bytes())?;
     Ok((bricks, CellPrograms::new(layout, table, candidates), stages))
 }
@@ -138,7 +138,7 @@ fn fill<T: Texel>(
     let mut owners = vec![0u32; count];
     let mut materials = vec![0u32; count];
 
-    // / Each block's own parts of the pool and of the words.
+    // Each block's own parts of the pool and of the words.
     let (mut pool_left, mut words_left, mut done) = (&mut pool[..], &mut *words, 0);
     let mut owners_left = &mut owners[..];
     let mut materials_left = &mut materials[..];
@@ -183,7 +183,7 @@ fn fill<T: Texel>(
                 {
                     let cell = corner + inner_cell(usize::from(*inner));
                     let least = filler.brick(&found.instrs[range.clone()], cell, out);
-                    // / At most half of a voxel's diagonal from a sample.
+                    // At most half of a voxel's diagonal from a sample.
                     let reach = 0.5 * 3f32.sqrt() * layout.voxel_grid.voxel_size;
                     *owner = u32::MAX;
                     if !bounds.is_clear(least, reach) {
@@ -197,7 +197,7 @@ fn fill<T: Texel>(
         )
         .collect();
 
-    // / Each block has numbered its mixed bricks from 0.
+    // Each block has numbered its mixed bricks from 0.
     let (mut brick, mut before) = (0, 0);
     for (found, own) in candidates.iter().zip(&mixed) {
         for material in &mut materials[brick..brick + found.cells.len()] {

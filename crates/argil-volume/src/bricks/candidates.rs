@@ -104,7 +104,7 @@ pub(super) fn near_block(
     let mut found = CandidateBlock::default();
     let mut doubtful = 0u64;
     for (nth, (&i, &d)) in cells.iter().zip(&d).enumerate().take(count) {
-        // / If a candidate's brick is dropped, this remains.
+        // If a candidate's brick is dropped, this remains.
         words[i] = empty_word(bounds.center(d));
         if bounds.is_clear(d, radius) {
             continue;
@@ -117,7 +117,7 @@ pub(super) fn near_block(
         }
     }
     if doubtful != 0 {
-        // / The classification of all cells is still needed.
+        // The classification of all cells is still needed.
         let mut pruner = Pruner::new(bounds.program);
         let CandidateBlock { cells, instrs, .. } = &mut found;
         cells.retain(|(i, range)| {

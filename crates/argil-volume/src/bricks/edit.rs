@@ -131,7 +131,7 @@ impl Bricks {
                 if left == 0.0 {
                     break;
                 }
-                // / Half of what seems to fit, because the next blocks may cost more.
+                // Half of what seems to fit, because the next blocks may cost more.
                 let fits = 0.5 * left / (now - start).as_secs_f64().max(1e-6);
                 count = ((count as f64 * fits.min(4.0)) as usize).max(1);
             }
@@ -192,7 +192,7 @@ impl Bricks {
             let all = lists.map(|list| EditJob::Listed(u64::MAX, list));
             return (all.collect(), Vec::new());
         };
-        // / Boxes are less precise than pruning: with few brushes, a pruned program is shorter.
+        // Boxes are less precise than pruning: with few brushes, a pruned program is shorter.
         let are_many = live.instruction_count() > MANY;
         let is_near = |block: &ReachedBlock| are_many && block.is_near(&self.layout);
         let (near, others): (Vec<_>, Vec<_>) = reached.into_iter().partition(is_near);
@@ -212,10 +212,10 @@ impl Bricks {
         let mut result = EditStats::default();
         let before = self.cell_of_brick.len() as u64;
         let samples = self.layout.brick_samples() as usize;
-        // / Blocks first, so that their bricks have words. The order does not depend on the number of threads.
+        // Blocks first, so that their bricks have words. The order does not depend on the number of threads.
         let slots: Vec<usize> = made.iter().map(|own| self.slot_for(own)).collect();
         let mut pool = Pool::<T>::open(self);
-        // / Then what is freed can be reused.
+        // Then what is freed can be reused.
         for (own, &slot) in made.iter().zip(&slots) {
             let first = slot * CELLS_PER_BATCH;
             for (i, &word) in own.words.iter().enumerate() {

@@ -41,7 +41,7 @@ impl EditQueue {
         live: &IncrementalProgram,
         boxes: &[[Aabb; 2]],
     ) -> Option<Self> {
-        // / Cells account for jumps as far as they store distances.
+        // Cells account for jumps as far as they store distances.
         let far = layout.far_length() + layout.cell_length();
         let loosened = live.jumps_added().iter().map(|held| held.grown(far));
         let loosened: Vec<Aabb> = loosened.collect();
@@ -141,7 +141,7 @@ impl EditQueue {
             }
             for i in 0..CELLS_PER_BATCH {
                 let cell = first + inner_cell(i);
-                // / A point on a cell's side belongs to both cells.
+                // A point on a cell's side belongs to both cells.
                 let held = layout
                     .cell_box(cell)
                     .grown(0.01 * layout.voxel_grid.voxel_size);
@@ -160,7 +160,7 @@ impl EditQueue {
         for [_, far] in &self.boxes {
             let first = ((far.min - layout.voxel_grid.corner) / edge).floor();
             let end = ((far.max - layout.voxel_grid.corner) / edge).floor();
-            // / No surface is elsewhere: the box has grown for what was inserted outside it.
+            // No surface is elsewhere: the box has grown for what was inserted outside it.
             if far.is_empty() || !first.cmple(high).all() || !end.cmpge(low).all() {
                 continue;
             }

@@ -29,7 +29,7 @@ impl Default for BrickSettings {
         Self {
             encoding: Encoding {
                 format: SampleFormat::Snorm16,
-                // / Twice a brick's side: precise enough, and a ray need not stop in between.
+                // Twice a brick's side: precise enough, and a ray need not stop in between.
                 band: Band::Voxels(16.0),
             },
             brick_size_voxels: 8,

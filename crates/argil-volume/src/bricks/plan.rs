@@ -148,12 +148,12 @@ impl BlockPlan {
             return plan;
         }
         let extent = (high - low).max_element();
-        // / In blocks.
+        // In blocks.
         let mut side = 1;
         while side < extent {
             side *= 4;
         }
-        // / Parts have the same positions as in an edit, so that a cell's program is the same.
+        // Parts have the same positions as in an edit, so that a cell's program is the same.
         let all = 0..program.instructions().len();
         let (first, last) = (
             low.div_euclid(IVec3::splat(side)),
@@ -219,7 +219,7 @@ impl BlockPlan {
         };
         let index = OperandIndex::new(program, of_parts)?;
         let near_parts = PartGrid {
-            // / Far from the origin, rounding adds a little.
+            // Far from the origin, rounding adds a little.
             far: 1.01 * bounds.near_length(layout),
             ..parts
         };
@@ -262,7 +262,7 @@ impl BlockPlan {
                 },
             )
             .collect();
-        // / They take as much memory as the programs.
+        // They take as much memory as the programs.
         drop((index, blocks));
         let mut inside = Vec::new();
         let level = PlanLevel::joined(parts, (1, [low, high]), &mut inside);
@@ -406,7 +406,7 @@ impl BlockLists<'_> {
             (x[i], y[i], z[i]) = (center.x, center.y, center.z);
         }
         evaluator.distances_with(&level.instrs[from..], &x, &y, &z, &mut d);
-        // / What is omitted is farther away, and changes none of these distances.
+        // What is omitted is farther away, and changes none of these distances.
         let is_near = d.iter().all(|d| d.abs() <= far);
         if is_near {
             level.parts.push((block, from..level.instrs.len()));

@@ -29,7 +29,7 @@ impl<'a, T: Texel> Pool<'a, T> {
         let samples = bricks.layout.brick_samples() as usize;
         let texels = std::mem::replace(&mut bricks.pool, Texels::from_vec(Vec::<T>::new()));
         let mut texels = texels.into_vec::<T>();
-        // / An empty volume's pool has one brick of zeros.
+        // An empty volume's pool has one brick of zeros.
         texels.truncate(bricks.cell_of_brick.len() * samples);
         let mixed_owners = std::mem::take(&mut bricks.brick_of_mixed);
         Self {
@@ -183,7 +183,7 @@ impl<'a, T: Texel> Pool<'a, T> {
         }
         bricks.mixed.truncate(mixed_owners.len() * PLACES);
 
-        // / Also return memory that a large edit needed.
+        // Also return memory that a large edit needed.
         if texels.capacity() > texels.len() + 2 * PAGE * samples {
             texels.shrink_to(texels.len() + PAGE * samples);
             bricks.cell_of_brick.shrink_to(count + PAGE);

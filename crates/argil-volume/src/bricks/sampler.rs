@@ -68,7 +68,7 @@ impl<'a, T: Texel> BrickSampler<'a, T> {
         let to_table = low - table_low * BLOCK_SIDE as i32;
         let blocks = top.as_ivec3() * (1 << (3 * table.levels()));
         let reach = high - low + to_table;
-        // / Reads without bounds checks stay within the tables.
+        // Reads without bounds checks stay within the tables.
         let is_held = to_table.cmpge(IVec3::ZERO).all()
             && reach.cmple(blocks * BLOCK_SIDE as i32).all()
             && bricks.words().len() >= table.slots() * 64;
@@ -125,7 +125,7 @@ impl<'a, T: Texel> BrickSampler<'a, T> {
             at.inner[2][i] - half,
         );
         let left = center.abs() - self.steepness * (x * x + y * y + z * z).sqrt();
-        // / Never quite 0, so that the sign survives.
+        // Never quite 0, so that the sign survives.
         let left = if left > 1e-30 { left } else { 1e-30 };
         if center < 0.0 { -left } else { left }
     }
@@ -157,7 +157,7 @@ impl<'a, T: Texel> BrickSampler<'a, T> {
             let (cells, inner) = (&mut out.cell[axis], &mut out.inner[axis]);
             for i in 0..n {
                 let u = points[axis][i];
-                // / NaN becomes the first position.
+                // NaN becomes the first position.
                 let u = if u > begin { u } else { begin };
                 let u = low(u, end);
                 let place = u * per_cell - first;
@@ -173,7 +173,7 @@ impl<'a, T: Texel> BrickSampler<'a, T> {
         let [fx, fy, fz] = self.low;
         let [nx, ny, _] = self.top;
         let shift = 3 * self.levels;
-        // / From the table's first cell on.
+        // From the table's first cell on.
         let mut place = [[0u32; LANES]; 3];
         for i in 0..n {
             // SAFETY: each is a whole number between 0 and the number of cells along the axis.
@@ -255,7 +255,7 @@ impl<'a, T: Texel> BrickSampler<'a, T> {
                     whole(out.voxel[2][i]),
                 )
             };
-            // / A word that names a missing brick counts as none, because words may come from a file.
+            // A word that names a missing brick counts as none, because words may come from a file.
             let brick = if at.word[i] < self.count {
                 at.word[i]
             } else {
@@ -300,7 +300,7 @@ impl<'a, T: Texel> BrickSampler<'a, T> {
                 })
             } else {
                 self.neighbor(at, i, axis, goes_up).map(|brick| {
-                    // / The same position in the neighbor, one plane from the common face.
+                    // The same position in the neighbor, one plane from the common face.
                     let own = at.word[i] * self.layout.brick_samples();
                     let inner = start - own - voxel * stride;
                     let plane = if goes_up { 1 } else { last };
@@ -314,7 +314,7 @@ impl<'a, T: Texel> BrickSampler<'a, T> {
                 strides[2 - (axis == 2) as usize],
             );
             for (k, step) in [0, a, b, a + b].into_iter().enumerate() {
-                // / Bricks end where voxels do, so all four are in the brick.
+                // Bricks end where voxels do, so all four are in the brick.
                 let sample = self.pool.get((first + step) as usize);
                 out.plane[axis][k][i] = sample.map_or(0.0, |s| s.integer());
             }

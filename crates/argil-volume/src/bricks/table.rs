@@ -136,7 +136,7 @@ impl BlockTable {
     pub fn slot(&self, block: IVec3) -> u32 {
         let at = block - self.low;
         let top = (at >> (NODE_BITS * self.levels)).as_uvec3();
-        // / Coordinates below the first entry wrap around.
+        // Coordinates below the first entry wrap around.
         if !top.cmplt(self.size).all() {
             return far_entry(self.levels, false) & !FAR_ENTRY;
         }
@@ -235,7 +235,7 @@ impl BlockTable {
             let to = node + (inner.x + 8 * inner.y + 64 * inner.z) as usize;
             self.set_far_in(to, corner, level - 1, (low, high), inside);
         }
-        // / A node with nothing in it becomes an entry again.
+        // A node with nothing in it becomes an entry again.
         if self.entries[node..node + NODE].iter().all(|&e| is_so(e)) {
             self.free_nodes.push(node as u32);
             self.set(place, far);
@@ -265,7 +265,7 @@ impl BlockTable {
         if entry & FAR_ENTRY == 0 {
             return entry as usize;
         }
-        // / An entry of the level above: its words hold for smaller cubes too.
+        // An entry of the level above: its words hold for smaller cubes too.
         let below = FAR_ENTRY | (entry & !FAR_ENTRY).saturating_sub(2);
         let node = match self.free_nodes.pop() {
             Some(node) => {
@@ -307,7 +307,7 @@ impl BlockTable {
     pub fn cover(&mut self, low: IVec3, high: IVec3) {
         let end = self.low + (self.size.as_ivec3() << (NODE_BITS * self.levels));
         if low.cmplt(self.low).any() || high.cmpgt(end).any() {
-            // / What is inside stays inside: only endless solids extend beyond the box, and they are clipped.
+            // What is inside stays inside: only endless solids extend beyond the box, and they are clipped.
             self.reroot(self.low.min(low), end.max(high));
         }
     }
@@ -327,7 +327,7 @@ impl BlockTable {
             levels += 1;
         }
         let edge = 1 << (NODE_BITS * levels);
-        // / Cubes have the same positions in any box.
+        // Cubes have the same positions in any box.
         self.low = (low >> (NODE_BITS * levels)) << (NODE_BITS * levels);
         self.size = ((high - self.low + (edge - 1)) >> (NODE_BITS * levels)).as_uvec3();
         self.levels = levels;

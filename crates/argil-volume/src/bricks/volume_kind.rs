@@ -77,7 +77,7 @@ impl VolumeKind for Bricks {
     }
 
     fn file_parts(&self) -> FilePart<'_> {
-        // / Without the far slots.
+        // Without the far slots.
         let (mut blocks, mut inside) = (Vec::new(), Vec::new());
         let mut cells: Vec<u8> = Vec::new();
         for (slot, block) in self.table().blocks() {

@@ -28,7 +28,7 @@ pub struct VolumeFile {
 impl VolumeFile {
     /// Whether a file begins as volume files do.
     pub fn is_volume_file(path: &Path) -> bool {
-        // / A pipe can be read only once.
+        // A pipe can be read only once.
         if !std::fs::metadata(path).is_ok_and(|m| m.is_file()) {
             return false;
         }

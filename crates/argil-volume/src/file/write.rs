@@ -17,7 +17,7 @@ fn write(
     meshes: &[StoredMesh<'_>],
     mut out: impl Write,
 ) -> io::Result<()> {
-    // / Gather the sections. Large ones are borrowed.
+    // Gather the sections. Large ones are borrowed.
     let (kind, part) = volume.file_parts();
     let description = describe(kind, volume.encoding(), volume.voxel_grid(), part.own);
     let mut sections: Vec<(Section, &[u8])> = vec![
@@ -31,7 +31,7 @@ fn write(
         sections.insert(2, (Section::Meshes, &meshes));
     }
 
-    // / Lay them out.
+    // Lay them out.
     let mut table = Vec::new();
     let mut at = (HEADER_BYTES + ENTRY_BYTES * sections.len()) as u64;
     let mut offsets = Vec::new();

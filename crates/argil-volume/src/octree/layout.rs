@@ -156,7 +156,7 @@ impl OctreeLayout {
     pub fn words(&self, program: &Program, keep: BrickTest) -> OctreeVolume {
         let lattice = &self.voxel_grid;
         let range = self.encoding.band_width(lattice, 0);
-        // / Around the brick with half a voxel more on each side, and around its outermost samples.
+        // Around the brick with half a voxel more on each side, and around its outermost samples.
         let half_diagonal = |voxels: f32| 0.5 * 3f32.sqrt() * voxels * lattice.voxel_size;
         let region = lattice.aabb().grown(self.brick_length());
         let slack = program.bound_error(region);

@@ -20,7 +20,7 @@ impl BrickSelection {
         let reach = layout.words(program, keep).reach;
         let mut centers = vec![0.0; layout.code_count() as usize];
         let is_kept = |code: u32, d: f32| layout.holds(cell_of(code)) && d.abs() <= reach;
-        // / Parts come back in order, so their codes are ascending.
+        // Parts come back in order, so their codes are ascending.
         let parts: Vec<Vec<u32>> = centers
             .par_chunks_mut(64 * LANES)
             .enumerate()

@@ -175,7 +175,7 @@ impl DescentPath {
         if !self.is_known || self.end >= depth {
             return depth - 1;
         }
-        // / A node of level l contains all codes that agree from bit 3 (l + 1) on.
+        // A node of level l contains all codes that agree from bit 3 (l + 1) on.
         let differing = 32 - (code ^ self.code).leading_zeros();
         let shared = differing.div_ceil(3).max(1) - 1;
         shared.max(self.end).min(depth - 1)

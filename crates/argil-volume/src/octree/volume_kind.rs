@@ -33,7 +33,7 @@ impl VolumeKind for Octree {
     }
 
     fn distance_in(&self, _: Vec3) -> Option<(f32, bool)> {
-        // / A vacant cell stores a lower bound for all its samples, but no distance at a point.
+        // A vacant cell stores a lower bound for all its samples, but no distance at a point.
         None
     }
 

@@ -36,7 +36,7 @@ impl Query<'_> {
         let mut probe = self.probe();
         let d = self.sample(&mut probe, p).0;
         let lipschitz = self.tables().lipschitz();
-        // / The surface lies outside the free sphere. A projection finds an upper bound, or the search extends to
+        // The surface lies outside the free sphere. A projection finds an upper bound, or the search extends to
         // the maximum.
         let free = d.abs() / lipschitz;
         let mut best = self
@@ -45,7 +45,7 @@ impl Query<'_> {
         let mut reach = best.map_or(most, |q| q.distance(p));
         let bounds = self.tables().aabb().grown(self.epsilon);
         if best.is_none() {
-            // / No farther than the scene extends.
+            // No farther than the scene extends.
             let farthest = bounds.corners().map(|c| c.distance(p));
             reach = reach.min(farthest.into_iter().fold(0.0, f32::max));
         }
@@ -59,7 +59,7 @@ impl Query<'_> {
         if !reach.is_finite() || reach <= free || bounds.is_empty() {
             return found(best, reach.is_finite());
         }
-        // / Nearest boxes first.
+        // Nearest boxes first.
         let whole = Aabb::new(p - reach, p + reach);
         let mut open = std::collections::BinaryHeap::new();
         open.push(OpenBox(0.0, whole));
@@ -131,7 +131,7 @@ impl PartialOrd for OpenBox {
 
 impl Ord for OpenBox {
     fn cmp(&self, other: &Self) -> std::cmp::Ordering {
-        // / The heap returns the greatest first, which must be the nearest.
+        // The heap returns the greatest first, which must be the nearest.
         other.0.total_cmp(&self.0)
     }
 }

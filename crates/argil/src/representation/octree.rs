@@ -54,7 +54,7 @@ impl RepresentationOptions for OctreeOptions {
         };
         let lattice = octree.layout().voxel_grid;
         let settings = octree.settings();
-        // / The requested depth, because a larger box may allow a deeper tree.
+        // The requested depth, because a larger box may allow a deeper tree.
         let free = OctreeSettings {
             depth: None,
             ..settings

@@ -33,7 +33,7 @@ pub(crate) fn sampled_box(scene: &Scene, program: &Program) -> Aabb {
     let mut moved = scene.clone();
     let boxes = (0..=PROBE_COUNT).filter_map(|look| {
         moved.set_time(duration * f32::from(look) / f32::from(PROBE_COUNT));
-        // / A scene that cannot be lowered at that time is reported when it is rendered.
+        // A scene that cannot be lowered at that time is reported when it is rendered.
         Program::lower(&moved).ok().map(|program| program.aabb())
     });
     boxes.fold(program.aabb(), |all, own| all.union(own))

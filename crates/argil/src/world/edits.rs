@@ -64,7 +64,7 @@ impl World {
             let machine = (&self.engine, self.representation.memory_budget());
             let before = self.program.get().map(|lowered| &lowered.program);
             let followed = self.edits.update(scene, kept, before, machine, pace).await;
-            // / The program on the GPU already has the new parameters, even if the volume cannot follow.
+            // The program on the GPU already has the new parameters, even if the volume cannot follow.
             if self.gpu.is_some() && self.edits.tables().is_some() {
                 self.forget_program();
             }
@@ -170,13 +170,13 @@ impl World {
             return Ok(None);
         };
         let program = Program::lower(&self.scene)?;
-        // / The world's own program has its tables in another order after edits.
+        // The world's own program has its tables in another order after edits.
         let field = match &self.gpu {
             Some(own) => Some(GpuProgram::new(own.gpu().clone(), &program, false)?),
             None => None,
         };
         let field = field.as_ref();
-        // / The box is computed again, because it must contain what edits put outside the old one.
+        // The box is computed again, because it must contain what edits put outside the old one.
         let lattice = match self.storage.voxel_grid() {
             Some(lattice) => Some(recomputed_grid(&lattice, &self.scene, &program)?),
             None => None,
