@@ -1,13 +1,15 @@
-//! Dual contouring: a vertex in a cell for each loop in which the surface goes through it, where the planes at its edges
-//! meet, so that edges and corners of a solid come out sharp.
+//! Dual contouring: a vertex in each cell for each loop of the surface through it, where the planes at its edges
+//! meet. So edges and corners of a solid stay sharp.
 //!
-//! *Theory.* Where an edge of the grid is crossed, the exact field gives the point and the normal (Hermite data); the vertex
-//! is where the sum of squared distances to those planes is least (Ju, Losasso, Schaefer, Warren 2002), without directions in
-//! which they tell nothing, and within its cell. Cells through which the surface goes more than once have a vertex for each
-//! time (Nielson 2004; Schaefer, Ju, Warren 2007). Around each crossed edge the vertices of four cells make two triangles.
+//! *Theory.* On each crossed edge of the grid, the exact field gives the point and the normal (Hermite data). The
+//! vertex minimizes the sum of squared distances to those planes (Ju, Losasso, Schaefer, Warren 2002), without
+//! directions in which they are not informative, and within its cell. A cell that the surface crosses several times
+//! has several vertices (Nielson 2004; Schaefer, Ju, Warren 2007). Around each crossed edge, the vertices of four
+//! cells make two triangles.
 //!
-//! *Practice.* Loops and points are those of marching cubes over bricks. What differs from the literature: singular directions
-//! are told by eigenvalues below a tenth of the greatest, and a vertex whose planes meet elsewhere is moved to its cell's side.
+//! *Practice.* Loops and points come from marching cubes over bricks. Unlike in the literature, a direction is
+//! uninformative if its eigenvalue is below a tenth of the largest, and a vertex whose planes meet elsewhere moves
+//! to its cell's side.
 
 use crate::Mesh;
 use crate::marching::bricks::{CellLoops, MarchedMesh};
@@ -15,14 +17,15 @@ use argil_volume::VoxelGrid;
 use glam::{DMat3, DVec3, Vec3};
 use rayon::prelude::*;
 
-/// Eigenvalues below this part of the greatest tell nothing.
+/// Eigenvalues below this fraction of the largest are not informative.
 const SINGULAR: f64 = 0.1;
 
-/// How far within its cell a vertex must be at least, in voxels; a little beyond is no harm where an edge of the solid leaves
-/// the cell through a corner.
+/// Minimum distance of a vertex from its cell's sides, in voxels. A little outside does no harm where an edge of
+/// the solid leaves the cell through a corner.
 const RIM: f32 = -0.1;
 
-/// The dual mesh of a surface whose vertices have been [refined](crate::project_to_field::project_to_field): without normals.
+/// Returns the dual mesh of a surface whose vertices were [projected](crate::project_to_field::project_to_field),
+/// without normals.
 pub fn contour(lattice: &VoxelGrid, marched: &MarchedMesh, rings: &CellLoops) -> Mesh {
     let MarchedMesh {
         mesh,
@@ -52,7 +55,7 @@ pub fn contour(lattice: &VoxelGrid, marched: &MarchedMesh, rings: &CellLoops) ->
             let vertices = rings.around[own.clone()].iter().zip(&spans[own.clone()]);
             for (([a, b, c, d], span), normal) in vertices.zip(&mesh.normals[own]) {
                 let [a, b, c, d] = [*a, *b, *c, *d];
-                // At the side of the box a surface is open.
+                // At the sides of the box, a surface is open.
                 if [a, b, c, d].contains(&u32::MAX) {
                     continue;
                 }
@@ -76,10 +79,11 @@ pub fn contour(lattice: &VoxelGrid, marched: &MarchedMesh, rings: &CellLoops) ->
     }
 }
 
-/// How far vertices at one place move towards the middles of their cells, as a share of the way.
+/// How far vertices at one place move toward the centers of their cells, as a fraction of the way.
 const PARTING: f32 = 1e-3;
 
-/// Move the corners of triangles without an area apart: cells that share a corner of the solid can have their vertices at one place.
+/// Moves the vertices of degenerate triangles apart, because cells that share a corner of the solid can have their
+/// vertices at one place.
 fn edge_crossing(
     lattice: &VoxelGrid,
     rings: &CellLoops,
@@ -102,7 +106,8 @@ fn edge_crossing(
     }
 }
 
-/// Cut a quadrangle where both triangles face as the surface does, and along the edge of a solid where there is one.
+/// Cuts a quadrilateral where both triangles face as the surface does, and along an edge of the solid if there is
+/// one.
 fn cut(positions: &[Vec3], [a, b, c, d]: [u32; 4], normal: Vec3, out: &mut Vec<[u32; 3]>) {
     let facing = |t: [u32; 3]| {
         let [p, q, r] = t.map(|i| positions[i as usize]);
@@ -117,7 +122,7 @@ fn cut(positions: &[Vec3], [a, b, c, d]: [u32; 4], normal: Vec3, out: &mut Vec<[
     });
 }
 
-/// The point that is nearest to some planes; of all that are, the nearest to the middle of their points.
+/// Returns the point nearest to some planes, and among several, the one nearest to the mean of their points.
 fn meet(planes: impl Iterator<Item = (Vec3, Vec3)> + Clone) -> Vec3 {
     let (mut sum, mut count) = (DVec3::ZERO, 0.0);
     for (p, _) in planes.clone() {
@@ -143,7 +148,7 @@ fn meet(planes: impl Iterator<Item = (Vec3, Vec3)> + Clone) -> Vec3 {
     (middle + way).as_vec3()
 }
 
-/// Eigenvalues and eigenvectors of a symmetric matrix, by Jacobi's rotations.
+/// Returns eigenvalues and eigenvectors of a symmetric matrix by Jacobi rotations.
 fn eigen(mut a: DMat3) -> (DVec3, DMat3) {
     let mut vectors = DMat3::IDENTITY;
     for _ in 0..8 {

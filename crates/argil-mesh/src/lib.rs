@@ -12,7 +12,8 @@ mod simplify;
 mod thicken;
 mod write;
 
-/// Shader text, to be put after `argil_abi::wgsl()`, the bindings that it names, and `argil_volume::wgsl::WORDS` for bricks.
+/// Shader text, to follow `argil_abi::wgsl()`, the bindings that it names, and `argil_volume::wgsl::WORDS` for
+/// bricks.
 pub mod wgsl {
     /// Marching cubes over the units of a dense volume.
     pub const DENSE: &str = concat!(
@@ -32,9 +33,9 @@ pub mod wgsl {
         include_str!("marching/emit.wgsl"),
         include_str!("marching/bricks.wgsl")
     );
-    /// Moving vertices to the surface of a field.
+    /// Moves vertices to the surface of a field.
     pub const EXACT: &str = include_str!("exact.wgsl");
-    /// Triangles with corners of their own.
+    /// Gives each triangle its own vertices.
     pub const UNSHARED: &str = include_str!("unshared.wgsl");
 }
 

@@ -1,5 +1,5 @@
-//! Marching cubes (Lorensen and Cline 1987): one vertex an edge of the grid on which the sign changes, shared by all that
-//! meet there.
+//! Marching cubes (Lorensen and Cline 1987): one vertex on each edge of the grid where the sign changes, shared by
+//! all triangles that meet there.
 
 pub mod bricks;
 pub mod case_table;

@@ -2,26 +2,38 @@ use argil_abi::GpuMaterial;
 use argil_math::Aabb;
 use glam::Vec3;
 
-/// Triangles, counterclockwise as seen from outside.
+/// A triangle mesh, counterclockwise as seen from outside.
+///
+/// ```
+/// use argil_mesh::{Mesh, MeshReport};
+/// use glam::Vec3;
+/// let mesh = Mesh {
+/// positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::Z],
+/// triangles: vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]],
+/// ..Mesh::default()
+/// };
+/// let report = MeshReport::of(&mesh);
+/// assert!(report.is_watertight() && (report.volume - 1.0 / 6.0).abs() < 1e-6);
+/// ```
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Mesh {
-    /// Corners.
+    /// Positions of vertices.
     pub positions: Vec<Vec3>,
-    /// A unit normal for each corner, or none.
+    /// A unit normal per vertex, or none.
     pub normals: Vec<Vec3>,
-    /// A material for each corner, or none.
+    /// A material per vertex, or none.
     pub materials: Vec<GpuMaterial>,
-    /// The corners of each triangle.
+    /// The vertices of each triangle.
     pub triangles: Vec<[u32; 3]>,
 }
 
 impl Mesh {
-    /// The box of all corners; empty without any.
+    /// Returns the box of all vertices, empty without any.
     pub fn aabb(&self) -> Aabb {
         Aabb::around(self.positions.iter().copied())
     }
 
-    /// A triangle's corners.
+    /// Returns the positions of a triangle's vertices.
     ///
     /// # Panics
     /// If there is no such triangle.
@@ -29,7 +41,7 @@ impl Mesh {
         self.triangles[triangle].map(|i| self.positions[i as usize])
     }
 
-    /// Bytes of everything.
+    /// Returns the bytes of everything.
     pub fn memory_bytes(&self) -> u64 {
         (size_of_val(&self.positions[..])
             + size_of_val(&self.normals[..])
@@ -37,10 +49,10 @@ impl Mesh {
             + size_of_val(&self.triangles[..])) as u64
     }
 
-    /// Some triangles, with the corners that they use.
+    /// Returns some triangles, with the vertices that they use.
     ///
     /// # Panics
-    /// If one has a corner that there is not.
+    /// If a triangle has a vertex that does not exist.
     pub fn submesh(&self, triangles: &[[u32; 3]]) -> Self {
         let mut place = vec![u32::MAX; self.positions.len()];
         let mut own = Self::default();
@@ -59,8 +71,8 @@ impl Mesh {
         own
     }
 
-    /// The same triangles with three corners each that are theirs alone; with the faces' own normals, the 2023 study's true
-    /// ones, if asked for. Triangles without an area get a zero normal.
+    /// Returns the triangles with three vertices of their own, and with the faces' own normals if requested: the
+    /// 2023 study's true normals. Triangles without an area get a zero normal.
     pub fn unindexed(&self, face_normals: bool) -> Self {
         let of = |i: u32| self.positions[i as usize];
         let mut out = Self::default();

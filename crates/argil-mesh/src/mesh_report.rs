@@ -2,41 +2,41 @@ use crate::Mesh;
 use argil_math::Aabb;
 use rayon::prelude::*;
 
-/// What a mesh is like.
+/// Counts and checks of a mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MeshReport {
-    /// Corners that triangles use.
+    /// Vertices that triangles use.
     pub vertices: u64,
-    /// Triangles.
+    /// Number of triangles.
     pub triangles: u64,
-    /// Edges between corners.
+    /// Edges between vertices.
     pub edges: u64,
     /// Edges of one triangle.
     pub open_edges: u64,
-    /// Edges of three triangles or more.
+    /// Edges of three or more triangles.
     pub non_manifold_edges: u64,
-    /// Edges of two triangles that run along it in the same direction: one of them is turned over.
+    /// Edges that two triangles traverse in the same direction, so that one of them faces the wrong way.
     pub flipped_edges: u64,
     /// Triangles without an area.
     pub degenerate_triangles: u64,
-    /// Vertices less edges and triangles: 2 for each closed part, less 2 for each handle.
+    /// Vertices minus edges plus triangles: 2 for each closed part, minus 2 for each handle.
     pub euler_characteristic: i64,
     /// Area, in the square of the scene's unit.
     pub area: f64,
-    /// Volume that the triangles enclose, in the cube of the scene's unit; where they are not closed, of cones over
-    /// them from the middle of the box.
+    /// Enclosed volume, in the cube of the scene's unit. For open meshes, it is the volume of cones from the center
+    /// of the box.
     pub volume: f64,
     /// The box.
     pub aabb: Aabb,
 }
 
 impl MeshReport {
-    /// Look at a mesh.
+    /// Checks a mesh.
     ///
     /// # Panics
-    /// If a triangle has a corner that there is not.
+    /// If a triangle has a vertex that does not exist.
     pub fn of(mesh: &Mesh) -> Self {
-        // Each edge as its two corners, the lower first, and whether it is run along backwards.
+        // Each edge as its two vertices, the lower first, and whether it is traversed backward.
         let mut edges: Vec<(u32, u32, bool)> = mesh
             .triangles
             .par_iter()
@@ -75,7 +75,7 @@ impl MeshReport {
             let normal = (b - a).cross(c - a);
             (0.5 * normal.length(), a.dot(b.cross(c)) / 6.0)
         };
-        // In stretches of one length, so that sums do not depend on threads.
+        // In ranges of one length, so that sums do not depend on threads.
         let count = mesh.triangles.len();
         let parts: Vec<(f64, f64, u64)> = (0..count.div_ceil(4096))
             .into_par_iter()
@@ -98,7 +98,7 @@ impl MeshReport {
         report
     }
 
-    /// Whether every edge is between two triangles that agree on which side is out.
+    /// Whether every edge is between two triangles that agree which side is outside.
     pub fn is_watertight(&self) -> bool {
         self.triangles > 0
             && self.open_edges == 0

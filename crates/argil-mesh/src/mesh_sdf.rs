@@ -1,11 +1,10 @@
 //! Signed distances to triangles.
 //!
-//! *Theory.* The nearest triangle is found in a tree of boxes; whether a point is inside, by how often the surface winds
-//! around it (Jacobson, Kavan, Sorkine-Hornung 2013), where what is far counts as one small plate in the middle of its
-//! triangles (Barill, Dickson, Schmidt, Levin, Jacobson 2018). More than half of a turn is inside, so that parts may cross one
-//! another.
+//! *Theory.* A tree of boxes finds the nearest triangle. A point is inside if the surface winds around it
+//! (Jacobson, Kavan, Sorkine-Hornung 2013), where distant triangles count as one small plate (Barill, Dickson,
+//! Schmidt, Levin, Jacobson 2018). More than half a turn is inside, so parts may intersect.
 //!
-//! *Practice.* Leaves hold up to [`tree::WIDE`] triangles side by side, so that all are measured at once.
+//! *Practice.* Leaves contain up to [`tree::WIDE`] triangles side by side, which are measured at once.
 
 mod block;
 mod sample;
@@ -19,26 +18,27 @@ use multiversion::multiversion;
 use rayon::prelude::*;
 use tree::Bvh;
 
-/// The longest side of a solid's box: squares of squares of its triangles' sides are numbers still.
+/// Minimum of the longest side of a box: fourth powers of its triangles' sides must not underflow.
 const SHORTEST: f32 = 1e-4;
 const LONGEST: f32 = 1e5;
 
-/// A solid whose surface is made of triangles.
+/// Signed distances to a triangle mesh.
 #[derive(Debug)]
 pub struct MeshSdf {
-    /// The triangles that are between inside and outside.
+    /// The triangles between inside and outside.
     surface: Bvh,
-    /// All of them, which tell what is inside, where some are not of the surface: parts that lie within others.
+    /// All triangles, which determine the inside, if some are not part of the surface because they lie within
+    /// others.
     all: Option<Bvh>,
     aabb: Aabb,
     repairs: RepairReport,
 }
 
 impl MeshSdf {
-    /// Of triangles, which are repaired first.
+    /// Repairs triangles and prepares distances to them.
     ///
     /// # Errors
-    /// If none is left that has an area, or their box is too small or large to be measured in single precision.
+    /// If no triangle with an area is left, or their box is too small or too large for single precision.
     pub fn new(mesh: &Mesh) -> Result<Self, MeshReadError> {
         let (mesh, repairs) = repair(mesh);
         if mesh.triangles.is_empty() {
@@ -54,7 +54,7 @@ impl MeshSdf {
                 MeshReadError::Nothing
             });
         }
-        // Corners of what was left out do not count.
+        // Vertices of dropped triangles do not count.
         let bounds =
             Aabb::around((0..mesh.triangles.len()).flat_map(|i| mesh.triangle_vertices(i)));
         let size = bounds.size().max_element();
@@ -68,7 +68,7 @@ impl MeshSdf {
                 .collect(),
         );
         let mut all = None;
-        // Parts can lie within others, or reach into them.
+        // Parts can lie within others, or intersect them.
         if repairs.parts > 1 {
             let reach = 1e-5 * size;
             let outer: Vec<[Vec3; 3]> = tree
@@ -89,37 +89,37 @@ impl MeshSdf {
         })
     }
 
-    /// The box around it.
+    /// Returns the box of the triangles.
     pub fn aabb(&self) -> Aabb {
         self.aabb
     }
 
-    /// What was done to its triangles.
+    /// Returns what was repaired.
     pub fn repairs(&self) -> &RepairReport {
         &self.repairs
     }
 
-    /// Triangles, those that close holes included.
+    /// Returns the number of triangles, including those that close holes.
     pub fn triangles(&self) -> usize {
         self.all.as_ref().unwrap_or(&self.surface).corners.len()
     }
 
-    /// How often the surface winds around a point.
+    /// Returns the winding number of the surface around a point.
     pub fn winding_number(&self, p: Vec3) -> f64 {
         self.all.as_ref().unwrap_or(&self.surface).winding(p)
     }
 
-    /// The signed distance at a point.
+    /// Returns the signed distance at a point.
     pub fn distance(&self, p: Vec3) -> f32 {
         let mut out = [0.0];
         self.distances(&[p], &mut out);
         out[0]
     }
 
-    /// The signed distances of points; the nearer each is to the one before, the faster.
+    /// Computes the signed distances of points into `out`. It is faster if consecutive points are close together.
     ///
     /// # Panics
-    /// If there is no place for each.
+    /// If `points` and `out` differ in length.
     pub fn distances(&self, points: &[Vec3], out: &mut [f32]) {
         assert_eq!(points.len(), out.len(), "a distance for each point");
         measure(self, points, out);
@@ -135,7 +135,7 @@ impl MeshSdf {
             let (d, near) = self.surface.nearest(p, leaf, &mut stack);
             leaf = near;
             let is_in = match before {
-                // Both lie in balls that no surface is in, and those touch.
+                // Both are in free spheres that touch.
                 Some((_, last)) if last.abs() + d > way * 1.0001 => last < 0.0,
                 _ => self.winding_number(p) > 0.5,
             };

@@ -1,4 +1,4 @@
-//! What the exact field says of a mesh that was made from its bricks.
+//! Projects a mesh of bricks onto the exact field.
 
 use crate::Mesh;
 use crate::marching::bricks::{BrickVertexRange, MarchedMesh};
@@ -9,13 +9,15 @@ use argil_volume::CellPrograms;
 use glam::Vec3;
 use rayon::prelude::*;
 
-/// How far outside of the surface it is looked at the field, in edges: where a distance is nearly 0, its gradient is the
-/// rounding of a point less its nearest one.
+/// How far outside the surface the gradient is evaluated, in edges. Where a distance is nearly 0, its gradient is
+/// only rounding error.
 const OUT: f32 = 0.05;
 
-/// Move the vertices of a mesh along their edges to where the exact field is 0, and give them its gradients as normals. One
-/// look at its distances, between the stored samples: false position, so that no vertex leaves its edge. Then one at its
-/// gradients, beside the surface.
+/// Moves the vertices of a mesh along their edges to where the exact field is 0, and gives them its gradients as
+/// normals.
+///
+/// One evaluation of the distance, between the stored samples, gives one step of false position, so no vertex
+/// leaves its edge. One evaluation of the gradient follows, next to the surface.
 ///
 /// # Panics
 /// If `marched` was not made from bricks of this program and these cell programs.
@@ -32,7 +34,7 @@ pub fn project_to_field(program: &Program, lists: &CellPrograms, marched: &mut M
     jobs.into_par_iter().with_min_len(8).for_each_init(
         || (Evaluator::new(program), Box::new([[0.0; LANES]; 7])),
         |(evaluator, room), (group, positions, normals)| {
-            // A file's bricks may be where the field is not.
+            // Bricks of a file may be where the field is not.
             let list = lists.list(group.cell).unwrap_or(whole);
             let mut at = group.begin as usize;
             let parts = positions.chunks_mut(LANES).zip(normals.chunks_mut(LANES));
@@ -48,7 +50,7 @@ pub fn project_to_field(program: &Program, lists: &CellPrograms, marched: &mut M
                     let span = spans[at + i];
                     let by = correction(span, room[3][i]);
                     position[axis] += voxel * by;
-                    // Where it is looked at the gradient, kept in the normal's place.
+                    // Where the gradient is evaluated, stored as the normal.
                     *beside = *position;
                     beside[axis] += voxel * step_out(span, by);
                 }
@@ -63,8 +65,8 @@ pub fn project_to_field(program: &Program, lists: &CellPrograms, marched: &mut M
     );
 }
 
-/// Turn normals to the side of their edges that is outside: at a crease the gradient can be that of a surface which is not seen,
-/// and light would come from within. Planes for dual contouring are gradients as they are.
+/// Turns normals toward the outer end of their edges. At a crease, the gradient can belong to a hidden surface,
+/// which would be lit from inside. Dual contouring uses the gradients unchanged.
 ///
 /// # Panics
 /// If `marched` has a vertex outside its ranges.
@@ -86,7 +88,7 @@ pub fn orient_normals(marched: &mut MarchedMesh) {
     }
 }
 
-/// By how much of an edge a vertex moves at which the distance is `d`, and which was set between two stored ones.
+/// Returns how far a vertex moves, in edges, if its distance is `d` and it was placed between two stored ones.
 fn correction([a, b]: [f32; 2], d: f32) -> f32 {
     let t = edge_crossing(a, b, 0.0);
     // The part of the edge on which the sign changes.
@@ -98,7 +100,8 @@ fn correction([a, b]: [f32; 2], d: f32) -> f32 {
     if to.is_finite() { clamp(to) - t } else { 0.0 }
 }
 
-/// By how much of an edge beside a vertex that has moved it is looked at the gradient: outside, or inside where the edge ends.
+/// Returns how far from a moved vertex, in edges, the gradient is evaluated: outside, or inside where the edge
+/// ends.
 fn step_out([a, b]: [f32; 2], moved: f32) -> f32 {
     let t = edge_crossing(a, b, 0.0) + moved;
     let out = OUT.copysign(b - a);
@@ -118,7 +121,7 @@ fn fill(positions: &[Vec3], room: &mut PointBuffers) {
     }
 }
 
-/// The distances alone.
+/// Computes distances only.
 fn measure(
     evaluator: &mut Evaluator<'_>,
     list: &[Instruction],
@@ -131,7 +134,7 @@ fn measure(
     evaluator.distances_with(list, &x[..n], &y[..n], &z[..n], &mut d[..n]);
 }
 
-/// The distances and their gradients.
+/// Computes distances and gradients.
 fn look(
     evaluator: &mut Evaluator<'_>,
     list: &[Instruction],
@@ -145,7 +148,7 @@ fn look(
     evaluator.gradients_with(list, [&x[..n], &y[..n], &z[..n]], &mut d[..n], gradients);
 }
 
-/// A group with its own vertices.
+/// A range of vertices, and the vertices.
 type ProjectionJob<'a, T> = (BrickVertexRange, &'a mut [Vec3], &'a mut [T]);
 
 fn split<'a, T>(
@@ -165,7 +168,7 @@ fn split<'a, T>(
     jobs
 }
 
-/// Give the vertices the field's gradient as normals: taken a little off the surface, as in [`project_to_field`].
+/// Gives the vertices the field's gradient as normals, evaluated next to the surface as in [`project_to_field`].
 pub fn normals(program: &Program, lists: &CellPrograms, mesh: &mut Mesh) {
     let positions = &mesh.positions;
     let voxel = lists.layout().voxel_grid.voxel_size;
@@ -183,7 +186,7 @@ pub fn normals(program: &Program, lists: &CellPrograms, mesh: &mut Mesh) {
     });
 }
 
-/// Give the vertices the field's materials.
+/// Gives the vertices the field's materials.
 pub fn materials(program: &Program, lists: &CellPrograms, mesh: &mut Mesh) {
     let positions = &mesh.positions;
     if let [only] = program.materials() {
@@ -203,7 +206,7 @@ pub fn materials(program: &Program, lists: &CellPrograms, mesh: &mut Mesh) {
     });
 }
 
-/// The signed distances of a mesh's vertices: how far they are off.
+/// Returns the signed distances of a mesh's vertices: their errors.
 pub fn distances(program: &Program, lists: &CellPrograms, mesh: &Mesh) -> Vec<f32> {
     each(
         program,
@@ -223,7 +226,7 @@ pub fn distances(program: &Program, lists: &CellPrograms, mesh: &Mesh) -> Vec<f3
     )
 }
 
-/// What the field says of points, batches of one cell at a time with what can matter there.
+/// Evaluates points in batches of one cell with its pruned program.
 fn each<T: Copy + Default + Send>(
     program: &Program,
     lists: &CellPrograms,

@@ -1,4 +1,4 @@
-//! Mesh files in.
+//! Reads mesh files.
 
 mod fault;
 #[cfg(feature = "files")]
@@ -8,61 +8,61 @@ use crate::{Mesh, MeshFormat};
 use fault::{MAX_TRIANGLES, ReadFault};
 use std::path::{Path, PathBuf};
 
-/// Largest mesh file in bytes.
+/// Maximum bytes of a mesh file.
 const MAX_BYTES: u64 = 4 << 30;
 
-/// What is wrong with a mesh that was to be read.
+/// The reason why a mesh cannot be read.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum MeshReadError {
-    /// Somebody has [cancelled](argil_math::Control::cancel) it.
+    /// A [`Control`](argil_math::Control) canceled the work.
     #[error("cancelled")]
     Cancelled,
     /// The file cannot be read.
     #[error("{}", path.display())]
     Io {
-        /// Which.
+        /// Path of the file.
         path: PathBuf,
-        /// Why.
+        /// The system's error.
         source: std::io::Error,
     },
-    /// Its name says nothing of what it holds.
+    /// The file's extension is unknown.
     #[error("{}: meshes are read from .obj, .glb, .ply and .stl", .0.display())]
     Unknown(PathBuf),
-    /// It is not what its name says.
+    /// The file does not hold what its extension says.
     #[error("{}: this is no {kind} file, or it is damaged: {reason}", path.display())]
     Damaged {
-        /// Which.
+        /// Path of the file.
         path: PathBuf,
-        /// What it should be.
+        /// The expected format.
         kind: &'static str,
-        /// What its reader says.
+        /// The reader's message.
         reason: String,
     },
-    /// It has something that is not read.
+    /// The file uses a feature that is not supported.
     #[error("{}: {what}", path.display())]
     Unsupported {
-        /// Which.
+        /// Path of the file.
         path: PathBuf,
-        /// What, and what to do about it.
+        /// The feature, and the remedy.
         what: String,
     },
-    /// There is too much of it.
+    /// The file is too large.
     #[error("{}: {what}", path.display())]
     TooMuch {
-        /// Which.
+        /// Path of the file.
         path: PathBuf,
-        /// Of what.
+        /// What there is too much of.
         what: String,
     },
-    /// It is too small, too large, or too far away to be measured.
+    /// The mesh is too small, too large, or too far away.
     #[error(
         "its box is {size} long and {away} from the origin: both are taken from 1e-4 to 1e5 and up to 1e5; scale or move it where it was made"
     )]
     Extent {
         /// The longest side.
         size: f32,
-        /// The farthest corner.
+        /// The farthest vertex.
         away: f32,
     },
     /// No sample is inside.
@@ -73,7 +73,7 @@ pub enum MeshReadError {
         /// Samples along its longest side.
         resolution: u32,
     },
-    /// All of it is flat, or sheets.
+    /// All parts are flat sheets.
     #[error(
         "its triangles are sheets that enclose nothing: give them a thickness, for example {}",
         0.01 * size
@@ -87,16 +87,16 @@ pub enum MeshReadError {
     Nothing,
 }
 
-/// Read a mesh file's triangles: all objects of it, polygons cut to fans, normals and materials left out.
+/// Reads a mesh file's triangles: all its objects, with polygons cut into fans, and without normals and materials.
 ///
 /// # Errors
-/// If the file cannot be read or is not what its name says.
+/// If the file cannot be read, or does not hold what its extension says.
 pub fn read(path: &Path) -> Result<Mesh, MeshReadError> {
     let format = MeshFormat::from_path(path).ok_or_else(|| MeshReadError::Unknown(path.into()))?;
     from_bytes(&bytes(path)?, format, path)
 }
 
-/// A mesh file's bytes.
+/// Reads a mesh file's bytes.
 ///
 /// # Errors
 /// If the file cannot be read, or is too large.
@@ -123,10 +123,10 @@ pub fn bytes(path: &Path) -> Result<Vec<u8>, MeshReadError> {
     std::fs::read(path).map_err(io)
 }
 
-/// The same of a file's bytes. `path` stands in messages only.
+/// Reads a mesh from bytes: see [`read`](fn@read). `path` appears only in messages.
 ///
 /// # Errors
-/// As [`read`].
+/// If the bytes are not a mesh of this format.
 pub fn from_bytes(bytes: &[u8], format: MeshFormat, path: &Path) -> Result<Mesh, MeshReadError> {
     let (kind, found) = parsed(bytes, format);
     let damaged = |reason| MeshReadError::Damaged {

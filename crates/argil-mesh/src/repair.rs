@@ -1,4 +1,4 @@
-//! Making a solid of whatever triangles a file holds.
+//! Repairs triangles so that they enclose a solid.
 
 use crate::Mesh;
 use argil_math::Aabb;
@@ -6,34 +6,34 @@ use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use std::collections::HashMap;
 
-/// What had to be done to triangles so that they enclose something.
+/// What was repaired.
 #[derive(Clone, Copy, Debug, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 pub struct RepairReport {
-    /// Corners that stood at the same place as another.
+    /// Vertices that were merged with another at the same place.
     pub welded: u64,
-    /// Triangles that were left out: without an area, with a corner that is no number, or there twice.
+    /// Triangles that were dropped: without an area, with a vertex that is not finite, or duplicates.
     pub dropped: u64,
-    /// Triangles that were turned over to agree with their neighbors.
+    /// Triangles that were reversed to agree with their neighbors.
     pub flipped: u64,
-    /// Parts that were turned inside out as a whole.
+    /// Parts that were turned inside out.
     pub parts_flipped: u64,
     /// Holes that were closed.
     pub holes: u64,
-    /// Parts that hang together.
+    /// Connected parts.
     pub parts: u64,
-    /// Triangles that were left out for a corner that is no finite number; they are among `dropped`.
+    /// Triangles that were dropped because a vertex is not finite. They also count in `dropped`.
     pub not_finite: u64,
-    /// Parts that were left out as they are flat: they enclose nothing.
+    /// Parts that were dropped because they are flat and enclose nothing.
     pub sheets: u64,
-    /// The least and the greatest corner of a box around those; zeros without any.
+    /// Minimum and maximum corner of a box around those, or zeros.
     pub sheet_box: [f32; 6],
-    /// The same of a box around the holes that were closed.
+    /// Minimum and maximum corner of a box around the closed holes, or zeros.
     pub hole_box: [f32; 6],
 }
 
 impl RepairReport {
-    /// What a user should know: what was left out or filled, and where. One sentence each.
+    /// Describes what a user should know: what was dropped or filled, and where. One sentence each.
     pub fn warnings(&self) -> Vec<String> {
         let held = |[a, b, c, d, e, f]: [f32; 6]| format!("[{a}, {b}, {c}] to [{d}, {e}, {f}]");
         let mut all = Vec::new();
@@ -61,7 +61,7 @@ impl RepairReport {
     }
 }
 
-/// A box with another in it; zeros stand for none.
+/// Returns the union of two boxes, where zeros mean none.
 fn joined(known: [f32; 6], held: Aabb, is_first: bool) -> [f32; 6] {
     let known = if is_first {
         Aabb::EMPTY
@@ -74,11 +74,11 @@ fn joined(known: [f32; 6], held: Aabb, is_first: bool) -> [f32; 6] {
     [a, b, c, d, e, f]
 }
 
-/// Triangles that can be taken for the surface of a solid, and what was done to them.
+/// Returns triangles that form the surface of a solid, and what was repaired.
 ///
-/// *Practice.* Corners at one place become one. Triangles across an edge come to run along it in opposite directions, from
-/// each part's first triangle on; where more than two meet, each is left as it is. Rings of edges that have one triangle are
-/// closed by triangles over half of them, a quarter, and so on. A part whose volume is negative is turned over, unless it lies in another: then it
+/// *Practice.* Vertices at one place are merged. From the first triangle of each part, neighbors are reversed to
+/// agree. Where more than two triangles meet, each stays as it is. Rings of open edges are closed by triangles over
+/// half of them, a quarter, and so on. A part with negative volume is reversed, unless it lies in another, where it
 /// is a cavity.
 pub fn repair(mesh: &Mesh) -> (Mesh, RepairReport) {
     let mut repairs = RepairReport::default();
@@ -97,8 +97,8 @@ pub fn repair(mesh: &Mesh) -> (Mesh, RepairReport) {
     (mesh, repairs)
 }
 
-/// Take corners at one place for one; how many that were. Triangles without an area stay, those with a corner that is no
-/// number do not.
+/// Merges vertices at one place. Returns how many were merged. Triangles without an area stay, and those with a
+/// vertex that is not finite are dropped.
 pub(crate) fn weld(mesh: &Mesh) -> (Mesh, u64) {
     let mut places: HashMap<[u32; 3], u32> = HashMap::with_capacity(mesh.positions.len());
     let mut out = Mesh::default();
@@ -131,7 +131,7 @@ pub(crate) fn weld(mesh: &Mesh) -> (Mesh, u64) {
     (out, welded)
 }
 
-/// Drop triangles without an area.
+/// Drops triangles without an area.
 pub(super) fn drop_flat(mesh: &mut Mesh) {
     let Mesh {
         positions,
@@ -144,8 +144,8 @@ pub(super) fn drop_flat(mesh: &mut Mesh) {
     });
 }
 
-/// Of triangles on the same three corners, either way round, keep the first: files have surfaces with two sides, and a solid
-/// has one.
+/// Keeps the first of several triangles on the same three vertices, in either orientation. Files contain two-sided
+/// surfaces, and a solid has one side.
 pub(super) fn drop_doubles(mesh: &mut Mesh) {
     let mut all: Vec<([u32; 3], u32)> = (0..)
         .zip(&mesh.triangles)
@@ -174,12 +174,12 @@ fn undirected((a, b): (u32, u32)) -> (u32, u32) {
     (a.min(b), a.max(b))
 }
 
-/// Across an edge is no other triangle.
+/// No other triangle is across the edge.
 pub(super) const OPEN: u32 = u32::MAX;
-/// There are several.
+/// Several triangles are across the edge.
 pub(super) const SEVERAL: u32 = u32::MAX - 1;
 
-/// The triangle across each edge of each triangle.
+/// Returns the triangle across each edge of each triangle.
 pub(super) fn neighbors(triangles: &[[u32; 3]]) -> Vec<[u32; 3]> {
     let mut all: Vec<((u32, u32), u32, u8)> = Vec::with_capacity(3 * triangles.len());
     for (i, triangle) in (0..).zip(triangles) {
@@ -206,7 +206,7 @@ pub(super) fn neighbors(triangles: &[[u32; 3]]) -> Vec<[u32; 3]> {
     beside
 }
 
-/// Let neighbors agree; the part that each triangle is of.
+/// Makes neighbors agree. Returns the part of each triangle.
 pub(super) fn orient(
     mesh: &mut Mesh,
     beside: &mut [[u32; 3]],
@@ -237,7 +237,7 @@ pub(super) fn orient(
                 todo.push(next);
             }
         }
-        // The fewer were wrong.
+        // The smaller group was wrong.
         repairs.flipped += (turned.len() as u64).min(own - turned.len() as u64);
         parts += 1;
     }
@@ -245,14 +245,14 @@ pub(super) fn orient(
     part_of
 }
 
-/// Close rings of open edges.
+/// Closes rings of open edges.
 fn close(
     mesh: &mut Mesh,
     beside: &[[u32; 3]],
     mut part_of: Vec<u32>,
     repairs: &mut RepairReport,
 ) -> Vec<u32> {
-    // Along a hole the way back of each open edge. Ascending, so that the result is the same each time.
+    // Along a hole, the reverse of each open edge. Sorted, so that the result is reproducible.
     let mut next: HashMap<u32, Vec<(u32, u32)>> = HashMap::new();
     let mut open: Vec<(u32, u32, u32)> = Vec::new();
     for ((triangle, across), &part) in mesh.triangles.iter().zip(beside).zip(&part_of) {
@@ -272,7 +272,7 @@ fn close(
                 .position(|&(to, own)| own == part && wanted.is_none_or(|w| w == to))?;
             Some(ways.swap_remove(place).0)
         };
-        // An edge of a ring that is closed already is gone.
+        // An edge of a ring that is already closed is gone.
         let Some(mut at) = take(from, Some(to)) else {
             continue;
         };
@@ -295,8 +295,8 @@ fn close(
     part_of
 }
 
-/// Close a ring: a triangle over its first, last and middle corner, and so on in both halves. Few triangles are long, and none
-/// has a corner that the ring has not.
+/// Closes a ring: a triangle over its first, last and middle vertex, and so on in both halves. Few triangles are
+/// long, and no vertices are added.
 fn cap(mesh: &mut Mesh, ring: &[u32]) {
     let mut todo = vec![(0, ring.len() - 1)];
     while let Some((first, last)) = todo.pop() {
@@ -309,10 +309,11 @@ fn cap(mesh: &mut Mesh, ring: &[u32]) {
     }
 }
 
-/// Parts of which twice the volume over the area, the thickness of a plate, is less than this share of their size are flat.
+/// Parts are flat if twice the volume over the area, the thickness of a plate, is below this fraction of their
+/// size.
 const FLAT: f64 = 1e-5;
 
-/// Leave out parts that enclose nothing, closed or not; the part of each triangle that is left.
+/// Drops parts that enclose nothing, closed or not. Returns the part of each remaining triangle.
 fn drop_sheets(mesh: &mut Mesh, part_of: Vec<u32>, repairs: &mut RepairReport) -> Vec<u32> {
     let count = repairs.parts as usize;
     let (mut volumes, mut areas) = (vec![0.0f64; count], vec![0.0f64; count]);
@@ -346,7 +347,7 @@ fn drop_sheets(mesh: &mut Mesh, part_of: Vec<u32>, repairs: &mut RepairReport) -
     kept.collect()
 }
 
-/// Turn parts over whose inside is out.
+/// Reverses parts that are inside out.
 fn turn_parts(mesh: &mut Mesh, part_of: &[u32], repairs: &mut RepairReport) {
     let count = repairs.parts as usize;
     let mut volumes = vec![0.0; count];
@@ -359,7 +360,7 @@ fn turn_parts(mesh: &mut Mesh, part_of: &[u32], repairs: &mut RepairReport) {
     }
     let mut turn = vec![false; count];
     let negative: Vec<usize> = (0..count).filter(|&part| volumes[part] < 0.0).collect();
-    // Whether a part lies in others is looked up one by one; of a mesh of countless scraps it is not asked.
+    // Whether a part lies in others is tested one by one, but not for a mesh of very many scraps.
     let few = negative.len().saturating_mul(mesh.triangles.len()) < 1 << 28;
     for &part in &negative {
         let mut around = 0.0;
@@ -383,7 +384,7 @@ fn turn_parts(mesh: &mut Mesh, part_of: &[u32], repairs: &mut RepairReport) {
     }
 }
 
-/// The signed solid angle of a triangle as seen from the origin (van Oosterom and Strackee 1983).
+/// Returns the signed solid angle of a triangle as seen from the origin (van Oosterom and Strackee 1983).
 pub(crate) fn solid_angle([a, b, c]: [DVec3; 3]) -> f64 {
     let (la, lb, lc) = (a.length(), b.length(), c.length());
     let over = a.dot(b.cross(c));
@@ -392,8 +393,8 @@ pub(crate) fn solid_angle([a, b, c]: [DVec3; 3]) -> f64 {
 }
 
 impl Mesh {
-    /// The same triangles, with corners at one place taken for one; without normals and materials, and without those that a
-    /// corner is no number of.
+    /// Returns the triangles with vertices at one place merged, without normals, materials, and triangles whose
+    /// vertices are not finite.
     pub fn welded(&self) -> Self {
         weld(self).0
     }

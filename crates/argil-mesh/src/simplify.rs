@@ -1,12 +1,15 @@
 use crate::Mesh;
 
-/// A mesh of fewer triangles, and how far its surface may be from the whole one's, in the scene's unit: edges are collapsed in
-/// the order of the squared distances to the planes around them (Garland and Heckbert 1997, by meshoptimizer). Corners that are
-/// left keep their normals and materials. A closed mesh stays closed, but two sheets of it can come to lie on one edge. There
-/// can be more triangles than asked for, where fewer would open the surface.
+/// Simplifies a mesh to a number of triangles. Returns it with the largest distance between both surfaces, in the
+/// scene's unit.
+///
+/// Edges are collapsed in the order of quadric error (Garland and Heckbert 1997, by meshoptimizer). Remaining
+/// vertices keep their normals and materials. A closed mesh stays closed, but two sheets of it can share an edge.
+/// There can be more triangles than requested if fewer would open the surface.
 ///
 /// # Errors
-/// If there are more corners than the simplifier counts; in a browser, for which its C++ is not compiled, always.
+/// If there are more vertices than the simplifier can count. In a browser always, because its C++ code is not
+/// compiled.
 pub fn simplify(mesh: &Mesh, triangles: usize) -> Result<(Mesh, f32), String> {
     if mesh.triangles.len() <= triangles {
         return Ok((mesh.clone(), 0.0));

@@ -1,12 +1,12 @@
-//! Walls of sheets.
+//! Turns sheets into walls.
 
 use crate::repair::{OPEN, SEVERAL, drop_doubles, drop_flat, edges, neighbors, orient, weld};
 use crate::{Mesh, RepairReport};
 use glam::Vec3;
 use std::collections::HashMap;
 
-/// The same triangles, where parts with open edges are walls of a thickness instead: each triangle twice, half of it to either
-/// side, and joined along the edges. How many parts that were.
+/// Returns the triangles with parts that have open edges turned into walls of a thickness: each triangle twice,
+/// offset by half to either side, and joined along the edges. Also returns the number of those parts.
 pub fn thicken(mesh: &Mesh, thickness: f32) -> (Mesh, u64) {
     let (mut mesh, _) = weld(mesh);
     drop_flat(&mut mesh);
@@ -18,7 +18,7 @@ pub fn thicken(mesh: &Mesh, thickness: f32) -> (Mesh, u64) {
     for (across, &part) in beside.iter().zip(&part_of) {
         is_open[part as usize] |= across.contains(&OPEN);
     }
-    // A corner moves along the mean normal of its part's triangles, weighted by area.
+    // A vertex moves along the mean normal of its part's triangles, weighted by area.
     let mut normals: HashMap<(u32, u32), Vec3> = HashMap::new();
     let open = |part: u32| is_open[part as usize];
     for (triangle, &part) in mesh

@@ -1,7 +1,7 @@
-//! Mesh files.
+//! Writes mesh files.
 //!
-//! *Practice.* What a mesh is in memory is right-handed with y up, as glTF has it. Other files can have other axes and
-//! another unit. GLB is always as its specification says: y up, right-handed, in meters.
+//! *Practice.* Meshes in memory are right-handed with y up, like glTF. Other files can have other axes and another
+//! unit. GLB always follows its specification: y up, right-handed, in meters.
 
 #[cfg(feature = "files")]
 mod glb;
@@ -14,17 +14,17 @@ use crate::Mesh;
 use glam::Vec3;
 use std::io::{self, Write};
 
-/// A kind of mesh file.
+/// A mesh file format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum MeshFormat {
-    /// glTF 2.0 in one binary file: normals, materials as metal and roughness, colors of vertices.
+    /// glTF 2.0 in one binary file: normals, metallic–roughness materials, vertex colors.
     Glb,
-    /// Wavefront: text; normals, colors of vertices after their places, as many programs read them.
+    /// Wavefront text: normals, and vertex colors after the positions, as many programs read them.
     Obj,
-    /// Stanford triangles, binary and little-endian: normals, colors of vertices.
+    /// Stanford triangles, binary little-endian: normals, vertex colors.
     Ply,
-    /// Stereolithography, binary: triangles alone.
+    /// Stereolithography, binary: triangles only.
     Stl,
 }
 
@@ -42,7 +42,7 @@ impl MeshFormat {
     }
 }
 
-/// Which way is up, and whether the axes are a right or a left hand's.
+/// The up axis and handedness of a file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum UpAxis {
@@ -58,7 +58,7 @@ pub enum UpAxis {
 }
 
 impl UpAxis {
-    /// A point or direction as it stands in these axes.
+    /// Converts a point or direction to these axes.
     pub fn turn(self, v: Vec3) -> Vec3 {
         match self {
             Self::YUp => v,
@@ -68,19 +68,18 @@ impl UpAxis {
         }
     }
 
-    /// Whether triangles are turned over: the cross product of their sides' numbers then points out as before, which is
-    /// clockwise as a left-handed program sees it.
+    /// Whether triangles are reversed, so that they are clockwise in a left-handed program.
     pub fn is_left_handed(self) -> bool {
         matches!(self, Self::YUpLeftHanded | Self::ZUpLeftHanded)
     }
 }
 
-/// How a mesh is written.
+/// Options of mesh files.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MeshWriteOptions {
-    /// Which way is up.
+    /// The up axis and handedness.
     pub axes: UpAxis,
-    /// Lengths are multiplied by this.
+    /// Factor for all lengths.
     pub scale: f32,
 }
 
@@ -93,10 +92,10 @@ impl Default for MeshWriteOptions {
     }
 }
 
-/// Write a mesh.
+/// Writes a mesh.
 ///
 /// # Errors
-/// If `out` does not take it, or the format cannot hold it.
+/// If `out` fails, or the format cannot hold the mesh.
 pub fn write(
     mesh: &Mesh,
     format: MeshFormat,

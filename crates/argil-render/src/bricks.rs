@@ -1,15 +1,16 @@
-//! Rays through sparse bricks; `bricks.wgsl` is the twin.
+//! Rays through sparse bricks. `bricks.wgsl` is the twin.
 //!
-//! *Theory.* In a cell without a brick a ray goes as far as the cell's distance says, at least to the cell's end, or to
-//! the block's where all of that is empty. In a brick it sphere traces the interpolated distance until that is under
-//! half a voxel; then the distance along the ray within the voxel is a cubic polynomial, and its first root is the
-//! surface (Parker et al., "Interactive ray tracing for isosurface rendering", 1998; Hansson-Söderlund, Evans and
-//! Akenine-Möller, "Ray tracing of signed distance function grids", 2022). A ray that comes closer than half of its
-//! pixel has hit as well.
+//! *Theory.* In an empty cell, a ray advances by the cell's bound, and at least to the end of the cell, or of the
+//! block if that is empty. In a brick it sphere traces the interpolated distance until that is below half a voxel.
+//! Then the distance along the ray within the voxel is a cubic polynomial, whose first root is the surface (Parker
+//! et al., "Interactive ray tracing for isosurface rendering", 1998; Hansson-Söderlund, Evans and Akenine-Möller,
+//! "Ray tracing of signed distance function grids", 2022). A ray that comes closer than half of its pixel also
+//! hits.
 //!
-//! *Practice.* Cones around 8×8 pixels go first (`cones.rs`); rays begin where theirs ended. A tile's rays march
-//! together in batches; those near the surface are gathered, and their voxels' cubics solved in batches of their own. The
-//! normal is by differences over a voxel's width around the point, or the voxel's gradient, or the field's.
+//! *Practice.* Cones around 8×8 pixels go first (`cones.rs`), and rays begin where theirs ended. A tile's rays
+//! march together in batches. Those near the surface are gathered, and their voxels' cubics are solved in batches
+//! of their own. The normal comes from differences over one voxel around the point, from the voxel's gradient, or
+//! from the field.
 
 mod cones;
 mod rays;
@@ -79,7 +80,7 @@ impl DistanceSource for BrickRays<'_> {
     }
 }
 
-/// What only this way to march needs.
+/// Buffers that only this tracer needs.
 #[derive(Default)]
 struct BrickScratch {
     cones: Cones,
@@ -89,12 +90,12 @@ struct BrickScratch {
 /// Rays near the surface, in batches of their own.
 #[derive(Default)]
 struct NearRays {
-    /// Their places in the wave.
+    /// Their indices in the batch.
     rays: Vec<u32>,
     lanes: Box<NearLanes>,
 }
 
-/// What the primary ray of each pixel of a tile hits, row by row, into `out`.
+/// Traces the primary ray of each pixel of a tile into `out`, row by row.
 fn trace_bricks(
     frame: &FrameUniform,
     tile: Tile,
@@ -142,7 +143,7 @@ fn trace_bricks(
                 if found.reached[i] != 0 {
                     hit.kind = kind_of(wave.side[ray]);
                     hit.mark = 1 + wave.level[ray];
-                    // Where the box cuts a solid, or there is no brick: towards the viewer.
+                    // Where the box clips a solid, or there is no brick: toward the viewer.
                     let [x, y, z] = [0, 1, 2].map(|axis: usize| -wave.direction[axis][ray]);
                     hit.normal_t = [x, y, z, wave.t[ray]];
                 }
@@ -163,7 +164,7 @@ fn trace_bricks(
     intersect_ground(frame, tile, out);
 }
 
-/// Take up the rays whose cones have not shown that they miss.
+/// Loads the rays whose cones did not prove that they miss.
 fn start(tile: Tile, starts: &RaySetup, cones: &Cones, wave: &mut RayBatch) {
     wave.clear();
     let [x, y, z] = &starts.direction;
@@ -179,7 +180,7 @@ fn start(tile: Tile, starts: &RaySetup, cones: &Cones, wave: &mut RayBatch) {
                 let from = if begin > near { begin } else { near };
                 if near <= far && from <= far {
                     wave.push(i as u32, Vec3::new(x[i], y[i], z[i]), (from, far));
-                    // For the first step: whether it comes from outside of the box.
+                    // For the first step: whether the ray comes from outside the box.
                     if let Some(side) = wave.side.last_mut() {
                         *side = if near > 0.0 { 2.0 } else { 0.0 };
                     }
@@ -197,7 +198,7 @@ fn kind_of(side: f32) -> u32 {
     }
 }
 
-/// Write down what a ray has looked up.
+/// Writes what a ray looked up.
 fn end<'a>(wave: &RayBatch, ray: usize, out: &'a mut [Hit]) -> &'a mut Hit {
     let hit = &mut out[wave.pixel[ray] as usize];
     hit.steps += wave.samples[ray] + wave.cells[ray];
@@ -205,7 +206,7 @@ fn end<'a>(wave: &RayBatch, ray: usize, out: &'a mut [Hit]) -> &'a mut Hit {
     hit
 }
 
-/// Solve the cubics of the rays near the surface; what has hit ends, the others go on behind their voxel.
+/// Solves the cubics of the rays near the surface. Rays that hit end, and the others continue behind their voxel.
 fn intersect_near_rays(
     frame: &FrameUniform,
     bricks: &BrickRays<'_>,

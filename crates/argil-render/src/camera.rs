@@ -3,19 +3,26 @@ use argil_math::{Aabb, Ray};
 use glam::Vec3;
 
 /// A pinhole camera.
+///
+/// ```
+/// use argil_math::Aabb;
+/// use argil_render::Camera;
+/// let camera = Camera::orbit(Aabb::new([-1.0; 3].into(), [1.0; 3].into()), [0.0, 0.0, 2.0], 35.0);
+/// assert!(camera.eye.z > 3.0 && camera.eye.y.abs() < 1e-5);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
-    /// Where it stands.
+    /// Position of the camera.
     pub eye: Vec3,
-    /// What is in the middle of the picture.
+    /// The point in the middle of the image.
     pub target: Vec3,
     /// Vertical field of view in degrees.
     pub field_of_view_degrees: f32,
 }
 
 impl Camera {
-    /// Around the middle of a box: azimuth about y from +z towards +x and elevation, in degrees, and the distance in
-    /// multiples of the radius of the ball around the box.
+    /// Creates a camera on an orbit around a box. The orbit is azimuth about y from +z toward +x and elevation, in
+    /// degrees, and the distance in multiples of the radius of the box's bounding sphere.
     pub fn orbit(
         around: Aabb,
         [azimuth, elevation, distance]: [f32; 3],
@@ -29,7 +36,7 @@ impl Camera {
             elevation.cos() * azimuth.cos(),
         );
         let target = around.center();
-        // A camera in its target has no direction: it looks along the orbit's from there.
+        // A camera in its target has no direction, so it looks along the orbit's.
         let eye = target + direction * (distance * radius).max(1e-4 * radius);
         Self {
             eye,
@@ -38,7 +45,7 @@ impl Camera {
         }
     }
 
-    /// The camera turned about the vertical axis through its target.
+    /// Returns the camera rotated about the vertical axis through its target.
     pub fn orbited(self, degrees: f32) -> Self {
         let turn = glam::Quat::from_rotation_y(degrees.to_radians());
         Self {
@@ -47,7 +54,7 @@ impl Camera {
         }
     }
 
-    /// The axes to the right, up and forward, of length 1.
+    /// Returns the unit axes to the right, up and forward.
     pub(crate) fn axes(&self) -> [Vec3; 3] {
         let forward = (self.target - self.eye)
             .try_normalize()
@@ -62,7 +69,7 @@ impl Camera {
     }
 }
 
-/// A box that can be looked at, with its radius: the box itself where it is finite, else one of size 2 around the
+/// Returns a box that can be viewed, and its radius: the box itself if it is finite, else one of size 2 around the
 /// origin.
 pub(crate) fn finite(b: Aabb) -> (Aabb, f32) {
     let b = if b.is_finite() {
@@ -73,7 +80,7 @@ pub(crate) fn finite(b: Aabb) -> (Aabb, f32) {
     (b, b.half_diagonal().max(1e-4))
 }
 
-/// The primary ray of a pixel, at the frame's offset within it. `camera.wgsl` is the twin.
+/// Returns the primary ray of a pixel, at the frame's offset within it. `camera.wgsl` is the twin.
 #[inline]
 pub(crate) fn primary_ray(frame: &FrameUniform, x: u32, y: u32) -> Ray {
     let u = (x as f32 + frame.jitter_x) / frame.width as f32 * 2.0 - 1.0;
@@ -88,7 +95,7 @@ pub(crate) fn primary_ray(frame: &FrameUniform, x: u32, y: u32) -> Ray {
     }
 }
 
-/// The box outside which nothing solid lies.
+/// Returns the box that contains the solid.
 pub(crate) fn bounds_of(frame: &FrameUniform) -> Aabb {
     let [ax, ay, az] = frame.box_min;
     let [bx, by, bz] = frame.box_max;

@@ -1,11 +1,11 @@
-//! Rays through a dense volume; `dense.wgsl` is the twin.
+//! Rays through a dense volume. `dense.wgsl` is the twin.
 //!
-//! *Theory.* Without mips every step is at most the band. With them a ray reads the level on which the distance is
-//! within the band: it climbs where a sample saturates and goes down again where the next finer level could tell as
-//! much. Levels above the finest never overstate the distance, so steps by them need no test; the surface is met on
-//! the finest alone.
+//! *Theory.* Without mips, every step is at most the band. With mips, a ray reads the level on which the distance
+//! is within the band. It climbs where a sample saturates, and descends where the next finer level is as
+//! informative. Coarse levels never overstate the distance, so their steps need no test. Only the finest level
+//! finds the surface.
 //!
-//! *Practice.* A tile's rays march together, as through the field; each has its own level.
+//! *Practice.* A tile's rays march together, each on its own level.
 
 use crate::probe::FieldProbe;
 use crate::ray_batch::{RETIRED, RayBatch};
@@ -21,12 +21,12 @@ use argil_volume::{Dense, MipSampler, SampleFormat, Texel};
 use multiversion::multiversion;
 use std::ops::Range;
 
-/// A sample of at least this share of the band is saturated.
+/// A sample of at least this fraction of the band is saturated.
 const SATURATED: f32 = argil_abi::SATURATED;
-/// Below this share of the band, the level beneath, of half the band, tells the distance more closely.
+/// Below this fraction of the band, the next finer level, with half the band, is more precise.
 const NEAR: f32 = argil_abi::DENSE_NEAR;
 
-/// A dense volume, ready to be marched through.
+/// A dense volume, ready to be marched.
 enum DenseRays<'a> {
     Eight(MipSampler<'a, i8>, f32),
     Sixteen(MipSampler<'a, i16>, f32),
@@ -56,7 +56,7 @@ impl RayTracer for DenseRays<'_> {
     }
 }
 
-/// What the primary ray of each pixel of a tile hits, row by row, into `out`.
+/// Traces the primary ray of each pixel of a tile into `out`, row by row.
 fn trace_dense(
     frame: &FrameUniform,
     tile: Tile,
@@ -74,7 +74,7 @@ fn trace_dense(
     hits.clear();
     start_rays(frame, tile, starts, wave, out);
 
-    // March until every ray has hit, left the box or spent its steps.
+    // March until every ray has hit, left the box, or used its steps.
     let mut steps = 0;
     while wave.len() > 0 {
         steps += 1;
@@ -115,9 +115,9 @@ fn trace_dense(
     intersect_ground(frame, tile, out);
 }
 
-// `multiversion` takes no generic functions: below, each has a wrapper for each type of texel.
+// `multiversion` does not accept generic functions, so each sample type has a wrapper below.
 
-/// One step of a batch of rays.
+/// Takes one step of a batch of rays.
 #[inline(always)]
 fn step<T: Texel>(
     frame: &FrameUniform,
@@ -132,7 +132,7 @@ fn step<T: Texel>(
     let (epsilon, scale) = (frame.epsilon, frame.inv_lipschitz);
     let (is_first, is_last) = (steps == 1, steps >= frame.max_steps);
     let top = levels.count() as u32 - 1;
-    // How far the surface is when a ray begins is not known at all.
+    // At the start of a ray, the distance of the surface is unknown.
     let above_finest = if is_first { top } else { top.min(1) };
     let mut p = [[0.0f32; LANES]; 3];
     let mut d = [0.0f32; LANES];
@@ -148,7 +148,7 @@ fn step<T: Texel>(
     let points = [&p[0][..n], &p[1][..n], &p[2][..n]];
     levels.distances(points, level, &mut d[..n]);
     if is_first {
-        // A ray that enters the volume through a solid's cut side has hit there; one that starts within goes on.
+        // A ray that enters the volume through a clipped solid hits there. A ray that starts inside continues.
         for i in 0..n {
             side[i] = if d[i] < 0.0 && t[i] <= 0.0 { -1.0 } else { 1.0 };
             d[i] = if d[i] < 0.0 && t[i] > 0.0 { 0.0 } else { d[i] };

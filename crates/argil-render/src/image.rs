@@ -1,23 +1,23 @@
 use crate::ray_stats::{RayCounts, RayStatistics};
 use argil_abi::{FrameUniform, Hit, SHOW_SHADED};
 
-/// A finished frame.
+/// A rendered frame.
 #[derive(Clone, Debug)]
 pub struct RenderOutput {
     /// Width and height in pixels.
     pub size: [u32; 2],
-    /// RGB in sRGB, 8 bits a channel, row by row from the top.
+    /// Pixels as 8-bit sRGB, three bytes each, row by row from the top.
     pub rgb: Vec<u8>,
-    /// What the first sample of each pixel hit, with its steps; empty where that was not asked for.
+    /// What the first sample of each pixel hit, with its steps. Empty unless requested.
     pub hits: Vec<Hit>,
-    /// What the first sample of each pixel did.
+    /// Statistics of the first sample of each pixel.
     pub statistics: RayStatistics,
     /// Pixels of which at least half of the samples hit a solid.
     pub hit_pixels: usize,
 }
 
 impl RenderOutput {
-    /// Without pixels.
+    /// Creates a frame without pixels.
     pub fn empty() -> Self {
         Self {
             size: [0, 0],
@@ -29,7 +29,7 @@ impl RenderOutput {
     }
 }
 
-/// Accumulated colors as bytes.
+/// Converts accumulated colors to bytes.
 pub(crate) fn show(frame: &FrameUniform, colors: &[[f32; 4]], rgb: &mut [u8]) {
     let is_light = frame.show == SHOW_SHADED;
     for (rgb, color) in rgb.chunks_exact_mut(3).zip(colors) {
@@ -44,12 +44,12 @@ pub(crate) fn show(frame: &FrameUniform, colors: &[[f32; 4]], rgb: &mut [u8]) {
     }
 }
 
-/// Pixels of which at least half of the samples hit a solid.
+/// Counts the pixels of which at least half of the samples hit a solid.
 pub(crate) fn covered(colors: &[[f32; 4]]) -> usize {
     colors.iter().filter(|c| c[3] >= 0.499).count()
 }
 
-/// The sRGB transfer function (IEC 61966-2-1).
+/// Applies the sRGB transfer function (IEC 61966-2-1).
 fn srgb_from_linear(c: f32) -> f32 {
     if c <= 0.003_130_8 {
         c * 12.92

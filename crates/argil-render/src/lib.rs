@@ -30,7 +30,7 @@ pub use shade::SHADOW_STEPS;
 pub use source::RenderSource;
 pub use trace::WholeField;
 
-/// The WGSL twins. A module has the camera, one way to march, what finishes its hits, and the light.
+/// The WGSL twins. A module contains the camera, one tracer, what completes its hits, and light.
 pub mod wgsl {
     /// Primary rays.
     pub const CAMERA: &str = include_str!("camera.wgsl");
@@ -64,7 +64,7 @@ pub mod wgsl {
     );
     /// Drawing triangles: `place` and `nearest`, for a module of their own.
     pub const DRAW: &str = include_str!("draw.wgsl");
-    /// What was drawn as hits.
+    /// Converts drawn triangles to hits.
     pub const MESH: &str = concat!(
         include_str!("air.wgsl"),
         include_str!("normal.wgsl"),
@@ -72,7 +72,7 @@ pub mod wgsl {
     );
     /// Normals and the ground.
     pub const FINISH: &str = include_str!("finish.wgsl");
-    /// Bytes of colors, and counts, for a module of their own.
+    /// Converts colors to bytes, and counts, for a module of its own.
     pub const RESOLVE: &str = include_str!("resolve.wgsl");
     /// Light and colors.
     pub const SHADE: &str = include_str!("shade.wgsl");

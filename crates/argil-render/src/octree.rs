@@ -1,11 +1,10 @@
-//! Rays through an octree of bricks; `octree.wgsl` is the twin.
+//! Rays through an octree of bricks. `octree.wgsl` is the twin.
 //!
-//! *Theory.* The ray walks through the grid of bricks cell by cell (Amanatides and Woo 1987, in the branchless form of
-//! Quilez), asks the tree whether there is a brick at each cell's center, and marches inside the bricks by what is
-//! stored there, from where it enters to where it leaves.
+//! *Theory.* The ray walks through the grid of bricks cell by cell (Amanatides and Woo 1987, in Quilez's branchless
+//! form). At each cell it asks the tree for a brick, and marches inside bricks by the stored distances.
 //!
-//! *Practice.* The study's look-up goes down from the root for every cell (GigaVoxels' kd-restart, Crassin 2009). The
-//! other begins at the deepest node that the cell shares with the one before.
+//! *Practice.* The study's look-up starts at the root for every cell (kd-restart in GigaVoxels, Crassin 2009). The
+//! other one starts at the deepest node that the cell shares with the previous one.
 
 use crate::octree_trace::{SurfaceStep, TraceVolume, trace_volume};
 use crate::probe::FieldProbe;
@@ -32,7 +31,7 @@ struct OctreeRays<'a, T> {
 }
 
 impl<'a, T: Texel> OctreeRays<'a, T> {
-    /// `None` if the texels are not of this type.
+    /// Returns `None` if the samples have another type.
     fn new(octree: &'a Octree) -> Option<Self> {
         let layout = octree.layout();
         let texels = octree.texels().of()?;
@@ -60,7 +59,7 @@ impl<T: Texel> TraceVolume for OctreeRays<'_, T> {
         let edge = layout.brick_length();
         let grid = layout.grid.as_ivec3();
 
-        // Set the walk up: the first cell, and where the ray meets the next plane of each axis.
+        // Start the walk: the first cell, and where the ray meets the next plane of each axis.
         let tiny = |d: f32| if d.abs() < 1e-20 { 1e-20 } else { d };
         let d = ray.direction;
         let inverse = Vec3::new(1.0 / tiny(d.x), 1.0 / tiny(d.y), 1.0 / tiny(d.z));
@@ -76,12 +75,12 @@ impl<T: Texel> TraceVolume for OctreeRays<'_, T> {
             _ => DescentPath::default(),
         };
         let mut walk = SurfaceStep::from(near);
-        // The axis whose plane the ray entered the cell by.
+        // The axis of the plane through which the ray entered the cell.
         let mut entered = 3;
         let mut hit = Hit::default();
         let shows_boxes = matches!(frame.show, abi::SHOW_BRICKS | abi::SHOW_NODES);
         if near > 0.0 && !shows_boxes {
-            // A solid that the volume's box cuts is met at the cut, whether there is a brick or not.
+            // A solid that the box clips is hit at the clip, with or without a brick.
             hit.steps = 1;
             let d = self.sampler.distance(ray.at(near));
             if d < 0.0 && walk.step(frame, d, false).1 {
@@ -120,7 +119,7 @@ impl<T: Texel> TraceVolume for OctreeRays<'_, T> {
                     }
                 }
             }
-            // On to the next cell.
+            // Continue to the next cell.
             walk.t = leave;
             entered = if planes.x <= planes.y && planes.x <= planes.z {
                 0
@@ -148,7 +147,8 @@ fn sign(v: f32) -> i32 {
     if v < 0.0 { -1 } else { 1 }
 }
 
-/// The normal of the side that a cell was entered by, towards the viewer where the ray began in it; with the ray's length.
+/// Returns the normal of the side through which a cell was entered, with the ray's length. If the ray began in the
+/// cell, it is toward the viewer.
 fn side_normal(entered: usize, step: IVec3, toward: Vec3, t: f32) -> [f32; 4] {
     let mut normal = [toward.x, toward.y, toward.z, t];
     if entered < 3 {

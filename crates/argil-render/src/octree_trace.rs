@@ -1,4 +1,4 @@
-//! Primary rays through a volume, one at a time; `finish.wgsl` is the twin of what is shared.
+//! Primary rays through a volume, one at a time. `finish.wgsl` is the twin of the shared part.
 
 use crate::camera::{bounds_of, primary_ray};
 use crate::tile::Tile;
@@ -7,16 +7,16 @@ use argil_abi::{self as abi, FrameUniform, Hit};
 use argil_math::Ray;
 use glam::Vec3;
 
-/// A volume that rays can be marched through.
+/// A volume that rays can march through.
 pub(crate) trait TraceVolume: Sync {
-    /// March a ray from `near` to `far`: what it hits, and how, without the normal unless the hit is a brick's side.
+    /// Marches a ray from `near` to `far`. Returns what it hits, without a normal unless the hit is a brick's side.
     fn march(&self, frame: &FrameUniform, ray: Ray, near: f32, far: f32) -> Hit;
 
-    /// The stored distance at a point.
+    /// Returns the stored distance at a point.
     fn distance(&self, point: Vec3) -> f32;
 }
 
-/// One step of a ray near the surface; `volume_step` in `volume.wgsl` is the twin.
+/// One step of a ray near the surface. `volume_step` in `volume.wgsl` is the twin.
 pub(crate) struct SurfaceStep {
     pub t: f32,
     /// 1 outside, −1 inside, 0 before the first sample.
@@ -34,7 +34,7 @@ impl SurfaceStep {
         }
     }
 
-    /// Go by a stored distance; the gap, and whether the surface is reached.
+    /// Advances by a stored distance. Returns the gap, and whether the surface is reached.
     #[inline(always)]
     pub(crate) fn step(&mut self, frame: &FrameUniform, d: f32, is_last: bool) -> (f32, bool) {
         let is_first = self.side == 0.0;
@@ -45,7 +45,7 @@ impl SurfaceStep {
                 1.0
             };
         }
-        // A ray that enters the volume through a solid's cut side has hit there.
+        // A ray that enters the volume through a clipped solid hits there.
         let gap = if is_first && self.side > 0.0 && d < 0.0 {
             0.0
         } else {
@@ -65,7 +65,7 @@ impl SurfaceStep {
     }
 }
 
-/// What the primary ray of each pixel of a tile hits in a volume, row by row, into `out`.
+/// Traces the primary ray of each pixel of a tile through a volume into `out`, row by row.
 pub(crate) fn trace_volume(
     frame: &FrameUniform,
     tile: Tile,
@@ -88,7 +88,7 @@ pub(crate) fn trace_volume(
     intersect_ground(frame, tile, out);
 }
 
-/// By central differences, towards the side that the ray is on; where all six are the same, towards the viewer.
+/// Returns the normal by central differences, toward the ray's side. If all six are equal, it is toward the viewer.
 fn normal(frame: &FrameUniform, ray: Ray, hit: &Hit, volume: &impl TraceVolume) -> Vec3 {
     let p = ray.at(hit.normal_t[3]);
     let bias = frame.normal_bias;

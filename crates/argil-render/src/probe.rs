@@ -1,10 +1,10 @@
-//! What a thread asks the field by.
+//! Evaluates the field for one thread.
 
 use crate::ray_batch::Points;
 use argil_abi::GpuMaterial;
 use argil_field::{Evaluator, LANES, NearEvaluator, NearField, Program, Pruner};
 
-/// What a thread asks the field by.
+/// Evaluates the field for one thread.
 #[derive(Debug)]
 pub struct FieldProbe<'a> {
     pub(crate) program: &'a Program,
@@ -23,22 +23,22 @@ impl<'a> FieldProbe<'a> {
         }
     }
 
-    /// Whether what is near each point is asked alone.
+    /// Whether each point uses the program near it.
     pub fn is_near(&self) -> bool {
         self.near.is_some()
     }
 
-    /// How many points are asked for at once: what is near is found for all that are near each other.
+    /// Returns the number of points to evaluate at once. Points near each other share a program.
     pub fn batch(&self) -> usize {
         if self.is_near() { usize::MAX } else { LANES }
     }
 
-    /// Distances that are no less are not told apart.
+    /// Returns the distance beyond which results are clamped.
     pub fn far(&self) -> f32 {
         self.near.as_ref().map_or(f32::INFINITY, NearEvaluator::far)
     }
 
-    /// Fill `d` of some points.
+    /// Computes the distances of points into their `d`.
     pub fn measure(&mut self, points: &mut Points) {
         let Points { x, y, z, d } = points;
         d.resize(x.len(), 0.0);
@@ -54,7 +54,7 @@ impl<'a> FieldProbe<'a> {
         }
     }
 
-    /// The materials of points of the surface.
+    /// Computes the materials of points on the surface.
     pub fn materials(&mut self, points: &mut Points, out: &mut [GpuMaterial]) {
         let Points { x, y, z, d } = points;
         if let Some(near) = &mut self.near {

@@ -1,14 +1,14 @@
-//! Primary rays through the field, with what can matter to each.
+//! Primary rays through the field, with pruned programs.
 //!
-//! *Theory.* The rays of a block of pixels lie, between two lengths, in a ball around the middle one. What can matter in
-//! that ball is a short list of the program's instructions, and where its center is far from the surface, nothing is to
-//! be evaluated at all (Barbier et al., "Lipschitz pruning", 2025, prune a grid in the same way; balls along the view's
-//! own frusta need no more of them than there are pixels).
+//! *Theory.* Between two lengths, the rays of a block of pixels lie in a sphere around the middle one. The
+//! instructions that can matter in that sphere are few, and where its center is far from the surface, nothing needs
+//! to be evaluated. Barbier et al., "Lipschitz pruning" (2025), prune a grid in the same way. Spheres along the
+//! view's own frusta need no more of them than there are pixels.
 //!
-//! *Practice.* A group of 64×64 pixels is cut along its rays into slabs, measured in one run of the interpreter. Slab
-//! by slab, as long as rays are left, its blocks of 16×16 pixels are measured in one run more, and each block's rays march
-//! to the slab's end by their own list, which gives the normals of those that hit as well. A
-//! scene of many brushes is marched by what is near each point instead.
+//! *Practice.* A group of 64×64 pixels is cut along its rays into slabs, which one run of the interpreter measures.
+//! Slab by slab, as long as rays are left, one more run measures its blocks of 16×16 pixels. Each block's rays
+//! march to the end of the slab with their own program, which also gives the normals of those that hit. A scene of
+//! many brushes uses the program near each point instead.
 
 mod block;
 
@@ -33,7 +33,8 @@ const SLABS: usize = 18;
 const _: () =
     assert!(RAYS.is_multiple_of(LANES) && BLOCKS <= CELLS_PER_BATCH && SLABS <= CELLS_PER_BATCH);
 
-/// The field itself; of many operands by what is near each point, else by lists for slabs of rays.
+/// The field itself as a source for rendering. With many operands, each point uses the program near it; otherwise
+/// slabs of rays have programs.
 #[derive(Debug)]
 pub struct PrunedField;
 
@@ -64,7 +65,7 @@ impl RayTracer for PrunedField {
     }
 }
 
-/// A group's rays, block by block, and lists.
+/// A group's rays, block by block, and programs.
 #[derive(Default)]
 pub(crate) struct Slabs {
     blocks: Vec<RayBlock>,
@@ -73,7 +74,7 @@ pub(crate) struct Slabs {
     lanes: Box<RayLanes>,
 }
 
-/// What the primary ray of each pixel of a tile hits, row by row, into `out`.
+/// Traces the primary ray of each pixel of a tile into `out`, row by row.
 fn trace_pruned(
     frame: &FrameUniform,
     tile: Tile,
@@ -100,7 +101,7 @@ fn trace_pruned(
     intersect_ground(frame, tile, out);
 }
 
-/// The direction through a place of the picture, in pixels.
+/// Returns the direction through a position in the image, in pixels.
 fn through(frame: &FrameUniform, x: f32, y: f32) -> Vec3 {
     let u = x / frame.width as f32 * 2.0 - 1.0;
     let v = 1.0 - y / frame.height as f32 * 2.0;
@@ -108,13 +109,13 @@ fn through(frame: &FrameUniform, x: f32, y: f32) -> Vec3 {
     Vec3::new(axis(0), axis(1), axis(2)).normalize()
 }
 
-/// How far the rays of a block of pixels are from its middle one at length 1, at most, and a little more.
+/// Returns how far the rays of a block of pixels are from its middle one at length 1, at most, and a little more.
 fn slope_of(frame: &FrameUniform, side: u32) -> f32 {
     0.708 * side as f32 * frame.pixel
 }
 
 impl Slabs {
-    /// Take up the rays of a group that meet the box; from where to where they go.
+    /// Loads the rays of a group that meet the box, with their ranges.
     fn load_rays(
         &mut self,
         frame: &FrameUniform,
@@ -159,7 +160,7 @@ impl Slabs {
             }
         }
         for block in &mut self.blocks {
-            // Places without a ray: none goes there.
+            // Places without a ray: none advances there.
             block.t[block.count..].fill(f32::INFINITY);
         }
         let middle = 0.5 * GROUP as f32;
@@ -184,7 +185,7 @@ impl Slabs {
         let bias = frame.normal_bias;
         let thick = (last - first) / SLABS as f32;
         let begin_of = |slab: usize| first + thick * slab as f32;
-        // The balls that hold a slab's rays, and the points around hits.
+        // The spheres that contain a slab's rays, and the points around hits.
         let group_slope = slope_of(frame, GROUP);
         let radius = |slope: f32, end: f32| (0.5 * thick + slope * end + 2.0 * bias) * 1.000_1;
         let group_radius = radius(group_slope, last);
@@ -195,7 +196,7 @@ impl Slabs {
         probe
             .pruner
             .classify_cells(instrs, &centers, group_radius, &mut group_d);
-        // Marks are good for one run: the lists first.
+        // A classification holds for one run, so the programs come first.
         let mut stretches: [(usize, usize); SLABS] = [(0, 0); SLABS];
         self.group_list.clear();
         for (slab, stretch) in stretches.iter_mut().enumerate() {

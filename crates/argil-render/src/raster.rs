@@ -1,12 +1,12 @@
-//! Triangles, drawn in the order of their depth.
+//! Draws triangles by depth.
 //!
-//! *Theory.* The ray of a pixel is on one side of the plane through the eye and an edge; within a triangle where it is on the
-//! same side of all three (Olano and Greer, "Triangle scan conversion using 2D homogeneous coordinates", 1997). Neighbors
-//! have an edge's plane with opposite signs, to the bit, so that no pixel between them is missed. Nothing is clipped: what is
-//! behind the eye has no place on the ray.
+//! *Theory.* The ray of a pixel is on one side of the plane through the eye and an edge. It hits the triangle if it
+//! is on the same side of all three (Olano and Greer, "Triangle scan conversion using 2D homogeneous coordinates",
+//! 1997). Neighbors have an edge's plane with opposite signs, bit for bit, so no pixel between them is missed.
+//! Nothing is clipped: what is behind the eye has no position on the ray.
 //!
-//! *Practice.* Triangles are sorted into the tiles that their boxes touch; a tile's pixels keep the nearest. `raster.wgsl`
-//! leaves that to the device, and gives the same normals and lengths but for rounding.
+//! *Practice.* Triangles are sorted into the tiles that their boxes touch, and a tile's pixels keep the nearest.
+//! `raster.wgsl` leaves that to the device, and gives the same normals and lengths within rounding.
 
 use crate::camera::primary_ray;
 use crate::probe::FieldProbe;
@@ -18,14 +18,14 @@ use argil_abi::{self as abi, FrameUniform, Hit};
 use glam::{Vec2, Vec3, vec2};
 use rayon::prelude::*;
 
-/// Triangles to be drawn, counterclockwise as seen from outside.
+/// Triangles to draw, counterclockwise as seen from outside.
 #[derive(Clone, Copy, Debug)]
 pub struct Triangles<'a> {
-    /// Corners.
+    /// Positions of vertices.
     pub positions: &'a [Vec3],
-    /// A unit normal for each corner; without them triangles have their own.
+    /// A unit normal per vertex. If empty, triangles use their own.
     pub normals: &'a [Vec3],
-    /// The corners of each triangle.
+    /// The vertices of each triangle.
     pub triangles: &'a [[u32; 3]],
 }
 
@@ -52,22 +52,22 @@ impl RayTracer for Raster<'_> {
 #[derive(Default)]
 struct Directions(Vec<Vec3>);
 
-/// The pixels that a triangle can be in: from the first column and row to the last.
+/// The pixels that a triangle can cover: from the first column and row to the last.
 type Reach = [u16; 4];
 
 /// Triangles sorted by tiles.
 struct Raster<'a> {
     mesh: Triangles<'a>,
     reaches: Vec<Reach>,
-    /// Tiles in a row of them.
+    /// Tiles per row.
     across: usize,
-    /// Where each tile's triangles begin, and at the end where the last's end.
+    /// The index of each tile's first triangle, and the end.
     begins: Vec<u32>,
     order: Vec<u32>,
 }
 
 impl<'a> Raster<'a> {
-    /// For frames that differ by the place in a pixel alone.
+    /// Prepares frames that differ only by the position within a pixel.
     fn new(mesh: Triangles<'a>, frame: &FrameUniform) -> Self {
         let across = frame.width.div_ceil(TILE_WIDTH) as usize;
         let down = frame.height.div_ceil(TILE_HEIGHT) as usize;
@@ -115,7 +115,8 @@ impl<'a> Raster<'a> {
         }
     }
 
-    /// What is nearest in each pixel of a tile, row by row, into `out`. A hit's steps are the triangles that cover it.
+    /// Draws what is nearest in each pixel of a tile into `out`, row by row. A hit's steps are the triangles that
+    /// cover it.
     fn draw(&self, frame: &FrameUniform, tile: Tile, rays: &mut Directions, out: &mut [Hit]) {
         let rays = &mut rays.0;
         rays.clear();
@@ -137,7 +138,7 @@ impl<'a> Raster<'a> {
             let corners = self.mesh.triangles[triangle as usize];
             let [a, b, c] = corners.map(|i| self.mesh.positions[i as usize] - eye);
             let edges = [b.cross(c), c.cross(a), a.cross(b)];
-            // Of the plane; the edges' own planes are too nearly one another's to tell a length.
+            // Of the plane. The edges' own planes are too nearly parallel to give a length.
             let normal = (b - a).cross(c - a);
             let height = a.dot(normal);
             let [x0, y0, x1, y1] = self.reaches[triangle as usize].map(u32::from);
@@ -186,7 +187,7 @@ impl<'a> Raster<'a> {
     }
 }
 
-/// Where a point is in the picture, in pixels; `None` beside or behind the eye.
+/// Returns a point's position in the image, in pixels, or `None` beside or behind the eye.
 fn place(frame: &FrameUniform, p: Vec3) -> Option<Vec2> {
     let [ex, ey, ez] = frame.eye;
     let way = p - Vec3::new(ex, ey, ez);
@@ -203,12 +204,12 @@ fn place(frame: &FrameUniform, p: Vec3) -> Option<Vec2> {
     ))
 }
 
-/// The pixels whose rays can meet a triangle, wherever in the pixel they begin; an empty range where there is none.
+/// Returns the pixels whose rays can meet a triangle, wherever in the pixel they begin.
 fn reach(frame: &FrameUniform, corners: [Option<Vec2>; 3]) -> Reach {
     let (width, height) = (frame.width as f32, frame.height as f32);
     let all = [0, 0, frame.width as u16 - 1, frame.height as u16 - 1];
     let [Some(a), Some(b), Some(c)] = corners else {
-        // In part behind the eye: anywhere.
+        // Partly behind the eye: anywhere.
         return if corners == [None; 3] {
             [1, 1, 0, 0]
         } else {

@@ -1,4 +1,4 @@
-//! Rays that march together, and points that are measured together.
+//! Rays that march together, and points that are evaluated together.
 
 use crate::camera::bounds_of;
 use crate::tile::Tile;
@@ -6,7 +6,8 @@ use argil_abi::FrameUniform;
 use glam::Vec3;
 use multiversion::multiversion;
 
-/// The rays of a tile with where they enter and leave the box, row by row; a ray that misses it enters after it leaves.
+/// The rays of a tile, and where they enter and leave the box, row by row. A ray that misses the box enters after
+/// it leaves.
 #[derive(Debug, Default)]
 pub(crate) struct RaySetup {
     pub direction: [Vec<f32>; 3],
@@ -26,7 +27,7 @@ impl RaySetup {
     }
 }
 
-/// `primary_ray` and `Ray::span`, the same operations in the same order, for all pixels of a row.
+/// Computes `primary_ray` and `Ray::span` for all pixels of a row, with the same operations in the same order.
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl", "x86_64+avx2"))]
 fn start_row(starts: &mut RaySetup, frame: &FrameUniform, tile: Tile, row: u32) {
     let n = tile.width as usize;
@@ -67,7 +68,7 @@ fn start_row(starts: &mut RaySetup, frame: &FrameUniform, tile: Tile, row: u32) 
     }
 }
 
-/// Rays under way, one field an array. They march together, so all have taken the same number of steps.
+/// Active rays, as a structure of arrays. They march together, so all have taken the same number of steps.
 #[derive(Debug, Default)]
 pub(crate) struct RayBatch {
     pub pixel: Vec<u32>,
@@ -76,22 +77,22 @@ pub(crate) struct RayBatch {
     pub end: Vec<f32>,
     /// 1 outside, −1 inside, 0 before the first step.
     pub side: Vec<f32>,
-    /// The level of detail that is read next.
+    /// The level to read next.
     pub level: Vec<u32>,
     /// What the ray has looked up so far, where rays count for themselves.
     pub samples: Vec<u32>,
     pub cells: Vec<u32>,
-    /// How far the ray has gone beyond what was known to be free.
+    /// How far the ray went beyond what was known to be free.
     pub over: Vec<f32>,
-    /// Its last distance, and how far it went with that; 0 where that tells nothing.
+    /// Its last distance, and how far it went with that. 0 if unknown.
     pub last_gap: Vec<f32>,
     pub last_way: Vec<f32>,
-    /// Empty places, and scratch to close them.
+    /// Number of empty places, and scratch memory to close them.
     retired: usize,
     places: Vec<u32>,
 }
 
-/// The end of a ray that is no longer under way.
+/// The end of a ray that is no longer active.
 pub(crate) const RETIRED: f32 = -1.0;
 
 impl RayBatch {
@@ -130,21 +131,22 @@ impl RayBatch {
         self.last_way.push(0.0);
     }
 
-    /// Take a ray out of the march. Its place stays until enough have gone.
+    /// Removes a ray. Its place stays until enough are empty.
     #[inline]
     pub(crate) fn retire(&mut self, i: usize) {
         self.end[i] = RETIRED;
         self.retired += 1;
     }
 
-    /// Close the gaps once a quarter of the places is empty: moving rays costs more than marching a few for nothing.
+    /// Closes the gaps once a quarter of the places is empty, because moving rays costs more than marching a few in
+    /// vain.
     pub(crate) fn compact(&mut self) {
         if 4 * self.retired >= self.len() {
             self.close();
         }
     }
 
-    /// Close all gaps.
+    /// Closes all gaps.
     pub(crate) fn close(&mut self) {
         if self.retired == 0 {
             return;
@@ -191,7 +193,7 @@ impl RayBatch {
     }
 }
 
-/// Points gathered to be evaluated, with whose they are.
+/// Points to evaluate, with the index of their owners.
 #[derive(Debug, Default)]
 pub struct Points {
     pub x: Vec<f32>,

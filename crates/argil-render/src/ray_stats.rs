@@ -1,32 +1,32 @@
 use argil_abi::Hit;
 
-/// A distribution's mean, 95th percentile and maximum.
+/// The mean, the 95th percentile and the maximum of a distribution.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Percentiles {
     /// Arithmetic mean.
     pub mean: f64,
-    /// The value that 95 of 100 do not exceed.
+    /// The value that 95 % do not exceed.
     pub p95: f64,
-    /// The greatest.
+    /// Maximum.
     pub max: f64,
 }
 
-/// What the primary rays of a picture did, the normal's samples apart. Rays that miss the scene's box count 0.
+/// What the primary rays of an image did, without the samples of normals. Rays that miss the scene's box count 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RayStatistics {
-    /// All that a ray looked up: the sum of the others.
+    /// Everything that a ray looked up: the sum of the others.
     pub steps: Percentiles,
     /// Distances: evaluations of the field, or samples of a volume.
     pub samples: Percentiles,
     /// Nodes of a tree that were visited.
     pub descents: Percentiles,
-    /// Cells of a grid that were walked through.
+    /// Cells of a grid that were crossed.
     pub cells: Percentiles,
 }
 
 impl RayStatistics {
-    /// Of what some pixels' rays did, as `resolve.wgsl` counts it: in the first histogram, the steps of rays that looked up distances
-    /// alone; in the others, of those that looked up nodes or cells, their steps, samples, nodes and cells. Rays in none did nothing.
+    /// Creates statistics from histograms, as `resolve.wgsl` counts them: first the steps of rays that looked up
+    /// only distances; then for the others their steps, samples, nodes and cells. Rays in none did nothing.
     pub fn of_histograms(
         pixels: u64,
         [alone, steps, samples, descents, cells]: [&[u32]; 5],
@@ -51,7 +51,7 @@ impl RayStatistics {
     }
 }
 
-/// How many rays did something so many times.
+/// The number of rays for each count.
 #[derive(Clone, Default)]
 struct Histogram(Vec<u64>);
 
@@ -93,7 +93,7 @@ impl Histogram {
     }
 }
 
-/// What rays did, counted.
+/// Histograms of what rays did.
 #[derive(Clone, Default)]
 pub(crate) struct RayCounts {
     steps: Histogram,

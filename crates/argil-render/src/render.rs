@@ -14,12 +14,13 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 thread_local! {
-    /// Kept as long as the thread: a frame allocates nothing but its picture.
+    /// Kept as long as the thread: a frame allocates nothing but its image.
     static SCRATCH: RefCell<(TileScratch, TilePicture)> = RefCell::default();
 }
 
-/// Draw on the CPU, on rayon's current threads: `frames` as [`crate::frame_uniforms`] makes them, one a sample. Primary rays and
-/// normals are what `through` gives, and of sparse bricks the light; materials are the field's, and so is other light. The picture's hits are left out.
+/// Renders on the CPU, on rayon's current threads. [`frame_uniforms`](crate::frame_uniforms) makes `frames`, one
+/// per sample. `through` is what rays march through. Sparse bricks give their own light and materials, and other
+/// sources use the field's. The image has no hits.
 pub fn render(
     program: &Program,
     through: &dyn RenderSource,
@@ -28,7 +29,7 @@ pub fn render(
     draw(program, through, frames, false, &Control::default())
 }
 
-/// The same with what the first sample of each pixel hit.
+/// Renders as [`render`](fn@render) does, and also returns what the first sample of each pixel hit.
 pub fn render_with_hits(
     program: &Program,
     through: &dyn RenderSource,
@@ -37,7 +38,7 @@ pub fn render_with_hits(
     draw(program, through, frames, true, &Control::default())
 }
 
-/// The same, with or without hits, told and stopped by somebody else; `None` if it was cancelled before the last tile was drawn.
+/// Renders with or without hits, reports progress, and can be canceled. Returns `None` if it was.
 pub fn render_with_control(
     program: &Program,
     through: &dyn RenderSource,
@@ -128,10 +129,10 @@ fn draw(
     }
 }
 
-/// A program of as many operands is asked by what is near each point.
+/// A program of this many operands uses the program near each point.
 const MANY: usize = 1024;
 
-/// What is near where, if that pays: made once a picture, for the places that its rays and its light come to.
+/// Creates the [`NearField`] of an image if that pays, for the places where its rays and its light go.
 fn near_field<'a>(program: &'a Program, frame: &FrameUniform) -> Option<NearField<'a>> {
     if program.operand_count() < MANY {
         return None;

@@ -5,72 +5,79 @@ use argil_math::Aabb;
 use argil_volume::VoxelGrid;
 use glam::Vec3;
 
-/// What a picture shows.
+/// What an image shows.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 #[non_exhaustive]
 pub enum RenderMode {
-    /// Light on materials.
+    /// Light and materials.
     #[default]
     Shaded,
     /// Normals as colors: x, y, z from −1 to 1 as red, green, blue from 0 to 1.
     Normal,
-    /// The length of each ray, near white and far black.
+    /// The length of each ray: near is white, far is black.
     Depth,
-    /// The steps of each ray, 0 to 256 as blue → green → yellow → red.
+    /// The steps of each ray: 0 to 256 as blue, green, yellow, red.
     Heat,
-    /// The first brick that each ray meets, each in a color of its own; of sparse bricks and octrees only.
+    /// The first brick that each ray meets, in a color per brick. For sparse bricks and octrees.
     Bricks,
-    /// The first node above bricks that has a brick on the ray's way, likewise; of octrees only.
+    /// The first node above bricks that contains a brick on the ray's way, in a color per node. For octrees.
     Nodes,
 }
 
-/// Where bricks take normals from.
+/// The source of normals for bricks.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum NormalSource {
-    /// The gradient in the voxel that is hit; it jumps from voxel to voxel.
+    /// The gradient of the voxel that is hit, which jumps between voxels.
     Voxel,
-    /// Differences over a voxel's width around the hit, which change without jumps.
+    /// Differences over one voxel around the hit, which change without jumps.
     #[default]
     Smooth,
     /// Differences of the exact field.
     Field,
 }
 
-/// Where look-ups in an octree begin.
+/// Where look-ups in an octree start.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum LookupStart {
-    /// At the root, as in the study.
+    /// At the root, as in the 2023 study.
     #[default]
     Root,
-    /// At the deepest node that is shared with the look-up before.
+    /// At the deepest node that is shared with the previous look-up.
     Path,
 }
 
-/// How to draw. Lengths in the scene's unit.
+/// Settings of an image. Lengths are in the scene's unit.
+///
+/// ```
+/// use argil_render::{RenderMode, RenderSettings};
+/// let settings = RenderSettings { size: [640, 480], mode: RenderMode::Normal, ..RenderSettings::default() };
+/// assert_eq!(settings.samples, 1);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RenderSettings {
     /// Width and height in pixels.
     pub size: [u32; 2],
     /// What to show.
     pub mode: RenderMode,
-    /// Most steps a primary ray takes.
+    /// Maximum steps of a primary ray.
     pub max_steps: u32,
-    /// The distance below which a ray has hit; without it, 1e-4 of the scene's radius, or 0.02 voxels of a volume.
+    /// Distance below which a ray hits. If `None`, 1e-4 of the scene's radius, or 0.02 voxels of a volume.
     pub epsilon: Option<f32>,
-    /// Half of the normal's central difference; without it, 5e-4 of the scene's radius, or a voxel of a volume.
+    /// Half the step of the normal's central difference. If `None`, 5e-4 of the scene's radius, or a voxel of a
+    /// volume.
     pub normal_bias: Option<f32>,
-    /// Where bricks take normals from.
+    /// The source of normals for bricks.
     pub normals: NormalSource,
-    /// Where look-ups in an octree begin.
+    /// Where look-ups in an octree start.
     pub lookup_start: LookupStart,
-    /// Rays a pixel, from 1 to 64.
+    /// Rays per pixel, from 1 to 64.
     pub samples: u32,
-    /// Whether a ground plane lies under the scene.
+    /// Whether there is a ground plane under the scene.
     pub ground: bool,
-    /// Direction to the sun as azimuth and elevation in degrees.
+    /// Direction to the sun, as azimuth and elevation in degrees.
     pub sun_degrees: [f32; 2],
 }
 
@@ -91,11 +98,12 @@ impl Default for RenderSettings {
     }
 }
 
-/// Around a volume's solid, in voxels: rays start there, where the stored distance is not yet negative.
+/// Voxels around a volume's solid where rays start, so that the stored distance is not yet negative.
 const MARGIN_VOXELS: f32 = 2.0;
 
-/// The frame of each sample: what both devices read. With a lattice, lengths are measured in its voxels and rays are cut
-/// to its box. `focus` is the box that is looked at; it sets the lengths that depend on the scene's size.
+/// Returns the frame of each sample, which both devices read. With a voxel grid, lengths are measured in its
+/// voxels, and rays are cut to its box. `focus` is the box that is viewed. It determines lengths that depend on the
+/// scene's size.
 pub fn frame_uniforms(
     settings: &RenderSettings,
     camera: &Camera,
@@ -118,7 +126,8 @@ pub fn frame_uniforms(
             NormalSource::Field => 5e-4 * radius,
             _ => own(5e-4, 1.0),
         });
-    // Light is gathered off the surface; a volume's surface is not quite that of the field, which casts the shadows.
+    // Light is gathered above the surface, because a volume's surface is not quite the field's, which casts the
+    // shadows.
     let lift = lattice.map_or(8.0 * epsilon, |lattice| 1.5 * lattice.voxel_size);
     let solid = program.aabb();
     let bounds = ray_box(settings.mode, solid, lattice, epsilon);
@@ -179,8 +188,8 @@ pub fn frame_uniforms(
         .collect()
 }
 
-/// The box that rays are cut to: the solid's, a little larger, as a ray should not start within epsilon of a flat side. Nothing solid
-/// is a box that no ray meets.
+/// Returns the box that rays are cut to: the solid's, a little larger, because a ray should not start within
+/// epsilon of a flat side. An empty scene returns a box that no ray meets.
 fn ray_box(show: RenderMode, solid: Aabb, lattice: Option<&VoxelGrid>, epsilon: f32) -> Aabb {
     let margin = lattice.map_or(4.0 * epsilon, |lattice| MARGIN_VOXELS * lattice.voxel_size);
     let held = lattice.map_or(Aabb::ALL, VoxelGrid::aabb);
@@ -188,7 +197,7 @@ fn ray_box(show: RenderMode, solid: Aabb, lattice: Option<&VoxelGrid>, epsilon: 
     let bounds = if solid.is_empty() {
         NOWHERE
     } else if shows_boxes && lattice.is_some() {
-        // Bricks reach farther than what is in them.
+        // Bricks extend beyond their contents.
         held
     } else {
         let cut = solid.grown(margin).intersection(held);
@@ -198,7 +207,7 @@ fn ray_box(show: RenderMode, solid: Aabb, lattice: Option<&VoxelGrid>, epsilon: 
     Aabb::new(bounds.min.max(-limit), bounds.max.min(limit))
 }
 
-/// The direction to the sun.
+/// Returns the direction to the sun.
 fn toward_sun(azimuth_elevation_degrees: [f32; 2]) -> [f32; 3] {
     let [azimuth, elevation] = azimuth_elevation_degrees.map(f32::to_radians);
     [
@@ -222,8 +231,8 @@ fn mode_word(show: RenderMode) -> u32 {
 /// A box that no ray meets.
 const NOWHERE: Aabb = Aabb::new(Vec3::splat(1e8), Vec3::splat(1e8));
 
-/// Where in its pixel a sample lies: one in the middle; more along the R2 sequence (Roberts, "The unreasonable
-/// effectiveness of quasirandom sequences", 2018).
+/// Returns a sample's position in its pixel: the center for one sample, and the R2 sequence for more (Roberts, "The
+/// unreasonable effectiveness of quasirandom sequences", 2018).
 fn offset(sample: u32, samples: u32) -> [f32; 2] {
     if samples == 1 {
         return [0.5, 0.5];

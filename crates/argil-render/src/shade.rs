@@ -1,10 +1,10 @@
-//! Light; `shade.wgsl` is the twin.
+//! Light. `shade.wgsl` is the twin.
 //!
-//! *Theory.* One sun and a sky. Direct light by a GGX lobe over a Lambertian body (Walter et al. 2007, with Schlick's
-//! Fresnel and Smith's visibility as Karis fits it, 2013). The sun's shadow is soft where the ray to it comes close to
-//! the surface (after Quilez, "Soft shadows in raymarched SDFs", 2010); the sky's light is dimmed by how much nearer
-//! the surface is than an open one along the normal (after Evans, "Fast approximations for global illumination on
-//! dynamic scenes", 2006). Tone curve: Narkowicz's fit of ACES (2015).
+//! *Theory.* There is one sun and a sky. Direct light is a GGX lobe over a Lambertian body (Walter et al. 2007,
+//! with Schlick's Fresnel and Smith's visibility as fitted by Karis, 2013). The sun's shadow is soft where its ray
+//! comes close to the surface (after Quilez, "Soft shadows in raymarched SDFs", 2010). The sky's light is reduced
+//! where the surface is nearer than an open one along the normal (after Evans, "Fast approximations for global
+//! illumination on dynamic scenes", 2006). The tone curve is Narkowicz's fit of ACES (2015).
 
 use crate::camera::{bounds_of, primary_ray};
 use crate::probe::FieldProbe;
@@ -16,9 +16,9 @@ use argil_abi::{self as abi, FrameUniform, GpuMaterial, Hit};
 use argil_math::{Aabb, Ray};
 use glam::{Vec3, vec3};
 
-/// Most steps of a ray to the sun.
+/// Maximum steps of a ray to the sun.
 pub const SHADOW_STEPS: u32 = 64;
-/// One over the tangent of the penumbra's half angle.
+/// Reciprocal of the tangent of the penumbra's half angle.
 const SHADOW_SHARPNESS: f32 = argil_abi::SHADOW_SHARPNESS;
 const OCCLUSION_TAPS: usize = argil_abi::OCCLUSION_TAPS as usize;
 const SUN_LIGHT: Vec3 = Vec3::from_array(argil_abi::SUN_LIGHT);
@@ -30,18 +30,18 @@ const GROUND: GpuMaterial = GpuMaterial {
     emission_metallic: [0.0, 0.0, 0.0, 0.0],
 };
 
-/// Light is gathered by what is stored, or by the exact field.
+/// Where light reads distances: stored ones, or the exact field.
 #[derive(Clone, Copy)]
 struct Sky<'a>(Option<&'a dyn DistanceSource>);
 
 impl Sky<'_> {
-    /// What is stored of the material at a point of a surface, given the direction out of the solid.
+    /// Returns the stored material at a point of the surface, given the outward direction.
     fn material(self, probe: &FieldProbe<'_>, point: Vec3, outwards: Vec3) -> Option<GpuMaterial> {
         let materials = probe.evaluator.program().materials();
         self.0?.material(point, outwards, materials)
     }
 
-    /// Fill `d` of some points.
+    /// Computes the distances of points into their `d`.
     fn measure(self, probe: &mut FieldProbe<'_>, points: &mut Points) {
         match self.0 {
             None => probe.measure(points),
@@ -49,7 +49,7 @@ impl Sky<'_> {
         }
     }
 
-    /// Distances that are no less are not told apart.
+    /// Returns the distance beyond which results are clamped.
     fn far(self, probe: &FieldProbe<'_>) -> f32 {
         match self.0 {
             None => probe.far(),
@@ -58,19 +58,19 @@ impl Sky<'_> {
     }
 }
 
-/// The box of all points whose distances a picture takes, and the distance beyond which they are all the same to it.
+/// Returns the box of all points whose distances an image uses, and the distance beyond which they do not matter.
 pub(crate) fn light_reach(frame: &FrameUniform) -> (Aabb, f32) {
     let bounds = bounds_of(frame);
     let tap = tap_height(frame, OCCLUSION_TAPS - 1);
     let bias = frame.normal_bias;
     let around = bounds.grown(tap + 2.0 * bias);
-    // A shadow is cast from farther away the farther that is, and no ray is longer than the box.
+    // A shadow may be cast from farther away where it is wider, and no ray is longer than the box.
     let penumbra = 2.0 * bounds.half_diagonal() / SHADOW_SHARPNESS;
     (around, tap.max(penumbra))
 }
 
-/// Add the colors of a tile's hits, times the frame's sample weight, to `out`: RGB and coverage. Shaded colors are linear,
-/// after the tone curve; other values are what the picture shows.
+/// Adds the colors of a tile's hits, times the frame's sample weight, to `out`: RGB and coverage. Shaded colors are
+/// linear, after the tone curve. Other modes add their own values.
 ///
 /// # Panics
 /// If `hits` or `out` is shorter than the tile's area.
@@ -134,7 +134,7 @@ pub(crate) fn shade_tile(
 }
 
 impl Shading {
-    /// Evaluate the field for all the tile's surfaces: materials, sun, sky.
+    /// Evaluates the field for all surfaces of the tile: materials, sun, sky.
     fn gather(
         &mut self,
         frame: &FrameUniform,
@@ -157,7 +157,7 @@ impl Shading {
             )
         };
 
-        // Materials at the solid's surface; the ground has its own. What bricks do not tell the field does.
+        // Materials at the solid's surface. The ground has its own. The field gives what bricks do not have.
         let solid = |&i: &u32| hits[i as usize].kind != abi::HIT_GROUND;
         points.clear();
         self.materials.clear();
@@ -183,7 +183,7 @@ impl Shading {
             self.materials[place as usize] = *found;
         }
 
-        // The sky's share: how far the field rises along the normal. Ground far from the solid sees all of it.
+        // The sky's share: how far the field rises along the normal. Ground far from the solid sees the whole sky.
         let near = bounds_of(frame).grown(tap_height(frame, OCCLUSION_TAPS - 1));
         let near_solid = |&i: &u32| solid(&i) || near.contains(surface(i).0);
         points.clear();
@@ -205,7 +205,7 @@ impl Shading {
         self.shadows(frame, probe, air, points, surface);
     }
 
-    /// The sun's share, by rays that march together as primary ones do.
+    /// Computes the sun's share, with rays that march together like primary ones.
     fn shadows(
         &mut self,
         frame: &FrameUniform,
@@ -231,7 +231,7 @@ impl Shading {
             .span(bounds)
             {
                 Some((near, far)) if n.dot(sun) > 0.0 => wave.push(k as u32, origin, (near, far)),
-                // The side away from the sun needs no ray, and one that misses the box meets nothing.
+                // A side that faces away from the sun needs no ray, and a ray that misses the box meets nothing.
                 _ => {}
             }
         }
@@ -245,7 +245,7 @@ impl Shading {
                 points.clear();
                 let Points { x, y, z, .. } = points;
                 for (axis, p) in [x, y, z].into_iter().enumerate() {
-                    // A shadow ray keeps its origin where a primary one keeps its direction.
+                    // A shadow ray stores its origin where a primary one stores its direction.
                     let (t, origin) = (
                         &wave.t[first..first + n],
                         &wave.direction[axis][first..first + n],
@@ -273,7 +273,7 @@ impl Shading {
                     }
                 }
             }
-            // A ray that has left the box is near nothing.
+            // A ray that left the box is near nothing.
             if probe.is_near() {
                 wave.close();
             } else {
@@ -288,13 +288,13 @@ fn sun_direction(frame: &FrameUniform) -> Vec3 {
     vec3(x, y, z)
 }
 
-/// How far above the surface a tap of the occlusion is.
+/// Returns the height of an occlusion tap above the surface.
 fn tap_height(frame: &FrameUniform, tap: usize) -> f32 {
     let step = (tap + 1) as f32 / OCCLUSION_TAPS as f32;
     frame.radius * 0.16 * step * step
 }
 
-/// How much of the sky a point sees, from the distances at its taps, which are told apart below `far`.
+/// Returns how much of the sky a point sees, from the distances at its taps, clamped to `far`.
 fn ambient_occlusion(frame: &FrameUniform, p: Vec3, n: Vec3, taps: &[f32], far: f32) -> f32 {
     let (mut closed, mut weight) = (0.0, 1.0);
     for (tap, &d) in taps.iter().enumerate() {
@@ -312,13 +312,13 @@ fn ambient_occlusion(frame: &FrameUniform, p: Vec3, n: Vec3, taps: &[f32], far: 
     (1.0 - 0.42 * closed).clamp(0.0, 1.0)
 }
 
-/// The sky's light from a direction.
+/// Returns the sky's light from a direction.
 fn sky(frame: &FrameUniform, direction: Vec3) -> Vec3 {
     let up = direction.y;
     let above = HORIZON.lerp(ZENITH, up.max(0.0).sqrt());
     let below = HORIZON.lerp(BELOW, (-up * 4.0).clamp(0.0, 1.0));
     let base = if up >= 0.0 { above } else { below };
-    // With a ground there is nothing below the horizon to see but haze.
+    // With a ground, only haze is visible below the horizon.
     let hazy = if frame.has_ground != 0 && up < 0.0 {
         HORIZON
     } else {
@@ -330,7 +330,7 @@ fn sky(frame: &FrameUniform, direction: Vec3) -> Vec3 {
     hazy + vec3(0.25, 0.18, 0.08) * (glow8 * glow8)
 }
 
-/// The light that a surface sends towards the viewer.
+/// Returns the light that a surface sends toward the viewer.
 fn shade_surface(
     frame: &FrameUniform,
     ray: Ray,
@@ -366,7 +366,7 @@ fn shade_surface(
         * SUN_LIGHT
         * (lit_height * share * std::f32::consts::FRAC_PI_2);
 
-    // The sky: its mean over the normal's half space for the body, along the reflection for the mirror.
+    // The sky: its mean over the normal's half space for the body, and along the reflection for the mirror.
     let around = BELOW.lerp(ZENITH.lerp(HORIZON, 0.5), 0.5 + 0.5 * n.y);
     let reflected = ray.direction - n * (2.0 * ray.direction.dot(n));
     let gloss = 1.0 - roughness;
@@ -374,7 +374,7 @@ fn shade_surface(
     let rim = schlick(mirror, facing, gloss);
     let ambient = (body * around * 0.9 + rim * environment) * sky_share;
 
-    // Light thrown back from below.
+    // Light reflected from below.
     let bounce = body * vec3(0.16, 0.14, 0.12) * ((0.5 - 0.5 * n.y) * sky_share);
     let color = direct + ambient + bounce + vec3(er, eg, eb);
     if hit.kind != abi::HIT_GROUND {
@@ -385,7 +385,7 @@ fn shade_surface(
     color.lerp(sky(frame, ray.direction), (far * 2.2).clamp(0.0, 1.0))
 }
 
-/// Schlick's Fresnel term; a rough surface's rim is darker.
+/// Returns Schlick's Fresnel term. The rim of a rough surface is darker.
 fn schlick(mirror: Vec3, cosine: f32, gloss: f32) -> Vec3 {
     let m = (1.0 - cosine).clamp(0.0, 1.0);
     let m2 = m * m;
@@ -399,13 +399,13 @@ fn tone_map(c: Vec3) -> Vec3 {
     y.clamp(Vec3::ZERO, Vec3::ONE)
 }
 
-/// Brightness of a depth.
+/// Returns the brightness of a depth.
 fn depth(frame: &FrameUniform, t: f32) -> f32 {
     let range = (frame.depth_far - frame.depth_near).max(1e-6);
     (1.0 - (t - frame.depth_near) / range).clamp(0.0, 1.0)
 }
 
-/// A color of a mark's own, darker on the sides that face x and z.
+/// Returns the color of an id, darker on sides that face x and z.
 fn id_color(hit: &Hit) -> Vec3 {
     let mixed = hit.mark.wrapping_mul(2_654_435_761);
     let channel = |shift: u32| 0.25 + 0.75 * (mixed >> shift & 0xff) as f32 / 255.0;
@@ -414,7 +414,7 @@ fn id_color(hit: &Hit) -> Vec3 {
     vec3(channel(8), channel(16), channel(24)) * light
 }
 
-/// Blue → green → yellow → red over 0 to 256 steps.
+/// Returns blue, green, yellow, red for 0 to 256 steps.
 fn heat(steps: u32) -> Vec3 {
     let s = (steps as f32 / 256.0).clamp(0.0, 1.0) * 3.0;
     let red = (s - 1.0).clamp(0.0, 1.0);

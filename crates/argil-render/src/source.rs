@@ -1,4 +1,4 @@
-//! What rays are marched through: the two traits that a representation implements for its pictures on the CPU.
+//! The traits that a representation implements to be rendered on the CPU.
 
 use crate::probe::FieldProbe;
 use crate::ray_batch::Points;
@@ -7,23 +7,23 @@ use crate::tile_buffers::TileScratch;
 use argil_abi::{self as abi, FrameUniform, GpuMaterial, Hit};
 use glam::Vec3;
 
-/// Something that primary rays are marched through. This crate implements it, one file each: for [`Field`](crate::PrunedField),
+/// Something that primary rays march through: [`PrunedField`](crate::PrunedField),
 /// [`WholeField`](crate::WholeField), [`Triangles`](crate::Triangles), and each of `argil_volume`'s volumes.
 pub trait RenderSource: Sync {
-    /// Makes it ready for the samples of one picture, whose first frame this is. Nothing of a volume whose texels are not of the type
-    /// that its encoding says; constructors let none arise.
+    /// Prepares for the samples of one image, whose first frame this is. Returns `None` for a volume whose samples
+    /// have another type than its encoding; constructors exclude that.
     #[doc(hidden)]
     fn rays<'a>(&'a self, first: &FrameUniform) -> Option<Box<dyn RayTracer + 'a>>;
 }
 
-/// What rays are marched through, made ready once a picture.
+/// A source of rays, prepared for one image.
 pub trait RayTracer: Sync {
-    /// Whether a picture asks the field for distances: of many operands, what is near where is found for it.
+    /// Whether an image evaluates the field. With many operands, the program near each point is prepared for it.
     fn asks_field(&self, show: u32) -> bool {
         show == abi::SHOW_SHADED
     }
 
-    /// What the primary ray of each pixel of a tile hits, row by row, into `out`.
+    /// Traces the primary ray of each pixel of a tile into `out`, row by row.
     fn trace(
         &self,
         frame: &FrameUniform,
@@ -33,19 +33,19 @@ pub trait RayTracer: Sync {
         out: &mut [Hit],
     );
 
-    /// What light is gathered by; the exact field without it.
+    /// Returns where light reads distances, or `None` for the exact field.
     fn air(&self) -> Option<&dyn DistanceSource> {
         None
     }
 }
 
-/// What tells how far the surface is from points in the air, in place of the exact field.
+/// A source of distances for light, instead of the exact field.
 pub trait DistanceSource: Sync {
-    /// What is stored of the material at a point of a surface, given the direction out of the solid.
+    /// Returns the stored material at a point of the surface, given the outward direction.
     fn material(&self, point: Vec3, outwards: Vec3, palette: &[GpuMaterial])
     -> Option<GpuMaterial>;
 
-    /// Fill `d` of some points.
+    /// Computes the distances of points into their `d`.
     fn measure(&self, points: &mut Points);
 }
 

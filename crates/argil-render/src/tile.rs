@@ -1,30 +1,30 @@
-//! Parts of a picture.
+//! Tiles of an image.
 
-/// Pixels along a tile's sides, multiples of a cone's: enough rays that the last few do not leave batches empty, few
-/// enough for the second-level cache.
+/// Pixels along a tile's sides, multiples of a cone's: enough rays to fill batches until the end, and few enough
+/// for the second-level cache.
 pub(crate) const TILE_WIDTH: u32 = 128;
 pub(crate) const TILE_HEIGHT: u32 = 64;
 
-/// A rectangle of pixels. A tile's rays march together.
+/// A rectangle of pixels, whose rays march together.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Tile {
     /// The first column.
     pub first_x: u32,
     /// The first row.
     pub first_row: u32,
-    /// Pixels in a row.
+    /// Pixels per row.
     pub width: u32,
     /// Number of rows.
     pub rows: u32,
 }
 
 impl Tile {
-    /// Number of pixels.
+    /// Returns the number of pixels.
     pub fn area(&self) -> usize {
         (self.width * self.rows) as usize
     }
 
-    /// The picture's coordinates of the tile's pixel `i`, row by row.
+    /// Returns the image coordinates of the tile's pixel `i`, row by row.
     #[inline]
     pub(crate) fn pixel(&self, i: usize) -> (u32, u32) {
         (
@@ -34,7 +34,7 @@ impl Tile {
     }
 }
 
-/// The tiles of a picture, row by row from the top.
+/// Iterates over the tiles of an image, row by row from the top.
 pub(crate) fn tiles(width: u32, height: u32) -> impl Iterator<Item = Tile> {
     (0..height)
         .step_by(TILE_HEIGHT as usize)
@@ -50,7 +50,7 @@ pub(crate) fn tiles(width: u32, height: u32) -> impl Iterator<Item = Tile> {
         })
 }
 
-/// Cut a picture of `per_pixel` values a pixel into the rows of its tiles, in the order of [`tiles`].
+/// Cuts an image of `per_pixel` values per pixel into the rows of its tiles, in the order of [`tiles`].
 pub(crate) fn tile_rows<T>(picture: &mut [T], width: u32, per_pixel: usize) -> Vec<Vec<&mut [T]>> {
     let row = width as usize * per_pixel;
     let mut all = Vec::new();

@@ -1,11 +1,11 @@
-//! A thread's buffers.
+//! The buffers of a thread.
 
 use crate::ray_batch::{Points, RayBatch, RaySetup};
 use crate::ray_stats::RayCounts;
 use argil_abi::{GpuMaterial, Hit};
 use std::any::Any;
 
-/// A thread's buffers, kept from tile to tile and from picture to picture.
+/// The buffers of a thread, kept from tile to tile and from image to image.
 #[derive(Debug, Default)]
 pub struct TileScratch {
     pub(crate) starts: RaySetup,
@@ -16,12 +16,12 @@ pub struct TileScratch {
     pub(crate) shading: Shading,
 }
 
-/// The buffers that only one way to march needs, each made when it is first asked for.
+/// Buffers that only one kind of source needs, created when first asked for.
 #[derive(Debug, Default)]
 pub(crate) struct SourceScratch(Vec<Box<dyn Any + Send>>);
 
 impl SourceScratch {
-    /// Those of a type.
+    /// Returns the buffers of a type.
     pub(crate) fn of<T: Default + Send + 'static>(&mut self) -> &mut T {
         let place = self.0.iter().position(|one| one.is::<T>());
         let place = place.unwrap_or_else(|| {
@@ -33,7 +33,7 @@ impl SourceScratch {
     }
 }
 
-/// What a thread makes of a tile before it goes into the picture.
+/// A thread's result for a tile, before it goes into the image.
 #[derive(Default)]
 pub(crate) struct TilePicture {
     pub hits: Vec<Hit>,
@@ -48,7 +48,7 @@ pub(crate) struct Shading {
     /// The tile's pixels that show a surface.
     pub lit: Vec<u32>,
     pub materials: Vec<GpuMaterial>,
-    /// Of the solid's points whose materials are evaluated: places among the materials, and what is found.
+    /// The solid's points whose materials the field gives: their indices among the materials, and the results.
     pub unresolved: Vec<u32>,
     pub found: Vec<GpuMaterial>,
     pub sun: Vec<f32>,

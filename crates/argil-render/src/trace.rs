@@ -1,4 +1,4 @@
-//! Primary rays; `trace.wgsl` is the twin.
+//! Primary rays through the field. `trace.wgsl` is the twin.
 
 use crate::camera::primary_ray;
 use crate::probe::FieldProbe;
@@ -11,10 +11,10 @@ use argil_field::LANES;
 use argil_math::Ray;
 use glam::Vec3;
 
-/// Six points around one, two along each axis.
+/// Six points around each, two along each axis.
 const DIFFERENCES: usize = 6;
 
-/// The field with nothing pruned, as a GPU marches through it: what pruning is held against.
+/// The field without pruning, as a GPU marches through it: the reference for pruning.
 #[derive(Debug)]
 pub struct WholeField;
 
@@ -41,7 +41,7 @@ impl RayTracer for WholeField {
     }
 }
 
-/// What the primary ray of each pixel of a tile hits, row by row, into `out`.
+/// Traces the primary ray of each pixel of a tile into `out`, row by row.
 ///
 /// # Panics
 /// If `out` is shorter than the tile's area.
@@ -66,7 +66,7 @@ pub(crate) fn trace_tile(
     hits.clear();
     start_rays(frame, tile, starts, wave, out);
 
-    // March until every ray has hit, left the box or spent its steps.
+    // March until every ray has hit, left the box, or used its steps.
     let (mut steps, batch) = (0, probe.batch());
     while wave.len() > 0 {
         steps += 1;
@@ -106,7 +106,7 @@ pub(crate) fn trace_tile(
                 end_rays(wave, first, steps, &found, hits, out);
             }
         }
-        // A ray that has left the box is near nothing.
+        // A ray that left the box is near nothing.
         if probe.is_near() {
             wave.close();
         } else {
@@ -121,7 +121,7 @@ pub(crate) fn trace_tile(
     intersect_ground(frame, tile, out);
 }
 
-/// Take up the rays that meet the box.
+/// Loads the rays that meet the box.
 pub(crate) fn start_rays(
     frame: &FrameUniform,
     tile: Tile,
@@ -141,7 +141,7 @@ pub(crate) fn start_rays(
     }
 }
 
-/// What a batch of rays finds with one step: a 1 for each that has hit, and for each whose march ends.
+/// The result of a step for a batch of rays: a 1 for each that hit, and for each that ends.
 pub(crate) struct TraceState {
     pub reached: [u8; LANES],
     pub ended: [u8; LANES],
@@ -156,7 +156,7 @@ impl Default for TraceState {
     }
 }
 
-/// Write down what the rays found that end with this step, and take them out of the march.
+/// Writes the results of rays that end with this step, and removes them.
 pub(crate) fn end_rays(
     wave: &mut RayBatch,
     first: usize,
@@ -182,7 +182,7 @@ pub(crate) fn end_rays(
     }
 }
 
-/// The points around each hit, two along each axis, whose distances make its normal.
+/// Computes the points around each hit, two along each axis, for its normal.
 pub(crate) fn central_difference_points(
     frame: &FrameUniform,
     tile: Tile,
@@ -208,7 +208,7 @@ pub(crate) fn central_difference_points(
     }
 }
 
-/// The normals of hits from the distances around them.
+/// Computes the normals of hits from the distances around them.
 pub(crate) fn set_normals(
     frame: &FrameUniform,
     tile: Tile,
@@ -221,7 +221,7 @@ pub(crate) fn set_normals(
     }
 }
 
-/// The normal of a hit from the distances around it, two along each axis.
+/// Computes the normal of a hit from the distances around it, two along each axis.
 #[inline]
 pub(crate) fn set_normal(
     frame: &FrameUniform,
@@ -247,14 +247,14 @@ pub(crate) fn set_normal(
         let scale = 1.0 / length;
         [nx * scale, ny * scale, nz * scale, t]
     } else {
-        // Where all differences are the same, towards the viewer.
+        // If all differences are equal, toward the viewer.
         let (x, y) = tile.pixel(pixel as usize);
         let [x, y, z] = (-primary_ray(frame, x, y).direction).to_array();
         [x, y, z, t]
     };
 }
 
-/// The ground, where it is nearer.
+/// Intersects the ground where it is nearer.
 pub(crate) fn intersect_ground(frame: &FrameUniform, tile: Tile, out: &mut [Hit]) {
     if frame.has_ground == 0 {
         return;
@@ -270,7 +270,7 @@ pub(crate) fn intersect_ground(frame: &FrameUniform, tile: Tile, out: &mut [Hit]
     }
 }
 
-/// The indices of ones among zeros, eight at a look: few rays end with any one step.
+/// Iterates over the indices of ones among zeros, eight at a time, because few rays end with any one step.
 pub(crate) fn set_indices(flags: &[u8]) -> impl Iterator<Item = usize> + '_ {
     flags.chunks_exact(8).enumerate().flat_map(|(word, bytes)| {
         let mut bits = u64::from_le_bytes(bytes.try_into().expect("eight bytes"));
@@ -282,7 +282,7 @@ pub(crate) fn set_indices(flags: &[u8]) -> impl Iterator<Item = usize> + '_ {
     })
 }
 
-/// Where a ray from above meets the ground.
+/// Returns where a ray from above meets the ground.
 fn ground(frame: &FrameUniform, ray: Ray) -> Option<f32> {
     if ray.direction.y > -1e-6 {
         return None;

@@ -1,8 +1,9 @@
 //! Marching cubes over sparse bricks.
 //!
-//! *Practice.* A vertex is the brick's at whose low sides its edge lies; what lies at a brick's high sides is its
-//! neighbor's, where there is one. Bricks are counted, then each writes its own vertices and triangles; a neighbor's
-//! vertices are found by counting the bits before them. No cell without a brick is looked at, as no surface is there.
+//! *Practice.* A vertex belongs to the brick at the low end of its edge. An edge at a brick's high side belongs to
+//! its neighbor, if there is one. Bricks are counted first, and then each writes its own vertices and triangles. A
+//! neighbor's vertices are found by counting the bits before them. Cells without a brick contain no surface, and
+//! are skipped.
 
 use super::case_table::{case_loops, cases};
 pub use super::cell_loops::CellLoops;
@@ -15,34 +16,35 @@ use argil_volume::{BrickCell, Bricks, SampleFormat, Texel};
 use glam::{IVec3, Vec3, ivec3};
 use rayon::prelude::*;
 
-/// The vertices of a brick: `begin` to `ends[0]` lie on edges along x, from there to `ends[1]` along y, to `ends[2]` along z.
+/// The vertices of a brick: `begin` to `ends[0]` lie on edges along x, from there to `ends[1]` along y, and to
+/// `ends[2]` along z.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct BrickVertexRange {
     /// The brick's cell.
     pub cell: IVec3,
     /// The first vertex.
     pub begin: u32,
-    /// Where those of each axis end.
+    /// The end of each axis.
     pub ends: [u32; 3],
 }
 
-/// A surface with where its vertices come from.
+/// A surface, and where its vertices come from.
 #[derive(Clone, Debug, Default)]
 pub struct MarchedMesh {
     /// The surface, without normals.
     pub mesh: Mesh,
-    /// Which vertices are of which brick.
+    /// The vertices of each brick.
     pub groups: Vec<BrickVertexRange>,
-    /// Of each vertex, the distances stored at the beginning and the end of its edge.
+    /// The stored distances at the start and the end of each vertex's edge.
     pub edge_distances: Vec<[f32; 2]>,
 }
 
-/// The surface that bricks hold.
+/// Extracts the surface of bricks.
 pub fn march(bricks: &Bricks) -> MarchedMesh {
     march_with(bricks, false).0
 }
 
-/// The surface, and its loops, for the dual mesh.
+/// Extracts the surface, and its loops for dual contouring.
 pub fn march_with_loops(bricks: &Bricks) -> (MarchedMesh, CellLoops) {
     march_with(bricks, true)
 }
@@ -128,13 +130,14 @@ fn march_of<T: Texel>(bricks: &Bricks, with_rings: bool) -> (MarchedMesh, CellLo
     (marched, rings)
 }
 
-/// What a brick has.
+/// A brick's vertices and triangles.
 #[derive(Clone, Copy)]
 struct BrickVertices {
     cell: IVec3,
-    /// Bricks beside it: by 1 towards x, 2 towards y, 4 towards z, and by sums of those. Itself where there is none.
+    /// Neighboring bricks: index bit 0 toward x, bit 1 toward y, bit 2 toward z. The brick itself where there is
+    /// none.
     beside: [u32; 8],
-    /// Whether an edge at those of its high sides is its own.
+    /// Whether an edge at those high sides belongs to the brick.
     has: [bool; 8],
     /// Vertices on edges along x, y and z, and triangles.
     counts: [u32; 4],
@@ -155,9 +158,9 @@ impl BrickVertices {
         own
     }
 
-    /// Whose an edge is that lies at some of a brick's high sides, and at which of those sides the owner has it still.
+    /// Returns the owner of an edge at some of a brick's high sides, and the high sides at which the owner has it.
     fn owner(&self, brick: usize, sides: usize) -> (usize, usize) {
-        // Of two sides: both, that of the higher axis, that of the lower.
+        // For two sides: both, the higher axis, the lower axis.
         let high = if sides == 0 { 0 } else { 1 << sides.ilog2() };
         for d in [sides, high, sides & !high] {
             let other = self.beside[d] as usize;
@@ -178,9 +181,9 @@ struct All<'a, T> {
     /// Rows of samples in a brick.
     rows: usize,
     own: Vec<BrickVertices>,
-    /// Of each row of each brick, which samples are inside.
+    /// For each row of each brick, which samples are inside.
     bits: Vec<u32>,
-    /// How many of a brick's vertices come before a row's: for edges along x, y and z.
+    /// The number of a brick's vertices before each row, for edges along x, y and z.
     before: Vec<u16>,
 }
 
@@ -252,7 +255,7 @@ impl<'a, T: Texel> All<'a, T> {
         &self.bits[brick * self.rows..(brick + 1) * self.rows]
     }
 
-    /// The edges along an axis that begin in a row and are crossed: a bit for each.
+    /// Returns the crossed edges along an axis that begin in a row, one bit each.
     fn crossed(&self, bits: &[u32], axis: usize, row: usize) -> u32 {
         match axis {
             0 => (bits[row] ^ bits[row] >> 1) & ((1 << self.side) - 1),
@@ -262,14 +265,14 @@ impl<'a, T: Texel> All<'a, T> {
         }
     }
 
-    /// At which high sides but its axis's the edges of a row lie, without that of x.
+    /// Returns the high sides, except its own axis's, at which the edges of a row lie, without x.
     fn sides(&self, axis: usize, row: usize) -> usize {
         let y = usize::from(axis != 1 && row % self.points == self.side) << 1;
         let z = usize::from(axis != 2 && row / self.points == self.side) << 2;
         y | z
     }
 
-    /// Of those, the brick's own.
+    /// Returns the crossed edges that belong to the brick.
     fn owned(&self, own: &BrickVertices, axis: usize, row: usize, crossed: u32) -> u32 {
         let mut edges = crossed;
         let sides = self.sides(axis, row);
@@ -305,7 +308,7 @@ impl<'a, T: Texel> All<'a, T> {
         counts
     }
 
-    /// The active cells, each by its place and case.
+    /// Calls `emit` with each active cell's position and case.
     fn cells(&self, bits: &[u32], mut emit: impl FnMut([usize; 3], usize)) {
         for z in 0..self.side {
             for y in 0..self.side {
@@ -329,8 +332,8 @@ impl<'a, T: Texel> All<'a, T> {
         }
     }
 
-    /// Write a brick's own vertices, and which one is on each edge that is crossed: `ids` has room for an edge along each axis
-    /// from each sample.
+    /// Writes a brick's own vertices, and the vertex of each crossed edge: `ids` has room for an edge along each
+    /// axis from each sample.
     fn vertices(
         &self,
         brick: usize,
@@ -380,7 +383,7 @@ impl<'a, T: Texel> All<'a, T> {
         }
     }
 
-    /// From a cell's first sample to the edges around it.
+    /// Returns the offsets from a cell's first sample to the edges around it.
     fn edge_places(&self) -> [usize; 12] {
         std::array::from_fn(|edge| {
             let (axis, low, high) = (edge / 4, edge & 1, edge >> 1 & 1);
@@ -393,7 +396,7 @@ impl<'a, T: Texel> All<'a, T> {
         })
     }
 
-    /// A brick's loops, by the vertices on its edges.
+    /// Writes a brick's loops, as vertices on its edges.
     fn rings(&self, brick: usize, ids: &[u32], out: &mut Vec<Ring>) {
         let places = self.edge_places();
         let first = self.own[brick].cell * self.side as i32;
@@ -409,7 +412,7 @@ impl<'a, T: Texel> All<'a, T> {
         });
     }
 
-    /// Write a brick's triangles, by the vertices on its edges.
+    /// Writes a brick's triangles, as vertices on its edges.
     fn triangles(&self, brick: usize, ids: &[u32], out: &mut [[u32; 3]]) {
         let places = self.edge_places();
         let mut out = out.iter_mut();
@@ -423,7 +426,7 @@ impl<'a, T: Texel> All<'a, T> {
         });
     }
 
-    /// The vertex on an edge that is crossed, and lies at some high sides.
+    /// Returns the vertex of a crossed edge at some high sides.
     fn id(&self, brick: usize, axis: usize, row: usize, x: usize, sides: usize) -> u32 {
         let (owner, left) = self.own[brick].owner(brick, sides);
         // What was at a high side is at the owner's low side.

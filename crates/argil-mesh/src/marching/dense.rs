@@ -1,9 +1,9 @@
 //! Marching cubes over a dense grid.
 //!
-//! *Practice.* After flying edges (Schroeder, Maynard, Geveci 2015), with bits in place of its edge codes: a row of samples
-//! becomes a row of bits, inside or not, and all that follows (which edges are crossed, which cells are active, how many
-//! vertices come before one) is done on 64 cells at a time. Rows are counted, then each layer writes to its own part of the
-//! mesh, so that the order of vertices and triangles does not depend on threads.
+//! *Practice.* After flying edges (Schroeder, Maynard, Geveci 2015), with bits instead of its edge codes. A row of
+//! samples becomes a row of bits, inside or not. All further steps (which edges are crossed, which cells are
+//! active, how many vertices come before one) run on 64 cells at a time. Rows are counted first, and then each
+//! layer writes its own part of the mesh, so the order of vertices and triangles does not depend on threads.
 
 use super::case_table::{MarchingCase, cases};
 use crate::Mesh;
@@ -14,7 +14,7 @@ use rayon::prelude::*;
 
 /// A stored sample.
 pub trait Sample: Copy + Sync {
-    /// Its value, in the unit of the iso level.
+    /// Returns its value, in the unit of the iso level.
     fn value(self) -> f32;
 }
 
@@ -39,8 +39,8 @@ impl Sample for i8 {
     }
 }
 
-/// The surface on which samples at a grid's points, x fastest, have the value `iso`; what is less is inside. With normals
-/// it has the samples' gradient there, by central differences. What is not a number is outside.
+/// Extracts the surface where samples at a grid's points, x fastest, have the value `iso`. Smaller values are
+/// inside, and NaN is outside. With normals, vertices get the gradient of the samples by central differences.
 ///
 /// # Panics
 /// If there are not as many samples as points.
@@ -110,7 +110,8 @@ pub fn march<T: Sample>(samples: &[T], grid: &Grid, iso: f32, normals: bool) -> 
     mesh
 }
 
-/// Of a row: how many vertices on its edges along x, y and z, and triangles in its cells; after the scan, where they begin.
+/// The vertices on a row's edges along x, y and z, and the triangles in its cells; after the scan, where they
+/// begin.
 #[derive(Clone, Copy, Debug, Default)]
 struct SampleRow {
     first: [u32; 3],
@@ -118,13 +119,13 @@ struct SampleRow {
 }
 
 impl SampleRow {
-    /// Of the total: all vertices.
+    /// Returns the number of all vertices, for the total.
     fn vertices(&self) -> u32 {
         self.first[0]
     }
 }
 
-/// From counts to where rows begin, and the total.
+/// Converts counts to offsets, and returns the total.
 fn scan(mut rows: Vec<SampleRow>) -> (Vec<SampleRow>, SampleRow) {
     let mut total = SampleRow::default();
     for row in &mut rows {
@@ -146,13 +147,13 @@ struct GridField<'a, T> {
     samples: &'a [T],
     grid: Grid,
     iso: f32,
-    /// Words a row.
+    /// Words per row.
     width: usize,
-    /// Bit i of a row: whether sample i is inside.
+    /// Bit i of a row tells whether sample i is inside.
     bits: Vec<u64>,
 }
 
-/// The words of a row from one on: which samples are inside, and which of those after them.
+/// Words of a row: which samples are inside, and which of the samples after them.
 type Pair = [u64; 2];
 
 impl<'a, T: Sample> GridField<'a, T> {
@@ -182,13 +183,13 @@ impl<'a, T: Sample> GridField<'a, T> {
         self.grid.size
     }
 
-    /// A row's words.
+    /// Returns the words of a row.
     fn row(&self, y: usize, z: usize) -> &[u64] {
         let begin = (z * self.size().y as usize + y) * self.width;
         &self.bits[begin..begin + self.width]
     }
 
-    /// The bits of cells along x that there are in a word.
+    /// Returns the bits of cells along x in a word.
     fn cells(&self, word: usize) -> u64 {
         let cells = self.size().x as usize - 1;
         let left = cells.saturating_sub(64 * word);
@@ -205,8 +206,8 @@ impl<'a, T: Sample> GridField<'a, T> {
         [own, own >> 1 | next << 63]
     }
 
-    /// The rows of cells and of edges that begin at a row of points: at (y, z), (y + 1, z), (y, z + 1), (y + 1, z + 1);
-    /// what is beyond the grid is the last row again, so that nothing is crossed on the way there.
+    /// Returns the rows of cells and edges that begin at a row of points: (y, z), (y + 1, z), (y, z + 1), (y + 1, z
+    /// + 1). Beyond the grid, the last row repeats, so that nothing is crossed on the way there.
     fn four(&self, y: usize, z: usize) -> [&[u64]; 4] {
         let n = self.size().as_usizevec3();
         let (up, on) = ((y + 1).min(n.y - 1), (z + 1).min(n.z - 1));
@@ -223,7 +224,7 @@ impl<'a, T: Sample> GridField<'a, T> {
         y + 1 < self.size().y as usize && z + 1 < self.size().z as usize
     }
 
-    /// Whether all of four rows' points are on one side.
+    /// Whether all points of four rows are on one side.
     fn is_uniform(&self, rows: [&[u64]; 4]) -> bool {
         let is_in = rows[0][0] != 0;
         (0..self.width).all(|word| {
@@ -264,7 +265,8 @@ impl<'a, T: Sample> GridField<'a, T> {
         count
     }
 
-    /// The vertices on the edges from a row's points on: first those along x, then y, then z, with the edge's first point.
+    /// Calls `emit` with the vertices on the edges from a row's points: first along x, then y, then z, with the
+    /// edge's first point.
     fn vertices(&self, y: usize, z: usize, mut emit: impl FnMut((UVec3, usize), Vec3)) {
         let rows = self.four(y, z);
         if self.is_uniform(rows) {
@@ -299,7 +301,7 @@ impl<'a, T: Sample> GridField<'a, T> {
         self.grid.min + self.grid.spacing * at
     }
 
-    /// The samples' gradient at a vertex, as a unit vector.
+    /// Returns the gradient of the samples at a vertex, as a unit vector.
     fn normal(&self, (place, axis): (UVec3, usize), position: Vec3) -> Vec3 {
         let mut after = place;
         after[axis] += 1;
@@ -321,7 +323,7 @@ impl<'a, T: Sample> GridField<'a, T> {
         gradient
     }
 
-    /// The triangles in the cells from a row's points on.
+    /// Calls `emit` with the triangles in the cells from a row's points.
     fn triangles(&self, rows: &[SampleRow], y: usize, z: usize, mut emit: impl FnMut([u32; 3])) {
         if !self.has_cells(y, z) {
             return;
@@ -347,7 +349,7 @@ impl<'a, T: Sample> GridField<'a, T> {
             let pairs = bits.map(|row| Self::pair(row, word));
             let cells = self.cells(word);
             let [b00, b10, b01, b11] = pairs.map(|pair| pair[0]);
-            // Edges crossed along each of those rows. Rows of points have one bit more than there are cells.
+            // Edges crossed along each of those rows. Rows of points have one more bit than there are cells.
             let along = |pair: Pair| (pair[0] ^ pair[1]) & cells;
             let edges = [
                 along(pairs[0]),
@@ -391,11 +393,11 @@ impl<'a, T: Sample> GridField<'a, T> {
     }
 }
 
-/// No vertex is nearer to a sample than this part of its edge, so that those around a sample on the surface stay apart and
-/// every triangle has an area.
+/// Minimum distance of a vertex from a sample, as a fraction of its edge, so that vertices around a sample on the
+/// surface stay apart, and every triangle has an area.
 const NEAREST: f32 = argil_abi::NEAREST_ON_EDGE;
 
-/// Where between two samples the value is reached: from 0 to 1.
+/// Returns where between two samples the value is reached, from 0 to 1.
 #[inline]
 pub(crate) fn edge_crossing(a: f32, b: f32, iso: f32) -> f32 {
     let t = (iso - a) / (b - a);
@@ -407,7 +409,7 @@ pub(crate) fn clamp(t: f32) -> f32 {
     t.clamp(NEAREST, 1.0 - NEAREST)
 }
 
-/// A bit for each of up to 64 samples.
+/// Returns a bit for each of up to 64 samples.
 fn inside<T: Sample>(part: &[T], iso: f32) -> u64 {
     let mut flags = [0; 64];
     for (flag, sample) in flags.iter_mut().zip(part) {
@@ -416,12 +418,12 @@ fn inside<T: Sample>(part: &[T], iso: f32) -> u64 {
     bits_of(&flags)
 }
 
-/// The edges along x, y and z that are crossed, of those that begin at the points of the first row.
+/// Returns the crossed edges along x, y and z that begin at the points of the first row.
 fn crossed([b00, b10, b01, _]: [Pair; 4], cells: u64) -> [u64; 3] {
     [(b00[0] ^ b00[1]) & cells, b00[0] ^ b10[0], b00[0] ^ b01[0]]
 }
 
-/// The cells whose corners are not all on one side.
+/// Returns the cells whose corners are not all on one side.
 fn active(pairs: [Pair; 4], cells: u64) -> u64 {
     let any = pairs.iter().fold(0, |bits, pair| bits | pair[0] | pair[1]);
     let all = pairs

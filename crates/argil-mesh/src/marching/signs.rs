@@ -3,7 +3,7 @@
 use argil_math::bits_of;
 use argil_volume::{SampleFormat, Texel};
 
-/// The signs of samples, as a stream of bits.
+/// Writes the signs of samples as a stream of bits.
 pub(super) fn signs<T: Texel>(samples: &[T], out: &mut [u64]) {
     out.fill(0);
     match T::BITS {

@@ -1,38 +1,38 @@
-//! The triangles of a volume: what each representation says of them.
+//! The triangles of a volume, for each kind.
 
 use super::{bricks, dense};
 use crate::Mesh;
 use argil_volume::{Bricks, Dense, Octree, SampleFormat, Volume};
 
-/// Why a volume has no triangles at a level.
+/// The reason why a volume has no triangles at a level.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SurfaceError {
-    /// An octree's empty bricks are not filled.
+    /// An octree's vacant cells have no samples to mesh.
     #[error("an octree is not meshed: take the field, a dense volume or bricks")]
     Octree,
-    /// Bricks hold one surface.
+    /// Bricks store only the surface at distance 0.
     #[error(
         "bricks hold the surface at distance 0 alone: leave out the iso level, or mesh the field or a dense volume"
     )]
     Iso,
-    /// Beyond the band.
+    /// The level is beyond the stored band.
     #[error(
         "an iso level of {iso}, and the volume tells distances up to {band}: take a wider band, or mesh the field"
     )]
     Band {
-        /// Asked for.
+        /// The requested level.
         iso: f32,
-        /// What is stored.
+        /// The stored band.
         band: f32,
     },
 }
 
 impl SurfaceError {
-    /// Refuses a level that what is stored does not reach.
+    /// Checks that the stored samples reach a level.
     ///
     /// # Errors
-    /// If it is as far away as the band.
+    /// If the level is beyond the band.
     pub fn check_band(iso: f32, band: f32) -> Result<(), Self> {
         if iso.abs() >= band {
             return Err(Self::Band { iso, band });
@@ -41,12 +41,13 @@ impl SurfaceError {
     }
 }
 
-/// A representation that triangles are made of.
+/// A representation that can be meshed.
 pub trait Surface {
-    /// The triangles at a level, a length in the scene's unit, with normals of what is stored if those are asked for and it has some.
+    /// Extracts the triangles at a level, in the scene's unit, with normals of the stored samples if requested and
+    /// available.
     ///
     /// # Errors
-    /// If there are none of that representation, or at that level.
+    /// If the representation has no triangles, or none at that level.
     fn triangles(&self, iso: f32, with_normals: bool) -> Result<Mesh, SurfaceError>;
 }
 

@@ -1,9 +1,9 @@
-//! The distances of a block of samples.
+//! Computes the distances of a block of samples.
 //!
-//! *Practice.* Every fourth point is searched for in the tree. What those tell bounds the distances of the points between
-//! them: where they are far, nothing more is asked; where they are not near, the leaves that were nearest to the points around
-//! have to do; the others are searched for. Signs spread from the block's corners, between points whose balls, in which no
-//! surface is, touch; only points that none reaches are asked for their winding number.
+//! *Practice.* The tree is searched for every fourth point. Those distances bound the points between them. If they
+//! are far, nothing more is computed. If they are not near, the leaves nearest to the surrounding points suffice.
+//! The others are searched. Signs spread from the block's corners between points whose free spheres touch. Only
+//! points that none reaches need a winding number.
 
 use super::MeshSdf;
 use super::tree::{gap_square, leaf_square};
@@ -13,14 +13,14 @@ use glam::{UVec3, Vec3, uvec3};
 /// Points along a block's side.
 const SIDE: usize = SAMPLED_SIDE as usize + 1;
 const POINTS: usize = SIDE * SIDE * SIDE;
-/// Intervals between points that are searched for first, and how many those are along a side.
+/// Intervals between points that are searched first, and their number along a side.
 const STRIDE: usize = 4;
 const KNOTS: usize = SAMPLED_SIDE as usize / STRIDE + 1;
 
-/// Intervals from a point to the nearest of eight knots around it at most.
+/// Maximum intervals from a point to the nearest of eight knots around it.
 const WIDEST: f32 = 3.465;
 
-/// What is known of a point that was searched for.
+/// A point that was searched.
 #[derive(Clone, Copy, Default)]
 struct SampleKnot {
     place: Vec3,
@@ -40,7 +40,7 @@ pub(super) fn measure(solid: &MeshSdf, block: &SampledBlock, out: &mut [f32]) {
             (i / KNOTS / KNOTS) as u32,
         );
         let place = block.first + block.step * (STRIDE as u32 * inner).as_vec3();
-        // All points around are far.
+        // All surrounding points are far.
         let lower = known_at(block, inner.as_vec3() / (KNOTS - 1) as f32);
         let (d, leaf) = if lower >= block.far + WIDEST * block.step {
             (lower, hint)
@@ -68,7 +68,7 @@ pub(super) fn measure(solid: &MeshSdf, block: &SampledBlock, out: &mut [f32]) {
     signs(solid, block, out);
 }
 
-/// What the corners' distances say that of a point of the block is at least.
+/// Returns a lower bound of a point's distance from the block's corners.
 #[inline(always)]
 fn known_at(block: &SampledBlock, inner: Vec3) -> f32 {
     let length = block.step * SAMPLED_SIDE as f32;
@@ -80,7 +80,7 @@ fn known_at(block: &SampledBlock, inner: Vec3) -> f32 {
     lower
 }
 
-/// The unsigned distance of a point between eight that are known, and the leaf where it is.
+/// Returns the unsigned distance of a point between eight known ones, and its leaf.
 #[inline(always)]
 fn one(
     solid: &MeshSdf,
@@ -115,7 +115,7 @@ fn one(
     (best.0.sqrt(), best.1)
 }
 
-/// The least square of a distance, and its leaf, of one that is known and another leaf.
+/// Returns the smaller squared distance, and its leaf, of a known one and another leaf.
 #[inline(always)]
 fn nearer_in(solid: &MeshSdf, p: Vec3, leaf: u32, best: (f32, u32)) -> (f32, u32) {
     let [low, high] = solid.surface.boxes[leaf as usize];
@@ -130,7 +130,7 @@ fn nearer_in(solid: &MeshSdf, p: Vec3, leaf: u32, best: (f32, u32)) -> (f32, u32
     }
 }
 
-/// Give distances their signs.
+/// Gives distances their signs.
 #[inline(always)]
 pub(super) fn signs(solid: &MeshSdf, block: &SampledBlock, out: &mut [f32]) {
     let mut is_known = [false; POINTS];
@@ -168,7 +168,7 @@ fn place_of(at: usize) -> UVec3 {
     )
 }
 
-/// What is known of a point around one whose ball touches its, across edges and corners too.
+/// Calls with the neighbors of a point, across edges and corners too, whose free spheres touch its own.
 #[inline(always)]
 fn beside(block: &SampledBlock, out: &[f32], is_known: &[bool; POINTS], at: usize) -> Option<f32> {
     let place = place_of(at);
@@ -189,7 +189,7 @@ fn beside(block: &SampledBlock, out: &[f32], is_known: &[bool; POINTS], at: usiz
     None
 }
 
-/// From points whose sign is known to those next to them whose balls touch theirs.
+/// Spreads signs from known points to their neighbors.
 #[inline(always)]
 fn spread(
     block: &SampledBlock,

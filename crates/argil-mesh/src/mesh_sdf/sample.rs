@@ -1,4 +1,4 @@
-//! A solid's distances in a grid.
+//! Samples a mesh's distances in a grid.
 
 use super::{MeshSdf, block};
 use crate::MeshReadError;
@@ -8,7 +8,8 @@ use glam::{UVec3, Vec3};
 use multiversion::multiversion;
 
 impl MeshSdf {
-    /// Its distances in a box with room around it, `resolution` samples along the longest side of its own box.
+    /// Samples the distances in a box with room around the mesh, with `resolution` samples along the mesh's longest
+    /// side.
     ///
     /// # Errors
     /// If no sample is inside.
@@ -16,10 +17,10 @@ impl MeshSdf {
         self.sample_with_control(resolution, &Control::default())
     }
 
-    /// [`MeshSdf::sample`], which can be stopped; how long it takes is not known beforehand.
+    /// Samples as [`MeshSdf::sample`] does, and can be canceled. Its duration is not known in advance.
     ///
     /// # Errors
-    /// As there, and if it was cancelled.
+    /// If no sample is inside, or if it was canceled.
     pub fn sample_with_control(
         &self,
         resolution: u32,
@@ -48,7 +49,7 @@ impl MeshSdf {
     }
 }
 
-/// A solid that is no longer measured once that is cancelled.
+/// A mesh that stops being measured once it is canceled.
 struct Watched<'a> {
     solid: &'a MeshSdf,
     control: &'a Control,

@@ -1,20 +1,20 @@
-//! A tree of boxes over triangles: which is nearest, and how often they wind around a point.
+//! A bounding-volume hierarchy over triangles, for nearest triangles and winding numbers.
 
 use crate::repair::solid_angle;
 use argil_math::Aabb;
 use glam::{DVec3, Vec3};
 use std::f64::consts::TAU;
 
-/// Triangles of a leaf.
+/// Triangles per leaf.
 pub(super) const WIDE: usize = 8;
 
-/// A node counts as one plate for points that are farther than so many of its radii.
+/// A node counts as one plate for points farther than this many of its radii.
 pub(super) const FAR_RADII: f32 = 2.3;
 
-/// Three numbers of each triangle of a leaf.
+/// Three numbers for each triangle of a leaf.
 pub(super) type Wide3 = [[f32; WIDE]; 3];
 
-/// A leaf's triangles: a corner, and the ways to the other two. What is missing is the first again.
+/// A leaf's triangles: a vertex, and the vectors to the other two. Missing ones repeat the first.
 #[derive(Clone, Debug)]
 pub(super) struct BvhLeaf {
     pub(super) a: Wide3,
@@ -26,24 +26,24 @@ pub(super) struct BvhLeaf {
 pub(super) struct BvhNode {
     pub(super) low: Vec3,
     pub(super) high: Vec3,
-    /// The two children from there on, or a leaf.
+    /// The first of two children, or a leaf.
     pub(super) first: u32,
     pub(super) is_leaf: bool,
-    /// Where its plate is, how large it is and how far its triangles reach from there.
+    /// The position and the area of its plate, and the radius of its triangles around it.
     pub(super) middle: Vec3,
     pub(super) plate: Vec3,
     pub(super) radius: f32,
 }
 
-/// A tree of boxes over triangles.
+/// A bounding-volume hierarchy.
 #[derive(Debug)]
 pub(super) struct Bvh {
     pub(super) nodes: Vec<BvhNode>,
     pub(super) leaves: Vec<BvhLeaf>,
     pub(super) corners: Vec<[Vec3; 3]>,
-    /// Where each leaf's triangles begin among those.
+    /// The index of each leaf's first triangle.
     pub(super) begins: Vec<(u32, u32)>,
-    /// The box around each leaf.
+    /// The box of each leaf.
     pub(super) boxes: Vec<[Vec3; 2]>,
 }
 
@@ -60,8 +60,8 @@ impl Bvh {
         tree
     }
 
-    /// Whether a triangle may be between inside and outside: it is not where both of its sides are in or out, in its middle and near
-    /// its corners.
+    /// Whether a triangle may be between inside and outside. It is not if both of its sides are inside or outside,
+    /// at its center and near its vertices.
     pub(super) fn is_surface(&self, corners: &[Vec3; 3], reach: f32) -> bool {
         let [a, b, c] = *corners;
         let middle = (a + b + c) / 3.0;
@@ -106,7 +106,7 @@ impl Bvh {
         self.corners = corners;
     }
 
-    /// The unsigned distance, and the leaf where it is; a leaf that is near is looked at first.
+    /// Returns the unsigned distance and its leaf. `hint` is a leaf to try first.
     #[inline(always)]
     pub(super) fn nearest(&self, p: Vec3, hint: u32, stack: &mut Vec<(f32, u32)>) -> (f32, u32) {
         let best = leaf_square(&self.leaves[hint as usize], p);
@@ -114,7 +114,7 @@ impl Bvh {
         (square.sqrt(), leaf)
     }
 
-    /// The least square of a distance, and the leaf where it is, of one that is known and all that are less.
+    /// Returns the smallest squared distance and its leaf, given a known one.
     #[inline(always)]
     pub(super) fn nearer(
         &self,
@@ -148,7 +148,7 @@ impl Bvh {
         (best, at_best)
     }
 
-    /// How often the triangles wind around a point.
+    /// Returns the winding number of the triangles around a point.
     pub(super) fn winding(&self, p: Vec3) -> f64 {
         let mut turns = 0.0;
         let mut stack = [0u32; 96];
@@ -170,7 +170,7 @@ impl Bvh {
                         .length_squared()
                         .max((b - middle).length_squared());
                     let square = middle.length_squared();
-                    // A triangle that is far is a plate, too.
+                    // A distant triangle also counts as a plate.
                     turns += if square > 16.0 * reach.max((c - middle).length_squared()) {
                         let plate = 0.5 * (b - a).cross(c - a);
                         f64::from(plate.dot(middle) / (square * square.sqrt()))
@@ -246,7 +246,8 @@ pub(super) fn gap_square(low: Vec3, high: Vec3, p: Vec3) -> f32 {
     gap.length_squared()
 }
 
-/// The least squared distance to a leaf's triangles: to the plane where the foot lies within, else to the sides.
+/// Returns the smallest squared distance to a leaf's triangles: to the plane where the foot lies within, else to
+/// the sides.
 #[inline(always)]
 pub(super) fn leaf_square(leaf: &BvhLeaf, p: Vec3) -> f32 {
     let BvhLeaf { a, ab, ac } = leaf;
@@ -262,7 +263,7 @@ pub(super) fn leaf_square(leaf: &BvhLeaf, p: Vec3) -> f32 {
         let v = d11 * d20 - d01 * d21;
         let w = d00 * d21 - d01 * d20;
         let is_within = v >= 0.0 && w >= 0.0 && v + w <= area;
-        // Each side's nearest point.
+        // The nearest point of each side.
         let along = |from: [f32; 3], side: [f32; 3], square: f32| {
             let t = (dot(from, side) / square.max(f32::MIN_POSITIVE)).clamp(0.0, 1.0);
             let way = [

@@ -1,9 +1,9 @@
-//! Why bytes are no mesh.
+//! The reason why bytes are not a mesh.
 
-/// Most triangles of a mesh.
+/// Maximum triangles of a mesh.
 pub(super) const MAX_TRIANGLES: usize = 50_000_000;
 
-/// Why bytes are no mesh.
+/// The reason why bytes are not a mesh.
 #[derive(Debug)]
 pub(super) enum ReadFault {
     Damaged(String),

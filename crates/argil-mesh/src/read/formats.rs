@@ -1,4 +1,4 @@
-//! What the bytes of each format mean.
+//! Parses the bytes of each format.
 
 use super::fault::{MAX_TRIANGLES, ReadFault};
 use crate::Mesh;
@@ -7,8 +7,8 @@ use ply_rs_bw::parser::{ParseError, Parser, Reader};
 use ply_rs_bw::ply::{Property, PropertyAccess, PropertyAccessResult};
 use std::io::{BufReader, Cursor, ErrorKind};
 
-/// An OBJ file's text as its reader expects it: UTF-8 without a mark at its beginning (bytes that are none are taken for
-/// Latin-1, which comments and names of old programs are in), lines that end with a line feed, and none that goes on.
+/// Returns an OBJ file's text as its reader expects it: UTF-8 without a byte order mark, with line feeds only, and
+/// with continued lines joined. Invalid bytes count as Latin-1, which comments and names of old programs use.
 fn obj_lines(bytes: &[u8]) -> String {
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     let text = match std::str::from_utf8(bytes) {
@@ -19,7 +19,7 @@ fn obj_lines(bytes: &[u8]) -> String {
     text.replace("\\\n", " ")
 }
 
-/// The first line of an OBJ file's text that is no corner or face, though it begins as one, or whose corners there are not.
+/// Returns the first line of an OBJ file that is not a valid vertex or face, although it begins as one.
 fn bad_obj_line(text: &str) -> Option<String> {
     let corners = text
         .lines()
@@ -62,7 +62,7 @@ pub(super) fn obj(bytes: &[u8]) -> Result<Mesh, ReadFault> {
     }
     let text = obj_lines(bytes);
     let mut file = BufReader::new(Cursor::new(text.as_bytes()));
-    // Materials stand in another file, and are left out.
+    // Materials are in another file, and are ignored.
     let found = tobj::load_obj_buf(&mut file, &options, |_| Ok(Default::default()));
     let (models, _) = found.map_err(|e| bad_obj_line(&text).unwrap_or_else(|| e.to_string()))?;
     let mut mesh = Mesh::default();
@@ -80,10 +80,10 @@ pub(super) fn obj(bytes: &[u8]) -> Result<Mesh, ReadFault> {
     Ok(mesh)
 }
 
-/// Refuse what the reader cannot read, by its name and with what to do.
+/// Refuses extensions that the reader does not support, by name and with the remedy.
 fn check_extensions(bytes: &[u8]) -> Result<(), ReadFault> {
     let Ok(glb) = gltf::Glb::from_slice(bytes) else {
-        // Its reader says why.
+        // The reader reports the reason.
         return Ok(());
     };
     let Ok(root) = serde_json::from_slice::<serde_json::Value>(&glb.json) else {
@@ -163,7 +163,7 @@ pub(super) fn glb(bytes: &[u8]) -> Result<Mesh, ReadFault> {
             }
             let reader = primitive.reader(|buffer| match buffer.source() {
                 gltf::buffer::Source::Bin => blob,
-                // Only what is in the file itself is read.
+                // Only data in the file itself is read.
                 gltf::buffer::Source::Uri(_) => None,
             });
             let Some(places) = reader.read_positions() else {
@@ -194,7 +194,7 @@ pub(super) fn glb(bytes: &[u8]) -> Result<Mesh, ReadFault> {
     Ok(mesh)
 }
 
-/// The triangles of a strip; every other one runs the other way.
+/// Iterates over the triangles of a strip. Every other one is reversed.
 fn strip(corners: &[u32]) -> impl Iterator<Item = [u32; 3]> + '_ {
     let all = corners.windows(3).enumerate();
     all.map(|(nth, own)| match nth % 2 {
@@ -203,13 +203,13 @@ fn strip(corners: &[u32]) -> impl Iterator<Item = [u32; 3]> + '_ {
     })
 }
 
-/// The triangles of a fan, or of a polygon.
+/// Iterates over the triangles of a fan, or of a polygon.
 fn fan(corners: &[u32]) -> impl Iterator<Item = [u32; 3]> + '_ {
     let sides = corners.get(1..).unwrap_or_default().windows(2);
     sides.map(|side| [corners[0], side[0], side[1]])
 }
 
-/// Refuse numbers of another kind than they must be, or that are not all in the file: the reader trusts both.
+/// Refuses accessors of another type than required, or beyond the end of the file, because the reader trusts both.
 fn check_accessor(
     accessor: &gltf::Accessor<'_>,
     is_right: bool,
@@ -237,7 +237,7 @@ fn check_accessor(
     Ok(())
 }
 
-/// What a reader says, in words that say what to do.
+/// Returns a reader's message with a remedy.
 fn said(kind: ErrorKind, text: String) -> String {
     match kind {
         ErrorKind::UnexpectedEof => "it ends in the middle: it is cut off".to_owned(),
@@ -245,7 +245,7 @@ fn said(kind: ErrorKind, text: String) -> String {
     }
 }
 
-/// The same of a PLY file's reader: its first line, and the text that it is about.
+/// Returns a PLY reader's message: its first line, and the text that it is about.
 fn ply_fault(error: &ParseError) -> String {
     let text = error.to_string();
     let mut lines = text.lines();
@@ -273,7 +273,7 @@ pub(super) fn stl(bytes: &[u8]) -> Result<Mesh, ReadFault> {
     })
 }
 
-/// A corner or a polygon of a PLY file, whichever its element is; other properties are passed over.
+/// A vertex or a polygon of a PLY file, depending on its element. Other properties are skipped.
 struct PlyPart {
     place: Vec3,
     corners: Vec<u32>,
@@ -288,7 +288,7 @@ impl PropertyAccess for PlyPart {
     }
 
     fn set_property(&mut self, name: &str, property: Property) -> PropertyAccessResult {
-        // What is no index becomes one that there is not.
+        // An invalid index becomes one that does not exist.
         fn all<T: TryInto<u32>>(list: Vec<T>) -> Vec<u32> {
             let index = |i: T| i.try_into().unwrap_or(u32::MAX);
             list.into_iter().map(index).collect()
@@ -334,7 +334,7 @@ pub(super) fn ply(bytes: &[u8]) -> Result<Mesh, ReadFault> {
     let header = parser.read_header(&mut file).map_err(|e| ply_fault(&e))?;
     let mut mesh = Mesh::default();
     for element in header.elements.values() {
-        // No element takes less than a byte.
+        // Each element takes at least one byte.
         if element.count > bytes.len() {
             return Err(format!(
                 "{} times \"{}\" are announced, and the file has {} bytes",

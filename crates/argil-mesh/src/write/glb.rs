@@ -1,6 +1,7 @@
 //! glTF 2.0, binary.
 //!
-//! *Practice.* Triangles are sorted by their corners' roughness, metal and emission, in steps; the color is the vertices' own, so that blends between colors come through.
+//! *Practice.* Triangles are grouped by the quantized roughness, metalness and emission of their vertices. Colors
+//! are per vertex, so that blends survive.
 
 use crate::Mesh;
 use argil_abi::GpuMaterial;
@@ -18,15 +19,15 @@ const SHORT: u32 = 5123;
 const VERTICES: u32 = 34962;
 const INDICES: u32 = 34963;
 
-/// What is not a color, in steps: roughness, metal, and emission in red, green and blue.
+/// A material without its color, quantized: roughness, metalness, and emission in red, green and blue.
 type Finish = [u32; 5];
 
 const STEPS: f32 = 64.0;
 
-/// Most materials of a file.
+/// Maximum materials of a file.
 const MAX_FINISHES: usize = 16;
 
-/// What a mesh without materials has.
+/// The material of a mesh without materials.
 const PLAIN: GpuMaterial = GpuMaterial {
     base_roughness: [1.0, 1.0, 1.0, 0.55],
     emission_metallic: [0.0; 4],
@@ -49,7 +50,7 @@ pub(super) fn write(mesh: &Mesh, out: &mut impl Write) -> io::Result<()> {
     let mut materials = Vec::new();
     let mut is_strong = false;
     for (finish, triangles) in &groups {
-        // Readers give each primitive corners of its own, so that shared ones would be multiplied.
+        // Readers give each primitive its own vertices, so shared ones would be duplicated.
         let mut primitive = primitive(&mut parts, &mesh.submesh(triangles));
         primitive["material"] = json!(materials.len());
         primitives.push(primitive);
@@ -76,7 +77,7 @@ pub(super) fn write(mesh: &Mesh, out: &mut impl Write) -> io::Result<()> {
         root["extensionsUsed"] = json!(["KHR_materials_emissive_strength"]);
     }
     let glb = Glb {
-        // The length is set by what writes it.
+        // The writer sets the length.
         header: Header {
             magic: *b"glTF",
             version: 2,
@@ -100,7 +101,7 @@ fn primitive(parts: &mut GlbParts, mesh: &Mesh) -> Value {
         }),
     );
     if !mesh.normals.is_empty() {
-        // Where the field has no gradient there is none; glTF wants unit vectors.
+        // Where the field has no gradient, there is no normal, but glTF requires unit vectors.
         let unit = |n: &Vec3| {
             if n.length_squared() > 0.5 {
                 *n
@@ -131,7 +132,7 @@ fn primitive(parts: &mut GlbParts, mesh: &Mesh) -> Value {
     json!({ "attributes": attributes, "indices": indices })
 }
 
-/// The file's one buffer, and what is where in it.
+/// The file's one buffer, and its accessors.
 #[derive(Default)]
 struct GlbParts {
     bytes: Vec<u8>,
@@ -140,7 +141,7 @@ struct GlbParts {
 }
 
 impl GlbParts {
-    /// Add bytes, whose length is a multiple of four, and the accessor that reads them; its number.
+    /// Adds bytes, whose length is a multiple of four, and the accessor that reads them. Returns its index.
     fn accessor(&mut self, bytes: &[u8], mut about: Value) -> Value {
         let is_index = about["type"] == "SCALAR";
         let target = if is_index { INDICES } else { VERTICES };
@@ -154,8 +155,8 @@ impl GlbParts {
     }
 }
 
-/// The triangles of each finish. There are few finishes: one that few corners have, as in a blend between two materials,
-/// is taken for the nearest of the others.
+/// Returns the triangles of each finish. There are few: one that few vertices have, as in a blend between two
+/// materials, becomes the nearest of the others.
 fn groups(mesh: &Mesh) -> BTreeMap<Finish, Vec<[u32; 3]>> {
     let mut groups: BTreeMap<Finish, Vec<[u32; 3]>> = BTreeMap::new();
     if mesh.materials.is_empty() {
@@ -185,7 +186,7 @@ fn groups(mesh: &Mesh) -> BTreeMap<Finish, Vec<[u32; 3]>> {
         *finish = snapped[finish];
     }
     for &triangle in &mesh.triangles {
-        // That which two corners have, else the middle one.
+        // The one of two vertices, else the middle one.
         let mut finishes = triangle.map(|i| own[i as usize]);
         finishes.sort_unstable();
         groups.entry(finishes[1]).or_default().push(triangle);

@@ -1,6 +1,6 @@
 //! Colors as bytes.
 
-/// A linear color component as a byte of sRGB.
+/// Converts a linear color component to an sRGB byte.
 pub(crate) fn srgb(linear: f32) -> u8 {
     let c = linear.clamp(0.0, 1.0);
     let c = if c <= 0.003_130_8 {

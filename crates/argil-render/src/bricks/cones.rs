@@ -1,10 +1,10 @@
-//! Cones around blocks of pixels; `cones.wgsl` is the twin.
+//! Cones around blocks of pixels. `cones.wgsl` is the twin.
 //!
-//! *Theory.* A ball that holds no surface is free for all rays that are in it. A cone around 8×8 pixels goes on as long as
-//! the ball at its axis is wider than itself; the rays begin there (Claybook, Aaltonen 2018).
+//! *Theory.* A sphere without a surface is free for all rays inside it. A cone around 8×8 pixels advances as long
+//! as the free sphere at its axis is wider than the cone. The rays begin there (Claybook, Aaltonen 2018).
 //!
-//! With the axis at length t, its rays are within k·t of it, and at length t' within (t' − t) + k·t' of the same point. A
-//! ball of radius D there is free up to t' = (t + D) / (1 + k).
+//! If the axis is at length t, its rays are within k·t of it, and at length t' within (t' − t) + k·t' of the same
+//! point. A free sphere of radius D there is free up to t' = (t + D) / (1 + k).
 
 use super::rays::BrickRays;
 use crate::camera::bounds_of;
@@ -16,16 +16,16 @@ use glam::Vec3;
 
 /// Pixels along a cone's side.
 pub(crate) const CONE_SIDE: u32 = argil_abi::CONE_SIDE;
-/// Most steps of a cone.
+/// Maximum steps of a cone.
 const CONE_STEPS: u32 = argil_abi::CONE_STEPS;
-/// From a block's center to the corners of its corner pixels, in pixels, and a little more.
+/// Distance from a block's center to the corners of its corner pixels, in pixels, and a little more.
 const CONE_RADIUS: f32 = argil_abi::CONE_RADIUS;
 
 /// The cones of a tile.
 #[derive(Default)]
 pub(crate) struct Cones {
     across: u32,
-    /// Of each block of pixels, where its rays begin; infinity where they all miss.
+    /// Where the rays of each block begin; infinity where they all miss.
     begin: Vec<f32>,
     end: Vec<f32>,
     direction: [Vec<f32>; 3],
@@ -33,12 +33,12 @@ pub(crate) struct Cones {
 }
 
 impl Cones {
-    /// Where the rays of the block begin that holds a pixel of the tile.
+    /// Returns where the rays of a pixel's block begin.
     pub(super) fn begin(&self, column: u32, row: u32) -> f32 {
         self.begin[(row / CONE_SIDE * self.across + column / CONE_SIDE) as usize]
     }
 
-    /// March the cones of a tile; their steps are counted with the first pixel of each block.
+    /// Marches the cones of a tile. Their steps count with the first pixel of each block.
     pub(super) fn march(
         &mut self,
         frame: &FrameUniform,
@@ -87,7 +87,7 @@ impl Cones {
                     hit.steps += 1;
                     let begin = &mut self.begin[i as usize];
                     let t = *begin;
-                    // What enters through a cut side is not free, whatever is behind it.
+                    // What enters through a clipped side is not free, whatever is behind it.
                     let inside = d[lane] < 0.0 && starts_outside;
                     let length = d[lane].abs() * frame.inv_lipschitz;
                     let free = (length - beside[lane]).max(beside[lane]);

@@ -1,11 +1,11 @@
-//! Bricks of either width, ready to be marched through.
+//! Bricks of either sample format, ready to be marched.
 
 use argil_abi::GpuMaterial;
 use argil_volume::{BrickSampler, Bricks, SampleFormat};
 use glam::Vec3;
 use multiversion::multiversion;
 
-/// Bricks, ready to be marched through.
+/// Bricks, ready to be marched.
 pub(crate) enum BrickRays<'a> {
     Eight(BrickSampler<'a, i8>, &'a Bricks),
     Sixteen(BrickSampler<'a, i16>, &'a Bricks),
@@ -19,8 +19,8 @@ impl<'a> BrickRays<'a> {
         }
     }
 
-    /// Around points in the world, how far the surface is at least, with the sign of the side. What is interpolated is off
-    /// by half of a voxel's diagonal at most.
+    /// Computes lower bounds of the signed distance around points in the scene's space. Interpolation is off by at
+    /// most half of a voxel's diagonal.
     pub(super) fn clearances(&self, points: [&[f32]; 3], out: &mut [f32]) {
         let margin = 0.5 * 3f32.sqrt() * self.voxel();
         match self {
@@ -29,7 +29,7 @@ impl<'a> BrickRays<'a> {
         }
     }
 
-    /// The signed distances at points in the world, as nearly as they are known.
+    /// Estimates the signed distances at points in the scene's space.
     pub(super) fn estimates(&self, points: [&[f32]; 3], out: &mut [f32]) {
         match self {
             Self::Eight(sampler, _) => estimates_i8(sampler, points, out),
@@ -37,7 +37,7 @@ impl<'a> BrickRays<'a> {
         }
     }
 
-    /// What a point in a brick looks like.
+    /// Returns the material at a point in a brick.
     pub(super) fn look(
         &self,
         point: Vec3,
@@ -63,7 +63,7 @@ impl<'a> BrickRays<'a> {
     }
 }
 
-// `multiversion` takes no generic functions: each has a wrapper for each type of sample.
+// `multiversion` does not accept generic functions, so each sample type has a wrapper.
 
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl", "x86_64+avx2"))]
 fn clearances_i8(

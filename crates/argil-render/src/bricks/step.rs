@@ -14,34 +14,35 @@ use argil_volume::{
 use multiversion::multiversion;
 use std::ops::Range;
 
-/// Nearer than this many voxels a ray looks for the surface in its voxel.
+/// Below this distance in voxels, a ray looks for the surface in its voxel.
 const NEAR_VOXELS: f32 = argil_abi::NEAR_VOXELS;
-/// A ray that a pixel's footprint ends is so many voxels within what is stored, at least.
+/// A ray that its pixel's footprint ends is at least this many voxels within the stored samples.
 const MARGIN_VOXELS: f32 = argil_abi::BRICK_MARGIN_VOXELS;
-/// How much of what spheres along a plane allow a ray goes beyond its own.
+/// Fraction of the largest over-relaxed step along a plane.
 pub(super) const RELAXATION: f32 = argil_abi::RELAXATION;
-/// A ray that leaves a cell or a voxel goes so many voxels farther, and so much of its length, to be in the next.
+/// A ray that leaves a cell or a voxel advances by this many voxels, and by a fraction of its length, to be inside
+/// the next.
 pub(super) const NUDGE_VOXELS: f32 = argil_abi::NUDGE_VOXELS;
 pub(super) const NUDGE_SHARE: f32 = argil_abi::NUDGE_SHARE;
 
-/// And so much of its place in voxels, in a world so wide that rounding is more than that.
+/// And by a fraction of its position in voxels, in a world so wide that rounding exceeds that.
 const NUDGE_PLACE: f32 = argil_abi::NUDGE_PLACE;
 
-/// How far beyond a voxel a ray goes for the rounding of its place.
+/// Returns how far beyond a voxel a ray must advance, given the rounding of its position.
 #[inline(always)]
 pub(super) fn nudge_for(place: [f32; 3], voxel: f32) -> f32 {
     let [x, y, z] = place.map(f32::abs);
     NUDGE_PLACE * high(x, high(y, z)) * voxel
 }
 
-/// What a step of a batch finds: a 1 for each ray.
+/// The result of a step for a batch, 1 for each ray.
 pub(super) struct StepOutcome {
     pub near: [u8; LANES],
     pub reached: [u8; LANES],
     pub ended: [u8; LANES],
 }
 
-/// Rays at their lengths, in voxels from the volume's corner.
+/// Computes the positions of rays, in voxels from the volume's corner.
 #[inline(always)]
 pub(super) fn place<T: Texel>(
     frame: &FrameUniform,
@@ -75,15 +76,15 @@ pub(super) fn high(a: f32, b: f32) -> f32 {
     if b > a { b } else { a }
 }
 
-/// The greatest distance at which a pixel's footprint ends a ray: farther out the samples that a normal needs are beyond
-/// what is stored.
+/// Returns the largest distance at which a pixel's footprint ends a ray. Farther out, a normal's samples would be
+/// outside the stored ones.
 pub(super) fn widest_footprint<T: Texel>(sampler: &BrickSampler<'_, T>) -> f32 {
     let layout = sampler.layout();
     let range = layout.encoding.band_width(&layout.voxel_grid, 0);
     high(range - MARGIN_VOXELS * layout.voxel_grid.voxel_size, 0.0)
 }
 
-/// What is stored where each ray is.
+/// Reads the stored distance at each ray.
 #[inline(always)]
 fn gaps<T: Texel>(
     sampler: &BrickSampler<'_, T>,
@@ -101,8 +102,8 @@ fn gaps<T: Texel>(
     }
 }
 
-/// On which side of the surface each ray begins: one that enters the volume through a solid's cut side has hit there; one that starts
-/// within goes on.
+/// Determines on which side of the surface each ray begins. A ray that enters the volume through a clipped solid
+/// hits there. A ray that starts inside continues.
 #[inline(always)]
 fn begin(gap: &[f32], side: &mut [f32]) {
     for i in 0..gap.len() {
@@ -115,8 +116,8 @@ fn begin(gap: &[f32], side: &mut [f32]) {
     }
 }
 
-/// How far each ray has to the end of its cell, or of the block, or of what is empty around that; and by how much more it goes, as
-/// places are rounded.
+/// Computes how far each ray is from the end of its cell, its block, or the empty cube around that, and the
+/// rounding to add.
 #[inline(always)]
 fn leaves<T: Texel>(
     sampler: &BrickSampler<'_, T>,
@@ -160,7 +161,7 @@ fn leaves<T: Texel>(
     }
 }
 
-/// One step of a batch of rays.
+/// Takes one step of a batch of rays.
 #[inline(always)]
 fn step<T: Texel>(
     frame: &FrameUniform,
@@ -211,11 +212,11 @@ fn step<T: Texel>(
         let nudge = NUDGE_VOXELS * voxel + NUDGE_SHARE * t[i] + rounding[i];
         let empty_way = high(g * scale, leave[i] + nudge);
         let close = high(NEAR_VOXELS * voxel, low(footprint * t[i], widest));
-        // Spheres that no longer touch: back to where the last one ended.
+        // The spheres no longer touch: return to the end of the last one.
         let too_far = (over[i] > 0.0) & (g < over[i]);
         let near = in_brick & (g < close) & !too_far;
         let reached = !in_brick & (g < 0.0) & !too_far;
-        // Along a plane, spheres still touch with so much more than their radius between their centers.
+        // Along a plane, spheres still touch with this additional distance between their centers.
         let (before, fell) = (last_way[i], high(last_gap[i] - g, 0.0));
         let sum = before + fell;
         let share = high((before - fell) / (if sum > 0.0 { sum } else { 1.0 }), 0.0);
@@ -233,7 +234,8 @@ fn step<T: Texel>(
         last_gap[i] = g;
         last_way[i] = if tells { moved } else { 0.0 };
         t[i] += if stays { 0.0 } else { moved };
-        // Beyond the ray's end it goes no farther than is known to be free, or what is at the end would be missed.
+        // Beyond the ray's end, it must not go farther than what is known to be free, or it would miss what is
+        // there.
         let pull = low(high(t[i] - ends[i], 0.0), over[i]);
         t[i] -= pull;
         over[i] -= pull;
@@ -248,7 +250,7 @@ fn step<T: Texel>(
     }
 }
 
-// `multiversion` takes no generic functions: each has a wrapper for each type of sample.
+// `multiversion` does not accept generic functions, so each sample type has a wrapper.
 
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl", "x86_64+avx2"))]
 pub(super) fn step_i8(

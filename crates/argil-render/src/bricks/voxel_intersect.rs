@@ -1,4 +1,4 @@
-//! Where rays near the surface meet it in their voxel, and the normals there.
+//! Intersects rays near the surface with it in their voxel, and computes normals there.
 
 #![expect(
     clippy::needless_range_loop,
@@ -11,7 +11,7 @@ use argil_field::LANES;
 use argil_volume::{BrickSampler, CellLocations, NeighborPlanes, Texel, VoxelSamples};
 use multiversion::multiversion;
 
-/// A batch of rays near the surface, and what is found of each.
+/// A batch of rays near the surface, and their results.
 pub(crate) struct NearLanes {
     pub direction: [[f32; LANES]; 3],
     pub t: [f32; LANES],
@@ -32,7 +32,7 @@ impl Default for NearLanes {
     }
 }
 
-/// The places of a batch's rays in their voxels, and the samples there.
+/// The positions of a batch's rays in their voxels, and the samples there.
 struct RayPositions<'a, 'b, T> {
     sampler: &'a BrickSampler<'b, T>,
     u: [[f32; LANES]; 3],
@@ -40,7 +40,7 @@ struct RayPositions<'a, 'b, T> {
     corners: VoxelSamples,
 }
 
-/// The first root of a batch's cubics, and the normals there.
+/// Solves a batch's cubics for their first roots, and computes the normals there.
 #[inline(always)]
 fn solve<T: Texel>(
     frame: &FrameUniform,
@@ -74,7 +74,7 @@ fn solve<T: Texel>(
     normals::<T>(&places.corners, &beyond, &hit, n, lanes);
 }
 
-/// How far each ray goes in its voxel until it hits, or leaves it; where in the voxel that is.
+/// Computes how far each ray goes in its voxel until it hits or leaves, and the position there.
 #[inline(always)]
 fn roots<T: Texel>(
     frame: &FrameUniform,
@@ -139,10 +139,10 @@ fn roots<T: Texel>(
     }
 }
 
-/// The interpolated distance along a way through a voxel, from 0 to 1: the coefficients of its powers.
+/// Returns the coefficients of the interpolated distance along a way through a voxel, for a parameter from 0 to 1.
 #[inline(always)]
 fn cubic(s: [f32; 8], side: f32, [x, y, z]: [f32; 3], [dx, dy, dz]: [f32; 3]) -> [f32; 4] {
-    // As a polynomial of the place in the voxel.
+    // As a polynomial of the position in the voxel.
     let k0 = s[0] * side;
     let (kx, ky, kz) = (
         (s[1] - s[0]) * side,
@@ -170,11 +170,11 @@ fn cubic(s: [f32; 8], side: f32, [x, y, z]: [f32; 3], [dx, dy, dz]: [f32; 3]) ->
     [c0, c1, c2, c3]
 }
 
-/// The first place from 0 to 1 where a cubic falls below 0, and whether there is one.
+/// Returns the first parameter from 0 to 1 where a cubic falls below 0, and whether there is one.
 #[inline(always)]
 fn first_root([c0, c1, c2, c3]: [f32; 4]) -> (f32, bool) {
     let value = |s: f32| ((c3 * s + c2) * s + c1) * s + c0;
-    // It rises and falls at most twice: the first stretch that ends below 0 holds the first root.
+    // It has at most two turning points: the first interval that ends below 0 contains the first root.
     let (a, b) = (3.0 * c3, c2);
     let root = high(b * b - a * c1, 0.0).sqrt();
     let q = -(b + if b < 0.0 { -root } else { root });
@@ -202,7 +202,7 @@ fn first_root([c0, c1, c2, c3]: [f32; 4]) -> (f32, bool) {
         1.0
     };
     let (mut f_from, mut f_to) = (value(from), value(to));
-    // Regula falsi, Illinois: the end that stays counts half.
+    // Regula falsi, Illinois variant: the end that stays counts half.
     let mut s = to;
     for _ in 0..4 {
         let span = f_from - f_to;
@@ -217,7 +217,7 @@ fn first_root([c0, c1, c2, c3]: [f32; 4]) -> (f32, bool) {
     (s, in_first | in_second | at_end)
 }
 
-/// The normals at the places of hits.
+/// Computes the normals at hits.
 #[inline(always)]
 pub(super) fn normals<T: Texel>(
     corners: &VoxelSamples,
@@ -229,7 +229,7 @@ pub(super) fn normals<T: Texel>(
     for i in 0..n {
         let s = corners.integers::<T>(i);
         let (x, y, z) = (place[0][i], place[1][i], place[2][i]);
-        // The faces' values at the place, and how the distance changes from one to the other and beyond.
+        // The values of the faces at the position, and how the distance changes from one to the other and beyond.
         let change = |axis: usize, near: [f32; 4], far: [f32; 4], f: f32, (u, v): (f32, f32)| {
             let on_face = |[a, b, c, d]: [f32; 4]| {
                 let (p, q) = (a + (b - a) * u, c + (d - c) * u);
@@ -269,7 +269,7 @@ pub(super) fn normals<T: Texel>(
         let length = (nx * nx + ny * ny + nz * nz).sqrt();
         let is_flat = length == 0.0;
         let scale = 1.0 / (if is_flat { 1.0 } else { length });
-        // Where all is the same, towards the viewer.
+        // If all values are equal, toward the viewer.
         let toward = |axis: usize, n: f32| {
             if is_flat {
                 -lanes.direction[axis][i]
@@ -284,7 +284,7 @@ pub(super) fn normals<T: Texel>(
     }
 }
 
-// `multiversion` takes no generic functions: each has a wrapper for each type of sample.
+// `multiversion` does not accept generic functions, so each sample type has a wrapper.
 
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl", "x86_64+avx2"))]
 pub(super) fn solve_i8(

@@ -1,4 +1,4 @@
-//! A block of rays that go through slabs together.
+//! A block of rays that march through slabs together.
 
 use crate::tile::Tile;
 use crate::trace::set_indices;
@@ -12,24 +12,24 @@ use std::ops::Range;
 pub(super) const BLOCK: u32 = 16;
 /// Rays of a block.
 pub(super) const RAYS: usize = (BLOCK * BLOCK) as usize;
-/// How much of what spheres along a plane allow a ray goes beyond its own.
+/// Fraction of the largest over-relaxed step along a plane.
 const RELAXATION: f32 = argil_abi::RELAXATION;
-/// Rays of a block that are left out together where none goes.
+/// Rays of a block that are skipped together if none advances.
 const STRETCH: usize = 64;
 /// Six points around each hit.
 const DIFFERENCES: usize = 6;
 
-/// What is known of a block's rays during a step.
+/// A block's rays during a step.
 pub(super) struct RayLanes {
     p: [[f32; RAYS]; 3],
     d: [f32; RAYS],
-    /// The rays that are evaluated, where those are few.
+    /// The rays to evaluate, if they are few.
     few: [u16; RAYS],
     few_p: [[f32; RAYS]; 3],
     few_d: [f32; RAYS],
     goes: [u8; RAYS],
     reached: [f32; RAYS],
-    /// Of what has hit: pixels and points.
+    /// Pixels and points of hits.
     hits: Vec<(u32, Vec3)>,
 }
 
@@ -48,7 +48,7 @@ impl Default for RayLanes {
     }
 }
 
-/// The rays of a block, the first `count` of each array; those that have ended have an endless length.
+/// The rays of a block, in the first `count` elements of each array. Rays that ended have infinite length.
 pub(super) struct RayBlock {
     pub(super) count: usize,
     pixel: [u32; RAYS],
@@ -58,7 +58,7 @@ pub(super) struct RayBlock {
     /// 1 outside, −1 inside, 0 before the first evaluation.
     side: [f32; RAYS],
     steps: [u32; RAYS],
-    /// How far a ray has gone beyond what was known to be free, its last distance, and how far it went with that.
+    /// How far a ray went beyond what was known to be free, its last distance, and how far it went with that.
     over: [f32; RAYS],
     last_gap: [f32; RAYS],
     last_way: [f32; RAYS],
@@ -85,7 +85,7 @@ impl RayBlock {
         }
     }
 
-    /// Take up the rays of some pixels.
+    /// Loads the rays of some pixels.
     pub(super) fn push_row(&mut self, starts: &crate::ray_batch::RaySetup, row: Range<usize>) {
         let to = self.count..self.count + row.len();
         for (lanes, from) in self.direction.iter_mut().zip(&starts.direction) {
@@ -105,7 +105,7 @@ impl RayBlock {
 }
 
 impl RayBlock {
-    /// March to a slab's end by a list.
+    /// Marches to the end of a slab with a program.
     #[expect(clippy::too_many_arguments, reason = "a tile's whole context")]
     pub(super) fn march(
         &mut self,
@@ -128,7 +128,7 @@ impl RayBlock {
             if 4 * going > 3 * n {
                 evaluate(list, &lanes.p, n, evaluator, &mut lanes.d);
             } else {
-                // Only those that are before the slab's end.
+                // Only rays before the end of the slab.
                 list_active(lanes);
                 let few = &lanes.few[..going];
                 for (from, to) in lanes.p.iter().zip(lanes.few_p.iter_mut()) {
@@ -150,7 +150,7 @@ impl RayBlock {
         }
     }
 
-    /// Write down what has hit.
+    /// Writes what was hit.
     fn end_rays(&mut self, frame: &FrameUniform, lanes: &mut RayLanes, out: &mut [Hit]) {
         let [ex, ey, ez] = frame.eye;
         for (goes, reached) in lanes.goes.iter_mut().zip(&lanes.reached) {
@@ -172,7 +172,7 @@ impl RayBlock {
         }
     }
 
-    /// Write down how many steps each ray took.
+    /// Writes how many steps each ray took.
     pub(super) fn finish(&self, out: &mut [Hit]) {
         for (&pixel, &steps) in self.pixel.iter().zip(&self.steps).take(self.count) {
             if steps > 0 {
@@ -182,7 +182,7 @@ impl RayBlock {
     }
 }
 
-/// The places of the rays that go. Without branches: each place is written, and counts if its ray goes.
+/// Lists the rays that advance. Without branches: each index is written, and counts if its ray advances.
 #[inline(always)]
 fn list_active(lanes: &mut RayLanes) {
     let mut n = 0;
@@ -197,7 +197,7 @@ fn list_active(lanes: &mut RayLanes) {
     }
 }
 
-/// Distances of the first `n` of some points by a list.
+/// Evaluates the first `n` of some points with a program.
 fn evaluate(
     list: &[Instruction],
     p: &[[f32; RAYS]; 3],
@@ -213,7 +213,7 @@ fn evaluate(
     }
 }
 
-/// Go to a slab's beginning: nothing is in between.
+/// Advances to the start of a slab, because nothing is in between.
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl", "x86_64+avx2"))]
 fn enter(block: &mut RayBlock, begin: f32) {
     let n = block.count.min(RAYS);
@@ -223,7 +223,7 @@ fn enter(block: &mut RayBlock, begin: f32) {
     }
 }
 
-/// Where the rays are, and which are before a slab's end; how many.
+/// Computes the positions of rays, and which are before the end of a slab. Returns their number.
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl", "x86_64+avx2"))]
 fn place(block: &RayBlock, frame: &FrameUniform, end: f32, lanes: &mut RayLanes) -> usize {
     let n = block.count.min(RAYS);
@@ -238,7 +238,7 @@ fn place(block: &RayBlock, frame: &FrameUniform, end: f32, lanes: &mut RayLanes)
         let eye = frame.eye[axis];
         let lanes = block.direction[axis][..n].iter().zip(t);
         for (p, (direction, &t)) in p[..n].iter_mut().zip(lanes) {
-            // A ray that has ended is somewhere.
+            // A ray that ended is anywhere.
             let t = if t < f32::MAX { t } else { 0.0 };
             *p = eye + direction * t;
         }
@@ -246,7 +246,7 @@ fn place(block: &RayBlock, frame: &FrameUniform, end: f32, lanes: &mut RayLanes)
     going as usize
 }
 
-/// One step of the rays that go; whether any hits.
+/// Takes one step of the rays that advance. Returns whether any hits.
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl", "x86_64+avx2"))]
 fn step(block: &mut RayBlock, frame: &FrameUniform, slab_end: f32, lanes: &mut RayLanes) -> bool {
     let (epsilon, scale) = (frame.epsilon, frame.inv_lipschitz);
@@ -274,11 +274,11 @@ fn step(block: &mut RayBlock, frame: &FrameUniform, slab_end: f32, lanes: &mut R
             let gap = d[i] * own;
             let taken = steps[i] + 1;
             let spent = taken >= max_steps;
-            // Spheres that no longer touch: back to where the last one ended.
+            // The spheres no longer touch: return to the end of the last one.
             let too_far = (over[i] > 0.0) & (gap < over[i]);
             // A ray that grazes the surface may run out of steps within a pixel of it.
             let arrives = !too_far & ((gap < epsilon) | (spent & (gap < pixel * t[i])));
-            // Along a plane, spheres still touch with so much more than their radius between their centers.
+            // Along a plane, spheres still touch with this additional distance between their centers.
             let (before, fell) = (last_way[i], last_gap[i] - gap);
             let fell = if fell > 0.0 { fell } else { 0.0 };
             let sum = before + fell;
@@ -286,7 +286,7 @@ fn step(block: &mut RayBlock, frame: &FrameUniform, slab_end: f32, lanes: &mut R
             let share = if share > 0.0 { share } else { 0.0 };
             let way = gap * scale;
             let more = RELAXATION * way * share;
-            // Beyond the slab's end, or the box's, nothing would tell whether they do.
+            // Beyond the end of the slab, or of the box, nothing would tell whether they do.
             let beyond = t[i] + way + more;
             let is_kept = !too_far & (beyond < slab_end) & (beyond <= end[i]);
             let more = if is_kept { more } else { 0.0 };
@@ -309,7 +309,7 @@ fn step(block: &mut RayBlock, frame: &FrameUniform, slab_end: f32, lanes: &mut R
     any != 0
 }
 
-/// Normals of hits by central differences of what matters around them.
+/// Computes the normals of hits by central differences, with a program for the points around them.
 fn normals(
     frame: &FrameUniform,
     tile: Tile,
