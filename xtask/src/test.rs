@@ -25,6 +25,13 @@ pub(crate) fn run_all() -> anyhow::Result<()> {
     run("cargo", &packages())?;
     let compiled = |arguments: &[&str]| run_with(LINT_WHILE_COMPILING, "cargo", arguments);
     compiled(&["build", "--workspace", "--all-targets", "--locked"])?;
+    compiled(&[
+        "check",
+        "--package",
+        "argil",
+        "--no-default-features",
+        "--locked",
+    ])?;
     ensure_nextest()?;
     ensure_gpu()?;
     compiled(&[TESTS, &["--no-fail-fast"]].concat())?;

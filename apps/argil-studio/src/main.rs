@@ -41,7 +41,7 @@ mod native {
                 "gpu" => Backend::Gpu,
                 _ => Backend::Auto,
             })?;
-            let (scene, outside) = (arguments.scene.clone(), arguments.allow_outside);
+            let (scene, outside) = (arguments.scene.clone(), arguments.allow_external_meshes);
             Ok(argil_studio::run(engine, scene, outside)?)
         };
         match begun() {

@@ -96,7 +96,7 @@ impl ViewportImages {
             .copied()
     }
 
-    /// See [`Studio::formatting`].
+    /// See [`Studio::shown`].
     pub(crate) fn shown_request(&self) -> Option<(u64, bool, f64)> {
         let last = self.last.as_ref()?;
         Some((last.version, last.is_still, self.duration_ms))

@@ -1,88 +1,88 @@
-//! Where each table is bound, all in group 0.
+//! Binding numbers, all in group 0.
 
 use crate::declare::constants;
 
 constants! { BINDINGS:
-    /// What a frame is drawn by.
+    /// The uniform of a frame.
     BIND_FRAME = 0;
     /// A program's instructions.
     BIND_INSTRS = 1;
-    /// Words that they point into.
+    /// The words that instructions refer to.
     BIND_PARAMS = 2;
     /// The scene's materials.
     BIND_MATERIALS = 3;
-    /// What rays have met.
+    /// What rays hit.
     BIND_HITS = 4;
-    /// Samples' colors.
+    /// Colors of samples.
     BIND_COLORS = 5;
-    /// Points that are asked about.
+    /// Points to evaluate.
     BIND_QUERIES = 6;
-    /// What is told of them.
+    /// Results at those points.
     BIND_ANSWERS = 7;
-    /// How a volume lies and is read.
+    /// The uniform of a volume.
     BIND_VOLUME = 8;
-    /// Its texels.
+    /// The samples of a volume.
     BIND_STORED = 9;
-    /// How they are filtered.
+    /// The sampler that filters them.
     BIND_LINEAR = 10;
     /// An octree's nodes.
     BIND_NODES = 11;
-    /// An octree's words.
+    /// An octree's table of counts and levels.
     BIND_TREE_WORDS = 12;
-    /// What is to be sampled.
+    /// The uniform of a fill.
     BIND_FILL = 13;
-    /// Where samples go.
+    /// The texture that samples are written to.
     BIND_TEXELS = 14;
-    /// An octree's nodes with a surface.
+    /// An octree's cells that contain a surface.
     BIND_OCCUPIED = 15;
-    /// Distances at nodes' centers.
+    /// Distances at the centers of an octree's cells.
     BIND_CENTERS = 16;
-    /// Nodes' keys.
+    /// Keys of an octree's bricks.
     BIND_KEYS = 17;
-    /// Sizes of dispatches that the device itself decides.
+    /// Dispatch sizes that the device computes.
     BIND_ARGUMENTS = 18;
     /// Words of cells.
     BIND_CELLS = 19;
-    /// What bricks look like.
+    /// Materials of bricks.
     BIND_BRICK_MATERIALS = 20;
     /// Cells near the surface.
     BIND_CANDIDATES = 21;
-    /// What has been taken.
+    /// Counters of the pool.
     BIND_COUNTERS = 22;
-    /// Blocks of pixels that their cones have left.
+    /// Blocks of pixels whose rays are still active.
     BIND_LIVE = 23;
     /// Lists of instructions.
     BIND_LISTS = 24;
-    /// How lists are cut.
+    /// The uniform of pruning.
     BIND_PRUNE = 25;
-    /// What bricks looked like before they were packed.
+    /// Materials of bricks before they were repacked.
     BIND_OLD_MATERIALS = 26;
-    /// Where they were.
+    /// The pool before it was repacked.
     BIND_OLD_POOL = 27;
-    /// A picture of triangles.
+    /// A rasterized image of triangles.
     BIND_DRAWN = 28;
-    /// How triangles are made.
+    /// The uniform of marching cubes.
     BIND_MARCHING = 29;
-    /// Cases of marching cubes.
+    /// The cases of marching cubes.
     BIND_CASES = 30;
-    /// Bricks' cells.
+    /// The cell of each brick.
     BIND_OWNERS = 31;
-    /// Units of a march.
+    /// Units of marching cubes.
     BIND_UNITS = 32;
-    /// Sums of them.
+    /// Sums of units.
     BIND_UNIT_GROUPS = 33;
     /// Sums of rows of edges.
     BIND_EDGE_ROWS = 34;
-    /// A mesh's corners.
+    /// A mesh's vertices.
     BIND_VERTICES = 35;
-    /// Its triangles.
+    /// A mesh's triangles.
     BIND_TRIANGLES = 36;
-    /// Edges that corners lie on.
+    /// The edges of vertices.
     BIND_SPANS = 37;
-    /// Corners of their own for each triangle.
+    /// Vertices of an unindexed mesh.
     BIND_SPREAD = 38;
-    /// A picture's bytes, four a pixel.
+    /// An image's bytes, four per pixel.
     BIND_PIXELS = 39;
-    /// What its rays did.
+    /// Histograms of what an image's rays did.
     BIND_COUNTS = 40;
 }

@@ -1,8 +1,8 @@
-//! The macros that write a declaration in both languages.
+//! Macros that declare a struct or a constant in both languages.
 
 use crate::layout::StructLayout;
 
-/// The WGSL name of a Rust type that structs may hold.
+/// The WGSL name of a Rust type that structs may contain.
 pub(crate) trait Wgsl {
     const NAME: &'static str;
 }
@@ -15,7 +15,7 @@ impl Wgsl for i32 {
 impl Wgsl for f32 {
     const NAME: &'static str = "f32";
 }
-/// Before one more word, so that Rust's struct has no gap where WGSL's has none: a test asks naga.
+/// Followed by one more word, so that Rust's struct has no gap where WGSL's has none. A test asks naga.
 impl Wgsl for [f32; 3] {
     const NAME: &'static str = "vec3<f32>";
 }
@@ -31,9 +31,9 @@ macro_rules! constants {
     };
 }
 
-/// A number that WGSL can have as a constant.
+/// A number type that WGSL constants can have.
 pub(crate) trait Number {
-    /// The WGSL line of a constant.
+    /// Returns the WGSL line of a constant.
     fn line(&self, name: &str) -> String;
 }
 
@@ -56,7 +56,7 @@ impl Number for [f32; 3] {
     }
 }
 
-/// Declares constants of any of those types, with a function of the given name that makes their WGSL lines.
+/// Declares constants of any such type, with a function of the given name that returns their WGSL lines.
 macro_rules! numbers {
     ($all:ident: $($(#[$doc:meta])* $name:ident: $type:ty = $value:expr;)*) => {
         $($(#[$doc])* pub const $name: $type = $value;)*
@@ -64,7 +64,7 @@ macro_rules! numbers {
     };
 }
 
-/// Declares a `#[repr(C)]` Pod struct and the items of [`StructLayout`] and WGSL text for it.
+/// Declares a `#[repr(C)]` Pod struct with its [`StructLayout`] and its WGSL text.
 macro_rules! shared_struct {
     ($(#[$doc:meta])* $name:ident { $($(#[$field_doc:meta])* $field:ident: $type:ty,)* }) => {
         $(#[$doc])*
@@ -72,7 +72,7 @@ macro_rules! shared_struct {
         #[derive(Clone, Copy, Debug, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
         pub struct $name { $($(#[$field_doc])* pub $field: $type,)* }
         impl $name {
-            /// Size and field offsets, for the test that asks naga for the same.
+            /// Size and field offsets, which a test compares with naga's.
             pub const LAYOUT: $crate::layout::StructLayout = $crate::layout::StructLayout {
                 name: stringify!($name),
                 size: size_of::<$name>(),
@@ -88,14 +88,14 @@ macro_rules! shared_struct {
 
 pub(crate) use {constants, numbers, shared_struct};
 
-/// The WGSL text of constants.
+/// Returns the WGSL text of constants.
 pub(crate) fn constants_text(all: &[(&str, u32)]) -> String {
     all.iter()
         .map(|(name, value)| format!("const {name}: u32 = {value}u;\n"))
         .collect()
 }
 
-/// The WGSL text of a struct.
+/// Returns the WGSL text of a struct.
 pub(crate) fn struct_text(layout: &StructLayout, types: &[&str]) -> String {
     let fields: String = layout
         .fields

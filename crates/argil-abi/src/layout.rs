@@ -1,12 +1,12 @@
-//! Where the fields of a shared struct lie.
+//! The layout of shared structs.
 
-/// A struct shared with WGSL, for the test of layouts.
+/// The layout of a struct that Rust and WGSL share, for tests.
 #[derive(Debug)]
 pub struct StructLayout {
-    /// The struct's name in both languages.
+    /// Name of the struct in both languages.
     pub name: &'static str,
-    /// Its size in bytes.
+    /// Size in bytes.
     pub size: usize,
-    /// Each field's name and offset in bytes.
+    /// Name and offset in bytes of each field.
     pub fields: &'static [(&'static str, usize)],
 }

@@ -15,7 +15,7 @@ pub use tables::*;
 pub use tuning::*;
 pub use volumes::*;
 
-/// The WGSL declarations of everything in this crate.
+/// Returns the WGSL declarations of everything in this crate.
 pub fn wgsl() -> String {
     let mut text = "// Made from argil-abi by `cargo xtask generate`. Do not edit.\n".to_owned();
     text += &declare::constants_text(op::OPCODES);
@@ -32,7 +32,7 @@ pub fn wgsl() -> String {
     text
 }
 
-/// The opcode of a name, `OP_COMBINE` and so on.
+/// Returns the opcode of a name, such as `OP_COMBINE`.
 pub fn opcode(name: &str) -> Option<u32> {
     op::OPCODES
         .iter()
@@ -40,7 +40,7 @@ pub fn opcode(name: &str) -> Option<u32> {
         .map(|&(_, op)| op)
 }
 
-/// Every struct shared with WGSL.
+/// Iterates over the layouts of all shared structs.
 pub fn layouts() -> impl Iterator<Item = &'static StructLayout> {
     tables::STRUCTS.iter().map(|(layout, _)| layout)
 }

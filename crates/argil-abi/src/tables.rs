@@ -1,45 +1,45 @@
-//! Structs that buffers hold.
+//! Structs of buffers.
 
 use crate::declare::shared_struct;
 use crate::layout::StructLayout;
 use crate::volumes::{BrickBuild, BrickVolume, CellTable, DenseVolume, OctreeVolume};
 
 shared_struct! {
-    /// One step of a field program.
+    /// One step of a program.
     Instruction {
         /// An `OP_…`.
         op: u32,
         /// `COMBINE_…` and `FLAG_…` bits.
         flags: u32,
-        /// Where its words start in the table of parameters.
+        /// Index of its first word in the table of parameters.
         params: u32,
-        /// Index into the table of materials; for `OP_NEXT`, the instruction to go back to.
+        /// Index into the table of materials; for `OP_NEXT`, the instruction to return to.
         operand: u32,
     }
 }
 
 shared_struct! {
-    /// What a surface looks like. Colors are linear, components in [0, 1] but for the emission.
+    /// A material. Colors are linear, with components in [0, 1] except for the emission.
     GpuMaterial {
         /// Base color, then roughness.
         base_roughness: [f32; 4],
-        /// Emitted light, then metallic.
+        /// Emitted light, then metalness.
         emission_metallic: [f32; 4],
     }
 }
 
 shared_struct! {
-    /// What tracing and shading read: one frame, one sample of each pixel. Lengths in the world's unit.
+    /// What tracing and shading read: one frame, with one sample per pixel. Lengths are in the scene's unit.
     FrameUniform {
-        /// Where rays start.
+        /// Start of rays.
         eye: [f32; 3],
-        /// The reciprocal of the field's Lipschitz constant: how far a distance of 1 lets a ray go.
+        /// Reciprocal of the field's Lipschitz constant: how far a distance of 1 lets a ray advance.
         inv_lipschitz: f32,
-        /// The camera's x axis times the half width of the picture at distance 1.
+        /// The camera's x axis times the half width of the image at distance 1.
         right: [f32; 3],
         /// A sample's offset in its pixel in x, from 0 to 1.
         jitter_x: f32,
-        /// The camera's y axis times the half height of the picture at distance 1.
+        /// The camera's y axis times the half height of the image at distance 1.
         up: [f32; 3],
         /// A sample's offset in its pixel in y, from 0 to 1.
         jitter_y: f32,
@@ -47,13 +47,13 @@ shared_struct! {
         forward: [f32; 3],
         /// Height of the ground.
         ground_y: f32,
-        /// Least corner of the box outside which nothing lies.
+        /// Minimum corner of the box that contains the solid.
         box_min: [f32; 3],
-        /// The distance under which a ray has hit.
+        /// The distance below which a ray hits.
         epsilon: f32,
-        /// Greatest corner of that box.
+        /// Maximum corner of that box.
         box_max: [f32; 3],
-        /// The offset of the normal's central differences.
+        /// Half the step of the normal's central differences.
         normal_bias: f32,
         /// Direction to the sun.
         sun: [f32; 3],
@@ -65,43 +65,43 @@ shared_struct! {
         height: u32,
         /// The first row of this dispatch.
         first_row: u32,
-        /// Most steps a ray takes.
+        /// Maximum steps of a ray.
         max_steps: u32,
         /// A `SHOW_…`.
         show: u32,
-        /// One over the number of samples a pixel.
+        /// Reciprocal of the number of samples per pixel.
         sample_weight: f32,
-        /// Farthest length at which a ray may hit the ground.
+        /// Maximum length at which a ray may hit the ground.
         far: f32,
-        /// Depth that is drawn white.
+        /// Depth that is rendered white.
         depth_near: f32,
-        /// Depth that is drawn black.
+        /// Depth that is rendered black.
         depth_far: f32,
-        /// A pixel's width at distance 1.
+        /// Width of a pixel at distance 1.
         pixel: f32,
-        /// The first step of this dispatch: a march can be spread over several.
+        /// The first step of this dispatch, because a march can take several.
         first_step: u32,
-        /// Most steps of this dispatch.
+        /// Maximum steps of this dispatch.
         step_count: u32,
-        /// How far above a surface its light is gathered.
+        /// Height above a surface at which light is gathered.
         lift: f32,
-        /// A `NORMALS_…`: how bricks give normals.
+        /// A `NORMALS_…`: the source of bricks' normals.
         normals: u32,
-        /// 1 if a ground plane lies under the scene, else 0.
+        /// 1 if there is a ground plane under the scene, else 0.
         has_ground: u32,
-        /// A `DESCENT_…`: where look-ups in an octree begin.
+        /// A `DESCENT_…`: where look-ups in an octree start.
         descent: u32,
     }
 }
 
 shared_struct! {
-    /// What a primary ray found.
+    /// What a primary ray hit.
     Hit {
-        /// Unit normal towards the viewer, then the length of the ray. All zero where nothing was hit.
+        /// Unit normal toward the viewer, then the length of the ray. All zero if nothing was hit.
         normal_t: [f32; 4],
         /// A `HIT_…`.
         kind: u32,
-        /// Everything that the ray looked up: samples, nodes and cells. The normal's samples are not counted.
+        /// Everything that the ray looked up: samples, nodes and cells. The normal's samples do not count.
         steps: u32,
         /// On the GPU, how much of the sun the point sees; else 0.
         sun_share: f32,
@@ -109,10 +109,10 @@ shared_struct! {
         sun_t: f32,
         /// Of the steps, nodes of a tree that were visited.
         descents: u32,
-        /// Of the steps, cells of a grid that were walked through.
+        /// Of the steps, cells of a grid that were crossed.
         cells: u32,
-        /// What is shown as a color: 1 and the place of a sparse brick's word, or the Morton code of an octree's brick or of
-        /// a node above bricks; else 0.
+        /// An id that is shown as a color: 1 and the index of a sparse brick's word, or the Morton code of an
+        /// octree's brick or of a node above bricks; else 0.
         mark: u32,
         /// Zero.
         pad0: u32,
@@ -120,7 +120,7 @@ shared_struct! {
 }
 
 shared_struct! {
-    /// A point to evaluate the field at.
+    /// A point at which to evaluate the field.
     QueryUniform {
         /// Position, then a spare word.
         point: [f32; 4],
@@ -128,13 +128,13 @@ shared_struct! {
 }
 
 shared_struct! {
-    /// The field's answer at a point.
+    /// The field's values at a point.
     QueryResult {
         /// Signed distance, three spare words.
         distance: [f32; 4],
         /// Base color, then roughness.
         base_roughness: [f32; 4],
-        /// Emitted light, then metallic.
+        /// Emitted light, then metalness.
         emission_metallic: [f32; 4],
     }
 }
@@ -142,23 +142,23 @@ shared_struct! {
 shared_struct! {
     /// What one dispatch samples of a level of a volume.
     FillUniform {
-        /// Center of the level's first texel, then what is taken off each distance to make it conservative.
+        /// Center of the level's first sample, then the bias that makes distances conservative.
         first_bias: [f32; 4],
-        /// Between texels, then stored integers per unit of length.
+        /// Distances between samples, then codes per unit of length.
         spacing_scale: [f32; 4],
-        /// Texels along x.
+        /// Samples along x.
         size_x: u32,
-        /// Texels along y.
+        /// Samples along y.
         size_y: u32,
-        /// Texels along z.
+        /// Samples along z.
         size_z: u32,
-        /// The first layer of texels of each tile.
+        /// The first layer of samples of each tile.
         first_layer: u32,
         /// Layers of each tile.
         layer_count: u32,
-        /// Texels along a tile's side.
+        /// Samples along a tile's side.
         tile: u32,
-        /// The stored integer of 1.0.
+        /// The code of 1.0.
         quanta: u32,
         /// Zero.
         pad0: u32,
@@ -166,57 +166,57 @@ shared_struct! {
 }
 
 shared_struct! {
-    /// Where the lists stand by which bricks are made, and in which blocks that is.
+    /// The lists for building bricks, and the blocks to build.
     PruneUniform {
-        /// What the margin of two distances has besides the Lipschitz constant's share.
+        /// The margin of two distances, besides the Lipschitz constant's share.
         slack: f32,
-        /// Where those of blocks stand.
+        /// Index of the blocks' lists.
         blocks_first: u32,
-        /// Where those of cells that the surface can be in stand.
+        /// Index of the lists of cells that the surface can pass through.
         cells_first: u32,
-        /// Where lists stand; first that of the whole program.
+        /// Index of the lists themselves, beginning with the whole program's.
         arena_first: u32,
-        /// Words that there are for them.
+        /// Words available for lists.
         arena_words: u32,
-        /// How many cells can have a list of their own; the others have their block's.
+        /// Maximum cells with a list of their own; the others use their block's.
         cells_room: u32,
-        /// Blocks that are made.
+        /// Number of blocks to build.
         count: u32,
-        /// A `MAKE_…`: blocks, or what they would need.
+        /// A `MAKE_…`: build blocks, or count what they need.
         make: u32,
-        /// Where the slots of the blocks stand.
+        /// Index of the blocks' slots.
         blocks_at: u32,
-        /// Where it stands which of their cells are to be sampled, two words each.
+        /// Index of the masks of cells to sample, two words per block.
         dirty_first: u32,
-        /// Where among the cells near the surface the bricks stand that are freed; those of mixed ones as far on again.
+        /// Index of freed bricks among the cells near the surface; mixed ones follow at the same distance.
         freed_first: u32,
-        /// Where it stands what is known of distances in each block, six words each.
+        /// Index of each block's bounds of distances, six words each.
         bounds_first: u32,
     }
 }
 
 shared_struct! {
-    /// How the surface of a volume is cut into triangles.
+    /// Parameters of marching cubes.
     MarchingUniform {
-        /// Where the first sample lies, then a voxel's edge.
+        /// Position of the first sample, then the edge of a voxel.
         first_voxel: [f32; 4],
-        /// The level of the surface, in stored integers.
+        /// The surface's level, in codes.
         iso: f32,
-        /// The length that one of those stands for.
+        /// The distance that one code step means.
         quantum: f32,
-        /// How far to the sides the field is asked for normals.
+        /// Half the step of the differences for the field's normals.
         bias: f32,
         /// Bricks, or parts of a dense volume.
         units: u32,
-        /// Cells along the side of one.
+        /// Cells along the side of a unit.
         side: u32,
         /// A `MARCH_…`.
         normals: u32,
-        /// 1 where vertices go to the exact surface of the field, else 0.
+        /// 1 if vertices move to the exact surface of the field, else 0.
         is_moved: u32,
-        /// Vertices that there are.
+        /// Number of vertices.
         vertices: u32,
-        /// Triangles that there are.
+        /// Number of triangles.
         triangles: u32,
         /// The first vertex that a dispatch moves.
         first_vertex: u32,
@@ -228,12 +228,12 @@ shared_struct! {
 }
 
 shared_struct! {
-    /// A node of an octree. Child `i` of a node of level `l` stands at the offset of the level below, plus
-    /// `child_offset`, plus the number of bits of `valid_mask` under `i`.
+    /// A node of an octree. Child `i` of a node of level `l` is at the offset of the level below, plus
+    /// `child_offset`, plus the number of bits of `valid_mask` below `i`.
     Node {
-        /// The first child's place in its level.
+        /// The first child's index in its level.
         child_offset: u32,
-        /// A bit for each child that is there.
+        /// A bit for each existing child.
         valid_mask: u32,
         /// A bit for each child that is a brick.
         leaf_mask: u32,

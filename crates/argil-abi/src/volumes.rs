@@ -5,29 +5,29 @@ use crate::declare::shared_struct;
 shared_struct! {
     /// A dense volume of stored distances over a box.
     DenseVolume {
-        /// Least corner of the box.
+        /// Minimum corner of the box.
         corner: [f32; 3],
-        /// The length that a stored 1.0 stands for.
+        /// The distance that a stored 1.0 means.
         range: f32,
         /// Lengths of the box's sides.
         extent: [f32; 3],
-        /// The edge of a voxel.
+        /// Edge of a voxel.
         voxel: f32,
-        /// Texels along x.
+        /// Samples along x.
         size_x: u32,
-        /// Texels along y.
+        /// Samples along y.
         size_y: u32,
-        /// Texels along z.
+        /// Samples along z.
         size_z: u32,
-        /// Levels of detail, 1 without mips; each has twice the range of the one before.
+        /// Levels of detail, 1 without mips. Each has twice the band of the one before.
         levels: u32,
-        /// Units of cells that are cut into triangles at once, along x.
+        /// Units for marching cubes along x.
         grid_x: u32,
-        /// Such units along y.
+        /// Units along y.
         grid_y: u32,
-        /// Such units along z.
+        /// Units along z.
         grid_z: u32,
-        /// The stored integer of 1.0.
+        /// The code of 1.0.
         quanta: u32,
     }
 }
@@ -35,13 +35,13 @@ shared_struct! {
 shared_struct! {
     /// An octree of bricks in a box.
     OctreeVolume {
-        /// Least corner of the box.
+        /// Minimum corner of the box.
         corner: [f32; 3],
-        /// The length that a stored 1.0 stands for.
+        /// The distance that a stored 1.0 means.
         range: f32,
         /// Lengths of the box's sides.
         extent: [f32; 3],
-        /// The edge of a voxel.
+        /// Edge of a voxel.
         voxel: f32,
         /// Bricks along x.
         grid_x: u32,
@@ -53,23 +53,24 @@ shared_struct! {
         brick: u32,
         /// Levels of nodes above the bricks.
         depth: u32,
-        /// Morton codes there are: 8 to the depth.
+        /// Number of Morton codes: 8 to the power of the depth.
         code_count: u32,
-        /// A brick whose center is no farther than this from the surface is kept.
+        /// A brick whose center is at most this far from the surface is kept.
         reach: f32,
-        /// By how much a brick's texels can be nearer to the surface than its center.
+        /// How much nearer to the surface a brick's samples can be than its center.
         spread: f32,
     }
 }
 
 shared_struct! {
-    /// Where the blocks of sparse bricks, and the words of their cells, are found. In a uniform it stands at a multiple of 16 bytes.
+    /// Where the blocks of sparse bricks, and the words of their cells, are found. In a uniform it is at a multiple
+    /// of 16 bytes.
     CellTable {
-        /// The first block of the top of the tree of blocks along x.
+        /// The first block of the table's top along x.
         tree_x: i32,
-        /// The first block of the top of the tree of blocks along y.
+        /// The first block of the table's top along y.
         tree_y: i32,
-        /// The first block of the top of the tree of blocks along z.
+        /// The first block of the table's top along z.
         tree_z: i32,
         /// Levels of nodes below the top.
         levels: u32,
@@ -79,9 +80,9 @@ shared_struct! {
         top_y: u32,
         /// Entries of the top along z.
         top_z: u32,
-        /// Where the first cells of slots stand among the cells' words, three each.
+        /// Index of the first cells of slots among the cells' words, three words each.
         slots_at: u32,
-        /// Where the words of slots stand.
+        /// Index of the words of slots.
         words_at: u32,
         /// Cells of all slots.
         cells: u32,
@@ -93,19 +94,19 @@ shared_struct! {
 }
 
 shared_struct! {
-    /// Sparse bricks as they are read: by rays, for triangles, to be moved.
+    /// Sparse bricks for readers: rays, marching cubes, and repacking.
     BrickVolume {
-        /// Least corner of the box.
+        /// Minimum corner of the box.
         corner: [f32; 3],
-        /// The length that a stored 1.0 stands for.
+        /// The distance that a stored 1.0 means.
         range: f32,
         /// Lengths of the box's sides.
         extent: [f32; 3],
-        /// The edge of a voxel.
+        /// Edge of a voxel.
         voxel: f32,
-        /// One over the pool's texels along each axis.
+        /// Reciprocals of the pool's samples along each axis.
         per_texel: [f32; 3],
-        /// What a distance can change by over a voxel's edge.
+        /// How much a distance can change over a voxel's edge.
         slope: f32,
         /// Voxels of the box along x.
         size_x: u32,
@@ -121,7 +122,7 @@ shared_struct! {
         begin_y: i32,
         /// The first voxel of the box along z.
         begin_z: i32,
-        /// Bricks that the pool has room for.
+        /// Bricks that fit into the pool.
         capacity: u32,
         /// The first cell of the box along x.
         low_x: i32,
@@ -131,17 +132,17 @@ shared_struct! {
         low_z: i32,
         /// Bricks of the pool along x.
         pool_x: u32,
-        /// The cell behind the last of the box along x.
+        /// The cell after the last of the box along x.
         high_x: i32,
-        /// The cell behind the last of the box along y.
+        /// The cell after the last of the box along y.
         high_y: i32,
-        /// The cell behind the last of the box along z.
+        /// The cell after the last of the box along z.
         high_z: i32,
         /// Bricks of the pool along y.
         pool_y: u32,
         /// Where blocks and cells are found.
         table: CellTable,
-        /// The stored integer of 1.0.
+        /// The code of 1.0.
         quanta: u32,
         /// Zero.
         pad0: u32,
@@ -153,11 +154,11 @@ shared_struct! {
 }
 
 shared_struct! {
-    /// Sparse bricks while some of their blocks are made.
+    /// Sparse bricks while some of their blocks are built.
     BrickBuild {
-        /// Least corner of the lattice.
+        /// Minimum corner of the grid.
         corner: [f32; 3],
-        /// The edge of a voxel.
+        /// Edge of a voxel.
         voxel: f32,
         /// The first cell of the box along x.
         low_x: i32,
@@ -167,37 +168,37 @@ shared_struct! {
         low_z: i32,
         /// Voxels along a brick's side.
         brick: u32,
-        /// The cell behind the last of the box along x.
+        /// The cell after the last of the box along x.
         high_x: i32,
-        /// The cell behind the last of the box along y.
+        /// The cell after the last of the box along y.
         high_y: i32,
-        /// The cell behind the last of the box along z.
+        /// The cell after the last of the box along z.
         high_z: i32,
-        /// 1 if there are no bricks outside of the box.
+        /// 1 if there are no bricks outside the box.
         is_cut: u32,
         /// Where blocks and cells are found.
         table: CellTable,
-        /// A cell whose center is no farther than this from the surface may have a brick: half of its diagonal.
+        /// A cell whose center is at most this far from the surface may have a brick: half of its diagonal.
         reach: f32,
         /// Half of a voxel's diagonal.
         half_diagonal: f32,
         /// The field's Lipschitz constant.
         lipschitz: f32,
-        /// The same with room for rounding.
+        /// The Lipschitz constant with room for rounding.
         steepness: f32,
-        /// The greatest distance that a cell without a brick keeps.
+        /// The largest distance that an empty cell stores.
         far: f32,
         /// Bricks of the pool along x.
         pool_x: u32,
         /// Bricks of the pool along y.
         pool_y: u32,
-        /// Bricks that the pool has room for.
+        /// Bricks that fit into the pool.
         capacity: u32,
         /// Bricks that a dispatch samples.
         chunk: u32,
         /// Dispatches that sample bricks.
         chunks: u32,
-        /// Mixed bricks that there is room for.
+        /// Mixed bricks that fit into the tables.
         mixed: u32,
         /// Zero.
         pad0: u32,

@@ -1,8 +1,8 @@
-//! Pipelines and the bindings that all of them share.
+//! Pipelines, and the bindings that all of them share.
 
 use crate::{Gpu, GpuError};
 
-/// Where each table is bound.
+/// The binding of each table.
 pub(crate) use argil_abi::{
     BIND_ANSWERS as ANSWERS, BIND_ARGUMENTS as ARGUMENTS, BIND_BRICK_MATERIALS as BRICK_MATERIALS,
     BIND_CANDIDATES as CANDIDATES, BIND_CASES as CASES, BIND_CELLS as CELLS,
@@ -38,7 +38,7 @@ pub(crate) const QUERY_WGSL: &str = "
 @group(0) @binding(BIND_ANSWERS) var<storage, read_write> answers: array<QueryResult>;
 ";
 
-/// A volume, whose uniform `DenseVolume`, `OctreeVolume` or `BrickVolume` is declared beside it.
+/// A volume, whose uniform `DenseVolume`, `OctreeVolume` or `BrickVolume` is declared next to it.
 pub(crate) const VOLUME_WGSL: &str = "
 @group(0) @binding(BIND_STORED) var stored: texture_3d<f32>;
 @group(0) @binding(BIND_LINEAR) var linear: sampler;
@@ -52,7 +52,7 @@ pub(crate) const TREE_WGSL: &str = "
 pub(crate) const CELLS_WGSL: &str = "
 @group(0) @binding(BIND_CELLS) var<storage, read> cells: array<u32>;
 @group(0) @binding(BIND_BRICK_MATERIALS) var<storage, read> brick_materials: array<u32>;
-// Of each block of pixels its cone; and a list of those that are left.
+// For each block of pixels its cone, and a list of active blocks.
 struct PixelBlock {
     begin: f32,
     steps: u32,
@@ -73,31 +73,31 @@ pub(crate) const DRAWN_WGSL: &str = "
 @group(0) @binding(BIND_DRAWN) var drawn: texture_2d<f32>;
 ";
 
-/// What a shader does with a binding.
+/// How a shader uses a binding.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Bind {
     Uniform(u32),
-    /// A uniform of which each pass has its own, found by an offset.
+    /// A uniform with one value per pass, found by an offset.
     Uniforms(u32),
     Read(u32),
     Write(u32),
-    /// A 3D texture to be filtered.
+    /// A 3D texture to filter.
     Texture(u32),
     Filter(u32),
-    /// A picture whose texels are read as they are.
+    /// An image whose texels are read directly.
     Picture(u32),
-    /// A 3D texture to be written.
+    /// A 3D texture to write.
     Target(u32, wgpu::TextureFormat),
 }
 
-/// The tables of a field.
+/// The tables of a program.
 pub(crate) const FIELD_BINDS: [Bind; 3] = [
     Bind::Read(INSTRS),
     Bind::Read(PARAMS),
     Bind::Read(MATERIALS),
 ];
 
-/// A layout of the given bindings.
+/// Creates a layout of the given bindings.
 pub(crate) fn layout(gpu: &Gpu, label: &str, binds: &[Bind]) -> wgpu::BindGroupLayout {
     let buffer = |ty| wgpu::BindingType::Buffer {
         ty,
@@ -164,7 +164,7 @@ pub(crate) fn layout(gpu: &Gpu, label: &str, binds: &[Bind]) -> wgpu::BindGroupL
         })
 }
 
-/// A whole buffer as a binding.
+/// Returns a whole buffer as a binding.
 pub(crate) fn entry(binding: u32, buffer: &wgpu::Buffer) -> wgpu::BindGroupEntry<'_> {
     wgpu::BindGroupEntry {
         binding,
@@ -172,7 +172,7 @@ pub(crate) fn entry(binding: u32, buffer: &wgpu::Buffer) -> wgpu::BindGroupEntry
     }
 }
 
-/// One pipeline for each entry point of a module.
+/// Creates one pipeline for each entry point of a module.
 pub(crate) fn pipelines<const N: usize>(
     gpu: &Gpu,
     source: String,

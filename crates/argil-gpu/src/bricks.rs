@@ -1,8 +1,8 @@
-//! Sparse bricks on the device: building, bringing over and back. The passes of a build do not wait for the CPU.
+//! Sparse bricks on the device: building, upload and download. The passes of a build do not wait for the CPU.
 //!
-//! The pool is one 3D texture, whole bricks along each side, so that a filter finds a brick's samples side by side and
-//! no binding's limit matters. It is made with room for as many bricks as a surface of the grid's size needs. When the
-//! build is done its counters are read: what is not needed is given back, and a build that needs more is done again.
+//! The pool is one 3D texture with whole bricks along each side, so that a filter finds a brick's samples side by
+//! side, and no binding limit matters. It is created with room for as many bricks as a surface of the grid's size
+//! needs. After the build its counters are read. Unused space is released, and a build that needs more runs again.
 
 mod build;
 mod build_tables;
@@ -66,9 +66,9 @@ macro_rules! way {
     };
 }
 
-/// What no table has costs nothing.
+/// Without node levels: a look-up costs nothing.
 static FLAT: TraceMode = way!("bricks", &[("HAS_LEVELS", 0.0)]);
-/// Of a world so wide that the table of its blocks has levels.
+/// For a world so wide that its block table has node levels.
 static WIDE: TraceMode = way!("wide bricks", &[]);
 
 impl VolumeTables for BrickTables {
@@ -151,7 +151,7 @@ impl Upload for Bricks {
     }
 }
 
-/// Add what the stages of another run took.
+/// Adds the timings of another run.
 fn add(stages: &mut StageTimings, took: &StageTimings) {
     for &(stage, ms) in took {
         match stages.iter_mut().find(|(known, _)| *known == stage) {
@@ -162,10 +162,10 @@ fn add(stages: &mut StageTimings, took: &StageTimings) {
 }
 
 impl GpuVolume {
-    /// Build sparse bricks from a field; what the stages took.
+    /// Builds sparse bricks from a field. Returns the volume and the timings.
     ///
     /// # Errors
-    /// If pool and tables would take more than `budget` bytes.
+    /// If pool and tables would exceed `budget` bytes.
     pub async fn bricks(
         field: &GpuProgram,
         program: &Program,
@@ -175,10 +175,10 @@ impl GpuVolume {
         Self::bricks_with_control(field, program, measures, budget, &Control::default()).await
     }
 
-    /// [`GpuVolume::bricks`], which can be stopped and tells how far it is: the stage "blocks".
+    /// Builds as [`GpuVolume::bricks`] does, reports progress as the stage "blocks", and can be canceled.
     ///
     /// # Errors
-    /// As there, and if it was cancelled.
+    /// If pool and tables would exceed `budget` bytes, or if it was canceled.
     pub async fn bricks_with_control(
         field: &GpuProgram,
         program: &Program,
@@ -189,7 +189,7 @@ impl GpuVolume {
         let budget = budget.unwrap_or(u64::MAX);
         let mut build = BrickBuilder::new(field, program, measures, budget, control)?;
         let guess = build.guess();
-        // Where materials meet; a program of one has no such place.
+        // Only a program of several materials has mixed bricks.
         let mixes = program.materials().len() > 1;
         let mixed_for = |room: u64| if mixes { room / 4 + 16 } else { 0 };
         let needed = |build: &BrickBuilder<'_>, room: u64, mixed: u64| -> Result<u64, GpuError> {
@@ -241,7 +241,7 @@ impl GpuVolume {
         let per_layer = (pool[0] * pool[1]) as usize;
         let samples = bricks.pool().bytes();
         let format = gpu.texels(measures.encoding.format);
-        // A layer of bricks at a time.
+        // One layer of bricks at a time.
         let mut staged = vec![0u8; width * height * side * bytes];
         for (z, layer) in samples.chunks(per_layer * side.pow(3) * bytes).enumerate() {
             for (at, brick) in layer.chunks_exact(side.pow(3) * bytes).enumerate() {
@@ -307,7 +307,7 @@ impl GpuVolume {
     }
 }
 
-/// A brick's place in the pool along each axis, ten bits each: what the device's words hold.
+/// Returns a brick's position in the pool, ten bits per axis, as the device's words hold it.
 fn packed(word: u32, [x, y, _]: [u32; 3]) -> u32 {
     if is_brick(word) {
         (word % x) | ((word / x % y) << 10) | ((word / x / y) << 20)
@@ -324,7 +324,7 @@ fn unpacked(word: u32, [x, y, _]: [u32; 3]) -> u32 {
     }
 }
 
-/// Bring bricks back.
+/// Downloads bricks.
 async fn read(
     gpu: &Gpu,
     texture: &wgpu::Texture,
@@ -339,7 +339,7 @@ async fn read(
     let layers = (STAGING_BYTES / layer_bytes).clamp(1, u64::from(nz)) as u32;
     let counted = tables.ledger.read(gpu).await?;
     let mut words = tables.cells.read(gpu).await?;
-    // What a slot that is free holds means nothing.
+    // The contents of a free slot are arbitrary.
     let mut is_there = vec![false; tables.cells.table.slots()];
     for (slot, _) in tables.cells.table.blocks() {
         is_there[slot] = true;
@@ -410,7 +410,7 @@ fn odd(reason: &str) -> GpuError {
     GpuError::Lost(format!("bricks came back wrong: {reason}"))
 }
 
-/// Bring back what bricks look like, of those that are used: the look of each, and the materials of mixed ones.
+/// Downloads the materials of used bricks: each brick's, and those of mixed ones.
 async fn read_looks(
     gpu: &Gpu,
     tables: &BrickTables,

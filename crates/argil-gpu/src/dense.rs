@@ -1,4 +1,4 @@
-//! `DenseFill`: sampling a field into a texture.
+//! `DenseFill`: samples a field into a texture.
 
 use crate::bindings::{
     Bind, FIELD_BINDS, FILL, TABLES_WGSL, TEXELS, VOLUME_WGSL, entry, layout, pipelines,
@@ -16,12 +16,12 @@ use argil_render::wgsl;
 use argil_volume::{Dense, Encoding, Volume, VoxelGrid};
 use glam::UVec3;
 
-/// Instructions times texels that one dispatch may take on.
+/// Maximum instructions times samples per dispatch.
 pub(crate) const WORK_PER_DISPATCH: u64 = 4_000_000_000;
-/// Texels along the side of a dense tile.
+/// Samples along the side of a tile.
 const TILE: u32 = 32;
 
-/// A dense volume is its texture.
+/// A dense volume has only its texture.
 #[derive(Debug)]
 struct DenseTables {
     words: DenseVolume,
@@ -89,7 +89,7 @@ impl Upload for Dense {
     }
 }
 
-/// The uniform of a dense volume.
+/// Returns the uniform of a dense volume.
 pub(super) fn dense_words(lattice: &VoxelGrid, encoding: &Encoding, levels: u32) -> DenseVolume {
     DenseVolume {
         corner: lattice.corner.to_array(),
@@ -106,7 +106,7 @@ pub(super) fn dense_words(lattice: &VoxelGrid, encoding: &Encoding, levels: u32)
 }
 
 impl GpuVolume {
-    /// Sample a field into a dense volume; what the stages took.
+    /// Samples a field into a dense volume. Returns the volume and the timings.
     ///
     /// # Errors
     /// If the texture exceeds the device's limits or memory, or the device fails.
@@ -174,7 +174,7 @@ impl GpuVolume {
     }
 }
 
-/// What the levels of a dense volume are filled with.
+/// What fills the levels of a dense volume.
 struct DenseFillPass<'a> {
     field: &'a GpuProgram,
     layout: &'a wgpu::BindGroupLayout,
@@ -244,7 +244,7 @@ impl DenseFillPass<'_> {
     }
 }
 
-/// The texture that a build writes.
+/// Returns WGSL of the texture that a build writes.
 pub(crate) fn target_wgsl(texels: TexelFormat) -> String {
     let format = texels.wgsl();
     format!(
@@ -253,7 +253,7 @@ pub(crate) fn target_wgsl(texels: TexelFormat) -> String {
     )
 }
 
-/// Threads along the side of the group that fills a tile.
+/// Returns the threads along the side of the workgroup that fills a tile.
 pub(crate) fn tile_side(gpu: &Gpu, tile: u32) -> u32 {
     let limits = gpu.device.limits();
     let most = limits
@@ -265,8 +265,8 @@ pub(crate) fn tile_side(gpu: &Gpu, tile: u32) -> u32 {
     fitting.unwrap_or(1)
 }
 
-/// The layers of a tile that each dispatch fills: as many as its work and the rounds of a thread's loops allow. `layer_work`
-/// is that of one layer of all tiles.
+/// Returns the layers of a tile that each dispatch fills, limited by its work and by the rounds of a thread's
+/// loops. `layer_work` is the work of one layer of all tiles.
 pub(crate) fn layers(
     field: &GpuProgram,
     layer_work: u64,
@@ -275,7 +275,7 @@ pub(crate) fn layers(
 ) -> impl Iterator<Item = (u32, u32)> {
     let columns = (tile / side) * (tile / side);
     let by_work = (WORK_PER_DISPATCH / layer_work.max(1)).min(u64::from(tile)) as u32;
-    // The loops over the columns themselves have rounds too.
+    // The loops over columns also have rounds.
     let by_budget = field.budget / (columns + 1);
     let count = by_work.min(by_budget).max(1);
     (0..tile)

@@ -12,7 +12,7 @@ impl DeviceInfo {
         let driver = format!("{} {}", info.driver, info.driver_info)
             .trim()
             .to_owned();
-        // Browsers may keep it to themselves.
+        // Browsers may hide it.
         let name = if info.name.is_empty() {
             "unnamed device".into()
         } else {
@@ -27,7 +27,7 @@ impl DeviceInfo {
     }
 }
 
-/// All adapters, the best first; in a browser, the one that it gives.
+/// Returns all adapters, best first. In a browser, the one that it offers.
 async fn adapters() -> Vec<(DeviceInfo, wgpu::Adapter)> {
     let instance =
         wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle_from_env());
@@ -56,30 +56,32 @@ async fn adapters() -> Vec<(DeviceInfo, wgpu::Adapter)> {
     all
 }
 
-/// The graphics devices of this machine, the best first.
+/// Lists the graphics devices of this machine, best first.
 pub async fn devices() -> Vec<DeviceInfo> {
     let all = adapters().await;
     all.into_iter().map(|(info, _)| info).collect()
 }
 
-/// A device that is open.
+/// A graphics device.
+///
+/// [`Gpu::open`] opens one.
 #[derive(Debug)]
 pub struct Gpu {
     pub(crate) device: wgpu::Device,
     pub(crate) queue: wgpu::Queue,
     pub(crate) info: DeviceInfo,
-    /// Whether passes can be timed by the device; else the clock is taken around each, with a wait.
+    /// Whether the device can time passes; otherwise each is timed by the clock, with a wait.
     pub(crate) has_timestamps: bool,
-    /// Whether shaders can write textures of 8 and of 16 bits, signed and normalized.
+    /// Whether shaders can write signed normalized textures of 8 and of 16 bits.
     pub(crate) writes_snorm: [bool; 2],
-    /// What the device objected to and nothing has waited for, as there is no waiting in a browser.
+    /// Errors that nothing has waited for, because a browser does not wait.
     #[cfg(target_arch = "wasm32")]
     faults: std::sync::Arc<std::sync::Mutex<Option<String>>>,
 }
 
 impl Gpu {
-    /// Open the best device there is, a software one where there is no other; in a browser, within the limits and features
-    /// that every WebGPU device has.
+    /// Opens the best device, a software one if there is no other. In a browser, it uses only the limits and
+    /// features that every WebGPU device has.
     ///
     /// # Errors
     /// If no adapter is found, or it refuses the device.
@@ -92,7 +94,8 @@ impl Gpu {
         Self::open_with(wgpu::Adapter::limits, specific).await
     }
 
-    /// The same with no more than the limits and the formats that every WebGPU device has: what runs on it runs in a browser.
+    /// Opens the best device with only the limits and formats that every WebGPU device has, to test what runs in a
+    /// browser.
     ///
     /// # Errors
     /// If no adapter is found, or it refuses the device.
@@ -105,7 +108,8 @@ impl Gpu {
         specific: wgpu::Features,
     ) -> Result<Self, GpuError> {
         let (info, adapter) = adapters().await.into_iter().next().ok_or(GpuError::None)?;
-        // Lavapipe's tell nothing once something was rasterised: both stamps of a pass are then taken when it is flushed.
+        // Lavapipe's timestamps are useless once something was rasterized: both stamps of a pass are then taken
+        // when it is flushed.
         let has_timestamps = adapter.features().contains(wgpu::Features::TIMESTAMP_QUERY)
             && info.kind != DeviceKind::Software;
         let required_features = adapter.features() & (specific | wgpu::Features::TIMESTAMP_QUERY);
@@ -143,12 +147,12 @@ impl Gpu {
         })
     }
 
-    /// Which device it is.
+    /// Describes the device.
     pub fn info(&self) -> &DeviceInfo {
         &self.info
     }
 
-    /// Pixels of the largest picture that is drawn at once.
+    /// Returns the number of pixels of the largest image that is rendered at once.
     pub fn max_pixels(&self) -> u64 {
         let limits = self.device.limits();
         let bytes = limits
@@ -157,8 +161,7 @@ impl Gpu {
         bytes / size_of::<argil_abi::Hit>() as u64
     }
 
-    /// Run `work` and turn what wgpu objects to into an error; in a browser that is known, and told, by the next
-    /// [`Gpu::wait`] only.
+    /// Runs `work` and turns wgpu's errors into an error. In a browser, the next [`Gpu::wait`] reports them.
     pub(crate) fn with_error_scope<T>(&self, work: impl FnOnce() -> T) -> Result<T, GpuError> {
         let memory = self.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
         let validation = self.device.push_error_scope(wgpu::ErrorFilter::Validation);
@@ -186,7 +189,7 @@ impl Gpu {
         }
     }
 
-    /// Copy the first `bytes` of a buffer back and wait for them.
+    /// Copies the first `bytes` of a buffer to the CPU.
     pub(crate) async fn read_back(
         &self,
         buffer: &wgpu::Buffer,
@@ -212,7 +215,7 @@ impl Gpu {
         Ok(all)
     }
 
-    /// Waits for what was copied to a buffer that can be mapped, and has a look at it.
+    /// Waits for a mappable buffer, and reads it.
     pub(crate) async fn take_staged(
         &self,
         staging: &wgpu::Buffer,
@@ -242,7 +245,7 @@ impl Gpu {
         Ok(())
     }
 
-    /// Wait until all that was submitted is done.
+    /// Waits until everything that was submitted is done.
     pub(crate) async fn wait(&self) -> Result<(), GpuError> {
         self.poll()?;
         #[cfg(target_arch = "wasm32")]
@@ -257,7 +260,7 @@ impl Gpu {
         self.fault().map_or(Ok(()), Err)
     }
 
-    /// Have the device do what was submitted, and call back. A browser does so by itself, once it is given the time.
+    /// Lets the device process what was submitted, and call back. A browser does so by itself when it gets time.
     fn poll(&self) -> Result<(), GpuError> {
         let poll = wgpu::PollType::Wait {
             submission_index: None,
@@ -269,7 +272,7 @@ impl Gpu {
             .map_err(|e| GpuError::Lost(e.to_string()))
     }
 
-    /// What the device objected to since this was last asked.
+    /// Takes the errors since the last call.
     fn fault(&self) -> Option<GpuError> {
         #[cfg(target_arch = "wasm32")]
         if let Ok(mut fault) = self.faults.lock() {

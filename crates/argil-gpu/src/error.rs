@@ -1,71 +1,71 @@
-/// Why the GPU cannot be used.
+/// The reason why the GPU cannot be used.
 #[derive(Clone, Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum GpuError {
-    /// No adapter of any kind.
+    /// There is no adapter.
     #[error(
         "no GPU was found. A software one will do: on Debian and Ubuntu, apt-get install mesa-vulkan-drivers libvulkan1; \
          or use the CPU"
     )]
     None,
-    /// Somebody has [cancelled](argil_math::Control::cancel) it.
+    /// A [`Control`](argil_math::Control) canceled the work.
     #[error("cancelled")]
     Cancelled,
-    /// This program has no part for GPUs.
+    /// The program was compiled without GPU support.
     #[error("this program was compiled without GPUs (the feature `gpu`): use the CPU")]
     LeftOut,
-    /// The adapter does not give a device.
+    /// The adapter refuses the device.
     #[error("{name}: {reason}")]
     Device {
-        /// The adapter.
+        /// Name of the adapter.
         name: String,
-        /// What its driver said.
+        /// The driver's message.
         reason: String,
     },
-    /// Something does not fit.
+    /// A buffer or texture exceeds a limit.
     #[error(
         "{what} takes {bytes} bytes, more than {name} allows in one buffer, {limit}: use the CPU or a smaller size"
     )]
     TooLarge {
-        /// The adapter.
+        /// Name of the adapter.
         name: String,
-        /// The table or picture.
+        /// The buffer or texture.
         what: &'static str,
-        /// Asked for.
+        /// Requested bytes.
         bytes: u64,
-        /// The most that is allowed.
+        /// The limit in bytes.
         limit: u64,
     },
-    /// A pool of bricks would be larger than a texture can be.
+    /// A pool of bricks would exceed the maximum texture size.
     #[error(
         "{bricks} bricks, and the textures of {name} have room for {limit}: use the CPU or a smaller resolution"
     )]
     TooManyBricks {
-        /// The adapter.
+        /// Name of the adapter.
         name: String,
-        /// Bricks that are needed.
+        /// Needed bricks.
         bricks: u64,
-        /// Bricks there is room for.
+        /// The limit.
         limit: u64,
     },
-    /// Bricks would take more memory than they may.
+    /// Bricks would exceed the memory budget.
     #[error(
         "{bricks} bricks and their tables take {} MiB, and the budget is {} MiB: take a smaller resolution, fewer bits, or a larger memory budget",
         needed.div_ceil(1 << 20),
         budget >> 20
     )]
     Budget {
-        /// Bricks that are needed.
+        /// Needed bricks.
         bricks: u64,
-        /// Bytes that they take.
+        /// Needed bytes.
         needed: u64,
-        /// Bytes that they may take.
+        /// The budget in bytes.
         budget: u64,
     },
-    /// Some representations have no triangles of their own.
+    /// The representation cannot be meshed.
     #[error("this volume is not cut into triangles: take the field, a dense volume or bricks")]
     NotMarched,
-    /// Bricks hold one surface.
+    /// Bricks store only the surface at distance 0.
     #[error("bricks hold the surface at distance 0 alone")]
     OtherLevel,
     /// Bricks cannot be planned.
@@ -76,9 +76,9 @@ pub enum GpuError {
         "the scene nests deeper than the GPU's {slots} slots: it needs {needed}. The CPU has no such limit: use the CPU"
     )]
     TooDeep {
-        /// Slots there are.
+        /// Available slots.
         slots: usize,
-        /// Slots needed.
+        /// Needed slots.
         needed: usize,
     },
     /// A software device would cut the program's loops short.
@@ -86,54 +86,54 @@ pub enum GpuError {
         "{name}: one evaluation of the scene takes {iterations} loop iterations, and this software device allows {limit}: use the CPU"
     )]
     TooLong {
-        /// The adapter.
+        /// Name of the adapter.
         name: String,
-        /// Of one evaluation.
+        /// Iterations of one evaluation.
         iterations: u64,
-        /// The most that is allowed.
+        /// The limit.
         limit: u64,
     },
     /// The program is too long to be written out as a shader.
     #[error("the scene has too many brushes to be specialized into a shader: use the interpreter")]
     TooLongToSpecialize,
-    /// A volume is larger than a 3D texture can be.
+    /// A volume exceeds the maximum size of a 3D texture.
     #[error(
         "{name}: a volume of {voxels} voxels along a side, and textures there have at most {limit}: use the CPU or a smaller resolution"
     )]
     TooFine {
-        /// The adapter.
+        /// Name of the adapter.
         name: String,
-        /// Asked for.
+        /// Requested voxels along a side.
         voxels: u32,
-        /// The most that is allowed.
+        /// The limit.
         limit: u32,
     },
-    /// The enumeration sort compares each brick with each other, in one thread a brick.
+    /// The enumeration sort, which compares every pair of bricks, would take too long.
     #[error(
         "{codes} cells for the enumeration sort, which takes at most {limit}: take larger bricks, or the default way"
     )]
     TooManyToEnumerate {
         /// Cells of the finest grid.
         codes: u32,
-        /// The most that is allowed.
+        /// The limit.
         limit: u32,
     },
-    /// A shader did not compile or a command was refused.
+    /// A shader did not compile, or a command was refused.
     #[error("{name}: {reason}")]
     Refused {
-        /// The adapter.
+        /// Name of the adapter.
         name: String,
-        /// What wgpu said.
+        /// wgpu's message.
         reason: String,
     },
-    /// The device stopped.
+    /// The device stopped responding.
     #[error("the GPU stopped answering: {0}")]
     Lost(String),
 }
 
 #[cfg(feature = "device")]
 impl GpuError {
-    /// A volume whose parts do not fit one another.
+    /// Returns the error for a volume with inconsistent parts.
     pub(crate) fn odd_volume() -> Self {
         Self::Lost("the volume came back in parts that do not fit".into())
     }

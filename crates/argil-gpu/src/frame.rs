@@ -1,4 +1,5 @@
-//! A frame as data: its passes, recorded once for a size and a way to draw, and the buffers that they run on, kept from frame to frame.
+//! A frame as data: its passes, recorded once for a size and a mode, and the buffers that they use, kept from frame
+//! to frame.
 
 use crate::bindings::{COLORS, COUNTS, FRAME, HITS, LIVE, PIXELS};
 use crate::recording::{FrameKey, FrameStep, GROUP, Recording};
@@ -11,9 +12,10 @@ use argil_abi::{FrameUniform, Hit};
 use argil_render::{RayStatistics, RenderOutput};
 use web_time::Instant;
 
-/// Histograms of what rays did: of steps where nothing but distances was looked up, and else of steps, samples, nodes and cells.
+/// Histograms of what rays did: steps of rays that looked up only distances, and for the others steps, samples,
+/// nodes and cells.
 const HISTOGRAMS: u64 = 5;
-/// No words: blocks of pixels that are left, before there are any.
+/// The initial dispatch size: no active blocks of pixels.
 const NO_BLOCKS: [u32; 4] = [0, 1, 1, 0];
 
 /// What a frame's steps run.
@@ -25,7 +27,7 @@ pub(crate) struct FramePasses<'a> {
 
 /// Triangles that a sample begins with.
 pub(crate) trait Drawing: Sync {
-    /// Draws them by a frame at an offset of a buffer of frames.
+    /// Draws them with a frame at an offset of a buffer of frames.
     fn draw(
         &self,
         gpu: &Gpu,
@@ -51,9 +53,9 @@ pub(crate) struct FrameBuffers {
     stride: u32,
     bytes: Vec<u8>,
     timing: Option<Timing>,
-    /// The picture and the counts, on their way to the CPU.
+    /// The image and the counts on their way to the CPU.
     staging: wgpu::Buffer,
-    /// Hits, likewise, if they were asked for.
+    /// The hits on their way to the CPU, if requested.
     hits_staging: Option<wgpu::Buffer>,
     bound: Vec<BoundResource>,
     groups: Option<[wgpu::BindGroup; 2]>,
@@ -124,14 +126,14 @@ impl FrameBuffers {
         })
     }
 
-    /// Whether its buffers are those of such a frame.
+    /// Whether the buffers fit such a frame.
     pub(crate) fn fits(&self, key: &FrameKey) -> bool {
         let own = &self.key;
         (own.size, own.max_steps, own.with_hits) == (key.size, key.max_steps, key.with_hits)
     }
 
-    /// Takes up the recording of another frame that fits, as where an edit has changed how long the field is. Room for dispatches is
-    /// made if there are more than ever before.
+    /// Uses the recording of another frame that fits, for example after an edit changed the length of the program.
+    /// Makes room for more dispatches if needed.
     pub(crate) fn follow(
         &mut self,
         gpu: &Gpu,
@@ -145,7 +147,7 @@ impl FrameBuffers {
         let needed = self.stride as usize * recording.dispatches.len();
         if needed as u64 > self.frames.size() {
             self.frames = gpu.with_error_scope(|| frames_of(gpu, needed as u64))?;
-            // They are bound to the old.
+            // They are bound to the old buffer.
             self.groups = None;
         }
         self.bytes.resize(needed.max(self.bytes.len()), 0);
@@ -156,7 +158,7 @@ impl FrameBuffers {
         Ok(())
     }
 
-    /// Binds what passes read, if it is not the same as before.
+    /// Binds what passes read, unless it is already bound.
     fn bind(
         &mut self,
         gpu: &Gpu,
@@ -203,7 +205,7 @@ impl FrameBuffers {
         Ok(())
     }
 
-    /// Runs a frame and brings it back; with the picture, what its passes took.
+    /// Runs a frame and downloads it. Returns the image, and the duration of its passes.
     pub(crate) async fn run(
         &mut self,
         gpu: &Gpu,
@@ -336,7 +338,7 @@ impl FrameBuffers {
         }
     }
 
-    /// What is kept from frame to frame.
+    /// Returns the buffers that are kept from frame to frame.
     #[cfg(test)]
     pub(crate) fn buffers(&self) -> Vec<wgpu::Buffer> {
         let tables = [&self.hits, &self.colors, &self.counts, &self.pixels];

@@ -66,4 +66,4 @@ pub use {
 #[cfg(not(feature = "device"))]
 mod no_device;
 #[cfg(not(feature = "device"))]
-pub use no_device::{Gpu, GpuField, GpuMesh, GpuVolume, devices};
+pub use no_device::{Gpu, GpuMesh, GpuProgram, GpuVolume, devices};

@@ -1,4 +1,4 @@
-//! The passes that turn distances into triangles.
+//! The passes of marching cubes.
 
 use crate::bindings::{
     Bind, CASES, CELLS, EDGE_ROWS, FIELD_BINDS, MARCHING, OWNERS, SPANS, SPREAD, STORED,
@@ -45,12 +45,12 @@ const SPREAD_WGSL: &str = "
 @group(0) @binding(BIND_SPREAD) var<storage, read_write> spread: array<f32>;
 ";
 
-/// Exact vertices need those and no triangles.
+/// Projection needs these, and no triangles.
 const EXACT_WGSL: &str = "
 @group(0) @binding(BIND_VERTICES) var<storage, read_write> vertices: array<f32>;
 ";
 
-/// The passes, compiled once for a field and a kind of volume.
+/// The passes, compiled once for a program and a kind of volume.
 pub(crate) struct MarchPasses {
     pub(super) layout: wgpu::BindGroupLayout,
     pub(super) find_owners: Option<wgpu::ComputePipeline>,
@@ -142,7 +142,7 @@ impl MarchPasses {
     }
 }
 
-/// Each case's edges, four bits each, and above them how many triangles they make.
+/// Returns each case's edges, four bits each, with the number of triangles above them.
 fn cases_packed() -> Vec<u64> {
     let pack = |case: &argil_mesh::marching::case_table::MarchingCase| {
         let edges = case.triangles().iter().flatten();

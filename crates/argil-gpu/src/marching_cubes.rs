@@ -1,5 +1,5 @@
-//! MarchingUniform cubes on the device: units of cells are counted, the counts added up, then vertices and triangles written. The
-//! totals are waited for, as they say how large the tables are.
+//! Marching cubes on the device: units of cells are counted, the counts are added up, and then vertices and
+//! triangles are written. The CPU waits for the totals, because they determine the sizes of the buffers.
 
 use crate::bindings::{
     CASES, CELLS, EDGE_ROWS, MARCHING, OWNERS, SPANS, SPREAD, STORED, TRIANGLES, UNIT_GROUPS,
@@ -20,12 +20,12 @@ use glam::UVec3;
 const DENSE_SIDE: u32 = 8;
 /// Units whose counts one workgroup adds up.
 const UNITS_PER_GROUP: u32 = argil_abi::UNITS_A_GROUP;
-/// Instructions times evaluations that one dispatch may take on.
+/// Maximum instructions times evaluations per dispatch.
 const WORK_PER_DISPATCH: u64 = 4_000_000_000;
-/// Evaluations a vertex: its distance, and six for its normal.
+/// Evaluations per vertex: its distance, and six for its normal.
 const EVALUATIONS: u64 = 7;
 
-/// Workgroups for so many things.
+/// Returns workgroups for a number of items.
 fn groups(count: u32, each: u32) -> DispatchSize<'static> {
     let count = count.div_ceil(each).max(1);
     let rows = count.div_ceil(abi::DISPATCH_ROW);
@@ -59,7 +59,7 @@ impl MarchTables {
         tables.units.reserve_exact(gpu, 16 * units)?;
         let groups = units.div_ceil(u64::from(UNITS_PER_GROUP)) + 1;
         tables.groups.reserve_exact(gpu, 16 * groups)?;
-        // Bound, and not used until it is known how large they are.
+        // Bound, but not used until their sizes are known.
         for table in [
             &mut tables.rows,
             &mut tables.vertices,
@@ -71,7 +71,7 @@ impl MarchTables {
         Ok(tables)
     }
 
-    /// Have room for what was counted: `places` are those of rows that emit something.
+    /// Makes room for what was counted. `places` are those of rows that emit something.
     fn reserve(
         &mut self,
         gpu: &Gpu,
@@ -104,11 +104,11 @@ impl MarchTables {
 }
 
 impl GpuVolume {
-    /// The surface that a dense volume or bricks hold, as triangles, and what the stages took. `field` is what the volume was
-    /// made from.
+    /// Extracts the surface of a dense volume or of bricks. Returns the mesh and the timings. `field` is the
+    /// program that the volume was made from.
     ///
     /// # Errors
-    /// If the device has no room for it, or the volume is an octree.
+    /// If the mesh exceeds the device's limits or memory, or the volume is an octree.
     pub async fn march(
         &self,
         field: &GpuProgram,
@@ -193,7 +193,7 @@ impl GpuVolume {
     }
 }
 
-/// What marching reads besides its own tables.
+/// What marching cubes reads besides its own tables.
 struct MarchInputs<'a> {
     passes: &'a MarchPasses,
     view: &'a wgpu::TextureView,
@@ -229,7 +229,7 @@ impl MarchInputs<'_> {
     }
 }
 
-/// Count what each unit emits, and where its share begins.
+/// Counts what each unit emits, and where its share begins.
 async fn count(
     gpu: &Gpu,
     passes: &MarchPasses,
@@ -259,14 +259,14 @@ async fn count(
     Ok(())
 }
 
-/// Triangles as they are drawn: corners, the indices of shared ones, and how many there are of both.
+/// Triangles in the form that is drawn: vertices, indices, and the numbers of both.
 struct MarchResult {
     out: StorageBuffer,
     indices: Option<StorageBuffer>,
     counts: [u32; 2],
 }
 
-/// Give each triangle corners of its own.
+/// Gives each triangle its own vertices.
 async fn unindex(
     gpu: &Gpu,
     passes: &MarchPasses,
@@ -301,10 +301,10 @@ async fn unindex(
     })
 }
 
-/// Voxels of a side for which rounding is allowed for.
+/// Voxels along a side for which rounding is accounted for.
 const MAX_SIDE: f32 = 4096.0;
 
-/// The uniform of a volume, as bytes; how many cells its table has; and the uniform of marching it.
+/// Returns the uniform of a volume as bytes, the number of its cells, and the uniform of marching cubes.
 fn measures(
     volume: &GpuVolume,
     cut: &ClipUpdate<'_>,
@@ -312,7 +312,7 @@ fn measures(
 ) -> (Vec<u8>, u32, MarchingUniform) {
     let (lattice, encoding) = (volume.lattice(), volume.encoding());
     let quantum = encoding.band_width(lattice, 0) / encoding.format.max_code() as f32;
-    // Bricks have samples at voxels' corners, dense volumes in their middle.
+    // Bricks have samples at the corners of voxels, and dense volumes at their centers.
     let mut first = lattice.corner;
     let (words, units, side, codes) = match cut {
         ClipUpdate::Bricks(_, own) => {
@@ -337,7 +337,7 @@ fn measures(
         first_voxel: first.extend(lattice.voxel_size).to_array(),
         iso: options.iso / quantum,
         quantum,
-        // No more than rounding asks for: a world may be wide.
+        // No more than rounding requires, because a world may be wide.
         bias: (0.05 * lattice.voxel_size).max(
             1e-4 * lattice
                 .extent()
@@ -358,7 +358,7 @@ fn measures(
     (words, codes, marching)
 }
 
-/// Vertices, triangles and units with vertices.
+/// Returns the numbers of vertices, triangles, and units with vertices.
 async fn totals(gpu: &Gpu, groups: &StorageBuffer) -> Result<[u32; 3], GpuError> {
     let read = read_table(gpu, groups, groups.used()).await?;
     let words: Vec<u32> = read
@@ -371,7 +371,7 @@ async fn totals(gpu: &Gpu, groups: &StorageBuffer) -> Result<[u32; 3], GpuError>
     }
 }
 
-/// Move vertices to the field's surface, or give them its normals.
+/// Moves vertices to the field's surface, or gives them its normals.
 async fn refine(
     field: &GpuProgram,
     passes: &MarchPasses,

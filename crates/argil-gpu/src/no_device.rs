@@ -1,63 +1,68 @@
-//! In place of a device, where none is compiled in: types without values, so that nothing here can ever be called.
+//! Replaces the device if none is compiled in: types without values, so that nothing here can ever be called.
 
-use crate::{DenseFill, DeviceInfo, GpuError, MarchOptions, Order, StagesMs};
+use crate::{BrickOrdering, DenseFill, DeviceInfo, GpuError, StageTimings, SurfaceOptions};
 use argil_abi::FrameUniform;
-use argil_field::{LiveProgram, Program};
+use argil_field::{IncrementalProgram, Program};
 use argil_mesh::Mesh;
-use argil_render::{Picture, Triangles};
+use argil_render::{RenderOutput, Triangles};
 use argil_volume::{
-    BrickEdit, BrickLayout, Edits, Encoding, Keep, Lattice, Layout, Volume, VolumeInfo,
+    BrickLayout, BrickTest, EditStats, Encoding, OctreeLayout, PendingEdits, Volume, VolumeInfo,
+    VoxelGrid,
 };
 use std::sync::Arc;
 use std::time::Duration;
 
-/// The graphics devices of this machine: none that this program could use.
+/// Lists the graphics devices of this machine: none.
 pub async fn devices() -> Vec<DeviceInfo> {
     Vec::new()
 }
 
-/// A device.
+/// A graphics device.
+#[derive(Debug)]
 pub enum Gpu {}
 
-/// A field on a device.
+/// A program on a device.
+#[derive(Debug)]
 pub enum GpuProgram {}
 
 /// A volume on a device.
+#[derive(Debug)]
 pub enum GpuVolume {}
 
 /// Triangles on a device.
+#[derive(Debug)]
 pub enum GpuMesh {}
 
 impl Gpu {
-    /// Open the best device.
+    /// Opens the best device.
     ///
     /// # Errors
-    /// Always: this program was compiled without any.
+    /// Always: this program was compiled without GPU support.
     pub async fn open() -> Result<Self, GpuError> {
         Err(GpuError::LeftOut)
     }
 
-    /// What it is.
+    /// Describes the device.
     pub fn info(&self) -> &DeviceInfo {
         match *self {}
     }
 
-    /// Pixels of the largest picture.
+    /// Returns the number of pixels of the largest image.
     pub fn max_pixels(&self) -> u64 {
         match *self {}
     }
 }
 
 impl GpuProgram {
-    /// Bring a program to a device.
+    /// Uploads a program.
     ///
     /// # Errors
-    /// Never: there is no device to be brought to.
+    /// Never: there is no device.
     pub fn new(gpu: Arc<Gpu>, _: &Program, _: bool) -> Result<Self, GpuError> {
         match *gpu {}
     }
 
-    /// Compile the passes of pictures.
+    /// Compiles the passes of images.
     ///
     /// # Errors
     /// Never.
@@ -65,7 +70,7 @@ impl GpuProgram {
         match *self {}
     }
 
-    /// Take over another program.
+    /// Replaces the program.
     ///
     /// # Errors
     /// Never.
@@ -73,44 +78,48 @@ impl GpuProgram {
         match *self {}
     }
 
-    /// Follow a live program.
+    /// Follows an incremental program.
     ///
     /// # Errors
     /// Never.
-    pub fn update_from(&mut self, _: &LiveProgram) -> Result<(), GpuError> {
+    pub fn update_from(&mut self, _: &IncrementalProgram) -> Result<(), GpuError> {
         match *self {}
     }
 
-    /// Bring over the instructions.
+    /// Uploads the instructions.
     pub fn upload_instructions<'a>(&self, _: impl FnOnce() -> &'a Program) {
         match *self {}
     }
 
-    /// Whether its shaders are for one program alone.
+    /// Whether its shaders are for one program only.
     pub fn is_specialized(&self) -> bool {
         match *self {}
     }
 
-    /// Draw.
+    /// Renders.
     ///
     /// # Errors
     /// Never.
-    pub async fn render(&self, _: &[FrameUniform], _: bool) -> Result<(Picture, f64), GpuError> {
+    pub async fn render(
+        &self,
+        _: &[FrameUniform],
+        _: bool,
+    ) -> Result<(RenderOutput, f64), GpuError> {
         match *self {}
     }
 
-    /// The device.
+    /// Returns the device.
     pub fn gpu(&self) -> &Arc<Gpu> {
         match *self {}
     }
 
-    /// Bytes on the device.
+    /// Returns the bytes on the device.
     pub fn memory_bytes(&self) -> u64 {
         match *self {}
     }
 }
 
-/// Functions that make a volume of a field, which there is not; and methods of a value that there is not.
+/// Functions that create a volume, which cannot exist, and methods of such a value.
 macro_rules! never {
     ($($(#[$doc:meta])* $name:ident($($argument:ty),*) -> $result:ty;)*) => {
         $($(#[$doc])*
@@ -124,7 +133,7 @@ macro_rules! never {
 }
 
 impl GpuVolume {
-    /// Bring a volume over.
+    /// Uploads a volume.
     ///
     /// # Errors
     /// Never.
@@ -132,36 +141,36 @@ impl GpuVolume {
         match *field {}
     }
 
-    /// A dense volume.
+    /// Builds a dense volume.
     ///
     /// # Errors
     /// Never.
     pub async fn dense(
         field: &GpuProgram,
         _: &Program,
-        _: Lattice,
+        _: VoxelGrid,
         _: Encoding,
         _: bool,
         _: DenseFill,
-    ) -> Result<(Self, StagesMs), GpuError> {
+    ) -> Result<(Self, StageTimings), GpuError> {
         match *field {}
     }
 
-    /// An octree.
+    /// Builds an octree.
     ///
     /// # Errors
     /// Never.
     pub async fn octree(
         field: &GpuProgram,
         _: &Program,
-        _: Layout,
-        _: Keep,
-        _: Order,
-    ) -> Result<(Self, StagesMs), GpuError> {
+        _: OctreeLayout,
+        _: BrickTest,
+        _: BrickOrdering,
+    ) -> Result<(Self, StageTimings), GpuError> {
         match *field {}
     }
 
-    /// Sparse bricks.
+    /// Builds sparse bricks.
     ///
     /// # Errors
     /// Never.
@@ -170,72 +179,72 @@ impl GpuVolume {
         _: &Program,
         _: BrickLayout,
         _: Option<u64>,
-    ) -> Result<(Self, StagesMs), GpuError> {
+    ) -> Result<(Self, StageTimings), GpuError> {
         match *field {}
     }
 
-    /// Sparse bricks.
+    /// Builds sparse bricks.
     ///
     /// # Errors
     /// Never.
-    pub async fn bricks_controlled(
+    pub async fn bricks_with_control(
         field: &GpuProgram,
         _: &Program,
         _: BrickLayout,
         _: Option<u64>,
         _: &argil_math::Control,
-    ) -> Result<(Self, StagesMs), GpuError> {
+    ) -> Result<(Self, StageTimings), GpuError> {
         match *field {}
     }
 
     never! {
-        /// Draw.
-        render(&GpuProgram, &[FrameUniform], bool) -> (Picture, f64);
-        /// What it is.
+        /// Renders.
+        render(&GpuProgram, &[FrameUniform], bool) -> (RenderOutput, f64);
+        /// Describes the volume.
         info(&Gpu) -> VolumeInfo;
-        /// Bring the volume back.
+        /// Downloads the volume.
         read(&Gpu) -> Volume;
-        /// Its surface.
-        march(&GpuProgram, &MarchOptions) -> (GpuMesh, StagesMs);
-        /// Wait for edits.
-        settle(&Gpu) -> BrickEdit;
-        /// Give back room.
+        /// Extracts the surface.
+        march(&GpuProgram, &SurfaceOptions) -> (GpuMesh, StageTimings);
+        /// Waits for edits.
+        settle(&Gpu) -> EditStats;
+        /// Frees unused memory.
         trim(&GpuProgram) -> ();
-        /// Submit edits.
-        edit(&GpuProgram, &LiveProgram, &mut dyn Edits, Option<u64>, Option<Duration>) -> ();
+        /// Submits edits.
+        edit(&GpuProgram, &IncrementalProgram, &mut dyn PendingEdits, Option<u64>, Option<Duration>) -> ();
     }
 
-    /// Where the voxels lie.
-    pub fn lattice(&self) -> &Lattice {
+    /// Returns the voxel grid.
+    pub fn lattice(&self) -> &VoxelGrid {
         match *self {}
     }
 
-    /// What texels mean.
+    /// Returns the format and band of samples.
     pub fn encoding(&self) -> &Encoding {
         match *self {}
     }
 
-    /// What following edits takes.
-    pub fn edits(&self) -> Option<Box<dyn Edits>> {
+    /// Returns the state for edits in place.
+    pub fn edits(&self) -> Option<Box<dyn PendingEdits>> {
         match *self {}
     }
 
-    /// The same voxels over a larger box.
+    /// Grows to a larger box with the same voxels.
     ///
     /// # Errors
     /// Never.
-    pub fn grow(&mut self, _: &Gpu, _: &dyn Edits) -> Result<(), GpuError> {
+    pub fn grow(&mut self, _: &Gpu, _: &dyn PendingEdits) -> Result<(), GpuError> {
         match *self {}
     }
 
-    /// Bytes on the device.
+    /// Returns the bytes on the device.
     pub fn memory_bytes(&self) -> u64 {
         match *self {}
     }
 }
 
 impl GpuMesh {
-    /// Bring triangles over.
+    /// Uploads triangles.
     ///
     /// # Errors
     /// Never.
@@ -243,20 +252,20 @@ impl GpuMesh {
         match *field {}
     }
 
-    /// Corners and triangles.
+    /// Returns the numbers of triangles and vertices.
     pub fn counts(&self) -> [u64; 2] {
         match *self {}
     }
 
-    /// Bytes on the device.
+    /// Returns the bytes on the device.
     pub fn memory_bytes(&self) -> u64 {
         match *self {}
     }
 
     never! {
-        /// Bring triangles back.
+        /// Downloads the triangles.
         read(&Gpu) -> Mesh;
-        /// Draw.
-        render(&GpuProgram, &[FrameUniform], bool) -> (Picture, f64);
+        /// Renders.
+        render(&GpuProgram, &[FrameUniform], bool) -> (RenderOutput, f64);
     }
 }

@@ -1,4 +1,5 @@
-//! `Octree::select`, `Octree::sort`, `Octree::fill`, `Octree::build`: no step of it waits for the CPU.
+//! Octrees on the device: `Octree::select`, `Octree::sort`, `Octree::fill`, `Octree::build`. No step waits for the
+//! CPU.
 
 mod build;
 
@@ -12,14 +13,14 @@ use crate::{Gpu, GpuError, GpuProgram, GpuVolume};
 use argil_abi::{self as abi, Node, OctreeVolume};
 use argil_volume::{Octree, OctreeInfo, OctreeLayout, OctreeNodes, Volume, VolumeInfo};
 
-/// An octree's tables.
+/// The tables of an octree.
 #[derive(Debug)]
 struct OctreeTables {
     layout: OctreeLayout,
     keys: StorageBuffer,
     nodes: StorageBuffer,
     words: StorageBuffer,
-    /// The uniform that shaders read.
+    /// The uniform for shaders.
     uniform: OctreeVolume,
 }
 
@@ -139,7 +140,7 @@ impl OctreeTables {
             .collect())
     }
 
-    /// Bring the tree back.
+    /// Downloads the tree.
     async fn read_tree(&self, gpu: &Gpu) -> Result<OctreeNodes, GpuError> {
         let words = self.read_words(gpu).await?;
         let word = |i: u32| words.get(i as usize).copied().unwrap_or(0);
@@ -165,7 +166,7 @@ impl OctreeTables {
     }
 }
 
-/// The uniform that rays need, which has nothing of the field.
+/// Returns the uniform for rays, which does not depend on the program.
 fn octree_words(layout: &OctreeLayout) -> OctreeVolume {
     let lattice = &layout.voxel_grid;
     OctreeVolume {

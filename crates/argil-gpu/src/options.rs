@@ -1,24 +1,24 @@
-//! What is asked of a device, and what it is: the same whether there is one or not.
+//! Options and descriptions of devices, the same with and without GPU support.
 
 use std::fmt;
 
-/// What a graphics device is.
+/// The kind of a graphics device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DeviceKind {
     /// A graphics card.
     Discrete,
     /// Graphics in the processor's package.
     Integrated,
-    /// A virtual machine's.
+    /// A virtual machine's device.
     Virtual,
     /// Software on the CPU, such as Mesa's lavapipe.
     Software,
-    /// Not known.
+    /// Unknown.
     Other,
 }
 
 impl DeviceKind {
-    /// Whether the automatic choice takes it.
+    /// Whether the automatic selection uses it.
     pub fn is_real_gpu(self) -> bool {
         matches!(self, Self::Discrete | Self::Integrated | Self::Virtual)
     }
@@ -41,26 +41,26 @@ impl fmt::Display for DeviceKind {
 pub struct DeviceInfo {
     /// Its name.
     pub name: String,
-    /// What it is.
+    /// Its kind.
     pub kind: DeviceKind,
-    /// The interface it is reached by, such as Vulkan.
+    /// The interface, such as Vulkan.
     pub backend: String,
     /// The driver and its version.
     pub driver: String,
 }
 
-/// How the texture of a dense volume is filled.
+/// How a GPU fills the texture of a dense volume.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum DenseFill {
-    /// A tile of 32³ texels a group, a column of 32 a thread.
+    /// A tile of 32³ samples per workgroup, and a column of 32 per thread.
     #[default]
     Tiled,
-    /// The 2023 study's first way: one thread a group, one texel a thread.
+    /// The 2023 study's first method: one thread per workgroup, one sample per thread.
     Naive,
 }
 
-/// How the list of bricks gets into ascending order.
+/// How a GPU orders the bricks of an octree.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum BrickOrdering {
@@ -73,32 +73,32 @@ pub enum BrickOrdering {
     EnumerationSort,
 }
 
-/// Where vertices' normals come from.
+/// The source of vertices' normals.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum SurfaceNormals {
-    /// They have none.
+    /// No normals.
     None,
-    /// The samples' gradient, by central differences.
+    /// The gradient of the samples, by central differences.
     Gradient,
-    /// The field's, by central differences.
+    /// The gradient of the field, by central differences.
     #[default]
     Field,
-    /// The triangles' own; only of corners that are not shared.
+    /// The triangles' own, if vertices are not shared.
     Face,
 }
 
-/// How a volume is cut into triangles.
+/// Options of marching cubes on a GPU.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SurfaceOptions {
-    /// The distance at which the surface is taken.
+    /// Distance at which to extract the surface.
     pub iso: f32,
-    /// Where normals come from.
+    /// The source of normals.
     pub normals: SurfaceNormals,
-    /// Whether vertices go to the exact surface of the field.
+    /// Whether vertices move to the exact surface of the field.
     pub project_to_field: bool,
-    /// Whether each triangle has corners of its own.
+    /// Whether each triangle gets its own vertices.
     pub is_unindexed: bool,
 }
 
-/// Each stage of a build with its milliseconds.
+/// The name and the duration in milliseconds of each stage of a build.
 pub type StageTimings = Vec<(&'static str, f64)>;

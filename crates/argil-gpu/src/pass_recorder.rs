@@ -1,21 +1,21 @@
-//! Running the passes of a build, with what each stage takes.
+//! Runs the passes of a build, and times each stage.
 
 use crate::timing::Timing;
 use crate::{Gpu, GpuError, StageTimings};
 use web_time::Instant;
 
-/// Passes between two readings of time stamps.
+/// Passes between two readings of timestamps.
 const PASSES_PER_READBACK: u32 = 500;
 
-/// Whether each pass is waited for, to take the clock, where there are no time stamps. In a browser all of a build counts as
-/// its last stage then.
+/// Whether each pass is waited for and timed by the clock, without timestamps. In a browser, the whole build then
+/// counts as its last stage.
 pub(crate) const CAN_WAIT: bool = cfg!(not(target_arch = "wasm32"));
 
-/// How many workgroups a pass has.
+/// The number of workgroups of a pass.
 #[derive(Clone, Copy)]
 pub(crate) enum DispatchSize<'a> {
     Direct([u32; 3]),
-    /// As a buffer says from a byte on, which a pass before has written.
+    /// From a buffer at a byte offset, which an earlier pass has written.
     Indirect(&'a wgpu::Buffer, u64),
 }
 
@@ -23,17 +23,17 @@ pub(crate) enum DispatchSize<'a> {
 pub(crate) struct PassRecorder<'a> {
     gpu: &'a Gpu,
     timing: Option<Timing>,
-    /// Whether what passes take is to be known.
+    /// Whether durations are needed.
     is_timed: bool,
     start: Instant,
-    /// The stage of each pass, and by the clock what it took where there are no time stamps.
+    /// The stage of each pass, and its duration by the clock if there are no timestamps.
     passes: Vec<(&'static str, f64)>,
-    /// By time stamps what each pass took, as far as they have been read.
+    /// The duration of each pass by timestamps, as far as they have been read.
     stamps: Vec<f64>,
 }
 
 impl<'a> PassRecorder<'a> {
-    /// For any number of passes.
+    /// Creates a recorder for any number of passes.
     pub(crate) fn new(gpu: &'a Gpu) -> Result<Self, GpuError> {
         Ok(Self {
             gpu,
@@ -45,7 +45,7 @@ impl<'a> PassRecorder<'a> {
         })
     }
 
-    /// Without a wait, nor a look at what passes take.
+    /// Creates a recorder that neither waits nor measures.
     pub(crate) fn untimed(gpu: &'a Gpu) -> Self {
         Self {
             gpu,
@@ -57,7 +57,7 @@ impl<'a> PassRecorder<'a> {
         }
     }
 
-    /// Submit one pass, after whatever was written to buffers so far.
+    /// Submits one pass, after everything written to buffers so far.
     pub(crate) async fn pass(
         &mut self,
         stage: &'static str,
@@ -100,7 +100,7 @@ impl<'a> PassRecorder<'a> {
         Ok(())
     }
 
-    /// Read the time stamps so far, and make room for others.
+    /// Reads the timestamps so far, and makes room for others.
     async fn collect(&mut self) -> Result<(), GpuError> {
         if let Some(timing) = &mut self.timing {
             self.stamps.extend(timing.durations_ms(self.gpu).await?);
@@ -109,7 +109,7 @@ impl<'a> PassRecorder<'a> {
         Ok(())
     }
 
-    /// Wait for all passes; each stage with what its passes took, in the order of their first.
+    /// Waits for all passes. Returns the duration of each stage, in order.
     pub(crate) async fn finish(mut self) -> Result<StageTimings, GpuError> {
         self.gpu.wait().await?;
         self.collect().await?;

@@ -9,7 +9,7 @@ use std::any::Any;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// An instruction that does nothing: an empty program still needs a row to bind.
+/// An instruction that does nothing, because an empty program still needs a row to bind.
 pub(crate) const NOP: &[Instruction] = &[Instruction {
     op: u32::MAX,
     flags: 0,
@@ -17,36 +17,38 @@ pub(crate) const NOP: &[Instruction] = &[Instruction {
     operand: 0,
 }];
 
-/// A program on a GPU, ready to be drawn.
+/// A program on a GPU, ready to render.
+///
+/// It owns the buffers of instructions, parameters and materials, and the pipelines with its interpreter.
 #[derive(Debug)]
 pub struct GpuProgram {
     gpu: Arc<Gpu>,
     instrs: StorageBuffer,
     params: StorageBuffer,
     materials: StorageBuffer,
-    /// Number of instructions, for how much a dispatch may take on.
+    /// Number of instructions, which limits the size of dispatches.
     length: usize,
-    /// What an interpreter for the program can run.
+    /// The opcodes that its interpreter can run.
     pub(crate) opcodes: OpcodeSet,
     field_wgsl: String,
-    /// Most field evaluations that one thread may do in one dispatch.
+    /// Maximum evaluations per thread and dispatch.
     pub(crate) budget: u32,
-    /// The passes that were asked for, with the interpreter in them.
+    /// The passes that were requested, with the interpreter.
     passes: Cache,
     is_specialized: bool,
-    /// Whether the parameters are a live program's.
+    /// Whether the parameters are an incremental program's.
     is_live: bool,
-    /// Whether the instructions are those of the parameters.
+    /// Whether the instructions match the parameters.
     is_whole: AtomicBool,
 }
 
 impl GpuProgram {
-    /// Bring a program to a device and make the pipelines. `specialized`: for this program alone.
+    /// Uploads a program and creates the pipelines. If `specialized`, the shaders are for this program only.
     ///
     /// # Errors
     /// If the program nests too deep for the device, exceeds its limits or memory, or the device fails.
     pub fn new(gpu: Arc<Gpu>, program: &Program, specialized: bool) -> Result<Self, GpuError> {
-        // A software device pays for every case of the interpreter, used or not.
+        // A software device executes every case of the interpreter, used or not.
         let opcodes = if gpu.info().kind == DeviceKind::Software {
             OpcodeSet::of(program)
         } else {
@@ -78,8 +80,8 @@ impl GpuProgram {
         Ok(field)
     }
 
-    /// Take over another program; only for a field that was not specialized. Compiles nothing, but on a software device
-    /// whose trimmed interpreter lacks one of the program's opcodes.
+    /// Replaces the program. Only if it is not specialized. It compiles nothing, unless a software device's reduced
+    /// interpreter lacks an opcode.
     ///
     /// # Errors
     /// If the program nests too deep for the device, exceeds its limits or memory, or the device fails.
@@ -89,11 +91,12 @@ impl GpuProgram {
         self.upload(program)
     }
 
-    /// Follow a live program: what its last update wrote, or all of it the first time. Its instructions are brought over
-    /// when something is to be drawn through the field, by [`GpuProgram::upload_instructions`]. Only for a field that was not specialized.
+    /// Follows an incremental program: uploads what its last update wrote, or everything the first time.
+    /// Instructions are uploaded by [`GpuProgram::upload_instructions`] when something is rendered through the
+    /// field. Only if it is not specialized.
     ///
     /// # Errors
-    /// If the device cannot run the program; the field is then as it was.
+    /// If the device cannot run the program. Nothing changes then.
     pub fn update_from(&mut self, live: &IncrementalProgram) -> Result<(), GpuError> {
         let program = live.program();
         check_depth(program)?;
@@ -132,7 +135,7 @@ impl GpuProgram {
         Ok(())
     }
 
-    /// Bring over the instructions of the program that is followed, if they are not there. `program` gives it.
+    /// Uploads the instructions of the followed program, unless they are up to date.
     pub fn upload_instructions<'a>(&self, program: impl FnOnce() -> &'a Program) {
         if !self.is_whole.load(Ordering::Acquire) {
             self.instrs.rewrite(&self.gpu, rows_of(program()));
@@ -140,7 +143,7 @@ impl GpuProgram {
         }
     }
 
-    /// Compile anew, when it is needed, if there are opcodes that could not be run so far.
+    /// Compiles again when needed, if there are new opcodes.
     fn extend_opcodes(&mut self, opcodes: OpcodeSet) {
         if !self.opcodes.is_superset(opcodes) {
             self.opcodes = self.opcodes.union(opcodes);
@@ -149,12 +152,12 @@ impl GpuProgram {
         }
     }
 
-    /// Whether its shaders are for one program alone.
+    /// Whether its shaders are for one program only.
     pub fn is_specialized(&self) -> bool {
         self.is_specialized
     }
 
-    /// Passes of a name, made when they are first asked for.
+    /// Returns passes of a name, and creates them when first asked for.
     pub(crate) fn passes<T: Any + Send + Sync>(
         &self,
         name: &'static str,
@@ -175,12 +178,12 @@ impl GpuProgram {
         Ok(())
     }
 
-    /// The device.
+    /// Returns the device.
     pub fn gpu(&self) -> &Arc<Gpu> {
         &self.gpu
     }
 
-    /// Bytes of the program's tables on the device.
+    /// Returns the bytes of the program's tables on the device.
     pub fn memory_bytes(&self) -> u64 {
         self.instrs.size() + self.params.size() + self.materials.size()
     }
@@ -197,7 +200,7 @@ impl GpuProgram {
         self.bindings_with(&self.instrs)
     }
 
-    /// The same for a frame.
+    /// Iterates over the bindings of the tables for a frame.
     pub(crate) fn bound(&self) -> impl Iterator<Item = BoundResource> + '_ {
         let tables = [
             (&self.instrs, INSTRS),
@@ -207,7 +210,7 @@ impl GpuProgram {
         tables.into_iter().filter_map(|(table, at)| table.bound(at))
     }
 
-    /// The tables with other instructions for the same parameters.
+    /// Returns the tables with other instructions for the same parameters.
     pub(crate) fn bindings_with<'a>(
         &'a self,
         instrs: &'a StorageBuffer,
@@ -223,7 +226,7 @@ impl GpuProgram {
     }
 }
 
-/// What a program's table of instructions holds.
+/// Returns the rows of a program's table of instructions.
 fn rows_of(program: &Program) -> &[Instruction] {
     match program.instructions() {
         [] => NOP,
@@ -231,7 +234,7 @@ fn rows_of(program: &Program) -> &[Instruction] {
     }
 }
 
-/// Stretches in order, as one where one begins at another's end.
+/// Merges adjacent ranges.
 fn joined(stretches: &[(u32, u32)]) -> Vec<(u32, u32)> {
     let mut all = stretches.to_vec();
     all.sort_unstable();
@@ -245,13 +248,13 @@ fn joined(stretches: &[(u32, u32)]) -> Vec<(u32, u32)> {
     all
 }
 
-/// lavapipe ends all loops of a thread after 65,535 iterations, without a word; some are the passes' own.
+/// lavapipe silently ends all loops of a thread after 65,535 iterations, and the passes' own loops need some.
 const SOFTWARE_ITERATIONS: u64 = 60_000;
 
-/// Evaluations that the longest pass does at once: six for a normal, a material and five taps for the light.
+/// Evaluations that the longest pass does at once: six for a normal, or a material and five taps for light.
 const MIN_BUDGET: u64 = 7;
 
-/// How many evaluations one thread may do in a dispatch: any number on hardware, which only the picture's size limits.
+/// Returns how many evaluations a thread may do per dispatch. On hardware, only the image's size limits them.
 fn budget(gpu: &Gpu, iterations: u64) -> Result<u32, GpuError> {
     if gpu.info().kind != DeviceKind::Software {
         return Ok(u32::MAX);

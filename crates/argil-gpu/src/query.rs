@@ -5,7 +5,7 @@ use crate::storage_buffer::StorageBuffer;
 use crate::{GpuError, GpuProgram};
 use argil_abi::{QueryResult, QueryUniform};
 
-/// Points of one workgroup, and workgroups in a row of a dispatch.
+/// Points per workgroup, and workgroups in a row of a dispatch.
 pub(super) const GROUP: u32 = 64;
 const ROW: u32 = 32_768;
 
@@ -13,7 +13,7 @@ const ROW: u32 = 32_768;
 pub(crate) type QueryPass = (wgpu::BindGroupLayout, wgpu::ComputePipeline);
 
 impl GpuProgram {
-    /// The field at points: distances and materials. The pass is compiled when first asked for.
+    /// Evaluates the field at points: distances and materials. The pass is compiled when first used.
     ///
     /// # Errors
     /// If the device fails.

@@ -33,19 +33,19 @@ static MESH: TraceMode = TraceMode {
 pub struct GpuMesh {
     /// Positions and normals.
     vertices: StorageBuffer,
-    /// None where each triangle has corners of its own.
+    /// `None` if each triangle has its own vertices.
     indices: Option<StorageBuffer>,
     triangles: u32,
     corners: u32,
     pipeline: wgpu::RenderPipeline,
     layout: wgpu::BindGroupLayout,
-    /// Of the frame before.
+    /// The previous frame's target.
     target: Mutex<Option<RasterTarget>>,
 }
 
 impl GpuMesh {
-    /// Bring triangles over; corners without a normal are lit as if they faced the viewer. `field` is what they were made
-    /// from: it gives the light.
+    /// Uploads triangles. A vertex without a normal is lit as if it faced the viewer. `field` is the program that
+    /// they were made from, which provides light.
     ///
     /// # Errors
     /// If the mesh exceeds the device's limits or memory.
@@ -85,12 +85,12 @@ impl GpuMesh {
         })
     }
 
-    /// Numbers of triangles and of corners.
+    /// Returns the numbers of triangles and vertices.
     pub fn counts(&self) -> [u64; 2] {
         [self.triangles, self.corners].map(u64::from)
     }
 
-    /// Bring the triangles back, without materials; normals are zero where there are none.
+    /// Downloads the triangles, without materials. Missing normals are zero.
     ///
     /// # Errors
     /// If the device fails.
@@ -117,15 +117,15 @@ impl GpuMesh {
         })
     }
 
-    /// Bytes on the device.
+    /// Returns the bytes on the device.
     pub fn memory_bytes(&self) -> u64 {
         self.vertices.size() + self.indices.as_ref().map_or(0, StorageBuffer::size)
     }
 
-    /// Draws as [`GpuProgram::render`] does, what is nearest by the device's depth test.
+    /// Renders as [`GpuProgram::render`] does. The device's depth test keeps the nearest triangle.
     ///
     /// # Errors
-    /// If the device has no room for it.
+    /// If the image exceeds the device's memory, or the device fails.
     pub async fn render(
         &self,
         field: &GpuProgram,
@@ -159,13 +159,13 @@ impl GpuMesh {
     }
 }
 
-/// What triangles of a frame's size are drawn on.
+/// The textures that triangles of a frame's size are drawn on.
 #[derive(Debug)]
 struct RasterTarget {
     size: [u32; 2],
     nearest: wgpu::TextureView,
     depth: wgpu::TextureView,
-    /// The frames that it was last drawn by, as they are bound.
+    /// The frames of the previous draw, with their bind group.
     bound: Mutex<Option<(wgpu::Buffer, wgpu::BindGroup)>>,
 }
 
@@ -316,7 +316,7 @@ fn pipeline(gpu: &Gpu) -> (wgpu::BindGroupLayout, wgpu::RenderPipeline) {
                     attributes: &wgpu::vertex_attr_array![0 => Float32x3, 1 => Float32x3],
                 })],
             },
-            // Counterclockwise as seen from outside; nothing is culled, as the eye may be inside.
+            // Counterclockwise as seen from outside. Nothing is culled, because the eye may be inside.
             primitive: wgpu::PrimitiveState::default(),
             depth_stencil: Some(wgpu::DepthStencilState {
                 format: DEPTH,

@@ -1,12 +1,12 @@
 //! A frame as data: its passes in order.
 
-/// Words of a histogram beyond a ray's steps: what is looked up in the last of them.
+/// Bins of a histogram beyond a ray's maximum steps, for what the last step looks up.
 pub(crate) const MARGIN: u32 = 64;
 
 /// Side of a workgroup.
 pub(crate) const GROUP: u32 = 8;
 
-/// What a recording depends on: while it stays the same, so do the passes.
+/// What a recording depends on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct FrameKey {
     pub size: [u32; 2],
@@ -15,13 +15,13 @@ pub(crate) struct FrameKey {
     pub normals: u32,
     pub has_ground: bool,
     pub max_steps: u32,
-    /// Instructions of the field, and evaluations that a thread may do in a dispatch.
+    /// Instructions of the program, and evaluations that a thread may do per dispatch.
     pub field: (usize, u32),
     pub with_hits: bool,
 }
 
 impl FrameKey {
-    /// Words of a histogram.
+    /// Returns the bins of a histogram.
     pub(super) fn bins(&self) -> u32 {
         self.max_steps.saturating_add(MARGIN)
     }
@@ -34,35 +34,35 @@ impl FrameKey {
 /// One step of a frame.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum FrameStep {
-    /// Sets colors and counts to zero.
+    /// Clears colors and counts.
     Clear,
-    /// Draws triangles, by the numbers of a dispatch.
+    /// Draws triangles, with the values of a dispatch.
     Draw(usize),
     /// Empties the list of blocks of pixels.
     EmptyBlocks,
-    /// Takes over how many blocks there are.
+    /// Copies the number of blocks to the dispatch arguments.
     TakeBlocks,
     /// Runs a pass.
     Pass {
         label: &'static str,
-        /// Its place among the pipelines.
+        /// Index of its pipeline.
         pipeline: usize,
-        /// Its place among the numbers of dispatches.
+        /// Index of its dispatch values.
         dispatch: usize,
-        /// So many workgroups; as many as there are blocks without.
+        /// The number of workgroups. `None` uses the number of blocks.
         groups: Option<[u32; 3]>,
     },
     /// Counts what the rays of the first sample did.
     Count(usize),
     /// Keeps what they hit.
     KeepHits,
-    /// Makes bytes of the colors.
+    /// Converts colors to bytes.
     Resolve(usize),
-    /// What follows is submitted apart: a device takes so much at once.
+    /// Submits, because a device accepts a limited amount of work at once.
     Submit,
 }
 
-/// What is the dispatch's own in a [`Frame`].
+/// The values of a [`argil_abi::FrameUniform`] that differ between dispatches.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Dispatch {
     pub sample: usize,
@@ -72,7 +72,7 @@ pub(crate) struct Dispatch {
     pub max_steps: u32,
 }
 
-/// The passes of a frame, and the numbers that each reads.
+/// The passes of a frame, and the values that each reads.
 #[derive(Debug, Default)]
 pub(crate) struct Recording {
     pub steps: Vec<FrameStep>,
@@ -80,7 +80,7 @@ pub(crate) struct Recording {
 }
 
 impl Recording {
-    /// Passes that take time.
+    /// Returns the number of passes that take time.
     pub(super) fn passes(&self) -> u32 {
         let is_pass =
             |step: &&FrameStep| matches!(step, FrameStep::Pass { .. } | FrameStep::Draw(_));

@@ -1,4 +1,4 @@
-//! The passes of a picture: compiled once for a field and a way to march, and recorded once for a frame.
+//! The passes of an image, compiled once for a program and a trace mode, and recorded once for a frame.
 
 use crate::bindings::{
     Bind, COLORS, FIELD_BINDS, FRAME, FRAME_WGSL, HITS, PICTURE_WGSL, TABLES_WGSL, layout,
@@ -13,17 +13,17 @@ use argil_abi::FrameUniform;
 use argil_render::{RenderOutput, wgsl};
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// Instructions times pixels that one dispatch, and one submission, may take on: a fraction of a second even on a small GPU, so
-/// that no driver takes it for hung.
+/// Maximum instructions times pixels of one dispatch and of one submission: a fraction of a second even on a small
+/// GPU, so that no driver considers it hung.
 const WORK_PER_DISPATCH: u64 = 400_000_000;
-/// Steps of a ray through a volume on a software device, which ends a thread's loops after 65,535 rounds.
+/// Maximum steps of a ray through a volume on a software device, which ends a thread's loops after 65,535 rounds.
 const SOFTWARE_STEPS: u32 = 50_000;
-/// Pixels of the largest frame whose buffers wait for the next: those of a larger one, over a gigabyte, are given back.
+/// Maximum pixels of a frame whose buffers are kept. Larger ones, of over a gigabyte, are freed.
 const MAX_CACHED: u64 = 1 << 24;
-/// Most workgroups along one axis that every device has.
+/// Maximum workgroups along an axis on every device.
 const MAX_GROUPS: u32 = 65_535;
 
-/// Places of the pipelines that every way has, then of those that cones take.
+/// Indices of the pipelines that every mode has, and of those for cones.
 const MARCH: usize = 0;
 const FINISH: usize = 1;
 const SHADOW: usize = 2;
@@ -44,25 +44,26 @@ static FIELD: TraceMode = TraceMode {
 };
 
 impl GpuProgram {
-    /// The passes of a way to march, compiled when they are first asked for.
+    /// Returns the passes of a trace mode, and compiles them when first asked for.
     pub(crate) fn picture(&self, way: &'static TraceMode) -> Result<Arc<RenderPasses>, GpuError> {
         let make = || RenderPasses::new(self.gpu(), self.field_wgsl(), way);
         self.passes(way.name, make)
     }
 
-    /// Compiles the passes of pictures, which otherwise waits until the first.
+    /// Compiles the passes of images, instead of with the first image.
     ///
     /// # Errors
-    /// If the device does not take them.
+    /// If the device does not accept them.
     pub fn prepare(&self) -> Result<(), GpuError> {
         self.picture(&FIELD).map(|_| ())
     }
 
-    /// Draws: `frames` as `argil_render::frames` makes them, one a sample. With the picture, what its passes took, by the
-    /// device's time stamps where it has them, else by the clock. The picture's hits are left out unless they are asked for.
+    /// Renders an image. [`argil_render::frame_uniforms`] makes `frames`, one per sample. Returns the image, and
+    /// the duration of its passes in milliseconds, by timestamps if there are any. The image has no hits unless
+    /// `with_hits`.
     ///
     /// # Errors
-    /// If the device has no room for it.
+    /// If the image exceeds the device's memory, or the device fails.
     pub async fn render(
         &self,
         frames: &[FrameUniform],
@@ -73,17 +74,17 @@ impl GpuProgram {
     }
 }
 
-/// The passes of a picture.
+/// The passes of an image.
 pub(crate) struct RenderPasses {
     way: &'static TraceMode,
     layout: wgpu::BindGroupLayout,
     pipelines: Vec<wgpu::ComputePipeline>,
-    /// Of the frame before.
+    /// The buffers of the previous frame.
     target: Mutex<Option<FrameBuffers>>,
 }
 
 impl RenderPasses {
-    /// Compile for a field's interpreter.
+    /// Compiles the passes for a program's interpreter.
     pub(crate) fn new(
         gpu: &Gpu,
         field_wgsl: &str,
@@ -126,8 +127,8 @@ impl RenderPasses {
         })
     }
 
-    /// Draw with a field's tables, what else the way to march reads, and triangles that each sample begins with, if there are any. With
-    /// the picture, what its passes took.
+    /// Renders with a program's tables, the trace mode's own bindings, and the triangles that each sample begins
+    /// with, if any. Returns the image, and the duration of its passes.
     pub(crate) async fn draw(
         &self,
         field: &GpuProgram,
@@ -173,19 +174,19 @@ impl RenderPasses {
         Ok(drawn)
     }
 
-    /// The buffers of the frame before, if nobody else draws on them.
+    /// Takes the buffers of the previous frame, if nobody else renders with them.
     fn take(&self) -> Option<FrameBuffers> {
         let mut place = self.target.lock().unwrap_or_else(PoisonError::into_inner);
         place.take()
     }
 
-    /// All passes of a frame.
+    /// Records all passes of a frame.
     fn record(&self, key: &FrameKey, is_software: bool) -> Recording {
         let [width, height] = key.size;
-        // Rows in bands, each a dispatch of both passes.
+        // Rows in bands, each one dispatch of both passes.
         let row_work = u64::from(width) * key.field.0 as u64;
         let rows = u32::try_from(WORK_PER_DISPATCH / row_work.max(1)).unwrap_or(u32::MAX);
-        // As many blocks as a dispatch may have along one axis.
+        // As many blocks as a dispatch may have along an axis.
         let most_rows = MAX_GROUPS / width.div_ceil(GROUP) * GROUP;
         let rows = rows.min(most_rows);
         let rows = (rows.min(height) / GROUP * GROUP).max(GROUP);
@@ -229,7 +230,7 @@ impl RenderPasses {
                     let groups = match stage.pipeline {
                         CONE => {
                             all.steps.push(FrameStep::EmptyBlocks);
-                            // A cone's thread has as many pixels as another's group.
+                            // A cone's thread has as many pixels as another pass's workgroup.
                             Some(across(GROUP * GROUP))
                         }
                         MARCH if self.way.has_cones => {
@@ -261,7 +262,8 @@ impl RenderPasses {
         all
     }
 
-    /// The dispatches of one sample of one band: marches are cut into as many steps as a thread may do at once.
+    /// Returns the dispatches of one sample of one band. Marches are cut into as many steps as a thread may do at
+    /// once.
     fn stages(&self, key: &FrameKey) -> Vec<Stage> {
         let (way, budget) = (self.way, key.field.1);
         let exact = |label, pipeline, steps: u32| {
@@ -276,7 +278,7 @@ impl RenderPasses {
                     is_exact: true,
                 })
         };
-        // Evaluates nothing: it is one dispatch.
+        // Evaluates nothing, so it is one dispatch.
         let whole = |label, pipeline| Stage {
             label,
             pipeline,
@@ -305,7 +307,7 @@ impl RenderPasses {
         } else {
             stages.extend(exact("Shade::show", SHOW, 1));
         }
-        // Where nothing of the field is asked, it does not count how long that is.
+        // If the field is not evaluated, its length does not count.
         for stage in &mut stages {
             let asks = match stage.pipeline {
                 MARCH | FINISH => way.is_exact,
@@ -322,7 +324,7 @@ impl RenderPasses {
 /// One dispatch.
 struct Stage {
     label: &'static str,
-    /// Its place among the pipelines.
+    /// Index of its pipeline.
     pipeline: usize,
     first_step: u32,
     step_count: u32,

@@ -1,4 +1,4 @@
-//! What a frame has gathered as bytes, and what its rays did.
+//! Converts a frame's colors to bytes, and counts what its rays did.
 
 use crate::bindings::{
     Bind, COLORS, COUNTS, FRAME, FRAME_WGSL, HITS, PICTURE_WGSL, PIXELS, layout, pipelines,
@@ -11,7 +11,7 @@ const RESOLVE_WGSL: &str = "
 @group(0) @binding(BIND_COUNTS) var<storage, read_write> counts: array<atomic<u32>>;
 ";
 
-/// The passes that a frame ends with, of any representation.
+/// The last passes of a frame, for any representation.
 pub(crate) struct ResolvePass {
     pub layout: wgpu::BindGroupLayout,
     pub count: wgpu::ComputePipeline,

@@ -1,20 +1,20 @@
-//! Buffers and textures: making them, and the ways to and from the CPU.
+//! Creates buffers and textures, and transfers their contents.
 
 use crate::storage_buffer::StorageBuffer;
 use crate::{Gpu, GpuError};
 use argil_volume::{SampleFormat, Texels, VoxelGrid};
 
-/// Bytes that a row of texels takes in a buffer is a multiple of this.
+/// A row of texels in a buffer takes a multiple of this many bytes.
 const ROW_ALIGNMENT: u32 = wgpu::COPY_BYTES_PER_ROW_ALIGNMENT;
 
-/// Most bytes of texels on their way from or to the device at once.
+/// Maximum bytes of texels in transfer at once.
 pub(crate) const STAGING_BYTES: u64 = 64 << 20;
 
 pub(crate) fn uniform_of<T>(gpu: &Gpu, label: &str) -> wgpu::Buffer {
     uniform_for(gpu, label, size_of::<T>() as u64)
 }
 
-/// A uniform of so many bytes.
+/// Creates a uniform buffer of a size.
 pub(crate) fn uniform_for(gpu: &Gpu, label: &str, size: u64) -> wgpu::Buffer {
     gpu.device.create_buffer(&wgpu::BufferDescriptor {
         label: Some(label),
@@ -24,7 +24,7 @@ pub(crate) fn uniform_for(gpu: &Gpu, label: &str, size: u64) -> wgpu::Buffer {
     })
 }
 
-/// An empty texture for a lattice that shaders can write and filter.
+/// Creates an empty texture for a voxel grid that shaders can write and filter.
 pub(crate) fn texture(
     gpu: &Gpu,
     lattice: &VoxelGrid,
@@ -35,7 +35,7 @@ pub(crate) fn texture(
     texture_of(gpu, size, bits, levels)
 }
 
-/// An empty texture that shaders can write and filter.
+/// Creates an empty texture that shaders can write and filter.
 pub(crate) fn texture_of(
     gpu: &Gpu,
     size: wgpu::Extent3d,
@@ -77,7 +77,7 @@ pub(crate) fn extent(width: u32, height: u32, depth_or_array_layers: u32) -> wgp
     }
 }
 
-/// Brings the texels of a level over.
+/// Uploads the samples of a level.
 pub(crate) async fn upload(
     gpu: &Gpu,
     texture: &wgpu::Texture,
@@ -113,14 +113,14 @@ pub(crate) async fn upload(
                 extent(size.x, size.y, (part.len() / layer_bytes) as u32),
             );
         })?;
-        // What is staged is freed once it has arrived.
+        // The staging memory is freed once it has arrived.
         gpu.queue.submit([]);
         gpu.wait().await?;
     }
     Ok(())
 }
 
-/// The texels of some layers of a texture, without gaps.
+/// Downloads the samples of some layers of a texture, without gaps.
 pub(crate) async fn read_texels(
     gpu: &Gpu,
     texture: &wgpu::Texture,
@@ -175,7 +175,7 @@ pub(crate) async fn read_texels(
     Ok(bytes)
 }
 
-/// The texels of a level of a texture as large as a lattice.
+/// Downloads the samples of a level of a texture with a voxel grid's size.
 pub(crate) async fn read_level(
     gpu: &Gpu,
     texture: &wgpu::Texture,
@@ -185,7 +185,7 @@ pub(crate) async fn read_level(
     let size = lattice.level_size(level);
     let layer_bytes = (size.x * size.y) as u64 * bits.bytes() as u64;
     let mut bytes = Vec::with_capacity((layer_bytes * u64::from(size.z)) as usize);
-    // Some layers at a time: a buffer has its limits.
+    // Some layers at a time, because a buffer has limits.
     let layers = (STAGING_BYTES / layer_bytes).clamp(1, u64::from(size.z)) as u32;
     for first in (0..size.z).step_by(layers as usize) {
         let range = first..(first + layers).min(size.z);

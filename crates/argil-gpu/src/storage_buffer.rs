@@ -3,13 +3,13 @@ use crate::{Gpu, GpuError};
 use bytemuck::Pod;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// A storage buffer that grows when it must and is kept when it need not. What is bound is exactly what was written.
+/// A storage buffer that grows when needed. Exactly what was written is bound.
 #[derive(Debug)]
 pub(crate) struct StorageBuffer {
     what: &'static str,
     buffer: Option<wgpu::Buffer>,
     used: AtomicU64,
-    /// Besides being a table.
+    /// Usage flags besides storage.
     usage: wgpu::BufferUsages,
 }
 
@@ -23,7 +23,7 @@ impl StorageBuffer {
         }
     }
 
-    /// One that triangles are drawn from.
+    /// Creates a buffer that triangles are drawn from.
     pub(crate) fn drawn(what: &'static str) -> Self {
         Self {
             usage: wgpu::BufferUsages::VERTEX | wgpu::BufferUsages::INDEX,
@@ -31,13 +31,13 @@ impl StorageBuffer {
         }
     }
 
-    /// Make room for `bytes`, and some more if that takes a new buffer.
+    /// Reserves `bytes`, and more if that takes a new buffer.
     pub(crate) fn reserve(&mut self, gpu: &Gpu, bytes: u64) -> Result<(), GpuError> {
-        // Some air, so that a scene which grows brush by brush does not need a new buffer each time.
+        // Some headroom, so that a scene that grows brush by brush does not need a new buffer each time.
         self.reserve_with(gpu, bytes, bytes / 2)
     }
 
-    /// Make room for `bytes`, no more.
+    /// Reserves exactly `bytes`.
     pub(crate) fn reserve_exact(&mut self, gpu: &Gpu, bytes: u64) -> Result<(), GpuError> {
         self.reserve_with(gpu, bytes, 0)
     }
@@ -75,14 +75,14 @@ impl StorageBuffer {
         Ok(())
     }
 
-    /// Hold exactly these rows.
+    /// Writes exactly these rows.
     pub(crate) fn write<T: Pod>(&mut self, gpu: &Gpu, rows: &[T]) -> Result<(), GpuError> {
         self.reserve(gpu, size_of_val(rows) as u64)?;
         self.rewrite(gpu, rows);
         Ok(())
     }
 
-    /// The same where there is room for them.
+    /// Writes these rows if there is room for them.
     pub(crate) fn rewrite<T: Pod>(&self, gpu: &Gpu, rows: &[T]) {
         let bytes: &[u8] = bytemuck::cast_slice(rows);
         self.patch(gpu, 0, bytes);
@@ -91,7 +91,7 @@ impl StorageBuffer {
         self.used.store(used, Ordering::Relaxed);
     }
 
-    /// Replace some bytes, from one on.
+    /// Replaces some bytes from an offset on.
     pub(crate) fn patch(&self, gpu: &Gpu, at: u64, bytes: &[u8]) {
         if let Some(buffer) = &self.buffer
             && !bytes.is_empty()
@@ -104,17 +104,17 @@ impl StorageBuffer {
         self.buffer.as_ref()
     }
 
-    /// Bytes that are bound.
+    /// Returns the bytes that are bound.
     pub(crate) fn used(&self) -> u64 {
         self.used.load(Ordering::Relaxed)
     }
 
-    /// Bytes on the device.
+    /// Returns the bytes on the device.
     pub(crate) fn size(&self) -> u64 {
         self.buffer.as_ref().map_or(0, wgpu::Buffer::size)
     }
 
-    /// What is bound of it.
+    /// Returns what is bound of it.
     pub(crate) fn bound(&self, at: u32) -> Option<BoundResource> {
         let buffer = self.buffer.as_ref()?;
         Some(BoundResource::Buffer(at, buffer.clone(), Some(self.used())))

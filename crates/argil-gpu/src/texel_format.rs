@@ -1,26 +1,26 @@
-//! How samples lie in a device's textures: as they are, or where shaders cannot write such textures, in the first of four
-//! channels, samples of 16 bits as half floats. WebGPU promises shaders the latter two alone. A half float has 11 bits, from
-//! its first that is not 0 on: near a surface it is as exact as 16 bits are.
+//! The format of samples in a device's textures: their own, or if shaders cannot write it, the first of four
+//! channels, with 16-bit samples as half floats. WebGPU guarantees only the latter. A half float has 11 significant
+//! bits, so near a surface it is as precise as 16 bits.
 
 use crate::Gpu;
 use argil_volume::SampleFormat;
 use half::f16;
 use std::borrow::Cow;
 
-/// See the module's page.
+/// The format of texels.
 #[derive(Clone, Copy, PartialEq)]
 pub(crate) enum TexelFormat {
-    /// As they are.
+    /// The samples' own format.
     Plain(SampleFormat),
-    /// In the first of four channels.
+    /// The first of four channels.
     Wide(SampleFormat),
 }
 
-/// What stands for 1 in a sample of 16 bits.
+/// The code of 1 in a 16-bit sample.
 const ONE: f32 = 32_767.0;
 
 impl Gpu {
-    /// The texels that hold samples of some width, in textures that shaders write and filter.
+    /// Returns the texel format for a sample format, in textures that shaders write and filter.
     pub(crate) fn texels(&self, bits: SampleFormat) -> TexelFormat {
         let [eight, sixteen] = self.writes_snorm;
         let is_plain = match bits {
@@ -34,14 +34,14 @@ impl Gpu {
         }
     }
 
-    /// Bytes that so many bytes of samples take in a texture.
+    /// Returns the bytes in a texture for a number of bytes of samples.
     pub(crate) fn texture_bytes(&self, bits: SampleFormat, sample_bytes: u64) -> u64 {
         sample_bytes / bits.bytes() as u64 * self.texels(bits).bytes() as u64
     }
 }
 
 impl TexelFormat {
-    /// Of a texture that was made for samples of some width.
+    /// Returns the texel format of a texture.
     pub(crate) fn of(format: wgpu::TextureFormat) -> Self {
         match format {
             wgpu::TextureFormat::R8Snorm => Self::Plain(SampleFormat::Snorm8),
@@ -51,7 +51,7 @@ impl TexelFormat {
         }
     }
 
-    /// As wgpu calls it.
+    /// Returns wgpu's format.
     pub(crate) fn format(self) -> wgpu::TextureFormat {
         match self {
             Self::Plain(SampleFormat::Snorm8) => wgpu::TextureFormat::R8Snorm,
@@ -61,7 +61,7 @@ impl TexelFormat {
         }
     }
 
-    /// As shaders call it.
+    /// Returns the name in WGSL.
     pub(crate) fn wgsl(self) -> &'static str {
         match self {
             Self::Plain(SampleFormat::Snorm8) => "r8snorm",
@@ -71,14 +71,14 @@ impl TexelFormat {
         }
     }
 
-    /// The width of the samples.
+    /// Returns the sample format.
     pub(crate) fn bits(self) -> SampleFormat {
         match self {
             Self::Plain(bits) | Self::Wide(bits) => bits,
         }
     }
 
-    /// Bytes of a texel.
+    /// Returns the bytes of a texel.
     pub(crate) fn bytes(self) -> usize {
         match self {
             Self::Plain(bits) => bits.bytes(),
@@ -86,7 +86,7 @@ impl TexelFormat {
         }
     }
 
-    /// Samples as texels.
+    /// Converts samples to texels.
     pub(crate) fn texels_of(self, samples: &[u8]) -> Cow<'_, [u8]> {
         let mut texels = match self {
             Self::Plain(_) => return Cow::Borrowed(samples),
@@ -105,7 +105,7 @@ impl TexelFormat {
         Cow::Owned(texels)
     }
 
-    /// The samples of some texels, after others.
+    /// Appends the samples of texels.
     pub(crate) fn samples_into(self, texels: &[u8], samples: &mut Vec<u8>) {
         match self {
             Self::Plain(_) => samples.extend_from_slice(texels),

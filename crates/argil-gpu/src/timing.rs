@@ -1,6 +1,6 @@
 use crate::{Gpu, GpuError};
 
-/// Time stamps at the beginning and end of each pass of a frame.
+/// Timestamps at the beginning and end of each pass of a frame.
 pub(crate) struct Timing {
     set: wgpu::QuerySet,
     resolved: wgpu::Buffer,
@@ -9,7 +9,7 @@ pub(crate) struct Timing {
 }
 
 impl Timing {
-    /// For `passes` passes; `None` where the device has no time stamps, or not that many in one set.
+    /// Creates timestamps for `passes` passes. Returns `None` if the device has none, or not enough in one set.
     pub(crate) fn new(gpu: &Gpu, passes: u32) -> Result<Option<Self>, GpuError> {
         let capacity = passes.saturating_mul(2);
         if !gpu.has_timestamps || !(2..=wgpu::QUERY_SET_MAX_QUERIES).contains(&capacity) {
@@ -36,7 +36,7 @@ impl Timing {
         })
     }
 
-    /// The stamps of the next pass; none once the set is full.
+    /// Returns the timestamps of the next compute pass, or `None` once the set is full.
     pub(crate) fn next(&mut self) -> Option<wgpu::ComputePassTimestampWrites<'_>> {
         let begin = self.used;
         if begin + 2 > self.capacity {
@@ -50,7 +50,7 @@ impl Timing {
         })
     }
 
-    /// The same of a pass that draws.
+    /// Returns the timestamps of the next render pass, or `None` once the set is full.
     pub(crate) fn next_render(&mut self) -> Option<wgpu::RenderPassTimestampWrites<'_>> {
         let compute = self.next()?;
         Some(wgpu::RenderPassTimestampWrites {
@@ -60,17 +60,17 @@ impl Timing {
         })
     }
 
-    /// Whether there are no stamps left.
+    /// Whether no timestamps are left.
     pub(crate) fn is_full(&self) -> bool {
         self.used + 2 > self.capacity
     }
 
-    /// Use the stamps anew.
+    /// Uses the timestamps from the start again.
     pub(crate) fn restart(&mut self) {
         self.used = 0;
     }
 
-    /// What each pass took, in the order in which they were begun.
+    /// Returns the duration of each pass, in order.
     pub(crate) async fn durations_ms(&self, gpu: &Gpu) -> Result<Vec<f64>, GpuError> {
         if self.used == 0 {
             return Ok(Vec::new());

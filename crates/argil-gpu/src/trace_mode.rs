@@ -1,53 +1,53 @@
-//! How rays are marched on the device, as each representation declares it.
+//! How rays are traced on the device, as each representation declares it.
 
 use crate::bindings::Bind;
 use argil_abi::{BIND_LINEAR, BIND_STORED, BIND_VOLUME};
 
-/// What the pictures of a representation are made by.
+/// How images of a representation are traced.
 #[derive(Debug)]
 pub(crate) struct TraceMode {
-    /// Told apart from others by it.
+    /// Unique name.
     pub name: &'static str,
-    /// How rays are marched.
+    /// WGSL that traces rays.
     pub march: &'static str,
-    /// The bindings that reads, and what else it needs, in WGSL.
+    /// WGSL of its bindings, and what else it needs.
     pub tables: fn() -> String,
-    /// The same bindings, with what is done with them.
+    /// The same bindings, with their types.
     pub binds: &'static [Bind],
     /// Constants of the pipelines.
     pub constants: &'static [(&'static str, f64)],
-    /// Whether each sample begins with triangles that are drawn.
+    /// Whether each sample begins with drawn triangles.
     pub draws: bool,
     /// Whether the march evaluates the field, which makes it long.
     pub is_exact: bool,
-    /// Whether cones go first, and leave a list of the blocks of pixels that are to be marched; then hits have normals, and light and
-    /// materials are its own.
+    /// Whether cones go first, and leave a list of active blocks of pixels. Then hits have normals, and light and
+    /// materials come from the volume.
     pub has_cones: bool,
 }
 
-/// A volume's words, its texture and a filter.
+/// A volume's uniform, its texture and a sampler.
 pub(crate) const VOLUME_BINDS: [Bind; 3] = [
     Bind::Uniform(BIND_VOLUME),
     Bind::Texture(BIND_STORED),
     Bind::Filter(BIND_LINEAR),
 ];
 
-/// What a frame is bound to: compared, so that nothing is bound anew while it stays the same.
+/// What a frame is bound to. It is compared, so that nothing is bound again while it stays the same.
 #[derive(Clone, PartialEq)]
 pub(crate) enum BoundResource {
-    /// So many bytes of a buffer; all of it without a number.
+    /// A number of bytes of a buffer, or all of it.
     Buffer(u32, wgpu::Buffer, Option<u64>),
     View(u32, wgpu::TextureView),
     Sampler(u32, wgpu::Sampler),
 }
 
 impl BoundResource {
-    /// A whole buffer.
+    /// Returns a whole buffer.
     pub(crate) fn buffer(at: u32, buffer: &wgpu::Buffer) -> Self {
         Self::Buffer(at, buffer.clone(), None)
     }
 
-    /// As wgpu takes it.
+    /// Converts to wgpu's type.
     pub(crate) fn entry(&self) -> wgpu::BindGroupEntry<'_> {
         let (binding, resource) = match self {
             Self::Buffer(at, buffer, bytes) => {

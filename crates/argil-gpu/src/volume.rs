@@ -1,4 +1,4 @@
-//! A volume on the device: what all representations have there, and the trait that each implements in its own file.
+//! A volume on the device: what all kinds share, and the trait that each implements in its own file.
 
 use crate::resources::uniform_for;
 use crate::storage_buffer::StorageBuffer;
@@ -13,31 +13,31 @@ use argil_volume::{EditStats, Encoding, PendingEdits, Volume, VolumeInfo, VoxelG
 use std::any::Any;
 use web_time::Duration;
 
-/// What a representation is on the device, besides its texture.
+/// A kind of volume on the device, besides its texture.
 pub(crate) trait VolumeTables: std::fmt::Debug + Any + Send + Sync {
-    /// How its pictures are marched.
+    /// Returns how its images are traced.
     fn way(&self) -> &'static TraceMode;
 
-    /// What that reads besides the texture and the words.
+    /// Adds its bindings besides the texture and the uniform.
     fn bind(&self, _bound: &mut Vec<BoundResource>) {}
 
-    /// Bytes of textures and tables.
+    /// Returns the bytes of textures and tables.
     fn memory_bytes(&self, body: &VolumeStorage) -> u64;
 
-    /// What it is: more than its lattice, encoding and bytes, after a wait for edits.
+    /// Describes the volume, after waiting for edits.
     fn info<'a>(&'a self, info: VolumeInfo, _gpu: &'a Gpu) -> Work<'a, VolumeInfo> {
         Box::pin(async move { Ok(info) })
     }
 
-    /// Brings it back.
+    /// Downloads the volume.
     fn read<'a>(&'a self, body: &'a VolumeStorage, gpu: &'a Gpu) -> Work<'a, Volume>;
 
-    /// What following edits takes, of one that is changed in place.
+    /// Returns the state for edits in place, if this kind supports them.
     fn edits(&self) -> Option<Box<dyn PendingEdits>> {
         None
     }
 
-    /// Lies over the box that its edits have grown to. Nothing is sampled.
+    /// Grows to the box that the edits have grown to. Samples nothing.
     fn grow(
         &mut self,
         _body: &mut VolumeStorage,
@@ -47,7 +47,7 @@ pub(crate) trait VolumeTables: std::fmt::Debug + Any + Send + Sync {
         Ok(())
     }
 
-    /// Submits what its edits have left to be done.
+    /// Submits remaining edits.
     fn edit<'a>(
         &'a mut self,
         _body: &'a mut VolumeStorage,
@@ -56,12 +56,12 @@ pub(crate) trait VolumeTables: std::fmt::Debug + Any + Send + Sync {
         Box::pin(async { Ok(()) })
     }
 
-    /// Waits for edits; what they did since the last time.
+    /// Waits for edits. Returns what they did since the last call.
     fn settle<'a>(&'a mut self, _gpu: &'a Gpu) -> Work<'a, EditStats> {
         Box::pin(async { Ok(EditStats::default()) })
     }
 
-    /// Waits for edits, and gives back the room that they have left.
+    /// Waits for edits, and frees unused memory.
     fn trim<'a>(
         &'a mut self,
         _body: &'a mut VolumeStorage,
@@ -70,32 +70,32 @@ pub(crate) trait VolumeTables: std::fmt::Debug + Any + Send + Sync {
         Box::pin(async { Ok(()) })
     }
 
-    /// The uniform that its shaders read, as bytes.
+    /// Returns the uniform for shaders, as bytes.
     fn uniform(&self) -> &[u8];
 
-    /// How its surface is cut into triangles, if it is.
+    /// Returns how to mesh it, if that is possible.
     fn cut(&self) -> Option<ClipUpdate<'_>> {
         None
     }
 }
 
-/// What edits have left to be done, and how much of it now.
+/// Remaining edits, and how much of them to submit.
 pub(crate) struct EditContext<'a> {
     pub field: &'a GpuProgram,
-    /// What the field [follows](GpuProgram::update).
+    /// The program that the field [follows](GpuProgram::update_from).
     pub live: &'a IncrementalProgram,
     pub edits: &'a mut dyn PendingEdits,
-    /// Bytes that there may be.
+    /// Maximum bytes.
     pub budget: Option<u64>,
-    /// About as much as the device does in that time.
+    /// Submit about as much as the device does in this time.
     pub within: Option<Duration>,
 }
 
-/// How triangles are found.
+/// How to mesh a volume.
 pub(crate) enum ClipUpdate<'a> {
-    /// Texel by texel of the lattice.
+    /// By samples of the grid.
     Dense(&'a DenseVolume),
-    /// Brick by brick, by a table of cells.
+    /// By bricks, with a table of cells.
     Bricks(&'a StorageBuffer, &'a BrickVolume),
 }
 
@@ -111,18 +111,18 @@ pub(crate) struct VolumeStorage {
 }
 
 impl VolumeStorage {
-    /// Another texture in place of the old.
+    /// Replaces the texture.
     pub(crate) fn set_texture(&mut self, texture: wgpu::Texture) {
         self.view = texture.create_view(&wgpu::TextureViewDescriptor::default());
         self.texture = texture;
     }
 
-    /// Bytes of a texel.
+    /// Returns the bytes of a texel.
     pub(crate) fn texel_bytes(&self) -> u64 {
         TexelFormat::of(self.texture.format()).bytes() as u64
     }
 
-    /// Bytes of a texture as large as the lattice, with its levels.
+    /// Returns the bytes of a texture with the grid's size, including levels.
     pub(crate) fn texture_bytes(&self) -> u64 {
         (0..self.texture.mip_level_count())
             .map(|level| self.lattice.texel_count(level) * self.texel_bytes())
@@ -131,6 +131,9 @@ impl VolumeStorage {
 }
 
 /// A volume on a device.
+///
+/// [`GpuVolume::bricks`], [`GpuVolume::dense`] and [`GpuVolume::octree`] build one, and [`GpuVolume::upload`]
+/// copies one from the CPU.
 #[derive(Debug)]
 pub struct GpuVolume {
     body: VolumeStorage,
@@ -145,7 +148,7 @@ impl GpuVolume {
         kind: impl VolumeTables,
     ) -> Result<Self, GpuError> {
         let gpu = field.gpu();
-        // Compiled now, if it was not yet, and not when the first picture is wanted.
+        // Compile now, and not when the first image is wanted.
         field.picture(kind.way())?;
         let (view, sampler, uniform) = gpu.with_error_scope(|| {
             let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
@@ -171,10 +174,10 @@ impl GpuVolume {
         })
     }
 
-    /// Draws as [`GpuProgram::render`] does, primary rays and normals through the volume.
+    /// Renders as [`GpuProgram::render`] does, with primary rays and normals through the volume.
     ///
     /// # Errors
-    /// If the device does not do it.
+    /// If the device fails.
     pub async fn render(
         &self,
         field: &GpuProgram,
@@ -194,20 +197,20 @@ impl GpuVolume {
         passes.draw(field, bound, None, frames, with_hits).await
     }
 
-    /// Where the voxels lie.
+    /// Returns the voxel grid.
     pub fn lattice(&self) -> &VoxelGrid {
         &self.body.lattice
     }
 
-    /// What texels mean.
+    /// Returns the format and band of samples.
     pub fn encoding(&self) -> &Encoding {
         &self.body.encoding
     }
 
-    /// What it is, after a wait for edits.
+    /// Describes the volume, after waiting for edits.
     ///
     /// # Errors
-    /// If the device does not tell.
+    /// If the device fails.
     pub async fn info(&self, gpu: &Gpu) -> Result<VolumeInfo, GpuError> {
         let body = &self.body;
         let mut info = VolumeInfo::new(body.lattice, body.encoding, self.memory_bytes());
@@ -215,37 +218,37 @@ impl GpuVolume {
         self.kind.info(info, gpu).await
     }
 
-    /// Bytes on the device: textures and tables.
+    /// Returns the bytes of textures and tables on the device.
     pub fn memory_bytes(&self) -> u64 {
         self.kind.memory_bytes(&self.body)
     }
 
-    /// Brings the volume back.
+    /// Downloads the volume.
     ///
     /// # Errors
-    /// If the device does not do it.
+    /// If the device fails.
     pub async fn read(&self, gpu: &Gpu) -> Result<Volume, GpuError> {
         self.kind.read(&self.body, gpu).await
     }
 
-    /// What following edits takes, of one that is changed in place.
+    /// Returns the state for edits in place, if this kind supports them.
     pub fn edits(&self) -> Option<Box<dyn PendingEdits>> {
         self.kind.edits()
     }
 
-    /// Lies over the box that its edits have [grown to](PendingEdits::grow_to). Nothing is sampled.
+    /// Grows to the box that its edits have [grown to](PendingEdits::grow_to). Samples nothing.
     ///
     /// # Errors
-    /// If the device has no room for the tables.
+    /// If the tables exceed the device's memory.
     pub fn grow(&mut self, gpu: &Gpu, edits: &dyn PendingEdits) -> Result<(), GpuError> {
         self.kind.grow(&mut self.body, gpu, edits)
     }
 
-    /// Submits what its edits have left to be done, without waiting for it: all of it, or about as much as the device does in some
-    /// time. `live` is what `field` [follows](GpuProgram::update).
+    /// Submits remaining edits without waiting, all of them or about as much as the device does in a time. `live`
+    /// is the program that `field` [follows](GpuProgram::update_from).
     ///
     /// # Errors
-    /// If it would take more than `budget` bytes; what was taken out of the work last is then not done.
+    /// If the result would exceed `budget` bytes. The batch in progress is lost then.
     pub async fn edit(
         &mut self,
         field: &GpuProgram,
@@ -264,18 +267,18 @@ impl GpuVolume {
         self.kind.edit(&mut self.body, editing).await
     }
 
-    /// Waits for edits; what they did since the last time.
+    /// Waits for edits. Returns what they did since the last call.
     ///
     /// # Errors
-    /// If the device does not do it.
+    /// If the device fails.
     pub async fn settle(&mut self, gpu: &Gpu) -> Result<EditStats, GpuError> {
         self.kind.settle(gpu).await
     }
 
-    /// Waits for edits, and gives back the room that they have left.
+    /// Waits for edits, and frees unused memory.
     ///
     /// # Errors
-    /// If the device does not do it.
+    /// If the device fails.
     pub async fn trim(&mut self, field: &GpuProgram) -> Result<(), GpuError> {
         self.kind.trim(&mut self.body, field).await
     }
@@ -292,10 +295,10 @@ impl GpuVolume {
 macro_rules! volumes {
     ($($name:ident),*) => {
         impl GpuVolume {
-            /// Brings a volume over. `field` is what it was made from: it gives the light.
+            /// Uploads a volume. `field` is the program that it was made from, which provides light.
             ///
             /// # Errors
-            /// If the device has no room for it.
+            /// If the volume exceeds the device's limits or memory.
             pub async fn upload(field: &GpuProgram, volume: &Volume) -> Result<Self, GpuError> {
                 match volume { $(Volume::$name(own) => Upload::upload(own, field).await,)* }
             }
@@ -305,8 +308,8 @@ macro_rules! volumes {
 
 argil_volume::all_volumes!(volumes);
 
-/// A representation that can be brought to a device.
+/// A volume that can be uploaded.
 pub(crate) trait Upload {
-    /// Brings it over.
+    /// Uploads it.
     fn upload<'a>(&'a self, field: &'a GpuProgram) -> Work<'a, GpuVolume>;
 }

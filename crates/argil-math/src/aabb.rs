@@ -1,8 +1,8 @@
 use glam::{DAffine3, Vec3};
 
-/// An axis-aligned box, `min` and `max` in the same unit as the points it holds.
+/// An axis-aligned box, in the unit of its points.
 ///
-/// Bounds may be infinite: [`Aabb::ALL`] holds every point, [`Aabb::EMPTY`] none.
+/// Bounds may be infinite: [`Aabb::ALL`] contains every point, and [`Aabb::EMPTY`] none.
 ///
 /// ```
 /// use argil_math::Aabb;
@@ -13,9 +13,9 @@ use glam::{DAffine3, Vec3};
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Aabb {
-    /// The corner of least coordinates.
+    /// The minimum corner.
     pub min: Vec3,
-    /// The corner of greatest coordinates.
+    /// The maximum corner.
     pub max: Vec3,
 }
 
@@ -31,17 +31,17 @@ impl Aabb {
         max: Vec3::INFINITY,
     };
 
-    /// The box between two corners; empty where a coordinate of `min` is above that of `max`.
+    /// Creates the box between two corners. It is empty if a coordinate of `min` exceeds that of `max`.
     pub const fn new(min: Vec3, max: Vec3) -> Self {
         Self { min, max }
     }
 
-    /// The box of half size `half` around the origin.
+    /// Creates the box of half size `half` around the origin.
     pub fn centered(half: Vec3) -> Self {
         Self::new(-half, half)
     }
 
-    /// The smallest box around some points.
+    /// Creates the smallest box around points.
     pub fn around(points: impl IntoIterator<Item = Vec3>) -> Self {
         points
             .into_iter()
@@ -58,22 +58,22 @@ impl Aabb {
         !self.is_empty() && self.min.is_finite() && self.max.is_finite()
     }
 
-    /// The middle. Meaningful for a finite box only.
+    /// Returns the center. Meaningful only for a finite box.
     pub fn center(self) -> Vec3 {
         (self.min + self.max) * 0.5
     }
 
-    /// The lengths of the sides.
+    /// Returns the lengths of the sides.
     pub fn size(self) -> Vec3 {
         self.max - self.min
     }
 
-    /// Half of the diagonal: the radius of the sphere around the box.
+    /// Returns half of the diagonal: the radius of the bounding sphere.
     pub fn half_diagonal(self) -> f32 {
         0.5 * self.size().length()
     }
 
-    /// The box moved outwards by `by` on all sides. An empty box stays empty.
+    /// Returns the box with all sides moved outward by `by`. An empty box stays empty.
     pub fn grown(self, by: f32) -> Self {
         if self.is_empty() {
             self
@@ -82,28 +82,28 @@ impl Aabb {
         }
     }
 
-    /// The smallest box around both.
+    /// Returns the smallest box around both.
     pub fn union(self, other: Self) -> Self {
         Self::new(self.min.min(other.min), self.max.max(other.max))
     }
 
-    /// The points in both.
+    /// Returns the points in both.
     pub fn intersection(self, other: Self) -> Self {
         let both = Self::new(self.min.max(other.min), self.max.min(other.max));
         if both.is_empty() { Self::EMPTY } else { both }
     }
 
-    /// Whether a point lies in the box, its border included.
+    /// Whether a point lies in the box or on its border.
     pub fn contains(self, point: Vec3) -> bool {
         point.cmpge(self.min).all() && point.cmple(self.max).all()
     }
 
-    /// The distance from a point to the box: 0 inside.
+    /// Returns the distance from a point to the box, 0 inside.
     pub fn distance(self, point: Vec3) -> f32 {
         (point - point.clamp(self.min, self.max)).length()
     }
 
-    /// The eight corners.
+    /// Returns the eight corners.
     pub fn corners(self) -> [Vec3; 8] {
         std::array::from_fn(|i| {
             Vec3::new(
@@ -114,7 +114,7 @@ impl Aabb {
         })
     }
 
-    /// A box around this one after an affine map. An infinite box that is turned becomes [`Aabb::ALL`].
+    /// Returns a box around this one after an affine map. A rotated infinite box becomes [`Aabb::ALL`].
     pub fn mapped(self, to_from_self: &DAffine3) -> Self {
         if self.is_empty() {
             return self;
@@ -133,7 +133,7 @@ impl Aabb {
                 Self::ALL
             };
         }
-        // Corners in f64, then one step outwards for the rounding to f32.
+        // Corners in f64, and then one step outward for the rounding to f32.
         let hull = Self::around(
             self.corners()
                 .map(|c| to_from_self.transform_point3(c.as_dvec3()).as_vec3()),

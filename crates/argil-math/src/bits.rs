@@ -1,11 +1,12 @@
-//! Masks of what holds for each of many.
+//! Bit masks.
 
-/// Bit `i` is `flags[i]`, each of which is 0 or 1.
+/// Returns a mask whose bit `i` is `flags[i]`, each of which is 0 or 1.
 ///
-/// Eight bytes are gathered by one multiplication, which moves each byte's bit to its own place of the highest byte; loops
-/// that make the flags of numbers vectorise.
+/// One multiplication gathers eight bytes: it moves each byte's bit to its own place in the highest byte. Loops
+/// that compute the flags vectorize.
 ///
 /// # Examples
+///
 /// ```
 /// let mut flags = [0; 64];
 /// flags[3] = 1;

@@ -1,11 +1,11 @@
-//! Stopping long work, and seeing how far it is.
+//! Cancels long work, and reports its progress.
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// Stops long work from another thread, and tells how far it is. Clones control the same work.
+/// Cancels long work from another thread, and reports its progress. Clones control the same work.
 ///
-/// Work that is given the [default](Control::default) cannot be stopped and tells nothing.
+/// The [default](Control::default) cannot cancel, and reports nothing.
 ///
 /// ```
 /// use argil_math::Control;
@@ -28,38 +28,38 @@ struct Shared {
     total: AtomicU64,
 }
 
-/// How far work is.
+/// The progress of long work.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Progress {
-    /// What is being done.
+    /// Name of the current stage.
     pub stage: &'static str,
-    /// Parts of it that are done.
+    /// Finished parts.
     pub done: u64,
-    /// Parts in all; 0 where that is not known.
+    /// Number of parts, or 0 if it is unknown.
     pub total: u64,
 }
 
 impl Control {
-    /// Nothing has begun, nothing is cancelled.
+    /// Creates a control for work that has not begun.
     pub fn new() -> Self {
         Self(Some(Arc::default()))
     }
 
-    /// Lets work end as soon as it can, with an error that says so.
+    /// Cancels the work. It ends as soon as possible, with an error that says so.
     pub fn cancel(&self) {
         if let Some(shared) = &self.0 {
             shared.is_cancelled.store(true, Ordering::Relaxed);
         }
     }
 
-    /// Whether work is to end.
+    /// Whether the work is canceled.
     #[inline]
     pub fn is_cancelled(&self) -> bool {
         let shared = self.0.as_ref();
         shared.is_some_and(|shared| shared.is_cancelled.load(Ordering::Relaxed))
     }
 
-    /// How far the stage is that began last. `None` before the first, and of the default.
+    /// Returns the progress of the current stage. `None` before the first one, and for the default.
     pub fn progress(&self) -> Option<Progress> {
         let shared = self.0.as_ref()?;
         let stage = *shared.stage.lock().unwrap_or_else(PoisonError::into_inner);
@@ -70,7 +70,7 @@ impl Control {
         })
     }
 
-    /// Begins a stage of so many parts.
+    /// Begins a stage with a number of parts.
     pub fn begin(&self, stage: &'static str, total: u64) {
         if let Some(shared) = &self.0 {
             *shared.stage.lock().unwrap_or_else(PoisonError::into_inner) = stage;
@@ -79,7 +79,7 @@ impl Control {
         }
     }
 
-    /// The stage that began last is over, however many parts it had.
+    /// Ends the current stage.
     pub fn end(&self) {
         if let Some(shared) = &self.0 {
             let total = shared.total.load(Ordering::Relaxed).max(1);
@@ -88,7 +88,7 @@ impl Control {
         }
     }
 
-    /// Counts parts that are done.
+    /// Counts finished parts.
     #[inline]
     pub fn advance(&self, parts: u64) {
         if let Some(shared) = &self.0 {

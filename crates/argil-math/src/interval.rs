@@ -1,4 +1,4 @@
-/// All values from `min` to `max`, both included.
+/// All values from `min` to `max`, including both.
 ///
 /// ```
 /// use argil_math::Interval;
@@ -7,14 +7,14 @@
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Interval {
-    /// The least value.
+    /// The smallest value.
     pub min: f32,
-    /// The greatest value.
+    /// The largest value.
     pub max: f32,
 }
 
 impl Interval {
-    /// `center` ± `radius`.
+    /// Creates `center` ± `radius`.
     pub fn around(center: f32, radius: f32) -> Self {
         Self {
             min: center - radius,
@@ -27,12 +27,12 @@ impl Interval {
         self.min <= value && value <= self.max
     }
 
-    /// Whether every value is above zero: of a distance, all of the region is outside.
+    /// Whether every value is above zero. For a distance, the whole region is outside.
     pub fn is_positive(self) -> bool {
         self.min > 0.0
     }
 
-    /// Whether every value is below zero: of a distance, all of the region is inside.
+    /// Whether every value is below zero. For a distance, the whole region is inside.
     pub fn is_negative(self) -> bool {
         self.max < 0.0
     }

@@ -14,7 +14,7 @@ pub use interval::Interval;
 pub use morton::{cell_of, morton};
 pub use ray::Ray;
 
-/// The WGSL twin of [`morton`] and [`cell_of`].
+/// Returns the WGSL twin of [`morton`](fn@morton) and [`cell_of`].
 pub fn morton_wgsl() -> &'static str {
     include_str!("morton.wgsl")
 }

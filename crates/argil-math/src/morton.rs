@@ -1,9 +1,9 @@
 use glam::UVec3;
 
-/// The Morton code of a cell: the bits of x, y and z interleaved, x lowest, ten of each (Morton 1966; spread by the
-/// masks of Karras, "Thinking parallel, part III", 2012). `morton.wgsl` is the twin.
+/// Returns the Morton code of a cell: the bits of x, y and z interleaved, x lowest, ten of each (Morton 1966; bits
+/// spread by the masks of Karras, "Thinking parallel, part III", 2012). `morton.wgsl` is the twin.
 ///
-/// Cells in ascending order of their codes follow a Z-shaped curve, on which the eight cells of an octree's node are
+/// Cells in ascending order of codes follow a Z-shaped curve, on which the eight cells of an octree's node are
 /// neighbors: `code >> 3` is the node's own code.
 ///
 /// ```
@@ -15,12 +15,12 @@ pub fn morton(cell: UVec3) -> u32 {
     spread(cell.x) | spread(cell.y) << 1 | spread(cell.z) << 2
 }
 
-/// The cell of a Morton code.
+/// Returns the cell of a Morton code.
 pub fn cell_of(code: u32) -> UVec3 {
     UVec3::new(gathered(code), gathered(code >> 1), gathered(code >> 2))
 }
 
-/// Two zeros between each of the low ten bits.
+/// Inserts two zeros between the low ten bits.
 fn spread(v: u32) -> u32 {
     let v = v & 0x3ff;
     let v = (v | v << 16) & 0x0300_00ff;
@@ -29,7 +29,7 @@ fn spread(v: u32) -> u32 {
     (v | v << 2) & 0x0924_9249
 }
 
-/// Every third bit, from the lowest.
+/// Gathers every third bit, from the lowest.
 fn gathered(v: u32) -> u32 {
     let v = v & 0x0924_9249;
     let v = (v | v >> 2) & 0x030c_30c3;

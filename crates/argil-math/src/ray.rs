@@ -1,25 +1,32 @@
 use crate::Aabb;
 use glam::Vec3;
 
-/// A half line: the points `origin + t * direction` for `t ≥ 0`, with a unit `direction`, so that `t` is a length.
+/// A half line: the points `origin + t * direction` for `t ≥ 0`. `direction` is a unit vector, so `t` is a length.
+///
+/// ```
+/// use argil_math::{Aabb, Ray};
+/// use glam::Vec3;
+/// let ray = Ray { origin: Vec3::new(0.0, 0.0, 5.0), direction: Vec3::NEG_Z };
+/// assert_eq!(ray.span(Aabb::centered(Vec3::ONE)), Some((4.0, 6.0)));
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ray {
-    /// Where the ray starts.
+    /// Start of the ray.
     pub origin: Vec3,
-    /// Where it goes; of length 1.
+    /// Unit direction of the ray.
     pub direction: Vec3,
 }
 
 impl Ray {
-    /// The point at length `t`.
+    /// Returns the point at length `t`.
     pub fn at(self, t: f32) -> Vec3 {
         self.origin + self.direction * t
     }
 
-    /// The lengths at which the ray enters and leaves a box, cut to `t ≥ 0`; `None` where it misses.
+    /// Returns the lengths at which the ray enters and leaves a box, cut to `t ≥ 0`, or `None` if it misses.
     ///
-    /// Slab test (Kay and Kajiya 1986). A direction's zero component is replaced by a tiny one, so that no
-    /// `0 × ∞` arises.
+    /// Slab test (Kay and Kajiya 1986). A zero component of the direction is replaced by a tiny one, so that no `0
+    /// × ∞` arises.
     pub fn span(self, b: Aabb) -> Option<(f32, f32)> {
         let tiny = |d: f32| if d.abs() < 1e-20 { 1e-20 } else { d };
         let inverse = Vec3::new(

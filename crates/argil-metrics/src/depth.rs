@@ -1,23 +1,23 @@
-//! Lengths of rays, pixel by pixel.
+//! Errors of ray lengths, pixel by pixel.
 
 use crate::ErrorStats;
 use serde::{Deserialize, Serialize};
 
-/// How the hits of two pictures differ.
+/// How the hits of two images differ.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct DepthErrors {
     /// Errors of length where both hit.
     pub both: ErrorStats,
-    /// Pixels of which only the reference hits: silhouettes that are missed.
+    /// Pixels where only the reference hits: missed silhouettes.
     pub missed: u64,
-    /// Pixels of which only the other hits.
+    /// Pixels where only the other image hits.
     pub added: u64,
 }
 
-/// Compare the lengths of rays, infinite or not a number where nothing was hit; the first are the reference's.
+/// Compares the lengths of rays. Infinity or NaN means that nothing was hit.
 ///
 /// # Panics
-/// If there are not as many of each.
+/// If the slices differ in length.
 pub fn compare(reference: &[f32], other: &[f32]) -> DepthErrors {
     assert_eq!(reference.len(), other.len(), "as many pixels");
     let pairs = || reference.iter().zip(other);

@@ -1,20 +1,20 @@
 use serde::{Deserialize, Serialize};
 
-/// Errors in sum: of distances, depths, points of a surface.
+/// Statistics of errors: of distances, depths, or points of a surface.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ErrorStats {
-    /// How many there are.
+    /// Number of errors.
     pub count: u64,
-    /// The mean of their sizes.
+    /// Mean of the absolute errors.
     pub mean: f64,
-    /// The root of the mean of their squares.
+    /// Root mean square of the errors.
     pub rms: f64,
-    /// The greatest size.
+    /// Maximum absolute error.
     pub max: f64,
 }
 
 impl ErrorStats {
-    /// Of errors with either sign; what is not a number counts as infinite.
+    /// Summarizes errors of either sign. NaN counts as infinite.
     pub fn of(errors: impl IntoIterator<Item = f64>) -> Self {
         let (mut count, mut sum, mut squares, mut max) = (0u64, 0.0, 0.0, 0.0f64);
         for error in errors {
@@ -37,7 +37,8 @@ impl ErrorStats {
         }
     }
 
-    /// Of stored distances against the exact ones, where both are within a band: outside of it what is stored is cut.
+    /// Summarizes the errors of stored distances, where both the stored and the exact distance are within a band.
+    /// Outside it, stored values are clamped.
     pub fn within_band(stored: &[f32], exact: &[f32], band: f32) -> Self {
         let held = |d: f32| d.abs() < band;
         let pairs = stored.iter().zip(exact);

@@ -1,10 +1,10 @@
-//! The difference that a viewer sees when two pictures alternate.
+//! The difference that a viewer sees when two images alternate.
 //!
-//! *Theory.* LDR-FLIP (Andersson, Nilsson, Akenine-Möller, Oskarsson, Åström, Fairchild 2020): pictures are blurred as the eye
-//! does at a viewing distance, compared in a uniform color space, and differences of edges and points, found in the
-//! brightness, make a color's difference count for more. 0 is equal, 1 the greatest.
+//! *Theory.* LDR-FLIP (Andersson, Nilsson, Akenine-Möller, Oskarsson, Åström, Fairchild 2020). Images are blurred
+//! as the eye blurs them at a viewing distance, and compared in a uniform color space. Differences of edges and
+//! points, found in the luminance, amplify color differences. 0 is equal, and 1 is the maximum.
 //!
-//! *Practice.* Beyond the border is the border's pixel again. Windows are products of rows and columns.
+//! *Practice.* Pixels at the border repeat beyond it. Windows are products of rows and columns.
 
 use crate::Picture;
 use crate::separable_filter::FilterPlane;
@@ -12,27 +12,28 @@ use crate::{SizeMismatch, check_sizes};
 use rayon::prelude::*;
 use std::f32::consts::{PI, SQRT_2};
 
-/// Pixels a degree where a screen of 3840 pixels, 0.7 m wide, is seen from 0.7 m: what the authors take.
+/// Pixels per degree of a screen that is 3840 pixels and 0.7 m wide, seen from 0.7 m: the authors' default.
 pub const PIXELS_PER_DEGREE: f32 = 0.7 * 3840.0 / 0.7 * PI / 180.0;
 
 /// The difference of each pixel, row by row.
 #[derive(Clone, Debug)]
 pub struct FlipMap {
-    /// Pixels along x and y.
+    /// Width and height in pixels.
     pub size: [u32; 2],
-    /// From 0 to 1.
+    /// Differences from 0 to 1.
     pub values: Vec<f32>,
 }
 
 impl FlipMap {
-    /// The mean over all pixels.
+    /// Returns the mean over all pixels.
     pub fn mean(&self) -> f64 {
         let sum: f64 = self.values.iter().map(|&v| f64::from(v)).sum();
         sum / self.values.len().max(1) as f64
     }
 }
 
-/// The map of differences of two pictures, the first taken for the reference, seen at so many pixels a degree.
+/// Computes the map of differences between two images, the first one being the reference, at a number of pixels per
+/// degree.
 ///
 /// # Errors
 /// If the sizes differ.
@@ -52,7 +53,7 @@ pub fn flip(a: &Picture, b: &Picture, pixels_a_degree: f32) -> Result<FlipMap, S
     })
 }
 
-// What follows is written as the paper has it.
+// The following is written as in the paper.
 
 /// From linear sRGB to CIE XYZ.
 const XYZ: [[f32; 3]; 3] = [
@@ -74,7 +75,7 @@ fn times(m: &[[f32; 3]; 3], v: [f32; 3]) -> [f32; 3] {
     m.map(|row| row[0] * v[0] + row[1] * v[1] + row[2] * v[2])
 }
 
-/// White in XYZ.
+/// Returns white in XYZ.
 fn white() -> [f32; 3] {
     times(&XYZ, [1.0; 3])
 }
@@ -84,7 +85,7 @@ fn inverse(m: &[[f32; 3]; 3]) -> [[f32; 3]; 3] {
     m.to_cols_array_2d().map(|row| row.map(|v| v as f32))
 }
 
-/// Brightness, red against green, blue against yellow (YCxCz).
+/// Converts to luminance, red against green, and blue against yellow (YCxCz).
 fn opponent(picture: &Picture) -> [FilterPlane; 3] {
     let (width, height) = (picture.size()[0] as usize, picture.size()[1] as usize);
     let white = white();
@@ -107,7 +108,7 @@ const SENSITIVITY: [[[f32; 2]; 2]; 3] = [
     [[34.1, 0.04], [13.5, 0.025]],
 ];
 
-/// A channel as the eye sees it.
+/// Returns a channel as the eye sees it.
 fn blurred(plane: &FilterPlane, channel: usize, pixels_a_degree: f32) -> FilterPlane {
     let widest = 0.04f32;
     let reach = (3.0 * (widest / (2.0 * PI * PI)).sqrt() * pixels_a_degree).ceil() as i32;
@@ -116,7 +117,7 @@ fn blurred(plane: &FilterPlane, channel: usize, pixels_a_degree: f32) -> FilterP
             .map(|i| (-PI * PI * (i as f32 / pixels_a_degree).powi(2) / b).exp())
             .collect();
         let sum: f32 = line.iter().sum();
-        // What the Gaussian's own window adds up to over both axes.
+        // The sum of the Gaussian's own window over both axes.
         let weight = a * (PI / b).sqrt() * sum * sum;
         let line: Vec<f32> = line.iter().map(|v| v / sum).collect();
         (weight, line)
@@ -134,7 +135,7 @@ fn blurred(plane: &FilterPlane, channel: usize, pixels_a_degree: f32) -> FilterP
     out
 }
 
-/// CIE L*a*b*, colors adjusted for brightness after Hunt.
+/// Converts to CIE L*a*b* with colors adjusted for luminance (Hunt).
 fn hunt_lab(linear_rgb: [f32; 3]) -> [f32; 3] {
     let (xyz, white) = (times(&XYZ, linear_rgb), white());
     let delta = 6.0f32 / 29.0;
@@ -155,7 +156,7 @@ fn hunt_lab(linear_rgb: [f32; 3]) -> [f32; 3] {
     ]
 }
 
-/// Distance in lightness plus that in color.
+/// Returns the distance in lightness plus the distance in color.
 fn hyab(a: [f32; 3], b: [f32; 3]) -> f32 {
     (a[0] - b[0]).abs() + ((a[1] - b[1]).powi(2) + (a[2] - b[2]).powi(2)).sqrt()
 }
@@ -196,7 +197,8 @@ fn color_difference(a: &[FilterPlane; 3], b: &[FilterPlane; 3], pixels_a_degree:
         .collect()
 }
 
-/// Weights whose negative ones add up to −1 and whose positive ones to 1, over a window that is a product with a Gaussian.
+/// Returns weights whose negative ones sum to −1 and whose positive ones sum to 1, over a window that is a product
+/// with a Gaussian.
 fn balanced(line: &[f32], gaussian: &[f32]) -> Vec<f32> {
     let across: f32 = gaussian.iter().sum();
     let sum = |sign: f32| line.iter().filter(|v| *v * sign > 0.0).sum::<f32>() * sign * across;
@@ -207,7 +209,7 @@ fn balanced(line: &[f32], gaussian: &[f32]) -> Vec<f32> {
 }
 
 fn feature_difference(a: &FilterPlane, b: &FilterPlane, pixels_a_degree: f32) -> Vec<f32> {
-    // Half the width of an edge that is looked for, in degrees.
+    // Half the width of a detected edge, in degrees.
     let sigma = 0.5 * 0.082 * pixels_a_degree;
     let reach = (3.0 * sigma).ceil() as i32;
     let places: Vec<f32> = (-reach..=reach).map(|i| i as f32).collect();

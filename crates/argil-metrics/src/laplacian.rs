@@ -1,9 +1,9 @@
-//! The 2023 study's measure: a 5×5 Laplacian of each picture, and how those differ.
+//! The 2023 study's measure: a 5×5 Laplacian of each image, and their difference.
 //!
-//! *Theory.* The kernel is −1 everywhere but for 24 in the middle: 0 where a picture is even, large on edges and where normals
-//! waver. It is applied to each 8-bit sRGB channel as stored, what lies beyond the border is the border's pixel again, and the result is cut
-//! to 0 … 255, as picture editors do. The study combined the pictures in such an editor and names no kernel; this is the
-//! usual one of that size.
+//! *Theory.* The kernel is 24 in the middle and −1 elsewhere: 0 where an image is even, and large on edges and
+//! where normals waver. It is applied to each 8-bit sRGB channel. Pixels at the border repeat beyond it, and the
+//! result is clamped to 0 … 255, as in image editors. The study used such an editor and names no kernel; this is
+//! the usual one of that size.
 
 use crate::Picture;
 use crate::{SizeMismatch, check_sizes};
@@ -12,7 +12,7 @@ use rayon::prelude::*;
 /// Pixels to each side.
 const REACH: i64 = 2;
 
-/// The Laplacian of a picture.
+/// Computes the Laplacian of an image.
 pub fn laplacian(picture: &Picture) -> Picture {
     let [width, height] = picture.size();
     let own = picture.pixels();
@@ -38,23 +38,23 @@ pub fn laplacian(picture: &Picture) -> Picture {
     of_pixels(width, height, &pixels)
 }
 
-/// What two Laplacians differ by.
+/// The difference of two Laplacians.
 #[derive(Clone, Debug)]
 pub struct LaplacianDifference {
     /// The absolute difference of each channel of each pixel.
     pub picture: Picture,
-    /// Pixels in which it is 0 in all channels.
+    /// Pixels where it is 0 in all channels.
     pub equal_pixels: u64,
-    /// Its mean over all pixels and channels, of 255.
+    /// Its mean over all pixels and channels, from 0 to 255.
     pub mean_abs: f64,
-    /// How many pixels have each red value, 0 included; the study leaves out the zeros.
+    /// The number of pixels with each red value, including 0, which the study omits.
     pub histogram: [u64; 256],
 }
 
-/// The difference of the Laplacians of two pictures.
+/// Computes the difference of the Laplacians of two images.
 ///
 /// # Errors
-/// If their sizes differ.
+/// If the sizes differ.
 pub fn difference(a: &Picture, b: &Picture) -> Result<LaplacianDifference, SizeMismatch> {
     check_sizes(a, b)?;
     Ok(between(&laplacian(a), &laplacian(b)))

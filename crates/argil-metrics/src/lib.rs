@@ -15,15 +15,15 @@ pub use picture::Picture;
 pub use psnr::{differing_pixels, psnr};
 pub use ssim::ssim;
 
-/// Two pictures of different sizes.
+/// Two images have different sizes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("pictures of {}x{} and {}x{} pixels: they are compared pixel by pixel, so draw them at one size", .0[0], .0[1], .1[0], .1[1])]
 pub struct SizeMismatch(pub [u32; 2], pub [u32; 2]);
 
-/// That two pictures have one size.
+/// Checks that two images have the same size.
 ///
 /// # Errors
-/// If they have not.
+/// If they do not.
 pub fn check_sizes(a: &Picture, b: &Picture) -> Result<(), SizeMismatch> {
     let (a, b) = (a.size(), b.size());
     if a == b {

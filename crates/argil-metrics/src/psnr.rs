@@ -1,7 +1,7 @@
 use crate::Picture;
 use crate::{SizeMismatch, check_sizes};
 
-/// The peak signal-to-noise ratio in decibels, over all channels of 8-bit sRGB as stored; infinite for equal pictures.
+/// Returns the peak signal-to-noise ratio in decibels, over all channels of 8-bit sRGB. Infinite for equal images.
 ///
 /// # Errors
 /// If the sizes differ.
@@ -15,7 +15,7 @@ pub fn psnr(a: &Picture, b: &Picture) -> Result<f64, SizeMismatch> {
     Ok(10.0 * (255.0 * 255.0 / mean).log10())
 }
 
-/// Pixels that differ in any channel.
+/// Counts the pixels that differ in any channel.
 ///
 /// # Errors
 /// If the sizes differ.

@@ -1,8 +1,8 @@
-//! Sums over windows that are products of a row and a column.
+//! Weighted sums over windows that are products of a row and a column.
 
 use rayon::prelude::*;
 
-/// A channel of a picture.
+/// A channel of an image.
 #[derive(Clone, Debug)]
 pub(crate) struct FilterPlane {
     pub width: usize,
@@ -23,8 +23,8 @@ impl FilterPlane {
         }
     }
 
-    /// Weighted sums along rows with one window, then along columns with another; both have an odd number of weights, the
-    /// middle one for the pixel itself. What lies beyond the border is the pixel there again.
+    /// Returns weighted sums along rows with one window, and then along columns with another. Both have an odd
+    /// number of weights, centered on the pixel. Pixels at the border repeat beyond it.
     pub(crate) fn filtered(&self, row: &[f32], column: &[f32]) -> Self {
         let (width, height) = (self.width, self.height);
         let along = |length: usize, weights: &[f32], at: usize, get: &dyn Fn(usize) -> f32| {

@@ -4,14 +4,15 @@ use crate::Picture;
 use crate::separable_filter::FilterPlane;
 use crate::{SizeMismatch, check_sizes};
 
-/// Pixels from the middle of the window to its border.
+/// Pixels from the center of the window to its border.
 const REACH: usize = 5;
 /// The window's standard deviation in pixels.
 const SIGMA: f32 = 1.5;
 
-/// The mean structural similarity index (Wang, Bovik, Sheikh, Simoncelli 2004): 1 for equal pictures. Each channel of 8-bit sRGB as stored by itself,
-/// then their mean; a Gaussian window of 11×11 pixels with a standard deviation of 1.5; K₁ = 0.01, K₂ = 0.03. Windows that
-/// reach over the border are left out; of a picture that is smaller than a window, all windows count, and beyond the border its pixels come again.
+/// Returns the mean structural similarity index (Wang, Bovik, Sheikh, Simoncelli 2004), 1 for equal images. It is
+/// the mean over the channels of 8-bit sRGB, with a Gaussian window of 11×11 pixels and a standard deviation of
+/// 1.5, K₁ = 0.01, and K₂ = 0.03. Windows that extend beyond the border are omitted. For an image smaller than a
+/// window, all windows count, and its border pixels repeat.
 ///
 /// # Errors
 /// If the sizes differ.
@@ -28,7 +29,7 @@ fn of_channel(a: &Picture, b: &Picture, channel: usize) -> f64 {
         .collect();
     let sum: f32 = weights.iter().sum();
     weights.iter_mut().for_each(|w| *w /= sum);
-    // About the middle of the range, so that variances are not lost in rounding.
+    // Around the middle of the range, so that variances do not vanish in rounding.
     let value = |picture: &Picture, i: usize| f32::from(picture.rgb()[3 * i + channel]) - 128.0;
     let mean = |of: &(dyn Fn(f32, f32) -> f32 + Sync + Send)| {
         FilterPlane::from_fn(width, height, |i| of(value(a, i), value(b, i)))
@@ -60,7 +61,7 @@ fn of_channel(a: &Picture, b: &Picture, channel: usize) -> f64 {
             count += 1;
         }
     }
-    // A picture without a pixel.
+    // An image without pixels.
     if count == 0 {
         1.0
     } else {

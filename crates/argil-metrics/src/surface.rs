@@ -1,14 +1,14 @@
 //! Distances between surfaces.
 //!
-//! *Theory.* Points spread evenly over one surface are measured to the other, and the other way round. The Hausdorff distance
-//! is the greatest of all those, the Chamfer distance the sum of both means.
+//! *Theory.* Points spread evenly over one surface are measured to the other, and the other way. The Hausdorff
+//! distance is the maximum of all of them, and the chamfer distance is the sum of both means.
 
 use crate::ErrorStats;
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
-/// Points on triangles, as many a unit of area everywhere: `count` in all, by area from a low-discrepancy sequence (Roberts'
-/// R₃, 2018), so that they are the same each time. Triangles without an area get none.
+/// Samples points on triangles, evenly by area: `count` in all, from a low-discrepancy sequence (Roberts' R₃,
+/// 2018), so that they are reproducible. Triangles without an area get none.
 pub fn sample_surface(triangles: &[[Vec3; 3]], count: usize) -> Vec<Vec3> {
     let area = |[a, b, c]: &[Vec3; 3]| f64::from(0.5 * (*b - *a).cross(*c - *a).length());
     let mut ends = Vec::with_capacity(triangles.len());
@@ -20,7 +20,7 @@ pub fn sample_surface(triangles: &[[Vec3; 3]], count: usize) -> Vec<Vec3> {
     if total <= 0.0 || !total.is_finite() {
         return Vec::new();
     }
-    // The root of g⁴ = g + 1: the golden ratio's of three dimensions.
+    // The root of g⁴ = g + 1, the golden ratio's counterpart in three dimensions.
     const G: f64 = 1.220_744_084_605_759_5;
     let step = [1.0 / G, 1.0 / (G * G), 1.0 / (G * G * G)];
     (0..count)
@@ -41,7 +41,7 @@ pub fn sample_surface(triangles: &[[Vec3; 3]], count: usize) -> Vec<Vec3> {
         .collect()
 }
 
-/// How far two surfaces are apart.
+/// The distances between two surfaces.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct SurfaceDistance {
     /// From points of the first to the second.
@@ -51,7 +51,7 @@ pub struct SurfaceDistance {
 }
 
 impl SurfaceDistance {
-    /// Of points of two surfaces, and the distances that each surface tells of a point.
+    /// Summarizes points of two surfaces, given functions that return the distance from a point to each surface.
     pub fn of(
         first: (&[Vec3], &dyn Fn(Vec3) -> f32),
         second: (&[Vec3], &dyn Fn(Vec3) -> f32),
@@ -65,12 +65,12 @@ impl SurfaceDistance {
         }
     }
 
-    /// The Hausdorff distance.
+    /// Returns the Hausdorff distance.
     pub fn hausdorff(&self) -> f64 {
         self.forward.max.max(self.backward.max)
     }
 
-    /// The Chamfer distance.
+    /// Returns the chamfer distance.
     pub fn chamfer(&self) -> f64 {
         self.forward.mean + self.backward.mean
     }

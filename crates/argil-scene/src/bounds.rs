@@ -329,7 +329,7 @@ impl<'a> Extents<'a> {
 }
 
 impl Modifier {
-    /// Returns the factor by which the distance must shrink: see [`stretch`].
+    /// Returns the factor by which the distance must shrink: see the function `stretch`.
     pub fn stretch(&self, content: Aabb) -> f32 {
         stretch(self, content)
     }

@@ -15,8 +15,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     // A hardware GPU if there is one, else the CPU.
     let world = Engine::auto()?.build(&scene)?.field();
     println!(
-        "{} is {} from the surface",
-        "[0, 2, 0]",
+        "the distance at [0, 2, 0] is {}",
         world.distance([0.0, 2.0, 0.0])
     );
 

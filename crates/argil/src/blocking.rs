@@ -18,6 +18,7 @@ use std::path::Path;
 
 impl Engine {
     /// Creates an engine on a hardware GPU if there is one, and on the CPU otherwise.
+    ///
     /// # Errors
     /// If there is a GPU that does not open.
     pub fn auto() -> Result<Self, EngineError> {
@@ -25,6 +26,7 @@ impl Engine {
     }
 
     /// Creates an engine on a given back end.
+    ///
     /// # Errors
     /// If `backend` requires a GPU and there is none, or it does not open.
     pub fn with_backend(backend: Backend) -> Result<Self, EngineError> {
@@ -38,6 +40,7 @@ impl Engine {
 
     /// Creates a world from a volume file, without building it again. `path` appears in messages, and its folder is
     /// where the scene's meshes are looked for.
+    ///
     /// # Errors
     /// If the file's contents are inconsistent, a mesh cannot be loaded, or the device does not accept the volume.
     pub fn load(
@@ -50,6 +53,7 @@ impl Engine {
 
     /// Creates a world from a volume file, and also loads meshes from outside the file's folder: see
     /// [`Engine::load`].
+    ///
     /// # Errors
     /// If the file's contents are inconsistent, a mesh cannot be loaded, or the device does not accept the volume.
     pub fn load_with_external_meshes(
@@ -63,6 +67,7 @@ impl Engine {
 
 impl Build<'_> {
     /// Builds a world of sparse bricks. A number stands for the voxels along the longest side.
+    ///
     /// # Errors
     /// If an option is out of range, or the bricks exceed the memory budget or the device's limits.
     pub fn bricks(self, options: impl Into<BricksOptions>) -> Result<World, BuildError> {
@@ -70,6 +75,7 @@ impl Build<'_> {
     }
 
     /// Builds a world that stores one dense volume. A number stands for the voxels along the longest side.
+    ///
     /// # Errors
     /// If an option is out of range, or the volume exceeds the free memory or the device's limits.
     pub fn dense(self, options: impl Into<DenseOptions>) -> Result<World, BuildError> {
@@ -77,6 +83,7 @@ impl Build<'_> {
     }
 
     /// Builds a world that stores an octree of bricks. A number stands for the voxels along the longest side.
+    ///
     /// # Errors
     /// If an option is out of range, or the octree exceeds the free memory or the device's limits.
     pub fn octree(self, options: impl Into<OctreeOptions>) -> Result<World, BuildError> {
@@ -84,6 +91,7 @@ impl Build<'_> {
     }
 
     /// Builds a world with a representation chosen at run time.
+    ///
     /// # Errors
     /// If an option is out of range, or the result exceeds the memory budget or the device's limits.
     pub fn with_representation(self, via: impl Into<Representation>) -> Result<World, BuildError> {
@@ -94,6 +102,7 @@ impl Build<'_> {
 impl World {
     /// Builds this world again with another representation, or from another scene, on the same device and with the
     /// same shaders.
+    ///
     /// # Errors
     /// If the scene cannot be lowered, an option is out of range, or the result exceeds the memory budget or the
     /// device's limits.
@@ -102,6 +111,7 @@ impl World {
     }
 
     /// Describes the volume. Returns `None` for a world without one.
+    ///
     /// # Errors
     /// If the device fails.
     pub fn volume_info(&self) -> Result<Option<VolumeInfo>, BuildError> {
@@ -115,6 +125,7 @@ impl World {
     /// which.
     /// On a GPU the call submits work and does not wait for it. It compiles nothing, unless the world is
     /// specialized or a software device lacks an opcode.
+    ///
     /// # Errors
     /// If the scene cannot be lowered, or the result exceeds the memory budget. The world can still follow the next
     /// scene that works.
@@ -125,6 +136,7 @@ impl World {
     /// Updates the world as [`World::apply`] does, within a time budget. Blocks near [`EditBudget::priority_point`]
     /// come first. Later calls, or [`World::flush`], process the remaining ones. Until then, each cell is either in
     /// its old or in its new state.
+    ///
     /// # Errors
     /// If the scene cannot be lowered, or the result exceeds the memory budget.
     pub fn apply_within(
@@ -137,6 +149,7 @@ impl World {
 
     /// Processes the remaining blocks of earlier edits and waits for the device. Returns what all edits did since
     /// the last call. A rebuild counts all bricks as filled.
+    ///
     /// # Errors
     /// If the result exceeds the memory budget, or the device fails.
     pub fn flush(&mut self) -> Result<EditStats, BuildError> {
@@ -156,6 +169,7 @@ impl World {
 
     /// Renders an image with a camera and settings. [`World::render_settings`] returns settings that suit the
     /// scene.
+    ///
     /// # Errors
     /// If a setting is out of range, the mode needs bricks that the world does not have, or the device fails.
     pub fn render(
@@ -168,6 +182,7 @@ impl World {
 
     /// Returns the length of each pixel's ray until it hits a solid, in the scene's unit, row by row from the top.
     /// A ray that hits nothing has length infinity. With several samples per pixel, it is the first sample's ray.
+    ///
     /// # Errors
     /// If a setting is out of range, the mode needs bricks that the world does not have, or the device fails.
     pub fn ray_distances(
@@ -180,6 +195,7 @@ impl World {
     }
 
     /// Returns the volume, downloaded from the GPU if it is there, or `None` for a world without one.
+    ///
     /// # Errors
     /// If the device fails.
     pub fn volume(&self) -> Result<Option<Cow<'_, Volume>>, BuildError> {
@@ -188,6 +204,7 @@ impl World {
 
     /// Compiles shaders for this scene, instead of interpreting it. Has no effect on the CPU, which always
     /// interprets.
+    ///
     /// # Errors
     /// If the device does not accept the shaders.
     pub fn specialize(&mut self) -> Result<(), BuildError> {
@@ -196,6 +213,7 @@ impl World {
 
     /// Frees the memory that edits left unused on a GPU, and waits for it. Does nothing on the CPU, which leaves
     /// none.
+    ///
     /// # Errors
     /// If the device fails.
     pub fn shrink_to_fit(&mut self) -> Result<(), BuildError> {
@@ -205,6 +223,7 @@ impl World {
     /// Counts the cells in which sparse bricks differ from a fresh bake of the same scene with the same voxels, on
     /// the same device. Compares which cells have bricks, the samples, and the materials. Returns `None` unless the
     /// world stores bricks. This is a check for tests.
+    ///
     /// # Errors
     /// If the scene cannot be baked.
     pub fn diff_from_rebuild(&self) -> Result<Option<u64>, BuildError> {
@@ -215,6 +234,7 @@ impl World {
     /// For the field, it bakes sparse bricks, runs marching cubes, and moves the vertices to where the exact
     /// distance is 0. For bricks and dense volumes, it meshes the stored samples. On a GPU it runs there, and only
     /// triangles are downloaded.
+    ///
     /// # Errors
     /// If the representation cannot be meshed, an option is out of range, or the mesh would be too large.
     pub fn mesh(&self, options: &MeshOptions) -> Result<MeshOutput, MeshError> {
@@ -223,6 +243,7 @@ impl World {
 
     /// Writes the volume and its [scene](World::scene) to a file, next to its final place, and then renames it. The
     /// scene is the one that was applied last.
+    ///
     /// # Errors
     /// If the world has no volume, or the file cannot be written.
     pub fn save(&self, path: impl AsRef<Path>) -> Result<(), VolumeFileError> {
@@ -230,6 +251,7 @@ impl World {
     }
 
     /// Writes the contents of [`World::save`] to a stream.
+    ///
     /// # Errors
     /// If the world has no volume, or `out` fails.
     pub fn write(&self, out: &mut (impl std::io::Write + ?Sized)) -> std::io::Result<()> {

@@ -23,6 +23,7 @@ pub struct Build<'a> {
 
 impl Engine {
     /// Checks and lowers a scene. The returned [`Build`] builds a world from it.
+    ///
     /// # Errors
     /// If the scene exceeds a limit, or nests too deep for the GPU.
     pub fn build<'a>(&self, scene: &'a Scene) -> Result<Build<'a>, BuildError> {
@@ -48,6 +49,7 @@ impl<'a> Build<'a> {
     /// Builds a world with a representation, as a future. A page needs it, because it cannot wait for a GPU.
     /// For a world on the CPU, the future does all its work when it is first polled. Poll it on a worker thread,
     /// and cancel it through a [`Control`](argil_math::Control).
+    ///
     /// # Errors
     /// If an option is out of range, or the result exceeds the memory budget or the device's limits.
     pub async fn with_representation_async(

@@ -99,6 +99,7 @@ impl Query<'_> {
     }
 
     /// Casts many rays on rayon's threads: see [`Query::cast_ray`].
+    ///
     /// # Panics
     /// If `origins` and `directions` differ in length.
     pub fn cast_rays(

@@ -119,6 +119,7 @@ impl EditSession {
 
     /// Returns the scene's changes since the last update. `min_margins` are the margins that their dirty boxes must
     /// have.
+    ///
     /// # Errors
     /// The reason for a rebuild, if the world cannot be updated from these changes.
     fn changes_of<'s>(
@@ -145,6 +146,7 @@ impl EditSession {
 
     /// Applies a scene's changes to a volume. `before` is the program that the volume was built from, if there is
     /// no incremental program yet.
+    ///
     /// # Errors
     /// If the scene cannot be lowered; then nothing changes. If the bricks exceed the memory budget; then the next
     /// update rebuilds the world.

@@ -1,5 +1,5 @@
-//! Building all bricks: as an edit that makes all blocks. Which those are the CPU finds out, with their lists; all else the device
-//! does.
+//! Builds all bricks, like an edit of all blocks. The CPU plans the blocks with their programs, and the device does
+//! everything else.
 
 use super::cells::GpuCellTable;
 
@@ -17,10 +17,10 @@ use argil_field::Program;
 use argil_math::Control;
 use argil_volume::{BLOCK_SIDE, BlockPlan, BlockTable, BrickLayout, FAR_SLOTS};
 
-/// Blocks that one run makes, and instructions of their lists: its tables have their limits.
+/// Maximum blocks per run, and instructions of their lists, because its tables have limits.
 const MAX_BLOCKS: usize = 4096;
 const MAX_INSTRUCTIONS: usize = 1 << 20;
-/// Bricks of a block, about: there is room for more than a surface needs.
+/// Typical bricks per block, with more room than a surface needs.
 const BRICKS_PER_BLOCK: u64 = 16;
 
 /// The tables of a build.
@@ -39,7 +39,7 @@ pub(super) struct BrickBuilder<'a> {
 }
 
 impl<'a> BrickBuilder<'a> {
-    /// Of a field, with a table that is no larger than `budget` bytes.
+    /// Creates the tables for a field, within `budget` bytes.
     pub(super) fn new(
         field: &'a GpuProgram,
         program: &'a Program,
@@ -92,18 +92,18 @@ impl<'a> BrickBuilder<'a> {
         })
     }
 
-    /// The table of blocks.
+    /// Returns the block table.
     pub(super) fn cells(&self) -> &GpuCellTable {
         &self.cells
     }
 
-    /// About how many bricks there will be, or more.
+    /// Returns an estimate of the number of bricks, or more.
     pub(super) fn guess(&self) -> u64 {
         let blocks: u64 = self.runs.iter().map(|run| run.slots.len() as u64).sum();
         BRICKS_PER_BLOCK * blocks + 64
     }
 
-    /// Build into a pool with room for so many bricks.
+    /// Builds into a pool with room for a number of bricks.
     pub(super) async fn run(
         &mut self,
         room: u64,
@@ -179,20 +179,20 @@ impl<'a> BrickBuilder<'a> {
         Ok((texture, bake.finish().await?))
     }
 
-    /// How many bricks the build has needed, and how many of them are mixed.
+    /// Returns how many bricks the build needed, and how many of them are mixed.
     pub(super) async fn counts(&mut self) -> Result<[u64; 2], GpuError> {
         self.ledger.wait_for_counters(self.field.gpu()).await?;
         let counters = [abi::COUNTER_TOP, abi::COUNTER_TOP_MIXED];
         Ok(counters.map(|counter| self.ledger.known.get(counter)))
     }
 
-    /// Whether so many bricks, and mixed ones, have had room.
+    /// Whether there was room for these numbers of bricks and mixed ones.
     pub(super) fn has_room_for(&self, bricks: u64, mixed: u64) -> bool {
         let capacity: u64 = self.pool.map(u64::from).iter().product();
         bricks <= capacity && mixed <= self.mixed_room
     }
 
-    /// What was built, without the room that it does not need.
+    /// Returns the result, without unused space.
     pub(super) fn finish(
         self,
         texture: &wgpu::Texture,
@@ -215,7 +215,7 @@ impl<'a> BrickBuilder<'a> {
     }
 }
 
-/// A volume of tables and a pool.
+/// Creates a volume from tables and a pool.
 pub(super) fn volume_of(
     field: &GpuProgram,
     texture: wgpu::Texture,

@@ -5,7 +5,7 @@ use crate::storage_buffer::StorageBuffer;
 use crate::{Gpu, GpuError};
 use argil_abi::{BrickBuild, FillUniform, PruneUniform};
 
-/// The volume that bricks are made in.
+/// The volume in which bricks are built.
 pub(crate) struct BrickTargets<'a> {
     pub texture: &'a wgpu::Texture,
     pub cells: &'a StorageBuffer,
@@ -19,7 +19,7 @@ pub(super) struct EditScratch {
     pub lists: StorageBuffer,
     pub candidates: StorageBuffer,
     pub arguments: StorageBuffer,
-    /// What is dispatched is read from another buffer than it is written to.
+    /// Indirect dispatches read another buffer than the one that is written.
     pub indirect: Option<wgpu::Buffer>,
     pub words: wgpu::Buffer,
     pub fill: wgpu::Buffer,
@@ -46,7 +46,7 @@ impl EditScratch {
         })
     }
 
-    /// Bytes on the device.
+    /// Returns the bytes on the device.
     pub(super) fn size(&self) -> u64 {
         let indirect = self.indirect.as_ref().map_or(0, wgpu::Buffer::size);
         self.lists.size() + self.candidates.size() + self.arguments.size() + indirect
@@ -85,7 +85,7 @@ impl BuildTables {
         })
     }
 
-    /// Bytes on the device.
+    /// Returns the bytes on the device.
     pub(super) fn size(&self) -> u64 {
         self.scratch.size() + self.instrs.size()
     }

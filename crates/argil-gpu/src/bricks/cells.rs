@@ -1,4 +1,4 @@
-//! The table of blocks on the device, and the words of their cells: one buffer, as bindings are few.
+//! The block table on the device, and the words of its cells. They share one buffer, because bindings are few.
 //!
 //! ```text
 //!   tree    the entries of the table, with room for more
@@ -15,24 +15,24 @@ use crate::{Gpu, GpuError};
 use argil_abi::CellTable;
 use argil_volume::{BlockTable, empty_word, far_words};
 
-/// See the module's page.
+/// The block table, and a copy of it on the device.
 #[derive(Debug)]
 pub(crate) struct GpuCellTable {
     pub table: BlockTable,
     pub buffer: StorageBuffer,
     tree_room: u32,
     slot_room: u32,
-    /// The greatest distance that a cell tells.
+    /// The largest distance that a cell stores.
     far: f32,
 }
 
-/// A little more than is needed, so that not every block moves the buffer.
+/// Returns a little more than needed, so that not every block moves the buffer.
 fn with_headroom(needed: usize) -> u32 {
     (needed + needed / 4 + 64) as u32
 }
 
 impl GpuCellTable {
-    /// Of a table, with empty words in all slots; or with words.
+    /// Uploads a table with empty words in all slots, or with given words.
     pub(super) fn new(
         gpu: &Gpu,
         mut table: BlockTable,
@@ -68,12 +68,12 @@ impl GpuCellTable {
         4 * (u64::from(self.words_at()) + 64 * u64::from(self.slot_room))
     }
 
-    /// Bytes on the device, and of the table beside it.
+    /// Returns the bytes on the device, and of the table on the CPU.
     pub(super) fn memory_bytes(&self) -> u64 {
         self.buffer.size() + self.table.memory_bytes()
     }
 
-    /// The uniform that shaders read.
+    /// Returns the uniform for shaders.
     pub(super) fn described(&self) -> CellTable {
         let (low, top) = self.table.top();
         CellTable {
@@ -108,14 +108,14 @@ impl GpuCellTable {
         self.patch(gpu, self.slots_at(), &cells);
     }
 
-    /// Make all blocks empty.
+    /// Empties all blocks.
     pub(super) fn clear(&self, gpu: &Gpu) {
         let mut words = far_words(self.far);
         words.resize(64 * self.table.slots(), empty_word(0.0));
         self.patch(gpu, self.words_at(), &words);
     }
 
-    /// Bring over what changed in the table, with empty words for slots that have a new block.
+    /// Uploads what changed in the table, with empty words for slots that have a new block.
     pub(super) fn follow(&mut self, gpu: &Gpu, new: &[u32]) -> Result<(), GpuError> {
         let changed = self.table.take_changed();
         let (entries, slots) = (self.table.entries().len(), self.table.slots());
@@ -156,7 +156,7 @@ impl GpuCellTable {
         Ok(())
     }
 
-    /// The words of all slots, after a wait.
+    /// Downloads the words of all slots.
     pub(super) async fn read(&self, gpu: &Gpu) -> Result<Vec<u32>, GpuError> {
         let begin = self.words_at() as usize;
         let end = begin + 64 * self.table.slots();
@@ -165,7 +165,7 @@ impl GpuCellTable {
         Ok(words.skip(begin).collect())
     }
 
-    /// Bytes of so many slots that are not there yet.
+    /// Returns the bytes of a number of additional slots.
     pub(super) fn bytes_for(more: u64) -> u64 {
         more * (256 + 24)
     }

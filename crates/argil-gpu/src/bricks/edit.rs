@@ -1,10 +1,9 @@
-//! Changing bricks in place, without a wait.
+//! Changes bricks in place, without waiting.
 //!
-//! *Practice.* The CPU knows which operands can matter in the blocks that edits touch; their lists come over with the blocks,
-//! and the device measures cells, prunes for them, samples and stores as for a whole build. Everything is submitted in order, so that a
-//! picture shows all of what was submitted before it and nothing of what comes after. Only where an edit is so large that a
-//! brick for each of its cells would be far more than there is room for, or than there may be, it is counted first what it
-//! needs, and waited for.
+//! *Practice.* The CPU knows which operands can matter in the blocks that edits touch. It uploads their programs
+//! with the blocks. The device then measures cells, prunes, samples and stores as for a whole build. Everything is
+//! submitted in order, so an image shows everything that was submitted before it, and nothing after. Only a very
+//! large edit is counted first, and waited for: if one brick per cell would be far more than there is room for.
 
 use super::build_tables::{BrickTargets, BuildTables};
 use super::cells::GpuCellTable;
@@ -22,16 +21,16 @@ use argil_volume::{
 };
 use glam::IVec3;
 
-/// Cells for which room is made without a look at how many of them have a surface.
+/// Cells for which room is made without counting how many have a surface.
 const FEW_CELLS: u64 = 4096;
-/// Cells that are sampled in a millisecond, before it is known.
+/// Cells that the device samples per millisecond, before it is measured.
 const CELLS_PER_MS: f64 = 200.0;
 
-/// Units, of 64 blocks at most, that one run makes: its tables have their limits.
+/// Maximum batches of up to 64 blocks per run, because its tables have limits.
 const MAX_BATCHES: usize = 512;
 
 impl BrickTables {
-    /// Submit what edits have left to be done, in the words and the texture of a volume.
+    /// Submits the remaining edits of a volume's tables and texture.
     pub(super) async fn edit_in(
         &mut self,
         body: &mut VolumeStorage,
@@ -61,7 +60,7 @@ impl BrickTables {
             let units = work.next(count);
             let (blocks, gone) = edit.gather(&gpu, self, work, units)?;
             result = edit.submit(self, body, &mut making, &blocks).await;
-            // The device has freed their bricks when what comes next reads the table.
+            // When the next pass reads the table, the device has freed their bricks.
             for (block, inside) in gone {
                 self.cells.table.set_far(block, block + 1, inside);
             }
@@ -78,7 +77,7 @@ impl BrickTables {
         result
     }
 
-    /// The same voxels over a larger box.
+    /// Grows to a larger box with the same voxels.
     pub(super) fn grow_to(
         &mut self,
         body: &mut VolumeStorage,
@@ -94,7 +93,7 @@ impl BrickTables {
         Ok(())
     }
 
-    /// Wait for edits, and give back the room that they have left.
+    /// Waits for edits, and frees unused memory.
     pub(super) async fn trim_in(
         &mut self,
         body: &mut VolumeStorage,
@@ -116,8 +115,8 @@ struct EditRun<'a> {
 }
 
 impl EditRun<'_> {
-    /// The blocks of some units in which something can have changed, with their lists; and those that are far from everything
-    /// now, and whether they are inside.
+    /// Returns the blocks of batches in which something can have changed, with their programs, and the blocks that
+    /// are far from everything now, with their side.
     fn gather(
         &self,
         gpu: &Gpu,
@@ -232,7 +231,7 @@ impl EditRun<'_> {
         let order = BuildParams {
             words: BrickBuild {
                 chunk,
-                // Without cells to sample there is one that is empty.
+                // Without cells to sample, there is one empty chunk.
                 chunks: chunks.max(1),
                 pool_x: tables.pool[0],
                 pool_y: tables.pool[1],

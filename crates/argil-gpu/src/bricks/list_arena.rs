@@ -1,5 +1,5 @@
-//! Where lists stand: which blocks are made, which of their cells are to be sampled, and their stretches; then the stretches of
-//! cells, and the lists themselves, one after the other as they come.
+//! The memory of lists: the blocks to build, the masks of cells to sample, the ranges of the blocks' lists, the
+//! ranges of the cells' lists, and then the lists themselves.
 
 use crate::storage_buffer::StorageBuffer;
 use crate::{Gpu, GpuError};
@@ -7,25 +7,25 @@ use argil_abi::{self as abi, Instruction, PruneUniform};
 use argil_field::Program;
 use argil_volume::{BLOCK_WORDS, BrickLayout};
 
-/// Words for lists that are set aside: for each instruction, and for each cell.
+/// Words reserved for lists: per instruction, and per cell.
 const WORDS: [u64; 2] = [16, 32];
 
-/// Some blocks, with what can matter in them.
+/// Blocks with their programs.
 #[derive(Default)]
 pub(super) struct BlockTables {
     pub instrs: Vec<Instruction>,
     /// Their slots.
     pub slots: Vec<u32>,
-    /// A bit for each cell that is to be sampled.
+    /// A bit for each cell to sample.
     pub dirty: Vec<u64>,
-    /// Where each one's list begins among the instructions, and its length.
+    /// The start and the length of each block's list among the instructions.
     pub stretches: Vec<[u32; 2]>,
-    /// What is known of distances in each.
+    /// The bounds of distances in each block.
     pub bounds: Vec<[f32; BLOCK_WORDS]>,
 }
 
 impl BlockTables {
-    /// Add a block.
+    /// Adds a block.
     pub(super) fn push(
         &mut self,
         slot: u32,
@@ -49,19 +49,19 @@ impl BlockTables {
         }));
     }
 
-    /// Cells that are to be sampled.
+    /// Returns the number of cells to sample.
     pub(super) fn cells(&self) -> u64 {
         let counts = self.dirty.iter().map(|mask| u64::from(mask.count_ones()));
         counts.sum()
     }
 
-    /// The length of the longest list.
+    /// Returns the length of the longest list.
     pub(super) fn longest(&self) -> usize {
         let lengths = self.stretches.iter().map(|&[_, length]| length as usize);
         lengths.max().unwrap_or(0)
     }
 
-    /// Bring them over; what they are made with.
+    /// Uploads everything. Returns the uniform.
     pub(super) fn write(
         &self,
         gpu: &Gpu,
@@ -105,7 +105,7 @@ impl BlockTables {
     }
 }
 
-/// Words that are wanted: those before lists, those of lists, and the least of them that will do.
+/// Requested words: before lists, for lists, and the minimum for lists.
 struct ArenaRequest {
     head: u64,
     lists: u64,
@@ -113,7 +113,7 @@ struct ArenaRequest {
 }
 
 impl ArenaRequest {
-    /// Make room; where lists begin, and how many words there are for them.
+    /// Reserves memory. Returns where lists begin, and how many words they have.
     fn reserve(&self, gpu: &Gpu, table: &mut StorageBuffer) -> Result<(u32, u32), GpuError> {
         let limits = gpu.device.limits();
         let limit = limits

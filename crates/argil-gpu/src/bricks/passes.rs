@@ -1,4 +1,4 @@
-//! The passes that make bricks, all of them or some, compiled once for a field and a width of samples.
+//! The passes that build all bricks or some, compiled once for a program and a sample format.
 
 use super::build_tables::{BrickTargets, EditScratch};
 use super::repack::RepackPass;
@@ -16,14 +16,14 @@ use argil_field::Program;
 use argil_volume::{BrickLayout, SampleFormat, wgsl};
 use std::sync::Arc;
 
-/// Instructions times samples that one dispatch may take on.
+/// Maximum instructions times samples per dispatch.
 const WORK_PER_DISPATCH: u64 = 4_000_000_000;
-/// Most bricks that one dispatch samples.
+/// Maximum bricks that one dispatch samples.
 const MAX_BRICKS_PER_DISPATCH: u64 = 32_768;
 /// Threads that sample a brick.
 const BRICK_GROUP: u32 = 256;
 
-/// Evaluations that pruning takes as long as, with its walks along the list.
+/// The cost of pruning, in evaluations.
 const EVALUATIONS_TO_PRUNE: u64 = 4;
 
 /// The bindings, as the shader names them.
@@ -38,7 +38,7 @@ const BINDS_WGSL: &str = "
 @group(0) @binding(BIND_PRUNE) var<uniform> prune: PruneUniform;
 ";
 
-/// The passes. See the module's page.
+/// The passes that build bricks.
 pub(crate) struct BrickPasses {
     layout: wgpu::BindGroupLayout,
     plan_layout: wgpu::BindGroupLayout,
@@ -50,12 +50,12 @@ pub(crate) struct BrickPasses {
     fill_materials: wgpu::ComputePipeline,
     settle: wgpu::ComputePipeline,
     give_back: wgpu::ComputePipeline,
-    /// Moving bricks from one pool to another.
+    /// Moves bricks from one pool to another.
     pub(super) repack: RepackPass,
 }
 
 impl BrickPasses {
-    /// For a field and samples of so many bits, compiled when they are first asked for.
+    /// Returns the passes for a program and a sample format, and compiles them when first asked for.
     pub(super) fn of(field: &GpuProgram, bits: SampleFormat) -> Result<Arc<Self>, GpuError> {
         let name = match bits {
             SampleFormat::Snorm8 => "bricks of 8 bits",
@@ -110,7 +110,7 @@ impl BrickPasses {
         ] = pipelines(gpu, source.clone(), &layout, &constants, entry_points)?;
         let marking = [constants[0], ("MARKING", 1.0)];
         let [prune_cells] = pipelines(gpu, source.clone(), &layout, &marking, ["prune_cells"])?;
-        // What says how much is dispatched is not bound where that is dispatched.
+        // An indirect dispatch's arguments must not be bound in the same pass.
         let binds = [
             Bind::Uniform(VOLUME),
             Bind::Write(ARGUMENTS),
@@ -134,7 +134,7 @@ impl BrickPasses {
     }
 }
 
-/// Refuse a program whose loops the device would cut short.
+/// Refuses a program whose loops the device would cut short.
 pub(super) fn check(
     field: &GpuProgram,
     program: &Program,
@@ -155,20 +155,20 @@ pub(super) fn check(
     Ok(())
 }
 
-/// How many of `cells` are sampled in a dispatch with lists of so many instructions, and in how many dispatches.
+/// Returns how many of `cells` a dispatch samples with lists of a length, and the number of dispatches.
 pub(super) fn chunks(layout: &BrickLayout, length: usize, cells: u64) -> [u32; 2] {
     let work = u64::from(layout.brick_samples()) * length as u64;
     let chunk = (WORK_PER_DISPATCH / work.max(1)).clamp(64, MAX_BRICKS_PER_DISPATCH);
     [chunk as u32, cells.div_ceil(chunk) as u32]
 }
 
-/// What is made.
+/// What to build.
 pub(super) struct BuildParams<'a> {
     pub words: BrickBuild,
     pub fill: FillUniform,
-    /// The blocks, and where their lists stand.
+    /// The blocks, and the positions of their lists.
     pub prune: PruneUniform,
-    /// The instructions that the lists are of.
+    /// The instructions of the lists.
     pub instrs: &'a StorageBuffer,
     /// Number of instructions.
     pub length: usize,
@@ -176,7 +176,7 @@ pub(super) struct BuildParams<'a> {
     pub mixes: bool,
 }
 
-/// Workgroups, row by row.
+/// Returns workgroups in rows.
 fn rows(groups: u32) -> DispatchSize<'static> {
     DispatchSize::Direct([
         groups.min(abi::DISPATCH_ROW),
@@ -185,7 +185,7 @@ fn rows(groups: u32) -> DispatchSize<'static> {
     ])
 }
 
-/// What an order's passes read and write, and what its plan does.
+/// Returns the bind groups of a build, and the size of its plan.
 fn groups_of(
     field: &GpuProgram,
     scratch: &EditScratch,
@@ -227,7 +227,7 @@ fn groups_of(
     })
 }
 
-/// Submit all passes of an order.
+/// Submits all passes of a build.
 pub(super) async fn encode_build(
     field: &GpuProgram,
     scratch: &mut EditScratch,

@@ -1,9 +1,9 @@
-//! The pool on the device: its texture, what is free of it, and what the CPU knows of that without waiting.
+//! The pool on the device: its texture and its free places.
 //!
-//! *Practice.* The device takes bricks and gives them back; a stack of free ones stands behind its counters. The CPU knows
-//! how many there can be at most: what was counted when it last heard of the counters, and a brick for each cell that edits
-//! can have sampled since. So there is room for all before an edit is submitted, and nobody waits. The counters are copied
-//! after edits, and heard of when they happen to have come.
+//! *Practice.* The device takes bricks and returns them. A stack of free places is behind its counters. The CPU
+//! knows an upper bound on the number of bricks: the last counters that it read, plus one brick per cell that edits
+//! can have sampled since. So it makes room before an edit is submitted, and nobody waits. After each edit, the
+//! counters are copied to a staging buffer, which is read when its mapping completes.
 
 use super::build_tables::BrickTargets;
 use super::passes::BrickPasses;
@@ -12,16 +12,16 @@ use crate::storage_buffer::StorageBuffer;
 use crate::{GpuError, GpuProgram};
 use argil_abi as abi;
 
-/// An eighth more than is needed, so that not every edit moves the pool.
+/// Returns an eighth more than needed, so that not every edit moves the pool.
 fn with_headroom(needed: u64) -> u64 {
     needed + needed / 8 + 64
 }
 
 impl BrickTables {
-    /// Make room for so many more bricks, and mixed ones where there are any; the pool's texture if it was moved.
+    /// Makes room for more bricks, and mixed ones. Returns the pool's texture if it was moved.
     ///
     /// # Errors
-    /// If they would take more than `budget` bytes, or there cannot be as many: nothing is changed then.
+    /// If they would exceed `budget` bytes, or the texture's limits. Nothing changes then.
     pub(super) fn make_room(
         &mut self,
         field: &GpuProgram,
@@ -69,7 +69,7 @@ impl BrickTables {
         self.ledger.counters.size() >= with_stack
     }
 
-    /// A pool with no more room than so many bricks and mixed ones need: the texture.
+    /// Returns a pool with room for exactly these numbers of bricks and mixed ones: its texture.
     pub(super) fn fit(
         &mut self,
         field: &GpuProgram,
@@ -84,7 +84,7 @@ impl BrickTables {
         self.resize(field, texture, pool, mixed)
     }
 
-    /// Move everything to another pool, without gaps.
+    /// Moves everything to another pool, without gaps.
     fn resize(
         &mut self,
         field: &GpuProgram,
@@ -105,7 +105,7 @@ impl BrickTables {
             let mut encoder = gpu
                 .device
                 .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-            // What was ever done is still that.
+            // The totals continue.
             if let (Some(from), Some(to)) = (self.ledger.counters.buffer(), counters.buffer()) {
                 let first = 4 * u64::from(abi::COUNTER_FILLED);
                 encoder.copy_buffer_to_buffer(from, first, to, first, head - first);

@@ -1,4 +1,4 @@
-//! What the CPU knows of the pool on the device, without waiting.
+//! What the CPU knows about the pool on the device, without waiting.
 
 use crate::resources::read_table;
 use crate::storage_buffer::StorageBuffer;
@@ -7,7 +7,7 @@ use argil_abi as abi;
 use argil_volume::EditStats;
 use std::sync::{Arc, OnceLock};
 
-/// What the device counts.
+/// The device's counters.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct BrickCounts([u32; abi::COUNTERS as usize]);
 
@@ -24,19 +24,19 @@ impl BrickCounts {
         u64::from(self.0[counter as usize])
     }
 
-    /// Bricks that there are.
+    /// Returns the number of bricks.
     pub(super) fn bricks(&self) -> u64 {
         self.get(abi::COUNTER_TOP)
             .saturating_sub(self.get(abi::COUNTER_FREE))
     }
 
-    /// Mixed ones among them.
+    /// Returns the number of mixed bricks.
     pub(super) fn mixed(&self) -> u64 {
         self.get(abi::COUNTER_TOP_MIXED)
             .saturating_sub(self.get(abi::COUNTER_FREE_MIXED))
     }
 
-    /// What edits did between another time and this.
+    /// Returns what edits did since an earlier state.
     pub(super) fn since(&self, before: &Self) -> EditStats {
         let count = |counter: u32| {
             let now = self.0[counter as usize];
@@ -51,22 +51,22 @@ impl BrickCounts {
     }
 }
 
-/// Counters on their way.
+/// Counters on their way to the CPU.
 #[derive(Debug)]
 struct PendingReadback {
     buffer: wgpu::Buffer,
     arrived: Arc<OnceLock<Result<(), wgpu::BufferAsyncError>>>,
-    /// Bricks, and mixed ones, that edits after it can have taken.
+    /// Bricks, and mixed ones, that later edits can have taken.
     since: [u64; 2],
 }
 
-/// What the CPU knows of the counters.
+/// What the CPU knows about the counters.
 #[derive(Debug)]
 pub(super) struct PoolAccounting {
     pub counters: StorageBuffer,
-    /// As they were when they were last heard of.
+    /// The counters when they were last read.
     pub known: BrickCounts,
-    /// As they were when edits were last told.
+    /// The counters when edits were last reported.
     told: BrickCounts,
     /// Bricks, and mixed ones, that edits can have taken since.
     since: [u64; 2],
@@ -74,13 +74,13 @@ pub(super) struct PoolAccounting {
 }
 
 impl PoolAccounting {
-    /// Of a pool with so many bricks and mixed bricks, all of them in use.
+    /// Creates the counters of a pool with these numbers of bricks and mixed bricks, all in use.
     pub(super) fn new(gpu: &Gpu, bricks: u64, mixed: u64) -> Result<Self, GpuError> {
         let mut known = BrickCounts::default();
         known.0[abi::COUNTER_TOP as usize] = bricks as u32;
         known.0[abi::COUNTER_TOP_MIXED as usize] = mixed as u32;
         let mut counters = StorageBuffer::new("counters");
-        // No more: with a stack it is larger.
+        // No larger: a buffer with a stack is longer.
         counters.reserve_exact(gpu, size_of_val(&known.0) as u64)?;
         counters.rewrite(gpu, &known.0);
         Ok(Self {
@@ -92,7 +92,7 @@ impl PoolAccounting {
         })
     }
 
-    /// The counters as they are, after a wait.
+    /// Downloads the current counters.
     pub(super) async fn read(&self, gpu: &Gpu) -> Result<BrickCounts, GpuError> {
         let bytes = 4 * u64::from(abi::COUNTERS);
         Ok(BrickCounts::of(
@@ -100,7 +100,7 @@ impl PoolAccounting {
         ))
     }
 
-    /// Hear of the counters as they are, after a wait; what edits did since they were last told.
+    /// Waits for the current counters. Returns what edits did since they were last reported.
     pub(super) async fn wait_for_counters(&mut self, gpu: &Gpu) -> Result<EditStats, GpuError> {
         self.take_known(gpu).await?;
         let edit = self.known.since(&self.told);
@@ -108,14 +108,14 @@ impl PoolAccounting {
         Ok(edit)
     }
 
-    /// Hear of the counters as they are, after a wait, and tell nobody.
+    /// Waits for the current counters, without reporting them.
     pub(super) async fn take_known(&mut self, gpu: &Gpu) -> Result<(), GpuError> {
         self.known = self.read(gpu).await?;
         (self.since, self.letter) = ([0; 2], None);
         Ok(())
     }
 
-    /// Take note of an edit that can take so many bricks, and mixed ones, and ask for the counters.
+    /// Records that an edit can take these numbers of bricks and mixed ones, and requests the counters.
     pub(super) fn record_upper_bound(
         &mut self,
         gpu: &Gpu,
@@ -160,7 +160,7 @@ impl PoolAccounting {
         Ok(())
     }
 
-    /// Hear of the counters if they have come; the device is asked, and not waited for.
+    /// Reads the counters if they have arrived, without waiting.
     pub(super) fn poll_counters(&mut self, gpu: &Gpu) -> Result<(), GpuError> {
         let lost = |reason: String| GpuError::Lost(reason);
         let polled = gpu.device.poll(wgpu::PollType::Poll);
@@ -179,7 +179,7 @@ impl PoolAccounting {
         Ok(())
     }
 
-    /// Bricks and mixed bricks that there can be at most.
+    /// Returns upper bounds on the numbers of bricks and mixed bricks.
     pub(super) fn upper_bound(&self) -> [u64; 2] {
         let known = [self.known.bricks(), self.known.mixed()];
         [0, 1].map(|i| known[i] + self.since[i])

@@ -1,4 +1,4 @@
-//! Moving bricks from one pool to another.
+//! Moves bricks from one pool to another.
 
 use super::build_tables::BrickTargets;
 use super::cells::GpuCellTable;
@@ -23,7 +23,7 @@ const BINDS_WGSL: &str = "
 @group(0) @binding(BIND_OLD_POOL) var<uniform> old: Repack;
 ";
 
-/// The pass, compiled once for a width of samples.
+/// The pass, compiled once for a sample format.
 pub(crate) struct RepackPass {
     layout: wgpu::BindGroupLayout,
     repack: wgpu::ComputePipeline,
@@ -58,7 +58,7 @@ impl RepackPass {
         Ok(Self { layout, repack })
     }
 
-    /// Move all bricks from one pool to another; the cells are told where they are then.
+    /// Moves all bricks from one pool to another, and updates the cells.
     pub(super) fn run(
         &self,
         gpu: &Gpu,

@@ -1,4 +1,4 @@
-//! What there is of sparse bricks on the device, and how large their pool is.
+//! The tables of sparse bricks on the device, and the size of their pool.
 
 use super::build_tables::BuildTables;
 use super::cells::GpuCellTable;
@@ -9,40 +9,40 @@ use crate::{Gpu, GpuError};
 use argil_abi::{self as abi, BrickVolume};
 use argil_volume::BrickLayout;
 
-/// Places of a mixed brick.
+/// Points of a mixed brick.
 pub(super) const PLACES: u64 = (abi::MATERIAL_SIDE as u64).pow(3);
 
-/// What there is of sparse bricks besides the pool's texture.
+/// Sparse bricks besides the pool's texture.
 #[derive(Debug)]
 pub(crate) struct BrickTables {
     pub layout: BrickLayout,
     pub cells: GpuCellTable,
-    /// What each brick of the pool looks like, then the materials of mixed ones.
+    /// The material of each brick of the pool, then the materials of mixed ones.
     pub materials: StorageBuffer,
     pub mixed: u64,
     /// Bricks of the pool along each axis.
     pub pool: [u32; 3],
     pub ledger: PoolAccounting,
     pub lipschitz: f32,
-    /// Once it was edited.
+    /// Created by the first edit.
     pub making: Option<Box<BuildTables>>,
-    /// The uniform that shaders read.
+    /// The uniform for shaders.
     pub uniform: BrickVolume,
 }
 
 impl BrickTables {
-    /// Tell shaders where things are now.
+    /// Updates the uniform.
     pub(super) fn describe(&mut self) {
         self.uniform = march_words(&self.layout, &self.cells, self.pool, self.lipschitz);
     }
 
-    /// Bricks that there are, after a wait for edits.
+    /// Waits for edits. Returns the number of bricks.
     pub(super) async fn count(&self, gpu: &Gpu) -> Result<u64, GpuError> {
         Ok(self.ledger.read(gpu).await?.bricks())
     }
 }
 
-/// Bytes of a pool, the tables, and the materials of so many mixed bricks.
+/// Returns the bytes of a pool, its tables, and the materials of a number of mixed bricks.
 pub(super) fn bytes_of(
     gpu: &Gpu,
     measures: &BrickLayout,
@@ -51,13 +51,13 @@ pub(super) fn bytes_of(
     mixed: u64,
 ) -> u64 {
     let bricks: u64 = pool.map(u64::from).iter().product();
-    // With a stack of what is free.
+    // With a stack of free places.
     let of_mixed = (8 * PLACES + 4) * mixed;
     let brick = gpu.texture_bytes(measures.encoding.format, measures.brick_bytes());
     cells.memory_bytes() + bricks * (brick + 8) + of_mixed
 }
 
-/// Bricks along the sides of a pool that has room for `bricks`.
+/// Returns the bricks along the sides of a pool with room for `bricks`.
 pub(super) fn pool_for(
     gpu: &Gpu,
     measures: &BrickLayout,

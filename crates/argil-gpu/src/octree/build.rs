@@ -1,4 +1,4 @@
-//! An octree is built: no step of it waits for the CPU.
+//! Builds an octree. No step waits for the CPU.
 
 use super::OctreeTables;
 use crate::bindings::{
@@ -14,7 +14,7 @@ use argil_abi::{self as abi, FillUniform, Node, OctreeVolume};
 use argil_field::Program;
 use argil_volume::{BrickTest, OctreeLayout, wgsl};
 
-/// Most cells for the enumeration sort.
+/// Maximum cells for the enumeration sort.
 const MAX_TO_ENUMERATE: u32 = 32_768;
 
 /// The bindings of each module, as the shaders name them.
@@ -45,7 +45,7 @@ const BRICKS_BINDS_WGSL: &str = "
 type OctreePasses<const N: usize> = (wgpu::BindGroupLayout, [wgpu::ComputePipeline; N]);
 
 impl GpuVolume {
-    /// Build an octree from a field; what the stages took.
+    /// Builds an octree from a field. Returns the volume and the timings.
     ///
     /// # Errors
     /// If the octree exceeds the device's limits or memory, or the device fails.
@@ -89,7 +89,7 @@ impl GpuVolume {
     }
 }
 
-/// What a build works with; tables have room for all bricks.
+/// The state of a build. Its tables have room for all bricks.
 struct OctreeBuilder<'a> {
     field: &'a GpuProgram,
     measures: OctreeLayout,
@@ -184,7 +184,7 @@ impl<'a> OctreeBuilder<'a> {
         self.group("Octree::tree", layout, &entries)
     }
 
-    /// Find the cells in which the surface can be.
+    /// Finds the cells that the surface can pass through.
     async fn select(
         &self,
         bake: &mut PassRecorder<'_>,
@@ -210,7 +210,7 @@ impl<'a> OctreeBuilder<'a> {
         bake.pass("select", select, &group, groups).await
     }
 
-    /// Sample the bricks, and what tells of the cells without one.
+    /// Samples the bricks and the vacant cells.
     async fn fill(&self, bake: &mut PassRecorder<'_>, program: &Program) -> Result<(), GpuError> {
         let (field, measures) = (self.field, &self.measures);
         let gpu = field.gpu();
@@ -323,7 +323,7 @@ fn bricks_passes(
     Ok((layout, pipelines))
 }
 
-/// Set tables to zero.
+/// Clears buffers.
 fn clear<const N: usize>(
     gpu: &Gpu,
     tables: [&crate::storage_buffer::StorageBuffer; N],

@@ -1,50 +1,50 @@
 //! The triangles of a cell, for each of the 256 ways in which its corners can be inside or outside.
 //!
-//! *Theory.* On a face, each run of inside corners is cut off by one segment; two opposite corners inside stay apart. A
-//! face's segments follow from its own four corners, so both cells that share it have the same, once in each direction,
-//! and the surface is closed and consistently oriented (the ambiguity of Lorensen and Cline's table of 1987, which Dürst
-//! pointed out in 1988, cannot arise). Segments join to loops. Each loop is cut into triangles by diagonals none of which
-//! lies in a face, so that an edge is never in more than two triangles.
+//! *Theory.* On a face, one segment cuts off each run of inside corners. Two opposite inside corners stay apart. A
+//! face's segments follow from its own four corners, so both cells that share it have the same ones, in opposite
+//! directions. So the surface is closed and consistently oriented, and the ambiguity of Lorensen and Cline's table
+//! of 1987 (Dürst 1988) cannot arise. Segments form loops. Each loop is cut into triangles by diagonals that do not
+//! lie in a face, so that an edge is never in more than two triangles.
 //!
-//! *Practice.* The table is made once, when it is first needed; its tests prove what is said above of every case. Corner
-//! `c` is at `(c & 1, c >> 1 & 1, c >> 2)`. Edges 0 to 3 run along x, 4 to 7 along y, 8 to 11 along z; of each four,
-//! the lower bit tells the place along the first of the other axes, the higher along the second.
+//! *Practice.* The table is generated when first needed, and tests prove these claims for every case. Corner `c` is
+//! at `(c & 1, c >> 1 & 1, c >> 2)`. Edges 0 to 3 run along x, 4 to 7 along y, and 8 to 11 along z. Of each four,
+//! the lower bit is the position along the first of the other axes, and the higher bit along the second.
 
 use std::sync::OnceLock;
 
-/// Most triangles of a cell.
+/// Maximum triangles of a cell.
 pub const MAX_TRIANGLES: usize = 5;
 
 /// The triangles of a case.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct MarchingCase {
-    /// How many there are.
+    /// Number of triangles.
     pub count: u8,
-    /// The edges on which each has its corners.
+    /// The edges of each triangle's vertices.
     pub triangles: [[u8; 3]; MAX_TRIANGLES],
 }
 
 impl MarchingCase {
-    /// Those that there are.
+    /// Returns the triangles.
     #[inline]
     pub fn triangles(&self) -> &[[u8; 3]] {
         &self.triangles[..usize::from(self.count)]
     }
 }
 
-/// The cases; bit `c` of a case's number says that corner `c` is inside.
+/// Returns the cases. Bit `c` of a case's index tells whether corner `c` is inside.
 pub fn cases() -> &'static [MarchingCase; 256] {
     static CASES: OnceLock<[MarchingCase; 256]> = OnceLock::new();
     CASES.get_or_init(|| std::array::from_fn(|case| make(case as u8)))
 }
 
-/// The loops of each case: the edges that each goes through, in order.
+/// Returns the loops of each case: the edges that each passes through, in order.
 pub fn case_loops() -> &'static [Vec<Vec<u8>>; 256] {
     static CASE_LOOPS: OnceLock<[Vec<Vec<u8>>; 256]> = OnceLock::new();
     CASE_LOOPS.get_or_init(|| std::array::from_fn(|case| loops(case as u8)))
 }
 
-/// The two corners of an edge, the lower first.
+/// Returns the two corners of an edge, the lower first.
 pub fn corners(edge: u8) -> [u8; 2] {
     let (axis, place) = (edge / 4, edge % 4);
     let (low, high) = (place & 1, place >> 1);
@@ -56,7 +56,7 @@ pub fn corners(edge: u8) -> [u8; 2] {
     [first, first | 1 << axis]
 }
 
-/// The edge between two corners that differ in one bit.
+/// Returns the edge between two corners that differ in one bit.
 fn edge(a: u8, b: u8) -> u8 {
     let (axis, first) = ((a ^ b).trailing_zeros() as u8, a & b);
     let place = match axis {
@@ -67,7 +67,7 @@ fn edge(a: u8, b: u8) -> u8 {
     axis * 4 + place
 }
 
-/// The corners of a cell's faces, counterclockwise as seen from outside.
+/// Returns the corners of a cell's faces, counterclockwise as seen from outside.
 fn faces() -> [[u8; 4]; 6] {
     std::array::from_fn(|face| {
         let (axis, side) = (face / 2, face as u8 % 2);
@@ -81,7 +81,7 @@ fn faces() -> [[u8; 4]; 6] {
     })
 }
 
-/// The loops of edges of a case, clockwise as seen from outside.
+/// Returns the loops of edges of a case, clockwise as seen from outside.
 fn loops(case: u8) -> Vec<Vec<u8>> {
     let is_in = |corner: u8| case >> corner & 1 != 0;
     let mut next = [None; 12];
@@ -118,7 +118,8 @@ fn share_a_face(a: u8, b: u8) -> bool {
     faces().iter().any(|face| on(a, face) && on(b, face))
 }
 
-/// Cut the part `ring[i..=j]` of a loop into triangles; whether that can be done without a diagonal in a face.
+/// Cuts the part `ring[i..=j]` of a loop into triangles. Returns whether that is possible without a diagonal in a
+/// face.
 fn cut(ring: &[u8], i: usize, j: usize, out: &mut Vec<[u8; 3]>) -> bool {
     if j - i < 2 {
         return true;

@@ -1,26 +1,26 @@
-//! Triangles around the corners of bricks, for light that is gathered at them.
+//! The loops of the surface through cells, for dual contouring.
 
 use glam::IVec3;
 use std::collections::HashMap;
 
-/// The loops in which the surface goes through cells.
+/// The loops of the surface through cells.
 #[derive(Clone, Debug, Default)]
 pub struct CellLoops {
-    /// Of each loop: its cell, in voxels from the lattice's corner.
+    /// The cell of each loop, in voxels from the grid's corner.
     pub cells: Vec<IVec3>,
-    /// Where each loop's vertices begin and end among `vertices`.
+    /// The range of each loop's vertices in `vertices`.
     pub bounds: Vec<[u32; 2]>,
     /// The vertices of all loops.
     pub vertices: Vec<u32>,
-    /// Of each vertex, the loops that go through its edge: by where the cell lies along the first of the other axes, 1 for
-    /// before, and along the second, 2. `u32::MAX` where there is none.
+    /// For each vertex, the loops through its edge: bit 0 of the index is set for the cell before it along the
+    /// first of the other axes, and bit 1 along the second. `u32::MAX` where there is none.
     pub around: Vec<[u32; 4]>,
 }
 
-/// What one brick's loops are: the cell, and the vertices with their places in [`CellLoops::around`].
+/// The loops of one brick: the cell, and the vertices with their indices in [`CellLoops::around`].
 pub(super) type Ring = (IVec3, Vec<(u32, u8)>);
 
-/// All bricks' loops, one after the other.
+/// Joins the loops of all bricks.
 pub(super) fn gathered(found: Vec<Vec<Ring>>, vertices: usize) -> CellLoops {
     let mut rings = CellLoops {
         around: vec![[u32::MAX; 4]; vertices],
@@ -41,15 +41,15 @@ pub(super) fn gathered(found: Vec<Vec<Ring>>, vertices: usize) -> CellLoops {
 }
 
 impl CellLoops {
-    /// A loop's vertices, in order.
+    /// Returns a loop's vertices, in order.
     pub fn of(&self, ring: usize) -> &[u32] {
         let [begin, end] = self.bounds[ring];
         &self.vertices[begin as usize..end as usize]
     }
 
-    /// Where two loops in neighboring cells share both segments of a face, their dual vertices would have four triangles on
-    /// one edge: on that face the segments are joined the other way round, which makes two loops of each (Wenger, "Isosurfaces",
-    /// 2013).
+    /// Splits loops that share two segments of a face. Otherwise their dual vertices would have four triangles on
+    /// one edge. On that face, the segments are joined the other way, which makes two loops of each (Wenger,
+    /// "Isosurfaces", 2013).
     fn part(&mut self) {
         // Both segments, and at least two more vertices.
         const SHORTEST: usize = 6;
@@ -72,7 +72,7 @@ impl CellLoops {
         }
     }
 
-    /// The loop that shares two segments with one, and at which places those begin in both.
+    /// Returns the loop that shares two segments with another, and where those begin in both.
     fn twice_beside(
         &self,
         ring: usize,
@@ -89,7 +89,7 @@ impl CellLoops {
                 seen.push((other, i));
                 continue;
             };
-            // Either may have been split since it was noted.
+            // Either may have been split since it was recorded.
             let theirs = self.of(other);
             let at = |k: usize| theirs.iter().position(|&v| v == own[(k + 1) % own.len()]);
             let (mut a, mut b) = (at(first)?, at(i)?);
@@ -105,7 +105,7 @@ impl CellLoops {
         None
     }
 
-    /// Cut a loop behind two of its places: what is between them becomes one of its own.
+    /// Splits a loop after two of its positions: what is between them becomes a loop of its own.
     fn split(&mut self, ring: usize, [first, second]: [usize; 2]) {
         let [begin, end] = self.bounds[ring].map(|i| i as usize);
         let own = &mut self.vertices[begin..end];

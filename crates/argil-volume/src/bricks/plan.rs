@@ -271,7 +271,7 @@ impl BlockPlan {
 }
 
 impl BlockTable {
-    /// Creates the table of a plan's blocks. Their slots follow its order, from [`FAR_SLOTS`](super::FAR_SLOTS) on.
+    /// Creates the table of a plan's blocks. Their slots follow its order, from [`FAR_SLOTS`] on.
     pub fn of(layout: &BrickLayout, plan: &BlockPlan) -> Self {
         let [low, high] = layout.block_range();
         let blocks = plan.blocks.iter();

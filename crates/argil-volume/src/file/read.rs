@@ -14,7 +14,7 @@ use std::sync::Arc;
 
 /// The contents of a volume file.
 ///
-/// [`VolumeFile::open`] reads one, and [`write`](super::write::write) writes one.
+/// [`VolumeFile::open`] reads one from a file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct VolumeFile {
     /// The samples.
