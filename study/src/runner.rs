@@ -396,7 +396,7 @@ fn surface(world: &World, way: Configuration, count: u32, out: &mut Outcome) -> 
         (&own, &|p: Vec3| solid.distance(p)),
         (&exact, &|p: Vec3| world.distance(p.to_array())),
     );
-    let voxel = f64::from(meshed.lattice.voxel_size);
+    let voxel = f64::from(meshed.voxel_grid.voxel_size);
     out.set("hausdorff_voxels", apart.hausdorff() / voxel);
     out.set("chamfer_voxels", apart.chamfer() / voxel);
     out.set("off_rms_voxels", meshed.surface_error_voxels[0]);

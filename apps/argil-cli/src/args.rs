@@ -406,7 +406,7 @@ fn size(text: &str) -> Result<[u32; 2], String> {
         .and_then(|(w, h)| Some([w.parse().ok()?, h.parse().ok()?]));
     match sides {
         Some(sides) if sides.iter().all(|s| (1..=16_384).contains(s)) => Ok(sides),
-        Some(_) => Err("both sides must be from 1 to 16384".into()),
+        Some(_) => Err("each side must be 1 to 16384".into()),
         None => Err("expected WIDTHxHEIGHT in pixels, such as 1280x720".into()),
     }
 }

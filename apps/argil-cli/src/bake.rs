@@ -14,14 +14,14 @@ pub(crate) fn run(options: &BakeArgs) -> anyhow::Result<()> {
     } else {
         BricksOptions::default().into()
     });
-    // Say what is wrong with the request before any work.
+    // Check the request before any work.
     ensure!(
         via != Representation::Field,
-        "--via field: the field is what volumes are baked from; take dense, octree or bricks"
+        "--via field: volumes are baked from the field; use dense, octree or bricks"
     );
     ensure!(
         !matches!(via, Representation::Mesh(_)),
-        "--via mesh: `argil mesh` makes triangles; bake takes dense, octree or bricks"
+        "--via mesh: use `argil mesh` to make triangles, or bake dense, octree or bricks"
     );
     ensure!(
         !options.count_lost || matches!(via, Representation::Octree(_)),
@@ -33,7 +33,7 @@ pub(crate) fn run(options: &BakeArgs) -> anyhow::Result<()> {
     }
     ensure!(
         options.volume.descent.is_none(),
-        "--descent says how an octree is marched: give it to `argil render`"
+        "--descent controls how an octree is marched: use it with `argil render`"
     );
     let engine = input::engine(&options.on)?;
     let via = input::representation(via, &options.volume, &engine)?;

@@ -1,20 +1,19 @@
-//! Programs beside this one, which few need and take long to compile: the editor and the study.
+//! Programs that are built separately: the editor and the study.
 
 use crate::args::Companion;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 
-/// One that is not there.
+/// The program was not found.
 #[derive(Debug, thiserror::Error)]
 #[error(
-    "{0} is a program of its own, and is neither beside this one nor on the PATH: `cargo build --release -p {0}` in Argil's folder builds it"
+    "{0} is a separate program, and it is neither next to this one nor on the PATH: build it with `cargo build --release -p {0}` in Argil's folder"
 )]
 pub(crate) struct Missing(&'static str);
 
-/// Starts a program with arguments, and ends as it does.
+/// Starts a program with arguments, and exits with its exit code.
 ///
-/// # Errors
-/// If it is not there.
+/// # Errors If the program is not found.
 pub(crate) fn run(name: &'static str, given: &Companion) -> anyhow::Result<ExitCode> {
     let file = format!("{name}{}", std::env::consts::EXE_SUFFIX);
     let beside = std::env::current_exe()

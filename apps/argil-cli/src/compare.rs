@@ -16,14 +16,18 @@ pub(crate) fn run(options: &Compare) -> anyhow::Result<()> {
         let is_png = place
             .extension()
             .is_some_and(|e| e.eq_ignore_ascii_case("png"));
-        ensure!(is_png, "{}: maps are written as .png", place.display());
+        ensure!(
+            is_png,
+            "{}: maps are PNG images; name it .png",
+            place.display()
+        );
     }
     let full = |place: &Option<std::path::PathBuf>| {
         place.as_deref().and_then(|p| std::path::absolute(p).ok())
     };
     ensure!(
         options.flip.is_none() || full(&options.flip) != full(&options.laplacian),
-        "--flip, --laplacian: two maps, and one file for both"
+        "--flip, --laplacian: both maps would be written to one file"
     );
     let (a, b) = (picture(&options.a)?, picture(&options.b)?);
     let place = || format!("{} and {}", options.a.display(), options.b.display());
@@ -33,7 +37,7 @@ pub(crate) fn run(options: &Compare) -> anyhow::Result<()> {
     let difference = laplacian::difference(&a, &b)?;
     let report = json!({
         "size": a.size(),
-        // JSON has no infinity: equal pictures have none.
+        // JSON has no infinity: the PSNR of equal images is null.
         "psnr_db": psnr.is_finite().then_some(psnr),
         "ssim": ssim,
         "flip_mean": seen.mean(),
@@ -66,24 +70,24 @@ pub(crate) fn run(options: &Compare) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// A picture in 8-bit sRGB.
+/// Reads an image as 8-bit sRGB.
 fn picture(path: &Path) -> anyhow::Result<Picture> {
     let read = argil::read_png(path)?;
     if read.had_more {
         eprintln!(
-            "argil: {}: 8 bits of red, green and blue are compared; alpha and finer steps are left out",
+            "warning: {}: only 8-bit red, green and blue are compared; alpha and extra bits are ignored",
             path.display()
         );
     }
     Picture::new(read.size, read.rgb)
-        .with_context(|| format!("{}: a picture of another size", path.display()))
+        .with_context(|| format!("{}: the image has another size", path.display()))
 }
 
 fn save(path: &Path, map: &Picture) -> anyhow::Result<()> {
     Ok(argil::save_png(path, map.size(), map.rgb())?)
 }
 
-/// A map of differences, from black over red and yellow to white.
+/// Converts a difference map to an image, from black through red and yellow to white.
 fn map(seen: &FlipMap) -> Picture {
     let [width, height] = seen.size;
     Picture::of([width, height], |x, y| {

@@ -23,9 +23,9 @@ pub(crate) fn run(options: &EditArgs) -> anyhow::Result<()> {
     let engine = input::engine(&options.on)?;
     ensure!(
         !matches!(options.via, Some(Representation::Mesh(_))),
-        "--via mesh: edits are replayed on volumes; take bricks, dense or octree, and `argil mesh` the result"
+        "--via mesh: edits are replayed on volumes; use bricks, dense or octree, and run `argil mesh` on the result"
     );
-    // A volume file is what it is; a scene is baked first.
+    // A volume file is edited as it is; a scene is baked first.
     let via = (!input::is_volume(&options.scene)?)
         .then_some(options.via.unwrap_or(BricksOptions::default().into()));
     let about = (None, options.on.allow_external_meshes);
@@ -41,14 +41,14 @@ pub(crate) fn run(options: &EditArgs) -> anyhow::Result<()> {
     if let (Err(_), Some(path)) = (&applied, &options.journal) {
         let path = path.display();
         eprintln!(
-            "note: the edits before that are in {path}: `argil recover {path} -o SCENE` brings them back"
+            "note: the edits before that are in {path}: recover them with `argil recover {path} -o SCENE`"
         );
     }
     let applied = applied?;
 
     let differing = if options.check {
         let count = world.diff_from_rebuild()?;
-        Some(count.context("--check compares sparse bricks: take --via bricks")?)
+        Some(count.context("--check compares sparse bricks: use --via bricks")?)
     } else {
         None
     };
@@ -73,18 +73,18 @@ pub(crate) fn run(options: &EditArgs) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Say what is wrong with the outputs before any work. The journal is there after that.
+/// Checks the outputs before any work. Afterwards, the journal exists.
 fn check_outputs(options: &EditArgs, outputs: &[&Path]) -> anyhow::Result<()> {
     for (nth, path) in outputs.iter().enumerate() {
         output::check_place(path, &options.edits)?;
-        // A scene can be written back to its own file, but nothing else.
+        // A scene can be written back to its own file; other outputs cannot replace the input.
         if options.scene_output.as_deref() != Some(*path) {
             output::check_place(path, &options.scene)?;
         }
         for other in &outputs[..nth] {
             ensure!(
                 !output::is_same_place(path, other),
-                "{}: two outputs would be written there: name another",
+                "{}: two outputs would be written to this file: name another",
                 path.display()
             );
         }
@@ -96,14 +96,14 @@ fn check_outputs(options: &EditArgs, outputs: &[&Path]) -> anyhow::Result<()> {
         output::check_ending(path, "a scene", "json")?;
     }
     if let Some(path) = &options.journal {
-        // Whoever makes it first has it: of two processes that begin at once, one goes on.
+        // If two processes begin the same journal, only the one that creates the file continues.
         let made = std::fs::File::create_new(path);
         if made
             .as_ref()
             .is_err_and(|e| e.kind() == std::io::ErrorKind::AlreadyExists)
         {
             bail!(
-                "{}: there is a journal already: bring its edits back with `argil recover`, or remove it",
+                "{}: the journal already exists: recover its edits with `argil recover`, or remove it",
                 path.display()
             );
         }
@@ -112,7 +112,7 @@ fn check_outputs(options: &EditArgs, outputs: &[&Path]) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// An edit that was followed.
+/// An applied edit and its timing.
 struct EditRecord {
     applied: EditReport,
     counts: EditStats,
@@ -134,7 +134,7 @@ fn replay(
         let Some(line) = next_line(&mut file).with_context(place)? else {
             break;
         };
-        // Some editors put a mark before UTF-8.
+        // Some editors write a byte order mark.
         let line = match line.strip_prefix('\u{feff}') {
             Some(rest) if nth == 1 => rest.to_owned(),
             _ => line,
@@ -147,7 +147,7 @@ fn replay(
             None => Ok(()),
         };
         let action = scene.read_action(&line).with_context(place)?;
-        // No edit, but the world is saved with them.
+        // Not an edit, but saved worlds contain the new paths.
         if let Action::RenameMeshes(paths) = &action {
             world.rename_meshes(paths);
         }
@@ -155,16 +155,16 @@ fn replay(
             record(&mut journal)?;
             continue;
         }
-        // What the edit brought has its file beside the scene's, as what was there before.
+        // A mesh that an edit brings is found next to the scene, like the others.
         if !scene.missing_meshes().is_empty() {
             input::load_meshes(scene, &options.scene, options.on.allow_external_meshes)
                 .with_context(place)?;
         }
         let start = Instant::now();
         let own = world.apply(scene).with_context(place)?;
-        // A GPU is waited for, so that it is known what the edit took.
+        // Wait for the GPU, so that the time includes its work.
         let finished = world.flush().with_context(place)?;
-        // What the world refuses is not recorded.
+        // Record the edit only after the world accepted it.
         record(&mut journal)?;
         applied.push(EditRecord {
             applied: own,
@@ -175,10 +175,10 @@ fn replay(
     Ok(applied)
 }
 
-/// Longest line of a log in bytes.
+/// Maximum length of a line in an edit log, in bytes.
 const MOST_LINE_BYTES: u64 = 64 << 20;
 
-/// The next line, without its end.
+/// Reads the next line, without its line end.
 fn next_line(file: &mut impl BufRead) -> anyhow::Result<Option<String>> {
     let mut line = Vec::new();
     file.take(MOST_LINE_BYTES + 1)
@@ -190,7 +190,7 @@ fn next_line(file: &mut impl BufRead) -> anyhow::Result<Option<String>> {
         line.len() as u64 <= MOST_LINE_BYTES,
         "this line is longer than the limit, {MOST_LINE_BYTES} bytes"
     );
-    let line = String::from_utf8(line).context("this line is no UTF-8")?;
+    let line = String::from_utf8(line).context("this line is not UTF-8")?;
     Ok(Some(line.trim_end_matches(['\r', '\n']).to_owned()))
 }
 
@@ -256,7 +256,7 @@ fn report(
 fn edit(done: &EditRecord) -> Value {
     let dirty_box = done.applied.dirty_box;
     let Aabb { min, max } = dirty_box;
-    // What is not finite has no number in JSON.
+    // JSON has no number for values that are not finite.
     let held = dirty_box.is_finite() && !dirty_box.is_empty();
     json!({
         "duration_ms": done.duration_ms,

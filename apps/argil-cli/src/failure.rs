@@ -1,4 +1,4 @@
-//! Errors and exit codes: 1 the input or the request, 3 the machine.
+//! Errors and exit codes: 1 for the input or the request, 3 for the machine.
 
 use argil::gpu::GpuError;
 use argil::mesh::MeshReadError;
@@ -25,10 +25,10 @@ pub(crate) fn report(error: &anyhow::Error) -> ExitCode {
     ExitCode::from(if of_machine { 3 } else { 1 })
 }
 
-/// Whether it is the machine that lacks something.
+/// Returns true if the machine lacks something that the build needs.
 fn lacks(error: &BuildError) -> bool {
     match error {
-        // Limits of our own, for which the request has another way.
+        // These are limits of Argil, which another request can avoid.
         BuildError::Gpu(
             GpuError::TooManyToEnumerate { .. }
             | GpuError::TooLongToSpecialize
@@ -40,7 +40,7 @@ fn lacks(error: &BuildError) -> bool {
     }
 }
 
-/// The flag that an error of the library asks for, which does not know the command.
+/// Returns the flag that resolves a library error. The library does not know the command's flags.
 fn remedy(cause: &(dyn Error + 'static)) -> Option<&'static str> {
     let of_gpu = |error: &GpuError| match error {
         GpuError::None

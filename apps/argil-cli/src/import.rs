@@ -19,12 +19,12 @@ pub(crate) fn run(options: &Import) -> anyhow::Result<()> {
     }
     ensure!(
         is_sampled || options.resolution.is_none(),
-        "--resolution says how a mesh is sampled, or how many posts a heightmap has, and {} is neither: leave it out",
+        "--resolution applies to meshes and heightmaps, and {} is neither: omit it",
         options.file.display()
     );
     ensure!(
         is_mesh || options.thickness.is_none(),
-        "--thickness is for meshes, and {} is none: leave it out",
+        "--thickness applies to meshes, and {} is not one: omit it",
         options.file.display()
     );
     let (mut scene, loaded) = if is_sampled {
@@ -39,7 +39,7 @@ pub(crate) fn run(options: &Import) -> anyhow::Result<()> {
         .unwrap_or_default()
         .to_string_lossy()
         .into_owned();
-    // What cannot be lowered should be said now, not when it is drawn.
+    // Report a scene that cannot be lowered now, not when it is rendered.
     argil::field::Program::lower(&scene).with_context(|| options.file.display().to_string())?;
     scene.save(&options.output)?;
     let brushes = scene.brush_count();
@@ -60,27 +60,27 @@ pub(crate) fn run(options: &Import) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Endings of files that hold meshes, and are not read.
+/// File extensions of mesh formats that Argil does not read.
 const OTHER_MESHES: [&str; 16] = [
     "3ds", "3mf", "abc", "blend", "dae", "dxf", "fbx", "gltf", "iges", "igs", "off", "step", "stp",
     "usd", "usdz", "x3d",
 ];
 
-/// A mesh of a kind that is not read is no tree.
+/// Rejects a mesh in an unsupported format before it is parsed as a tree.
 fn refuse_other_meshes(path: &Path) -> anyhow::Result<()> {
     let ending = path.extension().unwrap_or_default().to_string_lossy();
     let is_mesh = OTHER_MESHES.contains(&ending.to_lowercase().as_str());
     ensure!(
         !is_mesh,
-        "{}: meshes are read from .obj, .glb, .ply and .stl, heightmaps from .png: export it as one of those, for example from Blender",
+        "{}: unknown format; export it as .obj, .glb, .ply or .stl (mesh) or .png (heightmap), for example from Blender",
         path.display()
     );
     Ok(())
 }
 
-/// What is a scene already is no tree either.
+/// Rejects a file that is already a scene before it is parsed as a tree.
 fn refuse_scenes(path: &Path) -> anyhow::Result<()> {
-    // What is no regular file can be read once.
+    // A file that is not regular, such as a pipe, can be read only once.
     if !path.is_file() {
         return Ok(());
     }
@@ -88,18 +88,18 @@ fn refuse_scenes(path: &Path) -> anyhow::Result<()> {
     let object: Option<serde_json::Map<String, Value>> = serde_json::from_slice(&text).ok();
     ensure!(
         !object.is_some_and(|object| object.contains_key("argil")),
-        "{}: is a scene already: it can be drawn as it is",
+        "{}: this is already a scene; render it directly",
         path.display()
     );
     Ok(())
 }
 
-/// Writes the mesh with walls in place of parts that are open; where.
+/// Writes the mesh with its open parts turned into walls, and returns the new file's path.
 fn thickened(options: &Import, thickness: f32) -> anyhow::Result<PathBuf> {
     let (mesh, parts) = argil::mesh::thicken(&argil::mesh::read(&options.file)?, thickness);
     ensure!(
         parts > 0,
-        "--thickness: {} has no open edges: leave it out",
+        "--thickness: {} has no open edges: omit it",
         options.file.display()
     );
     let stem = options.output.file_stem().unwrap_or_default();
@@ -110,7 +110,7 @@ fn thickened(options: &Import, thickness: f32) -> anyhow::Result<PathBuf> {
     Ok(place)
 }
 
-/// A scene of one mesh or heightmap.
+/// Creates a scene that contains one mesh or heightmap.
 fn of_file(options: &Import) -> anyhow::Result<(Scene, Option<LoadedMesh>)> {
     let file = match options.thickness {
         Some(thickness) => thickened(options, thickness)?,
@@ -129,7 +129,7 @@ fn of_file(options: &Import) -> anyhow::Result<(Scene, Option<LoadedMesh>)> {
     let mut loaded = argil::load_meshes(&mut scene, folder, options.allow_external_meshes)?;
     let loaded = loaded.pop();
     if let Some(heights) = loaded.as_ref().filter(|own| own.grid.has_heights()) {
-        // As long and wide as the image is.
+        // The ground keeps the aspect ratio of the image.
         scene = Scene::new();
         scene.push(Brush::new(heights.shape()))?;
     }
@@ -139,7 +139,7 @@ fn of_file(options: &Import) -> anyhow::Result<(Scene, Option<LoadedMesh>)> {
     Ok((scene, loaded))
 }
 
-/// What a mesh is, and what was done to it.
+/// Describes a mesh and its repairs.
 fn about(loaded: &LoadedMesh) -> Value {
     if loaded.grid.has_heights() {
         return json!({"heightmap": loaded.path, "posts": loaded.grid.posts(), "warnings": loaded.warnings()});

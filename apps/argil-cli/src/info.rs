@@ -51,12 +51,12 @@ pub(crate) fn run(options: &Info) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Of a mesh file: its triangles as they are, corners at one place taken for one.
+/// Describes a mesh file: its triangles as they are, with vertices welded by position.
 fn of_mesh(options: &Info) -> anyhow::Result<()> {
     let mesh = argil::mesh::read(&options.scene)?;
     anyhow::ensure!(
         !mesh.triangles.is_empty(),
-        "{}: there is no triangle in it",
+        "{}: it contains no triangle",
         options.scene.display()
     );
     let report = MeshReport::of(&mesh.welded());
@@ -67,7 +67,7 @@ fn of_mesh(options: &Info) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Of a volume file: what is stored, and the scene that it was made from.
+/// Describes a volume file: its contents, and the scene it was made from.
 fn of_volume(options: &Info) -> anyhow::Result<()> {
     let stored = VolumeFile::open(&options.scene)?;
     let scene = crate::input::scene_of(&stored, &options.scene)?;

@@ -1,4 +1,4 @@
-//! What a command is given: a scene or a volume, a device, a way to keep it.
+//! The inputs that commands share: a scene or a volume, a device, a representation.
 
 use crate::args::{DeviceArgs, VolumeArgs};
 use anyhow::{Context, ensure};
@@ -10,7 +10,7 @@ use argil::{
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// The engine that was asked for, with as many threads.
+/// Creates the requested engine, with the requested number of threads.
 pub(crate) fn engine(on: &DeviceArgs) -> anyhow::Result<Engine> {
     if let Some(threads) = on.threads {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.into());
@@ -21,11 +21,11 @@ pub(crate) fn engine(on: &DeviceArgs) -> anyhow::Result<Engine> {
     Ok(crate::progress::watched(engine))
 }
 
-/// A scene file's scene, or that of a volume file.
+/// Reads the scene of a scene file or of a volume file.
 pub(crate) fn scene(path: &Path, outside: bool) -> anyhow::Result<Scene> {
     ensure!(
         argil::mesh::MeshFormat::from_path(path).is_none() || is_volume(path)?,
-        "{}: this is a mesh, not a scene: `argil import {0} -o scene.json` makes one of it",
+        "{}: this is a mesh, not a scene: convert it with `argil import {0} -o scene.json`",
         path.display()
     );
     let mut scene = if is_volume(path)? {
@@ -37,7 +37,7 @@ pub(crate) fn scene(path: &Path, outside: bool) -> anyhow::Result<Scene> {
     Ok(scene)
 }
 
-/// Load what a scene's file names, and warn of what was left out of it or filled.
+/// Loads the meshes of a scene, and warns about removed parts and closed holes.
 pub(crate) fn load_meshes(
     scene: &mut Scene,
     path: &Path,
@@ -54,7 +54,7 @@ pub(crate) fn load_meshes(
     Ok(loaded)
 }
 
-/// Refuse an output that would replace a mesh which the scene is made of.
+/// Rejects an output that would replace a mesh of the scene.
 pub(crate) fn spare_meshes<'a>(
     scene: &Scene,
     place: &Path,
@@ -70,7 +70,8 @@ pub(crate) fn spare_meshes<'a>(
     Ok(())
 }
 
-/// Whether a file is a volume. One that is named so and is none is refused: as a scene it would make no sense.
+/// Returns true if a file is a volume. Rejects a file that is named `.argil` but is not a volume, because it is not
+/// a scene either.
 pub(crate) fn is_volume(path: &Path) -> anyhow::Result<bool> {
     let is_volume = VolumeFile::is_volume_file(path);
     let is_named_so = path.extension().is_some_and(|e| e == "argil");
@@ -80,12 +81,12 @@ pub(crate) fn is_volume(path: &Path) -> anyhow::Result<bool> {
     Ok(is_volume)
 }
 
-/// The scene that a volume was made from.
+/// Reads the scene that a volume was made from.
 pub(crate) fn scene_of(stored: &VolumeFile, path: &Path) -> anyhow::Result<Scene> {
     Ok(argil::stored_scene(stored, path)?)
 }
 
-/// What is to be drawn: a scene, kept as the flags say, or a volume as it was baked.
+/// Builds a scene with the representation of the flags, or loads a volume as it was baked.
 pub(crate) fn world(
     path: &Path,
     engine: &Engine,
@@ -109,7 +110,7 @@ pub(crate) fn world(
     };
     ensure!(
         via.is_none() && *flags == marching,
-        "{}: this volume is baked already, as `argil info` tells: leave out what says how to build one, as --via, --resolution and --method",
+        "{}: this volume is already baked (see `argil info`): omit flags that control the build, such as --via, --resolution and --method",
         path.display()
     );
     let (mut scene, mut world) = if outside {
@@ -120,7 +121,7 @@ pub(crate) fn world(
     if flags.descent.is_some() {
         ensure!(
             matches!(world.representation(), Representation::Octree(_)),
-            "--descent: {} is no octree",
+            "--descent: {} is not an octree",
             path.display()
         );
     }
@@ -131,12 +132,12 @@ pub(crate) fn world(
     Ok((scene, world))
 }
 
-/// Let what moves stand as at a time.
+/// Evaluates keyframes at a time.
 pub(crate) fn set_time(scene: &mut Scene, time: Option<f32>, path: &Path) -> anyhow::Result<()> {
     if let Some(time) = time {
         ensure!(
             scene.duration().is_some(),
-            "--time does nothing: {} has no keyframes; leave it out",
+            "--time has no effect, because {} has no keyframes: omit it",
             path.display()
         );
         scene.set_time(time);
@@ -144,7 +145,7 @@ pub(crate) fn set_time(scene: &mut Scene, time: Option<f32>, path: &Path) -> any
     Ok(())
 }
 
-/// How the flags want a scene to be kept. A flag that would do nothing is refused.
+/// Returns the representation that the flags ask for. Rejects flags that have no effect on it.
 pub(crate) fn representation(
     via: Representation,
     flags: &VolumeArgs,
@@ -152,7 +153,7 @@ pub(crate) fn representation(
 ) -> anyhow::Result<Representation> {
     if let Some(flag) = idle_flag(via, flags) {
         anyhow::bail!(
-            "{flag} does nothing with --via {}: leave it out, or take another --via",
+            "{flag} has no effect with --via {}: omit it, or choose another --via",
             via.word()
         );
     }
@@ -161,7 +162,7 @@ pub(crate) fn representation(
         ("--sort", flags.sort.is_some()),
     ];
     if let (Some((flag, _)), None) = (of_gpu.iter().find(|(_, given)| *given), engine.gpu_kind()) {
-        anyhow::bail!("{flag} does nothing on the CPU: leave it out, or add --device gpu");
+        anyhow::bail!("{flag} has no effect on the CPU: omit it, or add --device gpu");
     }
     let resolution = flags.resolution.unwrap_or(256);
     let encoding = encoding(via, flags);
@@ -210,16 +211,16 @@ pub(crate) fn representation(
     })
 }
 
-/// The first flag that is given and does nothing with a representation.
+/// Returns the first flag that is given but has no effect on a representation.
 fn idle_flag(via: Representation, flags: &VolumeArgs) -> Option<&'static str> {
     let word = via.word();
-    // Each flag, whether it is given, and the representations that take it.
+    // Each flag, whether it is given, and the representations that use it.
     let volumes = ["dense", "octree", "bricks"];
     let all: [(&'static str, bool, &[&str]); 15] = [
         (
             "--resolution",
             flags.resolution.is_some(),
-            // One that has options of its own has a resolution as all have.
+            // The field has no resolution, unless it is meshed.
             if via == Representation::Field {
                 &[]
             } else {
@@ -269,7 +270,7 @@ fn encoding(via: Representation, flags: &VolumeArgs) -> Encoding {
     }
 }
 
-/// A file's path as a scene in a folder names it, with `/` between its parts.
+/// Returns a file's path relative to a scene's folder, with `/` as separator.
 pub(crate) fn from_folder(file: &Path, scene: &Path) -> anyhow::Result<String> {
     let place = |path: &Path| -> anyhow::Result<PathBuf> {
         let path = if path.as_os_str().is_empty() {
@@ -295,7 +296,7 @@ pub(crate) fn from_folder(file: &Path, scene: &Path) -> anyhow::Result<String> {
     Ok(parts.join("/"))
 }
 
-/// The paths of a scene's meshes as they are in another file: they start from there.
+/// Returns the paths of a scene's meshes relative to another file.
 pub(crate) fn moved_meshes(
     scene: &Scene,
     from: &Path,
@@ -304,7 +305,7 @@ pub(crate) fn moved_meshes(
     let folder = from.parent().unwrap_or(Path::new("."));
     let mut paths = BTreeMap::new();
     for path in scene.mesh_paths() {
-        // A volume has its meshes with it: their files need not be there, and keep their names then.
+        // A volume contains its meshes: if their files do not exist, they keep their names.
         let file = folder.join(&path);
         if file.exists() {
             paths.insert(path, from_folder(&file, to)?);

@@ -1,16 +1,16 @@
-//! Why work will take long, said before it begins.
+//! Warnings about work that will take long.
 
 use argil::Representation;
 use argil::field::Program;
 use std::path::Path;
 
-/// Of more brushes a picture or a volume takes seconds.
+/// Number of brushes above which an image or a volume takes seconds.
 const MANY_BRUSHES: usize = 200_000;
 
-/// Of more copies around a point, each point takes as long as in a scene of so many brushes in one place.
+/// Number of copies per point above which evaluation is slow.
 const MANY_COPIES: u64 = 64;
 
-/// Warn of what makes a scene slow that is kept in some way.
+/// Warns about properties of a scene that make a representation slow.
 pub(crate) fn warn(program: &Program, via: Representation, path: &Path) {
     for reason in reasons(program, via) {
         eprintln!("warning: {}: {reason}", path.display());

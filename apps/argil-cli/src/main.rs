@@ -1,4 +1,4 @@
-//! The `argil` command. What scripts can rely on: names, flags, keys of `--json`, exit codes; see the README.
+//! The `argil` command. Scripts can rely on its names, flags, `--json` keys and exit codes.
 
 mod args;
 mod bake;
@@ -26,7 +26,7 @@ fn main() -> ExitCode {
     // clap prints usage errors itself and exits with 2.
     let arguments = CommandLine::parse();
     quiet_loaders();
-    // Told to stop in the middle of writing, leave nothing behind. Without a handler the old file is whole all the same.
+    // When interrupted while writing, remove the temporary file. The previous file stays intact in any case.
     let _ = ctrlc::set_handler(|| {
         argil::scene::remove_temp_files();
         std::process::exit(130);
@@ -52,12 +52,12 @@ fn ended(result: anyhow::Result<ExitCode>) -> ExitCode {
     result.unwrap_or_else(|error| failure::report(&error))
 }
 
-/// A Vulkan loader asks Wayland's library for a screen, which complains on stderr where there is no folder for it. Nobody
-/// who runs this command wants to know.
+/// Silences the Vulkan loader. Wayland's library complains on stderr if its folder is missing, which does not
+/// matter here.
 fn quiet_loaders() {
     #[cfg(target_os = "linux")]
     if std::env::var_os("XDG_RUNTIME_DIR").is_none() {
-        // SAFETY: no other thread runs yet.
+        // SAFETY: no other thread is running yet.
         unsafe { std::env::set_var("XDG_RUNTIME_DIR", std::env::temp_dir()) };
     }
 }

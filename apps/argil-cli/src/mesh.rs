@@ -9,13 +9,13 @@ use serde_json::json;
 use std::path::{Path, PathBuf};
 
 pub(crate) fn run(options: &MeshArgs) -> anyhow::Result<()> {
-    // Say what is wrong with the request before any work.
+    // Check the request before any work.
     let format = match &options.output {
         Some(path) => {
             let format = MeshFormat::from_path(path);
             let format = format.with_context(|| {
                 format!(
-                    "{}: meshes are written as .glb, .obj, .ply or .stl",
+                    "{}: unknown mesh format; name it .glb, .obj, .ply or .stl",
                     path.display()
                 )
             })?;
@@ -27,14 +27,14 @@ pub(crate) fn run(options: &MeshArgs) -> anyhow::Result<()> {
     let how = write_options(options, format.map(|(_, format)| format))?;
     ensure!(
         !matches!(options.via, Some(Representation::Mesh(_))) && !options.volume.flat,
-        "--via mesh, --flat: they say how a picture is drawn; leave them out, or take --normals face"
+        "--via mesh, --flat: these control rendering; omit them, or use --normals face"
     );
     ensure!(
         !matches!(options.via, Some(Representation::Octree(_))),
-        "--via octree: an octree is not meshed; take field, dense or bricks"
+        "--via octree: an octree cannot be meshed; use field, dense or bricks"
     );
     let engine = input::engine(&options.on)?;
-    // The field takes its resolution with the mesh, not before.
+    // The field gets its resolution with the mesh, not with the build.
     let is_field = options.via.is_none_or(|via| via == Representation::Field)
         && !input::is_volume(&options.scene)?;
     let voxel = options.volume.voxel_size.filter(|_| is_field);
@@ -74,7 +74,7 @@ pub(crate) fn run(options: &MeshArgs) -> anyhow::Result<()> {
         Some((path, format)) => {
             ensure!(
                 meshed.report.triangles > 0,
-                "{}: no surface at this iso level lies in its box, so nothing is written",
+                "{}: no surface at this iso level lies in its box; nothing was written",
                 options.scene.display()
             );
             save_mesh(&meshed.mesh, format, &how, path)?;
@@ -89,7 +89,7 @@ pub(crate) fn run(options: &MeshArgs) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Make and save meshes of ever fewer triangles, a quarter of those of the one before, at the places that are given for them.
+/// Makes and saves coarser meshes at the given paths, each with a quarter of the triangles of the one before.
 fn save_coarser(
     world: &World,
     settings: &MeshOptions,
@@ -106,11 +106,11 @@ fn save_coarser(
             ..*settings
         };
         let fewer = match world.mesh(&fewer) {
-            // So few triangles are no closed surface any more.
+            // The surface cannot stay closed with so few triangles.
             Err(argil::MeshError::Simplify(_)) if lod > 1 => break,
             made => made?,
         };
-        // No more can be left out, or nothing would be left.
+        // The mesh cannot be simplified further, or nothing would be left.
         if fewer.report.triangles == before || fewer.report.triangles == 0 {
             break;
         }
@@ -128,7 +128,7 @@ fn lod_path(path: &Path, lod: u32) -> PathBuf {
     path.with_file_name(format!("{name}-{lod}.{ending}"))
 }
 
-/// Whether a surface is closed, and each edge between two triangles, in words.
+/// Describes in words whether a surface is closed and manifold.
 fn kind(report: &MeshReport) -> &'static str {
     if report.is_watertight() {
         "watertight"
@@ -153,12 +153,12 @@ fn write_options(
     if format == Some(MeshFormat::Glb) {
         ensure!(
             axes == UpAxis::YUp && scale == 1.0,
-            "--axes, --unit: glTF is right-handed with y up and in meters, and what reads it turns it; leave them out, or write .obj, .ply or .stl"
+            "--axes, --unit: glTF is always right-handed, y up and in meters, and importers convert it; omit them, or write .obj, .ply or .stl"
         );
     }
     ensure!(
         format.is_some() || (options.axes.is_none() && options.unit.is_none()),
-        "--axes and --unit say how a file is written: add -o"
+        "--axes and --unit control how a file is written: add -o"
     );
     Ok(MeshWriteOptions { axes, scale })
 }
@@ -173,8 +173,8 @@ fn tell(options: &MeshArgs, world: &World, meshed: &MeshOutput, lods: &[(PathBuf
     let mut whole = json!({
         "device": world.engine().device(),
         "via": world.representation().word(),
-        "resolution": meshed.lattice.size.to_array(),
-        "voxel": meshed.lattice.voxel_size,
+        "resolution": meshed.voxel_grid.size.to_array(),
+        "voxel": meshed.voxel_grid.voxel_size,
         "brushes": world.program().brush_count(),
         "build_ms": build_ms,
         "mesh_ms": meshed.duration_ms,

@@ -1,4 +1,4 @@
-//! What the commands print.
+//! Output of the commands.
 
 use anyhow::Context;
 use argil::mesh::MeshReport;
@@ -8,7 +8,7 @@ use argil::{BuildTimings, Representation};
 use serde_json::{Value, json};
 use std::io::Write;
 
-/// One line on stdout. A reader that went away is no fault of ours; a full disk is.
+/// Prints a line to stdout. Ignores a closed pipe, but not a full disk.
 pub(crate) fn line(text: &str) {
     if let Err(error) = writeln!(std::io::stdout(), "{text}")
         && error.kind() != std::io::ErrorKind::BrokenPipe
@@ -26,7 +26,7 @@ pub(crate) fn spread(s: Percentiles) -> Value {
     json!({ "mean": s.mean, "p95": s.p95, "max": s.max })
 }
 
-/// A line of a report that people read.
+/// Prints a line of a report for people.
 pub(crate) fn pair(key: &str, value: &Value) {
     let text = value
         .as_str()
@@ -36,7 +36,7 @@ pub(crate) fn pair(key: &str, value: &Value) {
     }
 }
 
-/// What a volume of a representation is.
+/// Describes a volume.
 pub(crate) fn volume(via: Representation, info: &VolumeInfo) -> Value {
     let bounds = info.voxel_grid.aabb();
     let mut about = json!({
@@ -44,7 +44,7 @@ pub(crate) fn volume(via: Representation, info: &VolumeInfo) -> Value {
         "resolution": info.voxel_grid.size.to_array(),
         "box": [bounds.min.to_array(), bounds.max.to_array()],
         "voxel": info.voxel_grid.voxel_size,
-        // What is endless ends at the box.
+        // An infinite solid ends at the box.
         "is_cut_by_box": info.voxel_grid.is_clipped,
         "bits": 8 * info.encoding.format.bytes(),
         "band_voxels": info.encoding.band.voxels(),
@@ -78,7 +78,7 @@ pub(crate) fn volume(via: Representation, info: &VolumeInfo) -> Value {
     about
 }
 
-/// What a mesh is like.
+/// Describes a mesh.
 pub(crate) fn mesh(report: &MeshReport) -> Value {
     let bounds = report.aabb;
     json!({
@@ -95,14 +95,14 @@ pub(crate) fn mesh(report: &MeshReport) -> Value {
     })
 }
 
-/// Add the keys of one report to another's.
+/// Adds the keys of one report to another.
 pub(crate) fn extend(report: &mut Value, own: Value) {
     if let (Some(report), Value::Object(own)) = (report.as_object_mut(), own) {
         report.extend(own);
     }
 }
 
-/// What the stages of a build took.
+/// Describes the timings of a build's stages.
 pub(crate) fn stages(times: &BuildTimings) -> Value {
     let stages = times.stages_ms.iter();
     Value::Object(
@@ -116,7 +116,7 @@ pub(crate) fn median(samples: &[f64]) -> f64 {
     times(samples)["median"].as_f64().unwrap_or(0.0)
 }
 
-/// Least, median, 95th percentile and greatest of some durations.
+/// Returns minimum, median, 95th percentile and maximum of durations.
 pub(crate) fn times(samples: &[f64]) -> Value {
     let mut sorted = samples.to_vec();
     sorted.sort_by(f64::total_cmp);
@@ -128,7 +128,7 @@ pub(crate) fn times(samples: &[f64]) -> Value {
     json!({ "min": at(0.0), "median": at(0.5), "p95": at(0.95), "max": at(1.0) })
 }
 
-/// Whether two paths would be one file, there or not.
+/// Returns true if two paths refer to one file, whether or not it exists.
 pub(crate) fn is_same_place(a: &std::path::Path, b: &std::path::Path) -> bool {
     let place = |path: &std::path::Path| {
         let folder = path
@@ -140,8 +140,7 @@ pub(crate) fn is_same_place(a: &std::path::Path, b: &std::path::Path) -> bool {
     place(a).is_some_and(|a| place(b) == Some(a))
 }
 
-/// Refuse a place that cannot be written before hours are spent on what goes there.
-/// Nor may the output be the input.
+/// Rejects an output path that cannot be written, or that is the input, before any work.
 pub(crate) fn check_place(path: &std::path::Path, input: &std::path::Path) -> anyhow::Result<()> {
     let folder = path
         .parent()
@@ -152,12 +151,12 @@ pub(crate) fn check_place(path: &std::path::Path, input: &std::path::Path) -> an
     anyhow::ensure!(found.is_dir(), "{}: not a folder", folder.display());
     anyhow::ensure!(
         !path.is_dir(),
-        "{}: is a folder; name a file",
+        "{}: this is a folder; name a file",
         path.display()
     );
     anyhow::ensure!(
         !path.exists() || path.is_file(),
-        "{}: is no ordinary file, and would be replaced by one; name another",
+        "{}: not a regular file, and writing would replace it; name another file",
         path.display()
     );
     let same = path
@@ -171,19 +170,19 @@ pub(crate) fn check_place(path: &std::path::Path, input: &std::path::Path) -> an
     Ok(())
 }
 
-/// Endings that name another kind of file than the one that is written.
+/// File extensions that name another format than the one written.
 const KINDS: [&str; 17] = [
     "3mf", "argil", "gif", "glb", "gltf", "jpg", "json", "npy", "nrrd", "nvdb", "obj", "ply",
     "png", "stl", "vdb", "xyz", "zarr",
 ];
 
-/// Refuse a place whose name says that something else is there than what is written: a `what`, whose own ending is `own`.
+/// Rejects a path whose extension names another format than `what`, whose own extension is `own`.
 pub(crate) fn check_ending(path: &std::path::Path, what: &str, own: &str) -> anyhow::Result<()> {
     let ending = path.extension().unwrap_or_default().to_string_lossy();
     let ending = ending.to_lowercase();
     anyhow::ensure!(
         ending == own || !KINDS.contains(&ending.as_str()),
-        "{}: {what} is written, and that is no .{ending} file: name it .{own}",
+        "{}: the output is {what}, not a .{ending} file: name it .{own}",
         path.display()
     );
     Ok(())

@@ -1,15 +1,15 @@
-//! How far long work is, on stderr, for people: nothing is written there where it is no terminal.
+//! Progress of long work, on stderr. Nothing is printed if stderr is not a terminal.
 
 use argil::Engine;
 use argil::math::Control;
 use std::io::{IsTerminal, Write};
 use std::time::{Duration, Instant};
 
-/// Work that is done sooner is not told of.
+/// Duration before progress is shown.
 const PATIENCE: Duration = Duration::from_secs(1);
 const PERIOD: Duration = Duration::from_millis(250);
 
-/// The engine, whose long work is told of while it goes on.
+/// Returns the engine with a progress display.
 pub(crate) fn watched(engine: Engine) -> Engine {
     if !std::io::stderr().is_terminal() {
         return engine;
@@ -34,7 +34,7 @@ fn watch(control: &Control) {
         };
         let passed = start.elapsed();
         let share = now.done as f64 / (now.total as f64).max(1.0);
-        // How much there is to do is not always known.
+        // The total amount of work is not always known.
         let line = if now.total == 0 && passed > PATIENCE {
             format!(
                 "{}: {:.0} s (Ctrl-C stops)",
@@ -54,7 +54,7 @@ fn watch(control: &Control) {
             continue;
         };
         is_shown = !line.is_empty();
-        // Back to the line's beginning, over what was there.
+        // Return to the beginning of the line and overwrite it.
         let _ = write!(std::io::stderr(), "\r\x1b[2K{line}");
     }
 }

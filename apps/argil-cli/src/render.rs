@@ -12,14 +12,14 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 pub(crate) fn run(options: &RenderArgs) -> anyhow::Result<()> {
-    // Say what is wrong with the request before any work.
+    // Check the request before any work.
     let picture = picture_path(options)?;
     if let Some(path) = &picture {
         output::check_place(path, &options.scene)?;
     }
     let engine = input::engine(&options.on)?;
     if options.specialize && engine.gpu_kind().is_none() {
-        anyhow::bail!("--specialize compiles a shader, and this runs on the CPU: add --device gpu");
+        anyhow::bail!("--specialize compiles a shader: add --device gpu");
     }
 
     let start = Instant::now();
@@ -33,14 +33,14 @@ pub(crate) fn run(options: &RenderArgs) -> anyhow::Result<()> {
     if options.specialize {
         anyhow::ensure!(
             world.representation() == Representation::Field,
-            "--specialize compiles the field, and this is drawn from a volume: leave it out"
+            "--specialize applies to the field, and this renders a volume: omit it"
         );
         world.specialize()?;
     }
     if options.normals.is_some() {
         anyhow::ensure!(
             matches!(world.representation(), Representation::Bricks(_)),
-            "--normals says where bricks take normals from: leave it out, or add --via bricks"
+            "--normals applies to sparse bricks: omit it, or add --via bricks"
         );
     }
     let build_ms = match world.representation() {
@@ -75,7 +75,7 @@ pub(crate) fn run(options: &RenderArgs) -> anyhow::Result<()> {
                 }
             }
             edit_ms = reel.edits;
-            (reel.last.context("no frame was drawn")?, reel.times)
+            (reel.last.context("no frame was rendered")?, reel.times)
         }
     };
     report(
@@ -89,7 +89,7 @@ pub(crate) fn run(options: &RenderArgs) -> anyhow::Result<()> {
     )
 }
 
-/// Where the picture goes; nowhere for an orbit without -o.
+/// Returns the path of the image, or `None` for an orbit without -o.
 fn picture_path(options: &RenderArgs) -> anyhow::Result<Option<PathBuf>> {
     if let Some(path) = &options.output {
         let is_png = path
@@ -97,7 +97,7 @@ fn picture_path(options: &RenderArgs) -> anyhow::Result<Option<PathBuf>> {
             .is_some_and(|e| e.eq_ignore_ascii_case("png"));
         anyhow::ensure!(
             is_png,
-            "{}: pictures are written as PNG; end the name with .png",
+            "{}: images are written as PNG; name it .png",
             path.display()
         );
         return Ok(Some(path.clone()));
@@ -108,7 +108,7 @@ fn picture_path(options: &RenderArgs) -> anyhow::Result<Option<PathBuf>> {
     let name = options
         .scene
         .file_stem()
-        .context("the scene's path names no file")?;
+        .context("the scene's path has no file name")?;
     Ok(Some(Path::new(name).with_extension("png")))
 }
 
@@ -126,13 +126,13 @@ fn settings(options: &RenderArgs, world: &World) -> RenderSettings {
     }
 }
 
-/// Frames one after the other.
+/// A sequence of frames.
 struct Reel<'a> {
     settings: &'a RenderSettings,
     path: Option<&'a Path>,
     progress: ProgressBar,
     times: Vec<f64>,
-    /// What it took to move what moves.
+    /// Timings of the edits that move the scene, in milliseconds.
     edits: Vec<f64>,
     last: Option<RenderedImage>,
 }
@@ -169,7 +169,7 @@ impl<'a> Reel<'a> {
     }
 }
 
-/// Draw a scene as it moves, from its beginning to its end.
+/// Renders an animation from its beginning to its end.
 fn animate(
     scene: &mut Scene,
     world: &mut World,
@@ -195,7 +195,7 @@ fn numbered(path: &Path, i: usize) -> PathBuf {
     path.with_file_name(format!("{stem}-{i:04}.png"))
 }
 
-/// What was drawn, for programs. Times are those of the build, of frames and of edits, in milliseconds.
+/// Returns the JSON report. Times of the build, of frames and of edits are in milliseconds.
 fn json_report(
     world: &World,
     drawn: &RenderedImage,

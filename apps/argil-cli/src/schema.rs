@@ -1,6 +1,6 @@
 //! `argil schema`.
 
-/// What `argil-scene` makes of its types, as it is committed: a test there holds them to be the same.
+/// The schema that `argil-scene` generates, as committed. A test compares the two.
 const SCHEMA: &str = include_str!("../../../scenes/argil.schema.json");
 
 pub(crate) fn run() -> anyhow::Result<()> {

@@ -214,14 +214,14 @@ fn faults_of_the_request_have_their_codes_and_remedies() {
     fails(
         &["render", &endless, "-o", &out],
         1,
-        "brushes[0]: a twist needs a solid of finite size",
+        "brushes[0]: twist needs a solid of finite size",
     );
     let crowded = write(
         "e.json",
         r#"{"argil": 1, "brushes": [{"shape": {"type": "sphere", "radius": 9},
             "modifiers": [{"type": "repeat", "spacing": [0.01, 0.01, 0.01]}]}]}"#,
     );
-    fails(&["info", &crowded], 1, "widen the spacing");
+    fails(&["info", &crowded], 1, "increase the spacing");
     fails(
         &["render", &scene("brick"), "-o", &path("no/x.png")],
         1,
@@ -230,7 +230,7 @@ fn faults_of_the_request_have_their_codes_and_remedies() {
     fails(
         &["render", &scene("brick"), "-o", &path("x.jpg")],
         1,
-        "end the name with .png",
+        "name it .png",
     );
     fails(
         &["render", &scene("brick"), "-o", &out, "--epsilon=-1"],
@@ -265,7 +265,7 @@ fn faults_of_the_request_have_their_codes_and_remedies() {
     fails(
         &["import", &scene("brick"), "-o", &path("t.json")],
         1,
-        "is a scene already",
+        "already a scene",
     );
     let no_tree = path("no-tree.json");
     std::fs::write(&no_tree, "{}").expect("a file");
@@ -278,7 +278,7 @@ fn faults_of_the_request_have_their_codes_and_remedies() {
     fails(
         &["render", &scene("brick"), "--size", "0x10"],
         2,
-        "both sides must be from 1 to 16384",
+        "each side must be 1 to 16384",
     );
     fails(
         &["render", &scene("brick"), "--size", "1000000x10"],

@@ -94,7 +94,7 @@ fn a_journal_brings_edits_back() {
     std::fs::remove_file(&journal).expect("removed");
     argil(&[&run(&edits)[..], &["--scene-output", &edited]].concat());
     assert!(!std::path::Path::new(&journal).exists());
-    fails(&["recover", &edited, "-o", &found], 1, "no journal");
+    fails(&["recover", &edited, "-o", &found], 1, "not a journal");
     // No output replaces another, or what is read.
     let both = [&run(&edits)[..], &["--scene-output", &journal]].concat();
     fails(&both, 1, "two outputs");
@@ -151,7 +151,7 @@ fn edits_that_cannot_be_done_are_named() {
     let run = ["edit", &teapot, "--edits", &edits, "--resolution", "32"];
     let volume = place("v.argil");
     let run = [&run[..], &["--device", "cpu", "-o", &volume]].concat();
-    fails(&run, 1, "edits.jsonl:12: there is nothing to redo");
+    fails(&run, 1, "edits.jsonl:12: nothing to redo");
     assert!(!std::path::Path::new(&volume).exists());
     std::fs::write(&edits, "{\"edit\": \"remove\", \"node\": 3}\n").expect("a file");
     fails(&run, 1, "edits.jsonl:1: invalid type");

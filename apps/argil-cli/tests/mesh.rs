@@ -245,7 +245,7 @@ fn meshes_become_scenes() {
         "--json",
     ];
     json(&argil(&run));
-    json(&argil(&[&run[..], &["--allow-outside"]].concat()));
+    json(&argil(&[&run[..], &["--allow-external-meshes"]].concat()));
 
     // It is a solid: its mesh is closed.
     let report = json(&argil(&[
@@ -266,20 +266,20 @@ fn meshes_become_scenes() {
     fails(
         &["import", &place("suzanne.obj"), "-o", &out],
         1,
-        "--allow-outside",
+        "--allow-external-meshes",
     );
     json(&argil(&[
         "import",
         &place("suzanne.obj"),
         "-o",
         &out,
-        "--allow-outside",
+        "--allow-external-meshes",
         "--resolution",
         "32",
         "--json",
     ]));
     fails(&["info", &out], 1, "../suzanne.obj");
-    json(&argil(&["info", &out, "--allow-outside", "--json"]));
+    json(&argil(&["info", &out, "--allow-external-meshes", "--json"]));
 }
 
 /// What a scene is made of is not written over by what is made of the scene, nor are a folder's names.
@@ -345,11 +345,11 @@ fn a_mesh_is_drawn_on_both_devices() {
         );
     }
     let bits = ["render", &own, "-o", &png, "--via", "mesh", "--bits", "8"];
-    fails(&bits, 1, "--bits does nothing");
+    fails(&bits, 1, "--bits has no effect");
     fails(
         &["render", &own, "-o", &png, "--via", "bricks", "--flat"],
         1,
-        "--flat does nothing",
+        "--flat has no effect",
     );
     fails(&["bake", &own, "--via", "mesh"], 1, "argil mesh");
     fails(&["mesh", &own, "--via", "mesh"], 1, "--normals face");
@@ -369,7 +369,7 @@ fn what_cannot_be_is_refused() {
     fails(
         &["mesh", &own, "-o", &place("x.glb"), "--axes", "z-up"],
         1,
-        "leave them out",
+        "omit them",
     );
     fails(&["mesh", &own, "--axes", "z-up"], 1, "add -o");
     fails(&["mesh", &own, "--via", "octree"], 1, "octree");
@@ -405,7 +405,7 @@ fn what_cannot_be_is_refused() {
     fails(
         &["mesh", &own, "--method", "dc", "--via", "dense"],
         1,
-        "--method does nothing",
+        "--method has no effect",
     );
     fails(
         &[
@@ -473,7 +473,7 @@ fn what_cannot_be_is_refused() {
     let sheet = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n";
     std::fs::write(place("sheet.obj"), sheet).expect("a file");
     let made = ["import", &place("sheet.obj"), "-o", &place("x.json")];
-    fails(&made, 1, "enclose nothing");
+    fails(&made, 1, "enclose no volume");
     fails(&["info", &place("empty.obj")], 1, "no triangle");
     fails(&["mesh", &place("sheet.obj")], 1, "argil import");
     fails(
@@ -494,7 +494,7 @@ fn what_cannot_be_is_refused() {
     fails(
         &["render", &place("absolute.json"), "-o", &place("x.png")],
         1,
-        "--allow-outside",
+        "--allow-external-meshes",
     );
     let coarse = r#"{"argil": 1, "brushes": [{"shape": {"type": "mesh", "path": "a.obj", "resolution": 9}}]}"#;
     std::fs::write(place("coarse.json"), coarse).expect("a file");

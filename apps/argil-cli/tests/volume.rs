@@ -121,11 +121,11 @@ fn requests_that_make_no_sense_say_what_would() {
     let bake = |more: &[&str], code, message| {
         fails(&[&["bake", &brick][..], &cpu, more].concat(), code, message);
     };
-    bake(&["--via", "field"], 1, "take dense, octree or bricks");
-    bake(&["--resolution", "0"], 1, "from 8 to 4096");
-    bake(&["--resolution", "100000"], 1, "from 8 to 4096");
+    bake(&["--via", "field"], 1, "use dense, octree or bricks");
+    bake(&["--resolution", "0"], 1, "8 to 4096");
+    bake(&["--resolution", "100000"], 1, "8 to 4096");
     bake(&["--resolution", "-1"], 2, "unexpected argument");
-    bake(&["--bits", "12"], 2, "8 or 16 bits");
+    bake(&["--bits", "12"], 2, "8 or 16");
     bake(&["--band", "NaN"], 1, "0.5 to 4096 voxels");
     bake(&["--band", "1e9"], 1, "0.5 to 4096 voxels");
     bake(&["--stride", "33"], 2, "1..=32");
@@ -133,40 +133,36 @@ fn requests_that_make_no_sense_say_what_would() {
     bake(
         &["--via", "dense", "--brick", "8"],
         1,
-        "--brick does nothing with --via dense",
+        "--brick has no effect with --via dense",
     );
-    bake(&["--via", "octree", "--mips"], 1, "--mips does nothing");
+    bake(&["--via", "octree", "--mips"], 1, "--mips has no effect");
     bake(&["--via", "octree", "--brick", "7"], 1, "8, 16 or 32");
-    bake(
-        &["--via", "octree", "--depth", "2"],
-        1,
-        "3 levels are needed",
-    );
-    bake(&["--via", "octree", "--depth", "40"], 1, "at most 8");
+    bake(&["--via", "octree", "--depth", "2"], 1, "use 3 levels");
+    bake(&["--via", "octree", "--depth", "40"], 1, "the limit is 8");
     bake(
         &["--via", "octree", "--resolution", "4096", "--brick", "8"],
         1,
-        "take larger bricks",
+        "choose larger bricks",
     );
     bake(&["--via", "bricks", "--brick", "32"], 1, "4, 8 or 16");
-    bake(&["--via", "bricks", "--mips"], 1, "--mips does nothing");
+    bake(&["--via", "bricks", "--mips"], 1, "--mips has no effect");
     let budget = ["--via", "bricks", "--memory-budget", "1"];
     bake(&budget, 1, "--memory-budget");
     bake(
         &["--via", "dense", "--memory-budget", "1"],
         1,
-        "does nothing with --via dense",
+        "has no effect with --via dense",
     );
     bake(&["--fill", "naive"], 1, "add --device gpu");
     bake(&["--via", "octree", "--descent", "path"], 1, "argil render");
-    bake(&["-o", "/dev/null"], 1, "no ordinary file");
+    bake(&["-o", "/dev/null"], 1, "not a regular file");
     bake(&["--count-lost"], 1, "add --via octree");
     bake(&["-o", "/nowhere/at/all.argil"], 1, "/nowhere/at");
     bake(&["-o", &brick], 1, "this is the input");
     fails(
         &["render", &brick, "--mips"],
         1,
-        "--mips does nothing with --via field",
+        "--mips has no effect with --via field",
     );
     let dense = [
         "render",
@@ -181,7 +177,7 @@ fn requests_that_make_no_sense_say_what_would() {
     fails(
         &[&dense[..], &cpu].concat(),
         1,
-        "nodes of octrees only (--via bricks or --via octree)",
+        "only octrees have nodes (--via bricks or --via octree)",
     );
 
     // Files: cut short, damaged, of another kind.
@@ -224,14 +220,18 @@ fn requests_that_make_no_sense_say_what_would() {
         &["--sort", "enumerated", "--device", "gpu"],
     ]
     .concat();
-    fails(&enumerated, 1, "take larger bricks");
-    fails(&["render", &volume, "--via", "octree"], 1, "baked already");
+    fails(&enumerated, 1, "choose larger bricks");
+    fails(&["render", &volume, "--via", "octree"], 1, "already baked");
     fails(
         &["render", &volume, "--resolution", "32"],
         1,
-        "baked already",
+        "already baked",
     );
-    fails(&["render", &volume, "--descent", "path"], 1, "is no octree");
+    fails(
+        &["render", &volume, "--descent", "path"],
+        1,
+        "is not an octree",
+    );
     // Nothing was left behind by what failed.
     let left: Vec<_> = std::fs::read_dir(folder.path())
         .expect("a folder")

@@ -77,7 +77,7 @@ pub use web::{is_settled, place_of, start, told};
 /// The machine has no screen, or nothing to draw a window with.
 #[derive(Debug, thiserror::Error)]
 #[error(
-    "no window can be opened: {0}. It takes a screen, and a device for Vulkan, Metal or Direct3D 12, of software if need be (on Debian and Ubuntu: mesa-vulkan-drivers)"
+    "cannot open a window: {0}. The editor needs a screen and a Vulkan, Metal or Direct3D 12 device; a software one works (on Debian and Ubuntu: mesa-vulkan-drivers)"
 )]
 pub struct NoWindow(String);
 

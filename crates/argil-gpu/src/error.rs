@@ -4,15 +4,15 @@
 pub enum GpuError {
     /// There is no adapter.
     #[error(
-        "no GPU was found. A software one will do: on Debian and Ubuntu, apt-get install mesa-vulkan-drivers libvulkan1; \
+        "no GPU found. A software GPU also works: on Debian and Ubuntu, apt-get install mesa-vulkan-drivers libvulkan1; \
          or use the CPU"
     )]
     None,
     /// A [`Control`](argil_math::Control) canceled the work.
-    #[error("cancelled")]
+    #[error("canceled")]
     Cancelled,
     /// The program was compiled without GPU support.
-    #[error("this program was compiled without GPUs (the feature `gpu`): use the CPU")]
+    #[error("this program was compiled without GPU support (the feature `gpu`): use the CPU")]
     LeftOut,
     /// The adapter refuses the device.
     #[error("{name}: {reason}")]
@@ -24,7 +24,7 @@ pub enum GpuError {
     },
     /// A buffer or texture exceeds a limit.
     #[error(
-        "{what} takes {bytes} bytes, more than {name} allows in one buffer, {limit}: use the CPU or a smaller size"
+        "{what} needs {bytes} bytes, and {name} allows {limit} per buffer: use the CPU or a smaller size"
     )]
     TooLarge {
         /// Name of the adapter.
@@ -38,7 +38,7 @@ pub enum GpuError {
     },
     /// A pool of bricks would exceed the maximum texture size.
     #[error(
-        "{bricks} bricks, and the textures of {name} have room for {limit}: use the CPU or a smaller resolution"
+        "{bricks} bricks, and the textures of {name} hold at most {limit}: use the CPU or lower the resolution"
     )]
     TooManyBricks {
         /// Name of the adapter.
@@ -50,7 +50,7 @@ pub enum GpuError {
     },
     /// Bricks would exceed the memory budget.
     #[error(
-        "{bricks} bricks and their tables take {} MiB, and the budget is {} MiB: take a smaller resolution, fewer bits, or a larger memory budget",
+        "{bricks} bricks and their tables need {} MiB, and the budget is {} MiB: lower the resolution or the bits, or raise the memory budget",
         needed.div_ceil(1 << 20),
         budget >> 20
     )]
@@ -63,17 +63,17 @@ pub enum GpuError {
         budget: u64,
     },
     /// The representation cannot be meshed.
-    #[error("this volume is not cut into triangles: take the field, a dense volume or bricks")]
+    #[error("this representation cannot be meshed: use the field, a dense volume or sparse bricks")]
     NotMarched,
     /// Bricks store only the surface at distance 0.
-    #[error("bricks hold the surface at distance 0 alone")]
+    #[error("sparse bricks contain only the surface at distance 0")]
     OtherLevel,
     /// Bricks cannot be planned.
     #[error(transparent)]
     Bricks(#[from] argil_volume::BricksError),
     /// Folds, loops and joints nest too deep for the interpreter's fixed stacks.
     #[error(
-        "the scene nests deeper than the GPU's {slots} slots: it needs {needed}. The CPU has no such limit: use the CPU"
+        "the scene nests too deep for the GPU: it needs {needed} slots of {slots}. The CPU has no such limit: use the CPU"
     )]
     TooDeep {
         /// Available slots.
@@ -94,11 +94,11 @@ pub enum GpuError {
         limit: u64,
     },
     /// The program is too long to be written out as a shader.
-    #[error("the scene has too many brushes to be specialized into a shader: use the interpreter")]
+    #[error("the scene has too many brushes for a specialized shader: use the interpreter")]
     TooLongToSpecialize,
     /// A volume exceeds the maximum size of a 3D texture.
     #[error(
-        "{name}: a volume of {voxels} voxels along a side, and textures there have at most {limit}: use the CPU or a smaller resolution"
+        "{name}: the volume has {voxels} voxels along a side, and textures have at most {limit}: use the CPU or lower the resolution"
     )]
     TooFine {
         /// Name of the adapter.
@@ -110,7 +110,7 @@ pub enum GpuError {
     },
     /// The enumeration sort, which compares every pair of bricks, would take too long.
     #[error(
-        "{codes} cells for the enumeration sort, which takes at most {limit}: take larger bricks, or the default way"
+        "{codes} cells, and the enumeration sort takes at most {limit}: choose larger bricks, or the default sort"
     )]
     TooManyToEnumerate {
         /// Cells of the finest grid.
@@ -127,7 +127,7 @@ pub enum GpuError {
         reason: String,
     },
     /// The device stopped responding.
-    #[error("the GPU stopped answering: {0}")]
+    #[error("the GPU stopped responding: {0}")]
     Lost(String),
 }
 

@@ -12,11 +12,11 @@ const SHADER: &str = include_str!("../../../docs/march-bricks.wgsl");
 #[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
 struct Bound {
     low: [i32; 3],
-    voxels_a_brick: u32,
+    brick_size_voxels: u32,
     count: [i32; 3],
     rays: u32,
     corner: [f32; 3],
-    voxel: f32,
+    voxel_size: f32,
     lipschitz: f32,
     padding: [f32; 3],
 }
@@ -39,11 +39,11 @@ fn marched(bricks: &Bricks, rays: &[[Vec3; 2]]) -> Vec<f32> {
     let [low, high]: [IVec3; 2] = [layout.low(), layout.high()];
     let bound = Bound {
         low: low.to_array(),
-        voxels_a_brick: layout.brick_size_voxels,
+        brick_size_voxels: layout.brick_size_voxels,
         count: (high - low).to_array(),
         rays: rays.len() as u32,
         corner: layout.voxel_grid.corner.to_array(),
-        voxel: layout.voxel_grid.voxel_size,
+        voxel_size: layout.voxel_grid.voxel_size,
         lipschitz: bricks.lipschitz(),
         padding: [0.0; 3],
     };

@@ -16,7 +16,7 @@ const MAX_BYTES: u64 = 4 << 30;
 #[non_exhaustive]
 pub enum MeshReadError {
     /// A [`Control`](argil_math::Control) canceled the work.
-    #[error("cancelled")]
+    #[error("canceled")]
     Cancelled,
     /// The file cannot be read.
     #[error("{}", path.display())]
@@ -27,10 +27,10 @@ pub enum MeshReadError {
         source: std::io::Error,
     },
     /// The file's extension is unknown.
-    #[error("{}: meshes are read from .obj, .glb, .ply and .stl", .0.display())]
+    #[error("{}: unknown mesh format; .obj, .glb, .ply and .stl can be read", .0.display())]
     Unknown(PathBuf),
     /// The file does not hold what its extension says.
-    #[error("{}: this is no {kind} file, or it is damaged: {reason}", path.display())]
+    #[error("{}: not a valid {kind} file: {reason}", path.display())]
     Damaged {
         /// Path of the file.
         path: PathBuf,
@@ -57,7 +57,7 @@ pub enum MeshReadError {
     },
     /// The mesh is too small, too large, or too far away.
     #[error(
-        "its box is {size} long and {away} from the origin: both are taken from 1e-4 to 1e5 and up to 1e5; scale or move it where it was made"
+        "its box is {size} long and {away} from the origin; the size must be 1e-4 to 1e5 and the distance at most 1e5: scale or move the model"
     )]
     Extent {
         /// The longest side.
@@ -67,7 +67,7 @@ pub enum MeshReadError {
     },
     /// No sample is inside.
     #[error(
-        "its triangles enclose nothing that {resolution} samples find: it may be flat, open or thin; give it a thickness, or take a larger resolution"
+        "its triangles enclose no volume that {resolution} samples can find: it may be flat, open or thin; give it a thickness, or raise the resolution"
     )]
     Hollow {
         /// Samples along its longest side.
@@ -75,7 +75,7 @@ pub enum MeshReadError {
     },
     /// All parts are flat sheets.
     #[error(
-        "its triangles are sheets that enclose nothing: give them a thickness, for example {}",
+        "its triangles are open sheets that enclose no volume: give them a thickness, for example {}",
         0.01 * size
     )]
     Sheets {
@@ -83,7 +83,7 @@ pub enum MeshReadError {
         size: f32,
     },
     /// No triangle has an area.
-    #[error("there is no triangle with an area in it")]
+    #[error("it contains no triangle with an area")]
     Nothing,
 }
 

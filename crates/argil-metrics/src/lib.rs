@@ -17,7 +17,7 @@ pub use ssim::ssim;
 
 /// Two images have different sizes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("pictures of {}x{} and {}x{} pixels: they are compared pixel by pixel, so draw them at one size", .0[0], .0[1], .1[0], .1[1])]
+#[error("images of {}x{} and {}x{} pixels cannot be compared: render both at the same size", .0[0], .0[1], .1[0], .1[1])]
 pub struct SizeMismatch(pub [u32; 2], pub [u32; 2]);
 
 /// Checks that two images have the same size.

@@ -22,17 +22,17 @@ pub enum LogError {
     Edit(#[from] EditError),
     /// The line replaces a group and changes its contents.
     #[error(
-        "\"brushes\": a group that is replaced keeps what it holds: leave them out, or remove it and insert another"
+        "\"brushes\": a replaced group keeps its children: omit the key, or remove the group and insert a new one"
     )]
     Inner,
     /// The caller's own check refused it.
     #[error(transparent)]
     Refused(Box<dyn std::error::Error + Send + Sync>),
     /// There is nothing to undo.
-    #[error("there is nothing to undo")]
+    #[error("nothing to undo")]
     NothingToUndo,
     /// There is nothing to redo.
-    #[error("there is nothing to redo")]
+    #[error("nothing to redo")]
     NothingToRedo,
 }
 

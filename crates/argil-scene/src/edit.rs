@@ -97,10 +97,10 @@ pub enum EditError {
     #[error("node {0:?} is not in the scene")]
     NoSuchNode(NodeId),
     /// The target is a brush, which cannot contain nodes.
-    #[error("{0} is a brush: only a group can hold others")]
+    #[error("{0} is a brush: only groups have children")]
     NotAGroup(String),
     /// The index is beyond the end of the group.
-    #[error("index {index} lies beyond the end of the group, {len}")]
+    #[error("index {index} is past the end of the group, which has {len} children")]
     BadIndex {
         /// The requested index.
         index: usize,
@@ -114,18 +114,18 @@ pub enum EditError {
     #[error("{0} cannot be moved into itself")]
     IntoItself(String),
     /// A brush cannot become a group, or a group a brush.
-    #[error("{0} cannot change between brush and group: remove it and insert another")]
+    #[error("{0} cannot change between brush and group: remove it and insert a new one")]
     OtherKind(String),
     /// The modifier is not a translation, rotation or scale.
     #[error(
-        "only translate, rotate and scale transform a node: replace its entry to change other modifiers"
+        "only translate, rotate and scale can be set this way: replace the node to change other modifiers"
     )]
     NotATransform,
     /// The description names a material that the scene does not have.
     #[error("material: the scene has no material \"{0}\"")]
     NoSuchMaterial(String),
     /// The material to remove is in use.
-    #[error("material: {user} uses \"{name}\": give it another first")]
+    #[error("material: {user} uses \"{name}\": assign another material to it first")]
     MaterialInUse {
         /// The material's name.
         name: String,

@@ -85,7 +85,7 @@ impl Scene {
         String::from_utf8_lossy(&text).into_owned()
     }
 
-    /// Writes a scene file, next to its final place, and then renames it. [Sampled](crate::Shape::sampled) shapes
+    /// Writes a scene file, atomically. [Sampled](crate::Shape::sampled) shapes
     /// go to files of their own next to it.
     ///
     /// # Errors
@@ -131,7 +131,7 @@ fn save_grid(place: &Path, name: &str, grid: &SampledGrid) -> std::io::Result<()
     write_atomically(place, |out| std::io::Write::write_all(out, &bytes))
 }
 
-/// Writes a file next to its final place and renames it. Readers find either the old file or the new one, complete.
+/// Writes a file under a temporary name and renames it. Readers find either the old file or the new one, complete.
 /// A browser has no files, which is an error.
 ///
 /// # Errors

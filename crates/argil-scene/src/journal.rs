@@ -35,10 +35,10 @@ pub enum JournalError {
         source: std::io::Error,
     },
     /// The scene already has a history, whose undo could not be replayed.
-    #[error("a journal is to be begun before the first edit: this scene has {0} already")]
+    #[error("a journal must begin before the first edit, and this scene has {0} edits")]
     TooLate(usize),
     /// The file does not begin as a journal does.
-    #[error("{0} is no journal of edits, or its beginning is damaged")]
+    #[error("{0}: not a journal of edits, or its first line is damaged")]
     NoJournal(PathBuf),
     /// A newer program wrote it.
     #[error(
@@ -55,7 +55,7 @@ pub enum JournalError {
     Scene(#[from] FileError),
     /// A line before the last one is damaged.
     #[error(
-        "{path}:{line}: this line is damaged, and others come after it: what is before it comes back from a copy that is cut there"
+        "{path}:{line}: this line is damaged and more lines follow: to recover the edits before it, copy the file and cut the copy there"
     )]
     Damaged {
         /// Path of the file.

@@ -104,7 +104,7 @@ modifiers! {
     }
     example(Self::Stretch { by: [1.0; 3] });
 
-    /// Keeps the part on the positive side of the origin, and adds its mirror image, along each selected axis.
+    /// Cuts the solid at the origin, keeps the positive side, and adds its mirror image, along each selected axis.
     Mirror {
         /// The axes to mirror.
         axes: [bool; 3] => any,
@@ -114,7 +114,7 @@ modifiers! {
     /// Repeats on a grid that is centered on the origin. The solid should stay within its cell; if it does not, up
     /// to 125 copies are evaluated per point.
     Repeat {
-        /// Distance between copies along each axis; 0 for an axis without copies.
+        /// Distance between copies along each axis; 0 for an axis without copies, whose count is then 1.
         spacing: [f32; 3] => not_negative,
         /// Number of copies along each axis. Endless if it is missing.
         #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -146,7 +146,7 @@ modifiers! {
 
     /// Keeps only a shell around the surface.
     Shell {
-        /// Half of the shell's thickness.
+        /// Half the thickness of the shell: the surface moves by this distance to both sides.
         thickness: f32 => positive,
     }
     example(Self::Shell { thickness: 0.03 });

@@ -236,6 +236,8 @@ macro_rules! builder {
             }
 
             /// Blends the joint smoothly over a radius in the scene's unit.
+            /// The blend adds material up to a quarter of the radius beyond both solids where their surfaces are
+            /// close, also where they are flush. See [`BlendProfile`](crate::BlendProfile) for the formula.
             #[must_use]
             pub fn smooth(self, radius: f32) -> $built {
                 self.change(|desc| {

@@ -37,6 +37,7 @@ macro_rules! shapes {
         #[serde(tag = "type", rename_all = "snake_case", deny_unknown_fields)]
         pub enum Shape {$($(
             $(#[$doc])*
+            #[cfg_attr(doc, doc = include_str!(concat!("pictures/", stringify!($shape), ".md")))]
             $shape {$(
                 $(#[$about])*
                 $field: $type,

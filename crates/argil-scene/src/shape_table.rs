@@ -65,7 +65,7 @@ macro_rules! shape_table {
                 BoxFrame(sd_box_frame) {
                     /// Half the length of each side.
                     half_size: [f32; 3] => positive,
-                    /// Half of a beam's width.
+                    /// Half the width of a beam.
                     thickness: f32 => positive,
                 }
                 rule(at_most("thickness", thickness, least(half_size), "the least half size"))
@@ -557,7 +557,7 @@ macro_rules! shape_table {
                 Text(sd_extrusion, outline_loops) {
                     /// The text, up to 64 characters, in lines.
                     text: String => letters,
-                    /// The height of an em.
+                    /// The font size: the distance between lines. Capital letters are about 0.7 times as high.
                     size: f32 => positive,
                     /// Half of the length along z.
                     half_depth: f32 => positive,

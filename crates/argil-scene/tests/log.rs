@@ -253,7 +253,7 @@ fn an_absurd_index_is_refused() {
             .apply_log_line(&line)
             .expect_err("no such place")
             .to_string();
-        assert!(error.contains("lies beyond the end"), "{error}");
+        assert!(error.contains("past the end"), "{error}");
         assert!(scene == before);
     }
 }

@@ -11,7 +11,7 @@ const MARGIN_VOXELS: f32 = 2.0;
 /// The resolution is out of range.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error(
-    "resolution {0}: a volume has from {least} to {most} voxels along its longest side",
+    "resolution {0}: choose {least} to {most} voxels along the longest side",
     least = RESOLUTIONS.start(),
     most = RESOLUTIONS.end()
 )]
@@ -23,7 +23,7 @@ pub struct ResolutionError(
 /// The voxel size is out of range.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error(
-    "voxels of {voxel_size}: the box is {longest} long, and there can be {least} to {max} voxels along it",
+    "voxel size {voxel_size}: the box is {longest} long, which must be {least} to {max} voxels",
     least = RESOLUTIONS.start()
 )]
 pub struct VoxelSizeError {
@@ -45,7 +45,7 @@ pub const MAX_SPARSE_RESOLUTION: u32 = FARTHEST_VOXEL as u32 / 2;
 /// A grid cannot grow that far.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error(
-    "the scene reaches {voxels} voxels from where its volume began, and {FARTHEST_VOXEL} can be counted: take larger voxels, or put it nearer"
+    "the scene reaches {voxels} voxels from the origin of its volume, and the limit is {FARTHEST_VOXEL}: choose larger voxels, or move the brush closer"
 )]
 pub struct TooFarError {
     /// The requested distance in voxels.

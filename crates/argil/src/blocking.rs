@@ -104,7 +104,7 @@ impl World {
     /// same shaders.
     ///
     /// # Errors
-    /// If the scene cannot be lowered, an option is out of range, or the result exceeds the memory budget or the
+    /// If the scene cannot be compiled, an option is out of range, or the result exceeds the memory budget or the
     /// device's limits.
     pub fn rebuilt_as(self, scene: &Scene, via: Representation) -> Result<Self, BuildError> {
         wait(self.rebuilt_as_async(scene, via))
@@ -127,24 +127,27 @@ impl World {
     /// specialized or a software device lacks an opcode.
     ///
     /// # Errors
-    /// If the scene cannot be lowered, or the result exceeds the memory budget. The world can still follow the next
+    /// If the scene cannot be compiled, or the result exceeds the memory budget. The world can still follow the next
     /// scene that works.
     pub fn apply(&mut self, scene: &Scene) -> Result<EditReport, BuildError> {
         wait(self.apply_async(scene))
     }
 
     /// Updates the world as [`World::apply`] does, within a time budget. Blocks near [`EditBudget::priority_point`]
-    /// come first. Later calls, or [`World::flush`], process the remaining ones. Until then, each cell is either in
-    /// its old or in its new state.
+    /// come first. Later calls, or [`World::flush`], process the remaining ones. Until then, [`World::query`] sees the
+    /// new scene. [`World::query_volume`] and pictures see each cell in its old or its new state.
+    ///
+    /// The budget is checked between batches of blocks. A call does at least one batch, so an expensive brush, such
+    /// as a displaced one, can exceed it.
     ///
     /// # Errors
-    /// If the scene cannot be lowered, or the result exceeds the memory budget.
+    /// If the scene cannot be compiled, or the result exceeds the memory budget.
     pub fn apply_within(
         &mut self,
         scene: &Scene,
-        pace: EditBudget,
+        budget: EditBudget,
     ) -> Result<EditReport, BuildError> {
-        wait(self.apply_within_async(scene, pace))
+        wait(self.apply_within_async(scene, budget))
     }
 
     /// Processes the remaining blocks of earlier edits and waits for the device. Returns what all edits did since
@@ -241,11 +244,11 @@ impl World {
         wait(self.mesh_async(options))
     }
 
-    /// Writes the volume and its [scene](World::scene) to a file, next to its final place, and then renames it. The
-    /// scene is the one that was applied last.
+    /// Writes the volume and its [scene](World::scene) to a file, atomically. The scene is the one that was applied
+    /// last, without its undo history. After [`World::apply_within`], call [`World::flush`] first.
     ///
     /// # Errors
-    /// If the world has no volume, or the file cannot be written.
+    /// If the world has no volume, blocks of an edit remain, or the file cannot be written.
     pub fn save(&self, path: impl AsRef<Path>) -> Result<(), VolumeFileError> {
         wait(self.save_async(path))
     }
@@ -253,7 +256,7 @@ impl World {
     /// Writes the contents of [`World::save`] to a stream.
     ///
     /// # Errors
-    /// If the world has no volume, or `out` fails.
+    /// If the world has no volume, blocks of an edit remain, or `out` fails.
     pub fn write(&self, out: &mut (impl std::io::Write + ?Sized)) -> std::io::Result<()> {
         wait(self.write_async(out))
     }

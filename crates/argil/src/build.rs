@@ -2,7 +2,7 @@ use crate::{BuildError, Engine, Representation, World};
 use argil_field::Program;
 use argil_scene::Scene;
 
-/// A scene that an engine has checked and lowered. Its methods build a [`World`] with a representation.
+/// A scene that an engine has checked and compiled to a program. Its methods build a [`World`] with a representation.
 /// [`Engine::build`](crate::Engine::build) returns it.
 ///
 /// ```
@@ -36,7 +36,7 @@ impl<'a> Build<'a> {
         Self { world, scene }
     }
 
-    /// Returns the program that the scene was lowered to.
+    /// Returns the program that the scene was compiled to.
     pub fn program(&self) -> &Program {
         self.world.program()
     }

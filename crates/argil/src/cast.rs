@@ -36,20 +36,20 @@ struct StepPlanner {
 
 impl StepPlanner {
     /// Fills in the next places to sample, as if distances keep shrinking at the same rate. Returns their number.
-    fn plan(&self, most: f32, epsilon: f32, out: &mut [f32; AHEAD]) -> usize {
-        out[0] = self.free.min(most);
+    fn plan(&self, max_distance: f32, epsilon: f32, out: &mut [f32; AHEAD]) -> usize {
+        out[0] = self.free.min(max_distance);
         let Some((mut t, mut free, slope)) = self.last else {
             return 1;
         };
         // In front of a plane, the free sphere of the next point then reaches back exactly.
         let step = 1.0 + RELAXATION * (1.0 - slope) / (1.0 + slope);
         for (place, out) in out.iter_mut().enumerate() {
-            if t >= most || place > 0 && free < epsilon {
+            if t >= max_distance || place > 0 && free < epsilon {
                 return place;
             }
             t += step * free;
             free -= slope * step * free;
-            *out = t.min(most);
+            *out = t.min(max_distance);
         }
         AHEAD
     }
@@ -75,30 +75,42 @@ impl StepPlanner {
 
 impl Query<'_> {
     /// Casts a ray, and returns the first point where it meets the surface within `max_distance`. A ray that starts
-    /// inside a solid hits where it leaves.
+    /// inside a solid hits where it leaves; [`Query::distance`] tells whether a point is inside.
     /// `direction` need not be a unit vector. Distances are in the scene's unit. Returns `None` for a direction of
     /// length 0, and for values that are not finite.
-    pub fn cast_ray(&self, origin: [f32; 3], direction: [f32; 3], most: f32) -> Option<RayHit> {
-        self.cast(origin.into(), direction.into(), 0.0, most).0
+    pub fn cast_ray(
+        &self,
+        origin: [f32; 3],
+        direction: [f32; 3],
+        max_distance: f32,
+    ) -> Option<RayHit> {
+        self.cast(origin.into(), direction.into(), 0.0, max_distance)
+            .0
     }
 
-    /// Casts a sphere of a radius along a ray, and returns where it touches the surface from outside. The distance
-    /// is 0 if it touches at the start.
+    /// Casts a sphere of a radius along a ray, and returns where it touches the surface from outside. If it touches
+    /// or overlaps the solid at the start, it hits at distance 0, whatever the direction. A character controller
+    /// keeps a small gap to the surface, and ignores a hit if it moves away from it:
+    /// `direction.dot(normal) >= 0`.
+    ///
     /// The work is bounded: each step is as long as the free distance, and evaluates only operands near it.
     pub fn cast_sphere(
         &self,
         origin: [f32; 3],
         direction: [f32; 3],
         radius: f32,
-        most: f32,
+        max_distance: f32,
     ) -> Option<RayHit> {
         let is_sphere = radius.is_finite() && radius >= 0.0;
         is_sphere
-            .then(|| self.cast(origin.into(), direction.into(), radius, most).0)
+            .then(|| {
+                self.cast(origin.into(), direction.into(), radius, max_distance)
+                    .0
+            })
             .flatten()
     }
 
-    /// Casts many rays on rayon's threads: see [`Query::cast_ray`].
+    /// Casts many rays on rayon's threads: see [`Query::cast_ray`]. All rays have the same maximum distance.
     ///
     /// # Panics
     /// If `origins` and `directions` differ in length.
@@ -106,12 +118,12 @@ impl Query<'_> {
         &self,
         origins: &[[f32; 3]],
         directions: &[[f32; 3]],
-        most: f32,
+        max_distance: f32,
     ) -> Vec<Option<RayHit>> {
         use rayon::prelude::*;
         assert_eq!(origins.len(), directions.len(), "a direction for each ray");
         let rays = origins.par_iter().zip(directions);
-        rays.map(|(&origin, &direction)| self.cast_ray(origin, direction, most))
+        rays.map(|(&origin, &direction)| self.cast_ray(origin, direction, max_distance))
             .collect()
     }
 
@@ -121,12 +133,12 @@ impl Query<'_> {
         origin: Vec3,
         direction: Vec3,
         radius: f32,
-        most: f32,
+        max_distance: f32,
     ) -> (Option<RayHit>, [u64; 2]) {
         let Some(direction) = direction.try_normalize() else {
             return (None, [0; 2]);
         };
-        if !origin.is_finite() || most.is_nan() {
+        if !origin.is_finite() || max_distance.is_nan() {
             return (None, [0; 2]);
         }
         let is_field = matches!(self.source, QuerySource::Field);
@@ -142,7 +154,7 @@ impl Query<'_> {
         let mut pace = StepPlanner::default();
         let (mut ahead, mut found) = ([0.0; AHEAD], [0.0; AHEAD]);
         for _ in 0..MAX_STEPS {
-            let planned = pace.plan(most, self.epsilon, &mut ahead);
+            let planned = pace.plan(max_distance, self.epsilon, &mut ahead);
             let p = origin + ahead[0] * direction;
             let mut count = 1;
             let mut is_told = true;
@@ -172,7 +184,7 @@ impl Query<'_> {
                     return (Some(self.hit(&mut probe, at, asks)), probe.counts);
                 }
                 pace.advance(t, free, is_told || asks);
-                if pace.free > most {
+                if pace.free > max_distance {
                     return (None, probe.counts);
                 }
             }
@@ -254,7 +266,7 @@ mod tests {
                 assert!(!world.apply(&scene).expect("an edit").rebuilt);
             }
             let query = world.query_volume().expect("bricks");
-            let (mut hits, mut most) = (0, [0u64; 2]);
+            let (mut hits, mut max_distance) = (0, [0u64; 2]);
             for i in 0..400 {
                 let along = |k: u32| 6.0 * ((i * k) % 397) as f32 / 397.0 - 3.0;
                 let origin = Vec3::new(along(31), 2.0, along(83));
@@ -262,7 +274,7 @@ mod tests {
                 let direction = Vec3::new(turn.cos(), -0.8, turn.sin()).normalize();
                 let radius = [0.05, 0.3, 0.5][i as usize % 3];
                 let (hit, counts) = query.cast(origin, direction, radius, 10.0);
-                most = [0, 1].map(|k| most[k].max(counts[k]));
+                max_distance = [0, 1].map(|k| max_distance[k].max(counts[k]));
                 let Some(hit) = hit else { continue };
                 hits += 1;
                 let at = |t: f32| world.distance((origin + t * direction).to_array());
@@ -279,7 +291,10 @@ mod tests {
             }
             assert!(hits > 300, "{hits}");
             // All of it at each step would be a thousand each.
-            assert!(most[1] < 40 && most[0] < instrs, "{count}: {most:?}");
+            assert!(
+                max_distance[1] < 40 && max_distance[0] < instrs,
+                "{count}: {max_distance:?}"
+            );
         }
     }
 

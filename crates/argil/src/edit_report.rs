@@ -57,7 +57,7 @@ pub struct EditReport {
 #[non_exhaustive]
 pub enum RebuildReason {
     /// The representation cannot be edited in place. Only sparse bricks can.
-    #[error("only sparse bricks are edited in place, and this world has another representation")]
+    #[error("only sparse bricks can be edited in place, and this world has another representation")]
     NotEditable,
     /// The scene reaches outside the volume's box. Only sparse bricks grow.
     #[error(
@@ -65,7 +65,7 @@ pub enum RebuildReason {
     )]
     OutsideBox,
     /// An endless solid, which the volume's box clips, was added or removed.
-    #[error("an endless solid, which the volume's box clips, was added or removed")]
+    #[error("the edit added or removed an infinite solid, which the volume's box clips")]
     Unbounded,
     /// A bound that all distances rely on changed: the Lipschitz constant, the size of jumps, or the list of materials.
     #[error(
@@ -84,7 +84,7 @@ pub enum RebuildReason {
     #[error("the scene no longer has the changes that the world missed")]
     HistoryGone,
     /// The edit touches so much that a rebuild is as fast.
-    #[error("the edit touches so much of the world that a rebuild is as fast")]
+    #[error("the edit changes so much of the world that a rebuild is as fast")]
     TooLarge,
     /// The world's shaders were compiled for the scene before the edit.
     #[error("the world's shaders were compiled for the scene before the edit")]

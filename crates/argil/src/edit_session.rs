@@ -148,7 +148,7 @@ impl EditSession {
     /// no incremental program yet.
     ///
     /// # Errors
-    /// If the scene cannot be lowered; then nothing changes. If the bricks exceed the memory budget; then the next
+    /// If the scene cannot be compiled; then nothing changes. If the bricks exceed the memory budget; then the next
     /// update rebuilds the world.
     pub(crate) async fn update(
         &mut self,
@@ -296,7 +296,7 @@ impl EditSession {
     }
 
     /// Returns the number of blocks that remain to be rebuilt.
-    fn remaining_blocks(&self) -> u64 {
+    pub(crate) fn remaining_blocks(&self) -> u64 {
         self.edits
             .as_ref()
             .map_or(0, |edits| edits.remaining_blocks())

@@ -35,14 +35,14 @@ pub enum BuildError {
     #[error(transparent)]
     Bricks(#[from] argil_volume::BricksError),
     /// A [`Control`](argil_math::Control) canceled the work.
-    #[error("cancelled")]
+    #[error("canceled")]
     Cancelled,
     /// The stored band is out of range.
-    #[error("a band of {0} voxels: stored distances reach from 0.5 to 4096 voxels")]
+    #[error("band of {0} voxels: choose 0.5 to 4096 voxels")]
     Range(f32),
     /// The volume exceeds the free memory.
     #[error(
-        "the volume takes {} MiB, and {} MiB of memory are free: take a smaller resolution",
+        "the volume needs {} MiB, and {} MiB of memory are free: lower the resolution",
         needed >> 20,
         available >> 20
     )]
@@ -84,8 +84,14 @@ pub enum VolumeFileError {
     #[error(transparent)]
     Build(#[from] BuildError),
     /// The world has no volume to write.
-    #[error("there is no volume: build one first")]
+    #[error("the world has no volume: build one first")]
     NoVolume,
+    /// The volume lags behind its scene, because [`World::apply_within`](crate::World::apply_within) ran out of time.
+    #[error("{blocks} blocks of the last edits are not updated yet: call `World::flush` first")]
+    UnfinishedEdits {
+        /// Number of blocks that remain.
+        blocks: u64,
+    },
     /// The file cannot be written.
     #[error("{path}")]
     Write {
@@ -101,7 +107,7 @@ pub enum VolumeFileError {
 #[non_exhaustive]
 pub enum GridError {
     /// The output has another length than the grid has points.
-    #[error("the grid has {points} points, and there is room for {numbers} distances")]
+    #[error("the grid has {points} points, and the slice has room for {numbers} distances")]
     Length {
         /// Number of points of the grid.
         points: usize,
@@ -109,7 +115,7 @@ pub enum GridError {
         numbers: usize,
     },
     /// The grid's corner or spacing is not finite.
-    #[error("the grid's corner and spacing must be finite numbers")]
+    #[error("the grid's corner and spacing must be finite")]
     NotFinite,
 }
 
@@ -119,7 +125,7 @@ pub enum GridError {
 pub enum RenderError {
     /// The image size is zero or too large.
     #[error(
-        "size {width}x{height}: both sides must be from 1 to {} and their product at most {}",
+        "size {width}x{height}: each side must be 1 to {} and their product at most {}",
         crate::limits::MAX_IMAGE_SIDE,
         crate::limits::MAX_IMAGE_PIXELS
     )]
@@ -140,10 +146,10 @@ pub enum RenderError {
         expected: &'static str,
     },
     /// The render mode shows bricks or nodes, and the representation has none.
-    #[error("bricks can be shown of sparse bricks and octrees, nodes of octrees only")]
+    #[error("only sparse bricks and octrees have bricks to show, and only octrees have nodes")]
     NoBricks,
     /// A [`Control`](argil_math::Control) canceled the work.
-    #[error("cancelled")]
+    #[error("canceled")]
     Cancelled,
     /// The GPU failed.
     #[error(transparent)]

@@ -32,7 +32,7 @@ impl RenderedImage {
         }
     }
 
-    /// Writes the image as a PNG file, next to its final place, and then renames it.
+    /// Writes the image as a PNG file, atomically.
     ///
     /// # Errors
     /// If the file cannot be written.
@@ -42,7 +42,7 @@ impl RenderedImage {
     }
 }
 
-/// Writes 8-bit RGB as a PNG file, next to its final place, and then renames it.
+/// Writes 8-bit RGB as a PNG file, atomically.
 ///
 /// # Errors
 /// If the file cannot be written, or `rgb` is not three bytes per pixel.

@@ -62,8 +62,8 @@ pub use world::World;
 /// The names that most programs use: `use argil::prelude::*;`.
 pub mod prelude {
     pub use crate::{
-        Backend, BricksOptions, DenseOptions, EditBudget, Engine, MeshOptions, Representation,
-        World,
+        Backend, BricksOptions, DenseOptions, EditBudget, Engine, MeshMethod, MeshOptions,
+        Representation, World,
     };
     pub use argil_field::Grid;
     pub use argil_math::{Aabb, Control};

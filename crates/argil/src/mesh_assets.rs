@@ -76,7 +76,7 @@ pub enum MeshFileError {
     },
     /// The file lies outside the scene's folder.
     #[error(
-        "the file \"{path}\" is not in the folder of the scene that names it, {}: put it there, or allow files outside",
+        "the mesh \"{path}\" is outside the folder of its scene, {}: move it there, or allow external meshes",
         folder.display()
     )]
     Outside {

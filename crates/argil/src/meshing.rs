@@ -23,12 +23,12 @@ const MAX_SAMPLES: u64 = 1 << 31;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum MeshNormals {
-    /// The exact field's gradient at each vertex: the 2023 study's false normals.
+    /// The exact field's gradient at each vertex, for smooth shading.
     #[default]
     Field,
     /// The gradient of the stored samples, by central differences.
     Gradient,
-    /// The triangles' own normals, with vertices that are not shared: the study's true normals.
+    /// The triangles' own normals, for flat shading. Triangles then share no vertices.
     Face,
     /// No normals.
     None,
@@ -47,17 +47,20 @@ pub struct MeshOptions {
     pub method: MeshMethod,
     /// Voxels along the longest side, unless the world has a volume of its own.
     pub resolution: u32,
-    /// Edge of a voxel in the scene's unit, instead of `resolution`: the 2023 study's grid stride.
+    /// Edge of a voxel in the scene's unit, instead of `resolution`. Marching cubes keeps details of about one voxel,
+    /// and dual contouring, which also keeps sharp edges, of about two. For a 3D print, half of the nozzle's width
+    /// is a good start.
     pub voxel_size: Option<f32>,
     /// Distance at which to extract the surface, in the scene's unit. Above 0 it lies outside the solid.
     pub iso: f32,
     /// The source of normals.
     pub normals: MeshNormals,
-    /// Maximum number of triangles. `None` keeps all.
+    /// Maximum number of triangles. `None` keeps all, which guarantees a closed and manifold mesh. Simplified meshes
+    /// stay closed, but two sheets can come to share an edge: check [`MeshReport::is_watertight`].
     pub max_triangles: Option<usize>,
     /// Whether vertices get materials.
     pub materials: bool,
-    /// Whether each triangle gets its own three vertices, as in the 2023 study.
+    /// Whether each triangle gets its own three vertices.
     pub unindexed: bool,
 }
 
@@ -82,10 +85,10 @@ pub struct MeshOutput {
     /// The mesh.
     pub mesh: Mesh,
     /// The voxel grid that it was extracted from.
-    pub lattice: VoxelGrid,
+    pub voxel_grid: VoxelGrid,
     /// Counts and checks of the mesh, before vertices were duplicated for [`MeshOptions::unindexed`].
     pub report: MeshReport,
-    /// Total duration in milliseconds, by the clock.
+    /// Total duration in milliseconds.
     pub duration_ms: f64,
     /// Duration of each stage in milliseconds.
     pub stages_ms: Vec<(&'static str, f64)>,
@@ -96,18 +99,41 @@ pub struct MeshOutput {
 }
 
 impl MeshOutput {
-    /// Writes the mesh to a file in the format of its extension: `.glb`, `.obj`, `.ply` or `.stl`. Writes next to
-    /// the final place, and then renames.
+    /// Writes the mesh to a file, atomically, in the format of its extension: `.glb`, `.obj`, `.ply` or `.stl`. The
+    /// axis y points up. For a 3D printer, whose axis z points up, see [`MeshOutput::save_with`].
     ///
     /// # Errors
     /// If the extension is unknown, the file cannot be written, or the format cannot hold the mesh.
     pub fn save(&self, path: impl AsRef<Path>) -> Result<(), MeshError> {
+        self.save_with(path, &MeshWriteOptions::default())
+    }
+
+    /// Writes the mesh as [`MeshOutput::save`] does, with other axes or another unit.
+    ///
+    /// ```
+    /// # use argil::prelude::*;
+    /// use argil::mesh::{MeshWriteOptions, UpAxis};
+    /// # let mut scene = Scene::new();
+    /// # scene.push(Shape::sphere(0.5))?;
+    /// # let folder = tempfile::tempdir()?;
+    /// # let world = Engine::cpu().build(&scene)?.field();
+    /// let output = world.mesh(&MeshOptions { resolution: 32, ..MeshOptions::default() })?;
+    /// let printer = MeshWriteOptions { axes: UpAxis::ZUp, ..MeshWriteOptions::default() };
+    /// output.save_with(folder.path().join("ball.stl"), &printer)?;
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// If the extension is unknown, the file cannot be written, or the format cannot hold the mesh.
+    pub fn save_with(
+        &self,
+        path: impl AsRef<Path>,
+        options: &MeshWriteOptions,
+    ) -> Result<(), MeshError> {
         let path = path.as_ref();
-        let format = MeshFormat::from_path(path).ok_or_else(|| MeshError::Write {
-            path: path.into(),
-            source: std::io::Error::other("a mesh file ends in .glb, .obj, .ply or .stl"),
-        })?;
-        save_mesh(&self.mesh, format, &MeshWriteOptions::default(), path)
+        let format =
+            MeshFormat::from_path(path).ok_or_else(|| MeshError::UnknownFormat(path.into()))?;
+        save_mesh(&self.mesh, format, options, path)
     }
 }
 
@@ -121,22 +147,25 @@ pub enum MeshError {
     /// The volume has no surface at that distance.
     #[error(transparent)]
     Surface(#[from] SurfaceError),
-    /// The stored samples have no normals on the grid's edges.
+    /// Dual contouring was asked of a volume, which has no exact normals, or of another iso level.
     #[error(
-        "dual contouring takes normals from the exact field, at iso level 0: mesh the field of a scene, or take marching cubes"
+        "dual contouring needs the exact field and iso level 0: mesh the field of a scene, or use marching cubes"
     )]
     Dual,
     /// There are too many vertices to simplify.
     #[error("simplifying: {0}")]
     Simplify(String),
     /// The iso level is not a length.
-    #[error("an iso level of {0}: it is a length in the scene's unit, from -1e6 to 1e6")]
+    #[error("iso level {0}: it must be a length in scene units, from -1e6 to 1e6")]
     NotALength(f32),
     /// The grid would be too large.
     #[error(
-        "{0} samples: another iso level than 0 takes a dense grid, of 2^31 samples at most; take a smaller resolution"
+        "{0} samples: an iso level other than 0 needs a dense grid, of at most 2^31 samples; lower the resolution"
     )]
     TooMany(u64),
+    /// The file name has no extension of a mesh format.
+    #[error("{}: unknown mesh format; name it .glb, .obj, .ply or .stl", .0.display())]
+    UnknownFormat(PathBuf),
     /// The file cannot be written.
     #[error("{}", path.display())]
     Write {
@@ -226,7 +255,7 @@ impl World {
             mesh,
             report,
             simplification_error: simplified_by,
-            lattice,
+            voxel_grid: lattice,
             duration_ms,
             stages_ms: stages.all,
         })
@@ -385,7 +414,7 @@ fn stored_normals(mesh: &mut Mesh, volume: &Volume) {
         .collect();
 }
 
-/// Writes a mesh to a file, next to its final place, and then renames it.
+/// Writes a mesh to a file, atomically.
 ///
 /// # Errors
 /// If the file cannot be written, or the format cannot hold the mesh.

@@ -59,9 +59,10 @@ impl World {
     /// Writes the volume to a file, as a future: see [`World::save`].
     ///
     /// # Errors
-    /// If the world has no volume, or the file cannot be written.
+    /// If the world has no volume, edits are unfinished, or the file cannot be written.
     pub async fn save_async(&self, path: impl AsRef<Path>) -> Result<(), VolumeFileError> {
         let path = path.as_ref();
+        self.check_finished()?;
         let volume = self.volume_async().await?;
         let volume = volume.ok_or(VolumeFileError::NoVolume)?;
         let (scene_json, meshes) = self.scene_to_store();
@@ -76,15 +77,24 @@ impl World {
     /// Writes the volume to a stream, as a future: see [`World::write`].
     ///
     /// # Errors
-    /// If the world has no volume, or `out` fails.
+    /// If the world has no volume, edits are unfinished, or `out` fails.
     pub async fn write_async(
         &self,
         mut out: &mut (impl std::io::Write + ?Sized),
     ) -> std::io::Result<()> {
+        self.check_finished().map_err(std::io::Error::other)?;
         let volume = self.volume_async().await.map_err(std::io::Error::other)?;
         let volume = volume.ok_or_else(|| std::io::Error::other(VolumeFileError::NoVolume))?;
         let (scene_json, meshes) = self.scene_to_store();
         volume.write(&scene_json, &meshes, &mut out)
+    }
+
+    /// A file whose volume lags behind its scene could never catch up.
+    fn check_finished(&self) -> Result<(), VolumeFileError> {
+        match self.edits.remaining_blocks() {
+            0 => Ok(()),
+            blocks => Err(VolumeFileError::UnfinishedEdits { blocks }),
+        }
     }
 
     fn scene_to_store(&self) -> (String, Vec<StoredMesh<'_>>) {

@@ -39,7 +39,7 @@ const FEW_QUERIES: u32 = 64;
 pub struct World {
     pub(crate) engine: Engine,
     program: OnceLock<ProgramCache>,
-    edits: EditSession,
+    pub(crate) edits: EditSession,
     /// Queries since the last edit.
     query_count: AtomicU32,
     pub(crate) gpu: Option<GpuProgram>,
@@ -82,7 +82,7 @@ impl World {
     /// Builds this world again, as a future: see [`World::rebuilt_as`].
     ///
     /// # Errors
-    /// If the scene cannot be lowered, an option is out of range, or the result exceeds the memory budget.
+    /// If the scene cannot be compiled, an option is out of range, or the result exceeds the memory budget.
     pub async fn rebuilt_as_async(
         mut self,
         scene: &Scene,
@@ -272,7 +272,7 @@ impl World {
         self.lowered().operand_index(self.view_bounds)
     }
 
-    /// Returns the program that the scene was lowered to.
+    /// Returns the program that the scene was compiled to.
     pub fn program(&self) -> &Program {
         // While edits apply in place, the program is put together when it is asked for.
         &self.lowered().program

@@ -127,6 +127,9 @@ fn edits_keep_to_a_budget() -> Outcome {
         // Edits go on while others are not done.
         moved(&mut scene, 16, [-0.3, 0.0, 0.1]);
         assert!(world.apply_within(&scene, pace)?.remaining_blocks > 0);
+        // A file would hold a scene that its volume has not caught up with.
+        let refused = world.write(&mut Vec::new()).map_err(|e| e.to_string());
+        assert!(refused.is_err_and(|reason| reason.contains("World::flush")));
         moved(&mut scene, 3, [0.0, 0.1, 0.0]);
         let dent = Brush::new(Shape::sphere(0.1)).at([0.5, 0.0, 0.2]);
         scene.push(dent.subtract().smooth(0.03))?;

@@ -1,5 +1,6 @@
 //! The chores that `cargo xtask` builds and runs: `web`, `generate`.
 
+mod pictures;
 mod readme;
 mod web;
 mod web_test;
@@ -36,7 +37,7 @@ fn generate() -> anyhow::Result<()> {
         std::fs::write(root().join(path), text).with_context(|| path.to_owned())?;
         println!("{path}");
     }
-    for (path, text) in readme::readmes()? {
+    for (path, text) in [readme::readmes()?, pictures::pictures()?].concat() {
         std::fs::write(&path, text).with_context(|| path.display().to_string())?;
         println!("{}", path.display());
     }

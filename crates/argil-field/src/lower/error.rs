@@ -4,7 +4,7 @@
 pub enum LowerError {
     /// A twist or bend of an endless solid: distances far from its axis would stretch without limit.
     #[error(
-        "{path}: a {what} needs a solid of finite size: intersect it with a box, or limit its repetition"
+        "{path}: {what} needs a solid of finite size: intersect it with a box, or limit its repetition"
     )]
     Endless {
         /// The node, as in `brushes[3]`.
@@ -14,7 +14,7 @@ pub enum LowerError {
     },
     /// Copies overlap so much, or loops nest so deep, that each point would evaluate too many.
     #[error(
-        "{path}: {count} copies would be looked at for each point, more than the limit, {limit}: widen the spacing"
+        "{path}: each point would be evaluated in {count} copies, and the limit is {limit}: increase the spacing"
     )]
     TooManyCopies {
         /// The node.

@@ -9,16 +9,16 @@ use argil_volume::{Bricks, Dense, Octree, SampleFormat, Volume};
 #[non_exhaustive]
 pub enum SurfaceError {
     /// An octree's vacant cells have no samples to mesh.
-    #[error("an octree is not meshed: take the field, a dense volume or bricks")]
+    #[error("an octree cannot be meshed: use the field, a dense volume or sparse bricks")]
     Octree,
     /// Bricks store only the surface at distance 0.
     #[error(
-        "bricks hold the surface at distance 0 alone: leave out the iso level, or mesh the field or a dense volume"
+        "sparse bricks contain only the surface at distance 0: omit the iso level, or mesh the field or a dense volume"
     )]
     Iso,
     /// The level is beyond the stored band.
     #[error(
-        "an iso level of {iso}, and the volume tells distances up to {band}: take a wider band, or mesh the field"
+        "iso level {iso}: the volume stores distances up to {band}; choose a wider band, or mesh the field"
     )]
     Band {
         /// The requested level.

@@ -42,16 +42,16 @@ impl Default for BrickSettings {
 #[non_exhaustive]
 pub enum BricksError {
     /// The brick size is not supported.
-    #[error("bricks of {0} voxels: a sparse brick's side is 4, 8 or 16")]
+    #[error("brick size {0}: sparse bricks take 4, 8 or 16 voxels per side")]
     Brick(u32),
     /// The band is too narrow to find surfaces.
     #[error(
-        "a band of {0} voxels: sparse bricks need 2 at least, as a surface lies between their samples"
+        "band of {0} voxels: sparse bricks need at least 2, because the surface lies between samples"
     )]
     Band(f32),
     /// The bricks and tables would exceed the memory budget.
     #[error(
-        "{bricks} bricks and their tables take up to {} MiB, and the budget is {} MiB: take a smaller resolution, fewer bits, or a larger memory budget",
+        "{bricks} bricks and their tables need up to {} MiB, and the budget is {} MiB: lower the resolution or the bits, or raise the memory budget",
         needed.div_ceil(1 << 20),
         budget >> 20
     )]
@@ -79,14 +79,14 @@ pub enum BricksError {
         budget: u64,
     },
     /// A [`Control`](argil_math::Control) canceled the work.
-    #[error("cancelled")]
+    #[error("canceled")]
     Cancelled,
     /// The solids are too far apart.
     #[error(transparent)]
     TooFar(#[from] TooFarError),
     /// There would be more samples than can be numbered.
     #[error(
-        "{bricks} bricks, and there can be {limit} of this size: take a smaller resolution or a larger brick"
+        "{bricks} bricks, and the limit for this brick size is {limit}: lower the resolution or choose larger bricks"
     )]
     TooMany {
         /// Maximum number of bricks.

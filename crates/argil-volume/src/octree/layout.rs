@@ -47,11 +47,11 @@ impl Default for OctreeSettings {
 #[non_exhaustive]
 pub enum OctreeError {
     /// The brick size is not supported.
-    #[error("bricks of {0} voxels: a brick's side is 8, 16 or 32")]
+    #[error("brick size {0}: an octree takes bricks of 8, 16 or 32 voxels per side")]
     Brick(u32),
     /// The tree would not cover the volume.
     #[error(
-        "{depth} levels over bricks of {brick} voxels reach over {reach} voxels, and the volume has {longest}: {needed} levels are needed",
+        "{depth} levels of {brick}-voxel bricks cover {reach} voxels, and the volume has {longest}: use {needed} levels",
         reach = u64::from(*brick) << depth
     )]
     Shallow {
@@ -65,7 +65,9 @@ pub enum OctreeError {
         needed: u32,
     },
     /// Morton codes do not reach that deep.
-    #[error("{depth} levels of nodes: at most {OCTREE_MAX_DEPTH} can be built; take larger bricks")]
+    #[error(
+        "the octree needs {depth} levels, and the limit is {OCTREE_MAX_DEPTH}: choose larger bricks"
+    )]
     Deep {
         /// Requested or needed levels.
         depth: u32,

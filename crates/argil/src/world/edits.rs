@@ -33,7 +33,7 @@ impl World {
     /// Updates the world after its scene was edited, as a future: see [`World::apply`].
     ///
     /// # Errors
-    /// If the scene cannot be lowered, or the result exceeds the memory budget.
+    /// If the scene cannot be compiled, or the result exceeds the memory budget.
     pub async fn apply_async(&mut self, scene: &Scene) -> Result<EditReport, BuildError> {
         self.follow(scene, None).await
     }
@@ -41,13 +41,13 @@ impl World {
     /// Updates the world within a time budget, as a future: see [`World::apply_within`].
     ///
     /// # Errors
-    /// If the scene cannot be lowered, or the result exceeds the memory budget.
+    /// If the scene cannot be compiled, or the result exceeds the memory budget.
     pub async fn apply_within_async(
         &mut self,
         scene: &Scene,
-        pace: EditBudget,
+        budget: EditBudget,
     ) -> Result<EditReport, BuildError> {
-        self.follow(scene, Some(pace)).await
+        self.follow(scene, Some(budget)).await
     }
 
     async fn follow(
