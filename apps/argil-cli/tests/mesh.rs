@@ -452,15 +452,15 @@ fn what_cannot_be_is_refused() {
         (
             "beyond.obj",
             "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 7\n",
-            "damaged",
+            "not a valid",
         ),
-        ("cut.glb", "glTF", "damaged"),
+        ("cut.glb", "glTF", "not a valid"),
         (
             "cut.ply",
             "ply\nformat ascii 1.0\nelement vertex 4000000000\nproperty float x\nend_header\n",
-            "damaged",
+            "not a valid",
         ),
-        ("cut.stl", "solid\nfacet", "damaged"),
+        ("cut.stl", "solid\nfacet", "not a valid"),
     ] {
         std::fs::write(place(name), content).expect("a file");
         fails(

@@ -34,7 +34,7 @@ fn edits_are_checked_and_leave_the_scene_as_it_was() {
             index: 3,
             entry: entry(),
         },
-        "index 3 lies beyond",
+        "index 3 is past the end",
     );
     refused(Edit::Remove { node: Scene::ROOT }, "root");
     refused(
@@ -51,7 +51,7 @@ fn edits_are_checked_and_leave_the_scene_as_it_was() {
             parent: Scene::ROOT,
             index: 2,
         },
-        "index 3 lies beyond",
+        "index 3 is past the end",
     );
     refused(
         Edit::Replace {

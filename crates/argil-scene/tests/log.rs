@@ -132,7 +132,7 @@ fn lines_that_cannot_be_done_say_why_and_change_nothing() {
         ),
         (
             "{\"edit\": \"insert\", \"index\": 9, \"entry\": {\"brushes\": []}}",
-            "index 9 lies beyond",
+            "index 9 is past the end",
         ),
         (
             "{\"edit\": \"transform\", \"node\": \"brushes[0]\", \"by\": {\"type\": \"translate\", \"by\": [1e999, 0, 0]}}",
