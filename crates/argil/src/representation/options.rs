@@ -99,6 +99,13 @@ impl BuildTimings {
 
 /// What a world stores.
 #[derive(Debug)]
+#[cfg_attr(
+    not(feature = "gpu"),
+    allow(
+        clippy::large_enum_variant,
+        reason = "with a GPU, its volume is as large"
+    )
+)]
 pub(crate) enum Storage {
     Field,
     Cpu(Volume),
