@@ -436,7 +436,7 @@ fn meshes_that_are_pasted_are_read_where_that_is_allowed() {
         desk.step();
     };
     paste(&mut desk);
-    desk.until_told("allow files outside");
+    desk.until_told("allow external meshes");
     desk.settle();
     assert_eq!(desk.fault(), None);
     assert_eq!(desk.studio().document().missing_meshes().len(), 1);
