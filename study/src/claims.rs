@@ -1,4 +1,4 @@
-//! What the 2023 study supposed and found, held against records.
+//! The claims and findings of the 2023 study, compared with records.
 
 mod judged;
 mod verdict;
@@ -10,7 +10,7 @@ use crate::claims::judged::{
 use crate::record::{Record, quantile};
 pub(crate) use verdict::{Claim, Verdict};
 
-/// In the study's order.
+/// The claims, in the study's order.
 pub(crate) const ALL: &[Claim] = &[
     Claim {
         place: "§1.4",
@@ -234,7 +234,7 @@ pub(crate) const ALL: &[Claim] = &[
     },
 ];
 
-/// What is said of a claim: where it does not hold, with the reason.
+/// Returns the text about a claim, with the reason if it does not hold.
 pub(crate) fn with_reason(claim: &Claim, verdict: Verdict, why: String) -> String {
     if verdict == Verdict::Confirmed || why == NOT_MEASURED {
         return why;

@@ -1,4 +1,4 @@
-//! The command that does what a case does.
+//! The command that repeats a case.
 
 use crate::configuration::{Configuration, ConfigurationKind};
 use crate::experiment::{Plan, StudyCamera, StudyCase, Task};
@@ -8,7 +8,7 @@ use argil::math::Aabb;
 use argil::render::{NormalSource, RenderMode};
 use argil::volume::VoxelGrid;
 
-/// Where a camera is, as the command has it.
+/// Returns the flags of a camera.
 fn placed(eye: StudyCamera) -> &'static str {
     match eye {
         StudyCamera::Outside => "",
@@ -17,7 +17,7 @@ fn placed(eye: StudyCamera) -> &'static str {
     }
 }
 
-/// The length of a voxel.
+/// Returns the edge of a voxel.
 fn voxel(name: &str, way: Configuration) -> Option<f32> {
     let scene = scene(name).ok()?;
     let world = Engine::cpu().build(&scene).ok()?.field();
@@ -29,7 +29,7 @@ fn voxel(name: &str, way: Configuration) -> Option<f32> {
     Some(lattice.ok()?.voxel_size)
 }
 
-/// The command that shows what a case does; none of scenes that are no files.
+/// Returns the command that repeats a case. `None` if the scene is not a file.
 pub(crate) fn command(case: &StudyCase, plan: &Plan) -> Option<String> {
     if !is_shipped(&case.scene) || case.way.kind == ConfigurationKind::MeshAsLarge {
         return None;

@@ -1,4 +1,4 @@
-//! How a scene is kept while it is measured.
+//! Configurations: how a scene is stored during a measurement.
 
 use argil::gpu::{BrickOrdering, DenseFill};
 use argil::render::LookupStart;
@@ -7,16 +7,16 @@ use argil::{
     BricksOptions, DenseOptions, MeshMethod, MeshRenderOptions, OctreeOptions, Representation,
 };
 
-/// How a scene is kept, with all that an experiment varies.
+/// A representation, with everything that an experiment varies.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Configuration {
-    /// Field, dense, octree, bricks or mesh, with its own options.
+    /// The representation and its own options.
     pub kind: ConfigurationKind,
     /// Voxels along the longest side.
     pub resolution: u32,
-    /// Bits of a stored distance; the representation's own without it.
+    /// Bits of a stored distance. `None` is the representation's default.
     pub bits: Option<SampleFormat>,
-    /// The study's texture stride; the representation's own band without it.
+    /// The study's texture stride. `None` is the representation's default band.
     pub stride: Option<u32>,
 }
 
@@ -26,43 +26,43 @@ pub enum ConfigurationKind {
     /// The exact field.
     #[default]
     Field,
-    /// The same, compiled into a GPU's shader.
+    /// The exact field, compiled into a shader.
     Compiled,
-    /// One texture.
+    /// A dense volume.
     Dense {
         /// With mips.
         mips: bool,
-        /// A thread a group, as the study filled its first volume.
+        /// Filled with one thread per group, as the study did first.
         naive: bool,
     },
-    /// The study's structure.
+    /// The study's octree.
     Octree {
         /// Voxels along a brick's side.
         brick: u32,
-        /// The study's test of bricks by their centers.
+        /// Whether bricks are tested by their centers, as in the study.
         center: bool,
-        /// Look-ups begin where the last one ended.
+        /// Whether look-ups start where the last one ended.
         path: bool,
-        /// The study's sort, which is quadratic.
+        /// Whether bricks are ordered by the study's enumeration sort, which is quadratic.
         enumerated: bool,
     },
-    /// The product's structure.
+    /// Sparse bricks.
     Bricks {
         /// Voxels along a brick's side.
         brick: u32,
     },
-    /// As many triangles as take the bytes of a dense volume of 8 bits at the resolution.
+    /// As many triangles as fit into the bytes of a dense 8-bit volume of the resolution.
     MeshAsLarge,
     /// Triangles.
     Mesh {
         /// By dual contouring.
         dual: bool,
-        /// With normals of their own: the study's true ones.
+        /// With face normals: the study's true normals.
         flat: bool,
     },
 }
 
-/// The study's octree: bricks of 32³, each look-up from the root.
+/// The study's octree: bricks of 32³, and look-ups from the root.
 pub const STUDY_OCTREE: ConfigurationKind = ConfigurationKind::Octree {
     brick: 32,
     center: false,
@@ -70,7 +70,7 @@ pub const STUDY_OCTREE: ConfigurationKind = ConfigurationKind::Octree {
     enumerated: false,
 };
 
-/// Bricks as they come.
+/// Sparse bricks with default options.
 pub const BRICKS: ConfigurationKind = ConfigurationKind::Bricks { brick: 8 };
 
 /// A dense volume.
@@ -92,7 +92,7 @@ pub const MESH: ConfigurationKind = ConfigurationKind::Mesh {
 };
 
 impl Configuration {
-    /// A kind at a resolution.
+    /// Creates a configuration at a resolution.
     pub fn of(kind: ConfigurationKind, resolution: u32) -> Self {
         Self {
             kind,
@@ -101,13 +101,13 @@ impl Configuration {
         }
     }
 
-    /// With other bits.
+    /// Sets the bits.
     pub fn bits(mut self, bits: SampleFormat) -> Self {
         self.bits = Some(bits);
         self
     }
 
-    /// With the study's stride.
+    /// Sets the study's stride.
     pub fn stride(mut self, stride: u32) -> Self {
         self.stride = Some(stride);
         self
@@ -126,12 +126,12 @@ impl Configuration {
         }
     }
 
-    /// What the engine is told.
+    /// Returns the engine's representation.
     pub fn via(&self) -> Representation {
         let resolution = self.resolution;
         match self.kind {
             ConfigurationKind::Field | ConfigurationKind::Compiled => Representation::Field,
-            // It is resolved before it is built.
+            // It is resolved before the build.
             ConfigurationKind::MeshAsLarge => Representation::Mesh(MeshRenderOptions {
                 resolution,
                 ..MeshRenderOptions::default()
@@ -187,7 +187,7 @@ impl Configuration {
         }
     }
 
-    /// Where look-ups of rays begin.
+    /// Returns where look-ups of rays start.
     pub fn descent(&self) -> LookupStart {
         match self.kind {
             ConfigurationKind::Octree { path: true, .. } => LookupStart::Path,
@@ -195,7 +195,7 @@ impl Configuration {
         }
     }
 
-    /// Whether nothing is stored.
+    /// Returns true if nothing is stored.
     pub fn is_field(&self) -> bool {
         matches!(
             self.kind,
@@ -203,7 +203,7 @@ impl Configuration {
         )
     }
 
-    /// The representation in one word.
+    /// Returns the representation as a word.
     pub fn label(&self) -> &'static str {
         match self.kind {
             ConfigurationKind::Field => "field",
@@ -218,7 +218,7 @@ impl Configuration {
         }
     }
 
-    /// The same with everything that is varied, as a name.
+    /// Returns a name that includes everything varied.
     pub fn name(&self) -> String {
         let mut name = self.label().replace(", ", "-").replace(' ', "-");
         if !self.is_field() {
@@ -250,7 +250,7 @@ impl Configuration {
         name
     }
 
-    /// The flags of the command that keep a scene so.
+    /// Returns the command's flags for this configuration.
     pub fn flags(&self, on_gpu: bool) -> String {
         let mut flags = String::new();
         let mut add = |flag: &str| {

@@ -1,10 +1,10 @@
-//! What records are made on.
+//! The machine of a measurement.
 
 use crate::record::Machine;
 use argil::Engine;
 
-/// What a GPU runs at, in MHz: by NVIDIA's `nvidia-smi`, or what Linux tells of AMD's and Intel's. `None` where neither is,
-/// as with software GPUs.
+/// Returns the clock of a GPU in MHz, from NVIDIA's `nvidia-smi` or Linux's files for AMD and Intel. `None` if
+/// neither exists, as with software GPUs.
 pub(crate) fn gpu_clock_mhz(device: &str) -> Option<f64> {
     nvidia_clock(device).or_else(|| linux_clock(device))
 }
@@ -23,7 +23,7 @@ fn nvidia_clock(device: &str) -> Option<f64> {
     clock_of(&String::from_utf8(out.stdout).ok()?, device)
 }
 
-/// Of lines of names and clocks.
+/// Finds a clock in lines of names and clocks.
 fn clock_of(lines: &str, device: &str) -> Option<f64> {
     let mut all = lines.lines().filter_map(|line| line.rsplit_once(','));
     let (_, clock) = all.find(|(name, _)| device.contains(name.trim()))?;
@@ -48,14 +48,14 @@ fn linux_clock(device: &str) -> Option<f64> {
     None
 }
 
-/// The level that is in use, of lines such as `1: 800Mhz *`.
+/// Returns the active level of lines such as `1: 800Mhz *`.
 fn starred(levels: &str) -> Option<String> {
     let line = levels.lines().find(|line| line.contains('*'))?;
     let clock = line.split(':').nth(1)?;
     Some(clock.chars().filter(|c| c.is_ascii_digit()).collect())
 }
 
-/// The machine and an engine's device.
+/// Describes the machine and an engine's device.
 pub(crate) fn machine(engine: &Engine, full: bool) -> Machine {
     let mut system = sysinfo::System::new();
     system.refresh_cpu_all();

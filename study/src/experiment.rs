@@ -4,59 +4,59 @@ use crate::configuration::Configuration;
 use argil::render::{NormalSource, RenderMode};
 use serde_json::Value;
 
-/// A question with all that is tried to answer it.
+/// A question, and the cases that answer it.
 #[derive(Debug)]
 pub struct Experiment {
-    /// Its name, in one word.
+    /// The name, one word.
     pub name: &'static str,
-    /// Its title.
+    /// The title.
     pub title: &'static str,
-    /// What is asked.
+    /// The question.
     pub question: &'static str,
-    /// Where the 2023 study has it, and what it found there, in numbers.
+    /// The section of the 2023 study, and its result in numbers.
     pub study: &'static str,
-    /// How much is tried on a device.
+    /// Returns the cases for a device.
     pub cases: fn(&Plan) -> Vec<StudyCase>,
 }
 
-/// One thing that is tried.
+/// A case.
 #[derive(Clone, Debug)]
 pub struct StudyCase {
-    /// The scene's name.
+    /// Name of the scene.
     pub scene: String,
-    /// How it is kept.
+    /// The configuration.
     pub way: Configuration,
-    /// What is done.
+    /// The task.
     pub task: Task,
-    /// What must come out.
+    /// Expected results.
     pub expect: Vec<Expectation>,
 }
 
-/// What a value must be.
+/// An expected range of a value.
 #[derive(Clone, Copy, Debug)]
 pub struct Expectation {
-    /// Its name.
+    /// Name of the value.
     pub value: &'static str,
-    /// Least.
+    /// Minimum.
     pub min: f64,
-    /// Most.
+    /// Maximum.
     pub max: f64,
 }
 
-/// Where a scene is looked at from.
+/// The camera.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum StudyCamera {
-    /// Its own camera.
+    /// The scene's own camera.
     #[default]
     Outside,
-    /// In the middle of its box.
+    /// A camera in the middle of the scene's box.
     Inside,
-    /// Along its surface.
+    /// A camera along the surface.
     Grazing,
 }
 
 impl StudyCamera {
-    /// In one word.
+    /// Returns the camera as a word.
     pub fn word(self) -> &'static str {
         match self {
             Self::Outside => "outside",
@@ -66,18 +66,18 @@ impl StudyCamera {
     }
 }
 
-/// A picture that is drawn.
+/// An image to render.
 #[derive(Clone, Copy, Debug)]
 pub struct Look {
-    /// What is shown.
+    /// The render mode.
     pub show: RenderMode,
-    /// From where.
+    /// The camera.
     pub eye: StudyCamera,
-    /// Bricks: where normals come from.
+    /// Bricks: source of normals.
     pub normals: NormalSource,
-    /// Half of a normal's difference, in voxels; the representation's own without it.
+    /// Half the step of a normal's difference in voxels. `None` is the representation's default.
     pub bias_voxels: Option<f32>,
-    /// Whether it is compared with the field's.
+    /// Whether it is compared with the field's image.
     pub is_compared: bool,
 }
 
@@ -93,27 +93,27 @@ impl Default for Look {
     }
 }
 
-/// What is done with a scene.
+/// A task.
 #[derive(Clone, Copy, Debug)]
 pub enum Task {
-    /// Build it so many times.
+    /// Builds a number of times.
     Build(u32),
-    /// Draw so many frames around it.
+    /// Renders a number of frames around the scene.
     Frames(u32, StudyCamera),
-    /// Draw a picture.
+    /// Renders an image.
     Picture(Look),
-    /// Compare stored distances with exact ones at so many points.
+    /// Compares stored distances with exact ones at a number of points.
     Stored(u32),
-    /// Compare triangles with the exact surface, at so many points of each.
+    /// Compares triangles with the exact surface, at a number of points of each.
     Surface(u32),
-    /// Cut so many balls out of it, of a radius in parts of the box, one after the other.
+    /// Cuts a number of balls out of the scene, one after another. Their radius is a fraction of the box.
     Edits(u32, f32),
-    /// Look for bricks that should be there and are not.
+    /// Counts bricks that the study's test loses.
     CountLostBricks,
 }
 
 impl StudyCase {
-    /// A case without expectations.
+    /// Creates a case without expectations.
     pub fn new(scene: impl Into<String>, way: Configuration, task: Task) -> Self {
         Self {
             scene: scene.into(),
@@ -123,7 +123,7 @@ impl StudyCase {
         }
     }
 
-    /// What a value must be.
+    /// Adds an expected range of a value.
     pub fn expect(mut self, value: &'static str, least: f64, most: f64) -> Self {
         self.expect.push(Expectation {
             value,
@@ -133,7 +133,7 @@ impl StudyCase {
         self
     }
 
-    /// A name of its own in its experiment.
+    /// Returns a name that is unique in the experiment.
     pub fn name(&self) -> String {
         let mut name = format!("{}/{}", self.scene, self.way.name());
         for (key, value) in self.parameters() {
@@ -155,7 +155,7 @@ impl StudyCase {
         name
     }
 
-    /// What is varied besides the scene and the representation.
+    /// Returns what varies besides scene and representation.
     pub fn parameters(&self) -> Vec<(&'static str, Value)> {
         use crate::configuration::ConfigurationKind;
         let mut all: Vec<(&'static str, Value)> = Vec::new();
@@ -230,19 +230,20 @@ impl StudyCase {
     }
 }
 
-/// How much is measured on a device.
+/// The amount of measurements for a device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Plan {
-    /// All that there is, or what a few minutes allow.
+    /// Whether to measure everything, instead of a few minutes' worth.
     pub full: bool,
-    /// A GPU in software takes a hundred times as long as one in hardware.
+    /// Whether the device is a software GPU, which takes about a hundred times as long as hardware.
     pub is_software_gpu: bool,
-    /// A GPU of any kind.
+    /// Whether the device is a GPU.
     pub is_gpu: bool,
 }
 
 impl Plan {
-    /// One of three numbers: for a software GPU in a quick run, for anything else in one, and for a full one.
+    /// Returns one of three values: for a software GPU in a quick run, for another device in a quick run, or for a
+    /// full run.
     pub fn pick<T>(&self, software: T, quick: T, full: T) -> T {
         match (self.full, self.is_software_gpu) {
             (true, _) => full,
@@ -251,7 +252,7 @@ impl Plan {
         }
     }
 
-    /// Pixels of pictures.
+    /// Returns the size of images in pixels.
     pub fn size(&self) -> [u32; 2] {
         if self.full && self.is_gpu && !self.is_software_gpu {
             [1920, 1080]
@@ -260,12 +261,12 @@ impl Plan {
         }
     }
 
-    /// Voxels along a side where nothing else is asked for: the study's, where time allows.
+    /// Returns the default voxels along a side: the study's, where time allows.
     pub fn resolution(&self) -> u32 {
         self.pick(64, 256, 256)
     }
 
-    /// Frames of an orbit: the study's 250 on hardware.
+    /// Returns the frames of an orbit: the study's 250 on hardware.
     pub fn frames(&self) -> u32 {
         if self.full && self.is_gpu && !self.is_software_gpu {
             250

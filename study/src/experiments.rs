@@ -1,6 +1,6 @@
-//! All experiments: the 2023 study's, and those past its limits.
+//! All experiments: the 2023 study's, and others beyond its limits.
 //!
-//! *Length.* A function for each experiment, which lists its cases.
+//! *Length.* One function per experiment, which lists its cases.
 
 use crate::configuration::{
     BRICKS, Configuration, ConfigurationKind, DENSE, MESH, MIPPED, STUDY_OCTREE,
@@ -10,7 +10,7 @@ use crate::scenes::OF_THE_STUDY;
 use argil::render::{NormalSource, RenderMode};
 use argil::volume::SampleFormat;
 
-/// In the order of the report.
+/// The experiments, in the order of the report.
 pub const ALL: &[Experiment] = &[
     Experiment {
         name: "construction",
@@ -123,7 +123,7 @@ fn construction(plan: &Plan) -> Vec<StudyCase> {
     let runs = plan.pick(1, 4, 8);
     let all_sides = &[1, 2, 3, 4, 5, 6, 7, 8][..];
     let sides = plan.pick(&[1, 3, 6][..], all_sides, all_sides);
-    // The study's 32³, and as many bricks of less where 256³ voxels take minutes.
+    // The study's 32³ or, where 256³ voxels take minutes, as many smaller bricks.
     let brick = plan.pick(16, 32, 32);
     let resolution = 8 * brick;
     let mut all = Vec::new();
@@ -131,7 +131,7 @@ fn construction(plan: &Plan) -> Vec<StudyCase> {
         let side: u32 = side;
         let count = f64::from(side.pow(3));
         let scene = format!("spheres-{side}");
-        // A range of half a brick, in which the middles of those around a sphere are not.
+        // A band of half a brick, which the centers around a sphere are not in.
         let stride = 512 / brick;
         let sorts = plan.is_gpu.then_some(true);
         for enumerated in [false].into_iter().chain(sorts) {
@@ -187,7 +187,7 @@ fn dense_fill(plan: &Plan) -> Vec<StudyCase> {
     all
 }
 
-/// Those that are compared frame by frame.
+/// Returns the configurations whose frames are compared.
 fn ways(resolution: u32) -> Vec<Configuration> {
     let all = [
         ConfigurationKind::Field,
@@ -201,7 +201,7 @@ fn ways(resolution: u32) -> Vec<Configuration> {
 }
 
 fn scenes(plan: &Plan) -> Vec<&'static str> {
-    // On a software GPU, building the last takes minutes.
+    // On a software GPU, the last one takes minutes to build.
     plan.pick(
         OF_THE_STUDY[..4].to_vec(),
         OF_THE_STUDY.to_vec(),
@@ -220,7 +220,7 @@ fn frames(plan: &Plan) -> Vec<StudyCase> {
             );
             all.push(case.expect("hit_pixels", 1.0, f64::INFINITY));
         }
-        // The study's functional renderer had its scene in its shader.
+        // The study's functional renderer compiled its scene into the shader.
         if plan.is_gpu && scene == "teapot" {
             let way = Configuration::of(ConfigurationKind::Compiled, 0);
             all.push(StudyCase::new(
@@ -277,7 +277,7 @@ fn fidelity(plan: &Plan) -> Vec<StudyCase> {
             ),
             StudyCase::new(scene, Configuration::of(STUDY_OCTREE, resolution), normal),
             StudyCase::new(scene, Configuration::of(BRICKS, resolution), normal),
-            // The study's 100³ of triangles with their own normals, then of the volume's resolution.
+            // The study's 100³ with face normals, then the volume's resolution.
             StudyCase::new(
                 scene,
                 Configuration::of(flat, plan.pick(48, 100, 100)),
@@ -330,7 +330,7 @@ fn normals(plan: &Plan) -> Vec<StudyCase> {
             Task::Picture(look),
         ));
     }
-    // The study's strides of 0.05 and 0.01 in its box of 5.
+    // The study's strides of 0.05 and 0.01 in its box of size 5.
     let sizes: &[u32] = plan.pick(&[48], &[100, 500], &[100, 500]);
     for &resolution in sizes {
         for flat in [false, true] {

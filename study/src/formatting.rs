@@ -1,9 +1,9 @@
-//! Pictures, texts and numbers as they are shown.
+//! Formats images, text and numbers.
 
-/// Pixels along a picture's longer side, as it is kept and shown.
+/// Pixels along the longer side of a stored image.
 const SHOWN: u32 = 400;
 
-/// A picture as it is kept and shown.
+/// Scales an image for storage.
 pub(crate) fn shown(picture: &image::RgbImage) -> image::RgbImage {
     if picture.width().max(picture.height()) <= SHOWN {
         return picture.clone();
@@ -14,7 +14,7 @@ pub(crate) fn shown(picture: &image::RgbImage) -> image::RgbImage {
         .to_rgb8()
 }
 
-/// Text as HTML has it.
+/// Escapes text for HTML.
 pub(crate) fn escaped(text: &str) -> String {
     text.replace('&', "&amp;")
         .replace('<', "&lt;")
@@ -22,7 +22,7 @@ pub(crate) fn escaped(text: &str) -> String {
         .replace('"', "&quot;")
 }
 
-/// A number with as many digits as tell something.
+/// Formats a number with its significant digits.
 pub(crate) fn number(value: f64) -> String {
     if !value.is_finite() {
         return "–".into();

@@ -1,8 +1,9 @@
-//! The evaluation of the 2023 study, made again and gone past.
+//! The evaluation of the 2023 study, repeated and extended.
 //!
-//! *Practice.* Experiments ([`experiments`]) are data: questions, and cases of a scene, a representation and a task. Each
-//! case is done by itself and becomes a [`Record`]; a case that fails is one that says why. The [`report`](fn@report) is a function of
-//! records and nothing else: tables, plots, pictures, and what the records say of the study's claims.
+//! *Practice.* Experiments ([`experiments`]) are data: questions, and cases of a scene, a representation and a
+//! task. Each case runs alone and becomes a [`Record`]. A case that fails becomes a record with its error. The
+//! [`report`](fn@report) is a function of records only: tables, plots, images, and the verdicts on the study's
+//! claims.
 
 mod claims;
 mod command;
@@ -26,40 +27,41 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::time::Instant;
 
-/// What is measured.
+/// Options of a study.
 #[derive(Clone, Debug, Default)]
 pub struct StudyOptions {
-    /// All that there is, in place of what a quarter of an hour allows.
+    /// Whether to measure everything, instead of a quarter of an hour's worth.
     pub full: bool,
-    /// Names of experiments; all without any.
+    /// Names of experiments to run. Empty runs all.
     pub only: Vec<String>,
 }
 
-/// Told as a study goes on.
+/// Receives the progress of a study.
 pub trait StudyProgress {
-    /// So many cases there are in all, and so many were done in an earlier run.
+    /// The study started, with a number of cases. Some of them were done in an earlier run.
     fn started(&mut self, cases: usize, done: usize);
     /// A case begins.
     fn case(&mut self, device: &str, experiment: &str, case: &str);
-    /// It is done; with what went wrong.
+    /// A case has finished, possibly with an error.
     fn done(&mut self, error: Option<&str>);
 }
 
-/// What a study came to.
+/// The result of a study.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Summary {
-    /// Cases that were done now.
+    /// Cases measured in this run.
     pub done: usize,
-    /// Those that failed.
+    /// Cases that failed.
     pub failed: usize,
-    /// Checks that did not hold.
+    /// Checks that failed.
     pub broken: usize,
 }
 
-/// Measure on some engines, one after the other, into a folder; what is there already is not measured again.
+/// Measures on engines, one after another, and writes records to a folder. Records that exist are not measured
+/// again.
 ///
 /// # Errors
-/// If the folder cannot be read or written, or there is no experiment of a name.
+/// If the folder cannot be read or written, or an experiment's name is unknown.
 pub fn study(
     engines: &[Engine],
     options: &StudyOptions,
@@ -116,7 +118,7 @@ fn plan(engine: &Engine, full: bool) -> Plan {
     }
 }
 
-/// A case's record before anything is known.
+/// Creates a case's record without results.
 fn blank(experiment: &Experiment, case: &StudyCase, plan: &Plan, machine: &Machine) -> Record {
     let parameters = case.parameters().into_iter();
     let mut parameters: std::collections::BTreeMap<_, _> = parameters
@@ -153,7 +155,7 @@ type Pictures = Vec<(String, image::RgbImage)>;
 
 fn run(case: &StudyCase, engine: &Engine, plan: &Plan, mut record: Record) -> (Record, Pictures) {
     let start = Instant::now();
-    // What goes wrong in one case is that case's.
+    // An error in one case does not end the others.
     let result = catch_unwind(AssertUnwindSafe(|| runner::perform(case, engine, plan)));
     let result = result.unwrap_or_else(|panic| {
         let text = panic.downcast_ref::<String>().cloned();
@@ -199,7 +201,7 @@ fn run(case: &StudyCase, engine: &Engine, plan: &Plan, mut record: Record) -> (R
     (record, pictures)
 }
 
-/// A picture's own name on any system.
+/// Returns a file name for an image that is valid on any system.
 fn file_name(record: &Record, name: &str) -> String {
     let text = format!(
         "{}-{}-{}-{}-{name}",

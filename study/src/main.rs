@@ -1,4 +1,4 @@
-//! The study as a program of its own: `argil study` starts it.
+//! The study as a program, which `argil study` starts.
 
 use argil::{Backend, Engine};
 use argil_study::{StudyOptions, StudyProgress};
@@ -8,7 +8,7 @@ use serde_json::json;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-/// Measure everything that the 2023 study measured
+/// Repeat and extend the measurements of the 2023 study
 #[derive(Parser)]
 #[command(name = "argil-study", version)]
 struct Arguments {
@@ -28,40 +28,40 @@ enum Device {
 struct Study {
     #[command(subcommand)]
     command: Option<StudyCommand>,
-    /// The folder of records, pictures and the report
+    /// Folder of records, images and the report
     #[arg(short, long, value_name = "DIR", default_value = "study-out")]
     output: PathBuf,
-    /// How much is measured: what a quarter of an hour allows on two cores, or all
+    /// How much to measure: what two cores do in a quarter of an hour, or everything
     #[arg(long, value_enum, default_value_t = Preset::Quick)]
     preset: Preset,
-    /// What it is measured on; auto: the CPU, and a GPU where there is one, in hardware or software
+    /// Devices to measure; auto: the CPU, and a GPU if there is one, in hardware or software
     #[arg(long, value_enum, default_value_t = Device::Auto)]
     device: Device,
-    /// Measure these experiments alone
+    /// Run only these experiments
     #[arg(long, value_name = "NAME", value_delimiter = ',')]
     only: Vec<String>,
-    /// Print one JSON object on stdout and nothing else there
+    /// Print one JSON object to stdout, and nothing else
     #[arg(long)]
     json: bool,
 }
 
 #[derive(Subcommand)]
 enum StudyCommand {
-    /// Make the report of records again, of several machines side by side
+    /// Make the report again from records, which may come from several machines
     Report {
-        /// Folders that a study has written, or their records.jsonl
+        /// Folders written by a study, or their records.jsonl
         #[arg(required = true)]
         records: Vec<PathBuf>,
-        /// Where the report goes
+        /// Output report
         #[arg(short, long, value_name = "HTML", default_value = "report.html")]
         output: PathBuf,
     },
-    /// Write what records say as a page of Markdown
+    /// Write the findings of records as Markdown
     Findings {
-        /// Folders that a study has written, or their records.jsonl
+        /// Folders written by a study, or their records.jsonl
         #[arg(required = true)]
         records: Vec<PathBuf>,
-        /// Where the page goes
+        /// Output file
         #[arg(short, long, value_name = "MD", default_value = "findings.md")]
         output: PathBuf,
     },
@@ -134,7 +134,7 @@ fn run(options: &Study) -> anyhow::Result<()> {
     failed.map_or(Ok(()), Err)
 }
 
-/// The devices that are measured: without a wish, all that there are.
+/// Returns the devices to measure: by default, all.
 fn engines(device: Device) -> anyhow::Result<Vec<Engine>> {
     Ok(match device {
         Device::Cpu => vec![Engine::cpu()],
@@ -167,14 +167,14 @@ impl StudyProgress for Bar {
     fn started(&mut self, cases: usize, done: usize) {
         self.bar.set_length(cases as u64);
         self.bar.set_position(done as u64);
-        // What was done before tells nothing of how long the rest takes.
+        // Earlier cases say nothing about the remaining time.
         self.bar.reset_eta();
     }
 
     fn case(&mut self, device: &str, experiment: &str, case: &str) {
         self.bar
             .set_message(format!("{experiment} {case} on {device}"));
-        // Where no bar is drawn, a line tells how far it is.
+        // Without a progress bar, print a line.
         let at = self.bar.position();
         if self.bar.is_hidden() && at.is_multiple_of(20) {
             let all = self.bar.length().unwrap_or(0);

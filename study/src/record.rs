@@ -1,7 +1,7 @@
-//! Rows of data, and the folder that they are kept in.
+//! Records, and the folder that stores them.
 //!
-//! *Practice.* A record is a line of JSON, written whole when its case is done, so that a run which is cut short loses one
-//! case at most. Pictures lie beside, by the names that records give them. Reports are made of nothing else.
+//! *Practice.* A record is a line of JSON, written when its case has finished. An interrupted run loses at most one
+//! case. Images are stored next to the records, by the names in them. Reports are made from nothing else.
 
 use anyhow::Context;
 use image::RgbImage;
@@ -12,16 +12,16 @@ use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-/// What a record was made on and by.
+/// The machine and program of a record.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Machine {
     /// The operating system.
     pub system: String,
-    /// The processor, and what it ran at when the study began, in MHz.
+    /// The processor.
     pub processor: String,
-    /// See `processor`.
+    /// Clock of the processor at the start, in MHz.
     pub clock_mhz: u64,
-    /// Threads that the CPU used.
+    /// Number of CPU threads.
     pub threads: usize,
     /// `cpu`, or the GPU's name.
     pub device: String,
@@ -31,56 +31,56 @@ pub struct Machine {
     pub version: String,
     /// Argil's commit.
     pub commit: String,
-    /// How much was measured: `quick` or `full`.
+    /// The preset: `quick` or `full`.
     pub preset: String,
 }
 
-/// What was expected of a value, and whether it was found.
+/// An expected value, and the value found.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Check {
-    /// The value's name.
+    /// Name of the value.
     pub value: String,
-    /// Such as `= 512`.
+    /// The expectation, such as `= 512`.
     pub expected: String,
-    /// What it was, if it was there.
+    /// The value found, if there is one.
     pub found: Option<f64>,
-    /// Whether that is as expected.
+    /// Whether it matches.
     pub passed: bool,
 }
 
-/// One case of an experiment.
+/// A measured case.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Record {
-    /// The experiment's name.
+    /// Name of the experiment.
     pub experiment: String,
-    /// The case's, of its own in the experiment.
+    /// Name of the case, unique in the experiment.
     pub case: String,
-    /// The scene's name.
+    /// Name of the scene.
     pub scene: String,
-    /// The representation in a word.
+    /// The representation as a word.
     pub via: String,
-    /// What was varied, besides those.
+    /// Other parameters that vary.
     pub parameters: BTreeMap<String, Value>,
-    /// The command that shows the same, where there is one.
+    /// The command that repeats the case, if there is one.
     pub command: Option<String>,
-    /// Where.
+    /// The machine.
     pub machine: Machine,
-    /// Every sample of what was measured more than once.
+    /// All samples of repeated measurements.
     pub samples: BTreeMap<String, Vec<f64>>,
-    /// What was measured once.
+    /// Single measurements.
     pub values: BTreeMap<String, f64>,
-    /// Files in the folder of pictures.
+    /// Files in the folder of images.
     pub pictures: BTreeMap<String, String>,
-    /// Whether what must be is.
+    /// Checks of expectations.
     pub checks: Vec<Check>,
-    /// Why there is nothing else.
+    /// The error, if the case failed.
     pub error: Option<String>,
-    /// What the case took in all.
+    /// Total duration of the case in seconds.
     pub seconds: f64,
 }
 
 impl Record {
-    /// The median of a value's samples, or the value that was measured once.
+    /// Returns the median of a value's samples, or the single value.
     pub fn value(&self, name: &str) -> Option<f64> {
         match self.samples.get(name) {
             Some(samples) => median(samples),
@@ -88,7 +88,7 @@ impl Record {
         }
     }
 
-    /// A parameter as a number.
+    /// Returns a parameter as a number.
     pub fn parameter(&self, name: &str) -> Option<f64> {
         self.parameters.get(name)?.as_f64()
     }
@@ -102,7 +102,7 @@ impl Record {
     }
 }
 
-/// The middle one, of an even count the mean of both; `None` of nothing.
+/// Returns the median, or `None` of no samples.
 pub(crate) fn median(samples: &[f64]) -> Option<f64> {
     let mut all = samples.to_vec();
     all.sort_by(f64::total_cmp);
@@ -110,7 +110,7 @@ pub(crate) fn median(samples: &[f64]) -> Option<f64> {
     Some(0.5 * (all[last / 2] + all[last.div_ceil(2)]))
 }
 
-/// The sample that a part of all is no greater than.
+/// Returns the smallest sample that is at least as large as a fraction of all.
 pub(crate) fn quantile(samples: &[f64], part: f64) -> Option<f64> {
     let mut all = samples.to_vec();
     all.sort_by(f64::total_cmp);
@@ -129,10 +129,10 @@ const FILE: &str = "records.jsonl";
 const PICTURES: &str = "pictures";
 
 impl Store {
-    /// A folder that may have records already.
+    /// Opens a folder, which may contain records.
     ///
     /// # Errors
-    /// If there is a line that is no record, but for the last, which a run that was killed may have left unfinished.
+    /// If a line is not a record. The last line may be incomplete, because a run was interrupted.
     pub fn open(folder: &Path) -> anyhow::Result<Self> {
         fs::create_dir_all(folder.join(PICTURES))
             .with_context(|| folder.join(PICTURES).display().to_string())?;
@@ -160,7 +160,7 @@ impl Store {
         Ok(store)
     }
 
-    /// The records of a folder or of a file of them; nothing is written.
+    /// Reads the records of a folder or file.
     ///
     /// # Errors
     /// If there are none.
@@ -177,7 +177,7 @@ impl Store {
         Ok(records)
     }
 
-    /// The file of a place's records.
+    /// Returns the records file of a path.
     pub fn file_of(place: &Path) -> PathBuf {
         if place.is_dir() {
             place.join(FILE)
@@ -186,7 +186,7 @@ impl Store {
         }
     }
 
-    /// The folder of a place's pictures.
+    /// Returns the image folder of a path.
     pub fn pictures_of(place: &Path) -> PathBuf {
         let folder = if place.is_dir() {
             place
@@ -196,12 +196,12 @@ impl Store {
         folder.join(PICTURES)
     }
 
-    /// All records.
+    /// Returns all records.
     pub fn records(&self) -> &[Record] {
         &self.records
     }
 
-    /// Whether a case was done by the same commit, in the same preset.
+    /// Returns true if a case was measured by the same commit with the same preset.
     pub fn has(&self, like: &Record) -> bool {
         self.records.iter().any(|r| {
             r.is_same_case(like)
@@ -211,7 +211,7 @@ impl Store {
         })
     }
 
-    /// Keep a record and its pictures.
+    /// Adds a record and its images.
     ///
     /// # Errors
     /// If they cannot be written.
@@ -237,7 +237,7 @@ impl Store {
     }
 }
 
-/// Records, the last of each case, and how many bytes are whole lines.
+/// Parses records. Returns the last record of each case, and the number of bytes in complete lines.
 fn parse(text: &str, file: &Path) -> anyhow::Result<(Vec<Record>, usize)> {
     let mut records: Vec<Record> = Vec::new();
     let mut whole = 0;

@@ -1,7 +1,7 @@
-//! The report: one page that needs nothing else.
+//! The report: one self-contained page.
 //!
-//! *Practice.* A function of records and pictures. What is said in words is derived from them as well ([`crate::claims`], and
-//! [`sentences`]), so that a report of other records says other things.
+//! *Practice.* The report is a function of records and images. Its text is derived from them as well
+//! ([`crate::claims`], and [`sentences`]), so other records produce other text.
 
 mod devices;
 mod page;
@@ -21,15 +21,15 @@ use source::Source;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// Make a page of records, of several machines side by side.
+/// Writes a page from records, which may come from several machines.
 ///
 /// # Errors
-/// If a place holds no records, or the page cannot be written.
+/// If a path contains no records, or the page cannot be written.
 pub fn report(places: &[PathBuf], out: &Path) -> anyhow::Result<()> {
     save(&page::page(&read(places, out)?), out)
 }
 
-/// The records of some places, none of which is where something is to be written.
+/// Reads the records of several paths, none of which may be the output.
 fn read(places: &[PathBuf], out: &Path) -> anyhow::Result<Vec<Source>> {
     let mut all: Vec<Source> = Vec::new();
     for place in places {
@@ -44,7 +44,7 @@ fn read(places: &[PathBuf], out: &Path) -> anyhow::Result<Vec<Source>> {
             out.display()
         );
         for record in Store::read(place)? {
-            // The same folder twice is that folder.
+            // A folder that is given twice is read once.
             if all.iter().all(|known| known.record != record) {
                 let pictures = Store::pictures_of(place);
                 all.push(Source { record, pictures });
@@ -60,7 +60,7 @@ fn read(places: &[PathBuf], out: &Path) -> anyhow::Result<Vec<Source>> {
     Ok(all)
 }
 
-/// Give what was measured on different machines, or by different presets, devices of different names: a CPU is `cpu` on any.
+/// Gives devices of different machines, presets or devices different names, because every CPU is called `cpu`.
 fn tell_apart(all: &mut [Source]) {
     type Key = [String; 3];
     let key = |m: &Machine| [&m.processor, &m.system, &m.preset].map(String::clone);
@@ -81,7 +81,7 @@ fn tell_apart(all: &mut [Source]) {
     }
 }
 
-/// Write a text beside its place, and rename it into it.
+/// Writes text to a file, atomically.
 fn save(text: &str, out: &Path) -> anyhow::Result<()> {
     if let Some(folder) = out.parent().filter(|p| !p.as_os_str().is_empty()) {
         std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
@@ -94,10 +94,10 @@ fn save(text: &str, out: &Path) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// The findings for readers, as Markdown: what is asked, what was found, and which claims hold.
+/// Writes the findings as Markdown: questions, results, and verdicts on claims.
 ///
 /// # Errors
-/// If a place holds no records, or the page cannot be written.
+/// If a path contains no records, or the page cannot be written.
 pub fn findings(places: &[PathBuf], out: &Path) -> anyhow::Result<()> {
     let all = read(places, out)?;
     let mut text = String::from(

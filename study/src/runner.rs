@@ -1,4 +1,4 @@
-//! Doing what a case asks for.
+//! Runs cases.
 
 use crate::configuration::{Configuration, ConfigurationKind, DENSE, MESH};
 use crate::experiment::{Look, Plan, StudyCamera, StudyCase, Task};
@@ -17,26 +17,26 @@ use image::RgbImage;
 use std::collections::BTreeMap;
 use std::time::Instant;
 
-/// What came out of a case.
+/// The result of a case.
 #[derive(Default)]
 pub(crate) struct Outcome {
     /// See [`crate::Record`].
     pub samples: BTreeMap<String, Vec<f64>>,
     /// See [`crate::Record`].
     pub values: BTreeMap<String, f64>,
-    /// Pictures by their names.
+    /// Images by name.
     pub pictures: Vec<(String, RgbImage)>,
 }
 
 impl Outcome {
-    /// Keep a value. One that is no finite number is none, and a check that asks for it fails.
+    /// Stores a value, unless it is not finite. A check of a missing value fails.
     fn set(&mut self, name: &str, value: f64) {
         if value.is_finite() {
             self.values.insert(name.into(), value);
         }
     }
 
-    /// Keep one of several samples, if it is a finite number.
+    /// Stores one of several samples, unless it is not finite.
     fn add(&mut self, name: &str, sample: f64) {
         if sample.is_finite() {
             self.samples.entry(name.into()).or_default().push(sample);
@@ -49,7 +49,7 @@ impl Outcome {
         self.set(&format!("{name}_max"), spread.max / unit);
     }
 
-    /// What a world's representation is.
+    /// Stores facts about a world's representation.
     fn about(&mut self, world: &World) -> anyhow::Result<()> {
         self.set("memory_bytes", world.memory_bytes() as f64);
         let info = world.volume_info()?;
@@ -72,10 +72,10 @@ impl Outcome {
     }
 }
 
-/// Do it.
+/// Runs a case.
 ///
 /// # Errors
-/// If it cannot be done.
+/// If it fails.
 pub(crate) fn perform(case: &StudyCase, engine: &Engine, plan: &Plan) -> anyhow::Result<Outcome> {
     let scene = scene(&case.scene)?;
     let mut out = Outcome::default();
@@ -89,7 +89,7 @@ pub(crate) fn perform(case: &StudyCase, engine: &Engine, plan: &Plan) -> anyhow:
     };
     match case.task {
         Task::Build(runs) => {
-            // What is compiled, and memory that is touched for the first time, is no part of a build.
+            // Exclude shader compilation and the first access to memory from the timing.
             let mut world = build()?;
             for _ in 0..runs {
                 world = world.rebuilt_as(&scene, way.via())?;
@@ -111,7 +111,7 @@ pub(crate) fn perform(case: &StudyCase, engine: &Engine, plan: &Plan) -> anyhow:
     Ok(out)
 }
 
-/// A way whose resolution follows from what another takes.
+/// Resolves a configuration whose resolution depends on another's size.
 fn resolved(way: Configuration, engine: &Engine, scene: &Scene) -> anyhow::Result<Configuration> {
     if way.kind != ConfigurationKind::MeshAsLarge {
         return Ok(way);
@@ -122,7 +122,7 @@ fn resolved(way: Configuration, engine: &Engine, scene: &Scene) -> anyhow::Resul
     };
     let target = bytes(Configuration::of(DENSE, way.resolution))?;
     let mut resolution = 64.0;
-    // Triangles grow as the square, nearly: less where what is thin appears only then.
+    // The number of triangles grows almost quadratically; less where thin parts appear only at higher resolutions.
     for _ in 0..3 {
         let own = bytes(Configuration::of(MESH, resolution as u32))?.max(1.0);
         resolution = (resolution * (target / own).sqrt())
@@ -153,7 +153,7 @@ fn frames(
         ..world.render_settings(plan.size(), RenderMode::Normal)
     };
     let first = camera(world, eye);
-    // The first ones are slower, until caches and clocks are up: a tenth of what is measured is not counted.
+    // The first frames are slower, until caches and clocks have adapted: an extra tenth is not counted.
     for camera in Orbit::cameras(first, (count / 10).max(1)) {
         world.render(&camera, &settings)?;
     }
@@ -190,7 +190,7 @@ fn settings(world: &World, plan: &Plan, (way, look): (&Configuration, &Look)) ->
         normals: look.normals,
         lookup_start: way.descent(),
         normal_bias: look.bias_voxels.zip(voxel).map(|(n, voxel)| n * voxel),
-        // The study's limit, which its colors stand for.
+        // The study's limit, which its colors represent.
         max_steps: if look.show == RenderMode::Heat {
             256
         } else {
@@ -205,7 +205,7 @@ fn image(drawn: RenderedImage) -> anyhow::Result<RgbImage> {
     RgbImage::from_raw(width, height, drawn.rgb).context("a picture of another size")
 }
 
-/// A picture as it is measured, and as it is kept.
+/// Converts an image for metrics and for storage.
 fn measured(own: &RgbImage) -> anyhow::Result<Picture> {
     let measured = Picture::new(own.dimensions().into(), own.as_raw().clone());
     measured.context("a picture of another size")
@@ -242,7 +242,7 @@ fn picture(
     let own = image(drawn)?;
     let seen_own = measured(&own)?;
     if look.is_compared && case.way.kind != ConfigurationKind::Field {
-        // The reference is the field, drawn by the same device.
+        // The reference is the field, rendered by the same device.
         let scene = scene(&case.scene)?;
         let reference = world.engine().build(&scene)?.field();
         let exact = RenderSettings {
@@ -272,7 +272,7 @@ fn picture(
         out.pictures.push(("laplacian".into(), edges));
     }
     if look.is_compared && case.way.kind == ConfigurationKind::Field {
-        // The study's figure 29: what a blank picture differs by.
+        // The study's figure 29: the difference from a blank image.
         let edges = laplacian::laplacian(&seen_own);
         let equal = edges.pixels().iter().filter(|p| **p == [0; 3]).count();
         out.set("laplacian_equal_pixels", equal as f64);
@@ -282,7 +282,7 @@ fn picture(
     Ok(())
 }
 
-/// Points all over the box that is looked at, and their exact distances.
+/// Returns points in the scene's box, and their exact distances.
 fn points(world: &World, count: u32) -> (Vec<[f32; 3]>, Vec<f32>) {
     let focus = world.view_bounds();
     let mut numbers = Numbers::new(7);
@@ -296,7 +296,7 @@ fn points(world: &World, count: u32) -> (Vec<[f32; 3]>, Vec<f32>) {
     (points, exact)
 }
 
-/// Points of the exact surface.
+/// Returns points of the exact surface.
 fn surface_points(world: &World, count: u32) -> Vec<[f32; 3]> {
     let (all, exact) = points(world, 100 * count);
     let radius = world.view_bounds().half_diagonal();
@@ -305,7 +305,7 @@ fn surface_points(world: &World, count: u32) -> Vec<[f32; 3]> {
         .zip(exact)
         .filter(|(_, d)| d.abs() < 0.05 * radius);
     let mut close: Vec<[f32; 3]> = close.map(|(p, _)| p).take(count as usize).collect();
-    // Down the gradient, a few times, as distances may fall short.
+    // Descend along the gradient a few times, because distances may be bounds.
     let mut found = vec![(0.0, [0.0; 3]); close.len()];
     for _ in 0..12 {
         world.query().gradients(&close, &mut found);
@@ -330,7 +330,7 @@ fn stored(world: &World, count: u32, out: &mut Outcome) -> anyhow::Result<()> {
     let volume = world
         .query_volume()
         .context("no distances are asked of it")?;
-    // What cells without a brick tell is a bound, and not stored.
+    // Cells without a brick provide a bound, not a stored distance.
     let (all, exact): (Vec<_>, Vec<_>) = match world.volume()?.as_deref() {
         Some(Volume::Bricks(bricks)) => all
             .into_iter()
@@ -341,7 +341,7 @@ fn stored(world: &World, count: u32, out: &mut Outcome) -> anyhow::Result<()> {
     };
     let mut own = vec![0.0; all.len()];
     volume.distances(&all, &mut own);
-    // Four voxels for all, so that they are compared at the same places.
+    // Four voxels for all, so that they are compared at the same points.
     let near = band.min(4.0 * info.voxel_grid.voxel_size);
     let errors = ErrorStats::within_band(&own, &exact, 0.99 * near);
     out.set("points", errors.count as f64);
@@ -372,7 +372,7 @@ fn surface(world: &World, way: Configuration, count: u32, out: &mut Outcome) -> 
     let mesh = || world.mesh(&options);
     let meshed = mesh()?;
     out.add("mesh_ms", meshed.duration_ms);
-    // The first had memory to touch and lists to make.
+    // The first edit includes first memory access and list construction.
     out.samples.clear();
     for _ in 0..3 {
         out.add("mesh_ms", mesh()?.duration_ms);

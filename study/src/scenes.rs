@@ -1,9 +1,9 @@
-//! The scenes that are measured. They are in the program, so that the study runs from anywhere.
+//! The measured scenes. They are part of the program, so that the study runs anywhere.
 
 use anyhow::Context;
 use argil::scene::{Brush, Modifier, Scene, Shape};
 
-/// The scenes that ship, by name.
+/// The scenes of the repository, by name.
 const SHIPPED: [(&str, &str); 9] = [
     ("brick", include_str!("../../scenes/brick.json")),
     ("teapot", include_str!("../../scenes/teapot.json")),
@@ -22,7 +22,7 @@ const SHIPPED: [(&str, &str); 9] = [
     ("trees", include_str!("../../scenes/trees.json")),
 ];
 
-/// The five of the 2023 study.
+/// The five scenes of the 2023 study.
 pub(crate) const OF_THE_STUDY: [&str; 5] = [
     "brick",
     "teapot",
@@ -34,8 +34,8 @@ pub(crate) const OF_THE_STUDY: [&str; 5] = [
 /// Bricks along a side of the study's volume.
 const BRICKS: u32 = 8;
 
-/// A scene by name: one that ships; `spheres-N`, N³ spheres in as many bricks of the study's 8³; `center`, one around which
-/// those in the middle are; `crowd-N`, N balls.
+/// Returns a scene by name: a scene of the repository; `spheres-N`, N³ spheres in as many of the study's 8³ bricks;
+/// `center`, a sphere around the centers of the middle bricks; `crowd-N`, N balls.
 pub(crate) fn scene(name: &str) -> anyhow::Result<Scene> {
     if let Some((name, text)) = SHIPPED.iter().find(|(own, _)| *own == name) {
         return Ok(Scene::from_json(text, format!("scenes/{name}.json"))?);
@@ -53,7 +53,7 @@ pub(crate) fn scene(name: &str) -> anyhow::Result<Scene> {
     Ok(scene)
 }
 
-/// Whether a name is of a file that users have.
+/// Returns true if the name is that of a file.
 pub(crate) fn is_shipped(name: &str) -> bool {
     SHIPPED.iter().any(|(own, _)| *own == name)
 }
@@ -64,7 +64,7 @@ fn framed() -> Scene {
     scene
 }
 
-/// A sphere in the middle of each of `side`³ bricks, by repetition.
+/// Creates a sphere in the middle of each of `side`³ bricks, by repetition.
 fn spheres(side: u32) -> anyhow::Result<Scene> {
     let edge = 2.0 / BRICKS as f32;
     let mut scene = framed();
@@ -74,23 +74,23 @@ fn spheres(side: u32) -> anyhow::Result<Scene> {
     };
     let mut brush = Brush::new(Shape::sphere(0.3 * edge)).with_modifier(repeat);
     if side % 2 == 1 {
-        // Bricks' middles are off the origin.
+        // The centers of bricks are off the origin.
         brush = brush.at([0.5 * edge; 3]);
     }
     scene.push(brush)?;
     Ok(scene)
 }
 
-/// Numbers from 0 to 1, the same each time.
+/// A deterministic generator of numbers from 0 to 1.
 pub(crate) struct Numbers(u64);
 
 impl Numbers {
-    /// From a seed on.
+    /// Creates a generator from a seed.
     pub(crate) fn new(seed: u64) -> Self {
         Self(seed.wrapping_mul(2).wrapping_add(1))
     }
 
-    /// The next one.
+    /// Returns the next number.
     pub(crate) fn next(&mut self) -> f32 {
         self.0 = self
             .0
@@ -100,7 +100,7 @@ impl Numbers {
     }
 }
 
-/// Balls all over a box, the smaller the more there are.
+/// Creates balls all over a box, smaller the more there are.
 fn crowd(count: u32) -> anyhow::Result<Scene> {
     let mut scene = framed();
     let mut numbers = Numbers::new(1);

@@ -13,7 +13,8 @@ pub(crate) struct Missing(&'static str);
 
 /// Starts a program with arguments, and exits with its exit code.
 ///
-/// # Errors If the program is not found.
+/// # Errors
+/// If the program is not found.
 pub(crate) fn run(name: &'static str, given: &Companion) -> anyhow::Result<ExitCode> {
     let file = format!("{name}{}", std::env::consts::EXE_SUFFIX);
     let beside = std::env::current_exe()

@@ -1,4 +1,4 @@
-//! The editor as a whole.
+//! The editor's application object.
 
 use crate::commands::Command;
 use crate::dialog::{AfterDialog, Dialog};
@@ -20,21 +20,21 @@ use argil::scene::Scene;
 use eframe::egui::{self, Align, Layout};
 use std::path::PathBuf;
 
-/// How it is begun.
+/// Options of the editor at start.
 pub struct Options {
-    /// What to draw on.
+    /// The engine that renders.
     pub engine: Engine,
-    /// A scene to open.
+    /// The scene to open.
     pub scene: Option<PathBuf>,
-    /// Whether its meshes may be anywhere.
+    /// Whether meshes may lie outside the scene's folder.
     pub outside: bool,
-    /// Where journals are kept; nothing is brought back without.
+    /// Folder of journals. Without it, sessions are not recovered.
     pub recovery: Option<PathBuf>,
-    /// How files are asked for.
+    /// File dialogs.
     pub files: Box<dyn FileAccess>,
 }
 
-/// See the module's page.
+/// The editor: see the module's page.
 pub struct Studio {
     pub(crate) session: Session,
     pub(crate) view: View,
@@ -43,14 +43,14 @@ pub struct Studio {
     pub(crate) inspector: Inspector,
     pub(crate) materials: Materials,
     pub(crate) shows_history: bool,
-    /// Whether text had the keyboard when the last frame ended.
+    /// Whether a text field had the keyboard focus at the end of the last frame.
     was_typing: bool,
 }
 
 const PREFERENCES: &str = "preferences";
 
 impl Studio {
-    /// Begin.
+    /// Creates the editor.
     pub fn new(cc: &eframe::CreationContext<'_>, options: Options) -> Self {
         let kept = cc.storage.and_then(|s| eframe::get_value(s, PREFERENCES));
         let preferences = Preferences::mended(kept.unwrap_or_default());
@@ -61,7 +61,8 @@ impl Studio {
         let session = Session {
             document: Document::new(Scene::new(), None, Recovery::off()),
             version: 0,
-            // Beside the window, which has the GPU; but a page has one thread, and the GPU spares it.
+            // Exports run in the background on the CPU, because the window uses the GPU. A page has one thread,
+            // which the GPU relieves.
             export_engine: if IS_PAGE {
                 options.engine.clone()
             } else {
@@ -109,7 +110,7 @@ impl Studio {
         if let Some(path) = &options.scene {
             session.open_with(path, options.outside);
         }
-        // Where none was asked for, and where it cannot be opened.
+        // Show the sample scene if no scene was requested, or if it cannot be opened.
         if session.document.path().is_none() {
             session.replace_scene(crate::sample_scenes::first(), None);
         }
@@ -122,42 +123,43 @@ impl Studio {
         studio
     }
 
-    /// The document.
+    /// Returns the document.
     pub fn document(&self) -> &Document {
         &self.session.document
     }
 
-    /// The document, for those that drive the editor.
+    /// Returns the document, for tests that drive the editor.
     pub fn document_mut(&mut self) -> &mut Document {
         &mut self.session.document
     }
 
-    /// What was told last.
+    /// Returns the last message.
     pub fn note(&self) -> Option<&str> {
         self.session.note.as_ref().map(|note| note.text.as_str())
     }
 
-    /// Why nothing can be drawn.
+    /// Returns the reason why nothing can be rendered.
     pub fn fault(&self) -> Option<&str> {
         self.view.pictures.fault()
     }
 
-    /// What is shown: after how many lines of the document, whether in full, and what it took in milliseconds.
+    /// Returns what is shown: the document's version, whether it is the final image, and its duration in
+    /// milliseconds.
     pub fn shown(&self) -> Option<(u64, bool, f64)> {
         self.view.pictures.shown_request()
     }
 
-    /// Lines of the document so far.
+    /// Returns the version of the document.
     pub fn version(&self) -> u64 {
         self.session.version
     }
 
-    /// Whether the picture is of what is there now, in full.
+    /// Returns true if the final image of the current document is shown.
     pub fn is_settled(&self) -> bool {
         self.view.pictures.is_settled && !self.session.renderer.is_busy()
     }
 
-    /// Hand on what was done, and end what ends with the pointer.
+    /// Forwards edits, and ends interactions when the pointer is released.
     pub(crate) fn follow(&mut self, ctx: &egui::Context) {
         if self.session.document.is_in_stroke() && !ctx.input(|i| i.pointer.any_down()) {
             self.session.document.end_stroke();
@@ -168,7 +170,7 @@ impl Studio {
                 "after a crash nothing would come back: {fault}"
             ));
         }
-        // Half of a drag is not what anybody wants back.
+        // Do not save a drag that is in progress.
         #[cfg(target_arch = "wasm32")]
         if !self.session.document.is_in_stroke() {
             let scene = self.session.document.scene();
@@ -182,19 +184,19 @@ impl Studio {
     }
 
     pub(crate) fn shortcuts(&mut self, ctx: &egui::Context) {
-        // Escape has taken the keyboard from what was typed by now, and is not to take more.
+        // Escape has removed the focus from the text field by now, and must not do more.
         if self.session.dialog.is_some() || ctx.text_edit_focused() || self.was_typing {
             return;
         }
-        // An open menu has the keyboard: Escape closes it.
+        // An open menu has the focus: Escape closes it.
         if egui::Popup::is_any_open(ctx) {
             return;
         }
-        // What is held goes to its end first: keys are numbers for a handle then, or fly.
+        // While the pointer is held, keys type numbers for a handle or fly the camera.
         if ctx.input(|i| i.pointer.any_down()) {
             return;
         }
-        // egui takes these keys and gives events in their place.
+        // egui consumes these keys and sends events instead.
         let clipboard = ctx.input(|i| {
             i.events.iter().find_map(|event| match event {
                 egui::Event::Cut => Some((Command::Cut, None)),
@@ -208,7 +210,7 @@ impl Studio {
             Some((command, None)) => self.run(command, ctx),
             None => {}
         }
-        // With more keys held first: Ctrl+Shift+Z is Ctrl+Z too.
+        // Match shortcuts with more modifier keys first: Ctrl+Shift+Z also matches Ctrl+Z.
         let mut bound: Vec<_> = crate::commands::ALL
             .iter()
             .filter_map(|e| Some((self.session.preferences.shortcut(e)?, e.command)))
@@ -260,7 +262,7 @@ impl Studio {
         }
     }
 
-    /// The panel on the left.
+    /// Shows the left panel.
     fn left(&mut self, ui: &mut egui::Ui) {
         let session = &mut self.session;
         let below = 210.0f32.min(0.4 * ui.available_height());
@@ -292,7 +294,7 @@ impl Studio {
         }
     }
 
-    /// The panel on the right.
+    /// Shows the right panel.
     fn right(&mut self, ui: &mut egui::Ui) {
         let session = &mut self.session;
         egui::ScrollArea::vertical()
@@ -348,8 +350,7 @@ impl eframe::App for Studio {
 
     fn save(&mut self, storage: &mut dyn eframe::Storage) {
         eframe::set_value(storage, PREFERENCES, &self.session.preferences);
-        // The page may be about to go.
-        // Half of a drag is not what anybody wants back.
+        // The page may be about to close. Do not save a drag that is in progress.
         #[cfg(target_arch = "wasm32")]
         if !self.session.document.is_in_stroke() {
             let own = &mut self.session;

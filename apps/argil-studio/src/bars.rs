@@ -1,4 +1,4 @@
-//! The bars above and below.
+//! The menu bar, the time bar and the message bar.
 
 use crate::commands::{self, Command, MENUS};
 use crate::dialog::AfterDialog;
@@ -8,11 +8,11 @@ use crate::sample_scenes;
 use crate::session::{Request, Session};
 use eframe::egui::{self, Align, Color32, Layout};
 
-/// So long a message is shown that nothing went wrong of.
+/// Duration for which a message is shown, unless it reports an error.
 const SHOWN: std::time::Duration = std::time::Duration::from_secs(12);
 
 impl Session {
-    /// The menus.
+    /// Shows the menus.
     pub(crate) fn menu_bar(&mut self, ui: &mut egui::Ui) {
         egui::Panel::top("menus").show(ui, |ui| {
             egui::MenuBar::new().ui(ui, |ui| {
@@ -75,7 +75,7 @@ impl Session {
         });
     }
 
-    /// A command as a button with its shortcut.
+    /// Shows a command as a button with its shortcut.
     pub(crate) fn command_button(&mut self, ui: &mut egui::Ui, command: Command) {
         let entry = commands::info(command);
         let shortcut = self.preferences.shortcut(entry);
@@ -91,7 +91,7 @@ impl Session {
         }
     }
 
-    /// The time that is looked at, of a scene that changes with it.
+    /// Shows the current time of an animated scene.
     pub(crate) fn time_bar(&mut self, ui: &mut egui::Ui) {
         let Some(duration) = self.document.scene().duration() else {
             return;
@@ -107,7 +107,7 @@ impl Session {
             });
         });
         if time != before {
-            // In the order in which it was done.
+            // Forward edits in the order in which they were made.
             self.forward_edits();
             self.document.set_time(time);
             self.renderer.set_time(time);
@@ -115,7 +115,7 @@ impl Session {
         }
     }
 
-    /// What was told: for a while, and what went wrong until it is put away.
+    /// Shows the last message: for a while, or until it is dismissed if it reports an error.
     pub(crate) fn note_bar(&mut self, ui: &mut egui::Ui) {
         let Some(note) = &self.note else { return };
         let mut text = egui::RichText::new(&note.text);

@@ -1,4 +1,4 @@
-//! What a browser has in place of files, pens and a status bar.
+//! The browser's counterparts of files, pens and a status bar.
 
 use crate::files::{Ask, Files};
 use eframe::egui;
@@ -10,10 +10,10 @@ use web_sys::{
     Blob, File, HtmlAnchorElement, HtmlCanvasElement, HtmlInputElement, PointerEvent, Url,
 };
 
-/// A file's name and what is in it.
+/// A file's name and contents.
 pub type NamedBytes = (String, Vec<u8>);
 
-/// Files with what is in them, or why there are none.
+/// Files with their contents, or the reason why there are none.
 pub type Arrived = anyhow::Result<Vec<NamedBytes>>;
 
 thread_local! {
@@ -23,7 +23,7 @@ thread_local! {
     static PRESSURE: Cell<Option<f32>> = const { Cell::new(None) };
 }
 
-/// Take note of how hard a pen presses, which the toolkit does not tell.
+/// Listens to pen pressure, which egui does not report.
 pub fn listen_to_pens(canvas: &HtmlCanvasElement) -> Result<(), JsValue> {
     let note = Closure::<dyn Fn(PointerEvent)>::new(|event: PointerEvent| {
         let is_pen = event.pointer_type() == "pen";
@@ -32,17 +32,17 @@ pub fn listen_to_pens(canvas: &HtmlCanvasElement) -> Result<(), JsValue> {
     for what in ["pointerdown", "pointermove"] {
         canvas.add_event_listener_with_callback(what, note.as_ref().unchecked_ref())?;
     }
-    // As long as the page is there.
+    // The listener lives as long as the page.
     note.forget();
     Ok(())
 }
 
-/// How hard a pen presses, from 0 to 1, where it is a pen.
+/// Returns the pressure of a pen from 0 to 1, or `None` for other pointers.
 pub fn pen_pressure() -> Option<f32> {
     PRESSURE.get()
 }
 
-/// Take note for [`settled`] and [`told`].
+/// Stores the state for [`settled`] and [`told`].
 pub fn note(settled: bool, note: Option<&str>) {
     SETTLED.set(settled);
     TOLD.with_borrow_mut(|told| {
@@ -53,7 +53,7 @@ pub fn note(settled: bool, note: Option<&str>) {
     });
 }
 
-/// Have a screen reader say something.
+/// Announces text through a screen reader.
 pub fn speak(text: &str) {
     let place = document().ok().and_then(|d| d.get_element_by_id("spoken"));
     if let Some(place) = place
@@ -63,7 +63,7 @@ pub fn speak(text: &str) {
     }
 }
 
-/// Files that were chosen or dropped since the last time.
+/// Returns the files that were chosen or dropped since the last call.
 pub fn arrived() -> Vec<Arrived> {
     ARRIVED.with_borrow_mut(std::mem::take)
 }
@@ -73,7 +73,7 @@ pub fn arrive(ctx: &egui::Context, files: Arrived) {
     ctx.request_repaint();
 }
 
-/// Read files that were dropped on the page.
+/// Reads files that were dropped on the page.
 pub fn read_dropped(ctx: &egui::Context, files: Vec<egui::DroppedFileHandle>) {
     let ctx = ctx.clone();
     spawn_local(async move {
@@ -92,9 +92,9 @@ pub fn read_dropped(ctx: &egui::Context, files: Vec<egui::DroppedFileHandle>) {
     });
 }
 
-/// The browser's own picker, and its downloads.
+/// The browser's file picker and downloads.
 pub struct Browser {
-    /// What is painted again when files have come.
+    /// The context to repaint when files arrive.
     pub ctx: egui::Context,
 }
 
@@ -103,7 +103,7 @@ impl Files for Browser {
         if !matches!(what, Ask::Open | Ask::Import) {
             return Some(name.into());
         }
-        // Scenes are opened with the meshes that they name.
+        // Scenes are opened together with the meshes that they name.
         let meshes = Ask::Import.kind().1;
         let endings = what.kind().1.iter().chain(meshes);
         let accepted: Vec<String> = endings.map(|ending| format!(".{ending}")).collect();
@@ -155,10 +155,10 @@ pub fn pick(ctx: &egui::Context, accepted: &str) -> Result<(), JsValue> {
     Ok(())
 }
 
-/// Give bytes to the browser to be kept under a name.
+/// Downloads bytes under a name.
 ///
 /// # Errors
-/// If it does not take them.
+/// If the browser refuses.
 pub fn download(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     let give = || -> Result<(), JsValue> {
@@ -173,11 +173,11 @@ pub fn download(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
     give().map_err(|error| std::io::Error::other(said(&error)))
 }
 
-/// Let the page do what waits, and come back.
+/// Yields to the browser's event loop.
 pub async fn breathe() {
     let turn = js_sys::Promise::new(&mut |done, _| {
         if let Some(window) = web_sys::window() {
-            // Without a timer there is no coming back: go on at once then.
+            // Without a timer the loop cannot be resumed: continue at once.
             if window.set_timeout_with_callback(&done).is_err() {
                 let _ = done.call0(&JsValue::NULL);
             }
@@ -186,12 +186,12 @@ pub async fn breathe() {
     let _ = JsFuture::from(turn).await;
 }
 
-/// Whether the picture is of what there is, in full, as it was noted last.
+/// Returns true if the final image of the current document was shown at the last update.
 pub fn settled() -> bool {
     SETTLED.get()
 }
 
-/// What was told last, as it was noted.
+/// Returns the last message at the last update.
 pub fn told() -> String {
     TOLD.with_borrow(String::clone)
 }

@@ -1,4 +1,4 @@
-//! What commands do.
+//! Runs commands.
 
 use crate::app::Studio;
 use crate::commands::{self, Command};
@@ -15,7 +15,7 @@ use argil::scene::Scene;
 use eframe::egui;
 
 impl Studio {
-    /// Whether a command would do something.
+    /// Returns true if a command is available.
     fn can(&self, command: Command) -> bool {
         let document = &self.session.document;
         let (names, done) = document.history();
@@ -47,7 +47,7 @@ impl Studio {
         }
     }
 
-    /// Whether what it switches is on.
+    /// Returns true if a command's switch is on.
     fn is_on(&self, command: Command) -> bool {
         let (view, preferences) = (&self.view, &self.session.preferences);
         match command {
@@ -67,7 +67,7 @@ impl Studio {
         }
     }
 
-    /// Have menus know which commands would do something and which are on.
+    /// Updates which commands are available and which switches are on.
     pub(crate) fn offer(&mut self) {
         let all = || commands::ALL.iter().map(|entry| entry.command);
         let can = all().filter(|&command| self.can(command)).collect();
@@ -75,7 +75,7 @@ impl Studio {
         (self.session.can, self.session.is_on) = (can, is_on);
     }
 
-    /// Do a command.
+    /// Runs a command.
     pub(crate) fn run(&mut self, command: Command, ctx: &egui::Context) {
         if !self.can(command) {
             return;
@@ -85,7 +85,7 @@ impl Studio {
         let preferences = &mut session.preferences;
         match command {
             Command::New => session.leave_for(ctx, AfterDialog::New),
-            // A page asks when it has read what was chosen.
+            // On a page, the question follows after the chosen file is read.
             Command::Open if IS_PAGE => session.ask_to_open(),
             Command::Open => session.leave_for(ctx, AfterDialog::Ask),
             Command::Save => drop(session.save_scene(false)),
@@ -100,7 +100,7 @@ impl Studio {
             Command::Redo => document.redo(),
             Command::History => self.shows_history = !self.shows_history,
             Command::Cut | Command::Copy => self.copy(ctx, command == Command::Cut),
-            // A page is not given what was copied but by the keys.
+            // A page receives the clipboard only through the keyboard.
             Command::Paste if IS_PAGE => session.show_note("To paste, press Ctrl+V, or ⌘V"),
             Command::Paste => ctx.send_viewport_cmd(egui::ViewportCommand::RequestPaste),
             Command::Duplicate => session.attempt(|s| s.document.duplicate()),
@@ -161,7 +161,7 @@ impl Studio {
         });
     }
 
-    /// Do what the parts of the editor wish of one another.
+    /// Handles requests between parts of the editor.
     pub(crate) fn handle_requests(&mut self, ctx: &egui::Context) {
         for wish in std::mem::take(&mut self.session.requests) {
             let session = &mut self.session;
@@ -183,10 +183,10 @@ impl Studio {
         }
     }
 
-    /// Take in what jobs have come to.
+    /// Handles the results of background jobs.
     pub(crate) fn work(&mut self, ctx: &egui::Context) {
         let session = &mut self.session;
-        // What comes of work is a step of its own, and waits for the hand.
+        // A job's result is an undo step of its own, and waits for the end of a drag.
         let finished = if session.document.is_in_stroke() {
             Vec::new()
         } else {

@@ -1,4 +1,4 @@
-//! All that can be told to do: its name, where it stands in the menus, its shortcut.
+//! The commands: their names, menus and shortcuts.
 
 use eframe::egui::{Key, KeyboardShortcut, Modifiers};
 
@@ -71,15 +71,15 @@ pub(crate) enum Command {
     Help,
 }
 
-/// A command in the menus.
+/// A command's row in the menus.
 pub(crate) struct CommandInfo {
-    /// Which.
+    /// The command.
     pub command: Command,
-    /// Its menu.
+    /// The menu.
     pub menu: &'static str,
-    /// In words.
+    /// The label.
     pub name: &'static str,
-    /// What it is at first.
+    /// The default shortcut.
     pub shortcut: Option<KeyboardShortcut>,
 }
 
@@ -121,7 +121,7 @@ const fn ctrl_shift(key: Key) -> Option<KeyboardShortcut> {
 /// The menus, from left to right.
 pub(crate) const MENUS: [&str; 5] = ["File", "Edit", "Tool", "View", "Help"];
 
-/// All commands, in the order of the menus.
+/// All commands, in menu order.
 pub(crate) const ALL: &[CommandInfo] = &[
     entry(Command::New, "File", "New", ctrl(Key::N)),
     entry(Command::Open, "File", "Open…", ctrl(Key::O)),
@@ -250,13 +250,13 @@ pub(crate) const ALL: &[CommandInfo] = &[
     entry(Command::Help, "Help", "Shortcuts", key(Key::F1)),
 ];
 
-/// What the table says of a command.
+/// Returns the row of a command.
 pub(crate) fn info(command: Command) -> &'static CommandInfo {
-    // The table has every command; a test tells.
+    // The table lists every command; a test checks it.
     ALL.iter().find(|e| e.command == command).unwrap_or(&ALL[0])
 }
 
-/// A shortcut from text such as `Ctrl+Shift+Z`.
+/// Parses a shortcut such as `Ctrl+Shift+Z`.
 pub(crate) fn parse(text: &str) -> Option<KeyboardShortcut> {
     let mut modifiers = Modifiers::NONE;
     let mut parts = text.split('+').map(str::trim).peekable();
@@ -278,7 +278,7 @@ pub(crate) fn parse(text: &str) -> Option<KeyboardShortcut> {
     None
 }
 
-/// The text of a shortcut, that is parsed again.
+/// Formats a shortcut so that it can be parsed again.
 pub(crate) fn format_shortcut(shortcut: &KeyboardShortcut) -> String {
     let m = shortcut.modifiers;
     let mut text = String::new();

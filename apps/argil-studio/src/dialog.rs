@@ -1,30 +1,31 @@
-//! What can be asked or shown over the window.
+//! Dialogs over the window.
 
 use crate::commands::Command;
 use crate::recovery::RecoverableSession;
 use std::path::PathBuf;
 
-/// Over the window there is at most one.
+/// The open dialog. There is at most one.
 pub(crate) enum Dialog {
-    /// Something is not saved.
+    /// The document has unsaved changes.
     Unsaved(AfterDialog),
-    /// Something is not finished, and the window is to be closed; how many steps there were then.
+    /// Background jobs are running and the window is about to close. Contains the number of undo steps at that
+    /// time.
     Unfinished(usize),
-    /// A session before has left something.
+    /// An earlier session can be recovered.
     Recover(Vec<RecoverableSession>),
-    /// Commands by parts of their names.
+    /// The command palette.
     Palette {
-        /// What is typed.
+        /// The search text.
         text: String,
-        /// Which of those that are found is chosen.
+        /// Index of the selected result.
         at: usize,
     },
-    /// All shortcuts; and the command that is given another.
+    /// The list of shortcuts, and the command whose shortcut is being changed.
     Help(Option<Command>),
 }
 
 impl Dialog {
-    /// The palette with nothing typed.
+    /// Returns the palette with an empty search text.
     pub(crate) fn palette() -> Self {
         Self::Palette {
             text: String::new(),
@@ -33,20 +34,20 @@ impl Dialog {
     }
 }
 
-/// What comes after the question whether to save.
+/// What happens after the question whether to save.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum AfterDialog {
-    /// Something new.
+    /// A new document.
     New,
-    /// The file that is asked for.
+    /// The file dialog.
     Ask,
-    /// A file.
+    /// A file is opened.
     Open(PathBuf),
     /// A scene's name and text, with meshes.
     #[cfg(target_arch = "wasm32")]
     NamedBytes(crate::browser::NamedBytes, Vec<crate::browser::NamedBytes>),
-    /// One of the scenes that come with the editor.
+    /// A sample scene is opened.
     Sample(&'static str),
-    /// The end.
+    /// The editor closes.
     Quit,
 }

@@ -1,4 +1,4 @@
-//! What is asked or shown over the window.
+//! Shows the dialogs.
 
 use crate::commands::{self, Command};
 use crate::dialog::{AfterDialog, Dialog};
@@ -7,7 +7,7 @@ use crate::session::{Request, Session};
 use eframe::egui::{self, Key, KeyboardShortcut};
 
 impl Session {
-    /// Show the dialog that there is.
+    /// Shows the open dialog.
     pub(crate) fn dialogs(&mut self, ctx: &egui::Context) {
         let Some(dialog) = self.dialog.take() else {
             return;
@@ -35,7 +35,7 @@ impl Session {
                 Dialog::Help(bound)
             }
         };
-        // What was chosen may have opened another.
+        // The choice may have opened another dialog.
         if stays && self.dialog.is_none() {
             self.dialog = Some(dialog);
         }
@@ -63,7 +63,7 @@ impl Session {
         stays && !modal.should_close()
     }
 
-    /// What was put off until it was known whether to save.
+    /// Continues after the question whether to save.
     pub(crate) fn go_on(&mut self, ctx: &egui::Context, then: AfterDialog) {
         match then {
             AfterDialog::New => self.replace_scene(argil::scene::Scene::new(), None),
@@ -86,12 +86,12 @@ impl Session {
         ctx.send_viewport_cmd(egui::ViewportCommand::Close);
     }
 
-    /// Close when what runs is done.
+    /// Closes the window once background jobs have finished.
     pub(crate) fn wait_to_close(&mut self) {
         self.dialog = Some(Dialog::Unfinished(self.document.history().1));
     }
 
-    /// Something went wrong of what was waited for: it is not to be closed upon that unread.
+    /// Keeps the window open, because a job failed and its error must be read.
     pub(crate) fn stay_open(&mut self) {
         self.dialog
             .take_if(|dialog| matches!(dialog, Dialog::Unfinished(_)));
@@ -99,7 +99,7 @@ impl Session {
 
     pub(crate) fn unfinished(&mut self, ctx: &egui::Context, steps: usize) -> bool {
         if self.jobs.all().is_empty() {
-            // What came of it may be an edit, which was not there when it was asked what is to be saved.
+            // A job may have made an edit after the question whether to save.
             if self.document.history().1 == steps {
                 self.close(ctx);
             } else {
@@ -273,12 +273,12 @@ impl Session {
                 }
             });
         });
-        // Escape may be what is bound.
+        // Escape may be the shortcut being assigned.
         !closes && (bound.is_some() || !modal.should_close())
     }
 }
 
-/// The keys that are pressed, if some are.
+/// Returns the pressed keys as a shortcut.
 fn pressed(ui: &egui::Ui) -> Option<KeyboardShortcut> {
     ui.input(|i| {
         i.events.iter().find_map(|event| match event {

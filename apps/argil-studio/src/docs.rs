@@ -1,17 +1,17 @@
-//! What the file's schema says of shapes and modifiers.
+//! Descriptions of shapes and modifiers, from the file format's schema.
 
 use serde_json::Value;
 
-/// What the file's schema says of shapes and modifiers.
+/// Descriptions of shapes and modifiers, from the file format's schema.
 pub(crate) struct Docs(Value);
 
 impl Docs {
-    /// Of the schema.
+    /// Reads the schema.
     pub(crate) fn new() -> Self {
         Self(serde_json::from_str(&argil::scene::schema()).expect("a schema is JSON"))
     }
 
-    /// What stands at a key of a kind, such as `radius` of the `Shape` `sphere`.
+    /// Returns the description of a parameter, such as `radius` of the `Shape` `sphere`.
     pub(crate) fn of(&self, which: &str, kind: &str, key: &str) -> Option<&str> {
         let kinds = self.0["$defs"][which]["oneOf"].as_array()?;
         let own = kinds

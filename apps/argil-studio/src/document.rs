@@ -1,7 +1,7 @@
-//! The scene that is open, with its file, its journal, what is selected, and the names of its history.
+//! The open scene, with its file, journal, selection and history.
 //!
-//! *Practice.* Every change is an [`Action`]: the journal writes it as a line, so that it comes back after a crash, and what draws
-//! the scene elsewhere does the same action. Nodes have the same ids there.
+//! *Practice.* Every change is an [`Action`]. The journal writes it as a line, which recovers it after a crash. The
+//! render thread applies the same action to its own copy, whose nodes have the same ids.
 
 use crate::mesh_files::{Named, moved_paths, nothing};
 use crate::names::name_of;
@@ -15,31 +15,31 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// See the module's page.
+/// The open document: see the module's page.
 pub struct Document {
     pub(super) scene: Scene,
     path: Option<PathBuf>,
     recovery: Recovery,
-    /// Actions that were not handed on yet.
+    /// Actions that were not forwarded yet.
     actions: Vec<Action>,
-    /// Of every step that can be undone or redone.
+    /// Names of all steps that can be undone or redone.
     names: Vec<String>,
-    /// How many steps were done when it was saved; none where what was saved cannot be come back to.
+    /// Number of steps when the document was saved. `None` if that state cannot be reached again.
     saved: Option<usize>,
     stroke: Option<DocumentStroke>,
-    /// Meshes for which nothing stands in.
+    /// Meshes without a placeholder.
     missing: Vec<Named>,
-    /// Those of them that nobody was asked for yet.
+    /// Missing meshes that were not requested yet.
     wanted: Vec<Named>,
-    /// Whether meshes are read wherever their paths lead.
+    /// Whether meshes are read from any path.
     pub reads_anywhere: bool,
-    /// Of this document and no other.
+    /// Unique id of this document.
     id: u64,
-    /// What is selected, in the order of choosing.
+    /// Selected nodes, in the order of selection.
     pub selection: Vec<NodeId>,
 }
 
-/// Groups within one another that a copy can have, so that a journal can be read again.
+/// Maximum nesting of groups in a copy, so that a journal can be read again.
 const DEEPEST: usize = 50;
 
 fn check_depth(tree: &NodeTree) -> anyhow::Result<()> {
@@ -50,16 +50,16 @@ fn check_depth(tree: &NodeTree) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Edits that are one step.
+/// Edits that form one undo step.
 struct DocumentStroke {
-    /// Steps before it.
+    /// Number of steps before it.
     before: usize,
-    /// What it is called, until it has changed something: one that changes nothing is no step.
+    /// Name of the step. `None` after it changed something: a stroke without changes is no step.
     name: Option<String>,
 }
 
 impl Document {
-    /// Of a scene that nothing was changed of; nothing is journalled where `recovery` is off.
+    /// Creates a document of an unchanged scene. Without `recovery`, nothing is journaled.
     pub fn new(scene: Scene, path: Option<PathBuf>, mut recovery: Recovery) -> Self {
         recovery.begin(&scene, path.as_deref());
         let steps = [scene.undo_depth(), scene.redo_depth()];
@@ -81,7 +81,7 @@ impl Document {
         document
     }
 
-    /// Of what a journal brought back: it is not saved.
+    /// Creates a document of a recovered journal. It is unsaved.
     pub fn recovered(scene: Scene, path: Option<PathBuf>, recovery: Recovery) -> Self {
         let mut document = Self::new(Scene::new(), path, Recovery::off());
         document.names = vec!["Edit".into(); scene.undo_depth() + scene.redo_depth()];
@@ -90,17 +90,17 @@ impl Document {
         document
     }
 
-    /// The scene.
+    /// Returns the scene.
     pub fn scene(&self) -> &Scene {
         &self.scene
     }
 
-    /// Where it was opened from or saved to.
+    /// Returns the path of the scene's file.
     pub fn path(&self) -> Option<&Path> {
         self.path.as_deref()
     }
 
-    /// What to call it.
+    /// Returns the title.
     pub fn title(&self) -> String {
         let file = self.path.as_deref().and_then(Path::file_name);
         match file {
@@ -110,37 +110,37 @@ impl Document {
         }
     }
 
-    /// Whether there is something to lose.
+    /// Returns true if there are unsaved changes.
     pub fn is_changed(&self) -> bool {
         self.saved != Some(self.scene.undo_depth())
     }
 
-    /// What was done since the last time, for those that follow.
+    /// Returns the actions since the last call.
     pub fn take_actions(&mut self) -> Vec<Action> {
         std::mem::take(&mut self.actions)
     }
 
-    /// Do an edit under a name.
+    /// Applies an edit, as a step with a name.
     ///
     /// # Errors
-    /// If it cannot be done.
+    /// If the edit fails.
     pub fn edit(&mut self, name: &str, edit: Edit) -> anyhow::Result<EditOutcome> {
         let edited = self.act(name, Action::Edit(edit))?;
         edited.context("an edit that changes nothing")
     }
 
-    /// Give a node another entry.
+    /// Replaces a node's description.
     ///
     /// # Errors
-    /// If a value in it cannot be used.
+    /// If a value is invalid.
     pub fn replace(&mut self, name: &str, node: NodeId, entry: NodeDesc) -> anyhow::Result<()> {
         self.edit(name, Edit::Replace { node, entry }).map(drop)
     }
 
-    /// Add or change a material, or take one away.
+    /// Adds, changes or removes a material.
     ///
     /// # Errors
-    /// If a value in it cannot be used, or it is to be taken away and is used.
+    /// If a value is invalid, or the material to remove is in use.
     pub fn set_material(
         &mut self,
         name: &str,
@@ -154,19 +154,19 @@ impl Document {
         self.edit(name, edit).map(drop)
     }
 
-    /// Have a mesh's distances, for brushes that are there and that are put in after.
+    /// Sets the sampled distances of a mesh, for present and later brushes.
     pub fn add_mesh_grid(&mut self, path: &str, resolution: u32, grid: Arc<SampledGrid>) {
         self.scene.set_mesh_grid(path, resolution, grid);
         self.missing
             .retain(|(own, size)| (own.as_str(), *size) != (path, resolution));
     }
 
-    /// Have what has keyframes be as it is at a time, in seconds. It is no step, and nothing of it is saved.
+    /// Evaluates keyframes at a time in seconds. This is no undo step, and is not saved.
     pub fn set_time(&mut self, time: f32) {
         self.scene.set_time(time);
     }
 
-    /// Meshes that the scene names and whose distances are not there, or not yet.
+    /// Returns the meshes that the scene names and that are not loaded yet.
     pub fn missing_meshes(&self) -> Vec<Named> {
         let is_named = |(path, resolution): &&Named| {
             let names = |node: NodeId| {
@@ -178,7 +178,7 @@ impl Document {
         self.missing.iter().filter(is_named).cloned().collect()
     }
 
-    /// Have nothing in place of meshes that are not there.
+    /// Replaces missing meshes with empty placeholders.
     fn insert_placeholders(&mut self) {
         for named in self.scene.missing_meshes() {
             self.scene
@@ -188,20 +188,20 @@ impl Document {
         }
     }
 
-    /// Meshes that came to be missing since the last time.
+    /// Returns the meshes that became missing since the last call.
     pub fn take_wanted(&mut self) -> Vec<Named> {
         std::mem::take(&mut self.wanted)
     }
 
-    /// Which document it is.
+    /// Returns the id of the document.
     pub fn id(&self) -> u64 {
         self.id
     }
 
-    /// Insert a copy of what another scene, or this one, has, with all that it holds.
+    /// Inserts a copy of a tree of this or another scene.
     ///
     /// # Errors
-    /// If it cannot be put there.
+    /// If it cannot be inserted there.
     pub fn insert_tree(
         &mut self,
         name: &str,
@@ -215,15 +215,15 @@ impl Document {
             tree,
         };
         self.act(name, insert)?;
-        // The first that was inserted is the one at the place.
+        // The node inserted first is at the requested index.
         let children = self.scene.node(parent).children();
         children.get(index).copied().context("nothing was inserted")
     }
 
-    /// Nodes with all that they hold, for copies, which are not locked.
+    /// Returns unlocked copies of nodes with all their children.
     ///
     /// # Errors
-    /// If groups in them are nested too deep for a file to be read again.
+    /// If groups are nested too deep for the file format.
     pub fn copies(&self, nodes: &[NodeId]) -> anyhow::Result<Vec<NodeTree>> {
         let copy = |&node: &NodeId| {
             let mut tree = self.scene.subtree(node);
@@ -236,9 +236,9 @@ impl Document {
 
     fn act(&mut self, name: &str, action: Action) -> anyhow::Result<Option<EditOutcome>> {
         let before = self.scene.undo_depth();
-        // What a journal says of an action is where its nodes are before it.
+        // The journal refers to nodes by their paths before the action.
         let line = self.line_of(&action)?;
-        // What cannot be drawn is refused before it is recorded.
+        // An edit that cannot be rendered is rejected before it is recorded.
         let edited = self.scene.perform_checked(&action, Program::check)?;
         let has_mesh = action.entries().any(|entry| entry.kind.file().is_some());
         self.recovery.record(&line);
@@ -252,14 +252,14 @@ impl Document {
                 }
             }
         }
-        // Looking through the scene takes a while where it is large.
+        // Searching a large scene takes a while.
         if has_mesh {
             self.insert_placeholders();
         }
         Ok(edited)
     }
 
-    /// A step came after so many others.
+    /// Records the name of a step.
     fn named(&mut self, before: usize, name: &str) {
         if self.saved.is_some_and(|saved| saved > before) {
             self.saved = None;
@@ -268,7 +268,7 @@ impl Document {
         self.names.push(name.into());
     }
 
-    /// The line of an action; nodes that are gone are nowhere.
+    /// Returns the log line of an action.
     fn line_of(&self, action: &Action) -> anyhow::Result<String> {
         let is_there = match *action {
             Action::InsertTree { parent, .. } => self.has(parent),
@@ -289,7 +289,7 @@ impl Document {
         Ok(self.scene.action_line(action))
     }
 
-    /// An action that is no edit.
+    /// Performs an action that is not an edit.
     fn control(&mut self, action: Action) {
         let line = self.scene.action_line(&action);
         if self.scene.perform(&action).is_ok() {
@@ -298,7 +298,7 @@ impl Document {
         }
     }
 
-    /// From here to its end all edits are one step.
+    /// Begins a stroke: all edits until its end form one step.
     pub fn begin_stroke(&mut self, name: &str) {
         self.end_stroke();
         let before = self.scene.undo_depth();
@@ -307,14 +307,14 @@ impl Document {
         self.stroke = Some(DocumentStroke { before, name });
     }
 
-    /// See [`Document::begin_stroke`].
+    /// Ends a stroke: see [`Document::begin_stroke`].
     pub fn end_stroke(&mut self) {
         if self.stroke.take().is_some() {
             self.control(Action::EndStroke);
         }
     }
 
-    /// The same, and take back what it did.
+    /// Ends a stroke and undoes it.
     pub fn cancel_stroke(&mut self) {
         let Some(before) = self.stroke.as_ref().map(|stroke| stroke.before) else {
             return;
@@ -325,12 +325,12 @@ impl Document {
         }
     }
 
-    /// Whether a stroke is going on.
+    /// Returns true during a stroke.
     pub fn is_in_stroke(&self) -> bool {
         self.stroke.is_some()
     }
 
-    /// Take the last step back.
+    /// Undoes the last step.
     pub fn undo(&mut self) {
         self.end_stroke();
         if self.scene.undo_depth() > 0 {
@@ -340,7 +340,7 @@ impl Document {
         }
     }
 
-    /// Do again what was undone last.
+    /// Redoes the step that was undone last.
     pub fn redo(&mut self) {
         self.end_stroke();
         if self.scene.redo_depth() > 0 {
@@ -350,12 +350,12 @@ impl Document {
         }
     }
 
-    /// The names of all steps, and how many of them are done.
+    /// Returns the names of all steps, and the number of steps that are applied.
     pub fn history(&self) -> (&[String], usize) {
         (&self.names, self.scene.undo_depth())
     }
 
-    /// Undo or redo until so many steps are done.
+    /// Undoes or redoes until a number of steps is applied.
     pub fn go_to(&mut self, steps: usize) {
         while self.scene.undo_depth() > steps {
             self.undo();
@@ -365,15 +365,15 @@ impl Document {
         }
     }
 
-    /// What to call a node.
+    /// Returns the display name of a node.
     pub fn name_of(&self, node: NodeId) -> String {
         name_of(self.scene.node(node).desc())
     }
 
-    /// Write the scene to a file, its own from now on. In another folder its meshes are named from there.
+    /// Saves the scene to a file, which becomes the document's file. Mesh paths are made relative to its folder.
     ///
     /// # Errors
-    /// If it cannot be written; what is there stays.
+    /// If the file cannot be written; it then keeps its contents.
     pub fn save(&mut self, path: &Path) -> anyhow::Result<()> {
         self.end_stroke();
         let moved = moved_paths(&self.scene, self.path(), path);
@@ -395,7 +395,7 @@ impl Document {
         }
         self.path = Some(path.into());
         self.has_saved();
-        // The journal goes on: a later undo may go back beyond this.
+        // The journal continues, because a later undo may go back beyond this point.
         self.recovery.note_saved(path);
         Ok(())
     }
@@ -404,18 +404,18 @@ impl Document {
         self.saved = Some(self.scene.undo_depth());
     }
 
-    /// It was not saved when it was kept.
+    /// Marks the document as unsaved.
     #[cfg(target_arch = "wasm32")]
     pub fn is_unsaved(&mut self) {
         self.saved = None;
     }
 
-    /// Why nothing is journalled, once.
+    /// Returns the journal's error, once.
     pub fn take_fault(&mut self) -> Option<String> {
         self.recovery.fault.take()
     }
 
-    /// Put it away: nothing is to be brought back.
+    /// Closes the document and removes its journal.
     pub fn close(&mut self) {
         self.recovery.end();
     }

@@ -1,4 +1,4 @@
-//! What commands do to a document.
+//! Edits that commands make to a document.
 
 use crate::document::Document;
 use crate::mesh_files::folder_of;
@@ -6,7 +6,7 @@ use argil::scene::{Edit, Group, Modifier, NodeDesc, NodeId, NodeKind, NodeTree, 
 use std::path::{Path, PathBuf};
 
 impl Document {
-    /// Put an entry at the end, and select it.
+    /// Appends a node and selects it.
     pub(crate) fn add_entry(&mut self, name: &str, entry: NodeDesc) -> anyhow::Result<()> {
         let index = self.scene().node(Scene::ROOT).children().len();
         let made = self.edit(
@@ -21,7 +21,7 @@ impl Document {
         Ok(())
     }
 
-    /// What is selected and not locked.
+    /// Returns the selected nodes that are not locked.
     pub(crate) fn unlocked(&self) -> anyhow::Result<Vec<NodeId>> {
         let nodes = self.movable();
         anyhow::ensure!(!nodes.is_empty(), "what is selected is locked");
@@ -39,7 +39,7 @@ impl Document {
         Ok(())
     }
 
-    /// Put what was copied behind what is selected.
+    /// Inserts the clipboard's contents after the selection.
     pub(crate) fn paste(&mut self, text: &str) -> anyhow::Result<()> {
         let trees: Vec<NodeTree> = serde_json::from_str(text)
             .map_err(|_| anyhow::anyhow!("what was copied is no brush of Argil"))?;
@@ -72,7 +72,7 @@ impl Document {
         Ok(())
     }
 
-    /// Put a copy of each that is selected behind it, and select the copies.
+    /// Inserts a copy after each selected node, and selects the copies.
     pub(crate) fn duplicate_within_stroke(&mut self) -> anyhow::Result<Vec<NodeId>> {
         let mut made = Vec::new();
         let nodes = self.outermost();
@@ -121,7 +121,7 @@ impl Document {
         Ok(())
     }
 
-    /// Put what groups hold in their place. Groups that do more than hold are told of.
+    /// Replaces groups with their children. Reports groups with modifiers or operators that would be lost.
     pub(crate) fn ungroup(&mut self) -> anyhow::Result<()> {
         let mut groups = self.unlocked()?;
         let scene = self.scene();
@@ -201,14 +201,14 @@ impl Document {
         Ok(())
     }
 
-    /// What is selected and not locked.
+    /// Returns the selected nodes that are not locked.
     pub(crate) fn movable(&self) -> Vec<NodeId> {
         let mut all = self.outermost();
         all.retain(|&node| !self.is_locked(node));
         all
     }
 
-    /// The shape of the one brush that is selected, if nothing but its place has changed it.
+    /// Returns the shape of the only selected brush, if only a transform modifies it.
     pub(crate) fn plain_shape(&self, nodes: &[NodeId]) -> Option<Shape> {
         let [node] = nodes else {
             return None;
@@ -222,7 +222,7 @@ impl Document {
         }
     }
 
-    /// Those that have a material.
+    /// Returns the nodes that use a material.
     pub(crate) fn users_of(&self, material: &str) -> Vec<NodeId> {
         let scene = self.scene();
         let uses = |&node: &NodeId| scene.node(node).desc().material.as_deref() == Some(material);
@@ -267,7 +267,7 @@ impl Document {
         Ok(())
     }
 
-    /// Take a material away, also from those that have it.
+    /// Removes a material, also from the nodes that use it.
     pub(crate) fn remove_material(&mut self, name: &str) -> anyhow::Result<()> {
         let users = self.users_of(name);
         self.begin_stroke("Remove material");
@@ -277,12 +277,12 @@ impl Document {
         Ok(())
     }
 
-    /// Where the scene's meshes are, as their paths say.
+    /// Returns the folder that mesh paths are relative to.
     pub(crate) fn mesh_folder(&self) -> PathBuf {
         self.path().map_or(Path::new("."), folder_of).into()
     }
 
-    /// What to call a mesh's file in the scene: from the scene's own folder, if it is in it.
+    /// Returns a mesh's path relative to the scene's folder, if it lies inside.
     pub(crate) fn mesh_name(&self, path: &Path) -> std::io::Result<String> {
         let absolute = std::path::absolute(path)?;
         let own = self.path().and_then(Path::parent);
@@ -294,7 +294,7 @@ impl Document {
         Ok(named.replace('\\', "/"))
     }
 
-    /// Whether all meshes are there, for work that would leave out those that are not.
+    /// Checks that all meshes are loaded, for work that would leave out missing ones.
     pub(crate) fn ensure_whole(&self) -> anyhow::Result<()> {
         match self.missing_meshes().first() {
             None => Ok(()),

@@ -1,4 +1,4 @@
-//! A drag of a handle, and the screen that it is on.
+//! A drag of a handle, in screen space.
 
 use crate::node_transform::NodeTransform;
 use crate::viewport_camera::{on_line, on_plane};
@@ -9,35 +9,35 @@ use eframe::egui::{Color32, Pos2, Rect};
 /// A part of the gizmo that can be dragged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Handle {
-    /// Along or about an axis; of a scale, along an axis of the brush itself.
+    /// Along or about an axis. Scaling works along the brush's own axis.
     Axis(usize),
-    /// In the picture's plane, or about its normal; of a scale, all of it.
+    /// In the image plane, or about its normal. Scaling is uniform.
     Free,
 }
 
-/// A drag that is going on.
+/// A drag in progress.
 #[derive(Clone, Debug)]
 pub(crate) struct Drag {
     pub(crate) handle: Handle,
-    /// Where it began.
+    /// Position where it began.
     pub(crate) start: Vec2,
     pub(crate) pivot: Vec3,
     pub(crate) axes: [Vec3; 3],
-    /// The shape of the one brush that is dragged, as it was when it began.
+    /// The shape of the only dragged brush, at the start.
     pub(crate) shape: Option<Shape>,
-    /// What is dragged: its place in the world when it began, and that of the groups around it.
+    /// The dragged nodes, each with its transform at the start and the transform of its groups.
     pub(crate) nodes: Vec<(NodeId, NodeTransform, NodeTransform)>,
-    /// What is typed for it.
+    /// Text typed during the drag.
     pub(crate) typed: String,
-    /// What was selected before.
+    /// Selection before the drag.
     pub(crate) selection: Vec<NodeId>,
-    /// Whether it was taken back while it was held.
+    /// Whether the drag was canceled while the pointer was held.
     pub(crate) is_cancelled: bool,
 }
 
-/// Handles are as long as this, in points.
+/// Length of handles in points.
 pub(crate) const LENGTH: f32 = 80.0;
-/// So near is on a handle.
+/// Distance in points within which the pointer hits a handle.
 pub(crate) const NEAR: f32 = 7.0;
 pub(crate) const COLORS: [Color32; 3] = [
     Color32::from_rgb(230, 70, 70),
@@ -47,7 +47,7 @@ pub(crate) const COLORS: [Color32; 3] = [
 pub(crate) const HELD: Color32 = Color32::from_rgb(255, 210, 60);
 pub(crate) const RING: usize = 48;
 
-/// The viewport's rectangle, with the eye, as the gizmo needs them.
+/// The viewport's rectangle and camera.
 pub(crate) struct Screen<'a> {
     pub(crate) eye: &'a crate::viewport_camera::ViewportCamera,
     pub(crate) rect: Rect,
@@ -68,7 +68,7 @@ impl Screen<'_> {
         self.eye.ray(own, self.size())
     }
 
-    /// A length in points at a place, in the world.
+    /// Converts a length in points at a position to world units.
     pub(crate) fn length(&self, points: f32, at: Vec3) -> f32 {
         points / self.eye.pixels_per_unit(at, self.size())
     }
@@ -89,7 +89,7 @@ pub(crate) fn pos(v: Vec2) -> Pos2 {
 }
 
 impl Drag {
-    /// The axis that it turns about, and by how many degrees.
+    /// Returns the axis of rotation, and the angle in degrees.
     pub(crate) fn turned(
         &self,
         screen: &Screen<'_>,
@@ -102,12 +102,12 @@ impl Drag {
         };
         let middle = screen.at(self.pivot)?;
         let turn = (self.start - middle).angle_to(at - middle).to_degrees();
-        // On the screen y goes down; what is seen from behind turns the other way.
+        // The y axis of the screen points down, and a rotation seen from behind appears reversed.
         let faces = if axis.dot(backward) < 0.0 { 1.0 } else { -1.0 };
         Some((axis, faces * turn))
     }
 
-    /// How many times as large it makes things.
+    /// Returns the scale factor.
     pub(crate) fn scaled(&self, screen: &Screen<'_>, at: Vec2) -> Option<f32> {
         let (pivot, start) = (self.pivot, self.start);
         let middle = screen.at(pivot)?;
@@ -116,7 +116,7 @@ impl Drag {
             Handle::Free => None,
         };
         Some(match along {
-            // Along the handle, as it is seen.
+            // Along the handle, as it appears on screen.
             Some(end) => {
                 let along = (end - middle).normalize_or_zero();
                 (at - middle).dot(along).max(1.0) / (start - middle).dot(along).max(8.0)
@@ -125,7 +125,7 @@ impl Drag {
         })
     }
 
-    /// By how much it shifts things.
+    /// Returns the translation.
     pub(crate) fn shifted(&self, screen: &Screen<'_>, at: Vec2, backward: Vec3) -> Option<Vec3> {
         let [before, now] = [self.start, at].map(|p| screen.ray(p));
         match self.handle {
@@ -141,18 +141,18 @@ impl Drag {
     }
 }
 
-/// What a drag does to what is dragged.
+/// The effect of a drag.
 pub(crate) enum DragChange {
-    /// About an axis, by degrees.
+    /// Rotates about an axis, by degrees.
     Turn(Vec3, f32),
-    /// So many times as large.
+    /// Scales by a factor.
     Scale(f32),
-    /// By a way.
+    /// Translates by a vector.
     Shift(Vec3),
 }
 
 impl DragChange {
-    /// In words.
+    /// Formats the change for display.
     pub(crate) fn readout(&self) -> String {
         match self {
             Self::Turn(_, degrees) => format!("{degrees:.1}°"),
@@ -161,7 +161,7 @@ impl DragChange {
         }
     }
 
-    /// What a pose becomes.
+    /// Applies the change to a transform.
     pub(crate) fn of(&self, pose: &NodeTransform, pivot: Vec3) -> NodeTransform {
         let pivot = pivot.as_dvec3();
         let from = pose.shift - pivot;

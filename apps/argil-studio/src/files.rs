@@ -1,31 +1,31 @@
-//! How files are asked for.
+//! File dialogs.
 
 use std::path::PathBuf;
 
-/// Whether it runs in a browser, which has no files: those that are opened are read whole, those that are written are downloads.
+/// Whether the editor runs in a browser. There, opened files are read completely, and written files are downloads.
 pub(crate) const IS_PAGE: bool = cfg!(target_arch = "wasm32");
 
-/// What a file is asked for.
+/// The purpose of a file dialog.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FileRequest {
-    /// A scene to open.
+    /// Open a scene.
     Open,
-    /// Where to save a scene.
+    /// Save a scene.
     Save,
-    /// A mesh to import.
+    /// Import a mesh.
     Import,
-    /// Where to write triangles.
+    /// Export triangles.
     Mesh,
-    /// Where to write a picture.
+    /// Export an image.
     Picture,
-    /// A folder for the pictures of a turntable.
+    /// Export the images of a turntable to a folder.
     Turntable,
-    /// Where to write a volume.
+    /// Export a volume.
     Volume,
 }
 
 impl FileRequest {
-    /// What kind of file it is, with the endings of its name.
+    /// Returns the kind of file, and its extensions.
     pub fn kind(self) -> (&'static str, &'static [&'static str]) {
         match self {
             Self::Open | Self::Save => ("Scene", &["json"]),
@@ -39,13 +39,13 @@ impl FileRequest {
     }
 }
 
-/// How files are asked for.
+/// Access to file dialogs.
 pub trait FileAccess {
-    /// A place; none where the asking was given up, or where what was chosen comes later, as bytes, by
-    /// themselves. `name` is what is proposed.
+    /// Asks for a path. Returns `None` if the user cancels, or if the contents arrive later, as in a browser.
+    /// `name` is the suggestion.
     fn ask(&mut self, what: FileRequest, name: &str) -> Option<PathBuf>;
 
-    /// Why nobody was asked the last time, once.
+    /// Returns the reason why the last dialog failed, once.
     fn take_fault(&mut self) -> Option<String> {
         None
     }
@@ -58,7 +58,7 @@ pub(crate) struct Native {
     fault: Option<String>,
 }
 
-/// Nobody gives a dialog up so fast: there was none.
+/// Duration below which a dialog cannot have been visible.
 #[cfg(not(target_arch = "wasm32"))]
 const UNSEEN: std::time::Duration = std::time::Duration::from_millis(100);
 
@@ -91,7 +91,7 @@ fn dialog(what: FileRequest, name: &str) -> Option<PathBuf> {
         FileRequest::Turntable => dialog.pick_folder(),
         _ => {
             let path = dialog.set_file_name(name).save_file()?;
-            // Some dialogs leave the ending out.
+            // Some dialogs omit the extension.
             match (path.extension(), endings.first()) {
                 (None, Some(ending)) => may_replace(path.with_extension(ending)),
                 _ => Some(path),
@@ -100,7 +100,7 @@ fn dialog(what: FileRequest, name: &str) -> Option<PathBuf> {
     }
 }
 
-/// A place of another name than the dialog has asked about.
+/// Asks before replacing a file other than the one that the dialog asked about.
 #[cfg(not(target_arch = "wasm32"))]
 fn may_replace(path: PathBuf) -> Option<PathBuf> {
     if !path.exists() {

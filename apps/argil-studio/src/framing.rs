@@ -1,4 +1,4 @@
-//! Where is looked at, and by what.
+//! Framing of the view, and views side by side.
 
 use crate::node_transform::NodeTransform;
 use crate::render_worker::Pipeline;
@@ -8,14 +8,14 @@ use argil::glam::Vec3;
 use argil::scene::{Brush, Shape};
 
 impl View {
-    /// Another document.
+    /// Resets the state for another document.
     pub(crate) fn forget(&mut self) {
         self.pictures.forget();
         self.drag = None;
         self.hovered = None;
     }
 
-    /// Compare two pipelines, or no longer.
+    /// Starts or stops comparing two pipelines.
     pub(crate) fn split(&mut self, session: &mut Session) {
         self.pictures.split = match self.pictures.split {
             Some(_) => None,
@@ -26,7 +26,7 @@ impl View {
         self.pictures.shows_difference = false;
     }
 
-    /// Shift what is selected by a step of the snap along the axis that is nearest to a direction of the picture.
+    /// Moves the selection by one snap step, along the axis nearest to a direction on screen.
     pub(crate) fn nudge(&self, session: &mut Session, seen: Vec3) {
         session.attempt(|s| self.try_to_nudge(s, seen));
     }
@@ -73,16 +73,16 @@ impl View {
         }
     }
 
-    /// Put a shape where it is to be.
+    /// Adds a shape at the camera's target.
     pub(crate) fn add_shape(&self, session: &mut Session, shape: Shape, at: Vec3) {
-        // As large as a fifth of what is in view.
+        // Its size is a fifth of the visible height.
         let size = (0.4 * self.eye.half_height()).clamp(1e-3, 1e3);
         let size = (size * 100.0).round() / 100.0;
         let brush = Brush::new(shape).scaled(size.max(0.01)).at(at.to_array());
         session.attempt(|s| s.document.add_entry("Add shape", brush.into()));
     }
 
-    /// Look at what is selected where little of it would be seen: it came in its own unit.
+    /// Frames the selection if little of it would be visible, for example because it was modeled in another unit.
     pub(crate) fn frame_what_is_off(&mut self, session: &mut Session) {
         let Some(node) = session.document.active() else {
             return;

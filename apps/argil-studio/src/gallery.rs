@@ -1,4 +1,4 @@
-//! A picture of each shape, to put it into the scene.
+//! The shape gallery.
 
 use crate::names::shape_name;
 use crate::ready::ready;
@@ -8,7 +8,7 @@ use argil::render::{Camera, RenderMode, RenderSettings};
 use argil::scene::{Brush, Scene, Shape};
 use eframe::egui::{self, ColorImage, Sense, TextureHandle, Vec2};
 
-/// Pictures are drawn when they are looked at first.
+/// The gallery. Its images are rendered on first use.
 #[derive(Default)]
 pub(crate) struct Gallery {
     pictures: Vec<Option<TextureHandle>>,
@@ -38,7 +38,7 @@ fn picture(shape: &Shape) -> Option<ColorImage> {
 }
 
 impl Gallery {
-    /// The shapes: one that is clicked is put where is looked at, one that is dragged where it is let go.
+    /// Shows the shapes. A clicked shape goes to the camera's target, and a dragged one to where it is dropped.
     pub(crate) fn ui(&mut self, ui: &mut egui::Ui) -> Option<Shape> {
         let shapes = Shape::examples();
         self.pictures.resize(shapes.len(), None);
@@ -54,7 +54,7 @@ impl Gallery {
                     egui::WidgetInfo::labeled(egui::Role::Button, true, format!("Add {name}"))
                 });
                 if ui.is_rect_visible(rect) {
-                    // A few a frame, so that the window opens at once.
+                    // A few images per frame, so that the window opens at once.
                     let slot = &mut self.pictures[i];
                     if slot.is_none() && drawn < 2 {
                         drawn += 1;

@@ -1,4 +1,4 @@
-//! Handles at what is selected: moved, rotated, scaled by dragging.
+//! The gizmo: handles that move, rotate and scale the selection.
 
 use crate::drag::*;
 use crate::node_transform::NodeTransform;
@@ -12,7 +12,7 @@ use argil::scene::{NodeId, NodeKind};
 use eframe::egui::{self, Color32, Rect, Stroke};
 
 impl View {
-    /// Where the gizmo is, and its axes.
+    /// Returns the gizmo's position and axes.
     pub(crate) fn frame_of(
         &self,
         session: &mut Session,
@@ -34,7 +34,7 @@ impl View {
         Some((pivot, axes))
     }
 
-    /// Whether each axis has a handle: what cannot be scaled along one axis has none for it.
+    /// Returns true if each axis has a handle. A shape that cannot be scaled along one axis has none.
     pub(crate) fn has_handles(&self, session: &mut Session, nodes: &[NodeId]) -> [bool; 3] {
         if self.tool != Tool::Scale {
             return [true; 3];
@@ -48,7 +48,7 @@ impl View {
         [0, 1, 2].map(can)
     }
 
-    /// Draw the gizmo and let it be dragged; whether it has the pointer.
+    /// Draws the gizmo and handles drags. Returns true if it uses the pointer.
     pub(crate) fn gizmo(
         &mut self,
         session: &mut Session,
@@ -132,7 +132,7 @@ impl View {
                     }
                 }
             } else if let Some(end) = screen.at(pivot + length * axis) {
-                // The middle is another handle's.
+                // The center belongs to another handle.
                 let from = middle + 0.2 * (end - middle);
                 try_one(off_segment(at, [from, end]), Handle::Axis(i));
             }
@@ -253,7 +253,7 @@ impl View {
         });
     }
 
-    /// Have what is dragged where the pointer is; what to say of it.
+    /// Applies a drag to the pointer's position, and returns the readout.
     pub(crate) fn drag_to(
         &mut self,
         session: &mut Session,
@@ -309,7 +309,7 @@ impl View {
         change.readout()
     }
 
-    /// Scale the one brush that is dragged along one of its own axes.
+    /// Scales the only dragged brush along one of its own axes.
     pub(crate) fn stretch(&mut self, session: &mut Session, drag: &Drag, axis: usize, factor: f32) {
         let ([(node, ..)], Some(shape)) = (&drag.nodes[..], &drag.shape) else {
             return;
@@ -325,7 +325,7 @@ impl View {
     }
 }
 
-/// Digits that are typed while something is dragged say by how much.
+/// Handles numbers typed during a drag.
 fn type_into(ui: &egui::Ui, typed: &mut String) {
     ui.input(|i| {
         for event in &i.events {

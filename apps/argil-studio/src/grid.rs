@@ -1,20 +1,20 @@
-//! The grid on the ground and the axes, drawn over the picture, behind what is in front of them.
+//! The ground grid and the axes, drawn over the image and hidden behind solids.
 
 use crate::view::View;
 use argil::glam::{Vec2, Vec3};
 use eframe::egui::{self, Color32, Pos2, Rect, Stroke};
 
-/// Lines to each side of the middle.
+/// Lines on each side of the center.
 const LINES: i32 = 20;
-/// In so many pieces it is found out where a line is seen.
+/// Segments per line, for which visibility is tested.
 const PIECES: usize = 96;
-/// By this part of its distance, something may lie before a line that does not hide it.
+/// Tolerance of the depth test, as a fraction of the distance.
 const SLACK: f32 = 0.004;
 
 impl View {
-    /// Draw the grid.
+    /// Draws the grid.
     pub(crate) fn draw_grid(&self, ui: &egui::Ui, rect: Rect) {
-        // Ten lines or so to the picture's height, a power of ten apart.
+        // About ten lines per image height, at a power of ten.
         let spacing = 10.0f32.powf((self.eye.half_height() * 0.4).log10().floor());
         let reach = LINES as f32 * spacing;
         for i in -LINES..=LINES {
@@ -41,12 +41,12 @@ impl View {
         }
     }
 
-    /// Draw what is seen of a line.
+    /// Draws the visible parts of a line.
     pub(crate) fn draw_line(&self, ui: &egui::Ui, rect: Rect, [a, b]: [Vec3; 2], color: Color32) {
         let painter = ui.painter_at(rect);
         let stroke = Stroke::new(1.0, color);
         let seen = |t: f32| self.seen_at(rect, a.lerp(b, t));
-        // What is seen of it goes from the first place to the second.
+        // The visible part from its first to its last point.
         let mut run: Option<[Pos2; 2]> = None;
         let mut before = 0.0;
         for i in 0..=PIECES {
@@ -70,7 +70,7 @@ impl View {
         }
     }
 
-    /// Where a place is on the screen; nothing where it is behind the eye or a solid.
+    /// Returns a point's position on screen, or `None` if it is behind the camera or a solid.
     pub(crate) fn seen_at(&self, rect: Rect, place: Vec3) -> Option<Pos2> {
         let size = Vec2::new(rect.width(), rect.height());
         let at = self.eye.project(place, size)?;
@@ -78,7 +78,7 @@ impl View {
         let is_inside = part.cmpge(Vec2::ZERO).all() && part.cmplt(Vec2::ONE).all();
         let hides = |length: f32| {
             let away = place.distance(self.eye.camera().eye);
-            // Through a lens from far away, what is near to one another is told by the size of what is looked at.
+            // With a narrow field of view from far away, the tolerance depends on the size of what is viewed.
             length < away - SLACK * away.min(self.eye.distance)
         };
         let length = self.pictures.length_at(part).filter(|_| is_inside);
@@ -93,7 +93,7 @@ impl View {
             (Vec3::Y, "y", Color32::from_rgb(90, 190, 70)),
             (Vec3::Z, "z", Color32::from_rgb(70, 120, 240)),
         ];
-        // Those in front last.
+        // Draw the nearest last.
         let depth = |a: Vec3| a.dot(self.eye.backward());
         axes.sort_by(|a, b| depth(a.0).total_cmp(&depth(b.0)));
         let painter = ui.painter_at(rect);
@@ -107,7 +107,7 @@ impl View {
     }
 }
 
-/// The last parameter from one that is seen to one that may not be.
+/// Finds the last visible parameter by bisection.
 fn last_seen(mut is: f32, mut is_not: f32, seen: impl Fn(f32) -> Option<Pos2>) -> f32 {
     for _ in 0..6 {
         let middle = 0.5 * (is + is_not);

@@ -1,30 +1,30 @@
-//! Small buttons with a drawing in place of a word.
+//! Icon buttons.
 
 use eframe::egui::{self, Pos2, Rect, Sense, Shape, Stroke, Vec2};
 
-/// What is drawn.
+/// The icons.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Icon {
-    /// An eye, or a closed one.
+    /// An open or closed eye.
     Eye(bool),
-    /// A lock, or an open one.
+    /// A closed or open lock.
     Lock(bool),
-    /// Up.
+    /// An arrow up.
     Up,
-    /// Down.
+    /// An arrow down.
     Down,
-    /// To the right.
+    /// An arrow to the right.
     Right,
     /// A cross.
     Cross,
 }
 
-/// How wide and high a button is.
+/// Returns the side length of a button.
 pub(crate) fn side(ui: &egui::Ui) -> f32 {
     ui.spacing().icon_width + 2.0
 }
 
-/// A button with a drawing, called by its label.
+/// Shows an icon button with an accessible label.
 pub(crate) fn button(ui: &mut egui::Ui, icon: Icon, enabled: bool, label: &str) -> egui::Response {
     let side = side(ui);
     let sense = if enabled {

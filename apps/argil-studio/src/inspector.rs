@@ -1,7 +1,7 @@
-//! Every parameter of what is selected.
+//! The inspector, which shows every parameter of the selection.
 //!
-//! *Practice.* Shapes and modifiers are shown by what they are in a file, value by value, with what the file's schema says
-//! of each: a new shape needs nothing here.
+//! *Practice.* Shapes and modifiers are shown as their JSON values, with descriptions from the schema. A new shape
+//! needs no code here.
 
 use crate::docs::Docs;
 use crate::document::Document;
@@ -20,13 +20,13 @@ use argil::scene::{
 use eframe::egui::{self, RichText};
 use serde_json::Value;
 
-/// See the module's page.
+/// The inspector: see the module's page.
 pub(crate) struct Inspector {
     docs: Docs,
 }
 
 impl Inspector {
-    /// Of the file's schema.
+    /// Creates the inspector from the file format's schema.
     pub(crate) fn new() -> Self {
         Self { docs: Docs::new() }
     }
@@ -88,7 +88,7 @@ impl Inspector {
         }
     }
 
-    /// The file of a mesh or a heightmap and how finely it is sampled, which takes a while.
+    /// Shows the file of a mesh or heightmap, and its resolution. Changing them takes a while.
     fn file(&self, session: &mut Session, ui: &mut egui::Ui, node: NodeId, shape: &Shape) {
         let Some((path, resolution, _)) = shape.file() else {
             return;
@@ -180,7 +180,7 @@ impl Inspector {
         };
         let kind = map["type"].as_str().unwrap_or_default().to_owned();
         let name = humanize(&kind);
-        // Those are chosen above.
+        // These keys are edited above.
         let of_file = ["path", "resolution"].map(|key| (key, map.remove(key)));
         if !fields(ui, &name, &mut map, |key| self.docs.of("Shape", &kind, key)) {
             return false;
@@ -192,7 +192,7 @@ impl Inspector {
         }
         match serde_json::from_value(Value::Object(map)) {
             Ok(changed) => *shape = changed,
-            // Half typed text is no value yet.
+            // Incomplete text is not a value yet.
             Err(_) => return false,
         }
         true
@@ -260,7 +260,7 @@ impl Inspector {
 }
 
 impl Session {
-    /// Change an entry, and those that are selected with it alike; with `is_held`, until the pointer is let go it is one step.
+    /// Changes a node, and the other selected nodes in the same way. While `is_held`, changes form one undo step.
     fn change(
         &mut self,
         what: &str,

@@ -1,4 +1,4 @@
-//! Long work beside the window: with its progress, and an end before its time.
+//! Background jobs, with progress and cancellation.
 
 use crate::files::FileRequest;
 use crate::mesh_files::{Load, Named, scene_of};
@@ -16,39 +16,39 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::sync::mpsc::{Receiver, channel};
 
-/// What a job came to.
+/// The result of a job.
 pub(crate) enum JobResult {
-    /// Something was written.
+    /// A file was written.
     Written(String),
     /// Meshes were sampled.
     Loaded(Loaded),
-    /// It was told to end.
+    /// The job was canceled.
     Cancelled,
 }
 
-/// What meshes are sampled for.
+/// The purpose of sampled meshes.
 pub(crate) enum JobTarget {
     /// For brushes that name them.
     Known,
-    /// To be what a brush is.
+    /// To replace the shape of a brush.
     Brush(NodeId),
-    /// To be put in, under a name.
+    /// To be inserted, under a name.
     New(String),
 }
 
-/// Meshes that were sampled.
+/// Sampled meshes.
 pub(crate) struct Loaded {
-    /// Those that could be.
+    /// The meshes that could be sampled.
     pub meshes: Vec<LoadedMesh>,
-    /// Why the others could not.
+    /// Errors of the others.
     pub faults: Vec<anyhow::Error>,
-    /// The document that they are for.
+    /// The document that requested them.
     pub document: u64,
-    /// What they are for.
+    /// Their purpose.
     pub aim: JobTarget,
 }
 
-/// How far it is, seen from both sides.
+/// The progress of a job, shared by both threads.
 #[derive(Default)]
 struct JobProgress {
     thousandths: AtomicU32,
@@ -66,7 +66,7 @@ impl JobProgress {
         self.is_cancelled.load(Ordering::Relaxed)
     }
 
-    /// Write a file, unless it is told to end before it is in its place.
+    /// Writes a file, unless the job is canceled first.
     fn put(
         &self,
         path: &Path,
@@ -82,48 +82,48 @@ impl JobProgress {
     }
 }
 
-/// One that runs.
+/// A running job.
 pub(crate) struct BackgroundJob {
-    /// In words.
+    /// The label.
     pub name: String,
-    /// Whether it reads meshes, and for which brush if it is for one.
+    /// Whether it reads meshes, and the brush it does so for.
     reads: Option<Option<NodeId>>,
     progress: Arc<JobProgress>,
     result: Receiver<anyhow::Result<JobResult>>,
 }
 
 impl BackgroundJob {
-    /// From 0 to 1; 0 while it is not known.
+    /// Returns the progress from 0 to 1; 0 while it is unknown.
     pub(crate) fn part(&self) -> f32 {
         self.progress.thousandths.load(Ordering::Relaxed) as f32 / 1000.0
     }
 
-    /// Nothing comes of it any more. The step that it is in goes on to its end, beside everything.
+    /// Cancels the job. Its current step still runs to the end, in the background.
     pub(crate) fn cancel(&self) {
         self.progress.is_cancelled.store(true, Ordering::Relaxed);
     }
 }
 
-/// All that run.
+/// The running jobs.
 #[derive(Default)]
 pub(crate) struct Jobs(Vec<BackgroundJob>);
 
-/// Pictures of a turn.
+/// Images of a turntable.
 const FRAMES: u32 = 72;
 const PICTURE: [u32; 2] = [1920, 1080];
 
 impl Jobs {
-    /// Those that run.
+    /// Returns the running jobs.
     pub(crate) fn all(&self) -> &[BackgroundJob] {
         &self.0
     }
 
-    /// Whether some read meshes.
+    /// Returns true if a job reads meshes.
     pub(crate) fn are_meshes_read(&self) -> bool {
         self.0.iter().any(|job| job.reads.is_some())
     }
 
-    /// What is done now.
+    /// Returns the results of the jobs that have finished.
     pub(crate) fn finished(&mut self) -> Vec<anyhow::Result<JobResult>> {
         let mut done = Vec::new();
         self.0.retain(|job| match job.result.try_recv() {
@@ -155,7 +155,7 @@ impl Jobs {
         let own = progress.clone();
         #[cfg(not(target_arch = "wasm32"))]
         std::thread::spawn(move || {
-            // Who asked may be gone.
+            // The receiver may be gone.
             let _ = sender.send(pollster::block_on(work(&own)));
         });
         #[cfg(target_arch = "wasm32")]
@@ -171,7 +171,7 @@ impl Jobs {
         });
     }
 
-    /// Sample meshes for a document, one after another.
+    /// Samples meshes for a document, one after another.
     pub(crate) fn load(
         &mut self,
         name: String,
@@ -184,7 +184,7 @@ impl Jobs {
             _ => None,
         };
         if brush.is_some() {
-            // What was wanted before for the same brush is not any more.
+            // An earlier request for the same brush is obsolete.
             self.0.retain(|job| job.reads != Some(brush));
         }
         self.start(name, Some(brush), async move |progress| {
@@ -209,7 +209,7 @@ impl Jobs {
         });
     }
 
-    /// Write what was asked for.
+    /// Starts an export.
     pub(crate) fn export(
         &mut self,
         what: FileRequest,
@@ -224,17 +224,17 @@ impl Jobs {
     }
 }
 
-/// How something is exported.
+/// Options of an export.
 pub(crate) struct ExportOptions {
-    /// What pictures are drawn on.
+    /// The engine that renders images.
     pub engine: Engine,
     /// Voxels along the longest side.
     pub resolution: u32,
-    /// From where it is looked at.
+    /// The camera.
     pub eye: ViewportCamera,
 }
 
-/// Let what waits go on: in a browser there is one thread for everything.
+/// Yields to other tasks. A browser has one thread for everything.
 async fn breathe() {
     #[cfg(target_arch = "wasm32")]
     crate::browser::breathe().await;

@@ -1,4 +1,4 @@
-//! Values of what is selected that change with time.
+//! The keyframes of the selection.
 
 use crate::icon::{self, Icon};
 use crate::segmented_control::choice;
@@ -6,7 +6,7 @@ use crate::values::number;
 use argil::scene::{AxisAngle, Ease, Keyframe, NodeDesc};
 use eframe::egui::{self, RichText};
 
-/// Show an entry's keyframes and let them be changed.
+/// Shows a node's keyframes for editing.
 pub(crate) fn keyframes(ui: &mut egui::Ui, entry: &mut NodeDesc, done: &mut Option<String>) {
     let before = entry.keyframes.clone();
     ui.horizontal(|ui| {
@@ -44,7 +44,7 @@ pub(crate) fn keyframes(ui: &mut egui::Ui, entry: &mut NodeDesc, done: &mut Opti
     }
 }
 
-/// A second after the last, and as it.
+/// Returns a copy of the last keyframe, one second later.
 fn following(last: Option<&Keyframe>) -> Keyframe {
     match last {
         Some(last) => Keyframe {
@@ -105,7 +105,7 @@ fn values(ui: &mut egui::Ui, own: &mut Keyframe) {
     });
 }
 
-/// A value that a keyframe may state or leave.
+/// Shows a value that a keyframe may set or leave unset.
 fn stated<T>(
     ui: &mut egui::Ui,
     name: &str,

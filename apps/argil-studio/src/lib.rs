@@ -1,8 +1,8 @@
 //! Argil Studio: the editor, in a window and on a web page.
 //!
-//! *Practice.* The [`Studio`] owns a document: a scene whose every change is a line of a log. The journal keeps the lines, so
-//! that a session comes back after a crash; the painter, on a thread of its own, follows them with worlds of the pipelines
-//! that are looked at; the window asks it for one picture at a time and shows the last. Nothing waits for anything.
+//! *Practice.* The [`Studio`] owns a document. Every change of its scene is a line of a log, which a journal keeps
+//! for recovery after a crash. A render thread follows the log with a world for each visible pipeline. The window
+//! requests one image at a time and shows the last one. The user interface never blocks.
 
 #![allow(
     missing_debug_implementations,
@@ -74,17 +74,18 @@ pub use files::{FileAccess, FileRequest};
 #[cfg(target_arch = "wasm32")]
 pub use web::{is_settled, place_of, start, told};
 
-/// The machine has no screen, or nothing to draw a window with.
+/// The machine has no screen, or no device for a window.
 #[derive(Debug, thiserror::Error)]
 #[error(
     "cannot open a window: {0}. The editor needs a screen and a Vulkan, Metal or Direct3D 12 device; a software one works (on Debian and Ubuntu: mesa-vulkan-drivers)"
 )]
 pub struct NoWindow(String);
 
-/// Open the window, and come back when it is closed; with `outside`, the scene's meshes may be anywhere.
+/// Opens the window, and returns after it is closed. If `outside` is true, meshes may lie outside the scene's
+/// folder.
 ///
 /// # Errors
-/// If there is none, or no graphics device to draw it with.
+/// If the window or its graphics device cannot be created.
 #[cfg(not(target_arch = "wasm32"))]
 pub fn run(
     engine: argil::Engine,

@@ -1,4 +1,4 @@
-//! What a browser keeps of a scene and its meshes from one visit of the page to the next.
+//! The browser's local storage, which keeps the scene between visits of the page.
 
 use crate::browser::NamedBytes;
 use anyhow::Context;
@@ -10,27 +10,27 @@ use web_sys::StorageEvent;
 
 const KEY: &str = "argil-scene";
 
-/// There where the kept scene is saved nowhere else.
+/// This key exists if the stored scene is saved nowhere else.
 const UNSAVED: &str = "argil-scene-unsaved";
 
-/// So long nothing must change before a scene is kept.
+/// Duration without changes before a scene is stored.
 const REST: std::time::Duration = std::time::Duration::from_millis(400);
 
 thread_local! {
     static OTHERS: Cell<bool> = const { Cell::new(false) };
 }
 
-/// The scene, from one visit of the page to the next.
+/// The stored scene.
 pub struct LocalStorage {
-    /// What is kept: the document's lines, and whether they are saved.
+    /// Version of the stored document, and whether it was saved.
     kept: (u64, bool),
     changed: Option<((u64, bool), web_time::Instant)>,
-    /// Whether it was told that another page keeps another scene.
+    /// Whether the user was told that another page stores another scene.
     has_told: bool,
 }
 
 impl LocalStorage {
-    /// Of nothing.
+    /// Creates an empty storage.
     pub fn new() -> Self {
         Self {
             kept: (0, false),
@@ -39,21 +39,21 @@ impl LocalStorage {
         }
     }
 
-    /// What was kept by another visit.
+    /// Returns the scene of an earlier visit.
     pub fn found() -> Option<String> {
         storage()?.get_item(KEY).ok()?
     }
 
-    /// Whether that is saved nowhere else.
+    /// Returns true if the stored scene is saved nowhere else.
     pub fn is_unsaved() -> bool {
         let found = storage().and_then(|s| s.get_item(UNSAVED).ok()?);
         found.is_some()
     }
 
-    /// Keep a scene once it rests.
+    /// Stores a scene once it has not changed for a while.
     ///
     /// # Errors
-    /// If the browser does not take it, or another page keeps one.
+    /// If the browser refuses, or another page stores a scene.
     pub fn keep(
         &mut self,
         ctx: &egui::Context,
@@ -80,7 +80,7 @@ impl LocalStorage {
         Ok(())
     }
 
-    /// Keep a scene, as the page may be about to go.
+    /// Stores a scene at once, because the page may be about to close.
     ///
     /// # Errors
     /// As [`LocalStorage::keep`].
@@ -114,7 +114,7 @@ impl LocalStorage {
     }
 }
 
-/// Take note of other pages that keep a scene of theirs.
+/// Listens for other pages that store a scene.
 pub fn listen_to_others() -> Result<(), JsValue> {
     let note = Closure::<dyn Fn(StorageEvent)>::new(|event: StorageEvent| {
         if event.key().as_deref() == Some(KEY) {
@@ -123,26 +123,26 @@ pub fn listen_to_others() -> Result<(), JsValue> {
     });
     let window = web_sys::window().ok_or_else(|| JsValue::from_str("there is no window"))?;
     window.add_event_listener_with_callback("storage", note.as_ref().unchecked_ref())?;
-    // As long as the page is there.
+    // The listener lives as long as the page.
     note.forget();
     Ok(())
 }
 
-/// Keep a scene that cannot be read where it is not written over, for whoever can mend it.
+/// Moves an unreadable scene to another key, where it can be repaired.
 pub fn quarantine(text: &str) {
     if let Some(storage) = storage() {
-        // Where there is no room for it twice, it is lost.
+        // Without room for a second copy, it is lost.
         let _ = storage.set_item("argil-scene-unreadable", text);
     }
 }
 
-/// What the keys of kept meshes begin with.
+/// Prefix of the keys of stored meshes.
 const MESH: &str = "argil-mesh:";
 
-/// Keep a mesh's file beside the scene.
+/// Stores a mesh file next to the scene.
 ///
 /// # Errors
-/// If the browser does not take it.
+/// If the browser refuses.
 pub fn keep_mesh((name, bytes): &NamedBytes) -> anyhow::Result<()> {
     let text = BASE64_STANDARD.encode(bytes);
     let kept = storage().map(|s| s.set_item(&format!("{MESH}{name}"), &text));
@@ -154,13 +154,13 @@ pub fn keep_mesh((name, bytes): &NamedBytes) -> anyhow::Result<()> {
     )
 }
 
-/// A mesh that was kept.
+/// Returns a stored mesh.
 pub fn kept_mesh(name: &str) -> Option<NamedBytes> {
     let text = storage()?.get_item(&format!("{MESH}{name}")).ok()??;
     Some((name.into(), BASE64_STANDARD.decode(text).ok()?))
 }
 
-/// The meshes that were kept and that something names; the others are let go.
+/// Returns the stored meshes that a scene names, and deletes the others.
 pub fn kept_meshes(is_named: impl Fn(&str) -> bool) -> Vec<NamedBytes> {
     let Some(storage) = storage() else {
         return Vec::new();
@@ -171,7 +171,7 @@ pub fn kept_meshes(is_named: impl Fn(&str) -> bool) -> Vec<NamedBytes> {
     for key in keys {
         let name = key[MESH.len()..].to_owned();
         if !is_named(&name) {
-            // It is in nobody's way but another mesh's.
+            // A leftover key does no harm.
             let _ = storage.remove_item(&key);
         } else {
             all.extend(kept_mesh(&name));

@@ -1,4 +1,4 @@
-//! The editor as a program of its own: `argil studio` starts it.
+//! The editor as a program, which `argil studio` starts.
 
 #[cfg(not(target_arch = "wasm32"))]
 mod native {
@@ -27,7 +27,7 @@ mod native {
     pub(crate) fn run() -> ExitCode {
         let arguments = Arguments::parse();
         let begun = || -> anyhow::Result<()> {
-            // What is at fault in a file is told here, and not in a window that shows something else.
+            // Report a faulty file on the command line, before a window opens.
             if let Some(path) = &arguments.scene {
                 argil::scene::Scene::open(path)?;
             }

@@ -7,15 +7,15 @@ use crate::values::number;
 use argil::scene::Material;
 use eframe::egui;
 
-/// See the module's page.
+/// The materials panel.
 #[derive(Default)]
 pub(crate) struct Materials {
-    /// A material that is given another name, and what is typed.
+    /// A material being renamed, and the text typed so far.
     naming: Option<(String, String)>,
 }
 
 impl Materials {
-    /// All materials, to be changed, named and taken away.
+    /// Shows all materials, to edit, rename and remove.
     pub(crate) fn ui(&mut self, session: &mut Session, ui: &mut egui::Ui) {
         ui.horizontal(|ui| {
             ui.strong("Materials");
@@ -114,7 +114,7 @@ impl Materials {
     }
 }
 
-/// Let a material be chosen, or none.
+/// Shows a choice of a material or none.
 pub(crate) fn material_choice(
     document: &Document,
     ui: &mut egui::Ui,

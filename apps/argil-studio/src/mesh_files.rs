@@ -1,4 +1,4 @@
-//! Files of meshes and images that a scene names.
+//! Mesh and image files that a scene names.
 
 use argil::glam::{UVec3, Vec3};
 use argil::math::Aabb;
@@ -8,10 +8,10 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// A mesh's path and resolution, as a scene names it.
+/// A mesh's path and resolution, as the scene names it.
 pub(crate) type Named = (String, u32);
 
-/// Distances to nothing; of an image that is not there, flat ground.
+/// Returns an empty placeholder. For a missing image it is flat ground.
 pub(crate) fn nothing(path: &str) -> Arc<SampledGrid> {
     let flat = || SampledGrid::of_heights([2, 2], &[0.0; 4]);
     if let Some(flat) = is_image(path).then(flat).flatten() {
@@ -26,12 +26,12 @@ pub(crate) fn nothing(path: &str) -> Arc<SampledGrid> {
     Arc::new(grid)
 }
 
-/// Samples along the longest side where nothing else is said, or posts.
+/// Returns the default resolution: samples of a mesh, or posts of a heightmap, along the longest side.
 pub(crate) fn usual_resolution(path: &str) -> u32 {
     Shape::of_file(path).file().map_or(64, |(_, own, _)| own)
 }
 
-/// A scene of one brush.
+/// Creates a scene of one brush.
 pub(crate) fn scene_of((path, resolution): &Named) -> anyhow::Result<Scene> {
     let mut scene = Scene::new();
     let mut shape = Shape::of_file(path.clone());
@@ -42,21 +42,21 @@ pub(crate) fn scene_of((path, resolution): &Named) -> anyhow::Result<Scene> {
     Ok(scene)
 }
 
-/// What reads and samples the meshes of a scene.
+/// Loads and samples the meshes of a scene.
 pub(crate) type Load = Box<dyn FnMut(&mut Scene) -> Result<Vec<LoadedMesh>, MeshFileError> + Send>;
 
-/// From files: beside a scene, and with `outside`, anywhere.
+/// Loads meshes from files in a scene's folder or, if `outside` is true, anywhere.
 pub(crate) fn from_files(folder: PathBuf, outside: bool) -> Load {
     Box::new(move |scene| load_meshes(scene, &folder, outside))
 }
 
-/// From files that are at hand.
+/// Loads meshes from memory.
 #[cfg(target_arch = "wasm32")]
 pub fn from_bytes(files: Vec<crate::browser::NamedBytes>) -> Load {
     Box::new(move |scene| argil::load_meshes_from_bytes(scene, &files))
 }
 
-/// The folder of a file.
+/// Returns the folder of a file.
 pub(crate) fn folder_of(path: &Path) -> &Path {
     let folder = path.parent().unwrap_or(Path::new("."));
     if folder.as_os_str().is_empty() {
@@ -66,7 +66,7 @@ pub(crate) fn folder_of(path: &Path) -> &Path {
     }
 }
 
-/// What a brush is of another file: as long and high as before, if it is of the same kind.
+/// Returns a brush's shape with another file. Its size stays the same if the kind is the same.
 pub(crate) fn other_file(before: &NodeKind, mesh: &LoadedMesh) -> Shape {
     let own = mesh.shape();
     let NodeKind::Shape(before) = before else {
@@ -84,7 +84,7 @@ pub(crate) fn other_file(before: &NodeKind, mesh: &LoadedMesh) -> Shape {
     }
 }
 
-/// Give the paths of a scene's meshes as they are to be from another folder.
+/// Rewrites a scene's mesh paths relative to another folder.
 pub(crate) fn moved_paths(
     scene: &Scene,
     from: Option<&Path>,

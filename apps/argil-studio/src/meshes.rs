@@ -1,5 +1,5 @@
-//! The meshes that the scene names: sampled beside the window; until they are there, and where they cannot be read, nothing
-//! stands in for them.
+//! Meshes of the scene. They are sampled in the background; until they are ready, and if they cannot be read,
+//! placeholders stand in.
 
 use crate::files::IS_PAGE;
 use crate::jobs::{JobTarget, Loaded};
@@ -10,13 +10,13 @@ use argil::scene::{Brush, NodeId, NodeKind};
 use std::path::Path;
 
 impl Session {
-    /// What reads meshes of the scene once more.
+    /// Returns a loader that reads the scene's meshes again.
     #[cfg(not(target_arch = "wasm32"))]
     pub(crate) fn load_again<'a>(&self, _: impl Iterator<Item = &'a str>) -> Load {
         from_files(self.document.mesh_folder(), true)
     }
 
-    /// The same, from what the browser has kept.
+    /// Returns a loader that reads the meshes from the browser's storage.
     #[cfg(target_arch = "wasm32")]
     pub(crate) fn load_again<'a>(&self, paths: impl Iterator<Item = &'a str>) -> Load {
         let name = |path: &'a str| path.rsplit('/').next().unwrap_or(path);
@@ -24,7 +24,7 @@ impl Session {
         crate::mesh_files::from_bytes(kept.collect())
     }
 
-    /// Sample meshes that came to be missing, by an undo or as something was pasted, and have nothing stand in for them.
+    /// Samples meshes that became missing through an undo or a paste, and inserts placeholders.
     pub(crate) fn load_wanted(&mut self) {
         let wanted = self.document.take_wanted();
         if wanted.is_empty() {
@@ -41,7 +41,7 @@ impl Session {
         self.load_missing(wanted, load);
     }
 
-    /// Sample meshes that are missing.
+    /// Samples missing meshes.
     pub(crate) fn load_missing(&mut self, wanted: Vec<Named>, load: Load) {
         if !wanted.is_empty() {
             let name = format!("Reading {}", self.document.title());
@@ -50,14 +50,14 @@ impl Session {
         }
     }
 
-    /// Have a brush be of another mesh, or of the same at another resolution, once it is sampled.
+    /// Gives a brush another mesh, or another resolution, once it is sampled.
     pub(crate) fn resample(&mut self, node: NodeId, named: Named, load: Load) {
         let name = format!("Sampling {}", named.0);
         let aim = (self.document.id(), JobTarget::Brush(node));
         self.jobs.load(name, vec![named], load, aim);
     }
 
-    /// Have the distances that came.
+    /// Inserts sampled meshes.
     pub(crate) fn have_meshes(&mut self, loaded: Loaded) -> anyhow::Result<()> {
         let Loaded {
             meshes,
@@ -69,7 +69,7 @@ impl Session {
             return Ok(());
         }
         for mesh in &meshes {
-            // Others mean other files in other folders.
+            // An absolute path in another folder is another file.
             if Path::new(&mesh.path).is_absolute() {
                 self.read_meshes.insert(mesh.path.clone());
             }
@@ -86,7 +86,7 @@ impl Session {
         let Some(mesh) = meshes.into_iter().next() else {
             return Ok(());
         };
-        // What was left out of it, or filled.
+        // Removed parts and closed holes.
         let warnings = mesh.warnings().join("; ");
         match aim {
             JobTarget::Known => {}
@@ -116,10 +116,10 @@ impl Session {
         Ok(())
     }
 
-    /// Have what is drawn and picked be of the document as it is, with all that no line says.
+    /// Reloads the renderer and the picker with the whole document, including state that the log does not contain.
     pub(crate) fn reload(&mut self) {
         self.version += 1000;
-        // What was done in this frame is in the scene already.
+        // The scene already contains the actions of this frame.
         drop(self.document.take_actions());
         self.renderer.load(self.document.scene(), self.version);
         self.picker.forget();

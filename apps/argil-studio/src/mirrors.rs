@@ -1,4 +1,4 @@
-//! The planes at which what is selected, or a stroke, is mirrored, drawn over the picture.
+//! Mirror planes of the selection and of strokes, drawn over the image.
 
 use crate::document::Document;
 use crate::node_transform::NodeTransform;
@@ -11,7 +11,7 @@ use eframe::egui::{self, Color32, Pos2, Rect, Shape, Stroke};
 const COLORS: [[u8; 3]; 3] = [[230, 70, 70], [90, 190, 70], [70, 120, 240]];
 
 impl View {
-    /// Draw the planes that there are.
+    /// Draws the mirror planes.
     pub(crate) fn draw_mirrors(&self, session: &mut Session, ui: &egui::Ui, rect: Rect) {
         if self.tool == Tool::Sculpt {
             return self.draw_mirror(ui, rect, &NodeTransform::default(), self.sculpting.mirror);
@@ -32,13 +32,13 @@ impl View {
         axes: [bool; 3],
     ) {
         let size = Vec2::new(rect.width(), rect.height());
-        // Half as high as the picture where it is looked at.
+        // Half the visible height at the camera's target.
         let half = f64::from(0.5 * self.eye.half_height());
         for axis in (0..3).filter(|&axis| axes[axis]) {
             let [u, v] = [1, 2].map(|next| pose.turn * DVec3::AXES[(axis + next) % 3] * half);
             let corners = [u + v, u - v, -u - v, v - u].map(|off| pose.shift + off);
             let seen = corners.map(|corner| self.eye.project(corner.as_vec3(), size));
-            // One that is partly behind the eye is left out.
+            // Skip a plane that is partly behind the camera.
             let [Some(a), Some(b), Some(c), Some(d)] = seen else {
                 continue;
             };
@@ -53,7 +53,7 @@ impl View {
 }
 
 impl Document {
-    /// Where a node's mirrors are, and along which of their axes they mirror.
+    /// Returns the positions of a node's mirrors, and their mirrored axes.
     pub(crate) fn mirrors_of(&self, node: NodeId) -> Vec<(NodeTransform, [bool; 3])> {
         let scene = self.scene();
         let entry = scene.node(node).desc();

@@ -1,12 +1,12 @@
-//! What is changed of one of several that are selected, changed of the others.
+//! Applies a change of one selected node to the others.
 
 use argil::scene::{Modifier, NodeDesc, NodeKind, Operator};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 
-/// An entry with what makes `after` differ from `before`, as far as it has the like: values of a shape of the same kind, of
-/// modifiers of the same kind at the same place.
+/// Applies the difference between `before` and `after` to another node, where it has the same kind of shape, or the
+/// same kind of modifier at the same index.
 pub(crate) fn apply_same_change(before: &NodeDesc, after: &NodeDesc, other: &NodeDesc) -> NodeDesc {
     let mut own = other.clone();
     own.operator = operator(&before.operator, &after.operator, other.operator);
@@ -37,7 +37,7 @@ fn operator(before: &Operator, after: &Operator, own: Operator) -> Operator {
 
 fn modifiers(before: &[Modifier], after: &[Modifier], own: &mut Vec<Modifier>) {
     if after.len() > before.len() {
-        // Those that are added come last.
+        // Added modifiers are appended.
         own.extend_from_slice(&after[before.len()..]);
         return;
     }
@@ -66,7 +66,7 @@ fn kinds(all: &[Modifier]) -> Vec<std::mem::Discriminant<Modifier>> {
     all.iter().map(std::mem::discriminant).collect()
 }
 
-/// Have the values that two differ in as the second has them, where it is of their kind.
+/// Copies the values that differ between two objects, where the types match.
 fn merge<T: Serialize + DeserializeOwned + PartialEq>(before: &T, after: &T, own: &mut T) {
     if before == after {
         return;
@@ -80,7 +80,7 @@ fn merge<T: Serialize + DeserializeOwned + PartialEq>(before: &T, after: &T, own
         return;
     }
     merge_values(&before, &after, &mut merged);
-    // What is no value after all stays as it was.
+    // A result that is not valid leaves the value as it was.
     if let Ok(merged) = serde_json::from_value(merged) {
         *own = merged;
     }

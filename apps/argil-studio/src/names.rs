@@ -1,8 +1,8 @@
-//! What to call what a scene holds.
+//! Display names.
 
 use argil::scene::{Modifier, NodeDesc, NodeKind, Shape};
 
-/// An entry's name, or what it is.
+/// Returns a node's name, or its kind.
 pub(crate) fn name_of(entry: &NodeDesc) -> String {
     if !entry.name.is_empty() {
         return entry.name.clone();
@@ -13,17 +13,17 @@ pub(crate) fn name_of(entry: &NodeDesc) -> String {
     }
 }
 
-/// What a shape is, such as `Round cone`.
+/// Returns the display name of a shape, such as `Round cone`.
 pub(crate) fn shape_name(shape: &Shape) -> String {
     in_words(shape.kind())
 }
 
-/// What a modifier is, such as `Radial repeat`.
+/// Returns the display name of a modifier, such as `Radial repeat`.
 pub(crate) fn modifier_name(modifier: &Modifier) -> String {
     in_words(modifier.kind())
 }
 
-/// `RoundCone` as `Round cone`.
+/// Converts `RoundCone` to `Round cone`.
 fn in_words(kind: &str) -> String {
     let mut words = String::new();
     for letter in kind.chars() {
@@ -37,7 +37,7 @@ fn in_words(kind: &str) -> String {
     words
 }
 
-/// A key such as `half_size` in words.
+/// Converts a key such as `half_size` to words.
 pub(crate) fn humanize(key: &str) -> String {
     let text = key.replace('_', " ");
     let mut letters = text.chars();

@@ -1,16 +1,16 @@
-//! Where a node is: the translations, rotations and scales at the end of its modifiers, as one.
+//! A node's transform: the translations, rotations and scales at the end of its modifiers, combined.
 
 use argil::glam::{DQuat, DVec3, Vec3};
 use argil::scene::{Modifier, NodeDesc, NodeId, Scene};
 
-/// First scaled, then turned, then moved.
+/// A transform that scales first, then rotates, then translates.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct NodeTransform {
-    /// Along all axes.
+    /// Uniform scale factor.
     pub scale: f64,
-    /// About the origin.
+    /// Rotation about the origin.
     pub turn: DQuat,
-    /// By.
+    /// Translation.
     pub shift: DVec3,
 }
 
@@ -25,12 +25,12 @@ impl Default for NodeTransform {
 }
 
 impl NodeTransform {
-    /// Of an entry: all that stands behind its last modifier of another kind.
+    /// Combines the transforms after the last modifier of another kind.
     pub(crate) fn of(entry: &NodeDesc) -> Self {
         Self::behind(entry, entry.modifiers.len() - own_length(entry))
     }
 
-    /// Of what stands behind so many modifiers of an entry; those of other kinds are passed over.
+    /// Combines the transforms after the first `count` modifiers, and skips modifiers of other kinds.
     pub(crate) fn behind(entry: &NodeDesc, count: usize) -> Self {
         let mut pose = Self::default();
         for modifier in entry.modifiers.iter().skip(count) {
@@ -39,7 +39,8 @@ impl NodeTransform {
         pose
     }
 
-    /// Of a node's keyframes as the scene stands, and of all groups around it; modifiers of other kinds are passed over.
+    /// Combines a node's keyframes at the current time with the transforms of its groups, and skips modifiers of
+    /// other kinds.
     pub(crate) fn around(scene: &Scene, node: NodeId) -> Self {
         let own = scene.node(node);
         let mut pose = Self::behind(own.at_current_time(), own.desc().modifiers.len());
@@ -70,7 +71,7 @@ impl NodeTransform {
         }
     }
 
-    /// Put it in place of the one that an entry has.
+    /// Replaces a node's transform.
     pub(crate) fn write(&self, entry: &mut NodeDesc) {
         let start = entry.modifiers.len() - own_length(entry);
         entry.modifiers.truncate(start);
@@ -94,17 +95,17 @@ impl NodeTransform {
         }
     }
 
-    /// Where it puts a point.
+    /// Transforms a point.
     pub(crate) fn apply(&self, point: DVec3) -> DVec3 {
         self.shift + self.turn * (self.scale * point)
     }
 
-    /// Where a point was before.
+    /// Transforms a point by the inverse.
     pub(crate) fn unapply(&self, point: DVec3) -> DVec3 {
         (self.turn.inverse() * (point - self.shift)) / self.scale
     }
 
-    /// First this and then another.
+    /// Returns the transform that applies this one and then `outer`.
     pub(crate) fn and(&self, outer: &Self) -> Self {
         Self {
             scale: self.scale * outer.scale,
@@ -113,7 +114,7 @@ impl NodeTransform {
         }
     }
 
-    /// What it is within another, so that [`NodeTransform::and`] of both is this.
+    /// Returns this transform relative to `outer`, so that [`NodeTransform::and`] of both restores it.
     pub(crate) fn within(&self, outer: &Self) -> Self {
         Self {
             scale: self.scale / outer.scale,
@@ -123,7 +124,7 @@ impl NodeTransform {
     }
 }
 
-/// How many modifiers at the end are a pose.
+/// Returns the number of transforms at the end of a node's modifiers.
 fn own_length(entry: &NodeDesc) -> usize {
     let is_pose = |m: &&Modifier| m.is_similarity();
     entry.modifiers.iter().rev().take_while(is_pose).count()

@@ -1,4 +1,4 @@
-//! Files that are opened, saved, imported and exported.
+//! Opens, saves, imports and exports files.
 
 use crate::dialog::{AfterDialog, Dialog};
 use crate::document::Document;
@@ -15,7 +15,7 @@ use eframe::egui;
 use std::path::{Path, PathBuf};
 
 impl Session {
-    /// Whether what is open may be put away now; else it is asked.
+    /// Returns true if the document can be closed now. Otherwise asks whether to save it.
     pub(crate) fn may_leave(&mut self, then: AfterDialog) -> bool {
         let is_changed = self.document.is_changed();
         if is_changed {
@@ -24,30 +24,30 @@ impl Session {
         !is_changed
     }
 
-    /// Put away what is open, asking whether to save it where it is changed, and go on.
+    /// Closes the document, after asking whether to save changes, and continues.
     pub(crate) fn leave_for(&mut self, ctx: &egui::Context, then: AfterDialog) {
         if self.may_leave(then.clone()) {
             self.go_on(ctx, then);
         }
     }
 
-    /// Ask for a scene and open it.
+    /// Asks for a scene and opens it.
     pub(crate) fn ask_to_open(&mut self) {
         if let Some(path) = self.ask(FileRequest::Open, "") {
             self.open(&path);
         }
     }
 
-    /// Open a scene's file.
+    /// Opens a scene file.
     pub(crate) fn open(&mut self, path: &Path) {
         self.open_with(path, false);
     }
 
-    /// The same, with its meshes anywhere if so.
+    /// Opens a scene file. If `outside` is true, its meshes may lie anywhere.
     pub(crate) fn open_with(&mut self, path: &Path, outside: bool) {
         self.attempt(|s| {
             let scene = Scene::open(path)?;
-            // Meshes that lie elsewhere are read for scenes that were saved or opened here before.
+            // Scenes that were saved or opened here before may read meshes from other folders.
             let known = std::path::absolute(path).is_ok_and(|p| s.preferences.recent.contains(&p));
             s.replace_scene(scene, Some(path.into()));
             s.document.reads_anywhere = known || outside;
@@ -59,7 +59,7 @@ impl Session {
         });
     }
 
-    /// A file that was dropped on the window.
+    /// Opens or imports a file that was dropped on the window.
     #[cfg(not(target_arch = "wasm32"))]
     pub(crate) fn open_or_import(&mut self, path: &Path) {
         if MeshFormat::from_path(path).is_some() || argil::scene::is_image(&path.to_string_lossy())
@@ -70,7 +70,7 @@ impl Session {
         }
     }
 
-    /// Save, asking where if that is not known.
+    /// Saves the document. Asks for a path if it has none.
     pub(crate) fn save_scene(&mut self, elsewhere: bool) -> bool {
         let known = self.document.path().filter(|_| !elsewhere);
         let path = match known.map(Path::to_path_buf) {
@@ -98,20 +98,20 @@ impl Session {
         !self.document.is_changed()
     }
 
-    /// Ask for a mesh and import it.
+    /// Asks for a mesh and imports it.
     pub(crate) fn ask_to_import(&mut self) {
         if let Some(path) = self.ask(FileRequest::Import, "") {
             self.attempt(|s| s.import(&path));
         }
     }
 
-    /// Put a mesh into the scene, sampled beside the window.
+    /// Imports a mesh, which is sampled in the background.
     pub(crate) fn import(&mut self, path: &Path) -> anyhow::Result<()> {
         let load = from_files(self.document.mesh_folder(), true);
         self.import_by(path, self.document.mesh_name(path)?, load)
     }
 
-    /// The same, however it is read.
+    /// Imports a mesh through a loader.
     pub(crate) fn import_by(
         &mut self,
         path: &Path,
@@ -128,7 +128,7 @@ impl Session {
         Ok(())
     }
 
-    /// Choose the file of a brush that is a mesh.
+    /// Chooses another file for a mesh brush.
     pub(crate) fn relocate(&mut self, node: NodeId, resolution: u32) {
         if let Some(path) = self.ask(FileRequest::Import, "") {
             self.attempt(|s| {
@@ -139,7 +139,7 @@ impl Session {
         }
     }
 
-    /// Ask for a place and export to it.
+    /// Asks for a path and exports to it.
     pub(crate) fn export(&mut self, what: FileRequest, eye: ViewportCamera) {
         if let Err(error) = self.document.ensure_whole() {
             return self.fail(&error);
@@ -166,7 +166,7 @@ impl Session {
         self.jobs.export(what, scene, path, how);
     }
 
-    /// Ask for a file, and say so where no dialog came.
+    /// Asks for a file, and reports if no dialog appeared.
     pub(crate) fn ask(&mut self, what: FileRequest, name: &str) -> Option<PathBuf> {
         let path = self.files.ask(what, name);
         if let Some(fault) = self.files.take_fault() {
@@ -175,7 +175,7 @@ impl Session {
         path
     }
 
-    /// Bring back what a session left.
+    /// Recovers an earlier session.
     pub(crate) fn recover(&mut self, left: RecoverableSession) -> anyhow::Result<()> {
         let left = left.claim()?;
         let recovered = Journal::recover(&left.journal)?;

@@ -1,4 +1,4 @@
-//! The list of brushes and groups, in the order in which they act.
+//! The outliner: the list of brushes and groups, in order of evaluation.
 
 use crate::commands::Command;
 use crate::document::Document;
@@ -8,40 +8,40 @@ use crate::session::Session;
 use argil::scene::{Edit, NodeId, NodeKind, OperatorKind, Scene};
 use eframe::egui::{self, Align, Layout, RichText, Sense, Vec2};
 
-/// A row of the list.
+/// A row.
 struct OutlinerRow {
     node: NodeId,
     depth: usize,
 }
 
-/// Where something that is dragged is let go.
+/// Where a dragged row is dropped.
 enum DropTarget {
     Before,
     Into,
     After,
 }
 
-/// See the module's page.
+/// The outliner.
 #[derive(Default)]
 pub(crate) struct Outliner {
     renaming: Option<(argil::scene::NodeId, String)>,
     collapsed: std::collections::BTreeSet<argil::scene::NodeId>,
-    /// Whose row the list is to show.
+    /// The node whose row to scroll to.
     revealed: Option<argil::scene::NodeId>,
 }
 
 impl Outliner {
-    /// Another document.
+    /// Resets the state for another document.
     pub(crate) fn forget(&mut self) {
         *self = Self::default();
     }
 
-    /// Have a group's row closed.
+    /// Collapses a group.
     pub(crate) fn fold(&mut self, group: NodeId) {
         self.collapsed.insert(group);
     }
 
-    /// Have the active node's name typed.
+    /// Starts renaming the active node.
     pub(crate) fn begin_renaming(&mut self, document: &Document) {
         if let Some(node) = document.active() {
             let name = document.scene().node(node).desc().name.clone();
@@ -50,7 +50,7 @@ impl Outliner {
         }
     }
 
-    /// Have a node's row in sight: with the groups around it opened, or that of the closed group that it is in.
+    /// Scrolls to a node's row. Expands its groups, or scrolls to the collapsed group that contains it.
     pub(crate) fn reveal(&mut self, document: &Document, node: NodeId, opens: bool) {
         let mut shown = node;
         let mut around = document.scene().node(node).parent();
@@ -290,7 +290,7 @@ impl Outliner {
     }
 }
 
-/// The steps that were done, to go back to one or forward.
+/// Shows the undo history.
 pub(crate) fn history(document: &mut Document, ui: &mut egui::Ui) {
     ui.separator();
     ui.strong("History");
@@ -329,7 +329,7 @@ fn choose(document: &mut Document, node: NodeId, held: egui::Modifiers, rows: &[
         document.select(Some(node), held.command);
         return;
     }
-    // From the one that was chosen last to this one.
+    // Select the range from the last selected row to this one.
     let at = |n: NodeId| rows.iter().position(|r| r.node == n);
     let (Some(to), Some(from)) = (at(node), document.active().and_then(at)) else {
         document.select(Some(node), false);
@@ -342,7 +342,7 @@ fn choose(document: &mut Document, node: NodeId, held: egui::Modifiers, rows: &[
     }
 }
 
-/// Put what was dragged, and what else is selected with it, before, into or behind a node.
+/// Moves the dragged nodes before, into or after a node.
 fn drop_at(
     document: &mut Document,
     dragged: NodeId,
@@ -371,7 +371,7 @@ fn drop_at(
                 (around, at + behind * (1 + i))
             }
         };
-        // It is counted without itself.
+        // The index does not count the moved node itself.
         let own = scene.node(parent).children();
         if let Some(before) = own.iter().position(|&n| n == node)
             && before < index

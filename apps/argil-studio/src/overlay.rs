@@ -1,8 +1,8 @@
-//! What is written over the picture.
+//! Text over the image.
 
 use eframe::egui::{self, Color32, Pos2, Rect};
 
-/// Text over the picture.
+/// Draws text over the image.
 pub(crate) fn label(ui: &egui::Ui, at: Pos2, text: &str) {
     let font = egui::TextStyle::Monospace.resolve(ui.style());
     let galley = ui

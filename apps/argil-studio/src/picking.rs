@@ -1,4 +1,4 @@
-//! What is under the cursor: a place of the surface, and the brush that makes it.
+//! Picking: finds the surface point under the cursor, and the brush that forms it.
 
 use crate::ready::ready;
 use argil::glam::{Vec2, Vec3};
@@ -6,11 +6,11 @@ use argil::scene::{Group, NodeDesc, NodeId, NodeKind, Operator, Scene};
 use argil::{Engine, MeshMethod, MeshNormals, MeshOptions, RayHit, World};
 use std::collections::HashMap;
 
-/// A field of the scene on the CPU, and one of each brush by itself.
+/// A field of the scene on the CPU, and one of each brush alone.
 pub(crate) struct Picker {
     world: Option<World>,
     version: u64,
-    /// Brushes by themselves, with what they were made of.
+    /// Fields of single brushes, with the descriptions they were built from.
     alone: HashMap<NodeId, (Vec<NodeDesc>, Option<SingleBrushWorld>)>,
 }
 
@@ -19,7 +19,7 @@ struct SingleBrushWorld {
     outline: Option<Silhouette>,
 }
 
-/// A brush's surface, coarse, to draw its outline.
+/// A coarse mesh of a brush's surface, which gives its outline.
 pub(crate) struct Silhouette {
     corners: Vec<Vec3>,
     normals: Vec<Vec3>,
@@ -27,8 +27,8 @@ pub(crate) struct Silhouette {
 }
 
 impl Silhouette {
-    /// Where it turns away from what looks at it: the zeros of the angle between the field's normals and the line of sight, between
-    /// corners, triangle by triangle (Hertzmann and Zorin 2000).
+    /// Returns the silhouette: per triangle, the zeros of the angle between normal and view direction, interpolated
+    /// between vertices (Hertzmann and Zorin 2000).
     pub(crate) fn seen_from(&self, eye: Vec3) -> impl Iterator<Item = [Vec3; 2]> + '_ {
         let place = move |i: u32| {
             let (corner, normal) = (self.corners[i as usize], self.normals[i as usize]);
@@ -45,12 +45,12 @@ impl Silhouette {
     }
 }
 
-/// A place of the surface.
+/// A picked point of the surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Picked {
-    /// Where.
+    /// The hit.
     pub hit: RayHit,
-    /// The brush that makes it.
+    /// The brush that forms the surface there.
     pub node: NodeId,
 }
 
@@ -58,7 +58,7 @@ const FAR: f32 = 1e6;
 const OUTLINE_CELLS: u32 = 32;
 
 impl Picker {
-    /// Of nothing.
+    /// Creates an empty picker.
     pub(crate) fn new() -> Self {
         Self {
             world: None,
@@ -67,7 +67,7 @@ impl Picker {
         }
     }
 
-    /// The field of the scene as it is; nothing where it cannot be built.
+    /// Returns the field of the current scene, or `None` if it cannot be built.
     pub(crate) fn world(&mut self, scene: &Scene, version: u64) -> Option<&World> {
         if self.version != version {
             self.version = version;
@@ -82,12 +82,12 @@ impl Picker {
         self.world.as_ref()
     }
 
-    /// Another scene.
+    /// Discards everything, for another scene.
     pub(crate) fn forget(&mut self) {
         *self = Self::new();
     }
 
-    /// Where a ray meets the surface.
+    /// Casts a ray.
     pub(crate) fn cast(
         &mut self,
         (scene, version): (&Scene, u64),
@@ -99,7 +99,7 @@ impl Picker {
             .cast_ray(origin, direction, FAR)
     }
 
-    /// Where a ray meets the surface, and which visible brush makes it there, whatever it does to those above it.
+    /// Casts a ray, and returns the visible brush that forms the surface there, whatever its operator.
     pub(crate) fn pick(
         &mut self,
         (scene, version): (&Scene, u64),
@@ -119,7 +119,7 @@ impl Picker {
                 continue;
             };
             let off = alone.world.distance(point).abs();
-            // Of those that are as near, the last: it has the last word.
+            // Of equally near brushes the last one wins, because it is evaluated last.
             if best.is_none_or(|(least, _)| off <= least + 1e-6) {
                 best = Some((off, node));
             }
@@ -127,7 +127,7 @@ impl Picker {
         best.map(|(_, node)| Picked { hit, node })
     }
 
-    /// The distance to a brush by itself.
+    /// Returns the distance to a brush alone.
     pub(crate) fn distance_to(
         &mut self,
         scene: &Scene,
@@ -137,13 +137,13 @@ impl Picker {
         Some(self.alone(scene, node)?.world.distance(point))
     }
 
-    /// The box of a brush or group by itself.
+    /// Returns the box of a brush or group alone.
     pub(crate) fn box_of(&mut self, scene: &Scene, node: NodeId) -> Option<argil::math::Aabb> {
         let found = self.alone(scene, node)?.world.program().aabb();
         found.is_finite().then_some(found)
     }
 
-    /// A brush's or group's surface, whether it adds or takes away; nothing of what is endless.
+    /// Returns the surface of a brush or group, whatever its operator. `None` if it is infinite.
     pub(crate) fn outline(&mut self, scene: &Scene, node: NodeId) -> Option<&Silhouette> {
         let alone = self.alone(scene, node)?;
         if alone.outline.is_none() {
@@ -172,7 +172,7 @@ impl Default for Picker {
     }
 }
 
-/// Whether a node and all groups around it are shown.
+/// Returns true if a node and all its groups are visible.
 pub(crate) fn is_visible(scene: &Scene, node: NodeId) -> bool {
     let mut at = Some(node);
     while let Some(n) = at {
@@ -184,7 +184,8 @@ pub(crate) fn is_visible(scene: &Scene, node: NodeId) -> bool {
     true
 }
 
-/// The entries of all groups around a node and its own, and of what a group holds, as far as they say where it is.
+/// Returns the descriptions of a node and its groups, and of a group's children, as far as they affect its
+/// position.
 fn chain(scene: &Scene, node: NodeId) -> Vec<NodeDesc> {
     let mut all = Vec::new();
     let mut at = Some(node);
@@ -202,7 +203,7 @@ fn chain(scene: &Scene, node: NodeId) -> Vec<NodeDesc> {
     all
 }
 
-/// An entry that adds, visible, without a name, a material or keyframes.
+/// Returns a visible union without name, material and keyframes.
 fn plain(entry: &NodeDesc) -> NodeDesc {
     NodeDesc {
         name: String::new(),
@@ -224,7 +225,7 @@ fn alone(scene: &Scene, node: NodeId, chain: &[NodeDesc]) -> Option<SingleBrushW
         depth += 1;
         at = scene.node(n).parent();
     }
-    // The first is the root, which is there.
+    // The first is the root, which every scene has.
     for entry in &chain[1..=depth] {
         parent = own.push_into(parent, entry.clone()).ok()?.node;
     }
@@ -236,7 +237,7 @@ fn alone(scene: &Scene, node: NodeId, chain: &[NodeDesc]) -> Option<SingleBrushW
     })
 }
 
-/// What a group holds, with all that is in it.
+/// Copies a group's children with their subtrees.
 fn copy(scene: &Scene, from: NodeId, own: &mut Scene, to: NodeId) {
     for &child in scene.node(from).children() {
         let entry = NodeDesc {
@@ -256,7 +257,7 @@ fn copy(scene: &Scene, from: NodeId, own: &mut Scene, to: NodeId) {
     }
 }
 
-/// A group is put in empty.
+/// A group is inserted without children.
 fn entry_of_group(entry: NodeDesc) -> NodeDesc {
     let blank: NodeDesc = Group::new().into();
     NodeDesc {
@@ -284,7 +285,7 @@ fn outline(world: &World) -> Option<Silhouette> {
     })
 }
 
-/// How far a place is from a segment.
+/// Returns the distance of a point from a segment.
 pub(crate) fn off_segment(at: Vec2, [a, b]: [Vec2; 2]) -> f32 {
     let along = b - a;
     let t = (at - a).dot(along) / along.length_squared().max(1e-12);

@@ -1,4 +1,4 @@
-//! What is kept from one session to the next.
+//! Preferences, which are saved between sessions.
 
 use crate::commands::{self, Command, CommandInfo};
 use crate::render_worker::Pipeline;
@@ -7,31 +7,31 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// See the module's page.
+/// The preferences.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(default)]
 pub(crate) struct Preferences {
-    /// Scenes that were opened or saved, the last first.
+    /// Recently opened or saved scenes, latest first.
     pub recent: Vec<PathBuf>,
-    /// Other shortcuts than those at first, by the command's name; empty for none.
+    /// Shortcuts that differ from the defaults, by command name. Empty text means none.
     pub shortcuts: BTreeMap<String, String>,
-    /// Whether the interface is dark; as the system has it without.
+    /// Whether the interface is dark. `None` follows the system.
     pub is_dark: Option<bool>,
-    /// How large the interface is.
+    /// Scale of the interface.
     pub zoom: f32,
-    /// What is looked at.
+    /// The pipeline shown.
     pub pipeline: Pipeline,
     /// Voxels along the longest side.
     pub resolution: u32,
-    /// Whether the grid is drawn.
+    /// Whether the grid is shown.
     pub grid: bool,
-    /// Whether readings are shown.
+    /// Whether statistics are shown.
     pub readings: bool,
     /// Whether gizmos snap.
     pub snap: bool,
-    /// To multiples of, in the scene's unit.
+    /// Snap step in scene units.
     pub snap_length: f32,
-    /// To multiples of, in degrees.
+    /// Snap step in degrees.
     pub snap_degrees: f32,
 }
 
@@ -56,7 +56,7 @@ impl Default for Preferences {
 }
 
 impl Preferences {
-    /// What was kept may be of another version, or changed by hand.
+    /// Repairs preferences of another version, or that were edited by hand.
     pub(crate) fn mended(mut self) -> Self {
         let usual = Self::default();
         let within = |value: f32, least: f32, most: f32, usual: f32| {
@@ -76,7 +76,7 @@ impl Preferences {
         self
     }
 
-    /// A file was opened or saved.
+    /// Records an opened or saved file.
     pub(crate) fn remember(&mut self, path: &Path) {
         let path = std::path::absolute(path).unwrap_or_else(|_| path.into());
         self.recent.retain(|known| *known != path);
@@ -84,7 +84,7 @@ impl Preferences {
         self.recent.truncate(MAX_RECENT);
     }
 
-    /// A command's shortcut.
+    /// Returns a command's shortcut.
     pub(crate) fn shortcut(&self, entry: &CommandInfo) -> Option<KeyboardShortcut> {
         match self.shortcuts.get(entry.name) {
             Some(text) => commands::parse(text),
@@ -92,7 +92,7 @@ impl Preferences {
         }
     }
 
-    /// Give a command another shortcut, taken from whichever has it; without one, none.
+    /// Assigns a shortcut to a command, and takes it from any other. `None` removes it.
     pub(crate) fn bind(&mut self, command: Command, shortcut: Option<KeyboardShortcut>) {
         if let Some(shortcut) = shortcut {
             for other in commands::ALL {
@@ -106,7 +106,7 @@ impl Preferences {
         self.shortcuts.insert(name, text.unwrap_or_default());
     }
 
-    /// As egui says it.
+    /// Returns the theme for egui.
     pub(crate) fn theme(&self) -> ThemePreference {
         match self.is_dark {
             None => ThemePreference::System,

@@ -1,40 +1,40 @@
-//! Journals of what is being edited, from which it comes back after a crash.
+//! Journals of open documents, for recovery after a crash.
 
 use anyhow::Context;
 use argil::scene::{Journal, Scene};
 use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
 
-/// The journal of one document: a file in a folder of its own, removed when the document is closed.
+/// The journal of one document, which is removed when the document is closed.
 #[derive(Debug, Default)]
 pub struct Recovery {
     folder: Option<PathBuf>,
     journal: Option<Journal>,
-    /// Why nothing is journalled.
+    /// Why the journal cannot be written.
     pub fault: Option<String>,
 }
 
-/// What a session that ended badly has left.
+/// A session that did not end normally.
 #[derive(Debug)]
 pub(crate) struct RecoverableSession {
-    /// The journal.
+    /// Path of the journal.
     pub journal: PathBuf,
-    /// The scene's own file, if it had one.
+    /// Path of the scene's file, if it had one.
     pub scene: Option<PathBuf>,
 }
 
 impl RecoverableSession {
-    /// Have it be this process's, so that no other is offered it.
+    /// Claims the journal for this process, so that no other process offers it.
     ///
     /// # Errors
-    /// If it is another's by now.
+    /// If another process claimed it first.
     pub(crate) fn claim(self) -> anyhow::Result<Self> {
         let folder = self.journal.parent().unwrap_or(Path::new("."));
         let journal = folder.join(own_name());
         std::fs::rename(&self.journal, &journal)
             .with_context(|| format!("{}: another window may have it", self.journal.display()))?;
         for ending in [ORIGIN, SAVED] {
-            // It need not be there.
+            // This file may not exist.
             let _ = std::fs::rename(
                 self.journal.with_extension(ending),
                 journal.with_extension(ending),
@@ -44,7 +44,7 @@ impl RecoverableSession {
     }
 }
 
-/// The name of a journal of this process that begins now.
+/// Returns the name of a new journal of this process.
 fn own_name() -> String {
     let since = SystemTime::now().duration_since(UNIX_EPOCH);
     let stamp = since.map_or(0, |since| since.as_nanos());
@@ -52,13 +52,13 @@ fn own_name() -> String {
 }
 
 const ENDING: &str = "journal";
-/// Beside a journal: where its scene is from.
+/// Suffix of the file with the scene's path.
 const ORIGIN: &str = "origin";
-/// Beside a journal: how many lines it had when its scene was saved last.
+/// Suffix of the file with the number of journal lines at the last save.
 const SAVED: &str = "saved";
 
 impl Recovery {
-    /// In a folder.
+    /// Writes journals to a folder.
     pub fn within(folder: PathBuf) -> Self {
         Self {
             folder: Some(folder),
@@ -66,12 +66,12 @@ impl Recovery {
         }
     }
 
-    /// Nothing is kept.
+    /// Writes no journals.
     pub fn off() -> Self {
         Self::default()
     }
 
-    /// Go on with a journal that was brought back.
+    /// Continues a recovered journal.
     pub fn of(journal: Journal) -> Self {
         let folder = journal.path().parent().map(Path::to_path_buf);
         Self {
@@ -81,14 +81,14 @@ impl Recovery {
         }
     }
 
-    /// Begin with a scene, in place of what was journalled before.
+    /// Begins a journal with a scene, and removes the one before.
     pub fn begin(&mut self, scene: &Scene, path: Option<&Path>) {
         self.end();
         let Some(folder) = &self.folder else { return };
         let file = folder.join(own_name());
         let made = std::fs::create_dir_all(folder)
             .and_then(|()| match path {
-                // Relative ones mean nothing to a session that begins elsewhere.
+                // A relative path is meaningless in another session.
                 Some(path) => std::fs::write(
                     file.with_extension(ORIGIN),
                     std::path::absolute(path)?.to_string_lossy().as_bytes(),
@@ -103,7 +103,7 @@ impl Recovery {
         }
     }
 
-    /// The scene was saved to a file: what was done so far need not be brought back.
+    /// Records that the scene was saved. Earlier edits need no recovery.
     pub fn note_saved(&mut self, path: &Path) {
         let Some(journal) = &self.journal else { return };
         let file = journal.path();
@@ -118,7 +118,7 @@ impl Recovery {
         }
     }
 
-    /// Write what was done.
+    /// Writes an action.
     pub fn record(&mut self, line: &str) {
         if let Some(journal) = &mut self.journal
             && let Err(error) = journal.record(line)
@@ -127,7 +127,7 @@ impl Recovery {
         }
     }
 
-    /// Nothing is to be brought back.
+    /// Removes the journal.
     pub fn end(&mut self) {
         if let Some(journal) = self.journal.take() {
             let path = journal.path().to_path_buf();
@@ -137,7 +137,7 @@ impl Recovery {
     }
 }
 
-/// What sessions that are over have left in a folder, the newest first.
+/// Returns the sessions in a folder that did not end normally, latest first.
 pub(crate) fn left_in(folder: &Path) -> Vec<RecoverableSession> {
     let Ok(files) = std::fs::read_dir(folder) else {
         return Vec::new();
@@ -163,14 +163,14 @@ pub(crate) fn left_in(folder: &Path) -> Vec<RecoverableSession> {
     all.into_iter().map(|(_, left)| left).collect()
 }
 
-/// Whether something was done since the scene, which is the first line, or since it was saved.
+/// Returns true if edits follow the scene, which is the first line, or the last save.
 fn has_edits(journal: &Path) -> bool {
     let saved = std::fs::read_to_string(journal.with_extension(SAVED)).ok();
     let known = saved.and_then(|text| text.parse().ok()).unwrap_or(1);
     lines_of(journal) > known
 }
 
-/// Lines of a file, none where it cannot be read.
+/// Returns the number of lines of a file, or 0 if it cannot be read.
 fn lines_of(path: &Path) -> usize {
     let file = std::fs::File::open(path).map(std::io::BufReader::new);
     file.map_or(0, |file| std::io::BufRead::split(file, b'\n').count())
@@ -178,18 +178,18 @@ fn lines_of(path: &Path) -> usize {
 
 fn remove_beside(journal: &Path) {
     for ending in [ORIGIN, SAVED] {
-        // It need not be there.
+        // This file may not exist.
         let _ = std::fs::remove_file(journal.with_extension(ending));
     }
 }
 
-/// Forget what was left.
+/// Deletes a session's journal.
 pub(crate) fn discard(left: &RecoverableSession) {
     let _ = std::fs::remove_file(&left.journal);
     remove_beside(&left.journal);
 }
 
-/// Whether the process that writes a journal is this one, or one that still runs.
+/// Returns true if the process that writes a journal is running.
 fn is_alive(journal: &Path) -> bool {
     let stem = journal.file_stem().unwrap_or_default().to_string_lossy();
     let Some(id) = stem.split('-').next().and_then(|id| id.parse::<u32>().ok()) else {
@@ -198,7 +198,7 @@ fn is_alive(journal: &Path) -> bool {
     is_running(id)
 }
 
-/// A browser has no processes, nor journals.
+/// A browser has no processes and no journals.
 #[cfg(target_arch = "wasm32")]
 fn is_running(_: u32) -> bool {
     false

@@ -1,4 +1,4 @@
-//! The painter beside the window: on a thread of its own, or in a browser, where there is none, while it waits for the GPU.
+//! The render thread. In a browser, which has no threads, rendering continues whenever the GPU has finished.
 
 use crate::render_worker::{RenderAnswer, RenderRequest, RenderWorker};
 use argil::Engine;
@@ -30,7 +30,7 @@ mod place {
     use super::{Message, RenderAnswer, RenderWorker, take};
     use std::sync::mpsc::{Receiver, Sender, channel};
 
-    /// A thread with a painter.
+    /// A thread with a render worker.
     pub(super) struct Place {
         messages: Sender<Message>,
         answers: Receiver<RenderAnswer>,
@@ -59,7 +59,7 @@ mod place {
         }
 
         pub(super) fn send(&mut self, message: Message) {
-            // It is gone only with the program.
+            // The thread ends only with the program.
             let _ = self.messages.send(message);
         }
 
@@ -67,7 +67,7 @@ mod place {
             self.answers.try_recv().ok()
         }
 
-        /// Whether it has ended by a fault.
+        /// Returns true if it has ended because of a panic.
         pub(super) fn is_gone(&self) -> bool {
             self.thread.is_finished()
         }
@@ -81,14 +81,14 @@ mod place {
     use std::collections::VecDeque;
     use std::rc::Rc;
 
-    /// A painter that goes on whenever the GPU has answered.
+    /// A render worker that continues whenever the GPU has finished.
     pub struct Place {
         inner: Rc<RefCell<Inner>>,
         wake: Rc<dyn Fn()>,
     }
 
     struct Inner {
-        /// Not here while it paints.
+        /// The worker; `None` while it renders.
         painter: Option<RenderWorker>,
         messages: VecDeque<Message>,
         answers: VecDeque<RenderAnswer>,
@@ -126,7 +126,7 @@ mod place {
         }
     }
 
-    /// Take all messages, then put the painter back.
+    /// Handles all messages, then returns the worker.
     async fn paint(inner: Rc<RefCell<Inner>>, wake: Rc<dyn Fn()>, mut painter: RenderWorker) {
         loop {
             let message = inner.borrow_mut().messages.pop_front();
@@ -142,18 +142,18 @@ mod place {
     }
 }
 
-/// See the module's page.
+/// The render thread.
 pub(crate) struct RenderThread {
     engine: Engine,
     place: place::Place,
     wake: Arc<dyn Fn() + Send + Sync>,
     is_building: Arc<AtomicBool>,
-    /// What is being drawn, and since when.
+    /// The request in progress, and its start.
     waiting: Option<(RenderRequest, Instant)>,
 }
 
 impl RenderThread {
-    /// On an engine; `wake` is called when there is an answer.
+    /// Starts on an engine. `wake` is called when an answer is ready.
     pub(crate) fn new(engine: Engine, wake: impl Fn() + Send + Sync + 'static) -> Self {
         Self::with(engine, Arc::new(wake))
     }
@@ -170,64 +170,64 @@ impl RenderThread {
         }
     }
 
-    /// Begin anew with a scene: nothing comes any more of what is being drawn. It goes on to its end, beside everything.
+    /// Restarts with a scene, and discards the request in progress, which ends in the background.
     pub(crate) fn abandon(&mut self, scene: &Scene, version: u64) {
         *self = Self::with(self.engine.clone(), self.wake.clone());
         self.load(scene, version);
     }
 
-    /// What it draws on.
+    /// Returns the name of the device.
     pub(crate) fn device(&self) -> String {
         self.engine.device()
     }
 
-    /// Pixels of the largest picture.
+    /// Returns the maximum number of pixels per image.
     pub(crate) fn most_pixels(&self) -> u64 {
         self.engine.max_pixels()
     }
 
-    /// Another scene, as it is after so many lines.
+    /// Loads another scene, at a version.
     pub(crate) fn load(&mut self, scene: &Scene, version: u64) {
         let message = Message::Load(Box::new(scene.replica()), version);
         self.place.send(message);
     }
 
-    /// What was done to the document.
+    /// Applies actions of the document.
     pub(crate) fn follow(&mut self, actions: Vec<Action>) {
         if !actions.is_empty() {
             self.place.send(Message::Follow(actions));
         }
     }
 
-    /// What has keyframes is as it is at a time.
+    /// Sets the time of keyframes.
     pub(crate) fn set_time(&mut self, time: f32) {
         self.place.send(Message::Time(time));
     }
 
-    /// Whether a request is on its way.
+    /// Returns true if a request is in progress.
     pub(crate) fn is_busy(&self) -> bool {
         self.waiting.is_some()
     }
 
-    /// What is waited for while a world is being made for it, and for how long.
+    /// Returns the request that waits for a build, and for how long.
     pub(crate) fn is_building(&self) -> Option<(&RenderRequest, Duration)> {
         let (request, since) = self.waiting.as_ref()?;
         let is_building = self.is_building.load(Ordering::Relaxed);
         is_building.then(|| (request, since.elapsed()))
     }
 
-    /// Draw; to be asked when it is not busy.
+    /// Sends a request. No other request may be in progress.
     pub(crate) fn draw(&mut self, request: RenderRequest) {
         self.waiting = Some((request.clone(), Instant::now()));
         self.place.send(Message::Draw(Box::new(request)));
     }
 
-    /// Whether no picture will come any more.
+    /// Returns true if no more images will arrive.
     pub(crate) fn is_gone(&self) -> bool {
         self.place.is_gone()
     }
 
-    /// What came, if something did.
+    /// Returns an answer, if one has arrived.
     pub(crate) fn answer(&mut self) -> Option<RenderAnswer> {
         let answer = self.place.answer();
         if answer.is_some() {

@@ -1,4 +1,4 @@
-//! What draws the scene: a copy of it that does what the document does, action by action, and a world of each pipeline that is looked at.
+//! Renders the scene: a copy that applies the document's actions, and a world for each visible pipeline.
 
 use anyhow::Context;
 use argil::render::{Camera, Percentiles, RenderMode, RenderSettings};
@@ -9,17 +9,17 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use web_time::Instant;
 
-/// How a scene is kept and drawn: one of the engine's representations, by its word.
+/// A way to store and render a scene: one of the engine's representations, by name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct Pipeline(&'static str);
 
 impl Pipeline {
-    /// All of them.
+    /// Returns all pipelines.
     pub(crate) fn all() -> impl Iterator<Item = Self> {
         Representation::all(1).into_iter().map(Self::of)
     }
 
-    /// The field as it is, which takes no building.
+    /// Returns the exact field, which needs no build.
     pub(crate) fn field() -> Self {
         Self::of(Representation::Field)
     }
@@ -28,18 +28,18 @@ impl Pipeline {
         Self(via.word())
     }
 
-    /// In a word.
+    /// Returns the label.
     pub(crate) fn label(self) -> String {
         let (first, rest) = self.0.split_at(1);
         first.to_uppercase() + rest
     }
 
-    /// Whether there are bricks to be shown.
+    /// Returns true if it has bricks to show.
     pub(crate) fn has_bricks(self) -> bool {
         self.via(1).shows(RenderMode::Bricks)
     }
 
-    /// As the engine says it.
+    /// Returns the engine's representation.
     pub(crate) fn via(self, resolution: u32) -> Representation {
         let all = Representation::all(resolution);
         let found = all.into_iter().find(|via| via.word() == self.0);
@@ -65,7 +65,7 @@ impl Serialize for Pipeline {
     }
 }
 
-/// One that this program does not have is the usual one.
+/// An unknown name becomes the default.
 impl<'de> Deserialize<'de> for Pipeline {
     fn deserialize<D: serde::Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
         let word = String::deserialize(from)?.to_lowercase();
@@ -74,68 +74,68 @@ impl<'de> Deserialize<'de> for Pipeline {
     }
 }
 
-/// What can be shown of it, and what it is called.
+/// Render modes and their labels.
 pub(crate) const SHOWS: [(RenderMode, &str); 5] = [
     (RenderMode::Shaded, "Shaded"),
     (RenderMode::Normal, "Normal"),
     (RenderMode::Depth, "Depth"),
     (RenderMode::Heat, "Heat"),
-    // A pipeline is called bricks too.
+    // A pipeline is also called bricks.
     (RenderMode::Bricks, "Brick colors"),
 ];
 
-/// What is to be drawn.
+/// A request for images.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct RenderRequest {
-    /// One, or two to be compared.
+    /// One pipeline, or two to compare.
     pub pipelines: Vec<Pipeline>,
-    /// What of them.
+    /// The render mode.
     pub show: RenderMode,
     /// Voxels along the longest side.
     pub resolution: u32,
-    /// From where.
+    /// The camera.
     pub camera: Camera,
-    /// Pixels.
+    /// Size in pixels.
     pub size: [u32; 2],
-    /// Whether it is the last word, or something moves still.
+    /// Whether nothing is moving, so that the image is final.
     pub is_still: bool,
-    /// Lines of the document that it knows of.
+    /// Version of the document at the request.
     pub version: u64,
 }
 
-/// A picture with what it took.
+/// An image with its statistics.
 #[derive(Clone, Debug)]
 pub(crate) struct WorkerImage {
-    /// Which.
+    /// The pipeline.
     pub pipeline: Pipeline,
     /// Width and height in pixels.
     pub size: [u32; 2],
-    /// RGB in sRGB.
+    /// Pixels in sRGB.
     pub rgb: Vec<u8>,
-    /// What the device took to draw it.
+    /// Duration of rendering in milliseconds.
     pub frame_ms: f64,
-    /// What following the edits took since the picture before, in all; none where there were none.
+    /// Total duration of edits since the last image in milliseconds. `None` without edits.
     pub edit_ms: Option<f64>,
-    /// Steps of the primary rays.
+    /// Steps of primary rays.
     pub steps: Percentiles,
-    /// What the representation holds.
+    /// Memory of the representation.
     pub memory_bytes: u64,
-    /// Bricks, of what has some.
+    /// Number of bricks, if it has any.
     pub bricks: Option<u64>,
-    /// Triangles, of a mesh.
+    /// Number of triangles, for a mesh.
     pub triangles: Option<u64>,
-    /// How far each pixel's ray goes to a solid, infinite where it meets none.
+    /// Distance along each pixel's ray to a solid; infinite without a hit.
     pub lengths: Vec<f32>,
 }
 
-/// What came of a request.
+/// The answer to a request.
 #[derive(Debug)]
 pub(crate) struct RenderAnswer {
     /// The request.
     pub request: RenderRequest,
-    /// Its pictures, or why there are none.
+    /// The images, or an error message.
     pub pictures: Result<Vec<WorkerImage>, String>,
-    /// From taking the request to the pictures.
+    /// Duration from request to images in milliseconds.
     pub duration_ms: f64,
 }
 
@@ -143,28 +143,28 @@ struct KeptWorld {
     pipeline: Pipeline,
     resolution: u32,
     world: World,
-    /// Lines of the replica that it follows.
+    /// Version of the worker's copy.
     version: u64,
 }
 
-/// See the module's page.
+/// The render worker.
 pub(crate) struct RenderWorker {
     engine: Engine,
     scene: Scene,
-    /// Changes so far.
+    /// Version of the copy.
     version: u64,
-    /// Why the copy has parted from the document, if it has.
+    /// Why the copy differs from the document, if it does.
     fault: Option<String>,
     kept: Vec<KeptWorld>,
-    /// Whether a world is being made, which may take long.
+    /// Whether a world is being built.
     is_building: Arc<AtomicBool>,
 }
 
-/// As many worlds are kept at most: two that are compared, and one to go back to.
+/// Maximum number of worlds kept: two to compare, and one to return to.
 const MAX_KEPT: usize = 3;
 
 impl RenderWorker {
-    /// Of nothing.
+    /// Creates a worker without a scene.
     pub(crate) fn new(engine: Engine) -> Self {
         Self {
             engine,
@@ -176,20 +176,20 @@ impl RenderWorker {
         }
     }
 
-    /// Whether a world is being made; to be looked at from elsewhere.
+    /// Returns a flag that other threads read: whether a world is being built.
     pub(crate) fn is_building(&self) -> Arc<AtomicBool> {
         self.is_building.clone()
     }
 
-    /// Another scene.
+    /// Loads another scene.
     pub(crate) fn load(&mut self, scene: Scene, version: u64) {
         (self.scene, self.version) = (scene, version);
         self.fault = None;
         self.kept.clear();
     }
 
-    /// Follow the document. What the document did can be done here: if it cannot, nothing is drawn from then on but the reason,
-    /// until a scene is loaded.
+    /// Applies actions of the document. If one fails, the worker reports the reason instead of images until a scene
+    /// is loaded.
     pub(crate) fn follow(&mut self, actions: &[Action]) {
         for action in actions {
             if let Err(error) = self.scene.perform(action) {
@@ -202,13 +202,13 @@ impl RenderWorker {
         }
     }
 
-    /// What has keyframes is as it is at a time.
+    /// Sets the time of keyframes.
     pub(crate) fn set_time(&mut self, time: f32) {
         self.scene.set_time(time);
         self.version += 1;
     }
 
-    /// Draw.
+    /// Renders a request.
     pub(crate) async fn draw(&mut self, request: RenderRequest) -> RenderAnswer {
         let start = Instant::now();
         if let Some(fault) = &self.fault {
@@ -266,7 +266,8 @@ impl RenderWorker {
         })
     }
 
-    /// Have a pipeline's world be of the scene as it is, the last of those that are kept; what following edits took.
+    /// Updates a pipeline's world to the current scene and moves it to the end of the list. Returns the duration of
+    /// edits.
     async fn bring_up(
         &mut self,
         pipeline: Pipeline,
@@ -294,7 +295,7 @@ impl RenderWorker {
         let start = Instant::now();
         let is_behind = kept.version != self.version;
         if is_behind {
-            // A world that cannot follow is made again at the next request.
+            // A world that fails here is rebuilt at the next request.
             kept.world.apply_async(&self.scene).await?;
             kept.world.flush_async().await?;
             kept.version = self.version;

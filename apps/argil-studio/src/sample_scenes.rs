@@ -1,8 +1,8 @@
-//! Scenes that come with the editor.
+//! Sample scenes.
 
 use argil::scene::Scene;
 
-/// Names and files.
+/// Names and contents.
 pub(crate) const ALL: &[(&str, &str)] = &[
     ("Melting", include_str!("../../../scenes/melting.json")),
     ("Teapot", include_str!("../../../scenes/teapot.json")),
@@ -16,13 +16,13 @@ pub(crate) const ALL: &[(&str, &str)] = &[
     ("Morph", include_str!("../../../scenes/morph.json")),
 ];
 
-/// One of them.
+/// Returns a sample scene.
 pub(crate) fn sample(name: &str) -> Option<Scene> {
     let (_, text) = ALL.iter().find(|(known, _)| *known == name)?;
     Scene::from_json(text, name).ok()
 }
 
-/// What is there at first.
+/// Returns the scene shown at start.
 pub(crate) fn first() -> Scene {
     sample(ALL[0].0).expect("a sample that is compiled in")
 }

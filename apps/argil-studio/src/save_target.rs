@@ -1,13 +1,13 @@
-//! Where files go: to their places, or in a browser to its downloads.
+//! Targets of written files: paths, or downloads in a browser.
 
 use anyhow::Context;
 use std::io::Write;
 use std::path::Path;
 
-/// Write a file.
+/// Writes a file.
 ///
 /// # Errors
-/// If it cannot be written; what was there stays.
+/// If the file cannot be written; it then keeps its contents.
 pub(crate) fn write_output(
     path: &Path,
     write: impl FnOnce(&mut dyn Write) -> std::io::Result<()>,
@@ -22,10 +22,10 @@ pub(crate) fn write_output(
     written.with_context(|| path.display().to_string())
 }
 
-/// Several files in a folder, or in a browser in an archive.
+/// Several files in a folder, or in an archive in a browser.
 pub(crate) struct Folder {
     path: std::path::PathBuf,
-    /// What was not there before.
+    /// Files that did not exist before.
     #[cfg(not(target_arch = "wasm32"))]
     made: Vec<std::path::PathBuf>,
     #[cfg(target_arch = "wasm32")]
@@ -33,10 +33,10 @@ pub(crate) struct Folder {
 }
 
 impl Folder {
-    /// Make one.
+    /// Creates a folder.
     ///
     /// # Errors
-    /// If it cannot be made.
+    /// If it cannot be created.
     pub(crate) fn new(path: &Path) -> anyhow::Result<Self> {
         #[cfg(not(target_arch = "wasm32"))]
         std::fs::create_dir_all(path).with_context(|| path.display().to_string())?;
@@ -49,7 +49,7 @@ impl Folder {
         })
     }
 
-    /// Write a file into it.
+    /// Writes a file into the folder.
     ///
     /// # Errors
     /// If it cannot be written.
@@ -60,7 +60,7 @@ impl Folder {
     ) -> anyhow::Result<()> {
         #[cfg(target_arch = "wasm32")]
         {
-            // Pictures are packed already.
+            // Images are already compressed.
             let stored = zip::write::SimpleFileOptions::default()
                 .compression_method(zip::CompressionMethod::Stored);
             self.archive.start_file(name, stored)?;
@@ -77,19 +77,19 @@ impl Folder {
         }
     }
 
-    /// It is not wanted any more: take out what was written. What was written over stays as it is now.
+    /// Removes the files that were created. Files that were replaced stay as they are.
     pub(crate) fn discard(self) {
         #[cfg(not(target_arch = "wasm32"))]
         for path in self.made {
-            // Who has taken it out already has done the same.
+            // It may have been removed already.
             let _ = std::fs::remove_file(path);
         }
     }
 
-    /// Everything is in it.
+    /// Finishes the folder.
     ///
     /// # Errors
-    /// If it cannot be handed over.
+    /// If it cannot be written.
     pub(crate) fn close(self) -> anyhow::Result<()> {
         #[cfg(target_arch = "wasm32")]
         {

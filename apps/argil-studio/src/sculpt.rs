@@ -1,7 +1,7 @@
-//! Strokes on the surface.
+//! Sculpting strokes.
 //!
-//! *Practice.* A stroke is a group of capsules, from dab to dab; what the group's operator is makes it add, carve or paint.
-//! A stroke that smooths changes no shape: it widens the blends of the brushes that it passes over.
+//! *Practice.* A stroke is a group of capsules between dabs. The group's operator decides whether it adds, carves
+//! or paints. A smoothing stroke adds no shape: it widens the blends of the brushes it passes over.
 
 use crate::materials::material_choice;
 use crate::sculpting::{SculptKind, SculptStroke};
@@ -12,7 +12,7 @@ use argil::scene::{Brush, Edit, NodeDesc, NodeId, NodeKind, Scene, Shape};
 use eframe::egui;
 
 impl View {
-    /// The pointer is pressed over the surface, or moves on while it is; `pressure` is from 0 to 1.
+    /// Handles the pointer over the surface. `pressure` is from 0 to 1.
     pub(crate) fn sculpt(
         &mut self,
         session: &mut Session,
@@ -28,7 +28,7 @@ impl View {
                 last: None,
             });
         }
-        // A mirror keeps what is on the positive side.
+        // A mirror keeps the positive side.
         let [mut point, mut normal] = [point, normal];
         for (axis, &is_mirrored) in self.sculpting.mirror.iter().enumerate() {
             if is_mirrored && point[axis] < 0.0 {
@@ -45,7 +45,7 @@ impl View {
         if self.sculpting.kind == SculptKind::Smooth {
             self.smooth(session, point, radius, strength)?;
         } else {
-            // By its strength the ball is pushed out of the surface, from where it only touches it from within.
+            // The strength moves the ball out of the surface, from touching it on the inside.
             let lift = match self.sculpting.kind {
                 SculptKind::Add => (strength - 0.9) * radius,
                 SculptKind::Carve => (0.9 - strength) * radius,
@@ -115,7 +115,7 @@ impl View {
         session.document.edit("Stroke", edit).map(drop)
     }
 
-    /// Widen the blend of each brush whose own surface is within a radius of a point.
+    /// Widens the blend of each brush whose own surface is within a radius of a point.
     pub(crate) fn smooth(
         &mut self,
         session: &mut Session,
@@ -145,7 +145,7 @@ impl View {
         Ok(())
     }
 
-    /// Strokes have no material that is not there any more.
+    /// Resets the stroke's material if it no longer exists.
     pub(crate) fn forget_material(&mut self, session: &mut Session) {
         let known = session.document.scene().materials();
         self.sculpting
@@ -153,7 +153,7 @@ impl View {
             .take_if(|own| !known.contains_key(own));
     }
 
-    /// Take the stroke back that is being made; nothing is done until the pointer is let go.
+    /// Cancels the current stroke, and ignores the pointer until it is released.
     pub(crate) fn cancel_sculpting(&mut self, session: &mut Session) {
         if self.sculpting.stroke.take().is_some() {
             self.sculpting.is_given_up = true;
@@ -161,7 +161,7 @@ impl View {
         }
     }
 
-    /// The pointer is let go.
+    /// Ends the stroke when the pointer is released.
     pub(crate) fn end_sculpting(&mut self, session: &mut Session) {
         self.sculpting.is_given_up = false;
         if self.sculpting.stroke.take().is_some() {
@@ -169,7 +169,7 @@ impl View {
         }
     }
 
-    /// How strokes are made.
+    /// Shows the options of strokes.
     pub(crate) fn sculpt_options(&mut self, session: &mut Session, ui: &mut egui::Ui) {
         ui.strong("Sculpt");
         ui.horizontal(|ui| {
@@ -197,7 +197,7 @@ impl View {
         });
     }
 
-    /// Sculpt in a way from now on.
+    /// Selects a kind of stroke.
     pub(crate) fn pick_material(&mut self, session: &mut Session, kind: SculptKind) {
         self.tool = Tool::Sculpt;
         self.sculpting.kind = kind;

@@ -1,19 +1,19 @@
-//! How strokes are made.
+//! State of sculpting strokes.
 
 use argil::glam::Vec3;
 use argil::scene::{Group, Modifier, NodeDesc, NodeId, Operator, OperatorKind};
 
-/// What a stroke does.
+/// The effect of a stroke.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum SculptKind {
-    /// Add.
+    /// Adds material.
     #[default]
     Add,
-    /// Take away.
+    /// Removes material.
     Carve,
-    /// Widen blends.
+    /// Widens blends.
     Smooth,
-    /// Give a material.
+    /// Paints a material.
     Paint,
 }
 
@@ -30,21 +30,21 @@ impl SculptKind {
     }
 }
 
-/// How strokes are made, and the one that is.
+/// Options of strokes, and the current stroke.
 #[derive(Debug)]
 pub(crate) struct Sculpting {
-    /// What it does.
+    /// The effect.
     pub kind: SculptKind,
-    /// In the scene's unit.
+    /// Radius in scene units.
     pub radius: f32,
-    /// From 0 to 1: how far it stands out, or how fast it smooths.
+    /// From 0 to 1: height of the stroke, or speed of smoothing.
     pub strength: f32,
     /// Planes through the origin at which strokes are mirrored.
     pub mirror: [bool; 3],
-    /// What is painted with.
+    /// The material to paint.
     pub material: Option<String>,
     pub(crate) stroke: Option<SculptStroke>,
-    /// Whether the last stroke was taken back and the pointer is held still.
+    /// Whether the stroke was canceled while the pointer is held.
     pub(crate) is_given_up: bool,
 }
 
@@ -69,19 +69,19 @@ impl Default for Sculpting {
 }
 
 impl Sculpting {
-    /// Whether a stroke is being made, or was until it was taken back and the pointer is still held.
+    /// Returns true during a stroke, and after its cancellation until the pointer is released.
     pub(crate) fn is_going(&self) -> bool {
         self.stroke.is_some() || self.is_given_up
     }
 
-    /// A material has another name.
+    /// Follows the new name of a material.
     pub(crate) fn rename(&mut self, from: &str, to: String) {
         if self.material.as_deref() == Some(from) {
             self.material = Some(to);
         }
     }
 
-    /// Whether nothing is done until the pointer is let go.
+    /// Returns true if the pointer is ignored until it is released.
     pub(crate) fn is_given_up(&self) -> bool {
         self.is_given_up
     }

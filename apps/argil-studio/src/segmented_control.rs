@@ -1,8 +1,8 @@
-//! A choice of a few.
+//! A segmented control.
 
 use eframe::egui;
 
-/// Let one of `all` be chosen, under a name that screen readers are told.
+/// Shows a choice between `all`, with a name for screen readers.
 pub(crate) fn choice<T: PartialEq>(
     ui: &mut egui::Ui,
     name: &str,

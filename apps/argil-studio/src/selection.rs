@@ -1,11 +1,11 @@
-//! What of a document is selected, and what is locked.
+//! Selected and locked nodes of a document.
 
 use crate::document::Document;
 use argil::scene::{NodeId, Scene};
 use std::collections::BTreeSet;
 
 impl Document {
-    /// Whether a node is in the scene.
+    /// Returns true if a node is in the scene.
     pub fn has(&self, node: NodeId) -> bool {
         let mut at = node;
         while let Some(parent) = self.scene.node(at).parent() {
@@ -20,12 +20,12 @@ impl Document {
         self.selection = selection;
     }
 
-    /// The node that was selected last.
+    /// Returns the node that was selected last.
     pub fn active(&self) -> Option<NodeId> {
         self.selection.last().copied()
     }
 
-    /// Select one node alone, or with `also`, besides those that are.
+    /// Selects one node or, with `also`, adds it to the selection.
     pub fn select(&mut self, node: Option<NodeId>, also: bool) {
         if !also {
             self.selection.clear();
@@ -37,7 +37,7 @@ impl Document {
         }
     }
 
-    /// Those that are selected and within no other that is, in the scene's order.
+    /// Returns selected nodes without selected ancestors, in scene order.
     pub fn outermost(&self) -> Vec<NodeId> {
         let selected: BTreeSet<NodeId> = self.selection.iter().copied().collect();
         let is_within = |node: NodeId| {
@@ -59,10 +59,10 @@ impl Document {
         self.scene.iter().filter(chosen).collect()
     }
 
-    /// Have nodes that cannot be picked or changed, or can again.
+    /// Locks or unlocks nodes. Locked nodes cannot be picked or changed.
     ///
     /// # Errors
-    /// If one is not in the scene any more.
+    /// If a node is no longer in the scene.
     pub fn lock(&mut self, nodes: &[NodeId], locked: bool) -> anyhow::Result<()> {
         let word = if locked { "Lock" } else { "Unlock" };
         self.begin_stroke(word);
@@ -75,7 +75,7 @@ impl Document {
         Ok(())
     }
 
-    /// Whether a node, or a group around it, is locked.
+    /// Returns true if a node, or a group that contains it, is locked.
     pub fn is_locked(&self, node: NodeId) -> bool {
         let mut at = Some(node);
         while let Some(n) = at {

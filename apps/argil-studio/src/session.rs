@@ -1,4 +1,4 @@
-//! What is open: the document, what draws it, what runs beside it, and what is said of it.
+//! The session: the document, its rendering, background jobs and messages.
 
 use crate::commands::Command;
 use crate::dialog::Dialog;
@@ -14,74 +14,74 @@ use argil::scene::{NodeId, Scene};
 use std::collections::BTreeSet;
 use std::path::PathBuf;
 
-/// See the module's page.
+/// The session.
 pub(crate) struct Session {
     /// The document.
     pub document: Document,
-    /// Actions of the document since it was opened, and a thousand for each document before.
+    /// Version of the document: its actions, plus a thousand per earlier document.
     pub version: u64,
-    /// What draws it.
+    /// The render thread.
     pub renderer: RenderThread,
-    /// What rays meet of it.
+    /// The picker.
     pub picker: Picker,
-    /// What was chosen for all documents.
+    /// The preferences.
     pub preferences: Preferences,
-    /// What is asked or shown over the window.
+    /// The open dialog.
     pub dialog: Option<Dialog>,
-    /// The last thing that went wrong, or was done.
+    /// The last message.
     pub note: Option<Note>,
-    /// What runs beside the window.
+    /// Background jobs.
     pub jobs: Jobs,
-    /// Meshes that were read since it was begun, as scenes name them.
+    /// Meshes read in this session, as scenes name them.
     pub read_meshes: BTreeSet<String>,
-    /// What exported pictures are drawn on.
+    /// The engine that renders exported images.
     pub export_engine: Engine,
-    /// How files are asked for.
+    /// File dialogs.
     pub files: Box<dyn FileAccess>,
-    /// Where journals are kept, if they are.
+    /// Folder of journals, if they are kept.
     pub recovery_folder: Option<PathBuf>,
-    /// Whether the window may be closed without a question.
+    /// Whether the window may close without a question.
     pub may_close: bool,
-    /// Commands that would do something now.
+    /// Available commands.
     pub can: BTreeSet<Command>,
-    /// Commands whose switch is on now.
+    /// Commands whose switch is on.
     pub is_on: BTreeSet<Command>,
-    /// What the editor's other parts are to do, in this order.
+    /// Requests to other parts of the editor, in order.
     pub requests: Vec<Request>,
-    /// What the browser keeps of it.
+    /// The browser's storage of the scene.
     #[cfg(target_arch = "wasm32")]
     pub keeper: crate::local_storage::LocalStorage,
 }
 
-/// What another part of the editor is to do.
+/// A request to another part of the editor.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Request {
-    /// Do a command.
+    /// Run a command.
     Run(Command),
-    /// Show a document that was opened, in full.
+    /// Frame an opened document.
     ShowAll,
-    /// Show what was put in, where little of it would be seen.
+    /// Frame a new node if little of it would be visible.
     ShowNew,
-    /// Have a node's row in sight.
+    /// Scroll to a node's row.
     Reveal(NodeId),
-    /// Close a group's row.
+    /// Collapse a group's row.
     Fold(NodeId),
-    /// Strokes are painted with the second material where they were with the first, which is gone.
+    /// Replace a material of strokes that was renamed, from the first name to the second.
     Rename([String; 2]),
 }
 
-/// Something to be told.
+/// A message.
 pub(crate) struct Note {
-    /// In words.
+    /// The text.
     pub text: String,
-    /// Whether it went wrong.
+    /// Whether it reports an error.
     pub is_fault: bool,
-    /// When.
+    /// When it appeared.
     pub told: web_time::Instant,
 }
 
 impl Session {
-    /// Have a scene in place of the one that is open.
+    /// Replaces the open scene.
     pub(crate) fn replace_scene(&mut self, scene: Scene, path: Option<PathBuf>) {
         self.document.close();
         let recovery = match &self.recovery_folder {
@@ -91,7 +91,7 @@ impl Session {
         self.set_document(Document::new(scene, path, recovery));
     }
 
-    /// Have a document that is as it should be.
+    /// Replaces the document.
     pub(crate) fn set_document(&mut self, document: Document) {
         self.document = document;
         self.version += 1000;
@@ -117,11 +117,11 @@ impl Session {
         });
     }
 
-    /// Do, and tell what goes wrong.
+    /// Runs an operation, and reports its error.
     pub(crate) fn attempt(&mut self, what: impl FnOnce(&mut Self) -> anyhow::Result<()>) {
         let was_in_stroke = self.document.is_in_stroke();
         if let Err(error) = what(self) {
-            // Half of a step is not what anybody wants.
+            // Undo an incomplete step.
             if !was_in_stroke {
                 self.document.cancel_stroke();
             }
@@ -129,7 +129,7 @@ impl Session {
         }
     }
 
-    /// Hand on what was done.
+    /// Forwards actions to the render thread.
     pub(crate) fn forward_edits(&mut self) {
         self.load_wanted();
         let actions = self.document.take_actions();

@@ -1,8 +1,9 @@
-//! Scaling a shape along one of its own axes, where it has a parameter for that.
+//! Scales a shape along one of its own axes, if it has a parameter for that.
 
 use argil::scene::Shape;
 
-/// The shape, `factor` times as long along an axis (0, 1 or 2). `None` if it has no parameter for that axis alone.
+/// Returns the shape scaled by `factor` along an axis (0, 1 or 2). `None` if it has no parameter for that axis
+/// alone.
 pub(crate) fn stretched(shape: &Shape, axis: usize, factor: f32) -> Option<Shape> {
     let mut own = shape.clone();
     let length = match &mut own {

@@ -1,4 +1,4 @@
-//! The bars of tools and of what goes on.
+//! The tool bar and the status bar.
 
 use crate::commands::{self, Command};
 use crate::render_worker::{Pipeline, SHOWS};
@@ -8,11 +8,11 @@ use crate::view::{Tool, View};
 use argil::render::RenderMode;
 use eframe::egui::{self, Align, Layout};
 
-/// What takes no longer is not told of.
+/// Duration below which progress is not shown.
 const MOMENT: std::time::Duration = std::time::Duration::from_millis(500);
 
 impl View {
-    /// The tools, and what is looked at.
+    /// Shows the tools and the pipelines.
     pub(crate) fn tool_bar(&mut self, session: &mut Session, ui: &mut egui::Ui) {
         egui::Panel::top("tools").show(ui, |ui| {
             ui.horizontal_wrapped(|ui| {
@@ -81,7 +81,7 @@ impl View {
         });
     }
 
-    /// Draw by a pipeline; where it is the second of two, they change places.
+    /// Shows a pipeline. If it is the second of two, they are exchanged.
     pub(crate) fn look_at(&mut self, session: &mut Session, pipeline: Pipeline) {
         let before = std::mem::replace(&mut session.preferences.pipeline, pipeline);
         if let Some(second) = &mut self.pictures.split
@@ -110,7 +110,7 @@ impl View {
         ui.toggle_value(&mut self.pictures.shows_difference, "Difference");
     }
 
-    /// What is being made to be drawn, if it takes longer than a moment; and a way back.
+    /// Shows a build that takes longer than a moment, with a button to cancel it.
     pub(crate) fn building(&mut self, session: &mut Session, ui: &mut egui::Ui) {
         let Some((request, since)) = session.renderer.is_building() else {
             return;
@@ -131,7 +131,7 @@ impl View {
         }
     }
 
-    /// Go back to what was shown before, or to the field, which takes no building.
+    /// Cancels a build and returns to the previous pipeline, or to the field, which needs no build.
     pub(crate) fn cancel_building(&mut self, session: &mut Session) {
         let wanted = [Some(session.preferences.pipeline), self.pictures.split];
         let before = self.pictures.last_shown();
@@ -152,7 +152,7 @@ impl View {
         session.show_note("Cancelled");
     }
 
-    /// What was told, what runs, and how far it is.
+    /// Shows the last message and the running jobs.
     pub(crate) fn status_bar(&mut self, session: &mut Session, ui: &mut egui::Ui) {
         egui::Panel::bottom("status").show(ui, |ui| {
             ui.horizontal(|ui| {
@@ -160,7 +160,8 @@ impl View {
                 for job in session.jobs.all() {
                     ui.spinner();
                     ui.label(&job.name);
-                    // Before the bar, which comes later: the button must not move away from who clicks on it.
+                    // The button comes before the bar, which appears later: the button must not move under the
+                    // pointer.
                     if ui.small_button("Cancel").clicked() {
                         job.cancel();
                     }
@@ -180,7 +181,7 @@ impl View {
     }
 }
 
-/// Have screen readers told what a number is.
+/// Sets a number's accessible name.
 fn named(response: egui::Response, name: &str) {
     response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::SpinButton, true, name));
 }

@@ -1,10 +1,10 @@
-//! Values of a file, shown and changed.
+//! Editors of JSON values.
 
 use crate::names::humanize;
 use eframe::egui::{self, DragValue};
 use serde_json::{Map, Value};
 
-/// The unit that a key stands for, under the name that it is shown by.
+/// Returns the unit of a key, for the label shown.
 fn suffix(name: &str, key: &str) -> &'static str {
     if name.starts_with("Scale") || name.starts_with("Stretch") {
         "×"
@@ -26,7 +26,7 @@ fn suffix(name: &str, key: &str) -> &'static str {
     }
 }
 
-/// A number to be dragged or typed.
+/// Shows a number to drag or type.
 pub(crate) fn number(ui: &mut egui::Ui, name: &str, key: &str, value: &mut f32) -> bool {
     let speed = if key.contains("degrees") {
         0.5
@@ -37,7 +37,7 @@ pub(crate) fn number(ui: &mut egui::Ui, name: &str, key: &str, value: &mut f32) 
         DragValue::new(value)
             .speed(speed)
             .max_decimals(4)
-            // What is typed counts when it is whole.
+            // Typed text counts only when it is complete.
             .update_while_editing(false)
             .suffix(suffix(name, key)),
     );
@@ -51,7 +51,7 @@ pub(crate) fn number(ui: &mut egui::Ui, name: &str, key: &str, value: &mut f32) 
     response.changed()
 }
 
-/// Show a value of a file, and let it be changed; whether it was.
+/// Shows a value for editing. Returns true if it changed.
 fn value_ui(ui: &mut egui::Ui, name: &str, key: &str, value: &mut Value) -> bool {
     match value {
         Value::Bool(on) => ui.checkbox(on, "").changed(),
@@ -99,7 +99,7 @@ fn value_ui(ui: &mut egui::Ui, name: &str, key: &str, value: &mut Value) -> bool
     }
 }
 
-/// All values of an object but its type.
+/// Shows all values of an object except its type.
 pub(crate) fn fields<'a>(
     ui: &mut egui::Ui,
     within: &str,

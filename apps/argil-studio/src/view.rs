@@ -1,4 +1,4 @@
-//! What is seen: from where, with which tool, and the pictures of it.
+//! The view: camera, tool and images.
 
 use crate::drag::Drag;
 use crate::sculpting::Sculpting;
@@ -7,39 +7,39 @@ use crate::viewport_images::ViewportImages;
 use argil::render::RenderMode;
 use argil::scene::NodeId;
 
-/// What the pointer does in the viewport.
+/// The tool of the pointer.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum Tool {
-    /// Pick.
+    /// Select.
     #[default]
     Select,
-    /// Pick and move.
+    /// Select and move.
     Move,
-    /// Pick and rotate.
+    /// Select and rotate.
     Rotate,
-    /// Pick and scale.
+    /// Select and scale.
     Scale,
     /// Sculpt.
     Sculpt,
 }
 
-/// See the module's page.
+/// The view.
 #[derive(Default)]
 pub(crate) struct View {
-    /// From where it is looked at.
+    /// The camera.
     pub eye: ViewportCamera,
-    /// What the pointer does.
+    /// The tool.
     pub tool: Tool,
-    /// Whether handles are along the axes of what is selected.
+    /// Whether handles follow the selection's own axes.
     pub is_local: bool,
-    /// What of the scene is shown.
+    /// The render mode.
     pub show: RenderMode,
-    /// How strokes are made, and the one that is.
+    /// Sculpting options, and the current stroke.
     pub sculpting: Sculpting,
-    /// What is drawn.
+    /// The images.
     pub pictures: ViewportImages,
-    /// A gizmo's drag.
+    /// The gizmo's drag.
     pub drag: Option<Drag>,
-    /// What the pointer is over.
+    /// The node under the pointer.
     pub hovered: Option<NodeId>,
 }

@@ -1,4 +1,4 @@
-//! The picture, what is drawn over it, and what the pointer does in it.
+//! The viewport: the image, its overlays, and the pointer's actions in it.
 
 use crate::overlay::label;
 use crate::picking::Picked;
@@ -14,7 +14,7 @@ use eframe::egui::{
 use web_time::Instant;
 
 impl View {
-    /// The picture's part of the window.
+    /// Shows the viewport.
     pub(crate) fn ui(&mut self, session: &mut Session, ui: &mut egui::Ui) {
         let (rect, response) = ui.allocate_exact_size(ui.available_size(), Sense::click_and_drag());
         response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, "Viewport"));
@@ -67,7 +67,7 @@ impl View {
         self.pictures.duration_ms = duration_ms;
         if !request.is_still {
             self.pictures.ms_per_pixel = Some(duration_ms / pixels.max(1.0));
-            // However long it took: a whole picture that is begun now would keep the next move waiting.
+            // However long it took: starting a final image now would delay the next interaction.
             self.pictures.moved = Some(Instant::now());
         }
         self.pictures.difference = match &pictures[..] {
@@ -94,7 +94,7 @@ impl View {
         self.pictures.last = Some(request);
     }
 
-    /// Ask for a picture where the last is of something else.
+    /// Requests an image if the last one is outdated.
     pub(crate) fn ask_for_picture(&mut self, session: &mut Session, ctx: &egui::Context) {
         let view = &self.pictures;
         let pixels = view.size * view.pixels_per_point;
@@ -103,7 +103,7 @@ impl View {
         }
         let mut pipelines = vec![session.preferences.pipeline];
         pipelines.extend(view.split.filter(|p| *p != session.preferences.pipeline));
-        // A screen may have more pixels than a device draws at once.
+        // A screen may have more pixels than the device can render at once.
         let most = session.renderer.most_pixels() as f32;
         let fits = (most / (pixels.x * pixels.y)).sqrt().min(1.0);
         let full = [pixels.x, pixels.y].map(|n| ((fits * n) as u32).clamp(1, 4096));
@@ -144,7 +144,8 @@ impl View {
         }
         let rested = self.pictures.moved.map_or(REST, |at| at.elapsed());
         if rested >= REST || self.pictures.last.is_none() {
-            // What takes long is drawn with one sample first: who moves on then is not kept waiting for all of them.
+            // A slow image is first rendered with one sample, so that the next interaction does not wait for all
+            // samples.
             let is_long = self
                 .pictures
                 .is_long(f64::from(full[0]) * f64::from(full[1]));
@@ -176,7 +177,7 @@ impl View {
         }
     }
 
-    /// The divider of a split view; whether it has the pointer.
+    /// Shows the divider of a split view. Returns true if it uses the pointer.
     pub(crate) fn divide(&mut self, ui: &egui::Ui, rect: Rect) -> bool {
         if self.pictures.shown.len() < 2 || self.pictures.shows_difference {
             return false;
@@ -204,7 +205,7 @@ impl View {
         is_held
     }
 
-    /// What is selected and what the pointer is over, whether it adds or takes away.
+    /// Draws outlines of the selection and of the node under the pointer.
     pub(crate) fn draw_outlines(&mut self, session: &mut Session, ui: &egui::Ui, rect: Rect) {
         let mut all: Vec<(NodeId, bool)> = session
             .document
@@ -262,7 +263,7 @@ impl View {
             .pick((document.scene(), session.version), ray, may)
     }
 
-    /// What the pointer does where neither a gizmo nor the divider has it.
+    /// Handles the pointer where neither a gizmo nor the divider uses it.
     pub(crate) fn point(
         &mut self,
         session: &mut Session,
@@ -276,7 +277,7 @@ impl View {
             let at = i.pointer.latest_pos();
             (i.modifiers, Vec2::new(delta.x, delta.y), at)
         });
-        // A shape of the gallery that is let go over the surface is put there.
+        // A shape dropped from the gallery goes to the surface under the pointer.
         if let Some(shape) = response.dnd_release_payload::<Shape>()
             && let Some(at) = at
         {
@@ -321,7 +322,7 @@ impl View {
                 session.requests.push(Request::Reveal(node));
             }
         }
-        // What is under a pointer that rests is looked up when it has come to rest.
+        // The node under the pointer is determined only when the pointer rests.
         let is_calm = delta == Vec2::ZERO && !ui.input(|i| i.pointer.any_down());
         if !response.hovered() || is_taken {
             self.hovered = None;
@@ -376,7 +377,7 @@ impl View {
         }
     }
 
-    /// Flying, while the right button is held.
+    /// Handles flying while the right button is held.
     pub(crate) fn keys(&mut self, ui: &egui::Ui, response: &egui::Response) {
         if !response.dragged_by(PointerButton::Secondary) {
             return;
@@ -427,7 +428,7 @@ impl View {
     }
 }
 
-/// How far two pictures are apart, four times as bright.
+/// Returns the difference of two images, four times as bright.
 fn difference(a: &WorkerImage, b: &WorkerImage) -> ColorImage {
     let rgb: Vec<u8> = a
         .rgb

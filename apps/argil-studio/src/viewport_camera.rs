@@ -1,4 +1,4 @@
-//! The viewport's camera: around a point, or flown.
+//! The viewport's camera, which orbits a point or flies.
 
 use argil::glam::{Quat, Vec2, Vec3};
 use argil::math::Aabb;
@@ -15,24 +15,24 @@ pub(crate) enum ViewSide {
     Top,
 }
 
-/// Where it looks from.
+/// The camera.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct ViewportCamera {
-    /// What it turns about.
+    /// The point that it orbits.
     pub target: Vec3,
-    /// Degrees about y, from +z towards +x.
+    /// Degrees about y, from +z toward +x.
     pub azimuth: f32,
     /// Degrees above the horizon.
     pub elevation: f32,
-    /// To the target.
+    /// Distance to the target.
     pub distance: f32,
-    /// Whether lines that are parallel look so: a lens of one degree from far away.
+    /// Whether the projection is orthographic: a field of view of one degree from far away.
     pub is_ortho: bool,
-    /// The lens where they do not, in degrees.
+    /// Field of view of the perspective projection, in degrees.
     pub field_of_view_degrees: f32,
 }
 
-/// A lens as narrow makes lines parallel to within half a pixel in a hundred.
+/// A field of view this narrow makes parallel lines parallel to within half a pixel in a hundred.
 const ORTHO_DEGREES: f32 = 1.0;
 
 impl Default for ViewportCamera {
@@ -49,7 +49,7 @@ impl Default for ViewportCamera {
 }
 
 impl ViewportCamera {
-    /// As a camera stands.
+    /// Converts from the engine's camera.
     pub(crate) fn of(camera: &Camera) -> Self {
         let away = camera.eye - camera.target;
         let distance = away.length().max(1e-6);
@@ -63,20 +63,20 @@ impl ViewportCamera {
         }
     }
 
-    /// Out of the target, towards the camera.
+    /// Returns the direction from the target to the camera.
     pub(crate) fn backward(&self) -> Vec3 {
         let (a, e) = (self.azimuth.to_radians(), self.elevation.to_radians());
         Vec3::new(e.cos() * a.sin(), e.sin(), e.cos() * a.cos())
     }
 
-    /// To the right and up in the picture.
+    /// Returns the right and up directions of the image.
     pub(crate) fn axes(&self) -> [Vec3; 2] {
         let turn = Quat::from_rotation_y(self.azimuth.to_radians())
             * Quat::from_rotation_x(-self.elevation.to_radians());
         [turn * Vec3::X, turn * Vec3::Y]
     }
 
-    /// The lens that it has.
+    /// Returns the field of view in degrees.
     pub(crate) fn lens_degrees(&self) -> f32 {
         if self.is_ortho {
             ORTHO_DEGREES
@@ -85,13 +85,13 @@ impl ViewportCamera {
         }
     }
 
-    /// How far away it really is: so that what is at the target is as large through either lens.
+    /// Returns the actual distance, at which the target appears equally large in both projections.
     fn away(&self) -> f32 {
         let half = |degrees: f32| (0.5 * degrees.to_radians()).tan();
         self.distance * half(self.field_of_view_degrees) / half(self.lens_degrees())
     }
 
-    /// As the engine wants it.
+    /// Converts to the engine's camera.
     pub(crate) fn camera(&self) -> Camera {
         Camera {
             eye: self.target + self.backward() * self.away(),
@@ -100,43 +100,43 @@ impl ViewportCamera {
         }
     }
 
-    /// Turn by degrees.
+    /// Orbits by degrees.
     pub(crate) fn orbit(&mut self, by: Vec2) {
         self.azimuth = (self.azimuth + by.x).rem_euclid(360.0);
         self.elevation = (self.elevation + by.y).clamp(-89.9, 89.9);
     }
 
-    /// Half of the picture's height at the target.
+    /// Returns half the visible height at the target.
     pub(crate) fn half_height(&self) -> f32 {
         self.distance * (0.5 * self.field_of_view_degrees.to_radians()).tan()
     }
 
-    /// Shift by heights of the picture.
+    /// Pans by fractions of the image height.
     pub(crate) fn pan(&mut self, by: Vec2) {
         let [right, up] = self.axes();
         let height = 2.0 * self.half_height();
         self.target += height * (up * by.y - right * by.x);
     }
 
-    /// Come nearer, or with a factor above 1 go away.
+    /// Zooms in, or out with a factor above 1.
     pub(crate) fn zoom(&mut self, by: f32) {
         self.distance = (self.distance * by).clamp(1e-3, 1e5);
     }
 
-    /// Look about without moving.
+    /// Turns without moving.
     pub(crate) fn look(&mut self, by: Vec2) {
         let stands = self.camera().eye;
         self.orbit(by);
         self.target = stands - self.backward() * self.away();
     }
 
-    /// Go: right, up, forward.
+    /// Moves right, up and forward.
     pub(crate) fn fly(&mut self, by: Vec3) {
         let [right, up] = self.axes();
         self.target += right * by.x + up * by.y - self.backward() * by.z;
     }
 
-    /// Have all of a box in view.
+    /// Frames a box.
     pub(crate) fn frame(&mut self, what: Aabb) {
         if !what.is_finite() {
             return;
@@ -146,7 +146,7 @@ impl ViewportCamera {
         self.distance = radius / (0.5 * self.field_of_view_degrees.to_radians()).sin();
     }
 
-    /// Along an axis; from the other end when it looks along it already.
+    /// Looks along an axis; from the other side if it already does.
     pub(crate) fn along(&mut self, side: ViewSide) {
         let [azimuth, elevation] = match side {
             ViewSide::Front => [0.0, 0.0],
@@ -162,7 +162,7 @@ impl ViewportCamera {
         self.is_ortho = true;
     }
 
-    /// Where a point lies in a picture of a size in pixels, from its upper left corner; none behind the camera.
+    /// Projects a point to pixels from the upper left corner of an image. `None` behind the camera.
     pub(crate) fn project(&self, point: Vec3, size: Vec2) -> Option<Vec2> {
         let camera = self.camera();
         let [right, up] = self.axes();
@@ -175,7 +175,7 @@ impl ViewportCamera {
         Some(0.5 * size + scale * Vec2::new(from.dot(right), -from.dot(up)))
     }
 
-    /// The ray through a place of a picture: its origin and direction.
+    /// Returns the origin and direction of the ray through a pixel.
     pub(crate) fn ray(&self, at: Vec2, size: Vec2) -> [Vec3; 2] {
         let camera = self.camera();
         let [right, up] = self.axes();
@@ -185,7 +185,7 @@ impl ViewportCamera {
         [camera.eye, direction.normalize()]
     }
 
-    /// Pixels that a length of 1 at a point takes.
+    /// Returns the number of pixels that a length of 1 at a point covers.
     pub(crate) fn pixels_per_unit(&self, point: Vec3, size: Vec2) -> f32 {
         let camera = self.camera();
         let depth = -(point - camera.eye).dot(self.backward());
@@ -194,14 +194,14 @@ impl ViewportCamera {
     }
 }
 
-/// Where a plane through a point is met by a ray.
+/// Intersects a ray with a plane through a point.
 pub(crate) fn on_plane([origin, direction]: [Vec3; 2], point: Vec3, normal: Vec3) -> Option<Vec3> {
     let along = direction.dot(normal);
     let t = (point - origin).dot(normal) / along;
     (along.abs() > 1e-6 && t > 0.0 && t.is_finite()).then(|| origin + t * direction)
 }
 
-/// The parameter of a line's point that is nearest to a ray.
+/// Returns the parameter of the point on a line that is nearest to a ray.
 pub(crate) fn on_line([origin, direction]: [Vec3; 2], point: Vec3, axis: Vec3) -> Option<f32> {
     let cross = direction.cross(axis);
     let square = cross.length_squared();

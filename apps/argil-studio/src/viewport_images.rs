@@ -1,4 +1,4 @@
-//! The pictures that are shown.
+//! The images in the viewport.
 
 use crate::render_worker::{Pipeline, RenderRequest, WorkerImage};
 use argil::glam::Vec2;
@@ -6,81 +6,81 @@ use eframe::egui::TextureHandle;
 use std::time::Duration;
 use web_time::Instant;
 
-/// A picture that is shown.
+/// An image in the viewport.
 pub(crate) struct ShownImage {
     pub texture: TextureHandle,
     pub picture: WorkerImage,
 }
 
-/// See the module's page.
+/// The images in the viewport.
 #[derive(Default)]
 pub(crate) struct ViewportImages {
     pub shown: Vec<ShownImage>,
     pub difference: Option<TextureHandle>,
-    /// What was drawn last.
+    /// The last request that was rendered.
     pub last: Option<RenderRequest>,
-    /// What edits took the last time that there were some.
+    /// Duration of the last edits in milliseconds.
     pub edit_ms: Option<f64>,
-    /// When something moved last.
+    /// Time of the last movement.
     pub moved: Option<Instant>,
-    /// Points of the picture.
+    /// Size of the image in points.
     pub size: Vec2,
     pub pixels_per_point: f32,
-    /// Whether what is shown is what there is, in full.
+    /// Whether the final image of the current document is shown.
     pub is_settled: bool,
-    /// Whether two pipelines are compared, and which is the second.
+    /// The second pipeline of a comparison.
     pub split: Option<Pipeline>,
-    /// Where the divider is, from 0 to 1.
+    /// Position of the divider, from 0 to 1.
     pub divider: f32,
-    /// Whether their difference is shown in place of both.
+    /// Whether the difference is shown instead of both images.
     pub shows_difference: bool,
-    /// What it took for each pixel of the last moving picture.
+    /// Duration per pixel of the last image during movement.
     pub ms_per_pixel: Option<f64>,
     pub fault: Option<String>,
-    /// What the last answer took.
+    /// Duration of the last answer.
     pub duration_ms: f64,
 }
 
-/// So long nothing must move before the picture is drawn in full.
+/// Duration without movement before the final image is rendered.
 pub(crate) const REST: Duration = Duration::from_millis(150);
-/// A picture that moves is to take no longer.
+/// Target duration of an image during movement.
 pub(crate) const MOVING_MS: f64 = 50.0;
-/// One that is still, with one sample, is begun with where it takes longer.
+/// Duration above which a still image is first rendered with one sample.
 pub(crate) const LONG_MS: f64 = 150.0;
-/// Outlines of more than this are not drawn.
+/// Maximum number of outlines.
 pub(crate) const MAX_OUTLINED: usize = 12;
 
 impl ViewportImages {
-    /// Another document.
+    /// Resets the state for another document.
     pub(crate) fn forget(&mut self) {
         self.last = None;
         self.is_settled = false;
     }
 
-    /// Show the difference of two pictures in place of both, or both again.
+    /// Switches between the difference and both images.
     pub(crate) fn switch_difference(&mut self) {
         self.shows_difference = !self.shows_difference;
     }
 
-    /// Why there is no picture.
+    /// Returns the reason why there is no image.
     pub(crate) fn fault(&self) -> Option<&str> {
         self.fault.as_deref()
     }
 
-    /// Ask for a picture anew.
+    /// Requests the image again.
     pub(crate) fn forget_request(&mut self) {
         self.last = None;
         self.is_settled = false;
     }
 
-    /// The pipelines that are shown, and at what resolution.
+    /// Returns the pipelines shown, and their resolution.
     pub(crate) fn last_shown(&self) -> Option<([Option<Pipeline>; 2], u32)> {
         let last = self.last.as_ref()?;
         let pipelines = [0, 1].map(|i| last.pipelines.get(i).copied());
         Some((pipelines, last.resolution))
     }
 
-    /// How far the ray through a part of the picture goes to a solid.
+    /// Returns the distance along the ray through a point of the image to a solid.
     pub(crate) fn length_at(&self, part: Vec2) -> Option<f32> {
         let is_left = part.x < self.divider;
         let shown = match &self.shown[..] {

@@ -1,4 +1,4 @@
-//! The editor on a page: how it begins, and what programs that drive the page ask of it.
+//! The editor on a web page: its start, and functions for programs that drive the page.
 
 use crate::app::{Options, Studio};
 use crate::browser::{self, Browser, document, listen_to_pens, speak};
@@ -15,7 +15,7 @@ thread_local! {
     static PLACES: RefCell<HashMap<String, [f32; 4]>> = RefCell::default();
 }
 
-/// Run the editor in a canvas.
+/// Runs the editor in a canvas.
 ///
 /// # Errors
 /// If the browser has no WebGPU device.
@@ -45,25 +45,25 @@ pub async fn start(canvas: HtmlCanvasElement) -> Result<(), JsValue> {
     runner.start(canvas, options, Box::new(begin)).await
 }
 
-/// The rectangle of what is labeled so, in points of the canvas: left, top, width, height. For programs that drive the page.
+/// Returns the rectangle of the widget with a label, in points of the canvas: left, top, width, height.
 #[wasm_bindgen]
 pub fn place_of(label: &str) -> Option<Vec<f32>> {
     PLACES.with_borrow(|places| places.get(label).map(|place| place.to_vec()))
 }
 
-/// Whether the picture is of what there is, in full.
+/// Returns true if the final image of the current document is shown.
 #[wasm_bindgen]
 pub fn is_settled() -> bool {
     browser::settled()
 }
 
-/// What was told last, below the picture.
+/// Returns the last message.
 #[wasm_bindgen]
 pub fn told() -> String {
     browser::told()
 }
 
-/// What has the keyboard, in words: its name, what it is, and its value.
+/// Describes the widget with the keyboard focus: name, role and value.
 fn words_of(node: &egui::accesskit::Node) -> Option<String> {
     let name = node.label().or(node.value())?;
     let mut words = vec![name.to_owned(), format!("{:?}", node.role()).to_lowercase()];
@@ -75,7 +75,8 @@ fn words_of(node: &egui::accesskit::Node) -> Option<String> {
     Some(words.join(", "))
 }
 
-/// Notes where things are, and has what the keyboard is at said, as the toolkit gives screen readers nothing on a page.
+/// Records the positions of widgets, and announces the focused widget, because egui supports no screen readers on a
+/// page.
 struct Places;
 
 impl egui::Plugin for Places {
@@ -112,7 +113,7 @@ impl egui::Plugin for Places {
     }
 }
 
-/// Have what browsers do by keys left to the editor, where it has something for them: reading them is not enough.
+/// Prevents the browser from handling keys that the editor uses: reading them is not enough.
 fn hold_keys() -> Result<(), JsValue> {
     let hold = Closure::<dyn Fn(KeyboardEvent)>::new(|event: KeyboardEvent| {
         let key = event.key();
@@ -124,7 +125,7 @@ fn hold_keys() -> Result<(), JsValue> {
         }
     });
     document()?.add_event_listener_with_callback("keydown", hold.as_ref().unchecked_ref())?;
-    // As long as the page is there.
+    // The listener lives as long as the page.
     hold.forget();
     Ok(())
 }

@@ -1,4 +1,4 @@
-//! Files of which there are only the names and the bytes: those that a browser gives.
+//! Files that consist of a name and bytes, as a browser provides them.
 
 use crate::browser::NamedBytes;
 use crate::dialog::Then;
@@ -11,7 +11,7 @@ use argil::scene::{Scene, is_image};
 use std::path::Path;
 
 impl Session {
-    /// Take a scene with the meshes that it names, meshes that what is open lacks, or others to be imported.
+    /// Opens a scene with its meshes, or adds missing meshes, or imports other meshes.
     pub(crate) fn open_bytes(&mut self, files: Vec<NamedBytes>) {
         let is_mesh = |name: &str| Format::of(Path::new(name)).is_some() || is_image(name);
         let (meshes, scenes): (Vec<_>, Vec<_>) =
@@ -48,7 +48,7 @@ impl Session {
         });
     }
 
-    /// Open a scene's text, with the meshes that were given with it.
+    /// Opens a scene's text, with the meshes given with it.
     pub(crate) fn open_given(&mut self, (name, text): &NamedBytes, meshes: &[NamedBytes]) {
         self.attempt(|s| {
             let text = std::str::from_utf8(text).with_context(|| format!("{name} is no text"))?;
@@ -64,7 +64,7 @@ impl Session {
         });
     }
 
-    /// Open what another visit of the page has left.
+    /// Opens the scene stored by an earlier visit.
     pub(crate) fn open_kept(&mut self, scene: Scene) {
         let missing = scene.missing_meshes();
         let is_named = |name: &str| missing.iter().any(|(path, _)| is_file(path, name));
@@ -79,7 +79,7 @@ impl Session {
 }
 
 impl Document {
-    /// A mesh under a name that no other mesh of the scene has: files come without their folders.
+    /// Renames a mesh to a name that is unique in the scene, because a browser gives files without their folders.
     pub(crate) fn own_name(&self, (name, bytes): NamedBytes) -> NamedBytes {
         let scene = self.scene();
         let missing = self.missing_meshes();
@@ -101,7 +101,7 @@ impl Document {
     }
 }
 
-/// Whether a path is of a file of a name.
+/// Returns true if a path ends in a file name.
 fn is_file(path: &str, name: &str) -> bool {
     Path::new(path).file_name() == Some(name.as_ref())
 }

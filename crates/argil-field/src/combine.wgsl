@@ -1,4 +1,4 @@
-// Twin of combine.rs.
+// GPU version of combine.rs.
 
 struct Joint {
     k: f32,
@@ -57,7 +57,7 @@ fn weight_paint(b: f32, j: Joint) -> f32 {
     return select(select(0.0, 1.0, b < 0.0), soft, j.k > 0.0);
 }
 
-// The weight of b's material.
+// Returns the weight of b's material.
 fn weight(a: f32, b: f32, j: Joint, flags: u32) -> f32 {
     if (flags & FLAG_KEEP_MATERIAL) != 0u {
         return 0.0;

@@ -1,6 +1,6 @@
-// Twin of curves.rs, one point at a time.
+// GPU version of curves.rs, for one point.
 //
-// *Length.* A function for each curve, as in curves.rs.
+// *Length.* One function per curve, as in curves.rs.
 
 fn box_distance(p: vec3<f32>, w: u32) -> f32 {
     let low = vec3(params[w], params[w + 1u], params[w + 2u]) - p;
@@ -9,7 +9,7 @@ fn box_distance(p: vec3<f32>, w: u32) -> f32 {
     return sqrt(gap.x * gap.x + gap.y * gap.y + gap.z * gap.z) * 0.9999;
 }
 
-// Squared distance to a quadratic curve at t, and what a Newton step needs.
+// Returns the squared distance to a quadratic curve at t, and the terms of a Newton step.
 fn curve2(x: f32, y: f32, t: f32, w: u32) -> vec3<f32> {
     let e1x = params[w + 3u] - params[w + 1u];
     let e1y = params[w + 4u] - params[w + 2u];
@@ -24,7 +24,8 @@ fn curve2(x: f32, y: f32, t: f32, w: u32) -> vec3<f32> {
     return vec3(qx * qx + qy * qy, qx * vx + qy * vy, max(slope, speed * 0.05 + 1e-12));
 }
 
-// One piece of an outline: the lower of `state.x`, the squared distance, and its own; `state.y` flips at a crossing.
+// Evaluates one segment of an outline: `state.x` becomes the lower squared distance, and `state.y` flips at a
+// crossing.
 fn piece(x: f32, y: f32, w: u32, state: vec2<f32>) -> vec2<f32> {
     let ax = params[w + 1u];
     let ay = params[w + 2u];

@@ -1,17 +1,17 @@
-// Twin of interpret.rs, one point at a time.
+// GPU version of interpret.rs, for one point.
 //
-// *Length.* One loop over instructions, whose stacks are in the module's scope; trim.rs takes cases out of it line by line.
+// *Length.* One loop over instructions, whose stacks have module scope. trim.rs removes unused cases line by line.
 
 var<private> field_material: GpuMaterial;
 
-// The stacks. In the module's scope, so that they are cleared once a thread and not once a call.
+// The stacks. Module scope clears them once per thread instead of once per call.
 var<private> values: array<f32, GPU_STACK_SLOTS>;
 var<private> points: array<vec3<f32>, GPU_STACK_SLOTS>;
 var<private> kept: array<GpuMaterial, GPU_STACK_SLOTS>;
 var<private> loops: array<u32, GPU_STACK_SLOTS>;
 
-// Combine a brush with the accumulated distance. `shape_distance` is made from the table of shapes (dispatch.rs); `listed`, `list_length` and `mark` are in whole.wgsl, which runs the
-// whole program, or in prune.wgsl.
+// Combines a brush with the accumulated distance. `shape_distance` is generated from the shape table (dispatch.rs).
+// `listed`, `list_length` and `mark` come from whole.wgsl, which runs the whole program, or from prune.wgsl.
 fn brush(acc: f32, point: vec3<f32>, instr: Instruction, with_material: bool) -> f32 {
     let w = instr.params;
     let j = read_joint(w + 13u);
@@ -23,7 +23,7 @@ fn brush(acc: f32, point: vec3<f32>, instr: Instruction, with_material: bool) ->
     } else {
         p = mapped(point, w);
     }
-    // A search along curves is left out where it cannot matter.
+    // Skip a search along curves where it cannot matter.
     if !MARKING && instr.op >= OP_SEARCHED && !matters(acc, box_distance(p, own) * scale, j) {
         return acc;
     }
@@ -35,7 +35,7 @@ fn brush(acc: f32, point: vec3<f32>, instr: Instruction, with_material: bool) ->
     return combine_smooth(acc, d, j);
 }
 
-// The signed distance at a point; with it, on demand, `field_material`.
+// Returns the signed distance at a point. On request it also sets `field_material`.
 fn field(at: vec3<f32>, with_material: bool) -> f32 {
     var value_top = 0u;
     var point_top = 0u;
@@ -117,7 +117,7 @@ fn field(at: vec3<f32>, with_material: bool) -> f32 {
                 if done < candidates(begin) {
                     acc = FAR;
                     point = candidate(begin, points[point_top - 1u], done);
-                    // A loop is listed whole.
+                    // A loop is listed as a whole.
                     pc -= own - instr.operand;
                 } else {
                     loop_top--;
@@ -156,7 +156,7 @@ fn field_distance(p: vec3<f32>) -> f32 {
     return field(p, false);
 }
 
-// The distance, with the material there in `field_material`.
+// Returns the distance, and sets `field_material`.
 fn field_surface(p: vec3<f32>) -> f32 {
     return field(p, true);
 }

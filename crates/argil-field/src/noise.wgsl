@@ -1,4 +1,4 @@
-// Twin of noise.rs.
+// GPU version of noise.rs.
 
 fn hash(x: i32, y: i32, z: i32, seed: u32) -> u32 {
     var h = (bitcast<u32>(x) * 0x8da6b343u)

@@ -1,11 +1,12 @@
-// Twin of prune.rs, one cell a thread. What is left for a cell is a stretch of `lists`: places in `instrs`.
+// GPU version of prune.rs, one cell per thread. The pruned program of a cell is a range of `lists`, which contains
+// indices into `instrs`.
 //
-// A joint's marks are two bits, which a walk from the list's end to its beginning turns into one that says what stays:
-// backwards it is known what takes the place of an operand before that operand comes.
+// Marks of a joint take two bits. A backward walk over the list turns them into one bit per instruction that stays:
+// backward, the replacement of an operand is known before the operand is reached.
 //
-// *Length.* Marking and walking share the stack that they keep in the module's scope.
+// *Length.* Marking and walking share their stack in module scope.
 
-// Whether joints are marked while the field is evaluated.
+// Whether joints are marked during evaluation.
 override MARKING: bool = false;
 
 const NOWHERE: u32 = 0xffffffffu;
@@ -13,9 +14,10 @@ const DROP_A: u32 = 1u;
 const DROP_B: u32 = 2u;
 const STAYS: u32 = 1u;
 
-// The list that is run: where it begins, and its length.
+// The list that runs: its first index, and its length.
 var<private> list: vec2<u32>;
-// Where its marks stand, sixteen a word; the joint that is at hand, by how much distances can come nearer to each other.
+// Start of the marks, sixteen per word; the current joint; the bound on how fast distances can change relative to
+// each other.
 var<private> marks_first: u32;
 var<private> joint_place: u32;
 var<private> joint_margin: f32;
@@ -29,7 +31,7 @@ fn listed(place: u32) -> u32 {
 }
 
 fn mark_at(place: u32, loops: u32) {
-    // Within a loop there is a distance for each copy: it stays whole.
+    // A loop has one distance per copy: it stays whole.
     joint_place = select(NOWHERE, place, loops == 0u);
 }
 
@@ -43,7 +45,7 @@ fn write_mark(place: u32, mark: u32) {
     lists[at] = (lists[at] & ~(3u << shift)) | (mark << shift);
 }
 
-// Which operands can be left out. Twin of `losers`.
+// Returns the operands that can be removed. GPU version of `losers`.
 fn losers(a0: f32, b0: f32, j: Joint, flags: u32, is_group: bool) -> u32 {
     let a = a0 * j.sa;
     let b = b0 * j.sb;
@@ -73,9 +75,9 @@ fn mark(a: f32, b: f32, j: Joint, flags: u32, is_group: bool) {
     }
 }
 
-// Room for words of `lists`, or nowhere.
+// Reserves words of `lists`; returns NOWHERE if there is no room.
 fn reserve(words: u32) -> u32 {
-    // Looked at first, so that the counter cannot run over.
+    // Checked first, so that the counter cannot overflow.
     if words > prune.arena_words || atomicLoad(&counters[COUNTER_LISTS]) > prune.arena_words - words {
         return NOWHERE;
     }
@@ -83,25 +85,25 @@ fn reserve(words: u32) -> u32 {
     return select(NOWHERE, prune.arena_first + at, at <= prune.arena_words - words);
 }
 
-// Groups that are open: whether the list stays in place of what was saved, and whether what is before goes.
+// Open groups: whether the list stays in place of the saved value, and whether what precedes is removed.
 const GROUP_STAYS: u32 = 1u;
 const GROUP_WIPES: u32 = 2u;
 var<private> open_groups: array<u32, GPU_STACK_SLOTS>;
-// Frames that are open: where they end, and whether something was kept after, and whether all of it goes.
+// Open frames: where they end, whether something after them stays, and whether all of them is removed.
 const FRAME_BEFORE: u32 = 1u;
 const FRAME_GOES: u32 = 2u;
 var<private> open_frames: array<u32, GPU_STACK_SLOTS>;
 
-// Turn marks into what stays; how much that is.
+// Converts marks to the instructions that stay, and returns their number.
 fn choose() -> u32 {
     var groups = 0u;
     var frames = 0u;
-    // Whether what is measured here is replaced by what comes after.
+    // Whether a later operand replaces what is evaluated here.
     var wiped = false;
-    // Whether anything of the open frame stays.
+    // Whether anything in the open frame stays.
     var is_used = false;
     var count = 0u;
-    // The open loops, all of which stay or go as one.
+    // The open loops, which stay or go as one.
     var loops = 0u;
     var place = list.y;
     while place > 0u {
@@ -156,7 +158,7 @@ fn choose() -> u32 {
                     let frame = open_frames[frames];
                     stays = is_used;
                     if !is_used {
-                        // Nothing was measured in it.
+                        // Nothing was evaluated in it.
                         for (var inner = place + 1u; inner <= frame >> 2u; inner++) {
                             count -= read_mark(inner);
                             write_mark(inner, 0u);
@@ -164,7 +166,7 @@ fn choose() -> u32 {
                     }
                     is_used = is_used || (frame & FRAME_BEFORE) != 0u;
                 }
-                // These move the point for what is measured later in the frame too.
+                // These also move the point for later instructions in the frame.
                 case OP_AFFINE, OP_MIRROR, OP_ELONGATE: {
                     stays = frames == 0u || (open_frames[max(frames, 1u) - 1u] & FRAME_GOES) == 0u;
                 }
@@ -177,7 +179,7 @@ fn choose() -> u32 {
     return count;
 }
 
-// What of a list is left in a cell around a point: the list itself where there is no room for another.
+// Returns the pruned list of a cell around a point, or the list itself if there is no room for another.
 fn pruned(center: vec3<f32>, whole: vec2<u32>, margin: f32) -> vec2<u32> {
     list = whole;
     joint_margin = margin;

@@ -1,6 +1,6 @@
-// Twin of real.rs: what the shapes are written with.
+// GPU version of real.rs: scalar functions that shapes use.
 
-// Sine and cosine by polynomials over a quarter turn.
+// Returns sine and cosine by polynomials over a quarter turn.
 fn sin_cos(x: f32) -> vec2<f32> {
     let turns = floor(x * 0.63661975 + 0.5);
     let r = ((x - turns * 1.5703125) - turns * 4.837513e-4) - turns * 7.54979e-8;
@@ -14,7 +14,7 @@ fn sin_cos(x: f32) -> vec2<f32> {
     return vec2(select(sine, -sine, quarter >= 2.0), select(cosine, -cosine, quarter == 1.0 || quarter == 2.0));
 }
 
-// A power of what is not negative, of a positive exponent; 0 of what is below 1e-30.
+// Returns a non-negative base to a positive exponent. A base below 1e-30 gives 0.
 fn power(base: f32, exponent: f32) -> f32 {
     let bits = bitcast<u32>(base);
     let whole = bitcast<i32>(bits - 0x3f3504f3u) >> 23u;
@@ -38,7 +38,8 @@ fn signed_as(value: f32, sign: f32) -> f32 {
     return select(value, -value, sign < 0.0);
 }
 
-// Whether a coordinate is finite and within the world. By its bits: a shader may assume that no number is NaN.
+// Returns true if a coordinate is finite and within the world. It tests the bits, because a shader may assume that
+// no number is NaN.
 fn is_in_world(c: f32) -> bool {
     return (bitcast<u32>(c) & 0x7fffffffu) <= bitcast<u32>(WORLD_LIMIT);
 }

@@ -1,4 +1,4 @@
-// Twin of sampled.rs, one point at a time.
+// GPU version of sampled.rs, for one point.
 
 fn interpolated(t: vec3<f32>, v: u32, row: u32, layer: u32) -> f32 {
     let a0 = t.x * (params[v + 1u] - params[v]) + params[v];

@@ -1,6 +1,7 @@
-// Twin of shapes.rs: the same names, the same order of operations. `w` is where a shape's words begin.
+// GPU version of shapes.rs, with the same names and the same order of operations. `w` is the index of a shape's
+// first word.
 //
-// *Length.* A function for each shape, as in shapes.rs, each as short as its definition.
+// *Length.* One function per shape, as in shapes.rs, each as short as its definition.
 
 fn length2(x: f32, y: f32) -> f32 {
     return sqrt(x * x + y * y);
@@ -227,7 +228,7 @@ fn sheet_in_box(p: vec3<f32>, w: u32, level: f32) -> f32 {
     return max(sheet, corner3(abs(p.x) - params[w], abs(p.y) - params[w + 1u], abs(p.z) - params[w + 2u]));
 }
 
-// Sine and cosine of the angle along an axis, at the point of the box that is nearest to a point.
+// Returns sine and cosine of the angle along an axis, at the point of the box closest to a point.
 fn sheet_angle(c: f32, half: f32, w: u32) -> vec2<f32> {
     return sin_cos(clamp(c, -half, half) * params[w + 3u]);
 }

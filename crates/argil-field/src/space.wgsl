@@ -1,4 +1,4 @@
-// Twin of space.rs: changes of the point.
+// GPU version of space.rs: transforms of the point.
 
 fn translated(p: vec3<f32>, w: u32) -> vec3<f32> {
     return vec3(p.x + params[w + 3u], p.y + params[w + 7u], p.z + params[w + 11u]);
@@ -34,7 +34,7 @@ fn repeat_axis(p: f32, j: f32, w: u32) -> f32 {
     let own = clamp(floor(shifted / spacing + 0.5), low, high);
     let candidates = params[w + 12u];
     let near = clamp(nearby(own, shifted - own * spacing, j, candidates), low, high);
-    // All that there are, one after the other.
+    // Evaluate all candidates, one after the other.
     let cell = select(near, low + j, candidates > high - low);
     return shifted - cell * spacing;
 }
@@ -70,7 +70,7 @@ fn radial(p: vec3<f32>, j: u32, w: u32) -> vec3<f32> {
     return vec3(p.x * sc.y + p.z * sc.x, p.y, p.z * sc.y - p.x * sc.x);
 }
 
-// Copy number `j` of a loop that begins at `begin`.
+// Returns the point in copy `j` of a loop that begins at `begin`.
 fn candidate(begin: Instruction, p: vec3<f32>, j: u32) -> vec3<f32> {
     if begin.op == OP_REPEAT {
         return repeated(p, j, begin.params);

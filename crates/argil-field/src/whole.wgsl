@@ -1,4 +1,4 @@
-// The interpreter's list where it runs the whole program.
+// The interpreter's list for the whole program.
 
 const MARKING: bool = false;
 

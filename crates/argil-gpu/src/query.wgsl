@@ -1,4 +1,4 @@
-// The field at given points, one thread a point. What it holds is held by the interpreter's own twins.
+// Evaluates the field at given points, one per thread. Its invariants are those of the interpreter.
 
 @compute @workgroup_size(64)
 fn query(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {

@@ -1,4 +1,4 @@
-// Twin of morton.rs.
+// GPU version of morton.rs.
 
 fn spread_bits(value: u32) -> u32 {
     var v = value & 0x3ffu;

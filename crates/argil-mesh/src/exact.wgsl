@@ -1,7 +1,7 @@
-// Twin of exact.rs, one thread a vertex: vertices go where the exact field is 0, by one step of false position along their
-// edges, and get the field's gradient, here by central differences.
+// GPU version of exact.rs, one vertex per thread. Vertices move to where the exact field is 0, by one step of false
+// position along their edges. Normals are the field's gradient, by central differences.
 
-// By how much of an edge a vertex moves at which the distance is `d`.
+// Returns how far along its edge a vertex with distance `d` moves.
 fn correction(a: f32, b: f32, d: f32) -> f32 {
     let t = clamp(a / (a - b), NEAREST_ON_EDGE, 1.0 - NEAREST_ON_EDGE);
     // The part of the edge on which the sign changes.
@@ -23,7 +23,7 @@ fn refine(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups)
     let h = marching.bias;
     var d = 0.0;
     var n = vec3(0.0);
-    // One call in a loop: each call's code is a copy of the whole field.
+    // One call in a loop, because each call copies the code of the whole field.
     for (var i = 0u; i < 7u; i++) {
         let axis = vec3(f32(i / 2u == 0u), f32(i / 2u == 1u), f32(i / 2u == 2u));
         let sign = 1.0 - 2.0 * f32(i & 1u);
@@ -36,7 +36,7 @@ fn refine(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups)
     }
     if marching.is_moved != 0u {
         let span = spans[at];
-        // Twin of outwards.
+        // GPU version of outwards.
         let along = abs(n[u32(span.z)]);
         n[u32(span.z)] = select(along, -along, span.y < span.x);
         let k = 6u * at + u32(span.z);

@@ -1,4 +1,5 @@
-// Twin of Mesh::unshared, one thread a triangle: three corners of its own, with its own normal or those that they have.
+// GPU version of Mesh::unindexed, one triangle per thread: three vertices of its own, with the face normal or the
+// original normals.
 
 @compute @workgroup_size(64)
 fn unshare(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) count: vec3<u32>) {

@@ -1,19 +1,19 @@
-// Twin of bricks.rs, one thread a pixel. `cells` is the bound table of words, `stored` the pool of bricks.
+// GPU version of bricks.rs, one pixel per thread. `cells` is the bound table of words, `stored` the pool of bricks.
 
-// Twin of nudge_for in step.rs.
+// GPU version of nudge_for in step.rs.
 fn nudge_for(u: vec3<f32>) -> f32 {
     let far = max(abs(u.x), max(abs(u.y), abs(u.z)));
     return select(0.0, NUDGE_PLACE * far * volume.voxel, HAS_LEVELS);
 }
 
-// Where a point lies: its cell, the cell's word, and the place in it in voxels.
+// The location of a point: its cell, the cell's word, and the position in the cell in voxels.
 struct Located {
     cell: vec3<f32>,
     inner: vec3<f32>,
     word: u32,
 }
 
-// In voxels from the volume's corner.
+// Converts a point to voxels from the volume's corner.
 fn in_voxels(p: vec3<f32>) -> vec3<f32> {
     return (p - volume.corner) * (1.0 / volume.voxel);
 }
@@ -38,7 +38,7 @@ fn held_voxels(u: vec3<f32>) -> vec3<f32> {
     return clamp(u, held.begin, held.end);
 }
 
-// Of a place in the box.
+// Returns the cell of a position in the box.
 fn cell_of_held(u: vec3<f32>, held: Held) -> vec3<f32> {
     return min(floor(u * held.per_brick), held.last);
 }
@@ -57,18 +57,18 @@ fn locate(u: vec3<f32>) -> Located {
     return Located(cell, inner_of(u, cell), word_at(word_index(vec3<i32>(cell))));
 }
 
-// What is interpolated in a brick.
+// Interpolates the distances of a brick.
 fn brick_distance(origin: vec3<f32>, inner: vec3<f32>) -> f32 {
     let uvw = (origin + inner) * volume.per_texel;
     return textureSampleLevel(stored, linear, uvw, 0.0).x * volume.range;
 }
 
-// Where a filter finds a brick's first sample, in texels.
+// Returns a brick's first sample in texels, for filtering.
 fn filter_origin(word: u32) -> vec3<f32> {
     return vec3<f32>(brick_origin(word)) + 0.5;
 }
 
-// Twin of BrickSampler::away: of a place in a cell without a brick, the signed distance that it does not fall short of.
+// GPU version of BrickSampler::away: a signed lower bound on the distance, at a position in a cell without a brick.
 fn away(word: u32, inner: vec3<f32>) -> f32 {
     let center = center_of(word);
     let p = inner - 0.5 * f32(volume.brick);
@@ -76,7 +76,8 @@ fn away(word: u32, inner: vec3<f32>) -> f32 {
     return select(left, -left, center < 0.0);
 }
 
-// Twin of BrickSampler::add_ways_out: in a large empty cube, the surface is as far as from the cube, and the way out of that.
+// GPU version of BrickSampler::add_ways_out: in a large empty cube, the distance is at least that to the cube's
+// sides plus the bound there.
 fn away_in(slot: u32, u: vec3<f32>, plain: f32, word: u32) -> f32 {
     if !HAS_LEVELS || slot >= FAR_SLOTS || slot < 2u {
         return plain;
@@ -90,7 +91,7 @@ fn away_in(slot: u32, u: vec3<f32>, plain: f32, word: u32) -> f32 {
     return select(center + way, center - way, center < 0.0);
 }
 
-// Around a point, how far the surface is at least, with the sign of the side.
+// Returns a signed lower bound on the distance around a point.
 fn brick_clearance(p: vec3<f32>) -> f32 {
     let u = held_voxels(in_voxels(p));
     let cell = cell_of_voxels(u);
@@ -104,7 +105,7 @@ fn brick_clearance(p: vec3<f32>) -> f32 {
     return select(length, -length, d < 0.0);
 }
 
-// Twin of step.rs: the distance at which a pixel's footprint ends a ray.
+// GPU version of step.rs: the distance at which a pixel's footprint ends a ray.
 fn footprint(t: f32) -> f32 {
     let widest = max(volume.range - BRICK_MARGIN_VOXELS * volume.voxel, 0.0);
     return min(0.5 * frame.pixel * t, widest);

@@ -1,4 +1,4 @@
-// Twin of camera.rs: the primary ray of a pixel. `frame` is the bound uniform.
+// GPU version of camera.rs: the primary ray of a pixel. `frame` is the bound uniform.
 
 struct Ray {
     origin: vec3<f32>,
@@ -17,7 +17,7 @@ fn not_zero(d: f32) -> f32 {
     return select(d, 1e-20, abs(d) < 1e-20);
 }
 
-// Twin of Ray::span in argil-math: where a ray enters and leaves the scene's box; it misses where x > y.
+// GPU version of Ray::span in argil-math: where a ray enters and leaves the scene's box. It misses if x > y.
 fn box_span(ray: Ray) -> vec2<f32> {
     let d = ray.direction;
     let inverse = vec3(1.0 / not_zero(d.x), 1.0 / not_zero(d.y), 1.0 / not_zero(d.z));

@@ -1,4 +1,4 @@
-// Twin of dense.rs, one thread a pixel.
+// GPU version of dense.rs, one pixel per thread.
 
 @compute @workgroup_size(8, 8)
 fn march(@builtin(global_invocation_id) id: vec3<u32>) {
@@ -24,7 +24,7 @@ fn march(@builtin(global_invocation_id) id: vec3<u32>) {
                 break;
             }
             if walk.gap >= SATURATED * range {
-                // How far the surface is when a ray begins is not known at all.
+                // At the start of a ray, nothing is known about the distance.
                 level = select(min(top, 1u), top, steps == 1u);
             }
         } else {

@@ -1,7 +1,7 @@
-// Triangles, by the device's own depth test: the normal towards the viewer and the length of the ray, negative where the
-// surface is seen from inside. `frame` is the bound uniform.
+// Draws triangles with the device's depth test. Outputs the normal toward the viewer, and the length of the ray,
+// negative if the surface is seen from inside. `frame` is the bound uniform.
 
-// The least depth that is drawn; a pixel's depth is this over the distance along the view, so that it is exact far away.
+// The near plane. Depth is this over the distance along the view, which is precise far away.
 const NEAR: f32 = 1e-4;
 
 struct Drawn {
@@ -15,7 +15,7 @@ fn place(@location(0) position: vec3<f32>, @location(1) normal: vec3<f32>) -> Dr
     let way = position - frame.eye;
     let forward = frame.forward;
     let depth = dot(way, forward) / dot(forward, forward);
-    // Pixels are sampled in their middle; the ray begins elsewhere in them.
+    // Pixels are sampled at their center; the ray passes through another point.
     let shift = (vec2(0.5 - frame.jitter_x, 0.5 - frame.jitter_y)) * 2.0 / vec2(f32(frame.width), f32(frame.height));
     let u = dot(way, frame.right) / dot(frame.right, frame.right) + shift.x * depth;
     let v = dot(way, frame.up) / dot(frame.up, frame.up) - shift.y * depth;

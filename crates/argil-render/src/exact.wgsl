@@ -1,4 +1,4 @@
-// Bricks with the field's normals: these in place of the voxels'.
+// Replaces the normals of bricks with the field's.
 
 @compute @workgroup_size(8, 8)
 fn exact_normals(@builtin(global_invocation_id) id: vec3<u32>) {

@@ -1,6 +1,7 @@
-// Twin of set_normals and lay_ground in trace.rs: what primary rays have in common once they are marched, one thread a pixel. `surface_normal` is the representation's.
+// GPU version of set_normals and lay_ground in trace.rs: work that all primary rays share after marching, one pixel
+// per thread. `surface_normal` depends on the representation.
 
-// The normal, and the ground where it is nearer.
+// Sets the normal, and the ground where it is closer.
 @compute @workgroup_size(8, 8)
 fn finish(@builtin(global_invocation_id) id: vec3<u32>) {
     let y = id.y + frame.first_row;
@@ -19,7 +20,7 @@ fn finish(@builtin(global_invocation_id) id: vec3<u32>) {
         if hit.mark == 0u {
             normal = surface_normal(hit, ray.origin + ray.direction * t);
         }
-        // Where all differences are the same, towards the viewer.
+        // If all differences are equal, the normal faces the viewer.
         if all(normal == vec3(0.0)) {
             normal = -ray.direction;
         }

@@ -1,6 +1,6 @@
-// Twin of around and set_normals in trace.rs: the exact field's normal.
+// GPU version of around and set_normals in trace.rs: the exact field's normal.
 
-// By central differences. One call in a loop: each call's code is a copy of the whole field.
+// Uses central differences. One call in a loop, because each call copies the code of the whole field.
 fn field_normal(p: vec3<f32>, side: f32) -> vec3<f32> {
     let h = frame.normal_bias;
     var n = vec3(0.0);

@@ -1,6 +1,6 @@
-// Twin of octree.rs, one thread a pixel. `nodes` and `tree_words` are the bound tree.
+// GPU version of octree.rs, one pixel per thread. `nodes` and `tree_words` are the bound tree.
 
-// The path of Tree::find_from in argil-volume: the nodes from the root to where the last look-up ended.
+// The path of Tree::find_from in argil-volume: the nodes from the root to the end of the last look-up.
 var<private> path_nodes: array<u32, OCTREE_MAX_DEPTH>;
 var<private> path_code: u32;
 var<private> path_end: u32;
@@ -45,7 +45,7 @@ fn find_brick(cell: vec3<u32>) -> Visit {
         let before = countOneBits(node.valid_mask & ((1u << bit) - 1u));
         path_nodes[level] = tree_words[TREE_LEVELS + level] + node.child_offset + before;
     }
-    // Not reached: the loop goes down to level 0 at most.
+    // Unreachable: the loop descends to level 0 at most.
     return Visit(false, visited);
 }
 
@@ -60,7 +60,7 @@ fn march(@builtin(global_invocation_id) id: vec3<u32>) {
     let edge = f32(volume.brick) * volume.voxel;
     let grid = vec3<i32>(vec3(volume.grid_x, volume.grid_y, volume.grid_z));
 
-    // Set the walk up: the first cell, and where the ray meets the next plane of each axis.
+    // Set up the traversal: the first cell, and where the ray meets the next plane of each axis.
     let d = ray.direction;
     let inverse = vec3(1.0 / not_zero(d.x), 1.0 / not_zero(d.y), 1.0 / not_zero(d.z));
     let start = (ray.origin + d * span.x - volume.corner) / edge;
@@ -80,7 +80,7 @@ fn march(@builtin(global_invocation_id) id: vec3<u32>) {
     var normal = vec3(0.0);
     let shows_boxes = frame.show == SHOW_BRICKS || frame.show == SHOW_NODES;
     if span.x <= span.y && span.x > 0.0 && !shows_boxes {
-        // A solid that the volume's box cuts is met at the cut, whether there is a brick or not.
+        // A solid that the volume's box clips is hit at the box, with or without a brick.
         steps = 1u;
         let stored_d = stored_distance(ray.origin + d * span.x, 0u);
         if stored_d < 0.0 {
@@ -118,7 +118,7 @@ fn march(@builtin(global_invocation_id) id: vec3<u32>) {
                 break;
             }
         }
-        // On to the next cell.
+        // Advance to the next cell.
         walk.t = leave;
         if planes.x <= planes.y && planes.x <= planes.z {
             entered = 0u;

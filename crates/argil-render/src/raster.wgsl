@@ -1,6 +1,6 @@
-// Triangles that were drawn become hits, one thread a pixel. Twin of raster.rs, with draw.wgsl.
+// Converts drawn triangles to hits, one pixel per thread. GPU version of raster.rs, together with draw.wgsl.
 
-// Hits have their normals already.
+// Hits already have their normals.
 fn surface_normal(hit: Hit, p: vec3<f32>) -> vec3<f32> {
     return hit.normal_t.xyz;
 }

@@ -1,4 +1,5 @@
-// What a frame has gathered as bytes, and what its rays did; twin of `show` in picture.rs and `RayCounts` in statistics.rs. One thread a pixel.
+// Converts a frame to bytes, and counts what its rays did. GPU version of `show` in picture.rs and `RayCounts` in
+// statistics.rs. One pixel per thread.
 
 // The sRGB transfer function (IEC 61966-2-1).
 fn srgb_from_linear(c: vec3<f32>) -> vec3<f32> {
@@ -22,13 +23,13 @@ fn resolve(@builtin(global_invocation_id) id: vec3<u32>) {
     pixels[at] = bytes.x | (bytes.y << 8u) | (bytes.z << 16u) | (is_hit << 24u);
 }
 
-// One more ray that did something so many times, in a histogram.
+// Adds a ray to a histogram.
 fn count_one(histogram: u32, times: u32) {
     let bins = arrayLength(&counts) / 5u;
     atomicAdd(&counts[histogram * bins + min(times, bins - 1u)], 1u);
 }
 
-// Rays that did nothing are not counted: they are what is left. Most look up distances alone.
+// Rays with a count of 0 are not recorded: they are the remainder. Most rays only sample distances.
 @compute @workgroup_size(8, 8)
 fn count(@builtin(global_invocation_id) id: vec3<u32>) {
     if id.x >= frame.width || id.y >= frame.height {

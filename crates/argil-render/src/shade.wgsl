@@ -1,6 +1,6 @@
-// Twin of shade.rs, one thread a pixel.
+// GPU version of shade.rs, one pixel per thread.
 //
-// *Length.* One pass: what it asks of the light is of no use to any other.
+// *Length.* One pass, whose functions no other pass uses.
 
 const PI: f32 = 3.1415927;
 
@@ -9,7 +9,7 @@ fn tap_height(tap: u32) -> f32 {
     return frame.radius * 0.16 * step * step;
 }
 
-// How much of the sky a point sees.
+// Returns the fraction of the sky that a point sees.
 fn openness(p: vec3<f32>, n: vec3<f32>) -> f32 {
     var closed = 0.0;
     var weight = 1.0;
@@ -25,7 +25,7 @@ fn openness(p: vec3<f32>, n: vec3<f32>) -> f32 {
     return clamp(1.0 - 0.42 * closed, 0.0, 1.0);
 }
 
-// The sun's share of each hit, in as many dispatches as its steps take.
+// Computes the visible fraction of the sun for each hit, in as many dispatches as its steps need.
 @compute @workgroup_size(8, 8)
 fn shadow(@builtin(global_invocation_id) id: vec3<u32>) {
     let y = id.y + frame.first_row;
@@ -42,7 +42,7 @@ fn shadow(@builtin(global_invocation_id) id: vec3<u32>) {
     var share = hit.sun_share;
     var t = hit.sun_t;
     if frame.first_step == 0u {
-        // The side away from the sun needs no ray, and one that misses the box meets nothing.
+        // The side away from the sun needs no ray, and a ray that misses the box hits nothing.
         let dark = hit.kind == HIT_NONE || dot(n, ray.direction) <= 0.0 || span.x > span.y;
         t = select(span.x, -1.0, dark);
     }
@@ -80,7 +80,7 @@ fn schlick(mirror: vec3<f32>, cosine: f32, gloss: f32) -> vec3<f32> {
     return mirror + (max(mirror, vec3(gloss)) - mirror) * (m2 * m2 * m);
 }
 
-// The light that a surface sends towards the viewer.
+// Returns the light that a surface sends toward the viewer.
 fn lit(ray: Ray, hit: Hit, material: GpuMaterial, sunlit: f32, open: f32) -> vec3<f32> {
     let base = material.base_roughness.xyz;
     let roughness = material.base_roughness.w;
@@ -116,7 +116,7 @@ fn lit(ray: Ray, hit: Hit, material: GpuMaterial, sunlit: f32, open: f32) -> vec
     let rim = schlick(mirror, facing, gloss);
     let ambient = (body * around * 0.9 + rim * environment) * open;
 
-    // Light thrown back from below.
+    // Light reflected from below.
     let bounce = body * vec3(0.16, 0.14, 0.12) * ((0.5 - 0.5 * n.y) * open);
     let color = direct + ambient + bounce + material.emission_metallic.xyz;
     if hit.kind != HIT_GROUND {
@@ -172,7 +172,7 @@ fn put(at: u32, kind: u32, color: vec3<f32>) {
     colors[at] += vec4(color, covered) * frame.sample_weight;
 }
 
-// Light on materials.
+// Shades hits with their materials.
 @compute @workgroup_size(8, 8)
 fn shade(@builtin(global_invocation_id) id: vec3<u32>) {
     let y = id.y + frame.first_row;
@@ -184,7 +184,7 @@ fn shade(@builtin(global_invocation_id) id: vec3<u32>) {
     put(at, hit.kind, shaded(primary_ray(id.x, y), hit));
 }
 
-// What pictures show that are not lit.
+// Shows the render modes without lighting.
 @compute @workgroup_size(8, 8)
 fn show(@builtin(global_invocation_id) id: vec3<u32>) {
     let y = id.y + frame.first_row;

@@ -1,11 +1,11 @@
-// Twin of trace.rs, one thread a pixel.
+// GPU version of trace.rs, one pixel per thread.
 
 fn surface_normal(hit: Hit, p: vec3<f32>) -> vec3<f32> {
     return field_normal(p, select(1.0, -1.0, hit.kind == HIT_INSIDE));
 }
 
-// March until the ray has hit, left the box or spent its steps, or this dispatch has spent its own. In between, a ray
-// keeps its side in the normal's x.
+// Marches until the ray hits, leaves the box, or has used its steps or those of this dispatch. Between dispatches,
+// the x of the normal stores the ray's side.
 @compute @workgroup_size(8, 8)
 fn march(@builtin(global_invocation_id) id: vec3<u32>) {
     let y = id.y + frame.first_row;

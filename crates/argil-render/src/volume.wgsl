@@ -1,4 +1,4 @@
-// Twin of volume.rs. `volume` is the bound uniform, `stored` the texture of distances, `linear` its filter.
+// GPU version of volume.rs. `volume` is the bound uniform, `stored` the texture of distances, `linear` its filter.
 
 fn stored_distance(p: vec3<f32>, level: u32) -> f32 {
     let uvw = (p - volume.corner) / volume.extent;
@@ -12,13 +12,13 @@ struct Walk {
     reached: bool,
 }
 
-// Go by a stored distance.
+// Advances by a stored distance.
 fn walk_step(walk: ptr<function, Walk>, near: f32, d: f32, is_last: bool) {
     let is_first = (*walk).side == 0.0;
     if is_first {
         (*walk).side = select(1.0, -1.0, d < 0.0 && near <= 0.0);
     }
-    // A ray that enters the volume through a solid's cut side has hit there.
+    // A ray that enters the volume through a clipped solid has hit there.
     let gap = select(d * (*walk).side, 0.0, is_first && (*walk).side > 0.0 && d < 0.0);
     (*walk).gap = gap;
     (*walk).reached = gap < frame.epsilon || (is_last && gap < frame.pixel * (*walk).t);

@@ -1,8 +1,8 @@
-// Twin of fill.rs: distances into a level's texture, `texels`. `fill` is the bound uniform.
+// GPU version of fill.rs: writes distances to a level's texture, `texels`. `fill` is the bound uniform.
 
 override TILE_SIDE: u32 = 16u;
 
-// Twin of integer_of in encoding.rs; what is stored is the integer over the quanta.
+// GPU version of integer_of in encoding.rs. The stored value is the integer over the quanta.
 fn encode(d: f32) -> vec4<f32> {
     let quanta = f32(fill.quanta);
     let bias = fill.first_bias.w;
@@ -21,19 +21,19 @@ fn fill_texel(texel: vec3<u32>) {
     textureStore(texels, texel, encode(d));
 }
 
-// The study's first way: one thread a group, one texel a thread.
+// The study's first version: one thread per group, one texel per thread.
 @compute @workgroup_size(1)
 fn fill_naive(@builtin(workgroup_id) id: vec3<u32>) {
     fill_texel(id + vec3(0u, 0u, fill.first_layer));
 }
 
-// A tile a group, a column of texels a thread.
+// One tile per group, one column of texels per thread.
 @compute @workgroup_size(TILE_SIDE, TILE_SIDE)
 fn fill_tiled(@builtin(workgroup_id) id: vec3<u32>, @builtin(local_invocation_id) local: vec3<u32>) {
     fill_tile(id * fill.tile, local);
 }
 
-// Layers of a tile at a corner. A tile may be larger than its group.
+// Fills layers of a tile at a corner. A tile may be larger than its group.
 fn fill_tile(corner: vec3<u32>, local: vec3<u32>) {
     for (var y = local.y; y < fill.tile; y += TILE_SIDE) {
         for (var x = local.x; x < fill.tile; x += TILE_SIDE) {

@@ -1,4 +1,4 @@
-//! What records say of claims.
+//! Judges claims from records.
 
 use super::verdict::Verdict;
 use crate::record::Record;
@@ -27,7 +27,7 @@ pub(super) fn has_faces(r: &Record) -> bool {
 }
 
 pub(super) fn is_coarse_faces(r: &Record) -> bool {
-    // The study's, and where software takes too long for it, half of that.
+    // The study's number of bricks, or half of it where software takes too long.
     has_faces(r)
         && r.parameter("resolution")
             .is_some_and(|n| n == 100.0 || n == 48.0)
@@ -37,7 +37,7 @@ pub(super) fn is_fine_faces(r: &Record) -> bool {
     has_faces(r) && !is_coarse_faces(r)
 }
 
-/// Of one scene, seen alike, by one device.
+/// Returns true if two records have the same scene, camera and device.
 pub(super) fn same_place(a: &Record, b: &Record) -> bool {
     a.scene == b.scene
         && a.machine.device == b.machine.device
@@ -46,11 +46,11 @@ pub(super) fn same_place(a: &Record, b: &Record) -> bool {
         && a.parameters.get("size") == b.parameters.get("size")
 }
 
-/// Of a device.
+/// A ratio on a device.
 pub(super) type Ratio = (String, f64);
 
-/// A value of some records over that of others of the same place; the resolution is the same where more than one of the
-/// latter is of that place.
+/// Returns ratios of a value between matching records. Resolutions must match too, if several records of the
+/// divisor match.
 pub(super) fn ratios(
     all: &[&Record],
     experiment: &str,
@@ -78,7 +78,7 @@ pub(super) fn ratios(
     found
 }
 
-/// A verdict on ratios, with their range on each device.
+/// Returns a verdict on ratios, with their range on each device.
 pub(super) fn judge(
     ratios: &[Ratio],
     holds: impl Fn(f64) -> bool,
@@ -97,7 +97,7 @@ pub(super) fn judge(
     (verdict(&all), format!("{what} {range} ({held})"))
 }
 
-/// Of what holds and what does not.
+/// Returns the verdict of single results.
 pub(super) fn verdict(held: &[bool]) -> Verdict {
     if held.iter().all(|h| *h) {
         Verdict::Confirmed
@@ -108,7 +108,7 @@ pub(super) fn verdict(held: &[bool]) -> Verdict {
     }
 }
 
-/// From the least to the greatest of each device, which is named where there are several.
+/// Formats the minimum and maximum of each device, which is named if there are several.
 pub(super) fn ranges(all: &[Ratio], unit: &str) -> String {
     let mut devices: Vec<(&str, f64, f64)> = Vec::new();
     for (device, value) in all {
@@ -134,7 +134,7 @@ pub(super) fn ranges(all: &[Ratio], unit: &str) -> String {
     devices.iter().map(one).collect::<Vec<_>>().join(", ")
 }
 
-/// With few of its bricks full, and with all.
+/// Compares few filled bricks with all filled.
 pub(super) fn less_is_faster(all: &[&Record]) -> (Verdict, String) {
     let mut told = Vec::new();
     let mut holds = Vec::new();
@@ -213,7 +213,7 @@ pub(super) fn tree_is_constant(all: &[&Record]) -> (Verdict, String) {
     (verdict(&holds), told.join("; "))
 }
 
-/// How far the likeness goes over the biases, on each device.
+/// Compares the errors over the biases, on each device.
 pub(super) fn biases_matter(all: &[&Record]) -> (Verdict, String) {
     let mut devices: Vec<(&str, f64, f64)> = Vec::new();
     for record in of(all, "normals").filter(|r| r.via == "dense") {
@@ -226,7 +226,7 @@ pub(super) fn biases_matter(all: &[&Record]) -> (Verdict, String) {
             None => devices.push((device, value, value)),
         }
     }
-    // One bias alone tells nothing.
+    // A single bias shows nothing.
     devices.retain(|(_, least, most)| most > least);
     if devices.is_empty() {
         return nothing();
@@ -241,8 +241,8 @@ pub(super) fn biases_matter(all: &[&Record]) -> (Verdict, String) {
     (verdict(&held), told.collect::<Vec<_>>().join("; "))
 }
 
-/// Fast to march: no slower than the dense volume with mips. Easily edited: an edit takes less than a tenth of making the
-/// volume again, as the octree and the dense volume are.
+/// Fast to march: no slower than the dense volume with mips. Easy to edit: an edit takes less than a tenth of a
+/// rebuild, which the octree and the dense volume need.
 pub(super) fn both_at_once(all: &[&Record]) -> (Verdict, String) {
     let frames = ratios(
         all,
@@ -270,7 +270,7 @@ pub(super) fn both_at_once(all: &[&Record]) -> (Verdict, String) {
         |r| r <= 1.0,
         "of a frame through a dense volume with mips, one through sparse bricks takes",
     );
-    // The claim falls where both are had.
+    // The claim is refuted where both hold.
     let slow = frames.iter().map(|(_, r)| *r > 1.0);
     let slow: Vec<bool> = slow.chain(again.iter().map(|(_, r)| *r > 0.1)).collect();
     let (edits, again) = (ranges(&edits, " ms"), ranges(&again, ""));

@@ -1,20 +1,20 @@
-//! Whether a claim holds.
+//! Verdicts on claims.
 
 use crate::record::Record;
 
-/// What records say of a claim.
+/// The verdict of records on a claim.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Verdict {
-    /// All that was measured agrees.
+    /// All measurements agree.
     Confirmed,
-    /// All that was measured disagrees.
+    /// All measurements disagree.
     Refuted,
-    /// Some agrees and some does not, or nothing was measured.
+    /// Some measurements agree and some disagree, or there are none.
     Undecided,
 }
 
 impl Verdict {
-    /// In one word.
+    /// Returns the verdict as a word.
     pub(crate) fn word(self) -> &'static str {
         match self {
             Self::Confirmed => "confirmed",
@@ -26,12 +26,12 @@ impl Verdict {
 
 /// A claim, and how it is judged.
 pub(crate) struct Claim {
-    /// Where it stands.
+    /// The section of the study.
     pub place: &'static str,
-    /// What it says.
+    /// The claim.
     pub text: &'static str,
-    /// Where records say otherwise, why that is so.
+    /// The reason why records disagree, where they do.
     pub reason: &'static str,
-    /// What records say of it.
+    /// Judges the claim from records.
     pub judge: fn(&[&Record]) -> (Verdict, String),
 }

@@ -1,8 +1,8 @@
-//! Which devices records are of.
+//! Devices of records.
 
 use crate::record::Record;
 
-/// Devices in the order of their records.
+/// Returns the devices, in the order of their records.
 pub(super) fn devices<'a>(records: &[&'a Record]) -> Vec<&'a str> {
     let mut all: Vec<&str> = Vec::new();
     for record in records {
@@ -13,7 +13,7 @@ pub(super) fn devices<'a>(records: &[&'a Record]) -> Vec<&'a str> {
     all
 }
 
-/// The records of each device that have no error, devices in the order of their records.
+/// Returns the records without errors by device, in the order of their records.
 pub(super) fn done_by_device<'a>(records: &[&'a Record]) -> Vec<(&'a str, Vec<&'a Record>)> {
     let of = |device| {
         let own = records.iter().copied();

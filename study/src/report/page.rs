@@ -1,4 +1,4 @@
-//! The page around it all.
+//! The page.
 
 use super::source::Source;
 use super::{plots, sections, sentences};
@@ -13,7 +13,7 @@ use std::io::Cursor;
 const STYLE: &str = include_str!("page.css");
 const SCRIPT: &str = include_str!("page.js");
 
-/// What a GPU ran at after its cases.
+/// Returns the clocks of a GPU after its cases.
 fn clocks(records: &[&Record], device: &str) -> String {
     let own = records.iter().filter(|r| r.machine.device == device);
     let (least, most) = own
@@ -26,7 +26,7 @@ fn clocks(records: &[&Record], device: &str) -> String {
     }
 }
 
-/// What was measured where, a line each.
+/// Describes each machine and device in a line.
 pub(super) fn machines(records: &[&Record]) -> Vec<String> {
     let mut all: Vec<String> = Vec::new();
     for record in records {
@@ -54,7 +54,7 @@ pub(super) fn machines(records: &[&Record]) -> Vec<String> {
     all
 }
 
-/// The whole page.
+/// Returns the page.
 pub(super) fn page(all: &[Source]) -> String {
     let records: Vec<&Record> = all.iter().map(|source| &source.record).collect();
     let devices = {
@@ -135,7 +135,7 @@ pub(super) fn page(all: &[Source]) -> String {
     text
 }
 
-/// A picture in the page, or why it is not there.
+/// Returns an image of the page, or the reason why it is missing.
 fn picture(shown: &sections::Figure<'_>) -> String {
     let record = &shown.source.record;
     let caption = format!(

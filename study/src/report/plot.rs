@@ -1,4 +1,4 @@
-//! Plots as SVG, drawn in the page's own colors.
+//! Plots as SVG, in the colors of the page.
 
 use plotters::coord::Shift;
 use plotters::prelude::*;
@@ -6,7 +6,7 @@ use plotters::prelude::*;
 /// Width and height in pixels.
 const SIZE: (u32, u32) = (720, 360);
 
-/// Told apart by most eyes, on light and on dark (Okabe and Ito 2008).
+/// Colors that most people can distinguish, on light and dark backgrounds (Okabe and Ito 2008).
 const COLORS: [RGBColor; 7] = [
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),
@@ -17,24 +17,24 @@ const COLORS: [RGBColor; 7] = [
     RGBColor(128, 128, 128),
 ];
 
-/// What stands for the page's own color until it is put in its place.
+/// Placeholder for the page's text color.
 const INK: RGBColor = RGBColor(1, 2, 3);
 
 /// Named points.
 pub(super) type Series = (String, Vec<(f64, f64)>);
 
-/// What a plot says around its data.
+/// Titles and scales of a plot.
 #[derive(Clone, Copy)]
 pub(super) struct PlotAxes<'a> {
-    /// Of the plot.
+    /// Title of the plot.
     pub title: &'a str,
-    /// Along x.
+    /// Title of the x axis.
     pub x: &'a str,
-    /// Along y.
+    /// Title of the y axis.
     pub y: &'a str,
-    /// Whether y is by powers of ten.
+    /// Whether the y axis is logarithmic.
     pub log_y: bool,
-    /// The same of x.
+    /// Whether the x axis is logarithmic.
     pub log_x: bool,
 }
 
@@ -53,7 +53,7 @@ fn drawn(title: &str, draw: impl FnOnce(DrawingArea<SVGBackend<'_>, Shift>) -> D
             crate::formatting::escaped(&error.to_string())
         );
     }
-    // It scales with the page, and has its ink.
+    // The plot scales with the page and uses its text color.
     let open = format!(
         "<svg role=\"img\" aria-label=\"{}\" viewBox=\"0 0 {} {}\" ",
         crate::formatting::escaped(title),
@@ -71,7 +71,7 @@ fn drawn(title: &str, draw: impl FnOnce(DrawingArea<SVGBackend<'_>, Shift>) -> D
     svg.replace("#010203", "currentColor")
 }
 
-/// The least and the greatest of some numbers, with room around them; from 0 where it is no power of ten.
+/// Returns the range of numbers with a margin. A linear range begins at 0.
 fn range(numbers: impl Iterator<Item = f64>, log: bool) -> (f64, f64) {
     let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
     for n in numbers.filter(|n| n.is_finite() && (!log || *n > 0.0)) {
@@ -125,7 +125,7 @@ macro_rules! with_lines {
                 .legend(move |(x, y)| {
                     PathElement::new([(x, y), (x + 16, y)], color.stroke_width(3))
                 });
-            // Points that are many are told apart by nobody.
+            // Too many points cannot be distinguished.
             let apart = points.iter().filter(|_| points.len() <= 40);
             chart.draw_series(apart.map(|&p| Circle::new(p, 3, color.filled())))?;
         }
@@ -139,7 +139,7 @@ macro_rules! with_lines {
     }};
 }
 
-/// Where the names stand: where the first line is low.
+/// Returns the position of the legend: where the first line is low.
 fn beside(series: &[Series]) -> SeriesLabelPosition {
     let ends = series
         .first()
@@ -150,7 +150,7 @@ fn beside(series: &[Series]) -> SeriesLabelPosition {
     }
 }
 
-/// Lines through points.
+/// Draws lines through points.
 pub(super) fn lines(axes: PlotAxes<'_>, series: &[Series]) -> String {
     let all = || series.iter().flat_map(|(_, points)| points);
     let x = range(all().map(|p| p.0), axes.log_x);
@@ -176,16 +176,16 @@ pub(super) fn lines(axes: PlotAxes<'_>, series: &[Series]) -> String {
     })
 }
 
-/// A bar: how high it is, and from where to where its samples reach.
+/// A bar and its whisker.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PlotBar {
-    /// Its height.
+    /// Height of the bar.
     pub value: f64,
-    /// Where its whisker begins and ends.
+    /// Ends of the whisker.
     pub reach: (f64, f64),
 }
 
-/// From where to where bars reach, with room above.
+/// Returns the range of bars, with a margin above.
 fn heights(
     is_log: bool,
     groups: usize,
@@ -219,7 +219,7 @@ fn heights(
     [floor, ceiling]
 }
 
-/// Groups of bars, one of each series in a group; or, stacked, one bar a group.
+/// Draws groups of bars, one bar per series; or stacked, one bar per group.
 pub(super) fn bars(
     axes: PlotAxes<'_>,
     groups: &[String],
@@ -296,11 +296,11 @@ pub(super) fn bars(
     })
 }
 
-/// Where the bars of a series stand.
+/// Position of a series' bars.
 struct Place {
-    /// Which series it is.
+    /// Index of the series.
     nth: usize,
-    /// How wide a bar is, of a group.
+    /// Width of a bar, relative to the group.
     each: f64,
     floor: f64,
     stacked: bool,
@@ -308,7 +308,8 @@ struct Place {
 
 type Span = [(f64, f64); 2];
 
-/// The corners of a series' bars, and the ends of their whiskers. `under` is how high each group is stacked.
+/// Returns the corners of a series' bars and the ends of their whiskers. `under` is the stacked height of each
+/// group.
 fn placed(own: &[Option<PlotBar>], place: &Place, under: &mut [f64]) -> (Vec<Span>, Vec<Span>) {
     let &Place {
         nth,

@@ -1,4 +1,4 @@
-//! What each experiment shows in plots.
+//! Plots of each experiment.
 
 use super::devices::done_by_device;
 use super::plot::{PlotAxes, PlotBar, Series, bars, lines};
@@ -7,7 +7,7 @@ use crate::formatting::number;
 use crate::record::{Record, quantile};
 use std::collections::BTreeMap;
 
-/// An experiment's plots.
+/// Returns an experiment's plots.
 pub(super) fn plots(name: &str, records: &[&Record]) -> Vec<String> {
     let mut all = Vec::new();
     for (device, own) in done_by_device(records) {
@@ -118,7 +118,7 @@ fn construction(records: &[&Record], device: &str) -> Vec<String> {
     ]
 }
 
-/// Bars of a value, a group for each scene (and place of the eye), a color for each representation.
+/// Plots bars of a value: a group per scene and camera, a color per representation.
 fn by_scene(records: &[&Record], value: &str, unit: &str, title: &str, log: bool) -> String {
     let group = |r: &Record| {
         let eye = r.parameters.get("eye").and_then(|v| v.as_str());
@@ -181,7 +181,7 @@ fn grouped(
     bars(axes, &groups, &series, false)
 }
 
-/// A value along a parameter, a line for each representation (and scene, where there are several).
+/// Plots a value over a parameter: a line per representation, and per scene if there are several.
 fn along(records: &[&Record], parameter: &str, value: &str) -> Vec<Series> {
     let mut all: BTreeMap<String, Vec<(f64, f64)>> = BTreeMap::new();
     let scenes = records.iter().map(|r| &r.scene);
@@ -206,7 +206,7 @@ fn along(records: &[&Record], parameter: &str, value: &str) -> Vec<Series> {
         .collect()
 }
 
-/// The red channel of the Laplacians' difference, zeros left out, as the study's figure 31 has it.
+/// Plots the red channel of the Laplacians' difference without zeros, as the study's figure 31.
 fn histograms(records: &[&Record], device: &str) -> String {
     let mut series = Vec::new();
     for record in records.iter().filter(|r| r.scene == "teapot") {
@@ -216,7 +216,7 @@ fn histograms(records: &[&Record], device: &str) -> String {
             series.push((format!("{} {}", record.via, varied(record)), points));
         }
     }
-    // As many as there are colors.
+    // There are seven colors.
     series.truncate(7);
     let title = format!(
         "Teapot: difference of Laplacians, red, without zeros, {device} (figures 29 to 31)"

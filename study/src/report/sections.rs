@@ -1,17 +1,17 @@
-//! What each experiment shows: tables and pictures.
+//! Tables and images of each experiment.
 
 use super::source::Source;
 use super::table::{Column, column, megabytes, table, varied};
 use crate::formatting::number;
 use crate::record::Record;
 
-/// A picture with what stands under it.
+/// An image with a caption.
 pub(super) struct Figure<'a> {
-    /// Whose it is.
+    /// The record of the image.
     pub source: &'a Source,
-    /// Which.
+    /// Name of the image.
     pub name: &'static str,
-    /// What is said of it.
+    /// The caption.
     pub text: String,
 }
 
@@ -88,7 +88,7 @@ const LOST: &[Column] = &[
     column("nodes", "nodes"),
 ];
 
-/// An experiment's table.
+/// Returns an experiment's table.
 pub(super) fn table_of(name: &str, records: &[&Record], several: bool) -> String {
     let columns = match name {
         "construction" | "dense-fill" | "memory" => BUILDS,
@@ -102,7 +102,7 @@ pub(super) fn table_of(name: &str, records: &[&Record], several: bool) -> String
     table(records, columns, several)
 }
 
-/// Whether a record's picture is shown.
+/// Returns true if a record's image is shown.
 pub(crate) fn is_shown(record: &Record, part: &str) -> bool {
     match record.experiment.as_str() {
         "fidelity" if part == "laplacian" => record.scene == "teapot",
@@ -112,7 +112,7 @@ pub(crate) fn is_shown(record: &Record, part: &str) -> bool {
     }
 }
 
-/// Pictures that are shown.
+/// Returns the images to show.
 pub(super) fn pictures<'a>(name: &str, sources: &[&'a Source]) -> Vec<Figure<'a>> {
     let mut all = Vec::new();
     for source in sources {

@@ -1,10 +1,10 @@
-//! What each experiment's records say, in words.
+//! Sentences about each experiment's records.
 
 use super::devices::done_by_device;
 use crate::formatting::number;
 use crate::record::Record;
 
-/// What an experiment's records of one device say; nothing where some are missing.
+/// Describes the records of one device; `None` if some are missing.
 type Sentence = fn(&[&Record]) -> Option<String>;
 
 const SENTENCES: &[(&str, Sentence)] = &[
@@ -25,7 +25,7 @@ const SENTENCES: &[(&str, Sentence)] = &[
     ("lost", lost),
 ];
 
-/// What the records say, in words.
+/// Describes records.
 pub(super) fn sentences(name: &str, records: &[&Record]) -> Vec<String> {
     let mut all = Vec::new();
     let known = SENTENCES.iter().find(|(own, _)| *own == name);
@@ -40,7 +40,7 @@ pub(super) fn sentences(name: &str, records: &[&Record]) -> Vec<String> {
     all
 }
 
-/// The least and the greatest of a value over some records, as text.
+/// Formats the minimum and maximum of a value.
 fn spread<'a>(records: impl Iterator<Item = &'a &'a Record>, value: &str) -> Option<String> {
     let all: Vec<f64> = records.filter_map(|r| r.value(value)).collect();
     let (least, most) = all
@@ -57,7 +57,7 @@ fn spread<'a>(records: impl Iterator<Item = &'a &'a Record>, value: &str) -> Opt
     })
 }
 
-/// The records of a representation.
+/// Returns the records of a representation.
 fn via<'a>(
     own: &'a [&'a Record],
     word: &'static str,

@@ -1,12 +1,12 @@
-//! Where records come from.
+//! Sources of records.
 
 use crate::record::Record;
 use std::path::PathBuf;
 
-/// Records of all places, with where their pictures are.
+/// A record with the folder of its images.
 pub(crate) struct Source {
-    /// What was found there.
+    /// The record.
     pub record: Record,
-    /// The folder of its pictures.
+    /// The folder of its images.
     pub pictures: PathBuf,
 }

@@ -1,19 +1,19 @@
-//! Tables that can be sorted.
+//! Sortable tables.
 
 use crate::formatting::{escaped, number};
 use crate::record::{Record, quantile};
 
-/// A column: its head, and the value's name with what it is divided by.
+/// A column of a table.
 pub(super) struct Column {
-    /// What stands above.
+    /// The heading.
     pub head: &'static str,
-    /// Which value.
+    /// Name of the value.
     pub value: &'static str,
-    /// Its unit, in those of the record.
+    /// The divisor for its unit.
     pub unit: f64,
 }
 
-/// A column of a value as it is.
+/// Returns a column of a value.
 pub(super) const fn column(head: &'static str, value: &'static str) -> Column {
     Column {
         head,
@@ -22,7 +22,7 @@ pub(super) const fn column(head: &'static str, value: &'static str) -> Column {
     }
 }
 
-/// A column of bytes, in MB.
+/// Returns a column of bytes in MB.
 pub(super) const fn megabytes(head: &'static str, value: &'static str) -> Column {
     Column {
         head,
@@ -31,7 +31,7 @@ pub(super) const fn megabytes(head: &'static str, value: &'static str) -> Column
     }
 }
 
-/// What is varied in a record besides scene and representation.
+/// Describes what varies in a record besides scene and representation.
 pub(super) fn varied(record: &Record) -> String {
     let left_out = ["size", "show", "eye"];
     let all = record.parameters.iter();
@@ -55,7 +55,7 @@ pub(super) fn varied(record: &Record) -> String {
     words.join(", ")
 }
 
-/// A row a record.
+/// Returns a table with a row per record.
 pub(super) fn table(records: &[&Record], columns: &[Column], several: bool) -> String {
     let columns: Vec<&Column> = columns
         .iter()

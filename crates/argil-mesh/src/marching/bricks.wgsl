@@ -1,6 +1,6 @@
-// Units of sparse bricks: the pool's places, with those that hold none.
+// Units of sparse bricks: the slots of the pool, including empty ones.
 
-// Which cell has which place of the pool; counted from 1, as 0 is none.
+// Records the pool slot of each cell, plus 1; 0 means none.
 @compute @workgroup_size(64)
 fn find_owners(@builtin(workgroup_id) id: vec3<u32>, @builtin(num_workgroups) count: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     let at = group_index(id, count) * 64u + local;
@@ -21,7 +21,7 @@ fn is_unit(unit: u32) -> bool {
     return unit < marching.units && owners[unit] != 0u;
 }
 
-// The unit that lies so far on; the same where there is none.
+// Returns the unit at an offset, or the unit itself if there is none.
 fn unit_beside(unit: u32, way: vec3<u32>) -> u32 {
     let cell = cell_of_unit(unit) + vec3<i32>(way);
     if any(cell >= high_cell()) {
@@ -31,22 +31,22 @@ fn unit_beside(unit: u32, way: vec3<u32>) -> u32 {
     return select(unit, unit_of(word), is_brick(word));
 }
 
-// The first sample of a unit, from the volume's first on.
+// Returns the first sample of a unit, relative to the volume's first.
 fn origin_of(unit: u32) -> vec3<f32> {
     return vec3<f32>(cell_of_unit(unit) * i32(marching.side));
 }
 
-// The greatest place of a sample in a unit.
+// Returns the highest index of a sample in a unit.
 fn last_of(unit: u32) -> vec3<u32> {
     return vec3(marching.side);
 }
 
-// What is stored there, in quanta.
+// Returns a stored distance in quanta.
 fn stored_at(unit: u32, place: vec3<u32>) -> f32 {
     return round(textureLoad(stored, brick_origin(brick_word(unit)) + place, 0).x * f32(volume.quanta));
 }
 
-// The same of a place that may be in a neighbor; then whether there is any.
+// Returns a stored distance that may be in a neighbor, and whether it exists.
 fn stored_beyond(unit: u32, place: vec3<i32>) -> vec2<f32> {
     let side = i32(marching.side);
     let way = vec3<i32>(place > vec3(side)) - vec3<i32>(place < vec3(0));

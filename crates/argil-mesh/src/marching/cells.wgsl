@@ -1,11 +1,11 @@
 // The cells of a unit, and the triangles of their cases.
 
-// The row of the nth row of cells.
+// Returns the row index of the nth row of cells.
 fn cell_row(nth: u32) -> u32 {
     return nth % marching.side + points() * (nth / marching.side);
 }
 
-// The cells of a row that the surface goes through.
+// Returns the cells of a row that the surface passes through.
 fn active_cells(row: u32, last: vec3<u32>) -> u32 {
     let n = points();
     if row % n >= last.y || row / n >= last.z {
@@ -32,7 +32,7 @@ fn triangle_count(case_words: vec2<u32>) -> u32 {
     return case_words.y >> 28u;
 }
 
-// The nth edge of a case's triangles.
+// Returns the nth edge of a case's triangles.
 fn case_edge(case_words: vec2<u32>, nth: u32) -> u32 {
     return select(case_words.x >> (4u * nth), case_words.y >> (4u * (nth - 8u)), nth >= 8u) & 15u;
 }

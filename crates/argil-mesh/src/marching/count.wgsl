@@ -1,6 +1,6 @@
-// What units emit is counted, and the counts are added up.
+// Counts what units emit, and computes prefix sums of the counts.
 
-// From a triple for each thread to how much the threads before it have.
+// Computes the exclusive prefix sum of a triple over a workgroup.
 fn scanned(own: vec3<u32>, local: u32) -> vec3<u32> {
     totals[local] = own;
     workgroupBarrier();
@@ -46,7 +46,7 @@ fn count_units(@builtin(workgroup_id) id: vec3<u32>, @builtin(num_workgroups) co
     }
 }
 
-// What units have before them, of those that a workgroup adds up, and what those have.
+// Computes prefix sums of the units of a workgroup, and their total.
 @compute @workgroup_size(GROUP)
 fn add_units(@builtin(workgroup_id) id: vec3<u32>, @builtin(num_workgroups) count: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     let group = group_index(id, count);
@@ -59,7 +59,7 @@ fn add_units(@builtin(workgroup_id) id: vec3<u32>, @builtin(num_workgroups) coun
     var before = scanned(own, local);
     for (var unit = first; unit < end; unit++) {
         let counts = vec3(units[unit].vertices, units[unit].triangles, units[unit].place);
-        // What it has stays known by the flag of its place.
+        // The flag of its slot still tells which are non-empty.
         units[unit] = Unit(before.x, before.y, before.z, counts.z);
         before += counts;
     }
@@ -68,7 +68,7 @@ fn add_units(@builtin(workgroup_id) id: vec3<u32>, @builtin(num_workgroups) coun
     }
 }
 
-// What groups of units have before them; last, what all have. One workgroup.
+// Computes prefix sums over groups of units, and the total. One workgroup.
 @compute @workgroup_size(GROUP)
 fn add_groups(@builtin(local_invocation_index) local: u32) {
     let count = arrayLength(&groups) - 1u;

@@ -1,4 +1,4 @@
-// Units of a dense volume: parts of its cells, side by side.
+// Units of a dense volume: adjacent parts of its cells.
 
 fn grid_of() -> vec3<u32> {
     return vec3(volume.grid_x, volume.grid_y, volume.grid_z);
@@ -13,7 +13,7 @@ fn unit_place(unit: u32) -> vec3<u32> {
     return vec3(unit % grid.x, unit / grid.x % grid.y, unit / grid.x / grid.y);
 }
 
-// The unit that lies so far on; the same where there is none.
+// Returns the unit at an offset, or the unit itself if there is none.
 fn unit_beside(unit: u32, way: vec3<u32>) -> u32 {
     let grid = grid_of();
     let place = unit_place(unit) + way;
@@ -24,23 +24,23 @@ fn texel_of(unit: u32) -> vec3<u32> {
     return unit_place(unit) * marching.side;
 }
 
-// The first sample of a unit, from the volume's first on.
+// Returns the first sample of a unit, relative to the volume's first.
 fn origin_of(unit: u32) -> vec3<f32> {
     return vec3<f32>(texel_of(unit));
 }
 
-// The greatest place of a sample in a unit.
+// Returns the highest index of a sample in a unit.
 fn last_of(unit: u32) -> vec3<u32> {
     let size = vec3(volume.size_x, volume.size_y, volume.size_z);
     return min(size - 1u - texel_of(unit), vec3(marching.side));
 }
 
-// What is stored there, in quanta.
+// Returns a stored distance in quanta.
 fn stored_at(unit: u32, place: vec3<u32>) -> f32 {
     return round(textureLoad(stored, texel_of(unit) + place, 0).x * f32(volume.quanta));
 }
 
-// The same of a place that may not be in the unit; then whether there is any.
+// Returns a stored distance that may be outside the unit, and whether it exists.
 fn stored_beyond(unit: u32, place: vec3<i32>) -> vec2<f32> {
     let at = vec3<i32>(texel_of(unit)) + place;
     let size = vec3<i32>(vec3(volume.size_x, volume.size_y, volume.size_z));

@@ -1,6 +1,6 @@
 // Each unit writes its vertices and triangles.
 
-// Twin of table::corners: where an edge of a cell begins.
+// GPU version of table::corners: where an edge of a cell begins.
 fn edge_place(edge: u32) -> vec3<u32> {
     let low = edge & 1u;
     let high = (edge >> 1u) & 1u;
@@ -16,7 +16,7 @@ fn edge_place(edge: u32) -> vec3<u32> {
 @compute @workgroup_size(GROUP)
 fn emit(@builtin(workgroup_id) id: vec3<u32>, @builtin(num_workgroups) count: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     let unit = min(group_index(id, count), marching.units - 1u);
-    // A unit can have triangles whose vertices are all its neighbors'.
+    // All vertices of a unit's triangles can belong to its neighbors.
     let is_there = is_unit(unit);
     if is_there {
         load(unit, local);

@@ -1,12 +1,13 @@
-// Twin of bricks.rs: marching cubes over units of cells, a workgroup each: bricks, or parts of a dense volume. Units are
-// counted, the counts added up, then each writes its own vertices and triangles. A row of samples is a row of bits; a vertex
-// is the unit's at whose low sides its edge lies. `stored.wgsl` of the volume says where samples are.
+// GPU version of bricks.rs: marching cubes over units of cells, one workgroup each. A unit is a brick, or a part of
+// a dense volume. Units are counted, the counts are summed, then each unit writes its vertices and triangles. A row
+// of samples is a row of bits. A vertex belongs to the unit that has its edge at a low side. `stored.wgsl` of the
+// volume locates samples.
 
 const GROUP: u32 = 64u;
 // Rows of the samples of 16³ cells.
 const MOST_ROWS: u32 = 289u;
 
-// Vertices, triangles and units that have any before one, of those that one workgroup adds up.
+// Vertices, triangles and non-empty units before a unit, within one workgroup.
 struct Unit {
     vertices: u32,
     triangles: u32,
@@ -31,7 +32,7 @@ fn row_count() -> u32 {
     return points() * points();
 }
 
-// Units beside one, and the signs of its samples.
+// Loads the neighbors of a unit, and the signs of its samples.
 fn load(unit: u32, local: u32) {
     if local < 8u {
         beside[local] = unit_beside(unit, vec3(local & 1u, (local >> 1u) & 1u, local >> 2u));
@@ -39,7 +40,7 @@ fn load(unit: u32, local: u32) {
     let n = points();
     let last = last_of(unit);
     for (var row = local; row < row_count(); row += GROUP) {
-        // Beyond the volume are the last samples again, so that nothing is crossed on the way there.
+        // Beyond the volume the last samples repeat, so that no edge crosses there.
         var inside = 0u;
         for (var x = 0u; x < n; x++) {
             let place = min(vec3(x, row % n, row / n), last);
@@ -49,12 +50,12 @@ fn load(unit: u32, local: u32) {
     }
 }
 
-// Whether there are samples of its own in a row.
+// Returns true if a row contains samples of the unit.
 fn has_row(row: u32, last: vec3<u32>) -> bool {
     return row % points() <= last.y && row / points() <= last.z;
 }
 
-// The edges along an axis that begin in a row and are crossed.
+// Returns the crossed edges along an axis that begin in a row.
 fn crossed(axis: u32, row: u32, last: vec3<u32>) -> u32 {
     let n = points();
     if !has_row(row, last) {
@@ -74,15 +75,15 @@ fn crossed(axis: u32, row: u32, last: vec3<u32>) -> u32 {
     return 0u;
 }
 
-// At which high sides but its axis's the edges of a row lie, without that of x.
+// Returns the high sides, other than the axis's own and x, on which the edges of a row lie.
 fn sides_of(axis: u32, row: u32) -> u32 {
     let y = u32(axis != 1u && row % points() == marching.side) << 1u;
     let z = u32(axis != 2u && row / points() == marching.side) << 2u;
     return y | z;
 }
 
-// Towards which unit an edge's owner lies, of some high sides; 0 for this one. Of two sides: both, that of the higher axis,
-// that of the lower.
+// Returns the direction of an edge's owner for some high sides; 0 is this unit. For two sides: both, the higher
+// axis, the lower axis.
 fn towards(unit: u32, sides: u32) -> u32 {
     if sides == 0u {
         return 0u;
@@ -98,7 +99,7 @@ fn towards(unit: u32, sides: u32) -> u32 {
     return select(0u, low, beside[low] != unit);
 }
 
-// Of those, the unit's own.
+// Returns those edges that the unit owns.
 fn owned(unit: u32, axis: u32, row: u32, edges: u32) -> u32 {
     let sides = sides_of(axis, row);
     let end = 1u << marching.side;

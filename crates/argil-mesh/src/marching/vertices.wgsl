@@ -1,12 +1,13 @@
-// Vertices: where they stand, and how they are written.
+// Vertices: their indices, and how they are written.
 
-// The first vertex and triangle of a unit, and where its rows stand.
+// Returns the first vertex and triangle of a unit, and the index of its rows.
 fn first_of(unit: u32) -> vec3<u32> {
     let own = units[unit];
     return vec3(own.vertices, own.triangles, own.place) + groups[unit / UNITS_A_GROUP].xyz;
 }
 
-// Of each row of a unit that has vertices: which edges along x, y and z have one, and how many come before the row's.
+// Records, for each row of a unit with vertices, which edges along x, y and z have one, and how many vertices
+// precede the row.
 @compute @workgroup_size(GROUP)
 fn place_rows(@builtin(workgroup_id) id: vec3<u32>, @builtin(num_workgroups) count: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     let unit = min(group_index(id, count), marching.units - 1u);
@@ -40,7 +41,8 @@ fn place_rows(@builtin(workgroup_id) id: vec3<u32>, @builtin(num_workgroups) cou
     }
 }
 
-// The samples' gradient at a point of a unit, in quanta a voxel: central differences, one-sided where nothing is stored.
+// Returns the gradient of the samples at a point of a unit, in quanta per voxel: central differences, one-sided
+// where nothing is stored.
 fn stored_gradient(unit: u32, place: vec3<u32>) -> vec3<f32> {
     var gradient = vec3(0.0);
     for (var axis = 0u; axis < 3u; axis++) {
@@ -61,7 +63,7 @@ fn unit_vector(v: vec3<f32>) -> vec3<f32> {
     return v * select(0.0, 1.0 / max(length, 1e-37), length > 0.0);
 }
 
-// Write the vertex on an edge; if it is to be moved, the distances stored at the edge's ends, and its axis.
+// Writes the vertex on an edge. If it will be moved, also writes the distances at the edge's ends, and its axis.
 fn write_vertex(at: u32, unit: u32, place: vec3<u32>, axis: u32) {
     var after = place;
     after[axis] += 1u;
@@ -86,12 +88,12 @@ fn write_vertex(at: u32, unit: u32, place: vec3<u32>, axis: u32) {
     vertices[6u * at + 5u] = normal.z;
 }
 
-// The vertex on an edge of a unit.
+// Returns the vertex on an edge of a unit.
 fn vertex_on(unit: u32, axis: u32, place: vec3<u32>) -> u32 {
     let x = u32(axis != 0u && place.x == marching.side);
     let gone = towards(unit, sides_of(axis, place.y + points() * place.z) | x);
     let owner = beside[gone];
-    // What was at a high side is at the owner's low side.
+    // A high side of this unit is the low side of the owner.
     let at = select(place, vec3(0u), vec3((gone & 1u) != 0u, (gone & 2u) != 0u, (gone & 4u) != 0u));
     let first = first_of(owner);
     let row = rows[first.z * row_count() + at.y + points() * at.z];

@@ -1,5 +1,5 @@
-// Twin of cones.rs, one thread a block of pixels: where its rays begin, and how many steps that took. Blocks that can hit
-// something are listed to be marched; the others have missed.
+// GPU version of cones.rs, one block of pixels per thread: where its rays begin, and the number of steps. Blocks
+// that can hit something are listed for marching; the others have missed.
 
 const INFINITE: f32 = 3.0e38;
 
@@ -15,7 +15,7 @@ fn cone(@builtin(global_invocation_id) id: vec3<u32>) {
     if x >= frame.width || y >= frame.height {
         return;
     }
-    // The box's stretch of all rays of the block.
+    // The interval of the box over all rays of the block.
     var begin = INFINITE;
     var end = -INFINITE;
     for (var i = 0u; i < CONE_SIDE * CONE_SIDE; i++) {

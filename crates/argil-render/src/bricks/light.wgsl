@@ -1,6 +1,6 @@
-// What light asks of bricks: distances in the air, and materials.
+// Distances in the air and materials of bricks, for lighting.
 
-// Twin of BrickSampler::at_center.
+// GPU version of BrickSampler::at_center.
 fn at_center(cell: vec3<i32>) -> f32 {
     let word = word_at(word_index(cell));
     let in_brick = is_brick(word);
@@ -8,7 +8,7 @@ fn at_center(cell: vec3<i32>) -> f32 {
     return select(center_of(word), stored_d, in_brick);
 }
 
-// Twin of BrickSampler::estimates: the distance at a point in the air, as nearly as it is known.
+// GPU version of BrickSampler::estimates: the best known distance at a point in the air.
 fn air_distance(p: vec3<f32>) -> f32 {
     let own = in_voxels(p);
     let u = held_voxels(own);
@@ -31,13 +31,13 @@ fn air_distance(p: vec3<f32>) -> f32 {
     return select(total, stored_d, in_brick) + beside;
 }
 
-// Where a place that has a material is, in voxels: at a sample.
+// Returns the position of a material's sample in voxels.
 fn material_place(nth: vec3<u32>) -> vec3<u32> {
     let steps = MATERIAL_SIDE - 1u;
     return (2u * nth * volume.brick + steps) / (2u * steps);
 }
 
-// Twin of Bricks::material; what bricks do not tell the field does.
+// GPU version of Bricks::material. The field provides what bricks do not store.
 fn surface_material(p: vec3<f32>, outwards: vec3<f32>) -> GpuMaterial {
     let at = locate(in_voxels(p));
     if !is_brick(at.word) {

@@ -1,12 +1,12 @@
-// Twin of solve.rs: where a ray near the surface meets it in its voxel, and the normal there.
+// GPU version of solve.rs: intersects a ray with the surface in its voxel, and computes the normal there.
 
 struct Solved {
     is_hit: bool,
     t: f32,
 }
 
-// The first root of the cubic along the ray in the voxel of a brick that it is in, where `gap` is left to the surface.
-// Four of its values tell a cubic: the filter interpolates as the cubic does.
+// Finds the first root of the cubic along the ray in its voxel, where `gap` is the distance to the surface. Four
+// values determine the cubic, because filtering interpolates the same cubic.
 fn solve(ray: Ray, t: f32, side: f32, gap: f32, origin: vec3<f32>, inner: vec3<f32>) -> Solved {
     let voxel = min(floor(inner), vec3(f32(volume.brick) - 1.0));
     let p = inner - voxel;
@@ -21,7 +21,7 @@ fn solve(ray: Ray, t: f32, side: f32, gap: f32, origin: vec3<f32>, inner: vec3<f
     let c2 = 4.5 * (2.0 * gap - 5.0 * f1 + 4.0 * f2 - f3);
     let c3 = 4.5 * (3.0 * f1 - gap - 3.0 * f2 + f3);
 
-    // It rises and falls at most twice: the first stretch that ends below 0 holds the first root.
+    // The cubic has at most two extrema: the first interval that ends below 0 contains the first root.
     let a = 3.0 * c3;
     let root = sqrt(max(c2 * c2 - a * c1, 0.0));
     let q = -(c2 + select(root, -root, c2 < 0.0));
@@ -43,7 +43,7 @@ fn solve(ray: Ray, t: f32, side: f32, gap: f32, origin: vec3<f32>, inner: vec3<f
     }
     var f_begin = cubic(c3, c2, c1, c0, begin);
     var f_end = cubic(c3, c2, c1, c0, end);
-    // Regula falsi, Illinois: the end that stays counts half.
+    // Regula falsi, Illinois variant: the value at the end that stays is halved.
     var share = end;
     for (var i = 0u; i < 4u; i++) {
         let span = f_begin - f_end;
@@ -76,8 +76,9 @@ fn cubic(c3: f32, c2: f32, c1: f32, c0: f32, s: f32) -> f32 {
     return ((c3 * s + c2) * s + c1) * s + c0;
 }
 
-// What is interpolated at a place that may be beyond a brick's end along an axis, and how far that is from `inner`: in the
-// neighbor's brick, or where there is none, at the brick's end. Without branches, which software devices walk both.
+// Interpolates at a position that may be beyond a brick's end along an axis. Returns the distance from `inner` as
+// well. Reads the neighbor's brick or, without one, the brick's end. Avoids branches, because software devices
+// execute both sides.
 fn brick_beside(at: Located, axis: u32, by: f32) -> vec2<f32> {
     let side = f32(volume.brick);
     var place = at.inner;
@@ -95,7 +96,7 @@ fn brick_beside(at: Located, axis: u32, by: f32) -> vec2<f32> {
 }
 
 fn change_along(at: Located, axis: u32) -> f32 {
-    // Within a voxel the change is the same everywhere along the axis.
+    // Within a voxel, the difference along the axis is constant.
     var low = -0.5;
     var high = 0.5;
     if frame.normals != NORMALS_SMOOTH {
@@ -109,7 +110,8 @@ fn change_along(at: Located, axis: u32) -> f32 {
     return (b.x - a.x) / (b.y - a.y);
 }
 
-// The normal at a point of the surface: differences over the voxel or, smooth, over a voxel's width around the point.
+// Returns the normal at a point of the surface: differences over the voxel or, if smooth, over a voxel's width
+// around the point.
 fn brick_normal(p: vec3<f32>, side: f32) -> vec3<f32> {
     let at = locate(in_voxels(p));
     let in_brick = is_brick(at.word);
@@ -119,7 +121,7 @@ fn brick_normal(p: vec3<f32>, side: f32) -> vec3<f32> {
     return n * select(0.0, side / max(length, 1e-37), in_brick && length > 0.0);
 }
 
-// `march` has found it already.
+// `march` has already computed it.
 fn surface_normal(hit: Hit, p: vec3<f32>) -> vec3<f32> {
     return hit.normal_t.xyz;
 }

@@ -1,6 +1,6 @@
-// Twin of rays.rs and step.rs: a ray a thread, from step to step.
+// GPU version of rays.rs and step.rs: one ray per thread, from step to step.
 
-// A block of pixels a group: one of those that its cone has left.
+// One block of pixels per group: a block that its cone did not rule out.
 @compute @workgroup_size(8, 8)
 fn march(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_id) local: vec3<u32>) {
     let block_place = live.blocks[group.x].place;
@@ -21,7 +21,7 @@ fn march(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_id) 
     let held = held_box();
     let d = vec3(not_zero(ray.direction.x), not_zero(ray.direction.y), not_zero(ray.direction.z));
     let per_way = voxel / d;
-    // A ray's place in voxels at length t is u_begin + u_way · t.
+    // A ray's position in voxels at length t is u_begin + u_way · t.
     let u_begin = in_voxels(ray.origin);
     let u_way = ray.direction * (1.0 / voxel);
     var t = max(span.x, begin);
@@ -31,7 +31,8 @@ fn march(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_id) 
     var looked_up = 0u;
     var last_index = 0xffffffffu;
     var is_there = true;
-    // Rounds of marching to the surface and solving there: what is in a branch costs every step on some devices.
+    // Alternate between marching to the surface and solving there: on some devices, code in a branch costs time in
+    // every step.
     while is_there {
         var near = false;
         var over = 0.0;
@@ -60,7 +61,7 @@ fn march(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_id) 
                 side = select(1.0, -1.0, stored_d < 0.0 && span.x <= 0.0);
             }
             g = stored_d * side;
-            // Spheres that no longer touch: back to where the last one ended.
+            // The spheres no longer touch: return to the end of the last one.
             let too_far = over > 0.0 && g < over;
             near = in_brick && !too_far && g < max(NEAR_VOXELS * voxel, footprint(t));
             if !in_brick && !too_far && g < 0.0 {
@@ -70,15 +71,14 @@ fn march(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_id) 
             if near || !is_there {
                 break;
             }
-            // Out of an empty cell, or block, or what is empty around that.
-            // The slots that no block has are those of empty cubes.
+            // Leave an empty cell, block, or larger empty cube. Slots without a block are those of empty cubes.
             let is_cube = HAS_LEVELS && index < FAR_SLOTS * 64u;
             let edge = select(1.0, f32(far_cells(select(0u, index / 64u, is_cube))), is_cube || is_lonely(word));
             let first = floor(cell * (1.0 / edge)) * edge;
             let ahead = select(first, first + edge, d > vec3(0.0));
             let ways = (ahead * brick - u) * per_way;
             let leave = min(ways.x, min(ways.y, ways.z)) + NUDGE_VOXELS * voxel + NUDGE_SHARE * t + nudge_for(u);
-            // Along a plane, spheres still touch with so much more than their radius between their centers.
+            // Along a plane, spheres still touch with this much more than their radius between their centers.
             let fell = max(last_gap - g, 0.0);
             let sum = last_way + fell;
             let share = max((last_way - fell) / select(1.0, sum, sum > 0.0), 0.0);
@@ -88,7 +88,7 @@ fn march(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_id) 
             last_gap = g;
             last_way = select(0.0, way, in_brick && !too_far);
             over = beyond;
-            // Beyond the ray's end it goes no farther than is known to be free.
+            // Beyond the end of the ray, advance only as far as is known to be free.
             let pull = clamp(t - span.y, 0.0, over);
             t -= pull;
             over -= pull;
@@ -106,7 +106,7 @@ fn march(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_id) 
         }
     }
     var normal = brick_normal(ray.origin + ray.direction * t, select(1.0, -1.0, kind == HIT_INSIDE));
-    // Where all differences are the same, towards the viewer.
+    // If all differences are equal, the normal faces the viewer.
     if all(normal == vec3(0.0)) {
         normal = -ray.direction;
     }

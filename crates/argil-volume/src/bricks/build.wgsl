@@ -1,10 +1,11 @@
-// Twin of build.rs and edit.rs. Blocks are made by lists that come with them. Every cell of a block is measured by its list; then the bricks that the surface can be
-// in are sampled by lists of their own. What is freed is given back to the pool when all are made.
+// GPU version of build.rs and edit.rs. Blocks are built from lists that come with them. Every cell of a block is
+// evaluated with its list; then the bricks that may contain the surface are sampled with lists of their own. Freed
+// bricks return to the pool at the end.
 
-// Cells a group measures, and threads that sample a brick.
+// Cells that a group evaluates, and threads that sample a brick.
 override BRICK_GROUP: u32 = 256u;
 
-// What is known of distances in the nth block that is made: see BLOCK_WORDS.
+// Bounds on distances in the nth block: see BLOCK_WORDS.
 struct BlockBounds {
     rounding: f32,
     gap: f32,
@@ -26,25 +27,25 @@ fn bounds_of(nth: u32) -> BlockBounds {
     );
 }
 
-// Twin of ClearanceModel::radius: how far around a point there is no surface that is `d` from it.
+// GPU version of ClearanceModel::radius: the radius around a point at distance `d` without a surface.
 fn plain_radius(d: f32, bounds: BlockBounds) -> f32 {
     return (d - bounds.rounding) / volume.steepness;
 }
 
-// The same where something jumps.
+// The same for distances that can jump.
 fn jumping_radius(d: f32, bounds: BlockBounds) -> f32 {
     let left = d - (bounds.rounding + bounds.slack);
     let plain = left / volume.steepness;
     return select(max(bounds.isolation, (left - bounds.hidden) / volume.steepness), plain, plain <= bounds.isolation);
 }
 
-// Twin of Bounds::is_clear.
+// GPU version of Bounds::is_clear.
 fn is_clear(d: f32, bounds: BlockBounds, radius: f32) -> bool {
     let near = min(abs(d), volume.far);
     return select(jumping_radius(near, bounds), plain_radius(near, bounds), bounds.gap > 0.0) > radius;
 }
 
-// Twin of Bounds::center: the word of an empty cell whose center is so far.
+// GPU version of Bounds::center: the word of an empty cell, from the distance at its center.
 fn center_word(d: f32, bounds: BlockBounds) -> u32 {
     let jumping = max(jumping_radius(min(abs(d), volume.far), bounds), bounds.gap);
     let clear = min(plain_radius(abs(d), bounds), jumping);
@@ -65,22 +66,22 @@ fn keep_stretch(at: u32, stretch: vec2<u32>) {
     lists[at + 1u] = stretch.y;
 }
 
-// The slot of the nth block that is made.
+// Returns the slot of the nth block.
 fn block_of(nth: u32) -> u32 {
     return lists[prune.blocks_at + nth];
 }
 
-// Of a cell that the surface can be in: which one it is of all that are measured, and what its word was.
+// Returns the number of a cell near the surface among all evaluated cells, and its previous word.
 fn near_cell(nth: u32) -> vec2<u32> {
     return vec2(near_cells[2u * nth], near_cells[2u * nth + 1u]);
 }
 
-// Where its word stands among those of slots.
+// Returns the index of a cell's word.
 fn place_of(measured: u32) -> u32 {
     return block_of(measured / 64u) * 64u + measured % 64u;
 }
 
-// The list of the nth.
+// Returns the nth list.
 fn stretch_of(nth: u32) -> vec2<u32> {
     if nth < prune.cells_room {
         return stretch_at(prune.cells_first + 2u * nth);
@@ -88,7 +89,7 @@ fn stretch_of(nth: u32) -> vec2<u32> {
     return stretch_at(prune.blocks_first + 2u * (near_cell(nth).x / 64u));
 }
 
-// A place of the pool, and the same of a mixed brick's materials: free ones first.
+// Takes a slot of the pool, or of the materials of mixed bricks. Free slots come first.
 fn take_brick() -> u32 {
     let nth = atomicAdd(&counters[COUNTER_BRICKS], 1u);
     let free = atomicLoad(&counters[COUNTER_FREE]);
@@ -107,7 +108,7 @@ fn take_mixed() -> u32 {
     return atomicLoad(&counters[COUNTER_TOP_MIXED]) + nth - free;
 }
 
-// They are given back when all bricks are made.
+// They return to the pool when all bricks are built.
 fn free_mixed(look: u32) {
     if (look & BRICK_MIXED) != 0u {
         let place = atomicAdd(&counters[COUNTER_FREED_MIXED], 1u);
@@ -123,7 +124,7 @@ fn free_brick(word: u32) {
     free_mixed(brick_materials[number]);
 }
 
-// What is left of a list in `side` cells from one on.
+// Prunes a list to `side` cells from a cell on.
 fn pruned_in(cell: vec3<i32>, side: u32, whole: vec2<u32>, jump: f32) -> vec2<u32> {
     let edge = f32(volume.brick) * volume.voxel;
     let center = volume.corner + (vec3<f32>(cell) + 0.5 * f32(side)) * edge;
@@ -131,7 +132,7 @@ fn pruned_in(cell: vec3<i32>, side: u32, whole: vec2<u32>, jump: f32) -> vec2<u3
     return pruned(center, whole, 2.0 * (change + prune.slack + jump));
 }
 
-// The list of all instructions; nothing is counted yet.
+// Resets the list of all instructions and the counters.
 @compute @workgroup_size(64)
 fn begin_lists(@builtin(workgroup_id) id: vec3<u32>, @builtin(num_workgroups) count: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     let at = group_index(id, count) * 64u + local;

@@ -1,6 +1,6 @@
-// Twin of filler.rs: bricks are sampled.
+// GPU version of filler.rs: samples bricks.
 
-// The samples that a thread keeps while the group makes up its mind.
+// Samples that a thread keeps until the group decides whether the brick is needed.
 var<private> own: array<f32, 20>;
 
 fn sample_point(cell: vec3<i32>, i: u32) -> vec3<f32> {
@@ -9,7 +9,7 @@ fn sample_point(cell: vec3<i32>, i: u32) -> vec3<f32> {
     return volume.corner + volume.voxel * (vec3<f32>(cell * i32(volume.brick)) + vec3<f32>(place));
 }
 
-// A brick a group, unless no surface can be in it.
+// One brick per group, unless it cannot contain a surface.
 @compute @workgroup_size(BRICK_GROUP)
 fn fill_bricks(@builtin(workgroup_id) id: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     let near = near_cell(fill.first_layer + id.x);
@@ -27,7 +27,7 @@ fn fill_bricks(@builtin(workgroup_id) id: vec3<u32>, @builtin(local_invocation_i
         let d = field_distance(sample_point(cell, i));
         own[n] = d;
         n++;
-        // Ordered by length, the sign in the lowest bit.
+        // Ordered by magnitude, with the sign in the lowest bit.
         let bits = bitcast<u32>(d);
         atomicMin(&nearest, (bits << 1u) | (bits >> 31u));
     }

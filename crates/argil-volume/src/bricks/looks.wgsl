@@ -1,6 +1,6 @@
-// Twin of material.rs: what bricks look like.
+// GPU version of material.rs: materials of bricks.
 
-// What a brick looks like: a brick a group, a place a thread.
+// Evaluates a brick's materials: one brick per group, one sample per thread.
 @compute @workgroup_size(BRICK_GROUP)
 fn fill_materials(@builtin(workgroup_id) id: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     let near = near_cell(fill.first_layer + id.x);
@@ -18,7 +18,7 @@ fn fill_materials(@builtin(workgroup_id) id: vec3<u32>, @builtin(local_invocatio
     if is_place {
         let d = field_surface(volume.corner + volume.voxel * (vec3<f32>(cell * i32(volume.brick)) + inner));
         mine = pack_material(field_material);
-        // Between places that are farther from the surface than the diagonal from one to the next, there is none.
+        // Samples farther from the surface than the diagonal between samples do not count.
         let step = f32(volume.brick) / f32(MATERIAL_SIDE - 1u);
         let reach = 1.01 * volume.lipschitz * 1.7320508 * step * volume.voxel;
         is_near = abs(d) <= reach;
@@ -33,7 +33,7 @@ fn fill_materials(@builtin(workgroup_id) id: vec3<u32>, @builtin(local_invocatio
         atomicMin(&first_place, local);
     }
     workgroupBarrier();
-    // Where no place is near, all of them count.
+    // If no sample is near the surface, all count.
     let has_near = atomicLoad(&first_place) != 0xffffffffu;
     workgroupBarrier();
     if !has_near {
@@ -82,7 +82,7 @@ fn fill_materials(@builtin(workgroup_id) id: vec3<u32>, @builtin(local_invocatio
     let block = look & ~BRICK_MIXED;
     if is_place && (look & BRICK_MIXED) != 0u && block < volume.mixed {
         let to = volume.capacity + 2u * (block * MATERIAL_SIDE * MATERIAL_SIDE * MATERIAL_SIDE + local);
-        // Lists do not tell what is so far that none of it is looked at.
+        // Lists do not decide what is too far away to be sampled.
         let kept = select(first_packed, mine, is_told);
         brick_materials[to] = kept.x;
         brick_materials[to + 1u] = kept.y;

@@ -1,4 +1,4 @@
-// Twin of material.rs: materials in eight bytes.
+// GPU version of material.rs: materials in eight bytes.
 
 fn byte_of(v: f32) -> u32 {
     return u32(clamp(v, 0.0, 1.0) * 255.0 + 0.5);
@@ -24,7 +24,7 @@ fn unpack_material(packed: vec2<u32>) -> GpuMaterial {
     return GpuMaterial(vec4(a.xyz * a.xyz, a.w), vec4(b.xyz / max(1.0 - b.xyz, vec3(1.0 / 512.0)), b.w));
 }
 
-// How many bricks into the pool a brick's word is.
+// Converts a brick's word to its index in the pool.
 fn brick_number(word: u32) -> u32 {
     return (word & 1023u) + volume.pool_x * (((word >> 10u) & 1023u) + volume.pool_y * (word >> 20u));
 }

@@ -1,6 +1,6 @@
-// Twin of candidates.rs: cells are measured, by the lists of their blocks.
+// GPU version of candidates.rs: evaluates cells with the lists of their blocks.
 
-// The lists of cells that the surface can be in.
+// Makes the lists of cells that may contain the surface.
 @compute @workgroup_size(64)
 fn prune_cells(@builtin(workgroup_id) id: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     let nth = fill.first_layer + 64u * id.x + local;
@@ -14,7 +14,7 @@ fn prune_cells(@builtin(workgroup_id) id: vec3<u32>, @builtin(local_invocation_i
     keep_stretch(prune.cells_first + 2u * nth, pruned_in(cell_at(place_of(measured)), 1u, whole, jump));
 }
 
-// Twin of is_clear_in_parts: whether no part of a cell has a surface, by the list.
+// GPU version of is_clear_in_parts: whether no part of a cell contains a surface, by the list.
 fn is_clear_in_parts(corner: vec3<f32>, edge: f32, bounds: BlockBounds) -> bool {
     for (var i = 0u; i < 64u; i++) {
         let d = field_distance(corner + (vec3<f32>(inner_cell(i)) + 0.5) * (edge / 4.0));
@@ -25,7 +25,7 @@ fn is_clear_in_parts(corner: vec3<f32>, edge: f32, bounds: BlockBounds) -> bool 
     return true;
 }
 
-// The words of empty cells, and a list of the others.
+// Writes the words of empty cells, and lists the others.
 @compute @workgroup_size(64)
 fn measure(@builtin(workgroup_id) id: vec3<u32>, @builtin(num_workgroups) count: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     let nth = group_index(id, count);
@@ -43,23 +43,23 @@ fn measure(@builtin(workgroup_id) id: vec3<u32>, @builtin(num_workgroups) count:
     }
     list = stretch_at(prune.blocks_first + 2u * nth);
     let d = field_distance(volume.corner + (vec3<f32>(cell) + 0.5) * edge);
-    // Of a cell near the surface, what stays if its brick is dropped.
+    // If the brick of a cell near the surface is dropped, this word remains.
     let bounds = bounds_of(nth);
     var is_near = !is_clear(d, bounds, volume.reach);
-    // Only what jumps is in the way.
+    // Only jumps prevent that the cell is empty.
     if is_near && bounds.gap <= 0.0 && plain_radius(min(abs(d), volume.far), bounds) > volume.reach {
         is_near = !is_clear_in_parts(volume.corner + vec3<f32>(cell) * edge, edge, bounds);
     }
     let before = cells[at];
     if (lists[prune.dirty_first + 2u * nth + local / 32u] & (1u << (local % 32u))) == 0u {
-        // Nothing changed that a brick holds.
+        // Nothing changed that a brick stores.
         if !is_brick(before) && prune.make == MAKE_SOME {
             cells[at] = center_word(d, bounds);
         }
         return;
     }
     if prune.make == MAKE_NONE {
-        // Any brick that is sampled can become a mixed one.
+        // Any sampled brick can become a mixed one.
         if is_near {
             atomicAdd(&counters[COUNTER_MIXED], 1u);
             if !is_brick(before) {
@@ -78,7 +78,7 @@ fn measure(@builtin(workgroup_id) id: vec3<u32>, @builtin(num_workgroups) count:
     }
 }
 
-// How many groups each dispatch of `fill_bricks` has, and of `prune_cells`.
+// Computes the dispatch sizes of `fill_bricks` and `prune_cells`.
 @compute @workgroup_size(64)
 fn plan(@builtin(global_invocation_id) id: vec3<u32>) {
     if id.x >= volume.chunks {

@@ -1,7 +1,8 @@
-// Bricks move to another pool, side by side: a block of cells a group. On the CPU pool.rs fills gaps as they come.
+// Copies bricks to another pool without gaps, one block of cells per group. On the CPU, pool.rs fills gaps as they
+// appear.
 
 struct Repack {
-    // Of the pool as it was: bricks along x and y, and how many in all.
+    // The old pool: bricks along x and y, and their total number.
     pool_x: u32,
     pool_y: u32,
     capacity: u32,

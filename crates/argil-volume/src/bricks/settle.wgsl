@@ -1,6 +1,6 @@
-// What is empty is marked, and what was freed goes back to the pool.
+// Marks empty blocks, and returns freed bricks to the pool.
 
-// Marks what is empty: one thread a block.
+// Marks empty blocks, one per thread.
 @compute @workgroup_size(64)
 fn settle(@builtin(workgroup_id) id: vec3<u32>, @builtin(num_workgroups) count: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     let nth = group_index(id, count) * 64u + local;
@@ -19,7 +19,7 @@ fn settle(@builtin(workgroup_id) id: vec3<u32>, @builtin(num_workgroups) count: 
     }
 }
 
-// Bricks, or mixed ones: stack what was freed in place of what was taken; how many are free then.
+// Replaces taken slots on the stack with freed ones, for bricks or mixed bricks. Returns the number of free slots.
 fn restack(kind: u32, local: u32) -> u32 {
     let free = atomicLoad(&counters[COUNTER_FREE + kind]);
     let freed = atomicLoad(&counters[COUNTER_FREED + kind]);
@@ -32,7 +32,7 @@ fn restack(kind: u32, local: u32) -> u32 {
     return left + freed;
 }
 
-// What was taken from the pool is gone from it, and what was freed is there again: one group.
+// Removes taken slots from the free list and adds freed ones, in one group.
 @compute @workgroup_size(64)
 fn give_back(@builtin(local_invocation_index) local: u32) {
     let free = vec2(restack(0u, local), restack(1u, local));

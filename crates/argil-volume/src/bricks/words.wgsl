@@ -1,4 +1,5 @@
-// Twin of words.rs: what a cell's word means. A brick's word is its place in the pool along x, y and z, ten bits each.
+// GPU version of words.rs: the meaning of a cell's word. A brick's word is its position in the pool along x, y and
+// z, ten bits each.
 
 fn empty_word(center: f32) -> u32 {
     return WORD_EMPTY | ((bitcast<u32>(center) >> 1u) & ~WORD_LONELY);
@@ -16,7 +17,7 @@ fn center_of(word: u32) -> f32 {
     return bitcast<f32>((word & ~WORD_LONELY) << 1u);
 }
 
-// Entries of the tree of blocks, see table.rs: the top stands first among `cells`, then its nodes.
+// Entries of the tree of blocks, see table.rs: the top level comes first in `cells`, then its nodes.
 
 // Whether the table may have levels below its top.
 override HAS_LEVELS: bool = true;
@@ -29,7 +30,7 @@ fn high_cell() -> vec3<i32> {
     return vec3(volume.high_x, volume.high_y, volume.high_z);
 }
 
-// Twin of BlockTable::slot, of blocks in the box.
+// GPU version of BlockTable::slot, for blocks in the box.
 fn slot_of(block: vec3<i32>) -> u32 {
     let at = vec3<u32>(block - vec3(volume.table.tree_x, volume.table.tree_y, volume.table.tree_z));
     let top = at >> vec3(select(0u, 3u * volume.table.levels, HAS_LEVELS));
@@ -43,7 +44,7 @@ fn slot_of(block: vec3<i32>) -> u32 {
     return entry & ~FAR_ENTRY;
 }
 
-// Twin of Bricks::word_index: where a cell's word stands among those of slots.
+// GPU version of Bricks::word_index: the index of a cell's word.
 fn word_index(cell: vec3<i32>) -> u32 {
     let inner = vec3<u32>(cell & vec3(3));
     return slot_of(cell >> vec3(2u)) * 64u + inner.x + 4u * inner.y + 16u * inner.z;
@@ -62,22 +63,22 @@ fn first_cell(slot: u32) -> vec3<i32> {
     return bitcast<vec3<i32>>(vec3(cells[at], cells[at + 1u], cells[at + 2u]));
 }
 
-// Twin of Bricks::cell_at.
+// GPU version of Bricks::cell_at.
 fn cell_at(index: u32) -> vec3<i32> {
     return first_cell(index / 64u) + inner_cell(index % 64u);
 }
 
-// Twin of BlockTable::far_cells: cells along the side of the empty cube of a slot that no block has.
+// GPU version of BlockTable::far_cells: the side, in cells, of the empty cube of a slot without a block.
 fn far_cells(slot: u32) -> u32 {
     return BLOCK_SIDE << (3u * (slot / 2u));
 }
 
-// The word of the brick that is so many bricks into the pool.
+// Returns the word of a brick, from its index in the pool.
 fn brick_word(brick: u32) -> u32 {
     return (brick % volume.pool_x) | ((brick / volume.pool_x % volume.pool_y) << 10u) | ((brick / volume.pool_x / volume.pool_y) << 20u);
 }
 
-// A brick's first texel in the pool.
+// Returns a brick's first texel in the pool.
 fn brick_origin(word: u32) -> vec3<u32> {
     return (volume.brick + 1u) * vec3(word & 1023u, (word >> 10u) & 1023u, word >> 20u);
 }

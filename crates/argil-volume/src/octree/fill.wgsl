@@ -1,6 +1,6 @@
-// Twin of fill.rs, with the tiles of fill.wgsl in the crate's root.
+// GPU version of fill.rs, with the tiles of fill.wgsl in the crate's root.
 
-// One brick a group.
+// One brick per group.
 @compute @workgroup_size(TILE_SIDE, TILE_SIDE)
 fn fill_bricks(@builtin(workgroup_id) id: vec3<u32>, @builtin(local_invocation_id) local: vec3<u32>) {
     let brick = id.y * DISPATCH_ROW + id.x;
@@ -10,7 +10,7 @@ fn fill_bricks(@builtin(workgroup_id) id: vec3<u32>, @builtin(local_invocation_i
     fill_tile(cell_of(keys[brick]) * fill.tile, local);
 }
 
-// One cell a group: all its texels hold the distance that none of them falls short of, where there is no brick.
+// One cell per group: without a brick, all its texels store a common lower bound on the distance.
 @compute @workgroup_size(TILE_SIDE, TILE_SIDE)
 fn fill_vacant(@builtin(workgroup_id) cell: vec3<u32>, @builtin(local_invocation_id) local: vec3<u32>) {
     let away = centers[morton(cell)];

@@ -1,10 +1,11 @@
-// Twin of select.rs. `volume` is the bound uniform.
+// GPU version of select.rs. `volume` is the bound uniform.
 
 fn cell_is_held(cell: vec3<u32>) -> bool {
     return cell.x < volume.grid_x && cell.y < volume.grid_y && cell.z < volume.grid_z;
 }
 
-// The distance at a cell's center, kept for the cells that stay without a brick; whether the cell gets one.
+// Evaluates the distance at a cell's center, which cells without a brick keep. Returns true if the cell gets a
+// brick.
 fn measure_cell(code: u32) -> bool {
     let cell = cell_of(code);
     if code >= volume.code_count || !cell_is_held(cell) {
@@ -16,7 +17,7 @@ fn measure_cell(code: u32) -> bool {
     return abs(d) <= volume.reach;
 }
 
-// One thread a code: a bit for each brick, in Morton order.
+// One Morton code per thread: one bit per brick, in Morton order.
 @compute @workgroup_size(64)
 fn select_bits(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
     let code = id.y * groups.x * 64u + id.x;
@@ -25,7 +26,8 @@ fn select_bits(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgr
     }
 }
 
-// The study's way: bricks in any order, to be sorted. The list's length stands in the table's first word.
+// The study's version: an unordered list of bricks, which is then sorted. Its length is the first word of the
+// table.
 @compute @workgroup_size(64)
 fn select_list(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
     let code = id.y * groups.x * 64u + id.x;

@@ -1,6 +1,5 @@
-// No twin: select.rs lists bricks in ascending order as it goes. Here it is made
-// of what threads found in any order: from their bits, or from a list in any order. One workgroup of 256 threads goes
-// over all of it, part by part.
+// No CPU version: select.rs lists bricks in ascending order. On the GPU, threads find bricks in any order, as bits
+// or as an unordered list. One workgroup of 256 threads processes them in parts.
 
 var<workgroup> sums: array<u32, 256>;
 var<workgroup> shared_word: u32;
@@ -15,8 +14,8 @@ fn sum_round(local: u32, shift: u32) {
     workgroupBarrier();
 }
 
-// The sum of the values of the threads before this one (Hillis and Steele 1986). The rounds are written out: a software
-// device counts those of loops.
+// Exclusive prefix sum over the workgroup (Hillis and Steele 1986). The rounds are unrolled, because a software
+// device counts loop iterations.
 fn sum_before(local: u32, value: u32) -> u32 {
     sums[local] = value;
     workgroupBarrier();
@@ -31,7 +30,7 @@ fn sum_before(local: u32, value: u32) -> u32 {
     return sums[local] - value;
 }
 
-// The sum of the values of all threads, after sum_before.
+// The sum over the workgroup, after sum_before.
 fn sum_of_all(local: u32) -> u32 {
     if local == 255u {
         shared_word = sums[255];
@@ -45,7 +44,7 @@ fn set_dispatch(bricks: u32) {
     arguments[2] = 1u;
 }
 
-// Bits to codes. Bits stand in Morton order, so counting those before each is all the sorting there is.
+// Converts bits to codes. Bits are in Morton order, so counting the bits before each one sorts them.
 @compute @workgroup_size(256)
 fn compact(@builtin(local_invocation_index) local: u32) {
     let words = (volume.code_count + 31u) / 32u;
@@ -69,7 +68,7 @@ fn compact(@builtin(local_invocation_index) local: u32) {
     }
 }
 
-// The study's enumeration sort: a code's place is the number of lesser ones.
+// The study's enumeration sort: the index of a code is the number of smaller codes.
 @compute @workgroup_size(256)
 fn rank(@builtin(global_invocation_id) id: vec3<u32>) {
     let count = atomicLoad(&tree_words[TREE_BRICKS]);

@@ -1,4 +1,4 @@
-// Twin of tree.rs. One workgroup of 256 threads; a level with more children than that is gone through part by part.
+// GPU version of tree.rs. One workgroup of 256 threads processes levels with more children in parts.
 
 var<workgroup> children: array<u32, 256>;
 
@@ -8,14 +8,15 @@ fn build(@builtin(local_invocation_index) local: u32) {
         shared_word = atomicLoad(&tree_words[TREE_BRICKS]);
     }
     var count = workgroupUniformLoad(&shared_word);
-    // Each level's keys stand behind those of the level below.
+    // The keys of each level follow those of the level below.
     var first_key = 0u;
     var first_node = 0u;
     for (var level = 0u; level < volume.depth; level++) {
         var parents = 0u;
         for (var first = 0u; first < count; first += 256u) {
             let i = first + local;
-            // Copy the part's keys into shared memory; the first looks at the last of the part before.
+            // Copy the part's keys to shared memory. The first thread compares with the last key of the previous
+            // part.
             var key = 0u;
             if i < count {
                 key = keys[first_key + i];
