@@ -100,7 +100,7 @@ impl Studio {
             match Scene::from_json(&text, "what the browser kept") {
                 Ok(scene) => session.open_kept(scene),
                 Err(error) => {
-                    crate::local_storage::set_aside(&text);
+                    crate::local_storage::quarantine(&text);
                     session.replace_scene(crate::sample_scenes::first(), None);
                     session.fail(&error.into());
                 }

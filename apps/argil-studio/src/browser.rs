@@ -1,6 +1,6 @@
 //! The browser's counterparts of files, pens and a status bar.
 
-use crate::files::{Ask, Files};
+use crate::files::{FileAccess, FileRequest};
 use eframe::egui;
 use std::cell::{Cell, RefCell};
 use std::path::{Path, PathBuf};
@@ -11,10 +11,10 @@ use web_sys::{
 };
 
 /// A file's name and contents.
-pub type NamedBytes = (String, Vec<u8>);
+pub(crate) type NamedBytes = (String, Vec<u8>);
 
 /// Files with their contents, or the reason why there are none.
-pub type Arrived = anyhow::Result<Vec<NamedBytes>>;
+pub(crate) type Arrived = anyhow::Result<Vec<NamedBytes>>;
 
 thread_local! {
     static ARRIVED: RefCell<Vec<Arrived>> = const { RefCell::new(Vec::new()) };
@@ -24,7 +24,7 @@ thread_local! {
 }
 
 /// Listens to pen pressure, which egui does not report.
-pub fn listen_to_pens(canvas: &HtmlCanvasElement) -> Result<(), JsValue> {
+pub(crate) fn listen_to_pens(canvas: &HtmlCanvasElement) -> Result<(), JsValue> {
     let note = Closure::<dyn Fn(PointerEvent)>::new(|event: PointerEvent| {
         let is_pen = event.pointer_type() == "pen";
         PRESSURE.set(is_pen.then(|| event.pressure()));
@@ -38,12 +38,12 @@ pub fn listen_to_pens(canvas: &HtmlCanvasElement) -> Result<(), JsValue> {
 }
 
 /// Returns the pressure of a pen from 0 to 1, or `None` for other pointers.
-pub fn pen_pressure() -> Option<f32> {
+pub(crate) fn pen_pressure() -> Option<f32> {
     PRESSURE.get()
 }
 
 /// Stores the state for [`settled`] and [`told`].
-pub fn note(settled: bool, note: Option<&str>) {
+pub(crate) fn note(settled: bool, note: Option<&str>) {
     SETTLED.set(settled);
     TOLD.with_borrow_mut(|told| {
         if told != note.unwrap_or_default() {
@@ -54,7 +54,7 @@ pub fn note(settled: bool, note: Option<&str>) {
 }
 
 /// Announces text through a screen reader.
-pub fn speak(text: &str) {
+pub(crate) fn speak(text: &str) {
     let place = document().ok().and_then(|d| d.get_element_by_id("spoken"));
     if let Some(place) = place
         && place.text_content().as_deref() != Some(text)
@@ -64,17 +64,17 @@ pub fn speak(text: &str) {
 }
 
 /// Returns the files that were chosen or dropped since the last call.
-pub fn arrived() -> Vec<Arrived> {
+pub(crate) fn arrived() -> Vec<Arrived> {
     ARRIVED.with_borrow_mut(std::mem::take)
 }
 
-pub fn arrive(ctx: &egui::Context, files: Arrived) {
+pub(crate) fn arrive(ctx: &egui::Context, files: Arrived) {
     ARRIVED.with_borrow_mut(|all| all.push(files));
     ctx.request_repaint();
 }
 
 /// Reads files that were dropped on the page.
-pub fn read_dropped(ctx: &egui::Context, files: Vec<egui::DroppedFileHandle>) {
+pub(crate) fn read_dropped(ctx: &egui::Context, files: Vec<egui::DroppedFileHandle>) {
     let ctx = ctx.clone();
     spawn_local(async move {
         let mut read = Vec::new();
@@ -93,18 +93,18 @@ pub fn read_dropped(ctx: &egui::Context, files: Vec<egui::DroppedFileHandle>) {
 }
 
 /// The browser's file picker and downloads.
-pub struct Browser {
+pub(crate) struct Browser {
     /// The context to repaint when files arrive.
     pub ctx: egui::Context,
 }
 
-impl Files for Browser {
-    fn ask(&mut self, what: Ask, name: &str) -> Option<PathBuf> {
-        if !matches!(what, Ask::Open | Ask::Import) {
+impl FileAccess for Browser {
+    fn ask(&mut self, what: FileRequest, name: &str) -> Option<PathBuf> {
+        if !matches!(what, FileRequest::Open | FileRequest::Import) {
             return Some(name.into());
         }
         // Scenes are opened together with the meshes that they name.
-        let meshes = Ask::Import.kind().1;
+        let meshes = FileRequest::Import.kind().1;
         let endings = what.kind().1.iter().chain(meshes);
         let accepted: Vec<String> = endings.map(|ending| format!(".{ending}")).collect();
         if let Err(error) = pick(&self.ctx, &accepted.join(",")) {
@@ -114,16 +114,16 @@ impl Files for Browser {
     }
 }
 
-pub fn said(error: &JsValue) -> anyhow::Error {
+pub(crate) fn said(error: &JsValue) -> anyhow::Error {
     anyhow::anyhow!("the browser says: {error:?}")
 }
 
-pub fn document() -> Result<web_sys::Document, JsValue> {
+pub(crate) fn document() -> Result<web_sys::Document, JsValue> {
     let document = web_sys::window().and_then(|window| window.document());
     document.ok_or_else(|| JsValue::from_str("there is no page"))
 }
 
-pub fn pick(ctx: &egui::Context, accepted: &str) -> Result<(), JsValue> {
+pub(crate) fn pick(ctx: &egui::Context, accepted: &str) -> Result<(), JsValue> {
     let input: HtmlInputElement = document()?.create_element("input")?.dyn_into()?;
     input.set_type("file");
     input.set_multiple(true);
@@ -159,7 +159,7 @@ pub fn pick(ctx: &egui::Context, accepted: &str) -> Result<(), JsValue> {
 ///
 /// # Errors
 /// If the browser refuses.
-pub fn download(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
+pub(crate) fn download(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     let give = || -> Result<(), JsValue> {
         let parts = js_sys::Array::of1(&js_sys::Uint8Array::from(bytes));
@@ -174,7 +174,7 @@ pub fn download(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
 }
 
 /// Yields to the browser's event loop.
-pub async fn breathe() {
+pub(crate) async fn breathe() {
     let turn = js_sys::Promise::new(&mut |done, _| {
         if let Some(window) = web_sys::window() {
             // Without a timer the loop cannot be resumed: continue at once.
@@ -187,11 +187,11 @@ pub async fn breathe() {
 }
 
 /// Returns true if the final image of the current document was shown at the last update.
-pub fn settled() -> bool {
+pub(crate) fn settled() -> bool {
     SETTLED.get()
 }
 
 /// Returns the last message at the last update.
-pub fn told() -> String {
+pub(crate) fn told() -> String {
     TOLD.with_borrow(String::clone)
 }

@@ -21,7 +21,7 @@ thread_local! {
 }
 
 /// The stored scene.
-pub struct LocalStorage {
+pub(crate) struct LocalStorage {
     /// Version of the stored document, and whether it was saved.
     kept: (u64, bool),
     changed: Option<((u64, bool), web_time::Instant)>,
@@ -31,7 +31,7 @@ pub struct LocalStorage {
 
 impl LocalStorage {
     /// Creates an empty storage.
-    pub fn new() -> Self {
+    pub(crate) fn new() -> Self {
         Self {
             kept: (0, false),
             changed: None,
@@ -40,12 +40,12 @@ impl LocalStorage {
     }
 
     /// Returns the scene of an earlier visit.
-    pub fn found() -> Option<String> {
+    pub(crate) fn found() -> Option<String> {
         storage()?.get_item(KEY).ok()?
     }
 
     /// Returns true if the stored scene is saved nowhere else.
-    pub fn is_unsaved() -> bool {
+    pub(crate) fn is_unsaved() -> bool {
         let found = storage().and_then(|s| s.get_item(UNSAVED).ok()?);
         found.is_some()
     }
@@ -54,7 +54,7 @@ impl LocalStorage {
     ///
     /// # Errors
     /// If the browser refuses, or another page stores a scene.
-    pub fn keep(
+    pub(crate) fn keep(
         &mut self,
         ctx: &egui::Context,
         what: (u64, bool),
@@ -84,7 +84,7 @@ impl LocalStorage {
     ///
     /// # Errors
     /// As [`LocalStorage::keep`].
-    pub fn keep_now(
+    pub(crate) fn keep_now(
         &mut self,
         what: (u64, bool),
         text: impl FnOnce() -> String,
@@ -115,7 +115,7 @@ impl LocalStorage {
 }
 
 /// Listens for other pages that store a scene.
-pub fn listen_to_others() -> Result<(), JsValue> {
+pub(crate) fn listen_to_others() -> Result<(), JsValue> {
     let note = Closure::<dyn Fn(StorageEvent)>::new(|event: StorageEvent| {
         if event.key().as_deref() == Some(KEY) {
             OTHERS.set(true);
@@ -129,7 +129,7 @@ pub fn listen_to_others() -> Result<(), JsValue> {
 }
 
 /// Moves an unreadable scene to another key, where it can be repaired.
-pub fn quarantine(text: &str) {
+pub(crate) fn quarantine(text: &str) {
     if let Some(storage) = storage() {
         // Without room for a second copy, it is lost.
         let _ = storage.set_item("argil-scene-unreadable", text);
@@ -143,7 +143,7 @@ const MESH: &str = "argil-mesh:";
 ///
 /// # Errors
 /// If the browser refuses.
-pub fn keep_mesh((name, bytes): &NamedBytes) -> anyhow::Result<()> {
+pub(crate) fn keep_mesh((name, bytes): &NamedBytes) -> anyhow::Result<()> {
     let text = BASE64_STANDARD.encode(bytes);
     let kept = storage().map(|s| s.set_item(&format!("{MESH}{name}"), &text));
     if matches!(kept, Some(Ok(()))) {
@@ -155,13 +155,13 @@ pub fn keep_mesh((name, bytes): &NamedBytes) -> anyhow::Result<()> {
 }
 
 /// Returns a stored mesh.
-pub fn kept_mesh(name: &str) -> Option<NamedBytes> {
+pub(crate) fn kept_mesh(name: &str) -> Option<NamedBytes> {
     let text = storage()?.get_item(&format!("{MESH}{name}")).ok()??;
     Some((name.into(), BASE64_STANDARD.decode(text).ok()?))
 }
 
 /// Returns the stored meshes that a scene names, and deletes the others.
-pub fn kept_meshes(is_named: impl Fn(&str) -> bool) -> Vec<NamedBytes> {
+pub(crate) fn kept_meshes(is_named: impl Fn(&str) -> bool) -> Vec<NamedBytes> {
     let Some(storage) = storage() else {
         return Vec::new();
     };

@@ -52,7 +52,7 @@ pub(crate) fn from_files(folder: PathBuf, outside: bool) -> Load {
 
 /// Loads meshes from memory.
 #[cfg(target_arch = "wasm32")]
-pub fn from_bytes(files: Vec<crate::browser::NamedBytes>) -> Load {
+pub(crate) fn from_bytes(files: Vec<crate::browser::NamedBytes>) -> Load {
     Box::new(move |scene| argil::load_meshes_from_bytes(scene, &files))
 }
 

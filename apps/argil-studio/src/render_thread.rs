@@ -82,7 +82,7 @@ mod place {
     use std::rc::Rc;
 
     /// A render worker that continues whenever the GPU has finished.
-    pub struct Place {
+    pub(crate) struct Place {
         inner: Rc<RefCell<Inner>>,
         wake: Rc<dyn Fn()>,
     }
@@ -95,7 +95,7 @@ mod place {
     }
 
     impl Place {
-        pub fn new(painter: RenderWorker, wake: impl Fn() + Send + 'static) -> Self {
+        pub(crate) fn new(painter: RenderWorker, wake: impl Fn() + Send + 'static) -> Self {
             let inner = Inner {
                 painter: Some(painter),
                 messages: VecDeque::new(),
@@ -107,7 +107,7 @@ mod place {
             }
         }
 
-        pub fn send(&mut self, message: Message) {
+        pub(crate) fn send(&mut self, message: Message) {
             let mut inner = self.inner.borrow_mut();
             inner.messages.push_back(message);
             if let Some(painter) = inner.painter.take() {
@@ -116,12 +116,12 @@ mod place {
             }
         }
 
-        pub fn answer(&mut self) -> Option<RenderAnswer> {
+        pub(crate) fn answer(&mut self) -> Option<RenderAnswer> {
             self.inner.borrow_mut().answers.pop_front()
         }
 
         /// A page ends as a whole.
-        pub fn is_gone(&self) -> bool {
+        pub(crate) fn is_gone(&self) -> bool {
             false
         }
     }

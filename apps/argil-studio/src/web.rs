@@ -21,7 +21,7 @@ thread_local! {
 /// If the browser has no WebGPU device.
 #[wasm_bindgen]
 pub async fn start(canvas: HtmlCanvasElement) -> Result<(), JsValue> {
-    let engine = Engine::on_async(Backend::Gpu)
+    let engine = Engine::with_backend_async(Backend::Gpu)
         .await
         .map_err(|error| JsValue::from_str(&error.to_string()))?;
     listen_to_pens(&canvas)?;

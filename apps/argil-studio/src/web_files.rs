@@ -1,23 +1,24 @@
 //! Files that consist of a name and bytes, as a browser provides them.
 
 use crate::browser::NamedBytes;
-use crate::dialog::Then;
+use crate::dialog::AfterDialog;
 use crate::document::Document;
 use crate::mesh_files::from_bytes;
 use crate::session::Session;
 use anyhow::Context;
-use argil::Format;
+use argil::mesh::MeshFormat;
 use argil::scene::{Scene, is_image};
 use std::path::Path;
 
 impl Session {
     /// Opens a scene with its meshes, or adds missing meshes, or imports other meshes.
     pub(crate) fn open_bytes(&mut self, files: Vec<NamedBytes>) {
-        let is_mesh = |name: &str| Format::of(Path::new(name)).is_some() || is_image(name);
+        let is_mesh =
+            |name: &str| MeshFormat::from_path(Path::new(name)).is_some() || is_image(name);
         let (meshes, scenes): (Vec<_>, Vec<_>) =
             files.into_iter().partition(|(name, _)| is_mesh(name));
         if let Some(scene) = scenes.into_iter().next() {
-            if self.may_leave(Then::NamedBytes(scene.clone(), meshes.clone())) {
+            if self.may_leave(AfterDialog::NamedBytes(scene.clone(), meshes.clone())) {
                 self.open_given(&scene, &meshes);
             }
             return;
@@ -51,13 +52,13 @@ impl Session {
     /// Opens a scene's text, with the meshes given with it.
     pub(crate) fn open_given(&mut self, (name, text): &NamedBytes, meshes: &[NamedBytes]) {
         self.attempt(|s| {
-            let text = std::str::from_utf8(text).with_context(|| format!("{name} is no text"))?;
+            let text = std::str::from_utf8(text).with_context(|| format!("{name} is not text"))?;
             let scene = Scene::from_json(text, name)?;
             for given in meshes {
                 s.attempt(|_| crate::local_storage::keep_mesh(given));
             }
             s.replace_scene(scene, Some(name.into()));
-            s.tell(format!("{name} is open"));
+            s.show_note(format!("{name} is open"));
             let wanted = s.document.take_wanted();
             s.load_missing(wanted, from_bytes(meshes.to_vec()));
             Ok(())
