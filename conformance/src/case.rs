@@ -1,4 +1,4 @@
-//! A scene with a name, and numbers that look random.
+//! Named scenes, and pseudorandom numbers.
 
 use argil_scene::{Brush, NodeId, Scene};
 use glam::Vec3;
@@ -6,23 +6,23 @@ use glam::Vec3;
 /// A scene with a name for messages.
 #[derive(Debug)]
 pub struct SceneCase {
-    /// What it tries.
+    /// What it tests.
     pub name: String,
     /// The scene.
     pub scene: Scene,
 }
 
-/// Numbers that look random and are the same each time: a 64-bit linear congruential generator (Knuth's constants).
+/// Pseudorandom numbers: a 64-bit linear congruential generator (Knuth's constants).
 #[derive(Debug)]
 pub struct Numbers(u64);
 
 impl Numbers {
-    /// From a seed.
+    /// Creates a generator from a seed.
     pub fn new(seed: u64) -> Self {
         Self(seed.wrapping_mul(2_654_435_761).wrapping_add(1))
     }
 
-    /// From 0 to 1.
+    /// Returns a number from 0 to 1.
     pub fn unit(&mut self) -> f32 {
         self.0 = self
             .0
@@ -31,12 +31,12 @@ impl Numbers {
         (self.0 >> 40) as f32 / (1u64 << 24) as f32
     }
 
-    /// From `low` to `high`.
+    /// Returns a number from `low` to `high`.
     pub fn between(&mut self, low: f32, high: f32) -> f32 {
         low + (high - low) * self.unit()
     }
 
-    /// A point of a cube around the origin.
+    /// Returns a point in a cube around the origin.
     pub fn point(&mut self, half: f32) -> Vec3 {
         Vec3::new(
             self.between(-half, half),

@@ -1,4 +1,4 @@
-//! Bricks that are edited, for tests and benchmarks.
+//! Sparse bricks under edits, for tests and benchmarks.
 
 use crate::Wait;
 use crate::lattice;
@@ -13,7 +13,7 @@ use glam::IVec3;
 use std::borrow::Cow;
 use std::sync::Arc;
 
-/// Bricks where they are.
+/// Bricks on a device.
 #[derive(Debug)]
 enum RigVolume {
     Cpu(Box<Bricks>),
@@ -47,27 +47,27 @@ impl RigVolume {
 /// Bricks that follow a scene.
 #[derive(Debug)]
 pub struct EditRig {
-    /// Where they lie.
+    /// Layout of the bricks.
     pub layout: BrickLayout,
     gpu: Option<Arc<Gpu>>,
     kept: RigVolume,
     live: IncrementalProgram,
     seen: usize,
-    /// Lets the scene's edits tell as much as the bricks need.
+    /// Makes the scene record dirty boxes with the margins that the bricks need.
     watch: MarginRequest,
-    /// How often everything had to be made again.
+    /// Number of rebuilds.
     pub rebakes: usize,
-    /// What edits did; of a GPU, once it was waited for.
+    /// Statistics of edits. On a GPU they are complete after `settle`.
     pub done: EditStats,
 }
 
 impl EditRig {
-    /// Bake a scene on the CPU; its edits tell the boxes that the bricks need from now on.
+    /// Bakes a scene on the CPU, and requests the margins for its edits.
     pub fn of(scene: &mut Scene, resolution: u32, settings: &BrickSettings) -> Self {
         Self::on(None, scene, resolution, settings)
     }
 
-    /// The same on a GPU where there is one.
+    /// Bakes a scene on a GPU or, without one, on the CPU.
     pub fn on(
         gpu: Option<Arc<Gpu>>,
         scene: &mut Scene,
@@ -90,7 +90,7 @@ impl EditRig {
         }
     }
 
-    /// Follow its edits since the last time, in one pass.
+    /// Applies the edits since the last call, in one pass.
     pub fn follow(&mut self, scene: &mut Scene) {
         let changes = scene.changes_since(self.seen).expect("changes");
         let upset = self.live.update(scene, changes).expect("a program");
@@ -145,7 +145,7 @@ impl EditRig {
         self.seen = scene.change_count();
     }
 
-    /// Wait for a GPU.
+    /// Waits for a GPU.
     pub fn settle(&mut self) {
         if let RigVolume::Gpu(gpu) = &mut self.kept {
             let (field, volume) = &mut **gpu;
@@ -153,7 +153,7 @@ impl EditRig {
         }
     }
 
-    /// Give back what room edits have left on a GPU.
+    /// Frees memory on a GPU that edits no longer need.
     pub fn trim(&mut self) {
         if let RigVolume::Gpu(gpu) = &mut self.kept {
             let (field, volume) = &mut **gpu;
@@ -161,12 +161,12 @@ impl EditRig {
         }
     }
 
-    /// The bricks, brought back from a GPU.
+    /// Returns the bricks, downloaded from a GPU.
     pub fn bricks(&self) -> Cow<'_, Bricks> {
         self.kept.bricks()
     }
 
-    /// Bytes of everything.
+    /// Returns the memory of everything in bytes.
     pub fn memory_bytes(&self) -> u64 {
         match &self.kept {
             RigVolume::Cpu(bricks) => bricks.memory_bytes(),
@@ -174,8 +174,8 @@ impl EditRig {
         }
     }
 
-    /// What differs from a fresh bake whose box is found anew: cells, entries of tables that are more or fewer, and blocks that
-    /// should have been given back.
+    /// Counts differences from a fresh bake in a new box: cells, table entries, and blocks that should have been
+    /// freed.
     pub fn differing(&self, scene: &Scene) -> u64 {
         let program = Program::lower(scene).expect("a program");
         let lattice = self.layout.voxel_grid;
@@ -189,7 +189,7 @@ impl EditRig {
         let tables =
             own.len().abs_diff(fresh.len()) + own.mixed().len().abs_diff(fresh.mixed().len());
         let (blocks, most) = (own.table().len(), fresh.table().len());
-        // A box that has grown has more around it.
+        // A box that has grown has more blocks around it.
         let kept = blocks.saturating_sub(3 * most + 64);
         let mut wrong = 0;
         for (_, block) in own.table().blocks().chain(fresh.table().blocks()) {

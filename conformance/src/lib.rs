@@ -1,7 +1,7 @@
-//! What the conformance tests share: scenes that use every part of the field, points to try them at, and the GPU.
+//! Shared parts of the conformance tests: scenes that use every part of the field, points to evaluate, and the GPU.
 //!
-//! The tests stand in `tests/`: each pass's contract, on every back end, at the buffer, with a negative control beside
-//! each comparison that shows that it can fail.
+//! The tests are in `tests/`. They check the contract of each pass on every back end. Next to each comparison, a
+//! negative control shows that it can fail.
 
 #![allow(
     clippy::missing_panics_doc,
@@ -34,7 +34,7 @@ pub use random_scenes::random_scene;
 pub use shape_cases::{heights, sampled, shape_cases, shapes, vase};
 pub use structure_cases::structure_cases;
 
-/// Random boxes and capsules, turned and blended: what loses bricks where bounds are not conservative.
+/// Creates random boxes and capsules, rotated and blended. They lose bricks if bounds are not conservative.
 pub fn random_blends(seed: u64, brushes: usize) -> SceneCase {
     let mut numbers = Numbers::new(seed);
     let mut scene = Scene::new();
@@ -67,7 +67,7 @@ pub fn random_blends(seed: u64, brushes: usize) -> SceneCase {
     }
 }
 
-/// The scenes that ship with the project.
+/// Returns the scenes of the repository.
 pub fn shipped() -> Vec<SceneCase> {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../scenes");
     [
@@ -91,7 +91,7 @@ pub fn shipped() -> Vec<SceneCase> {
     .collect()
 }
 
-/// The primary ray of a pixel, worked out once more for the tests.
+/// Computes the primary ray of a pixel, independently of the renderer.
 pub fn primary_ray(frame: &FrameUniform, x: u32, y: u32) -> Ray {
     let u = (x as f32 + frame.jitter_x) / frame.width as f32 * 2.0 - 1.0;
     let v = 1.0 - (y as f32 + frame.jitter_y) / frame.height as f32 * 2.0;
@@ -102,7 +102,7 @@ pub fn primary_ray(frame: &FrameUniform, x: u32, y: u32) -> Ray {
     }
 }
 
-/// What texels hold.
+/// Returns the stored integers of texels.
 pub fn stored_integers(texels: &Texels) -> Vec<i32> {
     match texels.bits() {
         SampleFormat::Snorm8 => texels.bytes().iter().map(|&b| i32::from(b as i8)).collect(),
@@ -116,7 +116,7 @@ pub fn stored_integers(texels: &Texels) -> Vec<i32> {
     }
 }
 
-/// The lattice of a case's volume.
+/// Returns the voxel grid of a case's volume.
 pub fn lattice(scene: &Scene, program: &Program, resolution: u32) -> VoxelGrid {
     let frame = scene
         .view
@@ -125,7 +125,7 @@ pub fn lattice(scene: &Scene, program: &Program, resolution: u32) -> VoxelGrid {
     VoxelGrid::fitting(program.aabb(), frame, resolution).expect("a lattice")
 }
 
-/// Everything above.
+/// Returns all cases.
 pub fn all_cases() -> Vec<SceneCase> {
     [
         shape_cases(),
@@ -138,7 +138,7 @@ pub fn all_cases() -> Vec<SceneCase> {
     .collect()
 }
 
-/// One scene with every opcode, for a GPU field that is compiled once and then runs any case.
+/// Returns one scene with every opcode. A GPU field compiled for it runs every case.
 pub fn universal() -> Scene {
     let mut scene = Scene::new();
     for case in all_cases() {
@@ -158,13 +158,13 @@ fn copy(from: &Scene, id: NodeId, to: &mut Scene, group: NodeId) {
     }
 }
 
-/// Points in and around the cases, those on their planes of symmetry, and values that break arithmetic.
+/// Returns points in and around the cases, on their planes of symmetry, and with values that break arithmetic.
 pub fn points(count: usize, seed: u64) -> Vec<[f32; 3]> {
     let mut numbers = Numbers::new(seed);
     let mut all: Vec<[f32; 3]> = (0..count)
         .map(|i| numbers.point(if i % 8 == 0 { 6.0 } else { 1.2 }).to_array())
         .collect();
-    // Values on which the code's own thresholds lie.
+    // Values of thresholds in the code.
     let marks = [
         0.0,
         -0.0,
@@ -185,7 +185,7 @@ pub fn points(count: usize, seed: u64) -> Vec<[f32; 3]> {
     all
 }
 
-/// Points that are not in the world.
+/// Returns points outside the world.
 pub fn poison() -> Vec<[f32; 3]> {
     let bad = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 1e8, -3e38];
     bad.into_iter()
@@ -193,9 +193,9 @@ pub fn poison() -> Vec<[f32; 3]> {
         .collect()
 }
 
-/// Waiting for what a device does, in place.
+/// Waits for futures of a device.
 pub trait Wait: Future + Sized {
-    /// What comes of it.
+    /// Runs the future to its end.
     fn wait(self) -> Self::Output {
         pollster::block_on(self)
     }
@@ -203,15 +203,15 @@ pub trait Wait: Future + Sized {
 
 impl<F: Future> Wait for F {}
 
-/// What rounding may add to a distance at a point of a case: 96 units in the last place of the greatest length that
-/// enters. A distance here takes no more than 40 roundings of values of that size, curves' Newton steps included, whose
-/// errors shrink quadratically; twice that for both sides.
+/// Returns a bound on rounding errors of a distance at a point: 96 units in the last place of the greatest length
+/// involved. A distance takes at most 40 roundings of values of that size, including Newton steps on curves, whose
+/// errors shrink quadratically. Twice that allows for both sides.
 pub fn rounding(point: [f32; 3]) -> f32 {
     let length = Vec3::from(point).length() + 2.0;
     96.0 * f32::EPSILON * length
 }
 
-/// The GPU that tests run on. There is always one: `cargo xtask test` installs a software device where it can.
+/// Returns the GPU for tests. There is always one: `cargo xtask test` installs a software device where it can.
 pub fn gpu() -> Arc<Gpu> {
     Arc::new(
         Gpu::open()
@@ -220,7 +220,7 @@ pub fn gpu() -> Arc<Gpu> {
     )
 }
 
-/// A field on the GPU that can run every case.
+/// Returns a GPU field that runs every case.
 pub fn gpu_field() -> GpuProgram {
     let program = Program::lower(&universal()).expect("every case can be lowered");
     GpuProgram::new(gpu(), &program, false).expect("every case fits the GPU")

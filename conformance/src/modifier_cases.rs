@@ -1,9 +1,9 @@
-//! A scene for each modifier.
+//! Scenes of each modifier.
 
 use crate::case::{SceneCase, one, push};
 use argil_scene::{Brush, Group, Modifier, Scene, Shape};
 
-/// Each modifier, on a brush and on a blended group, moved, turned and scaled around it.
+/// Returns each modifier, on a brush and on a blended group, with transforms around it.
 #[expect(clippy::too_many_lines, reason = "a list of cases")]
 pub fn modifier_cases() -> Vec<SceneCase> {
     let modifiers: Vec<(&str, Modifier)> = vec![

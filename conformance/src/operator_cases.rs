@@ -1,9 +1,9 @@
-//! A scene for each operator.
+//! Scenes of each operator.
 
 use crate::case::{SceneCase, push};
 use argil_scene::{Brush, Material, Scene, Shape};
 
-/// Each operator with each joint, between a ball and a turned box.
+/// Returns each operator with each blend, between a ball and a rotated box.
 pub fn operator_cases() -> Vec<SceneCase> {
     let mut all = Vec::new();
     type Apply = fn(Brush) -> Brush;

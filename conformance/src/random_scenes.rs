@@ -1,11 +1,11 @@
-//! Scenes of any size, the same each time.
+//! Deterministic random scenes of any size.
 
 use crate::Numbers;
 use argil_scene::{Brush, Scene, Shape};
 use glam::Vec3;
 
-/// So many boxes, capsules, tori and balls, turned, blended, every fifth a cut, in a box from −1 to 1. Their sizes are such
-/// that all of them together have the same surface, however many there are, before they are joined.
+/// Creates a number of boxes, capsules, tori and balls in a box from −1 to 1: rotated, blended, every fifth
+/// subtracted. Their total surface before they are combined does not depend on their number.
 pub fn random_scene(brushes: usize, seed: u64) -> Scene {
     let mut numbers = Numbers::new(seed);
     let mut scene = Scene::new();
@@ -32,7 +32,7 @@ pub fn random_scene(brushes: usize, seed: u64) -> Scene {
         if i % 5 == 4 {
             brush = brush.subtract();
         }
-        // Finite sizes and places: nothing to refuse.
+        // Sizes and positions are finite, so no edit fails.
         let _ = scene.push(brush);
     }
     scene

@@ -1,4 +1,4 @@
-//! A scene for each shape.
+//! Scenes of each shape.
 
 use crate::case::{SceneCase, one};
 use argil_math::Aabb;
@@ -6,7 +6,7 @@ use argil_scene::{Brush, LoadedGrid, Path2, PathSegment, SampledGrid, Shape};
 use glam::Vec3;
 use std::sync::Arc;
 
-/// A closed outline of lines and curves that is neither convex nor monotone.
+/// Returns a closed outline of lines and curves that is neither convex nor monotone.
 pub fn vase() -> Path2 {
     let line = |to| PathSegment { control: None, to };
     let curve = |control, to| PathSegment {
@@ -25,7 +25,7 @@ pub fn vase() -> Path2 {
     }
 }
 
-/// A cut ring between samples, as a mesh of it would be.
+/// Returns a sampled ring with a gap, like a sampled mesh.
 pub fn sampled() -> Shape {
     let measure = |points: &[Vec3], out: &mut [f32]| {
         for (p, out) in points.iter().zip(out) {
@@ -43,7 +43,7 @@ pub fn sampled() -> Shape {
     }
 }
 
-/// Ground with a step, a slope and a bump.
+/// Returns ground with a step, a slope and a bump.
 pub fn heights() -> Shape {
     let height = |i: u32, k: u32| match (i, k) {
         (0..3, _) => 0.2,
@@ -62,12 +62,12 @@ pub fn heights() -> Shape {
     }
 }
 
-/// One of each shape, by the table of shapes, and others of those with a special case.
+/// Returns one example of each shape in the table, and special cases.
 pub fn shapes() -> Vec<(String, Shape)> {
     [examples(), special_shapes()].concat()
 }
 
-/// One of each shape.
+/// Returns one example of each shape.
 fn examples() -> Vec<(String, Shape)> {
     let named = |shape: Shape| (format!("{shape:?}"), shape);
     Shape::examples().into_iter().map(named).collect()
@@ -141,7 +141,7 @@ fn special_shapes() -> Vec<(String, Shape)> {
     special.into_iter().map(named).collect()
 }
 
-/// Each shape, moved and turned, and one of each as it is.
+/// Returns each shape, transformed, and one of each without a transform.
 pub fn shape_cases() -> Vec<SceneCase> {
     let placed = |(name, shape): (String, Shape)| {
         one(
@@ -151,7 +151,7 @@ pub fn shape_cases() -> Vec<SceneCase> {
                 .at([0.1, -0.05, 0.07]),
         )
     };
-    // A level plane is seen from along it by cameras that look level: where rays end there is as good as open.
+    // Level cameras see a level plane edge-on: where rays end there is undefined.
     let is_plane = |shape: &Shape| matches!(shape, Shape::Plane { .. });
     let upright = examples().into_iter().filter(|(_, shape)| !is_plane(shape));
     shapes()

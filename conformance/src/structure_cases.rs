@@ -1,10 +1,10 @@
-//! Scenes of groups, and of what stands in them.
+//! Scenes of groups and their children.
 
 use crate::case::{SceneCase, one, push};
 use crate::shape_cases::vase;
 use argil_scene::{Brush, Group, Modifier, Scene, Shape};
 
-/// Orders, nesting, cuts of nothing, things unseen.
+/// Returns scenes with orders, nesting, empty cuts and hidden nodes.
 #[expect(clippy::too_many_lines, reason = "a list of cases")]
 pub fn structure_cases() -> Vec<SceneCase> {
     let ball = |x: f32, r: f32| Brush::new(Shape::sphere(r)).at([x, 0.0, 0.0]);
@@ -30,7 +30,8 @@ pub fn structure_cases() -> Vec<SceneCase> {
         scene,
     });
 
-    // A right-deep chain: each group's second operand is a group. The needier operand goes first.
+    // A chain of nested groups, where the second operand of each group is a group. The operand that needs more
+    // slots comes first.
     let mut scene = Scene::new();
     let mut group = Scene::ROOT;
     for depth in 0..40 {
@@ -55,7 +56,7 @@ pub fn structure_cases() -> Vec<SceneCase> {
         scene,
     });
 
-    // Loops in loops under deformations.
+    // Nested loops under deformations.
     let mut scene = Scene::new();
     let outer = Group::new()
         .with_modifier(Modifier::Repeat {
@@ -97,7 +98,7 @@ pub fn structure_cases() -> Vec<SceneCase> {
         scene,
     });
 
-    // Inside its own cut, a curve is as near as what it is cut from, though its box is 0 away.
+    // Inside its own cut, a curve is as near as what it cuts, although its box is at distance 0.
     let mut scene = Scene::new();
     let lathe = || Brush::new(Shape::Lathe { outline: vase() });
     push(&mut scene, Scene::ROOT, lathe());

@@ -11,7 +11,7 @@ use std::process::ExitCode;
 /// Repeat and extend the measurements of the 2023 study
 #[derive(Parser)]
 #[command(name = "argil-study", version)]
-struct Arguments {
+struct StudyArguments {
     #[command(flatten)]
     study: Study,
 }
@@ -74,7 +74,7 @@ enum Preset {
 }
 
 fn main() -> ExitCode {
-    match run(&Arguments::parse().study) {
+    match run(&StudyArguments::parse().study) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("argil-study: {error:#}");

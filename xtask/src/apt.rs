@@ -1,13 +1,13 @@
-//! What Debian and Ubuntu have, installed where that can be done without asking.
+//! Installs packages of Debian and Ubuntu where no password is needed.
 
 use std::process::{Command, Stdio};
 
-/// Runs a program without output; whether it succeeded.
+/// Runs a program without output. Returns true if it succeeded.
 pub fn quietly(program: &str, arguments: &[&str]) -> bool {
     quietly_with(&[], program, arguments)
 }
 
-/// Runs a program without output, with environment variables; whether it succeeded.
+/// Runs a program without output, with environment variables. Returns true if it succeeded.
 pub fn quietly_with(environment: &[(&str, &str)], program: &str, arguments: &[&str]) -> bool {
     let command = Command::new(program)
         .args(arguments)
@@ -18,7 +18,7 @@ pub fn quietly_with(environment: &[(&str, &str)], program: &str, arguments: &[&s
     command.is_ok_and(|status| status.success())
 }
 
-/// Install packages, as root or by sudo without a password; whether that was possible.
+/// Installs packages, as root or with passwordless sudo. Returns true if it succeeded.
 pub fn install(packages: &[&str]) -> bool {
     let arguments = [&["install", "-y", "--no-install-recommends"], packages].concat();
     let is_root = quietly("sh", &["-c", "[ \"$(id -u)\" = 0 ]"]);

@@ -1,4 +1,4 @@
-//! What all chores stand on: the workspace's folder, programs that are run there, packages that are installed.
+//! Shared parts of all tasks: the workspace's folder, running programs, installing packages.
 
 pub mod apt;
 
@@ -6,7 +6,7 @@ use anyhow::{Context, bail};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// The workspace's folder.
+/// Returns the workspace's folder.
 pub fn root() -> PathBuf {
     let own = Path::new(env!("CARGO_MANIFEST_DIR"));
     own.parent().unwrap_or(own).to_owned()
@@ -14,13 +14,14 @@ pub fn root() -> PathBuf {
 
 /// Environment variables that make cargo compile and lint the workspace's crates in one pass, with warnings denied.
 ///
-/// `cargo clippy` sets the same two, but only checks: all dependencies would be analyzed once for it and compiled once for the tests.
+/// `cargo clippy` sets the same two, but only checks: all dependencies would be analyzed once for it and compiled
+/// once for the tests.
 pub const LINT_WHILE_COMPILING: &[(&str, &str)] = &[
     ("RUSTC_WORKSPACE_WRAPPER", "clippy-driver"),
     ("CLIPPY_ARGS", "-Dwarnings__CLIPPY_HACKERY__"),
 ];
 
-/// Runs a program in the workspace's folder and says how long it took; an error unless it succeeds.
+/// Runs a program in the workspace's folder, and prints its duration.
 ///
 /// # Errors
 /// If the program cannot be started, or fails.
@@ -52,10 +53,10 @@ pub fn run_with(
     Ok(())
 }
 
-/// Builds the program of chores with these environment variables, and runs it without them.
+/// Builds the program of tasks with these environment variables, and runs it without them.
 ///
 /// # Errors
-/// If the build or the chore fails.
+/// If the build or the task fails.
 pub fn chore(environment: &[(&str, &str)], arguments: &[impl AsRef<str>]) -> anyhow::Result<()> {
     run_with(
         environment,

@@ -1,5 +1,5 @@
-//! `cargo xtask`: small, since it is compiled apart from all else. The checks run the tools of Rust; other chores are a program
-//! that is built with the whole workspace, with whose crates it shares what was compiled.
+//! `cargo xtask`: a small program, because it is compiled separately. Checks run Rust's tools. Other tasks are a
+//! program that is built with the workspace and shares its compiled crates.
 
 mod test;
 

@@ -6,7 +6,7 @@ use xtask::{LINT_WHILE_COMPILING, chore, run, run_with};
 
 const TESTS: &[&str] = &["nextest", "run", "--workspace", "--locked"];
 
-/// What has no documentation for others: programs, and what tests and builds them.
+/// Packages without public documentation: programs, and their tests and tasks.
 const NOT_DOCUMENTED: &[&str] = &[
     "argil-chores",
     "argil-cli",
@@ -56,9 +56,9 @@ fn packages() -> Vec<&'static str> {
     arguments
 }
 
-/// GPU tests run on whatever there is, a software device where there is no other.
+/// Ensures that GPU tests have a device, a software one if there is no other.
 fn ensure_gpu() -> anyhow::Result<()> {
-    // A process of its own: a loader that finds nothing remembers it.
+    // A separate process, because a loader that finds no device remembers it.
     let ask = ["-E", "package(argil-conformance) & test(a_gpu_is_there)"];
     let has_gpu = || quietly_with(LINT_WHILE_COMPILING, "cargo", &[TESTS, &ask].concat());
     if has_gpu() {

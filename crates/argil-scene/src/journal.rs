@@ -17,7 +17,7 @@ const VERSION: u32 = 1;
 const SUM_BYTES: usize = 9;
 
 #[derive(Serialize, Deserialize)]
-struct Head {
+struct JournalHead {
     journal: u32,
     scene: String,
 }
@@ -146,7 +146,7 @@ impl Journal {
         if edits > 0 {
             return Err(JournalError::TooLate(edits));
         }
-        let head = Head {
+        let head = JournalHead {
             journal: VERSION,
             scene: scene.to_json(),
         };
@@ -174,7 +174,8 @@ impl Journal {
         read(&mut bytes).map_err(io)?;
         let mut lines = bytes.split_inclusive(|&byte| byte == b'\n');
         let head = lines.next().and_then(whole);
-        let head: Option<Head> = head.and_then(|text| serde_json::from_slice(text.as_bytes()).ok());
+        let head: Option<JournalHead> =
+            head.and_then(|text| serde_json::from_slice(text.as_bytes()).ok());
         let head = head.ok_or_else(|| JournalError::NoJournal(path.into()))?;
         if head.journal > VERSION {
             return Err(JournalError::Newer {

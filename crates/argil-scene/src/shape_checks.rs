@@ -14,7 +14,7 @@ pub(crate) use validation::at_most;
 const MAX_PIECES: usize = 256;
 
 /// One number, or several of the same kind.
-pub(crate) trait Numbers {
+pub(crate) trait Components {
     /// Calls a check for each number, with its path.
     fn each(
         self,
@@ -23,7 +23,7 @@ pub(crate) trait Numbers {
     ) -> Result<(), ValidationError>;
 }
 
-impl Numbers for f32 {
+impl Components for f32 {
     fn each(
         self,
         path: &str,
@@ -33,7 +33,7 @@ impl Numbers for f32 {
     }
 }
 
-impl<const N: usize> Numbers for [f32; N] {
+impl<const N: usize> Components for [f32; N] {
     fn each(
         self,
         path: &str,
@@ -45,24 +45,24 @@ impl<const N: usize> Numbers for [f32; N] {
 }
 
 /// Checks lengths above 0.
-pub(crate) fn positive(path: &str, value: impl Numbers) -> Result<(), ValidationError> {
+pub(crate) fn positive(path: &str, value: impl Components) -> Result<(), ValidationError> {
     value.each(path, validation::positive)
 }
 
 /// Checks lengths of 0 or more.
-pub(crate) fn not_negative(path: &str, value: impl Numbers) -> Result<(), ValidationError> {
+pub(crate) fn not_negative(path: &str, value: impl Components) -> Result<(), ValidationError> {
     value.each(path, validation::not_negative)
 }
 
 /// Checks coordinates.
-pub(crate) fn coordinate(path: &str, value: impl Numbers) -> Result<(), ValidationError> {
+pub(crate) fn coordinate(path: &str, value: impl Components) -> Result<(), ValidationError> {
     value.each(path, validation::coordinate)
 }
 
 /// Checks numbers in a range, including both ends.
 pub(crate) fn within(
     path: &str,
-    value: impl Numbers,
+    value: impl Components,
     min: f32,
     max: f32,
 ) -> Result<(), ValidationError> {
@@ -74,7 +74,7 @@ pub(crate) fn within(
 /// Checks numbers up to a limit. `what` describes the limit.
 pub(crate) fn each_at_most(
     path: &str,
-    value: impl Numbers,
+    value: impl Components,
     limit: f32,
     what: &str,
 ) -> Result<(), ValidationError> {

@@ -264,7 +264,7 @@ pub(super) fn bars(
                 let mut under = vec![0.0; groups.len()];
                 for (nth, (name, own)) in series.iter().enumerate() {
                     let color = color(nth);
-                    let place = Place {
+                    let place = BarPosition {
                         nth,
                         each,
                         floor,
@@ -297,7 +297,7 @@ pub(super) fn bars(
 }
 
 /// Position of a series' bars.
-struct Place {
+struct BarPosition {
     /// Index of the series.
     nth: usize,
     /// Width of a bar, relative to the group.
@@ -310,8 +310,12 @@ type Span = [(f64, f64); 2];
 
 /// Returns the corners of a series' bars and the ends of their whiskers. `under` is the stacked height of each
 /// group.
-fn placed(own: &[Option<PlotBar>], place: &Place, under: &mut [f64]) -> (Vec<Span>, Vec<Span>) {
-    let &Place {
+fn placed(
+    own: &[Option<PlotBar>],
+    place: &BarPosition,
+    under: &mut [f64],
+) -> (Vec<Span>, Vec<Span>) {
+    let &BarPosition {
         nth,
         each,
         floor,

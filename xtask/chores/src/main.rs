@@ -1,4 +1,4 @@
-//! The chores that `cargo xtask` builds and runs: `web`, `generate`.
+//! The tasks `web` and `generate`, which `cargo xtask` builds and runs.
 
 mod pictures;
 mod readme;

@@ -1,4 +1,4 @@
-//! `cargo xtask web`: the editor as a page.
+//! `cargo xtask web`: the editor as a web page.
 
 use anyhow::{Context, bail};
 use std::io::Write;
@@ -9,23 +9,23 @@ use xtask::apt::{install, quietly};
 use xtask::root;
 
 const TARGET: &str = "wasm32-unknown-unknown";
-/// Bytes that all of the page may take, compressed.
+/// Maximum compressed size of the page in bytes.
 const MOST_BYTES: usize = 7 << 19;
 
-/// How Rust is compiled for browsers here.
+/// How this machine compiles Rust for browsers.
 enum Toolchain {
-    /// With the target that rustup brings.
+    /// With rustup's target.
     Rustup,
-    /// With Debian's compiler, which comes without the standard library for it, and a linker's path.
+    /// With Debian's compiler, which comes without a compiled standard library, and the path of a linker.
     Debian(PathBuf),
 }
 
-/// The folder of the page.
+/// Returns the folder of the page.
 pub(crate) fn folder() -> PathBuf {
     root().join("target").join("page")
 }
 
-/// Build the page, and say what it weighs.
+/// Builds the page, and prints its size.
 pub(crate) fn build() -> anyhow::Result<()> {
     let toolchain = toolchain()?;
     let compiled = root().join("target").join("web");
@@ -49,7 +49,8 @@ pub(crate) fn build() -> anyhow::Result<()> {
         Toolchain::Debian(linker) => {
             arguments.push("-Zbuild-std=std,panic_abort");
             let mut command = Command::new("/usr/bin/cargo");
-            // Cargo runs the compiler that is found first. Its library comes as source, which takes unstable flags.
+            // Cargo runs the first compiler on the PATH. The standard library comes as source, which requires
+            // unstable flags.
             command
                 .env("PATH", "/usr/bin:/bin")
                 .env("RUSTC_BOOTSTRAP", "1")
@@ -82,7 +83,7 @@ pub(crate) fn build() -> anyhow::Result<()> {
     weigh(&out)
 }
 
-/// Say what each file weighs; an error if all of them are too much.
+/// Prints the size of each file. Fails if the total is too large.
 fn weigh(out: &Path) -> anyhow::Result<()> {
     let mut total = 0;
     println!("\n{}", out.display());
@@ -105,7 +106,7 @@ fn weigh(out: &Path) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// What compiles for browsers, installed where it is missing and that is possible.
+/// Returns the toolchain for browsers. Installs it if it is missing and can be installed.
 fn toolchain() -> anyhow::Result<Toolchain> {
     if has_target() || quietly("rustup", &["target", "add", TARGET]) && has_target() {
         return Ok(Toolchain::Rustup);
@@ -129,7 +130,7 @@ fn toolchain() -> anyhow::Result<Toolchain> {
     }
 }
 
-/// Whether the compiler has the standard library for browsers.
+/// Returns true if the compiler has the standard library for browsers.
 fn has_target() -> bool {
     let found = Command::new("rustc")
         .args(["--print", "target-libdir", "--target", TARGET])
@@ -140,7 +141,7 @@ fn has_target() -> bool {
     })
 }
 
-/// The linker of Debian's compiler for browsers, if both are there with the library's source.
+/// Returns the linker of Debian's compiler for browsers, if both are installed with the library's source.
 fn debian() -> Option<PathBuf> {
     let source = Path::new("/usr/lib/rustlib/src/rust/library/std/Cargo.toml");
     let is_there = source.is_file() && Path::new("/usr/bin/cargo").is_file();
@@ -157,7 +158,7 @@ fn debian() -> Option<PathBuf> {
     is_there.then_some(newest)
 }
 
-/// Hand out the page's files on this machine, until the program ends.
+/// Serves the page on this machine until the program ends.
 pub(crate) fn serve(port: u16) -> anyhow::Result<()> {
     let server = server(port)?;
     println!("\nhttp://{}/ until Ctrl-C", server.server_addr());
@@ -165,13 +166,13 @@ pub(crate) fn serve(port: u16) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// What hands out the page's files; any port for 0.
+/// Creates the server; port 0 selects any port.
 pub(crate) fn server(port: u16) -> anyhow::Result<tiny_http::Server> {
     let place = format!("127.0.0.1:{port}");
     tiny_http::Server::http(&place).map_err(|error| anyhow::anyhow!("{place}: {error}"))
 }
 
-/// Answer all requests that come.
+/// Answers requests.
 pub(crate) fn answer(server: &tiny_http::Server) {
     for request in server.incoming_requests() {
         let path = request.url().split('?').next().unwrap_or("/");
@@ -183,7 +184,7 @@ pub(crate) fn answer(server: &tiny_http::Server) {
         };
         let header = tiny_http::Header::from_bytes("Content-Type", kind.1);
         let file = std::fs::File::open(folder().join(kind.0));
-        // Who asked may be gone by now.
+        // The client may be gone.
         let _ = match (file, header) {
             (Ok(file), Ok(header)) if !kind.0.is_empty() => {
                 request.respond(tiny_http::Response::from_file(file).with_header(header))

@@ -1,11 +1,11 @@
-//! Driving the editor's page in Chromium.
+//! Tests of the editor's page in Chromium.
 
 use crate::web;
 use anyhow::{Context, bail};
 use xtask::apt::{install, quietly};
 use xtask::{root, run};
 
-/// Names under which Chromium and its kin are found.
+/// Names of Chromium and related browsers.
 const BROWSERS: [&str; 4] = [
     "chromium",
     "chromium-browser",
@@ -13,11 +13,11 @@ const BROWSERS: [&str; 4] = [
     "google-chrome-stable",
 ];
 
-/// Press, drag and type on the page that was built; pictures of it are left in `target/page-test`.
+/// Clicks, drags and types on the built page. Screenshots go to `target/page-test`.
 pub(crate) fn test() -> anyhow::Result<()> {
     let browser = ensure_browser()?;
     ensure_node()?;
-    // Node looks for packages beside what it runs.
+    // Node looks for packages next to the script.
     let folder = root().join("target").join("page-test");
     std::fs::create_dir_all(&folder).with_context(|| folder.display().to_string())?;
     for name in ["package.json", "package-lock.json", "test.mjs"] {
