@@ -198,13 +198,16 @@ impl EditRig {
                 let cell = 4 * block + inner;
                 wrong += u64::from(match (own.cell(cell), fresh.cell(cell)) {
                     (
-                        BrickCell::Empty { center, lonely },
+                        BrickCell::Empty {
+                            center,
+                            is_block_empty,
+                        },
                         BrickCell::Empty {
                             center: theirs,
-                            lonely: as_lonely,
+                            is_block_empty: is_rebaked_empty,
                         },
                     ) => {
-                        lonely != as_lonely
+                        is_block_empty != is_rebaked_empty
                             || (center < 0.0) != (theirs < 0.0) && center * theirs != 0.0
                     }
                     _ => false,

@@ -116,12 +116,16 @@ fn check_empty_cells(name: &str, program: &Program, bricks: &Bricks) -> (usize, 
     let spread = program.lipschitz() * layout.half_diagonal(1);
     let (mut checked, mut too_much) = (0, 0);
     for cell in cells(layout) {
-        let BrickCell::Empty { center, lonely } = bricks.cell(cell) else {
+        let BrickCell::Empty {
+            center,
+            is_block_empty,
+        } = bricks.cell(cell)
+        else {
             continue;
         };
         let held = layout.cell_box(cell);
         let mask = bricks.masks()[bricks.word_index(cell) / 64];
-        assert_eq!(lonely, mask == 0);
+        assert_eq!(is_block_empty, mask == 0);
         let mut points = held.corners().to_vec();
         let size = held.size();
         points.extend((0..4).map(|_| held.min + size * (numbers.point(0.5) + 0.5)));

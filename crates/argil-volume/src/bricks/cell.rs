@@ -17,7 +17,7 @@ pub enum BrickCell {
         /// A lower bound of the distance from the cell's center to the surface, negative inside.
         center: f32,
         /// Whether no cell of the block has a brick.
-        lonely: bool,
+        is_block_empty: bool,
     },
 }
 
@@ -30,7 +30,7 @@ impl BrickCell {
         } else {
             Self::Empty {
                 center: center_of(word),
-                lonely: is_block_empty(word),
+                is_block_empty: is_block_empty(word),
             }
         }
     }
@@ -79,18 +79,22 @@ mod tests {
     #[test]
     fn distances_keep_their_sign_and_never_grow() {
         for d in [0.0, 1.0, -1.0, 0.1, -0.3, 1e-20, 1e30, -1e30, 1e-40] {
-            let BrickCell::Empty { center, lonely } = BrickCell::of(empty_word(d)) else {
+            let BrickCell::Empty {
+                center,
+                is_block_empty,
+            } = BrickCell::of(empty_word(d))
+            else {
                 panic!("{d} became a brick");
             };
             assert!(center.abs() <= d.abs() && center.abs() >= d.abs() * 0.999_999 - 1e-44);
             assert_eq!(center.is_sign_negative(), d.is_sign_negative());
-            assert!(!lonely);
-            let lonely = BrickCell::of(block_empty_word(empty_word(d)));
+            assert!(!is_block_empty);
+            let is_block_empty = BrickCell::of(block_empty_word(empty_word(d)));
             assert_eq!(
-                lonely,
+                is_block_empty,
                 BrickCell::Empty {
                     center,
-                    lonely: true
+                    is_block_empty: true
                 }
             );
         }
