@@ -48,7 +48,7 @@ pub fn modifier_cases() -> Vec<SceneCase> {
             },
         ),
         (
-            "endless repeat",
+            "infinite repeat",
             Modifier::Repeat {
                 spacing: [1.1, 0.0, 1.3],
                 count: None,

@@ -206,13 +206,13 @@ fn faults_of_the_request_have_their_codes_and_remedies() {
         1,
         "c.json:1:1",
     );
-    let endless = write(
+    let infinite = write(
         "d.json",
         r#"{"argil": 1, "brushes": [{"shape": {"type": "plane", "normal": [0, 1, 0]},
             "modifiers": [{"type": "twist", "degrees_per_unit": 10}]}]}"#,
     );
     fails(
-        &["render", &endless, "-o", &out],
+        &["render", &infinite, "-o", &out],
         1,
         "brushes[0]: twist needs a solid of finite size",
     );

@@ -149,7 +149,7 @@ impl IncrementalProgram {
     }
 
     /// Returns the box of what the last update inserted, and whether the scene's extent may have changed elsewhere
-    /// too: if the update touched an endless solid, or one that clips others.
+    /// too: if the update touched an infinite solid, or one that clips others.
     pub fn inserted_box(&self) -> (Aabb, bool) {
         (self.update.put, self.update.touched_ends)
     }

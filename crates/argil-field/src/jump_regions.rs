@@ -19,7 +19,7 @@ impl Program {
         let mut near = NearJumps::NONE;
         for own in &self.loose {
             let gap = (own.aabb.min - region.max).max(region.min - own.aabb.max);
-            // NaN, from endless solids, counts as 0.
+            // NaN, from infinite solids, counts as 0.
             let gap = gap.max(Vec3::ZERO).length();
             let gap = if gap.is_nan() { 0.0 } else { gap };
             if gap < far {

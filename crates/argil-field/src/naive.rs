@@ -100,7 +100,7 @@ fn modified(scene: &Scene, id: NodeId, count: usize, p: V3) -> f64 {
 
 /// Returns the positions of a repetition's copies.
 fn copies(spacing: [f32; 3], count: Option<[u32; 3]>, p: V3) -> Vec<V3> {
-    // All copies, or for endless repetitions, those within three cells.
+    // All copies, or for infinite repetitions, those within three cells.
     let range = |axis: usize| -> Vec<f64> {
         let step = f64::from(spacing[axis]);
         match count {

@@ -235,6 +235,11 @@ impl<'a> Extents<'a> {
         }
     }
 
+    /// Returns the scene that is measured.
+    pub(crate) fn scene(&self) -> &'a Scene {
+        self.scene
+    }
+
     /// Returns the extent before a node's modifiers, in its own frame.
     pub fn content_bounds(&mut self, id: NodeId) -> Extent {
         self.measure(id)[0]

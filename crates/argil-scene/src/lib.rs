@@ -8,6 +8,7 @@ mod edit;
 mod edit_checks;
 mod edit_log;
 mod file;
+mod finite_part;
 mod group_summary;
 mod history;
 mod import;

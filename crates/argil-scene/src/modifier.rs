@@ -116,7 +116,7 @@ modifiers! {
     Repeat {
         /// Distance between copies along each axis; 0 for an axis without copies, whose count is then 1.
         spacing: [f32; 3] => not_negative,
-        /// Number of copies along each axis. Endless if it is missing.
+        /// Number of copies along each axis. Infinite if it is missing.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         count: Option<[u32; 3]> => counts(1, 1_000_000),
     }

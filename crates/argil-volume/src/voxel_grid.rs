@@ -71,7 +71,7 @@ pub struct VoxelGrid {
     pub begin: IVec3,
     /// Number of voxels along each axis.
     pub size: UVec3,
-    /// Whether the box clips the solid. An endless solid is clipped by the scene's bounds, or by a box around the
+    /// Whether the box clips the solid. An infinite solid is clipped by the bounds of the scene, or by a box around the
     /// origin.
     pub is_clipped: bool,
 }
@@ -102,7 +102,7 @@ impl VoxelGrid {
         })
     }
 
-    /// Creates a grid that contains a solid with two voxels around it, and the bounds of its view. An endless solid
+    /// Creates a grid that contains a solid with two voxels around it, and the bounds of its view. An infinite solid
     /// is clipped to the bounds, or to a box of size 2 around the origin.
     ///
     /// # Errors
@@ -315,8 +315,8 @@ mod tests {
         let lattice = VoxelGrid::fitting(solid, Some(frame), 256).expect("a lattice");
         assert_eq!(lattice.aabb(), frame);
         assert_eq!(lattice.size, UVec3::splat(256));
-        let endless = VoxelGrid::fitting(Aabb::ALL, Some(frame), 64).expect("a lattice");
-        assert_eq!(endless.aabb(), frame);
+        let infinite = VoxelGrid::fitting(Aabb::ALL, Some(frame), 64).expect("a lattice");
+        assert_eq!(infinite.aabb(), frame);
         let nothing = VoxelGrid::fitting(Aabb::EMPTY, None, 64).expect("a lattice");
         assert_eq!(nothing.aabb(), frame);
     }
@@ -337,8 +337,8 @@ mod tests {
         assert!(inner.contains(far.min) && inner.contains(far.max));
         assert_eq!(grown.grown_to(far, 32), Ok(grown));
         assert_eq!(grown.rebased().aabb().min, grown.aabb().min);
-        let endless = VoxelGrid::fitting(Aabb::ALL, None, 64).expect("a lattice");
-        assert_eq!(endless.grown_to(far, 32), Ok(endless));
+        let infinite = VoxelGrid::fitting(Aabb::ALL, None, 64).expect("a lattice");
+        assert_eq!(infinite.grown_to(far, 32), Ok(infinite));
         let lost = Aabb::new(far.min, Vec3::splat(1e30));
         assert!(first.grown_to(lost, 32).is_err());
     }

@@ -59,12 +59,12 @@ pub enum RebuildReason {
     /// The representation cannot be edited in place. Only sparse bricks can.
     #[error("only sparse bricks can be edited in place, and this world has another representation")]
     NotEditable,
-    /// The scene reaches outside the volume's box. Only sparse bricks grow.
+    /// The scene reaches outside the volume's box. Only sparse bricks grow, and not if an infinite solid is clipped.
     #[error(
         "the scene reaches outside the volume's box; the new volume has a larger box and voxels of the same size"
     )]
     OutsideBox,
-    /// An endless solid, which the volume's box clips, was added or removed.
+    /// An infinite solid, which the volume's box clips, was added or removed.
     #[error("the edit added or removed an infinite solid, which the volume's box clips")]
     Unbounded,
     /// A bound that all distances rely on changed: the Lipschitz constant, the size of jumps, or the list of materials.

@@ -2,7 +2,7 @@
 
 use crate::edit_report::{EditBudget, EditReport, RebuildReason};
 use crate::memory::budget_on;
-use crate::representation::Storage;
+use crate::representation::{Storage, has_outgrown};
 use crate::{BuildError, Engine};
 use argil_field::{IncrementalProgram, Program};
 use argil_gpu::{GpuProgram, GpuVolume};
@@ -250,13 +250,18 @@ impl EditSession {
         let lattice = *edits.voxel_grid();
         let held = lattice.aabb().grown(-2.0 * lattice.voxel_size);
         let is_held = put.is_empty() || (held.contains(put.min) && held.contains(put.max));
-        if !touched_ends && (is_held || lattice.is_clipped) {
+        let is_fixed = lattice.is_clipped && scene.view.bounds.is_some();
+        if !touched_ends && (is_held || is_fixed) {
             return Ok(None);
         }
         let solid = Extents::of(scene).node_bounds(Scene::ROOT).aabb;
-        let is_endless = !solid.is_finite() && !solid.is_empty();
-        if is_endless != lattice.is_clipped {
+        let is_infinite = !solid.is_finite() && !solid.is_empty();
+        if is_infinite != lattice.is_clipped {
             return Ok(Some(RebuildReason::Unbounded));
+        }
+        if is_infinite {
+            let grows = !is_fixed && has_outgrown(&lattice, scene);
+            return Ok(grows.then_some(RebuildReason::OutsideBox));
         }
         if edits.grow_to(solid).map_err(BricksError::from)? {
             kept.grow(&**edits)?;

@@ -1,11 +1,10 @@
 //! Extracts triangle meshes from worlds.
 
 use crate::field_mesh::{MeshMethod, Stages, field_mesh, field_mesh_on_gpu, layout_of};
-use crate::representation::Storage;
+use crate::representation::{Storage, clip_box};
 use crate::{BuildError, World};
 use argil_field::Grid;
 use argil_gpu::{GpuError, GpuMesh, GpuProgram, GpuVolume, SurfaceNormals, SurfaceOptions};
-use argil_math::Aabb;
 use argil_mesh::marching::surface::{Surface, SurfaceError};
 use argil_mesh::{
     Mesh, MeshFormat, MeshReport, MeshWriteOptions, marching, project_to_field, simplify, write,
@@ -262,9 +261,8 @@ impl World {
     }
 
     fn own_lattice(&self, options: &MeshOptions) -> Result<VoxelGrid, MeshError> {
-        let frame = self.view().bounds;
-        let frame = frame.map(|[min, max]| Aabb::new(min.into(), max.into()));
         let solid = self.program().aabb().grown(options.iso.max(0.0));
+        let frame = clip_box(&self.scene, solid);
         let most = *RESOLUTIONS.end();
         let lattice = match options.voxel_size {
             Some(voxel) => {

@@ -36,7 +36,7 @@ impl ProgramCache {
         })
     }
 
-    /// Returns the box that queries cover: the solid's, or `focus` for an endless one.
+    /// Returns the box that queries cover: the solid's, or `focus` for an infinite one.
     fn held(&self, focus: Aabb) -> Aabb {
         let held = self.program.aabb();
         if held.is_finite() { held } else { focus }
@@ -48,7 +48,7 @@ impl ProgramCache {
         self.tree.get_or_init(make).as_ref()
     }
 
-    /// Returns the index over operands, for a program of many pieces. `focus` replaces the box of an endless solid.
+    /// Returns the index over operands, for a program of many pieces. `focus` replaces the box of an infinite solid.
     pub(crate) fn operand_index(&self, focus: Aabb) -> Option<&OperandIndex> {
         let make = || {
             let held = self.held(focus);

@@ -304,7 +304,7 @@ impl<'a> Query<'a> {
         if whole.is_empty() || min.iter().chain(&max).any(|c| c.is_nan()) {
             return BoxPosition::Outside;
         }
-        // Only endless solids reach beyond the world's limit.
+        // Only infinite solids reach beyond the world's limit.
         let whole = whole.intersection(Aabb::centered(Vec3::splat(WORLD_LIMIT)));
         if whole.is_empty() {
             return BoxPosition::Outside;

@@ -299,9 +299,9 @@ fn others_are_built_for_a_larger_box() -> Outcome {
     Ok(())
 }
 
-/// What is endless is cut by the box, as it was; when it comes or goes, everything is made again.
+/// The box clips infinite solids. When one is added or removed, the world is rebuilt.
 #[test]
-fn what_is_endless_is_cut() -> Outcome {
+fn infinite_solids_are_clipped() -> Outcome {
     let mut scene = one_ball()?;
     scene.view.bounds = Some([[-1.0; 3], [1.0; 3]]);
     let mut world = bricks_of(&Engine::cpu(), &mut scene, 48);
@@ -316,6 +316,53 @@ fn what_is_endless_is_cut() -> Outcome {
     scene.push(ball_at([0.0, 0.4, 0.0]))?;
     assert!(!world.apply(&scene)?.rebuilt);
     assert_eq!(world.diff_from_rebuild()?, Some(0));
+    Ok(())
+}
+
+/// A scene with a floor and no bounds is baked where its brushes are, and bricks follow what is added far away. Each
+/// ball has as many pixels as in a scene that is only that ball, marched without a volume.
+#[test]
+fn an_infinite_floor_does_not_hide_what_stands_on_it() -> Outcome {
+    let floor = Shape::Plane {
+        normal: [0.0, 1.0, 0.0],
+        offset: -3.0,
+    };
+    let mut alone = Scene::new();
+    alone.push(ball_at([0.0; 3]))?;
+    let engine = Engine::cpu();
+    let whole = pixels_of_ball(&engine.build(&alone)?.field(), [0.0; 3]);
+    for engine in engines() {
+        let mut scene = Scene::new();
+        scene.push(Brush::new(floor.clone()))?;
+        scene.push(ball_at([20.0, 0.0, 5.0]))?;
+        let mut world = bricks_of(&engine, &mut scene, 96);
+        assert!(lattice_of(&world).is_clipped);
+        let sees = |world: &World, at| {
+            let found = pixels_of_ball(world, at);
+            // Rays hit bricks from half a pixel away.
+            assert!(found.abs_diff(whole) * 10 < whole, "{found} of {whole}");
+        };
+        sees(&world, [20.0, 0.0, 5.0]);
+        // The floor under the ball is in the box, and a hole in it is an edit in place.
+        scene.push(
+            Brush::new(Shape::sphere(0.3))
+                .at([20.0, -3.0, 5.0])
+                .subtract(),
+        )?;
+        assert_eq!(world.apply(&scene)?.reason, None);
+        assert_eq!(world.diff_from_rebuild()?, Some(0));
+        let voxel = lattice_of(&world).voxel_size;
+        let far = scene.push(ball_at([-8.0, 0.0, 5.0]))?.node;
+        assert_eq!(world.apply(&scene)?.reason, Some(RebuildReason::OutsideBox));
+        assert_eq!(lattice_of(&world).voxel_size, voxel);
+        sees(&world, [-8.0, 0.0, 5.0]);
+        sees(&world, [20.0, 0.0, 5.0]);
+        assert_eq!(world.diff_from_rebuild()?, Some(0));
+        // The box keeps its size when the ball goes, so that nothing is built again.
+        scene.apply(Edit::Remove { node: far })?;
+        assert!(!world.apply(&scene)?.rebuilt);
+        assert_eq!(world.diff_from_rebuild()?, Some(0));
+    }
     Ok(())
 }
 

@@ -101,7 +101,7 @@ impl Additions<'_> {
             let gap = (held.min - point).max(point - held.max).max(Vec3::ZERO);
             let own = gap.length() / (1.000_1 * extent.lipschitz_inverse);
             let scene = if joint.sa > 0.0 { most } else { -least };
-            // NaN, from an endless solid, does not count as less.
+            // NaN, from an infinite solid, does not count as less.
             let loses = own > 0.0 && own - scene > margin + joint.k;
             !loses
         })

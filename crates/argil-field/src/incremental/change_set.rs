@@ -52,7 +52,7 @@ pub(super) struct ChangeTracker {
     pub renumbered: bool,
     /// The box of what it inserted, with room for blends.
     pub put: Aabb,
-    /// Whether it touched an endless solid, or one that clips.
+    /// Whether it touched an infinite solid, or one that clips.
     pub touched_ends: bool,
     /// Boxes outside which the facts about jumps did not change.
     pub loosened: Vec<Aabb>,

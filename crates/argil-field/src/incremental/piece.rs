@@ -51,11 +51,11 @@ impl Operand {
             )
     }
 
-    /// Whether it is endless, or clips endless solids.
+    /// Whether it is infinite, or clips infinite solids.
     pub(super) fn ends(&self) -> bool {
-        let is_endless =
+        let is_infinite =
             self.adds() && !self.extent.aabb.is_empty() && !self.extent.aabb.is_finite();
-        is_endless || (self.visible && self.operator.kind == OperatorKind::Intersect)
+        is_infinite || (self.visible && self.operator.kind == OperatorKind::Intersect)
     }
 
     /// Whether another piece has the same instructions, apart from the values of parameters.

@@ -2,11 +2,11 @@
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum LowerError {
-    /// A twist or bend of an endless solid: distances far from its axis would stretch without limit.
+    /// A twist or bend of an infinite solid: distances far from its axis would stretch without limit.
     #[error(
         "{path}: {what} needs a solid of finite size: intersect it with a box, or limit its repetition"
     )]
-    Endless {
+    Infinite {
         /// The node, as in `brushes[3]`.
         path: String,
         /// The modifier.

@@ -192,7 +192,7 @@ impl Lowering<'_> {
         }
         let held = modifier.clamp_box(content.aabb).filter(|b| b.is_finite());
         let Some(held) = held else {
-            return Err(LowerError::Endless {
+            return Err(LowerError::Infinite {
                 path: self.scene.path(node),
                 what,
             });

@@ -307,7 +307,7 @@ impl BlockTable {
     pub fn cover(&mut self, low: IVec3, high: IVec3) {
         let end = self.low + (self.size.as_ivec3() << (NODE_BITS * self.levels));
         if low.cmplt(self.low).any() || high.cmpgt(end).any() {
-            // What is inside stays inside: only endless solids extend beyond the box, and they are clipped.
+            // What is inside stays inside: only infinite solids extend beyond the box, and they are clipped.
             self.reroot(self.low.min(low), end.max(high));
         }
     }
